@@ -1,0 +1,199 @@
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::scene::{PrecisionControl, SolveSettings};
+
+/// 3D elastostatic contact with orthotropic, solution-dependent Coulomb friction
+///
+/// Solves static contact of an elastic body on a rigid flat foundation. A scene (TOML) goes through
+/// the stages mesh, assemble, solve and post, which share one HDF5 file. To start:
+///
+///   contact3d-pipe run pipelines/hkl2011_table1.toml table1.h5
+///   contact3d-pipe status table1.h5
+///
+/// Exit codes: 0 done, 1 not converged (all results stored), 2 bad or stale input, 3 internal.
+#[derive(Debug, Parser)]
+#[command(version, verbatim_doc_comment)]
+pub struct Arguments {
+    /// What to do
+    #[command(subcommand)]
+    pub command: Command,
+    /// Print only errors
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+    /// Print the results as JSON on standard output
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Number of threads; all processors by default
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Run all stages, each only if it is missing or stale
+    Run(RunArguments),
+    /// Make the mesh of a scene and store both
+    Mesh(MeshArguments),
+    /// Assemble and factorise the elastic problem
+    Assemble(StageArguments),
+    /// Solve the contact problem
+    Solve(SolveArguments),
+    /// Evaluate the solution: zones, stresses, resultants, certificate, pictures, ParaView
+    Post(PostArguments),
+    /// Show which stages are fresh, stale or missing, their sizes, and the main results
+    Status(StageArguments),
+    /// Write or check the schemas of run files and scenes
+    Schema(SchemaArguments),
+}
+
+/// A scene file and changes to it.
+#[derive(Debug, Args)]
+pub(super) struct SceneArguments {
+    /// The scene, a TOML file such as those in pipelines/
+    pub scene: PathBuf,
+    /// Change one key of the scene, for example --set body.brick.cells=[12,4,4]
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
+}
+
+/// Arguments of `run`.
+#[derive(Debug, Args)]
+pub struct RunArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneArguments,
+    /// The run file, made or updated
+    pub file: PathBuf,
+    #[command(flatten)]
+    pub(super) figures: FigureArguments,
+}
+
+/// Arguments of `mesh`.
+#[derive(Debug, Args)]
+pub struct MeshArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneArguments,
+    /// The run file, made or updated
+    pub file: PathBuf,
+}
+
+/// Arguments of commands that need a run file only.
+#[derive(Debug, Args)]
+pub struct StageArguments {
+    /// The run file
+    pub file: PathBuf,
+}
+
+/// Arguments of `post`.
+#[derive(Debug, Args)]
+pub struct PostArguments {
+    /// The run file
+    pub file: PathBuf,
+    #[command(flatten)]
+    pub(super) figures: FigureArguments,
+}
+
+/// Where pictures go.
+#[derive(Debug, Args)]
+pub(super) struct FigureArguments {
+    /// Folder for the pictures; FILE-figures beside the run file by default
+    #[arg(long, value_name = "FOLDER")]
+    pub figures: Option<PathBuf>,
+    /// Draw no pictures
+    #[arg(long, conflicts_with = "figures")]
+    pub no_figures: bool,
+}
+
+/// Arguments of `solve`; settings given here replace those of the stored scene.
+#[derive(Debug, Args)]
+pub struct SolveArguments {
+    /// The run file
+    pub file: PathBuf,
+    /// Stop when the relative change of the multipliers is at most this
+    #[arg(long, value_name = "EPS")]
+    epsilon: Option<f64>,
+    /// Precision control of the inner problems: (a) fixed or (b) adaptive
+    #[arg(long)]
+    precision: Option<PrecisionArgument>,
+    /// Ratio of inner to outer tolerance
+    #[arg(long)]
+    r_tol: Option<f64>,
+    /// Smallest decrease of the inner tolerance per step, adaptive control
+    #[arg(long)]
+    c_fact: Option<f64>,
+    /// Proportioning constant of KPRGP
+    #[arg(long)]
+    gamma: Option<f64>,
+    /// Most outer steps
+    #[arg(long, value_name = "N")]
+    max_outer_steps: Option<usize>,
+    /// Most actions of the dual operator in one inner problem
+    #[arg(long, value_name = "N")]
+    max_inner_actions: Option<usize>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum PrecisionArgument {
+    Fixed,
+    Adaptive,
+}
+
+/// Arguments of `schema`.
+#[derive(Debug, Args)]
+pub struct SchemaArguments {
+    /// Folder for the schemas
+    #[arg(long, value_name = "FOLDER", default_value = "schemas")]
+    pub out: PathBuf,
+    /// Write nothing; fail when the files there differ from what would be written
+    #[arg(long)]
+    pub check: bool,
+}
+
+/// What to print, and where.
+#[derive(Debug, Clone, Copy)]
+pub struct Output {
+    /// Print only errors.
+    pub quiet: bool,
+    /// Print results as JSON on standard output.
+    pub json: bool,
+}
+
+impl Arguments {
+    /// Threads to use.
+    #[must_use]
+    pub fn thread_count(&self) -> usize {
+        let available = || std::thread::available_parallelism().map_or(1, usize::from);
+        self.threads.map_or_else(available, usize::from)
+    }
+
+    /// What to print, and where.
+    #[must_use]
+    pub fn output(&self) -> Output {
+        Output {
+            quiet: self.quiet,
+            json: self.json,
+        }
+    }
+}
+
+impl SolveArguments {
+    /// The stored settings with the given flags in their place.
+    #[must_use]
+    pub fn apply(&self, stored: &SolveSettings) -> SolveSettings {
+        SolveSettings {
+            epsilon: self.epsilon.unwrap_or(stored.epsilon),
+            precision: match self.precision {
+                Some(PrecisionArgument::Fixed) => PrecisionControl::Fixed,
+                Some(PrecisionArgument::Adaptive) => PrecisionControl::Adaptive,
+                None => stored.precision,
+            },
+            r_tol: self.r_tol.unwrap_or(stored.r_tol),
+            c_fact: self.c_fact.unwrap_or(stored.c_fact),
+            gamma: self.gamma.unwrap_or(stored.gamma),
+            max_outer_steps: self.max_outer_steps.unwrap_or(stored.max_outer_steps),
+            max_inner_actions: self.max_inner_actions.unwrap_or(stored.max_inner_actions),
+        }
+    }
+}

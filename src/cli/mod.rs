@@ -1,0 +1,43 @@
+//! The command line: arguments, dispatch, messages, exit codes.
+
+mod arguments;
+mod exit;
+mod override_scene;
+mod progress;
+mod report;
+mod run;
+mod schema;
+mod status;
+
+use clap::Parser;
+
+pub use arguments::Arguments;
+pub use exit::Exit;
+
+use arguments::Command;
+
+/// Parses the command line, does what it asks, and says how it went.
+#[must_use]
+pub fn main() -> Exit {
+    let arguments = Arguments::parse();
+    let threads = arguments.thread_count();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build_global();
+    let handlers = crate::store::install_signal_handlers();
+    if let Err(error) = pool.map_err(std::io::Error::other).and(handlers) {
+        eprintln!("error: {error}");
+        return Exit::Internal;
+    }
+    let output = arguments.output();
+    let outcome = match &arguments.command {
+        Command::Run(run) => run::run(run, &output, threads),
+        Command::Mesh(mesh) => run::mesh(mesh, &output, threads),
+        Command::Assemble(stage) => run::assemble(stage, &output, threads),
+        Command::Solve(solve) => run::solve(solve, &output, threads),
+        Command::Post(post) => run::post(post, &output, threads),
+        Command::Status(status) => status::status(status, &output),
+        Command::Schema(schema) => schema::schema(schema, &output),
+    };
+    outcome.unwrap_or_else(|error| exit::explain(error, &output))
+}

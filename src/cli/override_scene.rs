@@ -1,0 +1,68 @@
+use std::fs;
+
+use super::arguments::SceneArguments;
+use crate::{
+    scene::{Invalid, Scene, SceneError},
+    stages::StageError,
+};
+
+/// Reads a scene file and applies `--set KEY=VALUE`.
+pub(super) fn read(arguments: &SceneArguments) -> Result<Scene, StageError> {
+    let path = arguments.scene.display().to_string();
+    let text = fs::read_to_string(&arguments.scene).map_err(|source| SceneError::Read {
+        path: path.clone(),
+        source,
+    })?;
+    let scene = Scene::parse(&path, &text)?;
+    if arguments.overrides.is_empty() {
+        return Ok(scene);
+    }
+    let mut table: toml::Table = scene
+        .to_toml()
+        .parse()
+        .map_err(|_| setting(&scene.to_toml(), "a scene"))?;
+    for change in &arguments.overrides {
+        apply(&mut table, change)?;
+    }
+    Ok(Scene::parse(
+        &format!("{path} with --set"),
+        &table.to_string(),
+    )?)
+}
+
+/// Puts a value at a dotted key path; tables that are not there are made.
+fn apply(table: &mut toml::Table, change: &str) -> Result<(), StageError> {
+    let parsed = change.split_once('=').and_then(|(key, value)| {
+        let document: toml::Table = format!("value = {value}").parse().ok()?;
+        Some((key.trim(), document.get("value")?.clone()))
+    });
+    let (key, value) = parsed.ok_or_else(|| {
+        setting(
+            change,
+            "KEY=VALUE with a TOML value, such as solve.epsilon=1e-8",
+        )
+    })?;
+    let mut parts = key.split('.').peekable();
+    let mut place = &mut *table;
+    while let Some(part) = parts.next() {
+        if parts.peek().is_none() {
+            place.insert(part.to_owned(), value);
+            return Ok(());
+        }
+        place = place
+            .entry(part)
+            .or_insert_with(|| toml::Value::Table(toml::Table::new()))
+            .as_table_mut()
+            .ok_or_else(|| setting(key, "a key below tables only"))?;
+    }
+    Ok(())
+}
+
+fn setting(found: &str, expected: &str) -> StageError {
+    StageError::Setting(Invalid {
+        key: "--set".into(),
+        expected: expected.into(),
+        found: format!("{found:?}"),
+        help: "quote the argument for the shell".into(),
+    })
+}

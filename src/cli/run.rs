@@ -1,0 +1,141 @@
+use std::path::Path;
+
+use super::{
+    arguments::{
+        FigureArguments, MeshArguments, Output, PostArguments, RunArguments, SolveArguments,
+        StageArguments,
+    },
+    exit::Exit,
+    override_scene, progress, report,
+};
+use crate::{
+    solver::Status,
+    stages::{Freshness, Performed, Session, StageError, draw, figures_folder},
+    store::Stage,
+};
+
+type Outcome = Result<Exit, StageError>;
+
+/// `run`: every stage that is not fresh, then the results.
+pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> Outcome {
+    let scene = override_scene::read(&arguments.scene)?;
+    let mut session = Session::with_scene(&arguments.file, scene, threads)?;
+    let mut performed = Vec::new();
+    for state in session.states()? {
+        if state.freshness == Freshness::Fresh && performed.is_empty() {
+            say(output, &format!("{:<9} fresh, kept", state.stage.group()));
+        } else {
+            performed.push(perform(&mut session, state.stage, output)?);
+        }
+    }
+    let drawn = performed.iter().any(|p| p.stage == Stage::Post);
+    if drawn {
+        draw_figures(&mut session, &arguments.figures, &arguments.file, output)?;
+    }
+    finish(&mut session, output, &performed)
+}
+
+/// `mesh`: the mesh of a scene.
+pub(super) fn mesh(arguments: &MeshArguments, output: &Output, threads: usize) -> Outcome {
+    let scene = override_scene::read(&arguments.scene)?;
+    let mut session = Session::with_scene(&arguments.file, scene, threads)?;
+    let performed = perform(&mut session, Stage::Mesh, output)?;
+    print_stages(output, &[performed]);
+    Ok(Exit::Done)
+}
+
+/// `assemble`: matrices and factor.
+pub(super) fn assemble(arguments: &StageArguments, output: &Output, threads: usize) -> Outcome {
+    let mut session = Session::open(&arguments.file, threads)?;
+    let performed = perform(&mut session, Stage::Assemble, output)?;
+    print_stages(output, &[performed]);
+    Ok(Exit::Done)
+}
+
+/// `solve`: the contact problem, with settings from the flags.
+pub(super) fn solve(arguments: &SolveArguments, output: &Output, threads: usize) -> Outcome {
+    let mut session = Session::open(&arguments.file, threads)?;
+    let settings = arguments.apply(&session.scene().solve);
+    session.set_solve(settings)?;
+    let performed = perform(&mut session, Stage::Solve, output)?;
+    finish(&mut session, output, &[performed])
+}
+
+/// `post`: report, pictures, ParaView group.
+pub(super) fn post(arguments: &PostArguments, output: &Output, threads: usize) -> Outcome {
+    let mut session = Session::open(&arguments.file, threads)?;
+    let performed = perform(&mut session, Stage::Post, output)?;
+    draw_figures(&mut session, &arguments.figures, &arguments.file, output)?;
+    finish(&mut session, output, &[performed])
+}
+
+fn perform(session: &mut Session, stage: Stage, output: &Output) -> Result<Performed, StageError> {
+    let spinner = progress::spinner(stage, output);
+    let performed = match stage {
+        Stage::Mesh => session.make_mesh(),
+        Stage::Assemble => session.assemble(),
+        Stage::Solve => session.solve(|k, step| spinner.set_message(report::outer_step(k, step))),
+        Stage::Post | Stage::Scene | Stage::Vtk => session.post(),
+    };
+    spinner.finish_and_clear();
+    let performed = performed?;
+    say(output, &report::stage_line(&performed));
+    Ok(performed)
+}
+
+fn draw_figures(
+    session: &mut Session,
+    figures: &FigureArguments,
+    file: &Path,
+    output: &Output,
+) -> Result<(), StageError> {
+    if figures.no_figures {
+        return Ok(());
+    }
+    let folder = figures
+        .figures
+        .clone()
+        .unwrap_or_else(|| figures_folder(file));
+    let scene = session.scene().clone();
+    let (mesh, _, report) = session.results()?;
+    let files = draw(&folder, &scene, mesh, report)?;
+    say(
+        output,
+        &format!("figures   {} files in {}", files.len(), folder.display()),
+    );
+    Ok(())
+}
+
+/// Prints the results and turns the status into an exit code.
+fn finish(session: &mut Session, output: &Output, performed: &[Performed]) -> Outcome {
+    let scene = session.scene().clone();
+    let (mesh, solution, report) = session.results()?;
+    say(output, &report::results(&scene, mesh, solution, report));
+    if output.json {
+        println!(
+            "{:#}",
+            report::json(&scene, mesh, solution, report, performed)
+        );
+    }
+    if solution.status == Status::Converged {
+        return Ok(Exit::Done);
+    }
+    eprintln!("{}", report::status(solution.status));
+    Ok(Exit::NotConverged)
+}
+
+fn print_stages(output: &Output, performed: &[Performed]) {
+    if output.json {
+        let stages: Vec<_> = performed
+            .iter()
+            .map(|p| serde_json::json!({ "stage": p.stage.group(), "compute_seconds": p.compute_seconds, "store_seconds": p.store_seconds }))
+            .collect();
+        println!("{:#}", serde_json::json!({ "stages": stages }));
+    }
+}
+
+fn say(output: &Output, text: &str) {
+    if !output.quiet {
+        eprintln!("{text}");
+    }
+}

@@ -1,0 +1,57 @@
+use std::{fs, path::PathBuf};
+
+use super::{
+    arguments::{Output, SchemaArguments},
+    exit::Exit,
+};
+use crate::{
+    format::LAYOUT,
+    scene::Scene,
+    stages::StageError,
+    store::{schema_json, schema_page},
+};
+
+/// `schema`: writes the generated files, or checks that they are up to date.
+pub(super) fn schema(arguments: &SchemaArguments, output: &Output) -> Result<Exit, StageError> {
+    let files = [
+        ("run_file.json", schema_json(&LAYOUT)),
+        ("run_file.md", schema_page(&LAYOUT)),
+        ("scene.json", Scene::json_schema()),
+    ]
+    .map(|(name, text)| (arguments.out.join(name), text));
+    if arguments.check {
+        return Ok(check(&files));
+    }
+    fs::create_dir_all(&arguments.out).map_err(|source| StageError::Write {
+        file: arguments.out.clone(),
+        source,
+    })?;
+    for (file, text) in &files {
+        fs::write(file, text).map_err(|source| StageError::Write {
+            file: file.clone(),
+            source,
+        })?;
+        if !output.quiet {
+            eprintln!("wrote {}", file.display());
+        }
+    }
+    Ok(Exit::Done)
+}
+
+fn check(files: &[(PathBuf, String)]) -> Exit {
+    let stale: Vec<_> = files
+        .iter()
+        .filter(|(file, text)| fs::read_to_string(file).ok().as_ref() != Some(text))
+        .collect();
+    for (file, _) in &stale {
+        eprintln!(
+            "error: {} is not what this program writes; run `contact3d-pipe schema`",
+            file.display()
+        );
+    }
+    if stale.is_empty() {
+        Exit::Done
+    } else {
+        Exit::BadInput
+    }
+}

@@ -1,0 +1,102 @@
+use super::{
+    arguments::{Output, StageArguments},
+    exit::Exit,
+};
+use crate::{
+    format::{self, FormatError, LAYOUT},
+    stages::{Freshness, StageError, StageState, states},
+    store::{Reader, Stage},
+};
+
+/// `status`: stages, sizes and main results; reads only and takes no lock.
+pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit, StageError> {
+    let reader = Reader::open(&arguments.file, LAYOUT)?;
+    let scene = format::read_scene(&reader)?;
+    let states = states(&reader, &scene)?;
+    let summary = match states.iter().find(|s| s.stage == Stage::Post) {
+        Some(post) if post.stored.is_some() => Some(format::read_summary(&reader)?),
+        _ => None,
+    };
+    if output.json {
+        println!(
+            "{:#}",
+            json(&reader, &scene.title, &states, summary.as_ref())?
+        );
+    } else {
+        println!("{}\n{}", arguments.file.display(), scene.title);
+        for state in &states {
+            println!("{}", stage_line(&reader, state)?);
+        }
+        if let Some(summary) = &summary {
+            print_summary(summary);
+        }
+    }
+    Ok(Exit::Done)
+}
+
+fn word(freshness: &Freshness) -> &'static str {
+    match freshness {
+        Freshness::Missing => "missing",
+        Freshness::Fresh => "fresh",
+        Freshness::Stale(_) => "stale",
+    }
+}
+
+fn stage_line(reader: &Reader, state: &StageState) -> Result<String, FormatError> {
+    let mut line = format!("  {:<9} {:<8}", state.stage.group(), word(&state.freshness));
+    if let Some(stored) = &state.stored {
+        let megabytes = reader.stage_bytes(state.stage)? as f64 / 1e6;
+        let record = &stored.record;
+        line += &format!(
+            "{megabytes:>10.3} MB  {:>9.3} s  {} threads  {}",
+            record.seconds, record.threads, record.date
+        );
+    }
+    if let Freshness::Stale(why) = &state.freshness {
+        line += &format!("  ({why})");
+    }
+    Ok(line)
+}
+
+fn print_summary(summary: &format::Summary) {
+    if let [open, stick, slip] = summary.zone_counts[..] {
+        println!("  panes     open {open}, stick {stick}, slip {slip}");
+    }
+    println!(
+        "  forces    normal {:.6e} N, largest pressure {:.6e} Pa",
+        summary.normal_force, summary.largest_pressure
+    );
+    println!("  energy    {:.6e} J", summary.strain_energy);
+}
+
+fn json(
+    reader: &Reader,
+    title: &str,
+    states: &[StageState],
+    summary: Option<&format::Summary>,
+) -> Result<serde_json::Value, FormatError> {
+    let mut stages = Vec::new();
+    for state in states {
+        let bytes = match &state.stored {
+            Some(_) => reader.stage_bytes(state.stage)?,
+            None => 0,
+        };
+        stages.push(serde_json::json!({
+            "stage": state.stage.group(),
+            "state": word(&state.freshness),
+            "why": state.freshness.why(),
+            "bytes": bytes,
+            "digest": state.stored.as_ref().map(|s| &s.digest),
+            "seconds": state.stored.as_ref().map(|s| s.record.seconds),
+        }));
+    }
+    let results = summary.map(|s| {
+        serde_json::json!({
+            "zone_counts": s.zone_counts,
+            "normal_force": s.normal_force,
+            "largest_pressure": s.largest_pressure,
+            "strain_energy": s.strain_energy,
+        })
+    });
+    Ok(serde_json::json!({ "title": title, "stages": stages, "results": results }))
+}

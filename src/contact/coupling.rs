@@ -1,0 +1,133 @@
+use crate::{elasticity::DofMap, linalg::CscMatrix, mesh::ContactSurface, scene::Frame};
+
+/// The coupling B = [N; T] between piecewise constant multipliers on panes and displacements.
+///
+/// Rows of N hold ∫_{Rⁱ} v_ν, rows of T the pairs ∫_{Rⁱ} v_t1, ∫_{Rⁱ} v_t2 (HKL (4.1)), exact for
+/// P1 displacements. A multiplier vector λ has the m normal components first, then m pairs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coupling {
+    /// Bᵀ, `[n_free, 3 n_panes]`, in m².
+    pub transposed: CscMatrix,
+    /// Number of panes m.
+    pub n_panes: usize,
+}
+
+impl Coupling {
+    /// Assembles B over the free degrees of freedom.
+    #[must_use]
+    pub fn new(surface: &ContactSurface, frame: &Frame, dofs: &DofMap) -> Self {
+        let n_panes = surface.n_panes();
+        let mut transposed = CscMatrix {
+            rows: dofs.n_free,
+            cols: 3 * n_panes,
+            indptr: vec![0],
+            indices: Vec::new(),
+            data: Vec::new(),
+        };
+        let mut push_column = |pane: usize, axis: &[f64; 3]| {
+            for (local, weight) in surface.pane_weights(pane) {
+                let node = dofs.dof[surface.nodes[local]];
+                for (dof, direction) in node.iter().zip(axis) {
+                    if let (Some(dof), true) = (*dof, *direction != 0.0) {
+                        transposed.indices.push(dof);
+                        transposed
+                            .data
+                            .push(weight * surface.pane_area[pane] * direction);
+                    }
+                }
+            }
+            transposed.indptr.push(transposed.indices.len());
+        };
+        for pane in 0..n_panes {
+            push_column(pane, &frame.normal);
+        }
+        for pane in 0..n_panes {
+            push_column(pane, &frame.axis_1);
+            push_column(pane, &frame.axis_2);
+        }
+        Self {
+            transposed,
+            n_panes,
+        }
+    }
+
+    /// Nᵀ, `[n_free, n_panes]`, and Tᵀ, `[n_free, 2 n_panes]`.
+    #[must_use]
+    pub fn parts(&self) -> [CscMatrix; 2] {
+        let columns = |from: usize, to: usize| {
+            let (start, end) = (self.transposed.indptr[from], self.transposed.indptr[to]);
+            CscMatrix {
+                rows: self.transposed.rows,
+                cols: to - from,
+                indptr: self.transposed.indptr[from..=to]
+                    .iter()
+                    .map(|p| p - start)
+                    .collect(),
+                indices: self.transposed.indices[start..end].to_vec(),
+                data: self.transposed.data[start..end].to_vec(),
+            }
+        };
+        [
+            columns(0, self.n_panes),
+            columns(self.n_panes, 3 * self.n_panes),
+        ]
+    }
+
+    /// Puts B together again from Nᵀ and Tᵀ.
+    #[must_use]
+    pub fn from_parts(normal: &CscMatrix, tangential: &CscMatrix) -> Self {
+        let entries = normal.data.len();
+        let tangential_ptr = tangential.indptr.iter().skip(1).map(|p| p + entries);
+        let transposed = CscMatrix {
+            rows: normal.rows,
+            cols: normal.cols + tangential.cols,
+            indptr: normal
+                .indptr
+                .iter()
+                .copied()
+                .chain(tangential_ptr)
+                .collect(),
+            indices: [&normal.indices[..], &tangential.indices].concat(),
+            data: [&normal.data[..], &tangential.data].concat(),
+        };
+        Self {
+            transposed,
+            n_panes: normal.cols,
+        }
+    }
+
+    /// B u, `[3 n_panes]`.
+    #[must_use]
+    pub fn integrate(&self, displacement: &[f64]) -> Vec<f64> {
+        let mut result = vec![0.0; 3 * self.n_panes];
+        self.transposed.mul_transposed(displacement, &mut result);
+        result
+    }
+
+    /// Bᵀλ in N, `[n_free]`.
+    #[must_use]
+    pub fn nodal_forces(&self, multiplier: &[f64]) -> Vec<f64> {
+        let mut result = vec![0.0; self.transposed.rows];
+        self.transposed.mul(multiplier, &mut result);
+        result
+    }
+}
+
+/// Slip |u_t1|, |u_t2| at every contact node in m, `[n_contact_nodes]`.
+#[must_use]
+pub fn nodal_slip(
+    surface: &ContactSurface,
+    frame: &Frame,
+    dofs: &DofMap,
+    displacement: &[f64],
+) -> Vec<[f64; 2]> {
+    surface
+        .nodes
+        .iter()
+        .map(|&node| {
+            let vector = dofs.dof[node].map(|dof| dof.map_or(0.0, |d| displacement[d]));
+            let [_, slip_1, slip_2] = frame.components(vector);
+            [slip_1.abs(), slip_2.abs()]
+        })
+        .collect()
+}

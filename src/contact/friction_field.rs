@@ -1,0 +1,37 @@
+use crate::{mesh::ContactSurface, scene::Friction};
+
+/// Friction coefficients on the contact face at one state of slip.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrictionField {
+    /// (F₁, F₂) at the contact nodes, `[n_contact_nodes]`.
+    pub nodal: Vec<[f64; 2]>,
+    /// Diagonal of 𝓕_i⁻¹ = (1/|Rⁱ|) ∫_{Rⁱ} r_h F⁻¹ on each pane (HKL (4.2)), `[n_panes]`.
+    pub pane_inverse: Vec<[f64; 2]>,
+}
+
+impl FrictionField {
+    /// Evaluates the law at nodal slips and averages F⁻¹, Lagrange-interpolated, over the panes.
+    #[must_use]
+    pub fn new(friction: &Friction, surface: &ContactSurface, slip: &[[f64; 2]]) -> Self {
+        let nodal: Vec<[f64; 2]> = slip.iter().map(|&s| friction.evaluate(s)).collect();
+        let pane_inverse = (0..surface.n_panes())
+            .map(|pane| {
+                surface
+                    .pane_weights(pane)
+                    .fold([0.0; 2], |sum, (node, weight)| {
+                        std::array::from_fn(|i| sum[i] + weight / nodal[node][i])
+                    })
+            })
+            .collect();
+        Self {
+            nodal,
+            pane_inverse,
+        }
+    }
+
+    /// The coefficients (F₁, F₂) that act on a pane: the reciprocals of 𝓕_i⁻¹.
+    #[must_use]
+    pub fn pane(&self, pane: usize) -> [f64; 2] {
+        self.pane_inverse[pane].map(f64::recip)
+    }
+}

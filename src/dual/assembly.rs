@@ -1,0 +1,116 @@
+use thiserror::Error;
+
+use crate::{
+    contact::Coupling,
+    elasticity::{DofMap, load_vector, stiffness},
+    linalg::{CholeskyFactor, CscMatrix, FactorError, OrderingError, Workspace, amd},
+    mesh::Mesh,
+    scene::Scene,
+};
+
+/// The discrete elastic problem A u = l − Bᵀλ.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PrimalSystem {
+    /// Numbering of the free degrees of freedom.
+    pub dofs: DofMap,
+    /// Stiffness A, `[n_free, n_free]`, in N/m.
+    pub stiffness: CscMatrix,
+    /// Load l, `[n_free]`, in N.
+    pub load: Vec<f64>,
+    /// Coupling B = [N; T], in m².
+    pub coupling: Coupling,
+}
+
+/// Everything the assemble stage makes: the primal system, its factor, and the dual data.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Assembly {
+    /// A, l and B.
+    pub primal: PrimalSystem,
+    /// Sparse Cholesky factor of A.
+    pub factor: CholeskyFactor,
+    /// h = B A⁻¹ l with the gap's integral subtracted from the normal part, `[3 n_panes]`, in m³.
+    pub dual_rhs: Vec<f64>,
+}
+
+/// Why a scene has no factorised stiffness.
+#[derive(Debug, Error)]
+pub enum AssemblyError {
+    /// Every node is held.
+    #[error(
+        "no degree of freedom is free: the clamps hold every node; clamp fewer faces or refine the mesh"
+    )]
+    NothingFree,
+    /// A is not positive definite.
+    #[error(
+        "the stiffness matrix is not positive definite at node {node}, component {component}: {source}. \
+         Likely causes: clamps that leave a rigid motion free, or a Poisson ratio too close to 0.5"
+    )]
+    NotPositiveDefinite {
+        /// Node of the failed pivot.
+        node: usize,
+        /// Component of the failed pivot (x, y or z).
+        component: char,
+        /// What the factorisation found.
+        source: FactorError,
+    },
+    /// The factorisation failed for another reason.
+    #[error(transparent)]
+    Factor(FactorError),
+    /// No ordering.
+    #[error(transparent)]
+    Ordering(#[from] OrderingError),
+}
+
+impl Assembly {
+    /// Assembles A, l, N, T, factorises A and solves for h.
+    ///
+    /// # Errors
+    /// [`AssemblyError`] when A has no Cholesky factor.
+    pub fn new(scene: &Scene, mesh: &Mesh, threads: usize) -> Result<Self, AssemblyError> {
+        let dofs = DofMap::new(mesh, &scene.clamps);
+        if dofs.n_free == 0 {
+            return Err(AssemblyError::NothingFree);
+        }
+        let stiffness = stiffness(mesh, &scene.material.elasticity(), &dofs);
+        let load = dofs.to_free(&load_vector(mesh, &scene.tractions));
+        let coupling = Coupling::new(&mesh.contact, &scene.contact.frame(), &dofs);
+        let factor = CholeskyFactor::factorise(&stiffness, amd(&stiffness)?, threads)
+            .map_err(|e| explain(e, &dofs))?;
+        let mut unconstrained = load.clone();
+        factor.solve_in_place(&mut unconstrained, &mut Workspace::default());
+        let mut dual_rhs = coupling.integrate(&unconstrained);
+        for (h, area) in dual_rhs.iter_mut().zip(&mesh.contact.pane_area) {
+            *h -= scene.contact.gap * area;
+        }
+        let primal = PrimalSystem {
+            dofs,
+            stiffness,
+            load,
+            coupling,
+        };
+        Ok(Self {
+            primal,
+            factor,
+            dual_rhs,
+        })
+    }
+}
+
+/// Names the node and component of a failed pivot.
+fn explain(error: FactorError, dofs: &DofMap) -> AssemblyError {
+    let FactorError::NotPositiveDefinite { column, .. } = error else {
+        return AssemblyError::Factor(error);
+    };
+    let place = dofs.dof.iter().enumerate().find_map(|(node, components)| {
+        let component = components.iter().position(|dof| *dof == Some(column))?;
+        Some((node, ['x', 'y', 'z'][component]))
+    });
+    match place {
+        Some((node, component)) => AssemblyError::NotPositiveDefinite {
+            node,
+            component,
+            source: error,
+        },
+        None => AssemblyError::Factor(error),
+    }
+}

@@ -1,0 +1,67 @@
+use super::{Assembly, DualOperator};
+use crate::linalg::{Reach, Workspace};
+
+/// S applied as the paper does: one pair of sparse triangular solves with the factor of A each time.
+///
+/// B touches contact nodes only, so the solves visit just the supernodes between those nodes and
+/// the root of the elimination tree; the numbers are those of full solves.
+pub struct ImplicitOperator<'a> {
+    assembly: &'a Assembly,
+    reach: Reach,
+    work: Workspace,
+    actions: usize,
+}
+
+impl<'a> ImplicitOperator<'a> {
+    /// Prepares the actions of A⁻¹ on the contact nodes.
+    #[must_use]
+    pub fn new(assembly: &'a Assembly) -> Self {
+        let touched = assembly.primal.coupling.transposed.indices.iter().copied();
+        Self {
+            assembly,
+            reach: assembly.factor.reach(touched),
+            work: Workspace::default(),
+            actions: 0,
+        }
+    }
+}
+
+impl DualOperator for ImplicitOperator<'_> {
+    fn dimension(&self) -> usize {
+        self.assembly.dual_rhs.len()
+    }
+
+    fn rhs(&self) -> &[f64] {
+        &self.assembly.dual_rhs
+    }
+
+    fn apply(&mut self, multiplier: &[f64]) -> Vec<f64> {
+        self.actions += 1;
+        let mut displacement = self.assembly.primal.coupling.nodal_forces(multiplier);
+        self.assembly
+            .factor
+            .solve_reached(&self.reach, &mut displacement, &mut self.work);
+        self.assembly.primal.coupling.integrate(&displacement)
+    }
+
+    fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64> {
+        self.actions += 1;
+        let contact_forces = self.assembly.primal.coupling.nodal_forces(multiplier);
+        let mut displacement: Vec<f64> = self
+            .assembly
+            .primal
+            .load
+            .iter()
+            .zip(contact_forces)
+            .map(|(l, f)| l - f)
+            .collect();
+        self.assembly
+            .factor
+            .solve_in_place(&mut displacement, &mut self.work);
+        displacement
+    }
+
+    fn actions(&self) -> usize {
+        self.actions
+    }
+}

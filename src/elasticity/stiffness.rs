@@ -1,0 +1,167 @@
+use nalgebra::{Matrix3, Matrix6};
+use rayon::prelude::*;
+
+use super::{DofMap, Element};
+use crate::{linalg::CscMatrix, mesh::Mesh};
+
+/// Tetrahedra around each node, as offsets and (tetrahedron, corner) pairs in increasing order.
+struct Stars {
+    offsets: Vec<usize>,
+    corners: Vec<(usize, usize)>,
+}
+
+impl Stars {
+    fn new(mesh: &Mesh) -> Self {
+        let mut offsets = vec![0; mesh.coordinates.len() + 1];
+        for &node in mesh.tetrahedra.iter().flatten() {
+            offsets[node + 1] += 1;
+        }
+        for node in 0..mesh.coordinates.len() {
+            offsets[node + 1] += offsets[node];
+        }
+        let mut next = offsets.clone();
+        let mut corners = vec![(0, 0); 4 * mesh.tetrahedra.len()];
+        for (t, nodes) in mesh.tetrahedra.iter().enumerate() {
+            for (corner, &node) in nodes.iter().enumerate() {
+                corners[next[node]] = (t, corner);
+                next[node] += 1;
+            }
+        }
+        Self { offsets, corners }
+    }
+
+    fn of(&self, node: usize) -> &[(usize, usize)] {
+        &self.corners[self.offsets[node]..self.offsets[node + 1]]
+    }
+
+    /// The node and its neighbours, increasing.
+    fn neighbours(&self, mesh: &Mesh, node: usize) -> Vec<usize> {
+        let mut found: Vec<usize> = self
+            .of(node)
+            .iter()
+            .flat_map(|&(t, _)| mesh.tetrahedra[t])
+            .collect();
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+}
+
+/// Node graph of the mesh in compressed rows (offsets, neighbours), without loops.
+#[must_use]
+pub fn node_adjacency(mesh: &Mesh) -> (Vec<usize>, Vec<usize>) {
+    let stars = Stars::new(mesh);
+    let mut offsets = vec![0];
+    let mut neighbours = Vec::new();
+    for node in 0..mesh.coordinates.len() {
+        neighbours.extend(
+            stars
+                .neighbours(mesh, node)
+                .into_iter()
+                .filter(|&n| n != node),
+        );
+        offsets.push(neighbours.len());
+    }
+    (offsets, neighbours)
+}
+
+/// The stiffness matrix A over the free degrees of freedom, `[n_free, n_free]`, in N/m.
+///
+/// Each node gathers the blocks V G_aᵀ C G_b of its own tetrahedra in their order, so the result
+/// has the same bits at any thread count; a block and its mirror image are the same numbers, so A
+/// is symmetric to the last bit.
+#[must_use]
+pub fn stiffness(mesh: &Mesh, elasticity: &Matrix6<f64>, dofs: &DofMap) -> CscMatrix {
+    let elements: Vec<Element> = mesh
+        .tetrahedra
+        .par_iter()
+        .map(|nodes| Element::new(&mesh.corners(nodes)))
+        .collect();
+    let stars = Stars::new(mesh);
+    let columns: Vec<Vec<(Vec<usize>, Vec<f64>)>> = (0..mesh.coordinates.len())
+        .into_par_iter()
+        .map(|node| node_columns(node, mesh, &elements, elasticity, &stars, dofs))
+        .collect();
+    let mut matrix = CscMatrix {
+        rows: dofs.n_free,
+        cols: dofs.n_free,
+        indptr: vec![0],
+        indices: Vec::new(),
+        data: Vec::new(),
+    };
+    for (indices, data) in columns.into_iter().flatten() {
+        matrix.indices.extend(indices);
+        matrix.data.extend(data);
+        matrix.indptr.push(matrix.indices.len());
+    }
+    matrix
+}
+
+/// The columns of A that belong to the free components of one node.
+fn node_columns(
+    node: usize,
+    mesh: &Mesh,
+    elements: &[Element],
+    elasticity: &Matrix6<f64>,
+    stars: &Stars,
+    dofs: &DofMap,
+) -> Vec<(Vec<usize>, Vec<f64>)> {
+    let neighbours = stars.neighbours(mesh, node);
+    let mut blocks = vec![Matrix3::<f64>::zeros(); neighbours.len()];
+    for &(t, b) in stars.of(node) {
+        for (a, &other) in mesh.tetrahedra[t].iter().enumerate() {
+            let at = neighbours.partition_point(|&n| n < other);
+            blocks[at] += symmetric_block(&elements[t], elasticity, a, b, other.cmp(&node));
+        }
+    }
+    (0..3)
+        .filter(|&component| dofs.dof[node][component].is_some())
+        .map(|component| {
+            let entries = neighbours.iter().zip(&blocks).flat_map(|(&other, block)| {
+                (0..3).filter_map(move |row| Some((dofs.dof[other][row]?, block[(row, component)])))
+            });
+            entries.unzip()
+        })
+        .collect()
+}
+
+/// Block (a, b), computed from the same operands as its mirror image (b, a).
+fn symmetric_block(
+    element: &Element,
+    elasticity: &Matrix6<f64>,
+    a: usize,
+    b: usize,
+    order: std::cmp::Ordering,
+) -> Matrix3<f64> {
+    match order {
+        std::cmp::Ordering::Less => element.stiffness_block(elasticity, a, b),
+        std::cmp::Ordering::Greater => element.stiffness_block(elasticity, b, a).transpose(),
+        std::cmp::Ordering::Equal => {
+            let block = element.stiffness_block(elasticity, a, a);
+            Matrix3::from_fn(|i, j| block[(i.max(j), i.min(j))])
+        }
+    }
+}
+
+/// Internal nodal forces ∫ Gᵀσ(u) in N of a nodal displacement, and the Voigt stress of every
+/// tetrahedron in Pa. At held nodes the forces are reactions plus applied loads.
+#[must_use]
+pub fn internal_forces(
+    mesh: &Mesh,
+    elasticity: &Matrix6<f64>,
+    displacement: &[[f64; 3]],
+) -> (Vec<[f64; 3]>, Vec<[f64; 6]>) {
+    let mut forces = vec![[0.0; 3]; mesh.coordinates.len()];
+    let mut stresses = Vec::with_capacity(mesh.tetrahedra.len());
+    for nodes in &mesh.tetrahedra {
+        let element = Element::new(&mesh.corners(nodes));
+        let stress = element.stress(elasticity, &nodes.map(|n| displacement[n]));
+        for (&node, force) in nodes.iter().zip(element.nodal_forces(&stress)) {
+            for component in 0..3 {
+                forces[node][component] += force[component];
+            }
+        }
+        stresses.push(stress.into());
+    }
+    (forces, stresses)
+}

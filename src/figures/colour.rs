@@ -1,0 +1,106 @@
+//! From values to colours.
+
+use super::canvas::{Colour, Fill};
+use super::vector::bounds;
+
+/// Perceptually uniform colour maps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ColourMap {
+    Viridis,
+    Plasma,
+    Cividis,
+}
+
+impl ColourMap {
+    /// The colour at `fraction` of the map.
+    pub(super) fn at(self, fraction: f64) -> Colour {
+        let gradient = match self {
+            Self::Viridis => colorous::VIRIDIS,
+            Self::Plasma => colorous::PLASMA,
+            Self::Cividis => colorous::CIVIDIS,
+        };
+        let colour = gradient.eval_continuous(fraction.clamp(0.0, 1.0));
+        Colour(colour.r, colour.g, colour.b)
+    }
+}
+
+/// The interval of values that a colour map covers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum ValueRange {
+    /// No finite value at all.
+    Nothing,
+    /// All finite values agree up to rounding.
+    Constant(f64),
+    /// From the smallest to the largest value.
+    Interval(f64, f64),
+}
+
+impl ValueRange {
+    /// The range of the finite ones among `values`.
+    pub(super) fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
+        let mut finite = values.filter(|value| value.is_finite()).peekable();
+        if finite.peek().is_none() {
+            return Self::Nothing;
+        }
+        let (low, high) = bounds(finite);
+        // Differences below 10⁻⁹ of the values are rounding, not a field; halves avoid overflow.
+        if high / 2.0 - low / 2.0 <= 0.5e-9 * low.abs().max(high.abs()) {
+            return Self::Constant(low);
+        }
+        // The span of values near the largest number must stay finite.
+        Self::Interval(low.max(-8e307), high.min(8e307))
+    }
+
+    /// The union of two ranges, unless it would hide the variation of one of them.
+    pub(super) fn shared(self, other: Self) -> Option<Self> {
+        let (Self::Interval(a, b), Self::Interval(c, d)) = (self, other) else {
+            return None;
+        };
+        let (low, high) = (a.min(c), b.max(d));
+        ((b - a).min(d - c) >= 0.2 * (high - low)).then_some(Self::Interval(low, high))
+    }
+
+    /// Position of a value in the range, from 0 to 1; one half in a constant field, `None` when it is not finite.
+    pub(super) fn fraction(self, value: f64) -> Option<f64> {
+        if !value.is_finite() {
+            return None;
+        }
+        match self {
+            Self::Interval(low, high) => Some(((value - low) / (high - low)).clamp(0.0, 1.0)),
+            Self::Nothing | Self::Constant(_) => Some(0.5),
+        }
+    }
+
+    /// How to fill the pane of a value.
+    pub(super) fn fill(self, map: ColourMap, value: f64) -> Fill {
+        self.fraction(value)
+            .map_or(Fill::NoValue, |fraction| Fill::Plain(map.at(fraction)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_ignore_what_is_not_finite() {
+        let range = ValueRange::of([f64::NAN, 1.0, f64::INFINITY, 3.0].into_iter());
+        assert_eq!(range, ValueRange::Interval(1.0, 3.0));
+        assert_eq!(range.fill(ColourMap::Viridis, f64::NAN), Fill::NoValue);
+    }
+
+    #[test]
+    fn rounding_noise_is_a_constant() {
+        let range = ValueRange::of([0.3, 0.3 + 1e-15].into_iter());
+        assert_eq!(range, ValueRange::Constant(0.3));
+        assert_eq!(range.fraction(0.3), Some(0.5));
+    }
+
+    #[test]
+    fn a_shared_range_never_hides_a_field() {
+        let narrow = ValueRange::Interval(0.2, 0.3);
+        assert!(narrow.shared(ValueRange::Interval(1.0, 1e6)).is_none());
+        let other = ValueRange::Interval(0.25, 0.35);
+        assert_eq!(narrow.shared(other), Some(ValueRange::Interval(0.2, 0.35)));
+    }
+}

@@ -1,0 +1,179 @@
+//! Panes of the contact part as plane polygons.
+
+use std::collections::BTreeMap;
+
+use super::picture::ContactPicture;
+use super::vector::{bounds, dot};
+
+/// A pane in the plane of t₁ and t₂ \[m\].
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct PaneShape {
+    /// Index of the pane.
+    pub(super) pane: usize,
+    /// Closed loops of its outline; together they bound the pane by the even–odd rule.
+    pub(super) outline: Vec<Vec<[f64; 2]>>,
+    /// Area centroid.
+    pub(super) centre: [f64; 2],
+    /// Extents of the bounding box.
+    pub(super) extent: [f64; 2],
+}
+
+/// Interval of the contact part along t₁ and t₂ \[m\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ContactBox {
+    pub(super) low: [f64; 2],
+    pub(super) high: [f64; 2],
+}
+
+impl ContactBox {
+    /// The box around all contact triangles; an extent of zero is widened so that it can be drawn.
+    pub(super) fn new(picture: &ContactPicture<'_>) -> Self {
+        let nodes = picture.contact_triangles.as_flattened();
+        let along = |axis| bounds(nodes.iter().map(|&n| dot(picture.coordinates[n], axis)));
+        let (left, right) = along(picture.axis_1);
+        let (bottom, top) = along(picture.axis_2);
+        let (width, height) = (right - left, top - bottom);
+        let smallest = 1e-12 * (1.0 + left.abs() + bottom.abs()).max(width.max(height));
+        Self {
+            low: [left, bottom],
+            high: [left + width.max(smallest), bottom + height.max(smallest)],
+        }
+    }
+
+    pub(super) fn extent(&self) -> [f64; 2] {
+        [self.high[0] - self.low[0], self.high[1] - self.low[1]]
+    }
+}
+
+/// The shape of every pane that owns a contact triangle, in the order of the panes.
+///
+/// The outline consists of the edges that occur once among the triangles of a pane.
+pub(super) fn pane_shapes(picture: &ContactPicture<'_>) -> Vec<PaneShape> {
+    let mut triangles_of_pane: BTreeMap<usize, Vec<[usize; 3]>> = BTreeMap::new();
+    for (&triangle, &pane) in picture
+        .contact_triangles
+        .iter()
+        .zip(picture.contact_triangle_pane)
+    {
+        triangles_of_pane.entry(pane).or_default().push(triangle);
+    }
+    let position = |node: usize| {
+        let x = picture.coordinates[node];
+        [dot(x, picture.axis_1), dot(x, picture.axis_2)]
+    };
+    triangles_of_pane
+        .into_iter()
+        .map(|(pane, triangles)| {
+            let corners = triangles.as_flattened().iter().map(|&node| position(node));
+            let (left, right) = bounds(corners.clone().map(|p| p[0]));
+            let (bottom, top) = bounds(corners.map(|p| p[1]));
+            let loops = edge_loops(&single_edges(&triangles));
+            PaneShape {
+                pane,
+                outline: loops
+                    .into_iter()
+                    .map(|nodes| nodes.into_iter().map(position).collect())
+                    .collect(),
+                centre: centroid(&triangles, position),
+                extent: [right - left, top - bottom],
+            }
+        })
+        .collect()
+}
+
+/// The edges, smaller node first, that belong to one triangle only.
+fn single_edges(triangles: &[[usize; 3]]) -> Vec<[usize; 2]> {
+    let mut count: BTreeMap<[usize; 2], usize> = BTreeMap::new();
+    for &[a, b, c] in triangles {
+        for [p, q] in [[a, b], [b, c], [c, a]] {
+            *count.entry([p.min(q), p.max(q)]).or_default() += 1;
+        }
+    }
+    let single = count.into_iter().filter(|&(_, times)| times == 1);
+    single.map(|(edge, _)| edge).collect()
+}
+
+/// Chains edges to loops of nodes; every edge is used once.
+fn edge_loops(edges: &[[usize; 2]]) -> Vec<Vec<usize>> {
+    let mut edges_at: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (index, edge) in edges.iter().enumerate() {
+        for &node in edge {
+            edges_at.entry(node).or_default().push(index);
+        }
+    }
+    let mut used = vec![false; edges.len()];
+    let mut loops = Vec::new();
+    for start in 0..edges.len() {
+        if used[start] {
+            continue;
+        }
+        used[start] = true;
+        let [first, mut node] = edges[start];
+        let mut nodes = vec![first];
+        while node != first {
+            nodes.push(node);
+            let next = edges_at[&node].iter().copied().find(|&edge| !used[edge]);
+            let Some(next) = next else { break };
+            used[next] = true;
+            let [p, q] = edges[next];
+            node = if p == node { q } else { p };
+        }
+        loops.push(nodes);
+    }
+    loops
+}
+
+/// Area centroid of a union of triangles; the mean of the corners when its area is zero.
+fn centroid(triangles: &[[usize; 3]], position: impl Fn(usize) -> [f64; 2]) -> [f64; 2] {
+    let mut weighted = [0.0; 3];
+    let mut plain = [0.0; 3];
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(&position);
+        let area = ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs() / 2.0;
+        for (sum, weight) in [(&mut weighted, area), (&mut plain, 1.0)] {
+            sum[0] += weight * (a[0] + b[0] + c[0]) / 3.0;
+            sum[1] += weight * (a[1] + b[1] + c[1]) / 3.0;
+            sum[2] += weight;
+        }
+    }
+    let [x, y, weight] = if weighted[2] > 0.0 { weighted } else { plain };
+    [x / weight, y / weight]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Eight triangles around node 4 of a 3 × 3 grid of nodes.
+    const MACRO_FACE: [[usize; 3]; 8] = [
+        [4, 0, 1],
+        [4, 1, 2],
+        [4, 2, 5],
+        [4, 5, 8],
+        [4, 8, 7],
+        [4, 7, 6],
+        [4, 6, 3],
+        [4, 3, 0],
+    ];
+
+    #[test]
+    fn outline_of_a_macro_face_is_one_loop_of_its_eight_outer_nodes() {
+        let loops = edge_loops(&single_edges(&MACRO_FACE));
+        assert_eq!(loops, [vec![0, 1, 2, 5, 8, 7, 6, 3]]);
+    }
+
+    #[test]
+    fn panes_that_meet_in_a_node_give_closed_loops_over_all_edges() {
+        let edges = single_edges(&[[0, 1, 2], [2, 3, 4]]);
+        let loops = edge_loops(&edges);
+        assert_eq!(loops.iter().map(Vec::len).sum::<usize>(), edges.len());
+    }
+
+    #[test]
+    fn centroid_of_a_macro_face_is_its_centre() {
+        let grid = |node: usize| [(node % 3) as f64, (node / 3) as f64];
+        let [x, y] = centroid(&MACRO_FACE, grid);
+        // A sum of 8 terms of order 1.
+        assert!((x - 1.0).abs() < 1e-14 && (y - 1.0).abs() < 1e-14);
+    }
+}

@@ -1,0 +1,220 @@
+//! Tests of whole figures: laid-out text, robustness, determinism.
+
+use resvg::tiny_skia::Pixmap;
+use resvg::usvg::{Group, Node, Rect, Tree};
+
+use super::raster::parse;
+use super::sample::Sample;
+use super::*;
+
+/// Boxes of all texts after layout with the embedded font; checks that the font has every glyph.
+fn text_boxes(tree: &Tree) -> Vec<(String, Rect)> {
+    fn collect(group: &Group, boxes: &mut Vec<(String, Rect)>) {
+        for node in group.children() {
+            match node {
+                Node::Group(inner) => collect(inner, boxes),
+                Node::Text(text) => {
+                    let content: String = text.chunks().iter().map(|c| c.text()).collect();
+                    for span in text.layouted() {
+                        let missing = span.positioned_glyphs.iter().any(|g| g.id.0 == 0);
+                        assert!(!missing, "a glyph of {content:?} is missing");
+                    }
+                    boxes.push((content, text.abs_bounding_box()));
+                }
+                Node::Path(_) | Node::Image(_) => {}
+            }
+        }
+    }
+    let mut boxes = Vec::new();
+    collect(tree.root(), &mut boxes);
+    boxes
+}
+
+/// Checks that no text leaves the page and that no two texts overlap.
+fn assert_readable(svg: &str) {
+    let tree = parse(svg).expect("valid SVG");
+    let boxes = text_boxes(&tree);
+    assert!(!boxes.is_empty());
+    let (width, height) = (tree.size().width(), tree.size().height());
+    for (index, (text, area)) in boxes.iter().enumerate() {
+        let inside = area.left() >= 2.0
+            && area.top() >= 2.0
+            && area.right() <= width - 2.0
+            && area.bottom() <= height - 2.0;
+        assert!(inside, "{text:?} leaves the page: {area:?}");
+        for (other, second) in &boxes[..index] {
+            // Boxes include the space above and below the letters: 3 px of these may overlap.
+            let apart = area.left() >= second.right()
+                || second.left() >= area.right()
+                || area.top() + 3.0 >= second.bottom()
+                || second.top() + 3.0 >= area.bottom();
+            assert!(apart, "{text:?} and {other:?} overlap");
+        }
+    }
+}
+
+fn assert_all_readable(picture: &ContactPicture<'_>) {
+    for panel in panels(picture).expect("consistent picture") {
+        assert_readable(&panel.svg);
+    }
+    assert_readable(&page(picture).expect("consistent picture"));
+}
+
+#[test]
+fn figures_are_readable_for_contact_faces_of_many_shapes() {
+    let shapes = [
+        ([3.0, 1.0, 1.0], [12, 4, 4]),
+        ([3.0, 1.0, 1.0], [96, 32, 2]),
+        ([1.0, 1.0, 1.0], [2, 2, 2]),
+        ([1.5, 1.0, 1.0], [6, 4, 2]),
+        ([0.01, 0.04, 0.01], [8, 32, 4]),
+        ([3000.0, 1.0, 1.0], [48, 4, 2]),
+        ([1.0, 3000.0, 1.0], [4, 48, 2]),
+        ([3e-7, 1e-7, 1e-7], [12, 4, 2]),
+        ([1.0, 1.0, 1e-4], [8, 8, 2]),
+    ];
+    for (size, cells) in shapes {
+        assert_all_readable(&Sample::brick(size, cells).picture());
+    }
+}
+
+#[test]
+fn figures_survive_constant_huge_and_missing_values() {
+    for value in [
+        0.0,
+        0.3,
+        -1e-300,
+        1e-30,
+        4.2e17,
+        f64::MAX,
+        f64::NAN,
+        f64::INFINITY,
+    ] {
+        let mut sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
+        sample.normal_stress.fill(value);
+        for pane in &mut sample.friction {
+            pane.scaled_tangential = value;
+            pane.coefficients = [value, 1e6 * value];
+            pane.tangential_over_normal = [value; 2];
+        }
+        sample.displacement.fill([value; 3]);
+        assert_all_readable(&sample.picture());
+        sample.normal_stress[1] = f64::NAN;
+        sample.normal_stress[2] = 2.0 * value + 1e-9;
+        sample.friction[3].coefficients[1] = f64::NAN;
+        sample.displacement[5] = [1.0, f64::NAN, -1.0];
+        assert_all_readable(&sample.picture());
+    }
+}
+
+#[test]
+fn one_missing_value_is_explained_beside_either_kind_of_colour_bar() {
+    for size in [[3.0, 1.0, 1.0], [1.0, 1.0, 1.0]] {
+        let mut sample = Sample::brick(size, [4, 4, 4]);
+        sample.normal_stress[1] = f64::NAN;
+        let panels = panels(&sample.picture()).unwrap();
+        assert!(panels[0].svg.contains("no value"));
+        assert!(!panels[1].svg.contains("no value"));
+    }
+}
+
+#[test]
+fn title_is_escaped_and_cut_to_the_page() {
+    let mut sample = Sample::brick([3.0, 1.0, 1.0], [4, 2, 2]);
+    sample.title = "a < b & \"c\" > 'd' \u{1} ".repeat(20);
+    let svg = page(&sample.picture()).unwrap();
+    assert!(svg.contains("a &lt; b &amp; &quot;c&quot; &gt; &apos;d&apos;"));
+    assert_readable(&svg);
+    sample.title.clear();
+    assert_readable(&page(&sample.picture()).unwrap());
+}
+
+#[test]
+fn png_has_the_asked_width_and_is_not_blank() {
+    let sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
+    let svg = page(&sample.picture()).unwrap();
+    let png = rasterise(&svg, 700).unwrap();
+    let picture = Pixmap::decode_png(&png).unwrap();
+    assert_eq!(picture.width(), 700);
+    let coloured = picture.pixels().iter().filter(|pixel| {
+        let channels = [pixel.red(), pixel.green(), pixel.blue()];
+        channels.iter().max() != channels.iter().min()
+    });
+    // The maps cover more than a fifth of the page.
+    assert!(coloured.count() * 5 > picture.pixels().len());
+    assert!(matches!(rasterise(&svg, 0), Err(FigureError::Width(0))));
+    assert!(matches!(rasterise("<svg", 100), Err(FigureError::Svg(_))));
+}
+
+#[test]
+fn same_picture_gives_the_same_bytes() {
+    let sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
+    let [first, second] = [(); 2].map(|()| page(&sample.picture()).unwrap());
+    assert_eq!(first, second);
+    assert_eq!(
+        rasterise(&first, 300).unwrap(),
+        rasterise(&second, 300).unwrap()
+    );
+}
+
+#[test]
+fn without_friction_there_are_stress_and_body_only() {
+    let sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
+    let mut picture = sample.picture();
+    picture.friction = None;
+    let panels = panels(&picture).unwrap();
+    let names: Vec<_> = panels.iter().map(|panel| panel.name).collect();
+    assert_eq!(names, ["a_normal_stress", "c_deformed_body"]);
+    assert_all_readable(&picture);
+}
+
+#[test]
+fn an_empty_or_open_boundary_surface_is_drawn_as_it_is() {
+    let sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
+    let mut picture = sample.picture();
+    for boundary in [&[], &sample.boundary_triangles[..100]] {
+        picture.boundary_triangles = boundary;
+        assert_all_readable(&picture);
+    }
+}
+
+#[test]
+fn inconsistent_pictures_are_refused() {
+    let sample = Sample::brick([3.0, 1.0, 1.0], [4, 2, 2]);
+    let mut picture = sample.picture();
+    picture.displacement = &sample.displacement[1..];
+    let found = page(&picture);
+    assert!(matches!(
+        found,
+        Err(FigureError::Length {
+            what: "displacement",
+            ..
+        })
+    ));
+    let mut picture = sample.picture();
+    picture.normal_stress = &[];
+    picture.friction = None;
+    let found = page(&picture);
+    assert!(matches!(found, Err(FigureError::Index { count: 0, .. })));
+    let mut picture = sample.picture();
+    picture.contact_triangles = &[];
+    picture.contact_triangle_pane = &[];
+    assert!(matches!(page(&picture), Err(FigureError::NoContact)));
+}
+
+#[test]
+fn axes_that_turn_the_body_are_named() {
+    let sample = Sample::brick([3.0, 1.0, 1.0], [4, 2, 2]);
+    let mut picture = sample.picture();
+    picture.axis_1 = [0.6, 0.8, 0.0];
+    picture.axis_2 = [-0.8, 0.6, 0.0];
+    assert_all_readable(&picture);
+    picture.axis_1 = [-1.0, 0.0, 0.0];
+    picture.axis_2 = [0.0, -1.0, 0.0];
+    let panels = panels(&picture).unwrap();
+    assert!(
+        panels[0]
+            .svg
+            .contains("−<tspan font-style=\"italic\">x</tspan>")
+    );
+}

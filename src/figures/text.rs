@@ -1,0 +1,159 @@
+//! Labels made of upright, italic, lowered and raised runs.
+
+/// Size of a lowered or raised run relative to its label.
+const SCRIPT_SIZE: f64 = 0.74;
+
+/// Vertical shift of a lowered or raised run relative to the size of its label.
+const SCRIPT_SHIFT: f64 = 0.28;
+
+/// Form of one run of a label.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Form {
+    Upright,
+    Italic,
+    Subscript,
+    Superscript,
+}
+
+/// A one-line label with mathematical symbols, such as σ with the subscript ν.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Label {
+    runs: Vec<(Form, String)>,
+}
+
+impl Label {
+    /// A label of one upright run.
+    pub(super) fn plain(text: impl Into<String>) -> Self {
+        Self::default().upright(text)
+    }
+
+    /// Appends an upright run.
+    pub(super) fn upright(self, text: impl Into<String>) -> Self {
+        self.with(Form::Upright, text.into())
+    }
+
+    /// Appends an italic run, for mathematical symbols.
+    pub(super) fn italic(self, text: impl Into<String>) -> Self {
+        self.with(Form::Italic, text.into())
+    }
+
+    /// Appends a small lowered run.
+    pub(super) fn subscript(self, text: impl Into<String>) -> Self {
+        self.with(Form::Subscript, text.into())
+    }
+
+    /// Appends a small raised run.
+    pub(super) fn superscript(self, text: impl Into<String>) -> Self {
+        self.with(Form::Superscript, text.into())
+    }
+
+    /// Appends all runs of another label.
+    pub(super) fn then(mut self, other: &Self) -> Self {
+        self.runs.extend(other.runs.iter().cloned());
+        self
+    }
+
+    fn with(mut self, form: Form, text: String) -> Self {
+        if !text.is_empty() {
+            self.runs.push((form, text));
+        }
+        self
+    }
+
+    /// Estimated width at font size `size`, in the unit of `size`.
+    pub(super) fn width(&self, size: f64) -> f64 {
+        let run_width = |(form, text): &(Form, String)| {
+            let scale = match form {
+                Form::Upright | Form::Italic => 1.0,
+                Form::Subscript | Form::Superscript => SCRIPT_SIZE,
+            };
+            scale * text.chars().map(advance).sum::<f64>()
+        };
+        size * self.runs.iter().map(run_width).sum::<f64>()
+    }
+
+    /// The content of an SVG `text` element of font size `size`.
+    pub(super) fn markup(&self, size: f64) -> String {
+        let mut markup = String::new();
+        let mut level = 0.0;
+        for (form, text) in &self.runs {
+            let (target, attributes) = match form {
+                Form::Upright => (0.0, String::new()),
+                Form::Italic => (0.0, " font-style=\"italic\"".to_owned()),
+                Form::Subscript => (SCRIPT_SHIFT * size, script_attributes(size)),
+                Form::Superscript => (-1.3 * SCRIPT_SHIFT * size, script_attributes(size)),
+            };
+            let shift = target - level;
+            level = target;
+            let text = escape(text);
+            if shift == 0.0 && attributes.is_empty() {
+                markup.push_str(&text);
+            } else if shift == 0.0 {
+                markup.push_str(&format!("<tspan{attributes}>{text}</tspan>"));
+            } else {
+                markup.push_str(&format!(
+                    "<tspan dy=\"{shift:.2}\"{attributes}>{text}</tspan>"
+                ));
+            }
+        }
+        markup
+    }
+}
+
+fn script_attributes(size: f64) -> String {
+    format!(" font-size=\"{:.2}\"", SCRIPT_SIZE * size)
+}
+
+/// Escapes a string for use as XML character data or attribute value.
+///
+/// Control characters that XML 1.0 forbids become the replacement character.
+pub(super) fn escape(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\'' => escaped.push_str("&apos;"),
+            '\t' | '\n' | '\r' => escaped.push(' '),
+            '\u{fffe}' | '\u{ffff}' => escaped.push('\u{fffd}'),
+            c if c < ' ' => escaped.push('\u{fffd}'),
+            c => escaped.push(c),
+        }
+    }
+    escaped
+}
+
+/// The longest beginning of `text` that fits in `width`, with an ellipsis where something was cut off.
+pub(super) fn fitted(text: &str, size: f64, width: f64) -> String {
+    if Label::plain(text).width(size) <= width {
+        return text.to_owned();
+    }
+    let room = width - size * advance('…');
+    let mut used = 0.0;
+    let kept: String = text
+        .chars()
+        .take_while(|&c| {
+            used += size * advance(c);
+            used <= room
+        })
+        .collect();
+    format!("{}…", kept.trim_end())
+}
+
+/// Estimated advance width of a character of DejaVu Sans in em; wide enough for narrower sans-serif fonts.
+fn advance(character: char) -> f64 {
+    match character {
+        ' ' | '.' | ',' | 'i' | 'j' | 'l' => 0.32,
+        '(' | ')' | '[' | ']' | 'f' | 't' | 'r' | '-' | ':' | ';' | '|' | '/' | 'I' => 0.40,
+        '0'..='9' => 0.637,
+        'm' | 'w' | 'M' | 'W' | '%' | '@' | '…' => 1.0,
+        '+' | '−' | '=' | '×' | '<' | '>' | '~' => 0.838,
+        'A'..='Z' => 0.74,
+        'a'..='z' => 0.61,
+        '‖' => 0.5,
+        c if (c as u32) < 0x1100 => 0.68,
+        _ => 1.05,
+    }
+}

@@ -1,0 +1,159 @@
+//! `/assemble`: stiffness, load, coupling, Cholesky factor, dual right-hand side.
+
+use super::{FormatError, columns, read_finite_vec, read_index_vec, rows_of_transpose};
+use crate::{
+    contact::Coupling,
+    dual::{Assembly, PrimalSystem},
+    elasticity::DofMap,
+    linalg::{CholeskyFactor, CscMatrix},
+    store::{
+        DatasetSpec, Extent,
+        Extent::{Fixed, Named, Plus},
+        Kind, Reader, SparseMatrix, Stage, StageWriter, StoreError,
+    },
+};
+
+const DOFS: &str = "/assemble/degree_of_freedom";
+const STIFFNESS: &str = "/assemble/stiffness";
+const LOAD: &str = "/assemble/load";
+const COUPLING_NORMAL: &str = "/assemble/coupling_normal";
+const COUPLING_TANGENTIAL: &str = "/assemble/coupling_tangential";
+const DUAL_RHS: &str = "/assemble/dual_rhs";
+const PERMUTATION: &str = "/assemble/factor/permutation";
+const SUPERNODE_COLUMNS: &str = "/assemble/factor/supernode_columns";
+const ROW_OFFSETS: &str = "/assemble/factor/row_offsets";
+const ROW_INDICES: &str = "/assemble/factor/row_indices";
+const VALUE_OFFSETS: &str = "/assemble/factor/value_offsets";
+const VALUES: &str = "/assemble/factor/values";
+
+const fn row(
+    path: &'static str,
+    kind: Kind,
+    shape: &'static [Extent],
+    unit: &'static str,
+    description: &'static str,
+) -> DatasetSpec {
+    DatasetSpec::new(Stage::Assemble, path, kind, shape, unit, description)
+}
+
+const FREE: Extent = Named("n_free");
+const OFFSETS: &[Extent] = &[Plus("n_supernodes", 1)];
+
+#[rustfmt::skip]
+pub(super) const TABLE: &[DatasetSpec] = &[
+    row(DOFS, Kind::I64, &[Named("n_nodes"), Fixed(3)], "1", "Free degree of freedom of each node and component, -1 where held at zero.").compressed(),
+    row(STIFFNESS, Kind::CscMatrix, &[FREE, FREE], "N/m", "Stiffness matrix over the free degrees of freedom; symmetric, both triangles stored.").symbol("A").compressed(),
+    row(LOAD, Kind::F64, &[FREE], "N", "Load vector.").symbol("l"),
+    row(COUPLING_NORMAL, Kind::CsrMatrix, &[Named("n_panes"), FREE], "m^2", "Integral of the normal displacement over each pane.").symbol("N"),
+    row(COUPLING_TANGENTIAL, Kind::CsrMatrix, &[Named("n_tangential"), FREE], "m^2", "Integrals of the tangential displacements over each pane; rows 2i and 2i + 1 belong to pane i.").symbol("T"),
+    row(DUAL_RHS, Kind::F64, &[Named("n_multipliers")], "m^3", "Right-hand side B A^-1 l of the dual problem, minus the integrated gap in its first m entries.").symbol("h"),
+    row(PERMUTATION, Kind::I64, &[FREE], "1", "Fill-reducing order: row i of P A P^T = L L^T is row permutation[i] of A.").symbol("P").compressed(),
+    row(SUPERNODE_COLUMNS, Kind::I64, OFFSETS, "1", "First column of each supernode of L, then n_free.").compressed(),
+    row(ROW_OFFSETS, Kind::I64, OFFSETS, "1", "Where the rows of each supernode begin in row_indices.").compressed(),
+    row(ROW_INDICES, Kind::I64, &[Named("n_factor_rows")], "1", "Rows of each supernode, increasing; the first are its own columns.").compressed(),
+    row(VALUE_OFFSETS, Kind::I64, OFFSETS, "1", "Where the panel of each supernode begins in values.").compressed(),
+    row(VALUES, Kind::F64, &[Named("n_factor_values")], "(N/m)^(1/2)", "Dense column-major panel (rows, columns) of each supernode of the Cholesky factor.").symbol("L"),
+];
+
+/// Writes the assembly.
+///
+/// # Errors
+/// HDF5 failures.
+pub fn write(writer: &mut StageWriter<'_>, assembly: &Assembly) -> Result<(), StoreError> {
+    let primal = &assembly.primal;
+    let dofs = primal.dofs.dof.iter().flatten();
+    let dofs: Vec<i64> = dofs.map(|dof| dof.map_or(-1, |d| d as i64)).collect();
+    writer.write(DOFS, &dofs, &[primal.dofs.dof.len(), 3])?;
+    writer.write_matrix(STIFFNESS, columns(&primal.stiffness))?;
+    writer.write(LOAD, &primal.load, &[primal.load.len()])?;
+    let [normal, tangential] = primal.coupling.parts();
+    writer.write_matrix(COUPLING_NORMAL, rows_of_transpose(&normal))?;
+    writer.write_matrix(COUPLING_TANGENTIAL, rows_of_transpose(&tangential))?;
+    writer.write(DUAL_RHS, &assembly.dual_rhs, &[assembly.dual_rhs.len()])?;
+    let factor = &assembly.factor;
+    let indices = [
+        (PERMUTATION, factor.permutation()),
+        (SUPERNODE_COLUMNS, factor.supernode_columns()),
+        (ROW_OFFSETS, factor.row_offsets()),
+        (ROW_INDICES, factor.row_indices()),
+        (VALUE_OFFSETS, factor.value_offsets()),
+    ];
+    for (path, values) in indices {
+        writer.write_indices(path, values, &[values.len()])?;
+    }
+    writer.write(VALUES, factor.values(), &[factor.values().len()])
+}
+
+/// Reads the assembly.
+///
+/// # Errors
+/// Missing, altered or contradictory datasets.
+pub fn read(reader: &Reader) -> Result<Assembly, FormatError> {
+    let factor = CholeskyFactor::from_parts(
+        read_index_vec(reader, PERMUTATION)?,
+        read_index_vec(reader, SUPERNODE_COLUMNS)?,
+        read_index_vec(reader, ROW_OFFSETS)?,
+        read_index_vec(reader, ROW_INDICES)?,
+        read_index_vec(reader, VALUE_OFFSETS)?,
+        reader.read_vec(VALUES)?,
+    )?;
+    Ok(Assembly {
+        primal: read_primal(reader)?,
+        factor,
+        dual_rhs: read_finite_vec(reader, DUAL_RHS)?,
+    })
+}
+
+/// Reads the primal system alone, without the factor.
+///
+/// # Errors
+/// Missing, altered or contradictory datasets.
+pub fn read_primal(reader: &Reader) -> Result<PrimalSystem, FormatError> {
+    let load = read_finite_vec(reader, LOAD)?;
+    let normal = reader.read_matrix(COUPLING_NORMAL)?;
+    let tangential = reader.read_matrix(COUPLING_TANGENTIAL)?;
+    Ok(PrimalSystem {
+        dofs: read_dofs(reader, load.len())?,
+        stiffness: as_columns(reader.read_matrix(STIFFNESS)?),
+        load,
+        coupling: Coupling::from_parts(&as_transpose(normal), &as_transpose(tangential)),
+    })
+}
+
+fn read_dofs(reader: &Reader, n_free: usize) -> Result<DofMap, FormatError> {
+    let stored = reader.read_vec::<i64>(DOFS)?;
+    let mut expected = 0..n_free as i64;
+    for &dof in stored.iter().filter(|dof| **dof != -1) {
+        if expected.next() != Some(dof) {
+            return Err(FormatError::Inconsistent {
+                dataset: DOFS,
+                reason: format!("expected -1 or the next of 0..{n_free}, found {dof}"),
+            });
+        }
+    }
+    let dof = stored
+        .as_chunks::<3>()
+        .0
+        .iter()
+        .map(|node| node.map(|d| usize::try_from(d).ok()));
+    Ok(DofMap {
+        dof: dof.collect(),
+        n_free,
+    })
+}
+
+fn as_columns(matrix: SparseMatrix) -> CscMatrix {
+    CscMatrix {
+        rows: matrix.shape[0],
+        cols: matrix.shape[1],
+        indptr: matrix.indptr,
+        indices: matrix.indices,
+        data: matrix.data,
+    }
+}
+
+/// The transpose of a matrix compressed by rows.
+fn as_transpose(matrix: SparseMatrix) -> CscMatrix {
+    let shape = [matrix.shape[1], matrix.shape[0]];
+    as_columns(SparseMatrix { shape, ..matrix })
+}

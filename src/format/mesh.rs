@@ -1,0 +1,168 @@
+//! `/mesh`: nodes, tetrahedra, boundary, contact surface, quality.
+
+use super::{
+    FormatError, columns, read_finite_rows, read_finite_vec, read_index_vec, require_below,
+};
+use crate::{
+    linalg::CscMatrix,
+    mesh::{ContactSurface, Mesh, Quality},
+    scene::Face,
+    store::{
+        DatasetSpec,
+        Extent::{Fixed, Named},
+        Kind, Reader, Stage, StageWriter, StoreError, StoredEnum, stored_enum,
+    },
+};
+
+stored_enum! {
+    /// A face of the brick, as stored.
+    enum StoredFace as "face" {
+        XMin = 0 => "x_min",
+        XMax = 1 => "x_max",
+        YMin = 2 => "y_min",
+        YMax = 3 => "y_max",
+        ZMin = 4 => "z_min",
+        ZMax = 5 => "z_max",
+    }
+}
+
+const COORDINATES: &str = "/mesh/coordinates";
+const TETRAHEDRA: &str = "/mesh/tetrahedra";
+const FACETS: &str = "/mesh/facets";
+const FACET_FACE: &str = "/mesh/facet_face";
+const CONTACT_NODES: &str = "/mesh/contact_nodes";
+const CONTACT_FACETS: &str = "/mesh/contact_facets";
+const CONTACT_FACET_PANE: &str = "/mesh/contact_facet_pane";
+const PANE_AREA: &str = "/mesh/pane_area";
+const PANE_AVERAGE: &str = "/mesh/pane_average";
+
+const fn row(
+    path: &'static str,
+    kind: Kind,
+    shape: &'static [crate::store::Extent],
+    unit: &'static str,
+    description: &'static str,
+) -> DatasetSpec {
+    DatasetSpec::new(Stage::Mesh, path, kind, shape, unit, description)
+}
+
+#[rustfmt::skip]
+pub(super) const TABLE: &[DatasetSpec] = &[
+    row(COORDINATES, Kind::F64, &[Named("n_nodes"), Fixed(3)], "m", "Node coordinates.").symbol("x").compressed(),
+    row(TETRAHEDRA, Kind::I64, &[Named("n_tetrahedra"), Fixed(4)], "1", "Nodes of each tetrahedron, positively oriented.").compressed(),
+    row(FACETS, Kind::I64, &[Named("n_facets"), Fixed(3)], "1", "Nodes of each boundary triangle, counter-clockwise seen from outside.").compressed(),
+    row(FACET_FACE, Kind::Enum(StoredFace::SPEC), &[Named("n_facets")], "1", "Face that each boundary triangle belongs to.").compressed(),
+    row(CONTACT_NODES, Kind::I64, &[Named("n_contact_nodes")], "1", "Nodes on the contact face, increasing.").compressed(),
+    row(CONTACT_FACETS, Kind::I64, &[Named("n_contact_facets")], "1", "Boundary triangles on the contact face, as indices into facets.").compressed(),
+    row(CONTACT_FACET_PANE, Kind::I64, &[Named("n_contact_facets")], "1", "Pane of each contact triangle.").compressed(),
+    row(PANE_AREA, Kind::F64, &[Named("n_panes")], "m^2", "Area of each pane.").symbol("|R_i|"),
+    row(PANE_AVERAGE, Kind::CscMatrix, &[Named("n_contact_nodes"), Named("n_panes")], "1", "Mean of each contact node's hat function over each pane; columns sum to 1."),
+    row("/mesh/quality/longest_edge", Kind::F64, &[], "m", "Longest edge.").symbol("h"),
+    row("/mesh/quality/shortest_edge", Kind::F64, &[], "m", "Shortest edge."),
+    row("/mesh/quality/smallest_volume", Kind::F64, &[], "m^3", "Smallest tetrahedron volume."),
+    row("/mesh/quality/total_volume", Kind::F64, &[], "m^3", "Volume of the body."),
+    row("/mesh/quality/smallest_shape", Kind::F64, &[], "1", "Smallest shape measure 12 (3V)^(2/3) / sum of squared edges; 1 is a regular tetrahedron."),
+    row("/mesh/quality/mean_shape", Kind::F64, &[], "1", "Mean of the shape measure."),
+];
+
+/// Writes the mesh and its quality figures.
+///
+/// # Errors
+/// HDF5 failures.
+pub fn write(
+    writer: &mut StageWriter<'_>,
+    mesh: &Mesh,
+    quality: &Quality,
+) -> Result<(), StoreError> {
+    let contact = &mesh.contact;
+    writer.write(
+        COORDINATES,
+        mesh.coordinates.as_flattened(),
+        &[mesh.coordinates.len(), 3],
+    )?;
+    let tetrahedra = mesh.tetrahedra.as_flattened();
+    writer.write_indices(TETRAHEDRA, tetrahedra, &[mesh.tetrahedra.len(), 4])?;
+    writer.write_indices(FACETS, mesh.facets.as_flattened(), &[mesh.facets.len(), 3])?;
+    let faces: Vec<StoredFace> = mesh
+        .facet_face
+        .iter()
+        .filter_map(|f| StoredFace::from_code(*f as u8))
+        .collect();
+    writer.write_enum(FACET_FACE, &faces, &[faces.len()])?;
+    writer.write_indices(CONTACT_NODES, &contact.nodes, &[contact.nodes.len()])?;
+    writer.write_indices(CONTACT_FACETS, &contact.facets, &[contact.facets.len()])?;
+    writer.write_indices(
+        CONTACT_FACET_PANE,
+        &contact.facet_pane,
+        &[contact.facet_pane.len()],
+    )?;
+    writer.write(PANE_AREA, &contact.pane_area, &[contact.n_panes()])?;
+    writer.write_matrix(PANE_AVERAGE, columns(&contact.pane_average))?;
+    let figures = [
+        ("/mesh/quality/longest_edge", quality.longest_edge),
+        ("/mesh/quality/shortest_edge", quality.shortest_edge),
+        ("/mesh/quality/smallest_volume", quality.smallest_volume),
+        ("/mesh/quality/total_volume", quality.total_volume),
+        ("/mesh/quality/smallest_shape", quality.smallest_shape),
+        ("/mesh/quality/mean_shape", quality.mean_shape),
+    ];
+    for (path, value) in figures {
+        writer.write(path, &[value], &[])?;
+    }
+    Ok(())
+}
+
+/// Reads the mesh.
+///
+/// # Errors
+/// Missing, altered or contradictory datasets.
+pub fn read(reader: &Reader) -> Result<Mesh, FormatError> {
+    let coordinates = read_finite_rows::<3>(reader, COORDINATES)?;
+    let n_nodes = coordinates.len();
+    let tetrahedra = read_index_vec(reader, TETRAHEDRA)?;
+    require_below(TETRAHEDRA, tetrahedra.iter().copied(), n_nodes)?;
+    let facets = read_index_vec(reader, FACETS)?;
+    require_below(FACETS, facets.iter().copied(), n_nodes)?;
+    let facets = facets.as_chunks::<3>().0.to_vec();
+    let faces = reader.read_enum::<StoredFace>(FACET_FACE)?;
+    let contact = read_contact_surface(reader, n_nodes, facets.len())?;
+    Ok(Mesh {
+        coordinates,
+        tetrahedra: tetrahedra.as_chunks::<4>().0.to_vec(),
+        facets,
+        facet_face: faces
+            .iter()
+            .map(|face| Face::ALL[face.code() as usize])
+            .collect(),
+        contact,
+    })
+}
+
+fn read_contact_surface(
+    reader: &Reader,
+    n_nodes: usize,
+    n_facets: usize,
+) -> Result<ContactSurface, FormatError> {
+    let average = reader.read_matrix(PANE_AVERAGE)?;
+    let surface = ContactSurface {
+        nodes: read_index_vec(reader, CONTACT_NODES)?,
+        facets: read_index_vec(reader, CONTACT_FACETS)?,
+        facet_pane: read_index_vec(reader, CONTACT_FACET_PANE)?,
+        pane_area: read_finite_vec(reader, PANE_AREA)?,
+        pane_average: CscMatrix {
+            rows: average.shape[0],
+            cols: average.shape[1],
+            indptr: average.indptr,
+            indices: average.indices,
+            data: average.data,
+        },
+    };
+    require_below(CONTACT_NODES, surface.nodes.iter().copied(), n_nodes)?;
+    require_below(CONTACT_FACETS, surface.facets.iter().copied(), n_facets)?;
+    require_below(
+        CONTACT_FACET_PANE,
+        surface.facet_pane.iter().copied(),
+        surface.n_panes(),
+    )?;
+    Ok(surface)
+}

@@ -1,0 +1,157 @@
+//! The run file's datasets: one table per stage, each beside its reader and writer.
+
+mod assemble;
+mod mesh;
+mod post;
+mod scene;
+mod solve;
+mod vtkhdf;
+
+use thiserror::Error;
+
+pub use assemble::{read as read_assembly, read_primal, write as write_assembly};
+pub use mesh::{read as read_mesh, write as write_mesh};
+pub use post::{Summary, read_summary, write as write_report};
+pub use scene::{read as read_scene, write as write_scene};
+pub use solve::{read as read_solution, write as write_solution};
+pub use vtkhdf::write as write_vtkhdf;
+
+use crate::{
+    linalg::{CscMatrix, PartsError},
+    scene::SceneError,
+    store::{Layout, Reader, SparseView, StoreError},
+};
+
+/// Every dataset of a run file.
+pub const LAYOUT: Layout = Layout {
+    filetype: "contact3d-pipe run",
+    format_version: [1, 0],
+    creator: concat!("contact3d-pipe ", env!("CARGO_PKG_VERSION")),
+    tables: &[
+        scene::TABLE,
+        mesh::TABLE,
+        assemble::TABLE,
+        solve::TABLE,
+        post::TABLE,
+        vtkhdf::TABLE,
+    ],
+    extents: &[
+        ("n_nodes", "nodes of the mesh"),
+        ("n_tetrahedra", "tetrahedra of the mesh"),
+        ("n_facets", "boundary triangles"),
+        (
+            "n_contact_nodes",
+            "nodes on the contact face, held ones included",
+        ),
+        ("n_contact_facets", "boundary triangles on the contact face"),
+        (
+            "n_panes",
+            "panes m, the pieces on which multipliers are constant",
+        ),
+        (
+            "n_multipliers",
+            "multipliers 3m: m normal ones, then m tangential pairs",
+        ),
+        ("n_tangential", "tangential multipliers 2m"),
+        (
+            "n_free",
+            "free degrees of freedom, the dimension 3n of HKL section 4",
+        ),
+        ("n_supernodes", "supernodes of the Cholesky factor"),
+        ("n_factor_rows", "row indices of all supernodes together"),
+        (
+            "n_factor_values",
+            "coefficients stored for the Cholesky factor",
+        ),
+        ("n_outer_steps", "outer steps done"),
+        (
+            "n_cells",
+            "VTK cells: the tetrahedra, then the contact triangles",
+        ),
+        ("n_connectivity", "node references of all VTK cells"),
+    ],
+};
+
+/// Why datasets cannot be written or turned back into a problem.
+#[derive(Debug, Error)]
+pub enum FormatError {
+    /// The file itself.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The stored scene does not validate.
+    #[error("the stored scene cannot be used; run the stage `mesh` again with a scene file")]
+    Scene(#[source] Box<SceneError>),
+    /// Datasets contradict each other.
+    #[error("{dataset}: {reason}; run the stage that writes it again")]
+    Inconsistent {
+        /// Path of the dataset.
+        dataset: &'static str,
+        /// What was expected and found.
+        reason: String,
+    },
+    /// The stored factor is damaged.
+    #[error("/assemble/factor: {0}; run the stage `assemble` again")]
+    Factor(#[from] PartsError),
+}
+
+/// Refuses an index that is not below its bound.
+fn require_below(
+    dataset: &'static str,
+    mut indices: impl Iterator<Item = usize>,
+    bound: usize,
+) -> Result<(), FormatError> {
+    match indices.find(|&index| index >= bound) {
+        None => Ok(()),
+        Some(index) => Err(FormatError::Inconsistent {
+            dataset,
+            reason: format!("expected indices below {bound}, found {index}"),
+        }),
+    }
+}
+
+/// Reads an index dataset of shape `[n]` or, flattened, `[n, k]`.
+fn read_index_vec(reader: &Reader, path: &str) -> Result<Vec<usize>, StoreError> {
+    Ok(reader.read_indices(path)?.into_raw_vec_and_offset().0)
+}
+
+/// Reads a finite dataset, flattened.
+fn read_finite_vec(reader: &Reader, path: &str) -> Result<Vec<f64>, StoreError> {
+    Ok(reader.read_finite_f64(path)?.into_raw_vec_and_offset().0)
+}
+
+/// Reads a dataset of shape `[n, K]`.
+fn read_finite_rows<const K: usize>(
+    reader: &Reader,
+    path: &str,
+) -> Result<Vec<[f64; K]>, StoreError> {
+    Ok(read_finite_vec(reader, path)?.as_chunks::<K>().0.to_vec())
+}
+
+/// Reads a dataset with one value.
+fn read_finite_scalar(reader: &Reader, path: &'static str) -> Result<f64, FormatError> {
+    read_finite_vec(reader, path)?
+        .first()
+        .copied()
+        .ok_or_else(|| FormatError::Inconsistent {
+            dataset: path,
+            reason: "expected one value, found none".into(),
+        })
+}
+
+/// A compressed-column matrix as the file's matrix.
+fn columns(matrix: &CscMatrix) -> SparseView<'_> {
+    SparseView {
+        shape: [matrix.rows, matrix.cols],
+        indptr: &matrix.indptr,
+        indices: &matrix.indices,
+        data: &matrix.data,
+    }
+}
+
+/// The transpose of a compressed-column matrix, which is compressed by rows in the same arrays.
+fn rows_of_transpose(transposed: &CscMatrix) -> SparseView<'_> {
+    SparseView {
+        shape: [transposed.cols, transposed.rows],
+        ..columns(transposed)
+    }
+}

@@ -1,0 +1,35 @@
+//! `/scene`: the validated input.
+
+use super::FormatError;
+use crate::{
+    scene::Scene,
+    store::{DatasetSpec, Kind, Reader, Stage, StageWriter, StoreError},
+};
+
+const TOML: &str = "/scene/toml";
+
+pub(super) const TABLE: &[DatasetSpec] = &[DatasetSpec::new(
+    Stage::Scene,
+    TOML,
+    Kind::Text,
+    &[],
+    "1",
+    "The scene as TOML with every default written out; it parses back to the same scene.",
+)];
+
+/// Writes the scene.
+///
+/// # Errors
+/// HDF5 failures.
+pub fn write(writer: &mut StageWriter<'_>, scene: &Scene) -> Result<(), StoreError> {
+    writer.write_text(TOML, &scene.to_toml())
+}
+
+/// Reads and validates the scene.
+///
+/// # Errors
+/// A missing or altered dataset, or a text that is no scene of this version.
+pub fn read(reader: &Reader) -> Result<Scene, FormatError> {
+    let text = reader.read_text(TOML)?;
+    Scene::parse(TOML, &text).map_err(|e| FormatError::Scene(Box::new(e)))
+}

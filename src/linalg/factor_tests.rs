@@ -1,0 +1,261 @@
+//! Tests of factorisation and solves on the clamped elastic brick.
+
+use super::test_brick::Brick;
+use super::{CholeskyFactor, CscMatrix, FactorError, Workspace, amd};
+
+fn stiffness_and_factor(n: usize) -> (CscMatrix, CholeskyFactor) {
+    let stiffness = Brick::new(n).stiffness();
+    let order = amd(&stiffness).expect("square");
+    let factor = CholeskyFactor::factorise(&stiffness, order, 1).expect("positive definite");
+    (stiffness, factor)
+}
+
+/// Reproducible numbers in (−1, 1).
+fn noise(length: usize, seed: u64) -> Vec<f64> {
+    let mut state = seed;
+    let mut next = || {
+        state = state
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    };
+    (0..length).map(|_| next()).collect()
+}
+
+fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+fn distance(x: &[f64], y: &[f64]) -> f64 {
+    x.iter()
+        .zip(y)
+        .map(|(x, y)| (x - y).powi(2))
+        .sum::<f64>()
+        .sqrt()
+}
+
+/// L Lᵀ x in the new numbering, straight from the documented layout.
+fn multiply(factor: &CholeskyFactor, x: &[f64]) -> Vec<f64> {
+    let mut triplets = vec![];
+    for s in 0..factor.supernodes() {
+        let rows = &factor.row_indices()[factor.row_offsets()[s]..factor.row_offsets()[s + 1]];
+        for (k, column) in
+            (factor.supernode_columns()[s]..factor.supernode_columns()[s + 1]).enumerate()
+        {
+            for (i, &row) in rows.iter().enumerate() {
+                triplets.push((
+                    row,
+                    column,
+                    factor.values()[factor.value_offsets()[s] + k * rows.len() + i],
+                ));
+            }
+        }
+    }
+    let (mut z, mut y) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+    triplets
+        .iter()
+        .for_each(|&(row, column, value)| z[column] += value * x[row]);
+    triplets
+        .iter()
+        .for_each(|&(row, column, value)| y[row] += value * z[column]);
+    y
+}
+
+#[test]
+fn factor_reproduces_the_permuted_matrix() {
+    let (stiffness, factor) = stiffness_and_factor(4);
+    for seed in 0..3 {
+        let x = noise(stiffness.cols, seed);
+        let permuted: Vec<f64> = factor.permutation().iter().map(|&old| x[old]).collect();
+        let mut expected = vec![0.0; x.len()];
+        stiffness.mul(&x, &mut expected);
+        let expected: Vec<f64> = factor
+            .permutation()
+            .iter()
+            .map(|&old| expected[old])
+            .collect();
+        // backward error of a Cholesky factorisation: a few units of rounding times ‖A‖‖x‖
+        assert!(distance(&multiply(&factor, &permuted), &expected) < 1e-13 * norm(&expected));
+    }
+}
+
+#[test]
+fn solves_have_small_residuals() {
+    let (stiffness, factor) = stiffness_and_factor(6);
+    let b = noise(5 * stiffness.cols, 7);
+    let mut many = b.clone();
+    factor.solve_many(&mut many);
+    let mut work = Workspace::default();
+    for (b, x_many) in b
+        .chunks_exact(stiffness.cols)
+        .zip(many.chunks_exact(stiffness.cols))
+    {
+        let mut x = b.to_vec();
+        factor.solve_in_place(&mut x, &mut work);
+        for x in [&x[..], x_many] {
+            let mut product = vec![0.0; b.len()];
+            stiffness.mul(x, &mut product);
+            // relative residual ≈ rounding × ‖A‖‖x‖/‖b‖, and ‖A‖‖x‖/‖b‖ is about 1e3 here
+            assert!(
+                distance(&product, b) < 1e-12 * norm(b),
+                "{}",
+                distance(&product, b) / norm(b)
+            );
+        }
+    }
+}
+
+#[test]
+fn reached_solve_equals_the_full_solve() {
+    let brick = Brick::new(6);
+    let (_, factor) = stiffness_and_factor(6);
+    let rows: Vec<usize> = brick
+        .contact_nodes
+        .iter()
+        .flat_map(|&node| 3 * node..3 * node + 3)
+        .take(60)
+        .collect();
+    let reach = factor.reach(rows.iter().copied());
+    assert!(reach.supernodes().len() < factor.supernodes());
+    let mut full = vec![0.0; factor.size()];
+    rows.iter()
+        .zip(noise(rows.len(), 3))
+        .for_each(|(&row, value)| full[row] = value);
+    let mut reached = full.clone();
+    // leftovers of an earlier solve in the work space must not matter
+    let mut work = Workspace::default();
+    factor.solve_in_place(&mut noise(factor.size(), 4), &mut work);
+    factor.solve_reached(&reach, &mut reached, &mut work);
+    factor.solve_in_place(&mut full, &mut work);
+    for row in rows {
+        // the same operations in the same order, except on exact zeros
+        assert_eq!(full[row], reached[row]);
+    }
+}
+
+#[test]
+fn forward_solve_gives_the_energy() {
+    let (_, factor) = stiffness_and_factor(4);
+    let b = noise(factor.size(), 11);
+    let mut work = Workspace::default();
+    let w = factor.forward_solve(&b, &mut work);
+    let mut x = b.clone();
+    factor.solve_in_place(&mut x, &mut work);
+    let energy: f64 = b.iter().zip(&x).map(|(b, x)| b * x).sum();
+    let square: f64 = w.iter().map(|w| w * w).sum();
+    // bᵀA⁻¹b = ‖L⁻¹Pb‖², two roundings of sums of a few thousand terms
+    assert!((square - energy).abs() < 1e-12 * energy);
+}
+
+#[test]
+fn factor_has_the_same_bits_at_one_and_two_threads() {
+    let brick = Brick::new(8);
+    let stiffness = brick.stiffness();
+    let order = amd(&stiffness).expect("square");
+    let one = CholeskyFactor::factorise(&stiffness, order.clone(), 1).expect("positive definite");
+    let two = CholeskyFactor::factorise(&stiffness, order, 2).expect("positive definite");
+    assert!(one == two);
+    let pool = |threads| {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("pool")
+    };
+    let b = noise(70 * one.size(), 2);
+    let solve = |threads| {
+        let mut x = b.clone();
+        pool(threads).install(|| one.solve_many(&mut x));
+        x
+    };
+    assert!(solve(1) == solve(2));
+}
+
+#[test]
+fn indefinite_matrices_name_the_unknown_and_the_pivot() {
+    // [[4, 2], [2, 0.5]]: pivots 4 and 0.5 − 1 = −0.5
+    let matrix = CscMatrix::new(
+        2,
+        2,
+        vec![0, 2, 4],
+        vec![0, 1, 0, 1],
+        vec![4.0, 2.0, 2.0, 0.5],
+    )
+    .expect("valid");
+    let failure = CholeskyFactor::factorise(&matrix, vec![0, 1], 1);
+    assert_eq!(
+        failure,
+        Err(FactorError::NotPositiveDefinite {
+            column: 1,
+            pivot: -0.5
+        })
+    );
+    let mut stiffness = Brick::new(4).stiffness();
+    let column = 500;
+    let place = stiffness.indptr[column]
+        + stiffness
+            .column(column)
+            .0
+            .binary_search(&column)
+            .expect("diagonal");
+    for value in [-1.0, 0.0, f64::NAN] {
+        stiffness.data[place] = value;
+        let order = amd(&stiffness).expect("square");
+        let failure = CholeskyFactor::factorise(&stiffness, order, 1);
+        assert!(
+            matches!(failure, Err(FactorError::NotPositiveDefinite { .. })),
+            "{value}"
+        );
+    }
+}
+
+#[test]
+fn floating_bodies_are_singular() {
+    // a chain of springs with both ends free
+    let n = 500;
+    let (mut indptr, mut indices, mut data) = (vec![0], vec![], vec![]);
+    for j in 0..n {
+        for i in j.max(1) - 1..(j + 2).min(n) {
+            indices.push(i);
+            data.push(if i != j {
+                -0.3
+            } else if j == 0 || j == n - 1 {
+                0.3
+            } else {
+                0.6
+            });
+        }
+        indptr.push(indices.len());
+    }
+    let chain = CscMatrix::new(n, n, indptr, indices, data).expect("valid");
+    let failure = CholeskyFactor::factorise(&chain, amd(&chain).expect("square"), 1);
+    assert!(matches!(
+        failure,
+        Err(FactorError::NotPositiveDefinite { .. })
+    ));
+}
+
+#[test]
+fn wrong_shapes_and_orderings_are_refused() {
+    let rectangle = CscMatrix::new(1, 0, vec![0], vec![], vec![]).expect("valid");
+    assert_eq!(
+        CholeskyFactor::factorise(&rectangle, vec![], 1),
+        Err(FactorError::NotSquare { rows: 1, cols: 0 })
+    );
+    let one = CscMatrix::new(1, 1, vec![0, 1], vec![0], vec![1.0]).expect("valid");
+    for order in [vec![], vec![1], vec![0, 0]] {
+        let length = order.len();
+        let failure = CholeskyFactor::factorise(&one, order, 1);
+        assert_eq!(
+            failure,
+            Err(FactorError::NotAPermutation { length, size: 1 })
+        );
+    }
+}
+
+#[test]
+fn empty_system_is_solved() {
+    let empty = CscMatrix::new(0, 0, vec![0], vec![], vec![]).expect("valid");
+    let factor = CholeskyFactor::factorise(&empty, vec![], 1).expect("empty");
+    factor.solve_in_place(&mut [], &mut Workspace::default());
+    factor.solve_many(&mut []);
+}

@@ -1,0 +1,98 @@
+//! Solves restricted to the elimination-tree paths of a few unknowns.
+
+use super::factor::CholeskyFactor;
+use super::solve::Workspace;
+
+/// The supernodes on the elimination-tree paths from some unknowns to the roots, ascending.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reach {
+    pub(super) supernodes: Vec<usize>,
+    /// Number of unknowns of the factor it belongs to.
+    size: usize,
+}
+
+impl Reach {
+    /// The reached supernodes, ascending.
+    pub fn supernodes(&self) -> &[usize] {
+        &self.supernodes
+    }
+}
+
+impl CholeskyFactor {
+    /// The supernodes that a right-hand side nonzero in `rows` (numbering of A) makes nonzero in L⁻¹Pb.
+    ///
+    /// # Panics
+    /// When a row is not an unknown of the factor.
+    pub fn reach(&self, rows: impl Iterator<Item = usize>) -> Reach {
+        let new_of_old = self.new_of_old();
+        self.reach_of_columns(&self.supernode_of_column(), rows.map(|old| new_of_old[old]))
+    }
+
+    /// [`Self::reach`] for columns in the new numbering, given their owners.
+    pub(super) fn reach_of_columns(
+        &self,
+        owner: &[usize],
+        columns: impl Iterator<Item = usize>,
+    ) -> Reach {
+        let mut reached = vec![false; self.supernodes()];
+        for column in columns {
+            let mut next = Some(owner[column]);
+            while let Some(s) = next.filter(|&s| !reached[s]) {
+                reached[s] = true;
+                next = self.parent(s, owner);
+            }
+        }
+        let supernodes = (0..self.supernodes()).filter(|&s| reached[s]).collect();
+        Reach {
+            supernodes,
+            size: self.size(),
+        }
+    }
+
+    /// Parent of a supernode in the elimination tree: the owner of its first row below the diagonal block.
+    fn parent(&self, s: usize, owner: &[usize]) -> Option<usize> {
+        let panel = self.panel(s);
+        panel.rows.get(panel.width).map(|&row| owner[row])
+    }
+
+    /// New number of each unknown of A.
+    pub(super) fn new_of_old(&self) -> Vec<usize> {
+        let mut result = vec![0; self.size()];
+        for (new, &old) in self.permutation.iter().enumerate() {
+            result[old] = new;
+        }
+        result
+    }
+
+    /// Solves A x = b in place on the unknowns of the reached supernodes only.
+    ///
+    /// b must be zero outside the rows `reach` was made from. On return those rows (and all unknowns of the reached
+    /// supernodes) hold the solution; other entries of `rhs` are left as they were.
+    ///
+    /// # Panics
+    /// When `rhs` does not have one entry per unknown or `reach` is from a factor of another size.
+    pub fn solve_reached(&self, reach: &Reach, rhs: &mut [f64], work: &mut Workspace) {
+        assert_eq!(rhs.len(), self.size(), "length of the right-hand side");
+        assert_eq!(
+            reach.size,
+            self.size(),
+            "unknowns of the factor the reach was made from"
+        );
+        work.permuted.resize(self.size(), 0.0);
+        for column in self.columns_of(reach) {
+            work.permuted[column] = rhs[self.permutation[column]];
+        }
+        self.forward(reach.supernodes.iter().copied(), work);
+        self.backward(reach.supernodes.iter().rev().copied(), work);
+        for column in self.columns_of(reach) {
+            rhs[self.permutation[column]] = work.permuted[column];
+        }
+    }
+
+    fn columns_of(&self, reach: &Reach) -> impl Iterator<Item = usize> {
+        reach
+            .supernodes
+            .iter()
+            .flat_map(|&s| self.supernode_columns[s]..self.supernode_columns[s + 1])
+    }
+}

@@ -1,0 +1,236 @@
+//! The clamped elastic brick of SPEC §2 and §5, assembled independently of the rest of the crate, for tests and measurements.
+
+use std::collections::HashMap;
+
+use super::sparse::CscMatrix;
+
+/// Lamé constants of E = 21.19e10 Pa and Poisson ratio 0.277.
+fn lame() -> (f64, f64) {
+    let (young, poisson) = (21.19e10, 0.277);
+    (
+        young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)),
+        young / (2.0 * (1.0 + poisson)),
+    )
+}
+
+/// Free nodes and tetrahedra of (0,3)×(0,1)×(0,1) cut in 3n × n × n cubes of 5 tetrahedra, clamped on x = 0.
+pub(crate) struct Brick {
+    /// Coordinates of the free nodes [m].
+    pub(crate) points: Vec<[f64; 3]>,
+    /// Free node numbers of each tetrahedron's vertices (`None` = clamped) and its vertex coordinates.
+    tetrahedra: Vec<([Option<usize>; 4], [[f64; 3]; 4])>,
+    /// Numbers of the nodes with z = 0.
+    pub(crate) contact_nodes: Vec<usize>,
+    n: usize,
+}
+
+impl Brick {
+    pub(crate) fn new(n: usize) -> Self {
+        Self::stretched(n, [1.0; 3])
+    }
+
+    /// The brick with its coordinates multiplied by `scale`.
+    pub(crate) fn stretched(n: usize, scale: [f64; 3]) -> Self {
+        let h = 1.0 / n as f64;
+        let point = |[i, j, k]: [usize; 3]| {
+            [
+                i as f64 * h * scale[0],
+                j as f64 * h * scale[1],
+                k as f64 * h * scale[2],
+            ]
+        };
+        let number = |[i, j, k]: [usize; 3]| (i > 0).then(|| ((i - 1) * (n + 1) + j) * (n + 1) + k);
+        let mut brick = Self {
+            points: vec![],
+            tetrahedra: vec![],
+            contact_nodes: vec![],
+            n,
+        };
+        for i in 1..=3 * n {
+            for j in 0..=n {
+                for k in 0..=n {
+                    if k == 0 {
+                        brick.contact_nodes.push(brick.points.len());
+                    }
+                    brick.points.push(point([i, j, k]));
+                }
+            }
+        }
+        for cell in 0..3 * n * n * n {
+            for nodes in cube_tetrahedra([cell / (n * n), cell / n % n, cell % n]) {
+                brick.tetrahedra.push((nodes.map(number), nodes.map(point)));
+            }
+        }
+        brick
+    }
+
+    /// Adjacency of the free nodes without the diagonal: pointers and sorted neighbours.
+    pub(crate) fn graph(&self) -> (Vec<usize>, Vec<usize>) {
+        let mut pairs = vec![];
+        for (nodes, _) in &self.tetrahedra {
+            for a in nodes.iter().flatten() {
+                pairs.extend(nodes.iter().flatten().filter(|b| *b != a).map(|b| (*a, *b)));
+            }
+        }
+        pairs.sort_unstable();
+        pairs.dedup();
+        let mut indptr = vec![0; self.points.len() + 1];
+        for &(a, _) in &pairs {
+            indptr[a + 1] += 1;
+        }
+        for a in 0..self.points.len() {
+            indptr[a + 1] += indptr[a];
+        }
+        (indptr, pairs.into_iter().map(|(_, b)| b).collect())
+    }
+
+    /// Stiffness of isotropic linear elasticity on the free nodes, unknown 3·node + component.
+    pub(crate) fn stiffness(&self) -> CscMatrix {
+        let (indptr, neighbours) = self.graph();
+        let row_count = |node: usize| indptr[node + 1] - indptr[node] + 1;
+        let mut column_start = vec![0];
+        let mut indices = vec![];
+        let mut block_place = HashMap::new();
+        for node in 0..self.points.len() {
+            let mut column: Vec<usize> = neighbours[indptr[node]..indptr[node + 1]].to_vec();
+            column.push(node);
+            column.sort_unstable();
+            for (place, &row) in column.iter().enumerate() {
+                block_place.insert((row, node), indices.len() + 3 * place);
+            }
+            for _ in 0..3 {
+                indices.extend(column.iter().flat_map(|&row| 3 * row..3 * row + 3));
+                column_start.push(indices.len());
+            }
+        }
+        let mut data = vec![0.0; indices.len()];
+        for (nodes, points) in &self.tetrahedra {
+            let element = element_stiffness(points);
+            for (a, row) in nodes
+                .iter()
+                .enumerate()
+                .filter_map(|(a, row)| row.map(|row| (a, row)))
+            {
+                for (b, column) in nodes
+                    .iter()
+                    .enumerate()
+                    .filter_map(|(b, column)| column.map(|c| (b, c)))
+                {
+                    let start = block_place[&(row, column)];
+                    for d in 0..3 {
+                        for c in 0..3 {
+                            data[start + d * 3 * row_count(column) + c] +=
+                                element[3 * a + c][3 * b + d];
+                        }
+                    }
+                }
+            }
+        }
+        let size = 3 * self.points.len();
+        CscMatrix::new(size, size, column_start, indices, data).expect("valid by construction")
+    }
+
+    /// Pane couplings of SPEC §2 (rows: normal, t₁, t₂ of each 2 × 2 pane), clamped nodes left out.
+    pub(crate) fn coupling(&self) -> CscMatrix {
+        let (n, panes) = (self.n, 3 * self.n * self.n / 4);
+        let area = 4.0 / (n * n) as f64;
+        let mut rows: Vec<Vec<(usize, f64)>> = vec![];
+        for (component, sign) in [(2, -1.0), (0, 1.0), (1, 1.0)] {
+            for pane in 0..panes {
+                let (ci, cj) = (2 * (pane / (n / 2)) + 1, 2 * (pane % (n / 2)) + 1);
+                let mut row = vec![];
+                for i in ci - 1..=ci + 1 {
+                    for j in (cj - 1..=cj + 1).filter(|_| i > 0) {
+                        let weight = if (i, j) == (ci, cj) { 4.0 } else { 1.0 };
+                        let node = ((i - 1) * (n + 1) + j) * (n + 1);
+                        row.push((3 * node + component, sign * area / 12.0 * weight));
+                    }
+                }
+                rows.push(row);
+            }
+        }
+        from_rows(3 * self.points.len(), &rows)
+    }
+
+    /// The selection of all displacement components of the contact nodes.
+    pub(crate) fn contact_selection(&self) -> CscMatrix {
+        let unknowns = self
+            .contact_nodes
+            .iter()
+            .flat_map(|node| 3 * node..3 * node + 3);
+        let rows: Vec<Vec<(usize, f64)>> = unknowns.map(|unknown| vec![(unknown, 1.0)]).collect();
+        from_rows(3 * self.points.len(), &rows)
+    }
+}
+
+/// A matrix given by rows of (column, value), columns increasing.
+fn from_rows(cols: usize, rows: &[Vec<(usize, f64)>]) -> CscMatrix {
+    let mut indptr = vec![0];
+    let (mut indices, mut data) = (vec![], vec![]);
+    for row in rows {
+        indices.extend(row.iter().map(|entry| entry.0));
+        data.extend(row.iter().map(|entry| entry.1));
+        indptr.push(indices.len());
+    }
+    let transposed =
+        CscMatrix::new(cols, rows.len(), indptr, indices, data).expect("valid by construction");
+    transposed.transpose()
+}
+
+/// The five tetrahedra of the cube with the lowest corner `corner`.
+fn cube_tetrahedra(corner: [usize; 3]) -> [[[usize; 3]; 4]; 5] {
+    let vertex = |bits: usize| {
+        [
+            corner[0] + (bits & 1),
+            corner[1] + (bits >> 1 & 1),
+            corner[2] + (bits >> 2 & 1),
+        ]
+    };
+    let parity = |bits: usize| vertex(bits).iter().sum::<usize>() % 2;
+    let mut result = [[[0; 3]; 4]; 5];
+    let (mut even, mut odd) = (0, 0);
+    for bits in 0..8 {
+        if parity(bits) == 0 {
+            result[0][even] = vertex(bits);
+            even += 1;
+        } else {
+            odd += 1;
+            result[odd] = [
+                vertex(bits),
+                vertex(bits ^ 1),
+                vertex(bits ^ 2),
+                vertex(bits ^ 4),
+            ];
+        }
+    }
+    result
+}
+
+/// K = V (λ ∂ᵢNₐ ∂ⱼN_b + μ ∂ⱼNₐ ∂ᵢN_b + μ δᵢⱼ ∇Nₐ·∇N_b) of a linear tetrahedron.
+fn element_stiffness(points: &[[f64; 3]; 4]) -> [[f64; 12]; 12] {
+    let (lambda, mu) = lame();
+    let edge = |a: usize| nalgebra::Vector3::from(points[a]) - nalgebra::Vector3::from(points[0]);
+    let jacobian = nalgebra::Matrix3::from_columns(&[edge(1), edge(2), edge(3)]);
+    let volume = jacobian.determinant().abs() / 6.0;
+    let inverse = jacobian
+        .try_inverse()
+        .expect("tetrahedra of the brick are not flat");
+    let mut gradient = [nalgebra::Vector3::zeros(); 4];
+    for a in 0..3 {
+        gradient[a + 1] = inverse.row(a).transpose();
+        gradient[0] -= gradient[a + 1];
+    }
+    let mut k = [[0.0; 12]; 12];
+    for (row, col) in (0..144).map(|entry| (entry / 12, entry % 12)) {
+        let (a, i, b, j) = (row / 3, row % 3, col / 3, col % 3);
+        let shear = if i == j {
+            gradient[a].dot(&gradient[b])
+        } else {
+            0.0
+        };
+        let direct =
+            lambda * gradient[a][i] * gradient[b][j] + mu * gradient[a][j] * gradient[b][i];
+        k[row][col] = volume * (direct + mu * shear);
+    }
+    k
+}

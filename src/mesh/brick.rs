@@ -1,0 +1,144 @@
+use super::{ContactSurface, Mesh, tetrahedron_volume};
+use crate::scene::{Brick, Face};
+
+/// The regular mesh of a box: every cell is five tetrahedra (HKL §4, Fig. 4).
+///
+/// The central tetrahedron of a cell joins its four even corners and each of the other four sits
+/// at an odd corner, so every face diagonal joins even nodes and the mesh is conforming. A node
+/// (i, j, k) is even when i + j + k + k_c is, where k_c is the grid index of the contact face;
+/// so the centre (odd, odd) of every 2 × 2 macro-face of the contact face is even, and all eight
+/// triangles of the pane meet there.
+///
+/// Nodes are numbered with i fastest, panes likewise along the in-plane axes.
+#[must_use]
+pub fn brick(spec: &Brick, contact_face: Face) -> Mesh {
+    let grid = Grid::new(spec, contact_face);
+    let coordinates = grid.coordinates(spec);
+    let tetrahedra = grid.tetrahedra(&coordinates);
+    let (facets, facet_face) = grid.boundary(&tetrahedra);
+    let contact_facets: Vec<usize> = (0..facets.len())
+        .filter(|&f| facet_face[f] == contact_face)
+        .collect();
+    let facet_pane: Vec<usize> = contact_facets
+        .iter()
+        .map(|&f| grid.pane(contact_face, &facets[f]))
+        .collect();
+    let contact = ContactSurface::new(&coordinates, &facets, contact_facets, facet_pane);
+    Mesh {
+        coordinates,
+        tetrahedra,
+        facets,
+        facet_face,
+        contact,
+    }
+}
+
+struct Grid {
+    cells: [usize; 3],
+    /// Grid index k_c of the contact face, which fixes the parity of nodes.
+    shift: usize,
+}
+
+impl Grid {
+    fn new(spec: &Brick, contact_face: Face) -> Self {
+        let shift = if contact_face.is_max() {
+            spec.cells[contact_face.axis()]
+        } else {
+            0
+        };
+        Self {
+            cells: spec.cells,
+            shift,
+        }
+    }
+
+    fn node(&self, [i, j, k]: [usize; 3]) -> usize {
+        i + (self.cells[0] + 1) * (j + (self.cells[1] + 1) * k)
+    }
+
+    fn position(&self, node: usize) -> [usize; 3] {
+        let (px, py) = (self.cells[0] + 1, self.cells[1] + 1);
+        [node % px, node / px % py, node / (px * py)]
+    }
+
+    fn coordinates(&self, spec: &Brick) -> Vec<[f64; 3]> {
+        let n_nodes = self.cells.iter().map(|c| c + 1).product();
+        (0..n_nodes)
+            .map(|node| {
+                let at = self.position(node);
+                std::array::from_fn(|a| spec.size[a] * (at[a] as f64 / self.cells[a] as f64))
+            })
+            .collect()
+    }
+
+    fn tetrahedra(&self, coordinates: &[[f64; 3]]) -> Vec<[usize; 4]> {
+        let mut tetrahedra = Vec::with_capacity(5 * self.cells.iter().product::<usize>());
+        for k in 0..self.cells[2] {
+            for j in 0..self.cells[1] {
+                for i in 0..self.cells[0] {
+                    self.push_cell([i, j, k], coordinates, &mut tetrahedra);
+                }
+            }
+        }
+        tetrahedra
+    }
+
+    fn push_cell(&self, at: [usize; 3], coordinates: &[[f64; 3]], out: &mut Vec<[usize; 4]>) {
+        let corner =
+            |bits: usize| self.node(std::array::from_fn(|axis| at[axis] + (bits >> axis & 1)));
+        let odd = |bits: usize| {
+            (at.iter().sum::<usize>() + bits.count_ones() as usize + self.shift) % 2 == 1
+        };
+        let mut push = |mut nodes: [usize; 4]| {
+            if tetrahedron_volume(&nodes.map(|n| coordinates[n])) < 0.0 {
+                nodes.swap(2, 3);
+            }
+            out.push(nodes);
+        };
+        let even_corners: Vec<usize> = (0..8).filter(|&b| !odd(b)).map(corner).collect();
+        push([
+            even_corners[0],
+            even_corners[1],
+            even_corners[2],
+            even_corners[3],
+        ]);
+        for bits in (0..8).filter(|&b| odd(b)) {
+            push([
+                corner(bits),
+                corner(bits ^ 1),
+                corner(bits ^ 2),
+                corner(bits ^ 4),
+            ]);
+        }
+    }
+
+    /// The brick face that contains all three nodes, if any.
+    fn face_of(&self, nodes: &[usize; 3]) -> Option<Face> {
+        let at = nodes.map(|n| self.position(n));
+        Face::ALL.into_iter().find(|face| {
+            let axis = face.axis();
+            let end = if face.is_max() { self.cells[axis] } else { 0 };
+            at.iter().all(|p| p[axis] == end)
+        })
+    }
+
+    fn boundary(&self, tetrahedra: &[[usize; 4]]) -> (Vec<[usize; 3]>, Vec<Face>) {
+        tetrahedra
+            .iter()
+            .flat_map(|&[a, b, c, d]| [[a, c, b], [a, b, d], [a, d, c], [b, c, d]])
+            .filter_map(|facet| Some((facet, self.face_of(&facet)?)))
+            .unzip()
+    }
+
+    /// The 2 × 2 macro-face a contact triangle lies in.
+    fn pane(&self, face: Face, nodes: &[usize; 3]) -> usize {
+        let at = nodes.map(|n| self.position(n));
+        let [p, q] = match face.axis() {
+            0 => [1, 2],
+            1 => [0, 2],
+            _ => [0, 1],
+        };
+        let macro_cell = |axis: usize| at.iter().map(|c| c[axis]).min().unwrap_or(0) / 2;
+        macro_cell(p) + self.cells[p] / 2 * macro_cell(q)
+    }
+}

@@ -1,0 +1,80 @@
+//! The scene: everything a user says about a problem, parsed from TOML and validated.
+//!
+//! Lengths are metres, forces newtons, stresses pascals in the documentation; any other consistent
+//! system works as well, because no constant of the program has a unit.
+
+mod body;
+mod contact;
+mod error;
+mod friction;
+mod load;
+mod material;
+mod solve;
+mod validate;
+
+pub use body::{Body, Brick, Face};
+pub use contact::{Contact, Frame};
+pub use error::{Invalid, SceneError};
+pub use friction::{Coefficient, Friction, Ramp};
+pub use load::{Clamp, Component, Traction};
+pub use material::{Isotropic, Material};
+pub use solve::{PrecisionControl, SolveSettings};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// One static contact problem: the body, what holds and loads it, and the law on its contact face.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// A line that names the case in reports and pictures.
+    pub title: String,
+    /// Where the case comes from (a paper, a table, a drawing).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<String>,
+    /// The body Ω and its mesh.
+    pub body: Body,
+    /// The elastic law σ = C ε.
+    pub material: Material,
+    /// Faces on which displacement components vanish (Γ_u).
+    #[serde(rename = "clamp", default)]
+    pub clamps: Vec<Clamp>,
+    /// Surface tractions p on faces (Γ_p); tractions on the same face add up.
+    #[serde(rename = "traction", default)]
+    pub tractions: Vec<Traction>,
+    /// The contact face Γ_c and its frame.
+    pub contact: Contact,
+    /// The friction coefficients F₁, F₂.
+    pub friction: Friction,
+    /// How the discrete problem is solved.
+    #[serde(default)]
+    pub solve: SolveSettings,
+}
+
+impl Scene {
+    /// Parses and validates a scene; `name` is the file's name for messages.
+    ///
+    /// # Errors
+    /// [`SceneError::Syntax`] for text that is not TOML or has an unknown, missing or mistyped key;
+    /// [`SceneError::Invalid`] for a value that no problem of this kind can have.
+    pub fn parse(name: &str, text: &str) -> Result<Self, SceneError> {
+        let scene: Self = toml::from_str(text).map_err(|e| SceneError::syntax(name, text, &e))?;
+        scene
+            .validate()
+            .map_err(|invalid| SceneError::invalid(name, text, invalid))?;
+        Ok(scene)
+    }
+
+    /// The scene as canonical TOML, which parses back to the same scene.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("a scene holds only TOML types")
+    }
+
+    /// The JSON Schema of scene files, for editors.
+    #[must_use]
+    pub fn json_schema() -> String {
+        let schema = schemars::schema_for!(Self);
+        serde_json::to_string_pretty(&schema).expect("a schema is JSON") + "\n"
+    }
+}

@@ -1,0 +1,71 @@
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use crate::{
+    dual::AssemblyError,
+    figures::FigureError,
+    format::FormatError,
+    scene::{Invalid, SceneError},
+    store::{Stage, StoreError},
+};
+
+/// Why a stage did not run.
+#[derive(Debug, Error)]
+pub enum StageError {
+    /// The scene file.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A setting given on the command line.
+    #[error("{}: expected {}, found {}; {}", .0.key, .0.expected, .0.found, .0.help)]
+    Setting(Invalid),
+    /// The run file.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The datasets of the run file.
+    #[error(transparent)]
+    Format(#[from] FormatError),
+    /// The stiffness matrix.
+    #[error(transparent)]
+    Assembly(#[from] AssemblyError),
+    /// An earlier stage is missing or stale.
+    #[error("{}: `{stage}` needs a fresh `{upstream}`, but {why}; run `contact3d-pipe {upstream}` or `contact3d-pipe run` first", file.display())]
+    NotReady {
+        /// The run file.
+        file: PathBuf,
+        /// The stage that was asked for.
+        stage: Stage,
+        /// The stage it needs.
+        upstream: Stage,
+        /// What is wrong with that stage.
+        why: String,
+    },
+    /// A picture could not be drawn or written.
+    #[error("figure {}: {source}", file.display())]
+    Figure {
+        /// The picture's file.
+        file: PathBuf,
+        /// What went wrong.
+        source: FigureError,
+    },
+    /// A picture could not be written.
+    #[error("cannot write {}: {source}; choose another folder with --figures", file.display())]
+    Write {
+        /// The file.
+        file: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+}
+
+impl StageError {
+    /// Whether the fault lies in the program rather than in its input.
+    #[must_use]
+    pub fn is_internal(&self) -> bool {
+        match self {
+            Self::Store(error) | Self::Format(FormatError::Store(error)) => error.is_internal(),
+            Self::Figure { .. } => true,
+            _ => false,
+        }
+    }
+}

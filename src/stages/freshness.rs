@@ -1,0 +1,143 @@
+use serde::Serialize;
+
+use crate::{
+    scene::Scene,
+    store::{Reader, Stage, StoreError, StoredStage},
+};
+
+/// The computing stages, upstream first.
+pub const PIPELINE: [Stage; 4] = [Stage::Mesh, Stage::Assemble, Stage::Solve, Stage::Post];
+
+/// Whether a stored stage can be used.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Freshness {
+    /// Never run.
+    Missing,
+    /// Computed from the present scene and the present upstream stages.
+    Fresh,
+    /// Computed from something else, for the stated reason.
+    Stale(String),
+}
+
+impl Freshness {
+    /// What a message says of a stage that is not fresh.
+    #[must_use]
+    pub fn why(&self) -> String {
+        match self {
+            Self::Missing => "it is missing".into(),
+            Self::Fresh => "it is fresh".into(),
+            Self::Stale(why) => format!("it is stale: {why}"),
+        }
+    }
+}
+
+/// One stage of a run file.
+#[derive(Debug, Clone)]
+pub struct StageState {
+    /// The stage.
+    pub stage: Stage,
+    /// Whether it can be used.
+    pub freshness: Freshness,
+    /// How it was run, if it was.
+    pub stored: Option<StoredStage>,
+}
+
+/// The part of the scene that each stage depends on directly.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Settings<'a> {
+    Mesh {
+        body: &'a crate::scene::Body,
+        contact_face: crate::scene::Face,
+    },
+    Assemble {
+        material: &'a crate::scene::Material,
+        clamp: &'a [crate::scene::Clamp],
+        traction: &'a [crate::scene::Traction],
+        contact: &'a crate::scene::Contact,
+    },
+    Solve {
+        friction: &'a crate::scene::Friction,
+        solve: &'a crate::scene::SolveSettings,
+    },
+    Post {
+        friction: &'a crate::scene::Friction,
+    },
+}
+
+/// The settings of a stage as TOML.
+pub(super) fn settings(stage: Stage, scene: &Scene) -> String {
+    let settings = match stage {
+        Stage::Mesh => Settings::Mesh {
+            body: &scene.body,
+            contact_face: scene.contact.face,
+        },
+        Stage::Assemble => Settings::Assemble {
+            material: &scene.material,
+            clamp: &scene.clamps,
+            traction: &scene.tractions,
+            contact: &scene.contact,
+        },
+        Stage::Solve => Settings::Solve {
+            friction: &scene.friction,
+            solve: &scene.solve,
+        },
+        Stage::Post => Settings::Post {
+            friction: &scene.friction,
+        },
+        Stage::Scene | Stage::Vtk => return String::new(),
+    };
+    toml::to_string(&settings).expect("settings hold only TOML types")
+}
+
+/// Digest of everything a stage is computed from: its settings and the digests of all upstream
+/// stages.
+pub(super) fn input_digest(stage: Stage, scene: &Scene, upstream: &[&StoredStage]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(stage.group().as_bytes());
+    hasher.update(settings(stage, scene).as_bytes());
+    for stored in upstream {
+        hasher.update(stored.digest.as_bytes());
+    }
+    hasher.finalize().to_hex().to_string()
+}
+
+/// The state of every stage of a file with respect to a scene.
+///
+/// # Errors
+/// Unreadable stage records.
+pub fn states(reader: &Reader, scene: &Scene) -> Result<Vec<StageState>, StoreError> {
+    let mut states: Vec<StageState> = Vec::new();
+    for stage in PIPELINE {
+        let stored = reader.stage_record(stage)?;
+        let freshness = match &stored {
+            None => Freshness::Missing,
+            Some(stored) => judge(stage, scene, stored, &states),
+        };
+        states.push(StageState {
+            stage,
+            freshness,
+            stored,
+        });
+    }
+    Ok(states)
+}
+
+fn judge(stage: Stage, scene: &Scene, stored: &StoredStage, upstream: &[StageState]) -> Freshness {
+    if let Some(bad) = upstream.iter().find(|s| s.freshness != Freshness::Fresh) {
+        let state = if bad.freshness == Freshness::Missing {
+            "missing"
+        } else {
+            "stale"
+        };
+        return Freshness::Stale(format!("`{}` is {state}", bad.stage));
+    }
+    let records: Vec<&StoredStage> = upstream.iter().filter_map(|s| s.stored.as_ref()).collect();
+    if stored.record.input_digest == input_digest(stage, scene, &records) {
+        Freshness::Fresh
+    } else if stored.record.settings != settings(stage, scene) {
+        Freshness::Stale("its part of the scene has changed".into())
+    } else {
+        Freshness::Stale("an earlier stage was run again with another result".into())
+    }
+}

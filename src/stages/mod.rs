@@ -1,0 +1,11 @@
+//! The stages of the pipeline: each reads what earlier ones stored, computes, and stores its own group.
+
+mod error;
+mod freshness;
+mod picture;
+mod session;
+
+pub use error::StageError;
+pub use freshness::{Freshness, PIPELINE, StageState, states};
+pub use picture::{draw, figures_folder};
+pub use session::{Performed, Session};

@@ -1,0 +1,126 @@
+//! Attributes: texts and small number arrays, written and read with their type checked.
+
+use hdf5::types::{TypeDescriptor, VarLenUnicode};
+use hdf5_metno as hdf5;
+
+use super::element::Element;
+use super::error::StoreError;
+use super::place::{AtPlace, Place};
+
+/// Most values an attribute array of ours can have.
+const MOST: usize = 16;
+
+/// The text as HDF5 stores it; a text with a zero character cannot be stored.
+pub(super) fn unicode(text: &str) -> hdf5::Result<VarLenUnicode> {
+    text.parse()
+        .map_err(|error| hdf5::Error::from(format!("text cannot be stored: {error}")))
+}
+
+pub(super) fn write_text(
+    object: &hdf5::Location,
+    place: Place<'_>,
+    name: &str,
+    text: &str,
+) -> Result<(), StoreError> {
+    let text = unicode(text).at(place, "store a text with a zero character")?;
+    object
+        .new_attr::<VarLenUnicode>()
+        .create(name)
+        .and_then(|attribute| attribute.write_scalar(&text))
+        .at(place, "write an attribute")
+}
+
+pub(super) fn write_number<T: Element>(
+    object: &hdf5::Location,
+    place: Place<'_>,
+    name: &str,
+    value: T,
+) -> Result<(), StoreError> {
+    object
+        .new_attr::<T>()
+        .create(name)
+        .and_then(|attribute| attribute.write_scalar(&value))
+        .at(place, "write an attribute")
+}
+
+pub(super) fn write_numbers<T: Element>(
+    object: &hdf5::Location,
+    place: Place<'_>,
+    name: &str,
+    values: &[T],
+) -> Result<(), StoreError> {
+    object
+        .new_attr::<T>()
+        .shape(values.len())
+        .create(name)
+        .and_then(|attribute| attribute.write_raw(values))
+        .at(place, "write an attribute")
+}
+
+pub(super) fn read_text(
+    object: &hdf5::Location,
+    place: Place<'_>,
+    name: &str,
+) -> Result<String, StoreError> {
+    let attribute = open(object, place, name)?;
+    match descriptor(&attribute) {
+        Some(TypeDescriptor::VarLenUnicode | TypeDescriptor::VarLenAscii)
+            if attribute.is_scalar() => {}
+        _ => {
+            return Err(place.mismatch(format!("a text in the attribute `{name}`"), "another type"));
+        }
+    }
+    let text = attribute
+        .read_scalar::<VarLenUnicode>()
+        .at(place, "read an attribute")?;
+    std::str::from_utf8(text.as_bytes())
+        .map(str::to_owned)
+        .map_err(|_| place.damaged(format!("the attribute `{name}` is not UTF-8")))
+}
+
+pub(super) fn read_numbers<T: Element>(
+    object: &hdf5::Location,
+    place: Place<'_>,
+    name: &str,
+) -> Result<Vec<T>, StoreError> {
+    let attribute = open(object, place, name)?;
+    if descriptor(&attribute) != Some(T::type_descriptor()) || attribute.size() > MOST {
+        return Err(place.mismatch(
+            format!("{} numbers in the attribute `{name}`", T::KIND),
+            "another type",
+        ));
+    }
+    attribute.read_raw().at(place, "read an attribute")
+}
+
+pub(super) fn read_number<T: Element>(
+    object: &hdf5::Location,
+    place: Place<'_>,
+    name: &str,
+) -> Result<T, StoreError> {
+    let numbers = read_numbers(object, place, name)?;
+    match numbers[..] {
+        [number] => Ok(number),
+        _ => {
+            let found = format!("{} numbers", numbers.len());
+            Err(place.mismatch(format!("one number in the attribute `{name}`"), found))
+        }
+    }
+}
+
+fn open(
+    object: &hdf5::Location,
+    place: Place<'_>,
+    name: &str,
+) -> Result<hdf5::Attribute, StoreError> {
+    object
+        .attr(name)
+        .map_err(|_| place.mismatch(format!("the attribute `{name}`"), "none"))
+}
+
+fn descriptor(attribute: &hdf5::Attribute) -> Option<TypeDescriptor> {
+    attribute
+        .dtype()
+        .and_then(|dtype| dtype.to_descriptor())
+        .ok()
+}

@@ -1,0 +1,74 @@
+//! One dataset of the file: created in its storage class, opened with its type checked.
+
+use hdf5::H5Type;
+use hdf5::types::TypeDescriptor;
+use hdf5_metno as hdf5;
+use ndarray::ArrayView1;
+
+use super::error::StoreError;
+use super::layout::Storage;
+use super::place::{AtPlace, Place};
+
+/// Aim for the size of a chunk in bytes: large enough to compress well, small enough for HDF5's chunk cache.
+const CHUNK_BYTES: usize = 1 << 19;
+
+/// The level of gzip: higher ones cost more time than they save bytes on meshes and indices.
+const DEFLATE_LEVEL: u8 = 4;
+
+/// Opens a dataset and checks its type.
+pub(super) fn open_dataset(
+    parent: &hdf5::Group,
+    place: Place<'_>,
+    expected: &TypeDescriptor,
+) -> Result<hdf5::Dataset, StoreError> {
+    let dataset = parent
+        .dataset(place.dataset)
+        .at(place, "open the dataset")?;
+    let found = dataset.dtype().and_then(|dtype| dtype.to_descriptor());
+    match found {
+        Ok(found) if found == *expected => Ok(dataset),
+        Ok(found) => Err(place.mismatch(format!("type {expected}"), format!("type {found}"))),
+        Err(_) => Err(place.mismatch(format!("type {expected}"), "another type")),
+    }
+}
+
+/// Creates a dataset and writes its values.
+pub(super) fn new_dataset<T: H5Type>(
+    group: &hdf5::Group,
+    place: Place<'_>,
+    name: &str,
+    shape: &[usize],
+    storage: Storage,
+    values: &[T],
+) -> Result<hdf5::Dataset, StoreError> {
+    let mut builder = group
+        .new_dataset_builder()
+        .empty::<T>()
+        .obj_track_times(false);
+    if storage == Storage::Compressed && !shape.is_empty() && !values.is_empty() {
+        builder = builder
+            .chunk(chunk::<T>(shape))
+            .shuffle()
+            .deflate(DEFLATE_LEVEL)
+            .fill_time(hdf5::plist::dataset_create::FillTime::Never);
+    }
+    let dataset = builder
+        .shape(shape)
+        .create(name)
+        .at(place, "create the dataset")?;
+    if !values.is_empty() {
+        dataset
+            .write_raw(ArrayView1::from(values))
+            .at(place, "write the values")?;
+    }
+    Ok(dataset)
+}
+
+/// Whole rows, as many as come near the aimed size.
+fn chunk<T>(shape: &[usize]) -> Vec<usize> {
+    let row: usize = shape[1..].iter().product();
+    let rows = (CHUNK_BYTES / (row * size_of::<T>()).max(1)).clamp(1, shape[0]);
+    let mut chunk = shape.to_vec();
+    chunk[0] = rows;
+    chunk
+}

@@ -1,0 +1,237 @@
+//! What can go wrong with a run file, with the place, the expectation, the finding and the remedy.
+
+use std::io;
+use std::path::PathBuf;
+
+use hdf5_metno as hdf5;
+use thiserror::Error;
+
+use super::layout::Stage;
+
+/// An error of the file store.
+#[derive(Debug, Error)]
+pub enum StoreError {
+    /// The run file does not exist.
+    #[error("{}: no such file; create it with an earlier stage, or check the path", file.display())]
+    NotFound {
+        /// The run file.
+        file: PathBuf,
+    },
+    /// The path of the run file is a directory.
+    #[error("{}: is a directory; give the path of a file inside it", file.display())]
+    IsDirectory {
+        /// The path given.
+        file: PathBuf,
+    },
+    /// The folder of the run file does not exist.
+    #[error("{}: the folder {} does not exist; create it first", file.display(), folder.display())]
+    FolderMissing {
+        /// The run file.
+        file: PathBuf,
+        /// Its folder.
+        folder: PathBuf,
+    },
+    /// The file is no HDF5 file.
+    #[error("{}: not an HDF5 file; nothing was changed, choose another path", file.display())]
+    NotHdf5 {
+        /// The file.
+        file: PathBuf,
+    },
+    /// The file is an HDF5 file of something else.
+    #[error("{}: not one of our files: expected filetype \"{expected}\", found {found}; nothing was changed, choose another path", file.display())]
+    NotOurs {
+        /// The file.
+        file: PathBuf,
+        /// The file type of the layout.
+        expected: &'static str,
+        /// What stands there.
+        found: String,
+    },
+    /// The file has a format version this program does not read.
+    #[error("{}: format version {}.{} cannot be read, expected {}.{} or an older minor version; use the program that wrote it ({creator})", file.display(), found[0], found[1], expected[0], expected[1])]
+    Version {
+        /// The file.
+        file: PathBuf,
+        /// The version this program writes.
+        expected: [i64; 2],
+        /// The version of the file.
+        found: [i64; 2],
+        /// The program that wrote the file.
+        creator: String,
+    },
+    /// Another process is writing the file.
+    #[error("{}: busy, another process is writing it; wait until it is done (lock file {})", file.display(), lock.display())]
+    Busy {
+        /// The run file.
+        file: PathBuf,
+        /// The lock file beside it.
+        lock: PathBuf,
+    },
+    /// A dataset or stage that should be there is missing.
+    #[error("{}: {dataset} is missing; run the stage `{stage}` again", file.display())]
+    Missing {
+        /// The run file.
+        file: PathBuf,
+        /// Path of the dataset, group or attribute.
+        dataset: String,
+        /// The stage that writes it.
+        stage: Stage,
+    },
+    /// A dataset has another type, shape or encoding than the table says.
+    #[error("{}: {dataset}: expected {expected}, found {found}; run the stage that owns it again", file.display())]
+    Mismatch {
+        /// The run file.
+        file: PathBuf,
+        /// Path of the dataset or attribute.
+        dataset: String,
+        /// What the table, or an upstream dataset, says.
+        expected: String,
+        /// What the file holds.
+        found: String,
+    },
+    /// The values of a dataset, or the set of datasets of a stage, are not those that were written.
+    #[error("{}: {dataset} was altered since it was written: expected digest {expected}, found {found}; run the stage that owns it again", file.display())]
+    Altered {
+        /// The run file.
+        file: PathBuf,
+        /// Path of the dataset or stage group.
+        dataset: String,
+        /// The digest stored beside the data.
+        expected: String,
+        /// The digest of the data as they are.
+        found: String,
+    },
+    /// A number that must be finite is not.
+    #[error("{}: {dataset}: expected finite numbers, found {found} at flat index {index}; run the stage that owns it again", file.display())]
+    NotFinite {
+        /// The run file.
+        file: PathBuf,
+        /// Path of the dataset.
+        dataset: String,
+        /// Position in row-major order.
+        index: usize,
+        /// The value.
+        found: f64,
+    },
+    /// The file, or a dataset of it, cannot be what was written.
+    #[error("{}: {dataset} is damaged: {reason}; delete the file, or restore it, and run the stages again", file.display())]
+    Damaged {
+        /// The run file.
+        file: PathBuf,
+        /// Path of the dataset, `/` for the whole file.
+        dataset: String,
+        /// What gave it away.
+        reason: String,
+    },
+    /// HDF5 failed.
+    #[error("{}: {dataset}: HDF5 could not {action}; check the free space and the permissions of the folder", file.display())]
+    Hdf5 {
+        /// The file being read or written.
+        file: PathBuf,
+        /// Path of the dataset, group or attribute.
+        dataset: String,
+        /// What was tried.
+        action: &'static str,
+        /// The cause.
+        source: Box<hdf5::Error>,
+    },
+    /// The file system failed.
+    #[error("{}: could not {action}; check the free space and the permissions of the folder", file.display())]
+    Io {
+        /// The file being read or written.
+        file: PathBuf,
+        /// What was tried.
+        action: &'static str,
+        /// The cause.
+        source: io::Error,
+    },
+    /// The program broke the table of datasets: a defect of the program, not of the file.
+    #[error("internal error in the use of the dataset table: {0}; please report it")]
+    Internal(#[from] LayoutError),
+}
+
+impl StoreError {
+    /// Whether the error is a defect of the program rather than of the file or the machine.
+    pub fn is_internal(&self) -> bool {
+        matches!(self, StoreError::Internal(_))
+    }
+}
+
+/// A breach of the dataset table by the program itself.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum LayoutError {
+    /// The table has no such dataset.
+    #[error("{path} is not in the table")]
+    Unknown {
+        /// The path asked for.
+        path: String,
+    },
+    /// The dataset belongs to another stage than the one being written.
+    #[error("{path} belongs to the stage `{owner}`, not to `{writing}`")]
+    Stage {
+        /// The dataset.
+        path: &'static str,
+        /// The stage of the table.
+        owner: Stage,
+        /// The stage being written.
+        writing: Stage,
+    },
+    /// The dataset holds another kind of values.
+    #[error("{path} holds {expected}, not {found}")]
+    Kind {
+        /// The dataset.
+        path: &'static str,
+        /// The kind of the table.
+        expected: String,
+        /// The kind of the call.
+        found: String,
+    },
+    /// The shape breaks the table or contradicts an earlier dataset.
+    #[error("{path}: expected {expected}, found {found}")]
+    Shape {
+        /// The dataset.
+        path: &'static str,
+        /// The shape of the table with the sizes known.
+        expected: String,
+        /// The shape of the call.
+        found: String,
+    },
+    /// The number of values is not the product of the extents.
+    #[error("{path}: {found} values do not fill the shape {shape:?}")]
+    Length {
+        /// The dataset.
+        path: &'static str,
+        /// The shape of the call.
+        shape: Vec<usize>,
+        /// The number of values.
+        found: usize,
+    },
+    /// A value cannot be stored.
+    #[error("{path}: {reason}")]
+    Value {
+        /// The dataset.
+        path: &'static str,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A dataset, or a whole stage, was written twice.
+    #[error("{path} was written twice")]
+    Twice {
+        /// The dataset or group.
+        path: String,
+    },
+    /// A stage ended without a required dataset.
+    #[error("the stage `{stage}` did not write {}", missing.join(", "))]
+    NotWritten {
+        /// The stage.
+        stage: Stage,
+        /// The datasets that are missing.
+        missing: Vec<&'static str>,
+    },
+    /// A commit while a stage was still being written.
+    #[error("the stage `{stage}` was begun but not finished")]
+    NotFinished {
+        /// The stage.
+        stage: Stage,
+    },
+}

@@ -1,0 +1,110 @@
+//! The root attributes: file type, format version, creator; and how our files are opened.
+
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use hdf5::file::LibraryVersion;
+use hdf5_metno as hdf5;
+
+use super::attribute::{read_numbers, read_text, write_numbers, write_text};
+use super::error::StoreError;
+use super::place::{AtFile, AtPlace, Place};
+use super::table::Layout;
+
+/// The root attributes with their meanings, as the schema lists them.
+pub const ROOT_ATTRIBUTES: &[(&str, &str, &str)] = &[
+    ("filetype", "text", "what the file is"),
+    (
+        "format_version",
+        "i64[2]",
+        "major and minor version of the format; readers take any older minor one",
+    ),
+    (
+        "creator",
+        "text",
+        "the program that wrote the file, with its version",
+    ),
+];
+
+/// Creates an empty file, readable by HDF5 1.10 and newer.
+pub(super) fn create(path: &Path, layout: &Layout) -> Result<hdf5::File, StoreError> {
+    let place = Place {
+        file: path,
+        dataset: "/",
+    };
+    let file = hdf5::File::with_options()
+        .with_fapl(|access| {
+            access
+                .libver_bounds(LibraryVersion::V110, LibraryVersion::V110)
+                .file_locking(false)
+        })
+        .with_fcpl(|creation| creation.obj_track_times(false))
+        .create(path)
+        .at(place, "create the temporary file")?;
+    write_text(&file, place, "filetype", layout.filetype)?;
+    write_numbers(&file, place, "format_version", &layout.format_version)?;
+    write_text(&file, place, "creator", layout.creator)?;
+    Ok(file)
+}
+
+/// Opens a file of ours for reading.
+pub(super) fn open(path: &Path, layout: &Layout) -> Result<hdf5::File, StoreError> {
+    let metadata = fs::metadata(path).map_err(|source| match source.kind() {
+        io::ErrorKind::NotFound => StoreError::NotFound { file: path.into() },
+        _ => StoreError::Io {
+            file: path.into(),
+            action: "look at the file",
+            source,
+        },
+    })?;
+    if metadata.is_dir() {
+        return Err(StoreError::IsDirectory { file: path.into() });
+    }
+    fs::File::open(path).at_file(path, "open the file for reading")?;
+    let file = hdf5::File::with_options()
+        .with_fapl(|access| access.file_locking(false))
+        .open(path);
+    let file = file.map_err(|error| {
+        if error.contains_minor(hdf5::MinorErrorCode::NotHdf5) {
+            StoreError::NotHdf5 { file: path.into() }
+        } else {
+            Place {
+                file: path,
+                dataset: "/",
+            }
+            .damaged(error.to_string())
+        }
+    })?;
+    check(&file, path, layout)?;
+    Ok(file)
+}
+
+fn check(file: &hdf5::File, path: &Path, layout: &Layout) -> Result<(), StoreError> {
+    let place = Place {
+        file: path,
+        dataset: "/",
+    };
+    let filetype = read_text(file, place, "filetype");
+    if filetype.as_deref().ok() != Some(layout.filetype) {
+        let found = filetype.map_or_else(|_| "none".into(), |filetype| format!("\"{filetype}\""));
+        return Err(StoreError::NotOurs {
+            file: path.into(),
+            expected: layout.filetype,
+            found,
+        });
+    }
+    let creator = read_text(file, place, "creator")?;
+    let version: Vec<i64> = read_numbers(file, place, "format_version")?;
+    let expected = layout.format_version;
+    match version[..] {
+        [major, minor] if major == expected[0] && (0..=expected[1]).contains(&minor) => Ok(()),
+        [major, minor] => Err(StoreError::Version {
+            file: path.into(),
+            expected,
+            found: [major, minor],
+            creator,
+        }),
+        _ => Err(place.mismatch("format_version with two numbers", format!("{version:?}"))),
+    }
+}

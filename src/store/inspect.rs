@@ -1,0 +1,140 @@
+//! Looking at stages as a whole: records, sizes on disk, and the check of a stage against the table.
+
+use std::collections::BTreeSet;
+
+use hdf5_metno as hdf5;
+
+use super::attribute::read_text;
+use super::digest::of_stage;
+use super::error::StoreError;
+use super::layout::{DatasetSpec, Presence, Stage};
+use super::place::{AtPlace, Place};
+use super::reader::Reader;
+use super::record::{self, StoredStage};
+
+impl Reader {
+    /// How a stage was run, or `None` if the file does not hold it.
+    ///
+    /// # Errors
+    /// `Mismatch` if the group lacks an attribute or is not complete.
+    pub fn stage_record(&self, stage: Stage) -> Result<Option<StoredStage>, StoreError> {
+        match self.group(stage)? {
+            Some(group) => record::read(&group, self.stage_place(stage)).map(Some),
+            None => Ok(None),
+        }
+    }
+
+    /// Bytes the datasets of a stage take on disk; 0 if the file does not hold the stage.
+    pub fn stage_bytes(&self, stage: Stage) -> Result<u64, StoreError> {
+        let datasets = self.datasets_below(stage)?;
+        Ok(datasets.iter().map(|dataset| dataset.storage_size()).sum())
+    }
+
+    /// Checks the set of datasets of a stage against the table and against the digest of the stage.
+    ///
+    /// Values are not read: [`Reader::read`] checks them against the digest of their dataset.
+    ///
+    /// # Errors
+    /// `Missing` for a required dataset or the stage, `Mismatch` for a dataset the table does not know, `Altered` if
+    /// the digests of the datasets are not those the stage was finished with.
+    pub fn check_stage(&self, stage: Stage) -> Result<StoredStage, StoreError> {
+        let stored = self
+            .stage_record(stage)?
+            .ok_or_else(|| self.missing(stage.group(), stage))?;
+        self.refuse_unknown(stage)?;
+        let (held, absent): (Vec<&DatasetSpec>, Vec<_>) = self
+            .layout
+            .of_stage(stage)
+            .partition(|spec| self.holds(spec));
+        if let Some(spec) = absent
+            .iter()
+            .find(|spec| spec.presence == Presence::Required)
+        {
+            return Err(self.missing(spec.path, stage));
+        }
+        let mut digests = Vec::new();
+        for spec in held {
+            digests.push((spec, self.digest(spec)?));
+        }
+        let stable = digests.iter().filter(|(spec, _)| !spec.volatile);
+        let digest = of_stage(stable.map(|(spec, digest)| (spec.path, digest.as_str())));
+        self.stage_place(stage)
+            .same_digest(stored.digest.clone(), digest)?;
+        Ok(stored)
+    }
+
+    /// The digest stored beside a dataset.
+    fn digest(&self, spec: &DatasetSpec) -> Result<String, StoreError> {
+        let place = self.place(spec);
+        if spec.kind.is_matrix() {
+            read_text(
+                &*self.file.group(spec.path).at(place, "open the matrix")?,
+                place,
+                "digest",
+            )
+        } else {
+            read_text(
+                &**self.file.dataset(spec.path).at(place, "open the dataset")?,
+                place,
+                "digest",
+            )
+        }
+    }
+
+    fn refuse_unknown(&self, stage: Stage) -> Result<(), StoreError> {
+        let mut known = BTreeSet::new();
+        for spec in self.layout.of_stage(stage) {
+            if spec.kind.is_matrix() {
+                known.extend(
+                    ["data", "indices", "indptr"].map(|part| format!("{}/{part}", spec.path)),
+                );
+            } else {
+                known.insert(spec.path.into());
+            }
+        }
+        match self
+            .datasets_below(stage)?
+            .iter()
+            .map(|dataset| dataset.name())
+            .find(|name| !known.contains(name))
+        {
+            Some(name) => Err(Place {
+                file: &self.path,
+                dataset: &name,
+            }
+            .mismatch("only datasets of the table", "another one")),
+            None => Ok(()),
+        }
+    }
+
+    fn datasets_below(&self, stage: Stage) -> Result<Vec<hdf5::Dataset>, StoreError> {
+        let place = self.stage_place(stage);
+        let mut datasets = Vec::new();
+        let mut groups: Vec<_> = self.group(stage)?.into_iter().collect();
+        let mut seen = BTreeSet::new();
+        while let Some(group) = groups.pop() {
+            if seen.insert(group.name()) {
+                datasets.extend(group.datasets().at(place, "list the datasets")?);
+                groups.extend(group.groups().at(place, "list the groups")?);
+            }
+        }
+        Ok(datasets)
+    }
+
+    fn group(&self, stage: Stage) -> Result<Option<hdf5::Group>, StoreError> {
+        if !self.file.link_exists(stage.group()) {
+            return Ok(None);
+        }
+        self.file
+            .group(stage.group())
+            .map(Some)
+            .at(self.stage_place(stage), "open the group")
+    }
+
+    fn stage_place(&self, stage: Stage) -> Place<'_> {
+        Place {
+            file: &self.path,
+            dataset: stage.group(),
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! The lock of a run file: one writing process at a time.
+
+use std::ffi::OsString;
+use std::fs::{self, File, TryLockError};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::error::StoreError;
+use super::place::AtFile;
+use super::reader::Reader;
+use super::table::Layout;
+
+/// What to do about a run file that does not exist.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IfMissing {
+    /// Start a new file.
+    Create,
+    /// Refuse.
+    Refuse,
+}
+
+/// A run file this process alone may replace; given free when dropped.
+///
+/// The lock is on a hidden file `.NAME.lock` beside the run file, because every commit replaces the run file itself.
+#[derive(Debug)]
+pub struct RunFile {
+    pub(super) path: PathBuf,
+    pub(super) folder: PathBuf,
+    pub(super) temporary: PathBuf,
+    pub(super) layout: Layout,
+    _lock: File,
+}
+
+impl RunFile {
+    /// Locks a run file and removes what a killed process left beside it.
+    ///
+    /// # Errors
+    /// `Busy` if another process has it; `IsDirectory`, `FolderMissing`, `NotFound`, or the errors of
+    /// [`Reader::open`] for a file that is not ours, with nothing changed on disk.
+    pub fn lock(path: &Path, layout: Layout, if_missing: IfMissing) -> Result<Self, StoreError> {
+        let (folder, name) = locate(path)?;
+        let path = folder.join(&name);
+        match Reader::open(&path, layout) {
+            Err(StoreError::NotFound { .. }) if if_missing == IfMissing::Create => {}
+            opened => drop(opened?),
+        }
+        let lock = hidden(&folder, &name, ".lock");
+        let file = File::options()
+            .create(true)
+            .truncate(false)
+            .write(true)
+            .open(&lock);
+        let file = file.at_file(&lock, "open the lock file")?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => return Err(StoreError::Busy { file: path, lock }),
+            Err(TryLockError::Error(source)) => {
+                return Err(StoreError::Io {
+                    file: lock,
+                    action: "lock the lock file",
+                    source,
+                });
+            }
+        }
+        let temporary = hidden(&folder, &name, ".part");
+        match fs::remove_file(&temporary) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                Err(error).at_file(&temporary, "remove what a killed process left")?;
+            }
+            _ => {}
+        }
+        Ok(RunFile {
+            path,
+            folder,
+            temporary,
+            layout,
+            _lock: file,
+        })
+    }
+
+    /// The path of the run file, symbolic links resolved.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+/// The true folder and the name of a run file; a symbolic link to a file leads to the file.
+fn locate(path: &Path) -> Result<(PathBuf, OsString), StoreError> {
+    if path.is_dir() {
+        return Err(StoreError::IsDirectory { file: path.into() });
+    }
+    let path = match path.is_symlink() {
+        true => path
+            .canonicalize()
+            .at_file(path, "follow the symbolic link")?,
+        false => path.to_path_buf(),
+    };
+    let name = path
+        .file_name()
+        .ok_or_else(|| StoreError::IsDirectory { file: path.clone() })?;
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    match folder.canonicalize() {
+        Ok(folder) => Ok((folder, name.into())),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Err(StoreError::FolderMissing {
+            file: path.clone(),
+            folder: folder.into(),
+        }),
+        Err(error) => Err(error).at_file(folder, "find the folder"),
+    }
+}
+
+fn hidden(folder: &Path, name: &OsString, suffix: &str) -> PathBuf {
+    let mut hidden = OsString::from(".");
+    hidden.push(name);
+    hidden.push(suffix);
+    folder.join(hidden)
+}

@@ -1,0 +1,148 @@
+//! Sparse matrices in the file: groups `{data, indices, indptr}` as scipy and AnnData know them.
+
+use hdf5_metno as hdf5;
+
+use super::attribute::{read_numbers, read_text, write_numbers, write_text};
+use super::bounds;
+use super::dataset::{new_dataset, open_dataset};
+use super::digest::DatasetDigest;
+use super::element::Element;
+use super::error::StoreError;
+use super::layout::{DatasetSpec, Kind, Storage};
+use super::place::{AtPlace, Place};
+use super::reader::{Reader, to_indices};
+use super::sparse::{SparseMatrix, SparseView};
+
+/// The value of `encoding-version` in the AnnData convention.
+const ENCODING_VERSION: &str = "0.1.0";
+
+impl Reader {
+    /// Reads a sparse matrix and checks its compressed format.
+    ///
+    /// # Errors
+    /// As for [`Reader::read`]; `Damaged` if `indptr` or `indices` are not those of a matrix.
+    pub fn read_matrix(&self, path: &str) -> Result<SparseMatrix, StoreError> {
+        let spec = self.spec(path, Kind::is_matrix, Kind::CscMatrix)?;
+        let place = self.place(spec);
+        let group = self.file.group(spec.path).at(place, "open the matrix")?;
+        let encoding = read_text(&group, place, "encoding-type")?;
+        if encoding != spec.kind.tag() {
+            return Err(place.mismatch(spec.kind.tag(), encoding));
+        }
+        let shape = shape(self, spec)?;
+        self.check_shape(spec, &shape)?;
+        let indptr: Vec<i64> = self.part(spec, "indptr")?;
+        let indices: Vec<i64> = self.part(spec, "indices")?;
+        let data: Vec<f64> = self.part(spec, "data")?;
+        place.same_digest(
+            read_text(&group, place, "digest")?,
+            digest(spec, shape, &indptr, &indices, &data),
+        )?;
+        let indptr = to_indices(&indptr, place)?;
+        let matrix = SparseMatrix {
+            shape,
+            indptr,
+            indices: to_indices(&indices, place)?,
+            data,
+        };
+        matrix
+            .view()
+            .problem(spec.kind)
+            .map_or(Ok(matrix), |problem| Err(place.damaged(problem)))
+    }
+
+    fn part<T: Element>(&self, spec: &DatasetSpec, name: &str) -> Result<Vec<T>, StoreError> {
+        let path = format!("{}/{name}", spec.path);
+        let place = Place {
+            file: &self.path,
+            dataset: &path,
+        };
+        if !self.file.link_exists(&path) {
+            return Err(self.missing(&path, spec.stage));
+        }
+        let dataset = open_dataset(&self.file, place, &T::type_descriptor())?;
+        if dataset.ndim() != 1 {
+            return Err(place.mismatch("a vector", format!("shape {:?}", dataset.shape())));
+        }
+        bounds::check(&dataset, place, self.bytes)?;
+        dataset.read_raw().at(place, "read the values")
+    }
+}
+
+/// The attribute `shape` of a stored matrix: rows, columns.
+pub(super) fn shape(reader: &Reader, spec: &DatasetSpec) -> Result<[usize; 2], StoreError> {
+    let place = reader.place(spec);
+    let group = reader.file.group(spec.path).at(place, "open the matrix")?;
+    let shape = to_indices(&read_numbers(&group, place, "shape")?, place)?;
+    <[usize; 2]>::try_from(shape)
+        .map_err(|shape| place.mismatch("two extents", format!("{shape:?}")))
+}
+
+/// Writes a matrix as a new group and returns the group and its digest.
+pub(super) fn write(
+    parent: &hdf5::Group,
+    place: Place<'_>,
+    spec: &DatasetSpec,
+    matrix: SparseView<'_>,
+) -> Result<(hdf5::Group, String), StoreError> {
+    let group = parent
+        .create_group_builder()
+        .obj_track_times(false)
+        .create_intermediate_group(true)
+        .create(spec.name())
+        .at(place, "create the matrix")?;
+    let indptr = from_indices(matrix.indptr);
+    let indices = from_indices(matrix.indices);
+    new_dataset(
+        &group,
+        place,
+        "indptr",
+        &[indptr.len()],
+        spec.storage,
+        &indptr,
+    )?;
+    new_dataset(
+        &group,
+        place,
+        "indices",
+        &[indices.len()],
+        spec.storage,
+        &indices,
+    )?;
+    new_dataset(
+        &group,
+        place,
+        "data",
+        &[matrix.data.len()],
+        Storage::Plain,
+        matrix.data,
+    )?;
+    write_text(&group, place, "encoding-type", spec.kind.tag())?;
+    write_text(&group, place, "encoding-version", ENCODING_VERSION)?;
+    write_numbers(&group, place, "shape", &from_indices(&matrix.shape))?;
+    let digest = digest(spec, matrix.shape, &indptr, &indices, matrix.data);
+    Ok((group, digest))
+}
+
+/// Indices as the file stores them; a slice in memory has fewer than 2^63 elements, so its indices fit.
+pub(super) fn from_indices(indices: &[usize]) -> Vec<i64> {
+    indices
+        .iter()
+        .map(|&index| i64::try_from(index).unwrap_or(i64::MAX))
+        .collect()
+}
+
+fn digest(
+    spec: &DatasetSpec,
+    shape: [usize; 2],
+    indptr: &[i64],
+    indices: &[i64],
+    data: &[f64],
+) -> String {
+    let mut digest = DatasetDigest::new(spec.kind, &shape);
+    digest.size(data.len());
+    digest.values(indptr);
+    digest.values(indices);
+    digest.values(data);
+    digest.finish()
+}

@@ -1,0 +1,290 @@
+//! Reading a run file: every dataset is checked against the table and against its digest.
+
+use std::path::{Path, PathBuf};
+
+use hdf5::H5Type;
+use hdf5::types::{TypeDescriptor, VarLenUnicode};
+use hdf5_metno as hdf5;
+use ndarray::ArrayD;
+
+use super::attribute::read_text;
+use super::bounds;
+use super::dataset::open_dataset;
+use super::digest::{of_texts, of_values};
+use super::element::Element;
+use super::enumeration::StoredEnum;
+use super::error::{LayoutError, StoreError};
+use super::extents::Sizes;
+use super::header;
+use super::layout::{DatasetSpec, Kind, Stage};
+use super::matrix;
+use super::place::{AtFile, AtPlace, Place};
+use super::table::Layout;
+
+/// A run file opened for reading.
+///
+/// A symbolic size gets its value from the first dataset that has it, in the order of the table, stages upstream
+/// first: after a new mesh, the datasets of a stale later stage are the ones that are refused.
+#[derive(Debug)]
+pub struct Reader {
+    pub(super) path: PathBuf,
+    pub(super) file: hdf5::File,
+    pub(super) layout: Layout,
+    pub(super) bytes: u64,
+    sizes: Sizes,
+}
+
+impl Reader {
+    /// Opens a run file and checks its root attributes.
+    ///
+    /// # Errors
+    /// `NotFound`, `IsDirectory`, `NotHdf5`, `NotOurs`, `Version`, or `Damaged` for a truncated file.
+    pub fn open(path: &Path, layout: Layout) -> Result<Self, StoreError> {
+        let file = header::open(path, &layout)?;
+        let bytes = std::fs::metadata(path)
+            .at_file(path, "look at the file")?
+            .len();
+        let mut reader = Reader {
+            path: path.into(),
+            file,
+            layout,
+            bytes,
+            sizes: Sizes::default(),
+        };
+        reader.sizes = reader.sizes_of(&Stage::ALL);
+        Ok(reader)
+    }
+
+    /// The path of the file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether a dataset of the table is in the file.
+    pub fn has(&self, path: &str) -> bool {
+        self.layout.find(path).is_some_and(|spec| self.holds(spec))
+    }
+
+    /// Reads numbers in row-major order, with their shape.
+    ///
+    /// # Errors
+    /// `Missing`, `Mismatch` of type or shape, `Altered`, `Damaged`; `Internal` for a path or kind not in the table.
+    pub fn read<T: Element>(&self, path: &str) -> Result<ArrayD<T>, StoreError> {
+        let spec = self.spec(path, |kind| kind == T::KIND, T::KIND)?;
+        let (values, shape) = self.values(spec, &T::type_descriptor())?;
+        array(values, shape, self.place(spec))
+    }
+
+    /// Reads numbers in row-major order, without their shape; errors as for [`Reader::read`].
+    pub fn read_vec<T: Element>(&self, path: &str) -> Result<Vec<T>, StoreError> {
+        let spec = self.spec(path, |kind| kind == T::KIND, T::KIND)?;
+        Ok(self.values(spec, &T::type_descriptor())?.0)
+    }
+
+    /// Reads doubles and refuses NaN and infinities; other errors as for [`Reader::read`].
+    pub fn read_finite_f64(&self, path: &str) -> Result<ArrayD<f64>, StoreError> {
+        let array = self.read::<f64>(path)?;
+        match array.iter().position(|value| !value.is_finite()) {
+            None => Ok(array),
+            Some(index) => Err(StoreError::NotFinite {
+                file: self.path.clone(),
+                dataset: path.into(),
+                index,
+                found: array.iter().nth(index).copied().unwrap_or(f64::NAN),
+            }),
+        }
+    }
+
+    /// Reads indices stored as `i64`; `Damaged` if one is negative, other errors as for [`Reader::read`].
+    pub fn read_indices(&self, path: &str) -> Result<ArrayD<usize>, StoreError> {
+        let spec = self.spec(path, |kind| kind == Kind::I64, Kind::I64)?;
+        let (values, shape) = self.values::<i64>(spec, &i64::type_descriptor())?;
+        array(
+            to_indices(&values, self.place(spec))?,
+            shape,
+            self.place(spec),
+        )
+    }
+
+    /// Reads members of an enumeration; `Damaged` for an unknown code, other errors as for [`Reader::read`].
+    pub fn read_enum<E: StoredEnum>(&self, path: &str) -> Result<ArrayD<E>, StoreError> {
+        let kind = Kind::Enum(E::SPEC);
+        let spec = self.spec(path, |found| found == kind, kind)?;
+        let (codes, shape) = self.values::<u8>(spec, &E::type_descriptor())?;
+        let members = codes.iter().map(|&code| {
+            E::from_code(code).ok_or_else(|| {
+                self.place(spec)
+                    .damaged(format!("{code} is no {}", E::SPEC.name))
+            })
+        });
+        array(members.collect::<Result<_, _>>()?, shape, self.place(spec))
+    }
+
+    /// Reads one text; errors as for [`Reader::read`].
+    pub fn read_text(&self, path: &str) -> Result<String, StoreError> {
+        let mut texts = self.read_texts(path)?;
+        let count = texts.len();
+        texts.pop().filter(|_| count == 1).ok_or_else(|| {
+            Place {
+                file: &self.path,
+                dataset: path,
+            }
+            .mismatch("one text", format!("{count} texts"))
+        })
+    }
+
+    /// Reads a list of texts; errors as for [`Reader::read`].
+    pub fn read_texts(&self, path: &str) -> Result<Vec<String>, StoreError> {
+        let spec = self.spec(path, |kind| kind == Kind::Text, Kind::Text)?;
+        let place = self.place(spec);
+        let dataset = self.dataset(spec, &TypeDescriptor::VarLenUnicode)?;
+        let shape = self.checked_shape(spec, &dataset)?;
+        let raw = dataset
+            .read_raw::<VarLenUnicode>()
+            .at(place, "read the texts")?;
+        let texts = raw
+            .iter()
+            .map(|text| std::str::from_utf8(text.as_bytes()).map(str::to_owned));
+        let texts: Vec<_> = texts
+            .collect::<Result<_, _>>()
+            .map_err(|_| place.damaged("a text is not UTF-8"))?;
+        place.same_digest(
+            read_text(&dataset, place, "digest")?,
+            of_texts(&shape, &texts),
+        )?;
+        Ok(texts)
+    }
+
+    /// The sizes fixed by the datasets of some stages; unreadable datasets are left to their readers.
+    pub(super) fn sizes_of(&self, stages: &[Stage]) -> Sizes {
+        let mut sizes = Sizes::default();
+        for spec in stages.iter().flat_map(|&stage| self.layout.of_stage(stage)) {
+            let shape = if !self.holds(spec) {
+                None
+            } else if spec.kind.is_matrix() {
+                matrix::shape(self, spec).ok().map(Vec::from)
+            } else {
+                self.file
+                    .dataset(spec.path)
+                    .and_then(|dataset| dataset.get_shape())
+                    .ok()
+            };
+            if let Some(shape) = shape {
+                // A dataset that contradicts an upstream one is refused when it is read.
+                let _ = sizes.bind(spec, &shape);
+            }
+        }
+        sizes
+    }
+
+    pub(super) fn place<'a>(&'a self, spec: &DatasetSpec) -> Place<'a> {
+        Place {
+            file: &self.path,
+            dataset: spec.path,
+        }
+    }
+
+    /// Whether every group on the way, and the dataset itself, is linked.
+    pub(super) fn holds(&self, spec: &DatasetSpec) -> bool {
+        let ends = spec
+            .path
+            .match_indices('/')
+            .map(|(end, _)| end)
+            .skip(1)
+            .chain([spec.path.len()]);
+        ends.into_iter()
+            .all(|end| self.file.link_exists(&spec.path[..end]))
+    }
+
+    pub(super) fn missing(&self, dataset: &str, stage: Stage) -> StoreError {
+        StoreError::Missing {
+            file: self.path.clone(),
+            dataset: dataset.into(),
+            stage,
+        }
+    }
+
+    /// The row of a path, if it holds the kind that is asked for.
+    pub(super) fn spec(
+        &self,
+        path: &str,
+        fits: impl Fn(Kind) -> bool,
+        asked: Kind,
+    ) -> Result<&'static DatasetSpec, StoreError> {
+        let spec = self
+            .layout
+            .find(path)
+            .ok_or_else(|| LayoutError::Unknown { path: path.into() })?;
+        if !fits(spec.kind) {
+            let (expected, found) = (spec.kind.to_string(), asked.to_string());
+            return Err(LayoutError::Kind {
+                path: spec.path,
+                expected,
+                found,
+            }
+            .into());
+        }
+        if !self.holds(spec) {
+            return Err(self.missing(spec.path, spec.stage));
+        }
+        Ok(spec)
+    }
+
+    pub(super) fn check_shape(
+        &self,
+        spec: &DatasetSpec,
+        shape: &[usize],
+    ) -> Result<(), StoreError> {
+        let conflict = |conflict: super::extents::ShapeConflict| {
+            self.place(spec).mismatch(conflict.expected, conflict.found)
+        };
+        self.sizes.check(spec, shape).map_err(conflict)
+    }
+
+    fn dataset(
+        &self,
+        spec: &DatasetSpec,
+        expected: &TypeDescriptor,
+    ) -> Result<hdf5::Dataset, StoreError> {
+        open_dataset(&self.file, self.place(spec), expected)
+    }
+
+    fn checked_shape(
+        &self,
+        spec: &DatasetSpec,
+        dataset: &hdf5::Dataset,
+    ) -> Result<Vec<usize>, StoreError> {
+        let place = self.place(spec);
+        let shape = dataset.get_shape().at(place, "read the shape")?;
+        self.check_shape(spec, &shape)?;
+        bounds::check(dataset, place, self.bytes)?;
+        Ok(shape)
+    }
+
+    fn values<T: Element>(
+        &self,
+        spec: &DatasetSpec,
+        expected: &TypeDescriptor,
+    ) -> Result<(Vec<T>, Vec<usize>), StoreError> {
+        let place = self.place(spec);
+        let dataset = self.dataset(spec, expected)?;
+        let shape = self.checked_shape(spec, &dataset)?;
+        let values = dataset.read_raw::<T>().at(place, "read the values")?;
+        place.same_digest(
+            read_text(&dataset, place, "digest")?,
+            of_values(spec.kind, &shape, &values),
+        )?;
+        Ok((values, shape))
+    }
+}
+
+pub(super) fn to_indices(values: &[i64], place: Place<'_>) -> Result<Vec<usize>, StoreError> {
+    let index = |&value: &i64| {
+        usize::try_from(value).map_err(|_| place.damaged(format!("{value} is no index")))
+    };
+    values.iter().map(index).collect()
+}
+
+fn array<T>(values: Vec<T>, shape: Vec<usize>, place: Place<'_>) -> Result<ArrayD<T>, StoreError> {
+    ArrayD::from_shape_vec(shape, values).map_err(|error| place.damaged(error.to_string()))
+}

@@ -1,0 +1,83 @@
+//! Temporary files: removed when dropped, and before the process dies of SIGINT or SIGTERM.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread;
+
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
+use signal_hook::low_level::emulate_default_handler;
+
+/// The temporaries of this process. Whoever holds the lock decides alone: a rename, or the end of the process.
+static TEMPORARIES: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// Whether the thread that waits for signals runs.
+static INSTALLED: Mutex<bool> = Mutex::new(false);
+
+/// Starts the thread that removes the temporaries on SIGINT or SIGTERM and lets the signal end the process.
+///
+/// A rename that has begun is completed first. Calling it again does nothing.
+///
+/// # Errors
+/// If the system refuses the signal handlers or the thread.
+pub fn install() -> io::Result<()> {
+    let mut installed = INSTALLED.lock().unwrap_or_else(PoisonError::into_inner);
+    if !*installed {
+        let mut signals = Signals::new([SIGINT, SIGTERM])?;
+        thread::Builder::new()
+            .name("signals".into())
+            .spawn(move || {
+                for signal in signals.forever() {
+                    let temporaries = temporaries();
+                    for temporary in temporaries.iter() {
+                        let _ = fs::remove_file(temporary);
+                    }
+                    let _ = emulate_default_handler(signal);
+                }
+            })?;
+        *installed = true;
+    }
+    Ok(())
+}
+
+/// A temporary file that vanishes unless it is published.
+#[derive(Debug)]
+pub(super) struct Temporary {
+    path: PathBuf,
+}
+
+impl Temporary {
+    /// Takes charge of a path, before the file is created.
+    pub(super) fn new(path: PathBuf) -> Self {
+        temporaries().insert(path.clone());
+        Temporary { path }
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Renames the file; a signal acts either before or after.
+    pub(super) fn publish(&self, target: &Path) -> io::Result<()> {
+        let mut temporaries = temporaries();
+        fs::rename(&self.path, target)?;
+        temporaries.remove(&self.path);
+        Ok(())
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        let mut temporaries = temporaries();
+        if temporaries.remove(&self.path) {
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
+fn temporaries() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    TEMPORARIES.lock().unwrap_or_else(PoisonError::into_inner)
+}

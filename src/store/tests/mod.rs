@@ -1,0 +1,8 @@
+//! Tests of the mechanics of the table on a small sample format.
+
+mod damage;
+mod kills;
+mod round_trip;
+mod rules;
+mod sample;
+mod transactions;

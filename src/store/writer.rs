@@ -1,0 +1,295 @@
+//! Writing one stage: every dataset is looked up in the table and gets its attributes and digest.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use hdf5::types::VarLenUnicode;
+use hdf5_metno as hdf5;
+use ndarray::ArrayViewD;
+
+use super::attribute::{unicode, write_text};
+use super::dataset::new_dataset;
+use super::digest::{of_stage, of_texts, of_values};
+use super::element::Element;
+use super::enumeration::StoredEnum;
+use super::error::{LayoutError, StoreError};
+use super::layout::{DatasetSpec, Kind, Presence, Stage, Storage};
+use super::matrix::{self, from_indices};
+use super::place::{AtPlace, Place};
+use super::record::{self, StageRecord};
+use super::sparse::SparseView;
+use super::transaction::Transaction;
+
+/// Writes the datasets of one stage into a transaction.
+///
+/// Every method has the errors `Internal` for a breach of the table and `Hdf5` if writing fails.
+#[derive(Debug)]
+pub struct StageWriter<'t> {
+    transaction: &'t mut Transaction,
+    stage: Stage,
+    group: hdf5::Group,
+    digests: BTreeMap<&'static str, (String, bool)>,
+}
+
+impl<'t> StageWriter<'t> {
+    pub(super) fn new(transaction: &'t mut Transaction, stage: Stage, group: hdf5::Group) -> Self {
+        StageWriter {
+            transaction,
+            stage,
+            group,
+            digests: BTreeMap::new(),
+        }
+    }
+
+    /// Writes numbers in row-major order.
+    pub fn write<T: Element>(
+        &mut self,
+        path: &str,
+        values: &[T],
+        shape: &[usize],
+    ) -> Result<(), StoreError> {
+        let spec = self.admit(path, T::KIND, shape, Some(values.len()))?;
+        let dataset = new_dataset(
+            &self.group,
+            self.place(spec),
+            spec.name(),
+            shape,
+            spec.storage,
+            values,
+        )?;
+        self.seal(spec, &dataset, of_values(spec.kind, shape, values))
+    }
+
+    /// Writes an array of any memory order.
+    pub fn write_array<T: Element>(
+        &mut self,
+        path: &str,
+        array: ArrayViewD<'_, T>,
+    ) -> Result<(), StoreError> {
+        let ordered = array.as_standard_layout();
+        self.write(path, ordered.as_slice().unwrap_or(&[]), array.shape())
+    }
+
+    /// Writes indices as `i64`.
+    pub fn write_indices(
+        &mut self,
+        path: &str,
+        indices: &[usize],
+        shape: &[usize],
+    ) -> Result<(), StoreError> {
+        self.write(path, &from_indices(indices), shape)
+    }
+
+    /// Writes members of an enumeration in row-major order.
+    pub fn write_enum<E: StoredEnum>(
+        &mut self,
+        path: &str,
+        members: &[E],
+        shape: &[usize],
+    ) -> Result<(), StoreError> {
+        let spec = self.admit(path, Kind::Enum(E::SPEC), shape, Some(members.len()))?;
+        let dataset = new_dataset(
+            &self.group,
+            self.place(spec),
+            spec.name(),
+            shape,
+            spec.storage,
+            members,
+        )?;
+        let codes: Vec<_> = members.iter().map(|member| member.code()).collect();
+        self.seal(spec, &dataset, of_values(spec.kind, shape, &codes))
+    }
+
+    /// Writes one text.
+    pub fn write_text(&mut self, path: &str, text: &str) -> Result<(), StoreError> {
+        self.texts(path, &[text], &[])
+    }
+
+    /// Writes a list of texts.
+    pub fn write_texts(&mut self, path: &str, texts: &[&str]) -> Result<(), StoreError> {
+        self.texts(path, texts, &[texts.len()])
+    }
+
+    /// Writes a sparse matrix of the compression the table says.
+    pub fn write_matrix(&mut self, path: &str, matrix: SparseView<'_>) -> Result<(), StoreError> {
+        let kind = self.find(path)?.kind;
+        let kind = if kind.is_matrix() {
+            kind
+        } else {
+            Kind::CscMatrix
+        };
+        let spec = self.admit(path, kind, &matrix.shape, None)?;
+        if let Some(reason) = matrix.problem(spec.kind) {
+            return Err(LayoutError::Value {
+                path: spec.path,
+                reason,
+            }
+            .into());
+        }
+        let (group, digest) = matrix::write(&self.group, self.place(spec), spec, matrix)?;
+        self.seal(spec, &group, digest)
+    }
+
+    /// Writes a fixed-length ASCII attribute on the group of the stage, as VTKHDF wants its `Type`.
+    pub fn write_ascii_attribute<const N: usize>(
+        &mut self,
+        name: &str,
+        text: &[u8; N],
+    ) -> Result<(), StoreError> {
+        let place = self.stage_place();
+        let text = hdf5::types::FixedAscii::<N>::from_ascii(text)
+            .map_err(|error| hdf5::Error::from(error.to_string()))
+            .at(place, "store a text that is not ASCII")?;
+        let attribute = self
+            .group
+            .new_attr::<hdf5::types::FixedAscii<N>>()
+            .create(name);
+        attribute
+            .and_then(|attribute| attribute.write_scalar(&text))
+            .at(place, "write an attribute")
+    }
+
+    /// Writes an attribute of numbers on the group of the stage, as VTKHDF wants its `Version`.
+    pub fn write_number_attribute<T: Element>(
+        &mut self,
+        name: &str,
+        values: &[T],
+    ) -> Result<(), StoreError> {
+        super::attribute::write_numbers(&self.group, self.stage_place(), name, values)
+    }
+
+    /// Ends the stage and returns its digest.
+    ///
+    /// # Errors
+    /// `Internal` if a required dataset was not written.
+    pub fn finish(self, record: &StageRecord) -> Result<String, StoreError> {
+        let stage = self.stage;
+        let required = self
+            .transaction
+            .layout()
+            .of_stage(stage)
+            .filter(|spec| spec.presence == Presence::Required);
+        let missing: Vec<_> = required
+            .map(|spec| spec.path)
+            .filter(|path| !self.digests.contains_key(path))
+            .collect();
+        if !missing.is_empty() {
+            return Err(LayoutError::NotWritten { stage, missing }.into());
+        }
+        let stable = self.digests.iter().filter(|(_, (_, volatile))| !volatile);
+        let digest = of_stage(stable.map(|(path, (digest, _))| (*path, digest.as_str())));
+        record::write(&self.group, self.stage_place(), record, &digest)?;
+        self.transaction.stage_finished();
+        Ok(digest)
+    }
+
+    fn texts(&mut self, path: &str, texts: &[&str], shape: &[usize]) -> Result<(), StoreError> {
+        let spec = self.admit(path, Kind::Text, shape, Some(texts.len()))?;
+        let place = self.place(spec);
+        let unicode: hdf5::Result<Vec<VarLenUnicode>> =
+            texts.iter().map(|text| unicode(text)).collect();
+        let unicode = unicode.map_err(|error| LayoutError::Value {
+            path: spec.path,
+            reason: error.to_string(),
+        })?;
+        let dataset = new_dataset(
+            &self.group,
+            place,
+            spec.name(),
+            shape,
+            Storage::Plain,
+            &unicode,
+        )?;
+        self.seal(spec, &dataset, of_texts(shape, texts))
+    }
+
+    fn find(&self, path: &str) -> Result<&'static DatasetSpec, LayoutError> {
+        self.transaction
+            .layout()
+            .find(path)
+            .ok_or_else(|| LayoutError::Unknown { path: path.into() })
+    }
+
+    /// The row of a path, if the table allows these values there now.
+    fn admit(
+        &mut self,
+        path: &str,
+        kind: Kind,
+        shape: &[usize],
+        count: Option<usize>,
+    ) -> Result<&'static DatasetSpec, StoreError> {
+        let spec = self.find(path)?;
+        let path = spec.path;
+        if spec.stage != self.stage {
+            return Err(LayoutError::Stage {
+                path,
+                owner: spec.stage,
+                writing: self.stage,
+            }
+            .into());
+        }
+        if spec.kind != kind {
+            return Err(LayoutError::Kind {
+                path,
+                expected: spec.kind.to_string(),
+                found: kind.to_string(),
+            }
+            .into());
+        }
+        if self.digests.contains_key(path) {
+            return Err(LayoutError::Twice { path: path.into() }.into());
+        }
+        let volume = shape
+            .iter()
+            .try_fold(1_usize, |volume, &extent| volume.checked_mul(extent));
+        if let Some(found) = count.filter(|&count| Some(count) != volume) {
+            return Err(LayoutError::Length {
+                path,
+                shape: shape.into(),
+                found,
+            }
+            .into());
+        }
+        let bound = self.transaction.sizes_mut().bind(spec, shape);
+        bound.map_err(|conflict| LayoutError::Shape {
+            path,
+            expected: conflict.expected,
+            found: conflict.found,
+        })?;
+        Ok(spec)
+    }
+
+    /// Writes the attributes of a dataset and remembers its digest.
+    fn seal(
+        &mut self,
+        spec: &'static DatasetSpec,
+        object: &hdf5::Location,
+        digest: String,
+    ) -> Result<(), StoreError> {
+        let place = self.place(spec);
+        write_text(object, place, "units", spec.unit)?;
+        write_text(object, place, "symbol", spec.symbol)?;
+        write_text(object, place, "description", spec.description)?;
+        write_text(object, place, "digest", &digest)?;
+        self.digests.insert(spec.path, (digest, spec.volatile));
+        Ok(())
+    }
+
+    fn place(&self, spec: &DatasetSpec) -> Place<'_> {
+        Place {
+            file: self.file(),
+            dataset: spec.path,
+        }
+    }
+
+    fn stage_place(&self) -> Place<'_> {
+        Place {
+            file: self.file(),
+            dataset: self.stage.group(),
+        }
+    }
+
+    fn file(&self) -> &Path {
+        self.transaction.path()
+    }
+}
