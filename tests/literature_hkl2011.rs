@@ -22,7 +22,9 @@ use rayon::prelude::*;
 use support::{Problem, hkl_scene};
 
 /// (n_div, 3n, 3m, [(iter, n_A) of control (a)] for Tables 1 and 2).
-const PUBLISHED: [(usize, usize, usize, [(usize, usize); 2]); 7] = [
+type Row = (usize, usize, usize, [(usize, usize); 2]);
+
+const PUBLISHED: [Row; 7] = [
     (4, 900, 36, [(6, 779), (7, 720)]),
     (6, 2646, 81, [(8, 1091), (8, 849)]),
     (8, 5832, 144, [(8, 1131), (8, 860)]),

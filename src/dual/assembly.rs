@@ -2,8 +2,11 @@ use thiserror::Error;
 
 use crate::{
     contact::Coupling,
-    elasticity::{DofMap, load_vector, stiffness},
-    linalg::{CholeskyFactor, CscMatrix, FactorError, OrderingError, Workspace, amd},
+    elasticity::{DofMap, load_vector, node_adjacency, stiffness},
+    linalg::{
+        CholeskyFactor, CscMatrix, FactorError, OrderingError, Workspace, expand_to_unknowns,
+        nested_dissection,
+    },
     mesh::Mesh,
     scene::Scene,
 };
@@ -74,8 +77,9 @@ impl Assembly {
         let stiffness = stiffness(mesh, &scene.material.elasticity(), &dofs);
         let load = dofs.to_free(&load_vector(mesh, &scene.tractions));
         let coupling = Coupling::new(&mesh.contact, &scene.contact.frame(), &dofs);
-        let factor = CholeskyFactor::factorise(&stiffness, amd(&stiffness)?, threads)
-            .map_err(|e| explain(e, &dofs))?;
+        let factor =
+            CholeskyFactor::factorise(&stiffness, fill_reducing_order(mesh, &dofs)?, threads)
+                .map_err(|e| explain(e, &dofs))?;
         let mut unconstrained = load.clone();
         factor.solve_in_place(&mut unconstrained, &mut Workspace::default());
         let mut dual_rhs = coupling.integrate(&unconstrained);
@@ -94,6 +98,15 @@ impl Assembly {
             dual_rhs,
         })
     }
+}
+
+/// Nested dissection of the mesh, its free degrees of freedom node by node.
+fn fill_reducing_order(mesh: &Mesh, dofs: &DofMap) -> Result<Vec<usize>, OrderingError> {
+    let (offsets, neighbours) = node_adjacency(mesh);
+    let nodes = nested_dissection(&offsets, &neighbours, &mesh.coordinates)?;
+    Ok(expand_to_unknowns(&nodes, |node| {
+        dofs.dof[node].into_iter().flatten()
+    }))
 }
 
 /// Names the node and component of a failed pivot.

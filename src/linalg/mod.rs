@@ -1,21 +1,28 @@
 //! Sparse symmetric linear algebra: compressed columns, fill-reducing orderings, supernodal Cholesky factors.
 
 mod block_solve;
+mod dissection;
 mod elimination_tree;
 mod factor;
 mod factor_parts;
+mod forward_rows;
 mod ordering;
 mod reach;
+mod separator;
 mod solve;
 mod sparse;
 
 #[cfg(test)]
 mod factor_tests;
 #[cfg(test)]
+mod forward_rows_tests;
+#[cfg(test)]
 mod test_brick;
 
+pub use dissection::{expand_to_unknowns, nested_dissection};
 pub use factor::{CholeskyFactor, FactorError};
 pub use factor_parts::PartsError;
+pub use forward_rows::ForwardRows;
 pub use ordering::{OrderingError, amd};
 pub use reach::Reach;
 pub use solve::Workspace;

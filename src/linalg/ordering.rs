@@ -18,6 +18,12 @@ pub enum OrderingError {
         /// Number of columns.
         cols: usize,
     },
+    /// Pointers and neighbours do not describe a graph of the given nodes.
+    #[error("adjacency arrays do not describe a graph of {nodes} nodes")]
+    NotAGraph {
+        /// Number of nodes.
+        nodes: usize,
+    },
     /// Work space could not be had, or an index overflowed.
     #[error("not enough memory to order {rows} rows")]
     OutOfMemory {

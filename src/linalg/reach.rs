@@ -89,10 +89,15 @@ impl CholeskyFactor {
         }
     }
 
+    /// The columns of one supernode.
+    pub(super) fn columns_of_supernode(&self, s: usize) -> std::ops::Range<usize> {
+        self.supernode_columns[s]..self.supernode_columns[s + 1]
+    }
+
     fn columns_of(&self, reach: &Reach) -> impl Iterator<Item = usize> {
         reach
             .supernodes
             .iter()
-            .flat_map(|&s| self.supernode_columns[s]..self.supernode_columns[s + 1])
+            .flat_map(|&s| self.columns_of_supernode(s))
     }
 }

@@ -116,7 +116,7 @@ impl Panel<'_> {
         let mut end = self.width;
         while end > 0 {
             // the incomplete block comes last in the forward pass, so first here
-            let block = if end % COLUMNS == 0 {
+            let block = if end.is_multiple_of(COLUMNS) {
                 COLUMNS
             } else {
                 end % COLUMNS

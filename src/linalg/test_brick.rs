@@ -13,12 +13,14 @@ fn lame() -> (f64, f64) {
     )
 }
 
+/// A tetrahedron's free node numbers (`None` = clamped) and its vertices.
+type Tetrahedron = ([Option<usize>; 4], [[f64; 3]; 4]);
+
 /// Free nodes and tetrahedra of (0,3)×(0,1)×(0,1) cut in 3n × n × n cubes of 5 tetrahedra, clamped on x = 0.
 pub(crate) struct Brick {
     /// Coordinates of the free nodes [m].
     pub(crate) points: Vec<[f64; 3]>,
-    /// Free node numbers of each tetrahedron's vertices (`None` = clamped) and its vertex coordinates.
-    tetrahedra: Vec<([Option<usize>; 4], [[f64; 3]; 4])>,
+    tetrahedra: Vec<Tetrahedron>,
     /// Numbers of the nodes with z = 0.
     pub(crate) contact_nodes: Vec<usize>,
     n: usize,

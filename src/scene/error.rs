@@ -33,7 +33,7 @@ pub enum SceneError {
     #[diagnostic(help("{}", invalid.help))]
     Invalid {
         /// The key, what was expected and what was found.
-        invalid: Invalid,
+        invalid: Box<Invalid>,
         /// The scene text.
         #[source_code]
         text: NamedSource<String>,
@@ -68,7 +68,7 @@ impl SceneError {
     pub(super) fn invalid(name: &str, text: &str, invalid: Invalid) -> Self {
         let span = locate(text, &invalid.key).map(SourceSpan::from);
         Self::Invalid {
-            invalid,
+            invalid: Box::new(invalid),
             text: NamedSource::new(name, text.to_owned()),
             span,
         }

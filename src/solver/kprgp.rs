@@ -66,7 +66,7 @@ impl Kprgp {
         &self,
         operator: &mut dyn DualOperator,
         set: &FeasibleSet,
-        multiplier: &mut Vec<f64>,
+        multiplier: &mut [f64],
         tolerance: f64,
     ) -> InnerOutcome {
         let first_action = operator.actions();
@@ -154,5 +154,101 @@ impl Kprgp {
             free,
             free_gradient,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{contact::FrictionField, solver::operator_norm};
+    use nalgebra::{DMatrix, DVector};
+    use proptest::prelude::*;
+
+    /// S = GᵀG + δI of a given G.
+    struct Dense {
+        matrix: DMatrix<f64>,
+        rhs: Vec<f64>,
+        actions: usize,
+    }
+
+    impl DualOperator for Dense {
+        fn dimension(&self) -> usize {
+            self.rhs.len()
+        }
+        fn rhs(&self) -> &[f64] {
+            &self.rhs
+        }
+        fn apply(&mut self, multiplier: &[f64]) -> Vec<f64> {
+            self.actions += 1;
+            (&self.matrix * DVector::from_column_slice(multiplier))
+                .as_slice()
+                .to_vec()
+        }
+        fn to_primal(&mut self, _: &[f64]) -> Vec<f64> {
+            Vec::new()
+        }
+        fn actions(&self) -> usize {
+            self.actions
+        }
+    }
+
+    const PANES: usize = 4;
+
+    fn problem(entries: &[f64], rhs: &[f64]) -> Dense {
+        let n = 3 * PANES;
+        let g = DMatrix::from_column_slice(n, n, entries);
+        let matrix = g.transpose() * &g + DMatrix::identity(n, n);
+        Dense {
+            matrix,
+            rhs: rhs.to_vec(),
+            actions: 0,
+        }
+    }
+
+    fn set(bounds: &[f64]) -> FeasibleSet {
+        let friction = FrictionField {
+            nodal: Vec::new(),
+            pane_inverse: vec![[2.0, 5.0]; PANES],
+        };
+        FeasibleSet::new(bounds, &friction)
+    }
+
+    proptest! {
+        /// The minimiser is the only fixed point of a projected gradient step of any length.
+        #[test]
+        fn minimiser_satisfies_the_optimality_conditions(
+            entries in prop::collection::vec(-1.0..1.0_f64, 144),
+            rhs in prop::collection::vec(-10.0..10.0_f64, 12),
+            bounds in prop::collection::vec(prop_oneof![Just(0.0), 0.1..5.0_f64], PANES),
+        ) {
+            let mut operator = problem(&entries, &rhs);
+            let steplength = 1.9 / operator_norm(&mut operator);
+            let inner = Kprgp { steplength, gamma: 1.0, max_actions: 100_000 };
+            let set = set(&bounds);
+            let mut multiplier = vec![0.0; 12];
+            let outcome = inner.minimise(&mut operator, &set, &mut multiplier, 1e-10);
+            prop_assert!(outcome.converged);
+            let mut r = operator.apply(&multiplier);
+            add_scaled(&mut r, -1.0, &rhs);
+            let mut step = multiplier.clone();
+            add_scaled(&mut step, -0.3, &r);
+            set.project(&mut step);
+            for (a, b) in step.iter().zip(&multiplier) {
+                // ‖g̃‖ ≤ 1e-10 bounds a projected step of length 0.3 by a small multiple of it.
+                prop_assert!((a - b).abs() < 1e-8);
+            }
+        }
+    }
+
+    #[test]
+    fn giving_up_is_reported() {
+        let mut operator = problem(&[0.5; 144], &[1.0; 12]);
+        let inner = Kprgp {
+            steplength: 1e-6,
+            gamma: 1.0,
+            max_actions: 3,
+        };
+        let outcome = inner.minimise(&mut operator, &set(&[1.0; 4]), &mut [0.0; 12], 1e-14);
+        assert!(!outcome.converged);
     }
 }

@@ -12,12 +12,12 @@ use contact3d_pipe::{
 };
 
 /// The repository's `pipelines/` folder.
-pub fn pipelines() -> PathBuf {
+pub(crate) fn pipelines() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("pipelines")
 }
 
 /// The scene of one of the paper's tables at a refinement, 3 n_div × n_div × n_div cells.
-pub fn hkl_scene(table: usize, n_div: usize) -> Scene {
+pub(crate) fn hkl_scene(table: usize, n_div: usize) -> Scene {
     let name = format!("hkl2011_table{table}.toml");
     let text = std::fs::read_to_string(pipelines().join(&name)).expect("pipeline file");
     let mut scene = Scene::parse(&name, &text).expect("valid pipeline");
@@ -27,20 +27,20 @@ pub fn hkl_scene(table: usize, n_div: usize) -> Scene {
 }
 
 /// A problem assembled in memory.
-pub struct Problem {
-    pub mesh: Mesh,
-    pub assembly: Assembly,
+pub(crate) struct Problem {
+    pub(crate) mesh: Mesh,
+    pub(crate) assembly: Assembly,
 }
 
 impl Problem {
-    pub fn new(scene: &Scene) -> Self {
+    pub(crate) fn new(scene: &Scene) -> Self {
         let mesh = Mesh::of_scene(scene);
         let assembly = Assembly::new(scene, &mesh, 1).expect("positive definite stiffness");
         Self { mesh, assembly }
     }
 
     /// Algorithm 4.1 with KPRGP on the implicit operator.
-    pub fn solve(&self, scene: &Scene) -> Solution {
+    pub(crate) fn solve(&self, scene: &Scene) -> Solution {
         let frame = scene.contact.frame();
         let contact = ContactState {
             surface: &self.mesh.contact,
@@ -56,7 +56,7 @@ impl Problem {
         )
     }
 
-    pub fn report(&self, scene: &Scene, solution: &Solution) -> ContactReport {
+    pub(crate) fn report(&self, scene: &Scene, solution: &Solution) -> ContactReport {
         ContactReport::new(&Solved {
             scene,
             mesh: &self.mesh,

@@ -1,0 +1,14 @@
+#!/bin/sh
+# Everything that must hold: format, lints, docs, tests, schemas, one pipeline, the Python checks.
+. "$(dirname "$0")/prepare.sh"
+cargo fmt --check
+cargo clippy --release --locked --all-targets -- -D warnings
+RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --no-deps
+cargo test --release --locked
+cargo build --release --locked
+target/release/contact3d-pipe schema --check
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+target/release/contact3d-pipe run pipelines/hkl2011_table1.toml "$scratch/table1.h5" \
+    --set 'body.brick.cells=[12,4,4]'
+python -m pytest -q python-checks

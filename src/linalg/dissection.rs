@@ -1,0 +1,279 @@
+//! Nested dissection of a mesh's node graph, with separators sought along planes and along breadth-first levels.
+
+use super::ordering::{OrderingError, amd_of_pattern};
+use super::separator::{Split, best_split};
+
+/// Parts of at most this many nodes are ordered by minimum degree.
+const LEAF_NODES: usize = 100;
+
+/// Parts above this many nodes are dissected in parallel.
+const PARALLEL_NODES: usize = 2000;
+
+/// Edges shorter along an axis than this share of the longest count as lying across it.
+const ACROSS: f64 = 1e-6;
+
+/// Adjacency and cell-scaled coordinates of some nodes of the mesh, numbered from 0.
+pub(super) struct Part {
+    /// The mesh's number of each node.
+    nodes: Vec<usize>,
+    /// Start of each node's neighbours.
+    pub(super) indptr: Vec<usize>,
+    /// Neighbours, without the node itself, increasing.
+    pub(super) indices: Vec<usize>,
+    /// Coordinates in units of a typical cell.
+    pub(super) points: Vec<[f64; 3]>,
+}
+
+/// Fill-reducing ordering of a mesh's nodes by nested dissection, new → old.
+///
+/// The graph is given by pointers `indptr` (nodes + 1) and neighbours `indices`, symmetric; an entry of a node with itself is ignored.
+/// Each part is cut across the three axes, the four body diagonals or the levels of a breadth-first search, whichever promises
+/// least work; coordinates are measured in median edge extents along each axis, so stretching the body changes nothing.
+/// The result does not depend on the number of threads. Complexity O(n log² n).
+///
+/// # Errors
+/// [`OrderingError`] when the arrays do not describe a graph with one point per node, or memory runs out.
+pub fn nested_dissection(
+    indptr: &[usize],
+    indices: &[usize],
+    points: &[[f64; 3]],
+) -> Result<Vec<usize>, OrderingError> {
+    let nodes = points.len();
+    let rising = indptr.windows(2).all(|pair| pair[0] <= pair[1]);
+    let ends = indptr.first() == Some(&0) && indptr.last() == Some(&indices.len());
+    if indptr.len() != nodes + 1 || !rising || !ends || indices.iter().any(|&node| node >= nodes) {
+        return Err(OrderingError::NotAGraph { nodes });
+    }
+    Part::whole(indptr, indices, points).dissect()
+}
+
+/// The ordering of unknowns that takes each node's unknowns together, new → old.
+///
+/// `unknowns(node)` are the unknowns of a node, none for a clamped one.
+pub fn expand_to_unknowns<I: IntoIterator<Item = usize>>(
+    node_order: &[usize],
+    unknowns: impl Fn(usize) -> I,
+) -> Vec<usize> {
+    node_order.iter().flat_map(|&node| unknowns(node)).collect()
+}
+
+impl Part {
+    /// The whole mesh, its graph made symmetric and free of loops.
+    fn whole(indptr: &[usize], indices: &[usize], points: &[[f64; 3]]) -> Self {
+        let mut neighbours: Vec<Vec<usize>> = vec![Vec::new(); points.len()];
+        for node in 0..points.len() {
+            for &other in indices[indptr[node]..indptr[node + 1]]
+                .iter()
+                .filter(|&&other| other != node)
+            {
+                neighbours[node].push(other);
+                neighbours[other].push(node);
+            }
+        }
+        let mut part = Self {
+            nodes: (0..points.len()).collect(),
+            indptr: vec![0],
+            indices: vec![],
+            points: vec![],
+        };
+        for list in &mut neighbours {
+            list.sort_unstable();
+            list.dedup();
+            part.indices.extend_from_slice(list);
+            part.indptr.push(part.indices.len());
+        }
+        part.points = cell_scaled(&part.indptr, &part.indices, points);
+        part
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    pub(super) fn neighbours(&self, node: usize) -> &[usize] {
+        &self.indices[self.indptr[node]..self.indptr[node + 1]]
+    }
+
+    /// The ordering of this part's nodes in the mesh's numbers: one side, the other side, the separator.
+    fn dissect(self) -> Result<Vec<usize>, OrderingError> {
+        let split = if self.len() > LEAF_NODES {
+            best_split(&self)
+        } else {
+            None
+        };
+        let Some(Split {
+            first,
+            second,
+            separator,
+        }) = split
+        else {
+            let order = amd_of_pattern(&self.indptr, &self.indices)?;
+            return Ok(order.into_iter().map(|node| self.nodes[node]).collect());
+        };
+        let parallel = self.len() > PARALLEL_NODES;
+        let (a, b) = (self.restrict(&first), self.restrict(&second));
+        let separator = separator.into_iter().map(|node| self.nodes[node]);
+        let separator: Vec<usize> = separator.collect();
+        drop((self, first, second));
+        let (a, b) = if parallel {
+            rayon::join(|| a.dissect(), || b.dissect())
+        } else {
+            (a.dissect(), b.dissect())
+        };
+        let mut order = a?;
+        order.extend(b?);
+        order.extend(separator);
+        Ok(order)
+    }
+
+    /// The subgraph of the given nodes (increasing).
+    fn restrict(&self, nodes: &[usize]) -> Self {
+        let mut number = vec![usize::MAX; self.len()];
+        nodes
+            .iter()
+            .enumerate()
+            .for_each(|(new, &old)| number[old] = new);
+        let mut part = Self {
+            nodes: vec![],
+            indptr: vec![0],
+            indices: vec![],
+            points: vec![],
+        };
+        for &old in nodes {
+            let kept = self
+                .neighbours(old)
+                .iter()
+                .map(|&other| number[other])
+                .filter(|&new| new != usize::MAX);
+            part.indices.extend(kept);
+            part.indptr.push(part.indices.len());
+            part.nodes.push(self.nodes[old]);
+            part.points.push(self.points[old]);
+        }
+        part
+    }
+}
+
+/// Coordinates divided by the median extent of the edges along each axis (those across it left out), so that stretched
+/// bodies look as if they were not and the planes of a lattice stay planes.
+fn cell_scaled(indptr: &[usize], indices: &[usize], points: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let scale: [f64; 3] = std::array::from_fn(|axis| {
+        let mut extents = Vec::with_capacity(indices.len());
+        for (node, range) in indptr.windows(2).enumerate() {
+            let extent = |&other: &usize| (points[node][axis] - points[other][axis]).abs();
+            extents.extend(indices[range[0]..range[1]].iter().map(extent));
+        }
+        let longest = extents.iter().copied().fold(0.0, f64::max);
+        extents.retain(|&extent| extent > ACROSS * longest);
+        let middle = extents.len() / 2;
+        if extents.is_empty() {
+            0.0
+        } else {
+            extents
+                .select_nth_unstable_by(middle, f64::total_cmp)
+                .1
+                .recip()
+        }
+    });
+    points
+        .iter()
+        .map(|point| std::array::from_fn(|axis| point[axis] * scale[axis]))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::test_brick::Brick;
+    use crate::linalg::{CholeskyFactor, amd};
+    use proptest::prelude::*;
+
+    fn is_permutation(order: &[usize], length: usize) -> bool {
+        let mut sorted = order.to_vec();
+        sorted.sort_unstable();
+        sorted.into_iter().eq(0..length)
+    }
+
+    fn ordering(brick: &Brick) -> Vec<usize> {
+        let (indptr, indices) = brick.graph();
+        nested_dissection(&indptr, &indices, &brick.points).expect("a graph")
+    }
+
+    fn entries(brick: &Brick, order: Vec<usize>) -> usize {
+        CholeskyFactor::factorise(&brick.stiffness(), order, 1)
+            .expect("positive definite")
+            .values()
+            .len()
+    }
+
+    #[test]
+    fn dissection_beats_minimum_degree() {
+        let brick = Brick::new(12);
+        let order = expand_to_unknowns(&ordering(&brick), |node| 3 * node..3 * node + 3);
+        let minimum_degree = amd(&brick.stiffness()).expect("square");
+        // measured savings in stored entries: 34 % at 16 cells per edge, 47 % at 24; a bound of 10 % leaves room at 12
+        assert!(entries(&brick, order) * 10 < entries(&brick, minimum_degree) * 9);
+    }
+
+    #[test]
+    fn stretching_changes_nothing() {
+        assert_eq!(
+            ordering(&Brick::new(6)),
+            ordering(&Brick::stretched(6, [1024.0, 1.0, 0.25]))
+        );
+    }
+
+    #[test]
+    fn order_does_not_depend_on_threads() {
+        let brick = Brick::new(10);
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .expect("pool");
+            pool.install(|| ordering(&brick))
+        };
+        assert_eq!(run(1), run(2));
+    }
+
+    #[test]
+    fn graph_alone_suffices_when_all_points_coincide() {
+        let brick = Brick::new(6);
+        let (indptr, indices) = brick.graph();
+        let points = vec![[0.0; 3]; brick.points.len()];
+        let order = nested_dissection(&indptr, &indices, &points).expect("a graph");
+        assert!(is_permutation(&order, points.len()));
+        let natural = expand_to_unknowns(&(0..points.len()).collect::<Vec<_>>(), |node| {
+            3 * node..3 * node + 3
+        });
+        let order = expand_to_unknowns(&order, |node| 3 * node..3 * node + 3);
+        assert!(entries(&brick, order) < entries(&brick, natural));
+    }
+
+    #[test]
+    fn what_is_no_graph_is_refused() {
+        let failure = Err(OrderingError::NotAGraph { nodes: 2 });
+        let points = [[0.0; 3]; 2];
+        assert_eq!(nested_dissection(&[0, 1, 2], &[1, 2], &points), failure);
+        assert_eq!(nested_dissection(&[0, 2, 1], &[1], &points), failure);
+        assert_eq!(nested_dissection(&[0, 1], &[1], &points), failure);
+        assert_eq!(nested_dissection(&[0], &[], &[]), Ok(vec![]));
+    }
+
+    proptest! {
+        #[test]
+        fn any_graph_gives_a_permutation(
+            edges in prop::collection::vec((0..400_usize, 0..400_usize), 0..1500),
+            seed in 0..1000_usize,
+        ) {
+            let mut lists = vec![vec![]; 400];
+            edges.iter().for_each(|&(a, b)| lists[a].push(b));
+            let mut indptr = vec![0];
+            lists.iter().for_each(|list| indptr.push(indptr[indptr.len() - 1] + list.len()));
+            let indices = lists.concat();
+            let point = |i: usize| [(i * seed % 7) as f64, f64::NAN, (i * 31 % 11) as f64 * 1e200];
+            let points: Vec<[f64; 3]> = (0..400).map(point).collect();
+            prop_assert!(is_permutation(&nested_dissection(&indptr, &indices, &points).expect("a graph"), 400));
+        }
+    }
+}
