@@ -112,19 +112,19 @@ pub struct SolveArguments {
     /// The run file
     pub file: PathBuf,
     /// Stop when the relative change of the multipliers is at most this
-    #[arg(long, value_name = "EPS")]
+    #[arg(long, value_name = "EPS", allow_negative_numbers = true)]
     epsilon: Option<f64>,
     /// Precision control of the inner problems: (a) fixed or (b) adaptive
     #[arg(long)]
     precision: Option<PrecisionArgument>,
     /// Ratio of inner to outer tolerance
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     r_tol: Option<f64>,
     /// Smallest decrease of the inner tolerance per step, adaptive control
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     c_fact: Option<f64>,
     /// Proportioning constant of KPRGP
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     gamma: Option<f64>,
     /// Most outer steps
     #[arg(long, value_name = "N")]

@@ -51,7 +51,7 @@ const VECTOR: &[Extent] = &[Fixed(3)];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    row(ZONE, Kind::Enum(StoredZone::SPEC), PANES, "1", "Open: no contact stress; stick: tangential stress inside its ellipse; slip: on its boundary."),
+    row(ZONE, Kind::Enum(StoredZone::SPEC), PANES, "1", "Open: no contact stress; slip: the trial stress lambda_t + alpha |R_i| u_t lies outside the ellipse of the last inner problem; stick: inside."),
     row(MARGIN, Kind::F64, PANES, "1", "1 - |F^-1 lambda_t| / g: 0 on the boundary of the ellipse, 1 at its centre and on open panes."),
     row(NORMAL_STRESS, Kind::F64, PANES, "Pa", "Normal contact stress, negative in compression.").symbol("sigma_nu"),
     row(TANGENTIAL_STRESS, Kind::F64, PANE_PAIRS, "Pa", "Tangential contact stress along t1 and t2.").symbol("sigma_t"),
@@ -76,11 +76,11 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     row("/post/resultants/largest_displacement", Kind::F64, VECTOR, "m", "Largest |u_x|, |u_y|, |u_z| of a node."),
     row(LARGEST_PRESSURE, Kind::F64, &[], "Pa", "Largest normal multiplier."),
     row("/post/certificate/equilibrium", Kind::F64, &[], "1", "|A u + B^T lambda - l| / |l|."),
-    row("/post/certificate/penetration", Kind::F64, &[], "1", "Largest mean penetration of a pane over the largest displacement."),
+    row("/post/certificate/penetration", Kind::F64, &[], "1", "Largest mean penetration of a pane over the largest displacement component."),
     row("/post/certificate/adhesion", Kind::F64, &[], "1", "Largest tensile normal multiplier over the largest multiplier."),
-    row("/post/certificate/complementarity", Kind::F64, &[], "1", "Work of the pressure over the remaining gaps, over l.u."),
+    row("/post/certificate/complementarity", Kind::F64, &[], "1", "Sum over panes of |lambda_nu gap| times area, over l.u."),
     row("/post/certificate/friction_bound", Kind::F64, &[], "1", "Largest excess of |F^-1 lambda_t| over lambda_nu, over the largest lambda_nu."),
-    row("/post/certificate/slip_direction", Kind::F64, &[], "1", "Frictional work missing to that of the law's slip direction, over l.u."),
+    row("/post/certificate/slip_direction", Kind::F64, &[], "1", "Sum over panes of the frictional work that misses to that of the law's slip direction, in absolute value, over l.u."),
     row("/post/certificate/fixed_point", Kind::F64, &[], "1", "|lambda - P(lambda - alpha r)| / |lambda| on the solution's own admissible set."),
 ];
 

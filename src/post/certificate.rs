@@ -7,15 +7,15 @@ use crate::{contact::FrictionField, solver::FeasibleSet};
 pub struct Certificate {
     /// ‖A u + Bᵀλ − l‖ / ‖l‖.
     pub equilibrium: f64,
-    /// Largest mean penetration (u_ν − d)₊ of a pane over the largest |u|.
+    /// Largest mean penetration (u_ν − d)₊ of a pane over the largest displacement component.
     pub penetration: f64,
     /// Largest adhesion (−λ_ν)₊ over the largest |λ|.
     pub adhesion: f64,
-    /// |λ_ν · (N u − d|R|)| / (lᵀu).
+    /// Σ |λ_ν (d − u_ν)| |Rⁱ| / (lᵀu).
     pub complementarity: f64,
     /// Largest excess (‖𝓕⁻¹λ_t‖ − λ_ν)₊ over the largest λ_ν, with 𝓕 at the solution.
     pub friction_bound: f64,
-    /// Missing frictional work Σ |Rⁱ| (λ_ν ‖𝓕 u_t‖ − λ_t·u_t) / (lᵀu): zero exactly when every
+    /// Missing frictional work Σ |Rⁱ| |λ_ν ‖𝓕 u_t‖ − λ_t·u_t| / (lᵀu): zero exactly when every
     /// pane slides in the direction that the orthotropic law prescribes.
     pub slip_direction: f64,
     /// ‖λ − P(λ − ᾱ r)‖ / ‖λ‖ with the admissible set of the solution itself, g = λ_ν, F = F(u).
@@ -35,13 +35,15 @@ impl Certificate {
             .zip(&solved.solution.displacement)
             .map(|(l, u)| l * u)
             .sum::<f64>();
-        let product: f64 = (0..m).map(|i| normal[i] * panes[i].gap * area[i]).sum();
+        let product: f64 = (0..m)
+            .map(|i| (normal[i] * panes[i].gap).abs() * area[i])
+            .sum();
         let missing: f64 = (0..m)
             .map(|i| {
                 let pane = &panes[i];
                 let [s, f, t] = [pane.slip, pane.friction, pane.tangential_stress];
                 let most = normal[i] * (f[0] * s[0]).hypot(f[1] * s[1]);
-                area[i] * (most + t[0] * s[0] + t[1] * s[1])
+                area[i] * (most + t[0] * s[0] + t[1] * s[1]).abs()
             })
             .sum();
         let excess = (0..m).map(|i| {
@@ -58,9 +60,9 @@ impl Certificate {
                 largest(normal.iter().map(|l| (-l).max(0.0))),
                 largest(solved.solution.multiplier.iter().copied()),
             ),
-            complementarity: ratio(product.abs(), work.abs()),
+            complementarity: ratio(product, work.abs()),
             friction_bound: ratio(largest(excess), pressure),
-            slip_direction: ratio(missing.abs(), work.abs()),
+            slip_direction: ratio(missing, work.abs()),
             fixed_point: natural_residual(solved, friction, panes),
         }
     }

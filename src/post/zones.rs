@@ -7,9 +7,9 @@ use crate::contact::FrictionField;
 pub enum Zone {
     /// No contact stress.
     Open = 0,
-    /// In contact, the tangential stress inside its ellipse.
+    /// In contact, the trial stress inside its ellipse: no slip.
     Stick = 1,
-    /// In contact, the tangential stress on the boundary of its ellipse.
+    /// In contact, the trial stress outside its ellipse: the pane slides.
     Slip = 2,
 }
 
@@ -35,12 +35,12 @@ pub struct PaneState {
     pub friction: [f64; 2],
 }
 
-/// The tangential stress reaches the boundary of its ellipse when the margin is below this: far
-/// above the rounding of a projection (1e-15), far below any margin that an inner tolerance of
-/// practical size leaves on a sticking pane.
-const ON_BOUNDARY: f64 = 1e-9;
-
 /// Evaluates every pane.
+///
+/// A pane slips when the trial stress λ_t + ᾱ |Rⁱ| u_t of a projected gradient step leaves its
+/// ellipse, ‖𝓕⁻¹(λ_t + ᾱ |Rⁱ| u_t)‖ > g. Unlike the margin alone this needs no tolerance: conjugate
+/// gradients may leave a sliding pane inside its ellipse by an error of the size of the inner
+/// tolerance, but its slip carries the trial stress outside.
 #[must_use]
 pub fn pane_states(solved: &Solved<'_>, friction: &FrictionField) -> Vec<PaneState> {
     let m = solved.system.coupling.n_panes;
@@ -56,23 +56,28 @@ pub fn pane_states(solved: &Solved<'_>, friction: &FrictionField) -> Vec<PaneSta
                 solved.solution.multiplier[m + 2 * i],
                 solved.solution.multiplier[m + 2 * i + 1],
             ];
-            let used = scaled_norm(tangential, solved.solution.friction.pane_inverse[i]);
-            let margin = if normal > 0.0 && solved.solution.slip_bound[i] > 0.0 {
-                1.0 - used / solved.solution.slip_bound[i]
-            } else {
-                1.0
+            let slip = [integral[m + 2 * i] / area, integral[m + 2 * i + 1] / area];
+            let inverse = solved.solution.friction.pane_inverse[i];
+            let bound = solved.solution.slip_bound[i];
+            let step = solved.solution.steplength * area;
+            let trial = [0, 1].map(|c| tangential[c] + step * slip[c]);
+            let zone = match (normal > 0.0, scaled_norm(trial, inverse) > bound) {
+                (false, _) => Zone::Open,
+                (true, false) => Zone::Stick,
+                (true, true) => Zone::Slip,
+            };
+            let margin = match zone {
+                Zone::Open => 1.0,
+                _ if bound == 0.0 => 0.0,
+                _ => 1.0 - scaled_norm(tangential, inverse) / bound,
             };
             PaneState {
-                zone: match (normal > 0.0, margin > ON_BOUNDARY) {
-                    (false, _) => Zone::Open,
-                    (true, true) => Zone::Stick,
-                    (true, false) => Zone::Slip,
-                },
+                zone,
                 margin,
                 normal_stress: 0.0 - normal,
                 tangential_stress: tangential.map(|t| 0.0 - t),
                 scaled_tangential_stress: scaled_norm(tangential, friction.pane_inverse[i]),
-                slip: [integral[m + 2 * i] / area, integral[m + 2 * i + 1] / area],
+                slip,
                 gap: solved.scene.contact.gap - integral[i] / area,
                 friction: friction.pane(i),
             }

@@ -16,8 +16,8 @@ pub enum SceneError {
         source: std::io::Error,
     },
     /// Not TOML, or not the keys and types of a scene.
-    #[error("{message}")]
-    #[diagnostic(help("the keys, types and defaults are listed in schemas/scene.md"))]
+    #[error("{}: {message}", text.name())]
+    #[diagnostic(help("the keys, types and defaults are listed in schemas/scene.json"))]
     Syntax {
         /// What the parser says.
         message: String,
@@ -29,7 +29,7 @@ pub enum SceneError {
         span: Option<SourceSpan>,
     },
     /// A value that no problem of this kind can have.
-    #[error("{}: expected {}, found {}", invalid.key, invalid.expected, invalid.found)]
+    #[error("{}: {}: expected {}, found {}", text.name(), invalid.key, invalid.expected, invalid.found)]
     #[diagnostic(help("{}", invalid.help))]
     Invalid {
         /// The key, what was expected and what was found.

@@ -315,7 +315,13 @@ impl Session {
             date: timestamp(),
         };
         let mut transaction = Transaction::begin(&self.file)?;
-        write_stage(&mut transaction, Stage::Scene, &record, |writer| {
+        let input = StageRecord {
+            settings: String::new(),
+            input_digest: String::new(),
+            seconds: 0.0,
+            ..record.clone()
+        };
+        write_stage(&mut transaction, Stage::Scene, &input, |writer| {
             format::write_scene(writer, &self.scene)
         })?;
         write(&mut transaction, &record)?;

@@ -92,7 +92,11 @@ fn meaning(spec: &DatasetSpec) -> String {
         let _ = write!(meaning, " Optional: {}.", cell(reason));
     }
     if spec.storage == Storage::Compressed {
-        meaning.push_str(" Compressed.");
+        meaning.push_str(if spec.kind.is_matrix() {
+            " Indices compressed."
+        } else {
+            " Compressed."
+        });
     }
     if spec.volatile {
         meaning.push_str(" Not in the digest of the stage.");

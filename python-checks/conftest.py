@@ -1,0 +1,129 @@
+"""Fixtures: the program, solved run files at small sizes, the published schema.
+
+The program is the environment variable CONTACT3D_PIPE, or target/release/contact3d-pipe.
+"""
+
+import json
+import os
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from raw_problem import RawProblem
+from run_file import open_run
+
+ROOT = Path(__file__).resolve().parent.parent
+SCENE = ROOT / "pipelines" / "hkl2011_table1.toml"
+
+# Names of the solved cases and the changes they make to the published scene. The third
+# turns on everything that the published one leaves at zero: a gap, friction axes that
+# are not the global ones, clamps of single components, another number of layers.
+CASES = {
+    "n_div=4 tight": ["body.brick.cells=[12,4,4]", "solve.epsilon=1e-8"],
+    "n_div=6": ["body.brick.cells=[18,6,6]", "solve.epsilon=1e-4"],
+    "turned axes and gap": [
+        "body.brick.size=[2.0,1.0,1.5]",
+        "body.brick.cells=[6,6,5]",
+        "contact.gap=1e-5",
+        "contact.axis_1=[1.0,2.0,0.0]",
+        "friction.coefficient_2={constant=0.4}",
+        ('clamp=[{face="x_min",components=["x","z"]},{face="y_min",components=["y"]}]'),
+        'solve.precision="fixed"',
+        "solve.epsilon=1e-7",
+    ],
+}
+
+Runner = Callable[..., subprocess.CompletedProcess]
+
+
+@pytest.fixture(scope="session")
+def program() -> Path:
+    """Path of the program; a clear failure if it was not built."""
+    default = ROOT / "target" / "release" / "contact3d-pipe"
+    path = Path(os.environ.get("CONTACT3D_PIPE", default))
+    if not path.is_file():
+        pytest.fail(
+            f"no program at {path}: run `cargo build --release` or set CONTACT3D_PIPE"
+        )
+    return path
+
+
+@pytest.fixture(scope="session")
+def contact3d(program) -> Runner:
+    """Run the program with some arguments; a failure shows its messages."""
+
+    def run(*arguments) -> subprocess.CompletedProcess:
+        command = [str(program), "--quiet", *map(str, arguments)]
+        result = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert result.returncode == 0, f"{command}: {result.stderr}"
+        return result
+
+    return run
+
+
+def changes(case: str) -> list[str]:
+    """The command line arguments that turn the published scene into a case."""
+    return [part for change in CASES[case] for part in ("--set", change)]
+
+
+@pytest.fixture(scope="session")
+def run_paths(contact3d, tmp_path_factory) -> dict[str, Path]:
+    """A finished run file of every case."""
+    folder = tmp_path_factory.mktemp("runs")
+    paths = {case: folder / f"case{i}.h5" for i, case in enumerate(CASES)}
+    for case, path in paths.items():
+        contact3d("run", SCENE, path, "--no-figures", *changes(case))
+    return paths
+
+
+@pytest.fixture(scope="session")
+def tight_path(run_paths) -> Path:
+    """The published scene at n_div = 4, solved to 1e-8."""
+    return run_paths["n_div=4 tight"]
+
+
+@pytest.fixture(scope="session")
+def stage_paths(contact3d, tmp_path_factory) -> dict[str, Path]:
+    """A file after each single stage, every stage made by a process of its own."""
+    folder = tmp_path_factory.mktemp("stages")
+    path = folder / "run.h5"
+    contact3d("mesh", SCENE, path, *changes("n_div=4 tight"))
+    paths = {"mesh": path}
+    for stage in ("assemble", "solve", "post"):
+        previous, path = path, folder / f"{stage}.h5"
+        path.write_bytes(previous.read_bytes())
+        options = ["--no-figures"] if stage == "post" else []
+        contact3d(stage, path, *options)
+        paths[stage] = path
+    return paths
+
+
+@pytest.fixture(scope="session", params=list(CASES))
+def run(request, run_paths):
+    """Each finished run file in turn, open for reading."""
+    with open_run(run_paths[request.param]) as file:
+        yield file
+
+
+@pytest.fixture(scope="session")
+def problem(run) -> RawProblem:
+    """Matrices, vectors and scene of `run`."""
+    return RawProblem.read(run)
+
+
+@pytest.fixture(scope="session")
+def tight(tight_path) -> RawProblem:
+    """Matrices, vectors and scene of the published scene at n_div = 4."""
+    with open_run(tight_path) as file:
+        return RawProblem.read(file)
+
+
+@pytest.fixture(scope="session")
+def schema() -> dict:
+    """The published table of datasets."""
+    path = ROOT / "schemas" / "run_file.json"
+    if not path.is_file():
+        pytest.fail(f"no {path}: run `contact3d-pipe schema`")
+    return json.loads(path.read_text())

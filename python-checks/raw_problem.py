@@ -1,0 +1,183 @@
+"""The discrete contact problem of a run file, and its laws, in plain numpy.
+
+Nothing here reads /post: tests recompute it from what this module offers.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import h5py
+import numpy as np
+from scipy import sparse
+from scipy.optimize import brentq
+from scipy.sparse.linalg import splu
+
+from run_file import read_matrix, read_scene
+
+
+@dataclass(frozen=True)
+class RawProblem:
+    """A u = l - B' lambda with multipliers on panes, and the stored solution."""
+
+    scene: dict
+    coordinates: np.ndarray
+    tetrahedra: np.ndarray
+    contact_nodes: np.ndarray
+    pane_average: sparse.csc_matrix
+    pane_area: np.ndarray
+    dof: np.ndarray
+    stiffness: sparse.csc_matrix
+    load: np.ndarray
+    coupling: sparse.csr_matrix
+    dual_rhs: np.ndarray
+    displacement: np.ndarray
+    multiplier: np.ndarray
+    steplength: float
+
+    @classmethod
+    def read(cls, file: h5py.File) -> "RawProblem":
+        """Take the raw arrays of a solved file."""
+        assemble, solve, mesh = file["assemble"], file["solve"], file["mesh"]
+        names = ("coupling_normal", "coupling_tangential")
+        coupling = [read_matrix(assemble[name]) for name in names]
+        multipliers = [solve["multiplier_normal"], solve["multiplier_tangential"]]
+        return cls(
+            scene=read_scene(file),
+            coordinates=mesh["coordinates"][:],
+            tetrahedra=mesh["tetrahedra"][:],
+            contact_nodes=mesh["contact_nodes"][:],
+            pane_average=read_matrix(mesh["pane_average"]),
+            pane_area=mesh["pane_area"][:],
+            dof=assemble["degree_of_freedom"][:],
+            stiffness=read_matrix(assemble["stiffness"]),
+            load=assemble["load"][:],
+            coupling=sparse.vstack(coupling, format="csr"),
+            dual_rhs=assemble["dual_rhs"][:],
+            displacement=solve["displacement"][:],
+            multiplier=np.concatenate([part[:].ravel() for part in multipliers]),
+            steplength=float(solve["steplength"][()]),
+        )
+
+    @property
+    def n_panes(self) -> int:
+        """Number of panes m."""
+        return self.pane_area.size
+
+    @property
+    def gap(self) -> float:
+        """Initial gap d in m."""
+        return self.scene["contact"]["gap"]
+
+    @property
+    def normal(self) -> np.ndarray:
+        """Normal multipliers, [m]."""
+        return self.multiplier[: self.n_panes]
+
+    @property
+    def tangential(self) -> np.ndarray:
+        """Tangential multipliers, [m, 2]."""
+        return self.multiplier[self.n_panes :].reshape(-1, 2)
+
+    @property
+    def free_displacement(self) -> np.ndarray:
+        """Displacement over the free degrees of freedom."""
+        return self.to_free(self.displacement)
+
+    @cached_property
+    def frame(self) -> np.ndarray:
+        """Rows: outward normal, t1, t2 = t1 x normal."""
+        contact = self.scene["contact"]
+        axis, end = contact["face"].split("_")
+        normal = np.eye(3)["xyz".index(axis)] * (1.0 if end == "max" else -1.0)
+        default = [0.0, 1.0, 0.0] if axis == "x" else [1.0, 0.0, 0.0]
+        axis_1 = np.array(contact.get("axis_1", default))
+        axis_1 = axis_1 / np.linalg.norm(axis_1)
+        return np.array([normal, axis_1, np.cross(axis_1, normal)])
+
+    @cached_property
+    def solve_stiffness(self):
+        """The function b -> A^-1 b of scipy's own sparse factorisation."""
+        return splu(self.stiffness).solve
+
+    @cached_property
+    def dual_operator(self) -> np.ndarray:
+        """S = B A^-1 B', dense, made symmetric against rounding."""
+        s = self.coupling @ self.solve_stiffness(self.coupling.T.toarray())
+        return (s + s.T) / 2
+
+    @cached_property
+    def spectrum(self) -> np.ndarray:
+        """Eigenvalues of S, increasing."""
+        return np.linalg.eigvalsh(self.dual_operator)
+
+    def to_free(self, nodal: np.ndarray) -> np.ndarray:
+        """Values of a nodal field at the free degrees of freedom."""
+        free = np.empty(self.load.size)
+        free[self.dof[self.dof >= 0]] = nodal[self.dof >= 0]
+        return free
+
+    def to_nodes(self, free: np.ndarray) -> np.ndarray:
+        """A nodal field that vanishes where it is held."""
+        nodal = np.zeros(self.dof.shape)
+        nodal[self.dof >= 0] = free[self.dof[self.dof >= 0]]
+        return nodal
+
+    def displacement_of(self, multiplier: np.ndarray) -> np.ndarray:
+        """u = A^-1 (l - B' lambda) at all nodes."""
+        return self.to_nodes(
+            self.solve_stiffness(self.load - self.coupling.T @ multiplier)
+        )
+
+    def slip(self, displacement: np.ndarray) -> np.ndarray:
+        """|u_t1|, |u_t2| at the contact nodes, [n_contact_nodes, 2]."""
+        return np.abs(displacement[self.contact_nodes] @ self.frame[1:].T)
+
+    def nodal_friction(self, slip: np.ndarray) -> np.ndarray:
+        """F_1, F_2 of the scene's law at the contact nodes."""
+        laws = [self.scene["friction"][f"coefficient_{i}"] for i in (1, 2)]
+        pairs = zip(laws, slip.T, strict=True)
+        return np.column_stack([coefficient(law, s) for law, s in pairs])
+
+    def friction_inverse(self, nodal_friction: np.ndarray) -> np.ndarray:
+        """The mean of 1/F, interpolated linearly, on each pane (HKL (4.2))."""
+        return self.pane_average.T @ (1.0 / nodal_friction)
+
+    def project(
+        self, point: np.ndarray, slip_bound: np.ndarray, friction_inverse: np.ndarray
+    ) -> np.ndarray:
+        """The nearest admissible multiplier: a half-line and an ellipse per pane."""
+        m = self.n_panes
+        semi_axes = slip_bound[:, None] / friction_inverse
+        pairs = zip(point[m:].reshape(-1, 2), semi_axes, strict=True)
+        tangential = [nearest_in_ellipse(p, a) for p, a in pairs]
+        return np.concatenate([np.maximum(point[:m], 0.0), np.ravel(tangential)])
+
+
+def coefficient(law: dict, slip: np.ndarray) -> np.ndarray:
+    """One coefficient of friction of a scene at some slips."""
+    if "constant" in law:
+        return np.full(slip.shape, float(law["constant"]))
+    ramp = law["ramp"]
+    first, last = ramp["initial"], ramp["residual"]
+    end = ramp["onset"] + abs(first - last) / ramp["rate"]
+    return np.interp(slip, [ramp["onset"], end], [first, last])
+
+
+def nearest_in_ellipse(point: np.ndarray, semi_axes: np.ndarray) -> np.ndarray:
+    """The point of an ellipse (or of its limit, a point) nearest to a given one.
+
+    Outside, the nearest point is x_i a_i^2 / (t + a_i^2) with the t > 0 that puts it on
+    the boundary; a bracketing root finder looks for t between 0 and a surely larger one.
+    """
+    if not semi_axes.all():
+        return np.clip(point, -semi_axes, semi_axes)
+    scale = semi_axes.max()
+    x, square = point / scale, (semi_axes / scale) ** 2
+
+    def excess(t: float) -> float:
+        return float(np.sum(square * (x / (t + square)) ** 2) - 1.0)
+
+    if excess(0.0) <= 0.0:
+        return point
+    t = brentq(excess, 0.0, np.linalg.norm(x), xtol=1e-300, rtol=1e-15, maxiter=500)
+    return scale * square * x / (t + square)

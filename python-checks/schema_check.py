@@ -1,0 +1,170 @@
+"""Checking a run file against schemas/run_file.json: every group, dataset, attribute."""
+
+import re
+
+import h5py
+import numpy as np
+
+# What VTK itself demands on its group, besides the attributes of every stage.
+VTK_ATTRIBUTES = {"Type", "Version"}
+NUMBERS = {"f64": np.dtype("<f8"), "i64": np.dtype("<i8"), "u8": np.dtype("u1")}
+
+
+def schema_problems(file: h5py.File, schema: dict) -> list[str]:
+    """Every difference between a file and the schema, one sentence each."""
+    return _Checker(file, schema).run()
+
+
+class _Checker:
+    def __init__(self, file: h5py.File, schema: dict):
+        self.file = file
+        self.schema = schema
+        self.rows = {row["path"]: row for row in schema["datasets"]}
+        self.sizes: dict[str, tuple[int, str]] = {}
+        self.problems: list[str] = []
+
+    def run(self) -> list[str]:
+        """Check the root, then every stage that is there."""
+        self.attributes(self.file, self.schema["root_attributes"])
+        if self.file.attrs.get("filetype") != self.schema["filetype"]:
+            self.say("/", "another filetype")
+        version = list(self.file.attrs.get("format_version", []))
+        if version != self.schema["format_version"]:
+            self.say("/", f"format version {version}")
+        for name in self.file:
+            if f"/{name}" not in self.schema["stages"]:
+                self.say(f"/{name}", "not in the schema")
+            else:
+                self.stage(name)
+        return self.problems
+
+    def say(self, path: str, problem: str) -> None:
+        self.problems.append(f"{path}: {problem}")
+
+    def stage(self, name: str) -> None:
+        """Check a stage group: attributes, nothing unknown, nothing missing."""
+        group = self.file[name]
+        extra = VTK_ATTRIBUTES if name == "VTKHDF" else set()
+        self.attributes(group, self.schema["stage_attributes"], extra)
+        if group.attrs.get("complete") != 1:
+            self.say(f"/{name}", "not complete")
+        found: set[str] = set()
+        self.walk(group, found)
+        for path, row in self.rows.items():
+            if row["stage"] == name and row["required"] and path not in found:
+                self.say(path, "missing")
+
+    def walk(self, group: h5py.Group, found: set[str]) -> None:
+        """Visit what lies below a group; matrices are one thing."""
+        for name in group:
+            path = f"{group.name}/{name}"
+            if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+                self.say(path, "is a link")
+            elif path in self.rows:
+                found.add(path)
+                self.row(group[name], self.rows[path])
+            elif any(known.startswith(f"{path}/") for known in self.rows):
+                if not isinstance(group[name], h5py.Group):
+                    self.say(path, "is a dataset instead of a group")
+                    continue
+                self.attributes(group[name], [])
+                self.walk(group[name], found)
+            else:
+                self.say(path, "not in the schema")
+
+    def row(self, item: h5py.Group | h5py.Dataset, row: dict) -> None:
+        """Check one dataset or matrix against its row of the table."""
+        path = row["path"]
+        is_matrix = row["type"].endswith("_matrix")
+        if isinstance(item, h5py.Group) != is_matrix:
+            self.say(path, f"is not of type {row['type']}")
+            return
+        expected = list(self.schema["dataset_attributes"])
+        if is_matrix:
+            expected += self.schema["matrix_attributes"]
+        self.attributes(item, expected)
+        words = {"units": "unit", "symbol": "symbol", "description": "description"}
+        for attribute, key in words.items():
+            if item.attrs.get(attribute) != row[key]:
+                self.say(path, f"{attribute} is {item.attrs.get(attribute)!r}")
+        if is_matrix:
+            self.matrix(item, row)
+        else:
+            self.kind(item, row)
+            self.shape(path, row["shape"], item.shape)
+            self.storage(item, row)
+
+    def matrix(self, group: h5py.Group, row: dict) -> None:
+        """Check the members of a sparse matrix group."""
+        path = row["path"]
+        if group.attrs.get("encoding-type") != row["type"]:
+            self.say(path, f"encoding-type is not {row['type']}")
+        members = {member["name"]: member for member in self.schema["matrix_members"]}
+        for name in sorted(set(group) ^ set(members)):
+            self.say(f"{path}/{name}", "missing or not in the schema")
+        for name in sorted(set(group) & set(members)):
+            if group[name].ndim != 1:
+                self.say(f"{path}/{name}", "is not a vector")
+            self.kind(group[name], {**members[name], "path": f"{path}/{name}"})
+            # Compression is for indices; the values of a matrix hardly shrink.
+            storage = "plain" if name == "data" else row["storage"]
+            self.storage(group[name], {"storage": storage})
+        self.shape(path, row["shape"], tuple(group.attrs.get("shape", ())))
+
+    def kind(self, dataset: h5py.Dataset, row: dict) -> None:
+        """Check the type of the values."""
+        if not has_type(dataset.dtype, row):
+            self.say(row["path"], f"type {dataset.dtype} instead of {row['type']}")
+
+    def shape(self, path: str, symbolic: list, shape: tuple) -> None:
+        """Check a shape; symbolic sizes must mean the same everywhere."""
+        if len(symbolic) != len(shape):
+            self.say(path, f"shape {shape} instead of {symbolic}")
+            return
+        for extent, size in zip(symbolic, shape, strict=True):
+            if isinstance(extent, int):
+                expected, source = extent, "the schema"
+            else:
+                name, plus = re.fullmatch(r"(\w+)(?: \+ (\d+))?", extent).groups()
+                more = int(plus or 0)
+                if name not in self.schema["extents"]:
+                    self.say(path, f"size {name} is not explained")
+                base, source = self.sizes.setdefault(name, (size - more, path))
+                expected = base + more
+            if size != expected:
+                self.say(path, f"{extent} is {size}, but {expected} by {source}")
+
+    def storage(self, dataset: h5py.Dataset, row: dict) -> None:
+        """Check that arrays are compressed exactly where the schema says so."""
+        packed = dataset.compression == "gzip" and dataset.shuffle
+        wanted = row["storage"] == "compressed" and dataset.size > 0
+        if packed != wanted:
+            self.say(dataset.name, f"storage is not {row['storage']}")
+
+    def attributes(self, item, expected: list[dict], extra: set = frozenset()) -> None:
+        """Check names and types of all attributes of an object."""
+        names = {attribute["name"] for attribute in expected} | extra
+        for name in sorted(names ^ set(item.attrs)):
+            self.say(item.name, f"attribute {name} missing or not in the schema")
+        for attribute in expected:
+            name = attribute["name"]
+            if name not in item.attrs:
+                continue
+            stored = item.attrs.get_id(name)
+            scalar, count = re.fullmatch(
+                r"(\w+)(?:\[(\d+)\])?", attribute["type"]
+            ).groups()
+            shape = (int(count),) if count else ()
+            if stored.shape != shape or not has_type(stored.dtype, {"type": scalar}):
+                self.say(item.name, f"attribute {name} is not {attribute['type']}")
+
+
+def has_type(dtype: np.dtype, row: dict) -> bool:
+    """Whether an HDF5 type is the one a row of the schema names."""
+    members = h5py.check_enum_dtype(dtype)
+    if row["type"] == "enum":
+        return members == row["enum"]["members"] and dtype == np.uint8
+    if row["type"] == "text":
+        text = h5py.check_string_dtype(dtype)
+        return text is not None and text.encoding == "utf-8" and text.length is None
+    return members is None and dtype == NUMBERS[row["type"]]

@@ -1,0 +1,63 @@
+//! Killed at any moment, the previous state stays readable and the same command goes on.
+
+use std::{
+    process::{Command, Stdio},
+    thread::sleep,
+    time::Duration,
+};
+
+use assert_cmd::cargo::CommandCargoExt;
+
+use crate::program::{Program, SMALL, pipeline};
+
+/// Starts `run` with a tolerance of its own, waits, and sends a signal.
+fn interrupt(program: &Program, epsilon: &str, wait: Duration, signal: &str) {
+    let mut child = Command::cargo_bin("contact3d-pipe")
+        .unwrap()
+        .current_dir(program.path(""))
+        .arg("run")
+        .arg(pipeline("hkl2011_table1.toml"))
+        .args(["run.h5", "--no-figures", "--quiet", "--set", epsilon])
+        .args(SMALL)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    sleep(wait);
+    let _ = Command::new("kill")
+        .args([signal, &child.id().to_string()])
+        .stderr(Stdio::null())
+        .status();
+    child.wait().unwrap();
+}
+
+#[test]
+fn a_killed_run_leaves_a_readable_file_and_goes_on() {
+    let program = Program::new();
+    program.run(&[]).assert().success();
+    let expected = {
+        let other = Program::new();
+        other
+            .run(&["--set", "solve.epsilon=1e-6"])
+            .assert()
+            .success();
+        other.digests()
+    };
+    for round in 0..24_u64 {
+        let signal = ["-KILL", "-TERM", "-INT"][round as usize % 3];
+        let epsilon = ["solve.epsilon=1e-6", "solve.epsilon=1e-5"][round as usize % 2];
+        interrupt(&program, epsilon, Duration::from_millis(3 * round), signal);
+        let states = program.states();
+        assert_eq!(states[0].1, "fresh", "round {round}: {states:?}");
+        assert_eq!(states[1].1, "fresh", "round {round}: {states:?}");
+        if signal != "-KILL" {
+            assert!(!program.path(".run.h5.part").exists(), "round {round}");
+        }
+    }
+    program
+        .run(&["--set", "solve.epsilon=1e-6"])
+        .assert()
+        .success();
+    assert_eq!(program.digests(), expected);
+    assert!(!program.path(".run.h5.part").exists());
+}

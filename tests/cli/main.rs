@@ -1,0 +1,6 @@
+//! The program as a user meets it: commands, messages, exit codes, files.
+
+mod errors;
+mod interruption;
+mod program;
+mod stages;

@@ -1,0 +1,183 @@
+//! Stages alone and together, fresh and stale.
+
+use serde_json::Value;
+
+use crate::program::{Program, SMALL, pipeline};
+
+fn words(states: &[(String, String)]) -> Vec<&str> {
+    states.iter().map(|(_, state)| state.as_str()).collect()
+}
+
+#[test]
+fn run_makes_every_stage_and_then_keeps_them() {
+    let program = Program::new();
+    program.run(&[]).assert().success();
+    assert_eq!(words(&program.states()), ["fresh"; 4]);
+    let before = program.digests();
+    let again = program.run(&[]).assert().success();
+    let text = String::from_utf8_lossy(&again.get_output().stderr).into_owned();
+    assert_eq!(text.matches("fresh, kept").count(), 4, "{text}");
+    assert_eq!(program.digests(), before);
+}
+
+#[test]
+fn stages_in_processes_of_their_own_give_the_same_digests_as_run() {
+    let whole = Program::new();
+    whole.run(&[]).assert().success();
+    let parts = Program::new();
+    let scene = pipeline("hkl2011_table1.toml");
+    let scene = scene.to_str().unwrap();
+    parts
+        .command(&["mesh", scene, "run.h5"])
+        .args(SMALL)
+        .assert()
+        .success();
+    assert_eq!(
+        words(&parts.states()),
+        ["fresh", "missing", "missing", "missing"]
+    );
+    parts
+        .command(&["assemble", "run.h5", "--threads", "1"])
+        .assert()
+        .success();
+    parts
+        .command(&["solve", "run.h5", "--threads", "2"])
+        .assert()
+        .success();
+    parts.command(&["post", "run.h5"]).assert().success();
+    assert_eq!(parts.digests(), whole.digests());
+    assert!(parts.path("run-figures/figure5.png").exists());
+    assert!(parts.path("run-figures/d_friction_ellipses.svg").exists());
+}
+
+#[test]
+fn a_changed_law_makes_only_solve_and_post_stale() {
+    let program = Program::new();
+    program.run(&[]).assert().success();
+    let changed = ["--set", "friction.coefficient_2={constant=0.25}"];
+    let scene = pipeline("hkl2011_table1.toml");
+    program
+        .command(&["mesh", scene.to_str().unwrap(), "run.h5"])
+        .args(SMALL)
+        .args(changed)
+        .assert()
+        .success();
+    assert_eq!(
+        words(&program.states()),
+        ["fresh", "fresh", "stale", "stale"]
+    );
+    let refused = program.command(&["post", "run.h5"]).assert().code(2);
+    let text = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+    assert!(
+        text.contains("`post` needs a fresh `solve`") && text.contains("has changed"),
+        "{text}"
+    );
+    let again = program.run(&changed).assert().success();
+    let text = String::from_utf8_lossy(&again.get_output().stderr).into_owned();
+    assert_eq!(text.matches("fresh, kept").count(), 2, "{text}");
+    assert_eq!(words(&program.states()), ["fresh"; 4]);
+}
+
+#[test]
+fn a_new_mesh_makes_everything_after_it_stale() {
+    let program = Program::new();
+    program.run(&[]).assert().success();
+    let scene = pipeline("hkl2011_table1.toml");
+    let finer = ["--set", "body.brick.cells=[12,4,6]"];
+    program
+        .command(&["mesh", scene.to_str().unwrap(), "run.h5"])
+        .args(finer)
+        .assert()
+        .success();
+    assert_eq!(
+        words(&program.states()),
+        ["fresh", "stale", "stale", "stale"]
+    );
+    program.command(&["solve", "run.h5"]).assert().code(2);
+    program.run(&finer).assert().success();
+    assert_eq!(words(&program.states()), ["fresh"; 4]);
+}
+
+#[test]
+fn settings_given_to_solve_are_stored_and_make_post_stale() {
+    let program = Program::new();
+    program.run(&[]).assert().success();
+    program
+        .command(&[
+            "solve",
+            "run.h5",
+            "--epsilon",
+            "1e-6",
+            "--precision",
+            "fixed",
+        ])
+        .assert()
+        .success();
+    assert_eq!(
+        words(&program.states()),
+        ["fresh", "fresh", "fresh", "stale"]
+    );
+    program
+        .command(&["post", "run.h5", "--no-figures"])
+        .assert()
+        .success();
+    assert_eq!(words(&program.states()), ["fresh"; 4]);
+    assert!(!program.path("run-figures").exists());
+}
+
+#[test]
+fn non_convergence_is_stored_said_and_exit_code_1() {
+    let program = Program::new();
+    let failed = program
+        .run(&["--set", "solve.max_outer_steps=2", "--json"])
+        .assert()
+        .code(1);
+    let output = failed.get_output();
+    let results: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(results["status"], "max_outer_steps");
+    assert!(String::from_utf8_lossy(&output.stderr).contains("NOT CONVERGED"));
+    let failed = program
+        .run(&["--set", "solve.max_outer_steps=2"])
+        .assert()
+        .code(1);
+    let text = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();
+    assert!(
+        text.contains("fresh, kept"),
+        "a stored failure is said again: {text}"
+    );
+    program
+        .run(&["--set", "solve.max_inner_actions=5", "--quiet"])
+        .assert()
+        .code(1);
+}
+
+#[test]
+fn json_results_are_complete_and_quiet_is_quiet() {
+    let program = Program::new();
+    let done = program.run(&["--json", "--quiet"]).assert().success();
+    assert!(done.get_output().stderr.is_empty());
+    let results: Value = serde_json::from_slice(&done.get_output().stdout).unwrap();
+    assert_eq!(results["n_free"], 900);
+    assert_eq!(results["n_multipliers"], 36);
+    assert_eq!(results["stages"].as_array().unwrap().len(), 4);
+    let panes = ["open", "slip", "stick"].map(|zone| results[zone].as_u64().unwrap());
+    assert_eq!(panes.iter().sum::<u64>(), 12);
+}
+
+#[test]
+fn help_shows_a_newcomer_how_to_start() {
+    let program = Program::new();
+    let help = program.command(&["--help"]).assert().success();
+    let text = String::from_utf8_lossy(&help.get_output().stdout).into_owned();
+    for word in [
+        "contact3d-pipe run pipelines/",
+        "mesh",
+        "assemble",
+        "solve",
+        "post",
+        "status",
+        "Exit codes",
+    ] {
+        assert!(text.contains(word), "{word}: {text}");
+    }
+}
