@@ -23,7 +23,7 @@ const RELAXATION: [(usize, f64); 4] = [(4, 1.0), (16, 0.8), (48, 0.1), (usize::M
 
 /// The supernodal Cholesky factor L of PAPᵀ = LLᵀ as plain arrays, to be stored and read again by another process.
 ///
-/// Row i of PAPᵀ is row `permutation[i]` of A (new → old), that is (Px)ᵢ = x[permutation[i]].
+/// Row i of PAPᵀ is row `permutation[i]` of A (new → old), that is (Px)ᵢ = x\[permutation\[i\]\].
 /// Supernode s owns the consecutive columns `supernode_columns[s]..supernode_columns[s + 1]` of L. They share the rows
 /// `row_indices[row_offsets[s]..row_offsets[s + 1]]`, strictly increasing, the first of which are the columns
 /// themselves. Their coefficients are the dense column-major panel `values[value_offsets[s]..value_offsets[s + 1]]`

@@ -21,7 +21,7 @@ pub struct Isotropic {
 }
 
 impl Material {
-    /// The elasticity tensor C in Voigt notation [Pa], for σ = (xx, yy, zz, yz, xz, xy) and
+    /// The elasticity tensor C in Voigt notation in Pa, for σ = (xx, yy, zz, yz, xz, xy) and
     /// engineering shear strains 2ε_yz, 2ε_xz, 2ε_xy.
     #[must_use]
     pub fn elasticity(&self) -> Matrix6<f64> {
