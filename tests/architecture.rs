@@ -64,7 +64,7 @@ const ALLOWED: [(&str, &[&str]); 13] = [
     (
         "cli",
         &[
-            "scene", "mesh", "solver", "post", "store", "format", "stages",
+            "scene", "mesh", "dual", "solver", "post", "store", "format", "stages",
         ],
     ),
 ];

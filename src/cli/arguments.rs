@@ -1,8 +1,9 @@
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand};
+use serde::de::{DeserializeOwned, IntoDeserializer, value::StrDeserializer};
 
-use crate::scene::{PrecisionControl, SolveSettings};
+use crate::scene::{DualOperatorKind, InnerSolver, Method, PrecisionControl, SolveSettings};
 
 /// 3D elastostatic contact with orthotropic, solution-dependent Coulomb friction
 ///
@@ -38,7 +39,7 @@ pub enum Command {
     /// Make the mesh of a scene and store both
     Mesh(MeshArguments),
     /// Assemble and factorise the elastic problem
-    Assemble(StageArguments),
+    Assemble(AssembleArguments),
     /// Solve the contact problem
     Solve(SolveArguments),
     /// Evaluate the solution: zones, stresses, resultants, certificate, pictures, ParaView
@@ -86,6 +87,16 @@ pub struct StageArguments {
     pub file: PathBuf,
 }
 
+/// Arguments of `assemble`; settings given here replace those of the stored scene.
+#[derive(Debug, Args)]
+pub struct AssembleArguments {
+    /// The run file
+    pub file: PathBuf,
+    /// How the dual operator is held: implicit (the paper's backsolves), explicit (dense), or auto
+    #[arg(long, value_name = "KIND", value_parser = named::<DualOperatorKind>)]
+    pub dual_operator: Option<DualOperatorKind>,
+}
+
 /// Arguments of `post`.
 #[derive(Debug, Args)]
 pub struct PostArguments {
@@ -111,12 +122,18 @@ pub(super) struct FigureArguments {
 pub struct SolveArguments {
     /// The run file
     pub file: PathBuf,
-    /// Stop when the relative change of the multipliers is at most this
+    /// The algorithm: auto, newton, or fixed-point (the paper's)
+    #[arg(long, value_parser = named::<Method>)]
+    method: Option<Method>,
+    /// Inner solver of method fixed-point: kprgp (the paper's) or newton
+    #[arg(long, value_name = "SOLVER", value_parser = named::<InnerSolver>)]
+    inner: Option<InnerSolver>,
+    /// Relative accuracy of the multipliers
     #[arg(long, value_name = "EPS", allow_negative_numbers = true)]
     epsilon: Option<f64>,
     /// Precision control of the inner problems: (a) fixed or (b) adaptive
-    #[arg(long)]
-    precision: Option<PrecisionArgument>,
+    #[arg(long, value_name = "CONTROL", value_parser = named::<PrecisionControl>)]
+    precision: Option<PrecisionControl>,
     /// Ratio of inner to outer tolerance
     #[arg(long, allow_negative_numbers = true)]
     r_tol: Option<f64>,
@@ -134,10 +151,10 @@ pub struct SolveArguments {
     max_inner_actions: Option<usize>,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum PrecisionArgument {
-    Fixed,
-    Adaptive,
+/// A flag's value by the name it has in scene files.
+fn named<T: DeserializeOwned>(name: &str) -> Result<T, String> {
+    let value: StrDeserializer<'_, serde::de::value::Error> = name.into_deserializer();
+    T::deserialize(value).map_err(|error| error.to_string())
 }
 
 /// Arguments of `schema`.
@@ -183,12 +200,10 @@ impl SolveArguments {
     #[must_use]
     pub fn apply(&self, stored: &SolveSettings) -> SolveSettings {
         SolveSettings {
-            epsilon: self.epsilon.unwrap_or(stored.epsilon),
-            precision: match self.precision {
-                Some(PrecisionArgument::Fixed) => PrecisionControl::Fixed,
-                Some(PrecisionArgument::Adaptive) => PrecisionControl::Adaptive,
-                None => stored.precision,
-            },
+            method: self.method.unwrap_or(stored.method),
+            inner: self.inner.unwrap_or(stored.inner),
+            epsilon: self.epsilon.or(stored.epsilon),
+            precision: self.precision.unwrap_or(stored.precision),
             r_tol: self.r_tol.unwrap_or(stored.r_tol),
             c_fact: self.c_fact.unwrap_or(stored.c_fact),
             gamma: self.gamma.unwrap_or(stored.gamma),

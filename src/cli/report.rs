@@ -3,10 +3,11 @@
 use std::fmt::Write;
 
 use crate::{
+    dual::OperatorEstimate,
     mesh::Mesh,
     post::{ContactReport, Zone},
     scene::Scene,
-    solver::{OuterStep, Solution, Status},
+    solver::{Progress, Solution, Status},
     stages::Performed,
 };
 
@@ -20,27 +21,58 @@ pub(super) fn stage_line(performed: &Performed) -> String {
     )
 }
 
-/// Progress of the outer loop.
-pub(super) fn outer_step(k: usize, step: &OuterStep) -> String {
+/// How the dual operator is held, and what either form costs.
+pub(super) fn operator_line(estimate: &OperatorEstimate, dense: bool) -> String {
     format!(
-        "outer step {}, change {:.1e}, {} actions",
-        k + 1,
-        step.change,
-        step.actions
+        "{:<9} {} (dense: {:.1} MB and {:.2e} operations to form; factor: {:.1} MB, {:.2e} operations an action)",
+        "dual",
+        if dense { "explicit" } else { "implicit" },
+        estimate.explicit_bytes / 1e6,
+        estimate.explicit_operations,
+        estimate.factor_bytes / 1e6,
+        estimate.action_operations,
     )
 }
 
+/// Progress of a solve.
+pub(super) fn progress(progress: Progress<'_>) -> String {
+    match progress {
+        Progress::Outer(k, step) => {
+            format!(
+                "outer step {}, change {:.1e}, {} actions",
+                k + 1,
+                step.change,
+                step.actions
+            )
+        }
+        Progress::Newton(k, step) => {
+            let how = if step.fallback { "safeguard" } else { "Newton" };
+            format!("{how} step {}, residual {:.1e}", k + 1, step.residual)
+        }
+    }
+}
+
 /// What a status means to a person.
-pub(super) fn status(status: Status) -> &'static str {
-    match status {
-        Status::Converged => "converged",
+pub(super) fn status(solution: &Solution) -> String {
+    let accuracy = solution.accuracy;
+    match solution.status {
+        Status::Converged => format!("converged to {accuracy:.1e}"),
+        Status::RoundingLimit => {
+            format!("stopped at the attainable accuracy {accuracy:.1e}: rounding forbids more")
+        }
         Status::MaxOuterSteps => {
-            "NOT CONVERGED: out of outer steps; raise max_outer_steps or epsilon"
+            "NOT CONVERGED: out of outer steps; raise max_outer_steps or epsilon".into()
         }
         Status::MaxInnerActions => {
             "NOT CONVERGED: an inner problem ran out of actions; raise max_inner_actions or epsilon"
+                .into()
         }
-        Status::NumericalError => "NOT CONVERGED: a value is not finite; check loads and material",
+        Status::NumericalError => {
+            "NOT CONVERGED: a value is not finite; check loads and material".into()
+        }
+        Status::MaxNewtonSteps => {
+            "NOT CONVERGED: Newton's method gave up; choose method auto or fixed-point".into()
+        }
     }
 }
 
@@ -51,6 +83,18 @@ pub(super) fn status_word(status: Status) -> &'static str {
         Status::MaxOuterSteps => "max_outer_steps",
         Status::MaxInnerActions => "max_inner_actions",
         Status::NumericalError => "numerical_error",
+        Status::RoundingLimit => "rounding_limit",
+        Status::MaxNewtonSteps => "max_newton_steps",
+    }
+}
+
+/// Steps of each algorithm that ran.
+fn steps(solution: &Solution) -> String {
+    let fallbacks = solution.newton.iter().filter(|step| step.fallback).count();
+    match (solution.newton.len(), solution.history.len()) {
+        (0, outer) => format!("{outer} outer"),
+        (newton, 0) => format!("{newton} Newton, {fallbacks} of them safeguards"),
+        (newton, outer) => format!("{newton} Newton, given up, then {outer} outer"),
     }
 }
 
@@ -68,7 +112,7 @@ pub(super) fn results(
     let mut line = |name: &str, value: String| {
         let _ = writeln!(text, "  {name:<26} {value}");
     };
-    line("status", status(solution.status).into());
+    line("status", status(solution));
     line(
         "nodes, tetrahedra, panes",
         format!(
@@ -86,10 +130,11 @@ pub(super) fn results(
             solution.multiplier.len()
         ),
     );
-    line(
-        "outer steps, n_A",
-        format!("{}, {}", solution.history.len(), solution.actions()),
-    );
+    line("steps", steps(solution));
+    line("actions n_A", solution.actions.to_string());
+    if let Some(change) = solution.mapping_change {
+        line("moved by the mapping Psi", format!("{change:.1e}"));
+    }
     line(
         "panes open, slip, stick",
         format!(
@@ -165,7 +210,10 @@ pub(super) fn json(
         "n_multipliers": solution.multiplier.len(),
         "n_panes": mesh.contact.n_panes(),
         "outer_steps": solution.history.len(),
-        "actions": solution.actions(),
+        "newton_steps": solution.newton.len(),
+        "actions": solution.actions,
+        "accuracy": solution.accuracy,
+        "mapping_change": solution.mapping_change,
         "open": report.count(Zone::Open),
         "slip": report.count(Zone::Slip),
         "stick": report.count(Zone::Stick),

@@ -2,13 +2,14 @@ use std::path::Path;
 
 use super::{
     arguments::{
-        FigureArguments, MeshArguments, Output, PostArguments, RunArguments, SolveArguments,
-        StageArguments,
+        AssembleArguments, FigureArguments, MeshArguments, Output, PostArguments, RunArguments,
+        SolveArguments,
     },
     exit::Exit,
     override_scene, progress, report,
 };
 use crate::{
+    scene::AssembleSettings,
     solver::Status,
     stages::{Freshness, Performed, Session, StageError, draw, figures_folder},
     store::Stage,
@@ -45,8 +46,11 @@ pub(super) fn mesh(arguments: &MeshArguments, output: &Output, threads: usize) -
 }
 
 /// `assemble`: matrices and factor.
-pub(super) fn assemble(arguments: &StageArguments, output: &Output, threads: usize) -> Outcome {
+pub(super) fn assemble(arguments: &AssembleArguments, output: &Output, threads: usize) -> Outcome {
     let mut session = Session::open(&arguments.file, threads)?;
+    if let Some(dual_operator) = arguments.dual_operator {
+        session.set_assemble(AssembleSettings { dual_operator });
+    }
     let performed = perform(&mut session, Stage::Assemble, output)?;
     print_stages(output, &[performed]);
     Ok(Exit::Done)
@@ -74,12 +78,17 @@ fn perform(session: &mut Session, stage: Stage, output: &Output) -> Result<Perfo
     let performed = match stage {
         Stage::Mesh => session.make_mesh(),
         Stage::Assemble => session.assemble(),
-        Stage::Solve => session.solve(|k, step| spinner.set_message(report::outer_step(k, step))),
+        Stage::Solve => {
+            session.solve(&mut |progress| spinner.set_message(report::progress(progress)))
+        }
         Stage::Post | Stage::Scene | Stage::Vtk => session.post(),
     };
     spinner.finish_and_clear();
     let performed = performed?;
     say(output, &report::stage_line(&performed));
+    if let (Stage::Assemble, Some((estimate, dense))) = (stage, session.operator_estimate()) {
+        say(output, &report::operator_line(&estimate, dense));
+    }
     Ok(performed)
 }
 
@@ -117,10 +126,11 @@ fn finish(session: &mut Session, output: &Output, performed: &[Performed]) -> Ou
             report::json(&scene, mesh, solution, report, performed)
         );
     }
-    if solution.status == Status::Converged {
+    let floor_accepted = solution.status == Status::RoundingLimit && scene.solve.epsilon.is_none();
+    if solution.status == Status::Converged || floor_accepted {
         return Ok(Exit::Done);
     }
-    eprintln!("{}", report::status(solution.status));
+    eprintln!("{}", report::status(solution));
     Ok(Exit::NotConverged)
 }
 

@@ -98,6 +98,20 @@ impl Assembly {
             dual_rhs,
         })
     }
+
+    /// The displacement u = A⁻¹(l − Bᵀλ) over the free degrees of freedom in m.
+    pub(super) fn displacement(&self, multiplier: &[f64], work: &mut Workspace) -> Vec<f64> {
+        let contact_forces = self.primal.coupling.nodal_forces(multiplier);
+        let mut displacement: Vec<f64> = self
+            .primal
+            .load
+            .iter()
+            .zip(contact_forces)
+            .map(|(l, f)| l - f)
+            .collect();
+        self.factor.solve_in_place(&mut displacement, work);
+        displacement
+    }
 }
 
 /// Nested dissection of the mesh, its free degrees of freedom node by node.

@@ -46,19 +46,7 @@ impl DualOperator for ImplicitOperator<'_> {
 
     fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64> {
         self.actions += 1;
-        let contact_forces = self.assembly.primal.coupling.nodal_forces(multiplier);
-        let mut displacement: Vec<f64> = self
-            .assembly
-            .primal
-            .load
-            .iter()
-            .zip(contact_forces)
-            .map(|(l, f)| l - f)
-            .collect();
-        self.assembly
-            .factor
-            .solve_in_place(&mut displacement, &mut self.work);
-        displacement
+        self.assembly.displacement(multiplier, &mut self.work)
     }
 
     fn actions(&self) -> usize {

@@ -1,10 +1,17 @@
 //! The dual operator S = B A⁻¹ Bᵀ and right-hand side h = B A⁻¹ l − gap (HKL (4.5)).
 
 mod assembly;
+mod dense;
+mod estimate;
+mod explicit;
 mod implicit;
+mod system;
 
 pub use assembly::{Assembly, AssemblyError, PrimalSystem};
+pub use estimate::OperatorEstimate;
+pub use explicit::{ExplicitDual, ExplicitOperator};
 pub use implicit::ImplicitOperator;
+pub use system::DualSystem;
 
 /// Actions of the dual problem: minimise ½ λᵀSλ − λᵀh over the admissible multipliers.
 pub trait DualOperator {
@@ -16,6 +23,11 @@ pub trait DualOperator {
     fn apply(&mut self, multiplier: &[f64]) -> Vec<f64>;
     /// The displacement u = A⁻¹(l − Bᵀλ) over the free degrees of freedom in m.
     fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64>;
-    /// Actions of A⁻¹ so far (n_A of HKL §4).
+    /// Signed (u_t1, u_t2) at the contact nodes in m, `[n_contact_nodes]`, when the operator knows
+    /// them without a solve over the body; `None` when only [`Self::to_primal`] gives them.
+    fn tangential_displacement(&mut self, _multiplier: &[f64]) -> Option<Vec<[f64; 2]>> {
+        None
+    }
+    /// Actions of A⁻¹ so far (n_A of HKL §4), those of a dense S included.
     fn actions(&self) -> usize;
 }

@@ -1,9 +1,11 @@
 //! `/assemble`: stiffness, load, coupling, Cholesky factor, dual right-hand side.
 
-use super::{FormatError, columns, read_finite_vec, read_index_vec, rows_of_transpose};
+use super::{
+    FormatError, columns, read_finite_rows, read_finite_vec, read_index_vec, rows_of_transpose,
+};
 use crate::{
     contact::Coupling,
-    dual::{Assembly, PrimalSystem},
+    dual::{Assembly, DualSystem, ExplicitDual, PrimalSystem},
     elasticity::DofMap,
     linalg::{CholeskyFactor, CscMatrix},
     store::{
@@ -19,6 +21,9 @@ const LOAD: &str = "/assemble/load";
 const COUPLING_NORMAL: &str = "/assemble/coupling_normal";
 const COUPLING_TANGENTIAL: &str = "/assemble/coupling_tangential";
 const DUAL_RHS: &str = "/assemble/dual_rhs";
+const DUAL_OPERATOR: &str = "/assemble/dual_operator";
+const CONTACT_COMPLIANCE: &str = "/assemble/contact_compliance";
+const SLIP_FREE: &str = "/assemble/slip_free";
 const PERMUTATION: &str = "/assemble/factor/permutation";
 const SUPERNODE_COLUMNS: &str = "/assemble/factor/supernode_columns";
 const ROW_OFFSETS: &str = "/assemble/factor/row_offsets";
@@ -36,6 +41,7 @@ const fn row(
     DatasetSpec::new(Stage::Assemble, path, kind, shape, unit, description)
 }
 
+const IMPLICIT: &str = "absent when the dual operator is applied through the factor";
 const FREE: Extent = Named("n_free");
 const OFFSETS: &[Extent] = &[Plus("n_supernodes", 1)];
 
@@ -47,6 +53,9 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     row(COUPLING_NORMAL, Kind::CsrMatrix, &[Named("n_panes"), FREE], "m^2", "Integral of the normal displacement over each pane.").symbol("N"),
     row(COUPLING_TANGENTIAL, Kind::CsrMatrix, &[Named("n_tangential"), FREE], "m^2", "Integrals of the tangential displacements over each pane; rows 2i and 2i + 1 belong to pane i.").symbol("T"),
     row(DUAL_RHS, Kind::F64, &[Named("n_multipliers")], "m^3", "Right-hand side B A^-1 l of the dual problem, minus the integrated gap in its first m entries.").symbol("h"),
+    row(DUAL_OPERATOR, Kind::F64, &[Named("n_multipliers"), Named("n_multipliers")], "m^3/Pa", "Dual operator B A^-1 B^T, symmetric.").symbol("S").optional(IMPLICIT),
+    row(CONTACT_COMPLIANCE, Kind::F64, &[Named("n_multipliers"), Named("n_contact_nodes"), Fixed(2)], "m/Pa", "Tangential displacement of the contact nodes that a unit of each multiplier takes away.").symbol("G").optional(IMPLICIT),
+    row(SLIP_FREE, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "m", "Tangential displacement of the contact nodes without contact.").optional(IMPLICIT),
     row(PERMUTATION, Kind::I64, &[FREE], "1", "Fill-reducing order: row i of P A P^T = L L^T is row permutation[i] of A.").symbol("P").compressed(),
     row(SUPERNODE_COLUMNS, Kind::I64, OFFSETS, "1", "First column of each supernode of L, then n_free.").compressed(),
     row(ROW_OFFSETS, Kind::I64, OFFSETS, "1", "Where the rows of each supernode begin in row_indices.").compressed(),
@@ -55,11 +64,22 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     row(VALUES, Kind::F64, &[Named("n_factor_values")], "(N/m)^(1/2)", "Dense column-major panel (rows, columns) of each supernode of the Cholesky factor.").symbol("L"),
 ];
 
-/// Writes the assembly.
+/// Writes the assembled problem and, where there is one, the dense dual operator.
 ///
 /// # Errors
 /// HDF5 failures.
-pub fn write(writer: &mut StageWriter<'_>, assembly: &Assembly) -> Result<(), StoreError> {
+pub fn write(writer: &mut StageWriter<'_>, system: &DualSystem) -> Result<(), StoreError> {
+    if let Some(explicit) = &system.explicit {
+        let (dimension, nodes) = (explicit.dimension(), explicit.slip_free.len());
+        writer.write(DUAL_OPERATOR, &explicit.operator, &[dimension, dimension])?;
+        writer.write(
+            CONTACT_COMPLIANCE,
+            &explicit.compliance,
+            &[dimension, nodes, 2],
+        )?;
+        writer.write(SLIP_FREE, explicit.slip_free.as_flattened(), &[nodes, 2])?;
+    }
+    let assembly = &system.assembly;
     let primal = &assembly.primal;
     let dofs = primal.dofs.dof.iter().flatten();
     let dofs: Vec<i64> = dofs.map(|dof| dof.map_or(-1, |d| d as i64)).collect();
@@ -84,11 +104,11 @@ pub fn write(writer: &mut StageWriter<'_>, assembly: &Assembly) -> Result<(), St
     writer.write(VALUES, factor.values(), &[factor.values().len()])
 }
 
-/// Reads the assembly.
+/// Reads the assembled problem and, where it is stored, the dense dual operator.
 ///
 /// # Errors
 /// Missing, altered or contradictory datasets.
-pub fn read(reader: &Reader) -> Result<Assembly, FormatError> {
+pub fn read(reader: &Reader) -> Result<DualSystem, FormatError> {
     let factor = CholeskyFactor::from_parts(
         read_index_vec(reader, PERMUTATION)?,
         read_index_vec(reader, SUPERNODE_COLUMNS)?,
@@ -97,11 +117,21 @@ pub fn read(reader: &Reader) -> Result<Assembly, FormatError> {
         read_index_vec(reader, VALUE_OFFSETS)?,
         reader.read_vec(VALUES)?,
     )?;
-    Ok(Assembly {
+    let assembly = Assembly {
         primal: read_primal(reader)?,
         factor,
         dual_rhs: read_finite_vec(reader, DUAL_RHS)?,
-    })
+    };
+    let explicit = match reader.has(DUAL_OPERATOR) {
+        false => None,
+        true => Some(ExplicitDual {
+            operator: read_finite_vec(reader, DUAL_OPERATOR)?,
+            rhs: assembly.dual_rhs.clone(),
+            compliance: read_finite_vec(reader, CONTACT_COMPLIANCE)?,
+            slip_free: read_finite_rows(reader, SLIP_FREE)?,
+        }),
+    };
+    Ok(DualSystem { assembly, explicit })
 }
 
 /// Reads the primal system alone, without the factor.

@@ -63,7 +63,8 @@ pub const LAYOUT: Layout = Layout {
             "n_factor_values",
             "coefficients stored for the Cholesky factor",
         ),
-        ("n_outer_steps", "outer steps done"),
+        ("n_outer_steps", "steps of successive approximations"),
+        ("n_newton_steps", "steps of Newton's method"),
         (
             "n_cells",
             "VTK cells: the tetrahedra, then the contact triangles",

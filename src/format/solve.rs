@@ -4,7 +4,7 @@ use super::{FormatError, read_finite_rows, read_finite_scalar, read_finite_vec, 
 use crate::{
     contact::FrictionField,
     elasticity::DofMap,
-    solver::{OuterStep, Solution, Status, StepCounts},
+    solver::{NewtonStep, OuterStep, Solution, SolvedBy, Status, StepCounts},
     store::{
         DatasetSpec, Extent,
         Extent::{Fixed, Named},
@@ -19,14 +19,26 @@ stored_enum! {
         MaxOuterSteps = 1 => "max_outer_steps",
         MaxInnerActions = 2 => "max_inner_actions",
         NumericalError = 3 => "numerical_error",
+        RoundingLimit = 4 => "rounding_limit",
+        MaxNewtonSteps = 5 => "max_newton_steps",
     }
 }
 
-const STATUSES: [(StoredStatus, Status); 4] = [
+stored_enum! {
+    /// Which algorithm gave the answer, as stored.
+    enum StoredMethod as "method" {
+        FixedPoint = 0 => "fixed_point",
+        Newton = 1 => "newton",
+    }
+}
+
+const STATUSES: [(StoredStatus, Status); 6] = [
     (StoredStatus::Converged, Status::Converged),
     (StoredStatus::MaxOuterSteps, Status::MaxOuterSteps),
     (StoredStatus::MaxInnerActions, Status::MaxInnerActions),
     (StoredStatus::NumericalError, Status::NumericalError),
+    (StoredStatus::RoundingLimit, Status::RoundingLimit),
+    (StoredStatus::MaxNewtonSteps, Status::MaxNewtonSteps),
 ];
 
 const STATUS: &str = "/solve/status";
@@ -39,6 +51,16 @@ const FRICTION: &str = "/solve/friction";
 const FRICTION_INVERSE: &str = "/solve/friction_inverse";
 const STEPLENGTH: &str = "/solve/steplength";
 const ACTIONS: &str = "/solve/actions";
+const METHOD: &str = "/solve/method";
+const ACCURACY: &str = "/solve/accuracy";
+const MAPPING_CHANGE: &str = "/solve/mapping_change";
+const NEWTON_RESIDUAL: &str = "/solve/newton/residual";
+const NEWTON_STEP_LENGTH: &str = "/solve/newton/step_length";
+const NEWTON_HALVINGS: &str = "/solve/newton/halvings";
+const NEWTON_ZONE_CHANGES: &str = "/solve/newton/zone_changes";
+const NEWTON_UNKNOWNS: &str = "/solve/newton/free_unknowns";
+const NEWTON_FALLBACK: &str = "/solve/newton/fallback";
+const NEWTON_SECONDS: &str = "/solve/newton/seconds";
 const CHANGE: &str = "/solve/history/change";
 const INNER_TOLERANCE: &str = "/solve/history/inner_tolerance";
 const INNER_RESIDUAL: &str = "/solve/history/inner_residual";
@@ -61,6 +83,7 @@ const fn row(
 const PANES: &[Extent] = &[Named("n_panes")];
 const PANE_PAIRS: &[Extent] = &[Named("n_panes"), Fixed(2)];
 const STEPS: &[Extent] = &[Named("n_outer_steps")];
+const NEWTON: &[Extent] = &[Named("n_newton_steps")];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
@@ -74,6 +97,16 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     row(FRICTION_INVERSE, Kind::F64, PANE_PAIRS, "1", "Diagonal of the inverse friction matrix averaged over each pane, in the last inner problem.").symbol("Fbar^-1"),
     row(STEPLENGTH, Kind::F64, &[], "Pa/m^3", "Steplength of projected gradient steps, 1.9 over the norm of the dual operator.").symbol("alpha"),
     row(ACTIONS, Kind::I64, &[], "1", "Actions of the inverse stiffness matrix in the whole solve.").symbol("n_A"),
+    row(METHOD, Kind::Enum(StoredMethod::SPEC), &[], "1", "Algorithm that gave the answer; after a failed Newton solve it is fixed_point and both histories are there."),
+    row(ACCURACY, Kind::F64, &[], "1", "Last relative change of successive approximations, or last relative residual of Newton's method."),
+    row(MAPPING_CHANGE, Kind::F64, &[], "1", "|Psi(lambda) - lambda| / |lambda| for one evaluation of the paper's mapping.").optional("absent unless Newton's method gave the answer"),
+    row(NEWTON_RESIDUAL, Kind::F64, NEWTON, "1", "|R| / |lambda| after each Newton step."),
+    row(NEWTON_STEP_LENGTH, Kind::F64, NEWTON, "1", "Share of the Newton step taken."),
+    row(NEWTON_HALVINGS, Kind::I64, NEWTON, "1", "Halvings of the step tried."),
+    row(NEWTON_ZONE_CHANGES, Kind::I64, NEWTON, "1", "Panes that changed between open, stick and slip."),
+    row(NEWTON_UNKNOWNS, Kind::I64, NEWTON, "1", "Unknowns of the dense linear system."),
+    row(NEWTON_FALLBACK, Kind::U8, NEWTON, "1", "1 where the safeguard replaced Newton's step."),
+    row(NEWTON_SECONDS, Kind::F64, NEWTON, "s", "Wall-clock time of each Newton step.").volatile(),
     row(CHANGE, Kind::F64, STEPS, "1", "Relative change of the multipliers in each outer step.").symbol("err"),
     row(INNER_TOLERANCE, Kind::F64, STEPS, "1", "Tolerance of each inner problem, relative to the norm of h.").symbol("epsilon_lambda"),
     row(INNER_RESIDUAL, Kind::F64, STEPS, "1", "Norm of the reduced gradient at the end of each inner problem, relative to the norm of h."),
@@ -125,8 +158,43 @@ pub fn write(
         &[m, 2],
     )?;
     writer.write(STEPLENGTH, &[solution.steplength], &[])?;
-    writer.write_indices(ACTIONS, &[solution.actions()], &[])?;
+    writer.write_indices(ACTIONS, &[solution.actions], &[])?;
+    let method = match solution.solved_by {
+        SolvedBy::FixedPoint => StoredMethod::FixedPoint,
+        SolvedBy::Newton => StoredMethod::Newton,
+    };
+    writer.write_enum(METHOD, &[method], &[])?;
+    writer.write(ACCURACY, &[solution.accuracy], &[])?;
+    if let Some(change) = solution.mapping_change {
+        writer.write(MAPPING_CHANGE, &[change], &[])?;
+    }
+    write_newton(writer, &solution.newton)?;
     write_history(writer, &solution.history)
+}
+
+fn write_newton(writer: &mut StageWriter<'_>, steps: &[NewtonStep]) -> Result<(), StoreError> {
+    type Measure = fn(&NewtonStep) -> f64;
+    type Count = fn(&NewtonStep) -> usize;
+    let measures: [(&str, Measure); 3] = [
+        (NEWTON_RESIDUAL, |s| s.residual),
+        (NEWTON_STEP_LENGTH, |s| s.step_length),
+        (NEWTON_SECONDS, |s| s.seconds),
+    ];
+    for (path, measure) in measures {
+        let values: Vec<f64> = steps.iter().map(measure).collect();
+        writer.write(path, &values, &[values.len()])?;
+    }
+    let counts: [(&str, Count); 3] = [
+        (NEWTON_HALVINGS, |s| s.halvings),
+        (NEWTON_ZONE_CHANGES, |s| s.zone_changes),
+        (NEWTON_UNKNOWNS, |s| s.free_unknowns),
+    ];
+    for (path, count) in counts {
+        let values: Vec<usize> = steps.iter().map(count).collect();
+        writer.write_indices(path, &values, &[values.len()])?;
+    }
+    let fallbacks: Vec<u8> = steps.iter().map(|s| u8::from(s.fallback)).collect();
+    writer.write(NEWTON_FALLBACK, &fallbacks, &[fallbacks.len()])
 }
 
 fn write_history(writer: &mut StageWriter<'_>, history: &[OuterStep]) -> Result<(), StoreError> {
@@ -178,8 +246,46 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
             pane_inverse: read_finite_rows(reader, FRICTION_INVERSE)?,
         },
         steplength: read_finite_scalar(reader, STEPLENGTH)?,
+        solved_by: match reader.read_enum::<StoredMethod>(METHOD)?.first() {
+            Some(StoredMethod::Newton) => SolvedBy::Newton,
+            _ => SolvedBy::FixedPoint,
+        },
+        accuracy: reader
+            .read_vec(ACCURACY)?
+            .first()
+            .copied()
+            .unwrap_or(f64::NAN),
+        mapping_change: match reader.has(MAPPING_CHANGE) {
+            true => reader.read_vec(MAPPING_CHANGE)?.first().copied(),
+            false => None,
+        },
         history: read_history(reader)?,
+        newton: read_newton(reader)?,
+        actions: read_index_vec(reader, ACTIONS)?
+            .first()
+            .copied()
+            .unwrap_or(0),
     })
+}
+
+fn read_newton(reader: &Reader) -> Result<Vec<NewtonStep>, FormatError> {
+    let residual: Vec<f64> = reader.read_vec(NEWTON_RESIDUAL)?;
+    let step_length: Vec<f64> = reader.read_vec(NEWTON_STEP_LENGTH)?;
+    let seconds: Vec<f64> = reader.read_vec(NEWTON_SECONDS)?;
+    let halvings = read_index_vec(reader, NEWTON_HALVINGS)?;
+    let zone_changes = read_index_vec(reader, NEWTON_ZONE_CHANGES)?;
+    let free_unknowns = read_index_vec(reader, NEWTON_UNKNOWNS)?;
+    let fallback: Vec<u8> = reader.read_vec(NEWTON_FALLBACK)?;
+    let steps = (0..residual.len()).map(|k| NewtonStep {
+        residual: residual[k],
+        step_length: step_length[k],
+        halvings: halvings[k],
+        zone_changes: zone_changes[k],
+        free_unknowns: free_unknowns[k],
+        fallback: fallback[k] != 0,
+        seconds: seconds[k],
+    });
+    Ok(steps.collect())
 }
 
 fn read_history(reader: &Reader) -> Result<Vec<OuterStep>, FormatError> {

@@ -18,7 +18,9 @@ pub use error::{Invalid, SceneError};
 pub use friction::{Coefficient, Friction, Ramp};
 pub use load::{Clamp, Component, Traction};
 pub use material::{Isotropic, Material};
-pub use solve::{PrecisionControl, SolveSettings};
+pub use solve::{
+    AssembleSettings, DualOperatorKind, InnerSolver, Method, PrecisionControl, SolveSettings,
+};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -46,6 +48,9 @@ pub struct Scene {
     pub contact: Contact,
     /// The friction coefficients F₁, F₂.
     pub friction: Friction,
+    /// How the elastic problem is prepared.
+    #[serde(default)]
+    pub assemble: AssembleSettings,
     /// How the discrete problem is solved.
     #[serde(default)]
     pub solve: SolveSettings,

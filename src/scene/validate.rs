@@ -202,9 +202,9 @@ impl super::SolveSettings {
         let checks = [
             (
                 "epsilon",
-                unit_interval(self.epsilon),
+                unit_interval(self.epsilon()),
                 "0 < epsilon < 1",
-                self.epsilon,
+                self.epsilon(),
             ),
             (
                 "r_tol",

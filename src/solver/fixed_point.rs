@@ -1,71 +1,14 @@
 use std::time::Instant;
 
-use super::{FeasibleSet, InnerOutcome, Kprgp, StepCounts, operator_norm, vector::norm};
+use super::{
+    ContactState, FeasibleSet, InnerOutcome, Kprgp, NewtonSettings, NewtonStatus, OuterStep,
+    Solution, SolvedBy, Status, StepCounts, minimise_frozen, operator_norm, vector::norm,
+};
 use crate::{
     contact::{FrictionField, nodal_slip},
-    dual::{Assembly, DualOperator},
-    mesh::ContactSurface,
-    scene::{Frame, Friction, PrecisionControl, SolveSettings},
+    dual::{Assembly, DualOperator, ExplicitDual},
+    scene::{PrecisionControl, SolveSettings},
 };
-
-/// How a solve ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Status {
-    /// The change of λ fell to ε.
-    Converged,
-    /// The outer loop ran out of steps.
-    MaxOuterSteps,
-    /// An inner problem ran out of actions of S.
-    MaxInnerActions,
-    /// A value was not finite.
-    NumericalError,
-}
-
-/// One step k of Algorithm 4.1.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OuterStep {
-    /// err⁽ᵏ⁾ = ‖λ⁽ᵏ⁺¹⁾ − λ⁽ᵏ⁾‖ / ‖λ⁽ᵏ⁺¹⁾‖.
-    pub change: f64,
-    /// Inner tolerance ε_λ⁽ᵏ⁾ relative to ‖h‖.
-    pub inner_tolerance: f64,
-    /// Final ‖g̃‖ of the inner problem relative to ‖h‖.
-    pub inner_residual: f64,
-    /// Steps of KPRGP.
-    pub steps: StepCounts,
-    /// Actions of A⁻¹ in this step; the first step includes those that estimate ‖S‖.
-    pub actions: usize,
-    /// Wall-clock seconds.
-    pub seconds: f64,
-}
-
-/// The discrete solution and how it was reached.
-#[derive(Debug, Clone)]
-pub struct Solution {
-    /// How the solve ended.
-    pub status: Status,
-    /// λ: m normal stresses λ_ν, then m pairs λ_t, `[3 n_panes]`, in Pa.
-    pub multiplier: Vec<f64>,
-    /// u over the free degrees of freedom, `[n_free]`, in m.
-    pub displacement: Vec<f64>,
-    /// φ = (|u_t1|, |u_t2|) of `displacement` at the contact nodes, in m.
-    pub slip: Vec<[f64; 2]>,
-    /// The slip bound g that the last inner problem used, `[n_panes]`, in Pa.
-    pub slip_bound: Vec<f64>,
-    /// The friction that the last inner problem used.
-    pub friction: FrictionField,
-    /// Steplength ᾱ of projected gradient steps, in Pa/m³.
-    pub steplength: f64,
-    /// One record per outer step.
-    pub history: Vec<OuterStep>,
-}
-
-impl Solution {
-    /// All actions of A⁻¹ (n_A).
-    #[must_use]
-    pub fn actions(&self) -> usize {
-        self.history.iter().map(|step| step.actions).sum()
-    }
-}
 
 /// The inner tolerances of HKL Remark 4.1.
 struct Precision<'a> {
@@ -81,31 +24,32 @@ impl<'a> Precision<'a> {
         }
     }
 
-    /// ε_λ⁽ᵏ⁾ from err⁽ᵏ⁻¹⁾, relative to ‖h‖.
+    /// ε_λ⁽ᵏ⁾ from err⁽ᵏ⁻¹⁾.
     fn next(&mut self, last_change: f64) -> f64 {
         let s = self.settings;
         self.tolerance = match s.precision {
-            PrecisionControl::Fixed => s.r_tol * s.epsilon,
+            PrecisionControl::Fixed => s.r_tol * s.epsilon(),
             PrecisionControl::Adaptive => (s.r_tol * last_change).min(s.c_fact * self.tolerance),
         };
         self.tolerance
     }
 }
 
-/// What the friction law needs to know of the contact face.
-pub struct ContactState<'a> {
-    /// Γ_c and its panes.
-    pub surface: &'a ContactSurface,
-    /// The friction frame.
-    pub frame: &'a Frame,
-    /// The friction law.
-    pub law: &'a Friction,
+/// What solves the problems with frozen slip bound and friction.
+#[derive(Debug, Clone, Copy)]
+pub enum Inner<'a> {
+    /// KPRGP, as in the paper.
+    Kprgp,
+    /// Newton's method on the dense dual problem, which reaches rounding in a few steps.
+    Newton(&'a ExplicitDual),
 }
 
-/// The method of successive approximations (HKL Algorithm 4.1) with KPRGP as inner solver.
+/// The method of successive approximations (HKL Algorithm 4.1) with a chosen inner solver.
 ///
-/// `observe` is called after every outer step with its number and record.
+/// `observe` is called after every outer step with its number and record. An operator that knows
+/// the contact face's displacement spares the solve over the body in all steps but the last.
 pub fn successive_approximations(
+    inner: Inner<'_>,
     operator: &mut dyn DualOperator,
     assembly: &Assembly,
     contact: &ContactState<'_>,
@@ -113,14 +57,13 @@ pub fn successive_approximations(
     mut observe: impl FnMut(usize, &OuterStep),
 ) -> Solution {
     let m = contact.surface.n_panes();
-    let rhs_norm = norm(operator.rhs());
     let mut started = Instant::now();
     let mut actions_before = operator.actions();
     let steplength = match operator_norm(operator) {
         0.0 => 1.0,
         largest => 1.9 / largest,
     };
-    let inner = Kprgp {
+    let kprgp = Kprgp {
         steplength,
         gamma: settings.gamma,
         max_actions: settings.max_inner_actions,
@@ -136,7 +79,12 @@ pub fn successive_approximations(
         slip: no_slip,
         slip_bound: vec![0.0; m],
         steplength,
+        solved_by: SolvedBy::FixedPoint,
+        accuracy: 1.0,
+        mapping_change: None,
         history: Vec::new(),
+        newton: Vec::new(),
+        actions: 0,
     };
     for k in 0..settings.max_outer_steps {
         if k > 0 {
@@ -146,38 +94,114 @@ pub fn successive_approximations(
         let set = FeasibleSet::new(&solution.slip_bound, &solution.friction);
         let tolerance = precision.next(change);
         let mut next = solution.multiplier.clone();
-        set.project(&mut next);
-        let outcome = inner.minimise(operator, &set, &mut next, tolerance * rhs_norm);
+        let outcome = inner.minimise(operator, &kprgp, &set, &mut next, tolerance);
         change = relative_change(&next, &solution.multiplier);
         solution.multiplier = next;
-        solution.displacement = operator.to_primal(&solution.multiplier);
-        solution.slip = nodal_slip(
-            contact.surface,
-            contact.frame,
-            &assembly.primal.dofs,
-            &solution.displacement,
-        );
+        solution.accuracy = change;
+        let end = stop(&outcome, change, settings.epsilon());
+        let last = end.is_some() || k + 1 == settings.max_outer_steps;
+        solution.update_slip(operator, assembly, contact, last);
         solution.history.push(OuterStep {
             change,
             inner_tolerance: tolerance,
-            inner_residual: if rhs_norm > 0.0 {
-                outcome.reduced_gradient / rhs_norm
-            } else {
-                0.0
-            },
+            inner_residual: outcome.residual,
             steps: outcome.steps,
-            actions: operator.actions() - actions_before,
+            actions: operator.actions() - actions_before + outcome.actions,
             seconds: started.elapsed().as_secs_f64(),
         });
+        solution.actions += solution.history[k].actions;
         actions_before = operator.actions();
         started = Instant::now();
         observe(k, &solution.history[k]);
-        if let Some(status) = stop(&outcome, change, settings.epsilon) {
+        if let Some(status) = end {
             solution.status = status;
             break;
         }
     }
     solution
+}
+
+impl Solution {
+    /// φ of the multiplier, and u where it is needed: for φ itself, or in the last step.
+    fn update_slip(
+        &mut self,
+        operator: &mut dyn DualOperator,
+        assembly: &Assembly,
+        contact: &ContactState<'_>,
+        last: bool,
+    ) {
+        let known = operator.tangential_displacement(&self.multiplier);
+        if last || known.is_none() {
+            self.displacement = operator.to_primal(&self.multiplier);
+        }
+        self.slip = match known {
+            Some(displacement) => displacement.iter().map(|u| u.map(f64::abs)).collect(),
+            None => nodal_slip(
+                contact.surface,
+                contact.frame,
+                &assembly.primal.dofs,
+                &self.displacement,
+            ),
+        };
+    }
+}
+
+/// What an inner solver did.
+struct InnerSummary {
+    converged: bool,
+    /// Final residual, relative as the tolerance is.
+    residual: f64,
+    steps: StepCounts,
+    /// Actions of S that the operator did not count.
+    actions: usize,
+}
+
+impl Inner<'_> {
+    /// Improves a multiplier on a frozen admissible set to a relative tolerance.
+    fn minimise(
+        self,
+        operator: &mut dyn DualOperator,
+        kprgp: &Kprgp,
+        set: &FeasibleSet,
+        multiplier: &mut Vec<f64>,
+        tolerance: f64,
+    ) -> InnerSummary {
+        match self {
+            Self::Kprgp => {
+                let rhs_norm = norm(operator.rhs());
+                set.project(multiplier);
+                let InnerOutcome {
+                    converged,
+                    reduced_gradient,
+                    steps,
+                } = kprgp.minimise(operator, set, multiplier, tolerance * rhs_norm);
+                let relative = reduced_gradient / rhs_norm;
+                InnerSummary {
+                    converged,
+                    residual: if rhs_norm > 0.0 { relative } else { 0.0 },
+                    steps,
+                    actions: 0,
+                }
+            }
+            Self::Newton(dual) => {
+                let settings = NewtonSettings {
+                    tolerance: tolerance.max(dual.rounding()),
+                    ..NewtonSettings::default()
+                };
+                let outcome = minimise_frozen(dual, set, multiplier, &settings);
+                *multiplier = outcome.multiplier;
+                InnerSummary {
+                    converged: matches!(
+                        outcome.status,
+                        NewtonStatus::Converged | NewtonStatus::RoundingLimit
+                    ),
+                    residual: outcome.residual,
+                    steps: StepCounts::default(),
+                    actions: outcome.evaluations,
+                }
+            }
+        }
+    }
 }
 
 /// ‖λ' − λ‖ / ‖λ'‖, and 0 when both vanish.
@@ -189,8 +213,8 @@ fn relative_change(next: &[f64], last: &[f64]) -> f64 {
     }
 }
 
-fn stop(outcome: &InnerOutcome, change: f64, epsilon: f64) -> Option<Status> {
-    if !change.is_finite() || !outcome.reduced_gradient.is_finite() {
+fn stop(outcome: &InnerSummary, change: f64, epsilon: f64) -> Option<Status> {
+    if !change.is_finite() || !outcome.residual.is_finite() {
         Some(Status::NumericalError)
     } else if !outcome.converged {
         Some(Status::MaxInnerActions)

@@ -7,6 +7,7 @@ use crate::{
     figures::FigureError,
     format::FormatError,
     scene::{Invalid, SceneError},
+    solver::NeedsExplicit,
     store::{Stage, StoreError},
 };
 
@@ -28,6 +29,9 @@ pub enum StageError {
     /// The stiffness matrix.
     #[error(transparent)]
     Assembly(#[from] AssemblyError),
+    /// The method needs the dense dual operator.
+    #[error(transparent)]
+    NeedsExplicit(#[from] NeedsExplicit),
     /// An earlier stage is missing or stale.
     #[error("{}: `{stage}` needs a fresh `{upstream}`, but {why}; run `contact3d-pipe {upstream}` or `contact3d-pipe run` first", file.display())]
     NotReady {

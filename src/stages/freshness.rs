@@ -55,6 +55,7 @@ enum Settings<'a> {
         clamp: &'a [crate::scene::Clamp],
         traction: &'a [crate::scene::Traction],
         contact: &'a crate::scene::Contact,
+        assemble: &'a crate::scene::AssembleSettings,
     },
     Solve {
         friction: &'a crate::scene::Friction,
@@ -77,6 +78,7 @@ pub(super) fn settings(stage: Stage, scene: &Scene) -> String {
             clamp: &scene.clamps,
             traction: &scene.tractions,
             contact: &scene.contact,
+            assemble: &scene.assemble,
         },
         Stage::Solve => Settings::Solve {
             friction: &scene.friction,

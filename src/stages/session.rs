@@ -5,12 +5,12 @@ use super::{
     freshness::{input_digest, settings, states},
 };
 use crate::{
-    dual::{Assembly, ImplicitOperator, PrimalSystem},
+    dual::{DualSystem, OperatorEstimate, PrimalSystem},
     format::{self, FormatError, LAYOUT},
     mesh::{Mesh, Quality},
     post::{ContactReport, Solved},
-    scene::Scene,
-    solver::{ContactState, OuterStep, Solution, successive_approximations},
+    scene::{AssembleSettings, Scene, SolveSettings},
+    solver::{ContactState, Progress, Solution, solve},
     store::{
         IfMissing, Reader, RunFile, Stage, StageRecord, StageWriter, StoreError, StoredStage,
         Transaction, timestamp,
@@ -23,7 +23,7 @@ pub struct Session {
     threads: usize,
     scene: Scene,
     mesh: Option<Mesh>,
-    assembly: Option<Assembly>,
+    system: Option<DualSystem>,
     primal: Option<PrimalSystem>,
     solution: Option<Solution>,
     report: Option<ContactReport>,
@@ -66,7 +66,7 @@ impl Session {
             threads,
             scene,
             mesh: None,
-            assembly: None,
+            system: None,
             primal: None,
             solution: None,
             report: None,
@@ -83,7 +83,7 @@ impl Session {
     ///
     /// # Errors
     /// Settings that no solve can have.
-    pub fn set_solve(&mut self, settings: crate::scene::SolveSettings) -> Result<(), StageError> {
+    pub fn set_solve(&mut self, settings: SolveSettings) -> Result<(), StageError> {
         settings.validate("solve").map_err(StageError::Setting)?;
         self.scene.solve = settings;
         Ok(())
@@ -131,12 +131,26 @@ impl Session {
         let started = Instant::now();
         self.load_mesh()?;
         let mesh = loaded(&self.mesh);
-        let assembly = Assembly::new(&self.scene, mesh, self.threads)?;
+        let system = DualSystem::new(&self.scene, mesh, self.threads)?;
         let performed = self.store(Stage::Assemble, started, |writer| {
-            format::write_assembly(writer, &assembly)
+            format::write_assembly(writer, &system)
         });
-        self.assembly = Some(assembly);
+        self.system = Some(system);
         performed
+    }
+
+    /// What each form of the dual operator costs, and whether the dense one is held; `None`
+    /// before [`Self::assemble`].
+    #[must_use]
+    pub fn operator_estimate(&self) -> Option<(OperatorEstimate, bool)> {
+        let (mesh, system) = (self.mesh.as_ref()?, self.system.as_ref()?);
+        let estimate = OperatorEstimate::new(&system.assembly, mesh.contact.nodes.len());
+        Some((estimate, system.explicit.is_some()))
+    }
+
+    /// Changes the assemble settings of the scene; stored with the next stage that is written.
+    pub fn set_assemble(&mut self, settings: AssembleSettings) {
+        self.scene.assemble = settings;
     }
 
     /// Solves the contact problem; `observe` sees every outer step.
@@ -146,28 +160,22 @@ impl Session {
     /// is stored with its status.
     pub fn solve(
         &mut self,
-        observe: impl FnMut(usize, &OuterStep),
+        observe: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Performed, StageError> {
         self.require_fresh_before(Stage::Solve)?;
         let started = Instant::now();
         self.load_mesh()?;
-        self.load_assembly()?;
-        let (mesh, assembly) = (loaded(&self.mesh), loaded(&self.assembly));
+        self.load_system()?;
+        let (mesh, system) = (loaded(&self.mesh), loaded(&self.system));
         let frame = self.scene.contact.frame();
         let contact = ContactState {
             surface: &mesh.contact,
             frame: &frame,
             law: &self.scene.friction,
         };
-        let solution = successive_approximations(
-            &mut ImplicitOperator::new(assembly),
-            assembly,
-            &contact,
-            &self.scene.solve,
-            observe,
-        );
+        let solution = solve(system, &contact, &self.scene.solve, observe)?;
         let performed = self.store(Stage::Solve, started, |writer| {
-            format::write_solution(writer, &solution, &assembly.primal.dofs)
+            format::write_solution(writer, &solution, &system.assembly.primal.dofs)
         });
         self.solution = Some(solution);
         performed
@@ -186,7 +194,7 @@ impl Session {
         let report = ContactReport::new(&Solved {
             scene: &self.scene,
             mesh,
-            system: self.system(),
+            system: self.primal(),
             solution: loaded(&self.solution),
         });
         let frame = self.scene.contact.frame();
@@ -213,7 +221,7 @@ impl Session {
             self.report = Some(ContactReport::new(&Solved {
                 scene: &self.scene,
                 mesh: loaded(&self.mesh),
-                system: self.system(),
+                system: self.primal(),
                 solution: loaded(&self.solution),
             }));
         }
@@ -231,9 +239,9 @@ impl Session {
     }
 
     /// A, l and B, from the assembly or read on their own.
-    fn system(&self) -> &PrimalSystem {
-        match &self.assembly {
-            Some(assembly) => &assembly.primal,
+    fn primal(&self) -> &PrimalSystem {
+        match &self.system {
+            Some(system) => &system.assembly.primal,
             None => loaded(&self.primal),
         }
     }
@@ -262,19 +270,19 @@ impl Session {
         Ok(())
     }
 
-    fn load_assembly(&mut self) -> Result<(), FormatError> {
-        if self.assembly.is_none() {
-            self.assembly = Some(format::read_assembly(&self.reader()?)?);
+    fn load_system(&mut self) -> Result<(), FormatError> {
+        if self.system.is_none() {
+            self.system = Some(format::read_assembly(&self.reader()?)?);
         }
         Ok(())
     }
 
     fn load_solution(&mut self) -> Result<(), FormatError> {
-        if self.assembly.is_none() && self.primal.is_none() {
+        if self.system.is_none() && self.primal.is_none() {
             self.primal = Some(format::read_primal(&self.reader()?)?);
         }
         if self.solution.is_none() {
-            let dofs = &self.system().dofs;
+            let dofs = &self.primal().dofs;
             self.solution = Some(format::read_solution(&self.reader()?, dofs)?);
         }
         Ok(())

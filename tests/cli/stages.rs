@@ -181,3 +181,91 @@ fn help_shows_a_newcomer_how_to_start() {
         assert!(text.contains(word), "{word}: {text}");
     }
 }
+
+/// Runs the scene that leaves method and operator to the program.
+fn run_newton(program: &Program, more: &[&str]) -> assert_cmd::assert::Assert {
+    let scene = pipeline("newton.toml");
+    let mut command = program.command(&["run", scene.to_str().unwrap(), "run.h5", "--no-figures"]);
+    command.args(SMALL).args(more).assert()
+}
+
+#[test]
+fn newton_stores_its_history_and_is_certified_by_the_papers_mapping() {
+    let program = Program::new();
+    let done = run_newton(&program, &["--json"]).success();
+    let results: Value = serde_json::from_slice(&done.get_output().stdout).unwrap();
+    assert!(results["newton_steps"].as_u64().unwrap() <= 16);
+    assert_eq!(results["outer_steps"], 0);
+    // Two evaluations of the same fixed point with a condition number of S near 1e3.
+    assert!(results["mapping_change"].as_f64().unwrap() < 1e-11);
+    let text = String::from_utf8_lossy(&done.get_output().stderr).into_owned();
+    assert!(text.contains("dual      explicit"), "{text}");
+}
+
+#[test]
+fn methods_are_one_flag_away_and_agree() {
+    let program = Program::new();
+    run_newton(&program, &[]).success();
+    let force = |program: &Program, arguments: &[&str]| {
+        let done = program.command(arguments).arg("--json").assert().success();
+        let results: Value = serde_json::from_slice(&done.get_output().stdout).unwrap();
+        results["normal_force"].as_f64().unwrap()
+    };
+    let newton = force(&program, &["solve", "run.h5"]);
+    let inner_newton = [
+        "solve",
+        "run.h5",
+        "--method",
+        "fixed-point",
+        "--inner",
+        "newton",
+        "--epsilon",
+        "1e-12",
+    ];
+    let paper = [
+        "solve",
+        "run.h5",
+        "--inner",
+        "kprgp",
+        "--epsilon",
+        "1e-6",
+        "--precision",
+        "fixed",
+    ];
+    // ε = 1e-12 and a contraction factor near 0.1.
+    assert!((force(&program, &inner_newton) / newton - 1.0).abs() < 1e-11);
+    // ε = 1e-6, the same factor, and an inner tolerance of 1e-7 times the condition of S.
+    assert!((force(&program, &paper) / newton - 1.0).abs() < 1e-4);
+}
+
+#[test]
+fn newton_without_the_dense_operator_is_refused_with_the_way_out() {
+    let program = Program::new();
+    run_newton(&program, &[]).success();
+    program
+        .command(&["assemble", "run.h5", "--dual-operator", "implicit"])
+        .assert()
+        .success();
+    assert_eq!(
+        words(&program.states()),
+        ["fresh", "fresh", "stale", "stale"]
+    );
+    let refused = program
+        .command(&["solve", "run.h5", "--method", "newton"])
+        .assert()
+        .code(2);
+    let text = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+    assert!(text.contains("--dual-operator explicit"), "{text}");
+    program
+        .command(&["assemble", "run.h5", "--dual-operator", "sparse"])
+        .assert()
+        .code(2);
+}
+
+#[test]
+fn a_tolerance_below_rounding_is_said_and_not_accepted() {
+    let program = Program::new();
+    let floor = run_newton(&program, &["--set", "solve.epsilon=1e-17"]).code(1);
+    let text = String::from_utf8_lossy(&floor.get_output().stderr).into_owned();
+    assert!(text.contains("attainable accuracy"), "{text}");
+}

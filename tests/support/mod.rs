@@ -8,7 +8,7 @@ use contact3d_pipe::{
     mesh::Mesh,
     post::{ContactReport, Solved},
     scene::{Body, Scene},
-    solver::{ContactState, Solution, successive_approximations},
+    solver::{ContactState, Inner, Solution, successive_approximations},
 };
 
 /// The repository's `pipelines/` folder.
@@ -48,6 +48,7 @@ impl Problem {
             law: &scene.friction,
         };
         successive_approximations(
+            Inner::Kprgp,
             &mut ImplicitOperator::new(&self.assembly),
             &self.assembly,
             &contact,

@@ -1,0 +1,52 @@
+use super::Assembly;
+
+/// What each form of the dual operator would cost, from the structure of the factor alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OperatorEstimate {
+    /// Bytes of S, of the contact compliance, and of W = L⁻¹PBᵀ while they are formed.
+    pub explicit_bytes: f64,
+    /// Floating-point operations that form S and the compliance.
+    pub explicit_operations: f64,
+    /// Bytes of the Cholesky factor.
+    pub factor_bytes: f64,
+    /// Floating-point operations of one action of the implicit operator.
+    pub action_operations: f64,
+}
+
+/// The paper's algorithm takes about a thousand actions for four digits and some ten thousand for
+/// eight; forming S pays when it costs less than this many.
+const ACTIONS_OF_A_SOLVE: f64 = 1e4;
+
+/// Memory that never matters, in bytes.
+const SMALL_MEMORY: f64 = 256e6;
+
+impl OperatorEstimate {
+    /// Counts the supernodes between the contact nodes and the root of the elimination tree.
+    #[must_use]
+    pub fn new(assembly: &Assembly, n_contact_nodes: usize) -> Self {
+        let factor = &assembly.factor;
+        let reach = factor.reach(assembly.primal.coupling.transposed.indices.iter().copied());
+        let extent = |offsets: &[usize], s: usize| (offsets[s + 1] - offsets[s]) as f64;
+        let sum = |offsets: &[usize]| -> f64 {
+            reach.supernodes().iter().map(|&s| extent(offsets, s)).sum()
+        };
+        let columns = sum(factor.supernode_columns());
+        let values = sum(factor.value_offsets());
+        let multipliers = assembly.dual_rhs.len() as f64;
+        let dense = multipliers * multipliers + 2.0 * n_contact_nodes as f64 * multipliers;
+        Self {
+            explicit_bytes: 8.0 * (dense + columns * multipliers),
+            explicit_operations: 4.0 * values * multipliers + columns * multipliers * multipliers,
+            factor_bytes: 8.0 * factor.values().len() as f64,
+            action_operations: 4.0 * values,
+        }
+    }
+
+    /// Whether the dense form pays: it fits in a few times the factor's memory, and forming it
+    /// costs less than the actions of a solve.
+    #[must_use]
+    pub fn prefers_explicit(&self) -> bool {
+        self.explicit_bytes <= (4.0 * self.factor_bytes).max(SMALL_MEMORY)
+            && self.explicit_operations <= ACTIONS_OF_A_SOLVE * self.action_operations
+    }
+}

@@ -1,0 +1,65 @@
+use super::{
+    ContactState, FeasibleSet, NewtonSettings, NewtonStatus, newton::minimise_frozen_in,
+    vector::norm,
+};
+use crate::{contact::FrictionField, dual::ExplicitDual};
+
+/// One value of the mapping Ψ whose fixed points are the discrete solutions (HKL §3).
+#[derive(Debug, Clone)]
+pub struct MappingValue {
+    /// How the inner problem ended; [`NewtonStatus::RoundingLimit`] is as good as it gets.
+    pub status: NewtonStatus,
+    /// Ψ(λ), `[3 n_panes]`, in Pa.
+    pub multiplier: Vec<f64>,
+    /// ‖Ψ(λ) − λ‖ / ‖λ‖, and 0 when both vanish.
+    pub relative_change: f64,
+    /// Final ‖R‖ / ‖λ‖ of the inner problem.
+    pub inner_residual: f64,
+    /// Steps of Newton's method in the inner problem.
+    pub inner_steps: usize,
+    /// Actions of S.
+    pub evaluations: usize,
+}
+
+/// Evaluates Ψ once: freezes g = λ_ν and 𝓕 = 𝓕(u_t(λ)) and solves that problem to rounding.
+///
+/// A multiplier is a solution of the contact problem with Coulomb friction and F(u) exactly when
+/// it is a fixed point, so a small change certifies the answer of any other method.
+#[must_use]
+pub fn evaluate(
+    dual: &ExplicitDual,
+    contact: &ContactState<'_>,
+    multiplier: &[f64],
+) -> MappingValue {
+    let displacement = dual.tangential_displacement(multiplier);
+    let slip: Vec<[f64; 2]> = displacement.iter().map(|u| u.map(f64::abs)).collect();
+    let friction = FrictionField::new(contact.law, contact.surface, &slip);
+    let slip_bound: Vec<f64> = multiplier[..dual.n_panes()]
+        .iter()
+        .map(|l| l.max(0.0))
+        .collect();
+    let set = FeasibleSet::new(&slip_bound, &friction);
+    let settings = NewtonSettings {
+        tolerance: dual.rounding(),
+        ..NewtonSettings::default()
+    };
+    // One step at least, so that a start already within the tolerance is measured and not believed.
+    let inner = minimise_frozen_in(dual, &set, multiplier, &settings, 1);
+    let difference: Vec<f64> = inner
+        .multiplier
+        .iter()
+        .zip(multiplier)
+        .map(|(a, b)| a - b)
+        .collect();
+    MappingValue {
+        status: inner.status,
+        relative_change: match norm(&difference) {
+            0.0 => 0.0,
+            change => change / norm(multiplier),
+        },
+        multiplier: inner.multiplier,
+        inner_residual: inner.residual,
+        inner_steps: inner.history.len(),
+        evaluations: inner.evaluations,
+    }
+}

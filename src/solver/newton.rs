@@ -1,0 +1,166 @@
+use super::{
+    ContactState, FeasibleSet, mapping,
+    natural_map::{Bound, NaturalMap},
+    newton_loop::{self, NewtonSettings, NewtonStatus, NewtonStep},
+};
+use crate::{contact::FrictionField, dual::ExplicitDual};
+
+/// Share of the way to Ψ(λ) in a safeguard step of [`newton`].
+const DAMPING: f64 = 0.5;
+
+/// The multiplier that Newton's method found and how it was reached.
+#[derive(Debug, Clone)]
+pub struct NewtonSolution {
+    /// How the method ended.
+    pub status: NewtonStatus,
+    /// λ: m normal stresses λ_ν, then m pairs λ_t, `[3 n_panes]`, in Pa.
+    pub multiplier: Vec<f64>,
+    /// Final ‖R‖ / ‖λ‖.
+    pub residual: f64,
+    /// φ = (|u_t1|, |u_t2|) at the contact nodes, in m.
+    pub slip: Vec<[f64; 2]>,
+    /// F and 𝓕⁻¹ at this slip.
+    pub friction: FrictionField,
+    /// One record per step.
+    pub history: Vec<NewtonStep>,
+    /// Evaluations of R, one action of S each.
+    pub evaluations: usize,
+}
+
+/// Solves the contact problem with Coulomb friction and F(u) at once, without an outer loop, by a
+/// semismooth Newton method on R(λ) = λ − P(λ − ρ (Sλ − h)), from `start` or from λ = 0.
+///
+/// The admissible set moves with λ: g = max(z_ν, 0) and 𝓕 = 𝓕(u_t(λ)), and R' contains both
+/// dependences. Steps are halved until ‖R‖ decreases (the full step after 12 halvings). When the
+/// best ‖R‖ has not halved in 10 steps or R' is singular, half a step of the mapping Ψ of HKL (one
+/// problem with frozen g and 𝓕) is taken from the best iterate and marked in the history.
+/// `observe` is called after every step with its number and record.
+pub fn newton(
+    dual: &ExplicitDual,
+    contact: &ContactState<'_>,
+    start: Option<&[f64]>,
+    settings: &NewtonSettings,
+    observe: impl FnMut(usize, &NewtonStep),
+) -> NewtonSolution {
+    let start = start.map_or_else(|| vec![0.0; dual.dimension()], <[f64]>::to_vec);
+    let map = NaturalMap::new(dual, Bound::Coulomb(contact));
+    let mut hidden_evaluations = 0;
+    let outcome = newton_loop::iterate(
+        &map,
+        start,
+        settings,
+        0,
+        |multiplier| {
+            let image = mapping::evaluate(dual, contact, multiplier);
+            hidden_evaluations += image.evaluations;
+            let pairs = multiplier.iter().zip(&image.multiplier);
+            pairs.map(|(l, next)| l + DAMPING * (next - l)).collect()
+        },
+        observe,
+    );
+    let displacement = dual.tangential_displacement(&outcome.multiplier);
+    let slip: Vec<[f64; 2]> = displacement.iter().map(|u| u.map(f64::abs)).collect();
+    NewtonSolution {
+        status: outcome.status,
+        residual: outcome.residual,
+        friction: FrictionField::new(contact.law, contact.surface, &slip),
+        slip,
+        multiplier: outcome.multiplier,
+        history: outcome.history,
+        evaluations: outcome.evaluations + hidden_evaluations,
+    }
+}
+
+/// What Newton's method did on one problem with a frozen admissible set.
+#[derive(Debug, Clone)]
+pub struct FrozenSolution {
+    /// How the method ended.
+    pub status: NewtonStatus,
+    /// The minimiser, `[3 n_panes]`, in Pa.
+    pub multiplier: Vec<f64>,
+    /// Final ‖R‖ / ‖λ‖.
+    pub residual: f64,
+    /// One record per step.
+    pub history: Vec<NewtonStep>,
+    /// Actions of S.
+    pub evaluations: usize,
+}
+
+/// Minimises ½ λᵀSλ − λᵀh over a frozen admissible set (Tresca friction) by the same Newton
+/// method; sweeps of block relaxation, which always decrease the energy, are its safeguard.
+#[must_use]
+pub fn minimise_frozen(
+    dual: &ExplicitDual,
+    set: &FeasibleSet,
+    start: &[f64],
+    settings: &NewtonSettings,
+) -> FrozenSolution {
+    minimise_frozen_in(dual, set, start, settings, 0)
+}
+
+/// [`minimise_frozen`] in no fewer than `least_steps`.
+pub(super) fn minimise_frozen_in(
+    dual: &ExplicitDual,
+    set: &FeasibleSet,
+    start: &[f64],
+    settings: &NewtonSettings,
+    least_steps: usize,
+) -> FrozenSolution {
+    const SWEEPS: usize = 50;
+    let map = NaturalMap::new(dual, Bound::Frozen(set));
+    let mut first = start.to_vec();
+    set.project(&mut first);
+    let mut relaxation_actions = 0;
+    let outcome = newton_loop::iterate(
+        &map,
+        first,
+        settings,
+        least_steps,
+        |multiplier| {
+            let mut next = multiplier.to_vec();
+            set.project(&mut next);
+            relax(dual, set, &mut next, SWEEPS);
+            relaxation_actions += SWEEPS + 1;
+            next
+        },
+        |_, _| {},
+    );
+    FrozenSolution {
+        status: outcome.status,
+        multiplier: outcome.multiplier,
+        residual: outcome.residual,
+        history: outcome.history,
+        evaluations: outcome.evaluations + relaxation_actions,
+    }
+}
+
+/// Projected block Gauss–Seidel: each normal component to its minimum, then each pair one
+/// projected step of length 1/trace of its 2 × 2 block.
+fn relax(dual: &ExplicitDual, set: &FeasibleSet, multiplier: &mut [f64], sweeps: usize) {
+    let m = dual.n_panes();
+    let mut gradient = dual.apply(multiplier);
+    for (r, h) in gradient.iter_mut().zip(&dual.rhs) {
+        *r -= h;
+    }
+    let set_value = |multiplier: &mut [f64], gradient: &mut [f64], j: usize, value: f64| {
+        super::vector::add_scaled(gradient, value - multiplier[j], dual.column(j));
+        multiplier[j] = value;
+    };
+    for _ in 0..sweeps {
+        for pane in 0..m {
+            let diagonal = dual.column(pane)[pane];
+            if diagonal > 0.0 {
+                let value = (multiplier[pane] - gradient[pane] / diagonal).max(0.0);
+                set_value(multiplier, &mut gradient, pane, value);
+            }
+            let at = m + 2 * pane;
+            let trace = dual.column(at)[at] + dual.column(at + 1)[at + 1];
+            if trace > 0.0 {
+                let trial = [0, 1].map(|k| multiplier[at + k] - gradient[at + k] / trace);
+                let next = set.ellipses[pane].project(trial);
+                set_value(multiplier, &mut gradient, at, next[0]);
+                set_value(multiplier, &mut gradient, at + 1, next[1]);
+            }
+        }
+    }
+}

@@ -1,0 +1,219 @@
+use faer::{
+    Conj, MatMut, Par,
+    dyn_stack::{MemBuffer, MemStack},
+    linalg::lu::partial_pivoting::{factor, solve},
+};
+
+use super::natural_map::{Bound, Evaluation, NaturalMap};
+
+/// The part of the Newton equation R'(λ) d = −R that is not already solved.
+///
+/// Rows with d_i = −R_i alone (normal components of open panes, pairs whose ellipse is a point)
+/// are eliminated. In the tangential rows the row of the pane's own normal component,
+/// ρ_ν (S d)_ν = −R_ν, replaces dg = d_ν − ρ_ν (S d)_ν by d_ν + R_ν.
+struct NewtonSystem<'a> {
+    map: &'a NaturalMap<'a>,
+    evaluation: &'a Evaluation,
+    /// Unknown of every row, ascending.
+    free: Vec<usize>,
+    rows: Vec<PaneRows>,
+}
+
+/// The linearised rows of one pane.
+struct PaneRows {
+    pane: usize,
+    normal_row: Option<usize>,
+    pair: Option<PairRows>,
+}
+
+/// Linearised R_t = λ_t − P_{a,b}(z_t) of one pane.
+struct PairRows {
+    /// Row of the first component; the second follows.
+    row: usize,
+    /// ∂P/∂z.
+    by_point: [[f64; 2]; 2],
+    /// ∂P/∂g along (a, b) = g / 𝓕⁻¹.
+    by_bound: [f64; 2],
+    /// −∂P/∂𝓕⁻¹; `None` when 𝓕 does not move with λ.
+    by_inverse: Option<[[f64; 2]; 2]>,
+}
+
+impl NaturalMap<'_> {
+    /// The Newton step d with R'(λ) d = −R and its number of coupled unknowns; `None` when R' is singular.
+    pub(super) fn newton_step(&self, evaluation: &Evaluation) -> Option<(Vec<f64>, usize)> {
+        let system = NewtonSystem::new(self, evaluation);
+        let n = system.free.len();
+        let mut step: Vec<f64> = evaluation.residual.iter().map(|r| -r).collect();
+        let mut rhs = system.rhs(&step);
+        let mut matrix = vec![0.0; n * n];
+        for (column, &unknown) in matrix.chunks_exact_mut(n.max(1)).zip(&system.free) {
+            system.column(unknown, column);
+        }
+        solve_dense(&mut matrix, &mut rhs)?;
+        for (&unknown, &value) in system.free.iter().zip(&rhs) {
+            step[unknown] = value;
+        }
+        step.iter().all(|v| v.is_finite()).then_some((step, n))
+    }
+}
+
+impl<'a> NewtonSystem<'a> {
+    fn new(map: &'a NaturalMap<'a>, evaluation: &'a Evaluation) -> Self {
+        let m = map.dual.n_panes();
+        let mut free: Vec<usize> = (0..m).filter(|&i| evaluation.panes[i].pressed).collect();
+        let mut rows: Vec<PaneRows> = (0..m)
+            .map(|pane| PaneRows {
+                pane,
+                normal_row: free.binary_search(&pane).ok(),
+                pair: None,
+            })
+            .collect();
+        for (pane, at) in evaluation.panes.iter().zip(&mut rows) {
+            if pane.ellipse.semi_axes == [0.0; 2] {
+                continue;
+            }
+            let derivative = pane.ellipse.projection_derivative(pane.trial);
+            let by_axes = derivative.by_semi_axes;
+            let coulomb = matches!(map.bound, Bound::Coulomb(_));
+            let moving =
+                coulomb && !evaluation.inverse_slope.is_empty() && by_axes != [[0.0; 2]; 2];
+            at.pair = Some(PairRows {
+                row: free.len(),
+                by_point: derivative.by_point,
+                by_bound: by_axes.map(|row| {
+                    if coulomb {
+                        row[0] / pane.inverse[0] + row[1] / pane.inverse[1]
+                    } else {
+                        0.0
+                    }
+                }),
+                by_inverse: moving.then(|| {
+                    by_axes.map(|row| {
+                        std::array::from_fn(|k| {
+                            row[k] * pane.ellipse.semi_axes[k] / pane.inverse[k]
+                        })
+                    })
+                }),
+            });
+            free.extend([m + 2 * at.pane, m + 2 * at.pane + 1]);
+        }
+        rows.retain(|at| at.normal_row.is_some() || at.pair.is_some());
+        Self {
+            map,
+            evaluation,
+            free,
+            rows,
+        }
+    }
+
+    /// −R with the eliminated unknowns, already in `step`, on the right-hand side.
+    fn rhs(&self, step: &[f64]) -> Vec<f64> {
+        let residual = &self.evaluation.residual;
+        let mut rhs: Vec<f64> = self.free.iter().map(|&i| -residual[i]).collect();
+        for at in &self.rows {
+            if let (Some(pair), Some(_)) = (&at.pair, at.normal_row) {
+                for k in 0..2 {
+                    rhs[pair.row + k] += pair.by_bound[k] * residual[at.pane];
+                }
+            }
+        }
+        let mut is_free = vec![false; step.len()];
+        self.free.iter().for_each(|&i| is_free[i] = true);
+        let mut column = vec![0.0; rhs.len()];
+        for j in (0..step.len()).filter(|&j| !is_free[j] && step[j] != 0.0) {
+            self.column(j, &mut column);
+            for (rhs, entry) in rhs.iter_mut().zip(&column) {
+                *rhs -= entry * step[j];
+            }
+        }
+        rhs
+    }
+
+    /// The coefficients of unknown j in all rows.
+    fn column(&self, j: usize, out: &mut [f64]) {
+        let m = self.map.dual.n_panes();
+        let s = self.map.dual.column(j);
+        let g = self.map.dual.compliance_column(j);
+        let steplengths = &self.map.steplengths;
+        for at in &self.rows {
+            let normal = at.pane;
+            if let Some(row) = at.normal_row {
+                out[row] = steplengths[normal] * s[normal];
+            }
+            let Some(pair) = &at.pair else { continue };
+            let first = m + 2 * normal;
+            let [s1, s2] = [s[first], s[first + 1]].map(|v| steplengths[first] * v);
+            let mut entry = pair.by_point.map(|p| p[0] * s1 + p[1] * s2);
+            if j == normal && at.normal_row.is_some() {
+                entry[0] -= pair.by_bound[0];
+                entry[1] -= pair.by_bound[1];
+            }
+            if j == first || j == first + 1 {
+                let k = j - first;
+                entry[k] += 1.0;
+                entry[0] -= pair.by_point[0][k];
+                entry[1] -= pair.by_point[1][k];
+            }
+            if let Some(by_inverse) = &pair.by_inverse {
+                let change = self.inverse_change(at.pane, g);
+                for (entry, by) in entry.iter_mut().zip(by_inverse) {
+                    *entry += by[0] * change[0] + by[1] * change[1];
+                }
+            }
+            out[pair.row..pair.row + 2].copy_from_slice(&entry);
+        }
+    }
+
+    /// ∂𝓕_i⁻¹/∂λ_j = −Σ w ∂(1/F)/∂u_t G_{·j} over the nodes of a pane, for a column of G.
+    fn inverse_change(&self, pane: usize, compliance: &[f64]) -> [f64; 2] {
+        let Bound::Coulomb(contact) = self.map.bound else {
+            return [0.0; 2];
+        };
+        let slopes = &self.evaluation.inverse_slope;
+        contact
+            .surface
+            .pane_weights(pane)
+            .fold([0.0; 2], |sum, (node, weight)| {
+                std::array::from_fn(|k| {
+                    sum[k] - weight * slopes[node][k] * compliance[2 * node + k]
+                })
+            })
+    }
+}
+
+/// Solves M x = b in place by LU with partial pivoting on one thread; `None` for a vanishing pivot.
+fn solve_dense(matrix: &mut [f64], rhs: &mut [f64]) -> Option<()> {
+    let n = rhs.len();
+    if n == 0 {
+        return Some(());
+    }
+    let mut lu = MatMut::from_column_major_slice_mut(matrix, n, n);
+    let (mut forward, mut backward) = (vec![0_usize; n], vec![0_usize; n]);
+    let mut memory = MemBuffer::new(
+        factor::lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, Default::default())
+            .or(solve::solve_in_place_scratch::<usize, f64>(n, 1, Par::Seq)),
+    );
+    let stack = MemStack::new(&mut memory);
+    let (_, permutation) = factor::lu_in_place(
+        lu.as_mut(),
+        &mut forward,
+        &mut backward,
+        Par::Seq,
+        stack,
+        Default::default(),
+    );
+    let pivots = (0..n).map(|i| lu[(i, i)].abs());
+    if pivots.clone().any(|p| !p.is_finite() || p == 0.0) {
+        return None;
+    }
+    solve::solve_in_place_with_conj(
+        lu.as_ref(),
+        lu.as_ref(),
+        permutation,
+        Conj::No,
+        MatMut::from_column_major_slice_mut(rhs, n, 1),
+        Par::Seq,
+        MemStack::new(&mut memory),
+    );
+    Some(())
+}
