@@ -31,37 +31,27 @@ const ROW_INDICES: &str = "/assemble/factor/row_indices";
 const VALUE_OFFSETS: &str = "/assemble/factor/value_offsets";
 const VALUES: &str = "/assemble/factor/values";
 
-const fn row(
-    path: &'static str,
-    kind: Kind,
-    shape: &'static [Extent],
-    unit: &'static str,
-    description: &'static str,
-) -> DatasetSpec {
-    DatasetSpec::new(Stage::Assemble, path, kind, shape, unit, description)
-}
-
 const IMPLICIT: &str = "absent when the dual operator is applied through the factor";
 const FREE: Extent = Named("n_free");
 const OFFSETS: &[Extent] = &[Plus("n_supernodes", 1)];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    row(DOFS, Kind::I64, &[Named("n_nodes"), Fixed(3)], "1", "Free degree of freedom of each node and component, -1 where held at zero.").compressed(),
-    row(STIFFNESS, Kind::CscMatrix, &[FREE, FREE], "N/m", "Stiffness matrix over the free degrees of freedom; symmetric, both triangles stored.").symbol("A").compressed(),
-    row(LOAD, Kind::F64, &[FREE], "N", "Load vector.").symbol("l"),
-    row(COUPLING_NORMAL, Kind::CsrMatrix, &[Named("n_panes"), FREE], "m^2", "Integral of the normal displacement over each pane.").symbol("N"),
-    row(COUPLING_TANGENTIAL, Kind::CsrMatrix, &[Named("n_tangential"), FREE], "m^2", "Integrals of the tangential displacements over each pane; rows 2i and 2i + 1 belong to pane i.").symbol("T"),
-    row(DUAL_RHS, Kind::F64, &[Named("n_multipliers")], "m^3", "Right-hand side B A^-1 l of the dual problem, minus the integrated gap in its first m entries.").symbol("h"),
-    row(DUAL_OPERATOR, Kind::F64, &[Named("n_multipliers"), Named("n_multipliers")], "m^3/Pa", "Dual operator B A^-1 B^T, symmetric.").symbol("S").optional(IMPLICIT),
-    row(CONTACT_COMPLIANCE, Kind::F64, &[Named("n_multipliers"), Named("n_contact_nodes"), Fixed(2)], "m/Pa", "Tangential displacement of the contact nodes that a unit of each multiplier takes away.").symbol("G").optional(IMPLICIT),
-    row(SLIP_FREE, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "m", "Tangential displacement of the contact nodes without contact.").optional(IMPLICIT),
-    row(PERMUTATION, Kind::I64, &[FREE], "1", "Fill-reducing order: row i of P A P^T = L L^T is row permutation[i] of A.").symbol("P").compressed(),
-    row(SUPERNODE_COLUMNS, Kind::I64, OFFSETS, "1", "First column of each supernode of L, then n_free.").compressed(),
-    row(ROW_OFFSETS, Kind::I64, OFFSETS, "1", "Where the rows of each supernode begin in row_indices.").compressed(),
-    row(ROW_INDICES, Kind::I64, &[Named("n_factor_rows")], "1", "Rows of each supernode, increasing; the first are its own columns.").compressed(),
-    row(VALUE_OFFSETS, Kind::I64, OFFSETS, "1", "Where the panel of each supernode begins in values.").compressed(),
-    row(VALUES, Kind::F64, &[Named("n_factor_values")], "(N/m)^(1/2)", "Dense column-major panel (rows, columns) of each supernode of the Cholesky factor.").symbol("L"),
+    Stage::Assemble.row(DOFS, Kind::I64, &[Named("n_nodes"), Fixed(3)], "1", "Free degree of freedom of each node and component, -1 where held at zero.").compressed(),
+    Stage::Assemble.row(STIFFNESS, Kind::CscMatrix, &[FREE, FREE], "N/m", "Stiffness matrix over the free degrees of freedom; symmetric, both triangles stored.").symbol("A").compressed(),
+    Stage::Assemble.row(LOAD, Kind::F64, &[FREE], "N", "Load vector.").symbol("l"),
+    Stage::Assemble.row(COUPLING_NORMAL, Kind::CsrMatrix, &[Named("n_panes"), FREE], "m^2", "Integral of the normal displacement over each pane.").symbol("N"),
+    Stage::Assemble.row(COUPLING_TANGENTIAL, Kind::CsrMatrix, &[Named("n_tangential"), FREE], "m^2", "Integrals of the tangential displacements over each pane; rows 2i and 2i + 1 belong to pane i.").symbol("T"),
+    Stage::Assemble.row(DUAL_RHS, Kind::F64, &[Named("n_multipliers")], "m^3", "Right-hand side B A^-1 l of the dual problem, minus the integrated gap in its first m entries.").symbol("h"),
+    Stage::Assemble.row(DUAL_OPERATOR, Kind::F64, &[Named("n_multipliers"), Named("n_multipliers")], "m^3/Pa", "Dual operator B A^-1 B^T, symmetric.").symbol("S").optional(IMPLICIT),
+    Stage::Assemble.row(CONTACT_COMPLIANCE, Kind::F64, &[Named("n_multipliers"), Named("n_contact_nodes"), Fixed(2)], "m/Pa", "Tangential displacement of the contact nodes that a unit of each multiplier takes away.").symbol("G").optional(IMPLICIT),
+    Stage::Assemble.row(SLIP_FREE, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "m", "Tangential displacement of the contact nodes without contact.").optional(IMPLICIT),
+    Stage::Assemble.row(PERMUTATION, Kind::I64, &[FREE], "1", "Fill-reducing order: row i of P A P^T = L L^T is row permutation[i] of A.").symbol("P").compressed(),
+    Stage::Assemble.row(SUPERNODE_COLUMNS, Kind::I64, OFFSETS, "1", "First column of each supernode of L, then n_free.").compressed(),
+    Stage::Assemble.row(ROW_OFFSETS, Kind::I64, OFFSETS, "1", "Where the rows of each supernode begin in row_indices.").compressed(),
+    Stage::Assemble.row(ROW_INDICES, Kind::I64, &[Named("n_factor_rows")], "1", "Rows of each supernode, increasing; the first are its own columns.").compressed(),
+    Stage::Assemble.row(VALUE_OFFSETS, Kind::I64, OFFSETS, "1", "Where the panel of each supernode begins in values.").compressed(),
+    Stage::Assemble.row(VALUES, Kind::F64, &[Named("n_factor_values")], "(N/m)^(1/2)", "Dense column-major panel (rows, columns) of each supernode of the Cholesky factor.").symbol("L"),
 ];
 
 /// Writes the assembled problem and, where there is one, the dense dual operator.

@@ -36,33 +36,23 @@ const CONTACT_FACET_PANE: &str = "/mesh/contact_facet_pane";
 const PANE_AREA: &str = "/mesh/pane_area";
 const PANE_AVERAGE: &str = "/mesh/pane_average";
 
-const fn row(
-    path: &'static str,
-    kind: Kind,
-    shape: &'static [crate::store::Extent],
-    unit: &'static str,
-    description: &'static str,
-) -> DatasetSpec {
-    DatasetSpec::new(Stage::Mesh, path, kind, shape, unit, description)
-}
-
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    row(COORDINATES, Kind::F64, &[Named("n_nodes"), Fixed(3)], "m", "Node coordinates.").symbol("x").compressed(),
-    row(TETRAHEDRA, Kind::I64, &[Named("n_tetrahedra"), Fixed(4)], "1", "Nodes of each tetrahedron, positively oriented.").compressed(),
-    row(FACETS, Kind::I64, &[Named("n_facets"), Fixed(3)], "1", "Nodes of each boundary triangle, counter-clockwise seen from outside.").compressed(),
-    row(FACET_FACE, Kind::Enum(StoredFace::SPEC), &[Named("n_facets")], "1", "Face that each boundary triangle belongs to.").compressed(),
-    row(CONTACT_NODES, Kind::I64, &[Named("n_contact_nodes")], "1", "Nodes on the contact face, increasing.").compressed(),
-    row(CONTACT_FACETS, Kind::I64, &[Named("n_contact_facets")], "1", "Boundary triangles on the contact face, as indices into facets.").compressed(),
-    row(CONTACT_FACET_PANE, Kind::I64, &[Named("n_contact_facets")], "1", "Pane of each contact triangle.").compressed(),
-    row(PANE_AREA, Kind::F64, &[Named("n_panes")], "m^2", "Area of each pane.").symbol("|R_i|"),
-    row(PANE_AVERAGE, Kind::CscMatrix, &[Named("n_contact_nodes"), Named("n_panes")], "1", "Mean of each contact node's hat function over each pane; columns sum to 1."),
-    row("/mesh/quality/longest_edge", Kind::F64, &[], "m", "Longest edge.").symbol("h"),
-    row("/mesh/quality/shortest_edge", Kind::F64, &[], "m", "Shortest edge."),
-    row("/mesh/quality/smallest_volume", Kind::F64, &[], "m^3", "Smallest tetrahedron volume."),
-    row("/mesh/quality/total_volume", Kind::F64, &[], "m^3", "Volume of the body."),
-    row("/mesh/quality/smallest_shape", Kind::F64, &[], "1", "Smallest shape measure 12 (3V)^(2/3) / sum of squared edges; 1 is a regular tetrahedron."),
-    row("/mesh/quality/mean_shape", Kind::F64, &[], "1", "Mean of the shape measure."),
+    Stage::Mesh.row(COORDINATES, Kind::F64, &[Named("n_nodes"), Fixed(3)], "m", "Node coordinates.").symbol("x").compressed(),
+    Stage::Mesh.row(TETRAHEDRA, Kind::I64, &[Named("n_tetrahedra"), Fixed(4)], "1", "Nodes of each tetrahedron, positively oriented.").compressed(),
+    Stage::Mesh.row(FACETS, Kind::I64, &[Named("n_facets"), Fixed(3)], "1", "Nodes of each boundary triangle, counter-clockwise seen from outside.").compressed(),
+    Stage::Mesh.row(FACET_FACE, Kind::Enum(StoredFace::SPEC), &[Named("n_facets")], "1", "Face that each boundary triangle belongs to.").compressed(),
+    Stage::Mesh.row(CONTACT_NODES, Kind::I64, &[Named("n_contact_nodes")], "1", "Nodes on the contact face, increasing.").compressed(),
+    Stage::Mesh.row(CONTACT_FACETS, Kind::I64, &[Named("n_contact_facets")], "1", "Boundary triangles on the contact face, as indices into facets.").compressed(),
+    Stage::Mesh.row(CONTACT_FACET_PANE, Kind::I64, &[Named("n_contact_facets")], "1", "Pane of each contact triangle.").compressed(),
+    Stage::Mesh.row(PANE_AREA, Kind::F64, &[Named("n_panes")], "m^2", "Area of each pane.").symbol("|R_i|"),
+    Stage::Mesh.row(PANE_AVERAGE, Kind::CscMatrix, &[Named("n_contact_nodes"), Named("n_panes")], "1", "Mean of each contact node's hat function over each pane; columns sum to 1."),
+    Stage::Mesh.row("/mesh/quality/longest_edge", Kind::F64, &[], "m", "Longest edge.").symbol("h"),
+    Stage::Mesh.row("/mesh/quality/shortest_edge", Kind::F64, &[], "m", "Shortest edge."),
+    Stage::Mesh.row("/mesh/quality/smallest_volume", Kind::F64, &[], "m^3", "Smallest tetrahedron volume."),
+    Stage::Mesh.row("/mesh/quality/total_volume", Kind::F64, &[], "m^3", "Volume of the body."),
+    Stage::Mesh.row("/mesh/quality/smallest_shape", Kind::F64, &[], "1", "Smallest shape measure 12 (3V)^(2/3) / sum of squared edges; 1 is a regular tetrahedron."),
+    Stage::Mesh.row("/mesh/quality/mean_shape", Kind::F64, &[], "1", "Mean of the shape measure."),
 ];
 
 /// Writes the mesh and its quality figures.

@@ -35,53 +35,43 @@ const NORMAL_FORCE: &str = "/post/resultants/normal_force";
 const STRAIN_ENERGY: &str = "/post/resultants/strain_energy";
 const LARGEST_PRESSURE: &str = "/post/resultants/largest_pressure";
 
-const fn row(
-    path: &'static str,
-    kind: Kind,
-    shape: &'static [Extent],
-    unit: &'static str,
-    description: &'static str,
-) -> DatasetSpec {
-    DatasetSpec::new(Stage::Post, path, kind, shape, unit, description)
-}
-
 const PANES: &[Extent] = &[Named("n_panes")];
 const PANE_PAIRS: &[Extent] = &[Named("n_panes"), Fixed(2)];
 const VECTOR: &[Extent] = &[Fixed(3)];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    row(ZONE, Kind::Enum(StoredZone::SPEC), PANES, "1", "Open: no contact stress; slip: the trial stress lambda_t + alpha |R_i| u_t lies outside the ellipse of the last inner problem; stick: inside."),
-    row(MARGIN, Kind::F64, PANES, "1", "1 - |F^-1 lambda_t| / g: 0 on the boundary of the ellipse, 1 at its centre and on open panes."),
-    row(NORMAL_STRESS, Kind::F64, PANES, "Pa", "Normal contact stress, negative in compression.").symbol("sigma_nu"),
-    row(TANGENTIAL_STRESS, Kind::F64, PANE_PAIRS, "Pa", "Tangential contact stress along t1 and t2.").symbol("sigma_t"),
-    row(SCALED_TANGENTIAL, Kind::F64, PANES, "Pa", "Norm of the tangential stress scaled by the inverse friction matrix at the solution; at most -sigma_nu.").symbol("|F^-1 sigma_t|"),
-    row(PANE_SLIP, Kind::F64, PANE_PAIRS, "m", "Mean tangential displacement of each pane.").symbol("u_t"),
-    row(PANE_GAP, Kind::F64, PANES, "m", "Mean distance of each pane to the foundation.").symbol("d - u_nu"),
-    row(PANE_FRICTION, Kind::F64, PANE_PAIRS, "1", "Coefficients of friction acting on each pane at the solution.").symbol("F_1, F_2"),
-    row(NODAL_FRICTION, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "1", "Coefficients of friction at the contact nodes at the solution.").symbol("F_1, F_2"),
-    row(STRESS, Kind::F64, &[Named("n_tetrahedra"), Fixed(6)], "Pa", "Stress xx, yy, zz, yz, xz, xy of each tetrahedron.").symbol("sigma"),
-    row(VON_MISES, Kind::F64, &[Named("n_tetrahedra")], "Pa", "Von Mises stress of each tetrahedron."),
-    row(ZONE_COUNTS, Kind::I64, &[Fixed(3)], "1", "Numbers of open, sticking and slipping panes."),
-    row(NORMAL_FORCE, Kind::F64, &[], "N", "Total normal contact force."),
-    row("/post/resultants/tangential_force", Kind::F64, &[Fixed(2)], "N", "Sum of area times tangential multiplier along t1 and t2; the foundation acts with its opposite."),
-    row("/post/resultants/contact_force", Kind::F64, VECTOR, "N", "Force of the foundation on the body."),
-    row("/post/resultants/applied_force", Kind::F64, VECTOR, "N", "Resultant of the applied loads."),
-    row("/post/resultants/clamp_force", Kind::F64, VECTOR, "N", "Reaction of the clamps."),
-    row("/post/resultants/moments", Kind::F64, &[Fixed(3), Fixed(3)], "N m", "Moments about the origin of contact, applied and clamp forces, one row each."),
-    row("/post/resultants/force_imbalance", Kind::F64, &[], "1", "Norm of the sum of forces over the sum of their norms."),
-    row("/post/resultants/moment_imbalance", Kind::F64, &[], "1", "Norm of the sum of moments over the sum of their norms."),
-    row(STRAIN_ENERGY, Kind::F64, &[], "J", "Strain energy u.Au / 2."),
-    row("/post/resultants/load_work", Kind::F64, &[], "J", "Work l.u of the loads."),
-    row("/post/resultants/largest_displacement", Kind::F64, VECTOR, "m", "Largest |u_x|, |u_y|, |u_z| of a node."),
-    row(LARGEST_PRESSURE, Kind::F64, &[], "Pa", "Largest normal multiplier."),
-    row("/post/certificate/equilibrium", Kind::F64, &[], "1", "|A u + B^T lambda - l| / |l|."),
-    row("/post/certificate/penetration", Kind::F64, &[], "1", "Largest mean penetration of a pane over the largest displacement component."),
-    row("/post/certificate/adhesion", Kind::F64, &[], "1", "Largest tensile normal multiplier over the largest multiplier."),
-    row("/post/certificate/complementarity", Kind::F64, &[], "1", "Sum over panes of |lambda_nu gap| times area, over l.u."),
-    row("/post/certificate/friction_bound", Kind::F64, &[], "1", "Largest excess of |F^-1 lambda_t| over lambda_nu, over the largest lambda_nu."),
-    row("/post/certificate/slip_direction", Kind::F64, &[], "1", "Sum over panes of the frictional work that misses to that of the law's slip direction, in absolute value, over l.u."),
-    row("/post/certificate/fixed_point", Kind::F64, &[], "1", "|lambda - P(lambda - alpha r)| / |lambda| on the solution's own admissible set."),
+    Stage::Post.row(ZONE, Kind::Enum(StoredZone::SPEC), PANES, "1", "Open: no contact stress; slip: the trial stress lambda_t + alpha |R_i| u_t lies outside the ellipse of the last inner problem; stick: inside."),
+    Stage::Post.row(MARGIN, Kind::F64, PANES, "1", "1 - |F^-1 lambda_t| / g: 0 on the boundary of the ellipse, 1 at its centre and on open panes."),
+    Stage::Post.row(NORMAL_STRESS, Kind::F64, PANES, "Pa", "Normal contact stress, negative in compression.").symbol("sigma_nu"),
+    Stage::Post.row(TANGENTIAL_STRESS, Kind::F64, PANE_PAIRS, "Pa", "Tangential contact stress along t1 and t2.").symbol("sigma_t"),
+    Stage::Post.row(SCALED_TANGENTIAL, Kind::F64, PANES, "Pa", "Norm of the tangential stress scaled by the inverse friction matrix at the solution; at most -sigma_nu.").symbol("|F^-1 sigma_t|"),
+    Stage::Post.row(PANE_SLIP, Kind::F64, PANE_PAIRS, "m", "Mean tangential displacement of each pane.").symbol("u_t"),
+    Stage::Post.row(PANE_GAP, Kind::F64, PANES, "m", "Mean distance of each pane to the foundation.").symbol("d - u_nu"),
+    Stage::Post.row(PANE_FRICTION, Kind::F64, PANE_PAIRS, "1", "Coefficients of friction acting on each pane at the solution.").symbol("F_1, F_2"),
+    Stage::Post.row(NODAL_FRICTION, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "1", "Coefficients of friction at the contact nodes at the solution.").symbol("F_1, F_2"),
+    Stage::Post.row(STRESS, Kind::F64, &[Named("n_tetrahedra"), Fixed(6)], "Pa", "Stress xx, yy, zz, yz, xz, xy of each tetrahedron.").symbol("sigma"),
+    Stage::Post.row(VON_MISES, Kind::F64, &[Named("n_tetrahedra")], "Pa", "Von Mises stress of each tetrahedron."),
+    Stage::Post.row(ZONE_COUNTS, Kind::I64, &[Fixed(3)], "1", "Numbers of open, sticking and slipping panes."),
+    Stage::Post.row(NORMAL_FORCE, Kind::F64, &[], "N", "Total normal contact force."),
+    Stage::Post.row("/post/resultants/tangential_force", Kind::F64, &[Fixed(2)], "N", "Sum of area times tangential multiplier along t1 and t2; the foundation acts with its opposite."),
+    Stage::Post.row("/post/resultants/contact_force", Kind::F64, VECTOR, "N", "Force of the foundation on the body."),
+    Stage::Post.row("/post/resultants/applied_force", Kind::F64, VECTOR, "N", "Resultant of the applied loads."),
+    Stage::Post.row("/post/resultants/clamp_force", Kind::F64, VECTOR, "N", "Reaction of the clamps."),
+    Stage::Post.row("/post/resultants/moments", Kind::F64, &[Fixed(3), Fixed(3)], "N m", "Moments about the origin of contact, applied and clamp forces, one row each."),
+    Stage::Post.row("/post/resultants/force_imbalance", Kind::F64, &[], "1", "Norm of the sum of forces over the sum of their norms."),
+    Stage::Post.row("/post/resultants/moment_imbalance", Kind::F64, &[], "1", "Norm of the sum of moments over the sum of their norms."),
+    Stage::Post.row(STRAIN_ENERGY, Kind::F64, &[], "J", "Strain energy u.Au / 2."),
+    Stage::Post.row("/post/resultants/load_work", Kind::F64, &[], "J", "Work l.u of the loads."),
+    Stage::Post.row("/post/resultants/largest_displacement", Kind::F64, VECTOR, "m", "Largest |u_x|, |u_y|, |u_z| of a node."),
+    Stage::Post.row(LARGEST_PRESSURE, Kind::F64, &[], "Pa", "Largest normal multiplier."),
+    Stage::Post.row("/post/certificate/equilibrium", Kind::F64, &[], "1", "|A u + B^T lambda - l| / |l|."),
+    Stage::Post.row("/post/certificate/penetration", Kind::F64, &[], "1", "Largest mean penetration of a pane over the largest displacement component."),
+    Stage::Post.row("/post/certificate/adhesion", Kind::F64, &[], "1", "Largest tensile normal multiplier over the largest multiplier."),
+    Stage::Post.row("/post/certificate/complementarity", Kind::F64, &[], "1", "Sum over panes of |lambda_nu gap| times area, over l.u."),
+    Stage::Post.row("/post/certificate/friction_bound", Kind::F64, &[], "1", "Largest excess of |F^-1 lambda_t| over lambda_nu, over the largest lambda_nu."),
+    Stage::Post.row("/post/certificate/slip_direction", Kind::F64, &[], "1", "Sum over panes of the frictional work that misses to that of the law's slip direction, in absolute value, over l.u."),
+    Stage::Post.row("/post/certificate/fixed_point", Kind::F64, &[], "1", "|lambda - P(lambda - alpha r)| / |lambda| on the solution's own admissible set."),
 ];
 
 /// Writes the report.

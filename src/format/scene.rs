@@ -8,8 +8,7 @@ use crate::{
 
 const TOML: &str = "/scene/toml";
 
-pub(super) const TABLE: &[DatasetSpec] = &[DatasetSpec::new(
-    Stage::Scene,
+pub(super) const TABLE: &[DatasetSpec] = &[Stage::Scene.row(
     TOML,
     Kind::Text,
     &[],

@@ -70,16 +70,6 @@ const PROPORTIONING_STEPS: &str = "/solve/history/proportioning_steps";
 const STEP_ACTIONS: &str = "/solve/history/actions";
 const SECONDS: &str = "/solve/history/seconds";
 
-const fn row(
-    path: &'static str,
-    kind: Kind,
-    shape: &'static [Extent],
-    unit: &'static str,
-    description: &'static str,
-) -> DatasetSpec {
-    DatasetSpec::new(Stage::Solve, path, kind, shape, unit, description)
-}
-
 const PANES: &[Extent] = &[Named("n_panes")];
 const PANE_PAIRS: &[Extent] = &[Named("n_panes"), Fixed(2)];
 const STEPS: &[Extent] = &[Named("n_outer_steps")];
@@ -87,34 +77,34 @@ const NEWTON: &[Extent] = &[Named("n_newton_steps")];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    row(STATUS, Kind::Enum(StoredStatus::SPEC), &[], "1", "How the solve ended; anything but converged is a failed solve."),
-    row(MULTIPLIER_NORMAL, Kind::F64, PANES, "Pa", "Normal contact multiplier, the pressure on each pane.").symbol("lambda_nu"),
-    row(MULTIPLIER_TANGENTIAL, Kind::F64, PANE_PAIRS, "Pa", "Tangential contact multipliers along t1 and t2.").symbol("lambda_t"),
-    row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], "m", "Displacement of every node, zero where held.").symbol("u"),
-    row(SLIP, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "m", "Absolute tangential displacements |u_t1|, |u_t2| of the contact nodes.").symbol("phi"),
-    row(SLIP_BOUND, Kind::F64, PANES, "Pa", "Slip bound of the last inner problem.").symbol("g"),
-    row(FRICTION, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "1", "Coefficients at the contact nodes in the last inner problem.").symbol("F_1, F_2"),
-    row(FRICTION_INVERSE, Kind::F64, PANE_PAIRS, "1", "Diagonal of the inverse friction matrix averaged over each pane, in the last inner problem.").symbol("Fbar^-1"),
-    row(STEPLENGTH, Kind::F64, &[], "Pa/m^3", "Steplength of projected gradient steps, 1.9 over the norm of the dual operator.").symbol("alpha"),
-    row(ACTIONS, Kind::I64, &[], "1", "Actions of the inverse stiffness matrix in the whole solve.").symbol("n_A"),
-    row(METHOD, Kind::Enum(StoredMethod::SPEC), &[], "1", "Algorithm that gave the answer; after a failed Newton solve it is fixed_point and both histories are there."),
-    row(ACCURACY, Kind::F64, &[], "1", "Last relative change of successive approximations, or last relative residual of Newton's method."),
-    row(MAPPING_CHANGE, Kind::F64, &[], "1", "|Psi(lambda) - lambda| / |lambda| for one evaluation of the paper's mapping.").optional("absent unless Newton's method gave the answer"),
-    row(NEWTON_RESIDUAL, Kind::F64, NEWTON, "1", "|R| / |lambda| after each Newton step."),
-    row(NEWTON_STEP_LENGTH, Kind::F64, NEWTON, "1", "Share of the Newton step taken."),
-    row(NEWTON_HALVINGS, Kind::I64, NEWTON, "1", "Halvings of the step tried."),
-    row(NEWTON_ZONE_CHANGES, Kind::I64, NEWTON, "1", "Panes that changed between open, stick and slip."),
-    row(NEWTON_UNKNOWNS, Kind::I64, NEWTON, "1", "Unknowns of the dense linear system."),
-    row(NEWTON_FALLBACK, Kind::U8, NEWTON, "1", "1 where the safeguard replaced Newton's step."),
-    row(NEWTON_SECONDS, Kind::F64, NEWTON, "s", "Wall-clock time of each Newton step.").volatile(),
-    row(CHANGE, Kind::F64, STEPS, "1", "Relative change of the multipliers in each outer step.").symbol("err"),
-    row(INNER_TOLERANCE, Kind::F64, STEPS, "1", "Tolerance of each inner problem, relative to the norm of h.").symbol("epsilon_lambda"),
-    row(INNER_RESIDUAL, Kind::F64, STEPS, "1", "Norm of the reduced gradient at the end of each inner problem, relative to the norm of h."),
-    row(CG_STEPS, Kind::I64, STEPS, "1", "Conjugate gradient steps."),
-    row(EXPANSION_STEPS, Kind::I64, STEPS, "1", "Expansion steps."),
-    row(PROPORTIONING_STEPS, Kind::I64, STEPS, "1", "Proportioning steps."),
-    row(STEP_ACTIONS, Kind::I64, STEPS, "1", "Actions of the inverse stiffness matrix; the first step includes those that estimate the norm of S."),
-    row(SECONDS, Kind::F64, STEPS, "s", "Wall-clock time of each outer step.").volatile(),
+    Stage::Solve.row(STATUS, Kind::Enum(StoredStatus::SPEC), &[], "1", "How the solve ended; anything but converged is a failed solve."),
+    Stage::Solve.row(MULTIPLIER_NORMAL, Kind::F64, PANES, "Pa", "Normal contact multiplier, the pressure on each pane.").symbol("lambda_nu"),
+    Stage::Solve.row(MULTIPLIER_TANGENTIAL, Kind::F64, PANE_PAIRS, "Pa", "Tangential contact multipliers along t1 and t2.").symbol("lambda_t"),
+    Stage::Solve.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], "m", "Displacement of every node, zero where held.").symbol("u"),
+    Stage::Solve.row(SLIP, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "m", "Absolute tangential displacements |u_t1|, |u_t2| of the contact nodes.").symbol("phi"),
+    Stage::Solve.row(SLIP_BOUND, Kind::F64, PANES, "Pa", "Slip bound of the last inner problem.").symbol("g"),
+    Stage::Solve.row(FRICTION, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "1", "Coefficients at the contact nodes in the last inner problem.").symbol("F_1, F_2"),
+    Stage::Solve.row(FRICTION_INVERSE, Kind::F64, PANE_PAIRS, "1", "Diagonal of the inverse friction matrix averaged over each pane, in the last inner problem.").symbol("Fbar^-1"),
+    Stage::Solve.row(STEPLENGTH, Kind::F64, &[], "Pa/m^3", "Steplength of projected gradient steps, 1.9 over the norm of the dual operator.").symbol("alpha"),
+    Stage::Solve.row(ACTIONS, Kind::I64, &[], "1", "Actions of the inverse stiffness matrix in the whole solve.").symbol("n_A"),
+    Stage::Solve.row(METHOD, Kind::Enum(StoredMethod::SPEC), &[], "1", "Algorithm that gave the answer; after a failed Newton solve it is fixed_point and both histories are there."),
+    Stage::Solve.row(ACCURACY, Kind::F64, &[], "1", "Last relative change of successive approximations, or last relative residual of Newton's method."),
+    Stage::Solve.row(MAPPING_CHANGE, Kind::F64, &[], "1", "|Psi(lambda) - lambda| / |lambda| for one evaluation of the paper's mapping.").optional("absent unless Newton's method gave the answer"),
+    Stage::Solve.row(NEWTON_RESIDUAL, Kind::F64, NEWTON, "1", "|R| / |lambda| after each Newton step."),
+    Stage::Solve.row(NEWTON_STEP_LENGTH, Kind::F64, NEWTON, "1", "Share of the Newton step taken."),
+    Stage::Solve.row(NEWTON_HALVINGS, Kind::I64, NEWTON, "1", "Halvings of the step tried."),
+    Stage::Solve.row(NEWTON_ZONE_CHANGES, Kind::I64, NEWTON, "1", "Panes that changed between open, stick and slip."),
+    Stage::Solve.row(NEWTON_UNKNOWNS, Kind::I64, NEWTON, "1", "Unknowns of the dense linear system."),
+    Stage::Solve.row(NEWTON_FALLBACK, Kind::U8, NEWTON, "1", "1 where the safeguard replaced Newton's step."),
+    Stage::Solve.row(NEWTON_SECONDS, Kind::F64, NEWTON, "s", "Wall-clock time of each Newton step.").volatile(),
+    Stage::Solve.row(CHANGE, Kind::F64, STEPS, "1", "Relative change of the multipliers in each outer step.").symbol("err"),
+    Stage::Solve.row(INNER_TOLERANCE, Kind::F64, STEPS, "1", "Tolerance of each inner problem, relative to the norm of h.").symbol("epsilon_lambda"),
+    Stage::Solve.row(INNER_RESIDUAL, Kind::F64, STEPS, "1", "Norm of the reduced gradient at the end of each inner problem, relative to the norm of h."),
+    Stage::Solve.row(CG_STEPS, Kind::I64, STEPS, "1", "Conjugate gradient steps."),
+    Stage::Solve.row(EXPANSION_STEPS, Kind::I64, STEPS, "1", "Expansion steps."),
+    Stage::Solve.row(PROPORTIONING_STEPS, Kind::I64, STEPS, "1", "Proportioning steps."),
+    Stage::Solve.row(STEP_ACTIONS, Kind::I64, STEPS, "1", "Actions of the inverse stiffness matrix; the first step includes those that estimate the norm of S."),
+    Stage::Solve.row(SECONDS, Kind::F64, STEPS, "s", "Wall-clock time of each outer step.").volatile(),
 ];
 
 /// Writes the solution.

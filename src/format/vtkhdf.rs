@@ -34,35 +34,25 @@ const VTK_TRIANGLE: u8 = 5;
 /// VTK's number of a tetrahedron cell.
 const VTK_TETRA: u8 = 10;
 
-const fn row(
-    path: &'static str,
-    kind: Kind,
-    shape: &'static [Extent],
-    unit: &'static str,
-    description: &'static str,
-) -> DatasetSpec {
-    DatasetSpec::new(Stage::Vtk, path, kind, shape, unit, description)
-}
-
 const CELLS: &[Extent] = &[Named("n_cells")];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    row(N_POINTS, Kind::I64, &[Fixed(1)], "1", "Number of points."),
-    row(N_CELLS, Kind::I64, &[Fixed(1)], "1", "Number of cells."),
-    row(N_CONNECTIVITY, Kind::I64, &[Fixed(1)], "1", "Length of Connectivity."),
-    row(POINTS, Kind::F64, &[Named("n_nodes"), Fixed(3)], "m", "Node coordinates.").compressed(),
-    row(CONNECTIVITY, Kind::I64, &[Named("n_connectivity")], "1", "Nodes of all cells, one after the other.").compressed(),
-    row(OFFSETS, Kind::I64, &[Plus("n_cells", 1)], "1", "Where each cell begins in Connectivity.").compressed(),
-    row(TYPES, Kind::U8, CELLS, "1", "VTK cell type: 10 tetrahedron, 5 triangle.").compressed(),
-    row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], "m", "Displacement; warp by this vector.").compressed(),
-    row(VON_MISES, Kind::F64, CELLS, "Pa", "Von Mises stress, NaN on contact triangles.").compressed(),
-    row(NORMAL_STRESS, Kind::F64, CELLS, "Pa", "Normal contact stress, NaN on tetrahedra.").compressed(),
-    row(TANGENTIAL_STRESS, Kind::F64, &[Named("n_cells"), Fixed(3)], "Pa", "Tangential contact stress in the global axes, NaN on tetrahedra.").compressed(),
-    row(GAP, Kind::F64, CELLS, "m", "Mean gap of the pane, NaN on tetrahedra.").compressed(),
-    row(FRICTION_1, Kind::F64, CELLS, "1", "F_1 of the pane, NaN on tetrahedra.").compressed(),
-    row(FRICTION_2, Kind::F64, CELLS, "1", "F_2 of the pane, NaN on tetrahedra.").compressed(),
-    row(ZONE, Kind::F64, CELLS, "1", "0 open, 1 stick, 2 slip; NaN on tetrahedra.").compressed(),
+    Stage::Vtk.row(N_POINTS, Kind::I64, &[Fixed(1)], "1", "Number of points."),
+    Stage::Vtk.row(N_CELLS, Kind::I64, &[Fixed(1)], "1", "Number of cells."),
+    Stage::Vtk.row(N_CONNECTIVITY, Kind::I64, &[Fixed(1)], "1", "Length of Connectivity."),
+    Stage::Vtk.row(POINTS, Kind::F64, &[Named("n_nodes"), Fixed(3)], "m", "Node coordinates.").compressed(),
+    Stage::Vtk.row(CONNECTIVITY, Kind::I64, &[Named("n_connectivity")], "1", "Nodes of all cells, one after the other.").compressed(),
+    Stage::Vtk.row(OFFSETS, Kind::I64, &[Plus("n_cells", 1)], "1", "Where each cell begins in Connectivity.").compressed(),
+    Stage::Vtk.row(TYPES, Kind::U8, CELLS, "1", "VTK cell type: 10 tetrahedron, 5 triangle.").compressed(),
+    Stage::Vtk.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], "m", "Displacement; warp by this vector.").compressed(),
+    Stage::Vtk.row(VON_MISES, Kind::F64, CELLS, "Pa", "Von Mises stress, NaN on contact triangles.").compressed(),
+    Stage::Vtk.row(NORMAL_STRESS, Kind::F64, CELLS, "Pa", "Normal contact stress, NaN on tetrahedra.").compressed(),
+    Stage::Vtk.row(TANGENTIAL_STRESS, Kind::F64, &[Named("n_cells"), Fixed(3)], "Pa", "Tangential contact stress in the global axes, NaN on tetrahedra.").compressed(),
+    Stage::Vtk.row(GAP, Kind::F64, CELLS, "m", "Mean gap of the pane, NaN on tetrahedra.").compressed(),
+    Stage::Vtk.row(FRICTION_1, Kind::F64, CELLS, "1", "F_1 of the pane, NaN on tetrahedra.").compressed(),
+    Stage::Vtk.row(FRICTION_2, Kind::F64, CELLS, "1", "F_2 of the pane, NaN on tetrahedra.").compressed(),
+    Stage::Vtk.row(ZONE, Kind::F64, CELLS, "1", "0 open, 1 stick, 2 slip; NaN on tetrahedra.").compressed(),
 ];
 
 /// Writes the grid and its fields.

@@ -122,7 +122,7 @@ mod tests {
     proptest! {
         #[test]
         fn derivative_equals_differences(
-            a in 0.2..2.0_f64, b in 0.2..2.0_f64, angle in 0.0..6.28_f64, level in 1.05..6.0_f64,
+            a in 0.2..2.0_f64, b in 0.2..2.0_f64, angle in 0.0..std::f64::consts::TAU, level in 1.05..6.0_f64,
         ) {
             let ellipse = Ellipse { semi_axes: [a, b] };
             let z = [level * a * angle.cos(), level * b * angle.sin()];
@@ -144,7 +144,7 @@ mod tests {
         #[test]
         fn derivative_satisfies_eulers_identity_at_any_ratio(
             log_a in -100.0..100.0_f64, log_ratio in -12.0..12.0_f64,
-            angle in 0.0..6.28_f64, log_level in 0.01..8.0_f64,
+            angle in 0.0..std::f64::consts::TAU, log_level in 0.01..8.0_f64,
         ) {
             let a = 10.0_f64.powf(log_a);
             let b = 10.0_f64.powf(log_a + log_ratio);
@@ -168,7 +168,7 @@ mod tests {
 
         #[test]
         fn derivative_of_a_disc_has_its_closed_form(
-            radius in 0.1..10.0_f64, angle in 0.0..6.28_f64, level in 1.001..1e3_f64,
+            radius in 0.1..10.0_f64, angle in 0.0..std::f64::consts::TAU, level in 1.001..1e3_f64,
         ) {
             let ellipse = Ellipse { semi_axes: [radius; 2] };
             let n = [angle.cos(), angle.sin()];

@@ -11,6 +11,8 @@ mod natural_map;
 mod newton;
 mod newton_loop;
 mod newton_system;
+#[cfg(test)]
+mod newton_tests;
 mod norm;
 mod solution;
 mod solve;

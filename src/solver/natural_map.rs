@@ -1,5 +1,5 @@
 use super::{ContactState, Ellipse, FeasibleSet, vector::norm};
-use crate::dual::ExplicitDual;
+use crate::{contact::FrictionField, dual::ExplicitDual};
 
 /// Where the semi-axes of the ellipses come from.
 pub(super) enum Bound<'a> {
@@ -35,7 +35,7 @@ pub(super) struct Evaluation {
     /// ‖R‖.
     pub(super) norm: f64,
     pub(super) panes: Vec<PaneEvaluation>,
-    /// ∂(1/F_k)/∂u_tk at the contact nodes with the sign of u_tk, in 1/m; empty when F is constant
+    /// ∂(1/F_k)/∂u_tk at the contact nodes, in 1/m; empty when F is constant
     /// or frozen.
     pub(super) inverse_slope: Vec<[f64; 2]>,
 }
@@ -134,7 +134,7 @@ impl<'a> NaturalMap<'a> {
             vec![[0.0; 2]; self.dual.slip_free.len()]
         };
         let slip: Vec<[f64; 2]> = displacement.iter().map(|u| u.map(f64::abs)).collect();
-        let field = crate::contact::FrictionField::new(contact.law, contact.surface, &slip);
+        let field = FrictionField::new(contact.law, contact.surface, &slip);
         let mut slopes = Vec::new();
         if depends {
             slopes.extend((0..slip.len()).map(|node| {

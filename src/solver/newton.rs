@@ -2,6 +2,7 @@ use super::{
     ContactState, FeasibleSet, mapping,
     natural_map::{Bound, NaturalMap},
     newton_loop::{self, NewtonSettings, NewtonStatus, NewtonStep},
+    vector::add_scaled,
 };
 use crate::{contact::FrictionField, dual::ExplicitDual};
 
@@ -136,14 +137,14 @@ pub(super) fn minimise_frozen_in(
 
 /// Projected block Gauss–Seidel: each normal component to its minimum, then each pair one
 /// projected step of length 1/trace of its 2 × 2 block.
-fn relax(dual: &ExplicitDual, set: &FeasibleSet, multiplier: &mut [f64], sweeps: usize) {
+pub(super) fn relax(dual: &ExplicitDual, set: &FeasibleSet, multiplier: &mut [f64], sweeps: usize) {
     let m = dual.n_panes();
     let mut gradient = dual.apply(multiplier);
     for (r, h) in gradient.iter_mut().zip(&dual.rhs) {
         *r -= h;
     }
     let set_value = |multiplier: &mut [f64], gradient: &mut [f64], j: usize, value: f64| {
-        super::vector::add_scaled(gradient, value - multiplier[j], dual.column(j));
+        add_scaled(gradient, value - multiplier[j], dual.column(j));
         multiplier[j] = value;
     };
     for _ in 0..sweeps {

@@ -2,6 +2,7 @@
 
 mod error;
 mod freshness;
+mod persistence;
 mod picture;
 mod session;
 

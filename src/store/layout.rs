@@ -41,6 +41,29 @@ impl Stage {
             Stage::Vtk => "VTKHDF",
         }
     }
+
+    /// A row of the table: a required, plainly stored dataset of this stage without symbol.
+    pub const fn row(
+        self,
+        path: &'static str,
+        kind: Kind,
+        shape: &'static [Extent],
+        unit: &'static str,
+        description: &'static str,
+    ) -> DatasetSpec {
+        DatasetSpec {
+            path,
+            stage: self,
+            kind,
+            shape,
+            unit,
+            symbol: "",
+            description,
+            presence: Presence::Required,
+            storage: Storage::Plain,
+            volatile: false,
+        }
+    }
 }
 
 impl fmt::Display for Stage {
@@ -188,29 +211,6 @@ pub struct DatasetSpec {
 }
 
 impl DatasetSpec {
-    /// A required, plainly stored dataset without symbol.
-    pub const fn new(
-        stage: Stage,
-        path: &'static str,
-        kind: Kind,
-        shape: &'static [Extent],
-        unit: &'static str,
-        description: &'static str,
-    ) -> Self {
-        DatasetSpec {
-            path,
-            stage,
-            kind,
-            shape,
-            unit,
-            symbol: "",
-            description,
-            presence: Presence::Required,
-            storage: Storage::Plain,
-            volatile: false,
-        }
-    }
-
     /// The same row with the symbol of the quantity.
     pub const fn symbol(self, symbol: &'static str) -> Self {
         DatasetSpec { symbol, ..self }

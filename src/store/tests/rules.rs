@@ -151,17 +151,12 @@ fn a_stage_ends_with_all_its_required_datasets() {
 fn a_sound_table_has_no_problems_and_a_bad_one_has_each() {
     assert_eq!(SAMPLE.problems(), [""; 0]);
     const BAD: &[DatasetSpec] = &[
-        DatasetSpec::new(
-            Stage::Mesh,
-            "/mesh/a",
-            Kind::F64,
-            &[Extent::Named("n_a")],
-            "",
-            "",
-        ),
-        DatasetSpec::new(Stage::Mesh, "/mesh/a", Kind::F64, &[], "1", "A.").optional(""),
-        DatasetSpec::new(Stage::Mesh, "/solve/b", Kind::CscMatrix, &[], "1", "B."),
-        DatasetSpec::new(Stage::Mesh, "/mesh/a/c", Kind::F64, &[], "1", "C."),
+        Stage::Mesh.row("/mesh/a", Kind::F64, &[Extent::Named("n_a")], "", ""),
+        Stage::Mesh
+            .row("/mesh/a", Kind::F64, &[], "1", "A.")
+            .optional(""),
+        Stage::Mesh.row("/solve/b", Kind::CscMatrix, &[], "1", "B."),
+        Stage::Mesh.row("/mesh/a/c", Kind::F64, &[], "1", "C."),
     ];
     let problems = Layout {
         tables: &[BAD],

@@ -26,90 +26,77 @@ const CELLS: Extent = Extent::Named("n_cells");
 const ZONE: &EnumSpec = Zone::SPEC;
 
 const MESH: &[DatasetSpec] = &[
-    DatasetSpec::new(
-        Stage::Mesh,
-        "/mesh/coordinates",
-        Kind::F64,
-        &[NODES, Extent::Fixed(3)],
-        "m",
-        "Positions.",
-    )
-    .symbol("x")
-    .compressed(),
-    DatasetSpec::new(
-        Stage::Mesh,
-        "/mesh/cells",
-        Kind::I64,
-        &[CELLS, Extent::Fixed(4)],
-        "1",
-        "Corners.",
-    )
-    .compressed(),
-    DatasetSpec::new(
-        Stage::Mesh,
+    Stage::Mesh
+        .row(
+            "/mesh/coordinates",
+            Kind::F64,
+            &[NODES, Extent::Fixed(3)],
+            "m",
+            "Positions.",
+        )
+        .symbol("x")
+        .compressed(),
+    Stage::Mesh
+        .row(
+            "/mesh/cells",
+            Kind::I64,
+            &[CELLS, Extent::Fixed(4)],
+            "1",
+            "Corners.",
+        )
+        .compressed(),
+    Stage::Mesh.row(
         "/mesh/offsets",
         Kind::I64,
         &[Extent::Plus("n_cells", 1)],
         "1",
         "Starts.",
     ),
-    DatasetSpec::new(Stage::Mesh, "/mesh/tags", Kind::U8, &[CELLS], "1", "Tags.").compressed(),
-    DatasetSpec::new(
-        Stage::Mesh,
+    Stage::Mesh
+        .row("/mesh/tags", Kind::U8, &[CELLS], "1", "Tags.")
+        .compressed(),
+    Stage::Mesh.row(
         "/mesh/names",
         Kind::Text,
         &[Extent::Named("n_names")],
         "1",
         "Names.",
     ),
-    DatasetSpec::new(Stage::Mesh, "/mesh/title", Kind::Text, &[], "1", "Title.")
+    Stage::Mesh
+        .row("/mesh/title", Kind::Text, &[], "1", "Title.")
         .optional("a mesh may be unnamed"),
 ];
 
 const SOLVE: &[DatasetSpec] = &[
-    DatasetSpec::new(
-        Stage::Solve,
-        "/solve/zone",
-        Kind::Enum(ZONE),
-        &[NODES],
-        "1",
-        "States.",
-    ),
-    DatasetSpec::new(
-        Stage::Solve,
-        "/solve/stiffness",
-        Kind::CscMatrix,
-        &[NODES, NODES],
-        "N/m",
-        "Stiffness.",
-    )
-    .symbol("A"),
-    DatasetSpec::new(
-        Stage::Solve,
-        "/solve/coupling",
-        Kind::CsrMatrix,
-        &[CELLS, NODES],
-        "1",
-        "Coupling.",
-    )
-    .compressed(),
-    DatasetSpec::new(
-        Stage::Solve,
-        "/solve/energy",
-        Kind::F64,
-        &[],
-        "J",
-        "Energy.",
-    ),
-    DatasetSpec::new(
-        Stage::Solve,
-        "/solve/history/seconds",
-        Kind::F64,
-        &[Extent::Named("n_outer")],
-        "s",
-        "Times.",
-    )
-    .volatile(),
+    Stage::Solve.row("/solve/zone", Kind::Enum(ZONE), &[NODES], "1", "States."),
+    Stage::Solve
+        .row(
+            "/solve/stiffness",
+            Kind::CscMatrix,
+            &[NODES, NODES],
+            "N/m",
+            "Stiffness.",
+        )
+        .symbol("A"),
+    Stage::Solve
+        .row(
+            "/solve/coupling",
+            Kind::CsrMatrix,
+            &[CELLS, NODES],
+            "1",
+            "Coupling.",
+        )
+        .compressed(),
+    Stage::Solve.row("/solve/energy", Kind::F64, &[], "J", "Energy."),
+    Stage::Solve
+        .row(
+            "/solve/history/seconds",
+            Kind::F64,
+            &[Extent::Named("n_outer")],
+            "s",
+            "Times.",
+        )
+        .volatile(),
 ];
 
 /// The sample format.
