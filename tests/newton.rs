@@ -425,3 +425,36 @@ fn successive_approximations_on_both_operators() {
             .all(|(a, b)| (a - b).abs() < 1e-9)
     );
 }
+
+/// A loose inner tolerance may be met by the warm start, so that λ does not change at all; that
+/// must not pass for convergence (constant F = 0.1 did after two outer steps).
+#[test]
+fn an_idle_inner_solver_is_no_convergence() {
+    for value in [1e-9, 1e-3, 0.1] {
+        let mut scene = hkl_scene(1, 4);
+        let law = Coefficient::Constant(value);
+        scene.friction = Friction {
+            coefficient_1: law,
+            coefficient_2: law,
+        };
+        scene.solve.epsilon = Some(1e-6);
+        let dense = Dense::new(scene.clone());
+        let newton = dense.solve(&scene.friction);
+        let solution = dense.problem.solve(&scene);
+        assert_eq!(solution.status, Status::Converged);
+        let difference: f64 = solution
+            .multiplier
+            .iter()
+            .zip(&newton.multiplier)
+            .map(|(a, b)| (a - b).powi(2))
+            .sum::<f64>()
+            .sqrt();
+        let size = newton.multiplier.iter().map(|l| l * l).sum::<f64>().sqrt();
+        // ε = 1e-6, its inner tolerance amplified by the condition number of S, near 1e3.
+        assert!(
+            difference < 1e-4 * size,
+            "F = {value}: {}",
+            difference / size
+        );
+    }
+}

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::{
-    dual::OperatorEstimate,
+    dual::{AssemblySeconds, OperatorEstimate},
     mesh::Mesh,
     post::{ContactReport, Zone},
     scene::Scene,
@@ -194,6 +194,7 @@ pub(super) fn json(
     solution: &Solution,
     report: &ContactReport,
     performed: &[Performed],
+    assembly_seconds: Option<AssemblySeconds>,
 ) -> serde_json::Value {
     let r = &report.resultants;
     let certificate: serde_json::Map<String, serde_json::Value> = report
@@ -202,8 +203,16 @@ pub(super) fn json(
         .into_iter()
         .map(|(name, value)| (name.to_owned(), value.into()))
         .collect();
+    let parts = assembly_seconds.map(|seconds| {
+        let parts = seconds.parts().into_iter();
+        parts
+            .map(|(name, s)| (name.to_owned(), s.into()))
+            .collect::<serde_json::Map<_, _>>()
+    });
     serde_json::json!({
         "title": scene.title,
+        "assembly_seconds": parts,
+        "newton_seconds": solution.newton.iter().map(|step| step.seconds).sum::<f64>(),
         "status": status_word(solution.status),
         "n_nodes": mesh.coordinates.len(),
         "n_free": solution.displacement.len(),

@@ -118,12 +118,13 @@ fn draw_figures(
 /// Prints the results and turns the status into an exit code.
 fn finish(session: &mut Session, output: &Output, performed: &[Performed]) -> Outcome {
     let scene = session.scene().clone();
+    let parts = session.assembly_seconds();
     let (mesh, solution, report) = session.results()?;
     say(output, &report::results(&scene, mesh, solution, report));
     if output.json {
         println!(
             "{:#}",
-            report::json(&scene, mesh, solution, report, performed)
+            report::json(&scene, mesh, solution, report, performed, parts)
         );
     }
     let floor_accepted = solution.status == Status::RoundingLimit && scene.solve.epsilon.is_none();

@@ -1,3 +1,5 @@
+use std::time::Instant;
+
 use thiserror::Error;
 
 use crate::{
@@ -33,6 +35,34 @@ pub struct Assembly {
     pub factor: CholeskyFactor,
     /// h = B A⁻¹ l with the gap's integral subtracted from the normal part, `[3 n_panes]`, in m³.
     pub dual_rhs: Vec<f64>,
+    /// What took how long.
+    pub seconds: AssemblySeconds,
+}
+
+/// Wall-clock seconds of the parts of an assembly.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct AssemblySeconds {
+    /// Stiffness, load and coupling.
+    pub stiffness: f64,
+    /// Fill-reducing order.
+    pub ordering: f64,
+    /// Symbolic and numeric Cholesky factorisation.
+    pub factorisation: f64,
+    /// The dense dual operator and the contact compliance; 0 when the operator is implicit.
+    pub dual_operator: f64,
+}
+
+impl AssemblySeconds {
+    /// The parts with their names.
+    #[must_use]
+    pub fn parts(&self) -> [(&'static str, f64); 4] {
+        [
+            ("stiffness", self.stiffness),
+            ("ordering", self.ordering),
+            ("factorisation", self.factorisation),
+            ("dual_operator", self.dual_operator),
+        ]
+    }
 }
 
 /// Why a scene has no factorised stiffness.
@@ -74,12 +104,21 @@ impl Assembly {
         if dofs.n_free == 0 {
             return Err(AssemblyError::NothingFree);
         }
+        let started = Instant::now();
         let stiffness = stiffness(mesh, &scene.material.elasticity(), &dofs);
         let load = dofs.to_free(&load_vector(mesh, &scene.tractions));
         let coupling = Coupling::new(&mesh.contact, &scene.contact.frame(), &dofs);
+        let assembled = Instant::now();
+        let order = fill_reducing_order(mesh, &dofs)?;
+        let ordered = Instant::now();
         let factor =
-            CholeskyFactor::factorise(&stiffness, fill_reducing_order(mesh, &dofs)?, threads)
-                .map_err(|e| explain(e, &dofs))?;
+            CholeskyFactor::factorise(&stiffness, order, threads).map_err(|e| explain(e, &dofs))?;
+        let seconds = AssemblySeconds {
+            stiffness: (assembled - started).as_secs_f64(),
+            ordering: (ordered - assembled).as_secs_f64(),
+            factorisation: ordered.elapsed().as_secs_f64(),
+            dual_operator: 0.0,
+        };
         let mut unconstrained = load.clone();
         factor.solve_in_place(&mut unconstrained, &mut Workspace::default());
         let mut dual_rhs = coupling.integrate(&unconstrained);
@@ -96,6 +135,7 @@ impl Assembly {
             primal,
             factor,
             dual_rhs,
+            seconds,
         })
     }
 

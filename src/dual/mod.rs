@@ -7,7 +7,7 @@ mod explicit;
 mod implicit;
 mod system;
 
-pub use assembly::{Assembly, AssemblyError, PrimalSystem};
+pub use assembly::{Assembly, AssemblyError, AssemblySeconds, PrimalSystem};
 pub use estimate::OperatorEstimate;
 pub use explicit::{ExplicitDual, ExplicitOperator};
 pub use implicit::ImplicitOperator;

@@ -1,3 +1,5 @@
+use std::time::Instant;
+
 use super::{Assembly, AssemblyError, ExplicitDual, OperatorEstimate};
 use crate::{
     mesh::Mesh,
@@ -19,7 +21,7 @@ impl DualSystem {
     /// # Errors
     /// [`AssemblyError`] when A has no Cholesky factor.
     pub fn new(scene: &Scene, mesh: &Mesh, threads: usize) -> Result<Self, AssemblyError> {
-        let assembly = Assembly::new(scene, mesh, threads)?;
+        let mut assembly = Assembly::new(scene, mesh, threads)?;
         let wanted = match scene.assemble.dual_operator {
             DualOperatorKind::Implicit => false,
             DualOperatorKind::Explicit => true,
@@ -27,8 +29,12 @@ impl DualSystem {
                 OperatorEstimate::new(&assembly, mesh.contact.nodes.len()).prefers_explicit()
             }
         };
+        let started = Instant::now();
         let explicit =
             wanted.then(|| ExplicitDual::new(&assembly, &mesh.contact, &scene.contact.frame()));
+        if explicit.is_some() {
+            assembly.seconds.dual_operator = started.elapsed().as_secs_f64();
+        }
         Ok(Self { assembly, explicit })
     }
 }

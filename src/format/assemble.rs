@@ -1,11 +1,12 @@
 //! `/assemble`: stiffness, load, coupling, Cholesky factor, dual right-hand side.
 
 use super::{
-    FormatError, columns, read_finite_rows, read_finite_vec, read_index_vec, rows_of_transpose,
+    FormatError, columns, read_finite_rows, read_finite_scalar, read_finite_vec, read_index_vec,
+    rows_of_transpose,
 };
 use crate::{
     contact::Coupling,
-    dual::{Assembly, DualSystem, ExplicitDual, PrimalSystem},
+    dual::{Assembly, AssemblySeconds, DualSystem, ExplicitDual, PrimalSystem},
     elasticity::DofMap,
     linalg::{CholeskyFactor, CscMatrix},
     store::{
@@ -46,6 +47,10 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     Stage::Assemble.row(DUAL_OPERATOR, Kind::F64, &[Named("n_multipliers"), Named("n_multipliers")], "m^3/Pa", "Dual operator B A^-1 B^T, symmetric.").symbol("S").optional(IMPLICIT),
     Stage::Assemble.row(CONTACT_COMPLIANCE, Kind::F64, &[Named("n_multipliers"), Named("n_contact_nodes"), Fixed(2)], "m/Pa", "Tangential displacement of the contact nodes that a unit of each multiplier takes away.").symbol("G").optional(IMPLICIT),
     Stage::Assemble.row(SLIP_FREE, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "m", "Tangential displacement of the contact nodes without contact.").optional(IMPLICIT),
+    Stage::Assemble.row("/assemble/seconds/stiffness", Kind::F64, &[], "s", "Wall-clock time of assembling stiffness, load and coupling.").volatile(),
+    Stage::Assemble.row("/assemble/seconds/ordering", Kind::F64, &[], "s", "Wall-clock time of the fill-reducing order.").volatile(),
+    Stage::Assemble.row("/assemble/seconds/factorisation", Kind::F64, &[], "s", "Wall-clock time of the Cholesky factorisation.").volatile(),
+    Stage::Assemble.row("/assemble/seconds/dual_operator", Kind::F64, &[], "s", "Wall-clock time of forming the dual operator and the contact compliance; 0 when it is implicit.").volatile(),
     Stage::Assemble.row(PERMUTATION, Kind::I64, &[FREE], "1", "Fill-reducing order: row i of P A P^T = L L^T is row permutation[i] of A.").symbol("P").compressed(),
     Stage::Assemble.row(SUPERNODE_COLUMNS, Kind::I64, OFFSETS, "1", "First column of each supernode of L, then n_free.").compressed(),
     Stage::Assemble.row(ROW_OFFSETS, Kind::I64, OFFSETS, "1", "Where the rows of each supernode begin in row_indices.").compressed(),
@@ -80,6 +85,9 @@ pub fn write(writer: &mut StageWriter<'_>, system: &DualSystem) -> Result<(), St
     writer.write_matrix(COUPLING_NORMAL, rows_of_transpose(&normal))?;
     writer.write_matrix(COUPLING_TANGENTIAL, rows_of_transpose(&tangential))?;
     writer.write(DUAL_RHS, &assembly.dual_rhs, &[assembly.dual_rhs.len()])?;
+    for (part, seconds) in assembly.seconds.parts() {
+        writer.write(&format!("/assemble/seconds/{part}"), &[seconds], &[])?;
+    }
     let factor = &assembly.factor;
     let indices = [
         (PERMUTATION, factor.permutation()),
@@ -111,6 +119,12 @@ pub fn read(reader: &Reader) -> Result<DualSystem, FormatError> {
         primal: read_primal(reader)?,
         factor,
         dual_rhs: read_finite_vec(reader, DUAL_RHS)?,
+        seconds: AssemblySeconds {
+            stiffness: read_finite_scalar(reader, "/assemble/seconds/stiffness")?,
+            ordering: read_finite_scalar(reader, "/assemble/seconds/ordering")?,
+            factorisation: read_finite_scalar(reader, "/assemble/seconds/factorisation")?,
+            dual_operator: read_finite_scalar(reader, "/assemble/seconds/dual_operator")?,
+        },
     };
     let explicit = match reader.has(DUAL_OPERATOR) {
         false => None,

@@ -11,6 +11,11 @@ use crate::{
 };
 
 /// The inner tolerances of HKL Remark 4.1.
+///
+/// Two additions to the paper: control (b) never asks for more than r_tol · ε, and the outer loop
+/// ends only when the inner residual has come down to that as well. Without them an inner problem
+/// whose warm start already meets a loose tolerance takes no step, and the change of zero would
+/// pass for convergence.
 struct Precision<'a> {
     settings: &'a SolveSettings,
     tolerance: f64,
@@ -24,12 +29,19 @@ impl<'a> Precision<'a> {
         }
     }
 
+    /// The inner accuracy r_tol · ε that an answer of accuracy ε needs.
+    fn floor(&self) -> f64 {
+        self.settings.r_tol * self.settings.epsilon()
+    }
+
     /// ε_λ⁽ᵏ⁾ from err⁽ᵏ⁻¹⁾.
     fn next(&mut self, last_change: f64) -> f64 {
         let s = self.settings;
         self.tolerance = match s.precision {
-            PrecisionControl::Fixed => s.r_tol * s.epsilon(),
-            PrecisionControl::Adaptive => (s.r_tol * last_change).min(s.c_fact * self.tolerance),
+            PrecisionControl::Fixed => self.floor(),
+            PrecisionControl::Adaptive => (s.r_tol * last_change)
+                .min(s.c_fact * self.tolerance)
+                .max(self.floor()),
         };
         self.tolerance
     }
@@ -98,7 +110,8 @@ pub fn successive_approximations(
         change = relative_change(&next, &solution.multiplier);
         solution.multiplier = next;
         solution.accuracy = change;
-        let end = stop(&outcome, change, settings.epsilon());
+        let accurate = outcome.at_rounding || outcome.residual <= precision.floor();
+        let end = stop(&outcome, accurate && change <= settings.epsilon(), change);
         let last = end.is_some() || k + 1 == settings.max_outer_steps;
         solution.update_slip(operator, assembly, contact, last);
         solution.history.push(OuterStep {
@@ -152,6 +165,8 @@ struct InnerSummary {
     /// Final residual, relative as the tolerance is.
     residual: f64,
     steps: StepCounts,
+    /// Whether rounding forbids a smaller residual.
+    at_rounding: bool,
     /// Actions of S that the operator did not count.
     actions: usize,
 }
@@ -180,6 +195,7 @@ impl Inner<'_> {
                     converged,
                     residual: if rhs_norm > 0.0 { relative } else { 0.0 },
                     steps,
+                    at_rounding: false,
                     actions: 0,
                 }
             }
@@ -197,6 +213,8 @@ impl Inner<'_> {
                     ),
                     residual: outcome.residual,
                     steps: StepCounts::default(),
+                    at_rounding: outcome.status == NewtonStatus::RoundingLimit
+                        || outcome.residual <= dual.rounding(),
                     actions: outcome.evaluations,
                 }
             }
@@ -213,12 +231,12 @@ fn relative_change(next: &[f64], last: &[f64]) -> f64 {
     }
 }
 
-fn stop(outcome: &InnerSummary, change: f64, epsilon: f64) -> Option<Status> {
+fn stop(outcome: &InnerSummary, settled: bool, change: f64) -> Option<Status> {
     if !change.is_finite() || !outcome.residual.is_finite() {
         Some(Status::NumericalError)
     } else if !outcome.converged {
         Some(Status::MaxInnerActions)
-    } else if change <= epsilon {
+    } else if settled {
         Some(Status::Converged)
     } else {
         None

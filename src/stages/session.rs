@@ -6,7 +6,7 @@ use super::{
     persistence::{loaded, write_stage},
 };
 use crate::{
-    dual::{DualSystem, OperatorEstimate, PrimalSystem},
+    dual::{AssemblySeconds, DualSystem, OperatorEstimate, PrimalSystem},
     format::{self, LAYOUT},
     mesh::{Mesh, Quality},
     post::{ContactReport, Solved},
@@ -135,6 +135,12 @@ impl Session {
         });
         self.system = Some(system);
         performed
+    }
+
+    /// What the parts of an assembly made in this process took.
+    #[must_use]
+    pub fn assembly_seconds(&self) -> Option<AssemblySeconds> {
+        self.system.as_ref().map(|system| system.assembly.seconds)
     }
 
     /// What each form of the dual operator costs, and whether the dense one is held; `None`
