@@ -13,12 +13,12 @@ use crate::{
 
 /// One line per stage done.
 pub(super) fn stage_line(performed: &Performed) -> String {
-    format!(
-        "{:<9} done in {:.3} s, stored in {:.3} s",
-        performed.stage.group(),
-        performed.compute_seconds,
-        performed.store_seconds
-    )
+    let stage = performed.stage.group();
+    let computed = format!("{stage:<9} done in {:.3} s", performed.compute_seconds);
+    match performed.store_seconds {
+        0.0 => format!("{computed}, stored with the next stage"),
+        seconds => format!("{computed}, stored in {seconds:.3} s"),
+    }
 }
 
 /// How the dual operator is held, and what either form costs.

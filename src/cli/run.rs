@@ -11,7 +11,7 @@ use super::{
 use crate::{
     scene::AssembleSettings,
     solver::Status,
-    stages::{Freshness, Performed, Session, StageError, draw, figures_folder},
+    stages::{Commit, Freshness, Performed, Session, StageError, draw, figures_folder},
     store::Stage,
 };
 
@@ -26,7 +26,12 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
         if state.freshness == Freshness::Fresh && performed.is_empty() {
             say(output, &format!("{:<9} fresh, kept", state.stage.group()));
         } else {
-            performed.push(perform(&mut session, state.stage, output)?);
+            performed.push(perform(
+                &mut session,
+                state.stage,
+                Commit::WithNextIfCheap,
+                output,
+            )?);
         }
     }
     let drawn = performed.iter().any(|p| p.stage == Stage::Post);
@@ -40,7 +45,7 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
 pub(super) fn mesh(arguments: &MeshArguments, output: &Output, threads: usize) -> Outcome {
     let scene = override_scene::read(&arguments.scene)?;
     let mut session = Session::with_scene(&arguments.file, scene, threads)?;
-    let performed = perform(&mut session, Stage::Mesh, output)?;
+    let performed = perform(&mut session, Stage::Mesh, Commit::Now, output)?;
     print_stages(output, &[performed]);
     Ok(Exit::Done)
 }
@@ -51,7 +56,7 @@ pub(super) fn assemble(arguments: &AssembleArguments, output: &Output, threads: 
     if let Some(dual_operator) = arguments.dual_operator {
         session.set_assemble(AssembleSettings { dual_operator });
     }
-    let performed = perform(&mut session, Stage::Assemble, output)?;
+    let performed = perform(&mut session, Stage::Assemble, Commit::Now, output)?;
     print_stages(output, &[performed]);
     Ok(Exit::Done)
 }
@@ -61,26 +66,31 @@ pub(super) fn solve(arguments: &SolveArguments, output: &Output, threads: usize)
     let mut session = Session::open(&arguments.file, threads)?;
     let settings = arguments.apply(&session.scene().solve);
     session.set_solve(settings)?;
-    let performed = perform(&mut session, Stage::Solve, output)?;
+    let performed = perform(&mut session, Stage::Solve, Commit::Now, output)?;
     finish(&mut session, output, &[performed])
 }
 
 /// `post`: report, pictures, ParaView group.
 pub(super) fn post(arguments: &PostArguments, output: &Output, threads: usize) -> Outcome {
     let mut session = Session::open(&arguments.file, threads)?;
-    let performed = perform(&mut session, Stage::Post, output)?;
+    let performed = perform(&mut session, Stage::Post, Commit::Now, output)?;
     draw_figures(&mut session, &arguments.figures, &arguments.file, output)?;
     finish(&mut session, output, &[performed])
 }
 
-fn perform(session: &mut Session, stage: Stage, output: &Output) -> Result<Performed, StageError> {
+fn perform(
+    session: &mut Session,
+    stage: Stage,
+    commit: Commit,
+    output: &Output,
+) -> Result<Performed, StageError> {
     let spinner = progress::spinner(stage, output);
     let performed = match stage {
         Stage::Mesh => session.make_mesh(),
         Stage::Assemble => session.assemble(),
-        Stage::Solve => {
-            session.solve(&mut |progress| spinner.set_message(report::progress(progress)))
-        }
+        Stage::Solve => session.solve(commit, &mut |progress| {
+            spinner.set_message(report::progress(progress))
+        }),
         Stage::Post | Stage::Scene | Stage::Vtk => session.post(),
     };
     spinner.finish_and_clear();

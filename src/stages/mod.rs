@@ -9,4 +9,4 @@ mod session;
 pub use error::StageError;
 pub use freshness::{Freshness, PIPELINE, StageState, states};
 pub use picture::{draw, figures_folder};
-pub use session::{Performed, Session};
+pub use session::{Commit, Performed, Session};

@@ -32,6 +32,11 @@ impl Session {
             .states()?
             .into_iter()
             .take_while(|state| state.stage != stage)
+            .filter(|state| {
+                self.pending
+                    .iter()
+                    .all(|(pending, _)| *pending != state.stage)
+            })
             .find(|state| state.freshness != Freshness::Fresh);
         match bad {
             None => Ok(()),
@@ -69,70 +74,102 @@ impl Session {
         Ok(())
     }
 
-    /// Writes the scene and one stage in a transaction.
+    /// Writes the scene, what is pending and a stage just computed in one transaction.
     pub(super) fn store(
-        &self,
+        &mut self,
         stage: Stage,
         started: Instant,
-        write: impl FnOnce(&mut StageWriter<'_>) -> Result<(), StoreError>,
-    ) -> Result<Performed, StageError> {
-        self.store_with(stage, started, |transaction, record| {
-            write_stage(transaction, stage, record, write)
-        })
-    }
-
-    /// Writes the scene and what `write` adds for a stage in a transaction.
-    pub(super) fn store_with(
-        &self,
-        stage: Stage,
-        started: Instant,
-        write: impl FnOnce(&mut Transaction, &StageRecord) -> Result<(), StoreError>,
     ) -> Result<Performed, StageError> {
         let compute_seconds = started.elapsed().as_secs_f64();
         let storing = Instant::now();
-        let states = self.states()?;
-        let upstream: Vec<&StoredStage> = states
-            .iter()
-            .take_while(|state| state.stage != stage)
-            .filter_map(|state| state.stored.as_ref())
-            .collect();
-        let record = StageRecord {
-            settings: settings(stage, &self.scene),
-            input_digest: input_digest(stage, &self.scene, &upstream),
-            seconds: compute_seconds,
-            threads: i64::try_from(self.threads).unwrap_or(i64::MAX),
-            date: timestamp(),
-        };
-        let mut transaction = Transaction::begin(&self.file)?;
-        let input = StageRecord {
-            settings: String::new(),
-            input_digest: String::new(),
-            seconds: 0.0,
-            ..record.clone()
-        };
-        write_stage(&mut transaction, Stage::Scene, &input, |writer| {
-            format::write_scene(writer, &self.scene)
-        })?;
-        write(&mut transaction, &record)?;
-        transaction.commit()?;
-        let store_seconds = storing.elapsed().as_secs_f64();
+        self.pending.push((stage, compute_seconds));
+        self.commit()?;
+        self.pending.clear();
+        self.last_store_seconds = storing.elapsed().as_secs_f64();
         Ok(Performed {
             stage,
             compute_seconds,
-            store_seconds,
+            store_seconds: self.last_store_seconds,
         })
+    }
+
+    fn commit(&self) -> Result<(), StageError> {
+        let mut stored: Vec<(Stage, StoredStage)> = self
+            .states()?
+            .into_iter()
+            .filter_map(|state| Some((state.stage, state.stored?)))
+            .collect();
+        let mut transaction = Transaction::begin(&self.file)?;
+        let input = self.record(Stage::Scene, 0.0, String::new());
+        write_stage(&mut transaction, Stage::Scene, &input, |writer| {
+            format::write_scene(writer, &self.scene)
+        })?;
+        for &(stage, seconds) in &self.pending {
+            stored.retain(|(earlier, _)| *earlier != stage);
+            let upstream: Vec<&StoredStage> = stored
+                .iter()
+                .filter(|(earlier, _)| *earlier < stage)
+                .map(|(_, s)| s)
+                .collect();
+            let digest = input_digest(stage, &self.scene, &upstream);
+            let record = self.record(stage, seconds, digest);
+            let digest = self.write(&mut transaction, stage, &record)?;
+            stored.push((stage, StoredStage { record, digest }));
+        }
+        Ok(transaction.commit()?)
+    }
+
+    fn record(&self, stage: Stage, seconds: f64, input_digest: String) -> StageRecord {
+        StageRecord {
+            settings: settings(stage, &self.scene),
+            input_digest,
+            seconds,
+            threads: i64::try_from(self.threads).unwrap_or(i64::MAX),
+            date: timestamp(),
+        }
+    }
+
+    /// Writes one computed stage and returns its digest.
+    fn write(
+        &self,
+        transaction: &mut Transaction,
+        stage: Stage,
+        record: &StageRecord,
+    ) -> Result<String, StoreError> {
+        let mesh = loaded(&self.mesh);
+        match stage {
+            Stage::Mesh => write_stage(transaction, stage, record, |writer| {
+                format::write_mesh(writer, mesh, loaded(&self.quality))
+            }),
+            Stage::Assemble => write_stage(transaction, stage, record, |writer| {
+                format::write_assembly(writer, loaded(&self.system))
+            }),
+            Stage::Solve => write_stage(transaction, stage, record, |writer| {
+                format::write_solution(writer, loaded(&self.solution), &self.primal().dofs)
+            }),
+            Stage::Scene | Stage::Post | Stage::Vtk => {
+                let report = loaded(&self.report);
+                let frame = self.scene.contact.frame();
+                write_stage(transaction, Stage::Vtk, record, |writer| {
+                    format::write_vtkhdf(writer, mesh, report, [frame.axis_1, frame.axis_2])
+                })?;
+                write_stage(transaction, Stage::Post, record, |writer| {
+                    format::write_report(writer, report)
+                })
+            }
+        }
     }
 }
 
-pub(super) fn write_stage(
+fn write_stage(
     transaction: &mut Transaction,
     stage: Stage,
     record: &StageRecord,
     write: impl FnOnce(&mut StageWriter<'_>) -> Result<(), StoreError>,
-) -> Result<(), StoreError> {
+) -> Result<String, StoreError> {
     let mut writer = transaction.stage(stage)?;
     write(&mut writer)?;
-    writer.finish(record).map(|_digest| ())
+    writer.finish(record)
 }
 
 /// A value that the caller has just loaded.

@@ -1,10 +1,6 @@
 use std::{path::Path, time::Instant};
 
-use super::{
-    Freshness, StageError, StageState,
-    freshness::states,
-    persistence::{loaded, write_stage},
-};
+use super::{Freshness, StageError, StageState, freshness::states, persistence::loaded};
 use crate::{
     dual::{AssemblySeconds, DualSystem, OperatorEstimate, PrimalSystem},
     format::{self, LAYOUT},
@@ -21,10 +17,15 @@ pub struct Session {
     pub(super) threads: usize,
     pub(super) scene: Scene,
     pub(super) mesh: Option<Mesh>,
+    pub(super) quality: Option<Quality>,
     pub(super) system: Option<DualSystem>,
     pub(super) primal: Option<PrimalSystem>,
     pub(super) solution: Option<Solution>,
     pub(super) report: Option<ContactReport>,
+    /// What the last commit of this process took.
+    pub(super) last_store_seconds: f64,
+    /// Stages computed but not yet stored, with their seconds.
+    pub(super) pending: Vec<(Stage, f64)>,
 }
 
 /// What a stage did.
@@ -34,8 +35,18 @@ pub struct Performed {
     pub stage: Stage,
     /// Seconds of computing, reading its input included.
     pub compute_seconds: f64,
-    /// Seconds of writing the file.
+    /// Seconds of writing the file; 0 for a solve that is stored together with its report.
     pub store_seconds: f64,
+}
+
+/// When a stage is stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Commit {
+    /// At once.
+    Now,
+    /// Together with the next stage, unless that would put longer work at risk than writing the
+    /// file twice costs.
+    WithNextIfCheap,
 }
 
 impl Session {
@@ -64,10 +75,13 @@ impl Session {
             threads,
             scene,
             mesh: None,
+            quality: None,
             system: None,
             primal: None,
             solution: None,
             report: None,
+            last_store_seconds: 0.0,
+            pending: Vec::new(),
         }
     }
 
@@ -112,12 +126,9 @@ impl Session {
     pub fn make_mesh(&mut self) -> Result<Performed, StageError> {
         let started = Instant::now();
         let mesh = Mesh::of_scene(&self.scene);
-        let quality = Quality::of(&mesh);
-        let performed = self.store(Stage::Mesh, started, |writer| {
-            format::write_mesh(writer, &mesh, &quality)
-        });
+        self.quality = Some(Quality::of(&mesh));
         self.mesh = Some(mesh);
-        performed
+        self.store(Stage::Mesh, started)
     }
 
     /// Assembles and factorises.
@@ -130,11 +141,8 @@ impl Session {
         self.load_mesh()?;
         let mesh = loaded(&self.mesh);
         let system = DualSystem::new(&self.scene, mesh, self.threads)?;
-        let performed = self.store(Stage::Assemble, started, |writer| {
-            format::write_assembly(writer, &system)
-        });
         self.system = Some(system);
-        performed
+        self.store(Stage::Assemble, started)
     }
 
     /// What the parts of an assembly made in this process took.
@@ -164,6 +172,7 @@ impl Session {
     /// is stored with its status.
     pub fn solve(
         &mut self,
+        commit: Commit,
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Performed, StageError> {
         self.require_fresh_before(Stage::Solve)?;
@@ -178,11 +187,17 @@ impl Session {
             law: &self.scene.friction,
         };
         let solution = solve(system, &contact, &self.scene.solve, observe)?;
-        let performed = self.store(Stage::Solve, started, |writer| {
-            format::write_solution(writer, &solution, &system.assembly.primal.dofs)
-        });
         self.solution = Some(solution);
-        performed
+        let compute_seconds = started.elapsed().as_secs_f64();
+        if commit == Commit::WithNextIfCheap && compute_seconds < self.last_store_seconds {
+            self.pending.push((Stage::Solve, compute_seconds));
+            return Ok(Performed {
+                stage: Stage::Solve,
+                compute_seconds,
+                store_seconds: 0.0,
+            });
+        }
+        self.store(Stage::Solve, started)
     }
 
     /// Evaluates the solution and stores the report, for h5py and for ParaView.
@@ -201,17 +216,8 @@ impl Session {
             system: self.primal(),
             solution: loaded(&self.solution),
         });
-        let frame = self.scene.contact.frame();
-        let performed = self.store_with(Stage::Post, started, |transaction, record| {
-            write_stage(transaction, Stage::Post, record, |w| {
-                format::write_report(w, &report)
-            })?;
-            write_stage(transaction, Stage::Vtk, record, |w| {
-                format::write_vtkhdf(w, mesh, &report, [frame.axis_1, frame.axis_2])
-            })
-        });
         self.report = Some(report);
-        performed
+        self.store(Stage::Post, started)
     }
 
     /// The mesh, the solution and the report of a post-processed file.
