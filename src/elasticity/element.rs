@@ -1,4 +1,4 @@
-use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use crate::mesh::tetrahedron_volume;
 
@@ -32,42 +32,47 @@ impl Element {
     /// displacement to Voigt strain.
     #[must_use]
     pub fn stiffness_block(&self, elasticity: &Matrix6<f64>, a: usize, b: usize) -> Matrix3<f64> {
-        let (ga, gb) = (
-            strain_rows(&self.gradients[a]),
-            strain_rows(&self.gradients[b]),
-        );
-        ga * (elasticity * gb.transpose()) * self.volume
+        let stresses = unit_stresses(elasticity, &self.gradients[b]);
+        let forces = stresses.map(|stress| traction(&self.gradients[a], &stress) * self.volume);
+        Matrix3::from_columns(&forces)
     }
 
     /// Voigt stress C ε(u) in Pa of nodal displacements u in m.
     #[must_use]
     pub fn stress(&self, elasticity: &Matrix6<f64>, displacement: &[[f64; 3]; 4]) -> Vector6<f64> {
-        let strain = self
-            .gradients
-            .iter()
-            .zip(displacement)
-            .map(|(gradient, u)| strain_rows(gradient).transpose() * Vector3::from(*u))
-            .sum::<Vector6<f64>>();
-        elasticity * strain
+        let mut stress = Vector6::zeros();
+        for (gradient, u) in self.gradients.iter().zip(displacement) {
+            for (unit, u) in unit_stresses(elasticity, gradient).iter().zip(u) {
+                stress += unit * *u;
+            }
+        }
+        stress
     }
 
     /// Nodal forces V G_aᵀ σ in N that balance a stress.
     #[must_use]
     pub fn nodal_forces(&self, stress: &Vector6<f64>) -> [Vector3<f64>; 4] {
         self.gradients
-            .map(|gradient| strain_rows(&gradient) * stress * self.volume)
+            .map(|gradient| traction(&gradient, stress) * self.volume)
     }
 }
 
-/// G_aᵀ for Voigt order (xx, yy, zz, yz, xz, xy) with engineering shears.
-fn strain_rows(g: &Vector3<f64>) -> Matrix3x6<f64> {
-    #[rustfmt::skip]
-    let rows = Matrix3x6::new(
-        g.x, 0.0, 0.0, 0.0, g.z, g.y,
-        0.0, g.y, 0.0, g.z, 0.0, g.x,
-        0.0, 0.0, g.z, g.y, g.x, 0.0,
-    );
-    rows
+/// C G: the Voigt stresses (xx, yy, zz, yz, xz, xy) of unit nodal displacements along x, y, z.
+fn unit_stresses(c: &Matrix6<f64>, g: &Vector3<f64>) -> [Vector6<f64>; 3] {
+    [
+        c.column(0) * g.x + c.column(4) * g.z + c.column(5) * g.y,
+        c.column(1) * g.y + c.column(3) * g.z + c.column(5) * g.x,
+        c.column(2) * g.z + c.column(3) * g.y + c.column(4) * g.x,
+    ]
+}
+
+/// Gᵀσ = σ ∇φ for a Voigt stress.
+fn traction(g: &Vector3<f64>, s: &Vector6<f64>) -> Vector3<f64> {
+    Vector3::new(
+        s[0] * g.x + s[5] * g.y + s[4] * g.z,
+        s[5] * g.x + s[1] * g.y + s[3] * g.z,
+        s[4] * g.x + s[3] * g.y + s[2] * g.z,
+    )
 }
 
 #[cfg(test)]
