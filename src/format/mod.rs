@@ -1,6 +1,7 @@
 //! The run file's datasets: one table per stage, each beside its reader and writer.
 
 mod assemble;
+mod history;
 mod mesh;
 mod post;
 mod scene;
@@ -32,6 +33,7 @@ pub const LAYOUT: Layout = Layout {
         mesh::TABLE,
         assemble::TABLE,
         solve::TABLE,
+        history::TABLE,
         post::TABLE,
         vtkhdf::TABLE,
     ],

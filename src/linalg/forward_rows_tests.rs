@@ -62,7 +62,7 @@ fn products_equal_solves_column_by_column() {
         coupling,
         selection,
         factor,
-    } = case(8);
+    } = case(10);
     let rows = factor.forward_rows(&coupling);
     let gram = rows.gram();
     assert_close(&gram, &by_columns(&factor, &coupling, &coupling));
@@ -103,7 +103,7 @@ fn products_have_the_same_bits_at_one_and_two_threads() {
         coupling,
         selection,
         factor,
-    } = case(8);
+    } = case(10);
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)

@@ -1,11 +1,14 @@
 //! Sparse symmetric linear algebra: compressed columns, fill-reducing orderings, supernodal Cholesky factors.
 
 mod block_solve;
+mod compliance;
 mod dissection;
 mod elimination_tree;
 mod factor;
 mod factor_parts;
 mod forward_rows;
+mod front_plan;
+mod half_solve;
 mod ordering;
 mod reach;
 mod separator;

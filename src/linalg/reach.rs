@@ -29,11 +29,7 @@ impl CholeskyFactor {
     }
 
     /// [`Self::reach`] for columns in the new numbering, given their owners.
-    pub(super) fn reach_of_columns(
-        &self,
-        owner: &[usize],
-        columns: impl Iterator<Item = usize>,
-    ) -> Reach {
+    fn reach_of_columns(&self, owner: &[usize], columns: impl Iterator<Item = usize>) -> Reach {
         let mut reached = vec![false; self.supernodes()];
         for column in columns {
             let mut next = Some(owner[column]);
@@ -50,7 +46,7 @@ impl CholeskyFactor {
     }
 
     /// Parent of a supernode in the elimination tree: the owner of its first row below the diagonal block.
-    fn parent(&self, s: usize, owner: &[usize]) -> Option<usize> {
+    pub(super) fn parent(&self, s: usize, owner: &[usize]) -> Option<usize> {
         let panel = self.panel(s);
         panel.rows.get(panel.width).map(|&row| owner[row])
     }

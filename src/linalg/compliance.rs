@@ -1,0 +1,269 @@
+//! The compliance G = CA⁻¹Bᵀ from half-solved rows of B.
+
+use std::ops::Range;
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
+use rayon::prelude::*;
+
+use super::forward_rows::ForwardRows;
+use super::front_plan::{SparseColumn, SupernodeTree};
+use super::half_solve::HalfSolved;
+use super::sparse::CscMatrix;
+
+/// Columns of W that go back together; multiples of 48 fill the tiles of the AVX-512 kernels.
+const BLOCK_COLUMNS: usize = 144;
+
+/// How L⁻ᵀW is had on the selected unknowns: a backward pass on the top of the elimination tree, and for the selected
+/// unknowns of the subtrees T below it
+///
+/// x = YᵀW_T − (L_below Y)ᵀ X_below with Y = L_TT⁻¹E,
+///
+/// where E are their unit vectors and X_below the result on the rows below the subtree's root. A forward pass over the
+/// few selected unknowns of a small subtree costs less than a backward pass over all rows of B.
+struct BackwardPlan {
+    /// The supernodes of the top, ascending.
+    top: Vec<usize>,
+    /// Unknowns of the top and selected unknowns below it: the rows of X.
+    rows: usize,
+    /// Row of X of each of these unknowns.
+    place: Vec<usize>,
+    /// Number of unknowns of the top, the row of X of the first column of `subtrees`.
+    top_rows: usize,
+    /// Y and −L_below Y.
+    subtrees: HalfSolved,
+}
+
+impl ForwardRows<'_> {
+    /// The compliance G = CA⁻¹Bᵀ, column-major, shape (rows of C, rows of B), from L⁻ᵀW on the unknowns that C selects.
+    ///
+    /// With B = MC this costs at most one backward pass over the rows of B. Half-solving C and forming CA⁻¹Cᵀ first would
+    /// cost a forward pass over its rows, four times as many on panes of 2 × 2 faces.
+    ///
+    /// # Panics
+    /// When C does not have one column per unknown.
+    pub fn compliance(&self, c: &CscMatrix) -> Vec<f64> {
+        assert_eq!(c.cols, self.factor.size(), "columns of the selection");
+        let by_rows = c.transpose();
+        let new_of_old = self.factor.new_of_old();
+        let mut selected: Vec<usize> = by_rows.indices.iter().map(|&old| new_of_old[old]).collect();
+        selected.sort_unstable();
+        selected.dedup();
+        let plan = self.backward_plan(&selected);
+        let columns = self.order.len();
+        let blocks: Vec<Range<usize>> = (0..columns)
+            .step_by(BLOCK_COLUMNS)
+            .map(|start| start..(start + BLOCK_COLUMNS).min(columns))
+            .collect();
+        let products: Vec<Vec<f64>> = blocks
+            .par_iter()
+            .map(|block| {
+                let x = self.backward(&plan, block);
+                selected_rows(&by_rows, &x, block.len(), |old| plan.place[new_of_old[old]])
+            })
+            .collect();
+        let mut compliance = vec![0.0; c.rows * columns];
+        for (block, products) in blocks.into_iter().zip(&products) {
+            for (column, product) in block.zip(products.chunks_exact(c.rows.max(1))) {
+                let row = self.order[column];
+                compliance[row * c.rows..(row + 1) * c.rows].copy_from_slice(product);
+            }
+        }
+        compliance
+    }
+
+    fn backward_plan(&self, selected: &[usize]) -> BackwardPlan {
+        let factor = self.factor;
+        let is_top = self.top_supernodes(selected);
+        let top: Vec<usize> = (0..factor.supernodes()).filter(|&s| is_top[s]).collect();
+        let mut place = vec![usize::MAX; factor.size()];
+        let unknowns = top.iter().flat_map(|&s| factor.columns_of_supernode(s));
+        let mut rows = 0;
+        for unknown in unknowns {
+            place[unknown] = rows;
+            rows += 1;
+        }
+        let top_rows = rows;
+        let below = selected
+            .iter()
+            .filter(|&&unknown| !is_top[self.tree.owner[unknown]]);
+        let unit_vectors: Vec<SparseColumn> = below
+            .map(|&unknown| {
+                place[unknown] = rows;
+                rows += 1;
+                vec![(unknown, 1.0)]
+            })
+            .collect();
+        BackwardPlan {
+            top,
+            rows,
+            place,
+            top_rows,
+            subtrees: factor.half_solve(&self.tree, &unit_vectors, |s| !is_top[s]),
+        }
+    }
+
+    /// Which supernodes the backward pass visits: the choice of the fewest operations, counted up the tree.
+    fn top_supernodes(&self, selected: &[usize]) -> Vec<bool> {
+        let (factor, all) = (self.factor, self.order.len() as f64);
+        let SupernodeTree { owner, parent } = &self.tree;
+        let supernodes = factor.supernodes();
+        let mut loads = vec![0.0; supernodes];
+        for part in &self.half_solved.parts {
+            loads[part.supernode] = part.columns.len() as f64;
+        }
+        let mut costs = vec![SubtreeCost::default(); supernodes];
+        for &unknown in selected {
+            costs[owner[unknown]].selected += 1.0;
+        }
+        let mut by_backward = vec![false; supernodes];
+        for s in 0..supernodes {
+            if costs[s].selected == 0.0 {
+                continue;
+            }
+            let panel = factor.panel(s);
+            let (width, height) = (panel.width as f64, panel.rows.len() as f64);
+            let entries = width * (height - 0.5 * (width - 1.0));
+            let cost = &mut costs[s];
+            cost.forward += cost.selected * (entries + width * loads[s]);
+            let forward = cost.forward + cost.selected * (height - width) * all;
+            let backward = cost.best + entries * all;
+            by_backward[s] = backward <= forward;
+            cost.best = forward.min(backward);
+            if let Some(parent) = parent[s] {
+                let cost = costs[s];
+                costs[parent].add(cost);
+            }
+        }
+        for s in (0..supernodes).rev() {
+            by_backward[s] &= parent[s].is_none_or(|parent| by_backward[parent]);
+        }
+        by_backward
+    }
+
+    /// L⁻ᵀ of some columns of W on the rows of the plan, row-major.
+    fn backward(&self, plan: &BackwardPlan, block: &Range<usize>) -> Vec<f64> {
+        let count = block.len();
+        let mut x = vec![0.0; plan.rows * count];
+        let mut known = Vec::new();
+        let mut parts = self.half_solved.parts.iter().rev().peekable();
+        for &s in plan.top.iter().rev() {
+            while parts.next_if(|part| part.supernode > s).is_some() {}
+            if let Some(part) = parts.next_if(|part| part.supernode == s) {
+                let first = plan.place[self.factor.supernode_columns[s]];
+                let (columns, values) = part.columns_in(block);
+                for (j, column) in columns.iter().enumerate() {
+                    for i in 0..values.nrows() {
+                        x[(first + i) * count + column - block.start] = values[(i, j)];
+                    }
+                }
+            }
+            self.factor
+                .backward_block(s, |row| plan.place[row], &mut x, count, &mut known);
+        }
+        let (top, rest) = x.split_at_mut(plan.top_rows * count);
+        self.add_boundaries(plan, top, rest, count);
+        self.add_loads(plan, block, rest);
+        x
+    }
+
+    /// Adds −(L_below Y)ᵀ X_below.
+    fn add_boundaries(&self, plan: &BackwardPlan, top: &[f64], rest: &mut [f64], count: usize) {
+        let (mut known, mut product) = (Vec::new(), Vec::new());
+        for boundary in &plan.subtrees.boundaries {
+            let part = &plan.subtrees.parts[boundary.root];
+            let panel = self.factor.panel(part.supernode);
+            let rows = &panel.rows[panel.width..];
+            known.clear();
+            for &row in rows {
+                known.extend_from_slice(&top[plan.place[row] * count..][..count]);
+            }
+            let columns = part.columns.len();
+            let update = MatRef::from_column_major_slice(&boundary.update, rows.len(), columns);
+            let known = MatRef::from_row_major_slice(&known, rows.len(), count);
+            product.resize(columns * count, 0.0);
+            let target = MatMut::from_row_major_slice_mut(&mut product, columns, count);
+            matmul(
+                target,
+                Accum::Replace,
+                update.transpose(),
+                known,
+                1.0,
+                Par::Seq,
+            );
+            for (column, line) in part.columns.iter().zip(product.chunks_exact(count)) {
+                let target = &mut rest[column * count..][..count];
+                target.iter_mut().zip(line).for_each(|(x, p)| *x += p);
+            }
+        }
+    }
+
+    /// Adds YᵀW_T.
+    fn add_loads(&self, plan: &BackwardPlan, block: &Range<usize>, rest: &mut [f64]) {
+        let mut product = Vec::new();
+        let mut parts = self.half_solved.parts.iter().peekable();
+        for unit in &plan.subtrees.parts {
+            while parts
+                .next_if(|part| part.supernode < unit.supernode)
+                .is_some()
+            {}
+            let Some(part) = parts.next_if(|part| part.supernode == unit.supernode) else {
+                continue;
+            };
+            let (columns, w) = part.columns_in(block);
+            if columns.is_empty() {
+                continue;
+            }
+            let rows = &unit.columns;
+            let y = MatRef::from_column_major_slice(&unit.values, unit.width(), rows.len());
+            product.resize(rows.len() * columns.len(), 0.0);
+            let target = MatMut::from_row_major_slice_mut(&mut product, rows.len(), columns.len());
+            matmul(target, Accum::Replace, y.transpose(), w, 1.0, Par::Seq);
+            for (row, line) in rows.iter().zip(product.chunks_exact(columns.len())) {
+                let target = &mut rest[row * block.len()..][..block.len()];
+                for (column, value) in columns.iter().zip(line) {
+                    target[column - block.start] += value;
+                }
+            }
+        }
+    }
+}
+
+/// Operations (multiplications) in the subtree of a supernode.
+#[derive(Clone, Copy, Default)]
+struct SubtreeCost {
+    /// Number of selected unknowns.
+    selected: f64,
+    /// Half-solving their unit vectors and multiplying by W.
+    forward: f64,
+    /// The cheapest way.
+    best: f64,
+}
+
+impl SubtreeCost {
+    fn add(&mut self, child: Self) {
+        self.selected += child.selected;
+        self.forward += child.forward;
+        self.best += child.best;
+    }
+}
+
+/// C X, column-major, for a row-major X of `columns` columns and the columns of Cᵀ.
+fn selected_rows(
+    by_rows: &CscMatrix,
+    x: &[f64],
+    columns: usize,
+    place: impl Fn(usize) -> usize,
+) -> Vec<f64> {
+    let mut result = vec![0.0; by_rows.cols * columns];
+    for row in 0..by_rows.cols {
+        let (unknowns, coefficients) = by_rows.column(row);
+        for (&old, &coefficient) in unknowns.iter().zip(coefficients) {
+            let line = &x[place(old) * columns..][..columns];
+            for (column, value) in line.iter().enumerate() {
+                result[column * by_rows.cols + row] += coefficient * value;
+            }
+        }
+    }
+    result
+}

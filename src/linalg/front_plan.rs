@@ -1,0 +1,95 @@
+//! Which right-hand sides reach which supernodes, and the order in which fronts can be solved.
+
+use super::factor::CholeskyFactor;
+
+/// A sparse right-hand side: unknowns (new numbering, ascending) and their coefficients.
+pub(super) type SparseColumn = Vec<(usize, f64)>;
+
+/// The supernodal elimination tree.
+#[derive(Clone, Debug)]
+pub(super) struct SupernodeTree {
+    /// The supernode of each column of the factor.
+    pub(super) owner: Vec<usize>,
+    /// The parent of each supernode.
+    pub(super) parent: Vec<Option<usize>>,
+}
+
+/// The reached supernodes with their right-hand sides, and who passes its update to whom.
+pub(super) struct Plan {
+    /// Supernode and right-hand sides, ascending.
+    pub(super) reached: Vec<(usize, Vec<usize>)>,
+    /// The part of each one's parent.
+    pub(super) parent: Vec<Option<usize>>,
+    pub(super) children: Vec<Vec<usize>>,
+}
+
+impl CholeskyFactor {
+    /// The supernodal elimination tree.
+    pub(super) fn supernode_tree(&self) -> SupernodeTree {
+        let owner = self.supernode_of_column();
+        let parent = (0..self.supernodes())
+            .map(|s| self.parent(s, &owner))
+            .collect();
+        SupernodeTree { owner, parent }
+    }
+}
+
+impl Plan {
+    /// Passes each right-hand side up the tree from the unknowns it is nonzero on.
+    pub(super) fn new(
+        supernodes: usize,
+        tree: &SupernodeTree,
+        right_hand_sides: &[SparseColumn],
+        included: impl Fn(usize) -> bool,
+    ) -> Self {
+        let mut columns: Vec<Vec<usize>> = vec![Vec::new(); supernodes];
+        for (column, entries) in right_hand_sides.iter().enumerate() {
+            for &(unknown, _) in entries {
+                let mut next = Some(tree.owner[unknown]);
+                while let Some(s) =
+                    next.filter(|&s| included(s) && columns[s].last() != Some(&column))
+                {
+                    columns[s].push(column);
+                    next = tree.parent[s];
+                }
+            }
+        }
+        let reached: Vec<(usize, Vec<usize>)> = columns
+            .into_iter()
+            .enumerate()
+            .filter(|(_, columns)| !columns.is_empty())
+            .collect();
+        let part_of = |s: usize| reached.binary_search_by_key(&s, |part| part.0).ok();
+        let parent: Vec<Option<usize>> = reached
+            .iter()
+            .map(|&(s, _)| tree.parent[s].and_then(part_of))
+            .collect();
+        let mut children = vec![Vec::new(); reached.len()];
+        for (k, parent) in parent.iter().enumerate() {
+            if let Some(parent) = *parent {
+                children[parent].push(k);
+            }
+        }
+        Self {
+            reached,
+            parent,
+            children,
+        }
+    }
+
+    /// The parts by their height in the forest, leaves first.
+    pub(super) fn levels(&self) -> Vec<Vec<usize>> {
+        let mut height = vec![0; self.reached.len()];
+        let mut levels: Vec<Vec<usize>> = Vec::new();
+        for k in 0..self.reached.len() {
+            if height[k] == levels.len() {
+                levels.push(Vec::new());
+            }
+            levels[height[k]].push(k);
+            if let Some(parent) = self.parent[k] {
+                height[parent] = height[parent].max(height[k] + 1);
+            }
+        }
+        levels
+    }
+}

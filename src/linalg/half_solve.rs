@@ -1,0 +1,222 @@
+//! Half-solved sparse columns, L⁻¹P[b₁ b₂ …], each kept on the supernodes it reaches only.
+
+use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::reborrow::ReborrowMut;
+use faer::{Accum, MatMut, MatRef, Par};
+use rayon::prelude::*;
+
+use super::factor::CholeskyFactor;
+use super::front_plan::{Plan, SparseColumn, SupernodeTree};
+
+/// Columns of a front that are solved together; multiples of 48 fill the tiles of the AVX-512 kernels.
+const CHUNK_COLUMNS: usize = 144;
+
+/// Some columns of L⁻¹ on one supernode.
+#[derive(Clone, Debug)]
+pub(super) struct Part {
+    pub(super) supernode: usize,
+    /// The right-hand sides that reach it, ascending.
+    pub(super) columns: Vec<usize>,
+    /// Their solutions, column-major, shape (columns of the supernode, `columns`).
+    pub(super) values: Vec<f64>,
+}
+
+/// What the solved part of a subtree subtracts from the rows below its root, column-major, shape (rows below, columns).
+#[derive(Clone, Debug)]
+pub(super) struct Boundary {
+    /// Index of the root's [`Part`].
+    pub(super) root: usize,
+    pub(super) update: Vec<f64>,
+}
+
+/// Right-hand sides solved on the supernodes they reach.
+#[derive(Clone, Debug)]
+pub(super) struct HalfSolved {
+    /// One part for each reached supernode, ascending.
+    pub(super) parts: Vec<Part>,
+    /// The updates left at the roots of the solved forest that have rows below.
+    pub(super) boundaries: Vec<Boundary>,
+}
+
+impl Part {
+    /// Number of columns of the supernode.
+    pub(super) fn width(&self) -> usize {
+        self.values.len() / self.columns.len()
+    }
+
+    /// The right-hand sides in `range` and their solutions.
+    pub(super) fn columns_in(&self, range: &std::ops::Range<usize>) -> (&[usize], MatRef<'_, f64>) {
+        let width = self.width();
+        let first = self.columns.partition_point(|&c| c < range.start);
+        let last = self.columns.partition_point(|&c| c < range.end);
+        let values = &self.values[first * width..last * width];
+        (
+            &self.columns[first..last],
+            MatRef::from_column_major_slice(values, width, last - first),
+        )
+    }
+}
+
+impl CholeskyFactor {
+    /// Solves with L on the supernodes that `included` accepts, which must contain the subtrees below their members.
+    ///
+    /// A multifrontal forward pass: every supernode adds the updates of its children, solves with its diagonal block and
+    /// passes its own update on. Fronts of one level of the tree, and fixed chunks of columns, run in parallel, each sum
+    /// in a fixed order, so the bits do not depend on the thread count.
+    pub(super) fn half_solve(
+        &self,
+        tree: &SupernodeTree,
+        right_hand_sides: &[SparseColumn],
+        included: impl Fn(usize) -> bool,
+    ) -> HalfSolved {
+        let plan = Plan::new(self.supernodes(), tree, right_hand_sides, included);
+        let mut fronts: Vec<Vec<f64>> = vec![Vec::new(); plan.reached.len()];
+        let mut own: Vec<Vec<f64>> = vec![Vec::new(); plan.reached.len()];
+        for level in plan.levels() {
+            let solved: Vec<_> = level
+                .par_iter()
+                .map(|&k| self.solve_front(&plan, k, &fronts, right_hand_sides))
+                .collect();
+            for (&k, (front, values)) in level.iter().zip(solved) {
+                plan.children[k]
+                    .iter()
+                    .for_each(|&child| fronts[child] = Vec::new());
+                (fronts[k], own[k]) = (front, values);
+            }
+        }
+        let boundaries = (0..plan.reached.len())
+            .filter(|&k| plan.parent[k].is_none())
+            .filter_map(|root| {
+                let update = self.update_of(plan.reached[root].0, &fronts[root]);
+                (!update.is_empty()).then_some(Boundary { root, update })
+            })
+            .collect();
+        let parts = plan
+            .reached
+            .into_iter()
+            .zip(own)
+            .map(|((supernode, columns), values)| Part {
+                supernode,
+                columns,
+                values,
+            })
+            .collect();
+        HalfSolved { parts, boundaries }
+    }
+
+    /// The front of part k (rows of the supernode × right-hand sides, column-major) after elimination, and its leading rows.
+    fn solve_front(
+        &self,
+        plan: &Plan,
+        k: usize,
+        fronts: &[Vec<f64>],
+        right_hand_sides: &[SparseColumn],
+    ) -> (Vec<f64>, Vec<f64>) {
+        let (s, columns) = &plan.reached[k];
+        let panel = self.panel(*s);
+        let height = panel.rows.len();
+        let matrix = MatRef::from_column_major_slice(panel.values, height, panel.width);
+        let (diagonal, below) = matrix.split_at_row(panel.width);
+        let children: Vec<ChildUpdate> = plan.children[k]
+            .iter()
+            .map(|&child| self.child_update(plan, k, child, &fronts[child]))
+            .collect();
+        let mut front = vec![0.0; height * columns.len()];
+        front
+            .par_chunks_mut(height * CHUNK_COLUMNS)
+            .enumerate()
+            .for_each(|(chunk, front)| {
+                let start = chunk * CHUNK_COLUMNS;
+                let count = front.len() / height;
+                let own = panel.first..panel.first + panel.width;
+                for (target, &column) in front.chunks_exact_mut(height).zip(&columns[start..]) {
+                    let entries = &right_hand_sides[column];
+                    let first = entries.partition_point(|entry| entry.0 < own.start);
+                    for &(unknown, value) in entries[first..].iter().take_while(|e| e.0 < own.end) {
+                        target[unknown - own.start] = value;
+                    }
+                }
+                for child in &children {
+                    child.add_to(front, height, start..start + count);
+                }
+                let front = MatMut::from_column_major_slice_mut(front, height, count);
+                let (mut own, update) = front.split_at_row_mut(panel.width);
+                solve_lower_triangular_in_place(diagonal, own.rb_mut(), Par::Seq);
+                matmul(update, Accum::Add, below, own, -1.0, Par::Seq);
+            });
+        let own = front
+            .chunks_exact(height)
+            .flat_map(|column| &column[..panel.width])
+            .copied()
+            .collect();
+        (front, own)
+    }
+
+    fn child_update<'a>(
+        &self,
+        plan: &'a Plan,
+        k: usize,
+        child: usize,
+        front: &'a [f64],
+    ) -> ChildUpdate<'a> {
+        let (s, columns) = &plan.reached[k];
+        let (child, child_columns) = &plan.reached[child];
+        let panel = self.panel(*child);
+        ChildUpdate {
+            rows: positions(&panel.rows[panel.width..], self.panel(*s).rows),
+            columns: positions(child_columns, columns),
+            height: panel.rows.len(),
+            front,
+        }
+    }
+
+    /// The rows of a front below the supernode's own.
+    fn update_of(&self, s: usize, front: &[f64]) -> Vec<f64> {
+        let panel = self.panel(s);
+        front
+            .chunks_exact(panel.rows.len())
+            .flat_map(|column| &column[panel.width..])
+            .copied()
+            .collect()
+    }
+}
+
+/// The update of a child with its places in the front of the parent.
+struct ChildUpdate<'a> {
+    rows: Vec<usize>,
+    columns: Vec<usize>,
+    /// Rows of the child's front, the last of which are the update.
+    height: usize,
+    front: &'a [f64],
+}
+
+impl ChildUpdate<'_> {
+    /// Adds it to the columns `range` of a parent's front of the given height.
+    fn add_to(&self, front: &mut [f64], height: usize, range: std::ops::Range<usize>) {
+        let first = self.columns.partition_point(|&c| c < range.start);
+        let own = self.height - self.rows.len();
+        for (&column, source) in self.columns[first..]
+            .iter()
+            .zip(self.front[first * self.height..].chunks_exact(self.height))
+            .take_while(|pair| *pair.0 < range.end)
+        {
+            let target = &mut front[(column - range.start) * height..][..height];
+            for (&row, value) in self.rows.iter().zip(&source[own..]) {
+                target[row] += value;
+            }
+        }
+    }
+}
+
+/// Places of the entries of an ascending list in an ascending list that contains them.
+fn positions(entries: &[usize], list: &[usize]) -> Vec<usize> {
+    let mut next = 0;
+    entries
+        .iter()
+        .map(|entry| {
+            next += list[next..].partition_point(|candidate| candidate < entry);
+            next
+        })
+        .collect()
+}
