@@ -1,0 +1,127 @@
+//! A problem with its dense dual operator, and the friction laws to try.
+
+use contact3d_pipe::{
+    dual::{ExplicitDual, ExplicitOperator},
+    scene::{Coefficient, Friction, Ramp, Scene},
+    solver::{
+        ContactState, Inner, NewtonSettings, NewtonSolution, Solution, evaluate_mapping, newton,
+        successive_approximations,
+    },
+};
+
+use crate::support::Problem;
+
+pub(crate) struct Dense {
+    pub(crate) scene: Scene,
+    pub(crate) problem: Problem,
+    pub(crate) dual: ExplicitDual,
+}
+
+impl Dense {
+    pub(crate) fn new(scene: Scene) -> Self {
+        let problem = Problem::new(&scene);
+        let frame = scene.contact.frame();
+        let dual = ExplicitDual::new(&problem.assembly, &problem.mesh.contact, &frame);
+        Self {
+            scene,
+            problem,
+            dual,
+        }
+    }
+
+    pub(crate) fn with_contact<T>(
+        &self,
+        law: &Friction,
+        run: impl FnOnce(&ContactState<'_>) -> T,
+    ) -> T {
+        let frame = self.scene.contact.frame();
+        run(&ContactState {
+            surface: &self.problem.mesh.contact,
+            frame: &frame,
+            law,
+        })
+    }
+
+    pub(crate) fn solve(&self, law: &Friction) -> NewtonSolution {
+        self.with_contact(law, |contact| {
+            newton(
+                &self.dual,
+                contact,
+                None,
+                &NewtonSettings::default(),
+                |_, _| {},
+            )
+        })
+    }
+
+    /// Algorithm 4.1 on the explicit operator with the settings of the scene.
+    pub(crate) fn approximate(&self, inner: Inner<'_>) -> Solution {
+        self.with_contact(&self.scene.friction, |contact| {
+            successive_approximations(
+                inner,
+                &mut ExplicitOperator::new(&self.dual, &self.problem.assembly),
+                &self.problem.assembly,
+                contact,
+                &self.scene.solve,
+                |_, _| {},
+            )
+        })
+    }
+
+    /// ‖Ψ(λ) − λ‖ / ‖λ‖.
+    pub(crate) fn distance_to_image(&self, law: &Friction, multiplier: &[f64]) -> f64 {
+        self.with_contact(law, |contact| {
+            evaluate_mapping(&self.dual, contact, multiplier).relative_change
+        })
+    }
+}
+
+pub(crate) fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|v| v * v).sum::<f64>().sqrt()
+}
+
+pub(crate) fn distance(x: &[f64], y: &[f64]) -> f64 {
+    let difference: Vec<f64> = x.iter().zip(y).map(|(a, b)| a - b).collect();
+    norm(&difference) / norm(y)
+}
+
+pub(crate) fn isotropic(coefficient: Coefficient) -> Friction {
+    Friction {
+        coefficient_1: coefficient,
+        coefficient_2: coefficient,
+    }
+}
+
+/// From `initial` to `residual` over `width` metres from `onset`.
+pub(crate) fn ramp(initial: f64, residual: f64, onset: f64, width: f64) -> Coefficient {
+    Coefficient::Ramp(Ramp {
+        initial,
+        residual,
+        onset,
+        rate: (initial - residual).abs() / width,
+    })
+}
+
+pub(crate) fn hard_laws() -> Vec<(&'static str, Friction)> {
+    use Coefficient::Constant;
+    let mut laws: Vec<_> = [
+        ("F = 1", Constant(1.0)),
+        ("F = 3", Constant(3.0)),
+        ("F = 10", Constant(10.0)),
+        ("F = 1e6", Constant(1e6)),
+        ("a fall within 1e-9 m", ramp(0.3, 0.2, 1e-5, 1e-9)),
+        ("weakening 2 to 0.1", ramp(2.0, 0.1, 0.0, 1e-4)),
+        ("weakening 5 to 0.01", ramp(5.0, 0.01, 0.0, 1e-5)),
+        ("hardening 0.1 to 2", ramp(0.1, 2.0, 0.0, 1e-4)),
+    ]
+    .map(|(name, coefficient)| (name, isotropic(coefficient)))
+    .into();
+    laws.push((
+        "F1 / F2 = 1e6",
+        Friction {
+            coefficient_1: Constant(0.3),
+            coefficient_2: Constant(0.3e-6),
+        },
+    ));
+    laws
+}

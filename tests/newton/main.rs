@@ -1,0 +1,10 @@
+//! The semismooth Newton method on the explicit dual operator.
+//!
+//! Goal: the fixed point of HKL's mapping Ψ to rounding, for the published laws and for hard ones,
+//! in a number of steps that does not depend on units.
+
+mod dense;
+mod laws;
+mod operators;
+#[path = "../support/mod.rs"]
+mod support;
