@@ -52,10 +52,12 @@ def print_assembly(assemble: h5py.Group) -> None:
 
 def print_solution(solve: h5py.Group) -> None:
     """How the solve went."""
-    change = solve["history/change"]
+    outer = solve["history/change"].shape[0]
+    newton = solve["newton/residual"].shape[0]
     print("solution")
     print(f"  status              {read_enum(solve['status'])}")
-    print(f"  outer steps         {change.shape[0]}, last change {change[-1]:.2e}")
+    print(f"  steps               {outer} outer, {newton} Newton")
+    print(f"  accuracy            {solve['accuracy'][()]:.2e}")
     print(f"  actions of A^-1     {solve['actions'][()]}")
 
 

@@ -1,5 +1,8 @@
 """The dense dual operator and Newton's answer, against scipy and the raw arrays."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -62,6 +65,15 @@ def test_answer_is_a_fixed_point_of_projected_gradient_steps(solved):
     image = problem.project(step, np.maximum(problem.normal, 0.0), inverse)
     # Newton stops at 1e-12; S and u are recomputed by another factorisation.
     assert np.linalg.norm(image - multiplier) <= 1e-11 * np.linalg.norm(multiplier)
+
+
+def test_inspection_knows_newton(path):
+    script = ROOT / "python-checks" / "inspect_run.py"
+    command = [sys.executable, str(script), str(path)]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    assert "0 outer" in result.stdout
+    assert "fixed_point" in result.stdout
 
 
 def test_history_ends_at_the_accuracy_that_is_stored(solved):
