@@ -154,12 +154,26 @@ impl Assembly {
     }
 }
 
-/// Nested dissection of the mesh, its free degrees of freedom node by node.
+/// Nested dissection of the mesh without its held nodes, the free degrees of freedom node by node.
 fn fill_reducing_order(mesh: &Mesh, dofs: &DofMap) -> Result<Vec<usize>, OrderingError> {
     let (offsets, neighbours) = node_adjacency(mesh);
-    let nodes = nested_dissection(&offsets, &neighbours, &mesh.coordinates)?;
-    Ok(expand_to_unknowns(&nodes, |node| {
-        dofs.dof[node].into_iter().flatten()
+    let is_free = |node: usize| dofs.dof[node].iter().any(Option::is_some);
+    let free: Vec<usize> = (0..dofs.dof.len()).filter(|&node| is_free(node)).collect();
+    let mut place = vec![None; dofs.dof.len()];
+    for (new, &node) in free.iter().enumerate() {
+        place[node] = Some(new);
+    }
+    let mut free_offsets = vec![0];
+    let mut free_neighbours = Vec::with_capacity(neighbours.len());
+    for &node in &free {
+        let around = &neighbours[offsets[node]..offsets[node + 1]];
+        free_neighbours.extend(around.iter().filter_map(|&other| place[other]));
+        free_offsets.push(free_neighbours.len());
+    }
+    let points: Vec<[f64; 3]> = free.iter().map(|&node| mesh.coordinates[node]).collect();
+    let order = nested_dissection(&free_offsets, &free_neighbours, &points)?;
+    Ok(expand_to_unknowns(&order, |new| {
+        dofs.dof[free[new]].into_iter().flatten()
     }))
 }
 
