@@ -2,7 +2,8 @@ use std::time::Instant;
 
 use super::{
     ContactState, FeasibleSet, InnerOutcome, Kprgp, NewtonSettings, NewtonStatus, OuterStep,
-    Solution, SolvedBy, Status, StepCounts, minimise_frozen, operator_norm, vector::norm,
+    Solution, SolvedBy, Status, StepCounts, minimise_frozen, norm::projected_gradient_steplength,
+    vector::norm,
 };
 use crate::{
     contact::{FrictionField, nodal_slip},
@@ -71,10 +72,7 @@ pub fn successive_approximations(
     let m = contact.surface.n_panes();
     let mut started = Instant::now();
     let mut actions_before = operator.actions();
-    let steplength = match operator_norm(operator) {
-        0.0 => 1.0,
-        largest => 1.9 / largest,
-    };
+    let steplength = projected_gradient_steplength(operator);
     let kprgp = Kprgp {
         steplength,
         gamma: settings.gamma,

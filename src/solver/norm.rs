@@ -30,6 +30,15 @@ pub fn operator_norm(operator: &mut dyn DualOperator) -> f64 {
     }
 }
 
+/// The steplength ᾱ = 1.9/‖S‖ of projected gradient steps in Pa/m³ (KPRGP asks for ᾱ in (0, 2/‖S‖)); 1 for
+/// S = 0, where any will do.
+pub(super) fn projected_gradient_steplength(operator: &mut dyn DualOperator) -> f64 {
+    match operator_norm(operator) {
+        0.0 => 1.0,
+        largest => 1.9 / largest,
+    }
+}
+
 /// A unit vector with components in every direction, the same on every machine.
 fn start_vector(n: usize) -> Vec<f64> {
     let raw: Vec<f64> = (0..n)

@@ -2,7 +2,8 @@ use thiserror::Error;
 
 use super::{
     ContactState, Inner, NewtonSettings, NewtonSolution, NewtonStatus, NewtonStep, OuterStep,
-    Solution, SolvedBy, Status, evaluate_mapping, newton, operator_norm, successive_approximations,
+    Solution, SolvedBy, Status, evaluate_mapping, newton, norm::projected_gradient_steplength,
+    successive_approximations,
 };
 use crate::{
     dual::{DualOperator, DualSystem, ExplicitDual, ExplicitOperator, ImplicitOperator},
@@ -125,10 +126,7 @@ fn certified(
     found: NewtonSolution,
 ) -> Solution {
     let mut operator = ExplicitOperator::new(dual, &system.assembly);
-    let steplength = match operator_norm(&mut operator) {
-        0.0 => 1.0,
-        largest => 1.9 / largest,
-    };
+    let steplength = projected_gradient_steplength(&mut operator);
     let image = evaluate_mapping(dual, contact, &found.multiplier);
     let agrees = image.relative_change <= CERTIFIED.max(settings.epsilon());
     let status = match found.status {
