@@ -1,33 +1,21 @@
-use std::fs;
-
 use super::arguments::SceneArguments;
 use crate::{
-    scene::{Invalid, Scene, SceneError},
+    scene::{Invalid, SceneFile},
     stages::StageError,
 };
 
 /// Reads a scene file and applies `--set KEY=VALUE`.
-pub(super) fn read(arguments: &SceneArguments) -> Result<Scene, StageError> {
-    let path = arguments.scene.display().to_string();
-    let text = fs::read_to_string(&arguments.scene).map_err(|source| SceneError::Read {
-        path: path.clone(),
-        source,
-    })?;
-    let scene = Scene::parse(&path, &text)?;
+pub(super) fn read(arguments: &SceneArguments) -> Result<SceneFile, StageError> {
+    let file = SceneFile::read(&arguments.scene)?;
     if arguments.overrides.is_empty() {
-        return Ok(scene);
+        return Ok(file);
     }
-    let mut table: toml::Table = scene
-        .to_toml()
-        .parse()
-        .map_err(|_| setting(&scene.to_toml(), "a scene"))?;
+    let text = file.scene.to_toml();
+    let mut table: toml::Table = text.parse().map_err(|_| setting(&text, "a scene"))?;
     for change in &arguments.overrides {
         apply(&mut table, change)?;
     }
-    Ok(Scene::parse(
-        &format!("{path} with --set"),
-        &table.to_string(),
-    )?)
+    Ok(file.changed(table.to_string())?)
 }
 
 /// Puts a value at a dotted key path; tables that are not there are made.

@@ -7,7 +7,7 @@ use crate::{
     mesh::Mesh,
     post::{ContactReport, Zone},
     scene::Scene,
-    solver::{Progress, Solution, Status},
+    solver::{Progress, Solution, SolvedBy, Status},
     stages::Performed,
 };
 
@@ -92,8 +92,10 @@ pub(super) fn status_word(status: Status) -> &'static str {
 fn steps(solution: &Solution) -> String {
     let fallbacks = solution.newton.iter().filter(|step| step.fallback).count();
     match (solution.newton.len(), solution.history.len()) {
+        (0, 0) => "one solve".into(),
         (0, outer) => format!("{outer} outer"),
         (newton, 0) => format!("{newton} Newton, {fallbacks} of them safeguards"),
+        (newton, 1) if solution.solved_by == SolvedBy::Minimisation => format!("{newton} Newton"),
         (newton, outer) => format!("{newton} Newton, given up, then {outer} outer"),
     }
 }
@@ -108,7 +110,6 @@ pub(super) fn results(
     let mut text = String::new();
     let r = &report.resultants;
     let [ux, uy, uz] = r.largest_displacement;
-    let [f1, f2] = friction_ranges(report);
     let mut line = |name: &str, value: String| {
         let _ = writeln!(text, "  {name:<26} {value}");
     };
@@ -119,7 +120,7 @@ pub(super) fn results(
             "{}, {}, {}",
             mesh.coordinates.len(),
             mesh.tetrahedra.len(),
-            mesh.contact.n_panes()
+            report.panes.len()
         ),
     );
     line(
@@ -135,31 +136,41 @@ pub(super) fn results(
     if let Some(change) = solution.mapping_change {
         line("moved by the mapping Psi", format!("{change:.1e}"));
     }
-    line(
-        "panes open, slip, stick",
-        format!(
-            "{}, {}, {}",
-            report.count(Zone::Open),
-            report.count(Zone::Slip),
-            report.count(Zone::Stick)
-        ),
-    );
-    line("normal contact force", format!("{:.9e} N", r.normal_force));
-    line(
-        "tangential contact force",
-        format!(
-            "{:.6e}, {:.6e} N (multipliers, along t1, t2)",
-            r.tangential_force[0], r.tangential_force[1]
-        ),
-    );
-    line("largest pressure", format!("{:.9e} Pa", r.largest_pressure));
-    line(
-        "friction on panes",
-        format!(
-            "F1 {:.4} to {:.4}, F2 {:.4} to {:.4}",
-            f1[0], f1[1], f2[0], f2[1]
-        ),
-    );
+    if let Some(contact) = &r.contact {
+        line(
+            "panes open, slip, stick",
+            format!(
+                "{}, {}, {}",
+                report.count(Zone::Open),
+                report.count(Zone::Slip),
+                report.count(Zone::Stick)
+            ),
+        );
+        line(
+            "normal contact force",
+            format!("{:.9e} N", contact.normal_force),
+        );
+        if let Some([along_1, along_2]) = contact.tangential_force {
+            line(
+                "tangential contact force",
+                format!("{along_1:.6e}, {along_2:.6e} N (multipliers, along t1, t2)"),
+            );
+        }
+        line(
+            "largest pressure",
+            format!("{:.9e} Pa", contact.largest_pressure),
+        );
+    }
+    if report.friction.is_some() {
+        let [f1, f2] = friction_ranges(report);
+        line(
+            "friction on panes",
+            format!(
+                "F1 {:.4} to {:.4}, F2 {:.4} to {:.4}",
+                f1[0], f1[1], f2[0], f2[1]
+            ),
+        );
+    }
     line("strain energy", format!("{:.9e} J", r.strain_energy));
     line(
         "largest displacement",
@@ -177,13 +188,14 @@ pub(super) fn results(
 
 /// Smallest and largest F₁ and F₂ over the panes.
 fn friction_ranges(report: &ContactReport) -> [[f64; 2]; 2] {
+    let coefficients = || {
+        let panes = report.panes.iter();
+        panes.filter_map(|pane| Some(pane.friction?.coulomb?.0))
+    };
     [0, 1].map(|i| {
-        report
-            .panes
-            .iter()
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], pane| {
-                [low.min(pane.friction[i]), high.max(pane.friction[i])]
-            })
+        coefficients().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], f| {
+            [low.min(f[i]), high.max(f[i])]
+        })
     })
 }
 
@@ -217,7 +229,7 @@ pub(super) fn json(
         "n_nodes": mesh.coordinates.len(),
         "n_free": solution.displacement.len(),
         "n_multipliers": solution.multiplier.len(),
-        "n_panes": mesh.contact.n_panes(),
+        "n_panes": report.panes.len(),
         "outer_steps": solution.history.len(),
         "newton_steps": solution.newton.len(),
         "actions": solution.actions,
@@ -226,9 +238,12 @@ pub(super) fn json(
         "open": report.count(Zone::Open),
         "slip": report.count(Zone::Slip),
         "stick": report.count(Zone::Stick),
-        "normal_force": r.normal_force,
-        "tangential_force": r.tangential_force,
-        "largest_pressure": r.largest_pressure,
+        "normal_force": r.contact.map(|c| c.normal_force),
+        "tangential_force": r.contact.and_then(|c| c.tangential_force),
+        "largest_pressure": r.contact.map(|c| c.largest_pressure),
+        "energy": r.strain_energy - r.load_work,
+        "law_evaluations": solution.law_evaluations,
+        "projections": solution.projections,
         "strain_energy": r.strain_energy,
         "largest_displacement": r.largest_displacement,
         "certificate": certificate,

@@ -11,7 +11,7 @@ use super::{
 use crate::{
     scene::AssembleSettings,
     solver::Status,
-    stages::{Commit, Freshness, Performed, Session, StageError, draw, figures_folder},
+    stages::{Commit, Freshness, Performed, Session, StageError, figures_folder},
     store::Stage,
 };
 
@@ -115,9 +115,8 @@ fn draw_figures(
         .figures
         .clone()
         .unwrap_or_else(|| figures_folder(file));
-    let scene = session.scene().clone();
-    let (mesh, _, report) = session.results()?;
-    let files = draw(&folder, &scene, mesh, report)?;
+    session.results()?;
+    let files = session.draw(&folder)?;
     say(
         output,
         &format!("figures   {} files in {}", files.len(), folder.display()),

@@ -11,7 +11,7 @@ use crate::{
 /// `status`: stages, sizes and main results; reads only and takes no lock.
 pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit, StageError> {
     let reader = Reader::open(&arguments.file, LAYOUT)?;
-    let scene = format::read_scene(&reader)?;
+    let scene = format::read_scene(&reader, &arguments.file)?.scene;
     let states = states(&reader, &scene)?;
     let summary = match states.iter().find(|s| s.stage == Stage::Post) {
         Some(post) if post.stored.is_some() => Some(format::read_summary(&reader)?),
@@ -59,13 +59,15 @@ fn stage_line(reader: &Reader, state: &StageState) -> Result<String, FormatError
 }
 
 fn print_summary(summary: &format::Summary) {
-    if let [open, stick, slip] = summary.zone_counts[..] {
-        println!("  panes     open {open}, stick {stick}, slip {slip}");
+    if let Some(contact) = &summary.contact {
+        if let [open, stick, slip] = contact.zone_counts[..] {
+            println!("  panes     open {open}, stick {stick}, slip {slip}");
+        }
+        println!(
+            "  forces    normal {:.6e} N, largest pressure {:.6e} Pa",
+            contact.normal_force, contact.largest_pressure
+        );
     }
-    println!(
-        "  forces    normal {:.6e} N, largest pressure {:.6e} Pa",
-        summary.normal_force, summary.largest_pressure
-    );
     println!("  energy    {:.6e} J", summary.strain_energy);
 }
 
@@ -92,9 +94,9 @@ fn json(
     }
     let results = summary.map(|s| {
         serde_json::json!({
-            "zone_counts": s.zone_counts,
-            "normal_force": s.normal_force,
-            "largest_pressure": s.largest_pressure,
+            "zone_counts": s.contact.as_ref().map(|c| &c.zone_counts),
+            "normal_force": s.contact.as_ref().map(|c| c.normal_force),
+            "largest_pressure": s.contact.as_ref().map(|c| c.largest_pressure),
             "strain_energy": s.strain_energy,
         })
     });

@@ -1,34 +1,41 @@
-use crate::{elasticity::DofMap, linalg::CscMatrix, mesh::ContactSurface, scene::Frame};
+use super::ContactFrame;
+use crate::{elasticity::DofMap, linalg::CscMatrix, mesh::ContactSurface};
 
-/// The coupling B = [N; T] between piecewise constant multipliers on panes and displacements.
+/// The coupling B = [N; T] between multipliers and displacements; B = N without friction.
 ///
 /// Rows of N hold ∫_{Rⁱ} v_ν, rows of T the pairs ∫_{Rⁱ} v_t1, ∫_{Rⁱ} v_t2 (HKL (4.1)), exact for
-/// P1 displacements. A multiplier vector λ has the m normal components first, then m pairs.
+/// P1 displacements on panes, lumped for nodal multipliers. A multiplier vector λ has the m normal
+/// components first, then m pairs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coupling {
-    /// Bᵀ, `[n_free, 3 n_panes]`, in m².
+    /// Bᵀ, `[n_free, n_multipliers]`, in m².
     pub transposed: CscMatrix,
     /// Number of panes m.
     pub n_panes: usize,
 }
 
 impl Coupling {
-    /// Assembles B over the free degrees of freedom.
+    /// Assembles N, and T where `friction` asks for it, over the free degrees of freedom.
     #[must_use]
-    pub fn new(surface: &ContactSurface, frame: &Frame, dofs: &DofMap) -> Self {
+    pub fn new(
+        surface: &ContactSurface,
+        frame: &ContactFrame,
+        friction: bool,
+        dofs: &DofMap,
+    ) -> Self {
         let n_panes = surface.n_panes();
         let mut transposed = CscMatrix {
             rows: dofs.n_free,
-            cols: 3 * n_panes,
+            cols: if friction { 3 * n_panes } else { n_panes },
             indptr: vec![0],
             indices: Vec::new(),
             data: Vec::new(),
         };
-        let mut push_column = |pane: usize, axis: &[f64; 3]| {
+        let mut push_column = |pane: usize, axis: &dyn Fn(usize) -> [f64; 3]| {
             for (local, weight) in surface.pane_weights(pane) {
                 let node = dofs.dof[surface.nodes[local]];
-                for (dof, direction) in node.iter().zip(axis) {
-                    if let (Some(dof), true) = (*dof, *direction != 0.0) {
+                for (dof, direction) in node.iter().zip(axis(local)) {
+                    if let (Some(dof), true) = (*dof, direction != 0.0) {
                         transposed.indices.push(dof);
                         transposed
                             .data
@@ -39,11 +46,13 @@ impl Coupling {
             transposed.indptr.push(transposed.indices.len());
         };
         for pane in 0..n_panes {
-            push_column(pane, &frame.normal);
+            push_column(pane, &|_| frame.normal);
         }
-        for pane in 0..n_panes {
-            push_column(pane, &frame.axis_1);
-            push_column(pane, &frame.axis_2);
+        if friction {
+            for pane in 0..n_panes {
+                push_column(pane, &|node| frame.axes_at(node)[0]);
+                push_column(pane, &|node| frame.axes_at(node)[1]);
+            }
         }
         Self {
             transposed,
@@ -51,7 +60,13 @@ impl Coupling {
         }
     }
 
-    /// Nᵀ, `[n_free, n_panes]`, and Tᵀ, `[n_free, 2 n_panes]`.
+    /// Number of multipliers: 3m, or m without friction.
+    #[must_use]
+    pub fn n_multipliers(&self) -> usize {
+        self.transposed.cols
+    }
+
+    /// Nᵀ, `[n_free, n_panes]`, and Tᵀ, `[n_free, 2 n_panes]`, which is empty without friction.
     #[must_use]
     pub fn parts(&self) -> [CscMatrix; 2] {
         let columns = |from: usize, to: usize| {
@@ -69,7 +84,7 @@ impl Coupling {
         };
         [
             columns(0, self.n_panes),
-            columns(self.n_panes, 3 * self.n_panes),
+            columns(self.n_panes, self.n_multipliers()),
         ]
     }
 
@@ -96,10 +111,10 @@ impl Coupling {
         }
     }
 
-    /// B u, `[3 n_panes]`.
+    /// B u, `[n_multipliers]`.
     #[must_use]
     pub fn integrate(&self, displacement: &[f64]) -> Vec<f64> {
-        let mut result = vec![0.0; 3 * self.n_panes];
+        let mut result = vec![0.0; self.n_multipliers()];
         self.transposed.mul_transposed(displacement, &mut result);
         result
     }
@@ -117,17 +132,17 @@ impl Coupling {
 #[must_use]
 pub fn nodal_slip(
     surface: &ContactSurface,
-    frame: &Frame,
+    frame: &ContactFrame,
     dofs: &DofMap,
     displacement: &[f64],
 ) -> Vec<[f64; 2]> {
     surface
         .nodes
         .iter()
-        .map(|&node| {
+        .enumerate()
+        .map(|(local, &node)| {
             let vector = dofs.dof[node].map(|dof| dof.map_or(0.0, |d| displacement[d]));
-            let [_, slip_1, slip_2] = frame.components(vector);
-            [slip_1.abs(), slip_2.abs()]
+            frame.tangential(local, vector).map(f64::abs)
         })
         .collect()
 }

@@ -1,4 +1,5 @@
-use crate::{mesh::ContactSurface, scene::Friction};
+use super::CoulombLaw;
+use crate::mesh::ContactSurface;
 
 /// Friction coefficients on the contact face at one state of slip.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,8 +13,10 @@ pub struct FrictionField {
 impl FrictionField {
     /// Evaluates the law at nodal slips and averages F⁻¹, Lagrange-interpolated, over the panes.
     #[must_use]
-    pub fn new(friction: &Friction, surface: &ContactSurface, slip: &[[f64; 2]]) -> Self {
-        let nodal: Vec<[f64; 2]> = slip.iter().map(|&s| friction.evaluate(s)).collect();
+    pub fn new(law: &CoulombLaw, surface: &ContactSurface, slip: &[[f64; 2]]) -> Self {
+        let nodal: Vec<[f64; 2]> = (0..surface.nodes.len())
+            .map(|node| law.evaluate(node, slip.get(node).copied().unwrap_or([0.0; 2])))
+            .collect();
         let pane_inverse = (0..surface.n_panes())
             .map(|pane| {
                 surface

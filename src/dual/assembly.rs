@@ -3,17 +3,16 @@ use std::time::Instant;
 use thiserror::Error;
 
 use crate::{
-    contact::Coupling,
-    elasticity::{DofMap, load_vector, node_adjacency, stiffness},
+    elasticity::{DofMap, Loads, MaterialField, node_adjacency, refuse_rigid_motions, stiffness},
     linalg::{
         CholeskyFactor, CscMatrix, FactorError, OrderingError, Workspace, expand_to_unknowns,
         nested_dissection,
     },
     mesh::Mesh,
-    scene::Scene,
+    scene::{Invalid, Scene},
 };
 
-/// The discrete elastic problem A u = l − Bᵀλ.
+/// The discrete elastic problem A u = l.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PrimalSystem {
     /// Numbering of the free degrees of freedom.
@@ -22,19 +21,15 @@ pub struct PrimalSystem {
     pub stiffness: CscMatrix,
     /// Load l, `[n_free]`, in N.
     pub load: Vec<f64>,
-    /// Coupling B = [N; T], in m².
-    pub coupling: Coupling,
 }
 
-/// Everything the assemble stage makes: the primal system, its factor, and the dual data.
+/// The elastic problem and the Cholesky factor of its stiffness.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assembly {
-    /// A, l and B.
+    /// A and l.
     pub primal: PrimalSystem,
     /// Sparse Cholesky factor of A.
     pub factor: CholeskyFactor,
-    /// h = B A⁻¹ l with the gap's integral subtracted from the normal part, `[3 n_panes]`, in m³.
-    pub dual_rhs: Vec<f64>,
     /// What took how long.
     pub seconds: AssemblySeconds,
 }
@@ -42,7 +37,7 @@ pub struct Assembly {
 /// Wall-clock seconds of the parts of an assembly.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct AssemblySeconds {
-    /// Stiffness, load and coupling.
+    /// Stiffness and load.
     pub stiffness: f64,
     /// Fill-reducing order.
     pub ordering: f64,
@@ -73,10 +68,13 @@ pub enum AssemblyError {
         "no degree of freedom is free: the clamps hold every node; clamp fewer faces or refine the mesh"
     )]
     NothingFree,
+    /// A body that is not held, or a load that cannot be integrated.
+    #[error("{}: expected {}, found {}; {}", .0.key, .0.expected, .0.found, .0.help)]
+    Scene(Invalid),
     /// A is not positive definite.
     #[error(
         "the stiffness matrix is not positive definite at node {node}, component {component}: {source}. \
-         Likely causes: clamps that leave a rigid motion free, or a Poisson ratio too close to 0.5"
+         Likely causes: a Poisson ratio too close to 0.5, or elements so thin that rounding decides"
     )]
     NotPositiveDefinite {
         /// Node of the failed pivot.
@@ -95,19 +93,23 @@ pub enum AssemblyError {
 }
 
 impl Assembly {
-    /// Assembles A, l, N, T, factorises A and solves for h.
+    /// Assembles A and l and factorises A.
     ///
     /// # Errors
-    /// [`AssemblyError`] when A has no Cholesky factor.
+    /// [`AssemblyError`] when A has no Cholesky factor, or a load is not finite.
     pub fn new(scene: &Scene, mesh: &Mesh, threads: usize) -> Result<Self, AssemblyError> {
-        let dofs = DofMap::new(mesh, &scene.clamps);
+        let held = mesh.held_nodes(scene);
+        refuse_rigid_motions(mesh, &held).map_err(AssemblyError::Scene)?;
+        let dofs = DofMap::new(&held);
         if dofs.n_free == 0 {
             return Err(AssemblyError::NothingFree);
         }
         let started = Instant::now();
-        let stiffness = stiffness(mesh, &scene.material.elasticity(), &dofs);
-        let load = dofs.to_free(&load_vector(mesh, &scene.tractions));
-        let coupling = Coupling::new(&mesh.contact, &scene.contact.frame(), &dofs);
+        let stiffness = stiffness(mesh, &MaterialField::new(scene, mesh), &dofs);
+        let forces = Loads::of(scene)
+            .nodal_forces(mesh)
+            .map_err(AssemblyError::Scene)?;
+        let load = dofs.to_free(&forces);
         let assembled = Instant::now();
         let order = fill_reducing_order(mesh, &dofs)?;
         let ordered = Instant::now();
@@ -119,36 +121,22 @@ impl Assembly {
             factorisation: ordered.elapsed().as_secs_f64(),
             dual_operator: 0.0,
         };
-        let mut unconstrained = load.clone();
-        factor.solve_in_place(&mut unconstrained, &mut Workspace::default());
-        let mut dual_rhs = coupling.integrate(&unconstrained);
-        for (h, area) in dual_rhs.iter_mut().zip(&mesh.contact.pane_area) {
-            *h -= scene.contact.gap * area;
-        }
         let primal = PrimalSystem {
             dofs,
             stiffness,
             load,
-            coupling,
         };
         Ok(Self {
             primal,
             factor,
-            dual_rhs,
             seconds,
         })
     }
 
-    /// The displacement u = A⁻¹(l − Bᵀλ) over the free degrees of freedom in m.
-    pub(super) fn displacement(&self, multiplier: &[f64], work: &mut Workspace) -> Vec<f64> {
-        let contact_forces = self.primal.coupling.nodal_forces(multiplier);
-        let mut displacement: Vec<f64> = self
-            .primal
-            .load
-            .iter()
-            .zip(contact_forces)
-            .map(|(l, f)| l - f)
-            .collect();
+    /// The displacement A⁻¹f of nodal forces f in N over the free degrees of freedom, in m.
+    #[must_use]
+    pub fn solve(&self, forces: &[f64], work: &mut Workspace) -> Vec<f64> {
+        let mut displacement = forces.to_vec();
         self.factor.solve_in_place(&mut displacement, work);
         displacement
     }

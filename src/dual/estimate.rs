@@ -1,4 +1,4 @@
-use super::Assembly;
+use super::{Assembly, ContactSystem};
 
 /// What each form of the dual operator would cost, from the structure of the factor alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,16 +23,16 @@ const SMALL_MEMORY: f64 = 256e6;
 impl OperatorEstimate {
     /// Counts the supernodes between the contact nodes and the root of the elimination tree.
     #[must_use]
-    pub fn new(assembly: &Assembly, n_contact_nodes: usize) -> Self {
+    pub fn new(assembly: &Assembly, contact: &ContactSystem, n_contact_nodes: usize) -> Self {
         let factor = &assembly.factor;
-        let reach = factor.reach(assembly.primal.coupling.transposed.indices.iter().copied());
+        let reach = factor.reach(contact.coupling.transposed.indices.iter().copied());
         let extent = |offsets: &[usize], s: usize| (offsets[s + 1] - offsets[s]) as f64;
         let sum = |offsets: &[usize]| -> f64 {
             reach.supernodes().iter().map(|&s| extent(offsets, s)).sum()
         };
         let columns = sum(factor.supernode_columns());
         let values = sum(factor.value_offsets());
-        let multipliers = assembly.dual_rhs.len() as f64;
+        let multipliers = contact.dual_rhs.len() as f64;
         let dense = multipliers * multipliers + 2.0 * n_contact_nodes as f64 * multipliers;
         Self {
             explicit_bytes: 8.0 * (dense + columns * multipliers),

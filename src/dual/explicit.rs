@@ -1,27 +1,34 @@
 use super::{
-    Assembly, DualOperator,
+    Assembly, ContactSystem, DualOperator,
     dense::{subtract_product, symmetric_product},
 };
 use crate::{
+    contact::{ContactFrame, Interface},
     elasticity::DofMap,
     linalg::{CscMatrix, Workspace},
     mesh::ContactSurface,
-    scene::Frame,
 };
 
-/// The dual problem as dense arrays: S, h and the compliance of the contact nodes.
-///
-/// With the free displacement A⁻¹l at λ = 0, the tangential displacement of the contact nodes is
-/// affine in λ: u_t = `slip_free` − G λ.
+/// The dual problem as dense arrays: S, h and, where friction follows the slip, the compliance of
+/// the contact nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExplicitDual {
-    /// S = B A⁻¹ Bᵀ, column-major, exactly symmetric, `[3 n_panes, 3 n_panes]`, in m³/Pa.
+    /// S = B A⁻¹ Bᵀ, column-major, exactly symmetric, `[n_multipliers, n_multipliers]`, in m³/Pa.
     pub operator: Vec<f64>,
-    /// h = B A⁻¹ l with the gap's integral subtracted, `[3 n_panes]`, in m³.
+    /// h = B A⁻¹ l with the gap's integral subtracted, `[n_multipliers]`, in m³.
     pub rhs: Vec<f64>,
+    /// Number of panes m.
+    pub n_panes: usize,
+    /// The compliance of the contact nodes; `None` where no friction law asks for slip.
+    pub compliance: Option<ContactCompliance>,
+}
+
+/// The tangential displacement of the contact nodes, affine in λ: u_t = `slip_free` − G λ.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactCompliance {
     /// G = C A⁻¹ Bᵀ with the rows u_t1, u_t2 of contact node after contact node, column-major,
     /// `[2 n_contact_nodes, 3 n_panes]`, in m/Pa.
-    pub compliance: Vec<f64>,
+    pub matrix: Vec<f64>,
     /// (u_t1, u_t2) of A⁻¹l at the contact nodes, signed, `[n_contact_nodes]`, in m.
     pub slip_free: Vec<[f64; 2]>,
 }
@@ -29,27 +36,36 @@ pub struct ExplicitDual {
 impl ExplicitDual {
     /// Forms S and G by forward solves W = L⁻¹PBᵀ on the supernodes B reaches, S = WᵀW.
     #[must_use]
-    pub fn new(assembly: &Assembly, surface: &ContactSurface, frame: &Frame) -> Self {
-        let selection = tangential_selection(surface, frame, &assembly.primal.dofs);
-        let coupling = assembly.primal.coupling.transposed.transpose();
+    pub fn new(
+        assembly: &Assembly,
+        contact: &ContactSystem,
+        surface: &ContactSurface,
+        interface: &Interface,
+    ) -> Self {
+        let coupling = contact.coupling.transposed.transpose();
         let half_solved = assembly.factor.forward_rows(&coupling);
         let operator = half_solved.gram();
-        let compliance = half_solved.compliance(&selection.transpose());
-        let mut unconstrained = assembly.primal.load.clone();
-        assembly
-            .factor
-            .solve_in_place(&mut unconstrained, &mut Workspace::default());
-        let mut slip_free = vec![0.0; selection.cols];
-        selection.mul_transposed(&unconstrained, &mut slip_free);
+        let compliance = interface.follows_slip().then(|| {
+            let dofs = &assembly.primal.dofs;
+            let selection = tangential_selection(surface, &interface.frame, dofs);
+            let matrix = half_solved.compliance(&selection.transpose());
+            let unconstrained = assembly.solve(&assembly.primal.load, &mut Workspace::default());
+            let mut slip_free = vec![0.0; selection.cols];
+            selection.mul_transposed(&unconstrained, &mut slip_free);
+            ContactCompliance {
+                matrix,
+                slip_free: pairs(&slip_free),
+            }
+        });
         Self {
             operator,
-            rhs: assembly.dual_rhs.clone(),
+            rhs: contact.dual_rhs.clone(),
+            n_panes: contact.coupling.n_panes,
             compliance,
-            slip_free: pairs(&slip_free),
         }
     }
 
-    /// Number of multipliers 3m.
+    /// Number of multipliers: 3m, or m without friction.
     #[must_use]
     pub fn dimension(&self) -> usize {
         self.rhs.len()
@@ -58,10 +74,10 @@ impl ExplicitDual {
     /// Number of panes m.
     #[must_use]
     pub fn n_panes(&self) -> usize {
-        self.dimension() / 3
+        self.n_panes
     }
 
-    /// The relative rounding error 3m ε of S λ, below which no residual is worth reducing.
+    /// The relative rounding error n ε of S λ, below which no residual is worth reducing.
     #[must_use]
     pub fn rounding(&self) -> f64 {
         self.dimension() as f64 * f64::EPSILON
@@ -73,30 +89,36 @@ impl ExplicitDual {
         &self.operator[j * self.dimension()..(j + 1) * self.dimension()]
     }
 
-    /// One column of G, `[2 n_contact_nodes]`.
-    #[must_use]
-    pub fn compliance_column(&self, j: usize) -> &[f64] {
-        let rows = 2 * self.slip_free.len();
-        &self.compliance[j * rows..(j + 1) * rows]
-    }
-
     /// S λ in m³.
     #[must_use]
     pub fn apply(&self, multiplier: &[f64]) -> Vec<f64> {
         symmetric_product(&self.operator, multiplier)
+    }
+}
+
+impl ContactCompliance {
+    /// One column of G, `[2 n_contact_nodes]`.
+    #[must_use]
+    pub fn column(&self, j: usize) -> &[f64] {
+        let rows = 2 * self.slip_free.len();
+        &self.matrix[j * rows..(j + 1) * rows]
     }
 
     /// Signed (u_t1, u_t2) = slip_free − G λ at the contact nodes, `[n_contact_nodes]`, in m.
     #[must_use]
     pub fn tangential_displacement(&self, multiplier: &[f64]) -> Vec<[f64; 2]> {
         let mut slip = self.slip_free.concat();
-        subtract_product(&self.compliance, multiplier, &mut slip);
+        subtract_product(&self.matrix, multiplier, &mut slip);
         pairs(&slip)
     }
 }
 
 /// Cᵀ of C u = (u_t1, u_t2) node by node; columns of held degrees of freedom are empty.
-fn tangential_selection(surface: &ContactSurface, frame: &Frame, dofs: &DofMap) -> CscMatrix {
+fn tangential_selection(
+    surface: &ContactSurface,
+    frame: &ContactFrame,
+    dofs: &DofMap,
+) -> CscMatrix {
     let mut transposed = CscMatrix {
         rows: dofs.n_free,
         cols: 2 * surface.nodes.len(),
@@ -104,9 +126,9 @@ fn tangential_selection(surface: &ContactSurface, frame: &Frame, dofs: &DofMap) 
         indices: Vec::new(),
         data: Vec::new(),
     };
-    for &node in &surface.nodes {
-        for axis in [frame.axis_1, frame.axis_2] {
-            for (dof, direction) in dofs.dof[node].iter().zip(axis) {
+    for (local, &node) in surface.nodes.iter().enumerate() {
+        for axis in frame.axes_at(local) {
+            for (dof, &direction) in dofs.dof[node].iter().zip(axis) {
                 if let (Some(dof), true) = (*dof, direction != 0.0) {
                     transposed.indices.push(dof);
                     transposed.data.push(direction);
@@ -126,6 +148,7 @@ fn pairs(flat: &[f64]) -> Vec<[f64; 2]> {
 pub struct ExplicitOperator<'a> {
     dual: &'a ExplicitDual,
     assembly: &'a Assembly,
+    contact: &'a ContactSystem,
     work: Workspace,
     actions: usize,
 }
@@ -133,10 +156,11 @@ pub struct ExplicitOperator<'a> {
 impl<'a> ExplicitOperator<'a> {
     /// Joins the dense dual problem and the factor it came from.
     #[must_use]
-    pub fn new(dual: &'a ExplicitDual, assembly: &'a Assembly) -> Self {
+    pub fn new(dual: &'a ExplicitDual, assembly: &'a Assembly, contact: &'a ContactSystem) -> Self {
         Self {
             dual,
             assembly,
+            contact,
             work: Workspace::default(),
             actions: 0,
         }
@@ -159,11 +183,13 @@ impl DualOperator for ExplicitOperator<'_> {
 
     fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64> {
         self.actions += 1;
-        self.assembly.displacement(multiplier, &mut self.work)
+        self.contact
+            .displacement(self.assembly, multiplier, &mut self.work)
     }
 
     fn tangential_displacement(&mut self, multiplier: &[f64]) -> Option<Vec<[f64; 2]>> {
-        Some(self.dual.tangential_displacement(multiplier))
+        let compliance = self.dual.compliance.as_ref()?;
+        Some(compliance.tangential_displacement(multiplier))
     }
 
     fn actions(&self) -> usize {

@@ -1,4 +1,4 @@
-use super::{Assembly, DualOperator};
+use super::{Assembly, ContactSystem, DualOperator};
 use crate::linalg::{Reach, Workspace};
 
 /// S applied as the paper does: one pair of sparse triangular solves with the factor of A each time.
@@ -7,6 +7,7 @@ use crate::linalg::{Reach, Workspace};
 /// the root of the elimination tree; the numbers are those of full solves.
 pub struct ImplicitOperator<'a> {
     assembly: &'a Assembly,
+    contact: &'a ContactSystem,
     reach: Reach,
     work: Workspace,
     actions: usize,
@@ -15,10 +16,11 @@ pub struct ImplicitOperator<'a> {
 impl<'a> ImplicitOperator<'a> {
     /// Prepares the actions of A⁻¹ on the contact nodes.
     #[must_use]
-    pub fn new(assembly: &'a Assembly) -> Self {
-        let touched = assembly.primal.coupling.transposed.indices.iter().copied();
+    pub fn new(assembly: &'a Assembly, contact: &'a ContactSystem) -> Self {
+        let touched = contact.coupling.transposed.indices.iter().copied();
         Self {
             assembly,
+            contact,
             reach: assembly.factor.reach(touched),
             work: Workspace::default(),
             actions: 0,
@@ -28,25 +30,26 @@ impl<'a> ImplicitOperator<'a> {
 
 impl DualOperator for ImplicitOperator<'_> {
     fn dimension(&self) -> usize {
-        self.assembly.dual_rhs.len()
+        self.contact.dual_rhs.len()
     }
 
     fn rhs(&self) -> &[f64] {
-        &self.assembly.dual_rhs
+        &self.contact.dual_rhs
     }
 
     fn apply(&mut self, multiplier: &[f64]) -> Vec<f64> {
         self.actions += 1;
-        let mut displacement = self.assembly.primal.coupling.nodal_forces(multiplier);
+        let mut displacement = self.contact.coupling.nodal_forces(multiplier);
         self.assembly
             .factor
             .solve_reached(&self.reach, &mut displacement, &mut self.work);
-        self.assembly.primal.coupling.integrate(&displacement)
+        self.contact.coupling.integrate(&displacement)
     }
 
     fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64> {
         self.actions += 1;
-        self.assembly.displacement(multiplier, &mut self.work)
+        self.contact
+            .displacement(self.assembly, multiplier, &mut self.work)
     }
 
     fn actions(&self) -> usize {

@@ -1,6 +1,7 @@
 //! The dual operator S = B A⁻¹ Bᵀ and right-hand side h = B A⁻¹ l − gap (HKL (4.5)).
 
 mod assembly;
+mod contact;
 mod dense;
 mod estimate;
 mod explicit;
@@ -8,14 +9,15 @@ mod implicit;
 mod system;
 
 pub use assembly::{Assembly, AssemblyError, AssemblySeconds, PrimalSystem};
+pub use contact::ContactSystem;
 pub use estimate::OperatorEstimate;
-pub use explicit::{ExplicitDual, ExplicitOperator};
+pub use explicit::{ContactCompliance, ExplicitDual, ExplicitOperator};
 pub use implicit::ImplicitOperator;
 pub use system::DualSystem;
 
 /// Actions of the dual problem: minimise ½ λᵀSλ − λᵀh over the admissible multipliers.
 pub trait DualOperator {
-    /// Number of multipliers 3m.
+    /// Number of multipliers: 3m, or m without friction.
     fn dimension(&self) -> usize;
     /// The right-hand side h in m³.
     fn rhs(&self) -> &[f64];

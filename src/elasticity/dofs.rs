@@ -1,5 +1,3 @@
-use crate::{mesh::Mesh, scene::Clamp};
-
 /// Numbering of the free degrees of freedom: node by node, x before y before z, held ones left out.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DofMap {
@@ -10,20 +8,12 @@ pub struct DofMap {
 }
 
 impl DofMap {
-    /// Eliminates the components that the clamps hold.
+    /// Eliminates the held components of each node, `[n_nodes, 3]`.
     #[must_use]
-    pub fn new(mesh: &Mesh, clamps: &[Clamp]) -> Self {
-        let mut held = vec![[false; 3]; mesh.coordinates.len()];
-        for clamp in clamps {
-            for &node in mesh.facets_on(clamp.face).flatten() {
-                for &component in &clamp.components {
-                    held[node][component as usize] = true;
-                }
-            }
-        }
+    pub fn new(held: &[[bool; 3]]) -> Self {
         let mut n_free = 0;
         let dof = held
-            .into_iter()
+            .iter()
             .map(|node| {
                 node.map(|is_held| {
                     (!is_held).then(|| {

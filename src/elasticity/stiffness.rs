@@ -1,7 +1,7 @@
 use nalgebra::{Matrix3, Matrix6};
 use rayon::prelude::*;
 
-use super::{DofMap, Element};
+use super::{DofMap, Element, MaterialField};
 use crate::{linalg::CscMatrix, mesh::Mesh};
 
 /// Tetrahedra around each node, as offsets and (tetrahedron, corner) pairs in increasing order.
@@ -71,7 +71,7 @@ pub fn node_adjacency(mesh: &Mesh) -> (Vec<usize>, Vec<usize>) {
 /// has the same bits at any thread count; a block and its mirror image are the same numbers, so A
 /// is symmetric to the last bit.
 #[must_use]
-pub fn stiffness(mesh: &Mesh, elasticity: &Matrix6<f64>, dofs: &DofMap) -> CscMatrix {
+pub fn stiffness(mesh: &Mesh, material: &MaterialField<'_>, dofs: &DofMap) -> CscMatrix {
     let elements: Vec<Element> = mesh
         .tetrahedra
         .par_iter()
@@ -80,7 +80,7 @@ pub fn stiffness(mesh: &Mesh, elasticity: &Matrix6<f64>, dofs: &DofMap) -> CscMa
     let stars = Stars::new(mesh);
     let columns: Vec<Vec<(Vec<usize>, Vec<f64>)>> = (0..mesh.coordinates.len())
         .into_par_iter()
-        .map(|node| node_columns(node, mesh, &elements, elasticity, &stars, dofs))
+        .map(|node| node_columns(node, mesh, &elements, material, &stars, dofs))
         .collect();
     let mut matrix = CscMatrix {
         rows: dofs.n_free,
@@ -102,7 +102,7 @@ fn node_columns(
     node: usize,
     mesh: &Mesh,
     elements: &[Element],
-    elasticity: &Matrix6<f64>,
+    material: &MaterialField<'_>,
     stars: &Stars,
     dofs: &DofMap,
 ) -> Vec<(Vec<usize>, Vec<f64>)> {
@@ -111,7 +111,7 @@ fn node_columns(
     for &(t, b) in stars.of(node) {
         for (a, &other) in mesh.tetrahedra[t].iter().enumerate() {
             let at = neighbours.partition_point(|&n| n < other);
-            blocks[at] += symmetric_block(&elements[t], elasticity, a, b, other.cmp(&node));
+            blocks[at] += symmetric_block(&elements[t], material.tensor(t), a, b, other.cmp(&node));
         }
     }
     (0..3)
@@ -148,14 +148,14 @@ fn symmetric_block(
 #[must_use]
 pub fn internal_forces(
     mesh: &Mesh,
-    elasticity: &Matrix6<f64>,
+    material: &MaterialField<'_>,
     displacement: &[[f64; 3]],
 ) -> (Vec<[f64; 3]>, Vec<[f64; 6]>) {
     let mut forces = vec![[0.0; 3]; mesh.coordinates.len()];
     let mut stresses = Vec::with_capacity(mesh.tetrahedra.len());
-    for nodes in &mesh.tetrahedra {
+    for (t, nodes) in mesh.tetrahedra.iter().enumerate() {
         let element = Element::new(&mesh.corners(nodes));
-        let stress = element.stress(elasticity, &nodes.map(|n| displacement[n]));
+        let stress = element.stress(material.tensor(t), &nodes.map(|n| displacement[n]));
         for (&node, force) in nodes.iter().zip(element.nodal_forces(&stress)) {
             for component in 0..3 {
                 forces[node][component] += force[component];

@@ -6,7 +6,10 @@ use super::{
 };
 use crate::{
     contact::Coupling,
-    dual::{Assembly, AssemblySeconds, DualSystem, ExplicitDual, PrimalSystem},
+    dual::{
+        Assembly, AssemblySeconds, ContactCompliance, ContactSystem, DualSystem, ExplicitDual,
+        PrimalSystem,
+    },
     elasticity::DofMap,
     linalg::{CholeskyFactor, CscMatrix},
     store::{
@@ -33,6 +36,9 @@ const VALUE_OFFSETS: &str = "/assemble/factor/value_offsets";
 const VALUES: &str = "/assemble/factor/values";
 
 const IMPLICIT: &str = "absent when the dual operator is applied through the factor";
+const NO_CONTACT: &str = "absent without contact";
+const NO_FRICTION: &str = "absent without friction";
+const NO_SLIP: &str = "absent unless the dual operator is explicit and friction follows the slip";
 const FREE: Extent = Named("n_free");
 const OFFSETS: &[Extent] = &[Plus("n_supernodes", 1)];
 
@@ -41,13 +47,13 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     Stage::Assemble.row(DOFS, Kind::I64, &[Named("n_nodes"), Fixed(3)], "1", "Free degree of freedom of each node and component, -1 where held at zero.").compressed(),
     Stage::Assemble.row(STIFFNESS, Kind::CscMatrix, &[FREE, FREE], "N/m", "Stiffness matrix over the free degrees of freedom; symmetric, both triangles stored.").symbol("A").compressed(),
     Stage::Assemble.row(LOAD, Kind::F64, &[FREE], "N", "Load vector.").symbol("l"),
-    Stage::Assemble.row(COUPLING_NORMAL, Kind::CsrMatrix, &[Named("n_panes"), FREE], "m^2", "Integral of the normal displacement over each pane.").symbol("N"),
-    Stage::Assemble.row(COUPLING_TANGENTIAL, Kind::CsrMatrix, &[Named("n_tangential"), FREE], "m^2", "Integrals of the tangential displacements over each pane; rows 2i and 2i + 1 belong to pane i.").symbol("T"),
-    Stage::Assemble.row(DUAL_RHS, Kind::F64, &[Named("n_multipliers")], "m^3", "Right-hand side B A^-1 l of the dual problem, minus the integrated gap in its first m entries.").symbol("h"),
+    Stage::Assemble.row(COUPLING_NORMAL, Kind::CsrMatrix, &[Named("n_panes"), FREE], "m^2", "Integral of the normal displacement over each pane.").symbol("N").optional(NO_CONTACT),
+    Stage::Assemble.row(COUPLING_TANGENTIAL, Kind::CsrMatrix, &[Named("n_tangential"), FREE], "m^2", "Integrals of the tangential displacements over each pane; rows 2i and 2i + 1 belong to pane i.").symbol("T").optional(NO_FRICTION),
+    Stage::Assemble.row(DUAL_RHS, Kind::F64, &[Named("n_multipliers")], "m^3", "Right-hand side B A^-1 l of the dual problem, minus the integrated gap in its first m entries.").symbol("h").optional(NO_CONTACT),
     Stage::Assemble.row(DUAL_OPERATOR, Kind::F64, &[Named("n_multipliers"), Named("n_multipliers")], "m^3/Pa", "Dual operator B A^-1 B^T, symmetric.").symbol("S").optional(IMPLICIT),
-    Stage::Assemble.row(CONTACT_COMPLIANCE, Kind::F64, &[Named("n_multipliers"), Named("n_contact_nodes"), Fixed(2)], "m/Pa", "Tangential displacement of the contact nodes that a unit of each multiplier takes away.").symbol("G").optional(IMPLICIT),
-    Stage::Assemble.row(SLIP_FREE, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "m", "Tangential displacement of the contact nodes without contact.").optional(IMPLICIT),
-    Stage::Assemble.row("/assemble/seconds/stiffness", Kind::F64, &[], "s", "Wall-clock time of assembling stiffness, load and coupling.").volatile(),
+    Stage::Assemble.row(CONTACT_COMPLIANCE, Kind::F64, &[Named("n_multipliers"), Named("n_contact_nodes"), Fixed(2)], "m/Pa", "Tangential displacement of the contact nodes that a unit of each multiplier takes away.").symbol("G").optional(NO_SLIP),
+    Stage::Assemble.row(SLIP_FREE, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "m", "Tangential displacement of the contact nodes without contact.").optional(NO_SLIP),
+    Stage::Assemble.row("/assemble/seconds/stiffness", Kind::F64, &[], "s", "Wall-clock time of assembling stiffness and load.").volatile(),
     Stage::Assemble.row("/assemble/seconds/ordering", Kind::F64, &[], "s", "Wall-clock time of the fill-reducing order.").volatile(),
     Stage::Assemble.row("/assemble/seconds/factorisation", Kind::F64, &[], "s", "Wall-clock time of the Cholesky factorisation.").volatile(),
     Stage::Assemble.row("/assemble/seconds/dual_operator", Kind::F64, &[], "s", "Wall-clock time of forming the dual operator and the contact compliance; 0 when it is implicit.").volatile(),
@@ -64,15 +70,8 @@ pub(super) const TABLE: &[DatasetSpec] = &[
 /// # Errors
 /// HDF5 failures.
 pub fn write(writer: &mut StageWriter<'_>, system: &DualSystem) -> Result<(), StoreError> {
-    if let Some(explicit) = &system.explicit {
-        let (dimension, nodes) = (explicit.dimension(), explicit.slip_free.len());
-        writer.write(DUAL_OPERATOR, &explicit.operator, &[dimension, dimension])?;
-        writer.write(
-            CONTACT_COMPLIANCE,
-            &explicit.compliance,
-            &[dimension, nodes, 2],
-        )?;
-        writer.write(SLIP_FREE, explicit.slip_free.as_flattened(), &[nodes, 2])?;
+    if let Some(contact) = &system.contact {
+        write_contact(writer, contact)?;
     }
     let assembly = &system.assembly;
     let primal = &assembly.primal;
@@ -81,10 +80,6 @@ pub fn write(writer: &mut StageWriter<'_>, system: &DualSystem) -> Result<(), St
     writer.write(DOFS, &dofs, &[primal.dofs.dof.len(), 3])?;
     writer.write_matrix(STIFFNESS, columns(&primal.stiffness))?;
     writer.write(LOAD, &primal.load, &[primal.load.len()])?;
-    let [normal, tangential] = primal.coupling.parts();
-    writer.write_matrix(COUPLING_NORMAL, rows_of_transpose(&normal))?;
-    writer.write_matrix(COUPLING_TANGENTIAL, rows_of_transpose(&tangential))?;
-    writer.write(DUAL_RHS, &assembly.dual_rhs, &[assembly.dual_rhs.len()])?;
     for (part, seconds) in assembly.seconds.parts() {
         writer.write(&format!("/assemble/seconds/{part}"), &[seconds], &[])?;
     }
@@ -100,6 +95,27 @@ pub fn write(writer: &mut StageWriter<'_>, system: &DualSystem) -> Result<(), St
         writer.write_indices(path, values, &[values.len()])?;
     }
     writer.write(VALUES, factor.values(), &[factor.values().len()])
+}
+
+fn write_contact(writer: &mut StageWriter<'_>, contact: &ContactSystem) -> Result<(), StoreError> {
+    let [normal, tangential] = contact.coupling.parts();
+    writer.write_matrix(COUPLING_NORMAL, rows_of_transpose(&normal))?;
+    if tangential.cols > 0 {
+        writer.write_matrix(COUPLING_TANGENTIAL, rows_of_transpose(&tangential))?;
+    }
+    writer.write(DUAL_RHS, &contact.dual_rhs, &[contact.dual_rhs.len()])?;
+    let Some(explicit) = &contact.explicit else {
+        return Ok(());
+    };
+    let dimension = explicit.dimension();
+    writer.write(DUAL_OPERATOR, &explicit.operator, &[dimension, dimension])?;
+    if let Some(compliance) = &explicit.compliance {
+        let nodes = compliance.slip_free.len();
+        let matrix = &compliance.matrix;
+        writer.write(CONTACT_COMPLIANCE, matrix, &[dimension, nodes, 2])?;
+        writer.write(SLIP_FREE, compliance.slip_free.as_flattened(), &[nodes, 2])?;
+    }
+    Ok(())
 }
 
 /// Reads the assembled problem and, where it is stored, the dense dual operator.
@@ -118,7 +134,6 @@ pub fn read(reader: &Reader) -> Result<DualSystem, FormatError> {
     let assembly = Assembly {
         primal: read_primal(reader)?,
         factor,
-        dual_rhs: read_finite_vec(reader, DUAL_RHS)?,
         seconds: AssemblySeconds {
             stiffness: read_finite_scalar(reader, "/assemble/seconds/stiffness")?,
             ordering: read_finite_scalar(reader, "/assemble/seconds/ordering")?,
@@ -126,31 +141,66 @@ pub fn read(reader: &Reader) -> Result<DualSystem, FormatError> {
             dual_operator: read_finite_scalar(reader, "/assemble/seconds/dual_operator")?,
         },
     };
+    Ok(DualSystem {
+        assembly,
+        contact: read_contact(reader)?,
+    })
+}
+
+fn read_contact(reader: &Reader) -> Result<Option<ContactSystem>, FormatError> {
+    let Some(coupling) = read_coupling(reader)? else {
+        return Ok(None);
+    };
+    let dual_rhs = read_finite_vec(reader, DUAL_RHS)?;
+    let compliance = match reader.has(CONTACT_COMPLIANCE) {
+        false => None,
+        true => Some(ContactCompliance {
+            matrix: read_finite_vec(reader, CONTACT_COMPLIANCE)?,
+            slip_free: read_finite_rows(reader, SLIP_FREE)?,
+        }),
+    };
     let explicit = match reader.has(DUAL_OPERATOR) {
         false => None,
         true => Some(ExplicitDual {
             operator: read_finite_vec(reader, DUAL_OPERATOR)?,
-            rhs: assembly.dual_rhs.clone(),
-            compliance: read_finite_vec(reader, CONTACT_COMPLIANCE)?,
-            slip_free: read_finite_rows(reader, SLIP_FREE)?,
+            rhs: dual_rhs.clone(),
+            n_panes: coupling.n_panes,
+            compliance,
         }),
     };
-    Ok(DualSystem { assembly, explicit })
+    Ok(Some(ContactSystem {
+        coupling,
+        dual_rhs,
+        explicit,
+    }))
 }
 
-/// Reads the primal system alone, without the factor.
+/// Reads B alone; `None` without contact.
+///
+/// # Errors
+/// Missing, altered or contradictory datasets.
+pub fn read_coupling(reader: &Reader) -> Result<Option<Coupling>, FormatError> {
+    if !reader.has(COUPLING_NORMAL) {
+        return Ok(None);
+    }
+    let normal = as_transpose(reader.read_matrix(COUPLING_NORMAL)?);
+    let tangential = match reader.has(COUPLING_TANGENTIAL) {
+        true => as_transpose(reader.read_matrix(COUPLING_TANGENTIAL)?),
+        false => CscMatrix::empty(normal.rows),
+    };
+    Ok(Some(Coupling::from_parts(&normal, &tangential)))
+}
+
+/// Reads A and l alone, without the factor.
 ///
 /// # Errors
 /// Missing, altered or contradictory datasets.
 pub fn read_primal(reader: &Reader) -> Result<PrimalSystem, FormatError> {
     let load = read_finite_vec(reader, LOAD)?;
-    let normal = reader.read_matrix(COUPLING_NORMAL)?;
-    let tangential = reader.read_matrix(COUPLING_TANGENTIAL)?;
     Ok(PrimalSystem {
         dofs: read_dofs(reader, load.len())?,
         stiffness: as_columns(reader.read_matrix(STIFFNESS)?),
         load,
-        coupling: Coupling::from_parts(&as_transpose(normal), &as_transpose(tangential)),
     })
 }
 

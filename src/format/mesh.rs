@@ -6,47 +6,42 @@ use super::{
 use crate::{
     linalg::CscMatrix,
     mesh::{ContactSurface, Mesh, Quality},
-    scene::Face,
     store::{
         DatasetSpec,
         Extent::{Fixed, Named},
-        Kind, Reader, Stage, StageWriter, StoreError, StoredEnum, stored_enum,
+        Kind, Reader, Stage, StageWriter, StoreError,
     },
 };
-
-stored_enum! {
-    /// A face of the brick, as stored.
-    enum StoredFace as "face" {
-        XMin = 0 => "x_min",
-        XMax = 1 => "x_max",
-        YMin = 2 => "y_min",
-        YMax = 3 => "y_max",
-        ZMin = 4 => "z_min",
-        ZMax = 5 => "z_max",
-    }
-}
 
 const COORDINATES: &str = "/mesh/coordinates";
 const TETRAHEDRA: &str = "/mesh/tetrahedra";
 const FACETS: &str = "/mesh/facets";
 const FACET_FACE: &str = "/mesh/facet_face";
+const FACE_NAMES: &str = "/mesh/face_names";
+const REGION: &str = "/mesh/tetrahedron_region";
+const CONTACT_NORMAL: &str = "/mesh/contact_normal";
 const CONTACT_NODES: &str = "/mesh/contact_nodes";
 const CONTACT_FACETS: &str = "/mesh/contact_facets";
 const CONTACT_FACET_PANE: &str = "/mesh/contact_facet_pane";
 const PANE_AREA: &str = "/mesh/pane_area";
 const PANE_AVERAGE: &str = "/mesh/pane_average";
 
+const NO_CONTACT: &str = "absent without contact";
+
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
     Stage::Mesh.row(COORDINATES, Kind::F64, &[Named("n_nodes"), Fixed(3)], "m", "Node coordinates.").symbol("x").compressed(),
     Stage::Mesh.row(TETRAHEDRA, Kind::I64, &[Named("n_tetrahedra"), Fixed(4)], "1", "Nodes of each tetrahedron, positively oriented.").compressed(),
     Stage::Mesh.row(FACETS, Kind::I64, &[Named("n_facets"), Fixed(3)], "1", "Nodes of each boundary triangle, counter-clockwise seen from outside.").compressed(),
-    Stage::Mesh.row(FACET_FACE, Kind::Enum(StoredFace::SPEC), &[Named("n_facets")], "1", "Face that each boundary triangle belongs to.").compressed(),
-    Stage::Mesh.row(CONTACT_NODES, Kind::I64, &[Named("n_contact_nodes")], "1", "Nodes on the contact face, increasing.").compressed(),
-    Stage::Mesh.row(CONTACT_FACETS, Kind::I64, &[Named("n_contact_facets")], "1", "Boundary triangles on the contact face, as indices into facets.").compressed(),
-    Stage::Mesh.row(CONTACT_FACET_PANE, Kind::I64, &[Named("n_contact_facets")], "1", "Pane of each contact triangle.").compressed(),
-    Stage::Mesh.row(PANE_AREA, Kind::F64, &[Named("n_panes")], "m^2", "Area of each pane.").symbol("|R_i|"),
-    Stage::Mesh.row(PANE_AVERAGE, Kind::CscMatrix, &[Named("n_contact_nodes"), Named("n_panes")], "1", "Mean of each contact node's hat function over each pane; columns sum to 1."),
+    Stage::Mesh.row(FACET_FACE, Kind::I64, &[Named("n_facets")], "1", "Face that each boundary triangle belongs to, as a line number of face_names from 0.").compressed(),
+    Stage::Mesh.row(FACE_NAMES, Kind::Text, &[], "1", "Names of the faces, one a line."),
+    Stage::Mesh.row(REGION, Kind::I64, &[Named("n_tetrahedra")], "1", "Region of each tetrahedron: 0 for the body's own material, k for the k-th region of the scene.").compressed().optional("absent without regions"),
+    Stage::Mesh.row(CONTACT_NORMAL, Kind::F64, &[Fixed(3)], "1", "Outward unit normal of the contact face.").symbol("nu").optional(NO_CONTACT),
+    Stage::Mesh.row(CONTACT_NODES, Kind::I64, &[Named("n_contact_nodes")], "1", "Nodes on the contact face, increasing.").compressed().optional(NO_CONTACT),
+    Stage::Mesh.row(CONTACT_FACETS, Kind::I64, &[Named("n_contact_facets")], "1", "Boundary triangles on the contact face, as indices into facets.").compressed().optional(NO_CONTACT),
+    Stage::Mesh.row(CONTACT_FACET_PANE, Kind::I64, &[Named("n_contact_facets")], "1", "Pane of each contact triangle.").compressed().optional("absent without contact and with nodal multipliers"),
+    Stage::Mesh.row(PANE_AREA, Kind::F64, &[Named("n_panes")], "m^2", "Area of each pane; with nodal multipliers the integral of the node's hat function.").symbol("|R_i|").optional(NO_CONTACT),
+    Stage::Mesh.row(PANE_AVERAGE, Kind::CscMatrix, &[Named("n_contact_nodes"), Named("n_panes")], "1", "Mean of each contact node's hat function over each pane; columns sum to 1. With nodal multipliers 1 at the node itself.").optional(NO_CONTACT),
     Stage::Mesh.row("/mesh/quality/longest_edge", Kind::F64, &[], "m", "Longest edge.").symbol("h"),
     Stage::Mesh.row("/mesh/quality/shortest_edge", Kind::F64, &[], "m", "Shortest edge."),
     Stage::Mesh.row("/mesh/quality/smallest_volume", Kind::F64, &[], "m^3", "Smallest tetrahedron volume."),
@@ -64,7 +59,6 @@ pub fn write(
     mesh: &Mesh,
     quality: &Quality,
 ) -> Result<(), StoreError> {
-    let contact = &mesh.contact;
     writer.write(
         COORDINATES,
         mesh.coordinates.as_flattened(),
@@ -73,21 +67,15 @@ pub fn write(
     let tetrahedra = mesh.tetrahedra.as_flattened();
     writer.write_indices(TETRAHEDRA, tetrahedra, &[mesh.tetrahedra.len(), 4])?;
     writer.write_indices(FACETS, mesh.facets.as_flattened(), &[mesh.facets.len(), 3])?;
-    let faces: Vec<StoredFace> = mesh
-        .facet_face
-        .iter()
-        .filter_map(|f| StoredFace::from_code(*f as u8))
-        .collect();
-    writer.write_enum(FACET_FACE, &faces, &[faces.len()])?;
-    writer.write_indices(CONTACT_NODES, &contact.nodes, &[contact.nodes.len()])?;
-    writer.write_indices(CONTACT_FACETS, &contact.facets, &[contact.facets.len()])?;
-    writer.write_indices(
-        CONTACT_FACET_PANE,
-        &contact.facet_pane,
-        &[contact.facet_pane.len()],
-    )?;
-    writer.write(PANE_AREA, &contact.pane_area, &[contact.n_panes()])?;
-    writer.write_matrix(PANE_AVERAGE, columns(&contact.pane_average))?;
+    writer.write_indices(FACET_FACE, &mesh.facet_face, &[mesh.facet_face.len()])?;
+    writer.write_text(FACE_NAMES, &mesh.face_names.join("\n"))?;
+    if !mesh.tetrahedron_region.is_empty() {
+        let region = &mesh.tetrahedron_region;
+        writer.write_indices(REGION, region, &[region.len()])?;
+    }
+    if let Some(contact) = &mesh.contact {
+        write_contact_surface(writer, contact)?;
+    }
     let figures = [
         ("/mesh/quality/longest_edge", quality.longest_edge),
         ("/mesh/quality/shortest_edge", quality.shortest_edge),
@@ -102,6 +90,21 @@ pub fn write(
     Ok(())
 }
 
+fn write_contact_surface(
+    writer: &mut StageWriter<'_>,
+    contact: &ContactSurface,
+) -> Result<(), StoreError> {
+    writer.write(CONTACT_NORMAL, &contact.normal, &[3])?;
+    writer.write_indices(CONTACT_NODES, &contact.nodes, &[contact.nodes.len()])?;
+    writer.write_indices(CONTACT_FACETS, &contact.facets, &[contact.facets.len()])?;
+    if !contact.is_nodal() {
+        let panes = &contact.facet_pane;
+        writer.write_indices(CONTACT_FACET_PANE, panes, &[panes.len()])?;
+    }
+    writer.write(PANE_AREA, &contact.pane_area, &[contact.n_panes()])?;
+    writer.write_matrix(PANE_AVERAGE, columns(&contact.pane_average))
+}
+
 /// Reads the mesh.
 ///
 /// # Errors
@@ -114,16 +117,24 @@ pub fn read(reader: &Reader) -> Result<Mesh, FormatError> {
     let facets = read_index_vec(reader, FACETS)?;
     require_below(FACETS, facets.iter().copied(), n_nodes)?;
     let facets = facets.as_chunks::<3>().0.to_vec();
-    let faces = reader.read_enum::<StoredFace>(FACET_FACE)?;
-    let contact = read_contact_surface(reader, n_nodes, facets.len())?;
+    let text = reader.read_text(FACE_NAMES)?;
+    let face_names: Vec<String> = text.lines().map(str::to_owned).collect();
+    let facet_face = read_index_vec(reader, FACET_FACE)?;
+    require_below(FACET_FACE, facet_face.iter().copied(), face_names.len())?;
+    let contact = match reader.has(CONTACT_NODES) {
+        true => Some(read_contact_surface(reader, n_nodes, facets.len())?),
+        false => None,
+    };
     Ok(Mesh {
         coordinates,
         tetrahedra: tetrahedra.as_chunks::<4>().0.to_vec(),
+        tetrahedron_region: match reader.has(REGION) {
+            true => read_index_vec(reader, REGION)?,
+            false => Vec::new(),
+        },
         facets,
-        facet_face: faces
-            .iter()
-            .map(|face| Face::ALL[face.code() as usize])
-            .collect(),
+        facet_face,
+        face_names,
         contact,
     })
 }
@@ -134,10 +145,15 @@ fn read_contact_surface(
     n_facets: usize,
 ) -> Result<ContactSurface, FormatError> {
     let average = reader.read_matrix(PANE_AVERAGE)?;
+    let normal = read_finite_vec(reader, CONTACT_NORMAL)?;
     let surface = ContactSurface {
+        normal: std::array::from_fn(|c| normal[c]),
         nodes: read_index_vec(reader, CONTACT_NODES)?,
         facets: read_index_vec(reader, CONTACT_FACETS)?,
-        facet_pane: read_index_vec(reader, CONTACT_FACET_PANE)?,
+        facet_pane: match reader.has(CONTACT_FACET_PANE) {
+            true => read_index_vec(reader, CONTACT_FACET_PANE)?,
+            false => Vec::new(),
+        },
         pane_area: read_finite_vec(reader, PANE_AREA)?,
         pane_average: CscMatrix {
             rows: average.shape[0],

@@ -10,9 +10,9 @@ mod vtkhdf;
 
 use thiserror::Error;
 
-pub use assemble::{read as read_assembly, read_primal, write as write_assembly};
+pub use assemble::{read as read_assembly, read_coupling, read_primal, write as write_assembly};
 pub use mesh::{read as read_mesh, write as write_mesh};
-pub use post::{Summary, read_summary, write as write_report};
+pub use post::{ContactSummary, Summary, read_summary, write as write_report};
 pub use scene::{read as read_scene, write as write_scene};
 pub use solve::{read as read_solution, write as write_solution};
 pub use vtkhdf::write as write_vtkhdf;
@@ -48,11 +48,11 @@ pub const LAYOUT: Layout = Layout {
         ("n_contact_facets", "boundary triangles on the contact face"),
         (
             "n_panes",
-            "panes m, the pieces on which multipliers are constant",
+            "panes m, the pieces on which multipliers are constant, or nodes that carry multipliers",
         ),
         (
             "n_multipliers",
-            "multipliers 3m: m normal ones, then m tangential pairs",
+            "multipliers: m normal ones, then m tangential pairs where there is friction",
         ),
         ("n_tangential", "tangential multipliers 2m"),
         (

@@ -1,8 +1,10 @@
 //! `/scene`: the validated input.
 
+use std::path::Path;
+
 use super::FormatError;
 use crate::{
-    scene::Scene,
+    scene::{Scene, SceneFile},
     store::{DatasetSpec, Kind, Reader, Stage, StageWriter, StoreError},
 };
 
@@ -28,7 +30,8 @@ pub fn write(writer: &mut StageWriter<'_>, scene: &Scene) -> Result<(), StoreErr
 ///
 /// # Errors
 /// A missing or altered dataset, or a text that is no scene of this version.
-pub fn read(reader: &Reader) -> Result<Scene, FormatError> {
+pub fn read(reader: &Reader, file: &Path) -> Result<SceneFile, FormatError> {
     let text = reader.read_text(TOML)?;
-    Scene::parse(TOML, &text).map_err(|e| FormatError::Scene(Box::new(e)))
+    let folder = file.parent().unwrap_or(Path::new("")).to_owned();
+    SceneFile::parse(TOML.to_owned(), text, folder).map_err(|e| FormatError::Scene(Box::new(e)))
 }

@@ -6,7 +6,7 @@ use super::{
 use crate::{
     contact::FrictionField,
     elasticity::DofMap,
-    solver::{Solution, SolvedBy, Status},
+    solver::{CoulombState, Solution, SolvedBy, Status},
     store::{
         DatasetSpec, Extent,
         Extent::{Fixed, Named},
@@ -31,6 +31,8 @@ stored_enum! {
     enum StoredMethod as "method" {
         FixedPoint = 0 => "fixed_point",
         Newton = 1 => "newton",
+        Minimisation = 2 => "minimisation",
+        Direct = 3 => "direct",
     }
 }
 
@@ -41,6 +43,13 @@ const STATUSES: [(StoredStatus, Status); 6] = [
     (StoredStatus::NumericalError, Status::NumericalError),
     (StoredStatus::RoundingLimit, Status::RoundingLimit),
     (StoredStatus::MaxNewtonSteps, Status::MaxNewtonSteps),
+];
+
+const METHODS: [(StoredMethod, SolvedBy); 4] = [
+    (StoredMethod::FixedPoint, SolvedBy::FixedPoint),
+    (StoredMethod::Newton, SolvedBy::Newton),
+    (StoredMethod::Minimisation, SolvedBy::Minimisation),
+    (StoredMethod::Direct, SolvedBy::Direct),
 ];
 
 const STATUS: &str = "/solve/status";
@@ -56,6 +65,11 @@ const ACTIONS: &str = "/solve/actions";
 const METHOD: &str = "/solve/method";
 const ACCURACY: &str = "/solve/accuracy";
 const MAPPING_CHANGE: &str = "/solve/mapping_change";
+const LAW_EVALUATIONS: &str = "/solve/law_evaluations";
+const PROJECTIONS: &str = "/solve/projections";
+
+const NO_CONTACT: &str = "absent without contact";
+const NO_COULOMB: &str = "absent without Coulomb friction";
 
 const PANES: &[Extent] = &[Named("n_panes")];
 const PANE_PAIRS: &[Extent] = &[Named("n_panes"), Fixed(2)];
@@ -63,18 +77,20 @@ const PANE_PAIRS: &[Extent] = &[Named("n_panes"), Fixed(2)];
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
     Stage::Solve.row(STATUS, Kind::Enum(StoredStatus::SPEC), &[], "1", "How the solve ended; anything but converged is a failed solve."),
-    Stage::Solve.row(MULTIPLIER_NORMAL, Kind::F64, PANES, "Pa", "Normal contact multiplier, the pressure on each pane.").symbol("lambda_nu"),
-    Stage::Solve.row(MULTIPLIER_TANGENTIAL, Kind::F64, PANE_PAIRS, "Pa", "Tangential contact multipliers along t1 and t2.").symbol("lambda_t"),
+    Stage::Solve.row(MULTIPLIER_NORMAL, Kind::F64, PANES, "Pa", "Normal contact multiplier, the pressure on each pane.").symbol("lambda_nu").optional(NO_CONTACT),
+    Stage::Solve.row(MULTIPLIER_TANGENTIAL, Kind::F64, PANE_PAIRS, "Pa", "Tangential contact multipliers along t1 and t2.").symbol("lambda_t").optional("absent without friction"),
     Stage::Solve.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], "m", "Displacement of every node, zero where held.").symbol("u"),
-    Stage::Solve.row(SLIP, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "m", "Absolute tangential displacements |u_t1|, |u_t2| of the contact nodes.").symbol("phi"),
-    Stage::Solve.row(SLIP_BOUND, Kind::F64, PANES, "Pa", "Slip bound of the last inner problem.").symbol("g"),
-    Stage::Solve.row(FRICTION, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "1", "Coefficients at the contact nodes in the last inner problem.").symbol("F_1, F_2"),
-    Stage::Solve.row(FRICTION_INVERSE, Kind::F64, PANE_PAIRS, "1", "Diagonal of the inverse friction matrix averaged over each pane, in the last inner problem.").symbol("Fbar^-1"),
-    Stage::Solve.row(STEPLENGTH, Kind::F64, &[], "Pa/m^3", "Steplength of projected gradient steps, 1.9 over the norm of the dual operator.").symbol("alpha"),
+    Stage::Solve.row(SLIP, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "m", "Absolute tangential displacements |u_t1|, |u_t2| of the contact nodes.").symbol("phi").optional("absent unless friction follows the slip"),
+    Stage::Solve.row(SLIP_BOUND, Kind::F64, PANES, "Pa", "Slip bound of the last inner problem.").symbol("g").optional(NO_COULOMB),
+    Stage::Solve.row(FRICTION, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "1", "Coefficients at the contact nodes in the last inner problem.").symbol("F_1, F_2").optional(NO_COULOMB),
+    Stage::Solve.row(FRICTION_INVERSE, Kind::F64, PANE_PAIRS, "1", "Diagonal of the inverse friction matrix averaged over each pane, in the last inner problem.").symbol("Fbar^-1").optional(NO_COULOMB),
+    Stage::Solve.row(STEPLENGTH, Kind::F64, &[], "Pa/m^3", "Steplength of projected gradient steps, 1.9 over the norm of the dual operator.").symbol("alpha").optional(NO_CONTACT),
     Stage::Solve.row(ACTIONS, Kind::I64, &[], "1", "Actions of the inverse stiffness matrix in the whole solve.").symbol("n_A"),
-    Stage::Solve.row(METHOD, Kind::Enum(StoredMethod::SPEC), &[], "1", "Algorithm that gave the answer; after a failed Newton solve it is fixed_point and both histories are there."),
+    Stage::Solve.row(METHOD, Kind::Enum(StoredMethod::SPEC), &[], "1", "Algorithm that gave the answer: minimisation without friction or with a given slip bound, direct without contact; after a failed Newton solve it is fixed_point and both histories are there."),
     Stage::Solve.row(ACCURACY, Kind::F64, &[], "1", "Last relative change of successive approximations, or last relative residual of Newton's method."),
     Stage::Solve.row(MAPPING_CHANGE, Kind::F64, &[], "1", "|Psi(lambda) - lambda| / |lambda| for one evaluation of the paper's mapping.").optional("absent unless Newton's method gave the answer"),
+    Stage::Solve.row(LAW_EVALUATIONS, Kind::I64, &[], "1", "Evaluations of the friction law at a node."),
+    Stage::Solve.row(PROJECTIONS, Kind::I64, &[], "1", "Projections on an ellipse."),
 ];
 
 /// Writes the solution.
@@ -84,29 +100,51 @@ pub(super) const TABLE: &[DatasetSpec] = &[
 pub fn write(
     writer: &mut StageWriter<'_>,
     solution: &Solution,
+    n_panes: usize,
     dofs: &DofMap,
 ) -> Result<(), StoreError> {
-    let m = solution.slip_bound.len();
     let status = STATUSES
         .iter()
         .find(|(_, status)| *status == solution.status);
     let status = status.map_or(StoredStatus::NumericalError, |(stored, _)| *stored);
     writer.write_enum(STATUS, &[status], &[])?;
-    writer.write(MULTIPLIER_NORMAL, &solution.multiplier[..m], &[m])?;
-    writer.write(MULTIPLIER_TANGENTIAL, &solution.multiplier[m..], &[m, 2])?;
+    if n_panes > 0 {
+        let (normal, tangential) = solution.multiplier.split_at(n_panes);
+        writer.write(MULTIPLIER_NORMAL, normal, &[n_panes])?;
+        if !tangential.is_empty() {
+            writer.write(MULTIPLIER_TANGENTIAL, tangential, &[n_panes, 2])?;
+        }
+        writer.write(STEPLENGTH, &[solution.steplength], &[])?;
+    }
     let displacement = dofs.to_nodes(&solution.displacement);
     writer.write(
         DISPLACEMENT,
         displacement.as_flattened(),
         &[displacement.len(), 3],
     )?;
-    writer.write(
-        SLIP,
-        solution.slip.as_flattened(),
-        &[solution.slip.len(), 2],
-    )?;
-    writer.write(SLIP_BOUND, &solution.slip_bound, &[m])?;
-    let friction = &solution.friction;
+    if let Some(slip) = &solution.slip {
+        writer.write(SLIP, slip.as_flattened(), &[slip.len(), 2])?;
+    }
+    if let Some(state) = &solution.coulomb {
+        write_coulomb(writer, state)?;
+    }
+    writer.write_indices(ACTIONS, &[solution.actions], &[])?;
+    let method = METHODS.iter().find(|(_, by)| *by == solution.solved_by);
+    let method = method.map_or(StoredMethod::Direct, |(stored, _)| *stored);
+    writer.write_enum(METHOD, &[method], &[])?;
+    writer.write(ACCURACY, &[solution.accuracy], &[])?;
+    if let Some(change) = solution.mapping_change {
+        writer.write(MAPPING_CHANGE, &[change], &[])?;
+    }
+    writer.write_indices(LAW_EVALUATIONS, &[solution.law_evaluations], &[])?;
+    writer.write_indices(PROJECTIONS, &[solution.projections], &[])?;
+    history::write_newton(writer, &solution.newton)?;
+    history::write_outer(writer, &solution.history)
+}
+
+fn write_coulomb(writer: &mut StageWriter<'_>, state: &CoulombState) -> Result<(), StoreError> {
+    let friction = &state.friction;
+    writer.write(SLIP_BOUND, &state.slip_bound, &[state.slip_bound.len()])?;
     writer.write(
         FRICTION,
         friction.nodal.as_flattened(),
@@ -115,21 +153,8 @@ pub fn write(
     writer.write(
         FRICTION_INVERSE,
         friction.pane_inverse.as_flattened(),
-        &[m, 2],
-    )?;
-    writer.write(STEPLENGTH, &[solution.steplength], &[])?;
-    writer.write_indices(ACTIONS, &[solution.actions], &[])?;
-    let method = match solution.solved_by {
-        SolvedBy::FixedPoint => StoredMethod::FixedPoint,
-        SolvedBy::Newton => StoredMethod::Newton,
-    };
-    writer.write_enum(METHOD, &[method], &[])?;
-    writer.write(ACCURACY, &[solution.accuracy], &[])?;
-    if let Some(change) = solution.mapping_change {
-        writer.write(MAPPING_CHANGE, &[change], &[])?;
-    }
-    history::write_newton(writer, &solution.newton)?;
-    history::write_outer(writer, &solution.history)
+        &[friction.pane_inverse.len(), 2],
+    )
 }
 
 /// Reads the solution.
@@ -137,28 +162,27 @@ pub fn write(
 /// # Errors
 /// Missing, altered or contradictory datasets.
 pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
-    let mut multiplier = reader.read_vec(MULTIPLIER_NORMAL)?;
-    multiplier.extend(reader.read_vec::<f64>(MULTIPLIER_TANGENTIAL)?);
+    let mut multiplier = Vec::new();
+    for path in [MULTIPLIER_NORMAL, MULTIPLIER_TANGENTIAL] {
+        if reader.has(path) {
+            multiplier.extend(reader.read_vec::<f64>(path)?);
+        }
+    }
     let displacement: Vec<f64> = reader.read_vec(DISPLACEMENT)?;
     let stored = reader.read_enum::<StoredStatus>(STATUS)?;
     let status = STATUSES
         .iter()
         .find(|(status, _)| stored.first() == Some(status));
+    let stored = reader.read_enum::<StoredMethod>(METHOD)?;
+    let method = METHODS
+        .iter()
+        .find(|(method, _)| stored.first() == Some(method));
+    let count = |path| -> Result<usize, FormatError> {
+        Ok(read_index_vec(reader, path)?.first().copied().unwrap_or(0))
+    };
     Ok(Solution {
         status: status.map_or(Status::NumericalError, |(_, status)| *status),
-        multiplier,
-        displacement: dofs.to_free(displacement.as_chunks::<3>().0),
-        slip: read_finite_rows(reader, SLIP)?,
-        slip_bound: read_finite_vec(reader, SLIP_BOUND)?,
-        friction: FrictionField {
-            nodal: read_finite_rows(reader, FRICTION)?,
-            pane_inverse: read_finite_rows(reader, FRICTION_INVERSE)?,
-        },
-        steplength: read_finite_scalar(reader, STEPLENGTH)?,
-        solved_by: match reader.read_enum::<StoredMethod>(METHOD)?.first() {
-            Some(StoredMethod::Newton) => SolvedBy::Newton,
-            _ => SolvedBy::FixedPoint,
-        },
+        solved_by: method.map_or(SolvedBy::Direct, |(_, by)| *by),
         accuracy: reader
             .read_vec(ACCURACY)?
             .first()
@@ -168,11 +192,34 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
             true => reader.read_vec(MAPPING_CHANGE)?.first().copied(),
             false => None,
         },
+        multiplier,
+        displacement: dofs.to_free(displacement.as_chunks::<3>().0),
+        slip: match reader.has(SLIP) {
+            true => Some(read_finite_rows(reader, SLIP)?),
+            false => None,
+        },
+        coulomb: match reader.has(SLIP_BOUND) {
+            true => Some(read_coulomb(reader)?),
+            false => None,
+        },
+        steplength: match reader.has(STEPLENGTH) {
+            true => read_finite_scalar(reader, STEPLENGTH)?,
+            false => 0.0,
+        },
         history: history::read_outer(reader)?,
         newton: history::read_newton(reader)?,
-        actions: read_index_vec(reader, ACTIONS)?
-            .first()
-            .copied()
-            .unwrap_or(0),
+        actions: count(ACTIONS)?,
+        law_evaluations: count(LAW_EVALUATIONS)?,
+        projections: count(PROJECTIONS)?,
+    })
+}
+
+fn read_coulomb(reader: &Reader) -> Result<CoulombState, FormatError> {
+    Ok(CoulombState {
+        slip_bound: read_finite_vec(reader, SLIP_BOUND)?,
+        friction: FrictionField {
+            nodal: read_finite_rows(reader, FRICTION)?,
+            pane_inverse: read_finite_rows(reader, FRICTION_INVERSE)?,
+        },
     })
 }

@@ -1,10 +1,12 @@
 //! `/VTKHDF`: the results as an unstructured grid that ParaView opens (VTKHDF 2.0).
 //!
 //! Cells are all tetrahedra, then the contact triangles. Fields that live on one kind of cell only
-//! are NaN on the other, which ParaView draws in its NaN colour.
+//! are NaN on the other, which ParaView draws in its NaN colour. Fields of panes are cell data,
+//! those of nodal multipliers point data.
 
 use crate::{
-    mesh::Mesh,
+    contact::ContactFrame,
+    mesh::{ContactSurface, Mesh},
     post::{ContactReport, PaneState},
     store::{
         DatasetSpec, Extent,
@@ -22,12 +24,6 @@ const OFFSETS: &str = "/VTKHDF/Offsets";
 const TYPES: &str = "/VTKHDF/Types";
 const DISPLACEMENT: &str = "/VTKHDF/PointData/displacement";
 const VON_MISES: &str = "/VTKHDF/CellData/von_mises";
-const NORMAL_STRESS: &str = "/VTKHDF/CellData/contact_normal_stress";
-const TANGENTIAL_STRESS: &str = "/VTKHDF/CellData/contact_tangential_stress";
-const GAP: &str = "/VTKHDF/CellData/contact_gap";
-const FRICTION_1: &str = "/VTKHDF/CellData/friction_1";
-const FRICTION_2: &str = "/VTKHDF/CellData/friction_2";
-const ZONE: &str = "/VTKHDF/CellData/contact_zone";
 
 /// VTK's number of a triangle cell.
 const VTK_TRIANGLE: u8 = 5;
@@ -35,6 +31,9 @@ const VTK_TRIANGLE: u8 = 5;
 const VTK_TETRA: u8 = 10;
 
 const CELLS: &[Extent] = &[Named("n_cells")];
+const POINTS_EXTENT: &[Extent] = &[Named("n_nodes")];
+const ON_CELLS: &str = "only with panes, where the scene has the effect";
+const ON_POINTS: &str = "only with nodal multipliers, where the scene has the effect";
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
@@ -47,12 +46,18 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     Stage::Vtk.row(TYPES, Kind::U8, CELLS, "1", "VTK cell type: 10 tetrahedron, 5 triangle.").compressed(),
     Stage::Vtk.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], "m", "Displacement; warp by this vector.").compressed(),
     Stage::Vtk.row(VON_MISES, Kind::F64, CELLS, "Pa", "Von Mises stress, NaN on contact triangles.").compressed(),
-    Stage::Vtk.row(NORMAL_STRESS, Kind::F64, CELLS, "Pa", "Normal contact stress, NaN on tetrahedra.").compressed(),
-    Stage::Vtk.row(TANGENTIAL_STRESS, Kind::F64, &[Named("n_cells"), Fixed(3)], "Pa", "Tangential contact stress in the global axes, NaN on tetrahedra.").compressed(),
-    Stage::Vtk.row(GAP, Kind::F64, CELLS, "m", "Mean gap of the pane, NaN on tetrahedra.").compressed(),
-    Stage::Vtk.row(FRICTION_1, Kind::F64, CELLS, "1", "F_1 of the pane, NaN on tetrahedra.").compressed(),
-    Stage::Vtk.row(FRICTION_2, Kind::F64, CELLS, "1", "F_2 of the pane, NaN on tetrahedra.").compressed(),
-    Stage::Vtk.row(ZONE, Kind::F64, CELLS, "1", "0 open, 1 stick, 2 slip; NaN on tetrahedra.").compressed(),
+    Stage::Vtk.row("/VTKHDF/CellData/contact_normal_stress", Kind::F64, CELLS, "Pa", "Normal contact stress; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    Stage::Vtk.row("/VTKHDF/PointData/contact_normal_stress", Kind::F64, POINTS_EXTENT, "Pa", "Normal contact stress; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    Stage::Vtk.row("/VTKHDF/CellData/contact_gap", Kind::F64, CELLS, "m", "Gap d - u_nu; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    Stage::Vtk.row("/VTKHDF/PointData/contact_gap", Kind::F64, POINTS_EXTENT, "m", "Gap d - u_nu; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    Stage::Vtk.row("/VTKHDF/CellData/contact_zone", Kind::F64, CELLS, "1", "0 open, 1 stick, 2 slip; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    Stage::Vtk.row("/VTKHDF/PointData/contact_zone", Kind::F64, POINTS_EXTENT, "1", "0 open, 1 stick, 2 slip; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    Stage::Vtk.row("/VTKHDF/CellData/contact_tangential_stress", Kind::F64, &[Named("n_cells"), Fixed(3)], "Pa", "Tangential contact stress in the global axes; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    Stage::Vtk.row("/VTKHDF/PointData/contact_tangential_stress", Kind::F64, &[Named("n_nodes"), Fixed(3)], "Pa", "Tangential contact stress in the global axes; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    Stage::Vtk.row("/VTKHDF/CellData/friction_1", Kind::F64, CELLS, "1", "Coefficient F_1; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    Stage::Vtk.row("/VTKHDF/PointData/friction_1", Kind::F64, POINTS_EXTENT, "1", "Coefficient F_1; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    Stage::Vtk.row("/VTKHDF/CellData/friction_2", Kind::F64, CELLS, "1", "Coefficient F_2; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    Stage::Vtk.row("/VTKHDF/PointData/friction_2", Kind::F64, POINTS_EXTENT, "1", "Coefficient F_2; NaN where no multiplier is.").compressed().optional(ON_POINTS),
 ];
 
 /// Writes the grid and its fields.
@@ -63,56 +68,114 @@ pub fn write(
     writer: &mut StageWriter<'_>,
     mesh: &Mesh,
     report: &ContactReport,
-    axes: [[f64; 3]; 2],
+    frame: Option<&ContactFrame>,
 ) -> Result<(), StoreError> {
     writer.write_ascii_attribute("Type", b"UnstructuredGrid")?;
     writer.write_number_attribute("Version", &[2_i64, 0])?;
     write_grid(writer, mesh)?;
-    let (n_nodes, n_tetrahedra) = (mesh.coordinates.len(), mesh.tetrahedra.len());
-    let n_cells = n_tetrahedra + mesh.contact.facets.len();
+    let n_nodes = mesh.coordinates.len();
     writer.write(
         DISPLACEMENT,
         report.displacement.as_flattened(),
         &[n_nodes, 3],
     )?;
+    let n_cells = mesh.tetrahedra.len() + contact_triangles(mesh).len();
     let mut von_mises = report.von_mises.clone();
     von_mises.resize(n_cells, f64::NAN);
     writer.write(VON_MISES, &von_mises, &[n_cells])?;
-    type Measure = fn(&PaneState) -> f64;
-    let fields: [(&str, Measure); 5] = [
-        (NORMAL_STRESS, |p| p.normal_stress),
-        (GAP, |p| p.gap),
-        (FRICTION_1, |p| p.friction[0]),
-        (FRICTION_2, |p| p.friction[1]),
-        (ZONE, |p| f64::from(p.zone as u8)),
-    ];
-    for (path, measure) in fields {
-        let mut values = vec![f64::NAN; n_tetrahedra];
-        values.extend(
-            mesh.contact
-                .facet_pane
-                .iter()
-                .map(|&pane| measure(&report.panes[pane])),
-        );
-        writer.write(path, &values, &[n_cells])?;
+    match (&mesh.contact, frame) {
+        (Some(surface), Some(frame)) => ContactFields {
+            mesh,
+            surface,
+            frame,
+            panes: &report.panes,
+        }
+        .write(writer),
+        _ => Ok(()),
     }
-    let mut tangential = vec![[f64::NAN; 3]; n_tetrahedra];
-    tangential.extend(mesh.contact.facet_pane.iter().map(|&pane| {
-        let stress = report.panes[pane].tangential_stress;
-        std::array::from_fn(|c| stress[0] * axes[0][c] + stress[1] * axes[1][c])
-    }));
-    writer.write(TANGENTIAL_STRESS, tangential.as_flattened(), &[n_cells, 3])
+}
+
+/// The fields of the contact face.
+struct ContactFields<'a> {
+    mesh: &'a Mesh,
+    surface: &'a ContactSurface,
+    frame: &'a ContactFrame,
+    panes: &'a [PaneState],
+}
+
+impl ContactFields<'_> {
+    fn write(&self, writer: &mut StageWriter<'_>) -> Result<(), StoreError> {
+        type Measure = fn(&PaneState) -> Option<f64>;
+        let fields: [(&str, Measure); 5] = [
+            ("contact_normal_stress", |p| Some(p.normal_stress)),
+            ("contact_gap", |p| Some(p.gap)),
+            ("contact_zone", |p| Some(f64::from(p.zone as u8))),
+            ("friction_1", |p| Some(p.friction?.coulomb?.0[0])),
+            ("friction_2", |p| Some(p.friction?.coulomb?.0[1])),
+        ];
+        for (name, measure) in fields {
+            let Some(values) = self.panes.iter().map(measure).collect::<Option<Vec<f64>>>() else {
+                continue;
+            };
+            let (path, spread) = self.spread(name, |pane| [values[pane]]);
+            writer.write(&path, spread.as_flattened(), &[spread.len()])?;
+        }
+        let stress: Option<Vec<[f64; 3]>> = (0..self.panes.len())
+            .map(|pane| Some(self.tangential_vector(pane, self.panes[pane].friction?.stress)))
+            .collect();
+        let Some(stress) = stress else {
+            return Ok(());
+        };
+        let (path, spread) = self.spread("contact_tangential_stress", |pane| stress[pane]);
+        writer.write(&path, spread.as_flattened(), &[spread.len(), 3])
+    }
+
+    /// σ_t1 t₁ + σ_t2 t₂ with the mean frame of a pane.
+    fn tangential_vector(&self, pane: usize, stress: [f64; 2]) -> [f64; 3] {
+        let weights = self.surface.pane_weights(pane);
+        weights.fold([0.0; 3], |sum, (node, weight)| {
+            let vector = self.frame.vector(node, 0.0, stress);
+            std::array::from_fn(|c| sum[c] + weight * vector[c])
+        })
+    }
+
+    /// Values of panes on cells, or values of nodal multipliers on points; NaN elsewhere.
+    fn spread<const K: usize>(
+        &self,
+        name: &str,
+        value: impl Fn(usize) -> [f64; K],
+    ) -> (String, Vec<[f64; K]>) {
+        if self.surface.is_nodal() {
+            let mut values = vec![[f64::NAN; K]; self.mesh.coordinates.len()];
+            for pane in 0..self.panes.len() {
+                for (node, _) in self.surface.pane_weights(pane) {
+                    values[self.surface.nodes[node]] = value(pane);
+                }
+            }
+            (format!("/VTKHDF/PointData/{name}"), values)
+        } else {
+            let mut values = vec![[f64::NAN; K]; self.mesh.tetrahedra.len()];
+            values.extend(self.surface.facet_pane.iter().map(|&pane| value(pane)));
+            (format!("/VTKHDF/CellData/{name}"), values)
+        }
+    }
+}
+
+/// The boundary triangles on Γ_c.
+fn contact_triangles(mesh: &Mesh) -> &[usize] {
+    mesh.contact.as_ref().map_or(&[], |contact| &contact.facets)
 }
 
 fn write_grid(writer: &mut StageWriter<'_>, mesh: &Mesh) -> Result<(), StoreError> {
     let n_tetrahedra = mesh.tetrahedra.len();
-    let triangles = mesh.contact.facets.iter().map(|&f| mesh.facets[f]);
+    let contact = contact_triangles(mesh);
+    let triangles = contact.iter().map(|&f| mesh.facets[f]);
     let mut connectivity = mesh.tetrahedra.as_flattened().to_vec();
     connectivity.extend(triangles.flatten());
-    let n_cells = n_tetrahedra + mesh.contact.facets.len();
+    let n_cells = n_tetrahedra + contact.len();
     let offsets: Vec<usize> = (0..=n_tetrahedra)
         .map(|t| 4 * t)
-        .chain((1..=mesh.contact.facets.len()).map(|f| 4 * n_tetrahedra + 3 * f))
+        .chain((1..=contact.len()).map(|f| 4 * n_tetrahedra + 3 * f))
         .collect();
     let mut types = vec![VTK_TETRA; n_tetrahedra];
     types.resize(n_cells, VTK_TRIANGLE);

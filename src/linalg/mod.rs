@@ -14,6 +14,7 @@ mod reach;
 mod separator;
 mod solve;
 mod sparse;
+mod vector;
 
 #[cfg(test)]
 mod factor_tests;
@@ -30,3 +31,4 @@ pub use ordering::{OrderingError, amd};
 pub use reach::Reach;
 pub use solve::Workspace;
 pub use sparse::{CscMatrix, SparseError};
+pub use vector::{add_scaled, dot, norm};

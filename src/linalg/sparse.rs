@@ -56,6 +56,18 @@ pub enum SparseError {
 }
 
 impl CscMatrix {
+    /// A matrix without columns.
+    #[must_use]
+    pub fn empty(rows: usize) -> Self {
+        Self {
+            rows,
+            cols: 0,
+            indptr: vec![0],
+            indices: Vec::new(),
+            data: Vec::new(),
+        }
+    }
+
     /// Builds a matrix from its arrays after checking them.
     ///
     /// # Errors

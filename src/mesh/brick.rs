@@ -1,5 +1,5 @@
-use super::{ContactSurface, Mesh, tetrahedron_volume};
-use crate::scene::{Brick, Face};
+use super::{RawMesh, tetrahedron_volume};
+use crate::scene::{Brick, BrickFace};
 
 /// The regular mesh of a box: every cell is five tetrahedra (HKL §4, Fig. 4).
 ///
@@ -11,26 +11,33 @@ use crate::scene::{Brick, Face};
 ///
 /// Nodes are numbered with i fastest, panes likewise along the in-plane axes.
 #[must_use]
-pub fn brick(spec: &Brick, contact_face: Face) -> Mesh {
+pub fn brick(spec: &Brick, contact_face: Option<BrickFace>) -> RawMesh {
     let grid = Grid::new(spec, contact_face);
     let coordinates = grid.coordinates(spec);
     let tetrahedra = grid.tetrahedra(&coordinates);
     let (facets, facet_face) = grid.boundary(&tetrahedra);
-    let contact_facets: Vec<usize> = (0..facets.len())
-        .filter(|&f| facet_face[f] == contact_face)
-        .collect();
-    let facet_pane: Vec<usize> = contact_facets
-        .iter()
-        .map(|&f| grid.pane(contact_face, &facets[f]))
-        .collect();
-    let contact = ContactSurface::new(&coordinates, &facets, contact_facets, facet_pane);
-    Mesh {
+    RawMesh {
         coordinates,
         tetrahedra,
+        tetrahedron_group: Vec::new(),
+        group_names: Vec::new(),
         facets,
         facet_face,
-        contact,
+        face_names: BrickFace::NAMES.map(str::to_owned).to_vec(),
     }
+}
+
+/// The 2 × 2 macro-face that each of some triangles on the contact face lies in.
+#[must_use]
+pub(super) fn macro_faces(
+    spec: &Brick,
+    contact_face: BrickFace,
+    triangles: impl Iterator<Item = [usize; 3]>,
+) -> Vec<usize> {
+    let grid = Grid::new(spec, Some(contact_face));
+    triangles
+        .map(|nodes| grid.pane(contact_face, &nodes))
+        .collect()
 }
 
 struct Grid {
@@ -40,12 +47,10 @@ struct Grid {
 }
 
 impl Grid {
-    fn new(spec: &Brick, contact_face: Face) -> Self {
-        let shift = if contact_face.is_max() {
-            spec.cells[contact_face.axis()]
-        } else {
-            0
-        };
+    fn new(spec: &Brick, contact_face: Option<BrickFace>) -> Self {
+        let shift = contact_face
+            .filter(|face| face.is_max())
+            .map_or(0, |face| spec.cells[face.axis()]);
         Self {
             cells: spec.cells,
             shift,
@@ -113,25 +118,25 @@ impl Grid {
     }
 
     /// The brick face that contains all three nodes, if any.
-    fn face_of(&self, nodes: &[usize; 3]) -> Option<Face> {
+    fn face_of(&self, nodes: &[usize; 3]) -> Option<BrickFace> {
         let at = nodes.map(|n| self.position(n));
-        Face::ALL.into_iter().find(|face| {
+        BrickFace::ALL.into_iter().find(|face| {
             let axis = face.axis();
             let end = if face.is_max() { self.cells[axis] } else { 0 };
             at.iter().all(|p| p[axis] == end)
         })
     }
 
-    fn boundary(&self, tetrahedra: &[[usize; 4]]) -> (Vec<[usize; 3]>, Vec<Face>) {
+    fn boundary(&self, tetrahedra: &[[usize; 4]]) -> (Vec<[usize; 3]>, Vec<usize>) {
         tetrahedra
             .iter()
             .flat_map(|&[a, b, c, d]| [[a, c, b], [a, b, d], [a, d, c], [b, c, d]])
-            .filter_map(|facet| Some((facet, self.face_of(&facet)?)))
+            .filter_map(|facet| Some((facet, self.face_of(&facet)? as usize)))
             .unzip()
     }
 
     /// The 2 × 2 macro-face a contact triangle lies in.
-    fn pane(&self, face: Face, nodes: &[usize; 3]) -> usize {
+    fn pane(&self, face: BrickFace, nodes: &[usize; 3]) -> usize {
         let at = nodes.map(|n| self.position(n));
         let [p, q] = match face.axis() {
             0 => [1, 2],

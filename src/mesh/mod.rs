@@ -2,13 +2,46 @@
 
 mod brick;
 mod contact_surface;
+mod error;
+mod gmsh;
+mod patches;
 mod quality;
+mod regions;
+
+use std::path::Path;
 
 pub use brick::brick;
 pub use contact_surface::ContactSurface;
+pub use error::MeshError;
+pub use gmsh::{GmshError, Place, digest_of, parse as parse_gmsh};
 pub use quality::Quality;
 
-use crate::scene::{Body, Face, Scene};
+use contact_surface::{FaceTriangles, plane_of};
+
+use crate::scene::{Body, BrickFace, Contact, Invalid, MultiplierSpace, Scene};
+
+/// Largest distance of a contact node from the plane of its face, over the extent of the face:
+/// the digits that mesh files keep.
+const FLAT: f64 = 1e-6;
+
+/// Nodes, tetrahedra and named boundary of a body, before the scene's parts are found on it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RawMesh {
+    /// Node coordinates, `[n_nodes]`, in m.
+    pub coordinates: Vec<[f64; 3]>,
+    /// Nodes of each tetrahedron, `[n_tetrahedra]`, positively oriented.
+    pub tetrahedra: Vec<[usize; 4]>,
+    /// Physical volume of each tetrahedron as an index into `group_names`; empty without groups.
+    pub tetrahedron_group: Vec<usize>,
+    /// Names of the physical volumes.
+    pub group_names: Vec<String>,
+    /// Nodes of each boundary triangle, `[n_facets]`, counter-clockwise seen from outside.
+    pub facets: Vec<[usize; 3]>,
+    /// The face of each boundary triangle as an index into `face_names`, `[n_facets]`.
+    pub facet_face: Vec<usize>,
+    /// Names of the faces.
+    pub face_names: Vec<String>,
+}
 
 /// A conforming mesh of positively oriented tetrahedra.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,20 +50,119 @@ pub struct Mesh {
     pub coordinates: Vec<[f64; 3]>,
     /// Nodes of each tetrahedron, `[n_tetrahedra]`, positively oriented.
     pub tetrahedra: Vec<[usize; 4]>,
+    /// Region of each tetrahedron, `[n_tetrahedra]`: 0 for the body's own material, k for the k-th
+    /// region of the scene; empty in a scene without regions.
+    pub tetrahedron_region: Vec<usize>,
     /// Nodes of each boundary triangle, `[n_facets]`, counter-clockwise seen from outside.
     pub facets: Vec<[usize; 3]>,
-    /// The face each boundary triangle belongs to, `[n_facets]`.
-    pub facet_face: Vec<Face>,
-    /// The contact face Γ_c with its panes.
-    pub contact: ContactSurface,
+    /// The face of each boundary triangle as an index into `face_names`, `[n_facets]`.
+    pub facet_face: Vec<usize>,
+    /// Names of the faces.
+    pub face_names: Vec<String>,
+    /// The contact face Γ_c; `None` in a scene without contact.
+    pub contact: Option<ContactSurface>,
 }
 
 impl Mesh {
-    /// Makes the mesh a scene asks for.
+    /// Makes the mesh a scene asks for; mesh files are looked for in `folder`.
+    ///
+    /// # Errors
+    /// [`MeshError`] for an unusable mesh file, and for faces and regions that the scene names and
+    /// the mesh does not have.
+    pub fn of_scene(scene: &Scene, folder: &Path) -> Result<Self, MeshError> {
+        let raw = match &scene.body {
+            Body::Brick(spec) => {
+                let face = scene.contact.as_ref().map(|contact| &contact.face);
+                brick(spec, face.and_then(|name| BrickFace::named(name)))
+            }
+            Body::Gmsh(file) => gmsh::read(file, folder)?,
+        };
+        check_face_names(scene, &raw.face_names)?;
+        let tetrahedron_region = regions::assign(scene, &raw)?;
+        let mut mesh = Self {
+            coordinates: raw.coordinates,
+            tetrahedra: raw.tetrahedra,
+            tetrahedron_region,
+            facets: raw.facets,
+            facet_face: raw.facet_face,
+            face_names: raw.face_names,
+            contact: None,
+        };
+        if let Some(contact) = &scene.contact {
+            mesh.contact = Some(mesh.contact_surface(scene, contact)?);
+        }
+        Ok(mesh)
+    }
+
+    fn contact_surface(
+        &self,
+        scene: &Scene,
+        contact: &Contact,
+    ) -> Result<ContactSurface, MeshError> {
+        let facets: Vec<usize> = self.facets_on(&contact.face).collect();
+        let triangles = || facets.iter().map(|&f| self.facets[f]);
+        let (normal, unevenness) =
+            plane_of(&self.coordinates, triangles()).unwrap_or(([0.0; 3], f64::INFINITY));
+        if unevenness.is_nan() || unevenness > FLAT {
+            return Err(Invalid {
+                key: "contact.face".into(),
+                expected: "a flat face".into(),
+                found: format!(
+                    "{:?}, whose nodes are up to {unevenness:.1e} of its extent away from a plane",
+                    contact.face
+                ),
+                help: "the foundation is flat; split the face into flat ones, or describe a small unevenness by contact.gap".into(),
+            }
+            .into());
+        }
+        let face = FaceTriangles {
+            coordinates: &self.coordinates,
+            mesh_facets: &self.facets,
+            normal,
+            facets: facets.clone(),
+        };
+        let held = self.held_nodes(scene);
+        Ok(match (contact.multipliers, &scene.body) {
+            (MultiplierSpace::Nodal, _) => ContactSurface::nodal(face, |node| {
+                (0..3).all(|c| normal[c] == 0.0 || held[node][c])
+            }),
+            (MultiplierSpace::Panes, Body::Brick(spec)) => {
+                let panes = BrickFace::named(&contact.face)
+                    .map(|side| brick::macro_faces(spec, side, triangles()));
+                ContactSurface::with_panes(face, panes.unwrap_or_default())
+            }
+            (MultiplierSpace::Panes, Body::Gmsh(_)) => {
+                let is_free = |node: usize| held[node] == [false; 3];
+                let panes = patches::build(&self.coordinates, &self.facets, &facets, is_free)?;
+                ContactSurface::with_panes(face, panes)
+            }
+        })
+    }
+
+    /// Which components of each node the clamps hold, `[n_nodes, 3]`.
     #[must_use]
-    pub fn of_scene(scene: &Scene) -> Self {
-        let Body::Brick(spec) = &scene.body;
-        brick(spec, scene.contact.face)
+    pub fn held_nodes(&self, scene: &Scene) -> Vec<[bool; 3]> {
+        let mut held = vec![[false; 3]; self.coordinates.len()];
+        for clamp in &scene.clamps {
+            for facet in self.facets_on(&clamp.face) {
+                for node in self.facets[facet] {
+                    for &component in &clamp.components {
+                        held[node][component as usize] = true;
+                    }
+                }
+            }
+        }
+        held
+    }
+
+    /// Largest extent of the body along a coordinate axis in m.
+    #[must_use]
+    pub fn extent(&self) -> f64 {
+        let along = |c: usize| {
+            let values = self.coordinates.iter().map(|x| x[c]);
+            values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min)
+        };
+        (0..3).map(along).fold(0.0, f64::max)
     }
 
     /// Corner coordinates of a tetrahedron or a triangle.
@@ -39,14 +171,39 @@ impl Mesh {
         nodes.map(|node| self.coordinates[node])
     }
 
-    /// The boundary triangles of one face.
-    pub fn facets_on(&self, face: Face) -> impl Iterator<Item = &[usize; 3]> {
-        self.facets
-            .iter()
-            .zip(&self.facet_face)
-            .filter(move |(_, f)| **f == face)
-            .map(|(t, _)| t)
+    /// The boundary triangles of one face, as indices; none for a name the mesh does not have.
+    pub fn facets_on(&self, face: &str) -> impl Iterator<Item = usize> + '_ {
+        let number = self.face_names.iter().position(|name| name == face);
+        (0..self.facets.len()).filter(move |&f| Some(self.facet_face[f]) == number)
     }
+}
+
+/// Refuses a face that the scene names and the mesh does not have.
+fn check_face_names(scene: &Scene, names: &[String]) -> Result<(), Invalid> {
+    let clamps = scene.clamps.iter().enumerate();
+    let tractions = scene.tractions.iter().enumerate();
+    let pressures = scene.pressures.iter().enumerate();
+    let keys = clamps
+        .map(|(i, c)| (format!("clamp.{i}.face"), &c.face))
+        .chain(tractions.map(|(i, t)| (format!("traction.{i}.face"), &t.face)))
+        .chain(pressures.map(|(i, p)| (format!("pressure.{i}.face"), &p.face)))
+        .chain(
+            scene
+                .contact
+                .iter()
+                .map(|c| ("contact.face".into(), &c.face)),
+        );
+    for (key, face) in keys {
+        if !names.contains(face) {
+            return Err(Invalid {
+                key,
+                expected: format!("one of the mesh's faces: {}", names.join(", ")),
+                found: format!("{face:?}"),
+                help: "physical surfaces of the Gmsh file name the faces".into(),
+            });
+        }
+    }
+    Ok(())
 }
 
 /// Area of a triangle in m².

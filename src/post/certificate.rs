@@ -1,84 +1,88 @@
-use super::{PaneState, Solved, zones::scaled_norm};
-use crate::{contact::FrictionField, solver::FeasibleSet};
+use super::{PaneFriction, PaneState, Solved, SolvedContact};
+use crate::{contact::FrictionField, linalg::norm, solver::FeasibleSet};
 
-/// How well λ and u satisfy the discrete contact problem with Coulomb friction and F(u); every
-/// figure is dimensionless and vanishes for the exact discrete solution.
+/// How well λ and u satisfy the discrete problem; every figure is dimensionless and vanishes for
+/// the exact discrete solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Certificate {
     /// ‖A u + Bᵀλ − l‖ / ‖l‖.
     pub equilibrium: f64,
+    /// The conditions of contact; `None` without a contact face.
+    pub contact: Option<ContactCertificate>,
+    /// The conditions of friction; `None` without friction.
+    pub friction: Option<FrictionCertificate>,
+}
+
+/// The conditions of contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactCertificate {
     /// Largest mean penetration (u_ν − d)₊ of a pane over the largest displacement component.
     pub penetration: f64,
     /// Largest adhesion (−λ_ν)₊ over the largest |λ|.
     pub adhesion: f64,
     /// Σ |λ_ν (d − u_ν)| |Rⁱ| / (lᵀu).
     pub complementarity: f64,
-    /// Largest excess (‖𝓕⁻¹λ_t‖ − λ_ν)₊ over the largest λ_ν, with 𝓕 at the solution.
-    pub friction_bound: f64,
-    /// Missing frictional work Σ |Rⁱ| |λ_ν ‖𝓕 u_t‖ − λ_t·u_t| / (lᵀu): zero exactly when every
-    /// pane slides in the direction that the orthotropic law prescribes.
-    pub slip_direction: f64,
-    /// ‖λ − P(λ − ᾱ r)‖ / ‖λ‖ with the admissible set of the solution itself, g = λ_ν, F = F(u).
+    /// ‖λ − P(λ − ᾱ r)‖ / ‖λ‖ with the admissible set of the solution itself; for Coulomb's law
+    /// g = λ_ν, F = F(u).
     pub fixed_point: f64,
 }
 
+/// The conditions of friction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrictionCertificate {
+    /// Largest excess (‖𝓕⁻¹λ_t‖ − g)₊ over the largest g, with g = λ_ν and 𝓕 at the solution for
+    /// Coulomb's law.
+    pub friction_bound: f64,
+    /// Missing frictional work Σ |Rⁱ| |‖(a u_t1, b u_t2)‖ − λ_t·u_t| / (lᵀu) for the semi-axes
+    /// (a, b) of a pane's ellipse: zero exactly when every pane slides in the direction that the
+    /// law prescribes.
+    pub slip_direction: f64,
+}
+
 impl Certificate {
-    pub(super) fn new(solved: &Solved<'_>, friction: &FrictionField, panes: &[PaneState]) -> Self {
-        let m = solved.system.coupling.n_panes;
-        let area = &solved.mesh.contact.pane_area;
-        let normal = &solved.solution.multiplier[..m];
-        let pressure = largest(normal.iter().copied());
-        let work = solved
+    pub(super) fn new(
+        solved: &Solved<'_>,
+        friction: Option<&FrictionField>,
+        panes: &[PaneState],
+    ) -> Self {
+        let products = solved
             .system
             .load
             .iter()
             .zip(&solved.solution.displacement)
-            .map(|(l, u)| l * u)
-            .sum::<f64>();
-        let product: f64 = (0..m)
-            .map(|i| (normal[i] * panes[i].gap).abs() * area[i])
-            .sum();
-        let missing: f64 = (0..m)
-            .map(|i| {
-                let pane = &panes[i];
-                let [s, f, t] = [pane.slip, pane.friction, pane.tangential_stress];
-                let most = normal[i] * (f[0] * s[0]).hypot(f[1] * s[1]);
-                area[i] * (most + t[0] * s[0] + t[1] * s[1]).abs()
-            })
-            .sum();
-        let excess = (0..m).map(|i| {
-            let t = panes[i].tangential_stress;
-            (scaled_norm(t, friction.pane_inverse[i]) - normal[i]).max(0.0)
-        });
+            .map(|(l, u)| l * u);
+        let work = products.sum::<f64>().abs();
+        let contact = solved.contact.as_ref();
         Self {
             equilibrium: equilibrium(solved),
-            penetration: ratio(
-                largest(panes.iter().map(|p| (-p.gap).max(0.0))),
-                largest(solved.solution.displacement.iter().copied()),
-            ),
-            adhesion: ratio(
-                largest(normal.iter().map(|l| (-l).max(0.0))),
-                largest(solved.solution.multiplier.iter().copied()),
-            ),
-            complementarity: ratio(product, work.abs()),
-            friction_bound: ratio(largest(excess), pressure),
-            slip_direction: ratio(missing, work.abs()),
-            fixed_point: natural_residual(solved, friction, panes),
+            contact: contact.map(|c| ContactCertificate::new(solved, c, panes, work)),
+            friction: contact
+                .filter(|c| c.state.interface.has_friction())
+                .map(|c| FrictionCertificate::new(solved, c, friction, panes, work)),
         }
     }
 
-    /// The figures with their names, in the order of the file.
+    /// The figures that apply, with their names.
     #[must_use]
-    pub fn figures(&self) -> [(&'static str, f64); 7] {
-        [
-            ("equilibrium", self.equilibrium),
-            ("penetration", self.penetration),
-            ("adhesion", self.adhesion),
-            ("complementarity", self.complementarity),
-            ("friction_bound", self.friction_bound),
-            ("slip_direction", self.slip_direction),
-            ("fixed_point", self.fixed_point),
-        ]
+    pub fn figures(&self) -> Vec<(&'static str, f64)> {
+        let mut figures = vec![("equilibrium", self.equilibrium)];
+        if let Some(contact) = &self.contact {
+            figures.extend([
+                ("penetration", contact.penetration),
+                ("adhesion", contact.adhesion),
+                ("complementarity", contact.complementarity),
+            ]);
+        }
+        if let Some(friction) = &self.friction {
+            figures.extend([
+                ("friction_bound", friction.friction_bound),
+                ("slip_direction", friction.slip_direction),
+            ]);
+        }
+        if let Some(contact) = &self.contact {
+            figures.push(("fixed_point", contact.fixed_point));
+        }
+        figures
     }
 
     /// The largest figure; NaN if any is.
@@ -94,11 +98,81 @@ impl Certificate {
     }
 }
 
+impl ContactCertificate {
+    fn new(
+        solved: &Solved<'_>,
+        contact: &SolvedContact<'_>,
+        panes: &[PaneState],
+        work: f64,
+    ) -> Self {
+        let normal = &solved.solution.multiplier[..panes.len()];
+        let area = &contact.state.surface.pane_area;
+        let product: f64 = (0..panes.len())
+            .map(|i| (normal[i] * panes[i].gap).abs() * area[i])
+            .sum();
+        Self {
+            penetration: ratio(
+                largest(panes.iter().map(|p| (-p.gap).max(0.0))),
+                largest(solved.solution.displacement.iter().copied()),
+            ),
+            adhesion: ratio(
+                largest(normal.iter().map(|l| (-l).max(0.0))),
+                largest(solved.solution.multiplier.iter().copied()),
+            ),
+            complementarity: ratio(product, work),
+            fixed_point: natural_residual(solved, contact, panes),
+        }
+    }
+}
+
+impl FrictionCertificate {
+    fn new(
+        solved: &Solved<'_>,
+        contact: &SolvedContact<'_>,
+        friction: Option<&FrictionField>,
+        panes: &[PaneState],
+        work: f64,
+    ) -> Self {
+        let area = &contact.state.surface.pane_area;
+        let with_friction =
+            || (0..panes.len()).filter_map(|i| Some((i, panes[i].friction.as_ref()?)));
+        let missing: f64 = with_friction()
+            .map(|(i, pane)| {
+                let [s, t, [a, b]] = [pane.slip, pane.stress, pane.semi_axes];
+                area[i] * ((a * s[0]).hypot(b * s[1]) + t[0] * s[0] + t[1] * s[1]).abs()
+            })
+            .sum();
+        let bound = |i: usize, pane: &PaneFriction| match friction {
+            Some(_) => solved.solution.multiplier[i],
+            None => pane.semi_axes[0].max(pane.semi_axes[1]),
+        };
+        let excess = with_friction().map(|(i, pane)| {
+            let g = bound(i, pane);
+            let scaled = match pane.coulomb {
+                Some((_, scaled)) => scaled,
+                None if g == 0.0 => pane.stress[0].hypot(pane.stress[1]),
+                None => {
+                    g * (pane.stress[0] / pane.semi_axes[0])
+                        .hypot(pane.stress[1] / pane.semi_axes[1])
+                }
+            };
+            (scaled - g).max(0.0)
+        });
+        Self {
+            friction_bound: ratio(
+                largest(excess),
+                largest(with_friction().map(|(i, pane)| bound(i, pane))),
+            ),
+            slip_direction: ratio(missing, work),
+        }
+    }
+}
+
 fn equilibrium(solved: &Solved<'_>) -> f64 {
-    let mut residual = solved
-        .system
-        .coupling
-        .nodal_forces(&solved.solution.multiplier);
+    let mut residual = match &solved.contact {
+        Some(contact) => contact.coupling.nodal_forces(&solved.solution.multiplier),
+        None => vec![0.0; solved.system.load.len()],
+    };
     let mut stiffness_u = vec![0.0; residual.len()];
     solved
         .system
@@ -110,20 +184,23 @@ fn equilibrium(solved: &Solved<'_>) -> f64 {
     ratio(norm(&residual), norm(&solved.system.load))
 }
 
-fn natural_residual(solved: &Solved<'_>, friction: &FrictionField, panes: &[PaneState]) -> f64 {
+fn natural_residual(solved: &Solved<'_>, contact: &SolvedContact<'_>, panes: &[PaneState]) -> f64 {
     let m = panes.len();
-    let slip_bound: Vec<f64> = solved.solution.multiplier[..m]
+    let semi_axes = panes
         .iter()
-        .map(|l| l.max(0.0))
+        .filter_map(|pane| Some(pane.friction?.semi_axes))
         .collect();
-    let set = FeasibleSet::new(&slip_bound, friction);
-    let area = &solved.mesh.contact.pane_area;
+    let set = FeasibleSet::new(m, semi_axes, &contact.state.interface.projections);
+    let area = &contact.state.surface.pane_area;
+    let alpha = solved.solution.steplength;
     // The gradient r = S λ − h is −(B u) plus the integrated gap.
     let mut step = solved.solution.multiplier.to_vec();
     for (i, pane) in panes.iter().enumerate() {
-        step[i] -= solved.solution.steplength * area[i] * pane.gap;
-        step[m + 2 * i] += solved.solution.steplength * area[i] * pane.slip[0];
-        step[m + 2 * i + 1] += solved.solution.steplength * area[i] * pane.slip[1];
+        step[i] -= alpha * area[i] * pane.gap;
+        if let Some(friction) = &pane.friction {
+            step[m + 2 * i] += alpha * area[i] * friction.slip[0];
+            step[m + 2 * i + 1] += alpha * area[i] * friction.slip[1];
+        }
     }
     set.project(&mut step);
     let difference: Vec<f64> = step
@@ -137,10 +214,6 @@ fn natural_residual(solved: &Solved<'_>, friction: &FrictionField, panes: &[Pane
 /// The quotient, and 0 for 0/0.
 fn ratio(part: f64, whole: f64) -> f64 {
     if part == 0.0 { 0.0 } else { part / whole }
-}
-
-fn norm(x: &[f64]) -> f64 {
-    x.iter().map(|v| v * v).sum::<f64>().sqrt()
 }
 
 /// max |v|.

@@ -1,20 +1,20 @@
-//! What the solution means: zones, stresses, resultants, energies, and a certificate.
+//! What a solution means: contact zones, stresses, resultants, and a certificate.
 
 mod certificate;
 mod resultants;
 mod zones;
 
-pub use certificate::Certificate;
-pub use resultants::{Resultants, Vector, von_mises};
-pub use zones::{PaneState, Zone, pane_states};
+pub use certificate::{Certificate, ContactCertificate, FrictionCertificate};
+pub use resultants::{ContactResultants, Resultants, Vector, von_mises};
+pub use zones::{PaneFriction, PaneState, Zone};
 
 use crate::{
-    contact::{FrictionField, nodal_slip},
+    contact::{Coupling, FrictionField, nodal_slip},
     dual::PrimalSystem,
-    elasticity::internal_forces,
+    elasticity::{Loads, MaterialField, internal_forces},
     mesh::Mesh,
-    scene::Scene,
-    solver::Solution,
+    scene::{Invalid, Scene},
+    solver::{ContactState, Solution},
 };
 
 /// A solved problem, as post-processing needs it: no factor, no dual operator.
@@ -24,19 +24,48 @@ pub struct Solved<'a> {
     pub scene: &'a Scene,
     /// The mesh.
     pub mesh: &'a Mesh,
-    /// A, l and B.
+    /// A and l.
     pub system: &'a PrimalSystem,
+    /// B and the laws of the contact face; `None` without contact.
+    pub contact: Option<SolvedContact<'a>>,
     /// λ, u and the friction they were found with.
     pub solution: &'a Solution,
+}
+
+/// The contact part of a solved problem.
+#[derive(Debug, Clone, Copy)]
+pub struct SolvedContact<'a> {
+    /// B.
+    pub coupling: &'a Coupling,
+    /// Γ_c and its laws.
+    pub state: ContactState<'a>,
+}
+
+impl SolvedContact<'_> {
+    /// F at the slip of a solution; `None` without Coulomb's law.
+    fn friction(&self, solved: &Solved<'_>) -> Option<FrictionField> {
+        let law = self.state.interface.coulomb()?;
+        let slip = if law.depends_on_slip() {
+            nodal_slip(
+                self.state.surface,
+                &self.state.interface.frame,
+                &solved.system.dofs,
+                &solved.solution.displacement,
+            )
+        } else {
+            Vec::new()
+        };
+        Some(FrictionField::new(law, self.state.surface, &slip))
+    }
 }
 
 /// Everything the post stage reports.
 #[derive(Debug, Clone)]
 pub struct ContactReport {
-    /// State of each pane, `[n_panes]`.
+    /// State of each pane, `[n_panes]`; empty without contact.
     pub panes: Vec<PaneState>,
-    /// (F₁, F₂) at the contact nodes for the slip of the solution.
-    pub friction: FrictionField,
+    /// (F₁, F₂) at the contact nodes for the slip of the solution; `None` without Coulomb's law.
+    pub friction: Option<FrictionField>,
     /// Nodal displacement, `[n_nodes]`, in m.
     pub displacement: Vec<[f64; 3]>,
     /// Voigt stress (xx, yy, zz, yz, xz, xy) of each tetrahedron in Pa.
@@ -51,26 +80,27 @@ pub struct ContactReport {
 
 impl ContactReport {
     /// Evaluates a solved problem.
-    #[must_use]
-    pub fn new(solved: &Solved<'_>) -> Self {
-        let surface = &solved.mesh.contact;
-        let frame = solved.scene.contact.frame();
-        let dofs = &solved.system.dofs;
-        let slip = nodal_slip(surface, &frame, dofs, &solved.solution.displacement);
-        let friction = FrictionField::new(&solved.scene.friction, surface, &slip);
-        let panes = pane_states(solved, &friction);
-        let displacement = dofs.to_nodes(&solved.solution.displacement);
-        let elasticity = solved.scene.material.elasticity();
-        let (forces, stress) = internal_forces(solved.mesh, &elasticity, &displacement);
-        Self {
-            resultants: Resultants::new(solved, &frame, &displacement, &forces),
-            certificate: Certificate::new(solved, &friction, &panes),
+    ///
+    /// # Errors
+    /// A load that is not finite.
+    pub fn new(solved: &Solved<'_>) -> Result<Self, Invalid> {
+        let friction = solved.contact.and_then(|contact| contact.friction(solved));
+        let panes = solved.contact.map_or_else(Vec::new, |contact| {
+            zones::pane_states(solved, &contact, friction.as_ref())
+        });
+        let displacement = solved.system.dofs.to_nodes(&solved.solution.displacement);
+        let material = MaterialField::new(solved.scene, solved.mesh);
+        let (internal, stress) = internal_forces(solved.mesh, &material, &displacement);
+        let applied = Loads::of(solved.scene).nodal_forces(solved.mesh)?;
+        Ok(Self {
+            resultants: Resultants::new(solved, &displacement, &applied, &internal),
+            certificate: Certificate::new(solved, friction.as_ref(), &panes),
             von_mises: stress.iter().map(von_mises).collect(),
             stress,
             panes,
             friction,
             displacement,
-        }
+        })
     }
 
     /// Number of panes in a zone.

@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
-use super::Solved;
-use crate::{elasticity::load_vector, scene::Frame};
+use super::{Solved, SolvedContact};
+use crate::linalg::dot;
 
 /// A vector in the global axes.
 pub type Vector = [f64; 3];
@@ -9,13 +9,7 @@ pub type Vector = [f64; 3];
 /// Forces, moments about the origin, energies and extreme values of a solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resultants {
-    /// Total normal contact force Σ|Rⁱ|λ_ν in N.
-    pub normal_force: f64,
-    /// Total tangential multiplier force Σ|Rⁱ|λ_t in N; the foundation acts with its opposite.
-    pub tangential_force: [f64; 2],
-    /// Force of the foundation on the body in N.
-    pub contact_force: Vector,
-    /// Applied surface loads in N.
+    /// Applied loads in N.
     pub applied_force: Vector,
     /// Reaction of the clamps in N.
     pub clamp_force: Vector,
@@ -31,6 +25,20 @@ pub struct Resultants {
     pub load_work: f64,
     /// max |u_x|, |u_y|, |u_z| over the nodes in m.
     pub largest_displacement: Vector,
+    /// The forces of the foundation; `None` without contact.
+    pub contact: Option<ContactResultants>,
+}
+
+/// Forces of the foundation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactResultants {
+    /// Total normal contact force Σ|Rⁱ|λ_ν in N.
+    pub normal_force: f64,
+    /// Total tangential multiplier force Σ|Rⁱ|λ_t in N; the foundation acts with its opposite.
+    /// `None` without friction.
+    pub tangential_force: Option<[f64; 2]>,
+    /// Force of the foundation on the body in N.
+    pub contact_force: Vector,
     /// max λ_ν in Pa.
     pub largest_pressure: f64,
 }
@@ -40,12 +48,14 @@ impl Resultants {
     /// minus what loads and contact already contribute.
     pub(super) fn new(
         solved: &Solved<'_>,
-        frame: &Frame,
         displacement: &[Vector],
+        applied: &[Vector],
         internal: &[Vector],
     ) -> Self {
-        let applied = load_vector(solved.mesh, &solved.scene.tractions);
-        let contact = contact_forces(solved, frame);
+        let contact = match &solved.contact {
+            Some(contact) => contact_forces(solved, contact),
+            None => vec![[0.0; 3]; applied.len()],
+        };
         let mut clamp = vec![[0.0; 3]; applied.len()];
         for (node, dofs) in solved.system.dofs.dof.iter().enumerate() {
             for component in (0..3).filter(|&c| dofs[c].is_none()) {
@@ -53,23 +63,13 @@ impl Resultants {
                     internal[node][component] - applied[node][component] - contact[node][component];
             }
         }
-        let sums = [&contact, &applied, &clamp].map(|f| total(solved, f));
-        let m = solved.system.coupling.n_panes;
-        let area = &solved.mesh.contact.pane_area;
-        let weighted = |offset: usize, stride: usize| -> f64 {
-            (0..m)
-                .map(|i| area[i] * solved.solution.multiplier[offset + stride * i])
-                .sum()
-        };
+        let sums = [&contact, applied, &clamp].map(|f| total(solved, f));
         let mut stiffness_u = vec![0.0; solved.solution.displacement.len()];
         solved
             .system
             .stiffness
             .mul(&solved.solution.displacement, &mut stiffness_u);
         Self {
-            normal_force: weighted(0, 1),
-            tangential_force: [weighted(m, 2), weighted(m + 1, 2)],
-            contact_force: sums[0].0.into(),
             applied_force: sums[1].0.into(),
             clamp_force: sums[2].0.into(),
             moments: sums.map(|(_, moment)| moment.into()),
@@ -82,32 +82,55 @@ impl Resultants {
                     .iter()
                     .fold(0.0, |most: f64, u| most.max(u[c].abs()))
             }),
-            largest_pressure: solved.solution.multiplier[..m]
-                .iter()
-                .copied()
-                .fold(0.0, f64::max),
+            contact: solved
+                .contact
+                .as_ref()
+                .map(|c| ContactResultants::new(solved, c, sums[0].0.into())),
+        }
+    }
+}
+
+impl ContactResultants {
+    fn new(solved: &Solved<'_>, contact: &SolvedContact<'_>, contact_force: Vector) -> Self {
+        let m = contact.coupling.n_panes;
+        let multiplier = &solved.solution.multiplier;
+        let area = &contact.state.surface.pane_area;
+        let weighted = |offset: usize, stride: usize| -> f64 {
+            (0..m)
+                .map(|i| area[i] * multiplier[offset + stride * i])
+                .sum()
+        };
+        Self {
+            normal_force: weighted(0, 1),
+            tangential_force: contact
+                .state
+                .interface
+                .has_friction()
+                .then(|| [weighted(m, 2), weighted(m + 1, 2)]),
+            contact_force,
+            largest_pressure: multiplier[..m].iter().copied().fold(0.0, f64::max),
         }
     }
 }
 
 /// Nodal forces of the foundation on the body, −∫ φ (λ_ν ν + λ_t1 t₁ + λ_t2 t₂), in N, at free and
 /// held nodes alike.
-fn contact_forces(solved: &Solved<'_>, frame: &Frame) -> Vec<Vector> {
-    let surface = &solved.mesh.contact;
-    let m = solved.system.coupling.n_panes;
+fn contact_forces(solved: &Solved<'_>, contact: &SolvedContact<'_>) -> Vec<Vector> {
+    let surface = contact.state.surface;
+    let frame = &contact.state.interface.frame;
+    let multiplier = &solved.solution.multiplier;
+    let m = contact.coupling.n_panes;
     let mut forces = vec![[0.0; 3]; solved.mesh.coordinates.len()];
     for pane in 0..m {
-        let stress = [
-            solved.solution.multiplier[pane],
-            solved.solution.multiplier[m + 2 * pane],
-            solved.solution.multiplier[m + 2 * pane + 1],
-        ];
-        let vector = Vector3::from(frame.normal) * stress[0]
-            + Vector3::from(frame.axis_1) * stress[1]
-            + Vector3::from(frame.axis_2) * stress[2];
+        let at = m + 2 * pane;
+        let tangential = match multiplier.get(at..at + 2) {
+            Some(pair) => [pair[0], pair[1]],
+            None => [0.0; 2],
+        };
         for (local, weight) in surface.pane_weights(pane) {
+            let stress = frame.vector(local, multiplier[pane], tangential);
             for c in 0..3 {
-                forces[surface.nodes[local]][c] -= weight * surface.pane_area[pane] * vector[c];
+                forces[surface.nodes[local]][c] -= weight * surface.pane_area[pane] * stress[c];
             }
         }
     }
@@ -132,10 +155,6 @@ fn imbalance(parts: [Vector3<f64>; 3]) -> f64 {
     } else {
         parts.iter().sum::<Vector3<f64>>().norm() / size
     }
-}
-
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(a, b)| a * b).sum()
 }
 
 /// Von Mises stress in Pa of a Voigt stress (xx, yy, zz, yz, xz, xy).

@@ -1,5 +1,5 @@
-use super::Solved;
-use crate::contact::FrictionField;
+use super::{Solved, SolvedContact};
+use crate::{contact::FrictionField, solver::Ellipse};
 
 /// What a pane of the contact face does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -9,7 +9,7 @@ pub enum Zone {
     Open = 0,
     /// In contact, the trial stress inside its ellipse: no slip.
     Stick = 1,
-    /// In contact, the trial stress outside its ellipse: the pane slides.
+    /// In contact and free to slide: the trial stress outside its ellipse, or no friction.
     Slip = 2,
 }
 
@@ -18,21 +18,30 @@ pub enum Zone {
 pub struct PaneState {
     /// Open, stick or slip.
     pub zone: Zone,
+    /// Normal contact stress σ_ν = −λ_ν in Pa.
+    pub normal_stress: f64,
+    /// Mean gap d − u_ν in m.
+    pub gap: f64,
+    /// The tangential quantities; `None` without friction.
+    pub friction: Option<PaneFriction>,
+}
+
+/// Tangential quantities of one pane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PaneFriction {
+    /// Tangential contact stress σ_t = −λ_t in Pa.
+    pub stress: [f64; 2],
+    /// Mean slip (u_t1, u_t2) in m.
+    pub slip: [f64; 2],
     /// 1 − ‖𝓕⁻¹λ_t‖/g for the ellipse of the last inner problem: 0 on its boundary, 1 at its
     /// centre; 1 on open panes.
     pub margin: f64,
-    /// Normal contact stress σ_ν = −λ_ν in Pa.
-    pub normal_stress: f64,
-    /// Tangential contact stress σ_t = −λ_t in Pa.
-    pub tangential_stress: [f64; 2],
-    /// ‖𝓕⁻¹σ_t‖ in Pa, at most −σ_ν, for the friction at the solution.
-    pub scaled_tangential_stress: f64,
-    /// Mean slip (u_t1, u_t2) in m.
-    pub slip: [f64; 2],
-    /// Mean gap d − u_ν in m.
-    pub gap: f64,
-    /// (F₁, F₂) of the pane at the solution.
-    pub friction: [f64; 2],
+    /// Semi-axes in Pa of the ellipse at the solution itself: λ_ν F₁(u), λ_ν F₂(u) for Coulomb's
+    /// law.
+    pub semi_axes: [f64; 2],
+    /// (F₁, F₂) of the pane at the solution and ‖𝓕⁻¹σ_t‖ in Pa, which is at most −σ_ν; `None`
+    /// with Tresca's law.
+    pub coulomb: Option<([f64; 2], f64)>,
 }
 
 /// Evaluates every pane.
@@ -42,47 +51,68 @@ pub struct PaneState {
 /// gradients may leave a sliding pane inside its ellipse by an error of the size of the inner
 /// tolerance, but its slip carries the trial stress outside.
 #[must_use]
-pub fn pane_states(solved: &Solved<'_>, friction: &FrictionField) -> Vec<PaneState> {
-    let m = solved.system.coupling.n_panes;
-    let integral = solved
-        .system
-        .coupling
-        .integrate(&solved.solution.displacement);
+pub(super) fn pane_states(
+    solved: &Solved<'_>,
+    contact: &SolvedContact<'_>,
+    friction: Option<&FrictionField>,
+) -> Vec<PaneState> {
+    let m = contact.coupling.n_panes;
+    let solution = solved.solution;
+    let surface = contact.state.surface;
+    let integral = contact.coupling.integrate(&solution.displacement);
+    let set = contact.state.feasible_set(solution.coulomb.as_ref());
+    let gap = contact.state.interface.gap.as_deref();
     (0..m)
         .map(|i| {
-            let area = solved.mesh.contact.pane_area[i];
-            let normal = solved.solution.multiplier[i];
-            let tangential = [
-                solved.solution.multiplier[m + 2 * i],
-                solved.solution.multiplier[m + 2 * i + 1],
-            ];
-            let slip = [integral[m + 2 * i] / area, integral[m + 2 * i + 1] / area];
-            let inverse = solved.solution.friction.pane_inverse[i];
-            let bound = solved.solution.slip_bound[i];
-            let step = solved.solution.steplength * area;
-            let trial = [0, 1].map(|c| tangential[c] + step * slip[c]);
-            let zone = match (normal > 0.0, scaled_norm(trial, inverse) > bound) {
-                (false, _) => Zone::Open,
-                (true, false) => Zone::Stick,
-                (true, true) => Zone::Slip,
-            };
-            let margin = match zone {
-                Zone::Open => 1.0,
-                _ if bound == 0.0 => 0.0,
-                _ => 1.0 - scaled_norm(tangential, inverse) / bound,
-            };
+            let area = surface.pane_area[i];
+            let normal = solution.multiplier[i];
+            let pressed = normal > 0.0;
+            let pair = |v: &[f64]| [v[m + 2 * i], v[m + 2 * i + 1]];
+            let tangential = set.ellipses.get(i).map(|ellipse| {
+                let stress = pair(&solution.multiplier);
+                let slip = pair(&integral).map(|v| v / area);
+                let step = solution.steplength * area;
+                let trial = [0, 1].map(|c| stress[c] + step * slip[c]);
+                let sticks = level(ellipse, trial) <= 1.0;
+                let inverse = friction.map(|field| field.pane_inverse[i]);
+                let state = PaneFriction {
+                    stress: stress.map(|t| 0.0 - t),
+                    slip,
+                    margin: if pressed {
+                        1.0 - level(ellipse, stress)
+                    } else {
+                        1.0
+                    },
+                    semi_axes: match inverse {
+                        Some(inverse) => inverse.map(|f| normal.max(0.0) / f),
+                        None => ellipse.semi_axes,
+                    },
+                    coulomb: inverse
+                        .map(|inverse| (inverse.map(f64::recip), scaled_norm(stress, inverse))),
+                };
+                (state, sticks)
+            });
             PaneState {
-                zone,
-                margin,
+                zone: match (pressed, tangential) {
+                    (false, _) => Zone::Open,
+                    (true, Some((_, true))) => Zone::Stick,
+                    (true, _) => Zone::Slip,
+                },
                 normal_stress: 0.0 - normal,
-                tangential_stress: tangential.map(|t| 0.0 - t),
-                scaled_tangential_stress: scaled_norm(tangential, friction.pane_inverse[i]),
-                slip,
-                gap: solved.scene.contact.gap - integral[i] / area,
-                friction: friction.pane(i),
+                gap: gap.map_or(0.0, |d| surface.pane_mean(i, d)) - integral[i] / area,
+                friction: tangential.map(|(state, _)| state),
             }
         })
         .collect()
+}
+
+/// ‖(t₁/a, t₂/b)‖, and 1 for a point on a vanishing ellipse.
+fn level(ellipse: &Ellipse, point: [f64; 2]) -> f64 {
+    match (ellipse.semi_axes == [0.0; 2], point == [0.0; 2]) {
+        (true, true) => 1.0,
+        (true, false) => f64::INFINITY,
+        _ => ellipse.level(point),
+    }
 }
 
 /// ‖diag(inverse) v‖.

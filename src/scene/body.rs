@@ -1,3 +1,5 @@
+use std::path::PathBuf;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -7,6 +9,8 @@ use serde::{Deserialize, Serialize};
 pub enum Body {
     /// The box (0, Lx) × (0, Ly) × (0, Lz) cut in equal cells of five tetrahedra each.
     Brick(Brick),
+    /// A tetrahedral mesh from a Gmsh file.
+    Gmsh(GmshFile),
 }
 
 /// A box and its regular mesh (HKL §4).
@@ -15,16 +19,33 @@ pub enum Body {
 pub struct Brick {
     /// Edge lengths [Lx, Ly, Lz] in m.
     pub size: [f64; 3],
-    /// Numbers of cells [nx, ny, nz]; even along the two axes of the contact face.
+    /// Numbers of cells [nx, ny, nz]; with panes, even along the two axes of the contact face.
     pub cells: [usize; 3],
 }
 
+/// A mesh file of Gmsh, format 2.2 or 4.1, ASCII. Physical surfaces name the faces, physical
+/// volumes the regions.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GmshFile {
+    /// Path of the .msh file, relative to the scene file.
+    pub file: PathBuf,
+    /// Length of the file's unit in m.
+    #[serde(default = "one")]
+    pub unit: f64,
+    /// BLAKE3 digest of the file. Filled in when the mesh is made; a scene that gives it is sure
+    /// to use that very file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub digest: Option<String>,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
 /// A face of the brick.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
-)]
-#[serde(rename_all = "snake_case")]
-pub enum Face {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum BrickFace {
     /// x = 0.
     XMin,
     /// x = Lx.
@@ -39,8 +60,8 @@ pub enum Face {
     ZMax,
 }
 
-impl Face {
-    /// All faces, in the order of their stored numbers 0…5.
+impl BrickFace {
+    /// All faces, in the order of their numbers 0…5.
     pub const ALL: [Self; 6] = [
         Self::XMin,
         Self::XMax,
@@ -49,6 +70,16 @@ impl Face {
         Self::ZMin,
         Self::ZMax,
     ];
+
+    /// The names used in scene files.
+    pub const NAMES: [&str; 6] = ["x_min", "x_max", "y_min", "y_max", "z_min", "z_max"];
+
+    /// The face of a name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        let place = Self::NAMES.iter().position(|n| *n == name)?;
+        Some(Self::ALL[place])
+    }
 
     /// The coordinate axis the face is perpendicular to (0, 1, 2).
     #[must_use]
@@ -60,19 +91,5 @@ impl Face {
     #[must_use]
     pub fn is_max(self) -> bool {
         self as usize % 2 == 1
-    }
-
-    /// The outward unit normal ν.
-    #[must_use]
-    pub fn normal(self) -> [f64; 3] {
-        let mut normal = [0.0; 3];
-        normal[self.axis()] = if self.is_max() { 1.0 } else { -1.0 };
-        normal
-    }
-
-    /// The name used in scene files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        ["x_min", "x_max", "y_min", "y_max", "z_min", "z_max"][self as usize]
     }
 }

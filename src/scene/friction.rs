@@ -1,145 +1,171 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Orthotropic Coulomb friction, F = diag(F₁, F₂) in the frame (t₁, t₂).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+use super::{Coefficient, LawPoint, Quantity};
+
+/// What the scene says about friction: one isotropic coefficient, or two for the axes t₁ and t₂;
+/// with a slip bound it is Tresca's law, without one Coulomb's.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Friction {
-    /// F₁, which may depend on |u_t1|.
-    pub coefficient_1: Coefficient,
-    /// F₂, which may depend on |u_t2|.
-    pub coefficient_2: Coefficient,
+    /// Given slip bound g ≥ 0 of Tresca's law ‖F⁻¹σ_t‖ ≤ g in Pa: a number, or an expression in
+    /// x, y, z. The coefficients are then constants, and 1 when not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slip_bound: Option<Quantity>,
+    /// F of an isotropic law, which may depend on |u_t|.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coefficient: Option<Coefficient>,
+    /// F₁, which may depend on |u_t1| and |u_t2|.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coefficient_1: Option<Coefficient>,
+    /// F₂, which may depend on |u_t1| and |u_t2|.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coefficient_2: Option<Coefficient>,
 }
 
-/// One coefficient of friction as a function of the slip ζ ≥ 0 along its own axis.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Coefficient {
-    /// The same value everywhere and for every slip.
-    Constant(f64),
-    /// A linear change between two constant values (HKL §4).
-    Ramp(Ramp),
-}
-
-/// F(ζ) = `initial` for ζ ≤ `onset`, then a straight line to `residual`, constant afterwards.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Ramp {
-    /// Value at small slip.
-    pub initial: f64,
-    /// Value at large slip.
-    pub residual: f64,
-    /// Slip at which the change begins, in m.
-    pub onset: f64,
-    /// Steepness |dF/dζ| of the change, in 1/m.
-    pub rate: f64,
+/// The matrix F = diag(F₁, F₂) as a function of place and slip.
+#[derive(Debug, Clone, PartialEq)]
+pub enum FrictionLaw {
+    /// F₁ = F₂, a function of |u_t|.
+    Isotropic(Coefficient),
+    /// F₁ and F₂.
+    Orthotropic(Box<[Coefficient; 2]>),
 }
 
 impl Friction {
-    /// (F₁, F₂) at the slips (|u_t1|, |u_t2|) in m.
+    /// The coefficients; `None` when the scene gives none, or one of two, or one too many.
     #[must_use]
-    pub fn evaluate(&self, slip: [f64; 2]) -> [f64; 2] {
-        [
-            self.coefficient_1.evaluate(slip[0]),
-            self.coefficient_2.evaluate(slip[1]),
-        ]
+    pub fn law(&self) -> Option<FrictionLaw> {
+        match (&self.coefficient, &self.coefficient_1, &self.coefficient_2) {
+            (Some(f), None, None) => Some(FrictionLaw::Isotropic(f.clone())),
+            (None, Some(first), Some(second)) => Some(FrictionLaw::Orthotropic(Box::new([
+                first.clone(),
+                second.clone(),
+            ]))),
+            (None, None, None) if self.slip_bound.is_some() => {
+                Some(FrictionLaw::Isotropic(Coefficient::Constant(1.0)))
+            }
+            _ => None,
+        }
     }
 
-    /// (∂F₁/∂ζ₁, ∂F₂/∂ζ₂) in 1/m, one-sided (from the left) at the kinks of a ramp.
-    #[must_use]
-    pub fn derivative(&self, slip: [f64; 2]) -> [f64; 2] {
+    /// The coefficients that are given, with their keys.
+    pub fn given(&self) -> impl Iterator<Item = (&'static str, &Coefficient)> {
         [
-            self.coefficient_1.derivative(slip[0]),
-            self.coefficient_2.derivative(slip[1]),
+            ("coefficient", &self.coefficient),
+            ("coefficient_1", &self.coefficient_1),
+            ("coefficient_2", &self.coefficient_2),
         ]
+        .into_iter()
+        .filter_map(|(key, coefficient)| Some((key, coefficient.as_ref()?)))
+    }
+}
+
+impl FrictionLaw {
+    /// (F₁, F₂) at a place in m for the slips (|u_t1|, |u_t2|) in m.
+    #[must_use]
+    pub fn evaluate(&self, position: [f64; 3], slip: [f64; 2]) -> [f64; 2] {
+        match self {
+            Self::Isotropic(f) => [f.evaluate(&isotropic_point(position, slip)); 2],
+            Self::Orthotropic(pair) => {
+                [0, 1].map(|axis| pair[axis].evaluate(&axis_point(position, slip, axis)))
+            }
+        }
+    }
+
+    /// ∂F_i/∂|u_tk| in 1/m, one-sided at kinks.
+    #[must_use]
+    pub fn derivative(&self, position: [f64; 3], slip: [f64; 2]) -> [[f64; 2]; 2] {
+        match self {
+            Self::Isotropic(f) => {
+                let at = isotropic_point(position, slip);
+                let derivative = f.derivative(&at);
+                let direction = slip.map(|s| if s > 0.0 { s / at.own_slip } else { 0.0 });
+                [[0, 1].map(|k| derivative.own * direction[k] + derivative.pair[k]); 2]
+            }
+            Self::Orthotropic(pair) => [0, 1].map(|axis| {
+                let derivative = pair[axis].derivative(&axis_point(position, slip, axis));
+                let mut row = derivative.pair;
+                row[axis] += derivative.own;
+                row
+            }),
+        }
+    }
+
+    /// The coefficients, one or two.
+    #[must_use]
+    pub fn coefficients(&self) -> &[Coefficient] {
+        match self {
+            Self::Isotropic(f) => std::slice::from_ref(f),
+            Self::Orthotropic(pair) => pair.as_slice(),
+        }
     }
 
     /// Whether any coefficient depends on the solution.
     #[must_use]
     pub fn depends_on_slip(&self) -> bool {
-        [self.coefficient_1, self.coefficient_2]
+        self.coefficients().iter().any(Coefficient::depends_on_slip)
+    }
+
+    /// Whether any coefficient depends on the place.
+    #[must_use]
+    pub fn depends_on_place(&self) -> bool {
+        self.coefficients()
             .iter()
-            .any(|c| matches!(c, Coefficient::Ramp(r) if r.initial != r.residual))
+            .any(Coefficient::depends_on_place)
     }
 }
 
-impl Coefficient {
-    /// F(ζ).
-    #[must_use]
-    pub fn evaluate(&self, slip: f64) -> f64 {
-        match *self {
-            Self::Constant(value) => value,
-            Self::Ramp(ramp) => ramp.evaluate(slip),
-        }
-    }
-
-    /// dF/dζ in 1/m.
-    #[must_use]
-    pub fn derivative(&self, slip: f64) -> f64 {
-        match *self {
-            Self::Constant(_) => 0.0,
-            Self::Ramp(ramp) => ramp.derivative(slip),
-        }
+fn isotropic_point(position: [f64; 3], slip: [f64; 2]) -> LawPoint {
+    LawPoint {
+        position,
+        slip,
+        own_slip: slip[0].hypot(slip[1]),
     }
 }
 
-impl Ramp {
-    /// Slip at which the residual value is reached, in m.
-    #[must_use]
-    pub fn end(&self) -> f64 {
-        self.onset + (self.initial - self.residual).abs() / self.rate
-    }
-
-    fn evaluate(&self, slip: f64) -> f64 {
-        if slip <= self.onset {
-            self.initial
-        } else if slip >= self.end() {
-            self.residual
-        } else {
-            self.initial + self.derivative(slip) * (slip - self.onset)
-        }
-    }
-
-    fn derivative(&self, slip: f64) -> f64 {
-        if slip <= self.onset || slip > self.end() || self.initial == self.residual {
-            0.0
-        } else {
-            self.rate.copysign(self.residual - self.initial)
-        }
+fn axis_point(position: [f64; 3], slip: [f64; 2], axis: usize) -> LawPoint {
+    LawPoint {
+        position,
+        slip,
+        own_slip: slip[axis],
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Formula;
+    use proptest::prelude::*;
 
-    #[test]
-    fn ramp_of_the_paper() {
-        // HKL §4 with par = 6e4: rate 0.05·par, end 1e-5 + 2/par.
-        let ramp = Ramp {
-            initial: 0.3,
-            residual: 0.2,
-            onset: 1e-5,
-            rate: 3000.0,
-        };
-        assert_eq!(ramp.evaluate(0.0), 0.3);
-        assert_eq!(ramp.evaluate(1e-5), 0.3);
-        assert_eq!(ramp.evaluate(1.0), 0.2);
-        // The midpoint of a straight line; a few roundings of numbers near 0.3.
-        assert!((ramp.evaluate(1e-5 + 1.0 / 6e4) - 0.25).abs() < 1e-15);
-        assert!((ramp.end() - (1e-5 + 2.0 / 6e4)).abs() < 1e-19);
-        assert_eq!(ramp.derivative(2e-5), -3000.0);
+    proptest! {
+        /// An isotropic law is a function of |u_t| alone, and so are its derivatives.
+        #[test]
+        fn isotropic_derivatives_equal_differences(s1 in 0.1..2.0_f64, s2 in 0.1..2.0_f64) {
+            let formula = Formula::parse("0.2 + 0.1*exp(-s)").unwrap();
+            let law = FrictionLaw::Isotropic(Coefficient::Expression(formula));
+            let f = |s1: f64, s2: f64| law.evaluate([0.0; 3], [s1, s2])[0];
+            let derivative = law.derivative([0.0; 3], [s1, s2]);
+            let step = 1e-6;
+            // Truncation 1e-12, cancellation of numbers near 0.3 over 2e-6.
+            prop_assert!((derivative[0][0] - (f(s1 + step, s2) - f(s1 - step, s2)) / (2.0 * step)).abs() < 1e-9);
+            prop_assert!((derivative[0][1] - (f(s1, s2 + step) - f(s1, s2 - step)) / (2.0 * step)).abs() < 1e-9);
+            prop_assert_eq!(derivative[0], derivative[1]);
+        }
     }
 
     #[test]
-    fn hardening_ramp_rises() {
-        let ramp = Ramp {
-            initial: 0.1,
-            residual: 2.0,
-            onset: 0.0,
-            rate: 1e4,
+    fn a_law_needs_one_coefficient_or_two() {
+        let half = Friction {
+            coefficient_1: Some(Coefficient::Constant(0.3)),
+            ..Friction::default()
         };
-        assert!(ramp.evaluate(1e-4) > 1.0 && ramp.derivative(1e-4) == 1e4);
-        assert_eq!(ramp.evaluate(1e-3), 2.0);
+        assert_eq!(half.law(), None);
+        let tresca = Friction {
+            slip_bound: Some(Quantity::Constant(1e6)),
+            ..Friction::default()
+        };
+        let unit = FrictionLaw::Isotropic(Coefficient::Constant(1.0));
+        assert_eq!(tresca.law(), Some(unit));
     }
 }

@@ -1,7 +1,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Face;
+use super::Quantity;
 
 /// A displacement component in the global axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -15,12 +15,20 @@ pub enum Component {
     Z,
 }
 
+impl Component {
+    /// The name used in scene files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        ["x", "y", "z"][self as usize]
+    }
+}
+
 /// Displacement components held at zero on a face.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Clamp {
-    /// The held face.
-    pub face: Face,
+    /// The held face: x_min … z_max of a brick, or a physical surface of a Gmsh file.
+    pub face: String,
     /// The held components; all three when not given.
     #[serde(default = "all_components")]
     pub components: Vec<Component>,
@@ -30,12 +38,30 @@ fn all_components() -> Vec<Component> {
     vec![Component::X, Component::Y, Component::Z]
 }
 
-/// A constant surface traction σν = p.
+/// A surface traction σν = p.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Traction {
     /// The loaded face.
-    pub face: Face,
-    /// The traction vector p in Pa.
-    pub value: [f64; 3],
+    pub face: String,
+    /// The traction vector p in Pa: numbers, or expressions in x, y, z.
+    pub value: [Quantity; 3],
+}
+
+/// A pressure σν = −p ν, which pushes into the body where positive.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Pressure {
+    /// The loaded face.
+    pub face: String,
+    /// The pressure p in Pa: a number, or an expression in x, y, z.
+    pub value: Quantity,
+}
+
+/// A force f per volume, such as weight.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BodyForce {
+    /// The force vector f in N/m³: numbers, or expressions in x, y, z.
+    pub value: [Quantity; 3],
 }

@@ -1,4 +1,4 @@
-use nalgebra::Matrix6;
+use nalgebra::{Matrix3, Matrix6, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -8,6 +8,10 @@ use serde::{Deserialize, Serialize};
 pub enum Material {
     /// Hooke's law with two constants.
     Isotropic(Isotropic),
+    /// Three planes of symmetry, nine constants.
+    Orthotropic(Orthotropic),
+    /// Any elasticity tensor.
+    Voigt(Voigt),
 }
 
 /// An isotropic linear elastic material.
@@ -20,22 +24,177 @@ pub struct Isotropic {
     pub poisson_ratio: f64,
 }
 
+/// An orthotropic linear elastic material: ε = C⁻¹σ with C⁻¹_ii = 1/E_i, C⁻¹_ij = −ν_ij/E_i.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Orthotropic {
+    /// Young's moduli [E₁, E₂, E₃] in Pa.
+    pub young_moduli: [f64; 3],
+    /// Poisson's ratios [ν₂₃, ν₁₃, ν₁₂]: ν_ij is the contraction along j under tension along i.
+    pub poisson_ratios: [f64; 3],
+    /// Shear moduli [G₂₃, G₁₃, G₁₂] in Pa.
+    pub shear_moduli: [f64; 3],
+    /// First two material axes in the global frame, orthogonal, of any length; x and y when not
+    /// given.
+    #[serde(default = "global_axes")]
+    pub axes: [[f64; 3]; 2],
+}
+
+fn global_axes() -> [[f64; 3]; 2] {
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+}
+
+/// An elasticity tensor in Voigt notation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Voigt {
+    /// The symmetric matrix C in Pa for σ = (xx, yy, zz, yz, xz, xy) and engineering shear strains
+    /// 2ε_yz, 2ε_xz, 2ε_xy, in the global axes.
+    pub stiffness: [[f64; 6]; 6],
+}
+
+/// A part of the body with a material of its own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Region {
+    /// Where it is.
+    pub part: Part,
+    /// Its elastic law.
+    pub material: Material,
+}
+
+/// A part of the body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Part {
+    /// A physical volume of a Gmsh file.
+    Group(String),
+    /// The tetrahedra whose centroid lies between two corners [min, max] in m.
+    Box([[f64; 3]; 2]),
+}
+
 impl Material {
     /// The elasticity tensor C in Voigt notation in Pa, for σ = (xx, yy, zz, yz, xz, xy) and
-    /// engineering shear strains 2ε_yz, 2ε_xz, 2ε_xy.
+    /// engineering shear strains 2ε_yz, 2ε_xz, 2ε_xy; `None` when the constants of an orthotropic
+    /// law have no inverse.
     #[must_use]
-    pub fn elasticity(&self) -> Matrix6<f64> {
-        let Self::Isotropic(Isotropic {
-            young_modulus,
-            poisson_ratio,
-        }) = *self;
-        let lame_lambda =
-            young_modulus * poisson_ratio / ((1.0 + poisson_ratio) * (1.0 - 2.0 * poisson_ratio));
-        let lame_mu = young_modulus / (2.0 * (1.0 + poisson_ratio));
+    pub fn elasticity(&self) -> Option<Matrix6<f64>> {
+        match self {
+            Self::Isotropic(constants) => Some(constants.elasticity()),
+            Self::Orthotropic(constants) => constants.elasticity(),
+            Self::Voigt(voigt) => Some(Matrix6::from_fn(|i, j| voigt.stiffness[i][j])),
+        }
+    }
+}
+
+impl Isotropic {
+    fn elasticity(&self) -> Matrix6<f64> {
+        let (young, poisson) = (self.young_modulus, self.poisson_ratio);
+        let lame_lambda = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson));
+        let lame_mu = young / (2.0 * (1.0 + poisson));
         Matrix6::from_fn(|i, j| match (i < 3, j < 3) {
             (true, true) => lame_lambda + if i == j { 2.0 * lame_mu } else { 0.0 },
             (false, false) if i == j => lame_mu,
             _ => 0.0,
         })
+    }
+}
+
+impl Orthotropic {
+    fn elasticity(&self) -> Option<Matrix6<f64>> {
+        let [e1, e2, _] = self.young_moduli;
+        let [n23, n13, n12] = self.poisson_ratios;
+        let coupling = [[0.0, n12 / e1, n13 / e1], [0.0, 0.0, n23 / e2]];
+        let compliance = Matrix3::from_fn(|i, j| {
+            if i == j {
+                1.0 / self.young_moduli[i]
+            } else {
+                -coupling[i.min(j)][i.max(j)]
+            }
+        });
+        let direct = compliance.try_inverse()?;
+        let mut own = Matrix6::zeros();
+        for i in 0..3 {
+            for j in i..3 {
+                own[(i, j)] = direct[(i, j)];
+                own[(j, i)] = direct[(i, j)];
+            }
+            own[(3 + i, 3 + i)] = self.shear_moduli[i];
+        }
+        if self.axes == global_axes() {
+            return Some(own);
+        }
+        let first = Vector3::from(self.axes[0]).normalize();
+        let second = Vector3::from(self.axes[1]).normalize();
+        let rotation = Matrix3::from_columns(&[first, second, first.cross(&second)]);
+        let bond = bond_matrix(&rotation);
+        let turned = bond * own * bond.transpose();
+        Some((turned + turned.transpose()) * 0.5)
+    }
+}
+
+/// Bond's matrix M with σ = M σ' in Voigt notation when σ = R σ' Rᵀ.
+fn bond_matrix(r: &Matrix3<f64>) -> Matrix6<f64> {
+    const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)];
+    Matrix6::from_fn(|row, column| {
+        let ((i, j), (k, l)) = (PAIRS[row], PAIRS[column]);
+        if k == l {
+            r[(i, k)] * r[(j, k)]
+        } else {
+            r[(i, k)] * r[(j, l)] + r[(i, l)] * r[(j, k)]
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wood(axes: [[f64; 3]; 2]) -> Matrix6<f64> {
+        let constants = Orthotropic {
+            young_moduli: [11e9, 0.8e9, 0.5e9],
+            poisson_ratios: [0.4, 0.45, 0.37],
+            shear_moduli: [0.05e9, 0.6e9, 0.7e9],
+            axes,
+        };
+        Material::Orthotropic(constants).elasticity().unwrap()
+    }
+
+    #[test]
+    fn equal_constants_are_isotropic() {
+        let isotropic = Isotropic {
+            young_modulus: 2e11,
+            poisson_ratio: 0.3,
+        };
+        let shear = 2e11 / 2.6;
+        let orthotropic = Material::Orthotropic(Orthotropic {
+            young_moduli: [2e11; 3],
+            poisson_ratios: [0.3; 3],
+            shear_moduli: [shear; 3],
+            axes: [[1.0, 2.0, 0.5], [-2.0, 1.0, 0.0]],
+        });
+        let difference = orthotropic.elasticity().unwrap() - isotropic.elasticity();
+        // Some ten roundings of numbers near 3e11.
+        assert!(difference.amax() < 1e-3);
+    }
+
+    #[test]
+    fn compliance_has_the_given_constants() {
+        let compliance = wood(global_axes()).try_inverse().unwrap();
+        // Relative roundings of a 3 × 3 inverse with condition number near 30.
+        let close = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-12;
+        assert!(close(1.0 / compliance[(0, 0)], 11e9));
+        assert!(close(-compliance[(0, 1)] * 11e9, 0.37));
+        assert!(close(-compliance[(1, 2)] * 0.8e9, 0.4));
+        assert!(close(1.0 / compliance[(4, 4)], 0.6e9));
+    }
+
+    #[test]
+    fn a_quarter_turn_exchanges_axes() {
+        let turned = wood([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]);
+        let own = wood(global_axes());
+        // Products with the exact rotation entries 0 and 1.
+        assert!((turned[(1, 1)] - own[(0, 0)]).abs() <= 1e-15 * own[(0, 0)]);
+        assert!((turned[(3, 3)] - own[(4, 4)]).abs() <= 1e-15 * own[(4, 4)]);
     }
 }

@@ -4,20 +4,32 @@
 //! system works as well, because no constant of the program has a unit.
 
 mod body;
+mod coefficient;
 mod contact;
+mod effects;
 mod error;
+mod expression;
+mod file;
 mod friction;
 mod load;
 mod material;
+mod quantity;
 mod solve;
 mod validate;
 
-pub use body::{Body, Brick, Face};
-pub use contact::{Contact, Frame};
+pub use body::{Body, Brick, BrickFace, GmshFile};
+pub use coefficient::{
+    Coefficient, Formula, Grid, LAW_VARIABLES, LawPoint, Ramp, SlipDerivative, Table,
+};
+pub use contact::{Contact, MultiplierSpace};
+pub use effects::{ContactEffect, Effects, FrictionEffect};
 pub use error::{Invalid, SceneError};
-pub use friction::{Coefficient, Friction, Ramp};
-pub use load::{Clamp, Component, Traction};
-pub use material::{Isotropic, Material};
+pub use expression::{Expression, ExpressionError, FUNCTIONS};
+pub use file::SceneFile;
+pub use friction::{Friction, FrictionLaw};
+pub use load::{BodyForce, Clamp, Component, Pressure, Traction};
+pub use material::{Isotropic, Material, Orthotropic, Part, Region, Voigt};
+pub use quantity::{POSITION, Quantity};
 pub use solve::{
     AssembleSettings, DualOperatorKind, InnerSolver, Method, PrecisionControl, SolveSettings,
 };
@@ -36,18 +48,29 @@ pub struct Scene {
     pub reference: Option<String>,
     /// The body Ω and its mesh.
     pub body: Body,
-    /// The elastic law σ = C ε.
+    /// The elastic law σ = C ε wherever no region has another.
     pub material: Material,
+    /// Parts of the body with a material of their own; the last one that holds a tetrahedron counts.
+    #[serde(rename = "region", default, skip_serializing_if = "Vec::is_empty")]
+    pub regions: Vec<Region>,
     /// Faces on which displacement components vanish (Γ_u).
     #[serde(rename = "clamp", default)]
     pub clamps: Vec<Clamp>,
     /// Surface tractions p on faces (Γ_p); tractions on the same face add up.
-    #[serde(rename = "traction", default)]
+    #[serde(rename = "traction", default, skip_serializing_if = "Vec::is_empty")]
     pub tractions: Vec<Traction>,
-    /// The contact face Γ_c and its frame.
-    pub contact: Contact,
-    /// The friction coefficients F₁, F₂.
-    pub friction: Friction,
+    /// Pressures on faces; they add to tractions.
+    #[serde(rename = "pressure", default, skip_serializing_if = "Vec::is_empty")]
+    pub pressures: Vec<Pressure>,
+    /// The body force f; none when not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub body_force: Option<BodyForce>,
+    /// The contact face Γ_c and its frame; without it the problem is elastic only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact: Option<Contact>,
+    /// The law of friction on Γ_c; without it contact is frictionless.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<Friction>,
     /// How the elastic problem is prepared.
     #[serde(default)]
     pub assemble: AssembleSettings,

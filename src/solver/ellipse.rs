@@ -11,6 +11,11 @@ pub struct Ellipse {
 const BOUNDARY_ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 impl Ellipse {
+    /// The ellipse of vanishing semi-axes.
+    pub const POINT: Self = Self {
+        semi_axes: [0.0; 2],
+    };
+
     /// ‖diag(1/a, 1/b) p‖: below 1 inside, 1 on the boundary. A vanishing semi-axis contributes 0
     /// for a vanishing component and +∞ otherwise.
     #[must_use]

@@ -1,32 +1,40 @@
-use super::Ellipse;
-use crate::contact::FrictionField;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// The admissible multipliers for a frozen slip bound g and friction 𝓕:
-/// λ_ν ≥ 0 and ‖𝓕_i⁻¹ λ_t,i‖ ≤ g_i on every pane.
+use super::Ellipse;
+
+/// The admissible multipliers of a frozen problem: λ_ν ≥ 0 and, with friction, ‖𝓕_i⁻¹ λ_t,i‖ ≤ g_i
+/// on every pane.
 #[derive(Debug, Clone)]
-pub struct FeasibleSet {
-    /// One ellipse per pane, `[n_panes]`.
+pub struct FeasibleSet<'a> {
+    n_panes: usize,
+    /// One ellipse per pane; none without friction.
     pub ellipses: Vec<Ellipse>,
+    projections: &'a AtomicUsize,
 }
 
-impl FeasibleSet {
-    /// Ellipses with semi-axes g_i / (𝓕_i⁻¹)₁₁ and g_i / (𝓕_i⁻¹)₂₂ in Pa.
+impl<'a> FeasibleSet<'a> {
+    /// Bounds on all normal components and ellipses of given semi-axes in Pa, `[n_panes]`, or none;
+    /// projections on ellipses are added to `projections`.
     #[must_use]
-    pub fn new(slip_bound: &[f64], friction: &FrictionField) -> Self {
-        let ellipses = slip_bound
-            .iter()
-            .zip(&friction.pane_inverse)
-            .map(|(g, inverse)| Ellipse {
-                semi_axes: [g / inverse[0], g / inverse[1]],
-            })
-            .collect();
-        Self { ellipses }
+    pub fn new(n_panes: usize, semi_axes: Vec<[f64; 2]>, projections: &'a AtomicUsize) -> Self {
+        let ellipses = semi_axes.into_iter();
+        Self {
+            n_panes,
+            ellipses: ellipses.map(|semi_axes| Ellipse { semi_axes }).collect(),
+            projections,
+        }
     }
 
     /// Number of panes m.
     #[must_use]
     pub fn n_panes(&self) -> usize {
-        self.ellipses.len()
+        self.n_panes
+    }
+
+    /// Adds to the count of projections on ellipses.
+    pub(super) fn count_projections(&self) {
+        self.projections
+            .fetch_add(self.ellipses.len(), Ordering::Relaxed);
     }
 
     /// The tangential pair of a pane in a multiplier-sized vector.
@@ -41,7 +49,8 @@ impl FeasibleSet {
         for value in &mut multiplier[..self.n_panes()] {
             *value = value.max(0.0);
         }
-        for pane in 0..self.n_panes() {
+        self.count_projections();
+        for pane in 0..self.ellipses.len() {
             let nearest = self.ellipses[pane].project(self.tangential(multiplier, pane));
             let at = self.n_panes() + 2 * pane;
             multiplier[at..at + 2].copy_from_slice(&nearest);
@@ -53,6 +62,8 @@ impl FeasibleSet {
         let m = self.n_panes();
         for pane in 0..m {
             free[pane] = multiplier[pane] > 0.0;
+        }
+        for pane in 0..self.ellipses.len() {
             let inside = !self.ellipses[pane].on_boundary(self.tangential(multiplier, pane));
             free[m + 2 * pane] = inside;
             free[m + 2 * pane + 1] = inside;
@@ -66,7 +77,7 @@ impl FeasibleSet {
             .filter(|&i| direction[i] > 0.0)
             .map(|i| multiplier[i] / direction[i])
             .fold(f64::INFINITY, f64::min);
-        (0..self.n_panes())
+        (0..self.ellipses.len())
             .map(|pane| {
                 let p = self.tangential(multiplier, pane);
                 self.ellipses[pane].largest_step(p, self.tangential(direction, pane))

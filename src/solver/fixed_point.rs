@@ -1,13 +1,13 @@
 use std::time::Instant;
 
 use super::{
-    ContactState, FeasibleSet, InnerOutcome, Kprgp, NewtonSettings, NewtonStatus, OuterStep,
-    Solution, SolvedBy, Status, StepCounts, minimise_frozen, norm::projected_gradient_steplength,
-    vector::norm,
+    ContactState, CoulombState, Inner, InnerSummary, Kprgp, OuterStep, Solution, SolvedBy, Status,
+    norm::projected_gradient_steplength,
 };
 use crate::{
-    contact::{FrictionField, nodal_slip},
-    dual::{Assembly, DualOperator, ExplicitDual},
+    contact::{CoulombLaw, FrictionField, nodal_slip},
+    dual::{Assembly, DualOperator},
+    linalg::norm,
     scene::{PrecisionControl, SolveSettings},
 };
 
@@ -48,15 +48,6 @@ impl<'a> Precision<'a> {
     }
 }
 
-/// What solves the problems with frozen slip bound and friction.
-#[derive(Debug, Clone, Copy)]
-pub enum Inner<'a> {
-    /// KPRGP, as in the paper.
-    Kprgp,
-    /// Newton's method on the dense dual problem, which reaches rounding in a few steps.
-    Newton(&'a ExplicitDual),
-}
-
 /// The method of successive approximations (HKL Algorithm 4.1) with a chosen inner solver.
 ///
 /// `observe` is called after every outer step with its number and record. An operator that knows
@@ -66,42 +57,41 @@ pub fn successive_approximations(
     operator: &mut dyn DualOperator,
     assembly: &Assembly,
     contact: &ContactState<'_>,
+    law: &CoulombLaw,
     settings: &SolveSettings,
     mut observe: impl FnMut(usize, &OuterStep),
 ) -> Solution {
-    let m = contact.surface.n_panes();
+    let m = contact.n_panes();
     let mut started = Instant::now();
     let mut actions_before = operator.actions();
-    let steplength = projected_gradient_steplength(operator);
     let kprgp = Kprgp {
-        steplength,
+        steplength: projected_gradient_steplength(operator),
         gamma: settings.gamma,
         max_actions: settings.max_inner_actions,
     };
     let mut precision = Precision::new(settings);
     let mut change = 1.0;
-    let no_slip = vec![[0.0; 2]; contact.surface.nodes.len()];
+    let follows_slip = law.depends_on_slip();
+    let mut state = CoulombState {
+        slip_bound: vec![0.0; m],
+        friction: FrictionField::new(law, contact.surface, &[]),
+    };
     let mut solution = Solution {
         status: Status::MaxOuterSteps,
-        multiplier: vec![0.0; 3 * m],
-        displacement: Vec::new(),
-        friction: FrictionField::new(contact.law, contact.surface, &no_slip),
-        slip: no_slip,
-        slip_bound: vec![0.0; m],
-        steplength,
         solved_by: SolvedBy::FixedPoint,
+        steplength: kprgp.steplength,
+        multiplier: vec![0.0; 3 * m],
         accuracy: 1.0,
-        mapping_change: None,
-        history: Vec::new(),
-        newton: Vec::new(),
-        actions: 0,
+        ..Solution::default()
     };
     for k in 0..settings.max_outer_steps {
         if k > 0 {
-            solution.slip_bound = solution.multiplier[..m].to_vec();
-            solution.friction = FrictionField::new(contact.law, contact.surface, &solution.slip);
+            state.slip_bound = solution.multiplier[..m].to_vec();
+            if let Some(slip) = &solution.slip {
+                state.friction = FrictionField::new(law, contact.surface, slip);
+            }
         }
-        let set = FeasibleSet::new(&solution.slip_bound, &solution.friction);
+        let set = contact.feasible_set(Some(&state));
         let tolerance = precision.next(change);
         let mut next = solution.multiplier.clone();
         let outcome = inner.minimise(operator, &kprgp, &set, &mut next, tolerance);
@@ -111,7 +101,13 @@ pub fn successive_approximations(
         let accurate = outcome.at_rounding || outcome.residual <= precision.floor();
         let end = stop(&outcome, accurate && change <= settings.epsilon(), change);
         let last = end.is_some() || k + 1 == settings.max_outer_steps;
-        solution.update_slip(operator, assembly, contact, last);
+        if follows_slip {
+            let slip = solution.slip_at(operator, assembly, contact);
+            solution.slip = Some(slip);
+        }
+        if last && solution.displacement.is_empty() {
+            solution.displacement = operator.to_primal(&solution.multiplier);
+        }
         solution.history.push(OuterStep {
             change,
             inner_tolerance: tolerance,
@@ -129,94 +125,28 @@ pub fn successive_approximations(
             break;
         }
     }
+    solution.coulomb = Some(state);
     solution
 }
 
 impl Solution {
-    /// φ of the multiplier, and u where it is needed: for φ itself, or in the last step.
-    fn update_slip(
+    /// φ of the multiplier; keeps u where φ comes from it.
+    fn slip_at(
         &mut self,
         operator: &mut dyn DualOperator,
         assembly: &Assembly,
         contact: &ContactState<'_>,
-        last: bool,
-    ) {
-        let known = operator.tangential_displacement(&self.multiplier);
-        if last || known.is_none() {
-            self.displacement = operator.to_primal(&self.multiplier);
+    ) -> Vec<[f64; 2]> {
+        if let Some(displacement) = operator.tangential_displacement(&self.multiplier) {
+            return displacement.iter().map(|u| u.map(f64::abs)).collect();
         }
-        self.slip = match known {
-            Some(displacement) => displacement.iter().map(|u| u.map(f64::abs)).collect(),
-            None => nodal_slip(
-                contact.surface,
-                contact.frame,
-                &assembly.primal.dofs,
-                &self.displacement,
-            ),
-        };
-    }
-}
-
-/// What an inner solver did.
-struct InnerSummary {
-    converged: bool,
-    /// Final residual, relative as the tolerance is.
-    residual: f64,
-    steps: StepCounts,
-    /// Whether rounding forbids a smaller residual.
-    at_rounding: bool,
-    /// Actions of S that the operator did not count.
-    actions: usize,
-}
-
-impl Inner<'_> {
-    /// Improves a multiplier on a frozen admissible set to a relative tolerance.
-    fn minimise(
-        self,
-        operator: &mut dyn DualOperator,
-        kprgp: &Kprgp,
-        set: &FeasibleSet,
-        multiplier: &mut Vec<f64>,
-        tolerance: f64,
-    ) -> InnerSummary {
-        match self {
-            Self::Kprgp => {
-                let rhs_norm = norm(operator.rhs());
-                set.project(multiplier);
-                let InnerOutcome {
-                    converged,
-                    reduced_gradient,
-                    steps,
-                } = kprgp.minimise(operator, set, multiplier, tolerance * rhs_norm);
-                let relative = reduced_gradient / rhs_norm;
-                InnerSummary {
-                    converged,
-                    residual: if rhs_norm > 0.0 { relative } else { 0.0 },
-                    steps,
-                    at_rounding: false,
-                    actions: 0,
-                }
-            }
-            Self::Newton(dual) => {
-                let settings = NewtonSettings {
-                    tolerance: tolerance.max(dual.rounding()),
-                    ..NewtonSettings::default()
-                };
-                let outcome = minimise_frozen(dual, set, multiplier, &settings);
-                *multiplier = outcome.multiplier;
-                InnerSummary {
-                    converged: matches!(
-                        outcome.status,
-                        NewtonStatus::Converged | NewtonStatus::RoundingLimit
-                    ),
-                    residual: outcome.residual,
-                    steps: StepCounts::default(),
-                    at_rounding: outcome.status == NewtonStatus::RoundingLimit
-                        || outcome.residual <= dual.rounding(),
-                    actions: outcome.evaluations,
-                }
-            }
-        }
+        self.displacement = operator.to_primal(&self.multiplier);
+        nodal_slip(
+            contact.surface,
+            &contact.interface.frame,
+            &assembly.primal.dofs,
+            &self.displacement,
+        )
     }
 }
 

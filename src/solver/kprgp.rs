@@ -1,10 +1,10 @@
 use std::ops::AddAssign;
 
-use super::{
-    FeasibleSet,
-    vector::{add_scaled, dot, norm},
+use super::FeasibleSet;
+use crate::{
+    dual::DualOperator,
+    linalg::{add_scaled, dot, norm},
 };
-use crate::dual::DualOperator;
 
 /// KPRGP: minimises ½ λᵀSλ − λᵀh over bounds and ellipses (Kučera, SIAM J. Optim. 19 (2008) 846).
 #[derive(Debug, Clone, Copy)]
@@ -65,7 +65,7 @@ impl Kprgp {
     pub fn minimise(
         &self,
         operator: &mut dyn DualOperator,
-        set: &FeasibleSet,
+        set: &FeasibleSet<'_>,
         multiplier: &mut [f64],
         tolerance: f64,
     ) -> InnerOutcome {
@@ -129,7 +129,7 @@ impl Kprgp {
         r
     }
 
-    fn split(&self, set: &FeasibleSet, multiplier: &[f64], r: &[f64]) -> Gradients {
+    fn split(&self, set: &FeasibleSet<'_>, multiplier: &[f64], r: &[f64]) -> Gradients {
         let mut free = vec![false; r.len()];
         set.mark_free(multiplier, &mut free);
         let mut reduced: Vec<f64> = multiplier
@@ -160,9 +160,10 @@ impl Kprgp {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{contact::FrictionField, solver::operator_norm};
+    use crate::solver::operator_norm;
     use nalgebra::{DMatrix, DVector};
     use proptest::prelude::*;
+    use std::sync::atomic::AtomicUsize;
 
     /// S = GᵀG + δI of a given G.
     struct Dense {
@@ -205,12 +206,11 @@ mod tests {
         }
     }
 
-    fn set(bounds: &[f64]) -> FeasibleSet {
-        let friction = FrictionField {
-            nodal: Vec::new(),
-            pane_inverse: vec![[2.0, 5.0]; PANES],
-        };
-        FeasibleSet::new(bounds, &friction)
+    static PROJECTIONS: AtomicUsize = AtomicUsize::new(0);
+
+    fn set(bounds: &[f64]) -> FeasibleSet<'static> {
+        let semi_axes = bounds.iter().map(|g| [g / 2.0, g / 5.0]).collect();
+        FeasibleSet::new(PANES, semi_axes, &PROJECTIONS)
     }
 
     proptest! {

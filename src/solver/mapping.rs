@@ -1,8 +1,9 @@
-use super::{
-    ContactState, FeasibleSet, NewtonSettings, NewtonStatus, newton::minimise_frozen_in,
-    vector::norm,
+use super::{ContactState, CoulombState, NewtonSettings, NewtonStatus, newton::minimise_frozen_in};
+use crate::{
+    contact::{CoulombLaw, FrictionField},
+    dual::ExplicitDual,
+    linalg::norm,
 };
-use crate::{contact::FrictionField, dual::ExplicitDual};
 
 /// One value of the mapping Ψ whose fixed points are the discrete solutions (HKL §3).
 #[derive(Debug, Clone)]
@@ -29,16 +30,11 @@ pub struct MappingValue {
 pub fn evaluate(
     dual: &ExplicitDual,
     contact: &ContactState<'_>,
+    law: &CoulombLaw,
     multiplier: &[f64],
 ) -> MappingValue {
-    let displacement = dual.tangential_displacement(multiplier);
-    let slip: Vec<[f64; 2]> = displacement.iter().map(|u| u.map(f64::abs)).collect();
-    let friction = FrictionField::new(contact.law, contact.surface, &slip);
-    let slip_bound: Vec<f64> = multiplier[..dual.n_panes()]
-        .iter()
-        .map(|l| l.max(0.0))
-        .collect();
-    let set = FeasibleSet::new(&slip_bound, &friction);
+    let state = coulomb_state(dual, contact, law, multiplier);
+    let set = contact.feasible_set(Some(&state));
     let settings = NewtonSettings {
         tolerance: dual.rounding(),
         ..NewtonSettings::default()
@@ -61,5 +57,29 @@ pub fn evaluate(
         inner_residual: inner.residual,
         inner_steps: inner.history.len(),
         evaluations: inner.evaluations,
+    }
+}
+
+/// (|u_t1|, |u_t2|) at the contact nodes for a multiplier; empty unless the law follows the slip.
+pub(super) fn slip_of(dual: &ExplicitDual, multiplier: &[f64]) -> Vec<[f64; 2]> {
+    dual.compliance
+        .as_ref()
+        .map_or_else(Vec::new, |compliance| {
+            let displacement = compliance.tangential_displacement(multiplier);
+            displacement.iter().map(|u| u.map(f64::abs)).collect()
+        })
+}
+
+/// g = λ_ν and 𝓕 = 𝓕(u_t(λ)).
+pub(super) fn coulomb_state(
+    dual: &ExplicitDual,
+    contact: &ContactState<'_>,
+    law: &CoulombLaw,
+    multiplier: &[f64],
+) -> CoulombState {
+    let normal = &multiplier[..dual.n_panes()];
+    CoulombState {
+        slip_bound: normal.iter().map(|l| l.max(0.0)).collect(),
+        friction: FrictionField::new(law, contact.surface, &slip_of(dual, multiplier)),
     }
 }

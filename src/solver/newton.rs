@@ -2,9 +2,8 @@ use super::{
     ContactState, FeasibleSet, mapping,
     natural_map::{Bound, NaturalMap},
     newton_loop::{self, NewtonSettings, NewtonStatus, NewtonStep},
-    vector::add_scaled,
 };
-use crate::{contact::FrictionField, dual::ExplicitDual};
+use crate::{contact::CoulombLaw, dual::ExplicitDual, linalg::add_scaled};
 
 /// Share of the way to Ψ(λ) in a safeguard step of [`newton`].
 const DAMPING: f64 = 0.5;
@@ -14,14 +13,10 @@ const DAMPING: f64 = 0.5;
 pub struct NewtonSolution {
     /// How the method ended.
     pub status: NewtonStatus,
-    /// λ: m normal stresses λ_ν, then m pairs λ_t, `[3 n_panes]`, in Pa.
+    /// λ: m normal stresses λ_ν, then m pairs λ_t, `[n_multipliers]`, in Pa.
     pub multiplier: Vec<f64>,
     /// Final ‖R‖ / ‖λ‖.
     pub residual: f64,
-    /// φ = (|u_t1|, |u_t2|) at the contact nodes, in m.
-    pub slip: Vec<[f64; 2]>,
-    /// F and 𝓕⁻¹ at this slip.
-    pub friction: FrictionField,
     /// One record per step.
     pub history: Vec<NewtonStep>,
     /// Evaluations of R, one action of S each.
@@ -39,12 +34,13 @@ pub struct NewtonSolution {
 pub fn newton(
     dual: &ExplicitDual,
     contact: &ContactState<'_>,
+    law: &CoulombLaw,
     start: Option<&[f64]>,
     settings: &NewtonSettings,
     observe: impl FnMut(usize, &NewtonStep),
 ) -> NewtonSolution {
     let start = start.map_or_else(|| vec![0.0; dual.dimension()], <[f64]>::to_vec);
-    let map = NaturalMap::new(dual, Bound::Coulomb(contact));
+    let map = NaturalMap::new(dual, Bound::Coulomb(contact, law));
     let mut hidden_evaluations = 0;
     let outcome = newton_loop::iterate(
         &map,
@@ -52,20 +48,16 @@ pub fn newton(
         settings,
         0,
         |multiplier| {
-            let image = mapping::evaluate(dual, contact, multiplier);
+            let image = mapping::evaluate(dual, contact, law, multiplier);
             hidden_evaluations += image.evaluations;
             let pairs = multiplier.iter().zip(&image.multiplier);
             pairs.map(|(l, next)| l + DAMPING * (next - l)).collect()
         },
         observe,
     );
-    let displacement = dual.tangential_displacement(&outcome.multiplier);
-    let slip: Vec<[f64; 2]> = displacement.iter().map(|u| u.map(f64::abs)).collect();
     NewtonSolution {
         status: outcome.status,
         residual: outcome.residual,
-        friction: FrictionField::new(contact.law, contact.surface, &slip),
-        slip,
         multiplier: outcome.multiplier,
         history: outcome.history,
         evaluations: outcome.evaluations + hidden_evaluations,
@@ -77,7 +69,7 @@ pub fn newton(
 pub struct FrozenSolution {
     /// How the method ended.
     pub status: NewtonStatus,
-    /// The minimiser, `[3 n_panes]`, in Pa.
+    /// The minimiser, `[n_multipliers]`, in Pa.
     pub multiplier: Vec<f64>,
     /// Final ‖R‖ / ‖λ‖.
     pub residual: f64,
@@ -92,7 +84,7 @@ pub struct FrozenSolution {
 #[must_use]
 pub fn minimise_frozen(
     dual: &ExplicitDual,
-    set: &FeasibleSet,
+    set: &FeasibleSet<'_>,
     start: &[f64],
     settings: &NewtonSettings,
 ) -> FrozenSolution {
@@ -102,7 +94,7 @@ pub fn minimise_frozen(
 /// [`minimise_frozen`] in no fewer than `least_steps`.
 pub(super) fn minimise_frozen_in(
     dual: &ExplicitDual,
-    set: &FeasibleSet,
+    set: &FeasibleSet<'_>,
     start: &[f64],
     settings: &NewtonSettings,
     least_steps: usize,
@@ -137,7 +129,12 @@ pub(super) fn minimise_frozen_in(
 
 /// Projected block Gauss–Seidel: each normal component to its minimum, then each pair one
 /// projected step of length 1/trace of its 2 × 2 block.
-pub(super) fn relax(dual: &ExplicitDual, set: &FeasibleSet, multiplier: &mut [f64], sweeps: usize) {
+pub(super) fn relax(
+    dual: &ExplicitDual,
+    set: &FeasibleSet<'_>,
+    multiplier: &mut [f64],
+    sweeps: usize,
+) {
     let m = dual.n_panes();
     let mut gradient = dual.apply(multiplier);
     for (r, h) in gradient.iter_mut().zip(&dual.rhs) {
@@ -154,11 +151,14 @@ pub(super) fn relax(dual: &ExplicitDual, set: &FeasibleSet, multiplier: &mut [f6
                 let value = (multiplier[pane] - gradient[pane] / diagonal).max(0.0);
                 set_value(multiplier, &mut gradient, pane, value);
             }
+            let Some(ellipse) = set.ellipses.get(pane) else {
+                continue;
+            };
             let at = m + 2 * pane;
             let trace = dual.column(at)[at] + dual.column(at + 1)[at + 1];
             if trace > 0.0 {
                 let trial = [0, 1].map(|k| multiplier[at + k] - gradient[at + k] / trace);
-                let next = set.ellipses[pane].project(trial);
+                let next = ellipse.project(trial);
                 set_value(multiplier, &mut gradient, at, next[0]);
                 set_value(multiplier, &mut gradient, at + 1, next[1]);
             }

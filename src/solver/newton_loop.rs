@@ -1,9 +1,7 @@
 use std::time::Instant;
 
-use super::{
-    natural_map::{Evaluation, NaturalMap, PaneZone},
-    vector::norm,
-};
+use super::natural_map::{Evaluation, NaturalMap, PaneZone};
+use crate::linalg::norm;
 
 /// Halvings of one step before the full step is taken all the same.
 const MOST_HALVINGS: usize = 12;

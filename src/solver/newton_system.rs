@@ -74,7 +74,7 @@ impl<'a> NewtonSystem<'a> {
             }
             let derivative = pane.ellipse.projection_derivative(pane.trial);
             let by_axes = derivative.by_semi_axes;
-            let coulomb = matches!(map.bound, Bound::Coulomb(_));
+            let coulomb = matches!(map.bound, Bound::Coulomb(..));
             let moving =
                 coulomb && !evaluation.inverse_slope.is_empty() && by_axes != [[0.0; 2]; 2];
             at.pair = Some(PairRows {
@@ -133,7 +133,8 @@ impl<'a> NewtonSystem<'a> {
     fn column(&self, j: usize, out: &mut [f64]) {
         let m = self.map.dual.n_panes();
         let s = self.map.dual.column(j);
-        let g = self.map.dual.compliance_column(j);
+        let compliance = self.map.dual.compliance.as_ref();
+        let g = compliance.map_or(&[] as &[f64], |c| c.column(j));
         let steplengths = &self.map.steplengths;
         for at in &self.rows {
             let normal = at.pane;
@@ -142,7 +143,8 @@ impl<'a> NewtonSystem<'a> {
             }
             let Some(pair) = &at.pair else { continue };
             let first = m + 2 * normal;
-            let [s1, s2] = [s[first], s[first + 1]].map(|v| steplengths[first] * v);
+            let rho = [steplengths[first], steplengths[first + 1]];
+            let [s1, s2] = [rho[0] * s[first], rho[1] * s[first + 1]];
             let mut entry = pair.by_point.map(|p| p[0] * s1 + p[1] * s2);
             if j == normal && at.normal_row.is_some() {
                 entry[0] -= pair.by_bound[0];
@@ -151,8 +153,10 @@ impl<'a> NewtonSystem<'a> {
             if j == first || j == first + 1 {
                 let k = j - first;
                 entry[k] += 1.0;
-                entry[0] -= pair.by_point[0][k];
-                entry[1] -= pair.by_point[1][k];
+                if rho[k] > 0.0 {
+                    entry[0] -= pair.by_point[0][k];
+                    entry[1] -= pair.by_point[1][k];
+                }
             }
             if let Some(by_inverse) = &pair.by_inverse {
                 let change = self.inverse_change(at.pane, g);
@@ -166,7 +170,7 @@ impl<'a> NewtonSystem<'a> {
 
     /// ∂𝓕_i⁻¹/∂λ_j = −Σ w ∂(1/F)/∂u_t G_{·j} over the nodes of a pane, for a column of G.
     fn inverse_change(&self, pane: usize, compliance: &[f64]) -> [f64; 2] {
-        let Bound::Coulomb(contact) = self.map.bound else {
+        let Bound::Coulomb(contact, _) = self.map.bound else {
             return [0.0; 2];
         };
         let slopes = &self.evaluation.inverse_slope;
@@ -175,7 +179,9 @@ impl<'a> NewtonSystem<'a> {
             .pane_weights(pane)
             .fold([0.0; 2], |sum, (node, weight)| {
                 std::array::from_fn(|k| {
-                    sum[k] - weight * slopes[node][k] * compliance[2 * node + k]
+                    let [first, second] = slopes[node][k];
+                    let change = first * compliance[2 * node] + second * compliance[2 * node + 1];
+                    sum[k] - weight * change
                 })
             })
     }

@@ -3,29 +3,48 @@
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 
+use std::{path::Path, sync::atomic::AtomicUsize};
+
 use super::{
-    ContactState, Ellipse, FeasibleSet, NewtonSettings, NewtonStatus, minimise_frozen,
+    ContactState, FeasibleSet, NewtonSettings, NewtonStatus, minimise_frozen,
     natural_map::{Bound, Evaluation, NaturalMap},
     newton::relax,
-    vector::norm,
 };
 use crate::{
-    dual::ExplicitDual,
-    mesh::{ContactSurface, brick},
-    scene::{Brick, Coefficient, Face, Frame, Friction, Ramp},
+    contact::Interface,
+    dual::{ContactCompliance, ExplicitDual},
+    linalg::norm,
+    mesh::Mesh,
+    scene::{Coefficient, Formula, Friction, Ramp, Scene},
 };
 
 const PANES: usize = 2;
 const NODES: usize = 15;
 const SIZE: usize = 3 * PANES;
 
-/// Two panes of 2 × 2 faces.
-fn surface() -> ContactSurface {
-    let spec = Brick {
-        size: [2.0, 1.0, 1.0],
-        cells: [4, 2, 2],
-    };
-    brick(&spec, Face::ZMin).contact
+/// Two panes of 2 × 2 faces, with a law that follows the slips.
+const SCENE: &str = "
+    title = 'two panes'
+    body.brick = { size = [2.0, 1.0, 1.0], cells = [4, 2, 2] }
+    material.isotropic = { young_modulus = 1.0, poisson_ratio = 0.3 }
+    clamp = [{ face = 'z_max' }]
+    contact = { face = 'z_min' }
+    friction.coefficient.constant = 0.3
+";
+
+fn mesh_and_interface(law: Friction) -> (Mesh, Interface) {
+    let mut scene = Scene::parse("two panes", SCENE).unwrap();
+    scene.friction = Some(law);
+    let mesh = Mesh::of_scene(&scene, Path::new("")).unwrap();
+    let interface = Interface::new(&scene, &mesh).unwrap().unwrap();
+    (mesh, interface)
+}
+
+static PROJECTIONS: AtomicUsize = AtomicUsize::new(0);
+
+fn set_of(axes: &[f64]) -> FeasibleSet<'static> {
+    let semi_axes = axes.chunks_exact(2).map(|a| [a[0], a[1]]).collect();
+    FeasibleSet::new(PANES, semi_axes, &PROJECTIONS)
 }
 
 /// S = MᵀM + I and an arbitrary compliance.
@@ -35,13 +54,25 @@ fn dual(entries: &[f64], rhs: &[f64], compliance: &[f64], slip_free: &[f64]) -> 
     ExplicitDual {
         operator: operator.as_slice().to_vec(),
         rhs: rhs.to_vec(),
-        compliance: compliance.to_vec(),
-        slip_free: slip_free.chunks_exact(2).map(|p| [p[0], p[1]]).collect(),
+        n_panes: PANES,
+        compliance: Some(ContactCompliance {
+            matrix: compliance.to_vec(),
+            slip_free: slip_free.chunks_exact(2).map(|p| [p[0], p[1]]).collect(),
+        }),
     }
 }
 
-/// Ramps whose ends lie outside the slips that the tests reach often.
-fn law() -> Friction {
+/// Ramps whose ends lie outside the slips that the tests reach often, or formulas that couple both
+/// axes and the place.
+fn law(coupled: bool) -> Friction {
+    if coupled {
+        let formula = |text| Some(Coefficient::Expression(Formula::parse(text).unwrap()));
+        return Friction {
+            coefficient_1: formula("0.3 + 0.2*exp(-s1) + 0.1*tanh(s2)"),
+            coefficient_2: formula("0.5 - 0.2*tanh(s1*s2) + 0.1*x"),
+            ..Friction::default()
+        };
+    }
     let ramp = |initial, residual, rate| {
         Coefficient::Ramp(Ramp {
             initial,
@@ -51,8 +82,9 @@ fn law() -> Friction {
         })
     };
     Friction {
-        coefficient_1: ramp(0.8, 0.2, 0.3),
-        coefficient_2: ramp(0.1, 0.9, 0.4),
+        coefficient_1: Some(ramp(0.8, 0.2, 0.3)),
+        coefficient_2: Some(ramp(0.1, 0.9, 0.4)),
+        ..Friction::default()
     }
 }
 
@@ -65,7 +97,10 @@ fn moved(point: &[f64], direction: &[f64], s: f64) -> Vec<f64> {
 fn same_piece(x: &Evaluation, y: &Evaluation) -> bool {
     let signs = |e: &Evaluation| -> Vec<[Option<bool>; 2]> {
         let sign = |v: f64| (v != 0.0).then_some(v > 0.0);
-        e.inverse_slope.iter().map(|s| s.map(sign)).collect()
+        e.inverse_slope
+            .iter()
+            .map(|s| [sign(s[0][0]), sign(s[1][1])])
+            .collect()
     };
     signs(x) == signs(y)
         && x.panes
@@ -92,15 +127,14 @@ proptest! {
         slip_free in prop::collection::vec(-1.0..1.0_f64, 2 * NODES),
         multiplier in prop::collection::vec(-1.0..3.0_f64, SIZE),
         frozen in prop::option::of(prop::collection::vec(0.1..2.0_f64, 2 * PANES)),
+        coupled in any::<bool>(),
     ) {
         let dual = dual(&entries, &rhs, &compliance, &slip_free);
-        let (surface, law) = (surface(), law());
-        let frame = Frame { normal: [0.0, 0.0, -1.0], axis_1: [1.0, 0.0, 0.0], axis_2: [0.0, 1.0, 0.0] };
-        let contact = ContactState { surface: &surface, frame: &frame, law: &law };
-        let set = frozen.map(|axes| FeasibleSet {
-            ellipses: axes.chunks_exact(2).map(|a| Ellipse { semi_axes: [a[0], a[1]] }).collect(),
-        });
-        let bound = set.as_ref().map_or(Bound::Coulomb(&contact), Bound::Frozen);
+        let (mesh, interface) = mesh_and_interface(law(coupled));
+        let contact = ContactState { surface: mesh.contact.as_ref().unwrap(), interface: &interface };
+        let set = frozen.map(|axes| set_of(&axes));
+        let coulomb = Bound::Coulomb(&contact, interface.coulomb().unwrap());
+        let bound = set.as_ref().map_or(coulomb, Bound::Frozen);
         let map = NaturalMap::new(&dual, bound);
         let evaluation = map.evaluate(&multiplier);
         let Some((step, _)) = map.newton_step(&evaluation) else { return Err(TestCaseError::reject("kink")) };
@@ -123,9 +157,7 @@ proptest! {
         axes in prop::collection::vec(prop_oneof![Just(0.0), 0.1..2.0_f64], 2 * PANES),
     ) {
         let dual = dual(&entries, &rhs, &[0.0; 2 * NODES * SIZE], &[0.0; 2 * NODES]);
-        let set = FeasibleSet {
-            ellipses: axes.chunks_exact(2).map(|a| Ellipse { semi_axes: [a[0], a[1]] }).collect(),
-        };
+        let set = set_of(&axes);
         let solution = minimise_frozen(&dual, &set, &start, &NewtonSettings::default());
         prop_assert!(matches!(solution.status, NewtonStatus::Converged | NewtonStatus::RoundingLimit));
         let mut relaxed = start;

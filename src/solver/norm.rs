@@ -1,5 +1,7 @@
-use super::vector::{add_scaled, dot, norm};
-use crate::dual::DualOperator;
+use crate::{
+    dual::DualOperator,
+    linalg::{add_scaled, dot, norm},
+};
 
 /// An upper estimate of ‖S‖ by Lanczos' method: the largest Ritz value plus its residual.
 ///

@@ -1,14 +1,14 @@
-use super::{NewtonStep, StepCounts};
+use super::{FeasibleSet, NewtonStep, StepCounts};
 use crate::{
-    contact::FrictionField,
+    contact::{FrictionField, Interface, InterfaceFriction},
     mesh::ContactSurface,
-    scene::{Frame, Friction},
 };
 
 /// How a solve ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Status {
     /// The accuracy ε was reached.
+    #[default]
     Converged,
     /// The outer loop ran out of steps.
     MaxOuterSteps,
@@ -23,12 +23,17 @@ pub enum Status {
 }
 
 /// Which algorithm gave the answer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SolvedBy {
     /// Successive approximations.
     FixedPoint,
     /// Semismooth Newton.
     Newton,
+    /// One minimisation, for frictionless contact and given slip bounds.
+    Minimisation,
+    /// One solve with the factor, for a body without contact.
+    #[default]
+    Direct,
 }
 
 /// One step k of Algorithm 4.1.
@@ -49,7 +54,7 @@ pub struct OuterStep {
 }
 
 /// The discrete solution and how it was reached.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Solution {
     /// How the solve ended.
     pub status: Status,
@@ -59,17 +64,16 @@ pub struct Solution {
     pub accuracy: f64,
     /// ‖Ψ(λ) − λ‖ / ‖λ‖ for the paper's mapping Ψ, where it was evaluated.
     pub mapping_change: Option<f64>,
-    /// λ: m normal stresses λ_ν, then m pairs λ_t, `[3 n_panes]`, in Pa.
+    /// λ: m normal stresses λ_ν, then m pairs λ_t where there is friction, `[n_multipliers]`, in Pa.
     pub multiplier: Vec<f64>,
     /// u over the free degrees of freedom, `[n_free]`, in m.
     pub displacement: Vec<f64>,
-    /// φ = (|u_t1|, |u_t2|) of `displacement` at the contact nodes, in m.
-    pub slip: Vec<[f64; 2]>,
-    /// The slip bound g that the last inner problem used, `[n_panes]`, in Pa.
-    pub slip_bound: Vec<f64>,
-    /// The friction that the last inner problem used.
-    pub friction: FrictionField,
-    /// Steplength ᾱ of projected gradient steps, in Pa/m³.
+    /// φ = (|u_t1|, |u_t2|) of `displacement` at the contact nodes, in m; `None` unless the
+    /// coefficients of friction follow the slip.
+    pub slip: Option<Vec<[f64; 2]>>,
+    /// The slip bound and the friction of the last inner problem; `None` without Coulomb friction.
+    pub coulomb: Option<CoulombState>,
+    /// Steplength ᾱ of projected gradient steps, in Pa/m³; 0 without contact.
     pub steplength: f64,
     /// One record per step of successive approximations.
     pub history: Vec<OuterStep>,
@@ -77,6 +81,19 @@ pub struct Solution {
     pub newton: Vec<NewtonStep>,
     /// Actions of A⁻¹, or of the dense S in its place (n_A).
     pub actions: usize,
+    /// Evaluations of the friction law at a node.
+    pub law_evaluations: usize,
+    /// Projections on an ellipse.
+    pub projections: usize,
+}
+
+/// The slip bound and the friction of an inner problem.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CoulombState {
+    /// g, `[n_panes]`, in Pa.
+    pub slip_bound: Vec<f64>,
+    /// F and 𝓕⁻¹.
+    pub friction: FrictionField,
 }
 
 /// What the friction law needs to know of the contact face.
@@ -84,8 +101,35 @@ pub struct Solution {
 pub struct ContactState<'a> {
     /// Γ_c and its panes.
     pub surface: &'a ContactSurface,
-    /// The friction frame.
-    pub frame: &'a Frame,
-    /// The friction law.
-    pub law: &'a Friction,
+    /// Its frame, gap and friction law.
+    pub interface: &'a Interface,
+}
+
+impl<'a> ContactState<'a> {
+    /// Number of panes m.
+    #[must_use]
+    pub fn n_panes(&self) -> usize {
+        self.surface.n_panes()
+    }
+
+    /// The admissible set of frictionless contact or of Tresca's law; with Coulomb's law that of
+    /// a given state.
+    #[must_use]
+    pub fn feasible_set(&self, coulomb: Option<&CoulombState>) -> FeasibleSet<'a> {
+        let semi_axes = match (&self.interface.friction, coulomb) {
+            (InterfaceFriction::Tresca(semi_axes), _) => semi_axes.clone(),
+            (InterfaceFriction::Coulomb(_), Some(state)) => state.semi_axes(),
+            (InterfaceFriction::Frictionless | InterfaceFriction::Coulomb(_), _) => Vec::new(),
+        };
+        FeasibleSet::new(self.n_panes(), semi_axes, &self.interface.projections)
+    }
+}
+
+impl CoulombState {
+    /// Semi-axes g_i / (𝓕_i⁻¹)₁₁ and g_i / (𝓕_i⁻¹)₂₂ of the admissible ellipses in Pa, `[n_panes]`.
+    #[must_use]
+    pub fn semi_axes(&self) -> Vec<[f64; 2]> {
+        let panes = self.slip_bound.iter().zip(&self.friction.pane_inverse);
+        panes.map(|(g, inverse)| inverse.map(|f| g / f)).collect()
+    }
 }

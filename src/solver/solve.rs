@@ -1,12 +1,23 @@
+use std::sync::atomic::Ordering;
+
 use thiserror::Error;
 
 use super::{
-    ContactState, Inner, NewtonSettings, NewtonSolution, NewtonStatus, NewtonStep, OuterStep,
-    Solution, SolvedBy, Status, evaluate_mapping, newton, norm::projected_gradient_steplength,
+    ContactState, CoulombState, Inner, NewtonSettings, NewtonSolution, NewtonStatus, NewtonStep,
+    OuterStep, Solution, SolvedBy, Status, evaluate_mapping,
+    mapping::{coulomb_state, slip_of},
+    minimisation::minimise,
+    newton,
+    norm::projected_gradient_steplength,
     successive_approximations,
 };
 use crate::{
-    dual::{DualOperator, DualSystem, ExplicitDual, ExplicitOperator, ImplicitOperator},
+    contact::CoulombLaw,
+    dual::{
+        Assembly, ContactSystem, DualOperator, DualSystem, ExplicitDual, ExplicitOperator,
+        ImplicitOperator,
+    },
+    linalg::Workspace,
     scene::{InnerSolver, Method, SolveSettings},
 };
 
@@ -31,125 +42,172 @@ pub struct NeedsExplicit(&'static str);
 /// digits of a double, far above its rounding and far below any other fixed point.
 const CERTIFIED: f64 = 1e-8;
 
-/// Solves the discrete contact problem as the settings say.
+/// Solves the discrete problem as the settings say, by no more than its effects ask for: one solve
+/// without contact, one minimisation without friction or with a given slip bound.
 ///
 /// # Errors
 /// [`NeedsExplicit`] when Newton's method is asked for and S is not dense.
 pub fn solve(
     system: &DualSystem,
-    contact: &ContactState<'_>,
+    contact: Option<&ContactState<'_>>,
     settings: &SolveSettings,
     observe: &mut dyn FnMut(Progress<'_>),
 ) -> Result<Solution, NeedsExplicit> {
-    let explicit = system.explicit.as_ref();
-    match (settings.method, explicit) {
-        (Method::Newton, None) => Err(NeedsExplicit("method newton")),
-        (Method::Newton, Some(dual)) => {
-            let found = run_newton(dual, contact, settings, observe);
-            Ok(certified(system, dual, contact, settings, found))
-        }
-        (Method::Auto, Some(dual)) => {
-            let found = run_newton(dual, contact, settings, observe);
-            let steps = found.history.clone();
-            let solution = certified(system, dual, contact, settings, found);
-            if matches!(solution.status, Status::Converged | Status::RoundingLimit) {
-                return Ok(solution);
+    let (Some(contact), Some(dual)) = (contact, &system.contact) else {
+        return Ok(Solution {
+            displacement: system
+                .assembly
+                .solve(&system.assembly.primal.load, &mut Workspace::default()),
+            actions: 1,
+            ..Solution::default()
+        });
+    };
+    let problem = Problem {
+        assembly: &system.assembly,
+        dual,
+        contact,
+        settings,
+    };
+    let mut solution = match contact.interface.coulomb() {
+        None => problem.minimise(observe)?,
+        Some(law) => problem.coulomb(law, observe)?,
+    };
+    solution.law_evaluations = contact.interface.law_evaluations();
+    solution.projections = contact.interface.projections.load(Ordering::Relaxed);
+    Ok(solution)
+}
+
+/// A body in contact, and how to solve it.
+struct Problem<'a> {
+    assembly: &'a Assembly,
+    dual: &'a ContactSystem,
+    contact: &'a ContactState<'a>,
+    settings: &'a SolveSettings,
+}
+
+impl Problem<'_> {
+    /// Frictionless contact and Tresca's law.
+    fn minimise(&self, observe: &mut dyn FnMut(Progress<'_>)) -> Result<Solution, NeedsExplicit> {
+        let inner = match (self.settings.method, self.dual.explicit.as_ref()) {
+            (Method::FixedPoint, _) => self.inner()?,
+            (Method::Newton, None) => return Err(NeedsExplicit("method newton")),
+            (Method::Auto, None) => Inner::Kprgp,
+            (Method::Auto | Method::Newton, Some(dual)) => Inner::Newton(dual),
+        };
+        Ok(self.with_operator(|operator| {
+            minimise(inner, operator, self.contact, self.settings, |k, step| {
+                observe(Progress::Outer(k, step));
+            })
+        }))
+    }
+
+    /// Coulomb's law.
+    fn coulomb(
+        &self,
+        law: &CoulombLaw,
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Solution, NeedsExplicit> {
+        match (self.settings.method, self.dual.explicit.as_ref()) {
+            (Method::Newton, None) => Err(NeedsExplicit("method newton")),
+            (Method::Newton, Some(dual)) => {
+                let found = self.run_newton(dual, law, observe);
+                Ok(self.certified(dual, law, found))
             }
-            let mut solution = fixed_point(Inner::Newton(dual), system, contact, settings, observe);
-            solution.newton = steps;
-            Ok(solution)
-        }
-        (Method::Auto, None) => Ok(fixed_point(
-            Inner::Kprgp,
-            system,
-            contact,
-            settings,
-            observe,
-        )),
-        (Method::FixedPoint, _) => {
-            let inner = match (settings.inner, explicit) {
-                (InnerSolver::Kprgp, _) => Inner::Kprgp,
-                (InnerSolver::Newton, Some(dual)) => Inner::Newton(dual),
-                (InnerSolver::Newton, None) => return Err(NeedsExplicit("inner solver newton")),
-            };
-            Ok(fixed_point(inner, system, contact, settings, observe))
+            (Method::Auto, Some(dual)) => {
+                let found = self.run_newton(dual, law, observe);
+                let steps = found.history.clone();
+                let solution = self.certified(dual, law, found);
+                if matches!(solution.status, Status::Converged | Status::RoundingLimit) {
+                    return Ok(solution);
+                }
+                let mut solution = self.fixed_point(Inner::Newton(dual), law, observe);
+                solution.newton = steps;
+                Ok(solution)
+            }
+            (Method::Auto, None) => Ok(self.fixed_point(Inner::Kprgp, law, observe)),
+            (Method::FixedPoint, _) => Ok(self.fixed_point(self.inner()?, law, observe)),
         }
     }
-}
 
-fn fixed_point(
-    inner: Inner<'_>,
-    system: &DualSystem,
-    contact: &ContactState<'_>,
-    settings: &SolveSettings,
-    observe: &mut dyn FnMut(Progress<'_>),
-) -> Solution {
-    let assembly = &system.assembly;
-    let mut implicit;
-    let mut dense;
-    let operator: &mut dyn DualOperator = match &system.explicit {
-        Some(dual) => {
-            dense = ExplicitOperator::new(dual, assembly);
-            &mut dense
+    /// The inner solver of the settings.
+    fn inner(&self) -> Result<Inner<'_>, NeedsExplicit> {
+        match (self.settings.inner, self.dual.explicit.as_ref()) {
+            (InnerSolver::Kprgp, _) => Ok(Inner::Kprgp),
+            (InnerSolver::Newton, Some(dual)) => Ok(Inner::Newton(dual)),
+            (InnerSolver::Newton, None) => Err(NeedsExplicit("inner solver newton")),
         }
-        None => {
-            implicit = ImplicitOperator::new(assembly);
-            &mut implicit
+    }
+
+    fn with_operator(&self, run: impl FnOnce(&mut dyn DualOperator) -> Solution) -> Solution {
+        match &self.dual.explicit {
+            Some(dual) => run(&mut ExplicitOperator::new(dual, self.assembly, self.dual)),
+            None => run(&mut ImplicitOperator::new(self.assembly, self.dual)),
         }
-    };
-    successive_approximations(inner, operator, assembly, contact, settings, |k, step| {
-        observe(Progress::Outer(k, step));
-    })
-}
+    }
 
-fn run_newton(
-    dual: &ExplicitDual,
-    contact: &ContactState<'_>,
-    settings: &SolveSettings,
-    observe: &mut dyn FnMut(Progress<'_>),
-) -> NewtonSolution {
-    let newton_settings = NewtonSettings {
-        tolerance: settings.epsilon(),
-        ..NewtonSettings::default()
-    };
-    newton(dual, contact, None, &newton_settings, |k, step| {
-        observe(Progress::Newton(k, step))
-    })
-}
+    fn fixed_point(
+        &self,
+        inner: Inner<'_>,
+        law: &CoulombLaw,
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Solution {
+        self.with_operator(|operator| {
+            successive_approximations(
+                inner,
+                operator,
+                self.assembly,
+                self.contact,
+                law,
+                self.settings,
+                |k, step| observe(Progress::Outer(k, step)),
+            )
+        })
+    }
 
-/// Completes Newton's answer with u, ᾱ and one evaluation of Ψ.
-fn certified(
-    system: &DualSystem,
-    dual: &ExplicitDual,
-    contact: &ContactState<'_>,
-    settings: &SolveSettings,
-    found: NewtonSolution,
-) -> Solution {
-    let mut operator = ExplicitOperator::new(dual, &system.assembly);
-    let steplength = projected_gradient_steplength(&mut operator);
-    let image = evaluate_mapping(dual, contact, &found.multiplier);
-    let agrees = image.relative_change <= CERTIFIED.max(settings.epsilon());
-    let status = match found.status {
-        NewtonStatus::NumericalError => Status::NumericalError,
-        NewtonStatus::Converged if agrees => Status::Converged,
-        NewtonStatus::RoundingLimit if agrees => Status::RoundingLimit,
-        _ => Status::MaxNewtonSteps,
-    };
-    let displacement = operator.to_primal(&found.multiplier);
-    let m = contact.surface.n_panes();
-    Solution {
-        status,
-        solved_by: SolvedBy::Newton,
-        accuracy: found.residual,
-        mapping_change: Some(image.relative_change),
-        displacement,
-        slip: found.slip,
-        slip_bound: found.multiplier[..m].iter().map(|l| l.max(0.0)).collect(),
-        friction: found.friction,
-        steplength,
-        history: Vec::new(),
-        newton: found.history,
-        actions: found.evaluations + image.evaluations + operator.actions(),
-        multiplier: found.multiplier,
+    fn run_newton(
+        &self,
+        dual: &ExplicitDual,
+        law: &CoulombLaw,
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> NewtonSolution {
+        let settings = NewtonSettings {
+            tolerance: self.settings.epsilon(),
+            ..NewtonSettings::default()
+        };
+        newton(dual, self.contact, law, None, &settings, |k, step| {
+            observe(Progress::Newton(k, step))
+        })
+    }
+
+    /// Completes Newton's answer with u, ᾱ and one evaluation of Ψ.
+    fn certified(&self, dual: &ExplicitDual, law: &CoulombLaw, found: NewtonSolution) -> Solution {
+        let mut operator = ExplicitOperator::new(dual, self.assembly, self.dual);
+        let steplength = projected_gradient_steplength(&mut operator);
+        let image = evaluate_mapping(dual, self.contact, law, &found.multiplier);
+        let agrees = image.relative_change <= CERTIFIED.max(self.settings.epsilon());
+        let status = match found.status {
+            NewtonStatus::NumericalError => Status::NumericalError,
+            NewtonStatus::Converged if agrees => Status::Converged,
+            NewtonStatus::RoundingLimit if agrees => Status::RoundingLimit,
+            _ => Status::MaxNewtonSteps,
+        };
+        let displacement = operator.to_primal(&found.multiplier);
+        let state: CoulombState = coulomb_state(dual, self.contact, law, &found.multiplier);
+        Solution {
+            status,
+            solved_by: SolvedBy::Newton,
+            accuracy: found.residual,
+            mapping_change: Some(image.relative_change),
+            displacement,
+            slip: law
+                .depends_on_slip()
+                .then(|| slip_of(dual, &found.multiplier)),
+            coulomb: Some(state),
+            steplength,
+            newton: found.history,
+            actions: found.evaluations + image.evaluations + operator.actions(),
+            multiplier: found.multiplier,
+            ..Solution::default()
+        }
     }
 }

@@ -6,6 +6,7 @@ use crate::{
     dual::AssemblyError,
     figures::FigureError,
     format::FormatError,
+    mesh::GmshError,
     scene::{Invalid, SceneError},
     solver::NeedsExplicit,
     store::{Stage, StoreError},
@@ -17,6 +18,9 @@ pub enum StageError {
     /// The scene file.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// The mesh file.
+    #[error(transparent)]
+    Mesh(#[from] GmshError),
     /// A setting given on the command line.
     #[error("{}: expected {}, found {}; {}", .0.key, .0.expected, .0.found, .0.help)]
     Setting(Invalid),

@@ -48,21 +48,29 @@ pub struct StageState {
 enum Settings<'a> {
     Mesh {
         body: &'a crate::scene::Body,
-        contact_face: crate::scene::Face,
+        clamp: &'a [crate::scene::Clamp],
+        contact_face: Option<&'a str>,
+        multipliers: Option<crate::scene::MultiplierSpace>,
+        parts: Vec<&'a crate::scene::Part>,
     },
     Assemble {
         material: &'a crate::scene::Material,
-        clamp: &'a [crate::scene::Clamp],
+        region: &'a [crate::scene::Region],
         traction: &'a [crate::scene::Traction],
-        contact: &'a crate::scene::Contact,
+        pressure: &'a [crate::scene::Pressure],
+        body_force: Option<&'a crate::scene::BodyForce>,
+        contact: Option<&'a crate::scene::Contact>,
+        /// Whether T is assembled, and whether G is.
+        friction: bool,
+        friction_follows_slip: bool,
         assemble: &'a crate::scene::AssembleSettings,
     },
     Solve {
-        friction: &'a crate::scene::Friction,
+        friction: Option<&'a crate::scene::Friction>,
         solve: &'a crate::scene::SolveSettings,
     },
     Post {
-        friction: &'a crate::scene::Friction,
+        friction: Option<&'a crate::scene::Friction>,
     },
 }
 
@@ -71,21 +79,32 @@ pub(super) fn settings(stage: Stage, scene: &Scene) -> String {
     let settings = match stage {
         Stage::Mesh => Settings::Mesh {
             body: &scene.body,
-            contact_face: scene.contact.face,
+            clamp: &scene.clamps,
+            contact_face: scene.contact.as_ref().map(|c| c.face.as_str()),
+            multipliers: scene.contact.as_ref().map(|c| c.multipliers),
+            parts: scene.regions.iter().map(|region| &region.part).collect(),
         },
         Stage::Assemble => Settings::Assemble {
             material: &scene.material,
-            clamp: &scene.clamps,
+            region: &scene.regions,
             traction: &scene.tractions,
-            contact: &scene.contact,
+            pressure: &scene.pressures,
+            body_force: scene.body_force.as_ref(),
+            contact: scene.contact.as_ref(),
+            friction: scene.friction.is_some(),
+            friction_follows_slip: scene
+                .friction
+                .as_ref()
+                .and_then(crate::scene::Friction::law)
+                .is_some_and(|law| law.depends_on_slip()),
             assemble: &scene.assemble,
         },
         Stage::Solve => Settings::Solve {
-            friction: &scene.friction,
+            friction: scene.friction.as_ref(),
             solve: &scene.solve,
         },
         Stage::Post => Settings::Post {
-            friction: &scene.friction,
+            friction: scene.friction.as_ref(),
         },
         Stage::Scene | Stage::Vtk => return String::new(),
     };

@@ -1,5 +1,6 @@
 //! The stages of the pipeline: each reads what earlier ones stored, computes, and stores its own group.
 
+mod contact_cells;
 mod error;
 mod freshness;
 mod persistence;
@@ -8,5 +9,5 @@ mod session;
 
 pub use error::StageError;
 pub use freshness::{Freshness, PIPELINE, StageState, states};
-pub use picture::{draw, figures_folder};
+pub use picture::figures_folder;
 pub use session::{Commit, Performed, Session};

@@ -7,6 +7,7 @@ use super::{
     freshness::{input_digest, settings},
 };
 use crate::{
+    contact::Coupling,
     dual::PrimalSystem,
     format::{self, FormatError, LAYOUT},
     store::{
@@ -19,11 +20,19 @@ impl Session {
         Reader::open(self.file.path(), LAYOUT)
     }
 
-    /// A, l and B, from the assembly or read on their own.
+    /// A and l, from the assembly or read on their own.
     pub(super) fn primal(&self) -> &PrimalSystem {
         match &self.system {
             Some(system) => &system.assembly.primal,
-            None => loaded(&self.primal),
+            None => &loaded(&self.primal).0,
+        }
+    }
+
+    /// B, from the assembly or read on its own; `None` without contact.
+    pub(super) fn coupling(&self) -> Option<&Coupling> {
+        match &self.system {
+            Some(system) => system.contact.as_ref().map(|contact| &contact.coupling),
+            None => loaded(&self.primal).1.as_ref(),
         }
     }
 
@@ -65,7 +74,9 @@ impl Session {
 
     pub(super) fn load_solution(&mut self) -> Result<(), FormatError> {
         if self.system.is_none() && self.primal.is_none() {
-            self.primal = Some(format::read_primal(&self.reader()?)?);
+            let reader = self.reader()?;
+            let coupling = format::read_coupling(&reader)?;
+            self.primal = Some((format::read_primal(&reader)?, coupling));
         }
         if self.solution.is_none() {
             let dofs = &self.primal().dofs;
@@ -102,7 +113,7 @@ impl Session {
         let mut transaction = Transaction::begin(&self.file)?;
         let input = self.record(Stage::Scene, 0.0, String::new());
         write_stage(&mut transaction, Stage::Scene, &input, |writer| {
-            format::write_scene(writer, &self.scene)
+            format::write_scene(writer, self.scene())
         })?;
         for &(stage, seconds) in &self.pending {
             stored.retain(|(earlier, _)| *earlier != stage);
@@ -111,7 +122,7 @@ impl Session {
                 .filter(|(earlier, _)| *earlier < stage)
                 .map(|(_, s)| s)
                 .collect();
-            let digest = input_digest(stage, &self.scene, &upstream);
+            let digest = input_digest(stage, self.scene(), &upstream);
             let record = self.record(stage, seconds, digest);
             let digest = self.write(&mut transaction, stage, &record)?;
             stored.push((stage, StoredStage { record, digest }));
@@ -121,7 +132,7 @@ impl Session {
 
     fn record(&self, stage: Stage, seconds: f64, input_digest: String) -> StageRecord {
         StageRecord {
-            settings: settings(stage, &self.scene),
+            settings: settings(stage, self.scene()),
             input_digest,
             seconds,
             threads: i64::try_from(self.threads).unwrap_or(i64::MAX),
@@ -145,13 +156,15 @@ impl Session {
                 format::write_assembly(writer, loaded(&self.system))
             }),
             Stage::Solve => write_stage(transaction, stage, record, |writer| {
-                format::write_solution(writer, loaded(&self.solution), &self.primal().dofs)
+                let n_panes = mesh.contact.as_ref().map_or(0, |surface| surface.n_panes());
+                let dofs = &self.primal().dofs;
+                format::write_solution(writer, loaded(&self.solution), n_panes, dofs)
             }),
             Stage::Scene | Stage::Post | Stage::Vtk => {
                 let report = loaded(&self.report);
-                let frame = self.scene.contact.frame();
+                let frame = self.interface.as_ref().map(|interface| &interface.frame);
                 write_stage(transaction, Stage::Vtk, record, |writer| {
-                    format::write_vtkhdf(writer, mesh, report, [frame.axis_1, frame.axis_2])
+                    format::write_vtkhdf(writer, mesh, report, frame)
                 })?;
                 write_stage(transaction, Stage::Post, record, |writer| {
                     format::write_report(writer, report)

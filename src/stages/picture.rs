@@ -3,11 +3,12 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::StageError;
+use super::{StageError, contact_cells::ContactCells};
 use crate::{
+    contact::ContactFrame,
     figures::{self, ContactPicture, PaneFriction},
     mesh::Mesh,
-    post::{ContactReport, Zone},
+    post::{ContactReport, PaneState, Zone},
     scene::Scene,
 };
 
@@ -26,33 +27,34 @@ pub fn figures_folder(run_file: &Path) -> PathBuf {
 ///
 /// # Errors
 /// A folder that cannot be written.
-pub fn draw(
+pub(super) fn draw(
     folder: &Path,
     scene: &Scene,
     mesh: &Mesh,
+    frame: Option<&ContactFrame>,
     report: &ContactReport,
 ) -> Result<Vec<PathBuf>, StageError> {
-    let frame = scene.contact.frame();
-    let contact_triangles: Vec<[usize; 3]> = mesh
-        .contact
-        .facets
-        .iter()
-        .map(|&f| mesh.facets[f])
-        .collect();
-    let normal_stress: Vec<f64> = report.panes.iter().map(|p| p.normal_stress).collect();
-    let friction = pane_friction(report);
+    let (Some(surface), Some(frame)) = (&mesh.contact, frame) else {
+        return Ok(Vec::new());
+    };
+    let cells = ContactCells::new(mesh, surface);
+    let displacement = cells.interpolate(&report.displacement);
+    let normal_stress = cells.of_cells(&report.panes, &f64::NAN, |p| p.normal_stress);
+    let friction: Option<Vec<PaneFriction>> = report.panes.iter().map(pane_friction).collect();
+    let friction = friction.map(|panes| cells.of_cells(&panes, &NO_MULTIPLIER, |p| *p));
+    let [axis_1, axis_2] = frame.axes[0];
     let picture = ContactPicture {
         title: &scene.title,
-        coordinates: &mesh.coordinates,
-        displacement: &report.displacement,
+        coordinates: &cells.coordinates,
+        displacement: &displacement,
         boundary_triangles: &mesh.facets,
-        contact_triangles: &contact_triangles,
-        contact_triangle_pane: &mesh.contact.facet_pane,
+        contact_triangles: &cells.triangles,
+        contact_triangle_pane: &cells.pane,
         normal: frame.normal,
-        axis_1: frame.axis_1,
-        axis_2: frame.axis_2,
+        axis_1,
+        axis_2,
         normal_stress: &normal_stress,
-        friction: Some(&friction),
+        friction: friction.as_deref(),
     };
     let figure = |source| StageError::Figure {
         file: folder.to_owned(),
@@ -71,26 +73,31 @@ pub fn draw(
     Ok(files)
 }
 
-fn pane_friction(report: &ContactReport) -> Vec<PaneFriction> {
-    report
-        .panes
-        .iter()
-        .map(|pane| PaneFriction {
-            scaled_tangential: pane.scaled_tangential_stress,
-            coefficients: pane.friction,
-            tangential_over_normal: match pane.zone {
-                Zone::Open => [0.0; 2],
-                _ => pane
-                    .tangential_stress
-                    .map(|stress| stress / -pane.normal_stress),
-            },
-            zone: match pane.zone {
-                Zone::Open => figures::Zone::Open,
-                Zone::Stick => figures::Zone::Stick,
-                Zone::Slip => figures::Zone::Slip,
-            },
-        })
-        .collect()
+/// What is drawn where a held node carries no multiplier.
+const NO_MULTIPLIER: PaneFriction = PaneFriction {
+    scaled_tangential: f64::NAN,
+    coefficients: [f64::NAN; 2],
+    tangential_over_normal: [f64::NAN; 2],
+    zone: figures::Zone::Open,
+};
+
+/// Coulomb friction of one pane; `None` for other laws.
+fn pane_friction(pane: &PaneState) -> Option<PaneFriction> {
+    let friction = pane.friction?;
+    let (coefficients, scaled_tangential) = friction.coulomb?;
+    Some(PaneFriction {
+        scaled_tangential,
+        coefficients,
+        tangential_over_normal: match pane.zone {
+            Zone::Open => [0.0; 2],
+            _ => friction.stress.map(|stress| stress / -pane.normal_stress),
+        },
+        zone: match pane.zone {
+            Zone::Open => figures::Zone::Open,
+            Zone::Stick => figures::Zone::Stick,
+            Zone::Slip => figures::Zone::Slip,
+        },
+    })
 }
 
 fn save(folder: &Path, name: &str, svg: &str, width: u32) -> Result<[PathBuf; 2], StageError> {

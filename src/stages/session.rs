@@ -1,12 +1,17 @@
-use std::{path::Path, time::Instant};
+use std::{
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
 use super::{Freshness, StageError, StageState, freshness::states, persistence::loaded};
 use crate::{
-    dual::{AssemblySeconds, DualSystem, OperatorEstimate, PrimalSystem},
+    contact::{Coupling, Interface},
+    dual::{AssemblyError, AssemblySeconds, DualSystem, OperatorEstimate, PrimalSystem},
+    elasticity::{Loads, refuse_rigid_motions},
     format::{self, LAYOUT},
-    mesh::{Mesh, Quality},
-    post::{ContactReport, Solved},
-    scene::{AssembleSettings, Scene, SolveSettings},
+    mesh::{Mesh, MeshError, Quality, digest_of},
+    post::{ContactReport, Solved, SolvedContact},
+    scene::{AssembleSettings, Body, Invalid, Scene, SceneFile, SolveSettings},
     solver::{ContactState, Progress, Solution, solve},
     store::{IfMissing, Reader, RunFile, Stage, StoreError},
 };
@@ -15,11 +20,14 @@ use crate::{
 pub struct Session {
     pub(super) file: RunFile,
     pub(super) threads: usize,
-    pub(super) scene: Scene,
+    pub(super) input: SceneFile,
     pub(super) mesh: Option<Mesh>,
     pub(super) quality: Option<Quality>,
+    /// The laws of the contact face of the loaded mesh.
+    pub(super) interface: Option<Interface>,
     pub(super) system: Option<DualSystem>,
-    pub(super) primal: Option<PrimalSystem>,
+    /// A, l and B where they were read without the factor.
+    pub(super) primal: Option<(PrimalSystem, Option<Coupling>)>,
     pub(super) solution: Option<Solution>,
     pub(super) report: Option<ContactReport>,
     /// What the last commit of this process took.
@@ -54,9 +62,14 @@ impl Session {
     ///
     /// # Errors
     /// A busy, foreign or unreadable file.
-    pub fn with_scene(path: &Path, scene: Scene, threads: usize) -> Result<Self, StageError> {
+    pub fn with_scene(
+        path: &Path,
+        mut input: SceneFile,
+        threads: usize,
+    ) -> Result<Self, StageError> {
+        pin_mesh_file(&mut input)?;
         let file = RunFile::lock(path, LAYOUT, IfMissing::Create)?;
-        Ok(Self::new(file, scene, threads))
+        Ok(Self::new(file, input, threads))
     }
 
     /// Locks an existing run file and takes its scene.
@@ -65,17 +78,18 @@ impl Session {
     /// A missing, busy, foreign or unreadable file.
     pub fn open(path: &Path, threads: usize) -> Result<Self, StageError> {
         let file = RunFile::lock(path, LAYOUT, IfMissing::Refuse)?;
-        let scene = format::read_scene(&Reader::open(file.path(), LAYOUT)?)?;
-        Ok(Self::new(file, scene, threads))
+        let input = format::read_scene(&Reader::open(file.path(), LAYOUT)?, path)?;
+        Ok(Self::new(file, input, threads))
     }
 
-    fn new(file: RunFile, scene: Scene, threads: usize) -> Self {
+    fn new(file: RunFile, input: SceneFile, threads: usize) -> Self {
         Self {
             file,
             threads,
-            scene,
+            input,
             mesh: None,
             quality: None,
+            interface: None,
             system: None,
             primal: None,
             solution: None,
@@ -88,7 +102,7 @@ impl Session {
     /// The scene in force.
     #[must_use]
     pub fn scene(&self) -> &Scene {
-        &self.scene
+        &self.input.scene
     }
 
     /// Changes the solve settings of the scene; stored with the next stage that is written.
@@ -97,7 +111,7 @@ impl Session {
     /// Settings that no solve can have.
     pub fn set_solve(&mut self, settings: SolveSettings) -> Result<(), StageError> {
         settings.validate("solve").map_err(StageError::Setting)?;
-        self.scene.solve = settings;
+        self.input.scene.solve = settings;
         Ok(())
     }
 
@@ -107,7 +121,7 @@ impl Session {
     /// An unreadable file.
     pub fn states(&self) -> Result<Vec<StageState>, StageError> {
         match self.reader() {
-            Ok(reader) => Ok(states(&reader, &self.scene)?),
+            Ok(reader) => Ok(states(&reader, self.scene())?),
             Err(StoreError::NotFound { .. }) => Ok(super::PIPELINE
                 .map(|stage| StageState {
                     stage,
@@ -125,9 +139,17 @@ impl Session {
     /// HDF5 failures.
     pub fn make_mesh(&mut self) -> Result<Performed, StageError> {
         let started = Instant::now();
-        let mesh = Mesh::of_scene(&self.scene);
+        let mesh =
+            Mesh::of_scene(self.scene(), &self.input.folder).map_err(|error| match error {
+                MeshError::Scene(invalid) => self.refuse(invalid),
+                MeshError::Gmsh(error) => error.into(),
+            })?;
+        refuse_rigid_motions(&mesh, &mesh.held_nodes(self.scene()))
+            .and_then(|()| Loads::of(self.scene()).nodal_forces(&mesh).map(drop))
+            .map_err(|invalid| self.refuse(invalid))?;
         self.quality = Some(Quality::of(&mesh));
         self.mesh = Some(mesh);
+        self.load_interface()?;
         self.store(Stage::Mesh, started)
     }
 
@@ -140,8 +162,11 @@ impl Session {
         let started = Instant::now();
         self.load_mesh()?;
         let mesh = loaded(&self.mesh);
-        let system = DualSystem::new(&self.scene, mesh, self.threads)?;
-        self.system = Some(system);
+        let system = DualSystem::new(self.scene(), mesh, self.threads);
+        self.system = Some(system.map_err(|error| match error {
+            AssemblyError::Scene(invalid) => self.refuse(invalid),
+            error => error.into(),
+        })?);
         self.store(Stage::Assemble, started)
     }
 
@@ -156,13 +181,15 @@ impl Session {
     #[must_use]
     pub fn operator_estimate(&self) -> Option<(OperatorEstimate, bool)> {
         let (mesh, system) = (self.mesh.as_ref()?, self.system.as_ref()?);
-        let estimate = OperatorEstimate::new(&system.assembly, mesh.contact.nodes.len());
-        Some((estimate, system.explicit.is_some()))
+        let contact = system.contact.as_ref()?;
+        let nodes = mesh.contact.as_ref()?.nodes.len();
+        let estimate = OperatorEstimate::new(&system.assembly, contact, nodes);
+        Some((estimate, contact.explicit.is_some()))
     }
 
     /// Changes the assemble settings of the scene; stored with the next stage that is written.
     pub fn set_assemble(&mut self, settings: AssembleSettings) {
-        self.scene.assemble = settings;
+        self.input.scene.assemble = settings;
     }
 
     /// Solves the contact problem; `observe` sees every outer step.
@@ -179,14 +206,13 @@ impl Session {
         let started = Instant::now();
         self.load_mesh()?;
         self.load_system()?;
-        let (mesh, system) = (loaded(&self.mesh), loaded(&self.system));
-        let frame = self.scene.contact.frame();
-        let contact = ContactState {
-            surface: &mesh.contact,
-            frame: &frame,
-            law: &self.scene.friction,
-        };
-        let solution = solve(system, &contact, &self.scene.solve, observe)?;
+        self.load_interface()?;
+        let solution = solve(
+            loaded(&self.system),
+            self.contact_state().as_ref(),
+            &self.scene().solve,
+            observe,
+        )?;
         self.solution = Some(solution);
         let compute_seconds = started.elapsed().as_secs_f64();
         if commit == Commit::WithNextIfCheap && compute_seconds < self.last_store_seconds {
@@ -209,13 +235,7 @@ impl Session {
         let started = Instant::now();
         self.load_mesh()?;
         self.load_solution()?;
-        let mesh = loaded(&self.mesh);
-        let report = ContactReport::new(&Solved {
-            scene: &self.scene,
-            mesh,
-            system: self.primal(),
-            solution: loaded(&self.solution),
-        });
+        let report = self.evaluate()?;
         self.report = Some(report);
         self.store(Stage::Post, started)
     }
@@ -226,14 +246,10 @@ impl Session {
     /// Unreadable datasets.
     pub fn results(&mut self) -> Result<(&Mesh, &Solution, &ContactReport), StageError> {
         self.load_mesh()?;
+        self.load_interface()?;
         self.load_solution()?;
         if self.report.is_none() {
-            self.report = Some(ContactReport::new(&Solved {
-                scene: &self.scene,
-                mesh: loaded(&self.mesh),
-                system: self.primal(),
-                solution: loaded(&self.solution),
-            }));
+            self.report = Some(self.evaluate()?);
         }
         Ok((
             loaded(&self.mesh),
@@ -241,4 +257,78 @@ impl Session {
             loaded(&self.report),
         ))
     }
+
+    /// Draws the pictures of a post-processed file whose results are loaded; returns the files.
+    ///
+    /// # Errors
+    /// A folder that cannot be written.
+    pub fn draw(&self, folder: &Path) -> Result<Vec<PathBuf>, StageError> {
+        let frame = self.interface.as_ref().map(|interface| &interface.frame);
+        let report = loaded(&self.report);
+        super::picture::draw(folder, self.scene(), loaded(&self.mesh), frame, report)
+    }
+
+    fn evaluate(&mut self) -> Result<ContactReport, StageError> {
+        self.load_interface()?;
+        let contact = self.coupling().zip(self.contact_state());
+        let report = ContactReport::new(&Solved {
+            scene: self.scene(),
+            mesh: loaded(&self.mesh),
+            system: self.primal(),
+            contact: contact.map(|(coupling, state)| SolvedContact { coupling, state }),
+            solution: loaded(&self.solution),
+        });
+        report.map_err(|invalid| self.refuse(invalid))
+    }
+
+    fn load_interface(&mut self) -> Result<(), StageError> {
+        if self.interface.is_none() {
+            let interface = Interface::new(self.scene(), loaded(&self.mesh));
+            self.interface = interface.map_err(|invalid| self.refuse(invalid))?;
+        }
+        Ok(())
+    }
+
+    /// The contact face and its laws; `None` without contact.
+    #[must_use]
+    pub fn contact_state(&self) -> Option<ContactState<'_>> {
+        Some(ContactState {
+            surface: self.mesh.as_ref()?.contact.as_ref()?,
+            interface: self.interface.as_ref()?,
+        })
+    }
+
+    fn refuse(&self, invalid: Invalid) -> StageError {
+        self.input.refuse(invalid).into()
+    }
+}
+
+/// Writes the digest of a mesh file into the scene, so that a changed file makes the mesh stale.
+fn pin_mesh_file(input: &mut SceneFile) -> Result<(), StageError> {
+    let Body::Gmsh(gmsh) = &input.scene.body else {
+        return Ok(());
+    };
+    let path = input.folder.join(&gmsh.file);
+    let digest = digest_of(&path).map_err(|error| {
+        input.refuse(Invalid {
+            key: "body.gmsh.file".into(),
+            expected: "a Gmsh file that can be read, beside the scene".into(),
+            found: format!("{}: {error}", path.display()),
+            help: "paths are relative to the scene file".into(),
+        })
+    })?;
+    if gmsh.digest.as_ref().is_some_and(|given| *given != digest) {
+        return Err(input
+            .refuse(Invalid {
+                key: "body.gmsh.digest".into(),
+                expected: "the digest of the file".into(),
+                found: digest,
+                help: "the mesh file has changed; remove the key to accept it".into(),
+            })
+            .into());
+    }
+    if let Body::Gmsh(gmsh) = &mut input.scene.body {
+        gmsh.digest = Some(digest);
+    }
+    Ok(())
 }

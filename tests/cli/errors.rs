@@ -61,13 +61,13 @@ const BAD_SCENES: [(&str, &str, &[&str]); 24] = [
     (
         "face = \"x_min\"",
         "face = \"left\"",
-        &["unknown variant", "left", "x_min"],
+        &["clamp.0.face", "left", "x_min"],
     ),
     ("[[clamp]]\nface = \"x_min\"", "", &["clamp", "rigid"]),
     (
         "face = \"x_min\"",
         "face = \"x_min\"\ncomponents = [\"x\"]",
-        &["clamp", "u_y"],
+        &["no rigid motion free", "translation along y"],
     ),
     ("face = \"x_max\"", "face = \"z_min\"", &["traction.0.face"]),
     (

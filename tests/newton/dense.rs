@@ -1,6 +1,7 @@
 //! A problem with its dense dual operator, and the friction laws to try.
 
 use contact3d_pipe::{
+    contact::{CoulombLaw, Interface},
     dual::{ExplicitDual, ExplicitOperator},
     scene::{Coefficient, Friction, Ramp, Scene},
     solver::{
@@ -20,8 +21,10 @@ pub(crate) struct Dense {
 impl Dense {
     pub(crate) fn new(scene: Scene) -> Self {
         let problem = Problem::new(&scene);
-        let frame = scene.contact.frame();
-        let dual = ExplicitDual::new(&problem.assembly, &problem.mesh.contact, &frame);
+        let Problem {
+            assembly, contact, ..
+        } = &problem;
+        let dual = ExplicitDual::new(assembly, contact, problem.surface(), &problem.interface);
         Self {
             scene,
             problem,
@@ -32,21 +35,30 @@ impl Dense {
     pub(crate) fn with_contact<T>(
         &self,
         law: &Friction,
-        run: impl FnOnce(&ContactState<'_>) -> T,
+        run: impl FnOnce(&ContactState<'_>, &CoulombLaw) -> T,
     ) -> T {
-        let frame = self.scene.contact.frame();
-        run(&ContactState {
-            surface: &self.problem.mesh.contact,
-            frame: &frame,
-            law,
-        })
+        let mut scene = self.scene.clone();
+        scene.friction = Some(law.clone());
+        let interface = Interface::new(&scene, &self.problem.mesh);
+        let interface = interface.expect("finite formulas").expect("contact");
+        let contact = ContactState {
+            surface: self.problem.surface(),
+            interface: &interface,
+        };
+        run(&contact, interface.coulomb().expect("Coulomb friction"))
+    }
+
+    /// The law of the scene.
+    pub(crate) fn law(&self) -> Friction {
+        self.scene.friction.clone().expect("friction")
     }
 
     pub(crate) fn solve(&self, law: &Friction) -> NewtonSolution {
-        self.with_contact(law, |contact| {
+        self.with_contact(law, |contact, law| {
             newton(
                 &self.dual,
                 contact,
+                law,
                 None,
                 &NewtonSettings::default(),
                 |_, _| {},
@@ -56,12 +68,18 @@ impl Dense {
 
     /// Algorithm 4.1 on the explicit operator with the settings of the scene.
     pub(crate) fn approximate(&self, inner: Inner<'_>) -> Solution {
-        self.with_contact(&self.scene.friction, |contact| {
+        let Problem {
+            assembly,
+            contact: system,
+            ..
+        } = &self.problem;
+        self.with_contact(&self.law(), |contact, law| {
             successive_approximations(
                 inner,
-                &mut ExplicitOperator::new(&self.dual, &self.problem.assembly),
-                &self.problem.assembly,
+                &mut ExplicitOperator::new(&self.dual, assembly, system),
+                assembly,
                 contact,
+                law,
                 &self.scene.solve,
                 |_, _| {},
             )
@@ -70,8 +88,8 @@ impl Dense {
 
     /// ‖Ψ(λ) − λ‖ / ‖λ‖.
     pub(crate) fn distance_to_image(&self, law: &Friction, multiplier: &[f64]) -> f64 {
-        self.with_contact(law, |contact| {
-            evaluate_mapping(&self.dual, contact, multiplier).relative_change
+        self.with_contact(law, |contact, law| {
+            evaluate_mapping(&self.dual, contact, law, multiplier).relative_change
         })
     }
 }
@@ -85,10 +103,16 @@ pub(crate) fn distance(x: &[f64], y: &[f64]) -> f64 {
     norm(&difference) / norm(y)
 }
 
+/// The same coefficient along both axes, each with its own slip.
 pub(crate) fn isotropic(coefficient: Coefficient) -> Friction {
+    orthotropic(coefficient.clone(), coefficient)
+}
+
+pub(crate) fn orthotropic(first: Coefficient, second: Coefficient) -> Friction {
     Friction {
-        coefficient_1: coefficient,
-        coefficient_2: coefficient,
+        coefficient_1: Some(first),
+        coefficient_2: Some(second),
+        ..Friction::default()
     }
 }
 
@@ -118,10 +142,7 @@ pub(crate) fn hard_laws() -> Vec<(&'static str, Friction)> {
     .into();
     laws.push((
         "F1 / F2 = 1e6",
-        Friction {
-            coefficient_1: Constant(0.3),
-            coefficient_2: Constant(0.3e-6),
-        },
+        orthotropic(Constant(0.3), Constant(0.3e-6)),
     ));
     laws
 }

@@ -4,9 +4,10 @@
 use std::path::{Path, PathBuf};
 
 use contact3d_pipe::{
-    dual::{Assembly, ImplicitOperator},
-    mesh::Mesh,
-    post::{ContactReport, Solved},
+    contact::Interface,
+    dual::{Assembly, ContactSystem, ImplicitOperator},
+    mesh::{ContactSurface, Mesh},
+    post::{ContactReport, Solved, SolvedContact},
     scene::{Body, Scene},
     solver::{ContactState, Inner, Solution, successive_approximations},
 };
@@ -21,48 +22,83 @@ pub(crate) fn hkl_scene(table: usize, n_div: usize) -> Scene {
     let name = format!("hkl2011_table{table}.toml");
     let text = std::fs::read_to_string(pipelines().join(&name)).expect("pipeline file");
     let mut scene = Scene::parse(&name, &text).expect("valid pipeline");
-    let Body::Brick(brick) = &mut scene.body;
-    brick.cells = [3 * n_div, n_div, n_div];
+    refine(&mut scene, [3 * n_div, n_div, n_div]);
     scene
 }
 
-/// A problem assembled in memory.
+/// Sets the cells of a brick.
+pub(crate) fn refine(scene: &mut Scene, cells: [usize; 3]) {
+    match &mut scene.body {
+        Body::Brick(brick) => brick.cells = cells,
+        Body::Gmsh(_) => panic!("expected a brick"),
+    }
+}
+
+/// A contact problem assembled in memory; S stays implicit.
 pub(crate) struct Problem {
     pub(crate) mesh: Mesh,
+    pub(crate) interface: Interface,
     pub(crate) assembly: Assembly,
+    pub(crate) contact: ContactSystem,
 }
 
 impl Problem {
     pub(crate) fn new(scene: &Scene) -> Self {
-        let mesh = Mesh::of_scene(scene);
+        let mesh = Mesh::of_scene(scene, Path::new("")).expect("a brick");
+        let interface = interface(scene, &mesh);
         let assembly = Assembly::new(scene, &mesh, 1).expect("positive definite stiffness");
-        Self { mesh, assembly }
+        let surface = mesh.contact.as_ref().expect("a contact face");
+        let contact = ContactSystem::new(&assembly, surface, &interface);
+        Self {
+            mesh,
+            interface,
+            assembly,
+            contact,
+        }
     }
 
-    /// Algorithm 4.1 with KPRGP on the implicit operator.
+    pub(crate) fn surface(&self) -> &ContactSurface {
+        self.mesh.contact.as_ref().expect("a contact face")
+    }
+
+    fn state<'a>(&'a self, interface: &'a Interface) -> ContactState<'a> {
+        ContactState {
+            surface: self.surface(),
+            interface,
+        }
+    }
+
+    /// Algorithm 4.1 with KPRGP on the implicit operator, for a scene that may have another law.
     pub(crate) fn solve(&self, scene: &Scene) -> Solution {
-        let frame = scene.contact.frame();
-        let contact = ContactState {
-            surface: &self.mesh.contact,
-            frame: &frame,
-            law: &scene.friction,
-        };
+        let interface = interface(scene, &self.mesh);
         successive_approximations(
             Inner::Kprgp,
-            &mut ImplicitOperator::new(&self.assembly),
+            &mut ImplicitOperator::new(&self.assembly, &self.contact),
             &self.assembly,
-            &contact,
+            &self.state(&interface),
+            interface.coulomb().expect("Coulomb friction"),
             &scene.solve,
             |_, _| {},
         )
     }
 
     pub(crate) fn report(&self, scene: &Scene, solution: &Solution) -> ContactReport {
-        ContactReport::new(&Solved {
+        let interface = interface(scene, &self.mesh);
+        let solved = Solved {
             scene,
             mesh: &self.mesh,
             system: &self.assembly.primal,
+            contact: Some(SolvedContact {
+                coupling: &self.contact.coupling,
+                state: self.state(&interface),
+            }),
             solution,
-        })
+        };
+        ContactReport::new(&solved).expect("finite loads")
     }
+}
+
+fn interface(scene: &Scene, mesh: &Mesh) -> Interface {
+    let interface = Interface::new(scene, mesh).expect("finite formulas");
+    interface.expect("a scene with contact")
 }

@@ -1,12 +1,14 @@
 //! Dense vector kernels in a fixed summation order.
 
 /// xᵀy.
-pub(super) fn dot(x: &[f64], y: &[f64]) -> f64 {
+#[must_use]
+pub fn dot(x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(a, b)| a * b).sum()
 }
 
 /// ‖x‖ without overflow or underflow of the squares.
-pub(super) fn norm(x: &[f64]) -> f64 {
+#[must_use]
+pub fn norm(x: &[f64]) -> f64 {
     let largest = x.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     if largest == 0.0 || !largest.is_finite() {
         return largest;
@@ -15,7 +17,7 @@ pub(super) fn norm(x: &[f64]) -> f64 {
 }
 
 /// y ← y + a x.
-pub(super) fn add_scaled(y: &mut [f64], a: f64, x: &[f64]) {
+pub fn add_scaled(y: &mut [f64], a: f64, x: &[f64]) {
     for (y, x) in y.iter_mut().zip(x) {
         *y += a * x;
     }

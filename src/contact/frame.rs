@@ -1,0 +1,124 @@
+use nalgebra::Vector3;
+
+use crate::{
+    mesh::{ContactSurface, Mesh},
+    scene::{Contact, Invalid, Quantity},
+};
+
+/// The orthonormal frame (ν, t₁, t₂) of the contact face, with t₂ = t₁ × ν; the axes of friction
+/// may turn from node to node.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactFrame {
+    /// Outward unit normal ν.
+    pub normal: [f64; 3],
+    /// (t₁, t₂): one pair for the whole face, or one for each contact node.
+    pub axes: Vec<[[f64; 3]; 2]>,
+}
+
+/// Share of an axis that may point along the normal: hand-typed digits.
+const TANGENTIAL: f64 = 1e-6;
+
+impl ContactFrame {
+    /// The frame that a scene asks for.
+    ///
+    /// # Errors
+    /// An axis that vanishes or is not tangential, an angle that is not finite.
+    pub fn new(contact: &Contact, surface: &ContactSurface, mesh: &Mesh) -> Result<Self, Invalid> {
+        let normal = Vector3::from(surface.normal);
+        let varies = |quantity: &Quantity| quantity.constant().is_none();
+        let turning = contact.axis_1.iter().flatten().any(varies)
+            || contact.angle.as_ref().is_some_and(varies);
+        let places = if turning {
+            surface.nodes.as_slice()
+        } else {
+            &surface.nodes[..1.min(surface.nodes.len())]
+        };
+        let axes = places
+            .iter()
+            .map(|&node| {
+                let first = first_axis(contact, &normal, mesh.coordinates[node])?;
+                Ok([first.into(), first.cross(&normal).into()])
+            })
+            .collect::<Result<_, Invalid>>()?;
+        Ok(Self {
+            normal: surface.normal,
+            axes,
+        })
+    }
+
+    /// (t₁, t₂) at a contact node.
+    #[must_use]
+    pub fn axes_at(&self, contact_node: usize) -> &[[f64; 3]; 2] {
+        match self.axes.as_slice() {
+            [everywhere] => everywhere,
+            each => &each[contact_node],
+        }
+    }
+
+    /// (u·t₁, u·t₂) of a vector at a contact node.
+    #[must_use]
+    pub fn tangential(&self, contact_node: usize, vector: [f64; 3]) -> [f64; 2] {
+        let u = Vector3::from(vector);
+        self.axes_at(contact_node)
+            .map(|axis| u.dot(&Vector3::from(axis)))
+    }
+
+    /// λ_ν ν + λ_t1 t₁ + λ_t2 t₂ at a contact node.
+    #[must_use]
+    pub fn vector(&self, contact_node: usize, normal: f64, tangential: [f64; 2]) -> [f64; 3] {
+        let [first, second] = self.axes_at(contact_node).map(Vector3::from);
+        let sum =
+            Vector3::from(self.normal) * normal + first * tangential[0] + second * tangential[1];
+        sum.into()
+    }
+}
+
+fn first_axis(
+    contact: &Contact,
+    normal: &Vector3<f64>,
+    place: [f64; 3],
+) -> Result<Vector3<f64>, Invalid> {
+    if let Some(axis) = &contact.axis_1 {
+        let given = Vector3::from(axis.each_ref().map(|a| a.at(place)));
+        let along = given.dot(normal);
+        let tangential = along.abs() <= TANGENTIAL * given.norm();
+        let flat = given - normal * along;
+        return match flat.try_normalize(0.0) {
+            Some(first) if tangential && first.iter().all(|v| v.is_finite()) => Ok(first),
+            _ => Err(Invalid {
+                key: "contact.axis_1".into(),
+                expected: "a non-zero vector in the plane of the contact face".into(),
+                found: format!(
+                    "{:?} at {place:?}, where the normal is {:?}",
+                    given.as_slice(),
+                    normal.as_slice()
+                ),
+                help: "t1 must be tangential, for example [1.0, 0.0, 0.0] on z_min".into(),
+            }),
+        };
+    }
+    let first = default_axis(normal);
+    let Some(angle) = &contact.angle else {
+        return Ok(first);
+    };
+    let (sine, cosine) = angle.at(place).to_radians().sin_cos();
+    if !sine.is_finite() {
+        return Err(Invalid {
+            key: "contact.angle".into(),
+            expected: "a finite angle in degrees on the whole face".into(),
+            found: format!("{} at {place:?}", angle.at(place)),
+            help: "mind square roots, logarithms and divisions in the formula".into(),
+        });
+    }
+    Ok(first * cosine + first.cross(normal) * sine)
+}
+
+/// The x axis projected on the face; the y axis where the face is perpendicular to x.
+fn default_axis(normal: &Vector3<f64>) -> Vector3<f64> {
+    let project = |axis: Vector3<f64>| (axis - normal * axis.dot(normal)).normalize();
+    if normal.x.abs() > 1.0 - TANGENTIAL {
+        project(Vector3::y())
+    } else {
+        project(Vector3::x())
+    }
+}

@@ -1,0 +1,167 @@
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use super::ContactFrame;
+use crate::{
+    mesh::{ContactSurface, Mesh},
+    scene::{Contact, FrictionLaw, Invalid, Quantity, Scene},
+};
+
+/// The laws of the contact face: frame, initial gap and friction. What a scene does not call for
+/// is not there.
+#[derive(Debug)]
+pub struct Interface {
+    /// ν and the axes of friction.
+    pub frame: ContactFrame,
+    /// Initial gap d ≥ 0 at the contact nodes in m, `[n_contact_nodes]`; `None` for no gap.
+    pub gap: Option<Vec<f64>>,
+    /// The law of tangential stresses.
+    pub friction: InterfaceFriction,
+    /// Projections on ellipses so far.
+    pub projections: AtomicUsize,
+}
+
+/// The law of tangential stresses, with the data of the contact face it needs.
+#[derive(Debug)]
+pub enum InterfaceFriction {
+    /// No tangential stresses, and no tangential multipliers.
+    Frictionless,
+    /// Tresca's law: the semi-axes g F₁, g F₂ in Pa of each pane, `[n_panes]`.
+    Tresca(Vec<[f64; 2]>),
+    /// Coulomb's law.
+    Coulomb(CoulombLaw),
+}
+
+/// Coulomb's law with F(x, |u_t1|, |u_t2|) at the contact nodes.
+#[derive(Debug)]
+pub struct CoulombLaw {
+    law: FrictionLaw,
+    /// Contact nodes, `[n_contact_nodes]`, in m.
+    positions: Vec<[f64; 3]>,
+    evaluations: AtomicUsize,
+}
+
+impl Interface {
+    /// The contact face's laws; `None` in a scene without contact.
+    ///
+    /// # Errors
+    /// Formulas that are not finite, a negative gap or slip bound, an axis that is not tangential.
+    pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Option<Self>, Invalid> {
+        let (Some(contact), Some(surface)) = (&scene.contact, &mesh.contact) else {
+            return Ok(None);
+        };
+        Ok(Some(Self {
+            frame: ContactFrame::new(contact, surface, mesh)?,
+            gap: initial_gap(contact, surface, mesh)?,
+            friction: InterfaceFriction::new(scene, surface, mesh)?,
+            projections: AtomicUsize::new(0),
+        }))
+    }
+
+    /// Whether tangential multipliers exist.
+    #[must_use]
+    pub fn has_friction(&self) -> bool {
+        !matches!(self.friction, InterfaceFriction::Frictionless)
+    }
+
+    /// Coulomb's law, where it is the law.
+    #[must_use]
+    pub fn coulomb(&self) -> Option<&CoulombLaw> {
+        match &self.friction {
+            InterfaceFriction::Coulomb(law) => Some(law),
+            _ => None,
+        }
+    }
+
+    /// Whether the coefficients of friction follow the slip.
+    #[must_use]
+    pub fn follows_slip(&self) -> bool {
+        self.coulomb().is_some_and(CoulombLaw::depends_on_slip)
+    }
+
+    /// Evaluations of the friction law at nodes so far.
+    #[must_use]
+    pub fn law_evaluations(&self) -> usize {
+        self.coulomb()
+            .map_or(0, |law| law.evaluations.load(Ordering::Relaxed))
+    }
+}
+
+impl InterfaceFriction {
+    fn new(scene: &Scene, surface: &ContactSurface, mesh: &Mesh) -> Result<Self, Invalid> {
+        let given = scene.friction.as_ref();
+        let Some((friction, law)) = given.and_then(|f| Some((f, f.law()?))) else {
+            return Ok(Self::Frictionless);
+        };
+        let positions = positions(surface, mesh);
+        let Some(bound) = &friction.slip_bound else {
+            return Ok(Self::Coulomb(CoulombLaw::new(law, positions)));
+        };
+        let bound = non_negative("friction.slip_bound", bound, &positions)?;
+        let coefficients = law.evaluate([0.0; 3], [0.0; 2]);
+        let semi_axes = (0..surface.n_panes())
+            .map(|pane| coefficients.map(|f| f * surface.pane_mean(pane, &bound)))
+            .collect();
+        Ok(Self::Tresca(semi_axes))
+    }
+}
+
+impl CoulombLaw {
+    /// A law at the contact nodes.
+    #[must_use]
+    pub fn new(law: FrictionLaw, positions: Vec<[f64; 3]>) -> Self {
+        Self {
+            law,
+            positions,
+            evaluations: AtomicUsize::new(0),
+        }
+    }
+
+    /// (F₁, F₂) at a contact node for the slips (|u_t1|, |u_t2|) in m.
+    #[must_use]
+    pub fn evaluate(&self, contact_node: usize, slip: [f64; 2]) -> [f64; 2] {
+        self.evaluations.fetch_add(1, Ordering::Relaxed);
+        self.law.evaluate(self.positions[contact_node], slip)
+    }
+
+    /// ∂F_i/∂|u_tk| in 1/m at a contact node.
+    #[must_use]
+    pub fn derivative(&self, contact_node: usize, slip: [f64; 2]) -> [[f64; 2]; 2] {
+        self.law.derivative(self.positions[contact_node], slip)
+    }
+
+    /// Whether any coefficient depends on the solution.
+    #[must_use]
+    pub fn depends_on_slip(&self) -> bool {
+        self.law.depends_on_slip()
+    }
+}
+
+fn positions(surface: &ContactSurface, mesh: &Mesh) -> Vec<[f64; 3]> {
+    let nodes = surface.nodes.iter();
+    nodes.map(|&node| mesh.coordinates[node]).collect()
+}
+
+fn initial_gap(
+    contact: &Contact,
+    surface: &ContactSurface,
+    mesh: &Mesh,
+) -> Result<Option<Vec<f64>>, Invalid> {
+    if contact.gap == Quantity::Constant(0.0) {
+        return Ok(None);
+    }
+    non_negative("contact.gap", &contact.gap, &positions(surface, mesh)).map(Some)
+}
+
+/// A quantity at points, refused where it is negative or not finite.
+fn non_negative(key: &str, quantity: &Quantity, points: &[[f64; 3]]) -> Result<Vec<f64>, Invalid> {
+    let values: Vec<f64> = points.iter().map(|x| quantity.at(*x)).collect();
+    match values.iter().position(|v| !(*v >= 0.0 && v.is_finite())) {
+        None => Ok(values),
+        Some(at) => Err(Invalid {
+            key: key.to_owned(),
+            expected: "a value >= 0 at every contact node".into(),
+            found: format!("{} at {:?}", values[at], points[at]),
+            help: format!("the formula is {quantity:?}"),
+        }),
+    }
+}

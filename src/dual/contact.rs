@@ -1,0 +1,56 @@
+use super::{Assembly, ExplicitDual};
+use crate::{
+    contact::{Coupling, Interface},
+    linalg::Workspace,
+    mesh::ContactSurface,
+};
+
+/// The dual problem's data: minimise ½ λᵀSλ − λᵀh over the admissible multipliers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactSystem {
+    /// Coupling B, in m².
+    pub coupling: Coupling,
+    /// h = B A⁻¹ l with the gap's integral subtracted from the normal part, `[n_multipliers]`,
+    /// in m³.
+    pub dual_rhs: Vec<f64>,
+    /// S, and the contact compliance where friction follows the slip; `None` when S is applied
+    /// through the factor.
+    pub explicit: Option<ExplicitDual>,
+}
+
+impl ContactSystem {
+    /// Couples a factorised body to its foundation; S stays implicit.
+    #[must_use]
+    pub fn new(assembly: &Assembly, surface: &ContactSurface, interface: &Interface) -> Self {
+        let friction = interface.has_friction();
+        let dofs = &assembly.primal.dofs;
+        let coupling = Coupling::new(surface, &interface.frame, friction, dofs);
+        let unconstrained = assembly.solve(&assembly.primal.load, &mut Workspace::default());
+        let mut dual_rhs = coupling.integrate(&unconstrained);
+        if let Some(gap) = &interface.gap {
+            for (pane, area) in surface.pane_area.iter().enumerate() {
+                dual_rhs[pane] -= area * surface.pane_mean(pane, gap);
+            }
+        }
+        Self {
+            coupling,
+            dual_rhs,
+            explicit: None,
+        }
+    }
+
+    /// The displacement u = A⁻¹(l − Bᵀλ) over the free degrees of freedom in m.
+    #[must_use]
+    pub fn displacement(
+        &self,
+        assembly: &Assembly,
+        multiplier: &[f64],
+        work: &mut Workspace,
+    ) -> Vec<f64> {
+        let mut forces = self.coupling.nodal_forces(multiplier);
+        for (force, load) in forces.iter_mut().zip(&assembly.primal.load) {
+            *force = load - *force;
+        }
+        assembly.solve(&forces, work)
+    }
+}

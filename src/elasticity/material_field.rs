@@ -1,0 +1,47 @@
+use nalgebra::Matrix6;
+
+use crate::{mesh::Mesh, scene::Scene};
+
+/// The elasticity tensor of every tetrahedron.
+#[derive(Debug, Clone)]
+pub struct MaterialField<'a> {
+    /// C in Pa of the body's own material, then of each region.
+    tensors: Vec<Matrix6<f64>>,
+    /// Region of each tetrahedron; empty for a body of one material.
+    region: &'a [usize],
+}
+
+impl<'a> MaterialField<'a> {
+    /// The materials of a validated scene on its mesh.
+    #[must_use]
+    pub fn new(scene: &Scene, mesh: &'a Mesh) -> Self {
+        let materials = [&scene.material]
+            .into_iter()
+            .chain(scene.regions.iter().map(|region| &region.material));
+        let tensor = |material: &crate::scene::Material| {
+            material
+                .elasticity()
+                .expect("a validated material has an elasticity tensor")
+        };
+        Self {
+            tensors: materials.map(tensor).collect(),
+            region: &mesh.tetrahedron_region,
+        }
+    }
+
+    /// One material everywhere.
+    #[must_use]
+    pub fn uniform(tensor: Matrix6<f64>) -> Self {
+        Self {
+            tensors: vec![tensor],
+            region: &[],
+        }
+    }
+
+    /// C in Pa of a tetrahedron.
+    #[must_use]
+    pub fn tensor(&self, tetrahedron: usize) -> &Matrix6<f64> {
+        let region = self.region.get(tetrahedron).copied().unwrap_or(0);
+        &self.tensors[region]
+    }
+}

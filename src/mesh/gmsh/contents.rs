@@ -1,0 +1,272 @@
+use std::collections::{BTreeMap, HashMap};
+
+use super::{
+    GmshError, Place,
+    element::{Element, Kind},
+    scanner::{Scanner, shown},
+    v2, v4,
+};
+
+/// What a mesh file says, before it is checked as a body.
+#[derive(Debug)]
+pub(super) struct Contents {
+    pub(super) node_tags: Vec<u64>,
+    /// Index of each node by its tag.
+    pub(super) node_of_tag: HashMap<u64, usize>,
+    pub(super) coordinates: Vec<[f64; 3]>,
+    pub(super) tetrahedra: Vec<Element<4>>,
+    pub(super) triangles: Vec<Element<3>>,
+    /// The sets of physical groups that elements are in, increasing; the first one is empty.
+    pub(super) memberships: Vec<Vec<i64>>,
+    /// Names of physical groups by dimension and tag.
+    pub(super) names: BTreeMap<(i64, i64), String>,
+}
+
+/// The versions of the format that are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Version {
+    V2,
+    V4,
+}
+
+impl Contents {
+    fn new() -> Self {
+        Self {
+            node_tags: Vec::new(),
+            node_of_tag: HashMap::new(),
+            coordinates: Vec::new(),
+            tetrahedra: Vec::new(),
+            triangles: Vec::new(),
+            memberships: vec![Vec::new()],
+            names: BTreeMap::new(),
+        }
+    }
+
+    /// Adds a set of physical groups and gives its index.
+    pub(super) fn membership(&mut self, mut groups: Vec<i64>) -> usize {
+        if groups.is_empty() {
+            return 0;
+        }
+        groups.sort_unstable();
+        groups.dedup();
+        self.memberships.push(groups);
+        self.memberships.len() - 1
+    }
+
+    /// Makes room for nodes whose count was checked against the file.
+    pub(super) fn reserve_nodes(&mut self, count: usize) {
+        self.node_tags.reserve(count);
+        self.node_of_tag.reserve(count);
+        self.coordinates.reserve(count);
+    }
+
+    /// Reads all sections of a file.
+    pub(super) fn read(bytes: &[u8]) -> Result<Self, GmshError> {
+        let mut scanner = Scanner::new(bytes);
+        let version = read_format(&mut scanner)?;
+        let mut contents = Self::new();
+        let mut entities = None;
+        let mut seen = [None; 2];
+        while let Some(section) = begin_section(&mut scanner)? {
+            let known = match section.as_str() {
+                "Nodes" => Some((0, "Nodes")),
+                "Elements" => Some((1, "Elements")),
+                _ => None,
+            };
+            if let Some((slot, section)) = known
+                && seen[slot].replace(()).is_some()
+            {
+                let place = scanner.place();
+                return Err(GmshError::RepeatedSection { place, section });
+            }
+            match (section.as_str(), version) {
+                ("PhysicalNames", _) => contents.read_names(&mut scanner)?,
+                ("Entities", Version::V4) => {
+                    entities = Some(v4::entities(&mut scanner, &mut contents)?);
+                }
+                ("Nodes", Version::V2) => v2::nodes(&mut scanner, &mut contents)?,
+                ("Nodes", Version::V4) => v4::nodes(&mut scanner, &mut contents)?,
+                ("Elements", Version::V2) => v2::elements(&mut scanner, &mut contents)?,
+                ("Elements", Version::V4) => {
+                    v4::elements(&mut scanner, entities.as_ref(), &mut contents)?;
+                }
+                _ => {
+                    skip_section(&mut scanner, &section)?;
+                    continue;
+                }
+            }
+            end_section(&mut scanner, &section)?;
+        }
+        for (seen, section) in seen.into_iter().zip(["Nodes", "Elements"]) {
+            seen.ok_or(GmshError::MissingSection { section })?;
+        }
+        Ok(contents)
+    }
+
+    fn read_names(&mut self, scanner: &mut Scanner) -> Result<(), GmshError> {
+        const LINE: &str = "dimension, tag and \"name\" of a physical group";
+        let count = scanner.text_line().unwrap_or_default();
+        let count: u64 = text(count)
+            .and_then(|c| c.parse().ok())
+            .ok_or_else(|| scanner.syntax("the number of physical names", shown(count)))?;
+        for _ in 0..count {
+            let line = scanner.text_line().unwrap_or_default();
+            let (key, name) =
+                physical_name(line).ok_or_else(|| scanner.syntax(LINE, shown(line)))?;
+            self.names.insert(key, name);
+        }
+        Ok(())
+    }
+
+    /// Adds a node; its tag must be new and its coordinates finite.
+    pub(super) fn push_node(
+        &mut self,
+        place: Place,
+        tag: u64,
+        at: [f64; 3],
+    ) -> Result<(), GmshError> {
+        if let Some(&found) = at.iter().find(|x| !x.is_finite()) {
+            return Err(GmshError::NotFinite {
+                place,
+                node: tag,
+                found,
+            });
+        }
+        if self.node_of_tag.insert(tag, self.node_tags.len()).is_some() {
+            return Err(GmshError::RepeatedTag { place, node: tag });
+        }
+        self.node_tags.push(tag);
+        self.coordinates.push(at);
+        Ok(())
+    }
+
+    /// Reads the nodes of one element and adds it if it is a triangle or a tetrahedron.
+    pub(super) fn read_element(
+        &mut self,
+        scanner: &mut Scanner,
+        (place, tag): (Place, u64),
+        kind: Kind,
+        membership: usize,
+    ) -> Result<(), GmshError> {
+        let mut nodes = [0; 4];
+        for node in &mut nodes[..kind.n_nodes()] {
+            *node = scanner.size("the tag of a node of the element")?;
+        }
+        let [a, b, c, _] = nodes;
+        match kind {
+            Kind::Point | Kind::Line => {}
+            Kind::Triangle => self.triangles.push(Element {
+                tag,
+                place,
+                nodes: [a, b, c],
+                membership,
+            }),
+            Kind::Tetrahedron => self.tetrahedra.push(Element {
+                tag,
+                place,
+                nodes,
+                membership,
+            }),
+        }
+        Ok(())
+    }
+}
+
+fn text(bytes: &[u8]) -> Option<&str> {
+    std::str::from_utf8(bytes).ok()
+}
+
+/// Takes `2 7 "left end"` apart.
+fn physical_name(line: &[u8]) -> Option<((i64, i64), String)> {
+    let (numbers, quoted) = text(line)?.split_once('"')?;
+    let (name, after) = quoted.rsplit_once('"')?;
+    let mut numbers = numbers.split_ascii_whitespace().map(str::parse);
+    let key = (numbers.next()?.ok()?, numbers.next()?.ok()?);
+    let complete = numbers.next().is_none() && after.is_empty() && !name.is_empty();
+    complete.then(|| (key, name.to_owned()))
+}
+
+/// Reads `$MeshFormat`: version, encoding and size of sizes; in binary also the order of bytes.
+fn read_format(scanner: &mut Scanner) -> Result<Version, GmshError> {
+    let first = scanner.text_line().unwrap_or_default();
+    if first != b"$MeshFormat" {
+        return Err(scanner.syntax("$MeshFormat at the beginning", shown(first)));
+    }
+    let line = scanner.text_line().unwrap_or_default();
+    let words: Vec<&str> = text(line)
+        .unwrap_or_default()
+        .split_ascii_whitespace()
+        .collect();
+    let &[version, encoding, size] = words.as_slice() else {
+        return Err(scanner.syntax(
+            "version, encoding and data size such as 4.1 0 8",
+            shown(line),
+        ));
+    };
+    let place = scanner.place();
+    let version = match version.parse() {
+        Ok(2.2) => Version::V2,
+        Ok(4.1) => Version::V4,
+        _ => {
+            let found = shown(version.as_bytes());
+            return Err(GmshError::Version { place, found });
+        }
+    };
+    let refuse = |found: &str| {
+        Err(GmshError::Encoding {
+            place,
+            found: found.to_owned(),
+        })
+    };
+    match (encoding, version, size) {
+        ("0", _, _) => {}
+        ("1", Version::V4, "8") => {
+            scanner.end_text_line();
+            scanner.set_binary();
+            if scanner.int("the number 1 that shows the order of bytes")? != 1 {
+                return refuse("big-endian binary");
+            }
+        }
+        ("1", Version::V4, size) => return refuse(&format!("binary with sizes of {size} bytes")),
+        ("1", Version::V2, _) => return refuse("binary 2.2"),
+        (other, ..) => return refuse(&format!("encoding {}", shown(other.as_bytes()))),
+    }
+    end_section(scanner, "MeshFormat")?;
+    Ok(version)
+}
+
+/// The name of the next section; none at the end of the file.
+fn begin_section(scanner: &mut Scanner) -> Result<Option<String>, GmshError> {
+    let Some(line) = scanner.text_line() else {
+        return Ok(None);
+    };
+    let name = line.strip_prefix(b"$").and_then(text);
+    let Some(name) = name.filter(|n| !n.is_empty() && !n.starts_with("End")) else {
+        return Err(scanner.syntax("the beginning of a section such as $Nodes", shown(line)));
+    };
+    scanner.end_text_line();
+    Ok(Some(name.to_owned()))
+}
+
+fn end_section(scanner: &mut Scanner, section: &str) -> Result<(), GmshError> {
+    let line = scanner.text_line().unwrap_or_default();
+    let end = format!("$End{section}");
+    if line == end.as_bytes() {
+        return Ok(());
+    }
+    let found = if line.is_empty() {
+        "the end of the file".to_owned()
+    } else {
+        shown(line)
+    };
+    Err(scanner.syntax(end, found))
+}
+
+/// Passes a section that is not used, to the end of its last line.
+fn skip_section(scanner: &mut Scanner, section: &str) -> Result<(), GmshError> {
+    let end = format!("$End{section}");
+    if scanner.skip_behind(end.as_bytes()) {
+        return Ok(());
+    }
+    Err(scanner.syntax(end, "the end of the file"))
+}

@@ -1,0 +1,138 @@
+use std::collections::{BTreeMap, HashSet};
+
+use super::{
+    GmshError,
+    body::{Body, listed_nodes},
+    boundary::{Boundary, sorted},
+    contents::Contents,
+    element::Element,
+};
+
+/// What is in no physical group is called so.
+const UNNAMED: &str = "unnamed";
+
+impl Contents {
+    /// The name of a physical group: its number when it has none.
+    pub(super) fn group_name(&self, dimension: i64, tag: i64) -> String {
+        let name = self.names.get(&(dimension, tag));
+        name.cloned().unwrap_or_else(|| tag.to_string())
+    }
+
+    /// The one physical group of an element; an error with the first two when it is in several.
+    fn group_of<const K: usize>(&self, element: &Element<K>) -> Result<Option<i64>, [i64; 2]> {
+        match self.memberships[element.membership].as_slice() {
+            [] => Ok(None),
+            [group] => Ok(Some(*group)),
+            [first, second, ..] => Err([*first, *second]),
+        }
+    }
+}
+
+/// Members and names of the physical volumes; both empty when there are none.
+pub(super) fn volumes(contents: &Contents) -> Result<(Vec<usize>, Vec<String>), GmshError> {
+    let groups: Vec<Option<i64>> = contents
+        .tetrahedra
+        .iter()
+        .map(|element| {
+            contents
+                .group_of(element)
+                .map_err(|[first, second]| GmshError::TwoVolumes {
+                    place: element.place,
+                    element: element.tag,
+                    first: contents.group_name(3, first),
+                    second: contents.group_name(3, second),
+                })
+        })
+        .collect::<Result<_, _>>()?;
+    if groups.iter().all(Option::is_none) {
+        return Ok((Vec::new(), Vec::new()));
+    }
+    named(contents, 3, &groups)
+}
+
+/// The physical surface of each boundary triangle, and the names of the surfaces.
+///
+/// Triangles inside the body or off it are passed over, unless their surface has no other.
+pub(super) fn surfaces(
+    contents: &Contents,
+    body: &Body,
+    boundary: &Boundary,
+) -> Result<(Vec<usize>, Vec<String>), GmshError> {
+    let mut facet_group: Vec<Option<i64>> = vec![None; boundary.facets.len()];
+    let mut surfaces: BTreeMap<i64, Surface> = BTreeMap::new();
+    for element in &contents.triangles {
+        listed_nodes(contents, element)?;
+        let two = |[first, second]: [i64; 2]| GmshError::TwoSurfaces {
+            place: element.place,
+            element: element.tag,
+            first: contents.group_name(2, first),
+            second: contents.group_name(2, second),
+        };
+        let Some(group) = contents.group_of(element).map_err(two)? else {
+            continue;
+        };
+        let surface = surfaces.entry(group).or_insert(Surface {
+            first: element,
+            triangles: 0,
+            on_boundary: false,
+        });
+        surface.triangles += 1;
+        let nodes = body.numbers(element.nodes).map(sorted);
+        if let Some(&facet) = nodes.and_then(|key| boundary.facet_of.get(&key)) {
+            surface.on_boundary = true;
+            match facet_group[facet].replace(group) {
+                Some(other) if other != group => return Err(two([other, group])),
+                _ => {}
+            }
+        }
+    }
+    if let Some((&group, surface)) = surfaces.iter().find(|(_, s)| !s.on_boundary) {
+        return Err(GmshError::NotOnBoundary {
+            place: surface.first.place,
+            name: contents.group_name(2, group),
+            triangles: surface.triangles,
+            element: surface.first.tag,
+        });
+    }
+    named(contents, 2, &facet_group)
+}
+
+/// The triangles of a physical surface in the file.
+struct Surface<'a> {
+    first: &'a Element<3>,
+    triangles: usize,
+    on_boundary: bool,
+}
+
+/// Numbers the groups by increasing tag, those without a group last.
+fn named(
+    contents: &Contents,
+    dimension: i64,
+    groups: &[Option<i64>],
+) -> Result<(Vec<usize>, Vec<String>), GmshError> {
+    let mut tags: Vec<i64> = groups.iter().flatten().copied().collect();
+    tags.sort_unstable();
+    tags.dedup();
+    let mut names: Vec<String> = tags
+        .iter()
+        .map(|&tag| contents.group_name(dimension, tag))
+        .collect();
+    if groups.iter().any(Option::is_none) {
+        names.push(UNNAMED.to_owned());
+    }
+    let mut seen = HashSet::new();
+    if let Some(name) = names.iter().find(|name| !seen.insert(*name)) {
+        return Err(GmshError::RepeatedName {
+            kind: if dimension == 3 {
+                "volumes"
+            } else {
+                "surfaces"
+            },
+            name: name.clone(),
+        });
+    }
+    let index = |group: &Option<i64>| {
+        group.map_or(tags.len(), |tag| tags.partition_point(|&other| other < tag))
+    };
+    Ok((groups.iter().map(index).collect(), names))
+}

@@ -1,0 +1,103 @@
+//! Meshes made by Gmsh: MSH 4.1 (text and binary) and 2.2 (text), checked as a body.
+//!
+//! Linear tetrahedra are the body and physical volumes name its parts; triangles in physical
+//! surfaces name the boundary; points and lines are passed over, and so are sections other than
+//! `$PhysicalNames`, `$Entities`, `$Nodes` and `$Elements`.
+//!
+//! Format: Gmsh reference manual, chapter "MSH file format" and appendix "Legacy formats".
+
+mod body;
+mod boundary;
+mod conformity;
+mod contents;
+mod element;
+mod error;
+mod groups;
+mod nearby;
+mod scanner;
+#[cfg(test)]
+mod tests;
+mod v2;
+mod v4;
+
+use std::{fs, io, path::Path};
+
+pub use error::{GmshError, Place};
+
+use super::RawMesh;
+use crate::scene::GmshFile;
+
+/// Reads the mesh of a scene whose paths count from `folder`; coordinates come out in m.
+///
+/// # Errors
+/// [`GmshError::Read`], [`GmshError::Digest`] and [`GmshError::Unit`] for the file as a whole;
+/// [`GmshError::InFile`] with what [`parse`] says about its contents.
+pub(super) fn read(file: &GmshFile, folder: &Path) -> Result<RawMesh, GmshError> {
+    let path = folder.join(&file.file);
+    let bytes = fs::read(&path).map_err(|source| GmshError::Read {
+        path: path.clone(),
+        source,
+    })?;
+    if let Some(expected) = &file.digest {
+        let found = blake3::hash(&bytes).to_hex();
+        if !expected.eq_ignore_ascii_case(&found) {
+            return Err(GmshError::Digest {
+                path,
+                expected: expected.clone(),
+                found: found.to_string(),
+            });
+        }
+    }
+    let mut mesh = parse(&bytes).map_err(|flaw| GmshError::InFile {
+        path,
+        flaw: Box::new(flaw),
+    })?;
+    scale(&mut mesh, file.unit)?;
+    Ok(mesh)
+}
+
+/// The blake3 digest of a file in hexadecimal digits, as a scene may demand it.
+///
+/// # Errors
+/// What the system says when the file cannot be read.
+pub fn digest_of(path: &Path) -> io::Result<String> {
+    Ok(blake3::hash(&fs::read(path)?).to_hex().to_string())
+}
+
+/// The mesh in the bytes of an MSH file, in the unit of the file.
+///
+/// Nodes are numbered by increasing tag, without those that no tetrahedron uses; tetrahedra keep
+/// the order of the file, boundary triangles follow that of their tetrahedra, and groups are
+/// numbered by increasing physical tag.
+///
+/// # Errors
+/// The first flaw found, with its line and its tags in the file.
+pub fn parse(bytes: &[u8]) -> Result<RawMesh, GmshError> {
+    let contents = contents::Contents::read(bytes)?;
+    let body = body::Body::new(&contents)?;
+    let boundary = boundary::Boundary::new(&body, &contents)?;
+    conformity::check(&body, &boundary, &contents)?;
+    boundary.require_one_piece(&contents)?;
+    let (tetrahedron_group, group_names) = groups::volumes(&contents)?;
+    let (facet_face, face_names) = groups::surfaces(&contents, &body, &boundary)?;
+    Ok(RawMesh {
+        coordinates: body.coordinates,
+        tetrahedra: body.tetrahedra,
+        tetrahedron_group,
+        group_names,
+        facets: boundary.facets,
+        facet_face,
+        face_names,
+    })
+}
+
+/// Turns coordinates into metres.
+fn scale(mesh: &mut RawMesh, unit: f64) -> Result<(), GmshError> {
+    let coordinates = mesh.coordinates.as_flattened_mut();
+    coordinates.iter_mut().for_each(|x| *x *= unit);
+    if unit > 0.0 && coordinates.iter().all(|x| x.is_finite()) {
+        Ok(())
+    } else {
+        Err(GmshError::Unit { found: unit })
+    }
+}

@@ -1,0 +1,205 @@
+use super::{GmshError, Place};
+
+/// Walks through the bytes of a mesh file once, value by value.
+///
+/// In text a record is a line: its values are asked for between [`Self::begin_record`] and
+/// [`Self::end_record`]. In binary (little-endian) the same values follow each other without marks.
+pub(super) struct Scanner<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    line: usize,
+    binary: bool,
+}
+
+impl<'a> Scanner<'a> {
+    pub(super) fn new(bytes: &'a [u8]) -> Self {
+        Self {
+            bytes,
+            at: 0,
+            line: 1,
+            binary: false,
+        }
+    }
+
+    pub(super) fn set_binary(&mut self) {
+        self.binary = true;
+    }
+
+    pub(super) fn place(&self) -> Place {
+        if self.binary {
+            Place::Byte(self.at)
+        } else {
+            Place::Line(self.line)
+        }
+    }
+
+    pub(super) fn syntax(
+        &self,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+    ) -> GmshError {
+        GmshError::Syntax {
+            place: self.place(),
+            expected: expected.into(),
+            found: found.into(),
+        }
+    }
+
+    fn rest(&self) -> &'a [u8] {
+        &self.bytes[self.at..]
+    }
+
+    /// Goes over white space to the next printed byte, on whichever line it is.
+    pub(super) fn skip_blank_lines(&mut self) {
+        while let Some(byte) = self.rest().first().filter(|b| b.is_ascii_whitespace()) {
+            self.line += usize::from(*byte == b'\n');
+            self.at += 1;
+        }
+    }
+
+    fn skip_blanks(&mut self) {
+        let blanks = self.rest().iter();
+        self.at += blanks
+            .take_while(|b| b.is_ascii_whitespace() && **b != b'\n')
+            .count();
+    }
+
+    /// The next line that is not blank, trimmed; none at the end of the file.
+    ///
+    /// The scanner stays before the line's end, so that errors name this line.
+    pub(super) fn text_line(&mut self) -> Option<&'a [u8]> {
+        self.skip_blank_lines();
+        let rest = self.rest();
+        let length = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
+        self.at += length;
+        Some(rest[..length].trim_ascii_end()).filter(|line| !line.is_empty())
+    }
+
+    /// Passes the one line break that stands between a header line and binary values.
+    pub(super) fn end_text_line(&mut self) {
+        if self.rest().first() == Some(&b'\n') {
+            self.at += 1;
+            self.line += 1;
+        }
+    }
+
+    /// Goes behind the next place where `mark` begins a line; false when there is none.
+    pub(super) fn skip_behind(&mut self, mark: &[u8]) -> bool {
+        while self.at < self.bytes.len() {
+            let line_start = self.at == 0 || self.bytes[self.at - 1] == b'\n';
+            if line_start && self.rest().starts_with(mark) {
+                self.at += mark.len();
+                return true;
+            }
+            let rest = self.rest();
+            let length = rest.iter().position(|&b| b == b'\n');
+            self.at += length.map_or(rest.len(), |l| l + 1);
+            self.line += usize::from(length.is_some());
+        }
+        false
+    }
+
+    pub(super) fn begin_record(&mut self) {
+        if !self.binary {
+            self.skip_blank_lines();
+        }
+    }
+
+    pub(super) fn end_record(&mut self) -> Result<(), GmshError> {
+        if self.binary {
+            return Ok(());
+        }
+        match self.token() {
+            None => Ok(()),
+            Some(token) => Err(self.syntax("the end of the line", shown(token))),
+        }
+    }
+
+    /// The next word of this line.
+    fn token(&mut self) -> Option<&'a [u8]> {
+        self.skip_blanks();
+        let rest = self.rest();
+        let length = rest.iter().take_while(|b| !b.is_ascii_whitespace()).count();
+        self.at += length;
+        Some(&rest[..length]).filter(|token| !token.is_empty())
+    }
+
+    fn word<T: std::str::FromStr>(&mut self, expected: &str) -> Result<T, GmshError> {
+        let Some(token) = self.token() else {
+            let ended = if self.at == self.bytes.len() {
+                "the end of the file"
+            } else {
+                "the end of the line"
+            };
+            return Err(self.syntax(expected, ended));
+        };
+        let value = std::str::from_utf8(token).ok().and_then(|t| t.parse().ok());
+        value.ok_or_else(|| self.syntax(expected, shown(token)))
+    }
+
+    fn raw<const N: usize>(&mut self, expected: &str) -> Result<[u8; N], GmshError> {
+        let Some(value) = self.rest().first_chunk::<N>() else {
+            return Err(self.syntax(expected, "the end of the file"));
+        };
+        self.at += N;
+        Ok(*value)
+    }
+
+    /// An `int` of the format: a code, a dimension or an entity's tag.
+    pub(super) fn int(&mut self, expected: &str) -> Result<i64, GmshError> {
+        if self.binary {
+            Ok(i32::from_le_bytes(self.raw(expected)?).into())
+        } else {
+            self.word(expected)
+        }
+    }
+
+    /// A `size_t` of the format: a count, or the tag of a node or an element.
+    pub(super) fn size(&mut self, expected: &str) -> Result<u64, GmshError> {
+        if self.binary {
+            Ok(u64::from_le_bytes(self.raw(expected)?))
+        } else {
+            self.word(expected)
+        }
+    }
+
+    /// A `double` of the format.
+    pub(super) fn real(&mut self, expected: &str) -> Result<f64, GmshError> {
+        if self.binary {
+            Ok(f64::from_le_bytes(self.raw(expected)?))
+        } else {
+            self.word(expected)
+        }
+    }
+
+    /// A count of items of at least `text` bytes each in text, `binary` bytes in binary, checked
+    /// against the rest of the file so that it may be reserved.
+    pub(super) fn count(
+        &mut self,
+        what: &'static str,
+        text: usize,
+        binary: usize,
+    ) -> Result<usize, GmshError> {
+        let declared = self.size(&format!("the number of {what}"))?;
+        let least = if self.binary { binary } else { text };
+        // The last line of a text may lack its line break.
+        let possible = (self.rest().len() + 1) / least;
+        match usize::try_from(declared) {
+            Ok(count) if count <= possible => Ok(count),
+            _ => Err(GmshError::Count {
+                place: self.place(),
+                what,
+                declared,
+                possible: possible as u64,
+            }),
+        }
+    }
+}
+
+/// A word of the file as it goes into a message.
+pub(super) fn shown(word: &[u8]) -> String {
+    const LONGEST: usize = 40;
+    let text = String::from_utf8_lossy(&word[..word.len().min(LONGEST)]);
+    let dots = if word.len() > LONGEST { "..." } else { "" };
+    format!("{:?}{dots}", text)
+}

@@ -1,0 +1,142 @@
+//! Files made by Gmsh, against what Gmsh itself measures.
+
+use std::{fs, path::Path};
+
+use super::{
+    super::{GmshError, digest_of, parse, read},
+    BRACKET_22, BRACKET_41, FOOT_22, FOOT_41, FOOT_41_BINARY,
+};
+use crate::{
+    mesh::{RawMesh, tetrahedron_volume, triangle_area},
+    scene::GmshFile,
+};
+
+/// Sums differ by roundings of a thousand terms.
+const SUM: f64 = 1e-13;
+
+fn volume_of(mesh: &RawMesh, group: &str) -> f64 {
+    let group = mesh.group_names.iter().position(|n| n == group).unwrap();
+    let members = mesh.tetrahedra.iter().zip(&mesh.tetrahedron_group);
+    members
+        .filter(|(_, g)| **g == group)
+        .map(|(t, _)| tetrahedron_volume(&t.map(|n| mesh.coordinates[n])))
+        .sum()
+}
+
+fn area_of(mesh: &RawMesh, face: &str) -> f64 {
+    let face = mesh.face_names.iter().position(|n| n == face).unwrap();
+    let members = mesh.facets.iter().zip(&mesh.facet_face);
+    members
+        .filter(|(_, f)| **f == face)
+        .map(|(t, _)| triangle_area(&t.map(|n| mesh.coordinates[n])))
+        .sum()
+}
+
+fn assert_close(found: f64, expected: f64) {
+    assert!((found / expected - 1.0).abs() < SUM, "{found} {expected}");
+}
+
+#[test]
+fn foot_measures_what_gmsh_says() {
+    let mesh = parse(FOOT_41).unwrap();
+    assert_eq!((mesh.coordinates.len(), mesh.tetrahedra.len()), (204, 573));
+    assert_eq!(mesh.group_names, ["rubber", "steel"]);
+    assert_eq!(mesh.face_names, ["contact", "held end", "unnamed"]);
+    // Sums of getElementQualities(…, "volume") over physical groups, Gmsh 4.15.2.
+    assert_close(volume_of(&mesh, "rubber"), 12429.107698192567);
+    assert_close(volume_of(&mesh, "steel"), 2858.06505872225);
+    assert_close(area_of(&mesh, "contact"), 1237.9717325257977);
+    assert_close(area_of(&mesh, "held end"), 185.12283158972332);
+}
+
+#[test]
+fn bracket_measures_what_gmsh_says() {
+    let mesh = parse(BRACKET_41).unwrap();
+    assert_eq!((mesh.coordinates.len(), mesh.tetrahedra.len()), (238, 680));
+    assert_eq!(mesh.group_names, ["body"]);
+    let faces = ["contact", "hole", "40", "41", "unnamed"];
+    assert_eq!(mesh.face_names, faces);
+    assert_close(volume_of(&mesh, "body"), 2.8244475116101557);
+    assert_close(area_of(&mesh, "hole"), 1.5321154343934111);
+    for (face, area) in [("contact", 3.0), ("40", 1.0), ("41", 1.0)] {
+        assert_close(area_of(&mesh, face), area);
+    }
+}
+
+/// Asserts that two meshes are the same but for the 16 digits that Gmsh writes into text.
+fn assert_same(mut found: RawMesh, expected: &RawMesh) {
+    let pairs = found.coordinates.as_flattened_mut().iter_mut();
+    for (x, y) in pairs.zip(expected.coordinates.as_flattened()) {
+        // One unit of the 16th digit is at most 1e-15 of the number.
+        assert!((*x - y).abs() <= 1e-15 * y.abs(), "{x} {y}");
+        *x = *y;
+    }
+    assert!(found == *expected);
+}
+
+#[test]
+fn all_formats_say_the_same() {
+    let foot = parse(FOOT_41).unwrap();
+    assert_same(parse(FOOT_41_BINARY).unwrap(), &foot);
+    assert_same(parse(FOOT_22).unwrap(), &foot);
+    assert_same(parse(BRACKET_22).unwrap(), &parse(BRACKET_41).unwrap());
+}
+
+#[test]
+fn facets_enclose_the_body() {
+    for sample in [FOOT_41, BRACKET_41] {
+        let mesh = parse(sample).unwrap();
+        let volume = |t: &[usize; 4]| tetrahedron_volume(&t.map(|n| mesh.coordinates[n]));
+        let inside: f64 = mesh.tetrahedra.iter().map(volume).sum();
+        // Divergence theorem: cones from the origin over the boundary.
+        let cone = |f: &[usize; 3]| {
+            let [a, b, c] = f.map(|n| nalgebra::Vector3::from(mesh.coordinates[n]));
+            a.cross(&b).dot(&c) / 6.0
+        };
+        assert_close(mesh.facets.iter().map(cone).sum(), inside);
+    }
+}
+
+#[test]
+fn files_are_read_in_metres_and_by_digest() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/meshes");
+    let mut file = GmshFile {
+        file: "foot_41.msh".into(),
+        unit: 1e-3,
+        digest: Some(digest_of(&folder.join("foot_41.msh")).unwrap()),
+    };
+    let metres = read(&file, &folder).unwrap();
+    let millimetres = parse(FOOT_41).unwrap();
+    let expected = millimetres.coordinates.iter().map(|x| x.map(|x| x * 1e-3));
+    assert!(expected.eq(metres.coordinates.iter().copied()));
+    for unit in [0.0, -1.0, f64::NAN, 1e308] {
+        file.unit = unit;
+        assert!(matches!(read(&file, &folder), Err(GmshError::Unit { .. })));
+    }
+    file.digest = Some("00".repeat(32));
+    assert!(matches!(
+        read(&file, &folder),
+        Err(GmshError::Digest { .. })
+    ));
+    file.file = "none.msh".into();
+    assert!(matches!(read(&file, &folder), Err(GmshError::Read { .. })));
+}
+
+#[test]
+fn flaws_of_a_file_keep_path_and_help() {
+    use miette::Diagnostic;
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("part.msh"), "$MeshFormat\n4 0 8\n").unwrap();
+    let file = GmshFile {
+        file: "part.msh".into(),
+        unit: 1.0,
+        digest: None,
+    };
+    let error = read(&file, folder.path()).unwrap_err();
+    let text = error.to_string();
+    assert!(
+        text.ends_with("part.msh: line 2: expected MSH format 4.1 or 2.2, found \"4\""),
+        "{text}"
+    );
+    assert!(error.help().unwrap().to_string().contains("-format msh41"));
+}

@@ -1,0 +1,93 @@
+use std::{borrow::Cow, fmt};
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+use super::Expression;
+
+/// The variables of a quantity that varies in space: coordinates in m.
+pub const POSITION: &[&str] = &["x", "y", "z"];
+
+/// A number, or an expression in the coordinates x, y, z.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Quantity {
+    /// The same value everywhere.
+    Constant(f64),
+    /// A formula in x, y, z.
+    Varying(Expression),
+}
+
+impl Quantity {
+    /// The value at a point; not finite outside the formula's domain.
+    #[must_use]
+    pub fn at(&self, point: [f64; 3]) -> f64 {
+        match self {
+            Self::Constant(value) => *value,
+            Self::Varying(expression) => expression.evaluate(&point),
+        }
+    }
+
+    /// The value, if it is the same everywhere.
+    #[must_use]
+    pub fn constant(&self) -> Option<f64> {
+        match self {
+            Self::Constant(value) => Some(*value),
+            Self::Varying(_) => None,
+        }
+    }
+}
+
+impl Default for Quantity {
+    fn default() -> Self {
+        Self::Constant(0.0)
+    }
+}
+
+impl Serialize for Quantity {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Constant(value) => serializer.serialize_f64(*value),
+            Self::Varying(expression) => serializer.serialize_str(expression.text()),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Quantity {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl de::Visitor<'_> for Visitor {
+            type Value = Quantity;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number, or an expression in x, y, z as a string")
+            }
+            fn visit_f64<E: de::Error>(self, value: f64) -> Result<Quantity, E> {
+                Ok(Quantity::Constant(value))
+            }
+            fn visit_i64<E: de::Error>(self, value: i64) -> Result<Quantity, E> {
+                Ok(Quantity::Constant(value as f64))
+            }
+            fn visit_u64<E: de::Error>(self, value: u64) -> Result<Quantity, E> {
+                Ok(Quantity::Constant(value as f64))
+            }
+            fn visit_str<E: de::Error>(self, text: &str) -> Result<Quantity, E> {
+                Expression::parse(text, POSITION)
+                    .map(Quantity::Varying)
+                    .map_err(E::custom)
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+impl JsonSchema for Quantity {
+    fn schema_name() -> Cow<'static, str> {
+        "Quantity".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "A number, or an expression in the coordinates x, y, z.",
+            "anyOf": [{ "type": "number" }, { "type": "string" }]
+        })
+    }
+}

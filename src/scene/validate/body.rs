@@ -1,0 +1,42 @@
+use super::{positive, require};
+use crate::scene::{Body, Brick, BrickFace, Invalid, MultiplierSpace, Scene};
+
+pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
+    match &scene.body {
+        Body::Brick(brick) => check_brick(brick, scene),
+        Body::Gmsh(gmsh) => require(
+            positive(gmsh.unit),
+            "body.gmsh.unit",
+            "a positive length [m]",
+            gmsh.unit,
+            "give the length of the file's unit, 0.001 for a mesh in millimetres",
+        ),
+    }
+}
+
+fn check_brick(brick: &Brick, scene: &Scene) -> Result<(), Invalid> {
+    require(
+        brick.size.iter().all(|&l| positive(l)),
+        "body.brick.size",
+        "three positive lengths [m]",
+        brick.size,
+        "give the edge lengths Lx, Ly, Lz",
+    )?;
+    let panes = scene
+        .contact
+        .as_ref()
+        .filter(|contact| contact.multipliers == MultiplierSpace::Panes);
+    let contact_axis = panes.and_then(|c| Some(BrickFace::named(&c.face)?.axis()));
+    for (axis, &cells) in brick.cells.iter().enumerate() {
+        let name = ["nx", "ny", "nz"][axis];
+        let even = contact_axis.is_none_or(|normal| axis == normal || cells % 2 == 0);
+        require(
+            (1..=4096).contains(&cells) && even,
+            "body.brick.cells",
+            &format!("{name} from 1 to 4096, even along the contact face"),
+            brick.cells,
+            "a pane is 2 x 2 cells of the contact face, so both of its cell counts are even; nodal multipliers take any",
+        )?;
+    }
+    Ok(())
+}

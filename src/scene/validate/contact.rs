@@ -1,0 +1,45 @@
+use super::{holds, require, supports::check_name};
+use crate::scene::{Invalid, Scene};
+
+pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
+    let Some(contact) = &scene.contact else {
+        return Ok(());
+    };
+    check_name(scene, &contact.face, "contact.face".into())?;
+    require(
+        holds(&contact.gap, |d| d >= 0.0 && d.is_finite()),
+        "contact.gap",
+        "a gap d >= 0 [m] or an expression in x, y, z",
+        &contact.gap,
+        "the body may not start inside the foundation",
+    )?;
+    require(
+        contact.axis_1.is_none() || contact.angle.is_none(),
+        "contact.angle",
+        "either axis_1 or angle",
+        "both",
+        "axis_1 is the direction of t1 itself, angle turns the default one",
+    )?;
+    if let Some(angle) = &contact.angle {
+        require(
+            holds(angle, f64::is_finite),
+            "contact.angle",
+            "a finite angle [degrees] or an expression in x, y, z",
+            angle,
+            "the angle turns t1 towards t2",
+        )?;
+    }
+    if let Some(axis) = &contact.axis_1 {
+        let constants: Option<Vec<f64>> = axis.iter().map(|a| a.constant()).collect();
+        let usable = constants
+            .is_none_or(|a| a.iter().all(|v| v.is_finite()) && a.iter().any(|v| *v != 0.0));
+        require(
+            usable,
+            "contact.axis_1",
+            "a non-zero vector in the plane of the contact face",
+            axis,
+            "t1 must be tangential, for example [1.0, 0.0, 0.0] on z_min",
+        )?;
+    }
+    Ok(())
+}

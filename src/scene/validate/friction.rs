@@ -1,0 +1,157 @@
+use super::{holds, positive, require};
+use crate::scene::{Coefficient, Friction, Grid, Invalid, Quantity, Scene, Table};
+
+pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
+    let Some(friction) = &scene.friction else {
+        return Ok(());
+    };
+    require(
+        scene.contact.is_some(),
+        "friction",
+        "a [contact] table beside [friction]",
+        "no contact",
+        "friction acts on the contact face; name it in [contact]",
+    )?;
+    check_choice(friction)?;
+    for (name, coefficient) in friction.given() {
+        let key = format!("friction.{name}");
+        check_coefficient(coefficient, &key)?;
+        check_variables(coefficient, name == "coefficient", &key)?;
+    }
+    match &friction.slip_bound {
+        Some(bound) => check_tresca(friction, bound),
+        None => Ok(()),
+    }
+}
+
+fn check_choice(friction: &Friction) -> Result<(), Invalid> {
+    let names: Vec<&str> = friction.given().map(|(name, _)| name).collect();
+    require(
+        friction.law().is_some(),
+        "friction",
+        "coefficient (isotropic), or coefficient_1 and coefficient_2 (orthotropic)",
+        names,
+        "give one isotropic coefficient or both orthotropic ones; leave [friction] out for frictionless contact",
+    )
+}
+
+fn check_tresca(friction: &Friction, bound: &Quantity) -> Result<(), Invalid> {
+    require(
+        holds(bound, |g| g >= 0.0 && g.is_finite()),
+        "friction.slip_bound",
+        "a slip bound g >= 0 [Pa] or an expression in x, y, z",
+        bound,
+        "Tresca's law bounds the tangential stress by a given g",
+    )?;
+    for (name, coefficient) in friction.given() {
+        require(
+            matches!(coefficient, Coefficient::Constant(_)),
+            format!("friction.{name}"),
+            "a constant beside slip_bound",
+            coefficient,
+            "for coefficients that vary use Coulomb's law: leave slip_bound out",
+        )?;
+    }
+    Ok(())
+}
+
+fn check_coefficient(coefficient: &Coefficient, key: &str) -> Result<(), Invalid> {
+    match coefficient {
+        Coefficient::Constant(value) => require(
+            positive(*value),
+            format!("{key}.constant"),
+            "a positive coefficient",
+            value,
+            "the theory needs 0 < F; for frictionless contact leave [friction] out",
+        ),
+        Coefficient::Ramp(ramp) => require(
+            positive(ramp.initial)
+                && positive(ramp.residual)
+                && positive(ramp.rate)
+                && ramp.onset >= 0.0
+                && ramp.onset.is_finite(),
+            format!("{key}.ramp"),
+            "initial > 0, residual > 0, rate > 0 [1/m], onset >= 0 [m]",
+            ramp,
+            "rate is the steepness |dF/dslip|; whether F falls or rises follows from initial and residual",
+        ),
+        Coefficient::Table(table) => check_table(table, &format!("{key}.table")),
+        Coefficient::Grid(grid) => check_grid(grid, &format!("{key}.grid")),
+        Coefficient::Expression(_) => Ok(()),
+    }
+}
+
+fn increasing_from_zero(slips: &[f64]) -> bool {
+    slips.first() == Some(&0.0)
+        && slips.windows(2).all(|w| w[0] < w[1])
+        && slips.iter().all(|s| s.is_finite())
+}
+
+fn check_table(table: &Table, key: &str) -> Result<(), Invalid> {
+    require(
+        increasing_from_zero(&table.slip),
+        format!("{key}.slip"),
+        "increasing slips from 0 on [m]",
+        &table.slip,
+        "the first slip is 0, the law is constant beyond the last",
+    )?;
+    require(
+        table.value.len() == table.slip.len() && table.value.iter().all(|&f| positive(f)),
+        format!("{key}.value"),
+        &format!(
+            "{} positive coefficients, one for each slip",
+            table.slip.len()
+        ),
+        &table.value,
+        "the theory needs 0 < F",
+    )
+}
+
+fn check_grid(grid: &Grid, key: &str) -> Result<(), Invalid> {
+    for (name, slips) in [("slip_1", &grid.slip_1), ("slip_2", &grid.slip_2)] {
+        require(
+            increasing_from_zero(slips),
+            format!("{key}.{name}"),
+            "increasing slips from 0 on [m]",
+            slips,
+            "the first slip is 0, the law is constant beyond the last",
+        )?;
+    }
+    let shaped = grid.value.len() == grid.slip_1.len()
+        && grid.value.iter().all(|row| row.len() == grid.slip_2.len());
+    require(
+        shaped && grid.value.iter().flatten().all(|&f| positive(f)),
+        format!("{key}.value"),
+        &format!(
+            "{} rows of {} positive coefficients",
+            grid.slip_1.len(),
+            grid.slip_2.len()
+        ),
+        &grid.value,
+        "one row for each slip_1, one column for each slip_2",
+    )
+}
+
+/// An isotropic law is a function of |u_t| = s alone, an orthotropic one of s1 and s2.
+fn check_variables(coefficient: &Coefficient, isotropic: bool, key: &str) -> Result<(), Invalid> {
+    let (wrong, expected): (&[&str], _) = if isotropic {
+        (&["s1", "s2"], "the slip s = |u_t| in an isotropic law")
+    } else {
+        (&["s"], "the slips s1 and s2 in an orthotropic law")
+    };
+    let (used, sub_key) = match coefficient {
+        Coefficient::Expression(formula) => (
+            wrong.iter().any(|v| formula.expression().uses(v)),
+            "expression",
+        ),
+        Coefficient::Grid(_) => (isotropic, "grid"),
+        _ => (false, ""),
+    };
+    require(
+        !used,
+        format!("{key}.{sub_key}"),
+        expected,
+        wrong.join(", "),
+        "use coefficient for F(|u_t|), coefficient_1 and coefficient_2 for F(|u_t1|, |u_t2|)",
+    )
+}

@@ -1,0 +1,55 @@
+//! What the model allows (HKL §2, §4); every refusal names the key.
+
+mod body;
+mod contact;
+mod friction;
+mod material;
+mod solve;
+mod supports;
+
+use super::{Invalid, Quantity, Scene};
+
+/// Refuses `found` at `key` unless `ok`.
+fn require(
+    ok: bool,
+    key: impl Into<String>,
+    expected: &str,
+    found: impl std::fmt::Debug,
+    help: &str,
+) -> Result<(), Invalid> {
+    if ok {
+        return Ok(());
+    }
+    Err(Invalid {
+        key: key.into(),
+        expected: expected.to_owned(),
+        found: format!("{found:?}"),
+        help: help.to_owned(),
+    })
+}
+
+fn positive(value: f64) -> bool {
+    value > 0.0 && value.is_finite()
+}
+
+/// Whether a quantity that is the same everywhere satisfies a condition; formulas are checked
+/// where they are evaluated.
+fn holds(quantity: &Quantity, condition: impl Fn(f64) -> bool) -> bool {
+    quantity.constant().is_none_or(condition)
+}
+
+impl Scene {
+    /// Checks every value of the scene against what the model allows. What needs the mesh (names of
+    /// Gmsh groups, flatness, values of formulas) is checked when the mesh is made.
+    ///
+    /// # Errors
+    /// The first offending key.
+    pub fn validate(&self) -> Result<(), Invalid> {
+        body::check(self)?;
+        material::check(self)?;
+        supports::check(self)?;
+        contact::check(self)?;
+        friction::check(self)?;
+        self.solve.validate("solve")
+    }
+}

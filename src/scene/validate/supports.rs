@@ -1,0 +1,89 @@
+use super::{holds, require};
+use crate::scene::{Body, BrickFace, Invalid, Quantity, Scene};
+
+pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
+    check_clamps(scene)?;
+    for (i, traction) in scene.tractions.iter().enumerate() {
+        check_vector(&traction.value, format!("traction.{i}.value"), "[Pa]")?;
+        check_loaded_face(scene, &traction.face, format!("traction.{i}.face"))?;
+    }
+    for (i, pressure) in scene.pressures.iter().enumerate() {
+        require(
+            holds(&pressure.value, f64::is_finite),
+            format!("pressure.{i}.value"),
+            "a finite number [Pa] or an expression in x, y, z",
+            &pressure.value,
+            "a positive pressure pushes into the body",
+        )?;
+        check_loaded_face(scene, &pressure.face, format!("pressure.{i}.face"))?;
+    }
+    match &scene.body_force {
+        Some(force) => check_vector(&force.value, "body_force.value".into(), "[N/m^3]"),
+        None => Ok(()),
+    }
+}
+
+fn check_clamps(scene: &Scene) -> Result<(), Invalid> {
+    for (i, clamp) in scene.clamps.iter().enumerate() {
+        require(
+            !clamp.components.is_empty(),
+            format!("clamp.{i}.components"),
+            "at least one of x, y, z",
+            &clamp.components,
+            "leave the key out to hold all three components",
+        )?;
+        check_name(scene, &clamp.face, format!("clamp.{i}.face"))?;
+        let in_contact = scene.contact.as_ref().is_some_and(|c| c.face == clamp.face);
+        require(
+            !in_contact,
+            format!("clamp.{i}.face"),
+            "a face other than the contact face",
+            &clamp.face,
+            "a face is either held or in contact",
+        )?;
+    }
+    require(
+        !scene.clamps.is_empty(),
+        "clamp",
+        "at least one [[clamp]]",
+        "none",
+        "an unheld body can move as a rigid one; add [[clamp]] with a face",
+    )
+}
+
+fn check_vector(value: &[Quantity; 3], key: String, unit: &str) -> Result<(), Invalid> {
+    require(
+        value.iter().all(|p| holds(p, f64::is_finite)),
+        key,
+        &format!("three finite numbers {unit} or expressions in x, y, z"),
+        value,
+        "give the vector's three components",
+    )
+}
+
+/// Refuses a face that a brick does not have; the groups of a Gmsh file are checked with the mesh.
+pub(super) fn check_name(scene: &Scene, face: &str, key: String) -> Result<(), Invalid> {
+    require(
+        !matches!(scene.body, Body::Brick(_)) || BrickFace::named(face).is_some(),
+        key,
+        &format!("one of {}", BrickFace::NAMES.join(", ")),
+        face,
+        "a brick has these six faces; named groups come with Gmsh meshes",
+    )
+}
+
+fn check_loaded_face(scene: &Scene, face: &str, key: String) -> Result<(), Invalid> {
+    check_name(scene, face, key.clone())?;
+    let in_contact = scene.contact.as_ref().is_some_and(|c| c.face == face);
+    let held = scene
+        .clamps
+        .iter()
+        .any(|c| c.face == face && c.components.len() >= 3);
+    require(
+        !in_contact && !held,
+        key,
+        "a face that is neither held nor in contact",
+        face,
+        "loads act on free faces only",
+    )
+}

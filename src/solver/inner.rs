@@ -1,0 +1,85 @@
+use super::{
+    FeasibleSet, InnerOutcome, Kprgp, NewtonSettings, NewtonStatus, NewtonStep, StepCounts,
+    minimise_frozen,
+};
+use crate::{
+    dual::{DualOperator, ExplicitDual},
+    linalg::norm,
+};
+
+/// What solves the problems with a frozen admissible set.
+#[derive(Debug, Clone, Copy)]
+pub enum Inner<'a> {
+    /// KPRGP, as in the paper.
+    Kprgp,
+    /// Newton's method on the dense dual problem, which reaches rounding in a few steps.
+    Newton(&'a ExplicitDual),
+}
+
+/// What an inner solver did.
+pub(super) struct InnerSummary {
+    pub(super) converged: bool,
+    /// Final residual, relative as the tolerance is.
+    pub(super) residual: f64,
+    pub(super) steps: StepCounts,
+    /// Whether rounding forbids a smaller residual.
+    pub(super) at_rounding: bool,
+    /// Actions of S that the operator did not count.
+    pub(super) actions: usize,
+    /// Steps of Newton's method.
+    pub(super) newton: Vec<NewtonStep>,
+}
+
+impl Inner<'_> {
+    /// Improves a multiplier on a frozen admissible set to a tolerance relative to ‖h‖ for KPRGP
+    /// and to ‖λ‖ for Newton's method.
+    pub(super) fn minimise(
+        self,
+        operator: &mut dyn DualOperator,
+        kprgp: &Kprgp,
+        set: &FeasibleSet<'_>,
+        multiplier: &mut Vec<f64>,
+        tolerance: f64,
+    ) -> InnerSummary {
+        match self {
+            Self::Kprgp => {
+                let rhs_norm = norm(operator.rhs());
+                set.project(multiplier);
+                let InnerOutcome {
+                    converged,
+                    reduced_gradient,
+                    steps,
+                } = kprgp.minimise(operator, set, multiplier, tolerance * rhs_norm);
+                let relative = reduced_gradient / rhs_norm;
+                InnerSummary {
+                    converged,
+                    residual: if rhs_norm > 0.0 { relative } else { 0.0 },
+                    steps,
+                    at_rounding: false,
+                    actions: 0,
+                    newton: Vec::new(),
+                }
+            }
+            Self::Newton(dual) => {
+                let settings = NewtonSettings {
+                    tolerance: tolerance.max(dual.rounding()),
+                    ..NewtonSettings::default()
+                };
+                let outcome = minimise_frozen(dual, set, multiplier, &settings);
+                *multiplier = outcome.multiplier;
+                InnerSummary {
+                    converged: matches!(
+                        outcome.status,
+                        NewtonStatus::Converged | NewtonStatus::RoundingLimit
+                    ),
+                    residual: outcome.residual,
+                    steps: StepCounts::default(),
+                    at_rounding: outcome.status == NewtonStatus::RoundingLimit
+                        || outcome.residual <= dual.rounding(),
+                    actions: outcome.evaluations,
+                    newton: outcome.history,
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,105 @@
+use std::collections::BTreeMap;
+
+use crate::mesh::{ContactSurface, Mesh};
+
+/// The contact face cut in drawable cells: panes, or with nodal multipliers the median cells of
+/// the nodes, whose triangles meet at edge midpoints and centroids.
+pub(super) struct ContactCells {
+    /// Mesh nodes, then the added points.
+    pub(super) coordinates: Vec<[f64; 3]>,
+    /// Mesh nodes whose mean each added point is; three or two.
+    parents: Vec<Vec<usize>>,
+    pub(super) triangles: Vec<[usize; 3]>,
+    /// Cell of each triangle.
+    pub(super) pane: Vec<usize>,
+    /// Number of cells that carry multipliers; cells of held nodes come after them.
+    carrying: usize,
+    cells: usize,
+}
+
+impl ContactCells {
+    /// Cuts the contact face.
+    pub(super) fn new(mesh: &Mesh, surface: &ContactSurface) -> Self {
+        let mut cells = Self {
+            coordinates: mesh.coordinates.clone(),
+            parents: Vec::new(),
+            triangles: Vec::new(),
+            pane: surface.facet_pane.clone(),
+            carrying: surface.n_panes(),
+            cells: surface.n_panes(),
+        };
+        let triangles = surface.facets.iter().map(|&f| mesh.facets[f]);
+        if surface.is_nodal() {
+            cells.cut_at_medians(surface, triangles);
+        } else {
+            cells.triangles = triangles.collect();
+        }
+        cells
+    }
+
+    fn cut_at_medians(
+        &mut self,
+        surface: &ContactSurface,
+        triangles: impl Iterator<Item = [usize; 3]>,
+    ) {
+        let mut cell_of_node: BTreeMap<usize, usize> = (0..surface.n_panes())
+            .flat_map(|cell| {
+                surface
+                    .pane_weights(cell)
+                    .map(move |(local, _)| (local, cell))
+            })
+            .map(|(local, cell)| (surface.nodes[local], cell))
+            .collect();
+        for &node in &surface.nodes {
+            let next = self.cells;
+            let cell = *cell_of_node.entry(node).or_insert(next);
+            self.cells = self.cells.max(cell + 1);
+        }
+        let mut midpoints: BTreeMap<[usize; 2], usize> = BTreeMap::new();
+        for nodes in triangles {
+            let centre = self.add_mean(nodes.to_vec());
+            for k in 0..3 {
+                let (a, b) = (nodes[k], nodes[(k + 1) % 3]);
+                let edge = [a.min(b), a.max(b)];
+                let middle = match midpoints.get(&edge) {
+                    Some(&middle) => middle,
+                    None => self.add_mean(edge.to_vec()),
+                };
+                midpoints.insert(edge, middle);
+                self.triangles
+                    .extend([[a, middle, centre], [middle, b, centre]]);
+                self.pane.extend([cell_of_node[&a], cell_of_node[&b]]);
+            }
+        }
+    }
+
+    fn add_mean(&mut self, nodes: Vec<usize>) -> usize {
+        let point = mean(&nodes, &self.coordinates);
+        self.coordinates.push(point);
+        self.parents.push(nodes);
+        self.coordinates.len() - 1
+    }
+
+    /// A nodal field on mesh nodes and added points.
+    pub(super) fn interpolate(&self, nodal: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let mut field = nodal.to_vec();
+        field.extend(self.parents.iter().map(|nodes| mean(nodes, nodal)));
+        field
+    }
+
+    /// A value for every cell: of the multiplier it carries, or `otherwise`.
+    pub(super) fn of_cells<T, V: Clone>(
+        &self,
+        panes: &[T],
+        otherwise: &V,
+        value: impl Fn(&T) -> V,
+    ) -> Vec<V> {
+        let mut values: Vec<V> = panes.iter().map(value).collect();
+        values.resize(values.len() + self.cells - self.carrying, otherwise.clone());
+        values
+    }
+}
+
+fn mean(nodes: &[usize], field: &[[f64; 3]]) -> [f64; 3] {
+    std::array::from_fn(|c| nodes.iter().map(|&n| field[n][c]).sum::<f64>() / nodes.len() as f64)
+}
