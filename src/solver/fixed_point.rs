@@ -1,7 +1,7 @@
 use std::time::Instant;
 
 use super::{
-    ContactState, FeasibleSet, InnerOutcome, Kprgp, NewtonSettings, NewtonStatus, OuterStep,
+    ContactState, FeasibleSet, Gpcg, InnerOutcome, Kprgp, NewtonSettings, NewtonStatus, OuterStep,
     Solution, SolvedBy, Status, StepCounts, minimise_frozen, norm::projected_gradient_steplength,
     vector::norm,
 };
@@ -53,6 +53,8 @@ impl<'a> Precision<'a> {
 pub enum Inner<'a> {
     /// KPRGP, as in the paper.
     Kprgp,
+    /// GPCG, which moves along the ellipses' boundaries too.
+    Gpcg,
     /// Newton's method on the dense dual problem, which reaches rounding in a few steps.
     Newton(&'a ExplicitDual),
 }
@@ -180,14 +182,22 @@ impl Inner<'_> {
         tolerance: f64,
     ) -> InnerSummary {
         match self {
-            Self::Kprgp => {
+            Self::Kprgp | Self::Gpcg => {
                 let rhs_norm = norm(operator.rhs());
                 set.project(multiplier);
+                let target = tolerance * rhs_norm;
                 let InnerOutcome {
                     converged,
                     reduced_gradient,
                     steps,
-                } = kprgp.minimise(operator, set, multiplier, tolerance * rhs_norm);
+                } = match self {
+                    Self::Gpcg => Gpcg {
+                        steplength: kprgp.steplength,
+                        max_actions: kprgp.max_actions,
+                    }
+                    .minimise(operator, set, multiplier, target),
+                    _ => kprgp.minimise(operator, set, multiplier, target),
+                };
                 let relative = reduced_gradient / rhs_norm;
                 InnerSummary {
                     converged,

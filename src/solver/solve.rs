@@ -69,6 +69,7 @@ pub fn solve(
         (Method::FixedPoint, _) => {
             let inner = match (settings.inner, explicit) {
                 (InnerSolver::Kprgp, _) => Inner::Kprgp,
+                (InnerSolver::Gpcg, _) => Inner::Gpcg,
                 (InnerSolver::Newton, Some(dual)) => Inner::Newton(dual),
                 (InnerSolver::Newton, None) => return Err(NeedsExplicit("inner solver newton")),
             };
