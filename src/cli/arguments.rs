@@ -125,7 +125,7 @@ pub struct SolveArguments {
     /// The algorithm: auto, newton, or fixed-point (the paper's)
     #[arg(long, value_parser = named::<Method>)]
     method: Option<Method>,
-    /// Inner solver of method fixed-point: kprgp (the paper's) or newton
+    /// Inner solver of method fixed-point: kprgp (the paper's), gpcg (along curved faces too) or newton
     #[arg(long, value_name = "SOLVER", value_parser = named::<InnerSolver>)]
     inner: Option<InnerSolver>,
     /// Relative accuracy of the multipliers

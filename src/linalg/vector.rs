@@ -11,7 +11,8 @@ pub fn dot(x: &[f64], y: &[f64]) -> f64 {
 pub fn norm(x: &[f64]) -> f64 {
     let largest = x.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     if largest == 0.0 || !largest.is_finite() {
-        return largest;
+        let nan = x.iter().any(|v| v.is_nan());
+        return if nan { f64::NAN } else { largest };
     }
     largest * x.iter().map(|v| (v / largest).powi(2)).sum::<f64>().sqrt()
 }
@@ -20,5 +21,18 @@ pub fn norm(x: &[f64]) -> f64 {
 pub fn add_scaled(y: &mut [f64], a: f64, x: &[f64]) {
     for (y, x) in y.iter_mut().zip(x) {
         *y += a * x;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::norm;
+
+    #[test]
+    fn norms_neither_overflow_nor_hide_what_is_not_finite() {
+        assert_eq!(norm(&[3e200, 4e200]), 5e200);
+        assert_eq!(norm(&[]), 0.0);
+        assert!(norm(&[f64::NAN, 0.0]).is_nan() && norm(&[f64::INFINITY, f64::NAN]).is_nan());
+        assert_eq!(norm(&[f64::INFINITY, 1.0]), f64::INFINITY);
     }
 }

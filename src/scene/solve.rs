@@ -33,6 +33,8 @@ pub enum InnerSolver {
     /// Conjugate gradients with projections (the paper's).
     #[default]
     Kprgp,
+    /// Gradient projection and conjugate gradients on faces, along curved ones too.
+    Gpcg,
     /// Semismooth Newton; needs the explicit dual operator.
     Newton,
 }

@@ -1,5 +1,5 @@
 use super::{
-    FeasibleSet, InnerOutcome, Kprgp, NewtonSettings, NewtonStatus, NewtonStep, StepCounts,
+    FeasibleSet, Gpcg, InnerOutcome, Kprgp, NewtonSettings, NewtonStatus, NewtonStep, StepCounts,
     minimise_frozen,
 };
 use crate::{
@@ -12,6 +12,8 @@ use crate::{
 pub enum Inner<'a> {
     /// KPRGP, as in the paper.
     Kprgp,
+    /// GPCG, which moves along the ellipses' boundaries too.
+    Gpcg,
     /// Newton's method on the dense dual problem, which reaches rounding in a few steps.
     Newton(&'a ExplicitDual),
 }
@@ -32,7 +34,7 @@ pub(super) struct InnerSummary {
 
 impl Inner<'_> {
     /// Improves a multiplier on a frozen admissible set to a tolerance relative to ‖h‖ for KPRGP
-    /// and to ‖λ‖ for Newton's method.
+    /// and GPCG, and to ‖λ‖ for Newton's method.
     pub(super) fn minimise(
         self,
         operator: &mut dyn DualOperator,
@@ -42,14 +44,21 @@ impl Inner<'_> {
         tolerance: f64,
     ) -> InnerSummary {
         match self {
-            Self::Kprgp => {
+            Self::Kprgp | Self::Gpcg => {
                 let rhs_norm = norm(operator.rhs());
                 set.project(multiplier);
                 let InnerOutcome {
                     converged,
                     reduced_gradient,
                     steps,
-                } = kprgp.minimise(operator, set, multiplier, tolerance * rhs_norm);
+                } = match self {
+                    Self::Gpcg => Gpcg {
+                        steplength: kprgp.steplength,
+                        max_actions: kprgp.max_actions,
+                    }
+                    .minimise(operator, set, multiplier, tolerance * rhs_norm),
+                    _ => kprgp.minimise(operator, set, multiplier, tolerance * rhs_norm),
+                };
                 let relative = reduced_gradient / rhs_norm;
                 InnerSummary {
                     converged,

@@ -70,8 +70,9 @@ pub(super) fn slip_of(dual: &ExplicitDual, multiplier: &[f64]) -> Vec<[f64; 2]> 
         })
 }
 
-/// g = λ_ν and 𝓕 = 𝓕(u_t(λ)).
-pub(super) fn coulomb_state(
+/// The state of friction that a multiplier itself makes: g = λ_ν and 𝓕 = 𝓕(u_t(λ)).
+#[must_use]
+pub fn coulomb_state(
     dual: &ExplicitDual,
     contact: &ContactState<'_>,
     law: &CoulombLaw,

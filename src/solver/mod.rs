@@ -1,10 +1,15 @@
-//! The nonlinear solvers: Algorithm 4.1 (successive approximations) with KPRGP or Newton's method
-//! inside, and a semismooth Newton method for the whole problem.
+//! The nonlinear solvers: Algorithm 4.1 (successive approximations) with KPRGP, GPCG or Newton's
+//! method inside, and a semismooth Newton method for the whole problem.
 
 mod ellipse;
+mod ellipse_boundary;
 mod ellipse_derivative;
+mod face;
 mod feasible_set;
 mod fixed_point;
+mod gpcg;
+#[cfg(test)]
+mod gpcg_tests;
 mod inner;
 mod kprgp;
 mod mapping;
@@ -23,10 +28,11 @@ pub use ellipse::Ellipse;
 pub use ellipse_derivative::ProjectionDerivative;
 pub use feasible_set::FeasibleSet;
 pub use fixed_point::successive_approximations;
+pub use gpcg::Gpcg;
 pub use inner::Inner;
 use inner::InnerSummary;
 pub use kprgp::{InnerOutcome, Kprgp, StepCounts};
-pub use mapping::{MappingValue, evaluate as evaluate_mapping};
+pub use mapping::{MappingValue, coulomb_state, evaluate as evaluate_mapping};
 pub use newton::{FrozenSolution, NewtonSolution, minimise_frozen, newton};
 pub use newton_loop::{NewtonSettings, NewtonStatus, NewtonStep};
 pub use norm::operator_norm;

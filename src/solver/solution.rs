@@ -45,7 +45,7 @@ pub struct OuterStep {
     pub inner_tolerance: f64,
     /// Final ‖g̃‖ of the inner problem relative to ‖h‖; for Newton's method ‖R‖ / ‖λ‖.
     pub inner_residual: f64,
-    /// Steps of KPRGP; none for Newton's method.
+    /// Steps of KPRGP or [`super::Gpcg`]; none for Newton's method.
     pub steps: StepCounts,
     /// Actions of A⁻¹ in this step; the first step includes those that estimate ‖S‖.
     pub actions: usize,

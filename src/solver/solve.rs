@@ -4,12 +4,8 @@ use thiserror::Error;
 
 use super::{
     ContactState, CoulombState, Inner, NewtonSettings, NewtonSolution, NewtonStatus, NewtonStep,
-    OuterStep, Solution, SolvedBy, Status, evaluate_mapping,
-    mapping::{coulomb_state, slip_of},
-    minimisation::minimise,
-    newton,
-    norm::projected_gradient_steplength,
-    successive_approximations,
+    OuterStep, Solution, SolvedBy, Status, coulomb_state, evaluate_mapping, mapping::slip_of,
+    minimisation::minimise, newton, norm::projected_gradient_steplength, successive_approximations,
 };
 use crate::{
     contact::CoulombLaw,
@@ -91,7 +87,7 @@ impl Problem<'_> {
         let inner = match (self.settings.method, self.dual.explicit.as_ref()) {
             (Method::FixedPoint, _) => self.inner()?,
             (Method::Newton, None) => return Err(NeedsExplicit("method newton")),
-            (Method::Auto, None) => Inner::Kprgp,
+            (Method::Auto, None) => Inner::Gpcg,
             (Method::Auto | Method::Newton, Some(dual)) => Inner::Newton(dual),
         };
         Ok(self.with_operator(|operator| {
@@ -124,7 +120,7 @@ impl Problem<'_> {
                 solution.newton = steps;
                 Ok(solution)
             }
-            (Method::Auto, None) => Ok(self.fixed_point(Inner::Kprgp, law, observe)),
+            (Method::Auto, None) => Ok(self.fixed_point(Inner::Gpcg, law, observe)),
             (Method::FixedPoint, _) => Ok(self.fixed_point(self.inner()?, law, observe)),
         }
     }
@@ -133,6 +129,7 @@ impl Problem<'_> {
     fn inner(&self) -> Result<Inner<'_>, NeedsExplicit> {
         match (self.settings.inner, self.dual.explicit.as_ref()) {
             (InnerSolver::Kprgp, _) => Ok(Inner::Kprgp),
+            (InnerSolver::Gpcg, _) => Ok(Inner::Gpcg),
             (InnerSolver::Newton, Some(dual)) => Ok(Inner::Newton(dual)),
             (InnerSolver::Newton, None) => Err(NeedsExplicit("inner solver newton")),
         }

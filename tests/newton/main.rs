@@ -4,6 +4,7 @@
 //! in a number of steps that does not depend on units.
 
 mod dense;
+mod inner;
 mod laws;
 mod operators;
 #[path = "../support/mod.rs"]

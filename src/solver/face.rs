@@ -1,0 +1,165 @@
+use super::{FeasibleSet, StepCounts};
+use crate::{
+    dual::DualOperator,
+    linalg::{add_scaled, dot, norm},
+};
+
+/// How the tangential pair of a pane can move on a face of the admissible set.
+#[derive(Debug, Clone, Copy)]
+enum Motion {
+    /// Not at all: the ellipse is a point, or the pair is at the end of a segment.
+    Held,
+    /// Along a line, the tangent of the ellipse or the axis of a segment.
+    Along {
+        tangent: [f64; 2],
+        /// (−r·ν)₊ κ in m³/Pa: what the curvature of the boundary adds to the Hessian.
+        stiffness: f64,
+    },
+    /// In the plane.
+    Free,
+}
+
+/// The face on which a multiplier lies, as the tangent space there with the Hessian of the energy
+/// restricted to the face, H = TᵀST + diag((−r·ν)₊ κ).
+///
+/// Coordinates are vectors as long as λ: λ_ν of free panes, the coefficient along the tangent in
+/// the first slot of a pair on its ellipse, both components of a free pair, 0 elsewhere. So a
+/// direction is tangential to the last bit; in plain components the roundings of the normal forces
+/// would grow during conjugate gradients.
+#[derive(Debug, Clone)]
+pub(super) struct Face {
+    pressed: Vec<bool>,
+    pairs: Vec<Motion>,
+}
+
+impl Face {
+    /// The face of an admissible multiplier with gradient r = Sλ − h.
+    pub(super) fn new(set: &FeasibleSet<'_>, multiplier: &[f64], gradient: &[f64]) -> Self {
+        let m = set.n_panes();
+        let pairs = set.ellipses.iter().enumerate().map(|(pane, ellipse)| {
+            let point = set.tangential(multiplier, pane);
+            let [a, b] = ellipse.semi_axes;
+            let inside = |k: usize| point[k].abs() < ellipse.semi_axes[k];
+            match (a > 0.0, b > 0.0) {
+                (true, true) if !ellipse.on_boundary(point) => Motion::Free,
+                (true, true) => {
+                    let frame = ellipse.boundary_frame(point);
+                    let r = set.tangential(gradient, pane);
+                    let force = -(r[0] * frame.normal[0] + r[1] * frame.normal[1]);
+                    Motion::Along {
+                        tangent: frame.tangent,
+                        stiffness: force.max(0.0) * frame.curvature,
+                    }
+                }
+                (true, false) if inside(0) => Motion::axis([1.0, 0.0]),
+                (false, true) if inside(1) => Motion::axis([0.0, 1.0]),
+                _ => Motion::Held,
+            }
+        });
+        Self {
+            pressed: multiplier[..m].iter().map(|l| *l > 0.0).collect(),
+            pairs: pairs.collect(),
+        }
+    }
+
+    /// Whether the same blocks are free, held and on a boundary.
+    pub(super) fn same_as(&self, other: &Self) -> bool {
+        let kind = std::mem::discriminant::<Motion>;
+        let mut pairs = self.pairs.iter().zip(&other.pairs);
+        self.pressed == other.pressed && pairs.all(|(a, b)| kind(a) == kind(b))
+    }
+
+    /// Tᵀv, `[n_multipliers]`.
+    pub(super) fn coordinates(&self, vector: &[f64]) -> Vec<f64> {
+        self.map(vector, |tangent, v| {
+            [tangent[0] * v[0] + tangent[1] * v[1], 0.0]
+        })
+    }
+
+    /// T c, `[n_multipliers]`.
+    fn direction(&self, coordinates: &[f64]) -> Vec<f64> {
+        self.map(coordinates, |tangent, c| tangent.map(|t| c[0] * t))
+    }
+
+    /// Solves H d = −g for the coordinates g of the gradient by conjugate gradients, to the
+    /// residual `target`, and returns the direction T d in Pa.
+    ///
+    /// The preconditioner diag(1 + ᾱ (−r·ν)₊ κ) keeps the condition number below that of S however
+    /// small an ellipse is. Stops early at a direction without curvature and after `most_steps`.
+    pub(super) fn newton_direction(
+        &self,
+        operator: &mut dyn DualOperator,
+        gradient: &[f64],
+        steplength: f64,
+        target: f64,
+        most_steps: usize,
+        steps: &mut StepCounts,
+    ) -> Vec<f64> {
+        let stiffness = self.stiffness();
+        let precondition = |residual: &[f64]| -> Vec<f64> {
+            let pairs = residual.iter().zip(&stiffness);
+            pairs.map(|(r, k)| r / (1.0 + steplength * k)).collect()
+        };
+        let mut solution = vec![0.0; gradient.len()];
+        let mut residual: Vec<f64> = gradient.iter().map(|g| -g).collect();
+        let mut scaled = precondition(&residual);
+        let mut p = scaled.clone();
+        let mut product = dot(&residual, &scaled);
+        for _ in 0..most_steps {
+            let mut h_p = self.coordinates(&operator.apply(&self.direction(&p)));
+            for ((h_p, k), p) in h_p.iter_mut().zip(&stiffness).zip(&p) {
+                *h_p += k * p;
+            }
+            steps.conjugate_gradient += 1;
+            let step = product / dot(&p, &h_p);
+            if !(step.is_finite() && step > 0.0) {
+                break;
+            }
+            add_scaled(&mut solution, step, &p);
+            add_scaled(&mut residual, -step, &h_p);
+            if norm(&residual) <= target {
+                break;
+            }
+            scaled = precondition(&residual);
+            let next = dot(&residual, &scaled);
+            for (p, z) in p.iter_mut().zip(&scaled) {
+                *p = z + next / product * *p;
+            }
+            product = next;
+        }
+        self.direction(&solution)
+    }
+
+    /// The diagonal (−r·ν)₊ κ in coordinates.
+    fn stiffness(&self) -> Vec<f64> {
+        let of_pair = |motion: &Motion| match motion {
+            Motion::Along { stiffness, .. } => [*stiffness, 0.0],
+            Motion::Held | Motion::Free => [0.0; 2],
+        };
+        let normal = self.pressed.iter().map(|_| 0.0);
+        normal.chain(self.pairs.iter().flat_map(of_pair)).collect()
+    }
+
+    /// Keeps free components, zeroes held ones, and maps pairs on a line by `along`.
+    fn map(&self, vector: &[f64], along: impl Fn([f64; 2], [f64; 2]) -> [f64; 2]) -> Vec<f64> {
+        let m = self.pressed.len();
+        let normal = (0..m).map(|i| if self.pressed[i] { vector[i] } else { 0.0 });
+        let pairs = self.pairs.iter().zip(vector[m..].chunks_exact(2));
+        let tangential = pairs.flat_map(|(motion, v)| match motion {
+            Motion::Held => [0.0; 2],
+            Motion::Along { tangent, .. } => along(*tangent, [v[0], v[1]]),
+            Motion::Free => [v[0], v[1]],
+        });
+        normal.chain(tangential).collect()
+    }
+}
+
+impl Motion {
+    /// Along an axis of a segment.
+    fn axis(tangent: [f64; 2]) -> Self {
+        Self::Along {
+            tangent,
+            stiffness: 0.0,
+        }
+    }
+}

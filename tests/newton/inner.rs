@@ -1,0 +1,165 @@
+//! GPCG as inner solver of successive approximations.
+
+use contact3d_pipe::{
+    dual::{DualOperator, ExplicitOperator, ImplicitOperator},
+    scene::PrecisionControl::{Adaptive, Fixed},
+    solver::{
+        Gpcg, Inner, NewtonSettings, NewtonStatus, Solution, Status, coulomb_state,
+        minimise_frozen, operator_norm, successive_approximations,
+    },
+};
+
+use crate::{dense::*, support::hkl_scene};
+
+/// The inner problem of the answer, to rounding: open, sticking and slipping panes, ellipses of
+/// all sizes and, in one of the laws, of ratio 1e6.
+#[test]
+fn gpcg_and_newton_find_the_same_minimisers() {
+    for (table, n_div) in [(1, 4), (2, 8)] {
+        let case = Dense::new(hkl_scene(table, n_div));
+        let published = ("published", case.law());
+        for (name, law) in [published].into_iter().chain(hard_laws()) {
+            let answer = case.solve(&law);
+            let start = vec![0.0; case.dual.dimension()];
+            case.with_contact(&law, |contact, coulomb| {
+                let state = coulomb_state(&case.dual, contact, coulomb, &answer.multiplier);
+                let set = contact.feasible_set(Some(&state));
+                let settings = NewtonSettings::default();
+                let newton = minimise_frozen(&case.dual, &set, &start, &settings);
+                assert_eq!(newton.status, NewtonStatus::Converged);
+                let mut operator = ExplicitOperator::new(
+                    &case.dual,
+                    &case.problem.assembly,
+                    &case.problem.contact,
+                );
+                let solver = Gpcg {
+                    steplength: 1.9 / operator_norm(&mut operator),
+                    max_actions: 10_000,
+                };
+                let mut multiplier = start.clone();
+                let tolerance = 1e-11 * norm(&case.dual.rhs);
+                let outcome = solver.minimise(&mut operator, &set, &mut multiplier, tolerance);
+                let name = format!("{name}, n_div {n_div}");
+                assert!(outcome.converged, "{name}");
+                // A gradient of 1e-11 ‖h‖ times the condition number of S, some thousands.
+                let error = distance(&multiplier, &newton.multiplier);
+                assert!(error < 1e-7, "{name}: {error:e}");
+            });
+        }
+    }
+}
+
+fn on_implicit(case: &Dense, inner: Inner<'_>) -> Solution {
+    case.with_contact(&case.law(), |contact, law| {
+        successive_approximations(
+            inner,
+            &mut ImplicitOperator::new(&case.problem.assembly, &case.problem.contact),
+            &case.problem.assembly,
+            contact,
+            law,
+            &case.scene.solve,
+            |_, _| {},
+        )
+    })
+}
+
+#[test]
+fn gpcg_needs_a_tenth_of_the_actions_on_both_operators() {
+    for table in [1, 2] {
+        let mut scene = hkl_scene(table, 4);
+        scene.solve.precision = Fixed;
+        scene.solve.epsilon = Some(1e-8);
+        let case = Dense::new(scene);
+        let newton = case.solve(&case.law());
+        let paper = case.approximate(Inner::Kprgp);
+        for solution in [
+            case.approximate(Inner::Gpcg),
+            on_implicit(&case, Inner::Gpcg),
+        ] {
+            assert_eq!(solution.status, Status::Converged);
+            // Inner gradients of 1e-9 ‖h‖ times the condition number of S, some hundreds.
+            assert!(distance(&solution.multiplier, &newton.multiplier) < 1e-6);
+            // Measured: a twentieth.
+            assert!(10 * solution.actions < paper.actions);
+        }
+    }
+}
+
+#[test]
+fn gpcg_converges_under_adaptive_precision() {
+    let mut scene = hkl_scene(1, 8);
+    scene.solve.precision = Adaptive;
+    scene.solve.epsilon = Some(1e-8);
+    let case = Dense::new(scene);
+    let solution = case.approximate(Inner::Gpcg);
+    assert_eq!(solution.status, Status::Converged);
+    let newton = case.solve(&case.law());
+    // As above, with a condition number of some thousands.
+    assert!(distance(&solution.multiplier, &newton.multiplier) < 1e-5);
+}
+
+#[test]
+fn gpcg_out_of_actions_is_a_status() {
+    let mut scene = hkl_scene(1, 4);
+    scene.solve.max_inner_actions = 5;
+    let case = Dense::new(scene);
+    let solution = case.approximate(Inner::Gpcg);
+    assert_eq!(solution.status, Status::MaxInnerActions);
+}
+
+/// The implicit operator, whose actions give NaN from some number on.
+struct Broken<'a> {
+    sound: ImplicitOperator<'a>,
+    from: usize,
+}
+
+impl DualOperator for Broken<'_> {
+    fn dimension(&self) -> usize {
+        self.sound.dimension()
+    }
+    fn rhs(&self) -> &[f64] {
+        self.sound.rhs()
+    }
+    fn apply(&mut self, multiplier: &[f64]) -> Vec<f64> {
+        let product = self.sound.apply(multiplier);
+        let broken = self.actions() >= self.from;
+        let factor = if broken { f64::NAN } else { 1.0 };
+        product.iter().map(|v| factor * v).collect()
+    }
+    fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64> {
+        self.sound.to_primal(multiplier)
+    }
+    fn actions(&self) -> usize {
+        self.sound.actions()
+    }
+}
+
+#[test]
+fn gpcg_with_values_that_are_not_finite_is_a_status() {
+    let case = Dense::new(hkl_scene(1, 4));
+    let mut sound = ImplicitOperator::new(&case.problem.assembly, &case.problem.contact);
+    operator_norm(&mut sound);
+    let first = sound.actions() + 1;
+    for from in [first, first + 1, first + 40] {
+        let solution = case.with_contact(&case.law(), |contact, law| {
+            let mut operator = Broken {
+                sound: ImplicitOperator::new(&case.problem.assembly, &case.problem.contact),
+                from,
+            };
+            successive_approximations(
+                Inner::Gpcg,
+                &mut operator,
+                &case.problem.assembly,
+                contact,
+                law,
+                &case.scene.solve,
+                |_, _| {},
+            )
+        });
+        assert_eq!(
+            solution.status,
+            Status::NumericalError,
+            "from action {from}"
+        );
+    }
+}
