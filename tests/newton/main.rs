@@ -6,5 +6,6 @@
 mod dense;
 mod laws;
 mod operators;
+mod steps;
 #[path = "../support/mod.rs"]
 mod support;
