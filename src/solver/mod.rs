@@ -21,6 +21,7 @@ mod newton_system;
 #[cfg(test)]
 mod newton_tests;
 mod norm;
+mod relaxation;
 mod solution;
 mod solve;
 

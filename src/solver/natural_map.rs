@@ -162,7 +162,7 @@ impl<'a> NaturalMap<'a> {
     }
 
     /// 𝓕⁻¹ on the panes and ∂(1/F)/∂u_t at the nodes.
-    fn friction(&self, multiplier: &[f64]) -> (Vec<[f64; 2]>, Vec<[[f64; 2]; 2]>) {
+    pub(super) fn friction(&self, multiplier: &[f64]) -> (Vec<[f64; 2]>, Vec<[[f64; 2]; 2]>) {
         let Bound::Coulomb(contact, law) = self.bound else {
             return (Vec::new(), Vec::new());
         };

@@ -6,6 +6,13 @@ use crate::linalg::norm;
 /// Halvings of one step before the full step is taken all the same.
 const MOST_HALVINGS: usize = 12;
 
+/// Sweeps of relaxation at the start and after every trial step.
+const FIRST_SWEEPS: usize = 20;
+const SWEEPS: usize = 10;
+
+/// A step that reduces ‖R‖ to this share lies in the range of fast convergence: nothing to relax.
+const FAST: f64 = 0.01;
+
 /// Steps in which the best residual must halve; otherwise Newton's method has stalled.
 const PATIENCE: usize = 10;
 
@@ -71,7 +78,7 @@ pub(super) struct NewtonOutcome {
     /// ‖R‖ / ‖λ‖.
     pub(super) residual: f64,
     pub(super) history: Vec<NewtonStep>,
-    /// Evaluations of R, one action of S each.
+    /// Actions of S: evaluations of R and sweeps of relaxation.
     pub(super) evaluations: usize,
 }
 
@@ -90,6 +97,18 @@ impl Iterate {
         }
     }
 
+    /// This iterate or its relaxation, whichever has the smaller ‖R‖.
+    fn relaxed(self, map: &NaturalMap<'_>, sweeps: usize) -> Self {
+        let mut multiplier = self.multiplier.clone();
+        map.relax(&mut multiplier, sweeps);
+        let relaxed = Self::new(map, multiplier);
+        if relaxed.evaluation.norm < self.evaluation.norm {
+            relaxed
+        } else {
+            self
+        }
+    }
+
     /// ‖R‖ / ‖λ‖, and 0 for 0/0.
     fn relative(&self) -> f64 {
         match self.evaluation.norm {
@@ -103,9 +122,9 @@ impl Iterate {
     }
 }
 
-/// Runs the damped semismooth Newton method from a start; `safeguard` gives a
-/// better multiplier when Newton's step is singular or the residual stalls. At least `least_steps`
-/// are taken unless R = 0.
+/// Runs the damped semismooth Newton method from a start, with relaxed trial steps until the
+/// residual stalls and then once more without; after that, or when Newton's step is singular,
+/// `safeguard` gives a better multiplier. At least `least_steps` are taken unless R = 0.
 pub(super) fn iterate(
     map: &NaturalMap<'_>,
     start: Vec<f64>,
@@ -114,7 +133,13 @@ pub(super) fn iterate(
     mut safeguard: impl FnMut(&[f64]) -> Vec<f64>,
     mut observe: impl FnMut(usize, &NewtonStep),
 ) -> NewtonOutcome {
-    let mut current = Iterate::new(map, start);
+    let mut current = Iterate::new(map, start.clone());
+    let mut evaluations = 1;
+    let mut relaxing = true;
+    if current.evaluation.norm.is_finite() && current.relative() > settings.tolerance {
+        current = current.relaxed(map, FIRST_SWEEPS);
+        evaluations += FIRST_SWEEPS + 2;
+    }
     let mut best = (
         current.evaluation.norm,
         current.multiplier.clone(),
@@ -122,7 +147,6 @@ pub(super) fn iterate(
     );
     let mut best_norms = vec![best.0];
     let mut window_start = 0;
-    let mut evaluations = 1;
     let mut history: Vec<NewtonStep> = Vec::new();
     let status = loop {
         let relative = current.relative();
@@ -143,20 +167,38 @@ pub(super) fn iterate(
         if history.len() == settings.max_steps {
             break NewtonStatus::MaxSteps;
         }
+        if relaxing && stalled_for(PATIENCE) {
+            relaxing = false;
+            current = Iterate::new(map, start.clone());
+            evaluations += 1;
+            best_norms = vec![current.evaluation.norm];
+            window_start = 0;
+            continue;
+        }
         let started = Instant::now();
         let direction = if stalled_for(PATIENCE) {
             None
         } else {
             map.newton_step(&current.evaluation)
         };
-        let (next, step_length, halvings) = match &direction {
-            Some((direction, _)) => backtrack(map, &current, direction),
+        let Trial {
+            iterate: next,
+            step_length,
+            halvings,
+            actions,
+        } = match &direction {
+            Some((direction, _)) => backtrack(map, &current, direction, relaxing),
             None => {
                 window_start = best_norms.len();
-                (Iterate::new(map, safeguard(&best.1)), 1.0, 0)
+                Trial {
+                    iterate: Iterate::new(map, safeguard(&best.1)),
+                    step_length: 1.0,
+                    halvings: 0,
+                    actions: 1,
+                }
             }
         };
-        evaluations += 1 + halvings;
+        evaluations += actions;
         let step = NewtonStep {
             residual: next.relative(),
             step_length,
@@ -180,7 +222,8 @@ pub(super) fn iterate(
                 current.relative(),
             );
         }
-        best_norms.push(best.0);
+        let least = best_norms[best_norms.len() - 1];
+        best_norms.push(least.min(current.evaluation.norm));
     };
     let (multiplier, residual) = if status == NewtonStatus::Converged {
         (current.multiplier.clone(), current.relative())
@@ -196,23 +239,49 @@ pub(super) fn iterate(
     }
 }
 
-/// Halves the step until ‖R‖ decreases; the full step when that fails.
-fn backtrack(map: &NaturalMap<'_>, from: &Iterate, direction: &[f64]) -> (Iterate, f64, usize) {
-    let at = |share: f64| {
+/// What a step led to.
+struct Trial {
+    iterate: Iterate,
+    step_length: f64,
+    halvings: usize,
+    /// Actions of S.
+    actions: usize,
+}
+
+/// Halves the step until ‖R‖, relaxed or not, decreases; the full step when that fails.
+fn backtrack(map: &NaturalMap<'_>, from: &Iterate, direction: &[f64], relaxing: bool) -> Trial {
+    let mut actions = 0;
+    let mut at = |share: f64| {
         let moved = from.multiplier.iter().zip(direction);
-        Iterate::new(map, moved.map(|(l, d)| l + share * d).collect())
+        let next = Iterate::new(map, moved.map(|(l, d)| l + share * d).collect());
+        actions += 1;
+        if !relaxing || next.evaluation.norm < FAST * from.evaluation.norm {
+            return next;
+        }
+        actions += SWEEPS + 2;
+        next.relaxed(map, SWEEPS)
     };
     let full = at(1.0);
-    if full.evaluation.norm < from.evaluation.norm {
-        return (full, 1.0, 0);
-    }
     let mut share = 1.0;
-    for halvings in 1..=MOST_HALVINGS {
+    let mut halvings = 0;
+    let mut shorter = None;
+    while !decreases(shorter.as_ref().unwrap_or(&full), from) && halvings < MOST_HALVINGS {
         share *= 0.5;
-        let next = at(share);
-        if next.evaluation.norm < from.evaluation.norm {
-            return (next, share, halvings);
-        }
+        halvings += 1;
+        shorter = Some(at(share));
     }
-    (full, 1.0, MOST_HALVINGS)
+    let (iterate, step_length) = match shorter {
+        Some(shorter) if decreases(&shorter, from) => (shorter, share),
+        _ => (full, 1.0),
+    };
+    Trial {
+        iterate,
+        step_length,
+        halvings,
+        actions,
+    }
+}
+
+fn decreases(next: &Iterate, from: &Iterate) -> bool {
+    next.evaluation.norm < from.evaluation.norm
 }

@@ -8,7 +8,6 @@ use std::{path::Path, sync::atomic::AtomicUsize};
 use super::{
     ContactState, FeasibleSet, NewtonSettings, NewtonStatus, minimise_frozen,
     natural_map::{Bound, Evaluation, NaturalMap},
-    newton::relax,
 };
 use crate::{
     contact::Interface,
@@ -162,7 +161,7 @@ proptest! {
         prop_assert!(matches!(solution.status, NewtonStatus::Converged | NewtonStatus::RoundingLimit));
         let mut relaxed = start;
         set.project(&mut relaxed);
-        relax(&dual, &set, &mut relaxed, 2000);
+        NaturalMap::new(&dual, Bound::Frozen(&set)).relax(&mut relaxed, 2000);
         for (a, b) in solution.multiplier.iter().zip(&relaxed) {
             // Relaxation contracts by the condition number (below 40) each sweep: 2000 reach rounding.
             prop_assert!((a - b).abs() < 1e-9, "{a} against {b}");

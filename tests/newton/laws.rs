@@ -18,29 +18,12 @@ fn published_laws_converge_to_a_fixed_point_of_the_mapping() {
             let solution = case.solve(&law);
             let name = format!("table {table}, n_div {n_div}");
             assert_eq!(solution.status, NewtonStatus::Converged, "{name}");
-            assert!(solution.history.len() <= 16, "{name}");
+            assert!(solution.history.len() <= 8, "{name}");
             assert!(solution.history.iter().all(|step| !step.fallback), "{name}");
             // A residual of 1e-12 times the conditioning of the frozen problem, some tens.
             let image = case.distance_to_image(&law, &solution.multiplier);
             assert!(image < 1e-10, "{name}: {image:e}");
         }
-    }
-}
-
-#[test]
-fn hard_laws_converge() {
-    let case = Dense::new(hkl_scene(1, 4));
-    for (name, law) in hard_laws() {
-        let solution = case.solve(&law);
-        assert_eq!(solution.status, NewtonStatus::Converged, "{name}");
-        assert!(
-            solution.history.len() <= 16,
-            "{name}: {} steps",
-            solution.history.len()
-        );
-        let image = case.distance_to_image(&law, &solution.multiplier);
-        // As above; steep laws multiply rounding by dF/du.
-        assert!(image < 1e-9, "{name}: {image:e}");
     }
 }
 

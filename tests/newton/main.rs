@@ -7,5 +7,6 @@ mod dense;
 mod inner;
 mod laws;
 mod operators;
+mod steps;
 #[path = "../support/mod.rs"]
 mod support;
