@@ -59,6 +59,17 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     Stage::Assemble.row(VALUES, Kind::F64, &[Named("n_factor_values")], "(N/m)^(1/2)", "Dense column-major panel (rows, columns) of each supernode of the Cholesky factor.").symbol("L"),
 ];
 
+/// Bytes of the large arrays of an assembled problem in the file; the rest adds a few percent.
+#[must_use]
+pub fn stored_bytes(system: &DualSystem) -> usize {
+    let assembly = &system.assembly;
+    let dense = system.explicit.as_ref().map_or(0, |explicit| {
+        explicit.operator.len() + explicit.compliance.len()
+    });
+    let values = assembly.factor.values().len() + assembly.primal.stiffness.data.len() + dense;
+    values * size_of::<f64>()
+}
+
 /// Writes the assembled problem and, where there is one, the dense dual operator.
 ///
 /// # Errors

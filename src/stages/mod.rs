@@ -8,5 +8,6 @@ mod session;
 
 pub use error::StageError;
 pub use freshness::{Freshness, PIPELINE, StageState, states};
+pub use persistence::AssemblyFile;
 pub use picture::{draw, figures_folder};
 pub use session::{Commit, Performed, Session};

@@ -1,6 +1,8 @@
 use std::{path::Path, time::Instant};
 
-use super::{Freshness, StageError, StageState, freshness::states, persistence::loaded};
+use super::{
+    AssemblyFile, Freshness, StageError, StageState, freshness::states, persistence::loaded,
+};
 use crate::{
     dual::{AssemblySeconds, DualSystem, OperatorEstimate, PrimalSystem},
     format::{self, LAYOUT},
@@ -15,6 +17,7 @@ use crate::{
 pub struct Session {
     pub(super) file: RunFile,
     pub(super) threads: usize,
+    pub(super) assembly_file: AssemblyFile,
     pub(super) scene: Scene,
     pub(super) mesh: Option<Mesh>,
     pub(super) quality: Option<Quality>,
@@ -73,6 +76,7 @@ impl Session {
         Self {
             file,
             threads,
+            assembly_file: AssemblyFile::default(),
             scene,
             mesh: None,
             quality: None,
