@@ -12,7 +12,7 @@ use super::part::{Part, replaceable, sync_folder};
 use super::place::{AtPlace, Place};
 use super::reader::Reader;
 use super::table::Layout;
-use super::writer::StageWriter;
+use super::writer::{StageWriter, Suspended};
 
 /// The file a stage is kept in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +32,8 @@ pub enum Home {
 /// and only linked again.
 #[derive(Debug)]
 pub struct Transaction {
+    // Before the files, so that HDF5 lets go of them before they are removed.
+    suspended: Option<Suspended>,
     run_file: Part,
     beside: Vec<Beside>,
     previous: Option<Reader>,
@@ -77,6 +79,7 @@ impl Transaction {
             replaced: Vec::new(),
             embed: false,
             unfinished: None,
+            suspended: None,
             sizes: Sizes::default(),
             layout,
             target: run_file.path.clone(),
@@ -90,7 +93,7 @@ impl Transaction {
         self.previous.as_ref()
     }
 
-    /// Begins to write a stage in place of what the file held of it.
+    /// Begins to write a stage in place of what the file held of it, or goes on with a suspended one.
     ///
     /// Symbolic sizes must agree with the upstream stages that stay and with the stages already written. A run file
     /// whose name is not UTF-8 keeps all its stages itself, since no link could lead from or to it.
@@ -100,6 +103,10 @@ impl Transaction {
     pub fn stage(&mut self, stage: Stage, home: Home) -> Result<StageWriter<'_>, StoreError> {
         if let Some(stage) = self.unfinished {
             return Err(LayoutError::NotFinished { stage }.into());
+        }
+        if let Some(suspended) = self.suspended.take_if(|suspended| suspended.stage == stage) {
+            self.unfinished = Some(stage);
+            return Ok(suspended.resume(self));
         }
         let written_beside = self.beside.iter().any(|beside| beside.stage == stage);
         if written_beside || self.run_file.file.link_exists(stage.group()) {
@@ -134,7 +141,7 @@ impl Transaction {
             .create(stage.group())
             .at(place, "create the group")?;
         self.unfinished = Some(stage);
-        Ok(StageWriter::new(self, stage, group))
+        Ok(Suspended::new(stage, group).resume(self))
     }
 
     /// Leaves a stage out of the new state.
@@ -157,7 +164,8 @@ impl Transaction {
     /// `Internal` if a stage is unfinished; `Hdf5` or `Io` if copying, closing, syncing or renaming fails, with the
     /// old state kept; `ForeignLink` for a link in the root that this program did not make.
     pub fn commit(self) -> Result<(), StoreError> {
-        if let Some(stage) = self.unfinished {
+        let suspended = self.suspended.as_ref().map(|suspended| suspended.stage);
+        if let Some(stage) = self.unfinished.or(suspended) {
             return Err(LayoutError::NotFinished { stage }.into());
         }
         let file = &self.run_file.file;
@@ -194,6 +202,11 @@ impl Transaction {
 
     pub(super) fn sizes_mut(&mut self) -> &mut Sizes {
         &mut self.sizes
+    }
+
+    pub(super) fn suspend(&mut self, writer: Suspended) {
+        self.unfinished = None;
+        self.suspended = Some(writer);
     }
 
     pub(super) fn stage_finished(&mut self, digest: &str) {

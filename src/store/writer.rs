@@ -31,16 +31,34 @@ pub struct StageWriter<'t> {
     digests: BTreeMap<&'static str, (String, bool)>,
 }
 
-impl<'t> StageWriter<'t> {
-    pub(super) fn new(transaction: &'t mut Transaction, stage: Stage, group: hdf5::Group) -> Self {
-        StageWriter {
-            transaction,
+/// A stage whose writer was put aside.
+#[derive(Debug)]
+pub(super) struct Suspended {
+    pub(super) stage: Stage,
+    group: hdf5::Group,
+    digests: BTreeMap<&'static str, (String, bool)>,
+}
+
+impl Suspended {
+    pub(super) fn new(stage: Stage, group: hdf5::Group) -> Self {
+        Suspended {
             stage,
             group,
             digests: BTreeMap::new(),
         }
     }
 
+    pub(super) fn resume(self, transaction: &mut Transaction) -> StageWriter<'_> {
+        StageWriter {
+            transaction,
+            stage: self.stage,
+            group: self.group,
+            digests: self.digests,
+        }
+    }
+}
+
+impl StageWriter<'_> {
     /// Writes numbers in row-major order.
     pub fn write<T: Element>(
         &mut self,
@@ -156,6 +174,20 @@ impl<'t> StageWriter<'t> {
         values: &[T],
     ) -> Result<(), StoreError> {
         super::attribute::write_numbers(&self.group, self.stage_place(), name, values)
+    }
+
+    /// Whether a dataset was written already, before the writer was suspended.
+    pub fn has_written(&self, path: &str) -> bool {
+        self.digests.contains_key(path)
+    }
+
+    /// Puts the writer aside; [`Transaction::stage`] goes on with the same stage.
+    pub fn suspend(self) {
+        self.transaction.suspend(Suspended {
+            stage: self.stage,
+            group: self.group,
+            digests: self.digests,
+        });
     }
 
     /// Ends the stage and returns its digest.
