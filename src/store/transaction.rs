@@ -11,8 +11,9 @@ use super::lock::{RunFile, stage_temporary};
 use super::part::{Part, replaceable, sync_folder};
 use super::place::{AtPlace, Place};
 use super::reader::Reader;
+use super::suspended::Suspended;
 use super::table::Layout;
-use super::writer::{StageWriter, Suspended};
+use super::writer::StageWriter;
 
 /// The file a stage is kept in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

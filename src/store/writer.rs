@@ -25,37 +25,10 @@ use super::transaction::Transaction;
 /// Every method has the errors `Internal` for a breach of the table and `Hdf5` if writing fails.
 #[derive(Debug)]
 pub struct StageWriter<'t> {
-    transaction: &'t mut Transaction,
-    stage: Stage,
-    group: hdf5::Group,
-    digests: BTreeMap<&'static str, (String, bool)>,
-}
-
-/// A stage whose writer was put aside.
-#[derive(Debug)]
-pub(super) struct Suspended {
+    pub(super) transaction: &'t mut Transaction,
     pub(super) stage: Stage,
-    group: hdf5::Group,
-    digests: BTreeMap<&'static str, (String, bool)>,
-}
-
-impl Suspended {
-    pub(super) fn new(stage: Stage, group: hdf5::Group) -> Self {
-        Suspended {
-            stage,
-            group,
-            digests: BTreeMap::new(),
-        }
-    }
-
-    pub(super) fn resume(self, transaction: &mut Transaction) -> StageWriter<'_> {
-        StageWriter {
-            transaction,
-            stage: self.stage,
-            group: self.group,
-            digests: self.digests,
-        }
-    }
+    pub(super) group: hdf5::Group,
+    pub(super) digests: BTreeMap<&'static str, (String, bool)>,
 }
 
 impl StageWriter<'_> {
@@ -174,20 +147,6 @@ impl StageWriter<'_> {
         values: &[T],
     ) -> Result<(), StoreError> {
         super::attribute::write_numbers(&self.group, self.stage_place(), name, values)
-    }
-
-    /// Whether a dataset was written already, before the writer was suspended.
-    pub fn has_written(&self, path: &str) -> bool {
-        self.digests.contains_key(path)
-    }
-
-    /// Puts the writer aside; [`Transaction::stage`] goes on with the same stage.
-    pub fn suspend(self) {
-        self.transaction.suspend(Suspended {
-            stage: self.stage,
-            group: self.group,
-            digests: self.digests,
-        });
     }
 
     /// Ends the stage and returns its digest.
