@@ -1,4 +1,4 @@
-use std::{panic::resume_unwind, thread, time::Instant};
+use std::time::Instant;
 
 use super::{Assembly, AssemblyError, ExplicitDual, OperatorEstimate};
 use crate::{
@@ -21,20 +21,6 @@ impl DualSystem {
     /// # Errors
     /// [`AssemblyError`] when A has no Cholesky factor.
     pub fn new(scene: &Scene, mesh: &Mesh, threads: usize) -> Result<Self, AssemblyError> {
-        Ok(Self::new_while(scene, mesh, threads, |_| ())?.0)
-    }
-
-    /// Like [`Self::new`]; while S is formed, a thread of its own does `meanwhile`, which gets all
-    /// but S, and whose result is returned too.
-    ///
-    /// # Errors
-    /// [`AssemblyError`] when A has no Cholesky factor; `meanwhile` is not called then.
-    pub fn new_while<R: Send>(
-        scene: &Scene,
-        mesh: &Mesh,
-        threads: usize,
-        meanwhile: impl FnOnce(&Assembly) -> R + Send,
-    ) -> Result<(Self, R), AssemblyError> {
         let mut assembly = Assembly::new(scene, mesh, threads)?;
         let wanted = match scene.assemble.dual_operator {
             DualOperatorKind::Implicit => false,
@@ -44,17 +30,11 @@ impl DualSystem {
             }
         };
         let started = Instant::now();
-        let (explicit, seconds, result) = thread::scope(|scope| {
-            let other = scope.spawn(|| meanwhile(&assembly));
-            let explicit =
-                wanted.then(|| ExplicitDual::new(&assembly, &mesh.contact, &scene.contact.frame()));
-            let seconds = started.elapsed().as_secs_f64();
-            let result = other.join().unwrap_or_else(|panic| resume_unwind(panic));
-            (explicit, seconds, result)
-        });
+        let explicit =
+            wanted.then(|| ExplicitDual::new(&assembly, &mesh.contact, &scene.contact.frame()));
         if explicit.is_some() {
-            assembly.seconds.dual_operator = seconds;
+            assembly.seconds.dual_operator = started.elapsed().as_secs_f64();
         }
-        Ok((Self { assembly, explicit }, result))
+        Ok(Self { assembly, explicit })
     }
 }

@@ -110,20 +110,6 @@ pub fn write(writer: &mut StageWriter<'_>, system: &DualSystem) -> Result<(), St
     for (path, values) in indices {
         writer.write_indices(path, values, &[values.len()])?;
     }
-    if writer.has_written(VALUES) {
-        return Ok(());
-    }
-    write_factor_values(writer, factor)
-}
-
-/// Writes the coefficients of the factor alone, the largest dataset; [`write`] leaves them out then.
-///
-/// # Errors
-/// HDF5 failures.
-pub fn write_factor_values(
-    writer: &mut StageWriter<'_>,
-    factor: &CholeskyFactor,
-) -> Result<(), StoreError> {
     writer.write(VALUES, factor.values(), &[factor.values().len()])
 }
 

@@ -12,7 +12,6 @@ use thiserror::Error;
 
 pub use assemble::{
     read as read_assembly, read_primal, stored_bytes as assembly_bytes, write as write_assembly,
-    write_factor_values,
 };
 pub use mesh::{read as read_mesh, write as write_mesh};
 pub use post::{Summary, read_summary, write as write_report};

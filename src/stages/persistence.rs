@@ -7,11 +7,11 @@ use super::{
     freshness::{input_digest, settings},
 };
 use crate::{
-    dual::{Assembly, PrimalSystem},
+    dual::PrimalSystem,
     format::{self, FormatError, LAYOUT},
     store::{
-        Home, Reader, RunFile, Stage, StageRecord, StageWriter, StoreError, StoredStage,
-        Transaction, timestamp,
+        Home, Reader, Stage, StageRecord, StageWriter, StoreError, StoredStage, Transaction,
+        timestamp,
     },
 };
 
@@ -130,8 +130,7 @@ impl Session {
         let compute_seconds = started.elapsed().as_secs_f64();
         let storing = Instant::now();
         self.pending.push((stage, compute_seconds));
-        let begun = self.begun.take();
-        self.commit(begun)?;
+        self.commit()?;
         self.pending.clear();
         self.last_store_seconds = storing.elapsed().as_secs_f64();
         Ok(Performed {
@@ -141,16 +140,13 @@ impl Session {
         })
     }
 
-    fn commit(&self, begun: Option<Transaction>) -> Result<(), StageError> {
+    fn commit(&self) -> Result<(), StageError> {
         let mut stored: Vec<(Stage, StoredStage)> = self
             .states()?
             .into_iter()
             .filter_map(|state| Some((state.stage, state.stored?)))
             .collect();
-        let mut transaction = match begun {
-            Some(begun) => begun,
-            None => Transaction::begin(&self.file)?,
-        };
+        let mut transaction = Transaction::begin(&self.file)?;
         if self.assembly_file == AssemblyFile::SelfContained {
             transaction.embed_linked();
         }
@@ -218,23 +214,6 @@ impl Session {
             }
         }
     }
-}
-
-/// Writes the factor of a large assembly while the dual operator is still being formed.
-pub(super) fn write_ahead(
-    file: &RunFile,
-    assembly_file: AssemblyFile,
-    assembly: &Assembly,
-) -> Result<Option<Transaction>, StoreError> {
-    let bytes = size_of_val(assembly.factor.values());
-    if assembly_file != AssemblyFile::BySize || bytes <= KEEP_BESIDE_ABOVE {
-        return Ok(None);
-    }
-    let mut transaction = Transaction::begin(file)?;
-    let mut writer = transaction.stage(Stage::Assemble, Home::Beside)?;
-    format::write_factor_values(&mut writer, &assembly.factor)?;
-    writer.suspend();
-    Ok(Some(transaction))
 }
 
 fn write_stage(

@@ -1,18 +1,16 @@
 use std::{path::Path, time::Instant};
 
 use super::{
-    AssemblyFile, Freshness, StageError, StageState,
-    freshness::states,
-    persistence::{loaded, write_ahead},
+    AssemblyFile, Freshness, StageError, StageState, freshness::states, persistence::loaded,
 };
 use crate::{
-    dual::{Assembly, AssemblySeconds, DualSystem, OperatorEstimate, PrimalSystem},
+    dual::{AssemblySeconds, DualSystem, OperatorEstimate, PrimalSystem},
     format::{self, LAYOUT},
     mesh::{Mesh, Quality},
     post::{ContactReport, Solved},
     scene::{AssembleSettings, Scene, SolveSettings},
     solver::{ContactState, Progress, Solution, solve},
-    store::{IfMissing, Reader, RunFile, Stage, StoreError, Transaction},
+    store::{IfMissing, Reader, RunFile, Stage, StoreError},
 };
 
 /// One process at work on one run file: it holds the lock and what it has computed or read so far.
@@ -29,8 +27,6 @@ pub struct Session {
     pub(super) report: Option<ContactReport>,
     /// What the last commit of this process took.
     pub(super) last_store_seconds: f64,
-    /// A change of the file in which the largest part of an assembly is already written.
-    pub(super) begun: Option<Transaction>,
     /// Stages computed but not yet stored, with their seconds.
     pub(super) pending: Vec<(Stage, f64)>,
 }
@@ -89,7 +85,6 @@ impl Session {
             solution: None,
             report: None,
             last_store_seconds: 0.0,
-            begun: None,
             pending: Vec::new(),
         }
     }
@@ -149,10 +144,7 @@ impl Session {
         let started = Instant::now();
         self.load_mesh()?;
         let mesh = loaded(&self.mesh);
-        let (file, place) = (&self.file, self.assembly_file);
-        let write_ahead = |assembly: &Assembly| write_ahead(file, place, assembly);
-        let (system, begun) = DualSystem::new_while(&self.scene, mesh, self.threads, write_ahead)?;
-        self.begun = begun?;
+        let system = DualSystem::new(&self.scene, mesh, self.threads)?;
         self.system = Some(system);
         self.store(Stage::Assemble, started)
     }

@@ -30,7 +30,6 @@ mod schema;
 mod schema_page;
 mod signals;
 mod sparse;
-mod suspended;
 mod table;
 #[cfg(test)]
 mod tests;

@@ -11,7 +11,6 @@ use super::lock::{RunFile, stage_temporary};
 use super::part::{Part, replaceable, sync_folder};
 use super::place::{AtPlace, Place};
 use super::reader::Reader;
-use super::suspended::Suspended;
 use super::table::Layout;
 use super::writer::StageWriter;
 
@@ -33,8 +32,6 @@ pub enum Home {
 /// and only linked again.
 #[derive(Debug)]
 pub struct Transaction {
-    // Before the files, so that HDF5 lets go of them before they are removed.
-    suspended: Option<Suspended>,
     run_file: Part,
     beside: Vec<Beside>,
     previous: Option<Reader>,
@@ -80,7 +77,6 @@ impl Transaction {
             replaced: Vec::new(),
             embed: false,
             unfinished: None,
-            suspended: None,
             sizes: Sizes::default(),
             layout,
             target: run_file.path.clone(),
@@ -94,7 +90,7 @@ impl Transaction {
         self.previous.as_ref()
     }
 
-    /// Begins to write a stage in place of what the file held of it, or goes on with a suspended one.
+    /// Begins to write a stage in place of what the file held of it.
     ///
     /// Symbolic sizes must agree with the upstream stages that stay and with the stages already written. A run file
     /// whose name is not UTF-8 keeps all its stages itself, since no link could lead from or to it.
@@ -104,10 +100,6 @@ impl Transaction {
     pub fn stage(&mut self, stage: Stage, home: Home) -> Result<StageWriter<'_>, StoreError> {
         if let Some(stage) = self.unfinished {
             return Err(LayoutError::NotFinished { stage }.into());
-        }
-        if let Some(suspended) = self.suspended.take_if(|suspended| suspended.stage == stage) {
-            self.unfinished = Some(stage);
-            return Ok(suspended.resume(self));
         }
         let written_beside = self.beside.iter().any(|beside| beside.stage == stage);
         if written_beside || self.run_file.file.link_exists(stage.group()) {
@@ -142,7 +134,7 @@ impl Transaction {
             .create(stage.group())
             .at(place, "create the group")?;
         self.unfinished = Some(stage);
-        Ok(Suspended::new(stage, group).resume(self))
+        Ok(StageWriter::new(self, stage, group))
     }
 
     /// Leaves a stage out of the new state.
@@ -165,8 +157,7 @@ impl Transaction {
     /// `Internal` if a stage is unfinished; `Hdf5` or `Io` if copying, closing, syncing or renaming fails, with the
     /// old state kept; `ForeignLink` for a link in the root that this program did not make.
     pub fn commit(self) -> Result<(), StoreError> {
-        let suspended = self.suspended.as_ref().map(|suspended| suspended.stage);
-        if let Some(stage) = self.unfinished.or(suspended) {
+        if let Some(stage) = self.unfinished {
             return Err(LayoutError::NotFinished { stage }.into());
         }
         let file = &self.run_file.file;
@@ -203,11 +194,6 @@ impl Transaction {
 
     pub(super) fn sizes_mut(&mut self) -> &mut Sizes {
         &mut self.sizes
-    }
-
-    pub(super) fn suspend(&mut self, writer: Suspended) {
-        self.unfinished = None;
-        self.suspended = Some(writer);
     }
 
     pub(super) fn stage_finished(&mut self, digest: &str) {

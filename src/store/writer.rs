@@ -25,13 +25,22 @@ use super::transaction::Transaction;
 /// Every method has the errors `Internal` for a breach of the table and `Hdf5` if writing fails.
 #[derive(Debug)]
 pub struct StageWriter<'t> {
-    pub(super) transaction: &'t mut Transaction,
-    pub(super) stage: Stage,
-    pub(super) group: hdf5::Group,
-    pub(super) digests: BTreeMap<&'static str, (String, bool)>,
+    transaction: &'t mut Transaction,
+    stage: Stage,
+    group: hdf5::Group,
+    digests: BTreeMap<&'static str, (String, bool)>,
 }
 
-impl StageWriter<'_> {
+impl<'t> StageWriter<'t> {
+    pub(super) fn new(transaction: &'t mut Transaction, stage: Stage, group: hdf5::Group) -> Self {
+        StageWriter {
+            transaction,
+            stage,
+            group,
+            digests: BTreeMap::new(),
+        }
+    }
+
     /// Writes numbers in row-major order.
     pub fn write<T: Element>(
         &mut self,

@@ -393,39 +393,3 @@ fn a_symbolic_link_to_the_run_file_finds_the_linked_file() {
     assert_eq!(files(elsewhere.path()), ["link.h5"]);
     open(&file).unwrap().check_stage(Stage::Solve).unwrap();
 }
-
-#[test]
-fn a_suspended_stage_goes_on_where_it_stopped_and_must_be_finished() {
-    let (_folder, file) = saved(5);
-    let expected = open(&file).unwrap().check_stage(Stage::Solve).unwrap();
-    let begin = |transaction: &mut Transaction| {
-        let mut writer = transaction.stage(Stage::Solve, Home::Beside).unwrap();
-        writer.write("/solve/energy", &[-12.5], &[]).unwrap();
-        writer.suspend();
-    };
-    let lock = lock(&file).unwrap();
-    let mut transaction = Transaction::begin(&lock).unwrap();
-    begin(&mut transaction);
-    let refused = transaction.commit().unwrap_err();
-    assert!(refused.is_internal(), "{refused}");
-    let mut transaction = Transaction::begin(&lock).unwrap();
-    begin(&mut transaction);
-    write_mesh(transaction.stage(Stage::Mesh, Home::RunFile).unwrap(), 5).unwrap();
-    let mut writer = transaction.stage(Stage::Solve, Home::Beside).unwrap();
-    assert!(writer.has_written("/solve/energy") && !writer.has_written("/solve/zone"));
-    assert!(writer.write("/solve/energy", &[1.0], &[]).is_err());
-    writer.write_enum("/solve/zone", &zones(5), &[5]).unwrap();
-    writer
-        .write_matrix("/solve/stiffness", stiffness(5).view())
-        .unwrap();
-    writer
-        .write_matrix("/solve/coupling", coupling(5).view())
-        .unwrap();
-    writer
-        .write("/solve/history/seconds", &[0.5], &[1])
-        .unwrap();
-    writer.finish(&record()).unwrap();
-    transaction.commit().unwrap();
-    let stored = open(&file).unwrap().check_stage(Stage::Solve).unwrap();
-    assert_eq!(stored, expected);
-}
