@@ -25,7 +25,8 @@ class _Checker:
 
     def run(self) -> list[str]:
         """Check the root, then every stage that is there."""
-        self.attributes(self.file, self.schema["root_attributes"])
+        linked = {f"{name}_file" for name in self.file if self.is_linked(name)}
+        self.attributes(self.file, self.schema["root_attributes"], linked)
         if self.file.attrs.get("filetype") != self.schema["filetype"]:
             self.say("/", "another filetype")
         version = list(self.file.attrs.get("format_version", []))
@@ -37,6 +38,23 @@ class _Checker:
             else:
                 self.stage(name)
         return self.problems
+
+    def is_linked(self, name: str) -> bool:
+        """Whether a stage is kept in a file of its own, joined as the schema says."""
+        link = self.file.get(name, getlink=True)
+        if not isinstance(link, h5py.ExternalLink):
+            return False
+        digest = self.file[name].attrs["digest"]
+        own = rf"(.+\.)?{name}-{digest[:16]}\.h5"
+        if not re.fullmatch(own, link.filename) or "/" in link.filename:
+            self.say(f"/{name}", f"is linked to {link.filename}")
+        if self.file.attrs.get(f"{name}_file") != link.filename:
+            self.say(f"/{name}", "its link and the attribute of the root differ")
+        if link.path != f"/{name}":
+            self.say(f"/{name}", f"is linked to the group {link.path}")
+        if self.file[name].file.attrs["filetype"] != self.schema["linked_filetype"]:
+            self.say(f"/{name}", "its file has another filetype")
+        return True
 
     def say(self, path: str, problem: str) -> None:
         self.problems.append(f"{path}: {problem}")

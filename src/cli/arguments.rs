@@ -3,7 +3,10 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use serde::de::{DeserializeOwned, IntoDeserializer, value::StrDeserializer};
 
-use crate::scene::{DualOperatorKind, InnerSolver, Method, PrecisionControl, SolveSettings};
+use crate::{
+    scene::{DualOperatorKind, InnerSolver, Method, PrecisionControl, SolveSettings},
+    stages::AssemblyFile,
+};
 
 /// 3D elastostatic contact with orthotropic, solution-dependent Coulomb friction
 ///
@@ -69,6 +72,26 @@ pub struct RunArguments {
     pub file: PathBuf,
     #[command(flatten)]
     pub(super) figures: FigureArguments,
+    #[command(flatten)]
+    pub(super) assembly: AssemblyFileArguments,
+}
+
+/// Where the assembled data go.
+#[derive(Debug, Args)]
+pub(super) struct AssemblyFileArguments {
+    /// Keep large assembled data in the run file too, not in FILE.assemble-DIGEST.h5 beside it
+    #[arg(long)]
+    self_contained: bool,
+}
+
+impl AssemblyFileArguments {
+    pub(super) fn choice(&self) -> AssemblyFile {
+        if self.self_contained {
+            AssemblyFile::SelfContained
+        } else {
+            AssemblyFile::BySize
+        }
+    }
 }
 
 /// Arguments of `mesh`.
@@ -95,6 +118,8 @@ pub struct AssembleArguments {
     /// How the dual operator is held: implicit (the paper's backsolves), explicit (dense), or auto
     #[arg(long, value_name = "KIND", value_parser = named::<DualOperatorKind>)]
     pub dual_operator: Option<DualOperatorKind>,
+    #[command(flatten)]
+    pub(super) assembly: AssemblyFileArguments,
 }
 
 /// Arguments of `post`.

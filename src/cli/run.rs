@@ -11,7 +11,7 @@ use super::{
 use crate::{
     scene::AssembleSettings,
     solver::Status,
-    stages::{Commit, Freshness, Performed, Session, StageError, figures_folder},
+    stages::{AssemblyFile, Commit, Freshness, Performed, Session, StageError, figures_folder},
     store::Stage,
 };
 
@@ -21,6 +21,7 @@ type Outcome = Result<Exit, StageError>;
 pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> Outcome {
     let scene = override_scene::read(&arguments.scene)?;
     let mut session = Session::with_scene(&arguments.file, scene, threads)?;
+    session.keep_assembly(arguments.assembly.choice());
     let mut performed = Vec::new();
     for state in session.states()? {
         if state.freshness == Freshness::Fresh && performed.is_empty() {
@@ -33,6 +34,9 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
                 output,
             )?);
         }
+    }
+    if arguments.assembly.choice() == AssemblyFile::SelfContained {
+        session.embed_assembly()?;
     }
     let drawn = performed.iter().any(|p| p.stage == Stage::Post);
     if drawn {
@@ -53,6 +57,7 @@ pub(super) fn mesh(arguments: &MeshArguments, output: &Output, threads: usize) -
 /// `assemble`: matrices and factor.
 pub(super) fn assemble(arguments: &AssembleArguments, output: &Output, threads: usize) -> Outcome {
     let mut session = Session::open(&arguments.file, threads)?;
+    session.keep_assembly(arguments.assembly.choice());
     if let Some(dual_operator) = arguments.dual_operator {
         session.set_assemble(AssembleSettings { dual_operator });
     }

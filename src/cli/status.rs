@@ -52,6 +52,9 @@ fn stage_line(reader: &Reader, state: &StageState) -> Result<String, FormatError
             record.seconds, record.threads, record.date
         );
     }
+    if let Some((name, _)) = reader.linked_file(state.stage) {
+        line += &format!("  in {name}");
+    }
     if let Freshness::Stale(why) = &state.freshness {
         line += &format!("  ({why})");
     }
@@ -88,6 +91,7 @@ fn json(
             "state": word(&state.freshness),
             "why": state.freshness.why(),
             "bytes": bytes,
+            "linked_file": reader.linked_file(state.stage).map(|(name, bytes)| serde_json::json!({ "name": name, "bytes": bytes })),
             "digest": state.stored.as_ref().map(|s| &s.digest),
             "seconds": state.stored.as_ref().map(|s| s.record.seconds),
         }));

@@ -65,6 +65,19 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     Stage::Assemble.row(VALUES, Kind::F64, &[Named("n_factor_values")], "(N/m)^(1/2)", "Dense column-major panel (rows, columns) of each supernode of the Cholesky factor.").symbol("L"),
 ];
 
+/// Bytes of the large arrays of an assembled problem in the file; the rest adds a few percent.
+#[must_use]
+pub fn stored_bytes(system: &DualSystem) -> usize {
+    let assembly = &system.assembly;
+    let explicit = system.contact.as_ref().and_then(|c| c.explicit.as_ref());
+    let dense = explicit.map_or(0, |explicit| {
+        let compliance = explicit.compliance.as_ref();
+        explicit.operator.len() + compliance.map_or(0, |c| c.matrix.len())
+    });
+    let values = assembly.factor.values().len() + assembly.primal.stiffness.data.len() + dense;
+    values * size_of::<f64>()
+}
+
 /// Writes the assembled problem and, where there is one, the dense dual operator.
 ///
 /// # Errors

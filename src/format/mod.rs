@@ -10,7 +10,10 @@ mod vtkhdf;
 
 use thiserror::Error;
 
-pub use assemble::{read as read_assembly, read_coupling, read_primal, write as write_assembly};
+pub use assemble::{
+    read as read_assembly, read_coupling, read_primal, stored_bytes as assembly_bytes,
+    write as write_assembly,
+};
 pub use mesh::{read as read_mesh, write as write_mesh};
 pub use post::{ContactSummary, Summary, read_summary, write as write_report};
 pub use scene::{read as read_scene, write as write_scene};
@@ -26,7 +29,8 @@ use crate::{
 /// Every dataset of a run file.
 pub const LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe run",
-    format_version: [1, 0],
+    linked_filetype: "contact3d-pipe stage",
+    format_version: [1, 1],
     creator: concat!("contact3d-pipe ", env!("CARGO_PKG_VERSION")),
     tables: &[
         scene::TABLE,

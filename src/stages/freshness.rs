@@ -126,14 +126,20 @@ pub(super) fn input_digest(stage: Stage, scene: &Scene, upstream: &[&StoredStage
 /// The state of every stage of a file with respect to a scene.
 ///
 /// # Errors
-/// Unreadable stage records.
+/// Unreadable stage records. A stage whose own file cannot be used is stale, not an error.
 pub fn states(reader: &Reader, scene: &Scene) -> Result<Vec<StageState>, StoreError> {
     let mut states: Vec<StageState> = Vec::new();
     for stage in PIPELINE {
-        let stored = reader.stage_record(stage)?;
-        let freshness = match &stored {
-            None => Freshness::Missing,
-            Some(stored) => judge(stage, scene, stored, &states),
+        let (stored, freshness) = match reader.stage_record(stage) {
+            Ok(Some(stored)) => {
+                let freshness = judge(stage, scene, &stored, &states);
+                (Some(stored), freshness)
+            }
+            Ok(None) => (None, Freshness::Missing),
+            Err(StoreError::Linked { problem, .. }) => {
+                (None, Freshness::Stale(problem.to_string()))
+            }
+            Err(error) => return Err(error),
         };
         states.push(StageState {
             stage,

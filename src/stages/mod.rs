@@ -9,5 +9,6 @@ mod session;
 
 pub use error::StageError;
 pub use freshness::{Freshness, PIPELINE, StageState, states};
+pub use persistence::AssemblyFile;
 pub use picture::figures_folder;
 pub use session::{Commit, Performed, Session};

@@ -11,11 +11,58 @@ use crate::{
     dual::PrimalSystem,
     format::{self, FormatError, LAYOUT},
     store::{
-        Reader, Stage, StageRecord, StageWriter, StoreError, StoredStage, Transaction, timestamp,
+        Home, Reader, Stage, StageRecord, StageWriter, StoreError, StoredStage, Transaction,
+        timestamp,
     },
 };
 
+/// Assembled data above this many bytes go to a file of their own.
+///
+/// Copying inside the run file costs every later stage about 2 s per gigabyte on a disk of 0.5 GB/s: at most an
+/// eighth of a second below this size, where one file is worth more.
+const KEEP_BESIDE_ABOVE: usize = 64_000_000;
+
+/// Where a session keeps what `assemble` makes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum AssemblyFile {
+    /// In the run file up to 64 MB, above that in a file beside it.
+    #[default]
+    BySize,
+    /// In the run file, whatever its size.
+    SelfContained,
+}
+
 impl Session {
+    /// Chooses where the assembly is kept; `SelfContained` also takes in one that is kept elsewhere, at the next
+    /// commit.
+    pub fn keep_assembly(&mut self, assembly_file: AssemblyFile) {
+        self.assembly_file = assembly_file;
+    }
+
+    /// Takes an assembly that is kept elsewhere into the run file now; does nothing if there is none.
+    ///
+    /// # Errors
+    /// HDF5 failures.
+    pub fn embed_assembly(&mut self) -> Result<(), StageError> {
+        if self.reader()?.linked_file(Stage::Assemble).is_some() {
+            let mut transaction = Transaction::begin(&self.file)?;
+            transaction.embed_linked();
+            transaction.commit()?;
+        }
+        Ok(())
+    }
+
+    fn home(&self, stage: Stage) -> Home {
+        match (stage, self.assembly_file) {
+            (Stage::Assemble, AssemblyFile::BySize)
+                if format::assembly_bytes(loaded(&self.system)) > KEEP_BESIDE_ABOVE =>
+            {
+                Home::Beside
+            }
+            _ => Home::RunFile,
+        }
+    }
+
     pub(super) fn reader(&self) -> Result<Reader, StoreError> {
         Reader::open(self.file.path(), LAYOUT)
     }
@@ -111,10 +158,17 @@ impl Session {
             .filter_map(|state| Some((state.stage, state.stored?)))
             .collect();
         let mut transaction = Transaction::begin(&self.file)?;
+        if self.assembly_file == AssemblyFile::SelfContained {
+            transaction.embed_linked();
+        }
         let input = self.record(Stage::Scene, 0.0, String::new());
-        write_stage(&mut transaction, Stage::Scene, &input, |writer| {
-            format::write_scene(writer, self.scene())
-        })?;
+        write_stage(
+            &mut transaction,
+            Stage::Scene,
+            Home::RunFile,
+            &input,
+            |writer| format::write_scene(writer, self.scene()),
+        )?;
         for &(stage, seconds) in &self.pending {
             stored.retain(|(earlier, _)| *earlier != stage);
             let upstream: Vec<&StoredStage> = stored
@@ -148,14 +202,15 @@ impl Session {
         record: &StageRecord,
     ) -> Result<String, StoreError> {
         let mesh = loaded(&self.mesh);
+        let home = self.home(stage);
         match stage {
-            Stage::Mesh => write_stage(transaction, stage, record, |writer| {
+            Stage::Mesh => write_stage(transaction, stage, home, record, |writer| {
                 format::write_mesh(writer, mesh, loaded(&self.quality))
             }),
-            Stage::Assemble => write_stage(transaction, stage, record, |writer| {
+            Stage::Assemble => write_stage(transaction, stage, home, record, |writer| {
                 format::write_assembly(writer, loaded(&self.system))
             }),
-            Stage::Solve => write_stage(transaction, stage, record, |writer| {
+            Stage::Solve => write_stage(transaction, stage, home, record, |writer| {
                 let n_panes = mesh.contact.as_ref().map_or(0, |surface| surface.n_panes());
                 let dofs = &self.primal().dofs;
                 format::write_solution(writer, loaded(&self.solution), n_panes, dofs)
@@ -163,10 +218,10 @@ impl Session {
             Stage::Scene | Stage::Post | Stage::Vtk => {
                 let report = loaded(&self.report);
                 let frame = self.interface.as_ref().map(|interface| &interface.frame);
-                write_stage(transaction, Stage::Vtk, record, |writer| {
+                write_stage(transaction, Stage::Vtk, home, record, |writer| {
                     format::write_vtkhdf(writer, mesh, report, frame)
                 })?;
-                write_stage(transaction, Stage::Post, record, |writer| {
+                write_stage(transaction, Stage::Post, home, record, |writer| {
                     format::write_report(writer, report)
                 })
             }
@@ -177,10 +232,11 @@ impl Session {
 fn write_stage(
     transaction: &mut Transaction,
     stage: Stage,
+    home: Home,
     record: &StageRecord,
     write: impl FnOnce(&mut StageWriter<'_>) -> Result<(), StoreError>,
 ) -> Result<String, StoreError> {
-    let mut writer = transaction.stage(stage)?;
+    let mut writer = transaction.stage(stage, home)?;
     write(&mut writer)?;
     writer.finish(record)
 }

@@ -3,7 +3,9 @@ use std::{
     time::Instant,
 };
 
-use super::{Freshness, StageError, StageState, freshness::states, persistence::loaded};
+use super::{
+    AssemblyFile, Freshness, StageError, StageState, freshness::states, persistence::loaded,
+};
 use crate::{
     contact::{Coupling, Interface},
     dual::{AssemblyError, AssemblySeconds, DualSystem, OperatorEstimate, PrimalSystem},
@@ -20,6 +22,7 @@ use crate::{
 pub struct Session {
     pub(super) file: RunFile,
     pub(super) threads: usize,
+    pub(super) assembly_file: AssemblyFile,
     pub(super) input: SceneFile,
     pub(super) mesh: Option<Mesh>,
     pub(super) quality: Option<Quality>,
@@ -86,6 +89,7 @@ impl Session {
         Self {
             file,
             threads,
+            assembly_file: AssemblyFile::default(),
             input,
             mesh: None,
             quality: None,

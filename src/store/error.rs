@@ -101,6 +101,24 @@ pub enum StoreError {
         /// The digest of the data as they are.
         found: String,
     },
+    /// A stage is kept in a file of its own, and that file cannot be used.
+    #[error("{}: /{stage} is kept in a file of its own, and {problem}; run the stage `{stage}` again", file.display())]
+    Linked {
+        /// The run file.
+        file: PathBuf,
+        /// The stage.
+        stage: Stage,
+        /// What is wrong with the other file.
+        problem: LinkProblem,
+    },
+    /// A soft or external link that this program did not make.
+    #[error("{}: {link} is a link to another place; expected the data themselves, nothing was followed; remove the link, or run the stage that owns it again", file.display())]
+    ForeignLink {
+        /// The file.
+        file: PathBuf,
+        /// Path of the link.
+        link: String,
+    },
     /// A number that must be finite is not.
     #[error("{}: {dataset}: expected finite numbers, found {found} at flat index {index}; run the stage that owns it again", file.display())]
     NotFinite {
@@ -155,6 +173,39 @@ impl StoreError {
     pub fn is_internal(&self) -> bool {
         matches!(self, StoreError::Internal(_))
     }
+}
+
+/// Why the file that holds a stage of a run file cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum LinkProblem {
+    /// What the run file says cannot be the name of such a file.
+    #[error(
+        "{found:?} cannot be its name: expected NAME.STAGE-DIGEST.h5 in the same folder, nothing was followed"
+    )]
+    NotAName {
+        /// What the run file says.
+        found: String,
+    },
+    /// There is no such file.
+    #[error("{} is missing: put it back beside the run file", file.display())]
+    Missing {
+        /// Where it should be.
+        file: PathBuf,
+    },
+    /// It is damaged, or something else.
+    #[error("it cannot be used ({reason})")]
+    Unusable {
+        /// Which file it is and what is wrong.
+        reason: String,
+    },
+    /// It holds another result than the one its name stands for.
+    #[error("{} was replaced: expected a stage whose digest begins like its name ends, found {found}", file.display())]
+    Replaced {
+        /// The file.
+        file: PathBuf,
+        /// The digest of the stage in it.
+        found: String,
+    },
 }
 
 /// A breach of the dataset table by the program itself.

@@ -27,8 +27,18 @@ pub const ROOT_ATTRIBUTES: &[(&str, &str, &str)] = &[
     ),
 ];
 
+/// How a stage may be kept in a file of its own, as the schema tells it.
+pub(super) const LINKED_STAGES: &str = "A stage may be kept in a file of its own in the same folder. Then the group in the \
+     root is an external link to the group of the same name in that file, and the root attribute `STAGE_file` names \
+     it: `NAME.STAGE-DIGEST.h5` if the run file NAME owns it, `STAGE-DIGEST.h5` if several run files share it, with \
+     the first 16 digits of the digest of the stage. Such a file never changes.";
+
 /// Creates an empty file, readable by HDF5 1.10 and newer.
-pub(super) fn create(path: &Path, layout: &Layout) -> Result<hdf5::File, StoreError> {
+pub(super) fn create(
+    path: &Path,
+    layout: &Layout,
+    filetype: &'static str,
+) -> Result<hdf5::File, StoreError> {
     let place = Place {
         file: path,
         dataset: "/",
@@ -42,14 +52,18 @@ pub(super) fn create(path: &Path, layout: &Layout) -> Result<hdf5::File, StoreEr
         .with_fcpl(|creation| creation.obj_track_times(false))
         .create(path)
         .at(place, "create the temporary file")?;
-    write_text(&file, place, "filetype", layout.filetype)?;
+    write_text(&file, place, "filetype", filetype)?;
     write_numbers(&file, place, "format_version", &layout.format_version)?;
     write_text(&file, place, "creator", layout.creator)?;
     Ok(file)
 }
 
 /// Opens a file of ours for reading.
-pub(super) fn open(path: &Path, layout: &Layout) -> Result<hdf5::File, StoreError> {
+pub(super) fn open(
+    path: &Path,
+    layout: &Layout,
+    filetype: &'static str,
+) -> Result<hdf5::File, StoreError> {
     let metadata = fs::metadata(path).map_err(|source| match source.kind() {
         io::ErrorKind::NotFound => StoreError::NotFound { file: path.into() },
         _ => StoreError::Io {
@@ -76,21 +90,26 @@ pub(super) fn open(path: &Path, layout: &Layout) -> Result<hdf5::File, StoreErro
             .damaged(error.to_string())
         }
     })?;
-    check(&file, path, layout)?;
+    check(&file, path, layout, filetype)?;
     Ok(file)
 }
 
-fn check(file: &hdf5::File, path: &Path, layout: &Layout) -> Result<(), StoreError> {
+fn check(
+    file: &hdf5::File,
+    path: &Path,
+    layout: &Layout,
+    expected: &'static str,
+) -> Result<(), StoreError> {
     let place = Place {
         file: path,
         dataset: "/",
     };
     let filetype = read_text(file, place, "filetype");
-    if filetype.as_deref().ok() != Some(layout.filetype) {
+    if filetype.as_deref().ok() != Some(expected) {
         let found = filetype.map_or_else(|_| "none".into(), |filetype| format!("\"{filetype}\""));
         return Err(StoreError::NotOurs {
             file: path.into(),
-            expected: layout.filetype,
+            expected,
             found,
         });
     }

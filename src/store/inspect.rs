@@ -16,7 +16,8 @@ impl Reader {
     /// How a stage was run, or `None` if the file does not hold it.
     ///
     /// # Errors
-    /// `Mismatch` if the group lacks an attribute or is not complete.
+    /// `Mismatch` if the group lacks an attribute or is not complete; `Linked` if the stage is kept in a file of its
+    /// own that cannot be used.
     pub fn stage_record(&self, stage: Stage) -> Result<Option<StoredStage>, StoreError> {
         match self.group(stage)? {
             Some(group) => record::read(&group, self.stage_place(stage)).map(Some),
@@ -66,15 +67,16 @@ impl Reader {
     /// The digest stored beside a dataset.
     fn digest(&self, spec: &DatasetSpec) -> Result<String, StoreError> {
         let place = self.place(spec);
+        let file = &self.volume(spec.stage)?.file;
         if spec.kind.is_matrix() {
             read_text(
-                &*self.file.group(spec.path).at(place, "open the matrix")?,
+                &*file.group(spec.path).at(place, "open the matrix")?,
                 place,
                 "digest",
             )
         } else {
             read_text(
-                &**self.file.dataset(spec.path).at(place, "open the dataset")?,
+                &**file.dataset(spec.path).at(place, "open the dataset")?,
                 place,
                 "digest",
             )
@@ -99,8 +101,8 @@ impl Reader {
             .find(|name| !known.contains(name))
         {
             Some(name) => Err(Place {
-                file: &self.path,
                 dataset: &name,
+                ..self.stage_place(stage)
             }
             .mismatch("only datasets of the table", "another one")),
             None => Ok(()),
@@ -109,6 +111,13 @@ impl Reader {
 
     fn datasets_below(&self, stage: Stage) -> Result<Vec<hdf5::Dataset>, StoreError> {
         let place = self.stage_place(stage);
+        let volume = self.volume(stage)?;
+        if let Some(link) = volume.link_below(stage) {
+            return Err(StoreError::ForeignLink {
+                file: volume.path.clone(),
+                link: link.into(),
+            });
+        }
         let mut datasets = Vec::new();
         let mut groups: Vec<_> = self.group(stage)?.into_iter().collect();
         let mut seen = BTreeSet::new();
@@ -122,10 +131,12 @@ impl Reader {
     }
 
     fn group(&self, stage: Stage) -> Result<Option<hdf5::Group>, StoreError> {
-        if !self.file.link_exists(stage.group()) {
+        let volume = self.volume(stage)?;
+        if !volume.holds(&format!("/{stage}")) {
             return Ok(None);
         }
-        self.file
+        volume
+            .file
             .group(stage.group())
             .map(Some)
             .at(self.stage_place(stage), "open the group")
@@ -133,7 +144,9 @@ impl Reader {
 
     fn stage_place(&self, stage: Stage) -> Place<'_> {
         Place {
-            file: &self.path,
+            file: self
+                .volume(stage)
+                .map_or(self.path(), |volume| &volume.path),
             dataset: stage.group(),
         }
     }

@@ -6,6 +6,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::error::StoreError;
+use super::layout::Stage;
+use super::linked;
 use super::place::AtFile;
 use super::reader::Reader;
 use super::table::Layout;
@@ -26,13 +28,14 @@ pub enum IfMissing {
 pub struct RunFile {
     pub(super) path: PathBuf,
     pub(super) folder: PathBuf,
-    pub(super) temporary: PathBuf,
+    name: OsString,
     pub(super) layout: Layout,
-    _lock: File,
+    lock: File,
 }
 
 impl RunFile {
-    /// Locks a run file and removes what a killed process left beside it.
+    /// Locks a run file and removes what a killed process left beside it, and files of stages it owns but no longer
+    /// uses.
     ///
     /// # Errors
     /// `Busy` if another process has it; `IsDirectory`, `FolderMissing`, `NotFound`, or the errors of
@@ -62,25 +65,54 @@ impl RunFile {
                 });
             }
         }
-        let temporary = hidden(&folder, &name, ".part");
-        match fs::remove_file(&temporary) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                Err(error).at_file(&temporary, "remove what a killed process left")?;
-            }
-            _ => {}
-        }
-        Ok(RunFile {
+        let run_file = RunFile {
             path,
             folder,
-            temporary,
+            name,
             layout,
-            _lock: file,
-        })
+            lock: file,
+        };
+        run_file.remove_left_overs()?;
+        Ok(run_file)
+    }
+
+    fn remove_left_overs(&self) -> Result<(), StoreError> {
+        let whole = self.temporary();
+        let stages = Stage::ALL.map(|stage| stage_temporary(&whole, stage));
+        for temporary in stages.into_iter().chain([whole]) {
+            match fs::remove_file(&temporary) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                    Err(error).at_file(&temporary, "remove what a killed process left")?;
+                }
+                _ => {}
+            }
+        }
+        linked::remove_orphans(&self.folder, &self.path, &self.layout);
+        Ok(())
+    }
+
+    /// Where the next state is written.
+    pub(super) fn temporary(&self) -> PathBuf {
+        hidden(&self.folder, &self.name, ".part")
     }
 
     /// The path of the run file, symbolic links resolved.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+}
+
+/// Where a stage that gets a file of its own is written, beside the temporary of the run file.
+pub(super) fn stage_temporary(temporary: &Path, stage: Stage) -> PathBuf {
+    let mut path = temporary.as_os_str().to_owned();
+    path.push(format!("-{stage}"));
+    path.into()
+}
+
+impl Drop for RunFile {
+    /// Unlocks at once, even while a process just forked still has a copy of the descriptor.
+    fn drop(&mut self) {
+        let _ = self.lock.unlock();
     }
 }
 

@@ -24,7 +24,8 @@ impl Reader {
     pub fn read_matrix(&self, path: &str) -> Result<SparseMatrix, StoreError> {
         let spec = self.spec(path, Kind::is_matrix, Kind::CscMatrix)?;
         let place = self.place(spec);
-        let group = self.file.group(spec.path).at(place, "open the matrix")?;
+        let file = &self.volume(spec.stage)?.file;
+        let group = file.group(spec.path).at(place, "open the matrix")?;
         let encoding = read_text(&group, place, "encoding-type")?;
         if encoding != spec.kind.tag() {
             return Err(place.mismatch(spec.kind.tag(), encoding));
@@ -53,18 +54,19 @@ impl Reader {
 
     fn part<T: Element>(&self, spec: &DatasetSpec, name: &str) -> Result<Vec<T>, StoreError> {
         let path = format!("{}/{name}", spec.path);
+        let volume = self.volume_of_object(spec.stage, &path)?;
         let place = Place {
-            file: &self.path,
+            file: &volume.path,
             dataset: &path,
         };
-        if !self.file.link_exists(&path) {
+        if !volume.holds(&path) {
             return Err(self.missing(&path, spec.stage));
         }
-        let dataset = open_dataset(&self.file, place, &T::type_descriptor())?;
+        let dataset = open_dataset(&volume.file, place, &T::type_descriptor())?;
         if dataset.ndim() != 1 {
             return Err(place.mismatch("a vector", format!("shape {:?}", dataset.shape())));
         }
-        bounds::check(&dataset, place, self.bytes)?;
+        bounds::check(&dataset, place, volume.bytes)?;
         dataset.read_raw().at(place, "read the values")
     }
 }
@@ -72,7 +74,8 @@ impl Reader {
 /// The attribute `shape` of a stored matrix: rows, columns.
 pub(super) fn shape(reader: &Reader, spec: &DatasetSpec) -> Result<[usize; 2], StoreError> {
     let place = reader.place(spec);
-    let group = reader.file.group(spec.path).at(place, "open the matrix")?;
+    let file = &reader.volume(spec.stage)?.file;
+    let group = file.group(spec.path).at(place, "open the matrix")?;
     let shape = to_indices(&read_numbers(&group, place, "shape")?, place)?;
     <[usize; 2]>::try_from(shape)
         .map_err(|shape| place.mismatch("two extents", format!("{shape:?}")))

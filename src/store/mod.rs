@@ -1,4 +1,4 @@
-//! The run file: one HDF5 file that holds every stage, described by one table.
+//! The run file: one HDF5 file that holds every stage, itself or by a link, described by one table.
 //!
 //! A [`Layout`] lists every dataset. [`RunFile::lock`] claims a file, [`Transaction`] changes it in one step,
 //! [`StageWriter`] and [`Reader`] move arrays across the border and hold them against the table, [`schema_json`] and
@@ -17,9 +17,12 @@ mod error;
 mod extents;
 mod header;
 mod inspect;
+mod kept;
 mod layout;
+mod linked;
 mod lock;
 mod matrix;
+mod part;
 mod place;
 mod reader;
 mod record;
@@ -31,12 +34,14 @@ mod table;
 #[cfg(test)]
 mod tests;
 mod transaction;
+mod volume;
+mod whereabouts;
 mod writer;
 
 pub use element::Element;
 pub use enumeration::StoredEnum;
 pub(crate) use enumeration::stored_enum;
-pub use error::{LayoutError, StoreError};
+pub use error::{LayoutError, LinkProblem, StoreError};
 pub use header::ROOT_ATTRIBUTES;
 pub use layout::{DatasetSpec, EnumSpec, Extent, Kind, Presence, Stage, Storage};
 pub use lock::{IfMissing, RunFile};
@@ -47,5 +52,5 @@ pub use schema_page::schema_page;
 pub use signals::install as install_signal_handlers;
 pub use sparse::{SparseMatrix, SparseView};
 pub use table::Layout;
-pub use transaction::Transaction;
+pub use transaction::{Home, Transaction};
 pub use writer::StageWriter;

@@ -1,6 +1,7 @@
 //! Reading a run file: every dataset is checked against the table and against its digest.
 
-use std::path::{Path, PathBuf};
+use std::collections::BTreeMap;
+use std::path::Path;
 
 use hdf5::H5Type;
 use hdf5::types::{TypeDescriptor, VarLenUnicode};
@@ -15,11 +16,12 @@ use super::element::Element;
 use super::enumeration::StoredEnum;
 use super::error::{LayoutError, StoreError};
 use super::extents::Sizes;
-use super::header;
 use super::layout::{DatasetSpec, Kind, Stage};
+use super::linked::Linked;
 use super::matrix;
-use super::place::{AtFile, AtPlace, Place};
+use super::place::{AtPlace, Place};
 use super::table::Layout;
+use super::volume::Volume;
 
 /// A run file opened for reading.
 ///
@@ -27,10 +29,9 @@ use super::table::Layout;
 /// first: after a new mesh, the datasets of a stale later stage are the ones that are refused.
 #[derive(Debug)]
 pub struct Reader {
-    pub(super) path: PathBuf,
-    pub(super) file: hdf5::File,
+    pub(super) home: Volume,
+    pub(super) linked: BTreeMap<Stage, Linked>,
     pub(super) layout: Layout,
-    pub(super) bytes: u64,
     sizes: Sizes,
 }
 
@@ -40,24 +41,29 @@ impl Reader {
     /// # Errors
     /// `NotFound`, `IsDirectory`, `NotHdf5`, `NotOurs`, `Version`, or `Damaged` for a truncated file.
     pub fn open(path: &Path, layout: Layout) -> Result<Self, StoreError> {
-        let file = header::open(path, &layout)?;
-        let bytes = std::fs::metadata(path)
-            .at_file(path, "look at the file")?
-            .len();
-        let mut reader = Reader {
-            path: path.into(),
-            file,
-            layout,
-            bytes,
-            sizes: Sizes::default(),
-        };
+        let mut reader = Self::open_state(path, layout)?;
+        if reader.linked.values().any(|linked| linked.volume.is_err()) {
+            // Another process may have committed, and removed that file, since we opened the run file.
+            reader = Self::open_state(path, layout)?;
+        }
         reader.sizes = reader.sizes_of(&Stage::ALL);
         Ok(reader)
     }
 
+    fn open_state(path: &Path, layout: Layout) -> Result<Self, StoreError> {
+        let home = Volume::open(path, &layout, layout.filetype)?;
+        let linked = |stage| Some((stage, Linked::open(&home, &layout, stage)?));
+        Ok(Reader {
+            linked: Stage::ALL.into_iter().filter_map(linked).collect(),
+            home,
+            layout,
+            sizes: Sizes::default(),
+        })
+    }
+
     /// The path of the file.
     pub fn path(&self) -> &Path {
-        &self.path
+        &self.home.path
     }
 
     /// Whether a dataset of the table is in the file.
@@ -87,7 +93,7 @@ impl Reader {
         match array.iter().position(|value| !value.is_finite()) {
             None => Ok(array),
             Some(index) => Err(StoreError::NotFinite {
-                file: self.path.clone(),
+                file: self.file_of(path).into(),
                 dataset: path.into(),
                 index,
                 found: array.iter().nth(index).copied().unwrap_or(f64::NAN),
@@ -126,7 +132,7 @@ impl Reader {
         let count = texts.len();
         texts.pop().filter(|_| count == 1).ok_or_else(|| {
             Place {
-                file: &self.path,
+                file: self.file_of(path),
                 dataset: path,
             }
             .mismatch("one text", format!("{count} texts"))
@@ -159,17 +165,7 @@ impl Reader {
     pub(super) fn sizes_of(&self, stages: &[Stage]) -> Sizes {
         let mut sizes = Sizes::default();
         for spec in stages.iter().flat_map(|&stage| self.layout.of_stage(stage)) {
-            let shape = if !self.holds(spec) {
-                None
-            } else if spec.kind.is_matrix() {
-                matrix::shape(self, spec).ok().map(Vec::from)
-            } else {
-                self.file
-                    .dataset(spec.path)
-                    .and_then(|dataset| dataset.get_shape())
-                    .ok()
-            };
-            if let Some(shape) = shape {
+            if let Some(shape) = self.shape(spec) {
                 // A dataset that contradicts an upstream one is refused when it is read.
                 let _ = sizes.bind(spec, &shape);
             }
@@ -177,31 +173,16 @@ impl Reader {
         sizes
     }
 
-    pub(super) fn place<'a>(&'a self, spec: &DatasetSpec) -> Place<'a> {
-        Place {
-            file: &self.path,
-            dataset: spec.path,
+    /// The shape of a dataset that is there and can be opened.
+    fn shape(&self, spec: &DatasetSpec) -> Option<Vec<usize>> {
+        if !self.holds(spec) {
+            return None;
         }
-    }
-
-    /// Whether every group on the way, and the dataset itself, is linked.
-    pub(super) fn holds(&self, spec: &DatasetSpec) -> bool {
-        let ends = spec
-            .path
-            .match_indices('/')
-            .map(|(end, _)| end)
-            .skip(1)
-            .chain([spec.path.len()]);
-        ends.into_iter()
-            .all(|end| self.file.link_exists(&spec.path[..end]))
-    }
-
-    pub(super) fn missing(&self, dataset: &str, stage: Stage) -> StoreError {
-        StoreError::Missing {
-            file: self.path.clone(),
-            dataset: dataset.into(),
-            stage,
+        if spec.kind.is_matrix() {
+            return matrix::shape(self, spec).ok().map(Vec::from);
         }
+        let dataset = self.volume(spec.stage).ok()?.file.dataset(spec.path).ok()?;
+        dataset.get_shape().ok()
     }
 
     /// The row of a path, if it holds the kind that is asked for.
@@ -224,7 +205,10 @@ impl Reader {
             }
             .into());
         }
-        if !self.holds(spec) {
+        if !self
+            .volume_of_object(spec.stage, spec.path)?
+            .holds(spec.path)
+        {
             return Err(self.missing(spec.path, spec.stage));
         }
         Ok(spec)
@@ -246,7 +230,7 @@ impl Reader {
         spec: &DatasetSpec,
         expected: &TypeDescriptor,
     ) -> Result<hdf5::Dataset, StoreError> {
-        open_dataset(&self.file, self.place(spec), expected)
+        open_dataset(&self.volume(spec.stage)?.file, self.place(spec), expected)
     }
 
     fn checked_shape(
@@ -257,7 +241,7 @@ impl Reader {
         let place = self.place(spec);
         let shape = dataset.get_shape().at(place, "read the shape")?;
         self.check_shape(spec, &shape)?;
-        bounds::check(dataset, place, self.bytes)?;
+        bounds::check(dataset, place, self.volume(spec.stage)?.bytes)?;
         Ok(shape)
     }
 

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::header::ROOT_ATTRIBUTES;
+use super::header::{LINKED_STAGES, ROOT_ATTRIBUTES};
 use super::layout::{DatasetSpec, Extent, Kind, Presence, Stage, Storage};
 use super::record::STAGE_ATTRIBUTES;
 use super::table::Layout;
@@ -63,6 +63,8 @@ pub fn schema_json(layout: &Layout) -> String {
         "filetype": layout.filetype,
         "format_version": layout.format_version,
         "root_attributes": triples(ROOT_ATTRIBUTES),
+        "linked_filetype": layout.linked_filetype,
+        "linked_stages": LINKED_STAGES,
         "stages": groups,
         "stage_attributes": triples(STAGE_ATTRIBUTES),
         "dataset_attributes": triples(DATASET_ATTRIBUTES),

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::header::ROOT_ATTRIBUTES;
+use super::header::{LINKED_STAGES, ROOT_ATTRIBUTES};
 use super::layout::{DatasetSpec, Kind, Presence, Stage, Storage};
 use super::record::STAGE_ATTRIBUTES;
 use super::schema::{DATASET_ATTRIBUTES, MATRIX_ATTRIBUTES, MATRIX_MEMBERS};
@@ -17,6 +17,12 @@ pub fn schema_page(layout: &Layout) -> String {
         layout.filetype
     );
     attributes(&mut page, "Attributes of the root", ROOT_ATTRIBUTES);
+    heading(&mut page, "Stages in files of their own");
+    let _ = write!(
+        page,
+        "{LINKED_STAGES} Its file type is `{}`.\n\n",
+        layout.linked_filetype
+    );
     attributes(
         &mut page,
         "Attributes of every stage group",

@@ -9,6 +9,8 @@ use super::layout::{DatasetSpec, Presence, Stage};
 pub struct Layout {
     /// Value of the root attribute `filetype`.
     pub filetype: &'static str,
+    /// Value of the root attribute `filetype` of a file beside the run file that holds one stage.
+    pub linked_filetype: &'static str,
     /// Value of the root attribute `format_version`: major, minor.
     pub format_version: [i64; 2],
     /// Value of the root attribute `creator`: program and version.

@@ -1,39 +1,58 @@
 //! A change of a run file: written beside it, then put in its place in one step, or not at all.
 
-use std::fs::{self, File};
-use std::io;
-
-use std::path::Path;
-
-use hdf5_metno as hdf5;
+use std::path::{Path, PathBuf};
 
 use super::error::{LayoutError, StoreError};
 use super::extents::Sizes;
-use super::header;
+use super::kept;
 use super::layout::Stage;
-use super::lock::RunFile;
-use super::place::{AtFile, AtPlace, Place};
+use super::linked::{self, LinkedName};
+use super::lock::{RunFile, stage_temporary};
+use super::part::{Part, replaceable, sync_folder};
+use super::place::{AtPlace, Place};
 use super::reader::Reader;
-use super::signals::Temporary;
 use super::table::Layout;
 use super::writer::StageWriter;
+
+/// The file a stage is kept in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Home {
+    /// The run file itself.
+    RunFile,
+    /// A file beside the run file, which owns it and removes it when it needs it no more.
+    Beside,
+    /// A file beside the run file that any run file of the folder may use and none removes.
+    Shared,
+}
 
 /// A new state of a run file, in the hidden file `.NAME.part`; dropping it leaves the run file as it was.
 ///
 /// New groups are written to an empty file and the groups that stay are copied at the commit, object by object:
-/// the file never holds dead space, however often a stage runs again.
+/// the file never holds dead space, however often a stage runs again. A stage in a file of its own is written once
+/// and only linked again.
 #[derive(Debug)]
 pub struct Transaction {
-    // Declared before the temporary, so that HDF5 lets go of the file before it is removed.
-    file: hdf5::File,
+    run_file: Part,
+    beside: Vec<Beside>,
     previous: Option<Reader>,
     replaced: Vec<Stage>,
+    embed: bool,
     unfinished: Option<Stage>,
     sizes: Sizes,
     layout: Layout,
-    target: std::path::PathBuf,
-    folder: std::path::PathBuf,
-    temporary: Temporary,
+    target: PathBuf,
+    folder: PathBuf,
+    temporary: PathBuf,
+}
+
+/// A stage being written to a file of its own.
+#[derive(Debug)]
+struct Beside {
+    stage: Stage,
+    part: Part,
+    owner: Option<String>,
+    /// Known once the stage is finished.
+    name: Option<LinkedName>,
 }
 
 impl Transaction {
@@ -48,23 +67,18 @@ impl Transaction {
             Err(StoreError::NotFound { .. }) => None,
             Err(error) => return Err(error),
         };
-        if let Some(previous) = &previous {
-            let metadata =
-                fs::metadata(previous.path()).at_file(previous.path(), "look at the file")?;
-            if metadata.permissions().readonly() {
-                let refused = Err(io::Error::from(io::ErrorKind::PermissionDenied));
-                return refused.at_file(previous.path(), "replace a write-protected file");
-            }
-        }
-        let temporary = Temporary::new(run_file.temporary.clone());
-        let file = header::create(temporary.path(), &run_file.layout)?;
+        replaceable(&run_file.path)?;
+        let layout = run_file.layout;
+        let temporary = run_file.temporary();
         Ok(Transaction {
-            file,
+            run_file: Part::create(temporary.clone(), &layout, layout.filetype)?,
+            beside: Vec::new(),
             previous,
             replaced: Vec::new(),
+            embed: false,
             unfinished: None,
             sizes: Sizes::default(),
-            layout: run_file.layout,
+            layout,
             target: run_file.path.clone(),
             folder: run_file.folder.clone(),
             temporary,
@@ -78,15 +92,17 @@ impl Transaction {
 
     /// Begins to write a stage in place of what the file held of it.
     ///
-    /// Symbolic sizes must agree with the upstream stages that stay and with the stages already written.
+    /// Symbolic sizes must agree with the upstream stages that stay and with the stages already written. A run file
+    /// whose name is not UTF-8 keeps all its stages itself, since no link could lead from or to it.
     ///
     /// # Errors
     /// `Internal` if the stage was written before or another one is unfinished.
-    pub fn stage(&mut self, stage: Stage) -> Result<StageWriter<'_>, StoreError> {
+    pub fn stage(&mut self, stage: Stage, home: Home) -> Result<StageWriter<'_>, StoreError> {
         if let Some(stage) = self.unfinished {
             return Err(LayoutError::NotFinished { stage }.into());
         }
-        if self.file.link_exists(stage.group()) {
+        let written_beside = self.beside.iter().any(|beside| beside.stage == stage);
+        if written_beside || self.run_file.file.link_exists(stage.group()) {
             return Err(LayoutError::Twice {
                 path: stage.group().into(),
             }
@@ -98,8 +114,21 @@ impl Transaction {
             file: &self.target,
             dataset: stage.group(),
         };
-        let group = self
-            .file
+        let name = self.target.file_name().and_then(|name| name.to_str());
+        let file = match (home, name) {
+            (Home::RunFile, _) | (_, None) => &self.run_file.file,
+            (Home::Beside | Home::Shared, Some(name)) => {
+                let temporary = stage_temporary(&self.temporary, stage);
+                self.beside.push(Beside {
+                    stage,
+                    part: Part::create(temporary, &self.layout, self.layout.linked_filetype)?,
+                    owner: (home == Home::Beside).then(|| name.to_owned()),
+                    name: None,
+                });
+                &self.beside[self.beside.len() - 1].part.file
+            }
+        };
+        let group = file
             .create_group_builder()
             .obj_track_times(false)
             .create(stage.group())
@@ -115,50 +144,44 @@ impl Transaction {
         }
     }
 
+    /// Takes the stages that were kept in files of their own, and stay, into the run file.
+    pub fn embed_linked(&mut self) {
+        self.embed = true;
+    }
+
     /// Puts the new state in the place of the old one, safe against loss of power.
+    ///
+    /// Files of stages come first: until the run file itself is renamed, its old state is whole.
     ///
     /// # Errors
     /// `Internal` if a stage is unfinished; `Hdf5` or `Io` if copying, closing, syncing or renaming fails, with the
-    /// old state kept.
+    /// old state kept; `ForeignLink` for a link in the root that this program did not make.
     pub fn commit(self) -> Result<(), StoreError> {
         if let Some(stage) = self.unfinished {
             return Err(LayoutError::NotFinished { stage }.into());
         }
-        self.copy_kept_groups()?;
-        let Transaction {
-            file,
-            previous,
-            temporary,
-            target,
-            folder,
-            ..
-        } = self;
-        file.close().at(
-            Place {
-                file: temporary.path(),
-                dataset: "/",
-            },
-            "close the temporary file",
-        )?;
-        if let Some(previous) = previous {
-            let permissions = fs::metadata(&target)
-                .at_file(&target, "look at the file")?
-                .permissions();
-            fs::set_permissions(temporary.path(), permissions)
-                .at_file(&target, "keep the permissions")?;
-            drop(previous);
+        let file = &self.run_file.file;
+        if let Some(previous) = &self.previous {
+            kept::carry_over(previous, &self.replaced, self.embed, file)?;
         }
-        let written =
-            File::open(temporary.path()).at_file(temporary.path(), "open the temporary file")?;
-        written
-            .sync_all()
-            .at_file(temporary.path(), "sync the temporary file")?;
-        temporary
-            .publish(&target)
-            .at_file(&target, "rename the temporary file")?;
-        File::open(&folder)
-            .and_then(|folder| folder.sync_all())
-            .at_file(&folder, "sync the folder")
+        let permissions = replaceable(&self.target)?;
+        let place = Place {
+            file: &self.target,
+            dataset: "/",
+        };
+        for beside in self.beside {
+            let Some(name) = beside.name else { continue };
+            linked::join(file, place, beside.stage, &name)?;
+            let target = self.folder.join(name.to_string());
+            replaceable(&target)?;
+            beside.part.publish(&target, permissions.clone())?;
+            sync_folder(&self.folder)?;
+        }
+        drop(self.previous);
+        self.run_file.publish(&self.target, permissions)?;
+        sync_folder(&self.folder)?;
+        linked::remove_orphans(&self.folder, &self.target, &self.layout);
+        Ok(())
     }
 
     pub(super) fn layout(&self) -> Layout {
@@ -173,8 +196,14 @@ impl Transaction {
         &mut self.sizes
     }
 
-    pub(super) fn stage_finished(&mut self) {
-        self.unfinished = None;
+    pub(super) fn stage_finished(&mut self, digest: &str) {
+        let stage = self.unfinished.take();
+        for beside in &mut self.beside {
+            if Some(beside.stage) == stage {
+                let name = LinkedName::new(beside.owner.as_deref(), beside.stage, digest);
+                beside.name = Some(name);
+            }
+        }
     }
 
     fn learn_upstream_sizes(&mut self, stage: Stage) {
@@ -186,36 +215,5 @@ impl Transaction {
             .filter(|other| *other < stage && !self.replaced.contains(other))
             .collect();
         self.sizes.adopt(previous.sizes_of(&kept));
-    }
-
-    fn copy_kept_groups(&self) -> Result<(), StoreError> {
-        let Some(previous) = &self.previous else {
-            return Ok(());
-        };
-        let place = Place {
-            file: previous.path(),
-            dataset: "/",
-        };
-        for name in previous.file.member_names().at(place, "list the groups")? {
-            if self.replaced.iter().any(|stage| stage.group() == name) {
-                continue;
-            }
-            let place = Place {
-                dataset: &name,
-                ..place
-            };
-            let info = previous
-                .file
-                .loc_info_by_name(&name)
-                .at(place, "find the group")?;
-            let object = previous
-                .file
-                .open_by_token(info.token)
-                .at(place, "open the group")?;
-            object
-                .copy_to(&self.file, &name)
-                .at(place, "copy the group")?;
-        }
-        Ok(())
     }
 }

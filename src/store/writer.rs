@@ -179,7 +179,7 @@ impl<'t> StageWriter<'t> {
         let stable = self.digests.iter().filter(|(_, (_, volatile))| !volatile);
         let digest = of_stage(stable.map(|(path, (digest, _))| (*path, digest.as_str())));
         record::write(&self.group, self.stage_place(), record, &digest)?;
-        self.transaction.stage_finished();
+        self.transaction.stage_finished(&digest);
         Ok(digest)
     }
 

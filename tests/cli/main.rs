@@ -2,5 +2,6 @@
 
 mod errors;
 mod interruption;
+mod linked_assembly;
 mod program;
 mod stages;

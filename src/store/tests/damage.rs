@@ -6,7 +6,7 @@ use std::path::Path;
 use hdf5_metno as hdf5;
 
 use super::sample::*;
-use crate::store::{IfMissing, Layout, Reader, RunFile, Stage, StoreError};
+use crate::store::{Home, IfMissing, Layout, Reader, RunFile, Stage, StoreError};
 
 fn edit(file: &Path, change: impl Fn(&hdf5::File)) {
     change(&hdf5::File::open_rw(file).unwrap());
@@ -144,7 +144,7 @@ fn not_finite_is_refused_where_asked() {
     let (_folder, file) = folder();
     let run_file = lock(&file).unwrap();
     let mut transaction = crate::store::Transaction::begin(&run_file).unwrap();
-    let writer = transaction.stage(Stage::Solve).unwrap();
+    let writer = transaction.stage(Stage::Solve, Home::RunFile).unwrap();
     write_solve(writer, 5, &[1.0, f64::NAN]).unwrap();
     transaction.commit().unwrap();
     let error = open(&file)

@@ -2,6 +2,7 @@
 
 mod damage;
 mod kills;
+mod linked;
 mod round_trip;
 mod rules;
 mod sample;

@@ -5,7 +5,7 @@ use ndarray::Array2;
 use proptest::prelude::*;
 
 use super::sample::*;
-use crate::store::{Kind, SparseMatrix, Stage, StoreError, Transaction};
+use crate::store::{Home, Kind, SparseMatrix, Stage, StoreError, Transaction};
 
 #[test]
 fn every_kind_comes_back() {
@@ -124,7 +124,7 @@ fn arrays_of_any_memory_order_and_empty_ones_come_back() {
     let (_folder, file) = folder();
     let run_file = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&run_file).unwrap();
-    let mut writer = transaction.stage(Stage::Mesh).unwrap();
+    let mut writer = transaction.stage(Stage::Mesh, Home::RunFile).unwrap();
     let coordinates =
         Array2::from_shape_fn((3, 4), |(axis, node)| (10 * axis + node) as f64).reversed_axes();
     writer
@@ -150,7 +150,7 @@ fn highly_compressible_values_are_not_taken_for_damage() {
     let (_folder, file) = folder();
     let run_file = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&run_file).unwrap();
-    let mut writer = transaction.stage(Stage::Mesh).unwrap();
+    let mut writer = transaction.stage(Stage::Mesh, Home::RunFile).unwrap();
     let n = 1_000_000;
     writer
         .write("/mesh/coordinates", &vec![0.0; 3 * n], &[n, 3])
@@ -178,7 +178,7 @@ fn vtk_attributes_are_fixed_length_ascii() {
     let (_folder, file) = folder();
     let run_file = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&run_file).unwrap();
-    let mut writer = transaction.stage(Stage::Vtk).unwrap();
+    let mut writer = transaction.stage(Stage::Vtk, Home::RunFile).unwrap();
     writer
         .write_ascii_attribute("Type", b"UnstructuredGrid")
         .unwrap();
@@ -207,7 +207,7 @@ proptest! {
         let run_file = lock(&file).unwrap();
         let values: Vec<f64> = bits.iter().flat_map(|&bits| [f64::from_bits(bits); 3]).collect();
         let mut transaction = Transaction::begin(&run_file).unwrap();
-        let mut writer = transaction.stage(Stage::Mesh).unwrap();
+        let mut writer = transaction.stage(Stage::Mesh, Home::RunFile).unwrap();
         writer.write("/mesh/coordinates", &values, &[bits.len(), 3]).unwrap();
         writer.write_indices("/mesh/cells", &[], &[0, 4]).unwrap();
         writer.write("/mesh/offsets", &[0_i64], &[1]).unwrap();

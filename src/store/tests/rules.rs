@@ -2,8 +2,8 @@
 
 use super::sample::*;
 use crate::store::{
-    DatasetSpec, Extent, Kind, Layout, LayoutError, SparseView, Stage, StageWriter, StoreError,
-    Transaction, schema_json, schema_page,
+    DatasetSpec, Extent, Home, Kind, Layout, LayoutError, SparseView, Stage, StageWriter,
+    StoreError, Transaction, schema_json, schema_page,
 };
 
 /// The error of one call on a writer of a stage over a file with a mesh of 5 nodes.
@@ -15,7 +15,7 @@ fn refused(
     save_mesh(&file, 5);
     let run_file = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&run_file).unwrap();
-    let mut writer = transaction.stage(stage).unwrap();
+    let mut writer = transaction.stage(stage, Home::RunFile).unwrap();
     match call(&mut writer) {
         Err(StoreError::Internal(error)) => error,
         other => panic!("{other:?}"),
@@ -126,7 +126,7 @@ fn a_stage_ends_with_all_its_required_datasets() {
     let (_folder, file) = folder();
     let run_file = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&run_file).unwrap();
-    let mut writer = transaction.stage(Stage::Mesh).unwrap();
+    let mut writer = transaction.stage(Stage::Mesh, Home::RunFile).unwrap();
     writer.write("/mesh/tags", &[1_u8], &[1]).unwrap();
     let Err(StoreError::Internal(LayoutError::NotWritten { missing, .. })) =
         writer.finish(&record())

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 use crate::store::{
-    DatasetSpec, EnumSpec, Extent, IfMissing, Kind, Layout, Reader, RunFile, SparseMatrix, Stage,
-    StageRecord, StageWriter, StoreError, StoredEnum, Transaction, stored_enum,
+    DatasetSpec, EnumSpec, Extent, Home, IfMissing, Kind, Layout, Reader, RunFile, SparseMatrix,
+    Stage, StageRecord, StageWriter, StoreError, StoredEnum, Transaction, stored_enum,
 };
 
 stored_enum! {
@@ -102,6 +102,7 @@ const SOLVE: &[DatasetSpec] = &[
 /// The sample format.
 pub(super) const SAMPLE: Layout = Layout {
     filetype: "sample run",
+    linked_filetype: "sample stage",
     format_version: [1, 2],
     creator: "sample 0.1",
     tables: &[MESH, SOLVE],
@@ -189,7 +190,11 @@ pub(super) fn lock(file: &Path) -> Result<RunFile, StoreError> {
 pub(super) fn save_mesh(file: &Path, n_nodes: usize) -> String {
     let lock = lock(file).unwrap();
     let mut transaction = Transaction::begin(&lock).unwrap();
-    let digest = write_mesh(transaction.stage(Stage::Mesh).unwrap(), n_nodes).unwrap();
+    let digest = write_mesh(
+        transaction.stage(Stage::Mesh, Home::RunFile).unwrap(),
+        n_nodes,
+    )
+    .unwrap();
     transaction.commit().unwrap();
     digest
 }
@@ -197,7 +202,12 @@ pub(super) fn save_mesh(file: &Path, n_nodes: usize) -> String {
 pub(super) fn save_solve(file: &Path, n_nodes: usize, seconds: &[f64]) -> String {
     let lock = lock(file).unwrap();
     let mut transaction = Transaction::begin(&lock).unwrap();
-    let digest = write_solve(transaction.stage(Stage::Solve).unwrap(), n_nodes, seconds).unwrap();
+    let digest = write_solve(
+        transaction.stage(Stage::Solve, Home::RunFile).unwrap(),
+        n_nodes,
+        seconds,
+    )
+    .unwrap();
     transaction.commit().unwrap();
     digest
 }

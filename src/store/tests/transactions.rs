@@ -3,7 +3,7 @@
 use std::fs;
 
 use super::sample::*;
-use crate::store::{Stage, StoreError, Transaction};
+use crate::store::{Home, Stage, StoreError, Transaction};
 
 #[test]
 fn dropping_a_transaction_leaves_the_old_state_and_no_temporary() {
@@ -12,7 +12,7 @@ fn dropping_a_transaction_leaves_the_old_state_and_no_temporary() {
     let before = fs::read(&file).unwrap();
     let run_file = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&run_file).unwrap();
-    let mut writer = transaction.stage(Stage::Mesh).unwrap();
+    let mut writer = transaction.stage(Stage::Mesh, Home::RunFile).unwrap();
     writer.write("/mesh/tags", &[1_u8; 4], &[4]).unwrap();
     assert!(folder.path().join(".run.h5.part").exists());
     drop(transaction);
@@ -32,7 +32,7 @@ fn what_a_killed_process_leaves_is_harmless_and_removed() {
     drop(run_file);
     let run_file = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&run_file).unwrap();
-    let mut writer = transaction.stage(Stage::Mesh).unwrap();
+    let mut writer = transaction.stage(Stage::Mesh, Home::RunFile).unwrap();
     writer.write("/mesh/tags", &[1_u8; 4], &[4]).unwrap();
     std::mem::forget(transaction);
     open(&file).unwrap().check_stage(Stage::Mesh).unwrap();

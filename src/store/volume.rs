@@ -1,0 +1,96 @@
+//! One HDF5 file opened for reading: the run file, or the file beside it that holds one stage.
+
+use std::path::{Path, PathBuf};
+
+use hdf5::{IndexType, IterationOrder, LinkType, LocationType};
+use hdf5_metno as hdf5;
+
+use super::error::StoreError;
+use super::header;
+use super::layout::Stage;
+use super::place::{AtFile, AtPlace, Place};
+use super::table::Layout;
+
+/// An open file with what is needed to judge its contents.
+#[derive(Debug)]
+pub(super) struct Volume {
+    pub(super) path: PathBuf,
+    pub(super) file: hdf5::File,
+    /// Length of the file.
+    pub(super) bytes: u64,
+    /// Paths of all soft and external links, which are never followed.
+    links: Vec<String>,
+}
+
+impl Volume {
+    /// Opens a file and checks its root attributes; errors as for [`super::Reader::open`].
+    pub(super) fn open(
+        path: &Path,
+        layout: &Layout,
+        filetype: &'static str,
+    ) -> Result<Self, StoreError> {
+        let file = header::open(path, layout, filetype)?;
+        let bytes = std::fs::metadata(path)
+            .at_file(path, "look at the file")?
+            .len();
+        let place = Place {
+            file: path,
+            dataset: "/",
+        };
+        let links = links(&file).at(place, "list the links")?;
+        Ok(Volume {
+            path: path.into(),
+            file,
+            bytes,
+            links,
+        })
+    }
+
+    /// The soft or external link that lies on the way to a path.
+    pub(super) fn link_on_the_way(&self, path: &str) -> Option<&str> {
+        let leads = |link: &&String| {
+            path.strip_prefix(link.as_str())
+                .is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+        };
+        self.links.iter().find(leads).map(String::as_str)
+    }
+
+    /// A soft or external link inside the group of a stage.
+    pub(super) fn link_below(&self, stage: Stage) -> Option<&str> {
+        let inside = format!("/{stage}/");
+        let mut links = self.links.iter().map(String::as_str);
+        links.find(|link| link.starts_with(&inside))
+    }
+
+    /// Whether every group on the way, and the object itself, is in this file.
+    pub(super) fn holds(&self, path: &str) -> bool {
+        let mut ends = path
+            .match_indices('/')
+            .map(|(end, _)| end)
+            .skip(1)
+            .chain([path.len()]);
+        self.link_on_the_way(path).is_none() && ends.all(|end| self.file.link_exists(&path[..end]))
+    }
+}
+
+/// Walks the groups of a file, each once, along hard links.
+fn links(file: &hdf5::File) -> hdf5::Result<Vec<String>> {
+    let mut found = Vec::new();
+    let mut seen = vec![file.loc_info()?.token];
+    let mut groups = vec![(String::new(), file.group("/")?)];
+    while let Some((path, group)) = groups.pop() {
+        for (name, info) in group.links(IndexType::Name, IterationOrder::Native)? {
+            let path = format!("{path}/{name}");
+            if info.link_type != LinkType::Hard {
+                found.push(path);
+                continue;
+            }
+            let info = group.loc_info_by_name(&name)?;
+            if info.loc_type == LocationType::Group && !seen.contains(&info.token) {
+                seen.push(info.token);
+                groups.push((path, group.group(&name)?));
+            }
+        }
+    }
+    Ok(found)
+}
