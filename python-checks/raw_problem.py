@@ -66,7 +66,7 @@ class RawProblem:
     @property
     def gap(self) -> float:
         """Initial gap d in m."""
-        return self.scene["contact"]["gap"]
+        return self.scene["contact"].get("gap", 0.0)
 
     @property
     def normal(self) -> np.ndarray:

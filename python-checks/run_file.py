@@ -93,6 +93,12 @@ def enum_members(dataset: h5py.Dataset) -> dict[str, int]:
     return members
 
 
+def facet_faces(mesh: h5py.Group) -> np.ndarray:
+    """The name of the face of every boundary triangle."""
+    names = mesh["face_names"].asstr()[()].split("\n")
+    return np.array(names)[mesh["facet_face"][:]]
+
+
 def read_enum(dataset: h5py.Dataset) -> np.ndarray:
     """The names in an enumeration dataset, in its shape."""
     names = {code: name for name, code in enum_members(dataset).items()}

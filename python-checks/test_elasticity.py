@@ -15,7 +15,7 @@ from skfem import (
 )
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from run_file import read_enum
+from run_file import facet_faces
 
 
 def face_plane(scene: dict, face: str) -> tuple[int, float, float]:
@@ -127,7 +127,7 @@ def test_mesh_is_conforming(run, problem):
 def test_boundary_faces_and_areas(run, problem):
     """Triangles lie on their faces, look outward and cover each face once."""
     size = np.array(problem.scene["body"]["brick"]["size"])
-    facets, names = run["mesh/facets"][:], read_enum(run["mesh/facet_face"])
+    facets, names = run["mesh/facets"][:], facet_faces(run["mesh"])
     for face in ("x_min", "x_max", "y_min", "y_max", "z_min", "z_max"):
         members = facets[names == face]
         axis, place, sign = face_plane(problem.scene, face)
@@ -142,7 +142,7 @@ def test_boundary_faces_and_areas(run, problem):
 
 def test_contact_surface(run, problem):
     contact = problem.scene["contact"]["face"]
-    names = read_enum(run["mesh/facet_face"])
+    names = facet_faces(run["mesh"])
     contact_facets = run["mesh/contact_facets"][:]
     assert set(contact_facets) == set(np.flatnonzero(names == contact))
     triangles = run["mesh/facets"][:][contact_facets]

@@ -57,7 +57,7 @@ def add_link(file):
 
 
 def remove_dataset(file):
-    del file["post/margin"]
+    del file["post/von_mises"]
 
 
 def remove_matrix_member(file):
@@ -121,7 +121,7 @@ TAMPERED = {
     add_group: "/post/extra: not in the schema",
     add_root_group: "/notes: not in the schema",
     add_link: "/post/zones: is a link",
-    remove_dataset: "/post/margin: missing",
+    remove_dataset: "/post/von_mises: missing",
     remove_matrix_member: "/mesh/pane_average/indptr: missing",
     change_fixed_size: "/post/zone_counts: 3 is 4",
     change_symbolic_size: "/solve/slip_bound: n_panes is 13, but 12",

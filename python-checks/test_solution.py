@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from run_file import read_enum
+from run_file import facet_faces, read_enum
 
 # Values that are a few roundings of their own size away from ours.
 ROUNDING = 1e-13
@@ -62,7 +62,7 @@ def nodal_forces(run, problem, gradients, stress):
     shares = np.einsum("e,eij,eaj->eai", volumes, stress, hats)
     np.add.at(internal, problem.tetrahedra, shares)
     applied = np.zeros(shape)
-    facets, faces = run["mesh/facets"][:], read_enum(run["mesh/facet_face"])
+    facets, faces = run["mesh/facets"][:], facet_faces(run["mesh"])
     for traction in problem.scene["traction"]:
         for nodes in facets[faces == traction["face"]]:
             a, b, c = problem.coordinates[nodes]
