@@ -82,26 +82,18 @@ fn factor_reproduces_the_permuted_matrix() {
 #[test]
 fn solves_have_small_residuals() {
     let (stiffness, factor) = stiffness_and_factor(6);
-    let b = noise(5 * stiffness.cols, 7);
-    let mut many = b.clone();
-    factor.solve_many(&mut many);
     let mut work = Workspace::default();
-    for (b, x_many) in b
-        .chunks_exact(stiffness.cols)
-        .zip(many.chunks_exact(stiffness.cols))
-    {
+    for b in noise(5 * stiffness.cols, 7).chunks_exact(stiffness.cols) {
         let mut x = b.to_vec();
         factor.solve_in_place(&mut x, &mut work);
-        for x in [&x[..], x_many] {
-            let mut product = vec![0.0; b.len()];
-            stiffness.mul(x, &mut product);
-            // relative residual ≈ rounding × ‖A‖‖x‖/‖b‖, which 1e-12 allows to be some thousands
-            assert!(
-                distance(&product, b) < 1e-12 * norm(b),
-                "{}",
-                distance(&product, b) / norm(b)
-            );
-        }
+        let mut product = vec![0.0; b.len()];
+        stiffness.mul(&x, &mut product);
+        // relative residual ≈ rounding × ‖A‖‖x‖/‖b‖, which 1e-12 allows to be some thousands
+        assert!(
+            distance(&product, b) < 1e-12 * norm(b),
+            "{}",
+            distance(&product, b) / norm(b)
+        );
     }
 }
 
@@ -134,20 +126,6 @@ fn reached_solve_equals_the_full_solve() {
 }
 
 #[test]
-fn forward_solve_gives_the_energy() {
-    let (_, factor) = stiffness_and_factor(4);
-    let b = noise(factor.size(), 11);
-    let mut work = Workspace::default();
-    let w = factor.forward_solve(&b, &mut work);
-    let mut x = b.clone();
-    factor.solve_in_place(&mut x, &mut work);
-    let energy: f64 = b.iter().zip(&x).map(|(b, x)| b * x).sum();
-    let square: f64 = w.iter().map(|w| w * w).sum();
-    // bᵀA⁻¹b = ‖L⁻¹Pb‖², two roundings of sums of a few thousand terms
-    assert!((square - energy).abs() < 1e-12 * energy);
-}
-
-#[test]
 fn factor_has_the_same_bits_at_one_and_two_threads() {
     let brick = Brick::new(8);
     let stiffness = brick.stiffness();
@@ -155,19 +133,6 @@ fn factor_has_the_same_bits_at_one_and_two_threads() {
     let one = CholeskyFactor::factorise(&stiffness, order.clone(), 1).expect("positive definite");
     let two = CholeskyFactor::factorise(&stiffness, order, 2).expect("positive definite");
     assert!(one == two);
-    let pool = |threads| {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .expect("pool")
-    };
-    let b = noise(70 * one.size(), 2);
-    let solve = |threads| {
-        let mut x = b.clone();
-        pool(threads).install(|| one.solve_many(&mut x));
-        x
-    };
-    assert!(solve(1) == solve(2));
 }
 
 #[test]
@@ -257,5 +222,4 @@ fn empty_system_is_solved() {
     let empty = CscMatrix::new(0, 0, vec![0], vec![], vec![]).expect("valid");
     let factor = CholeskyFactor::factorise(&empty, vec![], 1).expect("empty");
     factor.solve_in_place(&mut [], &mut Workspace::default());
-    factor.solve_many(&mut []);
 }

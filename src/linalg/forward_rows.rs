@@ -116,25 +116,4 @@ impl ForwardRows<'_> {
         }
         tile
     }
-
-    /// The products Wᵀw with a forward solution w = L⁻¹Pl in the new numbering ([`CholeskyFactor::forward_solve`]): h = BA⁻¹l.
-    ///
-    /// # Panics
-    /// When w does not have one entry per unknown.
-    pub fn products_with(&self, w: &[f64]) -> Vec<f64> {
-        assert_eq!(
-            w.len(),
-            self.factor.size(),
-            "length of the forward solution"
-        );
-        let mut result = vec![0.0; self.order.len()];
-        for part in &self.half_solved.parts {
-            let own = &w[self.factor.columns_of_supernode(part.supernode)];
-            for (&column, values) in part.columns.iter().zip(part.values.chunks_exact(own.len())) {
-                result[self.order[column]] +=
-                    values.iter().zip(own).map(|(a, b)| a * b).sum::<f64>();
-            }
-        }
-        result
-    }
 }

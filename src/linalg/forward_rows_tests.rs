@@ -78,26 +78,6 @@ fn products_equal_solves_column_by_column() {
 }
 
 #[test]
-fn dual_right_hand_side_equals_a_solve() {
-    let Case {
-        coupling, factor, ..
-    } = case(6);
-    let load: Vec<f64> = (0..factor.size())
-        .map(|i| ((i * 37) % 101) as f64 - 50.0)
-        .collect();
-    let mut work = Workspace::default();
-    let half = factor.forward_solve(&load, &mut work);
-    let mut displacement = load;
-    factor.solve_in_place(&mut displacement, &mut work);
-    let mut expected = vec![0.0; coupling.rows];
-    coupling.mul(&displacement, &mut expected);
-    assert_close(
-        &factor.forward_rows(&coupling).products_with(&half),
-        &expected,
-    );
-}
-
-#[test]
 fn products_have_the_same_bits_at_one_and_two_threads() {
     let Case {
         coupling,

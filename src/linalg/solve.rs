@@ -31,19 +31,6 @@ impl CholeskyFactor {
         }
     }
 
-    /// Forward substitution y = L⁻¹ P b alone; y is in the new numbering.
-    ///
-    /// # Panics
-    /// When b does not have one entry per unknown.
-    pub fn forward_solve(&self, b: &[f64], work: &mut Workspace) -> Vec<f64> {
-        assert_eq!(b.len(), self.size(), "length of the right-hand side");
-        work.permuted.clear();
-        work.permuted
-            .extend(self.permutation.iter().map(|&old| b[old]));
-        self.forward(0..self.supernodes(), work);
-        std::mem::take(&mut work.permuted)
-    }
-
     /// L⁻¹ on `work.permuted` over the given ascending supernodes.
     pub(super) fn forward(&self, supernodes: impl Iterator<Item = usize>, work: &mut Workspace) {
         for s in supernodes {
