@@ -13,6 +13,9 @@ pub struct ContactFrame {
     pub normal: [f64; 3],
     /// (t₁, t₂): one pair for the whole face, or one for each contact node.
     pub axes: Vec<[[f64; 3]; 2]>,
+    /// A pair that does not turn, to draw in: the frame itself where it is the same everywhere,
+    /// otherwise that of a scene without `axis_1` and `angle`.
+    pub reference: [[f64; 3]; 2],
 }
 
 /// Share of an axis that may point along the normal: hand-typed digits.
@@ -33,16 +36,24 @@ impl ContactFrame {
         } else {
             &surface.nodes[..1.min(surface.nodes.len())]
         };
-        let axes = places
+        let axes: Vec<[[f64; 3]; 2]> = places
             .iter()
             .map(|&node| {
                 let first = first_axis(contact, &normal, mesh.coordinates[node])?;
                 Ok([first.into(), first.cross(&normal).into()])
             })
             .collect::<Result<_, Invalid>>()?;
+        let reference = match axes.as_slice() {
+            [everywhere] => *everywhere,
+            _ => {
+                let first = default_axis(&normal);
+                [first.into(), first.cross(&normal).into()]
+            }
+        };
         Ok(Self {
             normal: surface.normal,
             axes,
+            reference,
         })
     }
 
@@ -53,6 +64,20 @@ impl ContactFrame {
             [everywhere] => everywhere,
             each => &each[contact_node],
         }
+    }
+
+    /// The angle in radians by which the mean t₁ of a pane is turned from `reference`.
+    #[must_use]
+    pub fn mean_turn(&self, surface: &ContactSurface, pane: usize) -> f64 {
+        if self.axes.len() == 1 {
+            return 0.0;
+        }
+        let [right, up] = self.reference.map(Vector3::from);
+        let mean: Vector3<f64> = surface
+            .pane_weights(pane)
+            .map(|(node, weight)| Vector3::from(self.axes_at(node)[0]) * weight)
+            .sum();
+        mean.dot(&up).atan2(mean.dot(&right))
     }
 
     /// (u·t₁, u·t₂) of a vector at a contact node.

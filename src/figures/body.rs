@@ -49,17 +49,25 @@ pub(super) fn body_panel(picture: &ContactPicture<'_>, layout: &Layout, title: &
     let values = used.clone().map(|&node| magnitude[node]);
     let key = ColourKey::new(values, ColourMap::Plasma, &symbol, "m");
 
-    let support = support_corners(picture, &view);
+    let on_support = !picture.contact_triangles.is_empty();
+    let support: Vec<Vector> = match on_support {
+        true => support_corners(picture, &view).to_vec(),
+        false => Vec::new(),
+    };
     let drawn = used.flat_map(|&node| [undeformed[node], deformed[node]]);
-    let drawn = drawn.chain(support).map(|point| view.projected(point));
+    let drawn = drawn
+        .chain(support.iter().copied())
+        .map(|point| view.projected(point));
     let (corner, size) = view_rectangle(layout);
     let fit = Fit::new(drawn, corner, size);
     let pixel = |point: Vector| fit.pixel(view.projected(point));
 
-    let loops = [support.map(pixel).to_vec()];
-    let edge = Stroke::solid(Colour(0xb4, 0xb4, 0xb4), 0.6);
-    let grey = Fill::Plain(Colour(0xe6, 0xe6, 0xe6));
-    canvas.region(&loops, grey, Some(edge));
+    if on_support {
+        let edge = Stroke::solid(Colour(0xb4, 0xb4, 0xb4), 0.6);
+        let grey = Fill::Plain(Colour(0xe6, 0xe6, 0xe6));
+        let corners = support.into_iter().map(pixel).collect();
+        canvas.region(&[corners], grey, Some(edge));
+    }
 
     let rest = FacetNormals::new(&undeformed, triangles, &edges);
     let outline = |hidden: bool| outline_of(&rest, &edges, &view, hidden);
@@ -80,7 +88,7 @@ pub(super) fn body_panel(picture: &ContactPicture<'_>, layout: &Layout, title: &
     canvas.polylines(&to_pixels(outline(false)), dashed);
 
     draw_triad(&mut canvas, &view, [52.0, corner[1] + size[1] - 24.0]);
-    draw_notes(&mut canvas, &view, factor, &magnitude);
+    draw_notes(&mut canvas, &view, factor, &magnitude, on_support);
     draw_key(&mut canvas, layout, &key);
     canvas
 }
@@ -178,14 +186,16 @@ fn draw_key(canvas: &mut Canvas, layout: &Layout, key: &ColourKey) {
     }
 }
 
-fn draw_notes(canvas: &mut Canvas, view: &View, factor: f64, magnitude: &[f64]) {
+fn draw_notes(canvas: &mut Canvas, view: &View, factor: f64, magnitude: &[f64], on_support: bool) {
+    let support = if on_support { ", grey: support" } else { "" };
     let moved = magnitude.iter().any(|&u| u > 0.0);
     let note = if moved {
         Label::plain("displacement × ")
             .then(&factor_label(factor))
-            .upright(", dashed: undeformed, grey: support")
+            .upright(", dashed: undeformed")
+            .upright(support)
     } else {
-        Label::plain("no displacement, grey: support")
+        Label::plain("no displacement").upright(support)
     };
     canvas.text([16.0, 46.0], &note, TICK_SIZE, Anchor::Start);
     let stretched = (0..3).filter(|&axis| view.stretch[axis] > 1.0);

@@ -77,9 +77,15 @@ fn draw_pane(canvas: &mut Canvas, pane: &PaneFriction, centre: Point, radius: f6
             Zone::Open => Fill::Empty,
             Zone::Stick | Zone::Slip => Fill::Plain(Colour::WHITE),
         };
-        canvas.ellipse(centre, semi_axes, fill, Some(Stroke::solid(colour, thin)));
+        let stroke = Some(Stroke::solid(colour, thin));
+        if pane.turn == 0.0 {
+            canvas.ellipse(centre, semi_axes, fill, stroke);
+        } else {
+            let outline = turned_ellipse(centre, semi_axes, pane.turn);
+            canvas.region(&[outline], fill, stroke);
+        }
     }
-    let ratio = pane.tangential_over_normal.map(|t| t / largest);
+    let ratio = turned(pane.tangential_over_normal.map(|t| t / largest), pane.turn);
     let length = ratio[0].hypot(ratio[1]);
     if pane.zone != Zone::Open && length.is_finite() && length > 0.0 {
         let shortening = radius * (LONGEST_LINE / length).min(1.0);
@@ -90,6 +96,28 @@ fn draw_pane(canvas: &mut Canvas, pane: &PaneFriction, centre: Point, radius: f6
         canvas.line(centre, tip, Stroke::solid(colour, 2.0 * thin));
         canvas.ellipse(centre, [1.6 * thin; 2], Fill::Plain(colour), None);
     }
+}
+
+/// A vector with components along t₁ and t₂ in the axes of the picture.
+fn turned(vector: Point, turn: f64) -> Point {
+    let (sine, cosine) = turn.sin_cos();
+    [
+        cosine * vector[0] - sine * vector[1],
+        sine * vector[0] + cosine * vector[1],
+    ]
+}
+
+/// The outline of an ellipse whose first axis is turned.
+fn turned_ellipse(centre: Point, semi_axes: Point, turn: f64) -> Vec<Point> {
+    const CORNERS: u32 = 48;
+    (0..CORNERS)
+        .map(|k| {
+            let angle = std::f64::consts::TAU * f64::from(k) / f64::from(CORNERS);
+            let on_axes = [semi_axes[0] * angle.cos(), semi_axes[1] * angle.sin()];
+            let [right, up] = turned(on_axes, turn);
+            [centre[0] + right, centre[1] - up]
+        })
+        .collect()
 }
 
 /// The picture in front of a legend entry.

@@ -52,7 +52,7 @@ pub struct Panel {
 /// Draws the panels of HKL Fig. 5, each as an SVG document.
 ///
 /// (a) σ_ν, (b) ‖F⁻¹σ_t‖, (c) the deformed body, (d) an ellipse with the semi-axes F₁, F₂ and σ_t/λ_ν as a line for
-/// every pane, (e) F₁, (f) F₂. Without friction only (a) and (c).
+/// every pane, (e) F₁, (f) F₂. Without friction only (a) and (c), without contact only (c).
 ///
 /// # Errors
 /// [`FigureError`] when the arrays of the picture do not fit together, see [`ContactPicture::validate`].
@@ -98,7 +98,10 @@ fn drawings(picture: &ContactPicture<'_>) -> Result<Vec<(&'static str, Canvas)>,
     picture.validate()?;
     let layout = Layout::new(picture);
     let shapes = pane_shapes(picture);
-    let mut drawings = vec![normal_stress(picture, &layout, &shapes)];
+    let mut drawings = Vec::new();
+    if !picture.contact_triangles.is_empty() {
+        drawings.push(normal_stress(picture, &layout, &shapes));
+    }
     if let Some(friction) = picture.friction {
         drawings.push(scaled_tangential(friction, &layout, &shapes));
     }

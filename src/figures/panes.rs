@@ -26,9 +26,13 @@ pub(super) struct ContactBox {
 }
 
 impl ContactBox {
-    /// The box around all contact triangles; an extent of zero is widened so that it can be drawn.
+    /// The box around all contact triangles, or around the whole body without contact; an extent
+    /// of zero is widened so that it can be drawn.
     pub(super) fn new(picture: &ContactPicture<'_>) -> Self {
-        let nodes = picture.contact_triangles.as_flattened();
+        let nodes = match picture.contact_triangles {
+            [] => picture.boundary_triangles.as_flattened(),
+            triangles => triangles.as_flattened(),
+        };
         let along = |axis| bounds(nodes.iter().map(|&n| dot(picture.coordinates[n], axis)));
         let (left, right) = along(picture.axis_1);
         let (bottom, top) = along(picture.axis_2);

@@ -20,8 +20,11 @@ pub struct PaneFriction {
     pub scaled_tangential: f64,
     /// F₁, F₂ (HKL §2).
     pub coefficients: [f64; 2],
-    /// Tangential contact stress along axes 1 and 2 divided by λ_ν = −σ_ν.
+    /// Tangential contact stress along t₁ and t₂ divided by λ_ν = −σ_ν.
     pub tangential_over_normal: [f64; 2],
+    /// Angle of the pane's own t₁ from `axis_1` of the picture towards its `axis_2`, in radians; 0
+    /// where the frame does not turn.
+    pub turn: f64,
     /// Contact state.
     pub zone: Zone,
 }
@@ -39,15 +42,15 @@ pub struct ContactPicture<'a> {
     pub displacement: &'a [[f64; 3]],
     /// Nodes of the triangles of the whole boundary ∂Ω.
     pub boundary_triangles: &'a [[usize; 3]],
-    /// Nodes of the triangles of the contact part Γ_c.
+    /// Nodes of the triangles of the contact part Γ_c; none for a body without contact.
     pub contact_triangles: &'a [[usize; 3]],
     /// Pane of every contact triangle.
     pub contact_triangle_pane: &'a [usize],
     /// Outward unit normal ν on Γ_c.
     pub normal: [f64; 3],
-    /// First unit tangent t₁; drawn to the right.
+    /// First unit tangent; drawn to the right.
     pub axis_1: [f64; 3],
-    /// Second unit tangent t₂; drawn upwards.
+    /// Second unit tangent; drawn upwards.
     pub axis_2: [f64; 3],
     /// Normal contact stress σ_ν of every pane \[Pa\].
     pub normal_stress: &'a [f64],
@@ -78,9 +81,6 @@ pub enum FigureError {
         /// Number of nodes or panes.
         count: usize,
     },
-    /// The contact part has no triangle.
-    #[error("the contact part has no triangle")]
-    NoContact,
     /// A node position or a drawing axis is not finite.
     #[error("{0} are not finite")]
     NotFinite(&'static str),
@@ -112,9 +112,6 @@ impl ContactPicture<'_> {
         )?;
         if let Some(friction) = self.friction {
             same_length("friction", panes, friction.len())?;
-        }
-        if triangles == 0 {
-            return Err(FigureError::NoContact);
         }
         let boundary = self.boundary_triangles.as_flattened();
         indices_below("boundary_triangles", nodes, boundary)?;

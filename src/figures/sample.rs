@@ -113,6 +113,7 @@ impl Sample {
                         -contact * coefficients[0] * angle.cos(),
                         -contact * coefficients[1] * angle.sin(),
                     ],
+                    turn: 0.0,
                     zone,
                 });
             }

@@ -196,10 +196,32 @@ fn inconsistent_pictures_are_refused() {
     picture.friction = None;
     let found = page(&picture);
     assert!(matches!(found, Err(FigureError::Index { count: 0, .. })));
+}
+
+#[test]
+fn a_body_without_contact_has_one_panel() {
+    let sample = Sample::brick([3.0, 1.0, 1.0], [4, 2, 2]);
     let mut picture = sample.picture();
     picture.contact_triangles = &[];
     picture.contact_triangle_pane = &[];
-    assert!(matches!(page(&picture), Err(FigureError::NoContact)));
+    picture.normal_stress = &[];
+    picture.friction = None;
+    let panels = panels(&picture).unwrap();
+    assert_eq!(panels.len(), 1);
+    assert!(!panels[0].svg.contains("grey: support"));
+    assert_all_readable(&picture);
+}
+
+#[test]
+fn turned_ellipses_are_drawn_as_outlines() {
+    let mut sample = Sample::brick([3.0, 1.0, 1.0], [4, 2, 2]);
+    let straight = page(&sample.picture()).unwrap();
+    for pane in &mut sample.friction {
+        pane.turn = 0.5;
+    }
+    let turned = page(&sample.picture()).unwrap();
+    assert!(turned.matches("<ellipse").count() < straight.matches("<ellipse").count());
+    assert_all_readable(&sample.picture());
 }
 
 #[test]

@@ -18,8 +18,18 @@ pub(super) struct ContactCells {
 }
 
 impl ContactCells {
-    /// Cuts the contact face.
-    pub(super) fn new(mesh: &Mesh, surface: &ContactSurface) -> Self {
+    /// Cuts the contact face; no cells without contact.
+    pub(super) fn new(mesh: &Mesh) -> Self {
+        let Some(surface) = &mesh.contact else {
+            return Self {
+                coordinates: mesh.coordinates.clone(),
+                parents: Vec::new(),
+                triangles: Vec::new(),
+                pane: Vec::new(),
+                carrying: 0,
+                cells: 0,
+            };
+        };
         let mut cells = Self {
             coordinates: mesh.coordinates.clone(),
             parents: Vec::new(),

@@ -34,15 +34,18 @@ pub(super) fn draw(
     frame: Option<&ContactFrame>,
     report: &ContactReport,
 ) -> Result<Vec<PathBuf>, StageError> {
-    let (Some(surface), Some(frame)) = (&mesh.contact, frame) else {
-        return Ok(Vec::new());
-    };
-    let cells = ContactCells::new(mesh, surface);
+    let cells = ContactCells::new(mesh);
     let displacement = cells.interpolate(&report.displacement);
     let normal_stress = cells.of_cells(&report.panes, &f64::NAN, |p| p.normal_stress);
     let friction: Option<Vec<PaneFriction>> = report.panes.iter().map(pane_friction).collect();
-    let friction = friction.map(|panes| cells.of_cells(&panes, &NO_MULTIPLIER, |p| *p));
-    let [axis_1, axis_2] = frame.axes[0];
+    let friction = friction.filter(|panes| !panes.is_empty());
+    let mut friction = friction.map(|panes| cells.of_cells(&panes, &NO_MULTIPLIER, |p| *p));
+    let [axis_1, axis_2] = frame.map_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], |f| f.reference);
+    if let (Some(frame), Some(surface), Some(friction)) = (frame, &mesh.contact, &mut friction) {
+        for (pane, state) in friction.iter_mut().enumerate().take(surface.n_panes()) {
+            state.turn = frame.mean_turn(surface, pane);
+        }
+    }
     let picture = ContactPicture {
         title: &scene.title,
         coordinates: &cells.coordinates,
@@ -50,7 +53,7 @@ pub(super) fn draw(
         boundary_triangles: &mesh.facets,
         contact_triangles: &cells.triangles,
         contact_triangle_pane: &cells.pane,
-        normal: frame.normal,
+        normal: frame.map_or([0.0, 0.0, -1.0], |f| f.normal),
         axis_1,
         axis_2,
         normal_stress: &normal_stress,
@@ -78,6 +81,7 @@ const NO_MULTIPLIER: PaneFriction = PaneFriction {
     scaled_tangential: f64::NAN,
     coefficients: [f64::NAN; 2],
     tangential_over_normal: [f64::NAN; 2],
+    turn: 0.0,
     zone: figures::Zone::Open,
 };
 
@@ -92,6 +96,7 @@ fn pane_friction(pane: &PaneState) -> Option<PaneFriction> {
             Zone::Open => [0.0; 2],
             _ => friction.stress.map(|stress| stress / -pane.normal_stress),
         },
+        turn: 0.0,
         zone: match pane.zone {
             Zone::Open => figures::Zone::Open,
             Zone::Stick => figures::Zone::Stick,
