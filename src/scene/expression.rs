@@ -3,6 +3,8 @@ use std::fmt;
 use exmex::{Differentiate, Express, FlatEx, FloatOpsFactory, MatchLiteral};
 use thiserror::Error;
 
+use super::notation::on_paper;
+
 /// Longest text of an expression, in bytes.
 const LONGEST_TEXT: usize = 4096;
 
@@ -15,13 +17,21 @@ type Tree = FlatEx<f64, FloatOpsFactory<f64>, Decimal>;
 
 /// A formula in named variables, such as `0.3 - 0.1*tanh(s1/1e-5)`.
 ///
-/// Operators + − * / ^, the functions of [`FUNCTIONS`], and the constants PI and E.
+/// Operators + − * / ^, the functions of [`FUNCTIONS`] with parentheses, and the constants PI and
+/// E; −x^2 is −(x^2).
 #[derive(Clone)]
 pub struct Expression {
-    tree: Box<Tree>,
+    parsed: Box<Parsed>,
     /// For each variable of the tree, its place among the allowed ones.
     places: Vec<usize>,
     variables: &'static [&'static str],
+}
+
+/// A formula as written, and as read.
+#[derive(Clone)]
+struct Parsed {
+    text: String,
+    tree: Tree,
 }
 
 /// The functions of an expression, all of them differentiable where they are defined.
@@ -68,7 +78,8 @@ impl Expression {
             text: text.to_owned(),
             reason,
         };
-        let tree = Tree::parse(text).map_err(|e| syntax(e.msg().to_owned()))?;
+        let unambiguous = on_paper(text).map_err(|advice| syntax(advice.to_owned()))?;
+        let tree = Tree::parse(&unambiguous).map_err(|e| syntax(e.msg().to_owned()))?;
         let places: Option<Vec<usize>> = tree
             .var_names()
             .iter()
@@ -76,7 +87,10 @@ impl Expression {
             .collect();
         let expression = Self {
             places: places.ok_or_else(|| syntax("a name in braces is no variable".into()))?,
-            tree: Box::new(tree),
+            parsed: Box::new(Parsed {
+                text: text.to_owned(),
+                tree,
+            }),
             variables,
         };
         Ok(expression)
@@ -85,7 +99,7 @@ impl Expression {
     /// The formula as written.
     #[must_use]
     pub fn text(&self) -> &str {
-        self.tree.unparse()
+        &self.parsed.text
     }
 
     /// The value for the variables in the order in which [`Self::parse`] was given them; not
@@ -96,7 +110,8 @@ impl Expression {
         for (own, &place) in own.iter_mut().zip(&self.places) {
             *own = values[place];
         }
-        self.tree
+        self.parsed
+            .tree
             .eval(&own[..self.places.len()])
             .unwrap_or(f64::NAN)
     }
@@ -119,14 +134,18 @@ impl Expression {
         else {
             return Ok(None);
         };
-        let tree = Tree::clone(&self.tree)
-            .partial(index)
-            .map_err(|e| ExpressionError::Syntax {
-                text: self.text().to_owned(),
-                reason: e.msg().to_owned(),
-            })?;
+        let tree =
+            Tree::clone(&self.parsed.tree)
+                .partial(index)
+                .map_err(|e| ExpressionError::Syntax {
+                    text: self.text().to_owned(),
+                    reason: e.msg().to_owned(),
+                })?;
         Ok(Some(Self {
-            tree: Box::new(tree),
+            parsed: Box::new(Parsed {
+                text: format!("d/d{variable} ({})", self.text()),
+                tree,
+            }),
             places: self.places.clone(),
             variables: self.variables,
         }))
@@ -221,6 +240,19 @@ mod tests {
         // A few roundings of numbers below 1.
         assert!((d.evaluate(&[x, y, 0.0]) - expected).abs() < 1e-14);
         assert!(e.derivative("z").unwrap().is_none());
+    }
+
+    #[test]
+    fn a_leading_minus_binds_less_than_a_power() {
+        let e = Expression::parse("exp(-x^2) - 2*(-y^2)", SPACE).unwrap();
+        let (x, y) = (0.7_f64, 0.3_f64);
+        // A few roundings of numbers near 1.
+        let expected = (-x * x).exp() + 2.0 * y * y;
+        assert!((e.evaluate(&[x, y, 0.0]) - expected).abs() < 1e-14);
+        let slope = e.derivative("x").unwrap().unwrap();
+        let expected = -2.0 * x * (-x * x).exp();
+        assert!((slope.evaluate(&[x, y, 0.0]) - expected).abs() < 1e-14);
+        assert_eq!(e.text(), "exp(-x^2) - 2*(-y^2)");
     }
 
     #[test]

@@ -13,6 +13,7 @@ mod file;
 mod friction;
 mod load;
 mod material;
+mod notation;
 mod quantity;
 mod solve;
 mod validate;
