@@ -14,9 +14,7 @@ impl FrictionField {
     /// Evaluates the law at nodal slips and averages F⁻¹, Lagrange-interpolated, over the panes.
     #[must_use]
     pub fn new(law: &CoulombLaw, surface: &ContactSurface, slip: &[[f64; 2]]) -> Self {
-        let nodal: Vec<[f64; 2]> = (0..surface.nodes.len())
-            .map(|node| law.evaluate(node, slip.get(node).copied().unwrap_or([0.0; 2])))
-            .collect();
+        let nodal = law.at_nodes(slip);
         let pane_inverse = (0..surface.n_panes())
             .map(|pane| {
                 surface

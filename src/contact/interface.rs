@@ -1,9 +1,12 @@
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{
+    OnceLock,
+    atomic::{AtomicUsize, Ordering},
+};
 
 use super::ContactFrame;
 use crate::{
     mesh::{ContactSurface, Mesh},
-    scene::{Contact, FrictionLaw, Invalid, Quantity, Scene},
+    scene::{Coefficient, Contact, Friction, FrictionLaw, Invalid, Quantity, Scene},
 };
 
 /// The laws of the contact face: frame, initial gap and friction. What a scene does not call for
@@ -28,7 +31,7 @@ pub enum InterfaceFriction {
     /// Tresca's law: the semi-axes g F₁, g F₂ in Pa of each pane, `[n_panes]`.
     Tresca(Vec<[f64; 2]>),
     /// Coulomb's law.
-    Coulomb(CoulombLaw),
+    Coulomb(Box<CoulombLaw>),
 }
 
 /// Coulomb's law with F(x, |u_t1|, |u_t2|) at the contact nodes.
@@ -37,6 +40,8 @@ pub struct CoulombLaw {
     law: FrictionLaw,
     /// Contact nodes, `[n_contact_nodes]`, in m.
     positions: Vec<[f64; 3]>,
+    /// The coefficients at the contact nodes of a law that does not follow the slip.
+    unchanging: OnceLock<Vec<[f64; 2]>>,
     evaluations: AtomicUsize,
 }
 
@@ -94,7 +99,8 @@ impl InterfaceFriction {
         };
         let positions = positions(surface, mesh);
         let Some(bound) = &friction.slip_bound else {
-            return Ok(Self::Coulomb(CoulombLaw::new(law, positions)));
+            refuse_no_friction(friction, &law, &positions)?;
+            return Ok(Self::Coulomb(Box::new(CoulombLaw::new(law, positions))));
         };
         let bound = non_negative("friction.slip_bound", bound, &positions)?;
         let coefficients = law.evaluate([0.0; 3], [0.0; 2]);
@@ -112,8 +118,26 @@ impl CoulombLaw {
         Self {
             law,
             positions,
+            unchanging: OnceLock::new(),
             evaluations: AtomicUsize::new(0),
         }
+    }
+
+    /// (F₁, F₂) at all contact nodes for their slips in m, `[n_contact_nodes]`; no slips mean zero.
+    /// A law that does not follow the slip is evaluated only once.
+    #[must_use]
+    pub fn at_nodes(&self, slip: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        let everywhere = |slip: &[[f64; 2]]| {
+            let slip_of = |node: usize| slip.get(node).copied().unwrap_or([0.0; 2]);
+            let nodes = 0..self.positions.len();
+            nodes
+                .map(|node| self.evaluate(node, slip_of(node)))
+                .collect()
+        };
+        if self.depends_on_slip() {
+            return everywhere(slip);
+        }
+        self.unchanging.get_or_init(|| everywhere(&[])).clone()
     }
 
     /// (F₁, F₂) at a contact node for the slips (|u_t1|, |u_t2|) in m.
@@ -134,6 +158,33 @@ impl CoulombLaw {
     pub fn depends_on_slip(&self) -> bool {
         self.law.depends_on_slip()
     }
+}
+
+/// Refuses formulas whose coefficient is not positive at a node that does not slip.
+fn refuse_no_friction(
+    friction: &Friction,
+    law: &FrictionLaw,
+    positions: &[[f64; 3]],
+) -> Result<(), Invalid> {
+    let positive = |f: f64| f > 0.0 && f.is_finite();
+    for (i, (name, coefficient)) in friction.given().enumerate() {
+        if !matches!(coefficient, Coefficient::Expression(_)) {
+            continue;
+        }
+        for &x in positions {
+            let value = law.evaluate(x, [0.0; 2])[i];
+            if !positive(value) {
+                return Err(Invalid {
+                    key: format!("friction.{name}.expression"),
+                    expected: "a positive coefficient at every contact node without slip".into(),
+                    found: format!("{value} at {x:?}"),
+                    help: "the theory needs 0 < F; for frictionless contact leave [friction] out"
+                        .into(),
+                });
+            }
+        }
+    }
+    Ok(())
 }
 
 fn positions(surface: &ContactSurface, mesh: &Mesh) -> Vec<[f64; 3]> {
