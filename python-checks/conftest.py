@@ -19,7 +19,8 @@ SCENE = ROOT / "pipelines" / "hkl2011_table1.toml"
 
 # Names of the solved cases and the changes they make to the published scene. The third
 # turns on everything that the published one leaves at zero: a gap, friction axes that
-# are not the global ones, clamps of single components, another number of layers.
+# are not the global ones, clamps of single components and of a single node, another number
+# of layers.
 CASES = {
     "n_div=4 tight": ["body.brick.cells=[12,4,4]", "solve.epsilon=1e-8"],
     "n_div=6": ["body.brick.cells=[18,6,6]", "solve.epsilon=1e-4"],
@@ -29,7 +30,10 @@ CASES = {
         "contact.gap=1e-5",
         "contact.axis_1=[1.0,2.0,0.0]",
         "friction.coefficient_2={constant=0.4}",
-        ('clamp=[{face="x_min",components=["x","z"]},{face="y_min",components=["y"]}]'),
+        (
+            'clamp=[{face="x_min",components=["x","z"]},{face="y_min",components=["y"]},'
+            "{box=[[1.0,1.0,1.5],[1.0,1.0,1.5]]}]"
+        ),
         'solve.precision="fixed"',
         "solve.epsilon=1e-7",
     ],

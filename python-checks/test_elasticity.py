@@ -100,10 +100,15 @@ def test_coupling_is_the_exact_quadrature(run, problem):
 def test_held_degrees_of_freedom(problem):
     held = np.zeros(problem.dof.shape, dtype=bool)
     for clamp in problem.scene["clamp"]:
-        axis, place, _ = face_plane(problem.scene, clamp["face"])
-        on_face = np.isclose(problem.coordinates[:, axis], place, atol=1e-9)
+        if "box" in clamp:
+            low, high = np.array(clamp["box"])
+            inside = (low <= problem.coordinates) & (problem.coordinates <= high)
+            nodes = inside.all(axis=1)
+        else:
+            axis, place, _ = face_plane(problem.scene, clamp["face"])
+            nodes = np.isclose(problem.coordinates[:, axis], place, atol=1e-9)
         for component in clamp["components"]:
-            held[on_face, "xyz".index(component)] = True
+            held[nodes, "xyz".index(component)] = True
     assert np.array_equal(problem.dof == -1, held)
     assert np.array_equal(problem.dof[~held], np.arange(problem.load.size))
     assert not problem.displacement[held].any()

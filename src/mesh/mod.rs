@@ -18,7 +18,7 @@ pub use quality::Quality;
 
 use contact_surface::{FaceTriangles, plane_of};
 
-use crate::scene::{Body, BrickFace, Contact, Invalid, MultiplierSpace, Scene};
+use crate::scene::{Body, BrickFace, Clamp, Contact, Invalid, MultiplierSpace, Scene};
 
 /// Largest distance of a contact node from the plane of its face, over the extent of the face:
 /// the digits that mesh files keep.
@@ -88,6 +88,7 @@ impl Mesh {
             face_names: raw.face_names,
             contact: None,
         };
+        mesh.check_clamp_boxes(&scene.clamps)?;
         if let Some(contact) = &scene.contact {
             mesh.contact = Some(mesh.contact_surface(scene, contact)?);
         }
@@ -144,15 +145,38 @@ impl Mesh {
     pub fn held_nodes(&self, scene: &Scene) -> Vec<[bool; 3]> {
         let mut held = vec![[false; 3]; self.coordinates.len()];
         for clamp in &scene.clamps {
-            for facet in self.facets_on(&clamp.face) {
-                for node in self.facets[facet] {
-                    for &component in &clamp.components {
-                        held[node][component as usize] = true;
-                    }
+            for node in self.clamped_nodes(clamp) {
+                for &component in &clamp.components {
+                    held[node][component as usize] = true;
                 }
             }
         }
         held
+    }
+
+    /// The nodes of a clamp, some of them repeatedly.
+    fn clamped_nodes(&self, clamp: &Clamp) -> impl Iterator<Item = usize> {
+        let facets = clamp.face.iter().flat_map(|face| self.facets_on(face));
+        let boxed = (0..self.coordinates.len()).filter(|&n| clamp.boxes(&self.coordinates[n]));
+        facets.flat_map(|facet| self.facets[facet]).chain(boxed)
+    }
+
+    /// Refuses a box that holds no node, which would have no effect.
+    fn check_clamp_boxes(&self, clamps: &[Clamp]) -> Result<(), Invalid> {
+        let empty = clamps.iter().enumerate().find_map(|(i, clamp)| {
+            let corners = clamp.corners?;
+            let holds = self.coordinates.iter().any(|x| clamp.boxes(x));
+            (!holds).then_some((i, corners))
+        });
+        match empty {
+            None => Ok(()),
+            Some((i, corners)) => Err(Invalid {
+                key: format!("clamp.{i}.box"),
+                expected: "a box that holds at least one node of the mesh".into(),
+                found: format!("{corners:?}"),
+                help: "a box around no node would hold nothing; move or widen it".into(),
+            }),
+        }
     }
 
     /// Largest extent of the body along a coordinate axis in m.
@@ -184,7 +208,7 @@ fn check_face_names(scene: &Scene, names: &[String]) -> Result<(), Invalid> {
     let tractions = scene.tractions.iter().enumerate();
     let pressures = scene.pressures.iter().enumerate();
     let keys = clamps
-        .map(|(i, c)| (format!("clamp.{i}.face"), &c.face))
+        .filter_map(|(i, c)| Some((format!("clamp.{i}.face"), c.face.as_ref()?)))
         .chain(tractions.map(|(i, t)| (format!("traction.{i}.face"), &t.face)))
         .chain(pressures.map(|(i, p)| (format!("pressure.{i}.face"), &p.face)))
         .chain(

@@ -23,15 +23,37 @@ impl Component {
     }
 }
 
-/// Displacement components held at zero on a face.
+/// Displacement components held at zero on a face, or at the nodes inside a box; exactly one of
+/// `face` and `box` is given.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Clamp {
     /// The held face: x_min … z_max of a brick, or a physical surface of a Gmsh file.
-    pub face: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub face: Option<String>,
+    /// Two opposite corners [min, max] in m: the nodes between them, borders included, are held. A
+    /// box may be as flat as an edge or a point; nodes that coordinates do not hit exactly need
+    /// some width.
+    #[serde(rename = "box", default, skip_serializing_if = "Option::is_none")]
+    pub corners: Option<[[f64; 3]; 2]>,
     /// The held components; all three when not given.
     #[serde(default = "all_components")]
     pub components: Vec<Component>,
+}
+
+impl Clamp {
+    /// Whether this is the face of that name.
+    #[must_use]
+    pub fn is_face(&self, name: &str) -> bool {
+        self.face.as_deref() == Some(name)
+    }
+
+    /// Whether a point lies in the box; none does without one.
+    #[must_use]
+    pub fn boxes(&self, point: &[f64; 3]) -> bool {
+        self.corners
+            .is_some_and(|[low, high]| (0..3).all(|c| low[c] <= point[c] && point[c] <= high[c]))
+    }
 }
 
 fn all_components() -> Vec<Component> {

@@ -5,7 +5,7 @@ use std::fs;
 use crate::program::{Program, pipeline};
 
 /// (what is replaced in table 1's scene, by what, what the message must contain).
-const BAD_SCENES: [(&str, &str, &[&str]); 24] = [
+const BAD_SCENES: [(&str, &str, &[&str]); 30] = [
     ("title =", "titel =", &["unknown field", "titel"]),
     (
         "size = [3.0",
@@ -64,6 +64,36 @@ const BAD_SCENES: [(&str, &str, &[&str]); 24] = [
         &["clamp.0.face", "left", "x_min"],
     ),
     ("[[clamp]]\nface = \"x_min\"", "", &["clamp", "rigid"]),
+    (
+        "face = \"x_min\"",
+        "components = [\"x\"]",
+        &["clamp.0", "either face or box", "neither"],
+    ),
+    (
+        "face = \"x_min\"",
+        "face = \"x_min\"\nbox = [[0, 0, 0], [0, 1, 1]]",
+        &["clamp.0", "either face or box", "both"],
+    ),
+    (
+        "face = \"x_min\"",
+        "box = [[0, 1, 0], [0, 0, 1]]",
+        &["clamp.0.box", "min at most max"],
+    ),
+    (
+        "face = \"x_min\"",
+        "box = [[0.01, 0.01, 0.01], [0.02, 0.02, 0.02]]",
+        &["clamp.0.box", "at least one node"],
+    ),
+    (
+        "[friction.coefficient_2.ramp]\ninitial = 0.3\nresidual = 0.2\nonset = 1e-5             # m\nrate = 1000.0            # 1/m",
+        "[friction]\ncoefficient_2.expression = \"0.3 - 0.2*x\"",
+        &["friction.coefficient_2.expression", "positive", "at [1.5"],
+    ),
+    (
+        "face = \"z_min\"",
+        "face = \"z_min\"\ngap = \"2*-x\"",
+        &["parentheses"],
+    ),
     (
         "face = \"x_min\"",
         "face = \"x_min\"\ncomponents = [\"x\"]",

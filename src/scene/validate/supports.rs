@@ -1,5 +1,5 @@
 use super::{holds, require};
-use crate::scene::{Body, BrickFace, Invalid, Quantity, Scene};
+use crate::scene::{Body, BrickFace, Clamp, Invalid, Quantity, Scene};
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
     check_clamps(scene)?;
@@ -32,15 +32,7 @@ fn check_clamps(scene: &Scene) -> Result<(), Invalid> {
             &clamp.components,
             "leave the key out to hold all three components",
         )?;
-        check_name(scene, &clamp.face, format!("clamp.{i}.face"))?;
-        let in_contact = scene.contact.as_ref().is_some_and(|c| c.face == clamp.face);
-        require(
-            !in_contact,
-            format!("clamp.{i}.face"),
-            "a face other than the contact face",
-            &clamp.face,
-            "a face is either held or in contact",
-        )?;
+        check_place(scene, clamp, i)?;
     }
     require(
         !scene.clamps.is_empty(),
@@ -49,6 +41,41 @@ fn check_clamps(scene: &Scene) -> Result<(), Invalid> {
         "none",
         "an unheld body can move as a rigid one; add [[clamp]] with a face",
     )
+}
+
+fn check_place(scene: &Scene, clamp: &Clamp, i: usize) -> Result<(), Invalid> {
+    match (&clamp.face, &clamp.corners) {
+        (Some(face), None) => {
+            let key = format!("clamp.{i}.face");
+            check_name(scene, face, key.clone())?;
+            let in_contact = scene.contact.as_ref().is_some_and(|c| c.face == *face);
+            require(
+                !in_contact,
+                key,
+                "a face other than the contact face",
+                face,
+                "a face is either held or in contact",
+            )
+        }
+        (None, Some([low, high])) => require(
+            (0..3).all(|c| low[c] <= high[c] && low[c].is_finite() && high[c].is_finite()),
+            format!("clamp.{i}.box"),
+            "two corners [min, max], min at most max in x, y and z [m]",
+            [low, high],
+            "give the lower corner first",
+        ),
+        (face, corners) => require(
+            false,
+            format!("clamp.{i}"),
+            "either face or box",
+            if face.is_some() && corners.is_some() {
+                "both"
+            } else {
+                "neither"
+            },
+            "face holds a whole face, box = [[x, y, z], [x, y, z]] the nodes between two corners",
+        ),
+    }
 }
 
 fn check_vector(value: &[Quantity; 3], key: String, unit: &str) -> Result<(), Invalid> {
@@ -78,7 +105,7 @@ fn check_loaded_face(scene: &Scene, face: &str, key: String) -> Result<(), Inval
     let held = scene
         .clamps
         .iter()
-        .any(|c| c.face == face && c.components.len() >= 3);
+        .any(|c| c.is_face(face) && c.components.len() >= 3);
     require(
         !in_contact && !held,
         key,
