@@ -1,10 +1,12 @@
 //! The command line: arguments, dispatch, messages, exit codes.
 
 mod arguments;
+mod effects;
 mod exit;
 mod override_scene;
 mod progress;
 mod report;
+mod results;
 mod run;
 mod schema;
 mod status;

@@ -6,7 +6,7 @@ use super::{
         SolveArguments,
     },
     exit::Exit,
-    override_scene, progress, report,
+    override_scene, progress, report, results,
 };
 use crate::{
     scene::AssembleSettings,
@@ -134,11 +134,11 @@ fn finish(session: &mut Session, output: &Output, performed: &[Performed]) -> Ou
     let scene = session.scene().clone();
     let parts = session.assembly_seconds();
     let (mesh, solution, report) = session.results()?;
-    say(output, &report::results(&scene, mesh, solution, report));
+    say(output, &results::table(&scene, mesh, solution, report));
     if output.json {
         println!(
             "{:#}",
-            report::json(&scene, mesh, solution, report, performed, parts)
+            results::json(&scene, mesh, solution, report, performed, parts)
         );
     }
     let floor_accepted = solution.status == Status::RoundingLimit && scene.solve.epsilon.is_none();

@@ -1,9 +1,11 @@
 use super::{
     arguments::{Output, StageArguments},
+    effects,
     exit::Exit,
 };
 use crate::{
     format::{self, FormatError, LAYOUT},
+    scene::Effects,
     stages::{Freshness, StageError, StageState, states},
     store::{Reader, Stage},
 };
@@ -17,17 +19,22 @@ pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit
         Some(post) if post.stored.is_some() => Some(format::read_summary(&reader)?),
         _ => None,
     };
+    let effects = Effects::of(&scene);
+    let sizes = format::read_sizes(&reader)?;
     if output.json {
+        let effects = effects::json(&effects, &sizes);
         println!(
             "{:#}",
-            json(&reader, &scene.title, &states, summary.as_ref())?
+            json(&reader, &scene.title, effects, &states, summary.as_ref())?
         );
     } else {
         println!("{}\n{}", arguments.file.display(), scene.title);
         for state in &states {
             println!("{}", stage_line(&reader, state)?);
         }
+        print!("effects\n{}", effects::lines(&effects, &sizes));
         if let Some(summary) = &summary {
+            println!("results");
             print_summary(summary);
         }
     }
@@ -77,6 +84,7 @@ fn print_summary(summary: &format::Summary) {
 fn json(
     reader: &Reader,
     title: &str,
+    effects: serde_json::Value,
     states: &[StageState],
     summary: Option<&format::Summary>,
 ) -> Result<serde_json::Value, FormatError> {
@@ -104,5 +112,7 @@ fn json(
             "strain_energy": s.strain_energy,
         })
     });
-    Ok(serde_json::json!({ "title": title, "stages": stages, "results": results }))
+    Ok(
+        serde_json::json!({ "title": title, "effects": effects, "stages": stages, "results": results }),
+    )
 }

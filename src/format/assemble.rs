@@ -21,7 +21,7 @@ use crate::{
 
 const DOFS: &str = "/assemble/degree_of_freedom";
 const STIFFNESS: &str = "/assemble/stiffness";
-const LOAD: &str = "/assemble/load";
+pub(super) const LOAD: &str = "/assemble/load";
 const COUPLING_NORMAL: &str = "/assemble/coupling_normal";
 const COUPLING_TANGENTIAL: &str = "/assemble/coupling_tangential";
 const DUAL_RHS: &str = "/assemble/dual_rhs";

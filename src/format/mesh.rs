@@ -20,10 +20,10 @@ const FACET_FACE: &str = "/mesh/facet_face";
 const FACE_NAMES: &str = "/mesh/face_names";
 const REGION: &str = "/mesh/tetrahedron_region";
 const CONTACT_NORMAL: &str = "/mesh/contact_normal";
-const CONTACT_NODES: &str = "/mesh/contact_nodes";
+pub(super) const CONTACT_NODES: &str = "/mesh/contact_nodes";
 const CONTACT_FACETS: &str = "/mesh/contact_facets";
 const CONTACT_FACET_PANE: &str = "/mesh/contact_facet_pane";
-const PANE_AREA: &str = "/mesh/pane_area";
+pub(super) const PANE_AREA: &str = "/mesh/pane_area";
 const PANE_AVERAGE: &str = "/mesh/pane_average";
 
 const NO_CONTACT: &str = "absent without contact";

@@ -5,6 +5,7 @@ mod history;
 mod mesh;
 mod post;
 mod scene;
+mod sizes;
 mod solve;
 mod vtkhdf;
 
@@ -17,6 +18,7 @@ pub use assemble::{
 pub use mesh::{read as read_mesh, write as write_mesh};
 pub use post::{ContactSummary, Summary, read_summary, write as write_report};
 pub use scene::{read as read_scene, write as write_scene};
+pub use sizes::{Sizes, read_sizes};
 pub use solve::{read as read_solution, write as write_solution};
 pub use vtkhdf::write as write_vtkhdf;
 

@@ -1,0 +1,197 @@
+//! The results of a run, as a table for people and as JSON for programs; no computing here.
+
+use std::fmt::Write;
+
+use super::{
+    effects,
+    report::{status, status_word},
+};
+use crate::{
+    dual::AssemblySeconds,
+    format::Sizes,
+    mesh::Mesh,
+    post::{ContactReport, Zone},
+    scene::{Effects, Scene},
+    solver::{Solution, SolvedBy},
+    stages::Performed,
+};
+
+/// The numbers of unknowns of a solved problem.
+fn sizes(mesh: &Mesh, solution: &Solution) -> Sizes {
+    let contact = mesh.contact.as_ref();
+    Sizes {
+        n_free: Some(solution.displacement.len()),
+        n_panes: contact.map(|surface| surface.n_panes()),
+        n_contact_nodes: contact.map(|surface| surface.nodes.len()),
+    }
+}
+
+/// Steps of each algorithm that ran.
+fn steps(solution: &Solution) -> String {
+    let fallbacks = solution.newton.iter().filter(|step| step.fallback).count();
+    match (solution.newton.len(), solution.history.len()) {
+        (0, 0) => "one solve".into(),
+        (0, outer) => format!("{outer} outer"),
+        (newton, 0) => format!("{newton} Newton, {fallbacks} of them safeguards"),
+        (newton, 1) if solution.solved_by == SolvedBy::Minimisation => format!("{newton} Newton"),
+        (newton, outer) => format!("{newton} Newton, given up, then {outer} outer"),
+    }
+}
+
+/// The table printed after a run.
+pub(super) fn table(
+    scene: &Scene,
+    mesh: &Mesh,
+    solution: &Solution,
+    report: &ContactReport,
+) -> String {
+    let mut text = String::new();
+    let r = &report.resultants;
+    let [ux, uy, uz] = r.largest_displacement;
+    let mut line = |name: &str, value: String| {
+        let _ = writeln!(text, "  {name:<26} {value}");
+    };
+    line("status", status(solution));
+    line(
+        "nodes, tetrahedra, panes",
+        format!(
+            "{}, {}, {}",
+            mesh.coordinates.len(),
+            mesh.tetrahedra.len(),
+            report.panes.len()
+        ),
+    );
+    line(
+        "unknowns (primal, dual)",
+        format!(
+            "{}, {}",
+            solution.displacement.len(),
+            solution.multiplier.len()
+        ),
+    );
+    line("steps", steps(solution));
+    line("actions n_A", solution.actions.to_string());
+    if let Some(change) = solution.mapping_change {
+        line("moved by the mapping Psi", format!("{change:.1e}"));
+    }
+    if let Some(contact) = &r.contact {
+        line(
+            "panes open, slip, stick",
+            format!(
+                "{}, {}, {}",
+                report.count(Zone::Open),
+                report.count(Zone::Slip),
+                report.count(Zone::Stick)
+            ),
+        );
+        line(
+            "normal contact force",
+            format!("{:.9e} N", contact.normal_force),
+        );
+        if let Some([along_1, along_2]) = contact.tangential_force {
+            line(
+                "tangential contact force",
+                format!("{along_1:.6e}, {along_2:.6e} N (multipliers, along t1, t2)"),
+            );
+        }
+        line(
+            "largest pressure",
+            format!("{:.9e} Pa", contact.largest_pressure),
+        );
+    }
+    if report.friction.is_some() {
+        let [f1, f2] = friction_ranges(report);
+        line(
+            "friction on panes",
+            format!(
+                "F1 {:.4} to {:.4}, F2 {:.4} to {:.4}",
+                f1[0], f1[1], f2[0], f2[1]
+            ),
+        );
+    }
+    line("strain energy", format!("{:.9e} J", r.strain_energy));
+    line(
+        "largest displacement",
+        format!("{ux:.6e}, {uy:.6e}, {uz:.6e} m"),
+    );
+    line(
+        "force, moment imbalance",
+        format!("{:.1e}, {:.1e}", r.force_imbalance, r.moment_imbalance),
+    );
+    for (name, value) in report.certificate.figures() {
+        line(&format!("certificate {name}"), format!("{value:.1e}"));
+    }
+    let effects = effects::lines(&Effects::of(scene), &sizes(mesh, solution));
+    format!("{}\neffects\n{effects}results\n{text}", scene.title)
+}
+
+/// Smallest and largest F₁ and F₂ over the panes.
+fn friction_ranges(report: &ContactReport) -> [[f64; 2]; 2] {
+    let coefficients = || {
+        let panes = report.panes.iter();
+        panes.filter_map(|pane| Some(pane.friction?.coulomb?.0))
+    };
+    [0, 1].map(|i| {
+        coefficients().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], f| {
+            [low.min(f[i]), high.max(f[i])]
+        })
+    })
+}
+
+/// The results for programs.
+pub(super) fn json(
+    scene: &Scene,
+    mesh: &Mesh,
+    solution: &Solution,
+    report: &ContactReport,
+    performed: &[Performed],
+    assembly_seconds: Option<AssemblySeconds>,
+) -> serde_json::Value {
+    let r = &report.resultants;
+    let certificate: serde_json::Map<String, serde_json::Value> = report
+        .certificate
+        .figures()
+        .into_iter()
+        .map(|(name, value)| (name.to_owned(), value.into()))
+        .collect();
+    let parts = assembly_seconds.map(|seconds| {
+        let parts = seconds.parts().into_iter();
+        parts
+            .map(|(name, s)| (name.to_owned(), s.into()))
+            .collect::<serde_json::Map<_, _>>()
+    });
+    serde_json::json!({
+        "title": scene.title,
+        "effects": effects::json(&Effects::of(scene), &sizes(mesh, solution)),
+        "assembly_seconds": parts,
+        "newton_seconds": solution.newton.iter().map(|step| step.seconds).sum::<f64>(),
+        "status": status_word(solution.status),
+        "n_nodes": mesh.coordinates.len(),
+        "n_free": solution.displacement.len(),
+        "n_multipliers": solution.multiplier.len(),
+        "n_panes": report.panes.len(),
+        "n_contact_nodes": mesh.contact.as_ref().map(|surface| surface.nodes.len()),
+        "outer_steps": solution.history.len(),
+        "newton_steps": solution.newton.len(),
+        "actions": solution.actions,
+        "accuracy": solution.accuracy,
+        "mapping_change": solution.mapping_change,
+        "open": report.count(Zone::Open),
+        "slip": report.count(Zone::Slip),
+        "stick": report.count(Zone::Stick),
+        "normal_force": r.contact.map(|c| c.normal_force),
+        "tangential_force": r.contact.and_then(|c| c.tangential_force),
+        "largest_pressure": r.contact.map(|c| c.largest_pressure),
+        "energy": r.strain_energy - r.load_work,
+        "law_evaluations": solution.law_evaluations,
+        "projections": solution.projections,
+        "strain_energy": r.strain_energy,
+        "largest_displacement": r.largest_displacement,
+        "certificate": certificate,
+        "stages": performed.iter().map(|p| serde_json::json!({
+            "stage": p.stage.group(),
+            "compute_seconds": p.compute_seconds,
+            "store_seconds": p.store_seconds,
+        })).collect::<Vec<_>>(),
+    })
+}
