@@ -5,19 +5,15 @@ mod support;
 use std::path::Path;
 
 use contact3d_pipe::{
-    contact::Interface,
-    dual::DualSystem,
-    mesh::Mesh,
-    post::{ContactReport, Solved, SolvedContact},
     scene::{Body, Brick, Scene},
-    solver::{ContactState, Status, solve},
+    solver::Status,
 };
-use support::pipelines;
+use support::{Case, pipelines};
 
-/// At most 12 cells along the longest edge of a brick, in proportion, and even.
+/// At most 12 cells along the longest edge of a brick, in proportion, and even; single layers stay.
 fn coarsen(brick: &mut Brick) {
     let most = brick.cells.iter().copied().max().unwrap_or(1);
-    for cells in &mut brick.cells {
+    for cells in brick.cells.iter_mut().filter(|cells| **cells > 1) {
         *cells = (*cells * 12 / most.max(12)).div_ceil(2) * 2;
     }
 }
@@ -33,7 +29,7 @@ fn every_pipeline_converges_with_a_clean_certificate() {
         found += 1;
         check(&path);
     }
-    assert!(found >= 3);
+    assert!(found >= 20);
 }
 
 fn check(path: &Path) {
@@ -43,37 +39,16 @@ fn check(path: &Path) {
     if let Body::Brick(brick) = &mut scene.body {
         coarsen(brick);
     }
-    let mesh = Mesh::of_scene(&scene, &pipelines()).unwrap_or_else(|e| panic!("{name}: {e}"));
-    let system = DualSystem::new(&scene, &mesh, 1).unwrap_or_else(|e| panic!("{name}: {e}"));
-    let interface = Interface::new(&scene, &mesh).unwrap_or_else(|e| panic!("{name}: {e:?}"));
-    let state = mesh.contact.as_ref().zip(interface.as_ref());
-    let state = state.map(|(surface, interface)| ContactState { surface, interface });
-    let solution =
-        solve(&system, state.as_ref(), &scene.solve, &mut |_| {}).expect("a dense operator");
-    assert_eq!(solution.status, Status::Converged, "{name}");
-    let solved = Solved {
-        scene: &scene,
-        mesh: &mesh,
-        system: &system.assembly.primal,
-        contact: system
-            .contact
-            .as_ref()
-            .zip(state)
-            .map(|(contact, state)| SolvedContact {
-                coupling: &contact.coupling,
-                state,
-            }),
-        solution: &solution,
-    };
-    let certificate = ContactReport::new(&solved)
-        .expect("finite loads")
-        .certificate;
+    let case = Case::try_new(scene, &pipelines()).unwrap_or_else(|e| panic!("{name}: {e}"));
+    assert_eq!(case.solution.status, Status::Converged, "{name}");
+    let certificate = case.report().certificate;
     // ε bounds the change of λ, and the figures are a few times larger at most; a residual at
     // ε = 1e-12 is a few hundred roundings.
     assert!(
-        certificate.worst() < 10.0 * scene.solve.epsilon(),
+        certificate.worst() < 10.0 * case.scene.solve.epsilon(),
         "{name}: {certificate:?}"
     );
-    // Equilibrium does not depend on ε: one backsolve with condition number near 1e4.
-    assert!(certificate.equilibrium < 1e-12, "{name}: {certificate:?}");
+    // Equilibrium does not depend on ε: one backsolve with condition number near 1e4, 1e6 where
+    // stiffnesses differ a hundredfold.
+    assert!(certificate.equilibrium < 1e-11, "{name}: {certificate:?}");
 }

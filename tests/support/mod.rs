@@ -1,5 +1,7 @@
 //! What the integration tests share: scenes from `pipelines/` and a solve without files.
-#![allow(dead_code, reason = "each test file uses a part of it")]
+#![allow(dead_code, unused_imports, reason = "each test file uses a part of it")]
+
+mod case;
 
 use std::path::{Path, PathBuf};
 
@@ -11,6 +13,8 @@ use contact3d_pipe::{
     scene::{Body, Scene},
     solver::{ContactState, Inner, Solution, successive_approximations},
 };
+
+pub(crate) use case::Case;
 
 /// The repository's `pipelines/` folder.
 pub(crate) fn pipelines() -> PathBuf {
