@@ -1,0 +1,113 @@
+//! What a scene lacks has no unknowns and is never evaluated.
+
+use contact3d_pipe::solver::{SolvedBy, Status};
+
+use crate::{
+    scenes::{CONTACT, RAMPS, in_contact, steel},
+    support::Case,
+};
+
+/// (primal unknowns, multipliers, evaluations of the law, projections).
+fn counts(case: &Case) -> (usize, usize, usize, usize) {
+    assert_eq!(case.solution.status, Status::Converged);
+    (
+        case.solution.displacement.len(),
+        case.solution.multiplier.len(),
+        case.solution.law_evaluations,
+        case.solution.projections,
+    )
+}
+
+/// 13 × 5 × 5 nodes, those at x = 0 held.
+const N_FREE: usize = 12 * 5 * 5 * 3;
+
+#[test]
+fn without_contact_there_is_one_solve() {
+    let case = steel(&[]);
+    assert_eq!(counts(&case), (N_FREE, 0, 0, 0));
+    assert_eq!(case.solution.solved_by, SolvedBy::Direct);
+    assert_eq!(case.solution.actions, 1);
+    assert!(case.system.contact.is_none() && case.interface.is_none());
+    assert!(case.mesh.contact.is_none());
+}
+
+#[test]
+fn frictionless_contact_has_normal_multipliers_only() {
+    let case = steel(&[CONTACT]);
+    let (m, _) = case.sizes();
+    assert_eq!((m, counts(&case)), (12, (N_FREE, m, 0, 0)));
+    assert_eq!(case.solution.solved_by, SolvedBy::Minimisation);
+    assert_eq!(case.solution.history.len(), 1);
+    let system = case.system.contact.as_ref().unwrap();
+    assert_eq!(system.coupling.n_multipliers(), m);
+    assert_eq!(system.explicit.as_ref().unwrap().operator.len(), m * m);
+}
+
+#[test]
+fn a_given_slip_bound_needs_one_minimisation_and_no_law() {
+    let case = in_contact("", "slip_bound = 1e6");
+    let (m, _) = case.sizes();
+    let (_, multipliers, evaluations, projections) = counts(&case);
+    assert_eq!((multipliers, evaluations), (3 * m, 0));
+    assert!(projections > 0);
+    assert_eq!(case.solution.solved_by, SolvedBy::Minimisation);
+    assert_eq!(case.solution.history.len(), 1);
+    assert!(case.solution.coulomb.is_none());
+}
+
+#[test]
+fn a_law_without_slip_is_evaluated_once_at_each_contact_node() {
+    for law in [
+        "coefficient.constant = 0.3",
+        "coefficient_1.constant = 0.3\ncoefficient_2.constant = 0.2",
+        "coefficient.expression = '0.2 + 0.1*x'",
+        "coefficient.table = { slip = [0.0, 1.0], value = [0.3, 0.3] }",
+    ] {
+        for settings in ["", "[solve]\nmethod = 'fixed-point'\nepsilon = 1e-6"] {
+            let case = in_contact("", &format!("{law}\n{settings}"));
+            let (m, nodes) = case.sizes();
+            let (_, multipliers, evaluations, _) = counts(&case);
+            assert_eq!(
+                (multipliers, evaluations),
+                (3 * m, nodes),
+                "{law} {settings}"
+            );
+            assert!(case.solution.slip.is_none());
+            let explicit = case.system.contact.as_ref().unwrap().explicit.as_ref();
+            assert!(explicit.unwrap().compliance.is_none());
+            // Post-processing asks for the same coefficients and evaluates nothing.
+            case.report();
+            assert_eq!(case.interface.unwrap().law_evaluations(), nodes);
+        }
+    }
+}
+
+#[test]
+fn a_law_of_the_slip_adds_the_slips_of_the_contact_nodes() {
+    let case = steel(&[CONTACT, RAMPS]);
+    let (m, nodes) = case.sizes();
+    let (_, multipliers, evaluations, projections) = counts(&case);
+    assert_eq!(multipliers, 3 * m);
+    assert!(evaluations > nodes && evaluations.is_multiple_of(nodes));
+    assert!(projections > 0);
+    assert_eq!(case.solution.slip.as_ref().map(Vec::len), Some(nodes));
+    let explicit = case.system.contact.as_ref().unwrap().explicit.as_ref();
+    let compliance = explicit.unwrap().compliance.as_ref().unwrap();
+    assert_eq!(compliance.matrix.len(), 3 * m * 2 * nodes);
+}
+
+#[test]
+fn frame_and_gap_are_as_small_as_they_can_be() {
+    let plain = in_contact("", "coefficient.constant = 0.3")
+        .interface
+        .unwrap();
+    assert_eq!((plain.frame.axes.len(), plain.gap), (1, None));
+    let wide = in_contact(
+        "angle = '10*x'\ngap = '1e-6*x'",
+        "coefficient.constant = 0.3",
+    );
+    let (_, nodes) = wide.sizes();
+    let interface = wide.interface.unwrap();
+    assert_eq!(interface.frame.axes.len(), nodes);
+    assert_eq!(interface.gap.map(|gap| gap.len()), Some(nodes));
+}

@@ -1,0 +1,161 @@
+//! The datasets of a run file are those of the effects present, exactly.
+
+use std::{collections::BTreeSet, fs};
+
+use assert_cmd::Command;
+use contact3d_pipe::{format::LAYOUT, store::Reader};
+
+use crate::scenes::{BODY, CONTACT, LOAD, RAMPS, STEEL};
+
+const CONTACT_ONLY: [&str; 25] = [
+    "/mesh/contact_normal",
+    "/mesh/contact_nodes",
+    "/mesh/contact_facets",
+    "/mesh/contact_facet_pane",
+    "/mesh/pane_area",
+    "/mesh/pane_average",
+    "/assemble/coupling_normal",
+    "/assemble/dual_rhs",
+    "/assemble/dual_operator",
+    "/solve/multiplier_normal",
+    "/solve/steplength",
+    "/post/contact_zone",
+    "/post/normal_stress",
+    "/post/pane_gap",
+    "/post/zone_counts",
+    "/post/resultants/normal_force",
+    "/post/resultants/contact_force",
+    "/post/resultants/largest_pressure",
+    "/post/certificate/penetration",
+    "/post/certificate/adhesion",
+    "/post/certificate/complementarity",
+    "/post/certificate/fixed_point",
+    "/VTKHDF/{}Data/contact_normal_stress",
+    "/VTKHDF/{}Data/contact_gap",
+    "/VTKHDF/{}Data/contact_zone",
+];
+const FRICTION_ONLY: [&str; 9] = [
+    "/assemble/coupling_tangential",
+    "/solve/multiplier_tangential",
+    "/post/margin",
+    "/post/tangential_stress",
+    "/post/pane_slip",
+    "/post/resultants/tangential_force",
+    "/post/certificate/friction_bound",
+    "/post/certificate/slip_direction",
+    "/VTKHDF/{}Data/contact_tangential_stress",
+];
+const COULOMB_ONLY: [&str; 9] = [
+    "/solve/slip_bound",
+    "/solve/friction",
+    "/solve/friction_inverse",
+    "/solve/mapping_change",
+    "/post/scaled_tangential_stress",
+    "/post/pane_friction",
+    "/post/nodal_friction",
+    "/VTKHDF/{}Data/friction_1",
+    "/VTKHDF/{}Data/friction_2",
+];
+const SLIP_ONLY: [&str; 3] = [
+    "/assemble/contact_compliance",
+    "/assemble/slip_free",
+    "/solve/slip",
+];
+const REGIONS_ONLY: [&str; 1] = ["/mesh/tetrahedron_region"];
+
+/// Runs a scene and returns the datasets of the table that its file lacks; writers refuse
+/// any that is not in the table.
+fn absent_from(tables: &[&str]) -> BTreeSet<String> {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = [&[BODY, STEEL, LOAD], tables].concat().concat();
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    Command::cargo_bin("contact3d-pipe")
+        .unwrap()
+        .current_dir(folder.path())
+        .args(["run", "scene.toml", "run.h5", "--no-figures", "--quiet"])
+        .assert()
+        .success();
+    let reader = Reader::open(&folder.path().join("run.h5"), LAYOUT).unwrap();
+    let rows = LAYOUT.tables.iter().flat_map(|table| table.iter());
+    let absent = rows.filter(|row| !reader.has(row.path));
+    absent.map(|row| row.path.to_owned()).collect()
+}
+
+/// The paths of some effects. Fields of the contact face are cell data of ParaView with panes and
+/// point data with nodal multipliers; `present` names those that are there.
+fn expected(effects: &[&[&str]], present: Option<&str>) -> BTreeSet<String> {
+    let absent = effects.concat().into_iter();
+    let mut paths: BTreeSet<String> = absent
+        .flat_map(|path| ["Cell", "Point"].map(|data| path.replace("{}", data)))
+        .collect();
+    let all = [&CONTACT_ONLY[..], &FRICTION_ONLY, &COULOMB_ONLY].concat();
+    if let Some(present) = present {
+        let other = if present == "Cell" { "Point" } else { "Cell" };
+        let fields = all.iter().filter(|path| path.contains("{}"));
+        paths.extend(fields.map(|path| path.replace("{}", other)));
+    }
+    paths
+}
+
+#[test]
+fn without_contact() {
+    let absent = [
+        &CONTACT_ONLY[..],
+        &FRICTION_ONLY,
+        &COULOMB_ONLY,
+        &SLIP_ONLY,
+        &REGIONS_ONLY,
+    ];
+    assert_eq!(absent_from(&[]), expected(&absent, None));
+}
+
+#[test]
+fn without_friction() {
+    let absent: [&[&str]; 4] = [&FRICTION_ONLY, &COULOMB_ONLY, &SLIP_ONLY, &REGIONS_ONLY];
+    assert_eq!(absent_from(&[CONTACT]), expected(&absent, Some("Cell")));
+}
+
+#[test]
+fn with_a_given_slip_bound() {
+    let absent: [&[&str]; 3] = [&COULOMB_ONLY, &SLIP_ONLY, &REGIONS_ONLY];
+    let found = absent_from(&[CONTACT, "[friction]\nslip_bound = 1e6"]);
+    assert_eq!(found, expected(&absent, Some("Cell")));
+}
+
+#[test]
+fn with_constant_coefficients() {
+    let absent: [&[&str]; 2] = [&SLIP_ONLY, &REGIONS_ONLY];
+    let found = absent_from(&[CONTACT, "[friction]\ncoefficient.constant = 0.3"]);
+    assert_eq!(found, expected(&absent, Some("Cell")));
+}
+
+#[test]
+fn with_coefficients_that_follow_the_slip() {
+    let found = absent_from(&[CONTACT, RAMPS]);
+    assert_eq!(found, expected(&[&REGIONS_ONLY], Some("Cell")));
+}
+
+#[test]
+fn with_regions_and_nodal_multipliers_everything_is_there_but_the_panes() {
+    let region = "[[region]]\npart.box = [[0, 0, 0], [1, 1, 1]]\n\
+                  material.isotropic = { young_modulus = 1e11, poisson_ratio = 0.3 }\n";
+    let found = absent_from(&[CONTACT, "multipliers = 'nodal'", RAMPS, region]);
+    let panes: [&[&str]; 1] = [&["/mesh/contact_facet_pane"]];
+    assert_eq!(found, expected(&panes, Some("Point")));
+}
+
+#[test]
+fn with_the_implicit_operator_nothing_dense_is_there() {
+    let settings = "[assemble]\ndual_operator = 'implicit'\n";
+    let found = absent_from(&[CONTACT, RAMPS, settings]);
+    let absent: [&[&str]; 2] = [
+        &[
+            "/assemble/dual_operator",
+            "/assemble/contact_compliance",
+            "/assemble/slip_free",
+            "/solve/mapping_change",
+        ],
+        &REGIONS_ONLY,
+    ];
+    assert_eq!(found, expected(&absent, Some("Cell")));
+}

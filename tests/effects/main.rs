@@ -1,0 +1,11 @@
+//! Only the effects a scene calls for are computed, and effects that coincide in a limit agree.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod absence;
+mod bodies;
+mod datasets;
+mod friction;
+mod scenes;
+mod words;
