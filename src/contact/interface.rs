@@ -1,9 +1,9 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::ContactFrame;
+use super::{ContactFrame, law_bounds::refuse_unusable};
 use crate::{
     mesh::{ContactSurface, Mesh},
-    scene::{Contact, FrictionLaw, Invalid, Quantity, Scene},
+    scene::{Coefficient, Contact, FrictionLaw, Invalid, Quantity, Scene},
 };
 
 /// The laws of the contact face: frame, initial gap and friction. What a scene does not call for
@@ -44,7 +44,8 @@ impl Interface {
     /// The contact face's laws; `None` in a scene without contact.
     ///
     /// # Errors
-    /// Formulas that are not finite, a negative gap or slip bound, an axis that is not tangential.
+    /// Formulas that are not finite, a negative gap or slip bound, a coefficient of friction that
+    /// is not positive at some slip up to the extent of the body, an axis that is not tangential.
     pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Option<Self>, Invalid> {
         let (Some(contact), Some(surface)) = (&scene.contact, &mesh.contact) else {
             return Ok(None);
@@ -94,7 +95,9 @@ impl InterfaceFriction {
         };
         let positions = positions(surface, mesh);
         let Some(bound) = &friction.slip_bound else {
-            return Ok(Self::Coulomb(CoulombLaw::new(law, positions)));
+            let law = CoulombLaw::new(law, positions);
+            refuse_unusable(&law, mesh.extent())?;
+            return Ok(Self::Coulomb(law));
         };
         let bound = non_negative("friction.slip_bound", bound, &positions)?;
         let coefficients = law.evaluate([0.0; 3], [0.0; 2]);
@@ -127,6 +130,24 @@ impl CoulombLaw {
     #[must_use]
     pub fn derivative(&self, contact_node: usize, slip: [f64; 2]) -> [[f64; 2]; 2] {
         self.law.derivative(self.positions[contact_node], slip)
+    }
+
+    /// The law as a function of place and slip; its evaluations are not counted.
+    #[must_use]
+    pub fn law(&self) -> &FrictionLaw {
+        &self.law
+    }
+
+    /// F of an isotropic law, or F₁ and F₂.
+    #[must_use]
+    pub fn coefficients(&self) -> &[Coefficient] {
+        self.law.coefficients()
+    }
+
+    /// The contact nodes in m, `[n_contact_nodes]`.
+    #[must_use]
+    pub fn positions(&self) -> &[[f64; 3]] {
+        &self.positions
     }
 
     /// Whether any coefficient depends on the solution.

@@ -14,6 +14,7 @@ mod friction;
 mod load;
 mod material;
 mod quantity;
+mod slip_range;
 mod solve;
 mod validate;
 
