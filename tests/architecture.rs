@@ -64,7 +64,7 @@ const ALLOWED: [(&str, &[&str]); 13] = [
     (
         "cli",
         &[
-            "scene", "mesh", "dual", "solver", "post", "store", "format", "stages",
+            "scene", "mesh", "contact", "dual", "solver", "post", "store", "format", "stages",
         ],
     ),
 ];

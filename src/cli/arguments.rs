@@ -49,6 +49,8 @@ pub enum Command {
     Post(PostArguments),
     /// Show which stages are fresh, stale or missing, their sizes, and the main results
     Status(StageArguments),
+    /// Bound and draw the law of friction of a scene, without solving anything
+    Law(LawArguments),
     /// Write or check the schemas of run files and scenes
     Schema(SchemaArguments),
 }
@@ -180,6 +182,19 @@ pub struct SolveArguments {
 fn named<T: DeserializeOwned>(name: &str) -> Result<T, String> {
     let value: StrDeserializer<'_, serde::de::value::Error> = name.into_deserializer();
     T::deserialize(value).map_err(|error| error.to_string())
+}
+
+/// Arguments of `law`.
+#[derive(Debug, Args)]
+pub struct LawArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneArguments,
+    /// Folder for law.svg and law.png; SCENE-law in the current directory by default
+    #[arg(long, value_name = "FOLDER")]
+    pub figures: Option<PathBuf>,
+    /// Draw no picture
+    #[arg(long, conflicts_with = "figures")]
+    pub no_figures: bool,
 }
 
 /// Arguments of `schema`.

@@ -3,6 +3,8 @@
 mod arguments;
 mod effects;
 mod exit;
+mod law;
+mod law_words;
 mod override_scene;
 mod progress;
 mod report;
@@ -39,6 +41,7 @@ pub fn main() -> Exit {
         Command::Solve(solve) => run::solve(solve, &output, threads),
         Command::Post(post) => run::post(post, &output, threads),
         Command::Status(status) => status::status(status, &output),
+        Command::Law(law) => law::law(law, &output),
         Command::Schema(schema) => schema::schema(schema, &output),
     };
     outcome.unwrap_or_else(|error| exit::explain(error, &output))

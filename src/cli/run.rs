@@ -159,7 +159,8 @@ fn print_stages(output: &Output, performed: &[Performed]) {
     }
 }
 
-fn say(output: &Output, text: &str) {
+/// A line for the person at the terminal.
+pub(super) fn say(output: &Output, text: &str) {
     if !output.quiet {
         eprintln!("{text}");
     }

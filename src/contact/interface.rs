@@ -3,10 +3,10 @@ use std::sync::{
     atomic::{AtomicUsize, Ordering},
 };
 
-use super::ContactFrame;
+use super::{ContactFrame, law_bounds::refuse_unusable};
 use crate::{
     mesh::{ContactSurface, Mesh},
-    scene::{Coefficient, Contact, Friction, FrictionLaw, Invalid, Quantity, Scene},
+    scene::{Coefficient, Contact, FrictionLaw, Invalid, Quantity, Scene},
 };
 
 /// The laws of the contact face: frame, initial gap and friction. What a scene does not call for
@@ -49,7 +49,8 @@ impl Interface {
     /// The contact face's laws; `None` in a scene without contact.
     ///
     /// # Errors
-    /// Formulas that are not finite, a negative gap or slip bound, an axis that is not tangential.
+    /// Formulas that are not finite, a negative gap or slip bound, a coefficient of friction that
+    /// is not positive at some slip up to the extent of the body, an axis that is not tangential.
     pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Option<Self>, Invalid> {
         let (Some(contact), Some(surface)) = (&scene.contact, &mesh.contact) else {
             return Ok(None);
@@ -99,8 +100,9 @@ impl InterfaceFriction {
         };
         let positions = positions(surface, mesh);
         let Some(bound) = &friction.slip_bound else {
-            refuse_no_friction(friction, &law, &positions)?;
-            return Ok(Self::Coulomb(Box::new(CoulombLaw::new(law, positions))));
+            let law = CoulombLaw::new(law, positions);
+            refuse_unusable(&law, mesh.extent())?;
+            return Ok(Self::Coulomb(Box::new(law)));
         };
         let bound = non_negative("friction.slip_bound", bound, &positions)?;
         let coefficients = law.evaluate([0.0; 3], [0.0; 2]);
@@ -153,38 +155,29 @@ impl CoulombLaw {
         self.law.derivative(self.positions[contact_node], slip)
     }
 
+    /// The law as a function of place and slip; its evaluations are not counted.
+    #[must_use]
+    pub fn law(&self) -> &FrictionLaw {
+        &self.law
+    }
+
+    /// F of an isotropic law, or F₁ and F₂.
+    #[must_use]
+    pub fn coefficients(&self) -> &[Coefficient] {
+        self.law.coefficients()
+    }
+
+    /// The contact nodes in m, `[n_contact_nodes]`.
+    #[must_use]
+    pub fn positions(&self) -> &[[f64; 3]] {
+        &self.positions
+    }
+
     /// Whether any coefficient depends on the solution.
     #[must_use]
     pub fn depends_on_slip(&self) -> bool {
         self.law.depends_on_slip()
     }
-}
-
-/// Refuses formulas whose coefficient is not positive at a node that does not slip.
-fn refuse_no_friction(
-    friction: &Friction,
-    law: &FrictionLaw,
-    positions: &[[f64; 3]],
-) -> Result<(), Invalid> {
-    let positive = |f: f64| f > 0.0 && f.is_finite();
-    for (i, (name, coefficient)) in friction.given().enumerate() {
-        if !matches!(coefficient, Coefficient::Expression(_)) {
-            continue;
-        }
-        for &x in positions {
-            let value = law.evaluate(x, [0.0; 2])[i];
-            if !positive(value) {
-                return Err(Invalid {
-                    key: format!("friction.{name}.expression"),
-                    expected: "a positive coefficient at every contact node without slip".into(),
-                    found: format!("{value} at {x:?}"),
-                    help: "the theory needs 0 < F; for frictionless contact leave [friction] out"
-                        .into(),
-                });
-            }
-        }
-    }
-    Ok(())
 }
 
 fn positions(surface: &ContactSurface, mesh: &Mesh) -> Vec<[f64; 3]> {

@@ -2,7 +2,7 @@
 //!
 //! [`panels`] draws every panel as an SVG of its own, [`page`] all of them as one page of two columns, and
 //! [`rasterise`] makes a PNG of either. Colours come from perceptually uniform maps, units carry SI prefixes,
-//! and no fonts or libraries of the system are used.
+//! and no fonts or libraries of the system are used. [`law_page`] draws a law of friction alone.
 
 mod body;
 mod canvas;
@@ -11,6 +11,8 @@ mod colour;
 mod colour_bar;
 mod ellipses;
 mod facets;
+mod law;
+mod law_axes;
 mod layout;
 mod maps;
 mod panes;
@@ -26,6 +28,7 @@ mod text;
 mod vector;
 mod view;
 
+pub use law::{LawPicture, OverSlip, SlipCurve, SlipMap, SlipRange, law_page};
 pub use picture::{ContactPicture, FigureError, PaneFriction, Zone};
 pub use raster::rasterise;
 
@@ -112,7 +115,14 @@ fn drawings(picture: &ContactPicture<'_>) -> Result<Vec<(&'static str, Canvas)>,
         let title = Label::plain("(d) Friction ellipses and tangential contact stress");
         let ellipses = ellipses::ellipse_panel(&layout, &shapes, &title, friction);
         drawings.push(("d_friction_ellipses", ellipses));
-        drawings.extend(coefficients(friction, &layout, &shapes));
+        let symbols = [0, 1].map(coefficient_symbol);
+        let title = |letter: &str, axis: usize| {
+            Label::plain(format!("({letter}) Coefficient of friction ")).then(&symbols[axis])
+        };
+        let titles = [title("e", 0), title("f", 1)];
+        let [first, second] = coefficients(friction, &layout, &shapes, &titles, &symbols);
+        drawings.push(("e_friction_1", first));
+        drawings.push(("f_friction_2", second));
     }
     Ok(drawings)
 }
@@ -155,23 +165,24 @@ fn coefficients(
     friction: &[PaneFriction],
     layout: &Layout,
     shapes: &[PaneShape],
-) -> [(&'static str, Canvas); 2] {
+    titles: &[Label; 2],
+    symbols: &[Label; 2],
+) -> [Canvas; 2] {
     let value = |pane: usize, axis: usize| friction[pane].coefficients[axis];
     let values = |axis: usize| shapes.iter().map(move |shape| value(shape.pane, axis));
     let own = [0, 1].map(|axis| ValueRange::of(values(axis)));
     let ranges = own[0].shared(own[1]).map_or(own, |common| [common; 2]);
-    let names = [
-        ("e_friction_1", "(e) Coefficient of friction ", "1"),
-        ("f_friction_2", "(f) Coefficient of friction ", "2"),
-    ];
     [0, 1].map(|axis| {
-        let (name, title, index) = names[axis];
-        let symbol = Label::default().italic("F").subscript(index);
         let gaps = values(axis).any(|value| !value.is_finite());
         let map = ColourMap::Cividis;
-        let key = ColourKey::with_range(ranges[axis], gaps, map, &symbol, "");
-        let title = Label::plain(title).then(&symbol);
-        let canvas = maps::map_panel(layout, shapes, &title, &key, |pane| value(pane, axis));
-        (name, canvas)
+        let key = ColourKey::with_range(ranges[axis], gaps, map, &symbols[axis], "");
+        maps::map_panel(layout, shapes, &titles[axis], &key, |pane| {
+            value(pane, axis)
+        })
     })
+}
+
+/// F₁ or F₂.
+fn coefficient_symbol(axis: usize) -> Label {
+    Label::default().italic("F").subscript(["1", "2"][axis])
 }

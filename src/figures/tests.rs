@@ -240,3 +240,71 @@ fn axes_that_turn_the_body_are_named() {
             .contains("−<tspan font-style=\"italic\">x</tspan>")
     );
 }
+
+/// A falling coefficient over the slips of a range.
+fn curve(range: SlipRange, scale: f64) -> SlipCurve {
+    let slip = |k: i32| range.at(f64::from(k) / 40.0);
+    let value = |slip: f64| scale * (0.2 + 0.1 / (1.0 + slip / 1e-5));
+    SlipCurve {
+        range,
+        points: (0..=40).map(|k| [slip(k), value(slip(k))]).collect(),
+    }
+}
+
+#[test]
+fn laws_are_readable_over_short_long_and_many_slips() {
+    let sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
+    let ranges = [
+        SlipRange::Linear(1.6e-4),
+        SlipRange::Linear(3.0),
+        SlipRange::Linear(7e-9),
+        SlipRange::Logarithmic(1.3e-8, 6e-5),
+        SlipRange::Logarithmic(1e-12, 3.0),
+    ];
+    for range in ranges {
+        for scale in [1.0, 1e-7, 1e6] {
+            let curves = [curve(range, scale), curve(range, 0.7 * scale)];
+            let map = |axis: usize| SlipMap {
+                ranges: [range, curves[axis].range],
+                cells: 4,
+                values: (0..16)
+                    .map(|k| scale * (axis as f64 + f64::from(k)))
+                    .collect(),
+            };
+            let maps = [map(0), map(1)];
+            for over_slip in [
+                OverSlip::Isotropic(&curves[0]),
+                OverSlip::Own(&curves),
+                OverSlip::Both(&maps),
+            ] {
+                for at_rest in [None, Some(sample.picture())] {
+                    let svg = law_page(&LawPicture {
+                        title: "A law of friction with a long name".repeat(3).as_str(),
+                        note: "a note",
+                        over_slip,
+                        at_rest,
+                    });
+                    assert_readable(&svg.expect("consistent picture"));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_constant_law_is_a_line_inside_its_chart() {
+    let flat = SlipCurve {
+        range: SlipRange::Linear(3.0),
+        points: vec![[0.0, 0.3], [3.0, 0.3]],
+    };
+    let svg = law_page(&LawPicture {
+        title: "constant",
+        note: "",
+        over_slip: OverSlip::Isotropic(&flat),
+        at_rest: None,
+    })
+    .unwrap();
+    assert_readable(&svg);
+    // The plot is 258 px high below 42 + 46 px of titles, and a constant lies in its middle.
+    assert!(svg.contains("M84 171L612 171"), "{svg}");
+}

@@ -73,6 +73,15 @@ impl FrictionLaw {
         }
     }
 
+    /// What coefficient 0 or 1 depends on, for the slips (|u_t1|, |u_t2|) in m.
+    #[must_use]
+    pub fn point(&self, axis: usize, position: [f64; 3], slip: [f64; 2]) -> LawPoint {
+        match self {
+            Self::Isotropic(_) => isotropic_point(position, slip),
+            Self::Orthotropic(_) => axis_point(position, slip, axis),
+        }
+    }
+
     /// ∂F_i/∂|u_tk| in 1/m, one-sided at kinks.
     #[must_use]
     pub fn derivative(&self, position: [f64; 3], slip: [f64; 2]) -> [[f64; 2]; 2] {

@@ -15,6 +15,7 @@ mod load;
 mod material;
 mod notation;
 mod quantity;
+mod slip_range;
 mod solve;
 mod validate;
 

@@ -3,12 +3,16 @@
 mod contact_cells;
 mod error;
 mod freshness;
+mod law;
+mod law_curves;
+mod law_face;
 mod persistence;
 mod picture;
 mod session;
 
 pub use error::StageError;
 pub use freshness::{Freshness, PIPELINE, StageState, states};
+pub use law::{LawKind, LawStudy, MeshSizes, law_folder};
 pub use persistence::AssemblyFile;
 pub use picture::figures_folder;
 pub use session::{Commit, Performed, Session};

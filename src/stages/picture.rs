@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// Width of the six-panel page and of a single panel in pixels.
-const PAGE_WIDTH: u32 = 1920;
+pub(super) const PAGE_WIDTH: u32 = 1920;
 const PANEL_WIDTH: u32 = 1280;
 
 /// The folder beside a run file in which its pictures go by default.
@@ -63,10 +63,7 @@ pub(super) fn draw(
         file: folder.to_owned(),
         source,
     };
-    fs::create_dir_all(folder).map_err(|source| StageError::Write {
-        file: folder.to_owned(),
-        source,
-    })?;
+    make_folder(folder)?;
     let mut files = Vec::new();
     for panel in figures::panels(&picture).map_err(figure)? {
         files.extend(save(folder, panel.name, &panel.svg, PANEL_WIDTH)?);
@@ -105,7 +102,20 @@ fn pane_friction(pane: &PaneState) -> Option<PaneFriction> {
     })
 }
 
-fn save(folder: &Path, name: &str, svg: &str, width: u32) -> Result<[PathBuf; 2], StageError> {
+/// Makes a folder for pictures unless it is there.
+pub(super) fn make_folder(folder: &Path) -> Result<(), StageError> {
+    fs::create_dir_all(folder).map_err(|source| StageError::Write {
+        file: folder.to_owned(),
+        source,
+    })
+}
+
+pub(super) fn save(
+    folder: &Path,
+    name: &str,
+    svg: &str,
+    width: u32,
+) -> Result<[PathBuf; 2], StageError> {
     let files = [
         folder.join(format!("{name}.svg")),
         folder.join(format!("{name}.png")),

@@ -143,11 +143,7 @@ impl Session {
     /// HDF5 failures.
     pub fn make_mesh(&mut self) -> Result<Performed, StageError> {
         let started = Instant::now();
-        let mesh =
-            Mesh::of_scene(self.scene(), &self.input.folder).map_err(|error| match error {
-                MeshError::Scene(invalid) => self.refuse(invalid),
-                MeshError::Gmsh(error) => error.into(),
-            })?;
+        let mesh = mesh_of(&self.input)?;
         refuse_rigid_motions(&mesh, &mesh.held_nodes(self.scene()))
             .and_then(|()| Loads::of(self.scene()).nodal_forces(&mesh).map(drop))
             .map_err(|invalid| self.refuse(invalid))?;
@@ -307,8 +303,16 @@ impl Session {
     }
 }
 
+/// The mesh of a scene.
+pub(super) fn mesh_of(input: &SceneFile) -> Result<Mesh, StageError> {
+    Mesh::of_scene(&input.scene, &input.folder).map_err(|error| match error {
+        MeshError::Scene(invalid) => input.refuse(invalid).into(),
+        MeshError::Gmsh(error) => error.into(),
+    })
+}
+
 /// Writes the digest of a mesh file into the scene, so that a changed file makes the mesh stale.
-fn pin_mesh_file(input: &mut SceneFile) -> Result<(), StageError> {
+pub(super) fn pin_mesh_file(input: &mut SceneFile) -> Result<(), StageError> {
     let Body::Gmsh(gmsh) = &input.scene.body else {
         return Ok(());
     };

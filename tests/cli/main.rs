@@ -2,6 +2,7 @@
 
 mod errors;
 mod interruption;
+mod law;
 mod linked_assembly;
 mod program;
 mod stages;

@@ -1,0 +1,186 @@
+use super::{
+    CoulombLaw,
+    law_search::{Peak, Sweep},
+};
+use crate::scene::{Coefficient, FrictionLaw, Invalid};
+
+/// The constants of a law of friction that HKL §3 is stated in, over slips from 0 to the extent of
+/// the body and over the contact nodes.
+///
+/// Constants, ramps, tables and grids are bounded exactly. For expressions the values are
+/// estimates: the law is sampled at zero slip at all contact nodes, at a geometric series of slips
+/// from 1e-12 of the extent on at some hundred nodes, and improved around the extremes found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LawBounds {
+    /// F_min, the smallest coefficient.
+    pub smallest: LawExtreme,
+    /// F_max, the largest coefficient.
+    pub largest: LawExtreme,
+    /// Lipschitz modulus L in 1/m: the largest Euclidean norm of a gradient of F_i by
+    /// (|u_t1|, |u_t2|); infinite where a gradient is.
+    pub lipschitz: LawExtreme,
+    /// κ(F) = sup max(F₁, F₂)/min(F₁, F₂), 1 for an isotropic law.
+    pub anisotropy: LawExtreme,
+    /// The largest slip considered, in m.
+    pub largest_slip: f64,
+    /// Whether the bounds are estimates, because a coefficient is an expression.
+    pub estimated: bool,
+}
+
+/// An extreme value of a law and a point where it is attained.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LawExtreme {
+    /// The value.
+    pub value: f64,
+    /// The coefficient: 0 for F₁ (or F of an isotropic law), 1 for F₂; of a ratio the larger one.
+    pub coefficient: usize,
+    /// The place in m; `None` where the law is the same everywhere.
+    pub position: Option<[f64; 3]>,
+    /// (|u_t1|, |u_t2|) in m, or (|u_t|, 0) of an isotropic law. A gradient may be that on the
+    /// right of this slip.
+    pub slip: [f64; 2],
+}
+
+impl LawBounds {
+    /// Bounds a law over slips from 0 to `largest_slip`.
+    #[must_use]
+    pub fn new(law: &CoulombLaw, largest_slip: f64) -> Self {
+        let extreme_of = |measure| extreme_of(law, largest_slip, measure);
+        let smallest = extreme_of(|f, x, s| -f.value(x, s));
+        Self {
+            smallest: LawExtreme {
+                value: -smallest.value,
+                ..smallest
+            },
+            largest: extreme_of(Sampled::value),
+            lipschitz: extreme_of(Sampled::slope),
+            anisotropy: anisotropy(law, largest_slip),
+            largest_slip,
+            estimated: law.coefficients().iter().any(Coefficient::is_formula),
+        }
+    }
+}
+
+/// What is maximised over places and slips.
+type Measure<'a> = fn(&Sampled<'a>, [f64; 3], [f64; 2]) -> f64;
+
+/// The largest value of a measure over all coefficients; the first of equal ones.
+fn extreme_of<'a>(law: &'a CoulombLaw, largest_slip: f64, measure: Measure<'a>) -> LawExtreme {
+    let extremes = (0..law.coefficients().len()).map(|axis| {
+        let sampled = Sampled {
+            law: law.law(),
+            axis,
+        };
+        let sweep = Sweep::new(law, &[axis], largest_slip);
+        extreme(sweep.maximise(|x, s| measure(&sampled, x, s)), axis)
+    });
+    let larger = |a: LawExtreme, b: LawExtreme| if b.value > a.value { b } else { a };
+    extremes.reduce(larger).expect("a law has a coefficient")
+}
+
+/// κ(F). Between kinks the ratio of two functions that are linear in each slip is monotone in
+/// each, so that kinks decide.
+fn anisotropy(law: &CoulombLaw, largest_slip: f64) -> LawExtreme {
+    let axes: Vec<usize> = (0..law.coefficients().len()).collect();
+    let sweep = Sweep::new(law, &axes, largest_slip);
+    let values = |x, s| law.law().evaluate(x, s);
+    let peak = sweep.maximise(|x, s| {
+        let [first, second] = values(x, s);
+        first.max(second) / first.min(second)
+    });
+    let [first, second] = values(peak.position.unwrap_or_default(), peak.slip);
+    extreme(peak, usize::from(second > first))
+}
+
+fn extreme(peak: Peak, coefficient: usize) -> LawExtreme {
+    LawExtreme {
+        value: peak.value,
+        coefficient,
+        position: peak.position,
+        slip: peak.slip,
+    }
+}
+
+/// One coefficient of a law as a function of place and slips.
+struct Sampled<'a> {
+    law: &'a FrictionLaw,
+    axis: usize,
+}
+
+impl Sampled<'_> {
+    fn value(&self, position: [f64; 3], slip: [f64; 2]) -> f64 {
+        let at = self.law.point(self.axis, position, slip);
+        self.law.coefficients()[self.axis].evaluate(&at)
+    }
+
+    /// The norm of the gradient by the slips.
+    fn slope(&self, position: [f64; 3], slip: [f64; 2]) -> f64 {
+        let at = self.law.point(self.axis, position, slip);
+        let derivative = self.law.coefficients()[self.axis].derivative(&at);
+        let mut gradient = derivative.pair;
+        gradient[self.axis] += derivative.own;
+        gradient[0].hypot(gradient[1])
+    }
+}
+
+/// Refuses a law with a coefficient that is not positive or not finite somewhere at slips from 0
+/// to `largest_slip`; other kinds than expressions are checked with the scene.
+pub(super) fn refuse_unusable(law: &CoulombLaw, largest_slip: f64) -> Result<(), Invalid> {
+    let coefficients = law.coefficients();
+    for (axis, coefficient) in coefficients.iter().enumerate() {
+        if !coefficient.is_formula() {
+            continue;
+        }
+        let sampled = Sampled {
+            law: law.law(),
+            axis,
+        };
+        let sweep = Sweep::new(law, &[axis], largest_slip);
+        let worst = sweep.maximise(|x, s| {
+            let value = sampled.value(x, s);
+            if value.is_finite() {
+                -value
+            } else {
+                f64::INFINITY
+            }
+        });
+        if worst.value < 0.0 {
+            continue;
+        }
+        let isotropic = coefficients.len() == 1;
+        let name = if isotropic {
+            "coefficient".to_owned()
+        } else {
+            format!("coefficient_{}", axis + 1)
+        };
+        let value = sampled.value(worst.position.unwrap_or_default(), worst.slip);
+        let uses = coefficient.slips_used(axis);
+        return Err(Invalid {
+            key: format!("friction.{name}.expression"),
+            expected: format!("0 < F < infinity at slips from 0 to {largest_slip} m, the extent of the body"),
+            found: format!("{value} at {}", point_words(&worst, isotropic, uses)),
+            help: "use a law that levels off, such as 0.2 + 0.1*exp(-s1/1e-4) (s in place of s1 in an isotropic law), or a table; -a^2 means (-a)^2 in expressions, write 0 - a^2".into(),
+        });
+    }
+    Ok(())
+}
+
+/// A point of a law in words, as far as the coefficient depends on it.
+fn point_words(peak: &Peak, isotropic: bool, uses: [bool; 2]) -> String {
+    let names = if isotropic {
+        ["|u_t|", ""]
+    } else {
+        ["|u_t1|", "|u_t2|"]
+    };
+    let mut words: Vec<String> = (0..2)
+        .filter(|&k| uses[k])
+        .map(|k| format!("{} = {:.4e} m", names[k], peak.slip[k]))
+        .collect();
+    if let Some([x, y, z]) = peak.position {
+        words.push(format!("x, y, z = {x}, {y}, {z}"));
+    }
+    if words.is_empty() {
+        words.push("every slip".into());
+    }
+    words.join(", ")
+}

@@ -1,0 +1,160 @@
+use std::path::{Path, PathBuf};
+
+use super::{
+    StageError,
+    law_curves::{self, Drawn},
+    law_face::LawFace,
+    picture,
+    session::{mesh_of, pin_mesh_file},
+};
+use crate::{
+    contact::{FrictionField, Interface, InterfaceFriction, LawBounds},
+    figures::{LawPicture, OverSlip, law_page},
+    mesh::{Mesh, Quality},
+    scene::{Scene, SceneFile},
+};
+
+/// A law of friction by itself: its bounds and its picture, from the mesh alone and without a run
+/// file.
+#[derive(Debug)]
+pub struct LawStudy {
+    /// The scene.
+    pub scene: Scene,
+    /// Bounds of Coulomb's law; `None` for other laws.
+    pub bounds: Option<LawBounds>,
+    mesh: Mesh,
+    interface: Option<Interface>,
+}
+
+/// What kind of law a scene has on its contact face.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LawKind {
+    /// The scene has no contact face.
+    NoContact,
+    /// No tangential stresses.
+    Frictionless,
+    /// Tresca's law with a given slip bound.
+    Tresca,
+    /// Coulomb's law with one coefficient.
+    Isotropic,
+    /// Coulomb's law with two coefficients.
+    Orthotropic,
+}
+
+/// The lengths of a discretisation that the uniqueness conditions of HKL §3 are stated in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeshSizes {
+    /// H: the root of the area of the largest pane, in m.
+    pub pane: f64,
+    /// h: the longest edge, in m.
+    pub edge: f64,
+}
+
+impl LawStudy {
+    /// Makes the mesh in memory and bounds the law.
+    ///
+    /// # Errors
+    /// A mesh that cannot be made, a law that is no law.
+    pub fn new(mut input: SceneFile) -> Result<Self, StageError> {
+        pin_mesh_file(&mut input)?;
+        let mesh = mesh_of(&input)?;
+        let interface =
+            Interface::new(&input.scene, &mesh).map_err(|invalid| input.refuse(invalid))?;
+        let law = interface.as_ref().and_then(Interface::coulomb);
+        Ok(Self {
+            bounds: law.map(|law| LawBounds::new(law, mesh.extent())),
+            scene: input.scene,
+            mesh,
+            interface,
+        })
+    }
+
+    /// What kind of law it is.
+    #[must_use]
+    pub fn kind(&self) -> LawKind {
+        match self.interface.as_ref().map(|i| &i.friction) {
+            None => LawKind::NoContact,
+            Some(InterfaceFriction::Frictionless) => LawKind::Frictionless,
+            Some(InterfaceFriction::Tresca(_)) => LawKind::Tresca,
+            Some(InterfaceFriction::Coulomb(law)) => match law.coefficients() {
+                [_] => LawKind::Isotropic,
+                _ => LawKind::Orthotropic,
+            },
+        }
+    }
+
+    /// H and h; `None` without contact.
+    #[must_use]
+    pub fn sizes(&self) -> Option<MeshSizes> {
+        let panes = self.mesh.contact.as_ref()?.pane_area.iter();
+        Some(MeshSizes {
+            pane: panes.copied().fold(0.0, f64::max).sqrt(),
+            edge: Quality::of(&self.mesh).longest_edge,
+        })
+    }
+
+    /// Draws Coulomb's law as `law.svg` and `law.png`; returns the files, none for other laws.
+    ///
+    /// # Errors
+    /// A folder that cannot be written.
+    pub fn draw(&self, folder: &Path) -> Result<Vec<PathBuf>, StageError> {
+        let (Some(surface), Some(interface)) = (&self.mesh.contact, &self.interface) else {
+            return Ok(Vec::new());
+        };
+        let Some(law) = interface.coulomb() else {
+            return Ok(Vec::new());
+        };
+        let place = central_node(law.positions());
+        let drawn = law_curves::over_slip(law.law(), place, self.mesh.extent());
+        let varies = law.law().depends_on_place();
+        let note = if varies && law.depends_on_slip() {
+            // Four decimals of the exponential form.
+            let short = |v: f64| format!("{v:.4e}").parse::<f64>().unwrap_or(v);
+            let [x, y, z] = place.map(short);
+            format!(
+                "slips varied at x, y, z = {x}, {y}, {z} m, the contact node nearest to the centre"
+            )
+        } else {
+            String::new()
+        };
+        let field = FrictionField::new(law, surface, &[]);
+        let face = LawFace::new(&self.mesh, surface, &field);
+        let drawing = LawPicture {
+            title: &self.scene.title,
+            note: &note,
+            over_slip: match &drawn {
+                Drawn::Isotropic(curve) => OverSlip::Isotropic(curve),
+                Drawn::Own(curves) => OverSlip::Own(curves),
+                Drawn::Both(maps) => OverSlip::Both(maps),
+            },
+            at_rest: varies.then(|| face.picture(&self.scene.title, &interface.frame)),
+        };
+        let page = law_page(&drawing).map_err(|source| StageError::Figure {
+            file: folder.join("law.svg"),
+            source,
+        })?;
+        picture::make_folder(folder)?;
+        Ok(picture::save(folder, "law", &page, picture::PAGE_WIDTH)?.to_vec())
+    }
+}
+
+/// The contact node nearest to the centre of the box around all of them.
+fn central_node(positions: &[[f64; 3]]) -> [f64; 3] {
+    let centre: [f64; 3] = std::array::from_fn(|c| {
+        let along = positions.iter().map(|x| x[c]);
+        let low = along.clone().fold(f64::INFINITY, f64::min);
+        low.midpoint(along.fold(f64::NEG_INFINITY, f64::max))
+    });
+    let distance = |x: &[f64; 3]| (0..3).map(|c| (x[c] - centre[c]).powi(2)).sum::<f64>();
+    let nearest = positions
+        .iter()
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    nearest.copied().unwrap_or_default()
+}
+
+/// The folder in the current directory in which the picture of a scene's law goes by default.
+#[must_use]
+pub fn law_folder(scene: &Path) -> PathBuf {
+    let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
+    PathBuf::from(format!("{stem}-law"))
+}

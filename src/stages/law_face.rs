@@ -1,0 +1,61 @@
+use super::contact_cells::ContactCells;
+use crate::{
+    contact::{ContactFrame, FrictionField},
+    figures::{ContactPicture, PaneFriction, Zone},
+    mesh::{ContactSurface, Mesh},
+};
+
+/// The contact face with the coefficients of friction of one state of slip, and no stresses.
+pub(super) struct LawFace {
+    cells: ContactCells,
+    displacement: Vec<[f64; 3]>,
+    friction: Vec<PaneFriction>,
+    normal_stress: Vec<f64>,
+}
+
+impl LawFace {
+    pub(super) fn new(mesh: &Mesh, surface: &ContactSurface, field: &FrictionField) -> Self {
+        let cells = ContactCells::new(mesh);
+        let panes: Vec<[f64; 2]> = (0..surface.n_panes()).map(|i| field.pane(i)).collect();
+        let friction = cells.of_cells(&panes, &unloaded([f64::NAN; 2]), |f| unloaded(*f));
+        Self {
+            displacement: vec![[0.0; 3]; cells.coordinates.len()],
+            normal_stress: vec![0.0; friction.len()],
+            friction,
+            cells,
+        }
+    }
+
+    /// The face as the figures take it.
+    pub(super) fn picture<'a>(
+        &'a self,
+        title: &'a str,
+        frame: &ContactFrame,
+    ) -> ContactPicture<'a> {
+        let [axis_1, axis_2] = frame.reference;
+        ContactPicture {
+            title,
+            coordinates: &self.cells.coordinates,
+            displacement: &self.displacement,
+            boundary_triangles: &[],
+            contact_triangles: &self.cells.triangles,
+            contact_triangle_pane: &self.cells.pane,
+            normal: frame.normal,
+            axis_1,
+            axis_2,
+            normal_stress: &self.normal_stress,
+            friction: Some(&self.friction),
+        }
+    }
+}
+
+/// Coefficients without stresses.
+fn unloaded(coefficients: [f64; 2]) -> PaneFriction {
+    PaneFriction {
+        scaled_tangential: 0.0,
+        coefficients,
+        tangential_over_normal: [0.0; 2],
+        turn: 0.0,
+        zone: Zone::Open,
+    }
+}

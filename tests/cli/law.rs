@@ -1,0 +1,143 @@
+//! The command `law`: bounds and picture of a law by itself.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::program::{Program, SMALL, pipeline};
+
+/// Table 1's scene with another law of friction.
+fn scene_with(program: &Program, law: &str) {
+    let text = fs::read_to_string(pipeline("newton.toml")).unwrap();
+    let (head, _) = text.split_once("[friction.coefficient_1").unwrap();
+    fs::write(program.path("scene.toml"), format!("{head}\n{law}")).unwrap();
+}
+
+/// Standard output of `law` for a scene of the scratch folder.
+fn law(program: &Program, more: &[&str]) -> String {
+    let mut command = program.command(&["law", "scene.toml"]);
+    let done = command.args(SMALL).args(more).assert().success();
+    String::from_utf8_lossy(&done.get_output().stdout).into_owned()
+}
+
+#[test]
+fn the_law_of_table_1_is_bounded_and_drawn_without_a_run_file() {
+    let program = Program::new();
+    let scene = pipeline("hkl2011_table1.toml");
+    let done = program
+        .command(&["law", scene.to_str().unwrap()])
+        .args(SMALL)
+        .assert()
+        .success();
+    let text = String::from_utf8_lossy(&done.get_output().stdout).into_owned();
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let words = words.join(" ");
+    for fragment in [
+        "orthotropic Coulomb friction",
+        "F1 ramp over |u_t1|: 0.3 up to 1e-5 m, then with slope -3000 1/m to 0.2 from 4.3333e-5 m on",
+        "F_min 0.2 F1 at |u_t1| = 4.3333e-5",
+        "F_max 0.3 F1 at |u_t1| = 0",
+        "Lipschitz modulus L 3000 1/m F1",
+        "kappa(F) 1.5",
+        "exact",
+        "guarantee nothing",
+    ] {
+        assert!(words.contains(fragment), "{fragment}: {text}");
+    }
+    let mut files: Vec<String> = fs::read_dir(program.path("."))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    files.sort();
+    assert_eq!(files, ["hkl2011_table1-law"]);
+    for name in ["law.svg", "law.png"] {
+        assert!(program.path("hkl2011_table1-law").join(name).exists());
+    }
+}
+
+#[test]
+fn json_holds_the_bounds_and_the_smallness_quantities() {
+    let program = Program::new();
+    scene_with(
+        &program,
+        "[friction.coefficient_1]\nexpression = \"0.2 + 0.1*x + (s1/3e-4)*exp(0 - s1/3e-4)\"\n\
+         [friction.coefficient_2]\nconstant = 0.2",
+    );
+    let text = law(&program, &["--json", "--quiet", "--figures", "pictures"]);
+    let json: Value = serde_json::from_str(&text).unwrap();
+    let bounds = &json["bounds"];
+    let value = |name: &str| bounds[name]["value"].as_f64().unwrap();
+    // The peak of s exp(-s) is 1/e, at the far end of the brick; its steepest slope that at 0.
+    let peak = 0.5 + (-1.0_f64).exp();
+    assert!((value("f_max") - peak).abs() < 1e-12);
+    assert!((value("kappa") - peak / 0.2).abs() < 1e-11);
+    assert!((value("lipschitz") - 1.0 / 3e-4).abs() < 1e-9);
+    assert_eq!(bounds["f_max"]["position"][0], 3.0);
+    assert_eq!(bounds["f_max"]["coefficient"], "F1");
+    assert_eq!(bounds["estimated"], true);
+    // Panes of 0.5 m, and face diagonals of cubes of 0.25 m.
+    let (h, edge) = (0.5_f64, 0.125_f64.sqrt());
+    let steepness = (1.0 / 3e-4) * (2.0 + peak / 0.2) / (edge * h).sqrt();
+    let quantity = |name: &str| bounds[name].as_f64().unwrap();
+    let size = quantity("f_max_over_sqrt_pane_size");
+    assert!((size / (peak / h.sqrt()) - 1.0).abs() < 1e-12);
+    let name = "lipschitz_times_2_plus_kappa_over_sqrt_edge_length_pane_size";
+    assert!((quantity(name) / steepness - 1.0).abs() < 1e-11);
+    assert_eq!(json["figures"][0], "pictures/law.svg");
+    assert!(program.path("pictures/law.png").exists());
+}
+
+#[test]
+fn laws_without_coulomb_friction_say_so() {
+    let program = Program::new();
+    for (friction, kind, fragment) in [
+        ("", "frictionless", "frictionless contact"),
+        (
+            "[friction]\nslip_bound = \"1e6*(1+x)\"",
+            "tresca",
+            "1e6*(1+x)",
+        ),
+    ] {
+        scene_with(&program, friction);
+        let text = law(&program, &[]);
+        assert!(text.contains(fragment), "{text}");
+        let json: Value = serde_json::from_str(&law(&program, &["--json"])).unwrap();
+        assert_eq!(json["law"], kind);
+        assert!(json["bounds"].is_null());
+    }
+    assert!(!program.path("scene-law").exists());
+}
+
+#[test]
+fn a_law_that_turns_negative_is_refused_before_anything_is_stored() {
+    let program = Program::new();
+    scene_with(
+        &program,
+        "[friction.coefficient_1]\nexpression = \"0.3 - 1e3*s1 + 0*x\"\n\
+         [friction.coefficient_2]\nconstant = 0.2",
+    );
+    for arguments in [
+        vec!["law", "scene.toml"],
+        vec!["mesh", "scene.toml", "run.h5"],
+        vec!["run", "scene.toml", "run.h5"],
+    ] {
+        let mut command = program.command(&arguments);
+        let refused = command.args(SMALL).assert().code(2);
+        let text = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+        let folded: Vec<&str> = text.split_whitespace().collect();
+        let folded = folded.join(" ");
+        for fragment in [
+            "friction.coefficient_1.expression",
+            "0 < F",
+            "-2999.7 at |u_t1| = 3.0000e0 m",
+            "x, y, z = 0, 0, 0",
+            "levels off",
+        ] {
+            assert!(
+                folded.contains(fragment),
+                "{arguments:?}: {fragment}: {text}"
+            );
+        }
+    }
+    assert!(!program.path("run.h5").exists() && !program.path("scene-law").exists());
+}
