@@ -35,6 +35,11 @@ fn every_pipeline_converges_with_a_clean_certificate() {
 fn check(path: &Path) {
     let name = path.display().to_string();
     let text = std::fs::read_to_string(path).expect("readable pipeline");
+    let mut lines = text.lines();
+    for start in ["# Shows: ", "# Expect: "] {
+        let line = lines.next().unwrap_or_default();
+        assert!(line.starts_with(start), "{name} does not say {start}");
+    }
     let mut scene = Scene::parse(&name, &text).unwrap_or_else(|e| panic!("{name}: {e}"));
     if let Body::Brick(brick) = &mut scene.body {
         coarsen(brick);

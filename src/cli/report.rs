@@ -63,7 +63,7 @@ pub(super) fn status(solution: &Solution) -> String {
                 .into()
         }
         Status::NumericalError => {
-            "NOT CONVERGED: a value is not finite; check loads and material".into()
+            "NOT CONVERGED: a value is not finite, or a coefficient of friction not positive at the slips reached; check loads, material and formulas".into()
         }
         Status::MaxNewtonSteps => {
             "NOT CONVERGED: Newton's method gave up; choose method auto or fixed-point".into()

@@ -30,6 +30,14 @@ impl FrictionField {
         }
     }
 
+    /// Whether all coefficients are positive and finite, which no theory does without; formulas
+    /// may fail at slips that only a solution shows.
+    #[must_use]
+    pub fn is_admissible(&self) -> bool {
+        let mut coefficients = self.nodal.iter().flatten();
+        coefficients.all(|&f| f > 0.0 && f.is_finite())
+    }
+
     /// The coefficients (F₁, F₂) that act on a pane: the reciprocals of 𝓕_i⁻¹.
     #[must_use]
     pub fn pane(&self, pane: usize) -> [f64; 2] {

@@ -14,7 +14,7 @@ pub enum Status {
     MaxOuterSteps,
     /// An inner problem ran out of actions of S, or of Newton steps.
     MaxInnerActions,
-    /// A value was not finite.
+    /// A value was not finite, or a coefficient of friction not positive at the slips reached.
     NumericalError,
     /// Rounding forbids ε; the accuracy reached is the best there is.
     RoundingLimit,

@@ -8,7 +8,7 @@ use super::{
     minimisation::minimise, newton, norm::projected_gradient_steplength, successive_approximations,
 };
 use crate::{
-    contact::CoulombLaw,
+    contact::{CoulombLaw, FrictionField},
     dual::{
         Assembly, ContactSystem, DualOperator, DualSystem, ExplicitDual, ExplicitOperator,
         ImplicitOperator,
@@ -68,6 +68,10 @@ pub fn solve(
         None => problem.minimise(observe)?,
         Some(law) => problem.coulomb(law, observe)?,
     };
+    let mut friction = solution.coulomb.iter().map(|state| &state.friction);
+    if !friction.all(FrictionField::is_admissible) {
+        solution.status = Status::NumericalError;
+    }
     solution.law_evaluations = contact.interface.law_evaluations();
     solution.projections = contact.interface.projections.load(Ordering::Relaxed);
     Ok(solution)

@@ -87,7 +87,11 @@ const BAD_SCENES: [(&str, &str, &[&str]); 30] = [
     (
         "[friction.coefficient_2.ramp]\ninitial = 0.3\nresidual = 0.2\nonset = 1e-5             # m\nrate = 1000.0            # 1/m",
         "[friction]\ncoefficient_2.expression = \"0.3 - 0.2*x\"",
-        &["friction.coefficient_2.expression", "0 < F", "x, y, z = 3, 0, 0"],
+        &[
+            "friction.coefficient_2.expression",
+            "0 < F",
+            "x, y, z = 3, 0, 0",
+        ],
     ),
     (
         "face = \"z_min\"",

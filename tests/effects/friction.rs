@@ -169,3 +169,26 @@ fn a_quarter_turn_exchanges_the_coefficients() {
     let displacement = [&unturned, &plain].map(|case| case.displacement().concat());
     assert!(distance(&displacement[0], &displacement[1]) > 1e-3);
 }
+
+/// Formulas are positive without slip, as the scene's check demands; whether they stay so is seen
+/// at the slips of the solution.
+#[test]
+fn a_coefficient_that_falls_below_zero_is_no_solution() {
+    for (law, status) in [
+        (
+            "coefficient.expression = '0.3 - 5e3*s'",
+            Status::NumericalError,
+        ),
+        (
+            "coefficient.expression = '0.1 + 0.2*exp(-s/6e-5)'",
+            Status::Converged,
+        ),
+    ] {
+        for method in ["", "[solve]\nmethod = 'fixed-point'\nepsilon = 1e-4\n"] {
+            let case = in_contact("", &format!("{law}\n{method}"));
+            assert_eq!(case.solution.status, status, "{law} {method}");
+            let friction = case.report().friction.unwrap();
+            assert_eq!(friction.is_admissible(), status == Status::Converged);
+        }
+    }
+}
