@@ -1,7 +1,9 @@
 //! The command line: arguments, dispatch, messages, exit codes.
 
+mod accuracy;
 mod arguments;
 mod exit;
+mod html;
 mod override_scene;
 mod progress;
 mod report;
@@ -37,6 +39,8 @@ pub fn main() -> Exit {
         Command::Solve(solve) => run::solve(solve, &output, threads),
         Command::Post(post) => run::post(post, &output, threads),
         Command::Status(status) => status::status(status, &output),
+        Command::Accuracy(accuracy) => accuracy::accuracy(accuracy, &output, threads),
+        Command::Report(page) => html::report_page(page, &output),
         Command::Schema(schema) => schema::schema(schema, &output),
     };
     outcome.unwrap_or_else(|error| exit::explain(error, &output))

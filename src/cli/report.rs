@@ -76,18 +76,6 @@ pub(super) fn status(solution: &Solution) -> String {
     }
 }
 
-/// The status as programs see it.
-pub(super) fn status_word(status: Status) -> &'static str {
-    match status {
-        Status::Converged => "converged",
-        Status::MaxOuterSteps => "max_outer_steps",
-        Status::MaxInnerActions => "max_inner_actions",
-        Status::NumericalError => "numerical_error",
-        Status::RoundingLimit => "rounding_limit",
-        Status::MaxNewtonSteps => "max_newton_steps",
-    }
-}
-
 /// Steps of each algorithm that ran.
 fn steps(solution: &Solution) -> String {
     let fallbacks = solution.newton.iter().filter(|step| step.fallback).count();
@@ -225,7 +213,7 @@ pub(super) fn json(
         "title": scene.title,
         "assembly_seconds": parts,
         "newton_seconds": solution.newton.iter().map(|step| step.seconds).sum::<f64>(),
-        "status": status_word(solution.status),
+        "status": solution.status.word(),
         "n_nodes": mesh.coordinates.len(),
         "n_free": solution.displacement.len(),
         "n_multipliers": solution.multiplier.len(),

@@ -12,6 +12,8 @@ mod colour_bar;
 mod ellipses;
 mod facets;
 mod layout;
+mod line_chart;
+mod log_ticks;
 mod maps;
 mod panes;
 mod picture;
@@ -26,6 +28,7 @@ mod text;
 mod vector;
 mod view;
 
+pub use line_chart::{Axis as ChartAxis, AxisScale, ChartPoint, LineChart, Series};
 pub use picture::{ContactPicture, FigureError, PaneFriction, Zone};
 pub use raster::rasterise;
 
@@ -124,7 +127,7 @@ fn normal_stress(
     let key = ColourKey::new(values, ColourMap::Viridis, &symbol, "Pa");
     let title = Label::plain("(a) Normal contact stress ").then(&symbol);
     let value = |pane: usize| picture.normal_stress[pane];
-    let map = maps::map_panel(layout, shapes, &title, &key, value);
+    let map = maps::map_panel(layout, shapes, &title, &key, "Pa", value);
     ("a_normal_stress", map)
 }
 
@@ -143,7 +146,7 @@ fn scaled_tangential(
     let values = shapes.iter().map(|shape| value(shape.pane));
     let key = ColourKey::new(values, ColourMap::Viridis, &symbol, "Pa");
     let title = Label::plain("(b) Scaled tangential contact stress ").then(&symbol);
-    let map = maps::map_panel(layout, shapes, &title, &key, value);
+    let map = maps::map_panel(layout, shapes, &title, &key, "Pa", value);
     ("b_scaled_tangential_stress", map)
 }
 
@@ -168,7 +171,7 @@ fn coefficients(
         let map = ColourMap::Cividis;
         let key = ColourKey::with_range(ranges[axis], gaps, map, &symbol, "");
         let title = Label::plain(title).then(&symbol);
-        let canvas = maps::map_panel(layout, shapes, &title, &key, |pane| value(pane, axis));
+        let canvas = maps::map_panel(layout, shapes, &title, &key, "", |pane| value(pane, axis));
         (name, canvas)
     })
 }

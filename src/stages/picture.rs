@@ -6,7 +6,7 @@ use std::{
 use super::{StageError, contact_cells::ContactCells};
 use crate::{
     contact::ContactFrame,
-    figures::{self, ContactPicture, PaneFriction},
+    figures::{self, ContactPicture, FigureError, PaneFriction},
     mesh::Mesh,
     post::{ContactReport, PaneState, Zone},
     scene::Scene,
@@ -34,16 +34,57 @@ pub(super) fn draw(
     frame: Option<&ContactFrame>,
     report: &ContactReport,
 ) -> Result<Vec<PathBuf>, StageError> {
-    let (Some(surface), Some(frame)) = (&mesh.contact, frame) else {
+    let drawn = with_picture(scene, mesh, frame, report, |picture| {
+        Ok((figures::panels(picture)?, figures::page(picture)?))
+    });
+    let Some((panels, page)) = drawn.transpose().map_err(|source| StageError::Figure {
+        file: folder.to_owned(),
+        source,
+    })?
+    else {
         return Ok(Vec::new());
     };
+    fs::create_dir_all(folder).map_err(|source| StageError::Write {
+        file: folder.to_owned(),
+        source,
+    })?;
+    let mut files = Vec::new();
+    for panel in panels {
+        files.extend(save(folder, panel.name, &panel.svg, PANEL_WIDTH)?);
+    }
+    files.extend(save(folder, "figure5", &page, PAGE_WIDTH)?);
+    Ok(files)
+}
+
+/// The page of all panels as SVG; `None` without contact.
+///
+/// # Errors
+/// [`FigureError`] for results that do not fit together.
+pub(super) fn page(
+    scene: &Scene,
+    mesh: &Mesh,
+    frame: Option<&ContactFrame>,
+    report: &ContactReport,
+) -> Result<Option<String>, FigureError> {
+    with_picture(scene, mesh, frame, report, figures::page).transpose()
+}
+
+/// Lends the arrays of the figures; `None` without contact.
+fn with_picture<T>(
+    scene: &Scene,
+    mesh: &Mesh,
+    frame: Option<&ContactFrame>,
+    report: &ContactReport,
+    draw: impl FnOnce(&ContactPicture<'_>) -> T,
+) -> Option<T> {
+    let (surface, frame) = (mesh.contact.as_ref()?, frame?);
     let cells = ContactCells::new(mesh, surface);
     let displacement = cells.interpolate(&report.displacement);
     let normal_stress = cells.of_cells(&report.panes, &f64::NAN, |p| p.normal_stress);
     let friction: Option<Vec<PaneFriction>> = report.panes.iter().map(pane_friction).collect();
     let friction = friction.map(|panes| cells.of_cells(&panes, &NO_MULTIPLIER, |p| *p));
     let [axis_1, axis_2] = frame.axes[0];
-    let picture = ContactPicture {
+    Some(draw(&ContactPicture {
         title: &scene.title,
         coordinates: &cells.coordinates,
         displacement: &displacement,
@@ -55,22 +96,7 @@ pub(super) fn draw(
         axis_2,
         normal_stress: &normal_stress,
         friction: friction.as_deref(),
-    };
-    let figure = |source| StageError::Figure {
-        file: folder.to_owned(),
-        source,
-    };
-    fs::create_dir_all(folder).map_err(|source| StageError::Write {
-        file: folder.to_owned(),
-        source,
-    })?;
-    let mut files = Vec::new();
-    for panel in figures::panels(&picture).map_err(figure)? {
-        files.extend(save(folder, panel.name, &panel.svg, PANEL_WIDTH)?);
-    }
-    let page = figures::page(&picture).map_err(figure)?;
-    files.extend(save(folder, "figure5", &page, PAGE_WIDTH)?);
-    Ok(files)
+    }))
 }
 
 /// What is drawn where a held node carries no multiplier.
@@ -100,7 +126,12 @@ fn pane_friction(pane: &PaneState) -> Option<PaneFriction> {
     })
 }
 
-fn save(folder: &Path, name: &str, svg: &str, width: u32) -> Result<[PathBuf; 2], StageError> {
+pub(super) fn save(
+    folder: &Path,
+    name: &str,
+    svg: &str,
+    width: u32,
+) -> Result<[PathBuf; 2], StageError> {
     let files = [
         folder.join(format!("{name}.svg")),
         folder.join(format!("{name}.png")),

@@ -308,7 +308,7 @@ impl Session {
 }
 
 /// Writes the digest of a mesh file into the scene, so that a changed file makes the mesh stale.
-fn pin_mesh_file(input: &mut SceneFile) -> Result<(), StageError> {
+pub(super) fn pin_mesh_file(input: &mut SceneFile) -> Result<(), StageError> {
     let Body::Gmsh(gmsh) = &input.scene.body else {
         return Ok(());
     };
