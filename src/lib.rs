@@ -46,6 +46,7 @@
 //! [`mesh`], [`elasticity`], [`contact`], [`dual`], [`solver`], [`post`]. Around it: [`store`]
 //! (HDF5), [`figures`], [`mod@format`] (the datasets), [`stages`], [`cli`].
 
+pub mod accuracy;
 pub mod cli;
 pub mod contact;
 pub mod dual;
@@ -55,6 +56,7 @@ pub mod format;
 pub mod linalg;
 pub mod mesh;
 pub mod post;
+pub mod report;
 pub mod scene;
 pub mod solver;
 pub mod stages;

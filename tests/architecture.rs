@@ -3,7 +3,7 @@
 use std::{collections::BTreeSet, fs, path::Path};
 
 /// Each room with the rooms it may use.
-const ALLOWED: [(&str, &[&str]); 13] = [
+const ALLOWED: [(&str, &[&str]); 15] = [
     ("linalg", &[]),
     ("scene", &[]),
     ("mesh", &["linalg", "scene"]),
@@ -29,8 +29,22 @@ const ALLOWED: [(&str, &[&str]); 13] = [
             "solver",
         ],
     ),
+    (
+        "accuracy",
+        &[
+            "linalg",
+            "scene",
+            "mesh",
+            "elasticity",
+            "contact",
+            "dual",
+            "solver",
+            "post",
+        ],
+    ),
     ("store", &[]),
     ("figures", &[]),
+    ("report", &[]),
     (
         "format",
         &[
@@ -42,6 +56,7 @@ const ALLOWED: [(&str, &[&str]); 13] = [
             "dual",
             "solver",
             "post",
+            "accuracy",
             "store",
         ],
     ),
@@ -56,15 +71,18 @@ const ALLOWED: [(&str, &[&str]); 13] = [
             "dual",
             "solver",
             "post",
+            "accuracy",
             "store",
             "figures",
+            "report",
             "format",
         ],
     ),
     (
         "cli",
         &[
-            "scene", "mesh", "contact", "dual", "solver", "post", "store", "format", "stages",
+            "scene", "mesh", "contact", "dual", "solver", "post", "accuracy", "store", "format",
+            "stages",
         ],
     ),
 ];

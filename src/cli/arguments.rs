@@ -51,6 +51,10 @@ pub enum Command {
     Status(StageArguments),
     /// Bound and draw the law of friction of a scene, without solving anything
     Law(LawArguments),
+    /// Measure the errors of solvers and meshes for a scene, and what each digit costs
+    Accuracy(AccuracyArguments),
+    /// Write a report as one HTML page that needs no network
+    Report(ReportArguments),
     /// Write or check the schemas of run files and scenes
     Schema(SchemaArguments),
 }
@@ -76,6 +80,36 @@ pub struct RunArguments {
     pub(super) figures: FigureArguments,
     #[command(flatten)]
     pub(super) assembly: AssemblyFileArguments,
+}
+
+/// Arguments of `accuracy`.
+#[derive(Debug, Args)]
+pub struct AccuracyArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneArguments,
+    /// The run file, made or updated
+    pub file: PathBuf,
+    /// Smallest n_div of the meshes
+    #[arg(long, value_name = "N_DIV", default_value_t = 4, value_parser = at_least_one)]
+    pub coarsest: usize,
+    /// n_div of the finest mesh, a multiple of the scene's; by default 4, 2 or 1 times that, up to 32
+    #[arg(long, value_name = "N_DIV", value_parser = at_least_one)]
+    pub finest: Option<usize>,
+    /// Seconds for each method on each operator; accuracies that would take longer are left out
+    #[arg(long, value_name = "SECONDS", default_value_t = 30.0, allow_negative_numbers = true, value_parser = positive)]
+    pub budget: f64,
+    #[command(flatten)]
+    pub(super) figures: FigureArguments,
+}
+
+/// Arguments of `report`.
+#[derive(Debug, Args)]
+pub struct ReportArguments {
+    /// A run file, or the folder of a sweep
+    pub input: PathBuf,
+    /// The page
+    #[arg(short, long, value_name = "FILE", default_value = "report.html")]
+    pub out: PathBuf,
 }
 
 /// Where the assembled data go.
@@ -176,6 +210,23 @@ pub struct SolveArguments {
     /// Most actions of the dual operator in one inner problem
     #[arg(long, value_name = "N")]
     max_inner_actions: Option<usize>,
+}
+
+/// A count that is not 0.
+fn at_least_one(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(0) => Err("expected 1 or more".into()),
+        Ok(count) => Ok(count),
+        Err(error) => Err(format!("expected a whole number: {error}")),
+    }
+}
+
+/// A finite number above 0.
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("expected a finite number above 0".into()),
+    }
 }
 
 /// A flag's value by the name it has in scene files.

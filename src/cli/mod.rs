@@ -1,8 +1,10 @@
 //! The command line: arguments, dispatch, messages, exit codes.
 
+mod accuracy;
 mod arguments;
 mod effects;
 mod exit;
+mod html;
 mod law;
 mod law_words;
 mod override_scene;
@@ -42,6 +44,8 @@ pub fn main() -> Exit {
         Command::Post(post) => run::post(post, &output, threads),
         Command::Status(status) => status::status(status, &output),
         Command::Law(law) => law::law(law, &output),
+        Command::Accuracy(accuracy) => accuracy::accuracy(accuracy, &output, threads),
+        Command::Report(page) => html::report_page(page, &output),
         Command::Schema(schema) => schema::schema(schema, &output),
     };
     outcome.unwrap_or_else(|error| exit::explain(error, &output))

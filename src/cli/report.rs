@@ -70,15 +70,3 @@ pub(super) fn status(solution: &Solution) -> String {
         }
     }
 }
-
-/// The status as programs see it.
-pub(super) fn status_word(status: Status) -> &'static str {
-    match status {
-        Status::Converged => "converged",
-        Status::MaxOuterSteps => "max_outer_steps",
-        Status::MaxInnerActions => "max_inner_actions",
-        Status::NumericalError => "numerical_error",
-        Status::RoundingLimit => "rounding_limit",
-        Status::MaxNewtonSteps => "max_newton_steps",
-    }
-}

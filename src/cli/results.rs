@@ -2,10 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{
-    effects,
-    report::{status, status_word},
-};
+use super::{effects, report::status};
 use crate::{
     dual::AssemblySeconds,
     format::Sizes,
@@ -165,7 +162,7 @@ pub(super) fn json(
         "effects": effects::json(&Effects::of(scene), &sizes(mesh, solution)),
         "assembly_seconds": parts,
         "newton_seconds": solution.newton.iter().map(|step| step.seconds).sum::<f64>(),
-        "status": status_word(solution.status),
+        "status": solution.status.word(),
         "n_nodes": mesh.coordinates.len(),
         "n_free": solution.displacement.len(),
         "n_multipliers": solution.multiplier.len(),

@@ -96,7 +96,7 @@ fn perform(
         Stage::Solve => session.solve(commit, &mut |progress| {
             spinner.set_message(report::progress(progress))
         }),
-        Stage::Post | Stage::Scene | Stage::Vtk => session.post(),
+        Stage::Post | Stage::Scene | Stage::Vtk | Stage::Accuracy => session.post(),
     };
     spinner.finish_and_clear();
     let performed = performed?;

@@ -173,6 +173,14 @@ impl Canvas {
         self.write_text(position, label, size, Anchor::Middle, &turn);
     }
 
+    /// What `draw` draws, with a text that shows when the reader points at it.
+    pub(super) fn titled(&mut self, title: &str, draw: impl FnOnce(&mut Self)) {
+        self.elements
+            .push_str(&format!("<g><title>{}</title>\n", escape(title)));
+        draw(self);
+        self.elements.push_str("</g>\n");
+    }
+
     /// Copies another canvas with its upper left corner to `corner`.
     pub(super) fn place(&mut self, other: &Self, corner: Point) {
         let open = format!(
@@ -188,12 +196,17 @@ impl Canvas {
     /// The whole SVG document, with `title` as its accessible name.
     pub(super) fn document(&self, title: &str) -> String {
         let (width, height) = (number(self.width), number(self.height));
+        let patterns = if self.elements.contains("url(#") {
+            PATTERNS
+        } else {
+            ""
+        };
         format!(
             "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
              <svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
              viewBox=\"0 0 {width} {height}\" \
              font-family=\"'DejaVu Sans', Verdana, sans-serif\" fill=\"{}\">\n\
-             <title>{}</title>\n{PATTERNS}\
+             <title>{}</title>\n{patterns}\
              <rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n{}</svg>\n",
             Colour::BLACK.hex(),
             escape(title),

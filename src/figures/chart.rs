@@ -42,13 +42,15 @@ pub(super) fn draw_axes(canvas: &mut Canvas, layout: &Layout) {
     }
 }
 
-/// Draws every pane with its fill and thin outlines of the given colour over all of them.
+/// Draws every pane with its fill and the text it shows when pointed at, and thin outlines of the
+/// given colour over all of them.
 pub(super) fn draw_panes(
     canvas: &mut Canvas,
     layout: &Layout,
     shapes: &[PaneShape],
     outline: Colour,
     fill: impl Fn(usize) -> Fill,
+    hover: impl Fn(usize) -> String,
 ) {
     let mut outlines = Vec::new();
     for shape in shapes {
@@ -60,7 +62,9 @@ pub(super) fn draw_panes(
             Fill::Plain(colour) => Some(Stroke::solid(colour, 0.4)),
             Fill::Empty | Fill::NoValue | Fill::Open => None,
         };
-        canvas.region(&loops, fill, seam);
+        canvas.titled(&hover(shape.pane), |canvas| {
+            canvas.region(&loops, fill, seam);
+        });
         for points in &mut loops {
             points.extend(points.first().copied());
         }

@@ -41,7 +41,8 @@ pub(super) fn ellipse_panel(
 ) -> Canvas {
     let mut canvas = layout.panel(title);
     let fill = |pane: usize| zone_paint(friction[pane].zone).0;
-    draw_panes(&mut canvas, layout, shapes, Colour::GREY, fill);
+    let hover = |pane: usize| describe(pane, &friction[pane]);
+    draw_panes(&mut canvas, layout, shapes, Colour::GREY, fill, hover);
     let size = typical_pane_size(layout, shapes);
     let largest = largest_coefficient(friction);
     let radius = 0.44 * size;
@@ -49,12 +50,26 @@ pub(super) fn ellipse_panel(
     if drawn {
         for shape in shapes {
             let centre = layout.point(shape.centre);
-            draw_pane(&mut canvas, &friction[shape.pane], centre, radius, largest);
+            canvas.titled(&describe(shape.pane, &friction[shape.pane]), |canvas| {
+                draw_pane(canvas, &friction[shape.pane], centre, radius, largest);
+            });
         }
     }
     draw_axes(&mut canvas, layout);
     draw_legend(&mut canvas, layout, drawn.then_some((radius, largest)));
     canvas
+}
+
+/// What a pane says when pointed at.
+fn describe(pane: usize, friction: &PaneFriction) -> String {
+    let zone = match friction.zone {
+        Zone::Open => "open",
+        Zone::Stick => "stick",
+        Zone::Slip => "slip",
+    };
+    let [f1, f2] = friction.coefficients;
+    let [t1, t2] = friction.tangential_over_normal;
+    format!("pane {pane}, {zone}: F1 = {f1:.4}, F2 = {f2:.4}, σt/λν = ({t1:.4}, {t2:.4})")
 }
 
 fn largest_coefficient(friction: &[PaneFriction]) -> f64 {

@@ -7,17 +7,19 @@ use super::layout::{KeySide, Layout};
 use super::panes::PaneShape;
 use super::text::Label;
 
-/// A map of one value per pane with axes and colour bar.
+/// A map of one value per pane in `unit`, with axes and colour bar.
 pub(super) fn map_panel(
     layout: &Layout,
     shapes: &[PaneShape],
     title: &Label,
     key: &ColourKey,
+    unit: &str,
     value: impl Fn(usize) -> f64,
 ) -> Canvas {
     let mut canvas = layout.panel(title);
     let fill = |pane: usize| key.fill(value(pane));
-    draw_panes(&mut canvas, layout, shapes, Colour::WHITE, fill);
+    let hover = |pane: usize| format!("pane {pane}: {:.4e} {unit}", value(pane));
+    draw_panes(&mut canvas, layout, shapes, Colour::WHITE, fill, hover);
     draw_axes(&mut canvas, layout);
     let [left, top] = layout.corner;
     let [width, height] = layout.size;

@@ -14,6 +14,8 @@ mod facets;
 mod law;
 mod law_axes;
 mod layout;
+mod line_chart;
+mod log_ticks;
 mod maps;
 mod panes;
 mod picture;
@@ -29,6 +31,7 @@ mod vector;
 mod view;
 
 pub use law::{LawPicture, OverSlip, SlipCurve, SlipMap, SlipRange, law_page};
+pub use line_chart::{Axis as ChartAxis, AxisScale, ChartPoint, LineChart, Series};
 pub use picture::{ContactPicture, FigureError, PaneFriction, Zone};
 pub use raster::rasterise;
 
@@ -137,7 +140,7 @@ fn normal_stress(
     let key = ColourKey::new(values, ColourMap::Viridis, &symbol, "Pa");
     let title = Label::plain("(a) Normal contact stress ").then(&symbol);
     let value = |pane: usize| picture.normal_stress[pane];
-    let map = maps::map_panel(layout, shapes, &title, &key, value);
+    let map = maps::map_panel(layout, shapes, &title, &key, "Pa", value);
     ("a_normal_stress", map)
 }
 
@@ -156,7 +159,7 @@ fn scaled_tangential(
     let values = shapes.iter().map(|shape| value(shape.pane));
     let key = ColourKey::new(values, ColourMap::Viridis, &symbol, "Pa");
     let title = Label::plain("(b) Scaled tangential contact stress ").then(&symbol);
-    let map = maps::map_panel(layout, shapes, &title, &key, value);
+    let map = maps::map_panel(layout, shapes, &title, &key, "Pa", value);
     ("b_scaled_tangential_stress", map)
 }
 
@@ -176,7 +179,7 @@ fn coefficients(
         let gaps = values(axis).any(|value| !value.is_finite());
         let map = ColourMap::Cividis;
         let key = ColourKey::with_range(ranges[axis], gaps, map, &symbols[axis], "");
-        maps::map_panel(layout, shapes, &titles[axis], &key, |pane| {
+        maps::map_panel(layout, shapes, &titles[axis], &key, "", |pane| {
             value(pane, axis)
         })
     })

@@ -308,3 +308,69 @@ fn a_constant_law_is_a_line_inside_its_chart() {
     // The plot is 258 px high below 42 + 46 px of titles, and a constant lies in its middle.
     assert!(svg.contains("M84 171L612 171"), "{svg}");
 }
+
+fn chart(scale: AxisScale, factor: f64, n_series: usize) -> LineChart {
+    let axis = |label: &str| ChartAxis {
+        label: label.to_owned(),
+        scale,
+        ticks: Vec::new(),
+    };
+    let series = (0..n_series).map(|k| Series {
+        name: format!("fixed point (a), explicit, {k}"),
+        points: (0..6)
+            .map(|i| ChartPoint {
+                x: factor * 10_f64.powi(i - 3) * (k + 1) as f64,
+                y: factor * 10_f64.powi(-2 * i),
+                text: format!("point <{i}> & more"),
+            })
+            .collect(),
+    });
+    LineChart {
+        title: "Work and precision".to_owned(),
+        x: axis("seconds [s]"),
+        y: axis("error"),
+        series: series.collect(),
+    }
+}
+
+#[test]
+fn charts_are_readable_on_any_scale() {
+    for scale in [AxisScale::Linear, AxisScale::Logarithmic] {
+        for factor in [1e-9, 1.0, 3e7] {
+            for n_series in [0, 1, 5, 9] {
+                assert_readable(&chart(scale, factor, n_series).svg());
+            }
+        }
+    }
+}
+
+#[test]
+fn a_point_that_no_axis_can_show_is_left_out() {
+    let mut with = chart(AxisScale::Logarithmic, 1.0, 1);
+    let expected = with.svg();
+    for y in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        with.series[0].points.push(ChartPoint {
+            x: 1.0,
+            y,
+            text: String::new(),
+        });
+    }
+    assert_eq!(with.svg(), expected);
+}
+
+#[test]
+fn every_pane_and_every_point_says_its_value() {
+    let sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
+    let picture = sample.picture();
+    for panel in panels(&picture).expect("consistent picture") {
+        let panes = panel.svg.matches("<title>pane ").count();
+        let expected = match panel.name {
+            "c_deformed_body" => 0,
+            "d_friction_ellipses" => 2 * picture.normal_stress.len(),
+            _ => picture.normal_stress.len(),
+        };
+        assert_eq!(panes, expected, "{}", panel.name);
+    }
+    let svg = chart(AxisScale::Logarithmic, 1.0, 3).svg();
+    assert_eq!(svg.matches("<title>point &lt;").count(), 18);
+}

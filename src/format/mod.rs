@@ -1,5 +1,6 @@
 //! The run file's datasets: one table per stage, each beside its reader and writer.
 
+mod accuracy;
 mod assemble;
 mod history;
 mod mesh;
@@ -11,6 +12,7 @@ mod vtkhdf;
 
 use thiserror::Error;
 
+pub use accuracy::{read as read_accuracy, read_advice, write as write_accuracy};
 pub use assemble::{
     read as read_assembly, read_coupling, read_primal, stored_bytes as assembly_bytes,
     write as write_assembly,
@@ -32,7 +34,7 @@ use crate::{
 pub const LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe run",
     linked_filetype: "contact3d-pipe stage",
-    format_version: [1, 1],
+    format_version: [1, 2],
     creator: concat!("contact3d-pipe ", env!("CARGO_PKG_VERSION")),
     tables: &[
         scene::TABLE,
@@ -42,6 +44,7 @@ pub const LAYOUT: Layout = Layout {
         history::TABLE,
         post::TABLE,
         vtkhdf::TABLE,
+        accuracy::TABLE,
     ],
     extents: &[
         ("n_nodes", "nodes of the mesh"),
@@ -78,6 +81,11 @@ pub const LAYOUT: Layout = Layout {
             "VTK cells: the tetrahedra, then the contact triangles",
         ),
         ("n_connectivity", "node references of all VTK cells"),
+        ("n_levels", "nested meshes of the accuracy ladder"),
+        (
+            "n_rungs",
+            "accuracies asked of every method on every operator",
+        ),
     ],
 };
 

@@ -16,7 +16,7 @@ use crate::{
 
 stored_enum! {
     /// How a solve ended, as stored.
-    enum StoredStatus as "status" {
+    pub(super) enum StoredStatus as "status" {
         Converged = 0 => "converged",
         MaxOuterSteps = 1 => "max_outer_steps",
         MaxInnerActions = 2 => "max_inner_actions",
@@ -51,6 +51,20 @@ const METHODS: [(StoredMethod, SolvedBy); 4] = [
     (StoredMethod::Minimisation, SolvedBy::Minimisation),
     (StoredMethod::Direct, SolvedBy::Direct),
 ];
+
+impl StoredStatus {
+    /// The member for a status.
+    pub(super) fn of(status: Status) -> Self {
+        let row = STATUSES.iter().find(|(_, meaning)| *meaning == status);
+        row.map_or(Self::NumericalError, |(stored, _)| *stored)
+    }
+
+    /// The status of a member.
+    pub(super) fn status(self) -> Status {
+        let row = STATUSES.iter().find(|(stored, _)| *stored == self);
+        row.map_or(Status::NumericalError, |(_, status)| *status)
+    }
+}
 
 const STATUS: &str = "/solve/status";
 const MULTIPLIER_NORMAL: &str = "/solve/multiplier_normal";
@@ -103,11 +117,7 @@ pub fn write(
     n_panes: usize,
     dofs: &DofMap,
 ) -> Result<(), StoreError> {
-    let status = STATUSES
-        .iter()
-        .find(|(_, status)| *status == solution.status);
-    let status = status.map_or(StoredStatus::NumericalError, |(stored, _)| *stored);
-    writer.write_enum(STATUS, &[status], &[])?;
+    writer.write_enum(STATUS, &[StoredStatus::of(solution.status)], &[])?;
     if n_panes > 0 {
         let (normal, tangential) = solution.multiplier.split_at(n_panes);
         writer.write(MULTIPLIER_NORMAL, normal, &[n_panes])?;
@@ -169,10 +179,7 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
         }
     }
     let displacement: Vec<f64> = reader.read_vec(DISPLACEMENT)?;
-    let stored = reader.read_enum::<StoredStatus>(STATUS)?;
-    let status = STATUSES
-        .iter()
-        .find(|(status, _)| stored.first() == Some(status));
+    let status = reader.read_enum::<StoredStatus>(STATUS)?;
     let stored = reader.read_enum::<StoredMethod>(METHOD)?;
     let method = METHODS
         .iter()
@@ -181,7 +188,9 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
         Ok(read_index_vec(reader, path)?.first().copied().unwrap_or(0))
     };
     Ok(Solution {
-        status: status.map_or(Status::NumericalError, |(_, status)| *status),
+        status: status
+            .first()
+            .map_or(Status::NumericalError, |stored| stored.status()),
         solved_by: method.map_or(SolvedBy::Direct, |(_, by)| *by),
         accuracy: reader
             .read_vec(ACCURACY)?

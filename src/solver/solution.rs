@@ -22,6 +22,21 @@ pub enum Status {
     MaxNewtonSteps,
 }
 
+impl Status {
+    /// The status as programs see it.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Converged => "converged",
+            Self::MaxOuterSteps => "max_outer_steps",
+            Self::MaxInnerActions => "max_inner_actions",
+            Self::NumericalError => "numerical_error",
+            Self::RoundingLimit => "rounding_limit",
+            Self::MaxNewtonSteps => "max_newton_steps",
+        }
+    }
+}
+
 /// Which algorithm gave the answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SolvedBy {

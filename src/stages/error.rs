@@ -3,6 +3,7 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use crate::{
+    accuracy::AccuracyError,
     dual::AssemblyError,
     figures::FigureError,
     format::FormatError,
@@ -33,6 +34,9 @@ pub enum StageError {
     /// The stiffness matrix.
     #[error(transparent)]
     Assembly(#[from] AssemblyError),
+    /// A ladder of accuracy.
+    #[error(transparent)]
+    Accuracy(#[from] AccuracyError),
     /// The method needs the dense dual operator.
     #[error(transparent)]
     NeedsExplicit(#[from] NeedsExplicit),
@@ -48,6 +52,14 @@ pub enum StageError {
         /// What is wrong with that stage.
         why: String,
     },
+    /// A folder that holds no sweep, or one that cannot be read.
+    #[error("{}: {reason}; give a run file, or the folder of a sweep", file.display())]
+    Sweep {
+        /// The table of the sweep.
+        file: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
     /// A picture could not be drawn or written.
     #[error("figure {}: {source}", file.display())]
     Figure {
@@ -55,6 +67,14 @@ pub enum StageError {
         file: PathBuf,
         /// What went wrong.
         source: FigureError,
+    },
+    /// A report could not be written.
+    #[error("cannot write {}: {source}; choose another file with -o", file.display())]
+    WriteReport {
+        /// The file.
+        file: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
     },
     /// A picture could not be written.
     #[error("cannot write {}: {source}; choose another folder with --figures", file.display())]

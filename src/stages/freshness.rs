@@ -106,7 +106,7 @@ pub(super) fn settings(stage: Stage, scene: &Scene) -> String {
         Stage::Post => Settings::Post {
             friction: scene.friction.as_ref(),
         },
-        Stage::Scene | Stage::Vtk => return String::new(),
+        Stage::Scene | Stage::Vtk | Stage::Accuracy => return String::new(),
     };
     toml::to_string(&settings).expect("settings hold only TOML types")
 }

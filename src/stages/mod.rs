@@ -1,5 +1,7 @@
 //! The stages of the pipeline: each reads what earlier ones stored, computes, and stores its own group.
 
+mod accuracy;
+mod charts;
 mod contact_cells;
 mod error;
 mod freshness;
@@ -8,11 +10,16 @@ mod law_curves;
 mod law_face;
 mod persistence;
 mod picture;
+mod report;
+mod report_tables;
 mod session;
+mod sweep_report;
 
+pub use accuracy::{draw_accuracy, measure_accuracy};
 pub use error::StageError;
 pub use freshness::{Freshness, PIPELINE, StageState, states};
 pub use law::{LawKind, LawStudy, MeshSizes, law_folder};
 pub use persistence::AssemblyFile;
 pub use picture::figures_folder;
+pub use report::report;
 pub use session::{Commit, Performed, Session};

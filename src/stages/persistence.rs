@@ -215,7 +215,7 @@ impl Session {
                 let dofs = &self.primal().dofs;
                 format::write_solution(writer, loaded(&self.solution), n_panes, dofs)
             }),
-            Stage::Scene | Stage::Post | Stage::Vtk => {
+            Stage::Scene | Stage::Post | Stage::Vtk | Stage::Accuracy => {
                 let report = loaded(&self.report);
                 let frame = self.interface.as_ref().map(|interface| &interface.frame);
                 write_stage(transaction, Stage::Vtk, home, record, |writer| {
@@ -229,7 +229,7 @@ impl Session {
     }
 }
 
-fn write_stage(
+pub(super) fn write_stage(
     transaction: &mut Transaction,
     stage: Stage,
     home: Home,

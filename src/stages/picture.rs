@@ -6,7 +6,7 @@ use std::{
 use super::{StageError, contact_cells::ContactCells};
 use crate::{
     contact::ContactFrame,
-    figures::{self, ContactPicture, PaneFriction},
+    figures::{self, ContactPicture, FigureError, PaneFriction},
     mesh::Mesh,
     post::{ContactReport, PaneState, Zone},
     scene::Scene,
@@ -34,6 +34,44 @@ pub(super) fn draw(
     frame: Option<&ContactFrame>,
     report: &ContactReport,
 ) -> Result<Vec<PathBuf>, StageError> {
+    let figure = |source| StageError::Figure {
+        file: folder.to_owned(),
+        source,
+    };
+    let drawn = with_picture(scene, mesh, frame, report, |picture| {
+        Ok((figures::panels(picture)?, figures::page(picture)?))
+    });
+    let (panels, page) = drawn.map_err(figure)?;
+    make_folder(folder)?;
+    let mut files = Vec::new();
+    for panel in panels {
+        files.extend(save(folder, panel.name, &panel.svg, PANEL_WIDTH)?);
+    }
+    files.extend(save(folder, "figure5", &page, PAGE_WIDTH)?);
+    Ok(files)
+}
+
+/// The page of all panels as SVG.
+///
+/// # Errors
+/// [`FigureError`] for results that do not fit together.
+pub(super) fn page(
+    scene: &Scene,
+    mesh: &Mesh,
+    frame: Option<&ContactFrame>,
+    report: &ContactReport,
+) -> Result<String, FigureError> {
+    with_picture(scene, mesh, frame, report, figures::page)
+}
+
+/// Lends the arrays of the figures.
+fn with_picture<T>(
+    scene: &Scene,
+    mesh: &Mesh,
+    frame: Option<&ContactFrame>,
+    report: &ContactReport,
+    draw: impl FnOnce(&ContactPicture<'_>) -> T,
+) -> T {
     let cells = ContactCells::new(mesh);
     let displacement = cells.interpolate(&report.displacement);
     let normal_stress = cells.of_cells(&report.panes, &f64::NAN, |p| p.normal_stress);
@@ -46,7 +84,7 @@ pub(super) fn draw(
             state.turn = frame.mean_turn(surface, pane);
         }
     }
-    let picture = ContactPicture {
+    draw(&ContactPicture {
         title: &scene.title,
         coordinates: &cells.coordinates,
         displacement: &displacement,
@@ -58,19 +96,7 @@ pub(super) fn draw(
         axis_2,
         normal_stress: &normal_stress,
         friction: friction.as_deref(),
-    };
-    let figure = |source| StageError::Figure {
-        file: folder.to_owned(),
-        source,
-    };
-    make_folder(folder)?;
-    let mut files = Vec::new();
-    for panel in figures::panels(&picture).map_err(figure)? {
-        files.extend(save(folder, panel.name, &panel.svg, PANEL_WIDTH)?);
-    }
-    let page = figures::page(&picture).map_err(figure)?;
-    files.extend(save(folder, "figure5", &page, PAGE_WIDTH)?);
-    Ok(files)
+    })
 }
 
 /// What is drawn where a held node carries no multiplier.

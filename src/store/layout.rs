@@ -17,17 +17,20 @@ pub enum Stage {
     Post,
     /// The same results as ParaView reads them, group `/VTKHDF`.
     Vtk,
+    /// Errors and costs of solvers and meshes, group `/accuracy`; computed from the scene alone.
+    Accuracy,
 }
 
 impl Stage {
     /// Every stage, upstream first.
-    pub const ALL: [Stage; 6] = [
+    pub const ALL: [Stage; 7] = [
         Stage::Scene,
         Stage::Mesh,
         Stage::Assemble,
         Stage::Solve,
         Stage::Post,
         Stage::Vtk,
+        Stage::Accuracy,
     ];
 
     /// The name of the group this stage owns, without the leading slash.
@@ -39,6 +42,7 @@ impl Stage {
             Stage::Solve => "solve",
             Stage::Post => "post",
             Stage::Vtk => "VTKHDF",
+            Stage::Accuracy => "accuracy",
         }
     }
 

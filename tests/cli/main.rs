@@ -1,5 +1,6 @@
 //! The program as a user meets it: commands, messages, exit codes, files.
 
+mod accuracy;
 mod errors;
 mod interruption;
 mod law;

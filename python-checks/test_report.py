@@ -1,0 +1,133 @@
+"""The HTML report as a parser sees it: whole, self-contained, well-formed drawings."""
+
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from conftest import ROOT
+
+SCENE = ROOT / "pipelines" / "newton.toml"
+SMALL = ["--set", "body.brick.cells=[12,4,4]"]
+VOID = {"meta", "link", "br", "hr", "img", "input"}
+SECTIONS = [
+    "scene",
+    "results",
+    "panels",
+    "convergence",
+    "certificate",
+    "timings",
+    "accuracy",
+]
+
+
+class Page(HTMLParser):
+    """Ids, links and the nesting of a page."""
+
+    def __init__(self, text: str):
+        super().__init__()
+        self.open: list[str] = []
+        self.ids: list[str] = []
+        self.sections: list[str] = []
+        self.references: list[str] = []
+        self.tags: set[str] = set()
+        self.feed(text)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        self.handle_startendtag(tag, attrs)
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.tags.add(tag)
+        for name, value in attrs:
+            if name == "id":
+                self.ids.append(value)
+                self.sections += [value] if tag == "section" else []
+            if name in ("src", "href", "xlink:href", "action", "data", "srcset"):
+                self.references.append(value)
+
+    def handle_endtag(self, tag):
+        assert self.open and self.open.pop() == tag, f"</{tag}> closes nothing"
+
+
+def drawings(text: str) -> list[ElementTree.Element]:
+    return [
+        ElementTree.fromstring(svg)
+        for svg in re.findall(r"<svg\b.*?</svg>", text, flags=re.DOTALL)
+    ]
+
+
+def hovers(svg: ElementTree.Element) -> list[str]:
+    name = "{http://www.w3.org/2000/svg}title"
+    return [title.text or "" for title in svg.iter(name)][1:]
+
+
+def check_is_self_contained(text: str) -> Page:
+    page = Page(text)
+    assert all(link.startswith(("#", "data:")) for link in page.references)
+    assert "script" not in page.tags and "@import" not in text
+    assert all(u.startswith("url(#") for u in re.findall(r"url\([^)]*", text))
+    assert len(page.ids) == len(set(page.ids))
+    anchors = [link[1:] for link in page.references if link.startswith("#")]
+    assert anchors == page.sections
+    return page
+
+
+@pytest.fixture(scope="module")
+def report(contact3d, tmp_path_factory) -> str:
+    """The report of a file with a run and both ladders."""
+    folder: Path = tmp_path_factory.mktemp("report")
+    file, out = folder / "run.h5", folder / "report.html"
+    contact3d("run", SCENE, file, "--no-figures", *SMALL)
+    sizes = ["--coarsest", "2", "--finest", "8", "--budget", "5"]
+    contact3d("accuracy", SCENE, file, "--no-figures", *SMALL, *sizes)
+    contact3d("report", file, "-o", out)
+    return out.read_text(encoding="utf-8")
+
+
+def test_a_whole_file_has_every_section(report):
+    page = check_is_self_contained(report)
+    assert page.sections == SECTIONS
+    assert "discretisation error is" in report
+
+
+def test_every_drawing_is_well_formed_and_says_its_values(report):
+    panels, history, convergence, work = drawings(report)
+    panes = [text for text in hovers(panels) if text.startswith("pane ")]
+    # Twelve panes in maps (a), (b), (e), (f), and twice in the ellipses of (d).
+    assert len(panes) == 12 * 6
+    assert all(re.match(r"step \d+: \d", text) for text in hovers(history))
+    assert any(text.startswith("n_div 8: ") for text in hovers(convergence))
+    assert any("epsilon 1e-6: energy error" in text for text in hovers(work))
+
+
+def test_a_file_without_a_part_has_no_section_of_it(contact3d, tmp_path):
+    file, out = tmp_path / "mesh.h5", tmp_path / "report.html"
+    contact3d("mesh", SCENE, file, *SMALL)
+    contact3d("report", file, "-o", out)
+    text = out.read_text(encoding="utf-8")
+    assert check_is_self_contained(text).sections == ["scene", "timings"]
+    assert "Results are left out: assemble is needed" in text
+
+
+def test_a_sweep_becomes_a_table_and_charts(contact3d, tmp_path):
+    rows = [
+        "id,friction,cells,status,normal_force,note",
+        "a,0.1,4,converged,5.9e7,<b>",
+        "b,0.3,4,converged,5.8e7,&",
+        "c,0.1,8,converged,5.88e7,x",
+        "d,0.3,8,failed,,y",
+    ]
+    (tmp_path / "summary.csv").write_text("\n".join(rows) + "\n")
+    out = tmp_path / "report.html"
+    contact3d("report", tmp_path, "-o", out)
+    text = out.read_text(encoding="utf-8")
+    page = check_is_self_contained(text)
+    assert page.sections == ["summary", "charts"] and "b" not in page.tags
+    (chart,) = drawings(text)
+    assert len(hovers(chart)) == 3

@@ -1,0 +1,242 @@
+use std::fmt::Write;
+
+use indicatif::ProgressBar;
+
+use super::{
+    arguments::{AccuracyArguments, Output},
+    exit::Exit,
+    override_scene, progress,
+};
+use crate::{
+    accuracy::{
+        Accuracy, AccuracyProgress, AccuracySettings, AlgebraicLadder, Cost, DiscretisationLadder,
+        Rung, Trend,
+    },
+    solver::Status,
+    stages::{StageError, draw_accuracy, figures_folder, measure_accuracy},
+    store::Stage,
+};
+
+/// `accuracy`: climbs both ladders, stores and draws them, and says what they mean.
+pub(super) fn accuracy(
+    arguments: &AccuracyArguments,
+    output: &Output,
+    threads: usize,
+) -> Result<Exit, StageError> {
+    let scene = override_scene::read(&arguments.scene)?;
+    let settings = AccuracySettings {
+        budget: arguments.budget,
+        coarsest: arguments.coarsest,
+        finest: arguments.finest,
+    };
+    let spinner = progress::spinner(Stage::Accuracy, output);
+    let measured = measure_accuracy(&arguments.file, scene, &settings, threads, &mut |step| {
+        announce(&spinner, step);
+    });
+    spinner.finish_and_clear();
+    let accuracy = measured?;
+    if !arguments.figures.no_figures {
+        let folder = arguments.figures.figures.clone();
+        let folder = folder.unwrap_or_else(|| figures_folder(&arguments.file));
+        let files = draw_accuracy(&folder, &accuracy)?;
+        if !output.quiet {
+            eprintln!("figures   {} files in {}", files.len(), folder.display());
+        }
+    }
+    if output.json {
+        println!("{:#}", json(&accuracy));
+    } else if !output.quiet {
+        println!("{}", words(&accuracy));
+    }
+    Ok(if is_complete(&accuracy) {
+        Exit::Done
+    } else {
+        eprintln!(
+            "NOT CONVERGED: the reference or a mesh of the ladder; its errors are not errors"
+        );
+        Exit::NotConverged
+    })
+}
+
+/// Whether the reference and all meshes were solved.
+fn is_complete(accuracy: &Accuracy) -> bool {
+    let reference = accuracy.algebraic.iter().map(|l| l.reference_status);
+    let ladders = accuracy.discretisation.iter();
+    let levels = ladders.flat_map(|ladder| ladder.levels.iter().map(|level| level.status));
+    reference
+        .chain(levels)
+        .all(|status| matches!(status, Status::Converged | Status::RoundingLimit))
+}
+
+fn announce(spinner: &ProgressBar, step: AccuracyProgress) {
+    spinner.set_message(match step {
+        AccuracyProgress::Level(n_div) => format!("mesh n_div = {n_div}"),
+        AccuracyProgress::Rung(method, operator, epsilon) => {
+            format!("{method}, {operator}, epsilon {epsilon:.0e}")
+        }
+    });
+}
+
+/// Both tables and the advice.
+fn words(accuracy: &Accuracy) -> String {
+    let mut text = String::new();
+    if let Some(ladder) = &accuracy.algebraic {
+        text += &algebraic_table(ladder);
+    }
+    if let Some(ladder) = &accuracy.discretisation {
+        text += &discretisation_table(ladder);
+    }
+    text + &accuracy.advice().to_string()
+}
+
+fn algebraic_table(ladder: &AlgebraicLadder) -> String {
+    let mut text = format!(
+        "Algebraic error, against Newton's method to {:.1e} ({})\n",
+        ladder.reference_accuracy,
+        ladder.reference_status.word()
+    );
+    for (operator, cost) in ["implicit", "explicit"].iter().zip(&ladder.assembly) {
+        let _ = writeln!(
+            text,
+            "assembly, {operator}: {:.3} s (median of {}), peak {} MB",
+            cost.seconds,
+            cost.repeats,
+            megabytes(cost)
+        );
+    }
+    text += "method           operator  epsilon  error of u  error of λ      n_A   seconds  of  peak MB\n";
+    for rung in &ladder.rungs {
+        let _ = writeln!(text, "{}", rung_line(rung));
+    }
+    text + "\n"
+}
+
+fn rung_line(rung: &Rung) -> String {
+    let head = format!(
+        "{:<16} {:<9} {:>7.0e}",
+        rung.method.to_string(),
+        rung.operator.to_string(),
+        rung.epsilon
+    );
+    match rung.result {
+        None => format!("{head}  not run: over the budget"),
+        Some(result) => {
+            let note = match result.status {
+                Status::Converged => String::new(),
+                status => format!("  {}", status.word()),
+            };
+            format!(
+                "{head}  {:>10.2e}  {:>10.2e}  {:>7}  {:>8.4}  {:>2}  {:>7}{note}",
+                result.energy_error,
+                result.multiplier_error,
+                result.actions,
+                result.cost.seconds,
+                result.cost.repeats,
+                megabytes(&result.cost)
+            )
+        }
+    }
+}
+
+fn discretisation_table(ladder: &DiscretisationLadder) -> String {
+    let mut text = String::from(
+        "Discretisation error (relative, energy norm; order p from each mesh and the two before)\n\
+         n_div  unknowns  to finest  to limit     p  energy J [J]         p  normal [N]       p  tangential 1 [N]     p    n_A  seconds  of  peak MB\n",
+    );
+    let order = |trend: Option<&Trend>, k: usize| match trend.and_then(|t| t.orders[k]) {
+        Some(order) => format!("{order:.2}"),
+        None => "-".to_owned(),
+    };
+    for (k, level) in ladder.levels.iter().enumerate() {
+        let error = level
+            .energy_error
+            .map_or_else(|| "-".to_owned(), |error| format!("{error:.4}"));
+        let normal = level.forces.map(|forces| forces.normal);
+        let tangential = level.forces.and_then(|forces| Some(forces.tangential?[0]));
+        let number = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.6e}"));
+        let _ = writeln!(
+            text,
+            "{:>5}  {:>8}  {:>9.4}  {error:>8}  {:>4}  {:<15.8e} {:>4}  {:<13} {:>4}  {:<16} {:>4}  {:>5}  {:>7.3}  {:>2}  {:>7}{}",
+            level.n_div,
+            level.n_free,
+            level.energy_difference,
+            order(Some(&ladder.energy_norm), k),
+            level.potential_energy,
+            order(Some(&ladder.potential_energy), k),
+            number(normal),
+            order(ladder.forces.first(), k),
+            number(tangential),
+            order(ladder.forces.get(1), k),
+            level.actions,
+            level.cost.seconds,
+            level.cost.repeats,
+            megabytes(&level.cost),
+            match level.status {
+                Status::Converged | Status::RoundingLimit => String::new(),
+                status => format!("  {}", status.word()),
+            }
+        );
+    }
+    let limit = |name: &str, unit: &str, trend: Option<&Trend>| match trend {
+        None => String::new(),
+        Some(Trend { limit: Some(v), .. }) => format!("limit of {name}: {v:.8e} {unit}\n"),
+        Some(_) => format!("limit of {name}: no order observed, none claimed\n"),
+    };
+    text += &limit("J", "J", Some(&ladder.potential_energy));
+    text += &limit("the normal force", "N", ladder.forces.first());
+    text += &limit("tangential force 1", "N", ladder.forces.get(1));
+    text += &limit("tangential force 2", "N", ladder.forces.get(2));
+    text + "\n"
+}
+
+fn megabytes(cost: &Cost) -> String {
+    cost.peak_bytes
+        .map_or("unknown".to_owned(), |bytes| format!("{:.0}", bytes / 1e6))
+}
+
+/// The same for programs.
+fn json(accuracy: &Accuracy) -> serde_json::Value {
+    let cost = |cost: &Cost| {
+        serde_json::json!({
+            "seconds": cost.seconds, "repeats": cost.repeats, "peak_bytes": cost.peak_bytes,
+        })
+    };
+    let rungs = accuracy.algebraic.iter().flat_map(|ladder| &ladder.rungs);
+    let rungs = rungs.map(|rung| {
+        let result = rung.result;
+        serde_json::json!({
+            "method": rung.method.to_string(),
+            "operator": rung.operator.to_string(),
+            "epsilon": rung.epsilon,
+            "status": result.map_or("not_run_over_budget", |r| r.status.word()),
+            "energy_error": result.map(|r| r.energy_error),
+            "multiplier_error": result.map(|r| r.multiplier_error),
+            "actions": result.map(|r| r.actions),
+            "cost": result.map(|r| cost(&r.cost)),
+        })
+    });
+    let levels = accuracy.discretisation.iter().flat_map(|ladder| {
+        let row = |(k, level): (usize, &crate::accuracy::Level)| {
+            serde_json::json!({
+                "n_div": level.n_div,
+                "cells": level.cells,
+                "n_free": level.n_free,
+                "status": level.status.word(),
+                "energy_difference": level.energy_difference,
+                "energy_error": level.energy_error,
+                "energy_order": ladder.energy_norm.orders[k],
+                "potential_energy": level.potential_energy,
+                "normal_force": level.forces.map(|f| f.normal),
+                "tangential_force": level.forces.and_then(|f| f.tangential),
+                "actions": level.actions,
+                "cost": cost(&level.cost),
+            })
+        };
+        ladder.levels.iter().enumerate().map(row)
+    });
+    serde_json::json!({
+        "rungs": rungs.collect::<Vec<_>>(),
+        "levels": levels.collect::<Vec<_>>(),
+        "advice": accuracy.advice().to_string(),
+    })
+}

@@ -1,0 +1,97 @@
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    time::Instant,
+};
+
+use super::{
+    StageError,
+    charts::{convergence, work_precision},
+    persistence::write_stage,
+    picture::save,
+    session::pin_mesh_file,
+};
+use crate::{
+    accuracy::{Accuracy, AccuracyProgress, AccuracySettings},
+    format::{self, LAYOUT},
+    scene::{Scene, SceneFile},
+    store::{Home, IfMissing, RunFile, Stage, StageRecord, Transaction, timestamp},
+};
+
+/// Width of the charts in pixels.
+const CHART_WIDTH: u32 = 1720;
+
+/// Measures the errors of solvers and meshes for a scene and stores them with it in a run file,
+/// new or existing.
+///
+/// # Errors
+/// A busy, foreign or unreadable file; a scene without a discrete problem.
+pub fn measure_accuracy(
+    path: &Path,
+    mut input: SceneFile,
+    settings: &AccuracySettings,
+    threads: usize,
+    observe: &mut dyn FnMut(AccuracyProgress),
+) -> Result<Accuracy, StageError> {
+    pin_mesh_file(&mut input)?;
+    let file = RunFile::lock(path, LAYOUT, IfMissing::Create)?;
+    let started = Instant::now();
+    let accuracy = Accuracy::measure(&input.scene, &input.folder, settings, threads, observe)?;
+    let record = |settings: String, input_digest: String| StageRecord {
+        settings,
+        input_digest,
+        seconds: started.elapsed().as_secs_f64(),
+        threads: i64::try_from(threads).unwrap_or(i64::MAX),
+        date: timestamp(),
+    };
+    let mut transaction = Transaction::begin(&file)?;
+    let scene_record = StageRecord {
+        seconds: 0.0,
+        ..record(String::new(), String::new())
+    };
+    write_stage(
+        &mut transaction,
+        Stage::Scene,
+        Home::RunFile,
+        &scene_record,
+        |writer| format::write_scene(writer, &input.scene),
+    )?;
+    let stored = toml::to_string(settings).expect("settings hold only TOML types");
+    write_stage(
+        &mut transaction,
+        Stage::Accuracy,
+        Home::RunFile,
+        &record(stored, accuracy_input(&input.scene)),
+        |writer| format::write_accuracy(writer, &accuracy),
+    )?;
+    transaction.commit()?;
+    Ok(accuracy)
+}
+
+/// Digest of what the ladders are measured for.
+pub(super) fn accuracy_input(scene: &Scene) -> String {
+    blake3::hash(scene.to_toml().as_bytes())
+        .to_hex()
+        .to_string()
+}
+
+/// Draws the work-precision and the convergence diagram as SVG and PNG; returns the files.
+///
+/// # Errors
+/// A folder that cannot be written.
+pub fn draw_accuracy(folder: &Path, accuracy: &Accuracy) -> Result<Vec<PathBuf>, StageError> {
+    fs::create_dir_all(folder).map_err(|source| StageError::Write {
+        file: folder.to_owned(),
+        source,
+    })?;
+    let mut files = Vec::new();
+    if let Some(ladder) = &accuracy.algebraic {
+        let svg = work_precision(ladder).svg();
+        files.extend(save(folder, "work_precision", &svg, CHART_WIDTH)?);
+    }
+    if let Some(ladder) = &accuracy.discretisation {
+        let svg = convergence(ladder).svg();
+        files.extend(save(folder, "convergence", &svg, CHART_WIDTH)?);
+    }
+    Ok(files)
+}

@@ -1,0 +1,159 @@
+//! What the charts show.
+
+use crate::{
+    accuracy::{AlgebraicLadder, DiscretisationLadder, Level, Rung, Trend},
+    figures::{AxisScale, ChartAxis, ChartPoint, LineChart, Series},
+    solver::Solution,
+};
+
+/// Energy error of each solve against its seconds.
+pub(super) fn work_precision(ladder: &AlgebraicLadder) -> LineChart {
+    let series = ladder.series().into_iter().map(|rungs| Series {
+        name: series_name(&rungs[0]),
+        points: rungs.iter().filter_map(rung_point).collect(),
+    });
+    LineChart {
+        title: "Work and precision on the scene's mesh".to_owned(),
+        x: logarithmic("seconds of the solve [s]"),
+        y: logarithmic("algebraic error of u in the energy norm, relative"),
+        series: series.filter(|series| !series.points.is_empty()).collect(),
+    }
+}
+
+fn rung_point(rung: &Rung) -> Option<ChartPoint> {
+    let result = rung.result?;
+    Some(ChartPoint {
+        x: result.cost.seconds,
+        y: result.energy_error,
+        text: format!(
+            "{}, epsilon {:.0e}: energy error {:.2e}, multiplier error {:.2e}, {:.3} s, {} actions",
+            series_name(rung),
+            rung.epsilon,
+            result.energy_error,
+            result.multiplier_error,
+            result.cost.seconds,
+            result.actions
+        ),
+    })
+}
+
+/// Method and operator of a series.
+fn series_name(rung: &Rung) -> String {
+    format!("{}, {}", rung.method, rung.operator)
+}
+
+/// Errors of the meshes against n_div.
+pub(super) fn convergence(ladder: &DiscretisationLadder) -> LineChart {
+    let levels = &ladder.levels;
+    let points = |value: &dyn Fn(&Level) -> Option<f64>| -> Vec<ChartPoint> {
+        let values = levels
+            .iter()
+            .filter_map(|level| Some((level, value(level)?)));
+        let point = |(level, error): (&Level, f64)| ChartPoint {
+            x: level.n_div as f64,
+            y: error,
+            text: format!("n_div {}: {error:.3e}", level.n_div),
+        };
+        values.map(point).collect()
+    };
+    let away = |trend: &Trend, value: &dyn Fn(&Level) -> Option<f64>| {
+        let limit = trend.limit;
+        points(&|level| Some((value(level)? / limit? - 1.0).abs()))
+    };
+    let force = |k: usize| -> Vec<ChartPoint> {
+        let component = move |level: &Level| {
+            let forces = level.forces?;
+            match k {
+                0 => Some(forces.normal),
+                _ => forces.tangential.map(|pair| pair[k - 1]),
+            }
+        };
+        let trend = ladder.forces.get(k);
+        trend.map_or_else(Vec::new, |trend| away(trend, &component))
+    };
+    let energy = away(&ladder.potential_energy, &|l| Some(l.potential_energy));
+    let series = [
+        (
+            "u, energy norm, to the finest",
+            points(&|level| Some(level.energy_difference)),
+        ),
+        (
+            "u, energy norm, to the limit",
+            points(&|level| level.energy_error),
+        ),
+        ("J, to the limit", energy),
+        ("normal force, to the limit", force(0)),
+        ("tangential force 1, to the limit", force(1)),
+        ("tangential force 2, to the limit", force(2)),
+    ];
+    let series = series.into_iter().filter(|(_, points)| !points.is_empty());
+    LineChart {
+        title: "Discretisation error".to_owned(),
+        x: ChartAxis {
+            ticks: levels.iter().map(|level| level.n_div as f64).collect(),
+            ..logarithmic("n_div")
+        },
+        y: logarithmic("relative error"),
+        series: series
+            .map(|(name, points)| Series {
+                name: name.to_owned(),
+                points,
+            })
+            .collect(),
+    }
+}
+
+/// How the solve reached its answer, step by step.
+pub(super) fn history(solution: &Solution) -> LineChart {
+    let line = |name: &str, values: Vec<f64>| Series {
+        name: name.to_owned(),
+        points: (1..)
+            .zip(values)
+            .map(|(step, value)| ChartPoint {
+                x: f64::from(step),
+                y: value,
+                text: format!("step {step}: {value:.3e}"),
+            })
+            .collect(),
+    };
+    let outer = &solution.history;
+    let most = outer.len().max(solution.newton.len()).max(1);
+    let series = [
+        line(
+            "Newton: |R| / |λ|",
+            solution.newton.iter().map(|step| step.residual).collect(),
+        ),
+        line(
+            "outer: change of λ",
+            outer.iter().map(|step| step.change).collect(),
+        ),
+        line(
+            "outer: inner residual",
+            outer.iter().map(|step| step.inner_residual).collect(),
+        ),
+    ];
+    LineChart {
+        title: "Convergence of the solve".to_owned(),
+        x: ChartAxis {
+            scale: AxisScale::Linear,
+            ticks: (1..=most)
+                .step_by(most.div_ceil(12))
+                .map(|k| k as f64)
+                .collect(),
+            ..logarithmic("step")
+        },
+        y: logarithmic("relative size"),
+        series: series
+            .into_iter()
+            .filter(|series| !series.points.is_empty())
+            .collect(),
+    }
+}
+
+pub(super) fn logarithmic(label: &str) -> ChartAxis {
+    ChartAxis {
+        label: label.to_owned(),
+        scale: AxisScale::Logarithmic,
+        ticks: Vec::new(),
+    }
+}

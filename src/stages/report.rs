@@ -1,0 +1,182 @@
+//! The report of a run file or of a sweep's folder.
+
+use std::path::Path;
+
+use super::{
+    Freshness, StageError, StageState,
+    accuracy::accuracy_input,
+    charts::{convergence, history, work_precision},
+    picture, report_tables as tables, states, sweep_report,
+};
+use crate::{
+    contact::Interface,
+    format::{self, LAYOUT},
+    post::{ContactReport, Solved, SolvedContact},
+    report::{Page, Part, Section},
+    scene::Scene,
+    solver::{ContactState, Solution},
+    store::{Reader, Stage, timestamp},
+};
+
+/// The report as one HTML page. Reads only and takes no lock.
+///
+/// # Errors
+/// A file or folder that cannot be read.
+pub fn report(path: &Path) -> Result<String, StageError> {
+    let page = if path.is_dir() {
+        sweep_report::page(path)?
+    } else {
+        file_page(path)?
+    };
+    Ok(page.html())
+}
+
+/// The last line of every page.
+pub(super) fn footer(path: &Path) -> String {
+    format!(
+        "{}, from {}, {}",
+        LAYOUT.creator,
+        path.file_name().unwrap_or_default().to_string_lossy(),
+        timestamp()
+    )
+}
+
+fn file_page(path: &Path) -> Result<Page, StageError> {
+    let reader = Reader::open(path, LAYOUT)?;
+    let input = format::read_scene(&reader, path)?;
+    let scene = &input.scene;
+    let states = states(&reader, scene)?;
+    let mut sections = vec![scene_section(scene)];
+    let is_fresh = states.iter().all(|s| s.freshness == Freshness::Fresh);
+    if is_fresh {
+        sections.extend(result_sections(&reader, scene)?);
+    }
+    sections.push(stages_section(&reader, &states)?);
+    sections.extend(accuracy_section(&reader, scene)?);
+    Ok(Page {
+        title: scene.title.clone(),
+        subtitle: scene.reference.clone().unwrap_or_default(),
+        footer: footer(path),
+        sections,
+    })
+}
+
+fn scene_section(scene: &Scene) -> Section {
+    Section {
+        name: "scene",
+        heading: "Scene".into(),
+        parts: vec![
+            Part::Table(tables::effects(scene)),
+            Part::Listing(
+                "the scene, every default written out".into(),
+                scene.to_toml(),
+            ),
+        ],
+    }
+}
+
+/// Results, six panels, convergence and certificate of a file whose stages are all fresh.
+fn result_sections(reader: &Reader, scene: &Scene) -> Result<Vec<Section>, StageError> {
+    let mesh = format::read_mesh(reader)?;
+    let system = format::read_primal(reader)?;
+    let coupling = format::read_coupling(reader)?;
+    let solution = format::read_solution(reader, &system.dofs)?;
+    let interface = Interface::new(scene, &mesh).map_err(StageError::Setting)?;
+    let state = mesh.contact.as_ref().zip(interface.as_ref());
+    let state = state.map(|(surface, interface)| ContactState { surface, interface });
+    let contact = coupling.as_ref().zip(state);
+    let report = ContactReport::new(&Solved {
+        scene,
+        mesh: &mesh,
+        system: &system,
+        contact: contact.map(|(coupling, state)| SolvedContact { coupling, state }),
+        solution: &solution,
+    })
+    .map_err(StageError::Setting)?;
+    let mut sections = vec![Section {
+        name: "results",
+        heading: "Results".into(),
+        parts: vec![Part::Table(tables::results(&mesh, &solution, &report))],
+    }];
+    let frame = interface.as_ref().map(|interface| &interface.frame);
+    let drawn = picture::page(scene, &mesh, frame, &report);
+    let page = drawn.map_err(|source| StageError::Figure {
+        file: reader.path().to_owned(),
+        source,
+    })?;
+    sections.push(Section {
+        name: "panels",
+        heading: "Contact face and body".into(),
+        parts: vec![
+            Part::Text("Point at a pane to see its values.".into()),
+            Part::Figure(page),
+        ],
+    });
+    sections.extend(history_section(&solution));
+    sections.push(Section {
+        name: "certificate",
+        heading: "Certificate".into(),
+        parts: vec![
+            Part::Text("Each is dimensionless and zero for the exact discrete solution.".into()),
+            Part::Table(tables::certificate(&report)),
+        ],
+    });
+    Ok(sections)
+}
+
+fn history_section(solution: &Solution) -> Option<Section> {
+    let steps = solution.history.len() + solution.newton.len();
+    (steps > 0).then(|| Section {
+        name: "convergence",
+        heading: "Convergence history".into(),
+        parts: vec![Part::Figure(history(solution).svg())],
+    })
+}
+
+fn stages_section(reader: &Reader, states: &[StageState]) -> Result<Section, StageError> {
+    let stale = states.iter().find(|s| s.freshness != Freshness::Fresh);
+    let warning = stale.filter(|_| states.iter().any(|s| s.stored.is_some()));
+    let mut parts: Vec<Part> = warning
+        .map(|state| {
+            Part::Warning(format!(
+                "Results are left out: {} is needed, but {}.",
+                state.stage,
+                state.freshness.why()
+            ))
+        })
+        .into_iter()
+        .collect();
+    parts.push(Part::Table(tables::timings(reader, states)?));
+    Ok(Section {
+        name: "timings",
+        heading: "Stages and timings".into(),
+        parts,
+    })
+}
+
+fn accuracy_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, StageError> {
+    let Some(stored) = reader.stage_record(Stage::Accuracy)? else {
+        return Ok(None);
+    };
+    let accuracy = format::read_accuracy(reader)?;
+    let mut parts = Vec::new();
+    if stored.record.input_digest != accuracy_input(scene) {
+        parts.push(Part::Warning(
+            "Measured for another scene than the one above; run `accuracy` again.".into(),
+        ));
+    }
+    parts.extend(format::read_advice(reader)?.map(Part::Advice));
+    if let Some(ladder) = &accuracy.discretisation {
+        parts.push(Part::Figure(convergence(ladder).svg()));
+        parts.push(Part::Table(tables::levels(ladder)));
+    }
+    if let Some(ladder) = &accuracy.algebraic {
+        parts.push(Part::Figure(work_precision(ladder).svg()));
+        parts.push(Part::Table(tables::rungs(ladder)));
+    }
+    Ok(Some(Section {
+        name: "accuracy",
+        heading: "What accuracy costs".into(),
+        parts,
+    }))
+}

@@ -1,0 +1,270 @@
+//! The tables of a report.
+
+use super::{Freshness, StageState};
+use crate::{
+    accuracy::{AlgebraicLadder, Cost, DiscretisationLadder},
+    mesh::Mesh,
+    post::{ContactReport, Zone},
+    report::Table,
+    scene::{ContactEffect, Effects, FrictionEffect, MultiplierSpace, Scene},
+    solver::Solution,
+    store::{Reader, StoreError},
+};
+
+type Pair = (String, String);
+
+fn pair(name: &str, value: impl ToString) -> Pair {
+    (name.to_owned(), value.to_string())
+}
+
+fn yes_or_no(value: bool) -> &'static str {
+    if value { "yes" } else { "no" }
+}
+
+/// What the scene calls for.
+pub(super) fn effects(scene: &Scene) -> Table {
+    let effects = Effects::of(scene);
+    let mut pairs = vec![
+        pair("body force", yes_or_no(effects.body_force)),
+        pair("regions of other material", effects.regions),
+        pair("anisotropic material", yes_or_no(effects.anisotropy)),
+    ];
+    match effects.contact {
+        ContactEffect::Absent => pairs.push(pair("contact", "none")),
+        ContactEffect::Present {
+            friction,
+            gap,
+            turning_frame,
+            space,
+        } => pairs.extend([
+            pair("friction", friction_words(friction)),
+            pair("initial gap", yes_or_no(gap)),
+            pair("frame turns with the place", yes_or_no(turning_frame)),
+            pair(
+                "multipliers",
+                match space {
+                    MultiplierSpace::Panes => "constant on panes",
+                    MultiplierSpace::Nodal => "at nodes",
+                },
+            ),
+        ]),
+    }
+    Table::of_pairs(pairs)
+}
+
+fn friction_words(friction: FrictionEffect) -> String {
+    let shape = |orthotropic: bool| {
+        if orthotropic {
+            "orthotropic"
+        } else {
+            "isotropic"
+        }
+    };
+    match friction {
+        FrictionEffect::Frictionless => "none".into(),
+        FrictionEffect::Tresca { orthotropic } => format!("Tresca, {}", shape(orthotropic)),
+        FrictionEffect::Coulomb {
+            orthotropic,
+            slip_dependent,
+            place_dependent,
+        } => {
+            let mut words = format!("Coulomb, {}", shape(orthotropic));
+            if slip_dependent {
+                words += ", follows the slip";
+            }
+            if place_dependent {
+                words += ", varies with the place";
+            }
+            words
+        }
+    }
+}
+
+/// The main figures of a solution.
+pub(super) fn results(mesh: &Mesh, solution: &Solution, report: &ContactReport) -> Table {
+    let r = &report.resultants;
+    let vector = |v: &[f64]| {
+        let texts: Vec<String> = v.iter().map(|v| format!("{v:.6e}")).collect();
+        texts.join(", ")
+    };
+    let mut pairs = vec![
+        pair("status", solution.status.word()),
+        pair("accuracy", format!("{:.1e}", solution.accuracy)),
+        pair("nodes", mesh.coordinates.len()),
+        pair("tetrahedra", mesh.tetrahedra.len()),
+        pair("unknowns", solution.displacement.len()),
+        pair("multipliers", solution.multiplier.len()),
+        pair("outer steps", solution.history.len()),
+        pair("Newton steps", solution.newton.len()),
+        pair("actions n_A", solution.actions),
+    ];
+    if let Some(contact) = &r.contact {
+        pairs.extend([
+            pair("open panes", report.count(Zone::Open)),
+            pair("slipping panes", report.count(Zone::Slip)),
+            pair("sticking panes", report.count(Zone::Stick)),
+            pair(
+                "normal contact force [N]",
+                format!("{:.9e}", contact.normal_force),
+            ),
+            pair(
+                "largest pressure [Pa]",
+                format!("{:.9e}", contact.largest_pressure),
+            ),
+        ]);
+        if let Some(force) = contact.tangential_force {
+            pairs.push(pair("tangential multiplier force [N]", vector(&force)));
+        }
+    }
+    pairs.extend([
+        pair("strain energy [J]", format!("{:.9e}", r.strain_energy)),
+        pair(
+            "largest displacement x, y, z [m]",
+            vector(&r.largest_displacement),
+        ),
+        pair("force imbalance", format!("{:.1e}", r.force_imbalance)),
+        pair("moment imbalance", format!("{:.1e}", r.moment_imbalance)),
+    ]);
+    Table::of_pairs(pairs)
+}
+
+/// How well the discrete problem is satisfied.
+pub(super) fn certificate(report: &ContactReport) -> Table {
+    let figures = report.certificate.figures().into_iter();
+    Table::of_pairs(figures.map(|(name, v)| pair(&name.replace('_', " "), format!("{v:.1e}"))))
+}
+
+/// State, seconds and size of each stage.
+pub(super) fn timings(reader: &Reader, states: &[StageState]) -> Result<Table, StoreError> {
+    let mut rows = Vec::new();
+    for state in states {
+        let word = match &state.freshness {
+            Freshness::Missing => "missing".to_owned(),
+            Freshness::Fresh => "fresh".to_owned(),
+            Freshness::Stale(why) => format!("stale: {why}"),
+        };
+        let mut row = vec![state.stage.to_string(), word];
+        match &state.stored {
+            None => row.extend(["-"; 4].map(str::to_owned)),
+            Some(stored) => row.extend([
+                format!("{:.3}", stored.record.seconds),
+                stored.record.threads.to_string(),
+                format!("{:.3}", reader.stage_bytes(state.stage)? as f64 / 1e6),
+                stored.record.date.clone(),
+            ]),
+        }
+        rows.push(row);
+    }
+    Ok(Table {
+        caption: String::new(),
+        head: ["stage", "state", "seconds", "threads", "MB", "date"]
+            .map(str::to_owned)
+            .into(),
+        rows,
+    })
+}
+
+/// The meshes of the discretisation ladder.
+pub(super) fn levels(ladder: &DiscretisationLadder) -> Table {
+    let order = |orders: &[Option<f64>], k: usize| optional(orders[k], 2);
+    let rows = ladder.levels.iter().enumerate().map(|(k, level)| {
+        let mut row = vec![
+            level.n_div.to_string(),
+            level.n_free.to_string(),
+            format!("{:.4}", level.energy_difference),
+            optional(level.energy_error, 4),
+            order(&ladder.energy_norm.orders, k),
+            format!("{:.6e}", level.potential_energy),
+            order(&ladder.potential_energy.orders, k),
+            level
+                .forces
+                .map_or("-".into(), |f| format!("{:.6e}", f.normal)),
+            ladder
+                .forces
+                .first()
+                .map_or("-".into(), |t| order(&t.orders, k)),
+            level.actions.to_string(),
+        ];
+        row.extend(cost_cells(&level.cost));
+        row.push(level.status.word().to_owned());
+        row
+    });
+    let head = [
+        "n_div",
+        "unknowns",
+        "error to finest",
+        "error to limit",
+        "order",
+        "J [J]",
+        "order of J",
+        "normal force [N]",
+        "its order",
+        "n_A",
+        "seconds",
+        "median of",
+        "peak MB",
+        "status",
+    ];
+    Table {
+        caption: "Discretisation error, relative, in the energy norm; - where no order is observed"
+            .into(),
+        head: head.map(str::to_owned).into(),
+        rows: rows.collect(),
+    }
+}
+
+/// The solves of the algebraic ladder.
+pub(super) fn rungs(ladder: &AlgebraicLadder) -> Table {
+    let rows = ladder.rungs.iter().map(|rung| {
+        let mut row = vec![
+            rung.method.to_string(),
+            rung.operator.to_string(),
+            format!("{:.0e}", rung.epsilon),
+        ];
+        match &rung.result {
+            None => {
+                row.extend(["-"; 6].map(str::to_owned));
+                row.push("not run: over the budget".into());
+            }
+            Some(result) => {
+                row.extend([
+                    format!("{:.2e}", result.energy_error),
+                    format!("{:.2e}", result.multiplier_error),
+                    result.actions.to_string(),
+                ]);
+                row.extend(cost_cells(&result.cost));
+                row.push(result.status.word().to_owned());
+            }
+        }
+        row
+    });
+    let head = [
+        "method",
+        "operator",
+        "epsilon",
+        "error of u",
+        "error of λ",
+        "n_A",
+        "seconds",
+        "median of",
+        "peak MB",
+        "status",
+    ];
+    Table {
+        caption: "Algebraic error, relative to the discrete solution to rounding".into(),
+        head: head.map(str::to_owned).into(),
+        rows: rows.collect(),
+    }
+}
+
+fn cost_cells(cost: &Cost) -> [String; 3] {
+    [
+        format!("{:.4}", cost.seconds),
+        cost.repeats.to_string(),
+        optional(cost.peak_bytes.map(|bytes| bytes / 1e6), 0),
+    ]
+}
+
+fn optional(value: Option<f64>, decimals: usize) -> String {
+    value.map_or("-".into(), |value| format!("{value:.decimals$}"))
+}

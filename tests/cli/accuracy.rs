@@ -1,0 +1,86 @@
+//! `accuracy` and `report` as a user meets them.
+
+use serde_json::Value;
+
+use crate::program::{Program, SMALL, pipeline};
+
+const LADDER: [&str; 6] = ["--coarsest", "2", "--finest", "8", "--budget", "2"];
+
+fn accuracy(program: &Program, more: &[&str]) -> assert_cmd::Command {
+    let scene = pipeline("newton.toml");
+    let scene = scene.to_str().expect("plain path");
+    let mut command = program.command(&["accuracy", scene, "run.h5"]);
+    command.args(SMALL).args(LADDER).args(more);
+    command
+}
+
+#[test]
+fn both_ladders_are_stored_drawn_printed_and_advised_on() {
+    let program = Program::new();
+    let done = accuracy(&program, &[]).assert().success();
+    let text = String::from_utf8_lossy(&done.get_output().stdout).into_owned();
+    assert!(text.contains("Algebraic error") && text.contains("Discretisation error"));
+    let advice = text.lines().last().expect("a last line");
+    assert!(advice.starts_with("At this mesh (n_div = 4)"), "{advice}");
+    for name in ["work_precision", "convergence"] {
+        for kind in ["svg", "png"] {
+            assert!(program.path(&format!("run-figures/{name}.{kind}")).exists());
+        }
+    }
+    let json = accuracy(&program, &["--json", "--no-figures"])
+        .assert()
+        .success();
+    let json: Value = serde_json::from_slice(&json.get_output().stdout).expect("JSON");
+    assert_eq!(json["levels"].as_array().map(Vec::len), Some(3));
+    assert_eq!(json["rungs"].as_array().map(Vec::len), Some(55));
+}
+
+#[test]
+fn ladders_and_run_share_a_file_and_leave_each_other_alone() {
+    let program = Program::new();
+    program.run(&[]).assert().success();
+    let before = program.digests();
+    let scene = pipeline("hkl2011_table1.toml");
+    let scene = scene.to_str().expect("plain path");
+    let measure = || {
+        let mut command = program.command(&["accuracy", scene, "run.h5", "--no-figures"]);
+        command.args(SMALL).args(LADDER).assert().success();
+    };
+    measure();
+    assert_eq!(program.digests(), before);
+    assert!(program.states().iter().all(|(_, state)| state == "fresh"));
+    program.run(&[]).assert().success();
+    let report = || {
+        program.command(&["report", "run.h5"]).assert().success();
+        std::fs::read_to_string(program.path("report.html")).expect("a page")
+    };
+    let page = report();
+    assert!(page.contains("id=\"accuracy\"") && page.contains("id=\"panels\""));
+    assert!(!page.contains("Measured for another scene"));
+    program
+        .run(&["--set", "solve.epsilon=1e-5"])
+        .assert()
+        .success();
+    assert!(report().contains("Measured for another scene"));
+}
+
+#[test]
+fn what_cannot_be_measured_or_reported_is_bad_input() {
+    let program = Program::new();
+    let refused = |mut command: assert_cmd::Command, words: &str| {
+        let output = command.assert().code(2);
+        let text = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
+        assert!(text.contains(words), "{text}");
+    };
+    refused(
+        accuracy(&program, &["--set", "body.brick.cells=[18,6,6]"]),
+        "a multiple of 6",
+    );
+    assert!(!program.path("run.h5").exists());
+    let scene = pipeline("newton.toml");
+    let scene = scene.to_str().expect("plain path");
+    let budget = program.command(&["accuracy", scene, "run.h5", "--budget", "-1"]);
+    refused(budget, "above 0");
+    refused(program.command(&["report", "absent.h5"]), "absent.h5");
+    refused(program.command(&["report", "."]), "summary.csv");
+}
