@@ -17,11 +17,11 @@ pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit
         Some(post) if post.stored.is_some() => Some(format::read_summary(&reader)?),
         _ => None,
     };
+    let advice = format::read_advice(&reader)?;
     if output.json {
-        println!(
-            "{:#}",
-            json(&reader, &scene.title, &states, summary.as_ref())?
-        );
+        let mut status = json(&reader, &scene.title, &states, summary.as_ref())?;
+        status["advice"] = advice.into();
+        println!("{status:#}");
     } else {
         println!("{}\n{}", arguments.file.display(), scene.title);
         for state in &states {
@@ -29,6 +29,9 @@ pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit
         }
         if let Some(summary) = &summary {
             print_summary(summary);
+        }
+        if let Some(advice) = &advice {
+            println!("  accuracy  {advice}");
         }
     }
     Ok(Exit::Done)
