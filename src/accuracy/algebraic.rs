@@ -9,7 +9,7 @@ use crate::{
     dual::DualSystem,
     linalg::norm,
     mesh::Mesh,
-    scene::{DualOperatorKind, Method, PrecisionControl, Scene, SolveSettings},
+    scene::{DualOperatorKind, InnerSolver, Method, PrecisionControl, Scene, SolveSettings},
     solver::{ContactState, Solution, Status, solve},
 };
 
@@ -170,7 +170,7 @@ impl AlgebraicLadder {
         if let Some(contact) = &mut problem.system.contact {
             contact.explicit = None;
         }
-        if scene.solve.inner != crate::scene::InnerSolver::Newton {
+        if scene.solve.inner != InnerSolver::Newton {
             for method in [FixedPrecision, AdaptivePrecision] {
                 ladder
                     .rungs

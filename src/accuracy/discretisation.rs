@@ -7,6 +7,7 @@ use super::{
 use crate::{
     contact::Interface,
     dual::DualSystem,
+    elasticity::DofMap,
     linalg::{CscMatrix, dot},
     mesh::Mesh,
     post::{ContactReport, Solved, SolvedContact},
@@ -96,7 +97,7 @@ struct SolvedLevel {
     level: Level,
     field: Field,
     stiffness: CscMatrix,
-    to_free: crate::elasticity::DofMap,
+    dofs: DofMap,
 }
 
 impl DiscretisationLadder {
@@ -118,17 +119,21 @@ impl DiscretisationLadder {
         let mut finest = None;
         for cells in nested_cells(scene, brick, settings)? {
             let level_scene = solved_to_rounding(with_cells(scene, cells));
-            observe(AccuracyProgress::Level(
-                cells.into_iter().min().unwrap_or(0),
-            ));
+            let level_brick = Brick {
+                cells,
+                ..brick.clone()
+            };
+            observe(AccuracyProgress::Level(brick_n_div(&level_brick)));
             drop(finest.take());
-            let (solved, cost) = measure(CHEAP_SECONDS, || solve_level(&level_scene, threads))?;
+            let (solved, cost) = measure(CHEAP_SECONDS, || {
+                solve_level(&level_scene, &level_brick, threads)
+            })?;
             levels.push(Level {
                 cost,
                 ..solved.level
             });
             fields.push(solved.field);
-            finest = Some((solved.stiffness, solved.to_free));
+            finest = Some((solved.stiffness, solved.dofs));
         }
         if let Some((stiffness, dofs)) = finest {
             let size = fields.last().map_or(0.0, |field| {
@@ -240,7 +245,7 @@ fn solved_to_rounding(mut scene: Scene) -> Scene {
     scene
 }
 
-fn solve_level(scene: &Scene, threads: usize) -> Result<SolvedLevel, AccuracyError> {
+fn solve_level(scene: &Scene, brick: &Brick, threads: usize) -> Result<SolvedLevel, AccuracyError> {
     let mesh = Mesh::of_scene(scene, Path::new(""))?;
     let system = DualSystem::new(scene, &mesh, threads)?;
     let interface = Interface::new(scene, &mesh)?;
@@ -258,9 +263,6 @@ fn solve_level(scene: &Scene, threads: usize) -> Result<SolvedLevel, AccuracyErr
         }),
         solution: &solution,
     })?;
-    let Body::Brick(brick) = scene.body.clone() else {
-        unreachable!("only bricks have levels");
-    };
     let r = report.resultants;
     let volume: f64 = brick
         .size
@@ -269,7 +271,7 @@ fn solve_level(scene: &Scene, threads: usize) -> Result<SolvedLevel, AccuracyErr
         .map(|(l, n)| l / n as f64)
         .product();
     let level = Level {
-        n_div: brick_n_div(&brick),
+        n_div: brick_n_div(brick),
         cells: brick.cells,
         cell_size: volume.cbrt(),
         n_free: solution.displacement.len(),
@@ -292,11 +294,11 @@ fn solve_level(scene: &Scene, threads: usize) -> Result<SolvedLevel, AccuracyErr
     Ok(SolvedLevel {
         level,
         field: Field {
-            brick,
+            brick: brick.clone(),
             mesh,
             displacement: report.displacement,
         },
         stiffness: system.assembly.primal.stiffness,
-        to_free: system.assembly.primal.dofs,
+        dofs: system.assembly.primal.dofs,
     })
 }

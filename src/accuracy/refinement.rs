@@ -53,7 +53,7 @@ pub fn nested_cells(
         .collect())
 }
 
-/// The scene with other cells, solved to rounding by whatever method is best.
+/// The scene with other cells.
 pub(super) fn with_cells(scene: &Scene, cells: [usize; 3]) -> Scene {
     let mut scene = scene.clone();
     if let Body::Brick(brick) = &mut scene.body {

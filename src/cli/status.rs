@@ -21,12 +21,12 @@ pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit
     };
     let effects = Effects::of(&scene);
     let sizes = format::read_sizes(&reader)?;
+    let advice = format::read_advice(&reader)?;
     if output.json {
         let effects = effects::json(&effects, &sizes);
-        println!(
-            "{:#}",
-            json(&reader, &scene.title, effects, &states, summary.as_ref())?
-        );
+        let mut status = json(&reader, &scene.title, effects, &states, summary.as_ref())?;
+        status["advice"] = advice.into();
+        println!("{status:#}");
     } else {
         println!("{}\n{}", arguments.file.display(), scene.title);
         for state in &states {
@@ -36,6 +36,9 @@ pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit
         if let Some(summary) = &summary {
             println!("results");
             print_summary(summary);
+        }
+        if let Some(advice) = &advice {
+            println!("  accuracy  {advice}");
         }
     }
     Ok(Exit::Done)

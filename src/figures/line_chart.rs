@@ -97,7 +97,7 @@ impl LineChart {
     /// The chart as an SVG document. Points that no axis can show are left out.
     #[must_use]
     pub fn svg(&self) -> String {
-        let legend = self.series.len() > 1;
+        let legend = self.series.iter().any(|series| !series.name.is_empty());
         let right = WIDTH - if legend { LEGEND_WIDTH } else { RIGHT_MARGIN };
         let mut canvas = Canvas::new(WIDTH, HEIGHT);
         let title = Label::plain(fitted(&self.title, TITLE_SIZE * 1.1, WIDTH - 32.0));

@@ -45,6 +45,8 @@ pub const LAYOUT: Layout = Layout {
         post::TABLE,
         vtkhdf::TABLE,
         accuracy::TABLE,
+        accuracy::RUNGS_TABLE,
+        accuracy::LEVELS_TABLE,
     ],
     extents: &[
         ("n_nodes", "nodes of the mesh"),

@@ -1,0 +1,92 @@
+//! `/accuracy`: errors and costs of solvers and meshes.
+
+mod levels;
+mod rungs;
+
+pub(super) use levels::TABLE as LEVELS_TABLE;
+pub(super) use rungs::TABLE as RUNGS_TABLE;
+
+use super::{FormatError, read_index_vec};
+use crate::{
+    accuracy::{Accuracy, Cost},
+    store::{DatasetSpec, Kind, Reader, Stage, StageWriter, StoreError},
+};
+
+const ADVICE: &str = "/accuracy/advice";
+const NO_CONTACT: &str = "absent without contact";
+
+#[rustfmt::skip]
+pub(super) const TABLE: &[DatasetSpec] = &[
+    Stage::Accuracy.row(ADVICE, Kind::Text, &[], "1", "What the ladders mean for this mesh, in one sentence.").volatile(),
+];
+
+/// Writes both ladders and their advice.
+///
+/// # Errors
+/// HDF5 failures.
+pub fn write(writer: &mut StageWriter<'_>, accuracy: &Accuracy) -> Result<(), StoreError> {
+    writer.write_text(ADVICE, &accuracy.advice().to_string())?;
+    if let Some(ladder) = &accuracy.algebraic {
+        rungs::write(writer, ladder)?;
+    }
+    if let Some(ladder) = &accuracy.discretisation {
+        levels::write(writer, ladder)?;
+    }
+    Ok(())
+}
+
+/// Reads the sentence; `None` in a file without ladders.
+///
+/// # Errors
+/// An altered dataset.
+pub fn read_advice(reader: &Reader) -> Result<Option<String>, FormatError> {
+    if !reader.has(ADVICE) {
+        return Ok(None);
+    }
+    Ok(Some(reader.read_text(ADVICE)?))
+}
+
+/// Reads both ladders; orders and limits are computed again.
+///
+/// # Errors
+/// Missing, altered or contradictory datasets.
+pub fn read(reader: &Reader) -> Result<Accuracy, FormatError> {
+    let algebraic = rungs::read(reader)?;
+    let discretisation = levels::read(reader)?;
+    Ok(Accuracy {
+        algebraic,
+        discretisation,
+    })
+}
+
+/// Writes seconds, repeats and peak memory; NaN and 0 for what was not run.
+fn write_costs(
+    writer: &mut StageWriter<'_>,
+    [seconds, repeats, peak]: [&str; 3],
+    costs: &[Option<Cost>],
+) -> Result<(), StoreError> {
+    let n = [costs.len()];
+    let measured = |value: fn(Cost) -> f64| -> Vec<f64> {
+        costs.iter().map(|c| c.map_or(f64::NAN, value)).collect()
+    };
+    writer.write(seconds, &measured(|cost| cost.seconds), &n)?;
+    let counts: Vec<usize> = costs.iter().map(|c| c.map_or(0, |c| c.repeats)).collect();
+    writer.write_indices(repeats, &counts, &n)?;
+    let peaks = measured(|cost| cost.peak_bytes.unwrap_or(f64::NAN));
+    writer.write(peak, &peaks, &n)
+}
+
+fn read_costs(
+    reader: &Reader,
+    [seconds, repeats, peak]: [&str; 3],
+) -> Result<Vec<Cost>, FormatError> {
+    let seconds: Vec<f64> = reader.read_vec(seconds)?;
+    let repeats = read_index_vec(reader, repeats)?;
+    let peaks: Vec<f64> = reader.read_vec(peak)?;
+    let costs = (0..seconds.len()).map(|k| Cost {
+        seconds: seconds[k],
+        repeats: repeats[k],
+        peak_bytes: Some(peaks[k]).filter(|bytes| !bytes.is_nan()),
+    });
+    Ok(costs.collect())
+}

@@ -1,0 +1,192 @@
+//! `/accuracy/rungs`: the algebraic ladder.
+
+use super::{NO_CONTACT, read_costs, write_costs};
+use crate::{
+    accuracy::{AlgebraicLadder, Cost, Operator, Rung, RungMethod, RungResult},
+    format::{FormatError, read_index_vec, solve::StoredStatus},
+    solver::Status,
+    store::{
+        DatasetSpec, Extent,
+        Extent::{Fixed, Named},
+        Kind, Reader, Stage, StageWriter, StoreError, StoredEnum, stored_enum,
+    },
+};
+
+stored_enum! {
+    /// A method of the ladder, as stored.
+    enum StoredMethod as "ladder_method" {
+        FixedPrecision = 0 => "fixed_point_a",
+        AdaptivePrecision = 1 => "fixed_point_b",
+        Newton = 2 => "newton",
+    }
+}
+
+stored_enum! {
+    /// How the dual operator is held, as stored.
+    enum StoredOperator as "operator" {
+        Implicit = 0 => "implicit",
+        Explicit = 1 => "explicit",
+    }
+}
+
+const METHODS: [(StoredMethod, RungMethod); 3] = [
+    (StoredMethod::FixedPrecision, RungMethod::FixedPrecision),
+    (
+        StoredMethod::AdaptivePrecision,
+        RungMethod::AdaptivePrecision,
+    ),
+    (StoredMethod::Newton, RungMethod::Newton),
+];
+
+const OPERATORS: [(StoredOperator, Operator); 2] = [
+    (StoredOperator::Implicit, Operator::Implicit),
+    (StoredOperator::Explicit, Operator::Explicit),
+];
+
+const REFERENCE_STATUS: &str = "/accuracy/reference_status";
+const REFERENCE_ACCURACY: &str = "/accuracy/reference_accuracy";
+const ASSEMBLY_SECONDS: &str = "/accuracy/assembly/seconds";
+const ASSEMBLY_REPEATS: &str = "/accuracy/assembly/repeats";
+const ASSEMBLY_PEAK: &str = "/accuracy/assembly/peak_memory";
+const METHOD: &str = "/accuracy/rungs/method";
+const OPERATOR: &str = "/accuracy/rungs/operator";
+const EPSILON: &str = "/accuracy/rungs/epsilon";
+const RUN: &str = "/accuracy/rungs/run";
+const RUNG_STATUS: &str = "/accuracy/rungs/status";
+const ENERGY_ERROR: &str = "/accuracy/rungs/energy_error";
+const MULTIPLIER_ERROR: &str = "/accuracy/rungs/multiplier_error";
+const RUNG_ACTIONS: &str = "/accuracy/rungs/actions";
+const RUNG_SECONDS: &str = "/accuracy/rungs/seconds";
+const RUNG_REPEATS: &str = "/accuracy/rungs/repeats";
+const RUNG_PEAK: &str = "/accuracy/rungs/peak_memory";
+const RUNGS: &[Extent] = &[Named("n_rungs")];
+const OF_OPERATORS: &[Extent] = &[Fixed(2)];
+
+/// A row of the algebraic ladder.
+const fn rung(
+    path: &'static str,
+    kind: Kind,
+    unit: &'static str,
+    meaning: &'static str,
+) -> DatasetSpec {
+    Stage::Accuracy
+        .row(path, kind, RUNGS, unit, meaning)
+        .optional(NO_CONTACT)
+}
+
+#[rustfmt::skip]
+pub(in crate::format) const TABLE: &[DatasetSpec] = &[
+    Stage::Accuracy.row(REFERENCE_STATUS, Kind::Enum(StoredStatus::SPEC), &[], "1", "How the reference ended: Newton's method on the explicit operator to rounding.").optional(NO_CONTACT),
+    Stage::Accuracy.row(REFERENCE_ACCURACY, Kind::F64, &[], "1", "Last relative residual of the reference.").optional(NO_CONTACT),
+    Stage::Accuracy.row(ASSEMBLY_SECONDS, Kind::F64, OF_OPERATORS, "s", "Median wall-clock time of assembly with the implicit and the explicit operator.").volatile().optional(NO_CONTACT),
+    Stage::Accuracy.row(ASSEMBLY_REPEATS, Kind::I64, OF_OPERATORS, "1", "Runs the median is taken of.").volatile().optional(NO_CONTACT),
+    Stage::Accuracy.row(ASSEMBLY_PEAK, Kind::F64, OF_OPERATORS, "B", "Peak resident memory of the process meanwhile, NaN where unknown.").volatile().optional(NO_CONTACT),
+    rung(METHOD, Kind::Enum(StoredMethod::SPEC), "1", "Method."),
+    rung(OPERATOR, Kind::Enum(StoredOperator::SPEC), "1", "How the dual operator is held."),
+    rung(EPSILON, Kind::F64, "1", "Accuracy asked for.").symbol("epsilon"),
+    rung(RUN, Kind::U8, "1", "1 where it was run; 0 where the budget did not suffice, and its results are NaN or 0.").volatile(),
+    rung(RUNG_STATUS, Kind::Enum(StoredStatus::SPEC), "1", "How the solve ended.").volatile(),
+    rung(ENERGY_ERROR, Kind::F64, "1", "|u - u*|_A / |u*|_A with the reference u*.").volatile(),
+    rung(MULTIPLIER_ERROR, Kind::F64, "1", "|lambda - lambda*| / |lambda*| with the reference lambda*.").volatile(),
+    rung(RUNG_ACTIONS, Kind::I64, "1", "Actions of the dual operator.").symbol("n_A").volatile(),
+    rung(RUNG_SECONDS, Kind::F64, "s", "Median wall-clock time of the solve alone.").volatile(),
+    rung(RUNG_REPEATS, Kind::I64, "1", "Runs the median is taken of.").volatile(),
+    rung(RUNG_PEAK, Kind::F64, "B", "Peak resident memory of the process meanwhile, NaN where unknown.").volatile(),
+];
+
+pub(super) fn write(
+    writer: &mut StageWriter<'_>,
+    ladder: &AlgebraicLadder,
+) -> Result<(), StoreError> {
+    writer.write_enum(
+        REFERENCE_STATUS,
+        &[StoredStatus::of(ladder.reference_status)],
+        &[],
+    )?;
+    writer.write(REFERENCE_ACCURACY, &[ladder.reference_accuracy], &[])?;
+    write_costs(
+        writer,
+        [ASSEMBLY_SECONDS, ASSEMBLY_REPEATS, ASSEMBLY_PEAK],
+        &ladder.assembly.map(Some),
+    )?;
+    let rungs = &ladder.rungs;
+    let n = [rungs.len()];
+    let methods = rungs.iter().map(|r| stored(&METHODS, r.method));
+    writer.write_enum(METHOD, &methods.collect::<Vec<_>>(), &n)?;
+    let operators = rungs.iter().map(|r| stored(&OPERATORS, r.operator));
+    writer.write_enum(OPERATOR, &operators.collect::<Vec<_>>(), &n)?;
+    let epsilons: Vec<f64> = rungs.iter().map(|rung| rung.epsilon).collect();
+    writer.write(EPSILON, &epsilons, &n)?;
+    let runs: Vec<u8> = rungs
+        .iter()
+        .map(|rung| u8::from(rung.result.is_some()))
+        .collect();
+    writer.write(RUN, &runs, &n)?;
+    let results: Vec<Option<RungResult>> = rungs.iter().map(|rung| rung.result).collect();
+    let statuses = results.iter().map(|result| {
+        let status = result.map_or(Status::MaxInnerActions, |r| r.status);
+        StoredStatus::of(status)
+    });
+    writer.write_enum(RUNG_STATUS, &statuses.collect::<Vec<_>>(), &n)?;
+    let measured = |value: fn(RungResult) -> f64| -> Vec<f64> {
+        results.iter().map(|r| r.map_or(f64::NAN, value)).collect()
+    };
+    writer.write(ENERGY_ERROR, &measured(|r| r.energy_error), &n)?;
+    writer.write(MULTIPLIER_ERROR, &measured(|r| r.multiplier_error), &n)?;
+    let actions: Vec<usize> = results.iter().map(|r| r.map_or(0, |r| r.actions)).collect();
+    writer.write_indices(RUNG_ACTIONS, &actions, &n)?;
+    let costs: Vec<Option<Cost>> = results.iter().map(|r| r.map(|r| r.cost)).collect();
+    write_costs(writer, [RUNG_SECONDS, RUNG_REPEATS, RUNG_PEAK], &costs)
+}
+
+/// The algebraic ladder; `None` in a file without it.
+pub(super) fn read(reader: &Reader) -> Result<Option<AlgebraicLadder>, FormatError> {
+    if !reader.has(REFERENCE_STATUS) {
+        return Ok(None);
+    }
+    let methods = reader.read_enum::<StoredMethod>(METHOD)?;
+    let operators = reader.read_enum::<StoredOperator>(OPERATOR)?;
+    let epsilons: Vec<f64> = reader.read_vec(EPSILON)?;
+    let runs: Vec<u8> = reader.read_vec(RUN)?;
+    let statuses = reader.read_enum::<StoredStatus>(RUNG_STATUS)?;
+    let energy: Vec<f64> = reader.read_vec(ENERGY_ERROR)?;
+    let multiplier: Vec<f64> = reader.read_vec(MULTIPLIER_ERROR)?;
+    let actions = read_index_vec(reader, RUNG_ACTIONS)?;
+    let costs = read_costs(reader, [RUNG_SECONDS, RUNG_REPEATS, RUNG_PEAK])?;
+    let rungs = (0..epsilons.len()).map(|k| Rung {
+        method: meant(&METHODS, methods[k]),
+        operator: meant(&OPERATORS, operators[k]),
+        epsilon: epsilons[k],
+        result: (runs[k] != 0).then(|| RungResult {
+            status: statuses[k].status(),
+            energy_error: energy[k],
+            multiplier_error: multiplier[k],
+            actions: actions[k],
+            cost: costs[k],
+        }),
+    });
+    let rungs = rungs.collect();
+    let assembly = read_costs(reader, [ASSEMBLY_SECONDS, ASSEMBLY_REPEATS, ASSEMBLY_PEAK])?;
+    let status = reader.read_enum::<StoredStatus>(REFERENCE_STATUS)?;
+    let accuracy: Vec<f64> = reader.read_vec(REFERENCE_ACCURACY)?;
+    Ok(Some(AlgebraicLadder {
+        reference_status: status
+            .first()
+            .map_or(Status::NumericalError, |stored| stored.status()),
+        reference_accuracy: accuracy.first().copied().unwrap_or(f64::NAN),
+        assembly: [assembly[0], assembly[1]],
+        rungs,
+    }))
+}
+
+/// The stored member of a value.
+fn stored<S: Copy, T: PartialEq>(table: &[(S, T)], value: T) -> S {
+    let row = table.iter().find(|(_, meaning)| *meaning == value);
+    row.unwrap_or(&table[0]).0
+}
+
+/// The value of a stored member.
+fn meant<S: PartialEq, T: Copy>(table: &[(S, T)], stored: S) -> T {
+    let row = table.iter().find(|(member, _)| *member == stored);
+    row.unwrap_or(&table[0]).1
+}
