@@ -10,7 +10,7 @@ use contact3d_pipe::{
     mesh::Mesh,
     post::{ContactReport, Solved, SolvedContact},
     scene::{Body, Brick, Scene},
-    solver::{ContactState, Status, solve},
+    solver::{ContactState, Start, Status, solve},
 };
 use support::pipelines;
 
@@ -48,8 +48,14 @@ fn check(path: &Path) {
     let interface = Interface::new(&scene, &mesh).unwrap_or_else(|e| panic!("{name}: {e:?}"));
     let state = mesh.contact.as_ref().zip(interface.as_ref());
     let state = state.map(|(surface, interface)| ContactState { surface, interface });
-    let solution =
-        solve(&system, state.as_ref(), &scene.solve, &mut |_| {}).expect("a dense operator");
+    let solution = solve(
+        &system,
+        state.as_ref(),
+        &scene.solve,
+        Start::default(),
+        &mut |_| {},
+    )
+    .expect("a dense operator");
     assert_eq!(solution.status, Status::Converged, "{name}");
     let solved = Solved {
         scene: &scene,

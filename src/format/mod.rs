@@ -1,7 +1,9 @@
 //! The run file's datasets: one table per stage, each beside its reader and writer.
 
 mod assemble;
+mod checkpoint;
 mod history;
+mod load;
 mod mesh;
 mod post;
 mod scene;
@@ -14,6 +16,8 @@ pub use assemble::{
     read as read_assembly, read_coupling, read_primal, stored_bytes as assembly_bytes,
     write as write_assembly,
 };
+pub use checkpoint::{read as read_checkpoint, write as write_checkpoint};
+pub use load::{read as read_loads, write as write_loads};
 pub use mesh::{read as read_mesh, write as write_mesh};
 pub use post::{ContactSummary, Summary, read_summary, write as write_report};
 pub use scene::{read as read_scene, write as write_scene};
@@ -30,16 +34,18 @@ use crate::{
 pub const LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe run",
     linked_filetype: "contact3d-pipe stage",
-    format_version: [1, 1],
+    format_version: [1, 2],
     creator: concat!("contact3d-pipe ", env!("CARGO_PKG_VERSION")),
     tables: &[
         scene::TABLE,
         mesh::TABLE,
         assemble::TABLE,
+        load::TABLE,
         solve::TABLE,
         history::TABLE,
         post::TABLE,
         vtkhdf::TABLE,
+        checkpoint::TABLE,
     ],
     extents: &[
         ("n_nodes", "nodes of the mesh"),
@@ -71,6 +77,10 @@ pub const LAYOUT: Layout = Layout {
         ),
         ("n_outer_steps", "steps of successive approximations"),
         ("n_newton_steps", "steps of Newton's method"),
+        (
+            "n_done_steps",
+            "steps of successive approximations done before a checkpoint",
+        ),
         (
             "n_cells",
             "VTK cells: the tetrahedra, then the contact triangles",

@@ -139,7 +139,7 @@ pub fn write(
     writer.write_indices(LAW_EVALUATIONS, &[solution.law_evaluations], &[])?;
     writer.write_indices(PROJECTIONS, &[solution.projections], &[])?;
     history::write_newton(writer, &solution.newton)?;
-    history::write_outer(writer, &solution.history)
+    history::write_outer(writer, &history::HISTORY, &solution.history)
 }
 
 fn write_coulomb(writer: &mut StageWriter<'_>, state: &CoulombState) -> Result<(), StoreError> {
@@ -206,7 +206,7 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
             true => read_finite_scalar(reader, STEPLENGTH)?,
             false => 0.0,
         },
-        history: history::read_outer(reader)?,
+        history: history::read_outer(reader, &history::HISTORY)?,
         newton: history::read_newton(reader)?,
         actions: count(ACTIONS)?,
         law_evaluations: count(LAW_EVALUATIONS)?,
