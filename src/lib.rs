@@ -44,7 +44,7 @@
 //!
 //! The core, from left to right, each using only those before it: [`linalg`], [`scene`],
 //! [`mesh`], [`elasticity`], [`contact`], [`dual`], [`solver`], [`post`]. Around it: [`store`]
-//! (HDF5), [`figures`], [`mod@format`] (the datasets), [`stages`], [`cli`].
+//! (HDF5), [`figures`], [`mod@format`] (the datasets), [`stages`], [`sweep`], [`cli`].
 
 pub mod cli;
 pub mod contact;
@@ -59,3 +59,4 @@ pub mod scene;
 pub mod solver;
 pub mod stages;
 pub mod store;
+pub mod sweep;

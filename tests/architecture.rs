@@ -3,7 +3,7 @@
 use std::{collections::BTreeSet, fs, path::Path};
 
 /// Each room with the rooms it may use.
-const ALLOWED: [(&str, &[&str]); 13] = [
+const ALLOWED: [(&str, &[&str]); 14] = [
     ("linalg", &[]),
     ("scene", &[]),
     ("mesh", &["linalg", "scene"]),
@@ -61,10 +61,11 @@ const ALLOWED: [(&str, &[&str]); 13] = [
             "format",
         ],
     ),
+    ("sweep", &["scene", "solver", "store", "format", "stages"]),
     (
         "cli",
         &[
-            "scene", "mesh", "dual", "solver", "post", "store", "format", "stages",
+            "scene", "mesh", "dual", "solver", "post", "store", "format", "stages", "sweep",
         ],
     ),
 ];

@@ -8,6 +8,7 @@ mod report;
 mod run;
 mod schema;
 mod status;
+mod sweep;
 
 use clap::Parser;
 
@@ -38,6 +39,7 @@ pub fn main() -> Exit {
         Command::Post(post) => run::post(post, &output, threads),
         Command::Status(status) => status::status(status, &output),
         Command::Schema(schema) => schema::schema(schema, &output),
+        Command::Sweep(arguments) => return sweep::sweep(arguments, &output, threads),
     };
     outcome.unwrap_or_else(|error| exit::explain(error, &output))
 }

@@ -8,6 +8,7 @@ mod mesh;
 mod post;
 mod scene;
 mod solve;
+mod sweep;
 mod vtkhdf;
 
 use thiserror::Error;
@@ -21,7 +22,8 @@ pub use load::{read as read_loads, write as write_loads};
 pub use mesh::{read as read_mesh, write as write_mesh};
 pub use post::{ContactSummary, Summary, read_summary, write as write_report};
 pub use scene::{read as read_scene, write as write_scene};
-pub use solve::{read as read_solution, write as write_solution};
+pub use solve::{read as read_solution, read_multiplier, write as write_solution};
+pub use sweep::{CERTIFICATE, CaseResults, CaseRow, SWEEP_LAYOUT, read_case, write as write_cases};
 pub use vtkhdf::write as write_vtkhdf;
 
 use crate::{
