@@ -138,7 +138,9 @@ impl Session {
     }
 
     pub(super) fn load_solution(&mut self) -> Result<(), FormatError> {
-        if self.system.is_none() && self.primal.is_none() {
+        if self.system.is_some() {
+            self.load_system()?;
+        } else if self.primal.is_none() {
             let reader = self.reader()?;
             let coupling = format::read_coupling(&reader)?;
             self.primal = Some((format::read_primal(&reader)?, coupling));

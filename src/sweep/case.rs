@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Plan, operators::Operators};
+use super::{Plan, lock::operator_turn, operators::Operators};
 use crate::{
     format::{self, LAYOUT},
     scene::{Body, Scene},
@@ -18,7 +18,7 @@ pub(super) struct How {
     pub(super) self_contained: bool,
 }
 
-/// What told a case to stop.
+/// What running a case came to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ran {
     /// Every stage was fresh.
@@ -70,7 +70,15 @@ pub(super) fn run(
         }
         let key = operator_key(&case.scene.scene);
         let outcome = operators
-            .prepare(&key, |known| session.prepare_operator(known))
+            .prepare(&key, |known| {
+                let turn = operator_turn(folder, &key).map_err(|source| StageError::Write {
+                    file: folder.to_owned(),
+                    source,
+                })?;
+                let operator = session.prepare_operator(known);
+                drop(turn);
+                operator
+            })
             .and_then(|()| compute(&mut session));
         operators.release(&key);
         outcome?;

@@ -1,6 +1,7 @@
 //! The lock of a sweep's folder: one sweep, or any number of processes that run single cases.
 
 use std::fs::{self, File, TryLockError};
+use std::io;
 use std::path::Path;
 
 use super::SweepError;
@@ -14,6 +15,18 @@ pub(super) enum Access {
     Sweep,
     /// Others that run single cases; each run file has its own lock.
     SingleCase,
+}
+
+/// Waits for the turn to prepare an operator, so that of many processes one computes and the others read.
+pub(super) fn operator_turn(folder: &Path, key: &str) -> io::Result<File> {
+    let name = format!(".operator-{}.lock", key.get(..16).unwrap_or(key));
+    let file = File::options()
+        .create(true)
+        .truncate(false)
+        .write(true)
+        .open(folder.join(name))?;
+    file.lock()?;
+    Ok(file)
 }
 
 /// Makes the folder and locks it until the file is dropped; a killed process leaves no lock.

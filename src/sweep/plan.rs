@@ -61,7 +61,7 @@ impl Plan {
         for settings in product(&axes) {
             let scene = changed(&base, path, &settings)?;
             let index = cases.len();
-            let start = (sweep.warm_start && index % fastest != 0).then(|| index - 1);
+            let start = (sweep.warm_start && !index.is_multiple_of(fastest)).then(|| index - 1);
             let id = name(&scene, start.map(|before| cases[before].id.as_str()));
             cases.push(Case {
                 id,
