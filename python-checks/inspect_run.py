@@ -7,6 +7,7 @@ import argparse
 import sys
 
 import h5py
+import numpy as np
 
 from run_file import (
     STAGES,
@@ -43,11 +44,19 @@ def print_mesh(mesh: h5py.Group) -> None:
 
 def print_assembly(assemble: h5py.Group) -> None:
     """Sizes of the algebraic problem."""
-    free = assemble["load"].shape[0]
+    free = assemble["stiffness/indptr"].shape[0] - 1
     entries = assemble["factor/values"].shape[0]
     print("assembly")
-    print(f"  unknowns            {free} primal, {assemble['dual_rhs'].shape[0]} dual")
+    print(f"  unknowns            {free} primal")
     print(f"  factor              {entries} coefficients")
+
+
+def print_load(load: h5py.Group) -> None:
+    """Size of the load."""
+    print("load")
+    print(f"  norm                {np.linalg.norm(load['force'][:]):.6e} N")
+    if "dual_rhs" in load:
+        print(f"  multipliers         {load['dual_rhs'].shape[0]}")
 
 
 def print_solution(solve: h5py.Group) -> None:
@@ -82,7 +91,13 @@ def print_run(file: h5py.File) -> None:
     print(read_scene(file)["title"])
     print(f"{file.filename}, written by {file.attrs['creator']}")
     print_stages(file)
-    printers = (print_mesh, print_assembly, print_solution, print_report)
+    printers = (
+        print_mesh,
+        print_assembly,
+        print_load,
+        print_solution,
+        print_report,
+    )
     present = stored_stages(file)
     for stage, printer in zip(STAGES, printers, strict=True):
         if stage in present:

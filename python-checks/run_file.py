@@ -15,7 +15,7 @@ from scipy import sparse
 
 FILETYPE = "contact3d-pipe run"
 FORMAT_MAJOR = 1
-STAGES = ("mesh", "assemble", "solve", "post")
+STAGES = ("mesh", "assemble", "load", "solve", "post")
 
 
 class RunFileError(ValueError):

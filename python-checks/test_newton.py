@@ -48,7 +48,7 @@ def test_compliance_gives_the_tangential_displacement(solved):
     multiplier = problem.multiplier
     compliance = file["assemble/contact_compliance"][:]
     moved = np.tensordot(multiplier, compliance, axes=1)
-    slip = np.abs(file["assemble/slip_free"][:] - moved)
+    slip = np.abs(file["load/slip_free"][:] - moved)
     expected = problem.slip(problem.displacement_of(multiplier))
     # The free slip is some hundred times the final one, so two digits cancel.
     assert np.abs(slip - expected).max() <= 1e-11 * np.abs(expected).max()
@@ -60,7 +60,7 @@ def test_answer_is_a_fixed_point_of_projected_gradient_steps(solved):
     displacement = problem.displacement_of(multiplier)
     friction = problem.nodal_friction(problem.slip(displacement))
     inverse = problem.friction_inverse(friction)
-    gradient = problem.dual_operator @ multiplier - file["assemble/dual_rhs"][:]
+    gradient = problem.dual_operator @ multiplier - file["load/dual_rhs"][:]
     step = multiplier - file["solve/steplength"][()] * gradient
     image = problem.project(step, np.maximum(problem.normal, 0.0), inverse)
     # Newton stops at 1e-12; S and u are recomputed by another factorisation.

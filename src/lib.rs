@@ -28,9 +28,9 @@
 //! | l | [`load`](dual::PrimalSystem::load) | N |
 //! | B = \[N; T\] | [`coupling`](contact::Coupling) | m² |
 //! | S | [`DualOperator`](dual::DualOperator) | m³/Pa |
-//! | h | [`dual_rhs`](dual::Assembly::dual_rhs) | m³ |
+//! | h | [`dual_rhs`](dual::ContactSystem::dual_rhs) | m³ |
 //! | λ = (λ_ν, λ_t) | [`multiplier`](solver::Solution::multiplier), the stresses −σ_ν, −σ_t | Pa |
-//! | g | [`slip_bound`](solver::Solution::slip_bound) | Pa |
+//! | g | [`slip_bound`](solver::CoulombState::slip_bound) | Pa |
 //! | φ = (∣u_t1∣, ∣u_t2∣) | [`slip`](solver::Solution::slip) | m |
 //! | F₁, F₂ | [`Friction`](scene::Friction) | 1 |
 //! | 𝓕_i⁻¹ | [`pane_inverse`](contact::FrictionField::pane_inverse) | 1 |
@@ -44,7 +44,7 @@
 //!
 //! The core, from left to right, each using only those before it: [`linalg`], [`scene`],
 //! [`mesh`], [`elasticity`], [`contact`], [`dual`], [`solver`], [`post`]. Around it: [`store`]
-//! (HDF5), [`figures`], [`mod@format`] (the datasets), [`stages`], [`cli`].
+//! (HDF5), [`figures`], [`mod@format`] (the datasets), [`stages`], [`sweep`], [`cli`].
 
 pub mod accuracy;
 pub mod cli;
@@ -61,3 +61,4 @@ pub mod scene;
 pub mod solver;
 pub mod stages;
 pub mod store;
+pub mod sweep;

@@ -3,7 +3,7 @@
 use std::{collections::BTreeSet, fs, path::Path};
 
 /// Each room with the rooms it may use.
-const ALLOWED: [(&str, &[&str]); 15] = [
+const ALLOWED: [(&str, &[&str]); 16] = [
     ("linalg", &[]),
     ("scene", &[]),
     ("mesh", &["linalg", "scene"]),
@@ -78,11 +78,12 @@ const ALLOWED: [(&str, &[&str]); 15] = [
             "format",
         ],
     ),
+    ("sweep", &["scene", "solver", "store", "format", "stages"]),
     (
         "cli",
         &[
             "scene", "mesh", "contact", "dual", "solver", "post", "accuracy", "store", "format",
-            "stages",
+            "stages", "sweep",
         ],
     ),
 ];

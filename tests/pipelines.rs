@@ -7,6 +7,7 @@ use std::path::Path;
 use contact3d_pipe::{
     scene::{Body, Brick, Scene},
     solver::Status,
+    sweep::Plan,
 };
 use support::{Case, pipelines};
 
@@ -23,13 +24,26 @@ fn every_pipeline_converges_with_a_clean_certificate() {
     let mut found = 0;
     for entry in std::fs::read_dir(pipelines()).expect("pipelines folder") {
         let path = entry.expect("directory entry").path();
-        if path.extension().is_none_or(|e| e != "toml") {
+        let name = entry_name(&path);
+        if !name.ends_with(".toml") || name.starts_with("sweep_") {
             continue;
         }
         found += 1;
         check(&path);
     }
     assert!(found >= 20);
+}
+
+fn entry_name(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
+}
+
+#[test]
+fn the_sweep_over_friction_has_at_least_60_cases() {
+    let plan = Plan::read(&pipelines().join("sweep_friction.toml"));
+    let plan = plan.unwrap_or_else(|e| panic!("{e}"));
+    assert!(plan.cases.len() >= 60);
 }
 
 fn check(path: &Path) {

@@ -59,7 +59,7 @@ class Brick:
                 clamped=np.flatnonzero((dof < 0).all(axis=1)),
                 dof=dof,
                 stiffness=stiffness,
-                load=file["assemble/load"][:],
+                load=file["load/force"][:],
                 contact_nodes=nodes[(dof[nodes] >= 0).all(axis=1)],
             )
 

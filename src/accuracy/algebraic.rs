@@ -10,7 +10,7 @@ use crate::{
     linalg::norm,
     mesh::Mesh,
     scene::{DualOperatorKind, InnerSolver, Method, PrecisionControl, Scene, SolveSettings},
-    solver::{ContactState, Solution, Status, solve},
+    solver::{ContactState, Solution, Start, Status, solve},
 };
 
 /// The rungs ε, loose to strict.
@@ -144,7 +144,13 @@ impl AlgebraicLadder {
             epsilon: Some(0.0),
             ..scene.solve.clone()
         };
-        let reference = solve(&system, Some(&contact), &to_rounding, &mut |_| {})?;
+        let reference = solve(
+            &system,
+            Some(&contact),
+            &to_rounding,
+            Start::default(),
+            &mut |_| {},
+        )?;
         let mut ladder = Self {
             reference_status: reference.status,
             reference_accuracy: reference.accuracy,
@@ -274,7 +280,13 @@ impl Problem<'_> {
             ..self.scene.solve.clone()
         };
         let (solution, cost) = measure(self.budget * CHEAP_SHARE, || {
-            solve(&self.system, Some(&self.contact), &settings, &mut |_| {})
+            solve(
+                &self.system,
+                Some(&self.contact),
+                &settings,
+                Start::default(),
+                &mut |_| {},
+            )
         })?;
         let stiffness = &self.system.assembly.primal.stiffness;
         let energy = |u: &[f64]| energy_norm(stiffness, u);

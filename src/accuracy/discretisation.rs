@@ -1,4 +1,4 @@
-use std::path::Path;
+use std::{path::Path, sync::Arc};
 
 use super::{
     AccuracyError, AccuracyProgress, AccuracySettings, Cost, brick_n_div, cost::measure,
@@ -12,7 +12,7 @@ use crate::{
     mesh::Mesh,
     post::{ContactReport, Solved, SolvedContact},
     scene::{AssembleSettings, Body, Brick, Scene, SolveSettings},
-    solver::{ContactState, Status, solve},
+    solver::{ContactState, Start, Status, solve},
 };
 
 /// A mesh is solved again, for the median of its seconds, when once took no longer than this.
@@ -251,7 +251,13 @@ fn solve_level(scene: &Scene, brick: &Brick, threads: usize) -> Result<SolvedLev
     let interface = Interface::new(scene, &mesh)?;
     let state = mesh.contact.as_ref().zip(interface.as_ref());
     let state = state.map(|(surface, interface)| ContactState { surface, interface });
-    let solution = solve(&system, state.as_ref(), &scene.solve, &mut |_| {})?;
+    let solution = solve(
+        &system,
+        state.as_ref(),
+        &scene.solve,
+        Start::default(),
+        &mut |_| {},
+    )?;
     let contact = system.contact.as_ref().zip(state);
     let report = ContactReport::new(&Solved {
         scene,
@@ -298,7 +304,7 @@ fn solve_level(scene: &Scene, brick: &Brick, threads: usize) -> Result<SolvedLev
             mesh,
             displacement: report.displacement,
         },
-        stiffness: system.assembly.primal.stiffness,
+        stiffness: Arc::unwrap_or_clone(system.assembly.primal.stiffness),
         dofs: system.assembly.primal.dofs,
     })
 }

@@ -1,5 +1,6 @@
 use std::path::PathBuf;
 
+use super::sweep::SweepArguments;
 use clap::{Args, Parser, Subcommand};
 use serde::de::{DeserializeOwned, IntoDeserializer, value::StrDeserializer};
 
@@ -47,6 +48,8 @@ pub enum Command {
     Solve(SolveArguments),
     /// Evaluate the solution: zones, stresses, resultants, certificate, pictures, ParaView
     Post(PostArguments),
+    /// Run many scenes that differ in a few keys, in parallel, with shared work
+    Sweep(SweepArguments),
     /// Show which stages are fresh, stale or missing, their sizes, and the main results
     Status(StageArguments),
     /// Bound and draw the law of friction of a scene, without solving anything

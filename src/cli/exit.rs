@@ -3,7 +3,7 @@ use std::process::{ExitCode, Termination};
 use miette::{GraphicalReportHandler, GraphicalTheme};
 
 use super::arguments::Output;
-use crate::{scene::SceneError, stages::StageError};
+use crate::{scene::SceneError, stages::StageError, sweep::SweepError};
 
 /// How the program ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,6 +41,25 @@ pub(super) fn explain(error: StageError, output: &Output) -> Exit {
         other => eprintln!("error: {}", chain(other)),
     }
     exit
+}
+
+/// Prints what stopped a sweep, and chooses the exit code.
+pub(super) fn explain_sweep(error: SweepError, output: &Output) -> Exit {
+    match error {
+        SweepError::Stage(error) => explain(error, output),
+        SweepError::Scene(error) => explain(error.into(), output),
+        error => {
+            let message = chain(&error);
+            if output.json {
+                println!(
+                    "{}",
+                    serde_json::json!({ "error": message, "exit_code": 2 })
+                );
+            }
+            eprintln!("error: {message}");
+            Exit::BadInput
+        }
+    }
 }
 
 /// Draws the offending line of a scene.

@@ -14,6 +14,7 @@ mod results;
 mod run;
 mod schema;
 mod status;
+mod sweep;
 
 use clap::Parser;
 
@@ -47,6 +48,7 @@ pub fn main() -> Exit {
         Command::Accuracy(accuracy) => accuracy::accuracy(accuracy, &output, threads),
         Command::Report(page) => html::report_page(page, &output),
         Command::Schema(schema) => schema::schema(schema, &output),
+        Command::Sweep(arguments) => return sweep::sweep(arguments, &output, threads),
     };
     outcome.unwrap_or_else(|error| exit::explain(error, &output))
 }

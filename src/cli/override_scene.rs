@@ -2,6 +2,7 @@ use super::arguments::SceneArguments;
 use crate::{
     scene::{Invalid, SceneFile},
     stages::StageError,
+    sweep::set_key,
 };
 
 /// Reads a scene file and applies `--set KEY=VALUE`.
@@ -30,20 +31,10 @@ fn apply(table: &mut toml::Table, change: &str) -> Result<(), StageError> {
             "KEY=VALUE with a TOML value, such as solve.epsilon=1e-8",
         )
     })?;
-    let mut parts = key.split('.').peekable();
-    let mut place = &mut *table;
-    while let Some(part) = parts.next() {
-        if parts.peek().is_none() {
-            place.insert(part.to_owned(), value);
-            return Ok(());
-        }
-        place = place
-            .entry(part)
-            .or_insert_with(|| toml::Value::Table(toml::Table::new()))
-            .as_table_mut()
-            .ok_or_else(|| setting(key, "a key below tables only"))?;
-    }
-    Ok(())
+    set_key(table, key, value).map_err(|found| {
+        let problem = format!("{key}: {found}");
+        setting(&problem, "a key below tables and lists only")
+    })
 }
 
 fn setting(found: &str, expected: &str) -> StageError {

@@ -44,6 +44,7 @@ pub(super) fn progress(progress: Progress<'_>) -> String {
             let how = if step.fallback { "safeguard" } else { "Newton" };
             format!("{how} step {}, residual {:.1e}", k + 1, step.residual)
         }
+        Progress::Between(_) => String::new(),
     }
 }
 

@@ -61,8 +61,10 @@ pub(super) fn assemble(arguments: &AssembleArguments, output: &Output, threads: 
     if let Some(dual_operator) = arguments.dual_operator {
         session.set_assemble(AssembleSettings { dual_operator });
     }
-    let performed = perform(&mut session, Stage::Assemble, Commit::Now, output)?;
-    print_stages(output, &[performed]);
+    let commit = Commit::WithNextIfCheap;
+    let assembled = perform(&mut session, Stage::Assemble, commit, output)?;
+    let loaded = perform(&mut session, Stage::Load, Commit::Now, output)?;
+    print_stages(output, &[assembled, loaded]);
     Ok(Exit::Done)
 }
 
@@ -93,10 +95,16 @@ fn perform(
     let performed = match stage {
         Stage::Mesh => session.make_mesh(),
         Stage::Assemble => session.assemble(),
+        Stage::Load => session.apply_loads(commit),
         Stage::Solve => session.solve(commit, &mut |progress| {
             spinner.set_message(report::progress(progress))
         }),
-        Stage::Post | Stage::Scene | Stage::Vtk | Stage::Accuracy => session.post(),
+        Stage::Post
+        | Stage::Scene
+        | Stage::Vtk
+        | Stage::Checkpoint
+        | Stage::Cases
+        | Stage::Accuracy => session.post(),
     };
     spinner.finish_and_clear();
     let performed = performed?;

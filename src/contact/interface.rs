@@ -90,6 +90,13 @@ impl Interface {
         self.coulomb()
             .map_or(0, |law| law.evaluations.load(Ordering::Relaxed))
     }
+
+    /// Sets the number of evaluations, for a solve that goes on from a checkpoint.
+    pub fn set_law_evaluations(&self, evaluations: usize) {
+        if let Some(law) = self.coulomb() {
+            law.evaluations.store(evaluations, Ordering::Relaxed);
+        }
+    }
 }
 
 impl InterfaceFriction {

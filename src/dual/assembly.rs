@@ -1,4 +1,4 @@
-use std::time::Instant;
+use std::{sync::Arc, time::Instant};
 
 use thiserror::Error;
 
@@ -17,8 +17,8 @@ use crate::{
 pub struct PrimalSystem {
     /// Numbering of the free degrees of freedom.
     pub dofs: DofMap,
-    /// Stiffness A, `[n_free, n_free]`, in N/m.
-    pub stiffness: CscMatrix,
+    /// Stiffness A, `[n_free, n_free]`, in N/m; shared by problems that differ in their loads.
+    pub stiffness: Arc<CscMatrix>,
     /// Load l, `[n_free]`, in N.
     pub load: Vec<f64>,
 }
@@ -28,8 +28,8 @@ pub struct PrimalSystem {
 pub struct Assembly {
     /// A and l.
     pub primal: PrimalSystem,
-    /// Sparse Cholesky factor of A.
-    pub factor: CholeskyFactor,
+    /// Sparse Cholesky factor of A, shared as A is.
+    pub factor: Arc<CholeskyFactor>,
     /// What took how long.
     pub seconds: AssemblySeconds,
 }
@@ -106,10 +106,7 @@ impl Assembly {
         }
         let started = Instant::now();
         let stiffness = stiffness(mesh, &MaterialField::new(scene, mesh), &dofs);
-        let forces = Loads::of(scene)
-            .nodal_forces(mesh)
-            .map_err(AssemblyError::Scene)?;
-        let load = dofs.to_free(&forces);
+        let load = load_vector(scene, mesh, &dofs).map_err(AssemblyError::Scene)?;
         let assembled = Instant::now();
         let order = fill_reducing_order(mesh, &dofs)?;
         let ordered = Instant::now();
@@ -123,12 +120,12 @@ impl Assembly {
         };
         let primal = PrimalSystem {
             dofs,
-            stiffness,
+            stiffness: Arc::new(stiffness),
             load,
         };
         Ok(Self {
             primal,
-            factor,
+            factor: Arc::new(factor),
             seconds,
         })
     }
@@ -140,6 +137,11 @@ impl Assembly {
         self.factor.solve_in_place(&mut displacement, work);
         displacement
     }
+}
+
+/// The load l over the free degrees of freedom in N.
+pub(super) fn load_vector(scene: &Scene, mesh: &Mesh, dofs: &DofMap) -> Result<Vec<f64>, Invalid> {
+    Ok(dofs.to_free(&Loads::of(scene).nodal_forces(mesh)?))
 }
 
 /// Nested dissection of the mesh without its held nodes, the free degrees of freedom node by node.

@@ -25,17 +25,28 @@ impl ContactSystem {
         let friction = interface.has_friction();
         let dofs = &assembly.primal.dofs;
         let coupling = Coupling::new(surface, &interface.frame, friction, dofs);
+        let mut contact = Self {
+            coupling,
+            dual_rhs: Vec::new(),
+            explicit: None,
+        };
         let unconstrained = assembly.solve(&assembly.primal.load, &mut Workspace::default());
-        let mut dual_rhs = coupling.integrate(&unconstrained);
+        contact.apply_loads(&unconstrained, surface, interface);
+        contact
+    }
+
+    /// Recomputes h from the displacement A⁻¹l in m of the body without contact, and from the gap.
+    pub(super) fn apply_loads(
+        &mut self,
+        unconstrained: &[f64],
+        surface: &ContactSurface,
+        interface: &Interface,
+    ) {
+        self.dual_rhs = self.coupling.integrate(unconstrained);
         if let Some(gap) = &interface.gap {
             for (pane, area) in surface.pane_area.iter().enumerate() {
-                dual_rhs[pane] -= area * surface.pane_mean(pane, gap);
+                self.dual_rhs[pane] -= area * surface.pane_mean(pane, gap);
             }
-        }
-        Self {
-            coupling,
-            dual_rhs,
-            explicit: None,
         }
     }
 

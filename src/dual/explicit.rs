@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use super::{
     Assembly, ContactSystem, DualOperator,
     dense::{subtract_product, symmetric_product},
@@ -13,8 +15,9 @@ use crate::{
 /// the contact nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExplicitDual {
-    /// S = B A⁻¹ Bᵀ, column-major, exactly symmetric, `[n_multipliers, n_multipliers]`, in m³/Pa.
-    pub operator: Vec<f64>,
+    /// S = B A⁻¹ Bᵀ, column-major, exactly symmetric, `[n_multipliers, n_multipliers]`, in m³/Pa;
+    /// shared by problems that differ in their loads.
+    pub operator: Arc<Vec<f64>>,
     /// h = B A⁻¹ l with the gap's integral subtracted, `[n_multipliers]`, in m³.
     pub rhs: Vec<f64>,
     /// Number of panes m.
@@ -27,8 +30,8 @@ pub struct ExplicitDual {
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactCompliance {
     /// G = C A⁻¹ Bᵀ with the rows u_t1, u_t2 of contact node after contact node, column-major,
-    /// `[2 n_contact_nodes, 3 n_panes]`, in m/Pa.
-    pub matrix: Vec<f64>,
+    /// `[2 n_contact_nodes, 3 n_panes]`, in m/Pa; shared as S is.
+    pub matrix: Arc<Vec<f64>>,
     /// (u_t1, u_t2) of A⁻¹l at the contact nodes, signed, `[n_contact_nodes]`, in m.
     pub slip_free: Vec<[f64; 2]>,
 }
@@ -50,18 +53,30 @@ impl ExplicitDual {
             let selection = tangential_selection(surface, &interface.frame, dofs);
             let matrix = half_solved.compliance(&selection.transpose());
             let unconstrained = assembly.solve(&assembly.primal.load, &mut Workspace::default());
-            let mut slip_free = vec![0.0; selection.cols];
-            selection.mul_transposed(&unconstrained, &mut slip_free);
             ContactCompliance {
-                matrix,
-                slip_free: pairs(&slip_free),
+                matrix: Arc::new(matrix),
+                slip_free: free_slip(&selection, &unconstrained),
             }
         });
         Self {
-            operator,
+            operator: Arc::new(operator),
             rhs: contact.dual_rhs.clone(),
             n_panes: contact.coupling.n_panes,
             compliance,
+        }
+    }
+
+    /// Recomputes the free slip, where it is held, from the displacement A⁻¹l in m.
+    pub(super) fn apply_loads(
+        &mut self,
+        unconstrained: &[f64],
+        surface: &ContactSurface,
+        frame: &ContactFrame,
+        dofs: &DofMap,
+    ) {
+        if let Some(compliance) = &mut self.compliance {
+            let selection = tangential_selection(surface, frame, dofs);
+            compliance.slip_free = free_slip(&selection, unconstrained);
         }
     }
 
@@ -138,6 +153,13 @@ fn tangential_selection(
         }
     }
     transposed
+}
+
+/// (u_t1, u_t2) at the contact nodes of a displacement in m.
+fn free_slip(selection: &CscMatrix, unconstrained: &[f64]) -> Vec<[f64; 2]> {
+    let mut slip = vec![0.0; selection.cols];
+    selection.mul_transposed(unconstrained, &mut slip);
+    pairs(&slip)
 }
 
 fn pairs(flat: &[f64]) -> Vec<[f64; 2]> {

@@ -1,7 +1,9 @@
-//! `/assemble`: stiffness, load, coupling, Cholesky factor, dual right-hand side.
+//! `/assemble`: stiffness, coupling, Cholesky factor, dense dual operator.
+
+use std::sync::Arc;
 
 use super::{
-    FormatError, columns, read_finite_rows, read_finite_scalar, read_finite_vec, read_index_vec,
+    FormatError, columns, load::read_force, read_finite_scalar, read_finite_vec, read_index_vec,
     rows_of_transpose,
 };
 use crate::{
@@ -21,13 +23,10 @@ use crate::{
 
 const DOFS: &str = "/assemble/degree_of_freedom";
 const STIFFNESS: &str = "/assemble/stiffness";
-pub(super) const LOAD: &str = "/assemble/load";
 const COUPLING_NORMAL: &str = "/assemble/coupling_normal";
 const COUPLING_TANGENTIAL: &str = "/assemble/coupling_tangential";
-const DUAL_RHS: &str = "/assemble/dual_rhs";
 const DUAL_OPERATOR: &str = "/assemble/dual_operator";
 const CONTACT_COMPLIANCE: &str = "/assemble/contact_compliance";
-const SLIP_FREE: &str = "/assemble/slip_free";
 const PERMUTATION: &str = "/assemble/factor/permutation";
 const SUPERNODE_COLUMNS: &str = "/assemble/factor/supernode_columns";
 const ROW_OFFSETS: &str = "/assemble/factor/row_offsets";
@@ -46,13 +45,10 @@ const OFFSETS: &[Extent] = &[Plus("n_supernodes", 1)];
 pub(super) const TABLE: &[DatasetSpec] = &[
     Stage::Assemble.row(DOFS, Kind::I64, &[Named("n_nodes"), Fixed(3)], "1", "Free degree of freedom of each node and component, -1 where held at zero.").compressed(),
     Stage::Assemble.row(STIFFNESS, Kind::CscMatrix, &[FREE, FREE], "N/m", "Stiffness matrix over the free degrees of freedom; symmetric, both triangles stored.").symbol("A").compressed(),
-    Stage::Assemble.row(LOAD, Kind::F64, &[FREE], "N", "Load vector.").symbol("l"),
     Stage::Assemble.row(COUPLING_NORMAL, Kind::CsrMatrix, &[Named("n_panes"), FREE], "m^2", "Integral of the normal displacement over each pane.").symbol("N").optional(NO_CONTACT),
     Stage::Assemble.row(COUPLING_TANGENTIAL, Kind::CsrMatrix, &[Named("n_tangential"), FREE], "m^2", "Integrals of the tangential displacements over each pane; rows 2i and 2i + 1 belong to pane i.").symbol("T").optional(NO_FRICTION),
-    Stage::Assemble.row(DUAL_RHS, Kind::F64, &[Named("n_multipliers")], "m^3", "Right-hand side B A^-1 l of the dual problem, minus the integrated gap in its first m entries.").symbol("h").optional(NO_CONTACT),
     Stage::Assemble.row(DUAL_OPERATOR, Kind::F64, &[Named("n_multipliers"), Named("n_multipliers")], "m^3/Pa", "Dual operator B A^-1 B^T, symmetric.").symbol("S").optional(IMPLICIT),
     Stage::Assemble.row(CONTACT_COMPLIANCE, Kind::F64, &[Named("n_multipliers"), Named("n_contact_nodes"), Fixed(2)], "m/Pa", "Tangential displacement of the contact nodes that a unit of each multiplier takes away.").symbol("G").optional(NO_SLIP),
-    Stage::Assemble.row(SLIP_FREE, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "m", "Tangential displacement of the contact nodes without contact.").optional(NO_SLIP),
     Stage::Assemble.row("/assemble/seconds/stiffness", Kind::F64, &[], "s", "Wall-clock time of assembling stiffness and load.").volatile(),
     Stage::Assemble.row("/assemble/seconds/ordering", Kind::F64, &[], "s", "Wall-clock time of the fill-reducing order.").volatile(),
     Stage::Assemble.row("/assemble/seconds/factorisation", Kind::F64, &[], "s", "Wall-clock time of the Cholesky factorisation.").volatile(),
@@ -78,7 +74,7 @@ pub fn stored_bytes(system: &DualSystem) -> usize {
     values * size_of::<f64>()
 }
 
-/// Writes the assembled problem and, where there is one, the dense dual operator.
+/// Writes all of the assembled problem that does not depend on the loads.
 ///
 /// # Errors
 /// HDF5 failures.
@@ -92,7 +88,6 @@ pub fn write(writer: &mut StageWriter<'_>, system: &DualSystem) -> Result<(), St
     let dofs: Vec<i64> = dofs.map(|dof| dof.map_or(-1, |d| d as i64)).collect();
     writer.write(DOFS, &dofs, &[primal.dofs.dof.len(), 3])?;
     writer.write_matrix(STIFFNESS, columns(&primal.stiffness))?;
-    writer.write(LOAD, &primal.load, &[primal.load.len()])?;
     for (part, seconds) in assembly.seconds.parts() {
         writer.write(&format!("/assemble/seconds/{part}"), &[seconds], &[])?;
     }
@@ -116,7 +111,6 @@ fn write_contact(writer: &mut StageWriter<'_>, contact: &ContactSystem) -> Resul
     if tangential.cols > 0 {
         writer.write_matrix(COUPLING_TANGENTIAL, rows_of_transpose(&tangential))?;
     }
-    writer.write(DUAL_RHS, &contact.dual_rhs, &[contact.dual_rhs.len()])?;
     let Some(explicit) = &contact.explicit else {
         return Ok(());
     };
@@ -126,12 +120,11 @@ fn write_contact(writer: &mut StageWriter<'_>, contact: &ContactSystem) -> Resul
         let nodes = compliance.slip_free.len();
         let matrix = &compliance.matrix;
         writer.write(CONTACT_COMPLIANCE, matrix, &[dimension, nodes, 2])?;
-        writer.write(SLIP_FREE, compliance.slip_free.as_flattened(), &[nodes, 2])?;
     }
     Ok(())
 }
 
-/// Reads the assembled problem and, where it is stored, the dense dual operator.
+/// Reads the assembled problem; the loads are left empty for [`super::read_loads`].
 ///
 /// # Errors
 /// Missing, altered or contradictory datasets.
@@ -145,8 +138,8 @@ pub fn read(reader: &Reader) -> Result<DualSystem, FormatError> {
         reader.read_vec(VALUES)?,
     )?;
     let assembly = Assembly {
-        primal: read_primal(reader)?,
-        factor,
+        primal: read_stiffness(reader)?,
+        factor: Arc::new(factor),
         seconds: AssemblySeconds {
             stiffness: read_finite_scalar(reader, "/assemble/seconds/stiffness")?,
             ordering: read_finite_scalar(reader, "/assemble/seconds/ordering")?,
@@ -164,26 +157,25 @@ fn read_contact(reader: &Reader) -> Result<Option<ContactSystem>, FormatError> {
     let Some(coupling) = read_coupling(reader)? else {
         return Ok(None);
     };
-    let dual_rhs = read_finite_vec(reader, DUAL_RHS)?;
     let compliance = match reader.has(CONTACT_COMPLIANCE) {
         false => None,
         true => Some(ContactCompliance {
-            matrix: read_finite_vec(reader, CONTACT_COMPLIANCE)?,
-            slip_free: read_finite_rows(reader, SLIP_FREE)?,
+            matrix: Arc::new(read_finite_vec(reader, CONTACT_COMPLIANCE)?),
+            slip_free: Vec::new(),
         }),
     };
     let explicit = match reader.has(DUAL_OPERATOR) {
         false => None,
         true => Some(ExplicitDual {
-            operator: read_finite_vec(reader, DUAL_OPERATOR)?,
-            rhs: dual_rhs.clone(),
+            operator: Arc::new(read_finite_vec(reader, DUAL_OPERATOR)?),
+            rhs: Vec::new(),
             n_panes: coupling.n_panes,
             compliance,
         }),
     };
     Ok(Some(ContactSystem {
         coupling,
-        dual_rhs,
+        dual_rhs: Vec::new(),
         explicit,
     }))
 }
@@ -209,11 +201,18 @@ pub fn read_coupling(reader: &Reader) -> Result<Option<Coupling>, FormatError> {
 /// # Errors
 /// Missing, altered or contradictory datasets.
 pub fn read_primal(reader: &Reader) -> Result<PrimalSystem, FormatError> {
-    let load = read_finite_vec(reader, LOAD)?;
     Ok(PrimalSystem {
-        dofs: read_dofs(reader, load.len())?,
-        stiffness: as_columns(reader.read_matrix(STIFFNESS)?),
-        load,
+        load: read_force(reader)?,
+        ..read_stiffness(reader)?
+    })
+}
+
+fn read_stiffness(reader: &Reader) -> Result<PrimalSystem, FormatError> {
+    let stiffness = as_columns(reader.read_matrix(STIFFNESS)?);
+    Ok(PrimalSystem {
+        dofs: read_dofs(reader, stiffness.cols)?,
+        stiffness: Arc::new(stiffness),
+        load: Vec::new(),
     })
 }
 

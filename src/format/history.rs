@@ -6,14 +6,29 @@ use crate::{
     store::{DatasetSpec, Extent, Extent::Named, Kind, Reader, Stage, StageWriter, StoreError},
 };
 
-const CHANGE: &str = "/solve/history/change";
-const INNER_TOLERANCE: &str = "/solve/history/inner_tolerance";
-const INNER_RESIDUAL: &str = "/solve/history/inner_residual";
-const CG_STEPS: &str = "/solve/history/conjugate_gradient_steps";
-const EXPANSION_STEPS: &str = "/solve/history/expansion_steps";
-const PROPORTIONING_STEPS: &str = "/solve/history/proportioning_steps";
-const STEP_ACTIONS: &str = "/solve/history/actions";
-const SECONDS: &str = "/solve/history/seconds";
+/// Where the records of successive approximations lie.
+pub(super) struct OuterPaths {
+    pub(super) change: &'static str,
+    pub(super) inner_tolerance: &'static str,
+    pub(super) inner_residual: &'static str,
+    pub(super) conjugate_gradient: &'static str,
+    pub(super) expansion: &'static str,
+    pub(super) proportioning: &'static str,
+    pub(super) actions: &'static str,
+    pub(super) seconds: &'static str,
+}
+
+pub(super) const HISTORY: OuterPaths = OuterPaths {
+    change: "/solve/history/change",
+    inner_tolerance: "/solve/history/inner_tolerance",
+    inner_residual: "/solve/history/inner_residual",
+    conjugate_gradient: "/solve/history/conjugate_gradient_steps",
+    expansion: "/solve/history/expansion_steps",
+    proportioning: "/solve/history/proportioning_steps",
+    actions: "/solve/history/actions",
+    seconds: "/solve/history/seconds",
+};
+
 const NEWTON_RESIDUAL: &str = "/solve/newton/residual";
 const NEWTON_STEP_LENGTH: &str = "/solve/newton/step_length";
 const NEWTON_HALVINGS: &str = "/solve/newton/halvings";
@@ -33,14 +48,14 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     Stage::Solve.row(NEWTON_UNKNOWNS, Kind::I64, NEWTON, "1", "Unknowns of the dense linear system."),
     Stage::Solve.row(NEWTON_FALLBACK, Kind::U8, NEWTON, "1", "1 where the safeguard replaced Newton's step."),
     Stage::Solve.row(NEWTON_SECONDS, Kind::F64, NEWTON, "s", "Wall-clock time of each Newton step.").volatile(),
-    Stage::Solve.row(CHANGE, Kind::F64, STEPS, "1", "Relative change of the multipliers in each outer step.").symbol("err"),
-    Stage::Solve.row(INNER_TOLERANCE, Kind::F64, STEPS, "1", "Tolerance of each inner problem, relative to the norm of h.").symbol("epsilon_lambda"),
-    Stage::Solve.row(INNER_RESIDUAL, Kind::F64, STEPS, "1", "Norm of the reduced gradient at the end of each inner problem, relative to the norm of h."),
-    Stage::Solve.row(CG_STEPS, Kind::I64, STEPS, "1", "Conjugate gradient steps."),
-    Stage::Solve.row(EXPANSION_STEPS, Kind::I64, STEPS, "1", "Expansion steps."),
-    Stage::Solve.row(PROPORTIONING_STEPS, Kind::I64, STEPS, "1", "Proportioning steps."),
-    Stage::Solve.row(STEP_ACTIONS, Kind::I64, STEPS, "1", "Actions of the inverse stiffness matrix; the first step includes those that estimate the norm of S."),
-    Stage::Solve.row(SECONDS, Kind::F64, STEPS, "s", "Wall-clock time of each outer step.").volatile(),
+    Stage::Solve.row(HISTORY.change, Kind::F64, STEPS, "1", "Relative change of the multipliers in each outer step.").symbol("err"),
+    Stage::Solve.row(HISTORY.inner_tolerance, Kind::F64, STEPS, "1", "Tolerance of each inner problem, relative to the norm of h.").symbol("epsilon_lambda"),
+    Stage::Solve.row(HISTORY.inner_residual, Kind::F64, STEPS, "1", "Norm of the reduced gradient at the end of each inner problem, relative to the norm of h."),
+    Stage::Solve.row(HISTORY.conjugate_gradient, Kind::I64, STEPS, "1", "Conjugate gradient steps."),
+    Stage::Solve.row(HISTORY.expansion, Kind::I64, STEPS, "1", "Expansion steps."),
+    Stage::Solve.row(HISTORY.proportioning, Kind::I64, STEPS, "1", "Proportioning steps."),
+    Stage::Solve.row(HISTORY.actions, Kind::I64, STEPS, "1", "Actions of the inverse stiffness matrix; the first step includes those that estimate the norm of S."),
+    Stage::Solve.row(HISTORY.seconds, Kind::F64, STEPS, "s", "Wall-clock time of each outer step.").volatile(),
 ];
 
 /// Writes one record per Newton step.
@@ -75,25 +90,26 @@ pub(super) fn write_newton(
 /// Writes one record per step of successive approximations.
 pub(super) fn write_outer(
     writer: &mut StageWriter<'_>,
+    paths: &OuterPaths,
     history: &[OuterStep],
 ) -> Result<(), StoreError> {
     type Measure = fn(&OuterStep) -> f64;
     type Count = fn(&OuterStep) -> usize;
     let measures: [(&str, Measure); 4] = [
-        (CHANGE, |s| s.change),
-        (INNER_TOLERANCE, |s| s.inner_tolerance),
-        (INNER_RESIDUAL, |s| s.inner_residual),
-        (SECONDS, |s| s.seconds),
+        (paths.change, |s| s.change),
+        (paths.inner_tolerance, |s| s.inner_tolerance),
+        (paths.inner_residual, |s| s.inner_residual),
+        (paths.seconds, |s| s.seconds),
     ];
     for (path, measure) in measures {
         let values: Vec<f64> = history.iter().map(measure).collect();
         writer.write(path, &values, &[values.len()])?;
     }
     let counts: [(&str, Count); 4] = [
-        (CG_STEPS, |s| s.steps.conjugate_gradient),
-        (EXPANSION_STEPS, |s| s.steps.expansion),
-        (PROPORTIONING_STEPS, |s| s.steps.proportioning),
-        (STEP_ACTIONS, |s| s.actions),
+        (paths.conjugate_gradient, |s| s.steps.conjugate_gradient),
+        (paths.expansion, |s| s.steps.expansion),
+        (paths.proportioning, |s| s.steps.proportioning),
+        (paths.actions, |s| s.actions),
     ];
     for (path, count) in counts {
         let values: Vec<usize> = history.iter().map(count).collect();
@@ -124,15 +140,18 @@ pub(super) fn read_newton(reader: &Reader) -> Result<Vec<NewtonStep>, FormatErro
 }
 
 /// Reads the records of successive approximations.
-pub(super) fn read_outer(reader: &Reader) -> Result<Vec<OuterStep>, FormatError> {
-    let changes: Vec<f64> = reader.read_vec(CHANGE)?;
-    let tolerances: Vec<f64> = reader.read_vec(INNER_TOLERANCE)?;
-    let residuals: Vec<f64> = reader.read_vec(INNER_RESIDUAL)?;
-    let seconds: Vec<f64> = reader.read_vec(SECONDS)?;
-    let actions = read_index_vec(reader, STEP_ACTIONS)?;
-    let conjugate_gradient = read_index_vec(reader, CG_STEPS)?;
-    let expansion = read_index_vec(reader, EXPANSION_STEPS)?;
-    let proportioning = read_index_vec(reader, PROPORTIONING_STEPS)?;
+pub(super) fn read_outer(
+    reader: &Reader,
+    paths: &OuterPaths,
+) -> Result<Vec<OuterStep>, FormatError> {
+    let changes: Vec<f64> = reader.read_vec(paths.change)?;
+    let tolerances: Vec<f64> = reader.read_vec(paths.inner_tolerance)?;
+    let residuals: Vec<f64> = reader.read_vec(paths.inner_residual)?;
+    let seconds: Vec<f64> = reader.read_vec(paths.seconds)?;
+    let actions = read_index_vec(reader, paths.actions)?;
+    let conjugate_gradient = read_index_vec(reader, paths.conjugate_gradient)?;
+    let expansion = read_index_vec(reader, paths.expansion)?;
+    let proportioning = read_index_vec(reader, paths.proportioning)?;
     let steps = (0..changes.len()).map(|k| OuterStep {
         change: changes[k],
         inner_tolerance: tolerances[k],

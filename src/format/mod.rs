@@ -2,12 +2,15 @@
 
 mod accuracy;
 mod assemble;
+mod checkpoint;
 mod history;
+mod load;
 mod mesh;
 mod post;
 mod scene;
 mod sizes;
 mod solve;
+mod sweep;
 mod vtkhdf;
 
 use thiserror::Error;
@@ -17,11 +20,14 @@ pub use assemble::{
     read as read_assembly, read_coupling, read_primal, stored_bytes as assembly_bytes,
     write as write_assembly,
 };
+pub use checkpoint::{read as read_checkpoint, write as write_checkpoint};
+pub use load::{read as read_loads, write as write_loads};
 pub use mesh::{read as read_mesh, write as write_mesh};
 pub use post::{ContactSummary, Summary, read_summary, write as write_report};
 pub use scene::{read as read_scene, write as write_scene};
 pub use sizes::{Sizes, read_sizes};
-pub use solve::{read as read_solution, write as write_solution};
+pub use solve::{read as read_solution, read_multiplier, write as write_solution};
+pub use sweep::{CERTIFICATE, CaseResults, CaseRow, SWEEP_LAYOUT, read_case, write as write_cases};
 pub use vtkhdf::write as write_vtkhdf;
 
 use crate::{
@@ -40,6 +46,7 @@ pub const LAYOUT: Layout = Layout {
         scene::TABLE,
         mesh::TABLE,
         assemble::TABLE,
+        load::TABLE,
         solve::TABLE,
         history::TABLE,
         post::TABLE,
@@ -47,6 +54,7 @@ pub const LAYOUT: Layout = Layout {
         accuracy::TABLE,
         accuracy::RUNGS_TABLE,
         accuracy::LEVELS_TABLE,
+        checkpoint::TABLE,
     ],
     extents: &[
         ("n_nodes", "nodes of the mesh"),
@@ -78,6 +86,10 @@ pub const LAYOUT: Layout = Layout {
         ),
         ("n_outer_steps", "steps of successive approximations"),
         ("n_newton_steps", "steps of Newton's method"),
+        (
+            "n_done_steps",
+            "steps of successive approximations done before a checkpoint",
+        ),
         (
             "n_cells",
             "VTK cells: the tetrahedra, then the contact triangles",

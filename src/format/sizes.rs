@@ -1,4 +1,4 @@
-use super::{FormatError, assemble::LOAD, mesh::CONTACT_NODES, mesh::PANE_AREA, read_index_vec};
+use super::{FormatError, load::FORCE, mesh::CONTACT_NODES, mesh::PANE_AREA, read_index_vec};
 use crate::store::Reader;
 
 /// Numbers of unknowns, as far as the stored stages fix them.
@@ -24,7 +24,7 @@ pub fn read_sizes(reader: &Reader) -> Result<Sizes, FormatError> {
         })
     };
     Ok(Sizes {
-        n_free: doubles(LOAD)?,
+        n_free: doubles(FORCE)?,
         n_panes: doubles(PANE_AREA)?,
         n_contact_nodes: match reader.has(CONTACT_NODES) {
             true => Some(read_index_vec(reader, CONTACT_NODES)?.len()),

@@ -8,7 +8,7 @@ use crate::{
     elasticity::DofMap,
     solver::{CoulombState, Solution, SolvedBy, Status},
     store::{
-        DatasetSpec, Extent,
+        DatasetSpec, EnumSpec, Extent,
         Extent::{Fixed, Named},
         Kind, Reader, Stage, StageWriter, StoreError, StoredEnum, stored_enum,
     },
@@ -149,7 +149,7 @@ pub fn write(
     writer.write_indices(LAW_EVALUATIONS, &[solution.law_evaluations], &[])?;
     writer.write_indices(PROJECTIONS, &[solution.projections], &[])?;
     history::write_newton(writer, &solution.newton)?;
-    history::write_outer(writer, &solution.history)
+    history::write_outer(writer, &history::HISTORY, &solution.history)
 }
 
 fn write_coulomb(writer: &mut StageWriter<'_>, state: &CoulombState) -> Result<(), StoreError> {
@@ -172,14 +172,8 @@ fn write_coulomb(writer: &mut StageWriter<'_>, state: &CoulombState) -> Result<(
 /// # Errors
 /// Missing, altered or contradictory datasets.
 pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
-    let mut multiplier = Vec::new();
-    for path in [MULTIPLIER_NORMAL, MULTIPLIER_TANGENTIAL] {
-        if reader.has(path) {
-            multiplier.extend(reader.read_vec::<f64>(path)?);
-        }
-    }
+    let (status, multiplier) = read_multiplier(reader)?;
     let displacement: Vec<f64> = reader.read_vec(DISPLACEMENT)?;
-    let status = reader.read_enum::<StoredStatus>(STATUS)?;
     let stored = reader.read_enum::<StoredMethod>(METHOD)?;
     let method = METHODS
         .iter()
@@ -188,9 +182,7 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
         Ok(read_index_vec(reader, path)?.first().copied().unwrap_or(0))
     };
     Ok(Solution {
-        status: status
-            .first()
-            .map_or(Status::NumericalError, |stored| stored.status()),
+        status,
         solved_by: method.map_or(SolvedBy::Direct, |(_, by)| *by),
         accuracy: reader
             .read_vec(ACCURACY)?
@@ -215,12 +207,70 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
             true => read_finite_scalar(reader, STEPLENGTH)?,
             false => 0.0,
         },
-        history: history::read_outer(reader)?,
+        history: history::read_outer(reader, &history::HISTORY)?,
         newton: history::read_newton(reader)?,
         actions: count(ACTIONS)?,
         law_evaluations: count(LAW_EVALUATIONS)?,
         projections: count(PROJECTIONS)?,
     })
+}
+
+/// How a solve ended, in words and numbers.
+pub(super) struct OutcomeWords {
+    pub(super) status: String,
+    pub(super) method: String,
+    /// Outer steps, Newton steps, actions.
+    pub(super) counts: [usize; 3],
+    pub(super) accuracy: f64,
+}
+
+/// Reads how a solve ended, without its fields.
+pub(super) fn read_outcome(reader: &Reader) -> Result<OutcomeWords, FormatError> {
+    let status = reader.read_enum::<StoredStatus>(STATUS)?;
+    let method = reader.read_enum::<StoredMethod>(METHOD)?;
+    let status = status
+        .first()
+        .map_or("", |s| word(s.code(), StoredStatus::SPEC));
+    let method = method
+        .first()
+        .map_or("", |m| word(m.code(), StoredMethod::SPEC));
+    let actions = read_index_vec(reader, ACTIONS)?.first().copied();
+    Ok(OutcomeWords {
+        status: status.to_owned(),
+        method: method.to_owned(),
+        counts: [
+            history::read_outer(reader, &history::HISTORY)?.len(),
+            history::read_newton(reader)?.len(),
+            actions.unwrap_or(0),
+        ],
+        accuracy: read_finite_vec(reader, ACCURACY)?
+            .first()
+            .copied()
+            .unwrap_or(f64::NAN),
+    })
+}
+
+fn word(code: u8, spec: &'static EnumSpec) -> &'static str {
+    let member = spec.members.iter().find(|(_, c)| *c == code);
+    member.map_or("", |(name, _)| name)
+}
+
+/// Reads the multipliers alone, and how the solve ended.
+///
+/// # Errors
+/// Missing or altered datasets.
+pub fn read_multiplier(reader: &Reader) -> Result<(Status, Vec<f64>), FormatError> {
+    let stored = reader.read_enum::<StoredStatus>(STATUS)?;
+    let status = stored
+        .first()
+        .map_or(Status::NumericalError, |s| s.status());
+    let mut multiplier = Vec::new();
+    for path in [MULTIPLIER_NORMAL, MULTIPLIER_TANGENTIAL] {
+        if reader.has(path) {
+            multiplier.extend(reader.read_vec::<f64>(path)?);
+        }
+    }
+    Ok((status, multiplier))
 }
 
 fn read_coulomb(reader: &Reader) -> Result<CoulombState, FormatError> {

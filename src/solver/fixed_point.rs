@@ -1,8 +1,8 @@
-use std::time::Instant;
+use std::{sync::atomic::Ordering, time::Instant};
 
 use super::{
-    ContactState, CoulombState, Inner, InnerSummary, Kprgp, OuterStep, Solution, SolvedBy, Status,
-    norm::projected_gradient_steplength,
+    ContactState, CoulombState, Inner, InnerSummary, Kprgp, OuterState, OuterStep, Progress,
+    Solution, SolvedBy, Start, Status, norm::projected_gradient_steplength,
 };
 use crate::{
     contact::{CoulombLaw, FrictionField, nodal_slip},
@@ -50,8 +50,12 @@ impl<'a> Precision<'a> {
 
 /// The method of successive approximations (HKL Algorithm 4.1) with a chosen inner solver.
 ///
-/// `observe` is called after every outer step with its number and record. An operator that knows
+/// `observe` sees every outer step, and the state after every step but the last. An operator that knows
 /// the contact face's displacement spares the solve over the body in all steps but the last.
+#[allow(
+    clippy::too_many_arguments,
+    reason = "the method, the problem, its settings and its start"
+)]
 pub fn successive_approximations(
     inner: Inner<'_>,
     operator: &mut dyn DualOperator,
@@ -59,13 +63,17 @@ pub fn successive_approximations(
     contact: &ContactState<'_>,
     law: &CoulombLaw,
     settings: &SolveSettings,
-    mut observe: impl FnMut(usize, &OuterStep),
+    start: Start<'_>,
+    observe: &mut dyn FnMut(Progress<'_>),
 ) -> Solution {
     let m = contact.n_panes();
     let mut started = Instant::now();
     let mut actions_before = operator.actions();
     let kprgp = Kprgp {
-        steplength: projected_gradient_steplength(operator),
+        steplength: match start.checkpoint {
+            Some(state) => state.steplength,
+            None => projected_gradient_steplength(operator),
+        },
         gamma: settings.gamma,
         max_actions: settings.max_inner_actions,
     };
@@ -84,13 +92,27 @@ pub fn successive_approximations(
         accuracy: 1.0,
         ..Solution::default()
     };
-    for k in 0..settings.max_outer_steps {
-        if k > 0 {
+    let mut moved = start.multiplier.is_some() || start.checkpoint.is_some();
+    if let Some(state) = start.checkpoint {
+        solution.resume(state);
+        change = solution.accuracy;
+        precision.tolerance = state.tolerance;
+        state.restore_counters(contact);
+    } else if let Some(multiplier) = start.multiplier {
+        solution.multiplier = multiplier.to_vec();
+        if follows_slip {
+            let slip = solution.slip_at(operator, assembly, contact);
+            solution.slip = Some(slip);
+        }
+    }
+    for k in solution.history.len()..settings.max_outer_steps {
+        if moved {
             state.slip_bound = solution.multiplier[..m].to_vec();
             if let Some(slip) = &solution.slip {
                 state.friction = FrictionField::new(law, contact.surface, slip);
             }
         }
+        moved = true;
         let set = contact.feasible_set(Some(&state));
         let tolerance = precision.next(change);
         let mut next = solution.multiplier.clone();
@@ -119,10 +141,13 @@ pub fn successive_approximations(
         solution.actions += solution.history[k].actions;
         actions_before = operator.actions();
         started = Instant::now();
-        observe(k, &solution.history[k]);
+        observe(Progress::Outer(k, &solution.history[k]));
         if let Some(status) = end {
             solution.status = status;
             break;
+        }
+        if !last {
+            observe(Progress::Between(&solution.outer_state(contact, tolerance)));
         }
     }
     solution.coulomb = Some(state);
@@ -130,6 +155,28 @@ pub fn successive_approximations(
 }
 
 impl Solution {
+    /// What the next outer step depends on.
+    fn outer_state(&self, contact: &ContactState<'_>, tolerance: f64) -> OuterState {
+        OuterState {
+            multiplier: self.multiplier.clone(),
+            slip: self.slip.clone(),
+            tolerance,
+            steplength: self.steplength,
+            history: self.history.clone(),
+            law_evaluations: contact.interface.law_evaluations(),
+            projections: contact.interface.projections.load(Ordering::Relaxed),
+        }
+    }
+
+    /// Takes up the steps that led to a state.
+    fn resume(&mut self, state: &OuterState) {
+        self.multiplier.clone_from(&state.multiplier);
+        self.slip.clone_from(&state.slip);
+        self.history.clone_from(&state.history);
+        self.actions = self.history.iter().map(|step| step.actions).sum();
+        self.accuracy = self.history.last().map_or(1.0, |step| step.change);
+    }
+
     /// φ of the multiplier; keeps u where φ comes from it.
     fn slip_at(
         &mut self,

@@ -13,6 +13,7 @@ pub(super) fn minimise(
     operator: &mut dyn DualOperator,
     contact: &ContactState<'_>,
     settings: &SolveSettings,
+    start: Option<&[f64]>,
     mut observe: impl FnMut(usize, &OuterStep),
 ) -> Solution {
     let started = Instant::now();
@@ -21,7 +22,7 @@ pub(super) fn minimise(
         gamma: settings.gamma,
         max_actions: settings.max_inner_actions,
     };
-    let mut multiplier = vec![0.0; operator.dimension()];
+    let mut multiplier = start.map_or_else(|| vec![0.0; operator.dimension()], <[f64]>::to_vec);
     let tolerance = settings.r_tol * settings.epsilon();
     let set = contact.feasible_set(None);
     let summary = inner.minimise(operator, &kprgp, &set, &mut multiplier, tolerance);

@@ -24,6 +24,7 @@ mod norm;
 mod relaxation;
 mod solution;
 mod solve;
+mod start;
 
 pub use ellipse::Ellipse;
 pub use ellipse_derivative::ProjectionDerivative;
@@ -39,3 +40,4 @@ pub use newton_loop::{NewtonSettings, NewtonStatus, NewtonStep};
 pub use norm::operator_norm;
 pub use solution::{ContactState, CoulombState, OuterStep, Solution, SolvedBy, Status};
 pub use solve::{NeedsExplicit, Progress, solve};
+pub use start::{OuterState, Start};

@@ -3,7 +3,10 @@
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 
-use std::{path::Path, sync::atomic::AtomicUsize};
+use std::{
+    path::Path,
+    sync::{Arc, atomic::AtomicUsize},
+};
 
 use super::{
     ContactState, FeasibleSet, NewtonSettings, NewtonStatus, minimise_frozen,
@@ -51,11 +54,11 @@ fn dual(entries: &[f64], rhs: &[f64], compliance: &[f64], slip_free: &[f64]) -> 
     let m = DMatrix::from_column_slice(SIZE, SIZE, entries);
     let operator = m.transpose() * &m + DMatrix::identity(SIZE, SIZE);
     ExplicitDual {
-        operator: operator.as_slice().to_vec(),
+        operator: Arc::new(operator.as_slice().to_vec()),
         rhs: rhs.to_vec(),
         n_panes: PANES,
         compliance: Some(ContactCompliance {
-            matrix: compliance.to_vec(),
+            matrix: Arc::new(compliance.to_vec()),
             slip_free: slip_free.chunks_exact(2).map(|p| [p[0], p[1]]).collect(),
         }),
     }

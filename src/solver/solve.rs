@@ -4,8 +4,9 @@ use thiserror::Error;
 
 use super::{
     ContactState, CoulombState, Inner, NewtonSettings, NewtonSolution, NewtonStatus, NewtonStep,
-    OuterStep, Solution, SolvedBy, Status, coulomb_state, evaluate_mapping, mapping::slip_of,
-    minimisation::minimise, newton, norm::projected_gradient_steplength, successive_approximations,
+    OuterState, OuterStep, Solution, SolvedBy, Start, Status, coulomb_state, evaluate_mapping,
+    mapping::slip_of, minimisation::minimise, newton, norm::projected_gradient_steplength,
+    successive_approximations,
 };
 use crate::{
     contact::{CoulombLaw, FrictionField},
@@ -22,6 +23,8 @@ use crate::{
 pub enum Progress<'a> {
     /// Step k of successive approximations.
     Outer(usize, &'a OuterStep),
+    /// Successive approximations between two steps.
+    Between(&'a OuterState),
     /// Step k of Newton's method.
     Newton(usize, &'a NewtonStep),
 }
@@ -38,7 +41,7 @@ pub struct NeedsExplicit(&'static str);
 /// digits of a double, far above its rounding and far below any other fixed point.
 const CERTIFIED: f64 = 1e-8;
 
-/// Solves the discrete problem as the settings say, by no more than its effects ask for: one solve
+/// Solves the discrete problem as the settings say from a start, by no more than its effects ask for: one solve
 /// without contact, one minimisation without friction or with a given slip bound.
 ///
 /// # Errors
@@ -47,6 +50,7 @@ pub fn solve(
     system: &DualSystem,
     contact: Option<&ContactState<'_>>,
     settings: &SolveSettings,
+    start: Start<'_>,
     observe: &mut dyn FnMut(Progress<'_>),
 ) -> Result<Solution, NeedsExplicit> {
     let (Some(contact), Some(dual)) = (contact, &system.contact) else {
@@ -63,6 +67,7 @@ pub fn solve(
         dual,
         contact,
         settings,
+        start: start.fitting(dual.dual_rhs.len()),
     };
     let mut solution = match contact.interface.coulomb() {
         None => problem.minimise(observe)?,
@@ -83,6 +88,7 @@ struct Problem<'a> {
     dual: &'a ContactSystem,
     contact: &'a ContactState<'a>,
     settings: &'a SolveSettings,
+    start: Start<'a>,
 }
 
 impl Problem<'_> {
@@ -95,9 +101,17 @@ impl Problem<'_> {
             (Method::Auto | Method::Newton, Some(dual)) => Inner::Newton(dual),
         };
         Ok(self.with_operator(|operator| {
-            minimise(inner, operator, self.contact, self.settings, |k, step| {
-                observe(Progress::Outer(k, step));
-            })
+            let first = self.start.multiplier;
+            minimise(
+                inner,
+                operator,
+                self.contact,
+                self.settings,
+                first,
+                |k, step| {
+                    observe(Progress::Outer(k, step));
+                },
+            )
         }))
     }
 
@@ -160,7 +174,8 @@ impl Problem<'_> {
                 self.contact,
                 law,
                 self.settings,
-                |k, step| observe(Progress::Outer(k, step)),
+                self.start,
+                observe,
             )
         })
     }
@@ -175,7 +190,8 @@ impl Problem<'_> {
             tolerance: self.settings.epsilon(),
             ..NewtonSettings::default()
         };
-        newton(dual, self.contact, law, None, &settings, |k, step| {
+        let start = self.start.multiplier;
+        newton(dual, self.contact, law, start, &settings, |k, step| {
             observe(Progress::Newton(k, step))
         })
     }

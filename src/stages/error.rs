@@ -41,7 +41,7 @@ pub enum StageError {
     #[error(transparent)]
     NeedsExplicit(#[from] NeedsExplicit),
     /// An earlier stage is missing or stale.
-    #[error("{}: `{stage}` needs a fresh `{upstream}`, but {why}; run `contact3d-pipe {upstream}` or `contact3d-pipe run` first", file.display())]
+    #[error("{}: `{stage}` needs a fresh `{upstream}`, but {why}; run `contact3d-pipe {}` or `contact3d-pipe run` first", file.display(), command(*upstream))]
     NotReady {
         /// The run file.
         file: PathBuf,
@@ -84,6 +84,14 @@ pub enum StageError {
         /// What the system says.
         source: std::io::Error,
     },
+}
+
+/// The command that runs a stage.
+fn command(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Load => Stage::Assemble.group(),
+        other => other.group(),
+    }
 }
 
 impl StageError {

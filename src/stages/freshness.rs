@@ -6,7 +6,13 @@ use crate::{
 };
 
 /// The computing stages, upstream first.
-pub const PIPELINE: [Stage; 4] = [Stage::Mesh, Stage::Assemble, Stage::Solve, Stage::Post];
+pub const PIPELINE: [Stage; 5] = [
+    Stage::Mesh,
+    Stage::Assemble,
+    Stage::Load,
+    Stage::Solve,
+    Stage::Post,
+];
 
 /// Whether a stored stage can be used.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -56,14 +62,18 @@ enum Settings<'a> {
     Assemble {
         material: &'a crate::scene::Material,
         region: &'a [crate::scene::Region],
-        traction: &'a [crate::scene::Traction],
-        pressure: &'a [crate::scene::Pressure],
-        body_force: Option<&'a crate::scene::BodyForce>,
-        contact: Option<&'a crate::scene::Contact>,
+        axis_1: Option<&'a [crate::scene::Quantity; 3]>,
+        angle: Option<&'a crate::scene::Quantity>,
         /// Whether T is assembled, and whether G is.
         friction: bool,
         friction_follows_slip: bool,
         assemble: &'a crate::scene::AssembleSettings,
+    },
+    Load {
+        traction: &'a [crate::scene::Traction],
+        pressure: &'a [crate::scene::Pressure],
+        body_force: Option<&'a crate::scene::BodyForce>,
+        gap: Option<&'a crate::scene::Quantity>,
     },
     Solve {
         friction: Option<&'a crate::scene::Friction>,
@@ -87,10 +97,8 @@ pub(super) fn settings(stage: Stage, scene: &Scene) -> String {
         Stage::Assemble => Settings::Assemble {
             material: &scene.material,
             region: &scene.regions,
-            traction: &scene.tractions,
-            pressure: &scene.pressures,
-            body_force: scene.body_force.as_ref(),
-            contact: scene.contact.as_ref(),
+            axis_1: scene.contact.as_ref().and_then(|c| c.axis_1.as_ref()),
+            angle: scene.contact.as_ref().and_then(|c| c.angle.as_ref()),
             friction: scene.friction.is_some(),
             friction_follows_slip: scene
                 .friction
@@ -99,6 +107,12 @@ pub(super) fn settings(stage: Stage, scene: &Scene) -> String {
                 .is_some_and(|law| law.depends_on_slip()),
             assemble: &scene.assemble,
         },
+        Stage::Load => Settings::Load {
+            traction: &scene.tractions,
+            pressure: &scene.pressures,
+            body_force: scene.body_force.as_ref(),
+            gap: scene.contact.as_ref().map(|c| &c.gap),
+        },
         Stage::Solve => Settings::Solve {
             friction: scene.friction.as_ref(),
             solve: &scene.solve,
@@ -106,9 +120,17 @@ pub(super) fn settings(stage: Stage, scene: &Scene) -> String {
         Stage::Post => Settings::Post {
             friction: scene.friction.as_ref(),
         },
-        Stage::Scene | Stage::Vtk | Stage::Accuracy => return String::new(),
+        Stage::Scene | Stage::Vtk | Stage::Checkpoint | Stage::Cases | Stage::Accuracy => {
+            return String::new();
+        }
     };
     toml::to_string(&settings).expect("settings hold only TOML types")
+}
+
+/// What tells two scenes apart whose assembled problems differ in more than their loads.
+#[must_use]
+pub fn operator_settings(scene: &Scene) -> String {
+    settings(Stage::Mesh, scene) + &settings(Stage::Assemble, scene)
 }
 
 /// Digest of everything a stage is computed from: its settings and the digests of all upstream

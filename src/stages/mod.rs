@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod charts;
+mod checkpoint;
 mod contact_cells;
 mod error;
 mod freshness;
@@ -13,13 +14,15 @@ mod picture;
 mod report;
 mod report_tables;
 mod session;
+mod shared;
 mod sweep_report;
 
 pub use accuracy::{draw_accuracy, measure_accuracy};
 pub use error::StageError;
-pub use freshness::{Freshness, PIPELINE, StageState, states};
+pub use freshness::{Freshness, PIPELINE, StageState, operator_settings, states};
 pub use law::{LawKind, LawStudy, MeshSizes, law_folder};
 pub use persistence::AssemblyFile;
 pub use picture::figures_folder;
 pub use report::report;
 pub use session::{Commit, Performed, Session};
+pub use shared::Operator;

@@ -10,6 +10,7 @@ use crate::{
     contact::Coupling,
     dual::PrimalSystem,
     format::{self, FormatError, LAYOUT},
+    solver::OuterState,
     store::{
         Home, Reader, Stage, StageRecord, StageWriter, StoreError, StoredStage, Transaction,
         timestamp,
@@ -30,6 +31,8 @@ pub enum AssemblyFile {
     BySize,
     /// In the run file, whatever its size.
     SelfContained,
+    /// With the mesh, in files that the run files of the folder share.
+    Shared,
 }
 
 impl Session {
@@ -39,12 +42,14 @@ impl Session {
         self.assembly_file = assembly_file;
     }
 
-    /// Takes an assembly that is kept elsewhere into the run file now; does nothing if there is none.
+    /// Takes stages that are kept elsewhere into the run file now; does nothing if there are none.
     ///
     /// # Errors
     /// HDF5 failures.
     pub fn embed_assembly(&mut self) -> Result<(), StageError> {
-        if self.reader()?.linked_file(Stage::Assemble).is_some() {
+        let reader = self.reader()?;
+        let linked = [Stage::Mesh, Stage::Assemble].map(|stage| reader.linked_file(stage));
+        if linked.iter().any(Option::is_some) {
             let mut transaction = Transaction::begin(&self.file)?;
             transaction.embed_linked();
             transaction.commit()?;
@@ -59,6 +64,7 @@ impl Session {
             {
                 Home::Beside
             }
+            (Stage::Mesh | Stage::Assemble, AssemblyFile::Shared) => Home::Shared,
             _ => Home::RunFile,
         }
     }
@@ -112,15 +118,29 @@ impl Session {
         Ok(())
     }
 
-    pub(super) fn load_system(&mut self) -> Result<(), FormatError> {
+    /// The assembled problem, whatever its loads.
+    pub(super) fn load_operator(&mut self) -> Result<(), FormatError> {
         if self.system.is_none() {
             self.system = Some(format::read_assembly(&self.reader()?)?);
+            self.loads_applied = false;
+        }
+        Ok(())
+    }
+
+    /// The assembled problem with the loads of the scene.
+    pub(super) fn load_system(&mut self) -> Result<(), FormatError> {
+        self.load_operator()?;
+        if let (false, Some(system)) = (self.loads_applied, &mut self.system) {
+            format::read_loads(&Reader::open(self.file.path(), LAYOUT)?, system)?;
+            self.loads_applied = true;
         }
         Ok(())
     }
 
     pub(super) fn load_solution(&mut self) -> Result<(), FormatError> {
-        if self.system.is_none() && self.primal.is_none() {
+        if self.system.is_some() {
+            self.load_system()?;
+        } else if self.primal.is_none() {
             let reader = self.reader()?;
             let coupling = format::read_coupling(&reader)?;
             self.primal = Some((format::read_primal(&reader)?, coupling));
@@ -141,7 +161,7 @@ impl Session {
         let compute_seconds = started.elapsed().as_secs_f64();
         let storing = Instant::now();
         self.pending.push((stage, compute_seconds));
-        self.commit()?;
+        self.commit(None)?;
         self.pending.clear();
         self.last_store_seconds = storing.elapsed().as_secs_f64();
         Ok(Performed {
@@ -151,7 +171,12 @@ impl Session {
         })
     }
 
-    fn commit(&self) -> Result<(), StageError> {
+    /// Stores the state of an unfinished solve, with what is pending.
+    pub(super) fn write_checkpoint(&self, state: &OuterState) -> Result<(), StageError> {
+        self.commit(Some(state))
+    }
+
+    fn commit(&self, checkpoint: Option<&OuterState>) -> Result<(), StageError> {
         let mut stored: Vec<(Stage, StoredStage)> = self
             .states()?
             .into_iter()
@@ -161,14 +186,7 @@ impl Session {
         if self.assembly_file == AssemblyFile::SelfContained {
             transaction.embed_linked();
         }
-        let input = self.record(Stage::Scene, 0.0, String::new());
-        write_stage(
-            &mut transaction,
-            Stage::Scene,
-            Home::RunFile,
-            &input,
-            |writer| format::write_scene(writer, self.scene()),
-        )?;
+        self.write_scene(&mut transaction)?;
         for &(stage, seconds) in &self.pending {
             stored.retain(|(earlier, _)| *earlier != stage);
             let upstream: Vec<&StoredStage> = stored
@@ -181,7 +199,34 @@ impl Session {
             let digest = self.write(&mut transaction, stage, &record)?;
             stored.push((stage, StoredStage { record, digest }));
         }
+        transaction.remove(Stage::Checkpoint);
+        if let Some(state) = checkpoint {
+            stored.retain(|(earlier, _)| *earlier < Stage::Solve);
+            let upstream: Vec<&StoredStage> = stored.iter().map(|(_, s)| s).collect();
+            let digest = input_digest(Stage::Solve, self.scene(), &upstream);
+            let record = self.record(Stage::Checkpoint, 0.0, digest);
+            let home = Home::RunFile;
+            write_stage(
+                &mut transaction,
+                Stage::Checkpoint,
+                home,
+                &record,
+                |writer| format::write_checkpoint(writer, state),
+            )?;
+        }
         Ok(transaction.commit()?)
+    }
+
+    pub(super) fn write_scene(&self, transaction: &mut Transaction) -> Result<(), StoreError> {
+        let record = self.record(Stage::Scene, 0.0, String::new());
+        write_stage(
+            transaction,
+            Stage::Scene,
+            Home::RunFile,
+            &record,
+            |writer| format::write_scene(writer, self.scene()),
+        )?;
+        Ok(())
     }
 
     fn record(&self, stage: Stage, seconds: f64, input_digest: String) -> StageRecord {
@@ -210,12 +255,20 @@ impl Session {
             Stage::Assemble => write_stage(transaction, stage, home, record, |writer| {
                 format::write_assembly(writer, loaded(&self.system))
             }),
+            Stage::Load => write_stage(transaction, stage, home, record, |writer| {
+                format::write_loads(writer, loaded(&self.system))
+            }),
             Stage::Solve => write_stage(transaction, stage, home, record, |writer| {
                 let n_panes = mesh.contact.as_ref().map_or(0, |surface| surface.n_panes());
                 let dofs = &self.primal().dofs;
                 format::write_solution(writer, loaded(&self.solution), n_panes, dofs)
             }),
-            Stage::Scene | Stage::Post | Stage::Vtk | Stage::Accuracy => {
+            Stage::Scene
+            | Stage::Post
+            | Stage::Vtk
+            | Stage::Checkpoint
+            | Stage::Cases
+            | Stage::Accuracy => {
                 let report = loaded(&self.report);
                 let frame = self.interface.as_ref().map(|interface| &interface.frame);
                 write_stage(transaction, Stage::Vtk, home, record, |writer| {

@@ -4,7 +4,8 @@ use std::{
 };
 
 use super::{
-    AssemblyFile, Freshness, StageError, StageState, freshness::states, persistence::loaded,
+    AssemblyFile, Freshness, StageError, StageState, checkpoint::Checkpoints, freshness::states,
+    persistence::loaded,
 };
 use crate::{
     contact::{Coupling, Interface},
@@ -14,7 +15,7 @@ use crate::{
     mesh::{Mesh, MeshError, Quality, digest_of},
     post::{ContactReport, Solved, SolvedContact},
     scene::{AssembleSettings, Body, Invalid, Scene, SceneFile, SolveSettings},
-    solver::{ContactState, Progress, Solution, solve},
+    solver::{ContactState, OuterState, Progress, Solution, Start, solve},
     store::{IfMissing, Reader, RunFile, Stage, StoreError},
 };
 
@@ -29,6 +30,10 @@ pub struct Session {
     /// The laws of the contact face of the loaded mesh.
     pub(super) interface: Option<Interface>,
     pub(super) system: Option<DualSystem>,
+    /// Whether the loads of `system` are those of the scene.
+    pub(super) loads_applied: bool,
+    /// Multipliers that the solve starts from.
+    pub(super) start: Option<Vec<f64>>,
     /// A, l and B where they were read without the factor.
     pub(super) primal: Option<(PrimalSystem, Option<Coupling>)>,
     pub(super) solution: Option<Solution>,
@@ -95,6 +100,8 @@ impl Session {
             quality: None,
             interface: None,
             system: None,
+            loads_applied: false,
+            start: None,
             primal: None,
             solution: None,
             report: None,
@@ -167,7 +174,33 @@ impl Session {
             AssemblyError::Scene(invalid) => self.refuse(invalid),
             error => error.into(),
         })?);
+        self.loads_applied = true;
         self.store(Stage::Assemble, started)
+    }
+
+    /// Applies the loads of the scene to the assembled problem.
+    ///
+    /// # Errors
+    /// A stale or missing assembly, a load that is not finite, HDF5 failures.
+    pub fn apply_loads(&mut self, commit: Commit) -> Result<Performed, StageError> {
+        self.require_fresh_before(Stage::Load)?;
+        let started = Instant::now();
+        self.load_mesh()?;
+        self.load_operator()?;
+        if !self.loads_applied {
+            let scene = &self.input.scene;
+            let system = self.system.as_mut().expect("loaded before use");
+            system
+                .apply_loads(scene, loaded(&self.mesh))
+                .map_err(|invalid| self.input.refuse(invalid))?;
+            self.loads_applied = true;
+        }
+        self.store_or_wait(Stage::Load, commit, started)
+    }
+
+    /// Lets the solve start from the multipliers of a similar problem, `[n_multipliers]`, in Pa.
+    pub fn start_from(&mut self, multiplier: Vec<f64>) {
+        self.start = Some(multiplier);
     }
 
     /// What the parts of an assembly made in this process took.
@@ -207,23 +240,41 @@ impl Session {
         self.load_mesh()?;
         self.load_system()?;
         self.load_interface()?;
+        let checkpoint: Option<OuterState> = self.read_checkpoint()?;
+        let mut checkpoints = Checkpoints::new(self);
         let solution = solve(
             loaded(&self.system),
             self.contact_state().as_ref(),
             &self.scene().solve,
-            observe,
+            Start {
+                multiplier: self.start.as_deref(),
+                checkpoint: checkpoint.as_ref(),
+            },
+            &mut |progress| match progress {
+                Progress::Between(state) => checkpoints.keep(state),
+                seen => observe(seen),
+            },
         )?;
         self.solution = Some(solution);
+        self.store_or_wait(Stage::Solve, commit, started)
+    }
+
+    fn store_or_wait(
+        &mut self,
+        stage: Stage,
+        commit: Commit,
+        started: Instant,
+    ) -> Result<Performed, StageError> {
         let compute_seconds = started.elapsed().as_secs_f64();
-        if commit == Commit::WithNextIfCheap && compute_seconds < self.last_store_seconds {
-            self.pending.push((Stage::Solve, compute_seconds));
-            return Ok(Performed {
-                stage: Stage::Solve,
-                compute_seconds,
-                store_seconds: 0.0,
-            });
+        if commit == Commit::Now || compute_seconds >= self.last_store_seconds {
+            return self.store(stage, started);
         }
-        self.store(Stage::Solve, started)
+        self.pending.push((stage, compute_seconds));
+        Ok(Performed {
+            stage,
+            compute_seconds,
+            store_seconds: 0.0,
+        })
     }
 
     /// Evaluates the solution and stores the report, for h5py and for ParaView.
@@ -281,7 +332,7 @@ impl Session {
         report.map_err(|invalid| self.refuse(invalid))
     }
 
-    fn load_interface(&mut self) -> Result<(), StageError> {
+    pub(super) fn load_interface(&mut self) -> Result<(), StageError> {
         if self.interface.is_none() {
             let interface = Interface::new(self.scene(), loaded(&self.mesh));
             self.interface = interface.map_err(|invalid| self.refuse(invalid))?;

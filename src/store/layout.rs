@@ -9,27 +9,36 @@ pub enum Stage {
     Scene,
     /// Mesh, boundary and panes, group `/mesh`.
     Mesh,
-    /// Matrices, loads and the factor, group `/assemble`.
+    /// Matrices and the factor, group `/assemble`.
     Assemble,
+    /// Loads and what follows from them linearly, group `/load`.
+    Load,
     /// Multipliers, displacement and history, group `/solve`.
     Solve,
     /// Stresses, zones, resultants and the certificate, group `/post`.
     Post,
     /// The same results as ParaView reads them, group `/VTKHDF`.
     Vtk,
+    /// How far an unfinished solve has come, group `/checkpoint`.
+    Checkpoint,
+    /// The table of a sweep, group `/cases` of a file of its own.
+    Cases,
     /// Errors and costs of solvers and meshes, group `/accuracy`; computed from the scene alone.
     Accuracy,
 }
 
 impl Stage {
     /// Every stage, upstream first.
-    pub const ALL: [Stage; 7] = [
+    pub const ALL: [Stage; 10] = [
         Stage::Scene,
         Stage::Mesh,
         Stage::Assemble,
+        Stage::Load,
         Stage::Solve,
         Stage::Post,
         Stage::Vtk,
+        Stage::Checkpoint,
+        Stage::Cases,
         Stage::Accuracy,
     ];
 
@@ -39,9 +48,12 @@ impl Stage {
             Stage::Scene => "scene",
             Stage::Mesh => "mesh",
             Stage::Assemble => "assemble",
+            Stage::Load => "load",
             Stage::Solve => "solve",
             Stage::Post => "post",
             Stage::Vtk => "VTKHDF",
+            Stage::Checkpoint => "checkpoint",
+            Stage::Cases => "cases",
             Stage::Accuracy => "accuracy",
         }
     }

@@ -51,6 +51,11 @@ impl LinkedName {
             == Some(run_file)
     }
 
+    /// Whether the file belongs to no run file.
+    pub(super) fn is_shared(&self, stage: Stage) -> bool {
+        self.owner_and_dot(stage) == Some("")
+    }
+
     fn digits(&self) -> Option<&str> {
         let stem = self.0.strip_suffix(".h5")?;
         let digits = stem.get(stem.len().checked_sub(DIGITS)?..)?;
@@ -108,21 +113,30 @@ fn open(
     stage: Stage,
     name: &LinkedName,
 ) -> Result<Volume, LinkProblem> {
+    // HDF5 and we look beside the run file itself, not beside a symbolic link to it.
+    let true_path = home
+        .path
+        .canonicalize()
+        .unwrap_or_else(|_| home.path.clone());
+    open_named(&true_path.with_file_name(&name.0), layout, stage, name)
+}
+
+/// Opens a file that holds a stage with the digest in its name.
+pub(super) fn open_named(
+    path: &Path,
+    layout: &Layout,
+    stage: Stage,
+    name: &LinkedName,
+) -> Result<Volume, LinkProblem> {
     let unusable = |error: StoreError| match error {
         StoreError::NotFound { file } => LinkProblem::Missing { file },
         error => LinkProblem::Unusable {
             reason: error.to_string(),
         },
     };
-    // HDF5 and we look beside the run file itself, not beside a symbolic link to it.
-    let true_path = home
-        .path
-        .canonicalize()
-        .unwrap_or_else(|_| home.path.clone());
-    let path = true_path.with_file_name(&name.0);
-    let volume = Volume::open(&path, layout, layout.linked_filetype).map_err(unusable)?;
+    let volume = Volume::open(path, layout, layout.linked_filetype).map_err(unusable)?;
     let place = Place {
-        file: &path,
+        file: path,
         dataset: stage.group(),
     };
     if !volume.holds(&format!("/{stage}")) {
@@ -137,7 +151,7 @@ fn open(
         return Ok(volume);
     }
     Err(LinkProblem::Replaced {
-        file: path,
+        file: path.into(),
         found: digest,
     })
 }

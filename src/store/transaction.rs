@@ -11,6 +11,7 @@ use super::lock::{RunFile, stage_temporary};
 use super::part::{Part, replaceable, sync_folder};
 use super::place::{AtPlace, Place};
 use super::reader::Reader;
+use super::shared::SharedStage;
 use super::table::Layout;
 use super::writer::StageWriter;
 
@@ -135,6 +136,19 @@ impl Transaction {
             .at(place, "create the group")?;
         self.unfinished = Some(stage);
         Ok(StageWriter::new(self, stage, group))
+    }
+
+    /// Puts a link to a shared file in the place of what the file held of its stage.
+    ///
+    /// # Errors
+    /// `Hdf5` if linking fails.
+    pub fn link(&mut self, shared: &SharedStage) -> Result<(), StoreError> {
+        self.remove(shared.stage);
+        let place = Place {
+            file: &self.target,
+            dataset: shared.stage.group(),
+        };
+        linked::join(&self.run_file.file, place, shared.stage, &shared.name)
     }
 
     /// Leaves a stage out of the new state.

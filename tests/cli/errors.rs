@@ -252,7 +252,7 @@ fn a_second_process_is_told_that_the_file_is_busy() {
     assert!(text.contains("busy"), "{text}");
     assert_eq!(
         program.states().len(),
-        4,
+        5,
         "reading goes on while another process writes"
     );
 }

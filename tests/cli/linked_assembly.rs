@@ -106,7 +106,7 @@ fn an_assembly_can_be_kept_in_or_taken_into_the_run_file() {
     assert_eq!(linked_files(&program), 1);
     assert_eq!(program.digests(), digests);
     let text = stderr(&run(&program, &["--self-contained"]).success());
-    assert_eq!(text.matches("fresh, kept").count(), 4, "{text}");
+    assert_eq!(text.matches("fresh, kept").count(), 5, "{text}");
     assert_eq!(linked_files(&program), 0);
     assert_eq!(program.digests(), digests);
 }

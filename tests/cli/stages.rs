@@ -12,11 +12,11 @@ fn words(states: &[(String, String)]) -> Vec<&str> {
 fn run_makes_every_stage_and_then_keeps_them() {
     let program = Program::new();
     program.run(&[]).assert().success();
-    assert_eq!(words(&program.states()), ["fresh"; 4]);
+    assert_eq!(words(&program.states()), ["fresh"; 5]);
     let before = program.digests();
     let again = program.run(&[]).assert().success();
     let text = String::from_utf8_lossy(&again.get_output().stderr).into_owned();
-    assert_eq!(text.matches("fresh, kept").count(), 4, "{text}");
+    assert_eq!(text.matches("fresh, kept").count(), 5, "{text}");
     assert_eq!(program.digests(), before);
 }
 
@@ -34,7 +34,7 @@ fn stages_in_processes_of_their_own_give_the_same_digests_as_run() {
         .success();
     assert_eq!(
         words(&parts.states()),
-        ["fresh", "missing", "missing", "missing"]
+        ["fresh", "missing", "missing", "missing", "missing"]
     );
     parts
         .command(&["assemble", "run.h5", "--threads", "1"])
@@ -64,7 +64,7 @@ fn a_changed_law_makes_only_solve_and_post_stale() {
         .success();
     assert_eq!(
         words(&program.states()),
-        ["fresh", "fresh", "stale", "stale"]
+        ["fresh", "fresh", "fresh", "stale", "stale"]
     );
     let refused = program.command(&["post", "run.h5"]).assert().code(2);
     let text = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
@@ -74,8 +74,8 @@ fn a_changed_law_makes_only_solve_and_post_stale() {
     );
     let again = program.run(&changed).assert().success();
     let text = String::from_utf8_lossy(&again.get_output().stderr).into_owned();
-    assert_eq!(text.matches("fresh, kept").count(), 2, "{text}");
-    assert_eq!(words(&program.states()), ["fresh"; 4]);
+    assert_eq!(text.matches("fresh, kept").count(), 3, "{text}");
+    assert_eq!(words(&program.states()), ["fresh"; 5]);
 }
 
 #[test]
@@ -91,11 +91,11 @@ fn a_new_mesh_makes_everything_after_it_stale() {
         .success();
     assert_eq!(
         words(&program.states()),
-        ["fresh", "stale", "stale", "stale"]
+        ["fresh", "stale", "stale", "stale", "stale"]
     );
     program.command(&["solve", "run.h5"]).assert().code(2);
     program.run(&finer).assert().success();
-    assert_eq!(words(&program.states()), ["fresh"; 4]);
+    assert_eq!(words(&program.states()), ["fresh"; 5]);
 }
 
 #[test]
@@ -115,13 +115,13 @@ fn settings_given_to_solve_are_stored_and_make_post_stale() {
         .success();
     assert_eq!(
         words(&program.states()),
-        ["fresh", "fresh", "fresh", "stale"]
+        ["fresh", "fresh", "fresh", "fresh", "stale"]
     );
     program
         .command(&["post", "run.h5", "--no-figures"])
         .assert()
         .success();
-    assert_eq!(words(&program.states()), ["fresh"; 4]);
+    assert_eq!(words(&program.states()), ["fresh"; 5]);
     assert!(!program.path("run-figures").exists());
 }
 
@@ -159,7 +159,7 @@ fn json_results_are_complete_and_quiet_is_quiet() {
     let results: Value = serde_json::from_slice(&done.get_output().stdout).unwrap();
     assert_eq!(results["n_free"], 900);
     assert_eq!(results["n_multipliers"], 36);
-    assert_eq!(results["stages"].as_array().unwrap().len(), 4);
+    assert_eq!(results["stages"].as_array().unwrap().len(), 5);
     let panes = ["open", "slip", "stick"].map(|zone| results[zone].as_u64().unwrap());
     assert_eq!(panes.iter().sum::<u64>(), 12);
 }
@@ -248,7 +248,7 @@ fn newton_without_the_dense_operator_is_refused_with_the_way_out() {
         .success();
     assert_eq!(
         words(&program.states()),
-        ["fresh", "fresh", "stale", "stale"]
+        ["fresh", "fresh", "fresh", "stale", "stale"]
     );
     let refused = program
         .command(&["solve", "run.h5", "--method", "newton"])

@@ -5,8 +5,8 @@ use contact3d_pipe::{
     dual::{ExplicitDual, ExplicitOperator},
     scene::{Coefficient, Friction, Ramp, Scene},
     solver::{
-        ContactState, Inner, NewtonSettings, NewtonSolution, Solution, evaluate_mapping, newton,
-        successive_approximations,
+        ContactState, Inner, NewtonSettings, NewtonSolution, Solution, Start, evaluate_mapping,
+        newton, successive_approximations,
     },
 };
 
@@ -81,7 +81,8 @@ impl Dense {
                 contact,
                 law,
                 &self.scene.solve,
-                |_, _| {},
+                Start::default(),
+                &mut |_| {},
             )
         })
     }

@@ -4,7 +4,7 @@ use contact3d_pipe::{
     dual::{DualOperator, ExplicitOperator, ImplicitOperator},
     scene::PrecisionControl::{Adaptive, Fixed},
     solver::{
-        Gpcg, Inner, NewtonSettings, NewtonStatus, Solution, Status, coulomb_state,
+        Gpcg, Inner, NewtonSettings, NewtonStatus, Solution, Start, Status, coulomb_state,
         minimise_frozen, operator_norm, successive_approximations,
     },
 };
@@ -58,7 +58,8 @@ fn on_implicit(case: &Dense, inner: Inner<'_>) -> Solution {
             contact,
             law,
             &case.scene.solve,
-            |_, _| {},
+            Start::default(),
+            &mut |_| {},
         )
     })
 }
@@ -153,7 +154,8 @@ fn gpcg_with_values_that_are_not_finite_is_a_status() {
                 contact,
                 law,
                 &case.scene.solve,
-                |_, _| {},
+                Start::default(),
+                &mut |_| {},
             )
         });
         assert_eq!(

@@ -8,7 +8,7 @@ use contact3d_pipe::{
     mesh::Mesh,
     post::{ContactReport, Solved, SolvedContact},
     scene::Scene,
-    solver::{ContactState, Solution, solve},
+    solver::{ContactState, Solution, Start, solve},
 };
 
 pub(crate) struct Case {
@@ -35,7 +35,13 @@ impl Case {
         let system = DualSystem::new(&scene, &mesh, 1).map_err(|e| e.to_string())?;
         let interface = Interface::new(&scene, &mesh).map_err(|e| format!("{e:?}"))?;
         let state = state(&mesh, interface.as_ref());
-        let solution = solve(&system, state.as_ref(), &scene.solve, &mut |_| {});
+        let solution = solve(
+            &system,
+            state.as_ref(),
+            &scene.solve,
+            Start::default(),
+            &mut |_| {},
+        );
         let solution = solution.map_err(|e| e.to_string())?;
         Ok(Self {
             scene,

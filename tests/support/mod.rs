@@ -11,7 +11,7 @@ use contact3d_pipe::{
     mesh::{ContactSurface, Mesh},
     post::{ContactReport, Solved, SolvedContact},
     scene::{Body, Scene},
-    solver::{ContactState, Inner, Solution, successive_approximations},
+    solver::{ContactState, Inner, Solution, Start, successive_approximations},
 };
 
 pub(crate) use case::Case;
@@ -82,7 +82,8 @@ impl Problem {
             &self.state(&interface),
             interface.coulomb().expect("Coulomb friction"),
             &scene.solve,
-            |_, _| {},
+            Start::default(),
+            &mut |_| {},
         )
     }
 

@@ -1,0 +1,228 @@
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::{
+    arguments::Output,
+    exit::{Exit, explain_sweep},
+};
+use crate::sweep::{self, CSV_FILE, Event, Options, Outcome, Plan, SweepError};
+
+/// Arguments of `sweep`.
+#[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+pub struct SweepArguments {
+    #[command(subcommand)]
+    part: Option<SweepPart>,
+    /// The sweep, a TOML file such as pipelines/sweep_friction.toml
+    #[arg(required = true)]
+    sweep: Option<PathBuf>,
+    /// The folder of the run files and tables, made or gone on with
+    #[arg(long, value_name = "DIR", required = true)]
+    out: Option<PathBuf>,
+    /// Cases at work at the same time; one for each thread by default
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: Option<u16>,
+    /// Memory for assembled problems in gigabytes; three quarters of what is free by default
+    #[arg(long, value_name = "GB")]
+    memory: Option<f64>,
+    #[command(flatten)]
+    options: CaseOptions,
+}
+
+/// A sweep file and the folder of its cases.
+#[derive(Debug, Args)]
+struct SweepFolder {
+    /// The sweep, a TOML file such as pipelines/sweep_friction.toml
+    sweep: PathBuf,
+    /// The folder of the run files and tables, made or gone on with
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+/// How cases are run.
+#[derive(Debug, Args)]
+struct CaseOptions {
+    /// Try cases again that failed before
+    #[arg(long)]
+    retry_failed: bool,
+    /// Copy the shared data into every run file instead of linking them
+    #[arg(long)]
+    self_contained: bool,
+}
+
+/// The parts of a sweep, for engines that run many machines.
+#[derive(Debug, Subcommand)]
+enum SweepPart {
+    /// List the cases as JSON: name, run file, start, settings
+    Plan(SweepFolder),
+    /// Run one case
+    RunCase {
+        #[command(flatten)]
+        folder: SweepFolder,
+        /// The name of the case, as `sweep plan` lists it
+        id: String,
+        #[command(flatten)]
+        options: CaseOptions,
+    },
+    /// Write the tables of the cases that are done
+    Summary(SweepFolder),
+}
+
+/// `sweep` and its parts.
+pub(super) fn sweep(arguments: &SweepArguments, output: &Output, threads: usize) -> Exit {
+    let outcome = match &arguments.part {
+        Some(SweepPart::Plan(folder)) => plan(folder),
+        Some(SweepPart::RunCase {
+            folder,
+            id,
+            options,
+        }) => run_case(folder, id, &case_options(options, threads), output),
+        Some(SweepPart::Summary(folder)) => summary(folder, output),
+        None => run_all(arguments, output, threads),
+    };
+    outcome.unwrap_or_else(|error| explain_sweep(error, output))
+}
+
+fn plan(folder: &SweepFolder) -> Result<Exit, SweepError> {
+    let plan = Plan::read(&folder.sweep)?;
+    println!("{:#}", plan.json(&folder.out));
+    Ok(Exit::Done)
+}
+
+fn summary(folder: &SweepFolder, output: &Output) -> Result<Exit, SweepError> {
+    let plan = Plan::read(&folder.sweep)?;
+    sweep::write_summary(&plan, &folder.out)?;
+    say(output, &format!("tables in {}", folder.out.display()));
+    Ok(Exit::Done)
+}
+
+fn case_options(options: &CaseOptions, threads: usize) -> Options {
+    Options {
+        jobs: 1,
+        threads,
+        retry_failed: options.retry_failed,
+        self_contained: options.self_contained,
+        memory: u64::MAX,
+    }
+}
+
+fn run_case(
+    folder: &SweepFolder,
+    id: &str,
+    options: &Options,
+    output: &Output,
+) -> Result<Exit, SweepError> {
+    let plan = Plan::read(&folder.sweep)?;
+    let event = sweep::run_case(&plan, &folder.out, id, options)?;
+    say(output, &format!("case {id} {}", word(&event)));
+    Ok(match event {
+        Event::Kept | Event::Computed => Exit::Done,
+        Event::Failed(error) => {
+            eprintln!("error: case {id}: {error}");
+            Exit::BadInput
+        }
+        Event::Busy => {
+            eprintln!("error: case {id} is busy: another process is writing it");
+            Exit::BadInput
+        }
+    })
+}
+
+fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Exit, SweepError> {
+    let (Some(sweep), Some(out)) = (&whole.sweep, &whole.out) else {
+        return Ok(Exit::BadInput);
+    };
+    let plan = Plan::read(sweep)?;
+    let bar = progress_bar(plan.cases.len(), output);
+    let options = Options {
+        jobs: whole.jobs.map_or(threads, usize::from),
+        memory: whole
+            .memory
+            .map_or_else(free_memory, |gigabytes| (gigabytes * 1e9) as u64),
+        ..case_options(&whole.options, threads)
+    };
+    let outcome = sweep::run(&plan, out, &options, &|index, event| {
+        if let Event::Failed(error) = event {
+            bar.suspend(|| eprintln!("case {} failed: {error}", plan.cases[index].id));
+        }
+        bar.inc(1);
+    });
+    bar.finish_and_clear();
+    let outcome = outcome?;
+    report(&plan, out, &outcome, output);
+    let finished = outcome.failed + outcome.busy + outcome.not_converged == 0;
+    Ok(if finished {
+        Exit::Done
+    } else {
+        Exit::NotConverged
+    })
+}
+
+fn report(plan: &Plan, folder: &Path, outcome: &Outcome, output: &Output) {
+    let Outcome {
+        kept,
+        computed,
+        failed,
+        busy,
+        not_converged,
+    } = outcome;
+    say(
+        output,
+        &format!(
+            "{} cases: {computed} computed, {kept} kept, {failed} failed, {busy} busy elsewhere; \
+             {not_converged} not converged\ntable {}",
+            plan.cases.len(),
+            folder.join(CSV_FILE).display()
+        ),
+    );
+    if output.json {
+        let counts = serde_json::json!({
+            "cases": plan.cases.len(), "computed": computed, "kept": kept, "failed": failed,
+            "busy": busy, "not_converged": not_converged,
+        });
+        println!("{counts}");
+    }
+}
+
+fn word(event: &Event) -> &'static str {
+    match event {
+        Event::Kept => "was finished",
+        Event::Computed => "done",
+        Event::Failed(_) => "failed",
+        Event::Busy => "is busy",
+    }
+}
+
+/// A bar with the time left on a terminal; elsewhere, and when quiet, nothing.
+fn progress_bar(cases: usize, output: &Output) -> ProgressBar {
+    if output.quiet {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(cases as u64);
+    let template = "{bar:40} {pos}/{len} cases, {elapsed} gone, {eta} left";
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar
+}
+
+/// Three quarters of the memory that Linux says is available; where it does not say, no limit.
+fn free_memory() -> u64 {
+    let text = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
+    let available = text.lines().find_map(|line| {
+        let kilobytes = line
+            .strip_prefix("MemAvailable:")?
+            .trim()
+            .strip_suffix("kB")?;
+        kilobytes.trim().parse::<u64>().ok()
+    });
+    available.map_or(u64::MAX, |kilobytes| kilobytes * 1024 / 4 * 3)
+}
+
+fn say(output: &Output, text: &str) {
+    if !output.quiet {
+        eprintln!("{text}");
+    }
+}

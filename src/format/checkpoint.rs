@@ -1,0 +1,87 @@
+//! `/checkpoint`: successive approximations between two steps, so that a killed solve goes on.
+
+use super::{FormatError, history, read_finite_rows, read_finite_scalar, read_finite_vec};
+use super::{history::OuterPaths, read_index_vec};
+use crate::{
+    solver::OuterState,
+    store::{
+        DatasetSpec, Extent,
+        Extent::{Fixed, Named},
+        Kind, Reader, Stage, StageWriter, StoreError,
+    },
+};
+
+const MULTIPLIER: &str = "/checkpoint/multiplier";
+const SLIP: &str = "/checkpoint/slip";
+const TOLERANCE: &str = "/checkpoint/inner_tolerance";
+const STEPLENGTH: &str = "/checkpoint/steplength";
+const LAW_EVALUATIONS: &str = "/checkpoint/law_evaluations";
+const PROJECTIONS: &str = "/checkpoint/projections";
+const STEPS: &[Extent] = &[Named("n_done_steps")];
+
+const HISTORY: OuterPaths = OuterPaths {
+    change: "/checkpoint/history/change",
+    inner_tolerance: "/checkpoint/history/inner_tolerance",
+    inner_residual: "/checkpoint/history/inner_residual",
+    conjugate_gradient: "/checkpoint/history/conjugate_gradient_steps",
+    expansion: "/checkpoint/history/expansion_steps",
+    proportioning: "/checkpoint/history/proportioning_steps",
+    actions: "/checkpoint/history/actions",
+    seconds: "/checkpoint/history/seconds",
+};
+
+#[rustfmt::skip]
+pub(super) const TABLE: &[DatasetSpec] = &[
+    Stage::Checkpoint.row(MULTIPLIER, Kind::F64, &[Named("n_multipliers")], "Pa", "Multipliers after the last step done: the normal ones, then the tangential pairs.").symbol("lambda"),
+    Stage::Checkpoint.row(SLIP, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "m", "Absolute tangential displacements of the contact nodes.").symbol("phi").optional("absent unless friction follows the slip"),
+    Stage::Checkpoint.row(TOLERANCE, Kind::F64, &[], "1", "Tolerance of the last inner problem."),
+    Stage::Checkpoint.row(STEPLENGTH, Kind::F64, &[], "Pa/m^3", "Steplength of projected gradient steps.").symbol("alpha"),
+    Stage::Checkpoint.row(LAW_EVALUATIONS, Kind::I64, &[], "1", "Evaluations of the friction law so far."),
+    Stage::Checkpoint.row(PROJECTIONS, Kind::I64, &[], "1", "Projections on an ellipse so far."),
+    Stage::Checkpoint.row(HISTORY.change, Kind::F64, STEPS, "1", "As in /solve/history."),
+    Stage::Checkpoint.row(HISTORY.inner_tolerance, Kind::F64, STEPS, "1", "As in /solve/history."),
+    Stage::Checkpoint.row(HISTORY.inner_residual, Kind::F64, STEPS, "1", "As in /solve/history."),
+    Stage::Checkpoint.row(HISTORY.conjugate_gradient, Kind::I64, STEPS, "1", "As in /solve/history."),
+    Stage::Checkpoint.row(HISTORY.expansion, Kind::I64, STEPS, "1", "As in /solve/history."),
+    Stage::Checkpoint.row(HISTORY.proportioning, Kind::I64, STEPS, "1", "As in /solve/history."),
+    Stage::Checkpoint.row(HISTORY.actions, Kind::I64, STEPS, "1", "As in /solve/history."),
+    Stage::Checkpoint.row(HISTORY.seconds, Kind::F64, STEPS, "s", "As in /solve/history.").volatile(),
+];
+
+/// Writes the state between two steps.
+///
+/// # Errors
+/// HDF5 failures.
+pub fn write(writer: &mut StageWriter<'_>, state: &OuterState) -> Result<(), StoreError> {
+    writer.write(MULTIPLIER, &state.multiplier, &[state.multiplier.len()])?;
+    if let Some(slip) = &state.slip {
+        writer.write(SLIP, slip.as_flattened(), &[slip.len(), 2])?;
+    }
+    writer.write(TOLERANCE, &[state.tolerance], &[])?;
+    writer.write(STEPLENGTH, &[state.steplength], &[])?;
+    writer.write_indices(LAW_EVALUATIONS, &[state.law_evaluations], &[])?;
+    writer.write_indices(PROJECTIONS, &[state.projections], &[])?;
+    history::write_outer(writer, &HISTORY, &state.history)
+}
+
+/// Reads the state between two steps.
+///
+/// # Errors
+/// Missing or altered datasets.
+pub fn read(reader: &Reader) -> Result<OuterState, FormatError> {
+    let count = |path| -> Result<usize, FormatError> {
+        Ok(read_index_vec(reader, path)?.first().copied().unwrap_or(0))
+    };
+    Ok(OuterState {
+        multiplier: read_finite_vec(reader, MULTIPLIER)?,
+        slip: match reader.has(SLIP) {
+            true => Some(read_finite_rows(reader, SLIP)?),
+            false => None,
+        },
+        tolerance: read_finite_scalar(reader, TOLERANCE)?,
+        steplength: read_finite_scalar(reader, STEPLENGTH)?,
+        history: history::read_outer(reader, &HISTORY)?,
+        law_evaluations: count(LAW_EVALUATIONS)?,
+        projections: count(PROJECTIONS)?,
+    })
+}

@@ -1,0 +1,64 @@
+//! `/load`: the loads, and what follows from them linearly.
+
+use super::{FormatError, read_finite_rows, read_finite_vec};
+use crate::{
+    dual::DualSystem,
+    store::{
+        DatasetSpec,
+        Extent::{Fixed, Named},
+        Kind, Reader, Stage, StageWriter, StoreError,
+    },
+};
+
+pub(super) const FORCE: &str = "/load/force";
+const DUAL_RHS: &str = "/load/dual_rhs";
+const SLIP_FREE: &str = "/load/slip_free";
+
+#[rustfmt::skip]
+pub(super) const TABLE: &[DatasetSpec] = &[
+    Stage::Load.row(FORCE, Kind::F64, &[Named("n_free")], "N", "Load vector.").symbol("l"),
+    Stage::Load.row(DUAL_RHS, Kind::F64, &[Named("n_multipliers")], "m^3", "Right-hand side B A^-1 l of the dual problem, minus the integrated gap in its first m entries.").symbol("h").optional("absent without contact"),
+    Stage::Load.row(SLIP_FREE, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "m", "Tangential displacement of the contact nodes without contact.").optional("absent unless the dual operator is explicit and friction follows the slip"),
+];
+
+/// Writes l, h and the free slip.
+///
+/// # Errors
+/// HDF5 failures.
+pub fn write(writer: &mut StageWriter<'_>, system: &DualSystem) -> Result<(), StoreError> {
+    let load = &system.assembly.primal.load;
+    writer.write(FORCE, load, &[load.len()])?;
+    let Some(contact) = &system.contact else {
+        return Ok(());
+    };
+    writer.write(DUAL_RHS, &contact.dual_rhs, &[contact.dual_rhs.len()])?;
+    let explicit = contact.explicit.as_ref();
+    if let Some(compliance) = explicit.and_then(|explicit| explicit.compliance.as_ref()) {
+        let slip = &compliance.slip_free;
+        writer.write(SLIP_FREE, slip.as_flattened(), &[slip.len(), 2])?;
+    }
+    Ok(())
+}
+
+/// Reads l, h and the free slip into an assembled problem.
+///
+/// # Errors
+/// Missing or altered datasets.
+pub fn read(reader: &Reader, system: &mut DualSystem) -> Result<(), FormatError> {
+    system.assembly.primal.load = read_force(reader)?;
+    if let Some(contact) = &mut system.contact {
+        contact.dual_rhs = read_finite_vec(reader, DUAL_RHS)?;
+        if let Some(explicit) = &mut contact.explicit {
+            explicit.rhs.clone_from(&contact.dual_rhs);
+            if let Some(compliance) = &mut explicit.compliance {
+                compliance.slip_free = read_finite_rows(reader, SLIP_FREE)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Reads l alone.
+pub(super) fn read_force(reader: &Reader) -> Result<Vec<f64>, StoreError> {
+    read_finite_vec(reader, FORCE)
+}

@@ -1,0 +1,54 @@
+use std::sync::atomic::Ordering;
+
+use super::{ContactState, OuterStep};
+
+/// Where a solve begins; λ = 0 by default. What does not fit the number of multipliers is left out.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Start<'a> {
+    /// The multipliers of a similar problem, `[n_multipliers]`, in Pa.
+    pub multiplier: Option<&'a [f64]>,
+    /// Successive approximations go on from here.
+    pub checkpoint: Option<&'a OuterState>,
+}
+
+/// Successive approximations between two steps: all that the next step depends on, so that a solve
+/// that goes on from here gives the same bits.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct OuterState {
+    /// λ, `[n_multipliers]`, in Pa.
+    pub multiplier: Vec<f64>,
+    /// φ at the contact nodes in m; `None` unless friction follows the slip.
+    pub slip: Option<Vec<[f64; 2]>>,
+    /// Tolerance of the last inner problem.
+    pub tolerance: f64,
+    /// Steplength ᾱ, in Pa/m³.
+    pub steplength: f64,
+    /// The steps done.
+    pub history: Vec<OuterStep>,
+    /// Evaluations of the friction law so far.
+    pub law_evaluations: usize,
+    /// Projections on an ellipse so far.
+    pub projections: usize,
+}
+
+impl Start<'_> {
+    /// What of this start fits.
+    pub(super) fn fitting(self, n_multipliers: usize) -> Self {
+        Self {
+            multiplier: self.multiplier.filter(|m| m.len() == n_multipliers),
+            checkpoint: self
+                .checkpoint
+                .filter(|state| state.multiplier.len() == n_multipliers),
+        }
+    }
+}
+
+impl OuterState {
+    /// Sets the counters of the contact face to those of this state.
+    pub(super) fn restore_counters(&self, contact: &ContactState<'_>) {
+        let interface = contact.interface;
+        interface.set_law_evaluations(self.law_evaluations);
+        let projections = &interface.projections;
+        projections.store(self.projections, Ordering::Relaxed);
+    }
+}

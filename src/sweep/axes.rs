@@ -1,0 +1,258 @@
+use std::path::{Path, PathBuf};
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::SweepError;
+
+/// A sweep file: a scene and the axes along which its keys change.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SweepFile {
+    /// The scene that all cases change, relative to the sweep file.
+    pub scene: PathBuf,
+    /// Keys of the scene with the values they have in all cases.
+    #[serde(default)]
+    #[schemars(with = "std::collections::BTreeMap<String, serde_json::Value>")]
+    pub set: toml::Table,
+    /// Whether a case starts from the multipliers of its predecessor on the last axis.
+    #[serde(default)]
+    pub warm_start: bool,
+    /// The axes; the cases are their product, the last axis changes fastest.
+    #[serde(rename = "axis", default)]
+    pub axes: Vec<Axis>,
+}
+
+/// Values of one key, or of several keys together.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Axis {
+    /// The key of the scene, such as `friction.coefficient_1.constant` or `traction.0.value`.
+    pub key: Option<String>,
+    /// Its values.
+    #[schemars(with = "Option<Vec<serde_json::Value>>")]
+    pub values: Option<Vec<toml::Value>>,
+    /// Its values as a range of numbers.
+    pub range: Option<Range>,
+    /// Several keys that change together, in place of `key`.
+    pub keys: Option<Vec<String>>,
+    /// For each step of the axis the values of all `keys`.
+    #[schemars(with = "Option<Vec<Vec<serde_json::Value>>>")]
+    pub rows: Option<Vec<Vec<toml::Value>>>,
+    /// Axes with the same name here advance together.
+    pub zip: Option<String>,
+}
+
+/// Numbers from one end to the other, both included.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Range {
+    /// First number.
+    pub from: f64,
+    /// Last number.
+    pub to: f64,
+    /// How many.
+    pub count: usize,
+    /// How they are spaced.
+    #[serde(default)]
+    pub scale: Scale,
+}
+
+/// Spacing of a range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scale {
+    /// Equal differences.
+    #[default]
+    Linear,
+    /// Equal ratios.
+    Log,
+}
+
+/// The values that all keys of an axis take, step by step.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Steps {
+    pub(super) keys: Vec<String>,
+    pub(super) rows: Vec<Vec<toml::Value>>,
+}
+
+impl SweepFile {
+    /// Reads a sweep file.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is no sweep.
+    pub fn read(path: &Path) -> Result<Self, SweepError> {
+        let text = std::fs::read_to_string(path).map_err(|source| SweepError::Io {
+            action: "read the sweep",
+            file: path.to_owned(),
+            source,
+        })?;
+        toml::from_str(&text).map_err(|error| SweepError::Syntax {
+            file: path.to_owned(),
+            message: error.to_string(),
+        })
+    }
+
+    /// The axes with those of the same `zip` merged, in the order of their first members.
+    pub(super) fn steps(&self, file: &Path) -> Result<Vec<Steps>, SweepError> {
+        let mut merged: Vec<(Option<&str>, Steps)> = Vec::new();
+        for (index, axis) in self.axes.iter().enumerate() {
+            let refuse = |expected: &str, found: String| SweepError::Axis {
+                file: file.to_owned(),
+                place: format!("axis {index}"),
+                expected: expected.to_owned(),
+                found,
+            };
+            let steps = axis
+                .steps()
+                .map_err(|(expected, found)| refuse(expected, found))?;
+            let partner = merged
+                .iter_mut()
+                .find(|(zip, _)| zip.is_some() && *zip == axis.zip.as_deref());
+            let Some((_, partner)) = partner else {
+                merged.push((axis.zip.as_deref(), steps));
+                continue;
+            };
+            if partner.rows.len() != steps.rows.len() {
+                let found = format!("{} and {}", partner.rows.len(), steps.rows.len());
+                return Err(refuse("as many values as the other axes of its zip", found));
+            }
+            partner.keys.extend(steps.keys);
+            for (row, more) in partner.rows.iter_mut().zip(steps.rows) {
+                row.extend(more);
+            }
+        }
+        Ok(merged.into_iter().map(|(_, steps)| steps).collect())
+    }
+}
+
+impl Axis {
+    /// The steps, or what was expected and what was found.
+    fn steps(&self) -> Result<Steps, (&'static str, String)> {
+        let steps = match (&self.key, &self.values, self.range, &self.keys, &self.rows) {
+            (Some(key), Some(values), None, None, None) => Steps {
+                keys: vec![key.clone()],
+                rows: values.iter().map(|value| vec![value.clone()]).collect(),
+            },
+            (Some(key), None, Some(range), None, None) => Steps {
+                keys: vec![key.clone()],
+                rows: range.rows()?,
+            },
+            (None, None, None, Some(keys), Some(rows)) => {
+                if let Some(row) = rows.iter().find(|row| row.len() != keys.len()) {
+                    let found = format!("{} keys and a row of {}", keys.len(), row.len());
+                    return Err(("one value for each key in every row", found));
+                }
+                Steps {
+                    keys: keys.clone(),
+                    rows: rows.clone(),
+                }
+            }
+            _ => {
+                return Err((
+                    "key with values, key with range, or keys with rows",
+                    "another combination".into(),
+                ));
+            }
+        };
+        if steps.rows.is_empty() || steps.keys.is_empty() {
+            return Err(("at least one value", "none".into()));
+        }
+        Ok(steps)
+    }
+}
+
+impl Range {
+    fn rows(&self) -> Result<Vec<Vec<toml::Value>>, (&'static str, String)> {
+        let Self {
+            from,
+            to,
+            count,
+            scale,
+        } = *self;
+        let positive = from > 0.0 && to > 0.0;
+        if !(from.is_finite() && to.is_finite()) || (scale == Scale::Log && !positive) {
+            let expected = "finite ends, both positive for scale = \"log\"";
+            return Err((expected, format!("from {from} to {to}")));
+        }
+        if count == 0 || (count == 1 && from != to) {
+            return Err(("a count of at least 2", count.to_string()));
+        }
+        let at = |index: usize| {
+            if index == 0 {
+                return from;
+            }
+            if index + 1 == count {
+                return to;
+            }
+            let share = index as f64 / (count - 1) as f64;
+            match scale {
+                Scale::Linear => from + share * (to - from),
+                Scale::Log => from * (share * (to / from).ln()).exp(),
+            }
+        };
+        Ok((0..count)
+            .map(|index| vec![toml::Value::Float(at(index))])
+            .collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn steps(text: &str) -> Result<Vec<Steps>, SweepError> {
+        let file: SweepFile = toml::from_str(&format!("scene = \"s.toml\"\n{text}")).unwrap();
+        file.steps(Path::new("sweep.toml"))
+    }
+
+    #[test]
+    fn ranges_end_exactly_and_keep_their_ratios() {
+        let axes = steps(
+            "[[axis]]\nkey = \"f\"\nrange = { from = 0.05, to = 1.6, count = 6, scale = \"log\" }",
+        )
+        .unwrap();
+        let values: Vec<f64> = axes[0]
+            .rows
+            .iter()
+            .map(|r| r[0].as_float().unwrap())
+            .collect();
+        assert_eq!((values[0], values[5]), (0.05, 1.6));
+        for pair in values.windows(2) {
+            // Ratio 2, one exponential and one logarithm: a few roundings.
+            assert!((pair[1] / pair[0] - 2.0).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn zipped_axes_become_one() {
+        let axes = steps(
+            "[[axis]]\nkey = \"a\"\nvalues = [1, 2]\nzip = \"z\"\n\
+             [[axis]]\nkey = \"b\"\nvalues = [7]\n\
+             [[axis]]\nkeys = [\"c\", \"d\"]\nrows = [[3, 4], [5, 6]]\nzip = \"z\"",
+        )
+        .unwrap();
+        assert_eq!(axes.len(), 2);
+        assert_eq!(axes[0].keys, ["a", "c", "d"]);
+        let numbers: Vec<i64> = axes[0].rows[1]
+            .iter()
+            .map(|v| v.as_integer().unwrap())
+            .collect();
+        assert_eq!(numbers, [2, 5, 6]);
+    }
+
+    #[test]
+    fn axes_that_make_no_sense_are_refused() {
+        for text in [
+            "[[axis]]\nkey = \"a\"",
+            "[[axis]]\nkey = \"a\"\nvalues = []",
+            "[[axis]]\nkey = \"a\"\nvalues = [1]\nrange = { from = 1, to = 2, count = 2 }",
+            "[[axis]]\nkey = \"a\"\nrange = { from = 0.0, to = 2, count = 2, scale = \"log\" }",
+            "[[axis]]\nkey = \"a\"\nrange = { from = 1, to = 2, count = 1 }",
+            "[[axis]]\nkeys = [\"a\", \"b\"]\nrows = [[1]]",
+            "[[axis]]\nkey = \"a\"\nvalues = [1, 2]\nzip = \"z\"\n[[axis]]\nkey = \"b\"\nvalues = [1]\nzip = \"z\"",
+        ] {
+            assert!(steps(text).is_err(), "{text}");
+        }
+    }
+}

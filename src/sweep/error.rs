@@ -1,0 +1,72 @@
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use crate::{format::FormatError, scene::SceneError, stages::StageError, store::StoreError};
+
+/// Why a sweep cannot be planned, run or summed up.
+#[derive(Debug, Error)]
+pub enum SweepError {
+    /// A file or folder cannot be read or written.
+    #[error("cannot {action} {}: {source}", file.display())]
+    Io {
+        /// What was tried.
+        action: &'static str,
+        /// The file or folder.
+        file: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The sweep file is not TOML, or has unknown, missing or mistyped keys.
+    #[error("{}: {message}", file.display())]
+    Syntax {
+        /// The sweep file.
+        file: PathBuf,
+        /// What the parser says, with the line.
+        message: String,
+    },
+    /// An axis that no sweep can have.
+    #[error("{}: {place}: expected {expected}, found {found}", file.display())]
+    Axis {
+        /// The sweep file.
+        file: PathBuf,
+        /// The axis or key.
+        place: String,
+        /// What a sweep allows.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
+    /// The scene of a case, or the scene that all cases change.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The plan has no case with this name.
+    #[error("no case {id} in this sweep; `contact3d-pipe sweep plan` lists them")]
+    NoSuchCase {
+        /// The name that was asked for.
+        id: String,
+    },
+    /// Another process runs the sweep.
+    #[error("{}: another sweep is at work in this folder; wait until it is done", folder.display())]
+    Busy {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// The table of the sweep cannot be written.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// A run file cannot be summed up.
+    #[error(transparent)]
+    Format(#[from] FormatError),
+    /// A case that was run alone.
+    #[error(transparent)]
+    Stage(#[from] StageError),
+    /// The CSV table cannot be written.
+    #[error("cannot write {}: {source}", file.display())]
+    Csv {
+        /// The file.
+        file: PathBuf,
+        /// What went wrong.
+        source: csv::Error,
+    },
+}

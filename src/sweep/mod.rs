@@ -1,0 +1,23 @@
+//! Many scenes that differ in a few keys: planned, run in parallel with shared work, resumed, summed up.
+//!
+//! Every case is a run file of its own, named by a digest of its scene, so changed axes add files
+//! and never replace one. Cases whose assembled problems differ only in loads or friction share the
+//! files of mesh and factor, and in one process the arrays themselves.
+
+mod axes;
+mod case;
+mod error;
+mod failure;
+mod keys;
+mod lock;
+mod operators;
+mod plan;
+mod run;
+mod summary;
+
+pub use axes::{Axis, Range, Scale, SweepFile};
+pub use error::SweepError;
+pub use keys::set as set_key;
+pub use plan::{Case, Plan};
+pub use run::{Event, Options, Outcome, run, run_case};
+pub use summary::{CSV_FILE, SUMMARY_FILE, write as write_summary};

@@ -1,0 +1,171 @@
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
+
+use super::{SweepError, SweepFile, axes::Steps, keys};
+use crate::scene::SceneFile;
+
+/// Hexadecimal digits of a case's name: 64 bits tell the cases of a folder apart.
+const DIGITS: usize = 16;
+
+/// One scene of a sweep.
+#[derive(Debug, Clone)]
+pub struct Case {
+    /// Digest of the full scene, and of the names of the cases it starts from.
+    pub id: String,
+    /// The values of the axes' keys.
+    pub settings: Vec<(String, toml::Value)>,
+    /// The scene.
+    pub scene: SceneFile,
+    /// The case whose multipliers this one starts from, by its index.
+    pub start: Option<usize>,
+}
+
+/// All cases of a sweep, the last axis fastest.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// The cases.
+    pub cases: Vec<Case>,
+    /// The keys of all axes.
+    pub keys: Vec<String>,
+}
+
+impl Case {
+    /// The name of the run file in the sweep's folder.
+    #[must_use]
+    pub fn file_name(&self) -> String {
+        format!("{}.h5", self.id)
+    }
+
+    /// The run file.
+    #[must_use]
+    pub fn file(&self, folder: &Path) -> PathBuf {
+        folder.join(self.file_name())
+    }
+}
+
+impl Plan {
+    /// Expands a sweep file into its cases and validates the scene of each.
+    ///
+    /// # Errors
+    /// A sweep or scene that cannot be read, an axis or a value that no scene can have, equal cases.
+    pub fn read(path: &Path) -> Result<Self, SweepError> {
+        let sweep = SweepFile::read(path)?;
+        let axes = sweep.steps(path)?;
+        let base = base_scene(&sweep, path)?;
+        let keys: Vec<String> = axes.iter().flat_map(|axis| axis.keys.clone()).collect();
+        refuse_twice(path, &keys)?;
+        let fastest = axes.last().map_or(1, |axis| axis.rows.len());
+        let mut cases: Vec<Case> = Vec::new();
+        for settings in product(&axes) {
+            let scene = changed(&base, path, &settings)?;
+            let index = cases.len();
+            let start = (sweep.warm_start && !index.is_multiple_of(fastest)).then(|| index - 1);
+            let id = name(&scene, start.map(|before| cases[before].id.as_str()));
+            cases.push(Case {
+                id,
+                settings,
+                scene,
+                start,
+            });
+        }
+        let ids: Vec<String> = cases.iter().map(|case| case.id.clone()).collect();
+        refuse_twice(path, &ids)?;
+        Ok(Self { cases, keys })
+    }
+
+    /// The case with a name.
+    ///
+    /// # Errors
+    /// A name that the plan does not have.
+    pub fn find(&self, id: &str) -> Result<usize, SweepError> {
+        let found = self.cases.iter().position(|case| case.id == id);
+        found.ok_or_else(|| SweepError::NoSuchCase { id: id.to_owned() })
+    }
+
+    /// The cases as JSON: name, run file, start, settings.
+    #[must_use]
+    pub fn json(&self, folder: &Path) -> serde_json::Value {
+        let cases = self.cases.iter().map(|case| {
+            let settings = case.settings.iter();
+            let settings: serde_json::Map<String, serde_json::Value> = settings
+                .map(|(key, value)| (key.clone(), serde_json::json!(value)))
+                .collect();
+            serde_json::json!({
+                "id": case.id,
+                "file": case.file(folder),
+                "start": case.start.map(|start| &self.cases[start].id),
+                "settings": settings,
+            })
+        });
+        cases.collect()
+    }
+}
+
+/// The scene with the keys that all cases share.
+fn base_scene(sweep: &SweepFile, path: &Path) -> Result<SceneFile, SweepError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let scene = SceneFile::read(&folder.join(&sweep.scene))?;
+    let fixed = sweep.set.clone().into_iter().collect::<Vec<_>>();
+    changed(&scene, path, &fixed)
+}
+
+/// A scene with other values at some keys.
+fn changed(
+    base: &SceneFile,
+    sweep: &Path,
+    settings: &[(String, toml::Value)],
+) -> Result<SceneFile, SweepError> {
+    if settings.is_empty() {
+        return Ok(base.clone());
+    }
+    let mut table = base.scene.to_toml().parse().unwrap_or_default();
+    for (key, value) in settings {
+        keys::set(&mut table, key, value.clone()).map_err(|found| SweepError::Axis {
+            file: sweep.to_owned(),
+            place: key.clone(),
+            expected: "a key of the scene".into(),
+            found,
+        })?;
+    }
+    Ok(base.changed(table.to_string())?)
+}
+
+/// All combinations of the axes' steps.
+fn product(axes: &[Steps]) -> Vec<Vec<(String, toml::Value)>> {
+    let mut combinations = vec![Vec::new()];
+    for axis in axes {
+        let extended = combinations.iter().flat_map(|before: &Vec<_>| {
+            axis.rows.iter().map(move |row| {
+                let pairs = axis.keys.iter().cloned().zip(row.iter().cloned());
+                before.iter().cloned().chain(pairs).collect()
+            })
+        });
+        combinations = extended.collect();
+    }
+    combinations
+}
+
+fn name(scene: &SceneFile, start: Option<&str>) -> String {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(scene.scene.to_toml().as_bytes());
+    hasher.update(start.unwrap_or_default().as_bytes());
+    let digest = hasher.finalize().to_hex();
+    digest[..DIGITS].to_owned()
+}
+
+fn refuse_twice(path: &Path, names: &[String]) -> Result<(), SweepError> {
+    let mut seen = BTreeMap::new();
+    for (index, name) in names.iter().enumerate() {
+        if let Some(first) = seen.insert(name, index) {
+            return Err(SweepError::Axis {
+                file: path.to_owned(),
+                place: name.clone(),
+                expected: "every key on one axis, and every value once".into(),
+                found: format!("numbers {first} and {index} are equal"),
+            });
+        }
+    }
+    Ok(())
+}

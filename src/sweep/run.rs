@@ -1,0 +1,209 @@
+use std::{
+    collections::{BTreeMap, VecDeque},
+    path::Path,
+    sync::{Mutex, PoisonError},
+    thread,
+};
+
+use super::{
+    Plan, SweepError,
+    case::{self, How, Ran},
+    failure,
+    lock::{Access, lock},
+    operators::Operators,
+    summary,
+};
+use crate::{stages::StageError, store::StoreError};
+
+/// How a sweep is run.
+#[derive(Debug, Clone, Copy)]
+pub struct Options {
+    /// Cases at work at the same time.
+    pub jobs: usize,
+    /// Threads of this process, as every run file records.
+    pub threads: usize,
+    /// Whether cases that failed before are tried again.
+    pub retry_failed: bool,
+    /// Whether every run file holds all its data itself.
+    pub self_contained: bool,
+    /// Bytes of memory for assembled problems; one is always held.
+    pub memory: u64,
+}
+
+/// What became of one case.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Event {
+    /// It was finished before.
+    Kept,
+    /// It was computed.
+    Computed,
+    /// It failed, now or before; the error.
+    Failed(String),
+    /// Another process is at work on it.
+    Busy,
+}
+
+/// How a sweep ended.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Outcome {
+    /// Cases finished before.
+    pub kept: usize,
+    /// Cases computed.
+    pub computed: usize,
+    /// Cases that failed.
+    pub failed: usize,
+    /// Cases that another process works on.
+    pub busy: usize,
+    /// Finished cases whose solve did not converge.
+    pub not_converged: usize,
+}
+
+/// Runs all cases that are not finished and writes the tables; `observe` sees every case by its index.
+///
+/// Cases run in threads of their own, not in rayon tasks: a case waits for others, and a rayon task
+/// that waits may hold up the very work it waits for. Parallel loops inside a case share rayon's threads.
+///
+/// # Errors
+/// A busy folder, or tables that cannot be written. Failed cases are recorded, not returned.
+pub fn run(
+    plan: &Plan,
+    folder: &Path,
+    options: &Options,
+    observe: &(dyn Fn(usize, &Event) + Sync),
+) -> Result<Outcome, SweepError> {
+    let _lock = lock(folder, Access::Sweep)?;
+    let operators = Operators::new(needed(plan), options.memory);
+    let queue = Mutex::new(chains(plan));
+    let outcome = Mutex::new(Outcome::default());
+    let how = How {
+        threads: options.threads,
+        self_contained: options.self_contained,
+    };
+    let work = || {
+        while let Some(chain) = next(&queue) {
+            for index in chain {
+                let event = attempt(plan, index, folder, how, options.retry_failed, &operators);
+                operators.done(&case::operator_key(&plan.cases[index].scene.scene));
+                outcome
+                    .lock()
+                    .unwrap_or_else(PoisonError::into_inner)
+                    .count(&event);
+                observe(index, &event);
+            }
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 0..options.jobs.max(1) {
+            scope.spawn(work);
+        }
+    });
+    let mut outcome = outcome.into_inner().unwrap_or_else(PoisonError::into_inner);
+    outcome.not_converged = summary::write(plan, folder)?;
+    Ok(outcome)
+}
+
+/// Runs one case of a sweep, with the cases it starts from where they are not finished.
+///
+/// # Errors
+/// A name that the plan does not have, a busy folder or run file, and whatever stops the case.
+pub fn run_case(
+    plan: &Plan,
+    folder: &Path,
+    id: &str,
+    options: &Options,
+) -> Result<Event, SweepError> {
+    let index = plan.find(id)?;
+    let _lock = lock(folder, Access::SingleCase)?;
+    let operators = Operators::new(BTreeMap::new(), options.memory);
+    let how = How {
+        threads: options.threads,
+        self_contained: options.self_contained,
+    };
+    let mut chain = vec![index];
+    while let Some(start) = chain.last().and_then(|&last| plan.cases[last].start) {
+        chain.push(start);
+    }
+    let mut event = Event::Kept;
+    for &index in chain.iter().rev() {
+        event = attempt(plan, index, folder, how, options.retry_failed, &operators);
+    }
+    Ok(event)
+}
+
+/// Cases that must follow one another, those with a common operator next to each other.
+fn chains(plan: &Plan) -> VecDeque<Vec<usize>> {
+    let mut chains: Vec<Vec<usize>> = Vec::new();
+    for (index, case) in plan.cases.iter().enumerate() {
+        match (case.start, chains.last_mut()) {
+            (Some(_), Some(chain)) => chain.push(index),
+            _ => chains.push(vec![index]),
+        }
+    }
+    let mut first_use = BTreeMap::new();
+    for (index, case) in plan.cases.iter().enumerate() {
+        let key = case::operator_key(&case.scene.scene);
+        first_use.entry(key).or_insert(index);
+    }
+    let rank =
+        |chain: &Vec<usize>| first_use[&case::operator_key(&plan.cases[chain[0]].scene.scene)];
+    chains.sort_by_key(rank);
+    chains.into()
+}
+
+/// For every operator the number of cases that use it, and its bytes.
+fn needed(plan: &Plan) -> BTreeMap<String, (usize, u64)> {
+    let mut needed = BTreeMap::new();
+    for case in &plan.cases {
+        let scene = &case.scene;
+        let entry = needed
+            .entry(case::operator_key(&scene.scene))
+            .or_insert_with(|| (0, case::memory(&scene.scene, &scene.folder)));
+        entry.0 += 1;
+    }
+    needed
+}
+
+fn next(queue: &Mutex<VecDeque<Vec<usize>>>) -> Option<Vec<usize>> {
+    let mut queue = queue.lock().unwrap_or_else(PoisonError::into_inner);
+    queue.pop_front()
+}
+
+fn attempt(
+    plan: &Plan,
+    index: usize,
+    folder: &Path,
+    how: How,
+    retry_failed: bool,
+    operators: &Operators,
+) -> Event {
+    let file = plan.cases[index].file(folder);
+    if let (false, Some(error)) = (retry_failed, failure::read(&file)) {
+        return Event::Failed(error);
+    }
+    match case::run(plan, index, folder, how, operators) {
+        Ok(ran) => match (failure::forget(&file), ran) {
+            (Err(error), _) => Event::Failed(error.to_string()),
+            (Ok(()), Ran::Kept) => Event::Kept,
+            (Ok(()), Ran::Computed) => Event::Computed,
+        },
+        Err(StageError::Store(StoreError::Busy { .. })) => Event::Busy,
+        Err(error) => {
+            let message = error.to_string();
+            match failure::record(&file, &message) {
+                Ok(()) => Event::Failed(message),
+                Err(unrecorded) => Event::Failed(format!("{message}; not recorded: {unrecorded}")),
+            }
+        }
+    }
+}
+
+impl Outcome {
+    fn count(&mut self, event: &Event) {
+        match event {
+            Event::Kept => self.kept += 1,
+            Event::Computed => self.computed += 1,
+            Event::Failed(_) => self.failed += 1,
+            Event::Busy => self.busy += 1,
+        }
+    }
+}
