@@ -1,14 +1,16 @@
 //! The table of datasets is sound, and the schemas in the repository are generated from it.
 
 use contact3d_pipe::{
-    format::LAYOUT,
+    format::{LAYOUT, SWEEP_LAYOUT},
     scene::Scene,
     store::{schema_json, schema_page},
+    sweep::SweepFile,
 };
 
 #[test]
 fn the_table_of_datasets_obeys_its_rules() {
     assert_eq!(LAYOUT.problems(), Vec::<String>::new());
+    assert_eq!(SWEEP_LAYOUT.problems(), Vec::<String>::new());
     assert!(LAYOUT.datasets().count() > 60);
 }
 
@@ -19,6 +21,8 @@ fn schemas_in_the_repository_are_up_to_date() {
         ("run_file.json", schema_json(&LAYOUT)),
         ("run_file.md", schema_page(&LAYOUT)),
         ("scene.json", Scene::json_schema()),
+        ("sweep.json", SweepFile::json_schema()),
+        ("sweep_summary.json", schema_json(&SWEEP_LAYOUT)),
     ] {
         let stored = std::fs::read_to_string(folder.join(name)).unwrap_or_default();
         assert!(

@@ -67,6 +67,20 @@ impl Sweep {
         serde_json::from_slice(&output.stdout).expect("JSON")
     }
 
+    /// Whether a run file holds a half-done solve.
+    fn has_checkpoint(&self, out: &str) -> bool {
+        let folder = self.path(out);
+        let files = if folder.exists() {
+            names(&folder, ".h5")
+        } else {
+            Vec::new()
+        };
+        files.iter().any(|name| {
+            let reader = Reader::open(&folder.join(name), LAYOUT);
+            reader.is_ok_and(|r| matches!(r.stage_record(Stage::Checkpoint), Ok(Some(_))))
+        })
+    }
+
     /// The digest of every stage of every run file, and of the table.
     fn digests(&self, out: &str) -> BTreeMap<String, Vec<String>> {
         let mut digests = BTreeMap::new();
@@ -352,8 +366,8 @@ impl Lottery {
 
 /// Kills a sweep at random moments until it has ended by itself, and compares with an undisturbed one.
 ///
-/// Returns the number of kills.
-fn survives_kills(text: &str, least_kills: usize) -> usize {
+/// Returns the number of kills and how many of them left a checkpoint.
+fn survives_kills(text: &str, least_kills: usize) -> [usize; 2] {
     let sweep = Sweep::new(text);
     let started = Instant::now();
     let (code, said) = sweep.run("whole", &[]);
@@ -361,6 +375,7 @@ fn survives_kills(text: &str, least_kills: usize) -> usize {
     let whole = started.elapsed();
     let mut lottery = Lottery(0x9e37_79b9_7f4a_7c15);
     let mut kills = 0;
+    let mut checkpoints = 0;
     let mut rounds = 0;
     while kills < least_kills {
         rounds += 1;
@@ -380,6 +395,7 @@ fn survives_kills(text: &str, least_kills: usize) -> usize {
             child.kill().unwrap();
             child.wait().unwrap();
             kills += 1;
+            checkpoints += usize::from(sweep.has_checkpoint(&out));
         }
         let (code, said) = sweep.run(&out, &[]);
         assert_eq!(code, 0, "{said}");
@@ -391,7 +407,7 @@ fn survives_kills(text: &str, least_kills: usize) -> usize {
         );
         assert!(names(&sweep.path(&out), ".part").is_empty());
     }
-    kills
+    [kills, checkpoints]
 }
 
 /// Ten kills, or as many as the environment variable says.
@@ -402,12 +418,13 @@ fn kills_wanted() -> usize {
 
 #[test]
 fn a_killed_sweep_goes_on_to_the_same_bits() {
-    let kills = survives_kills(FRICTION, kills_wanted());
+    let [kills, _] = survives_kills(FRICTION, kills_wanted());
     eprintln!("{kills} kills, no differing digest");
 }
 
 #[test]
 fn a_killed_solve_goes_on_from_its_checkpoint_to_the_same_bits() {
-    let kills = survives_kills(SLOW, kills_wanted());
-    eprintln!("{kills} kills, no differing digest");
+    let [kills, checkpoints] = survives_kills(SLOW, kills_wanted());
+    eprintln!("{kills} kills, {checkpoints} left a checkpoint, no differing digest");
+    assert!(checkpoints > 0, "no kill met a solve under way");
 }

@@ -5,10 +5,11 @@ use super::{
     exit::Exit,
 };
 use crate::{
-    format::LAYOUT,
+    format::{LAYOUT, SWEEP_LAYOUT},
     scene::Scene,
     stages::StageError,
     store::{schema_json, schema_page},
+    sweep::SweepFile,
 };
 
 /// `schema`: writes the generated files, or checks that they are up to date.
@@ -17,6 +18,8 @@ pub(super) fn schema(arguments: &SchemaArguments, output: &Output) -> Result<Exi
         ("run_file.json", schema_json(&LAYOUT)),
         ("run_file.md", schema_page(&LAYOUT)),
         ("scene.json", Scene::json_schema()),
+        ("sweep.json", SweepFile::json_schema()),
+        ("sweep_summary.json", schema_json(&SWEEP_LAYOUT)),
     ]
     .map(|(name, text)| (arguments.out.join(name), text));
     if arguments.check {

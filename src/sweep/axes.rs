@@ -93,6 +93,13 @@ impl SweepFile {
         })
     }
 
+    /// The JSON Schema of sweep files, for editors.
+    #[must_use]
+    pub fn json_schema() -> String {
+        let schema = schemars::schema_for!(Self);
+        serde_json::to_string_pretty(&schema).expect("a schema is JSON") + "\n"
+    }
+
     /// The axes with those of the same `zip` merged, in the order of their first members.
     pub(super) fn steps(&self, file: &Path) -> Result<Vec<Steps>, SweepError> {
         let mut merged: Vec<(Option<&str>, Steps)> = Vec::new();

@@ -35,7 +35,7 @@ pub(super) fn operator_key(scene: &Scene) -> String {
 
 /// Bytes of memory that assembling and solving a case takes at most, roughly.
 ///
-/// Peak memory of 41,616, 135,000 and 313,632 unknowns was 217 MB, 870 MB and 2634 MB, 0.6 to 0.8 of this.
+/// Peak memory of 41,616, 135,000 and 313,632 unknowns was 217 MB, 870 MB and 2634 MB, 0.8 to 1.0 of this.
 pub(super) fn memory(scene: &Scene, folder: &Path) -> u64 {
     let nodes = match &scene.body {
         Body::Brick(brick) => brick.cells.iter().map(|&n| n as f64 + 1.0).product(),
