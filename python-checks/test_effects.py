@@ -33,7 +33,7 @@ def frictionless(file):
     """S, h, A, l and N of a frictionless problem, by scipy's own factorisation."""
     stiffness = read_matrix(file["assemble/stiffness"]).tocsc()
     normal = read_matrix(file["assemble/coupling_normal"])
-    load = file["assemble/load"][:]
+    load = file["load/force"][:]
     inverse = splu(stiffness).solve
     operator = normal @ inverse(normal.T.toarray())
     gap = np.zeros(normal.shape[0])
