@@ -3,7 +3,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use super::ContactFrame;
 use crate::{
     mesh::{ContactSurface, Mesh},
-    scene::{Contact, FrictionLaw, Invalid, Quantity, Scene},
+    scene::{Contact, Friction, FrictionLaw, Invalid, Quantity, Scene},
 };
 
 /// The laws of the contact face: frame, initial gap and friction. What a scene does not call for
@@ -94,6 +94,7 @@ impl InterfaceFriction {
         };
         let positions = positions(surface, mesh);
         let Some(bound) = &friction.slip_bound else {
+            positive_without_slip(friction, &law, &positions)?;
             return Ok(Self::Coulomb(CoulombLaw::new(law, positions)));
         };
         let bound = non_negative("friction.slip_bound", bound, &positions)?;
@@ -150,6 +151,28 @@ fn initial_gap(
         return Ok(None);
     }
     non_negative("contact.gap", &contact.gap, &positions(surface, mesh)).map(Some)
+}
+
+/// Refuses coefficients that are not positive numbers at every contact node before the body slips.
+fn positive_without_slip(
+    friction: &Friction,
+    law: &FrictionLaw,
+    points: &[[f64; 3]],
+) -> Result<(), Invalid> {
+    for point in points {
+        let values = law.evaluate(*point, [0.0; 2]);
+        for ((name, coefficient), value) in friction.given().zip(values) {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(Invalid {
+                    key: format!("friction.{name}.expression"),
+                    expected: "a positive number at every contact node for zero slip".into(),
+                    found: format!("{value} at {point:?}"),
+                    help: format!("the theory needs 0 < F; the law is {coefficient:?}"),
+                });
+            }
+        }
+    }
+    Ok(())
 }
 
 /// A quantity at points, refused where it is negative or not finite.

@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use crate::{
-    dual::AssemblyError,
+    dual::{AssemblyError, Shortage},
     figures::FigureError,
     format::FormatError,
     mesh::GmshError,
@@ -33,6 +33,9 @@ pub enum StageError {
     /// The stiffness matrix.
     #[error(transparent)]
     Assembly(#[from] AssemblyError),
+    /// Too little memory or disk space for the mesh.
+    #[error(transparent)]
+    Shortage(#[from] Shortage),
     /// The method needs the dense dual operator.
     #[error(transparent)]
     NeedsExplicit(#[from] NeedsExplicit),

@@ -5,6 +5,7 @@ mod error;
 mod freshness;
 mod persistence;
 mod picture;
+mod resources;
 mod session;
 
 pub use error::StageError;

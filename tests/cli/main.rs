@@ -1,5 +1,7 @@
 //! The program as a user meets it: commands, messages, exit codes, files.
 
+mod bad_bodies;
+mod bad_scenes;
 mod errors;
 mod interruption;
 mod linked_assembly;
