@@ -1,9 +1,9 @@
 use std::process::{ExitCode, Termination};
 
-use miette::{GraphicalReportHandler, GraphicalTheme};
+use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
 
 use super::arguments::Output;
-use crate::{scene::SceneError, stages::StageError, sweep::SweepError};
+use crate::{stages::StageError, sweep::SweepError};
 
 /// How the program ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,6 +38,7 @@ pub(super) fn explain(error: StageError, output: &Output) -> Exit {
     }
     match &error {
         StageError::Scene(scene) => draw(scene),
+        StageError::Mesh(mesh) => draw(mesh),
         other => eprintln!("error: {}", chain(other)),
     }
     exit
@@ -62,8 +63,8 @@ pub(super) fn explain_sweep(error: SweepError, output: &Output) -> Exit {
     }
 }
 
-/// Draws the offending line of a scene.
-fn draw(error: &SceneError) {
+/// Draws the offending line of a scene, and says what to do about a scene or a mesh.
+fn draw(error: &dyn Diagnostic) {
     let theme = if std::io::IsTerminal::is_terminal(&std::io::stderr()) {
         GraphicalTheme::unicode()
     } else {

@@ -16,7 +16,12 @@ pub(super) fn read(arguments: &SceneArguments) -> Result<SceneFile, StageError> 
     for change in &arguments.overrides {
         apply(&mut table, change)?;
     }
-    Ok(file.changed(table.to_string())?)
+    let changes: Vec<String> = arguments
+        .overrides
+        .iter()
+        .map(|change| format!("--set {change}"))
+        .collect();
+    Ok(file.changed(&changes.join(" "), table.to_string())?)
 }
 
 /// Puts a value at a dotted key path; tables that are not there are made.

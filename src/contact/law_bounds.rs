@@ -159,7 +159,7 @@ pub(super) fn refuse_unusable(law: &CoulombLaw, largest_slip: f64) -> Result<(),
             key: format!("friction.{name}.expression"),
             expected: format!("0 < F < infinity at slips from 0 to {largest_slip} m, the extent of the body"),
             found: format!("{value} at {}", point_words(&worst, isotropic, uses)),
-            help: "use a law that levels off, such as 0.2 + 0.1*exp(-s1/1e-4) (s in place of s1 in an isotropic law), or a table; -a^2 means (-a)^2 in expressions, write 0 - a^2".into(),
+            help: "use a law that levels off, such as 0.2 + 0.1*exp(-s1/1e-4) (s in place of s1 in an isotropic law), or a table".into(),
         });
     }
     Ok(())

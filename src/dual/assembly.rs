@@ -2,11 +2,12 @@ use std::{sync::Arc, time::Instant};
 
 use thiserror::Error;
 
+use super::{Need, Shortage, need::Admission};
 use crate::{
     elasticity::{DofMap, Loads, MaterialField, node_adjacency, refuse_rigid_motions, stiffness},
     linalg::{
-        CholeskyFactor, CscMatrix, FactorError, OrderingError, Workspace, expand_to_unknowns,
-        nested_dissection,
+        Analysis, CholeskyFactor, CscMatrix, FactorError, OrderingError, Workspace,
+        expand_to_unknowns, nested_dissection,
     },
     mesh::Mesh,
     scene::{Invalid, Scene},
@@ -74,7 +75,8 @@ pub enum AssemblyError {
     /// A is not positive definite.
     #[error(
         "the stiffness matrix is not positive definite at node {node}, component {component}: {source}. \
-         Likely causes: a Poisson ratio too close to 0.5, or elements so thin that rounding decides"
+         Likely causes: a Poisson ratio too close to 0.5, elements so thin that rounding decides, or numbers too \
+         large or too small for double precision"
     )]
     NotPositiveDefinite {
         /// Node of the failed pivot.
@@ -90,28 +92,40 @@ pub enum AssemblyError {
     /// No ordering.
     #[error(transparent)]
     Ordering(#[from] OrderingError),
+    /// Too little memory or disk space.
+    #[error(transparent)]
+    Shortage(#[from] Shortage),
 }
 
-impl Assembly {
-    /// Assembles A and l and factorises A.
-    ///
-    /// # Errors
-    /// [`AssemblyError`] when A has no Cholesky factor, or a load is not finite.
-    pub fn new(scene: &Scene, mesh: &Mesh, threads: usize) -> Result<Self, AssemblyError> {
+/// A and l with the structure of A's factor, before the numeric factorisation.
+#[derive(Debug)]
+pub(super) struct Analysed {
+    pub(super) primal: PrimalSystem,
+    pub(super) analysis: Analysis,
+    seconds: AssemblySeconds,
+}
+
+impl Analysed {
+    /// Assembles A and l and analyses A, if `admit` lets the stiffness pass.
+    pub(super) fn new(
+        scene: &Scene,
+        mesh: &Mesh,
+        admit: Admission<'_>,
+    ) -> Result<Self, AssemblyError> {
         let held = mesh.held_nodes(scene);
         refuse_rigid_motions(mesh, &held).map_err(AssemblyError::Scene)?;
         let dofs = DofMap::new(&held);
         if dofs.n_free == 0 {
             return Err(AssemblyError::NothingFree);
         }
+        admit(Need::of_stiffness(mesh, &dofs))?;
         let started = Instant::now();
         let stiffness = stiffness(mesh, &MaterialField::new(scene, mesh), &dofs);
         let load = load_vector(scene, mesh, &dofs).map_err(AssemblyError::Scene)?;
         let assembled = Instant::now();
         let order = fill_reducing_order(mesh, &dofs)?;
         let ordered = Instant::now();
-        let factor =
-            CholeskyFactor::factorise(&stiffness, order, threads).map_err(|e| explain(e, &dofs))?;
+        let analysis = Analysis::new(&stiffness, order).map_err(|e| explain(e, &dofs))?;
         let seconds = AssemblySeconds {
             stiffness: (assembled - started).as_secs_f64(),
             ordering: (ordered - assembled).as_secs_f64(),
@@ -125,9 +139,34 @@ impl Assembly {
         };
         Ok(Self {
             primal,
-            factor: Arc::new(factor),
+            analysis,
             seconds,
         })
+    }
+
+    /// Factorises A.
+    pub(super) fn factorise(mut self, threads: usize) -> Result<Assembly, AssemblyError> {
+        let started = Instant::now();
+        let factor = self
+            .analysis
+            .factorise(&self.primal.stiffness, threads)
+            .map_err(|e| explain(e, &self.primal.dofs))?;
+        self.seconds.factorisation += started.elapsed().as_secs_f64();
+        Ok(Assembly {
+            primal: self.primal,
+            factor: Arc::new(factor),
+            seconds: self.seconds,
+        })
+    }
+}
+
+impl Assembly {
+    /// Assembles A and l and factorises A.
+    ///
+    /// # Errors
+    /// [`AssemblyError`] when A has no Cholesky factor, or a load is not finite.
+    pub fn new(scene: &Scene, mesh: &Mesh, threads: usize) -> Result<Self, AssemblyError> {
+        Analysed::new(scene, mesh, &|_| Ok(()))?.factorise(threads)
     }
 
     /// The displacement A⁻¹f of nodal forces f in N over the free degrees of freedom, in m.

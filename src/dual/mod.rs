@@ -6,6 +6,7 @@ mod dense;
 mod estimate;
 mod explicit;
 mod implicit;
+mod need;
 mod system;
 
 pub use assembly::{Assembly, AssemblyError, AssemblySeconds, PrimalSystem};
@@ -13,6 +14,7 @@ pub use contact::ContactSystem;
 pub use estimate::OperatorEstimate;
 pub use explicit::{ContactCompliance, ExplicitDual, ExplicitOperator};
 pub use implicit::ImplicitOperator;
+pub use need::{Admission, Need, Resource, Shortage};
 pub use system::DualSystem;
 
 /// Actions of the dual problem: minimise ½ λᵀSλ − λᵀh over the admissible multipliers.

@@ -1,10 +1,12 @@
 use std::time::Instant;
 
 use super::{
-    Assembly, AssemblyError, ContactSystem, ExplicitDual, OperatorEstimate, assembly::load_vector,
+    Assembly, AssemblyError, ContactSystem, ExplicitDual, Need, OperatorEstimate,
+    assembly::{Analysed, load_vector},
+    need::Admission,
 };
 use crate::{
-    contact::Interface,
+    contact::{Coupling, Interface},
     linalg::Workspace,
     mesh::Mesh,
     scene::{DualOperatorKind, Invalid, Scene},
@@ -27,32 +29,53 @@ impl DualSystem {
     /// # Errors
     /// [`AssemblyError`] when A has no Cholesky factor, or a formula of the scene has no value.
     pub fn new(scene: &Scene, mesh: &Mesh, threads: usize) -> Result<Self, AssemblyError> {
+        Self::admitted(scene, mesh, threads, &|_| Ok(()))
+    }
+
+    /// As [`Self::new`], but asks `admit` before the stiffness and before the factor are allocated.
+    ///
+    /// # Errors
+    /// As [`Self::new`], and what `admit` refuses.
+    pub fn admitted(
+        scene: &Scene,
+        mesh: &Mesh,
+        threads: usize,
+        admit: Admission<'_>,
+    ) -> Result<Self, AssemblyError> {
         let interface = Interface::new(scene, mesh).map_err(AssemblyError::Scene)?;
-        let mut assembly = Assembly::new(scene, mesh, threads)?;
-        let (Some(interface), Some(surface)) = (interface, &mesh.contact) else {
-            return Ok(Self {
-                assembly,
-                contact: None,
-            });
-        };
-        let mut contact = ContactSystem::new(&assembly, surface, &interface);
-        let wanted = match scene.assemble.dual_operator {
-            DualOperatorKind::Implicit => false,
-            DualOperatorKind::Explicit => true,
-            DualOperatorKind::Auto => {
-                OperatorEstimate::new(&assembly, &contact, surface.nodes.len()).prefers_explicit()
+        let analysed = Analysed::new(scene, mesh, admit)?;
+        let face = interface.as_ref().zip(mesh.contact.as_ref());
+        let dense = face.and_then(|(interface, surface)| {
+            let friction = interface.has_friction();
+            let dofs = &analysed.primal.dofs;
+            let coupling = Coupling::new(surface, &interface.frame, friction, dofs);
+            let structure = analysed.analysis.structure();
+            let estimate = OperatorEstimate::new(structure, &coupling, surface.nodes.len());
+            let wanted = match scene.assemble.dual_operator {
+                DualOperatorKind::Implicit => false,
+                DualOperatorKind::Explicit => true,
+                DualOperatorKind::Auto => estimate.prefers_explicit(),
+            };
+            wanted.then_some(estimate)
+        });
+        admit(Need::of_factor(
+            &analysed.primal,
+            &analysed.analysis,
+            dense.as_ref(),
+            threads,
+        ))?;
+        let mut assembly = analysed.factorise(threads)?;
+        let contact = face.map(|(interface, surface)| {
+            let mut contact = ContactSystem::new(&assembly, surface, interface);
+            if dense.is_some() {
+                let started = Instant::now();
+                let explicit = ExplicitDual::new(&assembly, &contact, surface, interface);
+                contact.explicit = Some(explicit);
+                assembly.seconds.dual_operator = started.elapsed().as_secs_f64();
             }
-        };
-        if wanted {
-            let started = Instant::now();
-            let explicit = ExplicitDual::new(&assembly, &contact, surface, &interface);
-            contact.explicit = Some(explicit);
-            assembly.seconds.dual_operator = started.elapsed().as_secs_f64();
-        }
-        Ok(Self {
-            assembly,
-            contact: Some(contact),
-        })
+            contact
+        });
+        Ok(Self { assembly, contact })
     }
 
     /// Replaces l, h and the free slip by those of a scene that differs in its loads, its gap or its

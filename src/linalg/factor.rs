@@ -2,24 +2,16 @@
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::LltError;
-use faer::perm::PermRef;
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
-    factorize_symbolic_cholesky,
-};
-use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams};
+use faer::sparse::linalg::cholesky::SymbolicCholesky;
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Par, Side};
 use thiserror::Error;
 
-use super::elimination_tree::{inverse, postordered};
+use super::analysis::Analysis;
 use super::sparse::CscMatrix;
 
 /// A pivot below this share of the diagonal entry it came from is rounding error, so the matrix counts as singular.
 const SINGULAR_PIVOT: f64 = 64.0 * f64::EPSILON;
-
-/// Two neighbouring supernodes of at most `.0` columns together merge when less than the share `.1` of the result is zero.
-const RELAXATION: [(usize, f64); 4] = [(4, 1.0), (16, 0.8), (48, 0.1), (usize::MAX, 0.05)];
 
 /// The supernodal Cholesky factor L of PAPᵀ = LLᵀ as plain arrays, to be stored and read again by another process.
 ///
@@ -74,11 +66,8 @@ pub enum FactorError {
 }
 
 impl CholeskyFactor {
-    /// Factorises the symmetric positive definite A as LLᵀ = PAPᵀ with a supernodal method.
-    ///
-    /// `permutation` is a fill-reducing ordering, new → old. It is replaced by a postorder of its elimination tree,
-    /// which has the same fill; [`Self::permutation`] returns the final one. A must store both triangles; the values of its lower
-    /// triangle are not read. The factor has the same bits for any `threads` ≥ 1.
+    /// Factorises the symmetric positive definite A as LLᵀ = PAPᵀ with a supernodal method: [`Analysis::new`], then
+    /// [`Analysis::factorise`].
     ///
     /// # Errors
     /// [`FactorError`] when A is not square, the ordering is no permutation, a pivot is not safely positive, or memory runs out.
@@ -87,76 +76,18 @@ impl CholeskyFactor {
         permutation: Vec<usize>,
         threads: usize,
     ) -> Result<Self, FactorError> {
-        let size = a.cols;
-        if a.rows != size {
-            return Err(FactorError::NotSquare {
-                rows: a.rows,
-                cols: size,
-            });
-        }
-        let not_a_permutation = FactorError::NotAPermutation {
-            length: permutation.len(),
-            size,
-        };
-        if permutation.len() != size {
-            return Err(not_a_permutation);
-        }
-        if size == 0 {
-            return Ok(Self::empty());
-        }
-        let first_inverse = inverse(&permutation).ok_or(not_a_permutation)?;
-        let permutation = postordered(a, &permutation, &first_inverse);
-        let symbolic = analyse(a, &permutation)?;
-        let SymbolicCholeskyRaw::Supernodal(structure) = symbolic.raw() else {
-            return Err(FactorError::OutOfMemory { size });
-        };
-        let mut supernode_columns = structure.supernode_begin().to_vec();
-        supernode_columns.push(size);
-        let (row_offsets, row_indices) = panel_rows(
-            &supernode_columns,
-            structure.col_ptr_for_row_idx(),
-            structure.row_idx(),
-        );
-        let value_offsets = structure.col_ptr_for_val().to_vec();
-        let mut factor = Self {
-            permutation,
-            supernode_columns,
-            row_offsets,
-            row_indices,
-            value_offsets,
-            values: Vec::new(),
-        };
-        factor.compute_values(a, &symbolic, threads)?;
-        factor.clear_upper_triangles();
-        factor.refuse_singular(a)?;
-        Ok(factor)
+        Analysis::new(a, permutation)?.factorise(a, threads)
     }
 
-    /// The factor of the matrix without unknowns.
-    fn empty() -> Self {
-        Self {
-            permutation: vec![],
-            supernode_columns: vec![0],
-            row_offsets: vec![0],
-            row_indices: vec![],
-            value_offsets: vec![0],
-            values: vec![],
-        }
-    }
-
-    /// Fills `values` by the numeric factorisation.
-    fn compute_values(
+    /// Fills `values` by the numeric factorisation and refuses a singular matrix.
+    pub(super) fn compute_values(
         &mut self,
         a: &CscMatrix,
         symbolic: &SymbolicCholesky<usize>,
         threads: usize,
     ) -> Result<(), FactorError> {
         let out_of_memory = FactorError::OutOfMemory { size: a.cols };
-        let par = if threads > 1 {
-            Par::rayon(threads)
-        } else {
-            Par::Seq
-        };
+        let par = parallelism(threads);
         let mut values = Vec::new();
         values
             .try_reserve_exact(symbolic.len_val())
@@ -178,12 +109,14 @@ impl CholeskyFactor {
             )
             .map(|_| ());
         self.values = values;
-        outcome.map_err(
-            |LltError::NonPositivePivot { index }| FactorError::NotPositiveDefinite {
+        outcome.map_err(|LltError::NonPositivePivot { index }| {
+            FactorError::NotPositiveDefinite {
                 column: self.permutation[index],
                 pivot: self.failed_pivot(a, index),
-            },
-        )
+            }
+        })?;
+        self.clear_upper_triangles();
+        self.refuse_singular(a)
     }
 
     /// The pivot a_jj − Σₖ Lⱼₖ² of column j (new numbering) from the finished columns of the row.
@@ -262,6 +195,11 @@ impl CholeskyFactor {
         &self.values
     }
 
+    /// Number of coefficients, known before they are computed.
+    pub fn value_count(&self) -> usize {
+        self.value_offsets.last().copied().unwrap_or(0)
+    }
+
     /// Number of unknowns.
     pub fn size(&self) -> usize {
         self.permutation.len()
@@ -272,14 +210,16 @@ impl CholeskyFactor {
         self.supernode_columns.len() - 1
     }
 
-    /// The supernode s as a dense panel.
+    /// The supernode s as a dense panel, without coefficients before the numeric factorisation.
     pub(super) fn panel(&self, s: usize) -> Panel<'_> {
         let first = self.supernode_columns[s];
         Panel {
             first,
             width: self.supernode_columns[s + 1] - first,
             rows: &self.row_indices[self.row_offsets[s]..self.row_offsets[s + 1]],
-            values: &self.values[self.value_offsets[s]..self.value_offsets[s + 1]],
+            values: (self.values)
+                .get(self.value_offsets[s]..self.value_offsets[s + 1])
+                .unwrap_or_default(),
         }
     }
 }
@@ -293,7 +233,7 @@ pub(super) struct Panel<'a> {
     pub(super) values: &'a [f64],
 }
 
-fn pattern(a: &CscMatrix) -> SymbolicSparseColMatRef<'_, usize> {
+pub(super) fn pattern(a: &CscMatrix) -> SymbolicSparseColMatRef<'_, usize> {
     SymbolicSparseColMatRef::new_checked(a.rows, a.cols, &a.indptr, None, &a.indices)
 }
 
@@ -303,38 +243,11 @@ fn diagonal(a: &CscMatrix, column: usize) -> f64 {
         .map_or(0.0, |place| coefficients[place])
 }
 
-/// Symbolic factorisation for a postordered permutation, always supernodal.
-fn analyse(a: &CscMatrix, permutation: &[usize]) -> Result<SymbolicCholesky<usize>, FactorError> {
-    let size = a.cols;
-    let new_of_old = inverse(permutation).ok_or(FactorError::NotAPermutation {
-        length: permutation.len(),
-        size,
-    })?;
-    let parameters = CholeskySymbolicParams {
-        // any factor has more than −1 operations per entry, so this never chooses the simplicial method
-        supernodal_flop_ratio_threshold: SupernodalThreshold(-1.0),
-        supernodal_params: SymbolicSupernodalParams {
-            relax: Some(&RELAXATION),
-        },
-        ..Default::default()
-    };
-    let ordering = SymmetricOrdering::Custom(PermRef::new_checked(permutation, &new_of_old, size));
-    factorize_symbolic_cholesky(pattern(a), Side::Upper, ordering, parameters)
-        .map_err(|_| FactorError::OutOfMemory { size })
-}
-
-/// Puts each supernode's own columns before the rows below its diagonal block.
-fn panel_rows(
-    supernode_columns: &[usize],
-    below_offsets: &[usize],
-    below: &[usize],
-) -> (Vec<usize>, Vec<usize>) {
-    let mut offsets = vec![0];
-    let mut rows = Vec::with_capacity(below.len() + supernode_columns.last().unwrap_or(&0));
-    for (s, columns) in supernode_columns.windows(2).enumerate() {
-        rows.extend(columns[0]..columns[1]);
-        rows.extend_from_slice(&below[below_offsets[s]..below_offsets[s + 1]]);
-        offsets.push(rows.len());
+/// How many threads faer may use.
+pub(super) fn parallelism(threads: usize) -> Par {
+    if threads > 1 {
+        Par::rayon(threads)
+    } else {
+        Par::Seq
     }
-    (offsets, rows)
 }

@@ -1,5 +1,6 @@
 //! Sparse symmetric linear algebra: compressed columns, fill-reducing orderings, supernodal Cholesky factors.
 
+mod analysis;
 mod block_solve;
 mod compliance;
 mod dissection;
@@ -23,6 +24,7 @@ mod forward_rows_tests;
 #[cfg(test)]
 mod test_brick;
 
+pub use analysis::Analysis;
 pub use dissection::{expand_to_unknowns, nested_dissection};
 pub use factor::{CholeskyFactor, FactorError};
 pub use factor_parts::PartsError;

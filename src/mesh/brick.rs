@@ -27,6 +27,19 @@ pub fn brick(spec: &Brick, contact_face: Option<BrickFace>) -> RawMesh {
     }
 }
 
+/// Nodes, tetrahedra and boundary triangles of a brick; `None` where an index would overflow.
+#[must_use]
+pub fn brick_counts(spec: &Brick) -> Option<[u64; 3]> {
+    let [nx, ny, nz] = spec.cells.map(|cells| cells as u64);
+    let product = |factors: [u64; 3]| factors.into_iter().try_fold(1, u64::checked_mul);
+    let next = |cells: u64| cells.checked_add(1);
+    let nodes = product([next(nx)?, next(ny)?, next(nz)?])?;
+    let tetrahedra = product([nx, ny, nz])?.checked_mul(5)?;
+    let mut faces = [(nx, ny), (ny, nz), (nz, nx)].into_iter();
+    let triangles = faces.try_fold(0_u64, |sum, (p, q)| sum.checked_add(product([4, p, q])?))?;
+    Some([nodes, tetrahedra, triangles])
+}
+
 /// The 2 × 2 macro-face that each of some triangles on the contact face lies in.
 #[must_use]
 pub(super) fn macro_faces(

@@ -10,7 +10,7 @@ mod regions;
 
 use std::path::Path;
 
-pub use brick::brick;
+pub use brick::{brick, brick_counts};
 pub use contact_surface::ContactSurface;
 pub use error::MeshError;
 pub use gmsh::{GmshError, Place, digest_of, parse as parse_gmsh};

@@ -1,13 +1,14 @@
-use std::ops::Range;
+use std::{ops::Range, string::FromUtf8Error};
 
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use thiserror::Error;
+use toml::de::{DeTable, DeValue};
 
 /// Why a scene file cannot be used; draws the offending line.
 #[derive(Debug, Error, Diagnostic)]
 pub enum SceneError {
     /// The file cannot be read.
-    #[error("cannot read the scene {path}: {source}")]
+    #[error("cannot read the scene {path}")]
     #[diagnostic(help("give the path of a scene file, such as pipelines/hkl2011_table1.toml"))]
     Read {
         /// The path as given.
@@ -15,11 +16,37 @@ pub enum SceneError {
         /// What the system says.
         source: std::io::Error,
     },
+    /// Not text.
+    #[error(
+        "{path}: line {line}: expected UTF-8 text, found byte 0x{found:02x} (byte {byte} of the file)"
+    )]
+    #[diagnostic(help(
+        "a scene is a TOML file, such as pipelines/hkl2011_table1.toml; save it as UTF-8"
+    ))]
+    NoText {
+        /// The path as given.
+        path: String,
+        /// Line of the first byte that is no text, from 1.
+        line: usize,
+        /// Its place in the file, from 0.
+        byte: usize,
+        /// The byte.
+        found: u8,
+    },
+    /// More text than a scene has.
+    #[error("{path}: expected at most {longest} bytes, found more")]
+    #[diagnostic(help("is this a scene? Thin out long tables of friction coefficients"))]
+    TooLong {
+        /// The path as given.
+        path: String,
+        /// Most bytes of a scene.
+        longest: u64,
+    },
     /// Not TOML, or not the keys and types of a scene.
     #[error("{}: {message}", text.name())]
-    #[diagnostic(help("the keys, types and defaults are listed in schemas/scene.json"))]
+    #[diagnostic(help("docs/scene.md lists the keys with their types and defaults"))]
     Syntax {
-        /// What the parser says.
+        /// The key, where the text is TOML, and what the parser says.
         message: String,
         /// The scene text.
         #[source_code]
@@ -56,28 +83,108 @@ pub struct Invalid {
     pub help: String,
 }
 
+/// Longest line that is shown, in bytes.
+const LONGEST_LINE: usize = 1000;
+
+/// Longest value that is quoted, in characters.
+const LONGEST_FOUND: usize = 300;
+
 impl SceneError {
     pub(super) fn syntax(name: &str, text: &str, error: &toml::de::Error) -> Self {
+        let span = error.span();
+        let message = plain(error.message());
+        let key = span.as_ref().and_then(|span| key_at(text, span.start));
         Self::Syntax {
-            message: error.message().to_owned(),
+            message: match key {
+                Some(key) => format!("{key}: {message}"),
+                None => message,
+            },
             text: NamedSource::new(name, text.to_owned()),
-            span: error.span().map(SourceSpan::from),
+            span: shown(text, span),
         }
     }
 
-    pub(super) fn invalid(name: &str, text: &str, invalid: Invalid) -> Self {
-        let span = locate(text, &invalid.key).map(SourceSpan::from);
+    pub(super) fn invalid(name: &str, text: &str, mut invalid: Invalid) -> Self {
+        let span = locate(text, &invalid.key);
+        invalid.found = shortened(invalid.found);
         Self::Invalid {
             invalid: Box::new(invalid),
             text: NamedSource::new(name, text.to_owned()),
-            span,
+            span: shown(text, span),
+        }
+    }
+
+    pub(super) fn no_text(path: &str, error: &FromUtf8Error) -> Self {
+        let bytes = error.as_bytes();
+        let byte = error.utf8_error().valid_up_to();
+        Self::NoText {
+            path: path.to_owned(),
+            line: 1 + bytes[..byte].iter().filter(|b| **b == b'\n').count(),
+            byte,
+            found: bytes[byte],
         }
     }
 }
 
+/// What the parser says, in the words of a scene.
+fn plain(message: &str) -> String {
+    match message.strip_prefix("wanted exactly 1 element") {
+        Some(_) => "expected exactly one kind, found none or several".to_owned(),
+        None => shortened(message.to_owned()),
+    }
+}
+
+fn shortened(found: String) -> String {
+    match found.char_indices().nth(LONGEST_FOUND) {
+        Some((end, _)) => format!("{} … ({} bytes)", &found[..end], found.len()),
+        None => found,
+    }
+}
+
+/// The place to draw; none when its line or one beside it is too long for a screen.
+fn shown(text: &str, span: Option<Range<usize>>) -> Option<SourceSpan> {
+    let span = span?;
+    let mut start = 0;
+    for line in text.split_inclusive('\n') {
+        let end = start + line.len();
+        // Two lines of context are drawn on each side; three leave room.
+        let near = span.start <= end + 3 * LONGEST_LINE && start <= span.end + 3 * LONGEST_LINE;
+        if near && line.len() > LONGEST_LINE {
+            return None;
+        }
+        start = end;
+    }
+    Some(span.into())
+}
+
+/// The path of the innermost key or value at a byte of the text.
+fn key_at(text: &str, byte: usize) -> Option<String> {
+    let table = DeTable::parse(text).ok()?;
+    key_in(table.get_ref(), byte)
+}
+
+fn key_in(table: &DeTable<'_>, byte: usize) -> Option<String> {
+    table.iter().find_map(|(key, value)| {
+        let inner = match value.get_ref() {
+            DeValue::Table(table) => key_in(table, byte),
+            DeValue::Array(items) => items.iter().enumerate().find_map(|(i, item)| {
+                let DeValue::Table(table) = item.get_ref() else {
+                    return None;
+                };
+                Some(format!("{i}.{}", key_in(table, byte)?))
+            }),
+            _ => None,
+        };
+        let here = key.span().contains(&byte) || value.span().contains(&byte);
+        match inner {
+            Some(inner) => Some(format!("{}.{inner}", key.get_ref())),
+            None => here.then(|| key.get_ref().to_string()),
+        }
+    })
+}
+
 /// The bytes of the value at a dotted key path, or of its nearest parent that is written out.
 fn locate(text: &str, key: &str) -> Option<Range<usize>> {
-    use toml::de::{DeTable, DeValue};
     let table = DeTable::parse(text).ok()?;
     let mut parts = key.split('.');
     let mut found = table.get_ref().get(parts.next()?)?;
@@ -97,7 +204,7 @@ fn locate(text: &str, key: &str) -> Option<Range<usize>> {
 
 #[cfg(test)]
 mod tests {
-    use super::locate;
+    use super::*;
 
     #[test]
     fn keys_are_found_in_tables_and_arrays() {
@@ -105,5 +212,16 @@ mod tests {
         assert_eq!(&text[locate(text, "a.b.c").unwrap()], "1.5");
         assert_eq!(&text[locate(text, "d.1.e").unwrap()], "3");
         assert_eq!(locate(text, "missing"), None);
+        let at = |value: &str| key_at(text, text.find(value).unwrap());
+        assert_eq!(at("1.5").as_deref(), Some("a.b.c"));
+        assert_eq!(at("3").as_deref(), Some("d.1.e"));
+    }
+
+    #[test]
+    fn long_lines_and_values_are_not_drawn() {
+        let text = format!("a = 1\n# {}\nb = 2\n", "x".repeat(5000));
+        assert_eq!(shown(&text, Some(0..1)), None);
+        assert!(shown("a = 1\n", Some(4..5)).is_some());
+        assert!(shortened("é".repeat(5000)).len() < 1000);
     }
 }

@@ -1,4 +1,4 @@
-use std::fmt;
+use std::{fmt, thread};
 
 use exmex::{Differentiate, Express, FlatEx, FloatOpsFactory, MatchLiteral};
 use thiserror::Error;
@@ -10,6 +10,13 @@ const LONGEST_TEXT: usize = 4096;
 
 /// Deepest nesting of parentheses; the parser and the derivatives recurse.
 const DEEPEST_NESTING: usize = 64;
+
+/// Most signs + − * / ^, those of exponents such as 1e-5 included: the
+/// derivatives recurse over them, and their time grows with a high power of this number.
+const MOST_OPERATORS: usize = 40;
+
+/// Stack of the thread that differentiates, in bytes: it takes up to some 200 kB for each operator.
+const DERIVATIVE_STACK: usize = 256 << 20;
 
 exmex::literal_matcher_from_pattern!(Decimal, r"^([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?");
 
@@ -61,7 +68,7 @@ pub enum ExpressionError {
     },
     /// Too long, or too deeply nested.
     #[error(
-        "an expression has at most {LONGEST_TEXT} bytes and {DEEPEST_NESTING} nested parentheses"
+        "an expression has at most {LONGEST_TEXT} bytes, {MOST_OPERATORS} operators and {DEEPEST_NESTING} nested parentheses; a table or a grid takes more"
     )]
     TooLarge,
 }
@@ -134,13 +141,17 @@ impl Expression {
         else {
             return Ok(None);
         };
-        let tree =
-            Tree::clone(&self.parsed.tree)
-                .partial(index)
-                .map_err(|e| ExpressionError::Syntax {
-                    text: self.text().to_owned(),
-                    reason: e.msg().to_owned(),
-                })?;
+        let tree = Tree::clone(&self.parsed.tree);
+        let tree = thread::Builder::new()
+            .stack_size(DERIVATIVE_STACK)
+            .spawn(move || tree.partial(index))
+            .ok()
+            .and_then(|thread| thread.join().ok())
+            .ok_or(ExpressionError::TooLarge)?
+            .map_err(|e| ExpressionError::Syntax {
+                text: self.text().to_owned(),
+                reason: e.msg().to_owned(),
+            })?;
         Ok(Some(Self {
             parsed: Box::new(Parsed {
                 text: format!("d/d{variable} ({})", self.text()),
@@ -153,6 +164,7 @@ impl Expression {
 }
 
 fn check_size(text: &str) -> Result<(), ExpressionError> {
+    let operators = text.bytes().filter(|byte| b"+-*/^".contains(byte)).count();
     let mut depth = 0_usize;
     for byte in text.bytes() {
         match byte {
@@ -164,7 +176,7 @@ fn check_size(text: &str) -> Result<(), ExpressionError> {
             return Err(ExpressionError::TooLarge);
         }
     }
-    if text.len() > LONGEST_TEXT {
+    if text.len() > LONGEST_TEXT || operators > MOST_OPERATORS {
         return Err(ExpressionError::TooLarge);
     }
     Ok(())
@@ -179,6 +191,12 @@ fn check_names(text: &str, variables: &[&str]) -> Result<(), ExpressionError> {
             .find(|c: char| !(c.is_alphanumeric() || c == '_'))
             .unwrap_or(rest.len());
         let length = match (number, name) {
+            (0, 0) if "{}".contains(c) => {
+                return Err(ExpressionError::Syntax {
+                    text: text.to_owned(),
+                    reason: "braces have no meaning".into(),
+                });
+            }
             (0, 0) => c.len_utf8(),
             (0, name) => {
                 let found = &rest[..name];
@@ -258,13 +276,26 @@ mod tests {
     #[test]
     fn unknown_names_and_nonsense_are_refused() {
         for text in [
-            "s1 + x", "foo(x)", "abs(x)", "{x y}", "x +", "(x", "", "x y", "--", "1..2",
+            "s1 + x", "foo(x)", "abs(x)", "{x y}", "x +", "(x", "", "x y", "--", "1..2", "{x",
         ] {
             assert!(Expression::parse(text, SPACE).is_err(), "{text}");
         }
         let nested = "(".repeat(500) + "x" + &")".repeat(500);
         assert_eq!(
             Expression::parse(&nested, SPACE).unwrap_err(),
+            ExpressionError::TooLarge
+        );
+        let long = "x*".repeat(MOST_OPERATORS) + "x";
+        let product = Expression::parse(&long, SPACE).unwrap();
+        // ∂xⁿ⁺¹/∂x = n + 1 at 1: sums of ones.
+        let derivative = product.derivative("x").unwrap().unwrap();
+        assert_eq!(
+            derivative.evaluate(&[1.0, 0.0, 0.0]),
+            MOST_OPERATORS as f64 + 1.0
+        );
+        let longer = "x*".repeat(MOST_OPERATORS + 1) + "x";
+        assert_eq!(
+            Expression::parse(&longer, SPACE).unwrap_err(),
             ExpressionError::TooLarge
         );
     }

@@ -1,9 +1,13 @@
 use std::{
-    fs,
+    fs::File,
+    io::Read,
     path::{Path, PathBuf},
 };
 
 use super::{Invalid, Scene, SceneError};
+
+/// Longest scene in bytes; a friction law of 1000 × 200 values stays below.
+const LONGEST_SCENE: u64 = 4_000_000;
 
 /// A scene with the text it was read from, so that later errors can still show the line.
 #[derive(Debug, Clone)]
@@ -20,13 +24,23 @@ impl SceneFile {
     /// Reads and validates a scene file.
     ///
     /// # Errors
-    /// A file that cannot be read, or is no scene.
+    /// A file that cannot be read, is too long or no UTF-8 text, or is no scene.
     pub fn read(path: &Path) -> Result<Self, SceneError> {
         let name = path.display().to_string();
-        let text = fs::read_to_string(path).map_err(|source| SceneError::Read {
-            path: name.clone(),
-            source,
-        })?;
+        let mut bytes = Vec::new();
+        File::open(path)
+            .and_then(|file| file.take(LONGEST_SCENE + 1).read_to_end(&mut bytes))
+            .map_err(|source| SceneError::Read {
+                path: name.clone(),
+                source,
+            })?;
+        if bytes.len() as u64 > LONGEST_SCENE {
+            return Err(SceneError::TooLong {
+                path: name,
+                longest: LONGEST_SCENE,
+            });
+        }
+        let text = String::from_utf8(bytes).map_err(|error| SceneError::no_text(&name, &error))?;
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         Self::parse(name, text, folder)
     }
@@ -44,13 +58,13 @@ impl SceneFile {
         })
     }
 
-    /// The scene with other text in its place, such as one with changed keys.
+    /// The scene with other text in its place; `changes` says what is other, for messages.
     ///
     /// # Errors
     /// As [`Scene::parse`].
-    pub fn changed(&self, text: String) -> Result<Self, SceneError> {
+    pub fn changed(&self, changes: &str, text: String) -> Result<Self, SceneError> {
         Self::parse(
-            format!("{} with changes", self.name),
+            format!("{} with {changes}", self.name),
             text,
             self.folder.clone(),
         )

@@ -47,11 +47,13 @@ impl Ellipse {
     ///
     /// Outside, t is the root of (a x/(t+a²))² + (b y/(t+b²))² = 1, a convex decreasing function
     /// on which Newton's method from max(a|x| − a², b|y| − b², 0) rises monotonically to the root.
+    /// A point too far away for t to be a double has t = ∞ and projects as its direction does.
     #[must_use]
     pub fn project_with_multiplier(&self, p: [f64; 2]) -> ([f64; 2], f64) {
         let [a, b] = self.semi_axes;
         if a == 0.0 || b == 0.0 {
-            return ([p[0].clamp(-a, a), p[1].clamp(-b, b)], 0.0);
+            let clamp = |v: f64, half: f64| if v.abs() > half { half.copysign(v) } else { v };
+            return ([clamp(p[0], a), clamp(p[1], b)], 0.0);
         }
         if self.level(p) <= 1.0 {
             return (p, 0.0);
@@ -60,6 +62,10 @@ impl Ellipse {
         let axes = [a / scale, b / scale];
         let point = [p[0].abs() / scale, p[1].abs() / scale];
         let t = multiplier(axes, point);
+        if t == f64::INFINITY {
+            let [c1, c2] = self.far_direction(p);
+            return (self.pull_to_boundary([a * c1, b * c2]), t);
+        }
         let nearest: [f64; 2] = std::array::from_fn(|i| {
             let ratio = axes[i] * point[i] / (t + axes[i] * axes[i]);
             (axes[i] * ratio.min(1.0) * scale)
@@ -94,6 +100,21 @@ impl Ellipse {
         } else {
             inside / (root - along)
         }
+    }
+
+    /// c with P(s p) → (a c₁, b c₂) and ‖c‖ = 1 as s → ∞.
+    pub(super) fn far_direction(&self, p: [f64; 2]) -> [f64; 2] {
+        let unit = |v: [f64; 2]| {
+            let largest = v[0].abs().max(v[1].abs());
+            v.map(|v| match largest.is_infinite() {
+                true => f64::from(u8::from(v.is_infinite())).copysign(v),
+                false => v / largest,
+            })
+        };
+        let (axes, direction) = (unit(self.semi_axes), unit(p));
+        let support = [axes[0] * direction[0], axes[1] * direction[1]];
+        let length = support[0].hypot(support[1]);
+        support.map(|v| v / length)
     }
 
     /// Removes the last roundings that leave a projected point outside.
@@ -229,6 +250,24 @@ mod tests {
             .project([3.0, -5.0]),
             [0.0, 0.0]
         );
+    }
+
+    #[test]
+    fn points_beyond_the_double_range_of_the_multiplier_project_as_their_direction() {
+        let tiny = Ellipse {
+            semi_axes: [3e-320, 1e-320],
+        };
+        // Support point (a² x, b² y)/‖(a x, b y)‖ of the direction (3, 4)/5, with the few digits of
+        // subnormal numbers.
+        let [x, y] = tiny.project([3e300, 4e300]);
+        let length = 9.0_f64.hypot(4.0);
+        assert!((x / 3e-320 - 9.0 / length).abs() < 1e-3);
+        assert!((y / 1e-320 - 4.0 / length).abs() < 1e-3);
+        let unit = Ellipse {
+            semi_axes: [1.0, 1.0],
+        };
+        assert_eq!(unit.project([f64::INFINITY, 1.0]), [1.0, 0.0]);
+        assert_eq!(unit.project([1.0, f64::NEG_INFINITY]), [0.0, -1.0]);
     }
 
     #[test]

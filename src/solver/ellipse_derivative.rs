@@ -49,12 +49,19 @@ impl Ellipse {
         let (_, t) = self.project_with_multiplier(z);
         let scale = self.semi_axes[0].max(self.semi_axes[1]);
         let [a, b] = self.semi_axes.map(|s| s / scale);
+        if t == f64::INFINITY {
+            return far([a, b], self.far_direction(z));
+        }
         let ratio = |axis: f64, z: f64| axis * (z / scale) / (t + axis * axis);
         let (c1, c2) = (ratio(a, z[0]), ratio(b, z[1]));
         let length = c1.hypot(c2);
         let (c1, c2) = (c1 / length, c2 / length);
         let v = [a * c2, -b * c1];
         let m = 1.0 / (t + (v[0] * v[0] + v[1] * v[1]));
+        if !m.is_finite() {
+            // The smaller semi-axis vanishes beside the larger one in double precision.
+            return segment(scale, z, usize::from(a < b));
+        }
         let own = |c: f64, other: f64, other_axis: f64| {
             c * (c * c * ((other_axis * other_axis + t) * m) + 2.0 * other * other * (t * m))
         };
@@ -71,6 +78,17 @@ impl Ellipse {
                 [cross(c1, c2, a, b), own(c2, c1, a)],
             ],
         }
+    }
+}
+
+/// The limit t → ∞ far outside: only the semi-axes move the projection.
+fn far([a, b]: [f64; 2], [c1, c2]: [f64; 2]) -> ProjectionDerivative {
+    ProjectionDerivative {
+        by_point: [[0.0; 2]; 2],
+        by_semi_axes: [
+            [c1 * (c1 * c1 + 2.0 * c2 * c2), -c2 * c2 * c1 * (a / b)],
+            [-c1 * c1 * c2 * (b / a), c2 * (c2 * c2 + 2.0 * c1 * c1)],
+        ],
     }
 }
 
@@ -198,6 +216,23 @@ mod tests {
                 ellipse.projection_derivative(z),
                 ProjectionDerivative::INSIDE
             );
+        }
+    }
+
+    #[test]
+    fn far_outside_the_derivative_tends_to_its_limit() {
+        let ellipse = Ellipse {
+            semi_axes: [2.0, 1.0],
+        };
+        let finite = ellipse.projection_derivative([3e12, 4e12]);
+        let limit = far([1.0, 0.5], ellipse.far_direction([3.0, 4.0]));
+        for i in 0..2 {
+            for k in 0..2 {
+                // They differ by O(1/t), and t is above 1e12.
+                let difference = finite.by_semi_axes[i][k] - limit.by_semi_axes[i][k];
+                assert!(difference.abs() < 1e-11);
+                assert!(finite.by_point[i][k].abs() < 1e-11);
+            }
         }
     }
 

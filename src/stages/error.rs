@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use crate::{
     accuracy::AccuracyError,
-    dual::AssemblyError,
+    dual::{AssemblyError, Shortage},
     figures::FigureError,
     format::FormatError,
     mesh::GmshError,
@@ -37,6 +37,9 @@ pub enum StageError {
     /// A ladder of accuracy.
     #[error(transparent)]
     Accuracy(#[from] AccuracyError),
+    /// Too little memory or disk space for the mesh.
+    #[error(transparent)]
+    Shortage(#[from] Shortage),
     /// The method needs the dense dual operator.
     #[error(transparent)]
     NeedsExplicit(#[from] NeedsExplicit),

@@ -13,6 +13,7 @@ mod persistence;
 mod picture;
 mod report;
 mod report_tables;
+mod resources;
 mod session;
 mod shared;
 mod sweep_report;

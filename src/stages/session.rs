@@ -5,7 +5,7 @@ use std::{
 
 use super::{
     AssemblyFile, Freshness, StageError, StageState, checkpoint::Checkpoints, freshness::states,
-    persistence::loaded,
+    persistence::loaded, resources,
 };
 use crate::{
     contact::{Coupling, Interface},
@@ -147,9 +147,12 @@ impl Session {
     /// Makes the mesh and stores it with the scene.
     ///
     /// # Errors
-    /// HDF5 failures.
+    /// A mesh or loads the scene cannot have, too little memory or disk space, HDF5 failures.
     pub fn make_mesh(&mut self) -> Result<Performed, StageError> {
         let started = Instant::now();
+        if let Body::Brick(brick) = &self.scene().body {
+            resources::admit(resources::need_of_brick(brick), self.file.path())?;
+        }
         let mesh = mesh_of(&self.input)?;
         refuse_rigid_motions(&mesh, &mesh.held_nodes(self.scene()))
             .and_then(|()| Loads::of(self.scene()).nodal_forces(&mesh).map(drop))
@@ -163,13 +166,15 @@ impl Session {
     /// Assembles and factorises.
     ///
     /// # Errors
-    /// A stale or missing mesh, a stiffness that is not positive definite, HDF5 failures.
+    /// A stale or missing mesh, a stiffness that is not positive definite, too little memory or
+    /// disk space, HDF5 failures.
     pub fn assemble(&mut self) -> Result<Performed, StageError> {
         self.require_fresh_before(Stage::Assemble)?;
         let started = Instant::now();
         self.load_mesh()?;
         let mesh = loaded(&self.mesh);
-        let system = DualSystem::new(self.scene(), mesh, self.threads);
+        let admit = |need| resources::admit(need, self.file.path());
+        let system = DualSystem::admitted(self.scene(), mesh, self.threads, &admit);
         self.system = Some(system.map_err(|error| match error {
             AssemblyError::Scene(invalid) => self.refuse(invalid),
             error => error.into(),
@@ -216,7 +221,7 @@ impl Session {
         let (mesh, system) = (self.mesh.as_ref()?, self.system.as_ref()?);
         let contact = system.contact.as_ref()?;
         let nodes = mesh.contact.as_ref()?.nodes.len();
-        let estimate = OperatorEstimate::new(&system.assembly, contact, nodes);
+        let estimate = OperatorEstimate::new(&system.assembly.factor, &contact.coupling, nodes);
         Some((estimate, contact.explicit.is_some()))
     }
 

@@ -129,7 +129,7 @@ fn changed(
             found,
         })?;
     }
-    Ok(base.changed(table.to_string())?)
+    Ok(base.changed("the settings of a case", table.to_string())?)
 }
 
 /// All combinations of the axes' steps.

@@ -129,7 +129,7 @@ fn a_law_that_turns_negative_is_refused_before_anything_is_stored() {
         for fragment in [
             "friction.coefficient_1.expression",
             "0 < F",
-            "-2999.7 at |u_t1| = 3.0000e0 m",
+            "-2999.7 at |u_t1| = 3.0000e0",
             "x, y, z = 0, 0, 0",
             "levels off",
         ] {

@@ -1,0 +1,107 @@
+use thiserror::Error;
+
+use super::{OperatorEstimate, PrimalSystem};
+use crate::{elasticity::DofMap, linalg::Analysis, mesh::Mesh};
+
+/// What a step takes beyond what is held already.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Need {
+    /// The step.
+    pub step: &'static str,
+    /// Bytes of memory.
+    pub memory: u64,
+    /// Bytes that will be stored.
+    pub stored: u64,
+}
+
+/// What there is too little of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Resource {
+    /// Memory of the machine, of the process's group, or of its address space.
+    Memory,
+    /// Room on the disk, or the largest file a process may write.
+    Disk,
+}
+
+/// A step that does not fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[error(
+    "{step}: expected at most {} of {}, which is what is available, found a need of {}; {}",
+    in_units(*available), resource.name(), in_units(*needed), resource.remedy()
+)]
+pub struct Shortage {
+    /// The step.
+    pub step: &'static str,
+    /// What there is too little of.
+    pub resource: Resource,
+    /// Bytes the step takes.
+    pub needed: u64,
+    /// Bytes there are.
+    pub available: u64,
+}
+
+/// Decides whether a step may begin.
+pub type Admission<'a> = &'a dyn Fn(Need) -> Result<(), Shortage>;
+
+impl Resource {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Memory => "memory",
+            Self::Disk => "disk space",
+        }
+    }
+
+    fn remedy(self) -> &'static str {
+        match self {
+            Self::Memory => "use a coarser mesh or a machine with more memory",
+            Self::Disk => "use a coarser mesh or a run file on another disk",
+        }
+    }
+}
+
+/// Bytes in units that suit them.
+fn in_units(bytes: u64) -> String {
+    match bytes {
+        0..10_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
+        10_000_000..1_000_000_000 => format!("{:.1} MB", bytes as f64 / 1e6),
+        _ => format!("{:.1} GB", bytes as f64 / 1e9),
+    }
+}
+
+impl Need {
+    /// A and what it is made from, by Euler's formula V − E + F − T = 1 of a ball: every edge
+    /// couples two nodes by 3 × 3 coefficients.
+    #[must_use]
+    pub(super) fn of_stiffness(mesh: &Mesh, dofs: &DofMap) -> Self {
+        let nodes = mesh.coordinates.len() as f64;
+        let edges = nodes + mesh.tetrahedra.len() as f64 + mesh.facets.len() as f64 / 2.0;
+        // Held nodes have no rows: the share of free unknowns counts twice.
+        let free = dofs.n_free as f64 / (3.0 * nodes);
+        let coefficients = 9.0 * (nodes + 2.0 * edges) * free * free;
+        Self {
+            step: "assembling the stiffness",
+            memory: (16.0 * coefficients) as u64,
+            stored: (8.0 * coefficients) as u64,
+        }
+    }
+
+    /// The factor, counted exactly, and the dense dual operator where it will be formed.
+    #[must_use]
+    pub(super) fn of_factor(
+        primal: &PrimalSystem,
+        analysis: &Analysis,
+        dense: Option<&OperatorEstimate>,
+        threads: usize,
+    ) -> Self {
+        let values = 8.0 * analysis.structure().value_count() as f64;
+        let scratch = analysis.scratch_bytes(threads) as f64;
+        let forming = dense.map_or(0.0, |estimate| estimate.explicit_bytes);
+        let kept = dense.map_or(0.0, |estimate| estimate.dense_bytes);
+        let stiffness = 8.0 * primal.stiffness.data.len() as f64;
+        Self {
+            step: "factorising the stiffness",
+            memory: (values + scratch.max(forming)) as u64,
+            stored: (values + stiffness + kept) as u64,
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! What the machine has left, and refusals of what does not fit.
+
+use std::path::Path;
+
+use sysinfo::{MemoryRefreshKind, RefreshKind, System};
+
+use crate::{
+    dual::{Need, Resource, Shortage},
+    mesh::brick_counts,
+    scene::Brick,
+};
+
+/// Refuses a step that does not fit into memory, or whose data do not fit on the disk of the run
+/// file; what the system does not tell is not checked.
+pub(super) fn admit(need: Need, run_file: &Path) -> Result<(), Shortage> {
+    // A commit copies what stays into a new file beside the old one.
+    let kept = std::fs::metadata(run_file).map_or(0, |metadata| metadata.len());
+    let stored = need.stored.saturating_add(kept);
+    let (memory, disk) = (available_memory(), available_disk(run_file));
+    require(need.step, Resource::Memory, need.memory, memory)?;
+    require(need.step, Resource::Disk, stored, disk)
+}
+
+fn require(
+    step: &'static str,
+    resource: Resource,
+    needed: u64,
+    available: Option<u64>,
+) -> Result<(), Shortage> {
+    match available.filter(|&available| needed > available) {
+        None => Ok(()),
+        Some(available) => Err(Shortage {
+            step,
+            resource,
+            needed,
+            available,
+        }),
+    }
+}
+
+/// Bytes the process may take: of the machine, of its control group, of the largest address space.
+fn available_memory() -> Option<u64> {
+    let kinds = MemoryRefreshKind::nothing().with_ram();
+    let system = System::new_with_specifics(RefreshKind::nothing().with_memory(kinds));
+    let machine = Some(system.available_memory()).filter(|bytes| *bytes > 0);
+    let group = system.cgroup_limits();
+    let group = group.map(|limits| limits.total_memory.saturating_sub(limits.rss));
+    let address_space = soft_limit(rlimit::Resource::AS);
+    [machine, group, address_space].into_iter().flatten().min()
+}
+
+/// Bytes that fit into one more file in the folder of the run file.
+fn available_disk(run_file: &Path) -> Option<u64> {
+    let folder = run_file.parent().filter(|f| !f.as_os_str().is_empty());
+    let room = fs4::available_space(folder.unwrap_or(Path::new("."))).ok();
+    let largest_file = soft_limit(rlimit::Resource::FSIZE);
+    [room, largest_file].into_iter().flatten().min()
+}
+
+fn soft_limit(resource: rlimit::Resource) -> Option<u64> {
+    let (soft, _) = resource.get().ok()?;
+    (soft != rlimit::INFINITY).then_some(soft)
+}
+
+/// What the mesh of a brick takes: coordinates, tetrahedra with their regions, the boundary, held
+/// components and nodal forces.
+pub(super) fn need_of_brick(brick: &Brick) -> Need {
+    let bytes = |per: [u64; 3]| {
+        let counts = brick_counts(brick)?;
+        counts.iter().zip(per).try_fold(0_u64, |sum, (count, per)| {
+            sum.checked_add(count.checked_mul(per)?)
+        })
+    };
+    Need {
+        step: "making the mesh",
+        memory: bytes([24 + 3 + 24, 32 + 8, 24 + 8]).unwrap_or(u64::MAX),
+        stored: bytes([24, 32, 24]).unwrap_or(u64::MAX),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_fits_passes_and_what_does_not_is_refused_with_both_numbers() {
+        let check = |needed, available| require("solving", Resource::Memory, needed, available);
+        assert_eq!(check(5, Some(5)), Ok(()));
+        assert_eq!(check(u64::MAX, None), Ok(()));
+        let refused = check(3_000_000_000, Some(2_000_000_000)).unwrap_err();
+        let text = refused.to_string();
+        assert!(text.contains("3.0 GB") && text.contains("2.0 GB"), "{text}");
+    }
+
+    #[test]
+    fn counts_that_overflow_need_more_than_any_machine_has() {
+        let brick = Brick {
+            size: [1.0; 3],
+            cells: [usize::MAX; 3],
+        };
+        assert_eq!(need_of_brick(&brick).memory, u64::MAX);
+    }
+
+    #[test]
+    fn this_machine_has_memory_and_disk_space() {
+        assert!(available_memory().is_none_or(|bytes| bytes > 0));
+        assert!(available_disk(Path::new("run.h5")).is_some_and(|bytes| bytes > 0));
+    }
+}

@@ -1,0 +1,88 @@
+//! `docs/scene.md` names every key and word of a scene, and its examples are scenes.
+
+use std::{collections::BTreeSet, fs, path::Path};
+
+use contact3d_pipe::scene::{FUNCTIONS, LAW_VARIABLES, Scene};
+use serde_json::Value;
+
+fn page() -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scene.md");
+    fs::read_to_string(path).expect("the page")
+}
+
+/// What stands in code marks: `a.b.c` also counts as a, b and c.
+fn named(page: &str) -> BTreeSet<&str> {
+    let marked = page.split('`').skip(1).step_by(2);
+    marked
+        .flat_map(|text| text.split('.').chain([text]))
+        .collect()
+}
+
+/// The keys of all tables and the words of all enumerations below a part of the JSON Schema.
+fn keys<'a>(schema: &'a Value, found: &mut BTreeSet<&'a str>) {
+    match schema {
+        Value::Object(object) => {
+            let properties = object.get("properties").and_then(Value::as_object);
+            found.extend(
+                properties
+                    .into_iter()
+                    .flatten()
+                    .map(|(key, _)| key.as_str()),
+            );
+            found.extend(object.get("const").and_then(Value::as_str));
+            object.values().for_each(|part| keys(part, found));
+        }
+        Value::Array(items) => items.iter().for_each(|part| keys(part, found)),
+        _ => {}
+    }
+}
+
+#[test]
+fn every_key_word_function_and_variable_is_on_the_page() {
+    let schema: Value = serde_json::from_str(&Scene::json_schema()).expect("JSON");
+    let mut wanted: BTreeSet<&str> = FUNCTIONS.iter().chain(LAW_VARIABLES).copied().collect();
+    keys(&schema, &mut wanted);
+    assert!(wanted.len() > 70, "the schema was searched: {wanted:?}");
+    let page = page();
+    let named = named(&page);
+    let missing: Vec<_> = wanted.difference(&named).collect();
+    assert!(missing.is_empty(), "not in docs/scene.md: {missing:?}");
+}
+
+/// The parts that each example leaves out.
+const REST: [(&str, &str); 5] = [
+    ("title", "title = 'example'\n"),
+    (
+        "body",
+        "[body.brick]\nsize = [3.0, 1.0, 1.0]\ncells = [6, 2, 2]\n",
+    ),
+    (
+        "material",
+        "[material.isotropic]\nyoung_modulus = 1.0\npoisson_ratio = 0.3\n",
+    ),
+    ("clamp", "[[clamp]]\nface = 'x_min'\n"),
+    ("contact", "[contact]\nface = 'z_min'\n"),
+];
+
+#[test]
+fn every_example_is_part_of_a_scene() {
+    let page = page();
+    let examples: Vec<&str> = page
+        .split("```toml\n")
+        .skip(1)
+        .filter_map(|rest| rest.split("```").next())
+        .collect();
+    assert!(examples.len() >= 15);
+    for example in examples {
+        let given: toml::Table = example.parse().expect("TOML");
+        let missing =
+            |(key, text): &(&str, &'static str)| (!given.contains_key(*key)).then_some(*text);
+        let rest: Vec<&str> = REST.iter().filter_map(missing).collect();
+        // Keys without a table must come first.
+        let scene = match given.contains_key("title") {
+            true => format!("{example}\n{}", rest.concat()),
+            false => format!("{}\n{example}", rest.concat()),
+        };
+        Scene::parse("example", &scene).unwrap_or_else(|error| panic!("{error}:\n{scene}"));
+    }
+}
