@@ -205,10 +205,16 @@ proptest! {
         operator.actions = 0;
         operator.broken_from = broken_from;
         let outcome = solver.minimise(&mut operator, &set, &mut multiplier, 1e-10);
-        prop_assert_eq!(outcome.converged, broken_from > needed);
-        prop_assert_eq!(outcome.reduced_gradient.is_nan(), broken_from <= needed);
+        prop_assert!(outcome.converged || broken_from <= needed);
+        prop_assert_eq!(outcome.converged, !outcome.reduced_gradient.is_nan());
+        if outcome.converged {
+            // Where only a trial beyond a good enough iterate broke, that iterate is the answer;
+            // S ≥ 1, so the gradients 1e-10 of both bound their distance.
+            let pairs = sound.iter().zip(&multiplier);
+            prop_assert!(pairs.fold(0.0_f64, |m, (a, b)| m.max((a - b).abs())) < 1e-9);
+        }
         // A broken action, at most three trials of a face step, and the step that finds out.
-        let allowed = if outcome.converged { needed } else { broken_from + 4 };
+        let allowed = if outcome.converged { needed + 4 } else { broken_from + 4 };
         prop_assert!(operator.actions <= allowed);
     }
 }
