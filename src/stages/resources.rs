@@ -45,7 +45,8 @@ fn available_memory() -> Option<u64> {
     let machine = Some(system.available_memory()).filter(|bytes| *bytes > 0);
     let group = system.cgroup_limits();
     let group = group.map(|limits| limits.total_memory.saturating_sub(limits.rss));
-    let address_space = soft_limit(rlimit::Resource::AS);
+    let address_space = soft_limit(rlimit::Resource::AS)
+        .map(|limit| limit.saturating_sub(used_address_space().unwrap_or(0)));
     [machine, group, address_space].into_iter().flatten().min()
 }
 
@@ -55,6 +56,16 @@ fn available_disk(run_file: &Path) -> Option<u64> {
     let room = fs4::available_space(folder.unwrap_or(Path::new("."))).ok();
     let largest_file = soft_limit(rlimit::Resource::FSIZE);
     [room, largest_file].into_iter().flatten().min()
+}
+
+/// Bytes of address space that this process has already, where the system tells.
+fn used_address_space() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmSize:"))?;
+    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(1024 * kilobytes)
 }
 
 fn soft_limit(resource: rlimit::Resource) -> Option<u64> {
