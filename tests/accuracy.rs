@@ -5,7 +5,7 @@ mod support;
 use std::path::Path;
 
 use contact3d_pipe::{
-    accuracy::{Accuracy, AccuracyError, AccuracySettings, Operator, RungMethod},
+    accuracy::{Accuracy, AccuracySettings, Operator, RungMethod},
     scene::Scene,
     solver::Status,
 };
@@ -17,7 +17,7 @@ const SETTINGS: AccuracySettings = AccuracySettings {
     finest: Some(8),
 };
 
-fn measure(scene: &Scene, settings: &AccuracySettings) -> Result<Accuracy, AccuracyError> {
+fn measure(scene: &Scene, settings: &AccuracySettings) -> Result<Accuracy, SolveSceneError> {
     Accuracy::measure(scene, Path::new(""), settings, 1, &mut |_| {})
 }
 

@@ -1,14 +1,14 @@
 use std::{fmt, path::Path};
 
 use super::{
-    AccuracyError, AccuracyProgress, AccuracySettings, Cost, cost::measure,
-    discretisation::energy_norm,
+    AccuracyProgress, AccuracySettings, Cost, cost::measure, discretisation::energy_norm,
 };
 use crate::{
     contact::Interface,
     dual::DualSystem,
     linalg::norm,
     mesh::Mesh,
+    post::SolveSceneError,
     scene::{DualOperatorKind, InnerSolver, Method, PrecisionControl, Scene, SolveSettings},
     solver::{ContactState, Solution, Start, Status, solve},
 };
@@ -116,14 +116,14 @@ impl AlgebraicLadder {
     /// one solve with the factor gives the answer.
     ///
     /// # Errors
-    /// [`AccuracyError`].
+    /// [`SolveSceneError`].
     pub fn measure(
         scene: &Scene,
         folder: &Path,
         settings: &AccuracySettings,
         threads: usize,
         observe: &mut dyn FnMut(AccuracyProgress),
-    ) -> Result<Option<Self>, AccuracyError> {
+    ) -> Result<Option<Self>, SolveSceneError> {
         let mesh = Mesh::of_scene(scene, folder)?;
         let interface = Interface::new(scene, &mesh)?;
         let (Some(surface), Some(interface)) = (&mesh.contact, &interface) else {
@@ -207,7 +207,7 @@ impl Problem<'_> {
         method: RungMethod,
         operator: Operator,
         observe: &mut dyn FnMut(AccuracyProgress),
-    ) -> Result<Vec<Rung>, AccuracyError> {
+    ) -> Result<Vec<Rung>, SolveSceneError> {
         let mut rungs: Vec<Rung> = Vec::new();
         let mut spent = 0.0;
         for epsilon in EPSILONS {
@@ -266,7 +266,7 @@ impl Problem<'_> {
         method: RungMethod,
         epsilon: f64,
         max_inner_actions: usize,
-    ) -> Result<RungResult, AccuracyError> {
+    ) -> Result<RungResult, SolveSceneError> {
         let (method, precision) = match method {
             RungMethod::FixedPrecision => (Method::FixedPoint, PrecisionControl::Fixed),
             RungMethod::AdaptivePrecision => (Method::FixedPoint, PrecisionControl::Adaptive),

@@ -1,18 +1,16 @@
 use std::{path::Path, sync::Arc};
 
 use super::{
-    AccuracyError, AccuracyProgress, AccuracySettings, Cost, brick_n_div, cost::measure,
-    extrapolated, nested_cells, observed_order, prolongation::prolongate, refinement::with_cells,
+    AccuracyProgress, AccuracySettings, Cost, brick_n_div, cost::measure, extrapolated, nested_cells,
+    observed_order, prolongation::prolongate, refinement::with_cells,
 };
 use crate::{
-    contact::Interface,
-    dual::DualSystem,
     elasticity::DofMap,
     linalg::{CscMatrix, dot},
     mesh::Mesh,
-    post::{ContactReport, Solved, SolvedContact},
+    post::{SolveSceneError, SolvedScene},
     scene::{AssembleSettings, Body, Brick, Scene, SolveSettings},
-    solver::{ContactState, Start, Status, solve},
+    solver::Status,
 };
 
 /// A mesh is solved again, for the median of its seconds, when once took no longer than this.
@@ -104,13 +102,13 @@ impl DiscretisationLadder {
     /// Solves the nested meshes of a scene's brick; `None` for another body.
     ///
     /// # Errors
-    /// [`AccuracyError`].
+    /// [`SolveSceneError`].
     pub fn measure(
         scene: &Scene,
         settings: &AccuracySettings,
         threads: usize,
         observe: &mut dyn FnMut(AccuracyProgress),
-    ) -> Result<Option<Self>, AccuracyError> {
+    ) -> Result<Option<Self>, SolveSceneError> {
         let Body::Brick(brick) = &scene.body else {
             return Ok(None);
         };
@@ -245,37 +243,23 @@ fn solved_to_rounding(mut scene: Scene) -> Scene {
     scene
 }
 
-fn solve_level(scene: &Scene, brick: &Brick, threads: usize) -> Result<SolvedLevel, AccuracyError> {
-    let mesh = Mesh::of_scene(scene, Path::new(""))?;
-    let system = DualSystem::new(scene, &mesh, threads)?;
-    let interface = Interface::new(scene, &mesh)?;
-    let state = mesh.contact.as_ref().zip(interface.as_ref());
-    let state = state.map(|(surface, interface)| ContactState { surface, interface });
-    let solution = solve(
-        &system,
-        state.as_ref(),
-        &scene.solve,
-        Start::default(),
-        &mut |_| {},
-    )?;
-    let contact = system.contact.as_ref().zip(state);
-    let report = ContactReport::new(&Solved {
-        scene,
-        mesh: &mesh,
-        system: &system.assembly.primal,
-        contact: contact.map(|(contact, state)| SolvedContact {
-            coupling: &contact.coupling,
-            state,
-        }),
-        solution: &solution,
-    })?;
+fn solve_level(
+    scene: &Scene,
+    brick: &Brick,
+    threads: usize,
+) -> Result<SolvedLevel, SolveSceneError> {
+    let solved = SolvedScene::new(scene.clone(), Path::new(""), threads)?;
+    let report = solved.report()?;
     let r = report.resultants;
-    let volume: f64 = brick
-        .size
-        .iter()
-        .zip(brick.cells)
-        .map(|(l, n)| l / n as f64)
-        .product();
+    let cells = brick.size.iter().zip(brick.cells);
+    let volume: f64 = cells.map(|(l, n)| l / n as f64).product();
+    let SolvedScene {
+        mesh,
+        system,
+        solution,
+        ..
+    } = solved;
+    let primal = system.assembly.primal;
     let level = Level {
         n_div: brick_n_div(brick),
         cells: brick.cells,
@@ -304,7 +288,7 @@ fn solve_level(scene: &Scene, brick: &Brick, threads: usize) -> Result<SolvedLev
             mesh,
             displacement: report.displacement,
         },
-        stiffness: Arc::unwrap_or_clone(system.assembly.primal.stiffness),
-        dofs: system.assembly.primal.dofs,
+        stiffness: Arc::unwrap_or_clone(primal.stiffness),
+        dofs: primal.dofs,
     })
 }

@@ -9,7 +9,6 @@ mod advice;
 mod algebraic;
 mod cost;
 mod discretisation;
-mod error;
 mod prolongation;
 mod refinement;
 mod richardson;
@@ -20,7 +19,6 @@ pub use advice::{Advice, Refinement};
 pub use algebraic::{AlgebraicLadder, EPSILONS, Operator, Rung, RungMethod, RungResult};
 pub use cost::Cost;
 pub use discretisation::{DiscretisationLadder, Forces, Level, Trend};
-pub use error::AccuracyError;
 pub use refinement::{brick_n_div, default_finest, nested_cells};
 pub use richardson::{extrapolated, observed_order};
 
@@ -28,7 +26,10 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::scene::{Body, Scene};
+use crate::{
+    post::SolveSceneError,
+    scene::{Body, Scene},
+};
 
 /// How far a ladder goes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -63,7 +64,7 @@ impl Accuracy {
     /// Climbs both ladders; mesh files are looked for in `folder`.
     ///
     /// # Errors
-    /// [`AccuracyError`] for a scene that has no discrete problem, and for a finest mesh in which
+    /// [`SolveSceneError`] for a scene that has no discrete problem, and for a finest mesh in which
     /// the scene's own is not nested.
     pub fn measure(
         scene: &Scene,
@@ -71,7 +72,7 @@ impl Accuracy {
         settings: &AccuracySettings,
         threads: usize,
         observe: &mut dyn FnMut(AccuracyProgress),
-    ) -> Result<Self, AccuracyError> {
+    ) -> Result<Self, SolveSceneError> {
         // A finest mesh that cannot be is refused before the long work.
         if let Body::Brick(brick) = &scene.body {
             nested_cells(scene, brick, settings)?;

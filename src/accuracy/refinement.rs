@@ -4,8 +4,11 @@
 //! units of a cell). Cutting every cell edge in m equal parts keeps each of these planes among the
 //! finer ones, so the finer mesh is nested in the coarser one, panes included.
 
-use super::{AccuracyError, AccuracySettings};
-use crate::scene::{Body, Brick, Invalid, Scene};
+use super::AccuracySettings;
+use crate::{
+    post::SolveSceneError,
+    scene::{Body, Brick, Invalid, Scene},
+};
 
 /// n_div of a brick: its smallest number of cells along an edge.
 #[must_use]
@@ -30,11 +33,11 @@ pub fn nested_cells(
     scene: &Scene,
     brick: &Brick,
     settings: &AccuracySettings,
-) -> Result<Vec<[usize; 3]>, AccuracyError> {
+) -> Result<Vec<[usize; 3]>, SolveSceneError> {
     let n_div = brick_n_div(brick);
     let finest = settings.finest.unwrap_or_else(|| default_finest(n_div));
     if finest == 0 || !finest.is_multiple_of(n_div) {
-        return Err(AccuracyError::Invalid(Invalid {
+        return Err(SolveSceneError::Invalid(Invalid {
             key: "--finest".into(),
             expected: format!("a multiple of {n_div}, the scene's n_div"),
             found: finest.to_string(),

@@ -3,8 +3,9 @@ use std::sync::{
     atomic::{AtomicUsize, Ordering},
 };
 
-use super::{ContactFrame, law_bounds::refuse_unusable};
+use super::{ContactFrame, Coupling, law_bounds::refuse_unusable};
 use crate::{
+    elasticity::DofMap,
     mesh::{ContactSurface, Mesh},
     scene::{Coefficient, Contact, FrictionLaw, Invalid, Quantity, Scene},
 };
@@ -67,6 +68,12 @@ impl Interface {
     #[must_use]
     pub fn has_friction(&self) -> bool {
         !matches!(self.friction, InterfaceFriction::Frictionless)
+    }
+
+    /// B, with rows of T where there is friction.
+    #[must_use]
+    pub fn coupling(&self, surface: &ContactSurface, dofs: &DofMap) -> Coupling {
+        Coupling::new(surface, &self.frame, self.has_friction(), dofs)
     }
 
     /// Coulomb's law, where it is the law.

@@ -169,6 +169,12 @@ impl Assembly {
         Analysed::new(scene, mesh, &|_| Ok(()))?.factorise(threads)
     }
 
+    /// The displacement A⁻¹l over the free degrees of freedom in m: the body without contact.
+    #[must_use]
+    pub fn unconstrained(&self) -> Vec<f64> {
+        self.solve(&self.primal.load, &mut Workspace::default())
+    }
+
     /// The displacement A⁻¹f of nodal forces f in N over the free degrees of freedom, in m.
     #[must_use]
     pub fn solve(&self, forces: &[f64], work: &mut Workspace) -> Vec<f64> {

@@ -22,16 +22,23 @@ impl ContactSystem {
     /// Couples a factorised body to its foundation; S stays implicit.
     #[must_use]
     pub fn new(assembly: &Assembly, surface: &ContactSurface, interface: &Interface) -> Self {
-        let friction = interface.has_friction();
-        let dofs = &assembly.primal.dofs;
-        let coupling = Coupling::new(surface, &interface.frame, friction, dofs);
+        let coupling = interface.coupling(surface, &assembly.primal.dofs);
+        Self::with(coupling, &assembly.unconstrained(), surface, interface)
+    }
+
+    /// As [`Self::new`], from B and the displacement A⁻¹l in m.
+    pub(super) fn with(
+        coupling: Coupling,
+        unconstrained: &[f64],
+        surface: &ContactSurface,
+        interface: &Interface,
+    ) -> Self {
         let mut contact = Self {
             coupling,
             dual_rhs: Vec::new(),
             explicit: None,
         };
-        let unconstrained = assembly.solve(&assembly.primal.load, &mut Workspace::default());
-        contact.apply_loads(&unconstrained, surface, interface);
+        contact.apply_loads(unconstrained, surface, interface);
         contact
     }
 

@@ -37,11 +37,13 @@ pub struct ContactCompliance {
 }
 
 impl ExplicitDual {
-    /// Forms S and G by forward solves W = L⁻¹PBᵀ on the supernodes B reaches, S = WᵀW.
+    /// Forms S and G by forward solves W = L⁻¹PBᵀ on the supernodes B reaches, S = WᵀW; the free
+    /// slip is that of the displacement A⁻¹l in m.
     #[must_use]
     pub fn new(
         assembly: &Assembly,
         contact: &ContactSystem,
+        unconstrained: &[f64],
         surface: &ContactSurface,
         interface: &Interface,
     ) -> Self {
@@ -52,10 +54,9 @@ impl ExplicitDual {
             let dofs = &assembly.primal.dofs;
             let selection = tangential_selection(surface, &interface.frame, dofs);
             let matrix = half_solved.compliance(&selection.transpose());
-            let unconstrained = assembly.solve(&assembly.primal.load, &mut Workspace::default());
             ContactCompliance {
                 matrix: Arc::new(matrix),
-                slip_free: free_slip(&selection, &unconstrained),
+                slip_free: free_slip(&selection, unconstrained),
             }
         });
         Self {

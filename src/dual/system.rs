@@ -7,7 +7,6 @@ use super::{
 };
 use crate::{
     contact::{Coupling, Interface},
-    linalg::Workspace,
     mesh::Mesh,
     scene::{DualOperatorKind, Invalid, Scene},
 };
@@ -45,19 +44,11 @@ impl DualSystem {
         let interface = Interface::new(scene, mesh).map_err(AssemblyError::Scene)?;
         let analysed = Analysed::new(scene, mesh, admit)?;
         let face = interface.as_ref().zip(mesh.contact.as_ref());
-        let dense = face.and_then(|(interface, surface)| {
-            let friction = interface.has_friction();
-            let dofs = &analysed.primal.dofs;
-            let coupling = Coupling::new(surface, &interface.frame, friction, dofs);
-            let structure = analysed.analysis.structure();
-            let estimate = OperatorEstimate::new(structure, &coupling, surface.nodes.len());
-            let wanted = match scene.assemble.dual_operator {
-                DualOperatorKind::Implicit => false,
-                DualOperatorKind::Explicit => true,
-                DualOperatorKind::Auto => estimate.prefers_explicit(),
-            };
-            wanted.then_some(estimate)
-        });
+        let coupling =
+            face.map(|(interface, surface)| interface.coupling(surface, &analysed.primal.dofs));
+        let dense = coupling
+            .as_ref()
+            .and_then(|coupling| dense_operator(scene, mesh, &analysed, coupling));
         admit(Need::of_factor(
             &analysed.primal,
             &analysed.analysis,
@@ -65,11 +56,13 @@ impl DualSystem {
             threads,
         ))?;
         let mut assembly = analysed.factorise(threads)?;
-        let contact = face.map(|(interface, surface)| {
-            let mut contact = ContactSystem::new(&assembly, surface, interface);
+        let contact = face.zip(coupling).map(|((interface, surface), coupling)| {
+            let unconstrained = assembly.unconstrained();
+            let mut contact = ContactSystem::with(coupling, &unconstrained, surface, interface);
             if dense.is_some() {
                 let started = Instant::now();
-                let explicit = ExplicitDual::new(&assembly, &contact, surface, interface);
+                let explicit =
+                    ExplicitDual::new(&assembly, &contact, &unconstrained, surface, interface);
                 contact.explicit = Some(explicit);
                 assembly.seconds.dual_operator = started.elapsed().as_secs_f64();
             }
@@ -90,7 +83,7 @@ impl DualSystem {
         if let (Some(contact), Some(interface), Some(surface)) =
             (&mut self.contact, &interface, &mesh.contact)
         {
-            let unconstrained = assembly.solve(&assembly.primal.load, &mut Workspace::default());
+            let unconstrained = assembly.unconstrained();
             contact.apply_loads(&unconstrained, surface, interface);
             if let Some(explicit) = &mut contact.explicit {
                 explicit.rhs.clone_from(&contact.dual_rhs);
@@ -100,4 +93,22 @@ impl DualSystem {
         }
         Ok(())
     }
+}
+
+/// What the dense operator costs, where the scene or the estimate asks for it.
+fn dense_operator(
+    scene: &Scene,
+    mesh: &Mesh,
+    analysed: &Analysed,
+    coupling: &Coupling,
+) -> Option<OperatorEstimate> {
+    let n_contact_nodes = mesh.contact.as_ref()?.nodes.len();
+    let structure = analysed.analysis.structure();
+    let estimate = OperatorEstimate::new(structure, coupling, n_contact_nodes);
+    let wanted = match scene.assemble.dual_operator {
+        DualOperatorKind::Implicit => false,
+        DualOperatorKind::Explicit => true,
+        DualOperatorKind::Auto => estimate.prefers_explicit(),
+    };
+    wanted.then_some(estimate)
 }

@@ -4,6 +4,7 @@ use super::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
 use super::colour::ValueRange;
 use super::law::SlipRange;
 use super::layout::{KEY_WIDTH, LABEL_SIZE, PANEL_WIDTH, TICK_SIZE, TITLE_HEIGHT, fitting_ticks};
+use super::log_ticks::LogTicks;
 use super::scale::{Ticks, UnitScale};
 use super::text::Label;
 
@@ -14,7 +15,7 @@ const NAME_WIDTH: f64 = 46.0;
 const RIGHT_MARGIN: f64 = 28.0;
 const PLOT_HEIGHT: f64 = 258.0;
 /// Most labelled decades of a logarithmic axis.
-const MOST_DECADES: i32 = 7;
+const MOST_DECADES: usize = 7;
 
 /// One axis with its ticks as fractions of its length.
 pub(super) struct SlipAxis {
@@ -54,23 +55,12 @@ impl SlipAxis {
                 let label = |&value: &f64| (value / scaled, Label::plain(ticks.text(value)));
                 ticks.values.iter().map(label).collect()
             }
-            SlipRange::Logarithmic(low, high) => self.decades(low, high),
+            SlipRange::Logarithmic(low, high) => {
+                let major = LogTicks::new(low, high, MOST_DECADES).major;
+                let label = |value: f64| (self.fraction(value), LogTicks::label(value));
+                major.into_iter().map(label).collect()
+            }
         }
-    }
-
-    /// Powers of ten, every one or every few.
-    fn decades(&self, low: f64, high: f64) -> Vec<(f64, Label)> {
-        #[expect(clippy::cast_possible_truncation, reason = "at most 308 in size")]
-        let [first, last] = [low.log10().ceil() as i32, high.log10().floor() as i32];
-        let step = (last - first) / MOST_DECADES + 1;
-        let shown = (first..=last).filter(|exponent| exponent.rem_euclid(step) == 0);
-        shown
-            .map(|exponent| {
-                let digits = exponent.to_string().replace('-', "−");
-                let label = Label::plain("10").superscript(digits);
-                (self.fraction(10f64.powi(exponent)), label)
-            })
-            .collect()
     }
 }
 

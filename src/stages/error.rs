@@ -3,11 +3,11 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use crate::{
-    accuracy::AccuracyError,
     dual::{AssemblyError, Shortage},
     figures::FigureError,
     format::FormatError,
     mesh::GmshError,
+    post::SolveSceneError,
     scene::{Invalid, SceneError},
     solver::NeedsExplicit,
     store::{Stage, StoreError},
@@ -34,9 +34,9 @@ pub enum StageError {
     /// The stiffness matrix.
     #[error(transparent)]
     Assembly(#[from] AssemblyError),
-    /// A ladder of accuracy.
+    /// A scene solved in memory, for the ladders of accuracy.
     #[error(transparent)]
-    Accuracy(#[from] AccuracyError),
+    Unsolved(#[from] SolveSceneError),
     /// Too little memory or disk space for the mesh.
     #[error(transparent)]
     Shortage(#[from] Shortage),

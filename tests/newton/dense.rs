@@ -24,7 +24,9 @@ impl Dense {
         let Problem {
             assembly, contact, ..
         } = &problem;
-        let dual = ExplicitDual::new(assembly, contact, problem.surface(), &problem.interface);
+        let unconstrained = assembly.unconstrained();
+        let (surface, interface) = (problem.surface(), &problem.interface);
+        let dual = ExplicitDual::new(assembly, contact, &unconstrained, surface, interface);
         Self {
             scene,
             problem,

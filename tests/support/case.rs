@@ -3,20 +3,18 @@
 use std::path::Path;
 
 use contact3d_pipe::{
-    contact::Interface,
-    dual::DualSystem,
-    mesh::Mesh,
-    post::{ContactReport, Solved, SolvedContact},
+    post::{ContactReport, SolvedScene},
     scene::Scene,
-    solver::{ContactState, Solution, Start, solve},
 };
 
-pub(crate) struct Case {
-    pub(crate) scene: Scene,
-    pub(crate) mesh: Mesh,
-    pub(crate) system: DualSystem,
-    pub(crate) interface: Option<Interface>,
-    pub(crate) solution: Solution,
+pub(crate) struct Case(SolvedScene);
+
+impl std::ops::Deref for Case {
+    type Target = SolvedScene;
+
+    fn deref(&self) -> &SolvedScene {
+        &self.0
+    }
 }
 
 impl Case {
@@ -31,41 +29,12 @@ impl Case {
     }
 
     pub(crate) fn try_new(scene: Scene, folder: &Path) -> Result<Self, String> {
-        let mesh = Mesh::of_scene(&scene, folder).map_err(|e| e.to_string())?;
-        let system = DualSystem::new(&scene, &mesh, 1).map_err(|e| e.to_string())?;
-        let interface = Interface::new(&scene, &mesh).map_err(|e| format!("{e:?}"))?;
-        let state = state(&mesh, interface.as_ref());
-        let solution = solve(
-            &system,
-            state.as_ref(),
-            &scene.solve,
-            Start::default(),
-            &mut |_| {},
-        );
-        let solution = solution.map_err(|e| e.to_string())?;
-        Ok(Self {
-            scene,
-            mesh,
-            system,
-            interface,
-            solution,
-        })
+        let solved = SolvedScene::new(scene, folder, 1);
+        solved.map(Self).map_err(|error| error.to_string())
     }
 
     pub(crate) fn report(&self) -> ContactReport {
-        let state = state(&self.mesh, self.interface.as_ref());
-        let contact = self.system.contact.as_ref().zip(state);
-        let solved = Solved {
-            scene: &self.scene,
-            mesh: &self.mesh,
-            system: &self.system.assembly.primal,
-            contact: contact.map(|(contact, state)| SolvedContact {
-                coupling: &contact.coupling,
-                state,
-            }),
-            solution: &self.solution,
-        };
-        ContactReport::new(&solved).expect("finite loads")
+        self.0.report().expect("finite loads")
     }
 
     /// Displacement of every node in m.
@@ -79,9 +48,4 @@ impl Case {
         let surface = self.mesh.contact.as_ref().expect("a contact face");
         (surface.n_panes(), surface.nodes.len())
     }
-}
-
-fn state<'a>(mesh: &'a Mesh, interface: Option<&'a Interface>) -> Option<ContactState<'a>> {
-    let state = mesh.contact.as_ref().zip(interface);
-    state.map(|(surface, interface)| ContactState { surface, interface })
 }

@@ -7,9 +7,9 @@ use crate::{
     solver::NeedsExplicit,
 };
 
-/// Why a ladder cannot be climbed.
+/// Why a scene cannot be solved.
 #[derive(Debug, Error)]
-pub enum AccuracyError {
+pub enum SolveSceneError {
     /// A value of the scene or of the settings.
     #[error("{}: expected {}, found {}; {}", .0.key, .0.expected, .0.found, .0.help)]
     Invalid(Invalid),
@@ -24,13 +24,13 @@ pub enum AccuracyError {
     NeedsExplicit(#[from] NeedsExplicit),
 }
 
-impl From<Invalid> for AccuracyError {
+impl From<Invalid> for SolveSceneError {
     fn from(invalid: Invalid) -> Self {
         Self::Invalid(invalid)
     }
 }
 
-impl From<MeshError> for AccuracyError {
+impl From<MeshError> for SolveSceneError {
     fn from(error: MeshError) -> Self {
         match error {
             MeshError::Scene(invalid) => Self::Invalid(invalid),
