@@ -324,6 +324,50 @@ fn single_cases_give_the_files_of_the_whole_sweep() {
 }
 
 #[test]
+fn a_case_is_redone_when_the_one_it_started_from_has_changed() {
+    let text = format!("warm_start = true\n{FRICTION}");
+    let sweep = Sweep::new(&text);
+    assert_eq!(sweep.run("whole", &[]).0, 0);
+    let plan = sweep.plan();
+    let file = |case: &serde_json::Value| {
+        let id = case["id"].as_str().unwrap();
+        sweep.path("out").join(format!("{id}.h5"))
+    };
+    // A folder in the place of a run file makes its case fail; the next one starts from zero then.
+    fs::create_dir_all(file(&plan[0])).unwrap();
+    let (code, said) = sweep.run("out", &[]);
+    assert_eq!(code, 1, "{said}");
+    fs::remove_dir(file(&plan[0])).unwrap();
+    let (code, said) = sweep.run("out", &["--retry-failed"]);
+    assert_eq!(code, 0, "{said}");
+    let redone = plan.iter().take(2).collect::<Vec<_>>();
+    assert_eq!(redone[1]["start"], redone[0]["id"]);
+    assert_eq!(sweep.digests("out"), sweep.digests("whole"), "{said}");
+    assert!(sweep.run("out", &[]).1.contains("0 computed"));
+}
+
+#[test]
+fn an_altered_shared_file_is_made_again() {
+    let sweep = Sweep::new(FRICTION);
+    assert_eq!(sweep.run("out", &[]).0, 0);
+    let before = sweep.digests("out");
+    let out = sweep.path("out");
+    let assembled = |name: &String| name.starts_with("assemble-");
+    let shared = names(&out, ".h5").into_iter().find(assembled).unwrap();
+    let mut bytes = fs::read(out.join(&shared)).unwrap();
+    // The factor's values are most of the file, uncompressed.
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(out.join(&shared), bytes).unwrap();
+    for case in sweep.plan() {
+        fs::remove_file(out.join(format!("{}.h5", case["id"].as_str().unwrap()))).unwrap();
+    }
+    let (code, said) = sweep.run("out", &[]);
+    assert_eq!(code, 0, "{said}");
+    assert_eq!(sweep.digests("out"), before);
+}
+
+#[test]
 fn unusable_sweeps_are_refused_before_anything_is_run() {
     for (text, word) in [
         (

@@ -1,8 +1,6 @@
 use std::{fmt, path::Path};
 
-use super::{
-    AccuracyProgress, AccuracySettings, Cost, cost::measure, discretisation::energy_norm,
-};
+use super::{AccuracyProgress, AccuracySettings, Cost, cost::measure, discretisation::energy_norm};
 use crate::{
     contact::Interface,
     dual::DualSystem,

@@ -1,8 +1,8 @@
 use std::{path::Path, sync::Arc};
 
 use super::{
-    AccuracyProgress, AccuracySettings, Cost, brick_n_div, cost::measure, extrapolated, nested_cells,
-    observed_order, prolongation::prolongate, refinement::with_cells,
+    AccuracyProgress, AccuracySettings, Cost, brick_n_div, cost::measure, extrapolated,
+    nested_cells, observed_order, prolongation::prolongate, refinement::with_cells,
 };
 use crate::{
     elasticity::DofMap,

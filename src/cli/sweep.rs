@@ -7,7 +7,10 @@ use super::{
     arguments::Output,
     exit::{Exit, explain_sweep},
 };
-use crate::sweep::{self, CSV_FILE, Event, Options, Outcome, Plan, SweepError};
+use crate::{
+    stages::draw_sweep,
+    sweep::{self, CSV_FILE, Event, Options, Outcome, Plan, SweepError},
+};
 
 /// Arguments of `sweep`.
 #[derive(Debug, Args)]
@@ -27,6 +30,9 @@ pub struct SweepArguments {
     /// Memory for assembled problems in gigabytes; three quarters of what is free by default
     #[arg(long, value_name = "GB")]
     memory: Option<f64>,
+    /// Draw no charts of what varies; they go to DIR/figures otherwise
+    #[arg(long)]
+    no_figures: bool,
     #[command(flatten)]
     options: CaseOptions,
 }
@@ -95,6 +101,7 @@ fn summary(folder: &SweepFolder, output: &Output) -> Result<Exit, SweepError> {
     let plan = Plan::read(&folder.sweep)?;
     sweep::write_summary(&plan, &folder.out)?;
     say(output, &format!("tables in {}", folder.out.display()));
+    draw(&folder.out, output)?;
     Ok(Exit::Done)
 }
 
@@ -152,12 +159,28 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
     bar.finish_and_clear();
     let outcome = outcome?;
     report(&plan, out, &outcome, output);
+    if !whole.no_figures {
+        draw(out, output)?;
+    }
     let finished = outcome.failed + outcome.busy + outcome.not_converged == 0;
     Ok(if finished {
         Exit::Done
     } else {
         Exit::NotConverged
     })
+}
+
+/// Charts of what varies in the tables of a folder.
+fn draw(folder: &Path, output: &Output) -> Result<(), SweepError> {
+    let figures = folder.join("figures");
+    let files = draw_sweep(folder, &figures)?;
+    if !files.is_empty() {
+        say(
+            output,
+            &format!("figures {} files in {}", files.len(), figures.display()),
+        );
+    }
+    Ok(())
 }
 
 fn report(plan: &Plan, folder: &Path, outcome: &Outcome, output: &Output) {

@@ -41,8 +41,10 @@ pub enum AxisScale {
 /// One axis of a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
-    /// Quantity and unit.
+    /// Quantity.
     pub label: String,
+    /// Its unit, which gets an SI prefix on a linear axis; empty for a number.
+    pub unit: String,
     /// How values are placed.
     pub scale: AxisScale,
     /// Values to label; round ones when empty.
@@ -78,6 +80,8 @@ pub struct LineChart {
     pub x: Axis,
     /// Vertical axis.
     pub y: Axis,
+    /// Heading of the legend; none when empty.
+    pub legend: String,
     /// The series; those after the seventh repeat colours with other markers.
     pub series: Vec<Series>,
 }
@@ -112,12 +116,25 @@ impl LineChart {
                 .map(|p| ([x.pixel(p.x), y.pixel(p.y)], p.text.as_str()))
                 .collect();
             draw_series(&mut canvas, number, &placed);
-            if legend {
-                let row = TOP + 14.0 + LEGEND_LINE * number as f64;
-                draw_entry(&mut canvas, number, &series.name, [right + 16.0, row]);
-            }
+        }
+        if legend {
+            self.draw_legend(&mut canvas, right + 16.0);
         }
         canvas.document(&self.title)
+    }
+
+    fn draw_legend(&self, canvas: &mut Canvas, x: f64) {
+        let mut y = TOP + 14.0;
+        if !self.legend.is_empty() {
+            let heading = Label::plain(fitted(&self.legend, TICK_SIZE, LEGEND_WIDTH - 24.0));
+            let baseline = [x, y + 0.36 * TICK_SIZE];
+            canvas.text(baseline, &heading, TICK_SIZE, Anchor::Start);
+            y += LEGEND_LINE;
+        }
+        for (number, series) in self.series.iter().enumerate() {
+            draw_entry(canvas, number, &series.name, [x, y]);
+            y += LEGEND_LINE;
+        }
     }
 
     fn is_drawn(&self, point: &ChartPoint) -> bool {
@@ -154,8 +171,8 @@ impl<'a> Placed<'a> {
         Self {
             axis,
             unit: match axis.scale {
-                AxisScale::Linear => UnitScale::new(high.abs().max(low.abs()), ""),
-                AxisScale::Logarithmic => UnitScale::new(1.0, ""),
+                AxisScale::Linear => UnitScale::new(high.abs().max(low.abs()), &axis.unit),
+                AxisScale::Logarithmic => UnitScale::new(1.0, &axis.unit),
             },
             low,
             high,

@@ -312,6 +312,7 @@ fn a_constant_law_is_a_line_inside_its_chart() {
 fn chart(scale: AxisScale, factor: f64, n_series: usize) -> LineChart {
     let axis = |label: &str| ChartAxis {
         label: label.to_owned(),
+        unit: String::new(),
         scale,
         ticks: Vec::new(),
     };
@@ -329,6 +330,7 @@ fn chart(scale: AxisScale, factor: f64, n_series: usize) -> LineChart {
         title: "Work and precision".to_owned(),
         x: axis("seconds [s]"),
         y: axis("error"),
+        legend: "method, operator".to_owned(),
         series: series.collect(),
     }
 }

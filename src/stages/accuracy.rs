@@ -1,5 +1,4 @@
 use std::{
-    fs,
     path::{Path, PathBuf},
     time::Instant,
 };
@@ -8,7 +7,7 @@ use super::{
     StageError,
     charts::{convergence, work_precision},
     persistence::write_stage,
-    picture::save,
+    picture::save_charts,
     session::pin_mesh_file,
 };
 use crate::{
@@ -17,9 +16,6 @@ use crate::{
     scene::{Scene, SceneFile},
     store::{Home, IfMissing, RunFile, Stage, StageRecord, Transaction, timestamp},
 };
-
-/// Width of the charts in pixels.
-const CHART_WIDTH: u32 = 1720;
 
 /// Measures the errors of solvers and meshes for a scene and stores them with it in a run file,
 /// new or existing.
@@ -80,18 +76,14 @@ pub(super) fn accuracy_input(scene: &Scene) -> String {
 /// # Errors
 /// A folder that cannot be written.
 pub fn draw_accuracy(folder: &Path, accuracy: &Accuracy) -> Result<Vec<PathBuf>, StageError> {
-    fs::create_dir_all(folder).map_err(|source| StageError::Write {
-        file: folder.to_owned(),
-        source,
-    })?;
-    let mut files = Vec::new();
-    if let Some(ladder) = &accuracy.algebraic {
-        let svg = work_precision(ladder).svg();
-        files.extend(save(folder, "work_precision", &svg, CHART_WIDTH)?);
-    }
-    if let Some(ladder) = &accuracy.discretisation {
-        let svg = convergence(ladder).svg();
-        files.extend(save(folder, "convergence", &svg, CHART_WIDTH)?);
-    }
-    Ok(files)
+    let algebraic = accuracy.algebraic.as_ref().map(work_precision);
+    let discretisation = accuracy.discretisation.as_ref().map(convergence);
+    let charts = [
+        ("work_precision", algebraic),
+        ("convergence", discretisation),
+    ];
+    let drawn = charts
+        .into_iter()
+        .filter_map(|(name, chart)| Some((name, chart?)));
+    save_charts(folder, drawn)
 }

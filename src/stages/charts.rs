@@ -14,8 +14,9 @@ pub(super) fn work_precision(ladder: &AlgebraicLadder) -> LineChart {
     });
     LineChart {
         title: "Work and precision on the scene's mesh".to_owned(),
-        x: logarithmic("seconds of the solve [s]"),
-        y: logarithmic("algebraic error of u in the energy norm, relative"),
+        x: logarithmic("time of the solve", "s"),
+        y: logarithmic("algebraic error of u in the energy norm, relative", ""),
+        legend: String::new(),
         series: series.filter(|series| !series.points.is_empty()).collect(),
     }
 }
@@ -91,9 +92,10 @@ pub(super) fn convergence(ladder: &DiscretisationLadder) -> LineChart {
         title: "Discretisation error".to_owned(),
         x: ChartAxis {
             ticks: levels.iter().map(|level| level.n_div as f64).collect(),
-            ..logarithmic("n_div")
+            ..logarithmic("n_div", "")
         },
-        y: logarithmic("relative error"),
+        y: logarithmic("relative error", ""),
+        legend: String::new(),
         series: series
             .map(|(name, points)| Series {
                 name: name.to_owned(),
@@ -140,9 +142,10 @@ pub(super) fn history(solution: &Solution) -> LineChart {
                 .step_by(most.div_ceil(12))
                 .map(|k| k as f64)
                 .collect(),
-            ..logarithmic("step")
+            ..logarithmic("step", "")
         },
-        y: logarithmic("relative size"),
+        y: logarithmic("relative size", ""),
+        legend: String::new(),
         series: series
             .into_iter()
             .filter(|series| !series.points.is_empty())
@@ -150,9 +153,11 @@ pub(super) fn history(solution: &Solution) -> LineChart {
     }
 }
 
-pub(super) fn logarithmic(label: &str) -> ChartAxis {
+/// A logarithmic axis with round ticks.
+pub(super) fn logarithmic(label: &str, unit: &str) -> ChartAxis {
     ChartAxis {
         label: label.to_owned(),
+        unit: unit.to_owned(),
         scale: AxisScale::Logarithmic,
         ticks: Vec::new(),
     }

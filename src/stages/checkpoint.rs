@@ -68,6 +68,10 @@ impl Session {
             .filter_map(|state| state.stored)
             .collect();
         let upstream: Vec<&StoredStage> = stored.iter().collect();
-        Ok(input_digest(Stage::Solve, self.scene(), &upstream))
+        Ok(input_digest(
+            Stage::Solve,
+            &self.settings(Stage::Solve),
+            &upstream,
+        ))
     }
 }

@@ -76,6 +76,8 @@ enum Settings<'a> {
         gap: Option<&'a crate::scene::Quantity>,
     },
     Solve {
+        /// Digest of the multipliers the solve started from; none for λ = 0.
+        start: Option<&'a str>,
         friction: Option<&'a crate::scene::Friction>,
         solve: &'a crate::scene::SolveSettings,
     },
@@ -84,8 +86,8 @@ enum Settings<'a> {
     },
 }
 
-/// The settings of a stage as TOML.
-pub(super) fn settings(stage: Stage, scene: &Scene) -> String {
+/// The settings of a stage as TOML; `start` names the multipliers that a solve starts from.
+pub(super) fn settings(stage: Stage, scene: &Scene, start: Option<&str>) -> String {
     let settings = match stage {
         Stage::Mesh => Settings::Mesh {
             body: &scene.body,
@@ -114,6 +116,7 @@ pub(super) fn settings(stage: Stage, scene: &Scene) -> String {
             gap: scene.contact.as_ref().map(|c| &c.gap),
         },
         Stage::Solve => Settings::Solve {
+            start,
             friction: scene.friction.as_ref(),
             solve: &scene.solve,
         },
@@ -130,19 +133,28 @@ pub(super) fn settings(stage: Stage, scene: &Scene) -> String {
 /// What tells two scenes apart whose assembled problems differ in more than their loads.
 #[must_use]
 pub fn operator_settings(scene: &Scene) -> String {
-    settings(Stage::Mesh, scene) + &settings(Stage::Assemble, scene)
+    settings(Stage::Mesh, scene, None) + &settings(Stage::Assemble, scene, None)
 }
 
 /// Digest of everything a stage is computed from: its settings and the digests of all upstream
 /// stages.
-pub(super) fn input_digest(stage: Stage, scene: &Scene, upstream: &[&StoredStage]) -> String {
+pub(super) fn input_digest(stage: Stage, settings: &str, upstream: &[&StoredStage]) -> String {
     let mut hasher = blake3::Hasher::new();
     hasher.update(stage.group().as_bytes());
-    hasher.update(settings(stage, scene).as_bytes());
+    hasher.update(settings.as_bytes());
     for stored in upstream {
         hasher.update(stored.digest.as_bytes());
     }
     hasher.finalize().to_hex().to_string()
+}
+
+/// The multipliers that a solve should have started from.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum StartedFrom<'a> {
+    /// Those that the stored solve names.
+    AsStored,
+    /// These, by their digest; `None` is λ = 0.
+    Given(Option<&'a str>),
 }
 
 /// The state of every stage of a file with respect to a scene.
@@ -150,11 +162,20 @@ pub(super) fn input_digest(stage: Stage, scene: &Scene, upstream: &[&StoredStage
 /// # Errors
 /// Unreadable stage records. A stage whose own file cannot be used is stale, not an error.
 pub fn states(reader: &Reader, scene: &Scene) -> Result<Vec<StageState>, StoreError> {
+    states_from(reader, scene, StartedFrom::AsStored)
+}
+
+/// As [`states`], with a solve that must have started from certain multipliers.
+pub(super) fn states_from(
+    reader: &Reader,
+    scene: &Scene,
+    start: StartedFrom<'_>,
+) -> Result<Vec<StageState>, StoreError> {
     let mut states: Vec<StageState> = Vec::new();
     for stage in PIPELINE {
         let (stored, freshness) = match reader.stage_record(stage) {
             Ok(Some(stored)) => {
-                let freshness = judge(stage, scene, &stored, &states);
+                let freshness = judge(stage, scene, start, &stored, &states);
                 (Some(stored), freshness)
             }
             Ok(None) => (None, Freshness::Missing),
@@ -172,7 +193,13 @@ pub fn states(reader: &Reader, scene: &Scene) -> Result<Vec<StageState>, StoreEr
     Ok(states)
 }
 
-fn judge(stage: Stage, scene: &Scene, stored: &StoredStage, upstream: &[StageState]) -> Freshness {
+fn judge(
+    stage: Stage,
+    scene: &Scene,
+    start: StartedFrom<'_>,
+    stored: &StoredStage,
+    upstream: &[StageState],
+) -> Freshness {
     if let Some(bad) = upstream.iter().find(|s| s.freshness != Freshness::Fresh) {
         let state = if bad.freshness == Freshness::Missing {
             "missing"
@@ -182,11 +209,27 @@ fn judge(stage: Stage, scene: &Scene, stored: &StoredStage, upstream: &[StageSta
         return Freshness::Stale(format!("`{}` is {state}", bad.stage));
     }
     let records: Vec<&StoredStage> = upstream.iter().filter_map(|s| s.stored.as_ref()).collect();
-    if stored.record.input_digest == input_digest(stage, scene, &records) {
+    let stored_start = stored_start(&stored.record.settings);
+    let start = match start {
+        StartedFrom::AsStored => stored_start.as_deref(),
+        StartedFrom::Given(start) => start,
+    };
+    let settings_now = settings(stage, scene, start);
+    if stored.record.input_digest == input_digest(stage, &settings_now, &records) {
         Freshness::Fresh
-    } else if stored.record.settings != settings(stage, scene) {
+    } else if stored.record.settings == settings(stage, scene, stored_start.as_deref())
+        && stored.record.settings != settings_now
+    {
+        Freshness::Stale("it started from other multipliers".into())
+    } else if stored.record.settings != settings_now {
         Freshness::Stale("its part of the scene has changed".into())
     } else {
         Freshness::Stale("an earlier stage was run again with another result".into())
     }
+}
+
+/// The digest of the multipliers that a solve with these settings started from.
+fn stored_start(settings: &str) -> Option<String> {
+    let table: toml::Table = settings.parse().ok()?;
+    Some(table.get("start")?.as_str()?.to_owned())
 }

@@ -16,7 +16,9 @@ mod report_tables;
 mod resources;
 mod session;
 mod shared;
+mod sweep_charts;
 mod sweep_report;
+mod sweep_table;
 
 pub use accuracy::{draw_accuracy, measure_accuracy};
 pub use error::StageError;
@@ -27,3 +29,4 @@ pub use picture::figures_folder;
 pub use report::report;
 pub use session::{Commit, Performed, Session};
 pub use shared::Operator;
+pub use sweep_report::draw_sweep;

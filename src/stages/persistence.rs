@@ -194,7 +194,7 @@ impl Session {
                 .filter(|(earlier, _)| *earlier < stage)
                 .map(|(_, s)| s)
                 .collect();
-            let digest = input_digest(stage, self.scene(), &upstream);
+            let digest = input_digest(stage, &self.settings(stage), &upstream);
             let record = self.record(stage, seconds, digest);
             let digest = self.write(&mut transaction, stage, &record)?;
             stored.push((stage, StoredStage { record, digest }));
@@ -203,7 +203,7 @@ impl Session {
         if let Some(state) = checkpoint {
             stored.retain(|(earlier, _)| *earlier < Stage::Solve);
             let upstream: Vec<&StoredStage> = stored.iter().map(|(_, s)| s).collect();
-            let digest = input_digest(Stage::Solve, self.scene(), &upstream);
+            let digest = input_digest(Stage::Solve, &self.settings(Stage::Solve), &upstream);
             let record = self.record(Stage::Checkpoint, 0.0, digest);
             let home = Home::RunFile;
             write_stage(
@@ -229,9 +229,14 @@ impl Session {
         Ok(())
     }
 
+    /// The settings of a stage in force, as TOML.
+    pub(super) fn settings(&self, stage: Stage) -> String {
+        settings(stage, self.scene(), self.start_digest())
+    }
+
     fn record(&self, stage: Stage, seconds: f64, input_digest: String) -> StageRecord {
         StageRecord {
-            settings: settings(stage, self.scene()),
+            settings: self.settings(stage),
             input_digest,
             seconds,
             threads: i64::try_from(self.threads).unwrap_or(i64::MAX),

@@ -6,7 +6,7 @@ use std::{
 use super::{StageError, contact_cells::ContactCells};
 use crate::{
     contact::ContactFrame,
-    figures::{self, ContactPicture, FigureError, PaneFriction},
+    figures::{self, ContactPicture, FigureError, LineChart, PaneFriction},
     mesh::Mesh,
     post::{ContactReport, PaneState, Zone},
     scene::Scene,
@@ -126,6 +126,22 @@ fn pane_friction(pane: &PaneState) -> Option<PaneFriction> {
             Zone::Slip => figures::Zone::Slip,
         },
     })
+}
+
+/// Width of charts in pixels.
+const CHART_WIDTH: u32 = 1720;
+
+/// Saves charts by their names; returns the files.
+pub(super) fn save_charts<'a>(
+    folder: &Path,
+    charts: impl IntoIterator<Item = (&'a str, LineChart)>,
+) -> Result<Vec<PathBuf>, StageError> {
+    make_folder(folder)?;
+    let mut files = Vec::new();
+    for (name, chart) in charts {
+        files.extend(save(folder, name, &chart.svg(), CHART_WIDTH)?);
+    }
+    Ok(files)
 }
 
 /// Makes a folder for pictures unless it is there.

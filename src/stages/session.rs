@@ -4,8 +4,11 @@ use std::{
 };
 
 use super::{
-    AssemblyFile, Freshness, StageError, StageState, checkpoint::Checkpoints, freshness::states,
-    persistence::loaded, resources,
+    AssemblyFile, Freshness, StageError, StageState,
+    checkpoint::Checkpoints,
+    freshness::{StartedFrom, states_from},
+    persistence::loaded,
+    resources,
 };
 use crate::{
     contact::{Coupling, Interface},
@@ -32,8 +35,9 @@ pub struct Session {
     pub(super) system: Option<DualSystem>,
     /// Whether the loads of `system` are those of the scene.
     pub(super) loads_applied: bool,
-    /// Multipliers that the solve starts from.
-    pub(super) start: Option<Vec<f64>>,
+    /// Multipliers that the solve starts from, empty for λ = 0, with their digest; `None` if that is
+    /// left to the solve.
+    pub(super) start: Option<(Vec<f64>, Option<String>)>,
     /// A, l and B where they were read without the factor.
     pub(super) primal: Option<(PrimalSystem, Option<Coupling>)>,
     pub(super) solution: Option<Solution>,
@@ -132,7 +136,13 @@ impl Session {
     /// An unreadable file.
     pub fn states(&self) -> Result<Vec<StageState>, StageError> {
         match self.reader() {
-            Ok(reader) => Ok(states(&reader, self.scene())?),
+            Ok(reader) => {
+                let start = match &self.start {
+                    Some((_, digest)) => StartedFrom::Given(digest.as_deref()),
+                    None => StartedFrom::AsStored,
+                };
+                Ok(states_from(&reader, self.scene(), start)?)
+            }
             Err(StoreError::NotFound { .. }) => Ok(super::PIPELINE
                 .map(|stage| StageState {
                     stage,
@@ -203,9 +213,17 @@ impl Session {
         self.store_or_wait(Stage::Load, commit, started)
     }
 
-    /// Lets the solve start from the multipliers of a similar problem, `[n_multipliers]`, in Pa.
+    /// Lets the solve start from the multipliers of a similar problem, `[n_multipliers]`, in Pa, or
+    /// from λ = 0 if empty. A stored solve that started from others is stale.
     pub fn start_from(&mut self, multiplier: Vec<f64>) {
-        self.start = Some(multiplier);
+        let bytes: Vec<u8> = multiplier.iter().flat_map(|v| v.to_le_bytes()).collect();
+        let digest = (!bytes.is_empty()).then(|| blake3::hash(&bytes).to_hex().to_string());
+        self.start = Some((multiplier, digest));
+    }
+
+    /// The digest of the multipliers that the solve starts from; `None` for λ = 0.
+    pub(super) fn start_digest(&self) -> Option<&str> {
+        self.start.as_ref()?.1.as_deref()
     }
 
     /// What the parts of an assembly made in this process took.
@@ -252,7 +270,10 @@ impl Session {
             self.contact_state().as_ref(),
             &self.scene().solve,
             Start {
-                multiplier: self.start.as_deref(),
+                multiplier: self
+                    .start
+                    .as_ref()
+                    .map(|(multiplier, _)| multiplier.as_slice()),
                 checkpoint: checkpoint.as_ref(),
             },
             &mut |progress| match progress {

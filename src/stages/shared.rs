@@ -1,10 +1,13 @@
 //! Meshes and assembled problems that several run files of a folder share.
 
+use std::{fs, path::Path};
+
 use super::{AssemblyFile, Freshness, Session, StageError, freshness::input_digest};
 use crate::{
     dual::DualSystem,
+    format::FormatError,
     mesh::Mesh,
-    store::{SharedStage, Stage, StoredStage, Transaction},
+    store::{SharedStage, Stage, StoreError, StoredStage, Transaction},
 };
 
 /// A mesh and all of its assembled problem that does not depend on the loads, in memory.
@@ -25,7 +28,8 @@ impl Operator {
 impl Session {
     /// Makes mesh and assembled problem fresh with the least work: kept, linked from a file that another run file
     /// of the folder shares, or computed and shared. Loads it, or takes it from `known`, which must belong to a
-    /// scene with the same [`super::operator_settings`].
+    /// scene with the same [`super::operator_settings`]. A shared file whose values do not fit their digests is
+    /// made again under the same name.
     ///
     /// # Errors
     /// As [`Session::make_mesh`] and [`Session::assemble`].
@@ -45,15 +49,34 @@ impl Session {
             self.mesh = Some(known.mesh.clone());
             self.system = Some(known.system.clone());
             self.loads_applied = false;
-        } else {
-            self.load_mesh()?;
-            self.load_operator()?;
+        } else if let Err(error) = self.load_mesh().and_then(|()| self.load_operator()) {
+            if !is_of_content(&error) || !self.remove_shared()? {
+                return Err(error.into());
+            }
+            (self.mesh, self.system) = (None, None);
+            return self.prepare_operator(known);
         }
         self.load_interface()?;
         Ok(Operator {
             mesh: super::persistence::loaded(&self.mesh).clone(),
             system: super::persistence::loaded(&self.system).clone(),
         })
+    }
+
+    /// Removes the shared files that the run file links; whether there were any.
+    fn remove_shared(&self) -> Result<bool, StageError> {
+        let reader = self.reader()?;
+        let folder = self.file.path().parent().unwrap_or(Path::new(""));
+        let mut removed = false;
+        for stage in [Stage::Mesh, Stage::Assemble] {
+            let Some((name, _)) = reader.linked_file(stage) else {
+                continue;
+            };
+            let file = folder.join(name);
+            fs::remove_file(&file).map_err(|source| StageError::Write { file, source })?;
+            removed = true;
+        }
+        Ok(removed)
     }
 
     /// Links every upstream stage that is not fresh and that a shared file holds.
@@ -66,7 +89,7 @@ impl Session {
                 continue;
             }
             let known: Vec<&StoredStage> = upstream.iter().collect();
-            let digest = input_digest(state.stage, self.scene(), &known);
+            let digest = input_digest(state.stage, &self.settings(state.stage), &known);
             let Some(shared) = SharedStage::find(&self.file, state.stage, &digest) else {
                 break;
             };
@@ -84,4 +107,9 @@ impl Session {
         transaction.remove(Stage::Checkpoint);
         Ok(transaction.commit()?)
     }
+}
+
+/// Whether what a file holds is at fault, and not the way to it.
+fn is_of_content(error: &FormatError) -> bool {
+    !matches!(error, FormatError::Store(StoreError::Io { .. }))
 }

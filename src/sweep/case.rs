@@ -62,12 +62,12 @@ pub(super) fn run(
         let states = session.states()?;
         Ok(states.iter().all(|s| s.freshness == Freshness::Fresh))
     };
+    if let Some(start) = case.start {
+        session.start_from(multiplier(&plan.cases[start].file(folder))?.unwrap_or_default());
+    }
     let mut ran = Ran::Kept;
     if !done(&session)? {
         ran = Ran::Computed;
-        if let Some(start) = case.start {
-            session.start_from(multiplier(&plan.cases[start].file(folder))?.unwrap_or_default());
-        }
         let key = operator_key(&case.scene.scene);
         let outcome = operators
             .prepare(&key, |known| {

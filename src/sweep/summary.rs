@@ -91,10 +91,13 @@ fn row(
     file: &Path,
 ) -> Result<CaseRow, SweepError> {
     let error = failure::read(file);
-    let results = match Reader::open(file, LAYOUT) {
-        Ok(reader) if error.is_none() => format::read_case(&reader)?,
-        Ok(_) | Err(StoreError::NotFound { .. }) => None,
-        Err(other) => return Err(other.into()),
+    let results = match error {
+        Some(_) => None,
+        None => match Reader::open(file, LAYOUT) {
+            Ok(reader) => format::read_case(&reader)?,
+            Err(StoreError::NotFound { .. }) => None,
+            Err(other) => return Err(other.into()),
+        },
     };
     let status = match (&results, &error) {
         (_, Some(_)) => "failed",
