@@ -7,7 +7,7 @@ use contact3d_pipe::{
     scene::Scene,
 };
 
-pub(crate) struct Case(SolvedScene);
+pub(crate) struct Case(pub(crate) SolvedScene);
 
 impl std::ops::Deref for Case {
     type Target = SolvedScene;
