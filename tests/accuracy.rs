@@ -6,6 +6,7 @@ use std::path::Path;
 
 use contact3d_pipe::{
     accuracy::{Accuracy, AccuracySettings, Operator, RungMethod},
+    post::SolveSceneError,
     scene::Scene,
     solver::Status,
 };
