@@ -4,8 +4,8 @@ use super::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
 use super::chart::{draw_axes, draw_panes, typical_pane_size};
 use super::layout::{KeySide, LABEL_SIZE, Layout, PANEL_WIDTH, TICK_SIZE};
 use super::panes::PaneShape;
-use super::picture::{PaneFriction, Zone};
-use super::scale::{UnitScale, round_down};
+use super::picture::{FrictionKind, PaneFriction, Zone};
+use super::scale::round_down;
 use super::text::Label;
 
 /// Ellipses with a smaller largest semi-axis in pixels cannot be told from dots and are left out.
@@ -37,46 +37,53 @@ pub(super) fn ellipse_panel(
     layout: &Layout,
     shapes: &[PaneShape],
     title: &Label,
-    friction: &[PaneFriction],
+    (kind, friction): (FrictionKind, &[PaneFriction]),
 ) -> Canvas {
     let mut canvas = layout.panel(title);
     let fill = |pane: usize| zone_paint(friction[pane].zone).0;
-    let hover = |pane: usize| describe(pane, &friction[pane]);
+    let hover = |pane: usize| describe(kind, pane, &friction[pane]);
     draw_panes(&mut canvas, layout, shapes, Colour::GREY, fill, hover);
     let size = typical_pane_size(layout, shapes);
-    let largest = largest_coefficient(friction);
+    let largest = largest_semi_axis(friction);
     let radius = 0.44 * size;
     let drawn = largest > 0.0 && radius >= LEAST_RADIUS;
     if drawn {
         for shape in shapes {
             let centre = layout.point(shape.centre);
-            canvas.titled(&describe(shape.pane, &friction[shape.pane]), |canvas| {
-                draw_pane(canvas, &friction[shape.pane], centre, radius, largest);
-            });
+            canvas.titled(
+                &describe(kind, shape.pane, &friction[shape.pane]),
+                |canvas| {
+                    draw_pane(canvas, &friction[shape.pane], centre, radius, largest);
+                },
+            );
         }
     }
     draw_axes(&mut canvas, layout);
-    draw_legend(&mut canvas, layout, drawn.then_some((radius, largest)));
+    draw_legend(
+        &mut canvas,
+        layout,
+        kind,
+        drawn.then_some((radius, largest)),
+    );
     canvas
 }
 
 /// What a pane says when pointed at.
-fn describe(pane: usize, friction: &PaneFriction) -> String {
+fn describe(kind: FrictionKind, pane: usize, friction: &PaneFriction) -> String {
     let zone = match friction.zone {
         Zone::Open => "open",
         Zone::Stick => "stick",
         Zone::Slip => "slip",
     };
-    let [f1, f2] = friction.coefficients;
-    let [t1, t2] = friction.tangential_over_normal;
-    format!("pane {pane}, {zone}: F1 = {f1:.4}, F2 = {f2:.4}, σt/λν = ({t1:.4}, {t2:.4})")
+    let words = kind.describe(friction.semi_axes, friction.stress);
+    format!("pane {pane}, {zone}: {words}")
 }
 
-fn largest_coefficient(friction: &[PaneFriction]) -> f64 {
+fn largest_semi_axis(friction: &[PaneFriction]) -> f64 {
     let finite = friction
         .iter()
-        .flat_map(|pane| pane.coefficients)
-        .filter(|coefficient| coefficient.is_finite());
+        .flat_map(|pane| pane.semi_axes)
+        .filter(|semi_axis| semi_axis.is_finite());
     finite.fold(0.0, f64::max)
 }
 
@@ -84,9 +91,9 @@ fn largest_coefficient(friction: &[PaneFriction]) -> f64 {
 fn draw_pane(canvas: &mut Canvas, pane: &PaneFriction, centre: Point, radius: f64, largest: f64) {
     let (_, colour) = zone_paint(pane.zone);
     let thin = (0.06 * radius).clamp(0.15, 0.9);
-    if pane.coefficients.iter().all(|f| f.is_finite() && *f >= 0.0) {
+    if pane.semi_axes.iter().all(|f| f.is_finite() && *f >= 0.0) {
         let semi_axes = pane
-            .coefficients
+            .semi_axes
             .map(|f| (f / largest * radius).max(LEAST_SEMI_AXIS));
         let fill = match pane.zone {
             Zone::Open => Fill::Empty,
@@ -100,7 +107,7 @@ fn draw_pane(canvas: &mut Canvas, pane: &PaneFriction, centre: Point, radius: f6
             canvas.region(&[outline], fill, stroke);
         }
     }
-    let ratio = turned(pane.tangential_over_normal.map(|t| t / largest), pane.turn);
+    let ratio = turned(pane.stress.map(|t| t / largest), pane.turn);
     let length = ratio[0].hypot(ratio[1]);
     if pane.zone != Zone::Open && length.is_finite() && length > 0.0 {
         let shortening = radius * (LONGEST_LINE / length).min(1.0);
@@ -145,7 +152,12 @@ enum Icon {
 }
 
 /// Draws the legend; `ellipses` is the radius in pixels of the largest coefficient and this coefficient.
-fn draw_legend(canvas: &mut Canvas, layout: &Layout, ellipses: Option<(f64, f64)>) {
+fn draw_legend(
+    canvas: &mut Canvas,
+    layout: &Layout,
+    kind: FrictionKind,
+    ellipses: Option<(f64, f64)>,
+) {
     let mut entries = vec![
         (Icon::Zone(Zone::Slip), Label::plain("slip")),
         (Icon::Zone(Zone::Stick), Label::plain("stick")),
@@ -153,11 +165,11 @@ fn draw_legend(canvas: &mut Canvas, layout: &Layout, ellipses: Option<(f64, f64)
     ];
     match ellipses {
         Some((radius, largest)) => {
-            entries.push((Icon::Ellipse, semi_axes_label()));
-            entries.push((Icon::Line, stress_ratio_label()));
+            entries.push((Icon::Ellipse, kind.semi_axes_label()));
+            entries.push((Icon::Line, kind.stress_label()));
             let value = round_down(largest * (LONGEST_SCALE_BAR / radius).min(1.0));
             let bar = value / largest * radius;
-            entries.push((Icon::ScaleBar(bar), scale_bar_label(value)));
+            entries.push((Icon::ScaleBar(bar), kind.scale_bar_label(value)));
         }
         None => {
             let remark = Label::plain("ellipses too small to draw");
@@ -216,30 +228,4 @@ fn draw_entry(canvas: &mut Canvas, icon: &Icon, label: &Label, [x, y]: Point) {
     };
     let position = [x + text_left, y + 12.0];
     canvas.text(position, label, LABEL_SIZE, Anchor::Start);
-}
-
-fn semi_axes_label() -> Label {
-    Label::plain("semi-axes ")
-        .italic("F")
-        .subscript("1")
-        .upright(", ")
-        .italic("F")
-        .subscript("2")
-}
-
-fn stress_ratio_label() -> Label {
-    Label::default()
-        .italic("σ")
-        .subscript("t")
-        .upright("/")
-        .italic("λ")
-        .subscript("ν")
-}
-
-/// The value of the scale bar of the ellipses.
-fn scale_bar_label(value: f64) -> Label {
-    Label::default()
-        .italic("F")
-        .upright(" = ")
-        .then(&UnitScale::new(value, "").number(value))
 }

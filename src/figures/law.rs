@@ -8,7 +8,7 @@ use super::layout::{KeySide, Layout, PANEL_WIDTH, TITLE_SIZE};
 use super::panes::pane_shapes;
 use super::picture::{ContactPicture, FigureError};
 use super::text::{Label, fitted};
-use super::{PAGE_TITLE_HEIGHT, PAGE_TITLE_SIZE, coefficient_symbol, coefficients};
+use super::{FrictionKind, PAGE_TITLE_HEIGHT, PAGE_TITLE_SIZE, semi_axes};
 
 /// Height of a chart over slips.
 const CHART_HEIGHT: f64 = 360.0;
@@ -112,9 +112,9 @@ fn face_panels(face: &ContactPicture<'_>, isotropic: bool) -> Result<Vec<Canvas>
             .then(symbol)
             .upright(" at zero slip")
     });
-    let friction = face.friction.unwrap_or_default();
+    let friction = face.friction.unwrap_or((FrictionKind::Coulomb, &[]));
     let shapes = pane_shapes(face);
-    let maps = coefficients(friction, &Layout::new(face), &shapes, &titles, &symbols);
+    let maps = semi_axes(friction, (&Layout::new(face), &shapes), &titles, &symbols);
     let kept = if isotropic { 1 } else { 2 };
     Ok(maps.into_iter().take(kept).collect())
 }
@@ -157,7 +157,7 @@ fn law_symbol(axis: usize, isotropic: bool) -> Label {
     if isotropic {
         Label::default().italic("F")
     } else {
-        coefficient_symbol(axis)
+        FrictionKind::Coulomb.semi_axis_symbol(axis)
     }
 }
 
@@ -223,7 +223,7 @@ fn map_panels(maps: &[SlipMap; 2]) -> [Canvas; 2] {
         .map(|map| ValueRange::of(map.values.iter().copied()));
     let ranges = own[0].shared(own[1]).map_or(own, |common| [common; 2]);
     [0, 1].map(|axis| {
-        let symbol = coefficient_symbol(axis);
+        let symbol = FrictionKind::Coulomb.semi_axis_symbol(axis);
         let key = ColourKey::with_range(ranges[axis], false, ColourMap::Cividis, &symbol, "");
         let title = Label::plain("Coefficient of friction ")
             .then(&symbol)

@@ -11,6 +11,7 @@ mod colour;
 mod colour_bar;
 mod ellipses;
 mod facets;
+mod friction_labels;
 mod law;
 mod law_axes;
 mod layout;
@@ -32,7 +33,7 @@ mod view;
 
 pub use law::{LawPicture, OverSlip, SlipCurve, SlipMap, SlipRange, law_page};
 pub use line_chart::{Axis as ChartAxis, AxisScale, ChartPoint, LineChart, Series};
-pub use picture::{ContactPicture, FigureError, PaneFriction, Zone};
+pub use picture::{ContactPicture, FigureError, FrictionKind, PaneFriction, Zone};
 pub use raster::rasterise;
 
 use canvas::{Anchor, Canvas};
@@ -58,7 +59,7 @@ pub struct Panel {
 /// Draws the panels of HKL Fig. 5, each as an SVG document.
 ///
 /// (a) σ_ν, (b) ‖F⁻¹σ_t‖, (c) the deformed body, (d) an ellipse with the semi-axes F₁, F₂ and σ_t/λ_ν as a line for
-/// every pane, (e) F₁, (f) F₂. Without friction only (a) and (c), without contact only (c).
+/// every pane, (e) F₁, (f) F₂. With Tresca's law semi-axes are g F₁, g F₂, and σ_t is not divided. Without friction only (a) and (c), without contact only (c).
 ///
 /// # Errors
 /// [`FigureError`] when the arrays of the picture do not fit together, see [`ContactPicture::validate`].
@@ -108,22 +109,24 @@ fn drawings(picture: &ContactPicture<'_>) -> Result<Vec<(&'static str, Canvas)>,
     if !picture.contact_triangles.is_empty() {
         drawings.push(normal_stress(picture, &layout, &shapes));
     }
-    if let Some(friction) = picture.friction {
-        drawings.push(scaled_tangential(friction, &layout, &shapes));
+    if let Some((kind, friction)) = picture.friction {
+        drawings.push(scaled_tangential(kind, friction, &layout, &shapes));
     }
     let title = Label::plain("(c) Deformed body");
     let body = body::body_panel(picture, &layout, &title);
     drawings.push(("c_deformed_body", body));
-    if let Some(friction) = picture.friction {
+    if let Some((kind, friction)) = picture.friction {
         let title = Label::plain("(d) Friction ellipses and tangential contact stress");
-        let ellipses = ellipses::ellipse_panel(&layout, &shapes, &title, friction);
+        let ellipses = ellipses::ellipse_panel(&layout, &shapes, &title, (kind, friction));
         drawings.push(("d_friction_ellipses", ellipses));
-        let symbols = [0, 1].map(coefficient_symbol);
+        let symbols = [0, 1].map(|axis| kind.semi_axis_symbol(axis));
         let title = |letter: &str, axis: usize| {
-            Label::plain(format!("({letter}) Coefficient of friction ")).then(&symbols[axis])
+            let words = format!("({letter}) {}", kind.semi_axis_title());
+            Label::plain(words).then(&symbols[axis])
         };
         let titles = [title("e", 0), title("f", 1)];
-        let [first, second] = coefficients(friction, &layout, &shapes, &titles, &symbols);
+        let face = (&layout, shapes.as_slice());
+        let [first, second] = semi_axes((kind, friction), face, &titles, &symbols);
         drawings.push(("e_friction_1", first));
         drawings.push(("f_friction_2", second));
     }
@@ -145,47 +148,38 @@ fn normal_stress(
 }
 
 fn scaled_tangential(
+    kind: FrictionKind,
     friction: &[PaneFriction],
     layout: &Layout,
     shapes: &[PaneShape],
 ) -> (&'static str, Canvas) {
-    let symbol = Label::plain("‖")
-        .italic("F")
-        .superscript("−1")
-        .italic("σ")
-        .subscript("t")
-        .upright("‖");
+    let (symbol, unit) = (kind.scaled_symbol(), kind.scaled_unit());
     let value = |pane: usize| friction[pane].scaled_tangential;
     let values = shapes.iter().map(|shape| value(shape.pane));
-    let key = ColourKey::new(values, ColourMap::Viridis, &symbol, "Pa");
-    let title = Label::plain("(b) Scaled tangential contact stress ").then(&symbol);
-    let map = maps::map_panel(layout, shapes, &title, &key, "Pa", value);
+    let key = ColourKey::new(values, ColourMap::Viridis, &symbol, unit);
+    let title = Label::plain(kind.scaled_title()).then(&symbol);
+    let map = maps::map_panel(layout, shapes, &title, &key, unit, value);
     ("b_scaled_tangential_stress", map)
 }
 
-/// The maps of F₁ and F₂, with common colours unless these would hide the variation of one of them.
-fn coefficients(
-    friction: &[PaneFriction],
-    layout: &Layout,
-    shapes: &[PaneShape],
+/// The maps of F₁ and F₂, or of g F₁ and g F₂, with common colours unless these would hide the
+/// variation of one of them.
+fn semi_axes(
+    (kind, friction): (FrictionKind, &[PaneFriction]),
+    (layout, shapes): (&Layout, &[PaneShape]),
     titles: &[Label; 2],
     symbols: &[Label; 2],
 ) -> [Canvas; 2] {
-    let value = |pane: usize, axis: usize| friction[pane].coefficients[axis];
+    let value = |pane: usize, axis: usize| friction[pane].semi_axes[axis];
     let values = |axis: usize| shapes.iter().map(move |shape| value(shape.pane, axis));
     let own = [0, 1].map(|axis| ValueRange::of(values(axis)));
     let ranges = own[0].shared(own[1]).map_or(own, |common| [common; 2]);
     [0, 1].map(|axis| {
         let gaps = values(axis).any(|value| !value.is_finite());
         let map = ColourMap::Cividis;
-        let key = ColourKey::with_range(ranges[axis], gaps, map, &symbols[axis], "");
-        maps::map_panel(layout, shapes, &titles[axis], &key, "", |pane| {
+        let key = ColourKey::with_range(ranges[axis], gaps, map, &symbols[axis], kind.unit());
+        maps::map_panel(layout, shapes, &titles[axis], &key, kind.unit(), |pane| {
             value(pane, axis)
         })
     })
-}
-
-/// F₁ or F₂.
-fn coefficient_symbol(axis: usize) -> Label {
-    Label::default().italic("F").subscript(["1", "2"][axis])
 }

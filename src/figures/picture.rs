@@ -13,15 +13,25 @@ pub enum Zone {
     Slip,
 }
 
+/// The law whose ellipses are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrictionKind {
+    /// Coulomb's law: stresses are drawn over the pressure λ_ν.
+    Coulomb,
+    /// Tresca's law: stresses are drawn as they are.
+    Tresca,
+}
+
 /// Friction on one pane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PaneFriction {
-    /// ‖F⁻¹σ_t‖ \[Pa\].
+    /// ‖F⁻¹σ_t‖ \[Pa\] of Coulomb's law, ‖(g F)⁻¹σ_t‖ of Tresca's.
     pub scaled_tangential: f64,
-    /// F₁, F₂ (HKL §2).
-    pub coefficients: [f64; 2],
-    /// Tangential contact stress along t₁ and t₂ divided by λ_ν = −σ_ν.
-    pub tangential_over_normal: [f64; 2],
+    /// F₁, F₂ (HKL §2) of Coulomb's law, g F₁, g F₂ \[Pa\] of Tresca's.
+    pub semi_axes: [f64; 2],
+    /// Tangential contact stress along t₁ and t₂, divided by λ_ν = −σ_ν with Coulomb's law, \[Pa\]
+    /// with Tresca's.
+    pub stress: [f64; 2],
     /// Angle of the pane's own t₁ from `axis_1` of the picture towards its `axis_2`, in radians; 0
     /// where the frame does not turn.
     pub turn: f64,
@@ -54,8 +64,8 @@ pub struct ContactPicture<'a> {
     pub axis_2: [f64; 3],
     /// Normal contact stress σ_ν of every pane \[Pa\].
     pub normal_stress: &'a [f64],
-    /// Friction of every pane, as many as `normal_stress`; `None` without friction.
-    pub friction: Option<&'a [PaneFriction]>,
+    /// The law and the friction of every pane, as many as `normal_stress`; `None` without friction.
+    pub friction: Option<(FrictionKind, &'a [PaneFriction])>,
 }
 
 /// Why a figure cannot be drawn.
@@ -110,7 +120,7 @@ impl ContactPicture<'_> {
             triangles,
             self.contact_triangle_pane.len(),
         )?;
-        if let Some(friction) = self.friction {
+        if let Some((_, friction)) = self.friction {
             same_length("friction", panes, friction.len())?;
         }
         let boundary = self.boundary_triangles.as_flattened();

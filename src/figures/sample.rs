@@ -1,6 +1,6 @@
 //! A synthetic solved problem for the tests.
 
-use super::{ContactPicture, PaneFriction, Zone};
+use super::{ContactPicture, FrictionKind, PaneFriction, Zone};
 
 /// Owned arrays of a [`ContactPicture`].
 pub(super) struct Sample {
@@ -108,8 +108,8 @@ impl Sample {
                 self.normal_stress.push(-pressure);
                 self.friction.push(PaneFriction {
                     scaled_tangential: contact * pressure,
-                    coefficients,
-                    tangential_over_normal: [
+                    semi_axes: coefficients,
+                    stress: [
                         -contact * coefficients[0] * angle.cos(),
                         -contact * coefficients[1] * angle.sin(),
                     ],
@@ -133,7 +133,7 @@ impl Sample {
             axis_1: [1.0, 0.0, 0.0],
             axis_2: [0.0, 1.0, 0.0],
             normal_stress: &self.normal_stress,
-            friction: Some(&self.friction),
+            friction: Some((FrictionKind::Coulomb, &self.friction)),
         }
     }
 }

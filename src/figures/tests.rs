@@ -94,14 +94,14 @@ fn figures_survive_constant_huge_and_missing_values() {
         sample.normal_stress.fill(value);
         for pane in &mut sample.friction {
             pane.scaled_tangential = value;
-            pane.coefficients = [value, 1e6 * value];
-            pane.tangential_over_normal = [value; 2];
+            pane.semi_axes = [value, 1e6 * value];
+            pane.stress = [value; 2];
         }
         sample.displacement.fill([value; 3]);
         assert_all_readable(&sample.picture());
         sample.normal_stress[1] = f64::NAN;
         sample.normal_stress[2] = 2.0 * value + 1e-9;
-        sample.friction[3].coefficients[1] = f64::NAN;
+        sample.friction[3].semi_axes[1] = f64::NAN;
         sample.displacement[5] = [1.0, f64::NAN, -1.0];
         assert_all_readable(&sample.picture());
     }

@@ -1,7 +1,7 @@
 use super::contact_cells::ContactCells;
 use crate::{
     contact::{ContactFrame, FrictionField},
-    figures::{ContactPicture, PaneFriction, Zone},
+    figures::{ContactPicture, FrictionKind, PaneFriction, Zone},
     mesh::{ContactSurface, Mesh},
 };
 
@@ -44,7 +44,7 @@ impl LawFace {
             axis_1,
             axis_2,
             normal_stress: &self.normal_stress,
-            friction: Some(&self.friction),
+            friction: Some((FrictionKind::Coulomb, &self.friction)),
         }
     }
 }
@@ -53,8 +53,8 @@ impl LawFace {
 fn unloaded(coefficients: [f64; 2]) -> PaneFriction {
     PaneFriction {
         scaled_tangential: 0.0,
-        coefficients,
-        tangential_over_normal: [0.0; 2],
+        semi_axes: coefficients,
+        stress: [0.0; 2],
         turn: 0.0,
         zone: Zone::Open,
     }

@@ -6,7 +6,7 @@ use std::{
 use super::{StageError, contact_cells::ContactCells};
 use crate::{
     contact::ContactFrame,
-    figures::{self, ContactPicture, FigureError, LineChart, PaneFriction},
+    figures::{self, ContactPicture, FigureError, FrictionKind, LineChart, PaneFriction},
     mesh::Mesh,
     post::{ContactReport, PaneState, Zone},
     scene::Scene,
@@ -75,8 +75,11 @@ fn with_picture<T>(
     let cells = ContactCells::new(mesh);
     let displacement = cells.interpolate(&report.displacement);
     let normal_stress = cells.of_cells(&report.panes, &f64::NAN, |p| p.normal_stress);
-    let friction: Option<Vec<PaneFriction>> = report.panes.iter().map(pane_friction).collect();
+    let friction: Option<Vec<_>> = report.panes.iter().map(pane_friction).collect();
     let friction = friction.filter(|panes| !panes.is_empty());
+    let kind = friction.as_ref().map(|panes| panes[0].0);
+    let friction: Option<Vec<PaneFriction>> =
+        friction.map(|panes| panes.into_iter().map(|(_, pane)| pane).collect());
     let mut friction = friction.map(|panes| cells.of_cells(&panes, &NO_MULTIPLIER, |p| *p));
     let [axis_1, axis_2] = frame.map_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], |f| f.reference);
     if let (Some(frame), Some(surface), Some(friction)) = (frame, &mesh.contact, &mut friction) {
@@ -95,29 +98,38 @@ fn with_picture<T>(
         axis_1,
         axis_2,
         normal_stress: &normal_stress,
-        friction: friction.as_deref(),
+        friction: kind.zip(friction.as_deref()),
     })
 }
 
 /// What is drawn where a held node carries no multiplier.
 const NO_MULTIPLIER: PaneFriction = PaneFriction {
     scaled_tangential: f64::NAN,
-    coefficients: [f64::NAN; 2],
-    tangential_over_normal: [f64::NAN; 2],
+    semi_axes: [f64::NAN; 2],
+    stress: [f64::NAN; 2],
     turn: 0.0,
     zone: figures::Zone::Open,
 };
 
-/// Coulomb friction of one pane; `None` for other laws.
-fn pane_friction(pane: &PaneState) -> Option<PaneFriction> {
+/// Friction of one pane and its law; `None` without friction.
+fn pane_friction(pane: &PaneState) -> Option<(FrictionKind, PaneFriction)> {
     let friction = pane.friction?;
-    let (coefficients, scaled_tangential) = friction.coulomb?;
-    Some(PaneFriction {
+    let (kind, semi_axes, scaled_tangential) = match friction.coulomb {
+        Some((coefficients, scaled)) => (FrictionKind::Coulomb, coefficients, scaled),
+        None => {
+            let [a, b] = friction.semi_axes;
+            let [t1, t2] = friction.stress;
+            let over = (t1 / a).hypot(t2 / b);
+            (FrictionKind::Tresca, friction.semi_axes, over)
+        }
+    };
+    let drawn = PaneFriction {
         scaled_tangential,
-        coefficients,
-        tangential_over_normal: match pane.zone {
-            Zone::Open => [0.0; 2],
-            _ => friction.stress.map(|stress| stress / -pane.normal_stress),
+        semi_axes,
+        stress: match (pane.zone, kind) {
+            (Zone::Open, _) => [0.0; 2],
+            (_, FrictionKind::Coulomb) => friction.stress.map(|t| t / -pane.normal_stress),
+            (_, FrictionKind::Tresca) => friction.stress,
         },
         turn: 0.0,
         zone: match pane.zone {
@@ -125,7 +137,8 @@ fn pane_friction(pane: &PaneState) -> Option<PaneFriction> {
             Zone::Stick => figures::Zone::Stick,
             Zone::Slip => figures::Zone::Slip,
         },
-    })
+    };
+    Some((kind, drawn))
 }
 
 /// Width of charts in pixels.

@@ -89,6 +89,17 @@ pub(super) fn need_of_brick(brick: &Brick) -> Need {
     }
 }
 
+/// What reading a mesh file of so many bytes takes: the file, its nodes and elements as they stand
+/// there, and the mesh. Text and binary files of 0.13 and 0.7 million elements took 7.4 to 9 times
+/// their size.
+pub(super) fn need_of_mesh_file(bytes: u64) -> Need {
+    Need {
+        step: "reading the mesh file",
+        memory: bytes.saturating_mul(9),
+        stored: bytes,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

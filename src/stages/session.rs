@@ -1,4 +1,5 @@
 use std::{
+    fs,
     path::{Path, PathBuf},
     time::Instant,
 };
@@ -160,9 +161,14 @@ impl Session {
     /// A mesh or loads the scene cannot have, too little memory or disk space, HDF5 failures.
     pub fn make_mesh(&mut self) -> Result<Performed, StageError> {
         let started = Instant::now();
-        if let Body::Brick(brick) = &self.scene().body {
-            resources::admit(resources::need_of_brick(brick), self.file.path())?;
-        }
+        let need = match &self.scene().body {
+            Body::Brick(brick) => resources::need_of_brick(brick),
+            Body::Gmsh(gmsh) => {
+                let file = fs::metadata(self.input.folder.join(&gmsh.file));
+                resources::need_of_mesh_file(file.map_or(0, |file| file.len()))
+            }
+        };
+        resources::admit(need, self.file.path())?;
         let mesh = mesh_of(&self.input)?;
         refuse_rigid_motions(&mesh, &mesh.held_nodes(self.scene()))
             .and_then(|()| Loads::of(self.scene()).nodal_forces(&mesh).map(drop))

@@ -156,6 +156,29 @@ fn an_assembly_larger_than_its_limits_is_refused_and_the_mesh_is_kept() {
     }
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_mesh_file_larger_than_memory_is_refused_before_it_is_read() {
+    let program = Program::new();
+    let mesh = fs::File::create(program.path("foot.msh")).unwrap();
+    // 900 MB by the estimate; nothing of the file is on the disk.
+    mesh.set_len(100_000_000).unwrap();
+    fs::write(program.path("scene.toml"), FOOT).unwrap();
+    let refused = std::process::Command::new("sh")
+        .args([
+            "-c",
+            "ulimit -v 700000; exec \"$0\" mesh scene.toml run.h5 --threads 1",
+        ])
+        .arg(assert_cmd::cargo::cargo_bin("contact3d-pipe"))
+        .current_dir(program.path(""))
+        .output()
+        .unwrap();
+    let message = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(2), "{message}");
+    assert!(message.contains("reading the mesh file"), "{message}");
+    assert!(!program.path("run.h5").exists());
+}
+
 #[test]
 fn changes_on_the_command_line_are_named_with_the_scene() {
     let program = Program::new();

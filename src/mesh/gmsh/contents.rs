@@ -3,7 +3,7 @@ use std::collections::{BTreeMap, HashMap};
 use super::{
     GmshError, Place,
     element::{Element, Kind},
-    scanner::{Scanner, shown},
+    scanner::{Encoding, Scanner, shown},
     v2, v4,
 };
 
@@ -220,15 +220,17 @@ fn read_format(scanner: &mut Scanner) -> Result<Version, GmshError> {
     };
     match (encoding, version, size) {
         ("0", _, _) => {}
-        ("1", Version::V4, "8") => {
+        ("1", _, "8") => {
             scanner.end_text_line();
-            scanner.set_binary();
+            scanner.set_encoding(match version {
+                Version::V2 => Encoding::Ints,
+                Version::V4 => Encoding::Sizes,
+            });
             if scanner.int("the number 1 that shows the order of bytes")? != 1 {
                 return refuse("big-endian binary");
             }
         }
-        ("1", Version::V4, size) => return refuse(&format!("binary with sizes of {size} bytes")),
-        ("1", Version::V2, _) => return refuse("binary 2.2"),
+        ("1", _, size) => return refuse(&format!("binary with sizes of {size} bytes")),
         (other, ..) => return refuse(&format!("encoding {}", shown(other.as_bytes()))),
     }
     end_section(scanner, "MeshFormat")?;

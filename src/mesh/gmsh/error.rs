@@ -58,7 +58,7 @@ pub enum GmshError {
     #[diagnostic(help("save it again: gmsh part.geo -3 -format msh41 -o part.msh"))]
     Version { place: Place, found: String },
     /// A binary encoding that is not read.
-    #[error("{place}: expected text or little-endian binary 4.1 with 8-byte sizes, found {found}")]
+    #[error("{place}: expected text or little-endian binary with data of 8 bytes, found {found}")]
     #[diagnostic(help(
         "save it as text, without -bin: gmsh part.geo -3 -format msh41 -o part.msh"
     ))]

@@ -1,4 +1,4 @@
-//! Meshes made by Gmsh: MSH 4.1 (text and binary) and 2.2 (text), checked as a body.
+//! Meshes made by Gmsh: MSH 4.1 and 2.2, text and binary, checked as a body.
 //!
 //! Linear tetrahedra are the body and physical volumes name its parts; triangles in physical
 //! surfaces name the boundary; points and lines are passed over, and so are sections other than
@@ -61,7 +61,9 @@ pub(super) fn read(file: &GmshFile, folder: &Path) -> Result<RawMesh, GmshError>
 /// # Errors
 /// What the system says when the file cannot be read.
 pub fn digest_of(path: &Path) -> io::Result<String> {
-    Ok(blake3::hash(&fs::read(path)?).to_hex().to_string())
+    let mut hasher = blake3::Hasher::new();
+    hasher.update_reader(fs::File::open(path)?)?;
+    Ok(hasher.finalize().to_hex().to_string())
 }
 
 /// The mesh in the bytes of an MSH file, in the unit of the file.

@@ -8,7 +8,17 @@ pub(super) struct Scanner<'a> {
     bytes: &'a [u8],
     at: usize,
     line: usize,
-    binary: bool,
+    encoding: Encoding,
+}
+
+/// How values are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Encoding {
+    Text,
+    /// Binary whose counts and tags are `int`, as in MSH 2.2.
+    Ints,
+    /// Binary whose counts and tags of nodes and elements are `size_t`, as in MSH 4.1.
+    Sizes,
 }
 
 impl<'a> Scanner<'a> {
@@ -17,19 +27,23 @@ impl<'a> Scanner<'a> {
             bytes,
             at: 0,
             line: 1,
-            binary: false,
+            encoding: Encoding::Text,
         }
     }
 
-    pub(super) fn set_binary(&mut self) {
-        self.binary = true;
+    pub(super) fn set_encoding(&mut self, encoding: Encoding) {
+        self.encoding = encoding;
+    }
+
+    pub(super) fn is_text(&self) -> bool {
+        self.encoding == Encoding::Text
     }
 
     pub(super) fn place(&self) -> Place {
-        if self.binary {
-            Place::Byte(self.at)
-        } else {
+        if self.is_text() {
             Place::Line(self.line)
+        } else {
+            Place::Byte(self.at)
         }
     }
 
@@ -100,13 +114,13 @@ impl<'a> Scanner<'a> {
     }
 
     pub(super) fn begin_record(&mut self) {
-        if !self.binary {
+        if self.is_text() {
             self.skip_blank_lines();
         }
     }
 
     pub(super) fn end_record(&mut self) -> Result<(), GmshError> {
-        if self.binary {
+        if !self.is_text() {
             return Ok(());
         }
         match self.token() {
@@ -147,28 +161,31 @@ impl<'a> Scanner<'a> {
 
     /// An `int` of the format: a code, a dimension or an entity's tag.
     pub(super) fn int(&mut self, expected: &str) -> Result<i64, GmshError> {
-        if self.binary {
-            Ok(i32::from_le_bytes(self.raw(expected)?).into())
-        } else {
+        if self.is_text() {
             self.word(expected)
+        } else {
+            Ok(i32::from_le_bytes(self.raw(expected)?).into())
         }
     }
 
-    /// A `size_t` of the format: a count, or the tag of a node or an element.
+    /// A count, or the tag of a node or an element.
     pub(super) fn size(&mut self, expected: &str) -> Result<u64, GmshError> {
-        if self.binary {
-            Ok(u64::from_le_bytes(self.raw(expected)?))
-        } else {
-            self.word(expected)
+        match self.encoding {
+            Encoding::Text => self.word(expected),
+            Encoding::Sizes => Ok(u64::from_le_bytes(self.raw(expected)?)),
+            Encoding::Ints => {
+                let value = self.int(expected)?;
+                u64::try_from(value).map_err(|_| self.syntax(expected, value.to_string()))
+            }
         }
     }
 
     /// A `double` of the format.
     pub(super) fn real(&mut self, expected: &str) -> Result<f64, GmshError> {
-        if self.binary {
-            Ok(f64::from_le_bytes(self.raw(expected)?))
-        } else {
+        if self.is_text() {
             self.word(expected)
+        } else {
+            Ok(f64::from_le_bytes(self.raw(expected)?))
         }
     }
 
@@ -181,7 +198,28 @@ impl<'a> Scanner<'a> {
         binary: usize,
     ) -> Result<usize, GmshError> {
         let declared = self.size(&format!("the number of {what}"))?;
-        let least = if self.binary { binary } else { text };
+        self.fitting(declared, what, if self.is_text() { text } else { binary })
+    }
+
+    /// As [`Self::count`], for a count that stands in text on a line of its own in any encoding.
+    pub(super) fn count_line(
+        &mut self,
+        what: &'static str,
+        text: usize,
+        binary: usize,
+    ) -> Result<usize, GmshError> {
+        self.skip_blank_lines();
+        let declared = self.word(&format!("the number of {what}"))?;
+        if let Some(token) = self.token() {
+            return Err(self.syntax("the end of the line", shown(token)));
+        }
+        let count = self.fitting(declared, what, if self.is_text() { text } else { binary })?;
+        self.end_text_line();
+        Ok(count)
+    }
+
+    /// A declared count, if the rest of the file may hold as many items of so many bytes.
+    fn fitting(&self, declared: u64, what: &'static str, least: usize) -> Result<usize, GmshError> {
         // The last line of a text may lack its line break.
         let possible = (self.rest().len() + 1) / least;
         match usize::try_from(declared) {

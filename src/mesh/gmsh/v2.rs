@@ -1,14 +1,12 @@
-//! Sections of MSH 2.2.
+//! Sections of MSH 2.2, in text and in binary.
 
 use std::collections::HashMap;
 
-use super::{GmshError, contents::Contents, element::Kind, scanner::Scanner};
+use super::{GmshError, Place, contents::Contents, element::Kind, scanner::Scanner};
 
 /// `$Nodes`: a count, then tag and coordinates of a node on each line.
 pub(super) fn nodes(scanner: &mut Scanner, contents: &mut Contents) -> Result<(), GmshError> {
-    scanner.begin_record();
-    let count = scanner.count("nodes", 8, 28)?;
-    scanner.end_record()?;
+    let count = scanner.count_line("nodes", 8, 28)?;
     contents.reserve_nodes(count);
     for _ in 0..count {
         scanner.begin_record();
@@ -24,40 +22,78 @@ pub(super) fn nodes(scanner: &mut Scanner, contents: &mut Contents) -> Result<()
     Ok(())
 }
 
-/// `$Elements`: a count, then tag, code, tags of groups and nodes of an element on each line.
+/// `$Elements`: a count, then code, number of elements and number of tags of a block, and tag, tags
+/// and nodes of each of its elements. In text every element is a block with its tag in front.
 ///
-/// The first tag is the physical group (0 for none, negative for the reversed orientation); an
-/// element in several groups stands on several lines.
+/// The first of the tags is the physical group (0 for none, negative for the reversed
+/// orientation); an element in several groups stands in several lines.
 pub(super) fn elements(scanner: &mut Scanner, contents: &mut Contents) -> Result<(), GmshError> {
-    scanner.begin_record();
-    let count = scanner.count("elements", 8, 12)?;
-    scanner.end_record()?;
-    let mut membership_of_group = HashMap::new();
-    for _ in 0..count {
+    let mut left = scanner.count_line("elements", 8, 12)?;
+    let mut memberships = Memberships::default();
+    while left > 0 {
         scanner.begin_record();
         let place = scanner.place();
-        let tag = scanner.size("the tag of an element")?;
+        let own_tag = if scanner.is_text() {
+            Some(scanner.size("the tag of an element")?)
+        } else {
+            None
+        };
         let kind = Kind::of_code(scanner.int("the type of the element")?, place)?;
-        let group = read_tags(scanner)?;
-        let membership = *membership_of_group.entry(group).or_insert_with(|| {
-            let groups = if group == 0 { vec![] } else { vec![group] };
-            contents.membership(groups)
-        });
-        contents.read_element(scanner, (place, tag), kind, membership)?;
+        let in_block = match own_tag {
+            Some(_) => 1,
+            None => block_size(scanner, left, place)?,
+        };
+        let n_tags = scanner.size("the number of tags of the element")?;
+        for _ in 0..in_block {
+            let place = scanner.place();
+            let tag = match own_tag {
+                Some(tag) => tag,
+                None => scanner.size("the tag of an element")?,
+            };
+            let membership = memberships.of(read_group(scanner, n_tags)?, contents);
+            contents.read_element(scanner, (place, tag), kind, membership)?;
+        }
         scanner.end_record()?;
+        left -= in_block;
     }
     Ok(())
 }
 
+/// The number of elements of a block of which at most `left` are still to come.
+fn block_size(scanner: &mut Scanner, left: usize, place: Place) -> Result<usize, GmshError> {
+    let declared = scanner.size("the number of elements of the block")?;
+    match usize::try_from(declared) {
+        Ok(count @ 1..) if count <= left => Ok(count),
+        _ => Err(GmshError::Count {
+            place,
+            what: "elements of the block",
+            declared,
+            possible: left as u64,
+        }),
+    }
+}
+
 /// The physical group among the tags of an element.
-fn read_tags(scanner: &mut Scanner) -> Result<i64, GmshError> {
-    let count = scanner.size("the number of tags of the element")?;
+fn read_group(scanner: &mut Scanner, n_tags: u64) -> Result<i64, GmshError> {
     let mut group = 0;
-    for i in 0..count {
+    for i in 0..n_tags {
         let tag = scanner.int("a tag of the element")?;
         if i == 0 {
             group = tag.saturating_abs();
         }
     }
     Ok(group)
+}
+
+/// The memberships of the physical groups seen so far.
+#[derive(Default)]
+struct Memberships(HashMap<i64, usize>);
+
+impl Memberships {
+    fn of(&mut self, group: i64, contents: &mut Contents) -> usize {
+        *self.0.entry(group).or_insert_with(|| {
+            let groups = if group == 0 { vec![] } else { vec![group] };
+            contents.membership(groups)
+        })
+    }
 }

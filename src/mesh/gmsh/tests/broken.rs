@@ -6,7 +6,7 @@ use super::{
         Place::{Byte, Line},
         parse,
     },
-    FOOT_41_BINARY, PAIR_22, PAIR_41,
+    FOOT_22_BINARY, FOOT_41_BINARY, PAIR_22, PAIR_41,
 };
 
 type IsExpected = fn(&GmshError) -> bool;
@@ -49,7 +49,7 @@ fn broken_headers_are_refused() {
                 is!(Version { place: Line(2), .. }),
             ),
             (&[("2.2 0 8", "nan 0 8")], is!(Version { .. })),
-            (&[("2.2 0 8", "2.2 1 8")], is!(Encoding { .. })),
+            (&[("2.2 0 8", "2.2 1 4")], is!(Encoding { .. })),
             (&[("2.2 0 8", "4.1 1 4")], is!(Encoding { .. })),
             (&[("2.2 0 8", "2.2 2 8")], is!(Encoding { .. })),
             (
@@ -325,12 +325,19 @@ fn broken_elements_are_refused() {
 
 #[test]
 fn broken_binary_is_refused() {
-    let mut big_endian = FOOT_41_BINARY.to_vec();
-    let mark = b"$MeshFormat\n4.1 1 8\n".len();
-    big_endian[mark..mark + 4].reverse();
-    assert!(matches!(parse(&big_endian), Err(Encoding { .. })));
-    let half = &FOOT_41_BINARY[..FOOT_41_BINARY.len() / 2];
-    assert!(matches!(parse(half), Err(Count { place: Byte(_), .. })));
+    for sample in [FOOT_41_BINARY, FOOT_22_BINARY] {
+        let mut big_endian = sample.to_vec();
+        let mark = b"$MeshFormat\n4.1 1 8\n".len();
+        big_endian[mark..mark + 4].reverse();
+        assert!(matches!(parse(&big_endian), Err(Encoding { .. })));
+        // Half of the file ends among the elements.
+        let refused = parse(&sample[..sample.len() / 2]).unwrap_err();
+        let ended = matches!(
+            refused,
+            Count { place: Byte(_), .. } | Syntax { place: Byte(_), .. }
+        );
+        assert!(ended, "{refused}");
+    }
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use super::{
     super::{GmshError, digest_of, parse, read},
-    BRACKET_22, BRACKET_41, FOOT_22, FOOT_41, FOOT_41_BINARY,
+    BRACKET_22, BRACKET_41, FOOT_22, FOOT_22_BINARY, FOOT_41, FOOT_41_BINARY,
 };
 use crate::{
     mesh::{RawMesh, tetrahedron_volume, triangle_area},
@@ -79,6 +79,7 @@ fn all_formats_say_the_same() {
     let foot = parse(FOOT_41).unwrap();
     assert_same(parse(FOOT_41_BINARY).unwrap(), &foot);
     assert_same(parse(FOOT_22).unwrap(), &foot);
+    assert_same(parse(FOOT_22_BINARY).unwrap(), &foot);
     assert_same(parse(BRACKET_22).unwrap(), &parse(BRACKET_41).unwrap());
 }
 
