@@ -5,6 +5,8 @@ mod contact_surface;
 mod error;
 mod gmsh;
 mod patches;
+#[cfg(test)]
+mod patches_tests;
 mod quality;
 mod regions;
 

@@ -1,9 +1,10 @@
-use std::borrow::Cow;
-
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Expression, ExpressionError};
+use super::{
+    Formula,
+    tabulated::{Grid, Table},
+};
 
 /// One coefficient of friction as a function of place and slip.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -35,41 +36,6 @@ pub struct Ramp {
     pub rate: f64,
 }
 
-/// Values over increasing slips.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Table {
-    /// Slips in m, increasing from 0 on.
-    pub slip: Vec<f64>,
-    /// Coefficient at each slip.
-    pub value: Vec<f64>,
-}
-
-/// Values over a grid of both slips.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Grid {
-    /// Slips |u_t1| in m, increasing from 0 on.
-    pub slip_1: Vec<f64>,
-    /// Slips |u_t2| in m, increasing from 0 on.
-    pub slip_2: Vec<f64>,
-    /// Coefficients: one row for each entry of `slip_1`, one column for each of `slip_2`.
-    pub value: Vec<Vec<f64>>,
-}
-
-/// The variables of a [`Formula`]: coordinates and slips in m. `s` is |u_t|, for isotropic laws;
-/// `s1`, `s2` are |u_t1|, |u_t2|.
-pub const LAW_VARIABLES: &[&str] = &["x", "y", "z", "s", "s1", "s2"];
-
-/// An expression in [`LAW_VARIABLES`] with its derivatives by the slips.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
-pub struct Formula {
-    value: Expression,
-    /// By s, s1 and s2.
-    derivatives: [Option<Expression>; 3],
-}
-
 /// What a coefficient depends on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LawPoint {
@@ -98,9 +64,9 @@ impl Coefficient {
         match self {
             Self::Constant(value) => *value,
             Self::Ramp(ramp) => ramp.evaluate(at.own_slip),
-            Self::Table(table) => interpolate(&table.slip, &table.value, at.own_slip).0,
+            Self::Table(table) => table.evaluate(at.own_slip).0,
             Self::Grid(grid) => grid.evaluate(at.slip).0,
-            Self::Expression(formula) => formula.value.evaluate(&formula_arguments(at)),
+            Self::Expression(formula) => formula.evaluate(at),
         }
     }
 
@@ -114,22 +80,12 @@ impl Coefficient {
         match self {
             Self::Constant(_) => SlipDerivative::default(),
             Self::Ramp(ramp) => own(ramp.derivative(at.own_slip)),
-            Self::Table(table) => own(interpolate(&table.slip, &table.value, at.own_slip).1),
+            Self::Table(table) => own(table.evaluate(at.own_slip).1),
             Self::Grid(grid) => SlipDerivative {
                 own: 0.0,
                 pair: grid.evaluate(at.slip).1,
             },
-            Self::Expression(formula) => {
-                let arguments = formula_arguments(at);
-                let [own, first, second] = formula
-                    .derivatives
-                    .each_ref()
-                    .map(|d| d.as_ref().map_or(0.0, |d| d.evaluate(&arguments)));
-                SlipDerivative {
-                    own,
-                    pair: [first, second],
-                }
-            }
+            Self::Expression(formula) => formula.derivative(at),
         }
     }
 
@@ -142,7 +98,7 @@ impl Coefficient {
             Self::Ramp(ramp) => ramp.initial != ramp.residual,
             Self::Table(table) => differ(&table.value),
             Self::Grid(grid) => differ(&grid.value.concat()),
-            Self::Expression(formula) => formula.derivatives.iter().any(Option::is_some),
+            Self::Expression(formula) => formula.depends_on_slip(),
         }
     }
 
@@ -150,15 +106,12 @@ impl Coefficient {
     #[must_use]
     pub fn depends_on_place(&self) -> bool {
         match self {
-            Self::Expression(formula) => ["x", "y", "z"].iter().any(|v| formula.value.uses(v)),
+            Self::Expression(formula) => {
+                ["x", "y", "z"].iter().any(|v| formula.expression().uses(v))
+            }
             _ => false,
         }
     }
-}
-
-fn formula_arguments(at: &LawPoint) -> [f64; 6] {
-    let [x, y, z] = at.position;
-    [x, y, z, at.own_slip, at.slip[0], at.slip[1]]
 }
 
 impl Ramp {
@@ -184,100 +137,6 @@ impl Ramp {
         } else {
             self.rate.copysign(self.residual - self.initial)
         }
-    }
-}
-
-/// The cell of a table that holds ζ, taken from the left, and the relative place in it; `None`
-/// outside the table, with the index of the nearest entry.
-fn cell(knots: &[f64], slip: f64) -> Result<(usize, f64), usize> {
-    let above = knots.partition_point(|&knot| knot < slip);
-    if above == 0 {
-        Err(0)
-    } else if above == knots.len() {
-        Err(above - 1)
-    } else {
-        let (low, high) = (knots[above - 1], knots[above]);
-        Ok((above - 1, (slip - low) / (high - low)))
-    }
-}
-
-/// Value and slope of the piecewise linear function through (knots, values).
-fn interpolate(knots: &[f64], values: &[f64], slip: f64) -> (f64, f64) {
-    match cell(knots, slip) {
-        Err(end) => (values[end], 0.0),
-        Ok((i, t)) => {
-            let rise = values[i + 1] - values[i];
-            (values[i] + t * rise, rise / (knots[i + 1] - knots[i]))
-        }
-    }
-}
-
-impl Grid {
-    /// Value and gradient.
-    fn evaluate(&self, slip: [f64; 2]) -> (f64, [f64; 2]) {
-        let along_second = |row: usize| interpolate(&self.slip_2, &self.value[row], slip[1]);
-        match cell(&self.slip_1, slip[0]) {
-            Err(end) => {
-                let (value, slope) = along_second(end);
-                (value, [0.0, slope])
-            }
-            Ok((i, t)) => {
-                let (low, high) = (along_second(i), along_second(i + 1));
-                let width = self.slip_1[i + 1] - self.slip_1[i];
-                (
-                    low.0 + t * (high.0 - low.0),
-                    [(high.0 - low.0) / width, low.1 + t * (high.1 - low.1)],
-                )
-            }
-        }
-    }
-}
-
-impl Formula {
-    /// Parses and differentiates.
-    ///
-    /// # Errors
-    /// [`ExpressionError`] for text that is no formula in [`LAW_VARIABLES`].
-    pub fn parse(text: &str) -> Result<Self, ExpressionError> {
-        let value = Expression::parse(text, LAW_VARIABLES)?;
-        let [own, first, second] = ["s", "s1", "s2"].map(|name| value.derivative(name));
-        Ok(Self {
-            derivatives: [own?, first?, second?],
-            value,
-        })
-    }
-
-    /// The formula as written.
-    #[must_use]
-    pub fn expression(&self) -> &Expression {
-        &self.value
-    }
-}
-
-impl TryFrom<String> for Formula {
-    type Error = ExpressionError;
-
-    fn try_from(text: String) -> Result<Self, ExpressionError> {
-        Self::parse(&text)
-    }
-}
-
-impl From<Formula> for String {
-    fn from(formula: Formula) -> Self {
-        formula.value.text().to_owned()
-    }
-}
-
-impl JsonSchema for Formula {
-    fn schema_name() -> Cow<'static, str> {
-        "Formula".into()
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        json_schema!({
-            "description": "An expression in x, y, z and the slips s1 = |u_t1|, s2 = |u_t2| (s = |u_t| for an isotropic law), all in m.",
-            "type": "string"
-        })
     }
 }
 

@@ -10,6 +10,7 @@ mod effects;
 mod error;
 mod expression;
 mod file;
+mod formula;
 mod friction;
 mod load;
 mod material;
@@ -17,17 +18,17 @@ mod notation;
 mod quantity;
 mod slip_range;
 mod solve;
+mod tabulated;
 mod validate;
 
 pub use body::{Body, Brick, BrickFace, GmshFile};
-pub use coefficient::{
-    Coefficient, Formula, Grid, LAW_VARIABLES, LawPoint, Ramp, SlipDerivative, Table,
-};
+pub use coefficient::{Coefficient, LawPoint, Ramp, SlipDerivative};
 pub use contact::{Contact, MultiplierSpace};
 pub use effects::{ContactEffect, Effects, FrictionEffect};
 pub use error::{Invalid, SceneError};
 pub use expression::{Expression, ExpressionError, FUNCTIONS};
 pub use file::SceneFile;
+pub use formula::{Formula, LAW_VARIABLES};
 pub use friction::{Friction, FrictionLaw};
 pub use load::{BodyForce, Clamp, Component, Pressure, Traction};
 pub use material::{Isotropic, Material, Orthotropic, Part, Region, Voigt};
@@ -35,6 +36,7 @@ pub use quantity::{POSITION, Quantity};
 pub use solve::{
     AssembleSettings, DualOperatorKind, InnerSolver, Method, PrecisionControl, SolveSettings,
 };
+pub use tabulated::{Grid, Table};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,77 +1,18 @@
 //! GPCG on small dense problems.
 
-use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
-use std::sync::atomic::AtomicUsize;
-
-use super::{FeasibleSet, Gpcg, Kprgp, operator_norm};
-use crate::{
-    dual::DualOperator,
-    linalg::{add_scaled, norm},
+use super::{
+    FeasibleSet, Gpcg, Kprgp,
+    dense_operator::{Dense, N, PANES, projected_step, set_of},
+    operator_norm,
 };
+use crate::linalg::{add_scaled, norm};
 
-const PANES: usize = 4;
-const N: usize = 3 * PANES;
-
-/// A dense S; from action `broken_from` on it gives NaN.
-struct Dense {
-    matrix: DMatrix<f64>,
-    rhs: Vec<f64>,
-    actions: usize,
-    broken_from: usize,
-}
-
-impl Dense {
-    /// S = GᵀG + I, with zero rows and columns where `idle` says so.
-    fn new(entries: &[f64], rhs: &[f64], idle: &[usize]) -> Self {
-        let g = DMatrix::from_column_slice(N, N, entries);
-        let mut matrix = g.transpose() * &g + DMatrix::identity(N, N);
-        for &i in idle {
-            matrix.row_mut(i).fill(0.0);
-            matrix.column_mut(i).fill(0.0);
-        }
-        Self {
-            matrix,
-            rhs: rhs.to_vec(),
-            actions: 0,
-            broken_from: usize::MAX,
-        }
-    }
-
-    fn gradient(&mut self, multiplier: &[f64]) -> Vec<f64> {
-        let mut r = self.apply(multiplier);
-        add_scaled(&mut r, -1.0, &self.rhs);
-        r
-    }
-
-    fn solver(&mut self) -> Gpcg {
-        Gpcg {
-            steplength: 1.9 / operator_norm(self),
-            max_actions: 100_000,
-        }
-    }
-}
-
-impl DualOperator for Dense {
-    fn dimension(&self) -> usize {
-        self.rhs.len()
-    }
-    fn rhs(&self) -> &[f64] {
-        &self.rhs
-    }
-    fn apply(&mut self, multiplier: &[f64]) -> Vec<f64> {
-        self.actions += 1;
-        let product = &self.matrix * DVector::from_column_slice(multiplier);
-        let broken = self.actions >= self.broken_from;
-        let factor = if broken { f64::NAN } else { 1.0 };
-        product.iter().map(|v| factor * v).collect()
-    }
-    fn to_primal(&mut self, _: &[f64]) -> Vec<f64> {
-        Vec::new()
-    }
-    fn actions(&self) -> usize {
-        self.actions
+fn solver(operator: &mut Dense) -> Gpcg {
+    Gpcg {
+        steplength: 1.9 / operator_norm(operator),
+        max_actions: 100_000,
     }
 }
 
@@ -83,26 +24,11 @@ fn rhs() -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec(-10.0..10.0_f64, N)
 }
 
-static PROJECTIONS: AtomicUsize = AtomicUsize::new(0);
-
-fn set_of(semi_axes: Vec<[f64; 2]>) -> FeasibleSet<'static> {
-    FeasibleSet::new(PANES, semi_axes, &PROJECTIONS)
-}
-
 /// Ellipses, thin ones, segments and points.
 fn set() -> impl Strategy<Value = FeasibleSet<'static>> {
     let axis = || prop_oneof![Just(0.0), 1e-6..1e-3_f64, 0.1..3.0_f64];
     let ellipse = (axis(), axis()).prop_map(|(a, b)| [a, b]);
     prop::collection::vec(ellipse, PANES).prop_map(set_of)
-}
-
-/// ‖λ − P(λ − s r)‖, which vanishes for every s > 0 exactly at the minimiser.
-fn projected_step(set: &FeasibleSet<'_>, multiplier: &[f64], r: &[f64], s: f64) -> f64 {
-    let mut step = multiplier.to_vec();
-    add_scaled(&mut step, -s, r);
-    set.project(&mut step);
-    add_scaled(&mut step, -1.0, multiplier);
-    norm(&step)
 }
 
 proptest! {
@@ -111,7 +37,7 @@ proptest! {
         entries in entries(), rhs in rhs(), set in set(),
     ) {
         let mut operator = Dense::new(&entries, &rhs, &[]);
-        let solver = operator.solver();
+        let solver = solver(&mut operator);
         let mut multiplier = vec![0.0; N];
         let outcome = solver.minimise(&mut operator, &set, &mut multiplier, 1e-10);
         prop_assert!(outcome.converged);
@@ -123,7 +49,7 @@ proptest! {
     #[test]
     fn agrees_with_kprgp(entries in entries(), rhs in rhs(), set in set()) {
         let mut operator = Dense::new(&entries, &rhs, &[]);
-        let solver = operator.solver();
+        let solver = solver(&mut operator);
         let mut multiplier = vec![0.0; N];
         solver.minimise(&mut operator, &set, &mut multiplier, 1e-10);
         let Gpcg { steplength, max_actions } = solver;
@@ -141,7 +67,7 @@ proptest! {
         entries in entries(), rhs in rhs(), set in set(), max_actions in 1..40_usize,
     ) {
         let mut operator = Dense::new(&entries, &rhs, &[]);
-        let solver = Gpcg { max_actions, ..operator.solver() };
+        let solver = Gpcg { max_actions, ..solver(&mut operator) };
         operator.actions = 0;
         let steps = solver.minimise(&mut operator, &set, &mut [0.0; N], 1e-10).steps;
         let sum = steps.conjugate_gradient + steps.expansion + steps.proportioning;
@@ -162,7 +88,7 @@ proptest! {
             rhs[PANES..PANES + 2].fill(0.0);
         }
         let mut operator = Dense::new(&entries, &rhs, &idle);
-        let solver = operator.solver();
+        let solver = solver(&mut operator);
         let mut multiplier = vec![0.0; N];
         let outcome = solver.minimise(&mut operator, &set, &mut multiplier, 1e-10);
         prop_assert!(outcome.converged);
@@ -175,7 +101,7 @@ proptest! {
     #[test]
     fn units_do_not_matter(entries in entries(), rhs in rhs(), set in set()) {
         let mut operator = Dense::new(&entries, &rhs, &[]);
-        let solver = operator.solver();
+        let solver = solver(&mut operator);
         let mut multiplier = vec![0.0; N];
         let outcome = solver.minimise(&mut operator, &set, &mut multiplier, 1e-10);
         let (stress, volume) = (2.0_f64.powi(20), 2.0_f64.powi(-30));
@@ -197,7 +123,7 @@ proptest! {
         entries in entries(), rhs in rhs(), set in set(), broken_from in 1..30_usize,
     ) {
         let mut operator = Dense::new(&entries, &rhs, &[]);
-        let solver = operator.solver();
+        let solver = solver(&mut operator);
         let (mut sound, mut multiplier) = (vec![0.0; N], vec![0.0; N]);
         operator.actions = 0;
         solver.minimise(&mut operator, &set, &mut sound, 1e-10);

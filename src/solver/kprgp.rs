@@ -159,96 +159,48 @@ impl Kprgp {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::solver::operator_norm;
-    use nalgebra::{DMatrix, DVector};
     use proptest::prelude::*;
-    use std::sync::atomic::AtomicUsize;
 
-    /// S = GᵀG + δI of a given G.
-    struct Dense {
-        matrix: DMatrix<f64>,
-        rhs: Vec<f64>,
-        actions: usize,
-    }
-
-    impl DualOperator for Dense {
-        fn dimension(&self) -> usize {
-            self.rhs.len()
-        }
-        fn rhs(&self) -> &[f64] {
-            &self.rhs
-        }
-        fn apply(&mut self, multiplier: &[f64]) -> Vec<f64> {
-            self.actions += 1;
-            (&self.matrix * DVector::from_column_slice(multiplier))
-                .as_slice()
-                .to_vec()
-        }
-        fn to_primal(&mut self, _: &[f64]) -> Vec<f64> {
-            Vec::new()
-        }
-        fn actions(&self) -> usize {
-            self.actions
-        }
-    }
-
-    const PANES: usize = 4;
-
-    fn problem(entries: &[f64], rhs: &[f64]) -> Dense {
-        let n = 3 * PANES;
-        let g = DMatrix::from_column_slice(n, n, entries);
-        let matrix = g.transpose() * &g + DMatrix::identity(n, n);
-        Dense {
-            matrix,
-            rhs: rhs.to_vec(),
-            actions: 0,
-        }
-    }
-
-    static PROJECTIONS: AtomicUsize = AtomicUsize::new(0);
+    use super::*;
+    use crate::solver::{
+        dense_operator::{Dense, N, PANES, projected_step, set_of},
+        operator_norm,
+    };
 
     fn set(bounds: &[f64]) -> FeasibleSet<'static> {
-        let semi_axes = bounds.iter().map(|g| [g / 2.0, g / 5.0]).collect();
-        FeasibleSet::new(PANES, semi_axes, &PROJECTIONS)
+        set_of(bounds.iter().map(|g| [g / 2.0, g / 5.0]).collect())
     }
 
     proptest! {
         /// The minimiser is the only fixed point of a projected gradient step of any length.
         #[test]
         fn minimiser_satisfies_the_optimality_conditions(
-            entries in prop::collection::vec(-1.0..1.0_f64, 144),
-            rhs in prop::collection::vec(-10.0..10.0_f64, 12),
+            entries in prop::collection::vec(-1.0..1.0_f64, N * N),
+            rhs in prop::collection::vec(-10.0..10.0_f64, N),
             bounds in prop::collection::vec(prop_oneof![Just(0.0), 0.1..5.0_f64], PANES),
         ) {
-            let mut operator = problem(&entries, &rhs);
+            let mut operator = Dense::new(&entries, &rhs, &[]);
             let steplength = 1.9 / operator_norm(&mut operator);
             let inner = Kprgp { steplength, gamma: 1.0, max_actions: 100_000 };
             let set = set(&bounds);
-            let mut multiplier = vec![0.0; 12];
+            let mut multiplier = vec![0.0; N];
             let outcome = inner.minimise(&mut operator, &set, &mut multiplier, 1e-10);
             prop_assert!(outcome.converged);
-            let mut r = operator.apply(&multiplier);
-            add_scaled(&mut r, -1.0, &rhs);
-            let mut step = multiplier.clone();
-            add_scaled(&mut step, -0.3, &r);
-            set.project(&mut step);
-            for (a, b) in step.iter().zip(&multiplier) {
-                // ‖g̃‖ ≤ 1e-10 bounds a projected step of length 0.3 by a small multiple of it.
-                prop_assert!((a - b).abs() < 1e-8);
-            }
+            let r = operator.gradient(&multiplier);
+            // ‖g̃‖ ≤ 1e-10 bounds a projected step of length 0.3 by a small multiple of it.
+            prop_assert!(projected_step(&set, &multiplier, &r, 0.3) < 1e-8);
         }
     }
 
     #[test]
     fn giving_up_is_reported() {
-        let mut operator = problem(&[0.5; 144], &[1.0; 12]);
+        let mut operator = Dense::new(&[0.5; N * N], &[1.0; N], &[]);
         let inner = Kprgp {
             steplength: 1e-6,
             gamma: 1.0,
             max_actions: 3,
         };
-        let outcome = inner.minimise(&mut operator, &set(&[1.0; 4]), &mut [0.0; 12], 1e-14);
+        let outcome = inner.minimise(&mut operator, &set(&[1.0; 4]), &mut [0.0; N], 1e-14);
         assert!(!outcome.converged);
     }
 }

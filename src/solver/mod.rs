@@ -1,6 +1,8 @@
 //! The nonlinear solvers: Algorithm 4.1 (successive approximations) with KPRGP, GPCG or Newton's
 //! method inside, and a semismooth Newton method for the whole problem.
 
+#[cfg(test)]
+mod dense_operator;
 mod ellipse;
 mod ellipse_boundary;
 mod ellipse_derivative;
