@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     contact::{Coupling, Interface},
-    dual::{AssemblyError, AssemblySeconds, DualSystem, OperatorEstimate, PrimalSystem},
+    dual::{AssemblyError, AssemblySeconds, DualSystem, Need, OperatorEstimate, PrimalSystem},
     elasticity::{Loads, refuse_rigid_motions},
     format::{self, LAYOUT},
     mesh::{Mesh, MeshError, Quality, digest_of},
@@ -180,17 +180,20 @@ impl Session {
         self.store(Stage::Mesh, started)
     }
 
-    /// Assembles and factorises.
+    /// Assembles and factorises; `observe` sees the name of every long step before it begins.
     ///
     /// # Errors
     /// A stale or missing mesh, a stiffness that is not positive definite, too little memory or
     /// disk space, HDF5 failures.
-    pub fn assemble(&mut self) -> Result<Performed, StageError> {
+    pub fn assemble(&mut self, observe: &dyn Fn(&'static str)) -> Result<Performed, StageError> {
         self.require_fresh_before(Stage::Assemble)?;
         let started = Instant::now();
         self.load_mesh()?;
         let mesh = loaded(&self.mesh);
-        let admit = |need| resources::admit(need, self.file.path());
+        let admit = |need: Need| {
+            observe(need.step);
+            resources::admit(need, self.file.path())
+        };
         let system = DualSystem::admitted(self.scene(), mesh, self.threads, &admit);
         self.system = Some(system.map_err(|error| match error {
             AssemblyError::Scene(invalid) => self.refuse(invalid),

@@ -36,16 +36,23 @@ impl Reader {
         let Some(stored) = self.stage_record(stage)? else {
             return Ok(None);
         };
-        let mut digests = Vec::new();
+        let mut held = Vec::new();
         for spec in self.layout.of_stage(stage) {
             if self.volume_of_object(stage, spec.path)?.holds(spec.path) {
-                digests.push((spec, self.digest(spec)?));
+                held.push(spec);
             } else if spec.presence == Presence::Required {
                 return Err(self.missing(spec.path, stage));
             }
         }
-        let stable = digests.iter().filter(|(spec, _)| !spec.volatile);
-        let digest = of_stage(stable.map(|(spec, digest)| (spec.path, digest.as_str())));
+        let mut digests = Vec::new();
+        for spec in held.into_iter().filter(|spec| !spec.volatile) {
+            digests.push((spec.path, self.digest(spec)?));
+        }
+        let digest = of_stage(
+            digests
+                .iter()
+                .map(|(path, digest)| (*path, digest.as_str())),
+        );
         self.stage_place(stage)
             .same_digest(stored.digest.clone(), digest)?;
         Ok(Some(stored))
