@@ -22,21 +22,20 @@ def wrong(rows: list[Row]) -> list[str]:
 
 
 def test_killed_commands_go_on(tested, tmp_path):
-    rows = kills.run(tested, tmp_path, count=9, seed=2, only=KILLED)
+    rows = list(kills.run(tested, tmp_path, count=9, seed=2, only=KILLED))
     assert sum(row.tried for row in rows) >= 15
     assert wrong(rows) == []
 
 
 def test_hostile_surroundings(tested, tmp_path):
-    rows = environment.run(tested, tmp_path, seed=2, trials=2)
+    rows = list(environment.run(tested, tmp_path, seed=2, trials=2))
     assert wrong(rows) == []
     assert sum(row.refused for row in rows) > 0
 
 
 def test_bad_files(tested, tmp_path):
-    rows = bad_files.run(
-        tested, tmp_path, flips=40, truncate_every=1 << 16, seed=2, alter_every=13
-    )
+    limits = {"flips": 40, "truncate_every": 1 << 16, "seed": 2, "alter_every": 13}
+    rows = list(bad_files.run(tested, tmp_path, **limits))
     assert wrong(rows) == []
     assert all(row.tried > 0 for row in rows)
 

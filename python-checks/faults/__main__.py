@@ -43,7 +43,7 @@ def main() -> int:
         else:
             limits = (chosen.flips, chosen.truncate_every)
             rows = bad_files.run(program, scratch, *limits, chosen.seed)
-    return print_table(rows)
+        return print_table(rows)
 
 
 if __name__ == "__main__":

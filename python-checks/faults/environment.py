@@ -53,12 +53,11 @@ class Setting:
         return Path(shutil.copy(self.good, folder / "run.h5"))
 
 
-def run(program: Program, scratch: Path, seed: int, trials: int = 24) -> list[Row]:
+def run(program: Program, scratch: Path, seed: int, trials: int = 24) -> Iterator[Row]:
     """All surroundings."""
     good = scratch / "good.h5"
     program.done("run", SCENE, good, "--no-figures", *SMALL)
     setting = Setting(program, scratch, good, random.Random(seed), trials)
-    rows = []
     for surroundings in (
         full_disk,
         read_only_disk,
@@ -68,8 +67,7 @@ def run(program: Program, scratch: Path, seed: int, trials: int = 24) -> list[Ro
         two_writers,
         reader_meanwhile,
     ):
-        rows += surroundings(setting)
-    return rows
+        yield from surroundings(setting)
 
 
 @contextmanager

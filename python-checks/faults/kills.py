@@ -4,6 +4,7 @@ import csv
 import random
 import signal
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -178,12 +179,11 @@ def drop(row: dict, key: str) -> dict:
 
 def run(
     program: Program, scratch: Path, count: int, seed: int, only: list[str] | None = None
-) -> list[Row]:
+) -> Iterator[Row]:
     """SIGKILL `count` times over all cases; SIGINT and SIGTERM a fifth as often."""
     cases = [case for case in CASES if not only or case.name in only]
     shares = sum(case.share for case in cases)
     moments = random.Random(seed)
-    rows = []
     for index, case in enumerate(cases):
         trial = Trial(program, case, scratch / str(index))
         trial.prepare()
@@ -193,5 +193,4 @@ def run(
             for _ in range(-(-count * case.share // (shares * often))):
                 moment = moments.uniform(0.0, LONGER * trial.seconds)
                 row.count(trial.strike(moment, number))
-            rows.append(row)
-    return rows
+            yield row

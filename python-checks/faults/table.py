@@ -1,5 +1,6 @@
 """What came of many trials of one kind, as a line of a Markdown table."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -48,12 +49,12 @@ HEADER = (
 )
 
 
-def print_table(rows: list[Row]) -> int:
-    """Print the table and what is wrong; the exit code."""
-    print(HEADER)
+def print_table(rows: Iterable[Row]) -> int:
+    """Print the table line by line as it comes, then what is wrong; the exit code."""
+    print(HEADER, flush=True)
+    wrong = []
     for row in rows:
-        print(row.line())
-    for row in rows:
-        for problem in row.wrong:
-            print(f"WRONG {row.case}: {problem}")
-    return int(any(row.wrong for row in rows))
+        print(row.line(), flush=True)
+        wrong += [f"WRONG {row.case}: {problem}" for problem in row.wrong]
+    print("\n".join(wrong))
+    return int(bool(wrong))
