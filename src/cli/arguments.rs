@@ -52,6 +52,8 @@ pub enum Command {
     Sweep(SweepArguments),
     /// Show which stages are fresh, stale or missing, their sizes, and the main results
     Status(StageArguments),
+    /// Check every value of a run file against its digest, and every dataset against the table
+    Check(StageArguments),
     /// Bound and draw the law of friction of a scene, without solving anything
     Law(LawArguments),
     /// Measure the errors of solvers and meshes for a scene, and what each digit costs

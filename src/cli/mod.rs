@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod arguments;
+mod check;
 mod effects;
 mod exit;
 mod html;
@@ -44,6 +45,7 @@ pub fn main() -> Exit {
         Command::Solve(solve) => run::solve(solve, &output, threads),
         Command::Post(post) => run::post(post, &output, threads),
         Command::Status(status) => status::status(status, &output),
+        Command::Check(file) => check::check(file, &output),
         Command::Law(law) => law::law(law, &output),
         Command::Accuracy(accuracy) => accuracy::accuracy(accuracy, &output, threads),
         Command::Report(page) => html::report_page(page, &output),

@@ -3,7 +3,10 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::arguments::Output;
-use crate::store::Stage;
+use crate::{solver::Progress, store::Stage};
+
+/// Steps that a forecast looks back on: enough to even out, few enough to follow.
+const WINDOW: usize = 4;
 
 /// Starts a spinner with the elapsed time on a terminal; elsewhere, and when quiet, nothing.
 pub(super) fn spinner(stage: Stage, output: &Output) -> ProgressBar {
@@ -17,4 +20,68 @@ pub(super) fn spinner(stage: Stage, output: &Output) -> ProgressBar {
     bar.set_prefix(stage.group());
     bar.enable_steady_tick(Duration::from_millis(250));
     bar
+}
+
+/// When successive approximations will end, if their changes go on to fall as they do.
+#[derive(Debug)]
+pub(super) struct Forecast {
+    epsilon: f64,
+    /// Change and seconds of the last steps.
+    steps: Vec<(f64, f64)>,
+}
+
+impl Forecast {
+    /// Of a solve to the relative accuracy ε.
+    pub(super) fn new(epsilon: f64) -> Self {
+        Self {
+            epsilon,
+            steps: Vec::new(),
+        }
+    }
+
+    /// The time left in words; empty as long as it cannot be known.
+    pub(super) fn words(&mut self, progress: Progress<'_>) -> String {
+        let Progress::Outer(_, step) = progress else {
+            return String::new();
+        };
+        match self.seconds_left(step.change, step.seconds) {
+            Some(seconds) => format!(", about {seconds:.0} s left"),
+            None => String::new(),
+        }
+    }
+
+    /// Linear convergence: the change falls by the same factor in each step.
+    fn seconds_left(&mut self, change: f64, seconds: f64) -> Option<f64> {
+        self.steps.push((change, seconds));
+        let first = self.steps.len().checked_sub(WINDOW + 1)?;
+        let (earlier, _) = self.steps[first];
+        let recent = &self.steps[first + 1..];
+        let mean = recent.iter().map(|(_, seconds)| seconds).sum::<f64>() / WINDOW as f64;
+        let rate = (change / earlier).ln() / WINDOW as f64;
+        let steps = ((self.epsilon / change).ln() / rate).ceil();
+        (rate < 0.0 && steps.is_finite()).then(|| steps.max(0.0) * mean)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn changes_that_fall_tenfold_end_when_expected() {
+        let mut forecast = Forecast::new(1e-8);
+        let left: Vec<_> = (1..=6)
+            .map(|k| forecast.seconds_left(0.9 * 10.0_f64.powi(-k), 2.0))
+            .collect();
+        assert_eq!(left, [None, None, None, None, Some(6.0), Some(4.0)]);
+    }
+
+    #[test]
+    fn nothing_is_promised_where_changes_do_not_fall() {
+        for change in [1.0, f64::NAN] {
+            let mut forecast = Forecast::new(1e-8);
+            let left: Vec<_> = (0..9).map(|_| forecast.seconds_left(change, 1.0)).collect();
+            assert!(left.iter().all(Option::is_none), "{change}: {left:?}");
+        }
+    }
 }

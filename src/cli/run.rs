@@ -6,7 +6,9 @@ use super::{
         SolveArguments,
     },
     exit::Exit,
-    override_scene, progress, report, results,
+    override_scene,
+    progress::{self, Forecast},
+    report, results,
 };
 use crate::{
     scene::AssembleSettings,
@@ -94,11 +96,14 @@ fn perform(
     let spinner = progress::spinner(stage, output);
     let performed = match stage {
         Stage::Mesh => session.make_mesh(),
-        Stage::Assemble => session.assemble(),
+        Stage::Assemble => session.assemble(&|step| spinner.set_message(step)),
         Stage::Load => session.apply_loads(commit),
-        Stage::Solve => session.solve(commit, &mut |progress| {
-            spinner.set_message(report::progress(progress))
-        }),
+        Stage::Solve => {
+            let mut forecast = Forecast::new(session.scene().solve.epsilon());
+            session.solve(commit, &mut |progress| {
+                spinner.set_message(report::progress(progress) + &forecast.words(progress))
+            })
+        }
         Stage::Post
         | Stage::Scene
         | Stage::Vtk

@@ -10,17 +10,22 @@ use crate::{
     store::{Reader, Stage},
 };
 
-/// `status`: stages, sizes and main results; reads only and takes no lock.
+/// `status`: stages, sizes and main results; reads only and takes no lock. Sizes and results are those of fresh
+/// stages; a damaged one is bad input.
 pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit, StageError> {
     let reader = Reader::open(&arguments.file, LAYOUT)?;
     let scene = format::read_scene(&reader, &arguments.file)?.scene;
-    let states = states(&reader, &scene)?;
-    let summary = match states.iter().find(|s| s.stage == Stage::Post) {
-        Some(post) if post.stored.is_some() => Some(format::read_summary(&reader)?),
-        _ => None,
+    let states = states(&reader, &scene);
+    let is_fresh = |stage| {
+        let mut fresh = states.iter().filter(|s| s.freshness == Freshness::Fresh);
+        fresh.any(|state| state.stage == stage)
+    };
+    let summary = match is_fresh(Stage::Post) {
+        true => Some(format::read_summary(&reader)?),
+        false => None,
     };
     let effects = Effects::of(&scene);
-    let sizes = format::read_sizes(&reader)?;
+    let sizes = format::read_sizes(&reader, &is_fresh)?;
     let advice = format::read_advice(&reader)?;
     if output.json {
         let effects = effects::json(&effects, &sizes);
@@ -41,19 +46,17 @@ pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit
             println!("  accuracy  {advice}");
         }
     }
-    Ok(Exit::Done)
-}
-
-fn word(freshness: &Freshness) -> &'static str {
-    match freshness {
-        Freshness::Missing => "missing",
-        Freshness::Fresh => "fresh",
-        Freshness::Stale(_) => "stale",
-    }
+    let damaged = |state: &&StageState| matches!(state.freshness, Freshness::Damaged(_));
+    let Some(state) = states.iter().find(damaged) else {
+        return Ok(Exit::Done);
+    };
+    let (stage, why) = (state.stage, state.freshness.why());
+    eprintln!("error: `{stage}` cannot be used, {why}");
+    Ok(Exit::BadInput)
 }
 
 fn stage_line(reader: &Reader, state: &StageState) -> Result<String, FormatError> {
-    let mut line = format!("  {:<9} {:<8}", state.stage.group(), word(&state.freshness));
+    let mut line = format!("  {:<9} {:<8}", state.stage.group(), state.freshness.word());
     if let Some(stored) = &state.stored {
         let megabytes = reader.stage_bytes(state.stage)? as f64 / 1e6;
         let record = &stored.record;
@@ -65,7 +68,7 @@ fn stage_line(reader: &Reader, state: &StageState) -> Result<String, FormatError
     if let Some((name, _)) = reader.linked_file(state.stage) {
         line += &format!("  in {name}");
     }
-    if let Freshness::Stale(why) = &state.freshness {
+    if let Freshness::Stale(why) | Freshness::Damaged(why) = &state.freshness {
         line += &format!("  ({why})");
     }
     Ok(line)
@@ -99,7 +102,7 @@ fn json(
         };
         stages.push(serde_json::json!({
             "stage": state.stage.group(),
-            "state": word(&state.freshness),
+            "state": state.freshness.word(),
             "why": state.freshness.why(),
             "bytes": bytes,
             "linked_file": reader.linked_file(state.stage).map(|(name, bytes)| serde_json::json!({ "name": name, "bytes": bytes })),

@@ -31,6 +31,7 @@ pub fn write(writer: &mut StageWriter<'_>, scene: &Scene) -> Result<(), StoreErr
 /// # Errors
 /// A missing or altered dataset, or a text that is no scene of this version.
 pub fn read(reader: &Reader, file: &Path) -> Result<SceneFile, FormatError> {
+    reader.whole_stage(Stage::Scene)?;
     let text = reader.read_text(TOML)?;
     let folder = file.parent().unwrap_or(Path::new("")).to_owned();
     SceneFile::parse(TOML.to_owned(), text, folder).map_err(|e| FormatError::Scene(Box::new(e)))

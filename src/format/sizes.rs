@@ -1,7 +1,7 @@
 use super::{FormatError, load::FORCE, mesh::CONTACT_NODES, mesh::PANE_AREA, read_index_vec};
-use crate::store::Reader;
+use crate::store::{Reader, Stage};
 
-/// Numbers of unknowns, as far as the stored stages fix them.
+/// Numbers of unknowns, as far as stages that can be used fix them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Sizes {
     /// Free degrees of freedom.
@@ -12,21 +12,25 @@ pub struct Sizes {
     pub n_contact_nodes: Option<usize>,
 }
 
-/// Reads the numbers of unknowns of a file.
+/// Reads the numbers of unknowns of a file from the stages that can be used.
 ///
 /// # Errors
 /// Altered datasets.
-pub fn read_sizes(reader: &Reader) -> Result<Sizes, FormatError> {
-    let doubles = |path| -> Result<Option<usize>, FormatError> {
-        Ok(match reader.has(path) {
+pub fn read_sizes(
+    reader: &Reader,
+    is_usable: &dyn Fn(Stage) -> bool,
+) -> Result<Sizes, FormatError> {
+    let has = |stage, path| is_usable(stage) && reader.has(path);
+    let doubles = |stage, path| -> Result<Option<usize>, FormatError> {
+        Ok(match has(stage, path) {
             true => Some(reader.read_vec::<f64>(path)?.len()),
             false => None,
         })
     };
     Ok(Sizes {
-        n_free: doubles(FORCE)?,
-        n_panes: doubles(PANE_AREA)?,
-        n_contact_nodes: match reader.has(CONTACT_NODES) {
+        n_free: doubles(Stage::Load, FORCE)?,
+        n_panes: doubles(Stage::Mesh, PANE_AREA)?,
+        n_contact_nodes: match has(Stage::Mesh, CONTACT_NODES) {
             true => Some(read_index_vec(reader, CONTACT_NODES)?.len()),
             false => None,
         },

@@ -173,7 +173,7 @@ fn write_coulomb(writer: &mut StageWriter<'_>, state: &CoulombState) -> Result<(
 /// Missing, altered or contradictory datasets.
 pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
     let (status, multiplier) = read_multiplier(reader)?;
-    let displacement: Vec<f64> = reader.read_vec(DISPLACEMENT)?;
+    let displacement = read_measured(reader, DISPLACEMENT, status)?;
     let stored = reader.read_enum::<StoredMethod>(METHOD)?;
     let method = METHODS
         .iter()
@@ -184,8 +184,7 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
     Ok(Solution {
         status,
         solved_by: method.map_or(SolvedBy::Direct, |(_, by)| *by),
-        accuracy: reader
-            .read_vec(ACCURACY)?
+        accuracy: read_measured(reader, ACCURACY, status)?
             .first()
             .copied()
             .unwrap_or(f64::NAN),
@@ -267,10 +266,18 @@ pub fn read_multiplier(reader: &Reader) -> Result<(Status, Vec<f64>), FormatErro
     let mut multiplier = Vec::new();
     for path in [MULTIPLIER_NORMAL, MULTIPLIER_TANGENTIAL] {
         if reader.has(path) {
-            multiplier.extend(reader.read_vec::<f64>(path)?);
+            multiplier.extend(read_measured(reader, path, status)?);
         }
     }
     Ok((status, multiplier))
+}
+
+/// Reads what a solve found: finite numbers, unless it ended for want of them.
+fn read_measured(reader: &Reader, path: &str, status: Status) -> Result<Vec<f64>, FormatError> {
+    Ok(match status {
+        Status::NumericalError => reader.read_vec(path)?,
+        _ => read_finite_vec(reader, path)?,
+    })
 }
 
 fn read_coulomb(reader: &Reader) -> Result<CoulombState, FormatError> {

@@ -219,7 +219,7 @@ pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
     let mut seconds = 0.0;
     let mut solve_digest = String::new();
     for stage in [Stage::Load, Stage::Solve, Stage::Post] {
-        let Some(stored) = reader.stage_record(stage)? else {
+        let Some(stored) = reader.whole_stage(stage)? else {
             return Ok(None);
         };
         seconds += stored.record.seconds;

@@ -49,7 +49,7 @@ impl Session {
             Err(StoreError::NotFound { .. }) => return Ok(None),
             opened => opened?,
         };
-        let Ok(Some(stored)) = reader.stage_record(Stage::Checkpoint) else {
+        let Ok(Some(stored)) = reader.whole_stage(Stage::Checkpoint) else {
             return Ok(None);
         };
         if stored.record.input_digest != self.solve_input()? {

@@ -23,9 +23,22 @@ pub enum Freshness {
     Fresh,
     /// Computed from something else, for the stated reason.
     Stale(String),
+    /// Not what was written, for the stated reason.
+    Damaged(String),
 }
 
 impl Freshness {
+    /// The state in one word.
+    #[must_use]
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Missing => "missing",
+            Self::Fresh => "fresh",
+            Self::Stale(_) => "stale",
+            Self::Damaged(_) => "damaged",
+        }
+    }
+
     /// What a message says of a stage that is not fresh.
     #[must_use]
     pub fn why(&self) -> String {
@@ -33,6 +46,7 @@ impl Freshness {
             Self::Missing => "it is missing".into(),
             Self::Fresh => "it is fresh".into(),
             Self::Stale(why) => format!("it is stale: {why}"),
+            Self::Damaged(why) => format!("it is damaged: {why}"),
         }
     }
 }
@@ -157,23 +171,23 @@ pub(super) enum StartedFrom<'a> {
     Given(Option<&'a str>),
 }
 
-/// The state of every stage of a file with respect to a scene.
-///
-/// # Errors
-/// Unreadable stage records. A stage whose own file cannot be used is stale, not an error.
-pub fn states(reader: &Reader, scene: &Scene) -> Result<Vec<StageState>, StoreError> {
-    states_from(reader, scene, StartedFrom::AsStored)
+/// The state of every stage of a file with respect to a scene. A stage that is not what was written,
+/// or whose own file cannot be used, is a state, not an error.
+#[must_use]
+pub fn states(reader: &Reader, scene: &Scene) -> Vec<StageState> {
+    states_from(Some(reader), scene, StartedFrom::AsStored)
 }
 
-/// As [`states`], with a solve that must have started from certain multipliers.
+/// As [`states`], of a file that may not exist yet, with a solve that must have started from certain multipliers.
 pub(super) fn states_from(
-    reader: &Reader,
+    reader: Option<&Reader>,
     scene: &Scene,
     start: StartedFrom<'_>,
-) -> Result<Vec<StageState>, StoreError> {
+) -> Vec<StageState> {
     let mut states: Vec<StageState> = Vec::new();
     for stage in PIPELINE {
-        let (stored, freshness) = match reader.stage_record(stage) {
+        let stored = reader.map_or(Ok(None), |reader| whole(reader, stage));
+        let (stored, freshness) = match stored {
             Ok(Some(stored)) => {
                 let freshness = judge(stage, scene, start, &stored, &states);
                 (Some(stored), freshness)
@@ -182,7 +196,7 @@ pub(super) fn states_from(
             Err(StoreError::Linked { problem, .. }) => {
                 (None, Freshness::Stale(problem.to_string()))
             }
-            Err(error) => return Err(error),
+            Err(error) => (None, Freshness::Damaged(error.to_string())),
         };
         states.push(StageState {
             stage,
@@ -190,7 +204,15 @@ pub(super) fn states_from(
             stored,
         });
     }
-    Ok(states)
+    states
+}
+
+/// A stage with all that belongs to it; the report has a second form for ParaView.
+fn whole(reader: &Reader, stage: Stage) -> Result<Option<StoredStage>, StoreError> {
+    if stage == Stage::Post {
+        reader.whole_stage(Stage::Vtk)?;
+    }
+    reader.whole_stage(stage)
 }
 
 fn judge(
@@ -201,12 +223,7 @@ fn judge(
     upstream: &[StageState],
 ) -> Freshness {
     if let Some(bad) = upstream.iter().find(|s| s.freshness != Freshness::Fresh) {
-        let state = if bad.freshness == Freshness::Missing {
-            "missing"
-        } else {
-            "stale"
-        };
-        return Freshness::Stale(format!("`{}` is {state}", bad.stage));
+        return Freshness::Stale(format!("`{}` is {}", bad.stage, bad.freshness.word()));
     }
     let records: Vec<&StoredStage> = upstream.iter().filter_map(|s| s.stored.as_ref()).collect();
     let stored_start = stored_start(&stored.record.settings);

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::{
-    Freshness, Performed, Session, StageError,
+    Freshness, Performed, Session, StageError, StageState,
     freshness::{input_digest, settings},
 };
 use crate::{
@@ -89,24 +89,46 @@ impl Session {
         }
     }
 
-    pub(super) fn require_fresh_before(&self, stage: Stage) -> Result<(), StageError> {
-        let bad = self
+    /// Refuses to begin a stage on anything but fresh ones, and remembers which these were.
+    pub(super) fn require_fresh_before(&mut self, stage: Stage) -> Result<(), StageError> {
+        let is_stored = |state: &StageState| {
+            let mut pending = self.pending.iter();
+            pending.all(|(pending, _)| *pending != state.stage)
+        };
+        let (fresh, bad): (Vec<StageState>, Vec<StageState>) = self
             .states()?
             .into_iter()
             .take_while(|state| state.stage != stage)
-            .filter(|state| {
-                self.pending
-                    .iter()
-                    .all(|(pending, _)| *pending != state.stage)
-            })
-            .find(|state| state.freshness != Freshness::Fresh);
-        match bad {
-            None => Ok(()),
+            .filter(is_stored)
+            .partition(|state| state.freshness == Freshness::Fresh);
+        match bad.into_iter().next() {
+            None => {
+                let digest = |state: StageState| Some((state.stage, state.stored?.digest));
+                self.upstream = fresh.into_iter().filter_map(digest).collect();
+                Ok(())
+            }
             Some(state) => Err(StageError::NotReady {
                 file: self.file.path().to_owned(),
                 stage,
                 upstream: state.stage,
                 why: state.freshness.why(),
+            }),
+        }
+    }
+
+    /// Refuses to go on once the file holds other stages than those that the stage at work builds on:
+    /// another program may have replaced or removed it meanwhile.
+    pub(super) fn require_unchanged(&self, states: &[StageState]) -> Result<(), StoreError> {
+        let holds = |(stage, digest): &(Stage, String)| {
+            let mut stored = states
+                .iter()
+                .filter_map(|s| Some((s.stage, s.stored.as_ref()?)));
+            stored.any(|(other, stored)| other == *stage && stored.digest == *digest)
+        };
+        match self.upstream.iter().all(holds) {
+            true => Ok(()),
+            false => Err(StoreError::Changed {
+                file: self.file.path().to_owned(),
             }),
         }
     }
@@ -138,16 +160,16 @@ impl Session {
     }
 
     pub(super) fn load_solution(&mut self) -> Result<(), FormatError> {
+        let reader = self.reader()?;
         if self.system.is_some() {
             self.load_system()?;
         } else if self.primal.is_none() {
-            let reader = self.reader()?;
             let coupling = format::read_coupling(&reader)?;
             self.primal = Some((format::read_primal(&reader)?, coupling));
         }
         if self.solution.is_none() {
             let dofs = &self.primal().dofs;
-            self.solution = Some(format::read_solution(&self.reader()?, dofs)?);
+            self.solution = Some(format::read_solution(&reader, dofs)?);
         }
         Ok(())
     }
@@ -177,12 +199,20 @@ impl Session {
     }
 
     fn commit(&self, checkpoint: Option<&OuterState>) -> Result<(), StageError> {
-        let mut stored: Vec<(Stage, StoredStage)> = self
-            .states()?
+        let mut transaction = Transaction::begin(&self.file)?;
+        let states = self.states_in(transaction.previous());
+        self.require_unchanged(&states)?;
+        // What is damaged cannot be used, and copying it could fail.
+        for stage in transaction
+            .previous()
+            .map_or(Vec::new(), Reader::damaged_stages)
+        {
+            transaction.remove(stage);
+        }
+        let mut stored: Vec<(Stage, StoredStage)> = states
             .into_iter()
             .filter_map(|state| Some((state.stage, state.stored?)))
             .collect();
-        let mut transaction = Transaction::begin(&self.file)?;
         if self.assembly_file == AssemblyFile::SelfContained {
             transaction.embed_linked();
         }

@@ -45,7 +45,7 @@ fn file_page(path: &Path) -> Result<Page, StageError> {
     let reader = Reader::open(path, LAYOUT)?;
     let input = format::read_scene(&reader, path)?;
     let scene = &input.scene;
-    let states = states(&reader, scene)?;
+    let states = states(&reader, scene);
     let mut sections = vec![scene_section(scene)];
     let is_fresh = states.iter().all(|s| s.freshness == Freshness::Fresh);
     if is_fresh {
@@ -155,7 +155,7 @@ fn stages_section(reader: &Reader, states: &[StageState]) -> Result<Section, Sta
 }
 
 fn accuracy_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, StageError> {
-    let Some(stored) = reader.stage_record(Stage::Accuracy)? else {
+    let Some(stored) = reader.whole_stage(Stage::Accuracy)? else {
         return Ok(None);
     };
     let accuracy = format::read_accuracy(reader)?;

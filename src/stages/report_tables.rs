@@ -138,10 +138,9 @@ pub(super) fn certificate(report: &ContactReport) -> Table {
 pub(super) fn timings(reader: &Reader, states: &[StageState]) -> Result<Table, StoreError> {
     let mut rows = Vec::new();
     for state in states {
-        let word = match &state.freshness {
-            Freshness::Missing => "missing".to_owned(),
-            Freshness::Fresh => "fresh".to_owned(),
-            Freshness::Stale(why) => format!("stale: {why}"),
+        let word = match (state.freshness.word(), &state.freshness) {
+            (word, Freshness::Stale(why) | Freshness::Damaged(why)) => format!("{word}: {why}"),
+            (word, _) => word.to_owned(),
         };
         let mut row = vec![state.stage.to_string(), word];
         match &state.stored {

@@ -5,7 +5,7 @@ use std::{
 };
 
 use super::{
-    AssemblyFile, Freshness, StageError, StageState,
+    AssemblyFile, StageError, StageState,
     checkpoint::Checkpoints,
     freshness::{StartedFrom, states_from},
     persistence::loaded,
@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     contact::{Coupling, Interface},
-    dual::{AssemblyError, AssemblySeconds, DualSystem, OperatorEstimate, PrimalSystem},
+    dual::{AssemblyError, AssemblySeconds, DualSystem, Need, OperatorEstimate, PrimalSystem},
     elasticity::{Loads, refuse_rigid_motions},
     format::{self, LAYOUT},
     mesh::{Mesh, MeshError, Quality, digest_of},
@@ -43,6 +43,8 @@ pub struct Session {
     pub(super) primal: Option<(PrimalSystem, Option<Coupling>)>,
     pub(super) solution: Option<Solution>,
     pub(super) report: Option<ContactReport>,
+    /// Digests of the stages that the stage at work builds on, as they were when it began.
+    pub(super) upstream: Vec<(Stage, String)>,
     /// What the last commit of this process took.
     pub(super) last_store_seconds: f64,
     /// Stages computed but not yet stored, with their seconds.
@@ -110,6 +112,7 @@ impl Session {
             primal: None,
             solution: None,
             report: None,
+            upstream: Vec::new(),
             last_store_seconds: 0.0,
             pending: Vec::new(),
         }
@@ -137,22 +140,19 @@ impl Session {
     /// An unreadable file.
     pub fn states(&self) -> Result<Vec<StageState>, StageError> {
         match self.reader() {
-            Ok(reader) => {
-                let start = match &self.start {
-                    Some((_, digest)) => StartedFrom::Given(digest.as_deref()),
-                    None => StartedFrom::AsStored,
-                };
-                Ok(states_from(&reader, self.scene(), start)?)
-            }
-            Err(StoreError::NotFound { .. }) => Ok(super::PIPELINE
-                .map(|stage| StageState {
-                    stage,
-                    freshness: Freshness::Missing,
-                    stored: None,
-                })
-                .to_vec()),
+            Ok(reader) => Ok(self.states_in(Some(&reader))),
+            Err(StoreError::NotFound { .. }) => Ok(self.states_in(None)),
             Err(error) => Err(error.into()),
         }
+    }
+
+    /// The states in a file that may not exist yet.
+    pub(super) fn states_in(&self, reader: Option<&Reader>) -> Vec<StageState> {
+        let start = match &self.start {
+            Some((_, digest)) => StartedFrom::Given(digest.as_deref()),
+            None => StartedFrom::AsStored,
+        };
+        states_from(reader, self.scene(), start)
     }
 
     /// Makes the mesh and stores it with the scene.
@@ -161,6 +161,7 @@ impl Session {
     /// A mesh or loads the scene cannot have, too little memory or disk space, HDF5 failures.
     pub fn make_mesh(&mut self) -> Result<Performed, StageError> {
         let started = Instant::now();
+        self.upstream.clear();
         let need = match &self.scene().body {
             Body::Brick(brick) => resources::need_of_brick(brick),
             Body::Gmsh(gmsh) => {
@@ -179,17 +180,20 @@ impl Session {
         self.store(Stage::Mesh, started)
     }
 
-    /// Assembles and factorises.
+    /// Assembles and factorises; `observe` sees the name of every long step before it begins.
     ///
     /// # Errors
     /// A stale or missing mesh, a stiffness that is not positive definite, too little memory or
     /// disk space, HDF5 failures.
-    pub fn assemble(&mut self) -> Result<Performed, StageError> {
+    pub fn assemble(&mut self, observe: &dyn Fn(&'static str)) -> Result<Performed, StageError> {
         self.require_fresh_before(Stage::Assemble)?;
         let started = Instant::now();
         self.load_mesh()?;
         let mesh = loaded(&self.mesh);
-        let admit = |need| resources::admit(need, self.file.path());
+        let admit = |need: Need| {
+            observe(need.step);
+            resources::admit(need, self.file.path())
+        };
         let system = DualSystem::admitted(self.scene(), mesh, self.threads, &admit);
         self.system = Some(system.map_err(|error| match error {
             AssemblyError::Scene(invalid) => self.refuse(invalid),
@@ -208,6 +212,7 @@ impl Session {
         let started = Instant::now();
         self.load_mesh()?;
         self.load_operator()?;
+        self.require_unchanged(&self.states()?)?;
         if !self.loads_applied {
             let scene = &self.input.scene;
             let system = self.system.as_mut().expect("loaded before use");
@@ -270,6 +275,7 @@ impl Session {
         self.load_system()?;
         self.load_interface()?;
         let checkpoint: Option<OuterState> = self.read_checkpoint()?;
+        self.require_unchanged(&self.states()?)?;
         let mut checkpoints = Checkpoints::new(self);
         let solution = solve(
             loaded(&self.system),
@@ -318,6 +324,7 @@ impl Session {
         let started = Instant::now();
         self.load_mesh()?;
         self.load_solution()?;
+        self.require_unchanged(&self.states()?)?;
         let report = self.evaluate()?;
         self.report = Some(report);
         self.store(Stage::Post, started)

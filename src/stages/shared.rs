@@ -44,7 +44,7 @@ impl Session {
             self.link_shared()?;
         }
         if !is_fresh(self, 1)? {
-            self.assemble()?;
+            self.assemble(&|_| {})?;
         } else if let Some(known) = known {
             self.mesh = Some(known.mesh.clone());
             self.system = Some(known.system.clone());

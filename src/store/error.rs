@@ -67,6 +67,12 @@ pub enum StoreError {
         /// The lock file beside it.
         lock: PathBuf,
     },
+    /// Another program changed, replaced or removed the file while this one was at work on it.
+    #[error("{}: another program changed the file while this one was at work on it; nothing was stored, run the command again", file.display())]
+    Changed {
+        /// The run file.
+        file: PathBuf,
+    },
     /// A dataset or stage that should be there is missing.
     #[error("{}: {dataset} is missing; run the stage `{stage}` again", file.display())]
     Missing {

@@ -25,6 +25,48 @@ impl Reader {
         }
     }
 
+    /// As [`Reader::stage_record`], but only for a stage whose set of datasets is the one it was finished with.
+    ///
+    /// Values are not read: [`Reader::read`] checks them against the digest of their dataset.
+    ///
+    /// # Errors
+    /// As for [`Reader::stage_record`]; `Missing` for a required dataset, `ForeignLink` for a link in the place of
+    /// one, `Altered` if the digests of the datasets are not those the stage was finished with.
+    pub fn whole_stage(&self, stage: Stage) -> Result<Option<StoredStage>, StoreError> {
+        let Some(stored) = self.stage_record(stage)? else {
+            return Ok(None);
+        };
+        let mut held = Vec::new();
+        for spec in self.layout.of_stage(stage) {
+            if self.volume_of_object(stage, spec.path)?.holds(spec.path) {
+                held.push(spec);
+            } else if spec.presence == Presence::Required {
+                return Err(self.missing(spec.path, stage));
+            }
+        }
+        let mut digests = Vec::new();
+        for spec in held.into_iter().filter(|spec| !spec.volatile) {
+            digests.push((spec.path, self.digest(spec)?));
+        }
+        let digest = of_stage(
+            digests
+                .iter()
+                .map(|(path, digest)| (*path, digest.as_str())),
+        );
+        self.stage_place(stage)
+            .same_digest(stored.digest.clone(), digest)?;
+        Ok(Some(stored))
+    }
+
+    /// The stages whose record or set of datasets is not what was written.
+    pub fn damaged_stages(&self) -> Vec<Stage> {
+        let is_damaged = |stage: &Stage| match self.whole_stage(*stage) {
+            Ok(_) | Err(StoreError::Linked { .. }) => false,
+            Err(_) => true,
+        };
+        Stage::ALL.into_iter().filter(is_damaged).collect()
+    }
+
     /// Bytes the datasets of a stage take on disk; 0 if the file does not hold the stage.
     pub fn stage_bytes(&self, stage: Stage) -> Result<u64, StoreError> {
         let datasets = self.datasets_below(stage)?;
@@ -33,35 +75,12 @@ impl Reader {
 
     /// Checks the set of datasets of a stage against the table and against the digest of the stage.
     ///
-    /// Values are not read: [`Reader::read`] checks them against the digest of their dataset.
-    ///
     /// # Errors
-    /// `Missing` for a required dataset or the stage, `Mismatch` for a dataset the table does not know, `Altered` if
-    /// the digests of the datasets are not those the stage was finished with.
+    /// As for [`Reader::whole_stage`]; `Missing` for the stage, `Mismatch` for a dataset the table does not know.
     pub fn check_stage(&self, stage: Stage) -> Result<StoredStage, StoreError> {
-        let stored = self
-            .stage_record(stage)?
-            .ok_or_else(|| self.missing(stage.group(), stage))?;
+        let stored = self.whole_stage(stage)?;
         self.refuse_unknown(stage)?;
-        let (held, absent): (Vec<&DatasetSpec>, Vec<_>) = self
-            .layout
-            .of_stage(stage)
-            .partition(|spec| self.holds(spec));
-        if let Some(spec) = absent
-            .iter()
-            .find(|spec| spec.presence == Presence::Required)
-        {
-            return Err(self.missing(spec.path, stage));
-        }
-        let mut digests = Vec::new();
-        for spec in held {
-            digests.push((spec, self.digest(spec)?));
-        }
-        let stable = digests.iter().filter(|(spec, _)| !spec.volatile);
-        let digest = of_stage(stable.map(|(spec, digest)| (spec.path, digest.as_str())));
-        self.stage_place(stage)
-            .same_digest(stored.digest.clone(), digest)?;
-        Ok(stored)
+        stored.ok_or_else(|| self.missing(stage.group(), stage))
     }
 
     /// The digest stored beside a dataset.
@@ -83,7 +102,7 @@ impl Reader {
         }
     }
 
-    fn refuse_unknown(&self, stage: Stage) -> Result<(), StoreError> {
+    pub(super) fn refuse_unknown(&self, stage: Stage) -> Result<(), StoreError> {
         let mut known = BTreeSet::new();
         for spec in self.layout.of_stage(stage) {
             if spec.kind.is_matrix() {

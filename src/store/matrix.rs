@@ -39,6 +39,7 @@ impl Reader {
             read_text(&group, place, "digest")?,
             digest(spec, shape, &indptr, &indices, &data),
         )?;
+        self.all_finite(path, &data)?;
         let indptr = to_indices(&indptr, place)?;
         let matrix = SparseMatrix {
             shape,

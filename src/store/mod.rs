@@ -35,6 +35,7 @@ mod table;
 #[cfg(test)]
 mod tests;
 mod transaction;
+mod verify;
 mod volume;
 mod whereabouts;
 mod writer;

@@ -90,13 +90,24 @@ impl Reader {
     /// Reads doubles and refuses NaN and infinities; other errors as for [`Reader::read`].
     pub fn read_finite_f64(&self, path: &str) -> Result<ArrayD<f64>, StoreError> {
         let array = self.read::<f64>(path)?;
-        match array.iter().position(|value| !value.is_finite()) {
-            None => Ok(array),
-            Some(index) => Err(StoreError::NotFinite {
+        self.all_finite(path, &array)?;
+        Ok(array)
+    }
+
+    /// Refuses NaN and infinities.
+    pub(super) fn all_finite<'v>(
+        &self,
+        path: &str,
+        values: impl IntoIterator<Item = &'v f64>,
+    ) -> Result<(), StoreError> {
+        let mut numbered = values.into_iter().enumerate();
+        match numbered.find(|(_, value)| !value.is_finite()) {
+            None => Ok(()),
+            Some((index, &found)) => Err(StoreError::NotFinite {
                 file: self.file_of(path).into(),
                 dataset: path.into(),
                 index,
-                found: array.iter().nth(index).copied().unwrap_or(f64::NAN),
+                found,
             }),
         }
     }
@@ -245,7 +256,7 @@ impl Reader {
         Ok(shape)
     }
 
-    fn values<T: Element>(
+    pub(super) fn values<T: Element>(
         &self,
         spec: &DatasetSpec,
         expected: &TypeDescriptor,

@@ -13,6 +13,7 @@ use super::place::{AtPlace, Place};
 use super::reader::Reader;
 use super::shared::SharedStage;
 use super::table::Layout;
+use super::volume::Stamp;
 use super::writer::StageWriter;
 
 /// The file a stage is kept in.
@@ -36,6 +37,8 @@ pub struct Transaction {
     run_file: Part,
     beside: Vec<Beside>,
     previous: Option<Reader>,
+    /// That of the present file, before it was opened.
+    stamp: Stamp,
     replaced: Vec<Stage>,
     embed: bool,
     unfinished: Option<Stage>,
@@ -63,6 +66,7 @@ impl Transaction {
     /// Those of [`Reader::open`] for the present file, `Io` if it is write-protected, `Hdf5` if the temporary file
     /// cannot be created.
     pub fn begin(run_file: &RunFile) -> Result<Self, StoreError> {
+        let stamp = Stamp::of(&run_file.path);
         let previous = match Reader::open(&run_file.path, run_file.layout) {
             Ok(previous) => Some(previous),
             Err(StoreError::NotFound { .. }) => None,
@@ -75,6 +79,7 @@ impl Transaction {
             run_file: Part::create(temporary.clone(), &layout, layout.filetype)?,
             beside: Vec::new(),
             previous,
+            stamp,
             replaced: Vec::new(),
             embed: false,
             unfinished: None,
@@ -169,7 +174,8 @@ impl Transaction {
     ///
     /// # Errors
     /// `Internal` if a stage is unfinished; `Hdf5` or `Io` if copying, closing, syncing or renaming fails, with the
-    /// old state kept; `ForeignLink` for a link in the root that this program did not make.
+    /// old state kept; `ForeignLink` for a link in the root that this program did not make; `Changed` if another
+    /// program changed the file since the change began.
     pub fn commit(self) -> Result<(), StoreError> {
         if let Some(stage) = self.unfinished {
             return Err(LayoutError::NotFinished { stage }.into());
@@ -177,6 +183,10 @@ impl Transaction {
         let file = &self.run_file.file;
         if let Some(previous) = &self.previous {
             kept::carry_over(previous, &self.replaced, self.embed, file)?;
+        }
+        // What was copied from a file that another program overwrote meanwhile may be a mixture.
+        if Stamp::of(&self.target) != self.stamp {
+            return Err(StoreError::Changed { file: self.target });
         }
         let permissions = replaceable(&self.target)?;
         let place = Place {

@@ -1,6 +1,8 @@
 //! One HDF5 file opened for reading: the run file, or the file beside it that holds one stage.
 
+use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use hdf5::{IndexType, IterationOrder, LinkType, LocationType};
 use hdf5_metno as hdf5;
@@ -30,9 +32,7 @@ impl Volume {
         filetype: &'static str,
     ) -> Result<Self, StoreError> {
         let file = header::open(path, layout, filetype)?;
-        let bytes = std::fs::metadata(path)
-            .at_file(path, "look at the file")?
-            .len();
+        let bytes = fs::metadata(path).at_file(path, "look at the file")?.len();
         let place = Place {
             file: path,
             dataset: "/",
@@ -71,6 +71,28 @@ impl Volume {
             .chain([path.len()]);
         self.link_on_the_way(path).is_none() && ends.all(|end| self.file.link_exists(&path[..end]))
     }
+}
+
+/// What changes when a file is written, replaced or removed.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Stamp(Option<(u64, SystemTime, u64)>);
+
+impl Stamp {
+    /// The length, the time of the last change and, where the system has it, the number of the file.
+    pub(super) fn of(path: &Path) -> Self {
+        let metadata = fs::metadata(path).ok();
+        Stamp(metadata.and_then(|m| Some((m.len(), m.modified().ok()?, inode(&m)))))
+    }
+}
+
+#[cfg(unix)]
+fn inode(metadata: &fs::Metadata) -> u64 {
+    std::os::unix::fs::MetadataExt::ino(metadata)
+}
+
+#[cfg(not(unix))]
+fn inode(_: &fs::Metadata) -> u64 {
+    0
 }
 
 /// Walks the groups of a file, each once, along hard links.

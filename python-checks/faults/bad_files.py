@@ -1,0 +1,298 @@
+"""Damaged, altered and hostile run files: a typed error, or the right answer."""
+
+import random
+import shutil
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+
+from faults.commands import COMMANDS, Answer, Commands
+from faults.mutations import MUTATIONS, Mutation, Unfit, leaves
+from faults.program import ROOT, Program, settings
+from faults.table import Row, Verdict
+
+SCENE = ROOT / "pipelines" / "hkl2011_table1.toml"
+SMALL = settings(body__brick__cells="[6,2,2]", assemble__dual_operator='"explicit"')
+HISTORY = ("/solve/history/", "/solve/newton/", "/assemble/seconds/")
+"""What happened on the way; numbers that are not finite may stand there."""
+Damage = Callable[[Path], None]
+STRIKES = (0x01, 0x80, 0xFF, 0x5A)
+FOREIGN = {
+    "empty": b"",
+    "text": b"a letter to a friend\n" * 100,
+    "zeros": bytes(4096),
+    "a picture": b"\x89PNG\r\n\x1a\n" + bytes(range(256)) * 16,
+    "an HDF5 signature alone": b"\x89HDF\r\n\x1a\n",
+    "an HDF5 signature, then zeros": b"\x89HDF\r\n\x1a\n" + bytes(4096),
+    "an HDF5 signature, then ones": b"\x89HDF\r\n\x1a\n" + b"\xff" * 4096,
+}
+
+
+@dataclass
+class Bench:
+    """A good file and a few folders to judge damaged ones in, side by side."""
+
+    scratch: Path
+    good: Path
+    commands: list[Commands]
+
+    @classmethod
+    def of(cls, program: Program, scratch: Path, workers: int = 2) -> "Bench":
+        """Solve a small problem and take down what every command says of it."""
+        good = scratch / "good.h5"
+        program.done("run", SCENE, good, "--no-figures", *SMALL)
+        shutil.copy(good, scratch / "outside.h5")
+        folders = [scratch / f"worker{k}" for k in range(workers)]
+        commands = [Commands.of(program, folder, good) for folder in folders]
+        return cls(scratch, good, commands)
+
+    def judge(
+        self,
+        row_of: Callable[[str], Row],
+        damages: Iterable[tuple[str, Damage]],
+        answer: Callable[[str], Answer] | None = None,
+        report_every: int = 1,
+    ) -> None:
+        """Damage copies of the good file and count what every command makes of them.
+
+        `report`, which takes longer than the others and reads what `post` reads, has its turn
+        with every `report_every`-th copy.
+        """
+        shares = [list(damages)[k :: len(self.commands)] for k in range(len(self.commands))]
+        work = zip(self.commands, shares, strict=True)
+
+        def one_share(pair):
+            commands, share = pair
+            found = []
+            for index, (name, damage) in enumerate(share):
+                left_out = () if index % report_every == 0 else ("report",)
+                expected = (answer or same)(name)
+                found += judge_one(commands, name, damage, expected, left_out)
+            return found
+
+        with ThreadPoolExecutor(len(self.commands)) as pool:
+            for found in pool.map(one_share, work):
+                for command, verdict in found:
+                    row_of(command).count(verdict)
+
+
+def judge_one(
+    commands: Commands, name: str, damage: Damage, answer: Answer, left_out: tuple = ()
+) -> list[tuple[str, Verdict | str]]:
+    """What every command makes of one damaged file."""
+    damaged = commands.folder / "damaged.h5"
+    shutil.copy(commands.good, damaged)
+    try:
+        damage(damaged)
+    except Unfit:
+        return []
+    found = []
+    for command, verdict in commands.judge(damaged, answer, left_out).items():
+        is_wrong = isinstance(verdict, str)
+        found.append((command, f"{name}: {verdict}" if is_wrong else verdict))
+    return found
+
+
+def same(_: str) -> Answer:
+    """The file is not what was written: no answer of it may differ."""
+    return Answer.SAME
+
+
+def usable(leaf: str) -> Answer:
+    """With digests that fit it is another file, whose results must be numbers all the same."""
+    return Answer.ANY if leaf.startswith(HISTORY) else Answer.SAME_RESULTS
+
+
+def another(_: str) -> Answer:
+    """With digests that fit, another index or count is another file."""
+    return Answer.ANY
+
+
+EXPECTED = {
+    "NaN, digests made to fit": usable,
+    "index out of range, digests made to fit": another,
+}
+
+
+def run(
+    program: Program,
+    scratch: Path,
+    flips: int,
+    truncate_every: int,
+    seed: int,
+    alter_every: int = 1,
+) -> Iterator[Row]:
+    """All kinds of bad files; alters every `alter_every`-th dataset."""
+    bench = Bench.of(program, scratch)
+    yield from foreign(bench)
+    yield from headers(bench)
+    yield from linked_groups(bench)
+    yield from truncations(bench, truncate_every)
+    for name, mutation in MUTATIONS.items():
+        yield from mutated(bench, name, mutation, alter_every)
+    yield from flipped(bench, flips, seed)
+
+
+def editable(path: Path) -> h5py.File:
+    """A file open for changes; without locks, which a process just forked may still hold."""
+    return h5py.File(path, "r+", locking=False)
+
+
+def one_row(case: str) -> tuple[list[Row], Callable[[str], Row]]:
+    """A single row for all commands."""
+    row = Row(case)
+    return [row], lambda command: row
+
+
+def row_each(case: str) -> tuple[list[Row], Callable[[str], Row]]:
+    """A row for every command."""
+    rows = {command: Row(f"{case}, `{command}`") for command in COMMANDS}
+    return list(rows.values()), rows.__getitem__
+
+
+def foreign(bench: Bench) -> list[Row]:
+    """Files that are not HDF5, and an HDF5 file of something else."""
+    rows, row_of = one_row("not one of our files")
+    damages = [(name, writer(content)) for name, content in FOREIGN.items()]
+    damages.append(("HDF5 of something else", someone_elses))
+    bench.judge(row_of, damages)
+    return rows
+
+
+def writer(content: bytes) -> Damage:
+    """Puts other bytes in the place of the file."""
+    return lambda path: path.write_bytes(content)
+
+
+def someone_elses(path: Path) -> None:
+    """An HDF5 file without our attributes."""
+    with h5py.File(path, "w") as file:
+        file["x"] = [1.0]
+
+
+def truncations(bench: Bench, every: int) -> list[Row]:
+    """The file cut off at every few bytes."""
+    whole = bench.good.read_bytes()
+    rows, row_of = one_row(f"cut off at every {every} bytes")
+    cuts = range(0, len(whole), every)
+    bench.judge(row_of, [(f"at {cut}", writer(whole[:cut])) for cut in cuts])
+    return rows
+
+
+def flipped(bench: Bench, flips: int, seed: int) -> list[Row]:
+    """Single bytes changed, half of them in metadata, half in values."""
+    whole = bench.good.read_bytes()
+    values = value_bytes(bench.good)
+    chance = random.Random(seed)
+    rows = []
+    kinds = {"metadata": lambda k: k not in values, "values": lambda k: k in values}
+    for kind, belongs in kinds.items():
+        places = [k for k in range(len(whole)) if belongs(k)]
+        step = max(len(places) / (flips / 2), 1.0)
+        chosen = [places[int(k * step)] for k in range(int(len(places) / step))]
+        damages = [(f"byte {k}", flip(k, chance.choice(STRIKES))) for k in chosen]
+        found, row_of = row_each(f"a byte of {kind} flipped ({len(chosen)} places)")
+        bench.judge(row_of, damages, report_every=10)
+        rows += found
+    return rows
+
+
+def flip(position: int, strike: int) -> Damage:
+    """Changes some bits of one byte."""
+
+    def damage(path: Path) -> None:
+        with path.open("r+b") as file:
+            file.seek(position)
+            byte = file.read(1)[0]
+            file.seek(position)
+            file.write(bytes([byte ^ strike]))
+
+    return damage
+
+
+def value_bytes(path: Path) -> set[int]:
+    """The positions of all bytes that hold values of arrays."""
+    found: set[int] = set()
+    with h5py.File(path, "r") as file:
+        for leaf in leaves(file):
+            dataset = file[leaf]
+            if h5py.check_string_dtype(dataset.dtype):
+                continue
+            if dataset.chunks:
+                pieces = [dataset.id.get_chunk_info(k) for k in range(dataset.id.get_num_chunks())]
+                extents = [(piece.byte_offset, piece.size) for piece in pieces]
+            elif (offset := dataset.id.get_offset()) is not None:
+                extents = [(offset, dataset.id.get_storage_size())]
+            else:
+                extents = []
+            for start, size in extents:
+                found.update(range(start, start + size))
+    return found
+
+
+def headers(bench: Bench) -> list[Row]:
+    """Root attributes of another program or another version of this one."""
+    rows, row_of = one_row("newer, older or unreadable format version")
+    versions = [[2, 0], [1, 99], [0, 9], [-1, 0], [1], [1, 2, 3], [1.5, 2.5], "1.2", None]
+    bench.judge(row_of, [(f"version {v}", versioned(v)) for v in versions])
+    return rows
+
+
+def versioned(version: object) -> Damage:
+    """Puts another format version in the file."""
+
+    def damage(path: Path) -> None:
+        with editable(path) as file:
+            del file.attrs["format_version"]
+            if version is not None:
+                file.attrs["format_version"] = version
+
+    return damage
+
+
+def mutated(bench: Bench, name: str, mutation: Mutation, every: int) -> list[Row]:
+    """One way to alter a dataset, for all datasets of the file."""
+    with h5py.File(bench.good, "r") as file:
+        paths = list(leaves(file))[::every]
+    rows, row_of = row_each(f"{name} (each of {len(paths)})")
+
+    def damage(leaf: str) -> Damage:
+        def change(path: Path) -> None:
+            with editable(path) as file:
+                mutation(file, leaf)
+
+        return change
+
+    damages = [(leaf, damage(leaf)) for leaf in paths]
+    bench.judge(row_of, damages, EXPECTED.get(name, same))
+    return rows
+
+
+def linked_groups(bench: Bench) -> list[Row]:
+    """A whole stage replaced by a link that leads out of the folder, or nowhere."""
+    rows, row_of = one_row("a stage replaced by a link")
+    with h5py.File(bench.good, "r") as file:
+        stages = list(file)
+    targets = ["../outside.h5", str(bench.scratch / "outside.h5"), "nowhere.h5", "run.h5"]
+
+    def damage(stage: str, target: str, named: bool) -> Damage:
+        def change(path: Path) -> None:
+            with editable(path) as file:
+                del file[stage]
+                file[stage] = h5py.ExternalLink(target, f"/{stage}")
+                if named:
+                    file.attrs[f"{stage}_file"] = target
+
+        return change
+
+    damages = [
+        (f"{stage} to {target}", damage(stage, target, named))
+        for stage in stages
+        for target in targets
+        for named in (False, True)
+    ]
+    bench.judge(row_of, damages)
+    return rows

@@ -1,0 +1,122 @@
+"""Running the program and judging what it did."""
+
+import json
+import os
+import resource
+import shutil
+import signal
+import subprocess
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+SECONDS = 120
+"""A command that takes longer hangs; the scenes here take less than one second."""
+ADDRESS_SPACE = 4 << 30
+"""No command on the small files here needs a tenth of this; a huge size must not get it."""
+BAD_INPUT = 2
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a command ended."""
+
+    command: str
+    code: int | None
+    stdout: str
+    stderr: str
+
+    @property
+    def fault(self) -> str | None:
+        """A crash or a hang, in words; `None` if the program ended as it should."""
+        if self.code is None:
+            return f"{self.command} hung"
+        if self.code < 0:
+            return f"{self.command} died of {signal.Signals(-self.code).name}"
+        if self.code not in (0, 1, BAD_INPUT):
+            return f"{self.command} ended with {self.code}: {self.stderr[-300:]!r}"
+        if self.code == BAD_INPUT and "error:" not in self.stderr:
+            return f"{self.command} refused without a message"
+        return None
+
+    @property
+    def json(self) -> dict:
+        """What it printed for programs."""
+        return json.loads(self.stdout)
+
+
+@dataclass(frozen=True)
+class Program:
+    """The program under test."""
+
+    path: Path
+
+    @classmethod
+    def find(cls) -> "Program":
+        """CONTACT3D_PIPE, or target/release/contact3d-pipe."""
+        default = ROOT / "target" / "release" / "contact3d-pipe"
+        path = Path(os.environ.get("CONTACT3D_PIPE", default)).resolve()
+        if not path.is_file():
+            raise SystemExit(
+                f"no program at {path}: run `cargo build --release` or set CONTACT3D_PIPE"
+            )
+        return cls(path)
+
+    def start(self, *arguments, limited: bool = True, **options) -> subprocess.Popen:
+        """Start a command on one thread; its messages are kept unless said otherwise."""
+        command = [str(self.path), "--quiet", "--threads", "1", *map(str, arguments)]
+        options.setdefault("stdout", subprocess.PIPE)
+        options.setdefault("stderr", subprocess.PIPE)
+        limit = limit_address_space if limited else None
+        return subprocess.Popen(command, text=True, preexec_fn=limit, **options)
+
+    def run(self, *arguments, **options) -> Outcome:
+        """Run a command to its end."""
+        return finish(self.start(*arguments, **options), str(arguments[0]))
+
+    def done(self, *arguments, **options) -> Outcome:
+        """Run a command that must succeed."""
+        outcome = self.run(*arguments, **options)
+        if outcome.code != 0:
+            raise RuntimeError(f"{arguments}: {outcome.code} {outcome.stderr}")
+        return outcome
+
+
+def finish(process: subprocess.Popen, name: str) -> Outcome:
+    """Wait for a command, and end it if it hangs."""
+    try:
+        stdout, stderr = process.communicate(timeout=SECONDS)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.communicate()
+        return Outcome(name, None, "", "")
+    return Outcome(name, process.returncode, stdout or "", stderr or "")
+
+
+def limit_address_space() -> None:
+    """A size that a file only declares must not become memory."""
+    resource.setrlimit(resource.RLIMIT_AS, (ADDRESS_SPACE, ADDRESS_SPACE))
+
+
+def settings(**changes) -> list[str]:
+    """Command line arguments that change keys of a scene; `__` stands for a dot."""
+    pairs = (f"{key.replace('__', '.')}={value}" for key, value in changes.items())
+    return [part for pair in pairs for part in ("--set", pair)]
+
+
+def fresh_copy(source: Path, target: Path) -> Path:
+    """A folder with the contents of another, and nothing else."""
+    shutil.rmtree(target, ignore_errors=True)
+    shutil.copytree(source, target)
+    return target
+
+
+def left_overs(folder: Path) -> list[str]:
+    """Temporary files that nobody removed."""
+    return sorted(path.name for path in folder.rglob("*") if ".part" in path.name)
+
+
+def first_fault(outcomes: Iterable[Outcome]) -> str | None:
+    """The first crash or hang."""
+    return next((o.fault for o in outcomes if o.fault), None)

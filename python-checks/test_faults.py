@@ -1,0 +1,64 @@
+"""The fault tests in short; docs/robustness.md has the long ones."""
+
+import pytest
+
+from faults import bad_files, environment, kills
+from faults.mutations import seal
+from faults.program import Program
+from faults.table import Row, Verdict, print_table
+
+KILLED = ["mesh", "solve, with checkpoints", "run, old file"]
+
+
+@pytest.fixture(scope="module")
+def tested(program) -> Program:
+    """The program as the fault tests run it."""
+    return Program(program.resolve())
+
+
+def wrong(rows: list[Row]) -> list[str]:
+    """Everything wrong in a table."""
+    return [f"{row.case}: {problem}" for row in rows for problem in row.wrong]
+
+
+def test_killed_commands_go_on(tested, tmp_path):
+    rows = list(kills.run(tested, tmp_path, count=9, seed=2, only=KILLED))
+    assert sum(row.tried for row in rows) >= 15
+    assert wrong(rows) == []
+
+
+def test_hostile_surroundings(tested, tmp_path):
+    rows = list(environment.run(tested, tmp_path, seed=2, trials=2))
+    assert wrong(rows) == []
+    assert sum(row.refused for row in rows) > 0
+
+
+def test_bad_files(tested, tmp_path):
+    limits = {"flips": 40, "truncate_every": 1 << 16, "seed": 2, "alter_every": 13}
+    rows = list(bad_files.run(tested, tmp_path, **limits))
+    assert wrong(rows) == []
+    assert all(row.tried > 0 for row in rows)
+
+
+def test_wrong_answers_are_seen(tested, tmp_path):
+    """A result altered with all its digests made to fit is told from the true one."""
+    bench = bad_files.Bench.of(tested, tmp_path, workers=1)
+
+    def forge(path):
+        with bad_files.editable(path) as file:
+            file["post/resultants/strain_energy"][...] = 1.0
+            seal(file)
+
+    row = Row("forged")
+    bench.judge(lambda _: row, [("energy", forge)])
+    assert any("status gave a wrong answer" in problem for problem in row.wrong)
+
+
+def test_tables_say_what_is_wrong(capsys):
+    row = Row("a fault")
+    row.count(Verdict.WENT_ON)
+    row.count(Verdict.REFUSED)
+    assert print_table([row]) == 0
+    row.count("it crashed")
+    assert print_table([row]) == 1
+    assert "| a fault | 3 | 1 | 1 | 1 |" in capsys.readouterr().out

@@ -1,0 +1,23 @@
+use super::{
+    arguments::{Output, StageArguments},
+    exit::Exit,
+    run::say,
+};
+use crate::{format::LAYOUT, stages::StageError, store::Reader};
+
+/// `check`: whether every stage of a file is what was written; reads only and takes no lock.
+pub(super) fn check(arguments: &StageArguments, output: &Output) -> Result<Exit, StageError> {
+    let problems = Reader::open(&arguments.file, LAYOUT)?.problems();
+    let problems: Vec<String> = problems.iter().map(ToString::to_string).collect();
+    if output.json {
+        println!("{:#}", serde_json::json!({ "problems": problems }));
+    }
+    for problem in &problems {
+        eprintln!("error: {problem}");
+    }
+    if problems.is_empty() {
+        say(output, "every dataset is what was written");
+        return Ok(Exit::Done);
+    }
+    Ok(Exit::BadInput)
+}
