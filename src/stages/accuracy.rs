@@ -6,9 +6,9 @@ use std::{
 use super::{
     StageError,
     charts::{convergence, work_precision},
+    mesh_file::pin_mesh_file,
     persistence::write_stage,
     picture::save_charts,
-    session::pin_mesh_file,
 };
 use crate::{
     accuracy::{Accuracy, AccuracyProgress, AccuracySettings},

@@ -4,8 +4,8 @@ use super::{
     StageError,
     law_curves::{self, Drawn},
     law_face::LawFace,
+    mesh_file::{mesh_of, pin_mesh_file},
     picture,
-    session::{mesh_of, pin_mesh_file},
 };
 use crate::{
     contact::{FrictionField, Interface, InterfaceFriction, LawBounds},

@@ -1,13 +1,10 @@
-use std::{
-    fs,
-    path::{Path, PathBuf},
-    time::Instant,
-};
+use std::{fs, path::Path, time::Instant};
 
 use super::{
     AssemblyFile, StageError, StageState,
     checkpoint::Checkpoints,
     freshness::{StartedFrom, states_from},
+    mesh_file::{mesh_of, pin_mesh_file},
     persistence::loaded,
     resources,
 };
@@ -16,8 +13,8 @@ use crate::{
     dual::{AssemblyError, AssemblySeconds, DualSystem, Need, OperatorEstimate, PrimalSystem},
     elasticity::{Loads, refuse_rigid_motions},
     format::{self, LAYOUT},
-    mesh::{Mesh, MeshError, Quality, digest_of},
-    post::{ContactReport, Solved, SolvedContact},
+    mesh::{Mesh, Quality},
+    post::ContactReport,
     scene::{AssembleSettings, Body, Invalid, Scene, SceneFile, SolveSettings},
     solver::{ContactState, OuterState, Progress, Solution, Start, solve},
     store::{IfMissing, Reader, RunFile, Stage, StoreError},
@@ -330,47 +327,6 @@ impl Session {
         self.store(Stage::Post, started)
     }
 
-    /// The mesh, the solution and the report of a post-processed file.
-    ///
-    /// # Errors
-    /// Unreadable datasets.
-    pub fn results(&mut self) -> Result<(&Mesh, &Solution, &ContactReport), StageError> {
-        self.load_mesh()?;
-        self.load_interface()?;
-        self.load_solution()?;
-        if self.report.is_none() {
-            self.report = Some(self.evaluate()?);
-        }
-        Ok((
-            loaded(&self.mesh),
-            loaded(&self.solution),
-            loaded(&self.report),
-        ))
-    }
-
-    /// Draws the pictures of a post-processed file whose results are loaded; returns the files.
-    ///
-    /// # Errors
-    /// A folder that cannot be written.
-    pub fn draw(&self, folder: &Path) -> Result<Vec<PathBuf>, StageError> {
-        let frame = self.interface.as_ref().map(|interface| &interface.frame);
-        let report = loaded(&self.report);
-        super::picture::draw(folder, self.scene(), loaded(&self.mesh), frame, report)
-    }
-
-    fn evaluate(&mut self) -> Result<ContactReport, StageError> {
-        self.load_interface()?;
-        let contact = self.coupling().zip(self.contact_state());
-        let report = ContactReport::new(&Solved {
-            scene: self.scene(),
-            mesh: loaded(&self.mesh),
-            system: self.primal(),
-            contact: contact.map(|(coupling, state)| SolvedContact { coupling, state }),
-            solution: loaded(&self.solution),
-        });
-        report.map_err(|invalid| self.refuse(invalid))
-    }
-
     pub(super) fn load_interface(&mut self) -> Result<(), StageError> {
         if self.interface.is_none() {
             let interface = Interface::new(self.scene(), loaded(&self.mesh));
@@ -388,45 +344,7 @@ impl Session {
         })
     }
 
-    fn refuse(&self, invalid: Invalid) -> StageError {
+    pub(super) fn refuse(&self, invalid: Invalid) -> StageError {
         self.input.refuse(invalid).into()
     }
-}
-
-/// The mesh of a scene.
-pub(super) fn mesh_of(input: &SceneFile) -> Result<Mesh, StageError> {
-    Mesh::of_scene(&input.scene, &input.folder).map_err(|error| match error {
-        MeshError::Scene(invalid) => input.refuse(invalid).into(),
-        MeshError::Gmsh(error) => error.into(),
-    })
-}
-
-/// Writes the digest of a mesh file into the scene, so that a changed file makes the mesh stale.
-pub(super) fn pin_mesh_file(input: &mut SceneFile) -> Result<(), StageError> {
-    let Body::Gmsh(gmsh) = &input.scene.body else {
-        return Ok(());
-    };
-    let path = input.folder.join(&gmsh.file);
-    let digest = digest_of(&path).map_err(|error| {
-        input.refuse(Invalid {
-            key: "body.gmsh.file".into(),
-            expected: "a Gmsh file that can be read, beside the scene".into(),
-            found: format!("{}: {error}", path.display()),
-            help: "paths are relative to the scene file".into(),
-        })
-    })?;
-    if gmsh.digest.as_ref().is_some_and(|given| *given != digest) {
-        return Err(input
-            .refuse(Invalid {
-                key: "body.gmsh.digest".into(),
-                expected: "the digest of the file".into(),
-                found: digest,
-                help: "the mesh file has changed; remove the key to accept it".into(),
-            })
-            .into());
-    }
-    if let Body::Gmsh(gmsh) = &mut input.scene.body {
-        gmsh.digest = Some(digest);
-    }
-    Ok(())
 }

@@ -1,0 +1,45 @@
+//! The mesh of a scene, and the file it may come from.
+
+use super::StageError;
+use crate::{
+    mesh::{Mesh, MeshError, digest_of},
+    scene::{Body, Invalid, SceneFile},
+};
+
+/// The mesh of a scene.
+pub(super) fn mesh_of(input: &SceneFile) -> Result<Mesh, StageError> {
+    Mesh::of_scene(&input.scene, &input.folder).map_err(|error| match error {
+        MeshError::Scene(invalid) => input.refuse(invalid).into(),
+        MeshError::Gmsh(error) => error.into(),
+    })
+}
+
+/// Writes the digest of a mesh file into the scene, so that a changed file makes the mesh stale.
+pub(super) fn pin_mesh_file(input: &mut SceneFile) -> Result<(), StageError> {
+    let Body::Gmsh(gmsh) = &input.scene.body else {
+        return Ok(());
+    };
+    let path = input.folder.join(&gmsh.file);
+    let digest = digest_of(&path).map_err(|error| {
+        input.refuse(Invalid {
+            key: "body.gmsh.file".into(),
+            expected: "a Gmsh file that can be read, beside the scene".into(),
+            found: format!("{}: {error}", path.display()),
+            help: "paths are relative to the scene file".into(),
+        })
+    })?;
+    if gmsh.digest.as_ref().is_some_and(|given| *given != digest) {
+        return Err(input
+            .refuse(Invalid {
+                key: "body.gmsh.digest".into(),
+                expected: "the digest of the file".into(),
+                found: digest,
+                help: "the mesh file has changed; remove the key to accept it".into(),
+            })
+            .into());
+    }
+    if let Body::Gmsh(gmsh) = &mut input.scene.body {
+        gmsh.digest = Some(digest);
+    }
+    Ok(())
+}
