@@ -124,16 +124,20 @@ def run(
     truncate_every: int,
     seed: int,
     alter_every: int = 1,
+    only: list[str] | None = None,
 ) -> Iterator[Row]:
-    """All kinds of bad files; alters every `alter_every`-th dataset."""
+    """Bad files of all kinds, or some; alters every `alter_every`-th dataset."""
     bench = Bench.of(program, scratch)
-    yield from foreign(bench)
-    yield from headers(bench)
-    yield from linked_groups(bench)
-    yield from truncations(bench, truncate_every)
-    for name, mutation in MUTATIONS.items():
-        yield from mutated(bench, name, mutation, alter_every)
-    yield from flipped(bench, flips, seed)
+    kinds = {
+        "foreign": lambda: foreign(bench),
+        "versions": lambda: headers(bench),
+        "links": lambda: linked_groups(bench),
+        "truncated": lambda: truncations(bench, truncate_every),
+        "altered": lambda: altered(bench, alter_every),
+        "flipped": lambda: flipped(bench, flips, seed),
+    }
+    for kind in only or kinds:
+        yield from kinds[kind]()
 
 
 def editable(path: Path) -> h5py.File:
@@ -251,6 +255,12 @@ def versioned(version: object) -> Damage:
                 file.attrs["format_version"] = version
 
     return damage
+
+
+def altered(bench: Bench, every: int) -> Iterator[Row]:
+    """Every way to alter a dataset."""
+    for name, mutation in MUTATIONS.items():
+        yield from mutated(bench, name, mutation, every)
 
 
 def mutated(bench: Bench, name: str, mutation: Mutation, every: int) -> list[Row]:

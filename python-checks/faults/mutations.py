@@ -43,6 +43,8 @@ def reshape(file: h5py.File, path: str) -> None:
     """One more element along the first axis; a vector instead of a scalar."""
     data = file[path][()]
     flat = np.atleast_1d(data)
+    if flat.size == 0:
+        raise Unfit
     replace(file, path, data=np.concatenate([flat, flat[:1]]), dtype=file[path].dtype)
 
 
