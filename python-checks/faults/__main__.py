@@ -25,7 +25,9 @@ def arguments() -> argparse.Namespace:
     part.add_argument("--only", nargs="*", help="names of stages")
     parts.add_parser("environment", help="disk, permissions, other processes")
     part = parts.add_parser("files", help="damaged, altered and hostile files")
-    part.add_argument("--only", nargs="*", help="foreign versions links truncated altered flipped")
+    part.add_argument(
+        "--only", nargs="*", help="foreign versions links truncated altered flipped"
+    )
     part.add_argument("--flips", type=int, default=4000, help="bytes flipped")
     part.add_argument("--truncate-every", type=int, default=1024, metavar="BYTES")
     return parser.parse_args()
@@ -43,7 +45,9 @@ def main() -> int:
             rows = environment.run(program, scratch, chosen.seed)
         else:
             limits = (chosen.flips, chosen.truncate_every)
-            rows = bad_files.run(program, scratch, *limits, chosen.seed, only=chosen.only)
+            rows = bad_files.run(
+                program, scratch, *limits, chosen.seed, only=chosen.only
+            )
         return print_table(rows)
 
 

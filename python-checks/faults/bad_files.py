@@ -1,24 +1,19 @@
 """Damaged, altered and hostile run files: a typed error, or the right answer."""
 
 import random
-import shutil
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from collections.abc import Iterator
 from pathlib import Path
 
 import h5py
 
-from faults.commands import COMMANDS, Answer, Commands
-from faults.mutations import MUTATIONS, Mutation, Unfit, leaves
-from faults.program import ROOT, Program, settings
-from faults.table import Row, Verdict
+from faults.bench import Bench, Damage, one_row, row_each, same
+from faults.commands import Answer
+from faults.mutations import MUTATIONS, Mutation, leaves
+from faults.program import Program
+from faults.table import Row
 
-SCENE = ROOT / "pipelines" / "hkl2011_table1.toml"
-SMALL = settings(body__brick__cells="[6,2,2]", assemble__dual_operator='"explicit"')
 HISTORY = ("/solve/history/", "/solve/newton/", "/assemble/seconds/")
 """What happened on the way; numbers that are not finite may stand there."""
-Damage = Callable[[Path], None]
 STRIKES = (0x01, 0x80, 0xFF, 0x5A)
 FOREIGN = {
     "empty": b"",
@@ -29,76 +24,6 @@ FOREIGN = {
     "an HDF5 signature, then zeros": b"\x89HDF\r\n\x1a\n" + bytes(4096),
     "an HDF5 signature, then ones": b"\x89HDF\r\n\x1a\n" + b"\xff" * 4096,
 }
-
-
-@dataclass
-class Bench:
-    """A good file and a few folders to judge damaged ones in, side by side."""
-
-    scratch: Path
-    good: Path
-    commands: list[Commands]
-
-    @classmethod
-    def of(cls, program: Program, scratch: Path, workers: int = 2) -> "Bench":
-        """Solve a small problem and take down what every command says of it."""
-        good = scratch / "good.h5"
-        program.done("run", SCENE, good, "--no-figures", *SMALL)
-        shutil.copy(good, scratch / "outside.h5")
-        folders = [scratch / f"worker{k}" for k in range(workers)]
-        commands = [Commands.of(program, folder, good) for folder in folders]
-        return cls(scratch, good, commands)
-
-    def judge(
-        self,
-        row_of: Callable[[str], Row],
-        damages: Iterable[tuple[str, Damage]],
-        answer: Callable[[str], Answer] | None = None,
-        report_every: int = 1,
-    ) -> None:
-        """Damage copies of the good file and count what every command makes of them.
-
-        `report`, which takes longer than the others and reads what `post` reads, has its turn
-        with every `report_every`-th copy.
-        """
-        shares = [list(damages)[k :: len(self.commands)] for k in range(len(self.commands))]
-        work = zip(self.commands, shares, strict=True)
-
-        def one_share(pair):
-            commands, share = pair
-            found = []
-            for index, (name, damage) in enumerate(share):
-                left_out = () if index % report_every == 0 else ("report",)
-                expected = (answer or same)(name)
-                found += judge_one(commands, name, damage, expected, left_out)
-            return found
-
-        with ThreadPoolExecutor(len(self.commands)) as pool:
-            for found in pool.map(one_share, work):
-                for command, verdict in found:
-                    row_of(command).count(verdict)
-
-
-def judge_one(
-    commands: Commands, name: str, damage: Damage, answer: Answer, left_out: tuple = ()
-) -> list[tuple[str, Verdict | str]]:
-    """What every command makes of one damaged file."""
-    damaged = commands.folder / "damaged.h5"
-    shutil.copy(commands.good, damaged)
-    try:
-        damage(damaged)
-    except Unfit:
-        return []
-    found = []
-    for command, verdict in commands.judge(damaged, answer, left_out).items():
-        is_wrong = isinstance(verdict, str)
-        found.append((command, f"{name}: {verdict}" if is_wrong else verdict))
-    return found
-
-
-def same(_: str) -> Answer:
-    """The file is not what was written: no answer of it may differ."""
-    return Answer.SAME
 
 
 def usable(leaf: str) -> Answer:
@@ -143,18 +68,6 @@ def run(
 def editable(path: Path) -> h5py.File:
     """A file open for changes; without locks, which a process just forked may still hold."""
     return h5py.File(path, "r+", locking=False)
-
-
-def one_row(case: str) -> tuple[list[Row], Callable[[str], Row]]:
-    """A single row for all commands."""
-    row = Row(case)
-    return [row], lambda command: row
-
-
-def row_each(case: str) -> tuple[list[Row], Callable[[str], Row]]:
-    """A row for every command."""
-    rows = {command: Row(f"{case}, `{command}`") for command in COMMANDS}
-    return list(rows.values()), rows.__getitem__
 
 
 def foreign(bench: Bench) -> list[Row]:
@@ -226,7 +139,10 @@ def value_bytes(path: Path) -> set[int]:
             if h5py.check_string_dtype(dataset.dtype):
                 continue
             if dataset.chunks:
-                pieces = [dataset.id.get_chunk_info(k) for k in range(dataset.id.get_num_chunks())]
+                pieces = [
+                    dataset.id.get_chunk_info(k)
+                    for k in range(dataset.id.get_num_chunks())
+                ]
                 extents = [(piece.byte_offset, piece.size) for piece in pieces]
             elif (offset := dataset.id.get_offset()) is not None:
                 extents = [(offset, dataset.id.get_storage_size())]
@@ -240,7 +156,17 @@ def value_bytes(path: Path) -> set[int]:
 def headers(bench: Bench) -> list[Row]:
     """Root attributes of another program or another version of this one."""
     rows, row_of = one_row("newer, older or unreadable format version")
-    versions = [[2, 0], [1, 99], [0, 9], [-1, 0], [1], [1, 2, 3], [1.5, 2.5], "1.2", None]
+    versions = [
+        [2, 0],
+        [1, 99],
+        [0, 9],
+        [-1, 0],
+        [1],
+        [1, 2, 3],
+        [1.5, 2.5],
+        "1.2",
+        None,
+    ]
     bench.judge(row_of, [(f"version {v}", versioned(v)) for v in versions])
     return rows
 
@@ -286,7 +212,12 @@ def linked_groups(bench: Bench) -> list[Row]:
     rows, row_of = one_row("a stage replaced by a link")
     with h5py.File(bench.good, "r") as file:
         stages = list(file)
-    targets = ["../outside.h5", str(bench.scratch / "outside.h5"), "nowhere.h5", "run.h5"]
+    targets = [
+        "../outside.h5",
+        str(bench.scratch / "outside.h5"),
+        "nowhere.h5",
+        "run.h5",
+    ]
 
     def damage(stage: str, target: str, named: bool) -> Damage:
         def change(path: Path) -> None:

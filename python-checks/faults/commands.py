@@ -16,6 +16,8 @@ COMMANDS = {
     "post": ("post", "run.h5", "--no-figures", "--json"),
     "report": ("report", "run.h5", "-o", "report.html"),
 }
+
+
 class Answer(Enum):
     """What a command may say of a damaged file that it does not refuse."""
 

@@ -178,7 +178,11 @@ def drop(row: dict, key: str) -> dict:
 
 
 def run(
-    program: Program, scratch: Path, count: int, seed: int, only: list[str] | None = None
+    program: Program,
+    scratch: Path,
+    count: int,
+    seed: int,
+    only: list[str] | None = None,
 ) -> Iterator[Row]:
     """SIGKILL `count` times over all cases; SIGINT and SIGTERM a fifth as often."""
     cases = [case for case in CASES if not only or case.name in only]

@@ -6,7 +6,6 @@ import resource
 import shutil
 import signal
 import subprocess
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -115,8 +114,3 @@ def fresh_copy(source: Path, target: Path) -> Path:
 def left_overs(folder: Path) -> list[str]:
     """Temporary files that nobody removed."""
     return sorted(path.name for path in folder.rglob("*") if ".part" in path.name)
-
-
-def first_fault(outcomes: Iterable[Outcome]) -> str | None:
-    """The first crash or hang."""
-    return next((o.fault for o in outcomes if o.fault), None)
