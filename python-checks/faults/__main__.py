@@ -26,9 +26,16 @@ def arguments() -> argparse.Namespace:
     parts.add_parser("environment", help="disk, permissions, other processes")
     part = parts.add_parser("files", help="damaged, altered and hostile files")
     part.add_argument(
-        "--only", nargs="*", help="foreign versions links truncated altered flipped"
+        "--only",
+        nargs="*",
+        help="foreign versions links truncated altered metadata values",
     )
-    part.add_argument("--flips", type=int, default=4000, help="bytes flipped")
+    part.add_argument(
+        "--flips",
+        type=int,
+        default=4000,
+        help="bytes flipped, half of them in metadata, half in values",
+    )
     part.add_argument("--truncate-every", type=int, default=1024, metavar="BYTES")
     return parser.parse_args()
 

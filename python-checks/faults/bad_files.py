@@ -59,7 +59,8 @@ def run(
         "links": lambda: linked_groups(bench),
         "truncated": lambda: truncations(bench, truncate_every),
         "altered": lambda: altered(bench, alter_every),
-        "flipped": lambda: flipped(bench, flips, seed),
+        "metadata": lambda: flipped(bench, flips // 2, seed, in_values=False),
+        "values": lambda: flipped(bench, flips // 2, seed, in_values=True),
     }
     for kind in only or kinds:
         yield from kinds[kind]()
@@ -99,21 +100,18 @@ def truncations(bench: Bench, every: int) -> list[Row]:
     return rows
 
 
-def flipped(bench: Bench, flips: int, seed: int) -> list[Row]:
-    """Single bytes changed, half of them in metadata, half in values."""
+def flipped(bench: Bench, flips: int, seed: int, in_values: bool) -> list[Row]:
+    """Single bytes changed, spread evenly over metadata or over values."""
     whole = bench.good.read_bytes()
     values = value_bytes(bench.good)
+    places = [k for k in range(len(whole)) if (k in values) == in_values]
+    step = max(len(places) / flips, 1.0)
+    chosen = [places[int(k * step)] for k in range(int(len(places) / step))]
     chance = random.Random(seed)
-    rows = []
-    kinds = {"metadata": lambda k: k not in values, "values": lambda k: k in values}
-    for kind, belongs in kinds.items():
-        places = [k for k in range(len(whole)) if belongs(k)]
-        step = max(len(places) / (flips / 2), 1.0)
-        chosen = [places[int(k * step)] for k in range(int(len(places) / step))]
-        damages = [(f"byte {k}", flip(k, chance.choice(STRIKES))) for k in chosen]
-        found, row_of = row_each(f"a byte of {kind} flipped ({len(chosen)} places)")
-        bench.judge(row_of, damages, report_every=10)
-        rows += found
+    damages = [(f"byte {k}", flip(k, chance.choice(STRIKES))) for k in chosen]
+    kind = "values" if in_values else "metadata"
+    rows, row_of = row_each(f"a byte of {kind} flipped ({len(chosen)} places)")
+    bench.judge(row_of, damages, report_every=10)
     return rows
 
 
