@@ -11,8 +11,6 @@ use serde_json::Value;
 use spdx::{Expression, ParseMode};
 use toml::Table;
 
-const REGISTRY: &str = "registry+https://github.com/rust-lang/crates.io-index";
-
 fn project(name: &str) -> Table {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
     let text = fs::read_to_string(path).expect("readable file of the project");
@@ -99,7 +97,9 @@ fn every_package_is_locked_with_a_checksum_of_the_registry() {
         if text(package, "name") == env!("CARGO_PKG_NAME") {
             continue;
         }
-        assert_eq!(text(package, "source"), REGISTRY, "{package}");
+        let source = text(package, "source");
+        let is_registry = source.starts_with("registry+") && source.ends_with("/crates.io-index");
+        assert!(is_registry, "{package}");
         let checksum = text(package, "checksum");
         let is_digest = checksum.len() == 64 && checksum.bytes().all(|c| c.is_ascii_hexdigit());
         assert!(is_digest, "{package}");

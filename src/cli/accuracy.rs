@@ -13,7 +13,7 @@ use crate::{
         Rung, Trend,
     },
     solver::Status,
-    stages::{StageError, draw_accuracy, figures_folder, measure_accuracy},
+    stages::{StageError, draw_accuracy, measure_accuracy},
     store::Stage,
 };
 
@@ -36,8 +36,7 @@ pub(super) fn accuracy(
     spinner.finish_and_clear();
     let accuracy = measured?;
     if !arguments.figures.no_figures {
-        let folder = arguments.figures.figures.clone();
-        let folder = folder.unwrap_or_else(|| figures_folder(&arguments.file));
+        let folder = arguments.figures.folder(&arguments.file);
         let files = draw_accuracy(&folder, &accuracy)?;
         if !output.quiet {
             eprintln!("figures   {} files in {}", files.len(), folder.display());

@@ -1,4 +1,4 @@
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::sweep::SweepArguments;
 use clap::{Args, Parser, Subcommand};
@@ -6,7 +6,7 @@ use serde::de::{DeserializeOwned, IntoDeserializer, value::StrDeserializer};
 
 use crate::{
     scene::{DualOperatorKind, InnerSolver, Method, PrecisionControl, SolveSettings},
-    stages::AssemblyFile,
+    stages::{AssemblyFile, figures_folder},
 };
 
 /// 3D elastostatic contact with orthotropic, solution-dependent Coulomb friction
@@ -181,6 +181,14 @@ pub(super) struct FigureArguments {
     /// Draw no pictures
     #[arg(long, conflicts_with = "figures")]
     pub no_figures: bool,
+}
+
+impl FigureArguments {
+    /// The folder for the pictures of a run file.
+    pub(super) fn folder(&self, run_file: &Path) -> PathBuf {
+        let given = self.figures.clone();
+        given.unwrap_or_else(|| figures_folder(run_file))
+    }
 }
 
 /// Arguments of `solve`; settings given here replace those of the stored scene.

@@ -13,7 +13,7 @@ use super::{
 use crate::{
     scene::AssembleSettings,
     solver::Status,
-    stages::{AssemblyFile, Commit, Freshness, Performed, Session, StageError, figures_folder},
+    stages::{AssemblyFile, Commit, Freshness, Performed, Session, StageError, are_drawn},
     store::Stage,
 };
 
@@ -40,8 +40,8 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
     if arguments.assembly.choice() == AssemblyFile::SelfContained {
         session.embed_assembly()?;
     }
-    let drawn = performed.iter().any(|p| p.stage == Stage::Post);
-    if drawn {
+    let is_new = performed.iter().any(|p| p.stage == Stage::Post);
+    if is_new || !are_drawn(&arguments.figures.folder(&arguments.file), &arguments.file) {
         draw_figures(&mut session, &arguments.figures, &arguments.file, output)?;
     }
     finish(&mut session, output, &performed)
@@ -129,10 +129,7 @@ fn draw_figures(
     if figures.no_figures {
         return Ok(());
     }
-    let folder = figures
-        .figures
-        .clone()
-        .unwrap_or_else(|| figures_folder(file));
+    let folder = figures.folder(file);
     session.results()?;
     let files = session.draw(&folder)?;
     say(

@@ -27,7 +27,7 @@ pub use error::StageError;
 pub use freshness::{Freshness, PIPELINE, StageState, operator_settings, states};
 pub use law::{LawKind, LawStudy, MeshSizes, law_folder};
 pub use persistence::AssemblyFile;
-pub use picture::figures_folder;
+pub use picture::{are_drawn, figures_folder};
 pub use report::report;
 pub use session::{Commit, Performed, Session};
 pub use shared::Operator;

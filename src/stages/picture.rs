@@ -23,6 +23,17 @@ pub fn figures_folder(run_file: &Path) -> PathBuf {
     run_file.with_file_name(format!("{stem}-figures"))
 }
 
+/// The picture that is drawn last.
+const LAST: &str = "figure5";
+
+/// Whether all pictures of a run file are in a folder and no older than it.
+#[must_use]
+pub fn are_drawn(folder: &Path, run_file: &Path) -> bool {
+    let modified = |file: &Path| fs::metadata(file).and_then(|metadata| metadata.modified());
+    let last = modified(&folder.join(format!("{LAST}.png")));
+    matches!((last, modified(run_file)), (Ok(drawn), Ok(stored)) if drawn >= stored)
+}
+
 /// Draws the six panels of HKL Fig. 5 and the page of all six, as SVG and PNG; returns the files.
 ///
 /// # Errors
@@ -47,7 +58,7 @@ pub(super) fn draw(
     for panel in panels {
         files.extend(save(folder, panel.name, &panel.svg, PANEL_WIDTH)?);
     }
-    files.extend(save(folder, "figure5", &page, PAGE_WIDTH)?);
+    files.extend(save(folder, LAST, &page, PAGE_WIDTH)?);
     Ok(files)
 }
 
@@ -180,10 +191,18 @@ pub(super) fn save(
         source,
     })?;
     for (file, bytes) in files.iter().zip([svg.as_bytes(), &png]) {
-        fs::write(file, bytes).map_err(|source| StageError::Write {
+        write_whole(file, bytes).map_err(|source| StageError::Write {
             file: file.clone(),
             source,
         })?;
     }
     Ok(files)
+}
+
+/// Writes a file beside its place and renames it, so that a picture is never cut off.
+fn write_whole(file: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let mut temporary = file.as_os_str().to_owned();
+    temporary.push(".part");
+    fs::write(&temporary, bytes)?;
+    fs::rename(&temporary, file)
 }

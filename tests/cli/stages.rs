@@ -1,5 +1,7 @@
 //! Stages alone and together, fresh and stale.
 
+use std::fs;
+
 use serde_json::Value;
 
 use crate::program::{Program, SMALL, pipeline};
@@ -18,6 +20,21 @@ fn run_makes_every_stage_and_then_keeps_them() {
     let text = String::from_utf8_lossy(&again.get_output().stderr).into_owned();
     assert_eq!(text.matches("fresh, kept").count(), 5, "{text}");
     assert_eq!(program.digests(), before);
+}
+
+/// As after a kill among the pictures, which come after the last stage.
+#[test]
+fn run_draws_pictures_that_are_missing() {
+    let program = Program::new();
+    program.run(&[]).assert().success();
+    let last = program.path("run-figures/figure5.png");
+    let drawn = fs::read(&last).unwrap();
+    let unchanged = fs::metadata(&last).unwrap().modified().unwrap();
+    program.run(&[]).assert().success();
+    assert_eq!(fs::metadata(&last).unwrap().modified().unwrap(), unchanged);
+    fs::remove_file(&last).unwrap();
+    program.run(&[]).assert().success();
+    assert_eq!(fs::read(&last).unwrap(), drawn);
 }
 
 #[test]
