@@ -59,6 +59,8 @@ pub mod post;
 pub mod report;
 pub mod scene;
 pub mod solver;
+pub mod stability;
 pub mod stages;
 pub mod store;
+pub mod suite;
 pub mod sweep;

@@ -3,7 +3,7 @@
 use std::{collections::BTreeSet, fs, path::Path};
 
 /// Each room with the rooms it may use.
-const ALLOWED: [(&str, &[&str]); 16] = [
+const ALLOWED: [(&str, &[&str]); 18] = [
     ("linalg", &[]),
     ("scene", &[]),
     ("mesh", &["linalg", "scene"]),
@@ -42,6 +42,20 @@ const ALLOWED: [(&str, &[&str]); 16] = [
             "post",
         ],
     ),
+    (
+        "stability",
+        &[
+            "linalg",
+            "scene",
+            "mesh",
+            "elasticity",
+            "contact",
+            "dual",
+            "solver",
+            "post",
+            "accuracy",
+        ],
+    ),
     ("store", &[]),
     ("figures", &[]),
     ("report", &[]),
@@ -57,6 +71,7 @@ const ALLOWED: [(&str, &[&str]); 16] = [
             "solver",
             "post",
             "accuracy",
+            "stability",
             "store",
         ],
     ),
@@ -80,10 +95,25 @@ const ALLOWED: [(&str, &[&str]); 16] = [
     ),
     ("sweep", &["scene", "solver", "store", "format", "stages"]),
     (
+        "suite",
+        &["scene", "accuracy", "stability", "store", "format", "sweep"],
+    ),
+    (
         "cli",
         &[
-            "scene", "mesh", "contact", "dual", "solver", "post", "accuracy", "store", "format",
-            "stages", "sweep",
+            "scene",
+            "mesh",
+            "contact",
+            "dual",
+            "solver",
+            "post",
+            "accuracy",
+            "stability",
+            "store",
+            "format",
+            "stages",
+            "sweep",
+            "suite",
         ],
     ),
 ];

@@ -1,7 +1,7 @@
 //! The table of datasets is sound, and the schemas in the repository are generated from it.
 
 use contact3d_pipe::{
-    format::{LAYOUT, SWEEP_LAYOUT},
+    format::{LAYOUT, STABILITY_LAYOUT, SWEEP_LAYOUT},
     scene::Scene,
     store::{schema_json, schema_page},
     sweep::SweepFile,
@@ -11,6 +11,7 @@ use contact3d_pipe::{
 fn the_table_of_datasets_obeys_its_rules() {
     assert_eq!(LAYOUT.problems(), Vec::<String>::new());
     assert_eq!(SWEEP_LAYOUT.problems(), Vec::<String>::new());
+    assert_eq!(STABILITY_LAYOUT.problems(), Vec::<String>::new());
     assert!(LAYOUT.datasets().count() > 60);
 }
 
@@ -21,6 +22,7 @@ fn schemas_in_the_repository_are_up_to_date() {
         ("run_file.json", schema_json(&LAYOUT)),
         ("run_file.md", schema_page(&LAYOUT)),
         ("scene.json", Scene::json_schema()),
+        ("stability.json", schema_json(&STABILITY_LAYOUT)),
         ("sweep.json", SweepFile::json_schema()),
         ("sweep_summary.json", schema_json(&SWEEP_LAYOUT)),
     ] {

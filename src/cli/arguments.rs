@@ -58,6 +58,10 @@ pub enum Command {
     Law(LawArguments),
     /// Measure the errors of solvers and meshes for a scene, and what each digit costs
     Accuracy(AccuracyArguments),
+    /// Check one scene: conditioning, agreement of algorithms, invariance under other descriptions
+    Check(CheckArguments),
+    /// Check a suite of hard cases and print their table
+    Stability(StabilityArguments),
     /// Write a report as one HTML page that needs no network
     Report(ReportArguments),
     /// Write or check the schemas of run files and scenes
@@ -105,6 +109,33 @@ pub struct AccuracyArguments {
     pub budget: f64,
     #[command(flatten)]
     pub(super) figures: FigureArguments,
+}
+
+/// Arguments of `check`.
+#[derive(Debug, Args)]
+pub struct CheckArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneArguments,
+}
+
+/// Arguments of `stability`.
+#[derive(Debug, Args)]
+pub struct StabilityArguments {
+    /// The index of the suite
+    #[arg(default_value = "pipelines/hard/suite.toml")]
+    pub suite: PathBuf,
+    /// Store the table in this HDF5 file, made or updated
+    #[arg(short, long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Small meshes only
+    #[arg(long)]
+    pub coarse: bool,
+    /// Only the cases of this family, or with this in their names
+    #[arg(long, value_name = "NAME")]
+    pub only: Option<String>,
+    /// Print the table as Markdown
+    #[arg(long, conflicts_with = "json")]
+    pub markdown: bool,
 }
 
 /// Arguments of `report`.

@@ -14,6 +14,8 @@ mod report;
 mod results;
 mod run;
 mod schema;
+mod stability;
+mod stability_words;
 mod status;
 mod sweep;
 
@@ -48,6 +50,8 @@ pub fn main() -> Exit {
         Command::Check(file) => check::check(file, &output),
         Command::Law(law) => law::law(law, &output),
         Command::Accuracy(accuracy) => accuracy::accuracy(accuracy, &output, threads),
+        Command::Check(one) => stability::check(one, &output, threads),
+        Command::Stability(suite) => return stability::stability(suite, &output, threads),
         Command::Report(page) => html::report_page(page, &output),
         Command::Schema(schema) => schema::schema(schema, &output),
         Command::Sweep(arguments) => return sweep::sweep(arguments, &output, threads),

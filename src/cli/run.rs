@@ -109,7 +109,8 @@ fn perform(
         | Stage::Vtk
         | Stage::Checkpoint
         | Stage::Cases
-        | Stage::Accuracy => session.post(),
+        | Stage::Accuracy
+        | Stage::Stability => session.post(),
     };
     spinner.finish_and_clear();
     let performed = performed?;

@@ -5,7 +5,7 @@ use super::{
     exit::Exit,
 };
 use crate::{
-    format::{LAYOUT, SWEEP_LAYOUT},
+    format::{LAYOUT, STABILITY_LAYOUT, SWEEP_LAYOUT},
     scene::Scene,
     stages::StageError,
     store::{schema_json, schema_page},
@@ -18,6 +18,7 @@ pub(super) fn schema(arguments: &SchemaArguments, output: &Output) -> Result<Exi
         ("run_file.json", schema_json(&LAYOUT)),
         ("run_file.md", schema_page(&LAYOUT)),
         ("scene.json", Scene::json_schema()),
+        ("stability.json", schema_json(&STABILITY_LAYOUT)),
         ("sweep.json", SweepFile::json_schema()),
         ("sweep_summary.json", schema_json(&SWEEP_LAYOUT)),
     ]

@@ -10,6 +10,7 @@ mod post;
 mod scene;
 mod sizes;
 mod solve;
+mod stability;
 mod sweep;
 mod vtkhdf;
 
@@ -27,6 +28,7 @@ pub use post::{ContactSummary, Summary, read_summary, write as write_report};
 pub use scene::{read as read_scene, write as write_scene};
 pub use sizes::{Sizes, read_sizes};
 pub use solve::{read as read_solution, read_multiplier, write as write_solution};
+pub use stability::{STABILITY_LAYOUT, StabilityRow, write as write_stability};
 pub use sweep::{CERTIFICATE, CaseResults, CaseRow, SWEEP_LAYOUT, read_case, write as write_cases};
 pub use vtkhdf::write as write_vtkhdf;
 

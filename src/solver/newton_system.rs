@@ -57,6 +57,31 @@ impl NaturalMap<'_> {
     }
 }
 
+impl NaturalMap<'_> {
+    /// R'(λ) in full, column-major, `[n_multipliers, n_multipliers]`, dimensionless.
+    pub(super) fn derivative(&self, evaluation: &Evaluation) -> Vec<f64> {
+        let system = NewtonSystem::new(self, evaluation);
+        let n = evaluation.residual.len();
+        let mut matrix = vec![0.0; n * n];
+        let mut rows = vec![0.0; system.free.len()];
+        for (j, column) in matrix.chunks_exact_mut(n.max(1)).enumerate() {
+            column[j] = 1.0;
+            system.column(j, &mut rows);
+            for (&unknown, &entry) in system.free.iter().zip(&rows) {
+                column[unknown] = entry;
+            }
+            for at in &system.rows {
+                if let (Some(pair), Some(normal)) = (&at.pair, at.normal_row) {
+                    for k in 0..2 {
+                        column[system.free[pair.row + k]] += pair.by_bound[k] * rows[normal];
+                    }
+                }
+            }
+        }
+        matrix
+    }
+}
+
 impl<'a> NewtonSystem<'a> {
     fn new(map: &'a NaturalMap<'a>, evaluation: &'a Evaluation) -> Self {
         let m = map.dual.n_panes();

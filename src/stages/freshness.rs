@@ -137,7 +137,12 @@ pub(super) fn settings(stage: Stage, scene: &Scene, start: Option<&str>) -> Stri
         Stage::Post => Settings::Post {
             friction: scene.friction.as_ref(),
         },
-        Stage::Scene | Stage::Vtk | Stage::Checkpoint | Stage::Cases | Stage::Accuracy => {
+        Stage::Scene
+        | Stage::Vtk
+        | Stage::Checkpoint
+        | Stage::Cases
+        | Stage::Accuracy
+        | Stage::Stability => {
             return String::new();
         }
     };

@@ -303,7 +303,8 @@ impl Session {
             | Stage::Vtk
             | Stage::Checkpoint
             | Stage::Cases
-            | Stage::Accuracy => {
+            | Stage::Accuracy
+            | Stage::Stability => {
                 let report = loaded(&self.report);
                 let frame = self.interface.as_ref().map(|interface| &interface.frame);
                 write_stage(transaction, Stage::Vtk, home, record, |writer| {

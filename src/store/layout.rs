@@ -25,11 +25,13 @@ pub enum Stage {
     Cases,
     /// Errors and costs of solvers and meshes, group `/accuracy`; computed from the scene alone.
     Accuracy,
+    /// How far the answers of hard cases can be trusted, group `/stability` of a file of its own.
+    Stability,
 }
 
 impl Stage {
     /// Every stage, upstream first.
-    pub const ALL: [Stage; 10] = [
+    pub const ALL: [Stage; 11] = [
         Stage::Scene,
         Stage::Mesh,
         Stage::Assemble,
@@ -40,6 +42,7 @@ impl Stage {
         Stage::Checkpoint,
         Stage::Cases,
         Stage::Accuracy,
+        Stage::Stability,
     ];
 
     /// The name of the group this stage owns, without the leading slash.
@@ -55,6 +58,7 @@ impl Stage {
             Stage::Checkpoint => "checkpoint",
             Stage::Cases => "cases",
             Stage::Accuracy => "accuracy",
+            Stage::Stability => "stability",
         }
     }
 

@@ -1,0 +1,267 @@
+//! `/stability`: how far the answers of hard cases can be trusted, one row a case.
+
+use super::solve::StoredStatus;
+use crate::{
+    solver::Status,
+    stability::{Check, Invariance, Level, Rival},
+    store::{
+        DatasetSpec, Extent,
+        Extent::{Fixed, Named},
+        Kind, Layout, Stage, StageWriter, StoreError, StoredEnum, stored_enum,
+    },
+};
+
+stored_enum! {
+    /// How a case came out, as stored.
+    enum StoredLevel as "verdict" {
+        Holds = 0 => "holds",
+        AtFloor = 1 => "floor",
+        Fails = 2 => "fails",
+        Refused = 3 => "refused",
+    }
+}
+
+/// Every dataset of a stability file.
+pub const STABILITY_LAYOUT: Layout = Layout {
+    filetype: "contact3d-pipe stability",
+    linked_filetype: "contact3d-pipe stability stage",
+    format_version: [1, 0],
+    creator: super::LAYOUT.creator,
+    tables: &[TABLE],
+    extents: &[("n_cases", "cases in the order of the suite")],
+};
+
+const NAME: &str = "/stability/name";
+const FAMILY: &str = "/stability/family";
+const SHOWS: &str = "/stability/shows";
+const SCENE: &str = "/stability/scene";
+const VERDICT: &str = "/stability/verdict";
+const FINDINGS: &str = "/stability/findings";
+const OPEN: &str = "/stability/open";
+const STATUS: &str = "/stability/status";
+const UNKNOWNS: &str = "/stability/unknowns";
+const MULTIPLIERS: &str = "/stability/multipliers";
+const NEWTON_STEPS: &str = "/stability/newton_steps";
+const OUTER_STEPS: &str = "/stability/outer_steps";
+const ZONE_COUNTS: &str = "/stability/zone_counts";
+const ASKED: &str = "/stability/asked";
+const ACCURACY: &str = "/stability/accuracy";
+const CERTIFICATE: &str = "/stability/certificate";
+const CERTIFICATE_FLOOR: &str = "/stability/certificate_floor";
+const STIFFNESS_CONDITION: &str = "/stability/stiffness_condition";
+const DUAL_EIGENVALUES: &str = "/stability/dual_eigenvalues";
+const DUAL_BY_AREA: &str = "/stability/dual_eigenvalues_by_area";
+const DETERMINANT: &str = "/stability/determinant_sign";
+const SENSITIVITY: &str = "/stability/sensitivity";
+const MULTIPLIER_FLOOR: &str = "/stability/multiplier_floor";
+const RIVAL_STATUS: &str = "/stability/rival_status";
+const RIVAL_STEPS: &str = "/stability/rival_steps";
+const RIVAL_RESIDUAL: &str = "/stability/rival_residual";
+const DISAGREEMENT: &str = "/stability/disagreement";
+const VARIATION: &str = "/stability/variation";
+const SECONDS: &str = "/stability/seconds";
+
+const CASES: &[Extent] = &[Named("n_cases")];
+const PAIRS: &[Extent] = &[Named("n_cases"), Fixed(2)];
+const RIVALS: &[Extent] = &[Named("n_cases"), Fixed(3)];
+const CHANGES: &[Extent] = &[Named("n_cases"), Fixed(7)];
+
+#[rustfmt::skip]
+const TABLE: &[DatasetSpec] = &[
+    Stage::Stability.row(NAME, Kind::Text, CASES, "1", "Name of the case."),
+    Stage::Stability.row(FAMILY, Kind::Text, CASES, "1", "What the case is one of."),
+    Stage::Stability.row(SHOWS, Kind::Text, CASES, "1", "What the case shows, and what is expected."),
+    Stage::Stability.row(SCENE, Kind::Text, CASES, "1", "The scene as TOML."),
+    Stage::Stability.row(VERDICT, Kind::Enum(StoredLevel::SPEC), CASES, "1", "holds: to 1e-10 or to the bit; floor: to what rounding allows; fails; refused: no discrete problem."),
+    Stage::Stability.row(FINDINGS, Kind::Text, CASES, "1", "What is to be said about the verdict, else empty."),
+    Stage::Stability.row(OPEN, Kind::Text, CASES, "1", "Why the suite expects the case to fail, else empty."),
+    Stage::Stability.row(STATUS, Kind::Enum(StoredStatus::SPEC), CASES, "1", "How the solve ended; numerical_error for a refused case."),
+    Stage::Stability.row(UNKNOWNS, Kind::I64, CASES, "1", "Free degrees of freedom; 0 in this and other counts of a refused case."),
+    Stage::Stability.row(MULTIPLIERS, Kind::I64, CASES, "1", "Multipliers."),
+    Stage::Stability.row(NEWTON_STEPS, Kind::I64, CASES, "1", "Steps of Newton's method."),
+    Stage::Stability.row(OUTER_STEPS, Kind::I64, CASES, "1", "Steps of successive approximations."),
+    Stage::Stability.row(ZONE_COUNTS, Kind::I64, RIVALS, "1", "Numbers of open, sticking and slipping panes."),
+    Stage::Stability.row(ASKED, Kind::F64, CASES, "1", "Accuracy that was asked for; NaN in this and other measures of a refused case."),
+    Stage::Stability.row(ACCURACY, Kind::F64, CASES, "1", "Accuracy that the solver says it reached."),
+    Stage::Stability.row(CERTIFICATE, Kind::F64, CASES, "1", "Largest figure of the certificate."),
+    Stage::Stability.row(CERTIFICATE_FLOOR, Kind::F64, CASES, "1", "Size of the certificate's figures at the best double-precision answer."),
+    Stage::Stability.row(STIFFNESS_CONDITION, Kind::F64, CASES, "1", "Condition number of A scaled to the diagonal 1."),
+    Stage::Stability.row(DUAL_EIGENVALUES, Kind::F64, PAIRS, "m3/Pa", "Smallest and largest eigenvalue of S without its empty rows."),
+    Stage::Stability.row(DUAL_BY_AREA, Kind::F64, PAIRS, "m/Pa", "The same of S scaled by the areas of the panes."),
+    Stage::Stability.row(DETERMINANT, Kind::I64, CASES, "1", "Sign of the determinant of Newton's matrix at the answer.").symbol("sign det R'"),
+    Stage::Stability.row(SENSITIVITY, Kind::F64, CASES, "1", "Norm of the inverse of Newton's matrix at the answer."),
+    Stage::Stability.row(MULTIPLIER_FLOOR, Kind::F64, CASES, "1", "Relative error of the multipliers that rounding alone makes."),
+    Stage::Stability.row(RIVAL_STATUS, Kind::Enum(StoredStatus::SPEC), RIVALS, "1", "How Newton, the fixed point with Newton, and the fixed point with GPCG ended."),
+    Stage::Stability.row(RIVAL_STEPS, Kind::I64, RIVALS, "1", "Their steps."),
+    Stage::Stability.row(RIVAL_RESIDUAL, Kind::F64, RIVALS, "1", "Residuals of the natural map at their answers, relative to the multipliers."),
+    Stage::Stability.row(DISAGREEMENT, Kind::F64, RIVALS, "1", "Relative difference of their multipliers to the answer."),
+    Stage::Stability.row(VARIATION, Kind::F64, CHANGES, "1", "Relative difference of the multipliers after a change of units by powers of two, of decimal units, of loads, of node numbers, of threads, in a mirror, with exchanged axes; NaN where not applicable."),
+    Stage::Stability.row(SECONDS, Kind::F64, CASES, "s", "Wall-clock time of assembly and solve.").volatile(),
+];
+
+/// One case of the table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StabilityRow {
+    /// Name of the case.
+    pub name: String,
+    /// What it is one of.
+    pub family: String,
+    /// What it shows and what is expected.
+    pub shows: String,
+    /// The scene as TOML.
+    pub scene: String,
+    /// Why it is expected to fail; empty when it is not.
+    pub open: String,
+    /// What came of it, or why there is no discrete problem.
+    pub outcome: Result<Check, String>,
+}
+
+impl StabilityRow {
+    /// The verdict as a word; `refused` without a discrete problem.
+    #[must_use]
+    pub fn word(&self) -> &'static str {
+        match &self.outcome {
+            Ok(check) => check.verdict().level.word(),
+            Err(_) => "refused",
+        }
+    }
+
+    /// What is to be said about the verdict.
+    #[must_use]
+    pub fn findings(&self) -> String {
+        match &self.outcome {
+            Ok(check) => check.verdict().findings.join("; "),
+            Err(reason) => reason.clone(),
+        }
+    }
+
+    fn stored_level(&self) -> StoredLevel {
+        match &self.outcome {
+            Err(_) => StoredLevel::Refused,
+            Ok(check) => match check.verdict().level {
+                Level::Holds => StoredLevel::Holds,
+                Level::AtFloor => StoredLevel::AtFloor,
+                Level::Fails => StoredLevel::Fails,
+            },
+        }
+    }
+}
+
+/// Writes the table.
+///
+/// # Errors
+/// HDF5 failures.
+pub fn write(writer: &mut StageWriter<'_>, rows: &[StabilityRow]) -> Result<(), StoreError> {
+    let n = [rows.len()];
+    let texts =
+        |text: fn(&StabilityRow) -> String| -> Vec<String> { rows.iter().map(text).collect() };
+    type Text = fn(&StabilityRow) -> String;
+    let columns: [(&str, Text); 6] = [
+        (NAME, |r| r.name.clone()),
+        (FAMILY, |r| r.family.clone()),
+        (SHOWS, |r| r.shows.clone()),
+        (SCENE, |r| r.scene.clone()),
+        (OPEN, |r| r.open.clone()),
+        (FINDINGS, StabilityRow::findings),
+    ];
+    for (path, column) in columns {
+        let column = texts(column);
+        let column: Vec<&str> = column.iter().map(String::as_str).collect();
+        writer.write_texts(path, &column)?;
+    }
+    let levels: Vec<_> = rows.iter().map(StabilityRow::stored_level).collect();
+    writer.write_enum(VERDICT, &levels, &n)?;
+    let checks: Vec<Option<&Check>> = rows.iter().map(|r| r.outcome.as_ref().ok()).collect();
+    let status =
+        |status: Option<Status>| StoredStatus::of(status.unwrap_or(Status::NumericalError));
+    let statuses: Vec<_> = checks.iter().map(|c| status(c.map(|c| c.status))).collect();
+    writer.write_enum(STATUS, &statuses, &n)?;
+    let rivals: Vec<_> = checks
+        .iter()
+        .flat_map(|c| (0..Rival::ALL.len()).map(move |k| status(c.map(|c| c.rivals[k].status))))
+        .collect();
+    writer.write_enum(RIVAL_STATUS, &rivals, &[rows.len(), 3])?;
+    write_counts(writer, &checks)?;
+    write_measures(writer, &checks)
+}
+
+fn write_counts(writer: &mut StageWriter<'_>, checks: &[Option<&Check>]) -> Result<(), StoreError> {
+    type Counts = fn(&Check) -> Vec<i64>;
+    let columns: [(&str, usize, Counts); 7] = [
+        (UNKNOWNS, 1, |c| vec![c.n_free as i64]),
+        (MULTIPLIERS, 1, |c| vec![c.n_multipliers as i64]),
+        (NEWTON_STEPS, 1, |c| vec![c.steps[0] as i64]),
+        (OUTER_STEPS, 1, |c| vec![c.steps[1] as i64]),
+        (DETERMINANT, 1, |c| {
+            vec![i64::from(c.linearisation.determinant)]
+        }),
+        (ZONE_COUNTS, 3, |c| c.zones.map(|z| z as i64).to_vec()),
+        (RIVAL_STEPS, 3, |c| {
+            c.rivals.iter().map(|r| r.steps as i64).collect()
+        }),
+    ];
+    for (path, width, of) in columns {
+        let values: Vec<i64> = checks
+            .iter()
+            .flat_map(|check| check.map_or_else(|| vec![0; width], of))
+            .collect();
+        writer.write(path, &values, &shape(checks.len(), width))?;
+    }
+    Ok(())
+}
+
+fn write_measures(
+    writer: &mut StageWriter<'_>,
+    checks: &[Option<&Check>],
+) -> Result<(), StoreError> {
+    type Measures = fn(&Check) -> Vec<f64>;
+    let columns: [(&str, usize, Measures); 13] = [
+        (ASKED, 1, |c| vec![c.asked]),
+        (ACCURACY, 1, |c| vec![c.accuracy]),
+        (CERTIFICATE, 1, |c| vec![c.certificate]),
+        (CERTIFICATE_FLOOR, 1, |c| vec![c.floor.certificate]),
+        (STIFFNESS_CONDITION, 1, |c| vec![c.conditioning.stiffness]),
+        (SENSITIVITY, 1, |c| vec![c.linearisation.sensitivity]),
+        (MULTIPLIER_FLOOR, 1, |c| vec![c.floor.multiplier]),
+        (SECONDS, 1, |c| vec![c.seconds]),
+        (DUAL_EIGENVALUES, 2, |c| {
+            vec![c.conditioning.dual.smallest, c.conditioning.dual.largest]
+        }),
+        (DUAL_BY_AREA, 2, |c| {
+            let spectrum = c.conditioning.dual_by_area;
+            vec![spectrum.smallest, spectrum.largest]
+        }),
+        (RIVAL_RESIDUAL, 3, |c| {
+            c.rivals.iter().map(|r| r.residual).collect()
+        }),
+        (DISAGREEMENT, 3, |c| {
+            c.rivals.iter().map(|r| r.disagreement).collect()
+        }),
+        (VARIATION, 7, variations),
+    ];
+    for (path, width, of) in columns {
+        let values: Vec<f64> = checks
+            .iter()
+            .flat_map(|check| check.map_or_else(|| vec![f64::NAN; width], of))
+            .collect();
+        writer.write(path, &values, &shape(checks.len(), width))?;
+    }
+    Ok(())
+}
+
+fn variations(check: &Check) -> Vec<f64> {
+    let of = |invariance: Invariance| {
+        let mut results = check.invariances.iter();
+        let found = results.find(|result| result.invariance == invariance);
+        found.map_or(f64::NAN, |result| result.difference)
+    };
+    Invariance::ALL.map(of).to_vec()
+}
+
+fn shape(rows: usize, width: usize) -> Vec<usize> {
+    if width == 1 {
+        vec![rows]
+    } else {
+        vec![rows, width]
+    }
+}

@@ -1,0 +1,113 @@
+use faer::{Mat, MatRef, prelude::Solve};
+
+use super::{
+    ContactState, FeasibleSet,
+    natural_map::{Bound, NaturalMap},
+};
+use crate::{
+    dual::ExplicitDual,
+    linalg::{largest_eigenvalue, norm},
+};
+
+/// The generalised derivative R' of the natural map R(λ) = λ − P(λ − ρ (S λ − h)) at some λ.
+///
+/// R' has no unit, since λ and R are stresses. det R' > 0 where the solution is a strong one that
+/// follows small changes of the data; where several solutions exist, some have det R' < 0 (the
+/// indices of all solutions add up to 1), and det R' = 0 where two of them meet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Linearisation {
+    /// ‖R(λ)‖ / ‖λ‖, and 0 for 0/0.
+    pub residual: f64,
+    /// Sign of det R': 1, −1, or 0 for a singular R'.
+    pub determinant: i8,
+    /// ‖R'⁻¹‖₂: how much a residual R moves λ; infinite for a singular R'.
+    pub sensitivity: f64,
+}
+
+impl Linearisation {
+    /// ‖R(λ)‖ / ‖λ‖ alone, for the contact problem of any law.
+    #[must_use]
+    pub fn residual_of(dual: &ExplicitDual, contact: &ContactState<'_>, multiplier: &[f64]) -> f64 {
+        let frozen = contact.feasible_set(None);
+        let map = NaturalMap::new(dual, bound(contact, &frozen));
+        relative(map.evaluate(multiplier).norm, multiplier)
+    }
+
+    /// Linearises the contact problem of any law at λ, `[n_multipliers]` in Pa.
+    #[must_use]
+    pub fn new(dual: &ExplicitDual, contact: &ContactState<'_>, multiplier: &[f64]) -> Self {
+        let frozen = contact.feasible_set(None);
+        let map = NaturalMap::new(dual, bound(contact, &frozen));
+        let evaluation = map.evaluate(multiplier);
+        let matrix = map.derivative(&evaluation);
+        let n = multiplier.len();
+        let lu = MatRef::from_column_major_slice(&matrix, n, n).partial_piv_lu();
+        let pivots: Vec<f64> = (0..n).map(|i| lu.U()[(i, i)]).collect();
+        let (permutation, _) = lu.P().arrays();
+        let negative = pivots.iter().filter(|p| **p < 0.0).count() + transpositions(permutation);
+        let singular = pivots.iter().any(|p| *p == 0.0 || !p.is_finite());
+        // ‖R'⁻¹‖² is the largest eigenvalue of R'⁻¹R'⁻ᵀ.
+        let inverse_square = |v: &[f64]| {
+            let mut x = Mat::from_fn(n, 1, |i, _| v[i]);
+            lu.solve_transpose_in_place(x.as_mut());
+            lu.solve_in_place(x.as_mut());
+            (0..n).map(|i| x[(i, 0)]).collect()
+        };
+        Self {
+            residual: relative(evaluation.norm, multiplier),
+            determinant: match (singular, negative % 2) {
+                (true, _) => 0,
+                (false, 0) => 1,
+                (false, _) => -1,
+            },
+            sensitivity: if singular {
+                f64::INFINITY
+            } else {
+                largest_eigenvalue(n, inverse_square).sqrt()
+            },
+        }
+    }
+}
+
+/// What moves the ellipses: the law of the scene, or nothing.
+fn bound<'a>(contact: &'a ContactState<'a>, frozen: &'a FeasibleSet<'a>) -> Bound<'a> {
+    match contact.interface.coulomb() {
+        Some(law) => Bound::Coulomb(contact, law),
+        None => Bound::Frozen(frozen),
+    }
+}
+
+fn relative(residual: f64, multiplier: &[f64]) -> f64 {
+    match residual {
+        0.0 => 0.0,
+        residual => residual / norm(multiplier),
+    }
+}
+
+/// The number of transpositions that a permutation is made of, up to an even number.
+fn transpositions(permutation: &[usize]) -> usize {
+    let mut seen = vec![false; permutation.len()];
+    let mut count = 0;
+    for start in 0..permutation.len() {
+        let mut at = start;
+        while !seen[at] {
+            seen[at] = true;
+            at = permutation[at];
+            count += usize::from(!seen[at]);
+        }
+    }
+    count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::transpositions;
+
+    #[test]
+    fn permutations_have_the_parity_of_their_cycles() {
+        assert_eq!(transpositions(&[0, 1, 2]) % 2, 0);
+        assert_eq!(transpositions(&[1, 0, 2]) % 2, 1);
+        assert_eq!(transpositions(&[1, 2, 0]) % 2, 0);
+        assert_eq!(transpositions(&[1, 0, 3, 2]) % 2, 0);
+    }
+}

@@ -1,0 +1,110 @@
+use faer::{MatRef, Side};
+
+use super::problem::Problem;
+use crate::{
+    dual::ExplicitDual,
+    linalg::{CscMatrix, Workspace, largest_eigenvalue},
+};
+
+/// The extreme eigenvalues of a symmetric matrix.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spectrum {
+    /// λ_min.
+    pub smallest: f64,
+    /// λ_max.
+    pub largest: f64,
+}
+
+impl Spectrum {
+    /// λ_min / λ_max; positive when the matrix is positive definite.
+    #[must_use]
+    pub fn ratio(&self) -> f64 {
+        self.smallest / self.largest
+    }
+}
+
+/// How well the matrices of a problem are conditioned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Conditioning {
+    /// S, in m³/Pa. Multipliers whose displacement is held have empty rows and are left out.
+    pub dual: Spectrum,
+    /// M^{-1/2} S M^{-1/2} with the areas of the panes in M, in m/Pa: the eigenvalues of S over L²
+    /// of the contact face, which change of area alone does not spread. (3.1) of HKL holds when the
+    /// smaller one is positive.
+    pub dual_by_area: Spectrum,
+    /// Condition number of D^{-1/2} A D^{-1/2} with the diagonal D of A, dimensionless and the same
+    /// in all units: Cholesky's method solves A u = f to the accuracy ε times this (J. W. Demmel,
+    /// *Applied Numerical Linear Algebra*, SIAM 1997, theorem 2.9).
+    pub stiffness: f64,
+    /// Largest eigenvalue of S scaled to the diagonal 1, ‖ρS‖ of the natural map.
+    pub dual_by_diagonal: f64,
+}
+
+impl Conditioning {
+    pub(super) fn of(problem: &Problem) -> Self {
+        let dual = problem.dual();
+        let area = &problem.surface().pane_area;
+        let m = area.len();
+        let by_area = |j: usize| {
+            let pane = if j < m { j } else { (j - m) / 2 };
+            area[pane].sqrt().recip()
+        };
+        Self {
+            dual: spectrum(dual, |_| 1.0),
+            dual_by_area: spectrum(dual, by_area),
+            stiffness: scaled_condition(problem),
+            dual_by_diagonal: spectrum(dual, |j| dual.column(j)[j].sqrt().recip()).largest,
+        }
+    }
+}
+
+/// The eigenvalues of E S E for a diagonal E, without empty rows.
+fn spectrum(dual: &ExplicitDual, scale: impl Fn(usize) -> f64) -> Spectrum {
+    let moving: Vec<usize> = (0..dual.dimension())
+        .filter(|&j| dual.column(j)[j] > 0.0)
+        .collect();
+    let n = moving.len();
+    let factors: Vec<f64> = moving.iter().map(|&j| scale(j)).collect();
+    // Eigenvalues below the range of doubles would vanish: the largest entry becomes 1.
+    let entry = |i: usize, j: usize| factors[i] * dual.column(moving[j])[moving[i]] * factors[j];
+    let size = (0..n).map(|i| entry(i, i)).fold(0.0, f64::max);
+    let matrix: Vec<f64> = (0..n * n).map(|k| entry(k % n, k / n) / size).collect();
+    let matrix = MatRef::from_column_major_slice(&matrix, n, n);
+    let eigenvalues = matrix.self_adjoint_eigenvalues(Side::Lower);
+    let eigenvalues = eigenvalues.unwrap_or_default();
+    let at = |value: Option<&f64>| value.map_or(f64::NAN, |v| v * size);
+    Spectrum {
+        smallest: at(eigenvalues.first()),
+        largest: at(eigenvalues.last()),
+    }
+}
+
+/// The condition number of A scaled to the diagonal 1.
+fn scaled_condition(problem: &Problem) -> f64 {
+    let assembly = &problem.system.assembly;
+    let a = &assembly.primal.stiffness;
+    let root: Vec<f64> = diagonal(a).iter().map(|d| d.sqrt()).collect();
+    let n = root.len();
+    let largest = largest_eigenvalue(n, |v| {
+        let scaled: Vec<f64> = v.iter().zip(&root).map(|(v, d)| v / d).collect();
+        let mut product = vec![0.0; n];
+        a.mul(&scaled, &mut product);
+        product.iter().zip(&root).map(|(v, d)| v / d).collect()
+    });
+    let mut work = Workspace::default();
+    let inverse = largest_eigenvalue(n, |v| {
+        let scaled: Vec<f64> = v.iter().zip(&root).map(|(v, d)| v * d).collect();
+        let solved = assembly.solve(&scaled, &mut work);
+        solved.iter().zip(&root).map(|(v, d)| v * d).collect()
+    });
+    largest * inverse
+}
+
+fn diagonal(a: &CscMatrix) -> Vec<f64> {
+    let entry = |j: usize| {
+        let rows = a.indptr[j]..a.indptr[j + 1];
+        let at = rows.clone().find(|&k| a.indices[k] == j);
+        at.map_or(0.0, |k| a.data[k])
+    };
+    (0..a.cols).map(entry).collect()
+}

@@ -1,0 +1,88 @@
+use super::{Conditioning, problem::Problem};
+use crate::{
+    linalg::{dot, norm},
+    solver::{Linearisation, Solution},
+};
+
+/// Roundings of a sum of some hundred terms add up to about this many, as the root of their number.
+const ROUNDINGS: f64 = 16.0;
+
+/// What double precision allows for one problem, known from its conditioning alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Floor {
+    /// Relative error of λ that rounding of A, S and h alone makes: with the backward error
+    /// 16 ε of a factorisation, S and h are those of another A within 16 ε κ(A) of their own size, and
+    /// ‖R'⁻¹‖ carries that to λ: 16 ε (κ(A) + n) ‖ρS‖ ‖R'⁻¹‖.
+    pub multiplier: f64,
+    /// Size of the certificate's figures at the best double λ and u: 16 ε times the largest of the
+    /// cancellation ‖|A||u| + |Bᵀ||λ| + |l|‖ / ‖l‖ in the equilibrium, of κ(A) plus
+    /// max (|S||λ|)_i / (|Rⁱ| max |u|) in displacements, and of |λ|ᵀ|S||λ| / lᵀu in works.
+    pub certificate: f64,
+}
+
+impl Floor {
+    pub(super) fn of(
+        problem: &Problem,
+        solution: &Solution,
+        conditioning: &Conditioning,
+        linearisation: &Linearisation,
+    ) -> Self {
+        let n = solution.multiplier.len() as f64;
+        let of_matrices = (conditioning.stiffness + n) * conditioning.dual_by_diagonal;
+        let [equilibrium, displacement, work] = amplifications(problem, solution);
+        let largest = equilibrium
+            .max(conditioning.stiffness + displacement)
+            .max(work);
+        Self {
+            multiplier: ROUNDINGS * f64::EPSILON * of_matrices * linearisation.sensitivity,
+            certificate: ROUNDINGS * f64::EPSILON * largest,
+        }
+    }
+}
+
+/// How much larger the terms are than their sums: in the equilibrium, in the displacement of the
+/// contact face, in the work of the contact stresses; 0 where nothing is loaded.
+fn amplifications(problem: &Problem, solution: &Solution) -> [f64; 3] {
+    let primal = &problem.system.assembly.primal;
+    let size = |x: &[f64]| -> Vec<f64> { x.iter().map(|v| v.abs()).collect() };
+    let (u, lambda, load) = (
+        size(&solution.displacement),
+        size(&solution.multiplier),
+        size(&primal.load),
+    );
+    let mut forces = load.clone();
+    for (matrix, x) in [
+        (Some(&*primal.stiffness), &u),
+        (
+            problem
+                .system
+                .contact
+                .as_ref()
+                .map(|c| &c.coupling.transposed),
+            &lambda,
+        ),
+    ] {
+        let Some(matrix) = matrix else { continue };
+        for (j, x) in x.iter().enumerate() {
+            for k in matrix.indptr[j]..matrix.indptr[j + 1] {
+                forces[matrix.indices[k]] += matrix.data[k].abs() * x;
+            }
+        }
+    }
+    let dual = problem.dual();
+    let moved: Vec<f64> = (0..lambda.len())
+        .map(|j| dot(&size(dual.column(j)), &lambda))
+        .collect();
+    let area = &problem.surface().pane_area;
+    let m = area.len();
+    let mean = |j: usize| moved[j] / area[if j < m { j } else { (j - m) / 2 }];
+    let largest_mean = (0..moved.len()).map(mean).fold(0.0, f64::max);
+    let largest = u.iter().copied().fold(0.0, f64::max);
+    let work = dot(&primal.load, &solution.displacement).abs();
+    let ratio = |part: f64, whole: f64| if whole == 0.0 { 0.0 } else { part / whole };
+    [
+        ratio(norm(&forces), norm(&load)),
+        ratio(largest_mean, largest),
+        ratio(dot(&lambda, &moved), work),
+    ]
+}

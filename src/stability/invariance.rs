@@ -1,0 +1,231 @@
+use std::{fmt, path::Path};
+
+use super::{
+    Scaling, Symmetry,
+    problem::{Problem, difference},
+    renumbering::renumbered,
+};
+use crate::{
+    accuracy::AccuracyError,
+    scene::{Body, Scene},
+    solver::{Solution, Status},
+};
+
+/// A change of the description that leaves the problem as it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Invariance {
+    /// Units that differ by powers of two: every rounding is the same, so are all bits.
+    BinaryUnits,
+    /// Millimetres and newtons per square millimetre for metres and pascals.
+    DecimalUnits,
+    /// Loads, gap and the slips of the law times 2⁻³⁰: all bits stay.
+    LoadScaling,
+    /// Scattered node numbers.
+    Renumbering,
+    /// Another number of threads: all bits stay.
+    Threads,
+    /// y → L_y − y.
+    Mirror,
+    /// x ↔ y.
+    Exchange,
+}
+
+/// Two to this power scales the loads.
+const LOAD_POWER: i32 = -30;
+
+impl Invariance {
+    /// All changes.
+    pub const ALL: [Self; 7] = [
+        Self::BinaryUnits,
+        Self::DecimalUnits,
+        Self::LoadScaling,
+        Self::Renumbering,
+        Self::Threads,
+        Self::Mirror,
+        Self::Exchange,
+    ];
+
+    /// Whether not even a bit may change.
+    #[must_use]
+    pub fn is_exact(self) -> bool {
+        matches!(self, Self::BinaryUnits | Self::LoadScaling | Self::Threads)
+    }
+
+    /// The name of its column.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::BinaryUnits => "binary_units",
+            Self::DecimalUnits => "decimal_units",
+            Self::LoadScaling => "load_scaling",
+            Self::Renumbering => "renumbering",
+            Self::Threads => "threads",
+            Self::Mirror => "mirror",
+            Self::Exchange => "exchange",
+        }
+    }
+
+    fn scaling(self) -> Option<Scaling> {
+        let two = |power: i32| 2_f64.powi(power);
+        match self {
+            Self::BinaryUnits => Some(Scaling {
+                length: two(10),
+                displacement: two(10),
+                stress: two(-20),
+            }),
+            Self::DecimalUnits => Some(Scaling {
+                length: 1e3,
+                displacement: 1e3,
+                stress: 1e-6,
+            }),
+            Self::LoadScaling => Some(Scaling {
+                length: 1.0,
+                displacement: two(LOAD_POWER),
+                stress: two(LOAD_POWER),
+            }),
+            _ => None,
+        }
+    }
+
+    fn symmetry(self) -> Option<Symmetry> {
+        match self {
+            Self::Mirror => Some(Symmetry::Mirror),
+            Self::Exchange => Some(Symmetry::Exchange),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for Invariance {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::BinaryUnits => "units by powers of two",
+            Self::DecimalUnits => "decimal units",
+            Self::LoadScaling => "scaled loads",
+            Self::Renumbering => "renumbered nodes",
+            Self::Threads => "other threads",
+            Self::Mirror => "mirror",
+            Self::Exchange => "exchanged axes",
+        })
+    }
+}
+
+/// What a change did to the answer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InvarianceResult {
+    /// The change.
+    pub invariance: Invariance,
+    /// How the changed problem ended.
+    pub status: Status,
+    /// ‖λ' − λ‖ / ‖λ‖ for the multipliers λ' of the changed problem, changed back.
+    pub difference: f64,
+}
+
+/// Solves the problem in every other description that it has.
+pub(super) fn compare(
+    problem: &Problem,
+    folder: &Path,
+    answer: &Solution,
+    threads: usize,
+) -> Result<Vec<InvarianceResult>, AccuracyError> {
+    let mut results = Vec::new();
+    for invariance in Invariance::ALL {
+        if let Some((status, multiplier)) = changed(problem, folder, invariance, threads)? {
+            results.push(InvarianceResult {
+                invariance,
+                status,
+                difference: difference(&multiplier, &answer.multiplier),
+            });
+        }
+    }
+    Ok(results)
+}
+
+/// The answer to the changed problem, changed back; `None` where the change does not apply.
+fn changed(
+    problem: &Problem,
+    folder: &Path,
+    invariance: Invariance,
+    threads: usize,
+) -> Result<Option<(Status, Vec<f64>)>, AccuracyError> {
+    let scene = &problem.scene;
+    if let Some(scaling) = invariance.scaling() {
+        let other = Problem::new(scaling.apply(scene)?, folder, threads)?;
+        let solution = other.solve(&scene.solve)?;
+        let multiplier = solution.multiplier.iter().map(|l| l / scaling.stress);
+        return Ok(Some((solution.status, multiplier.collect())));
+    }
+    if let Some(symmetry) = invariance.symmetry() {
+        let Some(image) = symmetry.apply(scene)? else {
+            return Ok(None);
+        };
+        let other = Problem::new(image, folder, threads)?;
+        let solution = other.solve(&scene.solve)?;
+        let multiplier = seen_back(problem, &other, symmetry, &solution.multiplier);
+        return Ok(multiplier.map(|multiplier| (solution.status, multiplier)));
+    }
+    if invariance == Invariance::Renumbering {
+        let other = Problem::on_mesh(scene.clone(), renumbered(&problem.mesh), threads)?;
+        let solution = other.solve(&scene.solve)?;
+        return Ok(Some((solution.status, solution.multiplier)));
+    }
+    let other_count = if threads == 1 { 3 } else { 1 };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(other_count);
+    let Ok(pool) = pool.build() else {
+        return Ok(None);
+    };
+    let solution = pool.install(|| {
+        let other = Problem::new(scene.clone(), folder, other_count)?;
+        other.solve(&scene.solve)
+    })?;
+    Ok(Some((solution.status, solution.multiplier)))
+}
+
+/// Multipliers of an image, pane by pane where they come from; `None` if a pane has no partner.
+fn seen_back(
+    problem: &Problem,
+    image: &Problem,
+    symmetry: Symmetry,
+    multiplier: &[f64],
+) -> Option<Vec<f64>> {
+    let width = width_of(&problem.scene)?;
+    let m = problem.surface().n_panes();
+    let images: Vec<[f64; 3]> = (0..m)
+        .map(|pane| symmetry.point(centre(image, pane), width))
+        .collect();
+    let nearest = |at: [f64; 3]| {
+        let distance = |b: &[f64; 3]| -> f64 { (0..3).map(|c| (at[c] - b[c]).powi(2)).sum() };
+        (0..m).min_by(|&i, &j| distance(&images[i]).total_cmp(&distance(&images[j])))
+    };
+    let mut back = vec![0.0; multiplier.len()];
+    for pane in 0..m {
+        let partner = nearest(centre(problem, pane))?;
+        back[pane] = multiplier[partner];
+        if multiplier.len() > m {
+            let [from, to] = [m + 2 * partner, m + 2 * pane];
+            let pair = symmetry.tangential([multiplier[from], multiplier[from + 1]]);
+            back[to..to + 2].copy_from_slice(&pair);
+        }
+    }
+    Some(back)
+}
+
+fn width_of(scene: &Scene) -> Option<f64> {
+    match &scene.body {
+        Body::Brick(brick) => Some(brick.size[1]),
+        Body::Gmsh(_) => None,
+    }
+}
+
+/// The weighted mean of a pane's nodes.
+fn centre(problem: &Problem, pane: usize) -> [f64; 3] {
+    let surface = problem.surface();
+    let mut centre = [0.0; 3];
+    for (local, weight) in surface.pane_weights(pane) {
+        let at = problem.mesh.coordinates[surface.nodes[local]];
+        for c in 0..3 {
+            centre[c] += weight * at[c];
+        }
+    }
+    centre
+}

@@ -1,0 +1,161 @@
+//! The same problem in other units.
+
+use super::substitution::substitute;
+use crate::scene::{
+    Body, Coefficient, Expression, Formula, Grid, Invalid, LAW_VARIABLES, Material, POSITION, Part,
+    Quantity, Ramp, Scene, Table,
+};
+
+/// Factors by which numbers change when units do. All three are free: linear elasticity scales with
+/// displacement and stress apart from the size of the body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scaling {
+    /// Of coordinates.
+    pub length: f64,
+    /// Of displacements, gaps, and the slips that a law of friction knows.
+    pub displacement: f64,
+    /// Of stresses and multipliers.
+    pub stress: f64,
+}
+
+impl Scaling {
+    /// The scene with all numbers scaled; its multipliers are those of the scene times `stress`.
+    ///
+    /// # Errors
+    /// A formula that becomes too long.
+    pub fn apply(&self, scene: &Scene) -> Result<Scene, Invalid> {
+        let mut scaled = scene.clone();
+        self.scale_body(&mut scaled);
+        for traction in &mut scaled.tractions {
+            for value in &mut traction.value {
+                *value = self.quantity(value, self.stress)?;
+            }
+        }
+        for pressure in &mut scaled.pressures {
+            pressure.value = self.quantity(&pressure.value, self.stress)?;
+        }
+        for value in scaled.body_force.iter_mut().flat_map(|f| &mut f.value) {
+            *value = self.quantity(value, self.stress / self.length)?;
+        }
+        if let Some(contact) = &mut scaled.contact {
+            contact.gap = self.quantity(&contact.gap, self.displacement)?;
+            if let Some(angle) = &mut contact.angle {
+                *angle = self.quantity(angle, 1.0)?;
+            }
+            for component in contact.axis_1.iter_mut().flatten() {
+                *component = self.quantity(component, 1.0)?;
+            }
+        }
+        if let Some(friction) = &mut scaled.friction {
+            if let Some(bound) = &mut friction.slip_bound {
+                *bound = self.quantity(bound, self.stress)?;
+            }
+            for coefficient in [
+                &mut friction.coefficient,
+                &mut friction.coefficient_1,
+                &mut friction.coefficient_2,
+            ]
+            .into_iter()
+            .flatten()
+            {
+                *coefficient = self.coefficient(coefficient)?;
+            }
+        }
+        Ok(scaled)
+    }
+
+    fn scale_body(&self, scene: &mut Scene) {
+        let elasticity = self.stress * self.length / self.displacement;
+        match &mut scene.body {
+            Body::Brick(brick) => brick.size = brick.size.map(|l| l * self.length),
+            Body::Gmsh(file) => file.unit *= self.length,
+        }
+        let corners = |corners: &mut [[f64; 3]; 2]| {
+            *corners = corners.map(|corner| corner.map(|x| x * self.length));
+        };
+        scale_material(&mut scene.material, elasticity);
+        for region in &mut scene.regions {
+            scale_material(&mut region.material, elasticity);
+            if let Part::Box(part) = &mut region.part {
+                corners(part);
+            }
+        }
+        scene
+            .clamps
+            .iter_mut()
+            .filter_map(|clamp| clamp.corners.as_mut())
+            .for_each(corners);
+    }
+
+    /// A quantity of the place, itself times `factor`.
+    fn quantity(&self, quantity: &Quantity, factor: f64) -> Result<Quantity, Invalid> {
+        let formula = match quantity {
+            Quantity::Constant(value) => return Ok(Quantity::Constant(value * factor)),
+            Quantity::Varying(formula) => formula,
+        };
+        let moved = substitute(formula.text(), &self.places());
+        let text = format!("({moved})*{factor:e}");
+        let scaled = Expression::parse(&text, POSITION).map_err(|e| unscalable(&text, &e))?;
+        Ok(Quantity::Varying(scaled))
+    }
+
+    fn places(&self) -> Vec<(&'static str, String)> {
+        let old = |name: &'static str| (name, format!("{name}*{:e}", 1.0 / self.length));
+        POSITION.iter().map(|name| old(name)).collect()
+    }
+
+    fn coefficient(&self, coefficient: &Coefficient) -> Result<Coefficient, Invalid> {
+        let d = self.displacement;
+        let slips = |slips: &[f64]| slips.iter().map(|s| s * d).collect();
+        Ok(match coefficient {
+            Coefficient::Constant(value) => Coefficient::Constant(*value),
+            Coefficient::Ramp(ramp) => Coefficient::Ramp(Ramp {
+                onset: ramp.onset * d,
+                rate: ramp.rate / d,
+                ..*ramp
+            }),
+            Coefficient::Table(table) => Coefficient::Table(Table {
+                slip: slips(&table.slip),
+                value: table.value.clone(),
+            }),
+            Coefficient::Grid(grid) => Coefficient::Grid(Grid {
+                slip_1: slips(&grid.slip_1),
+                slip_2: slips(&grid.slip_2),
+                value: grid.value.clone(),
+            }),
+            Coefficient::Expression(formula) => {
+                let mut old = self.places();
+                old.extend(["s", "s1", "s2"].map(|name| (name, format!("{name}*{:e}", 1.0 / d))));
+                let text = substitute(formula.expression().text(), &old);
+                let scaled = Formula::parse(&text).map_err(|e| unscalable(&text, &e))?;
+                Coefficient::Expression(scaled)
+            }
+        })
+    }
+}
+
+fn scale_material(material: &mut Material, factor: f64) {
+    match material {
+        Material::Isotropic(constants) => constants.young_modulus *= factor,
+        Material::Orthotropic(constants) => {
+            constants.young_moduli = constants.young_moduli.map(|e| e * factor);
+            constants.shear_moduli = constants.shear_moduli.map(|g| g * factor);
+        }
+        Material::Voigt(voigt) => {
+            voigt.stiffness = voigt.stiffness.map(|row| row.map(|c| c * factor));
+        }
+    }
+}
+
+/// A formula that other coordinates make too long.
+pub(super) fn unscalable(text: &str, error: &dyn std::fmt::Display) -> Invalid {
+    Invalid {
+        key: "formula".into(),
+        expected: format!(
+            "a formula in {} that can be transformed",
+            LAW_VARIABLES.join(", ")
+        ),
+        found: format!("{text:?}"),
+        help: error.to_string(),
+    }
+}

@@ -1,0 +1,250 @@
+//! The same problem seen in a mirror, or with two axes exchanged.
+
+use super::{scaling::unscalable, substitution::substitute};
+use crate::scene::{
+    Body, Coefficient, Component, Expression, Formula, Friction, Grid, Invalid, Material, POSITION,
+    Part, Quantity, Scene,
+};
+
+/// A map of space onto itself that takes a brick on z_min to a brick on z_min, and its mesh to the
+/// mesh of that brick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Symmetry {
+    /// y → L_y − y.
+    Mirror,
+    /// x ↔ y.
+    Exchange,
+}
+
+/// Names of the faces after each map.
+const MIRRORED: [(&str, &str); 2] = [("y_min", "y_max"), ("y_max", "y_min")];
+const EXCHANGED: [(&str, &str); 4] = [
+    ("x_min", "y_min"),
+    ("x_max", "y_max"),
+    ("y_min", "x_min"),
+    ("y_max", "x_max"),
+];
+
+impl Symmetry {
+    /// The scene of the image; `None` for bodies from mesh files, for other contact faces, for
+    /// meshes whose image is another mesh, and for axes of friction given as vectors.
+    ///
+    /// # Errors
+    /// A formula that becomes too long.
+    pub fn apply(self, scene: &Scene) -> Result<Option<Scene>, Invalid> {
+        let (Body::Brick(brick), Some(contact)) = (&scene.body, &scene.contact) else {
+            return Ok(None);
+        };
+        let even = brick.cells[1].is_multiple_of(2);
+        if contact.face != "z_min" || contact.axis_1.is_some() || !(even || self == Self::Exchange)
+        {
+            return Ok(None);
+        }
+        let mut image = scene.clone();
+        if let Body::Brick(brick) = &mut image.body {
+            brick.size = self.positive(brick.size);
+            brick.cells = self.positive(brick.cells);
+        }
+        let width = brick.size[1];
+        self.map_body(&mut image, width);
+        self.map_loads(&mut image, width)?;
+        if let Some(contact) = &mut image.contact {
+            contact.gap = self.quantity(&contact.gap, width, false)?;
+            if let Some(angle) = &mut contact.angle {
+                *angle = self.quantity(angle, width, true)?;
+            }
+        }
+        if let Some(friction) = &image.friction {
+            image.friction = Some(self.friction(friction, width)?);
+        }
+        Ok(Some(image))
+    }
+
+    /// The point that goes to a point of the image, for a brick of this L_y.
+    #[must_use]
+    pub fn point(self, at: [f64; 3], width: f64) -> [f64; 3] {
+        match self {
+            Self::Mirror => [at[0], width - at[1], at[2]],
+            Self::Exchange => [at[1], at[0], at[2]],
+        }
+    }
+
+    /// The components (along t₁, t₂) that a tangential stress of the image had.
+    #[must_use]
+    pub fn tangential(self, pair: [f64; 2]) -> [f64; 2] {
+        match self {
+            Self::Mirror => [pair[0], -pair[1]],
+            Self::Exchange => [pair[1], pair[0]],
+        }
+    }
+
+    /// Extents, which have no sign.
+    fn positive<T: Copy>(self, [x, y, z]: [T; 3]) -> [T; 3] {
+        match self {
+            Self::Mirror => [x, y, z],
+            Self::Exchange => [y, x, z],
+        }
+    }
+
+    fn face(self, face: &mut String) {
+        let names: &[(&str, &str)] = match self {
+            Self::Mirror => &MIRRORED,
+            Self::Exchange => &EXCHANGED,
+        };
+        if let Some((_, image)) = names.iter().find(|(name, _)| name == face) {
+            *face = (*image).to_owned();
+        }
+    }
+
+    fn map_body(self, scene: &mut Scene, width: f64) {
+        let corners = |corners: &mut [[f64; 3]; 2]| {
+            let [a, b] = corners.map(|corner| self.point(corner, width));
+            *corners = [
+                std::array::from_fn(|c| a[c].min(b[c])),
+                std::array::from_fn(|c| a[c].max(b[c])),
+            ];
+        };
+        for clamp in &mut scene.clamps {
+            if let Some(face) = &mut clamp.face {
+                self.face(face);
+            }
+            if let Some(part) = &mut clamp.corners {
+                corners(part);
+            }
+            for component in &mut clamp.components {
+                *component = match (self, *component) {
+                    (Self::Exchange, Component::X) => Component::Y,
+                    (Self::Exchange, Component::Y) => Component::X,
+                    (_, same) => same,
+                };
+            }
+        }
+        self.map_material(&mut scene.material);
+        for region in &mut scene.regions {
+            self.map_material(&mut region.material);
+            if let Part::Box(part) = &mut region.part {
+                corners(part);
+            }
+        }
+    }
+
+    fn map_material(self, material: &mut Material) {
+        match material {
+            Material::Isotropic(_) => {}
+            Material::Orthotropic(constants) => {
+                constants.axes = constants.axes.map(|axis| match self {
+                    Self::Mirror => [axis[0], -axis[1], axis[2]],
+                    Self::Exchange => [axis[1], axis[0], axis[2]],
+                });
+            }
+            Material::Voigt(voigt) => {
+                let old = voigt.stiffness;
+                // The components xx, yy, zz, yz, xz, xy of a strain seen in the image.
+                let (places, signs) = match self {
+                    Self::Mirror => ([0, 1, 2, 3, 4, 5], [1.0, 1.0, 1.0, -1.0, 1.0, -1.0]),
+                    Self::Exchange => ([1, 0, 2, 4, 3, 5], [1.0; 6]),
+                };
+                voigt.stiffness = std::array::from_fn(|i| {
+                    std::array::from_fn(|j| signs[i] * signs[j] * old[places[i]][places[j]])
+                });
+            }
+        }
+    }
+
+    fn map_loads(self, scene: &mut Scene, width: f64) -> Result<(), Invalid> {
+        for traction in &mut scene.tractions {
+            self.face(&mut traction.face);
+            traction.value = self.vector(&traction.value, width)?;
+        }
+        for pressure in &mut scene.pressures {
+            self.face(&mut pressure.face);
+            pressure.value = self.quantity(&pressure.value, width, false)?;
+        }
+        if let Some(force) = &mut scene.body_force {
+            force.value = self.vector(&force.value, width)?;
+        }
+        Ok(())
+    }
+
+    fn vector(self, value: &[Quantity; 3], width: f64) -> Result<[Quantity; 3], Invalid> {
+        let mirrored = self == Self::Mirror;
+        let [x, y, z] = value;
+        Ok(self
+            .positive(
+                [
+                    self.quantity(x, width, false)?,
+                    self.quantity(y, width, mirrored)?,
+                    self.quantity(z, width, false)?,
+                ]
+                .each_ref(),
+            )
+            .map(Clone::clone))
+    }
+
+    /// A quantity of the place, or its negative.
+    fn quantity(
+        self,
+        quantity: &Quantity,
+        width: f64,
+        negative: bool,
+    ) -> Result<Quantity, Invalid> {
+        let formula = match quantity {
+            Quantity::Constant(value) if negative => return Ok(Quantity::Constant(-value)),
+            Quantity::Constant(value) => return Ok(Quantity::Constant(*value)),
+            Quantity::Varying(formula) => formula,
+        };
+        let mut text = substitute(formula.text(), &self.places(width));
+        if negative {
+            text = format!("0 - ({text})");
+        }
+        let image = Expression::parse(&text, POSITION).map_err(|e| unscalable(&text, &e))?;
+        Ok(Quantity::Varying(image))
+    }
+
+    fn places(self, width: f64) -> Vec<(&'static str, String)> {
+        match self {
+            Self::Mirror => vec![("y", format!("{width:e} - y"))],
+            Self::Exchange => vec![("x", "y".to_owned()), ("y", "x".to_owned())],
+        }
+    }
+
+    fn friction(self, friction: &Friction, width: f64) -> Result<Friction, Invalid> {
+        let coefficient = |given: &Option<Coefficient>| -> Result<Option<Coefficient>, Invalid> {
+            let Some(given) = given else { return Ok(None) };
+            Ok(Some(match (given, self) {
+                (Coefficient::Expression(formula), _) => {
+                    let mut old = self.places(width);
+                    if self == Self::Exchange {
+                        old.extend([("s1", "s2".to_owned()), ("s2", "s1".to_owned())]);
+                    }
+                    let text = substitute(formula.expression().text(), &old);
+                    let image = Formula::parse(&text).map_err(|e| unscalable(&text, &e))?;
+                    Coefficient::Expression(image)
+                }
+                (Coefficient::Grid(grid), Self::Exchange) => Coefficient::Grid(Grid {
+                    slip_1: grid.slip_2.clone(),
+                    slip_2: grid.slip_1.clone(),
+                    value: (0..grid.slip_2.len())
+                        .map(|j| grid.value.iter().map(|row| row[j]).collect())
+                        .collect(),
+                }),
+                (other, _) => other.clone(),
+            }))
+        };
+        let first = coefficient(&friction.coefficient_1)?;
+        let second = coefficient(&friction.coefficient_2)?;
+        let [coefficient_1, coefficient_2] = match self {
+            Self::Mirror => [first, second],
+            Self::Exchange => [second, first],
+        };
+        let bound = friction.slip_bound.as_ref();
+        Ok(Friction {
+            slip_bound: bound
+                .map(|bound| self.quantity(bound, width, false))
+                .transpose()?,
+            coefficient: coefficient(&friction.coefficient)?,
+            coefficient_1,
+            coefficient_2,
+        })
+    }
+}

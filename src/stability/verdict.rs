@@ -1,0 +1,159 @@
+use std::fmt;
+
+use super::{Check, InvarianceResult, RivalResult};
+use crate::solver::Status;
+
+/// What every case should reach.
+pub const GOAL: f64 = 1e-10;
+
+/// Answers that differ by more than this do not agree, however badly conditioned the problem is.
+const USELESS: f64 = 1e-6;
+
+/// Algorithms that have to agree.
+const ENOUGH: usize = 2;
+
+/// How a case came out, with what is to be said about it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    /// The worst of the findings.
+    pub level: Level,
+    /// What kept the case from reaching the goal.
+    pub findings: Vec<String>,
+}
+
+/// From good to bad.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// All that was asked for, to 1e-10 or to the bit.
+    Holds,
+    /// Above 1e-10, but within what double precision allows at this conditioning.
+    AtFloor,
+    /// Something was not reached and is not explained.
+    Fails,
+}
+
+impl Level {
+    /// The level as programs see it.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Holds => "holds",
+            Self::AtFloor => "floor",
+            Self::Fails => "fails",
+        }
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.findings.as_slice() {
+            [] => f.write_str(self.level.word()),
+            findings => write!(f, "{}: {}", self.level.word(), findings.join("; ")),
+        }
+    }
+}
+
+impl Verdict {
+    pub(super) fn of(check: &Check) -> Self {
+        let mut verdict = Self {
+            level: Level::Holds,
+            findings: Vec::new(),
+        };
+        if !matches!(check.status, Status::Converged | Status::RoundingLimit) {
+            verdict.add(Level::Fails, check.status.word().replace('_', " "));
+        }
+        let name = |what: &str, value: f64, floor: f64| {
+            format!("{what} {value:.0e}, rounding allows {floor:.0e}")
+        };
+        let certificate = level(check.certificate, check.floor.certificate);
+        if certificate != Level::Holds {
+            let text = name("certificate", check.certificate, check.floor.certificate);
+            verdict.add(certificate, text);
+        }
+        verdict.add_rivals(check);
+        for result in &check.invariances {
+            let allowed = allowed(check, result);
+            let reached = match allowed {
+                0.0 if result.difference == 0.0 => Level::Holds,
+                0.0 => Level::Fails,
+                floor => level(result.difference, floor),
+            };
+            if reached != Level::Holds {
+                let what = result.invariance.to_string();
+                verdict.add(reached, name(&what, result.difference, allowed));
+            }
+        }
+        verdict
+    }
+
+    /// Two algorithms must agree; what the others say is told.
+    fn add_rivals(&mut self, check: &Check) {
+        let mut agreeing = 0;
+        let mut remarks = Vec::new();
+        for rival in &check.rivals {
+            let allowed = check.floor.multiplier
+                + check.linearisation.sensitivity * (rival.residual + check.linearisation.residual);
+            let reached = if rival.disagreement > USELESS {
+                Level::Fails
+            } else {
+                level(rival.disagreement, allowed)
+            };
+            match (rival.is_solution(), reached) {
+                (false, _) => remarks.push((Level::Holds, told(rival))),
+                (true, Level::Holds) => agreeing += 1,
+                (true, Level::AtFloor) => {
+                    agreeing += 1;
+                    let text = format!(
+                        "{} {:.0e}, its residual allows {allowed:.0e}",
+                        rival.rival, rival.disagreement
+                    );
+                    remarks.push((Level::AtFloor, text));
+                }
+                (true, Level::Fails) => remarks.push((Level::Fails, told(rival))),
+            }
+        }
+        if agreeing < ENOUGH {
+            self.add(Level::Fails, format!("{agreeing} algorithms agree"));
+        }
+        for (level, text) in remarks {
+            self.add(level, text);
+        }
+    }
+
+    fn add(&mut self, level: Level, finding: String) {
+        self.level = self.level.max(level);
+        self.findings.push(finding);
+    }
+}
+
+fn told(rival: &RivalResult) -> String {
+    if rival.is_solution() {
+        format!(
+            "{} finds another answer ({:.0e})",
+            rival.rival, rival.disagreement
+        )
+    } else {
+        format!("{}: {}", rival.rival, rival.status.word().replace('_', " "))
+    }
+}
+
+/// Where a figure lies between the goal and what rounding allows; NaN fails.
+fn level(value: f64, floor: f64) -> Level {
+    if value <= GOAL {
+        Level::Holds
+    } else if value <= floor {
+        Level::AtFloor
+    } else {
+        Level::Fails
+    }
+}
+
+/// What a change of the description may do: nothing, or the rounding of both answers and twice
+/// the residual at which the solver stops.
+fn allowed(check: &Check, result: &InvarianceResult) -> f64 {
+    if result.invariance.is_exact() {
+        return 0.0;
+    }
+    let stopped = check.linearisation.residual.max(check.asked);
+    2.0 * (check.floor.multiplier + check.linearisation.sensitivity * stopped)
+}

@@ -1,0 +1,141 @@
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use crate::{
+    scene::SceneFile,
+    stability::Depth,
+    sweep::{SweepError, set_key},
+};
+
+/// The index of a suite: families of cases, each a scene with some keys changed.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Index {
+    #[serde(rename = "family")]
+    families: Vec<Family>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Family {
+    name: String,
+    /// Relative to the index.
+    scene: PathBuf,
+    /// Changes in all its cases.
+    #[serde(default)]
+    set: toml::Table,
+    /// More changes in the coarse version.
+    #[serde(default)]
+    coarse: toml::Table,
+    #[serde(rename = "case")]
+    cases: Vec<Entry>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    name: String,
+    /// What the case shows and what is expected.
+    shows: String,
+    #[serde(default)]
+    set: toml::Table,
+    #[serde(default)]
+    coarse: toml::Table,
+    /// Left out of the coarse version.
+    #[serde(default)]
+    full_only: bool,
+    /// Too large to be solved eight times.
+    #[serde(default)]
+    solve_only: bool,
+    /// Why the case is known to fail.
+    #[serde(default)]
+    open: String,
+}
+
+/// A case of a suite.
+#[derive(Debug, Clone)]
+pub struct Case {
+    /// Its name.
+    pub name: String,
+    /// What it is one of.
+    pub family: String,
+    /// What it shows and what is expected.
+    pub shows: String,
+    /// Why it is known to fail; empty when it is not.
+    pub open: String,
+    /// Its scene.
+    pub scene: SceneFile,
+    /// How much is checked.
+    pub depth: Depth,
+}
+
+/// Which version of a suite.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Version {
+    /// Small meshes, for every day.
+    Coarse,
+    /// Everything.
+    Full,
+}
+
+/// Reads the cases of an index.
+///
+/// # Errors
+/// An unreadable index, a key that leads nowhere, a scene that does not validate.
+pub fn read(path: &Path, version: Version) -> Result<Vec<Case>, SweepError> {
+    let text = std::fs::read_to_string(path).map_err(|source| SweepError::Io {
+        action: "read the suite",
+        file: path.to_owned(),
+        source,
+    })?;
+    let index: Index = toml::from_str(&text).map_err(|error| SweepError::Syntax {
+        file: path.to_owned(),
+        message: error.to_string(),
+    })?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut cases = Vec::new();
+    for family in &index.families {
+        let base = SceneFile::read(&folder.join(&family.scene))?;
+        for entry in &family.cases {
+            if entry.full_only && version == Version::Coarse {
+                continue;
+            }
+            let mut changes = vec![&family.set, &entry.set];
+            if version == Version::Coarse {
+                changes.extend([&family.coarse, &entry.coarse]);
+            }
+            cases.push(Case {
+                name: entry.name.clone(),
+                family: family.name.clone(),
+                shows: entry.shows.clone(),
+                open: entry.open.clone(),
+                scene: changed(path, &base, &entry.name, &changes)?,
+                depth: match entry.solve_only {
+                    true => Depth::Solve,
+                    false => Depth::Invariances,
+                },
+            });
+        }
+    }
+    Ok(cases)
+}
+
+/// A scene with other values at some keys.
+fn changed(
+    index: &Path,
+    base: &SceneFile,
+    name: &str,
+    changes: &[&toml::Table],
+) -> Result<SceneFile, SweepError> {
+    let mut table: toml::Table = base.scene.to_toml().parse().unwrap_or_default();
+    for (key, value) in changes.iter().flat_map(|changes| changes.iter()) {
+        set_key(&mut table, key, value.clone()).map_err(|found| SweepError::Axis {
+            file: index.to_owned(),
+            place: format!("{name}, {key}"),
+            expected: "a key of the scene".into(),
+            found,
+        })?;
+    }
+    Ok(base.changed(&format!("the settings of {name}"), table.to_string())?)
+}

@@ -1,0 +1,64 @@
+//! Suites of hard cases: an index of scenes, checked one after the other, stored as one table.
+
+mod index;
+
+use std::path::Path;
+
+pub use index::{Case, Version, read};
+
+use crate::{
+    format::{STABILITY_LAYOUT, StabilityRow, write_stability},
+    stability::{Check, Depth},
+    store::{Home, IfMissing, RunFile, Stage, StageRecord, Transaction, timestamp},
+    sweep::SweepError,
+};
+
+impl Case {
+    /// A case of its own.
+    #[must_use]
+    pub fn alone(scene: crate::scene::SceneFile, depth: Depth) -> Self {
+        Self {
+            name: scene.scene.title.clone(),
+            family: String::new(),
+            shows: String::new(),
+            open: String::new(),
+            scene,
+            depth,
+        }
+    }
+
+    /// Checks the case; a scene without a discrete problem is an outcome too.
+    #[must_use]
+    pub fn check(&self, threads: usize) -> StabilityRow {
+        let scene = &self.scene.scene;
+        let check = Check::new(scene, &self.scene.folder, self.depth, threads);
+        StabilityRow {
+            name: self.name.clone(),
+            family: self.family.clone(),
+            shows: self.shows.clone(),
+            scene: scene.to_toml(),
+            open: self.open.clone(),
+            outcome: check.map_err(|error| error.to_string()),
+        }
+    }
+}
+
+/// Stores the table in a file, new or existing.
+///
+/// # Errors
+/// A busy, foreign or unwritable file.
+pub fn store(path: &Path, rows: &[StabilityRow], threads: usize) -> Result<(), SweepError> {
+    let file = RunFile::lock(path, STABILITY_LAYOUT, IfMissing::Create)?;
+    let mut transaction = Transaction::begin(&file)?;
+    let mut writer = transaction.stage(Stage::Stability, Home::RunFile)?;
+    write_stability(&mut writer, rows)?;
+    let checks = rows.iter().filter_map(|row| row.outcome.as_ref().ok());
+    writer.finish(&StageRecord {
+        settings: String::new(),
+        input_digest: String::new(),
+        seconds: checks.map(|check| check.seconds).sum(),
+        threads: i64::try_from(threads).unwrap_or(i64::MAX),
+        date: timestamp(),
+    })?;
+    Ok(transaction.commit()?)
+}
