@@ -42,7 +42,11 @@ pub(super) fn progress(progress: Progress<'_>) -> String {
         }
         Progress::Newton(k, step) => {
             let how = if step.fallback { "safeguard" } else { "Newton" };
-            format!("{how} step {}, residual {:.1e}", k + 1, step.residual)
+            let law = match step.law_share {
+                1.0 => String::new(),
+                share => format!(", law F^{share:.3}"),
+            };
+            format!("{how} step {}, residual {:.1e}{law}", k + 1, step.residual)
         }
         Progress::Between(_) => String::new(),
     }
@@ -68,6 +72,9 @@ pub(super) fn status(solution: &Solution) -> String {
         }
         Status::MaxNewtonSteps => {
             "NOT CONVERGED: Newton's method gave up; choose method auto or fixed-point".into()
+        }
+        Status::Cycling => {
+            "NOT CONVERGED: successive approximations go round in a cycle; choose method newton".into()
         }
     }
 }

@@ -26,10 +26,15 @@ fn sizes(mesh: &Mesh, solution: &Solution) -> Sizes {
 /// Steps of each algorithm that ran.
 fn steps(solution: &Solution) -> String {
     let fallbacks = solution.newton.iter().filter(|step| step.fallback).count();
+    let eased = solution.newton.iter().filter(|step| step.law_share < 1.0);
+    let eased = match eased.count() {
+        0 => String::new(),
+        count => format!(", {count} on the way from an easier law"),
+    };
     match (solution.newton.len(), solution.history.len()) {
         (0, 0) => "one solve".into(),
         (0, outer) => format!("{outer} outer"),
-        (newton, 0) => format!("{newton} Newton, {fallbacks} of them safeguards"),
+        (newton, 0) => format!("{newton} Newton, {fallbacks} of them safeguards{eased}"),
         (newton, 1) if solution.solved_by == SolvedBy::Minimisation => format!("{newton} Newton"),
         (newton, outer) => format!("{newton} Newton, given up, then {outer} outer"),
     }

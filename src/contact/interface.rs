@@ -44,6 +44,21 @@ pub struct CoulombLaw {
     /// The coefficients at the contact nodes of a law that does not follow the slip.
     unchanging: OnceLock<Vec<[f64; 2]>>,
     evaluations: AtomicUsize,
+    softening: Option<Softening>,
+}
+
+/// F₀^(1−τ) F^τ in place of F.
+#[derive(Debug, Clone, Copy)]
+struct Softening {
+    reference: f64,
+    share: f64,
+}
+
+impl Softening {
+    /// F₀^(1−τ) F^τ.
+    fn value(self, coefficient: f64) -> f64 {
+        self.reference.powf(1.0 - self.share) * coefficient.powf(self.share)
+    }
 }
 
 impl Interface {
@@ -136,6 +151,17 @@ impl CoulombLaw {
             positions,
             unchanging: OnceLock::new(),
             evaluations: AtomicUsize::new(0),
+            softening: None,
+        }
+    }
+
+    /// The law F₀^(1−τ) F^τ between a constant coefficient F₀ > 0 (τ = 0) and this law (τ = 1),
+    /// positive and as smooth as this one for every share τ.
+    #[must_use]
+    pub fn softened(&self, reference: f64, share: f64) -> Self {
+        Self {
+            softening: (share < 1.0).then_some(Softening { reference, share }),
+            ..Self::new(self.law.clone(), self.positions.clone())
         }
     }
 
@@ -160,13 +186,27 @@ impl CoulombLaw {
     #[must_use]
     pub fn evaluate(&self, contact_node: usize, slip: [f64; 2]) -> [f64; 2] {
         self.evaluations.fetch_add(1, Ordering::Relaxed);
-        self.law.evaluate(self.positions[contact_node], slip)
+        let given = self.law.evaluate(self.positions[contact_node], slip);
+        match self.softening {
+            Some(softening) => given.map(|f| softening.value(f)),
+            None => given,
+        }
     }
 
     /// ∂F_i/∂|u_tk| in 1/m at a contact node.
     #[must_use]
     pub fn derivative(&self, contact_node: usize, slip: [f64; 2]) -> [[f64; 2]; 2] {
-        self.law.derivative(self.positions[contact_node], slip)
+        let position = self.positions[contact_node];
+        let given = self.law.derivative(position, slip);
+        let Some(softening) = self.softening else {
+            return given;
+        };
+        // d(F₀^(1−τ) F^τ) = τ F₀^(1−τ) F^τ / F dF.
+        let coefficients = self.law.evaluate(position, slip);
+        std::array::from_fn(|i| {
+            let factor = softening.share * softening.value(coefficients[i]) / coefficients[i];
+            given[i].map(|d| factor * d)
+        })
     }
 
     /// The law as a function of place and slip; its evaluations are not counted.

@@ -6,12 +6,15 @@ use super::{Need, Shortage, need::Admission};
 use crate::{
     elasticity::{DofMap, Loads, MaterialField, node_adjacency, refuse_rigid_motions, stiffness},
     linalg::{
-        Analysis, CholeskyFactor, CscMatrix, FactorError, OrderingError, Workspace,
-        expand_to_unknowns, nested_dissection,
+        Analysis, CholeskyFactor, CscMatrix, FactorError, OrderingError, Workspace, add_scaled,
+        expand_to_unknowns, nested_dissection, norm,
     },
     mesh::Mesh,
     scene::{Invalid, Scene},
 };
+
+/// Steps of iterative refinement; each wins at least the digits that cond(A) leaves.
+const MOST_REFINEMENTS: usize = 4;
 
 /// The discrete elastic problem A u = l.
 #[derive(Debug, Clone, PartialEq)]
@@ -180,6 +183,30 @@ impl Assembly {
     pub fn solve(&self, forces: &[f64], work: &mut Workspace) -> Vec<f64> {
         let mut displacement = forces.to_vec();
         self.factor.solve_in_place(&mut displacement, work);
+        displacement
+    }
+
+    /// A⁻¹f as [`Self::solve`], refined with residuals in twice the working precision until the
+    /// corrections no longer fall: accurate to rounding while ε cond(A) < 1 (N. J. Higham, *Accuracy
+    /// and Stability of Numerical Algorithms*, SIAM 2002, theorem 12.1).
+    #[must_use]
+    pub fn solve_refined(&self, forces: &[f64], work: &mut Workspace) -> Vec<f64> {
+        let mut displacement = self.solve(forces, work);
+        let mut last = f64::INFINITY;
+        for _ in 0..MOST_REFINEMENTS {
+            let residual = self.primal.stiffness.residual(&displacement, forces);
+            let correction = self.solve(&residual, work);
+            let size = norm(&correction);
+            // A first correction of no more than rounding changes nothing; NaN ends here too.
+            if !(size > 0.0 && size < 0.5 * last) {
+                break;
+            }
+            last = size;
+            add_scaled(&mut displacement, 1.0, &correction);
+            if size <= f64::EPSILON * norm(&displacement) {
+                break;
+            }
+        }
         displacement
     }
 }

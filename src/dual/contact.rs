@@ -49,12 +49,25 @@ impl ContactSystem {
         surface: &ContactSurface,
         interface: &Interface,
     ) {
-        self.dual_rhs = self.coupling.integrate(unconstrained);
+        self.dual_rhs = self.closing(unconstrained, surface, interface);
+    }
+
+    /// B u with the gap's integral subtracted from the normal part: −r of the displacement u in m,
+    /// `[n_multipliers]`, in m³.
+    #[must_use]
+    pub fn closing(
+        &self,
+        displacement: &[f64],
+        surface: &ContactSurface,
+        interface: &Interface,
+    ) -> Vec<f64> {
+        let mut closing = self.coupling.integrate(displacement);
         if let Some(gap) = &interface.gap {
             for (pane, area) in surface.pane_area.iter().enumerate() {
-                self.dual_rhs[pane] -= area * surface.pane_mean(pane, gap);
+                closing[pane] -= area * surface.pane_mean(pane, gap);
             }
         }
+        closing
     }
 
     /// The displacement u = A⁻¹(l − Bᵀλ) over the free degrees of freedom in m.
@@ -65,10 +78,22 @@ impl ContactSystem {
         multiplier: &[f64],
         work: &mut Workspace,
     ) -> Vec<f64> {
+        assembly.solve(&self.forces(assembly, multiplier), work)
+    }
+
+    /// The same by [`Assembly::solve_refined`].
+    #[must_use]
+    pub fn refined_displacement(&self, assembly: &Assembly, multiplier: &[f64]) -> Vec<f64> {
+        let forces = self.forces(assembly, multiplier);
+        assembly.solve_refined(&forces, &mut Workspace::default())
+    }
+
+    /// l − Bᵀλ in N.
+    fn forces(&self, assembly: &Assembly, multiplier: &[f64]) -> Vec<f64> {
         let mut forces = self.coupling.nodal_forces(multiplier);
         for (force, load) in forces.iter_mut().zip(&assembly.primal.load) {
             *force = load - *force;
         }
-        assembly.solve(&forces, work)
+        forces
     }
 }

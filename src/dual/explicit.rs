@@ -67,6 +67,42 @@ impl ExplicitDual {
         }
     }
 
+    /// The same S and G with h and the free slip such that λ has exactly the given displacement:
+    /// h' = S λ + B u − gap, `slip_free`' = C u + G λ. Near λ the rounding of S, G and h then counts only
+    /// in proportion to the change of λ (iterative refinement).
+    #[must_use]
+    pub fn corrected(
+        &self,
+        multiplier: &[f64],
+        displacement: &[f64],
+        closing: &[f64],
+        surface: &ContactSurface,
+        frame: &ContactFrame,
+        dofs: &DofMap,
+    ) -> Self {
+        let product = self.apply(multiplier);
+        let compliance = self.compliance.as_ref().map(|compliance| {
+            let selection = tangential_selection(surface, frame, dofs);
+            let mut slip_free = free_slip(&selection, displacement);
+            let slips = compliance.tangential_displacement(multiplier);
+            for (at, pair) in slip_free.iter_mut().enumerate() {
+                for k in 0..2 {
+                    pair[k] += compliance.slip_free[at][k] - slips[at][k];
+                }
+            }
+            ContactCompliance {
+                matrix: Arc::clone(&compliance.matrix),
+                slip_free,
+            }
+        });
+        Self {
+            operator: Arc::clone(&self.operator),
+            rhs: product.iter().zip(closing).map(|(s, b)| s + b).collect(),
+            n_panes: self.n_panes,
+            compliance,
+        }
+    }
+
     /// Recomputes the free slip, where it is held, from the displacement A⁻¹l in m.
     pub(super) fn apply_loads(
         &mut self,

@@ -35,6 +35,7 @@ const NEWTON_HALVINGS: &str = "/solve/newton/halvings";
 const NEWTON_ZONE_CHANGES: &str = "/solve/newton/zone_changes";
 const NEWTON_UNKNOWNS: &str = "/solve/newton/free_unknowns";
 const NEWTON_FALLBACK: &str = "/solve/newton/fallback";
+const NEWTON_LAW_SHARE: &str = "/solve/newton/law_share";
 const NEWTON_SECONDS: &str = "/solve/newton/seconds";
 const STEPS: &[Extent] = &[Named("n_outer_steps")];
 const NEWTON: &[Extent] = &[Named("n_newton_steps")];
@@ -47,6 +48,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     Stage::Solve.row(NEWTON_ZONE_CHANGES, Kind::I64, NEWTON, "1", "Panes that changed between open, stick and slip."),
     Stage::Solve.row(NEWTON_UNKNOWNS, Kind::I64, NEWTON, "1", "Unknowns of the dense linear system."),
     Stage::Solve.row(NEWTON_FALLBACK, Kind::U8, NEWTON, "1", "1 where the safeguard replaced Newton's step."),
+    Stage::Solve.row(NEWTON_LAW_SHARE, Kind::F64, NEWTON, "1", "Share of the law of friction in the step: below 1 where the law was approached by continuation.").symbol("tau").optional("absent in files of format 1.2, which had no continuation"),
     Stage::Solve.row(NEWTON_SECONDS, Kind::F64, NEWTON, "s", "Wall-clock time of each Newton step.").volatile(),
     Stage::Solve.row(HISTORY.change, Kind::F64, STEPS, "1", "Relative change of the multipliers in each outer step.").symbol("err"),
     Stage::Solve.row(HISTORY.inner_tolerance, Kind::F64, STEPS, "1", "Tolerance of each inner problem, relative to the norm of h.").symbol("epsilon_lambda"),
@@ -65,9 +67,10 @@ pub(super) fn write_newton(
 ) -> Result<(), StoreError> {
     type Measure = fn(&NewtonStep) -> f64;
     type Count = fn(&NewtonStep) -> usize;
-    let measures: [(&str, Measure); 3] = [
+    let measures: [(&str, Measure); 4] = [
         (NEWTON_RESIDUAL, |s| s.residual),
         (NEWTON_STEP_LENGTH, |s| s.step_length),
+        (NEWTON_LAW_SHARE, |s| s.law_share),
         (NEWTON_SECONDS, |s| s.seconds),
     ];
     for (path, measure) in measures {
@@ -127,6 +130,10 @@ pub(super) fn read_newton(reader: &Reader) -> Result<Vec<NewtonStep>, FormatErro
     let zone_changes = read_index_vec(reader, NEWTON_ZONE_CHANGES)?;
     let free_unknowns = read_index_vec(reader, NEWTON_UNKNOWNS)?;
     let fallback: Vec<u8> = reader.read_vec(NEWTON_FALLBACK)?;
+    let law_share: Vec<f64> = match reader.has(NEWTON_LAW_SHARE) {
+        true => reader.read_vec(NEWTON_LAW_SHARE)?,
+        false => vec![1.0; residual.len()],
+    };
     let steps = (0..residual.len()).map(|k| NewtonStep {
         residual: residual[k],
         step_length: step_length[k],
@@ -134,6 +141,7 @@ pub(super) fn read_newton(reader: &Reader) -> Result<Vec<NewtonStep>, FormatErro
         zone_changes: zone_changes[k],
         free_unknowns: free_unknowns[k],
         fallback: fallback[k] != 0,
+        law_share: law_share[k],
         seconds: seconds[k],
     });
     Ok(steps.collect())

@@ -42,7 +42,7 @@ use crate::{
 pub const LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe run",
     linked_filetype: "contact3d-pipe stage",
-    format_version: [1, 2],
+    format_version: [1, 3],
     creator: concat!("contact3d-pipe ", env!("CARGO_PKG_VERSION")),
     tables: &[
         scene::TABLE,

@@ -23,6 +23,7 @@ stored_enum! {
         NumericalError = 3 => "numerical_error",
         RoundingLimit = 4 => "rounding_limit",
         MaxNewtonSteps = 5 => "max_newton_steps",
+        Cycling = 6 => "cycling",
     }
 }
 
@@ -36,13 +37,14 @@ stored_enum! {
     }
 }
 
-const STATUSES: [(StoredStatus, Status); 6] = [
+const STATUSES: [(StoredStatus, Status); 7] = [
     (StoredStatus::Converged, Status::Converged),
     (StoredStatus::MaxOuterSteps, Status::MaxOuterSteps),
     (StoredStatus::MaxInnerActions, Status::MaxInnerActions),
     (StoredStatus::NumericalError, Status::NumericalError),
     (StoredStatus::RoundingLimit, Status::RoundingLimit),
     (StoredStatus::MaxNewtonSteps, Status::MaxNewtonSteps),
+    (StoredStatus::Cycling, Status::Cycling),
 ];
 
 const METHODS: [(StoredMethod, SolvedBy); 4] = [

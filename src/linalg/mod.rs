@@ -13,6 +13,7 @@ mod half_solve;
 mod lanczos;
 mod ordering;
 mod reach;
+mod refinement;
 mod separator;
 mod solve;
 mod sparse;

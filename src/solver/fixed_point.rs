@@ -2,7 +2,7 @@ use std::{sync::atomic::Ordering, time::Instant};
 
 use super::{
     ContactState, CoulombState, Inner, InnerSummary, Kprgp, OuterState, OuterStep, Progress,
-    Solution, SolvedBy, Start, Status, norm::projected_gradient_steplength,
+    Solution, SolvedBy, Start, Status, cycle::CycleDetector, norm::projected_gradient_steplength,
 };
 use crate::{
     contact::{CoulombLaw, FrictionField, nodal_slip},
@@ -92,6 +92,9 @@ pub fn successive_approximations(
         accuracy: 1.0,
         ..Solution::default()
     };
+    let mut cycle = CycleDetector::default();
+    // The rounding of S λ, below which no change says anything.
+    let attainable = operator.dimension() as f64 * f64::EPSILON;
     let mut moved = start.multiplier.is_some() || start.checkpoint.is_some();
     if let Some(state) = start.checkpoint {
         solution.resume(state);
@@ -121,7 +124,21 @@ pub fn successive_approximations(
         solution.multiplier = next;
         solution.accuracy = change;
         let accurate = outcome.at_rounding || outcome.residual <= precision.floor();
-        let end = stop(&outcome, accurate && change <= settings.epsilon(), change);
+        let closed = cycle.closes(&solution.multiplier, change).is_some();
+        let end = stop(
+            &outcome,
+            accurate,
+            change,
+            settings.epsilon().max(attainable),
+        )
+        .or(closed.then_some(Status::Cycling))
+        .map(|end| match end {
+            Status::Converged if settings.epsilon() < attainable => Status::RoundingLimit,
+            end => end,
+        });
+        if end == Some(Status::RoundingLimit) {
+            solution.accuracy = change.max(outcome.residual).max(attainable);
+        }
         let last = end.is_some() || k + 1 == settings.max_outer_steps;
         if follows_slip {
             let slip = solution.slip_at(operator, assembly, contact);
@@ -198,7 +215,7 @@ impl Solution {
 }
 
 /// ‖λ' − λ‖ / ‖λ'‖, and 0 when both vanish.
-fn relative_change(next: &[f64], last: &[f64]) -> f64 {
+pub(super) fn relative_change(next: &[f64], last: &[f64]) -> f64 {
     let difference: Vec<f64> = next.iter().zip(last).map(|(a, b)| a - b).collect();
     match (norm(&difference), norm(next)) {
         (0.0, _) => 0.0,
@@ -206,12 +223,12 @@ fn relative_change(next: &[f64], last: &[f64]) -> f64 {
     }
 }
 
-fn stop(outcome: &InnerSummary, settled: bool, change: f64) -> Option<Status> {
+fn stop(outcome: &InnerSummary, accurate: bool, change: f64, epsilon: f64) -> Option<Status> {
     if !change.is_finite() || !outcome.residual.is_finite() {
         Some(Status::NumericalError)
     } else if !outcome.converged {
         Some(Status::MaxInnerActions)
-    } else if settled {
+    } else if accurate && change <= epsilon {
         Some(Status::Converged)
     } else {
         None

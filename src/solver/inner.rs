@@ -47,6 +47,11 @@ impl Inner<'_> {
             Self::Kprgp | Self::Gpcg => {
                 let rhs_norm = norm(operator.rhs());
                 set.project(multiplier);
+                // The rounding n ε (‖S‖ ‖λ‖ + ‖h‖) of r = S λ − h with ‖S‖ < 2/ᾱ.
+                let size = 2.0 / kprgp.steplength * norm(multiplier) + rhs_norm;
+                let rounding = operator.dimension() as f64 * f64::EPSILON * size;
+                let asked = tolerance * rhs_norm;
+                let reachable = asked.max(rounding);
                 let InnerOutcome {
                     converged,
                     reduced_gradient,
@@ -56,15 +61,15 @@ impl Inner<'_> {
                         steplength: kprgp.steplength,
                         max_actions: kprgp.max_actions,
                     }
-                    .minimise(operator, set, multiplier, tolerance * rhs_norm),
-                    _ => kprgp.minimise(operator, set, multiplier, tolerance * rhs_norm),
+                    .minimise(operator, set, multiplier, reachable),
+                    _ => kprgp.minimise(operator, set, multiplier, reachable),
                 };
                 let relative = reduced_gradient / rhs_norm;
                 InnerSummary {
                     converged,
                     residual: if rhs_norm > 0.0 { relative } else { 0.0 },
                     steps,
-                    at_rounding: false,
+                    at_rounding: asked < rounding,
                     actions: 0,
                     newton: Vec::new(),
                 }

@@ -26,6 +26,8 @@ pub(super) fn minimise(
     let tolerance = settings.r_tol * settings.epsilon();
     let set = contact.feasible_set(None);
     let summary = inner.minimise(operator, &kprgp, &set, &mut multiplier, tolerance);
+    // As for successive approximations.
+    let attainable = operator.dimension() as f64 * f64::EPSILON;
     let displacement = operator.to_primal(&multiplier);
     let step = OuterStep {
         change: 0.0,
@@ -39,7 +41,7 @@ pub(super) fn minimise(
     Solution {
         status: match summary.converged {
             _ if !summary.residual.is_finite() => Status::NumericalError,
-            true if summary.residual > settings.epsilon() => Status::RoundingLimit,
+            true if summary.residual.max(attainable) > settings.epsilon() => Status::RoundingLimit,
             true => Status::Converged,
             false => Status::MaxInnerActions,
         },

@@ -1,6 +1,8 @@
 //! The nonlinear solvers: Algorithm 4.1 (successive approximations) with KPRGP, GPCG or Newton's
 //! method inside, and a semismooth Newton method for the whole problem.
 
+mod continuation;
+mod cycle;
 #[cfg(test)]
 mod dense_operator;
 mod ellipse;
@@ -24,6 +26,7 @@ mod newton_system;
 #[cfg(test)]
 mod newton_tests;
 mod norm;
+mod polish;
 mod relaxation;
 mod solution;
 mod solve;

@@ -49,6 +49,19 @@ pub fn newton(
     settings: &NewtonSettings,
     observe: impl FnMut(usize, &NewtonStep),
 ) -> NewtonSolution {
+    newton_in(dual, contact, law, start, settings, 0, observe)
+}
+
+/// [`newton`] in no fewer than `least_steps`.
+pub(super) fn newton_in(
+    dual: &ExplicitDual,
+    contact: &ContactState<'_>,
+    law: &CoulombLaw,
+    start: Option<&[f64]>,
+    settings: &NewtonSettings,
+    least_steps: usize,
+    observe: impl FnMut(usize, &NewtonStep),
+) -> NewtonSolution {
     let start = start.map_or_else(|| vec![0.0; dual.dimension()], <[f64]>::to_vec);
     let map = NaturalMap::new(dual, Bound::Coulomb(contact, law));
     let mut hidden_evaluations = 0;
@@ -56,7 +69,7 @@ pub fn newton(
         &map,
         start,
         settings,
-        0,
+        least_steps,
         |multiplier| {
             let image = mapping::evaluate(dual, contact, law, multiplier);
             hidden_evaluations += image.evaluations;

@@ -67,6 +67,9 @@ pub struct NewtonStep {
     pub free_unknowns: usize,
     /// Whether a safeguard replaced Newton's step.
     pub fallback: bool,
+    /// Share τ of the law in the law F₀^(1−τ) F^τ of the step: 1 unless the law was approached by
+    /// continuation.
+    pub law_share: f64,
     /// Wall-clock seconds.
     pub seconds: f64,
 }
@@ -210,6 +213,7 @@ pub(super) fn iterate(
                 .count(),
             free_unknowns: direction.as_ref().map_or(0, |(_, free)| *free),
             fallback: direction.is_none(),
+            law_share: 1.0,
             seconds: started.elapsed().as_secs_f64(),
         };
         observe(history.len(), &step);

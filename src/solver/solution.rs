@@ -20,6 +20,8 @@ pub enum Status {
     RoundingLimit,
     /// Newton's method ran out of steps.
     MaxNewtonSteps,
+    /// Successive approximations return to where they were: they will never converge.
+    Cycling,
 }
 
 impl Status {
@@ -33,6 +35,7 @@ impl Status {
             Self::NumericalError => "numerical_error",
             Self::RoundingLimit => "rounding_limit",
             Self::MaxNewtonSteps => "max_newton_steps",
+            Self::Cycling => "cycling",
         }
     }
 }

@@ -4,8 +4,13 @@ use thiserror::Error;
 
 use super::{
     ContactState, CoulombState, Inner, NewtonSettings, NewtonSolution, NewtonStatus, NewtonStep,
-    OuterState, OuterStep, Solution, SolvedBy, Start, Status, coulomb_state, evaluate_mapping,
-    mapping::slip_of, minimisation::minimise, newton, norm::projected_gradient_steplength,
+    OuterState, OuterStep, Solution, SolvedBy, Start, Status,
+    continuation::{continuation, is_solution},
+    coulomb_state, evaluate_mapping,
+    mapping::slip_of,
+    minimisation::minimise,
+    newton,
+    norm::projected_gradient_steplength,
     successive_approximations,
 };
 use crate::{
@@ -57,7 +62,7 @@ pub fn solve(
         return Ok(Solution {
             displacement: system
                 .assembly
-                .solve(&system.assembly.primal.load, &mut Workspace::default()),
+                .solve_refined(&system.assembly.primal.load, &mut Workspace::default()),
             actions: 1,
             ..Solution::default()
         });
@@ -73,6 +78,7 @@ pub fn solve(
         None => problem.minimise(observe)?,
         Some(law) => problem.coulomb(law, observe)?,
     };
+    solution.displacement = dual.refined_displacement(&system.assembly, &solution.multiplier);
     let mut friction = solution.coulomb.iter().map(|state| &state.friction);
     if !friction.all(FrictionField::is_admissible) {
         solution.status = Status::NumericalError;
@@ -83,11 +89,11 @@ pub fn solve(
 }
 
 /// A body in contact, and how to solve it.
-struct Problem<'a> {
-    assembly: &'a Assembly,
-    dual: &'a ContactSystem,
-    contact: &'a ContactState<'a>,
-    settings: &'a SolveSettings,
+pub(super) struct Problem<'a> {
+    pub(super) assembly: &'a Assembly,
+    pub(super) dual: &'a ContactSystem,
+    pub(super) contact: &'a ContactState<'a>,
+    pub(super) settings: &'a SolveSettings,
     start: Start<'a>,
 }
 
@@ -191,21 +197,37 @@ impl Problem<'_> {
             ..NewtonSettings::default()
         };
         let start = self.start.multiplier;
-        newton(dual, self.contact, law, start, &settings, |k, step| {
-            observe(Progress::Newton(k, step))
-        })
+        let mut observe = |k: usize, step: &NewtonStep| observe(Progress::Newton(k, step));
+        let plain = newton(dual, self.contact, law, start, &settings, &mut observe);
+        if is_solution(&plain) || plain.status == NewtonStatus::NumericalError {
+            return plain;
+        }
+        let done = plain.history.len();
+        let mut found = continuation(dual, self.contact, law, &settings, done, observe);
+        found.history = [plain.history, found.history].concat();
+        found.evaluations += plain.evaluations;
+        found
     }
 
     /// Completes Newton's answer with u, ᾱ and one evaluation of Ψ.
     fn certified(&self, dual: &ExplicitDual, law: &CoulombLaw, found: NewtonSolution) -> Solution {
+        let epsilon = self.settings.epsilon();
+        let (found, dual) = match is_solution(&found) {
+            true => self.polished(dual, law, found),
+            false => (found, dual.clone()),
+        };
+        let dual = &dual;
         let mut operator = ExplicitOperator::new(dual, self.assembly, self.dual);
         let steplength = projected_gradient_steplength(&mut operator);
         let image = evaluate_mapping(dual, self.contact, law, &found.multiplier);
-        let agrees = image.relative_change <= CERTIFIED.max(self.settings.epsilon());
+        let agrees = image.relative_change <= CERTIFIED.max(epsilon);
+        let attainable = dual.rounding();
         let status = match found.status {
             NewtonStatus::NumericalError => Status::NumericalError,
-            NewtonStatus::Converged if agrees => Status::Converged,
-            NewtonStatus::RoundingLimit if agrees => Status::RoundingLimit,
+            NewtonStatus::Converged if agrees && epsilon >= attainable => Status::Converged,
+            NewtonStatus::Converged | NewtonStatus::RoundingLimit if agrees => {
+                Status::RoundingLimit
+            }
             _ => Status::MaxNewtonSteps,
         };
         let displacement = operator.to_primal(&found.multiplier);
@@ -213,7 +235,10 @@ impl Problem<'_> {
         Solution {
             status,
             solved_by: SolvedBy::Newton,
-            accuracy: found.residual,
+            accuracy: match status {
+                Status::RoundingLimit => found.residual.max(attainable),
+                _ => found.residual,
+            },
             mapping_change: Some(image.relative_change),
             displacement,
             slip: law

@@ -7,11 +7,8 @@ use crate::{
     solver::{Linearisation, Solution, Status},
 };
 
-/// Accuracy asked of the rivals that solve to rounding.
+/// Accuracy asked of all.
 const TO_ROUNDING: f64 = 1e-12;
-
-/// Accuracy asked of GPCG, whose cost grows with the digits.
-const BY_GRADIENTS: f64 = 1e-10;
 
 /// Actions of S that GPCG may take in one inner problem; a solve that needs more is told as such.
 const MOST_ACTIONS: usize = 100_000;
@@ -33,15 +30,15 @@ impl Rival {
     pub const ALL: [Self; 3] = [Self::Newton, Self::FixedPointNewton, Self::FixedPointGpcg];
 
     fn settings(self) -> SolveSettings {
-        let (method, inner, epsilon) = match self {
-            Self::Newton => (Method::Newton, InnerSolver::default(), TO_ROUNDING),
-            Self::FixedPointNewton => (Method::FixedPoint, InnerSolver::Newton, TO_ROUNDING),
-            Self::FixedPointGpcg => (Method::FixedPoint, InnerSolver::Gpcg, BY_GRADIENTS),
+        let (method, inner) = match self {
+            Self::Newton => (Method::Newton, InnerSolver::default()),
+            Self::FixedPointNewton => (Method::FixedPoint, InnerSolver::Newton),
+            Self::FixedPointGpcg => (Method::FixedPoint, InnerSolver::Gpcg),
         };
         SolveSettings {
             method,
             inner,
-            epsilon: Some(epsilon),
+            epsilon: Some(TO_ROUNDING),
             precision: PrecisionControl::Fixed,
             max_inner_actions: MOST_ACTIONS,
             ..SolveSettings::default()
