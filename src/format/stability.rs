@@ -3,7 +3,7 @@
 use super::solve::StoredStatus;
 use crate::{
     solver::Status,
-    stability::{Check, Invariance, Level, Rival},
+    stability::{Check, Invariance, Level, Rival, RivalResult},
     store::{
         DatasetSpec, Extent,
         Extent::{Fixed, Named},
@@ -63,7 +63,8 @@ const SECONDS: &str = "/stability/seconds";
 
 const CASES: &[Extent] = &[Named("n_cases")];
 const PAIRS: &[Extent] = &[Named("n_cases"), Fixed(2)];
-const RIVALS: &[Extent] = &[Named("n_cases"), Fixed(3)];
+const ZONES: &[Extent] = &[Named("n_cases"), Fixed(3)];
+const RIVALS: &[Extent] = &[Named("n_cases"), Fixed(4)];
 const CHANGES: &[Extent] = &[Named("n_cases"), Fixed(7)];
 
 #[rustfmt::skip]
@@ -80,7 +81,7 @@ const TABLE: &[DatasetSpec] = &[
     Stage::Stability.row(MULTIPLIERS, Kind::I64, CASES, "1", "Multipliers."),
     Stage::Stability.row(NEWTON_STEPS, Kind::I64, CASES, "1", "Steps of Newton's method."),
     Stage::Stability.row(OUTER_STEPS, Kind::I64, CASES, "1", "Steps of successive approximations."),
-    Stage::Stability.row(ZONE_COUNTS, Kind::I64, RIVALS, "1", "Numbers of open, sticking and slipping panes."),
+    Stage::Stability.row(ZONE_COUNTS, Kind::I64, ZONES, "1", "Numbers of open, sticking and slipping panes."),
     Stage::Stability.row(ASKED, Kind::F64, CASES, "1", "Accuracy that was asked for; NaN in this and other measures of a refused case."),
     Stage::Stability.row(ACCURACY, Kind::F64, CASES, "1", "Accuracy that the solver says it reached."),
     Stage::Stability.row(CERTIFICATE, Kind::F64, CASES, "1", "Largest figure of the certificate."),
@@ -91,10 +92,10 @@ const TABLE: &[DatasetSpec] = &[
     Stage::Stability.row(DETERMINANT, Kind::I64, CASES, "1", "Sign of the determinant of Newton's matrix at the answer.").symbol("sign det R'"),
     Stage::Stability.row(SENSITIVITY, Kind::F64, CASES, "1", "Norm of the inverse of Newton's matrix at the answer."),
     Stage::Stability.row(MULTIPLIER_FLOOR, Kind::F64, CASES, "1", "Relative error of the multipliers that rounding alone makes."),
-    Stage::Stability.row(RIVAL_STATUS, Kind::Enum(StoredStatus::SPEC), RIVALS, "1", "How Newton, the fixed point with Newton, and the fixed point with GPCG ended."),
-    Stage::Stability.row(RIVAL_STEPS, Kind::I64, RIVALS, "1", "Their steps."),
-    Stage::Stability.row(RIVAL_RESIDUAL, Kind::F64, RIVALS, "1", "Residuals of the natural map at their answers, relative to the multipliers."),
-    Stage::Stability.row(DISAGREEMENT, Kind::F64, RIVALS, "1", "Relative difference of their multipliers to the answer."),
+    Stage::Stability.row(RIVAL_STATUS, Kind::Enum(StoredStatus::SPEC), RIVALS, "1", "How Newton, the fixed point with Newton, that with GPCG, and the averaged fixed point ended; numerical_error where not run."),
+    Stage::Stability.row(RIVAL_STEPS, Kind::I64, RIVALS, "1", "Their steps; 0 where not run."),
+    Stage::Stability.row(RIVAL_RESIDUAL, Kind::F64, RIVALS, "1", "Residuals of the natural map at their answers, relative to the multipliers; NaN where not run."),
+    Stage::Stability.row(DISAGREEMENT, Kind::F64, RIVALS, "1", "Relative difference of their multipliers to the answer; NaN where not run."),
     Stage::Stability.row(VARIATION, Kind::F64, CHANGES, "1", "Relative difference of the multipliers after a change of units by powers of two, of decimal units, of loads, of node numbers, of threads, in a mirror, with exchanged axes; NaN where not applicable."),
     Stage::Stability.row(SECONDS, Kind::F64, CASES, "s", "Wall-clock time of assembly and solve.").volatile(),
 ];
@@ -178,9 +179,11 @@ pub fn write(writer: &mut StageWriter<'_>, rows: &[StabilityRow]) -> Result<(), 
     writer.write_enum(STATUS, &statuses, &n)?;
     let rivals: Vec<_> = checks
         .iter()
-        .flat_map(|c| (0..Rival::ALL.len()).map(move |k| status(c.map(|c| c.rivals[k].status))))
+        .flat_map(|c| {
+            Rival::ALL.map(|rival| status(c.and_then(|c| c.rival(rival)).map(|r| r.status)))
+        })
         .collect();
-    writer.write_enum(RIVAL_STATUS, &rivals, &[rows.len(), 3])?;
+    writer.write_enum(RIVAL_STATUS, &rivals, &[rows.len(), Rival::ALL.len()])?;
     write_counts(writer, &checks)?;
     write_measures(writer, &checks)
 }
@@ -196,8 +199,9 @@ fn write_counts(writer: &mut StageWriter<'_>, checks: &[Option<&Check>]) -> Resu
             vec![i64::from(c.linearisation.determinant)]
         }),
         (ZONE_COUNTS, 3, |c| c.zones.map(|z| z as i64).to_vec()),
-        (RIVAL_STEPS, 3, |c| {
-            c.rivals.iter().map(|r| r.steps as i64).collect()
+        (RIVAL_STEPS, 4, |c| {
+            let steps = |rival| c.rival(rival).map_or(0, |r| r.steps as i64);
+            Rival::ALL.map(steps).to_vec()
         }),
     ];
     for (path, width, of) in columns {
@@ -231,12 +235,8 @@ fn write_measures(
             let spectrum = c.conditioning.dual_by_area;
             vec![spectrum.smallest, spectrum.largest]
         }),
-        (RIVAL_RESIDUAL, 3, |c| {
-            c.rivals.iter().map(|r| r.residual).collect()
-        }),
-        (DISAGREEMENT, 3, |c| {
-            c.rivals.iter().map(|r| r.disagreement).collect()
-        }),
+        (RIVAL_RESIDUAL, 4, |c| rivals(c, |r| r.residual)),
+        (DISAGREEMENT, 4, |c| rivals(c, |r| r.disagreement)),
         (VARIATION, 7, variations),
     ];
     for (path, width, of) in columns {
@@ -247,6 +247,11 @@ fn write_measures(
         writer.write(path, &values, &shape(checks.len(), width))?;
     }
     Ok(())
+}
+
+fn rivals(check: &Check, measure: fn(&RivalResult) -> f64) -> Vec<f64> {
+    let of = |rival| check.rival(rival).map_or(f64::NAN, measure);
+    Rival::ALL.map(of).to_vec()
 }
 
 fn variations(check: &Check) -> Vec<f64> {

@@ -1,6 +1,7 @@
 use super::{Conditioning, problem::Problem};
 use crate::{
     linalg::{dot, norm},
+    post::ContactReport,
     solver::{Linearisation, Solution},
 };
 
@@ -16,7 +17,8 @@ pub struct Floor {
     pub multiplier: f64,
     /// Size of the certificate's figures at the best double λ and u: 16 ε times the largest of the
     /// cancellation ‖|A||u| + |Bᵀ||λ| + |l|‖ / ‖l‖ in the equilibrium, of κ(A) plus
-    /// max (|S||λ|)_i / (|Rⁱ| max |u|) in displacements, and of |λ|ᵀ|S||λ| / lᵀu in works.
+    /// max (|S||λ|)_i / (|Rⁱ| max |u|) in displacements, and of Σ s_i (|S||λ|)_i / lᵀu in works,
+    /// where s is λ_ν for pressures and the larger semi-axis of the pane's ellipse for friction.
     pub certificate: f64,
 }
 
@@ -24,12 +26,13 @@ impl Floor {
     pub(super) fn of(
         problem: &Problem,
         solution: &Solution,
+        report: &ContactReport,
         conditioning: &Conditioning,
         linearisation: &Linearisation,
     ) -> Self {
         let n = solution.multiplier.len() as f64;
         let of_matrices = (conditioning.stiffness + n) * conditioning.dual_by_diagonal;
-        let [equilibrium, displacement, work] = amplifications(problem, solution);
+        let [equilibrium, displacement, work] = amplifications(problem, solution, report);
         let largest = equilibrium
             .max(conditioning.stiffness + displacement)
             .max(work);
@@ -42,7 +45,7 @@ impl Floor {
 
 /// How much larger the terms are than their sums: in the equilibrium, in the displacement of the
 /// contact face, in the work of the contact stresses; 0 where nothing is loaded.
-fn amplifications(problem: &Problem, solution: &Solution) -> [f64; 3] {
+fn amplifications(problem: &Problem, solution: &Solution, report: &ContactReport) -> [f64; 3] {
     let primal = &problem.system.assembly.primal;
     let size = |x: &[f64]| -> Vec<f64> { x.iter().map(|v| v.abs()).collect() };
     let (u, lambda, load) = (
@@ -78,11 +81,19 @@ fn amplifications(problem: &Problem, solution: &Solution) -> [f64; 3] {
     let mean = |j: usize| moved[j] / area[if j < m { j } else { (j - m) / 2 }];
     let largest_mean = (0..moved.len()).map(mean).fold(0.0, f64::max);
     let largest = u.iter().copied().fold(0.0, f64::max);
+    let strength: Vec<f64> = (0..lambda.len())
+        .map(|j| match j.checked_sub(m).map(|t| &report.panes[t / 2]) {
+            None => lambda[j],
+            Some(pane) => pane
+                .friction
+                .map_or(0.0, |f| f.semi_axes[0].max(f.semi_axes[1])),
+        })
+        .collect();
     let work = dot(&primal.load, &solution.displacement).abs();
     let ratio = |part: f64, whole: f64| if whole == 0.0 { 0.0 } else { part / whole };
     [
         ratio(norm(&forces), norm(&load)),
         ratio(largest_mean, largest),
-        ratio(dot(&lambda, &moved), work),
+        ratio(dot(&strength, &moved), work),
     ]
 }

@@ -1,10 +1,6 @@
 use std::{fmt, path::Path};
 
-use super::{
-    Scaling, Symmetry,
-    problem::{Problem, difference},
-    renumbering::renumbered,
-};
+use super::{Scaling, Symmetry, problem::Problem, renumbering::renumbered};
 use crate::{
     accuracy::AccuracyError,
     scene::{Body, Scene},
@@ -117,7 +113,8 @@ pub struct InvarianceResult {
     pub invariance: Invariance,
     /// How the changed problem ended.
     pub status: Status,
-    /// ‖λ' − λ‖ / ‖λ‖ for the multipliers λ' of the changed problem, changed back.
+    /// ‖λ' − λ‖ / ‖λ‖ for the multipliers λ' of the changed problem, changed back; where λ vanishes,
+    /// over the stresses that would push the free body back.
     pub difference: f64,
 }
 
@@ -134,7 +131,7 @@ pub(super) fn compare(
             results.push(InvarianceResult {
                 invariance,
                 status,
-                difference: difference(&multiplier, &answer.multiplier),
+                difference: problem.distance(&multiplier, &answer.multiplier),
             });
         }
     }

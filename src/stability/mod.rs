@@ -106,7 +106,7 @@ impl Check {
             accuracy: answer.accuracy,
             zones: [Zone::Open, Zone::Stick, Zone::Slip].map(|zone| report.count(zone)),
             certificate: report.certificate.worst(),
-            floor: Floor::of(&problem, &answer, &conditioning, &linearisation),
+            floor: Floor::of(&problem, &answer, &report, &conditioning, &linearisation),
             conditioning,
             linearisation,
             rivals: rivals::compare(&problem, &answer)?,
@@ -116,6 +116,12 @@ impl Check {
             },
             seconds,
         })
+    }
+
+    /// What an algorithm found; `None` where it was not asked.
+    #[must_use]
+    pub fn rival(&self, rival: Rival) -> Option<&RivalResult> {
+        self.rivals.iter().find(|result| result.rival == rival)
     }
 
     /// The largest difference to another algorithm that found a solution; 0 for none.

@@ -11,6 +11,9 @@ use crate::{
     solver::{ContactState, Solution, Start, solve},
 };
 
+/// A stress this much below those of the load is none.
+const ZERO: f64 = 1e-12;
+
 /// A scene with contact, assembled in memory with the dense dual operator.
 pub(super) struct Problem {
     pub(super) scene: Scene,
@@ -84,6 +87,23 @@ impl Problem {
             solution,
         })?)
     }
+
+    /// ‖λ' − λ‖ / ‖λ‖ for the answer λ. Where that is zero to rounding, over ‖ρh‖: the stresses that
+    /// would push the free body back.
+    pub(super) fn distance(&self, other: &[f64], answer: &[f64]) -> f64 {
+        let difference: Vec<f64> = other.iter().zip(answer).map(|(x, y)| x - y).collect();
+        let (difference, size) = (norm(&difference), norm(answer));
+        if difference == 0.0 {
+            return 0.0;
+        }
+        let dual = self.dual();
+        let pushed: Vec<f64> = (0..answer.len())
+            .filter(|&j| dual.column(j)[j] > 0.0)
+            .map(|j| dual.rhs[j] / dual.column(j)[j])
+            .collect();
+        let pushed = norm(&pushed);
+        difference / if size > ZERO * pushed { size } else { pushed }
+    }
 }
 
 fn no_contact() -> Invalid {
@@ -92,14 +112,5 @@ fn no_contact() -> Invalid {
         expected: "a scene with contact".into(),
         found: "none".into(),
         help: "without contact there is one linear system, and nothing to compare".into(),
-    }
-}
-
-/// ‖x − y‖ / ‖y‖, and 0 when both vanish.
-pub(super) fn difference(x: &[f64], y: &[f64]) -> f64 {
-    let difference: Vec<f64> = x.iter().zip(y).map(|(x, y)| x - y).collect();
-    match norm(&difference) {
-        0.0 => 0.0,
-        size => size / norm(y),
     }
 }
