@@ -43,8 +43,9 @@
 //! # Rooms
 //!
 //! The core, from left to right, each using only those before it: [`linalg`], [`scene`],
-//! [`mesh`], [`elasticity`], [`contact`], [`dual`], [`solver`], [`post`]. Around it: [`store`]
-//! (HDF5), [`figures`], [`mod@format`] (the datasets), [`stages`], [`sweep`], [`cli`].
+//! [`mesh`], [`elasticity`], [`contact`], [`dual`], [`solver`], [`post`], [`accuracy`],
+//! [`stability`]. Around it: [`store`] (HDF5), [`figures`], [`mod@format`] (the datasets),
+//! [`stages`], [`sweep`], [`suite`], [`cli`].
 
 pub mod accuracy;
 pub mod cli;

@@ -147,6 +147,14 @@ proptest! {
             // derivatives, and a system that may be ill-conditioned.
             prop_assert!((change + residual).abs() < 1e-6 * scale, "{change} against {residual}");
         }
+        // The full matrix, by its columns, for a direction that no equation was solved for.
+        let Some(change) = difference(&map, &multiplier, &rhs) else { return Err(TestCaseError::reject("kink")) };
+        let matrix = map.derivative(&evaluation);
+        for i in 0..SIZE {
+            let product: f64 = (0..SIZE).map(|j| matrix[j * SIZE + i] * rhs[j]).sum();
+            // As above; entries of R' are below 100.
+            prop_assert!((product - change[i]).abs() < 1e-6 * (1.0 + norm(&rhs)) * 100.0, "{product} against {}", change[i]);
+        }
     }
 
     /// The frozen problem is convex: Newton's method finds its minimiser from any start, and the

@@ -140,9 +140,8 @@ impl Problem<'_> {
                 if matches!(solution.status, Status::Converged | Status::RoundingLimit) {
                     return Ok(solution);
                 }
-                let mut solution = self.fixed_point(Inner::Newton(dual), law, observe);
-                solution.newton = steps;
-                Ok(solution)
+                let solution = self.fixed_point(Inner::Newton(dual), law, observe);
+                Ok(self.completed(dual, law, solution, steps))
             }
             (Method::Auto, None) => Ok(self.fixed_point(Inner::Gpcg, law, observe)),
             (Method::FixedPoint, _) => Ok(self.fixed_point(self.inner()?, law, observe)),
@@ -207,6 +206,37 @@ impl Problem<'_> {
         found.history = [plain.history, found.history].concat();
         found.evaluations += plain.evaluations;
         found
+    }
+
+    /// Takes the answer of successive approximations, after Newton's method failed in `steps`, to the
+    /// accuracy of Newton's method, which needs no more than a start in the right zones.
+    fn completed(
+        &self,
+        dual: &ExplicitDual,
+        law: &CoulombLaw,
+        mut solution: Solution,
+        mut steps: Vec<NewtonStep>,
+    ) -> Solution {
+        if solution.status == Status::Converged {
+            let settings = NewtonSettings {
+                tolerance: self.settings.epsilon(),
+                ..NewtonSettings::default()
+            };
+            let start = Some(solution.multiplier.as_slice());
+            let found = newton(dual, self.contact, law, start, &settings, |_, _| {});
+            let last = self.certified(dual, law, found);
+            steps.extend(&last.newton);
+            if last.status == Status::Converged {
+                solution = Solution {
+                    solved_by: SolvedBy::FixedPoint,
+                    actions: solution.actions + last.actions,
+                    history: solution.history,
+                    ..last
+                };
+            }
+        }
+        solution.newton = steps;
+        solution
     }
 
     /// Completes Newton's answer with u, ᾱ and one evaluation of Ψ.

@@ -42,9 +42,20 @@ pub enum Depth {
     Invariances,
 }
 
+/// How many solutions are expected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Solutions {
+    /// One, on which all algorithms must agree.
+    One,
+    /// Several: an algorithm may find another one, if it is one.
+    Several,
+}
+
 /// All that is known of one problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Check {
+    /// How many solutions were expected.
+    pub solutions: Solutions,
     /// Free degrees of freedom.
     pub n_free: usize,
     /// Multipliers.
@@ -86,6 +97,7 @@ impl Check {
         scene: &Scene,
         folder: &Path,
         depth: Depth,
+        solutions: Solutions,
         threads: usize,
     ) -> Result<Self, AccuracyError> {
         let started = Instant::now();
@@ -97,6 +109,7 @@ impl Check {
         let linearisation = Linearisation::new(problem.dual(), &contact, &answer.multiplier);
         let conditioning = Conditioning::of(&problem);
         Ok(Self {
+            solutions,
             n_free: answer.displacement.len(),
             n_multipliers: answer.multiplier.len(),
             status: answer.status,

@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use crate::{
     scene::SceneFile,
-    stability::Depth,
+    stability::{Depth, Solutions},
     sweep::{SweepError, set_key},
 };
 
@@ -48,6 +48,9 @@ struct Entry {
     /// Too large to be solved eight times.
     #[serde(default)]
     solve_only: bool,
+    /// Known to have several solutions: algorithms may find different ones.
+    #[serde(default)]
+    several: bool,
     /// Why the case is known to fail.
     #[serde(default)]
     open: String,
@@ -68,6 +71,8 @@ pub struct Case {
     pub scene: SceneFile,
     /// How much is checked.
     pub depth: Depth,
+    /// Whether algorithms may find different solutions.
+    pub solutions: Solutions,
 }
 
 /// Which version of a suite.
@@ -114,6 +119,10 @@ pub fn read(path: &Path, version: Version) -> Result<Vec<Case>, SweepError> {
                 depth: match entry.solve_only {
                     true => Depth::Solve,
                     false => Depth::Invariances,
+                },
+                solutions: match entry.several {
+                    true => Solutions::Several,
+                    false => Solutions::One,
                 },
             });
         }

@@ -8,7 +8,7 @@ pub use index::{Case, Version, read};
 
 use crate::{
     format::{STABILITY_LAYOUT, StabilityRow, write_stability},
-    stability::{Check, Depth},
+    stability::{Check, Depth, Solutions},
     store::{Home, IfMissing, RunFile, Stage, StageRecord, Transaction, timestamp},
     sweep::SweepError,
 };
@@ -24,6 +24,7 @@ impl Case {
             open: String::new(),
             scene,
             depth,
+            solutions: Solutions::One,
         }
     }
 
@@ -31,7 +32,13 @@ impl Case {
     #[must_use]
     pub fn check(&self, threads: usize) -> StabilityRow {
         let scene = &self.scene.scene;
-        let check = Check::new(scene, &self.scene.folder, self.depth, threads);
+        let check = Check::new(
+            scene,
+            &self.scene.folder,
+            self.depth,
+            self.solutions,
+            threads,
+        );
         StabilityRow {
             name: self.name.clone(),
             family: self.family.clone(),
