@@ -18,7 +18,7 @@ const LAME: [f64; 2] = [1.5, 1.0];
 fn hard_cases_hold_but_for_those_known_to_be_open() {
     let cases = read(&pipelines().join("hard/suite.toml"), Version::Coarse);
     let cases = cases.unwrap_or_else(|error| panic!("{error}"));
-    assert!(cases.len() >= 50);
+    assert!(cases.len() >= 45);
     for case in cases {
         let row = case.check(1);
         let check = row.outcome.as_ref();
@@ -173,7 +173,7 @@ fn one_node_with_three_solutions() {
         assert!(linearisation.residual < 1e-14, "{linearisation:?}");
         assert_eq!(linearisation.determinant, *sign);
     }
-    let indices: i32 = solutions.iter().map(|(_, sign)| sign).sum();
+    let indices: i8 = solutions.iter().map(|(_, sign)| sign).sum();
     assert_eq!(indices, 1);
     for inner in [InnerSolver::Newton, InnerSolver::Gpcg, InnerSolver::Kprgp] {
         for method in [Method::Newton, Method::FixedPoint] {
@@ -221,15 +221,25 @@ enum State {
 fn enumerate(dual: &ExplicitDual, friction: f64) -> Vec<Vec<f64>> {
     // λ_ν of both nodes, then pairs; λ_t2 is held.
     const UNKNOWNS: [usize; 4] = [0, 1, 2, 4];
-    let states = [State::Open, State::Stick, State::Slide(1.0), State::Slide(-1.0)];
-    let pairs = states.iter().flat_map(|a| states.iter().map(move |b| [*a, *b]));
+    let states = [
+        State::Open,
+        State::Stick,
+        State::Slide(1.0),
+        State::Slide(-1.0),
+    ];
+    let pairs = states
+        .iter()
+        .flat_map(|a| states.iter().map(move |b| [*a, *b]));
     let solution = |states: [State; 2]| {
         let mut matrix = nalgebra::Matrix4::zeros();
         let mut rhs = nalgebra::Vector4::zeros();
         let s = |i: usize, j: usize| dual.column(UNKNOWNS[j])[UNKNOWNS[i]];
         for (node, state) in states.into_iter().enumerate() {
             let (normal, along) = (node, 2 + node);
-            for (row, kinematic) in [(normal, state != State::Open), (along, state == State::Stick)] {
+            for (row, kinematic) in [
+                (normal, state != State::Open),
+                (along, state == State::Stick),
+            ] {
                 if kinematic {
                     (0..4).for_each(|j| matrix[(row, j)] = s(row, j));
                     rhs[row] = dual.rhs[UNKNOWNS[row]];
@@ -243,12 +253,16 @@ fn enumerate(dual: &ExplicitDual, friction: f64) -> Vec<Vec<f64>> {
         }
         let x = matrix.lu().solve(&rhs)?;
         // −r = h − S λ: closing and slip.
-        let moved = |row: usize| dual.rhs[UNKNOWNS[row]] - (0..4).map(|j| s(row, j) * x[j]).sum::<f64>();
-        let allowed = states.into_iter().enumerate().all(|(node, state)| match state {
-            State::Open => moved(node) <= 0.0,
-            State::Stick => x[node] >= 0.0 && x[2 + node].abs() <= friction * x[node],
-            State::Slide(sign) => x[node] >= 0.0 && sign * moved(2 + node) > 0.0,
-        });
+        let moved =
+            |row: usize| dual.rhs[UNKNOWNS[row]] - (0..4).map(|j| s(row, j) * x[j]).sum::<f64>();
+        let allowed = states
+            .into_iter()
+            .enumerate()
+            .all(|(node, state)| match state {
+                State::Open => moved(node) <= 0.0,
+                State::Stick => x[node] >= 0.0 && x[2 + node].abs() <= friction * x[node],
+                State::Slide(sign) => x[node] >= 0.0 && sign * moved(2 + node) > 0.0,
+            });
         allowed.then(|| vec![x[0], x[1], x[2], 0.0, x[3], 0.0])
     };
     pairs.filter_map(solution).collect()

@@ -12,8 +12,8 @@ const STRICT: f64 = 1e-11;
 /// Most rounds; each wins the digits that the conditioning of A leaves.
 const MOST_ROUNDS: usize = 3;
 
-/// Newton steps in one round.
-const STEPS: usize = 3;
+/// Most Newton steps in one round: one or two, more where the correction moves panes between zones.
+const STEPS: usize = 20;
 
 /// An answer and the dual problem with h and slip corrected at it.
 struct Polished {

@@ -3,8 +3,8 @@ use std::sync::atomic::Ordering;
 use thiserror::Error;
 
 use super::{
-    ContactState, CoulombState, Inner, NewtonSettings, NewtonSolution, NewtonStatus, NewtonStep,
-    OuterState, OuterStep, Solution, SolvedBy, Start, Status,
+    ContactState, CoulombState, Inner, Linearisation, NewtonSettings, NewtonSolution, NewtonStatus,
+    NewtonStep, OuterState, OuterStep, Solution, SolvedBy, Start, Status,
     continuation::{continuation, is_solution},
     coulomb_state, evaluate_mapping,
     mapping::slip_of,
@@ -45,6 +45,9 @@ pub struct NeedsExplicit(&'static str);
 /// Newton's answer is accepted when the paper's mapping Ψ moves it by no more than this: half the
 /// digits of a double, far above its rounding and far below any other fixed point.
 const CERTIFIED: f64 = 1e-8;
+
+/// Where ‖R'⁻¹‖ is so large that rounding alone moves λ by more, by no more than this times it.
+const ROUNDINGS: f64 = 16.0;
 
 /// Solves the discrete problem as the settings say from a start, by no more than its effects ask for: one solve
 /// without contact, one minimisation without friction or with a given slip bound.
@@ -250,8 +253,11 @@ impl Problem<'_> {
         let mut operator = ExplicitOperator::new(dual, self.assembly, self.dual);
         let steplength = projected_gradient_steplength(&mut operator);
         let image = evaluate_mapping(dual, self.contact, law, &found.multiplier);
-        let agrees = image.relative_change <= CERTIFIED.max(epsilon);
         let attainable = dual.rounding();
+        let agrees = image.relative_change <= CERTIFIED.max(epsilon) || {
+            let linear = Linearisation::new(dual, self.contact, &found.multiplier);
+            image.relative_change <= ROUNDINGS * attainable * linear.sensitivity
+        };
         let status = match found.status {
             NewtonStatus::NumericalError => Status::NumericalError,
             NewtonStatus::Converged if agrees && epsilon >= attainable => Status::Converged,

@@ -4,7 +4,7 @@ use super::{Scaling, Symmetry, problem::Problem, renumbering::renumbered};
 use crate::{
     accuracy::AccuracyError,
     scene::{Body, Scene},
-    solver::{Solution, Status},
+    solver::{Linearisation, Solution, Status},
 };
 
 /// A change of the description that leaves the problem as it is.
@@ -116,6 +116,8 @@ pub struct InvarianceResult {
     /// ‖λ' − λ‖ / ‖λ‖ for the multipliers λ' of the changed problem, changed back; where λ vanishes,
     /// over the stresses that would push the free body back.
     pub difference: f64,
+    /// ‖R(λ')‖ / ‖λ'‖ in the problem as it was described first.
+    pub residual: f64,
 }
 
 /// Solves the problem in every other description that it has.
@@ -132,6 +134,11 @@ pub(super) fn compare(
                 invariance,
                 status,
                 difference: problem.distance(&multiplier, &answer.multiplier),
+                residual: Linearisation::residual_of(
+                    problem.dual(),
+                    &problem.contact(),
+                    &multiplier,
+                ),
             });
         }
     }

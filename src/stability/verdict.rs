@@ -76,6 +76,10 @@ impl Verdict {
         }
         verdict.add_rivals(check);
         for result in &check.invariances {
+            if result.difference > USELESS && result.residual <= GOAL {
+                verdict.add_solution(check, &result.invariance, result.difference);
+                continue;
+            }
             let allowed = allowed(check, result);
             let reached = match allowed {
                 0.0 if result.difference == 0.0 => Level::Holds,
@@ -114,11 +118,10 @@ impl Verdict {
                     );
                     remarks.push((Level::AtFloor, text));
                 }
-                (true, Level::Fails) => {
-                    let allowed = several && rival.residual <= GOAL;
-                    let level = if allowed { Level::Holds } else { Level::Fails };
-                    remarks.push((level, told(rival)));
+                (true, Level::Fails) if rival.residual <= GOAL => {
+                    self.add_solution(check, &rival.rival, rival.disagreement);
                 }
+                (true, Level::Fails) => remarks.push((Level::Fails, told(rival))),
             }
         }
         if agreeing < ENOUGH && !several {
@@ -127,6 +130,15 @@ impl Verdict {
         for (level, text) in remarks {
             self.add(level, text);
         }
+    }
+
+    /// Tells of another solution, which satisfies the problem as well as the answer does.
+    fn add_solution(&mut self, check: &Check, by: &dyn fmt::Display, difference: f64) {
+        let level = match check.solutions {
+            Solutions::One => Level::Fails,
+            Solutions::Several => Level::Holds,
+        };
+        self.add(level, format!("{by}: another solution ({difference:.0e})"));
     }
 
     fn add(&mut self, level: Level, finding: String) {
