@@ -53,7 +53,6 @@ const ALLOWED: [(&str, &[&str]); 18] = [
             "dual",
             "solver",
             "post",
-            "accuracy",
         ],
     ),
     ("store", &[]),
@@ -94,10 +93,7 @@ const ALLOWED: [(&str, &[&str]); 18] = [
         ],
     ),
     ("sweep", &["scene", "solver", "store", "format", "stages"]),
-    (
-        "suite",
-        &["scene", "accuracy", "stability", "store", "format", "sweep"],
-    ),
+    ("suite", &["scene", "stability", "store", "format", "sweep"]),
     (
         "cli",
         &[

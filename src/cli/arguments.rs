@@ -58,9 +58,7 @@ pub enum Command {
     Law(LawArguments),
     /// Measure the errors of solvers and meshes for a scene, and what each digit costs
     Accuracy(AccuracyArguments),
-    /// Check one scene: conditioning, agreement of algorithms, invariance under other descriptions
-    Check(CheckArguments),
-    /// Check a suite of hard cases and print their table
+    /// Conditioning, agreement of algorithms and invariance, for one scene or a suite of hard cases
     Stability(StabilityArguments),
     /// Write a report as one HTML page that needs no network
     Report(ReportArguments),
@@ -111,19 +109,15 @@ pub struct AccuracyArguments {
     pub(super) figures: FigureArguments,
 }
 
-/// Arguments of `check`.
-#[derive(Debug, Args)]
-pub struct CheckArguments {
-    #[command(flatten)]
-    pub(super) scene: SceneArguments,
-}
-
 /// Arguments of `stability`.
 #[derive(Debug, Args)]
 pub struct StabilityArguments {
-    /// The index of the suite
+    /// A scene, or the index of a suite
     #[arg(default_value = "pipelines/hard/suite.toml")]
-    pub suite: PathBuf,
+    pub input: PathBuf,
+    /// Change one key of the scene, for example --set body.brick.cells=[12,4,4]
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
     /// Store the table in this HDF5 file, made or updated
     #[arg(short, long, value_name = "FILE")]
     pub out: Option<PathBuf>,

@@ -50,7 +50,6 @@ pub fn main() -> Exit {
         Command::Check(file) => check::check(file, &output),
         Command::Law(law) => law::law(law, &output),
         Command::Accuracy(accuracy) => accuracy::accuracy(accuracy, &output, threads),
-        Command::Check(one) => stability::check(one, &output, threads),
         Command::Stability(suite) => return stability::stability(suite, &output, threads),
         Command::Report(page) => html::report_page(page, &output),
         Command::Schema(schema) => schema::schema(schema, &output),

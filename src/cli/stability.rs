@@ -1,21 +1,25 @@
 use std::time::Instant;
 
 use super::{
-    arguments::{CheckArguments, Output, StabilityArguments},
+    arguments::{Output, SceneArguments, StabilityArguments},
     exit::{Exit, explain_sweep},
     override_scene, stability_words,
 };
 use crate::{
     format::StabilityRow,
-    stability::{Depth, Level},
+    scene::Invalid,
+    stability::Level,
     stages::StageError,
     suite::{self, Case, Version},
     sweep::SweepError,
 };
 
-/// `stability`: checks all cases of a suite and prints and stores their table.
+/// `stability`: checks a scene, or all cases of a suite; prints and stores their table.
 pub(super) fn stability(arguments: &StabilityArguments, output: &Output, threads: usize) -> Exit {
-    let outcome = run_suite(arguments, output, threads);
+    let outcome = match suite::is_index(&arguments.input) {
+        true => run_suite(arguments, output, threads),
+        false => run_scene(arguments, output, threads),
+    };
     outcome.unwrap_or_else(|error| explain_sweep(error, output))
 }
 
@@ -24,11 +28,20 @@ fn run_suite(
     output: &Output,
     threads: usize,
 ) -> Result<Exit, SweepError> {
+    if let Some(change) = arguments.overrides.first() {
+        return Err(StageError::Setting(Invalid {
+            key: "--set".into(),
+            expected: "a scene to change".into(),
+            found: format!("{change:?} with a suite"),
+            help: "change the cases in the index of the suite".into(),
+        })
+        .into());
+    }
     let version = match arguments.coarse {
         true => Version::Coarse,
         false => Version::Full,
     };
-    let mut cases = suite::read(&arguments.suite, version)?;
+    let mut cases = suite::read(&arguments.input, version)?;
     if let Some(part) = &arguments.only {
         cases.retain(|case| case.name.contains(part.as_str()) || case.family == *part);
     }
@@ -42,25 +55,37 @@ fn run_suite(
         }
         rows.push(row);
     }
-    if let Some(file) = &arguments.out {
-        suite::store(file, &rows, threads)?;
-    }
-    Ok(show(&rows, output, || match arguments.markdown {
-        true => stability_words::markdown(&rows),
-        false => stability_words::table(&rows),
-    }))
+    finish(arguments, output, threads, &rows, stability_words::table)
 }
 
-/// `check`: the same for one scene.
-pub(super) fn check(
-    arguments: &CheckArguments,
+fn run_scene(
+    arguments: &StabilityArguments,
     output: &Output,
     threads: usize,
-) -> Result<Exit, StageError> {
-    let scene = override_scene::read(&arguments.scene)?;
-    let row = Case::alone(scene, Depth::Invariances).check(threads);
-    let rows = [row];
-    Ok(show(&rows, output, || stability_words::details(&rows[0])))
+) -> Result<Exit, SweepError> {
+    let scene = override_scene::read(&SceneArguments {
+        scene: arguments.input.clone(),
+        overrides: arguments.overrides.clone(),
+    })?;
+    let rows = [Case::alone(scene).check(threads)];
+    finish(arguments, output, threads, &rows, stability_words::details)
+}
+
+/// Stores and shows.
+fn finish(
+    arguments: &StabilityArguments,
+    output: &Output,
+    threads: usize,
+    rows: &[StabilityRow],
+    words: fn(&[StabilityRow]) -> String,
+) -> Result<Exit, SweepError> {
+    if let Some(file) = &arguments.out {
+        suite::store(file, rows, threads)?;
+    }
+    Ok(show(rows, output, || match arguments.markdown {
+        true => stability_words::markdown(rows),
+        false => words(rows),
+    }))
 }
 
 fn show(rows: &[StabilityRow], output: &Output, words: impl Fn() -> String) -> Exit {

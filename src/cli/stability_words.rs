@@ -119,8 +119,12 @@ fn remarks(row: &StabilityRow) -> Vec<String> {
     remarks
 }
 
-/// One case in full.
-pub(super) fn details(row: &StabilityRow) -> String {
+/// Each case in full.
+pub(super) fn details(rows: &[StabilityRow]) -> String {
+    rows.iter().map(detail).collect()
+}
+
+fn detail(row: &StabilityRow) -> String {
     let check = match &row.outcome {
         Ok(check) => check,
         Err(reason) => return format!("{}: refused: {reason}\n", row.name),

@@ -2,7 +2,7 @@ use std::{fmt, path::Path};
 
 use super::{Scaling, Symmetry, problem::Problem, renumbering::renumbered};
 use crate::{
-    accuracy::AccuracyError,
+    post::SolveSceneError,
     scene::{Body, Scene},
     solver::{Linearisation, Solution, Status},
 };
@@ -126,7 +126,7 @@ pub(super) fn compare(
     folder: &Path,
     answer: &Solution,
     threads: usize,
-) -> Result<Vec<InvarianceResult>, AccuracyError> {
+) -> Result<Vec<InvarianceResult>, SolveSceneError> {
     let mut results = Vec::new();
     for invariance in Invariance::ALL {
         if let Some((status, multiplier)) = changed(problem, folder, invariance, threads)? {
@@ -151,7 +151,7 @@ fn changed(
     folder: &Path,
     invariance: Invariance,
     threads: usize,
-) -> Result<Option<(Status, Vec<f64>)>, AccuracyError> {
+) -> Result<Option<(Status, Vec<f64>)>, SolveSceneError> {
     let scene = &problem.scene;
     if let Some(scaling) = invariance.scaling() {
         let other = Problem::new(scaling.apply(scene)?, folder, threads)?;

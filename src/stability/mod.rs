@@ -25,8 +25,7 @@ pub use verdict::{GOAL, Level, Verdict};
 use std::{path::Path, time::Instant};
 
 use crate::{
-    accuracy::AccuracyError,
-    post::Zone,
+    post::{SolveSceneError, Zone},
     scene::Scene,
     solver::{Linearisation, SolvedBy, Status},
 };
@@ -92,14 +91,14 @@ impl Check {
     /// Checks a scene with contact; mesh files are looked for in `folder`.
     ///
     /// # Errors
-    /// [`AccuracyError`] for a scene that has no discrete problem.
+    /// [`SolveSceneError`] for a scene that has no discrete problem.
     pub fn new(
         scene: &Scene,
         folder: &Path,
         depth: Depth,
         solutions: Solutions,
         threads: usize,
-    ) -> Result<Self, AccuracyError> {
+    ) -> Result<Self, SolveSceneError> {
         let started = Instant::now();
         let problem = Problem::new(scene.clone(), folder, threads)?;
         let answer = problem.solve(&scene.solve)?;

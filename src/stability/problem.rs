@@ -1,12 +1,11 @@
 use std::path::Path;
 
 use crate::{
-    accuracy::AccuracyError,
     contact::Interface,
     dual::{DualSystem, ExplicitDual},
     linalg::norm,
     mesh::{ContactSurface, Mesh},
-    post::{ContactReport, Solved, SolvedContact},
+    post::{ContactReport, SolveSceneError, Solved, SolvedContact},
     scene::{DualOperatorKind, Invalid, Scene, SolveSettings},
     solver::{ContactState, Solution, Start, solve},
 };
@@ -24,7 +23,11 @@ pub(super) struct Problem {
 
 impl Problem {
     /// Assembles a scene; mesh files are looked for in `folder`.
-    pub(super) fn new(scene: Scene, folder: &Path, threads: usize) -> Result<Self, AccuracyError> {
+    pub(super) fn new(
+        scene: Scene,
+        folder: &Path,
+        threads: usize,
+    ) -> Result<Self, SolveSceneError> {
         let mesh = Mesh::of_scene(&scene, folder)?;
         Self::on_mesh(scene, mesh, threads)
     }
@@ -34,7 +37,7 @@ impl Problem {
         mut scene: Scene,
         mesh: Mesh,
         threads: usize,
-    ) -> Result<Self, AccuracyError> {
+    ) -> Result<Self, SolveSceneError> {
         scene.assemble.dual_operator = DualOperatorKind::Explicit;
         let interface = Interface::new(&scene, &mesh)?.ok_or_else(no_contact)?;
         let system = DualSystem::new(&scene, &mesh, threads)?;
@@ -63,14 +66,14 @@ impl Problem {
         dual.expect("assembled with contact and the dense operator")
     }
 
-    pub(super) fn solve(&self, settings: &SolveSettings) -> Result<Solution, AccuracyError> {
+    pub(super) fn solve(&self, settings: &SolveSettings) -> Result<Solution, SolveSceneError> {
         let contact = self.contact();
         let start = Start::default();
         let solution = solve(&self.system, Some(&contact), settings, start, &mut |_| {})?;
         Ok(solution)
     }
 
-    pub(super) fn report(&self, solution: &Solution) -> Result<ContactReport, AccuracyError> {
+    pub(super) fn report(&self, solution: &Solution) -> Result<ContactReport, SolveSceneError> {
         let coupling = self
             .system
             .contact

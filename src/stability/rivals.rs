@@ -2,8 +2,8 @@ use std::fmt;
 
 use super::problem::Problem;
 use crate::{
-    accuracy::AccuracyError,
     contact::CoulombLaw,
+    post::SolveSceneError,
     scene::{InnerSolver, Method, PrecisionControl, SolveSettings},
     solver::{Linearisation, Solution, Status, evaluate_mapping},
 };
@@ -96,7 +96,7 @@ impl RivalResult {
 pub(super) fn compare(
     problem: &Problem,
     answer: &Solution,
-) -> Result<Vec<RivalResult>, AccuracyError> {
+) -> Result<Vec<RivalResult>, SolveSceneError> {
     let mut results: Vec<RivalResult> = Vec::new();
     for rival in Rival::ALL {
         let found = match rival {

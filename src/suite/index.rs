@@ -84,6 +84,14 @@ pub enum Version {
     Full,
 }
 
+/// Whether a file is the index of a suite rather than a scene.
+#[must_use]
+pub fn is_index(path: &Path) -> bool {
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let table: Result<toml::Table, _> = text.parse();
+    table.is_ok_and(|table| table.contains_key("family"))
+}
+
 /// Reads the cases of an index.
 ///
 /// # Errors

@@ -4,26 +4,27 @@ mod index;
 
 use std::path::Path;
 
-pub use index::{Case, Version, read};
+pub use index::{Case, Version, is_index, read};
 
 use crate::{
     format::{STABILITY_LAYOUT, StabilityRow, write_stability},
+    scene::SceneFile,
     stability::{Check, Depth, Solutions},
     store::{Home, IfMissing, RunFile, Stage, StageRecord, Transaction, timestamp},
     sweep::SweepError,
 };
 
 impl Case {
-    /// A case of its own.
+    /// A scene as a case of its own.
     #[must_use]
-    pub fn alone(scene: crate::scene::SceneFile, depth: Depth) -> Self {
+    pub fn alone(scene: SceneFile) -> Self {
         Self {
             name: scene.scene.title.clone(),
             family: String::new(),
             shows: String::new(),
             open: String::new(),
             scene,
-            depth,
+            depth: Depth::Invariances,
             solutions: Solutions::One,
         }
     }
