@@ -76,11 +76,12 @@ impl Verdict {
         }
         verdict.add_rivals(check);
         for result in &check.invariances {
-            if result.difference > USELESS && result.residual <= GOAL {
+            let allowed = allowed(check, result);
+            let other = !result.invariance.is_exact() && result.residual <= GOAL;
+            if other && result.difference > USELESS.max(allowed) {
                 verdict.add_solution(check, &result.invariance, result.difference);
                 continue;
             }
-            let allowed = allowed(check, result);
             let reached = match allowed {
                 0.0 if result.difference == 0.0 => Level::Holds,
                 0.0 => Level::Fails,
@@ -118,7 +119,7 @@ impl Verdict {
                     );
                     remarks.push((Level::AtFloor, text));
                 }
-                (true, Level::Fails) if rival.residual <= GOAL => {
+                (true, Level::Fails) if rival.residual <= GOAL && rival.disagreement > allowed => {
                     self.add_solution(check, &rival.rival, rival.disagreement);
                 }
                 (true, Level::Fails) => remarks.push((Level::Fails, told(rival))),

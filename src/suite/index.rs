@@ -5,7 +5,7 @@ use serde::Deserialize;
 use crate::{
     scene::SceneFile,
     stability::{Depth, Solutions},
-    sweep::{SweepError, set_key},
+    sweep::{SweepError, changed_scene},
 };
 
 /// The index of a suite: families of cases, each a scene with some keys changed.
@@ -118,12 +118,14 @@ pub fn read(path: &Path, version: Version) -> Result<Vec<Case>, SweepError> {
             if version == Version::Coarse {
                 changes.extend([&family.coarse, &entry.coarse]);
             }
+            let changes: Vec<(String, toml::Value)> =
+                changes.into_iter().flat_map(Clone::clone).collect();
             cases.push(Case {
                 name: entry.name.clone(),
                 family: family.name.clone(),
                 shows: entry.shows.clone(),
                 open: entry.open.clone(),
-                scene: changed(path, &base, &entry.name, &changes)?,
+                scene: changed_scene(&base, path, &changes)?,
                 depth: match entry.solve_only {
                     true => Depth::Solve,
                     false => Depth::Invariances,
@@ -136,23 +138,4 @@ pub fn read(path: &Path, version: Version) -> Result<Vec<Case>, SweepError> {
         }
     }
     Ok(cases)
-}
-
-/// A scene with other values at some keys.
-fn changed(
-    index: &Path,
-    base: &SceneFile,
-    name: &str,
-    changes: &[&toml::Table],
-) -> Result<SceneFile, SweepError> {
-    let mut table: toml::Table = base.scene.to_toml().parse().unwrap_or_default();
-    for (key, value) in changes.iter().flat_map(|changes| changes.iter()) {
-        set_key(&mut table, key, value.clone()).map_err(|found| SweepError::Axis {
-            file: index.to_owned(),
-            place: format!("{name}, {key}"),
-            expected: "a key of the scene".into(),
-            found,
-        })?;
-    }
-    Ok(base.changed(&format!("the settings of {name}"), table.to_string())?)
 }

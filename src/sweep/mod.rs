@@ -18,6 +18,6 @@ mod summary;
 pub use axes::{Axis, Range, Scale, SweepFile};
 pub use error::SweepError;
 pub use keys::set as set_key;
-pub use plan::{Case, Plan};
+pub use plan::{Case, Plan, changed as changed_scene};
 pub use run::{Event, Options, Outcome, run, run_case};
 pub use summary::{CSV_FILE, SUMMARY_FILE, write as write_summary};

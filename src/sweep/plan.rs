@@ -111,8 +111,11 @@ fn base_scene(sweep: &SweepFile, path: &Path) -> Result<SceneFile, SweepError> {
     changed(&scene, path, &fixed)
 }
 
-/// A scene with other values at some keys.
-fn changed(
+/// A scene with other values at some keys; `sweep` is the file that says so.
+///
+/// # Errors
+/// A key that leads nowhere, a scene that does not validate.
+pub fn changed(
     base: &SceneFile,
     sweep: &Path,
     settings: &[(String, toml::Value)],
