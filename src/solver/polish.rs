@@ -4,7 +4,7 @@ use super::{
     newton::newton_in,
     solve::Problem,
 };
-use crate::{contact::CoulombLaw, dual::ExplicitDual, linalg::norm};
+use crate::{contact::CoulombLaw, dual::ExplicitDual};
 
 /// Violations of contact and friction below this share are left as they are.
 const STRICT: f64 = 1e-11;
@@ -95,28 +95,23 @@ impl Problem<'_> {
             .iter()
             .fold(0.0_f64, |most, u| most.max(u.abs()));
         let map = NaturalMap::new(&dual, Bound::Coulomb(self.contact, law));
-        let (violation, residual) = map.violation(&found.multiplier, &surface.pane_area, largest);
-        found.residual = residual;
         Polished {
+            violation: map.violation(&found.multiplier, &surface.pane_area, largest),
             found,
             dual,
-            violation,
         }
     }
 }
 
 impl NaturalMap<'_> {
-    /// How far λ is from satisfying the laws pane by pane, and ‖R‖ / ‖λ‖: the larger of |R_i / ρ_i|
-    /// over the area of the pane and the largest displacement, and of ‖𝓕⁻¹ R_t‖ over the largest
-    /// pressure.
-    fn violation(&self, multiplier: &[f64], area: &[f64], displacement: f64) -> (f64, f64) {
+    /// How far λ is from satisfying the laws pane by pane: the larger of |R_i / ρ_i| over the area
+    /// of the pane and the largest displacement, and of |𝓕⁻¹ R_t| over the largest pressure.
+    fn violation(&self, multiplier: &[f64], area: &[f64], displacement: f64) -> f64 {
         let evaluation = self.evaluate(multiplier);
+        if evaluation.norm.is_nan() {
+            return f64::NAN;
+        }
         let m = area.len();
-        let size = norm(multiplier);
-        let relative = match evaluation.norm {
-            0.0 => return (0.0, 0.0),
-            residual => residual / size,
-        };
         let pressure = multiplier[..m].iter().copied().fold(0.0, f64::max);
         let mut violation = 0.0_f64;
         for (i, residual) in evaluation.residual.iter().enumerate() {
@@ -130,6 +125,6 @@ impl NaturalMap<'_> {
                 violation = violation.max(residual.abs() * inverse / pressure);
             }
         }
-        (violation, relative)
+        violation
     }
 }
