@@ -72,12 +72,7 @@ impl Problem<'_> {
         (best.found, best.dual)
     }
 
-    fn corrected(
-        &self,
-        dual: &ExplicitDual,
-        law: &CoulombLaw,
-        mut found: NewtonSolution,
-    ) -> Polished {
+    fn corrected(&self, dual: &ExplicitDual, law: &CoulombLaw, found: NewtonSolution) -> Polished {
         let (surface, interface) = (self.contact.surface, self.contact.interface);
         let displacement = self
             .dual
