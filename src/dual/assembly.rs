@@ -201,9 +201,12 @@ impl Assembly {
             if !(size > 0.0 && size < 0.5 * last) {
                 break;
             }
+            let whole = norm(&displacement);
+            // What the next correction would be: corrections fall by the same factor ε cond(A).
+            let next = size * size / if last.is_finite() { last } else { whole };
             last = size;
             add_scaled(&mut displacement, 1.0, &correction);
-            if size <= f64::EPSILON * norm(&displacement) {
+            if next <= f64::EPSILON * whole {
                 break;
             }
         }

@@ -16,9 +16,11 @@ const MOST_ROUNDS: usize = 3;
 const STEPS: usize = 20;
 
 /// An answer and the dual problem with h and slip corrected at it.
-struct Polished {
-    found: NewtonSolution,
-    dual: ExplicitDual,
+pub(super) struct Polished {
+    pub(super) found: NewtonSolution,
+    pub(super) dual: ExplicitDual,
+    /// u in m, to rounding.
+    pub(super) displacement: Vec<f64>,
     violation: f64,
 }
 
@@ -35,7 +37,7 @@ impl Problem<'_> {
         dual: &ExplicitDual,
         law: &CoulombLaw,
         found: NewtonSolution,
-    ) -> (NewtonSolution, ExplicitDual) {
+    ) -> Polished {
         let goal = STRICT.max(10.0 * self.settings.epsilon());
         let settings = NewtonSettings {
             tolerance: dual.rounding(),
@@ -44,7 +46,8 @@ impl Problem<'_> {
         let original = dual.clone();
         let mut best = self.corrected(dual, law, found);
         if best.violation <= goal {
-            return (best.found, original);
+            best.dual = original;
+            return best;
         }
         for _ in 0..MOST_ROUNDS {
             let start = Some(best.found.multiplier.as_slice());
@@ -69,9 +72,23 @@ impl Problem<'_> {
                 break;
             }
         }
-        (best.found, best.dual)
+        best
     }
 
+    /// The answer as it is, with its u.
+    pub(super) fn unpolished(
+        &self,
+        dual: &ExplicitDual,
+        law: &CoulombLaw,
+        found: NewtonSolution,
+    ) -> Polished {
+        Polished {
+            dual: dual.clone(),
+            ..self.corrected(dual, law, found)
+        }
+    }
+
+    /// The answer with its u, and the dual problem that belongs to it.
     fn corrected(&self, dual: &ExplicitDual, law: &CoulombLaw, found: NewtonSolution) -> Polished {
         let (surface, interface) = (self.contact.surface, self.contact.interface);
         let displacement = self
@@ -94,6 +111,7 @@ impl Problem<'_> {
             violation: map.violation(&found.multiplier, &surface.pane_area, largest),
             found,
             dual,
+            displacement,
         }
     }
 }

@@ -11,6 +11,7 @@ use super::{
     minimisation::minimise,
     newton,
     norm::projected_gradient_steplength,
+    polish::Polished,
     successive_approximations,
 };
 use crate::{
@@ -81,7 +82,6 @@ pub fn solve(
         None => problem.minimise(observe)?,
         Some(law) => problem.coulomb(law, observe)?,
     };
-    solution.displacement = dual.refined_displacement(&system.assembly, &solution.multiplier);
     let mut friction = solution.coulomb.iter().map(|state| &state.friction);
     if !friction.all(FrictionField::is_admissible) {
         solution.status = Status::NumericalError;
@@ -162,10 +162,14 @@ impl Problem<'_> {
     }
 
     fn with_operator(&self, run: impl FnOnce(&mut dyn DualOperator) -> Solution) -> Solution {
-        match &self.dual.explicit {
+        let mut solution = match &self.dual.explicit {
             Some(dual) => run(&mut ExplicitOperator::new(dual, self.assembly, self.dual)),
             None => run(&mut ImplicitOperator::new(self.assembly, self.dual)),
-        }
+        };
+        solution.displacement = self
+            .dual
+            .refined_displacement(self.assembly, &solution.multiplier);
+        solution
     }
 
     fn fixed_point(
@@ -245,10 +249,17 @@ impl Problem<'_> {
     /// Completes Newton's answer with u, ᾱ and one evaluation of Ψ.
     fn certified(&self, dual: &ExplicitDual, law: &CoulombLaw, found: NewtonSolution) -> Solution {
         let epsilon = self.settings.epsilon();
-        let (found, dual) = match is_solution(&found) {
-            true => self.polished(dual, law, found),
-            false => (found, dual.clone()),
+        let answer = if is_solution(&found) {
+            self.polished(dual, law, found)
+        } else {
+            self.unpolished(dual, law, found)
         };
+        let Polished {
+            found,
+            dual,
+            displacement,
+            ..
+        } = answer;
         let dual = &dual;
         let mut operator = ExplicitOperator::new(dual, self.assembly, self.dual);
         let steplength = projected_gradient_steplength(&mut operator);
@@ -266,7 +277,6 @@ impl Problem<'_> {
             }
             _ => Status::MaxNewtonSteps,
         };
-        let displacement = operator.to_primal(&found.multiplier);
         let state: CoulombState = coulomb_state(dual, self.contact, law, &found.multiplier);
         Solution {
             status,
@@ -283,7 +293,8 @@ impl Problem<'_> {
             coulomb: Some(state),
             steplength,
             newton: found.history,
-            actions: found.evaluations + image.evaluations + operator.actions(),
+            // One for u.
+            actions: found.evaluations + image.evaluations + operator.actions() + 1,
             multiplier: found.multiplier,
             ..Solution::default()
         }
