@@ -42,6 +42,29 @@ fn run_draws_pictures_that_are_missing() {
     assert_eq!(fs::read(&last).unwrap(), drawn);
 }
 
+/// Besides those that compute, one thread reads the command line and one waits for signals.
+#[cfg(target_os = "linux")]
+#[test]
+fn no_more_threads_compute_than_are_asked_for() {
+    for threads in [1, 3] {
+        let program = Program::new();
+        let scene = pipeline("newton.toml");
+        let mut run = std::process::Command::new(assert_cmd::cargo::cargo_bin("contact3d-pipe"))
+            .args(["run", scene.to_str().unwrap(), "run.h5", "--no-figures"])
+            .args(["--quiet", "--threads", &threads.to_string()])
+            .current_dir(program.path(""))
+            .spawn()
+            .unwrap();
+        let tasks = format!("/proc/{}/task", run.id());
+        let mut most = 0;
+        while run.try_wait().unwrap().is_none() {
+            most = most.max(fs::read_dir(&tasks).map_or(0, Iterator::count));
+            std::thread::sleep(std::time::Duration::from_millis(2));
+        }
+        assert!((threads..=threads + 2).contains(&most), "{most} threads");
+    }
+}
+
 #[test]
 fn stages_in_processes_of_their_own_give_the_same_digests_as_run() {
     let whole = Program::new();
