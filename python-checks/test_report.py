@@ -128,6 +128,6 @@ def test_a_sweep_becomes_a_table_and_charts(contact3d, tmp_path):
     contact3d("report", tmp_path, "-o", out)
     text = out.read_text(encoding="utf-8")
     page = check_is_self_contained(text)
-    assert page.sections == ["summary", "charts"] and "b" not in page.tags
+    assert page.sections == ["charts", "summary"] and "b" not in page.tags
     (chart,) = drawings(text)
     assert len(hovers(chart)) == 3
