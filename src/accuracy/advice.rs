@@ -1,6 +1,6 @@
 use std::fmt;
 
-use super::{Accuracy, AlgebraicLadder, EPSILONS, Level, algebraic::is_solved};
+use super::{Accuracy, AlgebraicLadder, EPSILONS, Level};
 
 /// An algebraic error of this share of the discretisation error is too small to matter: errors add
 /// as squares, so it changes the whole by half a per cent.
@@ -87,7 +87,7 @@ fn sufficient_epsilon(ladder: &AlgebraicLadder, bound: f64) -> Option<f64> {
         let results = ladder.rungs.iter().filter(|rung| rung.epsilon == epsilon);
         let mut solved = results
             .filter_map(|rung| rung.result)
-            .filter(|result| is_solved(result.status))
+            .filter(|result| result.status.is_solved())
             .peekable();
         solved.peek().is_some() && solved.all(|result| result.energy_error <= bound)
     };

@@ -155,7 +155,7 @@ impl AlgebraicLadder {
             assembly: [implicit, explicit],
             rungs: Vec::new(),
         };
-        if !is_solved(reference.status) {
+        if !reference.status.is_solved() {
             return Ok(Some(ladder));
         }
         let mut problem = Problem {
@@ -191,11 +191,6 @@ impl AlgebraicLadder {
             .chunk_by(|a, b| (a.method, a.operator) == (b.method, b.operator))
             .collect()
     }
-}
-
-/// Whether a solve reached what it was asked for, or what rounding allows.
-pub(super) fn is_solved(status: Status) -> bool {
-    matches!(status, Status::Converged | Status::RoundingLimit)
 }
 
 impl Problem<'_> {

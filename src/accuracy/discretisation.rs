@@ -8,7 +8,7 @@ use crate::{
     elasticity::DofMap,
     linalg::{CscMatrix, dot},
     mesh::Mesh,
-    post::{SolveSceneError, SolvedScene},
+    post::{AssembledScene, SolveSceneError},
     scene::{AssembleSettings, Body, Brick, Scene, SolveSettings},
     solver::Status,
 };
@@ -248,17 +248,13 @@ fn solve_level(
     brick: &Brick,
     threads: usize,
 ) -> Result<SolvedLevel, SolveSceneError> {
-    let solved = SolvedScene::new(scene.clone(), Path::new(""), threads)?;
-    let report = solved.report()?;
+    let assembled = AssembledScene::new(scene.clone(), Path::new(""), threads)?;
+    let solution = assembled.solve(&scene.solve)?;
+    let report = assembled.report(&solution)?;
     let r = report.resultants;
     let cells = brick.size.iter().zip(brick.cells);
     let volume: f64 = cells.map(|(l, n)| l / n as f64).product();
-    let SolvedScene {
-        mesh,
-        system,
-        solution,
-        ..
-    } = solved;
+    let AssembledScene { mesh, system, .. } = assembled;
     let primal = system.assembly.primal;
     let level = Level {
         n_div: brick_n_div(brick),

@@ -62,9 +62,7 @@ fn is_complete(accuracy: &Accuracy) -> bool {
     let reference = accuracy.algebraic.iter().map(|l| l.reference_status);
     let ladders = accuracy.discretisation.iter();
     let levels = ladders.flat_map(|ladder| ladder.levels.iter().map(|level| level.status));
-    reference
-        .chain(levels)
-        .all(|status| matches!(status, Status::Converged | Status::RoundingLimit))
+    reference.chain(levels).all(Status::is_solved)
 }
 
 fn announce(spinner: &ProgressBar, step: AccuracyProgress) {

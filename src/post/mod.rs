@@ -1,16 +1,16 @@
-//! What a solution means: contact zones, stresses, resultants, and a certificate; a scene solved
-//! in memory.
+//! What a solution means: contact zones, stresses, resultants, and a certificate; a scene assembled
+//! and solved in memory.
 
+mod assembled_scene;
 mod certificate;
 mod error;
 mod resultants;
-mod solved_scene;
 mod zones;
 
+pub use assembled_scene::AssembledScene;
 pub use certificate::{Certificate, ContactCertificate, FrictionCertificate};
 pub use error::SolveSceneError;
 pub use resultants::{ContactResultants, Resultants, Vector, von_mises};
-pub use solved_scene::SolvedScene;
 pub use zones::{PaneFriction, PaneState, Zone};
 
 use crate::{

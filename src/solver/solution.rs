@@ -25,6 +25,12 @@ pub enum Status {
 }
 
 impl Status {
+    /// Whether the solve reached what it was asked for, or what rounding allows.
+    #[must_use]
+    pub fn is_solved(self) -> bool {
+        matches!(self, Self::Converged | Self::RoundingLimit)
+    }
+
     /// The status as programs see it.
     #[must_use]
     pub fn word(self) -> &'static str {

@@ -140,7 +140,7 @@ impl Problem<'_> {
                 let found = self.run_newton(dual, law, observe);
                 let steps = found.history.clone();
                 let solution = self.certified(dual, law, found);
-                if matches!(solution.status, Status::Converged | Status::RoundingLimit) {
+                if solution.status.is_solved() {
                     return Ok(solution);
                 }
                 let solution = self.fixed_point(Inner::Newton(dual), law, observe);

@@ -81,7 +81,7 @@ fn spectrum(dual: &ExplicitDual, scale: impl Fn(usize) -> f64) -> Spectrum {
 
 /// The condition number of A scaled to the diagonal 1.
 fn scaled_condition(problem: &Problem) -> f64 {
-    let assembly = &problem.system.assembly;
+    let assembly = &problem.assembled.system.assembly;
     let a = &assembly.primal.stiffness;
     let root: Vec<f64> = diagonal(a).iter().map(|d| d.sqrt()).collect();
     let n = root.len();

@@ -46,7 +46,7 @@ impl Floor {
 /// How much larger the terms are than their sums: in the equilibrium, in the displacement of the
 /// contact face, in the work of the contact stresses; 0 where nothing is loaded.
 fn amplifications(problem: &Problem, solution: &Solution, report: &ContactReport) -> [f64; 3] {
-    let primal = &problem.system.assembly.primal;
+    let primal = &problem.assembled.system.assembly.primal;
     let size = |x: &[f64]| -> Vec<f64> { x.iter().map(|v| v.abs()).collect() };
     let (u, lambda, load) = (
         size(&solution.displacement),
@@ -58,6 +58,7 @@ fn amplifications(problem: &Problem, solution: &Solution, report: &ContactReport
         (Some(&*primal.stiffness), &u),
         (
             problem
+                .assembled
                 .system
                 .contact
                 .as_ref()

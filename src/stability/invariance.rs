@@ -152,10 +152,10 @@ fn changed(
     invariance: Invariance,
     threads: usize,
 ) -> Result<Option<(Status, Vec<f64>)>, SolveSceneError> {
-    let scene = &problem.scene;
+    let scene = &problem.assembled.scene;
     if let Some(scaling) = invariance.scaling() {
         let other = Problem::new(scaling.apply(scene)?, folder, threads)?;
-        let solution = other.solve(&scene.solve)?;
+        let solution = other.assembled.solve(&scene.solve)?;
         let multiplier = solution.multiplier.iter().map(|l| l / scaling.stress);
         return Ok(Some((solution.status, multiplier.collect())));
     }
@@ -164,13 +164,13 @@ fn changed(
             return Ok(None);
         };
         let other = Problem::new(image, folder, threads)?;
-        let solution = other.solve(&scene.solve)?;
+        let solution = other.assembled.solve(&scene.solve)?;
         let multiplier = seen_back(problem, &other, symmetry, &solution.multiplier);
         return Ok(multiplier.map(|multiplier| (solution.status, multiplier)));
     }
     if invariance == Invariance::Renumbering {
-        let other = Problem::on_mesh(scene.clone(), renumbered(&problem.mesh), threads)?;
-        let solution = other.solve(&scene.solve)?;
+        let other = Problem::on_mesh(scene.clone(), renumbered(&problem.assembled.mesh), threads)?;
+        let solution = other.assembled.solve(&scene.solve)?;
         return Ok(Some((solution.status, solution.multiplier)));
     }
     let other_count = if threads == 1 { 3 } else { 1 };
@@ -178,9 +178,9 @@ fn changed(
     let Ok(pool) = pool.build() else {
         return Ok(None);
     };
-    let solution = pool.install(|| {
+    let solution = pool.install(|| -> Result<Solution, SolveSceneError> {
         let other = Problem::new(scene.clone(), folder, other_count)?;
-        other.solve(&scene.solve)
+        Ok(other.assembled.solve(&scene.solve)?)
     })?;
     Ok(Some((solution.status, solution.multiplier)))
 }
@@ -192,7 +192,7 @@ fn seen_back(
     symmetry: Symmetry,
     multiplier: &[f64],
 ) -> Option<Vec<f64>> {
-    let width = width_of(&problem.scene)?;
+    let width = width_of(&problem.assembled.scene)?;
     let m = problem.surface().n_panes();
     let images: Vec<[f64; 3]> = (0..m)
         .map(|pane| symmetry.point(centre(image, pane), width))
@@ -226,7 +226,7 @@ fn centre(problem: &Problem, pane: usize) -> [f64; 3] {
     let surface = problem.surface();
     let mut centre = [0.0; 3];
     for (local, weight) in surface.pane_weights(pane) {
-        let at = problem.mesh.coordinates[surface.nodes[local]];
+        let at = problem.assembled.mesh.coordinates[surface.nodes[local]];
         for c in 0..3 {
             centre[c] += weight * at[c];
         }

@@ -101,9 +101,9 @@ impl Check {
     ) -> Result<Self, SolveSceneError> {
         let started = Instant::now();
         let problem = Problem::new(scene.clone(), folder, threads)?;
-        let answer = problem.solve(&scene.solve)?;
+        let answer = problem.assembled.solve(&scene.solve)?;
         let seconds = started.elapsed().as_secs_f64();
-        let report = problem.report(&answer)?;
+        let report = problem.assembled.report(&answer)?;
         let contact = problem.contact();
         let linearisation = Linearisation::new(problem.dual(), &contact, &answer.multiplier);
         let conditioning = Conditioning::of(&problem);

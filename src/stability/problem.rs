@@ -1,13 +1,12 @@
 use std::path::Path;
 
 use crate::{
-    contact::Interface,
-    dual::{DualSystem, ExplicitDual},
+    dual::ExplicitDual,
     linalg::norm,
     mesh::{ContactSurface, Mesh},
-    post::{ContactReport, SolveSceneError, Solved, SolvedContact},
-    scene::{DualOperatorKind, Invalid, Scene, SolveSettings},
-    solver::{ContactState, Solution, Start, solve},
+    post::{AssembledScene, SolveSceneError},
+    scene::{DualOperatorKind, Invalid, Scene},
+    solver::ContactState,
 };
 
 /// A stress this much below those of the load is none.
@@ -15,10 +14,7 @@ const ZERO: f64 = 1e-12;
 
 /// A scene with contact, assembled in memory with the dense dual operator.
 pub(super) struct Problem {
-    pub(super) scene: Scene,
-    pub(super) mesh: Mesh,
-    interface: Interface,
-    pub(super) system: DualSystem,
+    pub(super) assembled: AssembledScene,
 }
 
 impl Problem {
@@ -38,57 +34,27 @@ impl Problem {
         mesh: Mesh,
         threads: usize,
     ) -> Result<Self, SolveSceneError> {
+        if scene.contact.is_none() {
+            return Err(no_contact().into());
+        }
         scene.assemble.dual_operator = DualOperatorKind::Explicit;
-        let interface = Interface::new(&scene, &mesh)?.ok_or_else(no_contact)?;
-        let system = DualSystem::new(&scene, &mesh, threads)?;
-        Ok(Self {
-            scene,
-            mesh,
-            interface,
-            system,
-        })
+        let assembled = AssembledScene::on_mesh(scene, mesh, threads)?;
+        Ok(Self { assembled })
     }
 
     pub(super) fn surface(&self) -> &ContactSurface {
-        self.mesh.contact.as_ref().expect("checked when assembled")
+        self.contact().surface
     }
 
     pub(super) fn contact(&self) -> ContactState<'_> {
-        ContactState {
-            surface: self.surface(),
-            interface: &self.interface,
-        }
+        let contact = self.assembled.contact_state();
+        contact.expect("checked when assembled")
     }
 
     pub(super) fn dual(&self) -> &ExplicitDual {
-        let contact = self.system.contact.as_ref();
+        let contact = self.assembled.system.contact.as_ref();
         let dual = contact.and_then(|contact| contact.explicit.as_ref());
         dual.expect("assembled with contact and the dense operator")
-    }
-
-    pub(super) fn solve(&self, settings: &SolveSettings) -> Result<Solution, SolveSceneError> {
-        let contact = self.contact();
-        let start = Start::default();
-        let solution = solve(&self.system, Some(&contact), settings, start, &mut |_| {})?;
-        Ok(solution)
-    }
-
-    pub(super) fn report(&self, solution: &Solution) -> Result<ContactReport, SolveSceneError> {
-        let coupling = self
-            .system
-            .contact
-            .as_ref()
-            .map(|contact| &contact.coupling);
-        Ok(ContactReport::new(&Solved {
-            scene: &self.scene,
-            mesh: &self.mesh,
-            system: &self.system.assembly.primal,
-            contact: coupling.map(|coupling| SolvedContact {
-                coupling,
-                state: self.contact(),
-            }),
-            solution,
-        })?)
     }
 
     /// ‖λ' − λ‖ / ‖λ‖ for the answer λ. Where that is zero to rounding, over ‖ρh‖: the stresses that

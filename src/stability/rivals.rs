@@ -88,7 +88,7 @@ impl RivalResult {
     /// Whether the algorithm says that it has found a solution.
     #[must_use]
     pub fn is_solution(&self) -> bool {
-        matches!(self.status, Status::Converged | Status::RoundingLimit)
+        self.status.is_solved()
     }
 }
 
@@ -108,7 +108,7 @@ pub(super) fn compare(
                 }
             }
             _ => {
-                let solution = problem.solve(&rival.settings())?;
+                let solution = problem.assembled.solve(&rival.settings())?;
                 let steps = solution.newton.len().max(solution.history.len());
                 (solution.status, steps, solution.multiplier)
             }

@@ -1,7 +1,6 @@
 use std::fmt;
 
 use super::{Check, InvarianceResult, RivalResult, Solutions};
-use crate::solver::Status;
 
 /// What every case should reach.
 pub const GOAL: f64 = 1e-10;
@@ -59,7 +58,7 @@ impl Verdict {
             level: Level::Holds,
             findings: Vec::new(),
         };
-        if !matches!(check.status, Status::Converged | Status::RoundingLimit) {
+        if !check.status.is_solved() {
             verdict.add(Level::Fails, check.status.word().replace('_', " "));
         }
         let name = |what: &str, value: f64, floor: f64| {

@@ -6,7 +6,6 @@ use super::{Plan, lock::operator_turn, operators::Operators};
 use crate::{
     format::{self, LAYOUT},
     scene::{Body, Scene},
-    solver::Status,
     stages::{Commit, Freshness, Session, StageError, operator_settings},
     store::{Reader, Stage},
 };
@@ -116,6 +115,8 @@ fn multiplier(run_file: &Path) -> Result<Option<Vec<f64>>, StageError> {
         return Ok(None);
     }
     let (status, multiplier) = format::read_multiplier(&reader)?;
-    let usable = matches!(status, Status::Converged | Status::RoundingLimit);
-    Ok(usable.then_some(multiplier).filter(|m| !m.is_empty()))
+    Ok(status
+        .is_solved()
+        .then_some(multiplier)
+        .filter(|m| !m.is_empty()))
 }

@@ -77,7 +77,7 @@ fn a_law_without_slip_is_evaluated_once_at_each_contact_node() {
             assert!(explicit.unwrap().compliance.is_none());
             // Post-processing asks for the same coefficients and evaluates nothing.
             case.report();
-            assert_eq!(case.0.interface.unwrap().law_evaluations(), nodes);
+            assert_eq!(case.problem.interface.unwrap().law_evaluations(), nodes);
         }
     }
 }
@@ -99,7 +99,7 @@ fn a_law_of_the_slip_adds_the_slips_of_the_contact_nodes() {
 #[test]
 fn frame_and_gap_are_as_small_as_they_can_be() {
     let plain = in_contact("", "coefficient.constant = 0.3")
-        .0
+        .problem
         .interface
         .unwrap();
     assert_eq!((plain.frame.axes.len(), plain.gap), (1, None));
@@ -108,7 +108,7 @@ fn frame_and_gap_are_as_small_as_they_can_be() {
         "coefficient.constant = 0.3",
     );
     let (_, nodes) = wide.sizes();
-    let interface = wide.0.interface.unwrap();
+    let interface = wide.problem.interface.unwrap();
     assert_eq!(interface.frame.axes.len(), nodes);
     assert_eq!(interface.gap.map(|gap| gap.len()), Some(nodes));
 }

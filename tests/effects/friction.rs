@@ -91,7 +91,10 @@ fn a_ramp_is_its_table_and_its_grid() {
 fn tresca_at_the_converged_bound_is_coulomb() {
     let coulomb = steel(&[CONTACT, RAMPS]);
     let state = coulomb.solution.coulomb.as_ref().unwrap();
-    let mut interface = in_contact("", "slip_bound = 1.0").0.interface.unwrap();
+    let mut interface = in_contact("", "slip_bound = 1.0")
+        .problem
+        .interface
+        .unwrap();
     interface.friction = InterfaceFriction::Tresca(state.semi_axes());
     let contact = ContactState {
         surface: coulomb.mesh.contact.as_ref().unwrap(),

@@ -3,17 +3,21 @@
 use std::path::Path;
 
 use contact3d_pipe::{
-    post::{ContactReport, SolvedScene},
+    post::{AssembledScene, ContactReport, SolveSceneError},
     scene::Scene,
+    solver::Solution,
 };
 
-pub(crate) struct Case(pub(crate) SolvedScene);
+pub(crate) struct Case {
+    pub(crate) problem: AssembledScene,
+    pub(crate) solution: Solution,
+}
 
 impl std::ops::Deref for Case {
-    type Target = SolvedScene;
+    type Target = AssembledScene;
 
-    fn deref(&self) -> &SolvedScene {
-        &self.0
+    fn deref(&self) -> &AssembledScene {
+        &self.problem
     }
 }
 
@@ -29,12 +33,16 @@ impl Case {
     }
 
     pub(crate) fn try_new(scene: Scene, folder: &Path) -> Result<Self, String> {
-        let solved = SolvedScene::new(scene, folder, 1);
-        solved.map(Self).map_err(|error| error.to_string())
+        let solved = || -> Result<Self, SolveSceneError> {
+            let problem = AssembledScene::new(scene, folder, 1)?;
+            let solution = problem.solve(&problem.scene.solve)?;
+            Ok(Self { problem, solution })
+        };
+        solved().map_err(|error| error.to_string())
     }
 
     pub(crate) fn report(&self) -> ContactReport {
-        self.0.report().expect("finite loads")
+        self.problem.report(&self.solution).expect("finite loads")
     }
 
     /// Displacement of every node in m.

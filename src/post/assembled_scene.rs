@@ -5,13 +5,13 @@ use crate::{
     contact::Interface,
     dual::DualSystem,
     mesh::Mesh,
-    scene::{Invalid, Scene},
-    solver::{ContactState, Solution, Start, solve},
+    scene::{Invalid, Scene, SolveSettings},
+    solver::{ContactState, NeedsExplicit, Solution, Start, solve},
 };
 
-/// A scene meshed, assembled and solved in memory, with all that was made on the way.
+/// A scene meshed and assembled in memory, with all that was made on the way.
 #[derive(Debug)]
-pub struct SolvedScene {
+pub struct AssembledScene {
     /// The scene.
     pub scene: Scene,
     /// Its mesh.
@@ -20,46 +20,59 @@ pub struct SolvedScene {
     pub interface: Option<Interface>,
     /// A, l and the dual problem.
     pub system: DualSystem,
-    /// λ and u, with the status of the solve.
-    pub solution: Solution,
 }
 
-impl SolvedScene {
-    /// Solves a scene whose mesh file, if it has one, lies in `folder`.
+impl AssembledScene {
+    /// Assembles a scene whose mesh file, if it has one, lies in `folder`.
     ///
     /// # Errors
-    /// [`SolveSceneError`]. A solve that does not converge is not an error: its status says so.
+    /// [`SolveSceneError`].
     pub fn new(scene: Scene, folder: &Path, threads: usize) -> Result<Self, SolveSceneError> {
         let mesh = Mesh::of_scene(&scene, folder)?;
+        Self::on_mesh(scene, mesh, threads)
+    }
+
+    /// Assembles a scene on a mesh of its body.
+    ///
+    /// # Errors
+    /// [`SolveSceneError`].
+    pub fn on_mesh(scene: Scene, mesh: Mesh, threads: usize) -> Result<Self, SolveSceneError> {
         let system = DualSystem::new(&scene, &mesh, threads)?;
         let interface = Interface::new(&scene, &mesh)?;
-        let solution = solve(
-            &system,
-            contact_state(&mesh, interface.as_ref()).as_ref(),
-            &scene.solve,
-            Start::default(),
-            &mut |_| {},
-        )?;
         Ok(Self {
             scene,
             mesh,
             interface,
             system,
-            solution,
         })
     }
 
     /// Γ_c and its laws; `None` without contact.
     #[must_use]
     pub fn contact_state(&self) -> Option<ContactState<'_>> {
-        contact_state(&self.mesh, self.interface.as_ref())
+        let (surface, interface) = self.mesh.contact.as_ref().zip(self.interface.as_ref())?;
+        Some(ContactState { surface, interface })
     }
 
-    /// Zones, stresses, resultants and certificate.
+    /// Solves from λ = 0; a solve that does not converge is a solution with a status.
+    ///
+    /// # Errors
+    /// [`NeedsExplicit`] when Newton's method is asked for and S is not dense.
+    pub fn solve(&self, settings: &SolveSettings) -> Result<Solution, NeedsExplicit> {
+        solve(
+            &self.system,
+            self.contact_state().as_ref(),
+            settings,
+            Start::default(),
+            &mut |_| {},
+        )
+    }
+
+    /// Zones, stresses, resultants and certificate of a solution.
     ///
     /// # Errors
     /// A load that is not finite.
-    pub fn report(&self) -> Result<ContactReport, Invalid> {
+    pub fn report(&self, solution: &Solution) -> Result<ContactReport, Invalid> {
         let contact = self.system.contact.as_ref().zip(self.contact_state());
         ContactReport::new(&Solved {
             scene: &self.scene,
@@ -69,12 +82,7 @@ impl SolvedScene {
                 coupling: &contact.coupling,
                 state,
             }),
-            solution: &self.solution,
+            solution,
         })
     }
-}
-
-fn contact_state<'a>(mesh: &'a Mesh, interface: Option<&'a Interface>) -> Option<ContactState<'a>> {
-    let (surface, interface) = mesh.contact.as_ref().zip(interface)?;
-    Some(ContactState { surface, interface })
 }
