@@ -17,7 +17,7 @@ from faults.program import Program
 from trust.judge import Judged, judge
 from trust.keep import keep
 from trust.scenes import Kind, Scene, scene
-from trust.summary import failed, methods_table, offenders, table
+from trust.summary import failed, methods_table, offenders, several, table
 
 EPSILONS = (1e-4, 1e-6, 1e-9, 1e-12)
 
@@ -34,25 +34,29 @@ def arguments() -> argparse.Namespace:
     parser.add_argument(
         "--methods", type=float, metavar="EPS", help="other methods too, at EPS"
     )
-    parser.add_argument("--markdown", action="store_true", help="print the table alone")
+    parser.add_argument(
+        "--markdown", action="store_true", help="print the tables alone"
+    )
     parser.add_argument(
         "--keep", type=Path, help="folder for scenes, S, h and solutions"
     )
     parser.add_argument("--scratch", type=Path, help="folder for run files")
     parser.add_argument(
         "--write",
-        type=int,
-        metavar="N",
-        help="write scene N to the folder of --keep, no more",
+        nargs=2,
+        metavar=("N", "FOLDER"),
+        help="write the text of scene N to a folder, and do no more",
     )
     return parser.parse_args()
 
 
 def again(chosen: argparse.Namespace, judged: Judged) -> str:
-    """The command that judges one scene again and keeps its text."""
-    kind = f" --kind {chosen.kind}" if chosen.kind else ""
-    where = f"--seed {chosen.seed} --first {judged.scene.number} --scenes 1"
-    return f"python3 python-checks/trust {where}{kind} --keep FOLDER"
+    """The commands that judge one scene again and that write its text."""
+    command = f"python3 python-checks/trust --seed {chosen.seed}"
+    if chosen.kind:
+        command += f" --kind {chosen.kind}"
+    number = judged.scene.number
+    return f"{command} --first {number} --scenes 1; {command} --write {number} ."
 
 
 def judge_all(chosen: argparse.Namespace, scenes: list[Scene]) -> list[Judged]:
@@ -79,21 +83,21 @@ def judge_all(chosen: argparse.Namespace, scenes: list[Scene]) -> list[Judged]:
 def main() -> int:
     """Judge scenes and print the table; 1 if an answer is worse than it says."""
     chosen = arguments()
-    if chosen.write is not None:
-        one = scene(chosen.seed, chosen.write, chosen.kind)
-        folder = chosen.keep or Path()
+    if chosen.write:
+        number, folder = int(chosen.write[0]), Path(chosen.write[1])
+        one = scene(chosen.seed, number, chosen.kind)
         folder.mkdir(parents=True, exist_ok=True)
         (folder / f"{one.name}.toml").write_text(one.text)
         return 0
     numbers = range(chosen.first, chosen.first + chosen.scenes)
     judged = judge_all(chosen, [scene(chosen.seed, n, chosen.kind) for n in numbers])
     print(table(judged))
-    for more in (
-        methods_table(judged),
-        "" if chosen.markdown else offenders(judged, lambda one: again(chosen, one)),
-    ):
-        if more:
-            print(f"\n{more}")
+    more = [methods_table(judged)]
+    if not chosen.markdown:
+        more += [several(judged), offenders(judged, lambda one: again(chosen, one))]
+    for text in more:
+        if text:
+            print(f"\n{text}")
     return int(failed(judged))
 
 

@@ -103,7 +103,11 @@ METHODS = {
 }
 
 
+LIMITS = ("--max-outer-steps", 100, "--max-inner-actions", 50_000)
+"""The slow methods may give up; what they call solved is judged."""
+
+
 def answer_by(program: Program, run_file: Path, method: str, epsilon: float) -> Answer:
     """The answer of another method."""
-    command = ["solve", run_file, *METHODS[method], "--epsilon", epsilon]
+    command = ["solve", run_file, *METHODS[method], *LIMITS, "--epsilon", epsilon]
     return solved(program, command, run_file, method, epsilon)

@@ -21,6 +21,8 @@ KEPT_BITS = 160
 condition of A takes."""
 SMALLEST_CORRECTION = 2.0**-106
 MOST_CORRECTIONS = 60
+LARGEST_ASYMMETRY = 1e-28
+"""Of S over its largest entry: both halves come from different columns of A^-1 B'."""
 SLOWEST = 0.25
 """Refinement that does not gain two bits a step does not settle."""
 
@@ -60,6 +62,9 @@ class Exact:
         rows = sparse.vstack([coupling, slip], "csr")
         values = applied_inverse(read_matrix(assemble["stiffness"]), right, rows)
         m3 = coupling.shape[0]
+        asymmetry = np.abs((values[:m3, :m3] - values[:m3, :m3].T).hi).max()
+        if asymmetry > LARGEST_ASYMMETRY * np.abs(values[:m3, :m3].hi).max():
+            raise Unsettled(f"S is not symmetric: {asymmetry:.1e}")
         average = read_matrix(mesh["pane_average"])
         area = mesh["pane_area"][:]
         gap = gap_integrals(scene, average, area, mesh["coordinates"][:][nodes])

@@ -59,9 +59,19 @@ class Judged:
 
     @property
     def worst_ratio(self) -> float:
-        """The largest error over what was promised."""
+        """The largest error over what was promised, of the program's own choice of method."""
+        return max((verdict.ratio for verdict in self.verdicts), default=0.0)
+
+    @property
+    def keeps_its_word(self) -> bool:
+        """Whether no answer, by any method, is much worse than it says."""
         both = [*self.verdicts, *self.by_method]
-        return max((verdict.ratio for verdict in both), default=0.0)
+        return all(verdict.ratio <= MOST_RATIO for verdict in both)
+
+    @property
+    def has_several_solutions(self) -> bool:
+        """Whether more than one solution was found."""
+        return self.reference is not None and len(self.reference.solutions) > 1
 
     @property
     def not_monotone(self) -> list[str]:

@@ -3,35 +3,49 @@
 import statistics
 from collections.abc import Callable
 
-from trust.judge import MOST_RATIO, Judged
+from trust.judge import Judged
 from trust.scenes import Kind
 
 LEAST_SUCCESS = 0.995
 HEADER = (
-    "| kind | scenes | default solved | worst ratio | worst error at the default | Newton steps, "
-    "median and most | several solutions | monotone in ε |\n|---|---|---|---|---|---|---|---|"
+    "| kind | scenes | default solved | worst ratio | error at the default, median and "
+    "worst | worst accuracy it reports | Newton steps, median and most | several "
+    "solutions | monotone in ε |\n|---|---|---|---|---|---|---|---|---|"
 )
 
 
 def line(name: str, judged: list[Judged]) -> str:
     """One line of the table."""
     known = [j for j in judged if j.verdicts]
+    claims = [j.default for j in known if j.default.answer.claims]
     steps = [j.default.answer.newton_steps for j in known]
-    errors = [j.default.error for j in known if j.default.answer.claims]
     solved = sum(j.succeeded for j in judged)
     not_monotone = sum(bool(j.not_monotone) for j in judged)
-    several = sum(len(j.reference.solutions) > 1 for j in known)
     cells = (
         name,
         len(judged),
         f"{solved} ({100.0 * solved / len(judged):.1f} %)",
-        f"{max((j.worst_ratio for j in judged), default=0.0):.1e}",
-        f"{max(errors, default=0.0):.1e}",
-        f"{statistics.median(steps):g}, {max(steps)}" if steps else "",
-        several,
+        f"{max(j.worst_ratio for j in judged):.1e}",
+        middle_and_most([verdict.error for verdict in claims], "{:.0e}"),
+        f"{max((v.answer.accuracy for v in claims), default=0.0):.0e}",
+        middle_and_most(steps, "{:g}"),
+        sum(j.has_several_solutions for j in judged),
         f"{not_monotone} not" if not_monotone else "yes",
     )
     return f"| {' | '.join(map(str, cells))} |"
+
+
+def middle_and_most(values: list[float], form: str) -> str:
+    """The median and the largest of some numbers."""
+    if not values:
+        return ""
+    return ", ".join(form.format(v) for v in (statistics.median(values), max(values)))
+
+
+def several(judged: list[Judged]) -> str:
+    """The scenes with more than one solution, where an answer may be any of them."""
+    names = [j.scene.name for j in judged if j.has_several_solutions]
+    return f"several solutions: {', '.join(names)}" if names else ""
 
 
 def methods_table(judged: list[Judged]) -> str:
@@ -68,7 +82,8 @@ def offenders(judged: list[Judged], command: Callable[[Judged], str]) -> str:
 
 
 def failed(judged: list[Judged]) -> bool:
-    """Whether an answer is worse than it says, too many solves fail, or a scene is not judged."""
+    """Whether answers are worse than they say, too many solves fail, a looser epsilon fails
+    where a tighter one does not, or a scene is not judged."""
     success = sum(j.succeeded for j in judged) / max(len(judged), 1)
-    too_wrong = any(j.worst_ratio > MOST_RATIO for j in judged)
-    return too_wrong or success < LEAST_SUCCESS or any(j.fault for j in judged)
+    honest = all(j.keeps_its_word and not j.fault for j in judged)
+    return not honest or success < LEAST_SUCCESS or any(j.not_monotone for j in judged)
