@@ -5,6 +5,8 @@ import re
 import h5py
 import numpy as np
 
+from units import unit_word
+
 # What VTK itself demands on its group, besides the attributes of every stage.
 VTK_ATTRIBUTES = {"Type", "Version"}
 NUMBERS = {"f64": np.dtype("<f8"), "i64": np.dtype("<i8"), "u8": np.dtype("u1")}
@@ -21,6 +23,7 @@ class _Checker:
         self.schema = schema
         self.rows = {row["path"]: row for row in schema["datasets"]}
         self.sizes: dict[str, tuple[int, str]] = {}
+        self.units = ["m", "N"]
         self.problems: list[str] = []
 
     def run(self) -> list[str]:
@@ -63,7 +66,10 @@ class _Checker:
         """Check a stage group: attributes, nothing unknown, nothing missing."""
         group = self.file[name]
         extra = VTK_ATTRIBUTES if name == "VTKHDF" else set()
-        self.attributes(group, self.schema["stage_attributes"], extra)
+        optional = self.schema["optional_stage_attributes"]
+        named = [a for a in optional if a["name"] in group.attrs]
+        self.attributes(group, self.schema["stage_attributes"] + named, extra)
+        self.units = group.attrs.get("units", "m, N").split(", ")
         if group.attrs.get("complete") != 1:
             self.say(f"/{name}", "not complete")
         found: set[str] = set()
@@ -101,9 +107,13 @@ class _Checker:
         if is_matrix:
             expected += self.schema["matrix_attributes"]
         self.attributes(item, expected)
-        words = {"units": "unit", "symbol": "symbol", "description": "description"}
-        for attribute, key in words.items():
-            if item.attrs.get(attribute) != row[key]:
+        words = {
+            "units": unit_word(row, *self.units),
+            "symbol": row["symbol"],
+            "description": row["description"],
+        }
+        for attribute, word in words.items():
+            if item.attrs.get(attribute) != word:
                 self.say(path, f"{attribute} is {item.attrs.get(attribute)!r}")
         if is_matrix:
             self.matrix(item, row)

@@ -1,11 +1,14 @@
 """Real files against schemas/run_file.json, and the checker against tampered files."""
 
 import shutil
+import subprocess
+import sys
 
 import h5py
 import numpy as np
 import pytest
 
+from conftest import ROOT, SCENE
 from digest import dataset_digest, input_digest, stage_digest
 from run_file import STAGES, open_run, stored_stages
 from schema_check import schema_problems
@@ -93,6 +96,10 @@ def change_unit(file):
     file["solve/slip_bound"].attrs["units"] = "kPa"
 
 
+def change_units_of_stage(file):
+    file["solve"].attrs["units"] = "mm, N"
+
+
 def remove_attribute(file):
     del file["solve/slip_bound"].attrs["description"]
 
@@ -131,6 +138,7 @@ TAMPERED = {
     change_enum: "/post/contact_zone: type uint8",
     change_compression: "/mesh/coordinates: storage",
     change_unit: "/solve/slip_bound: units",
+    change_units_of_stage: "/solve/slip_bound: units",
     remove_attribute: "/solve/slip_bound: attribute description",
     add_attribute: "/solve: attribute note",
     change_matrix_kind: "/assemble/stiffness: encoding-type",
@@ -170,7 +178,8 @@ def test_digests_of_datasets_and_stages(run, schema):
         if row["in_stage_digest"]:
             by_stage[row["stage"]][row["path"]] = item.attrs["digest"]
     for stage, digests in by_stage.items():
-        assert stage_digest(digests) == run[stage].attrs["digest"], stage
+        units = run[stage].attrs.get("units", "")
+        assert stage_digest(digests, units) == run[stage].attrs["digest"], stage
 
 
 def test_input_digests_chain_the_stages(run):
@@ -186,3 +195,23 @@ def test_stages_one_by_one_give_the_same_bits(stage_paths, tight_path):
     with open_run(tight_path) as whole, open_run(stage_paths["post"]) as single:
         for group in (*STAGES, "scene", "VTKHDF"):
             assert whole[group].attrs["digest"] == single[group].attrs["digest"]
+
+
+@pytest.mark.parametrize("length, force", [("mm", "N"), ("cm", "kN"), ("in", "lbf")])
+def test_files_in_other_units_follow_the_schema(
+    length, force, contact3d, schema, tmp_path
+):
+    path = tmp_path / "run.h5"
+    changes = [f'units={{length="{length}",force="{force}"}}', "body.brick.cells=[6,2,2]"]
+    arguments = [part for change in changes for part in ("--set", change)]
+    contact3d("run", SCENE, path, "--no-figures", *arguments)
+    with open_run(path) as file:
+        assert schema_problems(file, schema) == []
+        assert file["mesh/coordinates"].attrs["units"] == length
+        assert file["load/force"].attrs["units"] == force
+    assert {length, force} <= set(schema["length_units"] + schema["force_units"])
+
+
+def test_the_picture_of_the_contact_frame_is_what_its_script_draws():
+    script = ROOT / "scripts" / "contact_frame.py"
+    subprocess.run([sys.executable, script, "--check"], check=True)

@@ -42,7 +42,7 @@
 //!
 //! # Rooms
 //!
-//! The core, from left to right, each using only those before it: [`linalg`], [`scene`],
+//! [`units`] are words that every room may use. The core, from left to right, each using only those before it: [`linalg`], [`scene`],
 //! [`mesh`], [`elasticity`], [`contact`], [`dual`], [`solver`], [`post`], [`accuracy`],
 //! [`stability`]. Around it: [`store`] (HDF5), [`figures`], [`mod@format`] (the datasets),
 //! [`stages`], [`sweep`], [`suite`], [`cli`].
@@ -65,3 +65,4 @@ pub mod stages;
 pub mod store;
 pub mod suite;
 pub mod sweep;
+pub mod units;

@@ -3,7 +3,8 @@
 use std::{collections::BTreeSet, fs, path::Path};
 
 /// The core: each room may use those before it, except where [`APART`] says otherwise.
-const CORE: [&str; 10] = [
+const CORE: [&str; 11] = [
+    "units",
     "linalg",
     "scene",
     "mesh",
@@ -21,8 +22,8 @@ const APART: [(&str, &str); 2] = [("scene", "linalg"), ("stability", "accuracy")
 
 /// The rooms around the core, with the other such rooms that each may use, and whether it may use the core.
 const AROUND: [(&str, &[&str], bool); 8] = [
-    ("store", &[], false),
-    ("figures", &[], false),
+    ("store", &["units"], false),
+    ("figures", &["units"], false),
     ("report", &[], false),
     ("format", &["store"], true),
     ("stages", &["store", "figures", "report", "format"], true),

@@ -6,6 +6,7 @@ use super::{
     arguments::{AccuracyArguments, Output},
     exit::Exit,
     override_scene, progress,
+    results::unit_words,
 };
 use crate::{
     accuracy::{
@@ -15,6 +16,7 @@ use crate::{
     solver::Status,
     stages::{StageError, draw_accuracy, measure_accuracy},
     store::Stage,
+    units::Units,
 };
 
 /// `accuracy`: climbs both ladders, stores and draws them, and says what they mean.
@@ -24,6 +26,7 @@ pub(super) fn accuracy(
     threads: usize,
 ) -> Result<Exit, StageError> {
     let scene = override_scene::read(&arguments.scene)?;
+    let units = scene.scene.units;
     let settings = AccuracySettings {
         budget: arguments.budget,
         coarsest: arguments.coarsest,
@@ -43,9 +46,11 @@ pub(super) fn accuracy(
         }
     }
     if output.json {
-        println!("{:#}", json(&accuracy));
+        let mut json = json(&accuracy);
+        json["units"] = unit_words(units);
+        println!("{json:#}");
     } else if !output.quiet {
-        println!("{}", words(&accuracy));
+        println!("{}", words(&accuracy, units));
     }
     Ok(if is_complete(&accuracy) {
         Exit::Done
@@ -75,13 +80,13 @@ fn announce(spinner: &ProgressBar, step: AccuracyProgress) {
 }
 
 /// Both tables and the advice.
-fn words(accuracy: &Accuracy) -> String {
+fn words(accuracy: &Accuracy, units: Units) -> String {
     let mut text = String::new();
     if let Some(ladder) = &accuracy.algebraic {
         text += &algebraic_table(ladder);
     }
     if let Some(ladder) = &accuracy.discretisation {
-        text += &discretisation_table(ladder);
+        text += &discretisation_table(ladder, units);
     }
     text + &accuracy.advice().to_string()
 }
@@ -135,10 +140,14 @@ fn rung_line(rung: &Rung) -> String {
     }
 }
 
-fn discretisation_table(ladder: &DiscretisationLadder) -> String {
-    let mut text = String::from(
+fn discretisation_table(ladder: &DiscretisationLadder, units: Units) -> String {
+    let force = units.force();
+    let energy = format!("energy J [{}]", units.energy());
+    let normal = format!("normal [{force}]");
+    let tangential = format!("tangential 1 [{force}]");
+    let mut text = format!(
         "Discretisation error (relative, energy norm; order p from each mesh and the two before)\n\
-         n_div  unknowns  to finest  to limit     p  energy J [J]         p  normal [N]       p  tangential 1 [N]     p    n_A  seconds  of  peak MB\n",
+         n_div  unknowns  to finest  to limit     p  {energy:<17}    p  {normal:<13}    p  {tangential:<18}    p    n_A  seconds  of  peak MB\n",
     );
     let order = |trend: Option<&Trend>, k: usize| match trend.and_then(|t| t.orders[k]) {
         Some(order) => format!("{order:.2}"),
@@ -153,7 +162,7 @@ fn discretisation_table(ladder: &DiscretisationLadder) -> String {
         let number = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.6e}"));
         let _ = writeln!(
             text,
-            "{:>5}  {:>8}  {:>9.4}  {error:>8}  {:>4}  {:<15.8e} {:>4}  {:<13} {:>4}  {:<16} {:>4}  {:>5}  {:>7.3}  {:>2}  {:>7}{}",
+            "{:>5}  {:>8}  {:>9.4}  {error:>8}  {:>4}  {:<17.8e} {:>4}  {:<13} {:>4}  {:<18} {:>4}  {:>5}  {:>7.3}  {:>2}  {:>7}{}",
             level.n_div,
             level.n_free,
             level.energy_difference,
@@ -179,10 +188,10 @@ fn discretisation_table(ladder: &DiscretisationLadder) -> String {
         Some(Trend { limit: Some(v), .. }) => format!("limit of {name}: {v:.8e} {unit}\n"),
         Some(_) => format!("limit of {name}: no order observed, none claimed\n"),
     };
-    text += &limit("J", "J", Some(&ladder.potential_energy));
-    text += &limit("the normal force", "N", ladder.forces.first());
-    text += &limit("tangential force 1", "N", ladder.forces.get(1));
-    text += &limit("tangential force 2", "N", ladder.forces.get(2));
+    text += &limit("J", &units.energy(), Some(&ladder.potential_energy));
+    text += &limit("the normal force", units.force(), ladder.forces.first());
+    text += &limit("tangential force 1", units.force(), ladder.forces.get(1));
+    text += &limit("tangential force 2", units.force(), ladder.forces.get(2));
     text + "\n"
 }
 

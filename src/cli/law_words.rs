@@ -4,10 +4,12 @@ use std::{fmt::Write, path::PathBuf};
 
 use serde_json::{Value, json};
 
+use super::results::unit_words;
 use crate::{
     contact::{LawBounds, LawExtreme},
     scene::{Coefficient, Friction, Quantity},
     stages::{LawKind, LawStudy, MeshSizes},
+    units::Dimension,
 };
 
 /// Most points of a table that are printed.
@@ -15,6 +17,8 @@ const MOST_POINTS: usize = 8;
 
 /// The page printed for a person.
 pub(super) fn text(study: &LawStudy) -> String {
+    let units = study.scene.units;
+    let (length, per_length) = (units.length(), units.word(Dimension::PER_LENGTH));
     let mut text = format!("{}\n", study.scene.title);
     let mut line = |name: &str, value: &str| {
         let _ = writeln!(text, "  {name:<22} {value}");
@@ -28,7 +32,8 @@ pub(super) fn text(study: &LawStudy) -> String {
         ..
     }) = &study.scene.friction
     {
-        line("slip bound g [Pa]", &quantity_words(bound));
+        let name = format!("slip bound g [{}]", units.stress());
+        line(&name, &quantity_words(bound));
     }
     let (Some(bounds), Some(sizes)) = (&study.bounds, study.sizes()) else {
         return text;
@@ -39,18 +44,18 @@ pub(super) fn text(study: &LawStudy) -> String {
         "exact"
     };
     let range = format!(
-        "0 to {} m, the extent of the body; {how}",
+        "0 to {} {length}, the extent of the body; {how}",
         bounds.largest_slip
     );
     line("slips considered", &range);
-    let at = |extreme: &LawExtreme| point_words(study.kind(), extreme);
+    let at = |extreme: &LawExtreme| point_words(study.kind(), extreme, length);
     let valued = |extreme: &LawExtreme, unit: &str| {
         format!("{:<12}{}", number(extreme.value) + unit, at(extreme))
     };
     line("F_min", &valued(&bounds.smallest, ""));
     line("F_max", &valued(&bounds.largest, ""));
     match bounds.lipschitz.value {
-        0.0 => line("Lipschitz modulus L", "0 1/m"),
+        0.0 => line("Lipschitz modulus L", &format!("0 {per_length}")),
         f64::INFINITY => line(
             "Lipschitz modulus L",
             &format!(
@@ -58,7 +63,10 @@ pub(super) fn text(study: &LawStudy) -> String {
                 at(&bounds.lipschitz)
             ),
         ),
-        _ => line("Lipschitz modulus L", &valued(&bounds.lipschitz, " 1/m")),
+        _ => line(
+            "Lipschitz modulus L",
+            &valued(&bounds.lipschitz, &format!(" {per_length}")),
+        ),
     }
     match study.kind() {
         LawKind::Isotropic => line("kappa(F)", "1"),
@@ -66,7 +74,11 @@ pub(super) fn text(study: &LawStudy) -> String {
     }
     line(
         "pane size, edge",
-        &format!("H = {} m, h = {} m", number(sizes.pane), number(sizes.edge)),
+        &format!(
+            "H = {} {length}, h = {} {length}",
+            number(sizes.pane),
+            number(sizes.edge)
+        ),
     );
     let [size, steepness] = scaled(bounds, sizes);
     line("F_max/sqrt(H)", &number(size));
@@ -119,6 +131,7 @@ pub(super) fn json(study: &LawStudy, files: &[PathBuf]) -> Value {
         .collect();
     json!({
         "title": study.scene.title,
+        "units": unit_words(study.scene.units),
         "law": kind_word(study.kind()),
         "coefficients": coefficients,
         "bounds": bounds,
@@ -149,18 +162,19 @@ fn kind_words(kind: LawKind) -> &'static str {
 /// F, or F1 and F2, in words.
 fn coefficients(study: &LawStudy) -> impl Iterator<Item = (&'static str, String)> {
     let given = study.scene.friction.iter().flat_map(Friction::given);
-    given.map(|(key, coefficient)| match key {
-        "coefficient_1" => ("F1", coefficient_words(coefficient, "|u_t1|")),
-        "coefficient_2" => ("F2", coefficient_words(coefficient, "|u_t2|")),
-        _ => ("F", coefficient_words(coefficient, "|u_t|")),
+    let length = study.scene.units.length();
+    given.map(move |(key, coefficient)| match key {
+        "coefficient_1" => ("F1", coefficient_words(coefficient, "|u_t1|", length)),
+        "coefficient_2" => ("F2", coefficient_words(coefficient, "|u_t2|", length)),
+        _ => ("F", coefficient_words(coefficient, "|u_t|", length)),
     })
 }
 
-fn coefficient_words(coefficient: &Coefficient, slip: &str) -> String {
+fn coefficient_words(coefficient: &Coefficient, slip: &str, length: &str) -> String {
     match coefficient {
         Coefficient::Constant(value) => format!("{value}"),
         Coefficient::Ramp(ramp) => format!(
-            "ramp over {slip}: {} up to {} m, then with slope {} 1/m to {} from {} m on",
+            "ramp over {slip}: {} up to {} {length}, then with slope {} 1/{length} to {} from {} {length} on",
             ramp.initial,
             number(ramp.onset),
             ramp.rate.copysign(ramp.residual - ramp.initial),
@@ -170,7 +184,7 @@ fn coefficient_words(coefficient: &Coefficient, slip: &str) -> String {
         Coefficient::Table(table) => {
             let points = table.slip.iter().zip(&table.value).take(MOST_POINTS);
             let points: Vec<String> = points
-                .map(|(slip, value)| format!("{value} at {} m", number(*slip)))
+                .map(|(slip, value)| format!("{value} at {} {length}", number(*slip)))
                 .collect();
             let more = match table.slip.len().saturating_sub(MOST_POINTS) {
                 0 => String::new(),
@@ -181,7 +195,7 @@ fn coefficient_words(coefficient: &Coefficient, slip: &str) -> String {
         Coefficient::Grid(grid) => {
             let last = |slips: &[f64]| number(slips.last().copied().unwrap_or(0.0));
             format!(
-                "grid of {} x {} values over |u_t1| up to {} m and |u_t2| up to {} m",
+                "grid of {} x {} values over |u_t1| up to {} {length} and |u_t2| up to {} {length}",
                 grid.slip_1.len(),
                 grid.slip_2.len(),
                 last(&grid.slip_1),
@@ -197,7 +211,7 @@ fn coefficient_words(coefficient: &Coefficient, slip: &str) -> String {
                 .collect();
             match meanings.is_empty() {
                 true => formula.text().to_owned(),
-                false => format!("{}  ({} in m)", formula.text(), meanings.join(", ")),
+                false => format!("{}  ({} in {length})", formula.text(), meanings.join(", ")),
             }
         }
     }
@@ -218,17 +232,17 @@ fn name(kind: LawKind, coefficient: usize) -> &'static str {
 }
 
 /// Which coefficient, at which slip and place.
-fn point_words(kind: LawKind, extreme: &LawExtreme) -> String {
+fn point_words(kind: LawKind, extreme: &LawExtreme, length: &str) -> String {
     let [first, second] = extreme.slip.map(number);
     let mut words = match kind {
-        LawKind::Isotropic => format!("at |u_t| = {first} m"),
+        LawKind::Isotropic => format!("at |u_t| = {first} {length}"),
         _ => format!(
-            "{} at |u_t1| = {first}, |u_t2| = {second} m",
+            "{} at |u_t1| = {first}, |u_t2| = {second} {length}",
             name(kind, extreme.coefficient)
         ),
     };
     if let Some([x, y, z]) = extreme.position.map(|x| x.map(number)) {
-        words += &format!(", x = {x}, y = {y}, z = {z} m");
+        words += &format!(", x = {x}, y = {y}, z = {z} {length}");
     }
     words
 }

@@ -11,6 +11,7 @@ use crate::{
     scene::{Effects, Scene},
     solver::{Solution, SolvedBy},
     stages::Performed,
+    units::Units,
 };
 
 /// The numbers of unknowns of a solved problem.
@@ -50,6 +51,7 @@ pub(super) fn table(
     let mut text = String::new();
     let r = &report.resultants;
     let [ux, uy, uz] = r.largest_displacement;
+    let units = scene.units;
     let mut line = |name: &str, value: String| {
         let _ = writeln!(text, "  {name:<26} {value}");
     };
@@ -88,17 +90,20 @@ pub(super) fn table(
         );
         line(
             "normal contact force",
-            format!("{:.9e} N", contact.normal_force),
+            format!("{:.9e} {}", contact.normal_force, units.force()),
         );
         if let Some([along_1, along_2]) = contact.tangential_force {
             line(
                 "tangential contact force",
-                format!("{along_1:.6e}, {along_2:.6e} N (multipliers, along t1, t2)"),
+                format!(
+                    "{along_1:.6e}, {along_2:.6e} {} (multipliers, along t1, t2)",
+                    units.force()
+                ),
             );
         }
         line(
             "largest pressure",
-            format!("{:.9e} Pa", contact.largest_pressure),
+            format!("{:.9e} {}", contact.largest_pressure, units.stress()),
         );
     }
     if report.friction.is_some() {
@@ -111,10 +116,13 @@ pub(super) fn table(
             ),
         );
     }
-    line("strain energy", format!("{:.9e} J", r.strain_energy));
+    line(
+        "strain energy",
+        format!("{:.9e} {}", r.strain_energy, units.energy()),
+    );
     line(
         "largest displacement",
-        format!("{ux:.6e}, {uy:.6e}, {uz:.6e} m"),
+        format!("{ux:.6e}, {uy:.6e}, {uz:.6e} {}", units.length()),
     );
     line(
         "force, moment imbalance",
@@ -125,6 +133,16 @@ pub(super) fn table(
     }
     let effects = effects::lines(&Effects::of(scene), &sizes(mesh, solution));
     format!("{}\neffects\n{effects}results\n{text}", scene.title)
+}
+
+/// The units of results, for programs.
+pub(super) fn unit_words(units: Units) -> serde_json::Value {
+    serde_json::json!({
+        "length": units.length(),
+        "force": units.force(),
+        "stress": units.stress(),
+        "energy": units.energy(),
+    })
 }
 
 /// Smallest and largest F₁ and F₂ over the panes.
@@ -164,6 +182,7 @@ pub(super) fn json(
     });
     serde_json::json!({
         "title": scene.title,
+        "units": unit_words(scene.units),
         "effects": effects::json(&Effects::of(scene), &sizes(mesh, solution)),
         "assembly_seconds": parts,
         "newton_seconds": solution.newton.iter().map(|step| step.seconds).sum::<f64>(),

@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use crate::{format::StabilityRow, solver::SolvedBy, stability::Check};
+use super::results::unit_words;
+use crate::{format::StabilityRow, solver::SolvedBy, stability::Check, units::Dimension};
 
 /// Headings of the columns.
 const HEADINGS: [&str; 12] = [
@@ -149,7 +150,12 @@ fn detail(row: &StabilityRow) -> String {
     say("condition of A (scaled)", short(c.stiffness));
     say(
         "eigenvalues of S",
-        format!("{:.3e} to {:.3e} m3/Pa", c.dual.smallest, c.dual.largest),
+        format!(
+            "{:.3e} to {:.3e} {}",
+            c.dual.smallest,
+            c.dual.largest,
+            row.units.word(Dimension::DUAL)
+        ),
     );
     say("  ratio", format!("{:.3e}", c.dual.ratio()));
     say(
@@ -199,6 +205,7 @@ pub(super) fn json(rows: &[StabilityRow]) -> serde_json::Value {
         let check = row.outcome.as_ref().ok();
         serde_json::json!({
             "name": row.name,
+            "units": unit_words(row.units),
             "family": row.family,
             "verdict": row.word(),
             "findings": row.findings(),

@@ -2,12 +2,14 @@ use super::{
     arguments::{Output, StageArguments},
     effects,
     exit::Exit,
+    results::unit_words,
 };
 use crate::{
     format::{self, FormatError, LAYOUT},
     scene::Effects,
     stages::{Freshness, StageError, StageState, states},
     store::{Reader, Stage},
+    units::Units,
 };
 
 /// `status`: stages, sizes and main results; reads only and takes no lock. Sizes and results are those of fresh
@@ -31,6 +33,7 @@ pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit
         let effects = effects::json(&effects, &sizes);
         let mut status = json(&reader, &scene.title, effects, &states, summary.as_ref())?;
         status["advice"] = advice.into();
+        status["units"] = unit_words(scene.units);
         println!("{status:#}");
     } else {
         println!("{}\n{}", arguments.file.display(), scene.title);
@@ -40,7 +43,7 @@ pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit
         print!("effects\n{}", effects::lines(&effects, &sizes));
         if let Some(summary) = &summary {
             println!("results");
-            print_summary(summary);
+            print_summary(summary, scene.units);
         }
         if let Some(advice) = &advice {
             println!("  accuracy  {advice}");
@@ -74,17 +77,24 @@ fn stage_line(reader: &Reader, state: &StageState) -> Result<String, FormatError
     Ok(line)
 }
 
-fn print_summary(summary: &format::Summary) {
+fn print_summary(summary: &format::Summary, units: Units) {
     if let Some(contact) = &summary.contact {
         if let [open, stick, slip] = contact.zone_counts[..] {
             println!("  panes     open {open}, stick {stick}, slip {slip}");
         }
         println!(
-            "  forces    normal {:.6e} N, largest pressure {:.6e} Pa",
-            contact.normal_force, contact.largest_pressure
+            "  forces    normal {:.6e} {}, largest pressure {:.6e} {}",
+            contact.normal_force,
+            units.force(),
+            contact.largest_pressure,
+            units.stress()
         );
     }
-    println!("  energy    {:.6e} J", summary.strain_energy);
+    println!(
+        "  energy    {:.6e} {}",
+        summary.strain_energy,
+        units.energy()
+    );
 }
 
 fn json(

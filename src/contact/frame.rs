@@ -66,6 +66,23 @@ impl ContactFrame {
         }
     }
 
+    /// The mean of [`Self::vector`] over a pane: the stress that acts on it, since its two tangential
+    /// components follow the axes of its nodes.
+    #[must_use]
+    pub fn pane_vector(
+        &self,
+        surface: &ContactSurface,
+        pane: usize,
+        normal: f64,
+        tangential: [f64; 2],
+    ) -> [f64; 3] {
+        let weights = surface.pane_weights(pane);
+        weights.fold([0.0; 3], |sum, (node, weight)| {
+            let vector = self.vector(node, normal, tangential);
+            std::array::from_fn(|c| sum[c] + weight * vector[c])
+        })
+    }
+
     /// The angle in radians by which the mean t₁ of a pane is turned from `reference`.
     #[must_use]
     pub fn mean_turn(&self, surface: &ContactSurface, pane: usize) -> f64 {

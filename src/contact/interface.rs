@@ -130,7 +130,7 @@ impl InterfaceFriction {
         let positions = positions(surface, mesh);
         let Some(bound) = &friction.slip_bound else {
             let law = CoulombLaw::new(law, positions);
-            refuse_unusable(&law, mesh.extent())?;
+            refuse_unusable(&law, mesh.extent(), scene.units.length())?;
             return Ok(Self::Coulomb(Box::new(law)));
         };
         let bound = non_negative("friction.slip_bound", bound, &positions)?;

@@ -124,8 +124,12 @@ impl Sampled<'_> {
 }
 
 /// Refuses a law with a coefficient that is not positive or not finite somewhere at slips from 0
-/// to `largest_slip`; other kinds than expressions are checked with the scene.
-pub(super) fn refuse_unusable(law: &CoulombLaw, largest_slip: f64) -> Result<(), Invalid> {
+/// to `largest_slip`, in the unit of length called `length`; other kinds than expressions are checked with the scene.
+pub(super) fn refuse_unusable(
+    law: &CoulombLaw,
+    largest_slip: f64,
+    length: &str,
+) -> Result<(), Invalid> {
     let coefficients = law.coefficients();
     for (axis, coefficient) in coefficients.iter().enumerate() {
         if !coefficient.is_formula() {
@@ -157,8 +161,8 @@ pub(super) fn refuse_unusable(law: &CoulombLaw, largest_slip: f64) -> Result<(),
         let uses = coefficient.slips_used(axis);
         return Err(Invalid {
             key: format!("friction.{name}.expression"),
-            expected: format!("0 < F < infinity at slips from 0 to {largest_slip} m, the extent of the body"),
-            found: format!("{value} at {}", point_words(&worst, isotropic, uses)),
+            expected: format!("0 < F < infinity at slips from 0 to {largest_slip} {length}, the extent of the body"),
+            found: format!("{value} at {}", point_words(&worst, isotropic, uses, length)),
             help: "use a law that levels off, such as 0.2 + 0.1*exp(-s1/1e-4) (s in place of s1 in an isotropic law), or a table".into(),
         });
     }
@@ -166,7 +170,7 @@ pub(super) fn refuse_unusable(law: &CoulombLaw, largest_slip: f64) -> Result<(),
 }
 
 /// A point of a law in words, as far as the coefficient depends on it.
-fn point_words(peak: &Peak, isotropic: bool, uses: [bool; 2]) -> String {
+fn point_words(peak: &Peak, isotropic: bool, uses: [bool; 2], length: &str) -> String {
     let names = if isotropic {
         ["|u_t|", ""]
     } else {
@@ -174,7 +178,7 @@ fn point_words(peak: &Peak, isotropic: bool, uses: [bool; 2]) -> String {
     };
     let mut words: Vec<String> = (0..2)
         .filter(|&k| uses[k])
-        .map(|k| format!("{} = {:.4e} m", names[k], peak.slip[k]))
+        .map(|k| format!("{} = {:.4e} {length}", names[k], peak.slip[k]))
         .collect();
     if let Some([x, y, z]) = peak.position {
         words.push(format!("x, y, z = {x}, {y}, {z}"));

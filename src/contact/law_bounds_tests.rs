@@ -248,7 +248,7 @@ fn laws_that_fail_somewhere_are_refused_with_the_place() {
     ];
     for (text, key, fragment) in cases {
         let law = on_square(pair(Coefficient::Constant(0.3), formula(text)));
-        let refused = refuse_unusable(&law, 3.0).expect_err(text);
+        let refused = refuse_unusable(&law, 3.0, "m").expect_err(text);
         assert_eq!(refused.key, key);
         assert!(
             refused.found.contains(fragment),
@@ -257,9 +257,9 @@ fn laws_that_fail_somewhere_are_refused_with_the_place() {
         );
     }
     let isotropic = on_square(FrictionLaw::Isotropic(formula("0.3 - s")));
-    let refused = refuse_unusable(&isotropic, 3.0).unwrap_err();
+    let refused = refuse_unusable(&isotropic, 3.0, "m").unwrap_err();
     assert_eq!(refused.key, "friction.coefficient.expression");
     assert!(refused.found.contains("|u_t| = 3.0000e0 m"));
     let good = on_square(pair(formula("0.3 - 0.09*s1 + 1e-9*x"), formula("1e-30")));
-    assert_eq!(refuse_unusable(&good, 3.0), Ok(()));
+    assert_eq!(refuse_unusable(&good, 3.0, "m"), Ok(()));
 }

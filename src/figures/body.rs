@@ -14,6 +14,7 @@ use super::surface::{FacetNormals, SurfaceEdge, joined_lines, surface_edges};
 use super::text::Label;
 use super::vector::{Vector, bounds, dot, minus, norm, scaled};
 use super::view::{Fit, View};
+use crate::units::Dimension;
 
 /// Largest drawn displacement relative to the diagonal of the body.
 const DRAWN_DISPLACEMENT: f64 = 0.15;
@@ -47,7 +48,8 @@ pub(super) fn body_panel(picture: &ContactPicture<'_>, layout: &Layout, title: &
     let symbol = Label::plain("|").italic("u").upright("|");
     let used = picture.boundary_triangles.as_flattened().iter();
     let values = used.clone().map(|&node| magnitude[node]);
-    let key = ColourKey::new(values, ColourMap::Plasma, &symbol, "m");
+    let unit = picture.units.of(Dimension::LENGTH);
+    let key = ColourKey::new(values, ColourMap::Plasma, &symbol, &unit);
 
     let on_support = !picture.contact_triangles.is_empty();
     let support: Vec<Vector> = match on_support {

@@ -83,7 +83,7 @@ fn outline_width(layout: &Layout, shapes: &[PaneShape]) -> f64 {
 
 /// Lower quartile over the panes of the smaller side of their bounding boxes in pixels.
 pub(super) fn typical_pane_size(layout: &Layout, shapes: &[PaneShape]) -> f64 {
-    let scale = layout.pixels_per_metre();
+    let scale = layout.pixels_per_length();
     let mut sizes: Vec<f64> = shapes
         .iter()
         .map(|shape| (shape.extent[0] * scale[0]).min(shape.extent[1] * scale[1]))

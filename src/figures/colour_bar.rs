@@ -5,6 +5,7 @@ use super::colour::{ColourMap, ValueRange};
 use super::layout::{KeySide, LABEL_SIZE, TICK_SIZE, fitting_ticks};
 use super::scale::{Ticks, UnitScale};
 use super::text::Label;
+use crate::units::Unit;
 
 /// Number of slices that show the colour map.
 const SLICES: usize = 128;
@@ -25,12 +26,12 @@ pub(super) struct ColourKey {
 }
 
 impl ColourKey {
-    /// The key of a field with the given symbol and SI unit (empty for none).
+    /// The key of a field with the given symbol and unit.
     pub(super) fn new(
         values: impl Iterator<Item = f64> + Clone,
         map: ColourMap,
         symbol: &Label,
-        unit: &str,
+        unit: &Unit,
     ) -> Self {
         let has_gaps = values.clone().any(|value| !value.is_finite());
         Self::with_range(ValueRange::of(values), has_gaps, map, symbol, unit)
@@ -42,7 +43,7 @@ impl ColourKey {
         has_gaps: bool,
         map: ColourMap,
         symbol: &Label,
-        unit: &str,
+        unit: &Unit,
     ) -> Self {
         let magnitude = match range {
             ValueRange::Nothing => 0.0,

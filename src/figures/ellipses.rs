@@ -7,6 +7,7 @@ use super::panes::PaneShape;
 use super::picture::{FrictionKind, PaneFriction, Zone};
 use super::scale::round_down;
 use super::text::Label;
+use crate::units::Unit;
 
 /// Ellipses with a smaller largest semi-axis in pixels cannot be told from dots and are left out.
 const LEAST_RADIUS: f64 = 1.2;
@@ -37,11 +38,12 @@ pub(super) fn ellipse_panel(
     layout: &Layout,
     shapes: &[PaneShape],
     title: &Label,
-    (kind, friction): (FrictionKind, &[PaneFriction]),
+    (kind, unit): (FrictionKind, &Unit),
+    friction: &[PaneFriction],
 ) -> Canvas {
     let mut canvas = layout.panel(title);
     let fill = |pane: usize| zone_paint(friction[pane].zone).0;
-    let hover = |pane: usize| describe(kind, pane, &friction[pane]);
+    let hover = |pane: usize| describe((kind, unit), pane, &friction[pane]);
     draw_panes(&mut canvas, layout, shapes, Colour::GREY, fill, hover);
     let size = typical_pane_size(layout, shapes);
     let largest = largest_semi_axis(friction);
@@ -51,7 +53,7 @@ pub(super) fn ellipse_panel(
         for shape in shapes {
             let centre = layout.point(shape.centre);
             canvas.titled(
-                &describe(kind, shape.pane, &friction[shape.pane]),
+                &describe((kind, unit), shape.pane, &friction[shape.pane]),
                 |canvas| {
                     draw_pane(canvas, &friction[shape.pane], centre, radius, largest);
                 },
@@ -62,20 +64,20 @@ pub(super) fn ellipse_panel(
     draw_legend(
         &mut canvas,
         layout,
-        kind,
+        (kind, unit),
         drawn.then_some((radius, largest)),
     );
     canvas
 }
 
 /// What a pane says when pointed at.
-fn describe(kind: FrictionKind, pane: usize, friction: &PaneFriction) -> String {
+fn describe((kind, unit): (FrictionKind, &Unit), pane: usize, friction: &PaneFriction) -> String {
     let zone = match friction.zone {
         Zone::Open => "open",
         Zone::Stick => "stick",
         Zone::Slip => "slip",
     };
-    let words = kind.describe(friction.semi_axes, friction.stress);
+    let words = kind.describe(friction.semi_axes, friction.stress, unit);
     format!("pane {pane}, {zone}: {words}")
 }
 
@@ -155,7 +157,7 @@ enum Icon {
 fn draw_legend(
     canvas: &mut Canvas,
     layout: &Layout,
-    kind: FrictionKind,
+    (kind, unit): (FrictionKind, &Unit),
     ellipses: Option<(f64, f64)>,
 ) {
     let mut entries = vec![
@@ -169,7 +171,7 @@ fn draw_legend(
             entries.push((Icon::Line, kind.stress_label()));
             let value = round_down(largest * (LONGEST_SCALE_BAR / radius).min(1.0));
             let bar = value / largest * radius;
-            entries.push((Icon::ScaleBar(bar), kind.scale_bar_label(value)));
+            entries.push((Icon::ScaleBar(bar), kind.scale_bar_label(value, unit)));
         }
         None => {
             let remark = Label::plain("ellipses too small to draw");

@@ -3,21 +3,22 @@
 use super::picture::FrictionKind;
 use super::scale::UnitScale;
 use super::text::Label;
+use crate::units::{Dimension, Unit, Units};
 
 impl FrictionKind {
     /// Unit of semi-axes and of the stress in an ellipse.
-    pub(super) fn unit(self) -> &'static str {
+    pub(super) fn unit(self, units: Units) -> Unit {
         match self {
-            Self::Coulomb => "",
-            Self::Tresca => "Pa",
+            Self::Coulomb => Unit::none(),
+            Self::Tresca => units.of(Dimension::STRESS),
         }
     }
 
     /// Unit of the scaled tangential stress.
-    pub(super) fn scaled_unit(self) -> &'static str {
+    pub(super) fn scaled_unit(self, units: Units) -> Unit {
         match self {
-            Self::Coulomb => "Pa",
-            Self::Tresca => "",
+            Self::Coulomb => units.of(Dimension::STRESS),
+            Self::Tresca => Unit::none(),
         }
     }
 
@@ -68,26 +69,24 @@ impl FrictionKind {
     }
 
     /// The value of the scale bar of the ellipses.
-    pub(super) fn scale_bar_label(self, value: f64) -> Label {
+    pub(super) fn scale_bar_label(self, value: f64, unit: &Unit) -> Label {
         let symbol = self.before_index().upright(" = ");
-        match self {
-            Self::Coulomb => symbol.then(&UnitScale::new(value, "").number(value)),
-            Self::Tresca => {
-                let scale = UnitScale::new(value, "");
-                symbol.then(&scale.number(value)).upright(" Pa")
-            }
-        }
+        let number = UnitScale::new(value, &Unit::none()).number(value);
+        symbol.then(&number).upright(unit.beside())
     }
 
-    /// What a pane says of its semi-axes and its stress.
-    pub(super) fn describe(self, semi_axes: [f64; 2], stress: [f64; 2]) -> String {
+    /// What a pane says of its semi-axes and its stress, both in `unit`.
+    pub(super) fn describe(self, semi_axes: [f64; 2], stress: [f64; 2], unit: &Unit) -> String {
         let ([a, b], [t1, t2]) = (semi_axes, stress);
         match self {
             Self::Coulomb => {
                 format!("F1 = {a:.4}, F2 = {b:.4}, σt/λν = ({t1:.4}, {t2:.4})")
             }
             Self::Tresca => {
-                format!("gF1 = {a:.4e}, gF2 = {b:.4e}, σt = ({t1:.4e}, {t2:.4e}) Pa")
+                format!(
+                    "gF1 = {a:.4e}, gF2 = {b:.4e}, σt = ({t1:.4e}, {t2:.4e}){}",
+                    unit.beside()
+                )
             }
         }
     }

@@ -9,6 +9,7 @@ use super::panes::pane_shapes;
 use super::picture::{ContactPicture, FigureError};
 use super::text::{Label, fitted};
 use super::{FrictionKind, PAGE_TITLE_HEIGHT, PAGE_TITLE_SIZE, semi_axes};
+use crate::units::{Unit, Units};
 
 /// Height of a chart over slips.
 const CHART_HEIGHT: f64 = 360.0;
@@ -22,6 +23,8 @@ const OVERLAP: f64 = 0.8;
 pub struct LawPicture<'a> {
     /// Title of the page.
     pub title: &'a str,
+    /// The units of the slips.
+    pub units: Units,
     /// A line below it, such as the place at which slips are varied; empty for none.
     pub note: &'a str,
     /// The coefficients over the slips.
@@ -86,10 +89,11 @@ pub struct SlipMap {
 /// # Errors
 /// [`FigureError`] when the arrays of the contact face do not fit together.
 pub fn law_page(picture: &LawPicture<'_>) -> Result<String, FigureError> {
+    let units = picture.units;
     let mut rows = vec![match picture.over_slip {
-        OverSlip::Isotropic(curve) => vec![curve_panel(std::slice::from_ref(curve), true)],
-        OverSlip::Own(curves) => vec![curve_panel(curves, false)],
-        OverSlip::Both(maps) => map_panels(maps).to_vec(),
+        OverSlip::Isotropic(curve) => vec![curve_panel(std::slice::from_ref(curve), true, units)],
+        OverSlip::Own(curves) => vec![curve_panel(curves, false, units)],
+        OverSlip::Both(maps) => map_panels(maps, units).to_vec(),
     }];
     if let Some(face) = &picture.at_rest {
         let isotropic = matches!(picture.over_slip, OverSlip::Isotropic(_));
@@ -114,6 +118,8 @@ fn face_panels(face: &ContactPicture<'_>, isotropic: bool) -> Result<Vec<Canvas>
     });
     let friction = face.friction.unwrap_or((FrictionKind::Coulomb, &[]));
     let shapes = pane_shapes(face);
+    let (kind, panes) = friction;
+    let friction = (panes, &kind.unit(face.units));
     let maps = semi_axes(friction, (&Layout::new(face), &shapes), &titles, &symbols);
     let kept = if isotropic { 1 } else { 2 };
     Ok(maps.into_iter().take(kept).collect())
@@ -170,7 +176,7 @@ fn slip_symbol(index: &str) -> Label {
 }
 
 /// One or two coefficients over their own slips in one chart.
-fn curve_panel(curves: &[SlipCurve], isotropic: bool) -> Canvas {
+fn curve_panel(curves: &[SlipCurve], isotropic: bool, units: Units) -> Canvas {
     let mut canvas = Canvas::new(PANEL_WIDTH, CHART_HEIGHT);
     let symbols: Vec<Label> = (0..curves.len())
         .map(|axis| law_symbol(axis, isotropic))
@@ -191,7 +197,7 @@ fn curve_panel(curves: &[SlipCurve], isotropic: bool) -> Canvas {
     );
     let values = curves.iter().flat_map(|curve| &curve.points);
     let values = ValueRange::of(values.map(|point| point[1]));
-    let horizontal = SlipAxis::new(curves[0].range, &slip);
+    let horizontal = SlipAxis::new(curves[0].range, &slip, units);
     let frame = LawFrame::chart(horizontal, values, &joined_symbols(&symbols));
     let strokes = [
         Stroke::solid(Colour(0x00, 0x55, 0x9c), 2.2),
@@ -217,26 +223,32 @@ fn joined_symbols(symbols: &[Label]) -> Label {
 }
 
 /// F₁ and F₂ as colour maps over both slips, with common colours unless these would hide one.
-fn map_panels(maps: &[SlipMap; 2]) -> [Canvas; 2] {
+fn map_panels(maps: &[SlipMap; 2], units: Units) -> [Canvas; 2] {
     let own = maps
         .each_ref()
         .map(|map| ValueRange::of(map.values.iter().copied()));
     let ranges = own[0].shared(own[1]).map_or(own, |common| [common; 2]);
     [0, 1].map(|axis| {
         let symbol = FrictionKind::Coulomb.semi_axis_symbol(axis);
-        let key = ColourKey::with_range(ranges[axis], false, ColourMap::Cividis, &symbol, "");
+        let key = ColourKey::with_range(
+            ranges[axis],
+            false,
+            ColourMap::Cividis,
+            &symbol,
+            &Unit::none(),
+        );
         let title = Label::plain("Coefficient of friction ")
             .then(&symbol)
             .upright(" over both slips");
-        map_panel(&maps[axis], &key, &title)
+        map_panel(&maps[axis], &key, &title, units)
     })
 }
 
-fn map_panel(map: &SlipMap, key: &ColourKey, title: &Label) -> Canvas {
+fn map_panel(map: &SlipMap, key: &ColourKey, title: &Label, units: Units) -> Canvas {
     let mut canvas = Canvas::new(PANEL_WIDTH, CHART_HEIGHT + 40.0);
     canvas.bold_text([16.0, 26.0], title, TITLE_SIZE, Anchor::Start);
-    let horizontal = SlipAxis::new(map.ranges[0], &slip_symbol("1"));
-    let frame = LawFrame::map(horizontal, SlipAxis::new(map.ranges[1], &slip_symbol("2")));
+    let axis = |k: usize, index: &str| SlipAxis::new(map.ranges[k], &slip_symbol(index), units);
+    let frame = LawFrame::map(axis(0, "1"), axis(1, "2"));
     let [left, top] = frame.corner;
     let size = frame.size.map(|length| length / map.cells as f64);
     for (index, &value) in map.values.iter().enumerate() {

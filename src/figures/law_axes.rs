@@ -7,6 +7,7 @@ use super::layout::{KEY_WIDTH, LABEL_SIZE, PANEL_WIDTH, TICK_SIZE, TITLE_HEIGHT,
 use super::log_ticks::LogTicks;
 use super::scale::{Ticks, UnitScale};
 use super::text::Label;
+use crate::units::{Dimension, Unit, Units};
 
 const TICK_LENGTH: f64 = 5.0;
 /// Left of a plot with short tick labels, and room for the name of the vertical axis.
@@ -25,11 +26,12 @@ pub(super) struct SlipAxis {
 }
 
 impl SlipAxis {
-    /// An axis over slips, named by a symbol.
-    pub(super) fn new(range: SlipRange, symbol: &Label) -> Self {
+    /// An axis over slips in `units`, named by a symbol.
+    pub(super) fn new(range: SlipRange, symbol: &Label, units: Units) -> Self {
+        let unit = units.of(Dimension::LENGTH);
         let scale = match range {
-            SlipRange::Linear(high) => UnitScale::new(high, "m"),
-            SlipRange::Logarithmic(..) => UnitScale::new(1.0, "m"),
+            SlipRange::Linear(high) => UnitScale::new(high, &unit),
+            SlipRange::Logarithmic(..) => UnitScale::new(1.0, &unit),
         };
         Self {
             range,
@@ -142,7 +144,7 @@ impl LawFrame {
         match &self.vertical {
             Vertical::Slip(axis) => (axis.label.clone(), axis.ticks(self.size[1])),
             Vertical::Coefficient { low, high, symbol } => {
-                let scale = UnitScale::new(*high, "");
+                let scale = UnitScale::new(*high, &Unit::none());
                 let [low, high] = [low, high].map(|&value| scale.scaled(value));
                 let ticks = Ticks::new(low, high, 7);
                 let label = |&value: &f64| {

@@ -6,6 +6,7 @@ use super::picture::ContactPicture;
 use super::scale::{Ticks, UnitScale, factor_label};
 use super::text::Label;
 use super::vector::Vector;
+use crate::units::{Dimension, Unit};
 
 /// Width of a panel in pixels.
 pub(super) const PANEL_WIDTH: f64 = 640.0;
@@ -86,7 +87,7 @@ impl Layout {
             axis_name(picture.axis_1, "1"),
             axis_name(picture.axis_2, "2"),
         ];
-        let scales = axis_scales(&contact);
+        let scales = axis_scales(&contact, &picture.units.of(Dimension::LENGTH));
         let vertical = |pixels: f64| {
             let most = (pixels / 28.0).clamp(2.0, 8.0).floor();
             #[expect(
@@ -143,8 +144,8 @@ impl Layout {
         ]
     }
 
-    /// Pixels per metre along both axes.
-    pub(super) fn pixels_per_metre(&self) -> [f64; 2] {
+    /// Pixels per unit of length along both axes.
+    pub(super) fn pixels_per_length(&self) -> [f64; 2] {
         let extent = self.contact.extent();
         [self.size[0] / extent[0], self.size[1] / extent[1]]
     }
@@ -215,11 +216,11 @@ pub(super) fn axis_name(axis: Vector, index: &str) -> Label {
 }
 
 /// One prefix for both axes unless their extents differ by more than 1000.
-fn axis_scales(contact: &ContactBox) -> [UnitScale; 2] {
+fn axis_scales(contact: &ContactBox, unit: &Unit) -> [UnitScale; 2] {
     let extent = contact.extent();
     let larger = extent[0].max(extent[1]);
     let alike = extent[0].min(extent[1]) * 1000.0 > larger;
-    extent.map(|length| UnitScale::new(if alike { larger } else { length }, "m"))
+    extent.map(|length| UnitScale::new(if alike { larger } else { length }, unit))
 }
 
 /// As many ticks as fit side by side.

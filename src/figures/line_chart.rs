@@ -6,6 +6,7 @@ use super::log_ticks::LogTicks;
 use super::scale::{Ticks, UnitScale};
 use super::text::{Label, fitted};
 use super::vector::bounds;
+use crate::units::Unit;
 
 const WIDTH: f64 = 860.0;
 const HEIGHT: f64 = 480.0;
@@ -43,8 +44,8 @@ pub enum AxisScale {
 pub struct Axis {
     /// Quantity.
     pub label: String,
-    /// Its unit, which gets an SI prefix on a linear axis; empty for a number.
-    pub unit: String,
+    /// Its unit, which gets an SI prefix on a linear axis.
+    pub unit: Unit,
     /// How values are placed.
     pub scale: AxisScale,
     /// Values to label; round ones when empty.

@@ -6,6 +6,7 @@ use super::colour_bar::ColourKey;
 use super::layout::{KeySide, Layout};
 use super::panes::PaneShape;
 use super::text::Label;
+use crate::units::Unit;
 
 /// A map of one value per pane in `unit`, with axes and colour bar.
 pub(super) fn map_panel(
@@ -13,12 +14,12 @@ pub(super) fn map_panel(
     shapes: &[PaneShape],
     title: &Label,
     key: &ColourKey,
-    unit: &str,
+    unit: &Unit,
     value: impl Fn(usize) -> f64,
 ) -> Canvas {
     let mut canvas = layout.panel(title);
     let fill = |pane: usize| key.fill(value(pane));
-    let hover = |pane: usize| format!("pane {pane}: {:.4e} {unit}", value(pane));
+    let hover = |pane: usize| format!("pane {pane}: {:.4e}{}", value(pane), unit.beside());
     draw_panes(&mut canvas, layout, shapes, Colour::WHITE, fill, hover);
     draw_axes(&mut canvas, layout);
     let [left, top] = layout.corner;

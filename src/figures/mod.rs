@@ -1,7 +1,7 @@
 //! The pictures of HKL Fig. 5: contact stresses, deformed body, friction ellipses and coefficients of friction.
 //!
 //! [`panels`] draws every panel as an SVG of its own, [`page`] all of them as one page of two columns, and
-//! [`rasterise`] makes a PNG of either. Colours come from perceptually uniform maps, units carry SI prefixes,
+//! [`rasterise`] makes a PNG of either. Colours come from perceptually uniform maps, units carry SI prefixes where they take any,
 //! and no fonts or libraries of the system are used. [`law_page`] draws a law of friction alone.
 
 mod body;
@@ -42,6 +42,8 @@ use colour_bar::ColourKey;
 use layout::{Layout, PANEL_WIDTH};
 use panes::{PaneShape, pane_shapes};
 use text::{Label, fitted};
+
+use crate::units::{Dimension, Unit};
 
 /// Height of the title of a page.
 const PAGE_TITLE_HEIGHT: f64 = 46.0;
@@ -110,14 +112,21 @@ fn drawings(picture: &ContactPicture<'_>) -> Result<Vec<(&'static str, Canvas)>,
         drawings.push(normal_stress(picture, &layout, &shapes));
     }
     if let Some((kind, friction)) = picture.friction {
-        drawings.push(scaled_tangential(kind, friction, &layout, &shapes));
+        drawings.push(scaled_tangential(
+            picture,
+            (kind, friction),
+            &layout,
+            &shapes,
+        ));
     }
     let title = Label::plain("(c) Deformed body");
     let body = body::body_panel(picture, &layout, &title);
     drawings.push(("c_deformed_body", body));
     if let Some((kind, friction)) = picture.friction {
         let title = Label::plain("(d) Friction ellipses and tangential contact stress");
-        let ellipses = ellipses::ellipse_panel(&layout, &shapes, &title, (kind, friction));
+        let unit = kind.unit(picture.units);
+        let law = (kind, &unit);
+        let ellipses = ellipses::ellipse_panel(&layout, &shapes, &title, law, friction);
         drawings.push(("d_friction_ellipses", ellipses));
         let symbols = [0, 1].map(|axis| kind.semi_axis_symbol(axis));
         let title = |letter: &str, axis: usize| {
@@ -126,7 +135,7 @@ fn drawings(picture: &ContactPicture<'_>) -> Result<Vec<(&'static str, Canvas)>,
         };
         let titles = [title("e", 0), title("f", 1)];
         let face = (&layout, shapes.as_slice());
-        let [first, second] = semi_axes((kind, friction), face, &titles, &symbols);
+        let [first, second] = semi_axes((friction, &unit), face, &titles, &symbols);
         drawings.push(("e_friction_1", first));
         drawings.push(("f_friction_2", second));
     }
@@ -140,32 +149,34 @@ fn normal_stress(
 ) -> (&'static str, Canvas) {
     let symbol = Label::default().italic("σ").subscript("ν");
     let values = shapes.iter().map(|shape| picture.normal_stress[shape.pane]);
-    let key = ColourKey::new(values, ColourMap::Viridis, &symbol, "Pa");
+    let unit = picture.units.of(Dimension::STRESS);
+    let key = ColourKey::new(values, ColourMap::Viridis, &symbol, &unit);
     let title = Label::plain("(a) Normal contact stress ").then(&symbol);
     let value = |pane: usize| picture.normal_stress[pane];
-    let map = maps::map_panel(layout, shapes, &title, &key, "Pa", value);
+    let map = maps::map_panel(layout, shapes, &title, &key, &unit, value);
     ("a_normal_stress", map)
 }
 
 fn scaled_tangential(
-    kind: FrictionKind,
-    friction: &[PaneFriction],
+    picture: &ContactPicture<'_>,
+    (kind, friction): (FrictionKind, &[PaneFriction]),
     layout: &Layout,
     shapes: &[PaneShape],
 ) -> (&'static str, Canvas) {
-    let (symbol, unit) = (kind.scaled_symbol(), kind.scaled_unit());
+    let symbol = kind.scaled_symbol();
+    let unit = kind.scaled_unit(picture.units);
     let value = |pane: usize| friction[pane].scaled_tangential;
     let values = shapes.iter().map(|shape| value(shape.pane));
-    let key = ColourKey::new(values, ColourMap::Viridis, &symbol, unit);
+    let key = ColourKey::new(values, ColourMap::Viridis, &symbol, &unit);
     let title = Label::plain(kind.scaled_title()).then(&symbol);
-    let map = maps::map_panel(layout, shapes, &title, &key, unit, value);
+    let map = maps::map_panel(layout, shapes, &title, &key, &unit, value);
     ("b_scaled_tangential_stress", map)
 }
 
 /// The maps of F₁ and F₂, or of g F₁ and g F₂, with common colours unless these would hide the
 /// variation of one of them.
 fn semi_axes(
-    (kind, friction): (FrictionKind, &[PaneFriction]),
+    (friction, unit): (&[PaneFriction], &Unit),
     (layout, shapes): (&Layout, &[PaneShape]),
     titles: &[Label; 2],
     symbols: &[Label; 2],
@@ -177,8 +188,8 @@ fn semi_axes(
     [0, 1].map(|axis| {
         let gaps = values(axis).any(|value| !value.is_finite());
         let map = ColourMap::Cividis;
-        let key = ColourKey::with_range(ranges[axis], gaps, map, &symbols[axis], kind.unit());
-        maps::map_panel(layout, shapes, &titles[axis], &key, kind.unit(), |pane| {
+        let key = ColourKey::with_range(ranges[axis], gaps, map, &symbols[axis], unit);
+        maps::map_panel(layout, shapes, &titles[axis], &key, unit, |pane| {
             value(pane, axis)
         })
     })

@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::units::Units;
+
 /// Contact state of a pane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Zone {
@@ -46,6 +48,8 @@ pub struct PaneFriction {
 pub struct ContactPicture<'a> {
     /// Title of the page.
     pub title: &'a str,
+    /// The units of all lengths and stresses.
+    pub units: Units,
     /// Coordinates of the nodes \[m\].
     pub coordinates: &'a [[f64; 3]],
     /// Displacement of the nodes \[m\], as many as `coordinates`.

@@ -1,6 +1,7 @@
 //! A synthetic solved problem for the tests.
 
 use super::{ContactPicture, FrictionKind, PaneFriction, Zone};
+use crate::units::Units;
 
 /// Owned arrays of a [`ContactPicture`].
 pub(super) struct Sample {
@@ -124,6 +125,7 @@ impl Sample {
     pub(super) fn picture(&self) -> ContactPicture<'_> {
         ContactPicture {
             title: &self.title,
+            units: Units::SI,
             coordinates: &self.coordinates,
             displacement: &self.displacement,
             boundary_triangles: &self.boundary_triangles,

@@ -1,6 +1,7 @@
 //! Nice ticks and SI prefixes.
 
 use super::text::Label;
+use crate::units::Unit;
 
 /// Magnitudes below this count as zero: no power of ten that scales them is a normal number.
 const SMALLEST_MAGNITUDE: f64 = 1e-299;
@@ -19,33 +20,54 @@ pub(super) struct UnitScale {
 impl UnitScale {
     /// Chooses the power of 1000 that prints `magnitude` as a number from 1 to 1000.
     ///
-    /// A quantity without unit (`unit` empty) is scaled only below 10⁻² and from 10⁴ on.
-    pub(super) fn new(magnitude: f64, unit: &str) -> Self {
-        let exponent = engineering_exponent(magnitude);
-        if unit.is_empty() {
-            let ordinary = magnitude <= SMALLEST_MAGNITUDE || (1e-2..1e4).contains(&magnitude);
-            return if ordinary {
-                Self {
-                    exponent: 0,
-                    unit: Label::default(),
-                }
-            } else {
-                Self {
-                    exponent,
-                    unit: power_of_ten(exponent).upright("]"),
-                }
-            };
+    /// Numbers without unit, and units other than m, N, Pa and J themselves, which a user has chosen for their
+    /// size, are scaled only below 10⁻² and from 10⁴ on: by an SI prefix where the unit takes one.
+    pub(super) fn new(magnitude: f64, unit: &Unit) -> Self {
+        let ordinary = magnitude <= SMALLEST_MAGNITUDE || (1e-2..1e4).contains(&magnitude);
+        match unit.multiple_of() {
+            Some((base, power)) if power == 0 || !ordinary => Self::prefixed(
+                engineering_exponent(magnitude * 10f64.powi(power)),
+                base,
+                power,
+            ),
+            _ if ordinary => Self::plain(unit),
+            _ => Self::by_power_of_ten(engineering_exponent(magnitude), unit),
         }
+    }
+
+    /// In 10^`exponent` of an SI unit, for values in 10^`power` of it.
+    fn prefixed(exponent: i32, base: &str, power: i32) -> Self {
         let prefix = usize::try_from(exponent / 3 + 5)
             .ok()
             .and_then(|index| PREFIXES.get(index));
-        let label = match prefix {
-            Some(prefix) => Label::plain(format!("[{prefix}{unit}]")),
-            None => power_of_ten(exponent).upright(format!(" {unit}]")),
-        };
+        Self {
+            exponent: exponent - power,
+            unit: match prefix {
+                Some(prefix) => Label::plain(format!("[{prefix}{base}]")),
+                None => power_of_ten(exponent).upright(format!(" {base}]")),
+            },
+        }
+    }
+
+    /// In the unit itself.
+    fn plain(unit: &Unit) -> Self {
+        Self {
+            exponent: 0,
+            unit: match unit.is_none() {
+                true => Label::default(),
+                false => Label::plain(format!("[{}]", unit.word())),
+            },
+        }
+    }
+
+    fn by_power_of_ten(exponent: i32, unit: &Unit) -> Self {
+        let decades = power_of_ten(exponent);
         Self {
             exponent,
-            unit: label,
+            unit: match unit.is_none() {
+                true => decades.upright("]"),
+                false => decades.upright(format!(" {}]", unit.word())),
+            },
         }
     }
 
@@ -236,11 +258,12 @@ pub(super) fn factor_label(factor: f64) -> Label {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::units::{Dimension, Units};
     use proptest::prelude::*;
 
     #[test]
     fn megapascals_are_chosen_for_a_contact_stress() {
-        let scale = UnitScale::new(3.75e7, "Pa");
+        let scale = UnitScale::new(3.75e7, &Units::SI.of(Dimension::STRESS));
         assert_eq!(scale.unit, Label::plain("[MPa]"));
         // One rounding of a division.
         assert!((scale.scaled(3.75e7) - 37.5).abs() < 1e-12);
@@ -248,9 +271,32 @@ mod tests {
 
     #[test]
     fn ordinary_coefficients_stay_unscaled_and_huge_ones_do_not() {
-        assert_eq!(UnitScale::new(0.3, "").unit, Label::default());
+        assert_eq!(UnitScale::new(0.3, &Unit::none()).unit, Label::default());
         let huge = Label::plain("[10").superscript("6").upright("]");
-        assert_eq!(UnitScale::new(1e6, "").unit, huge);
+        assert_eq!(UnitScale::new(1e6, &Unit::none()).unit, huge);
+    }
+
+    #[test]
+    fn units_of_a_users_choice_stay_as_long_as_numbers_are_ordinary() {
+        let title = |text: &str, magnitude: f64, dimension: Dimension| {
+            let units: Units = text.parse().unwrap();
+            let scale = UnitScale::new(magnitude, &units.of(dimension));
+            (scale.unit.clone(), scale.scaled(magnitude))
+        };
+        let millimetres = |magnitude| title("mm, N", magnitude, Dimension::LENGTH);
+        assert_eq!(millimetres(3000.0), (Label::plain("[mm]"), 3000.0));
+        assert_eq!(millimetres(0.357), (Label::plain("[mm]"), 0.357));
+        assert_eq!(millimetres(2.5e5), (Label::plain("[m]"), 250.0));
+        let (unit, small) = millimetres(2.5e-5);
+        assert_eq!(unit, Label::plain("[nm]"));
+        // One rounding of a division.
+        assert!((small - 25.0).abs() < 1e-13);
+        let stress = |text, magnitude| title(text, magnitude, Dimension::STRESS);
+        assert_eq!(stress("mm, N", 37.5), (Label::plain("[MPa]"), 37.5));
+        assert_eq!(stress("m, kN", 37500.0), (Label::plain("[MPa]"), 37.5));
+        assert_eq!(stress("in, lbf", 5439.0), (Label::plain("[psi]"), 5439.0));
+        let thousands = Label::plain("[10").superscript("3").upright(" psi]");
+        assert_eq!(stress("in, lbf", 54390.0), (thousands, 54.39));
     }
 
     #[test]

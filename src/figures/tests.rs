@@ -6,6 +6,7 @@ use resvg::usvg::{Group, Node, Rect, Tree};
 use super::raster::parse;
 use super::sample::Sample;
 use super::*;
+use crate::units::Units;
 
 /// Boxes of all texts after layout with the embedded font; checks that the font has every glyph.
 fn text_boxes(tree: &Tree) -> Vec<(String, Rect)> {
@@ -280,6 +281,7 @@ fn laws_are_readable_over_short_long_and_many_slips() {
                 for at_rest in [None, Some(sample.picture())] {
                     let svg = law_page(&LawPicture {
                         title: "A law of friction with a long name".repeat(3).as_str(),
+                        units: Units::SI,
                         note: "a note",
                         over_slip,
                         at_rest,
@@ -299,6 +301,7 @@ fn a_constant_law_is_a_line_inside_its_chart() {
     };
     let svg = law_page(&LawPicture {
         title: "constant",
+        units: Units::SI,
         note: "",
         over_slip: OverSlip::Isotropic(&flat),
         at_rest: None,
@@ -312,7 +315,7 @@ fn a_constant_law_is_a_line_inside_its_chart() {
 fn chart(scale: AxisScale, factor: f64, n_series: usize) -> LineChart {
     let axis = |label: &str| ChartAxis {
         label: label.to_owned(),
-        unit: String::new(),
+        unit: Unit::none(),
         scale,
         ticks: Vec::new(),
     };

@@ -19,6 +19,7 @@ use crate::{
         Extent::{Fixed, Named, Plus},
         Kind, Reader, SparseMatrix, Stage, StageWriter, StoreError,
     },
+    units::Dimension,
 };
 
 const DOFS: &str = "/assemble/degree_of_freedom";
@@ -43,22 +44,22 @@ const OFFSETS: &[Extent] = &[Plus("n_supernodes", 1)];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    Stage::Assemble.row(DOFS, Kind::I64, &[Named("n_nodes"), Fixed(3)], "1", "Free degree of freedom of each node and component, -1 where held at zero.").compressed(),
-    Stage::Assemble.row(STIFFNESS, Kind::CscMatrix, &[FREE, FREE], "N/m", "Stiffness matrix over the free degrees of freedom; symmetric, both triangles stored.").symbol("A").compressed(),
-    Stage::Assemble.row(COUPLING_NORMAL, Kind::CsrMatrix, &[Named("n_panes"), FREE], "m^2", "Integral of the normal displacement over each pane.").symbol("N").optional(NO_CONTACT),
-    Stage::Assemble.row(COUPLING_TANGENTIAL, Kind::CsrMatrix, &[Named("n_tangential"), FREE], "m^2", "Integrals of the tangential displacements over each pane; rows 2i and 2i + 1 belong to pane i.").symbol("T").optional(NO_FRICTION),
-    Stage::Assemble.row(DUAL_OPERATOR, Kind::F64, &[Named("n_multipliers"), Named("n_multipliers")], "m^3/Pa", "Dual operator B A^-1 B^T, symmetric.").symbol("S").optional(IMPLICIT),
-    Stage::Assemble.row(CONTACT_COMPLIANCE, Kind::F64, &[Named("n_multipliers"), Named("n_contact_nodes"), Fixed(2)], "m/Pa", "Tangential displacement of the contact nodes that a unit of each multiplier takes away.").symbol("G").optional(NO_SLIP),
-    Stage::Assemble.row("/assemble/seconds/stiffness", Kind::F64, &[], "s", "Wall-clock time of assembling stiffness and load.").volatile(),
-    Stage::Assemble.row("/assemble/seconds/ordering", Kind::F64, &[], "s", "Wall-clock time of the fill-reducing order.").volatile(),
-    Stage::Assemble.row("/assemble/seconds/factorisation", Kind::F64, &[], "s", "Wall-clock time of the Cholesky factorisation.").volatile(),
-    Stage::Assemble.row("/assemble/seconds/dual_operator", Kind::F64, &[], "s", "Wall-clock time of forming the dual operator and the contact compliance; 0 when it is implicit.").volatile(),
-    Stage::Assemble.row(PERMUTATION, Kind::I64, &[FREE], "1", "Fill-reducing order: row i of P A P^T = L L^T is row permutation[i] of A.").symbol("P").compressed(),
-    Stage::Assemble.row(SUPERNODE_COLUMNS, Kind::I64, OFFSETS, "1", "First column of each supernode of L, then n_free.").compressed(),
-    Stage::Assemble.row(ROW_OFFSETS, Kind::I64, OFFSETS, "1", "Where the rows of each supernode begin in row_indices.").compressed(),
-    Stage::Assemble.row(ROW_INDICES, Kind::I64, &[Named("n_factor_rows")], "1", "Rows of each supernode, increasing; the first are its own columns.").compressed(),
-    Stage::Assemble.row(VALUE_OFFSETS, Kind::I64, OFFSETS, "1", "Where the panel of each supernode begins in values.").compressed(),
-    Stage::Assemble.row(VALUES, Kind::F64, &[Named("n_factor_values")], "(N/m)^(1/2)", "Dense column-major panel (rows, columns) of each supernode of the Cholesky factor.").symbol("L"),
+    Stage::Assemble.row(DOFS, Kind::I64, &[Named("n_nodes"), Fixed(3)], Dimension::Number, "Free degree of freedom of each node and component, -1 where held at zero.").compressed(),
+    Stage::Assemble.row(STIFFNESS, Kind::CscMatrix, &[FREE, FREE], Dimension::STIFFNESS, "Stiffness matrix over the free degrees of freedom; symmetric, both triangles stored.").symbol("A").compressed(),
+    Stage::Assemble.row(COUPLING_NORMAL, Kind::CsrMatrix, &[Named("n_panes"), FREE], Dimension::AREA, "Integral of the normal displacement over each pane.").symbol("N").optional(NO_CONTACT),
+    Stage::Assemble.row(COUPLING_TANGENTIAL, Kind::CsrMatrix, &[Named("n_tangential"), FREE], Dimension::AREA, "Integrals of the tangential displacements over each pane; rows 2i and 2i + 1 belong to pane i.").symbol("T").optional(NO_FRICTION),
+    Stage::Assemble.row(DUAL_OPERATOR, Kind::F64, &[Named("n_multipliers"), Named("n_multipliers")], Dimension::DUAL, "Dual operator B A^-1 B^T, symmetric.").symbol("S").optional(IMPLICIT),
+    Stage::Assemble.row(CONTACT_COMPLIANCE, Kind::F64, &[Named("n_multipliers"), Named("n_contact_nodes"), Fixed(2)], Dimension::COMPLIANCE, "Tangential displacement of the contact nodes that a unit of each multiplier takes away.").symbol("G").optional(NO_SLIP),
+    Stage::Assemble.row("/assemble/seconds/stiffness", Kind::F64, &[], Dimension::Time, "Wall-clock time of assembling stiffness and load.").volatile(),
+    Stage::Assemble.row("/assemble/seconds/ordering", Kind::F64, &[], Dimension::Time, "Wall-clock time of the fill-reducing order.").volatile(),
+    Stage::Assemble.row("/assemble/seconds/factorisation", Kind::F64, &[], Dimension::Time, "Wall-clock time of the Cholesky factorisation.").volatile(),
+    Stage::Assemble.row("/assemble/seconds/dual_operator", Kind::F64, &[], Dimension::Time, "Wall-clock time of forming the dual operator and the contact compliance; 0 when it is implicit.").volatile(),
+    Stage::Assemble.row(PERMUTATION, Kind::I64, &[FREE], Dimension::Number, "Fill-reducing order: row i of P A P^T = L L^T is row permutation[i] of A.").symbol("P").compressed(),
+    Stage::Assemble.row(SUPERNODE_COLUMNS, Kind::I64, OFFSETS, Dimension::Number, "First column of each supernode of L, then n_free.").compressed(),
+    Stage::Assemble.row(ROW_OFFSETS, Kind::I64, OFFSETS, Dimension::Number, "Where the rows of each supernode begin in row_indices.").compressed(),
+    Stage::Assemble.row(ROW_INDICES, Kind::I64, &[Named("n_factor_rows")], Dimension::Number, "Rows of each supernode, increasing; the first are its own columns.").compressed(),
+    Stage::Assemble.row(VALUE_OFFSETS, Kind::I64, OFFSETS, Dimension::Number, "Where the panel of each supernode begins in values.").compressed(),
+    Stage::Assemble.row(VALUES, Kind::F64, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "Dense column-major panel (rows, columns) of each supernode of the Cholesky factor.").symbol("L"),
 ];
 
 /// Bytes of the large arrays of an assembled problem in the file; the rest adds a few percent.

@@ -9,6 +9,7 @@ use crate::{
         Extent::{Fixed, Named},
         Kind, Reader, Stage, StageWriter, StoreError,
     },
+    units::Dimension,
 };
 
 const MULTIPLIER: &str = "/checkpoint/multiplier";
@@ -32,20 +33,20 @@ const HISTORY: OuterPaths = OuterPaths {
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    Stage::Checkpoint.row(MULTIPLIER, Kind::F64, &[Named("n_multipliers")], "Pa", "Multipliers after the last step done: the normal ones, then the tangential pairs.").symbol("lambda"),
-    Stage::Checkpoint.row(SLIP, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "m", "Absolute tangential displacements of the contact nodes.").symbol("phi").optional("absent unless friction follows the slip"),
-    Stage::Checkpoint.row(TOLERANCE, Kind::F64, &[], "1", "Tolerance of the last inner problem."),
-    Stage::Checkpoint.row(STEPLENGTH, Kind::F64, &[], "Pa/m^3", "Steplength of projected gradient steps.").symbol("alpha"),
-    Stage::Checkpoint.row(LAW_EVALUATIONS, Kind::I64, &[], "1", "Evaluations of the friction law so far."),
-    Stage::Checkpoint.row(PROJECTIONS, Kind::I64, &[], "1", "Projections on an ellipse so far."),
-    Stage::Checkpoint.row(HISTORY.change, Kind::F64, STEPS, "1", "As in /solve/history."),
-    Stage::Checkpoint.row(HISTORY.inner_tolerance, Kind::F64, STEPS, "1", "As in /solve/history."),
-    Stage::Checkpoint.row(HISTORY.inner_residual, Kind::F64, STEPS, "1", "As in /solve/history."),
-    Stage::Checkpoint.row(HISTORY.conjugate_gradient, Kind::I64, STEPS, "1", "As in /solve/history."),
-    Stage::Checkpoint.row(HISTORY.expansion, Kind::I64, STEPS, "1", "As in /solve/history."),
-    Stage::Checkpoint.row(HISTORY.proportioning, Kind::I64, STEPS, "1", "As in /solve/history."),
-    Stage::Checkpoint.row(HISTORY.actions, Kind::I64, STEPS, "1", "As in /solve/history."),
-    Stage::Checkpoint.row(HISTORY.seconds, Kind::F64, STEPS, "s", "As in /solve/history.").volatile(),
+    Stage::Checkpoint.row(MULTIPLIER, Kind::F64, &[Named("n_multipliers")], Dimension::STRESS, "Multipliers after the last step done: the normal ones, then the tangential pairs.").symbol("lambda"),
+    Stage::Checkpoint.row(SLIP, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::LENGTH, "Absolute tangential displacements of the contact nodes.").symbol("phi").optional("absent unless friction follows the slip"),
+    Stage::Checkpoint.row(TOLERANCE, Kind::F64, &[], Dimension::Number, "Tolerance of the last inner problem."),
+    Stage::Checkpoint.row(STEPLENGTH, Kind::F64, &[], Dimension::PER_DUAL, "Steplength of projected gradient steps.").symbol("alpha"),
+    Stage::Checkpoint.row(LAW_EVALUATIONS, Kind::I64, &[], Dimension::Number, "Evaluations of the friction law so far."),
+    Stage::Checkpoint.row(PROJECTIONS, Kind::I64, &[], Dimension::Number, "Projections on an ellipse so far."),
+    Stage::Checkpoint.row(HISTORY.change, Kind::F64, STEPS, Dimension::Number, "As in /solve/history."),
+    Stage::Checkpoint.row(HISTORY.inner_tolerance, Kind::F64, STEPS, Dimension::Number, "As in /solve/history."),
+    Stage::Checkpoint.row(HISTORY.inner_residual, Kind::F64, STEPS, Dimension::Number, "As in /solve/history."),
+    Stage::Checkpoint.row(HISTORY.conjugate_gradient, Kind::I64, STEPS, Dimension::Number, "As in /solve/history."),
+    Stage::Checkpoint.row(HISTORY.expansion, Kind::I64, STEPS, Dimension::Number, "As in /solve/history."),
+    Stage::Checkpoint.row(HISTORY.proportioning, Kind::I64, STEPS, Dimension::Number, "As in /solve/history."),
+    Stage::Checkpoint.row(HISTORY.actions, Kind::I64, STEPS, Dimension::Number, "As in /solve/history."),
+    Stage::Checkpoint.row(HISTORY.seconds, Kind::F64, STEPS, Dimension::Time, "As in /solve/history.").volatile(),
 ];
 
 /// Writes the state between two steps.

@@ -4,6 +4,7 @@ use super::{FormatError, read_index_vec};
 use crate::{
     solver::{NewtonStep, OuterStep, StepCounts},
     store::{DatasetSpec, Extent, Extent::Named, Kind, Reader, Stage, StageWriter, StoreError},
+    units::Dimension,
 };
 
 /// Where the records of successive approximations lie.
@@ -42,22 +43,22 @@ const NEWTON: &[Extent] = &[Named("n_newton_steps")];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    Stage::Solve.row(NEWTON_RESIDUAL, Kind::F64, NEWTON, "1", "|R| / |lambda| after each Newton step."),
-    Stage::Solve.row(NEWTON_STEP_LENGTH, Kind::F64, NEWTON, "1", "Share of the Newton step taken."),
-    Stage::Solve.row(NEWTON_HALVINGS, Kind::I64, NEWTON, "1", "Halvings of the step tried."),
-    Stage::Solve.row(NEWTON_ZONE_CHANGES, Kind::I64, NEWTON, "1", "Panes that changed between open, stick and slip."),
-    Stage::Solve.row(NEWTON_UNKNOWNS, Kind::I64, NEWTON, "1", "Unknowns of the dense linear system."),
-    Stage::Solve.row(NEWTON_FALLBACK, Kind::U8, NEWTON, "1", "1 where the safeguard replaced Newton's step."),
-    Stage::Solve.row(NEWTON_LAW_SHARE, Kind::F64, NEWTON, "1", "Share of the law of friction in the step: below 1 where the law was approached by continuation.").symbol("tau").optional("absent in files of format 1.2, which had no continuation"),
-    Stage::Solve.row(NEWTON_SECONDS, Kind::F64, NEWTON, "s", "Wall-clock time of each Newton step.").volatile(),
-    Stage::Solve.row(HISTORY.change, Kind::F64, STEPS, "1", "Relative change of the multipliers in each outer step.").symbol("err"),
-    Stage::Solve.row(HISTORY.inner_tolerance, Kind::F64, STEPS, "1", "Tolerance of each inner problem, relative to the norm of h.").symbol("epsilon_lambda"),
-    Stage::Solve.row(HISTORY.inner_residual, Kind::F64, STEPS, "1", "Norm of the reduced gradient at the end of each inner problem, relative to the norm of h."),
-    Stage::Solve.row(HISTORY.conjugate_gradient, Kind::I64, STEPS, "1", "Conjugate gradient steps."),
-    Stage::Solve.row(HISTORY.expansion, Kind::I64, STEPS, "1", "Expansion steps."),
-    Stage::Solve.row(HISTORY.proportioning, Kind::I64, STEPS, "1", "Proportioning steps."),
-    Stage::Solve.row(HISTORY.actions, Kind::I64, STEPS, "1", "Actions of the inverse stiffness matrix; the first step includes those that estimate the norm of S."),
-    Stage::Solve.row(HISTORY.seconds, Kind::F64, STEPS, "s", "Wall-clock time of each outer step.").volatile(),
+    Stage::Solve.row(NEWTON_RESIDUAL, Kind::F64, NEWTON, Dimension::Number, "|R| / |lambda| after each Newton step."),
+    Stage::Solve.row(NEWTON_STEP_LENGTH, Kind::F64, NEWTON, Dimension::Number, "Share of the Newton step taken."),
+    Stage::Solve.row(NEWTON_HALVINGS, Kind::I64, NEWTON, Dimension::Number, "Halvings of the step tried."),
+    Stage::Solve.row(NEWTON_ZONE_CHANGES, Kind::I64, NEWTON, Dimension::Number, "Panes that changed between open, stick and slip."),
+    Stage::Solve.row(NEWTON_UNKNOWNS, Kind::I64, NEWTON, Dimension::Number, "Unknowns of the dense linear system."),
+    Stage::Solve.row(NEWTON_FALLBACK, Kind::U8, NEWTON, Dimension::Number, "1 where the safeguard replaced Newton's step."),
+    Stage::Solve.row(NEWTON_LAW_SHARE, Kind::F64, NEWTON, Dimension::Number, "Share of the law of friction in the step: below 1 where the law was approached by continuation.").symbol("tau").optional("absent in files of format 1.2, which had no continuation"),
+    Stage::Solve.row(NEWTON_SECONDS, Kind::F64, NEWTON, Dimension::Time, "Wall-clock time of each Newton step.").volatile(),
+    Stage::Solve.row(HISTORY.change, Kind::F64, STEPS, Dimension::Number, "Relative change of the multipliers in each outer step.").symbol("err"),
+    Stage::Solve.row(HISTORY.inner_tolerance, Kind::F64, STEPS, Dimension::Number, "Tolerance of each inner problem, relative to the norm of h.").symbol("epsilon_lambda"),
+    Stage::Solve.row(HISTORY.inner_residual, Kind::F64, STEPS, Dimension::Number, "Norm of the reduced gradient at the end of each inner problem, relative to the norm of h."),
+    Stage::Solve.row(HISTORY.conjugate_gradient, Kind::I64, STEPS, Dimension::Number, "Conjugate gradient steps."),
+    Stage::Solve.row(HISTORY.expansion, Kind::I64, STEPS, Dimension::Number, "Expansion steps."),
+    Stage::Solve.row(HISTORY.proportioning, Kind::I64, STEPS, Dimension::Number, "Proportioning steps."),
+    Stage::Solve.row(HISTORY.actions, Kind::I64, STEPS, Dimension::Number, "Actions of the inverse stiffness matrix; the first step includes those that estimate the norm of S."),
+    Stage::Solve.row(HISTORY.seconds, Kind::F64, STEPS, Dimension::Time, "Wall-clock time of each outer step.").volatile(),
 ];
 
 /// Writes one record per Newton step.

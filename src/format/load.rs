@@ -8,6 +8,7 @@ use crate::{
         Extent::{Fixed, Named},
         Kind, Reader, Stage, StageWriter, StoreError,
     },
+    units::Dimension,
 };
 
 pub(super) const FORCE: &str = "/load/force";
@@ -16,9 +17,9 @@ const SLIP_FREE: &str = "/load/slip_free";
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    Stage::Load.row(FORCE, Kind::F64, &[Named("n_free")], "N", "Load vector.").symbol("l"),
-    Stage::Load.row(DUAL_RHS, Kind::F64, &[Named("n_multipliers")], "m^3", "Right-hand side B A^-1 l of the dual problem, minus the integrated gap in its first m entries.").symbol("h").optional("absent without contact"),
-    Stage::Load.row(SLIP_FREE, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "m", "Tangential displacement of the contact nodes without contact.").optional("absent unless the dual operator is explicit and friction follows the slip"),
+    Stage::Load.row(FORCE, Kind::F64, &[Named("n_free")], Dimension::FORCE, "Load vector.").symbol("l"),
+    Stage::Load.row(DUAL_RHS, Kind::F64, &[Named("n_multipliers")], Dimension::VOLUME, "Right-hand side B A^-1 l of the dual problem, minus the integrated gap in its first m entries.").symbol("h").optional("absent without contact"),
+    Stage::Load.row(SLIP_FREE, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::LENGTH, "Tangential displacement of the contact nodes without contact.").optional("absent unless the dual operator is explicit and friction follows the slip"),
 ];
 
 /// Writes l, h and the free slip.

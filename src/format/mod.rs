@@ -36,14 +36,16 @@ use crate::{
     linalg::{CscMatrix, PartsError},
     scene::SceneError,
     store::{Layout, Reader, SparseView, StoreError},
+    units::Units,
 };
 
 /// Every dataset of a run file.
 pub const LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe run",
     linked_filetype: "contact3d-pipe stage",
-    format_version: [1, 3],
+    format_version: [1, 4],
     creator: concat!("contact3d-pipe ", env!("CARGO_PKG_VERSION")),
+    units: Units::SI,
     tables: &[
         scene::TABLE,
         mesh::TABLE,

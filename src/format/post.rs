@@ -2,12 +2,15 @@
 
 use super::{FormatError, read_finite_scalar, read_index_vec};
 use crate::{
+    contact::ContactFrame,
+    mesh::ContactSurface,
     post::{ContactReport, PaneFriction, PaneState, Zone},
     store::{
         DatasetSpec, Extent,
         Extent::{Fixed, Named},
         Kind, Reader, Stage, StageWriter, StoreError, StoredEnum, stored_enum,
     },
+    units::Dimension,
 };
 
 stored_enum! {
@@ -24,6 +27,9 @@ const MARGIN: &str = "/post/margin";
 const NORMAL_STRESS: &str = "/post/normal_stress";
 const TANGENTIAL_STRESS: &str = "/post/tangential_stress";
 const SCALED_TANGENTIAL: &str = "/post/scaled_tangential_stress";
+const TRACTION: &str = "/post/contact_traction";
+const AXIS_1: &str = "/post/contact_axis_1";
+const AXIS_2: &str = "/post/contact_axis_2";
 const PANE_SLIP: &str = "/post/pane_slip";
 const PANE_GAP: &str = "/post/pane_gap";
 const PANE_FRICTION: &str = "/post/pane_friction";
@@ -36,52 +42,64 @@ const STRAIN_ENERGY: &str = "/post/resultants/strain_energy";
 const LARGEST_PRESSURE: &str = "/post/resultants/largest_pressure";
 
 const NO_CONTACT: &str = "absent without contact";
+const NO_CONTACT_OR_OLD: &str = "absent without contact, and in files before format 1.4";
 const NO_FRICTION: &str = "absent without friction";
 const NO_COULOMB: &str = "absent without Coulomb friction";
 const PANES: &[Extent] = &[Named("n_panes")];
 const PANE_PAIRS: &[Extent] = &[Named("n_panes"), Fixed(2)];
 const VECTOR: &[Extent] = &[Fixed(3)];
+const NODE_VECTORS: &[Extent] = &[Named("n_contact_nodes"), Fixed(3)];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    Stage::Post.row(ZONE, Kind::Enum(StoredZone::SPEC), PANES, "1", "Open: no contact stress; slip: the trial stress lambda_t + alpha |R_i| u_t lies outside the ellipse of the last inner problem; stick: inside.").optional(NO_CONTACT),
-    Stage::Post.row(MARGIN, Kind::F64, PANES, "1", "1 - |F^-1 lambda_t| / g: 0 on the boundary of the ellipse, 1 at its centre and on open panes.").optional(NO_FRICTION),
-    Stage::Post.row(NORMAL_STRESS, Kind::F64, PANES, "Pa", "Normal contact stress, negative in compression.").symbol("sigma_nu").optional(NO_CONTACT),
-    Stage::Post.row(TANGENTIAL_STRESS, Kind::F64, PANE_PAIRS, "Pa", "Tangential contact stress along t1 and t2.").symbol("sigma_t").optional(NO_FRICTION),
-    Stage::Post.row(SCALED_TANGENTIAL, Kind::F64, PANES, "Pa", "Norm of the tangential stress scaled by the inverse friction matrix at the solution; at most -sigma_nu.").symbol("|F^-1 sigma_t|").optional(NO_COULOMB),
-    Stage::Post.row(PANE_SLIP, Kind::F64, PANE_PAIRS, "m", "Mean tangential displacement of each pane.").symbol("u_t").optional(NO_FRICTION),
-    Stage::Post.row(PANE_GAP, Kind::F64, PANES, "m", "Mean distance of each pane to the foundation.").symbol("d - u_nu").optional(NO_CONTACT),
-    Stage::Post.row(PANE_FRICTION, Kind::F64, PANE_PAIRS, "1", "Coefficients of friction acting on each pane at the solution.").symbol("F_1, F_2").optional(NO_COULOMB),
-    Stage::Post.row(NODAL_FRICTION, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "1", "Coefficients of friction at the contact nodes at the solution.").symbol("F_1, F_2").optional(NO_COULOMB),
-    Stage::Post.row(STRESS, Kind::F64, &[Named("n_tetrahedra"), Fixed(6)], "Pa", "Stress xx, yy, zz, yz, xz, xy of each tetrahedron.").symbol("sigma"),
-    Stage::Post.row(VON_MISES, Kind::F64, &[Named("n_tetrahedra")], "Pa", "Von Mises stress of each tetrahedron."),
-    Stage::Post.row(ZONE_COUNTS, Kind::I64, &[Fixed(3)], "1", "Numbers of open, sticking and slipping panes.").optional(NO_CONTACT),
-    Stage::Post.row(NORMAL_FORCE, Kind::F64, &[], "N", "Total normal contact force.").optional(NO_CONTACT),
-    Stage::Post.row("/post/resultants/tangential_force", Kind::F64, &[Fixed(2)], "N", "Sum of area times tangential multiplier along t1 and t2; the foundation acts with its opposite.").optional(NO_FRICTION),
-    Stage::Post.row("/post/resultants/contact_force", Kind::F64, VECTOR, "N", "Force of the foundation on the body.").optional(NO_CONTACT),
-    Stage::Post.row("/post/resultants/applied_force", Kind::F64, VECTOR, "N", "Resultant of the applied loads."),
-    Stage::Post.row("/post/resultants/clamp_force", Kind::F64, VECTOR, "N", "Reaction of the clamps."),
-    Stage::Post.row("/post/resultants/moments", Kind::F64, &[Fixed(3), Fixed(3)], "N m", "Moments about the origin of contact, applied and clamp forces, one row each."),
-    Stage::Post.row("/post/resultants/force_imbalance", Kind::F64, &[], "1", "Norm of the sum of forces over the sum of their norms."),
-    Stage::Post.row("/post/resultants/moment_imbalance", Kind::F64, &[], "1", "Norm of the sum of moments over the sum of their norms."),
-    Stage::Post.row(STRAIN_ENERGY, Kind::F64, &[], "J", "Strain energy u.Au / 2."),
-    Stage::Post.row("/post/resultants/load_work", Kind::F64, &[], "J", "Work l.u of the loads."),
-    Stage::Post.row("/post/resultants/largest_displacement", Kind::F64, VECTOR, "m", "Largest |u_x|, |u_y|, |u_z| of a node."),
-    Stage::Post.row(LARGEST_PRESSURE, Kind::F64, &[], "Pa", "Largest normal multiplier.").optional(NO_CONTACT),
-    Stage::Post.row("/post/certificate/equilibrium", Kind::F64, &[], "1", "|A u + B^T lambda - l| / |l|."),
-    Stage::Post.row("/post/certificate/penetration", Kind::F64, &[], "1", "Largest mean penetration of a pane over the largest displacement component.").optional(NO_CONTACT),
-    Stage::Post.row("/post/certificate/adhesion", Kind::F64, &[], "1", "Largest tensile normal multiplier over the largest multiplier.").optional(NO_CONTACT),
-    Stage::Post.row("/post/certificate/complementarity", Kind::F64, &[], "1", "Sum over panes of |lambda_nu gap| times area, over l.u.").optional(NO_CONTACT),
-    Stage::Post.row("/post/certificate/friction_bound", Kind::F64, &[], "1", "Largest excess of |F^-1 lambda_t| over lambda_nu, over the largest lambda_nu.").optional(NO_FRICTION),
-    Stage::Post.row("/post/certificate/slip_direction", Kind::F64, &[], "1", "Sum over panes of the frictional work that misses to that of the law's slip direction, in absolute value, over l.u.").optional(NO_FRICTION),
-    Stage::Post.row("/post/certificate/fixed_point", Kind::F64, &[], "1", "|lambda - P(lambda - alpha r)| / |lambda| on the solution's own admissible set.").optional(NO_CONTACT),
+    Stage::Post.row(ZONE, Kind::Enum(StoredZone::SPEC), PANES, Dimension::Number, "Open: no contact stress; slip: the trial stress lambda_t + alpha |R_i| u_t lies outside the ellipse of the last inner problem; stick: inside.").optional(NO_CONTACT),
+    Stage::Post.row(MARGIN, Kind::F64, PANES, Dimension::Number, "1 - |F^-1 lambda_t| / g: 0 on the boundary of the ellipse, 1 at its centre and on open panes.").optional(NO_FRICTION),
+    Stage::Post.row(NORMAL_STRESS, Kind::F64, PANES, Dimension::STRESS, "Normal contact stress, negative in compression.").symbol("sigma_nu").optional(NO_CONTACT),
+    Stage::Post.row(TANGENTIAL_STRESS, Kind::F64, PANE_PAIRS, Dimension::STRESS, "Tangential contact stress along t1 and t2.").symbol("sigma_t").optional(NO_FRICTION),
+    Stage::Post.row(SCALED_TANGENTIAL, Kind::F64, PANES, Dimension::STRESS, "Norm of the tangential stress scaled by the inverse friction matrix at the solution; at most -sigma_nu.").symbol("|F^-1 sigma_t|").optional(NO_COULOMB),
+    Stage::Post.row(TRACTION, Kind::F64, &[Named("n_panes"), Fixed(3)], Dimension::STRESS, "Contact stress on the body in the global axes, sigma_nu nu + sigma_t1 t1 + sigma_t2 t2; times pane areas it sums to the contact force.").symbol("sigma nu").optional(NO_CONTACT_OR_OLD),
+    Stage::Post.row(AXIS_1, Kind::F64, NODE_VECTORS, Dimension::Number, "First axis of friction at each contact node.").symbol("t1").optional(NO_CONTACT_OR_OLD),
+    Stage::Post.row(AXIS_2, Kind::F64, NODE_VECTORS, Dimension::Number, "Second axis of friction at each contact node, t1 x nu with the outward normal nu.").symbol("t2").optional(NO_CONTACT_OR_OLD),
+    Stage::Post.row(PANE_SLIP, Kind::F64, PANE_PAIRS, Dimension::LENGTH, "Mean tangential displacement of each pane.").symbol("u_t").optional(NO_FRICTION),
+    Stage::Post.row(PANE_GAP, Kind::F64, PANES, Dimension::LENGTH, "Mean distance of each pane to the foundation.").symbol("d - u_nu").optional(NO_CONTACT),
+    Stage::Post.row(PANE_FRICTION, Kind::F64, PANE_PAIRS, Dimension::Number, "Coefficients of friction acting on each pane at the solution.").symbol("F_1, F_2").optional(NO_COULOMB),
+    Stage::Post.row(NODAL_FRICTION, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::Number, "Coefficients of friction at the contact nodes at the solution.").symbol("F_1, F_2").optional(NO_COULOMB),
+    Stage::Post.row(STRESS, Kind::F64, &[Named("n_tetrahedra"), Fixed(6)], Dimension::STRESS, "Stress xx, yy, zz, yz, xz, xy of each tetrahedron.").symbol("sigma"),
+    Stage::Post.row(VON_MISES, Kind::F64, &[Named("n_tetrahedra")], Dimension::STRESS, "Von Mises stress of each tetrahedron."),
+    Stage::Post.row(ZONE_COUNTS, Kind::I64, &[Fixed(3)], Dimension::Number, "Numbers of open, sticking and slipping panes.").optional(NO_CONTACT),
+    Stage::Post.row(NORMAL_FORCE, Kind::F64, &[], Dimension::FORCE, "Total normal contact force.").optional(NO_CONTACT),
+    Stage::Post.row("/post/resultants/tangential_force", Kind::F64, &[Fixed(2)], Dimension::FORCE, "Sum of area times tangential multiplier along t1 and t2; the foundation acts with its opposite.").optional(NO_FRICTION),
+    Stage::Post.row("/post/resultants/contact_force", Kind::F64, VECTOR, Dimension::FORCE, "Force of the foundation on the body.").optional(NO_CONTACT),
+    Stage::Post.row("/post/resultants/applied_force", Kind::F64, VECTOR, Dimension::FORCE, "Resultant of the applied loads."),
+    Stage::Post.row("/post/resultants/clamp_force", Kind::F64, VECTOR, Dimension::FORCE, "Reaction of the clamps."),
+    Stage::Post.row("/post/resultants/moments", Kind::F64, &[Fixed(3), Fixed(3)], Dimension::MOMENT, "Moments about the origin of contact, applied and clamp forces, one row each."),
+    Stage::Post.row("/post/resultants/force_imbalance", Kind::F64, &[], Dimension::Number, "Norm of the sum of forces over the sum of their norms."),
+    Stage::Post.row("/post/resultants/moment_imbalance", Kind::F64, &[], Dimension::Number, "Norm of the sum of moments over the sum of their norms."),
+    Stage::Post.row(STRAIN_ENERGY, Kind::F64, &[], Dimension::Energy, "Strain energy u.Au / 2."),
+    Stage::Post.row("/post/resultants/load_work", Kind::F64, &[], Dimension::Energy, "Work l.u of the loads."),
+    Stage::Post.row("/post/resultants/largest_displacement", Kind::F64, VECTOR, Dimension::LENGTH, "Largest |u_x|, |u_y|, |u_z| of a node."),
+    Stage::Post.row(LARGEST_PRESSURE, Kind::F64, &[], Dimension::STRESS, "Largest normal multiplier.").optional(NO_CONTACT),
+    Stage::Post.row("/post/certificate/equilibrium", Kind::F64, &[], Dimension::Number, "|A u + B^T lambda - l| / |l|."),
+    Stage::Post.row("/post/certificate/penetration", Kind::F64, &[], Dimension::Number, "Largest mean penetration of a pane over the largest displacement component.").optional(NO_CONTACT),
+    Stage::Post.row("/post/certificate/adhesion", Kind::F64, &[], Dimension::Number, "Largest tensile normal multiplier over the largest multiplier.").optional(NO_CONTACT),
+    Stage::Post.row("/post/certificate/complementarity", Kind::F64, &[], Dimension::Number, "Sum over panes of |lambda_nu gap| times area, over l.u.").optional(NO_CONTACT),
+    Stage::Post.row("/post/certificate/friction_bound", Kind::F64, &[], Dimension::Number, "Largest excess of |F^-1 lambda_t| over lambda_nu, over the largest lambda_nu.").optional(NO_FRICTION),
+    Stage::Post.row("/post/certificate/slip_direction", Kind::F64, &[], Dimension::Number, "Sum over panes of the frictional work that misses to that of the law's slip direction, in absolute value, over l.u.").optional(NO_FRICTION),
+    Stage::Post.row("/post/certificate/fixed_point", Kind::F64, &[], Dimension::Number, "|lambda - P(lambda - alpha r)| / |lambda| on the solution's own admissible set.").optional(NO_CONTACT),
 ];
 
-/// Writes the report.
+/// Writes the report, with the contact face and its frame where there is contact.
 ///
 /// # Errors
 /// HDF5 failures.
-pub fn write(writer: &mut StageWriter<'_>, report: &ContactReport) -> Result<(), StoreError> {
+pub fn write(
+    writer: &mut StageWriter<'_>,
+    report: &ContactReport,
+    face: Option<(&ContactSurface, &ContactFrame)>,
+) -> Result<(), StoreError> {
+    if let Some((surface, frame)) = face {
+        write_in_space(writer, &report.panes, surface, frame)?;
+    }
     if report.resultants.contact.is_some() {
         write_panes(writer, &report.panes)?;
         let counts = [Zone::Open, Zone::Stick, Zone::Slip].map(|zone| report.count(zone));
@@ -135,6 +153,26 @@ pub fn write(writer: &mut StageWriter<'_>, report: &ContactReport) -> Result<(),
         writer.write(&format!("/post/certificate/{name}"), &[value], &[])?;
     }
     Ok(())
+}
+
+/// The axes of friction, and contact stresses in the global axes.
+fn write_in_space(
+    writer: &mut StageWriter<'_>,
+    panes: &[PaneState],
+    surface: &ContactSurface,
+    frame: &ContactFrame,
+) -> Result<(), StoreError> {
+    for (k, path) in [AXIS_1, AXIS_2].into_iter().enumerate() {
+        let nodes = 0..surface.nodes.len();
+        let axes: Vec<[f64; 3]> = nodes.map(|node| frame.axes_at(node)[k]).collect();
+        writer.write(path, axes.as_flattened(), &[axes.len(), 3])?;
+    }
+    let traction = |(index, pane): (usize, &PaneState)| {
+        let tangential = pane.friction.map_or([0.0; 2], |friction| friction.stress);
+        frame.pane_vector(surface, index, pane.normal_stress, tangential)
+    };
+    let tractions: Vec<[f64; 3]> = panes.iter().enumerate().map(traction).collect();
+    writer.write(TRACTION, tractions.as_flattened(), &[tractions.len(), 3])
 }
 
 fn write_panes(writer: &mut StageWriter<'_>, panes: &[PaneState]) -> Result<(), StoreError> {

@@ -6,6 +6,7 @@ use super::FormatError;
 use crate::{
     scene::{Scene, SceneFile},
     store::{DatasetSpec, Kind, Reader, Stage, StageWriter, StoreError},
+    units::Dimension,
 };
 
 const TOML: &str = "/scene/toml";
@@ -14,7 +15,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[Stage::Scene.row(
     TOML,
     Kind::Text,
     &[],
-    "1",
+    Dimension::Number,
     "The scene as TOML with every default written out; it parses back to the same scene.",
 )];
 

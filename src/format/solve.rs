@@ -12,6 +12,7 @@ use crate::{
         Extent::{Fixed, Named},
         Kind, Reader, Stage, StageWriter, StoreError, StoredEnum, stored_enum,
     },
+    units::Dimension,
 };
 
 stored_enum! {
@@ -92,21 +93,21 @@ const PANE_PAIRS: &[Extent] = &[Named("n_panes"), Fixed(2)];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    Stage::Solve.row(STATUS, Kind::Enum(StoredStatus::SPEC), &[], "1", "How the solve ended; anything but converged is a failed solve."),
-    Stage::Solve.row(MULTIPLIER_NORMAL, Kind::F64, PANES, "Pa", "Normal contact multiplier, the pressure on each pane.").symbol("lambda_nu").optional(NO_CONTACT),
-    Stage::Solve.row(MULTIPLIER_TANGENTIAL, Kind::F64, PANE_PAIRS, "Pa", "Tangential contact multipliers along t1 and t2.").symbol("lambda_t").optional("absent without friction"),
-    Stage::Solve.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], "m", "Displacement of every node, zero where held.").symbol("u"),
-    Stage::Solve.row(SLIP, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "m", "Absolute tangential displacements |u_t1|, |u_t2| of the contact nodes.").symbol("phi").optional("absent unless friction follows the slip"),
-    Stage::Solve.row(SLIP_BOUND, Kind::F64, PANES, "Pa", "Slip bound of the last inner problem.").symbol("g").optional(NO_COULOMB),
-    Stage::Solve.row(FRICTION, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], "1", "Coefficients at the contact nodes in the last inner problem.").symbol("F_1, F_2").optional(NO_COULOMB),
-    Stage::Solve.row(FRICTION_INVERSE, Kind::F64, PANE_PAIRS, "1", "Diagonal of the inverse friction matrix averaged over each pane, in the last inner problem.").symbol("Fbar^-1").optional(NO_COULOMB),
-    Stage::Solve.row(STEPLENGTH, Kind::F64, &[], "Pa/m^3", "Steplength of projected gradient steps, 1.9 over the norm of the dual operator.").symbol("alpha").optional(NO_CONTACT),
-    Stage::Solve.row(ACTIONS, Kind::I64, &[], "1", "Actions of the inverse stiffness matrix in the whole solve.").symbol("n_A"),
-    Stage::Solve.row(METHOD, Kind::Enum(StoredMethod::SPEC), &[], "1", "Algorithm that gave the answer: minimisation without friction or with a given slip bound, direct without contact; after a failed Newton solve it is fixed_point and both histories are there."),
-    Stage::Solve.row(ACCURACY, Kind::F64, &[], "1", "Last relative change of successive approximations, or last relative residual of Newton's method."),
-    Stage::Solve.row(MAPPING_CHANGE, Kind::F64, &[], "1", "|Psi(lambda) - lambda| / |lambda| for one evaluation of the paper's mapping.").optional("absent unless Newton's method gave the answer"),
-    Stage::Solve.row(LAW_EVALUATIONS, Kind::I64, &[], "1", "Evaluations of the friction law at a node."),
-    Stage::Solve.row(PROJECTIONS, Kind::I64, &[], "1", "Projections on an ellipse."),
+    Stage::Solve.row(STATUS, Kind::Enum(StoredStatus::SPEC), &[], Dimension::Number, "How the solve ended; anything but converged is a failed solve."),
+    Stage::Solve.row(MULTIPLIER_NORMAL, Kind::F64, PANES, Dimension::STRESS, "Normal contact multiplier, the pressure on each pane.").symbol("lambda_nu").optional(NO_CONTACT),
+    Stage::Solve.row(MULTIPLIER_TANGENTIAL, Kind::F64, PANE_PAIRS, Dimension::STRESS, "Tangential contact multipliers along t1 and t2.").symbol("lambda_t").optional("absent without friction"),
+    Stage::Solve.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Displacement of every node, zero where held.").symbol("u"),
+    Stage::Solve.row(SLIP, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::LENGTH, "Absolute tangential displacements |u_t1|, |u_t2| of the contact nodes.").symbol("phi").optional("absent unless friction follows the slip"),
+    Stage::Solve.row(SLIP_BOUND, Kind::F64, PANES, Dimension::STRESS, "Slip bound of the last inner problem.").symbol("g").optional(NO_COULOMB),
+    Stage::Solve.row(FRICTION, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::Number, "Coefficients at the contact nodes in the last inner problem.").symbol("F_1, F_2").optional(NO_COULOMB),
+    Stage::Solve.row(FRICTION_INVERSE, Kind::F64, PANE_PAIRS, Dimension::Number, "Diagonal of the inverse friction matrix averaged over each pane, in the last inner problem.").symbol("Fbar^-1").optional(NO_COULOMB),
+    Stage::Solve.row(STEPLENGTH, Kind::F64, &[], Dimension::PER_DUAL, "Steplength of projected gradient steps, 1.9 over the norm of the dual operator.").symbol("alpha").optional(NO_CONTACT),
+    Stage::Solve.row(ACTIONS, Kind::I64, &[], Dimension::Number, "Actions of the inverse stiffness matrix in the whole solve.").symbol("n_A"),
+    Stage::Solve.row(METHOD, Kind::Enum(StoredMethod::SPEC), &[], Dimension::Number, "Algorithm that gave the answer: minimisation without friction or with a given slip bound, direct without contact; after a failed Newton solve it is fixed_point and both histories are there."),
+    Stage::Solve.row(ACCURACY, Kind::F64, &[], Dimension::Number, "Last relative change of successive approximations, or last relative residual of Newton's method."),
+    Stage::Solve.row(MAPPING_CHANGE, Kind::F64, &[], Dimension::Number, "|Psi(lambda) - lambda| / |lambda| for one evaluation of the paper's mapping.").optional("absent unless Newton's method gave the answer"),
+    Stage::Solve.row(LAW_EVALUATIONS, Kind::I64, &[], Dimension::Number, "Evaluations of the friction law at a node."),
+    Stage::Solve.row(PROJECTIONS, Kind::I64, &[], Dimension::Number, "Projections on an ellipse."),
 ];
 
 /// Writes the solution.

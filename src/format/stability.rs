@@ -9,6 +9,7 @@ use crate::{
         Extent::{Fixed, Named},
         Kind, Layout, Stage, StageWriter, StoreError, StoredEnum, stored_enum,
     },
+    units::{Dimension, Units},
 };
 
 stored_enum! {
@@ -27,6 +28,7 @@ pub const STABILITY_LAYOUT: Layout = Layout {
     linked_filetype: "contact3d-pipe stability stage",
     format_version: [1, 0],
     creator: super::LAYOUT.creator,
+    units: super::LAYOUT.units,
     tables: &[TABLE],
     extents: &[("n_cases", "cases in the order of the suite")],
 };
@@ -69,35 +71,35 @@ const CHANGES: &[Extent] = &[Named("n_cases"), Fixed(7)];
 
 #[rustfmt::skip]
 const TABLE: &[DatasetSpec] = &[
-    Stage::Stability.row(NAME, Kind::Text, CASES, "1", "Name of the case."),
-    Stage::Stability.row(FAMILY, Kind::Text, CASES, "1", "What the case is one of."),
-    Stage::Stability.row(SHOWS, Kind::Text, CASES, "1", "What the case shows, and what is expected."),
-    Stage::Stability.row(SCENE, Kind::Text, CASES, "1", "The scene as TOML."),
-    Stage::Stability.row(VERDICT, Kind::Enum(StoredLevel::SPEC), CASES, "1", "holds: to 1e-10 or to the bit; floor: to what rounding allows; fails; refused: no discrete problem."),
-    Stage::Stability.row(FINDINGS, Kind::Text, CASES, "1", "What is to be said about the verdict, else empty."),
-    Stage::Stability.row(OPEN, Kind::Text, CASES, "1", "Why the suite expects the case to fail, else empty."),
-    Stage::Stability.row(STATUS, Kind::Enum(StoredStatus::SPEC), CASES, "1", "How the solve ended; numerical_error for a refused case."),
-    Stage::Stability.row(UNKNOWNS, Kind::I64, CASES, "1", "Free degrees of freedom; 0 in this and other counts of a refused case."),
-    Stage::Stability.row(MULTIPLIERS, Kind::I64, CASES, "1", "Multipliers."),
-    Stage::Stability.row(NEWTON_STEPS, Kind::I64, CASES, "1", "Steps of Newton's method."),
-    Stage::Stability.row(OUTER_STEPS, Kind::I64, CASES, "1", "Steps of successive approximations."),
-    Stage::Stability.row(ZONE_COUNTS, Kind::I64, ZONES, "1", "Numbers of open, sticking and slipping panes."),
-    Stage::Stability.row(ASKED, Kind::F64, CASES, "1", "Accuracy that was asked for; NaN in this and other measures of a refused case."),
-    Stage::Stability.row(ACCURACY, Kind::F64, CASES, "1", "Accuracy that the solver says it reached."),
-    Stage::Stability.row(CERTIFICATE, Kind::F64, CASES, "1", "Largest figure of the certificate."),
-    Stage::Stability.row(CERTIFICATE_FLOOR, Kind::F64, CASES, "1", "Size of the certificate's figures at the best double-precision answer."),
-    Stage::Stability.row(STIFFNESS_CONDITION, Kind::F64, CASES, "1", "Condition number of A scaled to the diagonal 1."),
-    Stage::Stability.row(DUAL_EIGENVALUES, Kind::F64, PAIRS, "m3/Pa", "Smallest and largest eigenvalue of S without its empty rows."),
-    Stage::Stability.row(DUAL_BY_AREA, Kind::F64, PAIRS, "m/Pa", "The same of S scaled by the areas of the panes."),
-    Stage::Stability.row(DETERMINANT, Kind::I64, CASES, "1", "Sign of the determinant of Newton's matrix at the answer.").symbol("sign det R'"),
-    Stage::Stability.row(SENSITIVITY, Kind::F64, CASES, "1", "Norm of the inverse of Newton's matrix at the answer."),
-    Stage::Stability.row(MULTIPLIER_FLOOR, Kind::F64, CASES, "1", "Relative error of the multipliers that rounding alone makes."),
-    Stage::Stability.row(RIVAL_STATUS, Kind::Enum(StoredStatus::SPEC), RIVALS, "1", "How Newton, the fixed point with Newton, that with GPCG, and the averaged fixed point ended; numerical_error where not run."),
-    Stage::Stability.row(RIVAL_STEPS, Kind::I64, RIVALS, "1", "Their steps; 0 where not run."),
-    Stage::Stability.row(RIVAL_RESIDUAL, Kind::F64, RIVALS, "1", "Residuals of the natural map at their answers, relative to the multipliers; NaN where not run."),
-    Stage::Stability.row(DISAGREEMENT, Kind::F64, RIVALS, "1", "Relative difference of their multipliers to the answer; NaN where not run."),
-    Stage::Stability.row(VARIATION, Kind::F64, CHANGES, "1", "Relative difference of the multipliers after a change of units by powers of two, of decimal units, of loads, of node numbers, of threads, in a mirror, with exchanged axes; NaN where not applicable."),
-    Stage::Stability.row(SECONDS, Kind::F64, CASES, "s", "Wall-clock time of assembly and solve.").volatile(),
+    Stage::Stability.row(NAME, Kind::Text, CASES, Dimension::Number, "Name of the case."),
+    Stage::Stability.row(FAMILY, Kind::Text, CASES, Dimension::Number, "What the case is one of."),
+    Stage::Stability.row(SHOWS, Kind::Text, CASES, Dimension::Number, "What the case shows, and what is expected."),
+    Stage::Stability.row(SCENE, Kind::Text, CASES, Dimension::Number, "The scene as TOML."),
+    Stage::Stability.row(VERDICT, Kind::Enum(StoredLevel::SPEC), CASES, Dimension::Number, "holds: to 1e-10 or to the bit; floor: to what rounding allows; fails; refused: no discrete problem."),
+    Stage::Stability.row(FINDINGS, Kind::Text, CASES, Dimension::Number, "What is to be said about the verdict, else empty."),
+    Stage::Stability.row(OPEN, Kind::Text, CASES, Dimension::Number, "Why the suite expects the case to fail, else empty."),
+    Stage::Stability.row(STATUS, Kind::Enum(StoredStatus::SPEC), CASES, Dimension::Number, "How the solve ended; numerical_error for a refused case."),
+    Stage::Stability.row(UNKNOWNS, Kind::I64, CASES, Dimension::Number, "Free degrees of freedom; 0 in this and other counts of a refused case."),
+    Stage::Stability.row(MULTIPLIERS, Kind::I64, CASES, Dimension::Number, "Multipliers."),
+    Stage::Stability.row(NEWTON_STEPS, Kind::I64, CASES, Dimension::Number, "Steps of Newton's method."),
+    Stage::Stability.row(OUTER_STEPS, Kind::I64, CASES, Dimension::Number, "Steps of successive approximations."),
+    Stage::Stability.row(ZONE_COUNTS, Kind::I64, ZONES, Dimension::Number, "Numbers of open, sticking and slipping panes."),
+    Stage::Stability.row(ASKED, Kind::F64, CASES, Dimension::Number, "Accuracy that was asked for; NaN in this and other measures of a refused case."),
+    Stage::Stability.row(ACCURACY, Kind::F64, CASES, Dimension::Number, "Accuracy that the solver says it reached."),
+    Stage::Stability.row(CERTIFICATE, Kind::F64, CASES, Dimension::Number, "Largest figure of the certificate."),
+    Stage::Stability.row(CERTIFICATE_FLOOR, Kind::F64, CASES, Dimension::Number, "Size of the certificate's figures at the best double-precision answer."),
+    Stage::Stability.row(STIFFNESS_CONDITION, Kind::F64, CASES, Dimension::Number, "Condition number of A scaled to the diagonal 1."),
+    Stage::Stability.row(DUAL_EIGENVALUES, Kind::F64, PAIRS, Dimension::DUAL, "Smallest and largest eigenvalue of S without its empty rows."),
+    Stage::Stability.row(DUAL_BY_AREA, Kind::F64, PAIRS, Dimension::COMPLIANCE, "The same of S scaled by the areas of the panes."),
+    Stage::Stability.row(DETERMINANT, Kind::I64, CASES, Dimension::Number, "Sign of the determinant of Newton's matrix at the answer.").symbol("sign det R'"),
+    Stage::Stability.row(SENSITIVITY, Kind::F64, CASES, Dimension::Number, "Norm of the inverse of Newton's matrix at the answer."),
+    Stage::Stability.row(MULTIPLIER_FLOOR, Kind::F64, CASES, Dimension::Number, "Relative error of the multipliers that rounding alone makes."),
+    Stage::Stability.row(RIVAL_STATUS, Kind::Enum(StoredStatus::SPEC), RIVALS, Dimension::Number, "How Newton, the fixed point with Newton, that with GPCG, and the averaged fixed point ended; numerical_error where not run."),
+    Stage::Stability.row(RIVAL_STEPS, Kind::I64, RIVALS, Dimension::Number, "Their steps; 0 where not run."),
+    Stage::Stability.row(RIVAL_RESIDUAL, Kind::F64, RIVALS, Dimension::Number, "Residuals of the natural map at their answers, relative to the multipliers; NaN where not run."),
+    Stage::Stability.row(DISAGREEMENT, Kind::F64, RIVALS, Dimension::Number, "Relative difference of their multipliers to the answer; NaN where not run."),
+    Stage::Stability.row(VARIATION, Kind::F64, CHANGES, Dimension::Number, "Relative difference of the multipliers after a change of units by powers of two, of decimal units, of loads, of node numbers, of threads, in a mirror, with exchanged axes; NaN where not applicable."),
+    Stage::Stability.row(SECONDS, Kind::F64, CASES, Dimension::Time, "Wall-clock time of assembly and solve.").volatile(),
 ];
 
 /// One case of the table.
@@ -111,6 +113,8 @@ pub struct StabilityRow {
     pub shows: String,
     /// The scene as TOML.
     pub scene: String,
+    /// The units it names; the same in all rows of a table.
+    pub units: Units,
     /// Why it is expected to fail; empty when it is not.
     pub open: String,
     /// What came of it, or why there is no discrete problem.

@@ -6,6 +6,7 @@ use crate::store::{
     Extent::{Fixed, Named},
     Kind, Layout, Reader, Stage, StageWriter, StoreError,
 };
+use crate::units::Dimension;
 
 /// Every dataset of a sweep's summary file.
 pub const SWEEP_LAYOUT: Layout = Layout {
@@ -13,6 +14,7 @@ pub const SWEEP_LAYOUT: Layout = Layout {
     linked_filetype: "contact3d-pipe sweep stage",
     format_version: [1, 0],
     creator: super::LAYOUT.creator,
+    units: super::LAYOUT.units,
     tables: &[TABLE],
     extents: &[
         (
@@ -62,28 +64,28 @@ const VECTORS: &[Extent] = &[Named("n_cases"), Fixed(3)];
 
 #[rustfmt::skip]
 const TABLE: &[DatasetSpec] = &[
-    Stage::Cases.row(KEYS, Kind::Text, &[Named("n_keys")], "1", "Keys of the scene that the axes change."),
-    Stage::Cases.row(ID, Kind::Text, CASES, "1", "Name of the case; its run file is NAME.h5 in the same folder."),
-    Stage::Cases.row(PLANNED, Kind::U8, CASES, "1", "1 for cases of the present axes, 0 for older ones in the folder."),
-    Stage::Cases.row(SETTINGS, Kind::Text, CASES, "1", "Values of the keys as a JSON object."),
-    Stage::Cases.row(SETTING_VALUE, Kind::F64, &[Named("n_cases"), Named("n_keys")], "1", "Values of the keys in the scene's units; NaN where a value is no number."),
-    Stage::Cases.row(STATUS, Kind::Text, CASES, "1", "How the solve ended, as /solve/status says; failed for a case with an error, missing for one not yet run."),
-    Stage::Cases.row(ERROR, Kind::Text, CASES, "1", "The error of a failed case, else empty."),
-    Stage::Cases.row(METHOD, Kind::Text, CASES, "1", "Algorithm that gave the answer, else empty."),
-    Stage::Cases.row(OUTER_STEPS, Kind::I64, CASES, "1", "Steps of successive approximations; -1 in this and other counts without a result."),
-    Stage::Cases.row(NEWTON_STEPS, Kind::I64, CASES, "1", "Steps of Newton's method."),
-    Stage::Cases.row(ACTIONS, Kind::I64, CASES, "1", "Actions of the inverse stiffness matrix.").symbol("n_A"),
-    Stage::Cases.row(SECONDS, Kind::F64, CASES, "s", "Wall-clock time of loads, solve and report.").volatile(),
-    Stage::Cases.row(ACCURACY, Kind::F64, CASES, "1", "As /solve/accuracy; NaN in this and the other measures without a result."),
-    Stage::Cases.row(ZONE_COUNTS, Kind::I64, VECTORS, "1", "Numbers of open, sticking and slipping panes."),
-    Stage::Cases.row(NORMAL_FORCE, Kind::F64, CASES, "N", "Total normal contact force."),
-    Stage::Cases.row(TANGENTIAL_FORCE, Kind::F64, &[Named("n_cases"), Fixed(2)], "N", "Sum of area times tangential multiplier along t1 and t2."),
-    Stage::Cases.row(CONTACT_FORCE, Kind::F64, VECTORS, "N", "Force of the foundation on the body."),
-    Stage::Cases.row(LARGEST_PRESSURE, Kind::F64, CASES, "Pa", "Largest normal multiplier."),
-    Stage::Cases.row(LARGEST_DISPLACEMENT, Kind::F64, VECTORS, "m", "Largest |u_x|, |u_y|, |u_z| of a node."),
-    Stage::Cases.row(STRAIN_ENERGY, Kind::F64, CASES, "J", "Strain energy."),
-    Stage::Cases.row(CERTIFICATE_FIGURES, Kind::F64, &[Named("n_cases"), Fixed(7)], "1", "Equilibrium, penetration, adhesion, complementarity, friction bound, slip direction, fixed point, as in /post/certificate."),
-    Stage::Cases.row(SOLVE_DIGEST, Kind::Text, CASES, "1", "Digest of the solution, else empty."),
+    Stage::Cases.row(KEYS, Kind::Text, &[Named("n_keys")], Dimension::Number, "Keys of the scene that the axes change."),
+    Stage::Cases.row(ID, Kind::Text, CASES, Dimension::Number, "Name of the case; its run file is NAME.h5 in the same folder."),
+    Stage::Cases.row(PLANNED, Kind::U8, CASES, Dimension::Number, "1 for cases of the present axes, 0 for older ones in the folder."),
+    Stage::Cases.row(SETTINGS, Kind::Text, CASES, Dimension::Number, "Values of the keys as a JSON object."),
+    Stage::Cases.row(SETTING_VALUE, Kind::F64, &[Named("n_cases"), Named("n_keys")], Dimension::Number, "Values of the keys in the scene's units; NaN where a value is no number."),
+    Stage::Cases.row(STATUS, Kind::Text, CASES, Dimension::Number, "How the solve ended, as /solve/status says; failed for a case with an error, missing for one not yet run."),
+    Stage::Cases.row(ERROR, Kind::Text, CASES, Dimension::Number, "The error of a failed case, else empty."),
+    Stage::Cases.row(METHOD, Kind::Text, CASES, Dimension::Number, "Algorithm that gave the answer, else empty."),
+    Stage::Cases.row(OUTER_STEPS, Kind::I64, CASES, Dimension::Number, "Steps of successive approximations; -1 in this and other counts without a result."),
+    Stage::Cases.row(NEWTON_STEPS, Kind::I64, CASES, Dimension::Number, "Steps of Newton's method."),
+    Stage::Cases.row(ACTIONS, Kind::I64, CASES, Dimension::Number, "Actions of the inverse stiffness matrix.").symbol("n_A"),
+    Stage::Cases.row(SECONDS, Kind::F64, CASES, Dimension::Time, "Wall-clock time of loads, solve and report.").volatile(),
+    Stage::Cases.row(ACCURACY, Kind::F64, CASES, Dimension::Number, "As /solve/accuracy; NaN in this and the other measures without a result."),
+    Stage::Cases.row(ZONE_COUNTS, Kind::I64, VECTORS, Dimension::Number, "Numbers of open, sticking and slipping panes."),
+    Stage::Cases.row(NORMAL_FORCE, Kind::F64, CASES, Dimension::FORCE, "Total normal contact force."),
+    Stage::Cases.row(TANGENTIAL_FORCE, Kind::F64, &[Named("n_cases"), Fixed(2)], Dimension::FORCE, "Sum of area times tangential multiplier along t1 and t2."),
+    Stage::Cases.row(CONTACT_FORCE, Kind::F64, VECTORS, Dimension::FORCE, "Force of the foundation on the body."),
+    Stage::Cases.row(LARGEST_PRESSURE, Kind::F64, CASES, Dimension::STRESS, "Largest normal multiplier."),
+    Stage::Cases.row(LARGEST_DISPLACEMENT, Kind::F64, VECTORS, Dimension::LENGTH, "Largest |u_x|, |u_y|, |u_z| of a node."),
+    Stage::Cases.row(STRAIN_ENERGY, Kind::F64, CASES, Dimension::Energy, "Strain energy."),
+    Stage::Cases.row(CERTIFICATE_FIGURES, Kind::F64, &[Named("n_cases"), Fixed(7)], Dimension::Number, "Equilibrium, penetration, adhesion, complementarity, friction bound, slip direction, fixed point, as in /post/certificate."),
+    Stage::Cases.row(SOLVE_DIGEST, Kind::Text, CASES, Dimension::Number, "Digest of the solution, else empty."),
 ];
 
 /// One case of the table.

@@ -13,6 +13,7 @@ use crate::{
         Extent::{Fixed, Named, Plus},
         Kind, Stage, StageWriter, StoreError,
     },
+    units::Dimension,
 };
 
 const N_POINTS: &str = "/VTKHDF/NumberOfPoints";
@@ -37,27 +38,27 @@ const ON_POINTS: &str = "only with nodal multipliers, where the scene has the ef
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    Stage::Vtk.row(N_POINTS, Kind::I64, &[Fixed(1)], "1", "Number of points."),
-    Stage::Vtk.row(N_CELLS, Kind::I64, &[Fixed(1)], "1", "Number of cells."),
-    Stage::Vtk.row(N_CONNECTIVITY, Kind::I64, &[Fixed(1)], "1", "Length of Connectivity."),
-    Stage::Vtk.row(POINTS, Kind::F64, &[Named("n_nodes"), Fixed(3)], "m", "Node coordinates.").compressed(),
-    Stage::Vtk.row(CONNECTIVITY, Kind::I64, &[Named("n_connectivity")], "1", "Nodes of all cells, one after the other.").compressed(),
-    Stage::Vtk.row(OFFSETS, Kind::I64, &[Plus("n_cells", 1)], "1", "Where each cell begins in Connectivity.").compressed(),
-    Stage::Vtk.row(TYPES, Kind::U8, CELLS, "1", "VTK cell type: 10 tetrahedron, 5 triangle.").compressed(),
-    Stage::Vtk.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], "m", "Displacement; warp by this vector.").compressed(),
-    Stage::Vtk.row(VON_MISES, Kind::F64, CELLS, "Pa", "Von Mises stress, NaN on contact triangles.").compressed(),
-    Stage::Vtk.row("/VTKHDF/CellData/contact_normal_stress", Kind::F64, CELLS, "Pa", "Normal contact stress; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    Stage::Vtk.row("/VTKHDF/PointData/contact_normal_stress", Kind::F64, POINTS_EXTENT, "Pa", "Normal contact stress; NaN where no multiplier is.").compressed().optional(ON_POINTS),
-    Stage::Vtk.row("/VTKHDF/CellData/contact_gap", Kind::F64, CELLS, "m", "Gap d - u_nu; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    Stage::Vtk.row("/VTKHDF/PointData/contact_gap", Kind::F64, POINTS_EXTENT, "m", "Gap d - u_nu; NaN where no multiplier is.").compressed().optional(ON_POINTS),
-    Stage::Vtk.row("/VTKHDF/CellData/contact_zone", Kind::F64, CELLS, "1", "0 open, 1 stick, 2 slip; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    Stage::Vtk.row("/VTKHDF/PointData/contact_zone", Kind::F64, POINTS_EXTENT, "1", "0 open, 1 stick, 2 slip; NaN where no multiplier is.").compressed().optional(ON_POINTS),
-    Stage::Vtk.row("/VTKHDF/CellData/contact_tangential_stress", Kind::F64, &[Named("n_cells"), Fixed(3)], "Pa", "Tangential contact stress in the global axes; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    Stage::Vtk.row("/VTKHDF/PointData/contact_tangential_stress", Kind::F64, &[Named("n_nodes"), Fixed(3)], "Pa", "Tangential contact stress in the global axes; NaN where no multiplier is.").compressed().optional(ON_POINTS),
-    Stage::Vtk.row("/VTKHDF/CellData/friction_1", Kind::F64, CELLS, "1", "Coefficient F_1; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    Stage::Vtk.row("/VTKHDF/PointData/friction_1", Kind::F64, POINTS_EXTENT, "1", "Coefficient F_1; NaN where no multiplier is.").compressed().optional(ON_POINTS),
-    Stage::Vtk.row("/VTKHDF/CellData/friction_2", Kind::F64, CELLS, "1", "Coefficient F_2; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    Stage::Vtk.row("/VTKHDF/PointData/friction_2", Kind::F64, POINTS_EXTENT, "1", "Coefficient F_2; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    Stage::Vtk.row(N_POINTS, Kind::I64, &[Fixed(1)], Dimension::Number, "Number of points."),
+    Stage::Vtk.row(N_CELLS, Kind::I64, &[Fixed(1)], Dimension::Number, "Number of cells."),
+    Stage::Vtk.row(N_CONNECTIVITY, Kind::I64, &[Fixed(1)], Dimension::Number, "Length of Connectivity."),
+    Stage::Vtk.row(POINTS, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Node coordinates.").compressed(),
+    Stage::Vtk.row(CONNECTIVITY, Kind::I64, &[Named("n_connectivity")], Dimension::Number, "Nodes of all cells, one after the other.").compressed(),
+    Stage::Vtk.row(OFFSETS, Kind::I64, &[Plus("n_cells", 1)], Dimension::Number, "Where each cell begins in Connectivity.").compressed(),
+    Stage::Vtk.row(TYPES, Kind::U8, CELLS, Dimension::Number, "VTK cell type: 10 tetrahedron, 5 triangle.").compressed(),
+    Stage::Vtk.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Displacement; warp by this vector.").compressed(),
+    Stage::Vtk.row(VON_MISES, Kind::F64, CELLS, Dimension::STRESS, "Von Mises stress, NaN on contact triangles.").compressed(),
+    Stage::Vtk.row("/VTKHDF/CellData/contact_normal_stress", Kind::F64, CELLS, Dimension::STRESS, "Normal contact stress; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    Stage::Vtk.row("/VTKHDF/PointData/contact_normal_stress", Kind::F64, POINTS_EXTENT, Dimension::STRESS, "Normal contact stress; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    Stage::Vtk.row("/VTKHDF/CellData/contact_gap", Kind::F64, CELLS, Dimension::LENGTH, "Gap d - u_nu; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    Stage::Vtk.row("/VTKHDF/PointData/contact_gap", Kind::F64, POINTS_EXTENT, Dimension::LENGTH, "Gap d - u_nu; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    Stage::Vtk.row("/VTKHDF/CellData/contact_zone", Kind::F64, CELLS, Dimension::Number, "0 open, 1 stick, 2 slip; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    Stage::Vtk.row("/VTKHDF/PointData/contact_zone", Kind::F64, POINTS_EXTENT, Dimension::Number, "0 open, 1 stick, 2 slip; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    Stage::Vtk.row("/VTKHDF/CellData/contact_tangential_stress", Kind::F64, &[Named("n_cells"), Fixed(3)], Dimension::STRESS, "Tangential contact stress in the global axes; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    Stage::Vtk.row("/VTKHDF/PointData/contact_tangential_stress", Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::STRESS, "Tangential contact stress in the global axes; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    Stage::Vtk.row("/VTKHDF/CellData/friction_1", Kind::F64, CELLS, Dimension::Number, "Coefficient F_1; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    Stage::Vtk.row("/VTKHDF/PointData/friction_1", Kind::F64, POINTS_EXTENT, Dimension::Number, "Coefficient F_1; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    Stage::Vtk.row("/VTKHDF/CellData/friction_2", Kind::F64, CELLS, Dimension::Number, "Coefficient F_2; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    Stage::Vtk.row("/VTKHDF/PointData/friction_2", Kind::F64, POINTS_EXTENT, Dimension::Number, "Coefficient F_2; NaN where no multiplier is.").compressed().optional(ON_POINTS),
 ];
 
 /// Writes the grid and its fields.
@@ -121,22 +122,16 @@ impl ContactFields<'_> {
             writer.write(&path, spread.as_flattened(), &[spread.len()])?;
         }
         let stress: Option<Vec<[f64; 3]>> = (0..self.panes.len())
-            .map(|pane| Some(self.tangential_vector(pane, self.panes[pane].friction?.stress)))
+            .map(|pane| {
+                let stress = self.panes[pane].friction?.stress;
+                Some(self.frame.pane_vector(self.surface, pane, 0.0, stress))
+            })
             .collect();
         let Some(stress) = stress else {
             return Ok(());
         };
         let (path, spread) = self.spread("contact_tangential_stress", |pane| stress[pane]);
         writer.write(&path, spread.as_flattened(), &[spread.len(), 3])
-    }
-
-    /// σ_t1 t₁ + σ_t2 t₂ with the mean frame of a pane.
-    fn tangential_vector(&self, pane: usize, stress: [f64; 2]) -> [f64; 3] {
-        let weights = self.surface.pane_weights(pane);
-        weights.fold([0.0; 3], |sum, (node, weight)| {
-            let vector = self.frame.vector(node, 0.0, stress);
-            std::array::from_fn(|c| sum[c] + weight * vector[c])
-        })
     }
 
     /// Values of panes on cells, or values of nodal multipliers on points; NaN elsewhere.

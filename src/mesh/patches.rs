@@ -232,7 +232,7 @@ impl<'a> Surface<'a> {
                 pane.ok_or_else(|| {
                     let [x, y, z] = (*centre).into();
                     unusable(format!(
-                        "{lost} triangles in parts without one, such as that at ({x:.6e}, {y:.6e}, {z:.6e}) m"
+                        "{lost} triangles in parts without one, such as that at x, y, z = {x:.6e}, {y:.6e}, {z:.6e}"
                     ))
                 })
             })

@@ -18,7 +18,8 @@ pub struct Contact {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis_1: Option<[Quantity; 3]>,
     /// Angle in degrees by which the default t₁ is turned towards t₂ = t₁ × ν, with ν the outward
-    /// normal (on z_min from x towards y): a number, or an expression in x, y, z.
+    /// normal: counterclockwise seen from inside the body, on z_min from x towards y. A number, or
+    /// an expression in x, y, z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub angle: Option<Quantity>,
     /// The space of the contact stresses.

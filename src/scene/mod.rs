@@ -1,7 +1,7 @@
 //! The scene: everything a user says about a problem, parsed from TOML and validated.
 //!
-//! Lengths are metres, forces newtons, stresses pascals in the documentation; any other consistent
-//! system works as well, because no constant of the program has a unit.
+//! Lengths are metres, forces newtons, stresses pascals in the documentation; a scene may name other
+//! units, because no constant of the program has a unit.
 
 mod body;
 mod coefficient;
@@ -41,6 +41,8 @@ pub use tabulated::{Grid, Table};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::units::Units;
+
 /// One static contact problem: the body, what holds and loads it, and the law on its contact face.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -50,6 +52,9 @@ pub struct Scene {
     /// Where the case comes from (a paper, a table, a drawing).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<String>,
+    /// What its numbers are in: only words, nothing is converted.
+    #[serde(default, skip_serializing_if = "Units::is_default")]
+    pub units: Units,
     /// The body Ω and its mesh.
     pub body: Body,
     /// The elastic law σ = C ε wherever no region has another.

@@ -30,7 +30,8 @@ pub fn measure_accuracy(
     observe: &mut dyn FnMut(AccuracyProgress),
 ) -> Result<Accuracy, StageError> {
     pin_mesh_file(&mut input)?;
-    let file = RunFile::lock(path, LAYOUT, IfMissing::Create)?;
+    let layout = LAYOUT.in_units(input.scene.units);
+    let file = RunFile::lock(path, layout, IfMissing::Create)?;
     let started = Instant::now();
     let accuracy = Accuracy::measure(&input.scene, &input.folder, settings, threads, observe)?;
     let record = |settings: String, input_digest: String| StageRecord {

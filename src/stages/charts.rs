@@ -4,6 +4,7 @@ use crate::{
     accuracy::{AlgebraicLadder, DiscretisationLadder, Level, Rung, Trend},
     figures::{AxisScale, ChartAxis, ChartPoint, LineChart, Series},
     solver::Solution,
+    units::{Dimension, Unit, Units},
 };
 
 /// Energy error of each solve against its seconds.
@@ -14,8 +15,11 @@ pub(super) fn work_precision(ladder: &AlgebraicLadder) -> LineChart {
     });
     LineChart {
         title: "Work and precision on the scene's mesh".to_owned(),
-        x: logarithmic("time of the solve", "s"),
-        y: logarithmic("algebraic error of u in the energy norm, relative", ""),
+        x: logarithmic("time of the solve", Units::SI.of(Dimension::Time)),
+        y: logarithmic(
+            "algebraic error of u in the energy norm, relative",
+            Unit::none(),
+        ),
         legend: String::new(),
         series: series.filter(|series| !series.points.is_empty()).collect(),
     }
@@ -92,9 +96,9 @@ pub(super) fn convergence(ladder: &DiscretisationLadder) -> LineChart {
         title: "Discretisation error".to_owned(),
         x: ChartAxis {
             ticks: levels.iter().map(|level| level.n_div as f64).collect(),
-            ..logarithmic("n_div", "")
+            ..logarithmic("n_div", Unit::none())
         },
-        y: logarithmic("relative error", ""),
+        y: logarithmic("relative error", Unit::none()),
         legend: String::new(),
         series: series
             .map(|(name, points)| Series {
@@ -142,9 +146,9 @@ pub(super) fn history(solution: &Solution) -> LineChart {
                 .step_by(most.div_ceil(12))
                 .map(|k| k as f64)
                 .collect(),
-            ..logarithmic("step", "")
+            ..logarithmic("step", Unit::none())
         },
-        y: logarithmic("relative size", ""),
+        y: logarithmic("relative size", Unit::none()),
         legend: String::new(),
         series: series
             .into_iter()
@@ -154,10 +158,10 @@ pub(super) fn history(solution: &Solution) -> LineChart {
 }
 
 /// A logarithmic axis with round ticks.
-pub(super) fn logarithmic(label: &str, unit: &str) -> ChartAxis {
+pub(super) fn logarithmic(label: &str, unit: Unit) -> ChartAxis {
     ChartAxis {
         label: label.to_owned(),
-        unit: unit.to_owned(),
+        unit,
         scale: AxisScale::Logarithmic,
         ticks: Vec::new(),
     }

@@ -146,7 +146,18 @@ pub(super) fn settings(stage: Stage, scene: &Scene, start: Option<&str>) -> Stri
             return String::new();
         }
     };
-    toml::to_string(&settings).expect("settings hold only TOML types")
+    let text = toml::to_string(&settings).expect("settings hold only TOML types");
+    text + &units_settings(scene)
+}
+
+/// The units as settings of every stage, since attributes speak them; nothing for those of a scene that names none,
+/// whose stages keep the digests they had before units could be named.
+fn units_settings(scene: &Scene) -> String {
+    if scene.units.is_default() {
+        return String::new();
+    }
+    let units = toml::to_string(&scene.units).expect("units are words");
+    format!("\n[units]\n{units}")
 }
 
 /// What tells two scenes apart whose assembled problems differ in more than their loads.

@@ -112,7 +112,8 @@ impl LawStudy {
             let short = |v: f64| format!("{v:.4e}").parse::<f64>().unwrap_or(v);
             let [x, y, z] = place.map(short);
             format!(
-                "slips varied at x, y, z = {x}, {y}, {z} m, the contact node nearest to the centre"
+                "slips varied at x, y, z = {x}, {y}, {z} {}, the contact node nearest to the centre",
+                self.scene.units.length()
             )
         } else {
             String::new()
@@ -121,13 +122,14 @@ impl LawStudy {
         let face = LawFace::new(&self.mesh, surface, &field);
         let drawing = LawPicture {
             title: &self.scene.title,
+            units: self.scene.units,
             note: &note,
             over_slip: match &drawn {
                 Drawn::Isotropic(curve) => OverSlip::Isotropic(curve),
                 Drawn::Own(curves) => OverSlip::Own(curves),
                 Drawn::Both(maps) => OverSlip::Both(maps),
             },
-            at_rest: varies.then(|| face.picture(&self.scene.title, &interface.frame)),
+            at_rest: varies.then(|| face.picture(&self.scene, &interface.frame)),
         };
         let page = law_page(&drawing).map_err(|source| StageError::Figure {
             file: folder.join("law.svg"),

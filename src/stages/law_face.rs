@@ -3,6 +3,7 @@ use crate::{
     contact::{ContactFrame, FrictionField},
     figures::{ContactPicture, FrictionKind, PaneFriction, Zone},
     mesh::{ContactSurface, Mesh},
+    scene::Scene,
 };
 
 /// The contact face with the coefficients of friction of one state of slip, and no stresses.
@@ -29,12 +30,13 @@ impl LawFace {
     /// The face as the figures take it.
     pub(super) fn picture<'a>(
         &'a self,
-        title: &'a str,
+        scene: &'a Scene,
         frame: &ContactFrame,
     ) -> ContactPicture<'a> {
         let [axis_1, axis_2] = frame.reference;
         ContactPicture {
-            title,
+            title: &scene.title,
+            units: scene.units,
             coordinates: &self.cells.coordinates,
             displacement: &self.displacement,
             boundary_triangles: &[],

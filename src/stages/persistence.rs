@@ -227,7 +227,15 @@ impl Session {
             let digest = input_digest(stage, &self.settings(stage), &upstream);
             let record = self.record(stage, seconds, digest);
             let digest = self.write(&mut transaction, stage, &record)?;
-            stored.push((stage, StoredStage { record, digest }));
+            let units = self.scene().units;
+            stored.push((
+                stage,
+                StoredStage {
+                    record,
+                    digest,
+                    units,
+                },
+            ));
         }
         transaction.remove(Stage::Checkpoint);
         if let Some(state) = checkpoint {
@@ -311,7 +319,7 @@ impl Session {
                     format::write_vtkhdf(writer, mesh, report, frame)
                 })?;
                 write_stage(transaction, Stage::Post, home, record, |writer| {
-                    format::write_report(writer, report)
+                    format::write_report(writer, report, mesh.contact.as_ref().zip(frame))
                 })
             }
         }

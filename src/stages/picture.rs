@@ -100,6 +100,7 @@ fn with_picture<T>(
     }
     draw(&ContactPicture {
         title: &scene.title,
+        units: scene.units,
         coordinates: &cells.coordinates,
         displacement: &displacement,
         boundary_triangles: &mesh.facets,

@@ -96,7 +96,12 @@ fn result_sections(reader: &Reader, scene: &Scene) -> Result<Vec<Section>, Stage
     let mut sections = vec![Section {
         name: "results",
         heading: "Results".into(),
-        parts: vec![Part::Table(tables::results(&mesh, &solution, &report))],
+        parts: vec![Part::Table(tables::results(
+            scene.units,
+            &mesh,
+            &solution,
+            &report,
+        ))],
     }];
     let frame = interface.as_ref().map(|interface| &interface.frame);
     let drawn = picture::page(scene, &mesh, frame, &report);
@@ -168,7 +173,7 @@ fn accuracy_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, S
     parts.extend(format::read_advice(reader)?.map(Part::Advice));
     if let Some(ladder) = &accuracy.discretisation {
         parts.push(Part::Figure(convergence(ladder).svg()));
-        parts.push(Part::Table(tables::levels(ladder)));
+        parts.push(Part::Table(tables::levels(ladder, stored.units)));
     }
     if let Some(ladder) = &accuracy.algebraic {
         parts.push(Part::Figure(work_precision(ladder).svg()));

@@ -9,6 +9,7 @@ use crate::{
     scene::{ContactEffect, Effects, FrictionEffect, MultiplierSpace, Scene},
     solver::Solution,
     store::{Reader, StoreError},
+    units::Units,
 };
 
 type Pair = (String, String);
@@ -81,7 +82,13 @@ fn friction_words(friction: FrictionEffect) -> String {
 }
 
 /// The main figures of a solution.
-pub(super) fn results(mesh: &Mesh, solution: &Solution, report: &ContactReport) -> Table {
+pub(super) fn results(
+    units: Units,
+    mesh: &Mesh,
+    solution: &Solution,
+    report: &ContactReport,
+) -> Table {
+    let (length, force) = (units.length(), units.force());
     let r = &report.resultants;
     let vector = |v: &[f64]| {
         let texts: Vec<String> = v.iter().map(|v| format!("{v:.6e}")).collect();
@@ -104,22 +111,26 @@ pub(super) fn results(mesh: &Mesh, solution: &Solution, report: &ContactReport) 
             pair("slipping panes", report.count(Zone::Slip)),
             pair("sticking panes", report.count(Zone::Stick)),
             pair(
-                "normal contact force [N]",
+                &format!("normal contact force [{force}]"),
                 format!("{:.9e}", contact.normal_force),
             ),
             pair(
-                "largest pressure [Pa]",
+                &format!("largest pressure [{}]", units.stress()),
                 format!("{:.9e}", contact.largest_pressure),
             ),
         ]);
-        if let Some(force) = contact.tangential_force {
-            pairs.push(pair("tangential multiplier force [N]", vector(&force)));
+        if let Some(tangential) = contact.tangential_force {
+            let name = format!("tangential multiplier force [{force}]");
+            pairs.push(pair(&name, vector(&tangential)));
         }
     }
     pairs.extend([
-        pair("strain energy [J]", format!("{:.9e}", r.strain_energy)),
         pair(
-            "largest displacement x, y, z [m]",
+            &format!("strain energy [{}]", units.energy()),
+            format!("{:.9e}", r.strain_energy),
+        ),
+        pair(
+            &format!("largest displacement x, y, z [{length}]"),
             vector(&r.largest_displacement),
         ),
         pair("force imbalance", format!("{:.1e}", r.force_imbalance)),
@@ -164,7 +175,7 @@ pub(super) fn timings(reader: &Reader, states: &[StageState]) -> Result<Table, S
 }
 
 /// The meshes of the discretisation ladder.
-pub(super) fn levels(ladder: &DiscretisationLadder) -> Table {
+pub(super) fn levels(ladder: &DiscretisationLadder, units: Units) -> Table {
     let order = |orders: &[Option<f64>], k: usize| optional(orders[k], 2);
     let rows = ladder.levels.iter().enumerate().map(|(k, level)| {
         let mut row = vec![
@@ -194,9 +205,9 @@ pub(super) fn levels(ladder: &DiscretisationLadder) -> Table {
         "error to finest",
         "error to limit",
         "order",
-        "J [J]",
+        &format!("J [{}]", units.energy()),
         "order of J",
-        "normal force [N]",
+        &format!("normal force [{}]", units.force()),
         "its order",
         "n_A",
         "seconds",

@@ -80,7 +80,8 @@ impl Session {
         threads: usize,
     ) -> Result<Self, StageError> {
         pin_mesh_file(&mut input)?;
-        let file = RunFile::lock(path, LAYOUT, IfMissing::Create)?;
+        let layout = LAYOUT.in_units(input.scene.units);
+        let file = RunFile::lock(path, layout, IfMissing::Create)?;
         Ok(Self::new(file, input, threads))
     }
 
@@ -91,6 +92,7 @@ impl Session {
     pub fn open(path: &Path, threads: usize) -> Result<Self, StageError> {
         let file = RunFile::lock(path, LAYOUT, IfMissing::Refuse)?;
         let input = format::read_scene(&Reader::open(file.path(), LAYOUT)?, path)?;
+        let file = file.in_units(input.scene.units);
         Ok(Self::new(file, input, threads))
     }
 

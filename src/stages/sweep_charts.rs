@@ -1,35 +1,30 @@
 //! What varies in a sweep.
 
 use super::{charts::logarithmic, sweep_table::SweepTable};
-use crate::figures::{AxisScale, ChartAxis, ChartPoint, LineChart, Series};
+use crate::{
+    figures::{AxisScale, ChartAxis, ChartPoint, LineChart, Series},
+    units::Unit,
+};
 
-/// Results worth a chart: column, quantity, unit.
-const RESULTS: [(&str, &str, &str); 17] = [
-    ("normal_force", "normal contact force", "N"),
-    (
-        "tangential_force_1",
-        "tangential contact force along t1",
-        "N",
-    ),
-    (
-        "tangential_force_2",
-        "tangential contact force along t2",
-        "N",
-    ),
-    ("open", "open panes", ""),
-    ("stick", "sticking panes", ""),
-    ("slip", "slipping panes", ""),
-    ("largest_pressure", "largest contact pressure", "Pa"),
-    ("largest_displacement_x", "largest |u_x|", "m"),
-    ("largest_displacement_y", "largest |u_y|", "m"),
-    ("largest_displacement_z", "largest |u_z|", "m"),
-    ("strain_energy", "strain energy", "J"),
-    ("accuracy", "last change or residual, relative", ""),
-    ("certificate_fixed_point", "distance to the fixed point", ""),
-    ("outer_steps", "outer steps", ""),
-    ("newton_steps", "Newton steps", ""),
-    ("actions", "actions of the dual operator", ""),
-    ("seconds", "time of the solve", "s"),
+/// Results worth a chart: column, quantity.
+const RESULTS: [(&str, &str); 17] = [
+    ("normal_force", "normal contact force"),
+    ("tangential_force_1", "tangential contact force along t1"),
+    ("tangential_force_2", "tangential contact force along t2"),
+    ("open", "open panes"),
+    ("stick", "sticking panes"),
+    ("slip", "slipping panes"),
+    ("largest_pressure", "largest contact pressure"),
+    ("largest_displacement_x", "largest |u_x|"),
+    ("largest_displacement_y", "largest |u_y|"),
+    ("largest_displacement_z", "largest |u_z|"),
+    ("strain_energy", "strain energy"),
+    ("accuracy", "last change or residual, relative"),
+    ("certificate_fixed_point", "distance to the fixed point"),
+    ("outer_steps", "outer steps"),
+    ("newton_steps", "Newton steps"),
+    ("actions", "actions of the dual operator"),
+    ("seconds", "time of the solve"),
 ];
 
 /// Columns of positive values that span more than this factor are drawn by their logarithms.
@@ -56,12 +51,12 @@ pub(super) fn charts(table: &SweepTable) -> Vec<SweepChart> {
     let lines = Lines::new(table, settings.into_iter().filter(|&c| c != x).collect());
     RESULTS
         .iter()
-        .filter_map(|&(column, label, unit)| {
+        .filter_map(|&(column, label)| {
             let y = table.column(column)?;
             let varies = table.numbers(y).len() > 1;
             varies.then(|| SweepChart {
                 column,
-                chart: chart(table, &lines, x, (y, label, unit)),
+                chart: chart(table, &lines, x, (y, label)),
             })
         })
         .collect()
@@ -109,8 +104,9 @@ fn last_words(key: &str) -> &str {
     &key[start..]
 }
 
-fn chart(table: &SweepTable, lines: &Lines, x: usize, result: (usize, &str, &str)) -> LineChart {
-    let (y, label, unit) = result;
+fn chart(table: &SweepTable, lines: &Lines, x: usize, result: (usize, &str)) -> LineChart {
+    let (y, label) = result;
+    let unit = table.unit(&table.head[y]);
     let mut series: Vec<Series> = Vec::new();
     for (row, name) in lines.names.iter().enumerate() {
         let (Some(at), Some(value)) = (table.number(row, x), table.number(row, y)) else {
@@ -119,7 +115,12 @@ fn chart(table: &SweepTable, lines: &Lines, x: usize, result: (usize, &str, &str
         let point = ChartPoint {
             x: at,
             y: value,
-            text: format!("{name}\n{} {at}\n{} {value}", table.head[x], table.head[y]),
+            text: format!(
+                "{name}\n{} {at}\n{} {value}{}",
+                table.head[x],
+                table.head[y],
+                unit.beside()
+            ),
         };
         match series.iter_mut().find(|series| series.name == *name) {
             Some(series) => series.points.push(point),
@@ -134,14 +135,14 @@ fn chart(table: &SweepTable, lines: &Lines, x: usize, result: (usize, &str, &str
     }
     LineChart {
         title: label.to_owned(),
-        x: axis(&table.head[x], "", &table.numbers(x)),
+        x: axis(&table.head[x], Unit::none(), &table.numbers(x)),
         y: axis(label, unit, &table.numbers(y)),
         legend: lines.heading.clone(),
         series,
     }
 }
 
-fn axis(label: &str, unit: &str, values: &[f64]) -> ChartAxis {
+fn axis(label: &str, unit: Unit, values: &[f64]) -> ChartAxis {
     ChartAxis {
         scale: scale(values),
         ..logarithmic(label, unit)

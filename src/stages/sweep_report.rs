@@ -49,7 +49,7 @@ pub(super) fn page(folder: &Path) -> Result<Page, StageError> {
         heading: "Runs".into(),
         parts: vec![Part::Table(Table {
             caption: format!("Rounded; {SUMMARY} has every digit."),
-            head: table.head.clone(),
+            head: table.titles(),
             rows: rows
                 .map(|row| row.iter().map(|cell| rounded(cell)).collect())
                 .collect(),

@@ -5,9 +5,24 @@ use std::{collections::BTreeSet, path::Path};
 use serde_json::Value;
 
 use super::StageError;
+use crate::units::{Dimension, Unit, Units};
 
 /// The column that parts settings, before it, from results, after it.
 const STATUS: &str = "status";
+
+/// The columns that name the units of length and force; a table without them is in the default units.
+const UNITS: [&str; 2] = ["length_unit", "force_unit"];
+
+/// The beginnings of the names of results that have a unit.
+const DIMENSIONS: [(&str, Dimension); 7] = [
+    ("normal_force", Dimension::FORCE),
+    ("tangential_force_", Dimension::FORCE),
+    ("contact_force_", Dimension::FORCE),
+    ("largest_pressure", Dimension::STRESS),
+    ("largest_displacement_", Dimension::LENGTH),
+    ("strain_energy", Dimension::Energy),
+    ("seconds", Dimension::Time),
+];
 
 /// Columns before [`STATUS`] that are no settings.
 const LABELS: [&str; 2] = ["id", "planned"];
@@ -40,6 +55,33 @@ impl SweepTable {
 
     pub(super) fn column(&self, name: &str) -> Option<usize> {
         self.head.iter().position(|head| head == name)
+    }
+
+    /// The units of the results, which are the same in all rows.
+    fn units(&self) -> Units {
+        let word = |name: &str| {
+            let column = self.column(name)?;
+            self.rows.first().map(|row| row[column].as_str())
+        };
+        let [length, force] = UNITS.map(word);
+        let named = length.zip(force).map(|(l, f)| format!("{l}, {f}"));
+        named.and_then(|text| text.parse().ok()).unwrap_or_default()
+    }
+
+    /// The unit of a column of results.
+    pub(super) fn unit(&self, name: &str) -> Unit {
+        let known = DIMENSIONS.iter().find(|(start, _)| name.starts_with(start));
+        let dimension = known.map_or(Dimension::Number, |(_, dimension)| *dimension);
+        self.units().of(dimension)
+    }
+
+    /// The head for people: every result with its unit.
+    pub(super) fn titles(&self) -> Vec<String> {
+        let title = |name: &String| match self.unit(name) {
+            unit if unit.is_none() => name.clone(),
+            unit => format!("{name} [{}]", unit.word()),
+        };
+        self.head.iter().map(title).collect()
     }
 
     /// The settings that are not the same in all rows.

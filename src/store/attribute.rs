@@ -108,6 +108,16 @@ pub(super) fn read_number<T: Element>(
     }
 }
 
+/// Whether an object has an attribute of that name.
+pub(super) fn has(
+    object: &hdf5::Location,
+    place: Place<'_>,
+    name: &str,
+) -> Result<bool, StoreError> {
+    let names = object.attr_names().at(place, "list the attributes")?;
+    Ok(names.iter().any(|found| found == name))
+}
+
 fn open(
     object: &hdf5::Location,
     place: Place<'_>,

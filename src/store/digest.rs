@@ -4,6 +4,7 @@ use blake3::Hasher;
 
 use super::element::Element;
 use super::layout::Kind;
+use crate::units::Units;
 
 /// Values hashed at a time; 1 MiB of doubles, large enough for the hash to use all threads.
 const BLOCK: usize = 1 << 17;
@@ -65,8 +66,12 @@ pub(super) fn of_texts<S: AsRef<str>>(shape: &[usize], texts: &[S]) -> String {
     digest.finish()
 }
 
-/// The digest of a stage: path, zero byte, digest, zero byte of each dataset, in the order of the paths.
-pub(super) fn of_stage<'a>(datasets: impl Iterator<Item = (&'a str, &'a str)>) -> String {
+/// The digest of a stage: path, zero byte, digest, zero byte of each dataset, in the order of the paths; then the
+/// units, where they are not the default, so that stages before format 1.4 keep their digests.
+pub(super) fn of_stage<'a>(
+    datasets: impl Iterator<Item = (&'a str, &'a str)>,
+    units: Units,
+) -> String {
     let mut sorted: Vec<_> = datasets.collect();
     sorted.sort_unstable();
     let mut hasher = Hasher::new();
@@ -76,6 +81,9 @@ pub(super) fn of_stage<'a>(datasets: impl Iterator<Item = (&'a str, &'a str)>) -
             .update(&[0])
             .update(digest.as_bytes())
             .update(&[0]);
+    }
+    if !units.is_default() {
+        hasher.update(units.to_string().as_bytes()).update(&[0]);
     }
     hasher.finalize().to_hex().to_string()
 }

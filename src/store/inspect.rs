@@ -46,12 +46,13 @@ impl Reader {
         }
         let mut digests = Vec::new();
         for spec in held.into_iter().filter(|spec| !spec.volatile) {
-            digests.push((spec.path, self.digest(spec)?));
+            digests.push((spec.path, self.attribute(spec, "digest")?));
         }
         let digest = of_stage(
             digests
                 .iter()
                 .map(|(path, digest)| (*path, digest.as_str())),
+            stored.units,
         );
         self.stage_place(stage)
             .same_digest(stored.digest.clone(), digest)?;
@@ -83,21 +84,21 @@ impl Reader {
         stored.ok_or_else(|| self.missing(stage.group(), stage))
     }
 
-    /// The digest stored beside a dataset.
-    fn digest(&self, spec: &DatasetSpec) -> Result<String, StoreError> {
+    /// A text stored beside a dataset, such as its digest.
+    pub(super) fn attribute(&self, spec: &DatasetSpec, name: &str) -> Result<String, StoreError> {
         let place = self.place(spec);
         let file = &self.volume(spec.stage)?.file;
         if spec.kind.is_matrix() {
             read_text(
                 &*file.group(spec.path).at(place, "open the matrix")?,
                 place,
-                "digest",
+                name,
             )
         } else {
             read_text(
                 &**file.dataset(spec.path).at(place, "open the dataset")?,
                 place,
-                "digest",
+                name,
             )
         }
     }

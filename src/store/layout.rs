@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::units::Dimension;
+
 /// A step of the pipeline; each owns one group of the file, in the order data flows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Stage {
@@ -68,7 +70,7 @@ impl Stage {
         path: &'static str,
         kind: Kind,
         shape: &'static [Extent],
-        unit: &'static str,
+        dimension: Dimension,
         description: &'static str,
     ) -> DatasetSpec {
         DatasetSpec {
@@ -76,7 +78,7 @@ impl Stage {
             stage: self,
             kind,
             shape,
-            unit,
+            dimension,
             symbol: "",
             description,
             presence: Presence::Required,
@@ -216,8 +218,8 @@ pub struct DatasetSpec {
     pub kind: Kind,
     /// Symbolic shape; empty for a scalar; rows and columns for a matrix.
     pub shape: &'static [Extent],
-    /// Unit, `1` for dimensionless numbers.
-    pub unit: &'static str,
+    /// What the values are measured in; the units of the file make the word of it.
+    pub dimension: Dimension,
     /// Symbol of the quantity in the model, empty if it has none.
     pub symbol: &'static str,
     /// Meaning in one sentence.

@@ -11,6 +11,7 @@ use super::linked;
 use super::place::AtFile;
 use super::reader::Reader;
 use super::table::Layout;
+use crate::units::Units;
 
 /// What to do about a run file that does not exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,6 +90,13 @@ impl RunFile {
         }
         linked::remove_orphans(&self.folder, &self.path, &self.layout);
         Ok(())
+    }
+
+    /// The file for writing numbers in other units from now on.
+    #[must_use]
+    pub fn in_units(mut self, units: Units) -> Self {
+        self.layout = self.layout.in_units(units);
+        self
     }
 
     /// Where the next state is written.

@@ -4,9 +4,10 @@ use std::time::SystemTime;
 
 use hdf5_metno as hdf5;
 
-use super::attribute::{read_number, read_text, write_number, write_text};
+use super::attribute::{has, read_number, read_text, write_number, write_text};
 use super::error::StoreError;
 use super::place::Place;
+use crate::units::Units;
 
 /// The attributes every stage group carries, with their meanings, as the schema lists them.
 pub const STAGE_ATTRIBUTES: &[(&str, &str, &str)] = &[
@@ -23,13 +24,20 @@ pub const STAGE_ATTRIBUTES: &[(&str, &str, &str)] = &[
     (
         "digest",
         "text",
-        "BLAKE3 over the sorted paths and digests of the datasets, without timings",
+        "BLAKE3 over the sorted paths and digests of the datasets, without timings, and over `units`",
     ),
     ("settings", "text", "the settings used, as TOML"),
     ("seconds", "f64", "wall-clock time of the stage in s"),
     ("threads", "i64", "number of threads"),
     ("date", "text", "when the stage ended, RFC 3339 in UTC"),
 ];
+
+/// The attributes a stage group may carry besides, as the schema lists them.
+pub(super) const OPTIONAL_STAGE_ATTRIBUTES: &[(&str, &str, &str)] = &[(
+    "units",
+    "text",
+    "units of length and force that all others follow from, such as `mm, N`; absent for `m, N`",
+)];
 
 /// How a stage was run.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,8 +59,10 @@ pub struct StageRecord {
 pub struct StoredStage {
     /// How it was run.
     pub record: StageRecord,
-    /// Digest of its datasets.
+    /// Digest of its datasets and units.
     pub digest: String,
+    /// What its numbers are in.
+    pub units: Units,
 }
 
 /// The present time to the second, RFC 3339 in UTC.
@@ -64,8 +74,12 @@ pub(super) fn write(
     group: &hdf5::Location,
     place: Place<'_>,
     record: &StageRecord,
+    units: Units,
     digest: &str,
 ) -> Result<(), StoreError> {
+    if !units.is_default() {
+        write_text(group, place, "units", &units.to_string())?;
+    }
     write_text(group, place, "input_digest", &record.input_digest)?;
     write_text(group, place, "digest", digest)?;
     write_text(group, place, "settings", &record.settings)?;
@@ -89,5 +103,16 @@ pub(super) fn read(group: &hdf5::Location, place: Place<'_>) -> Result<StoredSta
             date: read_text(group, place, "date")?,
         },
         digest: read_text(group, place, "digest")?,
+        units: read_units(group, place)?,
     })
+}
+
+/// The units a stage names; the default where it names none, as in files before format 1.4.
+fn read_units(group: &hdf5::Location, place: Place<'_>) -> Result<Units, StoreError> {
+    if !has(group, place, "units")? {
+        return Ok(Units::SI);
+    }
+    let text = read_text(group, place, "units")?;
+    text.parse()
+        .map_err(|problem: String| place.damaged(problem))
 }

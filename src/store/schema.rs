@@ -4,12 +4,17 @@ use serde_json::{Map, Value, json};
 
 use super::header::{LINKED_STAGES, ROOT_ATTRIBUTES};
 use super::layout::{DatasetSpec, Extent, Kind, Presence, Stage, Storage};
-use super::record::STAGE_ATTRIBUTES;
+use super::record::{OPTIONAL_STAGE_ATTRIBUTES, STAGE_ATTRIBUTES};
 use super::table::Layout;
+use crate::units::{ForceUnit, LengthUnit, Units};
 
 /// The attributes every dataset and matrix group carries, with their meanings.
 pub(super) const DATASET_ATTRIBUTES: &[(&str, &str, &str)] = &[
-    ("units", "text", "unit of the values"),
+    (
+        "units",
+        "text",
+        "unit of the values, in the units of the stage",
+    ),
     (
         "symbol",
         "text",
@@ -67,6 +72,9 @@ pub fn schema_json(layout: &Layout) -> String {
         "linked_stages": LINKED_STAGES,
         "stages": groups,
         "stage_attributes": triples(STAGE_ATTRIBUTES),
+        "optional_stage_attributes": triples(OPTIONAL_STAGE_ATTRIBUTES),
+        "length_units": LengthUnit::ALL.map(LengthUnit::word),
+        "force_units": ForceUnit::ALL.map(ForceUnit::word),
         "dataset_attributes": triples(DATASET_ATTRIBUTES),
         "matrix_attributes": triples(MATRIX_ATTRIBUTES),
         "matrix_members": triples(MATRIX_MEMBERS),
@@ -88,7 +96,8 @@ fn dataset(spec: &DatasetSpec) -> Value {
         "stage": spec.stage.group(),
         "type": spec.kind.tag(),
         "shape": spec.shape.iter().map(extent).collect::<Vec<_>>(),
-        "unit": spec.unit,
+        "dimension": spec.dimension.to_string(),
+        "unit": Units::SI.word(spec.dimension),
         "symbol": spec.symbol,
         "description": spec.description,
         "required": spec.presence == Presence::Required,

@@ -4,16 +4,18 @@ use std::fmt::Write as _;
 
 use super::header::{LINKED_STAGES, ROOT_ATTRIBUTES};
 use super::layout::{DatasetSpec, Kind, Presence, Stage, Storage};
-use super::record::STAGE_ATTRIBUTES;
+use super::record::{OPTIONAL_STAGE_ATTRIBUTES, STAGE_ATTRIBUTES};
 use super::schema::{DATASET_ATTRIBUTES, MATRIX_ATTRIBUTES, MATRIX_MEMBERS};
 use super::table::Layout;
+use crate::units::Units;
 
 /// The table as a Markdown page: the file, its stages one by one, and the symbolic sizes.
 pub fn schema_page(layout: &Layout) -> String {
     let [major, minor] = layout.format_version;
     let mut page = format!(
         "# The run file\n\nGenerated from the table of datasets; do not edit.\n\nOne HDF5 file of type \
-         `{}`, format version {major}.{minor}. Readers take the same major and any older minor version.\n\n",
+         `{}`, format version {major}.{minor}. Readers take the same major and any older minor version. \
+         Units are words for force F and length L, here those of a scene that names none.\n\n",
         layout.filetype
     );
     attributes(&mut page, "Attributes of the root", ROOT_ATTRIBUTES);
@@ -27,6 +29,11 @@ pub fn schema_page(layout: &Layout) -> String {
         &mut page,
         "Attributes of every stage group",
         STAGE_ATTRIBUTES,
+    );
+    attributes(
+        &mut page,
+        "Further attribute of a stage group in other units than metres and newtons",
+        OPTIONAL_STAGE_ATTRIBUTES,
     );
     attributes(
         &mut page,
@@ -63,7 +70,7 @@ fn attributes(page: &mut String, title: &str, rows: &[(&str, &str, &str)]) {
 fn stage_section(page: &mut String, layout: &Layout, stage: Stage) {
     heading(page, &format!("`/{stage}`"));
     page.push_str(
-        "| Dataset | Symbol | Type | Shape | Unit | Meaning |\n|---|---|---|---|---|---|\n",
+        "| Dataset | Symbol | Type | Shape | Dimension | Unit | Meaning |\n|---|---|---|---|---|---|---|\n",
     );
     for spec in layout.of_stage(stage) {
         let shape: Vec<_> = spec.shape.iter().map(ToString::to_string).collect();
@@ -84,7 +91,8 @@ fn stage_section(page: &mut String, layout: &Layout, stage: Stage) {
                 cell(spec.symbol),
                 kind,
                 shape,
-                cell(spec.unit),
+                spec.dimension.to_string(),
+                Units::SI.word(spec.dimension),
                 meaning(spec),
             ],
         );

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::layout::{DatasetSpec, Presence, Stage};
+use crate::units::Units;
 
 /// A file format: its identity and every dataset it knows.
 #[derive(Clone, Copy, Debug)]
@@ -17,11 +18,19 @@ pub struct Layout {
     pub creator: &'static str,
     /// The rows, one slice for each stage.
     pub tables: &'static [&'static [DatasetSpec]],
+    /// The units that numbers are written in.
+    pub units: Units,
     /// Every symbolic size with its meaning.
     pub extents: &'static [(&'static str, &'static str)],
 }
 
 impl Layout {
+    /// The same format for numbers in other units.
+    #[must_use]
+    pub const fn in_units(self, units: Units) -> Self {
+        Layout { units, ..self }
+    }
+
     /// Every row, in the order of the table.
     pub fn datasets(&self) -> impl Iterator<Item = &'static DatasetSpec> + use<> {
         self.tables.iter().flat_map(|table| table.iter())
@@ -39,8 +48,8 @@ impl Layout {
 
     /// Every breach of the rules of the table, one sentence each; empty for a sound table.
     ///
-    /// Rules: paths are unique, below the group of their stage and not inside one another; units and meanings
-    /// are given; matrices have two extents and texts at most one; enumerations have distinct names and codes;
+    /// Rules: paths are unique, below the group of their stage and not inside one another; meanings are
+    /// given; matrices have two extents and texts at most one; enumerations have distinct names and codes;
     /// every symbolic size is explained, and every explained one is used.
     pub fn problems(&self) -> Vec<String> {
         let mut problems = Vec::new();
@@ -104,7 +113,6 @@ fn row_problems(spec: &DatasetSpec) -> Vec<&'static str> {
             spec.name() == spec.path || spec.name().is_empty(),
             "not below the group of its stage",
         ),
-        (spec.unit.is_empty(), "has no unit"),
         (spec.description.is_empty(), "has no meaning"),
         (
             spec.presence == Presence::Optional(""),

@@ -7,6 +7,7 @@ use hdf5_metno as hdf5;
 use super::error::StoreError;
 use super::layout::{DatasetSpec, EnumSpec, Kind, Stage};
 use super::reader::Reader;
+use crate::units::Units;
 
 impl Reader {
     /// Everything that is wrong with the stages of a file; empty for a file as it was written.
@@ -18,7 +19,11 @@ impl Reader {
         for stage in Stage::ALL {
             match self.whole_stage(stage) {
                 Ok(None) => continue,
-                Ok(Some(_)) => {}
+                Ok(Some(stored)) => {
+                    let held = self.layout.of_stage(stage).filter(|spec| self.holds(spec));
+                    let wrong = held.filter_map(|spec| self.check_unit(spec, stored.units).err());
+                    problems.extend(wrong);
+                }
                 Err(error) => problems.push(error),
             }
             problems.extend(self.refuse_unknown(stage).err());
@@ -26,6 +31,20 @@ impl Reader {
             problems.extend(held.filter_map(|spec| self.check_values(spec).err()));
         }
         problems
+    }
+
+    /// Refuses a word for the unit of a dataset that is not that of the units its stage names.
+    fn check_unit(&self, spec: &DatasetSpec, units: Units) -> Result<(), StoreError> {
+        let found = self.attribute(spec, "units")?;
+        let expected = units.word(spec.dimension);
+        if found == expected {
+            return Ok(());
+        }
+        let place = self.place(spec);
+        Err(place.mismatch(
+            format!("units = \"{expected}\""),
+            format!("units = \"{found}\""),
+        ))
     }
 
     fn check_values(&self, spec: &'static DatasetSpec) -> Result<(), StoreError> {

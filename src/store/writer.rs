@@ -177,8 +177,10 @@ impl<'t> StageWriter<'t> {
             return Err(LayoutError::NotWritten { stage, missing }.into());
         }
         let stable = self.digests.iter().filter(|(_, (_, volatile))| !volatile);
-        let digest = of_stage(stable.map(|(path, (digest, _))| (*path, digest.as_str())));
-        record::write(&self.group, self.stage_place(), record, &digest)?;
+        let units = self.transaction.layout().units;
+        let stable = stable.map(|(path, (digest, _))| (*path, digest.as_str()));
+        let digest = of_stage(stable, units);
+        record::write(&self.group, self.stage_place(), record, units, &digest)?;
         self.transaction.stage_finished(&digest);
         Ok(digest)
     }
@@ -267,7 +269,8 @@ impl<'t> StageWriter<'t> {
         digest: String,
     ) -> Result<(), StoreError> {
         let place = self.place(spec);
-        write_text(object, place, "units", spec.unit)?;
+        let units = self.transaction.layout().units;
+        write_text(object, place, "units", &units.word(spec.dimension))?;
         write_text(object, place, "symbol", spec.symbol)?;
         write_text(object, place, "description", spec.description)?;
         write_text(object, place, "digest", &digest)?;

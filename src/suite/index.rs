@@ -137,5 +137,21 @@ pub fn read(path: &Path, version: Version) -> Result<Vec<Case>, SweepError> {
             });
         }
     }
+    refuse_mixed_units(path, &cases)?;
     Ok(cases)
+}
+
+/// Refuses cases in different units: their table speaks one system.
+fn refuse_mixed_units(path: &Path, cases: &[Case]) -> Result<(), SweepError> {
+    let units = |case: &Case| case.scene.scene.units;
+    let other = cases.iter().find(|case| units(case) != units(&cases[0]));
+    match other {
+        None => Ok(()),
+        Some(case) => Err(SweepError::Axis {
+            file: path.to_owned(),
+            place: case.name.clone(),
+            expected: format!("the units of all cases before it, {}", units(&cases[0])),
+            found: units(case).to_string(),
+        }),
+    }
 }

@@ -45,6 +45,7 @@ impl Case {
             family: self.family.clone(),
             shows: self.shows.clone(),
             scene: scene.to_toml(),
+            units: scene.units,
             open: self.open.clone(),
             outcome: check.map_err(|error| error.to_string()),
         }
@@ -56,7 +57,8 @@ impl Case {
 /// # Errors
 /// A busy, foreign or unwritable file.
 pub fn store(path: &Path, rows: &[StabilityRow], threads: usize) -> Result<(), SweepError> {
-    let file = RunFile::lock(path, STABILITY_LAYOUT, IfMissing::Create)?;
+    let units = rows.first().map_or(STABILITY_LAYOUT.units, |row| row.units);
+    let file = RunFile::lock(path, STABILITY_LAYOUT.in_units(units), IfMissing::Create)?;
     let mut transaction = Transaction::begin(&file)?;
     let mut writer = transaction.stage(Stage::Stability, Home::RunFile)?;
     write_stability(&mut writer, rows)?;

@@ -4,10 +4,13 @@ use std::{
 };
 
 use super::{SweepError, SweepFile, axes::Steps, keys};
-use crate::scene::SceneFile;
+use crate::{scene::SceneFile, units::Units};
 
 /// Hexadecimal digits of a case's name: 64 bits tell the cases of a folder apart.
 const DIGITS: usize = 16;
+
+/// The table of a scene that names its units.
+pub(super) const UNITS_KEY: &str = "units";
 
 /// One scene of a sweep.
 #[derive(Debug, Clone)]
@@ -29,6 +32,8 @@ pub struct Plan {
     pub cases: Vec<Case>,
     /// The keys of all axes.
     pub keys: Vec<String>,
+    /// The units of all cases.
+    pub units: Units,
 }
 
 impl Case {
@@ -56,6 +61,7 @@ impl Plan {
         let base = base_scene(&sweep, path)?;
         let keys: Vec<String> = axes.iter().flat_map(|axis| axis.keys.clone()).collect();
         refuse_twice(path, &keys)?;
+        refuse_units(path, &keys)?;
         let fastest = axes.last().map_or(1, |axis| axis.rows.len());
         let mut cases: Vec<Case> = Vec::new();
         for settings in product(&axes) {
@@ -72,7 +78,8 @@ impl Plan {
         }
         let ids: Vec<String> = cases.iter().map(|case| case.id.clone()).collect();
         refuse_twice(path, &ids)?;
-        Ok(Self { cases, keys })
+        let units = base.scene.units;
+        Ok(Self { cases, keys, units })
     }
 
     /// The case with a name.
@@ -156,6 +163,21 @@ fn name(scene: &SceneFile, start: Option<&str>) -> String {
     hasher.update(start.unwrap_or_default().as_bytes());
     let digest = hasher.finalize().to_hex();
     digest[..DIGITS].to_owned()
+}
+
+/// Refuses an axis that changes units: nothing is converted, so its cases would have the same numbers, and a table
+/// and its charts speak one system.
+fn refuse_units(path: &Path, keys: &[String]) -> Result<(), SweepError> {
+    let names_units = |key: &&String| key.split('.').next() == Some(UNITS_KEY);
+    match keys.iter().find(names_units) {
+        None => Ok(()),
+        Some(key) => Err(SweepError::Axis {
+            file: path.to_owned(),
+            place: key.clone(),
+            expected: "the same units in all cases, named in the scene or under [set]".into(),
+            found: "an axis over units, which are only words: nothing is converted".into(),
+        }),
+    }
 }
 
 fn refuse_twice(path: &Path, names: &[String]) -> Result<(), SweepError> {

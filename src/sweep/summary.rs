@@ -6,12 +6,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{Plan, SweepError, failure, keys};
+use super::{Plan, SweepError, failure, keys, plan::UNITS_KEY};
 use crate::{
     format::{self, CERTIFICATE, CaseResults, CaseRow, LAYOUT, SWEEP_LAYOUT},
     store::{
         Home, IfMissing, Reader, RunFile, Stage, StageRecord, StoreError, Transaction, timestamp,
     },
+    units::Units,
 };
 
 /// Name of the table for h5py in the sweep's folder.
@@ -19,8 +20,11 @@ pub const SUMMARY_FILE: &str = "summary.h5";
 /// Name of the table for spreadsheets.
 pub const CSV_FILE: &str = "summary.csv";
 
+/// The last columns, so that every row says what its numbers are in.
+const UNIT_COLUMNS: [&str; 4] = ["length_unit", "force_unit", "stress_unit", "energy_unit"];
+
 /// Writes both tables from the run files of a folder: the cases of the plan in its order, then older
-/// ones. Returns how many planned cases have a solve that did not converge.
+/// ones in the same units. Returns how many planned cases have a solve that did not converge.
 ///
 /// # Errors
 /// Tables that cannot be written, a run file with altered results.
@@ -49,6 +53,9 @@ fn rows(plan: &Plan, folder: &Path) -> Result<Vec<CaseRow>, SweepError> {
         let Some(table) = scene.ok().and_then(|text| text.parse::<toml::Table>().ok()) else {
             continue;
         };
+        if units(&table) != plan.units {
+            continue;
+        }
         let settings: Vec<(String, toml::Value)> = plan
             .keys
             .iter()
@@ -63,6 +70,12 @@ fn rows(plan: &Plan, folder: &Path) -> Result<Vec<CaseRow>, SweepError> {
         row.setting_values.resize(plan.keys.len(), f64::NAN);
     }
     Ok(rows)
+}
+
+/// The units that a stored scene names.
+fn units(scene: &toml::Table) -> Units {
+    let named = scene.get(UNITS_KEY).cloned();
+    named.map_or(Units::SI, |named| named.try_into().unwrap_or_default())
 }
 
 /// All run files of a folder with their names, sorted.
@@ -128,7 +141,8 @@ fn number(value: &toml::Value) -> f64 {
 }
 
 fn write_table(plan: &Plan, folder: &Path, rows: &[CaseRow]) -> Result<(), SweepError> {
-    let file = RunFile::lock(&folder.join(SUMMARY_FILE), SWEEP_LAYOUT, IfMissing::Create)?;
+    let layout = SWEEP_LAYOUT.in_units(plan.units);
+    let file = RunFile::lock(&folder.join(SUMMARY_FILE), layout, IfMissing::Create)?;
     let mut transaction = Transaction::begin(&file)?;
     let mut writer = transaction.stage(Stage::Cases, Home::RunFile)?;
     format::write_cases(&mut writer, &plan.keys, rows)?;
@@ -190,7 +204,18 @@ fn header(plan: &Plan) -> Vec<String> {
     names.extend(results.map(str::to_owned));
     names.extend(CERTIFICATE.map(|name| format!("certificate_{name}")));
     names.push("solve_digest".to_owned());
+    names.extend(UNIT_COLUMNS.map(str::to_owned));
     names
+}
+
+/// The words for the units of each row's results.
+fn unit_cells(units: Units) -> [String; UNIT_COLUMNS.len()] {
+    [
+        units.length().to_owned(),
+        units.force().to_owned(),
+        units.stress(),
+        units.energy(),
+    ]
 }
 
 fn record(plan: &Plan, row: &CaseRow) -> Vec<String> {
@@ -204,8 +229,9 @@ fn record(plan: &Plan, row: &CaseRow) -> Vec<String> {
     cells.extend([row.status.clone(), row.error.clone()]);
     match &row.results {
         Some(results) => cells.extend(result_cells(results)),
-        None => cells.resize(header(plan).len(), String::new()),
+        None => cells.resize(header(plan).len() - UNIT_COLUMNS.len(), String::new()),
     }
+    cells.extend(unit_cells(plan.units));
     cells
 }
 

@@ -9,3 +9,4 @@ mod law;
 mod linked_assembly;
 mod program;
 mod stages;
+mod units;

@@ -7,7 +7,7 @@ use contact3d_pipe::{format::LAYOUT, store::Reader};
 
 use crate::scenes::{BODY, CONTACT, LOAD, RAMPS, STEEL};
 
-const CONTACT_ONLY: [&str; 25] = [
+const CONTACT_ONLY: [&str; 28] = [
     "/mesh/contact_normal",
     "/mesh/contact_nodes",
     "/mesh/contact_facets",
@@ -22,6 +22,9 @@ const CONTACT_ONLY: [&str; 25] = [
     "/post/contact_zone",
     "/post/normal_stress",
     "/post/pane_gap",
+    "/post/contact_traction",
+    "/post/contact_axis_1",
+    "/post/contact_axis_2",
     "/post/zone_counts",
     "/post/resultants/normal_force",
     "/post/resultants/contact_force",

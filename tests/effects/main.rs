@@ -5,6 +5,7 @@ mod support;
 
 mod absence;
 mod bodies;
+mod contact_frame;
 mod datasets;
 mod friction;
 mod scenes;

@@ -4,3 +4,4 @@ mod changes;
 mod kills;
 mod program;
 mod sharing;
+mod units;

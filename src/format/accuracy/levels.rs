@@ -9,6 +9,7 @@ use crate::{
         Extent::{Fixed, Named},
         Kind, Reader, Stage, StageWriter, StoreError, StoredEnum,
     },
+    units::Dimension,
 };
 
 const SCENE_N_DIV: &str = "/accuracy/scene_n_div";
@@ -41,37 +42,37 @@ const LEVELS: &[Extent] = &[Named("n_levels")];
 const fn level(
     path: &'static str,
     kind: Kind,
-    unit: &'static str,
+    dimension: Dimension,
     meaning: &'static str,
 ) -> DatasetSpec {
     Stage::Accuracy
-        .row(path, kind, LEVELS, unit, meaning)
+        .row(path, kind, LEVELS, dimension, meaning)
         .optional(NO_BRICK)
 }
 
 #[rustfmt::skip]
 pub(in crate::format) const TABLE: &[DatasetSpec] = &[
-    Stage::Accuracy.row(SCENE_N_DIV, Kind::I64, &[], "1", "Smallest number of cells along an edge in the scene itself.").optional(NO_BRICK),
-    level(N_DIV, Kind::I64, "1", "Smallest number of cells along an edge.").symbol("n_div"),
-    Stage::Accuracy.row(CELLS, Kind::I64, &[Named("n_levels"), Fixed(3)], "1", "Cells along the edges.").optional(NO_BRICK),
-    level(CELL_SIZE, Kind::F64, "m", "Cube root of the volume of a cell.").symbol("h"),
-    level(N_FREE, Kind::I64, "1", "Free degrees of freedom."),
-    level(N_MULTIPLIERS, Kind::I64, "1", "Multipliers."),
-    level(LEVEL_STATUS, Kind::Enum(StoredStatus::SPEC), "1", "How the solve ended."),
-    level(LEVEL_ACTIONS, Kind::I64, "1", "Actions of the dual operator.").symbol("n_A"),
-    level(ENERGY_DIFFERENCE, Kind::F64, "1", "|u_h - u_f|_A / |u_f|_A with u_f of the finest mesh.").symbol("e_h"),
-    level(LEVEL_ENERGY_ERROR, Kind::F64, "1", "|u_h - u|_A / |u_f|_A with the extrapolated limit of e_h^2; NaN where no order is observed."),
-    level(POTENTIAL_ENERGY, Kind::F64, "J", "u.Au / 2 - l.u.").symbol("J"),
-    level(NORMAL_FORCE, Kind::F64, "N", "Total normal contact force.").optional(NO_CONTACT),
-    Stage::Accuracy.row(TANGENTIAL_FORCE, Kind::F64, &[Named("n_levels"), Fixed(2)], "N", "Total tangential multiplier force along t1 and t2.").optional(NO_FRICTION),
-    level(LEVEL_SECONDS, Kind::F64, "s", "Median wall-clock time of mesh, assembly, solve and evaluation in memory.").volatile(),
-    level(LEVEL_REPEATS, Kind::I64, "1", "Runs the median is taken of.").volatile(),
-    level(LEVEL_PEAK, Kind::F64, "B", "Peak resident memory of the process meanwhile, NaN where unknown.").volatile(),
-    level(ENERGY_NORM_ORDER, Kind::F64, "1", "Order of the energy-norm error observed from each level and the two before it; NaN where none is.").symbol("p"),
-    level(POTENTIAL_ENERGY_ORDER, Kind::F64, "1", "Order of the potential energy, likewise."),
-    Stage::Accuracy.row(FORCE_ORDER, Kind::F64, &[Named("n_levels"), Fixed(3)], "1", "Orders of the normal and the two tangential forces, likewise; NaN for forces the scene does not have.").optional(NO_CONTACT),
-    Stage::Accuracy.row(POTENTIAL_ENERGY_LIMIT, Kind::F64, &[], "J", "Extrapolated potential energy; NaN where no order is observed.").optional(NO_BRICK),
-    Stage::Accuracy.row(FORCE_LIMIT, Kind::F64, &[Fixed(3)], "N", "Extrapolated normal and tangential forces, likewise.").optional(NO_CONTACT),
+    Stage::Accuracy.row(SCENE_N_DIV, Kind::I64, &[], Dimension::Number, "Smallest number of cells along an edge in the scene itself.").optional(NO_BRICK),
+    level(N_DIV, Kind::I64, Dimension::Number, "Smallest number of cells along an edge.").symbol("n_div"),
+    Stage::Accuracy.row(CELLS, Kind::I64, &[Named("n_levels"), Fixed(3)], Dimension::Number, "Cells along the edges.").optional(NO_BRICK),
+    level(CELL_SIZE, Kind::F64, Dimension::LENGTH, "Cube root of the volume of a cell.").symbol("h"),
+    level(N_FREE, Kind::I64, Dimension::Number, "Free degrees of freedom."),
+    level(N_MULTIPLIERS, Kind::I64, Dimension::Number, "Multipliers."),
+    level(LEVEL_STATUS, Kind::Enum(StoredStatus::SPEC), Dimension::Number, "How the solve ended."),
+    level(LEVEL_ACTIONS, Kind::I64, Dimension::Number, "Actions of the dual operator.").symbol("n_A"),
+    level(ENERGY_DIFFERENCE, Kind::F64, Dimension::Number, "|u_h - u_f|_A / |u_f|_A with u_f of the finest mesh.").symbol("e_h"),
+    level(LEVEL_ENERGY_ERROR, Kind::F64, Dimension::Number, "|u_h - u|_A / |u_f|_A with the extrapolated limit of e_h^2; NaN where no order is observed."),
+    level(POTENTIAL_ENERGY, Kind::F64, Dimension::Energy, "u.Au / 2 - l.u.").symbol("J"),
+    level(NORMAL_FORCE, Kind::F64, Dimension::FORCE, "Total normal contact force.").optional(NO_CONTACT),
+    Stage::Accuracy.row(TANGENTIAL_FORCE, Kind::F64, &[Named("n_levels"), Fixed(2)], Dimension::FORCE, "Total tangential multiplier force along t1 and t2.").optional(NO_FRICTION),
+    level(LEVEL_SECONDS, Kind::F64, Dimension::Time, "Median wall-clock time of mesh, assembly, solve and evaluation in memory.").volatile(),
+    level(LEVEL_REPEATS, Kind::I64, Dimension::Number, "Runs the median is taken of.").volatile(),
+    level(LEVEL_PEAK, Kind::F64, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.").volatile(),
+    level(ENERGY_NORM_ORDER, Kind::F64, Dimension::Number, "Order of the energy-norm error observed from each level and the two before it; NaN where none is.").symbol("p"),
+    level(POTENTIAL_ENERGY_ORDER, Kind::F64, Dimension::Number, "Order of the potential energy, likewise."),
+    Stage::Accuracy.row(FORCE_ORDER, Kind::F64, &[Named("n_levels"), Fixed(3)], Dimension::Number, "Orders of the normal and the two tangential forces, likewise; NaN for forces the scene does not have.").optional(NO_CONTACT),
+    Stage::Accuracy.row(POTENTIAL_ENERGY_LIMIT, Kind::F64, &[], Dimension::Energy, "Extrapolated potential energy; NaN where no order is observed.").optional(NO_BRICK),
+    Stage::Accuracy.row(FORCE_LIMIT, Kind::F64, &[Fixed(3)], Dimension::FORCE, "Extrapolated normal and tangential forces, likewise.").optional(NO_CONTACT),
 ];
 
 /// Writes meshes, orders and limits.

@@ -10,6 +10,7 @@ use super::{FormatError, read_index_vec};
 use crate::{
     accuracy::{Accuracy, Cost},
     store::{DatasetSpec, Kind, Reader, Stage, StageWriter, StoreError},
+    units::Dimension,
 };
 
 const ADVICE: &str = "/accuracy/advice";
@@ -17,7 +18,7 @@ const NO_CONTACT: &str = "absent without contact";
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    Stage::Accuracy.row(ADVICE, Kind::Text, &[], "1", "What the ladders mean for this mesh, in one sentence.").volatile(),
+    Stage::Accuracy.row(ADVICE, Kind::Text, &[], Dimension::Number, "What the ladders mean for this mesh, in one sentence.").volatile(),
 ];
 
 /// Writes both ladders and their advice.

@@ -10,6 +10,7 @@ use crate::{
         Extent::{Fixed, Named},
         Kind, Reader, Stage, StageWriter, StoreError, StoredEnum, stored_enum,
     },
+    units::Dimension,
 };
 
 stored_enum! {
@@ -66,32 +67,32 @@ const OF_OPERATORS: &[Extent] = &[Fixed(2)];
 const fn rung(
     path: &'static str,
     kind: Kind,
-    unit: &'static str,
+    dimension: Dimension,
     meaning: &'static str,
 ) -> DatasetSpec {
     Stage::Accuracy
-        .row(path, kind, RUNGS, unit, meaning)
+        .row(path, kind, RUNGS, dimension, meaning)
         .optional(NO_CONTACT)
 }
 
 #[rustfmt::skip]
 pub(in crate::format) const TABLE: &[DatasetSpec] = &[
-    Stage::Accuracy.row(REFERENCE_STATUS, Kind::Enum(StoredStatus::SPEC), &[], "1", "How the reference ended: Newton's method on the explicit operator to rounding.").optional(NO_CONTACT),
-    Stage::Accuracy.row(REFERENCE_ACCURACY, Kind::F64, &[], "1", "Last relative residual of the reference.").optional(NO_CONTACT),
-    Stage::Accuracy.row(ASSEMBLY_SECONDS, Kind::F64, OF_OPERATORS, "s", "Median wall-clock time of assembly with the implicit and the explicit operator.").volatile().optional(NO_CONTACT),
-    Stage::Accuracy.row(ASSEMBLY_REPEATS, Kind::I64, OF_OPERATORS, "1", "Runs the median is taken of.").volatile().optional(NO_CONTACT),
-    Stage::Accuracy.row(ASSEMBLY_PEAK, Kind::F64, OF_OPERATORS, "B", "Peak resident memory of the process meanwhile, NaN where unknown.").volatile().optional(NO_CONTACT),
-    rung(METHOD, Kind::Enum(StoredMethod::SPEC), "1", "Method."),
-    rung(OPERATOR, Kind::Enum(StoredOperator::SPEC), "1", "How the dual operator is held."),
-    rung(EPSILON, Kind::F64, "1", "Accuracy asked for.").symbol("epsilon"),
-    rung(RUN, Kind::U8, "1", "1 where it was run; 0 where the budget did not suffice, and its results are NaN or 0.").volatile(),
-    rung(RUNG_STATUS, Kind::Enum(StoredStatus::SPEC), "1", "How the solve ended.").volatile(),
-    rung(ENERGY_ERROR, Kind::F64, "1", "|u - u*|_A / |u*|_A with the reference u*.").volatile(),
-    rung(MULTIPLIER_ERROR, Kind::F64, "1", "|lambda - lambda*| / |lambda*| with the reference lambda*.").volatile(),
-    rung(RUNG_ACTIONS, Kind::I64, "1", "Actions of the dual operator.").symbol("n_A").volatile(),
-    rung(RUNG_SECONDS, Kind::F64, "s", "Median wall-clock time of the solve alone.").volatile(),
-    rung(RUNG_REPEATS, Kind::I64, "1", "Runs the median is taken of.").volatile(),
-    rung(RUNG_PEAK, Kind::F64, "B", "Peak resident memory of the process meanwhile, NaN where unknown.").volatile(),
+    Stage::Accuracy.row(REFERENCE_STATUS, Kind::Enum(StoredStatus::SPEC), &[], Dimension::Number, "How the reference ended: Newton's method on the explicit operator to rounding.").optional(NO_CONTACT),
+    Stage::Accuracy.row(REFERENCE_ACCURACY, Kind::F64, &[], Dimension::Number, "Last relative residual of the reference.").optional(NO_CONTACT),
+    Stage::Accuracy.row(ASSEMBLY_SECONDS, Kind::F64, OF_OPERATORS, Dimension::Time, "Median wall-clock time of assembly with the implicit and the explicit operator.").volatile().optional(NO_CONTACT),
+    Stage::Accuracy.row(ASSEMBLY_REPEATS, Kind::I64, OF_OPERATORS, Dimension::Number, "Runs the median is taken of.").volatile().optional(NO_CONTACT),
+    Stage::Accuracy.row(ASSEMBLY_PEAK, Kind::F64, OF_OPERATORS, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.").volatile().optional(NO_CONTACT),
+    rung(METHOD, Kind::Enum(StoredMethod::SPEC), Dimension::Number, "Method."),
+    rung(OPERATOR, Kind::Enum(StoredOperator::SPEC), Dimension::Number, "How the dual operator is held."),
+    rung(EPSILON, Kind::F64, Dimension::Number, "Accuracy asked for.").symbol("epsilon"),
+    rung(RUN, Kind::U8, Dimension::Number, "1 where it was run; 0 where the budget did not suffice, and its results are NaN or 0.").volatile(),
+    rung(RUNG_STATUS, Kind::Enum(StoredStatus::SPEC), Dimension::Number, "How the solve ended.").volatile(),
+    rung(ENERGY_ERROR, Kind::F64, Dimension::Number, "|u - u*|_A / |u*|_A with the reference u*.").volatile(),
+    rung(MULTIPLIER_ERROR, Kind::F64, Dimension::Number, "|lambda - lambda*| / |lambda*| with the reference lambda*.").volatile(),
+    rung(RUNG_ACTIONS, Kind::I64, Dimension::Number, "Actions of the dual operator.").symbol("n_A").volatile(),
+    rung(RUNG_SECONDS, Kind::F64, Dimension::Time, "Median wall-clock time of the solve alone.").volatile(),
+    rung(RUNG_REPEATS, Kind::I64, Dimension::Number, "Runs the median is taken of.").volatile(),
+    rung(RUNG_PEAK, Kind::F64, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.").volatile(),
 ];
 
 pub(super) fn write(

@@ -7,7 +7,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
         Body::Gmsh(gmsh) => require(
             positive(gmsh.unit),
             "body.gmsh.unit",
-            "a positive length [m]",
+            &format!("a positive length [{}]", scene.units.length()),
             gmsh.unit,
             "give the length of the file's unit, 0.001 for a mesh in millimetres",
         ),
@@ -18,7 +18,7 @@ fn check_brick(brick: &Brick, scene: &Scene) -> Result<(), Invalid> {
     require(
         brick.size.iter().all(|&l| positive(l)),
         "body.brick.size",
-        "three positive lengths [m]",
+        &format!("three positive lengths [{}]", scene.units.length()),
         brick.size,
         "give the edge lengths Lx, Ly, Lz",
     )?;

@@ -9,7 +9,10 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
     require(
         holds(&contact.gap, |d| d >= 0.0 && d.is_finite()),
         "contact.gap",
-        "a gap d >= 0 [m] or an expression in x, y, z",
+        &format!(
+            "a gap d >= 0 [{}] or an expression in x, y, z",
+            scene.units.length()
+        ),
         &contact.gap,
         "the body may not start inside the foundation",
     )?;

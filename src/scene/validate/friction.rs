@@ -15,11 +15,11 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
     check_choice(friction)?;
     for (name, coefficient) in friction.given() {
         let key = format!("friction.{name}");
-        check_coefficient(coefficient, &key)?;
+        check_coefficient(coefficient, &key, scene.units.length())?;
         check_variables(coefficient, name == "coefficient", &key)?;
     }
     match &friction.slip_bound {
-        Some(bound) => check_tresca(friction, bound),
+        Some(bound) => check_tresca(friction, bound, &scene.units.stress()),
         None => Ok(()),
     }
 }
@@ -35,11 +35,11 @@ fn check_choice(friction: &Friction) -> Result<(), Invalid> {
     )
 }
 
-fn check_tresca(friction: &Friction, bound: &Quantity) -> Result<(), Invalid> {
+fn check_tresca(friction: &Friction, bound: &Quantity, stress: &str) -> Result<(), Invalid> {
     require(
         holds(bound, |g| g >= 0.0 && g.is_finite()),
         "friction.slip_bound",
-        "a slip bound g >= 0 [Pa] or an expression in x, y, z",
+        &format!("a slip bound g >= 0 [{stress}] or an expression in x, y, z"),
         bound,
         "Tresca's law bounds the tangential stress by a given g",
     )?;
@@ -55,7 +55,7 @@ fn check_tresca(friction: &Friction, bound: &Quantity) -> Result<(), Invalid> {
     Ok(())
 }
 
-fn check_coefficient(coefficient: &Coefficient, key: &str) -> Result<(), Invalid> {
+fn check_coefficient(coefficient: &Coefficient, key: &str, length: &str) -> Result<(), Invalid> {
     match coefficient {
         Coefficient::Constant(value) => require(
             positive(*value),
@@ -71,12 +71,12 @@ fn check_coefficient(coefficient: &Coefficient, key: &str) -> Result<(), Invalid
                 && ramp.onset >= 0.0
                 && ramp.onset.is_finite(),
             format!("{key}.ramp"),
-            "initial > 0, residual > 0, rate > 0 [1/m], onset >= 0 [m]",
+            &format!("initial > 0, residual > 0, rate > 0 [1/{length}], onset >= 0 [{length}]"),
             ramp,
             "rate is the steepness |dF/dslip|; whether F falls or rises follows from initial and residual",
         ),
-        Coefficient::Table(table) => check_table(table, &format!("{key}.table")),
-        Coefficient::Grid(grid) => check_grid(grid, &format!("{key}.grid")),
+        Coefficient::Table(table) => check_table(table, &format!("{key}.table"), length),
+        Coefficient::Grid(grid) => check_grid(grid, &format!("{key}.grid"), length),
         Coefficient::Expression(_) => Ok(()),
     }
 }
@@ -87,11 +87,11 @@ fn increasing_from_zero(slips: &[f64]) -> bool {
         && slips.iter().all(|s| s.is_finite())
 }
 
-fn check_table(table: &Table, key: &str) -> Result<(), Invalid> {
+fn check_table(table: &Table, key: &str, length: &str) -> Result<(), Invalid> {
     require(
         increasing_from_zero(&table.slip),
         format!("{key}.slip"),
-        "increasing slips from 0 on [m]",
+        &format!("increasing slips from 0 on [{length}]"),
         &table.slip,
         "the first slip is 0, the law is constant beyond the last",
     )?;
@@ -107,12 +107,12 @@ fn check_table(table: &Table, key: &str) -> Result<(), Invalid> {
     )
 }
 
-fn check_grid(grid: &Grid, key: &str) -> Result<(), Invalid> {
+fn check_grid(grid: &Grid, key: &str, length: &str) -> Result<(), Invalid> {
     for (name, slips) in [("slip_1", &grid.slip_1), ("slip_2", &grid.slip_2)] {
         require(
             increasing_from_zero(slips),
             format!("{key}.{name}"),
-            "increasing slips from 0 on [m]",
+            &format!("increasing slips from 0 on [{length}]"),
             slips,
             "the first slip is 0, the law is constant beyond the last",
         )?;

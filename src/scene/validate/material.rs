@@ -2,23 +2,28 @@ use nalgebra::Vector3;
 
 use super::{positive, require};
 use crate::scene::{Body, Invalid, Isotropic, Material, Orthotropic, Part, Scene, Voigt};
+use crate::units::Units;
 
 /// Relative rounding allowed to hand-typed numbers: symmetry of C, right angles of axes.
 const TYPED_DIGITS: f64 = 1e-6;
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
-    check_law(&scene.material, "material")?;
+    check_law(&scene.material, "material", scene.units)?;
     for (i, region) in scene.regions.iter().enumerate() {
-        check_law(&region.material, &format!("region.{i}.material"))?;
-        check_part(&region.part, &format!("region.{i}.part"), &scene.body)?;
+        check_law(
+            &region.material,
+            &format!("region.{i}.material"),
+            scene.units,
+        )?;
+        check_part(&region.part, &format!("region.{i}.part"), scene)?;
     }
     Ok(())
 }
 
-fn check_part(part: &Part, key: &str, body: &Body) -> Result<(), Invalid> {
+fn check_part(part: &Part, key: &str, scene: &Scene) -> Result<(), Invalid> {
     match part {
         Part::Group(name) => require(
-            matches!(body, Body::Gmsh(_)),
+            matches!(scene.body, Body::Gmsh(_)),
             format!("{key}.group"),
             "a box, since a brick has no physical volumes",
             name,
@@ -27,34 +32,43 @@ fn check_part(part: &Part, key: &str, body: &Body) -> Result<(), Invalid> {
         Part::Box([low, high]) => require(
             (0..3).all(|c| low[c] < high[c] && low[c].is_finite() && high[c].is_finite()),
             format!("{key}.box"),
-            "two corners [min, max], min below max in x, y and z [m]",
+            &format!(
+                "two corners [min, max], min below max in x, y and z [{}]",
+                scene.units.length()
+            ),
             [low, high],
             "give the lower corner first",
         ),
     }
 }
 
-fn check_law(material: &Material, key: &str) -> Result<(), Invalid> {
+fn check_law(material: &Material, key: &str, units: Units) -> Result<(), Invalid> {
     match material {
-        Material::Isotropic(constants) => check_isotropic(constants, &format!("{key}.isotropic")),
+        Material::Isotropic(constants) => {
+            check_isotropic(constants, &format!("{key}.isotropic"), units)
+        }
         Material::Orthotropic(constants) => {
-            check_orthotropic(constants, &format!("{key}.orthotropic"))?;
-            check_definite(material, &format!("{key}.orthotropic"))
+            check_orthotropic(constants, &format!("{key}.orthotropic"), units)?;
+            check_definite(material, &format!("{key}.orthotropic"), units)
         }
         Material::Voigt(voigt) => {
-            check_voigt(voigt, &format!("{key}.voigt"))?;
-            check_definite(material, &format!("{key}.voigt"))
+            check_voigt(voigt, &format!("{key}.voigt"), units)?;
+            check_definite(material, &format!("{key}.voigt"), units)
         }
     }
 }
 
-fn check_isotropic(material: &Isotropic, key: &str) -> Result<(), Invalid> {
+fn check_isotropic(material: &Isotropic, key: &str, units: Units) -> Result<(), Invalid> {
     require(
         positive(material.young_modulus),
         format!("{key}.young_modulus"),
-        "a positive modulus [Pa]",
+        &format!("a positive modulus [{}]", units.stress()),
         material.young_modulus,
-        "steel has 2.1e11 Pa",
+        &format!(
+            "steel has {:.1e} {}",
+            units.from_pascals(2.1e11),
+            units.stress()
+        ),
     )?;
     require(
         material.poisson_ratio > -1.0 && material.poisson_ratio < 0.5,
@@ -65,7 +79,7 @@ fn check_isotropic(material: &Isotropic, key: &str) -> Result<(), Invalid> {
     )
 }
 
-fn check_orthotropic(material: &Orthotropic, key: &str) -> Result<(), Invalid> {
+fn check_orthotropic(material: &Orthotropic, key: &str, units: Units) -> Result<(), Invalid> {
     for (name, moduli) in [
         ("young_moduli", material.young_moduli),
         ("shear_moduli", material.shear_moduli),
@@ -73,7 +87,7 @@ fn check_orthotropic(material: &Orthotropic, key: &str) -> Result<(), Invalid> {
         require(
             moduli.iter().all(|&m| positive(m)),
             format!("{key}.{name}"),
-            "three positive moduli [Pa]",
+            &format!("three positive moduli [{}]", units.stress()),
             moduli,
             "the order is E1, E2, E3 and G23, G13, G12",
         )?;
@@ -96,7 +110,7 @@ fn check_orthotropic(material: &Orthotropic, key: &str) -> Result<(), Invalid> {
     )
 }
 
-fn check_voigt(material: &Voigt, key: &str) -> Result<(), Invalid> {
+fn check_voigt(material: &Voigt, key: &str, units: Units) -> Result<(), Invalid> {
     let c = &material.stiffness;
     let largest = c
         .iter()
@@ -107,14 +121,17 @@ fn check_voigt(material: &Voigt, key: &str) -> Result<(), Invalid> {
     require(
         positive(largest) && c.iter().flatten().all(|v| v.is_finite()) && symmetric,
         format!("{key}.stiffness"),
-        "a symmetric 6 x 6 matrix of finite numbers [Pa]",
+        &format!(
+            "a symmetric 6 x 6 matrix of finite numbers [{}]",
+            units.stress()
+        ),
         c,
         "rows and columns are xx, yy, zz, yz, xz, xy, with engineering shear strains",
     )
 }
 
 /// Refuses an elasticity tensor whose smallest eigenvalue is not positive beyond rounding.
-fn check_definite(material: &Material, key: &str) -> Result<(), Invalid> {
+fn check_definite(material: &Material, key: &str, units: Units) -> Result<(), Invalid> {
     let eigenvalues = material.elasticity().map(|c| c.symmetric_eigenvalues());
     let definite =
         eigenvalues.is_some_and(|e| e.min() > 6.0 * f64::EPSILON * e.max() && e.max().is_finite());
@@ -123,7 +140,11 @@ fn check_definite(material: &Material, key: &str) -> Result<(), Invalid> {
         key,
         "a positive definite elasticity tensor",
         eigenvalues.map_or("no inverse of the compliance".to_owned(), |e| {
-            format!("eigenvalues from {:.3e} to {:.3e} Pa", e.min(), e.max())
+            let (least, most) = (e.min(), e.max());
+            format!(
+                "eigenvalues from {least:.3e} to {most:.3e} {}",
+                units.stress()
+            )
         }),
         "every strain must store energy: reduce the Poisson ratios (|nu_ij| < sqrt(E_i/E_j)) or the off-diagonal entries",
     )

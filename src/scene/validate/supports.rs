@@ -1,24 +1,29 @@
 use super::{holds, require};
 use crate::scene::{Body, BrickFace, Clamp, Invalid, Quantity, Scene};
+use crate::units::Dimension;
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
     check_clamps(scene)?;
+    let stress = scene.units.stress();
     for (i, traction) in scene.tractions.iter().enumerate() {
-        check_vector(&traction.value, format!("traction.{i}.value"), "[Pa]")?;
+        check_vector(&traction.value, format!("traction.{i}.value"), &stress)?;
         check_loaded_face(scene, &traction.face, format!("traction.{i}.face"))?;
     }
     for (i, pressure) in scene.pressures.iter().enumerate() {
         require(
             holds(&pressure.value, f64::is_finite),
             format!("pressure.{i}.value"),
-            "a finite number [Pa] or an expression in x, y, z",
+            &format!("a finite number [{stress}] or an expression in x, y, z"),
             &pressure.value,
             "a positive pressure pushes into the body",
         )?;
         check_loaded_face(scene, &pressure.face, format!("pressure.{i}.face"))?;
     }
     match &scene.body_force {
-        Some(force) => check_vector(&force.value, "body_force.value".into(), "[N/m^3]"),
+        Some(force) => {
+            let unit = scene.units.word(Dimension::BODY_FORCE);
+            check_vector(&force.value, "body_force.value".into(), &unit)
+        }
         None => Ok(()),
     }
 }
@@ -60,7 +65,10 @@ fn check_place(scene: &Scene, clamp: &Clamp, i: usize) -> Result<(), Invalid> {
         (None, Some([low, high])) => require(
             (0..3).all(|c| low[c] <= high[c] && low[c].is_finite() && high[c].is_finite()),
             format!("clamp.{i}.box"),
-            "two corners [min, max], min at most max in x, y and z [m]",
+            &format!(
+                "two corners [min, max], min at most max in x, y and z [{}]",
+                scene.units.length()
+            ),
             [low, high],
             "give the lower corner first",
         ),
@@ -82,7 +90,7 @@ fn check_vector(value: &[Quantity; 3], key: String, unit: &str) -> Result<(), In
     require(
         value.iter().all(|p| holds(p, f64::is_finite)),
         key,
-        &format!("three finite numbers {unit} or expressions in x, y, z"),
+        &format!("three finite numbers [{unit}] or expressions in x, y, z"),
         value,
         "give the vector's three components",
     )

@@ -5,6 +5,7 @@ use crate::store::{
     DatasetSpec, Extent, Home, Kind, Layout, LayoutError, SparseView, Stage, StageWriter,
     StoreError, Transaction, schema_json, schema_page,
 };
+use crate::units::Dimension;
 
 /// The error of one call on a writer of a stage over a file with a mesh of 5 nodes.
 fn refused(
@@ -151,12 +152,18 @@ fn a_stage_ends_with_all_its_required_datasets() {
 fn a_sound_table_has_no_problems_and_a_bad_one_has_each() {
     assert_eq!(SAMPLE.problems(), [""; 0]);
     const BAD: &[DatasetSpec] = &[
-        Stage::Mesh.row("/mesh/a", Kind::F64, &[Extent::Named("n_a")], "", ""),
+        Stage::Mesh.row(
+            "/mesh/a",
+            Kind::F64,
+            &[Extent::Named("n_a")],
+            Dimension::Number,
+            "",
+        ),
         Stage::Mesh
-            .row("/mesh/a", Kind::F64, &[], "1", "A.")
+            .row("/mesh/a", Kind::F64, &[], Dimension::Number, "A.")
             .optional(""),
-        Stage::Mesh.row("/solve/b", Kind::CscMatrix, &[], "1", "B."),
-        Stage::Mesh.row("/mesh/a/c", Kind::F64, &[], "1", "C."),
+        Stage::Mesh.row("/solve/b", Kind::CscMatrix, &[], Dimension::Number, "B."),
+        Stage::Mesh.row("/mesh/a/c", Kind::F64, &[], Dimension::Number, "C."),
     ];
     let problems = Layout {
         tables: &[BAD],
@@ -167,7 +174,6 @@ fn a_sound_table_has_no_problems_and_a_bad_one_has_each() {
     let all = problems.join("\n");
     for part in [
         "/mesh/a: listed twice",
-        "/mesh/a: has no unit",
         "/mesh/a: has no meaning",
         "/mesh/a: is optional without a reason",
         "/solve/b: not below the group of its stage",

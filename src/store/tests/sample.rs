@@ -8,6 +8,7 @@ use crate::store::{
     DatasetSpec, EnumSpec, Extent, Home, IfMissing, Kind, Layout, Reader, RunFile, SparseMatrix,
     Stage, StageRecord, StageWriter, StoreError, StoredEnum, Transaction, stored_enum,
 };
+use crate::units::{Dimension, Units};
 
 stored_enum! {
     /// A state.
@@ -31,7 +32,7 @@ const MESH: &[DatasetSpec] = &[
             "/mesh/coordinates",
             Kind::F64,
             &[NODES, Extent::Fixed(3)],
-            "m",
+            Dimension::LENGTH,
             "Positions.",
         )
         .symbol("x")
@@ -41,7 +42,7 @@ const MESH: &[DatasetSpec] = &[
             "/mesh/cells",
             Kind::I64,
             &[CELLS, Extent::Fixed(4)],
-            "1",
+            Dimension::Number,
             "Corners.",
         )
         .compressed(),
@@ -49,32 +50,38 @@ const MESH: &[DatasetSpec] = &[
         "/mesh/offsets",
         Kind::I64,
         &[Extent::Plus("n_cells", 1)],
-        "1",
+        Dimension::Number,
         "Starts.",
     ),
     Stage::Mesh
-        .row("/mesh/tags", Kind::U8, &[CELLS], "1", "Tags.")
+        .row("/mesh/tags", Kind::U8, &[CELLS], Dimension::Number, "Tags.")
         .compressed(),
     Stage::Mesh.row(
         "/mesh/names",
         Kind::Text,
         &[Extent::Named("n_names")],
-        "1",
+        Dimension::Number,
         "Names.",
     ),
     Stage::Mesh
-        .row("/mesh/title", Kind::Text, &[], "1", "Title.")
+        .row("/mesh/title", Kind::Text, &[], Dimension::Number, "Title.")
         .optional("a mesh may be unnamed"),
 ];
 
 const SOLVE: &[DatasetSpec] = &[
-    Stage::Solve.row("/solve/zone", Kind::Enum(ZONE), &[NODES], "1", "States."),
+    Stage::Solve.row(
+        "/solve/zone",
+        Kind::Enum(ZONE),
+        &[NODES],
+        Dimension::Number,
+        "States.",
+    ),
     Stage::Solve
         .row(
             "/solve/stiffness",
             Kind::CscMatrix,
             &[NODES, NODES],
-            "N/m",
+            Dimension::STIFFNESS,
             "Stiffness.",
         )
         .symbol("A"),
@@ -83,17 +90,23 @@ const SOLVE: &[DatasetSpec] = &[
             "/solve/coupling",
             Kind::CsrMatrix,
             &[CELLS, NODES],
-            "1",
+            Dimension::Number,
             "Coupling.",
         )
         .compressed(),
-    Stage::Solve.row("/solve/energy", Kind::F64, &[], "J", "Energy."),
+    Stage::Solve.row(
+        "/solve/energy",
+        Kind::F64,
+        &[],
+        Dimension::Energy,
+        "Energy.",
+    ),
     Stage::Solve
         .row(
             "/solve/history/seconds",
             Kind::F64,
             &[Extent::Named("n_outer")],
-            "s",
+            Dimension::Time,
             "Times.",
         )
         .volatile(),
@@ -105,6 +118,7 @@ pub(super) const SAMPLE: Layout = Layout {
     linked_filetype: "sample stage",
     format_version: [1, 2],
     creator: "sample 0.1",
+    units: Units::SI,
     tables: &[MESH, SOLVE],
     extents: &[
         ("n_nodes", "number of nodes"),

@@ -1,0 +1,150 @@
+//! The unit of one quantity: its word, and the named SI unit it is a multiple of.
+
+use super::{Dimension, ForceUnit, LengthUnit, Units};
+
+/// Prefixes of stresses with a name of their own.
+const STRESS_PREFIXES: [(i32, &str); 6] =
+    [(-3, "m"), (0, ""), (3, "k"), (6, "M"), (9, "G"), (12, "T")];
+
+/// Prefixes of energies with a name of their own.
+const ENERGY_PREFIXES: [(i32, &str); 7] = [
+    (-9, "n"),
+    (-6, "u"),
+    (-3, "m"),
+    (0, ""),
+    (3, "k"),
+    (6, "M"),
+    (9, "G"),
+];
+
+/// The unit of a quantity.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unit {
+    word: String,
+    multiple: Option<(&'static str, i32)>,
+}
+
+impl Unit {
+    /// A number without unit.
+    #[must_use]
+    pub fn none() -> Self {
+        Self::fixed("1".to_owned())
+    }
+
+    pub(super) fn new(units: Units, dimension: Dimension) -> Self {
+        match dimension {
+            Dimension::Number => Self::none(),
+            Dimension::Time => Self::si("s", 0, "s".to_owned()),
+            Dimension::Memory => Self::fixed("B".to_owned()),
+            Dimension::Energy => named_energy(units)
+                .unwrap_or_else(|| Self::fixed(format!("{} {}", units.force(), units.length()))),
+            Dimension::Product { force, length } => Self::of_product(units, force, length),
+            Dimension::Root { force, length } => {
+                let below = Self::of_product(units, force, length).word;
+                Self::fixed(format!("({below})^(1/2)"))
+            }
+        }
+    }
+
+    fn of_product(units: Units, force: i8, length: i8) -> Self {
+        match (force, length) {
+            (0, 1) => match units.length.metres() {
+                Some(exponent) => Self::si("m", exponent, units.length().to_owned()),
+                None => Self::fixed(units.length().to_owned()),
+            },
+            (1, 0) => match units.force.newtons() {
+                Some(exponent) => Self::si("N", exponent, units.force().to_owned()),
+                None => Self::fixed(units.force().to_owned()),
+            },
+            (1, -2) => named_stress(units)
+                .unwrap_or_else(|| Self::fixed(format!("{}/{}^2", units.force(), units.length()))),
+            _ => Self::fixed(composite(units, force, length)),
+        }
+    }
+
+    fn fixed(word: String) -> Self {
+        Self {
+            word,
+            multiple: None,
+        }
+    }
+
+    fn si(base: &'static str, exponent: i32, word: String) -> Self {
+        Self {
+            word,
+            multiple: Some((base, exponent)),
+        }
+    }
+
+    /// The word, `1` for a number without unit.
+    #[must_use]
+    pub fn word(&self) -> &str {
+        &self.word
+    }
+
+    /// The word with a space before it, to stand beside a number; empty for no unit.
+    #[must_use]
+    pub fn beside(&self) -> String {
+        match self.is_none() {
+            true => String::new(),
+            false => format!(" {}", self.word),
+        }
+    }
+
+    /// Whether there is no unit.
+    #[must_use]
+    pub fn is_none(&self) -> bool {
+        self.word == "1"
+    }
+
+    /// The SI unit whose prefixes this unit can take, and the power of ten of it that this unit is.
+    #[must_use]
+    pub fn multiple_of(&self) -> Option<(&'static str, i32)> {
+        self.multiple
+    }
+}
+
+fn named_stress(units: Units) -> Option<Unit> {
+    if (units.length, units.force) == (LengthUnit::Inch, ForceUnit::PoundForce) {
+        return Some(Unit::fixed("psi".to_owned()));
+    }
+    let exponent = units.force.newtons()? - 2 * units.length.metres()?;
+    named("Pa", exponent, &STRESS_PREFIXES)
+}
+
+fn named_energy(units: Units) -> Option<Unit> {
+    let exponent = units.force.newtons()? + units.length.metres()?;
+    named("J", exponent, &ENERGY_PREFIXES)
+}
+
+fn named(base: &'static str, exponent: i32, prefixes: &[(i32, &str)]) -> Option<Unit> {
+    let (_, prefix) = prefixes.iter().find(|(of, _)| *of == exponent)?;
+    Some(Unit::si(base, exponent, format!("{prefix}{base}")))
+}
+
+/// A product of powers. Two lengths on the other side of a force are taken for a stress where that has a name, m/Pa
+/// rather than m^3/N, but a force per volume is one.
+fn composite(units: Units, force: i8, length: i8) -> String {
+    let stress = named_stress(units).filter(|_| force * length <= -2 && (force, length) != (1, -3));
+    let (force_word, length) = match &stress {
+        Some(stress) => (stress.word(), length + 2 * force),
+        None => (units.force(), length),
+    };
+    let power = |word: &str, exponent: i8| match exponent.abs() {
+        1 => word.to_owned(),
+        exponent => format!("{word}^{exponent}"),
+    };
+    let factors = [(force_word, force), (units.length(), length)];
+    let side = |sign: i8| -> Vec<String> {
+        let there = factors.iter().filter(|(_, e)| e.signum() == sign);
+        there.map(|(word, e)| power(word, *e)).collect()
+    };
+    let over = match side(1) {
+        none if none.is_empty() => "1".to_owned(),
+        factors => factors.join(" "),
+    };
+    match side(-1) {
+        none if none.is_empty() => over,
+        factors => format!("{over}/{}", factors.join("/")),
+    }
+}
