@@ -15,9 +15,10 @@ from trust.double_double import DD
 from trust.exact import Exact
 from trust.judge import Judged, Verdict, judge, verdict
 from trust.reference import Reference, from_start, jacobian, natural_map, zone_equations
-from trust.scenes import Kind, scene
+from trust.scenes import Kind, Scene, scene
 
-SOFT_BLOCK = ROOT / "python-checks" / "trust" / "cases" / "soft_block.toml"
+CASES = ROOT / "python-checks" / "trust" / "cases"
+SOFT_BLOCK = CASES / "soft_block.toml"
 # The multipliers of that scene in Pa, found with 40 digits by another program.
 NORMAL = [63659.9, 236338.2, 63659.9, 236338.2]
 TANGENTIAL = [1715.8, -16819.9, 58282.8, -40374.8, 1715.8, 16819.9, 58282.8, 40374.8]
@@ -90,6 +91,24 @@ def test_wrong_zones_are_seen(reference):
     flipped = np.array([Zone.STICK] * 4)
     violations = problem.violations(solution.multiplier, flipped)
     assert violations["slip of sticking panes"] > 1e-3
+
+
+def test_a_body_that_lifts_off_has_no_multipliers(tested, tmp_path):
+    text = SOFT_BLOCK.read_text().replace("-1e5]", "1e5]")
+    one = Scene(0, Kind.SOFT_SPRINGS, False, text)
+    found = judge(tested, one, [], None, tmp_path)
+    assert found.wrong == []
+    assert found.default.error == 0.0
+    solution = found.reference.solutions[0]
+    assert not solution.multiplier.hi.any() and not solution.zones.any()
+    pressed = answer(np.full(12, 1e-9))
+    assert verdict(found.reference, pressed).error == np.inf
+
+
+def test_what_is_no_number_is_no_solution(reference):
+    problem, zones = reference.problem, reference.solutions[0].zones
+    for bad in (np.zeros(12), np.full(12, np.nan)):
+        assert max(problem.violations(DD.of(bad), zones).values()) > 1e-3
 
 
 def test_an_epsilon_that_fails_below_one_that_succeeds_is_named():

@@ -17,6 +17,10 @@ from trust.exact import Exact
 from trust.law import Law
 
 
+NEGLIGIBLE = 1e-30
+"""Multipliers below this share of the typical stress are none."""
+
+
 class Zone(IntEnum):
     """What a pane does."""
 
@@ -53,6 +57,11 @@ class Problem:
         return paired(1.0 / np.diag(self.exact.operator.hi), self.m)
 
     @cached_property
+    def typical_stress(self) -> float:
+        """The stress that would press the free displacement back pane by pane."""
+        return self.size(self.exact.rhs.hi * self.stiffness)
+
+    @cached_property
     def constant_friction(self) -> DD:
         """f of a law that does not follow the slip, [m, 2]."""
         return self.averaged(self.law.inverse(DD.zeros(*self.exact.slip_free.shape))[0])
@@ -86,9 +95,10 @@ class Problem:
         """How far a solution violates each condition of its zones, relative to its size.
 
         Displacements count by local stiffness; angles of slip as shares of the slip bound.
+        What is not a number counts as infinite.
         """
         m = self.m
-        size = max(self.size(multiplier.hi), np.finfo(float).tiny)
+        size = max(self.size(multiplier.hi), NEGLIGIBLE * self.typical_stress)
         r, f = self.gradient(multiplier), self.friction(multiplier)[0]
         normal, pairs = multiplier[:m], multiplier[m:].reshape(m, 2)
         opening = r[:m].hi * self.stiffness[:m] / size
@@ -105,7 +115,8 @@ class Problem:
         turn = turn / np.where(length > 0.0, length, 1.0)
 
         def worst(values: np.ndarray, where: np.ndarray) -> float:
-            return float(np.max(values[where], initial=0.0))
+            numbers = np.nan_to_num(values[where], nan=np.inf)
+            return float(np.max(numbers, initial=0.0))
 
         return {
             "force on open panes": worst(
