@@ -52,7 +52,8 @@ pub struct Scene {
     /// Where the case comes from (a paper, a table, a drawing).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<String>,
-    /// What its numbers are in: only words, nothing is converted.
+    /// The units of all its numbers, in place of the m, N and Pa that descriptions name: only words, nothing is
+    /// converted.
     #[serde(default, skip_serializing_if = "Units::is_default")]
     pub units: Units,
     /// The body Ω and its mesh.

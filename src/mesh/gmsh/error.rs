@@ -43,9 +43,9 @@ pub enum GmshError {
         found: String,
     },
     /// The unit of the file is no length.
-    #[error("unit of the mesh: expected a positive length in m, found {found}")]
+    #[error("unit of the mesh: expected a positive length, found {found}")]
     #[diagnostic(help(
-        "a mesh in millimetres has unit 0.001; coordinates times the unit must stay finite"
+        "a mesh in millimetres has unit 0.001 in a scene in metres; coordinates times the unit must stay finite"
     ))]
     Unit { found: f64 },
     /// What is wrong in the file of this path.

@@ -9,7 +9,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
             "body.gmsh.unit",
             &format!("a positive length [{}]", scene.units.length()),
             gmsh.unit,
-            "give the length of the file's unit, 0.001 for a mesh in millimetres",
+            "give the length of the file's unit, 0.001 for a mesh in millimetres and a scene in metres",
         ),
     }
 }
