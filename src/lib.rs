@@ -47,6 +47,8 @@
 //! [`stability`]. Around it: [`store`] (HDF5), [`figures`], [`mod@format`] (the datasets),
 //! [`stages`], [`sweep`], [`suite`], [`cli`].
 
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
 pub mod accuracy;
 pub mod cli;
 pub mod contact;

@@ -7,6 +7,7 @@ use super::{
     exit::Exit,
     override_scene, progress,
     results::unit_words,
+    terminal::{self, say},
 };
 use crate::{
     accuracy::{
@@ -41,22 +42,21 @@ pub(super) fn accuracy(
     if !arguments.figures.no_figures {
         let folder = arguments.figures.folder(&arguments.file);
         let files = draw_accuracy(&folder, &accuracy)?;
-        if !output.quiet {
-            eprintln!("figures   {} files in {}", files.len(), folder.display());
-        }
+        let drawn = format!("figures   {} files in {}", files.len(), folder.display());
+        say(output, &drawn);
     }
     if output.json {
         let mut json = json(&accuracy);
         json["units"] = unit_words(units);
-        println!("{json:#}");
+        terminal::json(&json);
     } else if !output.quiet {
-        println!("{}", words(&accuracy, units));
+        terminal::result(&words(&accuracy, units));
     }
     Ok(if is_complete(&accuracy) {
         Exit::Done
     } else {
-        eprintln!(
-            "NOT CONVERGED: the reference or a mesh of the ladder; its errors are not errors"
+        terminal::message(
+            "NOT CONVERGED: the reference or a mesh of the ladder; its errors are not errors",
         );
         Exit::NotConverged
     })

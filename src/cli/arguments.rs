@@ -5,9 +5,12 @@ use clap::{Args, Parser, Subcommand};
 use serde::de::{DeserializeOwned, IntoDeserializer, value::StrDeserializer};
 
 use crate::{
-    scene::{DualOperatorKind, InnerSolver, Method, PrecisionControl, SolveSettings},
+    scene::{DualOperatorKind, InnerSolver, MOST_CELLS, Method, PrecisionControl, SolveSettings},
     stages::{AssemblyFile, figures_folder},
 };
+
+/// Most threads, and most cases at work at the same time.
+pub(super) const MOST_THREADS: i64 = 1024;
 
 /// 3D elastostatic contact with orthotropic, solution-dependent Coulomb friction
 ///
@@ -17,7 +20,10 @@ use crate::{
 ///   contact3d-pipe run pipelines/hkl2011_table1.toml table1.h5
 ///   contact3d-pipe status table1.h5
 ///
-/// Exit codes: 0 done, 1 not converged (all results stored), 2 bad or stale input, 3 internal.
+/// Results go to standard output, progress and messages to standard error.
+///
+/// Exit codes: 0 done, 1 not converged (all results stored), 2 bad or stale input, 3 internal, or a
+/// standard output that does not take the results.
 #[derive(Debug, Parser)]
 #[command(version, verbatim_doc_comment)]
 pub struct Arguments {
@@ -31,7 +37,7 @@ pub struct Arguments {
     #[arg(long, global = true)]
     pub json: bool,
     /// Number of threads; all processors by default
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub threads: Option<u16>,
 }
 
@@ -97,13 +103,13 @@ pub struct AccuracyArguments {
     /// The run file, made or updated
     pub file: PathBuf,
     /// Smallest n_div of the meshes
-    #[arg(long, value_name = "N_DIV", default_value_t = 4, value_parser = at_least_one)]
+    #[arg(long, value_name = "N_DIV", default_value_t = 4, value_parser = n_div)]
     pub coarsest: usize,
     /// n_div of the finest mesh, a multiple of the scene's; by default 4, 2 or 1 times that, up to 32
-    #[arg(long, value_name = "N_DIV", value_parser = at_least_one)]
+    #[arg(long, value_name = "N_DIV", value_parser = n_div)]
     pub finest: Option<usize>,
     /// Seconds for each method on each operator; accuracies that would take longer are left out
-    #[arg(long, value_name = "SECONDS", default_value_t = 30.0, allow_negative_numbers = true, value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 30.0, allow_negative_numbers = true, value_parser = seconds)]
     pub budget: f64,
     #[command(flatten)]
     pub(super) figures: FigureArguments,
@@ -250,20 +256,28 @@ pub struct SolveArguments {
     max_inner_actions: Option<usize>,
 }
 
-/// A count that is not 0.
-fn at_least_one(text: &str) -> Result<usize, String> {
+/// Cells along an edge, as many as a brick may have.
+fn n_div(text: &str) -> Result<usize, String> {
     match text.parse() {
-        Ok(0) => Err("expected 1 or more".into()),
-        Ok(count) => Ok(count),
-        Err(error) => Err(format!("expected a whole number: {error}")),
+        Ok(count @ 1..=MOST_CELLS) => Ok(count),
+        _ => Err(format!("expected a whole number from 1 to {MOST_CELLS}")),
     }
 }
 
-/// A finite number above 0.
-fn positive(text: &str) -> Result<f64, String> {
+/// Seconds of a budget, up to thirty years.
+fn seconds(text: &str) -> Result<f64, String> {
+    number_within(text, [1e-3, 1e9], "seconds")
+}
+
+/// Gigabytes of memory, from one byte on: one problem is held whatever the limit.
+pub(super) fn gigabytes(text: &str) -> Result<f64, String> {
+    number_within(text, [1e-9, 1e6], "gigabytes")
+}
+
+fn number_within(text: &str, [least, most]: [f64; 2], unit: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
-        _ => Err("expected a finite number above 0".into()),
+        Ok(value) if (least..=most).contains(&value) => Ok(value),
+        _ => Err(format!("expected {unit} from {least:e} to {most:e}")),
     }
 }
 

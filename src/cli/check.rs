@@ -1,7 +1,7 @@
 use super::{
     arguments::{Output, StageArguments},
     exit::Exit,
-    run::say,
+    terminal::{self, say},
 };
 use crate::{format::LAYOUT, stages::StageError, store::Reader};
 
@@ -10,10 +10,10 @@ pub(super) fn check(arguments: &StageArguments, output: &Output) -> Result<Exit,
     let problems = Reader::open(&arguments.file, LAYOUT)?.problems();
     let problems: Vec<String> = problems.iter().map(ToString::to_string).collect();
     if output.json {
-        println!("{:#}", serde_json::json!({ "problems": problems }));
+        terminal::json(&serde_json::json!({ "problems": problems }));
     }
     for problem in &problems {
-        eprintln!("error: {problem}");
+        terminal::message(&format!("error: {problem}"));
     }
     if problems.is_empty() {
         say(output, "every dataset is what was written");

@@ -1,9 +1,12 @@
-use std::process::{ExitCode, Termination};
+use std::{
+    io::{self, IsTerminal},
+    process::{ExitCode, Termination},
+};
 
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
 
-use super::arguments::Output;
-use crate::{stages::StageError, sweep::SweepError};
+use super::{arguments::Output, terminal};
+use crate::{scene::shown_lines, stages::StageError, sweep::SweepError};
 
 /// How the program ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,7 +18,7 @@ pub enum Exit {
     NotConverged = 1,
     /// Unusable or stale input; nothing on disk was changed.
     BadInput = 2,
-    /// A fault of the program itself.
+    /// A fault of the program itself, or a standard output that does not take the results.
     Internal = 3,
 }
 
@@ -34,12 +37,12 @@ pub(super) fn explain(error: StageError, output: &Output) -> Exit {
     };
     if output.json {
         let message = serde_json::json!({ "error": chain(&error), "exit_code": exit as u8 });
-        println!("{message}");
+        terminal::json(&message);
     }
     match &error {
         StageError::Scene(scene) => draw(scene),
         StageError::Mesh(mesh) => draw(mesh),
-        other => eprintln!("error: {}", chain(other)),
+        other => terminal::message(&format!("error: {}", chain(other))),
     }
     exit
 }
@@ -52,29 +55,47 @@ pub(super) fn explain_sweep(error: SweepError, output: &Output) -> Exit {
         error => {
             let message = chain(&error);
             if output.json {
-                println!(
-                    "{}",
-                    serde_json::json!({ "error": message, "exit_code": 2 })
-                );
+                terminal::json(&serde_json::json!({ "error": message, "exit_code": 2 }));
             }
-            eprintln!("error: {message}");
+            terminal::message(&format!("error: {message}"));
             Exit::BadInput
         }
     }
 }
 
 /// Draws the offending line of a scene, and says what to do about a scene or a mesh.
+///
+/// Colours are control characters themselves, so a drawing that quotes other ones is in black and white.
 fn draw(error: &dyn Diagnostic) {
-    let theme = if std::io::IsTerminal::is_terminal(&std::io::stderr()) {
-        GraphicalTheme::unicode()
-    } else {
-        GraphicalTheme::unicode_nocolor()
+    let render = |theme| {
+        let mut text = String::from("error:");
+        let drawn = GraphicalReportHandler::new_themed(theme).render_report(&mut text, error);
+        drawn.map_or_else(|_| format!("error: {error}"), |()| text)
     };
-    let mut text = String::new();
-    match GraphicalReportHandler::new_themed(theme).render_report(&mut text, error) {
-        Ok(()) => eprint!("error:{text}"),
-        Err(_) => eprintln!("error: {error}"),
+    let plain = render(GraphicalTheme::unicode_nocolor());
+    let is_harmless = shown_lines(&plain) == plain;
+    if is_harmless && io::stderr().is_terminal() {
+        terminal::coloured_message(&render(GraphicalTheme::unicode()));
+    } else {
+        terminal::message(&plain);
     }
+}
+
+/// Prints what the parser of the command line has to say, help and version included, and chooses the exit code.
+pub(super) fn explain_usage(error: &clap::Error) -> Exit {
+    let asks_for_json = || std::env::args_os().any(|argument| argument == "--json");
+    let printed = error.print();
+    if !error.use_stderr() {
+        if let Err(failure) = printed {
+            terminal::lose(failure);
+        }
+        return Exit::Done;
+    }
+    if asks_for_json() {
+        let message = error.to_string();
+        terminal::json(&serde_json::json!({ "error": message.trim_end(), "exit_code": 2 }));
+    }
+    Exit::BadInput
 }
 
 /// An error and its causes, each said once.

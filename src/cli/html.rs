@@ -3,6 +3,7 @@ use std::fs;
 use super::{
     arguments::{Output, ReportArguments},
     exit::Exit,
+    terminal::{self, say},
 };
 use crate::stages::{StageError, report};
 
@@ -18,10 +19,11 @@ pub(super) fn report_page(
     })?;
     if output.json {
         let summary = serde_json::json!({ "report": arguments.out, "bytes": page.len() });
-        println!("{summary:#}");
-    } else if !output.quiet {
+        terminal::json(&summary);
+    } else {
         let megabytes = page.len() as f64 / 1e6;
-        eprintln!("wrote {} ({megabytes:.2} MB)", arguments.out.display());
+        let line = format!("wrote {} ({megabytes:.2} MB)", arguments.out.display());
+        say(output, &line);
     }
     Ok(Exit::Done)
 }

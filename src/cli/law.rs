@@ -2,7 +2,7 @@ use super::{
     arguments::{LawArguments, Output},
     exit::Exit,
     law_words, override_scene,
-    run::say,
+    terminal::{self, say},
 };
 use crate::stages::{LawStudy, StageError, law_folder};
 
@@ -16,9 +16,9 @@ pub(super) fn law(arguments: &LawArguments, output: &Output) -> Result<Exit, Sta
         study.draw(&folder.unwrap_or_else(|| law_folder(&arguments.scene.scene)))?
     };
     if output.json {
-        println!("{:#}", law_words::json(&study, &files));
+        terminal::json(&law_words::json(&study, &files));
     } else if !output.quiet {
-        print!("{}", law_words::text(&study));
+        terminal::result(&law_words::text(&study));
     }
     for file in files {
         say(output, &format!("figure    {}", file.display()));

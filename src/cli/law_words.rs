@@ -19,7 +19,7 @@ const MOST_POINTS: usize = 8;
 pub(super) fn text(study: &LawStudy) -> String {
     let units = study.scene.units;
     let (length, per_length) = (units.length(), units.word(Dimension::PER_LENGTH));
-    let mut text = format!("{}\n", study.scene.title);
+    let mut text = format!("{}\n", study.scene.shown_title());
     let mut line = |name: &str, value: &str| {
         let _ = writeln!(text, "  {name:<22} {value}");
     };

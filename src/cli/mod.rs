@@ -6,6 +6,7 @@ mod check;
 mod effects;
 mod exit;
 mod html;
+mod interruption;
 mod law;
 mod law_words;
 mod override_scene;
@@ -18,6 +19,7 @@ mod stability;
 mod stability_words;
 mod status;
 mod sweep;
+mod terminal;
 
 use clap::Parser;
 
@@ -29,14 +31,21 @@ use arguments::Command;
 /// Parses the command line, does what it asks, and says how it went.
 #[must_use]
 pub fn main() -> Exit {
-    let arguments = Arguments::parse();
+    let exit = match Arguments::try_parse() {
+        Ok(arguments) => perform(&arguments),
+        Err(error) => exit::explain_usage(&error),
+    };
+    terminal::close(exit)
+}
+
+fn perform(arguments: &Arguments) -> Exit {
     let threads = arguments.thread_count();
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build_global();
-    let handlers = crate::store::install_signal_handlers();
+    let handlers = crate::store::install_signal_handlers(interruption::farewell);
     if let Err(error) = pool.map_err(std::io::Error::other).and(handlers) {
-        eprintln!("error: {error}");
+        terminal::message(&format!("error: {error}"));
         return Exit::Internal;
     }
     let output = arguments.output();

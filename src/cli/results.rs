@@ -80,12 +80,12 @@ pub(super) fn table(
     }
     if let Some(contact) = &r.contact {
         line(
-            "panes open, slip, stick",
+            "panes open, stick, slip",
             format!(
                 "{}, {}, {}",
                 report.count(Zone::Open),
-                report.count(Zone::Slip),
-                report.count(Zone::Stick)
+                report.count(Zone::Stick),
+                report.count(Zone::Slip)
             ),
         );
         line(
@@ -132,7 +132,7 @@ pub(super) fn table(
         line(&format!("certificate {name}"), format!("{value:.1e}"));
     }
     let effects = effects::lines(&Effects::of(scene), &sizes(mesh, solution));
-    format!("{}\neffects\n{effects}results\n{text}", scene.title)
+    format!("{}\neffects\n{effects}results\n{text}", scene.shown_title())
 }
 
 /// The units of results, for programs.
@@ -198,8 +198,8 @@ pub(super) fn json(
         "accuracy": solution.accuracy,
         "mapping_change": solution.mapping_change,
         "open": report.count(Zone::Open),
-        "slip": report.count(Zone::Slip),
         "stick": report.count(Zone::Stick),
+        "slip": report.count(Zone::Slip),
         "normal_force": r.contact.map(|c| c.normal_force),
         "tangential_force": r.contact.and_then(|c| c.tangential_force),
         "largest_pressure": r.contact.map(|c| c.largest_pressure),

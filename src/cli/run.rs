@@ -6,9 +6,10 @@ use super::{
         SolveArguments,
     },
     exit::Exit,
-    override_scene,
+    interruption, override_scene,
     progress::{self, Forecast},
     report, results,
+    terminal::{self, say},
 };
 use crate::{
     scene::AssembleSettings,
@@ -22,6 +23,7 @@ type Outcome = Result<Exit, StageError>;
 /// `run`: every stage that is not fresh, then the results.
 pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> Outcome {
     let scene = override_scene::read(&arguments.scene)?;
+    interruption::on_run_file(&arguments.file);
     let mut session = Session::with_scene(&arguments.file, scene, threads)?;
     session.keep_assembly(arguments.assembly.choice());
     let mut performed = Vec::new();
@@ -50,6 +52,7 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
 /// `mesh`: the mesh of a scene.
 pub(super) fn mesh(arguments: &MeshArguments, output: &Output, threads: usize) -> Outcome {
     let scene = override_scene::read(&arguments.scene)?;
+    interruption::on_run_file(&arguments.file);
     let mut session = Session::with_scene(&arguments.file, scene, threads)?;
     let performed = perform(&mut session, Stage::Mesh, Commit::Now, output)?;
     print_stages(output, &[performed]);
@@ -58,6 +61,7 @@ pub(super) fn mesh(arguments: &MeshArguments, output: &Output, threads: usize) -
 
 /// `assemble`: matrices and factor.
 pub(super) fn assemble(arguments: &AssembleArguments, output: &Output, threads: usize) -> Outcome {
+    interruption::on_run_file(&arguments.file);
     let mut session = Session::open(&arguments.file, threads)?;
     session.keep_assembly(arguments.assembly.choice());
     if let Some(dual_operator) = arguments.dual_operator {
@@ -72,6 +76,7 @@ pub(super) fn assemble(arguments: &AssembleArguments, output: &Output, threads: 
 
 /// `solve`: the contact problem, with settings from the flags.
 pub(super) fn solve(arguments: &SolveArguments, output: &Output, threads: usize) -> Outcome {
+    interruption::on_run_file(&arguments.file);
     let mut session = Session::open(&arguments.file, threads)?;
     let settings = arguments.apply(&session.scene().solve);
     session.set_solve(settings)?;
@@ -81,6 +86,7 @@ pub(super) fn solve(arguments: &SolveArguments, output: &Output, threads: usize)
 
 /// `post`: report, pictures, ParaView group.
 pub(super) fn post(arguments: &PostArguments, output: &Output, threads: usize) -> Outcome {
+    interruption::on_run_file(&arguments.file);
     let mut session = Session::open(&arguments.file, threads)?;
     let performed = perform(&mut session, Stage::Post, Commit::Now, output)?;
     draw_figures(&mut session, &arguments.figures, &arguments.file, output)?;
@@ -145,18 +151,17 @@ fn finish(session: &mut Session, output: &Output, performed: &[Performed]) -> Ou
     let scene = session.scene().clone();
     let parts = session.assembly_seconds();
     let (mesh, solution, report) = session.results()?;
-    say(output, &results::table(&scene, mesh, solution, report));
     if output.json {
-        println!(
-            "{:#}",
-            results::json(&scene, mesh, solution, report, performed, parts)
-        );
+        let json = results::json(&scene, mesh, solution, report, performed, parts);
+        terminal::json(&json);
+    } else if !output.quiet {
+        terminal::result(&results::table(&scene, mesh, solution, report));
     }
     let floor_accepted = solution.status == Status::RoundingLimit && scene.solve.epsilon.is_none();
     if solution.status == Status::Converged || floor_accepted {
         return Ok(Exit::Done);
     }
-    eprintln!("{}", report::status(solution));
+    terminal::message(&report::status(solution));
     Ok(Exit::NotConverged)
 }
 
@@ -166,13 +171,6 @@ fn print_stages(output: &Output, performed: &[Performed]) {
             .iter()
             .map(|p| serde_json::json!({ "stage": p.stage.group(), "compute_seconds": p.compute_seconds, "store_seconds": p.store_seconds }))
             .collect();
-        println!("{:#}", serde_json::json!({ "stages": stages }));
-    }
-}
-
-/// A line for the person at the terminal.
-pub(super) fn say(output: &Output, text: &str) {
-    if !output.quiet {
-        eprintln!("{text}");
+        terminal::json(&serde_json::json!({ "stages": stages }));
     }
 }

@@ -3,6 +3,7 @@ use std::{fs, path::PathBuf};
 use super::{
     arguments::{Output, SchemaArguments},
     exit::Exit,
+    terminal::{self, say},
 };
 use crate::{
     format::{LAYOUT, STABILITY_LAYOUT, SWEEP_LAYOUT},
@@ -24,7 +25,7 @@ pub(super) fn schema(arguments: &SchemaArguments, output: &Output) -> Result<Exi
     ]
     .map(|(name, text)| (arguments.out.join(name), text));
     if arguments.check {
-        return Ok(check(&files));
+        return Ok(check(&files, output));
     }
     fs::create_dir_all(&arguments.out).map_err(|source| StageError::Write {
         file: arguments.out.clone(),
@@ -35,23 +36,29 @@ pub(super) fn schema(arguments: &SchemaArguments, output: &Output) -> Result<Exi
             file: file.clone(),
             source,
         })?;
-        if !output.quiet {
-            eprintln!("wrote {}", file.display());
-        }
+        say(output, &format!("wrote {}", file.display()));
+    }
+    if output.json {
+        let written: Vec<&PathBuf> = files.iter().map(|(file, _)| file).collect();
+        terminal::json(&serde_json::json!({ "written": written }));
     }
     Ok(Exit::Done)
 }
 
-fn check(files: &[(PathBuf, String)]) -> Exit {
+fn check(files: &[(PathBuf, String)], output: &Output) -> Exit {
     let stale: Vec<_> = files
         .iter()
         .filter(|(file, text)| fs::read_to_string(file).ok().as_ref() != Some(text))
         .collect();
     for (file, _) in &stale {
-        eprintln!(
+        terminal::message(&format!(
             "error: {} is not what this program writes; run `contact3d-pipe schema`",
             file.display()
-        );
+        ));
+    }
+    if output.json {
+        let stale: Vec<&PathBuf> = stale.iter().map(|(file, _)| file).collect();
+        terminal::json(&serde_json::json!({ "stale": stale }));
     }
     if stale.is_empty() {
         Exit::Done

@@ -3,7 +3,7 @@ use std::time::Instant;
 use super::{
     arguments::{Output, SceneArguments, StabilityArguments},
     exit::{Exit, explain_sweep},
-    override_scene, stability_words,
+    override_scene, stability_words, terminal,
 };
 use crate::{
     format::StabilityRow,
@@ -49,10 +49,9 @@ fn run_suite(
     for case in &cases {
         let started = Instant::now();
         let row = case.check(threads);
-        if !output.quiet {
-            let seconds = started.elapsed().as_secs_f64();
-            eprintln!("{:<28} {:<8} {seconds:.1} s", row.name, row.word());
-        }
+        let seconds = started.elapsed().as_secs_f64();
+        let line = format!("{:<28} {:<8} {seconds:.1} s", row.name, row.word());
+        terminal::say(output, &line);
         rows.push(row);
     }
     finish(arguments, output, threads, &rows, stability_words::table)
@@ -90,9 +89,9 @@ fn finish(
 
 fn show(rows: &[StabilityRow], output: &Output, words: impl Fn() -> String) -> Exit {
     if output.json {
-        println!("{:#}", stability_words::json(rows));
+        terminal::json(&stability_words::json(rows));
     } else if !output.quiet {
-        print!("{}", words());
+        terminal::result(&words());
     }
     let holds = |row: &StabilityRow| {
         let check = row.outcome.as_ref();

@@ -3,6 +3,7 @@ use super::{
     effects,
     exit::Exit,
     results::unit_words,
+    terminal,
 };
 use crate::{
     format::{self, FormatError, LAYOUT},
@@ -34,27 +35,29 @@ pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit
         let mut status = json(&reader, &scene.title, effects, &states, summary.as_ref())?;
         status["advice"] = advice.into();
         status["units"] = unit_words(scene.units);
-        println!("{status:#}");
+        terminal::json(&status);
     } else {
-        println!("{}\n{}", arguments.file.display(), scene.title);
+        let mut text = format!("{}\n{}\n", arguments.file.display(), scene.shown_title());
         for state in &states {
-            println!("{}", stage_line(&reader, state)?);
+            text += &stage_line(&reader, state)?;
+            text.push('\n');
         }
-        print!("effects\n{}", effects::lines(&effects, &sizes));
+        text += &format!("effects\n{}", effects::lines(&effects, &sizes));
         if let Some(summary) = &summary {
-            println!("results");
-            print_summary(summary, scene.units);
+            text += "results\n";
+            text += &summary_lines(summary, scene.units);
         }
         if let Some(advice) = &advice {
-            println!("  accuracy  {advice}");
+            text += &format!("  accuracy  {advice}\n");
         }
+        terminal::result(&text);
     }
     let damaged = |state: &&StageState| matches!(state.freshness, Freshness::Damaged(_));
     let Some(state) = states.iter().find(damaged) else {
         return Ok(Exit::Done);
     };
     let (stage, why) = (state.stage, state.freshness.why());
-    eprintln!("error: `{stage}` cannot be used, {why}");
+    terminal::message(&format!("error: `{stage}` cannot be used, {why}"));
     Ok(Exit::BadInput)
 }
 
@@ -77,24 +80,22 @@ fn stage_line(reader: &Reader, state: &StageState) -> Result<String, FormatError
     Ok(line)
 }
 
-fn print_summary(summary: &format::Summary, units: Units) {
+fn summary_lines(summary: &format::Summary, units: Units) -> String {
+    let mut text = String::new();
     if let Some(contact) = &summary.contact {
         if let [open, stick, slip] = contact.zone_counts[..] {
-            println!("  panes     open {open}, stick {stick}, slip {slip}");
+            text += &format!("  panes     open {open}, stick {stick}, slip {slip}\n");
         }
-        println!(
-            "  forces    normal {:.6e} {}, largest pressure {:.6e} {}",
+        text += &format!(
+            "  forces    normal {:.6e} {}, largest pressure {:.6e} {}\n",
             contact.normal_force,
             units.force(),
             contact.largest_pressure,
             units.stress()
         );
     }
-    println!(
-        "  energy    {:.6e} {}",
-        summary.strain_energy,
-        units.energy()
-    );
+    let energy = units.energy();
+    text + &format!("  energy    {:.6e} {energy}\n", summary.strain_energy)
 }
 
 fn json(

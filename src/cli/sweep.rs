@@ -4,12 +4,14 @@ use clap::{Args, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{
-    arguments::Output,
+    arguments::{MOST_THREADS, Output, gigabytes},
     exit::{Exit, explain_sweep},
+    interruption,
+    terminal::{self, say},
 };
 use crate::{
     stages::draw_sweep,
-    sweep::{self, CSV_FILE, Event, Options, Outcome, Plan, SweepError},
+    sweep::{self, CSV_FILE, Event, Options, Outcome, Plan, SUMMARY_FILE, SweepError},
 };
 
 /// Arguments of `sweep`.
@@ -25,10 +27,10 @@ pub struct SweepArguments {
     #[arg(long, value_name = "DIR", required = true)]
     out: Option<PathBuf>,
     /// Cases at work at the same time; one for each thread by default
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     jobs: Option<u16>,
     /// Memory for assembled problems in gigabytes; three quarters of what is free by default
-    #[arg(long, value_name = "GB")]
+    #[arg(long, value_name = "GB", allow_negative_numbers = true, value_parser = gigabytes)]
     memory: Option<f64>,
     /// Draw no charts of what varies; they go to DIR/figures otherwise
     #[arg(long)]
@@ -93,7 +95,7 @@ pub(super) fn sweep(arguments: &SweepArguments, output: &Output, threads: usize)
 
 fn plan(folder: &SweepFolder) -> Result<Exit, SweepError> {
     let plan = Plan::read(&folder.sweep)?;
-    println!("{:#}", plan.json(&folder.out));
+    terminal::json(&plan.json(&folder.out));
     Ok(Exit::Done)
 }
 
@@ -102,6 +104,10 @@ fn summary(folder: &SweepFolder, output: &Output) -> Result<Exit, SweepError> {
     sweep::write_summary(&plan, &folder.out)?;
     say(output, &format!("tables in {}", folder.out.display()));
     draw(&folder.out, output)?;
+    if output.json {
+        let tables = [SUMMARY_FILE, CSV_FILE].map(|name| folder.out.join(name));
+        terminal::json(&serde_json::json!({ "written": tables }));
+    }
     Ok(Exit::Done)
 }
 
@@ -124,14 +130,23 @@ fn run_case(
     let plan = Plan::read(&folder.sweep)?;
     let event = sweep::run_case(&plan, &folder.out, id, options)?;
     say(output, &format!("case {id} {}", word(&event)));
+    if output.json {
+        let error = match &event {
+            Event::Failed(error) => Some(error),
+            _ => None,
+        };
+        let event = serde_json::json!({ "case": id, "event": event_name(&event), "error": error });
+        terminal::json(&event);
+    }
     Ok(match event {
         Event::Kept | Event::Computed => Exit::Done,
         Event::Failed(error) => {
-            eprintln!("error: case {id}: {error}");
+            terminal::message(&format!("error: case {id}: {error}"));
             Exit::BadInput
         }
         Event::Busy => {
-            eprintln!("error: case {id} is busy: another process is writing it");
+            let busy = format!("error: case {id} is busy: another process is writing it");
+            terminal::message(&busy);
             Exit::BadInput
         }
     })
@@ -150,10 +165,13 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
             .map_or_else(free_memory, |gigabytes| (gigabytes * 1e9) as u64),
         ..case_options(&whole.options, threads)
     };
+    interruption::on_sweep(out, plan.cases.len());
     let outcome = sweep::run(&plan, out, &options, &|index, event| {
         if let Event::Failed(error) = event {
-            bar.suspend(|| eprintln!("case {} failed: {error}", plan.cases[index].id));
+            let line = format!("case {} failed: {error}", plan.cases[index].id);
+            bar.suspend(|| terminal::message(&line));
         }
+        interruption::case_ended();
         bar.inc(1);
     });
     bar.finish_and_clear();
@@ -191,21 +209,29 @@ fn report(plan: &Plan, folder: &Path, outcome: &Outcome, output: &Output) {
         busy,
         not_converged,
     } = outcome;
-    say(
-        output,
-        &format!(
-            "{} cases: {computed} computed, {kept} kept, {failed} failed, {busy} busy elsewhere; \
-             {not_converged} not converged\ntable {}",
-            plan.cases.len(),
-            folder.join(CSV_FILE).display()
-        ),
-    );
     if output.json {
         let counts = serde_json::json!({
             "cases": plan.cases.len(), "computed": computed, "kept": kept, "failed": failed,
             "busy": busy, "not_converged": not_converged,
         });
-        println!("{counts}");
+        terminal::json(&counts);
+    } else if !output.quiet {
+        terminal::result(&format!(
+            "{} cases: {computed} computed, {kept} kept, {failed} failed, {busy} busy elsewhere; \
+             {not_converged} not converged\ntable {}",
+            plan.cases.len(),
+            folder.join(CSV_FILE).display()
+        ));
+    }
+}
+
+/// The event for programs.
+fn event_name(event: &Event) -> &'static str {
+    match event {
+        Event::Kept => "kept",
+        Event::Computed => "computed",
+        Event::Failed(_) => "failed",
+        Event::Busy => "busy",
     }
 }
 
@@ -242,10 +268,4 @@ fn free_memory() -> u64 {
         kilobytes.trim().parse::<u64>().ok()
     });
     available.map_or(u64::MAX, |kilobytes| kilobytes * 1024 / 4 * 3)
-}
-
-fn say(output: &Output, text: &str) {
-    if !output.quiet {
-        eprintln!("{text}");
-    }
 }

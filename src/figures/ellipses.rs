@@ -161,9 +161,9 @@ fn draw_legend(
     ellipses: Option<(f64, f64)>,
 ) {
     let mut entries = vec![
-        (Icon::Zone(Zone::Slip), Label::plain("slip")),
-        (Icon::Zone(Zone::Stick), Label::plain("stick")),
         (Icon::Zone(Zone::Open), Label::plain("open")),
+        (Icon::Zone(Zone::Stick), Label::plain("stick")),
+        (Icon::Zone(Zone::Slip), Label::plain("slip")),
     ];
     match ellipses {
         Some((radius, largest)) => {

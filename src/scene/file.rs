@@ -1,13 +1,9 @@
-use std::{
-    fs::File,
-    io::Read,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
-use super::{Invalid, Scene, SceneError};
+use super::{Invalid, Scene, SceneError, read_bounded};
 
 /// Longest scene in bytes; a friction law of 1000 × 200 values stays below.
-const LONGEST_SCENE: u64 = 4_000_000;
+pub const LONGEST_SCENE: u64 = 4_000_000;
 
 /// A scene with the text it was read from, so that later errors can still show the line.
 #[derive(Debug, Clone)]
@@ -21,19 +17,16 @@ pub struct SceneFile {
 }
 
 impl SceneFile {
-    /// Reads and validates a scene file.
+    /// Reads and validates a scene, from a file or a pipe.
     ///
     /// # Errors
-    /// A file that cannot be read, is too long or no UTF-8 text, or is no scene.
+    /// A folder or device, a file or pipe that cannot be read, is too long or no UTF-8 text, or is no scene.
     pub fn read(path: &Path) -> Result<Self, SceneError> {
         let name = path.display().to_string();
-        let mut bytes = Vec::new();
-        File::open(path)
-            .and_then(|file| file.take(LONGEST_SCENE + 1).read_to_end(&mut bytes))
-            .map_err(|source| SceneError::Read {
-                path: name.clone(),
-                source,
-            })?;
+        let bytes = read_bounded(path, LONGEST_SCENE).map_err(|source| SceneError::Read {
+            path: name.clone(),
+            source,
+        })?;
         if bytes.len() as u64 > LONGEST_SCENE {
             return Err(SceneError::TooLong {
                 path: name,

@@ -4,6 +4,7 @@
 //! units, because no constant of the program has a unit.
 
 mod body;
+mod bounded;
 mod coefficient;
 mod contact;
 mod effects;
@@ -16,23 +17,26 @@ mod load;
 mod material;
 mod notation;
 mod quantity;
+mod shown;
 mod slip_range;
 mod solve;
 mod tabulated;
 mod validate;
 
-pub use body::{Body, Brick, BrickFace, GmshFile};
+pub use body::{Body, Brick, BrickFace, GmshFile, MOST_CELLS};
+pub use bounded::{read_bounded, require_regular};
 pub use coefficient::{Coefficient, LawPoint, Ramp, SlipDerivative};
 pub use contact::{Contact, MultiplierSpace};
 pub use effects::{ContactEffect, Effects, FrictionEffect};
 pub use error::{Invalid, SceneError};
 pub use expression::{Expression, ExpressionError, FUNCTIONS};
-pub use file::SceneFile;
+pub use file::{LONGEST_SCENE, SceneFile};
 pub use formula::{Formula, LAW_VARIABLES};
 pub use friction::{Friction, FrictionLaw};
 pub use load::{BodyForce, Clamp, Component, Pressure, Traction};
 pub use material::{Isotropic, Material, Orthotropic, Part, Region, Voigt};
 pub use quantity::{POSITION, Quantity};
+pub use shown::{is_hidden_control, shown, shown_lines};
 pub use solve::{
     AssembleSettings, DualOperatorKind, InnerSolver, Method, PrecisionControl, SolveSettings,
 };

@@ -9,11 +9,12 @@ use super::{
     mesh_file::pin_mesh_file,
     persistence::write_stage,
     picture::save_charts,
+    resources,
 };
 use crate::{
-    accuracy::{Accuracy, AccuracyProgress, AccuracySettings},
+    accuracy::{Accuracy, AccuracyProgress, AccuracySettings, nested_cells},
     format::{self, LAYOUT},
-    scene::{Scene, SceneFile},
+    scene::{Body, Scene, SceneFile},
     store::{Home, IfMissing, RunFile, Stage, StageRecord, Transaction, timestamp},
 };
 
@@ -30,6 +31,7 @@ pub fn measure_accuracy(
     observe: &mut dyn FnMut(AccuracyProgress),
 ) -> Result<Accuracy, StageError> {
     pin_mesh_file(&mut input)?;
+    admit_finest(&input.scene, settings, path)?;
     let layout = LAYOUT.in_units(input.scene.units);
     let file = RunFile::lock(path, layout, IfMissing::Create)?;
     let started = Instant::now();
@@ -63,6 +65,22 @@ pub fn measure_accuracy(
     )?;
     transaction.commit()?;
     Ok(accuracy)
+}
+
+/// Refuses a finest mesh whose problem does not fit into memory, before the coarser ones take their time.
+fn admit_finest(
+    scene: &Scene,
+    settings: &AccuracySettings,
+    run_file: &Path,
+) -> Result<(), StageError> {
+    let Body::Brick(brick) = &scene.body else {
+        return Ok(());
+    };
+    let meshes = nested_cells(scene, brick, settings)?;
+    if let Some(cells) = meshes.last() {
+        resources::admit(resources::need_of_finest(*cells), run_file)?;
+    }
+    Ok(())
 }
 
 /// Digest of what the ladders are measured for.

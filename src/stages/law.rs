@@ -120,8 +120,9 @@ impl LawStudy {
         };
         let field = FrictionField::new(law, surface, &[]);
         let face = LawFace::new(&self.mesh, surface, &field);
+        let title = self.scene.shown_title();
         let drawing = LawPicture {
-            title: &self.scene.title,
+            title: &title,
             units: self.scene.units,
             note: &note,
             over_slip: match &drawn {
@@ -129,7 +130,7 @@ impl LawStudy {
                 Drawn::Own(curves) => OverSlip::Own(curves),
                 Drawn::Both(maps) => OverSlip::Both(maps),
             },
-            at_rest: varies.then(|| face.picture(&self.scene, &interface.frame)),
+            at_rest: varies.then(|| face.picture(&title, self.scene.units, &interface.frame)),
         };
         let page = law_page(&drawing).map_err(|source| StageError::Figure {
             file: folder.join("law.svg"),

@@ -3,7 +3,7 @@ use crate::{
     contact::{ContactFrame, FrictionField},
     figures::{ContactPicture, FrictionKind, PaneFriction, Zone},
     mesh::{ContactSurface, Mesh},
-    scene::Scene,
+    units::Units,
 };
 
 /// The contact face with the coefficients of friction of one state of slip, and no stresses.
@@ -30,13 +30,14 @@ impl LawFace {
     /// The face as the figures take it.
     pub(super) fn picture<'a>(
         &'a self,
-        scene: &'a Scene,
+        title: &'a str,
+        units: Units,
         frame: &ContactFrame,
     ) -> ContactPicture<'a> {
         let [axis_1, axis_2] = frame.reference;
         ContactPicture {
-            title: &scene.title,
-            units: scene.units,
+            title,
+            units,
             coordinates: &self.cells.coordinates,
             displacement: &self.displacement,
             boundary_triangles: &[],

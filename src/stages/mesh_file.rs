@@ -1,6 +1,8 @@
 //! The mesh of a scene, and the file it may come from.
 
-use super::StageError;
+use std::fs;
+
+use super::{StageError, resources};
 use crate::{
     mesh::{Mesh, MeshError, digest_of},
     scene::{Body, Invalid, SceneFile},
@@ -14,12 +16,16 @@ pub(super) fn mesh_of(input: &SceneFile) -> Result<Mesh, StageError> {
     })
 }
 
-/// Writes the digest of a mesh file into the scene, so that a changed file makes the mesh stale.
+/// Writes the digest of a mesh file into the scene, so that a changed file makes the mesh stale. A file that is too
+/// large to be read is not even digested.
 pub(super) fn pin_mesh_file(input: &mut SceneFile) -> Result<(), StageError> {
     let Body::Gmsh(gmsh) = &input.scene.body else {
         return Ok(());
     };
     let path = input.folder.join(&gmsh.file);
+    if let Ok(metadata) = fs::metadata(&path) {
+        resources::admit_memory(resources::need_of_mesh_file(metadata.len()))?;
+    }
     let digest = digest_of(&path).map_err(|error| {
         input.refuse(Invalid {
             key: "body.gmsh.file".into(),

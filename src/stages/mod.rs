@@ -29,6 +29,7 @@ pub use law::{LawKind, LawStudy, MeshSizes, law_folder};
 pub use persistence::AssemblyFile;
 pub use picture::{are_drawn, figures_folder};
 pub use report::report;
+pub use resources::problem_bytes;
 pub use session::{Commit, Performed, Session};
 pub use shared::Operator;
 pub use sweep_report::draw_sweep;

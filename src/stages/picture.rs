@@ -99,7 +99,7 @@ fn with_picture<T>(
         }
     }
     draw(&ContactPicture {
-        title: &scene.title,
+        title: &scene.shown_title(),
         units: scene.units,
         coordinates: &cells.coordinates,
         displacement: &displacement,

@@ -13,7 +13,7 @@ use crate::{
     format::{self, LAYOUT},
     post::{ContactReport, Solved, SolvedContact},
     report::{Page, Part, Section},
-    scene::Scene,
+    scene::{Scene, shown, shown_lines},
     solver::{ContactState, Solution},
     store::{Reader, Stage, timestamp},
 };
@@ -54,8 +54,8 @@ fn file_page(path: &Path) -> Result<Page, StageError> {
     sections.push(stages_section(&reader, &states)?);
     sections.extend(accuracy_section(&reader, scene)?);
     Ok(Page {
-        title: scene.title.clone(),
-        subtitle: scene.reference.clone().unwrap_or_default(),
+        title: scene.shown_title(),
+        subtitle: shown(scene.reference.as_deref().unwrap_or_default()),
         footer: footer(path),
         sections,
     })
@@ -69,7 +69,7 @@ fn scene_section(scene: &Scene) -> Section {
             Part::Table(tables::effects(scene)),
             Part::Listing(
                 "the scene, every default written out".into(),
-                scene.to_toml(),
+                shown_lines(&scene.to_toml()),
             ),
         ],
     }

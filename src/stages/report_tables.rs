@@ -108,8 +108,8 @@ pub(super) fn results(
     if let Some(contact) = &r.contact {
         pairs.extend([
             pair("open panes", report.count(Zone::Open)),
-            pair("slipping panes", report.count(Zone::Slip)),
             pair("sticking panes", report.count(Zone::Stick)),
+            pair("slipping panes", report.count(Zone::Slip)),
             pair(
                 &format!("normal contact force [{force}]"),
                 format!("{:.9e}", contact.normal_force),

@@ -23,6 +23,12 @@ pub enum StoreError {
         /// The path given.
         file: PathBuf,
     },
+    /// The path of the run file is a pipe, a device or a socket.
+    #[error("{}: expected a regular file, found a pipe, device or socket; nothing was changed, choose another path", file.display())]
+    NotAFile {
+        /// The path given.
+        file: PathBuf,
+    },
     /// The folder of the run file does not exist.
     #[error("{}: the folder {} does not exist; create it first", file.display(), folder.display())]
     FolderMissing {

@@ -75,6 +75,10 @@ pub(super) fn open(
     if metadata.is_dir() {
         return Err(StoreError::IsDirectory { file: path.into() });
     }
+    // Opening a pipe could wait for ever.
+    if !metadata.is_file() {
+        return Err(StoreError::NotAFile { file: path.into() });
+    }
     fs::File::open(path).at_file(path, "open the file for reading")?;
     let file = hdf5::File::with_options()
         .with_fapl(|access| access.file_locking(false))

@@ -49,6 +49,9 @@ impl RunFile {
             opened => drop(opened?),
         }
         let lock = hidden(&folder, &name, ".lock");
+        if fs::metadata(&lock).is_ok_and(|metadata| !metadata.is_file()) {
+            return Err(StoreError::NotAFile { file: lock });
+        }
         let file = File::options()
             .create(true)
             .truncate(false)

@@ -52,7 +52,7 @@ pub use record::{STAGE_ATTRIBUTES, StageRecord, StoredStage, timestamp};
 pub use schema::schema_json;
 pub use schema_page::schema_page;
 pub use shared::SharedStage;
-pub use signals::install as install_signal_handlers;
+pub use signals::{install as install_signal_handlers, last_commit};
 pub use sparse::{SparseMatrix, SparseView};
 pub use table::Layout;
 pub use transaction::{Home, Transaction};

@@ -39,7 +39,7 @@ impl Reader {
     /// Opens a run file and checks its root attributes.
     ///
     /// # Errors
-    /// `NotFound`, `IsDirectory`, `NotHdf5`, `NotOurs`, `Version`, or `Damaged` for a truncated file.
+    /// `NotFound`, `IsDirectory`, `NotAFile`, `NotHdf5`, `NotOurs`, `Version`, or `Damaged` for a truncated file.
     pub fn open(path: &Path, layout: Layout) -> Result<Self, StoreError> {
         let mut reader = Self::open_state(path, layout)?;
         if reader.linked.values().any(|linked| linked.volume.is_err()) {

@@ -11,19 +11,36 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 use signal_hook::low_level::emulate_default_handler;
 
+use super::layout::Stage;
+
 /// The temporaries of this process. Whoever holds the lock decides alone: a rename, or the end of the process.
 static TEMPORARIES: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 /// Whether the thread that waits for signals runs.
 static INSTALLED: Mutex<bool> = Mutex::new(false);
 
-/// Starts the thread that removes the temporaries on SIGINT or SIGTERM and lets the signal end the process.
+/// The file that this process changed last, with the stages it holds since.
+static LAST_COMMIT: Mutex<Option<(PathBuf, Vec<Stage>)>> = Mutex::new(None);
+
+/// The file that this process changed last, with the stages it holds since; `None` before the first commit.
+pub fn last_commit() -> Option<(PathBuf, Vec<Stage>)> {
+    let last = LAST_COMMIT.lock().unwrap_or_else(PoisonError::into_inner);
+    last.clone()
+}
+
+pub(super) fn note_commit(target: &Path, stages: Vec<Stage>) {
+    let mut last = LAST_COMMIT.lock().unwrap_or_else(PoisonError::into_inner);
+    *last = Some((target.to_path_buf(), stages));
+}
+
+/// Starts the thread that removes the temporaries on SIGINT or SIGTERM, calls `farewell`, and lets the signal end the
+/// process.
 ///
 /// A rename that has begun is completed first. Calling it again does nothing.
 ///
 /// # Errors
 /// If the system refuses the signal handlers or the thread.
-pub fn install() -> io::Result<()> {
+pub fn install(farewell: fn()) -> io::Result<()> {
     let mut installed = INSTALLED.lock().unwrap_or_else(PoisonError::into_inner);
     if !*installed {
         let mut signals = Signals::new([SIGINT, SIGTERM])?;
@@ -35,6 +52,7 @@ pub fn install() -> io::Result<()> {
                     for temporary in temporaries.iter() {
                         let _ = fs::remove_file(temporary);
                     }
+                    farewell();
                     let _ = emulate_default_handler(signal);
                 }
             })?;

@@ -12,6 +12,7 @@ use super::part::{Part, replaceable, sync_folder};
 use super::place::{AtPlace, Place};
 use super::reader::Reader;
 use super::shared::SharedStage;
+use super::signals::note_commit;
 use super::table::Layout;
 use super::volume::Stamp;
 use super::writer::StageWriter;
@@ -202,7 +203,10 @@ impl Transaction {
             sync_folder(&self.folder)?;
         }
         drop(self.previous);
+        let mut stages = Stage::ALL.to_vec();
+        stages.retain(|stage| file.link_exists(stage.group()));
         self.run_file.publish(&self.target, permissions)?;
+        note_commit(&self.target, stages);
         sync_folder(&self.folder)?;
         linked::remove_orphans(&self.folder, &self.target, &self.layout);
         Ok(())

@@ -3,9 +3,9 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use crate::{
-    scene::SceneFile,
+    scene::{SceneFile, require_regular},
     stability::{Depth, Solutions},
-    sweep::{SweepError, changed_scene},
+    sweep::{SweepError, changed_scene, read_index},
 };
 
 /// The index of a suite: families of cases, each a scene with some keys changed.
@@ -84,10 +84,13 @@ pub enum Version {
     Full,
 }
 
-/// Whether a file is the index of a suite rather than a scene.
+/// Whether a file is the index of a suite rather than a scene; a pipe, which can be read only once, is a scene.
 #[must_use]
 pub fn is_index(path: &Path) -> bool {
-    let text = std::fs::read_to_string(path).unwrap_or_default();
+    if require_regular(path).is_err() {
+        return false;
+    }
+    let text = read_index(path, "read the suite").unwrap_or_default();
     let table: Result<toml::Table, _> = text.parse();
     table.is_ok_and(|table| table.contains_key("family"))
 }
@@ -97,11 +100,7 @@ pub fn is_index(path: &Path) -> bool {
 /// # Errors
 /// An unreadable index, a key that leads nowhere, a scene that does not validate.
 pub fn read(path: &Path, version: Version) -> Result<Vec<Case>, SweepError> {
-    let text = std::fs::read_to_string(path).map_err(|source| SweepError::Io {
-        action: "read the suite",
-        file: path.to_owned(),
-        source,
-    })?;
+    let text = read_index(path, "read the suite")?;
     let index: Index = toml::from_str(&text).map_err(|error| SweepError::Syntax {
         file: path.to_owned(),
         message: error.to_string(),

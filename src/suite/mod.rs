@@ -19,7 +19,7 @@ impl Case {
     #[must_use]
     pub fn alone(scene: SceneFile) -> Self {
         Self {
-            name: scene.scene.title.clone(),
+            name: scene.scene.shown_title(),
             family: String::new(),
             shows: String::new(),
             open: String::new(),

@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::SweepError;
+use super::{SweepError, index_file::read as read_index, size};
 
 /// A sweep file: a scene and the axes along which its keys change.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -82,11 +82,7 @@ impl SweepFile {
     /// # Errors
     /// A file that cannot be read, or is no sweep.
     pub fn read(path: &Path) -> Result<Self, SweepError> {
-        let text = std::fs::read_to_string(path).map_err(|source| SweepError::Io {
-            action: "read the sweep",
-            file: path.to_owned(),
-            source,
-        })?;
+        let text = read_index(path, "read the sweep")?;
         toml::from_str(&text).map_err(|error| SweepError::Syntax {
             file: path.to_owned(),
             message: error.to_string(),
@@ -101,7 +97,10 @@ impl SweepFile {
     }
 
     /// The axes with those of the same `zip` merged, in the order of their first members.
+    ///
+    /// Their number is checked before anything is made of them.
     pub(super) fn steps(&self, file: &Path) -> Result<Vec<Steps>, SweepError> {
+        size::check(&self.axes, file)?;
         let mut merged: Vec<(Option<&str>, Steps)> = Vec::new();
         for (index, axis) in self.axes.iter().enumerate() {
             let refuse = |expected: &str, found: String| SweepError::Axis {
@@ -134,6 +133,14 @@ impl SweepFile {
 }
 
 impl Axis {
+    /// How many steps the axis asks for.
+    pub(super) fn length(&self) -> usize {
+        let values = self.values.as_ref().map(Vec::len);
+        let rows = self.rows.as_ref().map(Vec::len);
+        let range = self.range.map(|range| range.count);
+        values.or(range).or(rows).unwrap_or_default()
+    }
+
     /// The steps, or what was expected and what was found.
     fn steps(&self) -> Result<Steps, (&'static str, String)> {
         let steps = match (&self.key, &self.values, self.range, &self.keys, &self.rows) {

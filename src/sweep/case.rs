@@ -6,7 +6,7 @@ use super::{Plan, lock::operator_turn, operators::Operators};
 use crate::{
     format::{self, LAYOUT},
     scene::{Body, Scene},
-    stages::{Commit, Freshness, Session, StageError, operator_settings},
+    stages::{Commit, Freshness, Session, StageError, operator_settings, problem_bytes},
     store::{Reader, Stage},
 };
 
@@ -33,8 +33,6 @@ pub(super) fn operator_key(scene: &Scene) -> String {
 }
 
 /// Bytes of memory that assembling and solving a case takes at most, roughly.
-///
-/// Peak memory of 41,616, 135,000 and 313,632 unknowns was 217 MB, 870 MB and 2634 MB, 0.8 to 1.0 of this.
 pub(super) fn memory(scene: &Scene, folder: &Path) -> u64 {
     let nodes = match &scene.body {
         Body::Brick(brick) => brick.cells.iter().map(|&n| n as f64 + 1.0).product(),
@@ -44,7 +42,7 @@ pub(super) fn memory(scene: &Scene, folder: &Path) -> u64 {
             std::fs::metadata(file).map_or(0.0, |metadata| metadata.len() as f64 / 100.0)
         }
     };
-    (150.0 * (3.0 * nodes).powf(4.0 / 3.0)) as u64
+    problem_bytes(nodes)
 }
 
 /// Runs what is not fresh of a case.

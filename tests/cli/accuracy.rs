@@ -80,7 +80,7 @@ fn what_cannot_be_measured_or_reported_is_bad_input() {
     let scene = pipeline("newton.toml");
     let scene = scene.to_str().expect("plain path");
     let budget = program.command(&["accuracy", scene, "run.h5", "--budget", "-1"]);
-    refused(budget, "above 0");
+    refused(budget, "seconds from 1e-3 to 1e9");
     refused(program.command(&["report", "absent.h5"]), "absent.h5");
     refused(program.command(&["report", "."]), "summary.csv");
 }

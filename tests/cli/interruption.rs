@@ -61,3 +61,50 @@ fn a_killed_run_leaves_a_readable_file_and_goes_on() {
     assert_eq!(program.digests(), expected);
     assert!(!program.path(".run.h5.part").exists());
 }
+
+/// Waits until a file is there.
+fn wait_for(path: &std::path::Path) {
+    for _ in 0..600 {
+        if path.exists() {
+            return;
+        }
+        sleep(Duration::from_millis(50));
+    }
+    panic!("{} did not appear", path.display());
+}
+
+#[test]
+fn an_interrupted_run_says_what_it_kept() {
+    let program = Program::new();
+    // Long enough to be interrupted while it assembles or solves.
+    let child = Command::cargo_bin("contact3d-pipe")
+        .unwrap()
+        .current_dir(program.path(""))
+        .arg("run")
+        .arg(pipeline("newton.toml"))
+        .args([
+            "run.h5",
+            "--no-figures",
+            "--set",
+            "body.brick.cells=[60,20,20]",
+        ])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    wait_for(&program.path("run.h5"));
+    Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status()
+        .unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), None, "ended by the signal");
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    let kept = "interrupted: run.h5 keeps scene, mesh";
+    assert!(text.contains(kept), "{text}");
+    assert!(
+        text.contains("the same command goes on from there"),
+        "{text}"
+    );
+    assert_eq!(program.states()[0].1, "fresh");
+}

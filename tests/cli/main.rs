@@ -1,12 +1,16 @@
 //! The program as a user meets it: commands, messages, exit codes, files.
 
 mod accuracy;
+mod arguments;
 mod bad_bodies;
 mod bad_scenes;
 mod errors;
 mod interruption;
 mod law;
 mod linked_assembly;
+mod pipes;
 mod program;
+mod special_files;
 mod stages;
+mod titles;
 mod units;

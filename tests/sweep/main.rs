@@ -4,4 +4,5 @@ mod changes;
 mod kills;
 mod program;
 mod sharing;
+mod size;
 mod units;

@@ -55,7 +55,8 @@ impl Sweep {
         let mut arguments = vec!["sweep.toml", "--out", out];
         arguments.extend(more);
         let output = self.command(&arguments).output().expect("a process");
-        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        let said = [output.stderr, output.stdout].concat();
+        let text = String::from_utf8_lossy(&said).into_owned();
         (output.status.code().expect("an exit code"), text)
     }
 

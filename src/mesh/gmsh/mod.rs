@@ -25,7 +25,7 @@ use std::{fs, io, path::Path};
 pub use error::{GmshError, Place};
 
 use super::RawMesh;
-use crate::scene::GmshFile;
+use crate::scene::{GmshFile, require_regular};
 
 /// Reads the mesh of a scene whose paths count from `folder`; coordinates come out in m.
 ///
@@ -34,7 +34,8 @@ use crate::scene::GmshFile;
 /// [`GmshError::InFile`] with what [`parse`] says about its contents.
 pub(super) fn read(file: &GmshFile, folder: &Path) -> Result<RawMesh, GmshError> {
     let path = folder.join(&file.file);
-    let bytes = fs::read(&path).map_err(|source| GmshError::Read {
+    let bytes = require_regular(&path).and_then(|()| fs::read(&path));
+    let bytes = bytes.map_err(|source| GmshError::Read {
         path: path.clone(),
         source,
     })?;
@@ -59,8 +60,9 @@ pub(super) fn read(file: &GmshFile, folder: &Path) -> Result<RawMesh, GmshError>
 /// The blake3 digest of a file in hexadecimal digits, as a scene may demand it.
 ///
 /// # Errors
-/// What the system says when the file cannot be read.
+/// What the system says when the file cannot be read, `InvalidInput` for a folder, pipe or device.
 pub fn digest_of(path: &Path) -> io::Result<String> {
+    require_regular(path)?;
     let mut hasher = blake3::Hasher::new();
     hasher.update_reader(fs::File::open(path)?)?;
     Ok(hasher.finalize().to_hex().to_string())

@@ -1,5 +1,5 @@
 use super::{positive, require};
-use crate::scene::{Body, Brick, BrickFace, Invalid, MultiplierSpace, Scene};
+use crate::scene::{Body, Brick, BrickFace, Invalid, MOST_CELLS, MultiplierSpace, Scene};
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
     match &scene.body {
@@ -31,9 +31,9 @@ fn check_brick(brick: &Brick, scene: &Scene) -> Result<(), Invalid> {
         let name = ["nx", "ny", "nz"][axis];
         let even = contact_axis.is_none_or(|normal| axis == normal || cells % 2 == 0);
         require(
-            (1..=4096).contains(&cells) && even,
+            (1..=MOST_CELLS).contains(&cells) && even,
             "body.brick.cells",
-            &format!("{name} from 1 to 4096, even along the contact face"),
+            &format!("{name} from 1 to {MOST_CELLS}, even along the contact face"),
             brick.cells,
             "a pane is 2 x 2 cells of the contact face, so both of its cell counts are even; nodal multipliers take any",
         )?;

@@ -31,7 +31,7 @@ fn child_that_writes_until_killed() {
     let Some(file) = env::var_os(FILE) else {
         return;
     };
-    install_signal_handlers().unwrap();
+    install_signal_handlers(|| ()).unwrap();
     for round in 0.. {
         save_both(file.as_ref(), SIZES[round % 2]);
     }

@@ -1,0 +1,82 @@
+//! What an interrupted command says: what is kept, and how to go on.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::{Mutex, PoisonError, mpsc},
+    thread,
+    time::Duration,
+};
+
+use super::terminal;
+use crate::store::{Stage, last_commit};
+
+/// What the program is at work on.
+#[derive(Debug, Clone)]
+enum Work {
+    /// The stages of a run file.
+    RunFile(PathBuf),
+    /// The cases of a sweep: its folder, how many have ended, how many there are.
+    Sweep(PathBuf, usize, usize),
+}
+
+static WORK: Mutex<Option<Work>> = Mutex::new(None);
+
+/// How long a blocked standard error may hold up the end of the process.
+const PATIENCE: Duration = Duration::from_millis(300);
+
+/// Says which run file is at work.
+pub(super) fn on_run_file(file: &Path) {
+    set(Work::RunFile(file.to_owned()));
+}
+
+/// Says which sweep is at work.
+pub(super) fn on_sweep(folder: &Path, cases: usize) {
+    set(Work::Sweep(folder.to_owned(), 0, cases));
+}
+
+/// Counts a case of the sweep that has ended.
+pub(super) fn case_ended() {
+    let mut work = WORK.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(Work::Sweep(_, ended, _)) = &mut *work {
+        *ended += 1;
+    }
+}
+
+fn set(work: Work) {
+    *WORK.lock().unwrap_or_else(PoisonError::into_inner) = Some(work);
+}
+
+/// Says what is kept; called when a signal is about to end the process. Another thread writes, since standard error
+/// may be blocked by a reader that has stopped.
+pub(super) fn farewell() {
+    let (said, wait) = mpsc::channel();
+    let spawned = thread::Builder::new().spawn(move || {
+        terminal::message(&words());
+        let _ = said.send(());
+    });
+    if spawned.is_ok() {
+        let _ = wait.recv_timeout(PATIENCE);
+    }
+}
+
+fn words() -> String {
+    let work = WORK.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    let kept = match &work {
+        None => return "interrupted".into(),
+        Some(Work::Sweep(folder, ended, cases)) => format!(
+            "{} keeps all cases that ended ({ended} of {cases} in this run) and checkpoints",
+            folder.display()
+        ),
+        Some(Work::RunFile(file)) => match last_commit() {
+            Some((_, stages)) => format!("{} keeps {}", file.display(), names(&stages)),
+            None if file.exists() => format!("{} is as it was", file.display()),
+            None => return "interrupted: nothing was stored yet".into(),
+        },
+    };
+    format!("interrupted: {kept}; the same command goes on from there")
+}
+
+fn names(stages: &[Stage]) -> String {
+    let names: Vec<&str> = stages.iter().map(|stage| stage.group()).collect();
+    names.join(", ")
+}

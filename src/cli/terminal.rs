@@ -1,0 +1,115 @@
+//! The only room that writes to standard output and standard error. It never panics: a reader that goes away ends
+//! nothing, and a standard output that takes no more is said at the end, when all files are written.
+
+use std::{
+    fmt::Write as _,
+    io::{self, ErrorKind, Write},
+    sync::{Mutex, PoisonError},
+};
+
+use super::{arguments::Output, exit::Exit};
+use crate::scene::{is_hidden_control, shown_lines};
+
+/// What kept results from standard output; nothing more is written there once it is set.
+static LOST: Mutex<Option<io::Error>> = Mutex::new(None);
+
+/// Results for people, on standard output; a missing end of line is added.
+pub(super) fn result(text: &str) {
+    write_out(&line(shown_lines(text)));
+}
+
+/// Results for programs, on standard output.
+pub(super) fn json(value: &serde_json::Value) {
+    write_out(&line(escaped_json(&format!("{value:#}"))));
+}
+
+/// A message on standard error. Nobody may be there to read it, which stops no work.
+pub(super) fn message(text: &str) {
+    let _ = io::stderr().write_all(line(shown_lines(text)).as_bytes());
+}
+
+/// A message that has the colours of a terminal; the caller has escaped what is not ours.
+pub(super) fn coloured_message(text: &str) {
+    let _ = io::stderr().write_all(line(text.to_owned()).as_bytes());
+}
+
+/// A line for the person at the terminal, on standard error.
+pub(super) fn say(output: &Output, text: &str) {
+    if !output.quiet {
+        message(text);
+    }
+}
+
+/// Remembers that standard output failed.
+pub(super) fn lose(error: io::Error) {
+    let mut lost = LOST.lock().unwrap_or_else(PoisonError::into_inner);
+    lost.get_or_insert(error);
+}
+
+/// The exit code of the program, once all its work is done: that of the work, unless results are missing on a
+/// standard output that failed. A reader that has gone, as in `status FILE | head -1`, wants no more and is no failure.
+pub(super) fn close(exit: Exit) -> Exit {
+    let lost = LOST.lock().unwrap_or_else(PoisonError::into_inner);
+    match (lost.as_ref(), exit) {
+        (None, _) => exit,
+        (Some(error), _) if error.kind() == ErrorKind::BrokenPipe => exit,
+        (Some(error), _) => {
+            message(&format!(
+                "error: cannot write the results to standard output: {error}; the files that the command writes are complete"
+            ));
+            match exit {
+                Exit::Done | Exit::NotConverged => Exit::Internal,
+                Exit::BadInput | Exit::Internal => exit,
+            }
+        }
+    }
+}
+
+fn write_out(text: &str) {
+    if LOST
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .is_some()
+    {
+        return;
+    }
+    let mut out = io::stdout().lock();
+    if let Err(error) = out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        lose(error);
+    }
+}
+
+fn line(mut text: String) -> String {
+    if !text.ends_with('\n') {
+        text.push('\n');
+    }
+    text
+}
+
+/// JSON in which control characters that JSON allows in strings are written with their numbers.
+fn escaped_json(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        match is_hidden_control(c) && c != '\n' {
+            true => {
+                let _ = write!(shown, "\\u{:04x}", u32::from(c));
+            }
+            false => shown.push(c),
+        }
+    }
+    shown
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn escaped_json_means_the_same() {
+        let value = serde_json::json!({ "title": "a\u{1b}\u{7f}\u{9b}\u{202e}b" });
+        let text = escaped_json(&format!("{value:#}"));
+        assert!(!text.chars().any(|c| is_hidden_control(c) && c != '\n'));
+        let read: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(read, value);
+    }
+}
