@@ -262,7 +262,7 @@ fn solve_level(
         cell_size: volume.cbrt(),
         n_free: solution.displacement.len(),
         n_multipliers: solution.multiplier.len(),
-        status: solution.status,
+        status: report.judged(solution.status),
         actions: solution.actions,
         energy_difference: 0.0,
         energy_error: None,

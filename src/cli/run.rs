@@ -137,7 +137,10 @@ fn draw_figures(
         return Ok(());
     }
     let folder = figures.folder(file);
-    session.results()?;
+    if let Some(figure) = session.results()?.2.out_of_range {
+        say(output, &format!("figures   none: {figure}"));
+        return Ok(());
+    }
     let files = session.draw(&folder)?;
     say(
         output,
@@ -156,6 +159,10 @@ fn finish(session: &mut Session, output: &Output, performed: &[Performed]) -> Ou
         terminal::json(&json);
     } else if !output.quiet {
         terminal::result(&results::table(&scene, mesh, solution, report));
+    }
+    if let Some(figure) = &report.out_of_range {
+        terminal::message(&format!("NOT CONVERGED: {figure}"));
+        return Ok(Exit::NotConverged);
     }
     let floor_accepted = solution.status == Status::RoundingLimit && scene.solve.epsilon.is_none();
     if solution.status == Status::Converged || floor_accepted {

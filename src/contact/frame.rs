@@ -122,6 +122,14 @@ fn first_axis(
 ) -> Result<Vector3<f64>, Invalid> {
     if let Some(axis) = &contact.axis_1 {
         let given = Vector3::from(axis.each_ref().map(|a| a.at(place)));
+        // Only the direction counts; squares of very large or small components would overflow or vanish. A power of
+        // two leaves every digit as it is.
+        let given = match given.amax() {
+            size if size > 0.0 && size.is_finite() => {
+                given * 2.0_f64.powi((-size.log2() as i32).clamp(-1000, 1000))
+            }
+            _ => given,
+        };
         let along = given.dot(normal);
         let tangential = along.abs() <= TANGENTIAL * given.norm();
         let flat = given - normal * along;

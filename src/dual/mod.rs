@@ -5,6 +5,7 @@ mod contact;
 mod dense;
 mod estimate;
 mod explicit;
+mod finite;
 mod implicit;
 mod need;
 mod system;

@@ -26,7 +26,7 @@ impl DualSystem {
     /// Assembles and factorises, and forms S when the scene or the estimate asks for it.
     ///
     /// # Errors
-    /// [`AssemblyError`] when A has no Cholesky factor, or a formula of the scene has no value.
+    /// [`AssemblyError`] when A has no Cholesky factor, a formula of the scene has no value, or a number overflows.
     pub fn new(scene: &Scene, mesh: &Mesh, threads: usize) -> Result<Self, AssemblyError> {
         Self::admitted(scene, mesh, threads, &|_| Ok(()))
     }
@@ -68,14 +68,16 @@ impl DualSystem {
             }
             contact
         });
-        Ok(Self { assembly, contact })
+        let system = Self { assembly, contact };
+        system.require_finite().map_err(AssemblyError::Scene)?;
+        Ok(system)
     }
 
     /// Replaces l, h and the free slip by those of a scene that differs in its loads, its gap or its
     /// friction only: one solve with the factor.
     ///
     /// # Errors
-    /// A formula of the scene that has no value.
+    /// A formula of the scene that has no value, numbers that overflow.
     pub fn apply_loads(&mut self, scene: &Scene, mesh: &Mesh) -> Result<(), Invalid> {
         let interface = Interface::new(scene, mesh)?;
         let assembly = &mut self.assembly;
@@ -91,7 +93,7 @@ impl DualSystem {
                 explicit.apply_loads(&unconstrained, surface, &interface.frame, dofs);
             }
         }
-        Ok(())
+        self.require_finite()
     }
 }
 

@@ -162,15 +162,24 @@ fn read_finite_rows<const K: usize>(
     Ok(read_finite_vec(reader, path)?.as_chunks::<K>().0.to_vec())
 }
 
-/// Reads a dataset with one value.
-fn read_finite_scalar(reader: &Reader, path: &'static str) -> Result<f64, FormatError> {
-    read_finite_vec(reader, path)?
+/// Reads a dataset with one value, which a failed solve may have left infinite or no number.
+fn read_scalar(reader: &Reader, path: &'static str) -> Result<f64, FormatError> {
+    one_value(path, &reader.read_vec(path)?)
+}
+
+fn one_value(path: &'static str, values: &[f64]) -> Result<f64, FormatError> {
+    values
         .first()
         .copied()
         .ok_or_else(|| FormatError::Inconsistent {
             dataset: path,
             reason: "expected one value, found none".into(),
         })
+}
+
+/// Reads a dataset with one value.
+fn read_finite_scalar(reader: &Reader, path: &'static str) -> Result<f64, FormatError> {
+    one_value(path, &read_finite_vec(reader, path)?)
 }
 
 /// A compressed-column matrix as the file's matrix.

@@ -1,6 +1,6 @@
 //! `/post`: zones, contact quantities on panes, stresses, resultants, certificate.
 
-use super::{FormatError, read_finite_scalar, read_index_vec};
+use super::{FormatError, read_index_vec, read_scalar};
 use crate::{
     contact::ContactFrame,
     mesh::ContactSurface,
@@ -241,12 +241,12 @@ pub fn read_summary(reader: &Reader) -> Result<Summary, FormatError> {
         false => None,
         true => Some(ContactSummary {
             zone_counts: read_index_vec(reader, ZONE_COUNTS)?,
-            normal_force: read_finite_scalar(reader, NORMAL_FORCE)?,
-            largest_pressure: read_finite_scalar(reader, LARGEST_PRESSURE)?,
+            normal_force: read_scalar(reader, NORMAL_FORCE)?,
+            largest_pressure: read_scalar(reader, LARGEST_PRESSURE)?,
         }),
     };
     Ok(Summary {
-        strain_energy: read_finite_scalar(reader, STRAIN_ENERGY)?,
+        strain_energy: read_scalar(reader, STRAIN_ENERGY)?,
         contact,
     })
 }

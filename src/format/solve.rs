@@ -1,8 +1,6 @@
 //! `/solve`: multipliers, displacement, state of friction, history.
 
-use super::{
-    FormatError, history, read_finite_rows, read_finite_scalar, read_finite_vec, read_index_vec,
-};
+use super::{FormatError, history, read_finite_vec, read_index_vec};
 use crate::{
     contact::FrictionField,
     elasticity::DofMap,
@@ -198,15 +196,18 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
         multiplier,
         displacement: dofs.to_free(displacement.as_chunks::<3>().0),
         slip: match reader.has(SLIP) {
-            true => Some(read_finite_rows(reader, SLIP)?),
+            true => Some(read_measured_rows(reader, SLIP, status)?),
             false => None,
         },
         coulomb: match reader.has(SLIP_BOUND) {
-            true => Some(read_coulomb(reader)?),
+            true => Some(read_coulomb(reader, status)?),
             false => None,
         },
         steplength: match reader.has(STEPLENGTH) {
-            true => read_finite_scalar(reader, STEPLENGTH)?,
+            true => read_measured(reader, STEPLENGTH, status)?
+                .first()
+                .copied()
+                .unwrap_or(f64::NAN),
             false => 0.0,
         },
         history: history::read_outer(reader, &history::HISTORY)?,
@@ -245,7 +246,8 @@ pub(super) fn read_outcome(reader: &Reader) -> Result<OutcomeWords, FormatError>
             history::read_newton(reader)?.len(),
             actions.unwrap_or(0),
         ],
-        accuracy: read_finite_vec(reader, ACCURACY)?
+        accuracy: reader
+            .read_vec(ACCURACY)?
             .first()
             .copied()
             .unwrap_or(f64::NAN),
@@ -283,12 +285,22 @@ fn read_measured(reader: &Reader, path: &str, status: Status) -> Result<Vec<f64>
     })
 }
 
-fn read_coulomb(reader: &Reader) -> Result<CoulombState, FormatError> {
+/// As [`read_measured`], a dataset of shape `[n, 2]`.
+fn read_measured_rows(
+    reader: &Reader,
+    path: &str,
+    status: Status,
+) -> Result<Vec<[f64; 2]>, FormatError> {
+    let flat = read_measured(reader, path, status)?;
+    Ok(flat.as_chunks::<2>().0.to_vec())
+}
+
+fn read_coulomb(reader: &Reader, status: Status) -> Result<CoulombState, FormatError> {
     Ok(CoulombState {
-        slip_bound: read_finite_vec(reader, SLIP_BOUND)?,
+        slip_bound: read_measured(reader, SLIP_BOUND, status)?,
         friction: FrictionField {
-            nodal: read_finite_rows(reader, FRICTION)?,
-            pane_inverse: read_finite_rows(reader, FRICTION_INVERSE)?,
+            nodal: read_measured_rows(reader, FRICTION, status)?,
+            pane_inverse: read_measured_rows(reader, FRICTION_INVERSE, status)?,
         },
     })
 }

@@ -1,6 +1,6 @@
 //! `/cases` of a sweep's summary file: settings and main results of every case.
 
-use super::{FormatError, read_finite_vec, read_index_vec, solve::read_outcome};
+use super::{FormatError, read_index_vec, solve::read_outcome};
 use crate::store::{
     DatasetSpec, Extent,
     Extent::{Fixed, Named},
@@ -262,11 +262,11 @@ pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
     }))
 }
 
-/// A vector of the report, NaN where the file does not have it.
+/// A vector of the report, NaN where the file does not have it or the solve failed for want of numbers.
 fn vector<const N: usize>(reader: &Reader, path: &str) -> Result<[f64; N], FormatError> {
     let mut vector = [f64::NAN; N];
     if reader.has(path) {
-        for (target, value) in vector.iter_mut().zip(read_finite_vec(reader, path)?) {
+        for (target, value) in vector.iter_mut().zip(reader.read_vec::<f64>(path)?) {
             *target = value;
         }
     }

@@ -4,12 +4,14 @@
 mod assembled_scene;
 mod certificate;
 mod error;
+mod range;
 mod resultants;
 mod zones;
 
 pub use assembled_scene::AssembledScene;
 pub use certificate::{Certificate, ContactCertificate, FrictionCertificate};
 pub use error::SolveSceneError;
+pub use range::OutOfRange;
 pub use resultants::{ContactResultants, Resultants, Vector, von_mises};
 pub use zones::{PaneFriction, PaneState, Zone};
 
@@ -81,6 +83,8 @@ pub struct ContactReport {
     pub resultants: Resultants,
     /// How well the discrete problem is satisfied.
     pub certificate: Certificate,
+    /// A figure that double precision does not hold; the solve has failed if there is one.
+    pub out_of_range: Option<OutOfRange>,
 }
 
 impl ContactReport {
@@ -97,7 +101,7 @@ impl ContactReport {
         let material = MaterialField::new(solved.scene, solved.mesh);
         let (internal, stress) = internal_forces(solved.mesh, &material, &displacement);
         let applied = Loads::of(solved.scene).nodal_forces(solved.mesh)?;
-        Ok(Self {
+        let mut report = Self {
             resultants: Resultants::new(solved, &displacement, &applied, &internal),
             certificate: Certificate::new(solved, friction.as_ref(), &panes),
             von_mises: stress.iter().map(von_mises).collect(),
@@ -105,7 +109,10 @@ impl ContactReport {
             panes,
             friction,
             displacement,
-        })
+            out_of_range: None,
+        };
+        report.out_of_range = report.find_out_of_range(solved);
+        Ok(report)
     }
 
     /// Number of panes in a zone.

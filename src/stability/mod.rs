@@ -111,7 +111,7 @@ impl Check {
             solutions,
             n_free: answer.displacement.len(),
             n_multipliers: answer.multiplier.len(),
-            status: answer.status,
+            status: report.judged(answer.status),
             solved_by: answer.solved_by,
             steps: [answer.newton.len(), answer.history.len()],
             asked: scene.solve.epsilon(),

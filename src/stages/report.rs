@@ -103,6 +103,11 @@ fn result_sections(reader: &Reader, scene: &Scene) -> Result<Vec<Section>, Stage
             &report,
         ))],
     }];
+    if let Some(figure) = report.out_of_range {
+        let warning = format!("The solve failed and nothing is drawn: {figure}.");
+        sections[0].parts.insert(0, Part::Warning(warning));
+        return Ok(sections);
+    }
     let frame = interface.as_ref().map(|interface| &interface.frame);
     let drawn = picture::page(scene, &mesh, frame, &report);
     let page = drawn.map_err(|source| StageError::Figure {

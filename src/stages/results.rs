@@ -38,6 +38,7 @@ impl Session {
         super::picture::draw(folder, self.scene(), loaded(&self.mesh), frame, report)
     }
 
+    /// The report of the solution, which has failed if a figure of the report is out of range.
     pub(super) fn evaluate(&mut self) -> Result<ContactReport, StageError> {
         self.load_interface()?;
         let contact = self.coupling().zip(self.contact_state());
@@ -48,6 +49,10 @@ impl Session {
             contact: contact.map(|(coupling, state)| SolvedContact { coupling, state }),
             solution: loaded(&self.solution),
         });
-        report.map_err(|invalid| self.refuse(invalid))
+        let report = report.map_err(|invalid| self.refuse(invalid))?;
+        if let Some(solution) = &mut self.solution {
+            solution.status = report.judged(solution.status);
+        }
+        Ok(report)
     }
 }

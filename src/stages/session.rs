@@ -293,6 +293,7 @@ impl Session {
             },
         )?;
         self.solution = Some(solution);
+        self.report = Some(self.evaluate()?);
         self.store_or_wait(Stage::Solve, commit, started)
     }
 
@@ -324,8 +325,10 @@ impl Session {
         self.load_mesh()?;
         self.load_solution()?;
         self.require_unchanged(&self.states()?)?;
-        let report = self.evaluate()?;
-        self.report = Some(report);
+        // A solve of this session has evaluated its solution already.
+        if self.report.is_none() {
+            self.report = Some(self.evaluate()?);
+        }
         self.store(Stage::Post, started)
     }
 

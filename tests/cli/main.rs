@@ -10,6 +10,7 @@ mod law;
 mod linked_assembly;
 mod pipes;
 mod program;
+mod range;
 mod special_files;
 mod stages;
 mod titles;

@@ -22,6 +22,16 @@ fn check_brick(brick: &Brick, scene: &Scene) -> Result<(), Invalid> {
         brick.size,
         "give the edge lengths Lx, Ly, Lz",
     )?;
+    let cell = [0, 1, 2].map(|axis| brick.size[axis] / brick.cells[axis].max(1) as f64);
+    require(
+        [brick.size, cell]
+            .iter()
+            .all(|edges| edges.iter().product::<f64>().is_normal()),
+        "body.brick.size",
+        "lengths [m] whose product, the volume, is between 1e-307 and 1e308, for a cell as well",
+        brick.size,
+        "choose a unit of length in which the body has a moderate size",
+    )?;
     let panes = scene
         .contact
         .as_ref()
