@@ -1,6 +1,7 @@
 //! What an interrupted command says: what is kept, and how to go on.
 
 use std::{
+    io::{self, IsTerminal},
     path::{Path, PathBuf},
     sync::{Mutex, PoisonError, mpsc},
     thread,
@@ -51,7 +52,9 @@ fn set(work: Work) {
 pub(super) fn farewell() {
     let (said, wait) = mpsc::channel();
     let spawned = thread::Builder::new().spawn(move || {
-        terminal::message(&words());
+        // A spinner leaves the cursor behind itself.
+        let start = if io::stderr().is_terminal() { "\n" } else { "" };
+        terminal::message(&format!("{start}{}", words()));
         let _ = said.send(());
     });
     if spawned.is_ok() {

@@ -1,6 +1,7 @@
 //! Sweeps killed at random moments.
 
 use std::{
+    process::Command,
     thread::sleep,
     time::{Duration, Instant},
 };
@@ -81,4 +82,32 @@ fn a_killed_solve_goes_on_from_its_checkpoint_to_the_same_bits() {
     let [kills, checkpoints] = survives_kills(SLOW, kills_wanted());
     eprintln!("{kills} kills, {checkpoints} left a checkpoint, no differing digest");
     assert!(checkpoints > 0, "no kill met a solve under way");
+}
+
+/// Forty cases of about a tenth of a second, interrupted once the first has a file.
+#[test]
+fn an_interrupted_sweep_says_how_many_cases_it_keeps() {
+    let sweep = Sweep::new(
+        "[set]\n\"body.brick.cells\" = [24, 8, 8]\n[[axis]]\nkey = \"traction.0.value.0\"\n\
+         range = { from = 1e6, to = 1e7, count = 40 }\n",
+    );
+    let child = sweep.command(&["sweep.toml", "--out", "out"]).spawn();
+    let child = child.unwrap();
+    let deadline = Instant::now() + Duration::from_secs(60);
+    let first = sweep.path(&format!("out/{}", sweep.plan()[0]["id"].as_str().unwrap()));
+    while !first.with_extension("h5").exists() {
+        assert!(Instant::now() < deadline, "no case was done in a minute");
+        sleep(Duration::from_millis(5));
+    }
+    let id = child.id().to_string();
+    let sent = Command::new("kill").args(["-INT", &id]).status();
+    assert!(sent.unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), None, "ended by the signal");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        said.contains("interrupted: out keeps all cases that ended ("),
+        "{said}"
+    );
+    assert!(said.contains("of 40 in this run)"), "{said}");
 }
