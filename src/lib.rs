@@ -44,8 +44,8 @@
 //!
 //! [`units`] are words that every room may use. The core, from left to right, each using only those before it: [`linalg`], [`scene`],
 //! [`mesh`], [`elasticity`], [`contact`], [`dual`], [`solver`], [`post`], [`accuracy`],
-//! [`stability`]. Around it: [`store`] (HDF5), [`figures`], [`mod@format`] (the datasets),
-//! [`stages`], [`sweep`], [`suite`], [`cli`].
+//! [`stability`]. Around it: [`store`] (HDF5), [`output`] (other files), [`figures`],
+//! [`mod@format`] (the datasets), [`stages`], [`sweep`], [`suite`], [`cli`].
 
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
@@ -58,6 +58,7 @@ pub mod figures;
 pub mod format;
 pub mod linalg;
 pub mod mesh;
+pub mod output;
 pub mod post;
 pub mod report;
 pub mod scene;

@@ -21,17 +21,22 @@ const CORE: [&str; 11] = [
 const APART: [(&str, &str); 2] = [("scene", "linalg"), ("stability", "accuracy")];
 
 /// The rooms around the core, with the other such rooms that each may use, and whether it may use the core.
-const AROUND: [(&str, &[&str], bool); 8] = [
+const AROUND: [(&str, &[&str], bool); 9] = [
     ("store", &["units"], false),
+    ("output", &["store"], false),
     ("figures", &["units"], false),
     ("report", &[], false),
     ("format", &["store"], true),
-    ("stages", &["store", "figures", "report", "format"], true),
-    ("sweep", &["store", "format", "stages"], true),
-    ("suite", &["store", "format", "sweep"], true),
+    (
+        "stages",
+        &["store", "output", "figures", "report", "format"],
+        true,
+    ),
+    ("sweep", &["store", "output", "format", "stages"], true),
+    ("suite", &["store", "output", "format", "sweep"], true),
     (
         "cli",
-        &["store", "format", "stages", "sweep", "suite"],
+        &["store", "output", "format", "stages", "sweep", "suite"],
         true,
     ),
 ];

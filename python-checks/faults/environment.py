@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from faults import company
-from faults.program import BAD_INPUT, Outcome, Program, left_overs, settings
+from faults.program import BAD_INPUT, INCOMPLETE, Outcome, Program, left_overs, settings
 from faults.setting import LOOSE, RUN, SCENE, SMALL, SMALLER, TIGHT, Setting, sound
 from faults.table import Row, Verdict
 
@@ -96,10 +96,12 @@ def fill_and_run(
     outcome = setting.program.run(*command, cwd=disk)
     if outcome.code == 0:
         return sound(file) or Verdict.WENT_ON
-    if name == "run" and file.exists():
+    if outcome.code == INCOMPLETE and "stored before and kept" in outcome.stderr:
         # Earlier stages were stored before the disk was full; each commit is whole.
-        before = file.read_bytes()
-    verdict = refused(outcome, file, before)
+        left = left_overs(disk)
+        verdict = f"{name} left {left}" if left else Verdict.WENT_ON
+    else:
+        verdict = refused(outcome, file, before)
     problem = sound(file) if file.exists() else None
     filler.unlink()
     if setting.program.run(*command, cwd=disk).code != 0:

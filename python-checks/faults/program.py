@@ -15,6 +15,7 @@ SECONDS = 120
 ADDRESS_SPACE = 4 << 30
 """No command on the small files here needs a tenth of this; a huge size must not get it."""
 BAD_INPUT = 2
+INCOMPLETE = 1
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class Outcome:
             return f"{self.command} hung"
         if self.code < 0:
             return f"{self.command} died of {signal.Signals(-self.code).name}"
-        if self.code not in (0, 1, BAD_INPUT):
+        if self.code not in (0, INCOMPLETE, BAD_INPUT):
             return f"{self.command} ended with {self.code}: {self.stderr[-300:]!r}"
         if self.code == BAD_INPUT and "error:" not in self.stderr:
             return f"{self.command} refused without a message"
@@ -113,4 +114,5 @@ def fresh_copy(source: Path, target: Path) -> Path:
 
 def left_overs(folder: Path) -> list[str]:
     """Temporary files that nobody removed."""
-    return sorted(path.name for path in folder.rglob("*") if ".part" in path.name)
+    names = (path.name for path in folder.rglob("*"))
+    return sorted(name for name in names if ".part" in name or ".previous" in name)

@@ -15,7 +15,7 @@ use crate::{
         Rung, Trend,
     },
     solver::Status,
-    stages::{StageError, draw_accuracy, measure_accuracy},
+    stages::{Drawing, PictureFolder, StageError, draw_accuracy, measure_accuracy},
     store::Stage,
     units::Units,
 };
@@ -26,8 +26,15 @@ pub(super) fn accuracy(
     output: &Output,
     threads: usize,
 ) -> Result<Exit, StageError> {
-    let scene = override_scene::read(&arguments.scene)?;
+    let (scene, mut inputs) = override_scene::read_with_inputs(&arguments.scene)?;
     let units = scene.scene.units;
+    inputs.refuse(&arguments.file)?;
+    inputs.add(&arguments.file);
+    let folder = arguments.figures.folder(&arguments.file);
+    let pictures = match arguments.figures.no_figures {
+        true => None,
+        false => Some(PictureFolder::claim(&folder, Drawing::Accuracy, inputs)?),
+    };
     let settings = AccuracySettings {
         budget: arguments.budget,
         coarsest: arguments.coarsest,
@@ -39,9 +46,8 @@ pub(super) fn accuracy(
     });
     spinner.finish_and_clear();
     let accuracy = measured?;
-    if !arguments.figures.no_figures {
-        let folder = arguments.figures.folder(&arguments.file);
-        let files = draw_accuracy(&folder, &accuracy)?;
+    if let Some(pictures) = &pictures {
+        let files = draw_accuracy(pictures, &accuracy).map_err(StageError::after_storing)?;
         let drawn = format!("figures   {} files in {}", files.len(), folder.display());
         say(output, &drawn);
     }

@@ -3,11 +3,15 @@ use super::{
     exit::Exit,
     terminal::{self, say},
 };
-use crate::{format::LAYOUT, stages::StageError, store::Reader};
+use crate::{
+    format::{self, LAYOUT},
+    stages::StageError,
+    store::Reader,
+};
 
 /// `check`: whether every stage of a file is what was written; reads only and takes no lock.
 pub(super) fn check(arguments: &StageArguments, output: &Output) -> Result<Exit, StageError> {
-    let problems = Reader::open(&arguments.file, LAYOUT)?.problems();
+    let problems = format::problems(&Reader::open(&arguments.file, LAYOUT)?);
     let problems: Vec<String> = problems.iter().map(ToString::to_string).collect();
     if output.json {
         terminal::json(&serde_json::json!({ "problems": problems }));

@@ -14,7 +14,7 @@ use crate::{scene::shown_lines, stages::StageError, sweep::SweepError};
 pub enum Exit {
     /// Everything that was asked for is done.
     Done = 0,
-    /// The solver did not converge; what it found is stored with its status.
+    /// The solver did not converge, or the machine failed midway; what was found is stored, and said.
     NotConverged = 1,
     /// Unusable or stale input; nothing on disk was changed.
     BadInput = 2,
@@ -30,10 +30,10 @@ impl Termination for Exit {
 
 /// Prints an error once, with its causes, and chooses the exit code.
 pub(super) fn explain(error: StageError, output: &Output) -> Exit {
-    let exit = if error.is_internal() {
-        Exit::Internal
-    } else {
-        Exit::BadInput
+    let exit = match &error {
+        error if error.is_internal() => Exit::Internal,
+        StageError::Partly { .. } => Exit::NotConverged,
+        _ => Exit::BadInput,
     };
     if output.json {
         let message = serde_json::json!({ "error": chain(&error), "exit_code": exit as u8 });
@@ -53,12 +53,16 @@ pub(super) fn explain_sweep(error: SweepError, output: &Output) -> Exit {
         SweepError::Stage(error) => explain(error, output),
         SweepError::Scene(error) => explain(error.into(), output),
         error => {
+            let exit = match &error {
+                SweepError::NotSummedUp(_) => Exit::NotConverged,
+                _ => Exit::BadInput,
+            };
             let message = chain(&error);
             if output.json {
-                terminal::json(&serde_json::json!({ "error": message, "exit_code": 2 }));
+                terminal::json(&serde_json::json!({ "error": message, "exit_code": exit as u8 }));
             }
             terminal::message(&format!("error: {message}"));
-            Exit::BadInput
+            exit
         }
     }
 }

@@ -1,27 +1,32 @@
-use std::fs;
-
 use super::{
     arguments::{Output, ReportArguments},
     exit::Exit,
     terminal::{self, say},
 };
-use crate::stages::{StageError, report};
+use crate::{
+    output::{self, Inputs, Kind, OutputFile},
+    stages::{StageError, report, sweep_table},
+};
 
 /// `report`: one HTML page; reads only and takes no lock.
 pub(super) fn report_page(
     arguments: &ReportArguments,
     output: &Output,
 ) -> Result<Exit, StageError> {
-    let page = report(&arguments.input)?;
-    fs::write(&arguments.out, &page).map_err(|source| StageError::WriteReport {
-        file: arguments.out.clone(),
-        source,
-    })?;
+    let inputs = Inputs::of([arguments.input.clone(), sweep_table(&arguments.input)]);
+    output::admit(&arguments.out, Kind::Page, &inputs)?;
+    let page = OutputFile {
+        path: arguments.out.clone(),
+        kind: Kind::Page,
+        bytes: report(&arguments.input)?.into_bytes(),
+    };
+    let bytes = page.bytes.len();
+    output::write(&[page], &inputs)?;
     if output.json {
-        let summary = serde_json::json!({ "report": arguments.out, "bytes": page.len() });
+        let summary = serde_json::json!({ "report": arguments.out, "bytes": bytes });
         terminal::json(&summary);
     } else {
-        let megabytes = page.len() as f64 / 1e6;
+        let megabytes = bytes as f64 / 1e6;
         let line = format!("wrote {} ({megabytes:.2} MB)", arguments.out.display());
         say(output, &line);
     }

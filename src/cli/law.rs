@@ -4,16 +4,18 @@ use super::{
     law_words, override_scene,
     terminal::{self, say},
 };
-use crate::stages::{LawStudy, StageError, law_folder};
+use crate::stages::{Drawing, LawStudy, PictureFolder, StageError, law_folder};
 
 /// `law`: bounds and picture of a law of friction; stores no run file.
 pub(super) fn law(arguments: &LawArguments, output: &Output) -> Result<Exit, StageError> {
-    let study = LawStudy::new(override_scene::read(&arguments.scene)?)?;
+    let (scene, inputs) = override_scene::read_with_inputs(&arguments.scene)?;
+    let study = LawStudy::new(scene)?;
     let files = if arguments.no_figures {
         Vec::new()
     } else {
         let folder = arguments.figures.clone();
-        study.draw(&folder.unwrap_or_else(|| law_folder(&arguments.scene.scene)))?
+        let folder = folder.unwrap_or_else(|| law_folder(&arguments.scene.scene));
+        study.draw(&PictureFolder::claim(&folder, Drawing::Law, inputs)?)?
     };
     if output.json {
         terminal::json(&law_words::json(&study, &files));

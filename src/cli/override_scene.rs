@@ -1,9 +1,23 @@
 use super::arguments::SceneArguments;
 use crate::{
+    output::Inputs,
     scene::{Invalid, SceneFile},
-    stages::StageError,
+    stages::{StageError, mesh_file},
     sweep::set_key,
 };
+
+/// As [`read`], with the files that belong to the scene: no output may replace one of them.
+pub(super) fn read_with_inputs(
+    arguments: &SceneArguments,
+) -> Result<(SceneFile, Inputs), StageError> {
+    let scene = read(arguments)?;
+    let inputs = Inputs::of(
+        mesh_file(&scene)
+            .into_iter()
+            .chain([arguments.scene.clone()]),
+    );
+    Ok((scene, inputs))
+}
 
 /// Reads a scene file and applies `--set KEY=VALUE`.
 pub(super) fn read(arguments: &SceneArguments) -> Result<SceneFile, StageError> {

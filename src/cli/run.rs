@@ -12,9 +12,13 @@ use super::{
     terminal::{self, say},
 };
 use crate::{
+    output::Inputs,
     scene::AssembleSettings,
     solver::Status,
-    stages::{AssemblyFile, Commit, Freshness, Performed, Session, StageError, are_drawn},
+    stages::{
+        AssemblyFile, Commit, Drawing, Freshness, Performed, PictureFolder, Session, StageError,
+        are_drawn,
+    },
     store::Stage,
 };
 
@@ -22,41 +26,47 @@ type Outcome = Result<Exit, StageError>;
 
 /// `run`: every stage that is not fresh, then the results.
 pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> Outcome {
-    let scene = override_scene::read(&arguments.scene)?;
+    let (scene, inputs) = override_scene::read_with_inputs(&arguments.scene)?;
+    inputs.refuse(&arguments.file)?;
     interruption::on_run_file(&arguments.file);
     let mut session = Session::with_scene(&arguments.file, scene, threads)?;
     session.keep_assembly(arguments.assembly.choice());
-    let mut performed = Vec::new();
-    for state in session.states()? {
-        if state.freshness == Freshness::Fresh && performed.is_empty() {
-            say(output, &format!("{:<9} fresh, kept", state.stage.group()));
-        } else {
-            performed.push(perform(
-                &mut session,
-                state.stage,
-                Commit::WithNextIfCheap,
-                output,
-            )?);
+    let states = session.states()?;
+    let is_done = states.iter().all(|s| s.freshness == Freshness::Fresh)
+        && are_drawn(&arguments.figures.folder(&arguments.file), &arguments.file);
+    let pictures = match is_done {
+        true => None,
+        false => claim(&arguments.figures, &arguments.file, inputs)?,
+    };
+    session.all_or_nothing(|session| {
+        let mut performed = Vec::new();
+        for state in states {
+            if state.freshness == Freshness::Fresh && performed.is_empty() {
+                say(output, &format!("{:<9} fresh, kept", state.stage.group()));
+            } else {
+                let commit = Commit::WithNextIfCheap;
+                performed.push(perform(session, state.stage, commit, output)?);
+            }
         }
-    }
-    if arguments.assembly.choice() == AssemblyFile::SelfContained {
-        session.embed_assembly()?;
-    }
-    let is_new = performed.iter().any(|p| p.stage == Stage::Post);
-    if is_new || !are_drawn(&arguments.figures.folder(&arguments.file), &arguments.file) {
-        draw_figures(&mut session, &arguments.figures, &arguments.file, output)?;
-    }
-    finish(&mut session, output, &performed)
+        if arguments.assembly.choice() == AssemblyFile::SelfContained {
+            session.embed_assembly()?;
+        }
+        draw_figures(session, pictures.as_ref(), output)?;
+        finish(session, output, &performed)
+    })
 }
 
 /// `mesh`: the mesh of a scene.
 pub(super) fn mesh(arguments: &MeshArguments, output: &Output, threads: usize) -> Outcome {
-    let scene = override_scene::read(&arguments.scene)?;
+    let (scene, inputs) = override_scene::read_with_inputs(&arguments.scene)?;
+    inputs.refuse(&arguments.file)?;
     interruption::on_run_file(&arguments.file);
     let mut session = Session::with_scene(&arguments.file, scene, threads)?;
-    let performed = perform(&mut session, Stage::Mesh, Commit::Now, output)?;
-    print_stages(output, &[performed]);
-    Ok(Exit::Done)
+    session.all_or_nothing(|session| {
+        let performed = perform(session, Stage::Mesh, Commit::Now, output)?;
+        print_stages(output, &[performed]);
+        Ok(Exit::Done)
+    })
 }
 
 /// `assemble`: matrices and factor.
@@ -67,11 +77,13 @@ pub(super) fn assemble(arguments: &AssembleArguments, output: &Output, threads: 
     if let Some(dual_operator) = arguments.dual_operator {
         session.set_assemble(AssembleSettings { dual_operator });
     }
-    let commit = Commit::WithNextIfCheap;
-    let assembled = perform(&mut session, Stage::Assemble, commit, output)?;
-    let loaded = perform(&mut session, Stage::Load, Commit::Now, output)?;
-    print_stages(output, &[assembled, loaded]);
-    Ok(Exit::Done)
+    session.all_or_nothing(|session| {
+        let commit = Commit::WithNextIfCheap;
+        let assembled = perform(session, Stage::Assemble, commit, output)?;
+        let loaded = perform(session, Stage::Load, Commit::Now, output)?;
+        print_stages(output, &[assembled, loaded]);
+        Ok(Exit::Done)
+    })
 }
 
 /// `solve`: the contact problem, with settings from the flags.
@@ -80,17 +92,22 @@ pub(super) fn solve(arguments: &SolveArguments, output: &Output, threads: usize)
     let mut session = Session::open(&arguments.file, threads)?;
     let settings = arguments.apply(&session.scene().solve);
     session.set_solve(settings)?;
-    let performed = perform(&mut session, Stage::Solve, Commit::Now, output)?;
-    finish(&mut session, output, &[performed])
+    session.all_or_nothing(|session| {
+        let performed = perform(session, Stage::Solve, Commit::Now, output)?;
+        finish(session, output, &[performed])
+    })
 }
 
 /// `post`: report, pictures, ParaView group.
 pub(super) fn post(arguments: &PostArguments, output: &Output, threads: usize) -> Outcome {
     interruption::on_run_file(&arguments.file);
     let mut session = Session::open(&arguments.file, threads)?;
-    let performed = perform(&mut session, Stage::Post, Commit::Now, output)?;
-    draw_figures(&mut session, &arguments.figures, &arguments.file, output)?;
-    finish(&mut session, output, &[performed])
+    let pictures = claim(&arguments.figures, &arguments.file, Inputs::default())?;
+    session.all_or_nothing(|session| {
+        let performed = perform(session, Stage::Post, Commit::Now, output)?;
+        draw_figures(session, pictures.as_ref(), output)?;
+        finish(session, output, &[performed])
+    })
 }
 
 fn perform(
@@ -127,24 +144,37 @@ fn perform(
     Ok(performed)
 }
 
-fn draw_figures(
-    session: &mut Session,
+/// The folder for the pictures of a run file, if any are wanted, looked at before anything is stored.
+fn claim(
     figures: &FigureArguments,
     file: &Path,
+    mut inputs: Inputs,
+) -> Result<Option<PictureFolder>, StageError> {
+    if figures.no_figures {
+        return Ok(None);
+    }
+    inputs.add(file);
+    let folder = PictureFolder::claim(&figures.folder(file), Drawing::Run, inputs)?;
+    Ok(Some(folder))
+}
+
+fn draw_figures(
+    session: &mut Session,
+    pictures: Option<&PictureFolder>,
     output: &Output,
 ) -> Result<(), StageError> {
-    if figures.no_figures {
+    let Some(folder) = pictures else {
         return Ok(());
-    }
-    let folder = figures.folder(file);
+    };
     if let Some(figure) = session.results()?.2.out_of_range {
         say(output, &format!("figures   none: {figure}"));
         return Ok(());
     }
-    let files = session.draw(&folder)?;
+    let files = session.draw(folder)?;
+    let count = files.len();
     say(
         output,
-        &format!("figures   {} files in {}", files.len(), folder.display()),
+        &format!("figures   {count} files in {}", folder.path().display()),
     );
     Ok(())
 }

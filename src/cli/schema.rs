@@ -7,6 +7,7 @@ use super::{
 };
 use crate::{
     format::{LAYOUT, STABILITY_LAYOUT, SWEEP_LAYOUT},
+    output::{self, Folder, Inputs, Kind, OutputFile},
     scene::Scene,
     stages::StageError,
     store::{schema_json, schema_page},
@@ -14,7 +15,7 @@ use crate::{
 };
 
 /// `schema`: writes the generated files, or checks that they are up to date.
-pub(super) fn schema(arguments: &SchemaArguments, output: &Output) -> Result<Exit, StageError> {
+pub(super) fn schema(arguments: &SchemaArguments, printing: &Output) -> Result<Exit, StageError> {
     let files = [
         ("run_file.json", schema_json(&LAYOUT)),
         ("run_file.md", schema_page(&LAYOUT)),
@@ -25,21 +26,24 @@ pub(super) fn schema(arguments: &SchemaArguments, output: &Output) -> Result<Exi
     ]
     .map(|(name, text)| (arguments.out.join(name), text));
     if arguments.check {
-        return Ok(check(&files, output));
+        return Ok(check(&files, printing));
     }
-    fs::create_dir_all(&arguments.out).map_err(|source| StageError::Write {
-        file: arguments.out.clone(),
-        source,
-    })?;
-    for (file, text) in &files {
-        fs::write(file, text).map_err(|source| StageError::Write {
-            file: file.clone(),
-            source,
-        })?;
-        say(output, &format!("wrote {}", file.display()));
+    let _folder = Folder::make(&arguments.out)?;
+    let outputs = files.map(|(path, text)| OutputFile {
+        kind: match path.extension().is_some_and(|ending| ending == "md") {
+            true => Kind::SchemaPage,
+            false => Kind::Schema,
+        },
+        path,
+        bytes: text.into_bytes(),
+    });
+    output::write(&outputs, &Inputs::default())?;
+    let written = outputs.iter().map(|output| &output.path);
+    for file in written.clone() {
+        say(printing, &format!("wrote {}", file.display()));
     }
-    if output.json {
-        let written: Vec<&PathBuf> = files.iter().map(|(file, _)| file).collect();
+    if printing.json {
+        let written: Vec<&PathBuf> = written.collect();
         terminal::json(&serde_json::json!({ "written": written }));
     }
     Ok(Exit::Done)

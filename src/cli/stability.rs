@@ -1,4 +1,4 @@
-use std::time::Instant;
+use std::{path::PathBuf, time::Instant};
 
 use super::{
     arguments::{Output, SceneArguments, StabilityArguments},
@@ -7,9 +7,11 @@ use super::{
 };
 use crate::{
     format::StabilityRow,
+    output::Inputs,
     scene::Invalid,
     stability::Level,
-    stages::StageError,
+    stages::{StageError, mesh_file},
+    store::RunFile,
     suite::{self, Case, Version},
     sweep::SweepError,
 };
@@ -45,6 +47,11 @@ fn run_suite(
     if let Some(part) = &arguments.only {
         cases.retain(|case| case.name.contains(part.as_str()) || case.family == *part);
     }
+    let meshes = cases.iter().filter_map(|case| mesh_file(&case.scene));
+    let table = claim(
+        arguments,
+        &Inputs::of(meshes.chain([arguments.input.clone()])),
+    )?;
     let mut rows = Vec::new();
     for case in &cases {
         let started = Instant::now();
@@ -54,7 +61,8 @@ fn run_suite(
         terminal::say(output, &line);
         rows.push(row);
     }
-    finish(arguments, output, threads, &rows, stability_words::table)
+    store(table, &rows, threads)?;
+    Ok(finish(arguments, output, &rows, stability_words::table))
 }
 
 fn run_scene(
@@ -62,29 +70,36 @@ fn run_scene(
     output: &Output,
     threads: usize,
 ) -> Result<Exit, SweepError> {
-    let scene = override_scene::read(&SceneArguments {
+    let (scene, inputs) = override_scene::read_with_inputs(&SceneArguments {
         scene: arguments.input.clone(),
         overrides: arguments.overrides.clone(),
     })?;
+    let table = claim(arguments, &inputs)?;
     let rows = [Case::alone(scene).check(threads)];
-    finish(arguments, output, threads, &rows, stability_words::details)
+    store(table, &rows, threads)?;
+    Ok(finish(arguments, output, &rows, stability_words::details))
 }
 
-/// Stores and shows.
+/// The file for the table, looked at before the checks, which take long.
+fn claim(arguments: &StabilityArguments, inputs: &Inputs) -> Result<Option<RunFile>, SweepError> {
+    let claim = |file: &PathBuf| suite::claim(file, inputs);
+    arguments.out.as_ref().map(claim).transpose()
+}
+
+fn store(table: Option<RunFile>, rows: &[StabilityRow], threads: usize) -> Result<(), SweepError> {
+    table.map_or(Ok(()), |file| suite::store(file, rows, threads))
+}
+
 fn finish(
     arguments: &StabilityArguments,
     output: &Output,
-    threads: usize,
     rows: &[StabilityRow],
     words: fn(&[StabilityRow]) -> String,
-) -> Result<Exit, SweepError> {
-    if let Some(file) = &arguments.out {
-        suite::store(file, rows, threads)?;
-    }
-    Ok(show(rows, output, || match arguments.markdown {
+) -> Exit {
+    show(rows, output, || match arguments.markdown {
         true => stability_words::markdown(rows),
         false => words(rows),
-    }))
+    })
 }
 
 fn show(rows: &[StabilityRow], output: &Output, words: impl Fn() -> String) -> Exit {

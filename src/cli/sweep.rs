@@ -1,4 +1,7 @@
-use std::path::{Path, PathBuf};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
 use clap::{Args, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -10,7 +13,7 @@ use super::{
     terminal::{self, say},
 };
 use crate::{
-    stages::draw_sweep,
+    stages::{Drawing, PictureFolder, StageError, draw_sweep},
     sweep::{self, CSV_FILE, Event, Options, Outcome, Plan, SUMMARY_FILE, SweepError},
 };
 
@@ -101,9 +104,15 @@ fn plan(folder: &SweepFolder) -> Result<Exit, SweepError> {
 
 fn summary(folder: &SweepFolder, output: &Output) -> Result<Exit, SweepError> {
     let plan = Plan::read(&folder.sweep)?;
+    fs::read_dir(&folder.out).map_err(|source| SweepError::Io {
+        action: "list the folder",
+        file: folder.out.clone(),
+        source,
+    })?;
+    let pictures = claim(&plan, &folder.out)?;
     sweep::write_summary(&plan, &folder.out)?;
     say(output, &format!("tables in {}", folder.out.display()));
-    draw(&folder.out, output)?;
+    draw(&folder.out, &pictures, output)?;
     if output.json {
         let tables = [SUMMARY_FILE, CSV_FILE].map(|name| folder.out.join(name));
         terminal::json(&serde_json::json!({ "written": tables }));
@@ -142,7 +151,7 @@ fn run_case(
         Event::Kept | Event::Computed => Exit::Done,
         Event::Failed(error) => {
             terminal::message(&format!("error: case {id}: {error}"));
-            Exit::BadInput
+            Exit::NotConverged
         }
         Event::Busy => {
             let busy = format!("error: case {id} is busy: another process is writing it");
@@ -157,6 +166,10 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
         return Ok(Exit::BadInput);
     };
     let plan = Plan::read(sweep)?;
+    let pictures = match whole.no_figures {
+        true => None,
+        false => Some(claim(&plan, out)?),
+    };
     let bar = progress_bar(plan.cases.len(), output);
     let options = Options {
         jobs: whole.jobs.map_or(threads, usize::from),
@@ -177,8 +190,8 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
     bar.finish_and_clear();
     let outcome = outcome?;
     report(&plan, out, &outcome, output);
-    if !whole.no_figures {
-        draw(out, output)?;
+    if let Some(pictures) = &pictures {
+        draw(out, pictures, output)?;
     }
     let finished = outcome.failed + outcome.busy + outcome.not_converged == 0;
     Ok(if finished {
@@ -188,15 +201,22 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
     })
 }
 
+/// The folder of the charts, looked at before anything is run.
+fn claim(plan: &Plan, folder: &Path) -> Result<PictureFolder, SweepError> {
+    let inputs = plan.inputs.clone();
+    Ok(PictureFolder::claim(
+        &folder.join("figures"),
+        Drawing::Sweep,
+        inputs,
+    )?)
+}
+
 /// Charts of what varies in the tables of a folder.
-fn draw(folder: &Path, output: &Output) -> Result<(), SweepError> {
-    let figures = folder.join("figures");
-    let files = draw_sweep(folder, &figures)?;
+fn draw(folder: &Path, pictures: &PictureFolder, output: &Output) -> Result<(), SweepError> {
+    let files = draw_sweep(folder, pictures).map_err(StageError::after_storing)?;
     if !files.is_empty() {
-        say(
-            output,
-            &format!("figures {} files in {}", files.len(), figures.display()),
-        );
+        let (count, figures) = (files.len(), pictures.path().display());
+        say(output, &format!("figures {count} files in {figures}"));
     }
     Ok(())
 }

@@ -49,10 +49,20 @@ use crate::units::{Dimension, Unit};
 const PAGE_TITLE_HEIGHT: f64 = 46.0;
 const PAGE_TITLE_SIZE: f64 = 19.0;
 
+/// Names of all panels of HKL Fig. 5, for files.
+pub const PANELS: [&str; 6] = [
+    "a_normal_stress",
+    "b_scaled_tangential_stress",
+    "c_deformed_body",
+    "d_friction_ellipses",
+    "e_friction_1",
+    "f_friction_2",
+];
+
 /// One panel of HKL Fig. 5.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Panel {
-    /// Name for a file, such as `a_normal_stress`.
+    /// Name for a file, one of [`PANELS`].
     pub name: &'static str,
     /// The SVG document.
     pub svg: String,
@@ -121,13 +131,13 @@ fn drawings(picture: &ContactPicture<'_>) -> Result<Vec<(&'static str, Canvas)>,
     }
     let title = Label::plain("(c) Deformed body");
     let body = body::body_panel(picture, &layout, &title);
-    drawings.push(("c_deformed_body", body));
+    drawings.push((PANELS[2], body));
     if let Some((kind, friction)) = picture.friction {
         let title = Label::plain("(d) Friction ellipses and tangential contact stress");
         let unit = kind.unit(picture.units);
         let law = (kind, &unit);
         let ellipses = ellipses::ellipse_panel(&layout, &shapes, &title, law, friction);
-        drawings.push(("d_friction_ellipses", ellipses));
+        drawings.push((PANELS[3], ellipses));
         let symbols = [0, 1].map(|axis| kind.semi_axis_symbol(axis));
         let title = |letter: &str, axis: usize| {
             let words = format!("({letter}) {}", kind.semi_axis_title());
@@ -136,8 +146,8 @@ fn drawings(picture: &ContactPicture<'_>) -> Result<Vec<(&'static str, Canvas)>,
         let titles = [title("e", 0), title("f", 1)];
         let face = (&layout, shapes.as_slice());
         let [first, second] = semi_axes((friction, &unit), face, &titles, &symbols);
-        drawings.push(("e_friction_1", first));
-        drawings.push(("f_friction_2", second));
+        drawings.push((PANELS[4], first));
+        drawings.push((PANELS[5], second));
     }
     Ok(drawings)
 }
@@ -154,7 +164,7 @@ fn normal_stress(
     let title = Label::plain("(a) Normal contact stress ").then(&symbol);
     let value = |pane: usize| picture.normal_stress[pane];
     let map = maps::map_panel(layout, shapes, &title, &key, &unit, value);
-    ("a_normal_stress", map)
+    (PANELS[0], map)
 }
 
 fn scaled_tangential(
@@ -170,7 +180,7 @@ fn scaled_tangential(
     let key = ColourKey::new(values, ColourMap::Viridis, &symbol, &unit);
     let title = Label::plain(kind.scaled_title()).then(&symbol);
     let map = maps::map_panel(layout, shapes, &title, &key, &unit, value);
-    ("b_scaled_tangential_stress", map)
+    (PANELS[1], map)
 }
 
 /// The maps of F₁ and F₂, or of g F₁ and g F₂, with common colours unless these would hide the

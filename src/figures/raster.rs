@@ -7,9 +7,15 @@ use resvg::usvg::{Options, Tree, fontdb};
 
 use super::picture::FigureError;
 
+/// Bytes of a PNG up to the end of its header.
+const HEADER: usize = 33;
+/// The chunk that names this program: length, type, keyword, text, check sum.
+const SOFTWARE: &[u8] = b"\0\0\0\x17tEXtSoftware\0contact3d-pipe\x2a\xc3\xa9\x06";
+
 /// Renders an SVG of this module as a PNG of the given width; the height follows from the shape of the page.
 ///
-/// Text is set in DejaVu Sans from memory. The same input gives the same bytes.
+/// Text is set in DejaVu Sans from memory. The same input gives the same bytes. The file says that this program
+/// made it.
 ///
 /// # Errors
 /// [`FigureError::Svg`] when `svg` is not a valid SVG, [`FigureError::Width`] when the picture would be empty or
@@ -37,7 +43,9 @@ pub fn rasterise(svg: &str, pixels_wide: u32) -> Result<Vec<u8>, FigureError> {
     let transform = Transform::from_scale(scale, scale);
     resvg::render(&tree, transform, &mut pixmap.as_mut());
     let png = pixmap.encode_png();
-    png.map_err(|error| FigureError::Png(error.to_string()))
+    let mut png = png.map_err(|error| FigureError::Png(error.to_string()))?;
+    png.splice(HEADER..HEADER, SOFTWARE.iter().copied());
+    Ok(png)
 }
 
 /// The SVG with its text laid out.

@@ -379,3 +379,16 @@ fn every_pane_and_every_point_says_its_value() {
     let svg = chart(AxisScale::Logarithmic, 1.0, 3).svg();
     assert_eq!(svg.matches("<title>point &lt;").count(), 18);
 }
+
+/// Any viewer reads it, and it says which program made it.
+#[test]
+fn pngs_name_this_program() {
+    let sample = Sample::brick([3.0, 1.0, 1.0], [4, 2, 2]);
+    let png = rasterise(&page(&sample.picture()).unwrap(), 640).unwrap();
+    let picture = resvg::tiny_skia::Pixmap::decode_png(&png).unwrap();
+    assert_eq!(picture.width(), 640);
+    assert_eq!(
+        &png[37..],
+        &[b"tEXtSoftware\0contact3d-pipe", &png[64..]].concat()[..]
+    );
+}

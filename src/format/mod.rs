@@ -13,6 +13,7 @@ mod solve;
 mod stability;
 mod sweep;
 mod vtkhdf;
+mod vtkhdf_check;
 
 use thiserror::Error;
 
@@ -29,8 +30,12 @@ pub use scene::{read as read_scene, write as write_scene};
 pub use sizes::{Sizes, read_sizes};
 pub use solve::{read as read_solution, read_multiplier, write as write_solution};
 pub use stability::{STABILITY_LAYOUT, StabilityRow, write as write_stability};
-pub use sweep::{CERTIFICATE, CaseResults, CaseRow, SWEEP_LAYOUT, read_case, write as write_cases};
+pub use sweep::{
+    CERTIFICATE, CaseResults, CaseRow, SWEEP_LAYOUT, TableOwner, read_case, read_table_owner,
+    write as write_cases,
+};
 pub use vtkhdf::write as write_vtkhdf;
+pub use vtkhdf_check::{check as check_vtkhdf, problems};
 
 use crate::{
     linalg::{CscMatrix, PartsError},

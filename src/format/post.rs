@@ -22,6 +22,7 @@ stored_enum! {
     }
 }
 
+pub(super) const VTKHDF_DIGEST: &str = "/post/vtkhdf_digest";
 const ZONE: &str = "/post/contact_zone";
 const MARGIN: &str = "/post/margin";
 const NORMAL_STRESS: &str = "/post/normal_stress";
@@ -52,6 +53,7 @@ const NODE_VECTORS: &[Extent] = &[Named("n_contact_nodes"), Fixed(3)];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
+    Stage::Post.row(VTKHDF_DIGEST, Kind::Text, &[], Dimension::Number, "Digest of /VTKHDF, which shows the same results.").optional("absent in files before format 1.4"),
     Stage::Post.row(ZONE, Kind::Enum(StoredZone::SPEC), PANES, Dimension::Number, "Open: no contact stress; slip: the trial stress lambda_t + alpha |R_i| u_t lies outside the ellipse of the last inner problem; stick: inside.").optional(NO_CONTACT),
     Stage::Post.row(MARGIN, Kind::F64, PANES, Dimension::Number, "1 - |F^-1 lambda_t| / g: 0 on the boundary of the ellipse, 1 at its centre and on open panes.").optional(NO_FRICTION),
     Stage::Post.row(NORMAL_STRESS, Kind::F64, PANES, Dimension::STRESS, "Normal contact stress, negative in compression.").symbol("sigma_nu").optional(NO_CONTACT),
@@ -88,7 +90,8 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     Stage::Post.row("/post/certificate/fixed_point", Kind::F64, &[], Dimension::Number, "|lambda - P(lambda - alpha r)| / |lambda| on the solution's own admissible set.").optional(NO_CONTACT),
 ];
 
-/// Writes the report, with the contact face and its frame where there is contact.
+/// Writes the report, with the contact face and its frame where there is contact; it belongs to a `/VTKHDF` with
+/// some digest.
 ///
 /// # Errors
 /// HDF5 failures.
@@ -96,7 +99,9 @@ pub fn write(
     writer: &mut StageWriter<'_>,
     report: &ContactReport,
     face: Option<(&ContactSurface, &ContactFrame)>,
+    vtkhdf_digest: &str,
 ) -> Result<(), StoreError> {
+    writer.write_text(VTKHDF_DIGEST, vtkhdf_digest)?;
     if let Some((surface, frame)) = face {
         write_in_space(writer, &report.panes, surface, frame)?;
     }

@@ -12,7 +12,7 @@ use crate::units::Dimension;
 pub const SWEEP_LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe sweep",
     linked_filetype: "contact3d-pipe sweep stage",
-    format_version: [1, 0],
+    format_version: [1, 1],
     creator: super::LAYOUT.creator,
     units: super::LAYOUT.units,
     tables: &[TABLE],
@@ -36,6 +36,7 @@ pub const CERTIFICATE: [&str; 7] = [
     "fixed_point",
 ];
 
+const SWEEP_FILE: &str = "/cases/sweep_file";
 const KEYS: &str = "/cases/keys";
 const ID: &str = "/cases/id";
 const PLANNED: &str = "/cases/planned";
@@ -64,6 +65,7 @@ const VECTORS: &[Extent] = &[Named("n_cases"), Fixed(3)];
 
 #[rustfmt::skip]
 const TABLE: &[DatasetSpec] = &[
+    Stage::Cases.row(SWEEP_FILE, Kind::Text, &[], Dimension::Number, "The sweep file, as seen from this folder.").optional("absent in tables of version 1.0").volatile(),
     Stage::Cases.row(KEYS, Kind::Text, &[Named("n_keys")], Dimension::Number, "Keys of the scene that the axes change."),
     Stage::Cases.row(ID, Kind::Text, CASES, Dimension::Number, "Name of the case; its run file is NAME.h5 in the same folder."),
     Stage::Cases.row(PLANNED, Kind::U8, CASES, Dimension::Number, "1 for cases of the present axes, 0 for older ones in the folder."),
@@ -140,15 +142,48 @@ pub struct CaseResults {
     pub solve_digest: String,
 }
 
-/// Writes the table.
+/// Whose table a summary file holds.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TableOwner {
+    /// The sweep file, as seen from the folder; `None` in tables of version 1.0.
+    pub sweep_file: Option<String>,
+    /// All cases of the table.
+    pub ids: Vec<String>,
+    /// Those that the sweep planned when the table was written.
+    pub planned: Vec<String>,
+}
+
+/// Reads whose table a summary file holds.
+///
+/// # Errors
+/// Missing or altered datasets.
+pub fn read_table_owner(reader: &Reader) -> Result<TableOwner, StoreError> {
+    let ids = reader.read_texts(ID)?;
+    let planned = reader.read_vec::<u8>(PLANNED)?;
+    let planned = ids.iter().zip(planned).filter(|(_, planned)| *planned == 1);
+    Ok(TableOwner {
+        sweep_file: match reader.has(SWEEP_FILE) {
+            true => Some(reader.read_text(SWEEP_FILE)?),
+            false => None,
+        },
+        planned: planned.map(|(id, _)| id.clone()).collect(),
+        ids,
+    })
+}
+
+/// Writes the table of a sweep file, which is given as seen from the folder.
 ///
 /// # Errors
 /// HDF5 failures.
 pub fn write(
     writer: &mut StageWriter<'_>,
+    sweep_file: Option<&str>,
     keys: &[String],
     rows: &[CaseRow],
 ) -> Result<(), StoreError> {
+    if let Some(sweep_file) = sweep_file {
+        writer.write_text(SWEEP_FILE, sweep_file)?;
+    }
     let n = rows.len();
     let texts = |text: fn(&CaseRow) -> &str| -> Vec<&str> { rows.iter().map(text).collect() };
     let keys: Vec<&str> = keys.iter().map(String::as_str).collect();

@@ -108,6 +108,10 @@ impl Scene {
     }
 
     /// The scene as canonical TOML, which parses back to the same scene.
+    ///
+    /// Its digest names the cases of sweeps, and parts of it tell whether stages are fresh. A key that is added to
+    /// scenes is therefore left out while it has its default (`skip_serializing_if`), which
+    /// `tests/old_files/digests.rs` checks.
     #[must_use]
     pub fn to_toml(&self) -> String {
         toml::to_string(self).expect("a scene holds only TOML types")

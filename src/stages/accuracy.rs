@@ -4,11 +4,10 @@ use std::{
 };
 
 use super::{
-    StageError,
+    PictureFolder, StageError,
     charts::{convergence, work_precision},
     mesh_file::pin_mesh_file,
     persistence::write_stage,
-    picture::save_charts,
     resources,
 };
 use crate::{
@@ -17,6 +16,10 @@ use crate::{
     scene::{Body, Scene, SceneFile},
     store::{Home, IfMissing, RunFile, Stage, StageRecord, Transaction, timestamp},
 };
+
+/// Names of the pictures.
+pub(super) const WORK_PRECISION: &str = "work_precision";
+pub(super) const CONVERGENCE: &str = "convergence";
 
 /// Measures the errors of solvers and meshes for a scene and stores them with it in a run file,
 /// new or existing.
@@ -94,15 +97,15 @@ pub(super) fn accuracy_input(scene: &Scene) -> String {
 ///
 /// # Errors
 /// A folder that cannot be written.
-pub fn draw_accuracy(folder: &Path, accuracy: &Accuracy) -> Result<Vec<PathBuf>, StageError> {
+pub fn draw_accuracy(
+    folder: &PictureFolder,
+    accuracy: &Accuracy,
+) -> Result<Vec<PathBuf>, StageError> {
     let algebraic = accuracy.algebraic.as_ref().map(work_precision);
     let discretisation = accuracy.discretisation.as_ref().map(convergence);
-    let charts = [
-        ("work_precision", algebraic),
-        ("convergence", discretisation),
-    ];
+    let charts = [(WORK_PRECISION, algebraic), (CONVERGENCE, discretisation)];
     let drawn = charts
         .into_iter()
         .filter_map(|(name, chart)| Some((name, chart?)));
-    save_charts(folder, drawn)
+    folder.save_charts(drawn)
 }

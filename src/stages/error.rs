@@ -7,6 +7,7 @@ use crate::{
     figures::FigureError,
     format::FormatError,
     mesh::GmshError,
+    output::OutputError,
     post::SolveSceneError,
     scene::{Invalid, SceneError},
     solver::NeedsExplicit,
@@ -71,22 +72,39 @@ pub enum StageError {
         /// What went wrong.
         source: FigureError,
     },
-    /// A report could not be written.
-    #[error("cannot write {}: {source}; choose another file with -o", file.display())]
-    WriteReport {
-        /// The file.
-        file: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
+    /// An output that is an input, or in the place of a file of another kind, or that cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The machine failed after a part of the work was stored.
+    #[error(
+        "{source}; {} and kept, the same command goes on from there",
+        names(stored)
+    )]
+    Partly {
+        /// The stages stored; empty for all that the command stores.
+        stored: Vec<Stage>,
+        /// What failed.
+        source: Box<StageError>,
     },
-    /// A picture could not be written.
-    #[error("cannot write {}: {source}; choose another folder with --figures", file.display())]
+    /// A file that runs share cannot be removed, or the turn to make it not be had.
+    #[error("cannot write {}: {source}; check the permissions of the folder", file.display())]
     Write {
         /// The file.
         file: PathBuf,
         /// What the system says.
         source: std::io::Error,
     },
+}
+
+/// What was stored, each stage once.
+fn names(stages: &[Stage]) -> String {
+    let mut names: Vec<&str> = stages.iter().map(|stage| stage.group()).collect();
+    names.dedup();
+    match &names[..] {
+        [] => "the results were stored before".to_owned(),
+        [name] => format!("{name} was stored before"),
+        names => format!("{} were stored before", names.join(", ")),
+    }
 }
 
 /// The command that runs a stage.
@@ -104,6 +122,29 @@ impl StageError {
         match self {
             Self::Store(error) | Self::Format(FormatError::Store(error)) => error.is_internal(),
             Self::Figure { .. } => true,
+            Self::Partly { source, .. } => source.is_internal(),
+            _ => false,
+        }
+    }
+
+    /// The same error once the results are stored.
+    #[must_use]
+    pub fn after_storing(self) -> Self {
+        Self::Partly {
+            stored: Vec::new(),
+            source: Box::new(self),
+        }
+    }
+
+    /// Whether the machine failed, such as a full disk, rather than the input being at fault.
+    #[must_use]
+    pub fn is_of_machine(&self) -> bool {
+        match self {
+            Self::Store(error) | Self::Format(FormatError::Store(error)) => {
+                matches!(error, StoreError::Io { .. } | StoreError::Hdf5 { .. })
+            }
+            Self::Output(error) => error.is_of_machine(),
+            Self::Write { .. } => true,
             _ => false,
         }
     }

@@ -1,6 +1,7 @@
 use serde::Serialize;
 
 use crate::{
+    format,
     scene::Scene,
     store::{Reader, Stage, StoreError, StoredStage},
 };
@@ -160,10 +161,19 @@ fn units_settings(scene: &Scene) -> String {
     format!("\n[units]\n{units}")
 }
 
+/// The part of a scene that a stage depends on directly, as TOML, for a solve that starts from λ = 0.
+///
+/// It goes into the stage's input digest: a key that is added to scenes must not show here while it has its
+/// default, or every older file goes stale.
+#[must_use]
+pub fn stage_settings(stage: Stage, scene: &Scene) -> String {
+    settings(stage, scene, None)
+}
+
 /// What tells two scenes apart whose assembled problems differ in more than their loads.
 #[must_use]
 pub fn operator_settings(scene: &Scene) -> String {
-    settings(Stage::Mesh, scene, None) + &settings(Stage::Assemble, scene, None)
+    stage_settings(Stage::Mesh, scene) + &stage_settings(Stage::Assemble, scene)
 }
 
 /// Digest of everything a stage is computed from: its settings and the digests of all upstream
@@ -212,6 +222,10 @@ pub(super) fn states_from(
             Err(StoreError::Linked { problem, .. }) => {
                 (None, Freshness::Stale(problem.to_string()))
             }
+            Err(StoreError::Older { .. }) => {
+                let why = "an older version wrote it, in a form that cannot be gone on from";
+                (None, Freshness::Stale(why.into()))
+            }
             Err(error) => (None, Freshness::Damaged(error.to_string())),
         };
         states.push(StageState {
@@ -225,10 +239,11 @@ pub(super) fn states_from(
 
 /// A stage with all that belongs to it; the report has a second form for ParaView.
 fn whole(reader: &Reader, stage: Stage) -> Result<Option<StoredStage>, StoreError> {
-    if stage == Stage::Post {
-        reader.whole_stage(Stage::Vtk)?;
+    let stored = reader.whole_stage(stage)?;
+    if stage == Stage::Post && stored.is_some() {
+        format::check_vtkhdf(reader)?;
     }
-    reader.whole_stage(stage)
+    Ok(stored)
 }
 
 fn judge(

@@ -1,7 +1,7 @@
 use std::path::{Path, PathBuf};
 
 use super::{
-    StageError,
+    PictureFolder, StageError,
     law_curves::{self, Drawn},
     law_face::LawFace,
     mesh_file::{mesh_of, pin_mesh_file},
@@ -13,6 +13,9 @@ use crate::{
     mesh::{Mesh, Quality},
     scene::{Scene, SceneFile},
 };
+
+/// Name of the picture.
+pub(super) const PICTURE: &str = "law";
 
 /// A law of friction by itself: its bounds and its picture, from the mesh alone and without a run
 /// file.
@@ -97,7 +100,7 @@ impl LawStudy {
     ///
     /// # Errors
     /// A folder that cannot be written.
-    pub fn draw(&self, folder: &Path) -> Result<Vec<PathBuf>, StageError> {
+    pub fn draw(&self, folder: &PictureFolder) -> Result<Vec<PathBuf>, StageError> {
         let (Some(surface), Some(interface)) = (&self.mesh.contact, &self.interface) else {
             return Ok(Vec::new());
         };
@@ -133,11 +136,10 @@ impl LawStudy {
             at_rest: varies.then(|| face.picture(&title, self.scene.units, &interface.frame)),
         };
         let page = law_page(&drawing).map_err(|source| StageError::Figure {
-            file: folder.join("law.svg"),
+            file: folder.path().join(format!("{PICTURE}.svg")),
             source,
         })?;
-        picture::make_folder(folder)?;
-        Ok(picture::save(folder, "law", &page, picture::PAGE_WIDTH)?.to_vec())
+        folder.save([(PICTURE, page, picture::PAGE_WIDTH)])
     }
 }
 

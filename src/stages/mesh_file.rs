@@ -1,6 +1,6 @@
 //! The mesh of a scene, and the file it may come from.
 
-use std::fs;
+use std::{fs, path::PathBuf};
 
 use super::{StageError, resources};
 use crate::{
@@ -14,6 +14,15 @@ pub(super) fn mesh_of(input: &SceneFile) -> Result<Mesh, StageError> {
         MeshError::Scene(invalid) => input.refuse(invalid).into(),
         MeshError::Gmsh(error) => error.into(),
     })
+}
+
+/// The mesh file that a scene names.
+#[must_use]
+pub fn mesh_file(input: &SceneFile) -> Option<PathBuf> {
+    match &input.scene.body {
+        Body::Brick(_) => None,
+        Body::Gmsh(gmsh) => Some(input.folder.join(&gmsh.file)),
+    }
 }
 
 /// Writes the digest of a mesh file into the scene, so that a changed file makes the mesh stale. A file that is too

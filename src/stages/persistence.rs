@@ -50,9 +50,9 @@ impl Session {
         let reader = self.reader()?;
         let linked = [Stage::Mesh, Stage::Assemble].map(|stage| reader.linked_file(stage));
         if linked.iter().any(Option::is_some) {
-            let mut transaction = Transaction::begin(&self.file)?;
+            let mut transaction = self.begin()?;
             transaction.embed_linked();
-            transaction.commit()?;
+            self.commit_change(transaction, &[])?;
         }
         Ok(())
     }
@@ -199,7 +199,7 @@ impl Session {
     }
 
     fn commit(&self, checkpoint: Option<&OuterState>) -> Result<(), StageError> {
-        let mut transaction = Transaction::begin(&self.file)?;
+        let mut transaction = self.begin()?;
         let states = self.states_in(transaction.previous());
         self.require_unchanged(&states)?;
         // What is damaged cannot be used, and copying it could fail.
@@ -252,7 +252,9 @@ impl Session {
                 |writer| format::write_checkpoint(writer, state),
             )?;
         }
-        Ok(transaction.commit()?)
+        let stored = self.pending.iter().map(|(stage, _)| *stage);
+        let stored = stored.chain(checkpoint.map(|_| Stage::Checkpoint));
+        Ok(self.commit_change(transaction, &stored.collect::<Vec<Stage>>())?)
     }
 
     pub(super) fn write_scene(&self, transaction: &mut Transaction) -> Result<(), StoreError> {
@@ -315,11 +317,12 @@ impl Session {
             | Stage::Stability => {
                 let report = loaded(&self.report);
                 let frame = self.interface.as_ref().map(|interface| &interface.frame);
-                write_stage(transaction, Stage::Vtk, home, record, |writer| {
+                let vtkhdf = write_stage(transaction, Stage::Vtk, home, record, |writer| {
                     format::write_vtkhdf(writer, mesh, report, frame)
                 })?;
                 write_stage(transaction, Stage::Post, home, record, |writer| {
-                    format::write_report(writer, report, mesh.contact.as_ref().zip(frame))
+                    let face = mesh.contact.as_ref().zip(frame);
+                    format::write_report(writer, report, face, &vtkhdf)
                 })
             }
         }

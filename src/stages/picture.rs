@@ -3,10 +3,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{StageError, contact_cells::ContactCells};
+use super::{PictureFolder, StageError, contact_cells::ContactCells};
 use crate::{
     contact::ContactFrame,
-    figures::{self, ContactPicture, FigureError, FrictionKind, LineChart, PaneFriction},
+    figures::{self, ContactPicture, FigureError, FrictionKind, PaneFriction},
     mesh::Mesh,
     post::{ContactReport, PaneState, Zone},
     scene::Scene,
@@ -24,7 +24,7 @@ pub fn figures_folder(run_file: &Path) -> PathBuf {
 }
 
 /// The picture that is drawn last.
-const LAST: &str = "figure5";
+pub(super) const LAST: &str = "figure5";
 
 /// Whether all pictures of a run file are in a folder and no older than it.
 #[must_use]
@@ -39,27 +39,23 @@ pub fn are_drawn(folder: &Path, run_file: &Path) -> bool {
 /// # Errors
 /// A folder that cannot be written.
 pub(super) fn draw(
-    folder: &Path,
+    folder: &PictureFolder,
     scene: &Scene,
     mesh: &Mesh,
     frame: Option<&ContactFrame>,
     report: &ContactReport,
 ) -> Result<Vec<PathBuf>, StageError> {
     let figure = |source| StageError::Figure {
-        file: folder.to_owned(),
+        file: folder.path().to_owned(),
         source,
     };
     let drawn = with_picture(scene, mesh, frame, report, |picture| {
         Ok((figures::panels(picture)?, figures::page(picture)?))
     });
     let (panels, page) = drawn.map_err(figure)?;
-    make_folder(folder)?;
-    let mut files = Vec::new();
-    for panel in panels {
-        files.extend(save(folder, panel.name, &panel.svg, PANEL_WIDTH)?);
-    }
-    files.extend(save(folder, LAST, &page, PAGE_WIDTH)?);
-    Ok(files)
+    let panels = panels.into_iter();
+    let panels = panels.map(|panel| (panel.name, panel.svg, PANEL_WIDTH));
+    folder.save(panels.chain([(LAST, page, PAGE_WIDTH)]))
 }
 
 /// The page of all panels as SVG.
@@ -151,59 +147,4 @@ fn pane_friction(pane: &PaneState) -> Option<(FrictionKind, PaneFriction)> {
         },
     };
     Some((kind, drawn))
-}
-
-/// Width of charts in pixels.
-const CHART_WIDTH: u32 = 1720;
-
-/// Saves charts by their names; returns the files.
-pub(super) fn save_charts<'a>(
-    folder: &Path,
-    charts: impl IntoIterator<Item = (&'a str, LineChart)>,
-) -> Result<Vec<PathBuf>, StageError> {
-    make_folder(folder)?;
-    let mut files = Vec::new();
-    for (name, chart) in charts {
-        files.extend(save(folder, name, &chart.svg(), CHART_WIDTH)?);
-    }
-    Ok(files)
-}
-
-/// Makes a folder for pictures unless it is there.
-pub(super) fn make_folder(folder: &Path) -> Result<(), StageError> {
-    fs::create_dir_all(folder).map_err(|source| StageError::Write {
-        file: folder.to_owned(),
-        source,
-    })
-}
-
-pub(super) fn save(
-    folder: &Path,
-    name: &str,
-    svg: &str,
-    width: u32,
-) -> Result<[PathBuf; 2], StageError> {
-    let files = [
-        folder.join(format!("{name}.svg")),
-        folder.join(format!("{name}.png")),
-    ];
-    let png = figures::rasterise(svg, width).map_err(|source| StageError::Figure {
-        file: files[1].clone(),
-        source,
-    })?;
-    for (file, bytes) in files.iter().zip([svg.as_bytes(), &png]) {
-        write_whole(file, bytes).map_err(|source| StageError::Write {
-            file: file.clone(),
-            source,
-        })?;
-    }
-    Ok(files)
-}
-
-/// Writes a file beside its place and renames it, so that a picture is never cut off.
-fn write_whole(file: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let mut temporary = file.as_os_str().to_owned();
-    temporary.push(".part");
-    fs::write(&temporary, bytes)?;
-    fs::rename(&temporary, file)
 }

@@ -1,8 +1,8 @@
 //! The report of a session, from what it has computed or reads back.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use super::{Session, StageError, persistence::loaded};
+use super::{PictureFolder, Session, StageError, persistence::loaded};
 use crate::{
     mesh::Mesh,
     post::{ContactReport, Solved, SolvedContact},
@@ -32,7 +32,7 @@ impl Session {
     ///
     /// # Errors
     /// A folder that cannot be written.
-    pub fn draw(&self, folder: &Path) -> Result<Vec<PathBuf>, StageError> {
+    pub fn draw(&self, folder: &PictureFolder) -> Result<Vec<PathBuf>, StageError> {
         let frame = self.interface.as_ref().map(|interface| &interface.frame);
         let report = loaded(&self.report);
         super::picture::draw(folder, self.scene(), loaded(&self.mesh), frame, report)

@@ -7,6 +7,7 @@ use super::{
     mesh_file::{mesh_of, pin_mesh_file},
     persistence::loaded,
     resources,
+    undo::Undo,
 };
 use crate::{
     contact::{Coupling, Interface},
@@ -46,6 +47,8 @@ pub struct Session {
     pub(super) last_store_seconds: f64,
     /// Stages computed but not yet stored, with their seconds.
     pub(super) pending: Vec<(Stage, f64)>,
+    /// The run file as it was before the command at work.
+    pub(super) undo: Undo,
 }
 
 /// What a stage did.
@@ -114,6 +117,7 @@ impl Session {
             upstream: Vec::new(),
             last_store_seconds: 0.0,
             pending: Vec::new(),
+            undo: Undo::default(),
         }
     }
 

@@ -7,7 +7,7 @@ use crate::{
     dual::DualSystem,
     format::FormatError,
     mesh::Mesh,
-    store::{SharedStage, Stage, StoreError, StoredStage, Transaction},
+    store::{SharedStage, Stage, StoreError, StoredStage},
 };
 
 /// A mesh and all of its assembled problem that does not depend on the loads, in memory.
@@ -99,13 +99,13 @@ impl Session {
         if found.is_empty() {
             return Ok(());
         }
-        let mut transaction = Transaction::begin(&self.file)?;
+        let mut transaction = self.begin()?;
         self.write_scene(&mut transaction)?;
         for shared in &found {
             transaction.link(shared)?;
         }
         transaction.remove(Stage::Checkpoint);
-        Ok(transaction.commit()?)
+        Ok(self.commit_change(transaction, &[])?)
     }
 }
 

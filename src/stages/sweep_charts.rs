@@ -36,6 +36,11 @@ pub(super) struct SweepChart {
     pub(super) chart: LineChart,
 }
 
+/// The columns of all results that may be drawn.
+pub(super) fn columns() -> impl Iterator<Item = &'static str> {
+    RESULTS.iter().map(|(column, ..)| *column)
+}
+
 /// One chart for each result that varies, over the setting with the most different numbers; the
 /// other varying settings tell the lines apart.
 pub(super) fn charts(table: &SweepTable) -> Vec<SweepChart> {

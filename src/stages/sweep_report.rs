@@ -3,28 +3,30 @@
 use std::path::{Path, PathBuf};
 
 use super::{
-    StageError,
-    picture::save_charts,
+    PictureFolder, StageError,
     report::footer,
     sweep_charts::charts,
     sweep_table::{SweepTable, rounded},
 };
 use crate::report::{Page, Part, Section, Table};
 
-/// The table of a sweep's folder.
+/// The name of the table.
 const SUMMARY: &str = "summary.csv";
+
+/// The table of a sweep's folder.
+#[must_use]
+pub fn sweep_table(folder: &Path) -> PathBuf {
+    folder.join(SUMMARY)
+}
 
 /// Draws what varies in the table of a sweep's folder, SVG and PNG; returns the files.
 ///
 /// # Errors
 /// A folder without that table, a folder for pictures that cannot be written.
-pub fn draw_sweep(sweep: &Path, figures: &Path) -> Result<Vec<PathBuf>, StageError> {
-    let table = SweepTable::read(&sweep.join(SUMMARY))?;
-    let charts = charts(&table);
-    save_charts(
-        figures,
-        charts.into_iter().map(|drawn| (drawn.column, drawn.chart)),
-    )
+pub fn draw_sweep(sweep: &Path, figures: &PictureFolder) -> Result<Vec<PathBuf>, StageError> {
+    let table = SweepTable::read(&sweep_table(sweep))?;
+    let charts = charts(&table).into_iter();
+    figures.save_charts(charts.map(|drawn| (drawn.column, drawn.chart)))
 }
 
 /// The page of a folder with a `summary.csv`.
@@ -32,7 +34,7 @@ pub fn draw_sweep(sweep: &Path, figures: &Path) -> Result<Vec<PathBuf>, StageErr
 /// # Errors
 /// A folder without that table, or one that is no table.
 pub(super) fn page(folder: &Path) -> Result<Page, StageError> {
-    let table = SweepTable::read(&folder.join(SUMMARY))?;
+    let table = SweepTable::read(&sweep_table(folder))?;
     let charts = charts(&table);
     let mut sections = Vec::new();
     if !charts.is_empty() {

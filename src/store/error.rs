@@ -123,6 +123,14 @@ pub enum StoreError {
         /// What is wrong with the other file.
         problem: LinkProblem,
     },
+    /// A stage is sound, but an older version wrote it with other datasets than the table has now.
+    #[error("{}: /{stage} has the form that an older version gave it, which cannot be gone on from; its values are sound, run the stage `{stage}` again", file.display())]
+    Older {
+        /// The run file.
+        file: PathBuf,
+        /// The stage.
+        stage: Stage,
+    },
     /// A soft or external link that this program did not make.
     #[error("{}: {link} is a link to another place; expected the data themselves, nothing was followed; remove the link, or run the stage that owns it again", file.display())]
     ForeignLink {

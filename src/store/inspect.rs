@@ -31,11 +31,26 @@ impl Reader {
     ///
     /// # Errors
     /// As for [`Reader::stage_record`]; `Missing` for a required dataset, `ForeignLink` for a link in the place of
-    /// one, `Altered` if the digests of the datasets are not those the stage was finished with.
+    /// one, `Altered` if the digests of the datasets are not those the stage was finished with; `Older` if it is
+    /// sound, but an older version wrote it with other datasets.
     pub fn whole_stage(&self, stage: Stage) -> Result<Option<StoredStage>, StoreError> {
         let Some(stored) = self.stage_record(stage)? else {
             return Ok(None);
         };
+        match self.refuse_altered(stage, &stored) {
+            Ok(()) => Ok(Some(stored)),
+            Err(_) if self.is_whole_as_written(stage, &stored).unwrap_or(false) => {
+                Err(StoreError::Older {
+                    file: self.path().into(),
+                    stage,
+                })
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Refuses a stage whose datasets of the table are not those it was finished with.
+    fn refuse_altered(&self, stage: Stage, stored: &StoredStage) -> Result<(), StoreError> {
         let mut held = Vec::new();
         for spec in self.layout.of_stage(stage) {
             if self.volume_of_object(stage, spec.path)?.holds(spec.path) {
@@ -55,14 +70,13 @@ impl Reader {
             stored.units,
         );
         self.stage_place(stage)
-            .same_digest(stored.digest.clone(), digest)?;
-        Ok(Some(stored))
+            .same_digest(stored.digest.clone(), digest)
     }
 
     /// The stages whose record or set of datasets is not what was written.
     pub fn damaged_stages(&self) -> Vec<Stage> {
         let is_damaged = |stage: &Stage| match self.whole_stage(*stage) {
-            Ok(_) | Err(StoreError::Linked { .. }) => false,
+            Ok(_) | Err(StoreError::Linked { .. } | StoreError::Older { .. }) => false,
             Err(_) => true,
         };
         Stage::ALL.into_iter().filter(is_damaged).collect()
@@ -129,7 +143,7 @@ impl Reader {
         }
     }
 
-    fn datasets_below(&self, stage: Stage) -> Result<Vec<hdf5::Dataset>, StoreError> {
+    pub(super) fn datasets_below(&self, stage: Stage) -> Result<Vec<hdf5::Dataset>, StoreError> {
         let place = self.stage_place(stage);
         let volume = self.volume(stage)?;
         if let Some(link) = volume.link_below(stage) {

@@ -171,7 +171,7 @@ pub(super) fn join(
 
 /// Removes the files a run file owns, if neither it nor another run file of the folder names them any more.
 ///
-/// What cannot be removed, or is write-protected, stays for the next time.
+/// What cannot be removed, or is write-protected, stays for the next time; what is no file of ours stays.
 pub(super) fn remove_orphans(folder: &Path, run_file: &Path, layout: &Layout) {
     let Some(owner) = run_file.file_name().and_then(|name| name.to_str()) else {
         return;
@@ -204,7 +204,9 @@ pub(super) fn remove_orphans(folder: &Path, run_file: &Path, layout: &Layout) {
     }
     for orphan in orphans {
         let path = folder.join(orphan);
-        if fs::metadata(&path).is_ok_and(|metadata| !metadata.permissions().readonly()) {
+        let is_ours = super::header::open(&path, layout, layout.linked_filetype).is_ok();
+        let removable = |metadata: fs::Metadata| !metadata.permissions().readonly();
+        if is_ours && fs::metadata(&path).is_ok_and(removable) {
             let _ = fs::remove_file(path);
         }
     }

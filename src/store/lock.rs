@@ -11,6 +11,7 @@ use super::linked;
 use super::place::AtFile;
 use super::reader::Reader;
 use super::table::Layout;
+use super::volume::inode;
 use crate::units::Units;
 
 /// What to do about a run file that does not exist.
@@ -52,23 +53,7 @@ impl RunFile {
         if fs::metadata(&lock).is_ok_and(|metadata| !metadata.is_file()) {
             return Err(StoreError::NotAFile { file: lock });
         }
-        let file = File::options()
-            .create(true)
-            .truncate(false)
-            .write(true)
-            .open(&lock);
-        let file = file.at_file(&lock, "open the lock file")?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Err(StoreError::Busy { file: path, lock }),
-            Err(TryLockError::Error(source)) => {
-                return Err(StoreError::Io {
-                    file: lock,
-                    action: "lock the lock file",
-                    source,
-                });
-            }
-        }
+        let file = claim(&path, &lock)?;
         let run_file = RunFile {
             path,
             folder,
@@ -83,7 +68,7 @@ impl RunFile {
     fn remove_left_overs(&self) -> Result<(), StoreError> {
         let whole = self.temporary();
         let stages = Stage::ALL.map(|stage| stage_temporary(&whole, stage));
-        for temporary in stages.into_iter().chain([whole]) {
+        for temporary in stages.into_iter().chain([whole, self.previous()]) {
             match fs::remove_file(&temporary) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => {
                     Err(error).at_file(&temporary, "remove what a killed process left")?;
@@ -107,6 +92,11 @@ impl RunFile {
         hidden(&self.folder, &self.name, ".part")
     }
 
+    /// Where the state before a command is kept.
+    pub(super) fn previous(&self) -> PathBuf {
+        hidden(&self.folder, &self.name, ".previous")
+    }
+
     /// The path of the run file, symbolic links resolved.
     pub fn path(&self) -> &Path {
         &self.path
@@ -120,9 +110,49 @@ pub(super) fn stage_temporary(temporary: &Path, stage: Stage) -> PathBuf {
     path.into()
 }
 
+/// Opens and locks the lock file of a run file.
+fn claim(path: &Path, lock: &Path) -> Result<File, StoreError> {
+    loop {
+        let file = File::options()
+            .create(true)
+            .truncate(false)
+            .write(true)
+            .open(lock);
+        let file = file.at_file(lock, "open the lock file")?;
+        match file.try_lock() {
+            // Its owner may have removed it since it was opened.
+            Ok(()) if !is_at(&file, lock) => {}
+            Ok(()) => return Ok(file),
+            Err(TryLockError::WouldBlock) => {
+                return Err(StoreError::Busy {
+                    file: path.into(),
+                    lock: lock.into(),
+                });
+            }
+            Err(TryLockError::Error(source)) => {
+                return Err(StoreError::Io {
+                    file: lock.into(),
+                    action: "lock the lock file",
+                    source,
+                });
+            }
+        }
+    }
+}
+
+/// Whether an open file still is the one that stands at a path.
+fn is_at(file: &File, path: &Path) -> bool {
+    let number = |metadata: io::Result<fs::Metadata>| metadata.ok().map(|m| inode(&m));
+    number(file.metadata()) == number(fs::metadata(path))
+}
+
 impl Drop for RunFile {
-    /// Unlocks at once, even while a process just forked still has a copy of the descriptor.
+    /// Unlocks at once, even while a process just forked still has a copy of the descriptor. Where no run file came
+    /// to be, nothing is left of the lock either.
     fn drop(&mut self) {
+        if !self.path.exists() {
+            let _ = fs::remove_file(hidden(&self.folder, &self.name, ".lock"));
+        }
         let _ = self.lock.unlock();
     }
 }

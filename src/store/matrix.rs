@@ -37,7 +37,7 @@ impl Reader {
         let data: Vec<f64> = self.part(spec, "data")?;
         place.same_digest(
             read_text(&group, place, "digest")?,
-            digest(spec, shape, &indptr, &indices, &data),
+            digest(spec.kind, shape, &indptr, &indices, &data),
         )?;
         self.all_finite(path, &data)?;
         let indptr = to_indices(&indptr, place)?;
@@ -124,7 +124,7 @@ pub(super) fn write(
     write_text(&group, place, "encoding-type", spec.kind.tag())?;
     write_text(&group, place, "encoding-version", ENCODING_VERSION)?;
     write_numbers(&group, place, "shape", &from_indices(&matrix.shape))?;
-    let digest = digest(spec, matrix.shape, &indptr, &indices, matrix.data);
+    let digest = digest(spec.kind, matrix.shape, &indptr, &indices, matrix.data);
     Ok((group, digest))
 }
 
@@ -136,17 +136,48 @@ pub(super) fn from_indices(indices: &[usize]) -> Vec<i64> {
         .collect()
 }
 
-fn digest(
-    spec: &DatasetSpec,
-    shape: [usize; 2],
-    indptr: &[i64],
-    indices: &[i64],
-    data: &[f64],
-) -> String {
-    let mut digest = DatasetDigest::new(spec.kind, &shape);
+fn digest(kind: Kind, shape: [usize; 2], indptr: &[i64], indices: &[i64], data: &[f64]) -> String {
+    let mut digest = DatasetDigest::new(kind, &shape);
     digest.size(data.len());
     digest.values(indptr);
     digest.values(indices);
     digest.values(data);
     digest.finish()
+}
+
+/// The digest of a matrix that the table need not know.
+pub(super) fn digest_of(
+    group: &hdf5::Group,
+    place: Place<'_>,
+    file_bytes: u64,
+) -> Result<String, StoreError> {
+    let encoding = read_text(group, place, "encoding-type")?;
+    let mut kinds = [Kind::CscMatrix, Kind::CsrMatrix].into_iter();
+    let kind = kinds.find(|kind| kind.tag() == encoding);
+    let kind = kind.ok_or_else(|| place.mismatch("a sparse matrix", encoding))?;
+    let shape = to_indices(&read_numbers(group, place, "shape")?, place)?;
+    let shape = <[usize; 2]>::try_from(shape)
+        .map_err(|shape| place.mismatch("two extents", format!("{shape:?}")))?;
+    let indptr = vector::<i64>(group, place, "indptr", file_bytes)?;
+    let indices = vector::<i64>(group, place, "indices", file_bytes)?;
+    let data = vector::<f64>(group, place, "data", file_bytes)?;
+    Ok(digest(kind, shape, &indptr, &indices, &data))
+}
+
+fn vector<T: Element>(
+    group: &hdf5::Group,
+    place: Place<'_>,
+    name: &'static str,
+    file_bytes: u64,
+) -> Result<Vec<T>, StoreError> {
+    let dataset = open_dataset(
+        group,
+        Place {
+            dataset: name,
+            ..place
+        },
+        &T::type_descriptor(),
+    )?;
+    bounds::check(&dataset, place, file_bytes)?;
+    dataset.read_raw().at(place, "read the values")
 }

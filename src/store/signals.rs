@@ -63,23 +63,23 @@ pub fn install(farewell: fn()) -> io::Result<()> {
 
 /// A temporary file that vanishes unless it is published.
 #[derive(Debug)]
-pub(super) struct Temporary {
+pub(crate) struct Temporary {
     path: PathBuf,
 }
 
 impl Temporary {
     /// Takes charge of a path, before the file is created.
-    pub(super) fn new(path: PathBuf) -> Self {
+    pub(crate) fn new(path: PathBuf) -> Self {
         temporaries().insert(path.clone());
         Temporary { path }
     }
 
-    pub(super) fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
     /// Renames the file; a signal acts either before or after.
-    pub(super) fn publish(&self, target: &Path) -> io::Result<()> {
+    pub(crate) fn publish(&self, target: &Path) -> io::Result<()> {
         let mut temporaries = temporaries();
         fs::rename(&self.path, target)?;
         temporaries.remove(&self.path);

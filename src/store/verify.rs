@@ -24,6 +24,13 @@ impl Reader {
                     let wrong = held.filter_map(|spec| self.check_unit(spec, stored.units).err());
                     problems.extend(wrong);
                 }
+                Err(StoreError::Older { .. }) => {
+                    match self.problems_as_written(stage) {
+                        Ok(found) => problems.extend(found),
+                        Err(error) => problems.push(error),
+                    }
+                    continue;
+                }
                 Err(error) => problems.push(error),
             }
             problems.extend(self.refuse_unknown(stage).err());

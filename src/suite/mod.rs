@@ -8,6 +8,7 @@ pub use index::{Case, Version, is_index, read};
 
 use crate::{
     format::{STABILITY_LAYOUT, StabilityRow, write_stability},
+    output::Inputs,
     scene::SceneFile,
     stability::{Check, Depth, Solutions},
     store::{Home, IfMissing, RunFile, Stage, StageRecord, Transaction, timestamp},
@@ -52,14 +53,22 @@ impl Case {
     }
 }
 
-/// Stores the table in a file, new or existing.
+/// Claims the file of a table, new or existing, before anything is checked.
 ///
 /// # Errors
-/// A busy, foreign or unwritable file.
-pub fn store(path: &Path, rows: &[StabilityRow], threads: usize) -> Result<(), SweepError> {
+/// A file that is an input, busy, foreign or unwritable.
+pub fn claim(path: &Path, inputs: &Inputs) -> Result<RunFile, SweepError> {
+    inputs.refuse(path)?;
+    Ok(RunFile::lock(path, STABILITY_LAYOUT, IfMissing::Create)?)
+}
+
+/// Stores the table in a file.
+///
+/// # Errors
+/// An unwritable file.
+pub fn store(file: RunFile, rows: &[StabilityRow], threads: usize) -> Result<(), SweepError> {
     let units = rows.first().map_or(STABILITY_LAYOUT.units, |row| row.units);
-    let file = RunFile::lock(path, STABILITY_LAYOUT.in_units(units), IfMissing::Create)?;
-    let mut transaction = Transaction::begin(&file)?;
+    let mut transaction = Transaction::begin(&file.in_units(units))?;
     let mut writer = transaction.stage(Stage::Stability, Home::RunFile)?;
     write_stability(&mut writer, rows)?;
     let checks = rows.iter().filter_map(|row| row.outcome.as_ref().ok());

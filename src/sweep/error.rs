@@ -2,7 +2,10 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::{format::FormatError, scene::SceneError, stages::StageError, store::StoreError};
+use crate::{
+    format::FormatError, output::OutputError, scene::SceneError, stages::StageError,
+    store::StoreError,
+};
 
 /// Why a sweep cannot be planned, run or summed up.
 #[derive(Debug, Error)]
@@ -52,6 +55,20 @@ pub enum SweepError {
         /// The folder.
         folder: PathBuf,
     },
+    /// A table of another sweep.
+    #[error("{}: this table belongs to another sweep{}; nothing was changed, give another folder with --out or move summary.h5 and summary.csv away", file.display(), of(sweep))]
+    OthersTable {
+        /// The table.
+        file: PathBuf,
+        /// The sweep file that wrote it, as seen from the folder; empty if the table does not say.
+        sweep: String,
+    },
+    /// An output that is an input, or in the place of a file of another kind, or that cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The cases were run, but their tables cannot be written.
+    #[error("{0}; the cases are stored and kept, `contact3d-pipe sweep summary` writes the tables")]
+    NotSummedUp(#[source] Box<SweepError>),
     /// The table of the sweep cannot be written.
     #[error(transparent)]
     Store(#[from] StoreError),
@@ -69,4 +86,12 @@ pub enum SweepError {
         /// What went wrong.
         source: csv::Error,
     },
+}
+
+/// What a message says of the sweep file that wrote a table.
+fn of(sweep: &str) -> String {
+    match sweep {
+        "" => String::new(),
+        sweep => format!(", {sweep}"),
+    }
 }

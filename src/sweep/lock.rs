@@ -1,6 +1,6 @@
 //! The lock of a sweep's folder: one sweep, or any number of processes that run single cases.
 
-use std::fs::{self, File, TryLockError};
+use std::fs::{File, TryLockError};
 use std::io;
 use std::path::Path;
 
@@ -29,7 +29,7 @@ pub(super) fn operator_turn(folder: &Path, key: &str) -> io::Result<File> {
     Ok(file)
 }
 
-/// Makes the folder and locks it until the file is dropped; a killed process leaves no lock.
+/// Locks a folder until the file is dropped; a killed process leaves no lock.
 pub(super) fn lock(folder: &Path, access: Access) -> Result<File, SweepError> {
     let io = |action| {
         move |source| SweepError::Io {
@@ -38,7 +38,6 @@ pub(super) fn lock(folder: &Path, access: Access) -> Result<File, SweepError> {
             source,
         }
     };
-    fs::create_dir_all(folder).map_err(io("make the folder"))?;
     let file = File::options()
         .create(true)
         .truncate(false)

@@ -12,6 +12,7 @@ mod index_file;
 mod keys;
 mod lock;
 mod operators;
+mod ownership;
 mod plan;
 mod run;
 mod size;

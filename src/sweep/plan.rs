@@ -3,8 +3,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{SweepError, SweepFile, axes::Steps, keys};
-use crate::{scene::SceneFile, units::Units};
+use super::{SweepError, SweepFile, axes::Steps, keys, ownership::relative};
+use crate::{output::Inputs, scene::SceneFile, stages::mesh_file, units::Units};
 
 /// Hexadecimal digits of a case's name: 64 bits tell the cases of a folder apart.
 const DIGITS: usize = 16;
@@ -34,6 +34,10 @@ pub struct Plan {
     pub keys: Vec<String>,
     /// The units of all cases.
     pub units: Units,
+    /// The files that the plan was read from: no output may replace one of them.
+    pub inputs: Inputs,
+    /// The sweep file.
+    file: PathBuf,
 }
 
 impl Case {
@@ -78,8 +82,23 @@ impl Plan {
         }
         let ids: Vec<String> = cases.iter().map(|case| case.id.clone()).collect();
         refuse_twice(path, &ids)?;
-        let units = base.scene.units;
-        Ok(Self { cases, keys, units })
+        let scene = path.parent().unwrap_or(Path::new("")).join(&sweep.scene);
+        let meshes = cases.iter().filter_map(|case| mesh_file(&case.scene));
+        Ok(Self {
+            inputs: Inputs::of(meshes.chain([path.to_owned(), scene])),
+            file: path.to_owned(),
+            cases,
+            keys,
+            units: base.scene.units,
+        })
+    }
+
+    /// The sweep file as seen from the folder of its cases, which need not be there yet; `None` without a file.
+    pub(super) fn sweep_file_from(&self, folder: &Path) -> Option<String> {
+        let file = self.file.canonicalize().ok()?;
+        let folder = std::path::absolute(folder).ok()?;
+        let folder = folder.canonicalize().unwrap_or(folder);
+        Some(relative(&folder, &file).to_string_lossy().into_owned())
     }
 
     /// The case with a name.

@@ -11,9 +11,9 @@ use super::{
     failure,
     lock::{Access, lock},
     operators::Operators,
-    summary,
+    ownership, summary,
 };
-use crate::{stages::StageError, store::StoreError};
+use crate::{output::Folder, stages::StageError, store::StoreError};
 
 /// How a sweep is run.
 #[derive(Debug, Clone, Copy)]
@@ -71,6 +71,8 @@ pub fn run(
     options: &Options,
     observe: &(dyn Fn(usize, &Event) + Sync),
 ) -> Result<Outcome, SweepError> {
+    ownership::refuse_others(plan, folder)?;
+    let _folder = Folder::make(folder)?;
     let _lock = lock(folder, Access::Sweep)?;
     let operators = Operators::new(needed(plan), options.memory);
     let queue = Mutex::new(chains(plan));
@@ -98,7 +100,8 @@ pub fn run(
         }
     });
     let mut outcome = outcome.into_inner().unwrap_or_else(PoisonError::into_inner);
-    outcome.not_converged = summary::write(plan, folder)?;
+    let written = summary::write(plan, folder);
+    outcome.not_converged = written.map_err(|error| SweepError::NotSummedUp(Box::new(error)))?;
     Ok(outcome)
 }
 
@@ -113,6 +116,7 @@ pub fn run_case(
     options: &Options,
 ) -> Result<Event, SweepError> {
     let index = plan.find(id)?;
+    let _folder = Folder::make(folder)?;
     let _lock = lock(folder, Access::SingleCase)?;
     let operators = Operators::new(BTreeMap::new(), options.memory);
     let how = How {

@@ -6,9 +6,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{Plan, SweepError, failure, keys, plan::UNITS_KEY};
+use super::{Plan, SweepError, failure, keys, ownership, plan::UNITS_KEY};
 use crate::{
     format::{self, CERTIFICATE, CaseResults, CaseRow, LAYOUT, SWEEP_LAYOUT},
+    output::{self, Kind, OutputFile},
     store::{
         Home, IfMissing, Reader, RunFile, Stage, StageRecord, StoreError, Transaction, timestamp,
     },
@@ -29,6 +30,7 @@ const UNIT_COLUMNS: [&str; 4] = ["length_unit", "force_unit", "stress_unit", "en
 /// # Errors
 /// Tables that cannot be written, a run file with altered results.
 pub fn write(plan: &Plan, folder: &Path) -> Result<usize, SweepError> {
+    ownership::refuse_others(plan, folder)?;
     let rows = rows(plan, folder)?;
     write_table(plan, folder, &rows)?;
     write_csv(plan, folder, &rows)?;
@@ -61,10 +63,9 @@ fn rows(plan: &Plan, folder: &Path) -> Result<Vec<CaseRow>, SweepError> {
             .iter()
             .filter_map(|key| Some((key.clone(), keys::get(&table, key)?.clone())))
             .collect();
-        let old = row(&id, &settings, false, &file)?;
-        if old.results.is_some() {
-            rows.push(old);
-        }
+        // What is damaged and not planned is no reason to lose the table of what is.
+        let old = row(&id, &settings, false, &file).ok();
+        rows.extend(old.filter(|old| old.results.is_some()));
     }
     for row in &mut rows {
         row.setting_values.resize(plan.keys.len(), f64::NAN);
@@ -145,7 +146,8 @@ fn write_table(plan: &Plan, folder: &Path, rows: &[CaseRow]) -> Result<(), Sweep
     let file = RunFile::lock(&folder.join(SUMMARY_FILE), layout, IfMissing::Create)?;
     let mut transaction = Transaction::begin(&file)?;
     let mut writer = transaction.stage(Stage::Cases, Home::RunFile)?;
-    format::write_cases(&mut writer, &plan.keys, rows)?;
+    let sweep_file = plan.sweep_file_from(folder);
+    format::write_cases(&mut writer, sweep_file.as_deref(), &plan.keys, rows)?;
     writer.finish(&StageRecord {
         settings: String::new(),
         input_digest: String::new(),
@@ -157,21 +159,25 @@ fn write_table(plan: &Plan, folder: &Path, rows: &[CaseRow]) -> Result<(), Sweep
 }
 
 fn write_csv(plan: &Plan, folder: &Path, rows: &[CaseRow]) -> Result<(), SweepError> {
-    let target = folder.join(CSV_FILE);
-    let temporary = folder.join(format!(".{CSV_FILE}.part"));
+    let path = folder.join(CSV_FILE);
     let failed = |source: csv::Error| SweepError::Csv {
-        file: target.clone(),
+        file: path.clone(),
         source,
     };
-    let mut writer = csv::Writer::from_path(&temporary).map_err(failed)?;
+    let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(header(plan)).map_err(failed)?;
     for row in rows {
         writer.write_record(record(plan, row)).map_err(failed)?;
     }
-    let flushed = writer.flush();
-    flushed
-        .and_then(|()| fs::rename(&temporary, &target))
-        .map_err(|error| failed(error.into()))
+    let bytes = writer
+        .into_inner()
+        .map_err(|error| failed(error.into_error().into()))?;
+    let table = OutputFile {
+        path,
+        kind: Kind::SweepTable,
+        bytes,
+    };
+    Ok(output::write(&[table], &plan.inputs)?)
 }
 
 fn header(plan: &Plan) -> Vec<String> {

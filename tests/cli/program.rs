@@ -1,6 +1,10 @@
 //! Running the program in a scratch folder.
 
-use std::path::{Path, PathBuf};
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+};
 
 use assert_cmd::Command;
 use serde_json::Value;
@@ -23,6 +27,27 @@ impl Program {
 
     pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
+    }
+
+    /// All files and folders of the scratch folder, hidden ones too, with the contents of files; the lock files of
+    /// run files that are there are left out.
+    pub(crate) fn everything(&self) -> BTreeMap<String, Option<Vec<u8>>> {
+        let mut found = BTreeMap::new();
+        let mut folders = vec![self.folder.path().to_owned()];
+        while let Some(folder) = folders.pop() {
+            for entry in fs::read_dir(&folder).expect("a folder") {
+                let path = entry.expect("an entry").path();
+                let name = path.strip_prefix(self.folder.path()).expect("inside");
+                let name = name.to_string_lossy().into_owned();
+                if path.is_dir() && !path.is_symlink() {
+                    folders.push(path);
+                    found.insert(name, None);
+                } else if !is_lock_of_a_file(&path) {
+                    found.insert(name, fs::read(&path).ok());
+                }
+            }
+        }
+        found
     }
 
     /// The program with its arguments, run in the scratch folder.
@@ -75,6 +100,12 @@ impl Program {
             .map(|s| s["digest"].clone())
             .collect()
     }
+}
+
+fn is_lock_of_a_file(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let locked = name.strip_prefix('.').and_then(|n| n.strip_suffix(".lock"));
+    locked.is_some_and(|locked| path.with_file_name(locked).exists())
 }
 
 /// A file of `pipelines/`.

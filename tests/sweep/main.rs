@@ -5,4 +5,5 @@ mod kills;
 mod program;
 mod sharing;
 mod size;
+mod tables;
 mod units;

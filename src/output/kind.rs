@@ -1,0 +1,270 @@
+//! What this program writes, told by the contents; the marks are those of version 0.1.0 wherever that had any.
+
+use std::{
+    fs::File,
+    io::{self, Read, Seek, SeekFrom},
+    path::Path,
+};
+
+/// Bytes looked at from either end of a file.
+const LOOK: usize = 1 << 16;
+
+/// Every PNG begins so.
+const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
+/// Every HDF5 file of ours begins so.
+const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
+/// Where the first chunk after the header of a PNG begins.
+const AFTER_HEADER: usize = 33;
+/// The first chunk of our PNG files: type, keyword, text.
+const SOFTWARE: &[u8] = b"tEXtSoftware\0contact3d-pipe";
+/// Widths of PNG files of version 0.1.0, which have no such chunk.
+const WIDTHS: [u32; 3] = [1280, 1720, 1920];
+
+/// What an output is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A drawing.
+    Svg,
+    /// The same drawing in pixels, beside the SVG file of the same name.
+    Png,
+    /// The HTML page of a report.
+    Page,
+    /// `summary.csv` of a sweep.
+    SweepTable,
+    /// A generated schema as JSON.
+    Schema,
+    /// A generated schema as Markdown.
+    SchemaPage,
+}
+
+impl Kind {
+    /// What messages call it.
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::Svg => "an SVG picture",
+            Self::Png => "a PNG picture",
+            Self::Page => "an HTML report",
+            Self::SweepTable => "the CSV table of a sweep",
+            Self::Schema => "a JSON schema",
+            Self::SchemaPage => "a Markdown schema",
+        }
+    }
+
+    /// Whether this program wrote a file as one of this kind. An empty file holds nothing to lose.
+    pub(super) fn is_of(self, path: &Path) -> io::Result<bool> {
+        let ends = Ends::read(path)?;
+        let text = || std::str::from_utf8(&ends.first).unwrap_or_default();
+        Ok(ends.first.is_empty()
+            || match self {
+                Self::Svg => is_svg(text()),
+                Self::Png => is_png(&ends.first, path),
+                Self::Page => is_page(&ends),
+                Self::SweepTable => is_sweep_table(&ends.first),
+                Self::Schema => is_schema(path)?,
+                Self::SchemaPage => text().starts_with(
+                    "# The run file\n\nGenerated from the table of datasets; do not edit.\n",
+                ),
+            })
+    }
+}
+
+/// What a file seems to be, for messages.
+pub(super) fn found(path: &Path) -> &'static str {
+    let Ok(ends) = Ends::read(path) else {
+        return "a file that cannot be read";
+    };
+    let head = &ends.first;
+    let text = String::from_utf8_lossy(head);
+    let begins = |word: &str| text.trim_start().to_lowercase().starts_with(word);
+    match () {
+        () if head.starts_with(HDF5) => "an HDF5 file",
+        () if head.starts_with(PNG) => "another PNG picture",
+        () if begins("<svg") || (begins("<?xml") && text.contains("<svg")) => "another SVG picture",
+        () if begins("<!doctype html") || begins("<html") => "another HTML page",
+        () if head.contains(&0) => "a binary file",
+        () => "another text",
+    }
+}
+
+/// The beginning and the end of a file.
+struct Ends {
+    first: Vec<u8>,
+    last: Vec<u8>,
+}
+
+impl Ends {
+    fn read(path: &Path) -> io::Result<Self> {
+        let mut file = File::open(path)?;
+        let mut first = Vec::new();
+        let mut last = Vec::new();
+        (&mut file).take(LOOK as u64).read_to_end(&mut first)?;
+        let length = file.seek(SeekFrom::End(0))?;
+        file.seek(SeekFrom::Start(length.saturating_sub(LOOK as u64)))?;
+        file.take(LOOK as u64).read_to_end(&mut last)?;
+        while let Err(error) = std::str::from_utf8(&first) {
+            // The last character may be cut in two.
+            if error.error_len().is_some() || first.len() < LOOK {
+                break;
+            }
+            first.truncate(error.valid_up_to());
+        }
+        Ok(Self { first, last })
+    }
+}
+
+/// The root element of our drawings, with its attributes in their order.
+fn is_svg(text: &str) -> bool {
+    let root = text
+        .strip_prefix(
+            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"",
+        )
+        .and_then(|rest| rest.split_once('>'));
+    root.is_some_and(|(root, _)| {
+        root.ends_with("font-family=\"'DejaVu Sans', Verdana, sans-serif\" fill=\"#1a1a1a\"")
+    })
+}
+
+/// Width and height of one of our drawings.
+fn svg_size(text: &str) -> Option<[f64; 2]> {
+    let root = is_svg(text)
+        .then(|| text.split_once('>')?.1.split_once('>'))??
+        .0;
+    let attribute = |name: &str| -> Option<f64> {
+        let value = root.split_once(&format!(" {name}=\""))?.1;
+        value.split_once('"')?.0.parse().ok()
+    };
+    Some([attribute("width")?, attribute("height")?])
+}
+
+/// Marked by us, or as version 0.1.0 wrote it: plain chunks only, one of our widths, and our drawing beside it
+/// with the same proportions.
+fn is_png(bytes: &[u8], path: &Path) -> bool {
+    let Some(size) = bytes.starts_with(PNG).then(|| bytes.get(16..24)).flatten() else {
+        return false;
+    };
+    let chunk = bytes.get(AFTER_HEADER + 4..).unwrap_or_default();
+    if chunk.starts_with(SOFTWARE) {
+        return true;
+    }
+    let number = |at: usize| u32::from_be_bytes([0, 1, 2, 3].map(|k| size[at + k]));
+    let (width, height) = (number(0), number(4));
+    let drawing = Ends::read(&path.with_extension("svg")).ok();
+    let drawing = drawing.and_then(|ends| svg_size(std::str::from_utf8(&ends.first).ok()?));
+    drawing.is_some_and(|[wide, high]| {
+        let expected = (f64::from(width) / wide * high).round();
+        chunk.starts_with(b"IDAT")
+            && WIDTHS.contains(&width)
+            // The drawing's size is rounded to single precision before it is scaled.
+            && (expected - f64::from(height)).abs() <= 1.0
+    })
+}
+
+/// Our head, and our name at the end.
+fn is_page(ends: &Ends) -> bool {
+    let head = b"<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\">";
+    let last = String::from_utf8_lossy(&ends.last);
+    ends.first.starts_with(head)
+        && last.contains("<footer><p>contact3d-pipe ")
+        && last.ends_with("</footer></body></html>\n")
+}
+
+/// The columns of our table; those between belong to the sweep.
+fn is_sweep_table(bytes: &[u8]) -> bool {
+    let mut reader = csv::Reader::from_reader(bytes);
+    let Ok(head) = reader.headers() else {
+        return false;
+    };
+    let names: Vec<&str> = head.iter().collect();
+    names.starts_with(&["id", "planned"])
+        && names.contains(&"solve_digest")
+        && names
+            .windows(3)
+            .any(|w| *w == ["status", "error", "method"])
+}
+
+/// A JSON object that describes one of our files.
+fn is_schema(path: &Path) -> io::Result<bool> {
+    let Ok(schema) =
+        serde_json::from_reader::<_, serde_json::Value>(io::BufReader::new(File::open(path)?))
+    else {
+        return Ok(false);
+    };
+    let text = |key: &str| schema[key].as_str().unwrap_or_default();
+    let has = |keys: &[&str]| {
+        keys.iter()
+            .all(|key| schema["properties"].get(key).is_some())
+    };
+    Ok(match text("title") {
+        "Scene" => has(&["title", "body", "material", "clamp", "solve"]),
+        "SweepFile" => has(&["scene", "set", "axis"]),
+        _ => {
+            text("filetype").starts_with("contact3d-pipe ")
+                && schema.get("format_version").is_some()
+                && schema.get("root_attributes").is_some()
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    /// Whether a file with some bytes is of a kind.
+    fn is(kind: Kind, bytes: &[u8]) -> bool {
+        let folder = tempfile::tempdir().expect("scratch folder");
+        let file = folder.path().join("file");
+        fs::write(&file, bytes).expect("a file");
+        kind.is_of(&file).expect("a readable file")
+    }
+
+    #[test]
+    fn every_kind_knows_its_own_and_no_other() {
+        let svg = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"4\" \
+                   height=\"2\" viewBox=\"0 0 4 2\" font-family=\"'DejaVu Sans', Verdana, sans-serif\" fill=\"#1a1a1a\">";
+        assert_eq!(svg_size(svg), Some([4.0, 2.0]));
+        let mut png = [PNG, &[0; AFTER_HEADER - 4]].concat();
+        png.extend(SOFTWARE);
+        let samples = [
+            (Kind::Svg, svg.as_bytes()),
+            (Kind::Png, png.as_slice()),
+            (
+                Kind::Page,
+                b"<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"></head><body>\
+                  <footer><p>contact3d-pipe 0.1.0, from</p></footer></body></html>\n",
+            ),
+            (
+                Kind::SweepTable,
+                b"id,planned,a.b,status,error,method,seconds,solve_digest\n",
+            ),
+            (
+                Kind::Schema,
+                b"{\"title\": \"SweepFile\", \"properties\": {\"scene\": 1, \"set\": 1, \"axis\": 1}}",
+            ),
+            (
+                Kind::SchemaPage,
+                b"# The run file\n\nGenerated from the table of datasets; do not edit.\n\nmore",
+            ),
+        ];
+        for (kind, _) in samples {
+            for (other, bytes) in samples {
+                assert_eq!(is(kind, bytes), kind == other, "{kind:?}, {other:?}");
+            }
+            assert!(is(kind, b""));
+            assert!(!is(kind, b"my notes\n"), "{kind:?}");
+            assert!(!is(kind, HDF5), "{kind:?}");
+        }
+    }
+
+    /// A page that only speaks of this program is somebody else's.
+    #[test]
+    fn a_mention_makes_no_file_ours() {
+        assert!(!is(
+            Kind::Page,
+            b"<!DOCTYPE html><html lang=\"en\"><p>contact3d-pipe 0.1.0</p></html>\n"
+        ));
+        assert!(!is(Kind::Svg, b"<svg><!-- contact3d-pipe --></svg>"));
+        assert!(!is(Kind::Schema, b"{\"title\": \"Scene\"}"));
+    }
+}

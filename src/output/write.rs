@@ -1,0 +1,126 @@
+use std::{
+    fs::{self, File},
+    io::{self, Write},
+    path::{Path, PathBuf},
+};
+
+use super::{
+    Inputs, Kind, OutputError,
+    guard::{Place, place},
+};
+use crate::store::Temporary;
+
+/// A file to be written.
+#[derive(Debug, Clone)]
+pub struct OutputFile {
+    /// Where.
+    pub path: PathBuf,
+    /// As what.
+    pub kind: Kind,
+    /// What.
+    pub bytes: Vec<u8>,
+}
+
+/// Writes files that belong together: all are admitted before one is changed, and all are written beside their
+/// places before the first is renamed, so that none is ever cut off.
+///
+/// # Errors
+/// As [`super::admit`]; [`OutputError::Io`] if writing fails.
+pub fn write(files: &[OutputFile], inputs: &Inputs) -> Result<(), OutputError> {
+    let places = files
+        .iter()
+        .map(|file| place(&file.path, file.kind, inputs));
+    let places = places.collect::<Result<Vec<Place>, OutputError>>()?;
+    let mut written = Vec::new();
+    for (file, place) in files.iter().zip(places) {
+        let failed = |source| OutputError::Io {
+            file: file.path.clone(),
+            action: "write the file",
+            source,
+        };
+        match place {
+            Place::Stream(stream) => File::options()
+                .write(true)
+                .open(stream)
+                .and_then(|mut stream| stream.write_all(&file.bytes))
+                .map_err(failed)?,
+            Place::New(target) => written.push(Part::write(target, file, None).map_err(failed)?),
+            Place::Old(target, permissions) => {
+                written.push(Part::write(target, file, Some(permissions)).map_err(failed)?);
+            }
+        }
+    }
+    written.into_iter().try_for_each(Part::publish)
+}
+
+/// A file written under a hidden name beside its place.
+struct Part {
+    target: PathBuf,
+    temporary: Temporary,
+    // Its lock keeps another process from writing to the same name.
+    _file: File,
+}
+
+impl Part {
+    fn write(
+        target: PathBuf,
+        file: &OutputFile,
+        permissions: Option<fs::Permissions>,
+    ) -> io::Result<Self> {
+        let name = target.file_name().unwrap_or_default().to_string_lossy();
+        let path = target.with_file_name(format!(".{name}.part"));
+        let mut part = open(&path)?;
+        let temporary = Temporary::new(path);
+        part.write_all(&file.bytes)?;
+        if let Some(permissions) = permissions {
+            part.set_permissions(permissions)?;
+        }
+        Ok(Self {
+            target,
+            temporary,
+            _file: part,
+        })
+    }
+
+    fn publish(self) -> Result<(), OutputError> {
+        let published = self.temporary.publish(&self.target);
+        published.map_err(|source| OutputError::Io {
+            file: self.target,
+            action: "write the file",
+            source,
+        })
+    }
+}
+
+/// Opens a hidden file for this process alone, whatever a killed process left there.
+fn open(path: &Path) -> io::Result<File> {
+    loop {
+        if path.is_symlink() {
+            fs::remove_file(path)?;
+        }
+        let file = File::options()
+            .create(true)
+            .truncate(false)
+            .write(true)
+            .open(path)?;
+        // Where the file system knows no locks, the last one to rename wins.
+        let _ = file.lock();
+        if is_still_at(&file, path) {
+            file.set_len(0)?;
+            return Ok(file);
+        }
+    }
+}
+
+/// Whether nobody renamed or removed an open file.
+#[cfg(unix)]
+fn is_still_at(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let number = |metadata: io::Result<fs::Metadata>| metadata.ok().map(|m| (m.dev(), m.ino()));
+    number(file.metadata()) == number(fs::symlink_metadata(path))
+}
+
+#[cfg(not(unix))]
+fn is_still_at(_: &File, path: &Path) -> bool {
+    path.exists()
+}

@@ -1,0 +1,112 @@
+//! The folder of a command's pictures, looked at before anything is stored.
+
+use std::path::{Path, PathBuf};
+
+use super::{StageError, sweep_charts};
+use crate::{
+    figures::{self, LineChart},
+    output::{self, Folder, Inputs, Kind, OutputError, OutputFile},
+};
+
+/// Width of charts in pixels.
+const CHART_WIDTH: u32 = 1720;
+
+/// What is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Drawing {
+    /// The panels of a run file.
+    Run,
+    /// The diagrams of the ladders of accuracy.
+    Accuracy,
+    /// The charts of a sweep.
+    Sweep,
+    /// A law of friction.
+    Law,
+}
+
+impl Drawing {
+    /// The names of all pictures it may have.
+    fn names(self) -> Vec<&'static str> {
+        match self {
+            Self::Run => [figures::PANELS.as_slice(), &[super::picture::LAST]].concat(),
+            Self::Accuracy => vec![
+                super::accuracy::WORK_PRECISION,
+                super::accuracy::CONVERGENCE,
+            ],
+            Self::Sweep => sweep_charts::columns().collect(),
+            Self::Law => vec![super::law::PICTURE],
+        }
+    }
+}
+
+/// A folder that takes the pictures of a command.
+#[derive(Debug)]
+pub struct PictureFolder {
+    folder: Folder,
+    inputs: Inputs,
+}
+
+impl PictureFolder {
+    /// Makes the folder unless it is there, and refuses it if a picture would replace one of the inputs or a file
+    /// that is no such picture. A folder made here vanishes again if nothing is drawn.
+    ///
+    /// # Errors
+    /// [`OutputError`], with nothing changed.
+    pub fn claim(path: &Path, drawing: Drawing, inputs: Inputs) -> Result<Self, OutputError> {
+        let folder = Folder::make(path)?;
+        for name in drawing.names() {
+            for (file, kind) in files(path, name) {
+                output::admit(&file, kind, &inputs)?;
+            }
+        }
+        Ok(Self { folder, inputs })
+    }
+
+    /// The folder.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// Saves drawings of some width in pixels by their names, as SVG and PNG; returns the files.
+    pub(super) fn save<'a>(
+        &self,
+        drawings: impl IntoIterator<Item = (&'a str, String, u32)>,
+    ) -> Result<Vec<PathBuf>, StageError> {
+        let mut outputs = Vec::new();
+        for (name, svg, width) in drawings {
+            let [(svg_file, svg_kind), (png_file, png_kind)] = files(self.path(), name);
+            let png = figures::rasterise(&svg, width).map_err(|source| StageError::Figure {
+                file: png_file.clone(),
+                source,
+            })?;
+            outputs.push(OutputFile {
+                path: svg_file,
+                kind: svg_kind,
+                bytes: svg.into_bytes(),
+            });
+            outputs.push(OutputFile {
+                path: png_file,
+                kind: png_kind,
+                bytes: png,
+            });
+        }
+        output::write(&outputs, &self.inputs)?;
+        Ok(outputs.into_iter().map(|output| output.path).collect())
+    }
+
+    /// Saves charts by their names; returns the files.
+    pub(super) fn save_charts<'a>(
+        &self,
+        charts: impl IntoIterator<Item = (&'a str, LineChart)>,
+    ) -> Result<Vec<PathBuf>, StageError> {
+        let drawn = charts.into_iter();
+        self.save(drawn.map(|(name, chart)| (name, chart.svg(), CHART_WIDTH)))
+    }
+}
+
+/// The two files of a picture.
+fn files(folder: &Path, name: &str) -> [(PathBuf, Kind); 2] {
+    [("svg", Kind::Svg), ("png", Kind::Png)]
+        .map(|(ending, kind)| (folder.join(format!("{name}.{ending}")), kind))
+}

@@ -1,0 +1,134 @@
+//! Whose tables lie in a folder: those of another sweep, or of nobody we know, are not written over.
+
+use std::{
+    collections::BTreeSet,
+    path::{Component, Path, PathBuf},
+};
+
+use super::{
+    Plan, SweepError,
+    summary::{CSV_FILE, SUMMARY_FILE},
+};
+use crate::{
+    format::{SWEEP_LAYOUT, TableOwner, read_table_owner},
+    output::{self, Kind},
+    store::{Reader, StoreError},
+};
+
+/// Refuses a folder whose tables are no tables of this program, or those of another sweep.
+///
+/// A table is this sweep's if the same sweep file wrote it, whatever its axes were then, or if all its cases are
+/// in the plan. Tables of version 0.1.0 do not name the sweep file: there one common case is enough.
+///
+/// # Errors
+/// [`SweepError::OthersTable`], [`SweepError::Output`], a table that cannot be read.
+pub(super) fn refuse_others(plan: &Plan, folder: &Path) -> Result<(), SweepError> {
+    let ids: BTreeSet<&str> = plan.cases.iter().map(|case| case.id.as_str()).collect();
+    let file = folder.join(SUMMARY_FILE);
+    plan.inputs.refuse(&file)?;
+    let table = match Reader::open(&file, SWEEP_LAYOUT) {
+        Ok(reader) => Some(read_table_owner(&reader)?),
+        Err(StoreError::NotFound { .. }) => None,
+        Err(error) => return Err(error.into()),
+    };
+    if let Some(table) = &table
+        && !is_own(table, &ids, plan.sweep_file_from(folder).as_deref())
+    {
+        return Err(SweepError::OthersTable {
+            file,
+            sweep: table.sweep_file.clone().unwrap_or_default(),
+        });
+    }
+    let file = folder.join(CSV_FILE);
+    output::admit(&file, Kind::SweepTable, &plan.inputs)?;
+    let listed = planned_in(&file)?;
+    let known = |id: &String| {
+        let of_table = table.as_ref().is_some_and(|table| table.ids.contains(id));
+        of_table || ids.contains(id.as_str())
+    };
+    match listed.is_empty() || listed.iter().any(known) {
+        true => Ok(()),
+        false => Err(SweepError::OthersTable {
+            file,
+            sweep: String::new(),
+        }),
+    }
+}
+
+fn is_own(table: &TableOwner, ids: &BTreeSet<&str>, sweep_file: Option<&str>) -> bool {
+    let mut planned = table.planned.iter().map(String::as_str);
+    match &table.sweep_file {
+        Some(owner) => Some(owner.as_str()) == sweep_file || planned.all(|id| ids.contains(id)),
+        None => table.planned.is_empty() || planned.any(|id| ids.contains(id)),
+    }
+}
+
+/// The planned cases of `summary.csv`; none if there is no such file.
+fn planned_in(file: &Path) -> Result<Vec<String>, SweepError> {
+    let failed = |source: csv::Error| SweepError::Csv {
+        file: file.to_owned(),
+        source,
+    };
+    if !file.is_file() {
+        return Ok(Vec::new());
+    }
+    let mut reader = csv::Reader::from_path(file).map_err(failed)?;
+    let mut ids = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(failed)?;
+        if record.get(1) == Some("1") {
+            ids.extend(record.get(0).map(str::to_owned));
+        }
+    }
+    Ok(ids)
+}
+
+/// The way from a folder to a file, both canonical, so that a project may move as a whole.
+pub(super) fn relative(folder: &Path, file: &Path) -> PathBuf {
+    let mut from = folder.components().peekable();
+    let mut to = file.components().peekable();
+    if from.peek() != to.peek() {
+        return file.to_owned();
+    }
+    while from.peek().is_some() && from.peek() == to.peek() {
+        from.next();
+        to.next();
+    }
+    from.map(|_| Component::ParentDir).chain(to).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(sweep_file: Option<&str>, planned: &[&str]) -> TableOwner {
+        let planned: Vec<String> = planned.iter().map(|id| (*id).to_owned()).collect();
+        TableOwner {
+            sweep_file: sweep_file.map(str::to_owned),
+            ids: planned.clone(),
+            planned,
+        }
+    }
+
+    #[test]
+    fn a_table_belongs_to_its_sweep_file_or_to_whoever_has_all_its_cases() {
+        let plan = BTreeSet::from(["a", "b"]);
+        let own = |owner: Option<&str>, planned: &[&str]| {
+            is_own(&table(owner, planned), &plan, Some("../sweep.toml"))
+        };
+        assert!(own(Some("../sweep.toml"), &["x"]));
+        assert!(own(Some("../renamed.toml"), &["a"]));
+        assert!(!own(Some("../other.toml"), &["a", "x"]));
+        assert!(own(None, &["a", "x"]));
+        assert!(!own(None, &["x"]));
+        assert!(own(None, &[]));
+    }
+
+    #[test]
+    fn the_way_to_the_sweep_file_moves_with_the_project() {
+        let way = |folder: &str, file: &str| relative(Path::new(folder), Path::new(file));
+        assert_eq!(way("/a/b/out", "/a/b/s.toml"), Path::new("../s.toml"));
+        assert_eq!(way("/a/out", "/b/s.toml"), Path::new("../../b/s.toml"));
+        assert_eq!(way("/a", "/a/s.toml"), Path::new("s.toml"));
+    }
+}

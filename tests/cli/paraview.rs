@@ -1,0 +1,91 @@
+//! `/VTKHDF` belongs to `post`: what ParaView shows is what the report says.
+
+use std::{fs, path::Path};
+
+use hdf5_metno::File;
+
+use crate::program::Program;
+
+fn state_of_post(program: &Program) -> String {
+    let output = program
+        .command(&["status", "run.h5", "--json"])
+        .output()
+        .unwrap();
+    let status: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let stages = status["stages"].as_array().expect("stages").clone();
+    let post = stages.iter().find(|stage| stage["stage"] == "post");
+    post.expect("post")["state"]
+        .as_str()
+        .expect("a word")
+        .to_owned()
+}
+
+/// Takes `/VTKHDF` out of a file, and puts that of another one in its place.
+fn exchange(file: &Path, other: Option<&Path>) {
+    let target = File::open_rw(file).expect("HDF5");
+    target.unlink("VTKHDF").expect("removed");
+    if let Some(other) = other {
+        let source = File::open(other).expect("HDF5");
+        let group = source.group("VTKHDF").expect("the group");
+        group.copy_to(&target, "VTKHDF").expect("copied");
+    }
+    target.close().expect("closed");
+}
+
+fn is_seen_and_mended(program: &Program, word: &str) {
+    assert_eq!(state_of_post(program), "damaged");
+    let check = program.command(&["check", "run.h5"]).assert().code(2);
+    let text = String::from_utf8_lossy(&check.get_output().stderr).into_owned();
+    assert!(text.contains("VTKHDF") && text.contains(word), "{text}");
+    let run = program.run(&[]).assert().success();
+    let text = String::from_utf8_lossy(&run.get_output().stderr).into_owned();
+    assert_eq!(text.matches("fresh, kept").count(), 4, "{text}");
+    assert_eq!(state_of_post(program), "fresh");
+    program.command(&["check", "run.h5"]).assert().success();
+}
+
+#[test]
+fn a_deleted_grid_is_seen_and_made_again() {
+    let program = Program::new();
+    program.run(&[]).assert().success();
+    let whole = program.digests();
+    exchange(&program.path("run.h5"), None);
+    is_seen_and_mended(&program, "missing");
+    assert_eq!(program.digests(), whole);
+}
+
+#[test]
+fn the_grid_of_another_run_is_seen_and_made_again() {
+    let other = Program::new();
+    other
+        .run(&["--set", "friction.coefficient_1={constant=0.1}"])
+        .assert()
+        .success();
+    let program = Program::new();
+    program.run(&[]).assert().success();
+    let whole = program.digests();
+    exchange(&program.path("run.h5"), Some(&other.path("run.h5")));
+    is_seen_and_mended(&program, "altered");
+    assert_eq!(program.digests(), whole);
+}
+
+/// Reports of format 1.3 and older hold no digest of the grid, but both know what they were computed from.
+#[test]
+fn older_files_are_fresh_as_they_are_and_foreign_grids_are_seen_there_too() {
+    let fixture = |name: &str| {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures");
+        folder.join(name)
+    };
+    for name in ["run_1.2.h5", "run_1.3.h5"] {
+        let program = Program::new();
+        fs::copy(fixture(name), program.path("run.h5")).unwrap();
+        assert_eq!(state_of_post(&program), "fresh");
+        program.run(&[]).assert().success();
+        let new = program.path("new.h5");
+        fs::rename(program.path("run.h5"), &new).unwrap();
+        fs::copy(fixture(name), program.path("run.h5")).unwrap();
+        exchange(&program.path("run.h5"), Some(&new));
+        assert_eq!(state_of_post(&program), "damaged", "{name}");
+        program.command(&["check", "run.h5"]).assert().code(2);
+    }
+}

@@ -1,0 +1,126 @@
+//! Exit code 2 means that nothing on disk changed.
+
+use std::{fs, path::Path};
+
+use crate::program::{Program, SMALL, pipeline};
+
+/// Runs a command that must be refused with nothing changed; returns what it said.
+fn refused(program: &Program, arguments: &[&str]) -> String {
+    let before = program.everything();
+    let output = program.command(arguments).output().unwrap();
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
+    let after = program.everything();
+    let changed = before.keys().chain(after.keys());
+    let changed: Vec<_> = changed
+        .filter(|k| before.get(*k) != after.get(*k))
+        .collect();
+    assert!(
+        changed.is_empty(),
+        "{arguments:?} changed {changed:?}: {text}"
+    );
+    text
+}
+
+/// A stiffness that overflows: the mesh is made, and then assembling is refused.
+const OVERFLOW: [&str; 2] = ["--set", "material.isotropic.young_modulus=1e308"];
+
+fn run<'a>(scene: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
+    let arguments = ["run", scene.to_str().expect("plain path"), "run.h5"];
+    [&arguments[..], &SMALL, more].concat()
+}
+
+#[test]
+fn a_stage_that_refuses_its_input_leaves_no_file() {
+    let scene = pipeline("hkl2011_table1.toml");
+    let program = Program::new();
+    refused(&program, &run(&scene, &OVERFLOW));
+    assert!(program.everything().is_empty());
+}
+
+#[test]
+fn a_stage_that_refuses_its_input_leaves_the_file_of_before() {
+    let scene = pipeline("hkl2011_table1.toml");
+    let program = Program::new();
+    program.run(&[]).assert().success();
+    let other_mesh = ["--set", "body.brick.size=[3.0,1.0,1.5]"];
+    refused(
+        &program,
+        &run(&scene, &[&OVERFLOW[..], &other_mesh].concat()),
+    );
+    // The same file goes on as if nothing had been.
+    let again = program.run(&[]).assert().success();
+    let text = String::from_utf8_lossy(&again.get_output().stderr).into_owned();
+    assert_eq!(text.matches("fresh, kept").count(), 5, "{text}");
+}
+
+/// The linked file of the old state is needed again when the new state is given up.
+#[test]
+fn the_linked_assembly_of_the_file_of_before_stays() {
+    let scene = pipeline("newton.toml");
+    let program = Program::new();
+    let large = ["--set", "body.brick.cells=[42,14,14]", "--no-figures"];
+    let arguments = ["run", scene.to_str().expect("plain path"), "run.h5"];
+    let run = |more: &[&str]| {
+        program
+            .command(&[&arguments[..], &large, more].concat())
+            .assert()
+    };
+    run(&[]).success();
+    let linked = |name: &String| name.contains(".assemble-");
+    assert_eq!(program.everything().keys().filter(|n| linked(n)).count(), 1);
+    let other_mesh = ["--set", "body.brick.size=[3.0,1.0,1.5]"];
+    refused(
+        &program,
+        &[&arguments[..], &large, &OVERFLOW, &other_mesh].concat(),
+    );
+    program.command(&["check", "run.h5"]).assert().success();
+}
+
+#[test]
+fn a_folder_for_pictures_that_cannot_be_is_refused_before_anything_is_stored() {
+    let scene = pipeline("hkl2011_table1.toml");
+    let program = Program::new();
+    fs::write(program.path("file"), "text").unwrap();
+    for folder in ["file", "file/below", "/proc/nowhere"] {
+        let text = refused(&program, &run(&scene, &["--figures", folder]));
+        assert!(text.contains("expected a folder to write to"), "{text}");
+    }
+    program.run(&[]).assert().success();
+    for command in ["post", "solve"] {
+        let mut arguments = vec![command, "run.h5"];
+        if command == "post" {
+            arguments.extend(["--figures", "file"]);
+        } else {
+            arguments.extend(["--epsilon", "-1"]);
+        }
+        refused(&program, &arguments);
+    }
+    let accuracy = [
+        "accuracy",
+        scene.to_str().unwrap(),
+        "run.h5",
+        "--figures",
+        "file",
+    ];
+    refused(&program, &[&accuracy[..], &SMALL].concat());
+    refused(
+        &program,
+        &["law", scene.to_str().unwrap(), "--figures", "file"],
+    );
+}
+
+/// A folder made for pictures does not outlive a refusal.
+#[test]
+fn no_empty_folder_is_left() {
+    let scene = pipeline("hkl2011_table1.toml");
+    let program = Program::new();
+    refused(
+        &program,
+        &run(&scene, &[&OVERFLOW[..], &["--figures", "a/b/c"]].concat()),
+    );
+    refused(
+        &program,
+        &["run", "missing.toml", "run.h5", "--figures", "a"],
+    );
+}

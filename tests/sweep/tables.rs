@@ -1,0 +1,140 @@
+//! Whose tables a sweep may write over: its own.
+
+use std::fs;
+
+use crate::program::Sweep;
+
+const AXIS: &str = "[set]\n\"body.brick.cells\" = [6, 2, 2]\n[[axis]]\nkey = \"friction.coefficient_1.ramp.residual\"\nvalues = [0.1, 0.2]";
+
+fn tables(sweep: &Sweep) -> [Option<Vec<u8>>; 2] {
+    ["out/summary.csv", "out/summary.h5"].map(|name| fs::read(sweep.path(name)).ok())
+}
+
+/// Runs another command in the folder, which must be refused with the tables as they were.
+fn refused(sweep: &Sweep, arguments: &[&str], word: &str) {
+    let before = tables(sweep);
+    let files = || fs::read_dir(sweep.path("out")).map_or(0, Iterator::count);
+    let count = files();
+    let output = sweep.command(arguments).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains(word), "{said}");
+    assert_eq!(tables(sweep), before);
+    assert_eq!(files(), count, "files were made: {said}");
+}
+
+#[test]
+fn foreign_tables_are_not_written_over() {
+    for (name, content, word) in [
+        (
+            "summary.csv",
+            "date,price\n1,2\n",
+            "expected the CSV table of a sweep",
+        ),
+        (
+            "summary.csv",
+            "id,planned\n1,2\n",
+            "expected the CSV table of a sweep",
+        ),
+        ("summary.h5", "text", "not an HDF5 file"),
+    ] {
+        let sweep = Sweep::new(AXIS);
+        fs::create_dir(sweep.path("out")).unwrap();
+        fs::write(sweep.path("out").join(name), content).unwrap();
+        refused(&sweep, &["sweep.toml", "--out", "out"], word);
+        refused(&sweep, &["summary", "sweep.toml", "--out", "out"], word);
+    }
+}
+
+#[test]
+fn the_tables_of_another_sweep_are_not_written_over() {
+    let sweep = Sweep::new(AXIS);
+    assert_eq!(sweep.run("out", &[]).0, 0);
+    // Shares a case with the first, and has one more of its own.
+    let other = AXIS.replace("0.1", "0.15");
+    let text = format!("scene = \"scene.toml\"\n{other}");
+    fs::write(sweep.path("other.toml"), &text).unwrap();
+    let word = "belongs to another sweep, ../sweep.toml";
+    refused(&sweep, &["other.toml", "--out", "out"], word);
+    refused(&sweep, &["summary", "other.toml", "--out", "out"], word);
+    // Without the HDF5 table the CSV table alone tells nothing but its cases.
+    let unlike = AXIS.replace("0.1", "0.15").replace("0.2", "0.25");
+    fs::write(
+        sweep.path("other.toml"),
+        format!("scene = \"scene.toml\"\n{unlike}"),
+    )
+    .unwrap();
+    fs::remove_file(sweep.path("out/summary.h5")).unwrap();
+    refused(
+        &sweep,
+        &["other.toml", "--out", "out"],
+        "belongs to another sweep",
+    );
+    // Single cases share the folder.
+    let plan = sweep
+        .command(&["plan", "other.toml", "--out", "out"])
+        .output()
+        .unwrap();
+    let plan: serde_json::Value = serde_json::from_slice(&plan.stdout).expect("JSON");
+    let id = plan[0]["id"].as_str().expect("a name");
+    let case = sweep
+        .command(&["run-case", "other.toml", "--out", "out", id])
+        .output();
+    assert!(case.unwrap().status.success());
+}
+
+#[test]
+fn a_renamed_sweep_with_all_its_cases_goes_on() {
+    let sweep = Sweep::new(AXIS);
+    assert_eq!(sweep.run("out", &[]).0, 0);
+    let more = AXIS.replace("0.2]", "0.2, 0.25]");
+    fs::remove_file(sweep.path("sweep.toml")).unwrap();
+    fs::write(
+        sweep.path("renamed.toml"),
+        format!("scene = \"scene.toml\"\n{more}"),
+    )
+    .unwrap();
+    let output = sweep
+        .command(&["renamed.toml", "--out", "out"])
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&[output.stderr, output.stdout].concat()).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(said.contains("1 computed, 2 kept"), "{said}");
+}
+
+#[test]
+fn charts_replace_only_charts_of_ours() {
+    let sweep = Sweep::new(AXIS);
+    fs::create_dir_all(sweep.path("out/figures")).unwrap();
+    fs::write(sweep.path("out/figures/normal_force.svg"), "<svg/>").unwrap();
+    refused(&sweep, &["sweep.toml", "--out", "out"], "normal_force.svg");
+    fs::remove_file(sweep.path("out/figures/normal_force.svg")).unwrap();
+    assert_eq!(sweep.run("out", &[]).0, 0);
+    assert_eq!(sweep.run("out", &[]).0, 0);
+    assert!(sweep.path("out/figures/normal_force.png").exists());
+}
+
+#[test]
+fn a_folder_that_cannot_be_made_is_refused() {
+    let sweep = Sweep::new(AXIS);
+    fs::write(sweep.path("file"), "text").unwrap();
+    for out in ["file", "file/below", "/proc/nowhere"] {
+        let (code, said) = sweep.run(out, &[]);
+        assert_eq!(code, 2, "{said}");
+    }
+}
+
+/// A case that fails is recorded, so this is no refusal.
+#[test]
+fn a_single_case_that_fails_is_recorded_with_exit_code_1() {
+    let text = "[set]\n\"body.brick.cells\" = [6, 2, 2]\n[[axis]]\nkey = \"body_force\"\nvalues = \
+                [{ value = [\"1/(x-x)\", 0.0, 0.0] }]";
+    let sweep = Sweep::new(text);
+    let id = sweep.plan()[0]["id"].as_str().expect("a name").to_owned();
+    let case = sweep
+        .command(&["run-case", "sweep.toml", "--out", "out", &id])
+        .output();
+    assert_eq!(case.unwrap().status.code(), Some(1));
+    assert!(sweep.path(&format!("out/{id}.error.txt")).exists());
+}
