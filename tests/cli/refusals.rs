@@ -124,3 +124,32 @@ fn no_empty_folder_is_left() {
         &["run", "missing.toml", "run.h5", "--figures", "a"],
     );
 }
+
+/// A disk that is full midway is no fault of the input: what was stored stays, and the exit code says so.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_machine_that_fails_midway_keeps_what_was_stored() {
+    let program = Program::new();
+    program.run(&[]).assert().success();
+    let whole = fs::metadata(program.path("run.h5")).unwrap().len();
+    fs::remove_file(program.path("run.h5")).unwrap();
+    // In blocks of 512 bytes: the last stages do not fit.
+    let script = format!("trap '' XFSZ; ulimit -f {}; exec \"$@\"", whole / 512 - 100);
+    let scene = pipeline("hkl2011_table1.toml");
+    let mut limited = assert_cmd::Command::new("sh");
+    let run = limited
+        .current_dir(program.path(""))
+        .args(["-c", &script, "sh"])
+        .arg(assert_cmd::cargo::cargo_bin("contact3d-pipe"))
+        .args(run(&scene, &["--no-figures"]))
+        .assert()
+        .code(1);
+    let text = String::from_utf8_lossy(&run.get_output().stderr).into_owned();
+    assert!(text.contains("stored before and kept"), "{text}");
+    assert_eq!(program.states()[1].1, "fresh", "the assembly is kept");
+    program.command(&["check", "run.h5"]).assert().success();
+    assert!(!program.path(".run.h5.previous").exists());
+    let again = program.run(&[]).assert().success();
+    let text = String::from_utf8_lossy(&again.get_output().stderr).into_owned();
+    assert!(text.contains("assemble  fresh, kept"), "{text}");
+}
