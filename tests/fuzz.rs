@@ -108,6 +108,8 @@ fn any_change() -> impl Strategy<Value = Change> {
             "\"sqrt(-x)\"",
             "\"x^y^z\"",
             "\"ln(s1)\"",
+            "\"if(x<mu,abs(y),max(z,0))\"",
+            "[parameters]",
             "=",
             "[[",
             "\n",
@@ -235,7 +237,7 @@ proptest! {
     fn damaged_laws_do_not_panic(
         words in prop::collection::vec(prop::sample::select(vec![
             "x", "y", "z", "s", "s1", "s2", "0", "1", "2.5", "1e308", "1e-300", "PI", "E", "+", "-", "*", "/", "^",
-            "(", ")", "sqrt(", "exp(", "ln(", "log10(", "tan(", "asin(", "sinh(", "tanh(", " ", ",", "{", "é",
+            "(", ")", "sqrt(", "exp(", "ln(", "log10(", "tan(", "asin(", "sinh(", "tanh(", "abs(", "min(", "max(", "if(", "<", "<=", ">", ">=", " ", ",", "{", "é",
         ]), 1..20),
         place in prop::array::uniform3(any::<f64>()), slip in prop::array::uniform2(any::<f64>()),
     ) {

@@ -118,9 +118,8 @@ pub struct AccuracyArguments {
 /// Arguments of `stability`.
 #[derive(Debug, Args)]
 pub struct StabilityArguments {
-    /// A scene, or the index of a suite
-    #[arg(default_value = "pipelines/hard/suite.toml")]
-    pub input: PathBuf,
+    /// A scene, or the index of a suite; by default the hard cases that are part of the program
+    pub input: Option<PathBuf>,
     /// Change one key of the scene, for example --set body.brick.cells=[12,4,4]
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,

@@ -2,7 +2,7 @@ use super::{
     arguments::{LawArguments, Output},
     exit::Exit,
     law_words, override_scene,
-    terminal::{self, say},
+    terminal::{self, say, warn},
 };
 use crate::stages::{Drawing, LawStudy, PictureFolder, StageError, law_folder};
 
@@ -10,6 +10,7 @@ use crate::stages::{Drawing, LawStudy, PictureFolder, StageError, law_folder};
 pub(super) fn law(arguments: &LawArguments, output: &Output) -> Result<Exit, StageError> {
     let (scene, inputs) = override_scene::read_with_inputs(&arguments.scene)?;
     let study = LawStudy::new(scene)?;
+    warn(output, &study.warnings());
     let files = if arguments.no_figures {
         Vec::new()
     } else {

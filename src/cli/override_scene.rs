@@ -25,8 +25,7 @@ pub(super) fn read(arguments: &SceneArguments) -> Result<SceneFile, StageError> 
     if arguments.overrides.is_empty() {
         return Ok(file);
     }
-    let text = file.scene.to_toml();
-    let mut table: toml::Table = text.parse().map_err(|_| setting(&text, "a scene"))?;
+    let mut table: toml::Table = file.scene.to_toml().parse().unwrap_or_default();
     for change in &arguments.overrides {
         apply(&mut table, change)?;
     }
@@ -40,27 +39,73 @@ pub(super) fn read(arguments: &SceneArguments) -> Result<SceneFile, StageError> 
 
 /// Puts a value at a dotted key path; tables that are not there are made.
 fn apply(table: &mut toml::Table, change: &str) -> Result<(), StageError> {
-    let parsed = change.split_once('=').and_then(|(key, value)| {
-        let document: toml::Table = format!("value = {value}").parse().ok()?;
-        Some((key.trim(), document.get("value")?.clone()))
-    });
-    let (key, value) = parsed.ok_or_else(|| {
-        setting(
-            change,
-            "KEY=VALUE with a TOML value, such as solve.epsilon=1e-8",
-        )
-    })?;
-    set_key(table, key, value).map_err(|found| {
-        let problem = format!("{key}: {found}");
-        setting(&problem, "a key below tables and lists only")
+    let Some((key, text)) = change.split_once('=') else {
+        let help = "write --set solve.epsilon=1e-8, for example";
+        return Err(setting("KEY=VALUE", change, help.into()));
+    };
+    let Some(value) = toml_value(text) else {
+        let help = in_quotes(key, text);
+        return Err(setting("KEY=VALUE with a TOML value", change, help));
+    };
+    set_key(table, key.trim(), value).map_err(|problem| {
+        let found = format!("{key}: {problem}");
+        let help = "docs/scene.md lists the keys; items of lists count from 0";
+        setting("a key below tables and lists only", &found, help.into())
     })
 }
 
-fn setting(found: &str, expected: &str) -> StageError {
+/// One value; a text with more than that is none.
+fn toml_value(text: &str) -> Option<toml::Value> {
+    let document: toml::Table = format!("value = {text}").parse().ok()?;
+    let mut values = document.into_iter();
+    match (values.next(), values.next()) {
+        (Some((_, value)), None) => Some(value),
+        _ => None,
+    }
+}
+
+/// How to write a text that is no TOML value as a TOML string, in a shell.
+fn in_quotes(key: &str, text: &str) -> String {
+    let quoted = toml::Value::String(text.trim().to_owned()).to_string();
+    let argument = format!("{}={quoted}", key.trim()).replace('\'', r"'\''");
+    format!("TOML puts text in quotes, and the shell needs others around them: --set '{argument}'")
+}
+
+fn setting(expected: &str, found: &str, help: String) -> StageError {
     StageError::Setting(Invalid {
         key: "--set".into(),
         expected: expected.into(),
-        found: format!("{found:?}"),
-        help: "quote the argument for the shell".into(),
+        found: found.into(),
+        help,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::process::Command;
+
+    use super::*;
+
+    #[test]
+    fn values_are_toml_and_only_one() {
+        assert_eq!(toml_value("1e-8"), Some(toml::Value::Float(1e-8)));
+        assert!(toml_value("[1, 2]").is_some());
+        for text in ["nodal", "", "1\nother = 2", "1 2", "\"open"] {
+            assert_eq!(toml_value(text), None, "{text}");
+        }
+    }
+
+    /// A shell hands on what the advice says, and it is the text that was meant.
+    #[test]
+    fn the_advice_about_quotes_helps() {
+        for text in ["nodal", "it's", "a \"word\" and $HOME", "both ' and \""] {
+            let advice = in_quotes("title", text);
+            let (_, argument) = advice.split_once("--set ").unwrap();
+            let shell = format!("printf %s {argument}");
+            let said = Command::new("sh").args(["-c", &shell]).output().unwrap();
+            let said = String::from_utf8(said.stdout).unwrap();
+            let value = toml_value(said.strip_prefix("title=").unwrap());
+            assert_eq!(value, Some(toml::Value::String(text.into())), "{advice}");
+        }
+    }
 }

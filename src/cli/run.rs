@@ -9,7 +9,7 @@ use super::{
     interruption, override_scene,
     progress::{self, Forecast},
     report, results,
-    terminal::{self, say},
+    terminal::{self, say, warn},
 };
 use crate::{
     output::Inputs,
@@ -41,6 +41,9 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
     session.all_or_nothing(|session| {
         let mut performed = Vec::new();
         for state in states {
+            if state.stage == Stage::Assemble {
+                warn(output, &session.warnings()?);
+            }
             if state.freshness == Freshness::Fresh && performed.is_empty() {
                 say(output, &format!("{:<9} fresh, kept", state.stage.group()));
             } else {
@@ -64,6 +67,7 @@ pub(super) fn mesh(arguments: &MeshArguments, output: &Output, threads: usize) -
     let mut session = Session::with_scene(&arguments.file, scene, threads)?;
     session.all_or_nothing(|session| {
         let performed = perform(session, Stage::Mesh, Commit::Now, output)?;
+        warn(output, &session.warnings()?);
         print_stages(output, &[performed]);
         Ok(Exit::Done)
     })

@@ -1,4 +1,7 @@
-use std::{path::PathBuf, time::Instant};
+use std::{
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
 use super::{
     arguments::{Output, SceneArguments, StabilityArguments},
@@ -18,15 +21,31 @@ use crate::{
 
 /// `stability`: checks a scene, or all cases of a suite; prints and stores their table.
 pub(super) fn stability(arguments: &StabilityArguments, output: &Output, threads: usize) -> Exit {
-    let outcome = match suite::is_index(&arguments.input) {
-        true => run_suite(arguments, output, threads),
-        false => run_scene(arguments, output, threads),
+    let outcome = match &arguments.input {
+        None => run_builtin(arguments, output, threads),
+        Some(index) if suite::is_index(index) => run_suite(arguments, index, output, threads),
+        Some(scene) => run_scene(arguments, scene, output, threads),
     };
     outcome.unwrap_or_else(|error| explain_sweep(error, output))
 }
 
+fn run_builtin(
+    arguments: &StabilityArguments,
+    output: &Output,
+    threads: usize,
+) -> Result<Exit, SweepError> {
+    let folder = suite::unpack().map_err(|source| SweepError::Io {
+        action: "write the hard cases to the folder for temporary files",
+        file: std::env::temp_dir(),
+        source,
+    })?;
+    let index = folder.path().join(suite::INDEX);
+    run_suite(arguments, &index, output, threads)
+}
+
 fn run_suite(
     arguments: &StabilityArguments,
+    index: &Path,
     output: &Output,
     threads: usize,
 ) -> Result<Exit, SweepError> {
@@ -34,8 +53,8 @@ fn run_suite(
         return Err(StageError::Setting(Invalid {
             key: "--set".into(),
             expected: "a scene to change".into(),
-            found: format!("{change:?} with a suite"),
-            help: "change the cases in the index of the suite".into(),
+            found: format!("--set {change} with a suite"),
+            help: "name a scene, as in `stability SCENE --set KEY=VALUE`, or change the index of the suite".into(),
         })
         .into());
     }
@@ -43,15 +62,12 @@ fn run_suite(
         true => Version::Coarse,
         false => Version::Full,
     };
-    let mut cases = suite::read(&arguments.input, version)?;
+    let mut cases = suite::read(index, version)?;
     if let Some(part) = &arguments.only {
         cases.retain(|case| case.name.contains(part.as_str()) || case.family == *part);
     }
     let meshes = cases.iter().filter_map(|case| mesh_file(&case.scene));
-    let table = claim(
-        arguments,
-        &Inputs::of(meshes.chain([arguments.input.clone()])),
-    )?;
+    let table = claim(arguments, &Inputs::of(meshes.chain([index.to_owned()])))?;
     let mut rows = Vec::new();
     for case in &cases {
         let started = Instant::now();
@@ -67,11 +83,12 @@ fn run_suite(
 
 fn run_scene(
     arguments: &StabilityArguments,
+    scene: &Path,
     output: &Output,
     threads: usize,
 ) -> Result<Exit, SweepError> {
     let (scene, inputs) = override_scene::read_with_inputs(&SceneArguments {
-        scene: arguments.input.clone(),
+        scene: scene.to_owned(),
         overrides: arguments.overrides.clone(),
     })?;
     let table = claim(arguments, &inputs)?;

@@ -145,7 +145,7 @@ fn detail(row: &StabilityRow) -> String {
     );
     say(
         "panes open, sticking, slipping",
-        format!("{:?}", check.zones),
+        check.zones.map(|count| count.to_string()).join(", "),
     );
     say("condition of A (scaled)", short(c.stiffness));
     say(

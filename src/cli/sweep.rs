@@ -1,4 +1,5 @@
 use std::{
+    collections::BTreeSet,
     fs,
     path::{Path, PathBuf},
 };
@@ -150,7 +151,8 @@ fn run_case(
     Ok(match event {
         Event::Kept | Event::Computed => Exit::Done,
         Event::Failed(error) => {
-            terminal::message(&format!("error: case {id}: {error}"));
+            let case = plan.find(id).map(|index| plan.cases[index].in_words())?;
+            terminal::message(&format!("error: {case}: {error}"));
             Exit::NotConverged
         }
         Event::Busy => {
@@ -170,6 +172,9 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
         true => None,
         false => Some(claim(&plan, out)?),
     };
+    for warning in warnings(&plan) {
+        say(output, &format!("warning: {warning}"));
+    }
     let bar = progress_bar(plan.cases.len(), output);
     let options = Options {
         jobs: whole.jobs.map_or(threads, usize::from),
@@ -181,7 +186,7 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
     interruption::on_sweep(out, plan.cases.len());
     let outcome = sweep::run(&plan, out, &options, &|index, event| {
         if let Event::Failed(error) = event {
-            let line = format!("case {} failed: {error}", plan.cases[index].id);
+            let line = format!("{} failed: {error}", plan.cases[index].in_words());
             bar.suspend(|| terminal::message(&line));
         }
         interruption::case_ended();
@@ -209,6 +214,15 @@ fn claim(plan: &Plan, folder: &Path) -> Result<PictureFolder, SweepError> {
         Drawing::Sweep,
         inputs,
     )?)
+}
+
+/// What the scenes of the cases show, each warning once.
+fn warnings(plan: &Plan) -> BTreeSet<String> {
+    let warnings = plan
+        .cases
+        .iter()
+        .flat_map(|case| case.scene.scene.warnings());
+    warnings.map(|warning| warning.to_string()).collect()
 }
 
 /// Charts of what varies in the tables of a folder.

@@ -8,7 +8,7 @@ use std::{
 };
 
 use super::{arguments::Output, exit::Exit};
-use crate::scene::{is_hidden_control, shown_lines};
+use crate::scene::{Warning, is_hidden_control, shown_lines};
 
 /// What kept results from standard output; nothing more is written there once it is set.
 static LOST: Mutex<Option<io::Error>> = Mutex::new(None);
@@ -37,6 +37,13 @@ pub(super) fn coloured_message(text: &str) {
 pub(super) fn say(output: &Output, text: &str) {
     if !output.quiet {
         message(text);
+    }
+}
+
+/// Lines about what is allowed and probably not meant, on standard error.
+pub(super) fn warn(output: &Output, warnings: &[Warning]) {
+    for warning in warnings {
+        say(output, &format!("warning: {warning}"));
     }
 }
 

@@ -2,7 +2,7 @@ use nalgebra::Vector3;
 
 use crate::{
     mesh::{ContactSurface, Mesh},
-    scene::{Contact, Invalid, Quantity},
+    scene::{Contact, Invalid, Quantity, UNDEFINED, Written, numbers, place_words},
 };
 
 /// The orthonormal frame (ν, t₁, t₂) of the contact face, with t₂ = t₁ × ν; the axes of friction
@@ -139,9 +139,10 @@ fn first_axis(
                 key: "contact.axis_1".into(),
                 expected: "a non-zero vector in the plane of the contact face".into(),
                 found: format!(
-                    "{:?} at {place:?}, where the normal is {:?}",
-                    given.as_slice(),
-                    normal.as_slice()
+                    "({}) at {}, where the normal is ({})",
+                    numbers(given.as_slice()),
+                    place_words(place),
+                    numbers(normal.as_slice())
                 ),
                 help: "t1 must be tangential, for example [1.0, 0.0, 0.0] on z_min".into(),
             }),
@@ -156,8 +157,8 @@ fn first_axis(
         return Err(Invalid {
             key: "contact.angle".into(),
             expected: "a finite angle in degrees on the whole face".into(),
-            found: format!("{} at {place:?}", angle.at(place)),
-            help: "mind square roots, logarithms and divisions in the formula".into(),
+            found: format!("{} at {}", Written(&angle.at(place)), place_words(place)),
+            help: UNDEFINED.into(),
         });
     }
     Ok(first * cosine + first.cross(normal) * sine)

@@ -30,12 +30,14 @@ impl FrictionField {
         }
     }
 
-    /// Whether all coefficients are positive and finite, which no theory does without; formulas
-    /// may fail at slips that only a solution shows.
+    /// Whether all coefficients that act on some panes are positive and finite, which no theory does
+    /// without; formulas may fail at slips that only a solution shows.
     #[must_use]
-    pub fn is_admissible(&self) -> bool {
-        let mut coefficients = self.nodal.iter().flatten();
-        coefficients.all(|&f| f > 0.0 && f.is_finite())
+    pub fn is_admissible(&self, surface: &ContactSurface, acts: impl Fn(usize) -> bool) -> bool {
+        let panes = (0..surface.n_panes()).filter(|pane| acts(*pane));
+        let nodes = panes.flat_map(|pane| surface.pane_weights(pane).map(|(node, _)| node));
+        let mut coefficients = nodes.flat_map(|node| self.nodal[node]);
+        coefficients.all(|f| f > 0.0 && f.is_finite())
     }
 
     /// The coefficients (F₁, F₂) that act on a pane: the reciprocals of 𝓕_i⁻¹.

@@ -3,11 +3,14 @@ use std::sync::{
     atomic::{AtomicUsize, Ordering},
 };
 
-use super::{ContactFrame, Coupling, law_bounds::refuse_unusable};
+use super::{ContactFrame, Coupling, law_bounds};
 use crate::{
     elasticity::DofMap,
     mesh::{ContactSurface, Mesh},
-    scene::{Coefficient, Contact, FrictionLaw, Invalid, Quantity, Scene},
+    scene::{
+        Coefficient, Contact, FrictionLaw, Invalid, Quantity, Scene, UNDEFINED, Warning, Written,
+        place_words,
+    },
 };
 
 /// The laws of the contact face: frame, initial gap and friction. What a scene does not call for
@@ -66,7 +69,7 @@ impl Interface {
     ///
     /// # Errors
     /// Formulas that are not finite, a negative gap or slip bound, a coefficient of friction that
-    /// is not positive at some slip up to the extent of the body, an axis that is not tangential.
+    /// is not positive without slip, an axis that is not tangential.
     pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Option<Self>, Invalid> {
         let (Some(contact), Some(surface)) = (&scene.contact, &mesh.contact) else {
             return Ok(None);
@@ -83,6 +86,14 @@ impl Interface {
     #[must_use]
     pub fn has_friction(&self) -> bool {
         !matches!(self.friction, InterfaceFriction::Frictionless)
+    }
+
+    /// What is allowed in the laws and probably not meant, for a body of this extent in the unit of
+    /// length called `length`.
+    #[must_use]
+    pub fn warnings(&self, extent: f64, length: &str) -> Vec<Warning> {
+        let law = self.coulomb();
+        law.map_or_else(Vec::new, |law| law_bounds::warnings(law, extent, length))
     }
 
     /// B, with rows of T where there is friction.
@@ -130,7 +141,7 @@ impl InterfaceFriction {
         let positions = positions(surface, mesh);
         let Some(bound) = &friction.slip_bound else {
             let law = CoulombLaw::new(law, positions);
-            refuse_unusable(&law, mesh.extent(), scene.units.length())?;
+            law_bounds::refuse_unusable(&law, scene.units.length())?;
             return Ok(Self::Coulomb(Box::new(law)));
         };
         let bound = non_negative("friction.slip_bound", bound, &positions)?;
@@ -258,8 +269,11 @@ fn non_negative(key: &str, quantity: &Quantity, points: &[[f64; 3]]) -> Result<V
         Some(at) => Err(Invalid {
             key: key.to_owned(),
             expected: "a value >= 0 at every contact node".into(),
-            found: format!("{} at {:?}", values[at], points[at]),
-            help: format!("the formula is {quantity:?}"),
+            found: format!("{} at {}", Written(&values[at]), place_words(points[at])),
+            help: match values[at] < 0.0 {
+                true => "write max(FORMULA, 0), or add a constant to the formula".into(),
+                false => UNDEFINED.into(),
+            },
         }),
     }
 }

@@ -2,7 +2,11 @@ use super::{
     CoulombLaw,
     law_search::{Peak, Sweep},
 };
-use crate::scene::{Coefficient, FrictionLaw, Invalid};
+use crate::scene::{Coefficient, FrictionLaw, Invalid, Warning, Written, place_words};
+
+/// Steps in each decade, and halvings of one, that find where a law leaves its range.
+const STEPS: i32 = 16;
+const HALVINGS: usize = 40;
 
 /// The constants of a law of friction that HKL §3 is stated in, over slips from 0 to the extent of
 /// the body and over the contact nodes.
@@ -123,24 +127,108 @@ impl Sampled<'_> {
     }
 }
 
-/// Refuses a law with a coefficient that is not positive or not finite somewhere at slips from 0
-/// to `largest_slip`, in the unit of length called `length`; other kinds than expressions are checked with the scene.
-pub(super) fn refuse_unusable(
-    law: &CoulombLaw,
-    largest_slip: f64,
-    length: &str,
-) -> Result<(), Invalid> {
-    let coefficients = law.coefficients();
-    for (axis, coefficient) in coefficients.iter().enumerate() {
-        if !coefficient.is_formula() {
-            continue;
+/// Refuses a law with a coefficient that is not positive and finite at zero slip somewhere on the
+/// face, in the unit of length called `length`; other kinds than expressions are checked with the scene.
+pub(super) fn refuse_unusable(law: &CoulombLaw, length: &str) -> Result<(), Invalid> {
+    match worst_values(law, 0.0, length).next() {
+        None => Ok(()),
+        Some(worst) => Err(Invalid {
+            key: key(law, worst.axis),
+            expected: "0 < F < infinity without slip, on the whole contact face".into(),
+            found: format!("{} at {}", Written(&worst.value), worst.place),
+            help: "F at zero slip decides what sticks: correct the formula there, such as 0.3 + 0.1*x; frictionless contact has no [friction]".into(),
+        }),
+    }
+}
+
+/// Where coefficients are not positive and finite at slips up to `largest_slip`. Whether a solution
+/// has such slips is not known before it is found.
+pub(super) fn warnings(law: &CoulombLaw, largest_slip: f64, length: &str) -> Vec<Warning> {
+    let words = |worst: Worst| Warning::LawLeavesRange {
+        key: key(law, worst.axis),
+        onset: worst.onset(law, length),
+        value: worst.value,
+        place: worst.place,
+    };
+    worst_values(law, largest_slip, length).map(words).collect()
+}
+
+fn key(law: &CoulombLaw, axis: usize) -> String {
+    match law.coefficients().len() {
+        1 => "friction.coefficient.expression".to_owned(),
+        _ => format!("friction.coefficient_{}.expression", axis + 1),
+    }
+}
+
+fn is_usable(coefficient: f64) -> bool {
+    coefficient > 0.0 && coefficient.is_finite()
+}
+
+/// A value of a coefficient that is not positive and finite.
+struct Worst {
+    axis: usize,
+    value: f64,
+    peak: Peak,
+    /// Slips and place in words.
+    place: String,
+}
+
+impl Worst {
+    /// The first slips in words at which the coefficient is not usable, on the way from zero slip to
+    /// the worst one.
+    fn onset(&self, law: &CoulombLaw, length: &str) -> String {
+        let sampled = Sampled {
+            law: law.law(),
+            axis: self.axis,
+        };
+        let position = self.peak.position.unwrap_or_default();
+        let at = |share: f64| self.peak.slip.map(|slip| share * slip);
+        let is_usable = |share: f64| is_usable(sampled.value(position, at(share)));
+        let shares = (0..=12 * STEPS).rev();
+        let shares = shares.map(|k| 10f64.powf(-f64::from(k) / f64::from(STEPS)));
+        let mut good = 0.0;
+        let mut bad = 1.0;
+        for share in shares {
+            if !is_usable(share) {
+                bad = share;
+                break;
+            }
+            good = share;
         }
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (good + bad);
+            if is_usable(middle) {
+                good = middle;
+            } else {
+                bad = middle;
+            }
+        }
+        let peak = Peak {
+            position: None,
+            slip: at(bad),
+            ..self.peak
+        };
+        let coefficient = &law.coefficients()[self.axis];
+        let isotropic = law.coefficients().len() == 1;
+        point_words(&peak, isotropic, coefficient.slips_used(self.axis), length)
+    }
+}
+
+/// For every formula that is not positive and finite everywhere at slips from 0 to `largest_slip`
+/// one such value: the least one, or one that is not finite.
+fn worst_values(law: &CoulombLaw, largest_slip: f64, length: &str) -> impl Iterator<Item = Worst> {
+    let coefficients = law.coefficients();
+    let formulas = coefficients
+        .iter()
+        .enumerate()
+        .filter(|(_, coefficient)| coefficient.is_formula());
+    formulas.filter_map(move |(axis, coefficient)| {
         let sampled = Sampled {
             law: law.law(),
             axis,
         };
         let sweep = Sweep::new(law, &[axis], largest_slip);
-        let worst = sweep.maximise(|x, s| {
+        let peak = sweep.maximise(|x, s| {
             let value = sampled.value(x, s);
             if value.is_finite() {
                 -value
@@ -148,25 +236,14 @@ pub(super) fn refuse_unusable(
                 f64::INFINITY
             }
         });
-        if worst.value < 0.0 {
-            continue;
-        }
-        let isotropic = coefficients.len() == 1;
-        let name = if isotropic {
-            "coefficient".to_owned()
-        } else {
-            format!("coefficient_{}", axis + 1)
-        };
-        let value = sampled.value(worst.position.unwrap_or_default(), worst.slip);
         let uses = coefficient.slips_used(axis);
-        return Err(Invalid {
-            key: format!("friction.{name}.expression"),
-            expected: format!("0 < F < infinity at slips from 0 to {largest_slip} {length}, the extent of the body"),
-            found: format!("{value} at {}", point_words(&worst, isotropic, uses, length)),
-            help: "use a law that levels off, such as 0.2 + 0.1*exp(-s1/1e-4) (s in place of s1 in an isotropic law), or a table".into(),
-        });
-    }
-    Ok(())
+        (peak.value >= 0.0).then(|| Worst {
+            axis,
+            value: sampled.value(peak.position.unwrap_or_default(), peak.slip),
+            place: point_words(&peak, coefficients.len() == 1, uses, length),
+            peak,
+        })
+    })
 }
 
 /// A point of a law in words, as far as the coefficient depends on it.
@@ -180,8 +257,8 @@ fn point_words(peak: &Peak, isotropic: bool, uses: [bool; 2], length: &str) -> S
         .filter(|&k| uses[k])
         .map(|k| format!("{} = {:.4e} {length}", names[k], peak.slip[k]))
         .collect();
-    if let Some([x, y, z]) = peak.position {
-        words.push(format!("x, y, z = {x}, {y}, {z}"));
+    if let Some(place) = peak.position {
+        words.push(place_words(place));
     }
     if words.is_empty() {
         words.push("every slip".into());

@@ -30,6 +30,7 @@ pub(super) struct Sweep<'a> {
 }
 
 /// The largest value of a function on a sweep, and where it is attained.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Peak {
     pub(super) value: f64,
     /// Place in m; `None` where the law is the same everywhere.

@@ -3,7 +3,9 @@ use nalgebra::Vector3;
 use super::quadrature;
 use crate::{
     mesh::{Mesh, tetrahedron_volume, triangle_area},
-    scene::{BodyForce, Invalid, Pressure, Quantity, Scene, Traction},
+    scene::{
+        BodyForce, Invalid, Pressure, Quantity, Scene, Traction, UNDEFINED, Written, place_words,
+    },
 };
 
 /// The loads of a scene.
@@ -114,8 +116,8 @@ fn not_finite(key: &str, value: &Quantity, at: [f64; 3]) -> Invalid {
     Invalid {
         key: key.to_owned(),
         expected: "a formula that is finite on the whole face or body".into(),
-        found: format!("{} at {at:?}", value.at(at)),
-        help: format!("the formula is {value:?}; mind square roots, logarithms and divisions"),
+        found: format!("{} at {}", Written(&value.at(at)), place_words(at)),
+        help: UNDEFINED.into(),
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod dofs;
 mod element;
+mod idle_load;
 mod load;
 mod material_field;
 mod quadrature;
@@ -10,6 +11,7 @@ mod stiffness;
 
 pub use dofs::DofMap;
 pub use element::Element;
+pub use idle_load::idle_loads;
 pub use load::Loads;
 pub use material_field::MaterialField;
 pub use rigid_motion::{RigidMotion, free_rigid_motions, refuse_rigid_motions};

@@ -20,7 +20,7 @@ pub use quality::Quality;
 
 use contact_surface::{FaceTriangles, plane_of};
 
-use crate::scene::{Body, BrickFace, Clamp, Contact, Invalid, MultiplierSpace, Scene};
+use crate::scene::{Body, BrickFace, Clamp, Contact, Invalid, MultiplierSpace, Scene, Written};
 
 /// Largest distance of a contact node from the plane of its face, over the extent of the face:
 /// the digits that mesh files keep.
@@ -111,8 +111,8 @@ impl Mesh {
                 key: "contact.face".into(),
                 expected: "a flat face".into(),
                 found: format!(
-                    "{:?}, whose nodes are up to {unevenness:.1e} of its extent away from a plane",
-                    contact.face
+                    "{}, whose nodes are up to {unevenness:.1e} of its extent away from a plane",
+                    Written(&contact.face)
                 ),
                 help: "the foundation is flat; split the face into flat ones, or describe a small unevenness by contact.gap".into(),
             }
@@ -175,7 +175,7 @@ impl Mesh {
             Some((i, corners)) => Err(Invalid {
                 key: format!("clamp.{i}.box"),
                 expected: "a box that holds at least one node of the mesh".into(),
-                found: format!("{corners:?}"),
+                found: Written(&corners).to_string(),
                 help: "a box around no node would hold nothing; move or widen it".into(),
             }),
         }
@@ -224,7 +224,7 @@ fn check_face_names(scene: &Scene, names: &[String]) -> Result<(), Invalid> {
             return Err(Invalid {
                 key,
                 expected: format!("one of the mesh's faces: {}", names.join(", ")),
-                found: format!("{face:?}"),
+                found: Written(face).to_string(),
                 help: "physical surfaces of the Gmsh file name the faces".into(),
             });
         }

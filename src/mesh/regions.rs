@@ -1,5 +1,5 @@
 use super::RawMesh;
-use crate::scene::{Invalid, Part, Scene};
+use crate::scene::{Invalid, Part, Scene, Written};
 
 /// The region of each tetrahedron: 0, or k for the last region k of the scene that holds it; empty
 /// in a scene without regions.
@@ -47,7 +47,7 @@ fn empty(region: usize, part: &Part, mesh: &RawMesh) -> Invalid {
             ),
             Part::Box(_) => "a box that holds the centroid of at least one tetrahedron".into(),
         },
-        found: format!("{part:?}"),
+        found: Written(part).to_string(),
         help: "a region without tetrahedra would have no effect; correct or remove it".into(),
     }
 }

@@ -70,7 +70,8 @@ impl Coefficient {
         }
     }
 
-    /// The derivatives of F by the slips, one-sided (from the left) at kinks.
+    /// The derivatives of F by the slips, one-sided at kinks: from the left for ramps, tables and
+    /// grids, from the right for formulas.
     #[must_use]
     pub fn derivative(&self, at: &LawPoint) -> SlipDerivative {
         let own = |own| SlipDerivative {

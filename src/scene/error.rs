@@ -2,7 +2,12 @@ use std::{ops::Range, string::FromUtf8Error};
 
 use miette::{Diagnostic, NamedSource, SourceSpan};
 use thiserror::Error;
-use toml::de::{DeTable, DeValue};
+use toml::{
+    Spanned,
+    de::{DeTable, DeValue},
+};
+
+use super::{Written, parser_words::in_words};
 
 /// Why a scene file cannot be used; draws the offending line.
 #[derive(Debug, Error, Diagnostic)]
@@ -43,11 +48,11 @@ pub enum SceneError {
         longest: u64,
     },
     /// Not TOML, or not the keys and types of a scene.
-    #[error("{}: {message}", text.name())]
-    #[diagnostic(help("docs/scene.md lists the keys with their types and defaults"))]
+    #[error("{}: {}", text.name(), problem.message)]
+    #[diagnostic(help("{}", problem.help))]
     Syntax {
-        /// The key, where the text is TOML, and what the parser says.
-        message: String,
+        /// What is wrong, and what to do about it.
+        problem: Box<SyntaxProblem>,
         /// The scene text.
         #[source_code]
         text: NamedSource<String>,
@@ -70,6 +75,15 @@ pub enum SceneError {
     },
 }
 
+/// What is wrong with a text that is no scene, and what to do about it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SyntaxProblem {
+    /// The key, where the text is TOML, and what is wrong there.
+    pub message: String,
+    /// What to do about it.
+    pub help: String,
+}
+
 /// An unusable value: the key, what it should be, what it is, and what to do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Invalid {
@@ -83,6 +97,22 @@ pub struct Invalid {
     pub help: String,
 }
 
+/// What to do about a formula that is not finite somewhere.
+pub const UNDEFINED: &str = "mind square roots, logarithms and divisions: sqrt(max(FORMULA, 0)) and if(x > 0, FORMULA, VALUE) are defined everywhere";
+
+/// A place in words.
+#[must_use]
+pub fn place_words(at: [f64; 3]) -> String {
+    format!("x, y, z = {}", numbers(&at))
+}
+
+/// Numbers in a row.
+#[must_use]
+pub fn numbers(values: &[f64]) -> String {
+    let words: Vec<String> = values.iter().map(|v| Written(v).to_string()).collect();
+    words.join(", ")
+}
+
 /// Longest line that is shown, in bytes.
 const LONGEST_LINE: usize = 1000;
 
@@ -92,13 +122,17 @@ const LONGEST_FOUND: usize = 300;
 impl SceneError {
     pub(super) fn syntax(name: &str, text: &str, error: &toml::de::Error) -> Self {
         let span = error.span();
-        let message = plain(error.message());
         let key = span.as_ref().and_then(|span| key_at(text, span.start));
+        let message = shortened(error.message().to_owned());
+        let words = in_words(&message, key, |key| found_at(text, key));
         Self::Syntax {
-            message: match key {
-                Some(key) => format!("{key}: {message}"),
-                None => message,
-            },
+            problem: Box::new(SyntaxProblem {
+                message: match words.key {
+                    Some(key) => format!("{key}: {}", words.message),
+                    None => words.message,
+                },
+                help: words.help,
+            }),
             text: NamedSource::new(name, text.to_owned()),
             span: shown(text, span),
         }
@@ -123,14 +157,6 @@ impl SceneError {
             byte,
             found: bytes[byte],
         }
-    }
-}
-
-/// What the parser says, in the words of a scene.
-fn plain(message: &str) -> String {
-    match message.strip_prefix("wanted exactly 1 element") {
-        Some(_) => "expected exactly one kind, found none or several".to_owned(),
-        None => shortened(message.to_owned()),
     }
 }
 
@@ -186,8 +212,32 @@ fn key_in(table: &DeTable<'_>, byte: usize) -> Option<String> {
 /// The bytes of the value at a dotted key path, or of its nearest parent that is written out.
 fn locate(text: &str, key: &str) -> Option<Range<usize>> {
     let table = DeTable::parse(text).ok()?;
+    Some(nearest(table.get_ref(), key)?.span())
+}
+
+/// The keys of the table at a key path, or the text of another value; empty for none.
+fn found_at(text: &str, key: &str) -> Vec<String> {
+    let table = DeTable::parse(text).ok();
+    let value = table
+        .as_ref()
+        .and_then(|table| nearest(table.get_ref(), key));
+    match value.map(|value| (value.get_ref(), value.span())) {
+        None => Vec::new(),
+        Some((DeValue::Table(table), _)) => {
+            table.keys().map(|key| key.get_ref().to_string()).collect()
+        }
+        Some((_, span)) => text
+            .get(span)
+            .map(|text| shortened(text.to_owned()))
+            .into_iter()
+            .collect(),
+    }
+}
+
+/// The value at a dotted key path, or its nearest parent that is written out.
+fn nearest<'a, 'i>(table: &'a DeTable<'i>, key: &str) -> Option<&'a Spanned<DeValue<'i>>> {
     let mut parts = key.split('.');
-    let mut found = table.get_ref().get(parts.next()?)?;
+    let mut found = table.get(parts.next()?)?;
     for part in parts {
         let next = match found.get_ref() {
             DeValue::Table(table) => table.get(part),
@@ -199,7 +249,7 @@ fn locate(text: &str, key: &str) -> Option<Range<usize>> {
             None => break,
         }
     }
-    Some(found.span())
+    Some(found)
 }
 
 #[cfg(test)]

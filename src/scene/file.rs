@@ -12,7 +12,10 @@ pub struct SceneFile {
     pub scene: Scene,
     /// The folder in which mesh files are looked for.
     pub folder: PathBuf,
+    /// The file, and how it was changed, for messages.
     name: String,
+    /// The file itself.
+    origin: String,
     text: String,
 }
 
@@ -46,21 +49,23 @@ impl SceneFile {
         Ok(Self {
             scene: Scene::parse(&name, &text)?,
             folder,
+            origin: name.clone(),
             name,
             text,
         })
     }
 
-    /// The scene with other text in its place; `changes` says what is other, for messages.
+    /// The scene with other text in its place; `changes` says, for messages, what is other than in the
+    /// file.
     ///
     /// # Errors
     /// As [`Scene::parse`].
     pub fn changed(&self, changes: &str, text: String) -> Result<Self, SceneError> {
-        Self::parse(
-            format!("{} with {changes}", self.name),
-            text,
-            self.folder.clone(),
-        )
+        let name = format!("{} with {changes}", self.origin);
+        Ok(Self {
+            origin: self.origin.clone(),
+            ..Self::parse(name, text, self.folder.clone())?
+        })
     }
 
     /// An error that shows the line of an unusable value.

@@ -9,27 +9,33 @@ use super::{Expression, ExpressionError, LawPoint, SlipDerivative};
 /// `s1`, `s2` are |u_t1|, |u_t2|.
 pub const LAW_VARIABLES: &[&str] = &["x", "y", "z", "s", "s1", "s2"];
 
-/// An expression in [`LAW_VARIABLES`] with its derivatives by the slips.
+/// An expression in [`LAW_VARIABLES`], with derivatives by the slips.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct Formula {
     value: Expression,
-    /// By s, s1 and s2.
-    derivatives: [Option<Expression>; 3],
 }
 
+/// The places of s, s1 and s2 in [`LAW_VARIABLES`].
+const SLIPS: [usize; 3] = [3, 4, 5];
+
 impl Formula {
-    /// Parses and differentiates.
+    /// Parses a formula without parameters.
     ///
     /// # Errors
     /// [`ExpressionError`] for text that is no formula in [`LAW_VARIABLES`].
     pub fn parse(text: &str) -> Result<Self, ExpressionError> {
         let value = Expression::parse(text, LAW_VARIABLES)?;
-        let [own, first, second] = ["s", "s1", "s2"].map(|name| value.derivative(name));
-        Ok(Self {
-            derivatives: [own?, first?, second?],
-            value,
-        })
+        Ok(Self { value })
+    }
+
+    /// Another formula with the parameters of this one.
+    ///
+    /// # Errors
+    /// As [`Self::parse`].
+    pub fn rewritten(&self, text: &str) -> Result<Self, ExpressionError> {
+        let value = self.value.rewritten(text)?;
+        Ok(Self { value })
     }
 
     pub(super) fn evaluate(&self, at: &LawPoint) -> f64 {
@@ -37,10 +43,7 @@ impl Formula {
     }
 
     pub(super) fn derivative(&self, at: &LawPoint) -> SlipDerivative {
-        let arguments = arguments(at);
-        let derivatives = self.derivatives.each_ref();
-        let [own, first, second] =
-            derivatives.map(|d| d.as_ref().map_or(0.0, |d| d.evaluate(&arguments)));
+        let [own, first, second] = self.value.derivatives(&arguments(at), SLIPS);
         SlipDerivative {
             own,
             pair: [first, second],
@@ -48,7 +51,7 @@ impl Formula {
     }
 
     pub(super) fn depends_on_slip(&self) -> bool {
-        self.derivatives.iter().any(Option::is_some)
+        SLIPS.iter().any(|&k| self.value.uses(LAW_VARIABLES[k]))
     }
 
     /// The formula as written.
@@ -56,13 +59,18 @@ impl Formula {
     pub fn expression(&self) -> &Expression {
         &self.value
     }
+
+    pub(super) fn expression_mut(&mut self) -> &mut Expression {
+        &mut self.value
+    }
 }
 
 impl TryFrom<String> for Formula {
     type Error = ExpressionError;
 
     fn try_from(text: String) -> Result<Self, ExpressionError> {
-        Self::parse(&text)
+        let value = Expression::unbound(&text, LAW_VARIABLES)?;
+        Ok(Self { value })
     }
 }
 
@@ -79,7 +87,7 @@ impl JsonSchema for Formula {
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({
-            "description": "An expression in x, y, z and the slips s1 = |u_t1|, s2 = |u_t2| (s = |u_t| for an isotropic law), all in m.",
+            "description": "An expression in x, y, z, the slips s1 = |u_t1|, s2 = |u_t2| (s = |u_t| for an isotropic law), all in m, and the scene's parameters.",
             "type": "string"
         })
     }

@@ -16,6 +16,9 @@ pub enum Component {
 }
 
 impl Component {
+    /// All three.
+    pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
+
     /// The name used in scene files.
     #[must_use]
     pub fn name(self) -> &'static str {

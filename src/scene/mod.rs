@@ -15,21 +15,24 @@ mod formula;
 mod friction;
 mod load;
 mod material;
-mod notation;
+mod parameters;
+mod parser_words;
 mod quantity;
 mod shown;
 mod slip_range;
 mod solve;
 mod tabulated;
 mod validate;
+mod warning;
+mod written;
 
 pub use body::{Body, Brick, BrickFace, GmshFile, MOST_CELLS};
 pub use bounded::{read_bounded, require_regular};
 pub use coefficient::{Coefficient, LawPoint, Ramp, SlipDerivative};
 pub use contact::{Contact, MultiplierSpace};
 pub use effects::{ContactEffect, Effects, FrictionEffect};
-pub use error::{Invalid, SceneError};
-pub use expression::{Expression, ExpressionError, FUNCTIONS};
+pub use error::{Invalid, SceneError, SyntaxProblem, UNDEFINED, numbers, place_words};
+pub use expression::{Expression, ExpressionError, FUNCTIONS, Parameters, replace_names};
 pub use file::{LONGEST_SCENE, SceneFile};
 pub use formula::{Formula, LAW_VARIABLES};
 pub use friction::{Friction, FrictionLaw};
@@ -41,6 +44,8 @@ pub use solve::{
     AssembleSettings, DualOperatorKind, InnerSolver, Method, PrecisionControl, SolveSettings,
 };
 pub use tabulated::{Grid, Table};
+pub use warning::Warning;
+pub(crate) use written::Written;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -60,6 +65,9 @@ pub struct Scene {
     /// converted.
     #[serde(default, skip_serializing_if = "Units::is_default")]
     pub units: Units,
+    /// Numbers with names, which formulas may use.
+    #[serde(default, skip_serializing_if = "Parameters::is_empty")]
+    pub parameters: Parameters,
     /// The body Ω and its mesh.
     pub body: Body,
     /// The elastic law σ = C ε wherever no region has another.
@@ -100,9 +108,11 @@ impl Scene {
     /// [`SceneError::Syntax`] for text that is not TOML or has an unknown, missing or mistyped key;
     /// [`SceneError::Invalid`] for a value that no problem of this kind can have.
     pub fn parse(name: &str, text: &str) -> Result<Self, SceneError> {
-        let scene: Self = toml::from_str(text).map_err(|e| SceneError::syntax(name, text, &e))?;
+        let mut scene: Self =
+            toml::from_str(text).map_err(|e| SceneError::syntax(name, text, &e))?;
         scene
-            .validate()
+            .bind_parameters()
+            .and_then(|()| scene.validate())
             .map_err(|invalid| SceneError::invalid(name, text, invalid))?;
         Ok(scene)
     }

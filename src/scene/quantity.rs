@@ -70,7 +70,7 @@ impl<'de> Deserialize<'de> for Quantity {
                 Ok(Quantity::Constant(value as f64))
             }
             fn visit_str<E: de::Error>(self, text: &str) -> Result<Quantity, E> {
-                Expression::parse(text, POSITION)
+                Expression::unbound(text, POSITION)
                     .map(Quantity::Varying)
                     .map_err(E::custom)
             }
@@ -86,7 +86,7 @@ impl JsonSchema for Quantity {
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({
-            "description": "A number, or an expression in the coordinates x, y, z.",
+            "description": "A number, or an expression in the coordinates x, y, z and the scene's parameters.",
             "anyOf": [{ "type": "number" }, { "type": "string" }]
         })
     }

@@ -150,6 +150,14 @@ impl<'a> ContactState<'a> {
 }
 
 impl CoulombState {
+    /// Whether the coefficients are positive and finite wherever panes are pressed; elsewhere they
+    /// bound nothing.
+    #[must_use]
+    pub fn is_admissible(&self, surface: &ContactSurface) -> bool {
+        let pressed = |pane: usize| self.slip_bound[pane] > 0.0;
+        self.friction.is_admissible(surface, pressed)
+    }
+
     /// Semi-axes g_i / (𝓕_i⁻¹)₁₁ and g_i / (𝓕_i⁻¹)₂₂ of the admissible ellipses in Pa, `[n_panes]`.
     #[must_use]
     pub fn semi_axes(&self) -> Vec<[f64; 2]> {

@@ -15,7 +15,7 @@ use super::{
     successive_approximations,
 };
 use crate::{
-    contact::{CoulombLaw, FrictionField},
+    contact::CoulombLaw,
     dual::{
         Assembly, ContactSystem, DualOperator, DualSystem, ExplicitDual, ExplicitOperator,
         ImplicitOperator,
@@ -82,8 +82,8 @@ pub fn solve(
         None => problem.minimise(observe)?,
         Some(law) => problem.coulomb(law, observe)?,
     };
-    let mut friction = solution.coulomb.iter().map(|state| &state.friction);
-    if !friction.all(FrictionField::is_admissible) {
+    let mut states = solution.coulomb.iter();
+    if !states.all(|state| state.is_admissible(contact.surface)) {
         solution.status = Status::NumericalError;
     }
     solution.law_evaluations = contact.interface.law_evaluations();

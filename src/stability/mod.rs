@@ -8,7 +8,6 @@ mod problem;
 mod renumbering;
 mod rivals;
 mod scaling;
-mod substitution;
 mod symmetry;
 #[cfg(test)]
 mod tests;

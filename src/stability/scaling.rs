@@ -1,9 +1,8 @@
 //! The same problem in other units.
 
-use super::substitution::substitute;
 use crate::scene::{
-    Body, Coefficient, Expression, Formula, Grid, Invalid, LAW_VARIABLES, Material, POSITION, Part,
-    Quantity, Ramp, Scene, Table,
+    Body, Coefficient, Grid, Invalid, LAW_VARIABLES, Material, POSITION, Part, Quantity, Ramp,
+    Scene, Table, replace_names,
 };
 
 /// Factors by which numbers change when units do. All three are free: linear elasticity scales with
@@ -93,9 +92,11 @@ impl Scaling {
             Quantity::Constant(value) => return Ok(Quantity::Constant(value * factor)),
             Quantity::Varying(formula) => formula,
         };
-        let moved = substitute(formula.text(), &self.places());
+        let moved = replace_names(formula.text(), &self.places());
         let text = format!("({moved})*{factor:e}");
-        let scaled = Expression::parse(&text, POSITION).map_err(|e| unscalable(&text, &e))?;
+        let scaled = formula
+            .rewritten(&text)
+            .map_err(|e| unscalable(&text, &e))?;
         Ok(Quantity::Varying(scaled))
     }
 
@@ -126,8 +127,10 @@ impl Scaling {
             Coefficient::Expression(formula) => {
                 let mut old = self.places();
                 old.extend(["s", "s1", "s2"].map(|name| (name, format!("{name}*{:e}", 1.0 / d))));
-                let text = substitute(formula.expression().text(), &old);
-                let scaled = Formula::parse(&text).map_err(|e| unscalable(&text, &e))?;
+                let text = replace_names(formula.expression().text(), &old);
+                let scaled = formula
+                    .rewritten(&text)
+                    .map_err(|e| unscalable(&text, &e))?;
                 Coefficient::Expression(scaled)
             }
         })

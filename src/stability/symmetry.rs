@@ -1,9 +1,9 @@
 //! The same problem seen in a mirror, or with two axes exchanged.
 
-use super::{scaling::unscalable, substitution::substitute};
+use super::scaling::unscalable;
 use crate::scene::{
-    Body, Coefficient, Component, Expression, Formula, Friction, Grid, Invalid, Material, POSITION,
-    Part, Quantity, Scene,
+    Body, Coefficient, Component, Friction, Grid, Invalid, Material, Part, Quantity, Scene,
+    replace_names,
 };
 
 /// A map of space onto itself that takes a brick on z_min to a brick on z_min, and its mesh to the
@@ -193,11 +193,13 @@ impl Symmetry {
             Quantity::Constant(value) => return Ok(Quantity::Constant(*value)),
             Quantity::Varying(formula) => formula,
         };
-        let mut text = substitute(formula.text(), &self.places(width));
+        let mut text = replace_names(formula.text(), &self.places(width));
         if negative {
             text = format!("0 - ({text})");
         }
-        let image = Expression::parse(&text, POSITION).map_err(|e| unscalable(&text, &e))?;
+        let image = formula
+            .rewritten(&text)
+            .map_err(|e| unscalable(&text, &e))?;
         Ok(Quantity::Varying(image))
     }
 
@@ -217,8 +219,10 @@ impl Symmetry {
                     if self == Self::Exchange {
                         old.extend([("s1", "s2".to_owned()), ("s2", "s1".to_owned())]);
                     }
-                    let text = substitute(formula.expression().text(), &old);
-                    let image = Formula::parse(&text).map_err(|e| unscalable(&text, &e))?;
+                    let text = replace_names(formula.expression().text(), &old);
+                    let image = formula
+                        .rewritten(&text)
+                        .map_err(|e| unscalable(&text, &e))?;
                     Coefficient::Expression(image)
                 }
                 (Coefficient::Grid(grid), Self::Exchange) => Coefficient::Grid(Grid {

@@ -1,5 +1,6 @@
 use std::path::PathBuf;
 
+use miette::Diagnostic;
 use thiserror::Error;
 
 use crate::{
@@ -116,6 +117,20 @@ fn command(stage: Stage) -> &'static str {
 }
 
 impl StageError {
+    /// The error with what to do about it, in one line.
+    #[must_use]
+    pub fn with_help(&self) -> String {
+        let help = match self {
+            Self::Scene(error) => error.help(),
+            Self::Mesh(error) => error.help(),
+            _ => None,
+        };
+        match help {
+            Some(help) => format!("{self}; {help}"),
+            None => self.to_string(),
+        }
+    }
+
     /// Whether the fault lies in the program rather than in its input.
     #[must_use]
     pub fn is_internal(&self) -> bool {

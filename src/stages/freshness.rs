@@ -2,7 +2,7 @@ use serde::Serialize;
 
 use crate::{
     format,
-    scene::Scene,
+    scene::{Parameters, Scene},
     store::{Reader, Stage, StoreError, StoredStage},
 };
 
@@ -83,22 +83,44 @@ enum Settings<'a> {
         friction: bool,
         friction_follows_slip: bool,
         assemble: &'a crate::scene::AssembleSettings,
+        /// What the formulas here use.
+        #[serde(skip_serializing_if = "Parameters::is_empty")]
+        parameters: Parameters,
     },
     Load {
         traction: &'a [crate::scene::Traction],
         pressure: &'a [crate::scene::Pressure],
         body_force: Option<&'a crate::scene::BodyForce>,
         gap: Option<&'a crate::scene::Quantity>,
+        /// What the formulas here use.
+        #[serde(skip_serializing_if = "Parameters::is_empty")]
+        parameters: Parameters,
     },
     Solve {
         /// Digest of the multipliers the solve started from; none for λ = 0.
         start: Option<&'a str>,
         friction: Option<&'a crate::scene::Friction>,
         solve: &'a crate::scene::SolveSettings,
+        /// What the formulas here use.
+        #[serde(skip_serializing_if = "Parameters::is_empty")]
+        parameters: Parameters,
     },
     Post {
         friction: Option<&'a crate::scene::Friction>,
+        /// What the formulas here use.
+        #[serde(skip_serializing_if = "Parameters::is_empty")]
+        parameters: Parameters,
     },
+}
+
+/// Whether a key is one of the axes of friction, which are part of T.
+fn of_frame(key: &str) -> bool {
+    ["contact.axis_1", "contact.angle"].contains(&key)
+}
+
+/// Whether a key is part of the law of friction.
+fn of_friction(key: &str) -> bool {
+    key.starts_with("friction.")
 }
 
 /// The settings of a stage as TOML; `start` names the multipliers that a solve starts from.
@@ -123,20 +145,24 @@ pub(super) fn settings(stage: Stage, scene: &Scene, start: Option<&str>) -> Stri
                 .and_then(crate::scene::Friction::law)
                 .is_some_and(|law| law.depends_on_slip()),
             assemble: &scene.assemble,
+            parameters: scene.parameters_used(of_frame),
         },
         Stage::Load => Settings::Load {
             traction: &scene.tractions,
             pressure: &scene.pressures,
             body_force: scene.body_force.as_ref(),
             gap: scene.contact.as_ref().map(|c| &c.gap),
+            parameters: scene.parameters_used(|key| !of_frame(key) && !of_friction(key)),
         },
         Stage::Solve => Settings::Solve {
             start,
             friction: scene.friction.as_ref(),
             solve: &scene.solve,
+            parameters: scene.parameters_used(of_friction),
         },
         Stage::Post => Settings::Post {
             friction: scene.friction.as_ref(),
+            parameters: scene.parameters_used(of_friction),
         },
         Stage::Scene
         | Stage::Vtk

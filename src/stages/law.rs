@@ -11,7 +11,7 @@ use crate::{
     contact::{FrictionField, Interface, InterfaceFriction, LawBounds},
     figures::{LawPicture, OverSlip, law_page},
     mesh::{Mesh, Quality},
-    scene::{Scene, SceneFile},
+    scene::{Scene, SceneFile, Warning},
 };
 
 /// Name of the picture.
@@ -84,6 +84,17 @@ impl LawStudy {
                 _ => LawKind::Orthotropic,
             },
         }
+    }
+
+    /// What is allowed in the scene and probably not meant.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Warning> {
+        let mut warnings = self.scene.warnings();
+        if let Some(interface) = &self.interface {
+            let length = self.scene.units.length();
+            warnings.extend(interface.warnings(self.mesh.extent(), length));
+        }
+        warnings
     }
 
     /// H and h; `None` without contact.

@@ -12,11 +12,11 @@ use super::{
 use crate::{
     contact::{Coupling, Interface},
     dual::{AssemblyError, AssemblySeconds, DualSystem, Need, OperatorEstimate, PrimalSystem},
-    elasticity::{Loads, refuse_rigid_motions},
+    elasticity::{Loads, idle_loads, refuse_rigid_motions},
     format::{self, LAYOUT},
     mesh::{Mesh, Quality},
     post::ContactReport,
-    scene::{AssembleSettings, Body, Invalid, Scene, SceneFile, SolveSettings},
+    scene::{AssembleSettings, Body, Invalid, Scene, SceneFile, SolveSettings, Warning},
     solver::{ContactState, OuterState, Progress, Solution, Start, solve},
     store::{IfMissing, Reader, RunFile, Stage, StoreError},
 };
@@ -334,6 +334,23 @@ impl Session {
             self.report = Some(self.evaluate()?);
         }
         self.store(Stage::Post, started)
+    }
+
+    /// What is allowed in the scene and probably not meant; needs a fresh mesh.
+    ///
+    /// # Errors
+    /// Laws of the contact face that no problem can have, HDF5 failures.
+    pub fn warnings(&mut self) -> Result<Vec<Warning>, StageError> {
+        let mut warnings = self.scene().warnings();
+        self.load_mesh()?;
+        self.load_interface()?;
+        let mesh = loaded(&self.mesh);
+        warnings.extend(idle_loads(self.scene(), mesh));
+        if let Some(interface) = &self.interface {
+            let length = self.scene().units.length();
+            warnings.extend(interface.warnings(mesh.extent(), length));
+        }
+        Ok(warnings)
     }
 
     pub(super) fn load_interface(&mut self) -> Result<(), StageError> {

@@ -124,7 +124,7 @@ pub fn read(path: &Path, version: Version) -> Result<Vec<Case>, SweepError> {
                 family: family.name.clone(),
                 shows: entry.shows.clone(),
                 open: entry.open.clone(),
-                scene: changed_scene(&base, path, &changes)?,
+                scene: changed_scene(&base, path, &format!("`{}`", entry.name), &changes)?,
                 depth: match entry.solve_only {
                     true => Depth::Solve,
                     false => Depth::Invariances,

@@ -1,9 +1,11 @@
 //! Suites of hard cases: an index of scenes, checked one after the other, stored as one table.
 
+mod builtin;
 mod index;
 
 use std::path::Path;
 
+pub use builtin::{INDEX, unpack};
 pub use index::{Case, Version, is_index, read};
 
 use crate::{

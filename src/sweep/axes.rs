@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{SweepError, index_file::read as read_index, size};
+use super::{SweepError, index_file::read as read_index, keys, size};
 
 /// A sweep file: a scene and the axes along which its keys change.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -32,7 +32,7 @@ pub struct Axis {
     /// Its values.
     #[schemars(with = "Option<Vec<serde_json::Value>>")]
     pub values: Option<Vec<toml::Value>>,
-    /// Its values as a range of numbers.
+    /// Its values as a range of numbers; whole numbers where the key has such.
     pub range: Option<Range>,
     /// Several keys that change together, in place of `key`.
     pub keys: Option<Vec<String>>,
@@ -96,10 +96,11 @@ impl SweepFile {
         serde_json::to_string_pretty(&schema).expect("a schema is JSON") + "\n"
     }
 
-    /// The axes with those of the same `zip` merged, in the order of their first members.
+    /// The axes with those of the same `zip` merged, in the order of their first members; `scene` is
+    /// the scene that they change.
     ///
     /// Their number is checked before anything is made of them.
-    pub(super) fn steps(&self, file: &Path) -> Result<Vec<Steps>, SweepError> {
+    pub(super) fn steps(&self, file: &Path, scene: &toml::Table) -> Result<Vec<Steps>, SweepError> {
         size::check(&self.axes, file)?;
         let mut merged: Vec<(Option<&str>, Steps)> = Vec::new();
         for (index, axis) in self.axes.iter().enumerate() {
@@ -110,7 +111,7 @@ impl SweepFile {
                 found,
             };
             let steps = axis
-                .steps()
+                .steps(scene)
                 .map_err(|(expected, found)| refuse(expected, found))?;
             let partner = merged
                 .iter_mut()
@@ -142,7 +143,7 @@ impl Axis {
     }
 
     /// The steps, or what was expected and what was found.
-    fn steps(&self) -> Result<Steps, (&'static str, String)> {
+    fn steps(&self, scene: &toml::Table) -> Result<Steps, (&'static str, String)> {
         let steps = match (&self.key, &self.values, self.range, &self.keys, &self.rows) {
             (Some(key), Some(values), None, None, None) => Steps {
                 keys: vec![key.clone()],
@@ -150,7 +151,10 @@ impl Axis {
             },
             (Some(key), None, Some(range), None, None) => Steps {
                 keys: vec![key.clone()],
-                rows: range.rows()?,
+                rows: match keys::get(scene, key) {
+                    Some(toml::Value::Integer(_)) => range.whole_rows(key)?,
+                    _ => range.rows()?,
+                },
             },
             (None, None, None, Some(keys), Some(rows)) => {
                 if let Some(row) = rows.iter().find(|row| row.len() != keys.len()) {
@@ -176,7 +180,31 @@ impl Axis {
     }
 }
 
+/// Relative rounding of a logarithmic range.
+const WHOLE: f64 = 1e-9;
+
+/// Whole numbers up to this one, 2⁵³, are doubles.
+const MOST_WHOLE: f64 = 9_007_199_254_740_992.0;
+
 impl Range {
+    /// The values of a key that has whole numbers.
+    fn whole_rows(&self, key: &str) -> Result<Vec<Vec<toml::Value>>, (&'static str, String)> {
+        let mut rows = self.rows()?;
+        for value in rows.iter_mut().flatten() {
+            let number = value.as_float().unwrap_or(f64::NAN);
+            let whole = number.round();
+            if (number - whole).abs() > WHOLE * whole.abs() || whole.abs() > MOST_WHOLE {
+                let expected =
+                    "ends and a count that make whole numbers, or `values` in place of `range`";
+                return Err((expected, format!("{key} = {number}")));
+            }
+            #[expect(clippy::cast_possible_truncation, reason = "whole and below 2^53")]
+            let whole = whole as i64;
+            *value = toml::Value::Integer(whole);
+        }
+        Ok(rows)
+    }
+
     fn rows(&self) -> Result<Vec<Vec<toml::Value>>, (&'static str, String)> {
         let Self {
             from,
@@ -217,7 +245,36 @@ mod tests {
 
     fn steps(text: &str) -> Result<Vec<Steps>, SweepError> {
         let file: SweepFile = toml::from_str(&format!("scene = \"s.toml\"\n{text}")).unwrap();
-        file.steps(Path::new("sweep.toml"))
+        let scene = "n = 1\nm = [1, 2]\nx = 1.0".parse().unwrap();
+        file.steps(Path::new("sweep.toml"), &scene)
+    }
+
+    fn values(range: &str, key: &str) -> Vec<String> {
+        let axes = steps(&format!("[[axis]]\nkey = \"{key}\"\nrange = {range}")).unwrap();
+        axes[0].rows.iter().map(|row| row[0].to_string()).collect()
+    }
+
+    #[test]
+    fn ranges_of_whole_numbers_are_whole_where_the_key_is() {
+        let linear = "{ from = 4, to = 12, count = 3 }";
+        assert_eq!(values(linear, "n"), ["4", "8", "12"]);
+        assert_eq!(values(linear, "m.1"), ["4", "8", "12"]);
+        assert_eq!(values(linear, "x"), ["4.0", "8.0", "12.0"]);
+        let logarithmic = "{ from = 3, to = 3000, count = 4, scale = \"log\" }";
+        assert_eq!(values(logarithmic, "n"), ["3", "30", "300", "3000"]);
+        for range in [
+            "{ from = 4, to = 12, count = 4 }",
+            "{ from = 0.5, to = 1.5, count = 2 }",
+            "{ from = 1, to = 1e300, count = 2 }",
+        ] {
+            let error = steps(&format!("[[axis]]\nkey = \"n\"\nrange = {range}")).unwrap_err();
+            assert!(
+                error
+                    .to_string()
+                    .contains("axis 0: expected ends and a count"),
+                "{error}"
+            );
+        }
     }
 
     #[test]

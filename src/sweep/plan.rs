@@ -4,7 +4,12 @@ use std::{
 };
 
 use super::{SweepError, SweepFile, axes::Steps, keys, ownership::relative};
-use crate::{output::Inputs, scene::SceneFile, stages::mesh_file, units::Units};
+use crate::{
+    output::Inputs,
+    scene::{SceneFile, Written},
+    stages::mesh_file,
+    units::Units,
+};
 
 /// Hexadecimal digits of a case's name: 64 bits tell the cases of a folder apart.
 const DIGITS: usize = 16;
@@ -47,6 +52,12 @@ impl Case {
         format!("{}.h5", self.id)
     }
 
+    /// The case by its name and settings.
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        format!("case {} ({})", self.id, in_words(&self.settings))
+    }
+
     /// The run file.
     #[must_use]
     pub fn file(&self, folder: &Path) -> PathBuf {
@@ -61,16 +72,18 @@ impl Plan {
     /// A sweep or scene that cannot be read, an axis or a value that no scene can have, equal cases.
     pub fn read(path: &Path) -> Result<Self, SweepError> {
         let sweep = SweepFile::read(path)?;
-        let axes = sweep.steps(path)?;
         let base = base_scene(&sweep, path)?;
+        let table = base.scene.to_toml().parse().unwrap_or_default();
+        let axes = sweep.steps(path, &table)?;
         let keys: Vec<String> = axes.iter().flat_map(|axis| axis.keys.clone()).collect();
-        refuse_twice(path, &keys)?;
+        refuse_twice(path, &keys, |index| keys[index].clone())?;
         refuse_units(path, &keys)?;
         let fastest = axes.last().map_or(1, |axis| axis.rows.len());
         let mut cases: Vec<Case> = Vec::new();
         for settings in product(&axes) {
-            let scene = changed(&base, path, &settings)?;
             let index = cases.len();
+            let label = format!("case {index} of {}", path.display());
+            let scene = changed(&base, path, &label, &settings)?;
             let start = (sweep.warm_start && !index.is_multiple_of(fastest)).then(|| index - 1);
             let id = name(&scene, start.map(|before| cases[before].id.as_str()));
             cases.push(Case {
@@ -81,7 +94,8 @@ impl Plan {
             });
         }
         let ids: Vec<String> = cases.iter().map(|case| case.id.clone()).collect();
-        refuse_twice(path, &ids)?;
+        let settings = |index: usize| in_words(&cases[index].settings);
+        refuse_twice(path, &ids, settings)?;
         let scene = path.parent().unwrap_or(Path::new("")).join(&sweep.scene);
         let meshes = cases.iter().filter_map(|case| mesh_file(&case.scene));
         Ok(Self {
@@ -134,16 +148,18 @@ fn base_scene(sweep: &SweepFile, path: &Path) -> Result<SceneFile, SweepError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let scene = SceneFile::read(&folder.join(&sweep.scene))?;
     let fixed = sweep.set.clone().into_iter().collect::<Vec<_>>();
-    changed(&scene, path, &fixed)
+    let label = format!("[set] of {}", path.display());
+    changed(&scene, path, &label, &fixed)
 }
 
-/// A scene with other values at some keys; `sweep` is the file that says so.
+/// A scene with other values at some keys; `file` says so, at the place that `label` names.
 ///
 /// # Errors
 /// A key that leads nowhere, a scene that does not validate.
 pub fn changed(
     base: &SceneFile,
-    sweep: &Path,
+    file: &Path,
+    label: &str,
     settings: &[(String, toml::Value)],
 ) -> Result<SceneFile, SweepError> {
     if settings.is_empty() {
@@ -152,13 +168,23 @@ pub fn changed(
     let mut table = base.scene.to_toml().parse().unwrap_or_default();
     for (key, value) in settings {
         keys::set(&mut table, key, value.clone()).map_err(|found| SweepError::Axis {
-            file: sweep.to_owned(),
-            place: key.clone(),
+            file: file.to_owned(),
+            place: format!("{label}: {key}"),
             expected: "a key of the scene".into(),
             found,
         })?;
     }
-    Ok(base.changed("the settings of a case", table.to_string())?)
+    let changes = format!("{label} ({})", in_words(settings));
+    Ok(base.changed(&changes, table.to_string())?)
+}
+
+/// Settings as a scene writes them, for messages.
+pub(super) fn in_words(settings: &[(String, toml::Value)]) -> String {
+    let words: Vec<String> = settings
+        .iter()
+        .map(|(key, value)| format!("{key} = {}", Written(value)))
+        .collect();
+    words.join(", ")
 }
 
 /// All combinations of the axes' steps.
@@ -199,15 +225,20 @@ fn refuse_units(path: &Path, keys: &[String]) -> Result<(), SweepError> {
     }
 }
 
-fn refuse_twice(path: &Path, names: &[String]) -> Result<(), SweepError> {
+/// Refuses equal names of keys or cases; `words` says what the one with a number is.
+fn refuse_twice(
+    path: &Path,
+    names: &[String],
+    words: impl Fn(usize) -> String,
+) -> Result<(), SweepError> {
     let mut seen = BTreeMap::new();
     for (index, name) in names.iter().enumerate() {
         if let Some(first) = seen.insert(name, index) {
             return Err(SweepError::Axis {
                 file: path.to_owned(),
-                place: name.clone(),
-                expected: "every key on one axis, and every value once".into(),
-                found: format!("numbers {first} and {index} are equal"),
+                place: words(index),
+                expected: "every key on one axis, and every case once".into(),
+                found: format!("it at numbers {first} and {index}"),
             });
         }
     }

@@ -192,7 +192,7 @@ fn attempt(
         },
         Err(StageError::Store(StoreError::Busy { .. })) => Event::Busy,
         Err(error) => {
-            let message = error.to_string();
+            let message = error.with_help();
             match failure::record(&file, &message) {
                 Ok(()) => Event::Failed(message),
                 Err(unrecorded) => Event::Failed(format!("{message}; not recorded: {unrecorded}")),

@@ -11,8 +11,9 @@ fn overrides_are_checked_like_the_scene() {
         ("solve.epsilon", "KEY=VALUE"),
         ("solve.epsilon=abc def", "KEY=VALUE"),
         ("solve.epsilon=7.0", "0 < epsilon < 1"),
-        ("solve.tolerance=1e-3", "unknown field"),
+        ("solve.tolerance=1e-3", "unknown key"),
         ("title.x=1", "below tables"),
+        ("traction.7.face=\"x_max\"", "count from 0"),
     ] {
         let refused = program.run(&["--set", change]).assert().code(2);
         let text = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();

@@ -18,3 +18,5 @@ mod special_files;
 mod stages;
 mod titles;
 mod units;
+mod warnings;
+mod words;

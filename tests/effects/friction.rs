@@ -180,6 +180,66 @@ fn a_quarter_turn_exchanges_the_coefficients() {
     assert!(distance(&displacement[0], &displacement[1]) > 1e-3);
 }
 
+/// Formulas with kinks are the ramps that they write out, for Newton's method as well.
+#[test]
+fn ramps_written_with_max_or_if_are_ramps() {
+    let ramp = in_contact(
+        "",
+        "coefficient.ramp = { initial = 0.3, residual = 0.2, onset = 1e-5, rate = 3000.0 }",
+    );
+    for formula in [
+        "max(0.3 - 3000*max(s - 1e-5, 0), 0.2)",
+        "min(0.3, max(0.3 - 3000*(s - 1e-5), 0.2))",
+        "if(s < 1e-5, 0.3, if(s < 1e-5 + 0.1/3000, 0.3 - 3000*(s - 1e-5), 0.2))",
+        "0.25 + 1500*(abs(s - 1e-5 - 0.1/3000) - abs(s - 1e-5))",
+    ] {
+        let found = in_contact("", &format!("coefficient.expression = '{formula}'"));
+        assert_same(&found, &ramp);
+        let steps = |case: &Case| case.solution.newton.len();
+        assert_eq!(steps(&found), steps(&ramp), "{formula}");
+    }
+}
+
+#[test]
+fn parameters_are_the_numbers_they_stand_for() {
+    let law = "coefficient.expression = 'mu*(0.7 + rest*exp(-s/1e-5))'";
+    let named_with = |mu: &str| {
+        let parameters = format!("\n[parameters]\nmu = {mu}\nrest = 0.3\ntop = 1e-6\nturn = 30\n");
+        steel(&[
+            CONTACT,
+            "gap = 'top*x'\nangle = 'turn + y'",
+            "\n[friction]\n",
+            law,
+            &parameters,
+        ])
+    };
+    let written = in_contact(
+        "gap = '1e-6*x'\nangle = '30 + y'",
+        "coefficient.expression = '0.4*(0.7 + 0.3*exp(-s/1e-5))'",
+    );
+    assert_eq!(
+        named_with("0.4").solution.multiplier,
+        written.solution.multiplier
+    );
+    assert_ne!(
+        named_with("0.3").solution.multiplier,
+        written.solution.multiplier
+    );
+}
+
+/// A law that fails at large slips is a law where pressed panes do not slip so far, and a failed
+/// solve where they do.
+#[test]
+fn a_law_may_fail_at_slips_that_do_not_occur() {
+    let levelled = in_contact("", "coefficient.expression = 'max(0.3 - 400*s, 1e-3)'");
+    let falling = in_contact("", "coefficient.expression = '0.3 - 400*s'");
+    assert_same(&falling, &levelled);
+    let warned = falling.interface.as_ref().unwrap().warnings(3.0, "m");
+    assert_eq!(warned.len(), 1);
+    let too_steep = in_contact("", "coefficient.expression = '0.3 - 3e4*s'");
+    assert_eq!(too_steep.solution.status, Status::NumericalError);
+}
+
 /// A formula that levels off above zero is admissible at every slip; one that does not is refused
 /// before anything is solved (`tests/cli/law.rs`).
 #[test]
@@ -188,6 +248,7 @@ fn a_formula_that_levels_off_is_a_law() {
     for method in ["", "[solve]\nmethod = 'fixed-point'\nepsilon = 1e-4\n"] {
         let case = in_contact("", &format!("{law}\n{method}"));
         assert_eq!(case.solution.status, Status::Converged, "{method}");
-        assert!(case.report().friction.unwrap().is_admissible());
+        let friction = case.report().friction.unwrap();
+        assert!(friction.is_admissible(case.mesh.contact.as_ref().unwrap(), |_| true));
     }
 }

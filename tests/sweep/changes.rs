@@ -131,7 +131,7 @@ fn unusable_sweeps_are_refused_before_anything_is_run() {
     for (text, word) in [
         (
             "[[axis]]\nkey = \"solve.epsilon\"\nvalues = [1e-6, 1e-6]",
-            "equal",
+            "every case once",
         ),
         (
             "[[axis]]\nkey = \"solve.epsilon\"\nvalues = [-1.0]",

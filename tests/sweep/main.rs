@@ -1,5 +1,6 @@
 //! Sweeps: shared work, resumed after kills, failed cases, changed axes.
 
+mod axes;
 mod changes;
 mod kills;
 mod program;

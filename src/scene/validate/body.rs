@@ -1,5 +1,5 @@
 use super::{positive, require};
-use crate::scene::{Body, Brick, BrickFace, Invalid, MOST_CELLS, MultiplierSpace, Scene};
+use crate::scene::{Body, Brick, BrickFace, Invalid, MOST_CELLS, MultiplierSpace, Scene, Written};
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
     match &scene.body {
@@ -8,7 +8,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
             positive(gmsh.unit),
             "body.gmsh.unit",
             &format!("a positive length [{}]", scene.units.length()),
-            gmsh.unit,
+            Written(&gmsh.unit),
             "give the length of the file's unit, 0.001 for a mesh in millimetres and a scene in metres",
         ),
     }
@@ -19,7 +19,7 @@ fn check_brick(brick: &Brick, scene: &Scene) -> Result<(), Invalid> {
         brick.size.iter().all(|&l| positive(l)),
         "body.brick.size",
         &format!("three positive lengths [{}]", scene.units.length()),
-        brick.size,
+        Written(&brick.size),
         "give the edge lengths Lx, Ly, Lz",
     )?;
     let cell = [0, 1, 2].map(|axis| brick.size[axis] / brick.cells[axis].max(1) as f64);
@@ -29,7 +29,7 @@ fn check_brick(brick: &Brick, scene: &Scene) -> Result<(), Invalid> {
             .all(|edges| edges.iter().product::<f64>().is_normal()),
         "body.brick.size",
         "lengths [m] whose product, the volume, is between 1e-307 and 1e308, for a cell as well",
-        brick.size,
+        Written(&brick.size),
         "choose a unit of length in which the body has a moderate size",
     )?;
     let panes = scene
@@ -44,7 +44,7 @@ fn check_brick(brick: &Brick, scene: &Scene) -> Result<(), Invalid> {
             (1..=MOST_CELLS).contains(&cells) && even,
             "body.brick.cells",
             &format!("{name} from 1 to {MOST_CELLS}, even along the contact face"),
-            brick.cells,
+            Written(&brick.cells),
             "a pane is 2 x 2 cells of the contact face, so both of its cell counts are even; nodal multipliers take any",
         )?;
     }

@@ -1,5 +1,5 @@
 use super::{holds, require, supports::check_name};
-use crate::scene::{Invalid, Scene};
+use crate::scene::{Invalid, Scene, Written};
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
     let Some(contact) = &scene.contact else {
@@ -13,7 +13,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
             "a gap d >= 0 [{}] or an expression in x, y, z",
             scene.units.length()
         ),
-        &contact.gap,
+        Written(&contact.gap),
         "the body may not start inside the foundation",
     )?;
     require(
@@ -28,7 +28,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
             holds(angle, f64::is_finite),
             "contact.angle",
             "a finite angle [degrees] or an expression in x, y, z",
-            angle,
+            Written(angle),
             "the angle turns t1 towards t2",
         )?;
     }
@@ -40,7 +40,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
             usable,
             "contact.axis_1",
             "a non-zero vector in the plane of the contact face",
-            axis,
+            Written(axis),
             "t1 must be tangential, for example [1.0, 0.0, 0.0] on z_min",
         )?;
     }

@@ -1,5 +1,5 @@
 use super::{holds, positive, require};
-use crate::scene::{Coefficient, Friction, Grid, Invalid, Quantity, Scene, Table};
+use crate::scene::{Coefficient, Friction, Grid, Invalid, Quantity, Scene, Table, Written};
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
     let Some(friction) = &scene.friction else {
@@ -30,7 +30,10 @@ fn check_choice(friction: &Friction) -> Result<(), Invalid> {
         friction.law().is_some(),
         "friction",
         "coefficient (isotropic), or coefficient_1 and coefficient_2 (orthotropic)",
-        names,
+        match names.as_slice() {
+            [] => "none of them".to_owned(),
+            names => names.join(" and "),
+        },
         "give one isotropic coefficient or both orthotropic ones; leave [friction] out for frictionless contact",
     )
 }
@@ -40,7 +43,7 @@ fn check_tresca(friction: &Friction, bound: &Quantity, stress: &str) -> Result<(
         holds(bound, |g| g >= 0.0 && g.is_finite()),
         "friction.slip_bound",
         &format!("a slip bound g >= 0 [{stress}] or an expression in x, y, z"),
-        bound,
+        Written(bound),
         "Tresca's law bounds the tangential stress by a given g",
     )?;
     for (name, coefficient) in friction.given() {
@@ -48,7 +51,7 @@ fn check_tresca(friction: &Friction, bound: &Quantity, stress: &str) -> Result<(
             matches!(coefficient, Coefficient::Constant(_)),
             format!("friction.{name}"),
             "a constant beside slip_bound",
-            coefficient,
+            Written(coefficient),
             "for coefficients that vary use Coulomb's law: leave slip_bound out",
         )?;
     }
@@ -61,7 +64,7 @@ fn check_coefficient(coefficient: &Coefficient, key: &str, length: &str) -> Resu
             positive(*value),
             format!("{key}.constant"),
             "a positive coefficient",
-            value,
+            Written(value),
             "the theory needs 0 < F; for frictionless contact leave [friction] out",
         ),
         Coefficient::Ramp(ramp) => require(
@@ -72,7 +75,7 @@ fn check_coefficient(coefficient: &Coefficient, key: &str, length: &str) -> Resu
                 && ramp.onset.is_finite(),
             format!("{key}.ramp"),
             &format!("initial > 0, residual > 0, rate > 0 [1/{length}], onset >= 0 [{length}]"),
-            ramp,
+            Written(ramp),
             "rate is the steepness |dF/dslip|; whether F falls or rises follows from initial and residual",
         ),
         Coefficient::Table(table) => check_table(table, &format!("{key}.table"), length),
@@ -92,7 +95,7 @@ fn check_table(table: &Table, key: &str, length: &str) -> Result<(), Invalid> {
         increasing_from_zero(&table.slip),
         format!("{key}.slip"),
         &format!("increasing slips from 0 on [{length}]"),
-        &table.slip,
+        Written(&table.slip),
         "the first slip is 0, the law is constant beyond the last",
     )?;
     require(
@@ -102,7 +105,7 @@ fn check_table(table: &Table, key: &str, length: &str) -> Result<(), Invalid> {
             "{} positive coefficients, one for each slip",
             table.slip.len()
         ),
-        &table.value,
+        Written(&table.value),
         "the theory needs 0 < F",
     )
 }
@@ -113,7 +116,7 @@ fn check_grid(grid: &Grid, key: &str, length: &str) -> Result<(), Invalid> {
             increasing_from_zero(slips),
             format!("{key}.{name}"),
             &format!("increasing slips from 0 on [{length}]"),
-            slips,
+            Written(slips),
             "the first slip is 0, the law is constant beyond the last",
         )?;
     }
@@ -127,7 +130,7 @@ fn check_grid(grid: &Grid, key: &str, length: &str) -> Result<(), Invalid> {
             grid.slip_1.len(),
             grid.slip_2.len()
         ),
-        &grid.value,
+        Written(&grid.value),
         "one row for each slip_1, one column for each slip_2",
     )
 }

@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
 use super::{positive, require};
-use crate::scene::{Body, Invalid, Isotropic, Material, Orthotropic, Part, Scene, Voigt};
+use crate::scene::{Body, Invalid, Isotropic, Material, Orthotropic, Part, Scene, Voigt, Written};
 use crate::units::Units;
 
 /// Relative rounding allowed to hand-typed numbers: symmetry of C, right angles of axes.
@@ -26,7 +26,7 @@ fn check_part(part: &Part, key: &str, scene: &Scene) -> Result<(), Invalid> {
             matches!(scene.body, Body::Gmsh(_)),
             format!("{key}.group"),
             "a box, since a brick has no physical volumes",
-            name,
+            Written(name),
             "write box = [[x, y, z], [x, y, z]] with two opposite corners",
         ),
         Part::Box([low, high]) => require(
@@ -36,7 +36,7 @@ fn check_part(part: &Part, key: &str, scene: &Scene) -> Result<(), Invalid> {
                 "two corners [min, max], min below max in x, y and z [{}]",
                 scene.units.length()
             ),
-            [low, high],
+            Written(&[low, high]),
             "give the lower corner first",
         ),
     }
@@ -63,7 +63,7 @@ fn check_isotropic(material: &Isotropic, key: &str, units: Units) -> Result<(), 
         positive(material.young_modulus),
         format!("{key}.young_modulus"),
         &format!("a positive modulus [{}]", units.stress()),
-        material.young_modulus,
+        Written(&material.young_modulus),
         &format!(
             "steel has {:.1e} {}",
             units.from_pascals(2.1e11),
@@ -74,7 +74,7 @@ fn check_isotropic(material: &Isotropic, key: &str, units: Units) -> Result<(), 
         material.poisson_ratio > -1.0 && material.poisson_ratio < 0.5,
         format!("{key}.poisson_ratio"),
         "a ratio with -1 < ratio < 0.5",
-        material.poisson_ratio,
+        Written(&material.poisson_ratio),
         "at 0.5 the material is incompressible and this displacement method has no solution; use 0.499 or less",
     )
 }
@@ -88,7 +88,7 @@ fn check_orthotropic(material: &Orthotropic, key: &str, units: Units) -> Result<
             moduli.iter().all(|&m| positive(m)),
             format!("{key}.{name}"),
             &format!("three positive moduli [{}]", units.stress()),
-            moduli,
+            Written(&moduli),
             "the order is E1, E2, E3 and G23, G13, G12",
         )?;
     }
@@ -96,7 +96,7 @@ fn check_orthotropic(material: &Orthotropic, key: &str, units: Units) -> Result<
         material.poisson_ratios.iter().all(|n| n.is_finite()),
         format!("{key}.poisson_ratios"),
         "three finite ratios",
-        material.poisson_ratios,
+        Written(&material.poisson_ratios),
         "the order is nu23, nu13, nu12",
     )?;
     let [first, second] = material.axes.map(Vector3::from);
@@ -105,7 +105,7 @@ fn check_orthotropic(material: &Orthotropic, key: &str, units: Units) -> Result<
         positive(first.norm()) && positive(second.norm()) && right_angle,
         format!("{key}.axes"),
         "two orthogonal vectors of positive length",
-        material.axes,
+        Written(&material.axes),
         "the third material axis is their cross product",
     )
 }
@@ -125,7 +125,7 @@ fn check_voigt(material: &Voigt, key: &str, units: Units) -> Result<(), Invalid>
             "a symmetric 6 x 6 matrix of finite numbers [{}]",
             units.stress()
         ),
-        c,
+        Written(c),
         "rows and columns are xx, yy, zz, yz, xz, xy, with engineering shear strains",
     )
 }

@@ -7,6 +7,8 @@ mod material;
 mod solve;
 mod supports;
 
+use std::fmt;
+
 use super::{Invalid, Quantity, Scene};
 
 /// Refuses `found` at `key` unless `ok`.
@@ -14,7 +16,7 @@ fn require(
     ok: bool,
     key: impl Into<String>,
     expected: &str,
-    found: impl std::fmt::Debug,
+    found: impl fmt::Display,
     help: &str,
 ) -> Result<(), Invalid> {
     if ok {
@@ -23,7 +25,7 @@ fn require(
     Err(Invalid {
         key: key.into(),
         expected: expected.to_owned(),
-        found: format!("{found:?}"),
+        found: found.to_string(),
         help: help.to_owned(),
     })
 }

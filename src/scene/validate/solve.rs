@@ -1,5 +1,5 @@
 use super::{positive, require};
-use crate::scene::{Invalid, SolveSettings};
+use crate::scene::{Invalid, SolveSettings, Written};
 
 impl SolveSettings {
     /// Checks the settings; `prefix` is put before the key's name in a message.
@@ -34,7 +34,7 @@ impl SolveSettings {
                 ok,
                 format!("{prefix}.{key}"),
                 expected,
-                found,
+                Written(&found),
                 "the paper uses epsilon = 1e-4, r_tol = 0.1, c_fact = 0.99, gamma = 1",
             )?;
         }

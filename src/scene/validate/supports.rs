@@ -1,5 +1,5 @@
 use super::{holds, require};
-use crate::scene::{Body, BrickFace, Clamp, Invalid, Quantity, Scene};
+use crate::scene::{Body, BrickFace, Clamp, Invalid, Quantity, Scene, Written};
 use crate::units::Dimension;
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
@@ -14,7 +14,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
             holds(&pressure.value, f64::is_finite),
             format!("pressure.{i}.value"),
             &format!("a finite number [{stress}] or an expression in x, y, z"),
-            &pressure.value,
+            Written(&pressure.value),
             "a positive pressure pushes into the body",
         )?;
         check_loaded_face(scene, &pressure.face, format!("pressure.{i}.face"))?;
@@ -34,7 +34,7 @@ fn check_clamps(scene: &Scene) -> Result<(), Invalid> {
             !clamp.components.is_empty(),
             format!("clamp.{i}.components"),
             "at least one of x, y, z",
-            &clamp.components,
+            Written(&clamp.components),
             "leave the key out to hold all three components",
         )?;
         check_place(scene, clamp, i)?;
@@ -58,7 +58,7 @@ fn check_place(scene: &Scene, clamp: &Clamp, i: usize) -> Result<(), Invalid> {
                 !in_contact,
                 key,
                 "a face other than the contact face",
-                face,
+                Written(face),
                 "a face is either held or in contact",
             )
         }
@@ -69,7 +69,7 @@ fn check_place(scene: &Scene, clamp: &Clamp, i: usize) -> Result<(), Invalid> {
                 "two corners [min, max], min at most max in x, y and z [{}]",
                 scene.units.length()
             ),
-            [low, high],
+            Written(&[low, high]),
             "give the lower corner first",
         ),
         (face, corners) => require(
@@ -91,7 +91,7 @@ fn check_vector(value: &[Quantity; 3], key: String, unit: &str) -> Result<(), In
         value.iter().all(|p| holds(p, f64::is_finite)),
         key,
         &format!("three finite numbers [{unit}] or expressions in x, y, z"),
-        value,
+        Written(value),
         "give the vector's three components",
     )
 }
@@ -102,7 +102,7 @@ pub(super) fn check_name(scene: &Scene, face: &str, key: String) -> Result<(), I
         !matches!(scene.body, Body::Brick(_)) || BrickFace::named(face).is_some(),
         key,
         &format!("one of {}", BrickFace::NAMES.join(", ")),
-        face,
+        Written(&face),
         "a brick has these six faces; named groups come with Gmsh meshes",
     )
 }
@@ -118,7 +118,7 @@ fn check_loaded_face(scene: &Scene, face: &str, key: String) -> Result<(), Inval
         !in_contact && !held,
         key,
         "a face that is neither held nor in contact",
-        face,
+        Written(&face),
         "loads act on free faces only",
     )
 }

@@ -1,0 +1,220 @@
+//! Formulas in named variables.
+
+mod parse;
+mod program;
+mod slope;
+mod token;
+
+use std::{collections::BTreeMap, fmt};
+
+use thiserror::Error;
+
+pub use parse::FUNCTIONS;
+use parse::{CONSTANTS, DEEPEST_NESTING, Problem};
+use program::{Step, run};
+use slope::Sloped;
+pub(super) use token::is_identifier;
+pub use token::replace_names;
+
+/// Longest text of an expression, in bytes.
+const LONGEST_TEXT: usize = 4096;
+
+/// Numbers with names, which formulas may use.
+pub type Parameters = BTreeMap<String, f64>;
+
+/// A formula in named variables, such as `0.3 - 0.1*tanh(s1/1e-5)`.
+///
+/// Operators + − * / ^, the functions of [`FUNCTIONS`] with parentheses, the constants PI and E, and
+/// named parameters; −x^2 is −(x^2).
+#[derive(Clone)]
+pub struct Expression {
+    parsed: Box<Parsed>,
+    variables: &'static [&'static str],
+}
+
+/// A formula as written, and as read.
+#[derive(Clone)]
+struct Parsed {
+    text: String,
+    steps: Vec<Step>,
+    /// The names of the parameters.
+    names: Vec<String>,
+    /// Their values; none before they are bound.
+    values: Vec<f64>,
+}
+
+/// Why a text is no usable expression.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum ExpressionError {
+    /// No formula.
+    #[error("{text:?} is no expression: {reason}")]
+    Syntax {
+        /// The text.
+        text: String,
+        /// What is wrong, and what to write instead.
+        reason: String,
+    },
+    /// A name that is no variable or parameter here.
+    #[error("unknown name {name:?}; expected {known}")]
+    Unknown {
+        /// The name.
+        name: String,
+        /// The names that mean something here.
+        known: String,
+    },
+    /// A name before parentheses that is no function.
+    #[error("{name:?} is no function; expected one of {} (write * for a product)", FUNCTIONS.join(", "))]
+    NoFunction {
+        /// The name.
+        name: String,
+    },
+    /// Too long, or too deeply nested.
+    #[error(
+        "an expression has at most {LONGEST_TEXT} bytes and {DEEPEST_NESTING} nested parentheses; a table or a grid takes more"
+    )]
+    TooLarge,
+}
+
+/// The names that a formula may use, in words.
+fn known_names(variables: &[&str], parameters: &Parameters) -> String {
+    let names: Vec<&str> = parameters.keys().map(String::as_str).collect();
+    let parameters = match names.as_slice() {
+        [] => "names of the table [parameters], which is empty".to_owned(),
+        names => format!("the parameters {}", names.join(", ")),
+    };
+    let (variables, functions) = (variables.join(", "), FUNCTIONS.join(", "));
+    format!("the variables {variables}, {parameters}, the functions {functions}, PI or E")
+}
+
+/// Whether formulas give a name a meaning of their own, and which.
+pub(super) fn meaning(name: &str, variables: &[&str]) -> Option<&'static str> {
+    match name {
+        _ if variables.contains(&name) => Some("a variable"),
+        _ if FUNCTIONS.contains(&name) => Some("a function"),
+        _ if CONSTANTS.iter().any(|(constant, _)| *constant == name) => Some("a constant"),
+        _ => None,
+    }
+}
+
+impl Expression {
+    /// Parses a formula that may use the given variables, and no parameters.
+    ///
+    /// # Errors
+    /// [`ExpressionError`] for text that is no formula, unknown names, and formulas without limits.
+    pub fn parse(text: &str, variables: &'static [&'static str]) -> Result<Self, ExpressionError> {
+        let mut expression = Self::unbound(text, variables)?;
+        expression.bind(&Parameters::new())?;
+        Ok(expression)
+    }
+
+    /// Parses a formula; names that are no variables are parameters, without values until they are
+    /// bound.
+    pub(super) fn unbound(
+        text: &str,
+        variables: &'static [&'static str],
+    ) -> Result<Self, ExpressionError> {
+        if text.len() > LONGEST_TEXT {
+            return Err(ExpressionError::TooLarge);
+        }
+        let parsed = parse::parse(text, variables).map_err(|problem| match problem {
+            Problem::Syntax(reason) => ExpressionError::Syntax {
+                text: text.to_owned(),
+                reason,
+            },
+            Problem::NoFunction(name) => ExpressionError::NoFunction { name },
+            Problem::TooDeep => ExpressionError::TooLarge,
+        })?;
+        Ok(Self {
+            parsed: Box::new(Parsed {
+                text: text.to_owned(),
+                steps: parsed.steps,
+                names: parsed.parameters,
+                values: Vec::new(),
+            }),
+            variables,
+        })
+    }
+
+    /// Gives the parameters their values.
+    ///
+    /// # Errors
+    /// [`ExpressionError::Unknown`] for the first name without a value.
+    pub(super) fn bind(&mut self, parameters: &Parameters) -> Result<(), ExpressionError> {
+        let values = self.parsed.names.iter().map(|name| {
+            let value = parameters.get(name).copied();
+            value.ok_or_else(|| ExpressionError::Unknown {
+                name: name.clone(),
+                known: known_names(self.variables, parameters),
+            })
+        });
+        self.parsed.values = values.collect::<Result<_, _>>()?;
+        Ok(())
+    }
+
+    /// Another formula with the variables and parameters of this one.
+    ///
+    /// # Errors
+    /// As [`Self::parse`].
+    pub fn rewritten(&self, text: &str) -> Result<Self, ExpressionError> {
+        let mut other = Self::unbound(text, self.variables)?;
+        let values = self.parsed.values.iter().copied();
+        other.bind(&self.parameters().map(str::to_owned).zip(values).collect())?;
+        Ok(other)
+    }
+
+    /// The formula as written.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.parsed.text
+    }
+
+    /// The names of the parameters it uses.
+    pub fn parameters(&self) -> impl Iterator<Item = &str> {
+        self.parsed.names.iter().map(String::as_str)
+    }
+
+    /// The value for the variables in the order in which [`Self::parse`] was given them; not
+    /// finite outside the formula's domain.
+    #[must_use]
+    pub fn evaluate(&self, values: &[f64]) -> f64 {
+        run(&self.parsed.steps, &self.parsed.values, |place| {
+            values[place]
+        })
+    }
+
+    /// The partial derivatives by three variables, given by their places; at kinks those of the
+    /// piece that holds when all three grow at the same rate.
+    #[must_use]
+    pub fn derivatives(&self, values: &[f64], by: [usize; 3]) -> [f64; 3] {
+        let variable =
+            |place| Sloped::variable(values[place], by.iter().position(|wanted| *wanted == place));
+        run(&self.parsed.steps, &self.parsed.values, variable).derivatives()
+    }
+
+    /// Whether the formula uses a variable.
+    #[must_use]
+    pub fn uses(&self, variable: &str) -> bool {
+        let is_used = |step: &Step| match step {
+            Step::Variable(place) => self.variables[*place] == variable,
+            _ => false,
+        };
+        self.parsed.steps.iter().any(is_used)
+    }
+}
+
+impl PartialEq for Expression {
+    fn eq(&self, other: &Self) -> bool {
+        self.text() == other.text()
+            && self.variables == other.variables
+            && self.parsed.values == other.parsed.values
+    }
+}
+
+impl fmt::Debug for Expression {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:?}", self.text())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,195 @@
+//! A formula as steps on a stack, for numbers with and without slopes.
+
+use std::cmp::Ordering;
+
+use super::slope::Number;
+
+/// One step: takes its arguments from the stack and puts its value there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Step {
+    Number(f64),
+    /// A variable, by its place among the allowed ones.
+    Variable(usize),
+    /// A parameter, by its place among the formula's own.
+    Parameter(usize),
+    Function(Function),
+    Binary(Binary),
+    /// The third of four arguments if the first two compare so, else the fourth.
+    Choose(Comparison),
+}
+
+/// A function of one argument.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Function {
+    Sqrt,
+    Exp,
+    Ln,
+    Log10,
+    Sin,
+    Cos,
+    Tan,
+    Asin,
+    Acos,
+    Atan,
+    Sinh,
+    Cosh,
+    Tanh,
+    Abs,
+}
+
+/// A function of two arguments.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Binary {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Power,
+    Min,
+    Max,
+}
+
+/// How the two sides of a condition compare.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Comparison {
+    Below,
+    AtMost,
+    Above,
+    AtLeast,
+}
+
+impl Function {
+    /// The function of a name; that of `min`, `max` and `if` has more arguments than one.
+    pub(super) fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "sqrt" => Self::Sqrt,
+            "exp" => Self::Exp,
+            "ln" => Self::Ln,
+            "log10" => Self::Log10,
+            "sin" => Self::Sin,
+            "cos" => Self::Cos,
+            "tan" => Self::Tan,
+            "asin" => Self::Asin,
+            "acos" => Self::Acos,
+            "atan" => Self::Atan,
+            "sinh" => Self::Sinh,
+            "cosh" => Self::Cosh,
+            "tanh" => Self::Tanh,
+            "abs" => Self::Abs,
+            _ => return None,
+        })
+    }
+
+    fn of<N: Number>(self, argument: N) -> N {
+        let x = argument.value();
+        match self {
+            Self::Sqrt => argument.through(x.sqrt(), || 0.5 / x.sqrt()),
+            Self::Exp => argument.through(x.exp(), || x.exp()),
+            Self::Ln => argument.through(x.ln(), || x.recip()),
+            Self::Log10 => argument.through(x.log10(), || (x * std::f64::consts::LN_10).recip()),
+            Self::Sin => argument.through(x.sin(), || x.cos()),
+            Self::Cos => argument.through(x.cos(), || -x.sin()),
+            Self::Tan => argument.through(x.tan(), || x.cos().powi(-2)),
+            Self::Asin => argument.through(x.asin(), || (1.0 - x * x).sqrt().recip()),
+            Self::Acos => argument.through(x.acos(), || -(1.0 - x * x).sqrt().recip()),
+            Self::Atan => argument.through(x.atan(), || (1.0 + x * x).recip()),
+            Self::Sinh => argument.through(x.sinh(), || x.cosh()),
+            Self::Cosh => argument.through(x.cosh(), || x.sinh()),
+            Self::Tanh => argument.through(x.tanh(), || 1.0 - x.tanh().powi(2)),
+            Self::Abs => {
+                let ahead = argument.compare_ahead(N::number(0.0));
+                let sign = if ahead == Some(Ordering::Less) {
+                    -1.0
+                } else {
+                    1.0
+                };
+                argument.through(x.abs(), || sign)
+            }
+        }
+    }
+}
+
+impl Binary {
+    fn of<N: Number>(self, a: N, b: N) -> N {
+        let (x, y) = (a.value(), b.value());
+        match self {
+            Self::Add => a.with(b, x + y, || [1.0, 1.0]),
+            Self::Subtract => a.with(b, x - y, || [1.0, -1.0]),
+            Self::Multiply => a.with(b, x * y, || [y, x]),
+            Self::Divide => a.with(b, x / y, || [y.recip(), -x / y / y]),
+            Self::Power => a.with(b, x.powf(y), || {
+                let by_base = if y == 0.0 { 0.0 } else { y * x.powf(y - 1.0) };
+                [by_base, x.powf(y) * x.ln()]
+            }),
+            Self::Min => pick(a, b, Ordering::Greater),
+            Self::Max => pick(a, b, Ordering::Less),
+        }
+    }
+}
+
+/// The second number if the first compares so to it, else the first; no number where one is none.
+fn pick<N: Number>(a: N, b: N, second_if: Ordering) -> N {
+    match a.compare_ahead(b) {
+        None => N::number(f64::NAN),
+        Some(order) if order == second_if => b,
+        Some(_) => a,
+    }
+}
+
+impl Comparison {
+    fn holds(self, order: Ordering) -> bool {
+        match self {
+            Self::Below => order.is_lt(),
+            Self::AtMost => order.is_le(),
+            Self::Above => order.is_gt(),
+            Self::AtLeast => order.is_ge(),
+        }
+    }
+
+    /// One of two numbers: the value by the condition here, the slope by that just ahead.
+    fn choose<N: Number>(self, [left, right, first, second]: [N; 4]) -> N {
+        let here = left.value().partial_cmp(&right.value());
+        let (Some(here), Some(ahead)) = (here, left.compare_ahead(right)) else {
+            return N::number(f64::NAN);
+        };
+        let chosen = |order| if self.holds(order) { first } else { second };
+        chosen(ahead).at(chosen(here).value())
+    }
+}
+
+/// Runs the steps of a formula; not a number where it is not defined.
+pub(super) fn run<N: Number>(
+    steps: &[Step],
+    parameters: &[f64],
+    variable: impl Fn(usize) -> N,
+) -> N {
+    let mut stack: Vec<N> = Vec::with_capacity(16);
+    for step in steps {
+        let value = match *step {
+            Step::Number(value) => N::number(value),
+            Step::Variable(place) => variable(place),
+            Step::Parameter(place) => N::number(parameters.get(place).copied().unwrap_or(f64::NAN)),
+            Step::Function(function) => {
+                let [argument] = taken(&mut stack);
+                function.of(argument)
+            }
+            Step::Binary(binary) => {
+                let [a, b] = taken(&mut stack);
+                binary.of(a, b)
+            }
+            Step::Choose(comparison) => comparison.choose(taken(&mut stack)),
+        };
+        stack.push(value);
+    }
+    let [value] = taken(&mut stack);
+    value
+}
+
+/// The last numbers of the stack, the oldest first; the parser has put them there.
+fn taken<N: Number, const K: usize>(stack: &mut Vec<N>) -> [N; K] {
+    let mut arguments = [N::number(f64::NAN); K];
+    for argument in arguments.iter_mut().rev() {
+        *argument = stack.pop().expect("a step has its arguments");
+    }
+    arguments
+}

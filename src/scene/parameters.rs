@@ -1,0 +1,161 @@
+//! The formulas of a scene and the parameters they use.
+
+use std::collections::BTreeSet;
+
+use super::{
+    Coefficient, Expression, ExpressionError, Invalid, LAW_VARIABLES, Parameters, Quantity, Scene,
+    expression::{is_identifier, meaning},
+};
+
+impl Scene {
+    /// The parameters that formulas use at keys of a kind, with their values.
+    #[must_use]
+    pub fn parameters_used(&self, at: impl Fn(&str) -> bool) -> Parameters {
+        let mut used = Parameters::new();
+        let mut scene = self.clone();
+        for (key, formula) in scene.formulas_mut() {
+            if at(&key) {
+                let known = formula
+                    .parameters()
+                    .filter_map(|name| Some((name.to_owned(), *self.parameters.get(name)?)));
+                used.extend(known);
+            }
+        }
+        used
+    }
+
+    /// The names of parameters that no formula uses.
+    #[must_use]
+    pub(super) fn unused_parameters(&self) -> Vec<String> {
+        let used = self.parameters_used(|_| true);
+        let given: BTreeSet<&String> = self.parameters.keys().collect();
+        let used: BTreeSet<&String> = used.keys().collect();
+        given.difference(&used).copied().cloned().collect()
+    }
+
+    /// Gives the parameters in all formulas their values.
+    ///
+    /// # Errors
+    /// A parameter that cannot be one, and a name in a formula that means nothing.
+    pub(super) fn bind_parameters(&mut self) -> Result<(), Invalid> {
+        for (name, value) in &self.parameters {
+            check(name, *value)?;
+        }
+        let parameters = self.parameters.clone();
+        for (key, formula) in self.formulas_mut() {
+            let text = formula.text().to_owned();
+            formula
+                .bind(&parameters)
+                .map_err(|error| unbound(key, &text, error))?;
+        }
+        Ok(())
+    }
+
+    /// All formulas with their keys.
+    fn formulas_mut(&mut self) -> Vec<(String, &mut Expression)> {
+        let mut quantities: Vec<(String, &mut Quantity)> = Vec::new();
+        for (i, traction) in self.tractions.iter_mut().enumerate() {
+            let key = format!("traction.{i}.value");
+            quantities.extend(traction.value.iter_mut().map(|value| (key.clone(), value)));
+        }
+        for (i, pressure) in self.pressures.iter_mut().enumerate() {
+            quantities.push((format!("pressure.{i}.value"), &mut pressure.value));
+        }
+        let mut add = |key: &str, value| quantities.push((key.to_owned(), value));
+        for value in self
+            .body_force
+            .iter_mut()
+            .flat_map(|force| &mut force.value)
+        {
+            add("body_force.value", value);
+        }
+        if let Some(contact) = &mut self.contact {
+            add("contact.gap", &mut contact.gap);
+            for value in contact.axis_1.iter_mut().flatten() {
+                add("contact.axis_1", value);
+            }
+            if let Some(value) = &mut contact.angle {
+                add("contact.angle", value);
+            }
+        }
+        let mut laws = Vec::new();
+        if let Some(friction) = &mut self.friction {
+            if let Some(value) = &mut friction.slip_bound {
+                add("friction.slip_bound", value);
+            }
+            laws.extend([
+                ("coefficient", &mut friction.coefficient),
+                ("coefficient_1", &mut friction.coefficient_1),
+                ("coefficient_2", &mut friction.coefficient_2),
+            ]);
+        }
+        let varying = quantities
+            .into_iter()
+            .filter_map(|(key, quantity)| match quantity {
+                Quantity::Varying(expression) => Some((key, expression)),
+                Quantity::Constant(_) => None,
+            });
+        let laws = laws.into_iter().filter_map(|(name, law)| match law {
+            Some(Coefficient::Expression(formula)) => Some((
+                format!("friction.{name}.expression"),
+                formula.expression_mut(),
+            )),
+            _ => None,
+        });
+        varying.chain(laws).collect()
+    }
+}
+
+/// Refuses a parameter that formulas cannot use.
+fn check(name: &str, value: f64) -> Result<(), Invalid> {
+    let refuse = |expected: &str, found: String, help: &str| {
+        Err(Invalid {
+            key: format!("parameters.{name}"),
+            expected: expected.into(),
+            found,
+            help: help.into(),
+        })
+    };
+    if let Some(meaning) = meaning(name, LAW_VARIABLES) {
+        return refuse(
+            "a name that means nothing else in formulas",
+            format!("{name}, {meaning} of formulas"),
+            &format!("give the parameter another name, such as {name}_0"),
+        );
+    }
+    if !is_identifier(name) {
+        return refuse(
+            "a name of letters, digits and _ that does not begin with a digit",
+            format!("{name:?}"),
+            "formulas could not tell it from other names, numbers and signs",
+        );
+    }
+    if !value.is_finite() {
+        return refuse(
+            "a finite number",
+            value.to_string(),
+            "give a number such as 0.3",
+        );
+    }
+    Ok(())
+}
+
+/// A formula with a name that means nothing.
+fn unbound(key: String, text: &str, error: ExpressionError) -> Invalid {
+    match error {
+        ExpressionError::Unknown { name, known } => Invalid {
+            key,
+            expected: known,
+            found: format!("the unknown name {name} in \"{text}\""),
+            help: format!(
+                "correct the name, or make it a parameter: {name} = 1.0, with the value you mean, below a line [parameters]"
+            ),
+        },
+        error => Invalid {
+            key,
+            expected: "a formula".into(),
+            found: format!("\"{text}\""),
+            help: error.to_string(),
+        },
+    }
+}

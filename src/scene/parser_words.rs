@@ -1,0 +1,207 @@
+//! What the TOML parser says, in the words of a scene.
+
+/// What is wrong at a key, and what to do about it.
+pub(super) struct ParserWords {
+    /// The key; none in text that is not TOML.
+    pub(super) key: Option<String>,
+    pub(super) message: String,
+    pub(super) help: String,
+}
+
+/// Where to look things up.
+const KEYS: &str = "docs/scene.md lists the keys with their types and defaults";
+
+/// Tables that hold exactly one kind of several: the end of the key, the kinds, an example.
+const CHOICES: [(&str, &[&str], &str); 4] = [
+    (
+        "body",
+        &["brick", "gmsh"],
+        "body.gmsh = { file = \"foot.msh\" }",
+    ),
+    (
+        "material",
+        &["isotropic", "orthotropic", "voigt"],
+        "material.isotropic = { young_modulus = 2.1e11, poisson_ratio = 0.3 }",
+    ),
+    (
+        "part",
+        &["group", "box"],
+        "part.box = [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]]",
+    ),
+    (
+        "coefficient",
+        &["constant", "ramp", "table", "grid", "expression"],
+        "friction.coefficient.constant = 0.3",
+    ),
+];
+
+/// The words of the parser for types, and ours.
+const TYPES: [(&str, &str); 10] = [
+    ("f64", "a number"),
+    ("usize", "a whole number from 0 on"),
+    ("u64", "a whole number from 0 on"),
+    ("sequence", "a list"),
+    ("map", "a table"),
+    ("a map", "a table"),
+    ("a sequence", "a list"),
+    ("unit variant", "a word"),
+    ("newtype variant", "a table"),
+    ("floating point", "number"),
+];
+
+/// The parser's message about a key; `found_at` gives the keys of the table at a key, or the text of
+/// another value.
+pub(super) fn in_words(
+    message: &str,
+    key: Option<String>,
+    found_at: impl Fn(&str) -> Vec<String>,
+) -> ParserWords {
+    let choice = key.as_deref().and_then(choice);
+    let plain = |message: String| ParserWords {
+        key: key.clone(),
+        message,
+        help: KEYS.to_owned(),
+    };
+    let Some((place, kinds, example)) = choice else {
+        return plain(translated(message));
+    };
+    let expected = format!("expected exactly one of {}", kinds.join(", "));
+    let (found, help) = if message.starts_with("wanted exactly 1 element") {
+        let found = found_at(&place);
+        let help = match found.is_empty() {
+            true => format!("give one of them, such as {example}"),
+            false => {
+                format!("leave one of them; --set '{place}={{ ... }}' replaces the whole table")
+            }
+        };
+        (found, help)
+    } else if ["wanted string or table", "invalid type: unit variant"]
+        .iter()
+        .any(|m| message.starts_with(m))
+    {
+        (
+            found_at(&place),
+            format!("name the kind, such as {example}"),
+        )
+    } else {
+        return plain(translated(message));
+    };
+    let found = match found.as_slice() {
+        [] => "none".to_owned(),
+        found => found.join(" and "),
+    };
+    ParserWords {
+        key: Some(place),
+        message: format!("{expected}; found {found}"),
+        help,
+    }
+}
+
+/// The table with kinds that a key leads to or through, its kinds, and an example.
+fn choice(key: &str) -> Option<(String, &'static [&'static str], &'static str)> {
+    let parts: Vec<&str> = key.split('.').collect();
+    let last = parts.len() - 1;
+    (last.saturating_sub(1)..=last).rev().find_map(|at| {
+        let name = parts[at].trim_end_matches("_1").trim_end_matches("_2");
+        let (_, kinds, example) = CHOICES.iter().find(|(end, ..)| *end == name)?;
+        Some((parts[..=at].join("."), *kinds, *example))
+    })
+}
+
+/// Types and keys by the names they have in scenes, what was expected first.
+fn translated(message: &str) -> String {
+    let message = message
+        .replace("unknown field", "unknown key")
+        .replace("missing field", "missing key")
+        .replace("unknown variant", "unknown word");
+    let Some((found, expected)) = message
+        .strip_prefix("invalid type: ")
+        .and_then(|rest| rest.split_once(", expected "))
+    else {
+        return match message
+            .strip_prefix("invalid length ")
+            .and_then(|rest| rest.split_once(", expected an array of length "))
+        {
+            Some((found, expected)) => format!("expected {expected} values, found {found}"),
+            None => message,
+        };
+    };
+    let word = |text: &str| {
+        let known = TYPES.iter().find(|(theirs, _)| *theirs == text);
+        known.map(|(_, ours)| (*ours).to_owned())
+    };
+    let length = expected.strip_prefix("an array of length ");
+    let expected = match (length, expected.starts_with("struct ")) {
+        (Some(length), _) => format!("a list of {length} values"),
+        (None, true) => "a table".to_owned(),
+        (None, false) => word(expected).unwrap_or_else(|| expected.to_owned()),
+    };
+    let found = match found.split_once(" `") {
+        Some((kind, value)) => {
+            format!("{} `{value}", word(kind).unwrap_or_else(|| kind.to_owned()))
+        }
+        None => word(found).unwrap_or_else(|| found.to_owned()),
+    };
+    format!("expected {expected}, found {found}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Body, Coefficient, Material, Part};
+
+    /// What the parser says of a kind that is none.
+    fn refused<T: serde::de::DeserializeOwned>() -> String {
+        let error = toml::from_str::<T>("none_of_them = 0")
+            .err()
+            .expect("no kind");
+        error.message().to_owned()
+    }
+
+    #[test]
+    fn every_kind_is_named() {
+        let refusals = [
+            refused::<Body>(),
+            refused::<Material>(),
+            refused::<Part>(),
+            refused::<Coefficient>(),
+        ];
+        for ((_, kinds, _), refusal) in CHOICES.iter().zip(refusals) {
+            let marked: Vec<&str> = refusal.split('`').skip(3).step_by(2).collect();
+            assert_eq!(marked, *kinds, "{refusal}");
+        }
+    }
+
+    #[test]
+    fn types_have_the_names_of_scenes() {
+        for (theirs, ours) in [
+            (
+                "invalid type: string \"a\", expected f64",
+                "expected a number, found string \"a\"",
+            ),
+            (
+                "invalid type: integer `3`, expected a string",
+                "expected a string, found integer `3`",
+            ),
+            (
+                "invalid type: floating point `0.5`, expected usize",
+                "expected a whole number from 0 on, found number `0.5`",
+            ),
+            (
+                "invalid type: sequence, expected struct Brick",
+                "expected a table, found a list",
+            ),
+            (
+                "invalid length 2, expected an array of length 3",
+                "expected 3 values, found 2",
+            ),
+            (
+                "invalid type: floating point `3.0`, expected an array of length 3",
+                "expected a list of 3 values, found number `3.0`",
+            ),
+            ("missing field `face`", "missing key `face`"),
+        ] {
+            assert_eq!(translated(theirs), ours);
+        }
+    }
+}

@@ -1,0 +1,92 @@
+use std::fmt;
+
+use super::{Component, Scene, Written};
+
+/// Something in a scene that is allowed and probably not meant.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Warning {
+    /// A parameter that no formula uses.
+    UnusedParameter {
+        /// The parameter.
+        name: String,
+    },
+    /// Components of a load that act on held displacements only.
+    IdleLoad {
+        /// The key of the load.
+        key: String,
+        /// Its components without effect.
+        components: Vec<Component>,
+    },
+    /// A pressure that acts on held displacements only.
+    IdlePressure {
+        /// The key of the pressure.
+        key: String,
+    },
+    /// A law of friction that is not positive and finite at slips that may never occur.
+    LawLeavesRange {
+        /// The key of the law.
+        key: String,
+        /// The least slips in words at which it does so.
+        onset: String,
+        /// Its worst value.
+        value: f64,
+        /// Slips and place of that value in words.
+        place: String,
+    },
+}
+
+impl Scene {
+    /// What the scene alone shows; loads and laws are looked at with the mesh.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Warning> {
+        let unused = self.unused_parameters().into_iter();
+        unused
+            .map(|name| Warning::UnusedParameter { name })
+            .collect()
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::UnusedParameter { name } => write!(
+                f,
+                "parameters.{name}: no formula uses it; correct the name, or remove it"
+            ),
+            Self::IdleLoad { key, components } => {
+                let names: Vec<&str> = components.iter().map(|c| c.name()).collect();
+                let names = names.join(", ");
+                write!(
+                    f,
+                    "{key}: its part along {names} does nothing, since clamps hold that displacement wherever \
+                     it acts; set it to 0, or take {names} out of `components` of the clamp"
+                )
+            }
+            Self::IdlePressure { key } => write!(
+                f,
+                "{key}: it does nothing, since clamps hold the displacement along the normal of the face; \
+                 remove it, or take that direction out of `components` of the clamp"
+            ),
+            Self::LawLeavesRange {
+                key,
+                onset,
+                value,
+                place,
+            } => {
+                let remedy = if value.is_nan() {
+                    "where the formula is not defined, choose a value with if(CONDITION, FORMULA, VALUE)"
+                } else if *value > 0.0 {
+                    "min(FORMULA, 1) stays below a bound"
+                } else {
+                    "max(FORMULA, 0.05) stays above a bound"
+                };
+                write!(
+                    f,
+                    "{key}: not 0 < F < infinity, first at {onset}, at worst {} at {place}; if pressed panes \
+                     slip so far, the solve counts as failed: {remedy}",
+                    Written(value)
+                )
+            }
+        }
+    }
+}
