@@ -33,6 +33,7 @@ class RawProblem:
     displacement: np.ndarray
     multiplier: np.ndarray
     steplength: float
+    local_stiffness: np.ndarray
 
     @classmethod
     def read(cls, file: h5py.File) -> "RawProblem":
@@ -56,6 +57,12 @@ class RawProblem:
             displacement=solve["displacement"][:],
             multiplier=np.concatenate([part[:].ravel() for part in multipliers]),
             steplength=float(solve["steplength"][()]),
+            local_stiffness=np.concatenate(
+                [
+                    solve["local_stiffness_normal"][:],
+                    solve["local_stiffness_tangential"][:].ravel(),
+                ]
+            ),
         )
 
     @property

@@ -81,3 +81,19 @@ def test_steplength(problem):
     # The estimate stops at a residual of 1 %; a little below |S| is possible as well.
     assert 0.99 <= estimate / problem.spectrum[-1] <= 1.011
     assert problem.steplength < 2.0 / problem.spectrum[-1]
+
+
+def test_local_stiffness_is_bounded_by_that_of_single_nodes(problem):
+    """These cases hold S implicitly: the stored stiffness bounds (S^-1)_ii from above.
+
+    The displacement of one node of a pane is one of those among which (S^-1)_ii is the
+    least energy. A pane of 2 x 2 cells has one node of its own, so the bound is coarse, but
+    it knows no rigid motion: within two digits here.
+    """
+    exact = np.diag(np.linalg.inv(problem.dual_operator)).copy()
+    m = problem.n_panes
+    pairs = exact[m:].reshape(-1, 2)
+    pairs[:] = pairs.mean(axis=1, keepdims=True)
+    ratio = problem.local_stiffness / exact
+    assert ratio.min() >= 1 - 1e-9  # rounding of the inverse
+    assert ratio.max() < 100

@@ -67,6 +67,15 @@ def test_answer_is_a_fixed_point_of_projected_gradient_steps(solved):
     assert np.linalg.norm(image - multiplier) <= 1e-11 * np.linalg.norm(multiplier)
 
 
+def test_local_stiffness_is_the_diagonal_of_the_inverse(solved):
+    _, problem = solved
+    exact = np.diag(np.linalg.inv(problem.dual_operator)).copy()
+    pairs = exact[problem.n_panes :].reshape(-1, 2)
+    pairs[:] = pairs.mean(axis=1, keepdims=True)
+    # Two inverses of a matrix whose condition number is some 1e4.
+    assert problem.local_stiffness == pytest.approx(exact, rel=1e-9)
+
+
 def test_inspection_knows_newton(path):
     script = ROOT / "python-checks" / "inspect_run.py"
     command = [sys.executable, str(script), str(path)]

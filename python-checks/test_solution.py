@@ -119,11 +119,12 @@ def test_margins(run, problem):
 def test_zones(run, problem, integrals):
     """A pane slips when a trial step along its slip leaves the friction ellipse.
 
-    The primal-dual sign of contact: the trial stress lambda_t + alpha |R| u_t lies
+    The primal-dual sign of contact: the trial stress lambda_t + rho |R| u_t lies
     outside the ellipse on slipping panes (stress on the boundary, u_t along its
     normal) and inside on sticking ones (u_t = 0), with no tolerance to choose.
     """
-    trial = problem.tangential + problem.steplength * integrals[1]
+    rho = problem.local_stiffness[problem.n_panes :].reshape(-1, 2)
+    trial = problem.tangential + rho * integrals[1]
     used = np.linalg.norm(run["solve/friction_inverse"][:] * trial, axis=1)
     zones = np.where(used > run["solve/slip_bound"][:], "slip", "stick")
     zones[problem.normal <= 0] = "open"
@@ -205,27 +206,29 @@ def certificate(problem, integrals, friction) -> dict[str, float]:
     inverse = friction[1]
     slip = integrals[1] / area[:, None]
     gap = problem.gap - integrals[0] / area
-    work = problem.load @ u
     residual = problem.stiffness @ u + problem.coupling.T @ problem.multiplier
     used = np.linalg.norm(inverse * problem.tangential, axis=1)
     most = problem.normal * np.linalg.norm(slip / inverse, axis=1)
     missing = area @ np.abs(most - np.sum(problem.tangential * slip, axis=1))
     # r = S lambda - h = -(B u) + gap, so no matrix S is needed.
     r = np.concatenate([area * gap, -integrals[1].ravel()])
-    step = problem.multiplier - problem.steplength * r
+    rho, m = problem.local_stiffness, problem.n_panes
+    step = problem.multiplier - rho * r
     nearest = problem.project(step, np.maximum(problem.normal, 0), inverse)
-    size = np.linalg.norm(problem.multiplier)
+    moved = np.abs(nearest - problem.multiplier)
+    pressure = problem.normal.max()
+    semi_axes = problem.normal[:, None] / inverse
+    shear = max(np.linalg.norm(problem.tangential, axis=1).max(), semi_axes.max())
+    works = problem.multiplier**2 / rho
     return {
         "equilibrium": np.linalg.norm(residual - problem.load)
         / np.linalg.norm(problem.load),
-        "penetration": np.maximum(-gap, 0).max() / np.abs(u).max(),
-        "adhesion": np.maximum(-problem.normal, 0).max()
-        / np.abs(problem.multiplier).max(),
-        "complementarity": (area @ np.abs(problem.normal * gap)) / abs(work),
-        "friction_bound": np.maximum(used - problem.normal, 0).max()
-        / problem.normal.max(),
-        "slip_direction": missing / abs(work),
-        "fixed_point": np.linalg.norm(nearest - problem.multiplier) / size,
+        "penetration": (np.maximum(-gap, 0) * area * rho[:m]).max() / pressure,
+        "adhesion": np.maximum(-problem.normal, 0).max() / pressure,
+        "complementarity": (area @ np.abs(problem.normal * gap)) / works[:m].sum(),
+        "friction_bound": np.maximum(used - problem.normal, 0).max() / pressure,
+        "slip_direction": missing / (area @ np.abs(most) + works[m:].sum()),
+        "fixed_point": max(moved[:m].max() / pressure, moved[m:].max() / shear),
     }
 
 

@@ -73,6 +73,9 @@ pub(super) fn status(solution: &Solution) -> String {
         Status::MaxNewtonSteps => {
             "NOT CONVERGED: Newton's method gave up; choose method auto or fixed-point".into()
         }
+        Status::Inaccurate => format!(
+            "NOT CONVERGED: the stopping rule is met, but the multipliers are off by about {accuracy:.1e}; lower epsilon, or choose method auto"
+        ),
         Status::Cycling => {
             "NOT CONVERGED: successive approximations go round in a cycle; choose method newton".into()
         }

@@ -128,6 +128,23 @@ impl Coupling {
     }
 }
 
+/// Signed (u_t1, u_t2) at every contact node in m, `[n_contact_nodes]`.
+#[must_use]
+pub fn nodal_tangential(
+    surface: &ContactSurface,
+    frame: &ContactFrame,
+    dofs: &DofMap,
+    displacement: &[f64],
+) -> Vec<[f64; 2]> {
+    let nodes = surface.nodes.iter().enumerate();
+    nodes
+        .map(|(local, &node)| {
+            let vector = dofs.dof[node].map(|dof| dof.map_or(0.0, |d| displacement[d]));
+            frame.tangential(local, vector)
+        })
+        .collect()
+}
+
 /// Slip |u_t1|, |u_t2| at every contact node in m, `[n_contact_nodes]`.
 #[must_use]
 pub fn nodal_slip(
@@ -136,13 +153,6 @@ pub fn nodal_slip(
     dofs: &DofMap,
     displacement: &[f64],
 ) -> Vec<[f64; 2]> {
-    surface
-        .nodes
-        .iter()
-        .enumerate()
-        .map(|(local, &node)| {
-            let vector = dofs.dof[node].map(|dof| dof.map_or(0.0, |d| displacement[d]));
-            frame.tangential(local, vector).map(f64::abs)
-        })
-        .collect()
+    let tangential = nodal_tangential(surface, frame, dofs, displacement);
+    tangential.into_iter().map(|u| u.map(f64::abs)).collect()
 }

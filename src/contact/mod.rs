@@ -10,7 +10,7 @@ mod law_bounds;
 mod law_bounds_tests;
 mod law_search;
 
-pub use coupling::{Coupling, nodal_slip};
+pub use coupling::{Coupling, nodal_slip, nodal_tangential};
 pub use frame::ContactFrame;
 pub use friction_field::FrictionField;
 pub use interface::{CoulombLaw, Interface, InterfaceFriction};

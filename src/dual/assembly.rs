@@ -6,7 +6,7 @@ use super::{Need, Shortage, need::Admission};
 use crate::{
     elasticity::{DofMap, Loads, MaterialField, node_adjacency, refuse_rigid_motions, stiffness},
     linalg::{
-        Analysis, CholeskyFactor, CscMatrix, FactorError, OrderingError, Workspace, add_scaled,
+        Analysis, CholeskyFactor, CscMatrix, Doubled, FactorError, OrderingError, Workspace,
         expand_to_unknowns, nested_dissection, norm,
     },
     mesh::Mesh,
@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// Steps of iterative refinement; each wins at least the digits that cond(A) leaves.
-const MOST_REFINEMENTS: usize = 4;
+const MOST_REFINEMENTS: usize = 6;
 
 /// The discrete elastic problem A u = l.
 #[derive(Debug, Clone, PartialEq)]
@@ -187,11 +187,11 @@ impl Assembly {
     }
 
     /// A⁻¹f as [`Self::solve`], refined with residuals in twice the working precision until the
-    /// corrections no longer fall: accurate to rounding while ε cond(A) < 1 (N. J. Higham, *Accuracy
-    /// and Stability of Numerical Algorithms*, SIAM 2002, theorem 12.1).
+    /// corrections no longer fall, or are below `target` ‖u‖: accurate while ε cond(A) < 1
+    /// (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, SIAM 2002, theorem 12.1).
     #[must_use]
-    pub fn solve_refined(&self, forces: &[f64], work: &mut Workspace) -> Vec<f64> {
-        let mut displacement = self.solve(forces, work);
+    pub fn solve_refined(&self, forces: &[f64], target: f64, work: &mut Workspace) -> Doubled {
+        let mut displacement = Doubled::from(self.solve(forces, work));
         let mut last = f64::INFINITY;
         for _ in 0..MOST_REFINEMENTS {
             let residual = self.primal.stiffness.residual(&displacement, forces);
@@ -201,12 +201,12 @@ impl Assembly {
             if !(size > 0.0 && size < 0.5 * last) {
                 break;
             }
-            let whole = norm(&displacement);
+            let whole = norm(&displacement.value);
             // What the next correction would be: corrections fall by the same factor ε cond(A).
             let next = size * size / if last.is_finite() { last } else { whole };
             last = size;
-            add_scaled(&mut displacement, 1.0, &correction);
-            if next <= f64::EPSILON * whole {
+            displacement.add(&correction);
+            if next <= target * whole {
                 break;
             }
         }

@@ -1,7 +1,7 @@
 use super::{Assembly, ExplicitDual};
 use crate::{
     contact::{Coupling, Interface},
-    linalg::Workspace,
+    linalg::{Doubled, Workspace},
     mesh::ContactSurface,
 };
 
@@ -62,12 +62,24 @@ impl ContactSystem {
         interface: &Interface,
     ) -> Vec<f64> {
         let mut closing = self.coupling.integrate(displacement);
-        if let Some(gap) = &interface.gap {
-            for (pane, area) in surface.pane_area.iter().enumerate() {
-                closing[pane] -= area * surface.pane_mean(pane, gap);
-            }
+        for (closing, gap) in closing.iter_mut().zip(gap_integrals(surface, interface)) {
+            *closing -= gap;
         }
         closing
+    }
+
+    /// The same of a displacement with its remainder, in twice the working precision.
+    #[must_use]
+    pub fn closing_refined(
+        &self,
+        displacement: &Doubled,
+        surface: &ContactSurface,
+        interface: &Interface,
+    ) -> Vec<f64> {
+        let mut gaps = gap_integrals(surface, interface);
+        gaps.resize(self.coupling.n_multipliers(), 0.0);
+        let transposed = &self.coupling.transposed;
+        transposed.transposed_excess(displacement, &gaps)
     }
 
     /// The displacement u = A⁻¹(l − Bᵀλ) over the free degrees of freedom in m.
@@ -81,11 +93,16 @@ impl ContactSystem {
         assembly.solve(&self.forces(assembly, multiplier), work)
     }
 
-    /// The same by [`Assembly::solve_refined`].
+    /// The same by [`Assembly::solve_refined`] to the share `target` of u.
     #[must_use]
-    pub fn refined_displacement(&self, assembly: &Assembly, multiplier: &[f64]) -> Vec<f64> {
+    pub fn refined_displacement(
+        &self,
+        assembly: &Assembly,
+        multiplier: &[f64],
+        target: f64,
+    ) -> Doubled {
         let forces = self.forces(assembly, multiplier);
-        assembly.solve_refined(&forces, &mut Workspace::default())
+        assembly.solve_refined(&forces, target, &mut Workspace::default())
     }
 
     /// l − Bᵀλ in N.
@@ -96,4 +113,15 @@ impl ContactSystem {
         }
         forces
     }
+}
+
+/// ∫ gap over each pane in m³; empty without a gap.
+fn gap_integrals(surface: &ContactSurface, interface: &Interface) -> Vec<f64> {
+    let Some(gap) = &interface.gap else {
+        return Vec::new();
+    };
+    let panes = surface.pane_area.iter().enumerate();
+    panes
+        .map(|(pane, area)| area * surface.pane_mean(pane, gap))
+        .collect()
 }

@@ -18,21 +18,26 @@ pub struct ExplicitDual {
     /// S = B A⁻¹ Bᵀ, column-major, exactly symmetric, `[n_multipliers, n_multipliers]`, in m³/Pa;
     /// shared by problems that differ in their loads.
     pub operator: Arc<Vec<f64>>,
-    /// h = B A⁻¹ l with the gap's integral subtracted, `[n_multipliers]`, in m³.
+    /// h = B A⁻¹ l with the gap's integral subtracted, `[n_multipliers]`, in m³; −r(λ₀) where the
+    /// problem is written about an anchor λ₀.
     pub rhs: Vec<f64>,
+    /// λ₀ of [`Self::anchored`], `[n_multipliers]`, in Pa; `None` for zero.
+    pub anchor: Option<Vec<f64>>,
     /// Number of panes m.
     pub n_panes: usize,
     /// The compliance of the contact nodes; `None` where no friction law asks for slip.
     pub compliance: Option<ContactCompliance>,
 }
 
-/// The tangential displacement of the contact nodes, affine in λ: u_t = `slip_free` − G λ.
+/// The tangential displacement of the contact nodes, affine in λ: u_t = `slip_free` − G (λ − λ₀)
+/// with the anchor λ₀ of the dual problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactCompliance {
     /// G = C A⁻¹ Bᵀ with the rows u_t1, u_t2 of contact node after contact node, column-major,
     /// `[2 n_contact_nodes, 3 n_panes]`, in m/Pa; shared as S is.
     pub matrix: Arc<Vec<f64>>,
-    /// (u_t1, u_t2) of A⁻¹l at the contact nodes, signed, `[n_contact_nodes]`, in m.
+    /// (u_t1, u_t2) of A⁻¹l, or of the displacement at the anchor, at the contact nodes, signed,
+    /// `[n_contact_nodes]`, in m.
     pub slip_free: Vec<[f64; 2]>,
 }
 
@@ -62,42 +67,39 @@ impl ExplicitDual {
         Self {
             operator: Arc::new(operator),
             rhs: contact.dual_rhs.clone(),
+            anchor: None,
             n_panes: contact.coupling.n_panes,
             compliance,
         }
     }
 
-    /// The same S and G with h and the free slip such that λ has exactly the given displacement:
-    /// h' = S λ + B u − gap, `slip_free`' = C u + G λ. Near λ the rounding of S, G and h then counts only
-    /// in proportion to the change of λ (iterative refinement).
+    /// The same problem written about λ₀ with its exact displacement u₀ in m: r = S (λ − λ₀) − c for
+    /// the closing c = B u₀ − gap in m³, u_t = C u₀ − G (λ − λ₀).
+    ///
+    /// Near λ₀ the rounding of S, G and h then counts only in proportion to λ − λ₀ (iterative
+    /// refinement); what cancels in S λ − h, the rigid motion of a body that nearly floats, cancelled
+    /// in c already.
     #[must_use]
-    pub fn corrected(
+    pub fn anchored(
         &self,
         multiplier: &[f64],
         displacement: &[f64],
-        closing: &[f64],
+        closing: Vec<f64>,
         surface: &ContactSurface,
         frame: &ContactFrame,
         dofs: &DofMap,
     ) -> Self {
-        let product = self.apply(multiplier);
         let compliance = self.compliance.as_ref().map(|compliance| {
             let selection = tangential_selection(surface, frame, dofs);
-            let mut slip_free = free_slip(&selection, displacement);
-            let slips = compliance.tangential_displacement(multiplier);
-            for (at, pair) in slip_free.iter_mut().enumerate() {
-                for k in 0..2 {
-                    pair[k] += compliance.slip_free[at][k] - slips[at][k];
-                }
-            }
             ContactCompliance {
                 matrix: Arc::clone(&compliance.matrix),
-                slip_free,
+                slip_free: free_slip(&selection, displacement),
             }
         });
         Self {
             operator: Arc::clone(&self.operator),
-            rhs: product.iter().zip(closing).map(|(s, b)| s + b).collect(),
+            rhs: closing,
+            anchor: Some(multiplier.to_vec()),
             n_panes: self.n_panes,
             compliance,
         }
@@ -141,6 +143,31 @@ impl ExplicitDual {
         &self.operator[j * self.dimension()..(j + 1) * self.dimension()]
     }
 
+    /// r = S λ − h in m³.
+    #[must_use]
+    pub fn gradient(&self, multiplier: &[f64]) -> Vec<f64> {
+        let mut gradient = match &self.anchor {
+            None => self.apply(multiplier),
+            Some(anchor) => self.apply(&difference(multiplier, anchor)),
+        };
+        for (r, h) in gradient.iter_mut().zip(&self.rhs) {
+            *r -= h;
+        }
+        gradient
+    }
+
+    /// Signed (u_t1, u_t2) at the contact nodes, `[n_contact_nodes]`, in m; empty without compliance.
+    #[must_use]
+    pub fn tangential_displacement(&self, multiplier: &[f64]) -> Vec<[f64; 2]> {
+        match (&self.compliance, &self.anchor) {
+            (None, _) => Vec::new(),
+            (Some(compliance), None) => compliance.tangential_displacement(multiplier),
+            (Some(compliance), Some(anchor)) => {
+                compliance.tangential_displacement(&difference(multiplier, anchor))
+            }
+        }
+    }
+
     /// S λ in m³.
     #[must_use]
     pub fn apply(&self, multiplier: &[f64]) -> Vec<f64> {
@@ -156,9 +183,8 @@ impl ContactCompliance {
         &self.matrix[j * rows..(j + 1) * rows]
     }
 
-    /// Signed (u_t1, u_t2) = slip_free − G λ at the contact nodes, `[n_contact_nodes]`, in m.
-    #[must_use]
-    pub fn tangential_displacement(&self, multiplier: &[f64]) -> Vec<[f64; 2]> {
+    /// slip_free − G λ at the contact nodes, `[n_contact_nodes]`, in m.
+    fn tangential_displacement(&self, multiplier: &[f64]) -> Vec<[f64; 2]> {
         let mut slip = self.slip_free.concat();
         subtract_product(&self.matrix, multiplier, &mut slip);
         pairs(&slip)
@@ -197,6 +223,11 @@ fn free_slip(selection: &CscMatrix, unconstrained: &[f64]) -> Vec<[f64; 2]> {
     let mut slip = vec![0.0; selection.cols];
     selection.mul_transposed(unconstrained, &mut slip);
     pairs(&slip)
+}
+
+/// x − y.
+fn difference(x: &[f64], y: &[f64]) -> Vec<f64> {
+    x.iter().zip(y).map(|(x, y)| x - y).collect()
 }
 
 fn pairs(flat: &[f64]) -> Vec<[f64; 2]> {
@@ -247,8 +278,8 @@ impl DualOperator for ExplicitOperator<'_> {
     }
 
     fn tangential_displacement(&mut self, multiplier: &[f64]) -> Option<Vec<[f64; 2]>> {
-        let compliance = self.dual.compliance.as_ref()?;
-        Some(compliance.tangential_displacement(multiplier))
+        self.dual.compliance.as_ref()?;
+        Some(self.dual.tangential_displacement(multiplier))
     }
 
     fn actions(&self) -> usize {

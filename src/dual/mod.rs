@@ -7,7 +7,9 @@ mod estimate;
 mod explicit;
 mod finite;
 mod implicit;
+mod local_stiffness;
 mod need;
+mod pane_stiffness;
 mod system;
 
 pub use assembly::{Assembly, AssemblyError, AssemblySeconds, PrimalSystem};
@@ -15,7 +17,9 @@ pub use contact::ContactSystem;
 pub use estimate::OperatorEstimate;
 pub use explicit::{ContactCompliance, ExplicitDual, ExplicitOperator};
 pub use implicit::ImplicitOperator;
+pub use local_stiffness::LocalStiffness;
 pub use need::{Admission, Need, Resource, Shortage};
+pub use pane_stiffness::pane_stiffness;
 pub use system::DualSystem;
 
 /// Actions of the dual problem: minimise ½ λᵀSλ − λᵀh over the admissible multipliers.

@@ -168,6 +168,7 @@ fn read_contact(reader: &Reader) -> Result<Option<ContactSystem>, FormatError> {
     let explicit = match reader.has(DUAL_OPERATOR) {
         false => None,
         true => Some(ExplicitDual {
+            anchor: None,
             operator: Arc::new(read_finite_vec(reader, DUAL_OPERATOR)?),
             rhs: Vec::new(),
             n_panes: coupling.n_panes,

@@ -54,7 +54,7 @@ const NODE_VECTORS: &[Extent] = &[Named("n_contact_nodes"), Fixed(3)];
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
     Stage::Post.row(VTKHDF_DIGEST, Kind::Text, &[], Dimension::Number, "Digest of /VTKHDF, which shows the same results.").optional("absent in files before format 1.4"),
-    Stage::Post.row(ZONE, Kind::Enum(StoredZone::SPEC), PANES, Dimension::Number, "Open: no contact stress; slip: the trial stress lambda_t + alpha |R_i| u_t lies outside the ellipse of the last inner problem; stick: inside.").optional(NO_CONTACT),
+    Stage::Post.row(ZONE, Kind::Enum(StoredZone::SPEC), PANES, Dimension::Number, "Open: no contact stress; slip: the trial stress lambda_t + rho |R_i| u_t with local stiffness rho lies outside the ellipse of the last inner problem; stick: inside.").optional(NO_CONTACT),
     Stage::Post.row(MARGIN, Kind::F64, PANES, Dimension::Number, "1 - |F^-1 lambda_t| / g: 0 on the boundary of the ellipse, 1 at its centre and on open panes.").optional(NO_FRICTION),
     Stage::Post.row(NORMAL_STRESS, Kind::F64, PANES, Dimension::STRESS, "Normal contact stress, negative in compression.").symbol("sigma_nu").optional(NO_CONTACT),
     Stage::Post.row(TANGENTIAL_STRESS, Kind::F64, PANE_PAIRS, Dimension::STRESS, "Tangential contact stress along t1 and t2.").symbol("sigma_t").optional(NO_FRICTION),
@@ -82,12 +82,12 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     Stage::Post.row("/post/resultants/largest_displacement", Kind::F64, VECTOR, Dimension::LENGTH, "Largest |u_x|, |u_y|, |u_z| of a node."),
     Stage::Post.row(LARGEST_PRESSURE, Kind::F64, &[], Dimension::STRESS, "Largest normal multiplier.").optional(NO_CONTACT),
     Stage::Post.row("/post/certificate/equilibrium", Kind::F64, &[], Dimension::Number, "|A u + B^T lambda - l| / |l|."),
-    Stage::Post.row("/post/certificate/penetration", Kind::F64, &[], Dimension::Number, "Largest mean penetration of a pane over the largest displacement component.").optional(NO_CONTACT),
-    Stage::Post.row("/post/certificate/adhesion", Kind::F64, &[], Dimension::Number, "Largest tensile normal multiplier over the largest multiplier.").optional(NO_CONTACT),
-    Stage::Post.row("/post/certificate/complementarity", Kind::F64, &[], Dimension::Number, "Sum over panes of |lambda_nu gap| times area, over l.u.").optional(NO_CONTACT),
+    Stage::Post.row("/post/certificate/penetration", Kind::F64, &[], Dimension::Number, "Largest mean penetration of a pane times its area and local stiffness, over the largest pressure.").optional(NO_CONTACT),
+    Stage::Post.row("/post/certificate/adhesion", Kind::F64, &[], Dimension::Number, "Largest tensile normal multiplier over the largest pressure.").optional(NO_CONTACT),
+    Stage::Post.row("/post/certificate/complementarity", Kind::F64, &[], Dimension::Number, "Sum over panes of |lambda_nu gap| times area, over that of lambda_nu^2 over local stiffness.").optional(NO_CONTACT),
     Stage::Post.row("/post/certificate/friction_bound", Kind::F64, &[], Dimension::Number, "Largest excess of |F^-1 lambda_t| over lambda_nu, over the largest lambda_nu.").optional(NO_FRICTION),
-    Stage::Post.row("/post/certificate/slip_direction", Kind::F64, &[], Dimension::Number, "Sum over panes of the frictional work that misses to that of the law's slip direction, in absolute value, over l.u.").optional(NO_FRICTION),
-    Stage::Post.row("/post/certificate/fixed_point", Kind::F64, &[], Dimension::Number, "|lambda - P(lambda - alpha r)| / |lambda| on the solution's own admissible set.").optional(NO_CONTACT),
+    Stage::Post.row("/post/certificate/slip_direction", Kind::F64, &[], Dimension::Number, "Sum over panes of the frictional work that misses to that of the law's slip direction, in absolute value, over the frictional work plus the sum of |lambda_t|^2 over local stiffness.").optional(NO_FRICTION),
+    Stage::Post.row("/post/certificate/fixed_point", Kind::F64, &[], Dimension::Number, "Largest entry of lambda - P(lambda - rho r) on the solution's own admissible set with local stiffness rho, normal ones over the largest pressure, tangential ones over the largest tangential stress or semi-axis.").optional(NO_CONTACT),
 ];
 
 /// Writes the report, with the contact face and its frame where there is contact; it belongs to a `/VTKHDF` with

@@ -23,6 +23,7 @@ stored_enum! {
         RoundingLimit = 4 => "rounding_limit",
         MaxNewtonSteps = 5 => "max_newton_steps",
         Cycling = 6 => "cycling",
+        Inaccurate = 7 => "inaccurate",
     }
 }
 
@@ -36,7 +37,7 @@ stored_enum! {
     }
 }
 
-const STATUSES: [(StoredStatus, Status); 7] = [
+const STATUSES: [(StoredStatus, Status); 8] = [
     (StoredStatus::Converged, Status::Converged),
     (StoredStatus::MaxOuterSteps, Status::MaxOuterSteps),
     (StoredStatus::MaxInnerActions, Status::MaxInnerActions),
@@ -44,6 +45,7 @@ const STATUSES: [(StoredStatus, Status); 7] = [
     (StoredStatus::RoundingLimit, Status::RoundingLimit),
     (StoredStatus::MaxNewtonSteps, Status::MaxNewtonSteps),
     (StoredStatus::Cycling, Status::Cycling),
+    (StoredStatus::Inaccurate, Status::Inaccurate),
 ];
 
 const METHODS: [(StoredMethod, SolvedBy); 4] = [
@@ -76,6 +78,8 @@ const SLIP_BOUND: &str = "/solve/slip_bound";
 const FRICTION: &str = "/solve/friction";
 const FRICTION_INVERSE: &str = "/solve/friction_inverse";
 const STEPLENGTH: &str = "/solve/steplength";
+const LOCAL_STIFFNESS_NORMAL: &str = "/solve/local_stiffness_normal";
+const LOCAL_STIFFNESS_TANGENTIAL: &str = "/solve/local_stiffness_tangential";
 const ACTIONS: &str = "/solve/actions";
 const METHOD: &str = "/solve/method";
 const ACCURACY: &str = "/solve/accuracy";
@@ -100,9 +104,11 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     Stage::Solve.row(FRICTION, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::Number, "Coefficients at the contact nodes in the last inner problem.").symbol("F_1, F_2").optional(NO_COULOMB),
     Stage::Solve.row(FRICTION_INVERSE, Kind::F64, PANE_PAIRS, Dimension::Number, "Diagonal of the inverse friction matrix averaged over each pane, in the last inner problem.").symbol("Fbar^-1").optional(NO_COULOMB),
     Stage::Solve.row(STEPLENGTH, Kind::F64, &[], Dimension::PER_DUAL, "Steplength of projected gradient steps, 1.9 over the norm of the dual operator.").symbol("alpha").optional(NO_CONTACT),
+    Stage::Solve.row(LOCAL_STIFFNESS_NORMAL, Kind::F64, PANES, Dimension::PER_DUAL, "Stiffness of each pane along the normal while the others do not move, that residuals are measured by.").symbol("rho_nu").optional("absent without contact, and before format 1.4"),
+    Stage::Solve.row(LOCAL_STIFFNESS_TANGENTIAL, Kind::F64, PANE_PAIRS, Dimension::PER_DUAL, "The same along t1 and t2: one for both where both can move.").symbol("rho_t").optional("absent without friction, and before format 1.4"),
     Stage::Solve.row(ACTIONS, Kind::I64, &[], Dimension::Number, "Actions of the inverse stiffness matrix in the whole solve.").symbol("n_A"),
     Stage::Solve.row(METHOD, Kind::Enum(StoredMethod::SPEC), &[], Dimension::Number, "Algorithm that gave the answer: minimisation without friction or with a given slip bound, direct without contact; after a failed Newton solve it is fixed_point and both histories are there."),
-    Stage::Solve.row(ACCURACY, Kind::F64, &[], Dimension::Number, "Last relative change of successive approximations, or last relative residual of Newton's method."),
+    Stage::Solve.row(ACCURACY, Kind::F64, &[], Dimension::Number, "Relative error of the multipliers, measured by one more solution from them with exact residuals; the last relative change of successive approximations that did not end."),
     Stage::Solve.row(MAPPING_CHANGE, Kind::F64, &[], Dimension::Number, "|Psi(lambda) - lambda| / |lambda| for one evaluation of the paper's mapping.").optional("absent unless Newton's method gave the answer"),
     Stage::Solve.row(LAW_EVALUATIONS, Kind::I64, &[], Dimension::Number, "Evaluations of the friction law at a node."),
     Stage::Solve.row(PROJECTIONS, Kind::I64, &[], Dimension::Number, "Projections on an ellipse."),
@@ -126,6 +132,12 @@ pub fn write(
             writer.write(MULTIPLIER_TANGENTIAL, tangential, &[n_panes, 2])?;
         }
         writer.write(STEPLENGTH, &[solution.steplength], &[])?;
+        if let Some((normal, tangential)) = solution.local_stiffness.split_at_checked(n_panes) {
+            writer.write(LOCAL_STIFFNESS_NORMAL, normal, &[n_panes])?;
+            if !tangential.is_empty() {
+                writer.write(LOCAL_STIFFNESS_TANGENTIAL, tangential, &[n_panes, 2])?;
+            }
+        }
     }
     let displacement = dofs.to_nodes(&solution.displacement);
     writer.write(
@@ -210,12 +222,24 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
                 .unwrap_or(f64::NAN),
             false => 0.0,
         },
+        local_stiffness: read_local_stiffness(reader)?,
         history: history::read_outer(reader, &history::HISTORY)?,
         newton: history::read_newton(reader)?,
         actions: count(ACTIONS)?,
         law_evaluations: count(LAW_EVALUATIONS)?,
         projections: count(PROJECTIONS)?,
     })
+}
+
+/// The stiffness of each pane; empty where a file has none.
+fn read_local_stiffness(reader: &Reader) -> Result<Vec<f64>, FormatError> {
+    let mut stiffness = Vec::new();
+    for path in [LOCAL_STIFFNESS_NORMAL, LOCAL_STIFFNESS_TANGENTIAL] {
+        if reader.has(path) {
+            stiffness.extend(read_finite_vec(reader, path)?);
+        }
+    }
+    Ok(stiffness)
 }
 
 /// How a solve ended, in words and numbers.

@@ -1,32 +1,115 @@
-//! Residuals of linear systems in twice the working precision.
+//! Sums and residuals in twice the working precision.
 
 use super::CscMatrix;
 
+/// A vector as the unevaluated sum of two, about 32 digits: what is left when large parts of it
+/// cancel, as the rigid motion of a body does in the displacements of its contact face, is still
+/// accurate.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Doubled {
+    /// The vector, rounded.
+    pub value: Vec<f64>,
+    /// What rounding took from it.
+    pub remainder: Vec<f64>,
+}
+
+impl From<Vec<f64>> for Doubled {
+    fn from(value: Vec<f64>) -> Self {
+        Self {
+            remainder: vec![0.0; value.len()],
+            value,
+        }
+    }
+}
+
+impl Doubled {
+    /// Adds a correction.
+    ///
+    /// # Panics
+    /// If the lengths differ.
+    pub fn add(&mut self, correction: &[f64]) {
+        assert_eq!(self.value.len(), correction.len());
+        let parts = self.value.iter_mut().zip(&mut self.remainder);
+        for ((value, remainder), c) in parts.zip(correction) {
+            let (sum, error) = two_sum(*value, *c);
+            (*value, *remainder) = two_sum(sum, error + *remainder);
+        }
+    }
+}
+
+/// a + b rounded, and what rounding took (D. E. Knuth).
+fn two_sum(a: f64, b: f64) -> (f64, f64) {
+    let sum = a + b;
+    let virtual_part = sum - a;
+    (sum, (a - (sum - virtual_part)) + (b - virtual_part))
+}
+
+/// A sum with its error (T. Ogita, S. M. Rump, S. Oishi, SIAM J. Sci. Comput. 26 (2005) 1955,
+/// algorithm Dot2).
+#[derive(Debug, Clone, Copy)]
+struct Accumulator {
+    sum: f64,
+    error: f64,
+}
+
+impl Accumulator {
+    fn new(start: f64) -> Self {
+        Self {
+            sum: start,
+            error: 0.0,
+        }
+    }
+
+    fn add_product(&mut self, a: f64, b: f64) {
+        let product = a * b;
+        let product_error = a.mul_add(b, -product);
+        let (sum, sum_error) = two_sum(self.sum, product);
+        self.sum = sum;
+        self.error += product_error + sum_error;
+    }
+
+    fn rounded(self) -> f64 {
+        self.sum + self.error
+    }
+}
+
 impl CscMatrix {
-    /// b − M x with sums and products in twice the working precision, rounded once at the end
-    /// (T. Ogita, S. M. Rump, S. Oishi, SIAM J. Sci. Comput. 26 (2005) 1955, algorithm Dot2).
+    /// b − M x with sums and products in twice the working precision, rounded once at the end.
     ///
     /// # Panics
     /// If `x` or `b` has another length than M has columns or rows.
     #[must_use]
-    pub fn residual(&self, x: &[f64], b: &[f64]) -> Vec<f64> {
-        assert_eq!((x.len(), b.len()), (self.cols, self.rows));
-        let mut sum = b.to_vec();
-        let mut error = vec![0.0; b.len()];
-        for (j, &x) in x.iter().enumerate() {
+    pub fn residual(&self, x: &Doubled, b: &[f64]) -> Vec<f64> {
+        assert_eq!((x.value.len(), b.len()), (self.cols, self.rows));
+        let mut sums: Vec<Accumulator> = b.iter().map(|b| Accumulator::new(*b)).collect();
+        for j in 0..self.cols {
+            let (value, remainder) = (x.value[j], x.remainder[j]);
             for k in self.indptr[j]..self.indptr[j + 1] {
-                let (row, entry) = (self.indices[k], -self.data[k]);
-                let product = entry * x;
-                let product_error = entry.mul_add(x, -product);
-                let old = sum[row];
-                let new = old + product;
-                let virtual_part = new - old;
-                let sum_error = (old - (new - virtual_part)) + (product - virtual_part);
-                sum[row] = new;
-                error[row] += product_error + sum_error;
+                let sum = &mut sums[self.indices[k]];
+                sum.add_product(-self.data[k], value);
+                sum.error -= self.data[k] * remainder;
             }
         }
-        sum.iter().zip(&error).map(|(s, e)| s + e).collect()
+        sums.into_iter().map(Accumulator::rounded).collect()
+    }
+
+    /// Mᵀx − b in the same way.
+    ///
+    /// # Panics
+    /// If `x` or `b` has another length than M has rows or columns.
+    #[must_use]
+    pub fn transposed_excess(&self, x: &Doubled, b: &[f64]) -> Vec<f64> {
+        assert_eq!((x.value.len(), b.len()), (self.rows, self.cols));
+        let column = |j: usize| {
+            let mut sum = Accumulator::new(-b[j]);
+            for k in self.indptr[j]..self.indptr[j + 1] {
+                let row = self.indices[k];
+                sum.add_product(self.data[k], x.value[row]);
+                sum.error += self.data[k] * x.remainder[row];
+            }
+            sum.rounded()
+        };
+        (0..self.cols).map(column).collect()
     }
 }
 
@@ -39,7 +122,21 @@ mod tests {
         // (1 + 2⁻³⁰)² − (1 + 2⁻²⁹) = 2⁻⁶⁰, far below the rounding 2⁻⁵² of the product.
         let x = 1.0 + 2_f64.powi(-30);
         let matrix = CscMatrix::new(1, 1, vec![0, 1], vec![0], vec![x]).unwrap();
-        let residual = matrix.residual(&[x], &[1.0 + 2_f64.powi(-29)]);
-        assert_eq!(residual, [-2_f64.powi(-60)]);
+        let b = [1.0 + 2_f64.powi(-29)];
+        let doubled = Doubled::from(vec![x]);
+        assert_eq!(matrix.residual(&doubled, &b), [-2_f64.powi(-60)]);
+        assert_eq!(matrix.transposed_excess(&doubled, &b), [2_f64.powi(-60)]);
+    }
+
+    #[test]
+    fn remainders_survive_addition() {
+        let mut x = Doubled::from(vec![1.0]);
+        x.add(&[2_f64.powi(-70)]);
+        x.add(&[-1.0]);
+        assert_eq!(x.value, [2_f64.powi(-70)]);
+        let matrix = CscMatrix::new(1, 1, vec![0, 1], vec![0], vec![3.0]).unwrap();
+        let mut y = Doubled::from(vec![1.0]);
+        y.add(&[2_f64.powi(-70)]);
+        assert_eq!(matrix.residual(&y, &[3.0]), [-3.0 * 2_f64.powi(-70)]);
     }
 }

@@ -14,16 +14,21 @@ pub struct Certificate {
 }
 
 /// The conditions of contact.
+///
+/// Displacements count against the local compliance 1/ρ of a pane times a stress, works against
+/// Σ λ²/ρ: in a body that nearly floats both are smaller by orders of magnitude than max |u| and lᵀu,
+/// and those would hide any violation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactCertificate {
-    /// Largest mean penetration (u_ν − d)₊ of a pane over the largest displacement component.
+    /// Largest mean penetration (u_ν − d)₊ |Rⁱ| ρ_ν of a pane over the largest pressure.
     pub penetration: f64,
-    /// Largest adhesion (−λ_ν)₊ over the largest |λ|.
+    /// Largest adhesion (−λ_ν)₊ over the largest pressure.
     pub adhesion: f64,
-    /// Σ |λ_ν (d − u_ν)| |Rⁱ| / (lᵀu).
+    /// Σ |λ_ν (d − u_ν)| |Rⁱ| / Σ λ_ν²/ρ_ν.
     pub complementarity: f64,
-    /// ‖λ − P(λ − ᾱ r)‖ / ‖λ‖ with the admissible set of the solution itself; for Coulomb's law
-    /// g = λ_ν, F = F(u).
+    /// Largest entry of λ − P(λ − ρ r) with the admissible set of the solution itself, for Coulomb's
+    /// law g = λ_ν, F = F(u): normal ones over the largest pressure, tangential ones over the
+    /// largest tangential stress or semi-axis. The slip of a sticking pane is one of them.
     pub fixed_point: f64,
 }
 
@@ -33,10 +38,61 @@ pub struct FrictionCertificate {
     /// Largest excess (‖𝓕⁻¹λ_t‖ − g)₊ over the largest g, with g = λ_ν and 𝓕 at the solution for
     /// Coulomb's law.
     pub friction_bound: f64,
-    /// Missing frictional work Σ |Rⁱ| |‖(a u_t1, b u_t2)‖ − λ_t·u_t| / (lᵀu) for the semi-axes
-    /// (a, b) of a pane's ellipse: zero exactly when every pane slides in the direction that the
-    /// law prescribes.
+    /// Missing frictional work Σ |Rⁱ| |‖(a u_t1, b u_t2)‖ − λ_t·u_t| for the semi-axes (a, b) of a
+    /// pane's ellipse, over the frictional work Σ |Rⁱ| ‖(a u_t1, b u_t2)‖ plus Σ |λ_t|²/ρ_t: zero exactly
+    /// when every pane slides in the direction that the law prescribes.
     pub slip_direction: f64,
+}
+
+/// What violations are measured against.
+struct Yardstick<'a> {
+    /// ρ, `[n_multipliers]`, in Pa/m³.
+    stiffness: &'a [f64],
+    /// The largest pressure, in Pa.
+    pressure: f64,
+    /// The largest tangential stress or semi-axis, in Pa.
+    shear: f64,
+    /// Σ λ_ν²/ρ_ν and Σ |λ_t|²/ρ_t, in J.
+    works: [f64; 2],
+}
+
+impl<'a> Yardstick<'a> {
+    /// Where nothing presses, the stress that rounding of the displacement would make takes the place of
+    /// the pressure.
+    fn new(
+        solved: &Solved<'_>,
+        contact: &SolvedContact<'_>,
+        panes: &[PaneState],
+        stiffness: &'a [f64],
+    ) -> Self {
+        let multiplier = &solved.solution.multiplier;
+        let m = panes.len();
+        let moved = largest(solved.solution.displacement.iter().copied());
+        let areas = &contact.state.surface.pane_area;
+        let rounding = |range: std::ops::Range<usize>| {
+            let entries = range.map(|j| {
+                let pane = if j < m { j } else { (j - m) / 2 };
+                stiffness[j] * areas[pane]
+            });
+            f64::EPSILON.sqrt() * moved * entries.fold(0.0, f64::max)
+        };
+        let shears = panes.iter().filter_map(|pane| pane.friction.as_ref());
+        let shears = shears.flat_map(|pane| {
+            let [a, b] = pane.semi_axes;
+            [pane.stress[0].hypot(pane.stress[1]), a, b]
+        });
+        let work = |range: std::ops::Range<usize>| {
+            let loaded = range.filter(|&j| stiffness[j] > 0.0);
+            loaded.map(|j| multiplier[j].powi(2) / stiffness[j]).sum()
+        };
+        let n = multiplier.len();
+        Self {
+            stiffness,
+            pressure: largest(multiplier[..m].iter().copied()).max(rounding(0..m)),
+            shear: largest(shears).max(rounding(m..n)),
+            works: [work(0..m), work(m..n)],
+        }
+    }
 }
 
 impl Certificate {
@@ -44,21 +100,23 @@ impl Certificate {
         solved: &Solved<'_>,
         friction: Option<&FrictionField>,
         panes: &[PaneState],
+        stiffness: &[f64],
     ) -> Self {
-        let products = solved
-            .system
-            .load
-            .iter()
-            .zip(&solved.solution.displacement)
-            .map(|(l, u)| l * u);
-        let work = products.sum::<f64>().abs();
-        let contact = solved.contact.as_ref();
+        let measured = solved.contact.as_ref().map(|contact| {
+            let yardstick = Yardstick::new(solved, contact, panes, stiffness);
+            (contact, yardstick)
+        });
         Self {
             equilibrium: equilibrium(solved),
-            contact: contact.map(|c| ContactCertificate::new(solved, c, panes, work)),
-            friction: contact
-                .filter(|c| c.state.interface.has_friction())
-                .map(|c| FrictionCertificate::new(solved, c, friction, panes, work)),
+            contact: measured
+                .as_ref()
+                .map(|(contact, by)| ContactCertificate::new(solved, contact, panes, by)),
+            friction: measured
+                .as_ref()
+                .filter(|(contact, _)| contact.state.interface.has_friction())
+                .map(|(contact, by)| {
+                    FrictionCertificate::new(solved, contact, friction, panes, by)
+                }),
         }
     }
 
@@ -103,24 +161,21 @@ impl ContactCertificate {
         solved: &Solved<'_>,
         contact: &SolvedContact<'_>,
         panes: &[PaneState],
-        work: f64,
+        by: &Yardstick<'_>,
     ) -> Self {
         let normal = &solved.solution.multiplier[..panes.len()];
         let area = &contact.state.surface.pane_area;
         let product: f64 = (0..panes.len())
             .map(|i| (normal[i] * panes[i].gap).abs() * area[i])
             .sum();
+        let penetrations = panes.iter().enumerate();
+        let penetrations =
+            penetrations.map(|(i, pane)| (-pane.gap).max(0.0) * area[i] * by.stiffness[i]);
         Self {
-            penetration: ratio(
-                largest(panes.iter().map(|p| (-p.gap).max(0.0))),
-                largest(solved.solution.displacement.iter().copied()),
-            ),
-            adhesion: ratio(
-                largest(normal.iter().map(|l| (-l).max(0.0))),
-                largest(solved.solution.multiplier.iter().copied()),
-            ),
-            complementarity: ratio(product, work),
-            fixed_point: natural_residual(solved, contact, panes),
+            penetration: ratio(largest(penetrations), by.pressure),
+            adhesion: ratio(largest(normal.iter().map(|l| (-l).max(0.0))), by.pressure),
+            complementarity: ratio(product, by.works[0]),
+            fixed_point: natural_residual(solved, contact, panes, by),
         }
     }
 }
@@ -131,17 +186,18 @@ impl FrictionCertificate {
         contact: &SolvedContact<'_>,
         friction: Option<&FrictionField>,
         panes: &[PaneState],
-        work: f64,
+        by: &Yardstick<'_>,
     ) -> Self {
         let area = &contact.state.surface.pane_area;
         let with_friction =
             || (0..panes.len()).filter_map(|i| Some((i, panes[i].friction.as_ref()?)));
-        let missing: f64 = with_friction()
-            .map(|(i, pane)| {
-                let [s, t, [a, b]] = [pane.slip, pane.stress, pane.semi_axes];
-                area[i] * ((a * s[0]).hypot(b * s[1]) + t[0] * s[0] + t[1] * s[1]).abs()
-            })
-            .sum();
+        let works = with_friction().map(|(i, pane)| {
+            let [s, t, [a, b]] = [pane.slip, pane.stress, pane.semi_axes];
+            let work = (a * s[0]).hypot(b * s[1]);
+            let missing = (work + t[0] * s[0] + t[1] * s[1]).abs();
+            [area[i] * work, area[i] * missing]
+        });
+        let [work, missing] = works.fold([0.0; 2], |sum, w| [sum[0] + w[0], sum[1] + w[1]]);
         let bound = |i: usize, pane: &PaneFriction| match friction {
             Some(_) => solved.solution.multiplier[i],
             None => pane.semi_axes[0].max(pane.semi_axes[1]),
@@ -163,7 +219,7 @@ impl FrictionCertificate {
                 largest(excess),
                 largest(with_friction().map(|(i, pane)| bound(i, pane))),
             ),
-            slip_direction: ratio(missing, work),
+            slip_direction: ratio(missing, work + by.works[1]),
         }
     }
 }
@@ -184,7 +240,12 @@ fn equilibrium(solved: &Solved<'_>) -> f64 {
     ratio(norm(&residual), norm(&solved.system.load))
 }
 
-fn natural_residual(solved: &Solved<'_>, contact: &SolvedContact<'_>, panes: &[PaneState]) -> f64 {
+fn natural_residual(
+    solved: &Solved<'_>,
+    contact: &SolvedContact<'_>,
+    panes: &[PaneState],
+    by: &Yardstick<'_>,
+) -> f64 {
     let m = panes.len();
     let semi_axes = panes
         .iter()
@@ -192,23 +253,27 @@ fn natural_residual(solved: &Solved<'_>, contact: &SolvedContact<'_>, panes: &[P
         .collect();
     let set = FeasibleSet::new(m, semi_axes, &contact.state.interface.projections);
     let area = &contact.state.surface.pane_area;
-    let alpha = solved.solution.steplength;
+    let multiplier = &solved.solution.multiplier;
     // The gradient r = S λ − h is −(B u) plus the integrated gap.
-    let mut step = solved.solution.multiplier.to_vec();
+    let mut step = multiplier.clone();
     for (i, pane) in panes.iter().enumerate() {
-        step[i] -= alpha * area[i] * pane.gap;
+        step[i] -= by.stiffness[i] * area[i] * pane.gap;
         if let Some(friction) = &pane.friction {
-            step[m + 2 * i] += alpha * area[i] * friction.slip[0];
-            step[m + 2 * i + 1] += alpha * area[i] * friction.slip[1];
+            for (k, j) in [m + 2 * i, m + 2 * i + 1].into_iter().enumerate() {
+                step[j] += by.stiffness[j] * area[i] * friction.slip[k];
+            }
         }
     }
     set.project(&mut step);
-    let difference: Vec<f64> = step
-        .iter()
-        .zip(&solved.solution.multiplier)
-        .map(|(a, b)| a - b)
-        .collect();
-    ratio(norm(&difference), norm(&solved.solution.multiplier))
+    let difference = |j: usize| step[j] - multiplier[j];
+    let normal = ratio(largest((0..m).map(difference)), by.pressure);
+    let tangential = ratio(largest((m..multiplier.len()).map(difference)), by.shear);
+    // NaN of either counts.
+    if normal >= tangential || normal.is_nan() {
+        normal
+    } else {
+        tangential
+    }
 }
 
 /// The quotient, and 0 for 0/0.
@@ -216,7 +281,10 @@ fn ratio(part: f64, whole: f64) -> f64 {
     if part == 0.0 { 0.0 } else { part / whole }
 }
 
-/// max |v|.
+/// max |v|; NaN if any is.
 fn largest(values: impl Iterator<Item = f64>) -> f64 {
-    values.fold(0.0, |most, v| most.max(v.abs()))
+    values.fold(0.0, |most, v| {
+        let v = v.abs();
+        if v > most || v.is_nan() { v } else { most }
+    })
 }

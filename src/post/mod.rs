@@ -17,7 +17,7 @@ pub use zones::{PaneFriction, PaneState, Zone};
 
 use crate::{
     contact::{Coupling, FrictionField, nodal_slip},
-    dual::PrimalSystem,
+    dual::{PrimalSystem, pane_stiffness},
     elasticity::{Loads, MaterialField, internal_forces},
     mesh::Mesh,
     scene::{Invalid, Scene},
@@ -49,6 +49,16 @@ pub struct SolvedContact<'a> {
 }
 
 impl SolvedContact<'_> {
+    /// The stiffness that residuals are measured by; that of single nodes where the solve kept none.
+    fn local_stiffness(&self, solved: &Solved<'_>) -> Vec<f64> {
+        let known = &solved.solution.local_stiffness;
+        if known.len() == solved.solution.multiplier.len() {
+            known.clone()
+        } else {
+            pane_stiffness(solved.system, self.coupling)
+        }
+    }
+
     /// F at the slip of a solution; `None` without Coulomb's law.
     fn friction(&self, solved: &Solved<'_>) -> Option<FrictionField> {
         let law = self.state.interface.coulomb()?;
@@ -94,8 +104,11 @@ impl ContactReport {
     /// A load that is not finite.
     pub fn new(solved: &Solved<'_>) -> Result<Self, Invalid> {
         let friction = solved.contact.and_then(|contact| contact.friction(solved));
+        let stiffness = solved
+            .contact
+            .map_or_else(Vec::new, |contact| contact.local_stiffness(solved));
         let panes = solved.contact.map_or_else(Vec::new, |contact| {
-            zones::pane_states(solved, &contact, friction.as_ref())
+            zones::pane_states(solved, &contact, friction.as_ref(), &stiffness)
         });
         let displacement = solved.system.dofs.to_nodes(&solved.solution.displacement);
         let material = MaterialField::new(solved.scene, solved.mesh);
@@ -103,7 +116,7 @@ impl ContactReport {
         let applied = Loads::of(solved.scene).nodal_forces(solved.mesh)?;
         let mut report = Self {
             resultants: Resultants::new(solved, &displacement, &applied, &internal),
-            certificate: Certificate::new(solved, friction.as_ref(), &panes),
+            certificate: Certificate::new(solved, friction.as_ref(), &panes, &stiffness),
             von_mises: stress.iter().map(von_mises).collect(),
             stress,
             panes,

@@ -46,15 +46,16 @@ pub struct PaneFriction {
 
 /// Evaluates every pane.
 ///
-/// A pane slips when the trial stress λ_t + ᾱ |Rⁱ| u_t of a projected gradient step leaves its
-/// ellipse, ‖𝓕⁻¹(λ_t + ᾱ |Rⁱ| u_t)‖ > g. Unlike the margin alone this needs no tolerance: conjugate
-/// gradients may leave a sliding pane inside its ellipse by an error of the size of the inner
-/// tolerance, but its slip carries the trial stress outside.
+/// A pane slips when the trial stress λ_t + ρ |Rⁱ| u_t leaves its ellipse,
+/// ‖𝓕⁻¹(λ_t + ρ |Rⁱ| u_t)‖ > g, with its local stiffness ρ, `[n_multipliers]` in Pa/m³. Unlike the margin
+/// alone this needs no tolerance: a method may leave a sliding pane inside its ellipse by an error of
+/// the size of its tolerance, but its slip carries the trial stress outside.
 #[must_use]
 pub(super) fn pane_states(
     solved: &Solved<'_>,
     contact: &SolvedContact<'_>,
     friction: Option<&FrictionField>,
+    stiffness: &[f64],
 ) -> Vec<PaneState> {
     let m = contact.coupling.n_panes;
     let solution = solved.solution;
@@ -71,8 +72,8 @@ pub(super) fn pane_states(
             let tangential = set.ellipses.get(i).map(|ellipse| {
                 let stress = pair(&solution.multiplier);
                 let slip = pair(&integral).map(|v| v / area);
-                let step = solution.steplength * area;
-                let trial = [0, 1].map(|c| stress[c] + step * slip[c]);
+                let step = pair(stiffness).map(|rho| rho * area);
+                let trial = [0, 1].map(|c| stress[c] + step[c] * slip[c]);
                 let sticks = level(ellipse, trial) <= 1.0;
                 let inverse = friction.map(|field| field.pane_inverse[i]);
                 let state = PaneFriction {

@@ -1,9 +1,6 @@
 use faer::{Mat, MatRef, prelude::Solve};
 
-use super::{
-    ContactState, FeasibleSet,
-    natural_map::{Bound, NaturalMap},
-};
+use super::{ContactState, FeasibleSet, conditions::Bound, natural_map::NaturalMap};
 use crate::{
     dual::ExplicitDual,
     linalg::{largest_eigenvalue, norm},

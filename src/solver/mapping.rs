@@ -1,7 +1,12 @@
-use super::{ContactState, CoulombState, NewtonSettings, NewtonStatus, newton::minimise_frozen_in};
+use super::{
+    ContactState, CoulombState, NewtonSettings, NewtonSolution, NewtonStatus,
+    conditions::Bound,
+    natural_map::NaturalMap,
+    newton::{minimise_frozen_in, newton_from},
+};
 use crate::{
     contact::{CoulombLaw, FrictionField},
-    dual::ExplicitDual,
+    dual::{ExplicitDual, LocalStiffness},
     linalg::norm,
 };
 
@@ -35,39 +40,58 @@ pub fn evaluate(
 ) -> MappingValue {
     let state = coulomb_state(dual, contact, law, multiplier);
     let set = contact.feasible_set(Some(&state));
-    let settings = NewtonSettings {
+    let settings = to_rounding(dual);
+    // One step at least, so that a start already within the tolerance is measured and not believed.
+    let inner = minimise_frozen_in(dual, &set, multiplier, &settings, 1, |_, _| {});
+    MappingValue::new(inner, multiplier)
+}
+
+/// [`evaluate`] near a fixed point, measured by local stiffness: the frozen problem keeps its zones.
+pub(super) fn evaluate_locally(
+    dual: &ExplicitDual,
+    local: &LocalStiffness,
+    contact: &ContactState<'_>,
+    law: &CoulombLaw,
+    multiplier: &[f64],
+) -> MappingValue {
+    let state = coulomb_state(dual, contact, law, multiplier);
+    let set = contact.feasible_set(Some(&state));
+    let steplengths = local.stiffness.clone();
+    let map = NaturalMap::with_steplengths(dual, Bound::Frozen(&set), steplengths);
+    let settings = to_rounding(dual);
+    let inner = newton_from(&map, multiplier.to_vec(), &settings, 1, |_, _| {});
+    MappingValue::new(inner, multiplier)
+}
+
+fn to_rounding(dual: &ExplicitDual) -> NewtonSettings {
+    NewtonSettings {
         tolerance: dual.rounding(),
         ..NewtonSettings::default()
-    };
-    // One step at least, so that a start already within the tolerance is measured and not believed.
-    let inner = minimise_frozen_in(dual, &set, multiplier, &settings, 1);
-    let difference: Vec<f64> = inner
-        .multiplier
-        .iter()
-        .zip(multiplier)
-        .map(|(a, b)| a - b)
-        .collect();
-    MappingValue {
-        status: inner.status,
-        relative_change: match norm(&difference) {
-            0.0 => 0.0,
-            change => change / norm(multiplier),
-        },
-        multiplier: inner.multiplier,
-        inner_residual: inner.residual,
-        inner_steps: inner.history.len(),
-        evaluations: inner.evaluations,
+    }
+}
+
+impl MappingValue {
+    fn new(inner: NewtonSolution, multiplier: &[f64]) -> Self {
+        let pairs = inner.multiplier.iter().zip(multiplier);
+        let difference: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
+        Self {
+            status: inner.status,
+            relative_change: match norm(&difference) {
+                0.0 => 0.0,
+                change => change / norm(multiplier),
+            },
+            multiplier: inner.multiplier,
+            inner_residual: inner.residual,
+            inner_steps: inner.history.len(),
+            evaluations: inner.evaluations,
+        }
     }
 }
 
 /// (|u_t1|, |u_t2|) at the contact nodes for a multiplier; empty unless the law follows the slip.
 pub(super) fn slip_of(dual: &ExplicitDual, multiplier: &[f64]) -> Vec<[f64; 2]> {
-    dual.compliance
-        .as_ref()
-        .map_or_else(Vec::new, |compliance| {
-            let displacement = compliance.tangential_displacement(multiplier);
-            displacement.iter().map(|u| u.map(f64::abs)).collect()
-        })
+    let displacement = dual.tangential_displacement(multiplier);
+    displacement.iter().map(|u| u.map(f64::abs)).collect()
 }
 
 /// The state of friction that a multiplier itself makes: g = λ_ν and 𝓕 = 𝓕(u_t(λ)).

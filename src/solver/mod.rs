@@ -1,10 +1,12 @@
 //! The nonlinear solvers: Algorithm 4.1 (successive approximations) with KPRGP, GPCG or Newton's
 //! method inside, and a semismooth Newton method for the whole problem.
 
+mod conditions;
 mod continuation;
 mod cycle;
 #[cfg(test)]
 mod dense_operator;
+mod deviation;
 mod ellipse;
 mod ellipse_boundary;
 mod ellipse_derivative;
@@ -15,6 +17,7 @@ mod gpcg;
 #[cfg(test)]
 mod gpcg_tests;
 mod inner;
+mod judge;
 mod kprgp;
 mod linearisation;
 mod mapping;
@@ -28,6 +31,7 @@ mod newton_tests;
 mod norm;
 mod polish;
 mod relaxation;
+mod search;
 mod solution;
 mod solve;
 mod start;
@@ -42,7 +46,7 @@ use inner::InnerSummary;
 pub use kprgp::{InnerOutcome, Kprgp, StepCounts};
 pub use linearisation::Linearisation;
 pub use mapping::{MappingValue, coulomb_state, evaluate as evaluate_mapping};
-pub use newton::{FrozenSolution, NewtonSolution, minimise_frozen, newton};
+pub use newton::{NewtonSolution, minimise_frozen, newton};
 pub use newton_loop::{NewtonSettings, NewtonStatus, NewtonStep};
 pub use norm::operator_norm;
 pub use solution::{ContactState, CoulombState, OuterStep, Solution, SolvedBy, Status};

@@ -1,79 +1,17 @@
-use std::sync::atomic::Ordering;
+//! The natural map of the dense dual problem.
 
-use super::{ContactState, Ellipse, FeasibleSet};
-use crate::{
-    contact::{CoulombLaw, FrictionField},
-    dual::ExplicitDual,
-    linalg::norm,
-};
+use super::conditions::{Bound, Conditions, Evaluation};
+use crate::dual::ExplicitDual;
 
-/// Where the semi-axes of the ellipses come from.
-pub(super) enum Bound<'a> {
-    /// Coulomb friction with F(u): (a, b) = g / 𝓕⁻¹(u_t(λ)) with g = max(z_ν, 0).
-    Coulomb(&'a ContactState<'a>, &'a CoulombLaw),
-    /// Frozen ellipses, one inner problem of Algorithm 4.1; none in frictionless contact.
-    Frozen(&'a FeasibleSet<'a>),
-}
-
-/// The natural map R(λ) = λ − P(λ − ρ r), r = S λ − h, whose zeros solve the contact problem.
-///
-/// z = λ − ρ r with ρ = 1/S_ii for normal components and the mean of a pair's two for tangential
-/// ones; R_ν = λ_ν − max(z_ν, 0), R_t = λ_t − P_{a,b}(z_t). A component whose row of S vanishes
-/// (its displacement is held) moves nothing; it has z = 0, and so becomes 0.
+/// The natural map R(λ) = λ − P(λ − ρ r), r = S λ − h, whose zeros solve the contact problem
+/// ([`Conditions`]).
 pub(super) struct NaturalMap<'a> {
     pub(super) dual: &'a ExplicitDual,
-    pub(super) bound: Bound<'a>,
-    /// ρ of every component, `[n_multipliers]`, in Pa/m³; 0 where the row of S vanishes.
-    pub(super) steplengths: Vec<f64>,
-    /// 𝓕⁻¹ of a law that does not follow the slip, evaluated once, `[n_panes]`.
-    constant_inverse: Option<Vec<[f64; 2]>>,
-}
-
-/// What a pane does at some λ.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum PaneZone {
-    Open,
-    Stick,
-    Slip,
-}
-
-/// The natural map at some λ with what its derivative needs.
-pub(super) struct Evaluation {
-    /// R in Pa, `[n_multipliers]`.
-    pub(super) residual: Vec<f64>,
-    /// ‖R‖.
-    pub(super) norm: f64,
-    pub(super) panes: Vec<PaneEvaluation>,
-    /// ∂(1/F_k)/∂u_tl at the contact nodes, in 1/m; empty when F does not follow the slip or is
-    /// frozen.
-    pub(super) inverse_slope: Vec<[[f64; 2]; 2]>,
-}
-
-/// One pane of an [`Evaluation`].
-pub(super) struct PaneEvaluation {
-    /// z_ν > 0.
-    pub(super) pressed: bool,
-    /// A point without friction.
-    pub(super) ellipse: Ellipse,
-    /// z_t.
-    pub(super) trial: [f64; 2],
-    /// Diagonal of 𝓕⁻¹; unused when frozen.
-    pub(super) inverse: [f64; 2],
-}
-
-impl PaneEvaluation {
-    pub(super) fn zone(&self) -> PaneZone {
-        if !self.pressed {
-            PaneZone::Open
-        } else if self.ellipse.semi_axes != [0.0; 2] && self.ellipse.level(self.trial) <= 1.0 {
-            PaneZone::Stick
-        } else {
-            PaneZone::Slip
-        }
-    }
+    pub(super) conditions: Conditions<'a>,
 }
 
 impl<'a> NaturalMap<'a> {
+    /// With ρ = 1/S_ii for normal components, and for tangential ones 1 over the mean of a pair's two.
     pub(super) fn new(dual: &'a ExplicitDual, bound: Bound<'a>) -> Self {
         let m = dual.n_panes();
         let inverse = |value: f64| if value > 0.0 { 1.0 / value } else { 0.0 };
@@ -86,104 +24,52 @@ impl<'a> NaturalMap<'a> {
                 _ => inverse(0.5 * (diagonal(first) + diagonal(first + 1))),
             }
         });
-        let constant_inverse = match bound {
-            Bound::Coulomb(contact, law) if !law.depends_on_slip() => {
-                Some(FrictionField::new(law, contact.surface, &[]).pane_inverse)
-            }
-            _ => None,
-        };
+        Self::with_steplengths(dual, bound, normal.chain(tangential).collect())
+    }
+
+    /// With given ρ in Pa/m³, `[n_multipliers]`.
+    pub(super) fn with_steplengths(
+        dual: &'a ExplicitDual,
+        bound: Bound<'a>,
+        steplengths: Vec<f64>,
+    ) -> Self {
         Self {
-            steplengths: normal.chain(tangential).collect(),
             dual,
-            bound,
-            constant_inverse,
+            conditions: Conditions::new(bound, dual.n_panes(), steplengths),
         }
     }
 
     pub(super) fn evaluate(&self, multiplier: &[f64]) -> Evaluation {
-        let m = self.dual.n_panes();
-        let gradient = self.dual.apply(multiplier);
-        let trial: Vec<f64> = (0..multiplier.len())
-            .map(|i| match self.steplengths[i] {
-                0.0 => 0.0,
-                rho => multiplier[i] - rho * (gradient[i] - self.dual.rhs[i]),
-            })
-            .collect();
-        let (inverse, inverse_slope) = self.friction(multiplier);
-        let mut residual = multiplier.to_vec();
-        let mut panes = Vec::with_capacity(m);
-        for i in 0..m {
-            let slip_bound = trial[i].max(0.0);
-            let ellipse = match self.bound {
-                Bound::Coulomb(..) => Ellipse {
-                    semi_axes: inverse[i].map(|f| slip_bound / f),
-                },
-                Bound::Frozen(set) => set.ellipses.get(i).copied().unwrap_or(Ellipse::POINT),
-            };
-            residual[i] -= slip_bound;
-            let at = m + 2 * i;
-            let pair = match trial.get(at..at + 2) {
-                Some(pair) => [pair[0], pair[1]],
-                None => [0.0; 2],
-            };
-            if at < trial.len() {
-                let projected = ellipse.project(pair);
-                residual[at] -= projected[0];
-                residual[at + 1] -= projected[1];
-            }
-            panes.push(PaneEvaluation {
-                pressed: trial[i] > 0.0,
-                ellipse,
-                trial: pair,
-                inverse: inverse.get(i).copied().unwrap_or([1.0; 2]),
-            });
-        }
-        self.count_projections();
-        Evaluation {
-            norm: if residual.iter().all(|r| r.is_finite()) {
-                norm(&residual)
-            } else {
-                f64::NAN
-            },
-            residual,
-            panes,
-            inverse_slope,
+        let gradient = self.dual.gradient(multiplier);
+        let displacement = self.tangential_displacement(multiplier);
+        self.conditions
+            .evaluate(multiplier, &gradient, &displacement)
+    }
+
+    /// 𝓕⁻¹ on the panes at λ; empty for frozen ellipses.
+    pub(super) fn friction_inverse(&self, multiplier: &[f64]) -> Vec<[f64; 2]> {
+        let displacement = self.tangential_displacement(multiplier);
+        self.conditions.friction(&displacement).0
+    }
+
+    /// What a law that follows the slip reads; empty for others.
+    fn tangential_displacement(&self, multiplier: &[f64]) -> Vec<[f64; 2]> {
+        if self.conditions.follows_slip() {
+            self.dual.tangential_displacement(multiplier)
+        } else {
+            Vec::new()
         }
     }
 
-    fn count_projections(&self) {
-        match self.bound {
-            Bound::Coulomb(contact, _) => {
-                let count = &contact.interface.projections;
-                count.fetch_add(contact.n_panes(), Ordering::Relaxed);
-            }
-            Bound::Frozen(set) => set.count_projections(),
+    /// ‖R‖ / ‖λ‖ that rounding of S λ makes, n ε max ρ_i S_ii; about an anchor S λ cancels to the
+    /// rounding of λ itself.
+    pub(super) fn rounding(&self) -> f64 {
+        let rows = self.conditions.steplengths.iter().enumerate();
+        let mobility = rows.map(|(j, rho)| rho * self.dual.column(j)[j]);
+        let largest = mobility.fold(0.0, f64::max);
+        match self.dual.anchor {
+            None => self.dual.rounding() * largest,
+            Some(_) => f64::EPSILON * largest,
         }
-    }
-
-    /// 𝓕⁻¹ on the panes and ∂(1/F)/∂u_t at the nodes.
-    pub(super) fn friction(&self, multiplier: &[f64]) -> (Vec<[f64; 2]>, Vec<[[f64; 2]; 2]>) {
-        let Bound::Coulomb(contact, law) = self.bound else {
-            return (Vec::new(), Vec::new());
-        };
-        let Some(constant) = &self.constant_inverse else {
-            let compliance = self.dual.compliance.as_ref();
-            let displacement =
-                compliance.map_or_else(Vec::new, |c| c.tangential_displacement(multiplier));
-            let slip: Vec<[f64; 2]> = displacement.iter().map(|u| u.map(f64::abs)).collect();
-            let field = FrictionField::new(law, contact.surface, &slip);
-            let slopes = (0..slip.len())
-                .map(|node| {
-                    let derivative = law.derivative(node, slip[node]);
-                    let sign = displacement[node].map(|u| if u == 0.0 { 0.0 } else { u.signum() });
-                    [0, 1].map(|k| {
-                        let square = field.nodal[node][k].powi(2);
-                        [0, 1].map(|l| -sign[l] * derivative[k][l] / square)
-                    })
-                })
-                .collect();
-            return (field.pane_inverse, slopes);
-        };
-        (constant.clone(), Vec::new())
     }
 }

@@ -1,7 +1,9 @@
 use super::{
-    ContactState, FeasibleSet, mapping,
-    natural_map::{Bound, NaturalMap},
-    newton_loop::{self, NewtonSettings, NewtonStatus, NewtonStep},
+    ContactState, FeasibleSet,
+    conditions::Bound,
+    mapping,
+    natural_map::NaturalMap,
+    newton_loop::{self, Globalisation, NewtonOutcome, NewtonSettings, NewtonStatus, NewtonStep},
 };
 use crate::{contact::CoulombLaw, dual::ExplicitDual};
 
@@ -49,57 +51,32 @@ pub fn newton(
     settings: &NewtonSettings,
     observe: impl FnMut(usize, &NewtonStep),
 ) -> NewtonSolution {
-    newton_in(dual, contact, law, start, settings, 0, observe)
+    let start = start.map_or_else(|| vec![0.0; dual.dimension()], <[f64]>::to_vec);
+    let map = NaturalMap::new(dual, Bound::Coulomb(contact, law));
+    let mut hidden_evaluations = 0;
+    let mut safeguard = |multiplier: &[f64]| {
+        let image = mapping::evaluate(dual, contact, law, multiplier);
+        hidden_evaluations += image.evaluations;
+        let pairs = multiplier.iter().zip(&image.multiplier);
+        pairs.map(|(l, next)| l + DAMPING * (next - l)).collect()
+    };
+    let help = Globalisation::Relaxed(&mut safeguard);
+    let outcome = newton_loop::iterate(&map, start, settings, 0, help, observe);
+    NewtonSolution::new(outcome, hidden_evaluations)
 }
 
-/// [`newton`] in no fewer than `least_steps`.
-pub(super) fn newton_in(
-    dual: &ExplicitDual,
-    contact: &ContactState<'_>,
-    law: &CoulombLaw,
-    start: Option<&[f64]>,
+/// Newton's method on any natural map from a good start, in no fewer than `least_steps`; a stall
+/// ends it.
+pub(super) fn newton_from(
+    map: &NaturalMap<'_>,
+    start: Vec<f64>,
     settings: &NewtonSettings,
     least_steps: usize,
     observe: impl FnMut(usize, &NewtonStep),
 ) -> NewtonSolution {
-    let start = start.map_or_else(|| vec![0.0; dual.dimension()], <[f64]>::to_vec);
-    let map = NaturalMap::new(dual, Bound::Coulomb(contact, law));
-    let mut hidden_evaluations = 0;
-    let outcome = newton_loop::iterate(
-        &map,
-        start,
-        settings,
-        least_steps,
-        |multiplier| {
-            let image = mapping::evaluate(dual, contact, law, multiplier);
-            hidden_evaluations += image.evaluations;
-            let pairs = multiplier.iter().zip(&image.multiplier);
-            pairs.map(|(l, next)| l + DAMPING * (next - l)).collect()
-        },
-        observe,
-    );
-    NewtonSolution {
-        status: outcome.status,
-        residual: outcome.residual,
-        multiplier: outcome.multiplier,
-        history: outcome.history,
-        evaluations: outcome.evaluations + hidden_evaluations,
-    }
-}
-
-/// What Newton's method did on one problem with a frozen admissible set.
-#[derive(Debug, Clone)]
-pub struct FrozenSolution {
-    /// How the method ended.
-    pub status: NewtonStatus,
-    /// The minimiser, `[n_multipliers]`, in Pa.
-    pub multiplier: Vec<f64>,
-    /// Final ‖R‖ / ‖λ‖.
-    pub residual: f64,
-    /// One record per step.
-    pub history: Vec<NewtonStep>,
-    /// Actions of S.
-    pub evaluations: usize,
+    let help = Globalisation::Plain;
+    let outcome = newton_loop::iterate(map, start, settings, least_steps, help, observe);
+    NewtonSolution::new(outcome, 0)
 }
 
 /// Minimises ½ λᵀSλ − λᵀh over a frozen admissible set (Tresca friction) by the same Newton
@@ -110,42 +87,52 @@ pub fn minimise_frozen(
     set: &FeasibleSet<'_>,
     start: &[f64],
     settings: &NewtonSettings,
-) -> FrozenSolution {
-    minimise_frozen_in(dual, set, start, settings, 0)
+) -> NewtonSolution {
+    minimise_frozen_in(dual, set, start, settings, 0, |_, _| {})
 }
 
-/// [`minimise_frozen`] in no fewer than `least_steps`.
+/// [`minimise_frozen`] in no fewer than `least_steps`, observed.
 pub(super) fn minimise_frozen_in(
     dual: &ExplicitDual,
     set: &FeasibleSet<'_>,
     start: &[f64],
     settings: &NewtonSettings,
     least_steps: usize,
-) -> FrozenSolution {
+    observe: impl FnMut(usize, &NewtonStep),
+) -> NewtonSolution {
     const SWEEPS: usize = 50;
     let map = NaturalMap::new(dual, Bound::Frozen(set));
     let mut first = start.to_vec();
     set.project(&mut first);
     let mut relaxation_actions = 0;
-    let outcome = newton_loop::iterate(
-        &map,
-        first,
-        settings,
-        least_steps,
-        |multiplier| {
-            let mut next = multiplier.to_vec();
-            set.project(&mut next);
-            map.relax(&mut next, SWEEPS);
-            relaxation_actions += SWEEPS + 1;
-            next
-        },
-        |_, _| {},
-    );
-    FrozenSolution {
-        status: outcome.status,
-        multiplier: outcome.multiplier,
-        residual: outcome.residual,
-        history: outcome.history,
-        evaluations: outcome.evaluations + relaxation_actions,
+    let mut safeguard = |multiplier: &[f64]| {
+        let mut next = multiplier.to_vec();
+        set.project(&mut next);
+        map.relax(&mut next, SWEEPS);
+        relaxation_actions += SWEEPS + 1;
+        next
+    };
+    let help = Globalisation::Relaxed(&mut safeguard);
+    let outcome = newton_loop::iterate(&map, first, settings, least_steps, help, observe);
+    NewtonSolution::new(outcome, relaxation_actions)
+}
+
+impl NewtonSolution {
+    fn new(outcome: NewtonOutcome, hidden_evaluations: usize) -> Self {
+        Self {
+            status: outcome.status,
+            residual: outcome.residual,
+            multiplier: outcome.multiplier,
+            history: outcome.history,
+            evaluations: outcome.evaluations + hidden_evaluations,
+        }
+    }
+
+    /// Whether the method found what it looked for.
+    pub(super) fn is_solution(&self) -> bool {
+        matches!(
+            self.status,
+            NewtonStatus::Converged | NewtonStatus::RoundingLimit
+        )
     }
 }

@@ -1,6 +1,9 @@
 use std::time::Instant;
 
-use super::natural_map::{Evaluation, NaturalMap, PaneZone};
+use super::{
+    conditions::{Evaluation, PaneZone},
+    natural_map::NaturalMap,
+};
 use crate::linalg::norm;
 
 /// Halvings of one step before the full step is taken all the same.
@@ -13,10 +16,13 @@ const SWEEPS: usize = 10;
 /// A step that reduces ‖R‖ to this share lies in the range of fast convergence: nothing to relax.
 const FAST: f64 = 0.01;
 
-/// Steps in which the best residual must halve; otherwise Newton's method has stalled.
+/// Steps in which the best residual must halve; otherwise Newton's method has stalled. Without
+/// relaxation, fewer: a good start needs few steps, and there are other starts.
 const PATIENCE: usize = 10;
+const PLAIN_PATIENCE: usize = 6;
 
-/// Below this relative residual a stall within `ROUNDING_PATIENCE` steps is rounding.
+/// Below this relative residual, or below what rounding of S λ makes of it, a stall within
+/// `ROUNDING_PATIENCE` steps is rounding.
 const ROUNDING_ZONE: f64 = 1e-9;
 const ROUNDING_PATIENCE: usize = 3;
 
@@ -46,7 +52,7 @@ pub enum NewtonStatus {
     /// The residual fell below 1e-9 · ‖λ‖ and then no further: rounding forbids the tolerance, and
     /// the final residual is the attainable accuracy.
     RoundingLimit,
-    /// The steps ran out.
+    /// The steps ran out, or the residual fell no further and nothing was left to try.
     MaxSteps,
     /// A value was not finite.
     NumericalError,
@@ -72,6 +78,14 @@ pub struct NewtonStep {
     pub law_share: f64,
     /// Wall-clock seconds.
     pub seconds: f64,
+}
+
+/// What helps Newton's method on its way.
+pub(super) enum Globalisation<'f> {
+    /// Sweeps of relaxation, and, after a stall, steps of a safeguard from the best iterate.
+    Relaxed(&'f mut dyn FnMut(&[f64]) -> Vec<f64>),
+    /// A good start alone; a stall ends the method.
+    Plain,
 }
 
 /// Where the iteration ended.
@@ -125,21 +139,26 @@ impl Iterate {
     }
 }
 
-/// Runs the damped semismooth Newton method from a start, with relaxed trial steps until the
-/// residual stalls and then once more without; after that, or when Newton's step is singular,
-/// `safeguard` gives a better multiplier. At least `least_steps` are taken unless R = 0.
+/// Runs the damped semismooth Newton method from a start.
+///
+/// [`Globalisation::Relaxed`]: with relaxed trial steps until the residual stalls and then once more
+/// without; after that, or when Newton's step is singular, the safeguard gives a better multiplier.
+/// [`Globalisation::Plain`] ends there. At least `least_steps` are taken unless R = 0.
 pub(super) fn iterate(
     map: &NaturalMap<'_>,
     start: Vec<f64>,
     settings: &NewtonSettings,
     least_steps: usize,
-    mut safeguard: impl FnMut(&[f64]) -> Vec<f64>,
+    mut globalisation: Globalisation<'_>,
     mut observe: impl FnMut(usize, &NewtonStep),
 ) -> NewtonOutcome {
     let mut current = Iterate::new(map, start.clone());
     let mut evaluations = 1;
-    let mut relaxing = true;
-    if current.evaluation.norm.is_finite() && current.relative() > settings.tolerance {
+    let plain = matches!(globalisation, Globalisation::Plain);
+    let patience = if plain { PLAIN_PATIENCE } else { PATIENCE };
+    let rounding_zone = ROUNDING_ZONE.max(map.rounding());
+    let mut relaxing = !plain;
+    if relaxing && current.evaluation.norm.is_finite() && current.relative() > settings.tolerance {
         current = current.relaxed(map, FIRST_SWEEPS);
         evaluations += FIRST_SWEEPS + 2;
     }
@@ -164,13 +183,13 @@ pub(super) fn iterate(
             let last = best_norms.len() - 1;
             last >= window_start + steps && best_norms[last] > 0.5 * best_norms[last - steps]
         };
-        if best.2 < ROUNDING_ZONE && stalled_for(ROUNDING_PATIENCE) {
+        if best.2 < rounding_zone && stalled_for(ROUNDING_PATIENCE) {
             break NewtonStatus::RoundingLimit;
         }
         if history.len() == settings.max_steps {
             break NewtonStatus::MaxSteps;
         }
-        if relaxing && stalled_for(PATIENCE) {
+        if relaxing && stalled_for(patience) {
             relaxing = false;
             current = Iterate::new(map, start.clone());
             evaluations += 1;
@@ -179,7 +198,7 @@ pub(super) fn iterate(
             continue;
         }
         let started = Instant::now();
-        let direction = if stalled_for(PATIENCE) {
+        let direction = if stalled_for(patience) {
             None
         } else {
             map.newton_step(&current.evaluation)
@@ -189,9 +208,10 @@ pub(super) fn iterate(
             step_length,
             halvings,
             actions,
-        } = match &direction {
-            Some((direction, _)) => backtrack(map, &current, direction, relaxing),
-            None => {
+        } = match (&direction, &mut globalisation) {
+            (Some((direction, _)), _) => backtrack(map, &current, direction, relaxing),
+            (None, Globalisation::Plain) => break NewtonStatus::MaxSteps,
+            (None, Globalisation::Relaxed(safeguard)) => {
                 window_start = best_norms.len();
                 Trial {
                     iterate: Iterate::new(map, safeguard(&best.1)),

@@ -4,7 +4,10 @@ use faer::{
     linalg::lu::partial_pivoting::{factor, solve},
 };
 
-use super::natural_map::{Bound, Evaluation, NaturalMap};
+use super::{
+    conditions::{Bound, Evaluation},
+    natural_map::NaturalMap,
+};
 
 /// The part of the Newton equation R'(λ) d = −R that is not already solved.
 ///
@@ -99,7 +102,7 @@ impl<'a> NewtonSystem<'a> {
             }
             let derivative = pane.ellipse.projection_derivative(pane.trial);
             let by_axes = derivative.by_semi_axes;
-            let coulomb = matches!(map.bound, Bound::Coulomb(..));
+            let coulomb = matches!(map.conditions.bound, Bound::Coulomb(..));
             let moving =
                 coulomb && !evaluation.inverse_slope.is_empty() && by_axes != [[0.0; 2]; 2];
             at.pair = Some(PairRows {
@@ -160,7 +163,7 @@ impl<'a> NewtonSystem<'a> {
         let s = self.map.dual.column(j);
         let compliance = self.map.dual.compliance.as_ref();
         let g = compliance.map_or(&[] as &[f64], |c| c.column(j));
-        let steplengths = &self.map.steplengths;
+        let steplengths = &self.map.conditions.steplengths;
         for at in &self.rows {
             let normal = at.pane;
             if let Some(row) = at.normal_row {
@@ -195,7 +198,7 @@ impl<'a> NewtonSystem<'a> {
 
     /// ∂𝓕_i⁻¹/∂λ_j = −Σ w ∂(1/F)/∂u_t G_{·j} over the nodes of a pane, for a column of G.
     fn inverse_change(&self, pane: usize, compliance: &[f64]) -> [f64; 2] {
-        let Bound::Coulomb(contact, _) = self.map.bound else {
+        let Bound::Coulomb(contact, _) = self.map.conditions.bound else {
             return [0.0; 2];
         };
         let slopes = &self.evaluation.inverse_slope;

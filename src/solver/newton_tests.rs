@@ -9,8 +9,10 @@ use std::{
 };
 
 use super::{
-    ContactState, FeasibleSet, NewtonSettings, NewtonStatus, minimise_frozen,
-    natural_map::{Bound, Evaluation, NaturalMap},
+    ContactState, FeasibleSet, NewtonSettings, NewtonStatus,
+    conditions::{Bound, Evaluation},
+    minimise_frozen,
+    natural_map::NaturalMap,
 };
 use crate::{
     contact::Interface,
@@ -54,6 +56,7 @@ fn dual(entries: &[f64], rhs: &[f64], compliance: &[f64], slip_free: &[f64]) -> 
     let m = DMatrix::from_column_slice(SIZE, SIZE, entries);
     let operator = m.transpose() * &m + DMatrix::identity(SIZE, SIZE);
     ExplicitDual {
+        anchor: None,
         operator: Arc::new(operator.as_slice().to_vec()),
         rhs: rhs.to_vec(),
         n_panes: PANES,

@@ -1,143 +1,198 @@
-use super::{
-    NewtonSettings, NewtonSolution,
-    natural_map::{Bound, NaturalMap},
-    newton::newton_in,
-    solve::Problem,
-};
-use crate::{contact::CoulombLaw, dual::ExplicitDual};
+//! Answers to the accuracy they promise: exact residuals, and the distance to the solution.
 
-/// Violations of contact and friction below this share are left as they are.
-const STRICT: f64 = 1e-11;
+use super::{
+    NewtonSettings, NewtonSolution, NewtonStep, conditions::Bound, deviation::{Sizes, within_ellipses},
+    natural_map::NaturalMap, newton::newton_from, solve::Problem,
+};
+use crate::dual::{ExplicitDual, LocalStiffness};
 
 /// Most rounds; each wins the digits that the conditioning of A leaves.
-const MOST_ROUNDS: usize = 3;
+const MOST_ROUNDS: usize = 8;
 
-/// Most Newton steps in one round: one or two, more where the correction moves panes between zones.
+/// Most Newton steps in one round: one or two, more where the exact residual moves panes between
+/// zones.
 const STEPS: usize = 20;
 
-/// An answer and the dual problem with h and slip corrected at it.
+/// Roundings of one component of λ that add up in the motion of the body.
+const ROUNDINGS: f64 = 4.0;
+
+/// An answer with a larger error is none: its zones are not known.
+pub(super) const COARSEST: f64 = 1e-3;
+
+/// An answer, how far it is from the solution, and the dual problem written about it.
 pub(super) struct Polished {
-    pub(super) found: NewtonSolution,
-    pub(super) dual: ExplicitDual,
-    /// u in m, to rounding.
+    /// λ, `[n_multipliers]`, in Pa.
+    pub(super) multiplier: Vec<f64>,
+    /// u of λ in m, to rounding.
     pub(super) displacement: Vec<f64>,
-    violation: f64,
+    /// Distance to the solution, relative as in [`Sizes`].
+    pub(super) error: f64,
+    /// S and G about λ.
+    pub(super) dual: ExplicitDual,
+    /// Steps of Newton's method that it took.
+    pub(super) history: Vec<NewtonStep>,
+    /// Actions of S, and one of A⁻¹ a round.
+    pub(super) actions: usize,
+}
+
+/// How far an answer is from the solution.
+struct Way {
+    /// Relative as in [`Sizes`].
+    error: f64,
+    /// Relative to the semi-axes of the ellipses ([`within_ellipses`]): where one coefficient of
+    /// friction is a small part of the other, ‖λ_t‖ hides what happens along its axis.
+    bound_error: f64,
+}
+
+impl Way {
+    const UNKNOWN: Self = Self {
+        error: f64::INFINITY,
+        bound_error: f64::INFINITY,
+    };
+}
+
+impl Polished {
+    /// Whether the answer lies in the zones of a solution.
+    pub(super) fn is_solution(&self) -> bool {
+        self.error <= COARSEST
+    }
+
+    /// Whether λ and u are numbers.
+    pub(super) fn is_finite(&self) -> bool {
+        let mut values = self.multiplier.iter().chain(&self.displacement);
+        values.all(|v| v.is_finite())
+    }
 }
 
 impl Problem<'_> {
-    /// Refines the answer of Newton's method where ‖R‖ ≤ ε ‖λ‖ hides violations: where pressures
-    /// hardly depend on displacements (slender bodies), or friction along one axis is a small part of
-    /// ‖λ‖.
+    /// Measures how far λ is from the solution, and comes closer until that is at most `tolerance` or
+    /// rounding forbids it.
     ///
-    /// In each round u = A⁻¹(l − Bᵀλ) is solved to rounding, h and the slip are corrected so that
-    /// they belong to it, and Newton's method takes a step or two from λ. A round that does not
-    /// lessen the violation is forgotten.
+    /// In each round u = A⁻¹(l − Bᵀλ) is solved in more than working precision, the dual problem
+    /// is written about λ with its exact gradient −(B u − gap), and Newton's method, measured by
+    /// local stiffness, solves that. Its solution differs from the true one by what S is wrong, as
+    /// a share of the way from λ; so that way is the error of λ. It needs no scale, while small
+    /// residuals say little for bodies that nearly float.
     pub(super) fn polished(
         &self,
         dual: &ExplicitDual,
-        law: &CoulombLaw,
-        found: NewtonSolution,
+        local: &LocalStiffness,
+        bound: Bound<'_>,
+        multiplier: &[f64],
+        tolerance: f64,
     ) -> Polished {
-        let goal = STRICT.max(10.0 * self.settings.epsilon());
-        let settings = NewtonSettings {
-            tolerance: dual.rounding(),
-            max_steps: STEPS,
-        };
-        let original = dual.clone();
-        let mut best = self.corrected(dual, law, found);
-        if best.violation <= goal {
-            best.dual = original;
-            return best;
-        }
+        let mut best = self.exact(dual, local, multiplier);
+        let (mut history, mut actions) = (Vec::new(), 1);
+        let mut last = Way::UNKNOWN;
         for _ in 0..MOST_ROUNDS {
-            let start = Some(best.found.multiplier.as_slice());
-            let mut next = newton_in(
-                &best.dual,
-                self.contact,
-                law,
-                start,
-                &settings,
-                1,
-                |_, _| {},
-            );
-            next.history = [best.found.history.clone(), next.history].concat();
-            next.evaluations += best.found.evaluations;
-            next.status = best.found.status;
-            let next = self.corrected(&best.dual, law, next);
-            if next.violation.is_nan() || next.violation > 0.5 * best.violation {
+            let Some((found, way)) = self.way_to_solution(&best, local, bound) else {
+                break;
+            };
+            actions += found.evaluations + 1;
+            history.extend(found.history);
+            best.error = way.error;
+            let falls = way.error <= 0.5 * last.error;
+            let bound_falls = way.bound_error <= 0.5 * last.bound_error;
+            let accurate = way.error <= tolerance;
+            if accurate && (way.bound_error <= tolerance || !bound_falls) {
                 break;
             }
-            best = next;
-            if best.violation <= goal {
+            if !accurate && !falls {
+                // Rounding: the errors of the last two answers are of one size.
+                best.error = if last.error.is_finite() {
+                    way.error.max(last.error)
+                } else {
+                    way.error
+                };
                 break;
             }
+            let next = self.exact(dual, local, &found.multiplier);
+            let error = way.error;
+            best = Polished { error, ..next };
+            last = way;
         }
-        best
+        Polished {
+            history,
+            actions,
+            ..best
+        }
     }
 
-    /// The answer as it is, with its u.
-    pub(super) fn unpolished(
+    /// The distance of λ to the solution; infinite where Newton's method finds none from there.
+    pub(super) fn error_of(
         &self,
         dual: &ExplicitDual,
-        law: &CoulombLaw,
-        found: NewtonSolution,
-    ) -> Polished {
-        Polished {
-            dual: dual.clone(),
-            ..self.corrected(dual, law, found)
-        }
+        local: &LocalStiffness,
+        bound: Bound<'_>,
+        multiplier: &[f64],
+    ) -> f64 {
+        let answer = self.exact(dual, local, multiplier);
+        let way = self.way_to_solution(&answer, local, bound);
+        way.map_or(f64::INFINITY, |(_, way)| way.error)
     }
 
-    /// The answer with its u, and the dual problem that belongs to it.
-    fn corrected(&self, dual: &ExplicitDual, law: &CoulombLaw, found: NewtonSolution) -> Polished {
+    /// The solution of the dual problem about an answer, and its relative distance; `None` where
+    /// Newton's method does not find it from there.
+    fn way_to_solution(
+        &self,
+        answer: &Polished,
+        local: &LocalStiffness,
+        bound: Bound<'_>,
+    ) -> Option<(NewtonSolution, Way)> {
+        let steplengths = local.stiffness.clone();
+        let map = NaturalMap::with_steplengths(&answer.dual, bound, steplengths);
+        // Rounding of λ alone moves the body, and R, by this much.
+        let rounding = ROUNDINGS * f64::EPSILON * local.mobility();
+        let settings = NewtonSettings {
+            tolerance: answer.dual.rounding().max(rounding),
+            max_steps: STEPS,
+        };
+        // One step at least: that is what measures the error.
+        let found = newton_from(&map, answer.multiplier.clone(), &settings, 1, |_, _| {});
+        if !found.is_solution() {
+            return None;
+        }
+        let there = map.evaluate(&found.multiplier);
+        let sizes = Sizes::of(self.contact, &found.multiplier, &there);
+        let pairs = found.multiplier.iter().zip(&answer.multiplier);
+        let way: Vec<f64> = pairs.map(|(next, last)| next - last).collect();
+        let area = &self.contact.surface.pane_area;
+        let way = Way {
+            error: sizes.relative(area, &way),
+            bound_error: within_ellipses(area, &there, &way),
+        };
+        Some((found, way))
+    }
+
+    /// λ with its displacement and the dual problem about it; the error is yet to be measured.
+    pub(super) fn exact(
+        &self,
+        dual: &ExplicitDual,
+        local: &LocalStiffness,
+        multiplier: &[f64],
+    ) -> Polished {
         let (surface, interface) = (self.contact.surface, self.contact.interface);
+        // The face's own displacement is this share of the body's, at least.
+        let target = f64::EPSILON / local.mobility();
         let displacement = self
             .dual
-            .refined_displacement(self.assembly, &found.multiplier);
-        let closing = self.dual.closing(&displacement, surface, interface);
-        let dual = dual.corrected(
-            &found.multiplier,
-            &displacement,
-            &closing,
+            .refined_displacement(self.assembly, multiplier, target);
+        let closing = self.dual.closing_refined(&displacement, surface, interface);
+        let dual = dual.anchored(
+            multiplier,
+            &displacement.value,
+            closing,
             surface,
             &interface.frame,
             &self.assembly.primal.dofs,
         );
-        let largest = displacement
-            .iter()
-            .fold(0.0_f64, |most, u| most.max(u.abs()));
-        let map = NaturalMap::new(&dual, Bound::Coulomb(self.contact, law));
         Polished {
-            violation: map.violation(&found.multiplier, &surface.pane_area, largest),
-            found,
+            multiplier: multiplier.to_vec(),
+            displacement: displacement.value,
+            error: f64::INFINITY,
             dual,
-            displacement,
+            history: Vec::new(),
+            actions: 1,
         }
-    }
-}
-
-impl NaturalMap<'_> {
-    /// How far λ is from satisfying the laws pane by pane: the larger of |R_i / ρ_i| over the area
-    /// of the pane and the largest displacement, and of |𝓕⁻¹ R_t| over the largest pressure.
-    fn violation(&self, multiplier: &[f64], area: &[f64], displacement: f64) -> f64 {
-        let evaluation = self.evaluate(multiplier);
-        if evaluation.norm.is_nan() {
-            return f64::NAN;
-        }
-        let m = area.len();
-        let pressure = multiplier[..m].iter().copied().fold(0.0, f64::max);
-        let mut violation = 0.0_f64;
-        for (i, residual) in evaluation.residual.iter().enumerate() {
-            let pane = if i < m { i } else { (i - m) / 2 };
-            let rho = self.steplengths[i];
-            if rho > 0.0 && displacement > 0.0 {
-                violation = violation.max(residual.abs() / (rho * area[pane] * displacement));
-            }
-            if i >= m && pressure > 0.0 {
-                let inverse = evaluation.panes[pane].inverse[(i - m) % 2];
-                violation = violation.max(residual.abs() * inverse / pressure);
-            }
-        }
-        violation
     }
 }

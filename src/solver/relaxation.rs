@@ -1,7 +1,4 @@
-use super::{
-    Ellipse,
-    natural_map::{Bound, NaturalMap},
-};
+use super::{Ellipse, conditions::Bound, natural_map::NaturalMap};
 use crate::linalg::add_scaled;
 
 /// Share of the way from the last sweep's 𝓕⁻¹ to that of the present λ. Undamped, a law that
@@ -18,14 +15,11 @@ impl NaturalMap<'_> {
     /// action of S.
     pub(super) fn relax(&self, multiplier: &mut [f64], sweeps: usize) {
         let m = self.dual.n_panes();
-        let mut gradient = self.dual.apply(multiplier);
-        for (r, h) in gradient.iter_mut().zip(&self.dual.rhs) {
-            *r -= h;
-        }
-        let (mut inverse, _) = self.friction(multiplier);
+        let mut gradient = self.dual.gradient(multiplier);
+        let mut inverse = self.friction_inverse(multiplier);
         for sweep in 0..sweeps {
             if sweep > 0 {
-                let (next, _) = self.friction(multiplier);
+                let next = self.friction_inverse(multiplier);
                 for (old, new) in inverse.iter_mut().flatten().zip(next.iter().flatten()) {
                     *old += FRICTION_DAMPING * (new - *old);
                 }
@@ -61,7 +55,7 @@ impl NaturalMap<'_> {
         }
         let trace = diagonal(at) + diagonal(at + 1);
         if trace > 0.0 {
-            let ellipse = match (&self.bound, inverse) {
+            let ellipse = match (&self.conditions.bound, inverse) {
                 (Bound::Frozen(set), _) => set.ellipses[pane],
                 (Bound::Coulomb(..), inverse) => Ellipse {
                     semi_axes: inverse.map_or([0.0; 2], |f| f.map(|f| multiplier[pane] / f)),

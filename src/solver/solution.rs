@@ -22,6 +22,9 @@ pub enum Status {
     MaxNewtonSteps,
     /// Successive approximations return to where they were: they will never converge.
     Cycling,
+    /// The stopping rule of the method is met, but the answer is further from the solution than
+    /// about ε.
+    Inaccurate,
 }
 
 impl Status {
@@ -42,6 +45,7 @@ impl Status {
             Self::RoundingLimit => "rounding_limit",
             Self::MaxNewtonSteps => "max_newton_steps",
             Self::Cycling => "cycling",
+            Self::Inaccurate => "inaccurate",
         }
     }
 }
@@ -84,7 +88,9 @@ pub struct Solution {
     pub status: Status,
     /// Which algorithm gave the answer.
     pub solved_by: SolvedBy,
-    /// The last change err of successive approximations, or ‖R‖ / ‖λ‖ of Newton's method.
+    /// Relative error of λ, measured by one more solution from it with exact residuals: weighted by
+    /// areas, the larger of that of λ_ν and of that of λ_t, relative to max(‖λ_t‖, ‖F λ_ν‖). The
+    /// last change err of successive approximations where those did not end, or S is implicit.
     pub accuracy: f64,
     /// ‖Ψ(λ) − λ‖ / ‖λ‖ for the paper's mapping Ψ, where it was evaluated.
     pub mapping_change: Option<f64>,
@@ -99,6 +105,9 @@ pub struct Solution {
     pub coulomb: Option<CoulombState>,
     /// Steplength ᾱ of projected gradient steps, in Pa/m³; 0 without contact.
     pub steplength: f64,
+    /// Stiffness of each pane while the others do not move, `[n_multipliers]`, in Pa/m³, that
+    /// residuals are measured by; empty without contact.
+    pub local_stiffness: Vec<f64>,
     /// One record per step of successive approximations.
     pub history: Vec<OuterStep>,
     /// One record per step of Newton's method.

@@ -3,22 +3,21 @@ use std::sync::atomic::Ordering;
 use thiserror::Error;
 
 use super::{
-    ContactState, CoulombState, Inner, Linearisation, NewtonSettings, NewtonSolution, NewtonStatus,
-    NewtonStep, OuterState, OuterStep, Solution, SolvedBy, Start, Status,
-    continuation::{continuation, is_solution},
-    coulomb_state, evaluate_mapping,
-    mapping::slip_of,
+    ContactState, Inner, NewtonStep, OuterState, OuterStep, Solution, SolvedBy, Start, Status,
+    conditions::Bound,
+    coulomb_state,
+    mapping::{evaluate_locally, slip_of},
     minimisation::minimise,
-    newton,
     norm::projected_gradient_steplength,
-    polish::Polished,
+    polish::{COARSEST, Polished},
+    search::Search,
     successive_approximations,
 };
 use crate::{
     contact::CoulombLaw,
     dual::{
         Assembly, ContactSystem, DualOperator, DualSystem, ExplicitDual, ExplicitOperator,
-        ImplicitOperator,
+        ImplicitOperator, LocalStiffness, pane_stiffness,
     },
     linalg::Workspace,
     scene::{InnerSolver, Method, SolveSettings},
@@ -43,12 +42,8 @@ pub enum Progress<'a> {
 )]
 pub struct NeedsExplicit(&'static str);
 
-/// Newton's answer is accepted when the paper's mapping Ψ moves it by no more than this: half the
-/// digits of a double, far above its rounding and far below any other fixed point.
-const CERTIFIED: f64 = 1e-8;
-
-/// Where ‖R'⁻¹‖ is so large that rounding alone moves λ by more, by no more than this times it.
-const ROUNDINGS: f64 = 16.0;
+/// Most times that a method is run again with a smaller ε.
+const MOST_TIGHTENINGS: usize = 4;
 
 /// Solves the discrete problem as the settings say from a start, by no more than its effects ask for: one solve
 /// without contact, one minimisation without friction or with a given slip bound.
@@ -66,7 +61,12 @@ pub fn solve(
         return Ok(Solution {
             displacement: system
                 .assembly
-                .solve_refined(&system.assembly.primal.load, &mut Workspace::default()),
+                .solve_refined(
+                    &system.assembly.primal.load,
+                    f64::EPSILON,
+                    &mut Workspace::default(),
+                )
+                .value,
             actions: 1,
             ..Solution::default()
         });
@@ -103,25 +103,21 @@ pub(super) struct Problem<'a> {
 impl Problem<'_> {
     /// Frictionless contact and Tresca's law.
     fn minimise(&self, observe: &mut dyn FnMut(Progress<'_>)) -> Result<Solution, NeedsExplicit> {
-        let inner = match (self.settings.method, self.dual.explicit.as_ref()) {
-            (Method::FixedPoint, _) => self.inner()?,
-            (Method::Newton, None) => return Err(NeedsExplicit("method newton")),
-            (Method::Auto, None) => Inner::Gpcg,
-            (Method::Auto | Method::Newton, Some(dual)) => Inner::Newton(dual),
-        };
-        Ok(self.with_operator(|operator| {
-            let first = self.start.multiplier;
-            minimise(
-                inner,
-                operator,
-                self.contact,
-                self.settings,
-                first,
-                |k, step| {
-                    observe(Progress::Outer(k, step));
-                },
-            )
-        }))
+        let set = self.contact.feasible_set(None);
+        let bound = Bound::Frozen(&set);
+        match (self.settings.method, self.dual.explicit.as_ref()) {
+            (Method::Newton, None) => Err(NeedsExplicit("method newton")),
+            (Method::Auto | Method::Newton, Some(dual)) => {
+                let local = LocalStiffness::new(dual);
+                Ok(self.newton(dual, &local, bound, observe))
+            }
+            (Method::Auto, None) => Ok(
+                self.until_accurate(bound, |problem, inner| problem.minimise_by(inner, observe))
+            ),
+            (Method::FixedPoint, _) => {
+                self.with_inner(bound, |inner| self.minimise_by(inner, observe))
+            }
+        }
     }
 
     /// Coulomb's law.
@@ -130,35 +126,89 @@ impl Problem<'_> {
         law: &CoulombLaw,
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Solution, NeedsExplicit> {
+        let bound = Bound::Coulomb(self.contact, law);
         match (self.settings.method, self.dual.explicit.as_ref()) {
             (Method::Newton, None) => Err(NeedsExplicit("method newton")),
             (Method::Newton, Some(dual)) => {
-                let found = self.run_newton(dual, law, observe);
-                Ok(self.certified(dual, law, found))
+                let local = LocalStiffness::new(dual);
+                Ok(self.newton(dual, &local, bound, observe))
             }
             (Method::Auto, Some(dual)) => {
-                let found = self.run_newton(dual, law, observe);
-                let steps = found.history.clone();
-                let solution = self.certified(dual, law, found);
+                let local = LocalStiffness::new(dual);
+                let solution = self.newton(dual, &local, bound, observe);
                 if solution.status.is_solved() {
                     return Ok(solution);
                 }
-                let solution = self.fixed_point(Inner::Newton(dual), law, observe);
-                Ok(self.completed(dual, law, solution, steps))
+                let steps = solution.newton;
+                let inner = Inner::Newton(dual, &local);
+                let solution = self.fixed_point(inner, law, observe);
+                Ok(self.completed(dual, &local, bound, solution, steps))
             }
-            (Method::Auto, None) => Ok(self.fixed_point(Inner::Gpcg, law, observe)),
-            (Method::FixedPoint, _) => Ok(self.fixed_point(self.inner()?, law, observe)),
+            (Method::Auto, None) => Ok(self.until_accurate(bound, |problem, inner| {
+                problem.fixed_point(inner, law, observe)
+            })),
+            (Method::FixedPoint, _) => {
+                self.with_inner(bound, |inner| self.fixed_point(inner, law, observe))
+            }
         }
     }
 
-    /// The inner solver of the settings.
-    fn inner(&self) -> Result<Inner<'_>, NeedsExplicit> {
-        match (self.settings.inner, self.dual.explicit.as_ref()) {
-            (InnerSolver::Kprgp, _) => Ok(Inner::Kprgp),
-            (InnerSolver::Gpcg, _) => Ok(Inner::Gpcg),
-            (InnerSolver::Newton, Some(dual)) => Ok(Inner::Newton(dual)),
-            (InnerSolver::Newton, None) => Err(NeedsExplicit("inner solver newton")),
+    /// Runs a method with the inner solver of the settings and judges its answer.
+    fn with_inner(
+        &self,
+        bound: Bound<'_>,
+        run: impl FnOnce(Inner<'_>) -> Solution,
+    ) -> Result<Solution, NeedsExplicit> {
+        let local = self.dual.explicit.as_ref().map(LocalStiffness::new);
+        let explicit = self.dual.explicit.as_ref().zip(local.as_ref());
+        let stiffness = match &local {
+            Some(local) => local.stiffness.clone(),
+            None => pane_stiffness(&self.assembly.primal, &self.dual.coupling),
+        };
+        let solution = run(match (self.settings.inner, explicit) {
+            (InnerSolver::Kprgp, _) => Inner::Kprgp,
+            (InnerSolver::Gpcg, _) => Inner::Gpcg(&stiffness),
+            (InnerSolver::Newton, Some((dual, local))) => Inner::Newton(dual, local),
+            (InnerSolver::Newton, None) => return Err(NeedsExplicit("inner solver newton")),
+        });
+        Ok(self.judged(explicit, bound, stiffness, solution))
+    }
+
+    /// Runs a method with GPCG inside on the implicit operator, again with a smaller ε from where it
+    /// stopped while its answer is further from the solution than asked.
+    fn until_accurate(
+        &self,
+        bound: Bound<'_>,
+        mut run: impl FnMut(&Problem<'_>, Inner<'_>) -> Solution,
+    ) -> Solution {
+        let stiffness = pane_stiffness(&self.assembly.primal, &self.dual.coupling);
+        let judge = |solution| self.judged(None, bound, stiffness.clone(), solution);
+        let inner = Inner::Gpcg(&stiffness);
+        let mut solution = judge(run(self, inner));
+        let mut settings = self.settings.clone();
+        for _ in 0..MOST_TIGHTENINGS {
+            if solution.status != Status::Inaccurate {
+                break;
+            }
+            let excess = solution.accuracy / self.settings.epsilon();
+            settings.epsilon = Some(settings.epsilon() / excess.max(10.0));
+            let start = Start {
+                multiplier: Some(&solution.multiplier),
+                checkpoint: None,
+            };
+            let tighter = Problem {
+                settings: &settings,
+                start,
+                ..*self
+            };
+            let next = judge(run(&tighter, inner));
+            solution = Solution {
+                history: [solution.history, next.history].concat(),
+                actions: solution.actions + next.actions,
+                ..next
+            };
         }
+        solution
     }
 
     fn with_operator(&self, run: impl FnOnce(&mut dyn DualOperator) -> Solution) -> Solution {
@@ -166,10 +216,20 @@ impl Problem<'_> {
             Some(dual) => run(&mut ExplicitOperator::new(dual, self.assembly, self.dual)),
             None => run(&mut ImplicitOperator::new(self.assembly, self.dual)),
         };
-        solution.displacement = self
+        let multiplier = &solution.multiplier;
+        let refined = self
             .dual
-            .refined_displacement(self.assembly, &solution.multiplier);
+            .refined_displacement(self.assembly, multiplier, f64::EPSILON);
+        solution.displacement = refined.value;
         solution
+    }
+
+    fn minimise_by(&self, inner: Inner<'_>, observe: &mut dyn FnMut(Progress<'_>)) -> Solution {
+        self.with_operator(|operator| {
+            let first = self.start.multiplier;
+            let observe = |k: usize, step: &OuterStep| observe(Progress::Outer(k, step));
+            minimise(inner, operator, self.contact, self.settings, first, observe)
+        })
     }
 
     fn fixed_point(
@@ -192,27 +252,111 @@ impl Problem<'_> {
         })
     }
 
-    fn run_newton(
+    /// Newton's method on the whole problem, by one way after the other until the polished answer
+    /// is a solution.
+    fn newton(
         &self,
         dual: &ExplicitDual,
-        law: &CoulombLaw,
+        local: &LocalStiffness,
+        bound: Bound<'_>,
         observe: &mut dyn FnMut(Progress<'_>),
-    ) -> NewtonSolution {
-        let settings = NewtonSettings {
-            tolerance: self.settings.epsilon(),
-            ..NewtonSettings::default()
+    ) -> Solution {
+        let search = Search {
+            dual,
+            bound,
+            local,
+            start: self.start.multiplier,
         };
-        let start = self.start.multiplier;
-        let mut observe = |k: usize, step: &NewtonStep| observe(Progress::Newton(k, step));
-        let plain = newton(dual, self.contact, law, start, &settings, &mut observe);
-        if is_solution(&plain) || plain.status == NewtonStatus::NumericalError {
-            return plain;
+        let mut history: Vec<NewtonStep> = Vec::new();
+        let mut actions = 0;
+        let mut best: Option<Polished> = None;
+        for way in search.ways() {
+            let observe = |k: usize, step: &NewtonStep| observe(Progress::Newton(k, step));
+            let found = search.go(way, history.len(), observe);
+            history.extend(&found.history);
+            actions += found.evaluations;
+            let next = if found.is_solution() {
+                self.polished(dual, local, bound, &found.multiplier, self.tolerance())
+            } else {
+                self.exact(dual, local, &found.multiplier)
+            };
+            history.extend(&next.history);
+            actions += next.actions;
+            // NaN is no progress.
+            if best.as_ref().is_none_or(|best| next.error < best.error) {
+                best = Some(next);
+            }
+            if best.as_ref().is_some_and(Polished::is_solution) {
+                break;
+            }
         }
-        let done = plain.history.len();
-        let mut found = continuation(dual, self.contact, law, &settings, done, observe);
-        found.history = [plain.history, found.history].concat();
-        found.evaluations += plain.evaluations;
-        found
+        let best = best.expect("there is always a way");
+        let solution = self.answer(dual, local, bound, best);
+        Solution {
+            newton: history,
+            actions: actions + solution.actions,
+            ..solution
+        }
+    }
+
+    /// What is asked of a polished answer.
+    fn tolerance(&self) -> f64 {
+        self.settings.epsilon().min(COARSEST)
+    }
+
+    /// Judges a polished answer, and completes it with ᾱ and one evaluation of Ψ.
+    fn answer(
+        &self,
+        dual: &ExplicitDual,
+        local: &LocalStiffness,
+        bound: Bound<'_>,
+        answer: Polished,
+    ) -> Solution {
+        let attainable = dual.rounding();
+        let epsilon = self.settings.epsilon();
+        let status = if !answer.is_finite() {
+            Status::NumericalError
+        } else if !answer.is_solution() {
+            Status::MaxNewtonSteps
+        } else if answer.error <= epsilon && epsilon >= attainable {
+            Status::Converged
+        } else {
+            Status::RoundingLimit
+        };
+        let mut operator = ExplicitOperator::new(dual, self.assembly, self.dual);
+        let steplength = projected_gradient_steplength(&mut operator);
+        let mut solution = Solution {
+            status,
+            accuracy: match status {
+                Status::RoundingLimit => answer.error.max(attainable),
+                // An answer without a digit is off by its own size.
+                _ => answer.error.min(1.0),
+            },
+            steplength,
+            local_stiffness: local.stiffness.clone(),
+            actions: operator.actions(),
+            ..Solution::default()
+        };
+        match bound {
+            Bound::Frozen(_) => solution.solved_by = SolvedBy::Minimisation,
+            Bound::Coulomb(contact, law) => {
+                let image = evaluate_locally(&answer.dual, local, contact, law, &answer.multiplier);
+                solution.solved_by = SolvedBy::Newton;
+                solution.mapping_change = Some(image.relative_change);
+                solution.actions += image.evaluations;
+                let slip = || slip_of(&answer.dual, &answer.multiplier);
+                solution.slip = law.depends_on_slip().then(slip);
+                solution.coulomb = Some(coulomb_state(
+                    &answer.dual,
+                    contact,
+                    law,
+                    &answer.multiplier,
+                ));
+            }
+        }
+        solution.displacement = answer.displacement;
+        solution.multiplier = answer.multiplier;
+        solution
     }
 
     /// Takes the answer of successive approximations, after Newton's method failed in `steps`, to the
@@ -220,83 +364,26 @@ impl Problem<'_> {
     fn completed(
         &self,
         dual: &ExplicitDual,
-        law: &CoulombLaw,
+        local: &LocalStiffness,
+        bound: Bound<'_>,
         mut solution: Solution,
         mut steps: Vec<NewtonStep>,
     ) -> Solution {
-        if solution.status == Status::Converged {
-            let settings = NewtonSettings {
-                tolerance: self.settings.epsilon(),
-                ..NewtonSettings::default()
+        let polished = self.polished(dual, local, bound, &solution.multiplier, self.tolerance());
+        steps.extend(&polished.history);
+        let actions = solution.actions + polished.actions;
+        if polished.is_solution() {
+            let answer = self.answer(dual, local, bound, polished);
+            solution = Solution {
+                solved_by: SolvedBy::FixedPoint,
+                actions: actions + answer.actions,
+                history: solution.history,
+                ..answer
             };
-            let start = Some(solution.multiplier.as_slice());
-            let found = newton(dual, self.contact, law, start, &settings, |_, _| {});
-            let last = self.certified(dual, law, found);
-            steps.extend(&last.newton);
-            if last.status == Status::Converged {
-                solution = Solution {
-                    solved_by: SolvedBy::FixedPoint,
-                    actions: solution.actions + last.actions,
-                    history: solution.history,
-                    ..last
-                };
-            }
+        } else if solution.status.is_solved() {
+            solution.status = Status::Inaccurate;
         }
         solution.newton = steps;
         solution
-    }
-
-    /// Completes Newton's answer with u, ᾱ and one evaluation of Ψ.
-    fn certified(&self, dual: &ExplicitDual, law: &CoulombLaw, found: NewtonSolution) -> Solution {
-        let epsilon = self.settings.epsilon();
-        let answer = if is_solution(&found) {
-            self.polished(dual, law, found)
-        } else {
-            self.unpolished(dual, law, found)
-        };
-        let Polished {
-            found,
-            dual,
-            displacement,
-            ..
-        } = answer;
-        let dual = &dual;
-        let mut operator = ExplicitOperator::new(dual, self.assembly, self.dual);
-        let steplength = projected_gradient_steplength(&mut operator);
-        let image = evaluate_mapping(dual, self.contact, law, &found.multiplier);
-        let attainable = dual.rounding();
-        let agrees = image.relative_change <= CERTIFIED.max(epsilon) || {
-            let linear = Linearisation::new(dual, self.contact, &found.multiplier);
-            image.relative_change <= ROUNDINGS * attainable * linear.sensitivity
-        };
-        let status = match found.status {
-            NewtonStatus::NumericalError => Status::NumericalError,
-            NewtonStatus::Converged if agrees && epsilon >= attainable => Status::Converged,
-            NewtonStatus::Converged | NewtonStatus::RoundingLimit if agrees => {
-                Status::RoundingLimit
-            }
-            _ => Status::MaxNewtonSteps,
-        };
-        let state: CoulombState = coulomb_state(dual, self.contact, law, &found.multiplier);
-        Solution {
-            status,
-            solved_by: SolvedBy::Newton,
-            accuracy: match status {
-                Status::RoundingLimit => found.residual.max(attainable),
-                _ => found.residual,
-            },
-            mapping_change: Some(image.relative_change),
-            displacement,
-            slip: law
-                .depends_on_slip()
-                .then(|| slip_of(dual, &found.multiplier)),
-            coulomb: Some(state),
-            steplength,
-            newton: found.history,
-            // One for u.
-            actions: found.evaluations + image.evaluations + operator.actions() + 1,
-            multiplier: found.multiplier,
-            ..Solution::default()
-        }
     }
 }

@@ -16,9 +16,9 @@ pub struct Floor {
     /// ‖R'⁻¹‖ carries that to λ: 16 ε (κ(A) + n) ‖ρS‖ ‖R'⁻¹‖.
     pub multiplier: f64,
     /// Size of the certificate's figures at the best double λ and u: 16 ε times the largest of the
-    /// cancellation ‖|A||u| + |Bᵀ||λ| + |l|‖ / ‖l‖ in the equilibrium, of κ(A) plus
-    /// max (|S||λ|)_i / (|Rⁱ| max |u|) in displacements, and of Σ s_i (|S||λ|)_i / lᵀu in works,
-    /// where s is λ_ν for pressures and the larger semi-axis of the pane's ellipse for friction.
+    /// cancellation ‖|A||u| + |Bᵀ||λ| + |l|‖ / ‖l‖ in the equilibrium, and of what rounding of λ and u
+    /// moves the panes, |S||λ| + |R| max |u|, as a stress over the largest by local stiffness, and as a
+    /// work over Σ λ²/ρ.
     pub certificate: f64,
 }
 
@@ -33,9 +33,7 @@ impl Floor {
         let n = solution.multiplier.len() as f64;
         let of_matrices = (conditioning.stiffness + n) * conditioning.dual_by_diagonal;
         let [equilibrium, displacement, work] = amplifications(problem, solution, report);
-        let largest = equilibrium
-            .max(conditioning.stiffness + displacement)
-            .max(work);
+        let largest = equilibrium.max(displacement).max(work);
         Self {
             multiplier: ROUNDINGS * f64::EPSILON * of_matrices * linearisation.sensitivity,
             certificate: ROUNDINGS * f64::EPSILON * largest,
@@ -43,8 +41,8 @@ impl Floor {
     }
 }
 
-/// How much larger the terms are than their sums: in the equilibrium, in the displacement of the
-/// contact face, in the work of the contact stresses; 0 where nothing is loaded.
+/// How much larger the terms are than what they are measured against: in the equilibrium, in the
+/// displacement of the contact face, in the work of the contact stresses; 0 where nothing is loaded.
 fn amplifications(problem: &Problem, solution: &Solution, report: &ContactReport) -> [f64; 3] {
     let primal = &problem.assembled.system.assembly.primal;
     let size = |x: &[f64]| -> Vec<f64> { x.iter().map(|v| v.abs()).collect() };
@@ -79,9 +77,10 @@ fn amplifications(problem: &Problem, solution: &Solution, report: &ContactReport
         .collect();
     let area = &problem.surface().pane_area;
     let m = area.len();
-    let mean = |j: usize| moved[j] / area[if j < m { j } else { (j - m) / 2 }];
-    let largest_mean = (0..moved.len()).map(mean).fold(0.0, f64::max);
+    let pane = |j: usize| if j < m { j } else { (j - m) / 2 };
     let largest = u.iter().copied().fold(0.0, f64::max);
+    let stiffness = &solution.local_stiffness;
+    let rounded = |j: usize| moved[j] + area[pane(j)] * largest;
     let strength: Vec<f64> = (0..lambda.len())
         .map(|j| match j.checked_sub(m).map(|t| &report.panes[t / 2]) {
             None => lambda[j],
@@ -90,11 +89,26 @@ fn amplifications(problem: &Problem, solution: &Solution, report: &ContactReport
                 .map_or(0.0, |f| f.semi_axes[0].max(f.semi_axes[1])),
         })
         .collect();
-    let work = dot(&primal.load, &solution.displacement).abs();
-    let ratio = |part: f64, whole: f64| if whole == 0.0 { 0.0 } else { part / whole };
+    let parts = [0..m, m..lambda.len()];
+    let by_stress = parts.clone().map(|part| {
+        let pushed = part.clone().map(|j| stiffness[j] * rounded(j));
+        let borne = part.map(|j| strength[j].max(lambda[j]));
+        ratio(pushed.fold(0.0, f64::max), borne.fold(0.0, f64::max))
+    });
+    let by_work = parts.map(|part| {
+        let loaded = part.filter(|&j| stiffness[j] > 0.0);
+        let works = loaded.map(|j| [strength[j] * rounded(j), lambda[j].powi(2) / stiffness[j]]);
+        let [rounding, own] = works.fold([0.0; 2], |sum, w| [sum[0] + w[0], sum[1] + w[1]]);
+        ratio(rounding, own)
+    });
     [
         ratio(norm(&forces), norm(&load)),
-        ratio(largest_mean, largest),
-        ratio(dot(&strength, &moved), work),
+        by_stress[0].max(by_stress[1]),
+        by_work[0].max(by_work[1]),
     ]
+}
+
+/// The quotient, and 0 for 0/0.
+fn ratio(part: f64, whole: f64) -> f64 {
+    if whole == 0.0 { 0.0 } else { part / whole }
 }

@@ -2,7 +2,7 @@
 
 use contact3d_pipe::{
     contact::{CoulombLaw, Interface},
-    dual::{ExplicitDual, ExplicitOperator},
+    dual::{ExplicitDual, ExplicitOperator, LocalStiffness},
     scene::{Coefficient, Friction, Ramp, Scene},
     solver::{
         ContactState, Inner, NewtonSettings, NewtonSolution, Solution, Start, evaluate_mapping,
@@ -16,6 +16,7 @@ pub(crate) struct Dense {
     pub(crate) scene: Scene,
     pub(crate) problem: Problem,
     pub(crate) dual: ExplicitDual,
+    pub(crate) local: LocalStiffness,
 }
 
 impl Dense {
@@ -30,6 +31,7 @@ impl Dense {
         Self {
             scene,
             problem,
+            local: LocalStiffness::new(&dual),
             dual,
         }
     }

@@ -74,8 +74,8 @@ fn gpcg_needs_a_tenth_of_the_actions_on_both_operators() {
         let newton = case.solve(&case.law());
         let paper = case.approximate(Inner::Kprgp);
         for solution in [
-            case.approximate(Inner::Gpcg),
-            on_implicit(&case, Inner::Gpcg),
+            case.approximate(Inner::Gpcg(&case.local.stiffness)),
+            on_implicit(&case, Inner::Gpcg(&case.local.stiffness)),
         ] {
             assert_eq!(solution.status, Status::Converged);
             // Inner gradients of 1e-9 ‖h‖ times the condition number of S, some hundreds.
@@ -92,7 +92,7 @@ fn gpcg_converges_under_adaptive_precision() {
     scene.solve.precision = Adaptive;
     scene.solve.epsilon = Some(1e-8);
     let case = Dense::new(scene);
-    let solution = case.approximate(Inner::Gpcg);
+    let solution = case.approximate(Inner::Gpcg(&case.local.stiffness));
     assert_eq!(solution.status, Status::Converged);
     let newton = case.solve(&case.law());
     // As above, with a condition number of some thousands.
@@ -104,7 +104,7 @@ fn gpcg_out_of_actions_is_a_status() {
     let mut scene = hkl_scene(1, 4);
     scene.solve.max_inner_actions = 5;
     let case = Dense::new(scene);
-    let solution = case.approximate(Inner::Gpcg);
+    let solution = case.approximate(Inner::Gpcg(&case.local.stiffness));
     assert_eq!(solution.status, Status::MaxInnerActions);
 }
 
@@ -148,7 +148,7 @@ fn gpcg_with_values_that_are_not_finite_is_a_status() {
                 from,
             };
             successive_approximations(
-                Inner::Gpcg,
+                Inner::Gpcg(&case.local.stiffness),
                 &mut operator,
                 &case.problem.assembly,
                 contact,

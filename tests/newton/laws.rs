@@ -57,7 +57,7 @@ fn reproduces_the_converged_values() {
     scene.solve.epsilon = Some(1e-12);
     let case = Dense::new(scene);
     let newton = case.solve(&case.law());
-    let solution = case.approximate(Inner::Newton(&case.dual));
+    let solution = case.approximate(Inner::Newton(&case.dual, &case.local));
     assert_eq!(solution.status, Status::Converged);
     // Both end within 1e-12 of the same fixed point, up to the conditioning of the problem.
     assert!(distance(&newton.multiplier, &solution.multiplier) < 1e-11);

@@ -1,0 +1,152 @@
+//! The stiffness of the contact face's own panes, apart from the motion of the body as a whole.
+
+use faer::{
+    Mat, MatMut, MatRef, Par,
+    dyn_stack::{MemBuffer, MemStack},
+    linalg::{
+        cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch},
+        triangular_inverse::invert_lower_triangular,
+        triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place},
+    },
+};
+
+use super::ExplicitDual;
+
+/// How much is added to the diagonal of the scaled S when rounding has made it indefinite, in
+/// units of n ε, and by which factor this grows until a factor exists.
+const SHIFT: f64 = 1.0;
+const SHIFT_GROWTH: f64 = 16.0;
+
+/// The Cholesky factor of S, and from it the stiffness (S⁻¹)_ii of each pane while the others do
+/// not move.
+///
+/// 1/S_ii is the stiffness while all others carry no further stress. For a body that can nearly
+/// move as a whole it is that of this motion, smaller by orders of magnitude than what makes a pane
+/// stick or slide, so residuals scaled by it look small whatever the panes do. (S⁻¹)_ii ≥ 1/S_ii
+/// does not know rigid motions. A tangential pair has one stiffness, half the trace of its block of
+/// S⁻¹, so that it does not depend on the choice of axes.
+#[derive(Debug, Clone)]
+pub struct LocalStiffness {
+    /// ρ, `[n_multipliers]`, in Pa/m³; 0 where the row of S vanishes.
+    pub stiffness: Vec<f64>,
+    /// Number of panes m.
+    n_panes: usize,
+    /// The components whose rows do not vanish, ascending.
+    kept: Vec<usize>,
+    /// 1/√S_ii of those.
+    scale: Vec<f64>,
+    /// L with LLᵀ = D S D + shift for D = diag(scale); its upper part means nothing.
+    factor: Mat<f64>,
+}
+
+impl LocalStiffness {
+    /// Factorises S on one thread: n³ operations for n multipliers, as one and a half steps of
+    /// Newton's method.
+    #[must_use]
+    pub fn new(dual: &ExplicitDual) -> Self {
+        let n = dual.dimension();
+        let kept: Vec<usize> = (0..n).filter(|&j| dual.column(j)[j] > 0.0).collect();
+        let scale: Vec<f64> = kept
+            .iter()
+            .map(|&j| dual.column(j)[j].sqrt().recip())
+            .collect();
+        let scaled = Mat::from_fn(kept.len(), kept.len(), |i, j| {
+            scale[i] * dual.column(kept[j])[kept[i]] * scale[j]
+        });
+        let factor = shifted_factor(&scaled);
+        let mut stiffness = vec![0.0; n];
+        for ((&j, inverse), scale) in kept.iter().zip(inverse_diagonal(&factor)).zip(&scale) {
+            stiffness[j] = inverse * scale * scale;
+        }
+        for pair in stiffness[dual.n_panes()..].chunks_exact_mut(2) {
+            if pair[0] > 0.0 && pair[1] > 0.0 {
+                pair.fill(0.5 * (pair[0] + pair[1]));
+            }
+        }
+        Self {
+            stiffness,
+            n_panes: dual.n_panes(),
+            kept,
+            scale,
+            factor,
+        }
+    }
+
+    /// The largest S_ii (S⁻¹)_ii ≥ 1: how many times further a pane moves with the whole body than
+    /// against its neighbours.
+    #[must_use]
+    pub fn mobility(&self) -> f64 {
+        let rows = self.kept.iter().zip(&self.scale);
+        rows.map(|(&j, scale)| self.stiffness[j] / (scale * scale))
+            .fold(1.0, f64::max)
+    }
+
+    /// S⁻¹h in Pa: the stresses of a face that is glued to the foundation.
+    #[must_use]
+    pub fn glued(&self, rhs: &[f64]) -> Vec<f64> {
+        self.solve(rhs, self.kept.len())
+    }
+
+    /// S_νν⁻¹h_ν and no tangential stress, in Pa: a face that slides freely and does not lift off.
+    #[must_use]
+    pub fn pressed(&self, rhs: &[f64]) -> Vec<f64> {
+        self.solve(rhs, self.kept.partition_point(|&j| j < self.n_panes))
+    }
+
+    /// Solves with the first `count` kept components; the others are zero.
+    fn solve(&self, rhs: &[f64], count: usize) -> Vec<f64> {
+        let mut x = Mat::from_fn(count, 1, |i, _| self.scale[i] * rhs[self.kept[i]]);
+        let l = self.factor.as_ref().submatrix(0, 0, count, count);
+        solve_lower_triangular_in_place(l, x.as_mut(), Par::Seq);
+        solve_upper_triangular_in_place(l.transpose(), x.as_mut(), Par::Seq);
+        let mut solution = vec![0.0; rhs.len()];
+        for i in 0..count {
+            solution[self.kept[i]] = self.scale[i] * x[(i, 0)];
+        }
+        solution
+    }
+}
+
+/// The Cholesky factor of a matrix with diagonal 1, shifted as little as it takes to have one.
+fn shifted_factor(matrix: &Mat<f64>) -> Mat<f64> {
+    let n = matrix.nrows();
+    let mut memory = MemBuffer::new(cholesky_in_place_scratch::<f64>(
+        n,
+        Par::Seq,
+        Default::default(),
+    ));
+    let mut shift = SHIFT * n as f64 * f64::EPSILON;
+    loop {
+        let mut factor = matrix.clone();
+        for i in 0..n {
+            factor[(i, i)] += shift;
+        }
+        let stack = MemStack::new(&mut memory);
+        let done = cholesky_in_place(
+            factor.as_mut(),
+            Default::default(),
+            Par::Seq,
+            stack,
+            Default::default(),
+        );
+        // Diagonally dominant from a shift of n on; a matrix that is not finite has no factor.
+        if done.is_ok() || !(shift < n as f64) {
+            return factor;
+        }
+        shift *= SHIFT_GROWTH;
+    }
+}
+
+/// The diagonal of (LLᵀ)⁻¹: squared lengths of the columns of L⁻¹.
+fn inverse_diagonal(factor: &Mat<f64>) -> Vec<f64> {
+    let n = factor.nrows();
+    let mut inverse = Mat::<f64>::zeros(n, n);
+    invert_lower_triangular(
+        inverse.as_mut() as MatMut<'_, f64>,
+        factor.as_ref() as MatRef<'_, f64>,
+        Par::Seq,
+    );
+    (0..n)
+        .map(|j| (j..n).map(|i| inverse[(i, j)].powi(2)).sum())
+        .collect()
+}

@@ -1,0 +1,194 @@
+//! The conditions of contact and friction on every pane, for given λ, r and u_t.
+
+use std::sync::atomic::Ordering;
+
+use super::{ContactState, Ellipse, FeasibleSet};
+use crate::{
+    contact::{CoulombLaw, FrictionField},
+    linalg::norm,
+};
+
+/// Where the semi-axes of the ellipses come from.
+#[derive(Clone, Copy)]
+pub(super) enum Bound<'a> {
+    /// Coulomb friction with F(u): (a, b) = g / 𝓕⁻¹(u_t(λ)) with g = max(z_ν, 0).
+    Coulomb(&'a ContactState<'a>, &'a CoulombLaw),
+    /// Frozen ellipses, one inner problem of Algorithm 4.1; none in frictionless contact.
+    Frozen(&'a FeasibleSet<'a>),
+}
+
+/// The natural map of given steplengths, as a function of λ, of the gradient r and of the
+/// tangential displacement, which an operator adds.
+///
+/// z = λ − ρ r; R_ν = λ_ν − max(z_ν, 0), R_t = λ_t − P_{a,b}(z_t). The zeros do not depend on ρ > 0,
+/// but what a small R says does: with the stiffness 1/S_ii of a pane whose neighbours follow it, a
+/// body that nearly floats has a small R in wrong zones too; with its local stiffness
+/// ([`crate::dual::LocalStiffness`]) it has not. A component whose row of S vanishes (its
+/// displacement is held) moves nothing; it has z = 0, and so becomes 0.
+pub(super) struct Conditions<'a> {
+    pub(super) bound: Bound<'a>,
+    /// ρ of every component, `[n_multipliers]`, in Pa/m³; 0 where the row of S vanishes.
+    pub(super) steplengths: Vec<f64>,
+    n_panes: usize,
+    /// 𝓕⁻¹ of a law that does not follow the slip, evaluated once, `[n_panes]`.
+    constant_inverse: Option<Vec<[f64; 2]>>,
+}
+
+/// What a pane does at some λ.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum PaneZone {
+    Open,
+    Stick,
+    Slip,
+}
+
+/// The natural map at some λ with what its derivative needs.
+pub(super) struct Evaluation {
+    /// R in Pa, `[n_multipliers]`.
+    pub(super) residual: Vec<f64>,
+    /// ‖R‖.
+    pub(super) norm: f64,
+    pub(super) panes: Vec<PaneEvaluation>,
+    /// ∂(1/F_k)/∂u_tl at the contact nodes, in 1/m; empty when F does not follow the slip or is
+    /// frozen.
+    pub(super) inverse_slope: Vec<[[f64; 2]; 2]>,
+}
+
+/// One pane of an [`Evaluation`].
+pub(super) struct PaneEvaluation {
+    /// z_ν > 0.
+    pub(super) pressed: bool,
+    /// A point without friction.
+    pub(super) ellipse: Ellipse,
+    /// z_t.
+    pub(super) trial: [f64; 2],
+    /// Diagonal of 𝓕⁻¹; unused when frozen.
+    pub(super) inverse: [f64; 2],
+}
+
+impl PaneEvaluation {
+    pub(super) fn zone(&self) -> PaneZone {
+        if !self.pressed {
+            PaneZone::Open
+        } else if self.ellipse.semi_axes != [0.0; 2] && self.ellipse.level(self.trial) <= 1.0 {
+            PaneZone::Stick
+        } else {
+            PaneZone::Slip
+        }
+    }
+}
+
+impl<'a> Conditions<'a> {
+    pub(super) fn new(bound: Bound<'a>, n_panes: usize, steplengths: Vec<f64>) -> Self {
+        let constant_inverse = match bound {
+            Bound::Coulomb(contact, law) if !law.depends_on_slip() => {
+                Some(FrictionField::new(law, contact.surface, &[]).pane_inverse)
+            }
+            _ => None,
+        };
+        Self {
+            bound,
+            steplengths,
+            n_panes,
+            constant_inverse,
+        }
+    }
+
+    /// Whether the ellipses move with the slip.
+    pub(super) fn follows_slip(&self) -> bool {
+        matches!(self.bound, Bound::Coulomb(..)) && self.constant_inverse.is_none()
+    }
+
+    /// R and what its derivative needs at λ in Pa with r in m³ and the signed (u_t1, u_t2) of the
+    /// contact nodes in m, which only a law that follows the slip reads.
+    pub(super) fn evaluate(
+        &self,
+        multiplier: &[f64],
+        gradient: &[f64],
+        displacement: &[[f64; 2]],
+    ) -> Evaluation {
+        let m = self.n_panes;
+        let trial: Vec<f64> = (0..multiplier.len())
+            .map(|i| match self.steplengths[i] {
+                0.0 => 0.0,
+                rho => multiplier[i] - rho * gradient[i],
+            })
+            .collect();
+        let (inverse, inverse_slope) = self.friction(displacement);
+        let mut residual = multiplier.to_vec();
+        let mut panes = Vec::with_capacity(m);
+        for i in 0..m {
+            let slip_bound = trial[i].max(0.0);
+            let ellipse = match self.bound {
+                Bound::Coulomb(..) => Ellipse {
+                    semi_axes: inverse[i].map(|f| slip_bound / f),
+                },
+                Bound::Frozen(set) => set.ellipses.get(i).copied().unwrap_or(Ellipse::POINT),
+            };
+            residual[i] -= slip_bound;
+            let at = m + 2 * i;
+            let pair = match trial.get(at..at + 2) {
+                Some(pair) => [pair[0], pair[1]],
+                None => [0.0; 2],
+            };
+            if at < trial.len() {
+                let projected = ellipse.project(pair);
+                residual[at] -= projected[0];
+                residual[at + 1] -= projected[1];
+            }
+            panes.push(PaneEvaluation {
+                pressed: trial[i] > 0.0,
+                ellipse,
+                trial: pair,
+                inverse: inverse.get(i).copied().unwrap_or([1.0; 2]),
+            });
+        }
+        self.count_projections();
+        Evaluation {
+            norm: if residual.iter().all(|r| r.is_finite()) {
+                norm(&residual)
+            } else {
+                f64::NAN
+            },
+            residual,
+            panes,
+            inverse_slope,
+        }
+    }
+
+    fn count_projections(&self) {
+        match self.bound {
+            Bound::Coulomb(contact, _) => {
+                let count = &contact.interface.projections;
+                count.fetch_add(contact.n_panes(), Ordering::Relaxed);
+            }
+            Bound::Frozen(set) => set.count_projections(),
+        }
+    }
+
+    /// 𝓕⁻¹ on the panes and ∂(1/F)/∂u_t at the nodes.
+    pub(super) fn friction(
+        &self,
+        displacement: &[[f64; 2]],
+    ) -> (Vec<[f64; 2]>, Vec<[[f64; 2]; 2]>) {
+        let Bound::Coulomb(contact, law) = self.bound else {
+            return (Vec::new(), Vec::new());
+        };
+        let Some(constant) = &self.constant_inverse else {
+            let slip: Vec<[f64; 2]> = displacement.iter().map(|u| u.map(f64::abs)).collect();
+            let field = FrictionField::new(law, contact.surface, &slip);
+            let slopes = (0..slip.len())
+                .map(|node| {
+                    let derivative = law.derivative(node, slip[node]);
+                    let sign = displacement[node].map(|u| if u == 0.0 { 0.0 } else { u.signum() });
+                    [0, 1].map(|k| {
+                        let square = field.nodal[node][k].powi(2);
+                        [0, 1].map(|l| -sign[l] * derivative[k][l] / square)
+                    })
+                })
+                .collect();
+            return (field.pane_inverse, slopes);
+        };
+        (constant.clone(), Vec::new())
+    }
+}

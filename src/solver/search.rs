@@ -1,0 +1,231 @@
+//! Ways to a solution by Newton's method, tried one after the other.
+
+use super::{
+    ContactState, FeasibleSet, NewtonSettings, NewtonSolution, NewtonStatus, NewtonStep,
+    conditions::Bound,
+    continuation::continuation,
+    natural_map::NaturalMap,
+    newton::{minimise_frozen_in, newton, newton_from},
+};
+use crate::{
+    contact::CoulombLaw,
+    dual::{ExplicitDual, LocalStiffness},
+};
+
+/// ‖R‖ / ‖λ‖ at which a search has found the zones; what follows refines the answer.
+const FOUND: f64 = 1e-8;
+
+/// Most steps of Newton's method from one start.
+const MOST_STEPS: usize = 40;
+
+/// Steps in ρ from 1/S_ii to the local stiffness, and how far each is solved.
+const PATH_STEPS: i32 = 8;
+const ON_PATH: f64 = 1e-3;
+
+/// Where the body moves this many times further as a whole than a pane against its neighbours, the
+/// local starts come first: relaxation, which works pane by pane, cannot move the whole.
+const MOBILE: f64 = 1e3;
+
+/// One way to a solution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Way {
+    /// From a given multiplier, measured by local stiffness.
+    Warm,
+    /// Relaxed steps from a given multiplier or zero, measured by 1/S_ii.
+    Relaxed,
+    /// From the face glued to its foundation, S⁻¹h, measured by local stiffness.
+    Glued,
+    /// From the face that slides freely and does not lift off, measured by local stiffness.
+    Pressed,
+    /// From zero along maps between 1/S_ii and local stiffness, each from the solution before.
+    Path,
+    /// From an easier law ([`continuation`]).
+    Eased,
+}
+
+/// A contact problem and its local stiffness.
+pub(super) struct Search<'a> {
+    pub(super) dual: &'a ExplicitDual,
+    pub(super) bound: Bound<'a>,
+    pub(super) local: &'a LocalStiffness,
+    pub(super) start: Option<&'a [f64]>,
+}
+
+impl<'a> Search<'a> {
+    /// The ways for this problem in the order in which they should be tried.
+    pub(super) fn ways(&self) -> Vec<Way> {
+        let warm = self.start.map(|_| Way::Warm);
+        let mobile = self.local.mobility() > MOBILE;
+        let ways = if mobile {
+            [
+                Way::Glued,
+                Way::Pressed,
+                Way::Path,
+                Way::Eased,
+                Way::Relaxed,
+            ]
+        } else {
+            [
+                Way::Relaxed,
+                Way::Glued,
+                Way::Pressed,
+                Way::Path,
+                Way::Eased,
+            ]
+        };
+        let coulomb = matches!(self.bound, Bound::Coulomb(..));
+        let warm = warm.filter(|_| mobile).into_iter();
+        warm.chain(ways)
+            .filter(|way| coulomb || *way != Way::Eased)
+            .collect()
+    }
+
+    /// Goes one way; `observe` sees the steps, numbered from `done` on.
+    pub(super) fn go(
+        &self,
+        way: Way,
+        done: usize,
+        mut observe: impl FnMut(usize, &NewtonStep),
+    ) -> NewtonSolution {
+        let mut observe = |k: usize, step: &NewtonStep| observe(done + k, step);
+        match way {
+            Way::Warm => self.from(self.zero_or_start(), &mut observe),
+            Way::Glued => self.from(self.local.glued(&self.dual.rhs), &mut observe),
+            Way::Pressed => self.from(self.local.pressed(&self.dual.rhs), &mut observe),
+            Way::Path => self.path(&mut observe),
+            Way::Relaxed => self.relaxed(&mut observe),
+            Way::Eased => match self.bound {
+                Bound::Coulomb(contact, law) => self.eased(contact, law, &mut observe),
+                Bound::Frozen(_) => self.relaxed(&mut observe),
+            },
+        }
+    }
+
+    /// Minimises over a frozen set from the start, in one step at least, so that a start within the
+    /// tolerance is measured and not believed.
+    pub(super) fn minimise(
+        &self,
+        set: &FeasibleSet<'_>,
+        settings: &NewtonSettings,
+    ) -> NewtonSolution {
+        let start = self.zero_or_start();
+        let mut found = if self.local.mobility() > MOBILE {
+            let mut first = start.clone();
+            set.project(&mut first);
+            newton_from(&self.map(self.bound), first, settings, 1, |_, _| {})
+        } else {
+            minimise_frozen_in(self.dual, set, &start, settings, 1, |_, _| {})
+        };
+        for way in self.ways() {
+            if found.is_solution() {
+                break;
+            }
+            let near = self.go(way, 0, |_, _| {});
+            let next = newton_from(
+                &self.map(self.bound),
+                near.multiplier,
+                settings,
+                1,
+                |_, _| {},
+            );
+            found = NewtonSolution {
+                history: [found.history, near.history, next.history].concat(),
+                evaluations: found.evaluations + near.evaluations + next.evaluations,
+                ..next
+            };
+        }
+        found
+    }
+
+    /// The natural map measured by local stiffness.
+    fn map(&self, bound: Bound<'a>) -> NaturalMap<'a> {
+        NaturalMap::with_steplengths(self.dual, bound, self.local.stiffness.clone())
+    }
+
+    fn zero_or_start(&self) -> Vec<f64> {
+        let zero = || vec![0.0; self.dual.dimension()];
+        self.start.map_or_else(zero, <[f64]>::to_vec)
+    }
+
+    fn from(&self, start: Vec<f64>, observe: &mut dyn FnMut(usize, &NewtonStep)) -> NewtonSolution {
+        newton_from(&self.map(self.bound), start, &to(FOUND), 0, observe)
+    }
+
+    fn relaxed(&self, observe: &mut dyn FnMut(usize, &NewtonStep)) -> NewtonSolution {
+        let settings = NewtonSettings {
+            tolerance: FOUND,
+            ..NewtonSettings::default()
+        };
+        match self.bound {
+            Bound::Coulomb(contact, law) => {
+                newton(self.dual, contact, law, self.start, &settings, observe)
+            }
+            Bound::Frozen(set) => {
+                let start = self.zero_or_start();
+                minimise_frozen_in(self.dual, set, &start, &settings, 0, observe)
+            }
+        }
+    }
+
+    fn path(&self, observe: &mut dyn FnMut(usize, &NewtonStep)) -> NewtonSolution {
+        let first = NaturalMap::new(self.dual, self.bound)
+            .conditions
+            .steplengths;
+        let mut found = NewtonSolution {
+            status: NewtonStatus::MaxSteps,
+            multiplier: vec![0.0; self.dual.dimension()],
+            residual: f64::INFINITY,
+            history: Vec::new(),
+            evaluations: 0,
+        };
+        for step in 0..=PATH_STEPS {
+            let share = f64::from(step) / f64::from(PATH_STEPS);
+            let ends = first.iter().zip(&self.local.stiffness);
+            // The geometric mean, and 0 of zeros.
+            let steplengths = ends
+                .map(|(a, b)| a.powf(1.0 - share) * b.powf(share))
+                .collect();
+            let map = NaturalMap::with_steplengths(self.dual, self.bound, steplengths);
+            let tolerance = if step < PATH_STEPS { ON_PATH } else { FOUND };
+            let done = found.history.len();
+            let next = newton_from(&map, found.multiplier, &to(tolerance), 0, |k, step| {
+                observe(done + k, step);
+            });
+            found = NewtonSolution {
+                history: [found.history, next.history].concat(),
+                evaluations: found.evaluations + next.evaluations,
+                ..next
+            };
+        }
+        found
+    }
+
+    fn eased(
+        &self,
+        contact: &'a ContactState<'a>,
+        law: &CoulombLaw,
+        observe: &mut dyn FnMut(usize, &NewtonStep),
+    ) -> NewtonSolution {
+        let mobile = self.local.mobility() > MOBILE;
+        continuation(law, observe, |law, start| {
+            if !mobile {
+                return newton(self.dual, contact, law, start, &to(FOUND), |_, _| {});
+            }
+            let start = match start {
+                Some(start) => start.to_vec(),
+                None => self.local.pressed(&self.dual.rhs),
+            };
+            let steplengths = self.local.stiffness.clone();
+            let bound = Bound::Coulomb(contact, law);
+            let map = NaturalMap::with_steplengths(self.dual, bound, steplengths);
+            newton_from(&map, start, &to(FOUND), 0, |_, _| {})
+        })
+    }
+}
+
+fn to(tolerance: f64) -> NewtonSettings {
+    NewtonSettings {
+        tolerance,
+        max_steps: MOST_STEPS,
+    }
+}
