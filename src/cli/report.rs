@@ -2,6 +2,7 @@
 
 use crate::{
     dual::OperatorEstimate,
+    scene::{Method, SolveSettings},
     solver::{Progress, Solution, Status},
     stages::Performed,
 };
@@ -52,32 +53,62 @@ pub(super) fn progress(progress: Progress<'_>) -> String {
     }
 }
 
-/// What a status means to a person.
-pub(super) fn status(solution: &Solution) -> String {
+/// What a status means to a person, and what helps.
+pub(super) fn status(solution: &Solution, settings: &SolveSettings) -> String {
     let accuracy = solution.accuracy;
-    match solution.status {
-        Status::Converged => format!("converged to {accuracy:.1e}"),
+    let (what, advice) = match solution.status {
+        Status::Converged => return format!("converged to {accuracy:.1e}"),
         Status::RoundingLimit => {
-            format!("stopped at the attainable accuracy {accuracy:.1e}: rounding forbids more")
+            return format!(
+                "stopped at the attainable accuracy {accuracy:.1e}: rounding forbids more"
+            );
         }
-        Status::MaxOuterSteps => {
-            "NOT CONVERGED: out of outer steps; raise max_outer_steps or epsilon".into()
-        }
-        Status::MaxInnerActions => {
-            "NOT CONVERGED: an inner problem ran out of actions; raise max_inner_actions or epsilon"
-                .into()
-        }
-        Status::NumericalError => {
-            "NOT CONVERGED: a value is not finite, or a coefficient of friction not positive at the slips reached; check loads, material and formulas".into()
-        }
-        Status::MaxNewtonSteps => {
-            "NOT CONVERGED: Newton's method gave up; choose method auto or fixed-point".into()
-        }
-        Status::Inaccurate => format!(
-            "NOT CONVERGED: the stopping rule is met, but the multipliers are off by about {accuracy:.1e}; lower epsilon, or choose method auto"
+        Status::MaxOuterSteps => (
+            format!("out of outer steps at a change of {accuracy:.1e}"),
+            by_method(settings, "raise solve.max_outer_steps"),
         ),
-        Status::Cycling => {
-            "NOT CONVERGED: successive approximations go round in a cycle; choose method newton".into()
+        Status::MaxInnerActions => (
+            "an inner problem ran out of actions of S".to_owned(),
+            by_method(settings, "raise solve.max_inner_actions"),
+        ),
+        Status::NumericalError => (
+            "a value is not finite, or a coefficient of friction not positive at the slips reached"
+                .to_owned(),
+            "check loads, material and formulas".to_owned(),
+        ),
+        Status::MaxNewtonSteps => (
+            "Newton's method found no solution from any start".to_owned(),
+            match settings.method {
+                Method::Auto => {
+                    "there may be none: look at the friction, or try another mesh".to_owned()
+                }
+                Method::Newton | Method::FixedPoint => "choose solve.method = \"auto\"".to_owned(),
+            },
+        ),
+        Status::Inaccurate => (
+            format!("the multipliers are off by about {accuracy:.1e}, more than epsilon"),
+            match settings.method {
+                Method::Auto => "choose assemble.dual_operator = \"explicit\"".to_owned(),
+                Method::Newton | Method::FixedPoint => "choose solve.method = \"auto\"".to_owned(),
+            },
+        ),
+        Status::Cycling => (
+            "successive approximations go round in a cycle".to_owned(),
+            match settings.method {
+                Method::Auto => "choose assemble.dual_operator = \"explicit\"".to_owned(),
+                Method::Newton | Method::FixedPoint => "choose solve.method = \"auto\"".to_owned(),
+            },
+        ),
+    };
+    format!("NOT CONVERGED: {what}; {advice}")
+}
+
+/// What to raise, or a method without that limit.
+fn by_method(settings: &SolveSettings, raise: &str) -> String {
+    match settings.method {
+        Method::Auto => raise.to_owned(),
+        Method::Newton | Method::FixedPoint => {
+            format!("{raise}, or choose solve.method = \"auto\"")
         }
     }
 }

@@ -202,7 +202,7 @@ fn finish(session: &mut Session, output: &Output, performed: &[Performed]) -> Ou
     if solution.status == Status::Converged || floor_accepted {
         return Ok(Exit::Done);
     }
-    terminal::message(&report::status(solution));
+    terminal::message(&report::status(solution, &scene.solve));
     Ok(Exit::NotConverged)
 }
 

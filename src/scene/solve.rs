@@ -68,9 +68,10 @@ pub struct SolveSettings {
     pub method: Method,
     /// Inner solver of successive approximations.
     pub inner: InnerSolver,
-    /// Relative accuracy ε of the multipliers: successive approximations stop when
-    /// ‖λ⁽ᵏ⁺¹⁾ − λ⁽ᵏ⁾‖ ≤ ε ‖λ⁽ᵏ⁺¹⁾‖, Newton when its residual is at most ε ‖λ‖. When not given,
-    /// 1e-4 with method fixed-point and 1e-12 otherwise.
+    /// Relative accuracy ε of the multipliers: the distance to the solution, measured by one more
+    /// solution with exact residuals, is at most about ε. Successive approximations stop when
+    /// ‖λ⁽ᵏ⁺¹⁾ − λ⁽ᵏ⁾‖ ≤ ε ‖λ⁽ᵏ⁺¹⁾‖ and are judged afterwards. When not given, 1e-4 with method
+    /// fixed-point and 1e-12 otherwise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub epsilon: Option<f64>,
     /// Precision control of the inner problems.
@@ -83,7 +84,7 @@ pub struct SolveSettings {
     pub gamma: f64,
     /// Most outer steps.
     pub max_outer_steps: usize,
-    /// Most actions of S in one inner problem.
+    /// Most actions of S in one inner problem of `kprgp` and `gpcg`.
     pub max_inner_actions: usize,
 }
 

@@ -58,7 +58,13 @@ pub(super) fn within_ellipses(areas: &[f64], evaluation: &Evaluation, difference
     let terms = pairs.zip(&evaluation.panes).zip(areas);
     let scaled = terms.flat_map(|((d, pane), area)| {
         let [a, b] = pane.ellipse.semi_axes;
-        let part = |d: f64, axis: f64| if axis > 0.0 { area.sqrt() * d / axis } else { 0.0 };
+        let part = |d: f64, axis: f64| {
+            if axis > 0.0 {
+                area.sqrt() * d / axis
+            } else {
+                0.0
+            }
+        };
         [part(d[0], a), part(d[1], b)]
     });
     norm(&scaled.collect::<Vec<f64>>()) / areas.iter().sum::<f64>().sqrt()

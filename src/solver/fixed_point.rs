@@ -226,8 +226,8 @@ pub(super) fn relative_change(next: &[f64], last: &[f64]) -> f64 {
 fn stop(outcome: &InnerSummary, accurate: bool, change: f64, epsilon: f64) -> Option<Status> {
     if !change.is_finite() || !outcome.residual.is_finite() {
         Some(Status::NumericalError)
-    } else if !outcome.converged {
-        Some(Status::MaxInnerActions)
+    } else if outcome.failure.is_some() {
+        outcome.failure
     } else if accurate && change <= epsilon {
         Some(Status::Converged)
     } else {

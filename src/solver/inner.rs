@@ -1,6 +1,6 @@
 use super::{
-    FeasibleSet, Gpcg, InnerOutcome, Kprgp, NewtonSettings, NewtonStatus, NewtonStep, StepCounts,
-    conditions::Bound, search::Search,
+    FeasibleSet, Gpcg, InnerOutcome, Kprgp, NewtonSettings, NewtonStatus, NewtonStep, Status,
+    StepCounts, conditions::Bound, search::Search,
 };
 use crate::{
     dual::{DualOperator, ExplicitDual, LocalStiffness},
@@ -21,7 +21,8 @@ pub enum Inner<'a> {
 
 /// What an inner solver did.
 pub(super) struct InnerSummary {
-    pub(super) converged: bool,
+    /// How the solve ends where the tolerance was not reached; `None` where it was.
+    pub(super) failure: Option<Status>,
     /// Final residual, relative as the tolerance is.
     pub(super) residual: f64,
     pub(super) steps: StepCounts,
@@ -74,7 +75,7 @@ impl Inner<'_> {
                 };
                 let relative = reduced_gradient / rhs_norm;
                 InnerSummary {
-                    converged,
+                    failure: (!converged).then_some(Status::MaxInnerActions),
                     residual: if rhs_norm > 0.0 { relative } else { 0.0 },
                     steps,
                     at_rounding: asked < rounding,
@@ -95,7 +96,7 @@ impl Inner<'_> {
                 };
                 let outcome = search.minimise(set, &settings);
                 let summary = InnerSummary {
-                    converged: outcome.is_solution(),
+                    failure: (!outcome.is_solution()).then_some(Status::MaxNewtonSteps),
                     residual: outcome.residual,
                     steps: StepCounts::default(),
                     at_rounding: outcome.status == NewtonStatus::RoundingLimit

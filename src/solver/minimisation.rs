@@ -39,11 +39,11 @@ pub(super) fn minimise(
     };
     observe(0, &step);
     Solution {
-        status: match summary.converged {
+        status: match summary.failure {
             _ if !summary.residual.is_finite() => Status::NumericalError,
-            true if summary.residual.max(attainable) > settings.epsilon() => Status::RoundingLimit,
-            true => Status::Converged,
-            false => Status::MaxInnerActions,
+            None if summary.residual.max(attainable) > settings.epsilon() => Status::RoundingLimit,
+            None => Status::Converged,
+            Some(failure) => failure,
         },
         solved_by: SolvedBy::Minimisation,
         accuracy: summary.residual,

@@ -1,8 +1,12 @@
 //! Answers to the accuracy they promise: exact residuals, and the distance to the solution.
 
 use super::{
-    NewtonSettings, NewtonSolution, NewtonStep, conditions::Bound, deviation::{Sizes, within_ellipses},
-    natural_map::NaturalMap, newton::newton_from, solve::Problem,
+    NewtonSettings, NewtonSolution, NewtonStep,
+    conditions::Bound,
+    deviation::{Sizes, within_ellipses},
+    natural_map::NaturalMap,
+    newton::newton_from,
+    solve::Problem,
 };
 use crate::dual::{ExplicitDual, LocalStiffness};
 

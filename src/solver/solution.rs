@@ -12,13 +12,13 @@ pub enum Status {
     Converged,
     /// The outer loop ran out of steps.
     MaxOuterSteps,
-    /// An inner problem ran out of actions of S, or of Newton steps.
+    /// An inner problem ran out of actions of S.
     MaxInnerActions,
     /// A value was not finite, or a coefficient of friction not positive at the slips reached.
     NumericalError,
     /// Rounding forbids ε; the accuracy reached is the best there is.
     RoundingLimit,
-    /// Newton's method ran out of steps.
+    /// Newton's method found no solution from any start.
     MaxNewtonSteps,
     /// Successive approximations return to where they were: they will never converge.
     Cycling,

@@ -11,6 +11,9 @@ use crate::{
 /// Accuracy asked of all.
 const TO_ROUNDING: f64 = 1e-12;
 
+/// An answer that says it is further from the solution than this says nothing of it.
+const NEAR: f64 = 1e-6;
+
 /// Steps of averaging with one share; from 1 to rounding ½ takes 45.
 const MOST_AVERAGES: usize = 400;
 
@@ -76,6 +79,8 @@ pub struct RivalResult {
     pub rival: Rival,
     /// How it ended.
     pub status: Status,
+    /// The error that it says its answer has.
+    pub accuracy: f64,
     /// Steps of Newton's method, or of successive approximations.
     pub steps: usize,
     /// ‖λ − λ*‖ / ‖λ*‖ for the answer λ* of the program.
@@ -85,10 +90,11 @@ pub struct RivalResult {
 }
 
 impl RivalResult {
-    /// Whether the algorithm says that it has found a solution.
+    /// Whether the algorithm says that it has found a solution, as accurate as was asked or not.
     #[must_use]
     pub fn is_solution(&self) -> bool {
-        self.status.is_solved()
+        let near = self.status == Status::Inaccurate && self.accuracy <= NEAR;
+        near || self.status.is_solved()
     }
 }
 
@@ -110,14 +116,20 @@ pub(super) fn compare(
             _ => {
                 let solution = problem.assembled.solve(&rival.settings())?;
                 let steps = solution.newton.len().max(solution.history.len());
-                (solution.status, steps, solution.multiplier)
+                (
+                    solution.status,
+                    solution.accuracy,
+                    steps,
+                    solution.multiplier,
+                )
             }
         };
-        let (status, steps, multiplier) = found;
+        let (status, accuracy, steps, multiplier) = found;
         let contact = problem.contact();
         results.push(RivalResult {
             rival,
             status,
+            accuracy,
             steps,
             disagreement: problem.distance(&multiplier, &answer.multiplier),
             residual: Linearisation::residual_of(problem.dual(), &contact, &multiplier),
@@ -127,7 +139,7 @@ pub(super) fn compare(
 }
 
 /// Averaged successive approximations from λ = 0.
-fn averaged(problem: &Problem, law: &CoulombLaw) -> (Status, usize, Vec<f64>) {
+fn averaged(problem: &Problem, law: &CoulombLaw) -> (Status, f64, usize, Vec<f64>) {
     let (dual, contact) = (problem.dual(), problem.contact());
     let mut steps = 0;
     let mut multiplier = vec![0.0; dual.dimension()];
@@ -140,9 +152,9 @@ fn averaged(problem: &Problem, law: &CoulombLaw) -> (Status, usize, Vec<f64>) {
                 *l += share * (image - *l);
             }
             if image.relative_change <= TO_ROUNDING {
-                return (Status::Converged, steps, multiplier);
+                return (Status::Converged, image.relative_change, steps, multiplier);
             }
         }
     }
-    (Status::MaxOuterSteps, steps, multiplier)
+    (Status::MaxOuterSteps, 1.0, steps, multiplier)
 }

@@ -52,6 +52,9 @@ impl fmt::Display for Verdict {
     }
 }
 
+/// Accuracies are told up to this factor: they are measured in another norm.
+const ABOUT: f64 = 10.0;
+
 impl Verdict {
     pub(super) fn of(check: &Check) -> Self {
         let mut verdict = Self {
@@ -101,7 +104,8 @@ impl Verdict {
         let mut remarks = Vec::new();
         for rival in &check.rivals {
             let allowed = check.floor.multiplier
-                + check.linearisation.sensitivity * (rival.residual + check.linearisation.residual);
+                + check.linearisation.sensitivity * (rival.residual + check.linearisation.residual)
+                + ABOUT * rival.accuracy;
             let reached = if rival.disagreement > USELESS {
                 Level::Fails
             } else {

@@ -6,6 +6,7 @@
 mod dense;
 mod inner;
 mod laws;
+mod mobile;
 mod operators;
 mod steps;
 #[path = "../support/mod.rs"]
