@@ -19,6 +19,7 @@ from trust.scenes import Kind, Scene, scene
 
 CASES = ROOT / "python-checks" / "trust" / "cases"
 SOFT_BLOCK = CASES / "soft_block.toml"
+EPSILONS = [1e-4, 1e-6, 1e-9, 1e-12]
 # The multipliers of that scene in Pa, found with 40 digits by another program.
 NORMAL = [63659.9, 236338.2, 63659.9, 236338.2]
 TANGENTIAL = [1715.8, -16819.9, 58282.8, -40374.8, 1715.8, 16819.9, 58282.8, 40374.8]
@@ -134,6 +135,21 @@ def test_random_scenes_are_judged(judged):
     for one in judged:
         assert one.fault is None, one.scene.name
         assert one.reference.solutions, one.scene.name
+
+
+def test_random_scenes_are_answered(judged):
+    """No answer is worse than it says, and none fails."""
+    assert [f"{j.scene.name}: {j.wrong}" for j in judged if j.wrong] == []
+
+
+@pytest.mark.parametrize("name", ["soft_block", "looser_11", "looser_43"])
+def test_bodies_on_soft_springs_are_answered(tested, tmp_path, name):
+    """Wrong zones passed for an answer here, or a looser epsilon failed."""
+    one = Scene(0, Kind.SOFT_SPRINGS, False, (CASES / f"{name}.toml").read_text())
+    found = judge(tested, one, EPSILONS, None, tmp_path)
+    assert found.wrong == []
+    assert len(found.verdicts) == 1 + len(EPSILONS)
+    assert all(v.answer.newton_steps <= 20 for v in found.verdicts)
 
 
 def test_derivatives_agree_with_differences(judged):
