@@ -156,6 +156,71 @@ impl<'a> Conditions<'a> {
         }
     }
 
+    /// R'(λ) v for a direction v of multipliers in Pa, S v in m³ and the change −G v of (u_t1, u_t2) at the
+    /// contact nodes in m, one-sided at kinks.
+    pub(super) fn derivative(
+        &self,
+        at: &Evaluation,
+        direction: &[f64],
+        gradient: &[f64],
+        displacement: &[[f64; 2]],
+    ) -> Vec<f64> {
+        let m = self.n_panes;
+        let trial: Vec<f64> = (0..direction.len())
+            .map(|i| match self.steplengths[i] {
+                0.0 => 0.0,
+                rho => direction[i] - rho * gradient[i],
+            })
+            .collect();
+        let mut change = direction.to_vec();
+        for (i, pane) in at.panes.iter().enumerate() {
+            let bound = if pane.pressed { trial[i] } else { 0.0 };
+            change[i] -= bound;
+            let first = m + 2 * i;
+            if first >= direction.len() {
+                continue;
+            }
+            let axes = self.axes_change(at, i, bound, displacement);
+            let derivative = pane.ellipse.projection_derivative(pane.trial);
+            for k in 0..2 {
+                let by_point = derivative.by_point[k];
+                let by_axes = derivative.by_semi_axes[k];
+                change[first + k] -= by_point[0] * trial[first]
+                    + by_point[1] * trial[first + 1]
+                    + by_axes[0] * axes[0]
+                    + by_axes[1] * axes[1];
+            }
+        }
+        change
+    }
+
+    /// The change of a pane's semi-axes g / 𝓕⁻¹ with that of g and of the slip at its nodes.
+    fn axes_change(
+        &self,
+        at: &Evaluation,
+        pane: usize,
+        bound: f64,
+        displacement: &[[f64; 2]],
+    ) -> [f64; 2] {
+        let Bound::Coulomb(contact, _) = self.bound else {
+            return [0.0; 2];
+        };
+        let here = &at.panes[pane];
+        let inverse_change = |k: usize| -> f64 {
+            let nodes = contact.surface.pane_weights(pane);
+            let slopes = nodes.filter_map(|(node, weight)| {
+                let slope = at.inverse_slope.get(node)?[k];
+                let moved = displacement[node];
+                Some(weight * (slope[0] * moved[0] + slope[1] * moved[1]))
+            });
+            slopes.sum()
+        };
+        [0, 1].map(|k| {
+            let f = here.inverse[k];
+            bound / f - here.ellipse.semi_axes[k] / f * inverse_change(k)
+        })
+    }
+
     fn count_projections(&self) {
         match self.bound {
             Bound::Coulomb(contact, _) => {

@@ -11,21 +11,17 @@ use super::{
 use crate::{
     contact::nodal_tangential,
     dual::{ExplicitDual, LocalStiffness},
-    linalg::{Workspace, gmres, norm},
+    linalg::{Workspace, gmres},
 };
 
 /// An answer is as accurate as promised when its error is at most this many times ε.
 const ABOUT: f64 = 10.0;
 
 /// Share of the residual that the linear system for the error may leave.
-const LEFT: f64 = 1e-3;
+const LEFT: f64 = 1e-6;
 
 /// Most actions of A⁻¹ for that.
 const MOST_ACTIONS: usize = 300;
-
-/// Length of the difference that stands for a derivative, as a share of λ: the square root of
-/// rounding.
-const DIFFERENCE: f64 = 1e-8;
 
 /// u is wanted with this share of rounding, so that the face's own displacement is left where the
 /// body moves as a whole.
@@ -85,21 +81,9 @@ impl Problem<'_> {
         let step = gmres(&here.residual, LEFT, MOST_ACTIONS, |v| {
             let forces = self.dual.coupling.nodal_forces(v);
             let moved = self.assembly.solve(&forces, &mut work);
-            let share = DIFFERENCE * norm(multiplier).max(here.norm) / norm(v);
-            let beyond = |at: &[f64], by: &[f64], sign: f64| -> Vec<f64> {
-                let pairs = at.iter().zip(by);
-                pairs.map(|(x, d)| x + sign * share * d).collect()
-            };
-            let slips = slip.as_flattened();
-            let there = conditions.evaluate(
-                &beyond(multiplier, v, 1.0),
-                &beyond(&gradient, &self.dual.coupling.integrate(&moved), 1.0),
-                beyond(slips, tangential(&moved).as_flattened(), -1.0)
-                    .as_chunks::<2>()
-                    .0,
-            );
-            let pairs = there.residual.iter().zip(&here.residual);
-            pairs.map(|(a, b)| (a - b) / share).collect()
+            let slips: Vec<[f64; 2]> = tangential(&moved).iter().map(|u| u.map(|u| -u)).collect();
+            let gradient = self.dual.coupling.integrate(&moved);
+            conditions.derivative(&here, v, &gradient, &slips)
         });
         let sizes = Sizes::of(self.contact, multiplier, &here);
         sizes.relative(&surface.pane_area, &step)

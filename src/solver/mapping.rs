@@ -1,8 +1,6 @@
 use super::{
-    ContactState, CoulombState, NewtonSettings, NewtonSolution, NewtonStatus,
-    conditions::Bound,
-    natural_map::NaturalMap,
-    newton::{minimise_frozen_in, newton_from},
+    ContactState, CoulombState, NewtonSettings, NewtonSolution, NewtonStatus, conditions::Bound,
+    newton::minimise_frozen_in, search::Search,
 };
 use crate::{
     contact::{CoulombLaw, FrictionField},
@@ -34,21 +32,6 @@ pub struct MappingValue {
 #[must_use]
 pub fn evaluate(
     dual: &ExplicitDual,
-    contact: &ContactState<'_>,
-    law: &CoulombLaw,
-    multiplier: &[f64],
-) -> MappingValue {
-    let state = coulomb_state(dual, contact, law, multiplier);
-    let set = contact.feasible_set(Some(&state));
-    let settings = to_rounding(dual);
-    // One step at least, so that a start already within the tolerance is measured and not believed.
-    let inner = minimise_frozen_in(dual, &set, multiplier, &settings, 1, |_, _| {});
-    MappingValue::new(inner, multiplier)
-}
-
-/// [`evaluate`] near a fixed point, measured by local stiffness: the frozen problem keeps its zones.
-pub(super) fn evaluate_locally(
-    dual: &ExplicitDual,
     local: &LocalStiffness,
     contact: &ContactState<'_>,
     law: &CoulombLaw,
@@ -56,10 +39,26 @@ pub(super) fn evaluate_locally(
 ) -> MappingValue {
     let state = coulomb_state(dual, contact, law, multiplier);
     let set = contact.feasible_set(Some(&state));
-    let steplengths = local.stiffness.clone();
-    let map = NaturalMap::with_steplengths(dual, Bound::Frozen(&set), steplengths);
-    let settings = to_rounding(dual);
-    let inner = newton_from(&map, multiplier.to_vec(), &settings, 1, |_, _| {});
+    let search = Search {
+        dual,
+        bound: Bound::Frozen(&set),
+        local,
+        start: Some(multiplier),
+    };
+    MappingValue::new(search.minimise(&set, &to_rounding(dual)), multiplier)
+}
+
+/// [`evaluate`] by relaxed Newton steps alone.
+pub(super) fn evaluate_by_relaxation(
+    dual: &ExplicitDual,
+    contact: &ContactState<'_>,
+    law: &CoulombLaw,
+    multiplier: &[f64],
+) -> MappingValue {
+    let state = coulomb_state(dual, contact, law, multiplier);
+    let set = contact.feasible_set(Some(&state));
+    // One step at least, so that a start already within the tolerance is measured and not believed.
+    let inner = minimise_frozen_in(dual, &set, multiplier, &to_rounding(dual), 1, |_, _| {});
     MappingValue::new(inner, multiplier)
 }
 

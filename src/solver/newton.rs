@@ -55,7 +55,7 @@ pub fn newton(
     let map = NaturalMap::new(dual, Bound::Coulomb(contact, law));
     let mut hidden_evaluations = 0;
     let mut safeguard = |multiplier: &[f64]| {
-        let image = mapping::evaluate(dual, contact, law, multiplier);
+        let image = mapping::evaluate_by_relaxation(dual, contact, law, multiplier);
         hidden_evaluations += image.evaluations;
         let pairs = multiplier.iter().zip(&image.multiplier);
         pairs.map(|(l, next)| l + DAMPING * (next - l)).collect()

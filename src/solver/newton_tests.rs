@@ -153,10 +153,19 @@ proptest! {
         // The full matrix, by its columns, for a direction that no equation was solved for.
         let Some(change) = difference(&map, &multiplier, &rhs) else { return Err(TestCaseError::reject("kink")) };
         let matrix = map.derivative(&evaluation);
+        let slips = dual.compliance.as_ref().expect("a compliance").matrix.chunks_exact(2 * NODES);
+        let mut moved = vec![0.0; 2 * NODES];
+        for (column, v) in slips.zip(&rhs) {
+            moved.iter_mut().zip(column).for_each(|(m, g)| *m -= g * v);
+        }
+        let pairs: Vec<[f64; 2]> = moved.chunks_exact(2).map(|m| [m[0], m[1]]).collect();
+        let along = map.conditions.derivative(&evaluation, &rhs, &dual.apply(&rhs), &pairs);
         for i in 0..SIZE {
             let product: f64 = (0..SIZE).map(|j| matrix[j * SIZE + i] * rhs[j]).sum();
             // As above; entries of R' are below 100.
             prop_assert!((product - change[i]).abs() < 1e-6 * (1.0 + norm(&rhs)) * 100.0, "{product} against {}", change[i]);
+            // The same product without the matrix, to rounding.
+            prop_assert!((product - along[i]).abs() < 1e-11 * (1.0 + norm(&rhs)) * 100.0, "{product} against {}", along[i]);
         }
     }
 

@@ -5,8 +5,8 @@ use thiserror::Error;
 use super::{
     ContactState, Inner, NewtonStep, OuterState, OuterStep, Solution, SolvedBy, Start, Status,
     conditions::Bound,
-    coulomb_state,
-    mapping::{evaluate_locally, slip_of},
+    coulomb_state, evaluate_mapping,
+    mapping::slip_of,
     minimisation::minimise,
     norm::projected_gradient_steplength,
     polish::{COARSEST, Polished},
@@ -340,7 +340,7 @@ impl Problem<'_> {
         match bound {
             Bound::Frozen(_) => solution.solved_by = SolvedBy::Minimisation,
             Bound::Coulomb(contact, law) => {
-                let image = evaluate_locally(&answer.dual, local, contact, law, &answer.multiplier);
+                let image = evaluate_mapping(&answer.dual, local, contact, law, &answer.multiplier);
                 solution.solved_by = SolvedBy::Newton;
                 solution.mapping_change = Some(image.relative_change);
                 solution.actions += image.evaluations;

@@ -3,6 +3,7 @@ use std::fmt;
 use super::problem::Problem;
 use crate::{
     contact::CoulombLaw,
+    dual::LocalStiffness,
     post::SolveSceneError,
     scene::{InnerSolver, Method, PrecisionControl, SolveSettings},
     solver::{Linearisation, Solution, Status, evaluate_mapping},
@@ -141,12 +142,13 @@ pub(super) fn compare(
 /// Averaged successive approximations from λ = 0.
 fn averaged(problem: &Problem, law: &CoulombLaw) -> (Status, f64, usize, Vec<f64>) {
     let (dual, contact) = (problem.dual(), problem.contact());
+    let local = LocalStiffness::new(dual);
     let mut steps = 0;
     let mut multiplier = vec![0.0; dual.dimension()];
     for share in [0.5, 0.125] {
         multiplier.fill(0.0);
         for _ in 0..MOST_AVERAGES {
-            let image = evaluate_mapping(dual, &contact, law, &multiplier);
+            let image = evaluate_mapping(dual, &local, &contact, law, &multiplier);
             steps += 1;
             for (l, image) in multiplier.iter_mut().zip(&image.multiplier) {
                 *l += share * (image - *l);

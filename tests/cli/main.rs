@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod arguments;
+mod advice;
 mod bad_bodies;
 mod bad_scenes;
 mod errors;

@@ -94,7 +94,7 @@ impl Dense {
     /// ‖Ψ(λ) − λ‖ / ‖λ‖.
     pub(crate) fn distance_to_image(&self, law: &Friction, multiplier: &[f64]) -> f64 {
         self.with_contact(law, |contact, law| {
-            evaluate_mapping(&self.dual, contact, law, multiplier).relative_change
+            evaluate_mapping(&self.dual, &self.local, contact, law, multiplier).relative_change
         })
     }
 }
