@@ -63,6 +63,11 @@ pub(super) fn status(solution: &Solution, settings: &SolveSettings) -> String {
                 "stopped at the attainable accuracy {accuracy:.1e}: rounding forbids more"
             );
         }
+        Status::Stopped => {
+            return format!(
+                "stopped by the rule of its method: the multipliers are known to {accuracy:.1e}, epsilon asks for more"
+            );
+        }
         Status::MaxOuterSteps => (
             format!("out of outer steps at a change of {accuracy:.1e}"),
             by_method(settings, "raise solve.max_outer_steps"),
@@ -86,7 +91,7 @@ pub(super) fn status(solution: &Solution, settings: &SolveSettings) -> String {
             },
         ),
         Status::Inaccurate => (
-            format!("the multipliers are off by about {accuracy:.1e}, more than epsilon"),
+            format!("the stopping rule is met, but the multipliers are off by about {accuracy:.1e}"),
             match settings.method {
                 Method::Auto => "choose assemble.dual_operator = \"explicit\"".to_owned(),
                 Method::Newton | Method::FixedPoint => "choose solve.method = \"auto\"".to_owned(),

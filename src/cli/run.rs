@@ -198,8 +198,11 @@ fn finish(session: &mut Session, output: &Output, performed: &[Performed]) -> Ou
         terminal::message(&format!("NOT CONVERGED: {figure}"));
         return Ok(Exit::NotConverged);
     }
-    let floor_accepted = solution.status == Status::RoundingLimit && scene.solve.epsilon.is_none();
-    if solution.status == Status::Converged || floor_accepted {
+    let done = match solution.status {
+        Status::RoundingLimit => scene.solve.epsilon.is_none(),
+        status => status.is_solved(),
+    };
+    if done {
         return Ok(Exit::Done);
     }
     terminal::message(&report::status(solution, &scene.solve));

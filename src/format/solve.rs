@@ -23,7 +23,8 @@ stored_enum! {
         RoundingLimit = 4 => "rounding_limit",
         MaxNewtonSteps = 5 => "max_newton_steps",
         Cycling = 6 => "cycling",
-        Inaccurate = 7 => "inaccurate",
+        Stopped = 7 => "stopped",
+        Inaccurate = 8 => "inaccurate",
     }
 }
 
@@ -37,7 +38,7 @@ stored_enum! {
     }
 }
 
-const STATUSES: [(StoredStatus, Status); 8] = [
+const STATUSES: [(StoredStatus, Status); 9] = [
     (StoredStatus::Converged, Status::Converged),
     (StoredStatus::MaxOuterSteps, Status::MaxOuterSteps),
     (StoredStatus::MaxInnerActions, Status::MaxInnerActions),
@@ -45,6 +46,7 @@ const STATUSES: [(StoredStatus, Status); 8] = [
     (StoredStatus::RoundingLimit, Status::RoundingLimit),
     (StoredStatus::MaxNewtonSteps, Status::MaxNewtonSteps),
     (StoredStatus::Cycling, Status::Cycling),
+    (StoredStatus::Stopped, Status::Stopped),
     (StoredStatus::Inaccurate, Status::Inaccurate),
 ];
 
@@ -95,7 +97,7 @@ const PANE_PAIRS: &[Extent] = &[Named("n_panes"), Fixed(2)];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    Stage::Solve.row(STATUS, Kind::Enum(StoredStatus::SPEC), &[], Dimension::Number, "How the solve ended; anything but converged is a failed solve."),
+    Stage::Solve.row(STATUS, Kind::Enum(StoredStatus::SPEC), &[], Dimension::Number, "How the solve ended: converged to epsilon; rounding_limit and stopped (by the rule of its method) near the solution, as far as accuracy says; anything else is a failed solve."),
     Stage::Solve.row(MULTIPLIER_NORMAL, Kind::F64, PANES, Dimension::STRESS, "Normal contact multiplier, the pressure on each pane.").symbol("lambda_nu").optional(NO_CONTACT),
     Stage::Solve.row(MULTIPLIER_TANGENTIAL, Kind::F64, PANE_PAIRS, Dimension::STRESS, "Tangential contact multipliers along t1 and t2.").symbol("lambda_t").optional("absent without friction"),
     Stage::Solve.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Displacement of every node, zero where held.").symbol("u"),

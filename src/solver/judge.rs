@@ -17,6 +17,9 @@ use crate::{
 /// An answer is as accurate as promised when its error is at most this many times ε.
 const ABOUT: f64 = 10.0;
 
+/// An answer with a larger error has no digit to rely on: it is no answer.
+const NO_DIGIT: f64 = 0.05;
+
 /// Share of the residual that the linear system for the error may leave.
 const LEFT: f64 = 1e-6;
 
@@ -29,7 +32,8 @@ const REFINED: f64 = 1e-4 * f64::EPSILON;
 
 impl Problem<'_> {
     /// Holds the answer of a method that stops by its own rule against the distance to the solution:
-    /// `converged` stays only where that is about ε. The method's own counters stay as they are.
+    /// `converged` stays only where that is about ε, and an answer in other zones is none. The method's
+    /// own counters stay as they are.
     pub(super) fn judged(
         &self,
         explicit: Option<(&ExplicitDual, &LocalStiffness)>,
@@ -48,8 +52,9 @@ impl Problem<'_> {
         // An answer without a digit is off by its own size.
         let error = if error <= 1.0 { error } else { 1.0 };
         solution.status = match solution.status {
-            Status::Converged if error > ABOUT * self.settings.epsilon() => Status::Inaccurate,
-            Status::RoundingLimit if error > COARSEST => Status::Inaccurate,
+            _ if error > NO_DIGIT => Status::Inaccurate,
+            Status::Converged if error > ABOUT * self.settings.epsilon() => Status::Stopped,
+            Status::RoundingLimit if error > COARSEST => Status::Stopped,
             status => status,
         };
         solution.accuracy = match solution.status {

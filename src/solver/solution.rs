@@ -22,16 +22,19 @@ pub enum Status {
     MaxNewtonSteps,
     /// Successive approximations return to where they were: they will never converge.
     Cycling,
-    /// The stopping rule of the method is met, but the answer is further from the solution than
-    /// about ε.
+    /// The stopping rule of the method is met, and the answer is near the solution, but further from it
+    /// than about ε: the accuracy reached is known.
+    Stopped,
+    /// The stopping rule of the method is met, but the answer is no solution.
     Inaccurate,
 }
 
 impl Status {
-    /// Whether the solve reached what it was asked for, or what rounding allows.
+    /// Whether the solve reached what it was asked for, what rounding allows, or what the stopping rule
+    /// of its method gives.
     #[must_use]
     pub fn is_solved(self) -> bool {
-        matches!(self, Self::Converged | Self::RoundingLimit)
+        matches!(self, Self::Converged | Self::RoundingLimit | Self::Stopped)
     }
 
     /// The status as programs see it.
@@ -45,6 +48,7 @@ impl Status {
             Self::RoundingLimit => "rounding_limit",
             Self::MaxNewtonSteps => "max_newton_steps",
             Self::Cycling => "cycling",
+            Self::Stopped => "stopped",
             Self::Inaccurate => "inaccurate",
         }
     }

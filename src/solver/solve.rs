@@ -187,7 +187,7 @@ impl Problem<'_> {
         let mut solution = judge(run(self, inner));
         let mut settings = self.settings.clone();
         for _ in 0..MOST_TIGHTENINGS {
-            if solution.status != Status::Inaccurate {
+            if !matches!(solution.status, Status::Stopped | Status::Inaccurate) {
                 break;
             }
             let excess = solution.accuracy / self.settings.epsilon();

@@ -94,8 +94,10 @@ impl RivalResult {
     /// Whether the algorithm says that it has found a solution, as accurate as was asked or not.
     #[must_use]
     pub fn is_solution(&self) -> bool {
-        let near = self.status == Status::Inaccurate && self.accuracy <= NEAR;
-        near || self.status.is_solved()
+        match self.status {
+            Status::Stopped => self.accuracy <= NEAR,
+            status => status.is_solved(),
+        }
     }
 }
 

@@ -1,8 +1,9 @@
 //! The program as a user meets it: commands, messages, exit codes, files.
 
 mod accuracy;
-mod arguments;
 mod advice;
+mod arguments;
+
 mod bad_bodies;
 mod bad_scenes;
 mod errors;
