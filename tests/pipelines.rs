@@ -5,7 +5,7 @@ mod support;
 use std::path::Path;
 
 use contact3d_pipe::{
-    scene::{Body, Brick, Scene},
+    scene::{Body, Brick, Method, Scene},
     solver::Status,
     sweep::Plan,
 };
@@ -59,12 +59,19 @@ fn check(path: &Path) {
         coarsen(brick);
     }
     let case = Case::try_new(scene, &pipelines()).unwrap_or_else(|e| panic!("{name}: {e}"));
-    assert_eq!(case.solution.status, Status::Converged, "{name}");
+    // The published stopping rule at ε = 1e-4 leaves up to a per cent or so, and says it.
+    let published = case.scene.solve.method == Method::FixedPoint;
+    let (expected, accuracy) = match published {
+        true => (Status::Stopped, 2e-2),
+        false => (Status::Converged, case.scene.solve.epsilon()),
+    };
+    assert_eq!(case.solution.status, expected, "{name}");
+    assert!(case.solution.accuracy <= accuracy, "{name}");
     let certificate = case.report().certificate;
-    // ε bounds the change of λ, and the figures are a few times larger at most; a residual at
-    // ε = 1e-12 is a few hundred roundings.
+    // A figure is the error of one pane over the largest stress, the accuracy a mean over the face; a
+    // residual at ε = 1e-12 is a few hundred roundings.
     assert!(
-        certificate.worst() < 10.0 * case.scene.solve.epsilon(),
+        certificate.worst() < 10.0 * case.solution.accuracy.max(case.scene.solve.epsilon()),
         "{name}: {certificate:?}"
     );
     // Equilibrium does not depend on ε: one backsolve with condition number near 1e4, 1e6 where

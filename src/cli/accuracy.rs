@@ -184,7 +184,7 @@ fn discretisation_table(ladder: &DiscretisationLadder, units: Units) -> String {
             level.cost.repeats,
             megabytes(&level.cost),
             match level.status {
-                Status::Converged | Status::RoundingLimit => String::new(),
+                status if status.is_solved() => String::new(),
                 status => format!("  {}", status.word()),
             }
         );

@@ -91,7 +91,9 @@ pub(super) fn status(solution: &Solution, settings: &SolveSettings) -> String {
             },
         ),
         Status::Inaccurate => (
-            format!("the stopping rule is met, but the multipliers are off by about {accuracy:.1e}"),
+            format!(
+                "the stopping rule is met, but the multipliers are off by about {accuracy:.1e}"
+            ),
             match settings.method {
                 Method::Auto => "choose assemble.dual_operator = \"explicit\"".to_owned(),
                 Method::Newton | Method::FixedPoint => "choose solve.method = \"auto\"".to_owned(),

@@ -3,7 +3,6 @@
 mod accuracy;
 mod advice;
 mod arguments;
-
 mod bad_bodies;
 mod bad_scenes;
 mod errors;
