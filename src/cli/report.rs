@@ -2,7 +2,7 @@
 
 use crate::{
     dual::OperatorEstimate,
-    scene::{Method, SolveSettings},
+    scene::{DualOperatorKind, Method, Scene},
     solver::{Progress, Solution, Status},
     stages::Performed,
 };
@@ -54,7 +54,8 @@ pub(super) fn progress(progress: Progress<'_>) -> String {
 }
 
 /// What a status means to a person, and what helps.
-pub(super) fn status(solution: &Solution, settings: &SolveSettings) -> String {
+pub(super) fn status(solution: &Solution, scene: &Scene) -> String {
+    let automatic = by_another_way(scene);
     let accuracy = solution.accuracy;
     let (what, advice) = match solution.status {
         Status::Converged => return format!("converged to {accuracy:.1e}"),
@@ -70,11 +71,11 @@ pub(super) fn status(solution: &Solution, settings: &SolveSettings) -> String {
         }
         Status::MaxOuterSteps => (
             format!("out of outer steps at a change of {accuracy:.1e}"),
-            by_method(settings, "raise solve.max_outer_steps"),
+            "raise solve.max_outer_steps".to_owned(),
         ),
         Status::MaxInnerActions => (
             "an inner problem ran out of actions of S".to_owned(),
-            by_method(settings, "raise solve.max_inner_actions"),
+            "raise solve.max_inner_actions".to_owned(),
         ),
         Status::NumericalError => (
             "a value is not finite, or a coefficient of friction not positive at the slips reached"
@@ -83,39 +84,31 @@ pub(super) fn status(solution: &Solution, settings: &SolveSettings) -> String {
         ),
         Status::MaxNewtonSteps => (
             "Newton's method found no solution from any start".to_owned(),
-            match settings.method {
-                Method::Auto => {
-                    "there may be none: look at the friction, or try another mesh".to_owned()
-                }
-                Method::Newton | Method::FixedPoint => "choose solve.method = \"auto\"".to_owned(),
-            },
+            automatic.unwrap_or_else(|| {
+                "there may be none: look at the friction, or try another mesh".to_owned()
+            }),
         ),
         Status::Inaccurate => (
             format!(
                 "the stopping rule is met, but the multipliers are off by about {accuracy:.1e}"
             ),
-            match settings.method {
-                Method::Auto => "choose assemble.dual_operator = \"explicit\"".to_owned(),
-                Method::Newton | Method::FixedPoint => "choose solve.method = \"auto\"".to_owned(),
-            },
+            automatic.unwrap_or_else(|| "lower solve.epsilon".to_owned()),
         ),
         Status::Cycling => (
             "successive approximations go round in a cycle".to_owned(),
-            match settings.method {
-                Method::Auto => "choose assemble.dual_operator = \"explicit\"".to_owned(),
-                Method::Newton | Method::FixedPoint => "choose solve.method = \"auto\"".to_owned(),
-            },
+            automatic.unwrap_or_else(|| {
+                "there may be no solution: look at the friction, or try another mesh".to_owned()
+            }),
         ),
     };
     format!("NOT CONVERGED: {what}; {advice}")
 }
 
-/// What to raise, or a method without that limit.
-fn by_method(settings: &SolveSettings, raise: &str) -> String {
-    match settings.method {
-        Method::Auto => raise.to_owned(),
-        Method::Newton | Method::FixedPoint => {
-            format!("{raise}, or choose solve.method = \"auto\"")
-        }
-    }
+/// The settings that look for the answer in every way there is; `None` where they are chosen.
+fn by_another_way(scene: &Scene) -> Option<String> {
+    let method = (scene.solve.method != Method::Auto).then_some("solve.method = \"auto\"");
+    let implicit = scene.assemble.dual_operator == DualOperatorKind::Implicit;
+    let operator = implicit.then_some("assemble.dual_operator = \"explicit\"");
+    let settings: Vec<&str> = method.into_iter().chain(operator).collect();
+    (!settings.is_empty()).then(|| format!("choose {}", settings.join(" with ")))
 }

@@ -55,7 +55,7 @@ pub(super) fn table(
     let mut line = |name: &str, value: String| {
         let _ = writeln!(text, "  {name:<26} {value}");
     };
-    line("status", status(solution, &scene.solve));
+    line("status", status(solution, scene));
     line(
         "nodes, tetrahedra, panes",
         format!(

@@ -205,7 +205,7 @@ fn finish(session: &mut Session, output: &Output, performed: &[Performed]) -> Ou
     if done {
         return Ok(Exit::Done);
     }
-    terminal::message(&report::status(solution, &scene.solve));
+    terminal::message(&report::status(solution, &scene));
     Ok(Exit::NotConverged)
 }
 

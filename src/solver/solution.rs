@@ -37,6 +37,25 @@ impl Status {
         matches!(self, Self::Converged | Self::RoundingLimit | Self::Stopped)
     }
 
+    /// All of them.
+    pub const ALL: [Self; 9] = [
+        Self::Converged,
+        Self::MaxOuterSteps,
+        Self::MaxInnerActions,
+        Self::NumericalError,
+        Self::RoundingLimit,
+        Self::MaxNewtonSteps,
+        Self::Cycling,
+        Self::Stopped,
+        Self::Inaccurate,
+    ];
+
+    /// The status that programs see as `word`.
+    #[must_use]
+    pub fn of_word(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|status| status.word() == word)
+    }
+
     /// The status as programs see it.
     #[must_use]
     pub fn word(self) -> &'static str {

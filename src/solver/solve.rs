@@ -1,9 +1,10 @@
-use std::sync::atomic::Ordering;
+use std::{sync::atomic::Ordering, time::Instant};
 
 use thiserror::Error;
 
 use super::{
     ContactState, Inner, NewtonStep, OuterState, OuterStep, Solution, SolvedBy, Start, Status,
+    StepCounts,
     conditions::Bound,
     coulomb_state, evaluate_mapping,
     mapping::slip_of,
@@ -261,6 +262,7 @@ impl Problem<'_> {
         bound: Bound<'_>,
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Solution {
+        let started = Instant::now();
         let search = Search {
             dual,
             bound,
@@ -291,7 +293,7 @@ impl Problem<'_> {
             }
         }
         let best = best.expect("there is always a way");
-        let solution = self.answer(dual, local, bound, best);
+        let solution = self.answer(dual, local, bound, best, started);
         Solution {
             newton: history,
             actions: actions + solution.actions,
@@ -311,6 +313,7 @@ impl Problem<'_> {
         local: &LocalStiffness,
         bound: Bound<'_>,
         answer: Polished,
+        started: Instant,
     ) -> Solution {
         let attainable = dual.rounding();
         let epsilon = self.settings.epsilon();
@@ -338,7 +341,17 @@ impl Problem<'_> {
             ..Solution::default()
         };
         match bound {
-            Bound::Frozen(_) => solution.solved_by = SolvedBy::Minimisation,
+            Bound::Frozen(_) => {
+                solution.solved_by = SolvedBy::Minimisation;
+                solution.history = vec![OuterStep {
+                    change: 0.0,
+                    inner_tolerance: self.tolerance(),
+                    inner_residual: answer.error.min(1.0),
+                    steps: StepCounts::default(),
+                    actions: solution.actions,
+                    seconds: started.elapsed().as_secs_f64(),
+                }];
+            }
             Bound::Coulomb(contact, law) => {
                 let image = evaluate_mapping(&answer.dual, local, contact, law, &answer.multiplier);
                 solution.solved_by = SolvedBy::Newton;
@@ -369,11 +382,12 @@ impl Problem<'_> {
         mut solution: Solution,
         mut steps: Vec<NewtonStep>,
     ) -> Solution {
+        let started = Instant::now();
         let polished = self.polished(dual, local, bound, &solution.multiplier, self.tolerance());
         steps.extend(&polished.history);
         let actions = solution.actions + polished.actions;
         if polished.is_solution() {
-            let answer = self.answer(dual, local, bound, polished);
+            let answer = self.answer(dual, local, bound, polished, started);
             solution = Solution {
                 solved_by: SolvedBy::FixedPoint,
                 actions: actions + answer.actions,

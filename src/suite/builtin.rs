@@ -5,11 +5,15 @@ use std::{fs, io, path::Path};
 use tempfile::TempDir;
 
 /// The index of the suite, and what it names.
-const FILES: [(&str, &[u8]); 7] = [
+const FILES: [(&str, &[u8]); 8] = [
     (INDEX, include_bytes!("../../pipelines/hard/suite.toml")),
     (
         "brick.toml",
         include_bytes!("../../pipelines/hard/brick.toml"),
+    ),
+    (
+        "soft_block.toml",
+        include_bytes!("../../pipelines/hard/soft_block.toml"),
     ),
     (
         "one_node.toml",

@@ -10,6 +10,7 @@ use super::{Plan, SweepError, failure, keys, ownership, plan::UNITS_KEY};
 use crate::{
     format::{self, CERTIFICATE, CaseResults, CaseRow, LAYOUT, SWEEP_LAYOUT},
     output::{self, Kind, OutputFile},
+    solver::Status,
     store::{
         Home, IfMissing, Reader, RunFile, Stage, StageRecord, StoreError, Transaction, timestamp,
     },
@@ -36,7 +37,7 @@ pub fn write(plan: &Plan, folder: &Path) -> Result<usize, SweepError> {
     write_csv(plan, folder, &rows)?;
     let not_converged = |row: &&CaseRow| {
         let results = row.results.as_ref().filter(|_| row.planned);
-        results.is_some_and(|r| r.status != "converged" && r.status != "rounding_limit")
+        results.is_some_and(|r| !Status::of_word(&r.status).is_some_and(Status::is_solved))
     };
     Ok(rows.iter().filter(not_converged).count())
 }

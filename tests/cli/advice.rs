@@ -75,17 +75,22 @@ fn advice_after_a_failed_solve_helps() {
         let results: Value = serde_json::from_slice(&failed.stdout).expect("JSON");
         assert_eq!(results["status"], status, "{said}");
         let last = said.lines().last().expect("a last line");
-        let advised = last.split("choose ").nth(1).expect("advice to choose");
-        // The line reads `choose KEY = VALUE`, as a scene would.
-        let setting = advised.replace(" = ", "=");
-        assert!(setting.contains('='), "{last}");
-        let helped = run(&[setting.trim().to_owned()]);
-        let said = String::from_utf8_lossy(&helped.stderr).into_owned();
-        assert_eq!(helped.status.code(), Some(0), "{last}\n{said}");
-        if let Some(key) = last.split("raise ").nth(1) {
-            let key = key.split(',').next().expect("a key");
-            let raised = run(&[format!("{key}=100000")]);
-            assert_eq!(raised.status.code(), Some(0), "{last}");
+        let helps = |more: &[String]| {
+            let helped = run(more);
+            let said = String::from_utf8_lossy(&helped.stderr).into_owned();
+            assert_eq!(helped.status.code(), Some(0), "{last}\n{said}");
+        };
+        if let Some(advised) = last.split("choose ").nth(1) {
+            // The line reads `choose KEY = VALUE with KEY = VALUE`, as a scene would.
+            let settings = advised.split(" with ");
+            helps(
+                &settings
+                    .map(|s| s.trim().replace(" = ", "="))
+                    .collect::<Vec<_>>(),
+            );
+        } else {
+            let key = last.split("raise ").nth(1).expect("advice");
+            helps(&[format!("{}=100000", key.trim())]);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What a scene lacks has no unknowns and is never evaluated.
 
-use contact3d_pipe::solver::{SolvedBy, Status};
+use contact3d_pipe::solver::SolvedBy;
 
 use crate::{
     scenes::{CONTACT, RAMPS, in_contact, steel},
@@ -9,7 +9,8 @@ use crate::{
 
 /// (primal unknowns, multipliers, evaluations of the law, projections).
 fn counts(case: &Case) -> (usize, usize, usize, usize) {
-    assert_eq!(case.solution.status, Status::Converged);
+    // With the published stopping rule the accuracy is told instead.
+    assert!(case.solution.status.is_solved());
     (
         case.solution.displacement.len(),
         case.solution.multiplier.len(),

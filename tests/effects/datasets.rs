@@ -7,7 +7,7 @@ use contact3d_pipe::{format::LAYOUT, store::Reader};
 
 use crate::scenes::{BODY, CONTACT, LOAD, RAMPS, STEEL};
 
-const CONTACT_ONLY: [&str; 28] = [
+const CONTACT_ONLY: [&str; 29] = [
     "/mesh/contact_normal",
     "/mesh/contact_nodes",
     "/mesh/contact_facets",
@@ -19,6 +19,7 @@ const CONTACT_ONLY: [&str; 28] = [
     "/assemble/dual_operator",
     "/solve/multiplier_normal",
     "/solve/steplength",
+    "/solve/local_stiffness_normal",
     "/post/contact_zone",
     "/post/normal_stress",
     "/post/pane_gap",
@@ -37,9 +38,10 @@ const CONTACT_ONLY: [&str; 28] = [
     "/VTKHDF/{}Data/contact_gap",
     "/VTKHDF/{}Data/contact_zone",
 ];
-const FRICTION_ONLY: [&str; 9] = [
+const FRICTION_ONLY: [&str; 10] = [
     "/assemble/coupling_tangential",
     "/solve/multiplier_tangential",
+    "/solve/local_stiffness_tangential",
     "/post/margin",
     "/post/tangential_stress",
     "/post/pane_slip",
