@@ -21,7 +21,7 @@ const ABOUT: f64 = 10.0;
 const NO_DIGIT: f64 = 0.05;
 
 /// Share of the residual that the linear system for the error may leave.
-const LEFT: f64 = 1e-6;
+const LEFT: f64 = 1e-4;
 
 /// Most actions of A⁻¹ for that.
 const MOST_ACTIONS: usize = 300;
