@@ -79,7 +79,7 @@ def run_measured(command: list[str], threads: int) -> tuple[int, str, dict]:
 
 
 def run_program(arguments, scene: str, folder: Path) -> Sample:
-    """All four stages into a new run file."""
+    """All stages into a new run file."""
     file = folder / f"{scene}.h5"
     file.unlink(missing_ok=True)
     extra = [word for setting in arguments.set for word in ("--set", setting)]

@@ -148,7 +148,7 @@ fn rung_line(rung: &Rung) -> String {
 
 fn discretisation_table(ladder: &DiscretisationLadder, units: Units) -> String {
     let force = units.force();
-    let energy = format!("energy J [{}]", units.energy());
+    let energy = format!("energy [{}]", units.energy());
     let normal = format!("normal [{force}]");
     let tangential = format!("tangential 1 [{force}]");
     let mut text = format!(
@@ -194,7 +194,11 @@ fn discretisation_table(ladder: &DiscretisationLadder, units: Units) -> String {
         Some(Trend { limit: Some(v), .. }) => format!("limit of {name}: {v:.8e} {unit}\n"),
         Some(_) => format!("limit of {name}: no order observed, none claimed\n"),
     };
-    text += &limit("J", &units.energy(), Some(&ladder.potential_energy));
+    text += &limit(
+        "the potential energy",
+        &units.energy(),
+        Some(&ladder.potential_energy),
+    );
     text += &limit("the normal force", units.force(), ladder.forces.first());
     text += &limit("tangential force 1", units.force(), ladder.forces.get(1));
     text += &limit("tangential force 2", units.force(), ladder.forces.get(2));

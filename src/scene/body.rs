@@ -26,8 +26,8 @@ pub struct Brick {
     pub cells: [usize; 3],
 }
 
-/// A mesh file of Gmsh, format 2.2 or 4.1, ASCII. Physical surfaces name the faces, physical
-/// volumes the regions.
+/// A mesh file of Gmsh, format 2.2 or 4.1, text or binary. Physical surfaces name the faces,
+/// physical volumes the regions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GmshFile {

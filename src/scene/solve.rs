@@ -66,7 +66,7 @@ pub struct AssembleSettings {
 pub struct SolveSettings {
     /// The algorithm.
     pub method: Method,
-    /// Inner solver of successive approximations.
+    /// Inner solver of method fixed-point; method auto chooses its own.
     pub inner: InnerSolver,
     /// Relative accuracy ε of the multipliers: the distance to the solution, measured by one more
     /// solution with exact residuals, is at most about ε. Successive approximations stop when

@@ -113,7 +113,7 @@ pub struct Solution {
     pub solved_by: SolvedBy,
     /// Relative error of λ, measured by one more solution from it with exact residuals: weighted by
     /// areas, the larger of that of λ_ν and of that of λ_t, relative to max(‖λ_t‖, ‖F λ_ν‖). The
-    /// last change err of successive approximations where those did not end, or S is implicit.
+    /// last change err of successive approximations, or the residual of a minimisation, that did not end.
     pub accuracy: f64,
     /// ‖Ψ(λ) − λ‖ / ‖λ‖ for the paper's mapping Ψ, where it was evaluated.
     pub mapping_change: Option<f64>,

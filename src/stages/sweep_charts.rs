@@ -19,7 +19,7 @@ const RESULTS: [(&str, &str); 17] = [
     ("largest_displacement_y", "largest |u_y|"),
     ("largest_displacement_z", "largest |u_z|"),
     ("strain_energy", "strain energy"),
-    ("accuracy", "last change or residual, relative"),
+    ("accuracy", "relative error of the multipliers"),
     ("certificate_fixed_point", "distance to the fixed point"),
     ("outer_steps", "outer steps"),
     ("newton_steps", "Newton steps"),
