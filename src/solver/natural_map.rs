@@ -61,15 +61,13 @@ impl<'a> NaturalMap<'a> {
         }
     }
 
-    /// ‖R‖ / ‖λ‖ that rounding of S λ makes, n ε max ρ_i S_ii; about an anchor S λ cancels to the
-    /// rounding of λ itself.
+    /// ‖R‖ / ‖λ‖ that rounding of S λ makes, n ε max ρ_i S_ii; none worth counting about an anchor.
     pub(super) fn rounding(&self) -> f64 {
+        if self.dual.anchor.is_some() {
+            return 0.0;
+        }
         let rows = self.conditions.steplengths.iter().enumerate();
         let mobility = rows.map(|(j, rho)| rho * self.dual.column(j)[j]);
-        let largest = mobility.fold(0.0, f64::max);
-        match self.dual.anchor {
-            None => self.dual.rounding() * largest,
-            Some(_) => f64::EPSILON * largest,
-        }
+        self.dual.rounding() * mobility.fold(0.0, f64::max)
     }
 }

@@ -25,6 +25,7 @@ const PLAIN_PATIENCE: usize = 6;
 /// `ROUNDING_PATIENCE` steps is rounding.
 const ROUNDING_ZONE: f64 = 1e-9;
 const ROUNDING_PATIENCE: usize = 3;
+const PLAIN_ROUNDING_PATIENCE: usize = 2;
 
 /// How Newton's method is stopped.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -155,7 +156,11 @@ pub(super) fn iterate(
     let mut current = Iterate::new(map, start.clone());
     let mut evaluations = 1;
     let plain = matches!(globalisation, Globalisation::Plain);
-    let patience = if plain { PLAIN_PATIENCE } else { PATIENCE };
+    let (patience, rounding_patience) = if plain {
+        (PLAIN_PATIENCE, PLAIN_ROUNDING_PATIENCE)
+    } else {
+        (PATIENCE, ROUNDING_PATIENCE)
+    };
     let rounding_zone = ROUNDING_ZONE.max(map.rounding());
     let mut relaxing = !plain;
     if relaxing && current.evaluation.norm.is_finite() && current.relative() > settings.tolerance {
@@ -183,7 +188,7 @@ pub(super) fn iterate(
             let last = best_norms.len() - 1;
             last >= window_start + steps && best_norms[last] > 0.5 * best_norms[last - steps]
         };
-        if best.2 < rounding_zone && stalled_for(ROUNDING_PATIENCE) {
+        if best.2 < rounding_zone && stalled_for(rounding_patience) {
             break NewtonStatus::RoundingLimit;
         }
         if history.len() == settings.max_steps {

@@ -17,9 +17,6 @@ const MOST_ROUNDS: usize = 8;
 /// zones.
 const STEPS: usize = 20;
 
-/// Roundings of one component of λ that add up in the motion of the body.
-const ROUNDINGS: f64 = 4.0;
-
 /// An answer with a larger error is none: its zones are not known.
 pub(super) const COARSEST: f64 = 1e-3;
 
@@ -145,10 +142,8 @@ impl Problem<'_> {
     ) -> Option<(NewtonSolution, Way)> {
         let steplengths = local.stiffness.clone();
         let map = NaturalMap::with_steplengths(&answer.dual, bound, steplengths);
-        // Rounding of λ alone moves the body, and R, by this much.
-        let rounding = ROUNDINGS * f64::EPSILON * local.mobility();
         let settings = NewtonSettings {
-            tolerance: answer.dual.rounding().max(rounding),
+            tolerance: answer.dual.rounding(),
             max_steps: STEPS,
         };
         // One step at least: that is what measures the error.
