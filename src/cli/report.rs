@@ -60,8 +60,14 @@ pub(super) fn status(solution: &Solution, scene: &Scene) -> String {
     let (what, advice) = match solution.status {
         Status::Converged => return format!("converged to {accuracy:.1e}"),
         Status::RoundingLimit => {
+            let more = match scene.assemble.dual_operator {
+                DualOperatorKind::Implicit => {
+                    "; assemble.dual_operator = \"explicit\" reaches more"
+                }
+                DualOperatorKind::Explicit | DualOperatorKind::Auto => "",
+            };
             return format!(
-                "stopped at the attainable accuracy {accuracy:.1e}: rounding forbids more"
+                "stopped at the attainable accuracy {accuracy:.1e}: rounding forbids more{more}"
             );
         }
         Status::Stopped => {
@@ -71,11 +77,11 @@ pub(super) fn status(solution: &Solution, scene: &Scene) -> String {
         }
         Status::MaxOuterSteps => (
             format!("out of outer steps at a change of {accuracy:.1e}"),
-            "raise solve.max_outer_steps".to_owned(),
+            automatic.unwrap_or_else(|| "raise solve.max_outer_steps".to_owned()),
         ),
         Status::MaxInnerActions => (
             "an inner problem ran out of actions of S".to_owned(),
-            "raise solve.max_inner_actions".to_owned(),
+            automatic.unwrap_or_else(|| "raise solve.max_inner_actions".to_owned()),
         ),
         Status::NumericalError => (
             "a value is not finite, or a coefficient of friction not positive at the slips reached"

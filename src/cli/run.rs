@@ -199,6 +199,7 @@ fn finish(session: &mut Session, output: &Output, performed: &[Performed]) -> Ou
         return Ok(Exit::NotConverged);
     }
     let done = match solution.status {
+        // What was asked for by name was not reached; a default is a wish.
         Status::RoundingLimit => scene.solve.epsilon.is_none(),
         status => status.is_solved(),
     };

@@ -130,7 +130,7 @@ fn shifted_factor(matrix: &Mat<f64>) -> Mat<f64> {
             Default::default(),
         );
         // Diagonally dominant from a shift of n on; a matrix that is not finite has no factor.
-        if done.is_ok() || !(shift < n as f64) {
+        if done.is_ok() || shift >= n as f64 {
             return factor;
         }
         shift *= SHIFT_GROWTH;

@@ -2,7 +2,8 @@ use std::{sync::atomic::Ordering, time::Instant};
 
 use super::{
     ContactState, CoulombState, Inner, InnerSummary, Kprgp, OuterState, OuterStep, Progress,
-    Solution, SolvedBy, Start, Status, cycle::CycleDetector, norm::projected_gradient_steplength,
+    Solution, SolvedBy, Start, Status, StepCounts, cycle::CycleDetector,
+    norm::projected_gradient_steplength,
 };
 use crate::{
     contact::{CoulombLaw, FrictionField, nodal_slip},
@@ -123,7 +124,10 @@ pub fn successive_approximations(
         change = relative_change(&next, &solution.multiplier);
         solution.multiplier = next;
         solution.accuracy = change;
-        let accurate = outcome.at_rounding || outcome.residual <= precision.floor();
+        // An inner solver that a loose tolerance let do nothing says nothing by a change of zero.
+        let idle = matches!(inner, Inner::Gpcg(_)) && outcome.steps == StepCounts::default();
+        let asked = !idle || tolerance <= precision.floor();
+        let accurate = outcome.at_rounding || (asked && outcome.residual <= precision.floor());
         let closed = cycle.closes(&solution.multiplier, change).is_some();
         let end = stop(
             &outcome,

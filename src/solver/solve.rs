@@ -39,7 +39,7 @@ pub enum Progress<'a> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error(
     "{0} needs the explicit dual operator, but /assemble holds the implicit one; \
-     run `assemble --dual-operator explicit`, or choose --method fixed-point --inner kprgp"
+     set assemble.dual_operator = \"explicit\" (`assemble --dual-operator explicit`), or solve.method = \"auto\""
 )]
 pub struct NeedsExplicit(&'static str);
 

@@ -74,6 +74,11 @@ pub fn run(
     ownership::refuse_others(plan, folder)?;
     let _folder = Folder::make(folder)?;
     let _lock = lock(folder, Access::Sweep)?;
+    if !folder.join(summary::SUMMARY_FILE).exists() {
+        // The folder is this sweep's from the start, also if it is interrupted before its first table.
+        let claimed = summary::write(plan, folder);
+        claimed.map_err(|error| SweepError::NotSummedUp(Box::new(error)))?;
+    }
     let operators = Operators::new(needed(plan), options.memory);
     let queue = Mutex::new(chains(plan));
     let outcome = Mutex::new(Outcome::default());

@@ -1,8 +1,12 @@
 //! Whose tables a sweep may write over: its own.
 
-use std::fs;
+use std::{
+    fs,
+    thread::sleep,
+    time::{Duration, Instant},
+};
 
-use crate::program::Sweep;
+use crate::program::{SLOW, Sweep};
 
 const AXIS: &str = "[set]\n\"body.brick.cells\" = [6, 2, 2]\n[[axis]]\nkey = \"friction.coefficient_1.ramp.residual\"\nvalues = [0.1, 0.2]";
 
@@ -137,4 +141,30 @@ fn a_single_case_that_fails_is_recorded_with_exit_code_1() {
         .output();
     assert_eq!(case.unwrap().status.code(), Some(1));
     assert!(sweep.path(&format!("out/{id}.error.txt")).exists());
+}
+
+/// A folder belongs to its sweep from the start, also if that was killed before any case had ended.
+#[test]
+fn an_interrupted_sweep_keeps_its_folder() {
+    let sweep = Sweep::new(SLOW);
+    let mut child = sweep
+        .command(&["sweep.toml", "--out", "out"])
+        .spawn()
+        .unwrap();
+    let started = Instant::now();
+    while !sweep.path("out/summary.h5").exists() {
+        assert!(started.elapsed() < Duration::from_secs(60), "no table");
+        sleep(Duration::from_millis(1));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    fs::write(
+        sweep.path("other.toml"),
+        format!("scene = \"scene.toml\"\n{AXIS}"),
+    )
+    .unwrap();
+    let word = "belongs to another sweep, ../sweep.toml";
+    refused(&sweep, &["other.toml", "--out", "out"], word);
+    let (code, said) = sweep.run("out", &[]);
+    assert_eq!(code, 0, "{said}");
 }
