@@ -1,6 +1,7 @@
 //! The nonlinear solvers: Algorithm 4.1 (successive approximations) with KPRGP, GPCG or Newton's
 //! method inside, and a semismooth Newton method for the whole problem.
 
+mod answer;
 mod conditions;
 mod continuation;
 mod cycle;
