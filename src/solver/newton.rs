@@ -65,6 +65,9 @@ pub fn newton(
     NewtonSolution::new(outcome, hidden_evaluations)
 }
 
+/// Steps without progress at rounding that end Newton's method from a good start.
+const IDLE_STEPS: usize = 3;
+
 /// Newton's method on any natural map from a good start, in no fewer than `least_steps`; a stall
 /// ends it.
 pub(super) fn newton_from(
@@ -74,8 +77,20 @@ pub(super) fn newton_from(
     least_steps: usize,
     observe: impl FnMut(usize, &NewtonStep),
 ) -> NewtonSolution {
-    let help = Globalisation::Plain;
+    let help = Globalisation::Plain(IDLE_STEPS);
     let outcome = newton_loop::iterate(map, start, settings, least_steps, help, observe);
+    NewtonSolution::new(outcome, 0)
+}
+
+/// [`newton_from`] in one step at least, ended by the first two at rounding that bring nothing: what is
+/// left then is rounding of λ itself, which the next exact residual shows.
+pub(super) fn newton_to_rounding(
+    map: &NaturalMap<'_>,
+    start: Vec<f64>,
+    settings: &NewtonSettings,
+) -> NewtonSolution {
+    let help = Globalisation::Plain(IDLE_STEPS - 1);
+    let outcome = newton_loop::iterate(map, start, settings, 1, help, |_, _| {});
     NewtonSolution::new(outcome, 0)
 }
 

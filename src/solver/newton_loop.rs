@@ -25,7 +25,6 @@ const PLAIN_PATIENCE: usize = 6;
 /// `ROUNDING_PATIENCE` steps is rounding.
 const ROUNDING_ZONE: f64 = 1e-9;
 const ROUNDING_PATIENCE: usize = 3;
-const PLAIN_ROUNDING_PATIENCE: usize = 2;
 
 /// How Newton's method is stopped.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -85,8 +84,8 @@ pub struct NewtonStep {
 pub(super) enum Globalisation<'f> {
     /// Sweeps of relaxation, and, after a stall, steps of a safeguard from the best iterate.
     Relaxed(&'f mut dyn FnMut(&[f64]) -> Vec<f64>),
-    /// A good start alone; a stall ends the method.
-    Plain,
+    /// A good start alone; a stall ends the method, at rounding after so many steps.
+    Plain(usize),
 }
 
 /// Where the iteration ended.
@@ -155,14 +154,11 @@ pub(super) fn iterate(
 ) -> NewtonOutcome {
     let mut current = Iterate::new(map, start.clone());
     let mut evaluations = 1;
-    let plain = matches!(globalisation, Globalisation::Plain);
-    let (patience, rounding_patience) = if plain {
-        (PLAIN_PATIENCE, PLAIN_ROUNDING_PATIENCE)
-    } else {
-        (PATIENCE, ROUNDING_PATIENCE)
+    let (patience, rounding_patience, mut relaxing) = match globalisation {
+        Globalisation::Plain(rounding_patience) => (PLAIN_PATIENCE, rounding_patience, false),
+        Globalisation::Relaxed(_) => (PATIENCE, ROUNDING_PATIENCE, true),
     };
     let rounding_zone = ROUNDING_ZONE.max(map.rounding());
-    let mut relaxing = !plain;
     if relaxing && current.evaluation.norm.is_finite() && current.relative() > settings.tolerance {
         current = current.relaxed(map, FIRST_SWEEPS);
         evaluations += FIRST_SWEEPS + 2;
@@ -215,7 +211,7 @@ pub(super) fn iterate(
             actions,
         } = match (&direction, &mut globalisation) {
             (Some((direction, _)), _) => backtrack(map, &current, direction, relaxing),
-            (None, Globalisation::Plain) => break NewtonStatus::MaxSteps,
+            (None, Globalisation::Plain(_)) => break NewtonStatus::MaxSteps,
             (None, Globalisation::Relaxed(safeguard)) => {
                 window_start = best_norms.len();
                 Trial {

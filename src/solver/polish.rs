@@ -5,7 +5,7 @@ use super::{
     conditions::Bound,
     deviation::{Sizes, within_ellipses},
     natural_map::NaturalMap,
-    newton::newton_from,
+    newton::newton_to_rounding,
     solve::Problem,
 };
 use crate::dual::{ExplicitDual, LocalStiffness};
@@ -147,7 +147,7 @@ impl Problem<'_> {
             max_steps: STEPS,
         };
         // One step at least: that is what measures the error.
-        let found = newton_from(&map, answer.multiplier.clone(), &settings, 1, |_, _| {});
+        let found = newton_to_rounding(&map, answer.multiplier.clone(), &settings);
         if !found.is_solution() {
             return None;
         }
