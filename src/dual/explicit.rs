@@ -7,7 +7,7 @@ use super::{
 use crate::{
     contact::{ContactFrame, Interface},
     elasticity::DofMap,
-    linalg::{CscMatrix, Workspace},
+    linalg::{CscMatrix, Workspace, difference},
     mesh::ContactSurface,
 };
 
@@ -223,11 +223,6 @@ fn free_slip(selection: &CscMatrix, unconstrained: &[f64]) -> Vec<[f64; 2]> {
     let mut slip = vec![0.0; selection.cols];
     selection.mul_transposed(unconstrained, &mut slip);
     pairs(&slip)
-}
-
-/// x − y.
-fn difference(x: &[f64], y: &[f64]) -> Vec<f64> {
-    x.iter().zip(y).map(|(x, y)| x - y).collect()
 }
 
 fn pairs(flat: &[f64]) -> Vec<[f64; 2]> {

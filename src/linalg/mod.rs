@@ -39,4 +39,4 @@ pub use reach::Reach;
 pub use refinement::Doubled;
 pub use solve::Workspace;
 pub use sparse::{CscMatrix, SparseError};
-pub use vector::{add_scaled, dot, norm};
+pub use vector::{add_scaled, difference, dot, norm};

@@ -1,7 +1,7 @@
 use super::{FeasibleSet, InnerOutcome, StepCounts, face::Face};
 use crate::{
     dual::DualOperator,
-    linalg::{add_scaled, dot, norm},
+    linalg::{add_scaled, difference, dot, norm},
 };
 
 /// GPCG: minimises ½ λᵀSλ − λᵀh over bounds and ellipses by gradient projection and conjugate
@@ -257,9 +257,4 @@ impl Search<'_> {
         let used = self.operator.actions() - self.first_action;
         self.solver.max_actions.saturating_sub(used)
     }
-}
-
-/// x − y.
-fn difference(x: &[f64], y: &[f64]) -> Vec<f64> {
-    x.iter().zip(y).map(|(x, y)| x - y).collect()
 }

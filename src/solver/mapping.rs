@@ -5,7 +5,7 @@ use super::{
 use crate::{
     contact::{CoulombLaw, FrictionField},
     dual::{ExplicitDual, LocalStiffness},
-    linalg::norm,
+    linalg::{difference, norm},
 };
 
 /// One value of the mapping Ψ whose fixed points are the discrete solutions (HKL §3).
@@ -71,11 +71,9 @@ fn to_rounding(dual: &ExplicitDual) -> NewtonSettings {
 
 impl MappingValue {
     fn new(inner: NewtonSolution, multiplier: &[f64]) -> Self {
-        let pairs = inner.multiplier.iter().zip(multiplier);
-        let difference: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
         Self {
             status: inner.status,
-            relative_change: match norm(&difference) {
+            relative_change: match norm(&difference(&inner.multiplier, multiplier)) {
                 0.0 => 0.0,
                 change => change / norm(multiplier),
             },

@@ -8,7 +8,10 @@ use super::{
     newton::newton_to_rounding,
     solve::Problem,
 };
-use crate::dual::{ExplicitDual, LocalStiffness};
+use crate::{
+    dual::{ExplicitDual, LocalStiffness},
+    linalg::difference,
+};
 
 /// Most rounds; each wins the digits that the conditioning of A leaves.
 const MOST_ROUNDS: usize = 8;
@@ -100,11 +103,7 @@ impl Problem<'_> {
             }
             if !accurate && !falls {
                 // Rounding: the errors of the last two answers are of one size.
-                best.error = if last.error.is_finite() {
-                    way.error.max(last.error)
-                } else {
-                    way.error
-                };
+                best.error = way.error.max(last.error);
                 break;
             }
             let next = self.exact(dual, local, &found.multiplier);
@@ -153,8 +152,7 @@ impl Problem<'_> {
         }
         let there = map.evaluate(&found.multiplier);
         let sizes = Sizes::of(self.contact, &found.multiplier, &there);
-        let pairs = found.multiplier.iter().zip(&answer.multiplier);
-        let way: Vec<f64> = pairs.map(|(next, last)| next - last).collect();
+        let way = difference(&found.multiplier, &answer.multiplier);
         let area = &self.contact.surface.pane_area;
         let way = Way {
             error: sizes.relative(area, &way),
