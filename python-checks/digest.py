@@ -1,4 +1,4 @@
-"""The digests of a run file, from their description in src/store/digest.rs.
+"""The digests of a run file, from their description in crates/runfile/src/digest.rs.
 
 A dataset: BLAKE3 of the name of its type, a zero byte, its rank and each extent as u64,
 then its values. A text: its length in bytes as u64, then UTF-8. A matrix: its number of

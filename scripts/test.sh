@@ -2,9 +2,9 @@
 # Everything that must hold: format, lints, docs, tests, schemas, one pipeline, the Python checks.
 . "$(dirname "$0")/prepare.sh"
 cargo fmt --check
-cargo clippy --release --locked --all-targets -- -D warnings
-RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --no-deps
-cargo test --release --locked
+cargo clippy --release --locked --workspace --all-targets -- -D warnings
+RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --workspace --no-deps
+cargo test --release --locked --workspace
 cargo build --release --locked
 target/release/contact3d-pipe schema --check
 scratch=$(mktemp -d)

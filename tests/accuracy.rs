@@ -4,8 +4,8 @@ mod support;
 
 use std::path::Path;
 
-use contact3d_pipe::{
-    accuracy::{Accuracy, AccuracySettings, Operator, RungMethod},
+use contact3d::{
+    convergence::{Accuracy, AccuracySettings, LadderMethod, Operator},
     post::SolveSceneError,
     scene::Scene,
     solver::Status,
@@ -60,11 +60,11 @@ fn every_method_approaches_the_reference_as_epsilon_falls() {
     ));
     let series = ladder.series();
     assert_eq!(series.len(), 5);
-    for rungs in series {
-        let name = format!("{}, {}", rungs[0].method, rungs[0].operator);
-        let ran: Vec<_> = rungs
+    for entries in series {
+        let name = format!("{}, {}", entries[0].method, entries[0].operator);
+        let ran: Vec<_> = entries
             .iter()
-            .filter_map(|rung| Some((rung.epsilon, rung.result?)))
+            .filter_map(|entry| Some((entry.epsilon, entry.result?)))
             .filter(|(_, result)| result.status.is_solved())
             .collect();
         assert!(ran.len() >= 5, "{name}");
@@ -77,18 +77,18 @@ fn every_method_approaches_the_reference_as_epsilon_falls() {
             );
             // S is bounded by its norm, so u is no farther off than λ by the same measure.
             assert!(result.energy_error <= 2.0 * result.multiplier_error + 1e-13);
-            assert!(result.actions > 0 && result.cost.seconds > 0.0);
+            assert!(result.applications > 0 && result.cost.seconds > 0.0);
         }
         let errors = [ran[0].1.energy_error, ran[ran.len() - 1].1.energy_error];
         assert!(errors[1] < 1e-2 * errors[0], "{name}: {errors:?}");
     }
     let both = [Operator::Explicit, Operator::Implicit].map(|operator| {
-        let rung = ladder.rungs.iter().find(|rung| {
-            rung.method == RungMethod::FixedPrecision
-                && rung.operator == operator
-                && rung.epsilon == 1e-4
+        let entry = ladder.entries.iter().find(|entry| {
+            entry.method == LadderMethod::FixedPrecision
+                && entry.operator == operator
+                && entry.epsilon == 1e-4
         });
-        rung.and_then(|rung| rung.result).expect("a cheap rung")
+        entry.and_then(|entry| entry.result).expect("a cheap rung")
     });
     // Both operators are the same map: errors agree up to rounding in a thousand steps.
     assert!((both[0].energy_error / both[1].energy_error - 1.0).abs() < 1e-6);
@@ -108,9 +108,13 @@ fn the_advice_has_numbers_in_it() {
     assert_eq!(refinement.n_div, 8);
     assert!(refinement.error_ratio.expect("an order") > 1.0);
     let epsilon = advice.sufficient_epsilon.expect("strict rungs suffice");
-    let rungs = &accuracy.algebraic.as_ref().expect("contact").rungs;
-    for rung in rungs.iter().filter(|rung| rung.epsilon <= epsilon) {
-        for result in rung.result.iter().filter(|r| r.status == Status::Converged) {
+    let entries = &accuracy.algebraic.as_ref().expect("contact").entries;
+    for entry in entries.iter().filter(|entry| entry.epsilon <= epsilon) {
+        for result in entry
+            .result
+            .iter()
+            .filter(|r| r.status == Status::Converged)
+        {
             assert!(result.energy_error <= 0.1 * error);
         }
     }
@@ -132,9 +136,9 @@ fn what_the_budget_does_not_cover_is_left_out_and_said() {
         ..SETTINGS
     };
     let accuracy = measure(&hkl_scene(1, 4), &settings).expect("a brick");
-    for rungs in accuracy.algebraic.expect("contact").series() {
-        assert!(rungs[0].result.is_some());
-        assert!(rungs[1..].iter().all(|rung| rung.result.is_none()));
+    for entries in accuracy.algebraic.expect("contact").series() {
+        assert!(entries[0].result.is_some());
+        assert!(entries[1..].iter().all(|entry| entry.result.is_none()));
     }
 }
 

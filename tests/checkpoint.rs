@@ -2,7 +2,7 @@
 
 mod support;
 
-use contact3d_pipe::{
+use contact3d::{
     contact::Interface,
     dual::DualSystem,
     mesh::Mesh,
@@ -48,14 +48,17 @@ fn bits(solution: &Solution) -> Vec<u64> {
     numbers.extend(solution.slip.iter().flatten().flatten());
     numbers.extend([solution.accuracy, solution.steplength]);
     let counts = [
-        solution.actions,
+        solution.applications,
         solution.law_evaluations,
         solution.projections,
     ];
     let steps = solution.history.iter();
     numbers.extend(steps.flat_map(|s| [s.change, s.inner_tolerance, s.inner_residual]));
-    let actions = solution.history.iter().map(|step| step.actions);
-    let counts = counts.into_iter().chain(actions).map(|count| count as u64);
+    let applications = solution.history.iter().map(|step| step.applications);
+    let counts = counts
+        .into_iter()
+        .chain(applications)
+        .map(|count| count as u64);
     numbers.iter().map(|x| x.to_bits()).chain(counts).collect()
 }
 

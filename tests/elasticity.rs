@@ -1,6 +1,6 @@
 //! P1 elasticity against closed forms: patch test, rigid motions, uniaxial tension.
 
-use contact3d_pipe::{
+use contact3d::{
     elasticity::{DofMap, Loads, MaterialField, internal_forces, stiffness},
     mesh::{Mesh, RawMesh, brick},
     scene::{Brick, BrickFace, Isotropic, Material, Quantity, Traction},
@@ -153,9 +153,9 @@ fn uniaxial_tension_on_symmetry_planes() {
         body_force: None,
     };
     let mut u = dofs.to_free(&loads.nodal_forces(&mesh).unwrap());
-    let order = contact3d_pipe::linalg::amd(&a).unwrap();
-    let factor = contact3d_pipe::linalg::CholeskyFactor::factorise(&a, order, 1).unwrap();
-    factor.solve_in_place(&mut u, &mut contact3d_pipe::linalg::Workspace::default());
+    let order = contact3d::linalg::amd(&a).unwrap();
+    let factor = contact3d::linalg::CholeskyFactor::factorise(&a, order, 1).unwrap();
+    factor.solve_in_place(&mut u, &mut contact3d::linalg::Workspace::default());
     let strain = 1e8 / 2.0e11;
     for (x, found) in mesh.coordinates.iter().zip(dofs.to_nodes(&u)) {
         let exact = [strain * x[0], -0.3 * strain * x[1], -0.3 * strain * x[2]];

@@ -7,7 +7,7 @@ mod support;
 
 use std::{fs, path::Path, sync::LazyLock};
 
-use contact3d_pipe::{
+use contact3d::{
     dual::DualSystem,
     mesh::{Mesh, parse_gmsh},
     scene::{Body, Formula, FrictionLaw, Scene},
@@ -152,7 +152,7 @@ fn assemble(text: &str) -> bool {
         let coarse = brick.cells.map(|cells| if cells % 2 == 0 { 2 } else { 1 });
         brick.cells = coarse;
     }
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/meshes");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/contact3d/tests/meshes");
     let again = Scene::parse("canonical", &scene.to_toml()).expect("canonical text is a scene");
     assert_eq!(again.to_toml(), scene.to_toml());
     Mesh::of_scene(&scene, &folder).is_ok_and(|mesh| DualSystem::new(&scene, &mesh, 1).is_ok())
@@ -174,7 +174,7 @@ fn check_law(text: &str, place: [f64; 3], slip: [f64; 2]) {
     let Ok(formula) = Formula::parse(text) else {
         return;
     };
-    let coefficient = contact3d_pipe::scene::Coefficient::Expression(formula);
+    let coefficient = contact3d::scene::Coefficient::Expression(formula);
     for law in [
         FrictionLaw::Isotropic(coefficient.clone()),
         FrictionLaw::Orthotropic(Box::new([coefficient.clone(), coefficient])),
@@ -276,7 +276,7 @@ proptest! {
 
     #[test]
     fn damaged_binary_meshes_do_not_panic(changes in prop::collection::vec((any::<Index>(), any::<u8>()), 1..6)) {
-        let mut bytes = include_bytes!("meshes/foot_41_binary.msh").to_vec();
+        let mut bytes = include_bytes!("../crates/contact3d/tests/meshes/foot_41_binary.msh").to_vec();
         for (at, byte) in changes {
             let at = at.index(bytes.len());
             bytes[at] = byte;

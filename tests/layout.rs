@@ -1,11 +1,11 @@
 //! The table of datasets is sound, and the schemas in the repository are generated from it.
 
+use contact3d::scene::Scene;
 use contact3d_pipe::{
     format::{LAYOUT, STABILITY_LAYOUT, SWEEP_LAYOUT},
-    scene::Scene,
-    store::{schema_json, schema_page},
     sweep::SweepFile,
 };
+use runfile::{schema_json, schema_page};
 
 #[test]
 fn the_table_of_datasets_obeys_its_rules() {

@@ -13,7 +13,7 @@
 
 mod support;
 
-use contact3d_pipe::{
+use contact3d::{
     post::Zone,
     scene::PrecisionControl::{Adaptive, Fixed},
     solver::Status,
@@ -42,7 +42,7 @@ fn tables_1_and_2() {
             let problem = Problem::new(&hkl_scene(1, n_div));
             assert_eq!(problem.assembly.primal.load.len(), n_free);
             assert_eq!(problem.contact.dual_rhs.len(), n_multipliers);
-            for (table, (iterations, actions)) in [1, 2].into_iter().zip(counts) {
+            for (table, (iterations, applications)) in [1, 2].into_iter().zip(counts) {
                 let mut scene = hkl_scene(table, n_div);
                 scene.solve.precision = Fixed;
                 let fixed = problem.solve(&scene);
@@ -52,20 +52,23 @@ fn tables_1_and_2() {
                 assert_eq!(fixed.status, Status::Converged, "{case} (a)");
                 assert_eq!(adaptive.status, Status::Converged, "{case} (b)");
                 // The paper leaves steplength, Γ and the estimate of ‖S‖ open; an independent
-                // implementation differed by up to 2 outer steps and 14 % of the actions.
+                // implementation differed by up to 2 outer steps and 14 % of the applications.
                 assert!(
                     fixed.history.len().abs_diff(iterations) <= 2,
                     "{case}: {} outer steps, published {iterations}",
                     fixed.history.len()
                 );
-                let ratio = fixed.actions as f64 / actions as f64;
+                let ratio = fixed.applications as f64 / applications as f64;
                 assert!(
                     (ratio - 1.0).abs() <= 0.25,
-                    "{case}: {} actions, published {actions}",
-                    fixed.actions
+                    "{case}: {} applications, published {applications}",
+                    fixed.applications
                 );
                 // The paper's conclusion, which holds in each of its rows: control (b) is cheaper.
-                assert!(adaptive.actions < fixed.actions, "{case}: (b) against (a)");
+                assert!(
+                    adaptive.applications < fixed.applications,
+                    "{case}: (b) against (a)"
+                );
             }
         });
 }

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use contact3d_pipe::{
+use contact3d::{
     mesh::{Mesh, tetrahedron_volume, triangle_area},
     scene::{Body, Brick, BrickFace, Scene},
 };

@@ -4,11 +4,11 @@ mod support;
 
 use std::path::Path;
 
-use contact3d_pipe::{
+use contact3d::{
     scene::{Body, Brick, Method, Scene},
     solver::Status,
-    sweep::Plan,
 };
+use contact3d_pipe::sweep::Plan;
 use support::{Case, pipelines};
 
 /// At most 12 cells along the longest edge of a brick, in proportion, and even; single layers stay.

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeSet, fs, path::Path};
 
-use contact3d_pipe::scene::{FUNCTIONS, LAW_VARIABLES, Scene};
+use contact3d::scene::{FUNCTIONS, LAW_VARIABLES, Scene};
 use serde_json::Value;
 
 fn page() -> String {

@@ -2,13 +2,13 @@
 
 mod support;
 
-use contact3d_pipe::{
+use contact3d::{
     dual::{DualSystem, ExplicitDual},
+    robustness::Level,
     scene::{DualOperatorKind, InnerSolver, Method, Scene, SceneFile},
     solver::{ContactState, Linearisation, Solution, Start, Status, solve},
-    stability::Level,
-    suite::{Version, read},
 };
+use contact3d_pipe::suite::{Version, read};
 use support::pipelines;
 
 /// λ, μ of the one- and two-node bodies, in Pa.
@@ -52,9 +52,9 @@ fn zones_of_the_pure_loads_are_pure() {
 /// A problem of `pipelines/hard` with its dense operator.
 struct Small {
     scene: Scene,
-    mesh: contact3d_pipe::mesh::Mesh,
+    mesh: contact3d::mesh::Mesh,
     system: DualSystem,
-    interface: contact3d_pipe::contact::Interface,
+    interface: contact3d::contact::Interface,
 }
 
 impl Small {
@@ -66,8 +66,8 @@ impl Small {
         table["traction"][0]["value"] = traction.to_vec().into();
         let mut scene = file.changed("a load", table.to_string()).unwrap().scene;
         scene.assemble.dual_operator = DualOperatorKind::Explicit;
-        let mesh = contact3d_pipe::mesh::Mesh::of_scene(&scene, &file.folder).unwrap();
-        let interface = contact3d_pipe::contact::Interface::new(&scene, &mesh);
+        let mesh = contact3d::mesh::Mesh::of_scene(&scene, &file.folder).unwrap();
+        let interface = contact3d::contact::Interface::new(&scene, &mesh);
         Self {
             system: DualSystem::new(&scene, &mesh, 1).unwrap(),
             interface: interface.unwrap().unwrap(),

@@ -2,7 +2,7 @@
 
 mod support;
 
-use contact3d_pipe::{post::Zone, scene::Scene, solver::Status};
+use contact3d::{post::Zone, scene::Scene, solver::Status};
 use support::{Case, pipelines, refine};
 
 fn pipeline(name: &str) -> String {

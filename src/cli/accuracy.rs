@@ -1,6 +1,15 @@
 use std::fmt::Write;
 
+use contact3d::{
+    convergence::{
+        Accuracy, AccuracyProgress, AccuracySettings, AlgebraicLadder, Cost, DiscretisationLadder,
+        LadderEntry, Trend,
+    },
+    solver::Status,
+};
 use indicatif::ProgressBar;
+use runfile::Stage;
+use units::Units;
 
 use super::{
     arguments::{AccuracyArguments, Output},
@@ -9,16 +18,7 @@ use super::{
     results::unit_words,
     terminal::{self, say},
 };
-use crate::{
-    accuracy::{
-        Accuracy, AccuracyProgress, AccuracySettings, AlgebraicLadder, Cost, DiscretisationLadder,
-        Rung, Trend,
-    },
-    solver::Status,
-    stages::{Drawing, PictureFolder, StageError, draw_accuracy, measure_accuracy},
-    store::Stage,
-    units::Units,
-};
+use crate::stages::{Drawing, PictureFolder, StageError, draw_accuracy, measure_accuracy};
 
 /// `accuracy`: climbs both ladders, stores and draws them, and says what they mean.
 pub(super) fn accuracy(
@@ -79,7 +79,7 @@ fn is_complete(accuracy: &Accuracy) -> bool {
 fn announce(spinner: &ProgressBar, step: AccuracyProgress) {
     spinner.set_message(match step {
         AccuracyProgress::Level(n_div) => format!("mesh n_div = {n_div}"),
-        AccuracyProgress::Rung(method, operator, epsilon) => {
+        AccuracyProgress::LadderEntry(method, operator, epsilon) => {
             format!("{method}, {operator}, epsilon {epsilon:.0e}")
         }
     });
@@ -113,20 +113,20 @@ fn algebraic_table(ladder: &AlgebraicLadder) -> String {
         );
     }
     text += "method           operator  epsilon  error of u  error of λ      n_A   seconds  of  peak MB\n";
-    for rung in &ladder.rungs {
-        let _ = writeln!(text, "{}", rung_line(rung));
+    for entry in &ladder.entries {
+        let _ = writeln!(text, "{}", entry_line(entry));
     }
     text + "\n"
 }
 
-fn rung_line(rung: &Rung) -> String {
+fn entry_line(entry: &LadderEntry) -> String {
     let head = format!(
         "{:<16} {:<9} {:>7.0e}",
-        rung.method.to_string(),
-        rung.operator.to_string(),
-        rung.epsilon
+        entry.method.to_string(),
+        entry.operator.to_string(),
+        entry.epsilon
     );
-    match rung.result {
+    match entry.result {
         None => format!("{head}  not run: over the budget"),
         Some(result) => {
             let note = match result.status {
@@ -137,7 +137,7 @@ fn rung_line(rung: &Rung) -> String {
                 "{head}  {:>10.2e}  {:>10.2e}  {:>7}  {:>8.4}  {:>2}  {:>7}{note}",
                 result.energy_error,
                 result.multiplier_error,
-                result.actions,
+                result.applications,
                 result.cost.seconds,
                 result.cost.repeats,
                 megabytes(&result.cost)
@@ -179,7 +179,7 @@ fn discretisation_table(ladder: &DiscretisationLadder, units: Units) -> String {
             order(ladder.forces.first(), k),
             number(tangential),
             order(ladder.forces.get(1), k),
-            level.actions,
+            level.applications,
             level.cost.seconds,
             level.cost.repeats,
             megabytes(&level.cost),
@@ -217,22 +217,22 @@ fn json(accuracy: &Accuracy) -> serde_json::Value {
             "seconds": cost.seconds, "repeats": cost.repeats, "peak_bytes": cost.peak_bytes,
         })
     };
-    let rungs = accuracy.algebraic.iter().flat_map(|ladder| &ladder.rungs);
-    let rungs = rungs.map(|rung| {
-        let result = rung.result;
+    let entries = accuracy.algebraic.iter().flat_map(|ladder| &ladder.entries);
+    let entries = entries.map(|entry| {
+        let result = entry.result;
         serde_json::json!({
-            "method": rung.method.to_string(),
-            "operator": rung.operator.to_string(),
-            "epsilon": rung.epsilon,
+            "method": entry.method.to_string(),
+            "operator": entry.operator.to_string(),
+            "epsilon": entry.epsilon,
             "status": result.map_or("not_run_over_budget", |r| r.status.word()),
             "energy_error": result.map(|r| r.energy_error),
             "multiplier_error": result.map(|r| r.multiplier_error),
-            "actions": result.map(|r| r.actions),
+            "actions": result.map(|r| r.applications),
             "cost": result.map(|r| cost(&r.cost)),
         })
     });
     let levels = accuracy.discretisation.iter().flat_map(|ladder| {
-        let row = |(k, level): (usize, &crate::accuracy::Level)| {
+        let row = |(k, level): (usize, &contact3d::convergence::Level)| {
             serde_json::json!({
                 "n_div": level.n_div,
                 "cells": level.cells,
@@ -244,14 +244,14 @@ fn json(accuracy: &Accuracy) -> serde_json::Value {
                 "potential_energy": level.potential_energy,
                 "normal_force": level.forces.map(|f| f.normal),
                 "tangential_force": level.forces.and_then(|f| f.tangential),
-                "actions": level.actions,
+                "actions": level.applications,
                 "cost": cost(&level.cost),
             })
         };
         ladder.levels.iter().enumerate().map(row)
     });
     serde_json::json!({
-        "rungs": rungs.collect::<Vec<_>>(),
+        "rungs": entries.collect::<Vec<_>>(),
         "levels": levels.collect::<Vec<_>>(),
         "advice": accuracy.advice().to_string(),
     })

@@ -1,13 +1,13 @@
 use std::path::{Path, PathBuf};
 
-use super::sweep::SweepArguments;
 use clap::{Args, Parser, Subcommand};
+use contact3d::scene::{
+    DualOperatorKind, InnerSolver, MOST_CELLS, Method, PrecisionControl, SolveSettings,
+};
 use serde::de::{DeserializeOwned, IntoDeserializer, value::StrDeserializer};
 
-use crate::{
-    scene::{DualOperatorKind, InnerSolver, MOST_CELLS, Method, PrecisionControl, SolveSettings},
-    stages::{AssemblyFile, figures_folder},
-};
+use super::sweep::SweepArguments;
+use crate::stages::{AssemblyFile, figures_folder};
 
 /// Most threads, and most cases at work at the same time.
 pub(super) const MOST_THREADS: i64 = 1024;
@@ -250,7 +250,7 @@ pub struct SolveArguments {
     /// Most outer steps
     #[arg(long, value_name = "N")]
     max_outer_steps: Option<usize>,
-    /// Most actions of the dual operator in one inner problem
+    /// Most applications of the dual operator in one inner problem
     #[arg(long, value_name = "N")]
     max_inner_actions: Option<usize>,
 }

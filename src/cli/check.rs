@@ -1,3 +1,5 @@
+use runfile::Reader;
+
 use super::{
     arguments::{Output, StageArguments},
     exit::Exit,
@@ -6,7 +8,6 @@ use super::{
 use crate::{
     format::{self, LAYOUT},
     stages::StageError,
-    store::Reader,
 };
 
 /// `check`: whether every stage of a file is what was written; reads only and takes no lock.

@@ -2,10 +2,9 @@
 
 use std::fmt::Write;
 
-use crate::{
-    format::Sizes,
-    scene::{ContactEffect, Effects, FrictionEffect, MultiplierSpace},
-};
+use contact3d::scene::{ContactEffect, Effects, FrictionEffect, MultiplierSpace};
+
+use crate::format::Sizes;
 
 /// One effect that a scene calls for or lacks.
 struct Effect {

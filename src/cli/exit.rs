@@ -3,10 +3,11 @@ use std::{
     process::{ExitCode, Termination},
 };
 
+use contact3d::scene::shown_lines;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
 
 use super::{arguments::Output, terminal};
-use crate::{scene::shown_lines, stages::StageError, sweep::SweepError};
+use crate::{stages::StageError, sweep::SweepError};
 
 /// How the program ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -8,8 +8,9 @@ use std::{
     time::Duration,
 };
 
+use runfile::{Stage, last_commit};
+
 use super::terminal;
-use crate::store::{Stage, last_commit};
 
 /// What the program is at work on.
 #[derive(Debug, Clone)]

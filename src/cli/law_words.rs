@@ -2,15 +2,15 @@
 
 use std::{fmt::Write, path::PathBuf};
 
-use serde_json::{Value, json};
-
-use super::results::unit_words;
-use crate::{
+use contact3d::{
     contact::{LawBounds, LawExtreme},
     scene::{Coefficient, Friction, Quantity},
-    stages::{LawKind, LawStudy, MeshSizes},
-    units::Dimension,
 };
+use serde_json::{Value, json};
+use units::Dimension;
+
+use super::results::unit_words;
+use crate::stages::{LawKind, LawStudy, MeshSizes};
 
 /// Most points of a table that are printed.
 const MOST_POINTS: usize = 8;

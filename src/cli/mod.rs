@@ -43,7 +43,7 @@ fn perform(arguments: &Arguments) -> Exit {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build_global();
-    let handlers = crate::store::install_signal_handlers(interruption::farewell);
+    let handlers = runfile::install_signal_handlers(interruption::farewell);
     if let Err(error) = pool.map_err(std::io::Error::other).and(handlers) {
         terminal::message(&format!("error: {error}"));
         return Exit::Internal;

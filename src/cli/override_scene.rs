@@ -1,7 +1,8 @@
+use contact3d::scene::{Invalid, SceneFile};
+
 use super::arguments::SceneArguments;
 use crate::{
     output::Inputs,
-    scene::{Invalid, SceneFile},
     stages::{StageError, mesh_file},
     sweep::set_key,
 };

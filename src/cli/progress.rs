@@ -1,9 +1,10 @@
 use std::time::Duration;
 
+use contact3d::solver::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
+use runfile::Stage;
 
 use super::arguments::Output;
-use crate::{solver::Progress, store::Stage};
 
 /// Steps that a forecast looks back on: enough to even out, few enough to follow.
 const WINDOW: usize = 4;

@@ -1,11 +1,12 @@
 //! The words that people read; no computing here.
 
-use crate::{
+use contact3d::{
     dual::OperatorEstimate,
     scene::{DualOperatorKind, Method, Scene},
     solver::{Progress, Solution, Status},
-    stages::Performed,
 };
+
+use crate::stages::Performed;
 
 /// One line per stage done.
 pub(super) fn stage_line(performed: &Performed) -> String {
@@ -38,7 +39,7 @@ pub(super) fn progress(progress: Progress<'_>) -> String {
                 "outer step {}, change {:.1e}, {} actions",
                 k + 1,
                 step.change,
-                step.actions
+                step.applications
             )
         }
         Progress::Newton(k, step) => {
@@ -79,7 +80,7 @@ pub(super) fn status(solution: &Solution, scene: &Scene) -> String {
             format!("out of outer steps at a change of {accuracy:.1e}"),
             automatic.unwrap_or_else(|| "raise solve.max_outer_steps".to_owned()),
         ),
-        Status::MaxInnerActions => (
+        Status::MaxInnerApplications => (
             "an inner problem ran out of actions of S".to_owned(),
             automatic.unwrap_or_else(|| "raise solve.max_inner_actions".to_owned()),
         ),

@@ -2,17 +2,17 @@
 
 use std::fmt::Write;
 
-use super::{effects, report::status};
-use crate::{
+use contact3d::{
     dual::AssemblySeconds,
-    format::Sizes,
     mesh::Mesh,
     post::{ContactReport, Zone},
     scene::{Effects, Scene},
     solver::{Solution, SolvedBy},
-    stages::Performed,
-    units::Units,
 };
+use units::Units;
+
+use super::{effects, report::status};
+use crate::{format::Sizes, stages::Performed};
 
 /// The numbers of unknowns of a solved problem.
 fn sizes(mesh: &Mesh, solution: &Solution) -> Sizes {
@@ -74,7 +74,7 @@ pub(super) fn table(
         ),
     );
     line("steps", steps(solution));
-    line("actions n_A", solution.actions.to_string());
+    line("actions n_A", solution.applications.to_string());
     if let Some(change) = solution.mapping_change {
         line("moved by the mapping Psi", format!("{change:.1e}"));
     }
@@ -194,7 +194,7 @@ pub(super) fn json(
         "n_contact_nodes": mesh.contact.as_ref().map(|surface| surface.nodes.len()),
         "outer_steps": solution.history.len(),
         "newton_steps": solution.newton.len(),
-        "actions": solution.actions,
+        "actions": solution.applications,
         "accuracy": solution.accuracy,
         "mapping_change": solution.mapping_change,
         "open": report.count(Zone::Open),

@@ -1,5 +1,8 @@
 use std::path::Path;
 
+use contact3d::{scene::AssembleSettings, solver::Status};
+use runfile::Stage;
+
 use super::{
     arguments::{
         AssembleArguments, FigureArguments, MeshArguments, Output, PostArguments, RunArguments,
@@ -13,13 +16,10 @@ use super::{
 };
 use crate::{
     output::Inputs,
-    scene::AssembleSettings,
-    solver::Status,
     stages::{
         AssemblyFile, Commit, Drawing, Freshness, Performed, PictureFolder, Session, StageError,
         are_drawn,
     },
-    store::Stage,
 };
 
 type Outcome = Result<Exit, StageError>;

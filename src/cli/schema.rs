@@ -1,5 +1,8 @@
 use std::{fs, path::PathBuf};
 
+use contact3d::scene::Scene;
+use runfile::{schema_json, schema_page};
+
 use super::{
     arguments::{Output, SchemaArguments},
     exit::Exit,
@@ -8,9 +11,7 @@ use super::{
 use crate::{
     format::{LAYOUT, STABILITY_LAYOUT, SWEEP_LAYOUT},
     output::{self, Folder, Inputs, Kind, OutputFile},
-    scene::Scene,
     stages::StageError,
-    store::{schema_json, schema_page},
     sweep::SweepFile,
 };
 

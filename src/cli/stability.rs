@@ -3,6 +3,9 @@ use std::{
     time::Instant,
 };
 
+use contact3d::{robustness::Level, scene::Invalid};
+use runfile::RunFile;
+
 use super::{
     arguments::{Output, SceneArguments, StabilityArguments},
     exit::{Exit, explain_sweep},
@@ -11,10 +14,7 @@ use super::{
 use crate::{
     format::StabilityRow,
     output::Inputs,
-    scene::Invalid,
-    stability::Level,
     stages::{StageError, mesh_file},
-    store::RunFile,
     suite::{self, Case, Version},
     sweep::SweepError,
 };

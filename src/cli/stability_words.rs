@@ -2,8 +2,11 @@
 
 use std::fmt::Write;
 
+use contact3d::{robustness::Check, solver::SolvedBy};
+use units::Dimension;
+
 use super::results::unit_words;
-use crate::{format::StabilityRow, solver::SolvedBy, stability::Check, units::Dimension};
+use crate::format::StabilityRow;
 
 /// Headings of the columns.
 const HEADINGS: [&str; 12] = [
@@ -79,7 +82,7 @@ fn cells(row: &StabilityRow) -> [String; 12] {
         check.status.word().replace('_', " "),
         steps(check),
         short(check.certificate),
-        short(check.floor.certificate),
+        short(check.rounding_bound.certificate),
         short(check.conditioning.stiffness),
         short(check.conditioning.dual.ratio()),
         format!(
@@ -174,17 +177,17 @@ fn detail(row: &StabilityRow) -> String {
         "certificate",
         format!(
             "{:.1e}, rounding allows {:.0e}",
-            check.certificate, check.floor.certificate
+            check.certificate, check.rounding_bound.certificate
         ),
     );
-    for rival in &check.rivals {
+    for cross_check in &check.cross_checks {
         say(
-            &rival.rival.to_string(),
+            &cross_check.cross_check.to_string(),
             format!(
                 "{}, {} steps, differs by {:.1e}",
-                rival.status.word(),
-                rival.steps,
-                rival.disagreement
+                cross_check.status.word(),
+                cross_check.steps,
+                cross_check.disagreement
             ),
         );
     }
@@ -194,7 +197,10 @@ fn detail(row: &StabilityRow) -> String {
             format!("{:.1e}", result.difference),
         );
     }
-    say("rounding of λ", format!("{:.0e}", check.floor.multiplier));
+    say(
+        "rounding of λ",
+        format!("{:.0e}", check.rounding_bound.multiplier),
+    );
     say("verdict", check.verdict().to_string());
     text
 }
@@ -217,19 +223,19 @@ pub(super) fn json(rows: &[StabilityRow]) -> serde_json::Value {
                 "steps": check.steps,
                 "accuracy": check.accuracy,
                 "certificate": check.certificate,
-                "certificate_floor": check.floor.certificate,
+                "certificate_floor": check.rounding_bound.certificate,
                 "stiffness_condition": check.conditioning.stiffness,
                 "dual_ratio": check.conditioning.dual.ratio(),
                 "dual_ratio_by_area": check.conditioning.dual_by_area.ratio(),
                 "determinant_sign": check.linearisation.determinant,
                 "sensitivity": check.linearisation.sensitivity,
-                "multiplier_floor": check.floor.multiplier,
-                "rivals": check.rivals.iter().map(|rival| serde_json::json!({
-                    "algorithm": rival.rival.to_string(),
-                    "status": rival.status.word(),
-                    "steps": rival.steps,
-                    "disagreement": rival.disagreement,
-                    "residual": rival.residual,
+                "multiplier_floor": check.rounding_bound.multiplier,
+                "rivals": check.cross_checks.iter().map(|cross_check| serde_json::json!({
+                    "algorithm": cross_check.cross_check.to_string(),
+                    "status": cross_check.status.word(),
+                    "steps": cross_check.steps,
+                    "disagreement": cross_check.disagreement,
+                    "residual": cross_check.residual,
                 })).collect::<Vec<_>>(),
                 "variation": check.invariances.iter()
                     .map(|result| (result.invariance.word().to_owned(), result.difference.into()))

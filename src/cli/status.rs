@@ -1,3 +1,7 @@
+use contact3d::scene::Effects;
+use runfile::{Reader, Stage};
+use units::Units;
+
 use super::{
     arguments::{Output, StageArguments},
     effects,
@@ -7,10 +11,7 @@ use super::{
 };
 use crate::{
     format::{self, FormatError, LAYOUT},
-    scene::Effects,
     stages::{Freshness, StageError, StageState, states},
-    store::{Reader, Stage},
-    units::Units,
 };
 
 /// `status`: stages, sizes and main results; reads only and takes no lock. Sizes and results are those of fresh

@@ -7,8 +7,9 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
+use contact3d::scene::{Warning, is_hidden_control, shown_lines};
+
 use super::{arguments::Output, exit::Exit};
-use crate::scene::{Warning, is_hidden_control, shown_lines};
 
 /// What kept results from standard output; nothing more is written there once it is set.
 static LOST: Mutex<Option<io::Error>> = Mutex::new(None);

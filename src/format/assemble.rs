@@ -2,11 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{
-    FormatError, columns, load::read_force, read_finite_scalar, read_finite_vec, read_index_vec,
-    rows_of_transpose,
-};
-use crate::{
+use contact3d::{
     contact::Coupling,
     dual::{
         Assembly, AssemblySeconds, ContactCompliance, ContactSystem, DualSystem, ExplicitDual,
@@ -14,12 +10,17 @@ use crate::{
     },
     elasticity::DofMap,
     linalg::{CholeskyFactor, CscMatrix},
-    store::{
-        DatasetSpec, Extent,
-        Extent::{Fixed, Named, Plus},
-        Kind, Reader, SparseMatrix, Stage, StageWriter, StoreError,
-    },
-    units::Dimension,
+};
+use runfile::{
+    DatasetSpec, Extent,
+    Extent::{Fixed, Named, Plus},
+    Kind, Reader, SparseMatrix, Stage, StageWriter, StoreError,
+};
+use units::Dimension;
+
+use super::{
+    FormatError, columns, load::read_force, read_finite_scalar, read_finite_vec, read_index_vec,
+    rows_of_transpose,
 };
 
 const DOFS: &str = "/assemble/degree_of_freedom";

@@ -1,16 +1,15 @@
 //! `/checkpoint`: successive approximations between two steps, so that a killed solve goes on.
 
+use contact3d::solver::OuterState;
+use runfile::{
+    DatasetSpec, Extent,
+    Extent::{Fixed, Named},
+    Kind, Reader, Stage, StageWriter, StoreError,
+};
+use units::Dimension;
+
 use super::{FormatError, history, read_finite_rows, read_finite_scalar, read_finite_vec};
 use super::{history::OuterPaths, read_index_vec};
-use crate::{
-    solver::OuterState,
-    store::{
-        DatasetSpec, Extent,
-        Extent::{Fixed, Named},
-        Kind, Reader, Stage, StageWriter, StoreError,
-    },
-    units::Dimension,
-};
 
 const MULTIPLIER: &str = "/checkpoint/multiplier";
 const SLIP: &str = "/checkpoint/slip";
@@ -27,7 +26,7 @@ const HISTORY: OuterPaths = OuterPaths {
     conjugate_gradient: "/checkpoint/history/conjugate_gradient_steps",
     expansion: "/checkpoint/history/expansion_steps",
     proportioning: "/checkpoint/history/proportioning_steps",
-    actions: "/checkpoint/history/actions",
+    applications: "/checkpoint/history/actions",
     seconds: "/checkpoint/history/seconds",
 };
 
@@ -45,7 +44,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     Stage::Checkpoint.row(HISTORY.conjugate_gradient, Kind::I64, STEPS, Dimension::Number, "As in /solve/history."),
     Stage::Checkpoint.row(HISTORY.expansion, Kind::I64, STEPS, Dimension::Number, "As in /solve/history."),
     Stage::Checkpoint.row(HISTORY.proportioning, Kind::I64, STEPS, Dimension::Number, "As in /solve/history."),
-    Stage::Checkpoint.row(HISTORY.actions, Kind::I64, STEPS, Dimension::Number, "As in /solve/history."),
+    Stage::Checkpoint.row(HISTORY.applications, Kind::I64, STEPS, Dimension::Number, "As in /solve/history."),
     Stage::Checkpoint.row(HISTORY.seconds, Kind::F64, STEPS, Dimension::Time, "As in /solve/history.").volatile(),
 ];
 

@@ -1,11 +1,10 @@
 //! `/solve/history` and `/solve/newton`: what each step of the solvers did.
 
+use contact3d::solver::{NewtonStep, OuterStep, StepCounts};
+use runfile::{DatasetSpec, Extent, Extent::Named, Kind, Reader, Stage, StageWriter, StoreError};
+use units::Dimension;
+
 use super::{FormatError, read_index_vec};
-use crate::{
-    solver::{NewtonStep, OuterStep, StepCounts},
-    store::{DatasetSpec, Extent, Extent::Named, Kind, Reader, Stage, StageWriter, StoreError},
-    units::Dimension,
-};
 
 /// Where the records of successive approximations lie.
 pub(super) struct OuterPaths {
@@ -15,7 +14,7 @@ pub(super) struct OuterPaths {
     pub(super) conjugate_gradient: &'static str,
     pub(super) expansion: &'static str,
     pub(super) proportioning: &'static str,
-    pub(super) actions: &'static str,
+    pub(super) applications: &'static str,
     pub(super) seconds: &'static str,
 }
 
@@ -26,7 +25,7 @@ pub(super) const HISTORY: OuterPaths = OuterPaths {
     conjugate_gradient: "/solve/history/conjugate_gradient_steps",
     expansion: "/solve/history/expansion_steps",
     proportioning: "/solve/history/proportioning_steps",
-    actions: "/solve/history/actions",
+    applications: "/solve/history/actions",
     seconds: "/solve/history/seconds",
 };
 
@@ -57,7 +56,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     Stage::Solve.row(HISTORY.conjugate_gradient, Kind::I64, STEPS, Dimension::Number, "Conjugate gradient steps."),
     Stage::Solve.row(HISTORY.expansion, Kind::I64, STEPS, Dimension::Number, "Expansion steps."),
     Stage::Solve.row(HISTORY.proportioning, Kind::I64, STEPS, Dimension::Number, "Proportioning steps."),
-    Stage::Solve.row(HISTORY.actions, Kind::I64, STEPS, Dimension::Number, "Actions of the inverse stiffness matrix; the first step includes those that estimate the norm of S."),
+    Stage::Solve.row(HISTORY.applications, Kind::I64, STEPS, Dimension::Number, "Actions of the inverse stiffness matrix; the first step includes those that estimate the norm of S."),
     Stage::Solve.row(HISTORY.seconds, Kind::F64, STEPS, Dimension::Time, "Wall-clock time of each outer step.").volatile(),
 ];
 
@@ -113,7 +112,7 @@ pub(super) fn write_outer(
         (paths.conjugate_gradient, |s| s.steps.conjugate_gradient),
         (paths.expansion, |s| s.steps.expansion),
         (paths.proportioning, |s| s.steps.proportioning),
-        (paths.actions, |s| s.actions),
+        (paths.applications, |s| s.applications),
     ];
     for (path, count) in counts {
         let values: Vec<usize> = history.iter().map(count).collect();
@@ -157,7 +156,7 @@ pub(super) fn read_outer(
     let tolerances: Vec<f64> = reader.read_vec(paths.inner_tolerance)?;
     let residuals: Vec<f64> = reader.read_vec(paths.inner_residual)?;
     let seconds: Vec<f64> = reader.read_vec(paths.seconds)?;
-    let actions = read_index_vec(reader, paths.actions)?;
+    let applications = read_index_vec(reader, paths.applications)?;
     let conjugate_gradient = read_index_vec(reader, paths.conjugate_gradient)?;
     let expansion = read_index_vec(reader, paths.expansion)?;
     let proportioning = read_index_vec(reader, paths.proportioning)?;
@@ -170,7 +169,7 @@ pub(super) fn read_outer(
             expansion: expansion[k],
             proportioning: proportioning[k],
         },
-        actions: actions[k],
+        applications: applications[k],
         seconds: seconds[k],
     });
     Ok(steps.collect())

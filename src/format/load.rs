@@ -1,15 +1,14 @@
 //! `/load`: the loads, and what follows from them linearly.
 
-use super::{FormatError, read_finite_rows, read_finite_vec};
-use crate::{
-    dual::DualSystem,
-    store::{
-        DatasetSpec,
-        Extent::{Fixed, Named},
-        Kind, Reader, Stage, StageWriter, StoreError,
-    },
-    units::Dimension,
+use contact3d::dual::DualSystem;
+use runfile::{
+    DatasetSpec,
+    Extent::{Fixed, Named},
+    Kind, Reader, Stage, StageWriter, StoreError,
 };
+use units::Dimension;
+
+use super::{FormatError, read_finite_rows, read_finite_vec};
 
 pub(super) const FORCE: &str = "/load/force";
 const DUAL_RHS: &str = "/load/dual_rhs";

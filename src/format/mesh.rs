@@ -1,17 +1,18 @@
 //! `/mesh`: nodes, tetrahedra, boundary, contact surface, quality.
 
-use super::{
-    FormatError, columns, read_finite_rows, read_finite_vec, read_index_vec, require_below,
-};
-use crate::{
+use contact3d::{
     linalg::CscMatrix,
     mesh::{ContactSurface, Mesh, Quality},
-    store::{
-        DatasetSpec,
-        Extent::{Fixed, Named},
-        Kind, Reader, Stage, StageWriter, StoreError,
-    },
-    units::Dimension,
+};
+use runfile::{
+    DatasetSpec,
+    Extent::{Fixed, Named},
+    Kind, Reader, Stage, StageWriter, StoreError,
+};
+use units::Dimension;
+
+use super::{
+    FormatError, columns, read_finite_rows, read_finite_vec, read_index_vec, require_below,
 };
 
 const COORDINATES: &str = "/mesh/coordinates";

@@ -37,12 +37,12 @@ pub use sweep::{
 pub use vtkhdf::write as write_vtkhdf;
 pub use vtkhdf_check::{check as check_vtkhdf, problems};
 
-use crate::{
+use contact3d::{
     linalg::{CscMatrix, PartsError},
     scene::SceneError,
-    store::{Layout, Reader, SparseView, StoreError},
-    units::Units,
 };
+use runfile::{Layout, Reader, SparseView, StoreError};
+use units::Units;
 
 /// Every dataset of a run file.
 pub const LAYOUT: Layout = Layout {

@@ -1,17 +1,18 @@
 //! `/post`: zones, contact quantities on panes, stresses, resultants, certificate.
 
-use super::{FormatError, read_index_vec, read_scalar};
-use crate::{
+use contact3d::{
     contact::ContactFrame,
     mesh::ContactSurface,
     post::{ContactReport, PaneFriction, PaneState, Zone},
-    store::{
-        DatasetSpec, Extent,
-        Extent::{Fixed, Named},
-        Kind, Reader, Stage, StageWriter, StoreError, StoredEnum, stored_enum,
-    },
-    units::Dimension,
 };
+use runfile::{
+    DatasetSpec, Extent,
+    Extent::{Fixed, Named},
+    Kind, Reader, Stage, StageWriter, StoreError, StoredEnum, stored_enum,
+};
+use units::Dimension;
+
+use super::{FormatError, read_index_vec, read_scalar};
 
 stored_enum! {
     /// What a pane does, as stored.

@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
+use contact3d::scene::{Scene, SceneFile};
+use runfile::{DatasetSpec, Kind, Reader, Stage, StageWriter, StoreError};
+use units::Dimension;
+
 use super::FormatError;
-use crate::{
-    scene::{Scene, SceneFile},
-    store::{DatasetSpec, Kind, Reader, Stage, StageWriter, StoreError},
-    units::Dimension,
-};
 
 const TOML: &str = "/scene/toml";
 

@@ -1,5 +1,6 @@
+use runfile::{Reader, Stage};
+
 use super::{FormatError, load::FORCE, mesh::CONTACT_NODES, mesh::PANE_AREA, read_index_vec};
-use crate::store::{Reader, Stage};
 
 /// Numbers of unknowns, as far as stages that can be used fix them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -1,24 +1,25 @@
 //! `/solve`: multipliers, displacement, state of friction, history.
 
-use super::{FormatError, history, read_finite_vec, read_index_vec};
-use crate::{
+use contact3d::{
     contact::FrictionField,
     elasticity::DofMap,
     solver::{CoulombState, Solution, SolvedBy, Status},
-    store::{
-        DatasetSpec, EnumSpec, Extent,
-        Extent::{Fixed, Named},
-        Kind, Reader, Stage, StageWriter, StoreError, StoredEnum, stored_enum,
-    },
-    units::Dimension,
 };
+use runfile::{
+    DatasetSpec, EnumSpec, Extent,
+    Extent::{Fixed, Named},
+    Kind, Reader, Stage, StageWriter, StoreError, StoredEnum, stored_enum,
+};
+use units::Dimension;
+
+use super::{FormatError, history, read_finite_vec, read_index_vec};
 
 stored_enum! {
     /// How a solve ended, as stored.
     pub(super) enum StoredStatus as "status" {
         Converged = 0 => "converged",
         MaxOuterSteps = 1 => "max_outer_steps",
-        MaxInnerActions = 2 => "max_inner_actions",
+        MaxInnerApplications = 2 => "max_inner_actions",
         NumericalError = 3 => "numerical_error",
         RoundingLimit = 4 => "rounding_limit",
         MaxNewtonSteps = 5 => "max_newton_steps",
@@ -41,7 +42,10 @@ stored_enum! {
 const STATUSES: [(StoredStatus, Status); 9] = [
     (StoredStatus::Converged, Status::Converged),
     (StoredStatus::MaxOuterSteps, Status::MaxOuterSteps),
-    (StoredStatus::MaxInnerActions, Status::MaxInnerActions),
+    (
+        StoredStatus::MaxInnerApplications,
+        Status::MaxInnerApplications,
+    ),
     (StoredStatus::NumericalError, Status::NumericalError),
     (StoredStatus::RoundingLimit, Status::RoundingLimit),
     (StoredStatus::MaxNewtonSteps, Status::MaxNewtonSteps),
@@ -82,7 +86,7 @@ const FRICTION_INVERSE: &str = "/solve/friction_inverse";
 const STEPLENGTH: &str = "/solve/steplength";
 const LOCAL_STIFFNESS_NORMAL: &str = "/solve/local_stiffness_normal";
 const LOCAL_STIFFNESS_TANGENTIAL: &str = "/solve/local_stiffness_tangential";
-const ACTIONS: &str = "/solve/actions";
+const APPLICATIONS: &str = "/solve/actions";
 const METHOD: &str = "/solve/method";
 const ACCURACY: &str = "/solve/accuracy";
 const MAPPING_CHANGE: &str = "/solve/mapping_change";
@@ -108,7 +112,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     Stage::Solve.row(STEPLENGTH, Kind::F64, &[], Dimension::PER_DUAL, "Steplength of projected gradient steps, 1.9 over the norm of the dual operator.").symbol("alpha").optional(NO_CONTACT),
     Stage::Solve.row(LOCAL_STIFFNESS_NORMAL, Kind::F64, PANES, Dimension::PER_DUAL, "Stiffness of each pane along the normal while the others do not move, that residuals are measured by.").symbol("rho_nu").optional("absent without contact, and before format 1.4"),
     Stage::Solve.row(LOCAL_STIFFNESS_TANGENTIAL, Kind::F64, PANE_PAIRS, Dimension::PER_DUAL, "The same along t1 and t2: one for both where both can move.").symbol("rho_t").optional("absent without friction, and before format 1.4"),
-    Stage::Solve.row(ACTIONS, Kind::I64, &[], Dimension::Number, "Actions of the inverse stiffness matrix in the whole solve.").symbol("n_A"),
+    Stage::Solve.row(APPLICATIONS, Kind::I64, &[], Dimension::Number, "Actions of the inverse stiffness matrix in the whole solve.").symbol("n_A"),
     Stage::Solve.row(METHOD, Kind::Enum(StoredMethod::SPEC), &[], Dimension::Number, "Algorithm that gave the answer: minimisation without friction or with a given slip bound, direct without contact; after a failed Newton solve it is fixed_point and both histories are there."),
     Stage::Solve.row(ACCURACY, Kind::F64, &[], Dimension::Number, "Relative error of the multipliers, measured by one more solution from them with exact residuals; the last relative change of successive approximations that did not end."),
     Stage::Solve.row(MAPPING_CHANGE, Kind::F64, &[], Dimension::Number, "|Psi(lambda) - lambda| / |lambda| for one evaluation of the paper's mapping.").optional("absent unless Newton's method gave the answer"),
@@ -153,7 +157,7 @@ pub fn write(
     if let Some(state) = &solution.coulomb {
         write_coulomb(writer, state)?;
     }
-    writer.write_indices(ACTIONS, &[solution.actions], &[])?;
+    writer.write_indices(APPLICATIONS, &[solution.applications], &[])?;
     let method = METHODS.iter().find(|(_, by)| *by == solution.solved_by);
     let method = method.map_or(StoredMethod::Direct, |(stored, _)| *stored);
     writer.write_enum(METHOD, &[method], &[])?;
@@ -227,7 +231,7 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
         local_stiffness: read_local_stiffness(reader)?,
         history: history::read_outer(reader, &history::HISTORY)?,
         newton: history::read_newton(reader)?,
-        actions: count(ACTIONS)?,
+        applications: count(APPLICATIONS)?,
         law_evaluations: count(LAW_EVALUATIONS)?,
         projections: count(PROJECTIONS)?,
     })
@@ -248,7 +252,7 @@ fn read_local_stiffness(reader: &Reader) -> Result<Vec<f64>, FormatError> {
 pub(super) struct OutcomeWords {
     pub(super) status: String,
     pub(super) method: String,
-    /// Outer steps, Newton steps, actions.
+    /// Outer steps, Newton steps, applications.
     pub(super) counts: [usize; 3],
     pub(super) accuracy: f64,
 }
@@ -263,14 +267,14 @@ pub(super) fn read_outcome(reader: &Reader) -> Result<OutcomeWords, FormatError>
     let method = method
         .first()
         .map_or("", |m| word(m.code(), StoredMethod::SPEC));
-    let actions = read_index_vec(reader, ACTIONS)?.first().copied();
+    let applications = read_index_vec(reader, APPLICATIONS)?.first().copied();
     Ok(OutcomeWords {
         status: status.to_owned(),
         method: method.to_owned(),
         counts: [
             history::read_outer(reader, &history::HISTORY)?.len(),
             history::read_newton(reader)?.len(),
-            actions.unwrap_or(0),
+            applications.unwrap_or(0),
         ],
         accuracy: reader
             .read_vec(ACCURACY)?

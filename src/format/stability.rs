@@ -1,22 +1,23 @@
 //! `/stability`: how far the answers of hard cases can be trusted, one row a case.
 
-use super::solve::StoredStatus;
-use crate::{
+use contact3d::{
+    robustness::{Check, CrossCheck, CrossCheckResult, Invariance, Level},
     solver::Status,
-    stability::{Check, Invariance, Level, Rival, RivalResult},
-    store::{
-        DatasetSpec, Extent,
-        Extent::{Fixed, Named},
-        Kind, Layout, Stage, StageWriter, StoreError, StoredEnum, stored_enum,
-    },
-    units::{Dimension, Units},
 };
+use runfile::{
+    DatasetSpec, Extent,
+    Extent::{Fixed, Named},
+    Kind, Layout, Stage, StageWriter, StoreError, StoredEnum, stored_enum,
+};
+use units::{Dimension, Units};
+
+use super::solve::StoredStatus;
 
 stored_enum! {
     /// How a case came out, as stored.
     enum StoredLevel as "verdict" {
         Holds = 0 => "holds",
-        AtFloor = 1 => "floor",
+        AtRounding = 1 => "floor",
         Fails = 2 => "fails",
         Refused = 3 => "refused",
     }
@@ -49,16 +50,16 @@ const ZONE_COUNTS: &str = "/stability/zone_counts";
 const ASKED: &str = "/stability/asked";
 const ACCURACY: &str = "/stability/accuracy";
 const CERTIFICATE: &str = "/stability/certificate";
-const CERTIFICATE_FLOOR: &str = "/stability/certificate_floor";
+const CERTIFICATE_ROUNDING: &str = "/stability/certificate_floor";
 const STIFFNESS_CONDITION: &str = "/stability/stiffness_condition";
 const DUAL_EIGENVALUES: &str = "/stability/dual_eigenvalues";
 const DUAL_BY_AREA: &str = "/stability/dual_eigenvalues_by_area";
 const DETERMINANT: &str = "/stability/determinant_sign";
 const SENSITIVITY: &str = "/stability/sensitivity";
-const MULTIPLIER_FLOOR: &str = "/stability/multiplier_floor";
-const RIVAL_STATUS: &str = "/stability/rival_status";
-const RIVAL_STEPS: &str = "/stability/rival_steps";
-const RIVAL_RESIDUAL: &str = "/stability/rival_residual";
+const MULTIPLIER_ROUNDING: &str = "/stability/multiplier_floor";
+const CROSS_CHECK_STATUS: &str = "/stability/rival_status";
+const CROSS_CHECK_STEPS: &str = "/stability/rival_steps";
+const CROSS_CHECK_RESIDUAL: &str = "/stability/rival_residual";
 const DISAGREEMENT: &str = "/stability/disagreement";
 const VARIATION: &str = "/stability/variation";
 const SECONDS: &str = "/stability/seconds";
@@ -66,7 +67,7 @@ const SECONDS: &str = "/stability/seconds";
 const CASES: &[Extent] = &[Named("n_cases")];
 const PAIRS: &[Extent] = &[Named("n_cases"), Fixed(2)];
 const ZONES: &[Extent] = &[Named("n_cases"), Fixed(3)];
-const RIVALS: &[Extent] = &[Named("n_cases"), Fixed(4)];
+const CROSS_CHECKS: &[Extent] = &[Named("n_cases"), Fixed(4)];
 const CHANGES: &[Extent] = &[Named("n_cases"), Fixed(7)];
 
 #[rustfmt::skip]
@@ -87,17 +88,17 @@ const TABLE: &[DatasetSpec] = &[
     Stage::Stability.row(ASKED, Kind::F64, CASES, Dimension::Number, "Accuracy that was asked for; NaN in this and other measures of a refused case."),
     Stage::Stability.row(ACCURACY, Kind::F64, CASES, Dimension::Number, "Accuracy that the solver says it reached."),
     Stage::Stability.row(CERTIFICATE, Kind::F64, CASES, Dimension::Number, "Largest figure of the certificate."),
-    Stage::Stability.row(CERTIFICATE_FLOOR, Kind::F64, CASES, Dimension::Number, "Size of the certificate's figures at the best double-precision answer."),
+    Stage::Stability.row(CERTIFICATE_ROUNDING, Kind::F64, CASES, Dimension::Number, "Size of the certificate's figures at the best double-precision answer."),
     Stage::Stability.row(STIFFNESS_CONDITION, Kind::F64, CASES, Dimension::Number, "Condition number of A scaled to the diagonal 1."),
     Stage::Stability.row(DUAL_EIGENVALUES, Kind::F64, PAIRS, Dimension::DUAL, "Smallest and largest eigenvalue of S without its empty rows."),
     Stage::Stability.row(DUAL_BY_AREA, Kind::F64, PAIRS, Dimension::COMPLIANCE, "The same of S scaled by the areas of the panes."),
     Stage::Stability.row(DETERMINANT, Kind::I64, CASES, Dimension::Number, "Sign of the determinant of Newton's matrix at the answer.").symbol("sign det R'"),
     Stage::Stability.row(SENSITIVITY, Kind::F64, CASES, Dimension::Number, "Norm of the inverse of Newton's matrix at the answer."),
-    Stage::Stability.row(MULTIPLIER_FLOOR, Kind::F64, CASES, Dimension::Number, "Relative error of the multipliers that rounding alone makes."),
-    Stage::Stability.row(RIVAL_STATUS, Kind::Enum(StoredStatus::SPEC), RIVALS, Dimension::Number, "How Newton, the fixed point with Newton, that with GPCG, and the averaged fixed point ended; numerical_error where not run."),
-    Stage::Stability.row(RIVAL_STEPS, Kind::I64, RIVALS, Dimension::Number, "Their steps; 0 where not run."),
-    Stage::Stability.row(RIVAL_RESIDUAL, Kind::F64, RIVALS, Dimension::Number, "Residuals of the natural map at their answers, relative to the multipliers; NaN where not run."),
-    Stage::Stability.row(DISAGREEMENT, Kind::F64, RIVALS, Dimension::Number, "Relative difference of their multipliers to the answer; NaN where not run."),
+    Stage::Stability.row(MULTIPLIER_ROUNDING, Kind::F64, CASES, Dimension::Number, "Relative error of the multipliers that rounding alone makes."),
+    Stage::Stability.row(CROSS_CHECK_STATUS, Kind::Enum(StoredStatus::SPEC), CROSS_CHECKS, Dimension::Number, "How Newton, the fixed point with Newton, that with GPCG, and the averaged fixed point ended; numerical_error where not run."),
+    Stage::Stability.row(CROSS_CHECK_STEPS, Kind::I64, CROSS_CHECKS, Dimension::Number, "Their steps; 0 where not run."),
+    Stage::Stability.row(CROSS_CHECK_RESIDUAL, Kind::F64, CROSS_CHECKS, Dimension::Number, "Residuals of the natural map at their answers, relative to the multipliers; NaN where not run."),
+    Stage::Stability.row(DISAGREEMENT, Kind::F64, CROSS_CHECKS, Dimension::Number, "Relative difference of their multipliers to the answer; NaN where not run."),
     Stage::Stability.row(VARIATION, Kind::F64, CHANGES, Dimension::Number, "Relative difference of the multipliers after a change of units by powers of two, of decimal units, of loads, of node numbers, of threads, in a mirror, with exchanged axes; NaN where not applicable."),
     Stage::Stability.row(SECONDS, Kind::F64, CASES, Dimension::Time, "Wall-clock time of assembly and solve.").volatile(),
 ];
@@ -145,7 +146,7 @@ impl StabilityRow {
             Err(_) => StoredLevel::Refused,
             Ok(check) => match check.verdict().level {
                 Level::Holds => StoredLevel::Holds,
-                Level::AtFloor => StoredLevel::AtFloor,
+                Level::AtRounding => StoredLevel::AtRounding,
                 Level::Fails => StoredLevel::Fails,
             },
         }
@@ -181,13 +182,19 @@ pub fn write(writer: &mut StageWriter<'_>, rows: &[StabilityRow]) -> Result<(), 
         |status: Option<Status>| StoredStatus::of(status.unwrap_or(Status::NumericalError));
     let statuses: Vec<_> = checks.iter().map(|c| status(c.map(|c| c.status))).collect();
     writer.write_enum(STATUS, &statuses, &n)?;
-    let rivals: Vec<_> = checks
+    let cross_checks: Vec<_> = checks
         .iter()
         .flat_map(|c| {
-            Rival::ALL.map(|rival| status(c.and_then(|c| c.rival(rival)).map(|r| r.status)))
+            CrossCheck::ALL.map(|cross_check| {
+                status(c.and_then(|c| c.cross_check(cross_check)).map(|r| r.status))
+            })
         })
         .collect();
-    writer.write_enum(RIVAL_STATUS, &rivals, &[rows.len(), Rival::ALL.len()])?;
+    writer.write_enum(
+        CROSS_CHECK_STATUS,
+        &cross_checks,
+        &[rows.len(), CrossCheck::ALL.len()],
+    )?;
     write_counts(writer, &checks)?;
     write_measures(writer, &checks)
 }
@@ -203,9 +210,9 @@ fn write_counts(writer: &mut StageWriter<'_>, checks: &[Option<&Check>]) -> Resu
             vec![i64::from(c.linearisation.determinant)]
         }),
         (ZONE_COUNTS, 3, |c| c.zones.map(|z| z as i64).to_vec()),
-        (RIVAL_STEPS, 4, |c| {
-            let steps = |rival| c.rival(rival).map_or(0, |r| r.steps as i64);
-            Rival::ALL.map(steps).to_vec()
+        (CROSS_CHECK_STEPS, 4, |c| {
+            let steps = |cross_check| c.cross_check(cross_check).map_or(0, |r| r.steps as i64);
+            CrossCheck::ALL.map(steps).to_vec()
         }),
     ];
     for (path, width, of) in columns {
@@ -227,10 +234,14 @@ fn write_measures(
         (ASKED, 1, |c| vec![c.asked]),
         (ACCURACY, 1, |c| vec![c.accuracy]),
         (CERTIFICATE, 1, |c| vec![c.certificate]),
-        (CERTIFICATE_FLOOR, 1, |c| vec![c.floor.certificate]),
+        (CERTIFICATE_ROUNDING, 1, |c| {
+            vec![c.rounding_bound.certificate]
+        }),
         (STIFFNESS_CONDITION, 1, |c| vec![c.conditioning.stiffness]),
         (SENSITIVITY, 1, |c| vec![c.linearisation.sensitivity]),
-        (MULTIPLIER_FLOOR, 1, |c| vec![c.floor.multiplier]),
+        (MULTIPLIER_ROUNDING, 1, |c| {
+            vec![c.rounding_bound.multiplier]
+        }),
         (SECONDS, 1, |c| vec![c.seconds]),
         (DUAL_EIGENVALUES, 2, |c| {
             vec![c.conditioning.dual.smallest, c.conditioning.dual.largest]
@@ -239,8 +250,8 @@ fn write_measures(
             let spectrum = c.conditioning.dual_by_area;
             vec![spectrum.smallest, spectrum.largest]
         }),
-        (RIVAL_RESIDUAL, 4, |c| rivals(c, |r| r.residual)),
-        (DISAGREEMENT, 4, |c| rivals(c, |r| r.disagreement)),
+        (CROSS_CHECK_RESIDUAL, 4, |c| cross_checks(c, |r| r.residual)),
+        (DISAGREEMENT, 4, |c| cross_checks(c, |r| r.disagreement)),
         (VARIATION, 7, variations),
     ];
     for (path, width, of) in columns {
@@ -253,9 +264,9 @@ fn write_measures(
     Ok(())
 }
 
-fn rivals(check: &Check, measure: fn(&RivalResult) -> f64) -> Vec<f64> {
-    let of = |rival| check.rival(rival).map_or(f64::NAN, measure);
-    Rival::ALL.map(of).to_vec()
+fn cross_checks(check: &Check, measure: fn(&CrossCheckResult) -> f64) -> Vec<f64> {
+    let of = |cross_check| check.cross_check(cross_check).map_or(f64::NAN, measure);
+    CrossCheck::ALL.map(of).to_vec()
 }
 
 fn variations(check: &Check) -> Vec<f64> {

@@ -1,12 +1,13 @@
 //! `/cases` of a sweep's summary file: settings and main results of every case.
 
-use super::{FormatError, read_index_vec, solve::read_outcome};
-use crate::store::{
+use runfile::{
     DatasetSpec, Extent,
     Extent::{Fixed, Named},
     Kind, Layout, Reader, Stage, StageWriter, StoreError,
 };
-use crate::units::Dimension;
+use units::Dimension;
+
+use super::{FormatError, read_index_vec, solve::read_outcome};
 
 /// Every dataset of a sweep's summary file.
 pub const SWEEP_LAYOUT: Layout = Layout {
@@ -47,7 +48,7 @@ const ERROR: &str = "/cases/error";
 const METHOD: &str = "/cases/method";
 const OUTER_STEPS: &str = "/cases/outer_steps";
 const NEWTON_STEPS: &str = "/cases/newton_steps";
-const ACTIONS: &str = "/cases/actions";
+const APPLICATIONS: &str = "/cases/actions";
 const SECONDS: &str = "/cases/seconds";
 const ACCURACY: &str = "/cases/accuracy";
 const ZONE_COUNTS: &str = "/cases/zone_counts";
@@ -76,7 +77,7 @@ const TABLE: &[DatasetSpec] = &[
     Stage::Cases.row(METHOD, Kind::Text, CASES, Dimension::Number, "Algorithm that gave the answer, else empty."),
     Stage::Cases.row(OUTER_STEPS, Kind::I64, CASES, Dimension::Number, "Steps of successive approximations; -1 in this and other counts without a result."),
     Stage::Cases.row(NEWTON_STEPS, Kind::I64, CASES, Dimension::Number, "Steps of Newton's method."),
-    Stage::Cases.row(ACTIONS, Kind::I64, CASES, Dimension::Number, "Actions of the inverse stiffness matrix.").symbol("n_A"),
+    Stage::Cases.row(APPLICATIONS, Kind::I64, CASES, Dimension::Number, "Actions of the inverse stiffness matrix.").symbol("n_A"),
     Stage::Cases.row(SECONDS, Kind::F64, CASES, Dimension::Time, "Wall-clock time of loads, solve and report.").volatile(),
     Stage::Cases.row(ACCURACY, Kind::F64, CASES, Dimension::Number, "As /solve/accuracy; NaN in this and the other measures without a result."),
     Stage::Cases.row(ZONE_COUNTS, Kind::I64, VECTORS, Dimension::Number, "Numbers of open, sticking and slipping panes."),
@@ -116,7 +117,7 @@ pub struct CaseResults {
     pub status: String,
     /// Which algorithm gave the answer.
     pub method: String,
-    /// Outer steps, Newton steps, actions.
+    /// Outer steps, Newton steps, applications.
     pub counts: [i64; 3],
     /// Seconds of loads, solve and report.
     pub seconds: f64,
@@ -204,7 +205,10 @@ pub fn write(
         SOLVE_DIGEST,
         &texts(|r| r.results.as_ref().map_or("", |x| &x.solve_digest)),
     )?;
-    for (index, path) in [OUTER_STEPS, NEWTON_STEPS, ACTIONS].into_iter().enumerate() {
+    for (index, path) in [OUTER_STEPS, NEWTON_STEPS, APPLICATIONS]
+        .into_iter()
+        .enumerate()
+    {
         let counts = rows
             .iter()
             .map(|r| r.results.as_ref().map_or(-1, |x| x.counts[index]));

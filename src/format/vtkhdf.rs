@@ -4,17 +4,17 @@
 //! are NaN on the other, which ParaView draws in its NaN colour. Fields of panes are cell data,
 //! those of nodal multipliers point data.
 
-use crate::{
+use contact3d::{
     contact::ContactFrame,
     mesh::{ContactSurface, Mesh},
     post::{ContactReport, PaneState},
-    store::{
-        DatasetSpec, Extent,
-        Extent::{Fixed, Named, Plus},
-        Kind, Stage, StageWriter, StoreError,
-    },
-    units::Dimension,
 };
+use runfile::{
+    DatasetSpec, Extent,
+    Extent::{Fixed, Named, Plus},
+    Kind, Stage, StageWriter, StoreError,
+};
+use units::Dimension;
 
 const N_POINTS: &str = "/VTKHDF/NumberOfPoints";
 const N_CELLS: &str = "/VTKHDF/NumberOfCells";

@@ -1,7 +1,8 @@
 //! Whether `/VTKHDF` shows the results that `/post` holds.
 
+use runfile::{Reader, Stage, StoreError};
+
 use super::post::VTKHDF_DIGEST;
-use crate::store::{Reader, Stage, StoreError};
 
 /// Refuses a report whose form for ParaView is missing, altered, or that of another run. Does nothing without a
 /// report.

@@ -4,11 +4,12 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use runfile::Temporary;
+
 use super::{
     Inputs, Kind, OutputError,
     guard::{Place, place},
 };
-use crate::store::Temporary;
 
 /// A file to be written.
 #[derive(Debug, Clone)]

@@ -3,6 +3,12 @@ use std::{
     time::Instant,
 };
 
+use contact3d::{
+    convergence::{Accuracy, AccuracyProgress, AccuracySettings, nested_cells},
+    scene::{Body, Scene, SceneFile},
+};
+use runfile::{Home, IfMissing, RunFile, Stage, StageRecord, Transaction, timestamp};
+
 use super::{
     PictureFolder, StageError,
     charts::{convergence, work_precision},
@@ -10,12 +16,7 @@ use super::{
     persistence::write_stage,
     resources,
 };
-use crate::{
-    accuracy::{Accuracy, AccuracyProgress, AccuracySettings, nested_cells},
-    format::{self, LAYOUT},
-    scene::{Body, Scene, SceneFile},
-    store::{Home, IfMissing, RunFile, Stage, StageRecord, Transaction, timestamp},
-};
+use crate::format::{self, LAYOUT};
 
 /// Names of the pictures.
 pub(super) const WORK_PRECISION: &str = "work_precision";

@@ -1,17 +1,17 @@
 //! What the charts show.
 
-use crate::{
-    accuracy::{AlgebraicLadder, DiscretisationLadder, Level, Rung, Trend},
-    figures::{AxisScale, ChartAxis, ChartPoint, LineChart, Series},
+use contact3d::{
+    convergence::{AlgebraicLadder, DiscretisationLadder, LadderEntry, Level, Trend},
     solver::Solution,
-    units::{Dimension, Unit, Units},
 };
+use plots::{AxisScale, ChartAxis, ChartPoint, LineChart, Series};
+use units::{Dimension, Unit, Units};
 
 /// Energy error of each solve against its seconds.
 pub(super) fn work_precision(ladder: &AlgebraicLadder) -> LineChart {
-    let series = ladder.series().into_iter().map(|rungs| Series {
-        name: series_name(&rungs[0]),
-        points: rungs.iter().filter_map(rung_point).collect(),
+    let series = ladder.series().into_iter().map(|entries| Series {
+        name: series_name(&entries[0]),
+        points: entries.iter().filter_map(entry_point).collect(),
     });
     LineChart {
         title: "Work and precision on the scene's mesh".to_owned(),
@@ -25,26 +25,26 @@ pub(super) fn work_precision(ladder: &AlgebraicLadder) -> LineChart {
     }
 }
 
-fn rung_point(rung: &Rung) -> Option<ChartPoint> {
-    let result = rung.result?;
+fn entry_point(entry: &LadderEntry) -> Option<ChartPoint> {
+    let result = entry.result?;
     Some(ChartPoint {
         x: result.cost.seconds,
         y: result.energy_error,
         text: format!(
             "{}, epsilon {:.0e}: energy error {:.2e}, multiplier error {:.2e}, {:.3} s, {} actions",
-            series_name(rung),
-            rung.epsilon,
+            series_name(entry),
+            entry.epsilon,
             result.energy_error,
             result.multiplier_error,
             result.cost.seconds,
-            result.actions
+            result.applications
         ),
     })
 }
 
 /// Method and operator of a series.
-fn series_name(rung: &Rung) -> String {
-    format!("{}, {}", rung.method, rung.operator)
+fn series_name(entry: &LadderEntry) -> String {
+    format!("{}, {}", entry.method, entry.operator)
 }
 
 /// Errors of the meshes against n_div.

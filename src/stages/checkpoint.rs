@@ -2,12 +2,11 @@
 
 use std::time::{Duration, Instant};
 
+use contact3d::solver::OuterState;
+use runfile::{Stage, StoreError, StoredStage};
+
 use super::{Session, StageError, freshness::input_digest};
-use crate::{
-    format,
-    solver::OuterState,
-    store::{Stage, StoreError, StoredStage},
-};
+use crate::format;
 
 /// At most one part in so many of a solve's time goes into checkpoints.
 const SHARE: f64 = 20.0;

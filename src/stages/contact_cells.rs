@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use crate::mesh::{ContactSurface, Mesh};
+use contact3d::mesh::{ContactSurface, Mesh};
 
 /// The contact face cut in drawable cells: panes, or with nodal multipliers the median cells of
 /// the nodes, whose triangles meet at edge midpoints and centroids.

@@ -1,19 +1,18 @@
 use std::path::PathBuf;
 
-use miette::Diagnostic;
-use thiserror::Error;
-
-use crate::{
+use contact3d::{
     dual::{AssemblyError, Shortage},
-    figures::FigureError,
-    format::FormatError,
     mesh::GmshError,
-    output::OutputError,
     post::SolveSceneError,
     scene::{Invalid, SceneError},
     solver::NeedsExplicit,
-    store::{Stage, StoreError},
 };
+use miette::Diagnostic;
+use plots::FigureError;
+use runfile::{Stage, StoreError};
+use thiserror::Error;
+
+use crate::{format::FormatError, output::OutputError};
 
 /// Why a stage did not run.
 #[derive(Debug, Error)]

@@ -1,10 +1,8 @@
+use contact3d::scene::{Parameters, Scene};
+use runfile::{Reader, Stage, StoreError, StoredStage};
 use serde::Serialize;
 
-use crate::{
-    format,
-    scene::{Parameters, Scene},
-    store::{Reader, Stage, StoreError, StoredStage},
-};
+use crate::format;
 
 /// The computing stages, upstream first.
 pub const PIPELINE: [Stage; 5] = [
@@ -68,30 +66,30 @@ pub struct StageState {
 #[serde(untagged)]
 enum Settings<'a> {
     Mesh {
-        body: &'a crate::scene::Body,
-        clamp: &'a [crate::scene::Clamp],
+        body: &'a contact3d::scene::Body,
+        clamp: &'a [contact3d::scene::Clamp],
         contact_face: Option<&'a str>,
-        multipliers: Option<crate::scene::MultiplierSpace>,
-        parts: Vec<&'a crate::scene::Part>,
+        multipliers: Option<contact3d::scene::MultiplierSpace>,
+        parts: Vec<&'a contact3d::scene::Part>,
     },
     Assemble {
-        material: &'a crate::scene::Material,
-        region: &'a [crate::scene::Region],
-        axis_1: Option<&'a [crate::scene::Quantity; 3]>,
-        angle: Option<&'a crate::scene::Quantity>,
+        material: &'a contact3d::scene::Material,
+        region: &'a [contact3d::scene::Region],
+        axis_1: Option<&'a [contact3d::scene::Quantity; 3]>,
+        angle: Option<&'a contact3d::scene::Quantity>,
         /// Whether T is assembled, and whether G is.
         friction: bool,
         friction_follows_slip: bool,
-        assemble: &'a crate::scene::AssembleSettings,
+        assemble: &'a contact3d::scene::AssembleSettings,
         /// What the formulas here use.
         #[serde(skip_serializing_if = "Parameters::is_empty")]
         parameters: Parameters,
     },
     Load {
-        traction: &'a [crate::scene::Traction],
-        pressure: &'a [crate::scene::Pressure],
-        body_force: Option<&'a crate::scene::BodyForce>,
-        gap: Option<&'a crate::scene::Quantity>,
+        traction: &'a [contact3d::scene::Traction],
+        pressure: &'a [contact3d::scene::Pressure],
+        body_force: Option<&'a contact3d::scene::BodyForce>,
+        gap: Option<&'a contact3d::scene::Quantity>,
         /// What the formulas here use.
         #[serde(skip_serializing_if = "Parameters::is_empty")]
         parameters: Parameters,
@@ -99,14 +97,14 @@ enum Settings<'a> {
     Solve {
         /// Digest of the multipliers the solve started from; none for λ = 0.
         start: Option<&'a str>,
-        friction: Option<&'a crate::scene::Friction>,
-        solve: &'a crate::scene::SolveSettings,
+        friction: Option<&'a contact3d::scene::Friction>,
+        solve: &'a contact3d::scene::SolveSettings,
         /// What the formulas here use.
         #[serde(skip_serializing_if = "Parameters::is_empty")]
         parameters: Parameters,
     },
     Post {
-        friction: Option<&'a crate::scene::Friction>,
+        friction: Option<&'a contact3d::scene::Friction>,
         /// What the formulas here use.
         #[serde(skip_serializing_if = "Parameters::is_empty")]
         parameters: Parameters,
@@ -142,7 +140,7 @@ pub(super) fn settings(stage: Stage, scene: &Scene, start: Option<&str>) -> Stri
             friction_follows_slip: scene
                 .friction
                 .as_ref()
-                .and_then(crate::scene::Friction::law)
+                .and_then(contact3d::scene::Friction::law)
                 .is_some_and(|law| law.depends_on_slip()),
             assemble: &scene.assemble,
             parameters: scene.parameters_used(of_frame),

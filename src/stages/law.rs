@@ -1,17 +1,18 @@
 use std::path::{Path, PathBuf};
 
+use contact3d::{
+    contact::{FrictionField, Interface, InterfaceFriction, LawBounds},
+    mesh::{Mesh, Quality},
+    scene::{Scene, SceneFile, Warning},
+};
+use plots::{LawPicture, OverSlip, law_page};
+
 use super::{
     PictureFolder, StageError,
     law_curves::{self, Drawn},
     law_face::LawFace,
     mesh_file::{mesh_of, pin_mesh_file},
     picture,
-};
-use crate::{
-    contact::{FrictionField, Interface, InterfaceFriction, LawBounds},
-    figures::{LawPicture, OverSlip, law_page},
-    mesh::{Mesh, Quality},
-    scene::{Scene, SceneFile, Warning},
 };
 
 /// Name of the picture.

@@ -1,7 +1,5 @@
-use crate::{
-    figures::{SlipCurve, SlipMap, SlipRange},
-    scene::FrictionLaw,
-};
+use contact3d::scene::FrictionLaw;
+use plots::{SlipCurve, SlipMap, SlipRange};
 
 /// Share of the range of a coefficient within which it counts as not yet, or no longer, changing.
 const UNCHANGED: f64 = 0.05;
@@ -139,7 +137,7 @@ impl Change {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Coefficient, Formula};
+    use contact3d::scene::{Coefficient, Formula};
 
     fn range_of(text: &str) -> SlipRange {
         let formula = Coefficient::Expression(Formula::parse(text).unwrap());

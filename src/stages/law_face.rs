@@ -1,10 +1,11 @@
-use super::contact_cells::ContactCells;
-use crate::{
+use contact3d::{
     contact::{ContactFrame, FrictionField},
-    figures::{ContactPicture, FrictionKind, PaneFriction, Zone},
     mesh::{ContactSurface, Mesh},
-    units::Units,
 };
+use plots::{ContactPicture, FrictionKind, PaneFriction, Zone};
+use units::Units;
+
+use super::contact_cells::ContactCells;
 
 /// The contact face with the coefficients of friction of one state of slip, and no stresses.
 pub(super) struct LawFace {

@@ -2,11 +2,12 @@
 
 use std::{fs, path::PathBuf};
 
-use super::{StageError, resources};
-use crate::{
+use contact3d::{
     mesh::{Mesh, MeshError, digest_of},
     scene::{Body, Invalid, SceneFile},
 };
+
+use super::{StageError, resources};
 
 /// The mesh of a scene.
 pub(super) fn mesh_of(input: &SceneFile) -> Result<Mesh, StageError> {

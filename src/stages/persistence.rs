@@ -2,20 +2,16 @@
 
 use std::time::Instant;
 
+use contact3d::{contact::Coupling, dual::PrimalSystem, solver::OuterState};
+use runfile::{
+    Home, Reader, Stage, StageRecord, StageWriter, StoreError, StoredStage, Transaction, timestamp,
+};
+
 use super::{
     Freshness, Performed, Session, StageError, StageState,
     freshness::{input_digest, settings},
 };
-use crate::{
-    contact::Coupling,
-    dual::PrimalSystem,
-    format::{self, FormatError, LAYOUT},
-    solver::OuterState,
-    store::{
-        Home, Reader, Stage, StageRecord, StageWriter, StoreError, StoredStage, Transaction,
-        timestamp,
-    },
-};
+use crate::format::{self, FormatError, LAYOUT};
 
 /// Assembled data above this many bytes go to a file of their own.
 ///

@@ -3,14 +3,15 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{PictureFolder, StageError, contact_cells::ContactCells};
-use crate::{
+use contact3d::{
     contact::ContactFrame,
-    figures::{self, ContactPicture, FigureError, FrictionKind, PaneFriction},
     mesh::Mesh,
     post::{ContactReport, PaneState, Zone},
     scene::Scene,
 };
+use plots::{ContactPicture, FigureError, FrictionKind, PaneFriction};
+
+use super::{PictureFolder, StageError, contact_cells::ContactCells};
 
 /// Width of the six-panel page and of a single panel in pixels.
 pub(super) const PAGE_WIDTH: u32 = 1920;
@@ -50,7 +51,7 @@ pub(super) fn draw(
         source,
     };
     let drawn = with_picture(scene, mesh, frame, report, |picture| {
-        Ok((figures::panels(picture)?, figures::page(picture)?))
+        Ok((plots::panels(picture)?, plots::page(picture)?))
     });
     let (panels, page) = drawn.map_err(figure)?;
     let panels = panels.into_iter();
@@ -68,7 +69,7 @@ pub(super) fn page(
     frame: Option<&ContactFrame>,
     report: &ContactReport,
 ) -> Result<String, FigureError> {
-    with_picture(scene, mesh, frame, report, figures::page)
+    with_picture(scene, mesh, frame, report, plots::page)
 }
 
 /// Lends the arrays of the figures.
@@ -116,7 +117,7 @@ const NO_MULTIPLIER: PaneFriction = PaneFriction {
     semi_axes: [f64::NAN; 2],
     stress: [f64::NAN; 2],
     turn: 0.0,
-    zone: figures::Zone::Open,
+    zone: plots::Zone::Open,
 };
 
 /// Friction of one pane and its law; `None` without friction.
@@ -141,9 +142,9 @@ fn pane_friction(pane: &PaneState) -> Option<(FrictionKind, PaneFriction)> {
         },
         turn: 0.0,
         zone: match pane.zone {
-            Zone::Open => figures::Zone::Open,
-            Zone::Stick => figures::Zone::Stick,
-            Zone::Slip => figures::Zone::Slip,
+            Zone::Open => plots::Zone::Open,
+            Zone::Stick => plots::Zone::Stick,
+            Zone::Slip => plots::Zone::Slip,
         },
     };
     Some((kind, drawn))

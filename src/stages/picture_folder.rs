@@ -2,11 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use plots::{self, LineChart};
+
 use super::{StageError, sweep_charts};
-use crate::{
-    figures::{self, LineChart},
-    output::{self, Folder, Inputs, Kind, OutputError, OutputFile},
-};
+use crate::output::{self, Folder, Inputs, Kind, OutputError, OutputFile};
 
 /// Width of charts in pixels.
 const CHART_WIDTH: u32 = 1720;
@@ -28,7 +27,7 @@ impl Drawing {
     /// The names of all pictures it may have.
     fn names(self) -> Vec<&'static str> {
         match self {
-            Self::Run => [figures::PANELS.as_slice(), &[super::picture::LAST]].concat(),
+            Self::Run => [plots::PANELS.as_slice(), &[super::picture::LAST]].concat(),
             Self::Accuracy => vec![
                 super::accuracy::WORK_PRECISION,
                 super::accuracy::CONVERGENCE,
@@ -76,7 +75,7 @@ impl PictureFolder {
         let mut outputs = Vec::new();
         for (name, svg, width) in drawings {
             let [(svg_file, svg_kind), (png_file, png_kind)] = files(self.path(), name);
-            let png = figures::rasterise(&svg, width).map_err(|source| StageError::Figure {
+            let png = plots::rasterise(&svg, width).map_err(|source| StageError::Figure {
                 file: png_file.clone(),
                 source,
             })?;

@@ -2,21 +2,22 @@
 
 use std::path::Path;
 
+use contact3d::{
+    contact::Interface,
+    post::{ContactReport, Solved, SolvedContact},
+    scene::{Scene, shown, shown_lines},
+    solver::{ContactState, Solution},
+};
+use plots::html::{Page, Part, Section};
+use runfile::{Reader, Stage, timestamp};
+
 use super::{
     Freshness, StageError, StageState,
     accuracy::accuracy_input,
     charts::{convergence, history, work_precision},
     picture, report_tables as tables, states, sweep_report,
 };
-use crate::{
-    contact::Interface,
-    format::{self, LAYOUT},
-    post::{ContactReport, Solved, SolvedContact},
-    report::{Page, Part, Section},
-    scene::{Scene, shown, shown_lines},
-    solver::{ContactState, Solution},
-    store::{Reader, Stage, timestamp},
-};
+use crate::format::{self, LAYOUT};
 
 /// The report as one HTML page. Reads only and takes no lock.
 ///
@@ -182,7 +183,7 @@ fn accuracy_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, S
     }
     if let Some(ladder) = &accuracy.algebraic {
         parts.push(Part::Figure(work_precision(ladder).svg()));
-        parts.push(Part::Table(tables::rungs(ladder)));
+        parts.push(Part::Table(tables::entries(ladder)));
     }
     Ok(Some(Section {
         name: "accuracy",

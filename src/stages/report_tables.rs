@@ -1,16 +1,17 @@
 //! The tables of a report.
 
-use super::{Freshness, StageState};
-use crate::{
-    accuracy::{AlgebraicLadder, Cost, DiscretisationLadder},
+use contact3d::{
+    convergence::{AlgebraicLadder, Cost, DiscretisationLadder},
     mesh::Mesh,
     post::{ContactReport, Zone},
-    report::Table,
     scene::{ContactEffect, Effects, FrictionEffect, MultiplierSpace, Scene},
     solver::Solution,
-    store::{Reader, StoreError},
-    units::Units,
 };
+use plots::html::Table;
+use runfile::{Reader, StoreError};
+use units::Units;
+
+use super::{Freshness, StageState};
 
 type Pair = (String, String);
 
@@ -103,7 +104,7 @@ pub(super) fn results(
         pair("multipliers", solution.multiplier.len()),
         pair("outer steps", solution.history.len()),
         pair("Newton steps", solution.newton.len()),
-        pair("actions n_A", solution.actions),
+        pair("actions n_A", solution.applications),
     ];
     if let Some(contact) = &r.contact {
         pairs.extend([
@@ -193,7 +194,7 @@ pub(super) fn levels(ladder: &DiscretisationLadder, units: Units) -> Table {
                 .forces
                 .first()
                 .map_or("-".into(), |t| order(&t.orders, k)),
-            level.actions.to_string(),
+            level.applications.to_string(),
         ];
         row.extend(cost_cells(&level.cost));
         row.push(level.status.word().to_owned());
@@ -224,14 +225,14 @@ pub(super) fn levels(ladder: &DiscretisationLadder, units: Units) -> Table {
 }
 
 /// The solves of the algebraic ladder.
-pub(super) fn rungs(ladder: &AlgebraicLadder) -> Table {
-    let rows = ladder.rungs.iter().map(|rung| {
+pub(super) fn entries(ladder: &AlgebraicLadder) -> Table {
+    let rows = ladder.entries.iter().map(|entry| {
         let mut row = vec![
-            rung.method.to_string(),
-            rung.operator.to_string(),
-            format!("{:.0e}", rung.epsilon),
+            entry.method.to_string(),
+            entry.operator.to_string(),
+            format!("{:.0e}", entry.epsilon),
         ];
-        match &rung.result {
+        match &entry.result {
             None => {
                 row.extend(["-"; 6].map(str::to_owned));
                 row.push("not run: over the budget".into());
@@ -240,7 +241,7 @@ pub(super) fn rungs(ladder: &AlgebraicLadder) -> Table {
                 row.extend([
                     format!("{:.2e}", result.energy_error),
                     format!("{:.2e}", result.multiplier_error),
-                    result.actions.to_string(),
+                    result.applications.to_string(),
                 ]);
                 row.extend(cost_cells(&result.cost));
                 row.push(result.status.word().to_owned());

@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use sysinfo::{MemoryRefreshKind, RefreshKind, System};
-
-use crate::{
+use contact3d::{
     dual::{Need, Resource, Shortage},
     mesh::brick_counts,
     scene::Brick,
 };
+use sysinfo::{MemoryRefreshKind, RefreshKind, System};
 
 /// Refuses a step that does not fit into memory, or whose data do not fit on the disk of the run
 /// file; what the system does not tell is not checked.

@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
-use super::{PictureFolder, Session, StageError, persistence::loaded};
-use crate::{
+use contact3d::{
     mesh::Mesh,
     post::{ContactReport, Solved, SolvedContact},
     solver::Solution,
 };
+
+use super::{PictureFolder, Session, StageError, persistence::loaded};
 
 impl Session {
     /// The mesh, the solution and the report of a post-processed file.

@@ -1,5 +1,16 @@
 use std::{fs, path::Path, time::Instant};
 
+use contact3d::{
+    contact::{Coupling, Interface},
+    dual::{AssemblyError, AssemblySeconds, DualSystem, Need, OperatorEstimate, PrimalSystem},
+    elasticity::{Loads, idle_loads, refuse_rigid_motions},
+    mesh::{Mesh, Quality},
+    post::ContactReport,
+    scene::{AssembleSettings, Body, Invalid, Scene, SceneFile, SolveSettings, Warning},
+    solver::{ContactState, OuterState, Progress, Solution, Start, solve},
+};
+use runfile::{IfMissing, Reader, RunFile, Stage, StoreError};
+
 use super::{
     AssemblyFile, StageError, StageState,
     checkpoint::Checkpoints,
@@ -9,17 +20,7 @@ use super::{
     resources,
     undo::Undo,
 };
-use crate::{
-    contact::{Coupling, Interface},
-    dual::{AssemblyError, AssemblySeconds, DualSystem, Need, OperatorEstimate, PrimalSystem},
-    elasticity::{Loads, idle_loads, refuse_rigid_motions},
-    format::{self, LAYOUT},
-    mesh::{Mesh, Quality},
-    post::ContactReport,
-    scene::{AssembleSettings, Body, Invalid, Scene, SceneFile, SolveSettings, Warning},
-    solver::{ContactState, OuterState, Progress, Solution, Start, solve},
-    store::{IfMissing, Reader, RunFile, Stage, StoreError},
-};
+use crate::format::{self, LAYOUT};
 
 /// One process at work on one run file: it holds the lock and what it has computed or read so far.
 pub struct Session {

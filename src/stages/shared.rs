@@ -2,13 +2,11 @@
 
 use std::{fs, path::Path};
 
+use contact3d::{dual::DualSystem, mesh::Mesh};
+use runfile::{SharedStage, Stage, StoreError, StoredStage};
+
 use super::{AssemblyFile, Freshness, Session, StageError, freshness::input_digest};
-use crate::{
-    dual::DualSystem,
-    format::FormatError,
-    mesh::Mesh,
-    store::{SharedStage, Stage, StoreError, StoredStage},
-};
+use crate::format::FormatError;
 
 /// A mesh and all of its assembled problem that does not depend on the loads, in memory.
 #[derive(Debug, Clone)]

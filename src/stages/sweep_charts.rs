@@ -1,10 +1,9 @@
 //! What varies in a sweep.
 
+use plots::{AxisScale, ChartAxis, ChartPoint, LineChart, Series};
+use units::Unit;
+
 use super::{charts::logarithmic, sweep_table::SweepTable};
-use crate::{
-    figures::{AxisScale, ChartAxis, ChartPoint, LineChart, Series},
-    units::Unit,
-};
 
 /// Results worth a chart: column, quantity.
 const RESULTS: [(&str, &str); 17] = [

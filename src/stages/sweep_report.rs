@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use plots::html::{Page, Part, Section, Table};
+
 use super::{
     PictureFolder, StageError,
     report::footer,
     sweep_charts::charts,
     sweep_table::{SweepTable, rounded},
 };
-use crate::report::{Page, Part, Section, Table};
 
 /// The name of the table.
 const SUMMARY: &str = "summary.csv";

@@ -3,9 +3,9 @@
 use std::{collections::BTreeSet, path::Path};
 
 use serde_json::Value;
+use units::{Dimension, Unit, Units};
 
 use super::StageError;
-use crate::units::{Dimension, Unit, Units};
 
 /// The column that parts settings, before it, from results, after it.
 const STATUS: &str = "status";

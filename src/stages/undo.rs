@@ -2,8 +2,9 @@
 
 use std::cell::RefCell;
 
+use runfile::{FileState, Savepoint, Stage, StoreError, Transaction};
+
 use super::{Session, StageError};
-use crate::store::{FileState, Savepoint, Stage, StoreError, Transaction};
 
 /// What a session could put back.
 #[derive(Debug, Default)]

@@ -1,12 +1,12 @@
 use std::path::{Path, PathBuf};
 
+use contact3d::{
+    robustness::{Depth, Solutions},
+    scene::{SceneFile, require_regular},
+};
 use serde::Deserialize;
 
-use crate::{
-    scene::{SceneFile, require_regular},
-    stability::{Depth, Solutions},
-    sweep::{SweepError, changed_scene, read_index},
-};
+use crate::sweep::{SweepError, changed_scene, read_index};
 
 /// The index of a suite: families of cases, each a scene with some keys changed.
 #[derive(Debug, Clone, Deserialize)]

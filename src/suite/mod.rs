@@ -8,12 +8,15 @@ use std::path::Path;
 pub use builtin::{INDEX, unpack};
 pub use index::{Case, Version, is_index, read};
 
+use contact3d::{
+    robustness::{Check, Depth, Solutions},
+    scene::SceneFile,
+};
+use runfile::{Home, IfMissing, RunFile, Stage, StageRecord, Transaction, timestamp};
+
 use crate::{
     format::{STABILITY_LAYOUT, StabilityRow, write_stability},
     output::Inputs,
-    scene::SceneFile,
-    stability::{Check, Depth, Solutions},
-    store::{Home, IfMissing, RunFile, Stage, StageRecord, Transaction, timestamp},
     sweep::SweepError,
 };
 

@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
+use contact3d::scene::{Body, Scene};
+use runfile::{Reader, Stage};
+
 use super::{Plan, lock::operator_turn, operators::Operators};
 use crate::{
     format::{self, LAYOUT},
-    scene::{Body, Scene},
     stages::{Commit, Freshness, Session, StageError, operator_settings, problem_bytes},
-    store::{Reader, Stage},
 };
 
 /// How the run file of a case is made.

@@ -1,11 +1,10 @@
 use std::path::PathBuf;
 
+use contact3d::scene::SceneError;
+use runfile::StoreError;
 use thiserror::Error;
 
-use crate::{
-    format::FormatError, output::OutputError, scene::SceneError, stages::StageError,
-    store::StoreError,
-};
+use crate::{format::FormatError, output::OutputError, stages::StageError};
 
 /// Why a sweep cannot be planned, run or summed up.
 #[derive(Debug, Error)]

@@ -3,8 +3,9 @@ use std::{
     path::Path,
 };
 
+use contact3d::scene::{LONGEST_SCENE, read_bounded};
+
 use super::SweepError;
-use crate::scene::{LONGEST_SCENE, read_bounded};
 
 /// The text of a file that lists scenes, a sweep or a suite, which may come through a pipe and be as long as a scene.
 ///

@@ -5,6 +5,8 @@ use std::{
     path::{Component, Path, PathBuf},
 };
 
+use runfile::{Reader, StoreError};
+
 use super::{
     Plan, SweepError,
     summary::{CSV_FILE, SUMMARY_FILE},
@@ -12,7 +14,6 @@ use super::{
 use crate::{
     format::{SWEEP_LAYOUT, TableOwner, read_table_owner},
     output::{self, Kind},
-    store::{Reader, StoreError},
 };
 
 /// Refuses a folder whose tables are no tables of this program, or those of another sweep.

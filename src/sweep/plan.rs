@@ -3,13 +3,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use contact3d::scene::{SceneFile, Written};
+use units::Units;
+
 use super::{SweepError, SweepFile, axes::Steps, keys, ownership::relative};
-use crate::{
-    output::Inputs,
-    scene::{SceneFile, Written},
-    stages::mesh_file,
-    units::Units,
-};
+use crate::{output::Inputs, stages::mesh_file};
 
 /// Hexadecimal digits of a case's name: 64 bits tell the cases of a folder apart.
 const DIGITS: usize = 16;

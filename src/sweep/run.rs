@@ -5,6 +5,8 @@ use std::{
     thread,
 };
 
+use runfile::StoreError;
+
 use super::{
     Plan, SweepError,
     case::{self, How, Ran},
@@ -13,7 +15,7 @@ use super::{
     operators::Operators,
     ownership, summary,
 };
-use crate::{output::Folder, stages::StageError, store::StoreError};
+use crate::{output::Folder, stages::StageError};
 
 /// How a sweep is run.
 #[derive(Debug, Clone, Copy)]

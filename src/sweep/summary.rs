@@ -6,15 +6,16 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use contact3d::solver::Status;
+use runfile::{
+    Home, IfMissing, Reader, RunFile, Stage, StageRecord, StoreError, Transaction, timestamp,
+};
+use units::Units;
+
 use super::{Plan, SweepError, failure, keys, ownership, plan::UNITS_KEY};
 use crate::{
     format::{self, CERTIFICATE, CaseResults, CaseRow, LAYOUT, SWEEP_LAYOUT},
     output::{self, Kind, OutputFile},
-    solver::Status,
-    store::{
-        Home, IfMissing, Reader, RunFile, Stage, StageRecord, StoreError, Transaction, timestamp,
-    },
-    units::Units,
 };
 
 /// Name of the table for h5py in the sweep's folder.

@@ -33,7 +33,7 @@ value = 1e3
 face = "contact"
 "#;
 
-const FOOT_MESH: &str = include_str!("../meshes/foot_22.msh");
+const FOOT_MESH: &str = include_str!("../../crates/contact3d/tests/meshes/foot_22.msh");
 
 /// Two tetrahedra that share a triangle.
 const PAIR_MESH: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n\

@@ -1,6 +1,7 @@
 //! Numbers that double precision does not hold: no answer with such figures passes as converged.
 
-use contact3d_pipe::{format::LAYOUT, store::Reader};
+use contact3d_pipe::format::LAYOUT;
+use runfile::Reader;
 use serde_json::Value;
 
 use crate::program::{Program, SMALL, pipeline};

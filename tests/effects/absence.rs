@@ -1,6 +1,6 @@
 //! What a scene lacks has no unknowns and is never evaluated.
 
-use contact3d_pipe::solver::SolvedBy;
+use contact3d::solver::SolvedBy;
 
 use crate::{
     scenes::{CONTACT, RAMPS, in_contact, steel},
@@ -27,7 +27,7 @@ fn without_contact_there_is_one_solve() {
     let case = steel(&[]);
     assert_eq!(counts(&case), (N_FREE, 0, 0, 0));
     assert_eq!(case.solution.solved_by, SolvedBy::Direct);
-    assert_eq!(case.solution.actions, 1);
+    assert_eq!(case.solution.applications, 1);
     assert!(case.system.contact.is_none() && case.interface.is_none());
     assert!(case.mesh.contact.is_none());
 }

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, fmt::Write, fs};
 
-use contact3d_pipe::{scene::Scene, solver::Status};
+use contact3d::{scene::Scene, solver::Status};
 
 use crate::{
     scenes::{BODY, CONTACT, LOAD, RAMPS, STEEL, distance, steel},
@@ -163,7 +163,7 @@ fn millimetres_are_metres() {
     let metres = Case::of(&metres.replace("[48, 16, 16]", "[24, 8, 8]"));
     let [mm, m] = [&millimetres.solution, &metres.solution];
     assert_eq!(mm.newton.len(), m.newton.len());
-    assert_eq!(mm.actions, m.actions);
+    assert_eq!(mm.applications, m.applications);
     let pascals: Vec<f64> = mm.multiplier.iter().map(|l| 1e6 * l).collect();
     let difference = distance(&pascals, &m.multiplier);
     assert!(difference < SAME, "{difference:e}");

@@ -3,7 +3,8 @@
 use std::{collections::BTreeSet, fs};
 
 use assert_cmd::Command;
-use contact3d_pipe::{format::LAYOUT, store::Reader};
+use contact3d_pipe::format::LAYOUT;
+use runfile::Reader;
 
 use crate::scenes::{BODY, CONTACT, LOAD, RAMPS, STEEL};
 

@@ -1,6 +1,6 @@
 //! Laws of friction that coincide in a limit.
 
-use contact3d_pipe::{
+use contact3d::{
     contact::InterfaceFriction,
     solver::{ContactState, SolvedBy, Start, Status, solve},
 };

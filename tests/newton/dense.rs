@@ -1,6 +1,6 @@
 //! A problem with its dense dual operator, and the friction laws to try.
 
-use contact3d_pipe::{
+use contact3d::{
     contact::{CoulombLaw, Interface},
     dual::{ExplicitDual, ExplicitOperator, LocalStiffness},
     scene::{Coefficient, Friction, Ramp, Scene},

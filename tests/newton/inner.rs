@@ -1,6 +1,6 @@
 //! GPCG as inner solver of successive approximations.
 
-use contact3d_pipe::{
+use contact3d::{
     dual::{DualOperator, ExplicitOperator, ImplicitOperator},
     scene::PrecisionControl::{Adaptive, Fixed},
     solver::{
@@ -34,7 +34,7 @@ fn gpcg_and_newton_find_the_same_minimisers() {
                 );
                 let solver = Gpcg {
                     steplength: 1.9 / operator_norm(&mut operator),
-                    max_actions: 10_000,
+                    max_applications: 10_000,
                 };
                 let mut multiplier = start.clone();
                 let tolerance = 1e-11 * norm(&case.dual.rhs);
@@ -81,7 +81,7 @@ fn gpcg_needs_a_tenth_of_the_actions_on_both_operators() {
             // Inner gradients of 1e-9 ‖h‖ times the condition number of S, some hundreds.
             assert!(distance(&solution.multiplier, &newton.multiplier) < 1e-6);
             // Measured: a twentieth.
-            assert!(10 * solution.actions < paper.actions);
+            assert!(10 * solution.applications < paper.applications);
         }
     }
 }
@@ -105,10 +105,10 @@ fn gpcg_out_of_actions_is_a_status() {
     scene.solve.max_inner_actions = 5;
     let case = Dense::new(scene);
     let solution = case.approximate(Inner::Gpcg(&case.local.stiffness));
-    assert_eq!(solution.status, Status::MaxInnerActions);
+    assert_eq!(solution.status, Status::MaxInnerApplications);
 }
 
-/// The implicit operator, whose actions give NaN from some number on.
+/// The implicit operator, whose applications give NaN from some number on.
 struct Broken<'a> {
     sound: ImplicitOperator<'a>,
     from: usize,
@@ -123,15 +123,15 @@ impl DualOperator for Broken<'_> {
     }
     fn apply(&mut self, multiplier: &[f64]) -> Vec<f64> {
         let product = self.sound.apply(multiplier);
-        let broken = self.actions() >= self.from;
+        let broken = self.applications() >= self.from;
         let factor = if broken { f64::NAN } else { 1.0 };
         product.iter().map(|v| factor * v).collect()
     }
     fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64> {
         self.sound.to_primal(multiplier)
     }
-    fn actions(&self) -> usize {
-        self.sound.actions()
+    fn applications(&self) -> usize {
+        self.sound.applications()
     }
 }
 
@@ -140,7 +140,7 @@ fn gpcg_with_values_that_are_not_finite_is_a_status() {
     let case = Dense::new(hkl_scene(1, 4));
     let mut sound = ImplicitOperator::new(&case.problem.assembly, &case.problem.contact);
     operator_norm(&mut sound);
-    let first = sound.actions() + 1;
+    let first = sound.applications() + 1;
     for from in [first, first + 1, first + 40] {
         let solution = case.with_contact(&case.law(), |contact, law| {
             let mut operator = Broken {

@@ -1,6 +1,6 @@
 //! Published and hard laws, units, limits.
 
-use contact3d_pipe::{
+use contact3d::{
     dual::{DualOperator, ImplicitOperator},
     post::Zone,
     scene::{Body, Coefficient, Material, PrecisionControl::Fixed, Quantity, Scene},

@@ -3,7 +3,7 @@
 
 use std::{fs, path::Path};
 
-use contact3d_pipe::{
+use contact3d::{
     dual::{LocalStiffness, pane_stiffness},
     post::AssembledScene,
     scene::{DualOperatorKind, InnerSolver, Method, Scene, SolveSettings},

@@ -1,6 +1,6 @@
 //! Implicit and dense operators, and successive approximations on both.
 
-use contact3d_pipe::{
+use contact3d::{
     contact::nodal_slip,
     dual::{DualOperator, ExplicitOperator, ImplicitOperator},
     scene::{Coefficient, PrecisionControl::Fixed, Quantity},
@@ -65,7 +65,7 @@ fn both_operators_agree() {
             let found: Vec<f64> = found.iter().flatten().map(|u| u.abs()).collect();
             assert!(distance(&found, &expected.concat()) < 1e-12);
         }
-        assert_eq!(explicit.actions(), implicit.actions());
+        assert_eq!(explicit.applications(), implicit.applications());
     }
 }
 

@@ -1,6 +1,6 @@
 //! How many Newton steps every scene takes, and that refinement does not add many.
 
-use contact3d_pipe::{
+use contact3d::{
     scene::{Coefficient::Constant, Friction},
     solver::NewtonStatus,
 };

@@ -2,8 +2,8 @@
 
 use std::{collections::BTreeMap, fs};
 
+use contact3d::scene::SceneFile;
 use contact3d_pipe::{
-    scene::SceneFile,
     stages::{PIPELINE, stage_settings},
     sweep::Plan,
 };

@@ -2,10 +2,8 @@
 
 use std::{collections::BTreeMap, fs};
 
-use contact3d_pipe::{
-    format::LAYOUT,
-    store::{Reader, Stage},
-};
+use contact3d_pipe::format::LAYOUT;
+use runfile::{Reader, Stage};
 
 use crate::program::Scratch;
 

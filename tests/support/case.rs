@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use contact3d_pipe::{
+use contact3d::{
     post::{AssembledScene, ContactReport, SolveSceneError},
     scene::Scene,
     solver::Solution,

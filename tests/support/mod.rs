@@ -5,7 +5,7 @@ mod case;
 
 use std::path::{Path, PathBuf};
 
-use contact3d_pipe::{
+use contact3d::{
     contact::Interface,
     dual::{Assembly, ContactSystem, ImplicitOperator},
     mesh::{ContactSurface, Mesh},

@@ -2,7 +2,8 @@
 
 use std::fs;
 
-use contact3d_pipe::{format::SWEEP_LAYOUT, store::Reader};
+use contact3d_pipe::format::SWEEP_LAYOUT;
+use runfile::Reader;
 
 use crate::program::{FRICTION, Sweep, names};
 #[test]

@@ -8,10 +8,8 @@ use std::{
 };
 
 use assert_cmd::cargo::CommandCargoExt;
-use contact3d_pipe::{
-    format::{LAYOUT, SWEEP_LAYOUT},
-    store::{Layout, Reader, Stage},
-};
+use contact3d_pipe::format::{LAYOUT, SWEEP_LAYOUT};
+use runfile::{Layout, Reader, Stage};
 use tempfile::TempDir;
 
 /// A folder with a scene and a sweep over it.

@@ -3,10 +3,8 @@
 use std::{fs, process::Command};
 
 use assert_cmd::cargo::CommandCargoExt;
-use contact3d_pipe::{
-    format::{LAYOUT, SWEEP_LAYOUT},
-    store::{Reader, Stage},
-};
+use contact3d_pipe::format::{LAYOUT, SWEEP_LAYOUT};
+use runfile::{Reader, Stage};
 
 use crate::program::{FRICTION, Sweep, names, stage_digests};
 #[test]
@@ -89,13 +87,13 @@ values = [0.2, 0.201, 0.202, 0.203]
         let sweep = Sweep::new(text);
         assert_eq!(sweep.run("out", &[]).0, 0);
         let reader = Reader::open(&sweep.path("out/summary.h5"), SWEEP_LAYOUT).unwrap();
-        let actions: i64 = reader
+        let applications: i64 = reader
             .read_vec::<i64>("/cases/actions")
             .unwrap()
             .iter()
             .sum();
         (
-            actions,
+            applications,
             reader.read_vec::<f64>("/cases/normal_force").unwrap(),
         )
     };

@@ -1,16 +1,15 @@
 //! `/accuracy/levels`, `/accuracy/order`, `/accuracy/limit`: the discretisation ladder.
 
-use super::{NO_CONTACT, read_costs, write_costs};
-use crate::{
-    accuracy::{Cost, DiscretisationLadder, Forces, Level},
-    format::{FormatError, read_index_vec, solve::StoredStatus},
-    store::{
-        DatasetSpec, Extent,
-        Extent::{Fixed, Named},
-        Kind, Reader, Stage, StageWriter, StoreError, StoredEnum,
-    },
-    units::Dimension,
+use contact3d::convergence::{Cost, DiscretisationLadder, Forces, Level};
+use runfile::{
+    DatasetSpec, Extent,
+    Extent::{Fixed, Named},
+    Kind, Reader, Stage, StageWriter, StoreError, StoredEnum,
 };
+use units::Dimension;
+
+use super::{NO_CONTACT, read_costs, write_costs};
+use crate::format::{FormatError, read_index_vec, solve::StoredStatus};
 
 const SCENE_N_DIV: &str = "/accuracy/scene_n_div";
 const N_DIV: &str = "/accuracy/levels/n_div";
@@ -19,7 +18,7 @@ const CELL_SIZE: &str = "/accuracy/levels/cell_size";
 const N_FREE: &str = "/accuracy/levels/unknowns";
 const N_MULTIPLIERS: &str = "/accuracy/levels/multipliers";
 const LEVEL_STATUS: &str = "/accuracy/levels/status";
-const LEVEL_ACTIONS: &str = "/accuracy/levels/actions";
+const LEVEL_APPLICATIONS: &str = "/accuracy/levels/actions";
 const ENERGY_DIFFERENCE: &str = "/accuracy/levels/energy_difference";
 const LEVEL_ENERGY_ERROR: &str = "/accuracy/levels/energy_error";
 const POTENTIAL_ENERGY: &str = "/accuracy/levels/potential_energy";
@@ -59,7 +58,7 @@ pub(in crate::format) const TABLE: &[DatasetSpec] = &[
     level(N_FREE, Kind::I64, Dimension::Number, "Free degrees of freedom."),
     level(N_MULTIPLIERS, Kind::I64, Dimension::Number, "Multipliers."),
     level(LEVEL_STATUS, Kind::Enum(StoredStatus::SPEC), Dimension::Number, "How the solve ended."),
-    level(LEVEL_ACTIONS, Kind::I64, Dimension::Number, "Actions of the dual operator.").symbol("n_A"),
+    level(LEVEL_APPLICATIONS, Kind::I64, Dimension::Number, "Actions of the dual operator.").symbol("n_A"),
     level(ENERGY_DIFFERENCE, Kind::F64, Dimension::Number, "|u_h - u_f|_A / |u_f|_A with u_f of the finest mesh.").symbol("e_h"),
     level(LEVEL_ENERGY_ERROR, Kind::F64, Dimension::Number, "|u_h - u|_A / |u_f|_A with the extrapolated limit of e_h^2; NaN where no order is observed."),
     level(POTENTIAL_ENERGY, Kind::F64, Dimension::Energy, "u.Au / 2 - l.u.").symbol("J"),
@@ -96,7 +95,7 @@ fn write_levels(
         (N_DIV, |l| l.n_div),
         (N_FREE, |l| l.n_free),
         (N_MULTIPLIERS, |l| l.n_multipliers),
-        (LEVEL_ACTIONS, |l| l.actions),
+        (LEVEL_APPLICATIONS, |l| l.applications),
     ];
     for (path, count) in counts {
         let values: Vec<usize> = levels.iter().map(count).collect();
@@ -171,7 +170,7 @@ pub(super) fn read(reader: &Reader) -> Result<Option<DiscretisationLadder>, Form
     let n_free = read_index_vec(reader, N_FREE)?;
     let n_multipliers = read_index_vec(reader, N_MULTIPLIERS)?;
     let statuses = reader.read_enum::<StoredStatus>(LEVEL_STATUS)?;
-    let actions = read_index_vec(reader, LEVEL_ACTIONS)?;
+    let applications = read_index_vec(reader, LEVEL_APPLICATIONS)?;
     let difference: Vec<f64> = reader.read_vec(ENERGY_DIFFERENCE)?;
     let energies: Vec<f64> = reader.read_vec(POTENTIAL_ENERGY)?;
     let costs = read_costs(reader, [LEVEL_SECONDS, LEVEL_REPEATS, LEVEL_PEAK])?;
@@ -194,7 +193,7 @@ pub(super) fn read(reader: &Reader) -> Result<Option<DiscretisationLadder>, Form
         n_free: n_free[k],
         n_multipliers: n_multipliers[k],
         status: statuses[k].status(),
-        actions: actions[k],
+        applications: applications[k],
         energy_difference: difference[k],
         energy_error: None,
         potential_energy: energies[k],

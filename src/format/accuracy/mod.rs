@@ -1,17 +1,16 @@
 //! `/accuracy`: errors and costs of solvers and meshes.
 
+mod ladder;
 mod levels;
-mod rungs;
 
+pub(super) use ladder::TABLE as RUNGS_TABLE;
 pub(super) use levels::TABLE as LEVELS_TABLE;
-pub(super) use rungs::TABLE as RUNGS_TABLE;
+
+use contact3d::convergence::{Accuracy, Cost};
+use runfile::{DatasetSpec, Kind, Reader, Stage, StageWriter, StoreError};
+use units::Dimension;
 
 use super::{FormatError, read_index_vec};
-use crate::{
-    accuracy::{Accuracy, Cost},
-    store::{DatasetSpec, Kind, Reader, Stage, StageWriter, StoreError},
-    units::Dimension,
-};
 
 const ADVICE: &str = "/accuracy/advice";
 const NO_CONTACT: &str = "absent without contact";
@@ -28,7 +27,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
 pub fn write(writer: &mut StageWriter<'_>, accuracy: &Accuracy) -> Result<(), StoreError> {
     writer.write_text(ADVICE, &accuracy.advice().to_string())?;
     if let Some(ladder) = &accuracy.algebraic {
-        rungs::write(writer, ladder)?;
+        ladder::write(writer, ladder)?;
     }
     if let Some(ladder) = &accuracy.discretisation {
         levels::write(writer, ladder)?;
@@ -52,7 +51,7 @@ pub fn read_advice(reader: &Reader) -> Result<Option<String>, FormatError> {
 /// # Errors
 /// Missing, altered or contradictory datasets.
 pub fn read(reader: &Reader) -> Result<Accuracy, FormatError> {
-    let algebraic = rungs::read(reader)?;
+    let algebraic = ladder::read(reader)?;
     let discretisation = levels::read(reader)?;
     Ok(Accuracy {
         algebraic,

@@ -1,0 +1,122 @@
+//! The mesh ladder against closed forms and identities.
+
+use std::path::Path;
+
+use super::{
+    Cost, DiscretisationLadder, Level, default_finest, discretisation::energy_norm,
+    prolongation::prolongate, refinement::with_cells,
+};
+use crate::{
+    elasticity::{DofMap, MaterialField, stiffness},
+    mesh::Mesh,
+    scene::{Body, Scene},
+    solver::Status,
+};
+
+fn scene(contact_face: &str) -> Scene {
+    let text = include_str!("../../../../pipelines/newton.toml");
+    let text = text.replace("face = \"z_min\"", &format!("face = \"{contact_face}\""));
+    Scene::parse("newton.toml", &text).expect("valid pipeline")
+}
+
+/// A field without symmetry that vanishes on the clamped face x = 0.
+fn field(mesh: &Mesh) -> Vec<[f64; 3]> {
+    let wave = |seed: usize, x: f64| x * (1.0 + 0.7 * ((seed * seed % 97) as f64).sin());
+    let nodes = mesh.coordinates.iter().enumerate();
+    nodes
+        .map(|(n, x)| std::array::from_fn(|c| wave(3 * n + c, x[0])))
+        .collect()
+}
+
+fn energy(scene: &Scene, mesh: &Mesh, field: &[[f64; 3]]) -> f64 {
+    let dofs = DofMap::new(&mesh.held_nodes(scene));
+    let stiffness = stiffness(mesh, &MaterialField::new(scene, mesh), &dofs);
+    energy_norm(&stiffness, &dofs.to_free(field))
+}
+
+/// A coarse function is one of the finer mesh too, so both stiffness matrices give it the same
+/// energy; with any cell cut differently it would gain some.
+#[test]
+fn finer_meshes_are_nested_whatever_the_factor_and_the_contact_face() {
+    for face in ["z_min", "y_max"] {
+        let coarse_scene = with_cells(&scene(face), [6, 2, 2]);
+        let Body::Brick(brick) = &coarse_scene.body else {
+            panic!("expected a brick");
+        };
+        let coarse = Mesh::of_scene(&coarse_scene, Path::new("")).expect("a brick");
+        let given = field(&coarse);
+        let expected = energy(&coarse_scene, &coarse, &given);
+        for factor in [1, 2, 3, 4] {
+            let fine_scene = with_cells(&coarse_scene, brick.cells.map(|n| n * factor));
+            let fine = Mesh::of_scene(&fine_scene, Path::new("")).expect("a brick");
+            let same = prolongate(brick, &coarse, &given, &fine.coordinates);
+            let found = energy(&fine_scene, &fine, &same);
+            // Sums of a few thousand terms, each rounded to 1e-16.
+            assert!((found / expected - 1.0).abs() < 1e-12, "{face}, {factor}");
+        }
+    }
+}
+
+fn level(n_div: usize, energy_difference: f64, potential_energy: f64) -> Level {
+    Level {
+        n_div,
+        cells: [3 * n_div, n_div, n_div],
+        cell_size: 1.0 / n_div as f64,
+        n_free: 0,
+        n_multipliers: 0,
+        status: Status::Converged,
+        applications: 0,
+        energy_difference,
+        energy_error: None,
+        potential_energy,
+        forces: None,
+        cost: Cost {
+            seconds: 1.0,
+            repeats: 1,
+            peak_bytes: None,
+        },
+    }
+}
+
+/// Differences to the finest mesh of a sequence with ‖u_h − u‖ = C hᵖ and orthogonal errors.
+#[test]
+fn errors_against_the_limit_are_recovered_from_differences_to_the_finest_mesh() {
+    let (order, factor) = (0.6, 0.3);
+    let error = |n: usize| factor * (1.0 / n as f64).powf(order);
+    let difference = |n: usize| (error(n).powi(2) - error(24).powi(2)).sqrt();
+    let energy = |n: usize| -7.0 + error(n).powi(2);
+    let levels = [4, 6, 12, 24].map(|n| level(n, difference(n), energy(n)));
+    let ladder = DiscretisationLadder::new(12, levels.to_vec());
+    for (k, level) in ladder.levels.iter().enumerate() {
+        let found = level.energy_error.expect("an order");
+        // Squares and differences of numbers of size one: a few roundings.
+        assert!((found - error(level.n_div)).abs() < 1e-10);
+        let orders = [&ladder.energy_norm, &ladder.potential_energy].map(|t| t.orders[k]);
+        match k {
+            0 | 1 => assert_eq!(orders, [None, None]),
+            _ => {
+                assert!((orders[0].expect("an order") - order).abs() < 1e-8);
+                assert!((orders[1].expect("an order") - 2.0 * order).abs() < 1e-8);
+            }
+        }
+    }
+    let limit = ladder.potential_energy.limit.expect("a limit");
+    assert!((limit + 7.0).abs() < 1e-10);
+    assert_eq!(ladder.scene_level().map(|l| l.n_div), Some(12));
+}
+
+#[test]
+fn a_sequence_that_is_not_monotone_has_no_order() {
+    let levels = [(4, -7.0), (8, -7.2), (16, -7.1)].map(|(n, j)| level(n, 1.0 / n as f64, j));
+    let ladder = DiscretisationLadder::new(8, levels.to_vec());
+    assert_eq!(ladder.potential_energy.orders, [None; 3]);
+    assert_eq!(ladder.potential_energy.limit, None);
+}
+
+#[test]
+fn the_finest_mesh_by_default_stays_affordable() {
+    assert_eq!(
+        [4, 8, 10, 16, 24, 48].map(default_finest),
+        [16, 32, 20, 32, 24, 48]
+    );
+}

@@ -1,0 +1,283 @@
+use std::sync::Arc;
+
+use super::{
+    Assembly, ContactSystem, DualOperator,
+    dense::{subtract_product, symmetric_product},
+};
+use crate::{
+    contact::{ContactFrame, Interface},
+    elasticity::DofMap,
+    linalg::{CscMatrix, Workspace, difference},
+    mesh::ContactSurface,
+};
+
+/// The dual problem as dense arrays: S, h and, where friction follows the slip, the compliance of
+/// the contact nodes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExplicitDual {
+    /// S = B A⁻¹ Bᵀ, column-major, exactly symmetric, `[n_multipliers, n_multipliers]`, in m³/Pa;
+    /// shared by problems that differ in their loads.
+    pub operator: Arc<Vec<f64>>,
+    /// h = B A⁻¹ l with the gap's integral subtracted, `[n_multipliers]`, in m³; −r(λ₀) where the
+    /// problem is written about an anchor λ₀.
+    pub rhs: Vec<f64>,
+    /// λ₀ of [`Self::anchored`], `[n_multipliers]`, in Pa; `None` for zero.
+    pub anchor: Option<Vec<f64>>,
+    /// Number of panes m.
+    pub n_panes: usize,
+    /// The compliance of the contact nodes; `None` where no friction law asks for slip.
+    pub compliance: Option<ContactCompliance>,
+}
+
+/// The tangential displacement of the contact nodes, affine in λ: u_t = `slip_free` − G (λ − λ₀)
+/// with the anchor λ₀ of the dual problem.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactCompliance {
+    /// G = C A⁻¹ Bᵀ with the rows u_t1, u_t2 of contact node after contact node, column-major,
+    /// `[2 n_contact_nodes, 3 n_panes]`, in m/Pa; shared as S is.
+    pub matrix: Arc<Vec<f64>>,
+    /// (u_t1, u_t2) of A⁻¹l, or of the displacement at the anchor, at the contact nodes, signed,
+    /// `[n_contact_nodes]`, in m.
+    pub slip_free: Vec<[f64; 2]>,
+}
+
+impl ExplicitDual {
+    /// Forms S and G by forward solves W = L⁻¹PBᵀ on the supernodes B reaches, S = WᵀW; the free
+    /// slip is that of the displacement A⁻¹l in m.
+    #[must_use]
+    pub fn new(
+        assembly: &Assembly,
+        contact: &ContactSystem,
+        unconstrained: &[f64],
+        surface: &ContactSurface,
+        interface: &Interface,
+    ) -> Self {
+        let coupling = contact.coupling.transposed.transpose();
+        let half_solved = assembly.factor.forward_rows(&coupling);
+        let operator = half_solved.gram();
+        let compliance = interface.follows_slip().then(|| {
+            let dofs = &assembly.primal.dofs;
+            let selection = tangential_selection(surface, &interface.frame, dofs);
+            let matrix = half_solved.compliance(&selection.transpose());
+            ContactCompliance {
+                matrix: Arc::new(matrix),
+                slip_free: free_slip(&selection, unconstrained),
+            }
+        });
+        Self {
+            operator: Arc::new(operator),
+            rhs: contact.dual_rhs.clone(),
+            anchor: None,
+            n_panes: contact.coupling.n_panes,
+            compliance,
+        }
+    }
+
+    /// The same problem written about λ₀ with its exact displacement u₀ in m: r = S (λ − λ₀) − c for
+    /// the closing c = B u₀ − gap in m³, u_t = C u₀ − G (λ − λ₀).
+    ///
+    /// Near λ₀ the rounding of S, G and h then counts only in proportion to λ − λ₀ (iterative
+    /// refinement); what cancels in S λ − h, the rigid motion of a body that nearly floats, cancelled
+    /// in c already.
+    #[must_use]
+    pub fn anchored(
+        &self,
+        multiplier: &[f64],
+        displacement: &[f64],
+        closing: Vec<f64>,
+        surface: &ContactSurface,
+        frame: &ContactFrame,
+        dofs: &DofMap,
+    ) -> Self {
+        let compliance = self.compliance.as_ref().map(|compliance| {
+            let selection = tangential_selection(surface, frame, dofs);
+            ContactCompliance {
+                matrix: Arc::clone(&compliance.matrix),
+                slip_free: free_slip(&selection, displacement),
+            }
+        });
+        Self {
+            operator: Arc::clone(&self.operator),
+            rhs: closing,
+            anchor: Some(multiplier.to_vec()),
+            n_panes: self.n_panes,
+            compliance,
+        }
+    }
+
+    /// Recomputes the free slip, where it is held, from the displacement A⁻¹l in m.
+    pub(super) fn apply_loads(
+        &mut self,
+        unconstrained: &[f64],
+        surface: &ContactSurface,
+        frame: &ContactFrame,
+        dofs: &DofMap,
+    ) {
+        if let Some(compliance) = &mut self.compliance {
+            let selection = tangential_selection(surface, frame, dofs);
+            compliance.slip_free = free_slip(&selection, unconstrained);
+        }
+    }
+
+    /// Number of multipliers: 3m, or m without friction.
+    #[must_use]
+    pub fn dimension(&self) -> usize {
+        self.rhs.len()
+    }
+
+    /// Number of panes m.
+    #[must_use]
+    pub fn n_panes(&self) -> usize {
+        self.n_panes
+    }
+
+    /// The relative rounding error n ε of S λ, below which no residual is worth reducing.
+    #[must_use]
+    pub fn rounding(&self) -> f64 {
+        self.dimension() as f64 * f64::EPSILON
+    }
+
+    /// One column (or row) of S.
+    #[must_use]
+    pub fn column(&self, j: usize) -> &[f64] {
+        &self.operator[j * self.dimension()..(j + 1) * self.dimension()]
+    }
+
+    /// r = S λ − h in m³.
+    #[must_use]
+    pub fn gradient(&self, multiplier: &[f64]) -> Vec<f64> {
+        let mut gradient = match &self.anchor {
+            None => self.apply(multiplier),
+            Some(anchor) => self.apply(&difference(multiplier, anchor)),
+        };
+        for (r, h) in gradient.iter_mut().zip(&self.rhs) {
+            *r -= h;
+        }
+        gradient
+    }
+
+    /// Signed (u_t1, u_t2) at the contact nodes, `[n_contact_nodes]`, in m; empty without compliance.
+    #[must_use]
+    pub fn tangential_displacement(&self, multiplier: &[f64]) -> Vec<[f64; 2]> {
+        match (&self.compliance, &self.anchor) {
+            (None, _) => Vec::new(),
+            (Some(compliance), None) => compliance.tangential_displacement(multiplier),
+            (Some(compliance), Some(anchor)) => {
+                compliance.tangential_displacement(&difference(multiplier, anchor))
+            }
+        }
+    }
+
+    /// S λ in m³.
+    #[must_use]
+    pub fn apply(&self, multiplier: &[f64]) -> Vec<f64> {
+        symmetric_product(&self.operator, multiplier)
+    }
+}
+
+impl ContactCompliance {
+    /// One column of G, `[2 n_contact_nodes]`.
+    #[must_use]
+    pub fn column(&self, j: usize) -> &[f64] {
+        let rows = 2 * self.slip_free.len();
+        &self.matrix[j * rows..(j + 1) * rows]
+    }
+
+    /// slip_free − G λ at the contact nodes, `[n_contact_nodes]`, in m.
+    fn tangential_displacement(&self, multiplier: &[f64]) -> Vec<[f64; 2]> {
+        let mut slip = self.slip_free.concat();
+        subtract_product(&self.matrix, multiplier, &mut slip);
+        pairs(&slip)
+    }
+}
+
+/// Cᵀ of C u = (u_t1, u_t2) node by node; columns of held degrees of freedom are empty.
+fn tangential_selection(
+    surface: &ContactSurface,
+    frame: &ContactFrame,
+    dofs: &DofMap,
+) -> CscMatrix {
+    let mut transposed = CscMatrix {
+        rows: dofs.n_free,
+        cols: 2 * surface.nodes.len(),
+        indptr: vec![0],
+        indices: Vec::new(),
+        data: Vec::new(),
+    };
+    for (local, &node) in surface.nodes.iter().enumerate() {
+        for axis in frame.axes_at(local) {
+            for (dof, &direction) in dofs.dof[node].iter().zip(axis) {
+                if let (Some(dof), true) = (*dof, direction != 0.0) {
+                    transposed.indices.push(dof);
+                    transposed.data.push(direction);
+                }
+            }
+            transposed.indptr.push(transposed.indices.len());
+        }
+    }
+    transposed
+}
+
+/// (u_t1, u_t2) at the contact nodes of a displacement in m.
+fn free_slip(selection: &CscMatrix, unconstrained: &[f64]) -> Vec<[f64; 2]> {
+    let mut slip = vec![0.0; selection.cols];
+    selection.mul_transposed(unconstrained, &mut slip);
+    pairs(&slip)
+}
+
+fn pairs(flat: &[f64]) -> Vec<[f64; 2]> {
+    flat.chunks_exact(2).map(|p| [p[0], p[1]]).collect()
+}
+
+/// S applied as a dense symmetric matrix; the factor of A is used only for the displacement.
+pub struct ExplicitOperator<'a> {
+    dual: &'a ExplicitDual,
+    assembly: &'a Assembly,
+    contact: &'a ContactSystem,
+    work: Workspace,
+    applications: usize,
+}
+
+impl<'a> ExplicitOperator<'a> {
+    /// Joins the dense dual problem and the factor it came from.
+    #[must_use]
+    pub fn new(dual: &'a ExplicitDual, assembly: &'a Assembly, contact: &'a ContactSystem) -> Self {
+        Self {
+            dual,
+            assembly,
+            contact,
+            work: Workspace::default(),
+            applications: 0,
+        }
+    }
+}
+
+impl DualOperator for ExplicitOperator<'_> {
+    fn dimension(&self) -> usize {
+        self.dual.dimension()
+    }
+
+    fn rhs(&self) -> &[f64] {
+        &self.dual.rhs
+    }
+
+    fn apply(&mut self, multiplier: &[f64]) -> Vec<f64> {
+        self.applications += 1;
+        self.dual.apply(multiplier)
+    }
+
+    fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64> {
+        self.applications += 1;
+        self.contact
+            .displacement(self.assembly, multiplier, &mut self.work)
+    }
+
+    fn tangential_displacement(&mut self, multiplier: &[f64]) -> Option<Vec<[f64; 2]>> {
+        self.dual.compliance.as_ref()?;
+        Some(self.dual.tangential_displacement(multiplier))
+    }
+
+    fn applications(&self) -> usize {
+        self.applications
+    }
+}

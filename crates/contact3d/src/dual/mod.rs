@@ -1,0 +1,42 @@
+//! The dual operator S = B A⁻¹ Bᵀ and right-hand side h = B A⁻¹ l − gap (HKL (4.5)).
+
+mod assembly;
+mod contact;
+mod dense;
+mod estimate;
+mod explicit;
+mod finite;
+mod implicit;
+mod local_stiffness;
+mod need;
+mod pane_stiffness;
+mod system;
+
+pub use assembly::{Assembly, AssemblyError, AssemblySeconds, PrimalSystem};
+pub use contact::ContactSystem;
+pub use estimate::OperatorEstimate;
+pub use explicit::{ContactCompliance, ExplicitDual, ExplicitOperator};
+pub use implicit::ImplicitOperator;
+pub use local_stiffness::LocalStiffness;
+pub use need::{Admission, Need, Resource, Shortage};
+pub use pane_stiffness::pane_stiffness;
+pub use system::DualSystem;
+
+/// Applications of the dual problem: minimise ½ λᵀSλ − λᵀh over the admissible multipliers.
+pub trait DualOperator {
+    /// Number of multipliers: 3m, or m without friction.
+    fn dimension(&self) -> usize;
+    /// The right-hand side h in m³.
+    fn rhs(&self) -> &[f64];
+    /// S λ in m³ (λ in Pa).
+    fn apply(&mut self, multiplier: &[f64]) -> Vec<f64>;
+    /// The displacement u = A⁻¹(l − Bᵀλ) over the free degrees of freedom in m.
+    fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64>;
+    /// Signed (u_t1, u_t2) at the contact nodes in m, `[n_contact_nodes]`, when the operator knows
+    /// them without a solve over the body; `None` when only [`Self::to_primal`] gives them.
+    fn tangential_displacement(&mut self, _multiplier: &[f64]) -> Option<Vec<[f64; 2]>> {
+        None
+    }
+    /// Applications of A⁻¹ so far (n_A of HKL §4), those of a dense S included.
+    fn applications(&self) -> usize;
+}

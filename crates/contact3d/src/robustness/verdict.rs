@@ -1,0 +1,195 @@
+use std::fmt;
+
+use super::{Check, CrossCheckResult, InvarianceResult, Solutions};
+
+/// What every case should reach.
+pub const GOAL: f64 = 1e-10;
+
+/// Answers that differ by more than this do not agree, however badly conditioned the problem is.
+const USELESS: f64 = 1e-6;
+
+/// Algorithms that have to agree.
+const ENOUGH: usize = 2;
+
+/// How a case came out, with what is to be said about it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    /// The worst of the findings.
+    pub level: Level,
+    /// What kept the case from reaching the goal.
+    pub findings: Vec<String>,
+}
+
+/// From good to bad.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// All that was asked for, to 1e-10 or to the bit.
+    Holds,
+    /// Above 1e-10, but within what double precision allows at this conditioning.
+    AtRounding,
+    /// Something was not reached and is not explained.
+    Fails,
+}
+
+impl Level {
+    /// The level as programs see it.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Holds => "holds",
+            Self::AtRounding => "floor",
+            Self::Fails => "fails",
+        }
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.findings.as_slice() {
+            [] => f.write_str(self.level.word()),
+            findings => write!(f, "{}: {}", self.level.word(), findings.join("; ")),
+        }
+    }
+}
+
+/// Accuracies are told up to this factor: they are measured in another norm.
+const ABOUT: f64 = 10.0;
+
+impl Verdict {
+    pub(super) fn of(check: &Check) -> Self {
+        let mut verdict = Self {
+            level: Level::Holds,
+            findings: Vec::new(),
+        };
+        if !check.status.is_solved() {
+            verdict.add(Level::Fails, check.status.word().replace('_', " "));
+        }
+        let name = |what: &str, value: f64, rounding_bound: f64| {
+            format!("{what} {value:.0e}, rounding allows {rounding_bound:.0e}")
+        };
+        let certificate = level(check.certificate, check.rounding_bound.certificate);
+        if certificate != Level::Holds {
+            let text = name(
+                "certificate",
+                check.certificate,
+                check.rounding_bound.certificate,
+            );
+            verdict.add(certificate, text);
+        }
+        if check.linearisation.determinant < 1 {
+            let sign = ["det R' < 0", "det R' = 0"][(check.linearisation.determinant + 1) as usize];
+            verdict.add(Level::Holds, sign.to_owned());
+        }
+        verdict.add_cross_checks(check);
+        for result in &check.invariances {
+            let allowed = allowed(check, result);
+            let other = !result.invariance.is_exact() && result.residual <= GOAL;
+            if other && result.difference > USELESS.max(allowed) {
+                verdict.add_solution(check, &result.invariance, result.difference);
+                continue;
+            }
+            let reached = match allowed {
+                0.0 if result.difference == 0.0 => Level::Holds,
+                0.0 => Level::Fails,
+                rounding_bound => level(result.difference, rounding_bound),
+            };
+            if reached != Level::Holds {
+                let what = result.invariance.to_string();
+                verdict.add(reached, name(&what, result.difference, allowed));
+            }
+        }
+        verdict
+    }
+
+    /// Two algorithms must agree; what the others say is told.
+    fn add_cross_checks(&mut self, check: &Check) {
+        let several = check.solutions == Solutions::Several;
+        let mut agreeing = 0;
+        let mut remarks = Vec::new();
+        for cross_check in &check.cross_checks {
+            let allowed = check.rounding_bound.multiplier
+                + check.linearisation.sensitivity
+                    * (cross_check.residual + check.linearisation.residual)
+                + ABOUT * cross_check.accuracy;
+            let reached = if cross_check.disagreement > USELESS {
+                Level::Fails
+            } else {
+                level(cross_check.disagreement, allowed)
+            };
+            match (cross_check.is_solution(), reached) {
+                (false, _) => remarks.push((Level::Holds, told(cross_check))),
+                (true, Level::Holds) => agreeing += 1,
+                (true, Level::AtRounding) => {
+                    agreeing += 1;
+                    let text = format!(
+                        "{} {:.0e}, its residual allows {allowed:.0e}",
+                        cross_check.cross_check, cross_check.disagreement
+                    );
+                    remarks.push((Level::AtRounding, text));
+                }
+                (true, Level::Fails)
+                    if cross_check.residual <= GOAL && cross_check.disagreement > allowed =>
+                {
+                    self.add_solution(check, &cross_check.cross_check, cross_check.disagreement);
+                }
+                (true, Level::Fails) => remarks.push((Level::Fails, told(cross_check))),
+            }
+        }
+        if agreeing < ENOUGH && !several {
+            self.add(Level::Fails, format!("{agreeing} algorithms agree"));
+        }
+        for (level, text) in remarks {
+            self.add(level, text);
+        }
+    }
+
+    /// Tells of another solution, which satisfies the problem as well as the answer does.
+    fn add_solution(&mut self, check: &Check, by: &dyn fmt::Display, difference: f64) {
+        let level = match check.solutions {
+            Solutions::One => Level::Fails,
+            Solutions::Several => Level::Holds,
+        };
+        self.add(level, format!("{by}: another solution ({difference:.0e})"));
+    }
+
+    fn add(&mut self, level: Level, finding: String) {
+        self.level = self.level.max(level);
+        self.findings.push(finding);
+    }
+}
+
+fn told(cross_check: &CrossCheckResult) -> String {
+    if cross_check.is_solution() {
+        format!(
+            "{} finds another answer ({:.0e})",
+            cross_check.cross_check, cross_check.disagreement
+        )
+    } else {
+        format!(
+            "{}: {}",
+            cross_check.cross_check,
+            cross_check.status.word().replace('_', " ")
+        )
+    }
+}
+
+/// Where a figure lies between the goal and what rounding allows; NaN fails.
+fn level(value: f64, rounding_bound: f64) -> Level {
+    if value <= GOAL {
+        Level::Holds
+    } else if value <= rounding_bound {
+        Level::AtRounding
+    } else {
+        Level::Fails
+    }
+}
+
+/// What a change of the description may do: nothing, or the rounding of both answers and twice
+/// the residual at which the solver stops.
+fn allowed(check: &Check, result: &InvarianceResult) -> f64 {
+    if result.invariance.is_exact() {
+        return 0.0;
+    }
+    let stopped = check.linearisation.residual.max(check.asked);
+    2.0 * (check.rounding_bound.multiplier + check.linearisation.sensitivity * stopped)
+}

@@ -1,0 +1,246 @@
+use proptest::prelude::*;
+
+use super::*;
+
+const SPACE: &[&str] = &["x", "y", "z"];
+
+fn parse(text: &str) -> Expression {
+    Expression::parse(text, SPACE).unwrap()
+}
+
+fn value(text: &str, at: [f64; 3]) -> f64 {
+    parse(text).evaluate(&at)
+}
+
+fn slopes(text: &str, at: [f64; 3]) -> [f64; 3] {
+    parse(text).derivatives(&at, [0, 1, 2])
+}
+
+fn bound(text: &str, parameters: &[(&str, f64)]) -> Result<Expression, ExpressionError> {
+    let parameters = parameters.iter().map(|(name, v)| ((*name).to_owned(), *v));
+    let mut expression = Expression::unbound(text, SPACE)?;
+    expression.bind(&parameters.collect())?;
+    Ok(expression)
+}
+
+#[test]
+fn formulas_are_evaluated_in_the_order_of_the_variables() {
+    let e = parse("2*z - x^2 + 1e-3*sin(PI/2)");
+    // Three roundings of numbers near 5.
+    assert!((e.evaluate(&[1.0, 7.0, 3.0]) - 5.001).abs() < 1e-14);
+    assert!(e.uses("x") && !e.uses("y"));
+    assert_eq!(value("4.5", [0.0; 3]), 4.5);
+    assert_eq!(value("8/4/2 - 1 - 1 + 2*3^2", [0.0; 3]), 17.0);
+    assert_eq!(value("+x*(-y)", [2.0, 3.0, 0.0]), -6.0);
+}
+
+#[test]
+fn a_leading_minus_binds_less_than_a_power() {
+    let e = parse("exp(-x^2) - 2*(-y^2)");
+    let (x, y) = (0.7_f64, 0.3_f64);
+    // A few roundings of numbers near 1.
+    let expected = (-x * x).exp() + 2.0 * y * y;
+    assert!((e.evaluate(&[x, y, 0.0]) - expected).abs() < 1e-14);
+    let expected = -2.0 * x * (-x * x).exp();
+    assert!((e.derivatives(&[x, y, 0.0], [0, 1, 2])[0] - expected).abs() < 1e-14);
+    assert_eq!(e.text(), "exp(-x^2) - 2*(-y^2)");
+    assert_eq!(
+        value("max(-x^2, -9) + if(-x < -1, -x, 0)", [2.0, 0.0, 0.0]),
+        -6.0
+    );
+}
+
+#[test]
+fn choices_take_the_value_of_their_condition() {
+    for (text, expected) in [
+        ("abs(-3)", 3.0),
+        ("min(3, 1, 2)", 1.0),
+        ("max(1, 3, 2)", 3.0),
+        ("if(1 < 2, 10, 20)", 10.0),
+        ("if(2 < 2, 10, 20)", 20.0),
+        ("if(2 <= 2, 10, 20)", 10.0),
+        ("if(2 > 2, 10, 20)", 20.0),
+        ("if(2 >= 2, 10, 20)", 10.0),
+        ("if(1 > 2, 10, if(1 < 2, 30, 40))", 30.0),
+        // What is not chosen need not be defined.
+        ("if(1 < 2, 10, sqrt(0-1))", 10.0),
+    ] {
+        assert_eq!(value(text, [0.0; 3]), expected, "{text}");
+    }
+    for text in [
+        "max(sqrt(0-1), 1)",
+        "min(1, sqrt(0-1))",
+        "if(sqrt(0-1) < 1, 1, 2)",
+    ] {
+        assert!(value(text, [0.0; 3]).is_nan(), "{text}");
+    }
+}
+
+#[test]
+fn derivatives_at_kinks_are_those_where_variables_grow() {
+    for (text, at, expected) in [
+        ("abs(x)", 0.0, 1.0),
+        ("abs(0-x)", 0.0, 1.0),
+        ("abs(1-x)", 1.0, 1.0),
+        ("max(x, 1)", 1.0, 1.0),
+        ("max(1, 2*x - 1)", 1.0, 2.0),
+        ("min(x, 1)", 1.0, 0.0),
+        ("min(1, 2*x - 1)", 1.0, 0.0),
+        ("if(x < 1, 5*x, 3*x + 2)", 1.0, 3.0),
+        ("if(x <= 1, 5*x, 3*x + 2)", 1.0, 3.0),
+        ("if(x > 1, 5*x, 3*x + 2)", 1.0, 5.0),
+        ("if(x <= 0, 0.3, 0.3 - x)", 0.0, -1.0),
+        // A jump has the slope of the piece behind it.
+        ("if(x <= 1, 5*x, 3*x)", 1.0, 3.0),
+        ("if(x <= 1, x^2, sqrt(x-1))", 0.5, 1.0),
+    ] {
+        assert_eq!(slopes(text, [at, 0.0, 0.0])[0], expected, "{text}");
+    }
+    assert_eq!(value("if(x <= 1, 5*x, 3*x)", [1.0, 0.0, 0.0]), 5.0);
+    // Where two variables meet, the derivatives are those of one piece.
+    assert_eq!(slopes("max(x, y)", [1.0, 1.0, 0.0]), [1.0, 0.0, 0.0]);
+    assert_eq!(slopes("max(x, 2*y - 1)", [1.0, 1.0, 0.0]), [0.0, 2.0, 0.0]);
+    // An infinite slope stays with its variable.
+    assert_eq!(
+        slopes("sqrt(x) + 2*y", [0.0, 1.0, 0.0]),
+        [f64::INFINITY, 2.0, 0.0]
+    );
+}
+
+#[test]
+fn unknown_names_and_nonsense_are_refused() {
+    for text in [
+        "s1 + x",
+        "foo(x)",
+        "{x y}",
+        "x +",
+        "(x",
+        "",
+        "x y",
+        "--",
+        "1..2",
+        "{x",
+        "2*-x",
+        "2^-x",
+        "x--y",
+        "sin x",
+        "exp -x",
+        "x^2^3",
+        "x^(2)^3",
+        "2(x)",
+        "2x",
+        "x < 1",
+        "if(x, 1, 2)",
+        "x)",
+        "if(x < 1, 2)",
+        "if(x < y < z, 1, 2)",
+        "if(x = 1, 1, 2)",
+        "max(x)",
+        "min()",
+        "max(x,)",
+        "abs(x, y)",
+        "x(2)",
+        "PI(2)",
+        "if",
+        "max",
+        "1,2",
+        "if(x == 1, 2, 3)",
+    ] {
+        assert!(Expression::parse(text, SPACE).is_err(), "{text}");
+    }
+    let nested = "(".repeat(500) + "x" + &")".repeat(500);
+    let long = "x*".repeat(LONGEST_TEXT / 2) + "x";
+    for text in [&nested, &long] {
+        assert_eq!(
+            Expression::parse(text, SPACE).unwrap_err(),
+            ExpressionError::TooLarge
+        );
+    }
+    let product = "x*".repeat(LONGEST_TEXT / 2 - 1) + "x";
+    // ∂xⁿ/∂x = n at 1: sums of ones.
+    assert_eq!(
+        slopes(&product, [1.0, 0.0, 0.0])[0],
+        LONGEST_TEXT as f64 / 2.0
+    );
+}
+
+#[test]
+fn parameters_have_the_values_they_are_bound_to() {
+    let e = bound("mu*x + mu^k", &[("mu", 3.0), ("k", 2.0), ("spare", 0.0)]).unwrap();
+    assert_eq!(e.evaluate(&[2.0, 0.0, 0.0]), 15.0);
+    assert_eq!(e.derivatives(&[2.0, 0.0, 0.0], [0, 1, 2]), [3.0, 0.0, 0.0]);
+    assert_eq!(e.parameters().collect::<Vec<_>>(), ["mu", "k"]);
+    let moved = e.rewritten("(mu*(2*x) + mu^k)*k").unwrap();
+    assert_eq!(moved.evaluate(&[1.0, 0.0, 0.0]), 30.0);
+    assert_ne!(e, bound("mu*x + mu^k", &[("mu", 4.0), ("k", 2.0)]).unwrap());
+    let error = bound("mo*x", &[("mu", 3.0)]).unwrap_err().to_string();
+    assert!(
+        error.contains("\"mo\"") && error.contains("the parameters mu"),
+        "{error}"
+    );
+}
+
+/// Formulas with the places near which they have kinks.
+fn smooth_away_from_kinks() -> impl Strategy<Value = (String, f64)> {
+    let inner = prop_oneof![
+        Just("x".to_owned()),
+        (0.1..3.0_f64).prop_map(|a| format!("{a}*x")),
+        (0.1..3.0_f64).prop_map(|a| format!("sin({a}*x) + 1.5")),
+        (0.1..3.0_f64).prop_map(|a| format!("x^{a} + tanh(x)")),
+        (0.1..3.0_f64).prop_map(|a| format!("exp(-x/{a}) + ln(x + {a})/log10(x + 20)")),
+        (0.1..3.0_f64).prop_map(|a| format!("atan(x - {a}) + cosh(x/3) - sinh(x/4)")),
+        (0.1..3.0_f64)
+            .prop_map(|a| format!("sqrt(x + {a})*asin(x/5) + acos(x/6)*cos(x)/tan(1 + x/9)")),
+        (0.1..3.0_f64).prop_map(|a| format!("{a}^x - x^x")),
+    ];
+    (inner.clone(), inner, 0.3..3.0_f64, 0_usize..8).prop_map(|(f, g, kink, shape)| {
+        let text = match shape {
+            0 => format!("abs(x - {kink})*({f}) + {g}"),
+            1 => format!("max(x - {kink}, 0)*({f}) - min(x, {kink})*({g})"),
+            2 => format!("if(x < {kink}, {f}, {g})"),
+            3 => format!("if({kink} >= x, {f}, ({g})^2)"),
+            4 => format!("({f})*if(x > {kink}, abs(x - {kink}), 1)/(1 + ({g})^2)"),
+            5 => format!("max({kink}, x)^min(2, x - x + 3)*({f})"),
+            6 => format!("if(x <= {kink}, 0, 1)*({f}) + if(x > {kink}, 0, 1)*({g})"),
+            _ => format!("({f})/(3 + ({g})^2) - abs({kink} - x)"),
+        };
+        (text, kink)
+    })
+}
+
+proptest! {
+    /// No text makes the parser or the evaluation panic.
+    #[test]
+    fn any_text_is_a_value_or_an_error(text in "[-+*/^()<>=xyz0-9.eE ,sincoqrtabmaxif{}π]{0,40}") {
+        if let Ok(e) = Expression::parse(&text, SPACE) {
+            let _ = e.evaluate(&[0.5, -1.0, 2.0]);
+            let _ = e.derivatives(&[0.5, -1.0, 2.0], [0, 1, 2]);
+        }
+    }
+
+    #[test]
+    fn derivatives_equal_differences((text, kink) in smooth_away_from_kinks(), x in 0.2..3.0_f64) {
+        prop_assume!((x - kink).abs() > 1e-4);
+        let step = 1e-5;
+        let f = |x: f64| value(&text, [x, 0.0, 0.0]);
+        let difference = (f(x + step) - f(x - step)) / (2.0 * step);
+        let slope = slopes(&text, [x, 0.0, 0.0])[0];
+        // Truncation 1e-10 times third derivatives up to 1e3, cancellation 1e-11 of values up to 1e3.
+        let size = 1.0 + f(x).abs() + slope.abs();
+        prop_assert!((slope - difference).abs() < 1e-6 * size, "{text} at {x}: {slope}, {difference}");
+    }
+
+    /// At a kink the derivative is that on the right, here by a one-sided difference.
+    #[test]
+    fn derivatives_at_kinks_equal_differences_to_the_right((text, kink) in smooth_away_from_kinks()) {
+        let f = |x: f64| value(&text, [x, 0.0, 0.0]);
+        let step = 1e-6;
+        let (near, far) = (f(kink + step), f(kink + 2.0 * step));
+        // Products with jumps mix values here with slopes behind.
+        prop_assume!((f(kink) - near).abs() < 1e-3);
+        let slope = slopes(&text, [kink, 0.0, 0.0])[0];
+        // Truncation 1e-6 times second derivatives up to 1e2, cancellation 1e-10 of values up to 1e3.
+        let size = 1.0 + near.abs() + slope.abs();
+        prop_assert!((slope - (far - near) / step).abs() < 1e-3 * size, "{text} at {kink}");
+    }
+}

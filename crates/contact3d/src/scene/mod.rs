@@ -1,0 +1,135 @@
+//! The scene: everything a user says about a problem, parsed from TOML and validated.
+//!
+//! Lengths are metres, forces newtons, stresses pascals in the documentation; a scene may name other
+//! units, because no constant of the program has a unit.
+
+mod body;
+mod bounded;
+mod coefficient;
+mod contact;
+mod effects;
+mod error;
+mod expression;
+mod file;
+mod formula;
+mod friction;
+mod load;
+mod material;
+mod parameters;
+mod parser_words;
+mod quantity;
+mod shown;
+mod slip_range;
+mod solve;
+mod tabulated;
+mod validate;
+mod warning;
+mod written;
+
+pub use body::{Body, Brick, BrickFace, GmshFile, MOST_CELLS};
+pub use bounded::{read_bounded, require_regular};
+pub use coefficient::{Coefficient, LawPoint, Ramp, SlipDerivative};
+pub use contact::{Contact, MultiplierSpace};
+pub use effects::{ContactEffect, Effects, FrictionEffect};
+pub use error::{Invalid, SceneError, SyntaxProblem, UNDEFINED, numbers, place_words};
+pub use expression::{Expression, ExpressionError, FUNCTIONS, Parameters, replace_names};
+pub use file::{LONGEST_SCENE, SceneFile};
+pub use formula::{Formula, LAW_VARIABLES};
+pub use friction::{Friction, FrictionLaw};
+pub use load::{BodyForce, Clamp, Component, Pressure, Traction};
+pub use material::{Isotropic, Material, Orthotropic, Part, Region, Voigt};
+pub use quantity::{POSITION, Quantity};
+pub use shown::{is_hidden_control, shown, shown_lines};
+pub use solve::{
+    AssembleSettings, DualOperatorKind, InnerSolver, Method, PrecisionControl, SolveSettings,
+};
+pub use tabulated::{Grid, Table};
+pub use warning::Warning;
+pub use written::Written;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use units::Units;
+
+/// One static contact problem: the body, what holds and loads it, and the law on its contact face.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// A line that names the case in reports and pictures.
+    pub title: String,
+    /// Where the case comes from (a paper, a table, a drawing).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<String>,
+    /// The units of all its numbers, in place of the m, N and Pa that descriptions name: only words, nothing is
+    /// converted.
+    #[serde(default, skip_serializing_if = "Units::is_default")]
+    pub units: Units,
+    /// Numbers with names, which formulas may use.
+    #[serde(default, skip_serializing_if = "Parameters::is_empty")]
+    pub parameters: Parameters,
+    /// The body Ω and its mesh.
+    pub body: Body,
+    /// The elastic law σ = C ε wherever no region has another.
+    pub material: Material,
+    /// Parts of the body with a material of their own; the last one that holds a tetrahedron counts.
+    #[serde(rename = "region", default, skip_serializing_if = "Vec::is_empty")]
+    pub regions: Vec<Region>,
+    /// Faces on which displacement components vanish (Γ_u).
+    #[serde(rename = "clamp", default)]
+    pub clamps: Vec<Clamp>,
+    /// Surface tractions p on faces (Γ_p); tractions on the same face add up.
+    #[serde(rename = "traction", default, skip_serializing_if = "Vec::is_empty")]
+    pub tractions: Vec<Traction>,
+    /// Pressures on faces; they add to tractions.
+    #[serde(rename = "pressure", default, skip_serializing_if = "Vec::is_empty")]
+    pub pressures: Vec<Pressure>,
+    /// The body force f; none when not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub body_force: Option<BodyForce>,
+    /// The contact face Γ_c and its frame; without it the problem is elastic only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact: Option<Contact>,
+    /// The law of friction on Γ_c; without it contact is frictionless.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<Friction>,
+    /// How the elastic problem is prepared.
+    #[serde(default)]
+    pub assemble: AssembleSettings,
+    /// How the discrete problem is solved.
+    #[serde(default)]
+    pub solve: SolveSettings,
+}
+
+impl Scene {
+    /// Parses and validates a scene; `name` is the file's name for messages.
+    ///
+    /// # Errors
+    /// [`SceneError::Syntax`] for text that is not TOML or has an unknown, missing or mistyped key;
+    /// [`SceneError::Invalid`] for a value that no problem of this kind can have.
+    pub fn parse(name: &str, text: &str) -> Result<Self, SceneError> {
+        let mut scene: Self =
+            toml::from_str(text).map_err(|e| SceneError::syntax(name, text, &e))?;
+        scene
+            .bind_parameters()
+            .and_then(|()| scene.validate())
+            .map_err(|invalid| SceneError::invalid(name, text, invalid))?;
+        Ok(scene)
+    }
+
+    /// The scene as canonical TOML, which parses back to the same scene.
+    ///
+    /// Its digest names the cases of sweeps, and parts of it tell whether stages are fresh. A key that is added to
+    /// scenes is therefore left out while it has its default (`skip_serializing_if`), which
+    /// `tests/old_files/digests.rs` checks.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("a scene holds only TOML types")
+    }
+
+    /// The JSON Schema of scene files, for editors.
+    #[must_use]
+    pub fn json_schema() -> String {
+        let schema = schemars::schema_for!(Self);
+        serde_json::to_string_pretty(&schema).expect("a schema is JSON") + "\n"
+    }
+}

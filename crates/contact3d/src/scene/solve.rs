@@ -1,0 +1,116 @@
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How the inner problems of Algorithm 4.1 are stopped (HKL Remark 4.1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PrecisionControl {
+    /// (a) ε_λ = r_tol · ε in every outer step.
+    Fixed,
+    /// (b) ε_λ⁽ᵏ⁾ = min(r_tol · err⁽ᵏ⁻¹⁾, c_fact · ε_λ⁽ᵏ⁻¹⁾).
+    #[default]
+    Adaptive,
+}
+
+/// Which algorithm solves the discrete contact problem.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Newton where the dual operator is explicit, certified by one evaluation of the paper's
+    /// mapping; successive approximations where it is implicit or Newton gives up.
+    #[default]
+    Auto,
+    /// Semismooth Newton for slip bound and friction at once; needs the explicit dual operator.
+    Newton,
+    /// Successive approximations (HKL Algorithm 4.1).
+    FixedPoint,
+}
+
+/// What solves the problems with frozen slip bound and friction inside successive approximations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum InnerSolver {
+    /// Conjugate gradients with projections (the paper's).
+    #[default]
+    Kprgp,
+    /// Gradient projection and conjugate gradients on faces, along curved ones too.
+    Gpcg,
+    /// Semismooth Newton; needs the explicit dual operator.
+    Newton,
+}
+
+/// How the dual operator S = B A⁻¹ Bᵀ is held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DualOperatorKind {
+    /// Explicit when its memory is in proportion to that of the Cholesky factor.
+    #[default]
+    Auto,
+    /// Two sparse triangular solves for each application (the paper's way).
+    Implicit,
+    /// A dense matrix.
+    Explicit,
+}
+
+/// Settings of the assemble stage.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct AssembleSettings {
+    /// How the dual operator is held.
+    pub dual_operator: DualOperatorKind,
+}
+
+/// Settings of the solve stage; those of Algorithm 4.1 have the paper's values as defaults.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct SolveSettings {
+    /// The algorithm.
+    pub method: Method,
+    /// Inner solver of method fixed-point; method auto chooses its own.
+    pub inner: InnerSolver,
+    /// Relative accuracy ε of the multipliers: the distance to the solution, measured by one more
+    /// solution with exact residuals, is at most about ε. Successive approximations stop when
+    /// ‖λ⁽ᵏ⁺¹⁾ − λ⁽ᵏ⁾‖ ≤ ε ‖λ⁽ᵏ⁺¹⁾‖ and are judged afterwards. When not given, 1e-4 with method
+    /// fixed-point and 1e-12 otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub epsilon: Option<f64>,
+    /// Precision control of the inner problems.
+    pub precision: PrecisionControl,
+    /// Ratio r_tol of inner to outer tolerance.
+    pub r_tol: f64,
+    /// Smallest decrease c_fact of the inner tolerance per outer step under adaptive control.
+    pub c_fact: f64,
+    /// Proportioning constant Γ of KPRGP.
+    pub gamma: f64,
+    /// Most outer steps.
+    pub max_outer_steps: usize,
+    /// Most applications of S in one inner problem of `kprgp` and `gpcg`.
+    pub max_inner_actions: usize,
+}
+
+impl Default for SolveSettings {
+    fn default() -> Self {
+        Self {
+            method: Method::default(),
+            inner: InnerSolver::default(),
+            epsilon: None,
+            precision: PrecisionControl::default(),
+            r_tol: 0.1,
+            c_fact: 0.99,
+            gamma: 1.0,
+            max_outer_steps: 200,
+            max_inner_actions: 1_000_000,
+        }
+    }
+}
+
+impl SolveSettings {
+    /// ε, given or by default.
+    #[must_use]
+    pub fn epsilon(&self) -> f64 {
+        self.epsilon.unwrap_or(match self.method {
+            Method::FixedPoint => 1e-4,
+            Method::Auto | Method::Newton => 1e-12,
+        })
+    }
+}

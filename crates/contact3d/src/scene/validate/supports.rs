@@ -1,0 +1,125 @@
+use units::Dimension;
+
+use super::{holds, require};
+use crate::scene::{Body, BrickFace, Clamp, Invalid, Quantity, Scene, Written};
+
+pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
+    check_clamps(scene)?;
+    let stress = scene.units.stress();
+    for (i, traction) in scene.tractions.iter().enumerate() {
+        check_vector(&traction.value, format!("traction.{i}.value"), &stress)?;
+        check_loaded_face(scene, &traction.face, format!("traction.{i}.face"))?;
+    }
+    for (i, pressure) in scene.pressures.iter().enumerate() {
+        require(
+            holds(&pressure.value, f64::is_finite),
+            format!("pressure.{i}.value"),
+            &format!("a finite number [{stress}] or an expression in x, y, z"),
+            Written(&pressure.value),
+            "a positive pressure pushes into the body",
+        )?;
+        check_loaded_face(scene, &pressure.face, format!("pressure.{i}.face"))?;
+    }
+    match &scene.body_force {
+        Some(force) => {
+            let unit = scene.units.word(Dimension::BODY_FORCE);
+            check_vector(&force.value, "body_force.value".into(), &unit)
+        }
+        None => Ok(()),
+    }
+}
+
+fn check_clamps(scene: &Scene) -> Result<(), Invalid> {
+    for (i, clamp) in scene.clamps.iter().enumerate() {
+        require(
+            !clamp.components.is_empty(),
+            format!("clamp.{i}.components"),
+            "at least one of x, y, z",
+            Written(&clamp.components),
+            "leave the key out to hold all three components",
+        )?;
+        check_place(scene, clamp, i)?;
+    }
+    require(
+        !scene.clamps.is_empty(),
+        "clamp",
+        "at least one [[clamp]]",
+        "none",
+        "an unheld body can move as a rigid one; add [[clamp]] with a face",
+    )
+}
+
+fn check_place(scene: &Scene, clamp: &Clamp, i: usize) -> Result<(), Invalid> {
+    match (&clamp.face, &clamp.corners) {
+        (Some(face), None) => {
+            let key = format!("clamp.{i}.face");
+            check_name(scene, face, key.clone())?;
+            let in_contact = scene.contact.as_ref().is_some_and(|c| c.face == *face);
+            require(
+                !in_contact,
+                key,
+                "a face other than the contact face",
+                Written(face),
+                "a face is either held or in contact",
+            )
+        }
+        (None, Some([low, high])) => require(
+            (0..3).all(|c| low[c] <= high[c] && low[c].is_finite() && high[c].is_finite()),
+            format!("clamp.{i}.box"),
+            &format!(
+                "two corners [min, max], min at most max in x, y and z [{}]",
+                scene.units.length()
+            ),
+            Written(&[low, high]),
+            "give the lower corner first",
+        ),
+        (face, corners) => require(
+            false,
+            format!("clamp.{i}"),
+            "either face or box",
+            if face.is_some() && corners.is_some() {
+                "both"
+            } else {
+                "neither"
+            },
+            "face holds a whole face, box = [[x, y, z], [x, y, z]] the nodes between two corners",
+        ),
+    }
+}
+
+fn check_vector(value: &[Quantity; 3], key: String, unit: &str) -> Result<(), Invalid> {
+    require(
+        value.iter().all(|p| holds(p, f64::is_finite)),
+        key,
+        &format!("three finite numbers [{unit}] or expressions in x, y, z"),
+        Written(value),
+        "give the vector's three components",
+    )
+}
+
+/// Refuses a face that a brick does not have; the groups of a Gmsh file are checked with the mesh.
+pub(super) fn check_name(scene: &Scene, face: &str, key: String) -> Result<(), Invalid> {
+    require(
+        !matches!(scene.body, Body::Brick(_)) || BrickFace::named(face).is_some(),
+        key,
+        &format!("one of {}", BrickFace::NAMES.join(", ")),
+        Written(&face),
+        "a brick has these six faces; named groups come with Gmsh meshes",
+    )
+}
+
+fn check_loaded_face(scene: &Scene, face: &str, key: String) -> Result<(), Invalid> {
+    check_name(scene, face, key.clone())?;
+    let in_contact = scene.contact.as_ref().is_some_and(|c| c.face == face);
+    let held = scene
+        .clamps
+        .iter()
+        .any(|c| c.is_face(face) && c.components.len() >= 3);
+    require(
+        !in_contact && !held,
+        key,
+        "a face that is neither held nor in contact",
+        Written(&face),
+        "loads act on free faces only",
+    )
+}

@@ -1,0 +1,165 @@
+//! Newton's method on the whole problem, and the answer that comes of it.
+
+use std::time::Instant;
+
+use super::{
+    NewtonStep, OuterStep, Progress, Solution, SolvedBy, Status, StepCounts,
+    conditions::Bound,
+    coulomb_state, evaluate_mapping,
+    mapping::slip_of,
+    norm::projected_gradient_steplength,
+    polish::{COARSEST, Polished},
+    search::Search,
+    solve::Problem,
+};
+use crate::dual::{DualOperator, ExplicitDual, ExplicitOperator, LocalStiffness};
+
+impl Problem<'_> {
+    /// Newton's method on the whole problem, by one way after the other until the polished answer
+    /// is a solution.
+    pub(super) fn newton(
+        &self,
+        dual: &ExplicitDual,
+        local: &LocalStiffness,
+        bound: Bound<'_>,
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Solution {
+        let started = Instant::now();
+        let search = Search {
+            dual,
+            bound,
+            local,
+            start: self.start.multiplier,
+        };
+        let mut history: Vec<NewtonStep> = Vec::new();
+        let mut applications = 0;
+        let mut best: Option<Polished> = None;
+        for way in search.ways() {
+            let observe = |k: usize, step: &NewtonStep| observe(Progress::Newton(k, step));
+            let found = search.go(way, history.len(), observe);
+            history.extend(&found.history);
+            applications += found.evaluations;
+            let next = if found.is_solution() {
+                self.polished(dual, local, bound, &found.multiplier, self.tolerance())
+            } else {
+                self.exact(dual, local, &found.multiplier)
+            };
+            history.extend(&next.history);
+            applications += next.applications;
+            // NaN is no progress.
+            if best.as_ref().is_none_or(|best| next.error < best.error) {
+                best = Some(next);
+            }
+            if best.as_ref().is_some_and(Polished::is_solution) {
+                break;
+            }
+        }
+        let best = best.expect("there is always a way");
+        let solution = self.answer(dual, local, bound, best, started);
+        Solution {
+            newton: history,
+            applications: applications + solution.applications,
+            ..solution
+        }
+    }
+
+    /// What is asked of a polished answer.
+    fn tolerance(&self) -> f64 {
+        self.settings.epsilon().min(COARSEST)
+    }
+
+    /// Judges a polished answer, and completes it with ᾱ and one evaluation of Ψ.
+    fn answer(
+        &self,
+        dual: &ExplicitDual,
+        local: &LocalStiffness,
+        bound: Bound<'_>,
+        answer: Polished,
+        started: Instant,
+    ) -> Solution {
+        let attainable = dual.rounding();
+        let epsilon = self.settings.epsilon();
+        let status = if !answer.is_finite() {
+            Status::NumericalError
+        } else if !answer.is_solution() {
+            Status::MaxNewtonSteps
+        } else if answer.error <= epsilon && epsilon >= attainable {
+            Status::Converged
+        } else {
+            Status::RoundingLimit
+        };
+        let mut operator = ExplicitOperator::new(dual, self.assembly, self.dual);
+        let steplength = projected_gradient_steplength(&mut operator);
+        let mut solution = Solution {
+            status,
+            accuracy: match status {
+                Status::RoundingLimit => answer.error.max(attainable),
+                // An answer without a digit is off by its own size.
+                _ => answer.error.min(1.0),
+            },
+            steplength,
+            local_stiffness: local.stiffness.clone(),
+            applications: operator.applications(),
+            ..Solution::default()
+        };
+        match bound {
+            Bound::Frozen(_) => {
+                solution.solved_by = SolvedBy::Minimisation;
+                solution.history = vec![OuterStep {
+                    change: 0.0,
+                    inner_tolerance: self.tolerance(),
+                    inner_residual: answer.error.min(1.0),
+                    steps: StepCounts::default(),
+                    applications: solution.applications,
+                    seconds: started.elapsed().as_secs_f64(),
+                }];
+            }
+            Bound::Coulomb(contact, law) => {
+                let image = evaluate_mapping(&answer.dual, local, contact, law, &answer.multiplier);
+                solution.solved_by = SolvedBy::Newton;
+                solution.mapping_change = Some(image.relative_change);
+                solution.applications += image.evaluations;
+                let slip = || slip_of(&answer.dual, &answer.multiplier);
+                solution.slip = law.depends_on_slip().then(slip);
+                solution.coulomb = Some(coulomb_state(
+                    &answer.dual,
+                    contact,
+                    law,
+                    &answer.multiplier,
+                ));
+            }
+        }
+        solution.displacement = answer.displacement;
+        solution.multiplier = answer.multiplier;
+        solution
+    }
+
+    /// Takes the answer of successive approximations, after Newton's method failed in `steps`, to the
+    /// accuracy of Newton's method, which needs no more than a start in the right zones.
+    pub(super) fn completed(
+        &self,
+        dual: &ExplicitDual,
+        local: &LocalStiffness,
+        bound: Bound<'_>,
+        mut solution: Solution,
+        mut steps: Vec<NewtonStep>,
+    ) -> Solution {
+        let started = Instant::now();
+        let polished = self.polished(dual, local, bound, &solution.multiplier, self.tolerance());
+        steps.extend(&polished.history);
+        let applications = solution.applications + polished.applications;
+        if polished.is_solution() {
+            let answer = self.answer(dual, local, bound, polished, started);
+            solution = Solution {
+                solved_by: SolvedBy::FixedPoint,
+                applications: applications + answer.applications,
+                history: solution.history,
+                ..answer
+            };
+        } else if solution.status.is_solved() {
+            solution.status = Status::Inaccurate;
+        }
+        solution.newton = steps;
+        solution
+    }
+}

@@ -1,0 +1,241 @@
+use std::{sync::atomic::Ordering, time::Instant};
+
+use super::{
+    ContactState, CoulombState, Inner, InnerSummary, Kprgp, OuterState, OuterStep, Progress,
+    Solution, SolvedBy, Start, Status, StepCounts, cycle::CycleDetector,
+    norm::projected_gradient_steplength,
+};
+use crate::{
+    contact::{CoulombLaw, FrictionField, nodal_slip},
+    dual::{Assembly, DualOperator},
+    linalg::norm,
+    scene::{PrecisionControl, SolveSettings},
+};
+
+/// The inner tolerances of HKL Remark 4.1.
+///
+/// Two additions to the paper: control (b) never asks for more than r_tol · ε, and the outer loop
+/// ends only when the inner residual has come down to that as well. Without them an inner problem
+/// whose warm start already meets a loose tolerance takes no step, and the change of zero would
+/// pass for convergence.
+struct Precision<'a> {
+    settings: &'a SolveSettings,
+    tolerance: f64,
+}
+
+impl<'a> Precision<'a> {
+    fn new(settings: &'a SolveSettings) -> Self {
+        Self {
+            settings,
+            tolerance: settings.r_tol / settings.c_fact,
+        }
+    }
+
+    /// The inner accuracy r_tol · ε that an answer of accuracy ε needs.
+    fn final_tolerance(&self) -> f64 {
+        self.settings.r_tol * self.settings.epsilon()
+    }
+
+    /// ε_λ⁽ᵏ⁾ from err⁽ᵏ⁻¹⁾.
+    fn next(&mut self, last_change: f64) -> f64 {
+        let s = self.settings;
+        self.tolerance = match s.precision {
+            PrecisionControl::Fixed => self.final_tolerance(),
+            PrecisionControl::Adaptive => (s.r_tol * last_change)
+                .min(s.c_fact * self.tolerance)
+                .max(self.final_tolerance()),
+        };
+        self.tolerance
+    }
+}
+
+/// The method of successive approximations (HKL Algorithm 4.1) with a chosen inner solver.
+///
+/// `observe` sees every outer step, and the state after every step but the last. An operator that knows
+/// the contact face's displacement spares the solve over the body in all steps but the last.
+#[allow(
+    clippy::too_many_arguments,
+    reason = "the method, the problem, its settings and its start"
+)]
+pub fn successive_approximations(
+    inner: Inner<'_>,
+    operator: &mut dyn DualOperator,
+    assembly: &Assembly,
+    contact: &ContactState<'_>,
+    law: &CoulombLaw,
+    settings: &SolveSettings,
+    start: Start<'_>,
+    observe: &mut dyn FnMut(Progress<'_>),
+) -> Solution {
+    let m = contact.n_panes();
+    let mut started = Instant::now();
+    let mut actions_before = operator.applications();
+    let kprgp = Kprgp {
+        steplength: match start.checkpoint {
+            Some(state) => state.steplength,
+            None => projected_gradient_steplength(operator),
+        },
+        gamma: settings.gamma,
+        max_applications: settings.max_inner_actions,
+    };
+    let mut precision = Precision::new(settings);
+    let mut change = 1.0;
+    let follows_slip = law.depends_on_slip();
+    let mut state = CoulombState {
+        slip_bound: vec![0.0; m],
+        friction: FrictionField::new(law, contact.surface, &[]),
+    };
+    let mut solution = Solution {
+        status: Status::MaxOuterSteps,
+        solved_by: SolvedBy::FixedPoint,
+        steplength: kprgp.steplength,
+        multiplier: vec![0.0; 3 * m],
+        accuracy: 1.0,
+        ..Solution::default()
+    };
+    let mut cycle = CycleDetector::default();
+    // The rounding of S λ, below which no change says anything.
+    let attainable = operator.dimension() as f64 * f64::EPSILON;
+    let mut moved = start.multiplier.is_some() || start.checkpoint.is_some();
+    if let Some(state) = start.checkpoint {
+        solution.resume(state);
+        change = solution.accuracy;
+        precision.tolerance = state.tolerance;
+        state.restore_counters(contact);
+    } else if let Some(multiplier) = start.multiplier {
+        solution.multiplier = multiplier.to_vec();
+        if follows_slip {
+            let slip = solution.slip_at(operator, assembly, contact);
+            solution.slip = Some(slip);
+        }
+    }
+    for k in solution.history.len()..settings.max_outer_steps {
+        if moved {
+            state.slip_bound = solution.multiplier[..m].to_vec();
+            if let Some(slip) = &solution.slip {
+                state.friction = FrictionField::new(law, contact.surface, slip);
+            }
+        }
+        moved = true;
+        let set = contact.feasible_set(Some(&state));
+        let tolerance = precision.next(change);
+        let mut next = solution.multiplier.clone();
+        let outcome = inner.minimise(operator, &kprgp, &set, &mut next, tolerance);
+        change = relative_change(&next, &solution.multiplier);
+        solution.multiplier = next;
+        solution.accuracy = change;
+        // An inner solver that a loose tolerance let do nothing says nothing by a change of zero.
+        let idle = matches!(inner, Inner::Gpcg(_)) && outcome.steps == StepCounts::default();
+        let asked = !idle || tolerance <= precision.final_tolerance();
+        let accurate =
+            outcome.at_rounding || (asked && outcome.residual <= precision.final_tolerance());
+        let closed = cycle.closes(&solution.multiplier, change).is_some();
+        let end = stop(
+            &outcome,
+            accurate,
+            change,
+            settings.epsilon().max(attainable),
+        )
+        .or(closed.then_some(Status::Cycling))
+        .map(|end| match end {
+            Status::Converged if settings.epsilon() < attainable => Status::RoundingLimit,
+            end => end,
+        });
+        if end == Some(Status::RoundingLimit) {
+            solution.accuracy = change.max(outcome.residual).max(attainable);
+        }
+        let last = end.is_some() || k + 1 == settings.max_outer_steps;
+        if follows_slip {
+            let slip = solution.slip_at(operator, assembly, contact);
+            solution.slip = Some(slip);
+        }
+        if last && solution.displacement.is_empty() {
+            solution.displacement = operator.to_primal(&solution.multiplier);
+        }
+        solution.history.push(OuterStep {
+            change,
+            inner_tolerance: tolerance,
+            inner_residual: outcome.residual,
+            steps: outcome.steps,
+            applications: operator.applications() - actions_before + outcome.applications,
+            seconds: started.elapsed().as_secs_f64(),
+        });
+        solution.applications += solution.history[k].applications;
+        actions_before = operator.applications();
+        started = Instant::now();
+        observe(Progress::Outer(k, &solution.history[k]));
+        if let Some(status) = end {
+            solution.status = status;
+            break;
+        }
+        if !last {
+            observe(Progress::Between(&solution.outer_state(contact, tolerance)));
+        }
+    }
+    solution.coulomb = Some(state);
+    solution
+}
+
+impl Solution {
+    /// What the next outer step depends on.
+    fn outer_state(&self, contact: &ContactState<'_>, tolerance: f64) -> OuterState {
+        OuterState {
+            multiplier: self.multiplier.clone(),
+            slip: self.slip.clone(),
+            tolerance,
+            steplength: self.steplength,
+            history: self.history.clone(),
+            law_evaluations: contact.interface.law_evaluations(),
+            projections: contact.interface.projections.load(Ordering::Relaxed),
+        }
+    }
+
+    /// Takes up the steps that led to a state.
+    fn resume(&mut self, state: &OuterState) {
+        self.multiplier.clone_from(&state.multiplier);
+        self.slip.clone_from(&state.slip);
+        self.history.clone_from(&state.history);
+        self.applications = self.history.iter().map(|step| step.applications).sum();
+        self.accuracy = self.history.last().map_or(1.0, |step| step.change);
+    }
+
+    /// φ of the multiplier; keeps u where φ comes from it.
+    fn slip_at(
+        &mut self,
+        operator: &mut dyn DualOperator,
+        assembly: &Assembly,
+        contact: &ContactState<'_>,
+    ) -> Vec<[f64; 2]> {
+        if let Some(displacement) = operator.tangential_displacement(&self.multiplier) {
+            return displacement.iter().map(|u| u.map(f64::abs)).collect();
+        }
+        self.displacement = operator.to_primal(&self.multiplier);
+        nodal_slip(
+            contact.surface,
+            &contact.interface.frame,
+            &assembly.primal.dofs,
+            &self.displacement,
+        )
+    }
+}
+
+/// ‖λ' − λ‖ / ‖λ'‖, and 0 when both vanish.
+pub(super) fn relative_change(next: &[f64], last: &[f64]) -> f64 {
+    let difference: Vec<f64> = next.iter().zip(last).map(|(a, b)| a - b).collect();
+    match (norm(&difference), norm(next)) {
+        (0.0, _) => 0.0,
+        (difference, size) => difference / size,
+    }
+}
+
+fn stop(outcome: &InnerSummary, accurate: bool, change: f64, epsilon: f64) -> Option<Status> {
+    if !change.is_finite() || !outcome.residual.is_finite() {
+        Some(Status::NumericalError)
+    } else if outcome.failure.is_some() {
+        outcome.failure
+    } else if accurate && change <= epsilon {
+        Some(Status::Converged)
+    } else {
+        None
+    }
+}

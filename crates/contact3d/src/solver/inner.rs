@@ -1,0 +1,183 @@
+use super::{
+    FeasibleSet, Gpcg, InnerOutcome, Kprgp, NewtonSettings, NewtonStatus, NewtonStep, Status,
+    StepCounts, conditions::Bound, search::Search,
+};
+use crate::{
+    dual::{DualOperator, ExplicitDual, LocalStiffness},
+    linalg::norm,
+};
+
+/// What solves the problems with a frozen admissible set.
+#[derive(Debug, Clone, Copy)]
+pub enum Inner<'a> {
+    /// KPRGP, as in the paper.
+    Kprgp,
+    /// GPCG, which moves along the ellipses' boundaries too, until the natural map measured by local
+    /// stiffness, `[n_multipliers]` in Pa/m³, is small as well.
+    Gpcg(&'a [f64]),
+    /// Newton's method on the dense dual problem, which reaches rounding in a few steps.
+    Newton(&'a ExplicitDual, &'a LocalStiffness),
+}
+
+/// What an inner solver did.
+pub(super) struct InnerSummary {
+    /// How the solve ends where the tolerance was not reached; `None` where it was.
+    pub(super) failure: Option<Status>,
+    /// Final residual, relative as the tolerance is.
+    pub(super) residual: f64,
+    pub(super) steps: StepCounts,
+    /// Whether rounding forbids a smaller residual.
+    pub(super) at_rounding: bool,
+    /// Applications of S that the operator did not count.
+    pub(super) applications: usize,
+    /// Steps of Newton's method.
+    pub(super) newton: Vec<NewtonStep>,
+}
+
+impl Inner<'_> {
+    /// Improves a multiplier on a frozen admissible set to a tolerance relative to ‖h‖ for KPRGP
+    /// and GPCG, and to ‖λ‖ for Newton's method.
+    pub(super) fn minimise(
+        self,
+        operator: &mut dyn DualOperator,
+        kprgp: &Kprgp,
+        set: &FeasibleSet<'_>,
+        multiplier: &mut Vec<f64>,
+        tolerance: f64,
+    ) -> InnerSummary {
+        match self {
+            Self::Kprgp | Self::Gpcg(_) => {
+                let rhs_norm = norm(operator.rhs());
+                set.project(multiplier);
+                // The rounding n ε (‖S‖ ‖λ‖ + ‖h‖) of r = S λ − h with ‖S‖ < 2/ᾱ.
+                let size = 2.0 / kprgp.steplength * norm(multiplier) + rhs_norm;
+                let rounding = operator.dimension() as f64 * f64::EPSILON * size;
+                let asked = tolerance * rhs_norm;
+                let reachable = asked.max(rounding);
+                let InnerOutcome {
+                    converged,
+                    reduced_gradient,
+                    steps,
+                } = match self {
+                    Self::Gpcg(stiffness) => {
+                        let gpcg = Gpcg {
+                            steplength: kprgp.steplength,
+                            max_applications: kprgp.max_applications,
+                        };
+                        let locally = Locally {
+                            stiffness,
+                            tolerance: LOCAL_SLACK * tolerance,
+                            rounding,
+                        };
+                        locally.minimise(&gpcg, operator, set, multiplier, reachable)
+                    }
+                    _ => kprgp.minimise(operator, set, multiplier, reachable),
+                };
+                let relative = reduced_gradient / rhs_norm;
+                InnerSummary {
+                    failure: (!converged).then_some(Status::MaxInnerApplications),
+                    residual: if rhs_norm > 0.0 { relative } else { 0.0 },
+                    steps,
+                    at_rounding: asked < rounding,
+                    applications: 0,
+                    newton: Vec::new(),
+                }
+            }
+            Self::Newton(dual, local) => {
+                let settings = NewtonSettings {
+                    tolerance: tolerance.max(dual.rounding()),
+                    ..NewtonSettings::default()
+                };
+                let search = Search {
+                    dual,
+                    bound: Bound::Frozen(set),
+                    local,
+                    start: Some(multiplier),
+                };
+                let outcome = search.minimise(set, &settings);
+                let summary = InnerSummary {
+                    failure: (!outcome.is_solution()).then_some(Status::MaxNewtonSteps),
+                    residual: outcome.residual,
+                    steps: StepCounts::default(),
+                    at_rounding: outcome.status == NewtonStatus::RoundingLimit
+                        || outcome.residual <= dual.rounding(),
+                    applications: outcome.evaluations,
+                    newton: outcome.history,
+                };
+                *multiplier = outcome.multiplier;
+                summary
+            }
+        }
+    }
+}
+
+/// How much larger than the inner tolerance the residual by local stiffness may be: with the paper's
+/// r_tol, no larger than ε.
+const LOCAL_SLACK: f64 = 10.0;
+
+/// Least and most decrease of the tolerance from one run of GPCG to the next.
+const TIGHTER: [f64; 2] = [1e-4, 0.5];
+
+/// When a minimiser is accurate on the face itself, whatever the body does as a whole.
+struct Locally<'a> {
+    /// ρ, `[n_multipliers]`, in Pa/m³.
+    stiffness: &'a [f64],
+    /// ‖λ − P(λ − ρ r)‖ ≤ tolerance ‖λ‖.
+    tolerance: f64,
+    /// No tolerance below this rounding of r in m³ is asked for.
+    rounding: f64,
+}
+
+impl Locally<'_> {
+    /// Runs GPCG with smaller and smaller tolerances of the reduced gradient, in m³.
+    fn minimise(
+        &self,
+        gpcg: &Gpcg,
+        operator: &mut dyn DualOperator,
+        set: &FeasibleSet<'_>,
+        multiplier: &mut [f64],
+        mut tolerance: f64,
+    ) -> InnerOutcome {
+        let first_application = operator.applications();
+        let mut steps = StepCounts::default();
+        loop {
+            let left = gpcg
+                .max_applications
+                .saturating_sub(operator.applications() - first_application);
+            let gpcg = Gpcg {
+                max_applications: left,
+                ..*gpcg
+            };
+            let outcome = gpcg.minimise(operator, set, multiplier, tolerance);
+            steps += outcome.steps;
+            let residual = self.residual(operator, set, multiplier);
+            if !outcome.converged || tolerance <= self.rounding || residual <= self.tolerance {
+                return InnerOutcome { steps, ..outcome };
+            }
+            let [least, most] = TIGHTER;
+            let factor = (0.5 * self.tolerance / residual).clamp(least, most);
+            tolerance = (tolerance * factor).max(self.rounding);
+        }
+    }
+
+    /// ‖λ − P(λ − ρ r)‖ / ‖λ‖, and 0 for 0/0.
+    fn residual(
+        &self,
+        operator: &mut dyn DualOperator,
+        set: &FeasibleSet<'_>,
+        multiplier: &[f64],
+    ) -> f64 {
+        let product = operator.apply(multiplier);
+        let gradient = product.iter().zip(operator.rhs()).map(|(s, h)| s - h);
+        let terms = multiplier.iter().zip(self.stiffness).zip(gradient);
+        let mut step: Vec<f64> = terms.map(|((l, rho), r)| l - rho * r).collect();
+        set.project(&mut step);
+        for (step, l) in step.iter_mut().zip(multiplier) {
+            *step -= l;
+        }
+        match norm(&step) {
+            0.0 => 0.0,
+            moved => moved / norm(multiplier),
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! How far an answer is from the solution, whichever method found it.
+
+use super::{
+    Status,
+    conditions::{Bound, Conditions},
+    deviation::Sizes,
+    polish::COARSEST,
+    solution::Solution,
+    solve::Problem,
+};
+use crate::{
+    contact::nodal_tangential,
+    dual::{ExplicitDual, LocalStiffness},
+    linalg::{Workspace, gmres},
+};
+
+/// An answer is as accurate as promised when its error is at most this many times ε.
+const ABOUT: f64 = 10.0;
+
+/// An answer with a larger error has no digit to rely on: it is no answer.
+const NO_DIGIT: f64 = 0.05;
+
+/// Share of the residual that the linear system for the error may leave.
+const LEFT: f64 = 1e-4;
+
+/// Most applications of A⁻¹ for that.
+const MOST_APPLICATIONS: usize = 300;
+
+/// u is wanted with this share of rounding, so that the face's own displacement is left where the
+/// body moves as a whole.
+const REFINED: f64 = 1e-4 * f64::EPSILON;
+
+impl Problem<'_> {
+    /// Holds the answer of a method that stops by its own rule against the distance to the solution:
+    /// `converged` stays only where that is about ε, and an answer in other zones is none. The method's
+    /// own counters stay as they are.
+    pub(super) fn judged(
+        &self,
+        explicit: Option<(&ExplicitDual, &LocalStiffness)>,
+        bound: Bound<'_>,
+        local_stiffness: Vec<f64>,
+        mut solution: Solution,
+    ) -> Solution {
+        solution.local_stiffness = local_stiffness;
+        if !solution.status.is_solved() {
+            return solution;
+        }
+        let error = match explicit {
+            Some((dual, local)) => self.error_of(dual, local, bound, &solution.multiplier),
+            None => self.error_without_operator(bound, &solution),
+        };
+        // An answer without a digit is off by its own size.
+        let error = if error <= 1.0 { error } else { 1.0 };
+        solution.status = match solution.status {
+            _ if error > NO_DIGIT => Status::Inaccurate,
+            Status::Converged if error > ABOUT * self.settings.epsilon() => Status::Stopped,
+            Status::RoundingLimit if error > COARSEST => Status::Stopped,
+            status => status,
+        };
+        solution.accuracy = match solution.status {
+            Status::RoundingLimit => error.max(solution.accuracy),
+            _ => error,
+        };
+        solution
+    }
+
+    /// The error of λ where S is not dense: the step d with R'(λ) d = −R(λ) of the natural map with
+    /// exact residuals and local stiffness, by GMRES; each product costs one application of A⁻¹.
+    fn error_without_operator(&self, bound: Bound<'_>, solution: &Solution) -> f64 {
+        let multiplier = &solution.multiplier;
+        let (surface, interface) = (self.contact.surface, self.contact.interface);
+        let steplengths = solution.local_stiffness.clone();
+        let conditions = Conditions::new(bound, self.contact.n_panes(), steplengths);
+        let tangential = |u: &[f64]| {
+            let dofs = &self.assembly.primal.dofs;
+            nodal_tangential(surface, &interface.frame, dofs, u)
+        };
+        let displacement = self
+            .dual
+            .refined_displacement(self.assembly, multiplier, REFINED);
+        let closing = self.dual.closing_refined(&displacement, surface, interface);
+        let gradient: Vec<f64> = closing.iter().map(|c| -c).collect();
+        let slip = tangential(&displacement.value);
+        let here = conditions.evaluate(multiplier, &gradient, &slip);
+        let mut work = Workspace::default();
+        let step = gmres(&here.residual, LEFT, MOST_APPLICATIONS, |v| {
+            let forces = self.dual.coupling.nodal_forces(v);
+            let moved = self.assembly.solve(&forces, &mut work);
+            let slips: Vec<[f64; 2]> = tangential(&moved).iter().map(|u| u.map(|u| -u)).collect();
+            let gradient = self.dual.coupling.integrate(&moved);
+            conditions.derivative(&here, v, &gradient, &slips)
+        });
+        let sizes = Sizes::of(self.contact, multiplier, &here);
+        sizes.relative(&surface.pane_area, &step)
+    }
+}

@@ -1,0 +1,58 @@
+use std::time::Instant;
+
+use super::{
+    ContactState, Inner, Kprgp, OuterStep, Solution, SolvedBy, Status,
+    norm::projected_gradient_steplength,
+};
+use crate::{dual::DualOperator, scene::SolveSettings};
+
+/// Solves frictionless contact, or friction with a given slip bound: one minimisation of
+/// ½ λᵀSλ − λᵀh over a fixed admissible set, to the accuracy r_tol ε of an inner problem.
+pub(super) fn minimise(
+    inner: Inner<'_>,
+    operator: &mut dyn DualOperator,
+    contact: &ContactState<'_>,
+    settings: &SolveSettings,
+    start: Option<&[f64]>,
+    mut observe: impl FnMut(usize, &OuterStep),
+) -> Solution {
+    let started = Instant::now();
+    let kprgp = Kprgp {
+        steplength: projected_gradient_steplength(operator),
+        gamma: settings.gamma,
+        max_applications: settings.max_inner_actions,
+    };
+    let mut multiplier = start.map_or_else(|| vec![0.0; operator.dimension()], <[f64]>::to_vec);
+    let tolerance = settings.r_tol * settings.epsilon();
+    let set = contact.feasible_set(None);
+    let summary = inner.minimise(operator, &kprgp, &set, &mut multiplier, tolerance);
+    // As for successive approximations.
+    let attainable = operator.dimension() as f64 * f64::EPSILON;
+    let displacement = operator.to_primal(&multiplier);
+    let step = OuterStep {
+        change: 0.0,
+        inner_tolerance: tolerance,
+        inner_residual: summary.residual,
+        steps: summary.steps,
+        applications: operator.applications() + summary.applications,
+        seconds: started.elapsed().as_secs_f64(),
+    };
+    observe(0, &step);
+    Solution {
+        status: match summary.failure {
+            _ if !summary.residual.is_finite() => Status::NumericalError,
+            None if summary.residual.max(attainable) > settings.epsilon() => Status::RoundingLimit,
+            None => Status::Converged,
+            Some(failure) => failure,
+        },
+        solved_by: SolvedBy::Minimisation,
+        accuracy: summary.residual,
+        steplength: kprgp.steplength,
+        applications: step.applications,
+        history: vec![step],
+        newton: summary.newton,
+        multiplier,
+        displacement,
+        ..Solution::default()
+    }
+}

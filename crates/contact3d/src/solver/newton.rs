@@ -1,0 +1,153 @@
+use super::{
+    ContactState, FeasibleSet,
+    conditions::Bound,
+    mapping,
+    natural_map::NaturalMap,
+    newton_loop::{self, Globalisation, NewtonOutcome, NewtonSettings, NewtonStatus, NewtonStep},
+};
+use crate::{contact::CoulombLaw, dual::ExplicitDual};
+
+/// Share of the way to Ψ(λ) in a safeguard step of [`newton`].
+const DAMPING: f64 = 0.5;
+
+/// The multiplier that Newton's method found and how it was reached.
+#[derive(Debug, Clone)]
+pub struct NewtonSolution {
+    /// How the method ended.
+    pub status: NewtonStatus,
+    /// λ: m normal stresses λ_ν, then m pairs λ_t, `[n_multipliers]`, in Pa.
+    pub multiplier: Vec<f64>,
+    /// Final ‖R‖ / ‖λ‖.
+    pub residual: f64,
+    /// One record per step.
+    pub history: Vec<NewtonStep>,
+    /// Applications of S: evaluations of R and sweeps of relaxation.
+    pub evaluations: usize,
+}
+
+/// Solves the contact problem with Coulomb friction and F(u) at once, without an outer loop, by a
+/// semismooth Newton method on R(λ) = λ − P(λ − ρ (Sλ − h)), from `start` or from λ = 0.
+///
+/// The admissible set moves with λ: g = max(z_ν, 0) and 𝓕 = 𝓕(u_t(λ)), and R' contains both
+/// dependences.
+///
+/// Most of the way a semismooth Newton method only looks for the zones: a pane on the wrong side of
+/// a kink spoils the whole step, and ‖R‖ forbids it. Such errors are local, and sweeps of nonlinear
+/// block Gauss–Seidel, each as cheap as one application of S, remove them; errors over many panes are
+/// slow for the sweeps and easy for Newton's step. So the start and every trial step are relaxed by
+/// a few sweeps (kept when ‖R‖ falls), as in nonsmooth Newton multigrid methods (C. Gräser,
+/// R. Kornhuber, J. Comput. Math. 27 (2009) 1–44), and the zones settle in a few steps on any mesh.
+///
+/// Steps are halved until the relaxed ‖R‖ decreases (the full step after 12 halvings). When the
+/// best ‖R‖ has not halved in 10 steps, the method starts again without sweeps; when that stalls or
+/// R' is singular, half a step of the mapping Ψ of HKL (one problem with frozen g and 𝓕) is taken
+/// from the best iterate and marked in the history.
+/// `observe` is called after every step with its number and record.
+pub fn newton(
+    dual: &ExplicitDual,
+    contact: &ContactState<'_>,
+    law: &CoulombLaw,
+    start: Option<&[f64]>,
+    settings: &NewtonSettings,
+    observe: impl FnMut(usize, &NewtonStep),
+) -> NewtonSolution {
+    let start = start.map_or_else(|| vec![0.0; dual.dimension()], <[f64]>::to_vec);
+    let map = NaturalMap::new(dual, Bound::Coulomb(contact, law));
+    let mut hidden_evaluations = 0;
+    let mut safeguard = |multiplier: &[f64]| {
+        let image = mapping::evaluate_by_relaxation(dual, contact, law, multiplier);
+        hidden_evaluations += image.evaluations;
+        let pairs = multiplier.iter().zip(&image.multiplier);
+        pairs.map(|(l, next)| l + DAMPING * (next - l)).collect()
+    };
+    let help = Globalisation::Relaxed(&mut safeguard);
+    let outcome = newton_loop::iterate(&map, start, settings, 0, help, observe);
+    NewtonSolution::new(outcome, hidden_evaluations)
+}
+
+/// Steps without progress at rounding that end Newton's method from a good start.
+const IDLE_STEPS: usize = 3;
+
+/// Newton's method on any natural map from a good start, in no fewer than `least_steps`; a stall
+/// ends it.
+pub(super) fn newton_from(
+    map: &NaturalMap<'_>,
+    start: Vec<f64>,
+    settings: &NewtonSettings,
+    least_steps: usize,
+    observe: impl FnMut(usize, &NewtonStep),
+) -> NewtonSolution {
+    let help = Globalisation::Plain(IDLE_STEPS);
+    let outcome = newton_loop::iterate(map, start, settings, least_steps, help, observe);
+    NewtonSolution::new(outcome, 0)
+}
+
+/// [`newton_from`] in one step at least, ended by the first two at rounding that bring nothing: what is
+/// left then is rounding of λ itself, which the next exact residual shows.
+pub(super) fn newton_to_rounding(
+    map: &NaturalMap<'_>,
+    start: Vec<f64>,
+    settings: &NewtonSettings,
+) -> NewtonSolution {
+    let help = Globalisation::Plain(IDLE_STEPS - 1);
+    let outcome = newton_loop::iterate(map, start, settings, 1, help, |_, _| {});
+    NewtonSolution::new(outcome, 0)
+}
+
+/// Minimises ½ λᵀSλ − λᵀh over a frozen admissible set (Tresca friction) by the same Newton
+/// method; sweeps of block relaxation, which always decrease the energy, are its safeguard.
+#[must_use]
+pub fn minimise_frozen(
+    dual: &ExplicitDual,
+    set: &FeasibleSet<'_>,
+    start: &[f64],
+    settings: &NewtonSettings,
+) -> NewtonSolution {
+    minimise_frozen_in(dual, set, start, settings, 0, |_, _| {})
+}
+
+/// [`minimise_frozen`] in no fewer than `least_steps`, observed.
+pub(super) fn minimise_frozen_in(
+    dual: &ExplicitDual,
+    set: &FeasibleSet<'_>,
+    start: &[f64],
+    settings: &NewtonSettings,
+    least_steps: usize,
+    observe: impl FnMut(usize, &NewtonStep),
+) -> NewtonSolution {
+    const SWEEPS: usize = 50;
+    let map = NaturalMap::new(dual, Bound::Frozen(set));
+    let mut first = start.to_vec();
+    set.project(&mut first);
+    let mut relaxation_applications = 0;
+    let mut safeguard = |multiplier: &[f64]| {
+        let mut next = multiplier.to_vec();
+        set.project(&mut next);
+        map.relax(&mut next, SWEEPS);
+        relaxation_applications += SWEEPS + 1;
+        next
+    };
+    let help = Globalisation::Relaxed(&mut safeguard);
+    let outcome = newton_loop::iterate(&map, first, settings, least_steps, help, observe);
+    NewtonSolution::new(outcome, relaxation_applications)
+}
+
+impl NewtonSolution {
+    fn new(outcome: NewtonOutcome, hidden_evaluations: usize) -> Self {
+        Self {
+            status: outcome.status,
+            residual: outcome.residual,
+            multiplier: outcome.multiplier,
+            history: outcome.history,
+            evaluations: outcome.evaluations + hidden_evaluations,
+        }
+    }
+
+    /// Whether the method found what it looked for.
+    pub(super) fn is_solution(&self) -> bool {
+        matches!(
+            self.status,
+            NewtonStatus::Converged | NewtonStatus::RoundingLimit
+        )
+    }
+}

@@ -1,0 +1,312 @@
+use std::time::Instant;
+
+use super::{
+    conditions::{Evaluation, PaneZone},
+    natural_map::NaturalMap,
+};
+use crate::linalg::norm;
+
+/// Halvings of one step before the full step is taken all the same.
+const MOST_HALVINGS: usize = 12;
+
+/// Sweeps of relaxation at the start and after every trial step.
+const FIRST_SWEEPS: usize = 20;
+const SWEEPS: usize = 10;
+
+/// A step that reduces ‖R‖ to this share lies in the range of fast convergence: nothing to relax.
+const FAST: f64 = 0.01;
+
+/// Steps in which the best residual must halve; otherwise Newton's method has stalled. Without
+/// relaxation, fewer: a good start needs few steps, and there are other starts.
+const PATIENCE: usize = 10;
+const PLAIN_PATIENCE: usize = 6;
+
+/// Below this relative residual, or below what rounding of S λ makes of it, a stall within
+/// `ROUNDING_PATIENCE` steps is rounding.
+const ROUNDING_ZONE: f64 = 1e-9;
+const ROUNDING_PATIENCE: usize = 3;
+
+/// How Newton's method is stopped.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NewtonSettings {
+    /// Stop when ‖R‖ ≤ tolerance · ‖λ‖.
+    pub tolerance: f64,
+    /// Most steps.
+    pub max_steps: usize,
+}
+
+impl Default for NewtonSettings {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-12,
+            max_steps: 100,
+        }
+    }
+}
+
+/// How Newton's method ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NewtonStatus {
+    /// ‖R‖ ≤ tolerance · ‖λ‖.
+    Converged,
+    /// The residual fell below 1e-9 · ‖λ‖ and then no further: rounding forbids the tolerance, and
+    /// the final residual is the attainable accuracy.
+    RoundingLimit,
+    /// The steps ran out, or the residual fell no further and nothing was left to try.
+    MaxSteps,
+    /// A value was not finite.
+    NumericalError,
+}
+
+/// One step of Newton's method.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NewtonStep {
+    /// ‖R‖ / ‖λ‖ after the step.
+    pub residual: f64,
+    /// Share s of the step d in λ ← λ + s d.
+    pub step_length: f64,
+    /// Halvings tried.
+    pub halvings: usize,
+    /// Panes that changed between open, stick and slip.
+    pub zone_changes: usize,
+    /// Unknowns of the dense system.
+    pub free_unknowns: usize,
+    /// Whether a safeguard replaced Newton's step.
+    pub fallback: bool,
+    /// Share τ of the law in the law F₀^(1−τ) F^τ of the step: 1 unless the law was approached by
+    /// continuation.
+    pub law_share: f64,
+    /// Wall-clock seconds.
+    pub seconds: f64,
+}
+
+/// What helps Newton's method on its way.
+pub(super) enum Globalisation<'f> {
+    /// Sweeps of relaxation, and, after a stall, steps of a safeguard from the best iterate.
+    Relaxed(&'f mut dyn FnMut(&[f64]) -> Vec<f64>),
+    /// A good start alone; a stall ends the method, at rounding after so many steps.
+    Plain(usize),
+}
+
+/// Where the iteration ended.
+pub(super) struct NewtonOutcome {
+    pub(super) status: NewtonStatus,
+    pub(super) multiplier: Vec<f64>,
+    /// ‖R‖ / ‖λ‖.
+    pub(super) residual: f64,
+    pub(super) history: Vec<NewtonStep>,
+    /// Applications of S: evaluations of R and sweeps of relaxation.
+    pub(super) evaluations: usize,
+}
+
+/// An iterate and its residual.
+struct Iterate {
+    multiplier: Vec<f64>,
+    evaluation: Evaluation,
+}
+
+impl Iterate {
+    fn new(map: &NaturalMap<'_>, multiplier: Vec<f64>) -> Self {
+        let evaluation = map.evaluate(&multiplier);
+        Self {
+            multiplier,
+            evaluation,
+        }
+    }
+
+    /// This iterate or its relaxation, whichever has the smaller ‖R‖.
+    fn relaxed(self, map: &NaturalMap<'_>, sweeps: usize) -> Self {
+        let mut multiplier = self.multiplier.clone();
+        map.relax(&mut multiplier, sweeps);
+        let relaxed = Self::new(map, multiplier);
+        if relaxed.evaluation.norm < self.evaluation.norm {
+            relaxed
+        } else {
+            self
+        }
+    }
+
+    /// ‖R‖ / ‖λ‖, and 0 for 0/0.
+    fn relative(&self) -> f64 {
+        match self.evaluation.norm {
+            0.0 => 0.0,
+            residual => residual / norm(&self.multiplier),
+        }
+    }
+
+    fn zones(&self) -> impl Iterator<Item = PaneZone> + '_ {
+        self.evaluation.panes.iter().map(|pane| pane.zone())
+    }
+}
+
+/// Runs the damped semismooth Newton method from a start.
+///
+/// [`Globalisation::Relaxed`]: with relaxed trial steps until the residual stalls and then once more
+/// without; after that, or when Newton's step is singular, the safeguard gives a better multiplier.
+/// [`Globalisation::Plain`] ends there. At least `least_steps` are taken unless R = 0.
+pub(super) fn iterate(
+    map: &NaturalMap<'_>,
+    start: Vec<f64>,
+    settings: &NewtonSettings,
+    least_steps: usize,
+    mut globalisation: Globalisation<'_>,
+    mut observe: impl FnMut(usize, &NewtonStep),
+) -> NewtonOutcome {
+    let mut current = Iterate::new(map, start.clone());
+    let mut evaluations = 1;
+    let (patience, rounding_patience, mut relaxing) = match globalisation {
+        Globalisation::Plain(rounding_patience) => (PLAIN_PATIENCE, rounding_patience, false),
+        Globalisation::Relaxed(_) => (PATIENCE, ROUNDING_PATIENCE, true),
+    };
+    let rounding_zone = ROUNDING_ZONE.max(map.rounding());
+    if relaxing && current.evaluation.norm.is_finite() && current.relative() > settings.tolerance {
+        current = current.relaxed(map, FIRST_SWEEPS);
+        evaluations += FIRST_SWEEPS + 2;
+    }
+    let mut best = (
+        current.evaluation.norm,
+        current.multiplier.clone(),
+        current.relative(),
+    );
+    let mut best_norms = vec![best.0];
+    let mut window_start = 0;
+    let mut history: Vec<NewtonStep> = Vec::new();
+    let status = loop {
+        let relative = current.relative();
+        let small = relative <= settings.tolerance && history.len() >= least_steps;
+        if small || current.evaluation.norm == 0.0 {
+            break NewtonStatus::Converged;
+        }
+        if !current.evaluation.norm.is_finite() {
+            break NewtonStatus::NumericalError;
+        }
+        let stalled_for = |steps: usize| {
+            let last = best_norms.len() - 1;
+            last >= window_start + steps && best_norms[last] > 0.5 * best_norms[last - steps]
+        };
+        if best.2 < rounding_zone && stalled_for(rounding_patience) {
+            break NewtonStatus::RoundingLimit;
+        }
+        if history.len() == settings.max_steps {
+            break NewtonStatus::MaxSteps;
+        }
+        if relaxing && stalled_for(patience) {
+            relaxing = false;
+            current = Iterate::new(map, start.clone());
+            evaluations += 1;
+            best_norms = vec![current.evaluation.norm];
+            window_start = 0;
+            continue;
+        }
+        let started = Instant::now();
+        let direction = if stalled_for(patience) {
+            None
+        } else {
+            map.newton_step(&current.evaluation)
+        };
+        let Trial {
+            iterate: next,
+            step_length,
+            halvings,
+            applications,
+        } = match (&direction, &mut globalisation) {
+            (Some((direction, _)), _) => backtrack(map, &current, direction, relaxing),
+            (None, Globalisation::Plain(_)) => break NewtonStatus::MaxSteps,
+            (None, Globalisation::Relaxed(safeguard)) => {
+                window_start = best_norms.len();
+                Trial {
+                    iterate: Iterate::new(map, safeguard(&best.1)),
+                    step_length: 1.0,
+                    halvings: 0,
+                    applications: 1,
+                }
+            }
+        };
+        evaluations += applications;
+        let step = NewtonStep {
+            residual: next.relative(),
+            step_length,
+            halvings,
+            zone_changes: current
+                .zones()
+                .zip(next.zones())
+                .filter(|(a, b)| a != b)
+                .count(),
+            free_unknowns: direction.as_ref().map_or(0, |(_, free)| *free),
+            fallback: direction.is_none(),
+            law_share: 1.0,
+            seconds: started.elapsed().as_secs_f64(),
+        };
+        observe(history.len(), &step);
+        history.push(step);
+        current = next;
+        if current.evaluation.norm < best.0 {
+            best = (
+                current.evaluation.norm,
+                current.multiplier.clone(),
+                current.relative(),
+            );
+        }
+        let least = best_norms[best_norms.len() - 1];
+        best_norms.push(least.min(current.evaluation.norm));
+    };
+    let (multiplier, residual) = if status == NewtonStatus::Converged {
+        (current.multiplier.clone(), current.relative())
+    } else {
+        (best.1, best.2)
+    };
+    NewtonOutcome {
+        status,
+        multiplier,
+        residual,
+        history,
+        evaluations,
+    }
+}
+
+/// What a step led to.
+struct Trial {
+    iterate: Iterate,
+    step_length: f64,
+    halvings: usize,
+    /// Applications of S.
+    applications: usize,
+}
+
+/// Halves the step until ‖R‖, relaxed or not, decreases; the full step when that fails.
+fn backtrack(map: &NaturalMap<'_>, from: &Iterate, direction: &[f64], relaxing: bool) -> Trial {
+    let mut applications = 0;
+    let mut at = |share: f64| {
+        let moved = from.multiplier.iter().zip(direction);
+        let next = Iterate::new(map, moved.map(|(l, d)| l + share * d).collect());
+        applications += 1;
+        if !relaxing || next.evaluation.norm < FAST * from.evaluation.norm {
+            return next;
+        }
+        applications += SWEEPS + 2;
+        next.relaxed(map, SWEEPS)
+    };
+    let full = at(1.0);
+    let mut share = 1.0;
+    let mut halvings = 0;
+    let mut shorter = None;
+    while !decreases(shorter.as_ref().unwrap_or(&full), from) && halvings < MOST_HALVINGS {
+        share *= 0.5;
+        halvings += 1;
+        shorter = Some(at(share));
+    }
+    let (iterate, step_length) = match shorter {
+        Some(shorter) if decreases(&shorter, from) => (shorter, share),
+        _ => (full, 1.0),
+    };
+    Trial {
+        iterate,
+        step_length,
+        halvings,
+        applications,
+    }
+}
+
+fn decreases(next: &Iterate, from: &Iterate) -> bool {
+    next.evaluation.norm < from.evaluation.norm
+}

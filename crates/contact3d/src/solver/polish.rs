@@ -1,0 +1,195 @@
+//! Answers to the accuracy they promise: exact residuals, and the distance to the solution.
+
+use super::{
+    NewtonSettings, NewtonSolution, NewtonStep,
+    conditions::Bound,
+    deviation::{Sizes, within_ellipses},
+    natural_map::NaturalMap,
+    newton::newton_to_rounding,
+    solve::Problem,
+};
+use crate::{
+    dual::{ExplicitDual, LocalStiffness},
+    linalg::difference,
+};
+
+/// Most rounds; each wins the digits that the conditioning of A leaves.
+const MOST_ROUNDS: usize = 8;
+
+/// Most Newton steps in one round: one or two, more where the exact residual moves panes between
+/// zones.
+const STEPS: usize = 20;
+
+/// An answer with a larger error is none: its zones are not known.
+pub(super) const COARSEST: f64 = 1e-3;
+
+/// An answer, how far it is from the solution, and the dual problem written about it.
+pub(super) struct Polished {
+    /// λ, `[n_multipliers]`, in Pa.
+    pub(super) multiplier: Vec<f64>,
+    /// u of λ in m, to rounding.
+    pub(super) displacement: Vec<f64>,
+    /// Distance to the solution, relative as in [`Sizes`].
+    pub(super) error: f64,
+    /// S and G about λ.
+    pub(super) dual: ExplicitDual,
+    /// Steps of Newton's method that it took.
+    pub(super) history: Vec<NewtonStep>,
+    /// Applications of S, and one of A⁻¹ a round.
+    pub(super) applications: usize,
+}
+
+/// How far an answer is from the solution.
+struct Way {
+    /// Relative as in [`Sizes`].
+    error: f64,
+    /// Relative to the semi-axes of the ellipses ([`within_ellipses`]): where one coefficient of
+    /// friction is a small part of the other, ‖λ_t‖ hides what happens along its axis.
+    bound_error: f64,
+}
+
+impl Way {
+    const UNKNOWN: Self = Self {
+        error: f64::INFINITY,
+        bound_error: f64::INFINITY,
+    };
+}
+
+impl Polished {
+    /// Whether the answer lies in the zones of a solution.
+    pub(super) fn is_solution(&self) -> bool {
+        self.error <= COARSEST
+    }
+
+    /// Whether λ and u are numbers.
+    pub(super) fn is_finite(&self) -> bool {
+        let mut values = self.multiplier.iter().chain(&self.displacement);
+        values.all(|v| v.is_finite())
+    }
+}
+
+impl Problem<'_> {
+    /// Measures how far λ is from the solution, and comes closer until that is at most `tolerance` or
+    /// rounding forbids it.
+    ///
+    /// In each round u = A⁻¹(l − Bᵀλ) is solved in more than working precision, the dual problem
+    /// is written about λ with its exact gradient −(B u − gap), and Newton's method, measured by
+    /// local stiffness, solves that. Its solution differs from the true one by what S is wrong, as
+    /// a share of the way from λ; so that way is the error of λ. It needs no scale, while small
+    /// residuals say little for bodies that nearly float.
+    pub(super) fn polished(
+        &self,
+        dual: &ExplicitDual,
+        local: &LocalStiffness,
+        bound: Bound<'_>,
+        multiplier: &[f64],
+        tolerance: f64,
+    ) -> Polished {
+        let mut best = self.exact(dual, local, multiplier);
+        let (mut history, mut applications) = (Vec::new(), 1);
+        let mut last = Way::UNKNOWN;
+        for _ in 0..MOST_ROUNDS {
+            let Some((found, way)) = self.way_to_solution(&best, local, bound) else {
+                break;
+            };
+            applications += found.evaluations + 1;
+            history.extend(found.history);
+            best.error = way.error;
+            let falls = way.error <= 0.5 * last.error;
+            let bound_falls = way.bound_error <= 0.5 * last.bound_error;
+            let accurate = way.error <= tolerance;
+            if accurate && (way.bound_error <= tolerance || !bound_falls) {
+                break;
+            }
+            if !accurate && !falls {
+                // Rounding: the errors of the last two answers are of one size.
+                best.error = way.error.max(last.error);
+                break;
+            }
+            let next = self.exact(dual, local, &found.multiplier);
+            let error = way.error;
+            best = Polished { error, ..next };
+            last = way;
+        }
+        Polished {
+            history,
+            applications,
+            ..best
+        }
+    }
+
+    /// The distance of λ to the solution; infinite where Newton's method finds none from there.
+    pub(super) fn error_of(
+        &self,
+        dual: &ExplicitDual,
+        local: &LocalStiffness,
+        bound: Bound<'_>,
+        multiplier: &[f64],
+    ) -> f64 {
+        let answer = self.exact(dual, local, multiplier);
+        let way = self.way_to_solution(&answer, local, bound);
+        way.map_or(f64::INFINITY, |(_, way)| way.error)
+    }
+
+    /// The solution of the dual problem about an answer, and its relative distance; `None` where
+    /// Newton's method does not find it from there.
+    fn way_to_solution(
+        &self,
+        answer: &Polished,
+        local: &LocalStiffness,
+        bound: Bound<'_>,
+    ) -> Option<(NewtonSolution, Way)> {
+        let steplengths = local.stiffness.clone();
+        let map = NaturalMap::with_steplengths(&answer.dual, bound, steplengths);
+        let settings = NewtonSettings {
+            tolerance: answer.dual.rounding(),
+            max_steps: STEPS,
+        };
+        // One step at least: that is what measures the error.
+        let found = newton_to_rounding(&map, answer.multiplier.clone(), &settings);
+        if !found.is_solution() {
+            return None;
+        }
+        let there = map.evaluate(&found.multiplier);
+        let sizes = Sizes::of(self.contact, &found.multiplier, &there);
+        let way = difference(&found.multiplier, &answer.multiplier);
+        let area = &self.contact.surface.pane_area;
+        let way = Way {
+            error: sizes.relative(area, &way),
+            bound_error: within_ellipses(area, &there, &way),
+        };
+        Some((found, way))
+    }
+
+    /// λ with its displacement and the dual problem about it; the error is yet to be measured.
+    pub(super) fn exact(
+        &self,
+        dual: &ExplicitDual,
+        local: &LocalStiffness,
+        multiplier: &[f64],
+    ) -> Polished {
+        let (surface, interface) = (self.contact.surface, self.contact.interface);
+        // The face's own displacement is this share of the body's, at least.
+        let target = f64::EPSILON / local.mobility();
+        let displacement = self
+            .dual
+            .refined_displacement(self.assembly, multiplier, target);
+        let closing = self.dual.closing_refined(&displacement, surface, interface);
+        let dual = dual.anchored(
+            multiplier,
+            &displacement.value,
+            closing,
+            surface,
+            &interface.frame,
+            &self.assembly.primal.dofs,
+        );
+        Polished {
+            multiplier: multiplier.to_vec(),
+            displacement: displacement.value,
+            error: f64::INFINITY,
+            dual,
+            history: Vec::new(),
+            applications: 1,
+        }
+    }
+}

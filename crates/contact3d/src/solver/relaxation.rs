@@ -1,0 +1,70 @@
+use super::{Ellipse, conditions::Bound, natural_map::NaturalMap};
+use crate::linalg::add_scaled;
+
+/// Share of the way from the last sweep's 𝓕⁻¹ to that of the present λ. Undamped, a law that
+/// hardens with slip makes panes stick and slip in turn from sweep to sweep.
+const FRICTION_DAMPING: f64 = 0.5;
+
+impl NaturalMap<'_> {
+    /// Sweeps of nonlinear block Gauss–Seidel: in pane after pane the normal component goes to its
+    /// minimum max(λ_ν − r_ν/S_νν, 0), then the pair makes one projected step of length 1/trace of
+    /// its 2 × 2 block, and r = S λ − h follows at once.
+    ///
+    /// With Coulomb friction the ellipse has g = λ_ν, the value just found, and 𝓕 changes between
+    /// sweeps. With frozen ellipses every move decreases the energy. A sweep costs as much as one
+    /// application of S.
+    pub(super) fn relax(&self, multiplier: &mut [f64], sweeps: usize) {
+        let m = self.dual.n_panes();
+        let mut gradient = self.dual.gradient(multiplier);
+        let mut inverse = self.friction_inverse(multiplier);
+        for sweep in 0..sweeps {
+            if sweep > 0 {
+                let next = self.friction_inverse(multiplier);
+                for (old, new) in inverse.iter_mut().flatten().zip(next.iter().flatten()) {
+                    *old += FRICTION_DAMPING * (new - *old);
+                }
+            }
+            for pane in 0..m {
+                self.relax_pane(pane, inverse.get(pane), multiplier, &mut gradient);
+            }
+        }
+    }
+
+    fn relax_pane(
+        &self,
+        pane: usize,
+        inverse: Option<&[f64; 2]>,
+        multiplier: &mut [f64],
+        gradient: &mut [f64],
+    ) {
+        let diagonal = |j: usize| self.dual.column(j)[j];
+        let set = |multiplier: &mut [f64], gradient: &mut [f64], j: usize, value: f64| {
+            let change = value - multiplier[j];
+            if change != 0.0 {
+                add_scaled(gradient, change, self.dual.column(j));
+                multiplier[j] = value;
+            }
+        };
+        if diagonal(pane) > 0.0 {
+            let value = (multiplier[pane] - gradient[pane] / diagonal(pane)).max(0.0);
+            set(multiplier, gradient, pane, value);
+        }
+        let at = self.dual.n_panes() + 2 * pane;
+        if at >= multiplier.len() {
+            return;
+        }
+        let trace = diagonal(at) + diagonal(at + 1);
+        if trace > 0.0 {
+            let ellipse = match (&self.conditions.bound, inverse) {
+                (Bound::Frozen(set), _) => set.ellipses[pane],
+                (Bound::Coulomb(..), inverse) => Ellipse {
+                    semi_axes: inverse.map_or([0.0; 2], |f| f.map(|f| multiplier[pane] / f)),
+                },
+            };
+            let trial = [0, 1].map(|k| multiplier[at + k] - gradient[at + k] / trace);
+            let next = ellipse.project(trial);
+            set(multiplier, gradient, at, next[0]);
+            set(multiplier, gradient, at + 1, next[1]);
+        }
+    }
+}

@@ -1,0 +1,199 @@
+use super::{FeasibleSet, NewtonStep, StepCounts};
+use crate::{
+    contact::{FrictionField, Interface, InterfaceFriction},
+    mesh::ContactSurface,
+};
+
+/// How a solve ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Status {
+    /// The accuracy ε was reached.
+    #[default]
+    Converged,
+    /// The outer loop ran out of steps.
+    MaxOuterSteps,
+    /// An inner problem ran out of applications of S.
+    MaxInnerApplications,
+    /// A value was not finite, or a coefficient of friction not positive at the slips reached.
+    NumericalError,
+    /// Rounding forbids ε; the accuracy reached is the best there is.
+    RoundingLimit,
+    /// Newton's method found no solution from any start.
+    MaxNewtonSteps,
+    /// Successive approximations return to where they were: they will never converge.
+    Cycling,
+    /// The stopping rule of the method is met, and the answer is near the solution, but further from it
+    /// than about ε: the accuracy reached is known.
+    Stopped,
+    /// The stopping rule of the method is met, but the answer is no solution.
+    Inaccurate,
+}
+
+impl Status {
+    /// Whether the solve reached what it was asked for, what rounding allows, or what the stopping rule
+    /// of its method gives.
+    #[must_use]
+    pub fn is_solved(self) -> bool {
+        matches!(self, Self::Converged | Self::RoundingLimit | Self::Stopped)
+    }
+
+    /// All of them.
+    pub const ALL: [Self; 9] = [
+        Self::Converged,
+        Self::MaxOuterSteps,
+        Self::MaxInnerApplications,
+        Self::NumericalError,
+        Self::RoundingLimit,
+        Self::MaxNewtonSteps,
+        Self::Cycling,
+        Self::Stopped,
+        Self::Inaccurate,
+    ];
+
+    /// The status that programs see as `word`.
+    #[must_use]
+    pub fn of_word(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|status| status.word() == word)
+    }
+
+    /// The status as programs see it.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Converged => "converged",
+            Self::MaxOuterSteps => "max_outer_steps",
+            Self::MaxInnerApplications => "max_inner_actions",
+            Self::NumericalError => "numerical_error",
+            Self::RoundingLimit => "rounding_limit",
+            Self::MaxNewtonSteps => "max_newton_steps",
+            Self::Cycling => "cycling",
+            Self::Stopped => "stopped",
+            Self::Inaccurate => "inaccurate",
+        }
+    }
+}
+
+/// Which algorithm gave the answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SolvedBy {
+    /// Successive approximations.
+    FixedPoint,
+    /// Semismooth Newton.
+    Newton,
+    /// One minimisation, for frictionless contact and given slip bounds.
+    Minimisation,
+    /// One solve with the factor, for a body without contact.
+    #[default]
+    Direct,
+}
+
+/// One step k of Algorithm 4.1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OuterStep {
+    /// err⁽ᵏ⁾ = ‖λ⁽ᵏ⁺¹⁾ − λ⁽ᵏ⁾‖ / ‖λ⁽ᵏ⁺¹⁾‖.
+    pub change: f64,
+    /// Inner tolerance ε_λ⁽ᵏ⁾ relative to ‖h‖; for Newton's method relative to ‖λ‖.
+    pub inner_tolerance: f64,
+    /// Final ‖g̃‖ of the inner problem relative to ‖h‖; for Newton's method ‖R‖ / ‖λ‖.
+    pub inner_residual: f64,
+    /// Steps of KPRGP or [`super::Gpcg`]; none for Newton's method.
+    pub steps: StepCounts,
+    /// Applications of A⁻¹ in this step; the first step includes those that estimate ‖S‖.
+    pub applications: usize,
+    /// Wall-clock seconds.
+    pub seconds: f64,
+}
+
+/// The discrete solution and how it was reached.
+#[derive(Debug, Clone, Default)]
+pub struct Solution {
+    /// How the solve ended.
+    pub status: Status,
+    /// Which algorithm gave the answer.
+    pub solved_by: SolvedBy,
+    /// Relative error of λ, measured by one more solution from it with exact residuals: weighted by
+    /// areas, the larger of that of λ_ν and of that of λ_t, relative to max(‖λ_t‖, ‖F λ_ν‖). The
+    /// last change err of successive approximations, or the residual of a minimisation, that did not end.
+    pub accuracy: f64,
+    /// ‖Ψ(λ) − λ‖ / ‖λ‖ for the paper's mapping Ψ, where it was evaluated.
+    pub mapping_change: Option<f64>,
+    /// λ: m normal stresses λ_ν, then m pairs λ_t where there is friction, `[n_multipliers]`, in Pa.
+    pub multiplier: Vec<f64>,
+    /// u over the free degrees of freedom, `[n_free]`, in m.
+    pub displacement: Vec<f64>,
+    /// φ = (|u_t1|, |u_t2|) of `displacement` at the contact nodes, in m; `None` unless the
+    /// coefficients of friction follow the slip.
+    pub slip: Option<Vec<[f64; 2]>>,
+    /// The slip bound and the friction of the last inner problem; `None` without Coulomb friction.
+    pub coulomb: Option<CoulombState>,
+    /// Steplength ᾱ of projected gradient steps, in Pa/m³; 0 without contact.
+    pub steplength: f64,
+    /// Stiffness of each pane while the others do not move, `[n_multipliers]`, in Pa/m³, that
+    /// residuals are measured by; empty without contact.
+    pub local_stiffness: Vec<f64>,
+    /// One record per step of successive approximations.
+    pub history: Vec<OuterStep>,
+    /// One record per step of Newton's method.
+    pub newton: Vec<NewtonStep>,
+    /// Applications of A⁻¹, or of the dense S in its place (n_A).
+    pub applications: usize,
+    /// Evaluations of the friction law at a node.
+    pub law_evaluations: usize,
+    /// Projections on an ellipse.
+    pub projections: usize,
+}
+
+/// The slip bound and the friction of an inner problem.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CoulombState {
+    /// g, `[n_panes]`, in Pa.
+    pub slip_bound: Vec<f64>,
+    /// F and 𝓕⁻¹.
+    pub friction: FrictionField,
+}
+
+/// What the friction law needs to know of the contact face.
+#[derive(Debug, Clone, Copy)]
+pub struct ContactState<'a> {
+    /// Γ_c and its panes.
+    pub surface: &'a ContactSurface,
+    /// Its frame, gap and friction law.
+    pub interface: &'a Interface,
+}
+
+impl<'a> ContactState<'a> {
+    /// Number of panes m.
+    #[must_use]
+    pub fn n_panes(&self) -> usize {
+        self.surface.n_panes()
+    }
+
+    /// The admissible set of frictionless contact or of Tresca's law; with Coulomb's law that of
+    /// a given state.
+    #[must_use]
+    pub fn feasible_set(&self, coulomb: Option<&CoulombState>) -> FeasibleSet<'a> {
+        let semi_axes = match (&self.interface.friction, coulomb) {
+            (InterfaceFriction::Tresca(semi_axes), _) => semi_axes.clone(),
+            (InterfaceFriction::Coulomb(_), Some(state)) => state.semi_axes(),
+            (InterfaceFriction::Frictionless | InterfaceFriction::Coulomb(_), _) => Vec::new(),
+        };
+        FeasibleSet::new(self.n_panes(), semi_axes, &self.interface.projections)
+    }
+}
+
+impl CoulombState {
+    /// Whether the coefficients are positive and finite wherever panes are pressed; elsewhere they
+    /// bound nothing.
+    #[must_use]
+    pub fn is_admissible(&self, surface: &ContactSurface) -> bool {
+        let pressed = |pane: usize| self.slip_bound[pane] > 0.0;
+        self.friction.is_admissible(surface, pressed)
+    }
+
+    /// Semi-axes g_i / (𝓕_i⁻¹)₁₁ and g_i / (𝓕_i⁻¹)₂₂ of the admissible ellipses in Pa, `[n_panes]`.
+    #[must_use]
+    pub fn semi_axes(&self) -> Vec<[f64; 2]> {
+        let panes = self.slip_bound.iter().zip(&self.friction.pane_inverse);
+        panes.map(|(g, inverse)| inverse.map(|f| g / f)).collect()
+    }
+}

@@ -1,0 +1,249 @@
+//! Chooses how a discrete problem is solved, as its settings say.
+
+use std::sync::atomic::Ordering;
+
+use thiserror::Error;
+
+use super::{
+    ContactState, Inner, NewtonStep, OuterState, OuterStep, Solution, Start, Status,
+    conditions::Bound, minimisation::minimise, successive_approximations,
+};
+use crate::{
+    contact::CoulombLaw,
+    dual::{
+        Assembly, ContactSystem, DualOperator, DualSystem, ExplicitOperator, ImplicitOperator,
+        LocalStiffness, pane_stiffness,
+    },
+    linalg::Workspace,
+    scene::{InnerSolver, Method, SolveSettings},
+};
+
+/// What an observer of a solve sees.
+#[derive(Debug, Clone, Copy)]
+pub enum Progress<'a> {
+    /// Step k of successive approximations.
+    Outer(usize, &'a OuterStep),
+    /// Successive approximations between two steps.
+    Between(&'a OuterState),
+    /// Step k of Newton's method.
+    Newton(usize, &'a NewtonStep),
+}
+
+/// A method that needs what the assembled problem does not hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[error(
+    "{0} needs the explicit dual operator, but /assemble holds the implicit one; \
+     set assemble.dual_operator = \"explicit\" (`assemble --dual-operator explicit`), or solve.method = \"auto\""
+)]
+pub struct NeedsExplicit(&'static str);
+
+/// Most times that a method is run again with a smaller ε.
+const MOST_TIGHTENINGS: usize = 4;
+
+/// Solves the discrete problem as the settings say from a start, by no more than its effects ask for: one solve
+/// without contact, one minimisation without friction or with a given slip bound.
+///
+/// # Errors
+/// [`NeedsExplicit`] when Newton's method is asked for and S is not dense.
+pub fn solve(
+    system: &DualSystem,
+    contact: Option<&ContactState<'_>>,
+    settings: &SolveSettings,
+    start: Start<'_>,
+    observe: &mut dyn FnMut(Progress<'_>),
+) -> Result<Solution, NeedsExplicit> {
+    let (Some(contact), Some(dual)) = (contact, &system.contact) else {
+        return Ok(Solution {
+            displacement: system
+                .assembly
+                .solve_refined(
+                    &system.assembly.primal.load,
+                    f64::EPSILON,
+                    &mut Workspace::default(),
+                )
+                .value,
+            applications: 1,
+            ..Solution::default()
+        });
+    };
+    let problem = Problem {
+        assembly: &system.assembly,
+        dual,
+        contact,
+        settings,
+        start: start.fitting(dual.dual_rhs.len()),
+    };
+    let mut solution = match contact.interface.coulomb() {
+        None => problem.minimise(observe)?,
+        Some(law) => problem.coulomb(law, observe)?,
+    };
+    let mut states = solution.coulomb.iter();
+    if !states.all(|state| state.is_admissible(contact.surface)) {
+        solution.status = Status::NumericalError;
+    }
+    solution.law_evaluations = contact.interface.law_evaluations();
+    solution.projections = contact.interface.projections.load(Ordering::Relaxed);
+    Ok(solution)
+}
+
+/// A body in contact, and how to solve it.
+pub(super) struct Problem<'a> {
+    pub(super) assembly: &'a Assembly,
+    pub(super) dual: &'a ContactSystem,
+    pub(super) contact: &'a ContactState<'a>,
+    pub(super) settings: &'a SolveSettings,
+    pub(super) start: Start<'a>,
+}
+
+impl Problem<'_> {
+    /// Frictionless contact and Tresca's law.
+    fn minimise(&self, observe: &mut dyn FnMut(Progress<'_>)) -> Result<Solution, NeedsExplicit> {
+        let set = self.contact.feasible_set(None);
+        let bound = Bound::Frozen(&set);
+        match (self.settings.method, self.dual.explicit.as_ref()) {
+            (Method::Newton, None) => Err(NeedsExplicit("method newton")),
+            (Method::Auto | Method::Newton, Some(dual)) => {
+                let local = LocalStiffness::new(dual);
+                Ok(self.newton(dual, &local, bound, observe))
+            }
+            (Method::Auto, None) => Ok(
+                self.until_accurate(bound, |problem, inner| problem.minimise_by(inner, observe))
+            ),
+            (Method::FixedPoint, _) => {
+                self.with_inner(bound, |inner| self.minimise_by(inner, observe))
+            }
+        }
+    }
+
+    /// Coulomb's law.
+    fn coulomb(
+        &self,
+        law: &CoulombLaw,
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Solution, NeedsExplicit> {
+        let bound = Bound::Coulomb(self.contact, law);
+        match (self.settings.method, self.dual.explicit.as_ref()) {
+            (Method::Newton, None) => Err(NeedsExplicit("method newton")),
+            (Method::Newton, Some(dual)) => {
+                let local = LocalStiffness::new(dual);
+                Ok(self.newton(dual, &local, bound, observe))
+            }
+            (Method::Auto, Some(dual)) => {
+                let local = LocalStiffness::new(dual);
+                let solution = self.newton(dual, &local, bound, observe);
+                if solution.status.is_solved() {
+                    return Ok(solution);
+                }
+                let steps = solution.newton;
+                let inner = Inner::Newton(dual, &local);
+                let solution = self.fixed_point(inner, law, observe);
+                Ok(self.completed(dual, &local, bound, solution, steps))
+            }
+            (Method::Auto, None) => Ok(self.until_accurate(bound, |problem, inner| {
+                problem.fixed_point(inner, law, observe)
+            })),
+            (Method::FixedPoint, _) => {
+                self.with_inner(bound, |inner| self.fixed_point(inner, law, observe))
+            }
+        }
+    }
+
+    /// Runs a method with the inner solver of the settings and judges its answer.
+    fn with_inner(
+        &self,
+        bound: Bound<'_>,
+        run: impl FnOnce(Inner<'_>) -> Solution,
+    ) -> Result<Solution, NeedsExplicit> {
+        let local = self.dual.explicit.as_ref().map(LocalStiffness::new);
+        let explicit = self.dual.explicit.as_ref().zip(local.as_ref());
+        let stiffness = match &local {
+            Some(local) => local.stiffness.clone(),
+            None => pane_stiffness(&self.assembly.primal, &self.dual.coupling),
+        };
+        let solution = run(match (self.settings.inner, explicit) {
+            (InnerSolver::Kprgp, _) => Inner::Kprgp,
+            (InnerSolver::Gpcg, _) => Inner::Gpcg(&stiffness),
+            (InnerSolver::Newton, Some((dual, local))) => Inner::Newton(dual, local),
+            (InnerSolver::Newton, None) => return Err(NeedsExplicit("inner solver newton")),
+        });
+        Ok(self.judged(explicit, bound, stiffness, solution))
+    }
+
+    /// Runs a method with GPCG inside on the implicit operator, again with a smaller ε from where it
+    /// stopped while its answer is further from the solution than asked.
+    fn until_accurate(
+        &self,
+        bound: Bound<'_>,
+        mut run: impl FnMut(&Problem<'_>, Inner<'_>) -> Solution,
+    ) -> Solution {
+        let stiffness = pane_stiffness(&self.assembly.primal, &self.dual.coupling);
+        let judge = |solution| self.judged(None, bound, stiffness.clone(), solution);
+        let inner = Inner::Gpcg(&stiffness);
+        let mut solution = judge(run(self, inner));
+        let mut settings = self.settings.clone();
+        for _ in 0..MOST_TIGHTENINGS {
+            if !matches!(solution.status, Status::Stopped | Status::Inaccurate) {
+                break;
+            }
+            let excess = solution.accuracy / self.settings.epsilon();
+            settings.epsilon = Some(settings.epsilon() / excess.max(10.0));
+            let start = Start {
+                multiplier: Some(&solution.multiplier),
+                checkpoint: None,
+            };
+            let tighter = Problem {
+                settings: &settings,
+                start,
+                ..*self
+            };
+            let next = judge(run(&tighter, inner));
+            solution = Solution {
+                history: [solution.history, next.history].concat(),
+                applications: solution.applications + next.applications,
+                ..next
+            };
+        }
+        solution
+    }
+
+    fn with_operator(&self, run: impl FnOnce(&mut dyn DualOperator) -> Solution) -> Solution {
+        let mut solution = match &self.dual.explicit {
+            Some(dual) => run(&mut ExplicitOperator::new(dual, self.assembly, self.dual)),
+            None => run(&mut ImplicitOperator::new(self.assembly, self.dual)),
+        };
+        let multiplier = &solution.multiplier;
+        let refined = self
+            .dual
+            .refined_displacement(self.assembly, multiplier, f64::EPSILON);
+        solution.displacement = refined.value;
+        solution
+    }
+
+    fn minimise_by(&self, inner: Inner<'_>, observe: &mut dyn FnMut(Progress<'_>)) -> Solution {
+        self.with_operator(|operator| {
+            let first = self.start.multiplier;
+            let observe = |k: usize, step: &OuterStep| observe(Progress::Outer(k, step));
+            minimise(inner, operator, self.contact, self.settings, first, observe)
+        })
+    }
+
+    fn fixed_point(
+        &self,
+        inner: Inner<'_>,
+        law: &CoulombLaw,
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Solution {
+        self.with_operator(|operator| {
+            successive_approximations(
+                inner,
+                operator,
+                self.assembly,
+                self.contact,
+                law,
+                self.settings,
+                self.start,
+                observe,
+            )
+        })
+    }
+}

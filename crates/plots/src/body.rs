@@ -1,0 +1,245 @@
+//! Panel (c): the deformed body on its support.
+
+use units::Dimension;
+
+use super::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
+use super::colour::ColourMap;
+use super::colour_bar::ColourKey;
+use super::facets::{Facets, draw_facets};
+use super::layout::{
+    KEY_HEIGHT, KEY_WIDTH, KeySide, LABEL_SIZE, Layout, PANEL_WIDTH, TICK_SIZE, axis_name,
+};
+use super::panes::ContactBox;
+use super::picture::ContactPicture;
+use super::scale::{factor_label, round_down};
+use super::surface::{FacetNormals, SurfaceEdge, joined_lines, surface_edges};
+use super::text::Label;
+use super::vector::{Vector, bounds, dot, minus, norm, scaled};
+use super::view::{Fit, View};
+
+/// Largest drawn displacement relative to the diagonal of the body.
+const DRAWN_DISPLACEMENT: f64 = 0.15;
+/// Largest drawn relative shortening of an edge of the surface.
+const MOST_SHRINKAGE: f64 = 0.6;
+/// Pixels of an arrow of the axes triad.
+const TRIAD_LENGTH: f64 = 30.0;
+
+/// The deformed boundary coloured by |u|, the undeformed outline, the support and the axes.
+pub(super) fn body_panel(picture: &ContactPicture<'_>, layout: &Layout, title: &Label) -> Canvas {
+    let mut canvas = layout.panel(title);
+    let view = View::new(picture);
+    let magnitude: Vec<f64> = picture.displacement.iter().map(|&u| norm(u)).collect();
+    let undeformed: Vec<Vector> = picture
+        .coordinates
+        .iter()
+        .map(|&x| view.stretched(x))
+        .collect();
+    let triangles = picture.boundary_triangles;
+    let edges = surface_edges(triangles);
+    let factor = displacement_factor(picture, &view, &undeformed, &edges);
+    let deformed: Vec<Vector> = undeformed
+        .iter()
+        .zip(picture.displacement)
+        .map(|(&x, &u)| {
+            let u = scaled(view.stretched(u), factor);
+            let u = if norm(u).is_finite() { u } else { [0.0; 3] };
+            [x[0] + u[0], x[1] + u[1], x[2] + u[2]]
+        })
+        .collect();
+    let symbol = Label::plain("|").italic("u").upright("|");
+    let used = picture.boundary_triangles.as_flattened().iter();
+    let values = used.clone().map(|&node| magnitude[node]);
+    let unit = picture.units.of(Dimension::LENGTH);
+    let key = ColourKey::new(values, ColourMap::Plasma, &symbol, &unit);
+
+    let on_support = !picture.contact_triangles.is_empty();
+    let support: Vec<Vector> = match on_support {
+        true => support_corners(picture, &view).to_vec(),
+        false => Vec::new(),
+    };
+    let drawn = used.flat_map(|&node| [undeformed[node], deformed[node]]);
+    let drawn = drawn
+        .chain(support.iter().copied())
+        .map(|point| view.projected(point));
+    let (corner, size) = view_rectangle(layout);
+    let fit = Fit::new(drawn, corner, size);
+    let pixel = |point: Vector| fit.pixel(view.projected(point));
+
+    if on_support {
+        let edge = Stroke::solid(Colour(0xb4, 0xb4, 0xb4), 0.6);
+        let grey = Fill::Plain(Colour(0xe6, 0xe6, 0xe6));
+        let corners = support.into_iter().map(pixel).collect();
+        canvas.region(&[corners], grey, Some(edge));
+    }
+
+    let rest = FacetNormals::new(&undeformed, triangles, &edges);
+    let outline = |hidden: bool| outline_of(&rest, &edges, &view, hidden);
+    let to_pixels = |lines: Vec<Vec<usize>>| -> Vec<Vec<Point>> {
+        let line = |nodes: Vec<usize>| nodes.into_iter().map(|n| pixel(undeformed[n])).collect();
+        lines.into_iter().map(line).collect()
+    };
+    let dashed = Stroke::dashed(Colour(0x9a, 0x9a, 0x9a), 0.8, 4.0);
+    canvas.polylines(&to_pixels(outline(true)), dashed);
+    let facets = Facets {
+        points: &deformed,
+        magnitude: &magnitude,
+        triangles,
+        edges: &edges,
+    };
+    draw_facets(&mut canvas, &facets, &view, &fit, &key);
+    let dashed = Stroke::dashed(Colour(0x30, 0x30, 0x30), 0.8, 4.0);
+    canvas.polylines(&to_pixels(outline(false)), dashed);
+
+    draw_triad(&mut canvas, &view, [52.0, corner[1] + size[1] - 24.0]);
+    draw_notes(&mut canvas, &view, factor, &magnitude, on_support);
+    draw_key(&mut canvas, layout, &key);
+    canvas
+}
+
+/// A round factor ≥ 1 that makes the displacement visible, but neither larger than a part of the body
+/// nor so large that an edge of the surface shrinks by more than [`MOST_SHRINKAGE`].
+fn displacement_factor(
+    picture: &ContactPicture<'_>,
+    view: &View,
+    undeformed: &[Vector],
+    edges: &[SurfaceEdge],
+) -> f64 {
+    let nodes = || picture.boundary_triangles.as_flattened().iter();
+    let extents = [0, 1, 2].map(|axis| {
+        let (low, high) = bounds(nodes().map(|&node| undeformed[node][axis]));
+        high - low
+    });
+    let moved = |node: usize| view.stretched(picture.displacement[node]);
+    let lengths = nodes().map(|&node| norm(moved(node)));
+    let largest = lengths.filter(|l| l.is_finite()).fold(0.0, f64::max);
+    let shrinkages = edges.iter().map(|edge| {
+        let [p, q] = edge.nodes;
+        let along = minus(undeformed[q], undeformed[p]);
+        -dot(minus(moved(q), moved(p)), along) / dot(along, along)
+    });
+    let shrinkage = shrinkages.filter(|s| s.is_finite()).fold(0.0, f64::max);
+    let factor = (DRAWN_DISPLACEMENT * norm(extents) / largest).min(MOST_SHRINKAGE / shrinkage);
+    if !factor.is_finite() || factor <= 1.0 {
+        return 1.0;
+    }
+    round_down(factor)
+}
+
+/// A rectangle in the contact plane, a little larger than the contact part.
+fn support_corners(picture: &ContactPicture<'_>, view: &View) -> [Vector; 4] {
+    let contact = ContactBox::new(picture);
+    let nodes = picture.contact_triangles.as_flattened().iter();
+    let (_, level) = bounds(nodes.map(|&node| dot(picture.coordinates[node], picture.normal)));
+    let extent = contact.extent();
+    let margin = 0.08 * (extent[0] * view.stretch[0]).max(extent[1] * view.stretch[1]);
+    let (along_1, along_2) = (margin / view.stretch[0], margin / view.stretch[1]);
+    let [left, bottom] = [contact.low[0] - along_1, contact.low[1] - along_2];
+    let [right, top] = [contact.high[0] + along_1, contact.high[1] + along_2];
+    [[left, bottom], [right, bottom], [right, top], [left, top]].map(|[x, y]| {
+        let point = [0, 1, 2].map(|axis| {
+            x * picture.axis_1[axis] + y * picture.axis_2[axis] + level * picture.normal[axis]
+        });
+        view.stretched(point)
+    })
+}
+
+/// Outline of the undeformed body as lines of nodes: what is behind the body, or what is in front.
+fn outline_of(
+    facets: &FacetNormals,
+    edges: &[SurfaceEdge],
+    view: &View,
+    hidden: bool,
+) -> Vec<Vec<usize>> {
+    let toward = view.toward();
+    let outline: Vec<[usize; 2]> = edges
+        .iter()
+        .filter(|edge| facets.is_outline(edge, toward))
+        .filter(|edge| edge.triangles.iter().any(|&t| facets.faces(t, toward)) != hidden)
+        .map(|edge| edge.nodes)
+        .collect();
+    joined_lines(&outline)
+}
+
+/// The part of the panel for the body, without the strip of the triad and the key.
+fn view_rectangle(layout: &Layout) -> (Point, Point) {
+    let (left, top) = (76.0, 62.0);
+    match layout.key {
+        KeySide::Below => {
+            let height = layout.height - top - KEY_HEIGHT - 14.0;
+            ([left, top], [PANEL_WIDTH - left - 24.0, height])
+        }
+        KeySide::Right => {
+            let width = PANEL_WIDTH - left - KEY_WIDTH - 10.0;
+            ([left, top], [width, layout.height - top - 24.0])
+        }
+    }
+}
+
+fn draw_key(canvas: &mut Canvas, layout: &Layout, key: &ColourKey) {
+    let [left, top] = layout.corner;
+    match layout.key {
+        KeySide::Below => {
+            let corner = [left, layout.height - KEY_HEIGHT];
+            key.draw(canvas, layout.key, corner, layout.size[0]);
+        }
+        KeySide::Right => {
+            let corner = [PANEL_WIDTH - KEY_WIDTH + 10.0, top + 20.0];
+            key.draw(canvas, layout.key, corner, layout.height - top - 60.0);
+        }
+    }
+}
+
+fn draw_notes(canvas: &mut Canvas, view: &View, factor: f64, magnitude: &[f64], on_support: bool) {
+    let support = if on_support { ", grey: support" } else { "" };
+    let moved = magnitude.iter().any(|&u| u > 0.0);
+    let note = if moved {
+        Label::plain("displacement × ")
+            .then(&factor_label(factor))
+            .upright(", dashed: undeformed")
+            .upright(support)
+    } else {
+        Label::plain("no displacement").upright(support)
+    };
+    canvas.text([16.0, 46.0], &note, TICK_SIZE, Anchor::Start);
+    let stretched = (0..3).filter(|&axis| view.stretch[axis] > 1.0);
+    let factors = stretched.map(|axis| {
+        let name = axis_name(view.basis[axis], &(axis + 1).to_string());
+        name.upright(" × ").then(&factor_label(view.stretch[axis]))
+    });
+    let joined = factors.reduce(|all, next| all.upright(", ").then(&next));
+    if let Some(factors) = joined {
+        let note = Label::plain("stretched: ").then(&factors);
+        let position = [PANEL_WIDTH - 16.0, 26.0];
+        canvas.text(position, &note, TICK_SIZE, Anchor::End);
+    }
+}
+
+/// Arrows along x, y and z from a common origin.
+fn draw_triad(canvas: &mut Canvas, view: &View, origin: Point) {
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        let mut direction = [0.0; 3];
+        direction[axis] = 1.0;
+        let [right, up, _] = view.projected(view.turned(direction));
+        let tip = [
+            origin[0] + TRIAD_LENGTH * right,
+            origin[1] - TRIAD_LENGTH * up,
+        ];
+        canvas.line(origin, tip, Stroke::solid(Colour::BLACK, 1.2));
+        let length = right.hypot(up);
+        if length < 0.05 {
+            continue;
+        }
+        let [along, across] = [right / length, -up / length];
+        let barb = |side: f64| {
+            [
+                tip[0] - 6.0 * along - side * 2.5 * across,
+                tip[1] - 6.0 * across + side * 2.5 * along,
+            ]
+        };
+        let head = [vec![tip, barb(1.0), barb(-1.0)]];
+        canvas.region(&head, Fill::Plain(Colour::BLACK), None);
+        let label_centre = [tip[0] + 9.0 * along, tip[1] + 9.0 * across + 4.0];
+        let label = Label::default().italic(name);
+        canvas.text(label_centre, &label, LABEL_SIZE, Anchor::Middle);
+    }
+}

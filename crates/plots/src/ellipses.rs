@@ -1,0 +1,234 @@
+//! Panel (d): friction ellipses and tangential contact stress.
+
+use units::Unit;
+
+use super::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
+use super::chart::{draw_axes, draw_panes, typical_pane_size};
+use super::layout::{KeySide, LABEL_SIZE, Layout, PANEL_WIDTH, TICK_SIZE};
+use super::panes::PaneShape;
+use super::picture::{FrictionKind, PaneFriction, Zone};
+use super::scale::round_down;
+use super::text::Label;
+
+/// Ellipses with a smaller largest semi-axis in pixels cannot be told from dots and are left out.
+const LEAST_RADIUS: f64 = 1.2;
+/// Smallest drawn semi-axis in pixels, for friction that is strong in one direction only.
+const LEAST_SEMI_AXIS: f64 = 0.3;
+/// Longer lines, in multiples of the largest semi-axis, are cut.
+const LONGEST_LINE: f64 = 2.0;
+/// Longest bar of the friction scale in the legend in pixels.
+const LONGEST_SCALE_BAR: f64 = 64.0;
+
+/// Light fill and dark line of a contact state.
+fn zone_paint(zone: Zone) -> (Fill, Colour) {
+    match zone {
+        Zone::Open => (Fill::Open, Colour(0xa8, 0xa8, 0xa8)),
+        Zone::Stick => (
+            Fill::Plain(Colour(0xcf, 0xe1, 0xf4)),
+            Colour(0x00, 0x55, 0x9c),
+        ),
+        Zone::Slip => (
+            Fill::Plain(Colour(0xfd, 0xe0, 0xc8)),
+            Colour(0xc4, 0x4e, 0x00),
+        ),
+    }
+}
+
+/// One ellipse per pane, the tangential contact stress over λ_ν inside it, and the zones.
+pub(super) fn ellipse_panel(
+    layout: &Layout,
+    shapes: &[PaneShape],
+    title: &Label,
+    (kind, unit): (FrictionKind, &Unit),
+    friction: &[PaneFriction],
+) -> Canvas {
+    let mut canvas = layout.panel(title);
+    let fill = |pane: usize| zone_paint(friction[pane].zone).0;
+    let hover = |pane: usize| describe((kind, unit), pane, &friction[pane]);
+    draw_panes(&mut canvas, layout, shapes, Colour::GREY, fill, hover);
+    let size = typical_pane_size(layout, shapes);
+    let largest = largest_semi_axis(friction);
+    let radius = 0.44 * size;
+    let drawn = largest > 0.0 && radius >= LEAST_RADIUS;
+    if drawn {
+        for shape in shapes {
+            let centre = layout.point(shape.centre);
+            canvas.titled(
+                &describe((kind, unit), shape.pane, &friction[shape.pane]),
+                |canvas| {
+                    draw_pane(canvas, &friction[shape.pane], centre, radius, largest);
+                },
+            );
+        }
+    }
+    draw_axes(&mut canvas, layout);
+    draw_legend(
+        &mut canvas,
+        layout,
+        (kind, unit),
+        drawn.then_some((radius, largest)),
+    );
+    canvas
+}
+
+/// What a pane says when pointed at.
+fn describe((kind, unit): (FrictionKind, &Unit), pane: usize, friction: &PaneFriction) -> String {
+    let zone = match friction.zone {
+        Zone::Open => "open",
+        Zone::Stick => "stick",
+        Zone::Slip => "slip",
+    };
+    let words = kind.describe(friction.semi_axes, friction.stress, unit);
+    format!("pane {pane}, {zone}: {words}")
+}
+
+fn largest_semi_axis(friction: &[PaneFriction]) -> f64 {
+    let finite = friction
+        .iter()
+        .flat_map(|pane| pane.semi_axes)
+        .filter(|semi_axis| semi_axis.is_finite());
+    finite.fold(0.0, f64::max)
+}
+
+/// Draws the ellipse of a pane, `largest` being a semi-axis of `radius` pixels, and the line inside it.
+fn draw_pane(canvas: &mut Canvas, pane: &PaneFriction, centre: Point, radius: f64, largest: f64) {
+    let (_, colour) = zone_paint(pane.zone);
+    let thin = (0.06 * radius).clamp(0.15, 0.9);
+    if pane.semi_axes.iter().all(|f| f.is_finite() && *f >= 0.0) {
+        let semi_axes = pane
+            .semi_axes
+            .map(|f| (f / largest * radius).max(LEAST_SEMI_AXIS));
+        let fill = match pane.zone {
+            Zone::Open => Fill::Empty,
+            Zone::Stick | Zone::Slip => Fill::Plain(Colour::WHITE),
+        };
+        let stroke = Some(Stroke::solid(colour, thin));
+        if pane.turn == 0.0 {
+            canvas.ellipse(centre, semi_axes, fill, stroke);
+        } else {
+            let outline = turned_ellipse(centre, semi_axes, pane.turn);
+            canvas.region(&[outline], fill, stroke);
+        }
+    }
+    let ratio = turned(pane.stress.map(|t| t / largest), pane.turn);
+    let length = ratio[0].hypot(ratio[1]);
+    if pane.zone != Zone::Open && length.is_finite() && length > 0.0 {
+        let shortening = radius * (LONGEST_LINE / length).min(1.0);
+        let tip = [
+            centre[0] + shortening * ratio[0],
+            centre[1] - shortening * ratio[1],
+        ];
+        canvas.line(centre, tip, Stroke::solid(colour, 2.0 * thin));
+        canvas.ellipse(centre, [1.6 * thin; 2], Fill::Plain(colour), None);
+    }
+}
+
+/// A vector with components along t₁ and t₂ in the axes of the picture.
+fn turned(vector: Point, turn: f64) -> Point {
+    let (sine, cosine) = turn.sin_cos();
+    [
+        cosine * vector[0] - sine * vector[1],
+        sine * vector[0] + cosine * vector[1],
+    ]
+}
+
+/// The outline of an ellipse whose first axis is turned.
+fn turned_ellipse(centre: Point, semi_axes: Point, turn: f64) -> Vec<Point> {
+    const CORNERS: u32 = 48;
+    (0..CORNERS)
+        .map(|k| {
+            let angle = std::f64::consts::TAU * f64::from(k) / f64::from(CORNERS);
+            let on_axes = [semi_axes[0] * angle.cos(), semi_axes[1] * angle.sin()];
+            let [right, up] = turned(on_axes, turn);
+            [centre[0] + right, centre[1] - up]
+        })
+        .collect()
+}
+
+/// The picture in front of a legend entry.
+enum Icon {
+    Zone(Zone),
+    Ellipse,
+    Line,
+    /// A bar of this many pixels.
+    ScaleBar(f64),
+}
+
+/// Draws the legend; `ellipses` is the radius in pixels of the largest coefficient and this coefficient.
+fn draw_legend(
+    canvas: &mut Canvas,
+    layout: &Layout,
+    (kind, unit): (FrictionKind, &Unit),
+    ellipses: Option<(f64, f64)>,
+) {
+    let mut entries = vec![
+        (Icon::Zone(Zone::Open), Label::plain("open")),
+        (Icon::Zone(Zone::Stick), Label::plain("stick")),
+        (Icon::Zone(Zone::Slip), Label::plain("slip")),
+    ];
+    match ellipses {
+        Some((radius, largest)) => {
+            entries.push((Icon::Ellipse, kind.semi_axes_label()));
+            entries.push((Icon::Line, kind.stress_label()));
+            let value = round_down(largest * (LONGEST_SCALE_BAR / radius).min(1.0));
+            let bar = value / largest * radius;
+            entries.push((Icon::ScaleBar(bar), kind.scale_bar_label(value, unit)));
+        }
+        None => {
+            let remark = Label::plain("ellipses too small to draw");
+            let position = [PANEL_WIDTH - 16.0, 40.0];
+            canvas.text(position, &remark, TICK_SIZE, Anchor::End);
+        }
+    }
+    let [left, top] = layout.corner;
+    let [width, height] = layout.size;
+    for (index, (icon, label)) in entries.iter().enumerate() {
+        let row = (index % 3) as f64;
+        let column = (index / 3) as f64;
+        let corner = match layout.key {
+            KeySide::Below => {
+                let column_left = [0.0, 0.38, 0.66][index % 3];
+                [
+                    left + column_left * width,
+                    top + height + 56.0 + 26.0 * column,
+                ]
+            }
+            KeySide::Right => [left + width + 28.0, top + 26.0 * (row + 3.0 * column)],
+        };
+        draw_entry(canvas, icon, label, corner);
+    }
+}
+
+fn draw_entry(canvas: &mut Canvas, icon: &Icon, label: &Label, [x, y]: Point) {
+    let dark = Stroke::solid(Colour::BLACK, 1.0);
+    let middle = y + 7.0;
+    let text_left = match icon {
+        Icon::Zone(zone) => {
+            let (fill, colour) = zone_paint(*zone);
+            let frame = Some(Stroke::solid(colour, 1.0));
+            canvas.rectangle([x, y], [22.0, 14.0], fill, frame);
+            30.0
+        }
+        Icon::Ellipse => {
+            let white = Fill::Plain(Colour::WHITE);
+            canvas.ellipse([x + 11.0, middle], [11.0, 7.0], white, Some(dark));
+            30.0
+        }
+        Icon::Line => {
+            let stroke = Stroke::solid(Colour::BLACK, 1.8);
+            canvas.line([x + 2.0, y + 11.0], [x + 20.0, y + 3.0], stroke);
+            let dot = Fill::Plain(Colour::BLACK);
+            canvas.ellipse([x + 2.0, y + 11.0], [1.8; 2], dot, None);
+            30.0
+        }
+        Icon::ScaleBar(length) => {
+            canvas.line([x, middle], [x + length, middle], dark);
+            for end in [x, x + length] {
+                canvas.line([end, middle - 4.0], [end, middle + 4.0], dark);
+            }
+            length.max(22.0) + 8.0
+        }
+    };
+    let position = [x + text_left, y + 12.0];
+    canvas.text(position, label, LABEL_SIZE, Anchor::Start);
+}

@@ -1,0 +1,248 @@
+//! Where the parts of a panel sit; the same for all panels of one picture.
+
+use units::{Dimension, Unit};
+
+use super::canvas::{Canvas, Point};
+use super::panes::ContactBox;
+use super::picture::ContactPicture;
+use super::scale::{Ticks, UnitScale, factor_label};
+use super::text::Label;
+use super::vector::Vector;
+
+/// Width of a panel in pixels.
+pub(super) const PANEL_WIDTH: f64 = 640.0;
+/// Font size of panel titles.
+pub(super) const TITLE_SIZE: f64 = 15.0;
+/// Font size of axis labels, colour bar titles and legends.
+pub(super) const LABEL_SIZE: f64 = 13.0;
+/// Font size of tick labels and notes.
+pub(super) const TICK_SIZE: f64 = 12.0;
+/// Vertical space of a panel title.
+pub(super) const TITLE_HEIGHT: f64 = 42.0;
+/// Height of a colour bar or legend below the plot.
+pub(super) const KEY_HEIGHT: f64 = 62.0;
+/// Width of a colour bar or legend to the right of the plot.
+pub(super) const KEY_WIDTH: f64 = 160.0;
+
+const AXIS_HEIGHT: f64 = 50.0;
+const LEAST_HEIGHT: f64 = 310.0;
+const RIGHT_MARGIN: f64 = 28.0;
+/// Plots that are longer than this many times their width are stretched across.
+const MOST_SLENDER: f64 = 12.0;
+/// Contact parts at least this many times wider than high have the colour bar below.
+const WIDE: f64 = 1.6;
+
+/// Side of the plot at which the colour bar or legend sits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum KeySide {
+    Below,
+    Right,
+}
+
+/// One axis of the maps.
+#[derive(Clone, Debug)]
+pub(super) struct Axis {
+    /// Name and unit.
+    pub(super) label: Label,
+    /// Printed form of coordinates.
+    pub(super) scale: UnitScale,
+    /// Ticks in scaled coordinates.
+    pub(super) ticks: Ticks,
+}
+
+/// Rectangles and axes of the panels of one picture.
+#[derive(Clone, Debug)]
+pub(super) struct Layout {
+    /// Height of every panel.
+    pub(super) height: f64,
+    /// Side of the colour bar or legend.
+    pub(super) key: KeySide,
+    /// Upper left corner of the plot of a map.
+    pub(super) corner: Point,
+    /// Size of the plot of a map.
+    pub(super) size: Point,
+    /// The part of the contact plane that fills the plot.
+    pub(super) contact: ContactBox,
+    /// Horizontal and vertical axis.
+    pub(super) axes: [Axis; 2],
+    /// Says which direction is stretched, if any.
+    pub(super) note: Option<Label>,
+}
+
+impl Layout {
+    /// Chooses height, stretch and side of the key from the shape of the contact part.
+    pub(super) fn new(picture: &ContactPicture<'_>) -> Self {
+        let contact = ContactBox::new(picture);
+        let [width, height] = contact.extent();
+        let stretch = [
+            stretch_factor(height / width, MOST_SLENDER),
+            stretch_factor(width / height, MOST_SLENDER),
+        ];
+        let aspect = width * stretch[0] / (height * stretch[1]);
+        let key = if aspect >= WIDE {
+            KeySide::Below
+        } else {
+            KeySide::Right
+        };
+        let names = [
+            axis_name(picture.axis_1, "1"),
+            axis_name(picture.axis_2, "2"),
+        ];
+        let scales = axis_scales(&contact, &picture.units.of(Dimension::LENGTH));
+        let vertical = |pixels: f64| {
+            let most = (pixels / 28.0).clamp(2.0, 8.0).floor();
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "2 to 8"
+            )]
+            let most = most as usize;
+            Ticks::new(
+                scales[1].scaled(contact.low[1]),
+                scales[1].scaled(contact.high[1]),
+                most,
+            )
+        };
+        let left = 46.0 + vertical(200.0).widest(TICK_SIZE);
+        let (corner, size, panel_height) = plot_rectangle(key, left, aspect);
+        let axes = [
+            Axis {
+                label: scales[0].title(&names[0]),
+                ticks: horizontal_ticks(&scales[0], &contact, size[0]),
+                scale: scales[0].clone(),
+            },
+            Axis {
+                label: scales[1].title(&names[1]),
+                ticks: vertical(size[1]),
+                scale: scales[1].clone(),
+            },
+        ];
+        let note = (0..2).find(|&axis| stretch[axis] > 1.0).map(|axis| {
+            names[axis]
+                .clone()
+                .upright(" stretched × ")
+                .then(&factor_label(stretch[axis]))
+        });
+        Self {
+            height: panel_height,
+            key,
+            corner,
+            size,
+            contact,
+            axes,
+            note,
+        }
+    }
+
+    /// Pixel of a point of the contact plane.
+    pub(super) fn point(&self, point: [f64; 2]) -> Point {
+        let extent = self.contact.extent();
+        let right = (point[0] - self.contact.low[0]) / extent[0];
+        let up = (point[1] - self.contact.low[1]) / extent[1];
+        [
+            self.corner[0] + right * self.size[0],
+            self.corner[1] + (1.0 - up) * self.size[1],
+        ]
+    }
+
+    /// Pixels per unit of length along both axes.
+    pub(super) fn pixels_per_length(&self) -> [f64; 2] {
+        let extent = self.contact.extent();
+        [self.size[0] / extent[0], self.size[1] / extent[1]]
+    }
+
+    /// An empty panel with its title.
+    pub(super) fn panel(&self, title: &Label) -> Canvas {
+        let mut canvas = Canvas::new(PANEL_WIDTH, self.height);
+        canvas.bold_text(
+            [16.0, 26.0],
+            title,
+            TITLE_SIZE,
+            super::canvas::Anchor::Start,
+        );
+        canvas
+    }
+}
+
+/// Corner and size of the plot, and height of the panel.
+fn plot_rectangle(key: KeySide, left: f64, aspect: f64) -> (Point, Point, f64) {
+    match key {
+        KeySide::Below => {
+            let width = PANEL_WIDTH - left - RIGHT_MARGIN;
+            let height = width / aspect;
+            let needed = TITLE_HEIGHT + height + AXIS_HEIGHT + KEY_HEIGHT;
+            let panel = needed.max(LEAST_HEIGHT).ceil();
+            let top = TITLE_HEIGHT + (panel - needed) / 2.0;
+            ([left, top], [width, height], panel)
+        }
+        KeySide::Right => {
+            let room = PANEL_WIDTH - left - KEY_WIDTH - RIGHT_MARGIN;
+            let height = (room / aspect).min(380.0);
+            let width = height * aspect;
+            let needed = TITLE_HEIGHT + height + AXIS_HEIGHT;
+            let corner = [left + (room - width) / 2.0, TITLE_HEIGHT];
+            (corner, [width, height], needed.max(LEAST_HEIGHT).ceil())
+        }
+    }
+}
+
+/// Factor across something whose length is `slenderness` times its width; 1 unless that exceeds `most`.
+///
+/// Two significant digits, so that the printed factor is the true one.
+pub(super) fn stretch_factor(slenderness: f64, most: f64) -> f64 {
+    let factor = slenderness / most;
+    if !factor.is_finite() || factor <= 1.0 {
+        return 1.0;
+    }
+    let decade = 10f64.powf(factor.log10().floor() - 1.0);
+    (factor / decade).round() * decade
+}
+
+/// x, y or z when the axis is one of them, otherwise s with an index.
+pub(super) fn axis_name(axis: Vector, index: &str) -> Label {
+    for (component, name) in ["x", "y", "z"].into_iter().enumerate() {
+        let along = axis[component];
+        let off_axis = (0..3).filter(|&other| other != component);
+        // Tangents that come from a normalisation are off by rounding only.
+        if off_axis.map(|other| axis[other].abs()).fold(0.0, f64::max) > 1e-9 {
+            continue;
+        }
+        return if along < 0.0 {
+            Label::plain("−").italic(name)
+        } else {
+            Label::default().italic(name)
+        };
+    }
+    Label::default().italic("s").subscript(index)
+}
+
+/// One prefix for both axes unless their extents differ by more than 1000.
+fn axis_scales(contact: &ContactBox, unit: &Unit) -> [UnitScale; 2] {
+    let extent = contact.extent();
+    let larger = extent[0].max(extent[1]);
+    let alike = extent[0].min(extent[1]) * 1000.0 > larger;
+    extent.map(|length| UnitScale::new(if alike { larger } else { length }, unit))
+}
+
+/// As many ticks as fit side by side.
+fn horizontal_ticks(scale: &UnitScale, contact: &ContactBox, pixels: f64) -> Ticks {
+    let (low, high) = (scale.scaled(contact.low[0]), scale.scaled(contact.high[0]));
+    fitting_ticks(low, high, pixels)
+}
+
+/// The densest ticks of an interval that do not touch each other on a horizontal axis.
+pub(super) fn fitting_ticks(low: f64, high: f64, pixels: f64) -> Ticks {
+    let fits = |ticks: &Ticks| {
+        let gaps = (ticks.values.len() - 1) as f64;
+        let step = match ticks.values[..] {
+            [first, second, ..] => (second - first) / (high - low) * pixels,
+            _ => pixels,
+        };
+        gaps == 0.0 || step >= ticks.widest(TICK_SIZE) + 16.0
+    };
+    (2..=8)
+        .rev()
+        .map(|most| Ticks::new(low, high, most))
+        .find(fits)
+        .unwrap_or_else(|| Ticks::new(low, high, 2))
+}

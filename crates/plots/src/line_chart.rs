@@ -1,0 +1,296 @@
+//! Line charts with linear or logarithmic axes, a legend, and values that show when pointed at.
+
+use units::Unit;
+
+use super::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
+use super::layout::{LABEL_SIZE, TICK_SIZE, TITLE_SIZE, fitting_ticks};
+use super::log_ticks::LogTicks;
+use super::scale::{Ticks, UnitScale};
+use super::text::{Label, fitted};
+use super::vector::bounds;
+
+const WIDTH: f64 = 860.0;
+const HEIGHT: f64 = 480.0;
+const LEFT: f64 = 92.0;
+const TOP: f64 = 48.0;
+const BOTTOM: f64 = 64.0;
+/// Room for the legend, and the margin without one.
+const LEGEND_WIDTH: f64 = 250.0;
+const RIGHT_MARGIN: f64 = 28.0;
+const LEGEND_LINE: f64 = 22.0;
+const MARKER: f64 = 4.2;
+
+/// The palette of M. Okabe and K. Ito, which people with colour-deficient sight can tell apart.
+const COLOURS: [Colour; 7] = [
+    Colour(0x00, 0x72, 0xb2),
+    Colour(0xd5, 0x5e, 0x00),
+    Colour(0x00, 0x9e, 0x73),
+    Colour(0xcc, 0x79, 0xa7),
+    Colour(0xe6, 0x9f, 0x00),
+    Colour(0x56, 0xb4, 0xe9),
+    Colour(0x44, 0x44, 0x44),
+];
+
+/// How values are placed along an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AxisScale {
+    /// In proportion.
+    Linear,
+    /// By their logarithm; values that are not positive are left out.
+    Logarithmic,
+}
+
+/// One axis of a chart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// Quantity.
+    pub label: String,
+    /// Its unit, which gets an SI prefix on a linear axis.
+    pub unit: Unit,
+    /// How values are placed.
+    pub scale: AxisScale,
+    /// Values to label; round ones when empty.
+    pub ticks: Vec<f64>,
+}
+
+/// One point of a series.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChartPoint {
+    /// Value along the horizontal axis.
+    pub x: f64,
+    /// Value along the vertical axis.
+    pub y: f64,
+    /// What it says when pointed at.
+    pub text: String,
+}
+
+/// Points joined by a line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// Its name in the legend.
+    pub name: String,
+    /// Points in the order of the line.
+    pub points: Vec<ChartPoint>,
+}
+
+/// A chart of several series.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LineChart {
+    /// Title above the chart.
+    pub title: String,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// Heading of the legend; none when empty.
+    pub legend: String,
+    /// The series; those after the seventh repeat colours with other markers.
+    pub series: Vec<Series>,
+}
+
+/// An axis with its interval and its place in pixels.
+struct Placed<'a> {
+    axis: &'a Axis,
+    /// How the values of a linear axis are printed.
+    unit: UnitScale,
+    low: f64,
+    high: f64,
+    /// Pixels of `low` and `high`.
+    pixels: [f64; 2],
+}
+
+impl LineChart {
+    /// The chart as an SVG document. Points that no axis can show are left out.
+    #[must_use]
+    pub fn svg(&self) -> String {
+        let legend = self.series.iter().any(|series| !series.name.is_empty());
+        let right = WIDTH - if legend { LEGEND_WIDTH } else { RIGHT_MARGIN };
+        let mut canvas = Canvas::new(WIDTH, HEIGHT);
+        let title = Label::plain(fitted(&self.title, TITLE_SIZE * 1.1, WIDTH - 32.0));
+        canvas.bold_text([16.0, 26.0], &title, TITLE_SIZE, Anchor::Start);
+        let x = Placed::new(&self.x, self.drawn().map(|p| p.x), [LEFT, right]);
+        let vertical = [HEIGHT - BOTTOM, TOP];
+        let y = Placed::new(&self.y, self.drawn().map(|p| p.y), vertical);
+        draw_frame(&mut canvas, &x, &y);
+        for (number, series) in self.series.iter().enumerate() {
+            let points = series.points.iter().filter(|p| self.is_drawn(p));
+            let placed: Vec<(Point, &str)> = points
+                .map(|p| ([x.pixel(p.x), y.pixel(p.y)], p.text.as_str()))
+                .collect();
+            draw_series(&mut canvas, number, &placed);
+        }
+        if legend {
+            self.draw_legend(&mut canvas, right + 16.0);
+        }
+        canvas.document(&self.title)
+    }
+
+    fn draw_legend(&self, canvas: &mut Canvas, x: f64) {
+        let mut y = TOP + 14.0;
+        if !self.legend.is_empty() {
+            let heading = Label::plain(fitted(&self.legend, TICK_SIZE, LEGEND_WIDTH - 24.0));
+            let baseline = [x, y + 0.36 * TICK_SIZE];
+            canvas.text(baseline, &heading, TICK_SIZE, Anchor::Start);
+            y += LEGEND_LINE;
+        }
+        for (number, series) in self.series.iter().enumerate() {
+            draw_entry(canvas, number, &series.name, [x, y]);
+            y += LEGEND_LINE;
+        }
+    }
+
+    fn is_drawn(&self, point: &ChartPoint) -> bool {
+        let fits =
+            |axis: &Axis, v: f64| v.is_finite() && (axis.scale == AxisScale::Linear || v > 0.0);
+        fits(&self.x, point.x) && fits(&self.y, point.y)
+    }
+
+    fn drawn(&self) -> impl Iterator<Item = &ChartPoint> {
+        let points = self.series.iter().flat_map(|series| &series.points);
+        points.filter(|point| self.is_drawn(point))
+    }
+}
+
+impl<'a> Placed<'a> {
+    /// The interval of some values, with a margin.
+    fn new(axis: &'a Axis, values: impl Iterator<Item = f64>, pixels: [f64; 2]) -> Self {
+        let mut values = values.chain(axis.ticks.iter().copied()).peekable();
+        let (low, high) = match values.peek() {
+            Some(_) => bounds(values),
+            None => (1.0, 10.0),
+        };
+        let (low, high) = match axis.scale {
+            AxisScale::Logarithmic => {
+                let margin = (high / low).powf(0.05).max(1.2);
+                (low / margin, high * margin)
+            }
+            AxisScale::Linear => {
+                let span = (high - low).max(1e-3 * high.abs().max(low.abs()));
+                let margin = if span > 0.0 { 0.05 * span } else { 1.0 };
+                (low - margin, high + margin)
+            }
+        };
+        Self {
+            axis,
+            unit: match axis.scale {
+                AxisScale::Linear => UnitScale::new(high.abs().max(low.abs()), &axis.unit),
+                AxisScale::Logarithmic => UnitScale::new(1.0, &axis.unit),
+            },
+            low,
+            high,
+            pixels,
+        }
+    }
+
+    fn pixel(&self, value: f64) -> f64 {
+        let share = match self.axis.scale {
+            AxisScale::Linear => (value - self.low) / (self.high - self.low),
+            AxisScale::Logarithmic => (value / self.low).ln() / (self.high / self.low).ln(),
+        };
+        self.pixels[0] + share * (self.pixels[1] - self.pixels[0])
+    }
+
+    /// Quantity, unit and power of ten.
+    fn title(&self) -> Label {
+        self.unit.title(&Label::plain(self.axis.label.as_str()))
+    }
+
+    /// Labelled values with their labels, and values with a short tick only.
+    fn ticks(&self) -> (Vec<(f64, Label)>, Vec<f64>) {
+        let length = (self.pixels[1] - self.pixels[0]).abs();
+        match (self.axis.scale, self.axis.ticks.as_slice()) {
+            (AxisScale::Linear, []) => {
+                let [low, high] = [self.low, self.high].map(|v| self.unit.scaled(v));
+                let ticks: Ticks = fitting_ticks(low, high, length);
+                let back = (self.high - self.low) / (high - low);
+                let labels = ticks.values.iter();
+                let labels = labels.map(|&v| (v * back, Label::plain(ticks.text(v))));
+                (labels.collect(), Vec::new())
+            }
+            (AxisScale::Logarithmic, []) => {
+                let ticks = LogTicks::new(self.low, self.high, 8);
+                let labels = ticks.major.iter().map(|&v| (v, LogTicks::label(v)));
+                (labels.collect(), ticks.minor)
+            }
+            (_, given) => {
+                let labels = given.iter().map(|&v| (v, LogTicks::label(v)));
+                (labels.collect(), Vec::new())
+            }
+        }
+    }
+}
+
+fn draw_frame(canvas: &mut Canvas, x: &Placed<'_>, y: &Placed<'_>) {
+    let grid = Stroke::solid(Colour(0xdd, 0xdd, 0xdd), 0.7);
+    let faint = Stroke::solid(Colour(0xf0, 0xf0, 0xf0), 0.6);
+    let [left, right] = x.pixels;
+    let [bottom, top] = y.pixels;
+    let (major, minor) = x.ticks();
+    for at in minor.iter().map(|&v| x.pixel(v)) {
+        canvas.line([at, bottom], [at, top], faint);
+    }
+    for (value, label) in &major {
+        let at = x.pixel(*value);
+        canvas.line([at, bottom], [at, top], grid);
+        canvas.text([at, bottom + 19.0], label, TICK_SIZE, Anchor::Middle);
+    }
+    let (major, minor) = y.ticks();
+    for at in minor.iter().map(|&v| y.pixel(v)) {
+        canvas.line([left, at], [right, at], faint);
+    }
+    for (value, label) in &major {
+        let at = y.pixel(*value);
+        canvas.line([left, at], [right, at], grid);
+        let position = [left - 8.0, at + 0.36 * TICK_SIZE];
+        canvas.text(position, label, TICK_SIZE, Anchor::End);
+    }
+    let frame = Stroke::solid(Colour::BLACK, 0.8);
+    let size = [right - left, bottom - top];
+    canvas.rectangle([left, top], size, Fill::Empty, Some(frame));
+    let centre = [f64::midpoint(left, right), bottom + 44.0];
+    canvas.text(centre, &x.title(), LABEL_SIZE, Anchor::Middle);
+    let centre = [24.0, f64::midpoint(top, bottom)];
+    canvas.vertical_text(centre, &y.title(), LABEL_SIZE);
+}
+
+fn colour(number: usize) -> Colour {
+    COLOURS[number % COLOURS.len()]
+}
+
+fn draw_series(canvas: &mut Canvas, number: usize, points: &[(Point, &str)]) {
+    let line: Vec<Point> = points.iter().map(|(point, _)| *point).collect();
+    if line.len() > 1 {
+        canvas.polylines(&[line], Stroke::solid(colour(number), 1.6));
+    }
+    for (point, text) in points {
+        canvas.titled(text, |canvas| draw_marker(canvas, number, *point));
+    }
+}
+
+/// Circle, square, triangle, diamond, in turn.
+fn draw_marker(canvas: &mut Canvas, number: usize, [x, y]: Point) {
+    let fill = Fill::Plain(colour(number));
+    let edge = Some(Stroke::solid(Colour::WHITE, 0.8));
+    let r = MARKER;
+    let polygon = |canvas: &mut Canvas, corners: &[[f64; 2]]| {
+        let corners = corners.iter().map(|[a, b]| [x + a * r, y + b * r]);
+        canvas.region(&[corners.collect()], fill, edge);
+    };
+    match number % 4 {
+        0 => canvas.ellipse([x, y], [r; 2], fill, edge),
+        1 => polygon(
+            canvas,
+            &[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]],
+        ),
+        2 => polygon(canvas, &[[0.0, -1.2], [1.1, 0.8], [-1.1, 0.8]]),
+        _ => polygon(canvas, &[[0.0, -1.3], [1.3, 0.0], [0.0, 1.3], [-1.3, 0.0]]),
+    }
+}
+
+fn draw_entry(canvas: &mut Canvas, number: usize, name: &str, [x, y]: Point) {
+    canvas.line([x, y], [x + 26.0, y], Stroke::solid(colour(number), 1.6));
+    draw_marker(canvas, number, [x + 13.0, y]);
+    let label = Label::plain(fitted(name, TICK_SIZE, LEGEND_WIDTH - 62.0));
+    let position = [x + 34.0, y + 0.36 * TICK_SIZE];
+    canvas.text(position, &label, TICK_SIZE, Anchor::Start);
+}

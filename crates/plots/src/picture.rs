@@ -1,0 +1,165 @@
+//! What the figures are drawn from.
+
+use thiserror::Error;
+use units::Units;
+
+/// Contact state of a pane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Zone {
+    /// σ_ν = 0: the pane has left the support.
+    Open,
+    /// ‖F⁻¹σ_t‖ < −σ_ν: the pane sticks.
+    Stick,
+    /// ‖F⁻¹σ_t‖ = −σ_ν: the pane slips.
+    Slip,
+}
+
+/// The law whose ellipses are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrictionKind {
+    /// Coulomb's law: stresses are drawn over the pressure λ_ν.
+    Coulomb,
+    /// Tresca's law: stresses are drawn as they are.
+    Tresca,
+}
+
+/// Friction on one pane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PaneFriction {
+    /// ‖F⁻¹σ_t‖ \[Pa\] of Coulomb's law, ‖(g F)⁻¹σ_t‖ of Tresca's.
+    pub scaled_tangential: f64,
+    /// F₁, F₂ (HKL §2) of Coulomb's law, g F₁, g F₂ \[Pa\] of Tresca's.
+    pub semi_axes: [f64; 2],
+    /// Tangential contact stress along t₁ and t₂, divided by λ_ν = −σ_ν with Coulomb's law, \[Pa\]
+    /// with Tresca's.
+    pub stress: [f64; 2],
+    /// Angle of the pane's own t₁ from `axis_1` of the picture towards its `axis_2`, in radians; 0
+    /// where the frame does not turn.
+    pub turn: f64,
+    /// Contact state.
+    pub zone: Zone,
+}
+
+/// One solved contact problem as the figures need it: borrowed arrays, no dependence on how it was computed.
+///
+/// A value that is not finite is drawn as a hatched pane or a grey facet.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactPicture<'a> {
+    /// Title of the page.
+    pub title: &'a str,
+    /// The units of all lengths and stresses.
+    pub units: Units,
+    /// Coordinates of the nodes \[m\].
+    pub coordinates: &'a [[f64; 3]],
+    /// Displacement of the nodes \[m\], as many as `coordinates`.
+    pub displacement: &'a [[f64; 3]],
+    /// Nodes of the triangles of the whole boundary ∂Ω.
+    pub boundary_triangles: &'a [[usize; 3]],
+    /// Nodes of the triangles of the contact part Γ_c; none for a body without contact.
+    pub contact_triangles: &'a [[usize; 3]],
+    /// Pane of every contact triangle.
+    pub contact_triangle_pane: &'a [usize],
+    /// Outward unit normal ν on Γ_c.
+    pub normal: [f64; 3],
+    /// First unit tangent; drawn to the right.
+    pub axis_1: [f64; 3],
+    /// Second unit tangent; drawn upwards.
+    pub axis_2: [f64; 3],
+    /// Normal contact stress σ_ν of every pane \[Pa\].
+    pub normal_stress: &'a [f64],
+    /// The law and the friction of every pane, as many as `normal_stress`; `None` without friction.
+    pub friction: Option<(FrictionKind, &'a [PaneFriction])>,
+}
+
+/// Why a figure cannot be drawn.
+#[derive(Debug, Error)]
+pub enum FigureError {
+    /// Two arrays that belong together differ in length.
+    #[error("{what}: {found} entries where {expected} are needed")]
+    Length {
+        /// The array.
+        what: &'static str,
+        /// Entries needed.
+        expected: usize,
+        /// Entries found.
+        found: usize,
+    },
+    /// A triangle names a node or a pane that does not exist.
+    #[error("{what}: index {index} where there are only {count}")]
+    Index {
+        /// The array.
+        what: &'static str,
+        /// The offending index.
+        index: usize,
+        /// Number of nodes or panes.
+        count: usize,
+    },
+    /// A node position or a drawing axis is not finite.
+    #[error("{0} are not finite")]
+    NotFinite(&'static str),
+    /// The SVG text is not valid.
+    #[error("invalid SVG")]
+    Svg(#[from] resvg::usvg::Error),
+    /// The picture of that width is empty or too large for memory.
+    #[error("a picture {0} pixels wide cannot be made")]
+    Width(u32),
+    /// The PNG could not be written.
+    #[error("PNG encoding failed: {0}")]
+    Png(String),
+}
+
+impl ContactPicture<'_> {
+    /// Checks lengths, indices and positions.
+    ///
+    /// # Errors
+    /// [`FigureError`] names the first array that does not fit.
+    pub fn validate(&self) -> Result<(), FigureError> {
+        let nodes = self.coordinates.len();
+        let panes = self.normal_stress.len();
+        same_length("displacement", nodes, self.displacement.len())?;
+        let triangles = self.contact_triangles.len();
+        same_length(
+            "contact_triangle_pane",
+            triangles,
+            self.contact_triangle_pane.len(),
+        )?;
+        if let Some((_, friction)) = self.friction {
+            same_length("friction", panes, friction.len())?;
+        }
+        let boundary = self.boundary_triangles.as_flattened();
+        indices_below("boundary_triangles", nodes, boundary)?;
+        let contact = self.contact_triangles.as_flattened();
+        indices_below("contact_triangles", nodes, contact)?;
+        indices_below("contact_triangle_pane", panes, self.contact_triangle_pane)?;
+        let frame = [self.normal, self.axis_1, self.axis_2];
+        finite("drawing axes", &frame)?;
+        finite("coordinates", self.coordinates)
+    }
+}
+
+fn same_length(what: &'static str, expected: usize, found: usize) -> Result<(), FigureError> {
+    if expected == found {
+        Ok(())
+    } else {
+        Err(FigureError::Length {
+            what,
+            expected,
+            found,
+        })
+    }
+}
+
+fn indices_below(what: &'static str, count: usize, indices: &[usize]) -> Result<(), FigureError> {
+    match indices.iter().find(|&&index| index >= count) {
+        Some(&index) => Err(FigureError::Index { what, index, count }),
+        None => Ok(()),
+    }
+}
+
+fn finite(what: &'static str, vectors: &[[f64; 3]]) -> Result<(), FigureError> {
+    if vectors.as_flattened().iter().all(|value| value.is_finite()) {
+        Ok(())
+    } else {
+        Err(FigureError::NotFinite(what))
+    }
+}

@@ -1,0 +1,394 @@
+//! Tests of whole figures: laid-out text, robustness, determinism.
+
+use resvg::tiny_skia::Pixmap;
+use resvg::usvg::{Group, Node, Rect, Tree};
+use units::Units;
+
+use super::raster::parse;
+use super::sample::Sample;
+use super::*;
+
+/// Boxes of all texts after layout with the embedded font; checks that the font has every glyph.
+fn text_boxes(tree: &Tree) -> Vec<(String, Rect)> {
+    fn collect(group: &Group, boxes: &mut Vec<(String, Rect)>) {
+        for node in group.children() {
+            match node {
+                Node::Group(inner) => collect(inner, boxes),
+                Node::Text(text) => {
+                    let content: String = text.chunks().iter().map(|c| c.text()).collect();
+                    for span in text.layouted() {
+                        let missing = span.positioned_glyphs.iter().any(|g| g.id.0 == 0);
+                        assert!(!missing, "a glyph of {content:?} is missing");
+                    }
+                    boxes.push((content, text.abs_bounding_box()));
+                }
+                Node::Path(_) | Node::Image(_) => {}
+            }
+        }
+    }
+    let mut boxes = Vec::new();
+    collect(tree.root(), &mut boxes);
+    boxes
+}
+
+/// Checks that no text leaves the page and that no two texts overlap.
+fn assert_readable(svg: &str) {
+    let tree = parse(svg).expect("valid SVG");
+    let boxes = text_boxes(&tree);
+    assert!(!boxes.is_empty());
+    let (width, height) = (tree.size().width(), tree.size().height());
+    for (index, (text, area)) in boxes.iter().enumerate() {
+        let inside = area.left() >= 2.0
+            && area.top() >= 2.0
+            && area.right() <= width - 2.0
+            && area.bottom() <= height - 2.0;
+        assert!(inside, "{text:?} leaves the page: {area:?}");
+        for (other, second) in &boxes[..index] {
+            // Boxes include the space above and below the letters: 3 px of these may overlap.
+            let apart = area.left() >= second.right()
+                || second.left() >= area.right()
+                || area.top() + 3.0 >= second.bottom()
+                || second.top() + 3.0 >= area.bottom();
+            assert!(apart, "{text:?} and {other:?} overlap");
+        }
+    }
+}
+
+fn assert_all_readable(picture: &ContactPicture<'_>) {
+    for panel in panels(picture).expect("consistent picture") {
+        assert_readable(&panel.svg);
+    }
+    assert_readable(&page(picture).expect("consistent picture"));
+}
+
+#[test]
+fn figures_are_readable_for_contact_faces_of_many_shapes() {
+    let shapes = [
+        ([3.0, 1.0, 1.0], [12, 4, 4]),
+        ([3.0, 1.0, 1.0], [96, 32, 2]),
+        ([1.0, 1.0, 1.0], [2, 2, 2]),
+        ([1.5, 1.0, 1.0], [6, 4, 2]),
+        ([0.01, 0.04, 0.01], [8, 32, 4]),
+        ([3000.0, 1.0, 1.0], [48, 4, 2]),
+        ([1.0, 3000.0, 1.0], [4, 48, 2]),
+        ([3e-7, 1e-7, 1e-7], [12, 4, 2]),
+        ([1.0, 1.0, 1e-4], [8, 8, 2]),
+    ];
+    for (size, cells) in shapes {
+        assert_all_readable(&Sample::brick(size, cells).picture());
+    }
+}
+
+#[test]
+fn figures_survive_constant_huge_and_missing_values() {
+    for value in [
+        0.0,
+        0.3,
+        -1e-300,
+        1e-30,
+        4.2e17,
+        f64::MAX,
+        f64::NAN,
+        f64::INFINITY,
+    ] {
+        let mut sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
+        sample.normal_stress.fill(value);
+        for pane in &mut sample.friction {
+            pane.scaled_tangential = value;
+            pane.semi_axes = [value, 1e6 * value];
+            pane.stress = [value; 2];
+        }
+        sample.displacement.fill([value; 3]);
+        assert_all_readable(&sample.picture());
+        sample.normal_stress[1] = f64::NAN;
+        sample.normal_stress[2] = 2.0 * value + 1e-9;
+        sample.friction[3].semi_axes[1] = f64::NAN;
+        sample.displacement[5] = [1.0, f64::NAN, -1.0];
+        assert_all_readable(&sample.picture());
+    }
+}
+
+#[test]
+fn one_missing_value_is_explained_beside_either_kind_of_colour_bar() {
+    for size in [[3.0, 1.0, 1.0], [1.0, 1.0, 1.0]] {
+        let mut sample = Sample::brick(size, [4, 4, 4]);
+        sample.normal_stress[1] = f64::NAN;
+        let panels = panels(&sample.picture()).unwrap();
+        assert!(panels[0].svg.contains("no value"));
+        assert!(!panels[1].svg.contains("no value"));
+    }
+}
+
+#[test]
+fn title_is_escaped_and_cut_to_the_page() {
+    let mut sample = Sample::brick([3.0, 1.0, 1.0], [4, 2, 2]);
+    sample.title = "a < b & \"c\" > 'd' \u{1} ".repeat(20);
+    let svg = page(&sample.picture()).unwrap();
+    assert!(svg.contains("a &lt; b &amp; &quot;c&quot; &gt; &apos;d&apos;"));
+    assert_readable(&svg);
+    sample.title.clear();
+    assert_readable(&page(&sample.picture()).unwrap());
+}
+
+#[test]
+fn png_has_the_asked_width_and_is_not_blank() {
+    let sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
+    let svg = page(&sample.picture()).unwrap();
+    let png = rasterise(&svg, 700).unwrap();
+    let picture = Pixmap::decode_png(&png).unwrap();
+    assert_eq!(picture.width(), 700);
+    let coloured = picture.pixels().iter().filter(|pixel| {
+        let channels = [pixel.red(), pixel.green(), pixel.blue()];
+        channels.iter().max() != channels.iter().min()
+    });
+    // The maps cover more than a fifth of the page.
+    assert!(coloured.count() * 5 > picture.pixels().len());
+    assert!(matches!(rasterise(&svg, 0), Err(FigureError::Width(0))));
+    assert!(matches!(rasterise("<svg", 100), Err(FigureError::Svg(_))));
+}
+
+#[test]
+fn same_picture_gives_the_same_bytes() {
+    let sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
+    let [first, second] = [(); 2].map(|()| page(&sample.picture()).unwrap());
+    assert_eq!(first, second);
+    assert_eq!(
+        rasterise(&first, 300).unwrap(),
+        rasterise(&second, 300).unwrap()
+    );
+}
+
+#[test]
+fn without_friction_there_are_stress_and_body_only() {
+    let sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
+    let mut picture = sample.picture();
+    picture.friction = None;
+    let panels = panels(&picture).unwrap();
+    let names: Vec<_> = panels.iter().map(|panel| panel.name).collect();
+    assert_eq!(names, ["a_normal_stress", "c_deformed_body"]);
+    assert_all_readable(&picture);
+}
+
+#[test]
+fn an_empty_or_open_boundary_surface_is_drawn_as_it_is() {
+    let sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
+    let mut picture = sample.picture();
+    for boundary in [&[], &sample.boundary_triangles[..100]] {
+        picture.boundary_triangles = boundary;
+        assert_all_readable(&picture);
+    }
+}
+
+#[test]
+fn inconsistent_pictures_are_refused() {
+    let sample = Sample::brick([3.0, 1.0, 1.0], [4, 2, 2]);
+    let mut picture = sample.picture();
+    picture.displacement = &sample.displacement[1..];
+    let found = page(&picture);
+    assert!(matches!(
+        found,
+        Err(FigureError::Length {
+            what: "displacement",
+            ..
+        })
+    ));
+    let mut picture = sample.picture();
+    picture.normal_stress = &[];
+    picture.friction = None;
+    let found = page(&picture);
+    assert!(matches!(found, Err(FigureError::Index { count: 0, .. })));
+}
+
+#[test]
+fn a_body_without_contact_has_one_panel() {
+    let sample = Sample::brick([3.0, 1.0, 1.0], [4, 2, 2]);
+    let mut picture = sample.picture();
+    picture.contact_triangles = &[];
+    picture.contact_triangle_pane = &[];
+    picture.normal_stress = &[];
+    picture.friction = None;
+    let panels = panels(&picture).unwrap();
+    assert_eq!(panels.len(), 1);
+    assert!(!panels[0].svg.contains("grey: support"));
+    assert_all_readable(&picture);
+}
+
+#[test]
+fn turned_ellipses_are_drawn_as_outlines() {
+    let mut sample = Sample::brick([3.0, 1.0, 1.0], [4, 2, 2]);
+    let straight = page(&sample.picture()).unwrap();
+    for pane in &mut sample.friction {
+        pane.turn = 0.5;
+    }
+    let turned = page(&sample.picture()).unwrap();
+    assert!(turned.matches("<ellipse").count() < straight.matches("<ellipse").count());
+    assert_all_readable(&sample.picture());
+}
+
+#[test]
+fn axes_that_turn_the_body_are_named() {
+    let sample = Sample::brick([3.0, 1.0, 1.0], [4, 2, 2]);
+    let mut picture = sample.picture();
+    picture.axis_1 = [0.6, 0.8, 0.0];
+    picture.axis_2 = [-0.8, 0.6, 0.0];
+    assert_all_readable(&picture);
+    picture.axis_1 = [-1.0, 0.0, 0.0];
+    picture.axis_2 = [0.0, -1.0, 0.0];
+    let panels = panels(&picture).unwrap();
+    assert!(
+        panels[0]
+            .svg
+            .contains("−<tspan font-style=\"italic\">x</tspan>")
+    );
+}
+
+/// A falling coefficient over the slips of a range.
+fn curve(range: SlipRange, scale: f64) -> SlipCurve {
+    let slip = |k: i32| range.at(f64::from(k) / 40.0);
+    let value = |slip: f64| scale * (0.2 + 0.1 / (1.0 + slip / 1e-5));
+    SlipCurve {
+        range,
+        points: (0..=40).map(|k| [slip(k), value(slip(k))]).collect(),
+    }
+}
+
+#[test]
+fn laws_are_readable_over_short_long_and_many_slips() {
+    let sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
+    let ranges = [
+        SlipRange::Linear(1.6e-4),
+        SlipRange::Linear(3.0),
+        SlipRange::Linear(7e-9),
+        SlipRange::Logarithmic(1.3e-8, 6e-5),
+        SlipRange::Logarithmic(1e-12, 3.0),
+    ];
+    for range in ranges {
+        for scale in [1.0, 1e-7, 1e6] {
+            let curves = [curve(range, scale), curve(range, 0.7 * scale)];
+            let map = |axis: usize| SlipMap {
+                ranges: [range, curves[axis].range],
+                cells: 4,
+                values: (0..16)
+                    .map(|k| scale * (axis as f64 + f64::from(k)))
+                    .collect(),
+            };
+            let maps = [map(0), map(1)];
+            for over_slip in [
+                OverSlip::Isotropic(&curves[0]),
+                OverSlip::Own(&curves),
+                OverSlip::Both(&maps),
+            ] {
+                for at_rest in [None, Some(sample.picture())] {
+                    let svg = law_page(&LawPicture {
+                        title: "A law of friction with a long name".repeat(3).as_str(),
+                        units: Units::SI,
+                        note: "a note",
+                        over_slip,
+                        at_rest,
+                    });
+                    assert_readable(&svg.expect("consistent picture"));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_constant_law_is_a_line_inside_its_chart() {
+    let flat = SlipCurve {
+        range: SlipRange::Linear(3.0),
+        points: vec![[0.0, 0.3], [3.0, 0.3]],
+    };
+    let svg = law_page(&LawPicture {
+        title: "constant",
+        units: Units::SI,
+        note: "",
+        over_slip: OverSlip::Isotropic(&flat),
+        at_rest: None,
+    })
+    .unwrap();
+    assert_readable(&svg);
+    // The plot is 258 px high below 42 + 46 px of titles, and a constant lies in its middle.
+    assert!(svg.contains("M84 171L612 171"), "{svg}");
+}
+
+fn chart(scale: AxisScale, factor: f64, n_series: usize) -> LineChart {
+    let axis = |label: &str| ChartAxis {
+        label: label.to_owned(),
+        unit: Unit::none(),
+        scale,
+        ticks: Vec::new(),
+    };
+    let series = (0..n_series).map(|k| Series {
+        name: format!("fixed point (a), explicit, {k}"),
+        points: (0..6)
+            .map(|i| ChartPoint {
+                x: factor * 10_f64.powi(i - 3) * (k + 1) as f64,
+                y: factor * 10_f64.powi(-2 * i),
+                text: format!("point <{i}> & more"),
+            })
+            .collect(),
+    });
+    LineChart {
+        title: "Work and precision".to_owned(),
+        x: axis("seconds [s]"),
+        y: axis("error"),
+        legend: "method, operator".to_owned(),
+        series: series.collect(),
+    }
+}
+
+#[test]
+fn charts_are_readable_on_any_scale() {
+    for scale in [AxisScale::Linear, AxisScale::Logarithmic] {
+        for factor in [1e-9, 1.0, 3e7] {
+            for n_series in [0, 1, 5, 9] {
+                assert_readable(&chart(scale, factor, n_series).svg());
+            }
+        }
+    }
+}
+
+#[test]
+fn a_point_that_no_axis_can_show_is_left_out() {
+    let mut with = chart(AxisScale::Logarithmic, 1.0, 1);
+    let expected = with.svg();
+    for y in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        with.series[0].points.push(ChartPoint {
+            x: 1.0,
+            y,
+            text: String::new(),
+        });
+    }
+    assert_eq!(with.svg(), expected);
+}
+
+#[test]
+fn every_pane_and_every_point_says_its_value() {
+    let sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
+    let picture = sample.picture();
+    for panel in panels(&picture).expect("consistent picture") {
+        let panes = panel.svg.matches("<title>pane ").count();
+        let expected = match panel.name {
+            "c_deformed_body" => 0,
+            "d_friction_ellipses" => 2 * picture.normal_stress.len(),
+            _ => picture.normal_stress.len(),
+        };
+        assert_eq!(panes, expected, "{}", panel.name);
+    }
+    let svg = chart(AxisScale::Logarithmic, 1.0, 3).svg();
+    assert_eq!(svg.matches("<title>point &lt;").count(), 18);
+}
+
+/// Any viewer reads it, and it says which program made it.
+#[test]
+fn pngs_name_this_program() {
+    let sample = Sample::brick([3.0, 1.0, 1.0], [4, 2, 2]);
+    let png = rasterise(&page(&sample.picture()).unwrap(), 640).unwrap();
+    let picture = resvg::tiny_skia::Pixmap::decode_png(&png).unwrap();
+    assert_eq!(picture.width(), 640);
+    assert_eq!(
+        &png[37..],
+        &[b"tEXtSoftware\0contact3d-pipe", &png[64..]].concat()[..]
+    );
+}

@@ -1,0 +1,89 @@
+//! Digests of datasets and stages: BLAKE3 over kind, shape and little-endian bytes.
+
+use blake3::Hasher;
+use units::Units;
+
+use super::element::Element;
+use super::layout::Kind;
+
+/// Values hashed at a time; 1 MiB of doubles, large enough for the hash to use all threads.
+const BLOCK: usize = 1 << 17;
+
+/// The digest of one dataset while it is fed.
+///
+/// The bytes hashed are: the tag of the kind, a zero byte, the rank and each extent as `u64`, then the values.
+/// A text is its length in bytes as `u64` and its UTF-8. A matrix is the number of its entries as `u64`, then
+/// `indptr` and `indices` as `i64` and `data` as `f64`. All numbers are little endian.
+pub(super) struct DatasetDigest(Hasher);
+
+impl DatasetDigest {
+    pub(super) fn new(kind: Kind, shape: &[usize]) -> Self {
+        let mut digest = DatasetDigest(Hasher::new());
+        digest.0.update(kind.tag().as_bytes()).update(&[0]);
+        digest.size(shape.len());
+        shape.iter().for_each(|&extent| digest.size(extent));
+        digest
+    }
+
+    pub(super) fn size(&mut self, size: usize) {
+        self.0.update(&(size as u64).to_le_bytes());
+    }
+
+    pub(super) fn values<T: Element>(&mut self, values: &[T]) {
+        let mut bytes = vec![0; values.len().min(BLOCK) * size_of::<T>()];
+        for block in values.chunks(BLOCK) {
+            let bytes = &mut bytes[..size_of_val(block)];
+            T::to_little_endian(block, bytes);
+            if block.len() == BLOCK {
+                self.0.update_rayon(bytes);
+            } else {
+                self.0.update(bytes);
+            }
+        }
+    }
+
+    pub(super) fn text(&mut self, text: &str) {
+        self.size(text.len());
+        self.0.update(text.as_bytes());
+    }
+
+    pub(super) fn finish(self) -> String {
+        self.0.finalize().to_hex().to_string()
+    }
+}
+
+/// The digest of a plain array.
+pub(super) fn of_values<T: Element>(kind: Kind, shape: &[usize], values: &[T]) -> String {
+    let mut digest = DatasetDigest::new(kind, shape);
+    digest.values(values);
+    digest.finish()
+}
+
+/// The digest of a text or a list of texts.
+pub(super) fn of_texts<S: AsRef<str>>(shape: &[usize], texts: &[S]) -> String {
+    let mut digest = DatasetDigest::new(Kind::Text, shape);
+    texts.iter().for_each(|text| digest.text(text.as_ref()));
+    digest.finish()
+}
+
+/// The digest of a stage: path, zero byte, digest, zero byte of each dataset, in the order of the paths; then the
+/// units, where they are not the default, so that stages before format 1.4 keep their digests.
+pub(super) fn of_stage<'a>(
+    datasets: impl Iterator<Item = (&'a str, &'a str)>,
+    units: Units,
+) -> String {
+    let mut sorted: Vec<_> = datasets.collect();
+    sorted.sort_unstable();
+    let mut hasher = Hasher::new();
+    for (path, digest) in sorted {
+        hasher
+            .update(path.as_bytes())
+            .update(&[0])
+            .update(digest.as_bytes())
+            .update(&[0]);
+    }
+    if !units.is_default() {
+        hasher.update(units.to_string().as_bytes()).update(&[0]);
+    }
+    hasher.finalize().to_hex().to_string()
+}

@@ -1,0 +1,224 @@
+//! Stages kept in a file of their own beside the run file, joined to it by an external link.
+//!
+//! Such a file is named by the digest of the stage and never changes: `OWNER.STAGE-DIGEST.h5` belongs to the run file
+//! OWNER, `STAGE-DIGEST.h5` to nobody. The name stands in a root attribute of the run file, which this program goes
+//! by; the link is there for everyone else.
+
+use std::fmt;
+use std::fs;
+use std::path::Path;
+
+use hdf5_metno as hdf5;
+
+use super::attribute::{read_text, write_text};
+use super::error::{LinkProblem, StoreError};
+use super::layout::Stage;
+use super::place::{AtPlace, Place};
+use super::table::Layout;
+use super::volume::Volume;
+
+/// Hexadecimal digits of the stage's digest in the name; 64 bits tell the stages of a folder apart.
+const DIGITS: usize = 16;
+
+/// The plain name of a file that holds one stage.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct LinkedName(String);
+
+impl LinkedName {
+    pub(super) fn new(owner: Option<&str>, stage: Stage, digest: &str) -> Self {
+        let owner = owner.map_or_else(String::new, |owner| format!("{owner}."));
+        let digits = digest.get(..DIGITS).unwrap_or(digest);
+        LinkedName(format!("{owner}{stage}-{digits}.h5"))
+    }
+
+    /// Takes a text that is such a name; a name has no path separators, so it stays in its folder.
+    pub(super) fn parse(text: &str, stage: Stage) -> Option<Self> {
+        let name = LinkedName(text.into());
+        let owner = name.owner_and_dot(stage)?;
+        let plain = owner.is_empty() || (owner.ends_with('.') && owner.len() > 1);
+        (plain && !text.contains(['/', '\\', '\0'])).then_some(name)
+    }
+
+    /// Whether the file may hold a stage with this digest.
+    fn fits(&self, digest: &str) -> bool {
+        let digits = self.digits().unwrap_or_default();
+        !digits.is_empty() && digest.starts_with(digits)
+    }
+
+    fn is_owned_by(&self, run_file: &str, stage: Stage) -> bool {
+        self.owner_and_dot(stage)
+            .and_then(|owner| owner.strip_suffix('.'))
+            == Some(run_file)
+    }
+
+    /// Whether the file belongs to no run file.
+    pub(super) fn is_shared(&self, stage: Stage) -> bool {
+        self.owner_and_dot(stage) == Some("")
+    }
+
+    fn digits(&self) -> Option<&str> {
+        let stem = self.0.strip_suffix(".h5")?;
+        let digits = stem.get(stem.len().checked_sub(DIGITS)?..)?;
+        let hexadecimal = |c: u8| c.is_ascii_digit() || (b'a'..=b'f').contains(&c);
+        digits.bytes().all(hexadecimal).then_some(digits)
+    }
+
+    fn owner_and_dot(&self, stage: Stage) -> Option<&str> {
+        let digits = self.digits()?;
+        self.0.strip_suffix(&format!("{stage}-{digits}.h5"))
+    }
+}
+
+impl fmt::Display for LinkedName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+/// A stage that the run file keeps elsewhere.
+#[derive(Debug)]
+pub(super) struct Linked {
+    /// `None` if what stands in the run file cannot be the name.
+    pub(super) name: Option<LinkedName>,
+    pub(super) volume: Result<Volume, LinkProblem>,
+}
+
+/// The root attribute that names the file of a stage.
+fn attribute(stage: Stage) -> String {
+    format!("{stage}_file")
+}
+
+impl Linked {
+    /// Opens the file of a stage, or `None` if the run file holds the stage itself, or not at all.
+    pub(super) fn open(home: &Volume, layout: &Layout, stage: Stage) -> Option<Self> {
+        let group = format!("/{stage}");
+        home.link_on_the_way(&group)?;
+        let place = Place {
+            file: &home.path,
+            dataset: &group,
+        };
+        let text = read_text(&home.file, place, &attribute(stage)).unwrap_or_default();
+        let name = LinkedName::parse(&text, stage);
+        let volume = match &name {
+            None => Err(LinkProblem::NotAName { found: text }),
+            Some(name) => open(home, layout, stage, name),
+        };
+        Some(Linked { name, volume })
+    }
+}
+
+fn open(
+    home: &Volume,
+    layout: &Layout,
+    stage: Stage,
+    name: &LinkedName,
+) -> Result<Volume, LinkProblem> {
+    // HDF5 and we look beside the run file itself, not beside a symbolic link to it.
+    let true_path = home
+        .path
+        .canonicalize()
+        .unwrap_or_else(|_| home.path.clone());
+    open_named(&true_path.with_file_name(&name.0), layout, stage, name)
+}
+
+/// Opens a file that holds a stage with the digest in its name.
+pub(super) fn open_named(
+    path: &Path,
+    layout: &Layout,
+    stage: Stage,
+    name: &LinkedName,
+) -> Result<Volume, LinkProblem> {
+    let unusable = |error: StoreError| match error {
+        StoreError::NotFound { file } => LinkProblem::Missing { file },
+        error => LinkProblem::Unusable {
+            reason: error.to_string(),
+        },
+    };
+    let volume = Volume::open(path, layout, layout.linked_filetype).map_err(unusable)?;
+    let place = Place {
+        file: path,
+        dataset: stage.group(),
+    };
+    if !volume.holds(&format!("/{stage}")) {
+        return Err(unusable(place.mismatch("the group of the stage", "none")));
+    }
+    let group = volume.file.group(stage.group());
+    let digest = group
+        .at(place, "open the group")
+        .and_then(|group| read_text(&group, place, "digest"))
+        .map_err(unusable)?;
+    if name.fits(&digest) {
+        return Ok(volume);
+    }
+    Err(LinkProblem::Replaced {
+        file: path.into(),
+        found: digest,
+    })
+}
+
+/// Joins the file of a stage to a run file: the name for us, an external link for everyone else.
+pub(super) fn join(
+    run_file: &hdf5::File,
+    place: Place<'_>,
+    stage: Stage,
+    name: &LinkedName,
+) -> Result<(), StoreError> {
+    write_text(run_file, place, &attribute(stage), &name.0)?;
+    run_file
+        .link_external(&name.0, &format!("/{stage}"), stage.group())
+        .at(place, "link the file of the stage")
+}
+
+/// Removes the files a run file owns, if neither it nor another run file of the folder names them any more.
+///
+/// What cannot be removed, or is write-protected, stays for the next time; what is no file of ours stays.
+pub(super) fn remove_orphans(folder: &Path, run_file: &Path, layout: &Layout) {
+    let Some(owner) = run_file.file_name().and_then(|name| name.to_str()) else {
+        return;
+    };
+    let Ok(entries) = fs::read_dir(folder) else {
+        return;
+    };
+    let names: Vec<String> = entries
+        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
+        .collect();
+    let is_owned = |name: &&String| {
+        let of_stage = |stage: &Stage| LinkedName::parse(name, *stage);
+        Stage::ALL
+            .iter()
+            .any(|stage| of_stage(stage).is_some_and(|linked| linked.is_owned_by(owner, *stage)))
+    };
+    let mut orphans: Vec<&String> = names.iter().filter(is_owned).collect();
+    let others = names.iter().filter(|name| !is_owned(name));
+    for name in [owner].into_iter().chain(others.map(String::as_str)) {
+        if orphans.is_empty() {
+            return;
+        }
+        match names_in(&folder.join(name), layout) {
+            Ok(named) => orphans.retain(|orphan| !named.contains(orphan)),
+            Err(StoreError::NotFound { .. }) => {}
+            // A run file that cannot be read may still be restored.
+            Err(_) if name == owner => return,
+            Err(_) => {}
+        }
+    }
+    for orphan in orphans {
+        let path = folder.join(orphan);
+        let is_ours = super::header::open(&path, layout, layout.linked_filetype).is_ok();
+        let removable = |metadata: fs::Metadata| !metadata.permissions().readonly();
+        if is_ours && fs::metadata(&path).is_ok_and(removable) {
+            let _ = fs::remove_file(path);
+        }
+    }
+}
+
+/// The names of all files a run file keeps stages in.
+fn names_in(run_file: &Path, layout: &Layout) -> Result<Vec<String>, StoreError> {
+    let file = super::header::open(run_file, layout, layout.filetype)?;
+    let place = Place {
+        file: run_file,
+        dataset: "/",
+    };
+    let named = Stage::ALL.map(|stage| read_text(&file, place, &attribute(stage)).ok());
+    Ok(named.into_iter().flatten().collect())
+}

@@ -1,0 +1,194 @@
+//! The lock of a run file: one writing process at a time.
+
+use std::ffi::OsString;
+use std::fs::{self, File, TryLockError};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use units::Units;
+
+use super::error::StoreError;
+use super::layout::Stage;
+use super::linked;
+use super::place::AtFile;
+use super::reader::Reader;
+use super::table::Layout;
+use super::volume::inode;
+
+/// What to do about a run file that does not exist.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IfMissing {
+    /// Start a new file.
+    Create,
+    /// Refuse.
+    Refuse,
+}
+
+/// A run file this process alone may replace; given free when dropped.
+///
+/// The lock is on a hidden file `.NAME.lock` beside the run file, because every commit replaces the run file itself.
+#[derive(Debug)]
+pub struct RunFile {
+    pub(super) path: PathBuf,
+    pub(super) folder: PathBuf,
+    name: OsString,
+    pub(super) layout: Layout,
+    lock: File,
+}
+
+impl RunFile {
+    /// Locks a run file and removes what a killed process left beside it, and files of stages it owns but no longer
+    /// uses.
+    ///
+    /// # Errors
+    /// `Busy` if another process has it; `IsDirectory`, `FolderMissing`, `NotFound`, or the errors of
+    /// [`Reader::open`] for a file that is not ours, with nothing changed on disk.
+    pub fn lock(path: &Path, layout: Layout, if_missing: IfMissing) -> Result<Self, StoreError> {
+        let (folder, name) = locate(path)?;
+        let path = folder.join(&name);
+        match Reader::open(&path, layout) {
+            Err(StoreError::NotFound { .. }) if if_missing == IfMissing::Create => {}
+            opened => drop(opened?),
+        }
+        let lock = hidden(&folder, &name, ".lock");
+        if fs::metadata(&lock).is_ok_and(|metadata| !metadata.is_file()) {
+            return Err(StoreError::NotAFile { file: lock });
+        }
+        let file = claim(&path, &lock)?;
+        let run_file = RunFile {
+            path,
+            folder,
+            name,
+            layout,
+            lock: file,
+        };
+        run_file.remove_left_overs()?;
+        Ok(run_file)
+    }
+
+    fn remove_left_overs(&self) -> Result<(), StoreError> {
+        let whole = self.temporary();
+        let stages = Stage::ALL.map(|stage| stage_temporary(&whole, stage));
+        for temporary in stages.into_iter().chain([whole, self.previous()]) {
+            match fs::remove_file(&temporary) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                    Err(error).at_file(&temporary, "remove what a killed process left")?;
+                }
+                _ => {}
+            }
+        }
+        linked::remove_orphans(&self.folder, &self.path, &self.layout);
+        Ok(())
+    }
+
+    /// The file for writing numbers in other units from now on.
+    #[must_use]
+    pub fn in_units(mut self, units: Units) -> Self {
+        self.layout = self.layout.in_units(units);
+        self
+    }
+
+    /// Where the next state is written.
+    pub(super) fn temporary(&self) -> PathBuf {
+        hidden(&self.folder, &self.name, ".part")
+    }
+
+    /// Where the state before a command is kept.
+    pub(super) fn previous(&self) -> PathBuf {
+        hidden(&self.folder, &self.name, ".previous")
+    }
+
+    /// The path of the run file, symbolic links resolved.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+/// Where a stage that gets a file of its own is written, beside the temporary of the run file.
+pub(super) fn stage_temporary(temporary: &Path, stage: Stage) -> PathBuf {
+    let mut path = temporary.as_os_str().to_owned();
+    path.push(format!("-{stage}"));
+    path.into()
+}
+
+/// Opens and locks the lock file of a run file.
+fn claim(path: &Path, lock: &Path) -> Result<File, StoreError> {
+    loop {
+        let file = File::options()
+            .create(true)
+            .truncate(false)
+            .write(true)
+            .open(lock);
+        let file = file.at_file(lock, "open the lock file")?;
+        match file.try_lock() {
+            // Its owner may have removed it since it was opened.
+            Ok(()) if !is_at(&file, lock) => {}
+            Ok(()) => return Ok(file),
+            Err(TryLockError::WouldBlock) => {
+                return Err(StoreError::Busy {
+                    file: path.into(),
+                    lock: lock.into(),
+                });
+            }
+            Err(TryLockError::Error(source)) => {
+                return Err(StoreError::Io {
+                    file: lock.into(),
+                    action: "lock the lock file",
+                    source,
+                });
+            }
+        }
+    }
+}
+
+/// Whether an open file still is the one that stands at a path.
+fn is_at(file: &File, path: &Path) -> bool {
+    let number = |metadata: io::Result<fs::Metadata>| metadata.ok().map(|m| inode(&m));
+    number(file.metadata()) == number(fs::metadata(path))
+}
+
+impl Drop for RunFile {
+    /// Unlocks at once, even while a process just forked still has a copy of the descriptor. Where no run file came
+    /// to be, nothing is left of the lock either.
+    fn drop(&mut self) {
+        if !self.path.exists() {
+            let _ = fs::remove_file(hidden(&self.folder, &self.name, ".lock"));
+        }
+        let _ = self.lock.unlock();
+    }
+}
+
+/// The true folder and the name of a run file; a symbolic link to a file leads to the file.
+fn locate(path: &Path) -> Result<(PathBuf, OsString), StoreError> {
+    if path.is_dir() {
+        return Err(StoreError::IsDirectory { file: path.into() });
+    }
+    let path = match path.is_symlink() {
+        true => path
+            .canonicalize()
+            .at_file(path, "follow the symbolic link")?,
+        false => path.to_path_buf(),
+    };
+    let name = path
+        .file_name()
+        .ok_or_else(|| StoreError::IsDirectory { file: path.clone() })?;
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    match folder.canonicalize() {
+        Ok(folder) => Ok((folder, name.into())),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Err(StoreError::FolderMissing {
+            file: path.clone(),
+            folder: folder.into(),
+        }),
+        Err(error) => Err(error).at_file(folder, "find the folder"),
+    }
+}
+
+fn hidden(folder: &Path, name: &OsString, suffix: &str) -> PathBuf {
+    let mut hidden = OsString::from(".");
+    hidden.push(name);
+    hidden.push(suffix);
+    folder.join(hidden)
+}

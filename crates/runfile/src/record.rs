@@ -1,0 +1,118 @@
+//! What a stage tells about itself in the attributes of its group.
+
+use std::time::SystemTime;
+
+use hdf5_metno as hdf5;
+use units::Units;
+
+use super::attribute::{has, read_number, read_text, write_number, write_text};
+use super::error::StoreError;
+use super::place::Place;
+
+/// The attributes every stage group carries, with their meanings, as the schema lists them.
+pub const STAGE_ATTRIBUTES: &[(&str, &str, &str)] = &[
+    (
+        "complete",
+        "u8",
+        "1 once every required dataset of the stage is written",
+    ),
+    (
+        "input_digest",
+        "text",
+        "digest of the settings and of the upstream stages the stage was computed from",
+    ),
+    (
+        "digest",
+        "text",
+        "BLAKE3 over the sorted paths and digests of the datasets, without timings, and over `units`",
+    ),
+    ("settings", "text", "the settings used, as TOML"),
+    ("seconds", "f64", "wall-clock time of the stage in s"),
+    ("threads", "i64", "number of threads"),
+    ("date", "text", "when the stage ended, RFC 3339 in UTC"),
+];
+
+/// The attributes a stage group may carry besides, as the schema lists them.
+pub(super) const OPTIONAL_STAGE_ATTRIBUTES: &[(&str, &str, &str)] = &[(
+    "units",
+    "text",
+    "units of length and force that all others follow from, such as `mm, N`; absent for `m, N`",
+)];
+
+/// How a stage was run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StageRecord {
+    /// The settings used, as TOML.
+    pub settings: String,
+    /// Digest of everything the stage was computed from.
+    pub input_digest: String,
+    /// Wall-clock time in s.
+    pub seconds: f64,
+    /// Number of threads.
+    pub threads: i64,
+    /// When the stage ended, RFC 3339 in UTC, see [`timestamp`].
+    pub date: String,
+}
+
+/// A stage as the file holds it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StoredStage {
+    /// How it was run.
+    pub record: StageRecord,
+    /// Digest of its datasets and units.
+    pub digest: String,
+    /// What its numbers are in.
+    pub units: Units,
+}
+
+/// The present time to the second, RFC 3339 in UTC.
+pub fn timestamp() -> String {
+    humantime::format_rfc3339_seconds(SystemTime::now()).to_string()
+}
+
+pub(super) fn write(
+    group: &hdf5::Location,
+    place: Place<'_>,
+    record: &StageRecord,
+    units: Units,
+    digest: &str,
+) -> Result<(), StoreError> {
+    if !units.is_default() {
+        write_text(group, place, "units", &units.to_string())?;
+    }
+    write_text(group, place, "input_digest", &record.input_digest)?;
+    write_text(group, place, "digest", digest)?;
+    write_text(group, place, "settings", &record.settings)?;
+    write_number(group, place, "seconds", record.seconds)?;
+    write_number(group, place, "threads", record.threads)?;
+    write_text(group, place, "date", &record.date)?;
+    write_number(group, place, "complete", 1_u8)
+}
+
+pub(super) fn read(group: &hdf5::Location, place: Place<'_>) -> Result<StoredStage, StoreError> {
+    let complete: u8 = read_number(group, place, "complete")?;
+    if complete != 1 {
+        return Err(place.mismatch("complete = 1", format!("complete = {complete}")));
+    }
+    Ok(StoredStage {
+        record: StageRecord {
+            settings: read_text(group, place, "settings")?,
+            input_digest: read_text(group, place, "input_digest")?,
+            seconds: read_number(group, place, "seconds")?,
+            threads: read_number(group, place, "threads")?,
+            date: read_text(group, place, "date")?,
+        },
+        digest: read_text(group, place, "digest")?,
+        units: read_units(group, place)?,
+    })
+}
+
+/// The units a stage names; the default where it names none, as in files before format 1.4.
+fn read_units(group: &hdf5::Location, place: Place<'_>) -> Result<Units, StoreError> {
+    if !has(group, place, "units")? {
+        return Ok(Units::SI);
+    }
+    let text = read_text(group, place, "units")?;
+    text.parse()
+        .map_err(|problem: String| place.damaged(problem))
+}

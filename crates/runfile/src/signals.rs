@@ -1,0 +1,102 @@
+//! Temporary files: removed when dropped, and before the process dies of SIGINT or SIGTERM.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread;
+
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
+use signal_hook::low_level::emulate_default_handler;
+
+use super::layout::Stage;
+
+/// The temporaries of this process. Whoever holds the lock decides alone: a rename, or the end of the process.
+static TEMPORARIES: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// Whether the thread that waits for signals runs.
+static INSTALLED: Mutex<bool> = Mutex::new(false);
+
+/// The file that this process changed last, with the stages it holds since.
+static LAST_COMMIT: Mutex<Option<(PathBuf, Vec<Stage>)>> = Mutex::new(None);
+
+/// The file that this process changed last, with the stages it holds since; `None` before the first commit.
+pub fn last_commit() -> Option<(PathBuf, Vec<Stage>)> {
+    let last = LAST_COMMIT.lock().unwrap_or_else(PoisonError::into_inner);
+    last.clone()
+}
+
+pub(super) fn note_commit(target: &Path, stages: Vec<Stage>) {
+    let mut last = LAST_COMMIT.lock().unwrap_or_else(PoisonError::into_inner);
+    *last = Some((target.to_path_buf(), stages));
+}
+
+/// Starts the thread that removes the temporaries on SIGINT or SIGTERM, calls `farewell`, and lets the signal end the
+/// process.
+///
+/// A rename that has begun is completed first. Calling it again does nothing.
+///
+/// # Errors
+/// If the system refuses the signal handlers or the thread.
+pub fn install(farewell: fn()) -> io::Result<()> {
+    let mut installed = INSTALLED.lock().unwrap_or_else(PoisonError::into_inner);
+    if !*installed {
+        let mut signals = Signals::new([SIGINT, SIGTERM])?;
+        thread::Builder::new()
+            .name("signals".into())
+            .spawn(move || {
+                for signal in signals.forever() {
+                    let temporaries = temporaries();
+                    for temporary in temporaries.iter() {
+                        let _ = fs::remove_file(temporary);
+                    }
+                    farewell();
+                    let _ = emulate_default_handler(signal);
+                }
+            })?;
+        *installed = true;
+    }
+    Ok(())
+}
+
+/// A temporary file that vanishes unless it is published.
+#[derive(Debug)]
+pub struct Temporary {
+    path: PathBuf,
+}
+
+impl Temporary {
+    /// Takes charge of a path, before the file is created.
+    pub fn new(path: PathBuf) -> Self {
+        temporaries().insert(path.clone());
+        Temporary { path }
+    }
+
+    /// Where the temporary file lies.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Renames the file; a signal acts either before or after.
+    pub fn publish(&self, target: &Path) -> io::Result<()> {
+        let mut temporaries = temporaries();
+        fs::rename(&self.path, target)?;
+        temporaries.remove(&self.path);
+        Ok(())
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        let mut temporaries = temporaries();
+        if temporaries.remove(&self.path) {
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
+fn temporaries() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    TEMPORARIES.lock().unwrap_or_else(PoisonError::into_inner)
+}

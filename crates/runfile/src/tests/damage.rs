@@ -1,0 +1,247 @@
+//! Files that are not what was written are refused with a clear error.
+
+use std::fs;
+use std::path::Path;
+
+use hdf5_metno as hdf5;
+
+use super::sample::*;
+use crate::{Home, IfMissing, Layout, Reader, RunFile, Stage, StoreError};
+
+fn edit(file: &Path, change: impl Fn(&hdf5::File)) {
+    change(&hdf5::File::open_rw(file).unwrap());
+}
+
+fn saved() -> (tempfile::TempDir, std::path::PathBuf) {
+    let (folder, file) = folder();
+    save_mesh(&file, 5);
+    save_solve(&file, 5, &[0.5]);
+    (folder, file)
+}
+
+#[test]
+fn altered_values_are_found_in_every_kind() {
+    let (_folder, file) = saved();
+    edit(&file, |file| {
+        file.dataset("/mesh/coordinates")
+            .unwrap()
+            .write_slice(&[9.0], (0, 0..1))
+            .unwrap();
+        file.dataset("/solve/stiffness/data")
+            .unwrap()
+            .write_slice(&[9.0], 1..2)
+            .unwrap();
+        file.dataset("/solve/zone")
+            .unwrap()
+            .write_slice(&[Zone::Slip], 0..1)
+            .unwrap();
+        let text: hdf5::types::VarLenUnicode = "moved".parse().unwrap();
+        file.dataset("/mesh/names")
+            .unwrap()
+            .write_slice(&[text], 0..1)
+            .unwrap();
+    });
+    let reader = open(&file).unwrap();
+    let altered =
+        |error: StoreError| assert!(matches!(error, StoreError::Altered { .. }), "{error}");
+    altered(reader.read::<f64>("/mesh/coordinates").unwrap_err());
+    altered(reader.read_matrix("/solve/stiffness").unwrap_err());
+    altered(reader.read_enum::<Zone>("/solve/zone").unwrap_err());
+    altered(reader.read_texts("/mesh/names").unwrap_err());
+    assert!(reader.read_indices("/mesh/cells").is_ok());
+}
+
+#[test]
+fn wrong_type_shape_and_unknown_datasets_are_found() {
+    let (_folder, file) = saved();
+    edit(&file, |file| {
+        file.unlink("/mesh/tags").unwrap();
+        file.new_dataset_builder()
+            .with_data(&[1.0_f32, 2.0])
+            .create("/mesh/tags")
+            .unwrap();
+        file.unlink("/mesh/coordinates").unwrap();
+        file.new_dataset_builder()
+            .with_data(&[1.0, 2.0])
+            .create("/mesh/coordinates")
+            .unwrap();
+        file.unlink("/mesh/cells").unwrap();
+        file.new_dataset_builder()
+            .with_data(&[1.0])
+            .create("/solve/more/secret")
+            .unwrap();
+    });
+    let reader = open(&file).unwrap();
+    let message = reader.read::<u8>("/mesh/tags").unwrap_err().to_string();
+    assert!(
+        message.contains("/mesh/tags: expected type uint8, found type float32"),
+        "{message}"
+    );
+    let message = reader
+        .read::<f64>("/mesh/coordinates")
+        .unwrap_err()
+        .to_string();
+    assert!(message.contains("expected shape [n_nodes"), "{message}");
+    let message = reader.read_indices("/mesh/cells").unwrap_err().to_string();
+    assert!(
+        message.contains("/mesh/cells is missing; run the stage `mesh` again"),
+        "{message}"
+    );
+    assert!(matches!(
+        reader.check_stage(Stage::Mesh),
+        Err(StoreError::Missing { .. })
+    ));
+    let message = reader.check_stage(Stage::Solve).unwrap_err().to_string();
+    assert!(message.contains("/solve/more/secret"), "{message}");
+}
+
+#[test]
+fn a_changed_set_of_datasets_is_found() {
+    let (_folder, file) = saved();
+    edit(&file, |file| {
+        let dataset = file.dataset("/mesh/tags").unwrap();
+        dataset.delete_attr("digest").unwrap();
+        let forged: hdf5::types::VarLenUnicode = "0".repeat(64).parse().unwrap();
+        dataset
+            .new_attr::<hdf5::types::VarLenUnicode>()
+            .create("digest")
+            .unwrap()
+            .write_scalar(&forged)
+            .unwrap();
+    });
+    assert!(matches!(
+        open(&file).unwrap().check_stage(Stage::Mesh),
+        Err(StoreError::Altered { .. })
+    ));
+}
+
+#[test]
+fn a_size_without_bytes_takes_no_memory() {
+    let (_folder, file) = saved();
+    edit(&file, |file| {
+        file.unlink("/mesh/coordinates").unwrap();
+        file.new_dataset::<f64>()
+            .shape((1_usize << 50, 3))
+            .create("/mesh/coordinates")
+            .unwrap();
+        file.unlink("/solve/history/seconds").unwrap();
+        file.new_dataset::<f64>()
+            .chunk(1 << 16)
+            .deflate(1)
+            .shape(1_usize << 50)
+            .create("/solve/history/seconds")
+            .unwrap();
+    });
+    let reader = open(&file).unwrap();
+    for path in ["/mesh/coordinates", "/solve/history/seconds"] {
+        let error = reader.read::<f64>(path).unwrap_err();
+        assert!(matches!(error, StoreError::Damaged { .. }), "{error}");
+    }
+}
+
+#[test]
+fn not_finite_is_refused_where_asked() {
+    let (_folder, file) = folder();
+    let run_file = lock(&file).unwrap();
+    let mut transaction = crate::Transaction::begin(&run_file).unwrap();
+    let writer = transaction.stage(Stage::Solve, Home::RunFile).unwrap();
+    write_solve(writer, 5, &[1.0, f64::NAN]).unwrap();
+    transaction.commit().unwrap();
+    let error = open(&file)
+        .unwrap()
+        .read_finite_f64("/solve/history/seconds")
+        .unwrap_err();
+    assert!(matches!(error, StoreError::NotFinite { index: 1, .. }));
+}
+
+#[test]
+fn every_truncation_is_an_error_and_never_wrong_data() {
+    let (_folder, file) = saved();
+    let whole = fs::read(&file).unwrap();
+    for length in (0..whole.len()).step_by(whole.len() / 97) {
+        fs::write(&file, &whole[..length]).unwrap();
+        assert!(
+            open(&file).is_err(),
+            "{length} of {} bytes were opened",
+            whole.len()
+        );
+    }
+}
+
+#[test]
+fn flipped_bytes_give_errors_or_the_data_that_were_written() {
+    let (_folder, file) = saved();
+    let whole = fs::read(&file).unwrap();
+    for position in (0..whole.len()).step_by(whole.len() / 199) {
+        let mut bytes = whole.clone();
+        bytes[position] ^= 0x5a;
+        fs::write(&file, &bytes).unwrap();
+        let Ok(reader) = open(&file) else { continue };
+        if let Ok(read) = reader.read_vec::<f64>("/mesh/coordinates") {
+            assert_eq!(read, coordinates(5), "byte {position}");
+        }
+        if let Ok(read) = reader.read_matrix("/solve/stiffness") {
+            assert_eq!(read, stiffness(5), "byte {position}");
+        }
+        let _ = (
+            reader.read_texts("/mesh/names"),
+            reader.read_enum::<Zone>("/solve/zone"),
+        );
+        let _ = (
+            reader.check_stage(Stage::Mesh),
+            reader.stage_bytes(Stage::Solve),
+        );
+    }
+}
+
+#[test]
+fn foreign_files_are_refused_and_left_alone() {
+    let (folder, file) = folder();
+    fs::write(&file, "a letter to a friend, much longer than a signature").unwrap();
+    assert!(matches!(lock(&file), Err(StoreError::NotHdf5 { .. })));
+    hdf5::File::create(&file)
+        .unwrap()
+        .create_group("theirs")
+        .unwrap();
+    let before = fs::read(&file).unwrap();
+    assert!(matches!(lock(&file), Err(StoreError::NotOurs { .. })));
+    assert_eq!(fs::read(&file).unwrap(), before);
+    assert!(matches!(
+        lock(folder.path()),
+        Err(StoreError::IsDirectory { .. })
+    ));
+    assert!(matches!(
+        lock(&folder.path().join("no/run.h5")),
+        Err(StoreError::FolderMissing { .. })
+    ));
+    let refused = RunFile::lock(&folder.path().join("new.h5"), SAMPLE, IfMissing::Refuse);
+    assert!(matches!(refused, Err(StoreError::NotFound { .. })));
+    assert_eq!(
+        fs::read_dir(folder.path()).unwrap().count(),
+        1,
+        "only the foreign file is there"
+    );
+}
+
+#[test]
+fn older_minor_versions_are_read_and_newer_ones_refused() {
+    let (_folder, file) = saved();
+    let reads = |format_version| {
+        Reader::open(
+            &file,
+            Layout {
+                format_version,
+                ..SAMPLE
+            },
+        )
+    };
+    assert!(reads([1, 2]).is_ok() && reads([1, 3]).is_ok());
+    for older in [[1, 1], [0, 9], [2, 0]] {
+        let error = reads(older).unwrap_err();
+        assert!(
+            matches!(error, StoreError::Version { found: [1, 2], .. }),
+            "{error}"
+        );
+        assert!(error.to_string().contains("sample 0.1"));
+    }
+}

@@ -1,0 +1,110 @@
+//! A process that is killed while it writes leaves a readable file.
+
+use std::env;
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use super::sample::*;
+use crate::{Home, Stage, Transaction, install_signal_handlers};
+
+/// Names the file for the child process.
+const FILE: &str = "STORE_TEST_FILE";
+
+/// A mesh in the run file and a solution beside it, in one step.
+fn save_both(file: &Path, n_nodes: usize) {
+    let lock = lock(file).unwrap();
+    let mut transaction = Transaction::begin(&lock).unwrap();
+    let writer = transaction.stage(Stage::Mesh, Home::RunFile).unwrap();
+    write_mesh(writer, n_nodes).unwrap();
+    let writer = transaction.stage(Stage::Solve, Home::Beside).unwrap();
+    write_solve(writer, n_nodes, &[0.5]).unwrap();
+    transaction.commit().unwrap();
+}
+
+/// Run as a child process only: replaces both stages until it is killed.
+#[test]
+#[ignore = "the body of the child process of the other tests"]
+fn child_that_writes_until_killed() {
+    let Some(file) = env::var_os(FILE) else {
+        return;
+    };
+    install_signal_handlers(|| ()).unwrap();
+    for round in 0.. {
+        save_both(file.as_ref(), SIZES[round % 2]);
+    }
+}
+
+/// Numbers of nodes of the states that follow each other.
+const SIZES: [usize; 2] = [20_000, 20_001];
+
+fn child(file: &Path) -> Child {
+    let name = "store::tests::kills::child_that_writes_until_killed";
+    Command::new(env::current_exe().unwrap())
+        .args(["--ignored", "--exact", name])
+        .env(FILE, file)
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap()
+}
+
+/// Sends a signal at different moments of the writing and checks what is left.
+fn survives(signal: &str, number: i32) {
+    use std::os::unix::process::ExitStatusExt;
+    let (folder, file) = folder();
+    save_both(&file, SIZES[1]);
+    let temporary = folder.path().join(".run.h5.part");
+    for round in 0..8 {
+        let mut child = child(&file);
+        while !temporary.exists() {
+            assert!(
+                child.try_wait().unwrap().is_none(),
+                "the child ended by itself"
+            );
+            thread::yield_now();
+        }
+        thread::sleep(Duration::from_millis(round));
+        let kill = Command::new("sh")
+            .args(["-c", &format!("kill -{signal} {}", child.id())])
+            .status()
+            .unwrap();
+        assert!(kill.success());
+        assert_eq!(
+            child.wait().unwrap().signal(),
+            Some(number),
+            "the signal itself ends the process"
+        );
+        let reader = open(&file).unwrap();
+        reader.check_stage(Stage::Mesh).unwrap();
+        reader.check_stage(Stage::Solve).unwrap();
+        let matrix = reader.read_matrix("/solve/stiffness").unwrap();
+        let n_nodes = matrix.shape[0];
+        assert!(SIZES.contains(&n_nodes));
+        assert_eq!(
+            reader.read_vec::<f64>("/mesh/coordinates").unwrap(),
+            coordinates(n_nodes)
+        );
+        let _ = fs::remove_file(&temporary);
+    }
+    save_both(&file, 5);
+    let left = fs::read_dir(folder.path()).unwrap();
+    // The run file, its lock, and the file of the solution.
+    assert_eq!(left.count(), 3);
+}
+
+#[test]
+fn kill_leaves_the_previous_state() {
+    survives("KILL", 9);
+}
+
+#[test]
+fn terminate_leaves_the_previous_state() {
+    survives("TERM", 15);
+}
+
+#[test]
+fn interrupt_leaves_the_previous_state() {
+    survives("INT", 2);
+}

@@ -1,0 +1,235 @@
+//! What is written is read back, whatever its kind.
+
+use hdf5_metno as hdf5;
+use ndarray::Array2;
+use proptest::prelude::*;
+
+use super::sample::*;
+use crate::{Home, Kind, SparseMatrix, Stage, StoreError, Transaction};
+
+#[test]
+fn every_kind_comes_back() {
+    let (_folder, file) = folder();
+    save_mesh(&file, 5);
+    save_solve(&file, 5, &[0.5, 0.25]);
+    let reader = open(&file).unwrap();
+    let read = reader.read_finite_f64("/mesh/coordinates").unwrap();
+    assert_eq!(
+        (read.shape(), read.as_slice().unwrap()),
+        (&[5, 3][..], &coordinates(5)[..])
+    );
+    let cells = reader.read_indices("/mesh/cells").unwrap();
+    assert_eq!((cells.shape(), cells[[1, 3]]), (&[2, 4][..], 4));
+    assert_eq!(reader.read_vec::<i64>("/mesh/offsets").unwrap(), [0, 4, 8]);
+    assert_eq!(reader.read_vec::<u8>("/mesh/tags").unwrap(), [7, 9]);
+    assert_eq!(
+        reader.read_texts("/mesh/names").unwrap(),
+        ["clamp", "Öffnung", ""]
+    );
+    assert_eq!(
+        reader
+            .read_enum::<Zone>("/solve/zone")
+            .unwrap()
+            .into_raw_vec_and_offset()
+            .0,
+        zones(5)
+    );
+    assert_eq!(
+        reader.read_matrix("/solve/stiffness").unwrap(),
+        stiffness(5)
+    );
+    assert_eq!(reader.read_matrix("/solve/coupling").unwrap(), coupling(5));
+    let energy = reader.read::<f64>("/solve/energy").unwrap();
+    assert_eq!((energy.ndim(), energy.sum()), (0, -12.5));
+    assert!(!reader.has("/mesh/title"));
+    assert!(matches!(
+        reader.read_text("/mesh/title"),
+        Err(StoreError::Missing {
+            stage: Stage::Mesh,
+            ..
+        })
+    ));
+}
+
+#[test]
+fn attributes_tell_unit_symbol_meaning_and_encoding() {
+    let (_folder, file) = folder();
+    save_mesh(&file, 5);
+    save_solve(&file, 5, &[]);
+    let file = hdf5::File::open(&file).unwrap();
+    let text = |object: &hdf5::Location, name: &str| {
+        object
+            .attr(name)
+            .unwrap()
+            .read_scalar::<hdf5::types::VarLenUnicode>()
+            .unwrap()
+            .to_string()
+    };
+    let coordinates = file.dataset("/mesh/coordinates").unwrap();
+    assert_eq!(text(&coordinates, "units"), "m");
+    assert_eq!(text(&coordinates, "symbol"), "x");
+    assert_eq!(text(&coordinates, "description"), "Positions.");
+    assert!(coordinates.is_chunked() && coordinates.filters().len() == 2);
+    let stiffness = file.group("/solve/stiffness").unwrap();
+    assert_eq!(text(&stiffness, "encoding-type"), "csc_matrix");
+    assert_eq!(
+        stiffness.attr("shape").unwrap().read_raw::<i64>().unwrap(),
+        [5, 5]
+    );
+    assert!(!file.dataset("/solve/stiffness/data").unwrap().is_chunked());
+    let zone = file
+        .dataset("/solve/zone")
+        .unwrap()
+        .dtype()
+        .unwrap()
+        .to_descriptor()
+        .unwrap();
+    let hdf5::types::TypeDescriptor::Enum(zone) = zone else {
+        panic!("{zone}")
+    };
+    assert_eq!(
+        zone.members
+            .iter()
+            .map(|member| member.name.as_str())
+            .collect::<Vec<_>>(),
+        ["open", "stick", "slip"]
+    );
+}
+
+#[test]
+fn records_and_sizes_come_back() {
+    let (_folder, file) = folder();
+    let digest = save_mesh(&file, 5);
+    let reader = open(&file).unwrap();
+    let stored = reader.stage_record(Stage::Mesh).unwrap().unwrap();
+    assert_eq!((stored.record, stored.digest), (record(), digest));
+    assert_eq!(reader.stage_record(Stage::Solve).unwrap(), None);
+    assert_eq!(reader.stage_bytes(Stage::Solve).unwrap(), 0);
+    assert!(reader.stage_bytes(Stage::Mesh).unwrap() > 0);
+    reader.check_stage(Stage::Mesh).unwrap();
+}
+
+#[test]
+fn the_digest_of_a_stage_depends_on_values_but_not_on_timings() {
+    let (_folder, file) = folder();
+    let mesh = save_mesh(&file, 5);
+    let solve = save_solve(&file, 5, &[0.5]);
+    assert_eq!(solve, save_solve(&file, 5, &[0.75, 1.0]));
+    assert_eq!(mesh, save_mesh(&file, 5));
+    assert_ne!(mesh, save_mesh(&file, 6));
+}
+
+#[test]
+fn arrays_of_any_memory_order_and_empty_ones_come_back() {
+    let (_folder, file) = folder();
+    let run_file = lock(&file).unwrap();
+    let mut transaction = Transaction::begin(&run_file).unwrap();
+    let mut writer = transaction.stage(Stage::Mesh, Home::RunFile).unwrap();
+    let coordinates =
+        Array2::from_shape_fn((3, 4), |(axis, node)| (10 * axis + node) as f64).reversed_axes();
+    writer
+        .write_array("/mesh/coordinates", coordinates.view().into_dyn())
+        .unwrap();
+    writer.write_indices("/mesh/cells", &[], &[0, 4]).unwrap();
+    writer.write("/mesh/offsets", &[0_i64], &[1]).unwrap();
+    writer.write("/mesh/tags", &[0_u8; 0], &[0]).unwrap();
+    writer.write_texts("/mesh/names", &[]).unwrap();
+    writer.finish(&record()).unwrap();
+    transaction.commit().unwrap();
+    let reader = open(&file).unwrap();
+    assert_eq!(
+        reader.read::<f64>("/mesh/coordinates").unwrap(),
+        coordinates.into_dyn()
+    );
+    assert_eq!(reader.read::<i64>("/mesh/cells").unwrap().shape(), [0, 4]);
+    assert_eq!(reader.read_texts("/mesh/names").unwrap().len(), 0);
+}
+
+#[test]
+fn highly_compressible_values_are_not_taken_for_damage() {
+    let (_folder, file) = folder();
+    let run_file = lock(&file).unwrap();
+    let mut transaction = Transaction::begin(&run_file).unwrap();
+    let mut writer = transaction.stage(Stage::Mesh, Home::RunFile).unwrap();
+    let n = 1_000_000;
+    writer
+        .write("/mesh/coordinates", &vec![0.0; 3 * n], &[n, 3])
+        .unwrap();
+    writer
+        .write_indices("/mesh/cells", &vec![0; 4 * n], &[n, 4])
+        .unwrap();
+    writer
+        .write("/mesh/offsets", &vec![0_i64; n + 1], &[n + 1])
+        .unwrap();
+    writer.write("/mesh/tags", &vec![0_u8; n], &[n]).unwrap();
+    writer.write_texts("/mesh/names", &[]).unwrap();
+    writer.finish(&record()).unwrap();
+    transaction.commit().unwrap();
+    let reader = open(&file).unwrap();
+    assert_eq!(
+        reader.read_vec::<f64>("/mesh/coordinates").unwrap().len(),
+        3 * n
+    );
+    assert_eq!(reader.read_vec::<u8>("/mesh/tags").unwrap().len(), n);
+}
+
+#[test]
+fn vtk_attributes_are_fixed_length_ascii() {
+    let (_folder, file) = folder();
+    let run_file = lock(&file).unwrap();
+    let mut transaction = Transaction::begin(&run_file).unwrap();
+    let mut writer = transaction.stage(Stage::Vtk, Home::RunFile).unwrap();
+    writer
+        .write_ascii_attribute("Type", b"UnstructuredGrid")
+        .unwrap();
+    writer
+        .write_number_attribute("Version", &[2_i64, 0])
+        .unwrap();
+    writer.finish(&record()).unwrap();
+    transaction.commit().unwrap();
+    let group = hdf5::File::open(&file).unwrap().group("VTKHDF").unwrap();
+    let descriptor = group
+        .attr("Type")
+        .unwrap()
+        .dtype()
+        .unwrap()
+        .to_descriptor()
+        .unwrap();
+    assert_eq!(descriptor, hdf5::types::TypeDescriptor::FixedAscii(16));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    #[test]
+    fn any_bit_pattern_of_a_double_comes_back(bits in prop::collection::vec(any::<u64>(), 1..200)) {
+        let (_folder, file) = folder();
+        let run_file = lock(&file).unwrap();
+        let values: Vec<f64> = bits.iter().flat_map(|&bits| [f64::from_bits(bits); 3]).collect();
+        let mut transaction = Transaction::begin(&run_file).unwrap();
+        let mut writer = transaction.stage(Stage::Mesh, Home::RunFile).unwrap();
+        writer.write("/mesh/coordinates", &values, &[bits.len(), 3]).unwrap();
+        writer.write_indices("/mesh/cells", &[], &[0, 4]).unwrap();
+        writer.write("/mesh/offsets", &[0_i64], &[1]).unwrap();
+        writer.write("/mesh/tags", &[0_u8; 0], &[0]).unwrap();
+        writer.write_texts("/mesh/names", &[]).unwrap();
+        writer.finish(&record()).unwrap();
+        transaction.commit().unwrap();
+        let read = open(&file).unwrap().read_vec::<f64>("/mesh/coordinates").unwrap();
+        prop_assert!(read.iter().zip(&values).all(|(read, value)| read.to_bits() == value.to_bits()));
+    }
+
+    #[test]
+    fn a_broken_matrix_is_found(position in 0_usize..6, value in 0_usize..9) {
+        let sound = SparseMatrix { shape: [4, 3], indptr: vec![0, 2, 2, 4], indices: vec![0, 3, 1, 2], data: vec![1.0; 4] };
+        let mut broken = sound.clone();
+        if position < 4 { broken.indptr[position] = value } else { broken.indices[position - 4] = value }
+        // Independent oracle: the entries of each column, listed by the definition of the format.
+        let columns = broken.indptr.windows(2).map(|ends| broken.indices.get(ends[0]..ends[1]));
+        let lists_sound = columns.clone().all(|column| column.is_some_and(|column| {
+            column.iter().all(|&row| row < 4) && column.windows(2).all(|pair| pair[0] < pair[1])
+        }));
+        let sound_format = lists_sound && broken.indptr[0] == 0 && broken.indptr[3] == 4;
+        prop_assert_eq!(broken.view().problem(Kind::CscMatrix).is_none(), sound_format);
+    }
+}

@@ -1,0 +1,152 @@
+//! A change happens whole or not at all.
+
+use std::fs;
+
+use super::sample::*;
+use crate::{Home, Stage, StoreError, Transaction};
+
+#[test]
+fn dropping_a_transaction_leaves_the_old_state_and_no_temporary() {
+    let (folder, file) = folder();
+    save_mesh(&file, 5);
+    let before = fs::read(&file).unwrap();
+    let run_file = lock(&file).unwrap();
+    let mut transaction = Transaction::begin(&run_file).unwrap();
+    let mut writer = transaction.stage(Stage::Mesh, Home::RunFile).unwrap();
+    writer.write("/mesh/tags", &[1_u8; 4], &[4]).unwrap();
+    assert!(folder.path().join(".run.h5.part").exists());
+    drop(transaction);
+    assert!(!folder.path().join(".run.h5.part").exists());
+    assert_eq!(fs::read(&file).unwrap(), before);
+}
+
+#[test]
+fn what_a_killed_process_leaves_is_harmless_and_removed() {
+    let (folder, file) = folder();
+    save_mesh(&file, 5);
+    let temporary = folder.path().join(".run.h5.part");
+    fs::write(&temporary, "half a file").unwrap();
+    open(&file).unwrap().check_stage(Stage::Mesh).unwrap();
+    let run_file = lock(&file).unwrap();
+    assert!(!temporary.exists());
+    drop(run_file);
+    let run_file = lock(&file).unwrap();
+    let mut transaction = Transaction::begin(&run_file).unwrap();
+    let mut writer = transaction.stage(Stage::Mesh, Home::RunFile).unwrap();
+    writer.write("/mesh/tags", &[1_u8; 4], &[4]).unwrap();
+    std::mem::forget(transaction);
+    open(&file).unwrap().check_stage(Stage::Mesh).unwrap();
+}
+
+#[test]
+fn a_second_lock_is_refused_until_the_first_is_dropped() {
+    let (_folder, file) = folder();
+    let first = lock(&file).unwrap();
+    assert!(matches!(lock(&file), Err(StoreError::Busy { .. })));
+    drop(first);
+    lock(&file).unwrap();
+}
+
+#[test]
+fn readers_keep_the_state_they_opened() {
+    let (_folder, file) = folder();
+    save_mesh(&file, 5);
+    let before = open(&file).unwrap();
+    save_mesh(&file, 6);
+    assert_eq!(
+        before.read_vec::<f64>("/mesh/coordinates").unwrap(),
+        coordinates(5)
+    );
+    assert_eq!(
+        open(&file)
+            .unwrap()
+            .read_vec::<f64>("/mesh/coordinates")
+            .unwrap(),
+        coordinates(6)
+    );
+}
+
+#[test]
+fn twenty_reruns_do_not_grow_the_file() {
+    let (_folder, file) = folder();
+    save_mesh(&file, 2000);
+    save_solve(&file, 2000, &[0.5]);
+    let size = || fs::metadata(&file).unwrap().len();
+    save_mesh(&file, 2000);
+    let first = size();
+    for _ in 0..20 {
+        save_mesh(&file, 2000);
+        save_solve(&file, 2000, &[0.5]);
+    }
+    // The order of the groups may change the padding between them: 8 KiB of a file of about 160 KiB.
+    assert!(size() <= first + 8192, "{first} bytes became {}", size());
+    open(&file).unwrap().check_stage(Stage::Solve).unwrap();
+}
+
+#[test]
+fn a_new_mesh_makes_the_stale_stage_unreadable_not_the_mesh() {
+    let (_folder, file) = folder();
+    save_mesh(&file, 5);
+    save_solve(&file, 5, &[]);
+    save_mesh(&file, 7);
+    let reader = open(&file).unwrap();
+    reader.read::<f64>("/mesh/coordinates").unwrap();
+    let message = reader
+        .read_enum::<Zone>("/solve/zone")
+        .unwrap_err()
+        .to_string();
+    assert!(
+        message.contains("n_nodes = 7 by /mesh/coordinates"),
+        "{message}"
+    );
+    assert!(message.contains("found shape [5]"), "{message}");
+    save_solve(&file, 7, &[]);
+    open(&file)
+        .unwrap()
+        .read_enum::<Zone>("/solve/zone")
+        .unwrap();
+}
+
+#[test]
+fn a_removed_stage_is_gone_and_the_others_stay() {
+    let (_folder, file) = folder();
+    save_mesh(&file, 5);
+    save_solve(&file, 5, &[]);
+    let run_file = lock(&file).unwrap();
+    let mut transaction = Transaction::begin(&run_file).unwrap();
+    assert!(transaction.previous().unwrap().has("/solve/zone"));
+    transaction.remove(Stage::Solve);
+    transaction.commit().unwrap();
+    let reader = open(&file).unwrap();
+    assert_eq!(reader.stage_record(Stage::Solve).unwrap(), None);
+    reader.check_stage(Stage::Mesh).unwrap();
+}
+
+#[test]
+fn a_symbolic_link_stays_a_link_and_permissions_stay() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    let (folder, file) = folder();
+    save_mesh(&file, 5);
+    fs::set_permissions(&file, fs::Permissions::from_mode(0o640)).unwrap();
+    let link = folder.path().join("link.h5");
+    symlink(&file, &link).unwrap();
+    save_mesh(&link, 6);
+    assert!(link.is_symlink());
+    assert_eq!(
+        open(&file)
+            .unwrap()
+            .read_vec::<f64>("/mesh/coordinates")
+            .unwrap(),
+        coordinates(6)
+    );
+    assert_eq!(
+        fs::metadata(&file).unwrap().permissions().mode() & 0o777,
+        0o640
+    );
+    fs::set_permissions(&file, fs::Permissions::from_mode(0o440)).unwrap();
+    let run_file = lock(&file).unwrap();
+    assert!(matches!(
+        Transaction::begin(&run_file),
+        Err(StoreError::Io { .. })
+    ));
+}

@@ -1,0 +1,80 @@
+//! The check of a whole file: every dataset against the table and against its digest.
+
+use hdf5::H5Type;
+use hdf5::types::{EnumMember, EnumType, IntSize, TypeDescriptor};
+use hdf5_metno as hdf5;
+use units::Units;
+
+use super::error::StoreError;
+use super::layout::{DatasetSpec, EnumSpec, Kind, Stage};
+use super::reader::Reader;
+
+impl Reader {
+    /// Everything that is wrong with the stages of a file; empty for a file as it was written.
+    ///
+    /// Reads every value. Stages that are not there, or not finished, are not wrong; whether they are fresh is
+    /// another question.
+    pub fn problems(&self) -> Vec<StoreError> {
+        let mut problems = Vec::new();
+        for stage in Stage::ALL {
+            match self.whole_stage(stage) {
+                Ok(None) => continue,
+                Ok(Some(stored)) => {
+                    let held = self.layout.of_stage(stage).filter(|spec| self.holds(spec));
+                    let wrong = held.filter_map(|spec| self.check_unit(spec, stored.units).err());
+                    problems.extend(wrong);
+                }
+                Err(StoreError::Older { .. }) => {
+                    match self.problems_as_written(stage) {
+                        Ok(found) => problems.extend(found),
+                        Err(error) => problems.push(error),
+                    }
+                    continue;
+                }
+                Err(error) => problems.push(error),
+            }
+            problems.extend(self.refuse_unknown(stage).err());
+            let held = self.layout.of_stage(stage).filter(|spec| self.holds(spec));
+            problems.extend(held.filter_map(|spec| self.check_values(spec).err()));
+        }
+        problems
+    }
+
+    /// Refuses a word for the unit of a dataset that is not that of the units its stage names.
+    fn check_unit(&self, spec: &DatasetSpec, units: Units) -> Result<(), StoreError> {
+        let found = self.attribute(spec, "units")?;
+        let expected = units.word(spec.dimension);
+        if found == expected {
+            return Ok(());
+        }
+        let place = self.place(spec);
+        Err(place.mismatch(
+            format!("units = \"{expected}\""),
+            format!("units = \"{found}\""),
+        ))
+    }
+
+    fn check_values(&self, spec: &'static DatasetSpec) -> Result<(), StoreError> {
+        match spec.kind {
+            Kind::F64 => self.values::<f64>(spec, &f64::type_descriptor()).map(drop),
+            Kind::I64 => self.values::<i64>(spec, &i64::type_descriptor()).map(drop),
+            Kind::U8 => self.values::<u8>(spec, &u8::type_descriptor()).map(drop),
+            Kind::Enum(members) => self.values::<u8>(spec, &descriptor(members)).map(drop),
+            Kind::Text => self.read_texts(spec.path).map(drop),
+            Kind::CscMatrix | Kind::CsrMatrix => self.read_matrix(spec.path).map(drop),
+        }
+    }
+}
+
+/// The type of an enumeration in the file.
+fn descriptor(spec: &EnumSpec) -> TypeDescriptor {
+    let members = spec.members.iter().map(|&(name, code)| EnumMember {
+        name: name.into(),
+        value: code.into(),
+    });
+    TypeDescriptor::Enum(EnumType {
+        size: IntSize::U1,
+        signed: false,
+        members: members.collect(),
+    })
+}

@@ -1,0 +1,237 @@
+//! Units as a scene names them: words for lengths and forces, and for all that follows from the two.
+//!
+//! Nothing is converted anywhere: every number is taken and given in the scene's own units, and only the words
+//! beside the numbers change. Time is in seconds and memory in bytes whatever the scene says.
+
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
+mod dimension;
+mod unit;
+
+pub use dimension::Dimension;
+pub use unit::Unit;
+
+use std::fmt;
+use std::str::FromStr;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A unit of length.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum LengthUnit {
+    /// Metre.
+    #[default]
+    #[serde(rename = "m")]
+    Metre,
+    /// Millimetre.
+    #[serde(rename = "mm")]
+    Millimetre,
+    /// Centimetre.
+    #[serde(rename = "cm")]
+    Centimetre,
+    /// Micrometre.
+    #[serde(rename = "um", alias = "µm")]
+    Micrometre,
+    /// Nanometre.
+    #[serde(rename = "nm")]
+    Nanometre,
+    /// Kilometre.
+    #[serde(rename = "km")]
+    Kilometre,
+    /// Inch.
+    #[serde(rename = "in")]
+    Inch,
+    /// Foot.
+    #[serde(rename = "ft")]
+    Foot,
+}
+
+impl LengthUnit {
+    /// Every unit of length.
+    pub const ALL: [Self; 8] = [
+        Self::Metre,
+        Self::Millimetre,
+        Self::Centimetre,
+        Self::Micrometre,
+        Self::Nanometre,
+        Self::Kilometre,
+        Self::Inch,
+        Self::Foot,
+    ];
+
+    /// The word in scenes, files and pictures.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        ["m", "mm", "cm", "um", "nm", "km", "in", "ft"][self as usize]
+    }
+
+    /// Its length in metres, by definition.
+    const fn in_metres(self) -> f64 {
+        [1.0, 1e-3, 1e-2, 1e-6, 1e-9, 1e3, 0.0254, 0.3048][self as usize]
+    }
+
+    /// The power of ten of metres that it is, where it is one.
+    const fn metres(self) -> Option<i32> {
+        match self {
+            Self::Metre => Some(0),
+            Self::Millimetre => Some(-3),
+            Self::Centimetre => Some(-2),
+            Self::Micrometre => Some(-6),
+            Self::Nanometre => Some(-9),
+            Self::Kilometre => Some(3),
+            Self::Inch | Self::Foot => None,
+        }
+    }
+}
+
+/// A unit of force.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum ForceUnit {
+    /// Newton.
+    #[default]
+    #[serde(rename = "N")]
+    Newton,
+    /// Kilonewton.
+    #[serde(rename = "kN")]
+    Kilonewton,
+    /// Meganewton.
+    #[serde(rename = "MN")]
+    Meganewton,
+    /// Millinewton.
+    #[serde(rename = "mN")]
+    Millinewton,
+    /// Kilogram-force.
+    #[serde(rename = "kgf")]
+    KilogramForce,
+    /// Pound-force.
+    #[serde(rename = "lbf")]
+    PoundForce,
+}
+
+impl ForceUnit {
+    /// Every unit of force.
+    pub const ALL: [Self; 6] = [
+        Self::Newton,
+        Self::Kilonewton,
+        Self::Meganewton,
+        Self::Millinewton,
+        Self::KilogramForce,
+        Self::PoundForce,
+    ];
+
+    /// The word in scenes, files and pictures.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        ["N", "kN", "MN", "mN", "kgf", "lbf"][self as usize]
+    }
+
+    /// Its size in newtons, by definition.
+    const fn in_newtons(self) -> f64 {
+        [1.0, 1e3, 1e6, 1e-3, 9.806_65, 4.448_221_615_260_5][self as usize]
+    }
+
+    /// The power of ten of newtons that it is, where it is one.
+    const fn newtons(self) -> Option<i32> {
+        match self {
+            Self::Newton => Some(0),
+            Self::Kilonewton => Some(3),
+            Self::Meganewton => Some(6),
+            Self::Millinewton => Some(-3),
+            Self::KilogramForce | Self::PoundForce => None,
+        }
+    }
+}
+
+/// The units of a scene, from which those of all quantities follow: stresses are forces per squared length,
+/// energies forces times lengths.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Units {
+    /// Unit of lengths.
+    #[serde(default)]
+    pub length: LengthUnit,
+    /// Unit of forces.
+    #[serde(default)]
+    pub force: ForceUnit,
+}
+
+impl Units {
+    /// Metres and newtons, the default.
+    pub const SI: Self = Self {
+        length: LengthUnit::Metre,
+        force: ForceUnit::Newton,
+    };
+
+    /// Whether these are the units of a scene that names none.
+    #[must_use]
+    pub fn is_default(&self) -> bool {
+        *self == Self::SI
+    }
+
+    /// The unit of a quantity.
+    #[must_use]
+    pub fn of(self, dimension: Dimension) -> Unit {
+        Unit::new(self, dimension)
+    }
+
+    /// The word for the unit of a quantity, `1` for a number without unit.
+    #[must_use]
+    pub fn word(self, dimension: Dimension) -> String {
+        self.of(dimension).word().to_owned()
+    }
+
+    /// The word for lengths.
+    #[must_use]
+    pub fn length(self) -> &'static str {
+        self.length.word()
+    }
+
+    /// The word for forces.
+    #[must_use]
+    pub fn force(self) -> &'static str {
+        self.force.word()
+    }
+
+    /// The word for stresses.
+    #[must_use]
+    pub fn stress(self) -> String {
+        self.word(Dimension::STRESS)
+    }
+
+    /// A stress known in pascals, for advice only: no number of a scene is ever converted.
+    #[must_use]
+    pub fn from_pascals(self, stress: f64) -> f64 {
+        stress * self.length.in_metres().powi(2) / self.force.in_newtons()
+    }
+
+    /// The word for energies.
+    #[must_use]
+    pub fn energy(self) -> String {
+        self.word(Dimension::Energy)
+    }
+}
+
+impl fmt::Display for Units {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, {}", self.length(), self.force())
+    }
+}
+
+impl FromStr for Units {
+    type Err = String;
+
+    /// The inverse of `Display`, such as `mm, N`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parsed = text.split_once(", ").and_then(|(length, force)| {
+            Some(Self {
+                length: LengthUnit::ALL.into_iter().find(|l| l.word() == length)?,
+                force: ForceUnit::ALL.into_iter().find(|f| f.word() == force)?,
+            })
+        });
+        parsed.ok_or_else(|| format!("{text:?} names no unit of length and unit of force"))
+    }
+}
+
+#[cfg(test)]
+mod tests;
