@@ -17,6 +17,27 @@ fn project(name: &str) -> Table {
     text.parse().expect("TOML")
 }
 
+/// Names and manifests of the packages of the workspace.
+fn own_packages() -> Vec<(String, Table)> {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates");
+    let folders = fs::read_dir(crates).expect("the crates of the workspace");
+    let members = folders.map(|folder| {
+        let name = folder.expect("a folder").file_name();
+        format!("crates/{}/Cargo.toml", name.to_string_lossy())
+    });
+    let manifests = members
+        .chain(["Cargo.toml".to_owned()])
+        .map(|path| project(&path));
+    let own: Vec<(String, Table)> = manifests
+        .map(|manifest| {
+            let package = manifest["package"].as_table().expect("a package");
+            (text(package, "name").to_owned(), manifest)
+        })
+        .collect();
+    assert!(own.len() > 1, "the workspace was read");
+    own
+}
+
 /// The texts under a key of `deny.toml`, which cargo-deny reads too.
 fn listed(table: &Table, [part, key]: [&str; 2]) -> Vec<Table> {
     let items = table[part][key].as_array().expect("a list").clone();
@@ -117,10 +138,12 @@ fn licences_that_are_not_listed_are_refused() {
 fn every_package_is_locked_with_a_checksum_of_the_registry() {
     let lock = project("Cargo.lock");
     let packages = lock["package"].as_array().expect("packages");
-    assert!(packages.len() > 1);
+    let own = own_packages();
+    let own: BTreeSet<&str> = own.iter().map(|(name, _)| name.as_str()).collect();
+    assert!(packages.len() > own.len());
     for package in packages {
         let package = package.as_table().expect("a package");
-        if text(package, "name") == env!("CARGO_PKG_NAME") {
+        if own.contains(text(package, "name")) {
             continue;
         }
         let source = text(package, "source");
@@ -152,9 +175,16 @@ fn only_known_packages_come_in_two_versions() {
 
 #[test]
 fn our_own_code_forbids_unsafe() {
-    let manifest = project("Cargo.toml");
+    let workspace = project("Cargo.toml");
     assert_eq!(
-        manifest["lints"]["rust"]["unsafe_code"].as_str(),
+        workspace["workspace"]["lints"]["rust"]["unsafe_code"].as_str(),
         Some("forbid")
     );
+    for (name, manifest) in own_packages() {
+        assert_eq!(
+            manifest["lints"]["workspace"].as_bool(),
+            Some(true),
+            "{name}"
+        );
+    }
 }
