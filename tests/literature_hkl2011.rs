@@ -41,7 +41,7 @@ fn tables_1_and_2() {
         .for_each(|(n_div, n_free, n_multipliers, counts)| {
             let problem = Problem::new(&hkl_scene(1, n_div));
             assert_eq!(problem.assembly.primal.load.len(), n_free);
-            assert_eq!(problem.contact.dual_rhs.len(), n_multipliers);
+            assert_eq!(problem.contact.dual_rhs().len(), n_multipliers);
             for (table, (iterations, applications)) in [1, 2].into_iter().zip(counts) {
                 let mut scene = hkl_scene(table, n_div);
                 scene.solve.precision = Fixed;

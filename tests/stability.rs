@@ -85,7 +85,7 @@ impl Small {
 
     fn dual(&self) -> &ExplicitDual {
         let contact = self.system.contact.as_ref().unwrap();
-        contact.explicit.as_ref().unwrap()
+        contact.explicit().unwrap()
     }
 
     fn solve(&self, method: Method, inner: InnerSolver) -> Solution {

@@ -6,7 +6,7 @@ use contact3d::{
     contact::Coupling,
     dual::{
         Assembly, AssemblySeconds, ContactCompliance, ContactSystem, DualSystem, ExplicitDual,
-        PrimalSystem,
+        OperatorForm, PrimalSystem,
     },
     elasticity::DofMap,
     linalg::{CholeskyFactor, CscMatrix},
@@ -67,7 +67,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
 #[must_use]
 pub fn stored_bytes(system: &DualSystem) -> usize {
     let assembly = &system.assembly;
-    let explicit = system.contact.as_ref().and_then(|c| c.explicit.as_ref());
+    let explicit = system.contact.as_ref().and_then(ContactSystem::explicit);
     let dense = explicit.map_or(0, |explicit| {
         let compliance = explicit.compliance.as_ref();
         explicit.operator.len() + compliance.map_or(0, |c| c.matrix.len())
@@ -113,7 +113,7 @@ fn write_contact(writer: &mut StageWriter<'_>, contact: &ContactSystem) -> Resul
     if tangential.cols > 0 {
         writer.write_matrix(COUPLING_TANGENTIAL, rows_of_transpose(&tangential))?;
     }
-    let Some(explicit) = &contact.explicit else {
+    let Some(explicit) = contact.explicit() else {
         return Ok(());
     };
     let dimension = explicit.dimension();
@@ -166,21 +166,17 @@ fn read_contact(reader: &Reader) -> Result<Option<ContactSystem>, FormatError> {
             slip_free: Vec::new(),
         }),
     };
-    let explicit = match reader.has(DUAL_OPERATOR) {
-        false => None,
-        true => Some(ExplicitDual {
+    let form = match reader.has(DUAL_OPERATOR) {
+        false => OperatorForm::Implicit(Vec::new()),
+        true => OperatorForm::Explicit(ExplicitDual {
             anchor: None,
             operator: Arc::new(read_finite_vec(reader, DUAL_OPERATOR)?),
             rhs: Vec::new(),
-            n_panes: coupling.n_panes,
+            layout: coupling.layout,
             compliance,
         }),
     };
-    Ok(Some(ContactSystem {
-        coupling,
-        dual_rhs: Vec::new(),
-        explicit,
-    }))
+    Ok(Some(ContactSystem { coupling, form }))
 }
 
 /// Reads B alone; `None` without contact.

@@ -31,8 +31,9 @@ pub fn write(writer: &mut StageWriter<'_>, system: &DualSystem) -> Result<(), St
     let Some(contact) = &system.contact else {
         return Ok(());
     };
-    writer.write(DUAL_RHS, &contact.dual_rhs, &[contact.dual_rhs.len()])?;
-    let explicit = contact.explicit.as_ref();
+    let rhs = contact.dual_rhs();
+    writer.write(DUAL_RHS, rhs, &[rhs.len()])?;
+    let explicit = contact.explicit();
     if let Some(compliance) = explicit.and_then(|explicit| explicit.compliance.as_ref()) {
         let slip = &compliance.slip_free;
         writer.write(SLIP_FREE, slip.as_flattened(), &[slip.len(), 2])?;
@@ -47,9 +48,8 @@ pub fn write(writer: &mut StageWriter<'_>, system: &DualSystem) -> Result<(), St
 pub fn read(reader: &Reader, system: &mut DualSystem) -> Result<(), FormatError> {
     system.assembly.primal.load = read_force(reader)?;
     if let Some(contact) = &mut system.contact {
-        contact.dual_rhs = read_finite_vec(reader, DUAL_RHS)?;
-        if let Some(explicit) = &mut contact.explicit {
-            explicit.rhs.clone_from(&contact.dual_rhs);
+        contact.set_dual_rhs(read_finite_vec(reader, DUAL_RHS)?);
+        if let Some(explicit) = contact.explicit_mut() {
             if let Some(compliance) = &mut explicit.compliance {
                 compliance.slip_free = read_finite_rows(reader, SLIP_FREE)?;
             }

@@ -255,7 +255,7 @@ impl Session {
         let contact = system.contact.as_ref()?;
         let nodes = mesh.contact.as_ref()?.nodes.len();
         let estimate = OperatorEstimate::new(&system.assembly.factor, &contact.coupling, nodes);
-        Some((estimate, contact.explicit.is_some()))
+        Some((estimate, contact.explicit().is_some()))
     }
 
     /// Changes the assemble settings of the scene; stored with the next stage that is written.

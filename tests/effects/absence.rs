@@ -41,7 +41,7 @@ fn frictionless_contact_has_normal_multipliers_only() {
     assert_eq!(case.solution.history.len(), 1);
     let system = case.system.contact.as_ref().unwrap();
     assert_eq!(system.coupling.n_multipliers(), m);
-    assert_eq!(system.explicit.as_ref().unwrap().operator.len(), m * m);
+    assert_eq!(system.explicit().unwrap().operator.len(), m * m);
 }
 
 #[test]
@@ -74,7 +74,7 @@ fn a_law_without_slip_is_evaluated_once_at_each_contact_node() {
                 "{law} {settings}"
             );
             assert!(case.solution.slip.is_none());
-            let explicit = case.system.contact.as_ref().unwrap().explicit.as_ref();
+            let explicit = case.system.contact.as_ref().unwrap().explicit();
             assert!(explicit.unwrap().compliance.is_none());
             // Post-processing asks for the same coefficients and evaluates nothing.
             case.report();
@@ -92,7 +92,7 @@ fn a_law_of_the_slip_adds_the_slips_of_the_contact_nodes() {
     assert!(evaluations > nodes && evaluations.is_multiple_of(nodes));
     assert!(projections > 0);
     assert_eq!(case.solution.slip.as_ref().map(Vec::len), Some(nodes));
-    let explicit = case.system.contact.as_ref().unwrap().explicit.as_ref();
+    let explicit = case.system.contact.as_ref().unwrap().explicit();
     let compliance = explicit.unwrap().compliance.as_ref().unwrap();
     assert_eq!(compliance.matrix.len(), 3 * m * 2 * nodes);
 }

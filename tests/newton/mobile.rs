@@ -212,7 +212,7 @@ fn local_stiffness_is_that_of_a_pane_whose_neighbours_do_not_move() {
     for name in CASES {
         let case = assembled(name, DualOperatorKind::Explicit);
         let contact = case.system.contact.as_ref().expect("contact");
-        let dual = contact.explicit.as_ref().expect("the dense operator");
+        let dual = contact.explicit().expect("the dense operator");
         let local = LocalStiffness::new(dual);
         let m = dual.n_panes();
         let bound = pane_stiffness(&case.system.assembly.primal, &contact.coupling);

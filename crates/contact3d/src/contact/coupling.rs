@@ -1,17 +1,18 @@
-use super::ContactFrame;
+use std::ops::Range;
+
+use super::{ContactFrame, MultiplierLayout};
 use crate::{elasticity::DofMap, linalg::CscMatrix, mesh::ContactSurface};
 
 /// The coupling B = [N; T] between multipliers and displacements; B = N without friction.
 ///
 /// Rows of N hold ∫_{Rⁱ} v_ν, rows of T the pairs ∫_{Rⁱ} v_t1, ∫_{Rⁱ} v_t2 (HKL (4.1)), exact for
-/// P1 displacements on panes, lumped for nodal multipliers. A multiplier vector λ has the m normal
-/// components first, then m pairs.
+/// P1 displacements on panes, lumped for nodal multipliers; columns follow [`MultiplierLayout`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coupling {
     /// Bᵀ, `[n_free, n_multipliers]`, in m².
     pub transposed: CscMatrix,
-    /// Number of panes m.
-    pub n_panes: usize,
+    /// The order of its columns.
+    pub layout: MultiplierLayout,
 }
 
 impl Coupling {
@@ -23,10 +24,10 @@ impl Coupling {
         friction: bool,
         dofs: &DofMap,
     ) -> Self {
-        let n_panes = surface.n_panes();
+        let layout = MultiplierLayout::new(surface.n_panes(), friction);
         let mut transposed = CscMatrix {
             rows: dofs.n_free,
-            cols: if friction { 3 * n_panes } else { n_panes },
+            cols: layout.n_multipliers(),
             indptr: vec![0],
             indices: Vec::new(),
             data: Vec::new(),
@@ -45,31 +46,29 @@ impl Coupling {
             }
             transposed.indptr.push(transposed.indices.len());
         };
-        for pane in 0..n_panes {
+        for pane in 0..layout.n_panes() {
             push_column(pane, &|_| frame.normal);
         }
         if friction {
-            for pane in 0..n_panes {
+            for pane in 0..layout.n_panes() {
                 push_column(pane, &|node| frame.axes_at(node)[0]);
                 push_column(pane, &|node| frame.axes_at(node)[1]);
             }
         }
-        Self {
-            transposed,
-            n_panes,
-        }
+        Self { transposed, layout }
     }
 
     /// Number of multipliers: 3m, or m without friction.
     #[must_use]
     pub fn n_multipliers(&self) -> usize {
-        self.transposed.cols
+        self.layout.n_multipliers()
     }
 
     /// Nᵀ, `[n_free, n_panes]`, and Tᵀ, `[n_free, 2 n_panes]`, which is empty without friction.
     #[must_use]
     pub fn parts(&self) -> [CscMatrix; 2] {
-        let columns = |from: usize, to: usize| {
+        let columns = |part: Range<usize>| {
+            let (from, to) = (part.start, part.end);
             let (start, end) = (self.transposed.indptr[from], self.transposed.indptr[to]);
             CscMatrix {
                 rows: self.transposed.rows,
@@ -83,8 +82,8 @@ impl Coupling {
             }
         };
         [
-            columns(0, self.n_panes),
-            columns(self.n_panes, self.n_multipliers()),
+            columns(self.layout.normals()),
+            columns(self.layout.tangentials()),
         ]
     }
 
@@ -107,7 +106,7 @@ impl Coupling {
         };
         Self {
             transposed,
-            n_panes: normal.cols,
+            layout: MultiplierLayout::new(normal.cols, tangential.cols > 0),
         }
     }
 

@@ -9,9 +9,11 @@ mod law_bounds;
 #[cfg(test)]
 mod law_bounds_tests;
 mod law_search;
+mod multiplier_layout;
 
 pub use coupling::{Coupling, nodal_slip, nodal_tangential};
 pub use frame::ContactFrame;
 pub use friction_field::FrictionField;
 pub use interface::{CoulombLaw, Interface, InterfaceFriction};
 pub use law_bounds::{LawBounds, LawExtreme};
+pub use multiplier_layout::MultiplierLayout;

@@ -172,7 +172,7 @@ impl AlgebraicLadder {
                 .extend(problem.series(method, Operator::Explicit, observe)?);
         }
         if let Some(contact) = &mut problem.system.contact {
-            contact.explicit = None;
+            contact.make_implicit();
         }
         if scene.solve.inner != InnerSolver::Newton {
             for method in [FixedPrecision, AdaptivePrecision] {

@@ -1,6 +1,6 @@
 use super::{Assembly, ExplicitDual};
 use crate::{
-    contact::{Coupling, Interface},
+    contact::{Coupling, Interface, MultiplierLayout},
     linalg::{Doubled, Workspace},
     mesh::ContactSurface,
 };
@@ -10,12 +10,18 @@ use crate::{
 pub struct ContactSystem {
     /// Coupling B, in m².
     pub coupling: Coupling,
-    /// h = B A⁻¹ l with the gap's integral subtracted from the normal part, `[n_multipliers]`,
-    /// in m³.
-    pub dual_rhs: Vec<f64>,
-    /// S, and the contact compliance where friction follows the slip; `None` when S is applied
-    /// through the factor.
-    pub explicit: Option<ExplicitDual>,
+    /// h, and S where it is dense.
+    pub form: OperatorForm,
+}
+
+/// How S is held; either form holds h = B A⁻¹ l with the gap's integral subtracted from the normal
+/// part, `[n_multipliers]`, in m³.
+#[derive(Debug, Clone, PartialEq)]
+pub enum OperatorForm {
+    /// S is applied through the factor; h alone.
+    Implicit(Vec<f64>),
+    /// S and h as dense arrays, and the contact compliance where friction follows the slip.
+    Explicit(ExplicitDual),
 }
 
 impl ContactSystem {
@@ -35,11 +41,56 @@ impl ContactSystem {
     ) -> Self {
         let mut contact = Self {
             coupling,
-            dual_rhs: Vec::new(),
-            explicit: None,
+            form: OperatorForm::Implicit(Vec::new()),
         };
         contact.apply_loads(unconstrained, surface, interface);
         contact
+    }
+
+    /// The order of the multipliers.
+    #[must_use]
+    pub fn layout(&self) -> MultiplierLayout {
+        self.coupling.layout
+    }
+
+    /// h in m³, `[n_multipliers]`.
+    #[must_use]
+    pub fn dual_rhs(&self) -> &[f64] {
+        match &self.form {
+            OperatorForm::Implicit(rhs) => rhs,
+            OperatorForm::Explicit(dual) => &dual.rhs,
+        }
+    }
+
+    /// Replaces h.
+    pub fn set_dual_rhs(&mut self, next: Vec<f64>) {
+        match &mut self.form {
+            OperatorForm::Implicit(rhs) => *rhs = next,
+            OperatorForm::Explicit(dual) => dual.rhs = next,
+        }
+    }
+
+    /// The dense dual problem; `None` when S is applied through the factor.
+    #[must_use]
+    pub fn explicit(&self) -> Option<&ExplicitDual> {
+        match &self.form {
+            OperatorForm::Implicit(_) => None,
+            OperatorForm::Explicit(dual) => Some(dual),
+        }
+    }
+
+    /// As [`Self::explicit`], to change.
+    #[must_use]
+    pub fn explicit_mut(&mut self) -> Option<&mut ExplicitDual> {
+        match &mut self.form {
+            OperatorForm::Implicit(_) => None,
+            OperatorForm::Explicit(dual) => Some(dual),
+        }
+    }
+
+    /// Drops a dense S: it is applied through the factor from now on.
+    pub fn make_implicit(&mut self) {
+        self.form = OperatorForm::Implicit(self.dual_rhs().to_vec());
     }
 
     /// Recomputes h from the displacement A⁻¹l in m of the body without contact, and from the gap.
@@ -49,7 +100,7 @@ impl ContactSystem {
         surface: &ContactSurface,
         interface: &Interface,
     ) {
-        self.dual_rhs = self.closing(unconstrained, surface, interface);
+        self.set_dual_rhs(self.closing(unconstrained, surface, interface));
     }
 
     /// B u with the gap's integral subtracted from the normal part: −r of the displacement u in m,

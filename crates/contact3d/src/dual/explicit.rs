@@ -5,7 +5,7 @@ use super::{
     dense::{subtract_product, symmetric_product},
 };
 use crate::{
-    contact::{ContactFrame, Interface},
+    contact::{ContactFrame, Interface, MultiplierLayout},
     elasticity::DofMap,
     linalg::{CscMatrix, Workspace, difference},
     mesh::ContactSurface,
@@ -23,8 +23,8 @@ pub struct ExplicitDual {
     pub rhs: Vec<f64>,
     /// λ₀ of [`Self::anchored`], `[n_multipliers]`, in Pa; `None` for zero.
     pub anchor: Option<Vec<f64>>,
-    /// Number of panes m.
-    pub n_panes: usize,
+    /// The order of the multipliers.
+    pub layout: MultiplierLayout,
     /// The compliance of the contact nodes; `None` where no friction law asks for slip.
     pub compliance: Option<ContactCompliance>,
 }
@@ -66,9 +66,9 @@ impl ExplicitDual {
         });
         Self {
             operator: Arc::new(operator),
-            rhs: contact.dual_rhs.clone(),
+            rhs: contact.dual_rhs().to_vec(),
             anchor: None,
-            n_panes: contact.coupling.n_panes,
+            layout: contact.layout(),
             compliance,
         }
     }
@@ -100,7 +100,7 @@ impl ExplicitDual {
             operator: Arc::clone(&self.operator),
             rhs: closing,
             anchor: Some(multiplier.to_vec()),
-            n_panes: self.n_panes,
+            layout: self.layout,
             compliance,
         }
     }
@@ -122,13 +122,13 @@ impl ExplicitDual {
     /// Number of multipliers: 3m, or m without friction.
     #[must_use]
     pub fn dimension(&self) -> usize {
-        self.rhs.len()
+        self.layout.n_multipliers()
     }
 
     /// Number of panes m.
     #[must_use]
     pub fn n_panes(&self) -> usize {
-        self.n_panes
+        self.layout.n_panes()
     }
 
     /// The relative rounding error n ε of S λ, below which no residual is worth reducing.

@@ -9,10 +9,10 @@ impl DualSystem {
             ("load", self.assembly.primal.load.as_slice()),
         ];
         let contact = self.contact.iter().flat_map(|contact| {
-            let dense = contact.explicit.as_ref();
+            let dense = contact.explicit();
             let compliance = dense.and_then(|dense| dense.compliance.as_ref());
             [
-                Some(("right-hand side h", contact.dual_rhs.as_slice())),
+                Some(("right-hand side h", contact.dual_rhs())),
                 dense.map(|dense| ("dual operator S", dense.operator.as_slice())),
                 compliance.map(|c| ("compliance of the contact face", c.matrix.as_slice())),
                 compliance.map(|c| ("free slip", c.slip_free.as_flattened())),

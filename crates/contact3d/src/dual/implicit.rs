@@ -30,11 +30,11 @@ impl<'a> ImplicitOperator<'a> {
 
 impl DualOperator for ImplicitOperator<'_> {
     fn dimension(&self) -> usize {
-        self.contact.dual_rhs.len()
+        self.contact.layout().n_multipliers()
     }
 
     fn rhs(&self) -> &[f64] {
-        &self.contact.dual_rhs
+        self.contact.dual_rhs()
     }
 
     fn apply(&mut self, multiplier: &[f64]) -> Vec<f64> {

@@ -11,6 +11,7 @@ use faer::{
 };
 
 use super::ExplicitDual;
+use crate::contact::MultiplierLayout;
 
 /// How much is added to the diagonal of the scaled S when rounding has made it indefinite, in
 /// units of n ε, and by which factor this grows until a factor exists.
@@ -29,8 +30,7 @@ const SHIFT_GROWTH: f64 = 16.0;
 pub struct LocalStiffness {
     /// ρ, `[n_multipliers]`, in Pa/m³; 0 where the row of S vanishes.
     pub stiffness: Vec<f64>,
-    /// Number of panes m.
-    n_panes: usize,
+    layout: MultiplierLayout,
     /// The components whose rows do not vanish, ascending.
     kept: Vec<usize>,
     /// 1/√S_ii of those.
@@ -58,14 +58,14 @@ impl LocalStiffness {
         for ((&j, inverse), scale) in kept.iter().zip(inverse_diagonal(&factor)).zip(&scale) {
             stiffness[j] = inverse * scale * scale;
         }
-        for pair in stiffness[dual.n_panes()..].chunks_exact_mut(2) {
+        for pair in dual.layout.split_mut(&mut stiffness).1 {
             if pair[0] > 0.0 && pair[1] > 0.0 {
-                pair.fill(0.5 * (pair[0] + pair[1]));
+                *pair = [0.5 * (pair[0] + pair[1]); 2];
             }
         }
         Self {
             stiffness,
-            n_panes: dual.n_panes(),
+            layout: dual.layout,
             kept,
             scale,
             factor,
@@ -90,7 +90,10 @@ impl LocalStiffness {
     /// S_νν⁻¹h_ν and no tangential stress, in Pa: a face that slides freely and does not lift off.
     #[must_use]
     pub fn pressed(&self, rhs: &[f64]) -> Vec<f64> {
-        self.solve(rhs, self.kept.partition_point(|&j| j < self.n_panes))
+        self.solve(
+            rhs,
+            self.kept.partition_point(|&j| j < self.layout.n_panes()),
+        )
     }
 
     /// Solves with the first `count` kept components; the others are zero.

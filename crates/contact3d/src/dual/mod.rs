@@ -13,7 +13,7 @@ mod pane_stiffness;
 mod system;
 
 pub use assembly::{Assembly, AssemblyError, AssemblySeconds, PrimalSystem};
-pub use contact::ContactSystem;
+pub use contact::{ContactSystem, OperatorForm};
 pub use estimate::OperatorEstimate;
 pub use explicit::{ContactCompliance, ExplicitDual, ExplicitOperator};
 pub use implicit::ImplicitOperator;

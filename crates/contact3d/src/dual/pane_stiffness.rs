@@ -16,14 +16,15 @@ use crate::contact::Coupling;
 #[must_use]
 pub fn pane_stiffness(primal: &PrimalSystem, coupling: &Coupling) -> Vec<f64> {
     let node_of = nodes_of_freedom(primal);
-    let m = coupling.n_panes;
     let columns = &coupling.transposed;
-    let pane_of = |column: usize| if column < m { column } else { (column - m) / 2 };
     let mut panes_at: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
     for column in 0..columns.cols {
         for k in columns.indptr[column]..columns.indptr[column + 1] {
             let node = node_of[columns.indices[k]];
-            panes_at.entry(node).or_default().insert(pane_of(column));
+            panes_at
+                .entry(node)
+                .or_default()
+                .insert(coupling.layout.pane_of(column));
         }
     }
     let mut stiffness: Vec<f64> = (0..columns.cols)
@@ -47,9 +48,9 @@ pub fn pane_stiffness(primal: &PrimalSystem, coupling: &Coupling) -> Vec<f64> {
                 .unwrap_or(0.0)
         })
         .collect();
-    for pair in stiffness[m..].chunks_exact_mut(2) {
+    for pair in coupling.layout.split_mut(&mut stiffness).1 {
         if pair[0] > 0.0 && pair[1] > 0.0 {
-            pair.fill(0.5 * (pair[0] + pair[1]));
+            *pair = [0.5 * (pair[0] + pair[1]); 2];
         }
     }
     stiffness

@@ -1,7 +1,7 @@
 use std::time::Instant;
 
 use super::{
-    Assembly, AssemblyError, ContactSystem, ExplicitDual, Need, OperatorEstimate,
+    Assembly, AssemblyError, ContactSystem, ExplicitDual, Need, OperatorEstimate, OperatorForm,
     assembly::{Analysed, load_vector},
     need::Admission,
 };
@@ -63,7 +63,7 @@ impl DualSystem {
                 let started = Instant::now();
                 let explicit =
                     ExplicitDual::new(&assembly, &contact, &unconstrained, surface, interface);
-                contact.explicit = Some(explicit);
+                contact.form = OperatorForm::Explicit(explicit);
                 assembly.seconds.dual_operator = started.elapsed().as_secs_f64();
             }
             contact
@@ -87,8 +87,7 @@ impl DualSystem {
         {
             let unconstrained = assembly.unconstrained();
             contact.apply_loads(&unconstrained, surface, interface);
-            if let Some(explicit) = &mut contact.explicit {
-                explicit.rhs.clone_from(&contact.dual_rhs);
+            if let Some(explicit) = contact.explicit_mut() {
                 let dofs = &assembly.primal.dofs;
                 explicit.apply_loads(&unconstrained, surface, &interface.frame, dofs);
             }

@@ -66,14 +66,11 @@ impl<'a> Yardstick<'a> {
         stiffness: &'a [f64],
     ) -> Self {
         let multiplier = &solved.solution.multiplier;
-        let m = panes.len();
+        let layout = contact.coupling.layout;
         let moved = largest(solved.solution.displacement.iter().copied());
         let areas = &contact.state.surface.pane_area;
         let rounding = |range: std::ops::Range<usize>| {
-            let entries = range.map(|j| {
-                let pane = if j < m { j } else { (j - m) / 2 };
-                stiffness[j] * areas[pane]
-            });
+            let entries = range.map(|j| stiffness[j] * areas[layout.pane_of(j)]);
             f64::EPSILON.sqrt() * moved * entries.fold(0.0, f64::max)
         };
         let shears = panes.iter().filter_map(|pane| pane.friction.as_ref());
@@ -85,12 +82,12 @@ impl<'a> Yardstick<'a> {
             let loaded = range.filter(|&j| stiffness[j] > 0.0);
             loaded.map(|j| multiplier[j].powi(2) / stiffness[j]).sum()
         };
-        let n = multiplier.len();
         Self {
             stiffness,
-            pressure: largest(multiplier[..m].iter().copied()).max(rounding(0..m)),
-            shear: largest(shears).max(rounding(m..n)),
-            works: [work(0..m), work(m..n)],
+            pressure: largest(layout.split(multiplier).0.iter().copied())
+                .max(rounding(layout.normals())),
+            shear: largest(shears).max(rounding(layout.tangentials())),
+            works: [work(layout.normals()), work(layout.tangentials())],
         }
     }
 }
@@ -163,7 +160,7 @@ impl ContactCertificate {
         panes: &[PaneState],
         by: &Yardstick<'_>,
     ) -> Self {
-        let normal = &solved.solution.multiplier[..panes.len()];
+        let (normal, _) = contact.coupling.layout.split(&solved.solution.multiplier);
         let area = &contact.state.surface.pane_area;
         let product: f64 = (0..panes.len())
             .map(|i| (normal[i] * panes[i].gap).abs() * area[i])
@@ -246,28 +243,28 @@ fn natural_residual(
     panes: &[PaneState],
     by: &Yardstick<'_>,
 ) -> f64 {
-    let m = panes.len();
+    let layout = contact.coupling.layout;
     let semi_axes = panes
         .iter()
         .filter_map(|pane| Some(pane.friction?.semi_axes))
         .collect();
-    let set = FeasibleSet::new(m, semi_axes, &contact.state.interface.projections);
+    let set = FeasibleSet::new(panes.len(), semi_axes, &contact.state.interface.projections);
     let area = &contact.state.surface.pane_area;
     let multiplier = &solved.solution.multiplier;
     // The gradient r = S λ − h is −(B u) plus the integrated gap.
     let mut step = multiplier.clone();
     for (i, pane) in panes.iter().enumerate() {
         step[i] -= by.stiffness[i] * area[i] * pane.gap;
-        if let Some(friction) = &pane.friction {
-            for (k, j) in [m + 2 * i, m + 2 * i + 1].into_iter().enumerate() {
-                step[j] += by.stiffness[j] * area[i] * friction.slip[k];
+        if let (Some(friction), Some(pair)) = (&pane.friction, layout.tangential(i)) {
+            for (j, slip) in pair.into_iter().zip(friction.slip) {
+                step[j] += by.stiffness[j] * area[i] * slip;
             }
         }
     }
     set.project(&mut step);
     let difference = |j: usize| step[j] - multiplier[j];
-    let normal = ratio(largest((0..m).map(difference)), by.pressure);
-    let tangential = ratio(largest((m..multiplier.len()).map(difference)), by.shear);
+    let normal = ratio(largest(layout.normals().map(difference)), by.pressure);
+    let tangential = ratio(largest(layout.tangentials().map(difference)), by.shear);
     // NaN of either counts.
     if normal >= tangential || normal.is_nan() {
         normal

@@ -92,23 +92,20 @@ impl Resultants {
 
 impl ContactResultants {
     fn new(solved: &Solved<'_>, contact: &SolvedContact<'_>, contact_force: Vector) -> Self {
-        let m = contact.coupling.n_panes;
         let multiplier = &solved.solution.multiplier;
         let area = &contact.state.surface.pane_area;
-        let weighted = |offset: usize, stride: usize| -> f64 {
-            (0..m)
-                .map(|i| area[i] * multiplier[offset + stride * i])
-                .sum()
+        let layout = contact.coupling.layout;
+        let (normal, tangential) = layout.split(multiplier);
+        let weighted = |stress: &dyn Fn(usize) -> f64| -> f64 {
+            (0..layout.n_panes()).map(|i| area[i] * stress(i)).sum()
         };
         Self {
-            normal_force: weighted(0, 1),
-            tangential_force: contact
-                .state
-                .interface
+            normal_force: weighted(&|i| normal[i]),
+            tangential_force: layout
                 .has_friction()
-                .then(|| [weighted(m, 2), weighted(m + 1, 2)]),
+                .then(|| [0, 1].map(|k| weighted(&|i| tangential[i][k]))),
             contact_force,
-            largest_pressure: multiplier[..m].iter().copied().fold(0.0, f64::max),
+            largest_pressure: normal.iter().copied().fold(0.0, f64::max),
         }
     }
 }
@@ -119,16 +116,12 @@ fn contact_forces(solved: &Solved<'_>, contact: &SolvedContact<'_>) -> Vec<Vecto
     let surface = contact.state.surface;
     let frame = &contact.state.interface.frame;
     let multiplier = &solved.solution.multiplier;
-    let m = contact.coupling.n_panes;
+    let layout = contact.coupling.layout;
     let mut forces = vec![[0.0; 3]; solved.mesh.coordinates.len()];
-    for pane in 0..m {
-        let at = m + 2 * pane;
-        let tangential = match multiplier.get(at..at + 2) {
-            Some(pair) => [pair[0], pair[1]],
-            None => [0.0; 2],
-        };
+    for pane in 0..layout.n_panes() {
+        let tangential = layout.pair(multiplier, pane);
         for (local, weight) in surface.pane_weights(pane) {
-            let stress = frame.vector(local, multiplier[pane], tangential);
+            let stress = frame.vector(local, multiplier[layout.normal(pane)], tangential);
             for c in 0..3 {
                 forces[surface.nodes[local]][c] -= weight * surface.pane_area[pane] * stress[c];
             }

@@ -57,18 +57,18 @@ pub(super) fn pane_states(
     friction: Option<&FrictionField>,
     stiffness: &[f64],
 ) -> Vec<PaneState> {
-    let m = contact.coupling.n_panes;
+    let layout = contact.coupling.layout;
     let solution = solved.solution;
     let surface = contact.state.surface;
     let integral = contact.coupling.integrate(&solution.displacement);
     let set = contact.state.feasible_set(solution.coulomb.as_ref());
     let gap = contact.state.interface.gap.as_deref();
-    (0..m)
+    (0..layout.n_panes())
         .map(|i| {
             let area = surface.pane_area[i];
             let normal = solution.multiplier[i];
             let pressed = normal > 0.0;
-            let pair = |v: &[f64]| [v[m + 2 * i], v[m + 2 * i + 1]];
+            let pair = |v: &[f64]| layout.pair(v, i);
             let tangential = set.ellipses.get(i).map(|ellipse| {
                 let stress = pair(&solution.multiplier);
                 let slip = pair(&integral).map(|v| v / area);

@@ -44,11 +44,7 @@ impl Conditioning {
     pub(super) fn of(problem: &Problem) -> Self {
         let dual = problem.dual();
         let area = &problem.surface().pane_area;
-        let m = area.len();
-        let by_area = |j: usize| {
-            let pane = if j < m { j } else { (j - m) / 2 };
-            area[pane].sqrt().recip()
-        };
+        let by_area = |j: usize| area[dual.layout.pane_of(j)].sqrt().recip();
         Self {
             dual: spectrum(dual, |_| 1.0),
             dual_by_area: spectrum(dual, by_area),

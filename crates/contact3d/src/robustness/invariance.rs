@@ -193,7 +193,8 @@ fn seen_back(
     multiplier: &[f64],
 ) -> Option<Vec<f64>> {
     let width = width_of(&problem.assembled.scene)?;
-    let m = problem.surface().n_panes();
+    let layout = problem.dual().layout;
+    let m = layout.n_panes();
     let images: Vec<[f64; 3]> = (0..m)
         .map(|pane| symmetry.point(centre(image, pane), width))
         .collect();
@@ -204,11 +205,10 @@ fn seen_back(
     let mut back = vec![0.0; multiplier.len()];
     for pane in 0..m {
         let partner = nearest(centre(problem, pane))?;
-        back[pane] = multiplier[partner];
-        if multiplier.len() > m {
-            let [from, to] = [m + 2 * partner, m + 2 * pane];
-            let pair = symmetry.tangential([multiplier[from], multiplier[from + 1]]);
-            back[to..to + 2].copy_from_slice(&pair);
+        back[layout.normal(pane)] = multiplier[layout.normal(partner)];
+        if layout.has_friction() {
+            let pair = symmetry.tangential(layout.pair(multiplier, partner));
+            layout.split_mut(&mut back).1[pane] = pair;
         }
     }
     Some(back)

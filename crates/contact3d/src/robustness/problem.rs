@@ -53,7 +53,7 @@ impl Problem {
 
     pub(super) fn dual(&self) -> &ExplicitDual {
         let contact = self.assembled.system.contact.as_ref();
-        let dual = contact.and_then(|contact| contact.explicit.as_ref());
+        let dual = contact.and_then(|contact| contact.explicit());
         dual.expect("assembled with contact and the dense operator")
     }
 

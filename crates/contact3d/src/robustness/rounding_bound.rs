@@ -76,20 +76,19 @@ fn amplifications(problem: &Problem, solution: &Solution, report: &ContactReport
         .map(|j| dot(&size(dual.column(j)), &lambda))
         .collect();
     let area = &problem.surface().pane_area;
-    let m = area.len();
-    let pane = |j: usize| if j < m { j } else { (j - m) / 2 };
+    let layout = dual.layout;
     let largest = u.iter().copied().fold(0.0, f64::max);
     let stiffness = &solution.local_stiffness;
-    let rounded = |j: usize| moved[j] + area[pane(j)] * largest;
+    let rounded = |j: usize| moved[j] + area[layout.pane_of(j)] * largest;
     let strength: Vec<f64> = (0..lambda.len())
-        .map(|j| match j.checked_sub(m).map(|t| &report.panes[t / 2]) {
-            None => lambda[j],
-            Some(pane) => pane
+        .map(|j| match layout.normals().contains(&j) {
+            true => lambda[j],
+            false => report.panes[layout.pane_of(j)]
                 .friction
                 .map_or(0.0, |f| f.semi_axes[0].max(f.semi_axes[1])),
         })
         .collect();
-    let parts = [0..m, m..lambda.len()];
+    let parts = [layout.normals(), layout.tangentials()];
     let by_stress = parts.clone().map(|part| {
         let pushed = part.clone().map(|j| stiffness[j] * rounded(j));
         let borne = part.map(|j| strength[j].max(lambda[j]));

@@ -4,7 +4,7 @@ use std::sync::atomic::Ordering;
 
 use super::{ContactState, Ellipse, FeasibleSet};
 use crate::{
-    contact::{CoulombLaw, FrictionField},
+    contact::{CoulombLaw, FrictionField, MultiplierLayout},
     linalg::norm,
 };
 
@@ -29,7 +29,7 @@ pub(super) struct Conditions<'a> {
     pub(super) bound: Bound<'a>,
     /// ρ of every component, `[n_multipliers]`, in Pa/m³; 0 where the row of S vanishes.
     pub(super) steplengths: Vec<f64>,
-    n_panes: usize,
+    layout: MultiplierLayout,
     /// 𝓕⁻¹ of a law that does not follow the slip, evaluated once, `[n_panes]`.
     constant_inverse: Option<Vec<[f64; 2]>>,
 }
@@ -79,7 +79,7 @@ impl PaneEvaluation {
 }
 
 impl<'a> Conditions<'a> {
-    pub(super) fn new(bound: Bound<'a>, n_panes: usize, steplengths: Vec<f64>) -> Self {
+    pub(super) fn new(bound: Bound<'a>, layout: MultiplierLayout, steplengths: Vec<f64>) -> Self {
         let constant_inverse = match bound {
             Bound::Coulomb(contact, law) if !law.depends_on_slip() => {
                 Some(FrictionField::new(law, contact.surface, &[]).pane_inverse)
@@ -89,7 +89,7 @@ impl<'a> Conditions<'a> {
         Self {
             bound,
             steplengths,
-            n_panes,
+            layout,
             constant_inverse,
         }
     }
@@ -107,7 +107,6 @@ impl<'a> Conditions<'a> {
         gradient: &[f64],
         displacement: &[[f64; 2]],
     ) -> Evaluation {
-        let m = self.n_panes;
         let trial: Vec<f64> = (0..multiplier.len())
             .map(|i| match self.steplengths[i] {
                 0.0 => 0.0,
@@ -116,8 +115,8 @@ impl<'a> Conditions<'a> {
             .collect();
         let (inverse, inverse_slope) = self.friction(displacement);
         let mut residual = multiplier.to_vec();
-        let mut panes = Vec::with_capacity(m);
-        for i in 0..m {
+        let mut panes = Vec::with_capacity(self.layout.n_panes());
+        for i in 0..self.layout.n_panes() {
             let slip_bound = trial[i].max(0.0);
             let ellipse = match self.bound {
                 Bound::Coulomb(..) => Ellipse {
@@ -126,15 +125,12 @@ impl<'a> Conditions<'a> {
                 Bound::Frozen(set) => set.ellipses.get(i).copied().unwrap_or(Ellipse::POINT),
             };
             residual[i] -= slip_bound;
-            let at = m + 2 * i;
-            let pair = match trial.get(at..at + 2) {
-                Some(pair) => [pair[0], pair[1]],
-                None => [0.0; 2],
-            };
-            if at < trial.len() {
+            let pair = self.layout.pair(&trial, i);
+            if let Some(at) = self.layout.tangential(i) {
                 let projected = ellipse.project(pair);
-                residual[at] -= projected[0];
-                residual[at + 1] -= projected[1];
+                for (j, projected) in at.into_iter().zip(projected) {
+                    residual[j] -= projected;
+                }
             }
             panes.push(PaneEvaluation {
                 pressed: trial[i] > 0.0,
@@ -165,7 +161,6 @@ impl<'a> Conditions<'a> {
         gradient: &[f64],
         displacement: &[[f64; 2]],
     ) -> Vec<f64> {
-        let m = self.n_panes;
         let trial: Vec<f64> = (0..direction.len())
             .map(|i| match self.steplengths[i] {
                 0.0 => 0.0,
@@ -176,17 +171,16 @@ impl<'a> Conditions<'a> {
         for (i, pane) in at.panes.iter().enumerate() {
             let bound = if pane.pressed { trial[i] } else { 0.0 };
             change[i] -= bound;
-            let first = m + 2 * i;
-            if first >= direction.len() {
+            let Some([first, second]) = self.layout.tangential(i) else {
                 continue;
-            }
+            };
             let axes = self.axes_change(at, i, bound, displacement);
             let derivative = pane.ellipse.projection_derivative(pane.trial);
             for k in 0..2 {
                 let by_point = derivative.by_point[k];
                 let by_axes = derivative.by_semi_axes[k];
                 change[first + k] -= by_point[0] * trial[first]
-                    + by_point[1] * trial[first + 1]
+                    + by_point[1] * trial[second]
                     + by_axes[0] * axes[0]
                     + by_axes[1] * axes[1];
             }

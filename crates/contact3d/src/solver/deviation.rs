@@ -21,7 +21,7 @@ impl Sizes {
         multiplier: &[f64],
         evaluation: &Evaluation,
     ) -> Self {
-        let [normal, tangential] = parts(&contact.surface.pane_area, multiplier);
+        let [normal, tangential] = parts(contact, multiplier);
         let strengths = evaluation.panes.iter().zip(&contact.surface.pane_area);
         let strengths = strengths.map(|(pane, area)| {
             let [a, b] = pane.ellipse.semi_axes;
@@ -35,8 +35,8 @@ impl Sizes {
 
     /// The larger of the relative normal and tangential sizes of a difference of multipliers; 0 for
     /// 0/0.
-    pub(super) fn relative(&self, areas: &[f64], difference: &[f64]) -> f64 {
-        let [normal, tangential] = parts(areas, difference);
+    pub(super) fn relative(&self, contact: &ContactState<'_>, difference: &[f64]) -> f64 {
+        let [normal, tangential] = parts(contact, difference);
         let ratio = |part: f64, whole: f64| if part == 0.0 { 0.0 } else { part / whole };
         let (normal, tangential) = (
             ratio(normal, self.normal),
@@ -53,9 +53,14 @@ impl Sizes {
 /// The size of (d₁/a, d₂/b) for the tangential part d of a difference of multipliers and the semi-axes
 /// of the panes' ellipses, weighted by areas: (Σ |Rⁱ| |·|² / Σ |Rⁱ|)^½; panes without ellipses do not
 /// count.
-pub(super) fn within_ellipses(areas: &[f64], evaluation: &Evaluation, difference: &[f64]) -> f64 {
-    let pairs = difference[areas.len()..].chunks_exact(2);
-    let terms = pairs.zip(&evaluation.panes).zip(areas);
+pub(super) fn within_ellipses(
+    contact: &ContactState<'_>,
+    evaluation: &Evaluation,
+    difference: &[f64],
+) -> f64 {
+    let areas = &contact.surface.pane_area;
+    let (_, pairs) = contact.layout().split(difference);
+    let terms = pairs.iter().zip(&evaluation.panes).zip(areas);
     let scaled = terms.flat_map(|((d, pane), area)| {
         let [a, b] = pane.ellipse.semi_axes;
         let part = |d: f64, axis: f64| {
@@ -71,10 +76,11 @@ pub(super) fn within_ellipses(areas: &[f64], evaluation: &Evaluation, difference
 }
 
 /// (Σ |Rⁱ| λ_ν²)^½ and (Σ |Rⁱ| |λ_t|²)^½.
-fn parts(areas: &[f64], multiplier: &[f64]) -> [f64; 2] {
-    let (normal, tangential) = multiplier.split_at(areas.len());
+fn parts(contact: &ContactState<'_>, multiplier: &[f64]) -> [f64; 2] {
+    let areas = &contact.surface.pane_area;
+    let (normal, tangential) = contact.layout().split(multiplier);
     let normal = normal.iter().zip(areas).map(|(l, a)| a.sqrt() * l);
-    let pairs = tangential.chunks_exact(2).zip(areas);
+    let pairs = tangential.iter().zip(areas);
     let tangential = pairs.flat_map(|(t, a)| [t[0], t[1]].map(|t| a.sqrt() * t));
     [
         norm(&normal.collect::<Vec<f64>>()),

@@ -1,5 +1,6 @@
 use super::{FeasibleSet, StepCounts};
 use crate::{
+    contact::MultiplierLayout,
     dual::DualOperator,
     linalg::{add_scaled, dot, norm},
 };
@@ -28,6 +29,7 @@ enum Motion {
 /// would grow during conjugate gradients.
 #[derive(Debug, Clone)]
 pub(super) struct Face {
+    layout: MultiplierLayout,
     pressed: Vec<bool>,
     pairs: Vec<Motion>,
 }
@@ -35,7 +37,7 @@ pub(super) struct Face {
 impl Face {
     /// The face of an admissible multiplier with gradient r = Sλ − h.
     pub(super) fn new(set: &FeasibleSet<'_>, multiplier: &[f64], gradient: &[f64]) -> Self {
-        let m = set.n_panes();
+        let (normal, _) = set.layout().split(multiplier);
         let pairs = set.ellipses.iter().enumerate().map(|(pane, ellipse)| {
             let point = set.tangential(multiplier, pane);
             let [a, b] = ellipse.semi_axes;
@@ -57,7 +59,8 @@ impl Face {
             }
         });
         Self {
-            pressed: multiplier[..m].iter().map(|l| *l > 0.0).collect(),
+            layout: set.layout(),
+            pressed: normal.iter().map(|l| *l > 0.0).collect(),
             pairs: pairs.collect(),
         }
     }
@@ -142,13 +145,14 @@ impl Face {
 
     /// Keeps free components, zeroes held ones, and maps pairs on a line by `along`.
     fn map(&self, vector: &[f64], along: impl Fn([f64; 2], [f64; 2]) -> [f64; 2]) -> Vec<f64> {
-        let m = self.pressed.len();
-        let normal = (0..m).map(|i| if self.pressed[i] { vector[i] } else { 0.0 });
-        let pairs = self.pairs.iter().zip(vector[m..].chunks_exact(2));
+        let (normal, tangential) = self.layout.split(vector);
+        let normal = self.pressed.iter().zip(normal);
+        let normal = normal.map(|(pressed, v)| if *pressed { *v } else { 0.0 });
+        let pairs = self.pairs.iter().zip(tangential);
         let tangential = pairs.flat_map(|(motion, v)| match motion {
             Motion::Held => [0.0; 2],
-            Motion::Along { tangent, .. } => along(*tangent, [v[0], v[1]]),
-            Motion::Free => [v[0], v[1]],
+            Motion::Along { tangent, .. } => along(*tangent, *v),
+            Motion::Free => *v,
         });
         normal.chain(tangential).collect()
     }

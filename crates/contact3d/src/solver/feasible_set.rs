@@ -1,12 +1,13 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::Ellipse;
+use crate::contact::MultiplierLayout;
 
 /// The admissible multipliers of a frozen problem: λ_ν ≥ 0 and, with friction, ‖𝓕_i⁻¹ λ_t,i‖ ≤ g_i
 /// on every pane.
 #[derive(Debug, Clone)]
 pub struct FeasibleSet<'a> {
-    n_panes: usize,
+    layout: MultiplierLayout,
     /// One ellipse per pane; none without friction.
     pub ellipses: Vec<Ellipse>,
     projections: &'a AtomicUsize,
@@ -17,9 +18,10 @@ impl<'a> FeasibleSet<'a> {
     /// projections on ellipses are added to `projections`.
     #[must_use]
     pub fn new(n_panes: usize, semi_axes: Vec<[f64; 2]>, projections: &'a AtomicUsize) -> Self {
+        let layout = MultiplierLayout::new(n_panes, !semi_axes.is_empty());
         let ellipses = semi_axes.into_iter();
         Self {
-            n_panes,
+            layout,
             ellipses: ellipses.map(|semi_axes| Ellipse { semi_axes }).collect(),
             projections,
         }
@@ -28,7 +30,13 @@ impl<'a> FeasibleSet<'a> {
     /// Number of panes m.
     #[must_use]
     pub fn n_panes(&self) -> usize {
-        self.n_panes
+        self.layout.n_panes()
+    }
+
+    /// The order of the multipliers.
+    #[must_use]
+    pub fn layout(&self) -> MultiplierLayout {
+        self.layout
     }
 
     /// Adds to the count of projections on ellipses.
@@ -40,33 +48,31 @@ impl<'a> FeasibleSet<'a> {
     /// The tangential pair of a pane in a multiplier-sized vector.
     #[must_use]
     pub fn tangential(&self, vector: &[f64], pane: usize) -> [f64; 2] {
-        let at = self.n_panes() + 2 * pane;
-        [vector[at], vector[at + 1]]
+        self.layout.pair(vector, pane)
     }
 
     /// P: the nearest admissible multiplier.
     pub fn project(&self, multiplier: &mut [f64]) {
-        for value in &mut multiplier[..self.n_panes()] {
+        let (normal, tangential) = self.layout.split_mut(multiplier);
+        for value in normal {
             *value = value.max(0.0);
         }
         self.count_projections();
-        for pane in 0..self.ellipses.len() {
-            let nearest = self.ellipses[pane].project(self.tangential(multiplier, pane));
-            let at = self.n_panes() + 2 * pane;
-            multiplier[at..at + 2].copy_from_slice(&nearest);
+        for (ellipse, pair) in self.ellipses.iter().zip(tangential) {
+            *pair = ellipse.project(*pair);
         }
     }
 
     /// Marks the entries of free blocks: λ_ν > 0, λ_t strictly inside its ellipse.
     pub fn mark_free(&self, multiplier: &[f64], free: &mut [bool]) {
-        let m = self.n_panes();
-        for pane in 0..m {
-            free[pane] = multiplier[pane] > 0.0;
+        let (normal, tangential) = self.layout.split(multiplier);
+        let (free_normal, free_pairs) = self.layout.split_mut(free);
+        for (free, value) in free_normal.iter_mut().zip(normal) {
+            *free = *value > 0.0;
         }
-        for pane in 0..self.ellipses.len() {
-            let inside = !self.ellipses[pane].on_boundary(self.tangential(multiplier, pane));
-            free[m + 2 * pane] = inside;
-            free[m + 2 * pane + 1] = inside;
+        let pairs = free_pairs.iter_mut().zip(tangential);
+        for ((free, pair), ellipse) in pairs.zip(&self.ellipses) {
+            *free = [!ellipse.on_boundary(*pair); 2];
         }
     }
 

@@ -89,7 +89,7 @@ pub fn successive_approximations(
         status: Status::MaxOuterSteps,
         solved_by: SolvedBy::FixedPoint,
         steplength: kprgp.steplength,
-        multiplier: vec![0.0; 3 * m],
+        multiplier: vec![0.0; contact.layout().n_multipliers()],
         accuracy: 1.0,
         ..Solution::default()
     };
@@ -111,7 +111,7 @@ pub fn successive_approximations(
     }
     for k in solution.history.len()..settings.max_outer_steps {
         if moved {
-            state.slip_bound = solution.multiplier[..m].to_vec();
+            state.slip_bound = contact.layout().split(&solution.multiplier).0.to_vec();
             if let Some(slip) = &solution.slip {
                 state.friction = FrictionField::new(law, contact.surface, slip);
             }

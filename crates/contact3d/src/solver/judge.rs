@@ -70,7 +70,7 @@ impl Problem<'_> {
         let multiplier = &solution.multiplier;
         let (surface, interface) = (self.contact.surface, self.contact.interface);
         let steplengths = solution.local_stiffness.clone();
-        let conditions = Conditions::new(bound, self.contact.n_panes(), steplengths);
+        let conditions = Conditions::new(bound, self.dual.layout(), steplengths);
         let tangential = |u: &[f64]| {
             let dofs = &self.assembly.primal.dofs;
             nodal_tangential(surface, &interface.frame, dofs, u)
@@ -91,6 +91,6 @@ impl Problem<'_> {
             conditions.derivative(&here, v, &gradient, &slips)
         });
         let sizes = Sizes::of(self.contact, multiplier, &here);
-        sizes.relative(&surface.pane_area, &step)
+        sizes.relative(self.contact, &step)
     }
 }

@@ -99,7 +99,7 @@ pub fn coulomb_state(
     law: &CoulombLaw,
     multiplier: &[f64],
 ) -> CoulombState {
-    let normal = &multiplier[..dual.n_panes()];
+    let (normal, _) = dual.layout.split(multiplier);
     CoulombState {
         slip_bound: normal.iter().map(|l| l.max(0.0)).collect(),
         friction: FrictionField::new(law, contact.surface, &slip_of(dual, multiplier)),

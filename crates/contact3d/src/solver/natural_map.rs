@@ -13,16 +13,17 @@ pub(super) struct NaturalMap<'a> {
 impl<'a> NaturalMap<'a> {
     /// With ρ = 1/S_ii for normal components, and for tangential ones 1 over the mean of a pair's two.
     pub(super) fn new(dual: &'a ExplicitDual, bound: Bound<'a>) -> Self {
-        let m = dual.n_panes();
+        let layout = dual.layout;
         let inverse = |value: f64| if value > 0.0 { 1.0 / value } else { 0.0 };
         let diagonal = |j: usize| dual.column(j)[j];
-        let normal = (0..m).map(|i| inverse(diagonal(i)));
-        let tangential = (m..dual.dimension()).map(|j| {
-            let first = m + (j - m) / 2 * 2;
-            match diagonal(j) {
+        let normal = layout.normals().map(|i| inverse(diagonal(i)));
+        let pairs = (0..layout.n_panes()).filter_map(|pane| layout.tangential(pane));
+        let tangential = pairs.flat_map(|pair| {
+            let [first, second] = pair.map(diagonal);
+            [first, second].map(|own| match own {
                 0.0 => 0.0,
-                _ => inverse(0.5 * (diagonal(first) + diagonal(first + 1))),
-            }
+                _ => inverse(0.5 * (first + second)),
+            })
         });
         Self::with_steplengths(dual, bound, normal.chain(tangential).collect())
     }
@@ -35,7 +36,7 @@ impl<'a> NaturalMap<'a> {
     ) -> Self {
         Self {
             dual,
-            conditions: Conditions::new(bound, dual.n_panes(), steplengths),
+            conditions: Conditions::new(bound, dual.layout, steplengths),
         }
     }
 

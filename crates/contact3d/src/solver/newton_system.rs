@@ -33,6 +33,8 @@ struct PaneRows {
 struct PairRows {
     /// Row of the first component; the second follows.
     row: usize,
+    /// The unknowns of the pair.
+    unknowns: [usize; 2],
     /// ∂P/∂z.
     by_point: [[f64; 2]; 2],
     /// ∂P/∂g along (a, b) = g / 𝓕⁻¹.
@@ -87,9 +89,13 @@ impl NaturalMap<'_> {
 
 impl<'a> NewtonSystem<'a> {
     fn new(map: &'a NaturalMap<'a>, evaluation: &'a Evaluation) -> Self {
-        let m = map.dual.n_panes();
-        let mut free: Vec<usize> = (0..m).filter(|&i| evaluation.panes[i].pressed).collect();
-        let mut rows: Vec<PaneRows> = (0..m)
+        let layout = map.dual.layout;
+        let panes = 0..layout.n_panes();
+        let mut free: Vec<usize> = layout
+            .normals()
+            .filter(|&i| evaluation.panes[i].pressed)
+            .collect();
+        let mut rows: Vec<PaneRows> = panes
             .map(|pane| PaneRows {
                 pane,
                 normal_row: free.binary_search(&pane).ok(),
@@ -97,6 +103,9 @@ impl<'a> NewtonSystem<'a> {
             })
             .collect();
         for (pane, at) in evaluation.panes.iter().zip(&mut rows) {
+            let Some(pair) = layout.tangential(at.pane) else {
+                continue;
+            };
             if pane.ellipse.semi_axes == [0.0; 2] {
                 continue;
             }
@@ -107,6 +116,7 @@ impl<'a> NewtonSystem<'a> {
                 coulomb && !evaluation.inverse_slope.is_empty() && by_axes != [[0.0; 2]; 2];
             at.pair = Some(PairRows {
                 row: free.len(),
+                unknowns: pair,
                 by_point: derivative.by_point,
                 by_bound: by_axes.map(|row| {
                     if coulomb {
@@ -123,7 +133,7 @@ impl<'a> NewtonSystem<'a> {
                     })
                 }),
             });
-            free.extend([m + 2 * at.pane, m + 2 * at.pane + 1]);
+            free.extend(pair);
         }
         rows.retain(|at| at.normal_row.is_some() || at.pair.is_some());
         Self {
@@ -159,7 +169,6 @@ impl<'a> NewtonSystem<'a> {
 
     /// The coefficients of unknown j in all rows.
     fn column(&self, j: usize, out: &mut [f64]) {
-        let m = self.map.dual.n_panes();
         let s = self.map.dual.column(j);
         let compliance = self.map.dual.compliance.as_ref();
         let g = compliance.map_or(&[] as &[f64], |c| c.column(j));
@@ -170,18 +179,15 @@ impl<'a> NewtonSystem<'a> {
                 out[row] = steplengths[normal] * s[normal];
             }
             let Some(pair) = &at.pair else { continue };
-            let first = m + 2 * normal;
-            let rho = [steplengths[first], steplengths[first + 1]];
-            let [s1, s2] = [rho[0] * s[first], rho[1] * s[first + 1]];
+            let [s1, s2] = pair.unknowns.map(|j| steplengths[j] * s[j]);
             let mut entry = pair.by_point.map(|p| p[0] * s1 + p[1] * s2);
             if j == normal && at.normal_row.is_some() {
                 entry[0] -= pair.by_bound[0];
                 entry[1] -= pair.by_bound[1];
             }
-            if j == first || j == first + 1 {
-                let k = j - first;
+            if let Some(k) = pair.unknowns.iter().position(|unknown| *unknown == j) {
                 entry[k] += 1.0;
-                if rho[k] > 0.0 {
+                if steplengths[j] > 0.0 {
                     entry[0] -= pair.by_point[0][k];
                     entry[1] -= pair.by_point[1][k];
                 }

@@ -15,7 +15,7 @@ use super::{
     natural_map::NaturalMap,
 };
 use crate::{
-    contact::Interface,
+    contact::{Interface, MultiplierLayout},
     dual::{ContactCompliance, ExplicitDual},
     linalg::norm,
     mesh::Mesh,
@@ -59,7 +59,7 @@ fn dual(entries: &[f64], rhs: &[f64], compliance: &[f64], slip_free: &[f64]) -> 
         anchor: None,
         operator: Arc::new(operator.as_slice().to_vec()),
         rhs: rhs.to_vec(),
-        n_panes: PANES,
+        layout: MultiplierLayout::new(PANES, true),
         compliance: Some(ContactCompliance {
             matrix: Arc::new(compliance.to_vec()),
             slip_free: slip_free.chunks_exact(2).map(|p| [p[0], p[1]]).collect(),

@@ -153,10 +153,9 @@ impl Problem<'_> {
         let there = map.evaluate(&found.multiplier);
         let sizes = Sizes::of(self.contact, &found.multiplier, &there);
         let way = difference(&found.multiplier, &answer.multiplier);
-        let area = &self.contact.surface.pane_area;
         let way = Way {
-            error: sizes.relative(area, &way),
-            bound_error: within_ellipses(area, &there, &way),
+            error: sizes.relative(self.contact, &way),
+            bound_error: within_ellipses(self.contact, &there, &way),
         };
         Some((found, way))
     }

@@ -49,11 +49,10 @@ impl NaturalMap<'_> {
             let value = (multiplier[pane] - gradient[pane] / diagonal(pane)).max(0.0);
             set(multiplier, gradient, pane, value);
         }
-        let at = self.dual.n_panes() + 2 * pane;
-        if at >= multiplier.len() {
+        let Some(at) = self.dual.layout.tangential(pane) else {
             return;
-        }
-        let trace = diagonal(at) + diagonal(at + 1);
+        };
+        let trace = diagonal(at[0]) + diagonal(at[1]);
         if trace > 0.0 {
             let ellipse = match (&self.conditions.bound, inverse) {
                 (Bound::Frozen(set), _) => set.ellipses[pane],
@@ -61,10 +60,10 @@ impl NaturalMap<'_> {
                     semi_axes: inverse.map_or([0.0; 2], |f| f.map(|f| multiplier[pane] / f)),
                 },
             };
-            let trial = [0, 1].map(|k| multiplier[at + k] - gradient[at + k] / trace);
+            let trial = at.map(|j| multiplier[j] - gradient[j] / trace);
             let next = ellipse.project(trial);
-            set(multiplier, gradient, at, next[0]);
-            set(multiplier, gradient, at + 1, next[1]);
+            set(multiplier, gradient, at[0], next[0]);
+            set(multiplier, gradient, at[1], next[1]);
         }
     }
 }

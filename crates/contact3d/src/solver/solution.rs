@@ -1,6 +1,6 @@
 use super::{FeasibleSet, NewtonStep, StepCounts};
 use crate::{
-    contact::{FrictionField, Interface, InterfaceFriction},
+    contact::{FrictionField, Interface, InterfaceFriction, MultiplierLayout},
     mesh::ContactSurface,
 };
 
@@ -166,6 +166,12 @@ impl<'a> ContactState<'a> {
     #[must_use]
     pub fn n_panes(&self) -> usize {
         self.surface.n_panes()
+    }
+
+    /// The order of the multipliers.
+    #[must_use]
+    pub fn layout(&self) -> MultiplierLayout {
+        MultiplierLayout::new(self.n_panes(), self.interface.has_friction())
     }
 
     /// The admissible set of frictionless contact or of Tresca's law; with Coulomb's law that of

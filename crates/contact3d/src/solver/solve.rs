@@ -71,7 +71,7 @@ pub fn solve(
         dual,
         contact,
         settings,
-        start: start.fitting(dual.dual_rhs.len()),
+        start: start.fitting(dual.layout().n_multipliers()),
     };
     let mut solution = match contact.interface.coulomb() {
         None => problem.minimise(observe)?,
@@ -100,7 +100,7 @@ impl Problem<'_> {
     fn minimise(&self, observe: &mut dyn FnMut(Progress<'_>)) -> Result<Solution, NeedsExplicit> {
         let set = self.contact.feasible_set(None);
         let bound = Bound::Frozen(&set);
-        match (self.settings.method, self.dual.explicit.as_ref()) {
+        match (self.settings.method, self.dual.explicit()) {
             (Method::Newton, None) => Err(NeedsExplicit("method newton")),
             (Method::Auto | Method::Newton, Some(dual)) => {
                 let local = LocalStiffness::new(dual);
@@ -122,7 +122,7 @@ impl Problem<'_> {
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Solution, NeedsExplicit> {
         let bound = Bound::Coulomb(self.contact, law);
-        match (self.settings.method, self.dual.explicit.as_ref()) {
+        match (self.settings.method, self.dual.explicit()) {
             (Method::Newton, None) => Err(NeedsExplicit("method newton")),
             (Method::Newton, Some(dual)) => {
                 let local = LocalStiffness::new(dual);
@@ -154,8 +154,8 @@ impl Problem<'_> {
         bound: Bound<'_>,
         run: impl FnOnce(Inner<'_>) -> Solution,
     ) -> Result<Solution, NeedsExplicit> {
-        let local = self.dual.explicit.as_ref().map(LocalStiffness::new);
-        let explicit = self.dual.explicit.as_ref().zip(local.as_ref());
+        let local = self.dual.explicit().map(LocalStiffness::new);
+        let explicit = self.dual.explicit().zip(local.as_ref());
         let stiffness = match &local {
             Some(local) => local.stiffness.clone(),
             None => pane_stiffness(&self.assembly.primal, &self.dual.coupling),
@@ -207,7 +207,7 @@ impl Problem<'_> {
     }
 
     fn with_operator(&self, run: impl FnOnce(&mut dyn DualOperator) -> Solution) -> Solution {
-        let mut solution = match &self.dual.explicit {
+        let mut solution = match self.dual.explicit() {
             Some(dual) => run(&mut ExplicitOperator::new(dual, self.assembly, self.dual)),
             None => run(&mut ImplicitOperator::new(self.assembly, self.dual)),
         };
