@@ -8,7 +8,6 @@ use contact3d::{
     solver::Status,
 };
 use indicatif::ProgressBar;
-use runfile::Stage;
 use units::Units;
 
 use super::{
@@ -40,7 +39,7 @@ pub(super) fn accuracy(
         coarsest: arguments.coarsest,
         finest: arguments.finest,
     };
-    let spinner = progress::spinner(Stage::Accuracy, output);
+    let spinner = progress::spinner("accuracy", output);
     let measured = measure_accuracy(&arguments.file, scene, &settings, threads, &mut |step| {
         announce(&spinner, step);
     });

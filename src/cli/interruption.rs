@@ -8,7 +8,7 @@ use std::{
     time::Duration,
 };
 
-use runfile::{Stage, last_commit};
+use runfile::{Group, last_commit};
 
 use super::terminal;
 
@@ -72,7 +72,7 @@ fn words() -> String {
             folder.display()
         ),
         Some(Work::RunFile(file)) => match last_commit() {
-            Some((_, stages)) => format!("{} keeps {}", file.display(), names(&stages)),
+            Some((_, groups)) => format!("{} keeps {}", file.display(), names(&groups)),
             None if file.exists() => format!("{} is as it was", file.display()),
             None => return "interrupted: nothing was stored yet".into(),
         },
@@ -80,7 +80,7 @@ fn words() -> String {
     format!("interrupted: {kept}; the same command goes on from there")
 }
 
-fn names(stages: &[Stage]) -> String {
-    let names: Vec<&str> = stages.iter().map(|stage| stage.group()).collect();
+fn names(groups: &[Group]) -> String {
+    let names: Vec<&str> = groups.iter().map(|group| group.name()).collect();
     names.join(", ")
 }

@@ -2,7 +2,6 @@ use std::time::Duration;
 
 use contact3d::solver::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
-use runfile::Stage;
 
 use super::arguments::Output;
 
@@ -10,7 +9,7 @@ use super::arguments::Output;
 const WINDOW: usize = 4;
 
 /// Starts a spinner with the elapsed time on a terminal; elsewhere, and when quiet, nothing.
-pub(super) fn spinner(stage: Stage, output: &Output) -> ProgressBar {
+pub(super) fn spinner(name: &'static str, output: &Output) -> ProgressBar {
     if output.quiet {
         return ProgressBar::hidden();
     }
@@ -18,7 +17,7 @@ pub(super) fn spinner(stage: Stage, output: &Output) -> ProgressBar {
     if let Ok(style) = ProgressStyle::with_template("{spinner} {prefix:<9} {elapsed} {msg}") {
         bar.set_style(style);
     }
-    bar.set_prefix(stage.group());
+    bar.set_prefix(name);
     bar.enable_steady_tick(Duration::from_millis(250));
     bar
 }

@@ -10,7 +10,7 @@ use crate::stages::Performed;
 
 /// One line per stage done.
 pub(super) fn stage_line(performed: &Performed) -> String {
-    let stage = performed.stage.group();
+    let stage = performed.stage.word();
     let computed = format!("{stage:<9} done in {:.3} s", performed.compute_seconds);
     match performed.store_seconds {
         0.0 => format!("{computed}, stored with the next stage"),

@@ -210,7 +210,7 @@ pub(super) fn json(
         "largest_displacement": r.largest_displacement,
         "certificate": certificate,
         "stages": performed.iter().map(|p| serde_json::json!({
-            "stage": p.stage.group(),
+            "stage": p.stage.word(),
             "compute_seconds": p.compute_seconds,
             "store_seconds": p.store_seconds,
         })).collect::<Vec<_>>(),

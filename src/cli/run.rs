@@ -1,7 +1,6 @@
 use std::path::Path;
 
 use contact3d::{scene::AssembleSettings, solver::Status};
-use runfile::Stage;
 
 use super::{
     arguments::{
@@ -15,6 +14,7 @@ use super::{
     terminal::{self, say, warn},
 };
 use crate::{
+    format::Stage,
     output::Inputs,
     stages::{
         AssemblyFile, Commit, Drawing, Freshness, Performed, PictureFolder, Session, StageError,
@@ -120,7 +120,7 @@ fn perform(
     commit: Commit,
     output: &Output,
 ) -> Result<Performed, StageError> {
-    let spinner = progress::spinner(stage, output);
+    let spinner = progress::spinner(stage.word(), output);
     let performed = match stage {
         Stage::Mesh => session.make_mesh(),
         Stage::Assemble => session.assemble(&|step| spinner.set_message(step)),
@@ -131,13 +131,7 @@ fn perform(
                 spinner.set_message(report::progress(progress) + &forecast.words(progress))
             })
         }
-        Stage::Post
-        | Stage::Scene
-        | Stage::Vtk
-        | Stage::Checkpoint
-        | Stage::Cases
-        | Stage::Accuracy
-        | Stage::Stability => session.post(),
+        Stage::Post => session.post(),
     };
     spinner.finish_and_clear();
     let performed = performed?;
@@ -214,7 +208,7 @@ fn print_stages(output: &Output, performed: &[Performed]) {
     if output.json {
         let stages: Vec<_> = performed
             .iter()
-            .map(|p| serde_json::json!({ "stage": p.stage.group(), "compute_seconds": p.compute_seconds, "store_seconds": p.store_seconds }))
+            .map(|p| serde_json::json!({ "stage": p.stage.word(), "compute_seconds": p.compute_seconds, "store_seconds": p.store_seconds }))
             .collect();
         terminal::json(&serde_json::json!({ "stages": stages }));
     }

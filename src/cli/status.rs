@@ -1,5 +1,5 @@
 use contact3d::scene::Effects;
-use runfile::{Reader, Stage};
+use runfile::Reader;
 use units::Units;
 
 use super::{
@@ -10,7 +10,7 @@ use super::{
     terminal,
 };
 use crate::{
-    format::{self, FormatError, LAYOUT},
+    format::{self, FormatError, LAYOUT, Stage},
     stages::{Freshness, StageError, StageState, states},
 };
 
@@ -57,22 +57,22 @@ pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit
     let Some(state) = states.iter().find(damaged) else {
         return Ok(Exit::Done);
     };
-    let (stage, why) = (state.stage, state.freshness.why());
+    let (stage, why) = (state.stage.word(), state.freshness.why());
     terminal::message(&format!("error: `{stage}` cannot be used, {why}"));
     Ok(Exit::BadInput)
 }
 
 fn stage_line(reader: &Reader, state: &StageState) -> Result<String, FormatError> {
-    let mut line = format!("  {:<9} {:<8}", state.stage.group(), state.freshness.word());
+    let mut line = format!("  {:<9} {:<8}", state.stage.word(), state.freshness.word());
     if let Some(stored) = &state.stored {
-        let megabytes = reader.stage_bytes(state.stage)? as f64 / 1e6;
+        let megabytes = reader.group_bytes(state.stage.group())? as f64 / 1e6;
         let record = &stored.record;
         line += &format!(
             "{megabytes:>10.3} MB  {:>9.3} s  {} threads  {}",
             record.seconds, record.threads, record.date
         );
     }
-    if let Some((name, _)) = reader.linked_file(state.stage) {
+    if let Some((name, _)) = reader.linked_file(state.stage.group()) {
         line += &format!("  in {name}");
     }
     if let Freshness::Stale(why) | Freshness::Damaged(why) = &state.freshness {
@@ -109,15 +109,15 @@ fn json(
     let mut stages = Vec::new();
     for state in states {
         let bytes = match &state.stored {
-            Some(_) => reader.stage_bytes(state.stage)?,
+            Some(_) => reader.group_bytes(state.stage.group())?,
             None => 0,
         };
         stages.push(serde_json::json!({
-            "stage": state.stage.group(),
+            "stage": state.stage.word(),
             "state": state.freshness.word(),
             "why": state.freshness.why(),
             "bytes": bytes,
-            "linked_file": reader.linked_file(state.stage).map(|(name, bytes)| serde_json::json!({ "name": name, "bytes": bytes })),
+            "linked_file": reader.linked_file(state.stage.group()).map(|(name, bytes)| serde_json::json!({ "name": name, "bytes": bytes })),
             "digest": state.stored.as_ref().map(|s| &s.digest),
             "seconds": state.stored.as_ref().map(|s| s.record.seconds),
         }));

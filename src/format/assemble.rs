@@ -14,14 +14,17 @@ use contact3d::{
 use runfile::{
     DatasetSpec, Extent,
     Extent::{Fixed, Named, Plus},
-    Kind, Reader, SparseMatrix, Stage, StageWriter, StoreError,
+    Group, GroupWriter, Kind, Reader, SparseMatrix, StoreError,
 };
 use units::Dimension;
 
 use super::{
-    FormatError, columns, load::read_force, read_finite_scalar, read_finite_vec, read_index_vec,
-    rows_of_transpose,
+    FormatError, Stage, columns, load::read_force, read_finite_scalar, read_finite_vec,
+    read_index_vec, rows_of_transpose,
 };
+
+/// Matrices and the factor.
+pub(super) const GROUP: Group = Group::new("assemble", Stage::Assemble.command());
 
 const DOFS: &str = "/assemble/degree_of_freedom";
 const STIFFNESS: &str = "/assemble/stiffness";
@@ -45,22 +48,22 @@ const OFFSETS: &[Extent] = &[Plus("n_supernodes", 1)];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    Stage::Assemble.row(DOFS, Kind::I64, &[Named("n_nodes"), Fixed(3)], Dimension::Number, "Free degree of freedom of each node and component, -1 where held at zero.").compressed(),
-    Stage::Assemble.row(STIFFNESS, Kind::CscMatrix, &[FREE, FREE], Dimension::STIFFNESS, "Stiffness matrix over the free degrees of freedom; symmetric, both triangles stored.").symbol("A").compressed(),
-    Stage::Assemble.row(COUPLING_NORMAL, Kind::CsrMatrix, &[Named("n_panes"), FREE], Dimension::AREA, "Integral of the normal displacement over each pane.").symbol("N").optional(NO_CONTACT),
-    Stage::Assemble.row(COUPLING_TANGENTIAL, Kind::CsrMatrix, &[Named("n_tangential"), FREE], Dimension::AREA, "Integrals of the tangential displacements over each pane; rows 2i and 2i + 1 belong to pane i.").symbol("T").optional(NO_FRICTION),
-    Stage::Assemble.row(DUAL_OPERATOR, Kind::F64, &[Named("n_multipliers"), Named("n_multipliers")], Dimension::DUAL, "Dual operator B A^-1 B^T, symmetric.").symbol("S").optional(IMPLICIT),
-    Stage::Assemble.row(CONTACT_COMPLIANCE, Kind::F64, &[Named("n_multipliers"), Named("n_contact_nodes"), Fixed(2)], Dimension::COMPLIANCE, "Tangential displacement of the contact nodes that a unit of each multiplier takes away.").symbol("G").optional(NO_SLIP),
-    Stage::Assemble.row("/assemble/seconds/stiffness", Kind::F64, &[], Dimension::Time, "Wall-clock time of assembling stiffness and load.").volatile(),
-    Stage::Assemble.row("/assemble/seconds/ordering", Kind::F64, &[], Dimension::Time, "Wall-clock time of the fill-reducing order.").volatile(),
-    Stage::Assemble.row("/assemble/seconds/factorisation", Kind::F64, &[], Dimension::Time, "Wall-clock time of the Cholesky factorisation.").volatile(),
-    Stage::Assemble.row("/assemble/seconds/dual_operator", Kind::F64, &[], Dimension::Time, "Wall-clock time of forming the dual operator and the contact compliance; 0 when it is implicit.").volatile(),
-    Stage::Assemble.row(PERMUTATION, Kind::I64, &[FREE], Dimension::Number, "Fill-reducing order: row i of P A P^T = L L^T is row permutation[i] of A.").symbol("P").compressed(),
-    Stage::Assemble.row(SUPERNODE_COLUMNS, Kind::I64, OFFSETS, Dimension::Number, "First column of each supernode of L, then n_free.").compressed(),
-    Stage::Assemble.row(ROW_OFFSETS, Kind::I64, OFFSETS, Dimension::Number, "Where the rows of each supernode begin in row_indices.").compressed(),
-    Stage::Assemble.row(ROW_INDICES, Kind::I64, &[Named("n_factor_rows")], Dimension::Number, "Rows of each supernode, increasing; the first are its own columns.").compressed(),
-    Stage::Assemble.row(VALUE_OFFSETS, Kind::I64, OFFSETS, Dimension::Number, "Where the panel of each supernode begins in values.").compressed(),
-    Stage::Assemble.row(VALUES, Kind::F64, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "Dense column-major panel (rows, columns) of each supernode of the Cholesky factor.").symbol("L"),
+    GROUP.row(DOFS, Kind::I64, &[Named("n_nodes"), Fixed(3)], Dimension::Number, "Free degree of freedom of each node and component, -1 where held at zero.").compressed(),
+    GROUP.row(STIFFNESS, Kind::CscMatrix, &[FREE, FREE], Dimension::STIFFNESS, "Stiffness matrix over the free degrees of freedom; symmetric, both triangles stored.").symbol("A").compressed(),
+    GROUP.row(COUPLING_NORMAL, Kind::CsrMatrix, &[Named("n_panes"), FREE], Dimension::AREA, "Integral of the normal displacement over each pane.").symbol("N").optional(NO_CONTACT),
+    GROUP.row(COUPLING_TANGENTIAL, Kind::CsrMatrix, &[Named("n_tangential"), FREE], Dimension::AREA, "Integrals of the tangential displacements over each pane; rows 2i and 2i + 1 belong to pane i.").symbol("T").optional(NO_FRICTION),
+    GROUP.row(DUAL_OPERATOR, Kind::F64, &[Named("n_multipliers"), Named("n_multipliers")], Dimension::DUAL, "Dual operator B A^-1 B^T, symmetric.").symbol("S").optional(IMPLICIT),
+    GROUP.row(CONTACT_COMPLIANCE, Kind::F64, &[Named("n_multipliers"), Named("n_contact_nodes"), Fixed(2)], Dimension::COMPLIANCE, "Tangential displacement of the contact nodes that a unit of each multiplier takes away.").symbol("G").optional(NO_SLIP),
+    GROUP.row("/assemble/seconds/stiffness", Kind::F64, &[], Dimension::Time, "Wall-clock time of assembling stiffness and load.").volatile(),
+    GROUP.row("/assemble/seconds/ordering", Kind::F64, &[], Dimension::Time, "Wall-clock time of the fill-reducing order.").volatile(),
+    GROUP.row("/assemble/seconds/factorisation", Kind::F64, &[], Dimension::Time, "Wall-clock time of the Cholesky factorisation.").volatile(),
+    GROUP.row("/assemble/seconds/dual_operator", Kind::F64, &[], Dimension::Time, "Wall-clock time of forming the dual operator and the contact compliance; 0 when it is implicit.").volatile(),
+    GROUP.row(PERMUTATION, Kind::I64, &[FREE], Dimension::Number, "Fill-reducing order: row i of P A P^T = L L^T is row permutation[i] of A.").symbol("P").compressed(),
+    GROUP.row(SUPERNODE_COLUMNS, Kind::I64, OFFSETS, Dimension::Number, "First column of each supernode of L, then n_free.").compressed(),
+    GROUP.row(ROW_OFFSETS, Kind::I64, OFFSETS, Dimension::Number, "Where the rows of each supernode begin in row_indices.").compressed(),
+    GROUP.row(ROW_INDICES, Kind::I64, &[Named("n_factor_rows")], Dimension::Number, "Rows of each supernode, increasing; the first are its own columns.").compressed(),
+    GROUP.row(VALUE_OFFSETS, Kind::I64, OFFSETS, Dimension::Number, "Where the panel of each supernode begins in values.").compressed(),
+    GROUP.row(VALUES, Kind::F64, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "Dense column-major panel (rows, columns) of each supernode of the Cholesky factor.").symbol("L"),
 ];
 
 /// Bytes of the large arrays of an assembled problem in the file; the rest adds a few percent.
@@ -80,7 +83,7 @@ pub fn stored_bytes(system: &DualSystem) -> usize {
 ///
 /// # Errors
 /// HDF5 failures.
-pub fn write(writer: &mut StageWriter<'_>, system: &DualSystem) -> Result<(), StoreError> {
+pub fn write(writer: &mut GroupWriter<'_>, system: &DualSystem) -> Result<(), StoreError> {
     if let Some(contact) = &system.contact {
         write_contact(writer, contact)?;
     }
@@ -107,7 +110,7 @@ pub fn write(writer: &mut StageWriter<'_>, system: &DualSystem) -> Result<(), St
     writer.write(VALUES, factor.values(), &[factor.values().len()])
 }
 
-fn write_contact(writer: &mut StageWriter<'_>, contact: &ContactSystem) -> Result<(), StoreError> {
+fn write_contact(writer: &mut GroupWriter<'_>, contact: &ContactSystem) -> Result<(), StoreError> {
     let [normal, tangential] = contact.coupling.parts();
     writer.write_matrix(COUPLING_NORMAL, rows_of_transpose(&normal))?;
     if tangential.cols > 0 {

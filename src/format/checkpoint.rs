@@ -4,12 +4,15 @@ use contact3d::solver::OuterState;
 use runfile::{
     DatasetSpec, Extent,
     Extent::{Fixed, Named},
-    Kind, Reader, Stage, StageWriter, StoreError,
+    Group, GroupWriter, Kind, Reader, StoreError,
 };
 use units::Dimension;
 
-use super::{FormatError, history, read_finite_rows, read_finite_scalar, read_finite_vec};
+use super::{FormatError, Stage, history, read_finite_rows, read_finite_scalar, read_finite_vec};
 use super::{history::OuterPaths, read_index_vec};
+
+/// How far an unfinished solve has come.
+pub const GROUP: Group = Group::new("checkpoint", Stage::Solve.command());
 
 const MULTIPLIER: &str = "/checkpoint/multiplier";
 const SLIP: &str = "/checkpoint/slip";
@@ -32,27 +35,27 @@ const HISTORY: OuterPaths = OuterPaths {
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    Stage::Checkpoint.row(MULTIPLIER, Kind::F64, &[Named("n_multipliers")], Dimension::STRESS, "Multipliers after the last step done: the normal ones, then the tangential pairs.").symbol("lambda"),
-    Stage::Checkpoint.row(SLIP, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::LENGTH, "Absolute tangential displacements of the contact nodes.").symbol("phi").optional("absent unless friction follows the slip"),
-    Stage::Checkpoint.row(TOLERANCE, Kind::F64, &[], Dimension::Number, "Tolerance of the last inner problem."),
-    Stage::Checkpoint.row(STEPLENGTH, Kind::F64, &[], Dimension::PER_DUAL, "Steplength of projected gradient steps.").symbol("alpha"),
-    Stage::Checkpoint.row(LAW_EVALUATIONS, Kind::I64, &[], Dimension::Number, "Evaluations of the friction law so far."),
-    Stage::Checkpoint.row(PROJECTIONS, Kind::I64, &[], Dimension::Number, "Projections on an ellipse so far."),
-    Stage::Checkpoint.row(HISTORY.change, Kind::F64, STEPS, Dimension::Number, "As in /solve/history."),
-    Stage::Checkpoint.row(HISTORY.inner_tolerance, Kind::F64, STEPS, Dimension::Number, "As in /solve/history."),
-    Stage::Checkpoint.row(HISTORY.inner_residual, Kind::F64, STEPS, Dimension::Number, "As in /solve/history."),
-    Stage::Checkpoint.row(HISTORY.conjugate_gradient, Kind::I64, STEPS, Dimension::Number, "As in /solve/history."),
-    Stage::Checkpoint.row(HISTORY.expansion, Kind::I64, STEPS, Dimension::Number, "As in /solve/history."),
-    Stage::Checkpoint.row(HISTORY.proportioning, Kind::I64, STEPS, Dimension::Number, "As in /solve/history."),
-    Stage::Checkpoint.row(HISTORY.applications, Kind::I64, STEPS, Dimension::Number, "As in /solve/history."),
-    Stage::Checkpoint.row(HISTORY.seconds, Kind::F64, STEPS, Dimension::Time, "As in /solve/history.").volatile(),
+    GROUP.row(MULTIPLIER, Kind::F64, &[Named("n_multipliers")], Dimension::STRESS, "Multipliers after the last step done: the normal ones, then the tangential pairs.").symbol("lambda"),
+    GROUP.row(SLIP, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::LENGTH, "Absolute tangential displacements of the contact nodes.").symbol("phi").optional("absent unless friction follows the slip"),
+    GROUP.row(TOLERANCE, Kind::F64, &[], Dimension::Number, "Tolerance of the last inner problem."),
+    GROUP.row(STEPLENGTH, Kind::F64, &[], Dimension::PER_DUAL, "Steplength of projected gradient steps.").symbol("alpha"),
+    GROUP.row(LAW_EVALUATIONS, Kind::I64, &[], Dimension::Number, "Evaluations of the friction law so far."),
+    GROUP.row(PROJECTIONS, Kind::I64, &[], Dimension::Number, "Projections on an ellipse so far."),
+    GROUP.row(HISTORY.change, Kind::F64, STEPS, Dimension::Number, "As in /solve/history."),
+    GROUP.row(HISTORY.inner_tolerance, Kind::F64, STEPS, Dimension::Number, "As in /solve/history."),
+    GROUP.row(HISTORY.inner_residual, Kind::F64, STEPS, Dimension::Number, "As in /solve/history."),
+    GROUP.row(HISTORY.conjugate_gradient, Kind::I64, STEPS, Dimension::Number, "As in /solve/history."),
+    GROUP.row(HISTORY.expansion, Kind::I64, STEPS, Dimension::Number, "As in /solve/history."),
+    GROUP.row(HISTORY.proportioning, Kind::I64, STEPS, Dimension::Number, "As in /solve/history."),
+    GROUP.row(HISTORY.applications, Kind::I64, STEPS, Dimension::Number, "As in /solve/history."),
+    GROUP.row(HISTORY.seconds, Kind::F64, STEPS, Dimension::Time, "As in /solve/history.").volatile(),
 ];
 
 /// Writes the state between two steps.
 ///
 /// # Errors
 /// HDF5 failures.
-pub fn write(writer: &mut StageWriter<'_>, state: &OuterState) -> Result<(), StoreError> {
+pub fn write(writer: &mut GroupWriter<'_>, state: &OuterState) -> Result<(), StoreError> {
     writer.write(MULTIPLIER, &state.multiplier, &[state.multiplier.len()])?;
     if let Some(slip) = &state.slip {
         writer.write(SLIP, slip.as_flattened(), &[slip.len(), 2])?;

@@ -1,10 +1,10 @@
 //! `/solve/history` and `/solve/newton`: what each step of the solvers did.
 
 use contact3d::solver::{NewtonStep, OuterStep, StepCounts};
-use runfile::{DatasetSpec, Extent, Extent::Named, Kind, Reader, Stage, StageWriter, StoreError};
+use runfile::{DatasetSpec, Extent, Extent::Named, GroupWriter, Kind, Reader, StoreError};
 use units::Dimension;
 
-use super::{FormatError, read_index_vec};
+use super::{FormatError, read_index_vec, solve::GROUP};
 
 /// Where the records of successive approximations lie.
 pub(super) struct OuterPaths {
@@ -42,27 +42,27 @@ const NEWTON: &[Extent] = &[Named("n_newton_steps")];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    Stage::Solve.row(NEWTON_RESIDUAL, Kind::F64, NEWTON, Dimension::Number, "|R| / |lambda| after each Newton step."),
-    Stage::Solve.row(NEWTON_STEP_LENGTH, Kind::F64, NEWTON, Dimension::Number, "Share of the Newton step taken."),
-    Stage::Solve.row(NEWTON_HALVINGS, Kind::I64, NEWTON, Dimension::Number, "Halvings of the step tried."),
-    Stage::Solve.row(NEWTON_ZONE_CHANGES, Kind::I64, NEWTON, Dimension::Number, "Panes that changed between open, stick and slip."),
-    Stage::Solve.row(NEWTON_UNKNOWNS, Kind::I64, NEWTON, Dimension::Number, "Unknowns of the dense linear system."),
-    Stage::Solve.row(NEWTON_FALLBACK, Kind::U8, NEWTON, Dimension::Number, "1 where the safeguard replaced Newton's step."),
-    Stage::Solve.row(NEWTON_LAW_SHARE, Kind::F64, NEWTON, Dimension::Number, "Share of the law of friction in the step: below 1 where the law was approached by continuation.").symbol("tau").optional("absent in files of format 1.2, which had no continuation"),
-    Stage::Solve.row(NEWTON_SECONDS, Kind::F64, NEWTON, Dimension::Time, "Wall-clock time of each Newton step.").volatile(),
-    Stage::Solve.row(HISTORY.change, Kind::F64, STEPS, Dimension::Number, "Relative change of the multipliers in each outer step.").symbol("err"),
-    Stage::Solve.row(HISTORY.inner_tolerance, Kind::F64, STEPS, Dimension::Number, "Tolerance of each inner problem, relative to the norm of h.").symbol("epsilon_lambda"),
-    Stage::Solve.row(HISTORY.inner_residual, Kind::F64, STEPS, Dimension::Number, "Norm of the reduced gradient at the end of each inner problem, relative to the norm of h."),
-    Stage::Solve.row(HISTORY.conjugate_gradient, Kind::I64, STEPS, Dimension::Number, "Conjugate gradient steps."),
-    Stage::Solve.row(HISTORY.expansion, Kind::I64, STEPS, Dimension::Number, "Expansion steps."),
-    Stage::Solve.row(HISTORY.proportioning, Kind::I64, STEPS, Dimension::Number, "Proportioning steps."),
-    Stage::Solve.row(HISTORY.applications, Kind::I64, STEPS, Dimension::Number, "Actions of the inverse stiffness matrix; the first step includes those that estimate the norm of S."),
-    Stage::Solve.row(HISTORY.seconds, Kind::F64, STEPS, Dimension::Time, "Wall-clock time of each outer step.").volatile(),
+    GROUP.row(NEWTON_RESIDUAL, Kind::F64, NEWTON, Dimension::Number, "|R| / |lambda| after each Newton step."),
+    GROUP.row(NEWTON_STEP_LENGTH, Kind::F64, NEWTON, Dimension::Number, "Share of the Newton step taken."),
+    GROUP.row(NEWTON_HALVINGS, Kind::I64, NEWTON, Dimension::Number, "Halvings of the step tried."),
+    GROUP.row(NEWTON_ZONE_CHANGES, Kind::I64, NEWTON, Dimension::Number, "Panes that changed between open, stick and slip."),
+    GROUP.row(NEWTON_UNKNOWNS, Kind::I64, NEWTON, Dimension::Number, "Unknowns of the dense linear system."),
+    GROUP.row(NEWTON_FALLBACK, Kind::U8, NEWTON, Dimension::Number, "1 where the safeguard replaced Newton's step."),
+    GROUP.row(NEWTON_LAW_SHARE, Kind::F64, NEWTON, Dimension::Number, "Share of the law of friction in the step: below 1 where the law was approached by continuation.").symbol("tau").optional("absent in files of format 1.2, which had no continuation"),
+    GROUP.row(NEWTON_SECONDS, Kind::F64, NEWTON, Dimension::Time, "Wall-clock time of each Newton step.").volatile(),
+    GROUP.row(HISTORY.change, Kind::F64, STEPS, Dimension::Number, "Relative change of the multipliers in each outer step.").symbol("err"),
+    GROUP.row(HISTORY.inner_tolerance, Kind::F64, STEPS, Dimension::Number, "Tolerance of each inner problem, relative to the norm of h.").symbol("epsilon_lambda"),
+    GROUP.row(HISTORY.inner_residual, Kind::F64, STEPS, Dimension::Number, "Norm of the reduced gradient at the end of each inner problem, relative to the norm of h."),
+    GROUP.row(HISTORY.conjugate_gradient, Kind::I64, STEPS, Dimension::Number, "Conjugate gradient steps."),
+    GROUP.row(HISTORY.expansion, Kind::I64, STEPS, Dimension::Number, "Expansion steps."),
+    GROUP.row(HISTORY.proportioning, Kind::I64, STEPS, Dimension::Number, "Proportioning steps."),
+    GROUP.row(HISTORY.applications, Kind::I64, STEPS, Dimension::Number, "Actions of the inverse stiffness matrix; the first step includes those that estimate the norm of S."),
+    GROUP.row(HISTORY.seconds, Kind::F64, STEPS, Dimension::Time, "Wall-clock time of each outer step.").volatile(),
 ];
 
 /// Writes one record per Newton step.
 pub(super) fn write_newton(
-    writer: &mut StageWriter<'_>,
+    writer: &mut GroupWriter<'_>,
     steps: &[NewtonStep],
 ) -> Result<(), StoreError> {
     type Measure = fn(&NewtonStep) -> f64;
@@ -92,7 +92,7 @@ pub(super) fn write_newton(
 
 /// Writes one record per step of successive approximations.
 pub(super) fn write_outer(
-    writer: &mut StageWriter<'_>,
+    writer: &mut GroupWriter<'_>,
     paths: &OuterPaths,
     history: &[OuterStep],
 ) -> Result<(), StoreError> {

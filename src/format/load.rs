@@ -4,11 +4,14 @@ use contact3d::dual::DualSystem;
 use runfile::{
     DatasetSpec,
     Extent::{Fixed, Named},
-    Kind, Reader, Stage, StageWriter, StoreError,
+    Group, GroupWriter, Kind, Reader, StoreError,
 };
 use units::Dimension;
 
-use super::{FormatError, read_finite_rows, read_finite_vec};
+use super::{FormatError, Stage, read_finite_rows, read_finite_vec};
+
+/// Loads and what follows from them linearly.
+pub(super) const GROUP: Group = Group::new("load", Stage::Load.command());
 
 pub(super) const FORCE: &str = "/load/force";
 const DUAL_RHS: &str = "/load/dual_rhs";
@@ -16,16 +19,16 @@ const SLIP_FREE: &str = "/load/slip_free";
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    Stage::Load.row(FORCE, Kind::F64, &[Named("n_free")], Dimension::FORCE, "Load vector.").symbol("l"),
-    Stage::Load.row(DUAL_RHS, Kind::F64, &[Named("n_multipliers")], Dimension::VOLUME, "Right-hand side B A^-1 l of the dual problem, minus the integrated gap in its first m entries.").symbol("h").optional("absent without contact"),
-    Stage::Load.row(SLIP_FREE, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::LENGTH, "Tangential displacement of the contact nodes without contact.").optional("absent unless the dual operator is explicit and friction follows the slip"),
+    GROUP.row(FORCE, Kind::F64, &[Named("n_free")], Dimension::FORCE, "Load vector.").symbol("l"),
+    GROUP.row(DUAL_RHS, Kind::F64, &[Named("n_multipliers")], Dimension::VOLUME, "Right-hand side B A^-1 l of the dual problem, minus the integrated gap in its first m entries.").symbol("h").optional("absent without contact"),
+    GROUP.row(SLIP_FREE, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::LENGTH, "Tangential displacement of the contact nodes without contact.").optional("absent unless the dual operator is explicit and friction follows the slip"),
 ];
 
 /// Writes l, h and the free slip.
 ///
 /// # Errors
 /// HDF5 failures.
-pub fn write(writer: &mut StageWriter<'_>, system: &DualSystem) -> Result<(), StoreError> {
+pub fn write(writer: &mut GroupWriter<'_>, system: &DualSystem) -> Result<(), StoreError> {
     let load = &system.assembly.primal.load;
     writer.write(FORCE, load, &[load.len()])?;
     let Some(contact) = &system.contact else {

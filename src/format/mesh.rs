@@ -7,13 +7,16 @@ use contact3d::{
 use runfile::{
     DatasetSpec,
     Extent::{Fixed, Named},
-    Kind, Reader, Stage, StageWriter, StoreError,
+    Group, GroupWriter, Kind, Reader, StoreError,
 };
 use units::Dimension;
 
 use super::{
-    FormatError, columns, read_finite_rows, read_finite_vec, read_index_vec, require_below,
+    FormatError, Stage, columns, read_finite_rows, read_finite_vec, read_index_vec, require_below,
 };
+
+/// Mesh, boundary and panes.
+pub(super) const GROUP: Group = Group::new("mesh", Stage::Mesh.command());
 
 const COORDINATES: &str = "/mesh/coordinates";
 const TETRAHEDRA: &str = "/mesh/tetrahedra";
@@ -32,24 +35,24 @@ const NO_CONTACT: &str = "absent without contact";
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    Stage::Mesh.row(COORDINATES, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Node coordinates.").symbol("x").compressed(),
-    Stage::Mesh.row(TETRAHEDRA, Kind::I64, &[Named("n_tetrahedra"), Fixed(4)], Dimension::Number, "Nodes of each tetrahedron, positively oriented.").compressed(),
-    Stage::Mesh.row(FACETS, Kind::I64, &[Named("n_facets"), Fixed(3)], Dimension::Number, "Nodes of each boundary triangle, counter-clockwise seen from outside.").compressed(),
-    Stage::Mesh.row(FACET_FACE, Kind::I64, &[Named("n_facets")], Dimension::Number, "Face that each boundary triangle belongs to, as a line number of face_names from 0.").compressed(),
-    Stage::Mesh.row(FACE_NAMES, Kind::Text, &[], Dimension::Number, "Names of the faces, one a line."),
-    Stage::Mesh.row(REGION, Kind::I64, &[Named("n_tetrahedra")], Dimension::Number, "Region of each tetrahedron: 0 for the body's own material, k for the k-th region of the scene.").compressed().optional("absent without regions"),
-    Stage::Mesh.row(CONTACT_NORMAL, Kind::F64, &[Fixed(3)], Dimension::Number, "Outward unit normal of the contact face.").symbol("nu").optional(NO_CONTACT),
-    Stage::Mesh.row(CONTACT_NODES, Kind::I64, &[Named("n_contact_nodes")], Dimension::Number, "Nodes on the contact face, increasing.").compressed().optional(NO_CONTACT),
-    Stage::Mesh.row(CONTACT_FACETS, Kind::I64, &[Named("n_contact_facets")], Dimension::Number, "Boundary triangles on the contact face, as indices into facets.").compressed().optional(NO_CONTACT),
-    Stage::Mesh.row(CONTACT_FACET_PANE, Kind::I64, &[Named("n_contact_facets")], Dimension::Number, "Pane of each contact triangle.").compressed().optional("absent without contact and with nodal multipliers"),
-    Stage::Mesh.row(PANE_AREA, Kind::F64, &[Named("n_panes")], Dimension::AREA, "Area of each pane; with nodal multipliers the integral of the node's hat function.").symbol("|R_i|").optional(NO_CONTACT),
-    Stage::Mesh.row(PANE_AVERAGE, Kind::CscMatrix, &[Named("n_contact_nodes"), Named("n_panes")], Dimension::Number, "Mean of each contact node's hat function over each pane; columns sum to 1. With nodal multipliers 1 at the node itself.").optional(NO_CONTACT),
-    Stage::Mesh.row("/mesh/quality/longest_edge", Kind::F64, &[], Dimension::LENGTH, "Longest edge.").symbol("h"),
-    Stage::Mesh.row("/mesh/quality/shortest_edge", Kind::F64, &[], Dimension::LENGTH, "Shortest edge."),
-    Stage::Mesh.row("/mesh/quality/smallest_volume", Kind::F64, &[], Dimension::VOLUME, "Smallest tetrahedron volume."),
-    Stage::Mesh.row("/mesh/quality/total_volume", Kind::F64, &[], Dimension::VOLUME, "Volume of the body."),
-    Stage::Mesh.row("/mesh/quality/smallest_shape", Kind::F64, &[], Dimension::Number, "Smallest shape measure 12 (3V)^(2/3) / sum of squared edges; 1 is a regular tetrahedron."),
-    Stage::Mesh.row("/mesh/quality/mean_shape", Kind::F64, &[], Dimension::Number, "Mean of the shape measure."),
+    GROUP.row(COORDINATES, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Node coordinates.").symbol("x").compressed(),
+    GROUP.row(TETRAHEDRA, Kind::I64, &[Named("n_tetrahedra"), Fixed(4)], Dimension::Number, "Nodes of each tetrahedron, positively oriented.").compressed(),
+    GROUP.row(FACETS, Kind::I64, &[Named("n_facets"), Fixed(3)], Dimension::Number, "Nodes of each boundary triangle, counter-clockwise seen from outside.").compressed(),
+    GROUP.row(FACET_FACE, Kind::I64, &[Named("n_facets")], Dimension::Number, "Face that each boundary triangle belongs to, as a line number of face_names from 0.").compressed(),
+    GROUP.row(FACE_NAMES, Kind::Text, &[], Dimension::Number, "Names of the faces, one a line."),
+    GROUP.row(REGION, Kind::I64, &[Named("n_tetrahedra")], Dimension::Number, "Region of each tetrahedron: 0 for the body's own material, k for the k-th region of the scene.").compressed().optional("absent without regions"),
+    GROUP.row(CONTACT_NORMAL, Kind::F64, &[Fixed(3)], Dimension::Number, "Outward unit normal of the contact face.").symbol("nu").optional(NO_CONTACT),
+    GROUP.row(CONTACT_NODES, Kind::I64, &[Named("n_contact_nodes")], Dimension::Number, "Nodes on the contact face, increasing.").compressed().optional(NO_CONTACT),
+    GROUP.row(CONTACT_FACETS, Kind::I64, &[Named("n_contact_facets")], Dimension::Number, "Boundary triangles on the contact face, as indices into facets.").compressed().optional(NO_CONTACT),
+    GROUP.row(CONTACT_FACET_PANE, Kind::I64, &[Named("n_contact_facets")], Dimension::Number, "Pane of each contact triangle.").compressed().optional("absent without contact and with nodal multipliers"),
+    GROUP.row(PANE_AREA, Kind::F64, &[Named("n_panes")], Dimension::AREA, "Area of each pane; with nodal multipliers the integral of the node's hat function.").symbol("|R_i|").optional(NO_CONTACT),
+    GROUP.row(PANE_AVERAGE, Kind::CscMatrix, &[Named("n_contact_nodes"), Named("n_panes")], Dimension::Number, "Mean of each contact node's hat function over each pane; columns sum to 1. With nodal multipliers 1 at the node itself.").optional(NO_CONTACT),
+    GROUP.row("/mesh/quality/longest_edge", Kind::F64, &[], Dimension::LENGTH, "Longest edge.").symbol("h"),
+    GROUP.row("/mesh/quality/shortest_edge", Kind::F64, &[], Dimension::LENGTH, "Shortest edge."),
+    GROUP.row("/mesh/quality/smallest_volume", Kind::F64, &[], Dimension::VOLUME, "Smallest tetrahedron volume."),
+    GROUP.row("/mesh/quality/total_volume", Kind::F64, &[], Dimension::VOLUME, "Volume of the body."),
+    GROUP.row("/mesh/quality/smallest_shape", Kind::F64, &[], Dimension::Number, "Smallest shape measure 12 (3V)^(2/3) / sum of squared edges; 1 is a regular tetrahedron."),
+    GROUP.row("/mesh/quality/mean_shape", Kind::F64, &[], Dimension::Number, "Mean of the shape measure."),
 ];
 
 /// Writes the mesh and its quality figures.
@@ -57,7 +60,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
 /// # Errors
 /// HDF5 failures.
 pub fn write(
-    writer: &mut StageWriter<'_>,
+    writer: &mut GroupWriter<'_>,
     mesh: &Mesh,
     quality: &Quality,
 ) -> Result<(), StoreError> {
@@ -93,7 +96,7 @@ pub fn write(
 }
 
 fn write_contact_surface(
-    writer: &mut StageWriter<'_>,
+    writer: &mut GroupWriter<'_>,
     contact: &ContactSurface,
 ) -> Result<(), StoreError> {
     writer.write(CONTACT_NORMAL, &contact.normal, &[3])?;

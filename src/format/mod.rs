@@ -11,30 +11,34 @@ mod scene;
 mod sizes;
 mod solve;
 mod stability;
+mod stage;
 mod sweep;
 mod vtkhdf;
 mod vtkhdf_check;
 
 use thiserror::Error;
 
-pub use accuracy::{read as read_accuracy, read_advice, write as write_accuracy};
+pub use accuracy::{
+    GROUP as ACCURACY, read as read_accuracy, read_advice, write as write_accuracy,
+};
 pub use assemble::{
     read as read_assembly, read_coupling, read_primal, stored_bytes as assembly_bytes,
     write as write_assembly,
 };
-pub use checkpoint::{read as read_checkpoint, write as write_checkpoint};
+pub use checkpoint::{GROUP as CHECKPOINT, read as read_checkpoint, write as write_checkpoint};
 pub use load::{read as read_loads, write as write_loads};
 pub use mesh::{read as read_mesh, write as write_mesh};
 pub use post::{ContactSummary, Summary, read_summary, write as write_report};
-pub use scene::{read as read_scene, write as write_scene};
+pub use scene::{GROUP as SCENE, read as read_scene, write as write_scene};
 pub use sizes::{Sizes, read_sizes};
 pub use solve::{read as read_solution, read_multiplier, write as write_solution};
-pub use stability::{STABILITY_LAYOUT, StabilityRow, write as write_stability};
+pub use stability::{GROUP as STABILITY, STABILITY_LAYOUT, StabilityRow, write as write_stability};
+pub use stage::Stage;
 pub use sweep::{
-    CERTIFICATE, CaseResults, CaseRow, SWEEP_LAYOUT, TableOwner, read_case, read_table_owner,
-    write as write_cases,
+    CERTIFICATE, CaseResults, CaseRow, GROUP as CASES, SWEEP_LAYOUT, TableOwner, read_case,
+    read_table_owner, write as write_cases,
 };
-pub use vtkhdf::write as write_vtkhdf;
+pub use vtkhdf::{GROUP as VTKHDF, write as write_vtkhdf};
 pub use vtkhdf_check::{check as check_vtkhdf, problems};
 
 use contact3d::{
@@ -51,6 +55,17 @@ pub const LAYOUT: Layout = Layout {
     format_version: [1, 4],
     creator: concat!("contact3d-pipe ", env!("CARGO_PKG_VERSION")),
     units: Units::SI,
+    groups: &[
+        scene::GROUP,
+        mesh::GROUP,
+        assemble::GROUP,
+        load::GROUP,
+        solve::GROUP,
+        post::GROUP,
+        vtkhdf::GROUP,
+        checkpoint::GROUP,
+        accuracy::GROUP,
+    ],
     tables: &[
         scene::TABLE,
         mesh::TABLE,
@@ -119,7 +134,7 @@ pub enum FormatError {
     #[error(transparent)]
     Store(#[from] StoreError),
     /// The stored scene does not validate.
-    #[error("the stored scene cannot be used; run the stage `mesh` again with a scene file")]
+    #[error("the stored scene cannot be used; run `mesh` again with a scene file")]
     Scene(#[source] Box<SceneError>),
     /// Datasets contradict each other.
     #[error("{dataset}: {reason}; run the stage that writes it again")]
@@ -130,7 +145,7 @@ pub enum FormatError {
         reason: String,
     },
     /// The stored factor is damaged.
-    #[error("/assemble/factor: {0}; run the stage `assemble` again")]
+    #[error("/assemble/factor: {0}; run `assemble` again")]
     Factor(#[from] PartsError),
 }
 

@@ -8,11 +8,14 @@ use contact3d::{
 use runfile::{
     DatasetSpec, Extent,
     Extent::{Fixed, Named},
-    Kind, Reader, Stage, StageWriter, StoreError, StoredEnum, stored_enum,
+    Group, GroupWriter, Kind, Reader, StoreError, StoredEnum, stored_enum,
 };
 use units::Dimension;
 
-use super::{FormatError, read_index_vec, read_scalar};
+use super::{FormatError, Stage, read_index_vec, read_scalar};
+
+/// Stresses, zones, resultants and the certificate.
+pub(super) const GROUP: Group = Group::new("post", Stage::Post.command());
 
 stored_enum! {
     /// What a pane does, as stored.
@@ -54,41 +57,41 @@ const NODE_VECTORS: &[Extent] = &[Named("n_contact_nodes"), Fixed(3)];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    Stage::Post.row(VTKHDF_DIGEST, Kind::Text, &[], Dimension::Number, "Digest of /VTKHDF, which shows the same results.").optional("absent in files before format 1.4"),
-    Stage::Post.row(ZONE, Kind::Enum(StoredZone::SPEC), PANES, Dimension::Number, "Open: no contact stress; slip: the trial stress lambda_t + rho |R_i| u_t with local stiffness rho lies outside the ellipse of the last inner problem; stick: inside.").optional(NO_CONTACT),
-    Stage::Post.row(MARGIN, Kind::F64, PANES, Dimension::Number, "1 - |F^-1 lambda_t| / g: 0 on the boundary of the ellipse, 1 at its centre and on open panes.").optional(NO_FRICTION),
-    Stage::Post.row(NORMAL_STRESS, Kind::F64, PANES, Dimension::STRESS, "Normal contact stress, negative in compression.").symbol("sigma_nu").optional(NO_CONTACT),
-    Stage::Post.row(TANGENTIAL_STRESS, Kind::F64, PANE_PAIRS, Dimension::STRESS, "Tangential contact stress along t1 and t2.").symbol("sigma_t").optional(NO_FRICTION),
-    Stage::Post.row(SCALED_TANGENTIAL, Kind::F64, PANES, Dimension::STRESS, "Norm of the tangential stress scaled by the inverse friction matrix at the solution; at most -sigma_nu.").symbol("|F^-1 sigma_t|").optional(NO_COULOMB),
-    Stage::Post.row(TRACTION, Kind::F64, &[Named("n_panes"), Fixed(3)], Dimension::STRESS, "Contact stress on the body in the global axes, sigma_nu nu + sigma_t1 t1 + sigma_t2 t2; times pane areas it sums to the contact force.").symbol("sigma nu").optional(NO_CONTACT_OR_OLD),
-    Stage::Post.row(AXIS_1, Kind::F64, NODE_VECTORS, Dimension::Number, "First axis of friction at each contact node.").symbol("t1").optional(NO_CONTACT_OR_OLD),
-    Stage::Post.row(AXIS_2, Kind::F64, NODE_VECTORS, Dimension::Number, "Second axis of friction at each contact node, t1 x nu with the outward normal nu.").symbol("t2").optional(NO_CONTACT_OR_OLD),
-    Stage::Post.row(PANE_SLIP, Kind::F64, PANE_PAIRS, Dimension::LENGTH, "Mean tangential displacement of each pane.").symbol("u_t").optional(NO_FRICTION),
-    Stage::Post.row(PANE_GAP, Kind::F64, PANES, Dimension::LENGTH, "Mean distance of each pane to the foundation.").symbol("d - u_nu").optional(NO_CONTACT),
-    Stage::Post.row(PANE_FRICTION, Kind::F64, PANE_PAIRS, Dimension::Number, "Coefficients of friction acting on each pane at the solution.").symbol("F_1, F_2").optional(NO_COULOMB),
-    Stage::Post.row(NODAL_FRICTION, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::Number, "Coefficients of friction at the contact nodes at the solution.").symbol("F_1, F_2").optional(NO_COULOMB),
-    Stage::Post.row(STRESS, Kind::F64, &[Named("n_tetrahedra"), Fixed(6)], Dimension::STRESS, "Stress xx, yy, zz, yz, xz, xy of each tetrahedron.").symbol("sigma"),
-    Stage::Post.row(VON_MISES, Kind::F64, &[Named("n_tetrahedra")], Dimension::STRESS, "Von Mises stress of each tetrahedron."),
-    Stage::Post.row(ZONE_COUNTS, Kind::I64, &[Fixed(3)], Dimension::Number, "Numbers of open, sticking and slipping panes.").optional(NO_CONTACT),
-    Stage::Post.row(NORMAL_FORCE, Kind::F64, &[], Dimension::FORCE, "Total normal contact force.").optional(NO_CONTACT),
-    Stage::Post.row("/post/resultants/tangential_force", Kind::F64, &[Fixed(2)], Dimension::FORCE, "Sum of area times tangential multiplier along t1 and t2; the foundation acts with its opposite.").optional(NO_FRICTION),
-    Stage::Post.row("/post/resultants/contact_force", Kind::F64, VECTOR, Dimension::FORCE, "Force of the foundation on the body.").optional(NO_CONTACT),
-    Stage::Post.row("/post/resultants/applied_force", Kind::F64, VECTOR, Dimension::FORCE, "Resultant of the applied loads."),
-    Stage::Post.row("/post/resultants/clamp_force", Kind::F64, VECTOR, Dimension::FORCE, "Reaction of the clamps."),
-    Stage::Post.row("/post/resultants/moments", Kind::F64, &[Fixed(3), Fixed(3)], Dimension::MOMENT, "Moments about the origin of contact, applied and clamp forces, one row each."),
-    Stage::Post.row("/post/resultants/force_imbalance", Kind::F64, &[], Dimension::Number, "Norm of the sum of forces over the sum of their norms."),
-    Stage::Post.row("/post/resultants/moment_imbalance", Kind::F64, &[], Dimension::Number, "Norm of the sum of moments over the sum of their norms."),
-    Stage::Post.row(STRAIN_ENERGY, Kind::F64, &[], Dimension::Energy, "Strain energy u.Au / 2."),
-    Stage::Post.row("/post/resultants/load_work", Kind::F64, &[], Dimension::Energy, "Work l.u of the loads."),
-    Stage::Post.row("/post/resultants/largest_displacement", Kind::F64, VECTOR, Dimension::LENGTH, "Largest |u_x|, |u_y|, |u_z| of a node."),
-    Stage::Post.row(LARGEST_PRESSURE, Kind::F64, &[], Dimension::STRESS, "Largest normal multiplier.").optional(NO_CONTACT),
-    Stage::Post.row("/post/certificate/equilibrium", Kind::F64, &[], Dimension::Number, "|A u + B^T lambda - l| / |l|."),
-    Stage::Post.row("/post/certificate/penetration", Kind::F64, &[], Dimension::Number, "Largest mean penetration of a pane times its area and local stiffness, over the largest pressure.").optional(NO_CONTACT),
-    Stage::Post.row("/post/certificate/adhesion", Kind::F64, &[], Dimension::Number, "Largest tensile normal multiplier over the largest pressure.").optional(NO_CONTACT),
-    Stage::Post.row("/post/certificate/complementarity", Kind::F64, &[], Dimension::Number, "Sum over panes of |lambda_nu gap| times area, over that of lambda_nu^2 over local stiffness.").optional(NO_CONTACT),
-    Stage::Post.row("/post/certificate/friction_bound", Kind::F64, &[], Dimension::Number, "Largest excess of |F^-1 lambda_t| over lambda_nu, over the largest lambda_nu.").optional(NO_FRICTION),
-    Stage::Post.row("/post/certificate/slip_direction", Kind::F64, &[], Dimension::Number, "Sum over panes of the frictional work that misses to that of the law's slip direction, in absolute value, over the frictional work plus the sum of |lambda_t|^2 over local stiffness.").optional(NO_FRICTION),
-    Stage::Post.row("/post/certificate/fixed_point", Kind::F64, &[], Dimension::Number, "Largest entry of lambda - P(lambda - rho r) on the solution's own admissible set with local stiffness rho, normal ones over the largest pressure, tangential ones over the largest tangential stress or semi-axis.").optional(NO_CONTACT),
+    GROUP.row(VTKHDF_DIGEST, Kind::Text, &[], Dimension::Number, "Digest of /VTKHDF, which shows the same results.").optional("absent in files before format 1.4"),
+    GROUP.row(ZONE, Kind::Enum(StoredZone::SPEC), PANES, Dimension::Number, "Open: no contact stress; slip: the trial stress lambda_t + rho |R_i| u_t with local stiffness rho lies outside the ellipse of the last inner problem; stick: inside.").optional(NO_CONTACT),
+    GROUP.row(MARGIN, Kind::F64, PANES, Dimension::Number, "1 - |F^-1 lambda_t| / g: 0 on the boundary of the ellipse, 1 at its centre and on open panes.").optional(NO_FRICTION),
+    GROUP.row(NORMAL_STRESS, Kind::F64, PANES, Dimension::STRESS, "Normal contact stress, negative in compression.").symbol("sigma_nu").optional(NO_CONTACT),
+    GROUP.row(TANGENTIAL_STRESS, Kind::F64, PANE_PAIRS, Dimension::STRESS, "Tangential contact stress along t1 and t2.").symbol("sigma_t").optional(NO_FRICTION),
+    GROUP.row(SCALED_TANGENTIAL, Kind::F64, PANES, Dimension::STRESS, "Norm of the tangential stress scaled by the inverse friction matrix at the solution; at most -sigma_nu.").symbol("|F^-1 sigma_t|").optional(NO_COULOMB),
+    GROUP.row(TRACTION, Kind::F64, &[Named("n_panes"), Fixed(3)], Dimension::STRESS, "Contact stress on the body in the global axes, sigma_nu nu + sigma_t1 t1 + sigma_t2 t2; times pane areas it sums to the contact force.").symbol("sigma nu").optional(NO_CONTACT_OR_OLD),
+    GROUP.row(AXIS_1, Kind::F64, NODE_VECTORS, Dimension::Number, "First axis of friction at each contact node.").symbol("t1").optional(NO_CONTACT_OR_OLD),
+    GROUP.row(AXIS_2, Kind::F64, NODE_VECTORS, Dimension::Number, "Second axis of friction at each contact node, t1 x nu with the outward normal nu.").symbol("t2").optional(NO_CONTACT_OR_OLD),
+    GROUP.row(PANE_SLIP, Kind::F64, PANE_PAIRS, Dimension::LENGTH, "Mean tangential displacement of each pane.").symbol("u_t").optional(NO_FRICTION),
+    GROUP.row(PANE_GAP, Kind::F64, PANES, Dimension::LENGTH, "Mean distance of each pane to the foundation.").symbol("d - u_nu").optional(NO_CONTACT),
+    GROUP.row(PANE_FRICTION, Kind::F64, PANE_PAIRS, Dimension::Number, "Coefficients of friction acting on each pane at the solution.").symbol("F_1, F_2").optional(NO_COULOMB),
+    GROUP.row(NODAL_FRICTION, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::Number, "Coefficients of friction at the contact nodes at the solution.").symbol("F_1, F_2").optional(NO_COULOMB),
+    GROUP.row(STRESS, Kind::F64, &[Named("n_tetrahedra"), Fixed(6)], Dimension::STRESS, "Stress xx, yy, zz, yz, xz, xy of each tetrahedron.").symbol("sigma"),
+    GROUP.row(VON_MISES, Kind::F64, &[Named("n_tetrahedra")], Dimension::STRESS, "Von Mises stress of each tetrahedron."),
+    GROUP.row(ZONE_COUNTS, Kind::I64, &[Fixed(3)], Dimension::Number, "Numbers of open, sticking and slipping panes.").optional(NO_CONTACT),
+    GROUP.row(NORMAL_FORCE, Kind::F64, &[], Dimension::FORCE, "Total normal contact force.").optional(NO_CONTACT),
+    GROUP.row("/post/resultants/tangential_force", Kind::F64, &[Fixed(2)], Dimension::FORCE, "Sum of area times tangential multiplier along t1 and t2; the foundation acts with its opposite.").optional(NO_FRICTION),
+    GROUP.row("/post/resultants/contact_force", Kind::F64, VECTOR, Dimension::FORCE, "Force of the foundation on the body.").optional(NO_CONTACT),
+    GROUP.row("/post/resultants/applied_force", Kind::F64, VECTOR, Dimension::FORCE, "Resultant of the applied loads."),
+    GROUP.row("/post/resultants/clamp_force", Kind::F64, VECTOR, Dimension::FORCE, "Reaction of the clamps."),
+    GROUP.row("/post/resultants/moments", Kind::F64, &[Fixed(3), Fixed(3)], Dimension::MOMENT, "Moments about the origin of contact, applied and clamp forces, one row each."),
+    GROUP.row("/post/resultants/force_imbalance", Kind::F64, &[], Dimension::Number, "Norm of the sum of forces over the sum of their norms."),
+    GROUP.row("/post/resultants/moment_imbalance", Kind::F64, &[], Dimension::Number, "Norm of the sum of moments over the sum of their norms."),
+    GROUP.row(STRAIN_ENERGY, Kind::F64, &[], Dimension::Energy, "Strain energy u.Au / 2."),
+    GROUP.row("/post/resultants/load_work", Kind::F64, &[], Dimension::Energy, "Work l.u of the loads."),
+    GROUP.row("/post/resultants/largest_displacement", Kind::F64, VECTOR, Dimension::LENGTH, "Largest |u_x|, |u_y|, |u_z| of a node."),
+    GROUP.row(LARGEST_PRESSURE, Kind::F64, &[], Dimension::STRESS, "Largest normal multiplier.").optional(NO_CONTACT),
+    GROUP.row("/post/certificate/equilibrium", Kind::F64, &[], Dimension::Number, "|A u + B^T lambda - l| / |l|."),
+    GROUP.row("/post/certificate/penetration", Kind::F64, &[], Dimension::Number, "Largest mean penetration of a pane times its area and local stiffness, over the largest pressure.").optional(NO_CONTACT),
+    GROUP.row("/post/certificate/adhesion", Kind::F64, &[], Dimension::Number, "Largest tensile normal multiplier over the largest pressure.").optional(NO_CONTACT),
+    GROUP.row("/post/certificate/complementarity", Kind::F64, &[], Dimension::Number, "Sum over panes of |lambda_nu gap| times area, over that of lambda_nu^2 over local stiffness.").optional(NO_CONTACT),
+    GROUP.row("/post/certificate/friction_bound", Kind::F64, &[], Dimension::Number, "Largest excess of |F^-1 lambda_t| over lambda_nu, over the largest lambda_nu.").optional(NO_FRICTION),
+    GROUP.row("/post/certificate/slip_direction", Kind::F64, &[], Dimension::Number, "Sum over panes of the frictional work that misses to that of the law's slip direction, in absolute value, over the frictional work plus the sum of |lambda_t|^2 over local stiffness.").optional(NO_FRICTION),
+    GROUP.row("/post/certificate/fixed_point", Kind::F64, &[], Dimension::Number, "Largest entry of lambda - P(lambda - rho r) on the solution's own admissible set with local stiffness rho, normal ones over the largest pressure, tangential ones over the largest tangential stress or semi-axis.").optional(NO_CONTACT),
 ];
 
 /// Writes the report, with the contact face and its frame where there is contact; it belongs to a `/VTKHDF` with
@@ -97,7 +100,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
 /// # Errors
 /// HDF5 failures.
 pub fn write(
-    writer: &mut StageWriter<'_>,
+    writer: &mut GroupWriter<'_>,
     report: &ContactReport,
     face: Option<(&ContactSurface, &ContactFrame)>,
     vtkhdf_digest: &str,
@@ -163,7 +166,7 @@ pub fn write(
 
 /// The axes of friction, and contact stresses in the global axes.
 fn write_in_space(
-    writer: &mut StageWriter<'_>,
+    writer: &mut GroupWriter<'_>,
     panes: &[PaneState],
     surface: &ContactSurface,
     frame: &ContactFrame,
@@ -181,7 +184,7 @@ fn write_in_space(
     writer.write(TRACTION, tractions.as_flattened(), &[tractions.len(), 3])
 }
 
-fn write_panes(writer: &mut StageWriter<'_>, panes: &[PaneState]) -> Result<(), StoreError> {
+fn write_panes(writer: &mut GroupWriter<'_>, panes: &[PaneState]) -> Result<(), StoreError> {
     let zones: Vec<StoredZone> = panes
         .iter()
         .filter_map(|pane| StoredZone::from_code(pane.zone as u8))
@@ -199,7 +202,7 @@ fn write_panes(writer: &mut StageWriter<'_>, panes: &[PaneState]) -> Result<(), 
 }
 
 fn write_pane_friction(
-    writer: &mut StageWriter<'_>,
+    writer: &mut GroupWriter<'_>,
     panes: &[PaneFriction],
 ) -> Result<(), StoreError> {
     let m = panes.len();

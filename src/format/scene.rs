@@ -3,14 +3,17 @@
 use std::path::Path;
 
 use contact3d::scene::{Scene, SceneFile};
-use runfile::{DatasetSpec, Kind, Reader, Stage, StageWriter, StoreError};
+use runfile::{DatasetSpec, Group, GroupWriter, Kind, Reader, StoreError};
 use units::Dimension;
 
-use super::FormatError;
+use super::{FormatError, Stage};
+
+/// The validated input.
+pub const GROUP: Group = Group::new("scene", Stage::Mesh.command());
 
 const TOML: &str = "/scene/toml";
 
-pub(super) const TABLE: &[DatasetSpec] = &[Stage::Scene.row(
+pub(super) const TABLE: &[DatasetSpec] = &[GROUP.row(
     TOML,
     Kind::Text,
     &[],
@@ -22,7 +25,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[Stage::Scene.row(
 ///
 /// # Errors
 /// HDF5 failures.
-pub fn write(writer: &mut StageWriter<'_>, scene: &Scene) -> Result<(), StoreError> {
+pub fn write(writer: &mut GroupWriter<'_>, scene: &Scene) -> Result<(), StoreError> {
     writer.write_text(TOML, &scene.to_toml())
 }
 
@@ -31,7 +34,7 @@ pub fn write(writer: &mut StageWriter<'_>, scene: &Scene) -> Result<(), StoreErr
 /// # Errors
 /// A missing or altered dataset, or a text that is no scene of this version.
 pub fn read(reader: &Reader, file: &Path) -> Result<SceneFile, FormatError> {
-    reader.whole_stage(Stage::Scene)?;
+    reader.whole_group(GROUP)?;
     let text = reader.read_text(TOML)?;
     let folder = file.parent().unwrap_or(Path::new("")).to_owned();
     SceneFile::parse(TOML.to_owned(), text, folder).map_err(|e| FormatError::Scene(Box::new(e)))

@@ -1,6 +1,8 @@
-use runfile::{Reader, Stage};
+use runfile::Reader;
 
-use super::{FormatError, load::FORCE, mesh::CONTACT_NODES, mesh::PANE_AREA, read_index_vec};
+use super::{
+    FormatError, Stage, load::FORCE, mesh::CONTACT_NODES, mesh::PANE_AREA, read_index_vec,
+};
 
 /// Numbers of unknowns, as far as stages that can be used fix them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

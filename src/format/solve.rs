@@ -8,11 +8,14 @@ use contact3d::{
 use runfile::{
     DatasetSpec, EnumSpec, Extent,
     Extent::{Fixed, Named},
-    Kind, Reader, Stage, StageWriter, StoreError, StoredEnum, stored_enum,
+    Group, GroupWriter, Kind, Reader, StoreError, StoredEnum, stored_enum,
 };
 use units::Dimension;
 
-use super::{FormatError, history, read_finite_vec, read_index_vec};
+use super::{FormatError, Stage, history, read_finite_vec, read_index_vec};
+
+/// Multipliers, displacement and history.
+pub(super) const GROUP: Group = Group::new("solve", Stage::Solve.command());
 
 stored_enum! {
     /// How a solve ended, as stored.
@@ -101,23 +104,23 @@ const PANE_PAIRS: &[Extent] = &[Named("n_panes"), Fixed(2)];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    Stage::Solve.row(STATUS, Kind::Enum(StoredStatus::SPEC), &[], Dimension::Number, "How the solve ended: converged to epsilon; rounding_limit and stopped (by the rule of its method) near the solution, as far as accuracy says; anything else is a failed solve."),
-    Stage::Solve.row(MULTIPLIER_NORMAL, Kind::F64, PANES, Dimension::STRESS, "Normal contact multiplier, the pressure on each pane.").symbol("lambda_nu").optional(NO_CONTACT),
-    Stage::Solve.row(MULTIPLIER_TANGENTIAL, Kind::F64, PANE_PAIRS, Dimension::STRESS, "Tangential contact multipliers along t1 and t2.").symbol("lambda_t").optional("absent without friction"),
-    Stage::Solve.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Displacement of every node, zero where held.").symbol("u"),
-    Stage::Solve.row(SLIP, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::LENGTH, "Absolute tangential displacements |u_t1|, |u_t2| of the contact nodes.").symbol("phi").optional("absent unless friction follows the slip"),
-    Stage::Solve.row(SLIP_BOUND, Kind::F64, PANES, Dimension::STRESS, "Slip bound of the last inner problem.").symbol("g").optional(NO_COULOMB),
-    Stage::Solve.row(FRICTION, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::Number, "Coefficients at the contact nodes in the last inner problem.").symbol("F_1, F_2").optional(NO_COULOMB),
-    Stage::Solve.row(FRICTION_INVERSE, Kind::F64, PANE_PAIRS, Dimension::Number, "Diagonal of the inverse friction matrix averaged over each pane, in the last inner problem.").symbol("Fbar^-1").optional(NO_COULOMB),
-    Stage::Solve.row(STEPLENGTH, Kind::F64, &[], Dimension::PER_DUAL, "Steplength of projected gradient steps, 1.9 over the norm of the dual operator.").symbol("alpha").optional(NO_CONTACT),
-    Stage::Solve.row(LOCAL_STIFFNESS_NORMAL, Kind::F64, PANES, Dimension::PER_DUAL, "Stiffness of each pane along the normal while the others do not move, that residuals are measured by.").symbol("rho_nu").optional("absent without contact, and before format 1.4"),
-    Stage::Solve.row(LOCAL_STIFFNESS_TANGENTIAL, Kind::F64, PANE_PAIRS, Dimension::PER_DUAL, "The same along t1 and t2: one for both where both can move.").symbol("rho_t").optional("absent without friction, and before format 1.4"),
-    Stage::Solve.row(APPLICATIONS, Kind::I64, &[], Dimension::Number, "Actions of the inverse stiffness matrix in the whole solve.").symbol("n_A"),
-    Stage::Solve.row(METHOD, Kind::Enum(StoredMethod::SPEC), &[], Dimension::Number, "Algorithm that gave the answer: minimisation without friction or with a given slip bound, direct without contact; after a failed Newton solve it is fixed_point and both histories are there."),
-    Stage::Solve.row(ACCURACY, Kind::F64, &[], Dimension::Number, "Relative error of the multipliers, measured by one more solution from them with exact residuals; the last relative change of successive approximations that did not end."),
-    Stage::Solve.row(MAPPING_CHANGE, Kind::F64, &[], Dimension::Number, "|Psi(lambda) - lambda| / |lambda| for one evaluation of the paper's mapping.").optional("absent unless Newton's method gave the answer"),
-    Stage::Solve.row(LAW_EVALUATIONS, Kind::I64, &[], Dimension::Number, "Evaluations of the friction law at a node."),
-    Stage::Solve.row(PROJECTIONS, Kind::I64, &[], Dimension::Number, "Projections on an ellipse."),
+    GROUP.row(STATUS, Kind::Enum(StoredStatus::SPEC), &[], Dimension::Number, "How the solve ended: converged to epsilon; rounding_limit and stopped (by the rule of its method) near the solution, as far as accuracy says; anything else is a failed solve."),
+    GROUP.row(MULTIPLIER_NORMAL, Kind::F64, PANES, Dimension::STRESS, "Normal contact multiplier, the pressure on each pane.").symbol("lambda_nu").optional(NO_CONTACT),
+    GROUP.row(MULTIPLIER_TANGENTIAL, Kind::F64, PANE_PAIRS, Dimension::STRESS, "Tangential contact multipliers along t1 and t2.").symbol("lambda_t").optional("absent without friction"),
+    GROUP.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Displacement of every node, zero where held.").symbol("u"),
+    GROUP.row(SLIP, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::LENGTH, "Absolute tangential displacements |u_t1|, |u_t2| of the contact nodes.").symbol("phi").optional("absent unless friction follows the slip"),
+    GROUP.row(SLIP_BOUND, Kind::F64, PANES, Dimension::STRESS, "Slip bound of the last inner problem.").symbol("g").optional(NO_COULOMB),
+    GROUP.row(FRICTION, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::Number, "Coefficients at the contact nodes in the last inner problem.").symbol("F_1, F_2").optional(NO_COULOMB),
+    GROUP.row(FRICTION_INVERSE, Kind::F64, PANE_PAIRS, Dimension::Number, "Diagonal of the inverse friction matrix averaged over each pane, in the last inner problem.").symbol("Fbar^-1").optional(NO_COULOMB),
+    GROUP.row(STEPLENGTH, Kind::F64, &[], Dimension::PER_DUAL, "Steplength of projected gradient steps, 1.9 over the norm of the dual operator.").symbol("alpha").optional(NO_CONTACT),
+    GROUP.row(LOCAL_STIFFNESS_NORMAL, Kind::F64, PANES, Dimension::PER_DUAL, "Stiffness of each pane along the normal while the others do not move, that residuals are measured by.").symbol("rho_nu").optional("absent without contact, and before format 1.4"),
+    GROUP.row(LOCAL_STIFFNESS_TANGENTIAL, Kind::F64, PANE_PAIRS, Dimension::PER_DUAL, "The same along t1 and t2: one for both where both can move.").symbol("rho_t").optional("absent without friction, and before format 1.4"),
+    GROUP.row(APPLICATIONS, Kind::I64, &[], Dimension::Number, "Actions of the inverse stiffness matrix in the whole solve.").symbol("n_A"),
+    GROUP.row(METHOD, Kind::Enum(StoredMethod::SPEC), &[], Dimension::Number, "Algorithm that gave the answer: minimisation without friction or with a given slip bound, direct without contact; after a failed Newton solve it is fixed_point and both histories are there."),
+    GROUP.row(ACCURACY, Kind::F64, &[], Dimension::Number, "Relative error of the multipliers, measured by one more solution from them with exact residuals; the last relative change of successive approximations that did not end."),
+    GROUP.row(MAPPING_CHANGE, Kind::F64, &[], Dimension::Number, "|Psi(lambda) - lambda| / |lambda| for one evaluation of the paper's mapping.").optional("absent unless Newton's method gave the answer"),
+    GROUP.row(LAW_EVALUATIONS, Kind::I64, &[], Dimension::Number, "Evaluations of the friction law at a node."),
+    GROUP.row(PROJECTIONS, Kind::I64, &[], Dimension::Number, "Projections on an ellipse."),
 ];
 
 /// Writes the solution.
@@ -125,7 +128,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
 /// # Errors
 /// HDF5 failures.
 pub fn write(
-    writer: &mut StageWriter<'_>,
+    writer: &mut GroupWriter<'_>,
     solution: &Solution,
     n_panes: usize,
     dofs: &DofMap,
@@ -171,7 +174,7 @@ pub fn write(
     history::write_outer(writer, &history::HISTORY, &solution.history)
 }
 
-fn write_coulomb(writer: &mut StageWriter<'_>, state: &CoulombState) -> Result<(), StoreError> {
+fn write_coulomb(writer: &mut GroupWriter<'_>, state: &CoulombState) -> Result<(), StoreError> {
     let friction = &state.friction;
     writer.write(SLIP_BOUND, &state.slip_bound, &[state.slip_bound.len()])?;
     writer.write(

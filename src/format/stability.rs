@@ -7,11 +7,14 @@ use contact3d::{
 use runfile::{
     DatasetSpec, Extent,
     Extent::{Fixed, Named},
-    Kind, Layout, Stage, StageWriter, StoreError, StoredEnum, stored_enum,
+    Group, GroupWriter, Kind, Layout, StoreError, StoredEnum, stored_enum,
 };
 use units::{Dimension, Units};
 
 use super::solve::StoredStatus;
+
+/// How far the answers of hard cases can be trusted, in a file of its own.
+pub const GROUP: Group = Group::new("stability", "stability");
 
 stored_enum! {
     /// How a case came out, as stored.
@@ -30,6 +33,7 @@ pub const STABILITY_LAYOUT: Layout = Layout {
     format_version: [1, 0],
     creator: super::LAYOUT.creator,
     units: super::LAYOUT.units,
+    groups: &[GROUP],
     tables: &[TABLE],
     extents: &[("n_cases", "cases in the order of the suite")],
 };
@@ -72,35 +76,35 @@ const CHANGES: &[Extent] = &[Named("n_cases"), Fixed(7)];
 
 #[rustfmt::skip]
 const TABLE: &[DatasetSpec] = &[
-    Stage::Stability.row(NAME, Kind::Text, CASES, Dimension::Number, "Name of the case."),
-    Stage::Stability.row(FAMILY, Kind::Text, CASES, Dimension::Number, "What the case is one of."),
-    Stage::Stability.row(SHOWS, Kind::Text, CASES, Dimension::Number, "What the case shows, and what is expected."),
-    Stage::Stability.row(SCENE, Kind::Text, CASES, Dimension::Number, "The scene as TOML."),
-    Stage::Stability.row(VERDICT, Kind::Enum(StoredLevel::SPEC), CASES, Dimension::Number, "holds: to 1e-10 or to the bit; floor: to what rounding allows; fails; refused: no discrete problem."),
-    Stage::Stability.row(FINDINGS, Kind::Text, CASES, Dimension::Number, "What is to be said about the verdict, else empty."),
-    Stage::Stability.row(OPEN, Kind::Text, CASES, Dimension::Number, "Why the suite expects the case to fail, else empty."),
-    Stage::Stability.row(STATUS, Kind::Enum(StoredStatus::SPEC), CASES, Dimension::Number, "How the solve ended; numerical_error for a refused case."),
-    Stage::Stability.row(UNKNOWNS, Kind::I64, CASES, Dimension::Number, "Free degrees of freedom; 0 in this and other counts of a refused case."),
-    Stage::Stability.row(MULTIPLIERS, Kind::I64, CASES, Dimension::Number, "Multipliers."),
-    Stage::Stability.row(NEWTON_STEPS, Kind::I64, CASES, Dimension::Number, "Steps of Newton's method."),
-    Stage::Stability.row(OUTER_STEPS, Kind::I64, CASES, Dimension::Number, "Steps of successive approximations."),
-    Stage::Stability.row(ZONE_COUNTS, Kind::I64, ZONES, Dimension::Number, "Numbers of open, sticking and slipping panes."),
-    Stage::Stability.row(ASKED, Kind::F64, CASES, Dimension::Number, "Accuracy that was asked for; NaN in this and other measures of a refused case."),
-    Stage::Stability.row(ACCURACY, Kind::F64, CASES, Dimension::Number, "Accuracy that the solver says it reached."),
-    Stage::Stability.row(CERTIFICATE, Kind::F64, CASES, Dimension::Number, "Largest figure of the certificate."),
-    Stage::Stability.row(CERTIFICATE_ROUNDING, Kind::F64, CASES, Dimension::Number, "Size of the certificate's figures at the best double-precision answer."),
-    Stage::Stability.row(STIFFNESS_CONDITION, Kind::F64, CASES, Dimension::Number, "Condition number of A scaled to the diagonal 1."),
-    Stage::Stability.row(DUAL_EIGENVALUES, Kind::F64, PAIRS, Dimension::DUAL, "Smallest and largest eigenvalue of S without its empty rows."),
-    Stage::Stability.row(DUAL_BY_AREA, Kind::F64, PAIRS, Dimension::COMPLIANCE, "The same of S scaled by the areas of the panes."),
-    Stage::Stability.row(DETERMINANT, Kind::I64, CASES, Dimension::Number, "Sign of the determinant of Newton's matrix at the answer.").symbol("sign det R'"),
-    Stage::Stability.row(SENSITIVITY, Kind::F64, CASES, Dimension::Number, "Norm of the inverse of Newton's matrix at the answer."),
-    Stage::Stability.row(MULTIPLIER_ROUNDING, Kind::F64, CASES, Dimension::Number, "Relative error of the multipliers that rounding alone makes."),
-    Stage::Stability.row(CROSS_CHECK_STATUS, Kind::Enum(StoredStatus::SPEC), CROSS_CHECKS, Dimension::Number, "How Newton, the fixed point with Newton, that with GPCG, and the averaged fixed point ended; numerical_error where not run."),
-    Stage::Stability.row(CROSS_CHECK_STEPS, Kind::I64, CROSS_CHECKS, Dimension::Number, "Their steps; 0 where not run."),
-    Stage::Stability.row(CROSS_CHECK_RESIDUAL, Kind::F64, CROSS_CHECKS, Dimension::Number, "Residuals of the natural map at their answers, relative to the multipliers; NaN where not run."),
-    Stage::Stability.row(DISAGREEMENT, Kind::F64, CROSS_CHECKS, Dimension::Number, "Relative difference of their multipliers to the answer; NaN where not run."),
-    Stage::Stability.row(VARIATION, Kind::F64, CHANGES, Dimension::Number, "Relative difference of the multipliers after a change of units by powers of two, of decimal units, of loads, of node numbers, of threads, in a mirror, with exchanged axes; NaN where not applicable."),
-    Stage::Stability.row(SECONDS, Kind::F64, CASES, Dimension::Time, "Wall-clock time of assembly and solve.").volatile(),
+    GROUP.row(NAME, Kind::Text, CASES, Dimension::Number, "Name of the case."),
+    GROUP.row(FAMILY, Kind::Text, CASES, Dimension::Number, "What the case is one of."),
+    GROUP.row(SHOWS, Kind::Text, CASES, Dimension::Number, "What the case shows, and what is expected."),
+    GROUP.row(SCENE, Kind::Text, CASES, Dimension::Number, "The scene as TOML."),
+    GROUP.row(VERDICT, Kind::Enum(StoredLevel::SPEC), CASES, Dimension::Number, "holds: to 1e-10 or to the bit; floor: to what rounding allows; fails; refused: no discrete problem."),
+    GROUP.row(FINDINGS, Kind::Text, CASES, Dimension::Number, "What is to be said about the verdict, else empty."),
+    GROUP.row(OPEN, Kind::Text, CASES, Dimension::Number, "Why the suite expects the case to fail, else empty."),
+    GROUP.row(STATUS, Kind::Enum(StoredStatus::SPEC), CASES, Dimension::Number, "How the solve ended; numerical_error for a refused case."),
+    GROUP.row(UNKNOWNS, Kind::I64, CASES, Dimension::Number, "Free degrees of freedom; 0 in this and other counts of a refused case."),
+    GROUP.row(MULTIPLIERS, Kind::I64, CASES, Dimension::Number, "Multipliers."),
+    GROUP.row(NEWTON_STEPS, Kind::I64, CASES, Dimension::Number, "Steps of Newton's method."),
+    GROUP.row(OUTER_STEPS, Kind::I64, CASES, Dimension::Number, "Steps of successive approximations."),
+    GROUP.row(ZONE_COUNTS, Kind::I64, ZONES, Dimension::Number, "Numbers of open, sticking and slipping panes."),
+    GROUP.row(ASKED, Kind::F64, CASES, Dimension::Number, "Accuracy that was asked for; NaN in this and other measures of a refused case."),
+    GROUP.row(ACCURACY, Kind::F64, CASES, Dimension::Number, "Accuracy that the solver says it reached."),
+    GROUP.row(CERTIFICATE, Kind::F64, CASES, Dimension::Number, "Largest figure of the certificate."),
+    GROUP.row(CERTIFICATE_ROUNDING, Kind::F64, CASES, Dimension::Number, "Size of the certificate's figures at the best double-precision answer."),
+    GROUP.row(STIFFNESS_CONDITION, Kind::F64, CASES, Dimension::Number, "Condition number of A scaled to the diagonal 1."),
+    GROUP.row(DUAL_EIGENVALUES, Kind::F64, PAIRS, Dimension::DUAL, "Smallest and largest eigenvalue of S without its empty rows."),
+    GROUP.row(DUAL_BY_AREA, Kind::F64, PAIRS, Dimension::COMPLIANCE, "The same of S scaled by the areas of the panes."),
+    GROUP.row(DETERMINANT, Kind::I64, CASES, Dimension::Number, "Sign of the determinant of Newton's matrix at the answer.").symbol("sign det R'"),
+    GROUP.row(SENSITIVITY, Kind::F64, CASES, Dimension::Number, "Norm of the inverse of Newton's matrix at the answer."),
+    GROUP.row(MULTIPLIER_ROUNDING, Kind::F64, CASES, Dimension::Number, "Relative error of the multipliers that rounding alone makes."),
+    GROUP.row(CROSS_CHECK_STATUS, Kind::Enum(StoredStatus::SPEC), CROSS_CHECKS, Dimension::Number, "How Newton, the fixed point with Newton, that with GPCG, and the averaged fixed point ended; numerical_error where not run."),
+    GROUP.row(CROSS_CHECK_STEPS, Kind::I64, CROSS_CHECKS, Dimension::Number, "Their steps; 0 where not run."),
+    GROUP.row(CROSS_CHECK_RESIDUAL, Kind::F64, CROSS_CHECKS, Dimension::Number, "Residuals of the natural map at their answers, relative to the multipliers; NaN where not run."),
+    GROUP.row(DISAGREEMENT, Kind::F64, CROSS_CHECKS, Dimension::Number, "Relative difference of their multipliers to the answer; NaN where not run."),
+    GROUP.row(VARIATION, Kind::F64, CHANGES, Dimension::Number, "Relative difference of the multipliers after a change of units by powers of two, of decimal units, of loads, of node numbers, of threads, in a mirror, with exchanged axes; NaN where not applicable."),
+    GROUP.row(SECONDS, Kind::F64, CASES, Dimension::Time, "Wall-clock time of assembly and solve.").volatile(),
 ];
 
 /// One case of the table.
@@ -157,7 +161,7 @@ impl StabilityRow {
 ///
 /// # Errors
 /// HDF5 failures.
-pub fn write(writer: &mut StageWriter<'_>, rows: &[StabilityRow]) -> Result<(), StoreError> {
+pub fn write(writer: &mut GroupWriter<'_>, rows: &[StabilityRow]) -> Result<(), StoreError> {
     let n = [rows.len()];
     let texts =
         |text: fn(&StabilityRow) -> String| -> Vec<String> { rows.iter().map(text).collect() };
@@ -199,7 +203,7 @@ pub fn write(writer: &mut StageWriter<'_>, rows: &[StabilityRow]) -> Result<(), 
     write_measures(writer, &checks)
 }
 
-fn write_counts(writer: &mut StageWriter<'_>, checks: &[Option<&Check>]) -> Result<(), StoreError> {
+fn write_counts(writer: &mut GroupWriter<'_>, checks: &[Option<&Check>]) -> Result<(), StoreError> {
     type Counts = fn(&Check) -> Vec<i64>;
     let columns: [(&str, usize, Counts); 7] = [
         (UNKNOWNS, 1, |c| vec![c.n_free as i64]),
@@ -226,7 +230,7 @@ fn write_counts(writer: &mut StageWriter<'_>, checks: &[Option<&Check>]) -> Resu
 }
 
 fn write_measures(
-    writer: &mut StageWriter<'_>,
+    writer: &mut GroupWriter<'_>,
     checks: &[Option<&Check>],
 ) -> Result<(), StoreError> {
     type Measures = fn(&Check) -> Vec<f64>;

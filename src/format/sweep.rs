@@ -3,11 +3,14 @@
 use runfile::{
     DatasetSpec, Extent,
     Extent::{Fixed, Named},
-    Kind, Layout, Reader, Stage, StageWriter, StoreError,
+    Group, GroupWriter, Kind, Layout, Reader, StoreError,
 };
 use units::Dimension;
 
-use super::{FormatError, read_index_vec, solve::read_outcome};
+use super::{FormatError, Stage, read_index_vec, solve::read_outcome};
+
+/// The table of a sweep, in a file of its own.
+pub const GROUP: Group = Group::new("cases", "sweep");
 
 /// Every dataset of a sweep's summary file.
 pub const SWEEP_LAYOUT: Layout = Layout {
@@ -16,6 +19,7 @@ pub const SWEEP_LAYOUT: Layout = Layout {
     format_version: [1, 1],
     creator: super::LAYOUT.creator,
     units: super::LAYOUT.units,
+    groups: &[GROUP],
     tables: &[TABLE],
     extents: &[
         (
@@ -66,29 +70,29 @@ const VECTORS: &[Extent] = &[Named("n_cases"), Fixed(3)];
 
 #[rustfmt::skip]
 const TABLE: &[DatasetSpec] = &[
-    Stage::Cases.row(SWEEP_FILE, Kind::Text, &[], Dimension::Number, "The sweep file, as seen from this folder.").optional("absent in tables of version 1.0").volatile(),
-    Stage::Cases.row(KEYS, Kind::Text, &[Named("n_keys")], Dimension::Number, "Keys of the scene that the axes change."),
-    Stage::Cases.row(ID, Kind::Text, CASES, Dimension::Number, "Name of the case; its run file is NAME.h5 in the same folder."),
-    Stage::Cases.row(PLANNED, Kind::U8, CASES, Dimension::Number, "1 for cases of the present axes, 0 for older ones in the folder."),
-    Stage::Cases.row(SETTINGS, Kind::Text, CASES, Dimension::Number, "Values of the keys as a JSON object."),
-    Stage::Cases.row(SETTING_VALUE, Kind::F64, &[Named("n_cases"), Named("n_keys")], Dimension::Number, "Values of the keys in the scene's units; NaN where a value is no number."),
-    Stage::Cases.row(STATUS, Kind::Text, CASES, Dimension::Number, "How the solve ended, as /solve/status says; failed for a case with an error, missing for one not yet run."),
-    Stage::Cases.row(ERROR, Kind::Text, CASES, Dimension::Number, "The error of a failed case, else empty."),
-    Stage::Cases.row(METHOD, Kind::Text, CASES, Dimension::Number, "Algorithm that gave the answer, else empty."),
-    Stage::Cases.row(OUTER_STEPS, Kind::I64, CASES, Dimension::Number, "Steps of successive approximations; -1 in this and other counts without a result."),
-    Stage::Cases.row(NEWTON_STEPS, Kind::I64, CASES, Dimension::Number, "Steps of Newton's method."),
-    Stage::Cases.row(APPLICATIONS, Kind::I64, CASES, Dimension::Number, "Actions of the inverse stiffness matrix.").symbol("n_A"),
-    Stage::Cases.row(SECONDS, Kind::F64, CASES, Dimension::Time, "Wall-clock time of loads, solve and report.").volatile(),
-    Stage::Cases.row(ACCURACY, Kind::F64, CASES, Dimension::Number, "As /solve/accuracy; NaN in this and the other measures without a result."),
-    Stage::Cases.row(ZONE_COUNTS, Kind::I64, VECTORS, Dimension::Number, "Numbers of open, sticking and slipping panes."),
-    Stage::Cases.row(NORMAL_FORCE, Kind::F64, CASES, Dimension::FORCE, "Total normal contact force."),
-    Stage::Cases.row(TANGENTIAL_FORCE, Kind::F64, &[Named("n_cases"), Fixed(2)], Dimension::FORCE, "Sum of area times tangential multiplier along t1 and t2."),
-    Stage::Cases.row(CONTACT_FORCE, Kind::F64, VECTORS, Dimension::FORCE, "Force of the foundation on the body."),
-    Stage::Cases.row(LARGEST_PRESSURE, Kind::F64, CASES, Dimension::STRESS, "Largest normal multiplier."),
-    Stage::Cases.row(LARGEST_DISPLACEMENT, Kind::F64, VECTORS, Dimension::LENGTH, "Largest |u_x|, |u_y|, |u_z| of a node."),
-    Stage::Cases.row(STRAIN_ENERGY, Kind::F64, CASES, Dimension::Energy, "Strain energy."),
-    Stage::Cases.row(CERTIFICATE_FIGURES, Kind::F64, &[Named("n_cases"), Fixed(7)], Dimension::Number, "Equilibrium, penetration, adhesion, complementarity, friction bound, slip direction, fixed point, as in /post/certificate."),
-    Stage::Cases.row(SOLVE_DIGEST, Kind::Text, CASES, Dimension::Number, "Digest of the solution, else empty."),
+    GROUP.row(SWEEP_FILE, Kind::Text, &[], Dimension::Number, "The sweep file, as seen from this folder.").optional("absent in tables of version 1.0").volatile(),
+    GROUP.row(KEYS, Kind::Text, &[Named("n_keys")], Dimension::Number, "Keys of the scene that the axes change."),
+    GROUP.row(ID, Kind::Text, CASES, Dimension::Number, "Name of the case; its run file is NAME.h5 in the same folder."),
+    GROUP.row(PLANNED, Kind::U8, CASES, Dimension::Number, "1 for cases of the present axes, 0 for older ones in the folder."),
+    GROUP.row(SETTINGS, Kind::Text, CASES, Dimension::Number, "Values of the keys as a JSON object."),
+    GROUP.row(SETTING_VALUE, Kind::F64, &[Named("n_cases"), Named("n_keys")], Dimension::Number, "Values of the keys in the scene's units; NaN where a value is no number."),
+    GROUP.row(STATUS, Kind::Text, CASES, Dimension::Number, "How the solve ended, as /solve/status says; failed for a case with an error, missing for one not yet run."),
+    GROUP.row(ERROR, Kind::Text, CASES, Dimension::Number, "The error of a failed case, else empty."),
+    GROUP.row(METHOD, Kind::Text, CASES, Dimension::Number, "Algorithm that gave the answer, else empty."),
+    GROUP.row(OUTER_STEPS, Kind::I64, CASES, Dimension::Number, "Steps of successive approximations; -1 in this and other counts without a result."),
+    GROUP.row(NEWTON_STEPS, Kind::I64, CASES, Dimension::Number, "Steps of Newton's method."),
+    GROUP.row(APPLICATIONS, Kind::I64, CASES, Dimension::Number, "Actions of the inverse stiffness matrix.").symbol("n_A"),
+    GROUP.row(SECONDS, Kind::F64, CASES, Dimension::Time, "Wall-clock time of loads, solve and report.").volatile(),
+    GROUP.row(ACCURACY, Kind::F64, CASES, Dimension::Number, "As /solve/accuracy; NaN in this and the other measures without a result."),
+    GROUP.row(ZONE_COUNTS, Kind::I64, VECTORS, Dimension::Number, "Numbers of open, sticking and slipping panes."),
+    GROUP.row(NORMAL_FORCE, Kind::F64, CASES, Dimension::FORCE, "Total normal contact force."),
+    GROUP.row(TANGENTIAL_FORCE, Kind::F64, &[Named("n_cases"), Fixed(2)], Dimension::FORCE, "Sum of area times tangential multiplier along t1 and t2."),
+    GROUP.row(CONTACT_FORCE, Kind::F64, VECTORS, Dimension::FORCE, "Force of the foundation on the body."),
+    GROUP.row(LARGEST_PRESSURE, Kind::F64, CASES, Dimension::STRESS, "Largest normal multiplier."),
+    GROUP.row(LARGEST_DISPLACEMENT, Kind::F64, VECTORS, Dimension::LENGTH, "Largest |u_x|, |u_y|, |u_z| of a node."),
+    GROUP.row(STRAIN_ENERGY, Kind::F64, CASES, Dimension::Energy, "Strain energy."),
+    GROUP.row(CERTIFICATE_FIGURES, Kind::F64, &[Named("n_cases"), Fixed(7)], Dimension::Number, "Equilibrium, penetration, adhesion, complementarity, friction bound, slip direction, fixed point, as in /post/certificate."),
+    GROUP.row(SOLVE_DIGEST, Kind::Text, CASES, Dimension::Number, "Digest of the solution, else empty."),
 ];
 
 /// One case of the table.
@@ -177,7 +181,7 @@ pub fn read_table_owner(reader: &Reader) -> Result<TableOwner, StoreError> {
 /// # Errors
 /// HDF5 failures.
 pub fn write(
-    writer: &mut StageWriter<'_>,
+    writer: &mut GroupWriter<'_>,
     sweep_file: Option<&str>,
     keys: &[String],
     rows: &[CaseRow],
@@ -221,7 +225,7 @@ pub fn write(
     write_measures(writer, rows)
 }
 
-fn write_measures(writer: &mut StageWriter<'_>, rows: &[CaseRow]) -> Result<(), StoreError> {
+fn write_measures(writer: &mut GroupWriter<'_>, rows: &[CaseRow]) -> Result<(), StoreError> {
     type Scalar = fn(&CaseResults) -> f64;
     let n = rows.len();
     let scalars: [(&str, Scalar); 5] = [
@@ -257,17 +261,16 @@ fn write_measures(writer: &mut StageWriter<'_>, rows: &[CaseRow]) -> Result<(), 
 /// # Errors
 /// Missing or altered datasets.
 pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
-    let mut seconds = 0.0;
-    let mut solve_digest = String::new();
-    for stage in [Stage::Load, Stage::Solve, Stage::Post] {
-        let Some(stored) = reader.whole_stage(stage)? else {
-            return Ok(None);
-        };
-        seconds += stored.record.seconds;
-        if stage == Stage::Solve {
-            solve_digest = stored.digest;
-        }
-    }
+    let whole = |stage: Stage| reader.whole_group(stage.group());
+    let Some(load) = whole(Stage::Load)? else {
+        return Ok(None);
+    };
+    let Some(solve) = whole(Stage::Solve)? else {
+        return Ok(None);
+    };
+    let Some(post) = whole(Stage::Post)? else {
+        return Ok(None);
+    };
     let outcome = read_outcome(reader)?;
     let scalar = |path: &str| Ok::<f64, FormatError>(vector::<1>(reader, path)?[0]);
     let mut certificate = [f64::NAN; 7];
@@ -287,7 +290,7 @@ pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
         status: outcome.status,
         method: outcome.method,
         counts: outcome.counts.map(|count| count as i64),
-        seconds,
+        seconds: load.record.seconds + solve.record.seconds + post.record.seconds,
         accuracy: outcome.accuracy,
         zones,
         normal_force: scalar("/post/resultants/normal_force")?,
@@ -297,7 +300,7 @@ pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
         largest_displacement: vector(reader, "/post/resultants/largest_displacement")?,
         strain_energy: scalar("/post/resultants/strain_energy")?,
         certificate,
-        solve_digest,
+        solve_digest: solve.digest,
     }))
 }
 

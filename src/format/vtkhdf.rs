@@ -12,9 +12,14 @@ use contact3d::{
 use runfile::{
     DatasetSpec, Extent,
     Extent::{Fixed, Named, Plus},
-    Kind, Stage, StageWriter, StoreError,
+    Group, GroupWriter, Kind, StoreError,
 };
 use units::Dimension;
+
+use super::Stage;
+
+/// The same results as ParaView reads them.
+pub const GROUP: Group = Group::new("VTKHDF", Stage::Post.command());
 
 const N_POINTS: &str = "/VTKHDF/NumberOfPoints";
 const N_CELLS: &str = "/VTKHDF/NumberOfCells";
@@ -25,6 +30,11 @@ const OFFSETS: &str = "/VTKHDF/Offsets";
 const TYPES: &str = "/VTKHDF/Types";
 const DISPLACEMENT: &str = "/VTKHDF/PointData/displacement";
 const VON_MISES: &str = "/VTKHDF/CellData/von_mises";
+
+/// Value of the attribute `Type` of the group.
+pub(super) const TYPE: &[u8; 16] = b"UnstructuredGrid";
+/// Value of the attribute `Version` of the group: VTKHDF 2.0.
+pub(super) const VERSION: [i64; 2] = [2, 0];
 
 /// VTK's number of a triangle cell.
 const VTK_TRIANGLE: u8 = 5;
@@ -38,27 +48,27 @@ const ON_POINTS: &str = "only with nodal multipliers, where the scene has the ef
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    Stage::Vtk.row(N_POINTS, Kind::I64, &[Fixed(1)], Dimension::Number, "Number of points."),
-    Stage::Vtk.row(N_CELLS, Kind::I64, &[Fixed(1)], Dimension::Number, "Number of cells."),
-    Stage::Vtk.row(N_CONNECTIVITY, Kind::I64, &[Fixed(1)], Dimension::Number, "Length of Connectivity."),
-    Stage::Vtk.row(POINTS, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Node coordinates.").compressed(),
-    Stage::Vtk.row(CONNECTIVITY, Kind::I64, &[Named("n_connectivity")], Dimension::Number, "Nodes of all cells, one after the other.").compressed(),
-    Stage::Vtk.row(OFFSETS, Kind::I64, &[Plus("n_cells", 1)], Dimension::Number, "Where each cell begins in Connectivity.").compressed(),
-    Stage::Vtk.row(TYPES, Kind::U8, CELLS, Dimension::Number, "VTK cell type: 10 tetrahedron, 5 triangle.").compressed(),
-    Stage::Vtk.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Displacement; warp by this vector.").compressed(),
-    Stage::Vtk.row(VON_MISES, Kind::F64, CELLS, Dimension::STRESS, "Von Mises stress, NaN on contact triangles.").compressed(),
-    Stage::Vtk.row("/VTKHDF/CellData/contact_normal_stress", Kind::F64, CELLS, Dimension::STRESS, "Normal contact stress; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    Stage::Vtk.row("/VTKHDF/PointData/contact_normal_stress", Kind::F64, POINTS_EXTENT, Dimension::STRESS, "Normal contact stress; NaN where no multiplier is.").compressed().optional(ON_POINTS),
-    Stage::Vtk.row("/VTKHDF/CellData/contact_gap", Kind::F64, CELLS, Dimension::LENGTH, "Gap d - u_nu; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    Stage::Vtk.row("/VTKHDF/PointData/contact_gap", Kind::F64, POINTS_EXTENT, Dimension::LENGTH, "Gap d - u_nu; NaN where no multiplier is.").compressed().optional(ON_POINTS),
-    Stage::Vtk.row("/VTKHDF/CellData/contact_zone", Kind::F64, CELLS, Dimension::Number, "0 open, 1 stick, 2 slip; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    Stage::Vtk.row("/VTKHDF/PointData/contact_zone", Kind::F64, POINTS_EXTENT, Dimension::Number, "0 open, 1 stick, 2 slip; NaN where no multiplier is.").compressed().optional(ON_POINTS),
-    Stage::Vtk.row("/VTKHDF/CellData/contact_tangential_stress", Kind::F64, &[Named("n_cells"), Fixed(3)], Dimension::STRESS, "Tangential contact stress in the global axes; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    Stage::Vtk.row("/VTKHDF/PointData/contact_tangential_stress", Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::STRESS, "Tangential contact stress in the global axes; NaN where no multiplier is.").compressed().optional(ON_POINTS),
-    Stage::Vtk.row("/VTKHDF/CellData/friction_1", Kind::F64, CELLS, Dimension::Number, "Coefficient F_1; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    Stage::Vtk.row("/VTKHDF/PointData/friction_1", Kind::F64, POINTS_EXTENT, Dimension::Number, "Coefficient F_1; NaN where no multiplier is.").compressed().optional(ON_POINTS),
-    Stage::Vtk.row("/VTKHDF/CellData/friction_2", Kind::F64, CELLS, Dimension::Number, "Coefficient F_2; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    Stage::Vtk.row("/VTKHDF/PointData/friction_2", Kind::F64, POINTS_EXTENT, Dimension::Number, "Coefficient F_2; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    GROUP.row(N_POINTS, Kind::I64, &[Fixed(1)], Dimension::Number, "Number of points."),
+    GROUP.row(N_CELLS, Kind::I64, &[Fixed(1)], Dimension::Number, "Number of cells."),
+    GROUP.row(N_CONNECTIVITY, Kind::I64, &[Fixed(1)], Dimension::Number, "Length of Connectivity."),
+    GROUP.row(POINTS, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Node coordinates.").compressed(),
+    GROUP.row(CONNECTIVITY, Kind::I64, &[Named("n_connectivity")], Dimension::Number, "Nodes of all cells, one after the other.").compressed(),
+    GROUP.row(OFFSETS, Kind::I64, &[Plus("n_cells", 1)], Dimension::Number, "Where each cell begins in Connectivity.").compressed(),
+    GROUP.row(TYPES, Kind::U8, CELLS, Dimension::Number, "VTK cell type: 10 tetrahedron, 5 triangle.").compressed(),
+    GROUP.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Displacement; warp by this vector.").compressed(),
+    GROUP.row(VON_MISES, Kind::F64, CELLS, Dimension::STRESS, "Von Mises stress, NaN on contact triangles.").compressed(),
+    GROUP.row("/VTKHDF/CellData/contact_normal_stress", Kind::F64, CELLS, Dimension::STRESS, "Normal contact stress; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    GROUP.row("/VTKHDF/PointData/contact_normal_stress", Kind::F64, POINTS_EXTENT, Dimension::STRESS, "Normal contact stress; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    GROUP.row("/VTKHDF/CellData/contact_gap", Kind::F64, CELLS, Dimension::LENGTH, "Gap d - u_nu; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    GROUP.row("/VTKHDF/PointData/contact_gap", Kind::F64, POINTS_EXTENT, Dimension::LENGTH, "Gap d - u_nu; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    GROUP.row("/VTKHDF/CellData/contact_zone", Kind::F64, CELLS, Dimension::Number, "0 open, 1 stick, 2 slip; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    GROUP.row("/VTKHDF/PointData/contact_zone", Kind::F64, POINTS_EXTENT, Dimension::Number, "0 open, 1 stick, 2 slip; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    GROUP.row("/VTKHDF/CellData/contact_tangential_stress", Kind::F64, &[Named("n_cells"), Fixed(3)], Dimension::STRESS, "Tangential contact stress in the global axes; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    GROUP.row("/VTKHDF/PointData/contact_tangential_stress", Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::STRESS, "Tangential contact stress in the global axes; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    GROUP.row("/VTKHDF/CellData/friction_1", Kind::F64, CELLS, Dimension::Number, "Coefficient F_1; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    GROUP.row("/VTKHDF/PointData/friction_1", Kind::F64, POINTS_EXTENT, Dimension::Number, "Coefficient F_1; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    GROUP.row("/VTKHDF/CellData/friction_2", Kind::F64, CELLS, Dimension::Number, "Coefficient F_2; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    GROUP.row("/VTKHDF/PointData/friction_2", Kind::F64, POINTS_EXTENT, Dimension::Number, "Coefficient F_2; NaN where no multiplier is.").compressed().optional(ON_POINTS),
 ];
 
 /// Writes the grid and its fields.
@@ -66,13 +76,13 @@ pub(super) const TABLE: &[DatasetSpec] = &[
 /// # Errors
 /// HDF5 failures.
 pub fn write(
-    writer: &mut StageWriter<'_>,
+    writer: &mut GroupWriter<'_>,
     mesh: &Mesh,
     report: &ContactReport,
     frame: Option<&ContactFrame>,
 ) -> Result<(), StoreError> {
-    writer.write_ascii_attribute("Type", b"UnstructuredGrid")?;
-    writer.write_number_attribute("Version", &[2_i64, 0])?;
+    writer.write_ascii_attribute("Type", TYPE)?;
+    writer.write_number_attribute("Version", &VERSION)?;
     write_grid(writer, mesh)?;
     let n_nodes = mesh.coordinates.len();
     writer.write(
@@ -105,7 +115,7 @@ struct ContactFields<'a> {
 }
 
 impl ContactFields<'_> {
-    fn write(&self, writer: &mut StageWriter<'_>) -> Result<(), StoreError> {
+    fn write(&self, writer: &mut GroupWriter<'_>) -> Result<(), StoreError> {
         type Measure = fn(&PaneState) -> Option<f64>;
         let fields: [(&str, Measure); 5] = [
             ("contact_normal_stress", |p| Some(p.normal_stress)),
@@ -161,7 +171,7 @@ fn contact_triangles(mesh: &Mesh) -> &[usize] {
     mesh.contact.as_ref().map_or(&[], |contact| &contact.facets)
 }
 
-fn write_grid(writer: &mut StageWriter<'_>, mesh: &Mesh) -> Result<(), StoreError> {
+fn write_grid(writer: &mut GroupWriter<'_>, mesh: &Mesh) -> Result<(), StoreError> {
     let n_tetrahedra = mesh.tetrahedra.len();
     let contact = contact_triangles(mesh);
     let triangles = contact.iter().map(|&f| mesh.facets[f]);

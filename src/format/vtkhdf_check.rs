@@ -1,8 +1,8 @@
 //! Whether `/VTKHDF` shows the results that `/post` holds.
 
-use runfile::{Reader, Stage, StoreError};
+use runfile::{Reader, StoreError};
 
-use super::post::VTKHDF_DIGEST;
+use super::{post, post::VTKHDF_DIGEST, vtkhdf};
 
 /// Refuses a report whose form for ParaView is missing, altered, or that of another run. Does nothing without a
 /// report.
@@ -11,18 +11,21 @@ use super::post::VTKHDF_DIGEST;
 /// from the same.
 ///
 /// # Errors
-/// Those of [`Reader::whole_stage`] for either; `Missing`, `Altered`.
+/// Those of [`Reader::whole_group`] for either; `Missing`, `Altered`, `Mismatch` of an attribute that ParaView reads.
 pub fn check(reader: &Reader) -> Result<(), StoreError> {
-    let Some(report) = reader.whole_stage(Stage::Post)? else {
+    let Some(report) = reader.whole_group(post::GROUP)? else {
         return Ok(());
     };
-    let Some(grid) = reader.whole_stage(Stage::Vtk)? else {
+    let Some(grid) = reader.whole_group(vtkhdf::GROUP)? else {
         return Err(StoreError::Missing {
             file: reader.path().into(),
-            dataset: format!("/{}", Stage::Vtk),
-            stage: Stage::Post,
+            dataset: format!("/{}", vtkhdf::GROUP),
+            group: vtkhdf::GROUP,
         });
     };
+    // No digest covers attributes; these are the same in every file.
+    reader.require_ascii_attribute(vtkhdf::GROUP, "Type", vtkhdf::TYPE)?;
+    reader.require_number_attribute(vtkhdf::GROUP, "Version", &vtkhdf::VERSION)?;
     let (expected, found) = match reader.has(VTKHDF_DIGEST) {
         true => (reader.read_text(VTKHDF_DIGEST)?, grid.digest),
         false => (report.record.input_digest, grid.record.input_digest),
@@ -31,7 +34,7 @@ pub fn check(reader: &Reader) -> Result<(), StoreError> {
         true => Ok(()),
         false => Err(StoreError::Altered {
             file: reader.path().into(),
-            dataset: format!("/{}", Stage::Vtk),
+            dataset: format!("/{}", vtkhdf::GROUP),
             expected,
             found,
         }),
@@ -43,9 +46,9 @@ pub fn check(reader: &Reader) -> Result<(), StoreError> {
 #[must_use]
 pub fn problems(reader: &Reader) -> Vec<StoreError> {
     let mut problems = reader.problems();
-    let is_whole = |stage| reader.whole_stage(stage).is_ok();
+    let is_whole = |group| reader.whole_group(group).is_ok();
     // What is wrong with either by itself is among the problems already.
-    if is_whole(Stage::Post) && is_whole(Stage::Vtk) {
+    if is_whole(post::GROUP) && is_whole(vtkhdf::GROUP) {
         problems.extend(check(reader).err());
     }
     problems

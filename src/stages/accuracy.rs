@@ -7,13 +7,13 @@ use contact3d::{
     convergence::{Accuracy, AccuracyProgress, AccuracySettings, nested_cells},
     scene::{Body, Scene, SceneFile},
 };
-use runfile::{Home, IfMissing, RunFile, Stage, StageRecord, Transaction, timestamp};
+use runfile::{GroupRecord, Home, IfMissing, RunFile, Transaction, timestamp};
 
 use super::{
     PictureFolder, StageError,
     charts::{convergence, work_precision},
     mesh_file::pin_mesh_file,
-    persistence::write_stage,
+    persistence::write_group,
     resources,
 };
 use crate::format::{self, LAYOUT};
@@ -40,7 +40,7 @@ pub fn measure_accuracy(
     let file = RunFile::lock(path, layout, IfMissing::Create)?;
     let started = Instant::now();
     let accuracy = Accuracy::measure(&input.scene, &input.folder, settings, threads, observe)?;
-    let record = |settings: String, input_digest: String| StageRecord {
+    let record = |settings: String, input_digest: String| GroupRecord {
         settings,
         input_digest,
         seconds: started.elapsed().as_secs_f64(),
@@ -48,21 +48,21 @@ pub fn measure_accuracy(
         date: timestamp(),
     };
     let mut transaction = Transaction::begin(&file)?;
-    let scene_record = StageRecord {
+    let scene_record = GroupRecord {
         seconds: 0.0,
         ..record(String::new(), String::new())
     };
-    write_stage(
+    write_group(
         &mut transaction,
-        Stage::Scene,
+        format::SCENE,
         Home::RunFile,
         &scene_record,
         |writer| format::write_scene(writer, &input.scene),
     )?;
     let stored = toml::to_string(settings).expect("settings hold only TOML types");
-    write_stage(
+    write_group(
         &mut transaction,
-        Stage::Accuracy,
+        format::ACCURACY,
         Home::RunFile,
         &record(stored, accuracy_input(&input.scene)),
         |writer| format::write_accuracy(writer, &accuracy),

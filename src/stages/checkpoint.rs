@@ -3,10 +3,10 @@
 use std::time::{Duration, Instant};
 
 use contact3d::solver::OuterState;
-use runfile::{Stage, StoreError, StoredStage};
+use runfile::{StoreError, StoredGroup};
 
 use super::{Session, StageError, freshness::input_digest};
-use crate::format;
+use crate::format::{self, Stage};
 
 /// At most one part in so many of a solve's time goes into checkpoints.
 const SHARE: f64 = 20.0;
@@ -48,7 +48,7 @@ impl Session {
             Err(StoreError::NotFound { .. }) => return Ok(None),
             opened => opened?,
         };
-        let Ok(Some(stored)) = reader.whole_stage(Stage::Checkpoint) else {
+        let Ok(Some(stored)) = reader.whole_group(format::CHECKPOINT) else {
             return Ok(None);
         };
         if stored.record.input_digest != self.solve_input()? {
@@ -60,13 +60,13 @@ impl Session {
 
     /// The input digest that the solve has, or will have once what is pending is stored.
     fn solve_input(&self) -> Result<String, StageError> {
-        let stored: Vec<StoredStage> = self
+        let stored: Vec<StoredGroup> = self
             .states()?
             .into_iter()
             .filter(|state| state.stage < Stage::Solve)
             .filter_map(|state| state.stored)
             .collect();
-        let upstream: Vec<&StoredStage> = stored.iter().collect();
+        let upstream: Vec<&StoredGroup> = stored.iter().collect();
         Ok(input_digest(
             Stage::Solve,
             &self.settings(Stage::Solve),

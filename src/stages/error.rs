@@ -9,10 +9,13 @@ use contact3d::{
 };
 use miette::Diagnostic;
 use plots::FigureError;
-use runfile::{Stage, StoreError};
+use runfile::{Group, StoreError};
 use thiserror::Error;
 
-use crate::{format::FormatError, output::OutputError};
+use crate::{
+    format::{FormatError, Stage},
+    output::OutputError,
+};
 
 /// Why a stage did not run.
 #[derive(Debug, Error)]
@@ -45,7 +48,7 @@ pub enum StageError {
     #[error(transparent)]
     NeedsExplicit(#[from] NeedsExplicit),
     /// An earlier stage is missing or stale.
-    #[error("{}: `{stage}` needs a fresh `{upstream}`, but {why}; run `contact3d-pipe {}` or `contact3d-pipe run` first", file.display(), command(*upstream))]
+    #[error("{}: `{}` needs a fresh `{}`, but {why}; run `contact3d-pipe {}` or `contact3d-pipe run` first", file.display(), stage.word(), upstream.word(), upstream.command())]
     NotReady {
         /// The run file.
         file: PathBuf,
@@ -81,8 +84,8 @@ pub enum StageError {
         names(stored)
     )]
     Partly {
-        /// The stages stored; empty for all that the command stores.
-        stored: Vec<Stage>,
+        /// The groups stored; empty for all that the command stores.
+        stored: Vec<Group>,
         /// What failed.
         source: Box<StageError>,
     },
@@ -97,21 +100,13 @@ pub enum StageError {
 }
 
 /// What was stored, each stage once.
-fn names(stages: &[Stage]) -> String {
-    let mut names: Vec<&str> = stages.iter().map(|stage| stage.group()).collect();
+fn names(groups: &[Group]) -> String {
+    let mut names: Vec<&str> = groups.iter().map(|group| group.name()).collect();
     names.dedup();
     match &names[..] {
         [] => "the results were stored before".to_owned(),
         [name] => format!("{name} was stored before"),
         names => format!("{} were stored before", names.join(", ")),
-    }
-}
-
-/// The command that runs a stage.
-fn command(stage: Stage) -> &'static str {
-    match stage {
-        Stage::Load => Stage::Assemble.group(),
-        other => other.group(),
     }
 }
 

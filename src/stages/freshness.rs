@@ -1,17 +1,8 @@
 use contact3d::scene::{Parameters, Scene};
-use runfile::{Reader, Stage, StoreError, StoredStage};
+use runfile::{Reader, StoreError, StoredGroup};
 use serde::Serialize;
 
-use crate::format;
-
-/// The computing stages, upstream first.
-pub const PIPELINE: [Stage; 5] = [
-    Stage::Mesh,
-    Stage::Assemble,
-    Stage::Load,
-    Stage::Solve,
-    Stage::Post,
-];
+use crate::format::{self, Stage};
 
 /// Whether a stored stage can be used.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -58,7 +49,7 @@ pub struct StageState {
     /// Whether it can be used.
     pub freshness: Freshness,
     /// How it was run, if it was.
-    pub stored: Option<StoredStage>,
+    pub stored: Option<StoredGroup>,
 }
 
 /// The part of the scene that each stage depends on directly.
@@ -162,14 +153,6 @@ pub(super) fn settings(stage: Stage, scene: &Scene, start: Option<&str>) -> Stri
             friction: scene.friction.as_ref(),
             parameters: scene.parameters_used(of_friction),
         },
-        Stage::Scene
-        | Stage::Vtk
-        | Stage::Checkpoint
-        | Stage::Cases
-        | Stage::Accuracy
-        | Stage::Stability => {
-            return String::new();
-        }
     };
     let text = toml::to_string(&settings).expect("settings hold only TOML types");
     text + &units_settings(scene)
@@ -202,9 +185,9 @@ pub fn operator_settings(scene: &Scene) -> String {
 
 /// Digest of everything a stage is computed from: its settings and the digests of all upstream
 /// stages.
-pub(super) fn input_digest(stage: Stage, settings: &str, upstream: &[&StoredStage]) -> String {
+pub(super) fn input_digest(stage: Stage, settings: &str, upstream: &[&StoredGroup]) -> String {
     let mut hasher = blake3::Hasher::new();
-    hasher.update(stage.group().as_bytes());
+    hasher.update(stage.word().as_bytes());
     hasher.update(settings.as_bytes());
     for stored in upstream {
         hasher.update(stored.digest.as_bytes());
@@ -235,7 +218,7 @@ pub(super) fn states_from(
     start: StartedFrom<'_>,
 ) -> Vec<StageState> {
     let mut states: Vec<StageState> = Vec::new();
-    for stage in PIPELINE {
+    for stage in Stage::ALL {
         let stored = reader.map_or(Ok(None), |reader| whole(reader, stage));
         let (stored, freshness) = match stored {
             Ok(Some(stored)) => {
@@ -262,8 +245,8 @@ pub(super) fn states_from(
 }
 
 /// A stage with all that belongs to it; the report has a second form for ParaView.
-fn whole(reader: &Reader, stage: Stage) -> Result<Option<StoredStage>, StoreError> {
-    let stored = reader.whole_stage(stage)?;
+fn whole(reader: &Reader, stage: Stage) -> Result<Option<StoredGroup>, StoreError> {
+    let stored = reader.whole_group(stage.group())?;
     if stage == Stage::Post && stored.is_some() {
         format::check_vtkhdf(reader)?;
     }
@@ -274,13 +257,17 @@ fn judge(
     stage: Stage,
     scene: &Scene,
     start: StartedFrom<'_>,
-    stored: &StoredStage,
+    stored: &StoredGroup,
     upstream: &[StageState],
 ) -> Freshness {
     if let Some(bad) = upstream.iter().find(|s| s.freshness != Freshness::Fresh) {
-        return Freshness::Stale(format!("`{}` is {}", bad.stage, bad.freshness.word()));
+        return Freshness::Stale(format!(
+            "`{}` is {}",
+            bad.stage.word(),
+            bad.freshness.word()
+        ));
     }
-    let records: Vec<&StoredStage> = upstream.iter().filter_map(|s| s.stored.as_ref()).collect();
+    let records: Vec<&StoredGroup> = upstream.iter().filter_map(|s| s.stored.as_ref()).collect();
     let stored_start = stored_start(&stored.record.settings);
     let start = match start {
         StartedFrom::AsStored => stored_start.as_deref(),

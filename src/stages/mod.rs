@@ -26,7 +26,7 @@ mod undo;
 
 pub use accuracy::{draw_accuracy, measure_accuracy};
 pub use error::StageError;
-pub use freshness::{Freshness, PIPELINE, StageState, operator_settings, stage_settings, states};
+pub use freshness::{Freshness, StageState, operator_settings, stage_settings, states};
 pub use law::{LawKind, LawStudy, MeshSizes, law_folder};
 pub use mesh_file::mesh_file;
 pub use persistence::AssemblyFile;

@@ -4,14 +4,14 @@ use std::time::Instant;
 
 use contact3d::{contact::Coupling, dual::PrimalSystem, solver::OuterState};
 use runfile::{
-    Home, Reader, Stage, StageRecord, StageWriter, StoreError, StoredStage, Transaction, timestamp,
+    Group, GroupRecord, GroupWriter, Home, Reader, StoreError, StoredGroup, Transaction, timestamp,
 };
 
 use super::{
     Freshness, Performed, Session, StageError, StageState,
     freshness::{input_digest, settings},
 };
-use crate::format::{self, FormatError, LAYOUT};
+use crate::format::{self, FormatError, LAYOUT, Stage};
 
 /// Assembled data above this many bytes go to a file of their own.
 ///
@@ -44,7 +44,7 @@ impl Session {
     /// HDF5 failures.
     pub fn embed_assembly(&mut self) -> Result<(), StageError> {
         let reader = self.reader()?;
-        let linked = [Stage::Mesh, Stage::Assemble].map(|stage| reader.linked_file(stage));
+        let linked = [Stage::Mesh, Stage::Assemble].map(|stage| reader.linked_file(stage.group()));
         if linked.iter().any(Option::is_some) {
             let mut transaction = self.begin()?;
             transaction.embed_linked();
@@ -199,13 +199,13 @@ impl Session {
         let states = self.states_in(transaction.previous());
         self.require_unchanged(&states)?;
         // What is damaged cannot be used, and copying it could fail.
-        for stage in transaction
+        for group in transaction
             .previous()
-            .map_or(Vec::new(), Reader::damaged_stages)
+            .map_or(Vec::new(), Reader::damaged_groups)
         {
-            transaction.remove(stage);
+            transaction.remove(group);
         }
-        let mut stored: Vec<(Stage, StoredStage)> = states
+        let mut stored: Vec<(Stage, StoredGroup)> = states
             .into_iter()
             .filter_map(|state| Some((state.stage, state.stored?)))
             .collect();
@@ -215,49 +215,49 @@ impl Session {
         self.write_scene(&mut transaction)?;
         for &(stage, seconds) in &self.pending {
             stored.retain(|(earlier, _)| *earlier != stage);
-            let upstream: Vec<&StoredStage> = stored
+            let upstream: Vec<&StoredGroup> = stored
                 .iter()
                 .filter(|(earlier, _)| *earlier < stage)
                 .map(|(_, s)| s)
                 .collect();
             let digest = input_digest(stage, &self.settings(stage), &upstream);
-            let record = self.record(stage, seconds, digest);
+            let record = self.record(self.settings(stage), seconds, digest);
             let digest = self.write(&mut transaction, stage, &record)?;
             let units = self.scene().units;
             stored.push((
                 stage,
-                StoredStage {
+                StoredGroup {
                     record,
                     digest,
                     units,
                 },
             ));
         }
-        transaction.remove(Stage::Checkpoint);
+        transaction.remove(format::CHECKPOINT);
         if let Some(state) = checkpoint {
             stored.retain(|(earlier, _)| *earlier < Stage::Solve);
-            let upstream: Vec<&StoredStage> = stored.iter().map(|(_, s)| s).collect();
+            let upstream: Vec<&StoredGroup> = stored.iter().map(|(_, s)| s).collect();
             let digest = input_digest(Stage::Solve, &self.settings(Stage::Solve), &upstream);
-            let record = self.record(Stage::Checkpoint, 0.0, digest);
+            let record = self.record(String::new(), 0.0, digest);
             let home = Home::RunFile;
-            write_stage(
+            write_group(
                 &mut transaction,
-                Stage::Checkpoint,
+                format::CHECKPOINT,
                 home,
                 &record,
                 |writer| format::write_checkpoint(writer, state),
             )?;
         }
-        let stored = self.pending.iter().map(|(stage, _)| *stage);
-        let stored = stored.chain(checkpoint.map(|_| Stage::Checkpoint));
-        Ok(self.commit_change(transaction, &stored.collect::<Vec<Stage>>())?)
+        let stored = self.pending.iter().map(|(stage, _)| stage.group());
+        let stored = stored.chain(checkpoint.map(|_| format::CHECKPOINT));
+        Ok(self.commit_change(transaction, &stored.collect::<Vec<Group>>())?)
     }
 
     pub(super) fn write_scene(&self, transaction: &mut Transaction) -> Result<(), StoreError> {
-        let record = self.record(Stage::Scene, 0.0, String::new());
-        write_stage(
+        let record = self.record(String::new(), 0.0, String::new());
+        write_group(
             transaction,
-            Stage::Scene,
+            format::SCENE,
             Home::RunFile,
             &record,
             |writer| format::write_scene(writer, self.scene()),
@@ -270,9 +270,9 @@ impl Session {
         settings(stage, self.scene(), self.start_digest())
     }
 
-    fn record(&self, stage: Stage, seconds: f64, input_digest: String) -> StageRecord {
-        StageRecord {
-            settings: self.settings(stage),
+    fn record(&self, settings: String, seconds: f64, input_digest: String) -> GroupRecord {
+        GroupRecord {
+            settings,
             input_digest,
             seconds,
             threads: i64::try_from(self.threads).unwrap_or(i64::MAX),
@@ -285,38 +285,32 @@ impl Session {
         &self,
         transaction: &mut Transaction,
         stage: Stage,
-        record: &StageRecord,
+        record: &GroupRecord,
     ) -> Result<String, StoreError> {
         let mesh = loaded(&self.mesh);
         let home = self.home(stage);
         match stage {
-            Stage::Mesh => write_stage(transaction, stage, home, record, |writer| {
+            Stage::Mesh => write_group(transaction, stage.group(), home, record, |writer| {
                 format::write_mesh(writer, mesh, loaded(&self.quality))
             }),
-            Stage::Assemble => write_stage(transaction, stage, home, record, |writer| {
+            Stage::Assemble => write_group(transaction, stage.group(), home, record, |writer| {
                 format::write_assembly(writer, loaded(&self.system))
             }),
-            Stage::Load => write_stage(transaction, stage, home, record, |writer| {
+            Stage::Load => write_group(transaction, stage.group(), home, record, |writer| {
                 format::write_loads(writer, loaded(&self.system))
             }),
-            Stage::Solve => write_stage(transaction, stage, home, record, |writer| {
+            Stage::Solve => write_group(transaction, stage.group(), home, record, |writer| {
                 let n_panes = mesh.contact.as_ref().map_or(0, |surface| surface.n_panes());
                 let dofs = &self.primal().dofs;
                 format::write_solution(writer, loaded(&self.solution), n_panes, dofs)
             }),
-            Stage::Scene
-            | Stage::Post
-            | Stage::Vtk
-            | Stage::Checkpoint
-            | Stage::Cases
-            | Stage::Accuracy
-            | Stage::Stability => {
+            Stage::Post => {
                 let report = loaded(&self.report);
                 let frame = self.interface.as_ref().map(|interface| &interface.frame);
-                let vtkhdf = write_stage(transaction, Stage::Vtk, home, record, |writer| {
+                let vtkhdf = write_group(transaction, format::VTKHDF, home, record, |writer| {
                     format::write_vtkhdf(writer, mesh, report, frame)
                 })?;
-                write_stage(transaction, Stage::Post, home, record, |writer| {
+                write_group(transaction, stage.group(), home, record, |writer| {
                     let face = mesh.contact.as_ref().zip(frame);
                     format::write_report(writer, report, face, &vtkhdf)
                 })
@@ -325,14 +319,14 @@ impl Session {
     }
 }
 
-pub(super) fn write_stage(
+pub(super) fn write_group(
     transaction: &mut Transaction,
-    stage: Stage,
+    group: Group,
     home: Home,
-    record: &StageRecord,
-    write: impl FnOnce(&mut StageWriter<'_>) -> Result<(), StoreError>,
+    record: &GroupRecord,
+    write: impl FnOnce(&mut GroupWriter<'_>) -> Result<(), StoreError>,
 ) -> Result<String, StoreError> {
-    let mut writer = transaction.stage(stage, home)?;
+    let mut writer = transaction.group(group, home)?;
     write(&mut writer)?;
     writer.finish(record)
 }

@@ -9,7 +9,7 @@ use contact3d::{
     solver::{ContactState, Solution},
 };
 use plots::html::{Page, Part, Section};
-use runfile::{Reader, Stage, timestamp};
+use runfile::{Reader, timestamp};
 
 use super::{
     Freshness, StageError, StageState,
@@ -151,7 +151,7 @@ fn stages_section(reader: &Reader, states: &[StageState]) -> Result<Section, Sta
         .map(|state| {
             Part::Warning(format!(
                 "Results are left out: {} is needed, but {}.",
-                state.stage,
+                state.stage.word(),
                 state.freshness.why()
             ))
         })
@@ -166,7 +166,7 @@ fn stages_section(reader: &Reader, states: &[StageState]) -> Result<Section, Sta
 }
 
 fn accuracy_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, StageError> {
-    let Some(stored) = reader.whole_stage(Stage::Accuracy)? else {
+    let Some(stored) = reader.whole_group(format::ACCURACY)? else {
         return Ok(None);
     };
     let accuracy = format::read_accuracy(reader)?;

@@ -154,13 +154,16 @@ pub(super) fn timings(reader: &Reader, states: &[StageState]) -> Result<Table, S
             (word, Freshness::Stale(why) | Freshness::Damaged(why)) => format!("{word}: {why}"),
             (word, _) => word.to_owned(),
         };
-        let mut row = vec![state.stage.to_string(), word];
+        let mut row = vec![state.stage.word().to_owned(), word];
         match &state.stored {
             None => row.extend(["-"; 4].map(str::to_owned)),
             Some(stored) => row.extend([
                 format!("{:.3}", stored.record.seconds),
                 stored.record.threads.to_string(),
-                format!("{:.3}", reader.stage_bytes(state.stage)? as f64 / 1e6),
+                format!(
+                    "{:.3}",
+                    reader.group_bytes(state.stage.group())? as f64 / 1e6
+                ),
                 stored.record.date.clone(),
             ]),
         }

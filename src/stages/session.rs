@@ -9,7 +9,7 @@ use contact3d::{
     scene::{AssembleSettings, Body, Invalid, Scene, SceneFile, SolveSettings, Warning},
     solver::{ContactState, OuterState, Progress, Solution, Start, solve},
 };
-use runfile::{IfMissing, Reader, RunFile, Stage, StoreError};
+use runfile::{IfMissing, Reader, RunFile, StoreError};
 
 use super::{
     AssemblyFile, StageError, StageState,
@@ -20,7 +20,7 @@ use super::{
     resources,
     undo::Undo,
 };
-use crate::format::{self, LAYOUT};
+use crate::format::{self, LAYOUT, Stage};
 
 /// One process at work on one run file: it holds the lock and what it has computed or read so far.
 pub struct Session {

@@ -3,10 +3,10 @@
 use std::{fs, path::Path};
 
 use contact3d::{dual::DualSystem, mesh::Mesh};
-use runfile::{SharedStage, Stage, StoreError, StoredStage};
+use runfile::{SharedGroup, StoreError, StoredGroup};
 
 use super::{AssemblyFile, Freshness, Session, StageError, freshness::input_digest};
-use crate::format::FormatError;
+use crate::format::{self, FormatError, Stage};
 
 /// A mesh and all of its assembled problem that does not depend on the loads, in memory.
 #[derive(Debug, Clone)]
@@ -67,7 +67,7 @@ impl Session {
         let folder = self.file.path().parent().unwrap_or(Path::new(""));
         let mut removed = false;
         for stage in [Stage::Mesh, Stage::Assemble] {
-            let Some((name, _)) = reader.linked_file(stage) else {
+            let Some((name, _)) = reader.linked_file(stage.group()) else {
                 continue;
             };
             let file = folder.join(name);
@@ -79,16 +79,16 @@ impl Session {
 
     /// Links every upstream stage that is not fresh and that a shared file holds.
     fn link_shared(&self) -> Result<(), StageError> {
-        let mut upstream: Vec<StoredStage> = Vec::new();
+        let mut upstream: Vec<StoredGroup> = Vec::new();
         let mut found = Vec::new();
         for state in self.states()?.into_iter().take(2) {
             if state.freshness == Freshness::Fresh && found.is_empty() {
                 upstream.extend(state.stored);
                 continue;
             }
-            let known: Vec<&StoredStage> = upstream.iter().collect();
+            let known: Vec<&StoredGroup> = upstream.iter().collect();
             let digest = input_digest(state.stage, &self.settings(state.stage), &known);
-            let Some(shared) = SharedStage::find(&self.file, state.stage, &digest) else {
+            let Some(shared) = SharedGroup::find(&self.file, state.stage.group(), &digest) else {
                 break;
             };
             upstream.push(shared.stored().clone());
@@ -102,7 +102,7 @@ impl Session {
         for shared in &found {
             transaction.link(shared)?;
         }
-        transaction.remove(Stage::Checkpoint);
+        transaction.remove(format::CHECKPOINT);
         Ok(self.commit_change(transaction, &[])?)
     }
 }

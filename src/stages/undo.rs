@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use runfile::{FileState, Savepoint, Stage, StoreError, Transaction};
+use runfile::{FileState, Group, Savepoint, StoreError, Transaction};
 
 use super::{Session, StageError};
 
@@ -22,7 +22,7 @@ enum State {
         savepoint: Box<Savepoint>,
         /// The file as the last commit left it; none before the first.
         last: Option<FileState>,
-        stored: Vec<Stage>,
+        stored: Vec<Group>,
     },
 }
 
@@ -69,11 +69,11 @@ impl Session {
         Transaction::begin(&self.file)
     }
 
-    /// Ends a change of the run file, which stored some stages.
+    /// Ends a change of the run file, which stored some groups.
     pub(super) fn commit_change(
         &self,
         transaction: Transaction,
-        changed: &[Stage],
+        changed: &[Group],
     ) -> Result<(), StoreError> {
         let mut undo = self.undo.0.borrow_mut();
         if matches!(*undo, State::Armed) {

@@ -12,10 +12,10 @@ use contact3d::{
     robustness::{Check, Depth, Solutions},
     scene::SceneFile,
 };
-use runfile::{Home, IfMissing, RunFile, Stage, StageRecord, Transaction, timestamp};
+use runfile::{GroupRecord, Home, IfMissing, RunFile, Transaction, timestamp};
 
 use crate::{
-    format::{STABILITY_LAYOUT, StabilityRow, write_stability},
+    format::{STABILITY, STABILITY_LAYOUT, StabilityRow, write_stability},
     output::Inputs,
     sweep::SweepError,
 };
@@ -74,10 +74,10 @@ pub fn claim(path: &Path, inputs: &Inputs) -> Result<RunFile, SweepError> {
 pub fn store(file: RunFile, rows: &[StabilityRow], threads: usize) -> Result<(), SweepError> {
     let units = rows.first().map_or(STABILITY_LAYOUT.units, |row| row.units);
     let mut transaction = Transaction::begin(&file.in_units(units))?;
-    let mut writer = transaction.stage(Stage::Stability, Home::RunFile)?;
+    let mut writer = transaction.group(STABILITY, Home::RunFile)?;
     write_stability(&mut writer, rows)?;
     let checks = rows.iter().filter_map(|row| row.outcome.as_ref().ok());
-    writer.finish(&StageRecord {
+    writer.finish(&GroupRecord {
         settings: String::new(),
         input_digest: String::new(),
         seconds: checks.map(|check| check.seconds).sum(),

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use contact3d::scene::{Body, Scene};
-use runfile::{Reader, Stage};
+use runfile::Reader;
 
 use super::{Plan, lock::operator_turn, operators::Operators};
 use crate::{
-    format::{self, LAYOUT},
+    format::{self, LAYOUT, Stage},
     stages::{Commit, Freshness, Session, StageError, operator_settings, problem_bytes},
 };
 
@@ -99,7 +99,9 @@ fn compute(session: &mut Session) -> Result<(), StageError> {
         match state.stage {
             Stage::Load => session.apply_loads(commit)?,
             Stage::Solve => session.solve(commit, &mut |_| {})?,
-            _ => session.post()?,
+            Stage::Mesh => session.make_mesh()?,
+            Stage::Assemble => session.assemble(&|_| {})?,
+            Stage::Post => session.post()?,
         };
     }
     Ok(())
@@ -110,7 +112,7 @@ fn multiplier(run_file: &Path) -> Result<Option<Vec<f64>>, StageError> {
     let Ok(reader) = Reader::open(run_file, LAYOUT) else {
         return Ok(None);
     };
-    if !matches!(reader.stage_record(Stage::Post), Ok(Some(_))) {
+    if !matches!(reader.group_record(Stage::Post.group()), Ok(Some(_))) {
         return Ok(None);
     }
     let (status, multiplier) = format::read_multiplier(&reader)?;

@@ -7,9 +7,7 @@ use std::{
 };
 
 use contact3d::solver::Status;
-use runfile::{
-    Home, IfMissing, Reader, RunFile, Stage, StageRecord, StoreError, Transaction, timestamp,
-};
+use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction, timestamp};
 use units::Units;
 
 use super::{Plan, SweepError, failure, keys, ownership, plan::UNITS_KEY};
@@ -147,10 +145,10 @@ fn write_table(plan: &Plan, folder: &Path, rows: &[CaseRow]) -> Result<(), Sweep
     let layout = SWEEP_LAYOUT.in_units(plan.units);
     let file = RunFile::lock(&folder.join(SUMMARY_FILE), layout, IfMissing::Create)?;
     let mut transaction = Transaction::begin(&file)?;
-    let mut writer = transaction.stage(Stage::Cases, Home::RunFile)?;
+    let mut writer = transaction.group(format::CASES, Home::RunFile)?;
     let sweep_file = plan.sweep_file_from(folder);
     format::write_cases(&mut writer, sweep_file.as_deref(), &plan.keys, rows)?;
-    writer.finish(&StageRecord {
+    writer.finish(&GroupRecord {
         settings: String::new(),
         input_digest: String::new(),
         seconds: 0.0,

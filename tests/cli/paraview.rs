@@ -69,6 +69,38 @@ fn the_grid_of_another_run_is_seen_and_made_again() {
     assert_eq!(program.digests(), whole);
 }
 
+#[test]
+fn a_deleted_array_is_a_matter_of_post() {
+    let program = Program::new();
+    program.run(&[]).assert().success();
+    let target = File::open_rw(program.path("run.h5")).expect("HDF5");
+    target.unlink("VTKHDF/Points").expect("removed");
+    target.close().expect("closed");
+    is_seen_and_mended(&program, "Points is missing; run `post` again");
+}
+
+#[test]
+fn a_changed_attribute_is_seen_and_made_again() {
+    for (name, wrong) in [
+        ("Type", "Type = \"UnstructuredGrid\", found another type"),
+        ("Version", "Version = [2, 0], found [7, 0]"),
+    ] {
+        let program = Program::new();
+        program.run(&[]).assert().success();
+        let target = File::open_rw(program.path("run.h5")).expect("HDF5");
+        let group = target.group("VTKHDF").expect("the group");
+        group.delete_attr(name).expect("removed");
+        let changed = group.new_attr::<i64>().shape(2).create(name);
+        changed
+            .expect("an attribute")
+            .write_raw(&[7, 0])
+            .expect("written");
+        drop(group);
+        target.close().expect("closed");
+        is_seen_and_mended(&program, wrong);
+    }
+}
+
 /// Reports of format 1.3 and older hold no digest of the grid, but both know what they were computed from.
 #[test]
 fn older_files_are_fresh_as_they_are_and_foreign_grids_are_seen_there_too() {

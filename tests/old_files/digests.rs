@@ -3,10 +3,7 @@
 use std::{collections::BTreeMap, fs};
 
 use contact3d::scene::SceneFile;
-use contact3d_pipe::{
-    stages::{PIPELINE, stage_settings},
-    sweep::Plan,
-};
+use contact3d_pipe::{format::Stage, stages::stage_settings, sweep::Plan};
 
 use crate::program::{Scratch, fixture};
 
@@ -29,10 +26,10 @@ fn pins() -> BTreeMap<String, Pins> {
         let plan = Plan::read(&sweep).unwrap_or_else(|error| panic!("{name}: {error}"));
         let mut of_scene = Pins::from([("case".to_owned(), plan.cases[0].id.clone())]);
         let scene = SceneFile::read(&path).expect("a scene").scene;
-        for stage in PIPELINE {
+        for stage in Stage::ALL {
             let settings = stage_settings(stage, &scene);
             let digest = blake3::hash(settings.as_bytes()).to_hex();
-            of_scene.insert(stage.to_string(), digest[..16].to_owned());
+            of_scene.insert(stage.word().to_owned(), digest[..16].to_owned());
         }
         pins.insert(name, of_scene);
     }

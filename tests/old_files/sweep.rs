@@ -2,8 +2,8 @@
 
 use std::{collections::BTreeMap, fs};
 
-use contact3d_pipe::format::LAYOUT;
-use runfile::{Reader, Stage};
+use contact3d_pipe::format::{CHECKPOINT, LAYOUT};
+use runfile::Reader;
 
 use crate::program::Scratch;
 
@@ -40,10 +40,7 @@ fn it_goes_on_keeps_what_is_done_and_agrees_with_a_new_one() {
     let done = fs::read(&file).expect("a run file");
     let reader = Reader::open(&scratch.path(&format!("half/{HALF_DONE}.h5")), LAYOUT);
     let reader = reader.expect("a run file");
-    assert!(matches!(
-        reader.stage_record(Stage::Checkpoint),
-        Ok(Some(_))
-    ));
+    assert!(matches!(reader.group_record(CHECKPOINT), Ok(Some(_))));
     drop(reader);
     let said = scratch.done(&["sweep", "sweep.toml", "--out", "half", "--no-figures"]);
     assert!(said.contains("2 computed, 1 kept, 0 failed"), "{said}");

@@ -8,8 +8,8 @@ use std::{
 };
 
 use assert_cmd::cargo::CommandCargoExt;
-use contact3d_pipe::format::{LAYOUT, SWEEP_LAYOUT};
-use runfile::{Layout, Reader, Stage};
+use contact3d_pipe::format::{CHECKPOINT, LAYOUT, SWEEP_LAYOUT};
+use runfile::{Layout, Reader};
 use tempfile::TempDir;
 
 /// A folder with a scene and a sweep over it.
@@ -74,7 +74,7 @@ impl Sweep {
         };
         files.iter().any(|name| {
             let reader = Reader::open(&folder.join(name), LAYOUT);
-            reader.is_ok_and(|r| matches!(r.stage_record(Stage::Checkpoint), Ok(Some(_))))
+            reader.is_ok_and(|r| matches!(r.group_record(CHECKPOINT), Ok(Some(_))))
         })
     }
 
@@ -99,11 +99,12 @@ impl Sweep {
 /// Digests of all stages, each checked against the digests of its datasets.
 pub(crate) fn stage_digests(file: &Path, layout: Layout) -> Vec<String> {
     let reader = Reader::open(file, layout).expect("a whole file");
-    let stages = Stage::ALL.into_iter();
-    let held = stages.filter(|s| matches!(reader.stage_record(*s), Ok(Some(_))));
-    held.map(|stage| {
-        let stored = reader.check_stage(stage).expect("a sound stage");
-        format!("{stage} {}", stored.digest)
+    let held = layout
+        .groups()
+        .filter(|s| matches!(reader.group_record(*s), Ok(Some(_))));
+    held.map(|group| {
+        let stored = reader.check_group(group).expect("a sound stage");
+        format!("{group} {}", stored.digest)
     })
     .collect()
 }

@@ -3,8 +3,8 @@
 use std::{fs, process::Command};
 
 use assert_cmd::cargo::CommandCargoExt;
-use contact3d_pipe::format::{LAYOUT, SWEEP_LAYOUT};
-use runfile::{Reader, Stage};
+use contact3d_pipe::format::{LAYOUT, SWEEP_LAYOUT, Stage};
+use runfile::Reader;
 
 use crate::program::{FRICTION, Sweep, names, stage_digests};
 #[test]
@@ -66,8 +66,12 @@ fn number_of_jobs_and_self_containedness_change_no_digest() {
             let name = format!("{}.h5", sweep.plan()[0]["id"].as_str().unwrap());
             Reader::open(&sweep.path(out).join(name), LAYOUT).unwrap()
         };
-        assert!(reader("one").linked_file(Stage::Assemble).is_some());
-        assert!(reader("whole").linked_file(Stage::Assemble).is_none());
+        assert!(reader("one").linked_file(Stage::Assemble.group()).is_some());
+        assert!(
+            reader("whole")
+                .linked_file(Stage::Assemble.group())
+                .is_none()
+        );
     }
 }
 

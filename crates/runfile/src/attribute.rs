@@ -1,6 +1,8 @@
 //! Attributes: texts and small number arrays, written and read with their type checked.
 
-use hdf5::types::{TypeDescriptor, VarLenUnicode};
+use std::fmt::Debug;
+
+use hdf5::types::{FixedAscii, TypeDescriptor, VarLenUnicode};
 use hdf5_metno as hdf5;
 
 use super::element::Element;
@@ -106,6 +108,43 @@ pub(super) fn read_number<T: Element>(
             Err(place.mismatch(format!("one number in the attribute `{name}`"), found))
         }
     }
+}
+
+/// Refuses an attribute that is not this text of fixed length.
+pub(super) fn require_ascii<const N: usize>(
+    object: &hdf5::Location,
+    place: Place<'_>,
+    name: &str,
+    expected: &[u8; N],
+) -> Result<(), StoreError> {
+    let attribute = open(object, place, name)?;
+    let text = match descriptor(&attribute) {
+        Some(TypeDescriptor::FixedAscii(length)) if length == N && attribute.is_scalar() => {
+            let text = attribute.read_scalar::<FixedAscii<N>>();
+            Some(text.at(place, "read an attribute")?)
+        }
+        _ => None,
+    };
+    if text.is_some_and(|text| text.as_bytes() == expected) {
+        return Ok(());
+    }
+    let expected = String::from_utf8_lossy(expected);
+    let found = text.map_or_else(|| "another type".into(), |text| format!("\"{text}\""));
+    Err(place.mismatch(format!("{name} = \"{expected}\""), found))
+}
+
+/// Refuses an attribute that is not these numbers.
+pub(super) fn require_numbers<T: Element + PartialEq + Debug>(
+    object: &hdf5::Location,
+    place: Place<'_>,
+    name: &str,
+    expected: &[T],
+) -> Result<(), StoreError> {
+    let found: Vec<T> = read_numbers(object, place, name)?;
+    if found == expected {
+        return Ok(());
+    }
+    Err(place.mismatch(format!("{name} = {expected:?}"), format!("{found:?}")))
 }
 
 /// Whether an object has an attribute of that name.

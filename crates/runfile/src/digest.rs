@@ -1,4 +1,4 @@
-//! Digests of datasets and stages: BLAKE3 over kind, shape and little-endian bytes.
+//! Digests of datasets and groups: BLAKE3 over kind, shape and little-endian bytes.
 
 use blake3::Hasher;
 use units::Units;
@@ -66,9 +66,9 @@ pub(super) fn of_texts<S: AsRef<str>>(shape: &[usize], texts: &[S]) -> String {
     digest.finish()
 }
 
-/// The digest of a stage: path, zero byte, digest, zero byte of each dataset, in the order of the paths; then the
-/// units, where they are not the default, so that stages before format 1.4 keep their digests.
-pub(super) fn of_stage<'a>(
+/// The digest of a group: path, zero byte, digest, zero byte of each dataset, in the order of the paths; then the
+/// units, where they are not the default, so that groups before format 1.4 keep their digests.
+pub(super) fn of_group<'a>(
     datasets: impl Iterator<Item = (&'a str, &'a str)>,
     units: Units,
 ) -> String {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use hdf5_metno as hdf5;
 use thiserror::Error;
 
-use super::layout::Stage;
+use super::layout::Group;
 
 /// An error of the file store.
 #[derive(Debug, Error)]
@@ -79,15 +79,15 @@ pub enum StoreError {
         /// The run file.
         file: PathBuf,
     },
-    /// A dataset or stage that should be there is missing.
-    #[error("{}: {dataset} is missing; run the stage `{stage}` again", file.display())]
+    /// A dataset or group that should be there is missing.
+    #[error("{}: {dataset} is missing; run `{}` again", file.display(), group.writer())]
     Missing {
         /// The run file.
         file: PathBuf,
         /// Path of the dataset, group or attribute.
         dataset: String,
-        /// The stage that writes it.
-        stage: Stage,
+        /// The group it belongs to.
+        group: Group,
     },
     /// A dataset has another type, shape or encoding than the table says.
     #[error("{}: {dataset}: expected {expected}, found {found}; run the stage that owns it again", file.display())]
@@ -101,35 +101,35 @@ pub enum StoreError {
         /// What the file holds.
         found: String,
     },
-    /// The values of a dataset, or the set of datasets of a stage, are not those that were written.
+    /// The values of a dataset, or the set of datasets of a group, are not those that were written.
     #[error("{}: {dataset} was altered since it was written: expected digest {expected}, found {found}; run the stage that owns it again", file.display())]
     Altered {
         /// The run file.
         file: PathBuf,
-        /// Path of the dataset or stage group.
+        /// Path of the dataset or group.
         dataset: String,
         /// The digest stored beside the data.
         expected: String,
         /// The digest of the data as they are.
         found: String,
     },
-    /// A stage is kept in a file of its own, and that file cannot be used.
-    #[error("{}: /{stage} is kept in a file of its own, and {problem}; run the stage `{stage}` again", file.display())]
+    /// A group is kept in a file of its own, and that file cannot be used.
+    #[error("{}: /{group} is kept in a file of its own, and {problem}; run `{}` again", file.display(), group.writer())]
     Linked {
         /// The run file.
         file: PathBuf,
-        /// The stage.
-        stage: Stage,
+        /// The group.
+        group: Group,
         /// What is wrong with the other file.
         problem: LinkProblem,
     },
-    /// A stage is sound, but an older version wrote it with other datasets than the table has now.
-    #[error("{}: /{stage} has the form that an older version gave it, which cannot be gone on from; its values are sound, run the stage `{stage}` again", file.display())]
+    /// A group is sound, but an older version wrote it with other datasets than the table has now.
+    #[error("{}: /{group} has the form that an older version gave it, which cannot be gone on from; its values are sound, run `{}` again", file.display(), group.writer())]
     Older {
         /// The run file.
         file: PathBuf,
-        /// The stage.
-        stage: Stage,
+        /// The group.
+        group: Group,
     },
     /// A soft or external link that this program did not make.
     #[error("{}: {link} is a link to another place; expected the data themselves, nothing was followed; remove the link, or run the stage that owns it again", file.display())]
@@ -195,7 +195,7 @@ impl StoreError {
     }
 }
 
-/// Why the file that holds a stage of a run file cannot be used.
+/// Why the file that holds a group of a run file cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum LinkProblem {
     /// What the run file says cannot be the name of such a file.
@@ -223,7 +223,7 @@ pub enum LinkProblem {
     Replaced {
         /// The file.
         file: PathBuf,
-        /// The digest of the stage in it.
+        /// The digest of the group in it.
         found: String,
     },
 }
@@ -237,15 +237,15 @@ pub enum LayoutError {
         /// The path asked for.
         path: String,
     },
-    /// The dataset belongs to another stage than the one being written.
-    #[error("{path} belongs to the stage `{owner}`, not to `{writing}`")]
-    Stage {
+    /// The dataset belongs to another group than the one being written.
+    #[error("{path} belongs to the group `{owner}`, not to `{writing}`")]
+    Group {
         /// The dataset.
         path: &'static str,
-        /// The stage of the table.
-        owner: Stage,
-        /// The stage being written.
-        writing: Stage,
+        /// The group of the table.
+        owner: Group,
+        /// The group being written.
+        writing: Group,
     },
     /// The dataset holds another kind of values.
     #[error("{path} holds {expected}, not {found}")]
@@ -285,24 +285,24 @@ pub enum LayoutError {
         /// What is wrong with it.
         reason: String,
     },
-    /// A dataset, or a whole stage, was written twice.
+    /// A dataset, or a whole group, was written twice.
     #[error("{path} was written twice")]
     Twice {
         /// The dataset or group.
         path: String,
     },
-    /// A stage ended without a required dataset.
-    #[error("the stage `{stage}` did not write {}", missing.join(", "))]
+    /// A group ended without a required dataset.
+    #[error("the group `{group}` was finished without {}", missing.join(", "))]
     NotWritten {
-        /// The stage.
-        stage: Stage,
+        /// The group.
+        group: Group,
         /// The datasets that are missing.
         missing: Vec<&'static str>,
     },
-    /// A commit while a stage was still being written.
-    #[error("the stage `{stage}` was begun but not finished")]
+    /// A commit while a group was still being written.
+    #[error("the group `{group}` was begun but not finished")]
     NotFinished {
-        /// The stage.
-        stage: Stage,
+        /// The group.
+        group: Group,
     },
 }

@@ -1,22 +1,22 @@
-//! What a change leaves as it was: groups are copied, stages in files of their own are linked again.
+//! What a change leaves as it was: groups are copied, groups in files of their own are linked again.
 
 use hdf5_metno as hdf5;
 
 use super::error::StoreError;
-use super::layout::Stage;
+use super::layout::Group;
 use super::linked::{self, Linked};
 use super::place::{AtPlace, Place};
 use super::reader::Reader;
 
-/// Carries everything but the replaced stages over to a new file.
+/// Carries everything but the replaced groups over to a new file.
 ///
-/// With `embed`, stages in files of their own are copied into the new file too.
+/// With `embed`, groups in files of their own are copied into the new file too.
 ///
 /// # Errors
 /// `ForeignLink` for a link that this program did not make; `Hdf5` if copying fails.
 pub(super) fn carry_over(
     previous: &Reader,
-    replaced: &[Stage],
+    replaced: &[Group],
     embed: bool,
     file: &hdf5::File,
 ) -> Result<(), StoreError> {
@@ -26,15 +26,15 @@ pub(super) fn carry_over(
         dataset: "/",
     };
     for name in home.file.member_names().at(place, "list the groups")? {
-        let stage = Stage::ALL.into_iter().find(|stage| stage.group() == name);
-        if stage.is_some_and(|stage| replaced.contains(&stage)) {
+        let group = previous.layout.groups().find(|group| group.name() == name);
+        if group.is_some_and(|group| replaced.contains(&group)) {
             continue;
         }
-        let linked = stage.and_then(|stage| Some((stage, previous.linked.get(&stage)?)));
+        let linked = group.and_then(|group| Some((group, previous.linked.get(&group)?)));
         match linked {
-            Some((stage, Linked { name, volume })) => match (name, volume) {
-                (_, Ok(volume)) if embed => copy(&volume.file, place, stage.group(), file)?,
-                (Some(name), _) => linked::join(file, place, stage, name)?,
+            Some((group, Linked { name, volume })) => match (name, volume) {
+                (_, Ok(volume)) if embed => copy(&volume.file, place, group.name(), file)?,
+                (Some(name), _) => linked::join(file, place, group, name)?,
                 // Nothing can be found by it again.
                 (None, _) => {}
             },

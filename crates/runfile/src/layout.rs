@@ -1,70 +1,36 @@
-//! The vocabulary of the dataset table: stages, kinds, symbolic shapes, presence, storage.
+//! The vocabulary of the dataset table: groups, kinds, symbolic shapes, presence, storage.
 
 use std::fmt;
 
 use units::Dimension;
 
-/// A step of the pipeline; each owns one group of the file, in the order data flows.
+/// A group of the root that is written, and gets out of date, as one.
+///
+/// A program lists its groups in [`super::Layout::groups`], each after those it builds on. To its users a group is a
+/// stage, which is what schemas call it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Stage {
-    /// The validated input, group `/scene`.
-    Scene,
-    /// Mesh, boundary and panes, group `/mesh`.
-    Mesh,
-    /// Matrices and the factor, group `/assemble`.
-    Assemble,
-    /// Loads and what follows from them linearly, group `/load`.
-    Load,
-    /// Multipliers, displacement and history, group `/solve`.
-    Solve,
-    /// Stresses, zones, resultants and the certificate, group `/post`.
-    Post,
-    /// The same results as ParaView reads them, group `/VTKHDF`.
-    Vtk,
-    /// How far an unfinished solve has come, group `/checkpoint`.
-    Checkpoint,
-    /// The table of a sweep, group `/cases` of a file of its own.
-    Cases,
-    /// Errors and costs of solvers and meshes, group `/accuracy`; computed from the scene alone.
-    Accuracy,
-    /// How far the answers of hard cases can be trusted, group `/stability` of a file of its own.
-    Stability,
+pub struct Group {
+    name: &'static str,
+    writer: &'static str,
 }
 
-impl Stage {
-    /// Every stage, upstream first.
-    pub const ALL: [Stage; 11] = [
-        Stage::Scene,
-        Stage::Mesh,
-        Stage::Assemble,
-        Stage::Load,
-        Stage::Solve,
-        Stage::Post,
-        Stage::Vtk,
-        Stage::Checkpoint,
-        Stage::Cases,
-        Stage::Accuracy,
-        Stage::Stability,
-    ];
-
-    /// The name of the group this stage owns, without the leading slash.
-    pub const fn group(self) -> &'static str {
-        match self {
-            Stage::Scene => "scene",
-            Stage::Mesh => "mesh",
-            Stage::Assemble => "assemble",
-            Stage::Load => "load",
-            Stage::Solve => "solve",
-            Stage::Post => "post",
-            Stage::Vtk => "VTKHDF",
-            Stage::Checkpoint => "checkpoint",
-            Stage::Cases => "cases",
-            Stage::Accuracy => "accuracy",
-            Stage::Stability => "stability",
-        }
+impl Group {
+    /// The group `/name`, which a user gets again by running `writer`.
+    pub const fn new(name: &'static str, writer: &'static str) -> Self {
+        Group { name, writer }
     }
 
-    /// A row of the table: a required, plainly stored dataset of this stage without symbol.
+    /// The name of the group, without the leading slash.
+    pub const fn name(self) -> &'static str {
+        self.name
+    }
+
+    /// What a user runs to have the group written again.
+    pub const fn writer(self) -> &'static str {
+        self.writer
+    }
+
+    /// A row of the table: a required, plainly stored dataset of this group, without symbol.
     pub const fn row(
         self,
         path: &'static str,
@@ -75,7 +41,7 @@ impl Stage {
     ) -> DatasetSpec {
         DatasetSpec {
             path,
-            stage: self,
+            group: self,
             kind,
             shape,
             dimension,
@@ -88,9 +54,9 @@ impl Stage {
     }
 }
 
-impl fmt::Display for Stage {
+impl fmt::Display for Group {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.group())
+        f.write_str(self.name)
     }
 }
 
@@ -189,10 +155,10 @@ impl fmt::Display for Extent {
     }
 }
 
-/// Whether a finished stage always holds a dataset.
+/// Whether a finished group always holds a dataset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Presence {
-    /// A finished stage always holds it.
+    /// A finished group always holds it.
     Required,
     /// It may be missing, for the stated reason.
     Optional(&'static str),
@@ -212,8 +178,8 @@ pub enum Storage {
 pub struct DatasetSpec {
     /// Absolute path, such as `/mesh/coordinates`.
     pub path: &'static str,
-    /// The only stage that writes it.
-    pub stage: Stage,
+    /// The only group that writes it.
+    pub group: Group,
     /// Type of the values.
     pub kind: Kind,
     /// Symbolic shape; empty for a scalar; rows and columns for a matrix.
@@ -228,7 +194,7 @@ pub struct DatasetSpec {
     pub presence: Presence,
     /// How its bytes lie in the file.
     pub storage: Storage,
-    /// Timings and the like: written, but left out of the digest of the stage.
+    /// Timings and the like: written, but left out of the digest of the group.
     pub volatile: bool,
 }
 
@@ -254,7 +220,7 @@ impl DatasetSpec {
         }
     }
 
-    /// The same row, left out of the digest of the stage.
+    /// The same row, left out of the digest of the group.
     pub const fn volatile(self) -> Self {
         DatasetSpec {
             volatile: true,
@@ -262,11 +228,11 @@ impl DatasetSpec {
         }
     }
 
-    /// The path below the group of the stage.
+    /// The path below the group of the group.
     pub fn name(&self) -> &'static str {
         self.path
             .strip_prefix('/')
-            .and_then(|path| path.strip_prefix(self.stage.group()))
+            .and_then(|path| path.strip_prefix(self.group.name()))
             .and_then(|path| path.strip_prefix('/'))
             .unwrap_or(self.path)
     }

@@ -1,8 +1,9 @@
-//! The run file: one HDF5 file that holds every stage, itself or by a link, described by one table.
+//! The run file: one HDF5 file that holds every group, itself or by a link, described by one table.
 //!
 //! A [`Layout`] lists every dataset. [`RunFile::lock`] claims a file, [`Transaction`] changes it in one step,
-//! [`StageWriter`] and [`Reader`] move arrays across the border and hold them against the table, [`schema_json`] and
-//! [`schema_page`] print the table. This module knows HDF5 and nothing of mechanics.
+//! [`GroupWriter`] and [`Reader`] move arrays across the border and hold them against the table, [`schema_json`] and
+//! [`schema_page`] print the table. This module knows HDF5 and nothing of mechanics: its groups
+//! are what the table says.
 //!
 //! What is promised: a reader sees the state before or after a commit, never between; every dataset carries a digest
 //! that is checked on reading; a size declared by a damaged file is checked before memory is taken for it.
@@ -48,16 +49,16 @@ pub use element::Element;
 pub use enumeration::StoredEnum;
 pub use error::{LayoutError, LinkProblem, StoreError};
 pub use header::ROOT_ATTRIBUTES;
-pub use layout::{DatasetSpec, EnumSpec, Extent, Kind, Presence, Stage, Storage};
+pub use layout::{DatasetSpec, EnumSpec, Extent, Group, Kind, Presence, Storage};
 pub use lock::{IfMissing, RunFile};
 pub use reader::Reader;
-pub use record::{STAGE_ATTRIBUTES, StageRecord, StoredStage, timestamp};
+pub use record::{GROUP_ATTRIBUTES, GroupRecord, StoredGroup, timestamp};
 pub use savepoint::{FileState, Savepoint};
 pub use schema::schema_json;
 pub use schema_page::schema_page;
-pub use shared::SharedStage;
+pub use shared::SharedGroup;
 pub use signals::{Temporary, install as install_signal_handlers, last_commit};
 pub use sparse::{SparseMatrix, SparseView};
 pub use table::Layout;
 pub use transaction::{Home, Transaction};
-pub use writer::StageWriter;
+pub use writer::GroupWriter;

@@ -1,6 +1,6 @@
-//! Stages kept in a file of their own beside the run file, joined to it by an external link.
+//! Groups kept in a file of their own beside the run file, joined to it by an external link.
 //!
-//! Such a file is named by the digest of the stage and never changes: `OWNER.STAGE-DIGEST.h5` belongs to the run file
+//! Such a file is named by the digest of the group and never changes: `OWNER.STAGE-DIGEST.h5` belongs to the run file
 //! OWNER, `STAGE-DIGEST.h5` to nobody. The name stands in a root attribute of the run file, which this program goes
 //! by; the link is there for everyone else.
 
@@ -12,48 +12,48 @@ use hdf5_metno as hdf5;
 
 use super::attribute::{read_text, write_text};
 use super::error::{LinkProblem, StoreError};
-use super::layout::Stage;
+use super::layout::Group;
 use super::place::{AtPlace, Place};
 use super::table::Layout;
 use super::volume::Volume;
 
-/// Hexadecimal digits of the stage's digest in the name; 64 bits tell the stages of a folder apart.
+/// Hexadecimal digits of the group's digest in the name; 64 bits tell the groups of a folder apart.
 const DIGITS: usize = 16;
 
-/// The plain name of a file that holds one stage.
+/// The plain name of a file that holds one group.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct LinkedName(String);
 
 impl LinkedName {
-    pub(super) fn new(owner: Option<&str>, stage: Stage, digest: &str) -> Self {
+    pub(super) fn new(owner: Option<&str>, group: Group, digest: &str) -> Self {
         let owner = owner.map_or_else(String::new, |owner| format!("{owner}."));
         let digits = digest.get(..DIGITS).unwrap_or(digest);
-        LinkedName(format!("{owner}{stage}-{digits}.h5"))
+        LinkedName(format!("{owner}{group}-{digits}.h5"))
     }
 
     /// Takes a text that is such a name; a name has no path separators, so it stays in its folder.
-    pub(super) fn parse(text: &str, stage: Stage) -> Option<Self> {
+    pub(super) fn parse(text: &str, group: Group) -> Option<Self> {
         let name = LinkedName(text.into());
-        let owner = name.owner_and_dot(stage)?;
+        let owner = name.owner_and_dot(group)?;
         let plain = owner.is_empty() || (owner.ends_with('.') && owner.len() > 1);
         (plain && !text.contains(['/', '\\', '\0'])).then_some(name)
     }
 
-    /// Whether the file may hold a stage with this digest.
+    /// Whether the file may hold a group with this digest.
     fn fits(&self, digest: &str) -> bool {
         let digits = self.digits().unwrap_or_default();
         !digits.is_empty() && digest.starts_with(digits)
     }
 
-    fn is_owned_by(&self, run_file: &str, stage: Stage) -> bool {
-        self.owner_and_dot(stage)
+    fn is_owned_by(&self, run_file: &str, group: Group) -> bool {
+        self.owner_and_dot(group)
             .and_then(|owner| owner.strip_suffix('.'))
             == Some(run_file)
     }
 
     /// Whether the file belongs to no run file.
-    pub(super) fn is_shared(&self, stage: Stage) -> bool {
-        self.owner_and_dot(stage) == Some("")
+    pub(super) fn is_shared(&self, group: Group) -> bool {
+        self.owner_and_dot(group) == Some("")
     }
 
     fn digits(&self) -> Option<&str> {
@@ -63,9 +63,9 @@ impl LinkedName {
         digits.bytes().all(hexadecimal).then_some(digits)
     }
 
-    fn owner_and_dot(&self, stage: Stage) -> Option<&str> {
+    fn owner_and_dot(&self, group: Group) -> Option<&str> {
         let digits = self.digits()?;
-        self.0.strip_suffix(&format!("{stage}-{digits}.h5"))
+        self.0.strip_suffix(&format!("{group}-{digits}.h5"))
     }
 }
 
@@ -75,7 +75,7 @@ impl fmt::Display for LinkedName {
     }
 }
 
-/// A stage that the run file keeps elsewhere.
+/// A group that the run file keeps elsewhere.
 #[derive(Debug)]
 pub(super) struct Linked {
     /// `None` if what stands in the run file cannot be the name.
@@ -83,25 +83,25 @@ pub(super) struct Linked {
     pub(super) volume: Result<Volume, LinkProblem>,
 }
 
-/// The root attribute that names the file of a stage.
-fn attribute(stage: Stage) -> String {
-    format!("{stage}_file")
+/// The root attribute that names the file of a group.
+fn attribute(group: Group) -> String {
+    format!("{group}_file")
 }
 
 impl Linked {
-    /// Opens the file of a stage, or `None` if the run file holds the stage itself, or not at all.
-    pub(super) fn open(home: &Volume, layout: &Layout, stage: Stage) -> Option<Self> {
-        let group = format!("/{stage}");
-        home.link_on_the_way(&group)?;
+    /// Opens the file of a group, or `None` if the run file holds the group itself, or not at all.
+    pub(super) fn open(home: &Volume, layout: &Layout, group: Group) -> Option<Self> {
+        let path = format!("/{group}");
+        home.link_on_the_way(&path)?;
         let place = Place {
             file: &home.path,
-            dataset: &group,
+            dataset: &path,
         };
-        let text = read_text(&home.file, place, &attribute(stage)).unwrap_or_default();
-        let name = LinkedName::parse(&text, stage);
+        let text = read_text(&home.file, place, &attribute(group)).unwrap_or_default();
+        let name = LinkedName::parse(&text, group);
         let volume = match &name {
             None => Err(LinkProblem::NotAName { found: text }),
-            Some(name) => open(home, layout, stage, name),
+            Some(name) => open(home, layout, group, name),
         };
         Some(Linked { name, volume })
     }
@@ -110,7 +110,7 @@ impl Linked {
 fn open(
     home: &Volume,
     layout: &Layout,
-    stage: Stage,
+    group: Group,
     name: &LinkedName,
 ) -> Result<Volume, LinkProblem> {
     // HDF5 and we look beside the run file itself, not beside a symbolic link to it.
@@ -118,14 +118,14 @@ fn open(
         .path
         .canonicalize()
         .unwrap_or_else(|_| home.path.clone());
-    open_named(&true_path.with_file_name(&name.0), layout, stage, name)
+    open_named(&true_path.with_file_name(&name.0), layout, group, name)
 }
 
-/// Opens a file that holds a stage with the digest in its name.
+/// Opens a file that holds a group with the digest in its name.
 pub(super) fn open_named(
     path: &Path,
     layout: &Layout,
-    stage: Stage,
+    group: Group,
     name: &LinkedName,
 ) -> Result<Volume, LinkProblem> {
     let unusable = |error: StoreError| match error {
@@ -137,15 +137,15 @@ pub(super) fn open_named(
     let volume = Volume::open(path, layout, layout.linked_filetype).map_err(unusable)?;
     let place = Place {
         file: path,
-        dataset: stage.group(),
+        dataset: group.name(),
     };
-    if !volume.holds(&format!("/{stage}")) {
+    if !volume.holds(&format!("/{group}")) {
         return Err(unusable(place.mismatch("the group of the stage", "none")));
     }
-    let group = volume.file.group(stage.group());
-    let digest = group
+    let object = volume.file.group(group.name());
+    let digest = object
         .at(place, "open the group")
-        .and_then(|group| read_text(&group, place, "digest"))
+        .and_then(|object| read_text(&object, place, "digest"))
         .map_err(unusable)?;
     if name.fits(&digest) {
         return Ok(volume);
@@ -156,16 +156,16 @@ pub(super) fn open_named(
     })
 }
 
-/// Joins the file of a stage to a run file: the name for us, an external link for everyone else.
+/// Joins the file of a group to a run file: the name for us, an external link for everyone else.
 pub(super) fn join(
     run_file: &hdf5::File,
     place: Place<'_>,
-    stage: Stage,
+    group: Group,
     name: &LinkedName,
 ) -> Result<(), StoreError> {
-    write_text(run_file, place, &attribute(stage), &name.0)?;
+    write_text(run_file, place, &attribute(group), &name.0)?;
     run_file
-        .link_external(&name.0, &format!("/{stage}"), stage.group())
+        .link_external(&name.0, &format!("/{group}"), group.name())
         .at(place, "link the file of the stage")
 }
 
@@ -183,10 +183,9 @@ pub(super) fn remove_orphans(folder: &Path, run_file: &Path, layout: &Layout) {
         .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
         .collect();
     let is_owned = |name: &&String| {
-        let of_stage = |stage: &Stage| LinkedName::parse(name, *stage);
-        Stage::ALL
-            .iter()
-            .any(|stage| of_stage(stage).is_some_and(|linked| linked.is_owned_by(owner, *stage)))
+        layout.groups().any(|group| {
+            LinkedName::parse(name, group).is_some_and(|linked| linked.is_owned_by(owner, group))
+        })
     };
     let mut orphans: Vec<&String> = names.iter().filter(is_owned).collect();
     let others = names.iter().filter(|name| !is_owned(name));
@@ -212,13 +211,13 @@ pub(super) fn remove_orphans(folder: &Path, run_file: &Path, layout: &Layout) {
     }
 }
 
-/// The names of all files a run file keeps stages in.
+/// The names of all files a run file keeps groups in.
 fn names_in(run_file: &Path, layout: &Layout) -> Result<Vec<String>, StoreError> {
     let file = super::header::open(run_file, layout, layout.filetype)?;
     let place = Place {
         file: run_file,
         dataset: "/",
     };
-    let named = Stage::ALL.map(|stage| read_text(&file, place, &attribute(stage)).ok());
-    Ok(named.into_iter().flatten().collect())
+    let named = |group| read_text(&file, place, &attribute(group)).ok();
+    Ok(layout.groups().filter_map(named).collect())
 }

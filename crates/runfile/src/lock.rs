@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use units::Units;
 
 use super::error::StoreError;
-use super::layout::Stage;
+use super::layout::Group;
 use super::linked;
 use super::place::AtFile;
 use super::reader::Reader;
@@ -37,7 +37,7 @@ pub struct RunFile {
 }
 
 impl RunFile {
-    /// Locks a run file and removes what a killed process left beside it, and files of stages it owns but no longer
+    /// Locks a run file and removes what a killed process left beside it, and files of groups it owns but no longer
     /// uses.
     ///
     /// # Errors
@@ -68,8 +68,9 @@ impl RunFile {
 
     fn remove_left_overs(&self) -> Result<(), StoreError> {
         let whole = self.temporary();
-        let stages = Stage::ALL.map(|stage| stage_temporary(&whole, stage));
-        for temporary in stages.into_iter().chain([whole, self.previous()]) {
+        let groups = self.layout.groups();
+        let groups = groups.map(|group| group_temporary(&whole, group));
+        for temporary in groups.chain([whole.clone(), self.previous()]) {
             match fs::remove_file(&temporary) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => {
                     Err(error).at_file(&temporary, "remove what a killed process left")?;
@@ -104,10 +105,10 @@ impl RunFile {
     }
 }
 
-/// Where a stage that gets a file of its own is written, beside the temporary of the run file.
-pub(super) fn stage_temporary(temporary: &Path, stage: Stage) -> PathBuf {
+/// Where a group that gets a file of its own is written, beside the temporary of the run file.
+pub(super) fn group_temporary(temporary: &Path, group: Group) -> PathBuf {
     let mut path = temporary.as_os_str().to_owned();
-    path.push(format!("-{stage}"));
+    path.push(format!("-{group}"));
     path.into()
 }
 

@@ -24,7 +24,7 @@ impl Reader {
     pub fn read_matrix(&self, path: &str) -> Result<SparseMatrix, StoreError> {
         let spec = self.spec(path, Kind::is_matrix, Kind::CscMatrix)?;
         let place = self.place(spec);
-        let file = &self.volume(spec.stage)?.file;
+        let file = &self.volume(spec.group)?.file;
         let group = file.group(spec.path).at(place, "open the matrix")?;
         let encoding = read_text(&group, place, "encoding-type")?;
         if encoding != spec.kind.tag() {
@@ -55,13 +55,13 @@ impl Reader {
 
     fn part<T: Element>(&self, spec: &DatasetSpec, name: &str) -> Result<Vec<T>, StoreError> {
         let path = format!("{}/{name}", spec.path);
-        let volume = self.volume_of_object(spec.stage, &path)?;
+        let volume = self.volume_of_object(spec.group, &path)?;
         let place = Place {
             file: &volume.path,
             dataset: &path,
         };
         if !volume.holds(&path) {
-            return Err(self.missing(&path, spec.stage));
+            return Err(self.missing(&path, spec.group));
         }
         let dataset = open_dataset(&volume.file, place, &T::type_descriptor())?;
         if dataset.ndim() != 1 {
@@ -75,7 +75,7 @@ impl Reader {
 /// The attribute `shape` of a stored matrix: rows, columns.
 pub(super) fn shape(reader: &Reader, spec: &DatasetSpec) -> Result<[usize; 2], StoreError> {
     let place = reader.place(spec);
-    let file = &reader.volume(spec.stage)?.file;
+    let file = &reader.volume(spec.group)?.file;
     let group = file.group(spec.path).at(place, "open the matrix")?;
     let shape = to_indices(&read_numbers(&group, place, "shape")?, place)?;
     <[usize; 2]>::try_from(shape)

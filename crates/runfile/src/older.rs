@@ -1,4 +1,4 @@
-//! Stages that an older version wrote with other datasets than the present table has: sound, but of no use to the
+//! Groups that an older version wrote with other datasets than the present table has: sound, but of no use to the
 //! present program.
 
 use std::collections::BTreeMap;
@@ -8,13 +8,13 @@ use hdf5_metno as hdf5;
 
 use super::attribute::read_text;
 use super::bounds;
-use super::digest::{of_stage, of_texts, of_values};
+use super::digest::{of_group, of_texts, of_values};
 use super::error::StoreError;
-use super::layout::{EnumSpec, Kind, Stage};
+use super::layout::{EnumSpec, Group, Kind};
 use super::matrix;
 use super::place::{AtPlace, Place};
 use super::reader::Reader;
-use super::record::StoredStage;
+use super::record::StoredGroup;
 
 /// Stands for any enumeration: digests do not depend on the members.
 const ENUMERATION: Kind = Kind::Enum(&EnumSpec {
@@ -23,14 +23,14 @@ const ENUMERATION: Kind = Kind::Enum(&EnumSpec {
 });
 
 impl Reader {
-    /// Whether the datasets that a stage has, known to the table or not, are those it was finished with.
+    /// Whether the datasets that a group has, known to the table or not, are those it was finished with.
     pub(super) fn is_whole_as_written(
         &self,
-        stage: Stage,
-        stored: &StoredStage,
+        group: Group,
+        stored: &StoredGroup,
     ) -> Result<bool, StoreError> {
         let mut digests = BTreeMap::new();
-        for object in self.objects_with_digest(stage)? {
+        for object in self.objects_with_digest(group)? {
             let known = self.layout.find(&object.path);
             if !known.is_some_and(|spec| spec.volatile) {
                 digests.insert(object.path, object.digest);
@@ -39,14 +39,14 @@ impl Reader {
         let digests = digests
             .iter()
             .map(|(path, digest)| (path.as_str(), digest.as_str()));
-        Ok(of_stage(digests, stored.units) == stored.digest)
+        Ok(of_group(digests, stored.units) == stored.digest)
     }
 
-    /// The values of such a stage that do not fit their digests.
-    pub(super) fn problems_as_written(&self, stage: Stage) -> Result<Vec<StoreError>, StoreError> {
+    /// The values of such a group that do not fit their digests.
+    pub(super) fn problems_as_written(&self, group: Group) -> Result<Vec<StoreError>, StoreError> {
         let mut problems = Vec::new();
-        for object in self.objects_with_digest(stage)? {
-            let volume = self.volume(stage)?;
+        for object in self.objects_with_digest(group)? {
+            let volume = self.volume(group)?;
             let place = Place {
                 file: &volume.path,
                 dataset: &object.path,
@@ -62,12 +62,12 @@ impl Reader {
         Ok(problems)
     }
 
-    fn objects_with_digest(&self, stage: Stage) -> Result<Vec<Object>, StoreError> {
+    fn objects_with_digest(&self, group: Group) -> Result<Vec<Object>, StoreError> {
         let mut objects = Vec::new();
-        for dataset in self.datasets_below(stage)? {
+        for dataset in self.datasets_below(group)? {
             let path = dataset.name();
             let place = Place {
-                file: &self.volume(stage)?.path,
+                file: &self.volume(group)?.path,
                 dataset: &path,
             };
             if let Ok(digest) = read_text(&dataset, place, "digest") {
@@ -78,7 +78,7 @@ impl Reader {
                     content,
                 });
             } else if let Some(matrix) = path.strip_suffix("/indptr") {
-                let group = self.volume(stage)?.file.group(matrix);
+                let group = self.volume(group)?.file.group(matrix);
                 let group = group.at(place, "open the matrix")?;
                 objects.push(Object {
                     digest: read_text(&group, place, "digest")?,

@@ -16,7 +16,7 @@ use super::element::Element;
 use super::enumeration::StoredEnum;
 use super::error::{LayoutError, StoreError};
 use super::extents::Sizes;
-use super::layout::{DatasetSpec, Kind, Stage};
+use super::layout::{DatasetSpec, Group, Kind};
 use super::linked::Linked;
 use super::matrix;
 use super::place::{AtPlace, Place};
@@ -25,12 +25,12 @@ use super::volume::Volume;
 
 /// A run file opened for reading.
 ///
-/// A symbolic size gets its value from the first dataset that has it, in the order of the table, stages upstream
-/// first: after a new mesh, the datasets of a stale later stage are the ones that are refused.
+/// A symbolic size gets its value from the first dataset that has it, in the order of the table, groups upstream
+/// first: after a new mesh, the datasets of a stale later group are the ones that are refused.
 #[derive(Debug)]
 pub struct Reader {
     pub(super) home: Volume,
-    pub(super) linked: BTreeMap<Stage, Linked>,
+    pub(super) linked: BTreeMap<Group, Linked>,
     pub(super) layout: Layout,
     sizes: Sizes,
 }
@@ -46,15 +46,15 @@ impl Reader {
             // Another process may have committed, and removed that file, since we opened the run file.
             reader = Self::open_state(path, layout)?;
         }
-        reader.sizes = reader.sizes_of(&Stage::ALL);
+        reader.sizes = reader.sizes_of(layout.groups());
         Ok(reader)
     }
 
     fn open_state(path: &Path, layout: Layout) -> Result<Self, StoreError> {
         let home = Volume::open(path, &layout, layout.filetype)?;
-        let linked = |stage| Some((stage, Linked::open(&home, &layout, stage)?));
+        let linked = |group| Some((group, Linked::open(&home, &layout, group)?));
         Ok(Reader {
-            linked: Stage::ALL.into_iter().filter_map(linked).collect(),
+            linked: layout.groups().filter_map(linked).collect(),
             home,
             layout,
             sizes: Sizes::default(),
@@ -172,10 +172,10 @@ impl Reader {
         Ok(texts)
     }
 
-    /// The sizes fixed by the datasets of some stages; unreadable datasets are left to their readers.
-    pub(super) fn sizes_of(&self, stages: &[Stage]) -> Sizes {
+    /// The sizes fixed by the datasets of some groups; unreadable datasets are left to their readers.
+    pub(super) fn sizes_of(&self, groups: impl Iterator<Item = Group>) -> Sizes {
         let mut sizes = Sizes::default();
-        for spec in stages.iter().flat_map(|&stage| self.layout.of_stage(stage)) {
+        for spec in groups.flat_map(|group| self.layout.of_group(group)) {
             if let Some(shape) = self.shape(spec) {
                 // A dataset that contradicts an upstream one is refused when it is read.
                 let _ = sizes.bind(spec, &shape);
@@ -192,7 +192,7 @@ impl Reader {
         if spec.kind.is_matrix() {
             return matrix::shape(self, spec).ok().map(Vec::from);
         }
-        let dataset = self.volume(spec.stage).ok()?.file.dataset(spec.path).ok()?;
+        let dataset = self.volume(spec.group).ok()?.file.dataset(spec.path).ok()?;
         dataset.get_shape().ok()
     }
 
@@ -217,10 +217,10 @@ impl Reader {
             .into());
         }
         if !self
-            .volume_of_object(spec.stage, spec.path)?
+            .volume_of_object(spec.group, spec.path)?
             .holds(spec.path)
         {
-            return Err(self.missing(spec.path, spec.stage));
+            return Err(self.missing(spec.path, spec.group));
         }
         Ok(spec)
     }
@@ -241,7 +241,7 @@ impl Reader {
         spec: &DatasetSpec,
         expected: &TypeDescriptor,
     ) -> Result<hdf5::Dataset, StoreError> {
-        open_dataset(&self.volume(spec.stage)?.file, self.place(spec), expected)
+        open_dataset(&self.volume(spec.group)?.file, self.place(spec), expected)
     }
 
     fn checked_shape(
@@ -252,7 +252,7 @@ impl Reader {
         let place = self.place(spec);
         let shape = dataset.get_shape().at(place, "read the shape")?;
         self.check_shape(spec, &shape)?;
-        bounds::check(dataset, place, self.volume(spec.stage)?.bytes)?;
+        bounds::check(dataset, place, self.volume(spec.group)?.bytes)?;
         Ok(shape)
     }
 

@@ -1,4 +1,4 @@
-//! What a stage tells about itself in the attributes of its group.
+//! What a group tells about itself in the attributes of its group.
 
 use std::time::SystemTime;
 
@@ -9,8 +9,8 @@ use super::attribute::{has, read_number, read_text, write_number, write_text};
 use super::error::StoreError;
 use super::place::Place;
 
-/// The attributes every stage group carries, with their meanings, as the schema lists them.
-pub const STAGE_ATTRIBUTES: &[(&str, &str, &str)] = &[
+/// The attributes every group carries, with their meanings, as the schema lists them.
+pub const GROUP_ATTRIBUTES: &[(&str, &str, &str)] = &[
     (
         "complete",
         "u8",
@@ -32,33 +32,33 @@ pub const STAGE_ATTRIBUTES: &[(&str, &str, &str)] = &[
     ("date", "text", "when the stage ended, RFC 3339 in UTC"),
 ];
 
-/// The attributes a stage group may carry besides, as the schema lists them.
-pub(super) const OPTIONAL_STAGE_ATTRIBUTES: &[(&str, &str, &str)] = &[(
+/// The attributes a group may carry besides, as the schema lists them.
+pub(super) const OPTIONAL_GROUP_ATTRIBUTES: &[(&str, &str, &str)] = &[(
     "units",
     "text",
     "units of length and force that all others follow from, such as `mm, N`; absent for `m, N`",
 )];
 
-/// How a stage was run.
+/// How a group was run.
 #[derive(Clone, Debug, PartialEq)]
-pub struct StageRecord {
+pub struct GroupRecord {
     /// The settings used, as TOML.
     pub settings: String,
-    /// Digest of everything the stage was computed from.
+    /// Digest of everything the group was computed from.
     pub input_digest: String,
     /// Wall-clock time in s.
     pub seconds: f64,
     /// Number of threads.
     pub threads: i64,
-    /// When the stage ended, RFC 3339 in UTC, see [`timestamp`].
+    /// When the group ended, RFC 3339 in UTC, see [`timestamp`].
     pub date: String,
 }
 
-/// A stage as the file holds it.
+/// A group as the file holds it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct StoredStage {
+pub struct StoredGroup {
     /// How it was run.
-    pub record: StageRecord,
+    pub record: GroupRecord,
     /// Digest of its datasets and units.
     pub digest: String,
     /// What its numbers are in.
@@ -73,7 +73,7 @@ pub fn timestamp() -> String {
 pub(super) fn write(
     group: &hdf5::Location,
     place: Place<'_>,
-    record: &StageRecord,
+    record: &GroupRecord,
     units: Units,
     digest: &str,
 ) -> Result<(), StoreError> {
@@ -89,13 +89,13 @@ pub(super) fn write(
     write_number(group, place, "complete", 1_u8)
 }
 
-pub(super) fn read(group: &hdf5::Location, place: Place<'_>) -> Result<StoredStage, StoreError> {
+pub(super) fn read(group: &hdf5::Location, place: Place<'_>) -> Result<StoredGroup, StoreError> {
     let complete: u8 = read_number(group, place, "complete")?;
     if complete != 1 {
         return Err(place.mismatch("complete = 1", format!("complete = {complete}")));
     }
-    Ok(StoredStage {
-        record: StageRecord {
+    Ok(StoredGroup {
+        record: GroupRecord {
             settings: read_text(group, place, "settings")?,
             input_digest: read_text(group, place, "input_digest")?,
             seconds: read_number(group, place, "seconds")?,
@@ -107,7 +107,7 @@ pub(super) fn read(group: &hdf5::Location, place: Place<'_>) -> Result<StoredSta
     })
 }
 
-/// The units a stage names; the default where it names none, as in files before format 1.4.
+/// The units a group names; the default where it names none, as in files before format 1.4.
 fn read_units(group: &hdf5::Location, place: Place<'_>) -> Result<Units, StoreError> {
     if !has(group, place, "units")? {
         return Ok(Units::SI);

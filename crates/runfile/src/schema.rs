@@ -3,9 +3,9 @@
 use serde_json::{Map, Value, json};
 use units::{ForceUnit, LengthUnit, Units};
 
-use super::header::{LINKED_STAGES, ROOT_ATTRIBUTES};
-use super::layout::{DatasetSpec, Extent, Kind, Presence, Stage, Storage};
-use super::record::{OPTIONAL_STAGE_ATTRIBUTES, STAGE_ATTRIBUTES};
+use super::header::{LINKED_GROUPS, ROOT_ATTRIBUTES};
+use super::layout::{DatasetSpec, Extent, Kind, Presence, Storage};
+use super::record::{GROUP_ATTRIBUTES, OPTIONAL_GROUP_ATTRIBUTES};
 use super::table::Layout;
 
 /// The attributes every dataset and matrix group carries, with their meanings.
@@ -54,11 +54,7 @@ pub(super) const MATRIX_MEMBERS: &[(&str, &str, &str)] = &[
 ///
 /// The creator is left out: the schema changes with the format, not with the version of the program.
 pub fn schema_json(layout: &Layout) -> String {
-    let groups: Vec<_> = Stage::ALL
-        .into_iter()
-        .filter(|stage| layout.of_stage(*stage).next().is_some())
-        .map(|stage| format!("/{stage}"))
-        .collect();
+    let groups: Vec<_> = layout.groups().map(|group| format!("/{group}")).collect();
     let extents: Map<_, _> = layout
         .extents
         .iter()
@@ -69,10 +65,10 @@ pub fn schema_json(layout: &Layout) -> String {
         "format_version": layout.format_version,
         "root_attributes": triples(ROOT_ATTRIBUTES),
         "linked_filetype": layout.linked_filetype,
-        "linked_stages": LINKED_STAGES,
+        "linked_stages": LINKED_GROUPS,
         "stages": groups,
-        "stage_attributes": triples(STAGE_ATTRIBUTES),
-        "optional_stage_attributes": triples(OPTIONAL_STAGE_ATTRIBUTES),
+        "stage_attributes": triples(GROUP_ATTRIBUTES),
+        "optional_stage_attributes": triples(OPTIONAL_GROUP_ATTRIBUTES),
         "length_units": LengthUnit::ALL.map(LengthUnit::word),
         "force_units": ForceUnit::ALL.map(ForceUnit::word),
         "dataset_attributes": triples(DATASET_ATTRIBUTES),
@@ -93,7 +89,7 @@ fn triples(rows: &[(&str, &str, &str)]) -> Value {
 fn dataset(spec: &DatasetSpec) -> Value {
     let mut row = json!({
         "path": spec.path,
-        "stage": spec.stage.group(),
+        "stage": spec.group.name(),
         "type": spec.kind.tag(),
         "shape": spec.shape.iter().map(extent).collect::<Vec<_>>(),
         "dimension": spec.dimension.to_string(),

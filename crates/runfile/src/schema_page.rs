@@ -4,13 +4,13 @@ use std::fmt::Write as _;
 
 use units::Units;
 
-use super::header::{LINKED_STAGES, ROOT_ATTRIBUTES};
-use super::layout::{DatasetSpec, Kind, Presence, Stage, Storage};
-use super::record::{OPTIONAL_STAGE_ATTRIBUTES, STAGE_ATTRIBUTES};
+use super::header::{LINKED_GROUPS, ROOT_ATTRIBUTES};
+use super::layout::{DatasetSpec, Group, Kind, Presence, Storage};
+use super::record::{GROUP_ATTRIBUTES, OPTIONAL_GROUP_ATTRIBUTES};
 use super::schema::{DATASET_ATTRIBUTES, MATRIX_ATTRIBUTES, MATRIX_MEMBERS};
 use super::table::Layout;
 
-/// The table as a Markdown page: the file, its stages one by one, and the symbolic sizes.
+/// The table as a Markdown page: the file, its groups one by one, and the symbolic sizes.
 pub fn schema_page(layout: &Layout) -> String {
     let [major, minor] = layout.format_version;
     let mut page = format!(
@@ -23,18 +23,18 @@ pub fn schema_page(layout: &Layout) -> String {
     heading(&mut page, "Stages in files of their own");
     let _ = write!(
         page,
-        "{LINKED_STAGES} Its file type is `{}`.\n\n",
+        "{LINKED_GROUPS} Its file type is `{}`.\n\n",
         layout.linked_filetype
     );
     attributes(
         &mut page,
         "Attributes of every stage group",
-        STAGE_ATTRIBUTES,
+        GROUP_ATTRIBUTES,
     );
     attributes(
         &mut page,
         "Further attribute of a stage group in other units than metres and newtons",
-        OPTIONAL_STAGE_ATTRIBUTES,
+        OPTIONAL_GROUP_ATTRIBUTES,
     );
     attributes(
         &mut page,
@@ -47,10 +47,8 @@ pub fn schema_page(layout: &Layout) -> String {
         MATRIX_ATTRIBUTES,
     );
     attributes(&mut page, "Members of a matrix group", MATRIX_MEMBERS);
-    for stage in Stage::ALL {
-        if layout.of_stage(stage).next().is_some() {
-            stage_section(&mut page, layout, stage);
-        }
+    for group in layout.groups() {
+        group_section(&mut page, layout, group);
     }
     page.push_str("## Sizes\n\n| Name | Meaning |\n|---|---|\n");
     for (name, meaning) in layout.extents {
@@ -68,12 +66,12 @@ fn attributes(page: &mut String, title: &str, rows: &[(&str, &str, &str)]) {
     page.push('\n');
 }
 
-fn stage_section(page: &mut String, layout: &Layout, stage: Stage) {
-    heading(page, &format!("`/{stage}`"));
+fn group_section(page: &mut String, layout: &Layout, group: Group) {
+    heading(page, &format!("`/{group}`"));
     page.push_str(
         "| Dataset | Symbol | Type | Shape | Dimension | Unit | Meaning |\n|---|---|---|---|---|---|---|\n",
     );
-    for spec in layout.of_stage(stage) {
+    for spec in layout.of_group(group) {
         let shape: Vec<_> = spec.shape.iter().map(ToString::to_string).collect();
         let shape = if shape.is_empty() {
             "scalar".into()

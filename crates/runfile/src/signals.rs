@@ -11,7 +11,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 use signal_hook::low_level::emulate_default_handler;
 
-use super::layout::Stage;
+use super::layout::Group;
 
 /// The temporaries of this process. Whoever holds the lock decides alone: a rename, or the end of the process.
 static TEMPORARIES: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
@@ -19,18 +19,18 @@ static TEMPORARIES: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 /// Whether the thread that waits for signals runs.
 static INSTALLED: Mutex<bool> = Mutex::new(false);
 
-/// The file that this process changed last, with the stages it holds since.
-static LAST_COMMIT: Mutex<Option<(PathBuf, Vec<Stage>)>> = Mutex::new(None);
+/// The file that this process changed last, with the groups it holds since.
+static LAST_COMMIT: Mutex<Option<(PathBuf, Vec<Group>)>> = Mutex::new(None);
 
-/// The file that this process changed last, with the stages it holds since; `None` before the first commit.
-pub fn last_commit() -> Option<(PathBuf, Vec<Stage>)> {
+/// The file that this process changed last, with the groups it holds since; `None` before the first commit.
+pub fn last_commit() -> Option<(PathBuf, Vec<Group>)> {
     let last = LAST_COMMIT.lock().unwrap_or_else(PoisonError::into_inner);
     last.clone()
 }
 
-pub(super) fn note_commit(target: &Path, stages: Vec<Stage>) {
+pub(super) fn note_commit(target: &Path, groups: Vec<Group>) {
     let mut last = LAST_COMMIT.lock().unwrap_or_else(PoisonError::into_inner);
-    *last = Some((target.to_path_buf(), stages));
+    *last = Some((target.to_path_buf(), groups));
 }
 
 /// Starts the thread that removes the temporaries on SIGINT or SIGTERM, calls `farewell`, and lets the signal end the

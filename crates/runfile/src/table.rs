@@ -4,20 +4,22 @@ use std::collections::BTreeSet;
 
 use units::Units;
 
-use super::layout::{DatasetSpec, Presence, Stage};
+use super::layout::{DatasetSpec, Group, Presence};
 
 /// A file format: its identity and every dataset it knows.
 #[derive(Clone, Copy, Debug)]
 pub struct Layout {
     /// Value of the root attribute `filetype`.
     pub filetype: &'static str,
-    /// Value of the root attribute `filetype` of a file beside the run file that holds one stage.
+    /// Value of the root attribute `filetype` of a file beside the run file that holds one group.
     pub linked_filetype: &'static str,
     /// Value of the root attribute `format_version`: major, minor.
     pub format_version: [i64; 2],
     /// Value of the root attribute `creator`: program and version.
     pub creator: &'static str,
-    /// The rows, one slice for each stage.
+    /// The groups a file of this format can hold, each after those it builds on.
+    pub groups: &'static [Group],
+    /// The rows of all groups.
     pub tables: &'static [&'static [DatasetSpec]],
     /// The units that numbers are written in.
     pub units: Units,
@@ -32,6 +34,16 @@ impl Layout {
         Layout { units, ..self }
     }
 
+    /// Every group, each after those it builds on.
+    pub fn groups(&self) -> impl Iterator<Item = Group> + use<> {
+        self.groups.iter().copied()
+    }
+
+    /// The groups that a group may build on.
+    pub(super) fn upstream_of(&self, group: Group) -> impl Iterator<Item = Group> + use<> {
+        self.groups().take_while(move |other| *other != group)
+    }
+
     /// Every row, in the order of the table.
     pub fn datasets(&self) -> impl Iterator<Item = &'static DatasetSpec> + use<> {
         self.tables.iter().flat_map(|table| table.iter())
@@ -42,18 +54,18 @@ impl Layout {
         self.datasets().find(|spec| spec.path == path)
     }
 
-    /// The rows of one stage.
-    pub fn of_stage(&self, stage: Stage) -> impl Iterator<Item = &'static DatasetSpec> + use<> {
-        self.datasets().filter(move |spec| spec.stage == stage)
+    /// The rows of one group.
+    pub fn of_group(&self, group: Group) -> impl Iterator<Item = &'static DatasetSpec> + use<> {
+        self.datasets().filter(move |spec| spec.group == group)
     }
 
     /// Every breach of the rules of the table, one sentence each; empty for a sound table.
     ///
-    /// Rules: paths are unique, below the group of their stage and not inside one another; meanings are
+    /// Rules: groups are listed once; paths are unique, below their group, which is listed, and not inside one another; meanings are
     /// given; matrices have two extents and texts at most one; enumerations have distinct names and codes;
     /// every symbolic size is explained, and every explained one is used.
     pub fn problems(&self) -> Vec<String> {
-        let mut problems = Vec::new();
+        let mut problems = self.group_problems();
         let mut paths = BTreeSet::new();
         for spec in self.datasets() {
             if !paths.insert(spec.path) {
@@ -72,6 +84,18 @@ impl Layout {
             }
         }
         problems.extend(self.extent_problems());
+        problems
+    }
+
+    fn group_problems(&self) -> Vec<String> {
+        let mut names = BTreeSet::new();
+        let twice = self.groups().filter(|group| !names.insert(group.name()));
+        let mut problems: Vec<_> = twice
+            .map(|group| format!("/{group}: listed twice"))
+            .collect();
+        let is_listed = |spec: &&DatasetSpec| self.groups.contains(&spec.group);
+        let strangers = self.datasets().filter(|spec| !is_listed(spec));
+        problems.extend(strangers.map(|spec| format!("{}: its group is not listed", spec.path)));
         problems
     }
 
@@ -112,7 +136,7 @@ fn row_problems(spec: &DatasetSpec) -> Vec<&'static str> {
     [
         (
             spec.name() == spec.path || spec.name().is_empty(),
-            "not below the group of its stage",
+            "not below its group",
         ),
         (spec.description.is_empty(), "has no meaning"),
         (

@@ -5,19 +5,19 @@ use std::path::{Path, PathBuf};
 use super::error::{LayoutError, StoreError};
 use super::extents::Sizes;
 use super::kept;
-use super::layout::Stage;
+use super::layout::Group;
 use super::linked::{self, LinkedName};
-use super::lock::{RunFile, stage_temporary};
+use super::lock::{RunFile, group_temporary};
 use super::part::{Part, replaceable, sync_folder};
 use super::place::{AtPlace, Place};
 use super::reader::Reader;
-use super::shared::SharedStage;
+use super::shared::SharedGroup;
 use super::signals::note_commit;
 use super::table::Layout;
 use super::volume::Stamp;
-use super::writer::StageWriter;
+use super::writer::GroupWriter;
 
-/// The file a stage is kept in.
+/// The file a group is kept in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Home {
     /// The run file itself.
@@ -31,7 +31,7 @@ pub enum Home {
 /// A new state of a run file, in the hidden file `.NAME.part`; dropping it leaves the run file as it was.
 ///
 /// New groups are written to an empty file and the groups that stay are copied at the commit, object by object:
-/// the file never holds dead space, however often a stage runs again. A stage in a file of its own is written once
+/// the file never holds dead space, however often a group runs again. A group in a file of its own is written once
 /// and only linked again.
 #[derive(Debug)]
 pub struct Transaction {
@@ -40,9 +40,9 @@ pub struct Transaction {
     previous: Option<Reader>,
     /// That of the present file, before it was opened.
     stamp: Stamp,
-    replaced: Vec<Stage>,
+    replaced: Vec<Group>,
     embed: bool,
-    unfinished: Option<Stage>,
+    unfinished: Option<Group>,
     sizes: Sizes,
     layout: Layout,
     target: PathBuf,
@@ -50,13 +50,13 @@ pub struct Transaction {
     temporary: PathBuf,
 }
 
-/// A stage being written to a file of its own.
+/// A group being written to a file of its own.
 #[derive(Debug)]
 struct Beside {
-    stage: Stage,
+    group: Group,
     part: Part,
     owner: Option<String>,
-    /// Known once the stage is finished.
+    /// Known once the group is finished.
     name: Option<LinkedName>,
 }
 
@@ -92,42 +92,42 @@ impl Transaction {
         })
     }
 
-    /// The state before this change, to read upstream stages from; `None` for a new file.
+    /// The state before this change, to read upstream groups from; `None` for a new file.
     pub fn previous(&self) -> Option<&Reader> {
         self.previous.as_ref()
     }
 
-    /// Begins to write a stage in place of what the file held of it.
+    /// Begins to write a group in place of what the file held of it.
     ///
-    /// Symbolic sizes must agree with the upstream stages that stay and with the stages already written. A run file
-    /// whose name is not UTF-8 keeps all its stages itself, since no link could lead from or to it.
+    /// Symbolic sizes must agree with the upstream groups that stay and with the groups already written. A run file
+    /// whose name is not UTF-8 keeps all its groups itself, since no link could lead from or to it.
     ///
     /// # Errors
-    /// `Internal` if the stage was written before or another one is unfinished.
-    pub fn stage(&mut self, stage: Stage, home: Home) -> Result<StageWriter<'_>, StoreError> {
-        if let Some(stage) = self.unfinished {
-            return Err(LayoutError::NotFinished { stage }.into());
+    /// `Internal` if the group was written before or another one is unfinished.
+    pub fn group(&mut self, group: Group, home: Home) -> Result<GroupWriter<'_>, StoreError> {
+        if let Some(group) = self.unfinished {
+            return Err(LayoutError::NotFinished { group }.into());
         }
-        let written_beside = self.beside.iter().any(|beside| beside.stage == stage);
-        if written_beside || self.run_file.file.link_exists(stage.group()) {
+        let written_beside = self.beside.iter().any(|beside| beside.group == group);
+        if written_beside || self.run_file.file.link_exists(group.name()) {
             return Err(LayoutError::Twice {
-                path: stage.group().into(),
+                path: group.name().into(),
             }
             .into());
         }
-        self.remove(stage);
-        self.learn_upstream_sizes(stage);
+        self.remove(group);
+        self.learn_upstream_sizes(group);
         let place = Place {
             file: &self.target,
-            dataset: stage.group(),
+            dataset: group.name(),
         };
         let name = self.target.file_name().and_then(|name| name.to_str());
         let file = match (home, name) {
             (Home::RunFile, _) | (_, None) => &self.run_file.file,
             (Home::Beside | Home::Shared, Some(name)) => {
-                let temporary = stage_temporary(&self.temporary, stage);
+                let temporary = group_temporary(&self.temporary, group);
                 self.beside.push(Beside {
-                    stage,
+                    group,
                     part: Part::create(temporary, &self.layout, self.layout.linked_filetype)?,
                     owner: (home == Home::Beside).then(|| name.to_owned()),
                     name: None,
@@ -135,51 +135,51 @@ impl Transaction {
                 &self.beside[self.beside.len() - 1].part.file
             }
         };
-        let group = file
+        let object = file
             .create_group_builder()
             .obj_track_times(false)
-            .create(stage.group())
+            .create(group.name())
             .at(place, "create the group")?;
-        self.unfinished = Some(stage);
-        Ok(StageWriter::new(self, stage, group))
+        self.unfinished = Some(group);
+        Ok(GroupWriter::new(self, group, object))
     }
 
-    /// Puts a link to a shared file in the place of what the file held of its stage.
+    /// Puts a link to a shared file in the place of what the file held of its group.
     ///
     /// # Errors
     /// `Hdf5` if linking fails.
-    pub fn link(&mut self, shared: &SharedStage) -> Result<(), StoreError> {
-        self.remove(shared.stage);
+    pub fn link(&mut self, shared: &SharedGroup) -> Result<(), StoreError> {
+        self.remove(shared.group);
         let place = Place {
             file: &self.target,
-            dataset: shared.stage.group(),
+            dataset: shared.group.name(),
         };
-        linked::join(&self.run_file.file, place, shared.stage, &shared.name)
+        linked::join(&self.run_file.file, place, shared.group, &shared.name)
     }
 
-    /// Leaves a stage out of the new state.
-    pub fn remove(&mut self, stage: Stage) {
-        if !self.replaced.contains(&stage) {
-            self.replaced.push(stage);
+    /// Leaves a group out of the new state.
+    pub fn remove(&mut self, group: Group) {
+        if !self.replaced.contains(&group) {
+            self.replaced.push(group);
         }
     }
 
-    /// Takes the stages that were kept in files of their own, and stay, into the run file.
+    /// Takes the groups that were kept in files of their own, and stay, into the run file.
     pub fn embed_linked(&mut self) {
         self.embed = true;
     }
 
     /// Puts the new state in the place of the old one, safe against loss of power.
     ///
-    /// Files of stages come first: until the run file itself is renamed, its old state is whole.
+    /// Files of groups come first: until the run file itself is renamed, its old state is whole.
     ///
     /// # Errors
-    /// `Internal` if a stage is unfinished; `Hdf5` or `Io` if copying, closing, syncing or renaming fails, with the
+    /// `Internal` if a group is unfinished; `Hdf5` or `Io` if copying, closing, syncing or renaming fails, with the
     /// old state kept; `ForeignLink` for a link in the root that this program did not make; `Changed` if another
     /// program changed the file since the change began.
     pub fn commit(self) -> Result<(), StoreError> {
-        if let Some(stage) = self.unfinished {
-            return Err(LayoutError::NotFinished { stage }.into());
+        if let Some(group) = self.unfinished {
+            return Err(LayoutError::NotFinished { group }.into());
         }
         let file = &self.run_file.file;
         if let Some(previous) = &self.previous {
@@ -196,17 +196,18 @@ impl Transaction {
         };
         for beside in self.beside {
             let Some(name) = beside.name else { continue };
-            linked::join(file, place, beside.stage, &name)?;
+            linked::join(file, place, beside.group, &name)?;
             let target = self.folder.join(name.to_string());
             replaceable(&target)?;
             beside.part.publish(&target, permissions.clone())?;
             sync_folder(&self.folder)?;
         }
         drop(self.previous);
-        let mut stages = Stage::ALL.to_vec();
-        stages.retain(|stage| file.link_exists(stage.group()));
+        let groups = self.layout.groups();
+        let held = groups.filter(|group| file.link_exists(group.name()));
+        let held: Vec<Group> = held.collect();
         self.run_file.publish(&self.target, permissions)?;
-        note_commit(&self.target, stages);
+        note_commit(&self.target, held);
         sync_folder(&self.folder)?;
         linked::remove_orphans(&self.folder, &self.target, &self.layout);
         Ok(())
@@ -224,24 +225,22 @@ impl Transaction {
         &mut self.sizes
     }
 
-    pub(super) fn stage_finished(&mut self, digest: &str) {
-        let stage = self.unfinished.take();
+    pub(super) fn group_finished(&mut self, digest: &str) {
+        let group = self.unfinished.take();
         for beside in &mut self.beside {
-            if Some(beside.stage) == stage {
-                let name = LinkedName::new(beside.owner.as_deref(), beside.stage, digest);
+            if Some(beside.group) == group {
+                let name = LinkedName::new(beside.owner.as_deref(), beside.group, digest);
                 beside.name = Some(name);
             }
         }
     }
 
-    fn learn_upstream_sizes(&mut self, stage: Stage) {
+    fn learn_upstream_sizes(&mut self, group: Group) {
         let Some(previous) = &self.previous else {
             return;
         };
-        let kept: Vec<_> = Stage::ALL
-            .into_iter()
-            .filter(|other| *other < stage && !self.replaced.contains(other))
-            .collect();
-        self.sizes.adopt(previous.sizes_of(&kept));
+        let upstream = self.layout.upstream_of(group);
+        let kept = upstream.filter(|other| !self.replaced.contains(other));
+        self.sizes.adopt(previous.sizes_of(kept));
     }
 }

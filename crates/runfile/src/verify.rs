@@ -6,26 +6,26 @@ use hdf5_metno as hdf5;
 use units::Units;
 
 use super::error::StoreError;
-use super::layout::{DatasetSpec, EnumSpec, Kind, Stage};
+use super::layout::{DatasetSpec, EnumSpec, Kind};
 use super::reader::Reader;
 
 impl Reader {
-    /// Everything that is wrong with the stages of a file; empty for a file as it was written.
+    /// Everything that is wrong with the groups of a file; empty for a file as it was written.
     ///
-    /// Reads every value. Stages that are not there, or not finished, are not wrong; whether they are fresh is
+    /// Reads every value. Groups that are not there, or not finished, are not wrong; whether they are fresh is
     /// another question.
     pub fn problems(&self) -> Vec<StoreError> {
         let mut problems = Vec::new();
-        for stage in Stage::ALL {
-            match self.whole_stage(stage) {
+        for group in self.layout.groups() {
+            match self.whole_group(group) {
                 Ok(None) => continue,
                 Ok(Some(stored)) => {
-                    let held = self.layout.of_stage(stage).filter(|spec| self.holds(spec));
+                    let held = self.layout.of_group(group).filter(|spec| self.holds(spec));
                     let wrong = held.filter_map(|spec| self.check_unit(spec, stored.units).err());
                     problems.extend(wrong);
                 }
                 Err(StoreError::Older { .. }) => {
-                    match self.problems_as_written(stage) {
+                    match self.problems_as_written(group) {
                         Ok(found) => problems.extend(found),
                         Err(error) => problems.push(error),
                     }
@@ -33,14 +33,14 @@ impl Reader {
                 }
                 Err(error) => problems.push(error),
             }
-            problems.extend(self.refuse_unknown(stage).err());
-            let held = self.layout.of_stage(stage).filter(|spec| self.holds(spec));
+            problems.extend(self.refuse_unknown(group).err());
+            let held = self.layout.of_group(group).filter(|spec| self.holds(spec));
             problems.extend(held.filter_map(|spec| self.check_values(spec).err()));
         }
         problems
     }
 
-    /// Refuses a word for the unit of a dataset that is not that of the units its stage names.
+    /// Refuses a word for the unit of a dataset that is not that of the units its group names.
     fn check_unit(&self, spec: &DatasetSpec, units: Units) -> Result<(), StoreError> {
         let found = self.attribute(spec, "units")?;
         let expected = units.word(spec.dimension);

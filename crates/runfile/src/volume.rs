@@ -1,4 +1,4 @@
-//! One HDF5 file opened for reading: the run file, or the file beside it that holds one stage.
+//! One HDF5 file opened for reading: the run file, or the file beside it that holds one group.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use hdf5_metno as hdf5;
 
 use super::error::StoreError;
 use super::header;
-use super::layout::Stage;
+use super::layout::Group;
 use super::place::{AtFile, AtPlace, Place};
 use super::table::Layout;
 
@@ -55,9 +55,9 @@ impl Volume {
         self.links.iter().find(leads).map(String::as_str)
     }
 
-    /// A soft or external link inside the group of a stage.
-    pub(super) fn link_below(&self, stage: Stage) -> Option<&str> {
-        let inside = format!("/{stage}/");
+    /// A soft or external link inside the group of a group.
+    pub(super) fn link_below(&self, group: Group) -> Option<&str> {
+        let inside = format!("/{group}/");
         let mut links = self.links.iter().map(String::as_str);
         links.find(|link| link.starts_with(&inside))
     }

@@ -1,29 +1,29 @@
-//! In which file a reader finds what: the run file, or the one beside it that holds the stage.
+//! In which file a reader finds what: the run file, or the one beside it that holds the group.
 
 use std::path::Path;
 
 use super::error::StoreError;
-use super::layout::{DatasetSpec, Stage};
+use super::layout::{DatasetSpec, Group};
 use super::place::Place;
 use super::reader::Reader;
 use super::volume::Volume;
 
 impl Reader {
-    /// The name and the length of the file beside the run file that holds a stage, if one does.
-    pub fn linked_file(&self, stage: Stage) -> Option<(String, u64)> {
-        let linked = self.linked.get(&stage)?;
+    /// The name and the length of the file beside the run file that holds a group, if one does.
+    pub fn linked_file(&self, group: Group) -> Option<(String, u64)> {
+        let linked = self.linked.get(&group)?;
         let volume = linked.volume.as_ref().ok()?;
         Some((linked.name.as_ref()?.to_string(), volume.bytes))
     }
 
-    /// The file that holds a stage: the run file, or the one beside it.
-    pub(super) fn volume(&self, stage: Stage) -> Result<&Volume, StoreError> {
-        match self.linked.get(&stage).map(|linked| &linked.volume) {
+    /// The file that holds a group: the run file, or the one beside it.
+    pub(super) fn volume(&self, group: Group) -> Result<&Volume, StoreError> {
+        match self.linked.get(&group).map(|linked| &linked.volume) {
             None => Ok(&self.home),
             Some(Ok(volume)) => Ok(volume),
             Some(Err(problem)) => Err(StoreError::Linked {
                 file: self.home.path.clone(),
-                stage,
+                group,
                 problem: problem.clone(),
             }),
         }
@@ -32,7 +32,7 @@ impl Reader {
     /// The path of the file that holds a dataset.
     pub(super) fn file_of(&self, path: &str) -> &Path {
         let spec = self.layout.find(path);
-        let volume = spec.and_then(|spec| self.volume(spec.stage).ok());
+        let volume = spec.and_then(|spec| self.volume(spec.group).ok());
         &volume.unwrap_or(&self.home).path
     }
 
@@ -45,13 +45,13 @@ impl Reader {
 
     /// Whether the dataset itself, not a link to another place, is there.
     pub(super) fn holds(&self, spec: &DatasetSpec) -> bool {
-        self.volume(spec.stage)
+        self.volume(spec.group)
             .is_ok_and(|volume| volume.holds(spec.path))
     }
 
-    /// The file that holds a stage, unless a link stands on the way to one of its objects.
-    pub(super) fn volume_of_object(&self, stage: Stage, path: &str) -> Result<&Volume, StoreError> {
-        let volume = self.volume(stage)?;
+    /// The file that holds a group, unless a link stands on the way to one of its objects.
+    pub(super) fn volume_of_object(&self, group: Group, path: &str) -> Result<&Volume, StoreError> {
+        let volume = self.volume(group)?;
         match volume.link_on_the_way(path) {
             None => Ok(volume),
             Some(link) => Err(StoreError::ForeignLink {
@@ -61,11 +61,11 @@ impl Reader {
         }
     }
 
-    pub(super) fn missing(&self, dataset: &str, stage: Stage) -> StoreError {
+    pub(super) fn missing(&self, dataset: &str, group: Group) -> StoreError {
         StoreError::Missing {
             file: self.home.path.clone(),
             dataset: dataset.into(),
-            stage,
+            group,
         }
     }
 }

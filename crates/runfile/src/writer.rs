@@ -1,4 +1,4 @@
-//! Writing one stage: every dataset is looked up in the table and gets its attributes and digest.
+//! Writing one group: every dataset is looked up in the table and gets its attributes and digest.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,34 +9,34 @@ use ndarray::ArrayViewD;
 
 use super::attribute::{unicode, write_text};
 use super::dataset::new_dataset;
-use super::digest::{of_stage, of_texts, of_values};
+use super::digest::{of_group, of_texts, of_values};
 use super::element::Element;
 use super::enumeration::StoredEnum;
 use super::error::{LayoutError, StoreError};
-use super::layout::{DatasetSpec, Kind, Presence, Stage, Storage};
+use super::layout::{DatasetSpec, Group, Kind, Presence, Storage};
 use super::matrix::{self, from_indices};
 use super::place::{AtPlace, Place};
-use super::record::{self, StageRecord};
+use super::record::{self, GroupRecord};
 use super::sparse::SparseView;
 use super::transaction::Transaction;
 
-/// Writes the datasets of one stage into a transaction.
+/// Writes the datasets of one group into a transaction.
 ///
 /// Every method has the errors `Internal` for a breach of the table and `Hdf5` if writing fails.
 #[derive(Debug)]
-pub struct StageWriter<'t> {
+pub struct GroupWriter<'t> {
     transaction: &'t mut Transaction,
-    stage: Stage,
-    group: hdf5::Group,
+    group: Group,
+    object: hdf5::Group,
     digests: BTreeMap<&'static str, (String, bool)>,
 }
 
-impl<'t> StageWriter<'t> {
-    pub(super) fn new(transaction: &'t mut Transaction, stage: Stage, group: hdf5::Group) -> Self {
-        StageWriter {
+impl<'t> GroupWriter<'t> {
+    pub(super) fn new(transaction: &'t mut Transaction, group: Group, object: hdf5::Group) -> Self {
+        GroupWriter {
             transaction,
-            stage,
             group,
+            object,
             digests: BTreeMap::new(),
         }
     }
@@ -50,7 +50,7 @@ impl<'t> StageWriter<'t> {
     ) -> Result<(), StoreError> {
         let spec = self.admit(path, T::KIND, shape, Some(values.len()))?;
         let dataset = new_dataset(
-            &self.group,
+            &self.object,
             self.place(spec),
             spec.name(),
             shape,
@@ -89,7 +89,7 @@ impl<'t> StageWriter<'t> {
     ) -> Result<(), StoreError> {
         let spec = self.admit(path, Kind::Enum(E::SPEC), shape, Some(members.len()))?;
         let dataset = new_dataset(
-            &self.group,
+            &self.object,
             self.place(spec),
             spec.name(),
             shape,
@@ -126,22 +126,22 @@ impl<'t> StageWriter<'t> {
             }
             .into());
         }
-        let (group, digest) = matrix::write(&self.group, self.place(spec), spec, matrix)?;
-        self.seal(spec, &group, digest)
+        let (object, digest) = matrix::write(&self.object, self.place(spec), spec, matrix)?;
+        self.seal(spec, &object, digest)
     }
 
-    /// Writes a fixed-length ASCII attribute on the group of the stage, as VTKHDF wants its `Type`.
+    /// Writes a fixed-length ASCII attribute on the group of the group, as other programs look for.
     pub fn write_ascii_attribute<const N: usize>(
         &mut self,
         name: &str,
         text: &[u8; N],
     ) -> Result<(), StoreError> {
-        let place = self.stage_place();
+        let place = self.group_place();
         let text = hdf5::types::FixedAscii::<N>::from_ascii(text)
             .map_err(|error| hdf5::Error::from(error.to_string()))
             .at(place, "store a text that is not ASCII")?;
         let attribute = self
-            .group
+            .object
             .new_attr::<hdf5::types::FixedAscii<N>>()
             .create(name);
         attribute
@@ -149,39 +149,39 @@ impl<'t> StageWriter<'t> {
             .at(place, "write an attribute")
     }
 
-    /// Writes an attribute of numbers on the group of the stage, as VTKHDF wants its `Version`.
+    /// Writes an attribute of numbers on the group of the group, as other programs look for.
     pub fn write_number_attribute<T: Element>(
         &mut self,
         name: &str,
         values: &[T],
     ) -> Result<(), StoreError> {
-        super::attribute::write_numbers(&self.group, self.stage_place(), name, values)
+        super::attribute::write_numbers(&self.object, self.group_place(), name, values)
     }
 
-    /// Ends the stage and returns its digest.
+    /// Ends the group and returns its digest.
     ///
     /// # Errors
     /// `Internal` if a required dataset was not written.
-    pub fn finish(self, record: &StageRecord) -> Result<String, StoreError> {
-        let stage = self.stage;
+    pub fn finish(self, record: &GroupRecord) -> Result<String, StoreError> {
+        let group = self.group;
         let required = self
             .transaction
             .layout()
-            .of_stage(stage)
+            .of_group(group)
             .filter(|spec| spec.presence == Presence::Required);
         let missing: Vec<_> = required
             .map(|spec| spec.path)
             .filter(|path| !self.digests.contains_key(path))
             .collect();
         if !missing.is_empty() {
-            return Err(LayoutError::NotWritten { stage, missing }.into());
+            return Err(LayoutError::NotWritten { group, missing }.into());
         }
         let stable = self.digests.iter().filter(|(_, (_, volatile))| !volatile);
         let units = self.transaction.layout().units;
         let stable = stable.map(|(path, (digest, _))| (*path, digest.as_str()));
-        let digest = of_stage(stable, units);
-        record::write(&self.group, self.stage_place(), record, units, &digest)?;
-        self.transaction.stage_finished(&digest);
+        let digest = of_group(stable, units);
+        record::write(&self.object, self.group_place(), record, units, &digest)?;
+        self.transaction.group_finished(&digest);
         Ok(digest)
     }
 
@@ -195,7 +195,7 @@ impl<'t> StageWriter<'t> {
             reason: error.to_string(),
         })?;
         let dataset = new_dataset(
-            &self.group,
+            &self.object,
             place,
             spec.name(),
             shape,
@@ -222,11 +222,11 @@ impl<'t> StageWriter<'t> {
     ) -> Result<&'static DatasetSpec, StoreError> {
         let spec = self.find(path)?;
         let path = spec.path;
-        if spec.stage != self.stage {
-            return Err(LayoutError::Stage {
+        if spec.group != self.group {
+            return Err(LayoutError::Group {
                 path,
-                owner: spec.stage,
-                writing: self.stage,
+                owner: spec.group,
+                writing: self.group,
             }
             .into());
         }
@@ -285,10 +285,10 @@ impl<'t> StageWriter<'t> {
         }
     }
 
-    fn stage_place(&self) -> Place<'_> {
+    fn group_place(&self) -> Place<'_> {
         Place {
             file: self.file(),
-            dataset: self.stage.group(),
+            dataset: self.group.name(),
         }
     }
 

@@ -7,11 +7,11 @@ use contact3d::{
 use runfile::{
     DatasetSpec, Extent,
     Extent::{Fixed, Named},
-    Kind, Reader, Stage, StageWriter, StoreError, StoredEnum, stored_enum,
+    GroupWriter, Kind, Reader, StoreError, StoredEnum, stored_enum,
 };
 use units::Dimension;
 
-use super::{NO_CONTACT, read_costs, write_costs};
+use super::{GROUP, NO_CONTACT, read_costs, write_costs};
 use crate::format::{FormatError, read_index_vec, solve::StoredStatus};
 
 stored_enum! {
@@ -71,18 +71,18 @@ const fn entry(
     dimension: Dimension,
     meaning: &'static str,
 ) -> DatasetSpec {
-    Stage::Accuracy
+    GROUP
         .row(path, kind, RUNGS, dimension, meaning)
         .optional(NO_CONTACT)
 }
 
 #[rustfmt::skip]
 pub(in crate::format) const TABLE: &[DatasetSpec] = &[
-    Stage::Accuracy.row(REFERENCE_STATUS, Kind::Enum(StoredStatus::SPEC), &[], Dimension::Number, "How the reference ended: Newton's method on the explicit operator to rounding.").optional(NO_CONTACT),
-    Stage::Accuracy.row(REFERENCE_ACCURACY, Kind::F64, &[], Dimension::Number, "Last relative residual of the reference.").optional(NO_CONTACT),
-    Stage::Accuracy.row(ASSEMBLY_SECONDS, Kind::F64, OF_OPERATORS, Dimension::Time, "Median wall-clock time of assembly with the implicit and the explicit operator.").volatile().optional(NO_CONTACT),
-    Stage::Accuracy.row(ASSEMBLY_REPEATS, Kind::I64, OF_OPERATORS, Dimension::Number, "Runs the median is taken of.").volatile().optional(NO_CONTACT),
-    Stage::Accuracy.row(ASSEMBLY_PEAK, Kind::F64, OF_OPERATORS, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.").volatile().optional(NO_CONTACT),
+    GROUP.row(REFERENCE_STATUS, Kind::Enum(StoredStatus::SPEC), &[], Dimension::Number, "How the reference ended: Newton's method on the explicit operator to rounding.").optional(NO_CONTACT),
+    GROUP.row(REFERENCE_ACCURACY, Kind::F64, &[], Dimension::Number, "Last relative residual of the reference.").optional(NO_CONTACT),
+    GROUP.row(ASSEMBLY_SECONDS, Kind::F64, OF_OPERATORS, Dimension::Time, "Median wall-clock time of assembly with the implicit and the explicit operator.").volatile().optional(NO_CONTACT),
+    GROUP.row(ASSEMBLY_REPEATS, Kind::I64, OF_OPERATORS, Dimension::Number, "Runs the median is taken of.").volatile().optional(NO_CONTACT),
+    GROUP.row(ASSEMBLY_PEAK, Kind::F64, OF_OPERATORS, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.").volatile().optional(NO_CONTACT),
     entry(METHOD, Kind::Enum(StoredMethod::SPEC), Dimension::Number, "Method."),
     entry(OPERATOR, Kind::Enum(StoredOperator::SPEC), Dimension::Number, "How the dual operator is held."),
     entry(EPSILON, Kind::F64, Dimension::Number, "Accuracy asked for.").symbol("epsilon"),
@@ -97,7 +97,7 @@ pub(in crate::format) const TABLE: &[DatasetSpec] = &[
 ];
 
 pub(super) fn write(
-    writer: &mut StageWriter<'_>,
+    writer: &mut GroupWriter<'_>,
     ladder: &AlgebraicLadder,
 ) -> Result<(), StoreError> {
     writer.write_enum(

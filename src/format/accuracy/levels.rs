@@ -4,11 +4,11 @@ use contact3d::convergence::{Cost, DiscretisationLadder, Forces, Level};
 use runfile::{
     DatasetSpec, Extent,
     Extent::{Fixed, Named},
-    Kind, Reader, Stage, StageWriter, StoreError, StoredEnum,
+    GroupWriter, Kind, Reader, StoreError, StoredEnum,
 };
 use units::Dimension;
 
-use super::{NO_CONTACT, read_costs, write_costs};
+use super::{GROUP, NO_CONTACT, read_costs, write_costs};
 use crate::format::{FormatError, read_index_vec, solve::StoredStatus};
 
 const SCENE_N_DIV: &str = "/accuracy/scene_n_div";
@@ -44,16 +44,16 @@ const fn level(
     dimension: Dimension,
     meaning: &'static str,
 ) -> DatasetSpec {
-    Stage::Accuracy
+    GROUP
         .row(path, kind, LEVELS, dimension, meaning)
         .optional(NO_BRICK)
 }
 
 #[rustfmt::skip]
 pub(in crate::format) const TABLE: &[DatasetSpec] = &[
-    Stage::Accuracy.row(SCENE_N_DIV, Kind::I64, &[], Dimension::Number, "Smallest number of cells along an edge in the scene itself.").optional(NO_BRICK),
+    GROUP.row(SCENE_N_DIV, Kind::I64, &[], Dimension::Number, "Smallest number of cells along an edge in the scene itself.").optional(NO_BRICK),
     level(N_DIV, Kind::I64, Dimension::Number, "Smallest number of cells along an edge.").symbol("n_div"),
-    Stage::Accuracy.row(CELLS, Kind::I64, &[Named("n_levels"), Fixed(3)], Dimension::Number, "Cells along the edges.").optional(NO_BRICK),
+    GROUP.row(CELLS, Kind::I64, &[Named("n_levels"), Fixed(3)], Dimension::Number, "Cells along the edges.").optional(NO_BRICK),
     level(CELL_SIZE, Kind::F64, Dimension::LENGTH, "Cube root of the volume of a cell.").symbol("h"),
     level(N_FREE, Kind::I64, Dimension::Number, "Free degrees of freedom."),
     level(N_MULTIPLIERS, Kind::I64, Dimension::Number, "Multipliers."),
@@ -63,20 +63,20 @@ pub(in crate::format) const TABLE: &[DatasetSpec] = &[
     level(LEVEL_ENERGY_ERROR, Kind::F64, Dimension::Number, "|u_h - u|_A / |u_f|_A with the extrapolated limit of e_h^2; NaN where no order is observed."),
     level(POTENTIAL_ENERGY, Kind::F64, Dimension::Energy, "u.Au / 2 - l.u.").symbol("J"),
     level(NORMAL_FORCE, Kind::F64, Dimension::FORCE, "Total normal contact force.").optional(NO_CONTACT),
-    Stage::Accuracy.row(TANGENTIAL_FORCE, Kind::F64, &[Named("n_levels"), Fixed(2)], Dimension::FORCE, "Total tangential multiplier force along t1 and t2.").optional(NO_FRICTION),
+    GROUP.row(TANGENTIAL_FORCE, Kind::F64, &[Named("n_levels"), Fixed(2)], Dimension::FORCE, "Total tangential multiplier force along t1 and t2.").optional(NO_FRICTION),
     level(LEVEL_SECONDS, Kind::F64, Dimension::Time, "Median wall-clock time of mesh, assembly, solve and evaluation in memory.").volatile(),
     level(LEVEL_REPEATS, Kind::I64, Dimension::Number, "Runs the median is taken of.").volatile(),
     level(LEVEL_PEAK, Kind::F64, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.").volatile(),
     level(ENERGY_NORM_ORDER, Kind::F64, Dimension::Number, "Order of the energy-norm error observed from each level and the two before it; NaN where none is.").symbol("p"),
     level(POTENTIAL_ENERGY_ORDER, Kind::F64, Dimension::Number, "Order of the potential energy, likewise."),
-    Stage::Accuracy.row(FORCE_ORDER, Kind::F64, &[Named("n_levels"), Fixed(3)], Dimension::Number, "Orders of the normal and the two tangential forces, likewise; NaN for forces the scene does not have.").optional(NO_CONTACT),
-    Stage::Accuracy.row(POTENTIAL_ENERGY_LIMIT, Kind::F64, &[], Dimension::Energy, "Extrapolated potential energy; NaN where no order is observed.").optional(NO_BRICK),
-    Stage::Accuracy.row(FORCE_LIMIT, Kind::F64, &[Fixed(3)], Dimension::FORCE, "Extrapolated normal and tangential forces, likewise.").optional(NO_CONTACT),
+    GROUP.row(FORCE_ORDER, Kind::F64, &[Named("n_levels"), Fixed(3)], Dimension::Number, "Orders of the normal and the two tangential forces, likewise; NaN for forces the scene does not have.").optional(NO_CONTACT),
+    GROUP.row(POTENTIAL_ENERGY_LIMIT, Kind::F64, &[], Dimension::Energy, "Extrapolated potential energy; NaN where no order is observed.").optional(NO_BRICK),
+    GROUP.row(FORCE_LIMIT, Kind::F64, &[Fixed(3)], Dimension::FORCE, "Extrapolated normal and tangential forces, likewise.").optional(NO_CONTACT),
 ];
 
 /// Writes meshes, orders and limits.
 pub(super) fn write(
-    writer: &mut StageWriter<'_>,
+    writer: &mut GroupWriter<'_>,
     ladder: &DiscretisationLadder,
 ) -> Result<(), StoreError> {
     write_levels(writer, ladder)?;
@@ -84,7 +84,7 @@ pub(super) fn write(
 }
 
 fn write_levels(
-    writer: &mut StageWriter<'_>,
+    writer: &mut GroupWriter<'_>,
     ladder: &DiscretisationLadder,
 ) -> Result<(), StoreError> {
     let levels = &ladder.levels;
@@ -130,7 +130,7 @@ fn write_levels(
 }
 
 fn write_trends(
-    writer: &mut StageWriter<'_>,
+    writer: &mut GroupWriter<'_>,
     ladder: &DiscretisationLadder,
 ) -> Result<(), StoreError> {
     let n = ladder.levels.len();

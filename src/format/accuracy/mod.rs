@@ -7,24 +7,27 @@ pub(super) use ladder::TABLE as RUNGS_TABLE;
 pub(super) use levels::TABLE as LEVELS_TABLE;
 
 use contact3d::convergence::{Accuracy, Cost};
-use runfile::{DatasetSpec, Kind, Reader, Stage, StageWriter, StoreError};
+use runfile::{DatasetSpec, Group, GroupWriter, Kind, Reader, StoreError};
 use units::Dimension;
 
 use super::{FormatError, read_index_vec};
+
+/// Errors and costs of solvers and meshes; computed from the scene alone.
+pub const GROUP: Group = Group::new("accuracy", "accuracy");
 
 const ADVICE: &str = "/accuracy/advice";
 const NO_CONTACT: &str = "absent without contact";
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    Stage::Accuracy.row(ADVICE, Kind::Text, &[], Dimension::Number, "What the ladders mean for this mesh, in one sentence.").volatile(),
+    GROUP.row(ADVICE, Kind::Text, &[], Dimension::Number, "What the ladders mean for this mesh, in one sentence.").volatile(),
 ];
 
 /// Writes both ladders and their advice.
 ///
 /// # Errors
 /// HDF5 failures.
-pub fn write(writer: &mut StageWriter<'_>, accuracy: &Accuracy) -> Result<(), StoreError> {
+pub fn write(writer: &mut GroupWriter<'_>, accuracy: &Accuracy) -> Result<(), StoreError> {
     writer.write_text(ADVICE, &accuracy.advice().to_string())?;
     if let Some(ladder) = &accuracy.algebraic {
         ladder::write(writer, ladder)?;
@@ -61,7 +64,7 @@ pub fn read(reader: &Reader) -> Result<Accuracy, FormatError> {
 
 /// Writes seconds, repeats and peak memory; NaN and 0 for what was not run.
 fn write_costs(
-    writer: &mut StageWriter<'_>,
+    writer: &mut GroupWriter<'_>,
     [seconds, repeats, peak]: [&str; 3],
     costs: &[Option<Cost>],
 ) -> Result<(), StoreError> {

@@ -6,7 +6,7 @@ use std::path::Path;
 use hdf5_metno as hdf5;
 
 use super::sample::*;
-use crate::{Home, IfMissing, Layout, Reader, RunFile, Stage, StoreError};
+use crate::{Home, IfMissing, Layout, Reader, RunFile, StoreError};
 
 fn edit(file: &Path, change: impl Fn(&hdf5::File)) {
     change(&hdf5::File::open_rw(file).unwrap());
@@ -14,8 +14,8 @@ fn edit(file: &Path, change: impl Fn(&hdf5::File)) {
 
 fn saved() -> (tempfile::TempDir, std::path::PathBuf) {
     let (folder, file) = folder();
-    save_mesh(&file, 5);
-    save_solve(&file, 5, &[0.5]);
+    save_grid(&file, 5);
+    save_field(&file, 5, &[0.5]);
     (folder, file)
 }
 
@@ -23,20 +23,20 @@ fn saved() -> (tempfile::TempDir, std::path::PathBuf) {
 fn altered_values_are_found_in_every_kind() {
     let (_folder, file) = saved();
     edit(&file, |file| {
-        file.dataset("/mesh/coordinates")
+        file.dataset("/grid/coordinates")
             .unwrap()
             .write_slice(&[9.0], (0, 0..1))
             .unwrap();
-        file.dataset("/solve/stiffness/data")
+        file.dataset("/field/stiffness/data")
             .unwrap()
             .write_slice(&[9.0], 1..2)
             .unwrap();
-        file.dataset("/solve/zone")
+        file.dataset("/field/zone")
             .unwrap()
             .write_slice(&[Zone::Slip], 0..1)
             .unwrap();
         let text: hdf5::types::VarLenUnicode = "moved".parse().unwrap();
-        file.dataset("/mesh/names")
+        file.dataset("/grid/names")
             .unwrap()
             .write_slice(&[text], 0..1)
             .unwrap();
@@ -44,62 +44,62 @@ fn altered_values_are_found_in_every_kind() {
     let reader = open(&file).unwrap();
     let altered =
         |error: StoreError| assert!(matches!(error, StoreError::Altered { .. }), "{error}");
-    altered(reader.read::<f64>("/mesh/coordinates").unwrap_err());
-    altered(reader.read_matrix("/solve/stiffness").unwrap_err());
-    altered(reader.read_enum::<Zone>("/solve/zone").unwrap_err());
-    altered(reader.read_texts("/mesh/names").unwrap_err());
-    assert!(reader.read_indices("/mesh/cells").is_ok());
+    altered(reader.read::<f64>("/grid/coordinates").unwrap_err());
+    altered(reader.read_matrix("/field/stiffness").unwrap_err());
+    altered(reader.read_enum::<Zone>("/field/zone").unwrap_err());
+    altered(reader.read_texts("/grid/names").unwrap_err());
+    assert!(reader.read_indices("/grid/cells").is_ok());
 }
 
 #[test]
 fn wrong_type_shape_and_unknown_datasets_are_found() {
     let (_folder, file) = saved();
     edit(&file, |file| {
-        file.unlink("/mesh/tags").unwrap();
+        file.unlink("/grid/tags").unwrap();
         file.new_dataset_builder()
             .with_data(&[1.0_f32, 2.0])
-            .create("/mesh/tags")
+            .create("/grid/tags")
             .unwrap();
-        file.unlink("/mesh/coordinates").unwrap();
+        file.unlink("/grid/coordinates").unwrap();
         file.new_dataset_builder()
             .with_data(&[1.0, 2.0])
-            .create("/mesh/coordinates")
+            .create("/grid/coordinates")
             .unwrap();
-        file.unlink("/mesh/cells").unwrap();
+        file.unlink("/grid/cells").unwrap();
         file.new_dataset_builder()
             .with_data(&[1.0])
-            .create("/solve/more/secret")
+            .create("/field/more/secret")
             .unwrap();
     });
     let reader = open(&file).unwrap();
-    let message = reader.read::<u8>("/mesh/tags").unwrap_err().to_string();
+    let message = reader.read::<u8>("/grid/tags").unwrap_err().to_string();
     assert!(
-        message.contains("/mesh/tags: expected type uint8, found type float32"),
+        message.contains("/grid/tags: expected type uint8, found type float32"),
         "{message}"
     );
     let message = reader
-        .read::<f64>("/mesh/coordinates")
+        .read::<f64>("/grid/coordinates")
         .unwrap_err()
         .to_string();
     assert!(message.contains("expected shape [n_nodes"), "{message}");
-    let message = reader.read_indices("/mesh/cells").unwrap_err().to_string();
+    let message = reader.read_indices("/grid/cells").unwrap_err().to_string();
     assert!(
-        message.contains("/mesh/cells is missing; run the stage `mesh` again"),
+        message.contains("/grid/cells is missing; run `draw` again"),
         "{message}"
     );
     assert!(matches!(
-        reader.check_stage(Stage::Mesh),
+        reader.check_group(GRID),
         Err(StoreError::Missing { .. })
     ));
-    let message = reader.check_stage(Stage::Solve).unwrap_err().to_string();
-    assert!(message.contains("/solve/more/secret"), "{message}");
+    let message = reader.check_group(FIELD).unwrap_err().to_string();
+    assert!(message.contains("/field/more/secret"), "{message}");
 }
 
 #[test]
 fn a_changed_set_of_datasets_is_found() {
     let (_folder, file) = saved();
     edit(&file, |file| {
-        let dataset = file.dataset("/mesh/tags").unwrap();
+        let dataset = file.dataset("/grid/tags").unwrap();
         dataset.delete_attr("digest").unwrap();
         let forged: hdf5::types::VarLenUnicode = "0".repeat(64).parse().unwrap();
         dataset
@@ -110,7 +110,7 @@ fn a_changed_set_of_datasets_is_found() {
             .unwrap();
     });
     assert!(matches!(
-        open(&file).unwrap().check_stage(Stage::Mesh),
+        open(&file).unwrap().check_group(GRID),
         Err(StoreError::Altered { .. })
     ));
 }
@@ -119,21 +119,21 @@ fn a_changed_set_of_datasets_is_found() {
 fn a_size_without_bytes_takes_no_memory() {
     let (_folder, file) = saved();
     edit(&file, |file| {
-        file.unlink("/mesh/coordinates").unwrap();
+        file.unlink("/grid/coordinates").unwrap();
         file.new_dataset::<f64>()
             .shape((1_usize << 50, 3))
-            .create("/mesh/coordinates")
+            .create("/grid/coordinates")
             .unwrap();
-        file.unlink("/solve/history/seconds").unwrap();
+        file.unlink("/field/history/seconds").unwrap();
         file.new_dataset::<f64>()
             .chunk(1 << 16)
             .deflate(1)
             .shape(1_usize << 50)
-            .create("/solve/history/seconds")
+            .create("/field/history/seconds")
             .unwrap();
     });
     let reader = open(&file).unwrap();
-    for path in ["/mesh/coordinates", "/solve/history/seconds"] {
+    for path in ["/grid/coordinates", "/field/history/seconds"] {
         let error = reader.read::<f64>(path).unwrap_err();
         assert!(matches!(error, StoreError::Damaged { .. }), "{error}");
     }
@@ -144,12 +144,12 @@ fn not_finite_is_refused_where_asked() {
     let (_folder, file) = folder();
     let run_file = lock(&file).unwrap();
     let mut transaction = crate::Transaction::begin(&run_file).unwrap();
-    let writer = transaction.stage(Stage::Solve, Home::RunFile).unwrap();
-    write_solve(writer, 5, &[1.0, f64::NAN]).unwrap();
+    let writer = transaction.group(FIELD, Home::RunFile).unwrap();
+    write_field(writer, 5, &[1.0, f64::NAN]).unwrap();
     transaction.commit().unwrap();
     let error = open(&file)
         .unwrap()
-        .read_finite_f64("/solve/history/seconds")
+        .read_finite_f64("/field/history/seconds")
         .unwrap_err();
     assert!(matches!(error, StoreError::NotFinite { index: 1, .. }));
 }
@@ -177,20 +177,17 @@ fn flipped_bytes_give_errors_or_the_data_that_were_written() {
         bytes[position] ^= 0x5a;
         fs::write(&file, &bytes).unwrap();
         let Ok(reader) = open(&file) else { continue };
-        if let Ok(read) = reader.read_vec::<f64>("/mesh/coordinates") {
+        if let Ok(read) = reader.read_vec::<f64>("/grid/coordinates") {
             assert_eq!(read, coordinates(5), "byte {position}");
         }
-        if let Ok(read) = reader.read_matrix("/solve/stiffness") {
+        if let Ok(read) = reader.read_matrix("/field/stiffness") {
             assert_eq!(read, stiffness(5), "byte {position}");
         }
         let _ = (
-            reader.read_texts("/mesh/names"),
-            reader.read_enum::<Zone>("/solve/zone"),
+            reader.read_texts("/grid/names"),
+            reader.read_enum::<Zone>("/field/zone"),
         );
-        let _ = (
-            reader.check_stage(Stage::Mesh),
-            reader.stage_bytes(Stage::Solve),
-        );
+        let _ = (reader.check_group(GRID), reader.group_bytes(FIELD));
     }
 }
 

@@ -8,23 +8,23 @@ use std::thread;
 use std::time::Duration;
 
 use super::sample::*;
-use crate::{Home, Stage, Transaction, install_signal_handlers};
+use crate::{Home, Transaction, install_signal_handlers};
 
 /// Names the file for the child process.
 const FILE: &str = "STORE_TEST_FILE";
 
-/// A mesh in the run file and a solution beside it, in one step.
+/// A grid in the run file and a field beside it, in one step.
 fn save_both(file: &Path, n_nodes: usize) {
     let lock = lock(file).unwrap();
     let mut transaction = Transaction::begin(&lock).unwrap();
-    let writer = transaction.stage(Stage::Mesh, Home::RunFile).unwrap();
-    write_mesh(writer, n_nodes).unwrap();
-    let writer = transaction.stage(Stage::Solve, Home::Beside).unwrap();
-    write_solve(writer, n_nodes, &[0.5]).unwrap();
+    let writer = transaction.group(GRID, Home::RunFile).unwrap();
+    write_grid(writer, n_nodes).unwrap();
+    let writer = transaction.group(FIELD, Home::Beside).unwrap();
+    write_field(writer, n_nodes, &[0.5]).unwrap();
     transaction.commit().unwrap();
 }
 
-/// Run as a child process only: replaces both stages until it is killed.
+/// Run as a child process only: replaces both groups until it is killed.
 #[test]
 #[ignore = "the body of the child process of the other tests"]
 fn child_that_writes_until_killed() {
@@ -41,7 +41,7 @@ fn child_that_writes_until_killed() {
 const SIZES: [usize; 2] = [20_000, 20_001];
 
 fn child(file: &Path) -> Child {
-    let name = "store::tests::kills::child_that_writes_until_killed";
+    let name = "tests::kills::child_that_writes_until_killed";
     Command::new(env::current_exe().unwrap())
         .args(["--ignored", "--exact", name])
         .env(FILE, file)
@@ -77,20 +77,20 @@ fn survives(signal: &str, number: i32) {
             "the signal itself ends the process"
         );
         let reader = open(&file).unwrap();
-        reader.check_stage(Stage::Mesh).unwrap();
-        reader.check_stage(Stage::Solve).unwrap();
-        let matrix = reader.read_matrix("/solve/stiffness").unwrap();
+        reader.check_group(GRID).unwrap();
+        reader.check_group(FIELD).unwrap();
+        let matrix = reader.read_matrix("/field/stiffness").unwrap();
         let n_nodes = matrix.shape[0];
         assert!(SIZES.contains(&n_nodes));
         assert_eq!(
-            reader.read_vec::<f64>("/mesh/coordinates").unwrap(),
+            reader.read_vec::<f64>("/grid/coordinates").unwrap(),
             coordinates(n_nodes)
         );
         let _ = fs::remove_file(&temporary);
     }
     save_both(&file, 5);
     let left = fs::read_dir(folder.path()).unwrap();
-    // The run file, its lock, and the file of the solution.
+    // The run file, its lock, and the file of the field.
     assert_eq!(left.count(), 3);
 }
 

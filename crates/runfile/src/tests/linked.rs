@@ -1,4 +1,4 @@
-//! A stage in a file of its own: written once, seen through the link, refused when it is not what was linked.
+//! A group in a file of its own: written once, seen through the link, refused when it is not what was linked.
 
 use std::fs;
 use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
@@ -7,49 +7,49 @@ use std::path::{Path, PathBuf};
 use hdf5_metno as hdf5;
 
 use super::sample::*;
-use crate::{Home, LinkProblem, Stage, StoreError, Transaction};
+use crate::{Home, LinkProblem, StoreError, Transaction};
 
-/// Writes the solve stage of the sample where it is asked to.
-fn save_solve_in(file: &Path, home: Home, n_nodes: usize) -> String {
+/// Writes the field of the sample where it is asked to.
+fn save_field_in(file: &Path, home: Home, n_nodes: usize) -> String {
     let lock = lock(file).unwrap();
     let mut transaction = Transaction::begin(&lock).unwrap();
-    let writer = transaction.stage(Stage::Solve, home).unwrap();
-    let digest = write_solve(writer, n_nodes, &[0.5]).unwrap();
+    let writer = transaction.group(FIELD, home).unwrap();
+    let digest = write_field(writer, n_nodes, &[0.5]).unwrap();
     transaction.commit().unwrap();
     digest
 }
 
-/// A mesh in the run file, a solution beside it.
+/// A grid in the run file, a field beside it.
 fn saved(n_nodes: usize) -> (tempfile::TempDir, PathBuf) {
     let (folder, file) = folder();
-    save_mesh(&file, n_nodes);
-    save_solve_in(&file, Home::Beside, n_nodes);
+    save_grid(&file, n_nodes);
+    save_field_in(&file, Home::Beside, n_nodes);
     (folder, file)
 }
 
 fn linked_path(file: &Path) -> PathBuf {
-    let (name, bytes) = open(file).unwrap().linked_file(Stage::Solve).unwrap();
+    let (name, bytes) = open(file).unwrap().linked_file(FIELD).unwrap();
     let path = file.with_file_name(name);
     assert_eq!(fs::metadata(&path).unwrap().len(), bytes);
     path
 }
 
-/// What is wrong with the file of the solve stage.
+/// What is wrong with the file of the field.
 fn problem(file: &Path) -> LinkProblem {
     let reader = open(file).unwrap();
-    reader.check_stage(Stage::Mesh).unwrap();
-    assert!(!reader.has("/solve/energy"));
-    assert_eq!(reader.linked_file(Stage::Solve), None);
+    reader.check_group(GRID).unwrap();
+    assert!(!reader.has("/field/energy"));
+    assert_eq!(reader.linked_file(FIELD), None);
     let failures = [
-        reader.stage_record(Stage::Solve).map(drop),
-        reader.check_stage(Stage::Solve).map(drop),
-        reader.stage_bytes(Stage::Solve).map(drop),
-        reader.read::<f64>("/solve/energy").map(drop),
-        reader.read_matrix("/solve/stiffness").map(drop),
+        reader.group_record(FIELD).map(drop),
+        reader.check_group(FIELD).map(drop),
+        reader.group_bytes(FIELD).map(drop),
+        reader.read::<f64>("/field/energy").map(drop),
+        reader.read_matrix("/field/stiffness").map(drop),
     ];
     let mut problems = failures.map(|failure| match failure {
-        Err(StoreError::Linked { problem, stage, .. }) => {
-            assert_eq!(stage, Stage::Solve);
+        Err(StoreError::Linked { problem, group, .. }) => {
+            assert_eq!(group, FIELD);
             problem
         }
         other => panic!("{other:?}"),
@@ -68,27 +68,27 @@ fn files(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn a_linked_stage_reads_like_one_in_the_run_file_and_others_follow_the_link() {
+fn a_linked_group_reads_like_one_in_the_run_file_and_others_follow_the_link() {
     let (_folder, file) = saved(5000);
     let (_other_folder, whole) = folder();
-    save_mesh(&whole, 5000);
-    let digest = save_solve(&whole, 5000, &[0.5]);
+    save_grid(&whole, 5000);
+    let digest = save_field(&whole, 5000, &[0.5]);
     let reader = open(&file).unwrap();
-    assert_eq!(reader.check_stage(Stage::Solve).unwrap().digest, digest);
+    assert_eq!(reader.check_group(FIELD).unwrap().digest, digest);
     assert_eq!(
-        reader.read_matrix("/solve/stiffness").unwrap(),
+        reader.read_matrix("/field/stiffness").unwrap(),
         stiffness(5000)
     );
-    assert_eq!(reader.read_vec::<f64>("/solve/energy").unwrap(), [-12.5]);
-    let bytes = |file: &Path| open(file).unwrap().stage_bytes(Stage::Solve).unwrap();
+    assert_eq!(reader.read_vec::<f64>("/field/energy").unwrap(), [-12.5]);
+    let bytes = |file: &Path| open(file).unwrap().group_bytes(FIELD).unwrap();
     assert_eq!(bytes(&file), bytes(&whole));
     let path = linked_path(&file);
     let name = path.file_name().unwrap().to_str().unwrap();
-    assert_eq!(name, format!("run.h5.solve-{}.h5", &digest[..16]));
+    assert_eq!(name, format!("run.h5.field-{}.h5", &digest[..16]));
     assert!(matches!(open(&path), Err(StoreError::NotOurs { .. })));
     drop(reader);
     let followed = hdf5::File::open(&file).unwrap();
-    let data = followed.dataset("/solve/stiffness/data").unwrap();
+    let data = followed.dataset("/field/stiffness/data").unwrap();
     assert_eq!(data.read_raw::<f64>().unwrap(), stiffness(5000).data);
 }
 
@@ -97,16 +97,16 @@ fn the_size_of_the_linked_file_bounds_its_datasets() {
     let (_folder, file) = saved(5);
     let lock = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&lock).unwrap();
-    transaction.remove(Stage::Mesh);
-    let writer = transaction.stage(Stage::Solve, Home::Beside).unwrap();
-    write_solve(writer, 9000, &[]).unwrap();
+    transaction.remove(GRID);
+    let writer = transaction.group(FIELD, Home::Beside).unwrap();
+    write_field(writer, 9000, &[]).unwrap();
     transaction.commit().unwrap();
     let values = 8 * 9000;
     assert!(fs::metadata(&file).unwrap().len() < values);
     assert!(fs::metadata(linked_path(&file)).unwrap().len() > values);
     let reader = open(&file).unwrap();
     assert_eq!(
-        reader.read_matrix("/solve/stiffness").unwrap(),
+        reader.read_matrix("/field/stiffness").unwrap(),
         stiffness(9000)
     );
 }
@@ -117,29 +117,29 @@ fn later_commits_leave_the_linked_file_alone() {
     let path = linked_path(&file);
     let inode = fs::metadata(&path).unwrap().ino();
     for _ in 0..3 {
-        save_mesh(&file, 5);
+        save_grid(&file, 5);
     }
     assert_eq!(fs::metadata(&path).unwrap().ino(), inode);
-    open(&file).unwrap().check_stage(Stage::Solve).unwrap();
+    open(&file).unwrap().check_group(FIELD).unwrap();
 }
 
 #[test]
-fn a_missing_file_is_named_and_the_stage_can_be_written_again() {
+fn a_missing_file_is_named_and_the_group_can_be_written_again() {
     let (_folder, file) = saved(5);
     let path = linked_path(&file);
     let kept = path.with_extension("kept");
     fs::rename(&path, &kept).unwrap();
     assert_eq!(problem(&file), LinkProblem::Missing { file: path.clone() });
-    let message = open(&file).unwrap().check_stage(Stage::Solve).unwrap_err();
+    let message = open(&file).unwrap().check_group(FIELD).unwrap_err();
     let message = message.to_string();
     assert!(message.contains(path.to_str().unwrap()), "{message}");
-    assert!(message.contains("run the stage `solve` again"), "{message}");
-    save_mesh(&file, 5);
+    assert!(message.contains("run `compute` again"), "{message}");
+    save_grid(&file, 5);
     fs::rename(&kept, &path).unwrap();
-    open(&file).unwrap().check_stage(Stage::Solve).unwrap();
+    open(&file).unwrap().check_group(FIELD).unwrap();
     fs::remove_file(&path).unwrap();
-    save_solve_in(&file, Home::Beside, 5);
-    open(&file).unwrap().check_stage(Stage::Solve).unwrap();
+    save_field_in(&file, Home::Beside, 5);
+    open(&file).unwrap().check_group(FIELD).unwrap();
 }
 
 #[test]
@@ -159,8 +159,8 @@ fn a_replaced_or_damaged_file_is_refused() {
     assert!(
         matches!(problem(&file), LinkProblem::Unusable { reason } if reason.contains("sample stage"))
     );
-    save_solve_in(&file, Home::Beside, 5);
-    open(&file).unwrap().check_stage(Stage::Solve).unwrap();
+    save_field_in(&file, Home::Beside, 5);
+    open(&file).unwrap().check_group(FIELD).unwrap();
 }
 
 #[test]
@@ -169,13 +169,13 @@ fn altered_values_are_found_across_the_link() {
     let path = linked_path(&file);
     hdf5::File::open_rw(&path)
         .unwrap()
-        .dataset("/solve/stiffness/data")
+        .dataset("/field/stiffness/data")
         .unwrap()
         .write_slice(&[9.0], 1..2)
         .unwrap();
     let reader = open(&file).unwrap();
-    reader.check_stage(Stage::Solve).unwrap();
-    match reader.read_matrix("/solve/stiffness") {
+    reader.check_group(FIELD).unwrap();
+    match reader.read_matrix("/field/stiffness") {
         Err(StoreError::Altered { file, .. }) => assert_eq!(file, path),
         other => panic!("{other:?}"),
     }
@@ -193,63 +193,60 @@ fn links_that_lead_elsewhere_are_never_followed() {
         format!("../{name}"),
         path.to_str().unwrap().to_owned(),
         format!("sub\\{name}"),
-        name.replace(".solve-", ".mesh-"),
-        name.replace(".h5.solve", ".h5/solve"),
+        name.replace(".field-", ".grid-"),
+        name.replace(".h5.field", ".h5/field"),
         format!(".{}", name.trim_start_matches("run.h5.")),
         name.to_uppercase(),
         String::new(),
     ];
     for found in elsewhere {
         let edited = hdf5::File::open_rw(&file).unwrap();
-        edited.delete_attr("solve_file").unwrap();
+        edited.delete_attr("field_file").unwrap();
         let text: hdf5::types::VarLenUnicode = found.parse().unwrap();
         let attribute = edited.new_attr::<hdf5::types::VarLenUnicode>();
         attribute
-            .create("solve_file")
+            .create("field_file")
             .unwrap()
             .write_scalar(&text)
             .unwrap();
-        edited.unlink("solve").unwrap();
+        edited.unlink("field").unwrap();
         let target = if found.is_empty() { "other.h5" } else { &found };
-        edited.link_external(target, "/solve", "solve").unwrap();
+        edited.link_external(target, "/field", "field").unwrap();
         drop(edited);
         assert_eq!(problem(&file), LinkProblem::NotAName { found });
     }
-    save_mesh(&file, 5);
-    assert_eq!(
-        open(&file).unwrap().stage_record(Stage::Solve).unwrap(),
-        None
-    );
+    save_grid(&file, 5);
+    assert_eq!(open(&file).unwrap().group_record(FIELD).unwrap(), None);
 }
 
 #[test]
-fn links_inside_a_stage_or_in_the_root_are_refused() {
+fn links_inside_a_group_or_in_the_root_are_refused() {
     let (_folder, file) = saved(5);
     let path = linked_path(&file);
     let edited = hdf5::File::open_rw(&file).unwrap();
-    edited.unlink("/mesh/tags").unwrap();
+    edited.unlink("/grid/tags").unwrap();
     edited
-        .group("mesh")
+        .group("grid")
         .unwrap()
         .link_external("other.h5", "/tags", "tags")
         .unwrap();
-    edited.unlink("/mesh/offsets").unwrap();
-    edited.link_soft("/mesh/cells", "/mesh/offsets").unwrap();
-    edited.link_soft("/mesh", "notes").unwrap();
+    edited.unlink("/grid/offsets").unwrap();
+    edited.link_soft("/grid/cells", "/grid/offsets").unwrap();
+    edited.link_soft("/grid", "others").unwrap();
     drop(edited);
     let edited = hdf5::File::open_rw(&path).unwrap();
-    edited.unlink("/solve/stiffness/data").unwrap();
+    edited.unlink("/field/stiffness/data").unwrap();
     edited
-        .link_soft("/solve/energy", "/solve/stiffness/data")
+        .link_soft("/field/energy", "/field/stiffness/data")
         .unwrap();
     drop(edited);
     let reader = open(&file).unwrap();
     for failure in [
-        reader.read::<u8>("/mesh/tags").map(drop),
-        reader.read::<i64>("/mesh/offsets").map(drop),
-        reader.check_stage(Stage::Mesh).map(drop),
-        reader.read_matrix("/solve/stiffness").map(drop),
-        reader.check_stage(Stage::Solve).map(drop),
+        reader.read::<u8>("/grid/tags").map(drop),
+        reader.read::<i64>("/grid/offsets").map(drop),
+        reader.check_group(GRID).map(drop),
+        reader.read_matrix("/field/stiffness").map(drop),
+        reader.check_group(FIELD).map(drop),
     ] {
         assert!(
             matches!(failure, Err(StoreError::ForeignLink { .. })),
@@ -258,27 +255,27 @@ fn links_inside_a_stage_or_in_the_root_are_refused() {
     }
     let lock = lock(&file).unwrap();
     let refused = Transaction::begin(&lock).unwrap().commit();
-    assert!(matches!(refused, Err(StoreError::ForeignLink { link, .. }) if link == "/notes"));
+    assert!(matches!(refused, Err(StoreError::ForeignLink { link, .. }) if link == "/others"));
 }
 
 #[test]
 fn what_a_run_file_owns_and_no_longer_uses_is_removed() {
     let (folder, file) = saved(5);
     let first = linked_path(&file);
-    save_solve_in(&file, Home::Beside, 5);
+    save_field_in(&file, Home::Beside, 5);
     assert_eq!(
         linked_path(&file),
         first,
         "the same content has the same name"
     );
-    save_mesh(&file, 6);
-    save_solve_in(&file, Home::Beside, 6);
+    save_grid(&file, 6);
+    save_field_in(&file, Home::Beside, 6);
     assert!(!first.exists());
     let second = linked_path(&file);
     let copy = folder.path().join("copy.h5");
     fs::copy(&file, &copy).unwrap();
-    save_solve_in(&file, Home::RunFile, 6);
-    assert_eq!(open(&file).unwrap().linked_file(Stage::Solve), None);
+    save_field_in(&file, Home::RunFile, 6);
+    assert_eq!(open(&file).unwrap().linked_file(FIELD), None);
     assert!(second.exists(), "the copy still uses it");
     fs::remove_file(&copy).unwrap();
     drop(lock(&file).unwrap());
@@ -288,47 +285,47 @@ fn what_a_run_file_owns_and_no_longer_uses_is_removed() {
 #[test]
 fn shared_and_write_protected_files_are_not_removed() {
     let (folder, file) = folder();
-    save_mesh(&file, 5);
-    let digest = save_solve_in(&file, Home::Shared, 5);
-    let shared = format!("solve-{}.h5", &digest[..16]);
+    save_grid(&file, 5);
+    let digest = save_field_in(&file, Home::Shared, 5);
+    let shared = format!("field-{}.h5", &digest[..16]);
     assert_eq!(linked_path(&file), folder.path().join(&shared));
     let other = folder.path().join("other.h5");
-    save_mesh(&other, 5);
-    save_solve_in(&other, Home::Shared, 5);
-    assert_eq!(files(folder.path()), ["other.h5", "run.h5", &shared]);
-    save_solve_in(&file, Home::Beside, 5);
+    save_grid(&other, 5);
+    save_field_in(&other, Home::Shared, 5);
+    assert_eq!(files(folder.path()), [&*shared, "other.h5", "run.h5"]);
+    save_field_in(&file, Home::Beside, 5);
     let own = linked_path(&file);
     fs::set_permissions(&own, fs::Permissions::from_mode(0o440)).unwrap();
     open(&file)
         .unwrap()
-        .read_matrix("/solve/stiffness")
+        .read_matrix("/field/stiffness")
         .unwrap();
     let lock = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&lock).unwrap();
-    let writer = transaction.stage(Stage::Solve, Home::Beside).unwrap();
-    write_solve(writer, 5, &[]).unwrap();
+    let writer = transaction.group(FIELD, Home::Beside).unwrap();
+    write_field(writer, 5, &[]).unwrap();
     assert!(matches!(transaction.commit(), Err(StoreError::Io { file, .. }) if file == own));
     drop(lock);
-    save_solve_in(&file, Home::RunFile, 5);
+    save_field_in(&file, Home::RunFile, 5);
     assert!(own.exists() && folder.path().join(&shared).exists());
-    open(&other).unwrap().check_stage(Stage::Solve).unwrap();
+    open(&other).unwrap().check_group(FIELD).unwrap();
 }
 
 #[test]
 fn killed_between_the_two_renames_the_old_state_is_whole() {
     let (folder, file) = saved(5);
     let (_later_folder, later) = saved(5);
-    save_mesh(&later, 6);
-    save_solve_in(&later, Home::Beside, 6);
-    // What the disk holds at that moment: the new file of the stage, and the new run file under its hidden name.
+    save_grid(&later, 6);
+    save_field_in(&later, Home::Beside, 6);
+    // What the disk holds at that moment: the new file of the group, and the new run file under its hidden name.
     let new = linked_path(&later);
     let orphan = folder.path().join(new.file_name().unwrap());
     fs::copy(&new, &orphan).unwrap();
     fs::copy(&later, folder.path().join(".run.h5.part")).unwrap();
     let reader = open(&file).unwrap();
-    reader.check_stage(Stage::Solve).unwrap();
+    reader.check_group(FIELD).unwrap();
     assert_eq!(
-        reader.read_matrix("/solve/stiffness").unwrap(),
+        reader.read_matrix("/field/stiffness").unwrap(),
         stiffness(5)
     );
     let old = linked_path(&file);
@@ -338,14 +335,14 @@ fn killed_between_the_two_renames_the_old_state_is_whole() {
 }
 
 #[test]
-fn a_dropped_transaction_leaves_no_file_of_the_stage() {
+fn a_dropped_transaction_leaves_no_file_of_the_group() {
     let (folder, file) = saved(5);
     let before = files(folder.path());
     let lock = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&lock).unwrap();
-    let writer = transaction.stage(Stage::Solve, Home::Beside).unwrap();
-    write_solve(writer, 5, &[]).unwrap();
-    assert!(folder.path().join(".run.h5.part-solve").exists());
+    let writer = transaction.group(FIELD, Home::Beside).unwrap();
+    write_field(writer, 5, &[]).unwrap();
+    assert!(folder.path().join(".run.h5.part-field").exists());
     std::mem::forget(transaction);
     drop(lock);
     let lock = super::sample::lock(&file).unwrap();
@@ -355,29 +352,25 @@ fn a_dropped_transaction_leaves_no_file_of_the_stage() {
         "what a killed process leaves is removed"
     );
     let mut transaction = Transaction::begin(&lock).unwrap();
-    let writer = transaction.stage(Stage::Solve, Home::Beside).unwrap();
-    write_solve(writer, 5, &[]).unwrap();
+    let writer = transaction.group(FIELD, Home::Beside).unwrap();
+    write_field(writer, 5, &[]).unwrap();
     drop(transaction);
     assert_eq!(files(folder.path()), before);
 }
 
 #[test]
-fn a_linked_stage_can_be_taken_into_the_run_file() {
+fn a_linked_group_can_be_taken_into_the_run_file() {
     let (folder, file) = saved(5);
-    let digest = open(&file)
-        .unwrap()
-        .check_stage(Stage::Solve)
-        .unwrap()
-        .digest;
+    let digest = open(&file).unwrap().check_group(FIELD).unwrap().digest;
     let lock = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&lock).unwrap();
     transaction.embed_linked();
     transaction.commit().unwrap();
     assert_eq!(files(folder.path()), ["run.h5"]);
     let reader = open(&file).unwrap();
-    assert_eq!(reader.check_stage(Stage::Solve).unwrap().digest, digest);
+    assert_eq!(reader.check_group(FIELD).unwrap().digest, digest);
     assert_eq!(
-        reader.read_matrix("/solve/stiffness").unwrap(),
+        reader.read_matrix("/field/stiffness").unwrap(),
         stiffness(5)
     );
 }
@@ -388,8 +381,8 @@ fn a_symbolic_link_to_the_run_file_finds_the_linked_file() {
     let elsewhere = tempfile::tempdir().unwrap();
     let link = elsewhere.path().join("link.h5");
     symlink(&file, &link).unwrap();
-    open(&link).unwrap().check_stage(Stage::Solve).unwrap();
-    save_solve_in(&link, Home::Beside, 5);
+    open(&link).unwrap().check_group(FIELD).unwrap();
+    save_field_in(&link, Home::Beside, 5);
     assert_eq!(files(elsewhere.path()), ["link.h5"]);
-    open(&file).unwrap().check_stage(Stage::Solve).unwrap();
+    open(&file).unwrap().check_group(FIELD).unwrap();
 }

@@ -5,57 +5,54 @@ use ndarray::Array2;
 use proptest::prelude::*;
 
 use super::sample::*;
-use crate::{Home, Kind, SparseMatrix, Stage, StoreError, Transaction};
+use crate::{Home, Kind, SparseMatrix, StoreError, Transaction};
 
 #[test]
 fn every_kind_comes_back() {
     let (_folder, file) = folder();
-    save_mesh(&file, 5);
-    save_solve(&file, 5, &[0.5, 0.25]);
+    save_grid(&file, 5);
+    save_field(&file, 5, &[0.5, 0.25]);
     let reader = open(&file).unwrap();
-    let read = reader.read_finite_f64("/mesh/coordinates").unwrap();
+    let read = reader.read_finite_f64("/grid/coordinates").unwrap();
     assert_eq!(
         (read.shape(), read.as_slice().unwrap()),
         (&[5, 3][..], &coordinates(5)[..])
     );
-    let cells = reader.read_indices("/mesh/cells").unwrap();
+    let cells = reader.read_indices("/grid/cells").unwrap();
     assert_eq!((cells.shape(), cells[[1, 3]]), (&[2, 4][..], 4));
-    assert_eq!(reader.read_vec::<i64>("/mesh/offsets").unwrap(), [0, 4, 8]);
-    assert_eq!(reader.read_vec::<u8>("/mesh/tags").unwrap(), [7, 9]);
+    assert_eq!(reader.read_vec::<i64>("/grid/offsets").unwrap(), [0, 4, 8]);
+    assert_eq!(reader.read_vec::<u8>("/grid/tags").unwrap(), [7, 9]);
     assert_eq!(
-        reader.read_texts("/mesh/names").unwrap(),
+        reader.read_texts("/grid/names").unwrap(),
         ["clamp", "Öffnung", ""]
     );
     assert_eq!(
         reader
-            .read_enum::<Zone>("/solve/zone")
+            .read_enum::<Zone>("/field/zone")
             .unwrap()
             .into_raw_vec_and_offset()
             .0,
         zones(5)
     );
     assert_eq!(
-        reader.read_matrix("/solve/stiffness").unwrap(),
+        reader.read_matrix("/field/stiffness").unwrap(),
         stiffness(5)
     );
-    assert_eq!(reader.read_matrix("/solve/coupling").unwrap(), coupling(5));
-    let energy = reader.read::<f64>("/solve/energy").unwrap();
+    assert_eq!(reader.read_matrix("/field/coupling").unwrap(), coupling(5));
+    let energy = reader.read::<f64>("/field/energy").unwrap();
     assert_eq!((energy.ndim(), energy.sum()), (0, -12.5));
-    assert!(!reader.has("/mesh/title"));
+    assert!(!reader.has("/grid/title"));
     assert!(matches!(
-        reader.read_text("/mesh/title"),
-        Err(StoreError::Missing {
-            stage: Stage::Mesh,
-            ..
-        })
+        reader.read_text("/grid/title"),
+        Err(StoreError::Missing { group: GRID, .. })
     ));
 }
 
 #[test]
 fn attributes_tell_unit_symbol_meaning_and_encoding() {
     let (_folder, file) = folder();
-    save_mesh(&file, 5);
-    save_solve(&file, 5, &[]);
+    save_grid(&file, 5);
+    save_field(&file, 5, &[]);
     let file = hdf5::File::open(&file).unwrap();
     let text = |object: &hdf5::Location, name: &str| {
         object
@@ -65,20 +62,20 @@ fn attributes_tell_unit_symbol_meaning_and_encoding() {
             .unwrap()
             .to_string()
     };
-    let coordinates = file.dataset("/mesh/coordinates").unwrap();
+    let coordinates = file.dataset("/grid/coordinates").unwrap();
     assert_eq!(text(&coordinates, "units"), "m");
     assert_eq!(text(&coordinates, "symbol"), "x");
     assert_eq!(text(&coordinates, "description"), "Positions.");
     assert!(coordinates.is_chunked() && coordinates.filters().len() == 2);
-    let stiffness = file.group("/solve/stiffness").unwrap();
+    let stiffness = file.group("/field/stiffness").unwrap();
     assert_eq!(text(&stiffness, "encoding-type"), "csc_matrix");
     assert_eq!(
         stiffness.attr("shape").unwrap().read_raw::<i64>().unwrap(),
         [5, 5]
     );
-    assert!(!file.dataset("/solve/stiffness/data").unwrap().is_chunked());
+    assert!(!file.dataset("/field/stiffness/data").unwrap().is_chunked());
     let zone = file
-        .dataset("/solve/zone")
+        .dataset("/field/zone")
         .unwrap()
         .dtype()
         .unwrap()
@@ -99,24 +96,24 @@ fn attributes_tell_unit_symbol_meaning_and_encoding() {
 #[test]
 fn records_and_sizes_come_back() {
     let (_folder, file) = folder();
-    let digest = save_mesh(&file, 5);
+    let digest = save_grid(&file, 5);
     let reader = open(&file).unwrap();
-    let stored = reader.stage_record(Stage::Mesh).unwrap().unwrap();
+    let stored = reader.group_record(GRID).unwrap().unwrap();
     assert_eq!((stored.record, stored.digest), (record(), digest));
-    assert_eq!(reader.stage_record(Stage::Solve).unwrap(), None);
-    assert_eq!(reader.stage_bytes(Stage::Solve).unwrap(), 0);
-    assert!(reader.stage_bytes(Stage::Mesh).unwrap() > 0);
-    reader.check_stage(Stage::Mesh).unwrap();
+    assert_eq!(reader.group_record(FIELD).unwrap(), None);
+    assert_eq!(reader.group_bytes(FIELD).unwrap(), 0);
+    assert!(reader.group_bytes(GRID).unwrap() > 0);
+    reader.check_group(GRID).unwrap();
 }
 
 #[test]
-fn the_digest_of_a_stage_depends_on_values_but_not_on_timings() {
+fn the_digest_of_a_group_depends_on_values_but_not_on_timings() {
     let (_folder, file) = folder();
-    let mesh = save_mesh(&file, 5);
-    let solve = save_solve(&file, 5, &[0.5]);
-    assert_eq!(solve, save_solve(&file, 5, &[0.75, 1.0]));
-    assert_eq!(mesh, save_mesh(&file, 5));
-    assert_ne!(mesh, save_mesh(&file, 6));
+    let grid = save_grid(&file, 5);
+    let field = save_field(&file, 5, &[0.5]);
+    assert_eq!(field, save_field(&file, 5, &[0.75, 1.0]));
+    assert_eq!(grid, save_grid(&file, 5));
+    assert_ne!(grid, save_grid(&file, 6));
 }
 
 #[test]
@@ -124,25 +121,25 @@ fn arrays_of_any_memory_order_and_empty_ones_come_back() {
     let (_folder, file) = folder();
     let run_file = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&run_file).unwrap();
-    let mut writer = transaction.stage(Stage::Mesh, Home::RunFile).unwrap();
+    let mut writer = transaction.group(GRID, Home::RunFile).unwrap();
     let coordinates =
         Array2::from_shape_fn((3, 4), |(axis, node)| (10 * axis + node) as f64).reversed_axes();
     writer
-        .write_array("/mesh/coordinates", coordinates.view().into_dyn())
+        .write_array("/grid/coordinates", coordinates.view().into_dyn())
         .unwrap();
-    writer.write_indices("/mesh/cells", &[], &[0, 4]).unwrap();
-    writer.write("/mesh/offsets", &[0_i64], &[1]).unwrap();
-    writer.write("/mesh/tags", &[0_u8; 0], &[0]).unwrap();
-    writer.write_texts("/mesh/names", &[]).unwrap();
+    writer.write_indices("/grid/cells", &[], &[0, 4]).unwrap();
+    writer.write("/grid/offsets", &[0_i64], &[1]).unwrap();
+    writer.write("/grid/tags", &[0_u8; 0], &[0]).unwrap();
+    writer.write_texts("/grid/names", &[]).unwrap();
     writer.finish(&record()).unwrap();
     transaction.commit().unwrap();
     let reader = open(&file).unwrap();
     assert_eq!(
-        reader.read::<f64>("/mesh/coordinates").unwrap(),
+        reader.read::<f64>("/grid/coordinates").unwrap(),
         coordinates.into_dyn()
     );
-    assert_eq!(reader.read::<i64>("/mesh/cells").unwrap().shape(), [0, 4]);
-    assert_eq!(reader.read_texts("/mesh/names").unwrap().len(), 0);
+    assert_eq!(reader.read::<i64>("/grid/cells").unwrap().shape(), [0, 4]);
+    assert_eq!(reader.read_texts("/grid/names").unwrap().len(), 0);
 }
 
 #[test]
@@ -150,35 +147,35 @@ fn highly_compressible_values_are_not_taken_for_damage() {
     let (_folder, file) = folder();
     let run_file = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&run_file).unwrap();
-    let mut writer = transaction.stage(Stage::Mesh, Home::RunFile).unwrap();
+    let mut writer = transaction.group(GRID, Home::RunFile).unwrap();
     let n = 1_000_000;
     writer
-        .write("/mesh/coordinates", &vec![0.0; 3 * n], &[n, 3])
+        .write("/grid/coordinates", &vec![0.0; 3 * n], &[n, 3])
         .unwrap();
     writer
-        .write_indices("/mesh/cells", &vec![0; 4 * n], &[n, 4])
+        .write_indices("/grid/cells", &vec![0; 4 * n], &[n, 4])
         .unwrap();
     writer
-        .write("/mesh/offsets", &vec![0_i64; n + 1], &[n + 1])
+        .write("/grid/offsets", &vec![0_i64; n + 1], &[n + 1])
         .unwrap();
-    writer.write("/mesh/tags", &vec![0_u8; n], &[n]).unwrap();
-    writer.write_texts("/mesh/names", &[]).unwrap();
+    writer.write("/grid/tags", &vec![0_u8; n], &[n]).unwrap();
+    writer.write_texts("/grid/names", &[]).unwrap();
     writer.finish(&record()).unwrap();
     transaction.commit().unwrap();
     let reader = open(&file).unwrap();
     assert_eq!(
-        reader.read_vec::<f64>("/mesh/coordinates").unwrap().len(),
+        reader.read_vec::<f64>("/grid/coordinates").unwrap().len(),
         3 * n
     );
-    assert_eq!(reader.read_vec::<u8>("/mesh/tags").unwrap().len(), n);
+    assert_eq!(reader.read_vec::<u8>("/grid/tags").unwrap().len(), n);
 }
 
 #[test]
-fn vtk_attributes_are_fixed_length_ascii() {
+fn attributes_for_others_are_fixed_length_ascii() {
     let (_folder, file) = folder();
     let run_file = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&run_file).unwrap();
-    let mut writer = transaction.stage(Stage::Vtk, Home::RunFile).unwrap();
+    let mut writer = transaction.group(NOTES, Home::RunFile).unwrap();
     writer
         .write_ascii_attribute("Type", b"UnstructuredGrid")
         .unwrap();
@@ -187,7 +184,7 @@ fn vtk_attributes_are_fixed_length_ascii() {
         .unwrap();
     writer.finish(&record()).unwrap();
     transaction.commit().unwrap();
-    let group = hdf5::File::open(&file).unwrap().group("VTKHDF").unwrap();
+    let group = hdf5::File::open(&file).unwrap().group("notes").unwrap();
     let descriptor = group
         .attr("Type")
         .unwrap()
@@ -196,6 +193,25 @@ fn vtk_attributes_are_fixed_length_ascii() {
         .to_descriptor()
         .unwrap();
     assert_eq!(descriptor, hdf5::types::TypeDescriptor::FixedAscii(16));
+    drop(group);
+    let reader = open(&file).unwrap();
+    let kind = |expected| reader.require_ascii_attribute(NOTES, "Type", expected);
+    kind(b"UnstructuredGrid").unwrap();
+    let wrong = kind(b"RectilinearGrids").unwrap_err().to_string();
+    assert!(
+        wrong.contains("Type = \"RectilinearGrids\", found \"UnstructuredGrid\""),
+        "{wrong}"
+    );
+    let version = |expected: &[i64]| reader.require_number_attribute(NOTES, "Version", expected);
+    version(&[2, 0]).unwrap();
+    let wrong = version(&[2, 1]).unwrap_err().to_string();
+    assert!(wrong.contains("Version = [2, 1], found [2, 0]"), "{wrong}");
+    assert!(
+        reader
+            .require_ascii_attribute(NOTES, "Version", b"2")
+            .is_err()
+    );
+    assert!(reader.require_ascii_attribute(GRID, "Type", b"2").is_err());
 }
 
 proptest! {
@@ -207,15 +223,15 @@ proptest! {
         let run_file = lock(&file).unwrap();
         let values: Vec<f64> = bits.iter().flat_map(|&bits| [f64::from_bits(bits); 3]).collect();
         let mut transaction = Transaction::begin(&run_file).unwrap();
-        let mut writer = transaction.stage(Stage::Mesh, Home::RunFile).unwrap();
-        writer.write("/mesh/coordinates", &values, &[bits.len(), 3]).unwrap();
-        writer.write_indices("/mesh/cells", &[], &[0, 4]).unwrap();
-        writer.write("/mesh/offsets", &[0_i64], &[1]).unwrap();
-        writer.write("/mesh/tags", &[0_u8; 0], &[0]).unwrap();
-        writer.write_texts("/mesh/names", &[]).unwrap();
+        let mut writer = transaction.group(GRID, Home::RunFile).unwrap();
+        writer.write("/grid/coordinates", &values, &[bits.len(), 3]).unwrap();
+        writer.write_indices("/grid/cells", &[], &[0, 4]).unwrap();
+        writer.write("/grid/offsets", &[0_i64], &[1]).unwrap();
+        writer.write("/grid/tags", &[0_u8; 0], &[0]).unwrap();
+        writer.write_texts("/grid/names", &[]).unwrap();
         writer.finish(&record()).unwrap();
         transaction.commit().unwrap();
-        let read = open(&file).unwrap().read_vec::<f64>("/mesh/coordinates").unwrap();
+        let read = open(&file).unwrap().read_vec::<f64>("/grid/coordinates").unwrap();
         prop_assert!(read.iter().zip(&values).all(|(read, value)| read.to_bits() == value.to_bits()));
     }
 

@@ -4,20 +4,20 @@ use units::Dimension;
 
 use super::sample::*;
 use crate::{
-    DatasetSpec, Extent, Home, Kind, Layout, LayoutError, SparseView, Stage, StageWriter,
+    DatasetSpec, Extent, Group, GroupWriter, Home, Kind, Layout, LayoutError, SparseView,
     StoreError, Transaction, schema_json, schema_page,
 };
 
-/// The error of one call on a writer of a stage over a file with a mesh of 5 nodes.
+/// The error of one call on a writer of a group over a file with a grid of 5 nodes.
 fn refused(
-    stage: Stage,
-    call: impl Fn(&mut StageWriter<'_>) -> Result<(), StoreError>,
+    group: Group,
+    call: impl Fn(&mut GroupWriter<'_>) -> Result<(), StoreError>,
 ) -> LayoutError {
     let (_folder, file) = folder();
-    save_mesh(&file, 5);
+    save_grid(&file, 5);
     let run_file = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&run_file).unwrap();
-    let mut writer = transaction.stage(stage, Home::RunFile).unwrap();
+    let mut writer = transaction.group(group, Home::RunFile).unwrap();
     match call(&mut writer) {
         Err(StoreError::Internal(error)) => error,
         other => panic!("{other:?}"),
@@ -26,74 +26,68 @@ fn refused(
 
 #[test]
 fn writers_refuse_what_the_table_does_not_allow() {
-    let unknown = refused(Stage::Mesh, |writer| {
-        writer.write("/mesh/colour", &[1.0], &[1])
-    });
+    let unknown = refused(GRID, |writer| writer.write("/grid/colour", &[1.0], &[1]));
     assert_eq!(
         unknown,
         LayoutError::Unknown {
-            path: "/mesh/colour".into()
+            path: "/grid/colour".into()
         }
     );
-    let stage = refused(Stage::Mesh, |writer| {
-        writer.write("/solve/energy", &[1.0], &[])
-    });
+    let group = refused(GRID, |writer| writer.write("/field/energy", &[1.0], &[]));
     assert!(matches!(
-        stage,
-        LayoutError::Stage {
-            owner: Stage::Solve,
-            writing: Stage::Mesh,
+        group,
+        LayoutError::Group {
+            owner: FIELD,
+            writing: GRID,
             ..
         }
     ));
-    let kind = refused(Stage::Mesh, |writer| {
-        writer.write("/mesh/cells", &[1.0; 4], &[1, 4])
+    let kind = refused(GRID, |writer| {
+        writer.write("/grid/cells", &[1.0; 4], &[1, 4])
     });
-    assert_eq!(kind.to_string(), "/mesh/cells holds i64, not f64");
-    let rank = refused(Stage::Mesh, |writer| {
-        writer.write("/mesh/coordinates", &[1.0; 3], &[3])
+    assert_eq!(kind.to_string(), "/grid/cells holds i64, not f64");
+    let rank = refused(GRID, |writer| {
+        writer.write("/grid/coordinates", &[1.0; 3], &[3])
     });
     assert_eq!(
         rank.to_string(),
-        "/mesh/coordinates: expected shape [n_nodes, 3], found shape [3]"
+        "/grid/coordinates: expected shape [n_nodes, 3], found shape [3]"
     );
-    let length = refused(Stage::Mesh, |writer| {
-        writer.write("/mesh/coordinates", &[1.0; 5], &[2, 3])
+    let length = refused(GRID, |writer| {
+        writer.write("/grid/coordinates", &[1.0; 5], &[2, 3])
     });
     assert!(matches!(length, LayoutError::Length { found: 5, .. }));
-    let twice = refused(Stage::Mesh, |writer| {
-        writer.write("/mesh/offsets", &[0_i64], &[1])?;
-        writer.write("/mesh/offsets", &[0_i64], &[1])
+    let twice = refused(GRID, |writer| {
+        writer.write("/grid/offsets", &[0_i64], &[1])?;
+        writer.write("/grid/offsets", &[0_i64], &[1])
     });
     assert_eq!(
         twice,
         LayoutError::Twice {
-            path: "/mesh/offsets".into()
+            path: "/grid/offsets".into()
         }
     );
-    let plus = refused(Stage::Mesh, |writer| {
-        writer.write("/mesh/tags", &[0_u8; 2], &[2])?;
-        writer.write("/mesh/offsets", &[0_i64; 2], &[2])
+    let plus = refused(GRID, |writer| {
+        writer.write("/grid/tags", &[0_u8; 2], &[2])?;
+        writer.write("/grid/offsets", &[0_i64; 2], &[2])
     });
     assert!(
         plus.to_string()
-            .contains("[n_cells + 1 where n_cells = 2 by /mesh/tags]"),
+            .contains("[n_cells + 1 where n_cells = 2 by /grid/tags]"),
         "{plus}"
     );
-    let zero = refused(Stage::Mesh, |writer| {
-        writer.write_texts("/mesh/names", &["a\0b"])
-    });
+    let zero = refused(GRID, |writer| writer.write_texts("/grid/names", &["a\0b"]));
     assert!(matches!(zero, LayoutError::Value { .. }));
 }
 
 #[test]
-fn sizes_agree_with_upstream_stages_and_within_a_dataset() {
-    let upstream = refused(Stage::Solve, |writer| {
-        writer.write_enum("/solve/zone", &zones(6), &[6])
+fn sizes_agree_with_upstream_groups_and_within_a_dataset() {
+    let upstream = refused(FIELD, |writer| {
+        writer.write_enum("/field/zone", &zones(6), &[6])
     });
     assert_eq!(
         upstream.to_string(),
-        "/solve/zone: expected shape [n_nodes where n_nodes = 5 by /mesh/coordinates], found shape [6]"
+        "/field/zone: expected shape [n_nodes where n_nodes = 5 by /grid/coordinates], found shape [6]"
     );
     let matrix = SparseView {
         shape: [5, 6],
@@ -102,8 +96,8 @@ fn sizes_agree_with_upstream_stages_and_within_a_dataset() {
         data: &[],
     };
     assert!(matches!(
-        refused(Stage::Solve, |writer| writer
-            .write_matrix("/solve/stiffness", matrix)),
+        refused(FIELD, |writer| writer
+            .write_matrix("/field/stiffness", matrix)),
         LayoutError::Shape { .. }
     ));
     let broken = SparseView {
@@ -113,35 +107,33 @@ fn sizes_agree_with_upstream_stages_and_within_a_dataset() {
         data: &[],
     };
     assert!(matches!(
-        refused(Stage::Solve, |writer| writer
-            .write_matrix("/solve/stiffness", broken)),
+        refused(FIELD, |writer| writer
+            .write_matrix("/field/stiffness", broken)),
         LayoutError::Value { .. }
     ));
-    let not_a_matrix = refused(Stage::Solve, |writer| {
-        writer.write_matrix("/solve/energy", broken)
-    });
+    let not_a_matrix = refused(FIELD, |writer| writer.write_matrix("/field/energy", broken));
     assert!(matches!(not_a_matrix, LayoutError::Kind { .. }));
 }
 
 #[test]
-fn a_stage_ends_with_all_its_required_datasets() {
+fn a_group_ends_with_all_its_required_datasets() {
     let (_folder, file) = folder();
     let run_file = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&run_file).unwrap();
-    let mut writer = transaction.stage(Stage::Mesh, Home::RunFile).unwrap();
-    writer.write("/mesh/tags", &[1_u8], &[1]).unwrap();
+    let mut writer = transaction.group(GRID, Home::RunFile).unwrap();
+    writer.write("/grid/tags", &[1_u8], &[1]).unwrap();
     let Err(StoreError::Internal(LayoutError::NotWritten { missing, .. })) =
         writer.finish(&record())
     else {
-        panic!("a stage without its datasets was finished")
+        panic!("a group without its datasets was finished")
     };
     assert_eq!(
         missing,
         [
-            "/mesh/coordinates",
-            "/mesh/cells",
-            "/mesh/offsets",
-            "/mesh/names"
+            "/grid/coordinates",
+            "/grid/cells",
+            "/grid/offsets",
+            "/grid/names"
         ]
     );
     let unfinished = transaction.commit().unwrap_err();
@@ -153,33 +145,37 @@ fn a_stage_ends_with_all_its_required_datasets() {
 fn a_sound_table_has_no_problems_and_a_bad_one_has_each() {
     assert_eq!(SAMPLE.problems(), [""; 0]);
     const BAD: &[DatasetSpec] = &[
-        Stage::Mesh.row(
-            "/mesh/a",
+        GRID.row(
+            "/grid/a",
             Kind::F64,
             &[Extent::Named("n_a")],
             Dimension::Number,
             "",
         ),
-        Stage::Mesh
-            .row("/mesh/a", Kind::F64, &[], Dimension::Number, "A.")
+        GRID.row("/grid/a", Kind::F64, &[], Dimension::Number, "A.")
             .optional(""),
-        Stage::Mesh.row("/solve/b", Kind::CscMatrix, &[], Dimension::Number, "B."),
-        Stage::Mesh.row("/mesh/a/c", Kind::F64, &[], Dimension::Number, "C."),
+        GRID.row("/field/b", Kind::CscMatrix, &[], Dimension::Number, "B."),
+        GRID.row("/grid/a/c", Kind::F64, &[], Dimension::Number, "C."),
     ];
+    const FIELD_ROW: &[DatasetSpec] =
+        &[FIELD.row("/field/d", Kind::F64, &[], Dimension::Number, "D.")];
     let problems = Layout {
-        tables: &[BAD],
+        groups: &[GRID, NOTES, GRID],
+        tables: &[BAD, FIELD_ROW],
         extents: &[("n_b", "b")],
         ..SAMPLE
     }
     .problems();
     let all = problems.join("\n");
     for part in [
-        "/mesh/a: listed twice",
-        "/mesh/a: has no meaning",
-        "/mesh/a: is optional without a reason",
-        "/solve/b: not below the group of its stage",
-        "/solve/b: has a rank its kind cannot have",
-        "/mesh/a: another dataset lies inside it",
+        "/grid: listed twice",
+        "/field/d: its group is not listed",
+        "/grid/a: listed twice",
+        "/grid/a: has no meaning",
+        "/grid/a: is optional without a reason",
+        "/field/b: not below its group",
+        "/field/b: has a rank its kind cannot have",
+        "/grid/a: another dataset lies inside it",
         "size n_a is not explained",
         "size n_b is explained but not used",
     ] {
@@ -194,17 +190,17 @@ fn schemas_hold_every_row() {
     assert_eq!(rows.len(), SAMPLE.datasets().count());
     let find = |path: &str| rows.iter().find(|row| row["path"] == path).unwrap();
     assert_eq!(
-        find("/mesh/coordinates")["shape"],
+        find("/grid/coordinates")["shape"],
         serde_json::json!(["n_nodes", 3])
     );
     assert_eq!(
-        find("/mesh/offsets")["shape"],
+        find("/grid/offsets")["shape"],
         serde_json::json!(["n_cells + 1"])
     );
-    assert_eq!(find("/solve/zone")["enum"]["members"]["slip"], 2);
+    assert_eq!(find("/field/zone")["enum"]["members"]["slip"], 2);
     assert_eq!(
-        find("/mesh/title")["optional_because"],
-        "a mesh may be unnamed"
+        find("/grid/title")["optional_because"],
+        "a grid may be unnamed"
     );
     let page = schema_page(&SAMPLE);
     for spec in SAMPLE.datasets() {

@@ -1,4 +1,4 @@
-//! A small format with every kind, and a stage writer for it.
+//! A small format with every kind, and a group writer for it.
 
 use std::path::{Path, PathBuf};
 
@@ -6,8 +6,8 @@ use tempfile::TempDir;
 use units::{Dimension, Units};
 
 use crate::{
-    DatasetSpec, EnumSpec, Extent, Home, IfMissing, Kind, Layout, Reader, RunFile, SparseMatrix,
-    Stage, StageRecord, StageWriter, StoreError, StoredEnum, Transaction, stored_enum,
+    DatasetSpec, EnumSpec, Extent, Group, GroupRecord, GroupWriter, Home, IfMissing, Kind, Layout,
+    Reader, RunFile, SparseMatrix, StoreError, StoredEnum, Transaction, stored_enum,
 };
 
 stored_enum! {
@@ -22,88 +22,91 @@ stored_enum! {
     }
 }
 
+/// A first group.
+pub(super) const GRID: Group = Group::new("grid", "draw");
+/// A group that builds on the first.
+pub(super) const FIELD: Group = Group::new("field", "compute");
+/// A group without datasets, described by attributes alone.
+pub(super) const NOTES: Group = Group::new("notes", "compute");
+
 const NODES: Extent = Extent::Named("n_nodes");
 const CELLS: Extent = Extent::Named("n_cells");
 const ZONE: &EnumSpec = Zone::SPEC;
 
-const MESH: &[DatasetSpec] = &[
-    Stage::Mesh
-        .row(
-            "/mesh/coordinates",
-            Kind::F64,
-            &[NODES, Extent::Fixed(3)],
-            Dimension::LENGTH,
-            "Positions.",
-        )
-        .symbol("x")
-        .compressed(),
-    Stage::Mesh
-        .row(
-            "/mesh/cells",
-            Kind::I64,
-            &[CELLS, Extent::Fixed(4)],
-            Dimension::Number,
-            "Corners.",
-        )
-        .compressed(),
-    Stage::Mesh.row(
-        "/mesh/offsets",
+const GRID_TABLE: &[DatasetSpec] = &[
+    GRID.row(
+        "/grid/coordinates",
+        Kind::F64,
+        &[NODES, Extent::Fixed(3)],
+        Dimension::LENGTH,
+        "Positions.",
+    )
+    .symbol("x")
+    .compressed(),
+    GRID.row(
+        "/grid/cells",
+        Kind::I64,
+        &[CELLS, Extent::Fixed(4)],
+        Dimension::Number,
+        "Corners.",
+    )
+    .compressed(),
+    GRID.row(
+        "/grid/offsets",
         Kind::I64,
         &[Extent::Plus("n_cells", 1)],
         Dimension::Number,
         "Starts.",
     ),
-    Stage::Mesh
-        .row("/mesh/tags", Kind::U8, &[CELLS], Dimension::Number, "Tags.")
+    GRID.row("/grid/tags", Kind::U8, &[CELLS], Dimension::Number, "Tags.")
         .compressed(),
-    Stage::Mesh.row(
-        "/mesh/names",
+    GRID.row(
+        "/grid/names",
         Kind::Text,
         &[Extent::Named("n_names")],
         Dimension::Number,
         "Names.",
     ),
-    Stage::Mesh
-        .row("/mesh/title", Kind::Text, &[], Dimension::Number, "Title.")
-        .optional("a mesh may be unnamed"),
+    GRID.row("/grid/title", Kind::Text, &[], Dimension::Number, "Title.")
+        .optional("a grid may be unnamed"),
 ];
 
-const SOLVE: &[DatasetSpec] = &[
-    Stage::Solve.row(
-        "/solve/zone",
+const FIELD_TABLE: &[DatasetSpec] = &[
+    FIELD.row(
+        "/field/zone",
         Kind::Enum(ZONE),
         &[NODES],
         Dimension::Number,
         "States.",
     ),
-    Stage::Solve
+    FIELD
         .row(
-            "/solve/stiffness",
+            "/field/stiffness",
             Kind::CscMatrix,
             &[NODES, NODES],
             Dimension::STIFFNESS,
             "Stiffness.",
         )
         .symbol("A"),
-    Stage::Solve
+    FIELD
         .row(
-            "/solve/coupling",
+            "/field/coupling",
             Kind::CsrMatrix,
             &[CELLS, NODES],
             Dimension::Number,
             "Coupling.",
         )
         .compressed(),
-    Stage::Solve.row(
-        "/solve/energy",
+    FIELD.row(
+        "/field/energy",
         Kind::F64,
         &[],
         Dimension::Energy,
         "Energy.",
     ),
-    Stage::Solve
+    FIELD
         .row(
-            "/solve/history/seconds",
+            "/field/history/seconds",
             Kind::F64,
             &[Extent::Named("n_outer")],
             Dimension::Time,
@@ -119,7 +122,8 @@ pub(super) const SAMPLE: Layout = Layout {
     format_version: [1, 2],
     creator: "sample 0.1",
     units: Units::SI,
-    tables: &[MESH, SOLVE],
+    groups: &[GRID, FIELD, NOTES],
+    tables: &[GRID_TABLE, FIELD_TABLE],
     extents: &[
         ("n_nodes", "number of nodes"),
         ("n_cells", "number of cells"),
@@ -134,8 +138,8 @@ pub(super) fn folder() -> (TempDir, PathBuf) {
     (folder, file)
 }
 
-pub(super) fn record() -> StageRecord {
-    StageRecord {
+pub(super) fn record() -> GroupRecord {
+    GroupRecord {
         settings: "epsilon = 1e-4\n".into(),
         input_digest: "abc".into(),
         seconds: 0.25,
@@ -148,15 +152,15 @@ pub(super) fn coordinates(n_nodes: usize) -> Vec<f64> {
     (0..3 * n_nodes).map(|index| (index as f64).sin()).collect()
 }
 
-pub(super) fn write_mesh(
-    mut writer: StageWriter<'_>,
+pub(super) fn write_grid(
+    mut writer: GroupWriter<'_>,
     n_nodes: usize,
 ) -> Result<String, StoreError> {
-    writer.write("/mesh/coordinates", &coordinates(n_nodes), &[n_nodes, 3])?;
-    writer.write_indices("/mesh/cells", &[0, 1, 2, 3, 1, 2, 3, 4], &[2, 4])?;
-    writer.write("/mesh/offsets", &[0_i64, 4, 8], &[3])?;
-    writer.write("/mesh/tags", &[7_u8, 9], &[2])?;
-    writer.write_texts("/mesh/names", &["clamp", "Öffnung", ""])?;
+    writer.write("/grid/coordinates", &coordinates(n_nodes), &[n_nodes, 3])?;
+    writer.write_indices("/grid/cells", &[0, 1, 2, 3, 1, 2, 3, 4], &[2, 4])?;
+    writer.write("/grid/offsets", &[0_i64, 4, 8], &[3])?;
+    writer.write("/grid/tags", &[7_u8, 9], &[2])?;
+    writer.write_texts("/grid/names", &["clamp", "Öffnung", ""])?;
     writer.finish(&record())
 }
 
@@ -184,16 +188,16 @@ pub(super) fn zones(n: usize) -> Vec<Zone> {
         .collect()
 }
 
-pub(super) fn write_solve(
-    mut writer: StageWriter<'_>,
+pub(super) fn write_field(
+    mut writer: GroupWriter<'_>,
     n: usize,
     seconds: &[f64],
 ) -> Result<String, StoreError> {
-    writer.write_enum("/solve/zone", &zones(n), &[n])?;
-    writer.write_matrix("/solve/stiffness", stiffness(n).view())?;
-    writer.write_matrix("/solve/coupling", coupling(n).view())?;
-    writer.write("/solve/energy", &[-12.5], &[])?;
-    writer.write("/solve/history/seconds", seconds, &[seconds.len()])?;
+    writer.write_enum("/field/zone", &zones(n), &[n])?;
+    writer.write_matrix("/field/stiffness", stiffness(n).view())?;
+    writer.write_matrix("/field/coupling", coupling(n).view())?;
+    writer.write("/field/energy", &[-12.5], &[])?;
+    writer.write("/field/history/seconds", seconds, &[seconds.len()])?;
     writer.finish(&record())
 }
 
@@ -201,23 +205,19 @@ pub(super) fn lock(file: &Path) -> Result<RunFile, StoreError> {
     RunFile::lock(file, SAMPLE, IfMissing::Create)
 }
 
-pub(super) fn save_mesh(file: &Path, n_nodes: usize) -> String {
+pub(super) fn save_grid(file: &Path, n_nodes: usize) -> String {
     let lock = lock(file).unwrap();
     let mut transaction = Transaction::begin(&lock).unwrap();
-    let digest = write_mesh(
-        transaction.stage(Stage::Mesh, Home::RunFile).unwrap(),
-        n_nodes,
-    )
-    .unwrap();
+    let digest = write_grid(transaction.group(GRID, Home::RunFile).unwrap(), n_nodes).unwrap();
     transaction.commit().unwrap();
     digest
 }
 
-pub(super) fn save_solve(file: &Path, n_nodes: usize, seconds: &[f64]) -> String {
+pub(super) fn save_field(file: &Path, n_nodes: usize, seconds: &[f64]) -> String {
     let lock = lock(file).unwrap();
     let mut transaction = Transaction::begin(&lock).unwrap();
-    let digest = write_solve(
-        transaction.stage(Stage::Solve, Home::RunFile).unwrap(),
+    let digest = write_field(
+        transaction.group(FIELD, Home::RunFile).unwrap(),
         n_nodes,
         seconds,
     )

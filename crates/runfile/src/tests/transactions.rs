@@ -3,17 +3,17 @@
 use std::fs;
 
 use super::sample::*;
-use crate::{Home, Stage, StoreError, Transaction};
+use crate::{Home, StoreError, Transaction};
 
 #[test]
 fn dropping_a_transaction_leaves_the_old_state_and_no_temporary() {
     let (folder, file) = folder();
-    save_mesh(&file, 5);
+    save_grid(&file, 5);
     let before = fs::read(&file).unwrap();
     let run_file = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&run_file).unwrap();
-    let mut writer = transaction.stage(Stage::Mesh, Home::RunFile).unwrap();
-    writer.write("/mesh/tags", &[1_u8; 4], &[4]).unwrap();
+    let mut writer = transaction.group(GRID, Home::RunFile).unwrap();
+    writer.write("/grid/tags", &[1_u8; 4], &[4]).unwrap();
     assert!(folder.path().join(".run.h5.part").exists());
     drop(transaction);
     assert!(!folder.path().join(".run.h5.part").exists());
@@ -23,19 +23,19 @@ fn dropping_a_transaction_leaves_the_old_state_and_no_temporary() {
 #[test]
 fn what_a_killed_process_leaves_is_harmless_and_removed() {
     let (folder, file) = folder();
-    save_mesh(&file, 5);
+    save_grid(&file, 5);
     let temporary = folder.path().join(".run.h5.part");
     fs::write(&temporary, "half a file").unwrap();
-    open(&file).unwrap().check_stage(Stage::Mesh).unwrap();
+    open(&file).unwrap().check_group(GRID).unwrap();
     let run_file = lock(&file).unwrap();
     assert!(!temporary.exists());
     drop(run_file);
     let run_file = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&run_file).unwrap();
-    let mut writer = transaction.stage(Stage::Mesh, Home::RunFile).unwrap();
-    writer.write("/mesh/tags", &[1_u8; 4], &[4]).unwrap();
+    let mut writer = transaction.group(GRID, Home::RunFile).unwrap();
+    writer.write("/grid/tags", &[1_u8; 4], &[4]).unwrap();
     std::mem::forget(transaction);
-    open(&file).unwrap().check_stage(Stage::Mesh).unwrap();
+    open(&file).unwrap().check_group(GRID).unwrap();
 }
 
 #[test]
@@ -50,17 +50,17 @@ fn a_second_lock_is_refused_until_the_first_is_dropped() {
 #[test]
 fn readers_keep_the_state_they_opened() {
     let (_folder, file) = folder();
-    save_mesh(&file, 5);
+    save_grid(&file, 5);
     let before = open(&file).unwrap();
-    save_mesh(&file, 6);
+    save_grid(&file, 6);
     assert_eq!(
-        before.read_vec::<f64>("/mesh/coordinates").unwrap(),
+        before.read_vec::<f64>("/grid/coordinates").unwrap(),
         coordinates(5)
     );
     assert_eq!(
         open(&file)
             .unwrap()
-            .read_vec::<f64>("/mesh/coordinates")
+            .read_vec::<f64>("/grid/coordinates")
             .unwrap(),
         coordinates(6)
     );
@@ -69,73 +69,73 @@ fn readers_keep_the_state_they_opened() {
 #[test]
 fn twenty_reruns_do_not_grow_the_file() {
     let (_folder, file) = folder();
-    save_mesh(&file, 2000);
-    save_solve(&file, 2000, &[0.5]);
+    save_grid(&file, 2000);
+    save_field(&file, 2000, &[0.5]);
     let size = || fs::metadata(&file).unwrap().len();
-    save_mesh(&file, 2000);
+    save_grid(&file, 2000);
     let first = size();
     for _ in 0..20 {
-        save_mesh(&file, 2000);
-        save_solve(&file, 2000, &[0.5]);
+        save_grid(&file, 2000);
+        save_field(&file, 2000, &[0.5]);
     }
     // The order of the groups may change the padding between them: 8 KiB of a file of about 160 KiB.
     assert!(size() <= first + 8192, "{first} bytes became {}", size());
-    open(&file).unwrap().check_stage(Stage::Solve).unwrap();
+    open(&file).unwrap().check_group(FIELD).unwrap();
 }
 
 #[test]
-fn a_new_mesh_makes_the_stale_stage_unreadable_not_the_mesh() {
+fn a_new_grid_makes_the_stale_group_unreadable_not_the_grid() {
     let (_folder, file) = folder();
-    save_mesh(&file, 5);
-    save_solve(&file, 5, &[]);
-    save_mesh(&file, 7);
+    save_grid(&file, 5);
+    save_field(&file, 5, &[]);
+    save_grid(&file, 7);
     let reader = open(&file).unwrap();
-    reader.read::<f64>("/mesh/coordinates").unwrap();
+    reader.read::<f64>("/grid/coordinates").unwrap();
     let message = reader
-        .read_enum::<Zone>("/solve/zone")
+        .read_enum::<Zone>("/field/zone")
         .unwrap_err()
         .to_string();
     assert!(
-        message.contains("n_nodes = 7 by /mesh/coordinates"),
+        message.contains("n_nodes = 7 by /grid/coordinates"),
         "{message}"
     );
     assert!(message.contains("found shape [5]"), "{message}");
-    save_solve(&file, 7, &[]);
+    save_field(&file, 7, &[]);
     open(&file)
         .unwrap()
-        .read_enum::<Zone>("/solve/zone")
+        .read_enum::<Zone>("/field/zone")
         .unwrap();
 }
 
 #[test]
-fn a_removed_stage_is_gone_and_the_others_stay() {
+fn a_removed_group_is_gone_and_the_others_stay() {
     let (_folder, file) = folder();
-    save_mesh(&file, 5);
-    save_solve(&file, 5, &[]);
+    save_grid(&file, 5);
+    save_field(&file, 5, &[]);
     let run_file = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&run_file).unwrap();
-    assert!(transaction.previous().unwrap().has("/solve/zone"));
-    transaction.remove(Stage::Solve);
+    assert!(transaction.previous().unwrap().has("/field/zone"));
+    transaction.remove(FIELD);
     transaction.commit().unwrap();
     let reader = open(&file).unwrap();
-    assert_eq!(reader.stage_record(Stage::Solve).unwrap(), None);
-    reader.check_stage(Stage::Mesh).unwrap();
+    assert_eq!(reader.group_record(FIELD).unwrap(), None);
+    reader.check_group(GRID).unwrap();
 }
 
 #[test]
 fn a_symbolic_link_stays_a_link_and_permissions_stay() {
     use std::os::unix::fs::{PermissionsExt, symlink};
     let (folder, file) = folder();
-    save_mesh(&file, 5);
+    save_grid(&file, 5);
     fs::set_permissions(&file, fs::Permissions::from_mode(0o640)).unwrap();
     let link = folder.path().join("link.h5");
     symlink(&file, &link).unwrap();
-    save_mesh(&link, 6);
+    save_grid(&link, 6);
     assert!(link.is_symlink());
     assert_eq!(
         open(&file)
             .unwrap()
-            .read_vec::<f64>("/mesh/coordinates")
+            .read_vec::<f64>("/grid/coordinates")
             .unwrap(),
         coordinates(6)
     );
