@@ -1,6 +1,8 @@
 """Fixtures: the program, solved run files at small sizes, the published schema.
 
-The program is the environment variable CONTACT3D_PIPE, or target/release/contact3d-pipe.
+The program is the environment variable CONTACT3D_PIPE, or target/release/contact3d-pipe. With a
+run file in CONTACT3D_RUN_FILE the checks of raw arrays judge that file alone: a brick of one
+isotropic material under constant tractions, orthotropic Coulomb friction with constants or ramps.
 """
 
 import json
@@ -41,6 +43,9 @@ CASES = {
 
 Runner = Callable[..., subprocess.CompletedProcess]
 
+# A run file to judge in place of those that the fixtures make.
+GIVEN = os.environ.get("CONTACT3D_RUN_FILE")
+
 
 @pytest.fixture(scope="session")
 def program() -> Path:
@@ -74,7 +79,9 @@ def changes(case: str) -> list[str]:
 
 @pytest.fixture(scope="session")
 def run_paths(contact3d, tmp_path_factory) -> dict[str, Path]:
-    """A finished run file of every case."""
+    """A finished run file of every case, or the one given."""
+    if GIVEN:
+        return {GIVEN: Path(GIVEN)}
     folder = tmp_path_factory.mktemp("runs")
     paths = {case: folder / f"case{i}.h5" for i, case in enumerate(CASES)}
     for case, path in paths.items():
@@ -104,7 +111,7 @@ def stage_paths(contact3d, tmp_path_factory) -> dict[str, Path]:
     return paths
 
 
-@pytest.fixture(scope="session", params=list(CASES))
+@pytest.fixture(scope="session", params=[GIVEN] if GIVEN else list(CASES))
 def run(request, run_paths):
     """Each finished run file in turn, open for reading."""
     with open_run(run_paths[request.param]) as file:
