@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What each effect costs: unknowns, actions and seconds, against the full model on the same mesh.
+"""What each model feature costs: unknowns, operator applications and seconds, against the full model on the same mesh.
 
     python3 benches/effects.py [--n-div 16] [--repeat 3] [--threads 1] [--least]
 

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Actions of the dual operator and seconds of Algorithm 4.1 with each iterative inner solver.
+"""Applications of the dual operator and seconds of Algorithm 4.1 with each iterative inner solver.
 
     python3 benches/inner_solvers.py [--n-div 4 8 16] [--epsilon 1e-4 1e-6 1e-8]
                                      [--dual-operator explicit]
 
 Runs both published friction laws under precision control (a) with KPRGP and with GPCG, and prints
-outer steps, actions n_A and seconds of the solve stage as Markdown. The counts are the same for
+outer steps, operator applications n_A and seconds of the solve stage as Markdown. The counts are the same for
 the implicit operator up to rounding and the solves for u; its seconds are not. One thread. Needs
 Python 3 and the program (target/release/contact3d-pipe, or CONTACT3D_PIPE).
 """
@@ -24,7 +24,7 @@ SOLVERS = ("kprgp", "gpcg")
 
 
 def solve(table, n_div, epsilon, inner, operator, folder):
-    """Solves one case: status, outer steps, actions, seconds of the solve stage, worst certificate figure."""
+    """Solves one case: status, outer steps, applications, seconds of solve, worst certificate figure."""
     path = folder / "run.h5"
     path.unlink(missing_ok=True)
     command = [
@@ -55,7 +55,7 @@ def main():
     parser.add_argument("--epsilon", nargs="+", default=["1e-4", "1e-6", "1e-8"])
     parser.add_argument("--dual-operator", choices=["explicit", "implicit"], default="explicit")
     arguments = parser.parse_args()
-    print("| law | n_div | epsilon | outer steps, KPRGP / GPCG | actions, KPRGP / GPCG | ratio "
+    print("| law | n_div | epsilon | outer steps, KPRGP / GPCG | n_A, KPRGP / GPCG | ratio "
           "| solve s, KPRGP / GPCG | worst certificate figure, KPRGP / GPCG |")
     print("|---|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as scratch:

@@ -99,7 +99,7 @@ def print_table(title, cases):
     sizes = list(cases)
     print("| | " + " | ".join(f"n_div {n}" for n in sizes) + " | growth |")
     print("|---|" + "---|" * (len(sizes) + 1))
-    for label, key in (("unknowns", "unknowns"), ("multipliers", "multipliers"), ("steps", "steps"), ("actions n_A", "actions")):
+    for label, key in (("unknowns", "unknowns"), ("multipliers", "multipliers"), ("steps", "steps"), ("applications n_A", "actions")):
         print(f"| {label} | " + " | ".join(str(cases[n][key]) for n in sizes) + " | |")
     for part in PARTS:
         row = " | ".join(f"{cases[n]['seconds'][part]:.3f}" for n in sizes)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tables 1 and 2 of HKL 2011 next to the published ones (outer steps and actions of A^-1).
+"""Tables 1 and 2 of HKL 2011 next to the published ones (outer steps and applications of A^-1).
 
     python3 pipelines/hkl2011_tables.py [--largest N_DIV] [--keep FOLDER]
 
@@ -18,7 +18,7 @@ import tempfile
 HERE = pathlib.Path(__file__).resolve().parent
 PROGRAM = os.environ.get("CONTACT3D_PIPE", str(HERE.parent / "target/release/contact3d-pipe"))
 
-# n_div: published (iterations a, b, actions a, b) of Table 1 and of Table 2.
+# n_div: published (iterations a, b, applications a, b) of Table 1 and of Table 2.
 PUBLISHED = {
     4: ((6, 11, 779, 66), (7, 19, 720, 413)),
     6: ((8, 18, 1091, 319), (8, 21, 849, 366)),
@@ -51,7 +51,7 @@ def solve_seconds(result):
 
 
 def print_table(table, largest, folder):
-    print(f"\nTable {table}: outer steps and actions n_A, ours / published")
+    print(f"\nTable {table}: outer steps and operator applications n_A, ours / published")
     print(f"{'n_div':>5} {'3n':>6} {'3m':>4}   {'iter (a)':>8} {'iter (b)':>8}"
           f"   {'n_A (a)':>11} {'n_A (b)':>9}   {'s (a)':>7} {'s (b)':>7}")
     for n_div, rows in PUBLISHED.items():
@@ -60,9 +60,9 @@ def print_table(table, largest, folder):
         a, b = (solve(table, n_div, precision, folder) for precision in ("fixed", "adaptive"))
         iter_a, iter_b, n_a, n_b = rows[table - 1]
         steps = [f"{r['outer_steps']}/{p}" for r, p in ((a, iter_a), (b, iter_b))]
-        actions = [f"{r['actions']}/{p}" for r, p in ((a, n_a), (b, n_b))]
+        applications = [f"{r['actions']}/{p}" for r, p in ((a, n_a), (b, n_b))]
         print(f"{n_div:>5} {a['n_free']:>6} {a['n_multipliers']:>4}   {steps[0]:>8} {steps[1]:>8}"
-              f"   {actions[0]:>11} {actions[1]:>9}   {solve_seconds(a):>7.2f} {solve_seconds(b):>7.2f}",
+              f"   {applications[0]:>11} {applications[1]:>9}   {solve_seconds(a):>7.2f} {solve_seconds(b):>7.2f}",
               flush=True)
 
 

@@ -120,7 +120,7 @@ def test_algebraic_errors_are_those_of_solves_of_that_accuracy(
     exact = solved[4]
     flags = ['assemble.dual_operator="explicit"', 'solve.method="fixed-point"']
     flags += ['solve.precision="fixed"', "solve.epsilon=1e-4"]
-    path = tmp_path / "rung.h5"
+    path = tmp_path / "entry.h5"
     more = [part for flag in flags for part in ("--set", flag)]
     contact3d("run", SCENE, path, "--no-figures", *cells(4), *more)
     with open_run(path) as file:

@@ -41,7 +41,7 @@ def test_bad_files(tested, tmp_path):
 
 
 def test_wrong_answers_are_seen(tested, tmp_path):
-    """A result altered with all its digests made to fit is told from the true one."""
+    """A result altered with all its digests made to fit is distinguished from the true one."""
     bench = bad_files.Bench.of(tested, tmp_path, workers=1)
 
     def forge(path):

@@ -88,7 +88,7 @@ fn every_method_approaches_the_reference_as_epsilon_falls() {
                 && entry.operator == operator
                 && entry.epsilon == 1e-4
         });
-        entry.and_then(|entry| entry.result).expect("a cheap rung")
+        entry.and_then(|entry| entry.result).expect("a cheap entry")
     });
     // Both operators are the same map: errors agree up to rounding in a thousand steps.
     assert!((both[0].energy_error / both[1].energy_error - 1.0).abs() < 1e-6);
@@ -107,7 +107,7 @@ fn the_advice_has_numbers_in_it() {
     let refinement = advice.refinement.expect("a finer mesh");
     assert_eq!(refinement.n_div, 8);
     assert!(refinement.error_ratio.expect("an order") > 1.0);
-    let epsilon = advice.sufficient_epsilon.expect("strict rungs suffice");
+    let epsilon = advice.sufficient_epsilon.expect("strict entries suffice");
     let entries = &accuracy.algebraic.as_ref().expect("contact").entries;
     for entry in entries.iter().filter(|entry| entry.epsilon <= epsilon) {
         for result in entry

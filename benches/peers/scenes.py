@@ -1,4 +1,4 @@
-"""The scenes of the comparison, and how the program is told about them; standard library only.
+"""The scenes of the comparison, and how the program is given them; standard library only.
 
 compare.py imports nothing heavy: on Linux the peak memory reported for a child process is never
 below that of the parent at its start.

@@ -72,8 +72,8 @@ class Commands:
             return f"{name} ended with {outcome.code}: {outcome.stderr[-200:]}"
         if answer is Answer.ANY:
             return Verdict.WENT_ON
-        told = said(name, outcome, self.folder)
-        if is_true(name, told, self.truth[name], answer):
+        reported = said(name, outcome, self.folder)
+        if is_true(name, reported, self.truth[name], answer):
             return Verdict.WENT_ON
         return f"{name} gave a wrong answer"
 
@@ -102,13 +102,13 @@ def without_seconds(answer: object) -> object:
     return answer
 
 
-def is_true(name: str, told: object, truth: object, answer: Answer) -> bool:
+def is_true(name: str, reported: object, truth: object, answer: Answer) -> bool:
     """Whether an answer is that of the good file, or says which of it cannot be used."""
     if name == "status":
-        fresh = [k for k, v in told["stages"].items() if v[0] == "fresh"]
-        other = any(told["stages"][k] != truth["stages"][k] for k in fresh)
+        fresh = [k for k, v in reported["stages"].items() if v[0] == "fresh"]
+        other = any(reported["stages"][k] != truth["stages"][k] for k in fresh)
         if other and answer is Answer.SAME:
             return False
-        return told["results"] in (None, truth["results"])
+        return reported["results"] in (None, truth["results"])
     # A report of a file with a stale stage says so and shows no results.
-    return told == truth or (name == "report" and told == {})
+    return reported == truth or (name == "report" and reported == {})

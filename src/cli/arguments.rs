@@ -14,16 +14,16 @@ pub(super) const MOST_THREADS: i64 = 1024;
 
 /// 3D elastostatic contact with orthotropic, solution-dependent Coulomb friction
 ///
-/// Solves static contact of an elastic body on a rigid flat foundation. A scene (TOML) goes through
-/// the stages mesh, assemble, solve and post, which share one HDF5 file. To start:
+/// Solves static contact of an elastic body on a rigid flat foundation. A scene (TOML) passes through
+/// the stages mesh, assemble, load, solve and post, which share one HDF5 file. To start:
 ///
 ///   contact3d-pipe run pipelines/hkl2011_table1.toml table1.h5
 ///   contact3d-pipe status table1.h5
 ///
 /// Results go to standard output, progress and messages to standard error.
 ///
-/// Exit codes: 0 done, 1 not converged (all results stored), 2 bad or stale input, 3 internal, or a
-/// standard output that does not take the results.
+/// Exit codes: 0 done, 1 not converged (all results stored), 2 bad or stale input, 3 internal error
+/// or a standard output that cannot take the results, 130 interrupted.
 #[derive(Debug, Parser)]
 #[command(version, verbatim_doc_comment)]
 pub struct Arguments {
@@ -48,7 +48,7 @@ pub enum Command {
     Run(RunArguments),
     /// Make the mesh of a scene and store both
     Mesh(MeshArguments),
-    /// Assemble and factorise the elastic problem
+    /// Assemble and factorise the elastic problem, and apply the loads
     Assemble(AssembleArguments),
     /// Solve the contact problem
     Solve(SolveArguments),
@@ -87,7 +87,7 @@ pub(super) struct SceneArguments {
 pub struct RunArguments {
     #[command(flatten)]
     pub(super) scene: SceneArguments,
-    /// The run file, made or updated
+    /// The run file, created or updated
     pub file: PathBuf,
     #[command(flatten)]
     pub(super) figures: FigureArguments,
@@ -100,7 +100,7 @@ pub struct RunArguments {
 pub struct AccuracyArguments {
     #[command(flatten)]
     pub(super) scene: SceneArguments,
-    /// The run file, made or updated
+    /// The run file, created or updated
     pub file: PathBuf,
     /// Smallest n_div of the meshes
     #[arg(long, value_name = "N_DIV", default_value_t = 4, value_parser = n_div)]
@@ -123,7 +123,7 @@ pub struct StabilityArguments {
     /// Change one key of the scene, for example --set body.brick.cells=[12,4,4]
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
-    /// Store the table in this HDF5 file, made or updated
+    /// Store the table in this HDF5 file, created or updated
     #[arg(short, long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// Small meshes only
@@ -170,7 +170,7 @@ impl AssemblyFileArguments {
 pub struct MeshArguments {
     #[command(flatten)]
     pub(super) scene: SceneArguments,
-    /// The run file, made or updated
+    /// The run file, created or updated
     pub file: PathBuf,
 }
 

@@ -21,7 +21,7 @@ pub(super) fn stage_line(performed: &Performed) -> String {
 /// How the dual operator is held, and what either form costs.
 pub(super) fn operator_line(estimate: &OperatorEstimate, dense: bool) -> String {
     format!(
-        "{:<9} {} (dense: {:.1} MB and {:.2e} operations to form; factor: {:.1} MB, {:.2e} operations an action)",
+        "{:<9} {} (dense: {:.1} MB and {:.2e} operations to form; factor: {:.1} MB, {:.2e} operations per application)",
         "dual",
         if dense { "explicit" } else { "implicit" },
         estimate.explicit_bytes / 1e6,
@@ -36,7 +36,7 @@ pub(super) fn progress(progress: Progress<'_>) -> String {
     match progress {
         Progress::Outer(k, step) => {
             format!(
-                "outer step {}, change {:.1e}, {} actions",
+                "outer step {}, change {:.1e}, {} applications",
                 k + 1,
                 step.change,
                 step.applications
@@ -73,7 +73,7 @@ pub(super) fn status(solution: &Solution, scene: &Scene) -> String {
         }
         Status::Stopped => {
             return format!(
-                "stopped by the rule of its method: the multipliers are known to {accuracy:.1e}, epsilon asks for more"
+                "stopped by the rule of its method: the multipliers are accurate to {accuracy:.1e}, epsilon asks for more"
             );
         }
         Status::MaxOuterSteps => (
@@ -81,7 +81,7 @@ pub(super) fn status(solution: &Solution, scene: &Scene) -> String {
             automatic.unwrap_or_else(|| "raise solve.max_outer_steps".to_owned()),
         ),
         Status::MaxInnerApplications => (
-            "an inner problem ran out of actions of S".to_owned(),
+            "an inner problem ran out of applications of S".to_owned(),
             automatic.unwrap_or_else(|| "raise solve.max_inner_actions".to_owned()),
         ),
         Status::NumericalError => (

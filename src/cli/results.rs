@@ -53,7 +53,7 @@ pub(super) fn table(
     let [ux, uy, uz] = r.largest_displacement;
     let units = scene.units;
     let mut line = |name: &str, value: String| {
-        let _ = writeln!(text, "  {name:<26} {value}");
+        let _ = writeln!(text, "  {name:<27} {value}");
     };
     line("status", status(solution, scene));
     line(
@@ -74,7 +74,7 @@ pub(super) fn table(
         ),
     );
     line("steps", steps(solution));
-    line("actions n_A", solution.applications.to_string());
+    line("applications n_A", solution.applications.to_string());
     if let Some(change) = solution.mapping_change {
         line("moved by the mapping Psi", format!("{change:.1e}"));
     }

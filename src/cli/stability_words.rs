@@ -15,7 +15,7 @@ const HEADINGS: [&str; 12] = [
     "status",
     "steps",
     "certificate",
-    "(floor)",
+    "(bound)",
     "cond A",
     "λmin/λmax S",
     "‖R'⁻¹‖",

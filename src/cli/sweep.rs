@@ -27,10 +27,10 @@ pub struct SweepArguments {
     /// The sweep, a TOML file such as pipelines/sweep_friction.toml
     #[arg(required = true)]
     sweep: Option<PathBuf>,
-    /// The folder of the run files and tables, made or gone on with
+    /// The folder of the run files and tables, created or continued
     #[arg(long, value_name = "DIR", required = true)]
     out: Option<PathBuf>,
-    /// Cases at work at the same time; one for each thread by default
+    /// Cases run at the same time; one per thread by default
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     jobs: Option<u16>,
     /// Memory for assembled problems in gigabytes; three quarters of what is free by default
@@ -48,7 +48,7 @@ pub struct SweepArguments {
 struct SweepFolder {
     /// The sweep, a TOML file such as pipelines/sweep_friction.toml
     sweep: PathBuf,
-    /// The folder of the run files and tables, made or gone on with
+    /// The folder of the run files and tables, created or continued
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }

@@ -1,5 +1,5 @@
-//! The only room that writes to standard output and standard error. It never panics: a reader that goes away ends
-//! nothing, and a standard output that takes no more is said at the end, when all files are written.
+//! The only module that writes to standard output and standard error. It never panics: a reader that goes away ends
+//! nothing, and a standard output that takes no more is reported at the end, when all files are written.
 
 use std::{
     fmt::Write as _,

@@ -56,7 +56,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(HISTORY.conjugate_gradient, Kind::I64, STEPS, Dimension::Number, "Conjugate gradient steps."),
     GROUP.row(HISTORY.expansion, Kind::I64, STEPS, Dimension::Number, "Expansion steps."),
     GROUP.row(HISTORY.proportioning, Kind::I64, STEPS, Dimension::Number, "Proportioning steps."),
-    GROUP.row(HISTORY.applications, Kind::I64, STEPS, Dimension::Number, "Actions of the inverse stiffness matrix; the first step includes those that estimate the norm of S."),
+    GROUP.row(HISTORY.applications, Kind::I64, STEPS, Dimension::Number, "Applications of the inverse stiffness matrix; the first step includes those that estimate the norm of S."),
     GROUP.row(HISTORY.seconds, Kind::F64, STEPS, Dimension::Time, "Wall-clock time of each outer step.").volatile(),
 ];
 

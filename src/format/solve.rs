@@ -115,7 +115,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(STEPLENGTH, Kind::F64, &[], Dimension::PER_DUAL, "Steplength of projected gradient steps, 1.9 over the norm of the dual operator.").symbol("alpha").optional(NO_CONTACT),
     GROUP.row(LOCAL_STIFFNESS_NORMAL, Kind::F64, PANES, Dimension::PER_DUAL, "Stiffness of each pane along the normal while the others do not move, that residuals are measured by.").symbol("rho_nu").optional("absent without contact, and before format 1.4"),
     GROUP.row(LOCAL_STIFFNESS_TANGENTIAL, Kind::F64, PANE_PAIRS, Dimension::PER_DUAL, "The same along t1 and t2: one for both where both can move.").symbol("rho_t").optional("absent without friction, and before format 1.4"),
-    GROUP.row(APPLICATIONS, Kind::I64, &[], Dimension::Number, "Actions of the inverse stiffness matrix in the whole solve.").symbol("n_A"),
+    GROUP.row(APPLICATIONS, Kind::I64, &[], Dimension::Number, "Applications of the inverse stiffness matrix in the whole solve.").symbol("n_A"),
     GROUP.row(METHOD, Kind::Enum(StoredMethod::SPEC), &[], Dimension::Number, "Algorithm that gave the answer: minimisation without friction or with a given slip bound, direct without contact; after a failed Newton solve it is fixed_point and both histories are there."),
     GROUP.row(ACCURACY, Kind::F64, &[], Dimension::Number, "Relative error of the multipliers, measured by one more solution from them with exact residuals; the last relative change of successive approximations that did not end."),
     GROUP.row(MAPPING_CHANGE, Kind::F64, &[], Dimension::Number, "|Psi(lambda) - lambda| / |lambda| for one evaluation of the paper's mapping.").optional("absent unless Newton's method gave the answer"),

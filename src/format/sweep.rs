@@ -81,7 +81,7 @@ const TABLE: &[DatasetSpec] = &[
     GROUP.row(METHOD, Kind::Text, CASES, Dimension::Number, "Algorithm that gave the answer, else empty."),
     GROUP.row(OUTER_STEPS, Kind::I64, CASES, Dimension::Number, "Steps of successive approximations; -1 in this and other counts without a result."),
     GROUP.row(NEWTON_STEPS, Kind::I64, CASES, Dimension::Number, "Steps of Newton's method."),
-    GROUP.row(APPLICATIONS, Kind::I64, CASES, Dimension::Number, "Actions of the inverse stiffness matrix.").symbol("n_A"),
+    GROUP.row(APPLICATIONS, Kind::I64, CASES, Dimension::Number, "Applications of the inverse stiffness matrix.").symbol("n_A"),
     GROUP.row(SECONDS, Kind::F64, CASES, Dimension::Time, "Wall-clock time of loads, solve and report.").volatile(),
     GROUP.row(ACCURACY, Kind::F64, CASES, Dimension::Number, "As /solve/accuracy; NaN in this and the other measures without a result."),
     GROUP.row(ZONE_COUNTS, Kind::I64, VECTORS, Dimension::Number, "Numbers of open, sticking and slipping panes."),

@@ -1,4 +1,4 @@
-//! What this program writes, told by the contents; the marks are those of version 0.1.0 wherever that had any.
+//! What this program writes, recognised by its contents; the marks are those of version 0.1.0 wherever that had any.
 
 use std::{
     fs::File,

@@ -31,7 +31,7 @@ fn entry_point(entry: &LadderEntry) -> Option<ChartPoint> {
         x: result.cost.seconds,
         y: result.energy_error,
         text: format!(
-            "{}, epsilon {:.0e}: energy error {:.2e}, multiplier error {:.2e}, {:.3} s, {} actions",
+            "{}, epsilon {:.0e}: energy error {:.2e}, multiplier error {:.2e}, {:.3} s, {} applications",
             series_name(entry),
             entry.epsilon,
             result.energy_error,

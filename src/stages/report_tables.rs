@@ -104,7 +104,7 @@ pub(super) fn results(
         pair("multipliers", solution.multiplier.len()),
         pair("outer steps", solution.history.len()),
         pair("Newton steps", solution.newton.len()),
-        pair("actions n_A", solution.applications),
+        pair("applications n_A", solution.applications),
     ];
     if let Some(contact) = &r.contact {
         pairs.extend([

@@ -22,7 +22,7 @@ const RESULTS: [(&str, &str); 17] = [
     ("certificate_fixed_point", "distance to the fixed point"),
     ("outer_steps", "outer steps"),
     ("newton_steps", "Newton steps"),
-    ("actions", "actions of the dual operator"),
+    ("actions", "applications of the dual operator"),
     ("seconds", "time of the solve"),
 ];
 

@@ -310,7 +310,7 @@ fn newton_without_the_dense_operator_is_refused_with_the_way_out() {
 #[test]
 fn a_tolerance_below_rounding_is_said_and_not_accepted() {
     let program = Program::new();
-    let floor = run_newton(&program, &["--set", "solve.epsilon=1e-17"]).code(1);
-    let text = String::from_utf8_lossy(&floor.get_output().stderr).into_owned();
+    let limited = run_newton(&program, &["--set", "solve.epsilon=1e-17"]).code(1);
+    let text = String::from_utf8_lossy(&limited.get_output().stderr).into_owned();
     assert!(text.contains("attainable accuracy"), "{text}");
 }

@@ -9,7 +9,7 @@ use crate::{
 
 /// (primal unknowns, multipliers, evaluations of the law, projections).
 fn counts(case: &Case) -> (usize, usize, usize, usize) {
-    // With the published stopping rule the accuracy is told instead.
+    // With the published stopping rule the accuracy is reported instead.
     assert!(case.solution.status.is_solved());
     (
         case.solution.displacement.len(),

@@ -247,7 +247,7 @@ fn a_formula_that_levels_off_is_a_law() {
     let law = "coefficient.expression = '0.1 + 0.2*exp(-s/6e-5)'";
     for method in ["", "[solve]\nmethod = 'fixed-point'\nepsilon = 1e-4\n"] {
         let case = in_contact("", &format!("{law}\n{method}"));
-        // With the published stopping rule the accuracy is told instead.
+        // With the published stopping rule the accuracy is reported instead.
         assert!(case.solution.status.is_solved(), "{method}");
         let friction = case.report().friction.unwrap();
         assert!(friction.is_admissible(case.mesh.contact.as_ref().unwrap(), |_| true));

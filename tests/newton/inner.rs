@@ -161,7 +161,7 @@ fn gpcg_with_values_that_are_not_finite_is_a_status() {
         assert_eq!(
             solution.status,
             Status::NumericalError,
-            "from action {from}"
+            "from application {from}"
         );
     }
 }

@@ -143,7 +143,7 @@ fn no_inner_solver_calls_a_wrong_answer_converged() {
                     refused += 1;
                 }
                 if solution.status == Status::Inaccurate && solution.accuracy < 1.0 {
-                    // The accuracy that is told is about the true one.
+                    // The accuracy reported is about the true one.
                     assert!(error <= 10.0 * solution.accuracy, "{error:e}");
                 }
             }

@@ -55,7 +55,7 @@ fn it_goes_on_keeps_what_is_done_and_agrees_with_a_new_one() {
         new.keys().collect::<Vec<_>>()
     );
     for (case, row) in &old {
-        // What an older version stored stays as it was; now the published stopping rule is told apart.
+        // What an older version stored stays as it was; now the published stopping rule has a status of its own.
         let status = if case == DONE { "converged" } else { "stopped" };
         assert_eq!(row["status"], status, "{case}");
         for column in ["normal_force", "tangential_force_1", "strain_energy"] {

@@ -103,7 +103,7 @@ values = [0.2, 0.201, 0.202, 0.203]
     };
     let (cold, cold_force) = results(text);
     let (warm, warm_force) = results(&format!("warm_start = true\n{text}"));
-    assert!(warm < cold, "{warm} actions instead of {cold}");
+    assert!(warm < cold, "{warm} applications instead of {cold}");
     for (a, b) in warm_force.iter().zip(&cold_force) {
         // ε = 1e-7 for both, times the contraction of the outer loop and the condition of S.
         assert!((a / b - 1.0).abs() < 1e-5, "{a} {b}");

@@ -10,7 +10,7 @@ use super::picture::{FrictionKind, PaneFriction, Zone};
 use super::scale::round_down;
 use super::text::Label;
 
-/// Ellipses with a smaller largest semi-axis in pixels cannot be told from dots and are left out.
+/// Ellipses with a smaller largest semi-axis in pixels cannot be distinguished from dots and are left out.
 const LEAST_RADIUS: f64 = 1.2;
 /// Smallest drawn semi-axis in pixels, for friction that is strong in one direction only.
 const LEAST_SEMI_AXIS: f64 = 0.3;

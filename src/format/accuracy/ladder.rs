@@ -90,7 +90,7 @@ pub(in crate::format) const TABLE: &[DatasetSpec] = &[
     entry(ENTRY_STATUS, Kind::Enum(StoredStatus::SPEC), Dimension::Number, "How the solve ended.").volatile(),
     entry(ENERGY_ERROR, Kind::F64, Dimension::Number, "|u - u*|_A / |u*|_A with the reference u*.").volatile(),
     entry(MULTIPLIER_ERROR, Kind::F64, Dimension::Number, "|lambda - lambda*| / |lambda*| with the reference lambda*.").volatile(),
-    entry(ENTRY_APPLICATIONS, Kind::I64, Dimension::Number, "Actions of the dual operator.").symbol("n_A").volatile(),
+    entry(ENTRY_APPLICATIONS, Kind::I64, Dimension::Number, "Applications of the dual operator.").symbol("n_A").volatile(),
     entry(ENTRY_SECONDS, Kind::F64, Dimension::Time, "Median wall-clock time of the solve alone.").volatile(),
     entry(ENTRY_REPEATS, Kind::I64, Dimension::Number, "Runs the median is taken of.").volatile(),
     entry(ENTRY_PEAK, Kind::F64, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.").volatile(),

@@ -58,7 +58,7 @@ pub(in crate::format) const TABLE: &[DatasetSpec] = &[
     level(N_FREE, Kind::I64, Dimension::Number, "Free degrees of freedom."),
     level(N_MULTIPLIERS, Kind::I64, Dimension::Number, "Multipliers."),
     level(LEVEL_STATUS, Kind::Enum(StoredStatus::SPEC), Dimension::Number, "How the solve ended."),
-    level(LEVEL_APPLICATIONS, Kind::I64, Dimension::Number, "Actions of the dual operator.").symbol("n_A"),
+    level(LEVEL_APPLICATIONS, Kind::I64, Dimension::Number, "Applications of the dual operator.").symbol("n_A"),
     level(ENERGY_DIFFERENCE, Kind::F64, Dimension::Number, "|u_h - u_f|_A / |u_f|_A with u_f of the finest mesh.").symbol("e_h"),
     level(LEVEL_ENERGY_ERROR, Kind::F64, Dimension::Number, "|u_h - u|_A / |u_f|_A with the extrapolated limit of e_h^2; NaN where no order is observed."),
     level(POTENTIAL_ENERGY, Kind::F64, Dimension::Energy, "u.Au / 2 - l.u.").symbol("J"),

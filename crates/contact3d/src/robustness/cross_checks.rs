@@ -18,7 +18,7 @@ const NEAR: f64 = 1e-6;
 /// Steps of averaging with one share; from 1 to rounding ½ takes 45.
 const MOST_AVERAGES: usize = 400;
 
-/// Applications of S that GPCG may take in one inner problem; a solve that needs more is told as such.
+/// Applications of S that GPCG may take in one inner problem; a solve that needs more is reported as such.
 const MOST_APPLICATIONS: usize = 100_000;
 
 /// An algorithm that shares with the others only S and h.

@@ -11,7 +11,7 @@ const USELESS: f64 = 1e-6;
 /// Algorithms that have to agree.
 const ENOUGH: usize = 2;
 
-/// How a case came out, with what is to be said about it.
+/// The outcome of a case, and what is remarkable about it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
     /// The worst of the findings.
@@ -52,7 +52,7 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// Accuracies are told up to this factor: they are measured in another norm.
+/// Reported accuracies hold up to this factor: they are measured in another norm.
 const ABOUT: f64 = 10.0;
 
 impl Verdict {
@@ -101,7 +101,7 @@ impl Verdict {
         verdict
     }
 
-    /// Two algorithms must agree; what the others say is told.
+    /// Two algorithms must agree; what the others say is a remark.
     fn add_cross_checks(&mut self, check: &Check) {
         let several = check.solutions == Solutions::Several;
         let mut agreeing = 0;
@@ -117,7 +117,7 @@ impl Verdict {
                 level(cross_check.disagreement, allowed)
             };
             match (cross_check.is_solution(), reached) {
-                (false, _) => remarks.push((Level::Holds, told(cross_check))),
+                (false, _) => remarks.push((Level::Holds, described(cross_check))),
                 (true, Level::Holds) => agreeing += 1,
                 (true, Level::AtRounding) => {
                     agreeing += 1;
@@ -132,18 +132,22 @@ impl Verdict {
                 {
                     self.add_solution(check, &cross_check.cross_check, cross_check.disagreement);
                 }
-                (true, Level::Fails) => remarks.push((Level::Fails, told(cross_check))),
+                (true, Level::Fails) => remarks.push((Level::Fails, described(cross_check))),
             }
         }
         if agreeing < ENOUGH && !several {
-            self.add(Level::Fails, format!("{agreeing} algorithms agree"));
+            let agree = match agreeing {
+                0 => "no algorithm agrees",
+                _ => "only one algorithm agrees",
+            };
+            self.add(Level::Fails, agree.to_owned());
         }
         for (level, text) in remarks {
             self.add(level, text);
         }
     }
 
-    /// Tells of another solution, which satisfies the problem as well as the answer does.
+    /// Reports another solution, which satisfies the problem as well as the answer does.
     fn add_solution(&mut self, check: &Check, by: &dyn fmt::Display, difference: f64) {
         let level = match check.solutions {
             Solutions::One => Level::Fails,
@@ -158,7 +162,7 @@ impl Verdict {
     }
 }
 
-fn told(cross_check: &CrossCheckResult) -> String {
+fn described(cross_check: &CrossCheckResult) -> String {
     if cross_check.is_solution() {
         format!(
             "{} finds another answer ({:.0e})",
