@@ -43,7 +43,7 @@ fn corpus(kind: &str) -> Vec<(String, Vec<u8>)> {
     files
 }
 
-/// Scenes of every effect: the pipelines and the scenes of the corpus.
+/// Scenes of every model feature: the pipelines and the scenes of the corpus.
 static SCENES: LazyLock<Vec<Vec<String>>> = LazyLock::new(|| {
     let pipelines = fs::read_dir(support::pipelines()).expect("pipelines");
     let mut texts: Vec<String> = pipelines
@@ -188,7 +188,7 @@ fn check_law(text: &str, place: [f64; 3], slip: [f64; 2]) {
 fn the_corpus_of_scenes_is_assembled_or_refused() {
     for (name, bytes) in corpus("scenes") {
         let accepted = std::str::from_utf8(&bytes).is_ok_and(assemble);
-        // The files that begin with good_ cover the effects: damage to them must start from a
+        // The files that begin with good_ cover the features: damage to them must start from a
         // scene that works.
         let good = name.contains("/good_");
         assert!(accepted || !good, "{name}");

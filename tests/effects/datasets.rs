@@ -1,4 +1,4 @@
-//! The datasets of a run file are those of the effects present, exactly.
+//! The datasets of a run file are those of the model features present, exactly.
 
 use std::{collections::BTreeSet, fs};
 

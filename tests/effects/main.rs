@@ -1,4 +1,5 @@
-//! Only the effects a scene calls for are computed, and effects that coincide in a limit agree.
+//! Only the model features that a scene calls for are computed, and those that coincide in a limit
+//! agree.
 
 #[path = "../support/mod.rs"]
 mod support;

@@ -1,4 +1,4 @@
-//! `run` and `status` say which effects are present, what each costs, and what is absent.
+//! `run` and `status` list which model features are present, what each costs, and what is absent.
 
 use std::fs;
 

@@ -14,7 +14,7 @@ use super::sparse::CscMatrix;
 /// Columns of W that go back together; multiples of 48 fill the tiles of the AVX-512 kernels.
 const BLOCK_COLUMNS: usize = 144;
 
-/// How L⁻ᵀW is had on the selected unknowns: a backward pass on the top of the elimination tree, and for the selected
+/// How L⁻ᵀW is computed on the selected unknowns: a backward pass on the top of the elimination tree, and for the selected
 /// unknowns of the subtrees T below it
 ///
 /// x = YᵀW_T − (L_below Y)ᵀ X_below with Y = L_TT⁻¹E,

@@ -57,7 +57,7 @@ pub enum FactorError {
         /// The failed pivot, the square of the diagonal coefficient it would have given.
         pivot: f64,
     },
-    /// Work space could not be had, or an index overflowed.
+    /// Work space could not be allocated, or an index overflowed.
     #[error("not enough memory to factorise {size} unknowns")]
     OutOfMemory {
         /// Number of unknowns.

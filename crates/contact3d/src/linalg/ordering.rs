@@ -24,7 +24,7 @@ pub enum OrderingError {
         /// Number of nodes.
         nodes: usize,
     },
-    /// Work space could not be had, or an index overflowed.
+    /// Work space could not be allocated, or an index overflowed.
     #[error("not enough memory to order {rows} rows")]
     OutOfMemory {
         /// Number of rows.
