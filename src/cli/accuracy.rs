@@ -1,3 +1,5 @@
+//! `accuracy`: both ladders, measured, stored, drawn and printed.
+
 use std::fmt::Write;
 
 use contact3d::{

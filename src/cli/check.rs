@@ -1,3 +1,5 @@
+//! `check`: whether every stage of a file is what was written.
+
 use runfile::Reader;
 
 use super::{

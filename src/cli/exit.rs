@@ -1,3 +1,5 @@
+//! Exit codes, and errors in words.
+
 use std::{
     io::{self, IsTerminal},
     process::{ExitCode, Termination},

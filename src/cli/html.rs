@@ -1,3 +1,5 @@
+//! `report`: one HTML page.
+
 use super::{
     arguments::{Output, ReportArguments},
     exit::Exit,

@@ -1,3 +1,5 @@
+//! `law`: bounds and pictures of a law of friction.
+
 use super::{
     arguments::{LawArguments, Output},
     exit::Exit,

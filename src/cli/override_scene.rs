@@ -1,3 +1,5 @@
+//! Scenes read with the changes of `--set`.
+
 use contact3d::scene::{Invalid, SceneFile};
 
 use super::arguments::SceneArguments;

@@ -1,3 +1,5 @@
+//! Spinners and forecasts.
+
 use std::time::Duration;
 
 use contact3d::solver::Progress;

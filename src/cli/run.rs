@@ -1,3 +1,5 @@
+//! `run`, `mesh`, `assemble`, `solve` and `post`.
+
 use std::path::Path;
 
 use contact3d::{scene::AssembleSettings, solver::Status};

@@ -1,3 +1,5 @@
+//! `schema`: the generated files, written or checked.
+
 use std::{fs, path::PathBuf};
 
 use contact3d::scene::Scene;

@@ -1,3 +1,5 @@
+//! `stability`: one scene, or a suite of cases.
+
 use std::{
     path::{Path, PathBuf},
     time::Instant,

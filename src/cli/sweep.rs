@@ -1,3 +1,5 @@
+//! `sweep` and its parts.
+
 use std::{
     collections::BTreeSet,
     fs,

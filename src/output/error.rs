@@ -1,3 +1,5 @@
+//! Why an output cannot be written.
+
 use std::{io, path::PathBuf};
 
 use thiserror::Error;

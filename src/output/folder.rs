@@ -1,3 +1,5 @@
+//! Folders for outputs, claimed before anything is computed.
+
 use std::{
     fs::{self, File},
     io,

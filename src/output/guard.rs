@@ -1,3 +1,5 @@
+//! Where the bytes of an output go.
+
 use std::{
     fs::{self, FileType, Permissions},
     io,

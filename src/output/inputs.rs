@@ -1,3 +1,5 @@
+//! The files that a command reads and may not overwrite.
+
 use std::{
     fs, io,
     path::{Path, PathBuf},

@@ -1,3 +1,5 @@
+//! Files that belong together, written whole or not at all.
+
 use std::{
     fs::{self, File},
     io::{self, Write},

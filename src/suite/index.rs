@@ -1,3 +1,5 @@
+//! The index of a suite of cases.
+
 use std::path::{Path, PathBuf};
 
 use contact3d::{

@@ -1,3 +1,5 @@
+//! A sweep file: a scene and the axes along which its keys change.
+
 use std::path::{Path, PathBuf};
 
 use schemars::JsonSchema;

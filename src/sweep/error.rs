@@ -1,3 +1,5 @@
+//! Why a sweep cannot be planned, run or summarised.
+
 use std::path::PathBuf;
 
 use contact3d::scene::SceneError;

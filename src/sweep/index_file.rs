@@ -1,3 +1,5 @@
+//! The text of a sweep or suite file.
+
 use std::{
     io::{Error, ErrorKind},
     path::Path,

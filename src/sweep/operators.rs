@@ -1,3 +1,5 @@
+//! Assembled problems that cases share in memory.
+
 use std::{
     collections::BTreeMap,
     sync::{Condvar, Mutex, MutexGuard, PoisonError},

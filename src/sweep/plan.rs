@@ -1,3 +1,5 @@
+//! The cases of a sweep, their names and their order.
+
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},

@@ -1,3 +1,5 @@
+//! The cases of a sweep, run in parallel.
+
 use std::{
     collections::{BTreeMap, VecDeque},
     path::Path,

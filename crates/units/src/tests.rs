@@ -1,3 +1,5 @@
+//! Units, their dimensions and the words for them.
+
 use super::*;
 
 fn units(length: LengthUnit, force: ForceUnit) -> Units {

@@ -1,3 +1,5 @@
+//! The coupling B = [N; T] between multipliers and displacements (HKL (4.1)).
+
 use std::ops::Range;
 
 use super::{ContactFrame, MultiplierLayout};

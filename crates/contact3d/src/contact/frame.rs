@@ -1,3 +1,5 @@
+//! The frame (ν, t₁, t₂) of the contact face, fixed or turning from node to node.
+
 use nalgebra::Vector3;
 
 use crate::{

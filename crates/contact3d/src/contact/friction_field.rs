@@ -1,3 +1,5 @@
+//! Friction coefficients at the contact nodes and their means 𝓕⁻¹ over panes (HKL (4.2)).
+
 use super::CoulombLaw;
 use crate::mesh::ContactSurface;
 

@@ -1,3 +1,5 @@
+//! What a scene asks of its contact face: frame, initial gap and law of friction.
+
 use std::sync::{
     OnceLock,
     atomic::{AtomicUsize, Ordering},

@@ -1,3 +1,5 @@
+//! The constants of a law of friction that HKL §3 uses: bounds, Lipschitz modulus, anisotropy.
+
 use super::{
     CoulombLaw,
     law_search::{Peak, Sweep},

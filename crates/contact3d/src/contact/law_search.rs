@@ -1,3 +1,5 @@
+//! Extreme values of a law given by formulas, searched over slips and places.
+
 use std::collections::BTreeMap;
 
 use super::CoulombLaw;

@@ -1,3 +1,5 @@
+//! What both errors of a scene mean for its tolerance and its mesh.
+
 use std::fmt;
 
 use super::{Accuracy, AlgebraicLadder, EPSILONS, Level};

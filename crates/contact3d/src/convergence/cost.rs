@@ -1,3 +1,5 @@
+//! Seconds and peak memory of a piece of work, by repeated runs.
+
 use std::{fs, time::Instant};
 
 /// Most runs of the same work, of which the median counts.

@@ -1,3 +1,5 @@
+//! Errors of nested meshes against the finest one, with observed orders and limits.
+
 use std::{path::Path, sync::Arc};
 
 use super::{

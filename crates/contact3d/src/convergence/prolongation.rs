@@ -1,3 +1,5 @@
+//! Interpolation of P1 fields between nested bricks.
+
 use nalgebra::{Matrix3, Vector3};
 
 use crate::{mesh::Mesh, scene::Brick};

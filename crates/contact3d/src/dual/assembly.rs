@@ -1,3 +1,5 @@
+//! The elastic problem A u = l: assembly, factorisation and refined solves.
+
 use std::{sync::Arc, time::Instant};
 
 use thiserror::Error;

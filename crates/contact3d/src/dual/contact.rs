@@ -1,3 +1,5 @@
+//! B and h of the dual problem, and what follows from a multiplier.
+
 use super::{Assembly, ExplicitDual};
 use crate::{
     contact::{Coupling, Interface, MultiplierLayout},

@@ -1,3 +1,5 @@
+//! What a dense and an implicit dual operator would cost, and which is the better choice.
+
 use crate::{contact::Coupling, linalg::CholeskyFactor};
 
 /// What each form of the dual operator would cost, from the structure of the factor alone.

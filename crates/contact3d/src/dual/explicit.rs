@@ -1,3 +1,5 @@
+//! The dual operator as a dense matrix, with the compliance of the contact nodes.
+
 use std::sync::Arc;
 
 use super::{

@@ -1,3 +1,5 @@
+//! Refusal of problems whose assembled numbers overflow.
+
 use super::DualSystem;
 use crate::scene::Invalid;
 

@@ -1,3 +1,5 @@
+//! The dual operator applied by two triangular solves with the factor of A.
+
 use super::{Assembly, ContactSystem, DualOperator};
 use crate::linalg::{Reach, Workspace};
 

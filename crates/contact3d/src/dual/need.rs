@@ -1,3 +1,5 @@
+//! The memory and disk space that each step of an assembly needs.
+
 use thiserror::Error;
 
 use super::{OperatorEstimate, PrimalSystem};

@@ -1,3 +1,5 @@
+//! The assembled problem: the elastic body and its contact.
+
 use std::time::Instant;
 
 use super::{

@@ -1,3 +1,5 @@
+//! Numbering of the free degrees of freedom.
+
 /// Numbering of the free degrees of freedom: node by node, x before y before z, held ones left out.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DofMap {

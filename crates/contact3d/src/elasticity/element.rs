@@ -1,3 +1,5 @@
+//! The P1 tetrahedron: gradients, stiffness blocks, stresses, nodal forces.
+
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use crate::mesh::tetrahedron_volume;

@@ -1,3 +1,5 @@
+//! Consistent nodal forces of tractions, pressures and body forces.
+
 use nalgebra::Vector3;
 
 use super::quadrature;

@@ -1,3 +1,5 @@
+//! The elasticity tensor of every tetrahedron.
+
 use nalgebra::Matrix6;
 
 use crate::{mesh::Mesh, scene::Scene};

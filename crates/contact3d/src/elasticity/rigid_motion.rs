@@ -1,3 +1,5 @@
+//! Refusal of bodies whose clamps leave a rigid motion free.
+
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use crate::{mesh::Mesh, scene::Invalid};

@@ -1,3 +1,5 @@
+//! The regular mesh of a box, five tetrahedra per cell (HKL §4, Fig. 4).
+
 use super::{RawMesh, tetrahedron_volume};
 use crate::scene::{Brick, BrickFace};
 

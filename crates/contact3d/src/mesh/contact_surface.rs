@@ -1,3 +1,5 @@
+//! The contact face Γ_c with the panes or nodes that carry multipliers.
+
 use std::collections::BTreeSet;
 
 use nalgebra::Vector3;

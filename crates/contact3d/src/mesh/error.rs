@@ -1,3 +1,5 @@
+//! Why a scene has no usable mesh.
+
 use thiserror::Error;
 
 use super::GmshError;

@@ -1,3 +1,5 @@
+//! Sizes and shapes of the tetrahedra of a mesh.
+
 use nalgebra::Vector3;
 
 use super::{Mesh, tetrahedron_volume};

@@ -1,3 +1,5 @@
+//! Which region each tetrahedron belongs to.
+
 use super::RawMesh;
 use crate::scene::{Invalid, Part, Scene, Written};
 

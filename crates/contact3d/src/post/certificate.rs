@@ -1,3 +1,5 @@
+//! The certificate: optimality residuals of an answer, dimensionless.
+
 use super::{PaneFriction, PaneState, Solved, SolvedContact};
 use crate::{contact::FrictionField, linalg::norm, solver::FeasibleSet};
 

@@ -1,3 +1,5 @@
+//! Forces, moments, energies and extreme values of a solution.
+
 use nalgebra::Vector3;
 
 use super::{Solved, SolvedContact};

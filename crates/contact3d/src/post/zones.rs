@@ -1,3 +1,5 @@
+//! Open, sticking and slipping panes, and their contact quantities.
+
 use super::{Solved, SolvedContact};
 use crate::{contact::FrictionField, solver::Ellipse};
 

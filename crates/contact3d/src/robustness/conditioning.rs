@@ -1,3 +1,5 @@
+//! Condition numbers of A and S.
+
 use faer::{MatRef, Side};
 
 use super::problem::Problem;

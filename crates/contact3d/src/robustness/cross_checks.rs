@@ -1,3 +1,5 @@
+//! The answers of other algorithms to the same problem.
+
 use std::fmt;
 
 use super::problem::Problem;

@@ -1,3 +1,5 @@
+//! The answers to other descriptions of the same problem.
+
 use std::{fmt, path::Path};
 
 use super::{Scaling, Symmetry, problem::Problem, renumbering::renumbered};

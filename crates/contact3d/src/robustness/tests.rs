@@ -1,3 +1,5 @@
+//! Transformations of scenes and their inverses.
+
 use super::{Scaling, Symmetry};
 use crate::scene::{Body, Scene};
 

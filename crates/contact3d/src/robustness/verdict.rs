@@ -1,3 +1,5 @@
+//! The verdict on a case: measured differences against rounding bounds.
+
 use std::fmt;
 
 use super::{Check, CrossCheckResult, InvarianceResult, Solutions};

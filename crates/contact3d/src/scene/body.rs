@@ -1,3 +1,5 @@
+//! The body: a brick or a Gmsh file.
+
 use std::path::PathBuf;
 
 use schemars::JsonSchema;

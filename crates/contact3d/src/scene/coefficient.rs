@@ -1,3 +1,5 @@
+//! One coefficient of friction as a function of place and slip.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -1,3 +1,5 @@
+//! The contact face, its initial gap, its axes and the space of multipliers.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

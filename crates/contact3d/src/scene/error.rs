@@ -1,3 +1,5 @@
+//! Why a scene cannot be used, with the line that is at fault.
+
 use std::{ops::Range, string::FromUtf8Error};
 
 use miette::{Diagnostic, NamedSource, SourceSpan};

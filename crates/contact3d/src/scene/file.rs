@@ -1,3 +1,5 @@
+//! A scene with the text it was read from.
+
 use std::path::{Path, PathBuf};
 
 use super::{Invalid, Scene, SceneError, read_bounded};

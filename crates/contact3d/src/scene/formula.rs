@@ -1,3 +1,5 @@
+//! Formulas of place and slip, for laws of friction.
+
 use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};

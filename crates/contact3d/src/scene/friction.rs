@@ -1,3 +1,5 @@
+//! The law of friction of a scene: Coulomb's or Tresca's, isotropic or orthotropic.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -1,3 +1,5 @@
+//! Clamps, tractions, pressures and body forces.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

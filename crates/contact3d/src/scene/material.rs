@@ -1,3 +1,5 @@
+//! Elastic materials and their elasticity tensors.
+
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

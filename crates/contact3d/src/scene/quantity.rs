@@ -1,3 +1,5 @@
+//! Numbers and formulas of place.
+
 use std::{borrow::Cow, fmt};
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};

@@ -1,3 +1,5 @@
+//! Text that is shown with its control characters visible.
+
 use super::Scene;
 
 /// Whether a character moves the cursor, gives the terminal a command or turns the direction of text instead of being

@@ -1,3 +1,5 @@
+//! Settings of the stages assemble and solve.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

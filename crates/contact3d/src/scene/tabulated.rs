@@ -1,3 +1,5 @@
+//! Coefficients tabulated over one slip or over both.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -1,3 +1,5 @@
+//! What a scene may say but probably does not intend.
+
 use std::fmt;
 
 use super::{Component, Scene, Written};

@@ -1,3 +1,5 @@
+//! Values as a scene writes them.
+
 use std::fmt;
 
 use serde::Serialize;

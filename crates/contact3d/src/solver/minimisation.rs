@@ -1,3 +1,5 @@
+//! One minimisation, for frictionless contact and Tresca's law.
+
 use std::time::Instant;
 
 use super::{

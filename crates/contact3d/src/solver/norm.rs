@@ -1,3 +1,5 @@
+//! An estimate of ‖S‖ and the steplength that follows from it.
+
 use crate::{dual::DualOperator, linalg::largest_eigenvalue};
 
 /// An upper estimate of ‖S‖, within some per cent: enough for the steplength 1.9/‖S‖.

@@ -1,3 +1,5 @@
+//! The discrete solution, its status and its history.
+
 use super::{FeasibleSet, NewtonStep, StepCounts};
 use crate::{
     contact::{FrictionField, Interface, InterfaceFriction, MultiplierLayout},

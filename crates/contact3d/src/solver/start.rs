@@ -1,3 +1,5 @@
+//! Where a solve begins.
+
 use std::sync::atomic::Ordering;
 
 use super::{ContactState, OuterStep};

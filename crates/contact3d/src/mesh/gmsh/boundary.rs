@@ -1,3 +1,5 @@
+//! The boundary of a body of tetrahedra, and whether the body is connected.
+
 use std::collections::HashMap;
 
 use rayon::slice::ParallelSliceMut;

@@ -1,3 +1,5 @@
+//! Refusal of meshes whose parts touch without sharing nodes.
+
 use nalgebra::Vector3;
 
 use super::{GmshError, body::Body, boundary::Boundary, contents::Contents, nearby::Nearby};

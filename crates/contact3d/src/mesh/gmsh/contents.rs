@@ -1,3 +1,5 @@
+//! What a mesh file contains, before it is checked as a body.
+
 use std::collections::{BTreeMap, HashMap};
 
 use super::{

@@ -1,3 +1,5 @@
+//! The kinds of elements of a Gmsh file.
+
 use super::{GmshError, Place};
 
 /// A tetrahedron (K = 4) or triangle (K = 3) as it stands in the file.

@@ -1,3 +1,5 @@
+//! Why a Gmsh file cannot be used, with the place in the file.
+
 use std::{fmt, path::PathBuf};
 
 use miette::Diagnostic;

@@ -1,3 +1,5 @@
+//! Physical groups of a Gmsh file and their names.
+
 use std::collections::{BTreeMap, HashSet};
 
 use super::{

@@ -1,3 +1,5 @@
+//! A k-d tree that finds nodes at the same place.
+
 /// A k-d tree over points, for queries with boxes.
 ///
 /// A range of the order is a subtree: the point at its middle splits it along `axis`, with no

@@ -1,3 +1,5 @@
+//! The bytes of a mesh file, read value by value, text or binary.
+
 use super::{GmshError, Place};
 
 /// Walks through the bytes of a mesh file once, value by value.

@@ -1,3 +1,5 @@
+//! Parsing, evaluation and derivatives of formulas.
+
 use proptest::prelude::*;
 
 use super::*;

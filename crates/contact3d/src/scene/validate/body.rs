@@ -1,3 +1,5 @@
+//! Checks of the body.
+
 use super::{positive, require};
 use crate::scene::{Body, Brick, BrickFace, Invalid, MOST_CELLS, MultiplierSpace, Scene, Written};
 

@@ -1,3 +1,5 @@
+//! Checks of the contact face.
+
 use super::{holds, require, supports::check_name};
 use crate::scene::{Invalid, Scene, Written};
 

@@ -1,3 +1,5 @@
+//! Checks of the law of friction.
+
 use super::{holds, positive, require};
 use crate::scene::{Coefficient, Friction, Grid, Invalid, Quantity, Scene, Table, Written};
 

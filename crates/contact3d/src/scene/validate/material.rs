@@ -1,3 +1,5 @@
+//! Checks of materials and regions.
+
 use nalgebra::Vector3;
 use units::Units;
 

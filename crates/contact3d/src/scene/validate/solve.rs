@@ -1,3 +1,5 @@
+//! Checks of the solver settings.
+
 use super::{positive, require};
 use crate::scene::{Invalid, SolveSettings, Written};
 

@@ -1,3 +1,5 @@
+//! Checks of clamps and loads.
+
 use units::Dimension;
 
 use super::{holds, require};

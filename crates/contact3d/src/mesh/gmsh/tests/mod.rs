@@ -1,3 +1,5 @@
+//! Gmsh files that are read, refused, damaged and shuffled.
+
 mod broken;
 mod mutated;
 mod samples;
