@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use contact3d::{scene::AssembleSettings, solver::Status};
+use contact3d::{scene::AssembleSettings, solver::Goal};
 
 use super::{
     arguments::{
@@ -194,12 +194,7 @@ fn finish(session: &mut Session, output: &Output, performed: &[Performed]) -> Ou
         terminal::message(&format!("NOT CONVERGED: {figure}"));
         return Ok(Exit::NotConverged);
     }
-    let done = match solution.status {
-        // What was asked for by name was not reached; a default is a wish.
-        Status::RoundingLimit => scene.solve.epsilon.is_none(),
-        status => status.is_solved(),
-    };
-    if done {
+    if solution.status.is_success(Goal::of(&scene.solve)) {
         return Ok(Exit::Done);
     }
     terminal::message(&report::status(solution, &scene));

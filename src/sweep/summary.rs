@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use contact3d::solver::Status;
+use contact3d::solver::{Goal, Status};
 use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction, timestamp};
 use units::Units;
 
@@ -34,11 +34,14 @@ pub fn write(plan: &Plan, folder: &Path) -> Result<usize, SweepError> {
     let rows = rows(plan, folder)?;
     write_table(plan, folder, &rows)?;
     write_csv(plan, folder, &rows)?;
-    let not_converged = |row: &&CaseRow| {
-        let results = row.results.as_ref().filter(|_| row.planned);
-        results.is_some_and(|r| !Status::of_word(&r.status).is_some_and(Status::is_solved))
-    };
-    Ok(rows.iter().filter(not_converged).count())
+    // The planned cases come first, in the order of the plan.
+    let planned = plan.cases.iter().zip(&rows);
+    let solved = planned.filter_map(|(case, row)| Some((case, row.results.as_ref()?)));
+    let not_converged = solved.filter(|(case, results)| {
+        let goal = Goal::of(&case.scene.scene.solve);
+        !Status::of_word(&results.status).is_some_and(|status| status.is_success(goal))
+    });
+    Ok(not_converged.count())
 }
 
 fn rows(plan: &Plan, folder: &Path) -> Result<Vec<CaseRow>, SweepError> {

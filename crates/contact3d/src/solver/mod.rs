@@ -50,6 +50,6 @@ pub use mapping::{MappingValue, coulomb_state, evaluate as evaluate_mapping};
 pub use newton::{NewtonSolution, minimise_frozen, newton};
 pub use newton_loop::{NewtonSettings, NewtonStatus, NewtonStep};
 pub use norm::operator_norm;
-pub use solution::{ContactState, CoulombState, OuterStep, Solution, SolvedBy, Status};
+pub use solution::{ContactState, CoulombState, Goal, OuterStep, Solution, SolvedBy, Status};
 pub use solve::{NeedsExplicit, Progress, solve};
 pub use start::{OuterState, Start};

@@ -4,6 +4,7 @@ use super::{FeasibleSet, NewtonStep, StepCounts};
 use crate::{
     contact::{FrictionField, Interface, InterfaceFriction, MultiplierLayout},
     mesh::ContactSurface,
+    scene::SolveSettings,
 };
 
 /// How a solve ended.
@@ -31,12 +32,53 @@ pub enum Status {
     Inaccurate,
 }
 
+/// What a solve is held to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Goal {
+    /// The best that rounding allows. A default ε is no more than that, and ladders of accuracy and checks of
+    /// stability ask how good the best is.
+    BestPossible,
+    /// An ε that was asked for by name.
+    Epsilon,
+}
+
+impl Goal {
+    /// What the settings of a scene ask for.
+    #[must_use]
+    pub fn of(settings: &SolveSettings) -> Self {
+        match settings.epsilon {
+            None => Self::BestPossible,
+            Some(_) => Self::Epsilon,
+        }
+    }
+}
+
 impl Status {
-    /// Whether the solve reached what it was asked for, what rounding allows, or what the stopping rule
-    /// of its method gives.
+    /// Whether the solve is a success: the one definition, which exit codes, counts of sweeps and verdicts share.
+    ///
+    /// An answer that only met the stopping rule of its method is one: the rule is what the method promises, and the
+    /// error, at most 5 per cent, is said.
+    #[must_use]
+    pub fn is_success(self, goal: Goal) -> bool {
+        match self {
+            Self::Converged | Self::Stopped => true,
+            Self::RoundingLimit => match goal {
+                Goal::BestPossible => true,
+                Goal::Epsilon => false,
+            },
+            Self::MaxOuterSteps
+            | Self::MaxInnerApplications
+            | Self::NumericalError
+            | Self::MaxNewtonSteps
+            | Self::Cycling
+            | Self::Inaccurate => false,
+        }
+    }
+
+    /// Whether the answer is a solution, as accurate as was asked or not: a success by [`Goal::BestPossible`].
     #[must_use]
     pub fn is_solved(self) -> bool {
-        matches!(self, Self::Converged | Self::RoundingLimit | Self::Stopped)
+        self.is_success(Goal::BestPossible)
     }
 
     /// All of them.
