@@ -5,6 +5,7 @@
 pub mod cli;
 pub mod format;
 pub mod output;
-pub mod stages;
+pub mod pipeline;
 pub mod suite;
 pub mod sweep;
+pub mod views;

@@ -19,7 +19,10 @@ use super::{
     results::unit_words,
     terminal::{self, say},
 };
-use crate::stages::{Drawing, PictureFolder, StageError, draw_accuracy, measure_accuracy};
+use crate::{
+    pipeline::{StageError, measure_accuracy},
+    views::{Drawing, PictureFolder, draw_accuracy},
+};
 
 /// `accuracy`: climbs both ladders, stores and draws them, and says what they mean.
 pub(super) fn accuracy(

@@ -9,7 +9,7 @@ use contact3d::scene::{
 use serde::de::{DeserializeOwned, IntoDeserializer, value::StrDeserializer};
 
 use super::sweep::SweepArguments;
-use crate::stages::{AssemblyFile, figures_folder};
+use crate::{pipeline::AssemblyFile, views::figures_folder};
 
 /// Most threads, and most cases at work at the same time.
 pub(super) const MOST_THREADS: i64 = 1024;

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     format::{self, LAYOUT},
-    stages::StageError,
+    pipeline::StageError,
 };
 
 /// `check`: whether every stage of a file is what was written; reads only and takes no lock.

@@ -9,7 +9,7 @@ use contact3d::scene::shown_lines;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
 
 use super::{arguments::Output, terminal};
-use crate::{stages::StageError, sweep::SweepError};
+use crate::{pipeline::StageError, sweep::SweepError};
 
 /// How the program ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,7 +7,8 @@ use super::{
 };
 use crate::{
     output::{self, Inputs, Kind, OutputFile},
-    stages::{StageError, report, sweep_table},
+    pipeline::StageError,
+    views::{report, sweep_table},
 };
 
 /// `report`: one HTML page; reads only and takes no lock.

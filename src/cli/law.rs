@@ -6,7 +6,10 @@ use super::{
     law_words, override_scene,
     terminal::{self, say, warn},
 };
-use crate::stages::{Drawing, LawStudy, PictureFolder, StageError, law_folder};
+use crate::{
+    pipeline::StageError,
+    views::{Drawing, LawStudy, PictureFolder, law_folder},
+};
 
 /// `law`: bounds and picture of a law of friction; stores no run file.
 pub(super) fn law(arguments: &LawArguments, output: &Output) -> Result<Exit, StageError> {

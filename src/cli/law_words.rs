@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use units::Dimension;
 
 use super::results::unit_words;
-use crate::stages::{LawKind, LawStudy, MeshSizes};
+use crate::views::{LawKind, LawStudy, MeshSizes};
 
 /// Most points of a table that are printed.
 const MOST_POINTS: usize = 8;

@@ -5,7 +5,7 @@ use contact3d::scene::{Invalid, SceneFile};
 use super::arguments::SceneArguments;
 use crate::{
     output::Inputs,
-    stages::{StageError, mesh_file},
+    pipeline::{StageError, mesh_file},
     sweep::set_key,
 };
 

@@ -6,7 +6,7 @@ use contact3d::{
     solver::{Progress, Solution, Status},
 };
 
-use crate::stages::Performed;
+use crate::pipeline::Performed;
 
 /// One line per stage done.
 pub(super) fn stage_line(performed: &Performed) -> String {

@@ -12,7 +12,7 @@ use contact3d::{
 use units::Units;
 
 use super::{effects, report::status};
-use crate::{format::Sizes, stages::Performed};
+use crate::{format::Sizes, pipeline::Performed};
 
 /// The numbers of unknowns of a solved problem.
 fn sizes(mesh: &Mesh, solution: &Solution) -> Sizes {

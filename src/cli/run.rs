@@ -18,10 +18,8 @@ use super::{
 use crate::{
     format::Stage,
     output::Inputs,
-    stages::{
-        AssemblyFile, Commit, Drawing, Freshness, Performed, PictureFolder, Session, StageError,
-        are_drawn,
-    },
+    pipeline::{AssemblyFile, Commit, Freshness, Performed, Results, Session, StageError},
+    views::{Drawing, PictureFolder, are_drawn, draw_run},
 };
 
 type Outcome = Result<Exit, StageError>;
@@ -166,11 +164,12 @@ fn draw_figures(
     let Some(folder) = pictures else {
         return Ok(());
     };
-    if let Some(figure) = session.results()?.2.out_of_range {
+    let results = session.results()?;
+    if let Some(figure) = results.report.out_of_range {
         say(output, &format!("figures   none: {figure}"));
         return Ok(());
     }
-    let files = session.draw(folder)?;
+    let files = draw_run(folder, &results)?;
     let count = files.len();
     say(
         output,
@@ -181,14 +180,19 @@ fn draw_figures(
 
 /// Prints the results and turns the status into an exit code.
 fn finish(session: &mut Session, output: &Output, performed: &[Performed]) -> Outcome {
-    let scene = session.scene().clone();
     let parts = session.assembly_seconds();
-    let (mesh, solution, report) = session.results()?;
+    let Results {
+        scene,
+        mesh,
+        solution,
+        report,
+        ..
+    } = session.results()?;
     if output.json {
-        let json = results::json(&scene, mesh, solution, report, performed, parts);
+        let json = results::json(scene, mesh, solution, report, performed, parts);
         terminal::json(&json);
     } else if !output.quiet {
-        terminal::result(&results::table(&scene, mesh, solution, report));
+        terminal::result(&results::table(scene, mesh, solution, report));
     }
     if let Some(figure) = &report.out_of_range {
         terminal::message(&format!("NOT CONVERGED: {figure}"));
@@ -197,7 +201,7 @@ fn finish(session: &mut Session, output: &Output, performed: &[Performed]) -> Ou
     if solution.status.is_success(Goal::of(&scene.solve)) {
         return Ok(Exit::Done);
     }
-    terminal::message(&report::status(solution, &scene));
+    terminal::message(&report::status(solution, scene));
     Ok(Exit::NotConverged)
 }
 

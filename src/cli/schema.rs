@@ -13,7 +13,7 @@ use super::{
 use crate::{
     format::{LAYOUT, STABILITY_LAYOUT, SWEEP_LAYOUT},
     output::{self, Folder, Inputs, Kind, OutputFile},
-    stages::StageError,
+    pipeline::StageError,
     sweep::SweepFile,
 };
 

@@ -16,7 +16,7 @@ use super::{
 use crate::{
     format::StabilityRow,
     output::Inputs,
-    stages::{StageError, mesh_file},
+    pipeline::{StageError, mesh_file},
     suite::{self, Case, Version},
     sweep::SweepError,
 };

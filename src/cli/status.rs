@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     format::{self, FormatError, LAYOUT, Stage},
-    stages::{Freshness, StageError, StageState, states},
+    pipeline::{Freshness, StageError, StageState, states},
 };
 
 /// `status`: stages, sizes and main results; reads only and takes no lock. Sizes and results are those of fresh

@@ -16,8 +16,9 @@ use super::{
     terminal::{self, say},
 };
 use crate::{
-    stages::{Drawing, PictureFolder, StageError, draw_sweep},
+    pipeline::{StageError, memory_for_sweeps},
     sweep::{self, CSV_FILE, Event, Options, Outcome, Plan, SUMMARY_FILE, SweepError},
+    views::{Drawing, PictureFolder, draw_sweep},
 };
 
 /// Arguments of `sweep`.
@@ -182,7 +183,7 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
         jobs: whole.jobs.map_or(threads, usize::from),
         memory: whole
             .memory
-            .map_or_else(free_memory, |gigabytes| (gigabytes * 1e9) as u64),
+            .map_or_else(memory_for_sweeps, |gigabytes| (gigabytes * 1e9) as u64),
         ..case_options(&whole.options, threads)
     };
     interruption::on_sweep(out, plan.cases.len());
@@ -291,17 +292,4 @@ fn progress_bar(cases: usize, output: &Output) -> ProgressBar {
         bar.set_style(style);
     }
     bar
-}
-
-/// Three quarters of the memory that Linux says is available; where it does not say, no limit.
-fn free_memory() -> u64 {
-    let text = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
-    let available = text.lines().find_map(|line| {
-        let kilobytes = line
-            .strip_prefix("MemAvailable:")?
-            .trim()
-            .strip_suffix("kB")?;
-        kilobytes.trim().parse::<u64>().ok()
-    });
-    available.map_or(u64::MAX, |kilobytes| kilobytes * 1024 / 4 * 3)
 }

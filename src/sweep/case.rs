@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use contact3d::scene::{Body, Scene};
+use contact3d::scene::Scene;
 use runfile::Reader;
 
 use super::{Plan, lock::operator_turn, operators::Operators};
 use crate::{
     format::{self, LAYOUT, Stage},
-    stages::{Commit, Freshness, Session, StageError, operator_settings, problem_bytes},
+    pipeline::{Commit, Freshness, Session, StageError, operator_settings},
 };
 
 /// How the run file of a case is made.
@@ -31,19 +31,6 @@ pub(super) enum Ran {
 pub(super) fn operator_key(scene: &Scene) -> String {
     let digest = blake3::hash(operator_settings(scene).as_bytes());
     digest.to_hex().to_string()
-}
-
-/// Bytes of memory that assembling and solving a case takes at most, roughly.
-pub(super) fn memory(scene: &Scene, folder: &Path) -> u64 {
-    let nodes = match &scene.body {
-        Body::Brick(brick) => brick.cells.iter().map(|&n| n as f64 + 1.0).product(),
-        // A node of a Gmsh file and its five tetrahedra take more than a hundred bytes.
-        Body::Gmsh(gmsh) => {
-            let file = folder.join(&gmsh.file);
-            std::fs::metadata(file).map_or(0.0, |metadata| metadata.len() as f64 / 100.0)
-        }
-    };
-    problem_bytes(nodes)
 }
 
 /// Runs what is not fresh of a case.

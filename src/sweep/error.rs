@@ -6,7 +6,7 @@ use contact3d::scene::SceneError;
 use runfile::StoreError;
 use thiserror::Error;
 
-use crate::{format::FormatError, output::OutputError, stages::StageError};
+use crate::{format::FormatError, output::OutputError, pipeline::StageError};
 
 /// Why a sweep cannot be planned, run or summed up.
 #[derive(Debug, Error)]

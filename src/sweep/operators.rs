@@ -5,7 +5,7 @@ use std::{
     sync::{Condvar, Mutex, MutexGuard, PoisonError},
 };
 
-use crate::stages::{Operator, StageError};
+use crate::pipeline::{Operator, StageError};
 
 /// The assembled problems that cases in memory share, within a memory budget.
 ///

@@ -9,7 +9,7 @@ use contact3d::scene::{SceneFile, Written};
 use units::Units;
 
 use super::{SweepError, SweepFile, axes::Steps, keys, ownership::relative};
-use crate::{output::Inputs, stages::mesh_file};
+use crate::{output::Inputs, pipeline::mesh_file};
 
 /// Hexadecimal digits of a case's name: 64 bits tell the cases of a folder apart.
 const DIGITS: usize = 16;

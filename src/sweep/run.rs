@@ -17,7 +17,10 @@ use super::{
     operators::Operators,
     ownership, summary,
 };
-use crate::{output::Folder, stages::StageError};
+use crate::{
+    output::Folder,
+    pipeline::{StageError, scene_bytes},
+};
 
 /// How a sweep is run.
 #[derive(Debug, Clone, Copy)]
@@ -170,7 +173,7 @@ fn needed(plan: &Plan) -> BTreeMap<String, (usize, u64)> {
         let scene = &case.scene;
         let entry = needed
             .entry(case::operator_key(&scene.scene))
-            .or_insert_with(|| (0, case::memory(&scene.scene, &scene.folder)));
+            .or_insert_with(|| (0, scene_bytes(scene)));
         entry.0 += 1;
     }
     needed

@@ -1,7 +1,4 @@
-use std::{
-    path::{Path, PathBuf},
-    time::Instant,
-};
+use std::{path::Path, time::Instant};
 
 use contact3d::{
     convergence::{Accuracy, AccuracyProgress, AccuracySettings, nested_cells},
@@ -9,18 +6,8 @@ use contact3d::{
 };
 use runfile::{GroupRecord, Home, IfMissing, RunFile, Transaction, timestamp};
 
-use super::{
-    PictureFolder, StageError,
-    charts::{convergence, work_precision},
-    mesh_file::pin_mesh_file,
-    persistence::write_group,
-    resources,
-};
+use super::{StageError, mesh_file::pin_mesh_file, persistence::write_group, resources};
 use crate::format::{self, LAYOUT};
-
-/// Names of the pictures.
-pub(super) const WORK_PRECISION: &str = "work_precision";
-pub(super) const CONVERGENCE: &str = "convergence";
 
 /// Measures the errors of solvers and meshes for a scene and stores them with it in a run file,
 /// new or existing.
@@ -88,25 +75,9 @@ fn admit_finest(
 }
 
 /// Digest of what the ladders are measured for.
-pub(super) fn accuracy_input(scene: &Scene) -> String {
+#[must_use]
+pub fn accuracy_input(scene: &Scene) -> String {
     blake3::hash(scene.to_toml().as_bytes())
         .to_hex()
         .to_string()
-}
-
-/// Draws the work-precision and the convergence diagram as SVG and PNG; returns the files.
-///
-/// # Errors
-/// A folder that cannot be written.
-pub fn draw_accuracy(
-    folder: &PictureFolder,
-    accuracy: &Accuracy,
-) -> Result<Vec<PathBuf>, StageError> {
-    let algebraic = accuracy.algebraic.as_ref().map(work_precision);
-    let discretisation = accuracy.discretisation.as_ref().map(convergence);
-    let charts = [(WORK_PRECISION, algebraic), (CONVERGENCE, discretisation)];
-    let drawn = charts
-        .into_iter()
-        .filter_map(|(name, chart)| Some((name, chart?)));
-    folder.save_charts(drawn)
 }

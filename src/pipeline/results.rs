@@ -1,42 +1,49 @@
 //! The report of a session, from what it has computed or reads back.
 
-use std::path::PathBuf;
-
 use contact3d::{
+    contact::Interface,
     mesh::Mesh,
     post::{ContactReport, Solved, SolvedContact},
+    scene::Scene,
     solver::Solution,
 };
 
-use super::{PictureFolder, Session, StageError, persistence::loaded};
+use super::{Session, StageError, persistence::loaded};
+
+/// What a solve came to.
+#[derive(Debug, Clone, Copy)]
+pub struct Results<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The mesh.
+    pub mesh: &'a Mesh,
+    /// The laws of the contact face; `None` without contact.
+    pub interface: Option<&'a Interface>,
+    /// Multipliers and displacement.
+    pub solution: &'a Solution,
+    /// What follows from them.
+    pub report: &'a ContactReport,
+}
 
 impl Session {
-    /// The mesh, the solution and the report of a post-processed file.
+    /// The results of a post-processed file.
     ///
     /// # Errors
     /// Unreadable datasets.
-    pub fn results(&mut self) -> Result<(&Mesh, &Solution, &ContactReport), StageError> {
+    pub fn results(&mut self) -> Result<Results<'_>, StageError> {
         self.load_mesh()?;
         self.load_interface()?;
         self.load_solution()?;
         if self.report.is_none() {
             self.report = Some(self.evaluate()?);
         }
-        Ok((
-            loaded(&self.mesh),
-            loaded(&self.solution),
-            loaded(&self.report),
-        ))
-    }
-
-    /// Draws the pictures of a post-processed file whose results are loaded; returns the files.
-    ///
-    /// # Errors
-    /// A folder that cannot be written.
-    pub fn draw(&self, folder: &PictureFolder) -> Result<Vec<PathBuf>, StageError> {
-        let frame = self.interface.as_ref().map(|interface| &interface.frame);
-        let report = loaded(&self.report);
-        super::picture::draw(folder, self.scene(), loaded(&self.mesh), frame, report)
+        Ok(Results {
+            scene: self.scene(),
+            mesh: loaded(&self.mesh),
+            interface: self.interface.as_ref(),
+            solution: loaded(&self.solution),
+            report: loaded(&self.report),
+        })
     }
 
     /// The report of the solution, which has failed if a figure of the report is out of range.

@@ -1,11 +1,37 @@
 //! What the charts show.
 
+use std::path::PathBuf;
+
 use contact3d::{
-    convergence::{AlgebraicLadder, DiscretisationLadder, LadderEntry, Level, Trend},
+    convergence::{Accuracy, AlgebraicLadder, DiscretisationLadder, LadderEntry, Level, Trend},
     solver::Solution,
 };
 use plots::{AxisScale, ChartAxis, ChartPoint, LineChart, Series};
 use units::{Dimension, Unit, Units};
+
+use super::PictureFolder;
+use crate::pipeline::StageError;
+
+/// Names of the pictures.
+pub(super) const WORK_PRECISION: &str = "work_precision";
+pub(super) const CONVERGENCE: &str = "convergence";
+
+/// Draws the work-precision and the convergence diagram as SVG and PNG; returns the files.
+///
+/// # Errors
+/// A folder that cannot be written.
+pub fn draw_accuracy(
+    folder: &PictureFolder,
+    accuracy: &Accuracy,
+) -> Result<Vec<PathBuf>, StageError> {
+    let algebraic = accuracy.algebraic.as_ref().map(work_precision);
+    let discretisation = accuracy.discretisation.as_ref().map(convergence);
+    let charts = [(WORK_PRECISION, algebraic), (CONVERGENCE, discretisation)];
+    let drawn = charts
+        .into_iter()
+        .filter_map(|(name, chart)| Some((name, chart?)));
+    folder.save_charts(drawn)
+}
 
 /// Energy error of each solve against its seconds.
 pub(super) fn work_precision(ladder: &AlgebraicLadder) -> LineChart {

@@ -4,8 +4,11 @@ use std::path::{Path, PathBuf};
 
 use plots::{self, LineChart};
 
-use super::{StageError, sweep_charts};
-use crate::output::{self, Folder, Inputs, Kind, OutputError, OutputFile};
+use super::sweep_charts;
+use crate::{
+    output::{self, Folder, Inputs, Kind, OutputError, OutputFile},
+    pipeline::StageError,
+};
 
 /// Width of charts in pixels.
 const CHART_WIDTH: u32 = 1720;
@@ -28,10 +31,7 @@ impl Drawing {
     fn names(self) -> Vec<&'static str> {
         match self {
             Self::Run => [plots::PANELS.as_slice(), &[super::picture::LAST]].concat(),
-            Self::Accuracy => vec![
-                super::accuracy::WORK_PRECISION,
-                super::accuracy::CONVERGENCE,
-            ],
+            Self::Accuracy => vec![super::charts::WORK_PRECISION, super::charts::CONVERGENCE],
             Self::Sweep => sweep_charts::columns().collect(),
             Self::Law => vec![super::law::PICTURE],
         }

@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use plots::html::{Page, Part, Section, Table};
 
 use super::{
-    PictureFolder, StageError,
+    PictureFolder,
     report::footer,
     sweep_charts::charts,
     sweep_table::{SweepTable, rounded},
 };
+use crate::pipeline::StageError;
 
 /// The name of the table.
 const SUMMARY: &str = "summary.csv";

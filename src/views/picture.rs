@@ -11,7 +11,8 @@ use contact3d::{
 };
 use plots::{ContactPicture, FigureError, FrictionKind, PaneFriction};
 
-use super::{PictureFolder, StageError, contact_cells::ContactCells};
+use super::{PictureFolder, contact_cells::ContactCells};
+use crate::pipeline::{Results, StageError};
 
 /// Width of the six-panel page and of a single panel in pixels.
 pub(super) const PAGE_WIDTH: u32 = 1920;
@@ -39,20 +40,19 @@ pub fn are_drawn(folder: &Path, run_file: &Path) -> bool {
 ///
 /// # Errors
 /// A folder that cannot be written.
-pub(super) fn draw(
-    folder: &PictureFolder,
-    scene: &Scene,
-    mesh: &Mesh,
-    frame: Option<&ContactFrame>,
-    report: &ContactReport,
-) -> Result<Vec<PathBuf>, StageError> {
+pub fn draw_run(folder: &PictureFolder, results: &Results<'_>) -> Result<Vec<PathBuf>, StageError> {
     let figure = |source| StageError::Figure {
         file: folder.path().to_owned(),
         source,
     };
-    let drawn = with_picture(scene, mesh, frame, report, |picture| {
-        Ok((plots::panels(picture)?, plots::page(picture)?))
-    });
+    let frame = results.interface.map(|interface| &interface.frame);
+    let drawn = with_picture(
+        results.scene,
+        results.mesh,
+        frame,
+        results.report,
+        |picture| Ok((plots::panels(picture)?, plots::page(picture)?)),
+    );
     let (panels, page) = drawn.map_err(figure)?;
     let panels = panels.into_iter();
     let panels = panels.map(|panel| (panel.name, panel.svg, PANEL_WIDTH));

@@ -12,12 +12,13 @@ use plots::html::{Page, Part, Section};
 use runfile::{Reader, timestamp};
 
 use super::{
-    Freshness, StageError, StageState,
-    accuracy::accuracy_input,
     charts::{convergence, history, work_precision},
-    picture, report_tables as tables, states, sweep_report,
+    picture, report_tables as tables, sweep_report,
 };
-use crate::format::{self, LAYOUT};
+use crate::{
+    format::{self, LAYOUT},
+    pipeline::{Freshness, StageError, StageState, accuracy_input, states},
+};
 
 /// The report as one HTML page. Reads only and takes no lock.
 ///

@@ -5,7 +5,7 @@ use std::{collections::BTreeSet, path::Path};
 use serde_json::Value;
 use units::{Dimension, Unit, Units};
 
-use super::StageError;
+use crate::pipeline::StageError;
 
 /// The column that parts settings, before it, from results, after it.
 const STATUS: &str = "status";

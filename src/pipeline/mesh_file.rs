@@ -10,7 +10,10 @@ use contact3d::{
 use super::{StageError, resources};
 
 /// The mesh of a scene.
-pub(super) fn mesh_of(input: &SceneFile) -> Result<Mesh, StageError> {
+///
+/// # Errors
+/// A mesh the scene cannot have, a mesh file that cannot be used.
+pub fn mesh_of(input: &SceneFile) -> Result<Mesh, StageError> {
     Mesh::of_scene(&input.scene, &input.folder).map_err(|error| match error {
         MeshError::Scene(invalid) => input.refuse(invalid).into(),
         MeshError::Gmsh(error) => error.into(),
@@ -28,7 +31,10 @@ pub fn mesh_file(input: &SceneFile) -> Option<PathBuf> {
 
 /// Writes the digest of a mesh file into the scene, so that a changed file makes the mesh stale. A file that is too
 /// large to be read is not even digested.
-pub(super) fn pin_mesh_file(input: &mut SceneFile) -> Result<(), StageError> {
+///
+/// # Errors
+/// A file that cannot be read, or is not the one of the digest in the scene; too little memory for it.
+pub fn pin_mesh_file(input: &mut SceneFile) -> Result<(), StageError> {
     let Body::Gmsh(gmsh) = &input.scene.body else {
         return Ok(());
     };

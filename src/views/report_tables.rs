@@ -11,7 +11,7 @@ use plots::html::Table;
 use runfile::{Reader, StoreError};
 use units::Units;
 
-use super::{Freshness, StageState};
+use crate::pipeline::{Freshness, StageState};
 
 type Pair = (String, String);
 

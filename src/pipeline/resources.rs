@@ -5,7 +5,7 @@ use std::path::Path;
 use contact3d::{
     dual::{Need, Resource, Shortage},
     mesh::brick_counts,
-    scene::Brick,
+    scene::{Body, Brick, SceneFile},
 };
 use sysinfo::{MemoryRefreshKind, RefreshKind, System};
 
@@ -107,9 +107,28 @@ pub(super) fn need_of_mesh_file(bytes: u64) -> Need {
 /// Bytes of memory that assembling and solving a problem with so many nodes takes at most, roughly.
 ///
 /// Peak memory of 41,616, 135,000 and 313,632 unknowns was 217 MB, 870 MB and 2634 MB, 0.8 to 1.0 of this.
-#[must_use]
-pub fn problem_bytes(nodes: f64) -> u64 {
+fn problem_bytes(nodes: f64) -> u64 {
     (150.0 * (3.0 * nodes).powf(4.0 / 3.0)) as u64
+}
+
+/// Bytes of memory that assembling and solving a scene takes at most, roughly, as told by its file alone.
+#[must_use]
+pub fn scene_bytes(input: &SceneFile) -> u64 {
+    problem_bytes(match &input.scene.body {
+        Body::Brick(brick) => brick.cells.iter().map(|&n| n as f64 + 1.0).product(),
+        // A node of a Gmsh file and its five tetrahedra take more than a hundred bytes.
+        Body::Gmsh(gmsh) => {
+            let file = std::fs::metadata(input.folder.join(&gmsh.file));
+            file.map_or(0.0, |metadata| metadata.len() as f64 / 100.0)
+        }
+    })
+}
+
+/// Bytes for the assembled problems of a sweep: three quarters of what is available; no limit where the system does not
+/// tell.
+#[must_use]
+pub fn memory_for_sweeps() -> u64 {
+    available_memory().map_or(u64::MAX, |bytes| bytes / 4 * 3)
 }
 
 /// What the finest mesh of a ladder takes, of which nothing is stored.

@@ -8,12 +8,12 @@ use contact3d::{
 use plots::{LawPicture, OverSlip, law_page};
 
 use super::{
-    PictureFolder, StageError,
+    PictureFolder,
     law_curves::{self, Drawn},
     law_face::LawFace,
-    mesh_file::{mesh_of, pin_mesh_file},
     picture,
 };
+use crate::pipeline::{StageError, mesh_of, pin_mesh_file};
 
 /// Name of the picture.
 pub(super) const PICTURE: &str = "law";

@@ -1,0 +1,21 @@
+//! What turns results into pictures, tables and pages. Nothing here computes a result or changes a run file.
+
+mod charts;
+mod contact_cells;
+mod law;
+mod law_curves;
+mod law_face;
+mod picture;
+mod picture_folder;
+mod report;
+mod report_tables;
+mod sweep_charts;
+mod sweep_report;
+mod sweep_table;
+
+pub use charts::draw_accuracy;
+pub use law::{LawKind, LawStudy, MeshSizes, law_folder};
+pub use picture::{are_drawn, draw_run, figures_folder};
+pub use picture_folder::{Drawing, PictureFolder};
+pub use report::report;
+pub use sweep_report::{draw_sweep, sweep_table};
