@@ -48,8 +48,8 @@ fn set(work: Work) {
     *WORK.lock().unwrap_or_else(PoisonError::into_inner) = Some(work);
 }
 
-/// Says what is kept; called when a signal is about to end the process. Another thread writes, since standard error
-/// may be blocked by a reader that has stopped.
+/// Says what is kept; called when a signal is about to end the process. Another thread writes,
+/// since standard error may be blocked by a reader that has stopped.
 pub(super) fn farewell() {
     let (said, wait) = mpsc::channel();
     let spawned = thread::Builder::new().spawn(move || {

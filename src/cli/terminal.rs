@@ -1,5 +1,6 @@
-//! The only module that writes to standard output and standard error. It never panics: a reader that goes away ends
-//! nothing, and a standard output that takes no more is reported at the end, when all files are written.
+//! The only module that writes to standard output and standard error. It never panics: a reader
+//! that goes away ends nothing, and a standard output that takes no more is reported at the end,
+//! when all files are written.
 
 use std::{
     fmt::Write as _,
@@ -54,8 +55,9 @@ pub(super) fn lose(error: io::Error) {
     lost.get_or_insert(error);
 }
 
-/// The exit code of the program, once all its work is done: that of the work, unless results are missing on a
-/// standard output that failed. A reader that has gone, as in `status FILE | head -1`, wants no more and is no failure.
+/// The exit code of the program, once all its work is done: that of the work, unless results are
+/// missing on a standard output that failed. A reader that has gone, as in `status FILE | head -1`,
+/// wants no more and is no failure.
 pub(super) fn close(exit: Exit) -> Exit {
     let lost = LOST.lock().unwrap_or_else(PoisonError::into_inner);
     match (lost.as_ref(), exit) {

@@ -304,7 +304,8 @@ pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
     }))
 }
 
-/// A vector of the report, NaN where the file does not have it or the solve failed for want of numbers.
+/// A vector of the report, NaN where the file does not have it or the solve failed for want of
+/// numbers.
 fn vector<const N: usize>(reader: &Reader, path: &str) -> Result<[f64; N], FormatError> {
     let mut vector = [f64::NAN; N];
     if reader.has(path) {

@@ -4,14 +4,15 @@ use runfile::{Reader, StoreError};
 
 use super::{post, post::VTKHDF_DIGEST, vtkhdf};
 
-/// Refuses a report whose form for ParaView is missing, altered, or that of another run. Does nothing without a
-/// report.
+/// Refuses a report whose form for ParaView is missing, altered, or that of another run. Does
+/// nothing without a report.
 ///
-/// Files of format 1.3 and older hold no digest of `/VTKHDF` in the report; there both must have been computed
-/// from the same.
+/// Files of format 1.3 and older hold no digest of `/VTKHDF` in the report; there both must have
+/// been computed from the same.
 ///
 /// # Errors
-/// Those of [`Reader::whole_group`] for either; `Missing`, `Altered`, `Mismatch` of an attribute that ParaView reads.
+/// Those of [`Reader::whole_group`] for either; `Missing`, `Altered`, `Mismatch` of an attribute
+/// that ParaView reads.
 pub fn check(reader: &Reader) -> Result<(), StoreError> {
     let Some(report) = reader.whole_group(post::GROUP)? else {
         return Ok(());
@@ -41,8 +42,8 @@ pub fn check(reader: &Reader) -> Result<(), StoreError> {
     }
 }
 
-/// Everything that is wrong with the stages of a file, as [`Reader::problems`], and between `/VTKHDF` and the
-/// report.
+/// Everything that is wrong with the stages of a file, as [`Reader::problems`], and between
+/// `/VTKHDF` and the report.
 #[must_use]
 pub fn problems(reader: &Reader) -> Vec<StoreError> {
     let mut problems = reader.problems();

@@ -11,8 +11,8 @@ use super::OutputError;
 /// Written and removed to see whether a folder takes files.
 const PROBE: &str = ".contact3d-pipe.part";
 
-/// A folder that is there and takes files. What was made for it vanishes again when this is dropped and nothing was
-/// put there.
+/// A folder that is there and takes files. What was made for it vanishes again when this is dropped
+/// and nothing was put there.
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,

@@ -1,4 +1,5 @@
-//! What this program writes, recognised by its contents; the marks are those of version 0.1.0 wherever that had any.
+//! What this program writes, recognised by its contents; the marks are those of version 0.1.0
+//! wherever that had any.
 
 use std::{
     fs::File,
@@ -136,8 +137,8 @@ fn svg_size(text: &str) -> Option<[f64; 2]> {
     Some([attribute("width")?, attribute("height")?])
 }
 
-/// Marked by us, or as version 0.1.0 wrote it: plain chunks only, one of our widths, and our drawing beside it
-/// with the same proportions.
+/// Marked by us, or as version 0.1.0 wrote it: plain chunks only, one of our widths, and our
+/// drawing beside it with the same proportions.
 fn is_png(bytes: &[u8], path: &Path) -> bool {
     let Some(size) = bytes.starts_with(PNG).then(|| bytes.get(16..24)).flatten() else {
         return false;

@@ -24,8 +24,8 @@ pub struct OutputFile {
     pub bytes: Vec<u8>,
 }
 
-/// Writes files that belong together: all are admitted before one is changed, and all are written beside their
-/// places before the first is renamed, so that none is ever cut off.
+/// Writes files that belong together: all are admitted before one is changed, and all are written
+/// beside their places before the first is renamed, so that none is ever cut off.
 ///
 /// # Errors
 /// As [`super::admit`]; [`OutputError::Io`] if writing fails.

@@ -28,8 +28,8 @@ impl<'a> Checkpoints<'a> {
         }
     }
 
-    /// Stores the state if it is worth the time. A checkpoint that cannot be written is no reason to
-    /// give up a solve: storing the solution will say what is wrong.
+    /// Stores the state if it is worth the time. A checkpoint that cannot be written is no reason
+    /// to give up a solve: storing the solution will say what is wrong.
     pub(super) fn keep(&mut self, state: &OuterState) {
         if self.last.elapsed() < Duration::from_secs_f64(SHARE * self.cost) {
             return;

@@ -15,8 +15,8 @@ use crate::format::{self, FormatError, LAYOUT, Stage};
 
 /// Assembled data above this many bytes go to a file of their own.
 ///
-/// Copying inside the run file costs every later stage about 2 s per gigabyte on a disk of 0.5 GB/s: at most an
-/// eighth of a second below this size, where one file is worth more.
+/// Copying inside the run file costs every later stage about 2 s per gigabyte on a disk of 0.5
+/// GB/s: at most an eighth of a second below this size, where one file is worth more.
 const KEEP_BESIDE_ABOVE: usize = 64_000_000;
 
 /// Where a session keeps what `assemble` makes.
@@ -32,8 +32,8 @@ pub enum AssemblyFile {
 }
 
 impl Session {
-    /// Chooses where the assembly is kept; `SelfContained` also takes in one that is kept elsewhere, at the next
-    /// commit.
+    /// Chooses where the assembly is kept; `SelfContained` also takes in one that is kept
+    /// elsewhere, at the next commit.
     pub fn keep_assembly(&mut self, assembly_file: AssemblyFile) {
         self.assembly_file = assembly_file;
     }
@@ -112,8 +112,8 @@ impl Session {
         }
     }
 
-    /// Refuses to go on once the file holds other stages than those that the stage at work builds on:
-    /// another program may have replaced or removed it meanwhile.
+    /// Refuses to go on once the file holds other stages than those that the stage at work builds
+    /// on: another program may have replaced or removed it meanwhile.
     pub(super) fn require_unchanged(&self, states: &[StageState]) -> Result<(), StoreError> {
         let holds = |(stage, digest): &(Stage, String)| {
             let mut stored = states

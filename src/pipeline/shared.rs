@@ -24,10 +24,10 @@ impl Operator {
 }
 
 impl Session {
-    /// Makes mesh and assembled problem fresh with the least work: kept, linked from a file that another run file
-    /// of the folder shares, or computed and shared. Loads it, or takes it from `known`, which must belong to a
-    /// scene with the same [`super::operator_settings`]. A shared file whose values do not fit their digests is
-    /// made again under the same name.
+    /// Makes mesh and assembled problem fresh with the least work: kept, linked from a file that
+    /// another run file of the folder shares, or computed and shared. Loads it, or takes it from
+    /// `known`, which must belong to a scene with the same [`super::operator_settings`]. A shared
+    /// file whose values do not fit their digests is made again under the same name.
     ///
     /// # Errors
     /// As [`Session::make_mesh`] and [`Session::assemble`].

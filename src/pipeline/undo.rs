@@ -27,8 +27,9 @@ enum State {
 }
 
 impl Session {
-    /// Does work that may store in several steps. If it is refused, the run file is as before; if the machine
-    /// fails midway, for example because the disk is full, the stages stored by then stay and the error says so.
+    /// Does work that may store in several steps. If it is refused, the run file is as before; if
+    /// the machine fails midway, for example because the disk is full, the stages stored by then
+    /// stay and the error says so.
     ///
     /// # Errors
     /// Those of the work; [`StageError::Partly`] if something was stored.

@@ -86,7 +86,8 @@ pub enum Version {
     Full,
 }
 
-/// Whether a file is the index of a suite rather than a scene; a pipe, which can be read only once, is a scene.
+/// Whether a file is the index of a suite rather than a scene; a pipe, which can be read only once,
+/// is a scene.
 #[must_use]
 pub fn is_index(path: &Path) -> bool {
     if require_regular(path).is_err() {

@@ -9,7 +9,8 @@ use contact3d::scene::{LONGEST_SCENE, read_bounded};
 
 use super::SweepError;
 
-/// The text of a file that lists scenes, a sweep or a suite, which may come through a pipe and be as long as a scene.
+/// The text of a file that lists scenes, a sweep or a suite, which may come through a pipe and be
+/// as long as a scene.
 ///
 /// # Errors
 /// `Io` for what cannot be read, is longer or no UTF-8 text.

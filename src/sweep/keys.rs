@@ -1,4 +1,5 @@
-//! Values at dotted key paths of a scene, such as `friction.coefficient_1.constant` or `traction.0.value`.
+//! Values at dotted key paths of a scene, such as `friction.coefficient_1.constant` or
+//! `traction.0.value`.
 
 use toml::Value;
 

@@ -17,7 +17,8 @@ pub(super) enum Access {
     SingleCase,
 }
 
-/// Waits for the turn to prepare an operator, so that of many processes one computes and the others read.
+/// Waits for the turn to prepare an operator, so that of many processes one computes and the others
+/// read.
 pub(super) fn operator_turn(folder: &Path, key: &str) -> io::Result<File> {
     let name = format!(".operator-{}.lock", key.get(..16).unwrap_or(key));
     let file = File::options()

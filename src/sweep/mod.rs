@@ -1,4 +1,5 @@
-//! Many scenes that differ in a few keys: planned, run in parallel with shared work, resumed, summed up.
+//! Many scenes that differ in a few keys: planned, run in parallel with shared work, resumed,
+//! summed up.
 //!
 //! Every case is a run file of its own, named by a digest of its scene, so changed axes add files
 //! and never replace one. Cases whose assembled problems differ only in loads or friction share the

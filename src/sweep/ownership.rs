@@ -1,4 +1,5 @@
-//! Whose tables lie in a folder: those of another sweep, or of nobody we know, are not written over.
+//! Whose tables lie in a folder: those of another sweep, or of nobody we know, are not written
+//! over.
 
 use std::{
     collections::BTreeSet,
@@ -18,8 +19,9 @@ use crate::{
 
 /// Refuses a folder whose tables are no tables of this program, or those of another sweep.
 ///
-/// A table is this sweep's if the same sweep file wrote it, whatever its axes were then, or if all its cases are
-/// in the plan. Tables of version 0.1.0 do not name the sweep file: there one common case is enough.
+/// A table is this sweep's if the same sweep file wrote it, whatever its axes were then, or if all
+/// its cases are in the plan. Tables of version 0.1.0 do not name the sweep file: there one common
+/// case is enough.
 ///
 /// # Errors
 /// [`SweepError::OthersTable`], [`SweepError::Output`], a table that cannot be read.

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use super::{Axis, SweepError};
 
-/// Most cases of one sweep: each is a file of the folder, and a plan holds the scene of each, some kilobytes.
+/// Most cases of one sweep: each is a file of the folder, and a plan holds the scene of each, some
+/// kilobytes.
 pub const MOST_CASES: usize = 100_000;
 
 /// Refuses axes whose product is larger than [`MOST_CASES`], without making anything of that size.

@@ -10,7 +10,8 @@ use crate::pipeline::StageError;
 /// The column that parts settings, before it, from results, after it.
 const STATUS: &str = "status";
 
-/// The columns that name the units of length and force; a table without them is in the default units.
+/// The columns that name the units of length and force; a table without them is in the default
+/// units.
 const UNITS: [&str; 2] = ["length_unit", "force_unit"];
 
 /// The beginnings of the names of results that have a unit.

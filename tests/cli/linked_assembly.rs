@@ -6,7 +6,8 @@ use serde_json::Value;
 
 use crate::program::{Program, pipeline};
 
-/// The smallest refinement of the paper's tables whose assembled data exceed 64 MB: 96 MB of factor.
+/// The smallest refinement of the paper's tables whose assembled data exceed 64 MB: 96 MB of
+/// factor.
 const LARGE: &str = "body.brick.cells=[48,16,16]";
 
 fn run(program: &Program, more: &[&str]) -> assert_cmd::assert::Assert {

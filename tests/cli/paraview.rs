@@ -101,7 +101,8 @@ fn a_changed_attribute_is_seen_and_made_again() {
     }
 }
 
-/// Reports of format 1.3 and older hold no digest of the grid, but both know what they were computed from.
+/// Reports of format 1.3 and older hold no digest of the grid, but both know what they were
+/// computed from.
 #[test]
 fn older_files_are_fresh_as_they_are_and_foreign_grids_are_seen_there_too() {
     let fixture = |name: &str| {

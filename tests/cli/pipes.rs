@@ -7,7 +7,8 @@ use serde_json::Value;
 
 use crate::program::{Program, SMALL, pipeline};
 
-/// Runs a shell script in the scratch folder, where `$program` is the program and `$scene` a small scene.
+/// Runs a shell script in the scratch folder, where `$program` is the program and `$scene` a small
+/// scene.
 fn shell(program: &Program, script: &str) -> Output {
     let scene = pipeline("hkl2011_table1.toml");
     Command::new("bash")

@@ -29,8 +29,8 @@ impl Program {
         self.folder.path().join(name)
     }
 
-    /// All files and folders of the scratch folder, hidden ones too, with the contents of files; the lock files of
-    /// run files that are there are left out.
+    /// All files and folders of the scratch folder, hidden ones too, with the contents of files;
+    /// the lock files of run files that are there are left out.
     pub(crate) fn everything(&self) -> BTreeMap<String, Option<Vec<u8>>> {
         let mut found = BTreeMap::new();
         let mut folders = vec![self.folder.path().to_owned()];

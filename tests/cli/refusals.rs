@@ -125,7 +125,8 @@ fn no_empty_folder_is_left() {
     );
 }
 
-/// A disk that is full midway is no fault of the input: what was stored stays, and the exit code says so.
+/// A disk that is full midway is no fault of the input: what was stored stays, and the exit code
+/// says so.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_machine_that_fails_midway_keeps_what_was_stored() {

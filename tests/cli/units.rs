@@ -7,8 +7,8 @@ use serde_json::Value;
 
 use crate::program::{Program, SMALL, pipeline};
 
-/// Names of units that a text speaks: beside a number, in brackets (perhaps with a power of ten), or below a
-/// fraction line.
+/// Names of units that a text speaks: beside a number, in brackets (perhaps with a power of ten),
+/// or below a fraction line.
 fn spoken<'t>(text: &'t str, words: &[&'t str]) -> Vec<&'t str> {
     let plain = |token: &'t str| token.trim_matches([',', ';', ':', '(', ')', '.']);
     let tokens: Vec<&str> = text.split_whitespace().map(plain).collect();

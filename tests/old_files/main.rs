@@ -1,4 +1,5 @@
-//! Files that older builds wrote, as `tests/fixtures/README.md` tells: they are read, checked and gone on with.
+//! Files that older builds wrote, as `tests/fixtures/README.md` tells: they are read, checked and
+//! gone on with.
 
 mod digests;
 mod outputs;

@@ -6,7 +6,8 @@ use serde_json::Value;
 
 use crate::program::{Scratch, fixture};
 
-/// The formats, and the stages of their files that can be gone on from; later ones are computed again.
+/// The formats, and the stages of their files that can be gone on from; later ones are computed
+/// again.
 const FORMATS: [(&str, &[&str]); 4] = [
     ("1.0", &[]),
     ("1.1", &["mesh"]),

@@ -1,4 +1,5 @@
-//! A sweep of version 0.1.0 that was killed: one case done, one half-done with its checkpoint, one not begun.
+//! A sweep of version 0.1.0 that was killed: one case done, one half-done with its checkpoint, one
+//! not begun.
 
 use std::{collections::BTreeMap, fs};
 
@@ -55,7 +56,8 @@ fn it_goes_on_keeps_what_is_done_and_agrees_with_a_new_one() {
         new.keys().collect::<Vec<_>>()
     );
     for (case, row) in &old {
-        // What an older version stored stays as it was; now the published stopping rule has a status of its own.
+        // What an older version stored stays as it was; now the published stopping rule has a
+        // status of its own.
         let status = if case == DONE { "converged" } else { "stopped" };
         assert_eq!(row["status"], status, "{case}");
         for column in ["normal_force", "tangential_force_1", "strain_energy"] {

@@ -19,7 +19,8 @@ impl Lottery {
     }
 }
 
-/// Kills a sweep at random moments until it has ended by itself, and compares with an undisturbed one.
+/// Kills a sweep at random moments until it has ended by itself, and compares with an undisturbed
+/// one.
 ///
 /// Returns the number of kills and how many of them left a checkpoint.
 fn survives_kills(text: &str, least_kills: usize) -> [usize; 2] {

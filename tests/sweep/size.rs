@@ -52,7 +52,8 @@ fn a_number_of_cases_that_overflows_is_refused() {
     assert!(text.contains("65536 x 65536 x 65536 x 65536"), "{text}");
 }
 
-/// Zipped axes advance together, so theirs count once: the largest sweep that is planned is not refused for its size.
+/// Zipped axes advance together, so theirs count once: the largest sweep that is planned is not
+/// refused for its size.
 #[test]
 fn zipped_axes_count_once() {
     let count = MOST_CASES + 1;

@@ -96,8 +96,8 @@ pub(super) fn body_panel(picture: &ContactPicture<'_>, layout: &Layout, title: &
     canvas
 }
 
-/// A round factor ≥ 1 that makes the displacement visible, but neither larger than a part of the body
-/// nor so large that an edge of the surface shrinks by more than [`MOST_SHRINKAGE`].
+/// A round factor ≥ 1 that makes the displacement visible, but neither larger than a part of the
+/// body nor so large that an edge of the surface shrinks by more than [`MOST_SHRINKAGE`].
 fn displacement_factor(
     picture: &ContactPicture<'_>,
     view: &View,

@@ -60,7 +60,8 @@ impl ValueRange {
         ((b - a).min(d - c) >= 0.2 * (high - low)).then_some(Self::Interval(low, high))
     }
 
-    /// Position of a value in the range, from 0 to 1; one half in a constant field, `None` when it is not finite.
+    /// Position of a value in the range, from 0 to 1; one half in a constant field, `None` when it
+    /// is not finite.
     pub(super) fn fraction(self, value: f64) -> Option<f64> {
         if !value.is_finite() {
             return None;

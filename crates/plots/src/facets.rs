@@ -110,7 +110,8 @@ fn pieces_per_edge(facets: usize) -> usize {
     pieces
 }
 
-/// The pieces of the reference triangle cut `n` times along each edge: corners (s, t) with s, t ≥ 0, s + t ≤ 1.
+/// The pieces of the reference triangle cut `n` times along each edge: corners (s, t) with s, t ≥
+/// 0, s + t ≤ 1.
 fn piece_coordinates(n: usize) -> Vec<[[f64; 2]; 3]> {
     let at = |i: usize, j: usize| [i as f64 / n as f64, j as f64 / n as f64];
     let mut pieces = Vec::with_capacity(n * n);

@@ -186,7 +186,8 @@ fn plot_rectangle(key: KeySide, left: f64, aspect: f64) -> (Point, Point, f64) {
     }
 }
 
-/// Factor across something whose length is `slenderness` times its width; 1 unless that exceeds `most`.
+/// Factor across something whose length is `slenderness` times its width; 1 unless that exceeds
+/// `most`.
 ///
 /// Two significant digits, so that the printed factor is the true one.
 pub(super) fn stretch_factor(slenderness: f64, most: f64) -> f64 {

@@ -17,7 +17,8 @@ pub(super) struct Sample {
 }
 
 impl Sample {
-    /// A brick of `size` on z = 0 in `cells` cubes, panes of 2 × 2 cube faces, bent upwards at its far end.
+    /// A brick of `size` on z = 0 in `cells` cubes, panes of 2 × 2 cube faces, bent upwards at its
+    /// far end.
     pub(super) fn brick(size: [f64; 3], cells: [usize; 3]) -> Self {
         let [nx, ny, nz] = cells;
         let node = |i: usize, j: usize, k: usize| i + (nx + 1) * (j + (ny + 1) * k);
@@ -86,7 +87,8 @@ impl Sample {
         self.boundary_triangles.extend([[a, b, c], [a, c, d]]);
     }
 
-    /// A pressure gradient with an open end, slip in the middle, and ramps of friction between 0.2 and 0.3.
+    /// A pressure gradient with an open end, slip in the middle, and ramps of friction between 0.2
+    /// and 0.3.
     fn contact_fields(&mut self, panes_1: usize, panes_2: usize) {
         for j in 0..panes_2 {
             for i in 0..panes_1 {

@@ -21,8 +21,9 @@ pub(super) struct UnitScale {
 impl UnitScale {
     /// Chooses the power of 1000 that prints `magnitude` as a number from 1 to 1000.
     ///
-    /// Numbers without unit, and units other than m, N, Pa and J themselves, which a user has chosen for their
-    /// size, are scaled only below 10⁻² and from 10⁴ on: by an SI prefix where the unit takes one.
+    /// Numbers without unit, and units other than m, N, Pa and J themselves, which a user has
+    /// chosen for their size, are scaled only below 10⁻² and from 10⁴ on: by an SI prefix where the
+    /// unit takes one.
     pub(super) fn new(magnitude: f64, unit: &Unit) -> Self {
         let ordinary = magnitude <= SMALLEST_MAGNITUDE || (1e-2..1e4).contains(&magnitude);
         match unit.multiple_of() {
@@ -123,7 +124,8 @@ pub(super) struct Ticks {
 }
 
 impl Ticks {
-    /// At most `most` multiples of 1, 2, 2.5 or 5 times a power of ten in [`low`, `high`], but one at least.
+    /// At most `most` multiples of 1, 2, 2.5 or 5 times a power of ten in [`low`, `high`], but one
+    /// at least.
     pub(super) fn new(low: f64, high: f64, most: usize) -> Self {
         let span = high - low;
         if !span.is_finite() || span <= 0.0 {
@@ -192,7 +194,8 @@ impl Ticks {
     }
 }
 
-/// The multiples of `step` in the interval, a hair of rounding allowed at its ends; none when they are too many.
+/// The multiples of `step` in the interval, a hair of rounding allowed at its ends; none when they
+/// are too many.
 fn multiples(low: f64, high: f64, step: f64) -> Vec<f64> {
     let first = (low / step - 1e-6).ceil();
     let last = (high / step + 1e-6).floor();
@@ -231,7 +234,8 @@ pub(super) fn round_down(value: f64) -> f64 {
     rounded.unwrap_or(1.0) * decade
 }
 
-/// A factor ≥ 1 for print: one decimal below 100, digits grouped from 10 000, a power of ten from 10⁹.
+/// A factor ≥ 1 for print: one decimal below 100, digits grouped from 10 000, a power of ten from
+/// 10⁹.
 pub(super) fn factor_label(factor: f64) -> Label {
     if factor >= 1e9 {
         let decade = factor.log10().floor();

@@ -5,7 +5,8 @@ use super::layout::stretch_factor;
 use super::picture::ContactPicture;
 use super::vector::{Vector, bounds, cross, dot, unit};
 
-/// From the body to the viewer, in the basis (t₁, −ν × t₁, −ν): in front, a little to the right and above.
+/// From the body to the viewer, in the basis (t₁, −ν × t₁, −ν): in front, a little to the right and
+/// above.
 const TOWARD: Vector = [0.34, -0.84, 0.42];
 
 /// Bodies that are longer than this many times their width or height are stretched across.

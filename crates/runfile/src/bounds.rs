@@ -17,7 +17,8 @@ const SMALL_CHUNK: u64 = 1 << 26;
 /// `file_bytes` is the length of the file.
 ///
 /// # Errors
-/// `Damaged` if the declared size exceeds what the stored bytes can expand to, or lies beyond the end of the file.
+/// `Damaged` if the declared size exceeds what the stored bytes can expand to, or lies beyond the
+/// end of the file.
 pub(super) fn check(
     dataset: &hdf5::Dataset,
     place: Place<'_>,

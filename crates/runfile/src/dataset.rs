@@ -9,7 +9,8 @@ use super::error::StoreError;
 use super::layout::Storage;
 use super::place::{AtPlace, Place};
 
-/// Aim for the size of a chunk in bytes: large enough to compress well, small enough for HDF5's chunk cache.
+/// Aim for the size of a chunk in bytes: large enough to compress well, small enough for HDF5's
+/// chunk cache.
 const CHUNK_BYTES: usize = 1 << 19;
 
 /// The level of gzip: level 4 saves 0.1 % of a run file's bytes at n_div = 24 and takes longer.
@@ -32,8 +33,8 @@ pub(super) fn open_dataset(
     }
 }
 
-/// Whether a stored type is the expected one, or that enumeration with fewer members, as an older minor
-/// version wrote it.
+/// Whether a stored type is the expected one, or that enumeration with fewer members, as an older
+/// minor version wrote it.
 fn fits(found: &TypeDescriptor, expected: &TypeDescriptor) -> bool {
     match (found, expected) {
         (TypeDescriptor::Enum(found), TypeDescriptor::Enum(expected)) => {

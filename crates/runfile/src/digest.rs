@@ -11,9 +11,10 @@ const BLOCK: usize = 1 << 17;
 
 /// The digest of one dataset while it is fed.
 ///
-/// The bytes hashed are: the tag of the kind, a zero byte, the rank and each extent as `u64`, then the values.
-/// A text is its length in bytes as `u64` and its UTF-8. A matrix is the number of its entries as `u64`, then
-/// `indptr` and `indices` as `i64` and `data` as `f64`. All numbers are little endian.
+/// The bytes hashed are: the tag of the kind, a zero byte, the rank and each extent as `u64`, then
+/// the values. A text is its length in bytes as `u64` and its UTF-8. A matrix is the number of its
+/// entries as `u64`, then `indptr` and `indices` as `i64` and `data` as `f64`. All numbers are
+/// little endian.
 pub(super) struct DatasetDigest(Hasher);
 
 impl DatasetDigest {
@@ -66,8 +67,9 @@ pub(super) fn of_texts<S: AsRef<str>>(shape: &[usize], texts: &[S]) -> String {
     digest.finish()
 }
 
-/// The digest of a group: path, zero byte, digest, zero byte of each dataset, in the order of the paths; then the
-/// units, where they are not the default, so that groups before format 1.4 keep their digests.
+/// The digest of a group: path, zero byte, digest, zero byte of each dataset, in the order of the
+/// paths; then the units, where they are not the default, so that groups before format 1.4 keep
+/// their digests.
 pub(super) fn of_group<'a>(
     datasets: impl Iterator<Item = (&'a str, &'a str)>,
     units: Units,

@@ -6,7 +6,8 @@ use super::layout::EnumSpec;
 
 /// An enumeration over `u8` with the same names and codes in Rust, in the table and in the file.
 ///
-/// Implemented by `stored_enum!` only. Values are read as codes and checked before they become an enumeration.
+/// Implemented by `stored_enum!` only. Values are read as codes and checked before they become an
+/// enumeration.
 pub trait StoredEnum: hdf5::H5Type + Copy {
     /// Name and members, as the table carries them.
     const SPEC: &'static EnumSpec;
@@ -18,7 +19,8 @@ pub trait StoredEnum: hdf5::H5Type + Copy {
     fn from_code(code: u8) -> Option<Self>;
 }
 
-/// Declares an enumeration with its names and codes in the file and implements [`StoredEnum`] for it.
+/// Declares an enumeration with its names and codes in the file and implements [`StoredEnum`] for
+/// it.
 ///
 /// `stored_enum! { /// Doc. pub enum Zone as "zone" { /// Doc. Open = 0 => "open", … } }`
 #[macro_export]

@@ -22,7 +22,8 @@ pub(super) struct ShapeConflict {
 }
 
 impl Sizes {
-    /// Checks a shape and remembers the sizes it fixes for the first time; a conflict leaves the sizes as they were.
+    /// Checks a shape and remembers the sizes it fixes for the first time; a conflict leaves the
+    /// sizes as they were.
     pub(super) fn bind(
         &mut self,
         spec: &'static DatasetSpec,

@@ -1,4 +1,5 @@
-//! Looking at groups as a whole: records, sizes on disk, and the check of a group against the table.
+//! Looking at groups as a whole: records, sizes on disk, and the check of a group against the
+//! table.
 
 use std::collections::BTreeSet;
 use std::fmt::Debug;
@@ -18,8 +19,8 @@ impl Reader {
     /// How a group was run, or `None` if the file does not hold it.
     ///
     /// # Errors
-    /// `Mismatch` if the group lacks an attribute or is not complete; `Linked` if the group is kept in a file of its
-    /// own that cannot be used.
+    /// `Mismatch` if the group lacks an attribute or is not complete; `Linked` if the group is kept
+    /// in a file of its own that cannot be used.
     pub fn group_record(&self, group: Group) -> Result<Option<StoredGroup>, StoreError> {
         match self.object(group)? {
             Some(object) => record::read(&object, self.group_place(group)).map(Some),
@@ -27,14 +28,15 @@ impl Reader {
         }
     }
 
-    /// As [`Reader::group_record`], but only for a group whose set of datasets is the one it was finished with.
+    /// As [`Reader::group_record`], but only for a group whose set of datasets is the one it was
+    /// finished with.
     ///
     /// Values are not read: [`Reader::read`] checks them against the digest of their dataset.
     ///
     /// # Errors
-    /// As for [`Reader::group_record`]; `Missing` for a required dataset, `ForeignLink` for a link in the place of
-    /// one, `Altered` if the digests of the datasets are not those the group was finished with; `Older` if it is
-    /// sound, but an older version wrote it with other datasets.
+    /// As for [`Reader::group_record`]; `Missing` for a required dataset, `ForeignLink` for a link
+    /// in the place of one, `Altered` if the digests of the datasets are not those the group was
+    /// finished with; `Older` if it is sound, but an older version wrote it with other datasets.
     pub fn whole_group(&self, group: Group) -> Result<Option<StoredGroup>, StoreError> {
         let Some(stored) = self.group_record(group)? else {
             return Ok(None);
@@ -93,14 +95,16 @@ impl Reader {
     /// Checks the set of datasets of a group against the table and against the digest of the group.
     ///
     /// # Errors
-    /// As for [`Reader::whole_group`]; `Missing` for the group, `Mismatch` for a dataset the table does not know.
+    /// As for [`Reader::whole_group`]; `Missing` for the group, `Mismatch` for a dataset the table
+    /// does not know.
     pub fn check_group(&self, group: Group) -> Result<StoredGroup, StoreError> {
         let stored = self.whole_group(group)?;
         self.refuse_unknown(group)?;
         stored.ok_or_else(|| self.missing(group.name(), group))
     }
 
-    /// Refuses an attribute of a group that is not what [`super::GroupWriter::write_ascii_attribute`] wrote.
+    /// Refuses an attribute of a group that is not what
+    /// [`super::GroupWriter::write_ascii_attribute`] wrote.
     ///
     /// # Errors
     /// `Missing` for the group, `Mismatch` for the attribute.
@@ -114,8 +118,9 @@ impl Reader {
         require_ascii(&object, self.group_place(group), name, expected)
     }
 
-    /// Refuses an attribute of a group that is not what [`super::GroupWriter::write_number_attribute`] wrote; errors as
-    /// for [`Reader::require_ascii_attribute`].
+    /// Refuses an attribute of a group that is not what
+    /// [`super::GroupWriter::write_number_attribute`] wrote; errors as for
+    /// [`Reader::require_ascii_attribute`].
     pub fn require_number_attribute<T: Element + PartialEq + Debug>(
         &self,
         group: Group,

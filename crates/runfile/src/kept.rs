@@ -1,4 +1,5 @@
-//! What a change leaves as it was: groups are copied, groups in files of their own are linked again.
+//! What a change leaves as it was: groups are copied, groups in files of their own are linked
+//! again.
 
 use hdf5_metno as hdf5;
 

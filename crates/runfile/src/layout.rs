@@ -6,8 +6,8 @@ use units::Dimension;
 
 /// A group of the root that is written, and gets out of date, as one.
 ///
-/// A program lists its groups in [`super::Layout::groups`], each after those it builds on. To its users a group is a
-/// stage, which is what schemas call it.
+/// A program lists its groups in [`super::Layout::groups`], each after those it builds on. To its
+/// users a group is a stage, which is what schemas call it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Group {
     name: &'static str,

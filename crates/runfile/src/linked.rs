@@ -1,8 +1,8 @@
 //! Groups kept in a file of their own beside the run file, joined to it by an external link.
 //!
-//! Such a file is named by the digest of the group and never changes: `OWNER.STAGE-DIGEST.h5` belongs to the run file
-//! OWNER, `STAGE-DIGEST.h5` to nobody. The name stands in a root attribute of the run file, which this program goes
-//! by; the link is there for everyone else.
+//! Such a file is named by the digest of the group and never changes: `OWNER.STAGE-DIGEST.h5`
+//! belongs to the run file OWNER, `STAGE-DIGEST.h5` to nobody. The name stands in a root attribute
+//! of the run file, which this program goes by; the link is there for everyone else.
 
 use std::fmt;
 use std::fs;
@@ -169,9 +169,11 @@ pub(super) fn join(
         .at(place, "link the file of the stage")
 }
 
-/// Removes the files a run file owns, if neither it nor another run file of the folder names them any more.
+/// Removes the files a run file owns, if neither it nor another run file of the folder names them
+/// any more.
 ///
-/// What cannot be removed, or is write-protected, stays for the next time; what is no file of ours stays.
+/// What cannot be removed, or is write-protected, stays for the next time; what is no file of ours
+/// stays.
 pub(super) fn remove_orphans(folder: &Path, run_file: &Path, layout: &Layout) {
     let Some(owner) = run_file.file_name().and_then(|name| name.to_str()) else {
         return;

@@ -26,7 +26,8 @@ pub enum IfMissing {
 
 /// A run file this process alone may replace; given free when dropped.
 ///
-/// The lock is on a hidden file `.NAME.lock` beside the run file, because every commit replaces the run file itself.
+/// The lock is on a hidden file `.NAME.lock` beside the run file, because every commit replaces the
+/// run file itself.
 #[derive(Debug)]
 pub struct RunFile {
     pub(super) path: PathBuf,
@@ -37,12 +38,12 @@ pub struct RunFile {
 }
 
 impl RunFile {
-    /// Locks a run file and removes what a killed process left beside it, and files of groups it owns but no longer
-    /// uses.
+    /// Locks a run file and removes what a killed process left beside it, and files of groups it
+    /// owns but no longer uses.
     ///
     /// # Errors
-    /// `Busy` if another process has it; `IsDirectory`, `FolderMissing`, `NotFound`, or the errors of
-    /// [`Reader::open`] for a file that is not ours, with nothing changed on disk.
+    /// `Busy` if another process has it; `IsDirectory`, `FolderMissing`, `NotFound`, or the errors
+    /// of [`Reader::open`] for a file that is not ours, with nothing changed on disk.
     pub fn lock(path: &Path, layout: Layout, if_missing: IfMissing) -> Result<Self, StoreError> {
         let (folder, name) = locate(path)?;
         let path = folder.join(&name);
@@ -149,8 +150,8 @@ fn is_at(file: &File, path: &Path) -> bool {
 }
 
 impl Drop for RunFile {
-    /// Unlocks at once, even while a process just forked still has a copy of the descriptor. Where no run file came
-    /// to be, nothing is left of the lock either.
+    /// Unlocks at once, even while a process just forked still has a copy of the descriptor. Where
+    /// no run file came to be, nothing is left of the lock either.
     fn drop(&mut self) {
         if !self.path.exists() {
             let _ = fs::remove_file(hidden(&self.folder, &self.name, ".lock"));

@@ -128,7 +128,8 @@ pub(super) fn write(
     Ok((group, digest))
 }
 
-/// Indices as the file stores them; a slice in memory has fewer than 2^63 elements, so its indices fit.
+/// Indices as the file stores them; a slice in memory has fewer than 2^63 elements, so its indices
+/// fit.
 pub(super) fn from_indices(indices: &[usize]) -> Vec<i64> {
     indices
         .iter()

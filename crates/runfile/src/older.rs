@@ -1,5 +1,5 @@
-//! Groups that an older version wrote with other datasets than the present table has: sound, but of no use to the
-//! present program.
+//! Groups that an older version wrote with other datasets than the present table has: sound, but of
+//! no use to the present program.
 
 use std::collections::BTreeMap;
 
@@ -23,7 +23,8 @@ const ENUMERATION: Kind = Kind::Enum(&EnumSpec {
 });
 
 impl Reader {
-    /// Whether the datasets that a group has, known to the table or not, are those it was finished with.
+    /// Whether the datasets that a group has, known to the table or not, are those it was finished
+    /// with.
     pub(super) fn is_whole_as_written(
         &self,
         group: Group,

@@ -25,8 +25,9 @@ use super::volume::Volume;
 
 /// A run file opened for reading.
 ///
-/// A symbolic size gets its value from the first dataset that has it, in the order of the table, groups upstream
-/// first: after a new mesh, the datasets of a stale later group are the ones that are refused.
+/// A symbolic size gets its value from the first dataset that has it, in the order of the table,
+/// groups upstream first: after a new mesh, the datasets of a stale later group are the ones that
+/// are refused.
 #[derive(Debug)]
 pub struct Reader {
     pub(super) home: Volume,
@@ -39,11 +40,13 @@ impl Reader {
     /// Opens a run file and checks its root attributes.
     ///
     /// # Errors
-    /// `NotFound`, `IsDirectory`, `NotAFile`, `NotHdf5`, `NotOurs`, `Version`, or `Damaged` for a truncated file.
+    /// `NotFound`, `IsDirectory`, `NotAFile`, `NotHdf5`, `NotOurs`, `Version`, or `Damaged` for a
+    /// truncated file.
     pub fn open(path: &Path, layout: Layout) -> Result<Self, StoreError> {
         let mut reader = Self::open_state(path, layout)?;
         if reader.linked.values().any(|linked| linked.volume.is_err()) {
-            // Another process may have committed, and removed that file, since we opened the run file.
+            // Another process may have committed, and removed that file, since we opened the run
+            // file.
             reader = Self::open_state(path, layout)?;
         }
         reader.sizes = reader.sizes_of(layout.groups());
@@ -74,7 +77,8 @@ impl Reader {
     /// Reads numbers in row-major order, with their shape.
     ///
     /// # Errors
-    /// `Missing`, `Mismatch` of type or shape, `Altered`, `Damaged`; `Internal` for a path or kind not in the table.
+    /// `Missing`, `Mismatch` of type or shape, `Altered`, `Damaged`; `Internal` for a path or kind
+    /// not in the table.
     pub fn read<T: Element>(&self, path: &str) -> Result<ArrayD<T>, StoreError> {
         let spec = self.spec(path, |kind| kind == T::KIND, T::KIND)?;
         let (values, shape) = self.values(spec, &T::type_descriptor())?;
@@ -112,7 +116,8 @@ impl Reader {
         }
     }
 
-    /// Reads indices stored as `i64`; `Damaged` if one is negative, other errors as for [`Reader::read`].
+    /// Reads indices stored as `i64`; `Damaged` if one is negative, other errors as for
+    /// [`Reader::read`].
     pub fn read_indices(&self, path: &str) -> Result<ArrayD<usize>, StoreError> {
         let spec = self.spec(path, |kind| kind == Kind::I64, Kind::I64)?;
         let (values, shape) = self.values::<i64>(spec, &i64::type_descriptor())?;
@@ -123,7 +128,8 @@ impl Reader {
         )
     }
 
-    /// Reads members of an enumeration; `Damaged` for an unknown code, other errors as for [`Reader::read`].
+    /// Reads members of an enumeration; `Damaged` for an unknown code, other errors as for
+    /// [`Reader::read`].
     pub fn read_enum<E: StoredEnum>(&self, path: &str) -> Result<ArrayD<E>, StoreError> {
         let kind = Kind::Enum(E::SPEC);
         let spec = self.spec(path, |found| found == kind, kind)?;
@@ -172,7 +178,8 @@ impl Reader {
         Ok(texts)
     }
 
-    /// The sizes fixed by the datasets of some groups; unreadable datasets are left to their readers.
+    /// The sizes fixed by the datasets of some groups; unreadable datasets are left to their
+    /// readers.
     pub(super) fn sizes_of(&self, groups: impl Iterator<Item = Group>) -> Sizes {
         let mut sizes = Sizes::default();
         for spec in groups.flat_map(|group| self.layout.of_group(group)) {

@@ -1,4 +1,5 @@
-//! The state of a run file before a command that stores in several steps, put back if the command is refused.
+//! The state of a run file before a command that stores in several steps, put back if the command
+//! is refused.
 
 use std::fs;
 use std::io;
@@ -17,9 +18,11 @@ use super::volume::Stamp;
 #[derive(Debug, PartialEq, Eq)]
 pub struct FileState(Stamp);
 
-/// An earlier state of a run file, in the hidden file `.NAME.previous`; dropping it gives that state up.
+/// An earlier state of a run file, in the hidden file `.NAME.previous`; dropping it gives that
+/// state up.
 ///
-/// It is a second name of the earlier file, so keeping it copies nothing, and the files that it links stay.
+/// It is a second name of the earlier file, so keeping it copies nothing, and the files that it
+/// links stay.
 #[derive(Debug)]
 pub struct Savepoint {
     /// `None` if there was no file.

@@ -52,7 +52,8 @@ pub(super) const MATRIX_MEMBERS: &[(&str, &str, &str)] = &[
 
 /// The table as a JSON document, ending with a newline.
 ///
-/// The creator is left out: the schema changes with the format, not with the version of the program.
+/// The creator is left out: the schema changes with the format, not with the version of the
+/// program.
 pub fn schema_json(layout: &Layout) -> String {
     let groups: Vec<_> = layout.groups().map(|group| format!("/{group}")).collect();
     let extents: Map<_, _> = layout

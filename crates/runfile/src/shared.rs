@@ -20,8 +20,8 @@ pub struct SharedGroup {
 }
 
 impl SharedGroup {
-    /// Looks beside a run file for a group that was computed from the same input; files that cannot be used are
-    /// passed over.
+    /// Looks beside a run file for a group that was computed from the same input; files that cannot
+    /// be used are passed over.
     #[must_use]
     pub fn find(run_file: &RunFile, group: Group, input_digest: &str) -> Option<Self> {
         let entries = fs::read_dir(&run_file.folder).ok()?;

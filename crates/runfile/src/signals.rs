@@ -13,7 +13,8 @@ use signal_hook::low_level::emulate_default_handler;
 
 use super::layout::Group;
 
-/// The temporaries of this process. Whoever holds the lock decides alone: a rename, or the end of the process.
+/// The temporaries of this process. Whoever holds the lock decides alone: a rename, or the end of
+/// the process.
 static TEMPORARIES: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 /// Whether the thread that waits for signals runs.
@@ -22,7 +23,8 @@ static INSTALLED: Mutex<bool> = Mutex::new(false);
 /// The file that this process changed last, with the groups it holds since.
 static LAST_COMMIT: Mutex<Option<(PathBuf, Vec<Group>)>> = Mutex::new(None);
 
-/// The file that this process changed last, with the groups it holds since; `None` before the first commit.
+/// The file that this process changed last, with the groups it holds since; `None` before the first
+/// commit.
 pub fn last_commit() -> Option<(PathBuf, Vec<Group>)> {
     let last = LAST_COMMIT.lock().unwrap_or_else(PoisonError::into_inner);
     last.clone()
@@ -33,8 +35,8 @@ pub(super) fn note_commit(target: &Path, groups: Vec<Group>) {
     *last = Some((target.to_path_buf(), groups));
 }
 
-/// Starts the thread that removes the temporaries on SIGINT or SIGTERM, calls `farewell`, and lets the signal end the
-/// process.
+/// Starts the thread that removes the temporaries on SIGINT or SIGTERM, calls `farewell`, and lets
+/// the signal end the process.
 ///
 /// A rename that has begun is completed first. Calling it again does nothing.
 ///

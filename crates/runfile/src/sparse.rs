@@ -43,8 +43,8 @@ impl SparseMatrix {
 impl SparseView<'_> {
     /// The first breach of the compressed format, if there is one.
     ///
-    /// `indptr` starts at 0, does not decrease and ends at the number of entries; indices are in range and strictly
-    /// increasing within each column or row.
+    /// `indptr` starts at 0, does not decrease and ends at the number of entries; indices are in
+    /// range and strictly increasing within each column or row.
     pub fn problem(&self, kind: Kind) -> Option<String> {
         let [rows, columns] = self.shape;
         let (outer, inner) = if kind == Kind::CscMatrix {

@@ -61,9 +61,10 @@ impl Layout {
 
     /// Every breach of the rules of the table, one sentence each; empty for a sound table.
     ///
-    /// Rules: groups are listed once; paths are unique, below their group, which is listed, and not inside one another; meanings are
-    /// given; matrices have two extents and texts at most one; enumerations have distinct names and codes;
-    /// every symbolic size is explained, and every explained one is used.
+    /// Rules: groups are listed once; paths are unique, below their group, which is listed, and not
+    /// inside one another; meanings are given; matrices have two extents and texts at most one;
+    /// enumerations have distinct names and codes; every symbolic size is explained, and every
+    /// explained one is used.
     pub fn problems(&self) -> Vec<String> {
         let mut problems = self.group_problems();
         let mut paths = BTreeSet::new();

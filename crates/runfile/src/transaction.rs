@@ -28,11 +28,12 @@ pub enum Home {
     Shared,
 }
 
-/// A new state of a run file, in the hidden file `.NAME.part`; dropping it leaves the run file as it was.
+/// A new state of a run file, in the hidden file `.NAME.part`; dropping it leaves the run file as
+/// it was.
 ///
-/// New groups are written to an empty file and the groups that stay are copied at the commit, object by object:
-/// the file never holds dead space, however often a group runs again. A group in a file of its own is written once
-/// and only linked again.
+/// New groups are written to an empty file and the groups that stay are copied at the commit,
+/// object by object: the file never holds dead space, however often a group runs again. A group in
+/// a file of its own is written once and only linked again.
 #[derive(Debug)]
 pub struct Transaction {
     run_file: Part,
@@ -64,8 +65,8 @@ impl Transaction {
     /// Begins a change of a locked run file.
     ///
     /// # Errors
-    /// Those of [`Reader::open`] for the present file, `Io` if it is write-protected, `Hdf5` if the temporary file
-    /// cannot be created.
+    /// Those of [`Reader::open`] for the present file, `Io` if it is write-protected, `Hdf5` if the
+    /// temporary file cannot be created.
     pub fn begin(run_file: &RunFile) -> Result<Self, StoreError> {
         let stamp = Stamp::of(&run_file.path);
         let previous = match Reader::open(&run_file.path, run_file.layout) {
@@ -99,8 +100,9 @@ impl Transaction {
 
     /// Begins to write a group in place of what the file held of it.
     ///
-    /// Symbolic sizes must agree with the upstream groups that stay and with the groups already written. A run file
-    /// whose name is not UTF-8 keeps all its groups itself, since no link could lead from or to it.
+    /// Symbolic sizes must agree with the upstream groups that stay and with the groups already
+    /// written. A run file whose name is not UTF-8 keeps all its groups itself, since no link could
+    /// lead from or to it.
     ///
     /// # Errors
     /// `Internal` if the group was written before or another one is unfinished.
@@ -174,9 +176,9 @@ impl Transaction {
     /// Files of groups come first: until the run file itself is renamed, its old state is whole.
     ///
     /// # Errors
-    /// `Internal` if a group is unfinished; `Hdf5` or `Io` if copying, closing, syncing or renaming fails, with the
-    /// old state kept; `ForeignLink` for a link in the root that this program did not make; `Changed` if another
-    /// program changed the file since the change began.
+    /// `Internal` if a group is unfinished; `Hdf5` or `Io` if copying, closing, syncing or renaming
+    /// fails, with the old state kept; `ForeignLink` for a link in the root that this program did
+    /// not make; `Changed` if another program changed the file since the change began.
     pub fn commit(self) -> Result<(), StoreError> {
         if let Some(group) = self.unfinished {
             return Err(LayoutError::NotFinished { group }.into());

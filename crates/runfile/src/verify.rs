@@ -12,8 +12,8 @@ use super::reader::Reader;
 impl Reader {
     /// Everything that is wrong with the groups of a file; empty for a file as it was written.
     ///
-    /// Reads every value. Groups that are not there, or not finished, are not wrong; whether they are fresh is
-    /// another question.
+    /// Reads every value. Groups that are not there, or not finished, are not wrong; whether they
+    /// are fresh is another question.
     pub fn problems(&self) -> Vec<StoreError> {
         let mut problems = Vec::new();
         for group in self.layout.groups() {

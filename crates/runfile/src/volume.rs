@@ -78,7 +78,8 @@ impl Volume {
 pub(super) struct Stamp(Option<(u64, SystemTime, u64)>);
 
 impl Stamp {
-    /// The length, the time of the last change and, where the system has it, the number of the file.
+    /// The length, the time of the last change and, where the system has it, the number of the
+    /// file.
     pub(super) fn of(path: &Path) -> Self {
         let metadata = fs::metadata(path).ok();
         Stamp(metadata.and_then(|m| Some((m.len(), m.modified().ok()?, inode(&m)))))

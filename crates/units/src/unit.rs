@@ -122,8 +122,8 @@ fn named(base: &'static str, exponent: i32, prefixes: &[(i32, &str)]) -> Option<
     Some(Unit::si(base, exponent, format!("{prefix}{base}")))
 }
 
-/// A product of powers. Two lengths on the other side of a force are taken for a stress where that has a name, m/Pa
-/// rather than m^3/N, but a force per volume is one.
+/// A product of powers. Two lengths on the other side of a force are taken for a stress where that
+/// has a name, m/Pa rather than m^3/N, but a force per volume is one.
 fn composite(units: Units, force: i8, length: i8) -> String {
     let stress = named_stress(units).filter(|_| force * length <= -2 && (force, length) != (1, -3));
     let (force_word, length) = match &stress {

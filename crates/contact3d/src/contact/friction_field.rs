@@ -32,8 +32,8 @@ impl FrictionField {
         }
     }
 
-    /// Whether all coefficients that act on some panes are positive and finite, which no theory does
-    /// without; formulas may fail at slips that only a solution shows.
+    /// Whether all coefficients that act on some panes are positive and finite, which no theory
+    /// does without; formulas may fail at slips that only a solution shows.
     #[must_use]
     pub fn is_admissible(&self, surface: &ContactSurface, acts: impl Fn(usize) -> bool) -> bool {
         let panes = (0..surface.n_panes()).filter(|pane| acts(*pane));

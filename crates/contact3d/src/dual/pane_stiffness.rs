@@ -8,11 +8,11 @@ use crate::contact::Coupling;
 /// An upper bound of the local stiffness (S⁻¹)_ii of every pane, within a small factor, in Pa/m³,
 /// `[n_multipliers]`; 0 where a component moves nothing.
 ///
-/// (S⁻¹)_ii is the least energy vᵀA v of a displacement with (B v)_i = 1 that moves no other pane, so
-/// the displacement of a single node n that belongs to pane i alone bounds it: with the entries
-/// b of (B)_i at that node v_n = b/|b|² and vᵀA v = bᵀA_nn b/|b|⁴. Panes of bricks, and nodes, have such
-/// a node; where a pane has none, the nodes that it shares give a scale, though no bound. A tangential
-/// pair takes the mean of its two.
+/// (S⁻¹)_ii is the least energy vᵀA v of a displacement with (B v)_i = 1 that moves no other pane,
+/// so the displacement of a single node n that belongs to pane i alone bounds it: with the entries
+/// b of (B)_i at that node v_n = b/|b|² and vᵀA v = bᵀA_nn b/|b|⁴. Panes of bricks, and nodes, have
+/// such a node; where a pane has none, the nodes that it shares give a scale, though no bound. A
+/// tangential pair takes the mean of its two.
 #[must_use]
 pub fn pane_stiffness(primal: &PrimalSystem, coupling: &Coupling) -> Vec<f64> {
     let node_of = nodes_of_freedom(primal);

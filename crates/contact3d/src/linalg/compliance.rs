@@ -14,13 +14,14 @@ use super::sparse::CscMatrix;
 /// Columns of W that go back together; multiples of 48 fill the tiles of the AVX-512 kernels.
 const BLOCK_COLUMNS: usize = 144;
 
-/// How L⁻ᵀW is computed on the selected unknowns: a backward pass on the top of the elimination tree, and for the selected
-/// unknowns of the subtrees T below it
+/// How L⁻ᵀW is computed on the selected unknowns: a backward pass on the top of the elimination
+/// tree, and for the selected unknowns of the subtrees T below it
 ///
 /// x = YᵀW_T − (L_below Y)ᵀ X_below with Y = L_TT⁻¹E,
 ///
-/// where E are their unit vectors and X_below the result on the rows below the subtree's root. A forward pass over the
-/// few selected unknowns of a small subtree costs less than a backward pass over all rows of B.
+/// where E are their unit vectors and X_below the result on the rows below the subtree's root. A
+/// forward pass over the few selected unknowns of a small subtree costs less than a backward pass
+/// over all rows of B.
 struct BackwardPlan {
     /// The supernodes of the top, ascending.
     top: Vec<usize>,
@@ -35,10 +36,12 @@ struct BackwardPlan {
 }
 
 impl ForwardRows<'_> {
-    /// The compliance G = CA⁻¹Bᵀ, column-major, shape (rows of C, rows of B), from L⁻ᵀW on the unknowns that C selects.
+    /// The compliance G = CA⁻¹Bᵀ, column-major, shape (rows of C, rows of B), from L⁻ᵀW on the
+    /// unknowns that C selects.
     ///
-    /// With B = MC this costs at most one backward pass over the rows of B. Half-solving C and forming CA⁻¹Cᵀ first would
-    /// cost a forward pass over its rows, four times as many on panes of 2 × 2 faces.
+    /// With B = MC this costs at most one backward pass over the rows of B. Half-solving C and
+    /// forming CA⁻¹Cᵀ first would cost a forward pass over its rows, four times as many on panes of
+    /// 2 × 2 faces.
     ///
     /// # Panics
     /// When C does not have one column per unknown.
@@ -103,7 +106,8 @@ impl ForwardRows<'_> {
         }
     }
 
-    /// Which supernodes the backward pass visits: the choice of the fewest operations, counted up the tree.
+    /// Which supernodes the backward pass visits: the choice of the fewest operations, counted up
+    /// the tree.
     fn top_supernodes(&self, selected: &[usize]) -> Vec<bool> {
         let (factor, all) = (self.factor, self.order.len() as f64);
         let SupernodeTree { owner, parent } = &self.tree;

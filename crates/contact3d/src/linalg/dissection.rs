@@ -1,4 +1,5 @@
-//! Nested dissection of a mesh's node graph, with separators sought along planes and along breadth-first levels.
+//! Nested dissection of a mesh's node graph, with separators sought along planes and along
+//! breadth-first levels.
 
 use super::ordering::{OrderingError, amd_of_pattern};
 use super::separator::{Split, best_split};
@@ -26,13 +27,15 @@ pub(super) struct Part {
 
 /// Fill-reducing ordering of a mesh's nodes by nested dissection, new → old.
 ///
-/// The graph is given by pointers `indptr` (nodes + 1) and neighbours `indices`, symmetric; an entry of a node with itself is ignored.
-/// Each part is cut across the three axes, the four body diagonals or the levels of a breadth-first search, whichever promises
-/// least work; coordinates are measured in median edge extents along each axis, so stretching the body changes nothing.
-/// The result does not depend on the number of threads. Complexity O(n log² n).
+/// The graph is given by pointers `indptr` (nodes + 1) and neighbours `indices`, symmetric; an
+/// entry of a node with itself is ignored. Each part is cut across the three axes, the four body
+/// diagonals or the levels of a breadth-first search, whichever promises least work; coordinates
+/// are measured in median edge extents along each axis, so stretching the body changes nothing. The
+/// result does not depend on the number of threads. Complexity O(n log² n).
 ///
 /// # Errors
-/// [`OrderingError`] when the arrays do not describe a graph with one point per node, or memory runs out.
+/// [`OrderingError`] when the arrays do not describe a graph with one point per node, or memory
+/// runs out.
 pub fn nested_dissection(
     indptr: &[usize],
     indices: &[usize],
@@ -94,7 +97,8 @@ impl Part {
         &self.indices[self.indptr[node]..self.indptr[node + 1]]
     }
 
-    /// The ordering of this part's nodes in the mesh's numbers: one side, the other side, the separator.
+    /// The ordering of this part's nodes in the mesh's numbers: one side, the other side, the
+    /// separator.
     fn dissect(self) -> Result<Vec<usize>, OrderingError> {
         let split = if self.len() > LEAF_NODES {
             best_split(&self)
@@ -154,8 +158,8 @@ impl Part {
     }
 }
 
-/// Coordinates divided by the median extent of the edges along each axis (those across it left out), so that stretched
-/// bodies look as if they were not and the planes of a lattice stay planes.
+/// Coordinates divided by the median extent of the edges along each axis (those across it left
+/// out), so that stretched bodies look as if they were not and the planes of a lattice stay planes.
 fn cell_scaled(indptr: &[usize], indices: &[usize], points: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let scale: [f64; 3] = std::array::from_fn(|axis| {
         let mut extents = Vec::with_capacity(indices.len());
@@ -181,8 +185,8 @@ fn cell_scaled(indptr: &[usize], indices: &[usize], points: &[[f64; 3]]) -> Vec<
         .collect()
 }
 
-/// The nearest multiple of 2⁻¹⁶ cells, so that nodes of one lattice plane stay in one plane whatever
-/// roundings their coordinates carry.
+/// The nearest multiple of 2⁻¹⁶ cells, so that nodes of one lattice plane stay in one plane
+/// whatever roundings their coordinates carry.
 fn on_grid(coordinate: f64) -> f64 {
     const STEPS: f64 = 65536.0;
     (coordinate * STEPS).round() / STEPS
@@ -233,7 +237,8 @@ mod tests {
         let brick = Brick::new(12);
         let order = expand_to_unknowns(&ordering(&brick), |node| 3 * node..3 * node + 3);
         let minimum_degree = amd(&brick.stiffness()).expect("square");
-        // measured savings in stored entries: 34 % at 16 cells per edge, 47 % at 24; a bound of 10 % leaves room at 12
+        // measured savings in stored entries: 34 % at 16 cells per edge, 47 % at 24; a bound of 10
+        // % leaves room at 12
         assert!(entries(&brick, order) * 10 < entries(&brick, minimum_degree) * 9);
     }
 

@@ -17,8 +17,9 @@ pub(super) fn inverse(permutation: &[usize]) -> Option<Vec<usize>> {
     Some(result)
 }
 
-/// Reorders `permutation` (new → old) by a postorder of its elimination tree: the same fill and the same operations,
-/// but the columns of every subtree become neighbours, which lets supernodes merge. The largest child comes last.
+/// Reorders `permutation` (new → old) by a postorder of its elimination tree: the same fill and the
+/// same operations, but the columns of every subtree become neighbours, which lets supernodes
+/// merge. The largest child comes last.
 pub(super) fn postordered(a: &CscMatrix, permutation: &[usize], inverse: &[usize]) -> Vec<usize> {
     let parent = elimination_tree(a, permutation, inverse);
     postorder(&parent)
@@ -27,7 +28,8 @@ pub(super) fn postordered(a: &CscMatrix, permutation: &[usize], inverse: &[usize
         .collect()
 }
 
-/// Parent of each column of the factor of PAPᵀ (Liu's algorithm with path compression); roots have `NONE`.
+/// Parent of each column of the factor of PAPᵀ (Liu's algorithm with path compression); roots have
+/// `NONE`.
 fn elimination_tree(a: &CscMatrix, permutation: &[usize], inverse: &[usize]) -> Vec<usize> {
     let n = permutation.len();
     let mut parent = vec![NONE; n];
@@ -55,7 +57,8 @@ fn postorder(parent: &[usize]) -> Vec<usize> {
     for node in (0..n).filter(|&node| parent[node] != NONE) {
         size[parent[node]] += size[node];
     }
-    // The place of a subtree's root is the end of the subtree's range; ranges are handed out from the last root down.
+    // The place of a subtree's root is the end of the subtree's range; ranges are handed out from
+    // the last root down.
     let mut children: Vec<usize> = (0..n).collect();
     children.sort_by_key(|&node| (size[node], node));
     let mut end = vec![0_usize; n];
@@ -121,7 +124,8 @@ mod tests {
 
     #[test]
     fn postorder_keeps_subtrees_together_and_puts_the_largest_child_last() {
-        // roots 5 and 6; 5 has the children 3 (with child 0) and 4 (leaf); 3's other child is 1; 6 has 2
+        // roots 5 and 6; 5 has the children 3 (with child 0) and 4 (leaf); 3's other child is 1; 6
+        // has 2
         let parent = [3, 3, 6, 5, 5, NONE, NONE];
         let order = postorder(&parent);
         assert_eq!(order, [4, 0, 1, 3, 5, 2, 6]);

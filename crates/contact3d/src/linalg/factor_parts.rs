@@ -23,13 +23,15 @@ pub enum PartsError {
         /// The first offending supernode.
         supernode: usize,
     },
-    /// Rows do not start with the supernode's columns, do not increase, or are not rows of its parent.
+    /// Rows do not start with the supernode's columns, do not increase, or are not rows of its
+    /// parent.
     #[error("rows of supernode {supernode} contradict the elimination tree")]
     Rows {
         /// The first offending supernode.
         supernode: usize,
     },
-    /// A coefficient is not finite, or a diagonal one not positive, or one above the diagonal not zero.
+    /// A coefficient is not finite, or a diagonal one not positive, or one above the diagonal not
+    /// zero.
     #[error("coefficients of supernode {supernode} are not those of a Cholesky factor")]
     Values {
         /// The first offending supernode.
@@ -38,10 +40,12 @@ pub enum PartsError {
 }
 
 impl CholeskyFactor {
-    /// Rebuilds a factor from the arrays described at [`CholeskyFactor`], checking every rule stated there.
+    /// Rebuilds a factor from the arrays described at [`CholeskyFactor`], checking every rule
+    /// stated there.
     ///
     /// # Errors
-    /// [`PartsError`] names the first rule broken; a factor that was accepted cannot cause a panic in a solve.
+    /// [`PartsError`] names the first rule broken; a factor that was accepted cannot cause a panic
+    /// in a solve.
     pub fn from_parts(
         permutation: Vec<usize>,
         supernode_columns: Vec<usize>,
@@ -84,7 +88,8 @@ impl CholeskyFactor {
         }
     }
 
-    /// Row and value offsets start at 0, end with their arrays, and leave (rows × columns) values to each supernode.
+    /// Row and value offsets start at 0, end with their arrays, and leave (rows × columns) values
+    /// to each supernode.
     fn check_offsets(&self) -> Result<(), PartsError> {
         let supernodes = self.supernodes();
         let (rows, values) = (&self.row_offsets, &self.value_offsets);
@@ -110,7 +115,8 @@ impl CholeskyFactor {
         Ok(())
     }
 
-    /// Own columns first, strictly increasing, below the size, and every row past the parent's first column a row of the parent.
+    /// Own columns first, strictly increasing, below the size, and every row past the parent's
+    /// first column a row of the parent.
     fn rows_are_sound(&self, s: usize, owner: &[usize]) -> bool {
         let panel = self.panel(s);
         let (own, below) = panel.rows.split_at(panel.width);
@@ -219,7 +225,8 @@ mod tests {
             let place = (place * target.len() as f64) as usize;
             prop_assume!(target[place] != value);
             target[place] = value;
-            // a changed row index may still describe a (different) sound factor; then a solve must not panic
+            // a changed row index may still describe a (different) sound factor; then a solve must
+            // not panic
             if let Ok(other) = rebuild(damaged) {
                 prop_assert_eq!(array, 3);
                 let mut rhs = vec![1.0; other.size()];

@@ -1,4 +1,5 @@
-//! Half-solved rows of a coupling matrix, W = L⁻¹PBᵀ, and the dual operator S = BA⁻¹Bᵀ = WᵀW made from them.
+//! Half-solved rows of a coupling matrix, W = L⁻¹PBᵀ, and the dual operator S = BA⁻¹Bᵀ = WᵀW made
+//! from them.
 
 use std::ops::Range;
 
@@ -21,7 +22,8 @@ const TILE: usize = 144;
 pub struct ForwardRows<'a> {
     pub(super) factor: &'a CholeskyFactor,
     pub(super) tree: SupernodeTree,
-    /// The row of B of each column of W: rows that lie close in the elimination tree are neighbours.
+    /// The row of B of each column of W: rows that lie close in the elimination tree are
+    /// neighbours.
     pub(super) order: Vec<usize>,
     pub(super) half_solved: HalfSolved,
 }
@@ -60,7 +62,8 @@ impl CholeskyFactor {
 }
 
 impl ForwardRows<'_> {
-    /// The dual operator S = BA⁻¹Bᵀ = WᵀW, column-major, shape (rows of B, rows of B), exactly symmetric.
+    /// The dual operator S = BA⁻¹Bᵀ = WᵀW, column-major, shape (rows of B, rows of B), exactly
+    /// symmetric.
     pub fn gram(&self) -> Vec<f64> {
         let rows = self.order.len();
         let count = rows.div_ceil(TILE);

@@ -48,7 +48,8 @@ fn largest(x: &[f64]) -> f64 {
 
 fn assert_close(x: &[f64], y: &[f64]) {
     let difference: Vec<f64> = x.iter().zip(y).map(|(x, y)| x - y).collect();
-    // two ways round the same factor: they differ by rounding, which 1e-12 allows to grow some thousandfold
+    // two ways round the same factor: they differ by rounding, which 1e-12 allows to grow some
+    // thousandfold
     assert!(
         largest(&difference) < 1e-12 * largest(y),
         "{:e}",

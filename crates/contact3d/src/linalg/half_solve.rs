@@ -9,7 +9,8 @@ use rayon::prelude::*;
 use super::factor::CholeskyFactor;
 use super::front_plan::{Plan, SparseColumn, SupernodeTree};
 
-/// Columns of a front that are solved together; multiples of 48 fill the tiles of the AVX-512 kernels.
+/// Columns of a front that are solved together; multiples of 48 fill the tiles of the AVX-512
+/// kernels.
 const CHUNK_COLUMNS: usize = 144;
 
 /// Some columns of L⁻¹ on one supernode.
@@ -22,7 +23,8 @@ pub(super) struct Part {
     pub(super) values: Vec<f64>,
 }
 
-/// What the solved part of a subtree subtracts from the rows below its root, column-major, shape (rows below, columns).
+/// What the solved part of a subtree subtracts from the rows below its root, column-major, shape
+/// (rows below, columns).
 #[derive(Clone, Debug)]
 pub(super) struct Boundary {
     /// Index of the root's [`Part`].
@@ -59,11 +61,13 @@ impl Part {
 }
 
 impl CholeskyFactor {
-    /// Solves with L on the supernodes that `included` accepts, which must contain the subtrees below their members.
+    /// Solves with L on the supernodes that `included` accepts, which must contain the subtrees
+    /// below their members.
     ///
-    /// A multifrontal forward pass: every supernode adds the updates of its children, solves with its diagonal block and
-    /// passes its own update on. Fronts of one level of the tree, and fixed chunks of columns, run in parallel, each sum
-    /// in a fixed order, so the bits do not depend on the thread count.
+    /// A multifrontal forward pass: every supernode adds the updates of its children, solves with
+    /// its diagonal block and passes its own update on. Fronts of one level of the tree, and fixed
+    /// chunks of columns, run in parallel, each sum in a fixed order, so the bits do not depend on
+    /// the thread count.
     pub(super) fn half_solve(
         &self,
         tree: &SupernodeTree,
@@ -105,7 +109,8 @@ impl CholeskyFactor {
         HalfSolved { parts, boundaries }
     }
 
-    /// The front of part k (rows of the supernode × right-hand sides, column-major) after elimination, and its leading rows.
+    /// The front of part k (rows of the supernode × right-hand sides, column-major) after
+    /// elimination, and its leading rows.
     fn solve_front(
         &self,
         plan: &Plan,

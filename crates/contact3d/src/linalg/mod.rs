@@ -1,4 +1,5 @@
-//! Sparse symmetric linear algebra: compressed columns, fill-reducing orderings, supernodal Cholesky factors.
+//! Sparse symmetric linear algebra: compressed columns, fill-reducing orderings, supernodal
+//! Cholesky factors.
 
 mod analysis;
 mod block_solve;

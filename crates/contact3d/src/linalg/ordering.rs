@@ -32,7 +32,8 @@ pub enum OrderingError {
     },
 }
 
-/// Approximate minimum degree ordering of a symmetric matrix, new → old: row i of PAPᵀ is row `result[i]` of A.
+/// Approximate minimum degree ordering of a symmetric matrix, new → old: row i of PAPᵀ is row
+/// `result[i]` of A.
 ///
 /// # Errors
 /// [`OrderingError`] for a matrix that is not square or too large for memory.

@@ -19,7 +19,8 @@ impl Reach {
 }
 
 impl CholeskyFactor {
-    /// The supernodes that a right-hand side nonzero in `rows` (numbering of A) makes nonzero in L⁻¹Pb.
+    /// The supernodes that a right-hand side nonzero in `rows` (numbering of A) makes nonzero in
+    /// L⁻¹Pb.
     ///
     /// # Panics
     /// When a row is not an unknown of the factor.
@@ -45,7 +46,8 @@ impl CholeskyFactor {
         }
     }
 
-    /// Parent of a supernode in the elimination tree: the owner of its first row below the diagonal block.
+    /// Parent of a supernode in the elimination tree: the owner of its first row below the diagonal
+    /// block.
     pub(super) fn parent(&self, s: usize, owner: &[usize]) -> Option<usize> {
         let panel = self.panel(s);
         panel.rows.get(panel.width).map(|&row| owner[row])
@@ -62,8 +64,9 @@ impl CholeskyFactor {
 
     /// Solves A x = b in place on the unknowns of the reached supernodes only.
     ///
-    /// b must be zero outside the rows `reach` was made from. On return those rows (and all unknowns of the reached
-    /// supernodes) hold the solution; other entries of `rhs` are left as they were.
+    /// b must be zero outside the rows `reach` was made from. On return those rows (and all
+    /// unknowns of the reached supernodes) hold the solution; other entries of `rhs` are left as
+    /// they were.
     ///
     /// # Panics
     /// When `rhs` does not have one entry per unknown or `reach` is from a factor of another size.

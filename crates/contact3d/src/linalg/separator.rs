@@ -1,9 +1,10 @@
-//! Vertex separators of a part of a mesh: every cut of a few sweeps over its nodes is weighed, the cheapest is taken.
+//! Vertex separators of a part of a mesh: every cut of a few sweeps over its nodes is weighed, the
+//! cheapest is taken.
 
 use super::dissection::Part;
 
-/// The sweeps that look at coordinates go along the axes and the body diagonals: even nodes of the mesh of five
-/// tetrahedra per cube form a face-centred lattice, whose sparsest planes are {111}.
+/// The sweeps that look at coordinates go along the axes and the body diagonals: even nodes of the
+/// mesh of five tetrahedra per cube form a face-centred lattice, whose sparsest planes are {111}.
 const DIRECTIONS: [[f64; 3]; 7] = [
     [1.0, 0.0, 0.0],
     [0.0, 1.0, 0.0],
@@ -30,16 +31,19 @@ pub(super) struct Split {
     pub(super) separator: Vec<usize>,
 }
 
-/// A cut of a sweep: the nodes before `position` against the others, the separator being the boundary of one of them.
+/// A cut of a sweep: the nodes before `position` against the others, the separator being the
+/// boundary of one of them.
 #[derive(Clone, Copy)]
 struct Cut {
     cost: f64,
     position: usize,
-    /// The separator consists of the nodes before `position` that have a neighbour after it (else the reverse).
+    /// The separator consists of the nodes before `position` that have a neighbour after it (else
+    /// the reverse).
     separator_before: bool,
 }
 
-/// The cheapest separator found, or `None` when every cut leaves a side empty or takes half of the nodes.
+/// The cheapest separator found, or `None` when every cut leaves a side empty or takes half of the
+/// nodes.
 pub(super) fn best_split(part: &Part) -> Option<Split> {
     let planes = DIRECTIONS
         .iter()
@@ -71,7 +75,8 @@ fn places_along(part: &Part, direction: &[f64; 3]) -> Vec<i64> {
         .collect()
 }
 
-/// Breadth-first level of each node from a pseudo-peripheral one; further components follow with higher levels.
+/// Breadth-first level of each node from a pseudo-peripheral one; further components follow with
+/// higher levels.
 fn levels(part: &Part) -> Vec<i64> {
     let mut level = vec![-1; part.len()];
     let mut next_level = 0;
@@ -88,7 +93,8 @@ fn levels(part: &Part) -> Vec<i64> {
     level
 }
 
-/// Numbers the levels of one component from `start` on; returns its nodes in the order they were met.
+/// Numbers the levels of one component from `start` on; returns its nodes in the order they were
+/// met.
 fn breadth_first(part: &Part, start: usize, first_level: i64, level: &mut [i64]) -> Vec<usize> {
     let mut met = vec![start];
     level[start] = first_level;
@@ -118,8 +124,9 @@ fn ranks(places: &[i64]) -> Vec<usize> {
     rank
 }
 
-/// The cheapest cut of a sweep. The boundary sizes of all cuts come from one pass: a node belongs to the
-/// boundary of the far side of the cuts between its first neighbour and itself, and of the near side of those between itself and its last.
+/// The cheapest cut of a sweep. The boundary sizes of all cuts come from one pass: a node belongs
+/// to the boundary of the far side of the cuts between its first neighbour and itself, and of the
+/// near side of those between itself and its last.
 fn best_cut(part: &Part, rank: &[usize]) -> Option<Cut> {
     let nodes = part.len();
     let mut after = vec![0_isize; nodes + 2];

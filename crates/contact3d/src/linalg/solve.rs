@@ -2,7 +2,8 @@
 
 use super::factor::{CholeskyFactor, Panel};
 
-/// Columns treated together: each entry of the running sums is then loaded once for four coefficients.
+/// Columns treated together: each entry of the running sums is then loaded once for four
+/// coefficients.
 const COLUMNS: usize = 4;
 
 /// Memory of a solve, kept between calls.
@@ -63,7 +64,8 @@ impl CholeskyFactor {
 }
 
 impl Panel<'_> {
-    /// Replaces the leading part by its solution with the diagonal block and adds −L_below times it to the rest.
+    /// Replaces the leading part by its solution with the diagonal block and adds −L_below times it
+    /// to the rest.
     fn forward(&self, x: &mut [f64]) {
         let height = self.rows.len();
         let mut k = 0;

@@ -3,13 +3,15 @@
 use rayon::prelude::*;
 use thiserror::Error;
 
-/// Stored entries below which a product runs on the calling thread: the work of fewer is shorter than waking the pool.
+/// Stored entries below which a product runs on the calling thread: the work of fewer is shorter
+/// than waking the pool.
 const PARALLEL_ENTRIES: usize = 1 << 18;
 
-/// A sparse matrix M by compressed columns, with strictly increasing row indices inside each column.
+/// A sparse matrix M by compressed columns, with strictly increasing row indices inside each
+/// column.
 ///
-/// Column j holds rows `indices[indptr[j]..indptr[j + 1]]` with the coefficients at the same places of `data`,
-/// as in `scipy.sparse.csc_matrix`.
+/// Column j holds rows `indices[indptr[j]..indptr[j + 1]]` with the coefficients at the same places
+/// of `data`, as in `scipy.sparse.csc_matrix`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CscMatrix {
     /// Number of rows.
@@ -71,7 +73,8 @@ impl CscMatrix {
     /// Builds a matrix from its arrays after checking them.
     ///
     /// # Errors
-    /// [`SparseError`] when lengths disagree, pointers decrease, or row indices are out of range, repeated or unsorted.
+    /// [`SparseError`] when lengths disagree, pointers decrease, or row indices are out of range,
+    /// repeated or unsorted.
     pub fn new(
         rows: usize,
         cols: usize,
@@ -116,7 +119,8 @@ impl CscMatrix {
         (&self.indices[range.clone()], &self.data[range])
     }
 
-    /// Product y = M x, summed column after column on one thread; x has `cols` and y has `rows` entries.
+    /// Product y = M x, summed column after column on one thread; x has `cols` and y has `rows`
+    /// entries.
     ///
     /// For a symmetric M, [`Self::mul_transposed`] gives the same product in parallel.
     ///
@@ -136,7 +140,8 @@ impl CscMatrix {
 
     /// Product y = Mᵀ x; x has `rows` and y has `cols` entries.
     ///
-    /// Every yⱼ is one sum in storage order, so big products run in parallel and keep the same bits at any thread count.
+    /// Every yⱼ is one sum in storage order, so big products run in parallel and keep the same bits
+    /// at any thread count.
     ///
     /// # Panics
     /// When x or y has the wrong length.
@@ -190,7 +195,8 @@ impl CscMatrix {
         }
     }
 
-    /// Relative asymmetry max|A − Aᵀ| / max|A|; 0 for a zero matrix, infinite for a matrix that is not square, NaN if an entry is NaN.
+    /// Relative asymmetry max|A − Aᵀ| / max|A|; 0 for a zero matrix, infinite for a matrix that is
+    /// not square, NaN if an entry is NaN.
     pub fn asymmetry(&self) -> f64 {
         if self.rows != self.cols {
             return f64::INFINITY;

@@ -1,4 +1,5 @@
-//! The clamped elastic brick of SPEC §2 and §5, assembled independently of the rest of the crate, for tests and measurements.
+//! The clamped elastic brick of SPEC §2 and §5, assembled independently of the rest of the crate,
+//! for tests and measurements.
 
 use std::collections::HashMap;
 
@@ -16,7 +17,8 @@ fn lame() -> (f64, f64) {
 /// A tetrahedron's free node numbers (`None` = clamped) and its vertices.
 type Tetrahedron = ([Option<usize>; 4], [[f64; 3]; 4]);
 
-/// Free nodes and tetrahedra of (0,3)×(0,1)×(0,1) cut in 3n × n × n cubes of 5 tetrahedra, clamped on x = 0.
+/// Free nodes and tetrahedra of (0,3)×(0,1)×(0,1) cut in 3n × n × n cubes of 5 tetrahedra, clamped
+/// on x = 0.
 pub(crate) struct Brick {
     /// Coordinates of the free nodes [m].
     pub(crate) points: Vec<[f64; 3]>,

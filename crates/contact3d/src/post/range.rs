@@ -32,7 +32,8 @@ impl fmt::Display for OutOfRange {
 }
 
 impl ContactReport {
-    /// The status of the solve that this report is about: one whose figures are out of range has failed.
+    /// The status of the solve that this report is about: one whose figures are out of range has
+    /// failed.
     #[must_use]
     pub fn judged(&self, status: Status) -> Status {
         match self.out_of_range {
@@ -95,7 +96,8 @@ impl ContactReport {
             .map(|(figure, value)| OutOfRange { figure, value })
     }
 
-    /// A body that moves stores energy; where that underflows, so does every figure made of products.
+    /// A body that moves stores energy; where that underflows, so does every figure made of
+    /// products.
     fn find_lost_energy(&self) -> Option<OutOfRange> {
         let value = self.resultants.strain_energy;
         let moves = self.resultants.largest_displacement != [0.0; 3];

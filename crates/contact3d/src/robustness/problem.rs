@@ -57,8 +57,8 @@ impl Problem {
         dual.expect("assembled with contact and the dense operator")
     }
 
-    /// ‖λ' − λ‖ / ‖λ‖ for the answer λ. Where that is zero to rounding, over ‖ρh‖: the stresses that
-    /// would push the free body back.
+    /// ‖λ' − λ‖ / ‖λ‖ for the answer λ. Where that is zero to rounding, over ‖ρh‖: the stresses
+    /// that would push the free body back.
     pub(super) fn distance(&self, other: &[f64], answer: &[f64]) -> f64 {
         let difference: Vec<f64> = other.iter().zip(answer).map(|(x, y)| x - y).collect();
         let (difference, size) = (norm(&difference), norm(answer));

@@ -21,7 +21,8 @@ const CHUNK: usize = 64 * 1024;
 /// Refuses what is not a regular file: a folder, a device, a pipe.
 ///
 /// # Errors
-/// What the system says about a path that cannot be looked at, `InvalidInput` for what is no regular file.
+/// What the system says about a path that cannot be looked at, `InvalidInput` for what is no
+/// regular file.
 pub fn require_regular(path: &Path) -> io::Result<()> {
     let kind = fs::metadata(path)?.file_type();
     match kind.is_file() {
@@ -30,12 +31,12 @@ pub fn require_regular(path: &Path) -> io::Result<()> {
     }
 }
 
-/// The bytes of a regular file or of a pipe such as `<(command)`: at most `longest` and one more, by which the caller
-/// sees that there are too many.
+/// The bytes of a regular file or of a pipe such as `<(command)`: at most `longest` and one more,
+/// by which the caller sees that there are too many.
 ///
 /// # Errors
-/// What the system says, `InvalidInput` for a folder or device, `TimedOut` for a pipe without a writer or with one that
-/// says nothing for a minute.
+/// What the system says, `InvalidInput` for a folder or device, `TimedOut` for a pipe without a
+/// writer or with one that says nothing for a minute.
 pub fn read_bounded(path: &Path, longest: u64) -> io::Result<Vec<u8>> {
     let kind = fs::metadata(path)?.file_type();
     let mut bytes = Vec::new();

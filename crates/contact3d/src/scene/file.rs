@@ -25,7 +25,8 @@ impl SceneFile {
     /// Reads and validates a scene, from a file or a pipe.
     ///
     /// # Errors
-    /// A folder or device, a file or pipe that cannot be read, is too long or no UTF-8 text, or is no scene.
+    /// A folder or device, a file or pipe that cannot be read, is too long or no UTF-8 text, or is
+    /// no scene.
     pub fn read(path: &Path) -> Result<Self, SceneError> {
         let name = path.display().to_string();
         let bytes = read_bounded(path, LONGEST_SCENE).map_err(|source| SceneError::Read {
@@ -57,8 +58,8 @@ impl SceneFile {
         })
     }
 
-    /// The scene with other text in its place; `changes` says, for messages, what is other than in the
-    /// file.
+    /// The scene with other text in its place; `changes` says, for messages, what is other than in
+    /// the file.
     ///
     /// # Errors
     /// As [`Scene::parse`].

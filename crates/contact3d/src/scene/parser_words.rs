@@ -49,8 +49,8 @@ const TYPES: [(&str, &str); 10] = [
     ("floating point", "number"),
 ];
 
-/// The parser's message about a key; `found_at` gives the keys of the table at a key, or the text of
-/// another value.
+/// The parser's message about a key; `found_at` gives the keys of the table at a key, or the text
+/// of another value.
 pub(super) fn in_words(
     message: &str,
     key: Option<String>,

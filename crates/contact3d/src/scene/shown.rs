@@ -2,8 +2,8 @@
 
 use super::Scene;
 
-/// Whether a character moves the cursor, gives the terminal a command or turns the direction of text instead of being
-/// seen.
+/// Whether a character moves the cursor, gives the terminal a command or turns the direction of
+/// text instead of being seen.
 #[must_use]
 pub fn is_hidden_control(c: char) -> bool {
     let turns_text =
@@ -11,8 +11,8 @@ pub fn is_hidden_control(c: char) -> bool {
     c.is_control() || turns_text
 }
 
-/// Text for one line of a page or a terminal: control characters are shown by their escapes, such as `\n` and
-/// `\u{1b}`.
+/// Text for one line of a page or a terminal: control characters are shown by their escapes, such
+/// as `\n` and `\u{1b}`.
 #[must_use]
 pub fn shown(text: &str) -> String {
     with_escapes(text, is_hidden_control)

@@ -15,8 +15,8 @@ const SMALLEST_STEP: f64 = 1.0 / 512.0;
 /// steps in τ that double after a success and halve after a failure; `solve` finds a solution for a
 /// law from a start.
 ///
-/// The path may end before τ = 1 where solutions vanish in pairs; the status is then that of the last
-/// failure.
+/// The path may end before τ = 1 where solutions vanish in pairs; the status is then that of the
+/// last failure.
 pub(super) fn continuation(
     law: &CoulombLaw,
     observe: &mut dyn FnMut(usize, &NewtonStep),

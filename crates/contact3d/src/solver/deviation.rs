@@ -50,9 +50,9 @@ impl Sizes {
     }
 }
 
-/// The size of (d₁/a, d₂/b) for the tangential part d of a difference of multipliers and the semi-axes
-/// of the panes' ellipses, weighted by areas: (Σ |Rⁱ| |·|² / Σ |Rⁱ|)^½; panes without ellipses do not
-/// count.
+/// The size of (d₁/a, d₂/b) for the tangential part d of a difference of multipliers and the
+/// semi-axes of the panes' ellipses, weighted by areas: (Σ |Rⁱ| |·|² / Σ |Rⁱ|)^½; panes without
+/// ellipses do not count.
 pub(super) fn within_ellipses(
     contact: &ContactState<'_>,
     evaluation: &Evaluation,

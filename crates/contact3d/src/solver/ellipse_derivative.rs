@@ -158,7 +158,8 @@ mod tests {
             }
         }
 
-        /// P is positively homogeneous in (z, a, b) together: Euler's identity ∂p/∂z z + ∂p/∂(a,b) (a,b) = p.
+        /// P is positively homogeneous in (z, a, b) together: Euler's identity ∂p/∂z z + ∂p/∂(a,b)
+        /// (a,b) = p.
         #[test]
         fn derivative_satisfies_eulers_identity_at_any_ratio(
             log_a in -100.0..100.0_f64, log_ratio in -12.0..12.0_f64,

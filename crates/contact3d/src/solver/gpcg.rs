@@ -15,7 +15,8 @@ use crate::{
 /// where no block is weakly active, fast on its face.
 ///
 /// In [`StepCounts`], `conjugate_gradient` are steps on faces, `expansion` trials of a step along a
-/// face, `proportioning` projected gradient steps; each costs one application of S, the start another.
+/// face, `proportioning` projected gradient steps; each costs one application of S, the start
+/// another.
 #[derive(Debug, Clone, Copy)]
 pub struct Gpcg {
     /// Steplength ᾱ ∈ (0, 2/‖S‖) that the reduced gradient is measured with, in Pa/m³.

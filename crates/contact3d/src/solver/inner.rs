@@ -12,8 +12,8 @@ use crate::{
 pub enum Inner<'a> {
     /// KPRGP, as in the paper.
     Kprgp,
-    /// GPCG, which moves along the ellipses' boundaries too, until the natural map measured by local
-    /// stiffness, `[n_multipliers]` in Pa/m³, is small as well.
+    /// GPCG, which moves along the ellipses' boundaries too, until the natural map measured by
+    /// local stiffness, `[n_multipliers]` in Pa/m³, is small as well.
     Gpcg(&'a [f64]),
     /// Newton's method on the dense dual problem, which reaches rounding in a few steps.
     Newton(&'a ExplicitDual, &'a LocalStiffness),
@@ -111,8 +111,8 @@ impl Inner<'_> {
     }
 }
 
-/// How much larger than the inner tolerance the residual by local stiffness may be: with the paper's
-/// r_tol, no larger than ε.
+/// How much larger than the inner tolerance the residual by local stiffness may be: with the
+/// paper's r_tol, no larger than ε.
 const LOCAL_SLACK: f64 = 10.0;
 
 /// Least and most decrease of the tolerance from one run of GPCG to the next.

@@ -11,7 +11,8 @@ pub(super) struct NaturalMap<'a> {
 }
 
 impl<'a> NaturalMap<'a> {
-    /// With ρ = 1/S_ii for normal components, and for tangential ones 1 over the mean of a pair's two.
+    /// With ρ = 1/S_ii for normal components, and for tangential ones 1 over the mean of a pair's
+    /// two.
     pub(super) fn new(dual: &'a ExplicitDual, bound: Bound<'a>) -> Self {
         let layout = dual.layout;
         let inverse = |value: f64| if value > 0.0 { 1.0 / value } else { 0.0 };

@@ -33,10 +33,11 @@ pub struct NewtonSolution {
 ///
 /// Most of the way a semismooth Newton method only looks for the zones: a pane on the wrong side of
 /// a kink spoils the whole step, and ‖R‖ forbids it. Such errors are local, and sweeps of nonlinear
-/// block Gauss–Seidel, each as cheap as one application of S, remove them; errors over many panes are
-/// slow for the sweeps and easy for Newton's step. So the start and every trial step are relaxed by
-/// a few sweeps (kept when ‖R‖ falls), as in nonsmooth Newton multigrid methods (C. Gräser,
-/// R. Kornhuber, J. Comput. Math. 27 (2009) 1–44), and the zones settle in a few steps on any mesh.
+/// block Gauss–Seidel, each as cheap as one application of S, remove them; errors over many panes
+/// are slow for the sweeps and easy for Newton's step. So the start and every trial step are
+/// relaxed by a few sweeps (kept when ‖R‖ falls), as in nonsmooth Newton multigrid methods (C.
+/// Gräser, R. Kornhuber, J. Comput. Math. 27 (2009) 1–44), and the zones settle in a few steps on
+/// any mesh.
 ///
 /// Steps are halved until the relaxed ‖R‖ decreases (the full step after 12 halvings). When the
 /// best ‖R‖ has not halved in 10 steps, the method starts again without sweeps; when that stalls or
@@ -82,8 +83,8 @@ pub(super) fn newton_from(
     NewtonSolution::new(outcome, 0)
 }
 
-/// [`newton_from`] in one step at least, ended by the first two at rounding that bring nothing: what is
-/// left then is rounding of λ itself, which the next exact residual shows.
+/// [`newton_from`] in one step at least, ended by the first two at rounding that bring nothing:
+/// what is left then is rounding of λ itself, which the next exact residual shows.
 pub(super) fn newton_to_rounding(
     map: &NaturalMap<'_>,
     start: Vec<f64>,

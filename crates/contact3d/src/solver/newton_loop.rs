@@ -141,9 +141,9 @@ impl Iterate {
 
 /// Runs the damped semismooth Newton method from a start.
 ///
-/// [`Globalisation::Relaxed`]: with relaxed trial steps until the residual stalls and then once more
-/// without; after that, or when Newton's step is singular, the safeguard gives a better multiplier.
-/// [`Globalisation::Plain`] ends there. At least `least_steps` are taken unless R = 0.
+/// [`Globalisation::Relaxed`]: with relaxed trial steps until the residual stalls and then once
+/// more without; after that, or when Newton's step is singular, the safeguard gives a better
+/// multiplier. [`Globalisation::Plain`] ends there. At least `least_steps` are taken unless R = 0.
 pub(super) fn iterate(
     map: &NaturalMap<'_>,
     start: Vec<f64>,

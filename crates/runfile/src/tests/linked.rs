@@ -1,4 +1,5 @@
-//! A group in a file of its own: written once, seen through the link, refused when it is not what was linked.
+//! A group in a file of its own: written once, seen through the link, refused when it is not what
+//! was linked.
 
 use std::fs;
 use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
@@ -317,7 +318,8 @@ fn killed_between_the_two_renames_the_old_state_is_whole() {
     let (_later_folder, later) = saved(5);
     save_grid(&later, 6);
     save_field_in(&later, Home::Beside, 6);
-    // What the disk holds at that moment: the new file of the group, and the new run file under its hidden name.
+    // What the disk holds at that moment: the new file of the group, and the new run file under its
+    // hidden name.
     let new = linked_path(&later);
     let orphan = folder.path().join(new.file_name().unwrap());
     fs::copy(&new, &orphan).unwrap();

@@ -78,7 +78,8 @@ fn twenty_reruns_do_not_grow_the_file() {
         save_grid(&file, 2000);
         save_field(&file, 2000, &[0.5]);
     }
-    // The order of the groups may change the padding between them: 8 KiB of a file of about 160 KiB.
+    // The order of the groups may change the padding between them: 8 KiB of a file of about 160
+    // KiB.
     assert!(size() <= first + 8192, "{first} bytes became {}", size());
     open(&file).unwrap().check_group(FIELD).unwrap();
 }

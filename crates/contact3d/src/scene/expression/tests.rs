@@ -227,7 +227,8 @@ proptest! {
         let f = |x: f64| value(&text, [x, 0.0, 0.0]);
         let difference = (f(x + step) - f(x - step)) / (2.0 * step);
         let slope = slopes(&text, [x, 0.0, 0.0])[0];
-        // Truncation 1e-10 times third derivatives up to 1e3, cancellation 1e-11 of values up to 1e3.
+        // Truncation 1e-10 times third derivatives up to 1e3, cancellation 1e-11 of values up to
+        // 1e3.
         let size = 1.0 + f(x).abs() + slope.abs();
         prop_assert!((slope - difference).abs() < 1e-6 * size, "{text} at {x}: {slope}, {difference}");
     }
@@ -241,7 +242,8 @@ proptest! {
         // Products with jumps mix values here with slopes behind.
         prop_assume!((f(kink) - near).abs() < 1e-3);
         let slope = slopes(&text, [kink, 0.0, 0.0])[0];
-        // Truncation 1e-6 times second derivatives up to 1e2, cancellation 1e-10 of values up to 1e3.
+        // Truncation 1e-6 times second derivatives up to 1e2, cancellation 1e-10 of values up to
+        // 1e3.
         let size = 1.0 + near.abs() + slope.abs();
         prop_assert!((slope - (far - near) / step).abs() < 1e-3 * size, "{text} at {kink}");
     }
