@@ -18,7 +18,7 @@ use super::{
 use crate::{
     format::Stage,
     output::Inputs,
-    pipeline::{AssemblyFile, Commit, Freshness, Performed, Results, Session, StageError},
+    pipeline::{AssemblyFile, Commit, Freshness, Performed, Session, StageError, Step},
     views::{Drawing, PictureFolder, are_drawn, draw_run},
 };
 
@@ -121,18 +121,13 @@ fn perform(
     output: &Output,
 ) -> Result<Performed, StageError> {
     let spinner = progress::spinner(stage.word(), output);
-    let performed = match stage {
-        Stage::Mesh => session.make_mesh(),
-        Stage::Assemble => session.assemble(&|step| spinner.set_message(step)),
-        Stage::Load => session.apply_loads(commit),
-        Stage::Solve => {
-            let mut forecast = Forecast::new(session.scene().solve.epsilon());
-            session.solve(commit, &mut |progress| {
-                spinner.set_message(report::progress(progress) + &forecast.words(progress))
-            })
+    let mut forecast = Forecast::new(session.scene().solve.epsilon());
+    let performed = session.perform(stage, commit, &mut |step| match step {
+        Step::Assembling(step) => spinner.set_message(step),
+        Step::Solving(progress) => {
+            spinner.set_message(report::progress(progress) + &forecast.words(progress));
         }
-        Stage::Post => session.post(),
-    };
+    });
     spinner.finish_and_clear();
     let performed = performed?;
     say(output, &report::stage_line(&performed));
@@ -165,11 +160,11 @@ fn draw_figures(
         return Ok(());
     };
     let results = session.results()?;
-    if let Some(figure) = results.report.out_of_range {
+    if let Some(figure) = results.report().out_of_range {
         say(output, &format!("figures   none: {figure}"));
         return Ok(());
     }
-    let files = draw_run(folder, &results)?;
+    let files = draw_run(folder, session.scene(), &results)?;
     let count = files.len();
     say(
         output,
@@ -181,13 +176,9 @@ fn draw_figures(
 /// Prints the results and turns the status into an exit code.
 fn finish(session: &mut Session, output: &Output, performed: &[Performed]) -> Outcome {
     let parts = session.assembly_seconds();
-    let Results {
-        scene,
-        mesh,
-        solution,
-        report,
-        ..
-    } = session.results()?;
+    let results = session.results()?;
+    let scene = session.scene();
+    let (mesh, solution, report) = (results.mesh(), results.solution(), results.report());
     if output.json {
         let json = results::json(scene, mesh, solution, report, performed, parts);
         terminal::json(&json);

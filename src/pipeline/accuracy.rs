@@ -6,7 +6,7 @@ use contact3d::{
 };
 use runfile::{GroupRecord, Home, IfMissing, RunFile, Transaction, timestamp};
 
-use super::{StageError, mesh_file::pin_mesh_file, persistence::write_group, resources};
+use super::{StageError, mesh_file::pin_mesh_file, resources, store::write_group};
 use crate::format::{self, LAYOUT};
 
 /// Measures the errors of solvers and meshes for a scene and stores them with it in a run file,

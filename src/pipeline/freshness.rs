@@ -1,7 +1,9 @@
-use contact3d::scene::{Parameters, Scene};
-use runfile::{Reader, StoreError, StoredGroup};
-use serde::Serialize;
+//! Whether what a run file holds is what a scene asks for.
 
+use contact3d::scene::Scene;
+use runfile::{Reader, StoreError, StoredGroup};
+
+use super::stages::settings;
 use crate::format::{self, Stage};
 
 /// Whether a stored stage can be used.
@@ -50,122 +52,6 @@ pub struct StageState {
     pub freshness: Freshness,
     /// How it was run, if it was.
     pub stored: Option<StoredGroup>,
-}
-
-/// The part of the scene that each stage depends on directly.
-#[derive(Serialize)]
-#[serde(untagged)]
-enum Settings<'a> {
-    Mesh {
-        body: &'a contact3d::scene::Body,
-        clamp: &'a [contact3d::scene::Clamp],
-        contact_face: Option<&'a str>,
-        multipliers: Option<contact3d::scene::MultiplierSpace>,
-        parts: Vec<&'a contact3d::scene::Part>,
-    },
-    Assemble {
-        material: &'a contact3d::scene::Material,
-        region: &'a [contact3d::scene::Region],
-        axis_1: Option<&'a [contact3d::scene::Quantity; 3]>,
-        angle: Option<&'a contact3d::scene::Quantity>,
-        /// Whether T is assembled, and whether G is.
-        friction: bool,
-        friction_follows_slip: bool,
-        assemble: &'a contact3d::scene::AssembleSettings,
-        /// What the formulas here use.
-        #[serde(skip_serializing_if = "Parameters::is_empty")]
-        parameters: Parameters,
-    },
-    Load {
-        traction: &'a [contact3d::scene::Traction],
-        pressure: &'a [contact3d::scene::Pressure],
-        body_force: Option<&'a contact3d::scene::BodyForce>,
-        gap: Option<&'a contact3d::scene::Quantity>,
-        /// What the formulas here use.
-        #[serde(skip_serializing_if = "Parameters::is_empty")]
-        parameters: Parameters,
-    },
-    Solve {
-        /// Digest of the multipliers the solve started from; none for λ = 0.
-        start: Option<&'a str>,
-        friction: Option<&'a contact3d::scene::Friction>,
-        solve: &'a contact3d::scene::SolveSettings,
-        /// What the formulas here use.
-        #[serde(skip_serializing_if = "Parameters::is_empty")]
-        parameters: Parameters,
-    },
-    Post {
-        friction: Option<&'a contact3d::scene::Friction>,
-        /// What the formulas here use.
-        #[serde(skip_serializing_if = "Parameters::is_empty")]
-        parameters: Parameters,
-    },
-}
-
-/// Whether a key is one of the axes of friction, which are part of T.
-fn of_frame(key: &str) -> bool {
-    ["contact.axis_1", "contact.angle"].contains(&key)
-}
-
-/// Whether a key is part of the law of friction.
-fn of_friction(key: &str) -> bool {
-    key.starts_with("friction.")
-}
-
-/// The settings of a stage as TOML; `start` names the multipliers that a solve starts from.
-pub(super) fn settings(stage: Stage, scene: &Scene, start: Option<&str>) -> String {
-    let settings = match stage {
-        Stage::Mesh => Settings::Mesh {
-            body: &scene.body,
-            clamp: &scene.clamps,
-            contact_face: scene.contact.as_ref().map(|c| c.face.as_str()),
-            multipliers: scene.contact.as_ref().map(|c| c.multipliers),
-            parts: scene.regions.iter().map(|region| &region.part).collect(),
-        },
-        Stage::Assemble => Settings::Assemble {
-            material: &scene.material,
-            region: &scene.regions,
-            axis_1: scene.contact.as_ref().and_then(|c| c.axis_1.as_ref()),
-            angle: scene.contact.as_ref().and_then(|c| c.angle.as_ref()),
-            friction: scene.friction.is_some(),
-            friction_follows_slip: scene
-                .friction
-                .as_ref()
-                .and_then(contact3d::scene::Friction::law)
-                .is_some_and(|law| law.depends_on_slip()),
-            assemble: &scene.assemble,
-            parameters: scene.parameters_used(of_frame),
-        },
-        Stage::Load => Settings::Load {
-            traction: &scene.tractions,
-            pressure: &scene.pressures,
-            body_force: scene.body_force.as_ref(),
-            gap: scene.contact.as_ref().map(|c| &c.gap),
-            parameters: scene.parameters_used(|key| !of_frame(key) && !of_friction(key)),
-        },
-        Stage::Solve => Settings::Solve {
-            start,
-            friction: scene.friction.as_ref(),
-            solve: &scene.solve,
-            parameters: scene.parameters_used(of_friction),
-        },
-        Stage::Post => Settings::Post {
-            friction: scene.friction.as_ref(),
-            parameters: scene.parameters_used(of_friction),
-        },
-    };
-    let text = toml::to_string(&settings).expect("settings hold only TOML types");
-    text + &units_settings(scene)
-}
-
-/// The units as settings of every stage, since attributes speak them; nothing for those of a scene that names none,
-/// whose stages keep the digests they had before units could be named.
-fn units_settings(scene: &Scene) -> String {
-    if scene.units.is_default() {
-        return String::new();
-    }
-    let units = toml::to_string(&scene.units).expect("units are words");
-    format!("\n[units]\n{units}")
 }
 
 /// The part of a scene that a stage depends on directly, as TOML, for a solve that starts from λ = 0.

@@ -1,23 +1,31 @@
-//! The stages of the pipeline: each reads what earlier ones stored, computes, and stores its own group.
+//! The pipeline: stages from typed inputs to a typed output, and the session that keeps them in a run file.
+//!
+//! One file per stage (`mesh`, `assemble`, `load`, `solve`, `post`); `stages` lists them side by side. A [`Session`]
+//! has a task (what is asked), a store (what of the run file is fresh, and commits) and what it knows (in memory).
 
 mod accuracy;
+mod assemble;
 mod checkpoint;
 mod error;
 mod freshness;
+mod homes;
+mod known;
+mod load;
+mod mesh;
 mod mesh_file;
-mod persistence;
+mod post;
 mod resources;
-mod results;
 mod session;
-mod shared;
+mod solve;
+mod stages;
+mod store;
 mod undo;
 
 pub use accuracy::{accuracy_input, measure_accuracy};
 pub use error::StageError;
 pub use freshness::{Freshness, StageState, operator_settings, stage_settings, states};
+pub use homes::{AssemblyFile, Operator};
 pub use mesh_file::{mesh_file, mesh_of, pin_mesh_file};
-pub use persistence::AssemblyFile;
 pub use resources::{memory_for_sweeps, scene_bytes};
-pub use results::Results;
-pub use session::{Commit, Performed, Session};
-pub use shared::Operator;
+pub use session::{Commit, Performed, Results, Session};
+pub use stages::Step;

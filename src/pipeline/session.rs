@@ -1,55 +1,44 @@
-use std::{fs, path::Path, time::Instant};
+//! One process at work on one run file.
+
+use std::{path::Path, sync::Arc, time::Instant};
 
 use contact3d::{
-    contact::{Coupling, Interface},
-    dual::{AssemblyError, AssemblySeconds, DualSystem, Need, OperatorEstimate, PrimalSystem},
-    elasticity::{Loads, idle_loads, refuse_rigid_motions},
-    mesh::{Mesh, Quality},
+    contact::Interface,
+    dual::{AssemblySeconds, OperatorEstimate},
+    elasticity::idle_loads,
+    mesh::Mesh,
     post::ContactReport,
-    scene::{AssembleSettings, Body, Invalid, Scene, SceneFile, SolveSettings, Warning},
-    solver::{ContactState, OuterState, Progress, Solution, Start, solve},
+    scene::{AssembleSettings, Scene, SceneFile, SolveSettings, Warning},
+    solver::Solution,
 };
-use runfile::{IfMissing, Reader, RunFile, StoreError};
+use runfile::{IfMissing, Reader, RunFile};
 
 use super::{
-    AssemblyFile, StageError, StageState,
-    checkpoint::Checkpoints,
-    freshness::{StartedFrom, states_from},
-    mesh_file::{mesh_of, pin_mesh_file},
-    persistence::loaded,
-    resources,
-    undo::Undo,
+    StageError, StageState, Step,
+    known::{Known, Source},
+    mesh::Meshed,
+    pin_mesh_file,
+    post::Evaluated,
+    solve::StartFrom,
+    stages,
+    store::Store,
 };
 use crate::format::{self, LAYOUT, Stage};
 
-/// One process at work on one run file: it holds the lock and what it has computed or read so far.
+/// A session with a run file: it holds the lock, and what it has computed or read so far.
+#[derive(Debug)]
 pub struct Session {
-    pub(super) file: RunFile,
-    pub(super) threads: usize,
-    pub(super) assembly_file: AssemblyFile,
+    pub(super) task: Task,
+    pub(super) store: Store,
+    pub(super) known: Known,
+}
+
+/// What is asked of a session.
+#[derive(Debug)]
+pub(super) struct Task {
     pub(super) input: SceneFile,
-    pub(super) mesh: Option<Mesh>,
-    pub(super) quality: Option<Quality>,
-    /// The laws of the contact face of the loaded mesh.
-    pub(super) interface: Option<Interface>,
-    pub(super) system: Option<DualSystem>,
-    /// Whether the loads of `system` are those of the scene.
-    pub(super) loads_applied: bool,
-    /// Multipliers that the solve starts from, empty for λ = 0, with their digest; `None` if that is
-    /// left to the solve.
-    pub(super) start: Option<(Vec<f64>, Option<String>)>,
-    /// A, l and B where they were read without the factor.
-    pub(super) primal: Option<(PrimalSystem, Option<Coupling>)>,
-    pub(super) solution: Option<Solution>,
-    pub(super) report: Option<ContactReport>,
-    /// Digests of the stages that the stage at work builds on, as they were when it began.
-    pub(super) upstream: Vec<(Stage, String)>,
-    /// What the last commit of this process took.
-    pub(super) last_store_seconds: f64,
-    /// Stages computed but not yet stored, with their seconds.
-    pub(super) pending: Vec<(Stage, f64)>,
-    /// The run file as it was before the command at work.
-    pub(super) undo: Undo,
+    pub(super) start: StartFrom,
+    pub(super) threads: usize,
 }
 
 /// What a stage did.
@@ -59,7 +48,7 @@ pub struct Performed {
     pub stage: Stage,
     /// Seconds of computing, reading its input included.
     pub compute_seconds: f64,
-    /// Seconds of writing the file; 0 for a solve that is stored together with its report.
+    /// Seconds of writing the file; 0 for a stage that is stored together with the next one.
     pub store_seconds: f64,
 }
 
@@ -69,8 +58,56 @@ pub enum Commit {
     /// At once.
     Now,
     /// Together with the next stage, unless that would put longer work at risk than writing the
-    /// file twice costs.
+    /// file twice costs. Meshes, assembled problems and reports are stored at once in any case.
     WithNextIfCheap,
+}
+
+/// What a solve came to.
+#[derive(Debug)]
+pub struct Results {
+    meshed: Arc<Meshed>,
+    evaluated: Arc<Evaluated>,
+}
+
+impl Results {
+    /// The mesh.
+    #[must_use]
+    pub fn mesh(&self) -> &Mesh {
+        &self.meshed.mesh
+    }
+
+    /// The laws of the contact face; `None` without contact.
+    #[must_use]
+    pub fn interface(&self) -> Option<&Interface> {
+        self.meshed.interface.as_ref()
+    }
+
+    /// Multipliers and displacement.
+    #[must_use]
+    pub fn solution(&self) -> &Solution {
+        &self.evaluated.answer.solution
+    }
+
+    /// What follows from them.
+    #[must_use]
+    pub fn report(&self) -> &ContactReport {
+        &self.evaluated.report
+    }
+}
+
+impl Task {
+    /// Where what this task asks for is read from.
+    pub(super) fn source<'a>(&'a self, store: &'a Store) -> Source<'a> {
+        Source {
+            run_file: store.path(),
+            input: &self.input,
+        }
+    }
+
+    /// The settings of a stage in force, as TOML.
+    pub(super) fn settings(&self, stage: Stage) -> String {
+        stages::settings(stage, &self.input.scene, self.start.digest())
+    }
 }
 
 impl Session {
@@ -102,30 +139,20 @@ impl Session {
 
     fn new(file: RunFile, input: SceneFile, threads: usize) -> Self {
         Self {
-            file,
-            threads,
-            assembly_file: AssemblyFile::default(),
-            input,
-            mesh: None,
-            quality: None,
-            interface: None,
-            system: None,
-            loads_applied: false,
-            start: None,
-            primal: None,
-            solution: None,
-            report: None,
-            upstream: Vec::new(),
-            last_store_seconds: 0.0,
-            pending: Vec::new(),
-            undo: Undo::default(),
+            task: Task {
+                input,
+                start: StartFrom::Any,
+                threads,
+            },
+            store: Store::new(file),
+            known: Known::default(),
         }
     }
 
     /// The scene in force.
     #[must_use]
     pub fn scene(&self) -> &Scene {
-        &self.input.scene
+        &self.task.input.scene
     }
 
     /// Changes the solve settings of the scene; stored with the next stage that is written.
@@ -134,8 +161,19 @@ impl Session {
     /// Settings that no solve can have.
     pub fn set_solve(&mut self, settings: SolveSettings) -> Result<(), StageError> {
         settings.validate("solve").map_err(StageError::Setting)?;
-        self.input.scene.solve = settings;
+        self.task.input.scene.solve = settings;
         Ok(())
+    }
+
+    /// Changes the assemble settings of the scene; stored with the next stage that is written.
+    pub fn set_assemble(&mut self, settings: AssembleSettings) {
+        self.task.input.scene.assemble = settings;
+    }
+
+    /// Lets the solve start from the multipliers of a similar problem, `[n_multipliers]`, in Pa, or
+    /// from λ = 0 if empty. A stored solve that started from others is stale.
+    pub fn start_from(&mut self, multiplier: Vec<f64>) {
+        self.task.start = StartFrom::multipliers(multiplier);
     }
 
     /// The state of every stage with respect to the scene in force; all missing in a new file.
@@ -143,198 +181,24 @@ impl Session {
     /// # Errors
     /// An unreadable file.
     pub fn states(&self) -> Result<Vec<StageState>, StageError> {
-        match self.reader() {
-            Ok(reader) => Ok(self.states_in(Some(&reader))),
-            Err(StoreError::NotFound { .. }) => Ok(self.states_in(None)),
-            Err(error) => Err(error.into()),
-        }
+        Ok(self.store.states(&self.task)?)
     }
 
-    /// The states in a file that may not exist yet.
-    pub(super) fn states_in(&self, reader: Option<&Reader>) -> Vec<StageState> {
-        let start = match &self.start {
-            Some((_, digest)) => StartedFrom::Given(digest.as_deref()),
-            None => StartedFrom::AsStored,
-        };
-        states_from(reader, self.scene(), start)
-    }
-
-    /// Makes the mesh and stores it with the scene.
+    /// Runs a stage and stores it; `observe` sees every step of long ones.
     ///
     /// # Errors
-    /// A mesh or loads the scene cannot have, too little memory or disk space, HDF5 failures.
-    pub fn make_mesh(&mut self) -> Result<Performed, StageError> {
-        let started = Instant::now();
-        self.upstream.clear();
-        let need = match &self.scene().body {
-            Body::Brick(brick) => resources::need_of_brick(brick),
-            Body::Gmsh(gmsh) => {
-                let file = fs::metadata(self.input.folder.join(&gmsh.file));
-                resources::need_of_mesh_file(file.map_or(0, |file| file.len()))
-            }
-        };
-        resources::admit(need, self.file.path())?;
-        let mesh = mesh_of(&self.input)?;
-        refuse_rigid_motions(&mesh, &mesh.held_nodes(self.scene()))
-            .and_then(|()| Loads::of(self.scene()).nodal_forces(&mesh).map(drop))
-            .map_err(|invalid| self.refuse(invalid))?;
-        self.quality = Some(Quality::of(&mesh));
-        self.mesh = Some(mesh);
-        self.load_interface()?;
-        self.store(Stage::Mesh, started)
-    }
-
-    /// Assembles and factorises; `observe` sees the name of every long step before it begins.
-    ///
-    /// # Errors
-    /// A stale or missing mesh, a stiffness that is not positive definite, too little memory or
-    /// disk space, HDF5 failures.
-    pub fn assemble(&mut self, observe: &dyn Fn(&'static str)) -> Result<Performed, StageError> {
-        self.require_fresh_before(Stage::Assemble)?;
-        let started = Instant::now();
-        self.load_mesh()?;
-        let mesh = loaded(&self.mesh);
-        let admit = |need: Need| {
-            observe(need.step);
-            resources::admit(need, self.file.path())
-        };
-        let system = DualSystem::admitted(self.scene(), mesh, self.threads, &admit);
-        self.system = Some(system.map_err(|error| match error {
-            AssemblyError::Scene(invalid) => self.refuse(invalid),
-            error => error.into(),
-        })?);
-        self.loads_applied = true;
-        self.store(Stage::Assemble, started)
-    }
-
-    /// Applies the loads of the scene to the assembled problem.
-    ///
-    /// # Errors
-    /// A stale or missing assembly, a load that is not finite, HDF5 failures.
-    pub fn apply_loads(&mut self, commit: Commit) -> Result<Performed, StageError> {
-        self.require_fresh_before(Stage::Load)?;
-        let started = Instant::now();
-        self.load_mesh()?;
-        self.load_operator()?;
-        self.require_unchanged(&self.states()?)?;
-        if !self.loads_applied {
-            let scene = &self.input.scene;
-            let system = self.system.as_mut().expect("loaded before use");
-            system
-                .apply_loads(scene, loaded(&self.mesh))
-                .map_err(|invalid| self.input.refuse(invalid))?;
-            self.loads_applied = true;
-        }
-        self.store_or_wait(Stage::Load, commit, started)
-    }
-
-    /// Lets the solve start from the multipliers of a similar problem, `[n_multipliers]`, in Pa, or
-    /// from λ = 0 if empty. A stored solve that started from others is stale.
-    pub fn start_from(&mut self, multiplier: Vec<f64>) {
-        let bytes: Vec<u8> = multiplier.iter().flat_map(|v| v.to_le_bytes()).collect();
-        let digest = (!bytes.is_empty()).then(|| blake3::hash(&bytes).to_hex().to_string());
-        self.start = Some((multiplier, digest));
-    }
-
-    /// The digest of the multipliers that the solve starts from; `None` for λ = 0.
-    pub(super) fn start_digest(&self) -> Option<&str> {
-        self.start.as_ref()?.1.as_deref()
-    }
-
-    /// What the parts of an assembly made in this process took.
-    #[must_use]
-    pub fn assembly_seconds(&self) -> Option<AssemblySeconds> {
-        self.system.as_ref().map(|system| system.assembly.seconds)
-    }
-
-    /// What each form of the dual operator costs, and whether the dense one is held; `None`
-    /// before [`Self::assemble`].
-    #[must_use]
-    pub fn operator_estimate(&self) -> Option<(OperatorEstimate, bool)> {
-        let (mesh, system) = (self.mesh.as_ref()?, self.system.as_ref()?);
-        let contact = system.contact.as_ref()?;
-        let nodes = mesh.contact.as_ref()?.nodes.len();
-        let estimate = OperatorEstimate::new(&system.assembly.factor, &contact.coupling, nodes);
-        Some((estimate, contact.explicit().is_some()))
-    }
-
-    /// Changes the assemble settings of the scene; stored with the next stage that is written.
-    pub fn set_assemble(&mut self, settings: AssembleSettings) {
-        self.input.scene.assemble = settings;
-    }
-
-    /// Solves the contact problem; `observe` sees every outer step.
-    ///
-    /// # Errors
-    /// Stale or missing input, HDF5 failures. A solve that does not converge is not an error: it
-    /// is stored with its status.
-    pub fn solve(
-        &mut self,
-        commit: Commit,
-        observe: &mut dyn FnMut(Progress<'_>),
-    ) -> Result<Performed, StageError> {
-        self.require_fresh_before(Stage::Solve)?;
-        let started = Instant::now();
-        self.load_mesh()?;
-        self.load_system()?;
-        self.load_interface()?;
-        let checkpoint: Option<OuterState> = self.read_checkpoint()?;
-        self.require_unchanged(&self.states()?)?;
-        let mut checkpoints = Checkpoints::new(self);
-        let solution = solve(
-            loaded(&self.system),
-            self.contact_state().as_ref(),
-            &self.scene().solve,
-            Start {
-                multiplier: self
-                    .start
-                    .as_ref()
-                    .map(|(multiplier, _)| multiplier.as_slice()),
-                checkpoint: checkpoint.as_ref(),
-            },
-            &mut |progress| match progress {
-                Progress::Between(state) => checkpoints.keep(state),
-                seen => observe(seen),
-            },
-        )?;
-        self.solution = Some(solution);
-        self.report = Some(self.evaluate()?);
-        self.store_or_wait(Stage::Solve, commit, started)
-    }
-
-    fn store_or_wait(
+    /// A stale or missing stage before it, what the stage itself refuses, too little memory or disk space, HDF5
+    /// failures. A solve that does not converge is not an error: it is stored with its status.
+    pub fn perform(
         &mut self,
         stage: Stage,
         commit: Commit,
-        started: Instant,
+        observe: &mut dyn FnMut(Step<'_>),
     ) -> Result<Performed, StageError> {
-        let compute_seconds = started.elapsed().as_secs_f64();
-        if commit == Commit::Now || compute_seconds >= self.last_store_seconds {
-            return self.store(stage, started);
-        }
-        self.pending.push((stage, compute_seconds));
-        Ok(Performed {
-            stage,
-            compute_seconds,
-            store_seconds: 0.0,
-        })
-    }
-
-    /// Evaluates the solution and stores the report, for h5py and for ParaView.
-    ///
-    /// # Errors
-    /// Stale or missing input, HDF5 failures.
-    pub fn post(&mut self) -> Result<Performed, StageError> {
-        self.require_fresh_before(Stage::Post)?;
+        self.store.require_fresh_before(stage, &self.task)?;
         let started = Instant::now();
-        self.load_mesh()?;
-        self.load_solution()?;
-        self.require_unchanged(&self.states()?)?;
-        // A solve of this session has evaluated its solution already.
-        if self.report.is_none() {
-            self.report = Some(self.evaluate()?);
-        }
-        self.store(Stage::Post, started)
+        let output = self.compute(stage, observe)?;
+        self.store.keep(output, started, commit, &self.task)
     }
 
     /// What is allowed in the scene and probably not meant; needs a fresh mesh.
@@ -343,35 +207,42 @@ impl Session {
     /// Laws of the contact face that no problem can have, HDF5 failures.
     pub fn warnings(&mut self) -> Result<Vec<Warning>, StageError> {
         let mut warnings = self.scene().warnings();
-        self.load_mesh()?;
-        self.load_interface()?;
-        let mesh = loaded(&self.mesh);
-        warnings.extend(idle_loads(self.scene(), mesh));
-        if let Some(interface) = &self.interface {
+        let meshed = self.known.meshed(self.task.source(&self.store))?;
+        warnings.extend(idle_loads(self.scene(), &meshed.mesh));
+        if let Some(interface) = &meshed.interface {
             let length = self.scene().units.length();
-            warnings.extend(interface.warnings(mesh.extent(), length));
+            warnings.extend(interface.warnings(meshed.mesh.extent(), length));
         }
         Ok(warnings)
     }
 
-    pub(super) fn load_interface(&mut self) -> Result<(), StageError> {
-        if self.interface.is_none() {
-            let interface = Interface::new(self.scene(), loaded(&self.mesh));
-            self.interface = interface.map_err(|invalid| self.refuse(invalid))?;
-        }
-        Ok(())
-    }
-
-    /// The contact face and its laws; `None` without contact.
-    #[must_use]
-    pub fn contact_state(&self) -> Option<ContactState<'_>> {
-        Some(ContactState {
-            surface: self.mesh.as_ref()?.contact.as_ref()?,
-            interface: self.interface.as_ref()?,
+    /// The results of a solved file.
+    ///
+    /// # Errors
+    /// Unreadable datasets.
+    pub fn results(&mut self) -> Result<Results, StageError> {
+        let source = self.task.source(&self.store);
+        Ok(Results {
+            meshed: self.known.meshed(source)?,
+            evaluated: self.known.evaluated(source)?,
         })
     }
 
-    pub(super) fn refuse(&self, invalid: Invalid) -> StageError {
-        self.input.refuse(invalid).into()
+    /// What the parts of an assembly took; `None` unless it is in memory.
+    #[must_use]
+    pub fn assembly_seconds(&self) -> Option<AssemblySeconds> {
+        let (_, system) = self.known.in_memory()?;
+        Some(system.assembly.seconds)
+    }
+
+    /// What each form of the dual operator costs, and whether the dense one is held; `None`
+    /// unless an assembly is in memory.
+    #[must_use]
+    pub fn operator_estimate(&self) -> Option<(OperatorEstimate, bool)> {
+        let (mesh, system) = self.known.in_memory()?;
+        let contact = system.contact.as_ref()?;
+        let nodes = mesh.contact.as_ref()?.nodes.len();
+        let estimate = OperatorEstimate::new(&system.assembly.factor, &contact.coupling, nodes);
+        Some((estimate, contact.explicit().is_some()))
     }
 }

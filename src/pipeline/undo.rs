@@ -1,17 +1,12 @@
 //! All or nothing: a command that is refused midway leaves its run file as it found it.
 
-use std::cell::RefCell;
-
-use runfile::{FileState, Group, Savepoint, StoreError, Transaction};
+use runfile::{FileState, Group, RunFile, Savepoint, StoreError};
 
 use super::{Session, StageError};
 
 /// What a session could put back.
 #[derive(Debug, Default)]
-pub(super) struct Undo(RefCell<State>);
-
-#[derive(Debug, Default)]
-enum State {
+pub(super) enum Undo {
     /// Every commit is for good.
     #[default]
     Off,
@@ -26,6 +21,34 @@ enum State {
     },
 }
 
+impl Undo {
+    /// Keeps the state of the file before the first commit of a command.
+    pub(super) fn before_commit(&mut self, file: &RunFile) -> Result<(), StoreError> {
+        match self {
+            Self::Off | Self::Kept { .. } => {}
+            Self::Armed => {
+                *self = Self::Kept {
+                    savepoint: Box::new(file.savepoint()?),
+                    last: None,
+                    stored: Vec::new(),
+                };
+            }
+        }
+        Ok(())
+    }
+
+    /// Notes what a commit stored.
+    pub(super) fn after_commit(&mut self, file: &RunFile, changed: &[Group]) {
+        match self {
+            Self::Off | Self::Armed => {}
+            Self::Kept { last, stored, .. } => {
+                *last = Some(file.state());
+                stored.extend(changed);
+            }
+        }
+    }
+}
+
 impl Session {
     /// Does work that may store in several steps. If it is refused, the run file is as before; if
     /// the machine fails midway, for example because the disk is full, the stages stored by then
@@ -37,58 +60,30 @@ impl Session {
         &mut self,
         work: impl FnOnce(&mut Self) -> Result<T, StageError>,
     ) -> Result<T, StageError> {
-        self.undo.0.replace(State::Armed);
+        self.store.undo = Undo::Armed;
         let outcome = work(self);
-        let state = self.undo.0.replace(State::Off);
-        match (outcome, state) {
-            (
-                Err(error),
-                State::Kept {
-                    savepoint,
-                    last,
+        let undo = std::mem::take(&mut self.store.undo);
+        let error = match outcome {
+            Ok(done) => return Ok(done),
+            Err(error) => error,
+        };
+        match undo {
+            Undo::Off | Undo::Armed => Err(error),
+            Undo::Kept { stored, .. } if error.is_of_machine() && !stored.is_empty() => {
+                Err(StageError::Partly {
                     stored,
-                },
-            ) => {
-                let ours = last.is_some_and(|last| last == self.file.state());
-                if error.is_of_machine() && !stored.is_empty() {
-                    return Err(StageError::Partly {
-                        stored,
-                        source: Box::new(error),
-                    });
-                }
-                if ours && !error.is_internal() {
+                    source: Box::new(error),
+                })
+            }
+            Undo::Kept {
+                savepoint, last, ..
+            } => {
+                let is_ours = last.is_some_and(|last| last == self.store.file.state());
+                if is_ours && !error.is_internal() {
                     savepoint.restore()?;
                 }
                 Err(error)
             }
-            (outcome, _) => outcome,
         }
-    }
-
-    /// Begins a change of the run file.
-    pub(super) fn begin(&self) -> Result<Transaction, StoreError> {
-        Transaction::begin(&self.file)
-    }
-
-    /// Ends a change of the run file, which stored some groups.
-    pub(super) fn commit_change(
-        &self,
-        transaction: Transaction,
-        changed: &[Group],
-    ) -> Result<(), StoreError> {
-        let mut undo = self.undo.0.borrow_mut();
-        if matches!(*undo, State::Armed) {
-            *undo = State::Kept {
-                savepoint: Box::new(self.file.savepoint()?),
-                last: None,
-                stored: Vec::new(),
-            };
-        }
-        transaction.commit()?;
-        if let State::Kept { last, stored, .. } = &mut *undo {
-            *last = Some(self.file.state());
-            stored.extend(changed);
-        }
-        Ok(())
     }
 }

@@ -83,13 +83,7 @@ fn compute(session: &mut Session) -> Result<(), StageError> {
         if !stale {
             continue;
         }
-        match state.stage {
-            Stage::Load => session.apply_loads(commit)?,
-            Stage::Solve => session.solve(commit, &mut |_| {})?,
-            Stage::Mesh => session.make_mesh()?,
-            Stage::Assemble => session.assemble(&|_| {})?,
-            Stage::Post => session.post()?,
-        };
+        session.perform(state.stage, commit, &mut |_| {})?;
     }
     Ok(())
 }

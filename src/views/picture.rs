@@ -40,19 +40,20 @@ pub fn are_drawn(folder: &Path, run_file: &Path) -> bool {
 ///
 /// # Errors
 /// A folder that cannot be written.
-pub fn draw_run(folder: &PictureFolder, results: &Results<'_>) -> Result<Vec<PathBuf>, StageError> {
+pub fn draw_run(
+    folder: &PictureFolder,
+    scene: &Scene,
+    results: &Results,
+) -> Result<Vec<PathBuf>, StageError> {
     let figure = |source| StageError::Figure {
         file: folder.path().to_owned(),
         source,
     };
-    let frame = results.interface.map(|interface| &interface.frame);
-    let drawn = with_picture(
-        results.scene,
-        results.mesh,
-        frame,
-        results.report,
-        |picture| Ok((plots::panels(picture)?, plots::page(picture)?)),
-    );
+    let frame = results.interface().map(|interface| &interface.frame);
+    let (mesh, report) = (results.mesh(), results.report());
+    let drawn = with_picture(scene, mesh, frame, report, |picture| {
+        Ok((plots::panels(picture)?, plots::page(picture)?))
+    });
     let (panels, page) = drawn.map_err(figure)?;
     let panels = panels.into_iter();
     let panels = panels.map(|panel| (panel.name, panel.svg, PANEL_WIDTH));

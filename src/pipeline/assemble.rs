@@ -1,0 +1,70 @@
+//! The stage `assemble`: matrices, factor and perhaps the dense dual operator, for any loads.
+
+use contact3d::{
+    dual::{AssemblyError, DualSystem, Need, Shortage},
+    mesh::Mesh,
+    scene::{AssembleSettings, Friction, Material, Parameters, Quantity, Region, Scene, SceneFile},
+};
+use serde::Serialize;
+
+use super::StageError;
+
+/// What the stage depends on.
+pub(super) struct Inputs<'a> {
+    pub(super) input: &'a SceneFile,
+    pub(super) mesh: &'a Mesh,
+    pub(super) threads: usize,
+    /// Decides whether a step may begin.
+    pub(super) admit: &'a dyn Fn(Need) -> Result<(), Shortage>,
+}
+
+/// Assembles and factorises; the loads of the scene are applied, too.
+///
+/// # Errors
+/// A stiffness that is not positive definite, a formula without a value, what `admit` refuses.
+pub(super) fn run(inputs: &Inputs<'_>) -> Result<DualSystem, StageError> {
+    let Inputs { input, mesh, .. } = inputs;
+    let system = DualSystem::admitted(&input.scene, mesh, inputs.threads, inputs.admit);
+    system.map_err(|error| match error {
+        AssemblyError::Scene(invalid) => input.refuse(invalid).into(),
+        error => error.into(),
+    })
+}
+
+/// The part of a scene that the stage depends on directly.
+#[derive(Serialize)]
+pub(super) struct Settings<'a> {
+    material: &'a Material,
+    region: &'a [Region],
+    axis_1: Option<&'a [Quantity; 3]>,
+    angle: Option<&'a Quantity>,
+    /// Whether T is assembled, and whether G is.
+    friction: bool,
+    friction_follows_slip: bool,
+    assemble: &'a AssembleSettings,
+    /// What the formulas here use.
+    #[serde(skip_serializing_if = "Parameters::is_empty")]
+    parameters: Parameters,
+}
+
+impl<'a> Settings<'a> {
+    pub(super) fn of(scene: &'a Scene) -> Self {
+        let contact = scene.contact.as_ref();
+        let law = scene.friction.as_ref().and_then(Friction::law);
+        Self {
+            material: &scene.material,
+            region: &scene.regions,
+            axis_1: contact.and_then(|c| c.axis_1.as_ref()),
+            angle: contact.and_then(|c| c.angle.as_ref()),
+            friction: scene.friction.is_some(),
+            friction_follows_slip: law.is_some_and(|law| law.depends_on_slip()),
+            assemble: &scene.assemble,
+            parameters: scene.parameters_used(of_frame),
+        }
+    }
+}
+
+/// Whether a key is one of the axes of friction, which are part of T.
+pub(super) fn of_frame(key: &str) -> bool {
+    ["contact.axis_1", "contact.angle"].contains(&key)
+}

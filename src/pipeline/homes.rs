@@ -1,0 +1,196 @@
+//! Where large stages are kept: in the run file, in a file beside it that it owns, or in one that the run files of a
+//! folder share. `runfile::Home` says what each of these is.
+
+use std::{fs, path::Path, sync::Arc};
+
+use contact3d::{dual::DualSystem, mesh::Mesh};
+use runfile::{Home, SharedGroup, StoreError, StoredGroup, Transaction};
+
+use super::{
+    Commit, Freshness, Session, StageError,
+    mesh::Meshed,
+    stages::Output,
+    store::{input_digest_of, write_scene},
+};
+use crate::format::{self, CHECKPOINT, FormatError, Stage};
+
+/// Assembled data above this many bytes go to a file of their own.
+///
+/// Copying inside the run file costs every later stage about 2 s per gigabyte on a disk of 0.5 GB/s: at most an
+/// eighth of a second below this size, where one file is worth more.
+const KEEP_BESIDE_ABOVE: usize = 64_000_000;
+
+/// The stages that may have another home than the run file, upstream first.
+const LARGE: [Stage; 2] = [Stage::Mesh, Stage::Assemble];
+
+/// Where a session keeps what `assemble` makes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum AssemblyFile {
+    /// In the run file up to 64 MB, above that in a file beside it.
+    #[default]
+    BySize,
+    /// In the run file, whatever its size.
+    SelfContained,
+    /// With the mesh, in files that the run files of the folder share.
+    Shared,
+}
+
+impl AssemblyFile {
+    /// Where the output of a stage goes.
+    pub(super) fn home(self, output: &Output) -> Home {
+        match (output, self) {
+            (Output::Assemble(system), Self::BySize)
+                if format::assembly_bytes(system) > KEEP_BESIDE_ABOVE =>
+            {
+                Home::Beside
+            }
+            (Output::Mesh(_) | Output::Assemble(_), Self::Shared) => Home::Shared,
+            (Output::Mesh(_) | Output::Assemble(_), Self::BySize | Self::SelfContained)
+            | (Output::Load(_) | Output::Solve(..) | Output::Post(..), _) => Home::RunFile,
+        }
+    }
+}
+
+/// A mesh and all of its assembled problem that does not depend on the loads, in memory.
+#[derive(Debug, Clone)]
+pub struct Operator {
+    mesh: Arc<Mesh>,
+    system: Arc<DualSystem>,
+}
+
+impl Session {
+    /// Chooses where the assembly is kept; `SelfContained` also takes in one that is kept elsewhere, at the next
+    /// commit.
+    pub fn keep_assembly(&mut self, assembly_file: AssemblyFile) {
+        self.store.assembly_file = assembly_file;
+    }
+
+    /// Takes stages that are kept elsewhere into the run file now; does nothing if there are none.
+    ///
+    /// # Errors
+    /// HDF5 failures.
+    pub fn embed_assembly(&mut self) -> Result<(), StageError> {
+        let reader = self.store.reader()?;
+        let linked = LARGE.map(|stage| reader.linked_file(stage.group()));
+        if linked.iter().any(Option::is_some) {
+            let mut transaction = Transaction::begin(&self.store.file)?;
+            transaction.embed_linked();
+            self.store.end(transaction, &[])?;
+        }
+        Ok(())
+    }
+
+    /// Makes mesh and assembled problem fresh with the least work: kept, linked from a file that another run file
+    /// of the folder shares, or computed and shared. Loads it, or takes it from `known`, which must belong to a
+    /// scene with the same [`super::operator_settings`]. A shared file whose values do not fit their digests is
+    /// made again under the same name.
+    ///
+    /// # Errors
+    /// As [`Session::perform`] for mesh and assembled problem.
+    pub fn prepare_operator(&mut self, known: Option<&Operator>) -> Result<Operator, StageError> {
+        self.keep_assembly(AssemblyFile::Shared);
+        self.link_shared()?;
+        if !self.is_fresh(Stage::Mesh)? {
+            self.perform(Stage::Mesh, Commit::Now, &mut |_| {})?;
+            self.link_shared()?;
+        }
+        if !self.is_fresh(Stage::Assemble)? {
+            self.perform(Stage::Assemble, Commit::Now, &mut |_| {})?;
+        } else if let Some(known) = known {
+            let meshed = Meshed::new(known.mesh.clone(), &self.task.input)?;
+            self.known.set_mesh(Arc::new(meshed));
+            self.known.set_operator(known.system.clone());
+        }
+        match self.operator() {
+            Err(error) if is_of_content(&error) && self.remove_shared()? => {
+                self.known = super::known::Known::default();
+                self.prepare_operator(known)
+            }
+            operator => operator,
+        }
+    }
+
+    /// Mesh and assembled problem, read unless they are in memory.
+    fn operator(&mut self) -> Result<Operator, StageError> {
+        let source = self.task.source(&self.store);
+        Ok(Operator {
+            mesh: self.known.meshed(source)?.mesh.clone(),
+            system: self.known.operator(source)?,
+        })
+    }
+
+    fn is_fresh(&self, stage: Stage) -> Result<bool, StageError> {
+        let mut states = self.states()?.into_iter();
+        Ok(states.any(|state| state.stage == stage && state.freshness == Freshness::Fresh))
+    }
+
+    /// Removes the shared files that the run file links; whether there were any.
+    fn remove_shared(&self) -> Result<bool, StageError> {
+        let reader = self.store.reader()?;
+        let folder = self.store.path().parent().unwrap_or(Path::new(""));
+        let mut removed = false;
+        for stage in LARGE {
+            let Some((name, _)) = reader.linked_file(stage.group()) else {
+                continue;
+            };
+            let file = folder.join(name);
+            fs::remove_file(&file).map_err(|source| StageError::Write { file, source })?;
+            removed = true;
+        }
+        Ok(removed)
+    }
+
+    /// Links every large stage that is not fresh and that a shared file holds.
+    fn link_shared(&mut self) -> Result<(), StageError> {
+        let mut upstream: Vec<(Stage, StoredGroup)> = Vec::new();
+        let mut found = Vec::new();
+        for state in self.states()? {
+            if !LARGE.contains(&state.stage) {
+                break;
+            }
+            if state.freshness == Freshness::Fresh && found.is_empty() {
+                upstream.extend(state.stored.map(|stored| (state.stage, stored)));
+                continue;
+            }
+            let digest = input_digest_of(state.stage, &self.task, &upstream);
+            let shared = SharedGroup::find(&self.store.file, state.stage.group(), &digest);
+            let Some(shared) = shared else {
+                break;
+            };
+            upstream.push((state.stage, shared.stored().clone()));
+            found.push(shared);
+        }
+        if found.is_empty() {
+            return Ok(());
+        }
+        let mut transaction = Transaction::begin(&self.store.file)?;
+        write_scene(&mut transaction, &self.task)?;
+        for shared in &found {
+            transaction.link(shared)?;
+        }
+        transaction.remove(CHECKPOINT);
+        Ok(self.store.end(transaction, &[])?)
+    }
+}
+
+/// Whether what a file holds is at fault, and not the way to it.
+fn is_of_content(error: &StageError) -> bool {
+    match error {
+        StageError::Store(StoreError::Io { .. })
+        | StageError::Format(FormatError::Store(StoreError::Io { .. })) => false,
+        StageError::Store(_) | StageError::Format(_) => true,
+        StageError::Scene(_)
+        | StageError::Mesh(_)
+        | StageError::Setting(_)
+        | StageError::Assembly(_)
+        | StageError::Unsolved(_)
+        | StageError::Shortage(_)
+        | StageError::NeedsExplicit(_)
+        | StageError::NotReady { .. }
+        | StageError::Sweep { .. }
+        | StageError::Figure { .. }
+        | StageError::Output(_)
+        | StageError::Partly { .. }
+        | StageError::Write { .. } => false,
+    }
+}

@@ -1,0 +1,69 @@
+//! The stage `load`: the loads of the scene on the assembled problem.
+
+use std::sync::Arc;
+
+use contact3d::{
+    dual::DualSystem,
+    mesh::Mesh,
+    scene::{BodyForce, Parameters, Pressure, Quantity, Scene, SceneFile, Traction},
+};
+use runfile::Reader;
+use serde::Serialize;
+
+use super::{StageError, assemble::of_frame, solve::of_friction};
+use crate::format;
+
+/// What the stage depends on.
+pub(super) struct Inputs<'a> {
+    pub(super) input: &'a SceneFile,
+    pub(super) mesh: &'a Mesh,
+    /// The assembled problem, copied first if others hold it.
+    pub(super) operator: Arc<DualSystem>,
+}
+
+/// Applies the loads.
+///
+/// # Errors
+/// A load that is not finite.
+pub(super) fn run(inputs: Inputs<'_>) -> Result<DualSystem, StageError> {
+    let input = inputs.input;
+    let mut system = Arc::unwrap_or_clone(inputs.operator);
+    system
+        .apply_loads(&input.scene, inputs.mesh)
+        .map_err(|invalid| input.refuse(invalid))?;
+    Ok(system)
+}
+
+/// Reads the stored loads.
+///
+/// # Errors
+/// Missing or altered datasets.
+pub(super) fn read(reader: &Reader, operator: Arc<DualSystem>) -> Result<DualSystem, StageError> {
+    let mut system = Arc::unwrap_or_clone(operator);
+    format::read_loads(reader, &mut system)?;
+    Ok(system)
+}
+
+/// The part of a scene that the stage depends on directly.
+#[derive(Serialize)]
+pub(super) struct Settings<'a> {
+    traction: &'a [Traction],
+    pressure: &'a [Pressure],
+    body_force: Option<&'a BodyForce>,
+    gap: Option<&'a Quantity>,
+    /// What the formulas here use.
+    #[serde(skip_serializing_if = "Parameters::is_empty")]
+    parameters: Parameters,
+}
+
+impl<'a> Settings<'a> {
+    pub(super) fn of(scene: &'a Scene) -> Self {
+        Self {
+            traction: &scene.tractions,
+            pressure: &scene.pressures,
+            body_force: scene.body_force.as_ref(),
+            gap: scene.contact.as_ref().map(|c| &c.gap),
+            parameters: scene.parameters_used(|key| !of_frame(key) && !of_friction(key)),
+        }
+    }
+}

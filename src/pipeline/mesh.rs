@@ -1,0 +1,107 @@
+//! The stage `mesh`: nodes, tetrahedra, boundary and panes of a scene, and the laws of its contact face.
+
+use std::{fs, path::Path, sync::Arc};
+
+use contact3d::{
+    contact::Interface,
+    elasticity::{Loads, refuse_rigid_motions},
+    mesh::{Mesh, Quality},
+    scene::{Body, Clamp, MultiplierSpace, Part, Scene, SceneFile},
+    solver::ContactState,
+};
+use runfile::{GroupWriter, Reader, StoreError};
+use serde::Serialize;
+
+use super::{StageError, mesh_of, resources};
+use crate::format;
+
+/// What the stage depends on.
+pub(super) struct Inputs<'a> {
+    pub(super) input: &'a SceneFile,
+    /// Where the mesh will be stored.
+    pub(super) run_file: &'a Path,
+}
+
+/// The mesh of a scene with the laws of its contact face.
+#[derive(Debug)]
+pub(super) struct Meshed {
+    pub(super) mesh: Arc<Mesh>,
+    /// `None` without contact.
+    pub(super) interface: Option<Interface>,
+}
+
+/// Makes the mesh, and tries loads, gap and friction on it.
+///
+/// # Errors
+/// A mesh or loads the scene cannot have, too little memory or disk space.
+pub(super) fn run(inputs: &Inputs<'_>) -> Result<Meshed, StageError> {
+    let Inputs { input, run_file } = inputs;
+    let need = match &input.scene.body {
+        Body::Brick(brick) => resources::need_of_brick(brick),
+        Body::Gmsh(gmsh) => {
+            let file = fs::metadata(input.folder.join(&gmsh.file));
+            resources::need_of_mesh_file(file.map_or(0, |file| file.len()))
+        }
+    };
+    resources::admit(need, run_file)?;
+    let mesh = mesh_of(input)?;
+    refuse_rigid_motions(&mesh, &mesh.held_nodes(&input.scene))
+        .and_then(|()| Loads::of(&input.scene).nodal_forces(&mesh).map(drop))
+        .map_err(|invalid| input.refuse(invalid))?;
+    Meshed::new(Arc::new(mesh), input)
+}
+
+/// Reads the mesh back.
+///
+/// # Errors
+/// Missing or altered datasets; laws of the contact face that no problem can have.
+pub(super) fn read(reader: &Reader, input: &SceneFile) -> Result<Meshed, StageError> {
+    Meshed::new(Arc::new(format::read_mesh(reader)?), input)
+}
+
+/// Writes the mesh with its quality.
+pub(super) fn write(writer: &mut GroupWriter<'_>, meshed: &Meshed) -> Result<(), StoreError> {
+    format::write_mesh(writer, &meshed.mesh, &Quality::of(&meshed.mesh))
+}
+
+/// The part of a scene that the stage depends on directly.
+#[derive(Serialize)]
+pub(super) struct Settings<'a> {
+    body: &'a Body,
+    clamp: &'a [Clamp],
+    contact_face: Option<&'a str>,
+    multipliers: Option<MultiplierSpace>,
+    parts: Vec<&'a Part>,
+}
+
+impl<'a> Settings<'a> {
+    pub(super) fn of(scene: &'a Scene) -> Self {
+        Self {
+            body: &scene.body,
+            clamp: &scene.clamps,
+            contact_face: scene.contact.as_ref().map(|c| c.face.as_str()),
+            multipliers: scene.contact.as_ref().map(|c| c.multipliers),
+            parts: scene.regions.iter().map(|region| &region.part).collect(),
+        }
+    }
+}
+
+impl Meshed {
+    /// The laws of a scene on a mesh of its body.
+    ///
+    /// # Errors
+    /// Laws that no problem can have.
+    pub(super) fn new(mesh: Arc<Mesh>, input: &SceneFile) -> Result<Self, StageError> {
+        let interface = Interface::new(&input.scene, &mesh);
+        let interface = interface.map_err(|invalid| input.refuse(invalid))?;
+        Ok(Self { mesh, interface })
+    }
+
+    /// The contact face and its laws; `None` without contact.
+    pub(super) fn contact(&self) -> Option<ContactState<'_>> {
+        Some(ContactState {
+            surface: self.mesh.contact.as_ref()?,
+            interface: self.interface.as_ref()?,
+        })
+    }
+}

@@ -1,0 +1,188 @@
+//! The stage `solve`: multipliers and displacement.
+
+use std::sync::Arc;
+
+use contact3d::{
+    contact::Coupling,
+    dual::{DualSystem, PrimalSystem},
+    scene::{Friction, Parameters, Scene, SolveSettings},
+    solver::{OuterState, Progress, Solution, Start, solve},
+};
+use runfile::{GroupWriter, Reader, StoreError};
+use serde::Serialize;
+
+use super::{StageError, mesh::Meshed};
+use crate::format::{self, FormatError};
+
+/// What the stage depends on.
+pub(super) struct Inputs<'a> {
+    pub(super) settings: &'a SolveSettings,
+    pub(super) meshed: &'a Meshed,
+    /// The assembled problem with the loads of the scene.
+    pub(super) problem: Arc<DualSystem>,
+    pub(super) start: &'a StartFrom,
+    /// Where a killed solve of the same problem was.
+    pub(super) checkpoint: Option<&'a OuterState>,
+}
+
+/// The multipliers that a solve starts from.
+#[derive(Debug)]
+pub(super) enum StartFrom {
+    /// λ = 0; a stored solve stays fresh, whatever it started from.
+    Any,
+    /// λ = 0, and nothing else.
+    Zero,
+    /// Those of a similar problem, `[n_multipliers]` in Pa.
+    Given {
+        multiplier: Vec<f64>,
+        digest: String,
+    },
+}
+
+/// The equations that an answer belongs to.
+#[derive(Debug)]
+pub(super) enum Equations {
+    /// The whole assembled problem.
+    Problem(Arc<DualSystem>),
+    /// A, l and B, read without the factor.
+    Primal(PrimalSystem, Option<Coupling>),
+}
+
+/// What the solver found.
+#[derive(Debug)]
+pub(super) struct Answer {
+    pub(super) equations: Equations,
+    pub(super) solution: Solution,
+}
+
+/// Solves the contact problem; `observe` sees every step. A solve that does not converge is an answer with a status.
+///
+/// # Errors
+/// A method that needs the dense dual operator where there is none.
+pub(super) fn run(
+    inputs: Inputs<'_>,
+    observe: &mut dyn FnMut(Progress<'_>),
+) -> Result<Answer, StageError> {
+    let solution = solve(
+        &inputs.problem,
+        inputs.meshed.contact().as_ref(),
+        inputs.settings,
+        Start {
+            multiplier: inputs.start.multiplier(),
+            checkpoint: inputs.checkpoint,
+        },
+        observe,
+    )?;
+    Ok(Answer {
+        equations: Equations::Problem(inputs.problem),
+        solution,
+    })
+}
+
+/// Reads the answer to equations back.
+///
+/// # Errors
+/// Missing or altered datasets.
+pub(super) fn read(reader: &Reader, equations: Equations) -> Result<Answer, FormatError> {
+    let solution = format::read_solution(reader, &equations.primal().dofs)?;
+    Ok(Answer {
+        equations,
+        solution,
+    })
+}
+
+/// Writes the answer.
+pub(super) fn write(
+    writer: &mut GroupWriter<'_>,
+    meshed: &Meshed,
+    answer: &Answer,
+) -> Result<(), StoreError> {
+    let surface = meshed.mesh.contact.as_ref();
+    let n_panes = surface.map_or(0, |surface| surface.n_panes());
+    let dofs = &answer.equations.primal().dofs;
+    format::write_solution(writer, &answer.solution, n_panes, dofs)
+}
+
+/// The part of a scene that the stage depends on directly.
+#[derive(Serialize)]
+pub(super) struct Settings<'a> {
+    /// Digest of the multipliers the solve started from; none for λ = 0.
+    start: Option<&'a str>,
+    friction: Option<&'a Friction>,
+    solve: &'a SolveSettings,
+    /// What the formulas here use.
+    #[serde(skip_serializing_if = "Parameters::is_empty")]
+    parameters: Parameters,
+}
+
+impl<'a> Settings<'a> {
+    pub(super) fn of(scene: &'a Scene, start: Option<&'a str>) -> Self {
+        Self {
+            start,
+            friction: scene.friction.as_ref(),
+            solve: &scene.solve,
+            parameters: scene.parameters_used(of_friction),
+        }
+    }
+}
+
+/// Whether a key is part of the law of friction.
+pub(super) fn of_friction(key: &str) -> bool {
+    key.starts_with("friction.")
+}
+
+impl StartFrom {
+    /// From these multipliers, or from λ = 0 if there are none.
+    pub(super) fn multipliers(multiplier: Vec<f64>) -> Self {
+        if multiplier.is_empty() {
+            return Self::Zero;
+        }
+        let bytes: Vec<u8> = multiplier.iter().flat_map(|v| v.to_le_bytes()).collect();
+        Self::Given {
+            multiplier,
+            digest: blake3::hash(&bytes).to_hex().to_string(),
+        }
+    }
+
+    fn multiplier(&self) -> Option<&[f64]> {
+        match self {
+            Self::Any | Self::Zero => None,
+            Self::Given { multiplier, .. } => Some(multiplier),
+        }
+    }
+
+    /// The digest of the multipliers; `None` for λ = 0.
+    pub(super) fn digest(&self) -> Option<&str> {
+        match self {
+            Self::Any | Self::Zero => None,
+            Self::Given { digest, .. } => Some(digest),
+        }
+    }
+}
+
+impl Equations {
+    /// Reads A, l and B without the factor.
+    ///
+    /// # Errors
+    /// Missing or altered datasets.
+    pub(super) fn read(reader: &Reader) -> Result<Self, FormatError> {
+        let coupling = format::read_coupling(reader)?;
+        Ok(Self::Primal(format::read_primal(reader)?, coupling))
+    }
+
+    /// A and l.
+    pub(super) fn primal(&self) -> &PrimalSystem {
+        match self {
+            Self::Problem(system) => &system.assembly.primal,
+            Self::Primal(primal, _) => primal,
+        }
+    }
+
+    /// B; `None` without contact.
+    pub(super) fn coupling(&self) -> Option<&Coupling> {
+        match self {
+            Self::Problem(system) => system.contact.as_ref().map(|contact| &contact.coupling),
+            Self::Primal(_, coupling) => coupling.as_ref(),
+        }
+    }
+}

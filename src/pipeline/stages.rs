@@ -1,0 +1,211 @@
+//! The stages side by side: what each depends on in the scene, how it runs, what it writes.
+
+use std::{cell::RefCell, sync::Arc};
+
+use contact3d::{
+    dual::{DualSystem, Need},
+    scene::Scene,
+    solver::Progress,
+};
+use runfile::{GroupRecord, Home, StoreError, Transaction};
+use serde::Serialize;
+
+use super::{
+    Session, StageError, assemble,
+    checkpoint::Checkpoints,
+    load,
+    mesh::{self, Meshed},
+    post::{self, Evaluated},
+    resources, solve,
+    store::write_group,
+};
+use crate::format::{self, Stage, VTKHDF};
+
+/// What a stage at work is doing.
+#[derive(Debug, Clone, Copy)]
+pub enum Step<'a> {
+    /// The name of a long step of `assemble` that begins.
+    Assembling(&'static str),
+    /// A step of the solver.
+    Solving(Progress<'a>),
+}
+
+/// What a stage computed, with all that it takes to write it.
+#[derive(Debug)]
+pub(super) enum Output {
+    Mesh(Arc<Meshed>),
+    Assemble(Arc<DualSystem>),
+    Load(Arc<DualSystem>),
+    Solve(Arc<Meshed>, Arc<Evaluated>),
+    Post(Arc<Meshed>, Arc<Evaluated>),
+}
+
+/// The part of a scene that a stage depends on directly, as TOML; `start` is the digest of the multipliers that a
+/// solve starts from.
+pub(super) fn settings(stage: Stage, scene: &Scene, start: Option<&str>) -> String {
+    let text = match stage {
+        Stage::Mesh => toml(&mesh::Settings::of(scene)),
+        Stage::Assemble => toml(&assemble::Settings::of(scene)),
+        Stage::Load => toml(&load::Settings::of(scene)),
+        Stage::Solve => toml(&solve::Settings::of(scene, start)),
+        Stage::Post => toml(&post::Settings::of(scene)),
+    };
+    text + &units_settings(scene)
+}
+
+fn toml(settings: &impl Serialize) -> String {
+    toml::to_string(settings).expect("settings hold only TOML types")
+}
+
+/// The units as settings of every stage, since attributes speak them; nothing for those of a scene that names none,
+/// whose stages keep the digests they had before units could be named.
+fn units_settings(scene: &Scene) -> String {
+    if scene.units.is_default() {
+        return String::new();
+    }
+    format!("\n[units]\n{}", toml(&scene.units))
+}
+
+impl Session {
+    /// Computes a stage from those before it, which are fresh.
+    pub(super) fn compute(
+        &mut self,
+        stage: Stage,
+        observe: &mut dyn FnMut(Step<'_>),
+    ) -> Result<Output, StageError> {
+        match stage {
+            Stage::Mesh => self.make_mesh(),
+            Stage::Assemble => self.assemble(observe),
+            Stage::Load => self.apply_loads(),
+            Stage::Solve => self.solve(observe),
+            Stage::Post => self.post(),
+        }
+    }
+
+    fn make_mesh(&mut self) -> Result<Output, StageError> {
+        let meshed = Arc::new(mesh::run(&mesh::Inputs {
+            input: &self.task.input,
+            run_file: self.store.path(),
+        })?);
+        self.known.set_mesh(meshed.clone());
+        Ok(Output::Mesh(meshed))
+    }
+
+    fn assemble(&mut self, observe: &mut dyn FnMut(Step<'_>)) -> Result<Output, StageError> {
+        let source = self.task.source(&self.store);
+        let meshed = self.known.meshed(source)?;
+        let observe = RefCell::new(observe);
+        let system = Arc::new(assemble::run(&assemble::Inputs {
+            input: source.input,
+            mesh: &meshed.mesh,
+            threads: self.task.threads,
+            admit: &|need: Need| {
+                (observe.borrow_mut())(Step::Assembling(need.step));
+                resources::admit(need, source.run_file)
+            },
+        })?);
+        self.known.set_problem(system.clone());
+        Ok(Output::Assemble(system))
+    }
+
+    fn apply_loads(&mut self) -> Result<Output, StageError> {
+        let source = self.task.source(&self.store);
+        let meshed = self.known.meshed(source)?;
+        self.known.operator(source)?;
+        self.store.require_unchanged(&self.task)?;
+        let system = self.known.loaded(source, |operator| {
+            load::run(load::Inputs {
+                input: source.input,
+                mesh: &meshed.mesh,
+                operator,
+            })
+        })?;
+        Ok(Output::Load(system))
+    }
+
+    fn solve(&mut self, observe: &mut dyn FnMut(Step<'_>)) -> Result<Output, StageError> {
+        let source = self.task.source(&self.store);
+        let meshed = self.known.meshed(source)?;
+        let problem = self.known.problem(source)?;
+        let checkpoint = self.store.read_checkpoint(&self.task)?;
+        self.store.require_unchanged(&self.task)?;
+        let (task, store) = (&self.task, &mut self.store);
+        let mut checkpoints = Checkpoints::new(store.last_store_seconds());
+        let inputs = solve::Inputs {
+            settings: &task.input.scene.solve,
+            meshed: &meshed,
+            problem,
+            start: &task.start,
+            checkpoint: checkpoint.as_ref(),
+        };
+        let answer = solve::run(inputs, &mut |progress| match progress {
+            Progress::Between(state) => {
+                checkpoints.keep(|| store.write_checkpoint(task, state));
+            }
+            Progress::Outer(..) | Progress::Newton(..) => observe(Step::Solving(progress)),
+        })?;
+        let evaluated = Arc::new(post::run(post::Inputs {
+            input: &task.input,
+            meshed: &meshed,
+            answer,
+        })?);
+        self.known.set_evaluated(evaluated.clone());
+        Ok(Output::Solve(meshed, evaluated))
+    }
+
+    /// A solve of this session has evaluated its solution already.
+    fn post(&mut self) -> Result<Output, StageError> {
+        let source = self.task.source(&self.store);
+        let meshed = self.known.meshed(source)?;
+        let evaluated = self.known.evaluated(source)?;
+        self.store.require_unchanged(&self.task)?;
+        Ok(Output::Post(meshed, evaluated))
+    }
+}
+
+impl Output {
+    /// The stage it is of.
+    pub(super) fn stage(&self) -> Stage {
+        match self {
+            Self::Mesh(_) => Stage::Mesh,
+            Self::Assemble(_) => Stage::Assemble,
+            Self::Load(_) => Stage::Load,
+            Self::Solve(..) => Stage::Solve,
+            Self::Post(..) => Stage::Post,
+        }
+    }
+
+    /// Writes the groups of the stage and returns the digest of its own.
+    pub(super) fn write(
+        &self,
+        transaction: &mut Transaction,
+        home: Home,
+        record: &GroupRecord,
+    ) -> Result<String, StoreError> {
+        let group = self.stage().group();
+        match self {
+            Self::Mesh(meshed) => write_group(transaction, group, home, record, |writer| {
+                mesh::write(writer, meshed)
+            }),
+            Self::Assemble(system) => write_group(transaction, group, home, record, |writer| {
+                format::write_assembly(writer, system)
+            }),
+            Self::Load(system) => write_group(transaction, group, home, record, |writer| {
+                format::write_loads(writer, system)
+            }),
+            Self::Solve(meshed, evaluated) => {
+                write_group(transaction, group, home, record, |writer| {
+                    solve::write(writer, meshed, &evaluated.answer)
+                })
+            }
+            Self::Post(meshed, evaluated) => {
+                let vtkhdf = write_group(transaction, VTKHDF, home, record, |writer| {
+                    post::write_vtkhdf(writer, meshed, evaluated)
+                })?;
+                write_group(transaction, group, home, record, |writer| {
+                    post::write(writer, meshed, evaluated, &vtkhdf)
+                })
+            }
+        }
+    }
+}

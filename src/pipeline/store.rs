@@ -1,0 +1,311 @@
+//! The run file of a session: what of it is fresh, and how computed stages get into it.
+
+use std::{path::Path, time::Instant};
+
+use contact3d::solver::OuterState;
+use runfile::{
+    Group, GroupRecord, GroupWriter, Home, Reader, RunFile, StoreError, StoredGroup, Transaction,
+    timestamp,
+};
+
+use super::{
+    AssemblyFile, Commit, Freshness, Performed, StageError, StageState,
+    freshness::{StartedFrom, input_digest, states_from},
+    session::Task,
+    solve::StartFrom,
+    stages::Output,
+    undo::Undo,
+};
+use crate::format::{self, CHECKPOINT, LAYOUT, SCENE, Stage};
+
+/// A locked run file.
+#[derive(Debug)]
+pub(super) struct Store {
+    pub(super) file: RunFile,
+    /// Where assembled data are kept.
+    pub(super) assembly_file: AssemblyFile,
+    /// Digests of the stages that the stage at work builds on, as they were when it began.
+    upstream: Vec<(Stage, String)>,
+    /// Stages that are computed but not yet stored.
+    pending: Vec<Pending>,
+    /// What the last commit of this process took.
+    last_store_seconds: f64,
+    /// The run file as it was before the command at work.
+    pub(super) undo: Undo,
+}
+
+#[derive(Debug)]
+struct Pending {
+    output: Output,
+    seconds: f64,
+}
+
+impl Store {
+    pub(super) fn new(file: RunFile) -> Self {
+        Self {
+            file,
+            assembly_file: AssemblyFile::default(),
+            upstream: Vec::new(),
+            pending: Vec::new(),
+            last_store_seconds: 0.0,
+            undo: Undo::default(),
+        }
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        self.file.path()
+    }
+
+    pub(super) fn reader(&self) -> Result<Reader, StoreError> {
+        Reader::open(self.path(), LAYOUT)
+    }
+
+    pub(super) fn last_store_seconds(&self) -> f64 {
+        self.last_store_seconds
+    }
+
+    /// The state of every stage with respect to a task; all missing in a new file.
+    pub(super) fn states(&self, task: &Task) -> Result<Vec<StageState>, StoreError> {
+        match self.reader() {
+            Ok(reader) => Ok(states_in(Some(&reader), task)),
+            Err(StoreError::NotFound { .. }) => Ok(states_in(None, task)),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Refuses to begin a stage on anything but fresh ones, and remembers which these were.
+    pub(super) fn require_fresh_before(
+        &mut self,
+        stage: Stage,
+        task: &Task,
+    ) -> Result<(), StageError> {
+        let is_stored = |state: &StageState| {
+            let mut pending = self.pending.iter();
+            pending.all(|pending| pending.output.stage() != state.stage)
+        };
+        let (fresh, bad): (Vec<StageState>, Vec<StageState>) = self
+            .states(task)?
+            .into_iter()
+            .filter(|state| state.stage < stage)
+            .filter(is_stored)
+            .partition(|state| state.freshness == Freshness::Fresh);
+        match bad.into_iter().next() {
+            None => {
+                let digest = |state: StageState| Some((state.stage, state.stored?.digest));
+                self.upstream = fresh.into_iter().filter_map(digest).collect();
+                Ok(())
+            }
+            Some(state) => Err(StageError::NotReady {
+                file: self.path().to_owned(),
+                stage,
+                upstream: state.stage,
+                why: state.freshness.why(),
+            }),
+        }
+    }
+
+    /// Refuses to go on once the file holds other stages than those that the stage at work builds on:
+    /// another program may have replaced or removed it meanwhile.
+    pub(super) fn require_unchanged(&self, task: &Task) -> Result<(), StoreError> {
+        self.require_upstream(&self.states(task)?)
+    }
+
+    fn require_upstream(&self, states: &[StageState]) -> Result<(), StoreError> {
+        let holds = |(stage, digest): &(Stage, String)| {
+            let mut stored = states
+                .iter()
+                .filter_map(|s| Some((s.stage, s.stored.as_ref()?)));
+            stored.any(|(other, stored)| other == *stage && stored.digest == *digest)
+        };
+        match self.upstream.iter().all(holds) {
+            true => Ok(()),
+            false => Err(StoreError::Changed {
+                file: self.path().to_owned(),
+            }),
+        }
+    }
+
+    /// Stores a stage just computed with the scene and what is pending, at once or together with the next one.
+    pub(super) fn keep(
+        &mut self,
+        output: Output,
+        started: Instant,
+        commit: Commit,
+        task: &Task,
+    ) -> Result<Performed, StageError> {
+        let stage = output.stage();
+        let seconds = started.elapsed().as_secs_f64();
+        self.pending.push(Pending { output, seconds });
+        let waits = commit == Commit::WithNextIfCheap && may_wait(stage);
+        let mut store_seconds = 0.0;
+        if !waits || seconds >= self.last_store_seconds {
+            let storing = Instant::now();
+            self.commit(task, None)?;
+            self.pending.clear();
+            store_seconds = storing.elapsed().as_secs_f64();
+            self.last_store_seconds = store_seconds;
+        }
+        Ok(Performed {
+            stage,
+            compute_seconds: seconds,
+            store_seconds,
+        })
+    }
+
+    /// Stores the state of an unfinished solve, with what is pending.
+    pub(super) fn write_checkpoint(
+        &mut self,
+        task: &Task,
+        state: &OuterState,
+    ) -> Result<(), StageError> {
+        self.commit(task, Some(state))
+    }
+
+    fn commit(&mut self, task: &Task, checkpoint: Option<&OuterState>) -> Result<(), StageError> {
+        let mut transaction = Transaction::begin(&self.file)?;
+        let states = states_in(transaction.previous(), task);
+        self.require_upstream(&states)?;
+        // What is damaged cannot be used, and copying it could fail.
+        let damaged = transaction.previous().map(Reader::damaged_groups);
+        for group in damaged.into_iter().flatten() {
+            transaction.remove(group);
+        }
+        let mut stored: Vec<(Stage, StoredGroup)> = states
+            .into_iter()
+            .filter_map(|state| Some((state.stage, state.stored?)))
+            .collect();
+        if self.assembly_file == AssemblyFile::SelfContained {
+            transaction.embed_linked();
+        }
+        write_scene(&mut transaction, task)?;
+        for Pending { output, seconds } in &self.pending {
+            let stage = output.stage();
+            stored.retain(|(earlier, _)| *earlier != stage);
+            let record = task.record(
+                task.settings(stage),
+                *seconds,
+                input_digest_of(stage, task, &stored),
+            );
+            let home = self.assembly_file.home(output);
+            let digest = output.write(&mut transaction, home, &record)?;
+            let units = task.input.scene.units;
+            stored.push((
+                stage,
+                StoredGroup {
+                    record,
+                    digest,
+                    units,
+                },
+            ));
+        }
+        let pending = self.pending.iter();
+        let mut changed: Vec<Group> = pending.map(|p| p.output.stage().group()).collect();
+        transaction.remove(CHECKPOINT);
+        if let Some(state) = checkpoint {
+            let digest = input_digest_of(Stage::Solve, task, &stored);
+            let record = task.record(String::new(), 0.0, digest);
+            write_group(
+                &mut transaction,
+                CHECKPOINT,
+                Home::RunFile,
+                &record,
+                |writer| format::write_checkpoint(writer, state),
+            )?;
+            changed.push(CHECKPOINT);
+        }
+        Ok(self.end(transaction, &changed)?)
+    }
+
+    /// Ends a change of the run file, which stored some groups.
+    pub(super) fn end(
+        &mut self,
+        transaction: Transaction,
+        changed: &[Group],
+    ) -> Result<(), StoreError> {
+        self.undo.before_commit(&self.file)?;
+        transaction.commit()?;
+        self.undo.after_commit(&self.file, changed);
+        Ok(())
+    }
+
+    /// The state that a killed solve of the same problem left. A damaged one costs time only.
+    pub(super) fn read_checkpoint(&self, task: &Task) -> Result<Option<OuterState>, StageError> {
+        let reader = match self.reader() {
+            Err(StoreError::NotFound { .. }) => return Ok(None),
+            opened => opened?,
+        };
+        let Ok(Some(checkpoint)) = reader.whole_group(CHECKPOINT) else {
+            return Ok(None);
+        };
+        let states = self.states(task)?.into_iter();
+        let stored: Vec<(Stage, StoredGroup)> = states
+            .filter_map(|state| Some((state.stage, state.stored?)))
+            .collect();
+        match checkpoint.record.input_digest == input_digest_of(Stage::Solve, task, &stored) {
+            true => Ok(format::read_checkpoint(&reader).ok()),
+            false => Ok(None),
+        }
+    }
+}
+
+/// Whether storing a stage together with the next one puts no more at risk than computing it again.
+fn may_wait(stage: Stage) -> bool {
+    match stage {
+        Stage::Load | Stage::Solve => true,
+        Stage::Mesh | Stage::Assemble | Stage::Post => false,
+    }
+}
+
+/// The states in a file that may not exist yet.
+fn states_in(reader: Option<&Reader>, task: &Task) -> Vec<StageState> {
+    let start = match &task.start {
+        StartFrom::Any => StartedFrom::AsStored,
+        StartFrom::Zero | StartFrom::Given { .. } => StartedFrom::Given(task.start.digest()),
+    };
+    states_from(reader, &task.input.scene, start)
+}
+
+/// The digest of what a stage is computed from, given what is stored of the stages before it.
+pub(super) fn input_digest_of(
+    stage: Stage,
+    task: &Task,
+    stored: &[(Stage, StoredGroup)],
+) -> String {
+    let upstream = stored.iter().filter(|(earlier, _)| *earlier < stage);
+    let upstream: Vec<&StoredGroup> = upstream.map(|(_, stored)| stored).collect();
+    input_digest(stage, &task.settings(stage), &upstream)
+}
+
+/// Writes the scene of a task.
+pub(super) fn write_scene(transaction: &mut Transaction, task: &Task) -> Result<(), StoreError> {
+    let record = task.record(String::new(), 0.0, String::new());
+    write_group(transaction, SCENE, Home::RunFile, &record, |writer| {
+        format::write_scene(writer, &task.input.scene)
+    })?;
+    Ok(())
+}
+
+/// Writes one group and returns its digest.
+pub(super) fn write_group(
+    transaction: &mut Transaction,
+    group: Group,
+    home: Home,
+    record: &GroupRecord,
+    write: impl FnOnce(&mut GroupWriter<'_>) -> Result<(), StoreError>,
+) -> Result<String, StoreError> {
+    let mut writer = transaction.group(group, home)?;
+    write(&mut writer)?;
+    writer.finish(record)
+}
+
+impl Task {
+    fn record(&self, settings: String, seconds: f64, input_digest: String) -> GroupRecord {
+        GroupRecord {
+            settings,
+            input_digest,
+            seconds,
+            threads: i64::try_from(self.threads).unwrap_or(i64::MAX),
+            date: timestamp(),
+        }
+    }
+}
