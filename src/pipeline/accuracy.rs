@@ -58,7 +58,8 @@ pub fn measure_accuracy(
     Ok(accuracy)
 }
 
-/// Refuses a finest mesh whose problem does not fit into memory, before the coarser ones take their time.
+/// Refuses a finest mesh whose problem does not fit into memory, before the coarser ones take their
+/// time.
 fn admit_finest(
     scene: &Scene,
     settings: &AccuracySettings,

@@ -75,7 +75,8 @@ pub enum StageError {
         /// What went wrong.
         source: FigureError,
     },
-    /// An output that is an input, or in the place of a file of another kind, or that cannot be written.
+    /// An output that is an input, or in the place of a file of another kind, or that cannot be
+    /// written.
     #[error(transparent)]
     Output(#[from] OutputError),
     /// The machine failed after a part of the work was stored.

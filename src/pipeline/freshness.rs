@@ -54,10 +54,11 @@ pub struct StageState {
     pub stored: Option<StoredGroup>,
 }
 
-/// The part of a scene that a stage depends on directly, as TOML, for a solve that starts from λ = 0.
+/// The part of a scene that a stage depends on directly, as TOML, for a solve that starts from λ =
+/// 0.
 ///
-/// It goes into the stage's input digest: a key that is added to scenes must not show here while it has its
-/// default, or every older file goes stale.
+/// It goes into the stage's input digest: a key that is added to scenes must not show here while it
+/// has its default, or every older file goes stale.
 #[must_use]
 pub fn stage_settings(stage: Stage, scene: &Scene) -> String {
     settings(stage, scene, None)
@@ -90,14 +91,15 @@ pub(super) enum StartedFrom<'a> {
     Given(Option<&'a str>),
 }
 
-/// The state of every stage of a file with respect to a scene. A stage that is not what was written,
-/// or whose own file cannot be used, is a state, not an error.
+/// The state of every stage of a file with respect to a scene. A stage that is not what was
+/// written, or whose own file cannot be used, is a state, not an error.
 #[must_use]
 pub fn states(reader: &Reader, scene: &Scene) -> Vec<StageState> {
     states_from(Some(reader), scene, StartedFrom::AsStored)
 }
 
-/// As [`states`], of a file that may not exist yet, with a solve that must have started from certain multipliers.
+/// As [`states`], of a file that may not exist yet, with a solve that must have started from
+/// certain multipliers.
 pub(super) fn states_from(
     reader: Option<&Reader>,
     scene: &Scene,

@@ -1,5 +1,5 @@
-//! Where large stages are kept: in the run file, in a file beside it that it owns, or in one that the run files of a
-//! folder share. `runfile::Home` says what each of these is.
+//! Where large stages are kept: in the run file, in a file beside it that it owns, or in one that
+//! the run files of a folder share. `runfile::Home` says what each of these is.
 
 use std::{fs, path::Path, sync::Arc};
 
@@ -16,8 +16,8 @@ use crate::format::{self, CHECKPOINT, FormatError, Stage};
 
 /// Assembled data above this many bytes go to a file of their own.
 ///
-/// Copying inside the run file costs every later stage about 2 s per gigabyte on a disk of 0.5 GB/s: at most an
-/// eighth of a second below this size, where one file is worth more.
+/// Copying inside the run file costs every later stage about 2 s per gigabyte on a disk of 0.5
+/// GB/s: at most an eighth of a second below this size, where one file is worth more.
 const KEEP_BESIDE_ABOVE: usize = 64_000_000;
 
 /// The stages that may have another home than the run file, upstream first.
@@ -59,8 +59,8 @@ pub struct Operator {
 }
 
 impl Session {
-    /// Chooses where the assembly is kept; `SelfContained` also takes in one that is kept elsewhere, at the next
-    /// commit.
+    /// Chooses where the assembly is kept; `SelfContained` also takes in one that is kept
+    /// elsewhere, at the next commit.
     pub fn keep_assembly(&mut self, assembly_file: AssemblyFile) {
         self.store.assembly_file = assembly_file;
     }
@@ -80,10 +80,10 @@ impl Session {
         Ok(())
     }
 
-    /// Makes mesh and assembled problem fresh with the least work: kept, linked from a file that another run file
-    /// of the folder shares, or computed and shared. Loads it, or takes it from `known`, which must belong to a
-    /// scene with the same [`super::operator_settings`]. A shared file whose values do not fit their digests is
-    /// made again under the same name.
+    /// Makes mesh and assembled problem fresh with the least work: kept, linked from a file that
+    /// another run file of the folder shares, or computed and shared. Loads it, or takes it from
+    /// `known`, which must belong to a scene with the same [`super::operator_settings`]. A shared
+    /// file whose values do not fit their digests is made again under the same name.
     ///
     /// # Errors
     /// As [`Session::perform`] for mesh and assembled problem.

@@ -22,8 +22,8 @@ pub(super) struct Source<'a> {
 
 /// The chain from the mesh to the results, as far as it is in memory.
 ///
-/// A new link replaces all that rested on the old one. Links are shared, so holding one keeps no other from being
-/// read.
+/// A new link replaces all that rested on the old one. Links are shared, so holding one keeps no
+/// other from being read.
 #[derive(Debug, Default)]
 pub(super) struct Known {
     meshed: Option<Arc<Meshed>>,

@@ -1,4 +1,5 @@
-//! The stage `mesh`: nodes, tetrahedra, boundary and panes of a scene, and the laws of its contact face.
+//! The stage `mesh`: nodes, tetrahedra, boundary and panes of a scene, and the laws of its contact
+//! face.
 
 use std::{fs, path::Path, sync::Arc};
 

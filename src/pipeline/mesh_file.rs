@@ -29,11 +29,12 @@ pub fn mesh_file(input: &SceneFile) -> Option<PathBuf> {
     }
 }
 
-/// Writes the digest of a mesh file into the scene, so that a changed file makes the mesh stale. A file that is too
-/// large to be read is not even digested.
+/// Writes the digest of a mesh file into the scene, so that a changed file makes the mesh stale. A
+/// file that is too large to be read is not even digested.
 ///
 /// # Errors
-/// A file that cannot be read, or is not the one of the digest in the scene; too little memory for it.
+/// A file that cannot be read, or is not the one of the digest in the scene; too little memory for
+/// it.
 pub fn pin_mesh_file(input: &mut SceneFile) -> Result<(), StageError> {
     let Body::Gmsh(gmsh) = &input.scene.body else {
         return Ok(());

@@ -1,7 +1,9 @@
-//! The pipeline: stages from typed inputs to a typed output, and the session that keeps them in a run file.
+//! The pipeline: stages from typed inputs to a typed output, and the session that keeps them in a
+//! run file.
 //!
-//! One file per stage (`mesh`, `assemble`, `load`, `solve`, `post`); `stages` lists them side by side. A [`Session`]
-//! has a task (what is asked), a store (what of the run file is fresh, and commits) and what it knows (in memory).
+//! One file per stage (`mesh`, `assemble`, `load`, `solve`, `post`); `stages` lists them side by
+//! side. A [`Session`] has a task (what is asked), a store (what of the run file is fresh, and
+//! commits) and what it knows (in memory).
 
 mod accuracy;
 mod assemble;

@@ -106,12 +106,14 @@ pub(super) fn need_of_mesh_file(bytes: u64) -> Need {
 
 /// Bytes of memory that assembling and solving a problem with so many nodes takes at most, roughly.
 ///
-/// Peak memory of 41,616, 135,000 and 313,632 unknowns was 217 MB, 870 MB and 2634 MB, 0.8 to 1.0 of this.
+/// Peak memory of 41,616, 135,000 and 313,632 unknowns was 217 MB, 870 MB and 2634 MB, 0.8 to 1.0
+/// of this.
 fn problem_bytes(nodes: f64) -> u64 {
     (150.0 * (3.0 * nodes).powf(4.0 / 3.0)) as u64
 }
 
-/// Bytes of memory that assembling and solving a scene takes at most, roughly, as told by its file alone.
+/// Bytes of memory that assembling and solving a scene takes at most, roughly, as told by its file
+/// alone.
 #[must_use]
 pub fn scene_bytes(input: &SceneFile) -> u64 {
     problem_bytes(match &input.scene.body {
@@ -124,8 +126,8 @@ pub fn scene_bytes(input: &SceneFile) -> u64 {
     })
 }
 
-/// Bytes for the assembled problems of a sweep: three quarters of what is available; no limit where the system does not
-/// tell.
+/// Bytes for the assembled problems of a sweep: three quarters of what is available; no limit where
+/// the system does not tell.
 #[must_use]
 pub fn memory_for_sweeps() -> u64 {
     available_memory().map_or(u64::MAX, |bytes| bytes / 4 * 3)

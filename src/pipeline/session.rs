@@ -187,8 +187,9 @@ impl Session {
     /// Runs a stage and stores it; `observe` sees every step of long ones.
     ///
     /// # Errors
-    /// A stale or missing stage before it, what the stage itself refuses, too little memory or disk space, HDF5
-    /// failures. A solve that does not converge is not an error: it is stored with its status.
+    /// A stale or missing stage before it, what the stage itself refuses, too little memory or disk
+    /// space, HDF5 failures. A solve that does not converge is not an error: it is stored with its
+    /// status.
     pub fn perform(
         &mut self,
         stage: Stage,

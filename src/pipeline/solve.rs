@@ -55,7 +55,8 @@ pub(super) struct Answer {
     pub(super) solution: Solution,
 }
 
-/// Solves the contact problem; `observe` sees every step. A solve that does not converge is an answer with a status.
+/// Solves the contact problem; `observe` sees every step. A solve that does not converge is an
+/// answer with a status.
 ///
 /// # Errors
 /// A method that needs the dense dual operator where there is none.

@@ -40,8 +40,8 @@ pub(super) enum Output {
     Post(Arc<Meshed>, Arc<Evaluated>),
 }
 
-/// The part of a scene that a stage depends on directly, as TOML; `start` is the digest of the multipliers that a
-/// solve starts from.
+/// The part of a scene that a stage depends on directly, as TOML; `start` is the digest of the
+/// multipliers that a solve starts from.
 pub(super) fn settings(stage: Stage, scene: &Scene, start: Option<&str>) -> String {
     let text = match stage {
         Stage::Mesh => toml(&mesh::Settings::of(scene)),
@@ -57,8 +57,8 @@ fn toml(settings: &impl Serialize) -> String {
     toml::to_string(settings).expect("settings hold only TOML types")
 }
 
-/// The units as settings of every stage, since attributes speak them; nothing for those of a scene that names none,
-/// whose stages keep the digests they had before units could be named.
+/// The units as settings of every stage, since attributes speak them; nothing for those of a scene
+/// that names none, whose stages keep the digests they had before units could be named.
 fn units_settings(scene: &Scene) -> String {
     if scene.units.is_default() {
         return String::new();

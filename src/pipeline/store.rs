@@ -104,8 +104,8 @@ impl Store {
         }
     }
 
-    /// Refuses to go on once the file holds other stages than those that the stage at work builds on:
-    /// another program may have replaced or removed it meanwhile.
+    /// Refuses to go on once the file holds other stages than those that the stage at work builds
+    /// on: another program may have replaced or removed it meanwhile.
     pub(super) fn require_unchanged(&self, task: &Task) -> Result<(), StoreError> {
         self.require_upstream(&self.states(task)?)
     }
@@ -125,7 +125,8 @@ impl Store {
         }
     }
 
-    /// Stores a stage just computed with the scene and what is pending, at once or together with the next one.
+    /// Stores a stage just computed with the scene and what is pending, at once or together with
+    /// the next one.
     pub(super) fn keep(
         &mut self,
         output: Output,

@@ -1,4 +1,5 @@
-//! What turns results into pictures, tables and pages. Nothing here computes a result or changes a run file.
+//! What turns results into pictures, tables and pages. Nothing here computes a result or changes a
+//! run file.
 
 mod charts;
 mod contact_cells;
