@@ -45,7 +45,7 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
                 warn(output, &session.warnings()?);
             }
             if state.freshness == Freshness::Fresh && performed.is_empty() {
-                say(output, &format!("{:<9} fresh, kept", state.stage.group()));
+                say(output, &format!("{:<9} fresh, kept", state.stage.word()));
             } else {
                 let commit = Commit::WithNextIfCheap;
                 performed.push(perform(session, state.stage, commit, output)?);
