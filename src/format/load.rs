@@ -52,10 +52,10 @@ pub fn read(reader: &Reader, system: &mut DualSystem) -> Result<(), FormatError>
     system.assembly.primal.load = read_force(reader)?;
     if let Some(contact) = &mut system.contact {
         contact.set_dual_rhs(read_finite_vec(reader, DUAL_RHS)?);
-        if let Some(explicit) = contact.explicit_mut() {
-            if let Some(compliance) = &mut explicit.compliance {
-                compliance.slip_free = read_finite_rows(reader, SLIP_FREE)?;
-            }
+        if let Some(explicit) = contact.explicit_mut()
+            && let Some(compliance) = &mut explicit.compliance
+        {
+            compliance.slip_free = read_finite_rows(reader, SLIP_FREE)?;
         }
     }
     Ok(())

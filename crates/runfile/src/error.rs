@@ -190,6 +190,7 @@ pub enum StoreError {
 
 impl StoreError {
     /// Whether the error is a defect of the program rather than of the file or the machine.
+    #[must_use]
     pub fn is_internal(&self) -> bool {
         matches!(self, StoreError::Internal(_))
     }

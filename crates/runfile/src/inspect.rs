@@ -78,6 +78,7 @@ impl Reader {
     }
 
     /// The groups whose record or set of datasets is not what was written.
+    #[must_use]
     pub fn damaged_groups(&self) -> Vec<Group> {
         let is_damaged = |group: &Group| match self.whole_group(*group) {
             Ok(_) | Err(StoreError::Linked { .. } | StoreError::Older { .. }) => false,

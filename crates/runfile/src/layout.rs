@@ -16,21 +16,25 @@ pub struct Group {
 
 impl Group {
     /// The group `/name`, which a user gets again by running `writer`.
+    #[must_use]
     pub const fn new(name: &'static str, writer: &'static str) -> Self {
         Group { name, writer }
     }
 
     /// The name of the group, without the leading slash.
+    #[must_use]
     pub const fn name(self) -> &'static str {
         self.name
     }
 
     /// What a user runs to have the group written again.
+    #[must_use]
     pub const fn writer(self) -> &'static str {
         self.writer
     }
 
     /// A row of the table: a required, plainly stored dataset of this group, without symbol.
+    #[must_use]
     pub const fn row(
         self,
         path: &'static str,
@@ -90,6 +94,7 @@ pub enum Kind {
 
 impl Kind {
     /// The word that names this kind in digests and schemas.
+    #[must_use]
     pub const fn tag(self) -> &'static str {
         match self {
             Kind::F64 => "f64",
@@ -103,6 +108,7 @@ impl Kind {
     }
 
     /// Whether the dataset is a group that holds a sparse matrix.
+    #[must_use]
     pub const fn is_matrix(self) -> bool {
         matches!(self, Kind::CscMatrix | Kind::CsrMatrix)
     }
@@ -137,6 +143,7 @@ pub enum Extent {
 
 impl Extent {
     /// The symbolic name in this extent, if there is one.
+    #[must_use]
     pub const fn name(self) -> Option<&'static str> {
         match self {
             Extent::Fixed(_) => None,
@@ -200,11 +207,13 @@ pub struct DatasetSpec {
 
 impl DatasetSpec {
     /// The same row with the symbol of the quantity.
+    #[must_use]
     pub const fn symbol(self, symbol: &'static str) -> Self {
         DatasetSpec { symbol, ..self }
     }
 
     /// The same row, allowed to be missing for the stated reason.
+    #[must_use]
     pub const fn optional(self, reason: &'static str) -> Self {
         DatasetSpec {
             presence: Presence::Optional(reason),
@@ -213,6 +222,7 @@ impl DatasetSpec {
     }
 
     /// The same row, stored chunked, shuffled and gzipped.
+    #[must_use]
     pub const fn compressed(self) -> Self {
         DatasetSpec {
             storage: Storage::Compressed,
@@ -221,6 +231,7 @@ impl DatasetSpec {
     }
 
     /// The same row, left out of the digest of the group.
+    #[must_use]
     pub const fn volatile(self) -> Self {
         DatasetSpec {
             volatile: true,
@@ -229,6 +240,7 @@ impl DatasetSpec {
     }
 
     /// The path below the group of the group.
+    #[must_use]
     pub fn name(&self) -> &'static str {
         self.path
             .strip_prefix('/')

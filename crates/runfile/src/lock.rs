@@ -101,6 +101,7 @@ impl RunFile {
     }
 
     /// The path of the run file, symbolic links resolved.
+    #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }

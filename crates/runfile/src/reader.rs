@@ -65,11 +65,13 @@ impl Reader {
     }
 
     /// The path of the file.
+    #[must_use]
     pub fn path(&self) -> &Path {
         &self.home.path
     }
 
     /// Whether a dataset of the table is in the file.
+    #[must_use]
     pub fn has(&self, path: &str) -> bool {
         self.layout.find(path).is_some_and(|spec| self.holds(spec))
     }

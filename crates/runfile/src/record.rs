@@ -66,6 +66,7 @@ pub struct StoredGroup {
 }
 
 /// The present time to the second, RFC 3339 in UTC.
+#[must_use]
 pub fn timestamp() -> String {
     humantime::format_rfc3339_seconds(SystemTime::now()).to_string()
 }

@@ -54,6 +54,7 @@ pub(super) const MATRIX_MEMBERS: &[(&str, &str, &str)] = &[
 ///
 /// The creator is left out: the schema changes with the format, not with the version of the
 /// program.
+#[must_use]
 pub fn schema_json(layout: &Layout) -> String {
     let groups: Vec<_> = layout.groups().map(|group| format!("/{group}")).collect();
     let extents: Map<_, _> = layout

@@ -11,6 +11,7 @@ use super::schema::{DATASET_ATTRIBUTES, MATRIX_ATTRIBUTES, MATRIX_MEMBERS};
 use super::table::Layout;
 
 /// The table as a Markdown page: the file, its groups one by one, and the symbolic sizes.
+#[must_use]
 pub fn schema_page(layout: &Layout) -> String {
     let [major, minor] = layout.format_version;
     let mut page = format!(

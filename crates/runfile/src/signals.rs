@@ -25,6 +25,7 @@ static LAST_COMMIT: Mutex<Option<(PathBuf, Vec<Group>)>> = Mutex::new(None);
 
 /// The file that this process changed last, with the groups it holds since; `None` before the first
 /// commit.
+#[must_use]
 pub fn last_commit() -> Option<(PathBuf, Vec<Group>)> {
     let last = LAST_COMMIT.lock().unwrap_or_else(PoisonError::into_inner);
     last.clone()
@@ -71,12 +72,14 @@ pub struct Temporary {
 
 impl Temporary {
     /// Takes charge of a path, before the file is created.
+    #[must_use]
     pub fn new(path: PathBuf) -> Self {
         temporaries().insert(path.clone());
         Temporary { path }
     }
 
     /// Where the temporary file lies.
+    #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }

@@ -30,6 +30,7 @@ pub struct SparseMatrix {
 
 impl SparseMatrix {
     /// The matrix, borrowed.
+    #[must_use]
     pub fn view(&self) -> SparseView<'_> {
         SparseView {
             shape: self.shape,
@@ -45,6 +46,7 @@ impl SparseView<'_> {
     ///
     /// `indptr` starts at 0, does not decrease and ends at the number of entries; indices are in
     /// range and strictly increasing within each column or row.
+    #[must_use]
     pub fn problem(&self, kind: Kind) -> Option<String> {
         let [rows, columns] = self.shape;
         let (outer, inner) = if kind == Kind::CscMatrix {

@@ -50,6 +50,7 @@ impl Layout {
     }
 
     /// The row of a path.
+    #[must_use]
     pub fn find(&self, path: &str) -> Option<&'static DatasetSpec> {
         self.datasets().find(|spec| spec.path == path)
     }
@@ -65,6 +66,7 @@ impl Layout {
     /// inside one another; meanings are given; matrices have two extents and texts at most one;
     /// enumerations have distinct names and codes; every symbolic size is explained, and every
     /// explained one is used.
+    #[must_use]
     pub fn problems(&self) -> Vec<String> {
         let mut problems = self.group_problems();
         let mut paths = BTreeSet::new();

@@ -94,6 +94,7 @@ impl Transaction {
     }
 
     /// The state before this change, to read upstream groups from; `None` for a new file.
+    #[must_use]
     pub fn previous(&self) -> Option<&Reader> {
         self.previous.as_ref()
     }

@@ -14,6 +14,7 @@ impl Reader {
     ///
     /// Reads every value. Groups that are not there, or not finished, are not wrong; whether they
     /// are fresh is another question.
+    #[must_use]
     pub fn problems(&self) -> Vec<StoreError> {
         let mut problems = Vec::new();
         for group in self.layout.groups() {

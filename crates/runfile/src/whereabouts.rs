@@ -10,6 +10,7 @@ use super::volume::Volume;
 
 impl Reader {
     /// The name and the length of the file beside the run file that holds a group, if one does.
+    #[must_use]
     pub fn linked_file(&self, group: Group) -> Option<(String, u64)> {
         let linked = self.linked.get(&group)?;
         let volume = linked.volume.as_ref().ok()?;

@@ -53,6 +53,7 @@ pub fn nested_dissection(
 /// The ordering of unknowns that takes each node's unknowns together, new → old.
 ///
 /// `unknowns(node)` are the unknowns of a node, none for a clamped one.
+#[must_use]
 pub fn expand_to_unknowns<I: IntoIterator<Item = usize>>(
     node_order: &[usize],
     unknowns: impl Fn(usize) -> I,

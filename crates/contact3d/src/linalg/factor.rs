@@ -166,46 +166,55 @@ impl CholeskyFactor {
     }
 
     /// The permutation, new → old: row i of PAPᵀ is row `permutation()[i]` of A.
+    #[must_use]
     pub fn permutation(&self) -> &[usize] {
         &self.permutation
     }
 
     /// First column of each supernode and, last, the number of unknowns.
+    #[must_use]
     pub fn supernode_columns(&self) -> &[usize] {
         &self.supernode_columns
     }
 
     /// Start of each supernode's rows in [`Self::row_indices`], one more than there are supernodes.
+    #[must_use]
     pub fn row_offsets(&self) -> &[usize] {
         &self.row_offsets
     }
 
     /// Rows of each supernode, its own columns first, strictly increasing inside a supernode.
+    #[must_use]
     pub fn row_indices(&self) -> &[usize] {
         &self.row_indices
     }
 
     /// Start of each supernode's panel in [`Self::values`], one more than there are supernodes.
+    #[must_use]
     pub fn value_offsets(&self) -> &[usize] {
         &self.value_offsets
     }
 
     /// The dense column-major panels, one after another.
+    #[must_use]
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
     /// Number of coefficients, known before they are computed.
+    #[must_use]
     pub fn value_count(&self) -> usize {
         self.value_offsets.last().copied().unwrap_or(0)
     }
 
     /// Number of unknowns.
+    #[must_use]
     pub fn size(&self) -> usize {
         self.permutation.len()
     }
 
     /// Number of supernodes.
+    #[must_use]
     pub fn supernodes(&self) -> usize {
         self.supernode_columns.len() - 1
     }

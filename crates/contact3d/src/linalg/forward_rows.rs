@@ -33,6 +33,7 @@ impl CholeskyFactor {
     ///
     /// # Panics
     /// When B does not have one column per unknown.
+    #[must_use]
     pub fn forward_rows(&self, b: &CscMatrix) -> ForwardRows<'_> {
         assert_eq!(b.cols, self.size(), "columns of the coupling");
         let by_rows = b.transpose();
@@ -64,6 +65,7 @@ impl CholeskyFactor {
 impl ForwardRows<'_> {
     /// The dual operator S = BA⁻¹Bᵀ = WᵀW, column-major, shape (rows of B, rows of B), exactly
     /// symmetric.
+    #[must_use]
     pub fn gram(&self) -> Vec<f64> {
         let rows = self.order.len();
         let count = rows.div_ceil(TILE);

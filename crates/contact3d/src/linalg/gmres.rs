@@ -5,6 +5,7 @@ use super::{add_scaled, dot, norm};
 /// An approximate solution of M x = b by GMRES (Y. Saad, M. H. Schultz, SIAM J. Sci. Stat. Comput.
 /// 7 (1986) 856) without restarts: stops when ‖b − M x‖ ≤ `tolerance` ‖b‖ or after `most_steps`
 /// products.
+#[must_use]
 pub fn gmres(
     b: &[f64],
     tolerance: f64,

@@ -13,6 +13,7 @@ pub struct Reach {
 
 impl Reach {
     /// The reached supernodes, ascending.
+    #[must_use]
     pub fn supernodes(&self) -> &[usize] {
         &self.supernodes
     }
@@ -24,6 +25,7 @@ impl CholeskyFactor {
     ///
     /// # Panics
     /// When a row is not an unknown of the factor.
+    #[must_use]
     pub fn reach(&self, rows: impl Iterator<Item = usize>) -> Reach {
         let new_of_old = self.new_of_old();
         self.reach_of_columns(&self.supernode_of_column(), rows.map(|old| new_of_old[old]))

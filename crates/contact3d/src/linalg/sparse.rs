@@ -114,6 +114,7 @@ impl CscMatrix {
     ///
     /// # Panics
     /// When `column` is not below `cols`.
+    #[must_use]
     pub fn column(&self, column: usize) -> (&[usize], &[f64]) {
         let range = self.indptr[column]..self.indptr[column + 1];
         (&self.indices[range.clone()], &self.data[range])
@@ -167,6 +168,7 @@ impl CscMatrix {
     }
 
     /// The transposed matrix Mᵀ, again by compressed columns.
+    #[must_use]
     pub fn transpose(&self) -> Self {
         let mut indptr = vec![0; self.rows + 1];
         for &row in &self.indices {
@@ -197,6 +199,7 @@ impl CscMatrix {
 
     /// Relative asymmetry max|A − Aᵀ| / max|A|; 0 for a zero matrix, infinite for a matrix that is
     /// not square, NaN if an entry is NaN.
+    #[must_use]
     pub fn asymmetry(&self) -> f64 {
         if self.rows != self.cols {
             return f64::INFINITY;

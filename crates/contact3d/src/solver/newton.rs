@@ -44,6 +44,7 @@ pub struct NewtonSolution {
 /// R' is singular, half a step of the mapping Ψ of HKL (one problem with frozen g and 𝓕) is taken
 /// from the best iterate and marked in the history.
 /// `observe` is called after every step with its number and record.
+#[must_use]
 pub fn newton(
     dual: &ExplicitDual,
     contact: &ContactState<'_>,
