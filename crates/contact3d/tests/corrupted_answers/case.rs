@@ -80,6 +80,13 @@ impl Case {
         check.verdict().level
     }
 
+    /// What the suite says of the case with one thing changed.
+    pub(crate) fn verdict(&self, change: impl Fn(&mut Check)) -> Level {
+        let mut check = self.check.clone();
+        change(&mut check);
+        check.verdict().level
+    }
+
     pub(crate) fn contact(&self) -> &ContactSystem {
         let contact = self.problem.system.contact.as_ref();
         contact.expect("a contact face")

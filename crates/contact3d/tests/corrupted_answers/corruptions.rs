@@ -14,7 +14,7 @@ use contact3d::{linalg::Workspace, post::Zone, solver::Solution};
 use crate::case::{Case, norm};
 
 /// The relative size of the small changes.
-const SMALL: f64 = 1e-6;
+pub(crate) const SMALL: f64 = 1e-6;
 
 /// Rounding of the amounts themselves, and of terms of second order.
 const ROUNDED: f64 = 0.99;
@@ -140,31 +140,47 @@ fn tangential(case: &Case, what: &str, pane: usize, change: [f64; 2]) -> Vec<Cor
 /// λ + δ with the displacement of λ, and with its own; `residual` is the least that the conditions
 /// of contact must show of the second.
 fn both(case: &Case, what: &str, changes: &[(usize, f64)], residual: f64) -> Vec<Corruption> {
-    let assembly = &case.problem.system.assembly;
-    let mut solution = case.solution.clone();
-    let mut change = vec![0.0; solution.multiplier.len()];
-    for &(j, delta) in changes {
-        solution.multiplier[j] += delta;
-        change[j] = delta;
-    }
-    let forces = case.contact().coupling.nodal_forces(&change);
-    let imbalance = norm(&forces) / norm(&assembly.primal.load);
-    let moved = assembly.solve(&forces, &mut Workspace::default());
-    let displacement = solution.displacement.iter().zip(&moved);
-    let displacement = displacement.map(|(u, moved)| u - moved).collect();
+    let load = &case.problem.system.assembly.primal.load;
+    let imbalance = norm(&forces(case, changes)) / norm(load);
     vec![
         Corruption {
             what: format!("{what}, the displacement left"),
-            solution: solution.clone(),
+            solution: changed(case, changes),
             expected: ROUNDED * imbalance,
         },
         Corruption {
             what: format!("{what}, with its displacement"),
-            solution: Solution {
-                displacement,
-                ..solution
-            },
+            solution: with_its_displacement(case, changes),
             expected: ROUNDED * residual,
         },
     ]
+}
+
+/// λ + δ with the displacement A⁻¹(l − Bᵀ(λ + δ)).
+pub(crate) fn with_its_displacement(case: &Case, changes: &[(usize, f64)]) -> Solution {
+    let assembly = &case.problem.system.assembly;
+    let moved = assembly.solve(&forces(case, changes), &mut Workspace::default());
+    let mut solution = changed(case, changes);
+    for (u, moved) in solution.displacement.iter_mut().zip(&moved) {
+        *u -= moved;
+    }
+    solution
+}
+
+/// λ + δ with the displacement of λ.
+fn changed(case: &Case, changes: &[(usize, f64)]) -> Solution {
+    let mut solution = case.solution.clone();
+    for &(j, delta) in changes {
+        solution.multiplier[j] += delta;
+    }
+    solution
+}
+
+/// Bᵀδ.
+fn forces(case: &Case, changes: &[(usize, f64)]) -> Vec<f64> {
+    let mut change = vec![0.0; case.solution.multiplier.len()];
+    for &(j, delta) in changes {
+        change[j] = delta;
+    }
+    case.contact().coupling.nodal_forces(&change)
 }

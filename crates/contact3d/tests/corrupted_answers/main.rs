@@ -6,10 +6,14 @@
 
 mod case;
 mod corruptions;
+mod figures;
 mod operators;
 
 use case::{Case, NAMES};
-use contact3d::robustness::Level;
+use contact3d::{
+    robustness::{Invariance, InvarianceResult, Level},
+    solver::Status,
+};
 use corruptions::{Corruption, all};
 
 /// Between an answer and the smallest corruption of it lie at least this many times.
@@ -68,5 +72,42 @@ fn cross_checks_reject_a_corrupted_multiplier() {
             Level::Fails,
             "{name}"
         );
+    }
+}
+
+/// Whatever else is in order: a solve that failed, an answer that only one algorithm finds, and a
+/// bit that changes with the number of threads are each a failure.
+#[test]
+fn one_fault_alone_fails_the_verdict() {
+    let case = Case::named("frictionless.toml");
+    assert_eq!(case.verdict(|_| {}), Level::Holds);
+    for status in [Status::Inaccurate, Status::Cycling, Status::NumericalError] {
+        let verdict = case.verdict(|check| check.status = status);
+        assert_eq!(verdict, Level::Fails, "{status:?}");
+    }
+    assert_eq!(
+        case.verdict(|check| check.cross_checks.truncate(1)),
+        Level::Fails
+    );
+    for invariance in Invariance::ALL {
+        let differs = |difference: f64| {
+            case.verdict(|check| {
+                check.invariances = vec![InvarianceResult {
+                    invariance,
+                    status: Status::Converged,
+                    difference,
+                    residual: 0.0,
+                }];
+            })
+        };
+        let exact = matches!(
+            invariance,
+            Invariance::BinaryUnits | Invariance::LoadScaling | Invariance::Threads
+        );
+        let by_a_bit = if exact { Level::Fails } else { Level::Holds };
+        assert_eq!(differs(f64::EPSILON), by_a_bit, "{invariance}");
+        assert_eq!(differs(0.0), Level::Holds, "{invariance}");
+        // Another answer, where one was expected.
+        assert_eq!(differs(1e-3), Level::Fails, "{invariance}");
     }
 }
