@@ -5,8 +5,8 @@ mod support;
 use std::path::Path;
 
 use contact3d::{
+    ProblemError,
     convergence::{Accuracy, AccuracySettings, LadderMethod, Operator},
-    post::SolveSceneError,
     scene::Scene,
     solver::Status,
 };
@@ -18,7 +18,7 @@ const SETTINGS: AccuracySettings = AccuracySettings {
     finest: Some(8),
 };
 
-fn measure(scene: &Scene, settings: &AccuracySettings) -> Result<Accuracy, SolveSceneError> {
+fn measure(scene: &Scene, settings: &AccuracySettings) -> Result<Accuracy, ProblemError> {
     Accuracy::measure(scene, Path::new(""), settings, 1, &mut |_| {})
 }
 

@@ -19,7 +19,7 @@ use contact3d::{
     solver::Status,
 };
 use rayon::prelude::*;
-use support::{Problem, hkl_scene};
+use support::{Implicit, hkl_scene};
 
 /// (n_div, 3n, 3m, [(iter, n_A) of control (a)] for Tables 1 and 2).
 type Row = (usize, usize, usize, [(usize, usize); 2]);
@@ -39,9 +39,9 @@ fn tables_1_and_2() {
     PUBLISHED
         .into_par_iter()
         .for_each(|(n_div, n_free, n_multipliers, counts)| {
-            let problem = Problem::new(&hkl_scene(1, n_div));
-            assert_eq!(problem.assembly.primal.load.len(), n_free);
-            assert_eq!(problem.contact.dual_rhs().len(), n_multipliers);
+            let problem = Implicit::new(&hkl_scene(1, n_div));
+            assert_eq!(problem.assembly().primal.load.len(), n_free);
+            assert_eq!(problem.contact().dual_rhs().len(), n_multipliers);
             for (table, (iterations, applications)) in [1, 2].into_iter().zip(counts) {
                 let mut scene = hkl_scene(table, n_div);
                 scene.solve.precision = Fixed;
@@ -79,7 +79,7 @@ fn converged_values_at_n_div_8() {
     let mut scene = hkl_scene(1, 8);
     scene.solve.precision = Fixed;
     scene.solve.epsilon = Some(1e-8);
-    let problem = Problem::new(&scene);
+    let problem = Implicit::new(&scene);
     let solution = problem.solve(&scene);
     assert_eq!(solution.status, Status::Converged);
     let report = problem.report(&scene, &solution);

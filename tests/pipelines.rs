@@ -60,10 +60,10 @@ fn check(path: &Path) {
     }
     let case = Case::try_new(scene, &pipelines()).unwrap_or_else(|e| panic!("{name}: {e}"));
     // The published stopping rule at ε = 1e-4 leaves up to a per cent or so, and says it.
-    let published = case.scene.solve.method == Method::FixedPoint;
+    let published = case.scene().solve.method == Method::FixedPoint;
     let (expected, accuracy) = match published {
         true => (Status::Stopped, 2e-2),
-        false => (Status::Converged, case.scene.solve.epsilon()),
+        false => (Status::Converged, case.scene().solve.epsilon()),
     };
     assert_eq!(case.solution.status, expected, "{name}");
     assert!(case.solution.accuracy <= accuracy, "{name}");
@@ -71,7 +71,7 @@ fn check(path: &Path) {
     // A figure is the error of one pane over the largest stress, the accuracy a mean over the face; a
     // residual at ε = 1e-12 is a few hundred roundings.
     assert!(
-        certificate.worst() < 10.0 * case.solution.accuracy.max(case.scene.solve.epsilon()),
+        certificate.worst() < 10.0 * case.solution.accuracy.max(case.scene().solve.epsilon()),
         "{name}: {certificate:?}"
     );
     // Equilibrium does not depend on ε: one backsolve with condition number near 1e4, 1e6 where

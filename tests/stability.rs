@@ -60,7 +60,7 @@ struct Small {
 impl Small {
     fn new(name: &str, friction: f64, traction: [f64; 3]) -> Self {
         let file = SceneFile::read(&pipelines().join("hard").join(name)).unwrap();
-        let text = file.scene.to_toml();
+        let text = file.scene.to_toml().unwrap();
         let mut table: toml::Table = text.parse().unwrap();
         table["friction"]["coefficient"]["constant"] = friction.into();
         table["traction"][0]["value"] = traction.to_vec().into();

@@ -188,3 +188,32 @@ fn our_own_code_forbids_unsafe() {
         );
     }
 }
+
+/// The library is for programs that want neither a file format nor a command line nor pictures.
+#[test]
+fn the_library_needs_neither_hdf5_nor_a_command_line_nor_pictures() {
+    let tree = |package: &str| -> BTreeSet<String> {
+        let tree = cargo(&[
+            "tree",
+            "--package",
+            package,
+            "--edges",
+            "normal",
+            "--prefix",
+            "none",
+            "--format",
+            "{p}",
+        ]);
+        let names = tree.lines().filter_map(|line| line.split(' ').next());
+        names.map(str::to_owned).collect()
+    };
+    let (library, program) = (tree("contact3d"), tree("contact3d-pipe"));
+    for package in ["hdf5-metno", "hdf5-metno-sys", "clap", "resvg", "usvg"] {
+        assert!(
+            program.contains(package),
+            "the program no longer uses {package}"
+        );
+        assert!(!library.contains(package), "contact3d needs {package}");
+    }
+    assert!(library.contains("faer"), "the tree was read");
+}

@@ -117,7 +117,7 @@ fn a_uniform_pressure_passes_through_the_contact_face() {
         }
         assert!(tangential.iter().all(|t| t.abs() < 1e-10 * PRESSURE));
         let strain = PRESSURE / YOUNG;
-        for (u, [x, y, z]) in case.displacement().iter().zip(&case.mesh.coordinates) {
+        for (u, [x, y, z]) in case.displacement().iter().zip(&case.mesh().coordinates) {
             let exact = [poisson * x * strain, poisson * y * strain, -z * strain];
             for (found, exact) in u.iter().zip(exact) {
                 assert!((found - exact).abs() < 1e-10 * strain, "{contact}");
@@ -128,7 +128,7 @@ fn a_uniform_pressure_passes_through_the_contact_face() {
 
 /// u_x at the nodes of the foundation at x in 1e-5 m, smallest and largest.
 fn along_foundation(case: &Case, x: f64) -> [f64; 2] {
-    let nodes = case.mesh.coordinates.iter().zip(case.displacement());
+    let nodes = case.mesh().coordinates.iter().zip(case.displacement());
     let displacements = nodes
         .filter(|(at, _)| (at[0] - x).abs() < 1e-9 && at[1] == 0.0)
         .map(|(_, u)| 1e5 * u[0]);

@@ -214,6 +214,7 @@ fn coefficient_words(coefficient: &Coefficient, slip: &str, length: &str) -> Str
                 false => format!("{}  ({} in {length})", formula.text(), meanings.join(", ")),
             }
         }
+        Coefficient::Function(_) => format!("a Rust function of {slip} in {length}"),
     }
 }
 
@@ -221,6 +222,7 @@ fn quantity_words(quantity: &Quantity) -> String {
     match quantity {
         Quantity::Constant(value) => number(*value),
         Quantity::Varying(expression) => expression.text().to_owned(),
+        Quantity::Function(_) => "a Rust function of the place".to_owned(),
     }
 }
 

@@ -29,7 +29,7 @@ pub use checkpoint::{GROUP as CHECKPOINT, read as read_checkpoint, write as writ
 pub use load::{read as read_loads, write as write_loads};
 pub use mesh::{read as read_mesh, write as write_mesh};
 pub use post::{ContactSummary, Summary, read_summary, write as write_report};
-pub use scene::{GROUP as SCENE, read as read_scene, write as write_scene};
+pub use scene::{GROUP as SCENE, read as read_scene, text as scene_text, write as write_scene};
 pub use sizes::{Sizes, read_sizes};
 pub use solve::{read as read_solution, read_multiplier, write as write_solution};
 pub use stability::{GROUP as STABILITY, STABILITY_LAYOUT, StabilityRow, write as write_stability};

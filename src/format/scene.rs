@@ -21,12 +21,22 @@ pub(super) const TABLE: &[DatasetSpec] = &[GROUP.row(
     "The scene as TOML with every default written out; it parses back to the same scene.",
 )];
 
+/// The canonical text of a scene that came from a text.
+///
+/// # Panics
+/// For a scene with Rust functions, which no command of the program can be given.
+#[must_use]
+pub fn text(scene: &Scene) -> String {
+    let text = scene.to_toml();
+    text.expect("a scene from a text holds no Rust function")
+}
+
 /// Writes the scene.
 ///
 /// # Errors
 /// HDF5 failures.
 pub fn write(writer: &mut GroupWriter<'_>, scene: &Scene) -> Result<(), StoreError> {
-    writer.write_text(TOML, &scene.to_toml())
+    writer.write_text(TOML, &text(scene))
 }
 
 /// Reads and validates the scene.

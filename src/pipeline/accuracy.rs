@@ -78,7 +78,7 @@ fn admit_finest(
 /// Digest of what the ladders are measured for.
 #[must_use]
 pub fn accuracy_input(scene: &Scene) -> String {
-    blake3::hash(scene.to_toml().as_bytes())
+    blake3::hash(format::scene_text(scene).as_bytes())
         .to_hex()
         .to_string()
 }

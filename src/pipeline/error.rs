@@ -1,9 +1,9 @@
 use std::path::PathBuf;
 
 use contact3d::{
+    ProblemError,
     dual::{AssemblyError, Shortage},
     mesh::GmshError,
-    post::SolveSceneError,
     scene::{Invalid, SceneError},
     solver::NeedsExplicit,
 };
@@ -40,7 +40,7 @@ pub enum StageError {
     Assembly(#[from] AssemblyError),
     /// A scene solved in memory, for the ladders of accuracy.
     #[error(transparent)]
-    Unsolved(#[from] SolveSceneError),
+    Unsolved(#[from] ProblemError),
     /// Too little memory or disk space for the mesh.
     #[error(transparent)]
     Shortage(#[from] Shortage),

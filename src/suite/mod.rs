@@ -15,7 +15,7 @@ use contact3d::{
 use runfile::{GroupRecord, Home, IfMissing, RunFile, Transaction, timestamp};
 
 use crate::{
-    format::{STABILITY, STABILITY_LAYOUT, StabilityRow, write_stability},
+    format::{STABILITY, STABILITY_LAYOUT, StabilityRow, scene_text, write_stability},
     output::Inputs,
     sweep::SweepError,
 };
@@ -50,7 +50,7 @@ impl Case {
             name: self.name.clone(),
             family: self.family.clone(),
             shows: self.shows.clone(),
-            scene: scene.to_toml(),
+            scene: scene_text(scene),
             units: scene.units,
             open: self.open.clone(),
             outcome: check.map_err(|error| error.to_string()),

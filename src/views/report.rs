@@ -71,7 +71,7 @@ fn scene_section(scene: &Scene) -> Section {
             Part::Table(tables::effects(scene)),
             Part::Listing(
                 "the scene, every default written out".into(),
-                shown_lines(&scene.to_toml()),
+                shown_lines(&format::scene_text(scene)),
             ),
         ],
     }

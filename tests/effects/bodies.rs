@@ -88,10 +88,10 @@ fn the_answer_does_not_depend_on_where_the_body_stands() {
     for motion in [CYCLE, HALF_TURN, BOTH] {
         let moved = Case::of(&[motion.scene, STEEL, RAMPS].concat());
         assert_eq!(moved.solution.status, Status::Converged);
-        let places = moved.mesh.coordinates.iter().zip(moved.displacement());
+        let places = moved.mesh().coordinates.iter().zip(moved.displacement());
         let found: BTreeMap<_, _> = places.map(|(x, u)| (lattice(*x), u)).collect();
         let pairs: Vec<_> = still
-            .mesh
+            .mesh()
             .coordinates
             .iter()
             .zip(&displacement)
@@ -99,20 +99,24 @@ fn the_answer_does_not_depend_on_where_the_body_stands() {
             .collect();
         let (found, expected): (Vec<_>, Vec<_>) = pairs.into_iter().unzip();
         let difference = distance(&found.concat(), &expected.concat());
-        assert!(difference < SAME, "{}: {difference:e}", moved.scene.title);
+        assert!(difference < SAME, "{}: {difference:e}", moved.scene().title);
         // The frames move with the body, so forces along t₁ and t₂ stay.
         let [forces, unmoved] = [&moved, &still].map(|case| {
             let contact = case.report().resultants.contact.unwrap();
             let [first, second] = contact.tangential_force.unwrap();
             [contact.normal_force, first, second]
         });
-        assert!(distance(&forces, &unmoved) < SAME, "{}", moved.scene.title);
+        assert!(
+            distance(&forces, &unmoved) < SAME,
+            "{}",
+            moved.scene().title
+        );
     }
 }
 
 /// The text of a mesh as a Gmsh file, format 2.2, with the six faces as physical surfaces.
 fn as_gmsh(case: &Case) -> String {
-    let mesh = &case.mesh;
+    let mesh = &case.mesh();
     let mut text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n7\n".to_owned();
     for (i, name) in mesh.face_names.iter().enumerate() {
         let _ = writeln!(text, "2 {} \"{name}\"", i + 1);
@@ -207,7 +211,7 @@ fn equal_regions_are_one_body() {
                   material.isotropic = { young_modulus = 21.19e10, poisson_ratio = 0.277 }\n";
     let parts = steel(&[CONTACT, RAMPS, region]);
     let whole = steel(&[CONTACT, RAMPS]);
-    assert!(parts.mesh.tetrahedron_region.contains(&1));
+    assert!(parts.mesh().tetrahedron_region.contains(&1));
     assert_eq!(parts.solution.multiplier, whole.solution.multiplier);
     assert_eq!(parts.solution.displacement, whole.solution.displacement);
 }

@@ -1,7 +1,7 @@
 //! Laws of friction that coincide in a limit.
 
 use contact3d::{
-    contact::InterfaceFriction,
+    contact::{Interface, InterfaceFriction},
     solver::{ContactState, SolvedBy, Start, Status, solve},
 };
 
@@ -91,18 +91,17 @@ fn a_ramp_is_its_table_and_its_grid() {
 fn tresca_at_the_converged_bound_is_coulomb() {
     let coulomb = steel(&[CONTACT, RAMPS]);
     let state = coulomb.solution.coulomb.as_ref().unwrap();
-    let mut interface = in_contact("", "slip_bound = 1.0")
-        .problem
-        .interface
-        .unwrap();
+    let scene = in_contact("", "slip_bound = 1.0").scene().clone();
+    let interface = Interface::new(&scene, coulomb.mesh()).unwrap();
+    let mut interface = interface.unwrap();
     interface.friction = InterfaceFriction::Tresca(state.semi_axes());
     let contact = ContactState {
-        surface: coulomb.mesh.contact.as_ref().unwrap(),
+        surface: coulomb.mesh().contact.as_ref().unwrap(),
         interface: &interface,
     };
-    let settings = &coulomb.scene.solve;
+    let settings = &coulomb.scene().solve;
     let tresca = solve(
-        &coulomb.system,
+        coulomb.system(),
         Some(&contact),
         settings,
         Start::default(),
@@ -135,7 +134,7 @@ fn vanishing_friction_is_frictionless() {
 fn a_gap_of_zero_is_no_gap() {
     let law = "coefficient.constant = 0.3";
     let zero = in_contact("gap = '0*x'", law);
-    assert!(zero.interface.as_ref().unwrap().gap.is_some());
+    assert!(zero.interface().gap.is_some());
     assert_eq!(zero.solution.multiplier, constant().solution.multiplier);
     let constant_gap = in_contact("gap = 1e-5", law);
     let formula = in_contact("gap = '1e-5 + 0*x'", law);
@@ -151,7 +150,7 @@ fn a_frame_that_turns_by_nothing_is_constant() {
     let law = "coefficient_1.constant = 0.3\ncoefficient_2.constant = 0.1";
     let fixed = in_contact("axis_1 = [1.0, 2.0, 0.0]", law);
     let turning = in_contact("axis_1 = ['1 + 0*x', 2.0, 0.0]", law);
-    assert!(turning.interface.as_ref().unwrap().frame.axes.len() > 1);
+    assert!(turning.interface().frame.axes.len() > 1);
     assert_same(&turning, &fixed);
     // On z_min the default t₁ is x and t₂ is y.
     let degrees = f64::atan2(2.0, 1.0).to_degrees();
@@ -234,7 +233,7 @@ fn a_law_may_fail_at_slips_that_do_not_occur() {
     let levelled = in_contact("", "coefficient.expression = 'max(0.3 - 400*s, 1e-3)'");
     let falling = in_contact("", "coefficient.expression = '0.3 - 400*s'");
     assert_same(&falling, &levelled);
-    let warned = falling.interface.as_ref().unwrap().warnings(3.0, "m");
+    let warned = falling.interface().warnings(3.0, "m");
     assert_eq!(warned.len(), 1);
     let too_steep = in_contact("", "coefficient.expression = '0.3 - 3e4*s'");
     assert_eq!(too_steep.solution.status, Status::NumericalError);
@@ -250,6 +249,6 @@ fn a_formula_that_levels_off_is_a_law() {
         // With the published stopping rule the accuracy is reported instead.
         assert!(case.solution.status.is_solved(), "{method}");
         let friction = case.report().friction.unwrap();
-        assert!(friction.is_admissible(case.mesh.contact.as_ref().unwrap(), |_| true));
+        assert!(friction.is_admissible(case.mesh().contact.as_ref().unwrap(), |_| true));
     }
 }

@@ -10,23 +10,21 @@ use contact3d::{
     },
 };
 
-use crate::support::Problem;
+use crate::support::Implicit;
 
 pub(crate) struct Dense {
     pub(crate) scene: Scene,
-    pub(crate) problem: Problem,
+    pub(crate) problem: Implicit,
     pub(crate) dual: ExplicitDual,
     pub(crate) local: LocalStiffness,
 }
 
 impl Dense {
     pub(crate) fn new(scene: Scene) -> Self {
-        let problem = Problem::new(&scene);
-        let Problem {
-            assembly, contact, ..
-        } = &problem;
+        let problem = Implicit::new(&scene);
+        let (assembly, contact) = (problem.assembly(), problem.contact());
         let unconstrained = assembly.unconstrained();
-        let (surface, interface) = (problem.surface(), &problem.interface);
+        let ContactState { surface, interface } = problem.state();
         let dual = ExplicitDual::new(assembly, contact, &unconstrained, surface, interface);
         Self {
             scene,
@@ -43,7 +41,7 @@ impl Dense {
     ) -> T {
         let mut scene = self.scene.clone();
         scene.friction = Some(law.clone());
-        let interface = Interface::new(&scene, &self.problem.mesh);
+        let interface = Interface::new(&scene, self.problem.mesh());
         let interface = interface.expect("finite formulas").expect("contact");
         let contact = ContactState {
             surface: self.problem.surface(),
@@ -72,11 +70,7 @@ impl Dense {
 
     /// Algorithm 4.1 on the explicit operator with the settings of the scene.
     pub(crate) fn approximate(&self, inner: Inner<'_>) -> Solution {
-        let Problem {
-            assembly,
-            contact: system,
-            ..
-        } = &self.problem;
+        let (assembly, system) = (self.problem.assembly(), self.problem.contact());
         self.with_contact(&self.law(), |contact, law| {
             successive_approximations(
                 inner,

@@ -29,8 +29,8 @@ fn gpcg_and_newton_find_the_same_minimisers() {
                 assert_eq!(newton.status, NewtonStatus::Converged);
                 let mut operator = ExplicitOperator::new(
                     &case.dual,
-                    &case.problem.assembly,
-                    &case.problem.contact,
+                    case.problem.assembly(),
+                    case.problem.contact(),
                 );
                 let solver = Gpcg {
                     steplength: 1.9 / operator_norm(&mut operator),
@@ -53,8 +53,8 @@ fn on_implicit(case: &Dense, inner: Inner<'_>) -> Solution {
     case.with_contact(&case.law(), |contact, law| {
         successive_approximations(
             inner,
-            &mut ImplicitOperator::new(&case.problem.assembly, &case.problem.contact),
-            &case.problem.assembly,
+            &mut ImplicitOperator::new(case.problem.assembly(), case.problem.contact()),
+            case.problem.assembly(),
             contact,
             law,
             &case.scene.solve,
@@ -138,19 +138,19 @@ impl DualOperator for Broken<'_> {
 #[test]
 fn gpcg_with_values_that_are_not_finite_is_a_status() {
     let case = Dense::new(hkl_scene(1, 4));
-    let mut sound = ImplicitOperator::new(&case.problem.assembly, &case.problem.contact);
+    let mut sound = ImplicitOperator::new(case.problem.assembly(), case.problem.contact());
     operator_norm(&mut sound);
     let first = sound.applications() + 1;
     for from in [first, first + 1, first + 40] {
         let solution = case.with_contact(&case.law(), |contact, law| {
             let mut operator = Broken {
-                sound: ImplicitOperator::new(&case.problem.assembly, &case.problem.contact),
+                sound: ImplicitOperator::new(case.problem.assembly(), case.problem.contact()),
                 from,
             };
             successive_approximations(
                 Inner::Gpcg(&case.local.stiffness),
                 &mut operator,
-                &case.problem.assembly,
+                case.problem.assembly(),
                 contact,
                 law,
                 &case.scene.solve,

@@ -63,7 +63,7 @@ fn reproduces_the_converged_values() {
     assert!(distance(&newton.multiplier, &solution.multiplier) < 1e-11);
     let mut of_newton = solution.clone();
     of_newton.multiplier.clone_from(&newton.multiplier);
-    of_newton.displacement = ImplicitOperator::new(&case.problem.assembly, &case.problem.contact)
+    of_newton.displacement = ImplicitOperator::new(case.problem.assembly(), case.problem.contact())
         .to_primal(&newton.multiplier);
     let m = case.dual.n_panes();
     if let Some(state) = &mut of_newton.coulomb {

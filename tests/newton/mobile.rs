@@ -4,8 +4,8 @@
 use std::{fs, path::Path};
 
 use contact3d::{
+    AssembledProblem, Problem,
     dual::{LocalStiffness, pane_stiffness},
-    post::AssembledScene,
     scene::{DualOperatorKind, InnerSolver, Method, Scene, SolveSettings},
     solver::{Solution, Status},
 };
@@ -21,15 +21,16 @@ const CASES: [&str; 3] = ["soft_block", "looser_11", "looser_43"];
 
 const EPSILONS: [f64; 4] = [1e-12, 1e-9, 1e-6, 1e-4];
 
-fn assembled(name: &str, operator: DualOperatorKind) -> AssembledScene {
+fn assembled(name: &str, operator: DualOperatorKind) -> AssembledProblem {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("python-checks/trust/cases");
     let text = fs::read_to_string(folder.join(format!("{name}.toml"))).expect("a scene");
     let mut scene = Scene::parse(name, &text).expect("a valid scene");
     scene.assemble.dual_operator = operator;
-    AssembledScene::new(scene, &folder, 1).expect("a solvable scene")
+    let problem = Problem::in_folder(scene, &folder).expect("a scene with a mesh");
+    problem.assemble_with(1).expect("a solvable scene")
 }
 
-fn solve(case: &AssembledScene, epsilon: f64) -> Solution {
+fn solve(case: &AssembledProblem, epsilon: f64) -> Solution {
     let settings = SolveSettings {
         epsilon: Some(epsilon),
         ..SolveSettings::default()
@@ -83,7 +84,7 @@ fn a_looser_epsilon_never_fails_where_a_tighter_one_succeeds() {
     }
 }
 
-fn case_panes(case: &AssembledScene) -> usize {
+fn case_panes(case: &AssembledProblem) -> usize {
     case.contact_state().expect("contact").n_panes()
 }
 
@@ -166,12 +167,12 @@ fn the_certificate_rejects_corrupted_answers_of_soft_bodies() {
         let m = case_panes(&case);
         for corruption in corruptions(&answer, m) {
             let mut wrong = answer.clone();
-            let dual = case.system.contact.as_ref().expect("contact");
+            let dual = case.system().contact.as_ref().expect("contact");
             wrong.multiplier = corruption;
             // With the displacement that belongs to the wrong multipliers, so that the equilibrium
             // shows nothing.
             wrong.displacement = dual
-                .refined_displacement(&case.system.assembly, &wrong.multiplier, f64::EPSILON)
+                .refined_displacement(&case.system().assembly, &wrong.multiplier, f64::EPSILON)
                 .value;
             let certificate = case.report(&wrong).expect("a report").certificate;
             // The smallest corruption is 1e-4 of one component.
@@ -211,11 +212,11 @@ fn corruptions(answer: &Solution, m: usize) -> Vec<Vec<f64>> {
 fn local_stiffness_is_that_of_a_pane_whose_neighbours_do_not_move() {
     for name in CASES {
         let case = assembled(name, DualOperatorKind::Explicit);
-        let contact = case.system.contact.as_ref().expect("contact");
+        let contact = case.system().contact.as_ref().expect("contact");
         let dual = contact.explicit().expect("the dense operator");
         let local = LocalStiffness::new(dual);
         let m = dual.n_panes();
-        let bound = pane_stiffness(&case.system.assembly.primal, &contact.coupling);
+        let bound = pane_stiffness(&case.system().assembly.primal, &contact.coupling);
         for j in 0..dual.dimension() {
             let mut unit = vec![0.0; dual.dimension()];
             unit[j] = 1.0;

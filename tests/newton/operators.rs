@@ -7,10 +7,7 @@ use contact3d::{
     solver::{Inner, Status},
 };
 
-use crate::{
-    dense::*,
-    support::{Problem, hkl_scene},
-};
+use crate::{dense::*, support::hkl_scene};
 
 /// Multipliers of many sizes and signs, the same on every machine.
 fn probes(n: usize) -> Vec<Vec<f64>> {
@@ -36,9 +33,7 @@ fn both_operators_agree() {
         contact.gap = Quantity::Constant(gap);
         contact.axis_1 = axis_1.map(|axis: [f64; 3]| axis.map(Quantity::Constant));
         let case = Dense::new(scene);
-        let Problem {
-            assembly, contact, ..
-        } = &case.problem;
+        let (assembly, contact) = (case.problem.assembly(), case.problem.contact());
         let mut implicit = ImplicitOperator::new(assembly, contact);
         let mut explicit = ExplicitOperator::new(&case.dual, assembly, contact);
         assert_eq!(implicit.rhs(), explicit.rhs());
@@ -50,7 +45,7 @@ fn both_operators_agree() {
             assert_eq!(explicit.to_primal(&multiplier), displacement);
             let expected = nodal_slip(
                 case.problem.surface(),
-                &case.problem.interface.frame,
+                &case.problem.state().interface.frame,
                 &assembly.primal.dofs,
                 &displacement,
             );

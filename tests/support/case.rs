@@ -3,20 +3,19 @@
 use std::path::Path;
 
 use contact3d::{
-    post::{AssembledScene, ContactReport, SolveSceneError},
-    scene::Scene,
+    AssembledProblem, Problem, ProblemError, contact::Interface, post::ContactReport, scene::Scene,
     solver::Solution,
 };
 
 pub(crate) struct Case {
-    pub(crate) problem: AssembledScene,
+    pub(crate) problem: AssembledProblem,
     pub(crate) solution: Solution,
 }
 
 impl std::ops::Deref for Case {
-    type Target = AssembledScene;
+    type Target = AssembledProblem;
 
-    fn deref(&self) -> &AssembledScene {
+    fn deref(&self) -> &AssembledProblem {
         &self.problem
     }
 }
@@ -33,9 +32,9 @@ impl Case {
     }
 
     pub(crate) fn try_new(scene: Scene, folder: &Path) -> Result<Self, String> {
-        let solved = || -> Result<Self, SolveSceneError> {
-            let problem = AssembledScene::new(scene, folder, 1)?;
-            let solution = problem.solve(&problem.scene.solve)?;
+        let solved = || -> Result<Self, ProblemError> {
+            let problem = Problem::in_folder(scene, folder)?.assemble_with(1)?;
+            let solution = problem.solve(&problem.scene().solve)?;
             Ok(Self { problem, solution })
         };
         solved().map_err(|error| error.to_string())
@@ -47,13 +46,18 @@ impl Case {
 
     /// Displacement of every node in m.
     pub(crate) fn displacement(&self) -> Vec<[f64; 3]> {
-        let dofs = &self.system.assembly.primal.dofs;
+        let dofs = &self.system().assembly.primal.dofs;
         dofs.to_nodes(&self.solution.displacement)
+    }
+
+    /// The laws of the contact face.
+    pub(crate) fn interface(&self) -> &Interface {
+        self.contact_state().expect("contact").interface
     }
 
     /// Numbers of panes m and of contact nodes.
     pub(crate) fn sizes(&self) -> (usize, usize) {
-        let surface = self.mesh.contact.as_ref().expect("a contact face");
+        let surface = self.mesh().contact.as_ref().expect("a contact face");
         (surface.n_panes(), surface.nodes.len())
     }
 }

@@ -6,11 +6,11 @@ mod case;
 use std::path::{Path, PathBuf};
 
 use contact3d::{
-    contact::Interface,
+    AssembledProblem, Problem,
     dual::{Assembly, ContactSystem, ImplicitOperator},
     mesh::{ContactSurface, Mesh},
-    post::{ContactReport, Solved, SolvedContact},
-    scene::{Body, Scene},
+    post::ContactReport,
+    scene::{Body, DualOperatorKind, Scene},
     solver::{ContactState, Inner, Solution, Start, successive_approximations},
 };
 
@@ -39,48 +39,51 @@ pub(crate) fn refine(scene: &mut Scene, cells: [usize; 3]) {
 }
 
 /// A contact problem assembled in memory; S stays implicit.
-pub(crate) struct Problem {
-    pub(crate) mesh: Mesh,
-    pub(crate) interface: Interface,
-    pub(crate) assembly: Assembly,
-    pub(crate) contact: ContactSystem,
-}
+pub(crate) struct Implicit(AssembledProblem);
 
-impl Problem {
+impl Implicit {
     pub(crate) fn new(scene: &Scene) -> Self {
-        let mesh = Mesh::of_scene(scene, Path::new("")).expect("a brick");
-        let interface = interface(scene, &mesh);
-        let assembly = Assembly::new(scene, &mesh, 1).expect("positive definite stiffness");
-        let surface = mesh.contact.as_ref().expect("a contact face");
-        let contact = ContactSystem::new(&assembly, surface, &interface);
-        Self {
-            mesh,
-            interface,
-            assembly,
-            contact,
-        }
+        let problem = Problem::new(implicit(scene)).expect("a brick in contact");
+        let assembled = problem.assemble_with(1);
+        Self(assembled.expect("positive definite stiffness"))
+    }
+
+    pub(crate) fn assembly(&self) -> &Assembly {
+        &self.0.system().assembly
+    }
+
+    pub(crate) fn contact(&self) -> &ContactSystem {
+        self.0.system().contact.as_ref().expect("contact")
+    }
+
+    pub(crate) fn mesh(&self) -> &Mesh {
+        self.0.mesh()
+    }
+
+    pub(crate) fn state(&self) -> ContactState<'_> {
+        self.0.contact_state().expect("contact")
     }
 
     pub(crate) fn surface(&self) -> &ContactSurface {
-        self.mesh.contact.as_ref().expect("a contact face")
+        self.state().surface
     }
 
-    fn state<'a>(&'a self, interface: &'a Interface) -> ContactState<'a> {
-        ContactState {
-            surface: self.surface(),
-            interface,
-        }
+    /// The same for a scene that may have another law.
+    fn of(&self, scene: &Scene) -> AssembledProblem {
+        let other = self.0.with_scene(implicit(scene));
+        other.unwrap_or_else(|error| panic!("{error}"))
     }
 
     /// Algorithm 4.1 with KPRGP on the implicit operator, for a scene that may have another law.
     pub(crate) fn solve(&self, scene: &Scene) -> Solution {
-        let interface = interface(scene, &self.mesh);
+        let problem = self.of(scene);
+        let contact = problem.contact_state().expect("contact");
         successive_approximations(
             Inner::Kprgp,
-            &mut ImplicitOperator::new(&self.assembly, &self.contact),
-            &self.assembly,
-            &self.state(&interface),
-            interface.coulomb().expect("Coulomb friction"),
+            &mut ImplicitOperator::new(self.assembly(), self.contact()),
+            self.assembly(),
+            &contact,
+            contact.interface.coulomb().expect("Coulomb friction"),
             &scene.solve,
             Start::default(),
             &mut |_| {},
@@ -88,22 +91,11 @@ impl Problem {
     }
 
     pub(crate) fn report(&self, scene: &Scene, solution: &Solution) -> ContactReport {
-        let interface = interface(scene, &self.mesh);
-        let solved = Solved {
-            scene,
-            mesh: &self.mesh,
-            system: &self.assembly.primal,
-            contact: Some(SolvedContact {
-                coupling: &self.contact.coupling,
-                state: self.state(&interface),
-            }),
-            solution,
-        };
-        ContactReport::new(&solved).expect("finite loads")
+        self.of(scene).report(solution).expect("finite loads")
     }
 }
 
-fn interface(scene: &Scene, mesh: &Mesh) -> Interface {
-    let interface = Interface::new(scene, mesh).expect("finite formulas");
-    interface.expect("a scene with contact")
+fn implicit(scene: &Scene) -> Scene {
+    let scene = scene.clone();
+    scene.with_dual_operator(DualOperatorKind::Implicit)
 }

@@ -1,7 +1,36 @@
 //! Elastostatic contact of a 3D body with a rigid flat foundation and orthotropic Coulomb friction
 //! whose coefficients depend on the solution.
 //!
-//! # The problem on one page
+//! # First steps
+//!
+//! A steel block, pressed onto its foundation and pulled along it:
+//!
+//! ```
+//! use contact3d::{Problem, post::Zone, scene::*};
+//!
+//! let scene = Scene::new(Body::brick([3.0, 1.0, 1.0], [12, 4, 4]), Material::isotropic(2.1e11, 0.3))
+//!     .with_clamp(Clamp::face("x_min"))
+//!     .with_pressure(Pressure::on("z_max", 2e7)) // Pa
+//!     .with_traction(Traction::on("x_max", [1e7, 0.0, 0.0]))
+//!     .with_contact(Contact::on("z_min"))
+//!     .with_friction(Friction::coulomb(0.3));
+//!
+//! let problem = Problem::new(scene)?; // checked and meshed
+//! let assembled = problem.assemble()?; // factorised
+//! let solution = assembled.solve(&SolveSettings::default())?; // status, multipliers, displacements, history
+//! let report = assembled.report(&solution)?; // pressures, zones, stresses, resultants, certificate
+//! println!("{} of {} panes slip", report.count(Zone::Slip), report.panes.len());
+//!
+//! assert!(solution.status.is_solved() && report.certificate.worst() < 1e-10);
+//! assert_eq!((report.count(Zone::Stick), report.count(Zone::Slip)), (2, 10));
+//! # Ok::<(), contact3d::ProblemError>(())
+//! ```
+//!
+//! [`Problem::read`] takes a scene file instead. [`AssembledProblem::with_changes`] solves for other loads and other
+//! friction on the same factor, [`Coefficient::of_slip`](scene::Coefficient::of_slip) takes a law of friction as a
+//! Rust function, and `examples/` has a program for each of these to start from.
+//!
+//! # The problem
 //!
 //! A body Ω is held on Γ_u, loaded on Γ_p, and may touch the foundation on the flat part Γ_c. With
 //! stress σ = C ε(u), outward normal ν and principal axes of friction t₁, t₂ on Γ_c:
@@ -18,6 +47,21 @@
 //!
 //! Source: J. Haslinger, R. Kučera, T. Ligurský, J. Comput. Appl. Math. 235 (2011) 3464–3480,
 //! doi 10.1016/j.cam.2011.02.007, called HKL in this documentation.
+//!
+//! # Algorithms
+//!
+//! | step | algorithm | source | module |
+//! |---|---|---|---|
+//! | mesh | cells of five tetrahedra; panes of 2 × 2 cells, macro-patches of any flat surface, or single nodes | HKL §3, Remark 3.1 | [`mesh`] |
+//! | stiffness | linear tetrahedra (P1), gathered row by row | HKL §3 | [`elasticity`] |
+//! | factor | nested dissection, supernodal Cholesky | A. George, *SIAM J. Numer. Anal.* 10 (1973) 345 | [`linalg`] |
+//! | S, h | S = WᵀW with W = L⁻¹PBᵀ, or two solves for each application | HKL (4.5) | [`dual`] |
+//! | outer loop | successive approximations | HKL Algorithm 4.1, Remark 4.1 | [`solver::successive_approximations`] |
+//! | inner problem | KPRGP: conjugate gradients, expansions, proportioning | HKL §4; R. Kučera, *SIAM J. Optim.* 19 (2008) 846 | [`solver::Kprgp`] |
+//! | all at once | semismooth Newton on λ − P(λ − ρr) | L. Qi, J. Sun, *Math. Program.* 58 (1993) 353 | [`solver::newton`] |
+//! | error of λ | refinement with residuals in twice the precision | N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, 2002 | [`solver`] |
+//!
+//! Newton's method on a dense S is the default where memory allows; [`scene::Method`] chooses.
 //!
 //! # Symbols
 //!
@@ -49,6 +93,9 @@ pub mod elasticity;
 pub mod linalg;
 pub mod mesh;
 pub mod post;
+mod problem;
 pub mod robustness;
 pub mod scene;
 pub mod solver;
+
+pub use problem::{AssembledProblem, Problem, ProblemError};

@@ -1,9 +1,8 @@
 //! Figures of the report that follow by hand: stress invariants, sums of loads, zones.
 
-use std::path::Path;
-
 use contact3d::{
-    post::{AssembledScene, ContactReport, Zone, von_mises},
+    AssembledProblem, Problem,
+    post::{ContactReport, Zone, von_mises},
     scene::{Method, PrecisionControl, Scene, SolveSettings},
 };
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -33,10 +32,15 @@ fn von_mises_of_the_pure_states() {
     assert!((von_mises(&voigt(&turned)) / von_mises(&voigt(&stress)) - 1.0).abs() < 1e-14);
 }
 
+fn assembled(scene: Scene) -> AssembledProblem {
+    let problem = Problem::new(scene).expect("a brick");
+    problem.assemble_with(1).expect("a discrete problem")
+}
+
 fn report(text: &str, settings: Option<&SolveSettings>) -> ContactReport {
     let scene = Scene::parse("closed form", text).unwrap_or_else(|error| panic!("{error}"));
-    let problem = AssembledScene::new(scene, Path::new(""), 1).expect("a discrete problem");
-    let settings = settings.unwrap_or(&problem.scene.solve);
+    let problem = assembled(scene);
+    let settings = settings.unwrap_or(&problem.scene().solve);
     let solution = problem.solve(settings).expect("S is dense");
     problem.report(&solution).expect("finite loads")
 }
@@ -127,10 +131,10 @@ fn contact_forces_are_sums_over_panes() {
     let text =
         include_str!("../../../pipelines/turning_frame.toml").replace("24, 8, 8", "12, 4, 4");
     let scene = Scene::parse("closed form", &text).expect("a pipeline");
-    let problem = AssembledScene::new(scene, Path::new(""), 1).expect("a discrete problem");
-    let solution = problem.solve(&problem.scene.solve).expect("S is dense");
+    let problem = assembled(scene);
+    let solution = problem.solve(&problem.scene().solve).expect("S is dense");
     let report = problem.report(&solution).expect("finite loads");
-    let areas = &problem.mesh.contact.as_ref().expect("contact").pane_area;
+    let areas = &problem.mesh().contact.as_ref().expect("contact").pane_area;
     let (m, multiplier) = (areas.len(), &solution.multiplier);
     let sum = |at: &dyn Fn(usize) -> usize| -> f64 {
         areas

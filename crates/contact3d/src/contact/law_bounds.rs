@@ -62,7 +62,7 @@ impl LawBounds {
             lipschitz: extreme_of(Sampled::slope),
             anisotropy: anisotropy(law, largest_slip),
             largest_slip,
-            estimated: law.coefficients().iter().any(Coefficient::is_formula),
+            estimated: law.coefficients().iter().any(Coefficient::is_searched),
         }
     }
 }
@@ -156,9 +156,10 @@ pub(super) fn warnings(law: &CoulombLaw, largest_slip: f64, length: &str) -> Vec
 }
 
 fn key(law: &CoulombLaw, axis: usize) -> String {
+    let kind = law.coefficients()[axis].kind();
     match law.coefficients().len() {
-        1 => "friction.coefficient.expression".to_owned(),
-        _ => format!("friction.coefficient_{}.expression", axis + 1),
+        1 => format!("friction.coefficient.{kind}"),
+        _ => format!("friction.coefficient_{}.{kind}", axis + 1),
     }
 }
 
@@ -223,7 +224,7 @@ fn worst_values(law: &CoulombLaw, largest_slip: f64, length: &str) -> impl Itera
     let formulas = coefficients
         .iter()
         .enumerate()
-        .filter(|(_, coefficient)| coefficient.is_formula());
+        .filter(|(_, coefficient)| coefficient.is_searched());
     formulas.filter_map(move |(axis, coefficient)| {
         let sampled = Sampled {
             law: law.law(),

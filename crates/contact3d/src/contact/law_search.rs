@@ -55,7 +55,7 @@ impl<'a> Sweep<'a> {
             &positions[..1.min(positions.len())]
         };
         let searched = [0, 1].map(|k| {
-            let mut formulas = chosen.iter().filter(|(_, c)| c.is_formula());
+            let mut formulas = chosen.iter().filter(|(_, c)| c.is_searched());
             formulas.any(|(i, c)| c.slips_used(*i)[k])
         });
         let per_decade = match (searched, depends_on_place) {

@@ -1,14 +1,12 @@
-use std::{fmt, path::Path};
+use std::{fmt, path::Path, sync::Arc};
 
 use super::{AccuracyProgress, AccuracySettings, Cost, cost::measure, discretisation::energy_norm};
 use crate::{
-    contact::Interface,
-    dual::DualSystem,
     linalg::norm,
     mesh::Mesh,
-    post::SolveSceneError,
+    problem::{AssembledProblem, Problem, ProblemError},
     scene::{DualOperatorKind, InnerSolver, Method, PrecisionControl, Scene, SolveSettings},
-    solver::{ContactState, Solution, Start, Status, solve},
+    solver::{Solution, Start, Status},
 };
 
 /// The entries ε, loose to strict.
@@ -101,10 +99,9 @@ pub struct AlgebraicLadder {
 }
 
 /// The assembled problem with its reference solution.
-struct Problem<'a> {
+struct LadderProblem<'a> {
     scene: &'a Scene,
-    system: DualSystem,
-    contact: ContactState<'a>,
+    assembled: AssembledProblem,
     reference: Solution,
     budget: f64,
 }
@@ -114,41 +111,33 @@ impl AlgebraicLadder {
     /// one solve with the factor gives the answer.
     ///
     /// # Errors
-    /// [`SolveSceneError`].
+    /// [`ProblemError`].
     pub fn measure(
         scene: &Scene,
         folder: &Path,
         settings: &AccuracySettings,
         threads: usize,
         observe: &mut dyn FnMut(AccuracyProgress),
-    ) -> Result<Option<Self>, SolveSceneError> {
-        let mesh = Mesh::of_scene(scene, folder)?;
-        let interface = Interface::new(scene, &mesh)?;
-        let (Some(surface), Some(interface)) = (&mesh.contact, &interface) else {
+    ) -> Result<Option<Self>, ProblemError> {
+        let mesh = Arc::new(Mesh::of_scene(scene, folder)?);
+        if mesh.contact.is_none() {
             return Ok(None);
-        };
+        }
         let assemble = |kind| {
             let mut scene = scene.clone();
             scene.assemble.dual_operator = kind;
             measure(settings.budget * CHEAP_SHARE, || {
-                DualSystem::new(&scene, &mesh, threads)
+                Problem::of_checked(scene.clone(), Arc::clone(&mesh))?.assemble_with(threads)
             })
         };
         let (_, implicit) = assemble(DualOperatorKind::Implicit)?;
-        let (system, explicit) = assemble(DualOperatorKind::Explicit)?;
-        let contact = ContactState { surface, interface };
+        let (assembled, explicit) = assemble(DualOperatorKind::Explicit)?;
         let to_rounding = SolveSettings {
             method: Method::Newton,
             epsilon: Some(0.0),
             ..scene.solve.clone()
         };
-        let reference = solve(
-            &system,
-            Some(&contact),
-            &to_rounding,
-            Start::default(),
-            &mut |_| {},
-        )?;
+        let reference = assembled.solve_from(&to_rounding, Start::default(), &mut |_| {})?;
         let mut ladder = Self {
             reference_status: reference.status,
             reference_accuracy: reference.accuracy,
@@ -158,10 +147,9 @@ impl AlgebraicLadder {
         if !reference.status.is_solved() {
             return Ok(Some(ladder));
         }
-        let mut problem = Problem {
+        let mut problem = LadderProblem {
             scene,
-            system,
-            contact,
+            assembled,
             reference,
             budget: settings.budget,
         };
@@ -171,9 +159,7 @@ impl AlgebraicLadder {
                 .entries
                 .extend(problem.series(method, Operator::Explicit, observe)?);
         }
-        if let Some(contact) = &mut problem.system.contact {
-            contact.make_implicit();
-        }
+        problem.assembled.forget_dense_operator();
         if scene.solve.inner != InnerSolver::Newton {
             for method in [FixedPrecision, AdaptivePrecision] {
                 ladder
@@ -193,14 +179,14 @@ impl AlgebraicLadder {
     }
 }
 
-impl Problem<'_> {
+impl LadderProblem<'_> {
     /// One method on one operator, until the budget is spent.
     fn series(
         &self,
         method: LadderMethod,
         operator: Operator,
         observe: &mut dyn FnMut(AccuracyProgress),
-    ) -> Result<Vec<LadderEntry>, SolveSceneError> {
+    ) -> Result<Vec<LadderEntry>, ProblemError> {
         let mut entries: Vec<LadderEntry> = Vec::new();
         let mut spent = 0.0;
         for epsilon in EPSILONS {
@@ -259,7 +245,7 @@ impl Problem<'_> {
         method: LadderMethod,
         epsilon: f64,
         max_inner_actions: usize,
-    ) -> Result<LadderResult, SolveSceneError> {
+    ) -> Result<LadderResult, ProblemError> {
         let (method, precision) = match method {
             LadderMethod::FixedPrecision => (Method::FixedPoint, PrecisionControl::Fixed),
             LadderMethod::AdaptivePrecision => (Method::FixedPoint, PrecisionControl::Adaptive),
@@ -273,15 +259,10 @@ impl Problem<'_> {
             ..self.scene.solve.clone()
         };
         let (solution, cost) = measure(self.budget * CHEAP_SHARE, || {
-            solve(
-                &self.system,
-                Some(&self.contact),
-                &settings,
-                Start::default(),
-                &mut |_| {},
-            )
+            self.assembled
+                .solve_from(&settings, Start::default(), &mut |_| {})
         })?;
-        let stiffness = &self.system.assembly.primal.stiffness;
+        let stiffness = &self.assembled.system().assembly.primal.stiffness;
         let energy = |u: &[f64]| energy_norm(stiffness, u);
         let (u, exact_u) = (&solution.displacement, &self.reference.displacement);
         let (multiplier, exact) = (&solution.multiplier, &self.reference.multiplier);

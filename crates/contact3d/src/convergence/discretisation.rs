@@ -10,7 +10,7 @@ use crate::{
     elasticity::DofMap,
     linalg::{CscMatrix, dot},
     mesh::Mesh,
-    post::{AssembledScene, SolveSceneError},
+    problem::{Problem, ProblemError},
     scene::{AssembleSettings, Body, Brick, Scene, SolveSettings},
     solver::Status,
 };
@@ -104,13 +104,13 @@ impl DiscretisationLadder {
     /// Solves the nested meshes of a scene's brick; `None` for another body.
     ///
     /// # Errors
-    /// [`SolveSceneError`].
+    /// [`ProblemError`].
     pub fn measure(
         scene: &Scene,
         settings: &AccuracySettings,
         threads: usize,
         observe: &mut dyn FnMut(AccuracyProgress),
-    ) -> Result<Option<Self>, SolveSceneError> {
+    ) -> Result<Option<Self>, ProblemError> {
         let Body::Brick(brick) = &scene.body else {
             return Ok(None);
         };
@@ -245,18 +245,16 @@ fn solved_to_rounding(mut scene: Scene) -> Scene {
     scene
 }
 
-fn solve_level(
-    scene: &Scene,
-    brick: &Brick,
-    threads: usize,
-) -> Result<SolvedLevel, SolveSceneError> {
-    let assembled = AssembledScene::new(scene.clone(), Path::new(""), threads)?;
+fn solve_level(scene: &Scene, brick: &Brick, threads: usize) -> Result<SolvedLevel, ProblemError> {
+    let mesh = Mesh::of_scene(scene, Path::new(""))?;
+    let problem = Problem::of_checked(scene.clone(), Arc::new(mesh))?;
+    let assembled = problem.assemble_with(threads)?;
     let solution = assembled.solve(&scene.solve)?;
     let report = assembled.report(&solution)?;
     let r = report.resultants;
     let cells = brick.size.iter().zip(brick.cells);
     let volume: f64 = cells.map(|(l, n)| l / n as f64).product();
-    let AssembledScene { mesh, system, .. } = assembled;
+    let (mesh, system) = assembled.into_parts();
     let primal = system.assembly.primal;
     let level = Level {
         n_div: brick_n_div(brick),
@@ -283,7 +281,7 @@ fn solve_level(
         level,
         field: Field {
             brick: brick.clone(),
-            mesh,
+            mesh: Arc::unwrap_or_clone(mesh),
             displacement: report.displacement,
         },
         stiffness: Arc::unwrap_or_clone(primal.stiffness),

@@ -27,7 +27,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::{
-    post::SolveSceneError,
+    problem::ProblemError,
     scene::{Body, Scene},
 };
 
@@ -64,7 +64,7 @@ impl Accuracy {
     /// Climbs both ladders; mesh files are looked for in `folder`.
     ///
     /// # Errors
-    /// [`SolveSceneError`] for a scene that has no discrete problem, and for a finest mesh in which
+    /// [`ProblemError`] for a scene that has no discrete problem, and for a finest mesh in which
     /// the scene's own is not nested.
     pub fn measure(
         scene: &Scene,
@@ -72,7 +72,7 @@ impl Accuracy {
         settings: &AccuracySettings,
         threads: usize,
         observe: &mut dyn FnMut(AccuracyProgress),
-    ) -> Result<Self, SolveSceneError> {
+    ) -> Result<Self, ProblemError> {
         // A finest mesh that cannot be is refused before the long work.
         if let Body::Brick(brick) = &scene.body {
             nested_cells(scene, brick, settings)?;

@@ -6,7 +6,7 @@
 
 use super::AccuracySettings;
 use crate::{
-    post::SolveSceneError,
+    problem::ProblemError,
     scene::{Body, Brick, Invalid, Scene},
 };
 
@@ -33,11 +33,11 @@ pub fn nested_cells(
     scene: &Scene,
     brick: &Brick,
     settings: &AccuracySettings,
-) -> Result<Vec<[usize; 3]>, SolveSceneError> {
+) -> Result<Vec<[usize; 3]>, ProblemError> {
     let n_div = brick_n_div(brick);
     let finest = settings.finest.unwrap_or_else(|| default_finest(n_div));
     if finest == 0 || !finest.is_multiple_of(n_div) {
-        return Err(SolveSceneError::Invalid(Invalid {
+        return Err(ProblemError::Invalid(Invalid {
             key: "--finest".into(),
             expected: format!("a multiple of {n_div}, the scene's n_div"),
             found: finest.to_string(),
@@ -67,7 +67,7 @@ pub(super) fn with_cells(scene: &Scene, cells: [usize; 3]) -> Scene {
 
 /// Whether the panes fit on the cells.
 fn is_valid(scene: &Scene, cells: [usize; 3]) -> bool {
-    Scene::parse("", &with_cells(scene, cells).to_toml()).is_ok()
+    with_cells(scene, cells).validate().is_ok()
 }
 
 fn greatest_common_divisor(a: usize, b: usize) -> usize {

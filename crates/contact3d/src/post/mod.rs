@@ -1,16 +1,11 @@
-//! What a solution means: contact zones, stresses, resultants, and a certificate; a scene assembled
-//! and solved in memory.
+//! What a solution means: contact zones, stresses, resultants, and a certificate.
 
-mod assembled_scene;
 mod certificate;
-mod error;
 mod range;
 mod resultants;
 mod zones;
 
-pub use assembled_scene::AssembledScene;
 pub use certificate::{Certificate, ContactCertificate, FrictionCertificate};
-pub use error::SolveSceneError;
 pub use range::OutOfRange;
 pub use resultants::{ContactResultants, Resultants, Vector, von_mises};
 pub use zones::{PaneFriction, PaneState, Zone};

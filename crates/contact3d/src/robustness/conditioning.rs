@@ -2,7 +2,7 @@
 
 use faer::{MatRef, Side};
 
-use super::problem::Problem;
+use super::explicit_problem::ExplicitProblem;
 use crate::{
     dual::ExplicitDual,
     linalg::{CscMatrix, Workspace, largest_eigenvalue},
@@ -43,7 +43,7 @@ pub struct Conditioning {
 }
 
 impl Conditioning {
-    pub(super) fn of(problem: &Problem) -> Self {
+    pub(super) fn of(problem: &ExplicitProblem) -> Self {
         let dual = problem.dual();
         let area = &problem.surface().pane_area;
         let by_area = |j: usize| area[dual.layout.pane_of(j)].sqrt().recip();
@@ -78,8 +78,8 @@ fn spectrum(dual: &ExplicitDual, scale: impl Fn(usize) -> f64) -> Spectrum {
 }
 
 /// The condition number of A scaled to the diagonal 1.
-fn scaled_condition(problem: &Problem) -> f64 {
-    let assembly = &problem.assembled.system.assembly;
+fn scaled_condition(problem: &ExplicitProblem) -> f64 {
+    let assembly = &problem.assembled.system().assembly;
     let a = &assembly.primal.stiffness;
     let root: Vec<f64> = diagonal(a).iter().map(|d| d.sqrt()).collect();
     let n = root.len();

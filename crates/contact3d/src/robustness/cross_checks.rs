@@ -2,11 +2,11 @@
 
 use std::fmt;
 
-use super::problem::Problem;
+use super::explicit_problem::ExplicitProblem;
 use crate::{
     contact::CoulombLaw,
     dual::LocalStiffness,
-    post::SolveSceneError,
+    problem::ProblemError,
     scene::{InnerSolver, Method, PrecisionControl, SolveSettings},
     solver::{Linearisation, Solution, Status, evaluate_mapping},
 };
@@ -105,9 +105,9 @@ impl CrossCheckResult {
 
 /// Solves by the cross-checks, as many as it takes.
 pub(super) fn compare(
-    problem: &Problem,
+    problem: &ExplicitProblem,
     answer: &Solution,
-) -> Result<Vec<CrossCheckResult>, SolveSceneError> {
+) -> Result<Vec<CrossCheckResult>, ProblemError> {
     let mut results: Vec<CrossCheckResult> = Vec::new();
     for cross_check in CrossCheck::ALL {
         let found = match cross_check {
@@ -144,7 +144,7 @@ pub(super) fn compare(
 }
 
 /// Averaged successive approximations from λ = 0.
-fn averaged(problem: &Problem, law: &CoulombLaw) -> (Status, f64, usize, Vec<f64>) {
+fn averaged(problem: &ExplicitProblem, law: &CoulombLaw) -> (Status, f64, usize, Vec<f64>) {
     let (dual, contact) = (problem.dual(), problem.contact());
     let local = LocalStiffness::new(dual);
     let mut steps = 0;

@@ -2,9 +2,9 @@
 
 use std::{fmt, path::Path};
 
-use super::{Scaling, Symmetry, problem::Problem, renumbering::renumbered};
+use super::{Scaling, Symmetry, explicit_problem::ExplicitProblem, renumbering::renumbered};
 use crate::{
-    post::SolveSceneError,
+    problem::ProblemError,
     scene::{Body, Scene},
     solver::{Linearisation, Solution, Status},
 };
@@ -124,11 +124,11 @@ pub struct InvarianceResult {
 
 /// Solves the problem in every other description that it has.
 pub(super) fn compare(
-    problem: &Problem,
+    problem: &ExplicitProblem,
     folder: &Path,
     answer: &Solution,
     threads: usize,
-) -> Result<Vec<InvarianceResult>, SolveSceneError> {
+) -> Result<Vec<InvarianceResult>, ProblemError> {
     let mut results = Vec::new();
     for invariance in Invariance::ALL {
         if let Some((status, multiplier)) = changed(problem, folder, invariance, threads)? {
@@ -149,14 +149,14 @@ pub(super) fn compare(
 
 /// The answer to the changed problem, changed back; `None` where the change does not apply.
 fn changed(
-    problem: &Problem,
+    problem: &ExplicitProblem,
     folder: &Path,
     invariance: Invariance,
     threads: usize,
-) -> Result<Option<(Status, Vec<f64>)>, SolveSceneError> {
-    let scene = &problem.assembled.scene;
+) -> Result<Option<(Status, Vec<f64>)>, ProblemError> {
+    let scene = problem.assembled.scene();
     if let Some(scaling) = invariance.scaling() {
-        let other = Problem::new(scaling.apply(scene)?, folder, threads)?;
+        let other = ExplicitProblem::new(scaling.apply(scene)?, folder, threads)?;
         let solution = other.assembled.solve(&scene.solve)?;
         let multiplier = solution.multiplier.iter().map(|l| l / scaling.stress);
         return Ok(Some((solution.status, multiplier.collect())));
@@ -165,13 +165,14 @@ fn changed(
         let Some(image) = symmetry.apply(scene)? else {
             return Ok(None);
         };
-        let other = Problem::new(image, folder, threads)?;
+        let other = ExplicitProblem::new(image, folder, threads)?;
         let solution = other.assembled.solve(&scene.solve)?;
         let multiplier = seen_back(problem, &other, symmetry, &solution.multiplier);
         return Ok(multiplier.map(|multiplier| (solution.status, multiplier)));
     }
     if invariance == Invariance::Renumbering {
-        let other = Problem::on_mesh(scene.clone(), renumbered(&problem.assembled.mesh), threads)?;
+        let other =
+            ExplicitProblem::on_mesh(scene.clone(), renumbered(problem.assembled.mesh()), threads)?;
         let solution = other.assembled.solve(&scene.solve)?;
         return Ok(Some((solution.status, solution.multiplier)));
     }
@@ -180,21 +181,21 @@ fn changed(
     let Ok(pool) = pool.build() else {
         return Ok(None);
     };
-    let solution = pool.install(|| -> Result<Solution, SolveSceneError> {
-        let other = Problem::new(scene.clone(), folder, other_count)?;
-        Ok(other.assembled.solve(&scene.solve)?)
+    let solution = pool.install(|| -> Result<Solution, ProblemError> {
+        let other = ExplicitProblem::new(scene.clone(), folder, other_count)?;
+        other.assembled.solve(&scene.solve)
     })?;
     Ok(Some((solution.status, solution.multiplier)))
 }
 
 /// Multipliers of an image, pane by pane where they come from; `None` if a pane has no partner.
 fn seen_back(
-    problem: &Problem,
-    image: &Problem,
+    problem: &ExplicitProblem,
+    image: &ExplicitProblem,
     symmetry: Symmetry,
     multiplier: &[f64],
 ) -> Option<Vec<f64>> {
-    let width = width_of(&problem.assembled.scene)?;
+    let width = width_of(problem.assembled.scene())?;
     let layout = problem.dual().layout;
     let m = layout.n_panes();
     let images: Vec<[f64; 3]> = (0..m)
@@ -224,11 +225,11 @@ fn width_of(scene: &Scene) -> Option<f64> {
 }
 
 /// The weighted mean of a pane's nodes.
-fn centre(problem: &Problem, pane: usize) -> [f64; 3] {
+fn centre(problem: &ExplicitProblem, pane: usize) -> [f64; 3] {
     let surface = problem.surface();
     let mut centre = [0.0; 3];
     for (local, weight) in surface.pane_weights(pane) {
-        let at = problem.assembled.mesh.coordinates[surface.nodes[local]];
+        let at = problem.assembled.mesh().coordinates[surface.nodes[local]];
         for c in 0..3 {
             centre[c] += weight * at[c];
         }

@@ -1,10 +1,11 @@
 //! How far an answer can be trusted: conditioning, agreement of independent algorithms, and
 //! invariance under all that must not matter.
 
+mod coefficients;
 mod conditioning;
 mod cross_checks;
+mod explicit_problem;
 mod invariance;
-mod problem;
 mod renumbering;
 mod rounding_bound;
 mod scaling;
@@ -23,10 +24,11 @@ pub use verdict::{GOAL, Level, Verdict};
 
 use std::{path::Path, time::Instant};
 
-use problem::Problem;
+use explicit_problem::ExplicitProblem;
 
 use crate::{
-    post::{SolveSceneError, Zone},
+    post::Zone,
+    problem::ProblemError,
     scene::Scene,
     solver::{Linearisation, SolvedBy, Status},
 };
@@ -90,16 +92,16 @@ impl Check {
     /// Checks a scene with contact; mesh files are looked for in `folder`.
     ///
     /// # Errors
-    /// [`SolveSceneError`] for a scene that has no discrete problem.
+    /// [`ProblemError`] for a scene that has no discrete problem.
     pub fn new(
         scene: &Scene,
         folder: &Path,
         depth: Depth,
         solutions: Solutions,
         threads: usize,
-    ) -> Result<Self, SolveSceneError> {
+    ) -> Result<Self, ProblemError> {
         let started = Instant::now();
-        let problem = Problem::new(scene.clone(), folder, threads)?;
+        let problem = ExplicitProblem::new(scene.clone(), folder, threads)?;
         let answer = problem.assembled.solve(&scene.solve)?;
         let seconds = started.elapsed().as_secs_f64();
         let report = problem.assembled.report(&answer)?;

@@ -1,4 +1,4 @@
-use super::{Conditioning, problem::Problem};
+use super::{Conditioning, explicit_problem::ExplicitProblem};
 use crate::{
     linalg::{dot, norm},
     post::ContactReport,
@@ -24,7 +24,7 @@ pub struct RoundingBound {
 
 impl RoundingBound {
     pub(super) fn of(
-        problem: &Problem,
+        problem: &ExplicitProblem,
         solution: &Solution,
         report: &ContactReport,
         conditioning: &Conditioning,
@@ -43,8 +43,12 @@ impl RoundingBound {
 
 /// How much larger the terms are than what they are measured against: in the equilibrium, in the
 /// displacement of the contact face, in the work of the contact stresses; 0 where nothing is loaded.
-fn amplifications(problem: &Problem, solution: &Solution, report: &ContactReport) -> [f64; 3] {
-    let primal = &problem.assembled.system.assembly.primal;
+fn amplifications(
+    problem: &ExplicitProblem,
+    solution: &Solution,
+    report: &ContactReport,
+) -> [f64; 3] {
+    let primal = &problem.assembled.system().assembly.primal;
     let size = |x: &[f64]| -> Vec<f64> { x.iter().map(|v| v.abs()).collect() };
     let (u, lambda, load) = (
         size(&solution.displacement),
@@ -57,7 +61,7 @@ fn amplifications(problem: &Problem, solution: &Solution, report: &ContactReport
         (
             problem
                 .assembled
-                .system
+                .system()
                 .contact
                 .as_ref()
                 .map(|c| &c.coupling.transposed),

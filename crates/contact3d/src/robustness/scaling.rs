@@ -1,8 +1,7 @@
 //! The same problem in other units.
 
 use crate::scene::{
-    Body, Coefficient, Grid, Invalid, LAW_VARIABLES, Material, POSITION, Part, Quantity, Ramp,
-    Scene, Table, replace_names,
+    Body, Invalid, LAW_VARIABLES, Material, POSITION, Part, Quantity, Scene, replace_names,
 };
 
 /// Factors by which numbers change when units do. All three are free: linear elasticity scales with
@@ -90,6 +89,12 @@ impl Scaling {
     fn quantity(&self, quantity: &Quantity, factor: f64) -> Result<Quantity, Invalid> {
         let formula = match quantity {
             Quantity::Constant(value) => return Ok(Quantity::Constant(value * factor)),
+            Quantity::Function(function) => {
+                let (function, length) = (function.clone(), self.length);
+                return Ok(Quantity::function(move |at| {
+                    factor * function.at(at.map(|x| x / length))
+                }));
+            }
             Quantity::Varying(formula) => formula,
         };
         let moved = replace_names(formula.text(), &self.places());
@@ -100,40 +105,9 @@ impl Scaling {
         Ok(Quantity::Varying(scaled))
     }
 
-    fn places(&self) -> Vec<(&'static str, String)> {
+    pub(super) fn places(&self) -> Vec<(&'static str, String)> {
         let old = |name: &'static str| (name, format!("{name}*{:e}", 1.0 / self.length));
         POSITION.iter().map(|name| old(name)).collect()
-    }
-
-    fn coefficient(&self, coefficient: &Coefficient) -> Result<Coefficient, Invalid> {
-        let d = self.displacement;
-        let slips = |slips: &[f64]| slips.iter().map(|s| s * d).collect();
-        Ok(match coefficient {
-            Coefficient::Constant(value) => Coefficient::Constant(*value),
-            Coefficient::Ramp(ramp) => Coefficient::Ramp(Ramp {
-                onset: ramp.onset * d,
-                rate: ramp.rate / d,
-                ..*ramp
-            }),
-            Coefficient::Table(table) => Coefficient::Table(Table {
-                slip: slips(&table.slip),
-                value: table.value.clone(),
-            }),
-            Coefficient::Grid(grid) => Coefficient::Grid(Grid {
-                slip_1: slips(&grid.slip_1),
-                slip_2: slips(&grid.slip_2),
-                value: grid.value.clone(),
-            }),
-            Coefficient::Expression(formula) => {
-                let mut old = self.places();
-                old.extend(["s", "s1", "s2"].map(|name| (name, format!("{name}*{:e}", 1.0 / d))));
-                let text = replace_names(formula.expression().text(), &old);
-                let scaled = formula
-                    .rewritten(&text)
-                    .map_err(|e| unscalable(&text, &e))?;
-                Coefficient::Expression(scaled)
-            }
-        })
     }
 }
 

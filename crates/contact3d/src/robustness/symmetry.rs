@@ -2,8 +2,7 @@
 
 use super::scaling::unscalable;
 use crate::scene::{
-    Body, Coefficient, Component, Friction, Grid, Invalid, Material, Part, Quantity, Scene,
-    replace_names,
+    Body, Coefficient, Component, Friction, Invalid, Material, Part, Quantity, Scene, replace_names,
 };
 
 /// A map of space onto itself that takes a brick on z_min to a brick on z_min, and its mesh to the
@@ -191,6 +190,12 @@ impl Symmetry {
         let formula = match quantity {
             Quantity::Constant(value) if negative => return Ok(Quantity::Constant(-value)),
             Quantity::Constant(value) => return Ok(Quantity::Constant(*value)),
+            Quantity::Function(function) => {
+                let (function, sign) = (function.clone(), if negative { -1.0 } else { 1.0 });
+                return Ok(Quantity::function(move |at| {
+                    sign * function.at(self.point(at, width))
+                }));
+            }
             Quantity::Varying(formula) => formula,
         };
         let mut text = replace_names(formula.text(), &self.places(width));
@@ -203,7 +208,7 @@ impl Symmetry {
         Ok(Quantity::Varying(image))
     }
 
-    fn places(self, width: f64) -> Vec<(&'static str, String)> {
+    pub(super) fn places(self, width: f64) -> Vec<(&'static str, String)> {
         match self {
             Self::Mirror => vec![("y", format!("{width:e} - y"))],
             Self::Exchange => vec![("x", "y".to_owned()), ("y", "x".to_owned())],
@@ -211,29 +216,11 @@ impl Symmetry {
     }
 
     fn friction(self, friction: &Friction, width: f64) -> Result<Friction, Invalid> {
-        let coefficient = |given: &Option<Coefficient>| -> Result<Option<Coefficient>, Invalid> {
-            let Some(given) = given else { return Ok(None) };
-            Ok(Some(match (given, self) {
-                (Coefficient::Expression(formula), _) => {
-                    let mut old = self.places(width);
-                    if self == Self::Exchange {
-                        old.extend([("s1", "s2".to_owned()), ("s2", "s1".to_owned())]);
-                    }
-                    let text = replace_names(formula.expression().text(), &old);
-                    let image = formula
-                        .rewritten(&text)
-                        .map_err(|e| unscalable(&text, &e))?;
-                    Coefficient::Expression(image)
-                }
-                (Coefficient::Grid(grid), Self::Exchange) => Coefficient::Grid(Grid {
-                    slip_1: grid.slip_2.clone(),
-                    slip_2: grid.slip_1.clone(),
-                    value: (0..grid.slip_2.len())
-                        .map(|j| grid.value.iter().map(|row| row[j]).collect())
-                        .collect(),
-                }),
-                (other, _) => other.clone(),
-            }))
+        let coefficient = |given: &Option<Coefficient>| {
+            let given = given.as_ref();
+            given
+                .map(|given| self.coefficient(given, width))
+                .transpose()
         };
         let first = coefficient(&friction.coefficient_1)?;
         let second = coefficient(&friction.coefficient_2)?;

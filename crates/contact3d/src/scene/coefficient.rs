@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Formula,
+    Formula, LawFunction,
     tabulated::{Grid, Table},
 };
 
@@ -22,6 +22,10 @@ pub enum Coefficient {
     Grid(Grid),
     /// A formula in x, y, z and the slips.
     Expression(Formula),
+    /// A Rust function of place and slips, in scenes built in Rust.
+    #[serde(skip_deserializing)]
+    #[schemars(skip)]
+    Function(LawFunction),
 }
 
 /// F(ζ) = `initial` for ζ ≤ `onset`, then a straight line to `residual`, constant afterwards.
@@ -60,6 +64,31 @@ pub struct SlipDerivative {
 }
 
 impl Coefficient {
+    /// The key of its kind in a scene; a Rust function has none in files.
+    #[must_use]
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Constant(_) => "constant",
+            Self::Ramp(_) => "ramp",
+            Self::Table(_) => "table",
+            Self::Grid(_) => "grid",
+            Self::Expression(_) => "expression",
+            Self::Function(_) => "function",
+        }
+    }
+
+    /// Its formula, if it is one.
+    pub(super) fn formula_mut(&mut self) -> Option<&mut Formula> {
+        match self {
+            Self::Expression(formula) => Some(formula),
+            Self::Constant(_)
+            | Self::Ramp(_)
+            | Self::Table(_)
+            | Self::Grid(_)
+            | Self::Function(_) => None,
+        }
+    }
+
     /// F at a point.
     #[must_use]
     pub fn evaluate(&self, at: &LawPoint) -> f64 {
@@ -69,11 +98,12 @@ impl Coefficient {
             Self::Table(table) => table.evaluate(at.own_slip).0,
             Self::Grid(grid) => grid.evaluate(at.slip).0,
             Self::Expression(formula) => formula.evaluate(at),
+            Self::Function(function) => function.at(at).0,
         }
     }
 
     /// The derivatives of F by the slips, one-sided at kinks: from the left for ramps, tables and
-    /// grids, from the right for formulas.
+    /// grids, from the right for formulas; those of a Rust function as it gives them.
     #[must_use]
     pub fn derivative(&self, at: &LawPoint) -> SlipDerivative {
         let own = |own| SlipDerivative {
@@ -89,6 +119,7 @@ impl Coefficient {
                 pair: grid.evaluate(at.slip).1,
             },
             Self::Expression(formula) => formula.derivative(at),
+            Self::Function(function) => function.at(at).1,
         }
     }
 
@@ -102,6 +133,7 @@ impl Coefficient {
             Self::Table(table) => differ(&table.value),
             Self::Grid(grid) => differ(&grid.value.concat()),
             Self::Expression(formula) => formula.depends_on_slip(),
+            Self::Function(_) => true,
         }
     }
 
@@ -112,7 +144,48 @@ impl Coefficient {
             Self::Expression(formula) => {
                 ["x", "y", "z"].iter().any(|v| formula.expression().uses(v))
             }
-            _ => false,
+            Self::Function(function) => !function.is_of_own_slip_only(),
+            Self::Constant(_) | Self::Ramp(_) | Self::Table(_) | Self::Grid(_) => false,
+        }
+    }
+
+    /// Which of |u_t1|, |u_t2| the coefficient is a function of; `axis` is that of its own slip.
+    #[must_use]
+    pub fn slips_used(&self, axis: usize) -> [bool; 2] {
+        let own = [axis == 0, axis == 1];
+        match self {
+            Self::Constant(_) => [false; 2],
+            Self::Ramp(_) | Self::Table(_) => own,
+            Self::Grid(_) => [true; 2],
+            Self::Expression(formula) => {
+                let uses = |name| formula.expression().uses(name);
+                [0, 1].map(|k| uses(["s1", "s2"][k]) || own[k] && uses("s"))
+            }
+            Self::Function(function) if function.is_of_own_slip_only() => own,
+            Self::Function(_) => [true; 2],
+        }
+    }
+
+    /// The slips |u_t1| and |u_t2| in m at which straight pieces of the coefficient meet; none for
+    /// constants and formulas and functions.
+    #[must_use]
+    pub fn kinks(&self, axis: usize) -> [Vec<f64>; 2] {
+        let mut kinks = [Vec::new(), Vec::new()];
+        match self {
+            Self::Constant(_) | Self::Expression(_) | Self::Function(_) => {}
+            Self::Ramp(ramp) => kinks[axis] = vec![ramp.onset, ramp.end()],
+            Self::Table(table) => kinks[axis].clone_from(&table.slip),
+            Self::Grid(grid) => kinks = [grid.slip_1.clone(), grid.slip_2.clone()],
+        }
+        kinks
+    }
+
+    /// Whether the extremes of the coefficient can only be searched for.
+    #[must_use]
+    pub fn is_searched(&self) -> bool {
+        match self {
+            Self::Expression(_) | Self::Function(_) => true,
+            Self::Constant(_) | Self::Ramp(_) | Self::Table(_) | Self::Grid(_) => false,
         }
     }
 }
@@ -204,6 +277,22 @@ mod tests {
             assert!((ramp.evaluate(&point) - table.evaluate(&point)).abs() < 1e-15);
             assert!((ramp.derivative(&point).own - table.derivative(&point).own).abs() < 1e-15);
         }
+    }
+
+    #[test]
+    fn slips_and_kinks_of_each_kind() {
+        let ramp = Coefficient::Ramp(Ramp {
+            initial: 0.5,
+            residual: 0.25,
+            onset: 1.0,
+            rate: 0.125,
+        });
+        assert_eq!(ramp.slips_used(1), [false, true]);
+        assert_eq!(ramp.kinks(1), [vec![], vec![1.0, 3.0]]);
+        let formula = |text| Coefficient::Expression(Formula::parse(text).unwrap());
+        assert_eq!(formula("0.3 + s").slips_used(0), [true, false]);
+        assert_eq!(formula("0.3 + x + s2").slips_used(0), [false, true]);
+        assert!(formula("0.3").is_searched() && !ramp.is_searched());
     }
 
     proptest! {

@@ -99,6 +99,18 @@ pub struct Invalid {
     pub help: String,
 }
 
+/// A scene built in Rust that no text can say.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error(
+    "{key}: expected a value that a scene file can hold, found {reason}; solve the scene in memory, or give a formula or a table"
+)]
+pub struct Unwritable {
+    /// Path of the key.
+    pub key: String,
+    /// What stands there.
+    pub reason: String,
+}
+
 /// What to do about a formula that is not finite somewhere.
 pub const UNDEFINED: &str = "mind square roots, logarithms and divisions: sqrt(max(FORMULA, 0)) and if(x > 0, FORMULA, VALUE) are defined everywhere";
 

@@ -5,6 +5,7 @@
 
 mod body;
 mod bounded;
+mod build;
 mod coefficient;
 mod contact;
 mod effects;
@@ -13,13 +14,13 @@ mod expression;
 mod file;
 mod formula;
 mod friction;
+mod function;
 mod load;
 mod material;
 mod parameters;
 mod parser_words;
 mod quantity;
 mod shown;
-mod slip_range;
 mod solve;
 mod tabulated;
 mod validate;
@@ -31,11 +32,12 @@ pub use bounded::{read_bounded, require_regular};
 pub use coefficient::{Coefficient, LawPoint, Ramp, SlipDerivative};
 pub use contact::{Contact, MultiplierSpace};
 pub use effects::{ContactEffect, Effects, FrictionEffect};
-pub use error::{Invalid, SceneError, SyntaxProblem, UNDEFINED, numbers, place_words};
+pub use error::{Invalid, SceneError, SyntaxProblem, UNDEFINED, Unwritable, numbers, place_words};
 pub use expression::{Expression, ExpressionError, FUNCTIONS, Parameters, replace_names};
 pub use file::{LONGEST_SCENE, SceneFile};
 pub use formula::{Formula, LAW_VARIABLES};
 pub use friction::{Friction, FrictionLaw};
+pub use function::{LawFunction, PlaceFunction};
 pub use load::{BodyForce, Clamp, Component, Pressure, Traction};
 pub use material::{Isotropic, Material, Orthotropic, Part, Region, Voigt};
 pub use quantity::{POSITION, Quantity};
@@ -121,9 +123,14 @@ impl Scene {
     /// Its digest names the cases of sweeps, and parts of it tell whether stages are fresh. A key that is added to
     /// scenes is therefore left out while it has its default (`skip_serializing_if`), which
     /// `tests/old_files/digests.rs` checks.
-    #[must_use]
-    pub fn to_toml(&self) -> String {
-        toml::to_string(self).expect("a scene holds only TOML types")
+    ///
+    /// # Errors
+    /// [`Unwritable`] for a Rust function in the place of a number.
+    pub fn to_toml(&self) -> Result<String, Unwritable> {
+        toml::to_string(self).map_err(|error| Unwritable {
+            key: self.function_key().unwrap_or_default(),
+            reason: error.to_string(),
+        })
     }
 
     /// The JSON Schema of scene files, for editors.

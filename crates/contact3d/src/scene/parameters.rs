@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::{
-    Coefficient, Expression, ExpressionError, Invalid, LAW_VARIABLES, Parameters, Quantity, Scene,
+    Coefficient, Expression, ExpressionError, Friction, Invalid, LAW_VARIABLES, Parameters,
+    Quantity, Scene,
     expression::{is_identifier, meaning},
 };
 
@@ -51,8 +52,38 @@ impl Scene {
         Ok(())
     }
 
+    /// The key of a Rust function, which no text holds; `None` where the scene has none.
+    pub(super) fn function_key(&self) -> Option<String> {
+        let friction = self.friction.iter().flat_map(Friction::given);
+        let mut laws = friction.filter(|(_, law)| matches!(law, Coefficient::Function(_)));
+        if let Some((name, _)) = laws.next() {
+            return Some(format!("friction.{name}"));
+        }
+        let mut scene = self.clone();
+        let (quantities, _) = scene.varying_mut();
+        let mut quantities = quantities.into_iter();
+        let is_function = |quantity: &Quantity| matches!(quantity, Quantity::Function(_));
+        let found = quantities.find(|(_, quantity)| is_function(quantity));
+        found.map(|(key, _)| key)
+    }
+
     /// All formulas with their keys.
     fn formulas_mut(&mut self) -> Vec<(String, &mut Expression)> {
+        let (quantities, laws) = self.varying_mut();
+        let quantities = quantities
+            .into_iter()
+            .filter_map(|(key, quantity)| match quantity {
+                Quantity::Varying(expression) => Some((key, expression)),
+                Quantity::Constant(_) | Quantity::Function(_) => None,
+            });
+        let laws = laws
+            .into_iter()
+            .filter_map(|(key, law)| Some((key, law.formula_mut()?.expression_mut())));
+        quantities.chain(laws).collect()
+    }
+
+    /// All that may vary with its keys: quantities, and coefficients of friction.
+    fn varying_mut(&mut self) -> Varying<'_> {
         let mut quantities: Vec<(String, &mut Quantity)> = Vec::new();
         for (i, traction) in self.tractions.iter_mut().enumerate() {
             let key = format!("traction.{i}.value");
@@ -89,22 +120,19 @@ impl Scene {
                 ("coefficient_2", &mut friction.coefficient_2),
             ]);
         }
-        let varying = quantities
-            .into_iter()
-            .filter_map(|(key, quantity)| match quantity {
-                Quantity::Varying(expression) => Some((key, expression)),
-                Quantity::Constant(_) => None,
-            });
-        let laws = laws.into_iter().filter_map(|(name, law)| match law {
-            Some(Coefficient::Expression(formula)) => Some((
-                format!("friction.{name}.expression"),
-                formula.expression_mut(),
-            )),
-            _ => None,
+        let laws = laws.into_iter().filter_map(|(name, law)| {
+            let law = law.as_mut()?;
+            Some((format!("friction.{name}.{}", law.kind()), law))
         });
-        varying.chain(laws).collect()
+        (quantities, laws.collect())
     }
 }
+
+/// Quantities, then coefficients of friction, with their keys.
+type Varying<'a> = (
+    Vec<(String, &'a mut Quantity)>,
+    Vec<(String, &'a mut Coefficient)>,
+);
 
 /// Refuses a parameter that formulas cannot use.
 fn check(name: &str, value: f64) -> Result<(), Invalid> {

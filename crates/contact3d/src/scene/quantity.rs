@@ -5,7 +5,7 @@ use std::{borrow::Cow, fmt};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-use super::Expression;
+use super::{Expression, PlaceFunction};
 
 /// The variables of a quantity that varies in space: coordinates in m.
 pub const POSITION: &[&str] = &["x", "y", "z"];
@@ -17,6 +17,8 @@ pub enum Quantity {
     Constant(f64),
     /// A formula in x, y, z.
     Varying(Expression),
+    /// A Rust function of (x, y, z), in scenes built in Rust.
+    Function(PlaceFunction),
 }
 
 impl Quantity {
@@ -26,6 +28,7 @@ impl Quantity {
         match self {
             Self::Constant(value) => *value,
             Self::Varying(expression) => expression.evaluate(&point),
+            Self::Function(function) => function.at(point),
         }
     }
 
@@ -34,7 +37,7 @@ impl Quantity {
     pub fn constant(&self) -> Option<f64> {
         match self {
             Self::Constant(value) => Some(*value),
-            Self::Varying(_) => None,
+            Self::Varying(_) | Self::Function(_) => None,
         }
     }
 }
@@ -50,6 +53,7 @@ impl Serialize for Quantity {
         match self {
             Self::Constant(value) => serializer.serialize_f64(*value),
             Self::Varying(expression) => serializer.serialize_str(expression.text()),
+            Self::Function(function) => function.serialize(serializer),
         }
     }
 }

@@ -10,11 +10,11 @@ use super::{
     norm::projected_gradient_steplength,
     polish::{COARSEST, Polished},
     search::Search,
-    solve::Problem,
+    solve::DiscreteProblem,
 };
 use crate::dual::{DualOperator, ExplicitDual, ExplicitOperator, LocalStiffness};
 
-impl Problem<'_> {
+impl DiscreteProblem<'_> {
     /// Newton's method on the whole problem, by one way after the other until the polished answer
     /// is a solution.
     pub(super) fn newton(

@@ -6,7 +6,7 @@ use super::{
     deviation::Sizes,
     polish::COARSEST,
     solution::Solution,
-    solve::Problem,
+    solve::DiscreteProblem,
 };
 use crate::{
     contact::nodal_tangential,
@@ -30,7 +30,7 @@ const MOST_APPLICATIONS: usize = 300;
 /// body moves as a whole.
 const REFINED: f64 = 1e-4 * f64::EPSILON;
 
-impl Problem<'_> {
+impl DiscreteProblem<'_> {
     /// Holds the answer of a method that stops by its own rule against the distance to the solution:
     /// `converged` stays only where that is about ε, and an answer in other zones is none. The method's
     /// own counters stay as they are.

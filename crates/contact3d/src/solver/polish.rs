@@ -6,7 +6,7 @@ use super::{
     deviation::{Sizes, within_ellipses},
     natural_map::NaturalMap,
     newton::newton_to_rounding,
-    solve::Problem,
+    solve::DiscreteProblem,
 };
 use crate::{
     dual::{ExplicitDual, LocalStiffness},
@@ -68,7 +68,7 @@ impl Polished {
     }
 }
 
-impl Problem<'_> {
+impl DiscreteProblem<'_> {
     /// Measures how far λ is from the solution, and comes closer until that is at most `tolerance` or
     /// rounding forbids it.
     ///

@@ -66,7 +66,7 @@ pub fn solve(
             ..Solution::default()
         });
     };
-    let problem = Problem {
+    let problem = DiscreteProblem {
         assembly: &system.assembly,
         dual,
         contact,
@@ -87,7 +87,7 @@ pub fn solve(
 }
 
 /// A body in contact, and how to solve it.
-pub(super) struct Problem<'a> {
+pub(super) struct DiscreteProblem<'a> {
     pub(super) assembly: &'a Assembly,
     pub(super) dual: &'a ContactSystem,
     pub(super) contact: &'a ContactState<'a>,
@@ -95,7 +95,7 @@ pub(super) struct Problem<'a> {
     pub(super) start: Start<'a>,
 }
 
-impl Problem<'_> {
+impl DiscreteProblem<'_> {
     /// Frictionless contact and Tresca's law.
     fn minimise(&self, observe: &mut dyn FnMut(Progress<'_>)) -> Result<Solution, NeedsExplicit> {
         let set = self.contact.feasible_set(None);
@@ -174,7 +174,7 @@ impl Problem<'_> {
     fn until_accurate(
         &self,
         bound: Bound<'_>,
-        mut run: impl FnMut(&Problem<'_>, Inner<'_>) -> Solution,
+        mut run: impl FnMut(&DiscreteProblem<'_>, Inner<'_>) -> Solution,
     ) -> Solution {
         let stiffness = pane_stiffness(&self.assembly.primal, &self.dual.coupling);
         let judge = |solution| self.judged(None, bound, stiffness.clone(), solution);
@@ -191,7 +191,7 @@ impl Problem<'_> {
                 multiplier: Some(&solution.multiplier),
                 checkpoint: None,
             };
-            let tighter = Problem {
+            let tighter = DiscreteProblem {
                 settings: &settings,
                 start,
                 ..*self

@@ -4,9 +4,10 @@
 use std::path::{Path, PathBuf};
 
 use contact3d::{
+    AssembledProblem, Problem,
     dual::ContactSystem,
     mesh::ContactSurface,
-    post::{AssembledScene, ContactReport, Zone},
+    post::{ContactReport, Zone},
     robustness::{Check, Depth, Level, Solutions},
     scene::{Body, DualOperatorKind, Scene, SolveSettings},
     solver::Solution,
@@ -24,7 +25,7 @@ pub(crate) const NAMES: [(&str, usize); 6] = [
 
 /// A scene, its answer, and what is known of both.
 pub(crate) struct Case {
-    pub(crate) problem: AssembledScene,
+    pub(crate) problem: AssembledProblem,
     pub(crate) solution: Solution,
     pub(crate) report: ContactReport,
     check: Check,
@@ -45,8 +46,9 @@ impl Case {
         scene.assemble.dual_operator = DualOperatorKind::Explicit;
         scene.solve = SolveSettings::default();
         let check = Check::new(&scene, Path::new(""), Depth::Solve, Solutions::One, 1);
-        let problem = AssembledScene::new(scene, Path::new(""), 1).expect("a discrete problem");
-        let solution = problem.solve(&problem.scene.solve).expect("S is dense");
+        let problem = Problem::new(scene).expect("a brick");
+        let problem = problem.assemble_with(1).expect("a discrete problem");
+        let solution = problem.solve(&problem.scene().solve).expect("S is dense");
         Self {
             report: problem.report(&solution).expect("finite loads"),
             check: check.expect("a discrete problem"),
@@ -88,12 +90,16 @@ impl Case {
     }
 
     pub(crate) fn contact(&self) -> &ContactSystem {
-        let contact = self.problem.system.contact.as_ref();
+        let contact = self.problem.system().contact.as_ref();
         contact.expect("a contact face")
     }
 
     pub(crate) fn surface(&self) -> &ContactSurface {
-        self.problem.mesh.contact.as_ref().expect("a contact face")
+        self.problem
+            .mesh()
+            .contact
+            .as_ref()
+            .expect("a contact face")
     }
 
     pub(crate) fn n_panes(&self) -> usize {

@@ -157,7 +157,7 @@ fn fixed_point() {
 #[test]
 fn equilibrium() {
     let case = Case::named("frictionless.toml");
-    let primal = &case.problem.system.assembly.primal;
+    let primal = &case.problem.system().assembly.primal;
     let mut solution = case.solution.clone();
     let last = primal.load.len() - 1;
     let change = 1e-9;

@@ -31,7 +31,7 @@ impl Wrong {
     fn apply(self, case: &mut Case) -> f64 {
         let pane = case.most_pressed();
         let multiplier = case.solution.multiplier.clone();
-        let contact = case.problem.system.contact.as_mut();
+        let contact = case.problem.system_mut().contact.as_mut();
         let contact = contact.expect("a contact face");
         let dual = contact.explicit_mut().expect("S is dense");
         let n = dual.dimension();
@@ -152,7 +152,7 @@ fn a_wrong_coefficient_at_one_node_is_rejected() {
     let pane = true_law.pane(Zone::Slip).expect("a slipping pane");
     let surface = true_law.surface();
     let (node, weight) = surface.pane_weights(pane).next().expect("a node");
-    let [x, y, _] = true_law.problem.mesh.coordinates[surface.nodes[node]];
+    let [x, y, _] = true_law.problem.mesh().coordinates[surface.nodes[node]];
     let second =
         "coefficient_2.ramp = { initial = 0.3, residual = 0.2, onset = 1e-5, rate = 1000.0 }";
     let law = |factor: &str| {
@@ -197,7 +197,7 @@ fn friction_that_does_not_follow_the_slip_is_rejected() {
         .problem
         .report(&frozen.solution)
         .expect("finite loads");
-    let dofs = &true_law.problem.system.assembly.primal.dofs;
+    let dofs = &true_law.problem.system().assembly.primal.dofs;
     let displacement = dofs.to_nodes(&frozen.solution.displacement);
     let surface = true_law.surface();
     let slides = |pane: usize| {

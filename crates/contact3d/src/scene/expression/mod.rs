@@ -10,7 +10,7 @@ use std::{collections::BTreeMap, fmt};
 use thiserror::Error;
 
 pub use parse::FUNCTIONS;
-use parse::{CONSTANTS, DEEPEST_NESTING, Problem};
+use parse::{CONSTANTS, DEEPEST_NESTING, ParseError};
 use program::{Step, run};
 use slope::Sloped;
 pub(super) use token::is_identifier;
@@ -117,12 +117,12 @@ impl Expression {
             return Err(ExpressionError::TooLarge);
         }
         let parsed = parse::parse(text, variables).map_err(|problem| match problem {
-            Problem::Syntax(reason) => ExpressionError::Syntax {
+            ParseError::Syntax(reason) => ExpressionError::Syntax {
                 text: text.to_owned(),
                 reason,
             },
-            Problem::NoFunction(name) => ExpressionError::NoFunction { name },
-            Problem::TooDeep => ExpressionError::TooLarge,
+            ParseError::NoFunction(name) => ExpressionError::NoFunction { name },
+            ParseError::TooDeep => ExpressionError::TooLarge,
         })?;
         Ok(Self {
             parsed: Box::new(Parsed {

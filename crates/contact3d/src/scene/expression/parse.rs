@@ -22,7 +22,7 @@ pub(super) const CONSTANTS: [(&str, f64); 2] =
 
 /// Why a text is no formula.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Problem {
+pub(super) enum ParseError {
     /// What is wrong, and what to write instead.
     Syntax(String),
     /// A name before parentheses that is no function.
@@ -39,7 +39,7 @@ pub(super) struct Parsed {
 }
 
 /// Reads a formula in the given variables.
-pub(super) fn parse(text: &str, variables: &[&str]) -> Result<Parsed, Problem> {
+pub(super) fn parse(text: &str, variables: &[&str]) -> Result<Parsed, ParseError> {
     let mut parser = Parser {
         tokens: Tokens::new(text),
         variables,
@@ -63,8 +63,8 @@ struct Parser<'a> {
     parsed: Parsed,
 }
 
-fn syntax(problem: &str) -> Problem {
-    Problem::Syntax(problem.to_owned())
+fn syntax(problem: &str) -> ParseError {
+    ParseError::Syntax(problem.to_owned())
 }
 
 impl Parser<'_> {
@@ -72,11 +72,11 @@ impl Parser<'_> {
         self.parsed.steps.push(step);
     }
 
-    fn expected(&self, what: &str) -> Problem {
-        Problem::Syntax(format!("expected {what}, found {}", self.tokens.found()))
+    fn expected(&self, what: &str) -> ParseError {
+        ParseError::Syntax(format!("expected {what}, found {}", self.tokens.found()))
     }
 
-    fn require(&mut self, token: Token<'_>, what: &str) -> Result<(), Problem> {
+    fn require(&mut self, token: Token<'_>, what: &str) -> Result<(), ParseError> {
         match self.tokens.accept(token) {
             true => Ok(()),
             false => Err(self.expected(what)),
@@ -84,7 +84,7 @@ impl Parser<'_> {
     }
 
     /// Terms with + and − between them, perhaps with a sign in front.
-    fn sum(&mut self) -> Result<(), Problem> {
+    fn sum(&mut self) -> Result<(), ParseError> {
         if self.tokens.peek() == Token::Operator('-') {
             self.push(Step::Number(0.0));
         } else {
@@ -103,7 +103,7 @@ impl Parser<'_> {
         }
     }
 
-    fn product(&mut self) -> Result<(), Problem> {
+    fn product(&mut self) -> Result<(), ParseError> {
         self.power()?;
         loop {
             let binary = match self.tokens.peek() {
@@ -117,7 +117,7 @@ impl Parser<'_> {
         }
     }
 
-    fn power(&mut self) -> Result<(), Problem> {
+    fn power(&mut self) -> Result<(), ParseError> {
         self.operand()?;
         if self.tokens.accept(Token::Operator('^')) {
             self.operand()?;
@@ -131,7 +131,7 @@ impl Parser<'_> {
         }
     }
 
-    fn operand(&mut self) -> Result<(), Problem> {
+    fn operand(&mut self) -> Result<(), ParseError> {
         match self.tokens.peek() {
             Token::Number(value) => {
                 self.tokens.take();
@@ -158,12 +158,12 @@ impl Parser<'_> {
     /// Something in parentheses.
     fn parenthesised(
         &mut self,
-        content: impl FnOnce(&mut Self) -> Result<(), Problem>,
-    ) -> Result<(), Problem> {
+        content: impl FnOnce(&mut Self) -> Result<(), ParseError>,
+    ) -> Result<(), ParseError> {
         self.require(Token::Open, "`(`")?;
         self.depth += 1;
         if self.depth > DEEPEST_NESTING {
-            return Err(Problem::TooDeep);
+            return Err(ParseError::TooDeep);
         }
         content(self)?;
         self.depth -= 1;
@@ -171,7 +171,7 @@ impl Parser<'_> {
     }
 
     /// A variable, a constant or a parameter.
-    fn name(&mut self, name: &str) -> Result<(), Problem> {
+    fn name(&mut self, name: &str) -> Result<(), ParseError> {
         let constant = CONSTANTS.iter().find(|(constant, _)| *constant == name);
         let variable = self.variables.iter().position(|variable| *variable == name);
         let step = match (constant, variable) {
@@ -197,7 +197,7 @@ impl Parser<'_> {
     }
 
     /// A function with its arguments.
-    fn call(&mut self, name: &str) -> Result<(), Problem> {
+    fn call(&mut self, name: &str) -> Result<(), ParseError> {
         match (name, Function::named(name)) {
             (_, Some(function)) => {
                 self.parenthesised(Self::sum)?;
@@ -207,12 +207,12 @@ impl Parser<'_> {
             ("min", None) => self.parenthesised(|parser| parser.extreme(Binary::Min)),
             ("max", None) => self.parenthesised(|parser| parser.extreme(Binary::Max)),
             ("if", None) => self.parenthesised(Self::choice),
-            _ => Err(Problem::NoFunction(name.to_owned())),
+            _ => Err(ParseError::NoFunction(name.to_owned())),
         }
     }
 
     /// The arguments of `min` or `max`.
-    fn extreme(&mut self, binary: Binary) -> Result<(), Problem> {
+    fn extreme(&mut self, binary: Binary) -> Result<(), ParseError> {
         self.sum()?;
         if self.tokens.peek() == Token::Close {
             return Err(syntax(
@@ -228,7 +228,7 @@ impl Parser<'_> {
     }
 
     /// The arguments of `if`.
-    fn choice(&mut self) -> Result<(), Problem> {
+    fn choice(&mut self) -> Result<(), ParseError> {
         self.sum()?;
         let comparison = self.comparison()?;
         self.sum()?;
@@ -243,7 +243,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    fn comparison(&mut self) -> Result<Comparison, Problem> {
+    fn comparison(&mut self) -> Result<Comparison, ParseError> {
         match self.tokens.peek() {
             Token::Comparison(comparison) => {
                 self.tokens.take();

@@ -82,7 +82,8 @@ fn check_coefficient(coefficient: &Coefficient, key: &str, length: &str) -> Resu
         ),
         Coefficient::Table(table) => check_table(table, &format!("{key}.table"), length),
         Coefficient::Grid(grid) => check_grid(grid, &format!("{key}.grid"), length),
-        Coefficient::Expression(_) => Ok(()),
+        // Checked where they are evaluated.
+        Coefficient::Expression(_) | Coefficient::Function(_) => Ok(()),
     }
 }
 
@@ -144,17 +145,15 @@ fn check_variables(coefficient: &Coefficient, isotropic: bool, key: &str) -> Res
     } else {
         (&["s"], "the slips s1 and s2 in an orthotropic law")
     };
-    let (used, sub_key) = match coefficient {
-        Coefficient::Expression(formula) => (
-            wrong.iter().any(|v| formula.expression().uses(v)),
-            "expression",
-        ),
-        Coefficient::Grid(_) => (isotropic, "grid"),
-        _ => (false, ""),
+    let used = match coefficient {
+        Coefficient::Expression(formula) => wrong.iter().any(|v| formula.expression().uses(v)),
+        Coefficient::Grid(_) => isotropic,
+        Coefficient::Function(function) => isotropic && !function.is_of_own_slip_only(),
+        Coefficient::Constant(_) | Coefficient::Ramp(_) | Coefficient::Table(_) => false,
     };
     require(
         !used,
-        format!("{key}.{sub_key}"),
+        format!("{key}.{}", coefficient.kind()),
         expected,
         wrong.join(", "),
         "use coefficient for F(|u_t|), coefficient_1 and coefficient_2 for F(|u_t1|, |u_t2|)",

@@ -3,13 +3,16 @@ use thiserror::Error;
 use crate::{
     dual::AssemblyError,
     mesh::{GmshError, MeshError},
-    scene::Invalid,
+    scene::{Invalid, SceneError},
     solver::NeedsExplicit,
 };
 
-/// Why a scene cannot be solved.
+/// Why a problem cannot be posed or solved.
 #[derive(Debug, Error)]
-pub enum SolveSceneError {
+pub enum ProblemError {
+    /// A scene file.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
     /// A value of the scene or of the settings.
     #[error("{}: expected {}, found {}; {}", .0.key, .0.expected, .0.found, .0.help)]
     Invalid(Invalid),
@@ -22,15 +25,24 @@ pub enum SolveSceneError {
     /// A solver setting that the operator does not allow.
     #[error(transparent)]
     NeedsExplicit(#[from] NeedsExplicit),
+    /// A changed scene that the assembled operators do not fit.
+    #[error(
+        "{key}: expected as when the problem was assembled, found another; only loads, gap, law of friction and \
+         settings of the solve may differ: assemble a problem of its own"
+    )]
+    OtherOperator {
+        /// The key that differs.
+        key: &'static str,
+    },
 }
 
-impl From<Invalid> for SolveSceneError {
+impl From<Invalid> for ProblemError {
     fn from(invalid: Invalid) -> Self {
         Self::Invalid(invalid)
     }
 }
 
-impl From<MeshError> for SolveSceneError {
+impl From<MeshError> for ProblemError {
     fn from(error: MeshError) -> Self {
         match error {
             MeshError::Scene(invalid) => Self::Invalid(invalid),

@@ -1,10 +1,10 @@
-use std::path::Path;
+use std::{path::Path, sync::Arc};
 
 use crate::{
     dual::ExplicitDual,
     linalg::norm,
     mesh::{ContactSurface, Mesh},
-    post::{AssembledScene, SolveSceneError},
+    problem::{AssembledProblem, Problem, ProblemError},
     scene::{DualOperatorKind, Invalid, Scene},
     solver::ContactState,
 };
@@ -13,17 +13,13 @@ use crate::{
 const ZERO: f64 = 1e-12;
 
 /// A scene with contact, assembled in memory with the dense dual operator.
-pub(super) struct Problem {
-    pub(super) assembled: AssembledScene,
+pub(super) struct ExplicitProblem {
+    pub(super) assembled: AssembledProblem,
 }
 
-impl Problem {
+impl ExplicitProblem {
     /// Assembles a scene; mesh files are looked for in `folder`.
-    pub(super) fn new(
-        scene: Scene,
-        folder: &Path,
-        threads: usize,
-    ) -> Result<Self, SolveSceneError> {
+    pub(super) fn new(scene: Scene, folder: &Path, threads: usize) -> Result<Self, ProblemError> {
         let mesh = Mesh::of_scene(&scene, folder)?;
         Self::on_mesh(scene, mesh, threads)
     }
@@ -33,13 +29,15 @@ impl Problem {
         mut scene: Scene,
         mesh: Mesh,
         threads: usize,
-    ) -> Result<Self, SolveSceneError> {
+    ) -> Result<Self, ProblemError> {
         if scene.contact.is_none() {
             return Err(no_contact().into());
         }
         scene.assemble.dual_operator = DualOperatorKind::Explicit;
-        let assembled = AssembledScene::on_mesh(scene, mesh, threads)?;
-        Ok(Self { assembled })
+        let problem = Problem::of_checked(scene, Arc::new(mesh))?;
+        Ok(Self {
+            assembled: problem.assemble_with(threads)?,
+        })
     }
 
     pub(super) fn surface(&self) -> &ContactSurface {
@@ -52,7 +50,7 @@ impl Problem {
     }
 
     pub(super) fn dual(&self) -> &ExplicitDual {
-        let contact = self.assembled.system.contact.as_ref();
+        let contact = self.assembled.system().contact.as_ref();
         let dual = contact.and_then(|contact| contact.explicit());
         dual.expect("assembled with contact and the dense operator")
     }

@@ -1,0 +1,151 @@
+use std::sync::Arc;
+
+use super::{Problem, ProblemError};
+use crate::{
+    contact::Interface,
+    dual::{AssemblySeconds, DualSystem},
+    mesh::Mesh,
+    post::{ContactReport, Solved, SolvedContact},
+    scene::{Scene, SolveSettings},
+    solver::{ContactState, Progress, Solution, Start, solve},
+};
+
+/// A problem with its stiffness factorised and, where it has contact, with its dual problem.
+#[derive(Debug)]
+pub struct AssembledProblem {
+    pub(super) problem: Problem,
+    pub(super) system: DualSystem,
+}
+
+impl AssembledProblem {
+    pub(super) fn new(problem: Problem, threads: usize) -> Result<Self, ProblemError> {
+        let system = DualSystem::new(&problem.scene, &problem.mesh, threads)?;
+        Ok(Self { problem, system })
+    }
+
+    /// Solves from λ = 0. A solve that does not converge is a solution with a
+    /// [status](crate::solver::Status).
+    ///
+    /// # Errors
+    /// [`ProblemError::Invalid`] for settings that no solve can have, [`ProblemError::NeedsExplicit`] when
+    /// Newton's method is asked for and S is not dense.
+    pub fn solve(&self, settings: &SolveSettings) -> Result<Solution, ProblemError> {
+        settings.validate("solve")?;
+        self.solve_from(settings, Start::default(), &mut |_| {})
+    }
+
+    /// As [`Self::solve`] from a given start, such as the multipliers of a similar problem, while
+    /// `observe` sees the steps; those that measure the error of the answer are in its history only.
+    /// The settings are taken as they are: ε = 0 means to rounding.
+    ///
+    /// # Errors
+    /// [`ProblemError::NeedsExplicit`].
+    pub fn solve_from(
+        &self,
+        settings: &SolveSettings,
+        start: Start<'_>,
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Solution, ProblemError> {
+        // Its own counters of evaluations and projections, so that solves may run side by side.
+        let interface = Interface::new(self.scene(), self.mesh())?;
+        let contact = self.contact_with(interface.as_ref());
+        Ok(solve(
+            &self.system,
+            contact.as_ref(),
+            settings,
+            start,
+            observe,
+        )?)
+    }
+
+    /// Zones, stresses, resultants and certificate of a solution.
+    ///
+    /// # Errors
+    /// [`ProblemError::Invalid`] for a load that is not finite.
+    pub fn report(&self, solution: &Solution) -> Result<ContactReport, ProblemError> {
+        let contact = self.system.contact.as_ref().zip(self.contact_state());
+        Ok(ContactReport::new(&Solved {
+            scene: self.scene(),
+            mesh: self.mesh(),
+            system: &self.system.assembly.primal,
+            contact: contact.map(|(contact, state)| SolvedContact {
+                coupling: &contact.coupling,
+                state,
+            }),
+            solution,
+        })?)
+    }
+
+    /// The scene.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.problem.scene
+    }
+
+    /// Its mesh.
+    #[must_use]
+    pub fn mesh(&self) -> &Mesh {
+        &self.problem.mesh
+    }
+
+    /// A, l and the dual problem.
+    #[must_use]
+    pub fn system(&self) -> &DualSystem {
+        &self.system
+    }
+
+    /// The same, to study solves with operators that are not those of the scene.
+    #[must_use]
+    pub fn system_mut(&mut self) -> &mut DualSystem {
+        &mut self.system
+    }
+
+    /// Γ_c and its laws; `None` without contact.
+    #[must_use]
+    pub fn contact_state(&self) -> Option<ContactState<'_>> {
+        self.contact_with(self.problem.interface())
+    }
+
+    fn contact_with<'a>(&'a self, interface: Option<&'a Interface>) -> Option<ContactState<'a>> {
+        let (surface, interface) = self.mesh().contact.as_ref().zip(interface)?;
+        Some(ContactState { surface, interface })
+    }
+
+    /// Number of panes m; 0 without contact.
+    #[must_use]
+    pub fn n_panes(&self) -> usize {
+        let surface = self.mesh().contact.as_ref();
+        surface.map_or(0, |surface| surface.n_panes())
+    }
+
+    /// Number of free degrees of freedom.
+    #[must_use]
+    pub fn n_free(&self) -> usize {
+        self.system.assembly.primal.dofs.n_free
+    }
+
+    /// Whether S is held as a dense matrix, which Newton's method needs.
+    #[must_use]
+    pub fn is_explicit(&self) -> bool {
+        let contact = self.system.contact.as_ref();
+        contact.is_some_and(|contact| contact.explicit().is_some())
+    }
+
+    /// What the parts of the assembly took.
+    #[must_use]
+    pub fn assembly_seconds(&self) -> AssemblySeconds {
+        self.system.assembly.seconds
+    }
+
+    /// The mesh and the assembled operators.
+    pub(crate) fn into_parts(self) -> (Arc<Mesh>, DualSystem) {
+        (self.problem.mesh, self.system)
+    }
+
+    /// Lets S be applied through the factor from now on.
+    pub(crate) fn forget_dense_operator(&mut self) {
+        if let Some(contact) = &mut self.system.contact {
+            contact.make_implicit();
+        }
+    }
+}

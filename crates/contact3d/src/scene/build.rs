@@ -1,0 +1,347 @@
+//! Scenes built in Rust: constructors with the defaults of scene files.
+
+use std::path::PathBuf;
+
+use units::Units;
+
+use super::{
+    AssembleSettings, Body, BodyForce, Brick, Clamp, Coefficient, Component, Contact,
+    DualOperatorKind, Expression, ExpressionError, Formula, Friction, GmshFile, Invalid, Isotropic,
+    LawFunction, LawPoint, Material, MultiplierSpace, POSITION, Parameters, Part, PlaceFunction,
+    Pressure, Quantity, Ramp, Region, Scene, SlipDerivative, SolveSettings, Table, Traction,
+};
+
+impl Scene {
+    /// A body of one material, with nothing that holds, loads or touches it yet.
+    ///
+    /// ```
+    /// use contact3d::scene::{Body, Clamp, Contact, Friction, Material, Pressure, Scene};
+    ///
+    /// let scene = Scene::new(Body::brick([3.0, 1.0, 1.0], [12, 4, 4]), Material::isotropic(2.1e11, 0.3))
+    ///     .with_clamp(Clamp::face("x_min"))
+    ///     .with_pressure(Pressure::on("z_max", 2e7))
+    ///     .with_contact(Contact::on("z_min"))
+    ///     .with_friction(Friction::coulomb(0.3));
+    /// assert!(scene.validate().is_ok());
+    /// ```
+    #[must_use]
+    pub fn new(body: Body, material: Material) -> Self {
+        Self {
+            title: "untitled".to_owned(),
+            reference: None,
+            units: Units::default(),
+            parameters: Parameters::new(),
+            body,
+            material,
+            regions: Vec::new(),
+            clamps: Vec::new(),
+            tractions: Vec::new(),
+            pressures: Vec::new(),
+            body_force: None,
+            contact: None,
+            friction: None,
+            assemble: AssembleSettings::default(),
+            solve: SolveSettings::default(),
+        }
+    }
+
+    /// The scene with a name.
+    #[must_use]
+    pub fn with_title(mut self, title: impl Into<String>) -> Self {
+        self.title = title.into();
+        self
+    }
+
+    /// The scene with a number that its formulas may use.
+    #[must_use]
+    pub fn with_parameter(mut self, name: impl Into<String>, value: f64) -> Self {
+        self.parameters.insert(name.into(), value);
+        self
+    }
+
+    /// The scene with one more part of another material.
+    #[must_use]
+    pub fn with_region(mut self, part: Part, material: Material) -> Self {
+        self.regions.push(Region { part, material });
+        self
+    }
+
+    /// The scene with one more clamp.
+    #[must_use]
+    pub fn with_clamp(mut self, clamp: Clamp) -> Self {
+        self.clamps.push(clamp);
+        self
+    }
+
+    /// The scene with one more traction.
+    #[must_use]
+    pub fn with_traction(mut self, traction: Traction) -> Self {
+        self.tractions.push(traction);
+        self
+    }
+
+    /// The scene with one more pressure.
+    #[must_use]
+    pub fn with_pressure(mut self, pressure: Pressure) -> Self {
+        self.pressures.push(pressure);
+        self
+    }
+
+    /// The scene with a force per volume in N/m³.
+    #[must_use]
+    pub fn with_body_force(mut self, value: [impl Into<Quantity>; 3]) -> Self {
+        self.body_force = Some(BodyForce {
+            value: value.map(Into::into),
+        });
+        self
+    }
+
+    /// The scene with a contact face.
+    #[must_use]
+    pub fn with_contact(mut self, contact: Contact) -> Self {
+        self.contact = Some(contact);
+        self
+    }
+
+    /// The scene with friction on its contact face.
+    #[must_use]
+    pub fn with_friction(mut self, friction: Friction) -> Self {
+        self.friction = Some(friction);
+        self
+    }
+
+    /// The scene with the dual operator held in a given way.
+    #[must_use]
+    pub fn with_dual_operator(mut self, kind: DualOperatorKind) -> Self {
+        self.assemble.dual_operator = kind;
+        self
+    }
+
+    /// The scene with its parameters in its formulas, checked.
+    ///
+    /// # Errors
+    /// The first offending key.
+    pub(crate) fn checked(mut self) -> Result<Self, Invalid> {
+        self.bind_parameters()?;
+        self.validate()?;
+        Ok(self)
+    }
+}
+
+impl Body {
+    /// A box (0, Lx) × (0, Ly) × (0, Lz) in m, cut in equal cells.
+    #[must_use]
+    pub fn brick(size: [f64; 3], cells: [usize; 3]) -> Self {
+        Self::Brick(Brick { size, cells })
+    }
+
+    /// A mesh file of Gmsh whose unit of length is `unit` metres.
+    #[must_use]
+    pub fn gmsh(file: impl Into<PathBuf>, unit: f64) -> Self {
+        Self::Gmsh(GmshFile {
+            file: file.into(),
+            unit,
+            digest: None,
+        })
+    }
+}
+
+impl Material {
+    /// Hooke's law with Young's modulus in Pa and Poisson's ratio.
+    #[must_use]
+    pub fn isotropic(young_modulus: f64, poisson_ratio: f64) -> Self {
+        Self::Isotropic(Isotropic {
+            young_modulus,
+            poisson_ratio,
+        })
+    }
+}
+
+impl Clamp {
+    /// All components held on a face.
+    #[must_use]
+    pub fn face(name: impl Into<String>) -> Self {
+        Self {
+            face: Some(name.into()),
+            corners: None,
+            components: Component::ALL.to_vec(),
+        }
+    }
+
+    /// All components held at the nodes between two corners [min, max] in m.
+    #[must_use]
+    pub fn inside(corners: [[f64; 3]; 2]) -> Self {
+        Self {
+            face: None,
+            corners: Some(corners),
+            components: Component::ALL.to_vec(),
+        }
+    }
+
+    /// The clamp with some components only.
+    #[must_use]
+    pub fn along(mut self, components: &[Component]) -> Self {
+        self.components = components.to_vec();
+        self
+    }
+}
+
+impl Traction {
+    /// A traction in Pa on a face.
+    #[must_use]
+    pub fn on(face: impl Into<String>, value: [impl Into<Quantity>; 3]) -> Self {
+        Self {
+            face: face.into(),
+            value: value.map(Into::into),
+        }
+    }
+}
+
+impl Pressure {
+    /// A pressure in Pa on a face.
+    #[must_use]
+    pub fn on(face: impl Into<String>, value: impl Into<Quantity>) -> Self {
+        Self {
+            face: face.into(),
+            value: value.into(),
+        }
+    }
+}
+
+impl Contact {
+    /// Contact of a flat face with the foundation, without a gap, with panes.
+    #[must_use]
+    pub fn on(face: impl Into<String>) -> Self {
+        Self {
+            face: face.into(),
+            gap: Quantity::default(),
+            axis_1: None,
+            angle: None,
+            multipliers: MultiplierSpace::default(),
+        }
+    }
+
+    /// The same with an initial gap in m.
+    #[must_use]
+    pub fn with_gap(mut self, gap: impl Into<Quantity>) -> Self {
+        self.gap = gap.into();
+        self
+    }
+
+    /// The same with a first axis of friction.
+    #[must_use]
+    pub fn with_axis_1(mut self, axis: [impl Into<Quantity>; 3]) -> Self {
+        self.axis_1 = Some(axis.map(Into::into));
+        self
+    }
+
+    /// The same with one multiplier for each contact node.
+    #[must_use]
+    pub fn nodal(mut self) -> Self {
+        self.multipliers = MultiplierSpace::Nodal;
+        self
+    }
+}
+
+impl Friction {
+    /// Coulomb's law with one coefficient.
+    #[must_use]
+    pub fn coulomb(coefficient: impl Into<Coefficient>) -> Self {
+        Self {
+            coefficient: Some(coefficient.into()),
+            ..Self::default()
+        }
+    }
+
+    /// Coulomb's law with coefficients along t₁ and t₂.
+    #[must_use]
+    pub fn orthotropic(first: impl Into<Coefficient>, second: impl Into<Coefficient>) -> Self {
+        Self {
+            coefficient_1: Some(first.into()),
+            coefficient_2: Some(second.into()),
+            ..Self::default()
+        }
+    }
+
+    /// Tresca's law ‖σ_t‖ ≤ g with a given slip bound g in Pa.
+    #[must_use]
+    pub fn tresca(slip_bound: impl Into<Quantity>) -> Self {
+        Self {
+            slip_bound: Some(slip_bound.into()),
+            ..Self::default()
+        }
+    }
+}
+
+impl Coefficient {
+    /// A straight change from `initial` to `residual` that begins at the slip `onset` in m, with the steepness `rate`
+    /// in 1/m.
+    #[must_use]
+    pub fn ramp(initial: f64, residual: f64, onset: f64, rate: f64) -> Self {
+        Self::Ramp(Ramp {
+            initial,
+            residual,
+            onset,
+            rate,
+        })
+    }
+
+    /// Straight lines between pairs of a slip in m and a value.
+    #[must_use]
+    pub fn table(points: &[(f64, f64)]) -> Self {
+        let (slip, value) = points.iter().copied().unzip();
+        Self::Table(Table { slip, value })
+    }
+
+    /// A formula in the slips, the place and the scene's parameters, differentiated by this crate.
+    ///
+    /// # Errors
+    /// Text that is no formula.
+    pub fn formula(text: &str) -> Result<Self, ExpressionError> {
+        Formula::try_from(text.to_owned()).map(Self::Expression)
+    }
+
+    /// A Rust function that gives F and dF/dζ in 1/m for a slip ζ in m: |u_t| of an isotropic law, that along its axis of
+    /// an orthotropic one. Newton's method needs the derivative, one-sided at kinks; a wrong one costs steps or the
+    /// status, never the meaning of `Converged`.
+    #[must_use]
+    pub fn of_slip(function: impl Fn(f64) -> (f64, f64) + Send + Sync + 'static) -> Self {
+        Self::Function(LawFunction::of_slip(function))
+    }
+
+    /// As [`Self::of_slip`], of the place and both slips.
+    #[must_use]
+    pub fn of_point(
+        function: impl Fn(&LawPoint) -> (f64, SlipDerivative) + Send + Sync + 'static,
+    ) -> Self {
+        Self::Function(LawFunction::of_point(function))
+    }
+}
+
+impl From<f64> for Coefficient {
+    fn from(value: f64) -> Self {
+        Self::Constant(value)
+    }
+}
+
+impl Quantity {
+    /// A formula in x, y, z and the scene's parameters.
+    ///
+    /// # Errors
+    /// Text that is no formula.
+    pub fn formula(text: &str) -> Result<Self, ExpressionError> {
+        Expression::unbound(text, POSITION).map(Self::Varying)
+    }
+
+    /// A Rust function of the place in m.
+    #[must_use]
+    pub fn function(function: impl Fn([f64; 3]) -> f64 + Send + Sync + 'static) -> Self {
+        Self::Function(PlaceFunction::new(function))
+    }
+}
+
+impl From<f64> for Quantity {
+    fn from(value: f64) -> Self {
+        Self::Constant(value)
+    }
+}

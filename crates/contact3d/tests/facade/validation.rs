@@ -1,0 +1,127 @@
+//! A scene built in Rust is refused by the keys of scene files.
+
+use contact3d::{
+    Problem, ProblemError,
+    scene::{
+        Body, Clamp, Coefficient, Contact, Friction, Material, Pressure, Quantity, Scene,
+        SlipDerivative, SolveSettings,
+    },
+};
+
+use super::{assembled, block};
+
+fn refused(scene: Scene) -> String {
+    match Problem::new(scene) {
+        Err(ProblemError::Invalid(invalid)) => invalid.key,
+        Err(other) => panic!("{other}"),
+        Ok(_) => panic!("an impossible scene"),
+    }
+}
+
+#[test]
+fn values_that_no_problem_has_are_refused_by_their_keys() {
+    let base = || block(Friction::coulomb(0.3));
+    let with = |friction| refused(block(friction));
+    let mut soft = base();
+    soft.material = Material::isotropic(2.1e11, 0.5);
+    assert_eq!(refused(soft), "material.isotropic.poisson_ratio");
+    let body = || Body::brick([1.0; 3], [2; 3]);
+    let bare = Scene::new(body(), Material::isotropic(2.1e11, 0.3));
+    assert_eq!(refused(bare.clone()), "clamp");
+    let loose = bare.with_clamp(Clamp::face("x_min"));
+    assert_eq!(
+        refused(loose.clone().with_friction(Friction::coulomb(0.3))),
+        "friction"
+    );
+    assert_eq!(
+        refused(loose.clone().with_contact(Contact::on("bottom"))),
+        "contact.face"
+    );
+    assert_eq!(
+        refused(loose.with_pressure(Pressure::on("x_min", 1.0))),
+        "pressure.0.face"
+    );
+    assert_eq!(
+        with(Friction::coulomb(-0.3)),
+        "friction.coefficient.constant"
+    );
+    assert_eq!(
+        with(Friction::orthotropic(
+            0.3,
+            Coefficient::table(&[(0.0, 0.3), (1.0, 0.0)])
+        )),
+        "friction.coefficient_2.table.value"
+    );
+    assert_eq!(with(Friction::tresca(-1.0)), "friction.slip_bound");
+    let unknown = Coefficient::formula("0.3 + decay*s").expect("a formula with a parameter");
+    assert_eq!(
+        with(Friction::coulomb(unknown.clone())),
+        "friction.coefficient.expression"
+    );
+    let known = block(Friction::coulomb(unknown)).with_parameter("decay", 1e3);
+    assert!(Problem::new(known).is_ok());
+}
+
+#[test]
+fn functions_are_checked_where_they_act() {
+    let with = |friction| refused(block(friction));
+    // Nowhere positive without slip.
+    let negative = Coefficient::of_slip(|slip| (slip - 1.0, 1.0));
+    assert_eq!(
+        with(Friction::coulomb(negative)),
+        "friction.coefficient.function"
+    );
+    // A function of both slips in an isotropic law, and a law that varies beside Tresca's bound.
+    let both = || Coefficient::of_point(|_| (0.3, SlipDerivative::default()));
+    assert_eq!(
+        with(Friction::coulomb(both())),
+        "friction.coefficient.function"
+    );
+    let mut tresca = Friction::orthotropic(both(), 0.3);
+    tresca.slip_bound = Some(1e6.into());
+    assert_eq!(with(tresca), "friction.coefficient_1");
+    let mut lifted = block(Friction::coulomb(0.3));
+    lifted.contact = Some(Contact::on("z_min").with_gap(Quantity::function(|[x, _, _]| -x)));
+    assert_eq!(refused(lifted), "contact.gap");
+    let mut undefined = block(Friction::coulomb(0.3));
+    undefined.pressures[0].value = Quantity::function(|[x, _, _]| (x - 1.0).sqrt());
+    let error = Problem::new(undefined)
+        .expect("loads are integrated later")
+        .assemble();
+    let error = error.expect_err("a load that is not a number").to_string();
+    assert!(error.starts_with("pressure.0.value: expected"), "{error}");
+}
+
+#[test]
+fn settings_are_checked() {
+    let problem = assembled(block(Friction::coulomb(0.3)));
+    let settings = SolveSettings {
+        epsilon: Some(2.0),
+        ..SolveSettings::default()
+    };
+    let error = problem.solve(&settings).expect_err("an accuracy above one");
+    assert!(
+        error
+            .to_string()
+            .starts_with("solve.epsilon: expected 0 < epsilon < 1"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_scene_with_functions_has_no_text_and_one_without_has() {
+    let plain = block(Friction::orthotropic(
+        0.3,
+        Coefficient::ramp(0.3, 0.2, 0.0, 1e3),
+    ));
+    let text = plain.to_toml().expect("numbers only");
+    assert_eq!(Scene::parse("again", &text).expect("a scene"), plain);
+    let law = block(Friction::coulomb(Coefficient::of_slip(|_| (0.3, 0.0))));
+    let error = law.to_toml().expect_err("a law without text");
+    assert_eq!(error.key, "friction.coefficient");
+    assert!(error.to_string().contains("a Rust function"), "{error}");
+    let mut load = plain;
+    load.tractions[0].value[1] = Quantity::function(|[_, y, _]| y);
+    let error = load.to_toml().expect_err("a load without text");
+    assert_eq!(error.key, "traction.0.value");
+}
