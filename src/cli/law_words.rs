@@ -4,13 +4,13 @@ use std::{fmt::Write, path::PathBuf};
 
 use contact3d::{
     contact::{LawBounds, LawExtreme},
-    scene::{Coefficient, Friction, Quantity},
+    scene::{Coefficient, Friction, FrictionLaw, FrictionModel, Quantity},
 };
 use serde_json::{Value, json};
 use units::Dimension;
 
 use super::results::unit_words;
-use crate::views::{LawKind, LawStudy, MeshSizes};
+use crate::views::{LawStudy, MeshSizes};
 
 /// Most points of a table that are printed.
 const MOST_POINTS: usize = 8;
@@ -23,17 +23,14 @@ pub(super) fn text(study: &LawStudy) -> String {
     let mut line = |name: &str, value: &str| {
         let _ = writeln!(text, "  {name:<22} {value}");
     };
-    line("law", kind_words(study.kind()));
+    let model = study.model();
+    line("law", &law_words(model.as_ref()));
     for (name, words) in coefficients(study) {
         line(name, &words);
     }
-    if let Some(Friction {
-        slip_bound: Some(bound),
-        ..
-    }) = &study.scene.friction
-    {
-        let name = format!("slip bound g [{}]", units.stress());
-        line(&name, &quantity_words(bound));
+    if let Some((name, stress)) = model.as_ref().and_then(FrictionModel::given_stress) {
+        let name = format!("{name} [{}]", units.stress());
+        line(&name, &quantity_words(stress));
     }
     let (Some(bounds), Some(sizes)) = (&study.bounds, study.sizes()) else {
         return text;
@@ -48,7 +45,8 @@ pub(super) fn text(study: &LawStudy) -> String {
         bounds.largest_slip
     );
     line("slips considered", &range);
-    let at = |extreme: &LawExtreme| point_words(study.kind(), extreme, length);
+    let isotropic = is_isotropic(model.as_ref());
+    let at = |extreme: &LawExtreme| point_words(isotropic, extreme, length);
     let valued = |extreme: &LawExtreme, unit: &str| {
         format!("{:<12}{}", number(extreme.value) + unit, at(extreme))
     };
@@ -68,9 +66,9 @@ pub(super) fn text(study: &LawStudy) -> String {
             &valued(&bounds.lipschitz, &format!(" {per_length}")),
         ),
     }
-    match study.kind() {
-        LawKind::Isotropic => line("kappa(F)", "1"),
-        _ => line("kappa(F)", &valued(&bounds.anisotropy, "")),
+    match isotropic {
+        true => line("kappa(F)", "1"),
+        false => line("kappa(F)", &valued(&bounds.anisotropy, "")),
     }
     line(
         "pane size, edge",
@@ -103,10 +101,12 @@ fn scaled(bounds: &LawBounds, sizes: MeshSizes) -> [f64; 2] {
 
 /// The law for programs; what is not finite is null.
 pub(super) fn json(study: &LawStudy, files: &[PathBuf]) -> Value {
+    let model = study.model();
+    let isotropic = is_isotropic(model.as_ref());
     let extreme = |e: &LawExtreme| {
         json!({
             "value": e.value,
-            "coefficient": name(study.kind(), e.coefficient),
+            "coefficient": name(isotropic, e.coefficient),
             "position": e.position,
             "slip": e.slip,
         })
@@ -132,30 +132,31 @@ pub(super) fn json(study: &LawStudy, files: &[PathBuf]) -> Value {
     json!({
         "title": study.scene.title,
         "units": unit_words(study.scene.units),
-        "law": kind_word(study.kind()),
+        "law": model.as_ref().map_or("no_contact", FrictionModel::word),
         "coefficients": coefficients,
         "bounds": bounds,
         "figures": files,
     })
 }
 
-fn kind_word(kind: LawKind) -> &'static str {
-    match kind {
-        LawKind::NoContact => "no_contact",
-        LawKind::Frictionless => "frictionless",
-        LawKind::Tresca => "tresca",
-        LawKind::Isotropic => "isotropic",
-        LawKind::Orthotropic => "orthotropic",
+fn law_words(model: Option<&FrictionModel>) -> String {
+    let Some(model) = model else {
+        return "none: the scene has no contact face".into();
+    };
+    let Some((name, coefficients)) = model.name().zip(model.coefficients()) else {
+        return "frictionless contact: no tangential stresses, nothing to bound".into();
+    };
+    match model.condition() {
+        None => format!("{} {name} friction", coefficients.shape()),
+        Some(condition) => format!("{name} friction {condition}"),
     }
 }
 
-fn kind_words(kind: LawKind) -> &'static str {
-    match kind {
-        LawKind::NoContact => "none: the scene has no contact face",
-        LawKind::Frictionless => "frictionless contact: no tangential stresses, nothing to bound",
-        LawKind::Tresca => "Tresca friction with a given slip bound: |F^-1 sigma_t| <= g",
-        LawKind::Isotropic => "isotropic Coulomb friction",
-        LawKind::Orthotropic => "orthotropic Coulomb friction",
+/// Whether the law has one coefficient.
+fn is_isotropic(model: Option<&FrictionModel>) -> bool {
+    match model.and_then(FrictionModel::coefficients) {
+        None | Some(FrictionLaw::Orthotropic(_)) => false,
+        Some(FrictionLaw::Isotropic(_)) => true,
     }
 }
 
@@ -226,21 +227,21 @@ fn quantity_words(quantity: &Quantity) -> String {
     }
 }
 
-fn name(kind: LawKind, coefficient: usize) -> &'static str {
-    match kind {
-        LawKind::Isotropic => "F",
-        _ => ["F1", "F2"][coefficient],
+fn name(isotropic: bool, coefficient: usize) -> &'static str {
+    match isotropic {
+        true => "F",
+        false => ["F1", "F2"][coefficient],
     }
 }
 
 /// Which coefficient, at which slip and place.
-fn point_words(kind: LawKind, extreme: &LawExtreme, length: &str) -> String {
+fn point_words(isotropic: bool, extreme: &LawExtreme, length: &str) -> String {
     let [first, second] = extreme.slip.map(number);
-    let mut words = match kind {
-        LawKind::Isotropic => format!("at |u_t| = {first} {length}"),
-        _ => format!(
+    let mut words = match isotropic {
+        true => format!("at |u_t| = {first} {length}"),
+        false => format!(
             "{} at |u_t1| = {first}, |u_t2| = {second} {length}",
-            name(kind, extreme.coefficient)
+            name(isotropic, extreme.coefficient)
         ),
     };
     if let Some([x, y, z]) = extreme.position.map(|x| x.map(number)) {

@@ -3,8 +3,8 @@
 mod accuracy;
 mod arguments;
 mod check;
-mod effects;
 mod exit;
+mod features;
 mod html;
 mod interruption;
 mod law;

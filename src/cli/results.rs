@@ -6,12 +6,12 @@ use contact3d::{
     dual::AssemblySeconds,
     mesh::Mesh,
     post::{ContactReport, Zone},
-    scene::{Effects, Scene},
+    scene::{ModelFeatures, Scene},
     solver::{Solution, SolvedBy},
 };
 use units::Units;
 
-use super::{effects, report::status};
+use super::{features, report::status};
 use crate::{format::Sizes, pipeline::Performed};
 
 /// The numbers of unknowns of a solved problem.
@@ -131,8 +131,11 @@ pub(super) fn table(
     for (name, value) in report.certificate.figures() {
         line(&format!("certificate {name}"), format!("{value:.1e}"));
     }
-    let effects = effects::lines(&Effects::of(scene), &sizes(mesh, solution));
-    format!("{}\neffects\n{effects}results\n{text}", scene.shown_title())
+    let features = features::lines(&ModelFeatures::of(scene), &sizes(mesh, solution));
+    format!(
+        "{}\nmodel features\n{features}results\n{text}",
+        scene.shown_title()
+    )
 }
 
 /// The units of results, for programs.
@@ -149,7 +152,7 @@ pub(super) fn unit_words(units: Units) -> serde_json::Value {
 fn friction_ranges(report: &ContactReport) -> [[f64; 2]; 2] {
     let coefficients = || {
         let panes = report.panes.iter();
-        panes.filter_map(|pane| Some(pane.friction?.coulomb?.0))
+        panes.filter_map(|pane| Some(pane.friction?.coulomb?.coefficients))
     };
     [0, 1].map(|i| {
         coefficients().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], f| {
@@ -183,7 +186,7 @@ pub(super) fn json(
     serde_json::json!({
         "title": scene.title,
         "units": unit_words(scene.units),
-        "effects": effects::json(&Effects::of(scene), &sizes(mesh, solution)),
+        "effects": features::json(&ModelFeatures::of(scene), &sizes(mesh, solution)),
         "assembly_seconds": parts,
         "newton_seconds": solution.newton.iter().map(|step| step.seconds).sum::<f64>(),
         "status": solution.status.word(),

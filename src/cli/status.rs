@@ -1,11 +1,11 @@
-use contact3d::scene::Effects;
+use contact3d::scene::ModelFeatures;
 use runfile::Reader;
 use units::Units;
 
 use super::{
     arguments::{Output, StageArguments},
-    effects,
     exit::Exit,
+    features,
     results::unit_words,
     terminal,
 };
@@ -28,12 +28,12 @@ pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit
         true => Some(format::read_summary(&reader)?),
         false => None,
     };
-    let effects = Effects::of(&scene);
+    let features = ModelFeatures::of(&scene);
     let sizes = format::read_sizes(&reader, &is_fresh)?;
     let advice = format::read_advice(&reader)?;
     if output.json {
-        let effects = effects::json(&effects, &sizes);
-        let mut status = json(&reader, &scene.title, effects, &states, summary.as_ref())?;
+        let features = features::json(&features, &sizes);
+        let mut status = json(&reader, &scene.title, features, &states, summary.as_ref())?;
         status["advice"] = advice.into();
         status["units"] = unit_words(scene.units);
         terminal::json(&status);
@@ -43,7 +43,7 @@ pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit
             text += &stage_line(&reader, state)?;
             text.push('\n');
         }
-        text += &format!("effects\n{}", effects::lines(&effects, &sizes));
+        text += &format!("model features\n{}", features::lines(&features, &sizes));
         if let Some(summary) = &summary {
             text += "results\n";
             text += &summary_lines(summary, scene.units);
@@ -102,7 +102,7 @@ fn summary_lines(summary: &format::Summary, units: Units) -> String {
 fn json(
     reader: &Reader,
     title: &str,
-    effects: serde_json::Value,
+    features: serde_json::Value,
     states: &[StageState],
     summary: Option<&format::Summary>,
 ) -> Result<serde_json::Value, FormatError> {
@@ -131,6 +131,6 @@ fn json(
         })
     });
     Ok(
-        serde_json::json!({ "title": title, "effects": effects, "stages": stages, "results": results }),
+        serde_json::json!({ "title": title, "effects": features, "stages": stages, "results": results }),
     )
 }

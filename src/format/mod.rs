@@ -3,6 +3,7 @@
 mod accuracy;
 mod assemble;
 mod checkpoint;
+mod enumeration;
 mod history;
 mod load;
 mod mesh;

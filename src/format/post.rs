@@ -8,18 +8,18 @@ use contact3d::{
 use runfile::{
     DatasetSpec, Extent,
     Extent::{Fixed, Named},
-    Group, GroupWriter, Kind, Reader, StoreError, StoredEnum, stored_enum,
+    Group, GroupWriter, Kind, Reader, StoreError, StoredEnum,
 };
 use units::Dimension;
 
-use super::{FormatError, Stage, read_index_vec, read_scalar};
+use super::{FormatError, Stage, enumeration::stored_as, read_index_vec, read_scalar};
 
 /// Stresses, zones, resultants and the certificate.
 pub(super) const GROUP: Group = Group::new("post", Stage::Post.command());
 
-stored_enum! {
+stored_as! {
     /// What a pane does, as stored.
-    enum StoredZone as "contact_zone" {
+    StoredZone of Zone as "contact_zone" {
         Open = 0 => "open",
         Stick = 1 => "stick",
         Slip = 2 => "slip",
@@ -185,10 +185,7 @@ fn write_in_space(
 }
 
 fn write_panes(writer: &mut GroupWriter<'_>, panes: &[PaneState]) -> Result<(), StoreError> {
-    let zones: Vec<StoredZone> = panes
-        .iter()
-        .filter_map(|pane| StoredZone::from_code(pane.zone as u8))
-        .collect();
+    let zones: Vec<StoredZone> = panes.iter().map(|pane| pane.zone.into()).collect();
     writer.write_enum(ZONE, &zones, &[zones.len()])?;
     let normal: Vec<f64> = panes.iter().map(|p| p.normal_stress).collect();
     writer.write(NORMAL_STRESS, &normal, &[panes.len()])?;
@@ -213,6 +210,7 @@ fn write_pane_friction(
     let slip: Vec<[f64; 2]> = panes.iter().map(|p| p.slip).collect();
     writer.write(PANE_SLIP, slip.as_flattened(), &[m, 2])?;
     let coulomb = panes.iter().filter_map(|p| p.coulomb);
+    let coulomb = coulomb.map(|c| (c.coefficients, c.scaled_stress));
     let (coefficients, scaled): (Vec<[f64; 2]>, Vec<f64>) = coulomb.unzip();
     if !scaled.is_empty() {
         writer.write(PANE_FRICTION, coefficients.as_flattened(), &[m, 2])?;

@@ -6,20 +6,24 @@ use contact3d::{
     solver::{CoulombState, Solution, SolvedBy, Status},
 };
 use runfile::{
-    DatasetSpec, EnumSpec, Extent,
+    DatasetSpec, Extent,
     Extent::{Fixed, Named},
-    Group, GroupWriter, Kind, Reader, StoreError, StoredEnum, stored_enum,
+    Group, GroupWriter, Kind, Reader, StoreError, StoredEnum,
 };
 use units::Dimension;
 
-use super::{FormatError, Stage, history, read_finite_vec, read_index_vec};
+use super::{
+    FormatError, Stage,
+    enumeration::{read_member, stored_as},
+    history, read_finite_vec, read_index_vec,
+};
 
 /// Multipliers, displacement and history.
 pub(super) const GROUP: Group = Group::new("solve", Stage::Solve.command());
 
-stored_enum! {
+stored_as! {
     /// How a solve ended, as stored.
-    pub(super) enum StoredStatus as "status" {
+    pub(super) StoredStatus of Status as "status" {
         Converged = 0 => "converged",
         MaxOuterSteps = 1 => "max_outer_steps",
         MaxInnerApplications = 2 => "max_inner_actions",
@@ -32,49 +36,13 @@ stored_enum! {
     }
 }
 
-stored_enum! {
+stored_as! {
     /// Which algorithm gave the answer, as stored.
-    enum StoredMethod as "method" {
+    StoredMethod of SolvedBy as "method" {
         FixedPoint = 0 => "fixed_point",
         Newton = 1 => "newton",
         Minimisation = 2 => "minimisation",
         Direct = 3 => "direct",
-    }
-}
-
-const STATUSES: [(StoredStatus, Status); 9] = [
-    (StoredStatus::Converged, Status::Converged),
-    (StoredStatus::MaxOuterSteps, Status::MaxOuterSteps),
-    (
-        StoredStatus::MaxInnerApplications,
-        Status::MaxInnerApplications,
-    ),
-    (StoredStatus::NumericalError, Status::NumericalError),
-    (StoredStatus::RoundingLimit, Status::RoundingLimit),
-    (StoredStatus::MaxNewtonSteps, Status::MaxNewtonSteps),
-    (StoredStatus::Cycling, Status::Cycling),
-    (StoredStatus::Stopped, Status::Stopped),
-    (StoredStatus::Inaccurate, Status::Inaccurate),
-];
-
-const METHODS: [(StoredMethod, SolvedBy); 4] = [
-    (StoredMethod::FixedPoint, SolvedBy::FixedPoint),
-    (StoredMethod::Newton, SolvedBy::Newton),
-    (StoredMethod::Minimisation, SolvedBy::Minimisation),
-    (StoredMethod::Direct, SolvedBy::Direct),
-];
-
-impl StoredStatus {
-    /// The member for a status.
-    pub(super) fn of(status: Status) -> Self {
-        let row = STATUSES.iter().find(|(_, meaning)| *meaning == status);
-        row.map_or(Self::NumericalError, |(stored, _)| *stored)
-    }
-
-    /// The status of a member.
-    pub(super) fn status(self) -> Status {
-        let row = STATUSES.iter().find(|(stored, _)| *stored == self);
-        row.map_or(Status::NumericalError, |(_, status)| *status)
     }
 }
 
@@ -133,7 +101,7 @@ pub fn write(
     n_panes: usize,
     dofs: &DofMap,
 ) -> Result<(), StoreError> {
-    writer.write_enum(STATUS, &[StoredStatus::of(solution.status)], &[])?;
+    writer.write_enum(STATUS, &[StoredStatus::from(solution.status)], &[])?;
     if n_panes > 0 {
         let (normal, tangential) = solution.multiplier.split_at(n_panes);
         writer.write(MULTIPLIER_NORMAL, normal, &[n_panes])?;
@@ -161,9 +129,7 @@ pub fn write(
         write_coulomb(writer, state)?;
     }
     writer.write_indices(APPLICATIONS, &[solution.applications], &[])?;
-    let method = METHODS.iter().find(|(_, by)| *by == solution.solved_by);
-    let method = method.map_or(StoredMethod::Direct, |(stored, _)| *stored);
-    writer.write_enum(METHOD, &[method], &[])?;
+    writer.write_enum(METHOD, &[StoredMethod::from(solution.solved_by)], &[])?;
     writer.write(ACCURACY, &[solution.accuracy], &[])?;
     if let Some(change) = solution.mapping_change {
         writer.write(MAPPING_CHANGE, &[change], &[])?;
@@ -196,16 +162,12 @@ fn write_coulomb(writer: &mut GroupWriter<'_>, state: &CoulombState) -> Result<(
 pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
     let (status, multiplier) = read_multiplier(reader)?;
     let displacement = read_measured(reader, DISPLACEMENT, status)?;
-    let stored = reader.read_enum::<StoredMethod>(METHOD)?;
-    let method = METHODS
-        .iter()
-        .find(|(method, _)| stored.first() == Some(method));
     let count = |path| -> Result<usize, FormatError> {
         Ok(read_index_vec(reader, path)?.first().copied().unwrap_or(0))
     };
     Ok(Solution {
         status,
-        solved_by: method.map_or(SolvedBy::Direct, |(_, by)| *by),
+        solved_by: read_member::<StoredMethod>(reader, METHOD)?.into(),
         accuracy: read_measured(reader, ACCURACY, status)?
             .first()
             .copied()
@@ -262,18 +224,12 @@ pub(super) struct OutcomeWords {
 
 /// Reads how a solve ended, without its fields.
 pub(super) fn read_outcome(reader: &Reader) -> Result<OutcomeWords, FormatError> {
-    let status = reader.read_enum::<StoredStatus>(STATUS)?;
-    let method = reader.read_enum::<StoredMethod>(METHOD)?;
-    let status = status
-        .first()
-        .map_or("", |s| word(s.code(), StoredStatus::SPEC));
-    let method = method
-        .first()
-        .map_or("", |m| word(m.code(), StoredMethod::SPEC));
+    let status: StoredStatus = read_member(reader, STATUS)?;
+    let method: StoredMethod = read_member(reader, METHOD)?;
     let applications = read_index_vec(reader, APPLICATIONS)?.first().copied();
     Ok(OutcomeWords {
-        status: status.to_owned(),
-        method: method.to_owned(),
+        status: word(status).to_owned(),
+        method: word(method).to_owned(),
         counts: [
             history::read_outer(reader, &history::HISTORY)?.len(),
             history::read_newton(reader)?.len(),
@@ -287,8 +243,9 @@ pub(super) fn read_outcome(reader: &Reader) -> Result<OutcomeWords, FormatError>
     })
 }
 
-fn word(code: u8, spec: &'static EnumSpec) -> &'static str {
-    let member = spec.members.iter().find(|(_, c)| *c == code);
+fn word<E: StoredEnum>(stored: E) -> &'static str {
+    let mut members = E::SPEC.members.iter();
+    let member = members.find(|(_, code)| *code == stored.code());
     member.map_or("", |(name, _)| name)
 }
 
@@ -297,10 +254,7 @@ fn word(code: u8, spec: &'static EnumSpec) -> &'static str {
 /// # Errors
 /// Missing or altered datasets.
 pub fn read_multiplier(reader: &Reader) -> Result<(Status, Vec<f64>), FormatError> {
-    let stored = reader.read_enum::<StoredStatus>(STATUS)?;
-    let status = stored
-        .first()
-        .map_or(Status::NumericalError, |s| s.status());
+    let status: Status = read_member::<StoredStatus>(reader, STATUS)?.into();
     let mut multiplier = Vec::new();
     for path in [MULTIPLIER_NORMAL, MULTIPLIER_TANGENTIAL] {
         if reader.has(path) {

@@ -183,7 +183,7 @@ pub fn write(writer: &mut GroupWriter<'_>, rows: &[StabilityRow]) -> Result<(), 
     writer.write_enum(VERDICT, &levels, &n)?;
     let checks: Vec<Option<&Check>> = rows.iter().map(|r| r.outcome.as_ref().ok()).collect();
     let status =
-        |status: Option<Status>| StoredStatus::of(status.unwrap_or(Status::NumericalError));
+        |status: Option<Status>| StoredStatus::from(status.unwrap_or(Status::NumericalError));
     let statuses: Vec<_> = checks.iter().map(|c| status(c.map(|c| c.status))).collect();
     writer.write_enum(STATUS, &statuses, &n)?;
     let cross_checks: Vec<_> = checks

@@ -121,8 +121,8 @@ impl ContactFields<'_> {
             ("contact_normal_stress", |p| Some(p.normal_stress)),
             ("contact_gap", |p| Some(p.gap)),
             ("contact_zone", |p| Some(f64::from(p.zone as u8))),
-            ("friction_1", |p| Some(p.friction?.coulomb?.0[0])),
-            ("friction_2", |p| Some(p.friction?.coulomb?.0[1])),
+            ("friction_1", |p| Some(p.friction?.coulomb?.coefficients[0])),
+            ("friction_2", |p| Some(p.friction?.coulomb?.coefficients[1])),
         ];
         for (name, measure) in fields {
             let Some(values) = self.panes.iter().map(measure).collect::<Option<Vec<f64>>>() else {

@@ -1,9 +1,9 @@
 use std::path::{Path, PathBuf};
 
 use contact3d::{
-    contact::{FrictionField, Interface, InterfaceFriction, LawBounds},
+    contact::{FrictionField, Interface, LawBounds},
     mesh::{Mesh, Quality},
-    scene::{Scene, SceneFile, Warning},
+    scene::{FrictionModel, ModelFeatures, Scene, SceneFile, Warning},
 };
 use plots::{LawPicture, OverSlip, law_page};
 
@@ -28,21 +28,6 @@ pub struct LawStudy {
     pub bounds: Option<LawBounds>,
     mesh: Mesh,
     interface: Option<Interface>,
-}
-
-/// What kind of law a scene has on its contact face.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LawKind {
-    /// The scene has no contact face.
-    NoContact,
-    /// No tangential stresses.
-    Frictionless,
-    /// Tresca's law with a given slip bound.
-    Tresca,
-    /// Coulomb's law with one coefficient.
-    Isotropic,
-    /// Coulomb's law with two coefficients.
-    Orthotropic,
 }
 
 /// The lengths of a discretisation that the uniqueness conditions of HKL §3 are stated in.
@@ -73,18 +58,10 @@ impl LawStudy {
         })
     }
 
-    /// What kind of law it is.
+    /// The law of tangential stresses; `None` without contact.
     #[must_use]
-    pub fn kind(&self) -> LawKind {
-        match self.interface.as_ref().map(|i| &i.friction) {
-            None => LawKind::NoContact,
-            Some(InterfaceFriction::Frictionless) => LawKind::Frictionless,
-            Some(InterfaceFriction::Tresca(_)) => LawKind::Tresca,
-            Some(InterfaceFriction::Coulomb(law)) => match law.coefficients() {
-                [_] => LawKind::Isotropic,
-                _ => LawKind::Orthotropic,
-            },
-        }
+    pub fn model(&self) -> Option<FrictionModel> {
+        ModelFeatures::of(&self.scene).friction().cloned()
     }
 
     /// What is allowed in the scene and probably not meant.

@@ -15,7 +15,7 @@ mod sweep_report;
 mod sweep_table;
 
 pub use charts::draw_accuracy;
-pub use law::{LawKind, LawStudy, MeshSizes, law_folder};
+pub use law::{LawStudy, MeshSizes, law_folder};
 pub use picture::{are_drawn, draw_run, figures_folder};
 pub use picture_folder::{Drawing, PictureFolder};
 pub use report::report;

@@ -7,7 +7,7 @@ use contact3d::{
     contact::ContactFrame,
     mesh::Mesh,
     post::{ContactReport, PaneState, Zone},
-    scene::Scene,
+    scene::{FrictionModel, ModelFeatures, Scene},
 };
 use plots::{ContactPicture, FigureError, FrictionKind, PaneFriction};
 
@@ -84,11 +84,9 @@ fn with_picture<T>(
     let cells = ContactCells::new(mesh);
     let displacement = cells.interpolate(&report.displacement);
     let normal_stress = cells.of_cells(&report.panes, &f64::NAN, |p| p.normal_stress);
+    let kind = ModelFeatures::of(scene).friction().and_then(kind);
     let friction: Option<Vec<_>> = report.panes.iter().map(pane_friction).collect();
     let friction = friction.filter(|panes| !panes.is_empty());
-    let kind = friction.as_ref().map(|panes| panes[0].0);
-    let friction: Option<Vec<PaneFriction>> =
-        friction.map(|panes| panes.into_iter().map(|(_, pane)| pane).collect());
     let mut friction = friction.map(|panes| cells.of_cells(&panes, &NO_MULTIPLIER, |p| *p));
     let [axis_1, axis_2] = frame.map_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], |f| f.reference);
     if let (Some(frame), Some(surface), Some(friction)) = (frame, &mesh.contact, &mut friction) {
@@ -121,25 +119,37 @@ const NO_MULTIPLIER: PaneFriction = PaneFriction {
     zone: plots::Zone::Open,
 };
 
-/// Friction of one pane and its law; `None` without friction.
-fn pane_friction(pane: &PaneState) -> Option<(FrictionKind, PaneFriction)> {
+/// How a law is drawn; `None` without friction.
+fn kind(model: &FrictionModel) -> Option<FrictionKind> {
+    match model {
+        FrictionModel::Frictionless => None,
+        FrictionModel::Tresca { .. } => Some(FrictionKind::Tresca),
+        FrictionModel::Coulomb { .. } => Some(FrictionKind::Coulomb),
+    }
+}
+
+/// Friction of one pane: with Coulomb's law stresses over the slip bound; `None` without friction.
+fn pane_friction(pane: &PaneState) -> Option<PaneFriction> {
     let friction = pane.friction?;
-    let (kind, semi_axes, scaled_tangential) = match friction.coulomb {
-        Some((coefficients, scaled)) => (FrictionKind::Coulomb, coefficients, scaled),
+    let stress = friction.stress;
+    let (semi_axes, scaled_tangential, stress) = match friction.coulomb {
+        Some(coulomb) => (
+            coulomb.coefficients,
+            coulomb.scaled_stress,
+            stress.map(|t| t / coulomb.slip_bound),
+        ),
         None => {
             let [a, b] = friction.semi_axes;
-            let [t1, t2] = friction.stress;
-            let over = (t1 / a).hypot(t2 / b);
-            (FrictionKind::Tresca, friction.semi_axes, over)
+            let over = (stress[0] / a).hypot(stress[1] / b);
+            (friction.semi_axes, over, stress)
         }
     };
-    let drawn = PaneFriction {
+    Some(PaneFriction {
         scaled_tangential,
         semi_axes,
-        stress: match (pane.zone, kind) {
-            (Zone::Open, _) => [0.0; 2],
-            (_, FrictionKind::Coulomb) => friction.stress.map(|t| t / -pane.normal_stress),
-            (_, FrictionKind::Tresca) => friction.stress,
+        stress: match pane.zone {
+            Zone::Open => [0.0; 2],
+            Zone::Stick | Zone::Slip => stress,
         },
         turn: 0.0,
         zone: match pane.zone {
@@ -147,6 +157,5 @@ fn pane_friction(pane: &PaneState) -> Option<(FrictionKind, PaneFriction)> {
             Zone::Stick => plots::Zone::Stick,
             Zone::Slip => plots::Zone::Slip,
         },
-    };
-    Some((kind, drawn))
+    })
 }

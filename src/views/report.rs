@@ -68,7 +68,7 @@ fn scene_section(scene: &Scene) -> Section {
         name: "scene",
         heading: "Scene".into(),
         parts: vec![
-            Part::Table(tables::effects(scene)),
+            Part::Table(tables::features(scene)),
             Part::Listing(
                 "the scene, every default written out".into(),
                 shown_lines(&format::scene_text(scene)),

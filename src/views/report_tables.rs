@@ -4,7 +4,7 @@ use contact3d::{
     convergence::{AlgebraicLadder, Cost, DiscretisationLadder},
     mesh::Mesh,
     post::{ContactReport, Zone},
-    scene::{ContactEffect, Effects, FrictionEffect, MultiplierSpace, Scene},
+    scene::{ContactModel, FrictionModel, ModelFeatures, MultiplierSpace, Scene},
     solver::Solution,
 };
 use plots::html::Table;
@@ -24,27 +24,22 @@ fn yes_or_no(value: bool) -> &'static str {
 }
 
 /// What the scene calls for.
-pub(super) fn effects(scene: &Scene) -> Table {
-    let effects = Effects::of(scene);
+pub(super) fn features(scene: &Scene) -> Table {
+    let features = ModelFeatures::of(scene);
     let mut pairs = vec![
-        pair("body force", yes_or_no(effects.body_force)),
-        pair("regions of other material", effects.regions),
-        pair("anisotropic material", yes_or_no(effects.anisotropy)),
+        pair("body force", yes_or_no(features.body_force)),
+        pair("regions of other material", features.regions),
+        pair("anisotropic material", yes_or_no(features.anisotropy)),
     ];
-    match effects.contact {
-        ContactEffect::Absent => pairs.push(pair("contact", "none")),
-        ContactEffect::Present {
-            friction,
-            gap,
-            turning_frame,
-            space,
-        } => pairs.extend([
-            pair("friction", friction_words(friction)),
-            pair("initial gap", yes_or_no(gap)),
-            pair("frame turns with the place", yes_or_no(turning_frame)),
+    match &features.contact {
+        ContactModel::Absent => pairs.push(pair("contact", "none")),
+        ContactModel::Present(face) => pairs.extend([
+            pair("friction", friction_words(&face.friction)),
+            pair("initial gap", yes_or_no(face.gap.is_some())),
+            pair("frame turns with the place", yes_or_no(face.turning_frame)),
             pair(
                 "multipliers",
-                match space {
+                match face.space {
                     MultiplierSpace::Panes => "constant on panes",
                     MultiplierSpace::Nodal => "at nodes",
                 },
@@ -54,32 +49,18 @@ pub(super) fn effects(scene: &Scene) -> Table {
     Table::of_pairs(pairs)
 }
 
-fn friction_words(friction: FrictionEffect) -> String {
-    let shape = |orthotropic: bool| {
-        if orthotropic {
-            "orthotropic"
-        } else {
-            "isotropic"
-        }
+fn friction_words(friction: &FrictionModel) -> String {
+    let Some((name, coefficients)) = friction.name().zip(friction.coefficients()) else {
+        return "none".into();
     };
-    match friction {
-        FrictionEffect::Frictionless => "none".into(),
-        FrictionEffect::Tresca { orthotropic } => format!("Tresca, {}", shape(orthotropic)),
-        FrictionEffect::Coulomb {
-            orthotropic,
-            slip_dependent,
-            place_dependent,
-        } => {
-            let mut words = format!("Coulomb, {}", shape(orthotropic));
-            if slip_dependent {
-                words += ", follows the slip";
-            }
-            if place_dependent {
-                words += ", varies with the place";
-            }
-            words
-        }
+    let mut words = format!("{name}, {}", coefficients.shape());
+    if coefficients.depends_on_slip() {
+        words += ", follows the slip";
     }
+    if coefficients.depends_on_place() {
+        words += ", varies with the place";
+    }
+    words
 }
 
 /// The main figures of a solution.

@@ -52,7 +52,7 @@ fn main() -> Result<(), ProblemError> {
             continue;
         };
         let slip = friction.slip[0].hypot(friction.slip[1]);
-        let coefficient = friction.coulomb.map_or(f64::NAN, |([f, _], _)| f);
+        let coefficient = friction.coulomb.map_or(f64::NAN, |c| c.coefficients[0]);
         println!(
             "{number:4}  {:11.3e}  {slip:.2e}  {coefficient:.3}",
             -pane.normal_stress

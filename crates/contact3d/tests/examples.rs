@@ -90,7 +90,7 @@ fn a_closure_is_the_law_it_computes() {
     for pane in slipping {
         let friction = pane.friction.unwrap();
         let [first, second] = friction.stress;
-        let ([coefficient, _], _) = friction.coulomb.unwrap();
+        let [coefficient, _] = friction.coulomb.unwrap().coefficients;
         assert!((KINETIC..STATIC).contains(&coefficient));
         // Coulomb's law of a sliding pane, |σ_t| = F |σ_ν|.
         let bound = -coefficient * pane.normal_stress;

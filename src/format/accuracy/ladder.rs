@@ -7,43 +7,34 @@ use contact3d::{
 use runfile::{
     DatasetSpec, Extent,
     Extent::{Fixed, Named},
-    GroupWriter, Kind, Reader, StoreError, StoredEnum, stored_enum,
+    GroupWriter, Kind, Reader, StoreError, StoredEnum,
 };
 use units::Dimension;
 
 use super::{GROUP, NO_CONTACT, read_costs, write_costs};
-use crate::format::{FormatError, read_index_vec, solve::StoredStatus};
+use crate::format::{
+    FormatError,
+    enumeration::{read_member, stored_as},
+    read_index_vec,
+    solve::StoredStatus,
+};
 
-stored_enum! {
+stored_as! {
     /// A method of the ladder, as stored.
-    enum StoredMethod as "ladder_method" {
+    StoredMethod of LadderMethod as "ladder_method" {
         FixedPrecision = 0 => "fixed_point_a",
         AdaptivePrecision = 1 => "fixed_point_b",
         Newton = 2 => "newton",
     }
 }
 
-stored_enum! {
+stored_as! {
     /// How the dual operator is held, as stored.
-    enum StoredOperator as "operator" {
+    StoredOperator of Operator as "operator" {
         Implicit = 0 => "implicit",
         Explicit = 1 => "explicit",
     }
 }
-
-const METHODS: [(StoredMethod, LadderMethod); 3] = [
-    (StoredMethod::FixedPrecision, LadderMethod::FixedPrecision),
-    (
-        StoredMethod::AdaptivePrecision,
-        LadderMethod::AdaptivePrecision,
-    ),
-    (StoredMethod::Newton, LadderMethod::Newton),
-];
-
-const OPERATORS: [(StoredOperator, Operator); 2] = [
-    (StoredOperator::Implicit, Operator::Implicit),
-    (StoredOperator::Explicit, Operator::Explicit),
-];
 
 const REFERENCE_STATUS: &str = "/accuracy/reference_status";
 const REFERENCE_ACCURACY: &str = "/accuracy/reference_accuracy";
@@ -102,7 +93,7 @@ pub(super) fn write(
 ) -> Result<(), StoreError> {
     writer.write_enum(
         REFERENCE_STATUS,
-        &[StoredStatus::of(ladder.reference_status)],
+        &[StoredStatus::from(ladder.reference_status)],
         &[],
     )?;
     writer.write(REFERENCE_ACCURACY, &[ladder.reference_accuracy], &[])?;
@@ -113,9 +104,9 @@ pub(super) fn write(
     )?;
     let entries = &ladder.entries;
     let n = [entries.len()];
-    let methods = entries.iter().map(|r| stored(&METHODS, r.method));
+    let methods = entries.iter().map(|r| StoredMethod::from(r.method));
     writer.write_enum(METHOD, &methods.collect::<Vec<_>>(), &n)?;
-    let operators = entries.iter().map(|r| stored(&OPERATORS, r.operator));
+    let operators = entries.iter().map(|r| StoredOperator::from(r.operator));
     writer.write_enum(OPERATOR, &operators.collect::<Vec<_>>(), &n)?;
     let epsilons: Vec<f64> = entries.iter().map(|entry| entry.epsilon).collect();
     writer.write(EPSILON, &epsilons, &n)?;
@@ -127,7 +118,7 @@ pub(super) fn write(
     let results: Vec<Option<LadderResult>> = entries.iter().map(|entry| entry.result).collect();
     let statuses = results.iter().map(|result| {
         let status = result.map_or(Status::MaxInnerApplications, |r| r.status);
-        StoredStatus::of(status)
+        StoredStatus::from(status)
     });
     writer.write_enum(ENTRY_STATUS, &statuses.collect::<Vec<_>>(), &n)?;
     let measured = |value: fn(LadderResult) -> f64| -> Vec<f64> {
@@ -159,11 +150,11 @@ pub(super) fn read(reader: &Reader) -> Result<Option<AlgebraicLadder>, FormatErr
     let applications = read_index_vec(reader, ENTRY_APPLICATIONS)?;
     let costs = read_costs(reader, [ENTRY_SECONDS, ENTRY_REPEATS, ENTRY_PEAK])?;
     let entries = (0..epsilons.len()).map(|k| LadderEntry {
-        method: meant(&METHODS, methods[k]),
-        operator: meant(&OPERATORS, operators[k]),
+        method: methods[k].into(),
+        operator: operators[k].into(),
         epsilon: epsilons[k],
         result: (runs[k] != 0).then(|| LadderResult {
-            status: statuses[k].status(),
+            status: statuses[k].into(),
             energy_error: energy[k],
             multiplier_error: multiplier[k],
             applications: applications[k],
@@ -172,26 +163,11 @@ pub(super) fn read(reader: &Reader) -> Result<Option<AlgebraicLadder>, FormatErr
     });
     let entries = entries.collect();
     let assembly = read_costs(reader, [ASSEMBLY_SECONDS, ASSEMBLY_REPEATS, ASSEMBLY_PEAK])?;
-    let status = reader.read_enum::<StoredStatus>(REFERENCE_STATUS)?;
     let accuracy: Vec<f64> = reader.read_vec(REFERENCE_ACCURACY)?;
     Ok(Some(AlgebraicLadder {
-        reference_status: status
-            .first()
-            .map_or(Status::NumericalError, |stored| stored.status()),
+        reference_status: read_member::<StoredStatus>(reader, REFERENCE_STATUS)?.into(),
         reference_accuracy: accuracy.first().copied().unwrap_or(f64::NAN),
         assembly: [assembly[0], assembly[1]],
         entries,
     }))
-}
-
-/// The stored member of a value.
-fn stored<S: Copy, T: PartialEq>(table: &[(S, T)], value: T) -> S {
-    let row = table.iter().find(|(_, meaning)| *meaning == value);
-    row.unwrap_or(&table[0]).0
-}
-
-/// The value of a stored member.
-fn meant<S: PartialEq, T: Copy>(table: &[(S, T)], stored: S) -> T {
-    let row = table.iter().find(|(member, _)| *member == stored);
-    row.unwrap_or(&table[0]).1
 }

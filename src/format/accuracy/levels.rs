@@ -103,7 +103,7 @@ fn write_levels(
     }
     let cells: Vec<usize> = levels.iter().flat_map(|level| level.cells).collect();
     writer.write_indices(CELLS, &cells, &[levels.len(), 3])?;
-    let statuses = levels.iter().map(|level| StoredStatus::of(level.status));
+    let statuses = levels.iter().map(|level| StoredStatus::from(level.status));
     writer.write_enum(LEVEL_STATUS, &statuses.collect::<Vec<_>>(), &n)?;
     type Measure = fn(&Level) -> f64;
     let measures: [(&str, Measure); 4] = [
@@ -192,7 +192,7 @@ pub(super) fn read(reader: &Reader) -> Result<Option<DiscretisationLadder>, Form
         cell_size: cell_size[k],
         n_free: n_free[k],
         n_multipliers: n_multipliers[k],
-        status: statuses[k].status(),
+        status: statuses[k].into(),
         applications: applications[k],
         energy_difference: difference[k],
         energy_error: None,

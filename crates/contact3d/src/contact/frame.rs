@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::{
     mesh::{ContactSurface, Mesh},
-    scene::{Contact, Invalid, Quantity, UNDEFINED, Written, numbers, place_words},
+    scene::{Contact, Invalid, UNDEFINED, Written, numbers, place_words},
 };
 
 /// The orthonormal frame (ν, t₁, t₂) of the contact face, with t₂ = t₁ × ν; the axes of friction
@@ -24,15 +24,17 @@ pub struct ContactFrame {
 const TANGENTIAL: f64 = 1e-6;
 
 impl ContactFrame {
-    /// The frame that a scene asks for.
+    /// The frame that a scene asks for, one pair of axes for the whole face unless it is `turning`.
     ///
     /// # Errors
     /// An axis that vanishes or is not tangential, an angle that is not finite.
-    pub fn new(contact: &Contact, surface: &ContactSurface, mesh: &Mesh) -> Result<Self, Invalid> {
+    pub fn new(
+        contact: &Contact,
+        turning: bool,
+        surface: &ContactSurface,
+        mesh: &Mesh,
+    ) -> Result<Self, Invalid> {
         let normal = Vector3::from(surface.normal);
-        let varies = |quantity: &Quantity| quantity.constant().is_none();
-        let turning = contact.axis_1.iter().flatten().any(varies)
-            || contact.angle.as_ref().is_some_and(varies);
         let places = if turning {
             surface.nodes.as_slice()
         } else {

@@ -10,8 +10,8 @@ use crate::{
     elasticity::DofMap,
     mesh::{ContactSurface, Mesh},
     scene::{
-        Coefficient, Contact, FrictionLaw, Invalid, Quantity, Scene, UNDEFINED, Warning, Written,
-        place_words,
+        Coefficient, FrictionLaw, FrictionModel, Invalid, ModelFeatures, Quantity, Scene,
+        UNDEFINED, Warning, Written, place_words,
     },
 };
 
@@ -36,7 +36,7 @@ pub enum InterfaceFriction {
     Frictionless,
     /// Tresca's law: the semi-axes g F₁, g F₂ in Pa of each pane, `[n_panes]`.
     Tresca(Vec<[f64; 2]>),
-    /// Coulomb's law.
+    /// A slip bound that follows the pressure, as Coulomb's law has.
     Coulomb(Box<CoulombLaw>),
 }
 
@@ -76,10 +76,18 @@ impl Interface {
         let (Some(contact), Some(surface)) = (&scene.contact, &mesh.contact) else {
             return Ok(None);
         };
+        let features = ModelFeatures::of(scene);
+        let Some(has) = features.contact() else {
+            return Ok(None);
+        };
+        let length = scene.units.length();
         Ok(Some(Self {
-            frame: ContactFrame::new(contact, surface, mesh)?,
-            gap: initial_gap(contact, surface, mesh)?,
-            friction: InterfaceFriction::new(scene, surface, mesh)?,
+            frame: ContactFrame::new(contact, has.turning_frame, surface, mesh)?,
+            gap: match &has.gap {
+                None => None,
+                Some(gap) => Some(non_negative("contact.gap", gap, &positions(surface, mesh))?),
+            },
+            friction: InterfaceFriction::new(&has.friction, length, surface, mesh)?,
             projections: AtomicUsize::new(0),
         }))
     }
@@ -87,7 +95,10 @@ impl Interface {
     /// Whether tangential multipliers exist.
     #[must_use]
     pub fn has_friction(&self) -> bool {
-        !matches!(self.friction, InterfaceFriction::Frictionless)
+        match self.friction {
+            InterfaceFriction::Frictionless => false,
+            InterfaceFriction::Tresca(_) | InterfaceFriction::Coulomb(_) => true,
+        }
     }
 
     /// What is allowed in the laws and probably not meant, for a body of this extent in the unit of
@@ -109,7 +120,7 @@ impl Interface {
     pub fn coulomb(&self) -> Option<&CoulombLaw> {
         match &self.friction {
             InterfaceFriction::Coulomb(law) => Some(law),
-            _ => None,
+            InterfaceFriction::Frictionless | InterfaceFriction::Tresca(_) => None,
         }
     }
 
@@ -135,23 +146,32 @@ impl Interface {
 }
 
 impl InterfaceFriction {
-    fn new(scene: &Scene, surface: &ContactSurface, mesh: &Mesh) -> Result<Self, Invalid> {
-        let given = scene.friction.as_ref();
-        let Some((friction, law)) = given.and_then(|f| Some((f, f.law()?))) else {
-            return Ok(Self::Frictionless);
-        };
+    /// A model of friction on the panes, in the unit of length called `length`.
+    fn new(
+        model: &FrictionModel,
+        length: &str,
+        surface: &ContactSurface,
+        mesh: &Mesh,
+    ) -> Result<Self, Invalid> {
         let positions = positions(surface, mesh);
-        let Some(bound) = &friction.slip_bound else {
-            let law = CoulombLaw::new(law, positions);
-            law_bounds::refuse_unusable(&law, scene.units.length())?;
-            return Ok(Self::Coulomb(Box::new(law)));
-        };
-        let bound = non_negative("friction.slip_bound", bound, &positions)?;
-        let coefficients = law.evaluate([0.0; 3], [0.0; 2]);
-        let semi_axes = (0..surface.n_panes())
-            .map(|pane| coefficients.map(|f| f * surface.pane_mean(pane, &bound)))
-            .collect();
-        Ok(Self::Tresca(semi_axes))
+        match model {
+            FrictionModel::Frictionless => Ok(Self::Frictionless),
+            FrictionModel::Tresca {
+                slip_bound,
+                coefficients,
+            } => {
+                let bound = non_negative("friction.slip_bound", slip_bound, &positions)?;
+                let coefficients = coefficients.evaluate([0.0; 3], [0.0; 2]);
+                let semi_axes = (0..surface.n_panes())
+                    .map(|pane| coefficients.map(|f| f * surface.pane_mean(pane, &bound)));
+                Ok(Self::Tresca(semi_axes.collect()))
+            }
+            FrictionModel::Coulomb { coefficients } => {
+                let law = CoulombLaw::new(coefficients.clone(), positions);
+                law_bounds::refuse_unusable(&law, length)?;
+                Ok(Self::Coulomb(Box::new(law)))
+            }
+        }
     }
 }
 
@@ -240,6 +260,18 @@ impl CoulombLaw {
         &self.positions
     }
 
+    /// The slip bound g in Pa under a pressure λ_ν in Pa.
+    #[must_use]
+    pub fn slip_bound(&self, pressure: f64) -> f64 {
+        pressure
+    }
+
+    /// dg/dλ_ν.
+    #[must_use]
+    pub fn slip_bound_slope(&self, _pressure: f64) -> f64 {
+        1.0
+    }
+
     /// Whether any coefficient depends on the solution.
     #[must_use]
     pub fn depends_on_slip(&self) -> bool {
@@ -250,17 +282,6 @@ impl CoulombLaw {
 fn positions(surface: &ContactSurface, mesh: &Mesh) -> Vec<[f64; 3]> {
     let nodes = surface.nodes.iter();
     nodes.map(|&node| mesh.coordinates[node]).collect()
-}
-
-fn initial_gap(
-    contact: &Contact,
-    surface: &ContactSurface,
-    mesh: &Mesh,
-) -> Result<Option<Vec<f64>>, Invalid> {
-    if contact.gap == Quantity::Constant(0.0) {
-        return Ok(None);
-    }
-    non_negative("contact.gap", &contact.gap, &positions(surface, mesh)).map(Some)
 }
 
 /// A quantity at points, refused where it is negative or not finite.

@@ -1,7 +1,7 @@
 //! The certificate: optimality residuals of an answer, dimensionless.
 
 use super::{PaneFriction, PaneState, Solved, SolvedContact};
-use crate::{contact::FrictionField, linalg::norm, solver::FeasibleSet};
+use crate::{linalg::norm, solver::FeasibleSet};
 
 /// How well λ and u satisfy the discrete problem; every figure is dimensionless and vanishes for
 /// the exact discrete solution.
@@ -29,7 +29,7 @@ pub struct ContactCertificate {
     /// Σ |λ_ν (d − u_ν)| |Rⁱ| / Σ λ_ν²/ρ_ν.
     pub complementarity: f64,
     /// Largest entry of λ − P(λ − ρ r) with the admissible set of the solution itself, for Coulomb's
-    /// law g = λ_ν, F = F(u): normal ones over the largest pressure, tangential ones over the
+    /// law g of λ_ν, F = F(u): normal ones over the largest pressure, tangential ones over the
     /// largest tangential stress or semi-axis. The slip of a sticking pane is one of them.
     pub fixed_point: f64,
 }
@@ -37,8 +37,8 @@ pub struct ContactCertificate {
 /// The conditions of friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrictionCertificate {
-    /// Largest excess (‖𝓕⁻¹λ_t‖ − g)₊ over the largest g, with g = λ_ν and 𝓕 at the solution for
-    /// Coulomb's law.
+    /// Largest excess (‖𝓕⁻¹λ_t‖ − g)₊ over the largest g, with the slip bound g of λ_ν and 𝓕 at the
+    /// solution for Coulomb's law.
     pub friction_bound: f64,
     /// Missing frictional work Σ |Rⁱ| |‖(a u_t1, b u_t2)‖ − λ_t·u_t| for the semi-axes (a, b) of a
     /// pane's ellipse, over the frictional work Σ |Rⁱ| ‖(a u_t1, b u_t2)‖ plus Σ |λ_t|²/ρ_t: zero exactly
@@ -95,12 +95,7 @@ impl<'a> Yardstick<'a> {
 }
 
 impl Certificate {
-    pub(super) fn new(
-        solved: &Solved<'_>,
-        friction: Option<&FrictionField>,
-        panes: &[PaneState],
-        stiffness: &[f64],
-    ) -> Self {
+    pub(super) fn new(solved: &Solved<'_>, panes: &[PaneState], stiffness: &[f64]) -> Self {
         let measured = solved.contact.as_ref().map(|contact| {
             let yardstick = Yardstick::new(solved, contact, panes, stiffness);
             (contact, yardstick)
@@ -113,9 +108,7 @@ impl Certificate {
             friction: measured
                 .as_ref()
                 .filter(|(contact, _)| contact.state.interface.has_friction())
-                .map(|(contact, by)| {
-                    FrictionCertificate::new(solved, contact, friction, panes, by)
-                }),
+                .map(|(contact, by)| FrictionCertificate::new(contact, panes, by)),
         }
     }
 
@@ -180,13 +173,7 @@ impl ContactCertificate {
 }
 
 impl FrictionCertificate {
-    fn new(
-        solved: &Solved<'_>,
-        contact: &SolvedContact<'_>,
-        friction: Option<&FrictionField>,
-        panes: &[PaneState],
-        by: &Yardstick<'_>,
-    ) -> Self {
+    fn new(contact: &SolvedContact<'_>, panes: &[PaneState], by: &Yardstick<'_>) -> Self {
         let area = &contact.state.surface.pane_area;
         let with_friction =
             || (0..panes.len()).filter_map(|i| Some((i, panes[i].friction.as_ref()?)));
@@ -197,14 +184,14 @@ impl FrictionCertificate {
             [area[i] * work, area[i] * missing]
         });
         let [work, missing] = works.fold([0.0; 2], |sum, w| [sum[0] + w[0], sum[1] + w[1]]);
-        let bound = |i: usize, pane: &PaneFriction| match friction {
-            Some(_) => solved.solution.multiplier[i],
+        let bound = |pane: &PaneFriction| match pane.coulomb {
+            Some(coulomb) => coulomb.slip_bound,
             None => pane.semi_axes[0].max(pane.semi_axes[1]),
         };
-        let excess = with_friction().map(|(i, pane)| {
-            let g = bound(i, pane);
+        let excess = with_friction().map(|(_, pane)| {
+            let g = bound(pane);
             let scaled = match pane.coulomb {
-                Some((_, scaled)) => scaled,
+                Some(coulomb) => coulomb.scaled_stress,
                 None if g == 0.0 => pane.stress[0].hypot(pane.stress[1]),
                 None => {
                     g * (pane.stress[0] / pane.semi_axes[0])
@@ -216,7 +203,7 @@ impl FrictionCertificate {
         Self {
             friction_bound: ratio(
                 largest(excess),
-                largest(with_friction().map(|(i, pane)| bound(i, pane))),
+                largest(with_friction().map(|(_, pane)| bound(pane))),
             ),
             slip_direction: ratio(missing, work + by.works[1]),
         }

@@ -8,10 +8,10 @@ mod zones;
 pub use certificate::{Certificate, ContactCertificate, FrictionCertificate};
 pub use range::OutOfRange;
 pub use resultants::{ContactResultants, Resultants, Vector, von_mises};
-pub use zones::{PaneFriction, PaneState, Zone};
+pub use zones::{PaneCoulomb, PaneFriction, PaneState, Zone};
 
 use crate::{
-    contact::{Coupling, FrictionField, nodal_slip},
+    contact::{CoulombLaw, Coupling, FrictionField, nodal_slip},
     dual::{PrimalSystem, pane_stiffness},
     elasticity::{Loads, MaterialField, internal_forces},
     mesh::Mesh,
@@ -54,8 +54,8 @@ impl SolvedContact<'_> {
         }
     }
 
-    /// F at the slip of a solution; `None` without Coulomb's law.
-    fn friction(&self, solved: &Solved<'_>) -> Option<FrictionField> {
+    /// The law and F at the slip of a solution; `None` without Coulomb's law.
+    fn friction(&self, solved: &Solved<'_>) -> Option<(&CoulombLaw, FrictionField)> {
         let law = self.state.interface.coulomb()?;
         let slip = if law.depends_on_slip() {
             nodal_slip(
@@ -67,7 +67,7 @@ impl SolvedContact<'_> {
         } else {
             Vec::new()
         };
-        Some(FrictionField::new(law, self.state.surface, &slip))
+        Some((law, FrictionField::new(law, self.state.surface, &slip)))
     }
 }
 
@@ -98,12 +98,14 @@ impl ContactReport {
     /// # Errors
     /// A load that is not finite.
     pub fn new(solved: &Solved<'_>) -> Result<Self, Invalid> {
-        let friction = solved.contact.and_then(|contact| contact.friction(solved));
+        let friction = solved.contact.as_ref();
+        let friction = friction.and_then(|contact| contact.friction(solved));
         let stiffness = solved
             .contact
             .map_or_else(Vec::new, |contact| contact.local_stiffness(solved));
         let panes = solved.contact.map_or_else(Vec::new, |contact| {
-            zones::pane_states(solved, &contact, friction.as_ref(), &stiffness)
+            let friction = friction.as_ref().map(|(law, field)| (*law, field));
+            zones::pane_states(solved, &contact, friction, &stiffness)
         });
         let displacement = solved.system.dofs.to_nodes(&solved.solution.displacement);
         let material = MaterialField::new(solved.scene, solved.mesh);
@@ -111,11 +113,11 @@ impl ContactReport {
         let applied = Loads::of(solved.scene).nodal_forces(solved.mesh)?;
         let mut report = Self {
             resultants: Resultants::new(solved, &displacement, &applied, &internal),
-            certificate: Certificate::new(solved, friction.as_ref(), &panes, &stiffness),
+            certificate: Certificate::new(solved, &panes, &stiffness),
             von_mises: stress.iter().map(von_mises).collect(),
             stress,
             panes,
-            friction,
+            friction: friction.map(|(_, field)| field),
             displacement,
             out_of_range: None,
         };

@@ -1,18 +1,20 @@
 //! Open, sticking and slipping panes, and their contact quantities.
 
 use super::{Solved, SolvedContact};
-use crate::{contact::FrictionField, solver::Ellipse};
+use crate::{
+    contact::{CoulombLaw, FrictionField},
+    solver::Ellipse,
+};
 
 /// What a pane of the contact face does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
 pub enum Zone {
     /// No contact stress.
-    Open = 0,
+    Open,
     /// In contact, the trial stress inside its ellipse: no slip.
-    Stick = 1,
+    Stick,
     /// In contact and free to slide: the trial stress outside its ellipse, or no friction.
-    Slip = 2,
+    Slip,
 }
 
 /// Contact quantities of one pane.
@@ -38,12 +40,22 @@ pub struct PaneFriction {
     /// 1 − ‖𝓕⁻¹λ_t‖/g for the ellipse of the last inner problem: 0 on its boundary, 1 at its
     /// centre; 1 on open panes.
     pub margin: f64,
-    /// Semi-axes in Pa of the ellipse at the solution itself: λ_ν F₁(u), λ_ν F₂(u) for Coulomb's
-    /// law.
+    /// Semi-axes in Pa of the ellipse at the solution itself: g F₁(u), g F₂(u) with the slip bound g of
+    /// λ_ν for Coulomb's law.
     pub semi_axes: [f64; 2],
-    /// (F₁, F₂) of the pane at the solution and ‖𝓕⁻¹σ_t‖ in Pa, which is at most −σ_ν; `None`
-    /// with Tresca's law.
-    pub coulomb: Option<([f64; 2], f64)>,
+    /// What Coulomb's law makes of the pressure; `None` with Tresca's law.
+    pub coulomb: Option<PaneCoulomb>,
+}
+
+/// Coulomb's law on one pane at the solution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PaneCoulomb {
+    /// (F₁, F₂) of the pane.
+    pub coefficients: [f64; 2],
+    /// ‖𝓕⁻¹σ_t‖ in Pa, at most the slip bound.
+    pub scaled_stress: f64,
+    /// The slip bound g in Pa under the pressure −σ_ν.
+    pub slip_bound: f64,
 }
 
 /// Evaluates every pane.
@@ -56,7 +68,7 @@ pub struct PaneFriction {
 pub(super) fn pane_states(
     solved: &Solved<'_>,
     contact: &SolvedContact<'_>,
-    friction: Option<&FrictionField>,
+    friction: Option<(&CoulombLaw, &FrictionField)>,
     stiffness: &[f64],
 ) -> Vec<PaneState> {
     let layout = contact.coupling.layout;
@@ -77,7 +89,7 @@ pub(super) fn pane_states(
                 let step = pair(stiffness).map(|rho| rho * area);
                 let trial = [0, 1].map(|c| stress[c] + step[c] * slip[c]);
                 let sticks = level(ellipse, trial) <= 1.0;
-                let inverse = friction.map(|field| field.pane_inverse[i]);
+                let coulomb = friction.map(|(law, field)| (law, field.pane_inverse[i]));
                 let state = PaneFriction {
                     stress: stress.map(|t| 0.0 - t),
                     slip,
@@ -86,12 +98,18 @@ pub(super) fn pane_states(
                     } else {
                         1.0
                     },
-                    semi_axes: match inverse {
-                        Some(inverse) => inverse.map(|f| normal.max(0.0) / f),
+                    semi_axes: match coulomb {
+                        Some((law, inverse)) => {
+                            let slip_bound = law.slip_bound(normal.max(0.0));
+                            inverse.map(|f| slip_bound / f)
+                        }
                         None => ellipse.semi_axes,
                     },
-                    coulomb: inverse
-                        .map(|inverse| (inverse.map(f64::recip), scaled_norm(stress, inverse))),
+                    coulomb: coulomb.map(|(law, inverse)| PaneCoulomb {
+                        coefficients: inverse.map(f64::recip),
+                        scaled_stress: scaled_norm(stress, inverse),
+                        slip_bound: law.slip_bound(normal),
+                    }),
                 };
                 (state, sticks)
             });

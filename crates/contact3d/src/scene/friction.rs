@@ -112,6 +112,15 @@ impl FrictionLaw {
         }
     }
 
+    /// One coefficient or two, in a word.
+    #[must_use]
+    pub fn shape(&self) -> &'static str {
+        match self {
+            Self::Isotropic(_) => "isotropic",
+            Self::Orthotropic(_) => "orthotropic",
+        }
+    }
+
     /// Whether any coefficient depends on the solution.
     #[must_use]
     pub fn depends_on_slip(&self) -> bool {

@@ -11,7 +11,8 @@ use crate::{
 /// Where the semi-axes of the ellipses come from.
 #[derive(Clone, Copy)]
 pub(super) enum Bound<'a> {
-    /// Coulomb friction with F(u): (a, b) = g / 𝓕⁻¹(u_t(λ)) with g = max(z_ν, 0).
+    /// Coulomb friction with F(u): (a, b) = g / 𝓕⁻¹(u_t(λ)) with the law's slip bound g under the pressure
+    /// max(z_ν, 0).
     Coulomb(&'a ContactState<'a>, &'a CoulombLaw),
     /// Frozen ellipses, one inner problem of Algorithm 4.1; none in frictionless contact.
     Frozen(&'a FeasibleSet<'a>),
@@ -20,7 +21,8 @@ pub(super) enum Bound<'a> {
 /// The natural map of given steplengths, as a function of λ, of the gradient r and of the
 /// tangential displacement, which an operator adds.
 ///
-/// z = λ − ρ r; R_ν = λ_ν − max(z_ν, 0), R_t = λ_t − P_{a,b}(z_t). The zeros do not depend on ρ > 0,
+/// z = λ − ρ r; R_ν = λ_ν − max(z_ν, 0), R_t = λ_t − P_{a,b}(z_t), with Coulomb friction for the slip bound g
+/// of the pressure max(z_ν, 0). The zeros do not depend on ρ > 0,
 /// but what a small R says does: with the stiffness 1/S_ii of a pane whose neighbours follow it, a
 /// body that nearly floats has a small R in wrong zones too; with its local stiffness
 /// ([`crate::dual::LocalStiffness`]) it has not. A component whose row of S vanishes (its
@@ -58,6 +60,8 @@ pub(super) struct Evaluation {
 pub(super) struct PaneEvaluation {
     /// z_ν > 0.
     pub(super) pressed: bool,
+    /// dg/dz_ν where pressed; 0 when frozen.
+    pub(super) bound_slope: f64,
     /// A point without friction.
     pub(super) ellipse: Ellipse,
     /// z_t.
@@ -84,7 +88,7 @@ impl<'a> Conditions<'a> {
             Bound::Coulomb(contact, law) if !law.depends_on_slip() => {
                 Some(FrictionField::new(law, contact.surface, &[]).pane_inverse)
             }
-            _ => None,
+            Bound::Coulomb(..) | Bound::Frozen(_) => None,
         };
         Self {
             bound,
@@ -96,7 +100,10 @@ impl<'a> Conditions<'a> {
 
     /// Whether the ellipses move with the slip.
     pub(super) fn follows_slip(&self) -> bool {
-        matches!(self.bound, Bound::Coulomb(..)) && self.constant_inverse.is_none()
+        match self.bound {
+            Bound::Coulomb(_, law) => law.depends_on_slip(),
+            Bound::Frozen(_) => false,
+        }
     }
 
     /// R and what its derivative needs at λ in Pa with r in m³ and the signed (u_t1, u_t2) of the
@@ -117,14 +124,17 @@ impl<'a> Conditions<'a> {
         let mut residual = multiplier.to_vec();
         let mut panes = Vec::with_capacity(self.layout.n_panes());
         for i in 0..self.layout.n_panes() {
-            let slip_bound = trial[i].max(0.0);
+            let pressure = trial[i].max(0.0);
             let ellipse = match self.bound {
-                Bound::Coulomb(..) => Ellipse {
-                    semi_axes: inverse[i].map(|f| slip_bound / f),
-                },
+                Bound::Coulomb(_, law) => {
+                    let slip_bound = law.slip_bound(pressure);
+                    Ellipse {
+                        semi_axes: inverse[i].map(|f| slip_bound / f),
+                    }
+                }
                 Bound::Frozen(set) => set.ellipses.get(i).copied().unwrap_or(Ellipse::POINT),
             };
-            residual[i] -= slip_bound;
+            residual[i] -= pressure;
             let pair = self.layout.pair(&trial, i);
             if let Some(at) = self.layout.tangential(i) {
                 let projected = ellipse.project(pair);
@@ -134,6 +144,10 @@ impl<'a> Conditions<'a> {
             }
             panes.push(PaneEvaluation {
                 pressed: trial[i] > 0.0,
+                bound_slope: match self.bound {
+                    Bound::Coulomb(_, law) => law.slip_bound_slope(pressure),
+                    Bound::Frozen(_) => 0.0,
+                },
                 ellipse,
                 trial: pair,
                 inverse: inverse.get(i).copied().unwrap_or([1.0; 2]),
@@ -169,12 +183,12 @@ impl<'a> Conditions<'a> {
             .collect();
         let mut change = direction.to_vec();
         for (i, pane) in at.panes.iter().enumerate() {
-            let bound = if pane.pressed { trial[i] } else { 0.0 };
-            change[i] -= bound;
+            let pressure = if pane.pressed { trial[i] } else { 0.0 };
+            change[i] -= pressure;
             let Some([first, second]) = self.layout.tangential(i) else {
                 continue;
             };
-            let axes = self.axes_change(at, i, bound, displacement);
+            let axes = self.axes_change(at, i, pane.bound_slope * pressure, displacement);
             let derivative = pane.ellipse.projection_derivative(pane.trial);
             for k in 0..2 {
                 let by_point = derivative.by_point[k];

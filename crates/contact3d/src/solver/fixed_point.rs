@@ -111,7 +111,8 @@ pub fn successive_approximations(
     }
     for k in solution.history.len()..settings.max_outer_steps {
         if moved {
-            state.slip_bound = contact.layout().split(&solution.multiplier).0.to_vec();
+            let (normal, _) = contact.layout().split(&solution.multiplier);
+            state.slip_bound = normal.iter().map(|l| law.slip_bound(*l)).collect();
             if let Some(slip) = &solution.slip {
                 state.friction = FrictionField::new(law, contact.surface, slip);
             }

@@ -25,7 +25,7 @@ pub struct MappingValue {
     pub evaluations: usize,
 }
 
-/// Evaluates Ψ once: freezes g = λ_ν and 𝓕 = 𝓕(u_t(λ)) and solves that problem to rounding.
+/// Evaluates Ψ once: freezes g, the slip bound of λ_ν, and 𝓕 = 𝓕(u_t(λ)) and solves that problem to rounding.
 ///
 /// A multiplier is a solution of the contact problem with Coulomb friction and F(u) exactly when
 /// it is a fixed point, so a small change certifies the answer of any other method.
@@ -91,7 +91,7 @@ pub(super) fn slip_of(dual: &ExplicitDual, multiplier: &[f64]) -> Vec<[f64; 2]> 
     displacement.iter().map(|u| u.map(f64::abs)).collect()
 }
 
-/// The state of friction that a multiplier itself makes: g = λ_ν and 𝓕 = 𝓕(u_t(λ)).
+/// The state of friction that a multiplier itself makes: the slip bound g of λ_ν and 𝓕 = 𝓕(u_t(λ)).
 #[must_use]
 pub fn coulomb_state(
     dual: &ExplicitDual,
@@ -101,7 +101,7 @@ pub fn coulomb_state(
 ) -> CoulombState {
     let (normal, _) = dual.layout.split(multiplier);
     CoulombState {
-        slip_bound: normal.iter().map(|l| l.max(0.0)).collect(),
+        slip_bound: normal.iter().map(|l| law.slip_bound(l.max(0.0))).collect(),
         friction: FrictionField::new(law, contact.surface, &slip_of(dual, multiplier)),
     }
 }

@@ -37,7 +37,7 @@ struct PairRows {
     unknowns: [usize; 2],
     /// ∂P/∂z.
     by_point: [[f64; 2]; 2],
-    /// ∂P/∂g along (a, b) = g / 𝓕⁻¹.
+    /// ∂P/∂z_ν along (a, b) = g / 𝓕⁻¹ with the slip bound g of the pressure z_ν.
     by_bound: [f64; 2],
     /// −∂P/∂𝓕⁻¹; `None` when 𝓕 does not move with λ.
     by_inverse: Option<[[f64; 2]; 2]>,
@@ -111,19 +111,16 @@ impl<'a> NewtonSystem<'a> {
             }
             let derivative = pane.ellipse.projection_derivative(pane.trial);
             let by_axes = derivative.by_semi_axes;
-            let coulomb = matches!(map.conditions.bound, Bound::Coulomb(..));
-            let moving =
-                coulomb && !evaluation.inverse_slope.is_empty() && by_axes != [[0.0; 2]; 2];
+            let moving = !evaluation.inverse_slope.is_empty() && by_axes != [[0.0; 2]; 2];
             at.pair = Some(PairRows {
                 row: free.len(),
                 unknowns: pair,
                 by_point: derivative.by_point,
-                by_bound: by_axes.map(|row| {
-                    if coulomb {
-                        row[0] / pane.inverse[0] + row[1] / pane.inverse[1]
-                    } else {
-                        0.0
+                by_bound: by_axes.map(|row| match map.conditions.bound {
+                    Bound::Coulomb(..) => {
+                        (row[0] / pane.inverse[0] + row[1] / pane.inverse[1]) * pane.bound_slope
                     }
+                    Bound::Frozen(_) => 0.0,
                 }),
                 by_inverse: moving.then(|| {
                     by_axes.map(|row| {

@@ -10,7 +10,7 @@ impl NaturalMap<'_> {
     /// minimum max(λ_ν − r_ν/S_νν, 0), then the pair makes one projected step of length 1/trace of
     /// its 2 × 2 block, and r = S λ − h follows at once.
     ///
-    /// With Coulomb friction the ellipse has g = λ_ν, the value just found, and 𝓕 changes between
+    /// With Coulomb friction the ellipse has the g of λ_ν, the value just found, and 𝓕 changes between
     /// sweeps. With frozen ellipses every move decreases the energy. A sweep costs as much as one
     /// application of S.
     pub(super) fn relax(&self, multiplier: &mut [f64], sweeps: usize) {
@@ -56,9 +56,12 @@ impl NaturalMap<'_> {
         if trace > 0.0 {
             let ellipse = match (&self.conditions.bound, inverse) {
                 (Bound::Frozen(set), _) => set.ellipses[pane],
-                (Bound::Coulomb(..), inverse) => Ellipse {
-                    semi_axes: inverse.map_or([0.0; 2], |f| f.map(|f| multiplier[pane] / f)),
-                },
+                (Bound::Coulomb(_, law), inverse) => {
+                    let slip_bound = law.slip_bound(multiplier[pane]);
+                    Ellipse {
+                        semi_axes: inverse.map_or([0.0; 2], |f| f.map(|f| slip_bound / f)),
+                    }
+                }
             };
             let trial = at.map(|j| multiplier[j] - gradient[j] / trace);
             let next = ellipse.project(trial);

@@ -73,10 +73,13 @@ impl<'a> Search<'a> {
                 Way::Eased,
             ]
         };
-        let coulomb = matches!(self.bound, Bound::Coulomb(..));
+        let eased = match self.bound {
+            Bound::Coulomb(..) => true,
+            Bound::Frozen(_) => false,
+        };
         let warm = warm.filter(|_| mobile).into_iter();
         warm.chain(ways)
-            .filter(|way| coulomb || *way != Way::Eased)
+            .filter(|way| eased || *way != Way::Eased)
             .collect()
     }
 

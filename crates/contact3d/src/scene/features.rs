@@ -1,0 +1,182 @@
+//! The model features that a scene calls for.
+
+use super::{Contact, FrictionLaw, Material, MultiplierSpace, Quantity, Scene};
+
+/// What a scene calls for. The laws of the contact face ([`crate::contact::Interface`]) are made from
+/// it and from nothing else: what is absent here has no unknowns, no datasets and no evaluations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelFeatures {
+    /// What happens on Γ_c.
+    pub contact: ContactModel,
+    /// A body force f.
+    pub body_force: bool,
+    /// Parts of the body with a material of their own.
+    pub regions: usize,
+    /// Any material that is not isotropic.
+    pub anisotropy: bool,
+}
+
+/// What happens on Γ_c.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ContactModel {
+    /// No contact face: the elastic problem alone.
+    Absent,
+    /// A contact face.
+    Present(Box<ContactFeatures>),
+}
+
+/// What a contact face has.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactFeatures {
+    /// The law of tangential stresses.
+    pub friction: FrictionModel,
+    /// An initial gap d in m; `None` for none.
+    pub gap: Option<Quantity>,
+    /// Whether the frame (t₁, t₂) turns from place to place.
+    pub turning_frame: bool,
+    /// The space of the contact stresses.
+    pub space: MultiplierSpace,
+}
+
+/// The law of tangential stresses.
+#[derive(Debug, Clone, PartialEq)]
+pub enum FrictionModel {
+    /// None: m normal multipliers and no tangential ones.
+    Frictionless,
+    /// A given slip bound g, ‖F⁻¹σ_t‖ ≤ g: one minimisation.
+    Tresca {
+        /// g in Pa.
+        slip_bound: Quantity,
+        /// F, which is constant.
+        coefficients: FrictionLaw,
+    },
+    /// A slip bound that is the pressure itself, ‖F⁻¹σ_t‖ ≤ −σ_ν.
+    Coulomb {
+        /// F, which may follow the slip.
+        coefficients: FrictionLaw,
+    },
+}
+
+impl ModelFeatures {
+    /// Decides what a validated scene calls for.
+    #[must_use]
+    pub fn of(scene: &Scene) -> Self {
+        let regions = scene.regions.iter().map(|region| &region.material);
+        let mut materials = regions.chain([&scene.material]);
+        Self {
+            contact: match &scene.contact {
+                None => ContactModel::Absent,
+                Some(contact) => {
+                    ContactModel::Present(Box::new(ContactFeatures::new(contact, scene)))
+                }
+            },
+            body_force: scene.body_force.is_some(),
+            regions: scene.regions.len(),
+            anisotropy: materials.any(|material| match material {
+                Material::Isotropic(_) => false,
+                Material::Orthotropic(_) | Material::Voigt(_) => true,
+            }),
+        }
+    }
+
+    /// The features of the contact face; `None` without contact.
+    #[must_use]
+    pub fn contact(&self) -> Option<&ContactFeatures> {
+        match &self.contact {
+            ContactModel::Absent => None,
+            ContactModel::Present(features) => Some(features),
+        }
+    }
+
+    /// The law of tangential stresses; `None` without contact.
+    #[must_use]
+    pub fn friction(&self) -> Option<&FrictionModel> {
+        self.contact().map(|features| &features.friction)
+    }
+}
+
+impl ContactFeatures {
+    fn new(contact: &Contact, scene: &Scene) -> Self {
+        let varies = |quantity: &Quantity| quantity.constant().is_none();
+        Self {
+            friction: FrictionModel::new(scene),
+            gap: (contact.gap != Quantity::Constant(0.0)).then(|| contact.gap.clone()),
+            turning_frame: contact.axis_1.iter().flatten().any(varies)
+                || contact.angle.as_ref().is_some_and(varies),
+            space: contact.multipliers,
+        }
+    }
+}
+
+impl FrictionModel {
+    fn new(scene: &Scene) -> Self {
+        let given = scene.friction.as_ref();
+        let Some((friction, coefficients)) = given.and_then(|f| Some((f, f.law()?))) else {
+            return Self::Frictionless;
+        };
+        match friction.slip_bound.clone() {
+            Some(slip_bound) => Self::Tresca {
+                slip_bound,
+                coefficients,
+            },
+            None => Self::Coulomb { coefficients },
+        }
+    }
+
+    /// The name of the law; `None` without friction.
+    #[must_use]
+    pub fn name(&self) -> Option<&'static str> {
+        match self {
+            Self::Frictionless => None,
+            Self::Tresca { .. } => Some("Tresca"),
+            Self::Coulomb { .. } => Some("Coulomb"),
+        }
+    }
+
+    /// The condition of the law where it is not Coulomb's own, for a person; `None` where it is, and
+    /// without friction.
+    #[must_use]
+    pub fn condition(&self) -> Option<&'static str> {
+        match self {
+            Self::Frictionless | Self::Coulomb { .. } => None,
+            Self::Tresca { .. } => Some("with a given slip bound: |F^-1 sigma_t| <= g"),
+        }
+    }
+
+    /// The law as programs see it.
+    #[must_use]
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Frictionless => "frictionless",
+            Self::Tresca { .. } => "tresca",
+            Self::Coulomb { coefficients } => coefficients.shape(),
+        }
+    }
+
+    /// F; `None` without friction.
+    #[must_use]
+    pub fn coefficients(&self) -> Option<&FrictionLaw> {
+        match self {
+            Self::Frictionless => None,
+            Self::Tresca { coefficients, .. } | Self::Coulomb { coefficients } => {
+                Some(coefficients)
+            }
+        }
+    }
+
+    /// The stress that the scene gives the law, with its name; `None` for laws without one.
+    #[must_use]
+    pub fn given_stress(&self) -> Option<(&'static str, &Quantity)> {
+        match self {
+            Self::Frictionless | Self::Coulomb { .. } => None,
+            Self::Tresca { slip_bound, .. } => Some(("slip bound g", slip_bound)),
+        }
+    }
+
+    /// Whether the coefficients follow the slip.
+    #[must_use]
+    pub fn follows_slip(&self) -> bool {
+        self.coefficients()
+            .is_some_and(FrictionLaw::depends_on_slip)
+    }
+}
