@@ -30,7 +30,7 @@ pub(super) fn text(study: &LawStudy) -> String {
     }
     if let Some((name, stress)) = model.as_ref().and_then(FrictionModel::given_stress) {
         let name = format!("{name} [{}]", units.stress());
-        line(&name, &quantity_words(stress));
+        line(&name, &quantity_words(&stress));
     }
     let (Some(bounds), Some(sizes)) = (&study.bounds, study.sizes()) else {
         return text;

@@ -4,9 +4,10 @@ use units::Unit;
 
 use super::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
 use super::chart::{draw_axes, draw_panes, typical_pane_size};
+use super::friction_labels::FrictionKind;
 use super::layout::{KeySide, LABEL_SIZE, Layout, PANEL_WIDTH, TICK_SIZE};
 use super::panes::PaneShape;
-use super::picture::{FrictionKind, PaneFriction, Zone};
+use super::picture::{PaneFriction, Zone};
 use super::scale::round_down;
 use super::text::Label;
 

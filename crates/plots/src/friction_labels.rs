@@ -1,10 +1,18 @@
-//! What the panels of friction say, for Coulomb's and for Tresca's law.
+//! The laws whose ellipses are drawn, and what the panels of friction say of each.
 
 use units::{Dimension, Unit, Units};
 
-use super::picture::FrictionKind;
 use super::scale::UnitScale;
 use super::text::Label;
+
+/// The law whose ellipses are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrictionKind {
+    /// Coulomb's law: stresses are drawn over the pressure λ_ν.
+    Coulomb,
+    /// Tresca's law: stresses are drawn as they are.
+    Tresca,
+}
 
 impl FrictionKind {
     /// Unit of semi-axes and of the stress in an ellipse.

@@ -34,9 +34,10 @@ mod text;
 mod vector;
 mod view;
 
+pub use friction_labels::FrictionKind;
 pub use law::{LawPicture, OverSlip, SlipCurve, SlipMap, SlipRange, law_page};
 pub use line_chart::{Axis as ChartAxis, AxisScale, ChartPoint, LineChart, Series};
-pub use picture::{ContactPicture, FigureError, FrictionKind, PaneFriction, Zone};
+pub use picture::{ContactPicture, FigureError, PaneFriction, Zone};
 pub use raster::rasterise;
 
 use canvas::{Anchor, Canvas};

@@ -3,6 +3,8 @@
 use thiserror::Error;
 use units::Units;
 
+use super::friction_labels::FrictionKind;
+
 /// Contact state of a pane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Zone {
@@ -14,15 +16,6 @@ pub enum Zone {
     Slip,
 }
 
-/// The law whose ellipses are drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FrictionKind {
-    /// Coulomb's law: stresses are drawn over the pressure λ_ν.
-    Coulomb,
-    /// Tresca's law: stresses are drawn as they are.
-    Tresca,
-}
-
 /// Friction on one pane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PaneFriction {
@@ -30,8 +23,8 @@ pub struct PaneFriction {
     pub scaled_tangential: f64,
     /// F₁, F₂ (HKL §2) of Coulomb's law, g F₁, g F₂ \[Pa\] of Tresca's.
     pub semi_axes: [f64; 2],
-    /// Tangential contact stress along t₁ and t₂, divided by λ_ν = −σ_ν with Coulomb's law, \[Pa\]
-    /// with Tresca's.
+    /// Tangential contact stress along t₁ and t₂, divided by the slip bound with Coulomb's law, \[Pa\] with
+    /// Tresca's.
     pub stress: [f64; 2],
     /// Angle of the pane's own t₁ from `axis_1` of the picture towards its `axis_2`, in radians; 0
     /// where the frame does not turn.

@@ -1,7 +1,8 @@
 //! The same problem in other units.
 
 use crate::scene::{
-    Body, Invalid, LAW_VARIABLES, Material, POSITION, Part, Quantity, Scene, replace_names,
+    Body, Friction, Invalid, LAW_VARIABLES, Material, POSITION, Part, Quantity, Scene,
+    replace_names,
 };
 
 /// Factors by which numbers change when units do. All three are free: linear elasticity scales with
@@ -45,17 +46,18 @@ impl Scaling {
             }
         }
         if let Some(friction) = &mut scaled.friction {
-            if let Some(bound) = &mut friction.slip_bound {
+            // Every key by name, so that a new one is not forgotten.
+            let Friction {
+                slip_bound,
+                coefficient,
+                coefficient_1,
+                coefficient_2,
+            } = friction;
+            if let Some(bound) = slip_bound {
                 *bound = self.quantity(bound, self.stress)?;
             }
-            for coefficient in [
-                &mut friction.coefficient,
-                &mut friction.coefficient_1,
-                &mut friction.coefficient_2,
-            ]
-            .into_iter()
-            .flatten()
-            {
+            let coefficients = [coefficient, coefficient_1, coefficient_2];
+            for coefficient in coefficients.into_iter().flatten() {
                 *coefficient = self.coefficient(coefficient)?;
             }
         }

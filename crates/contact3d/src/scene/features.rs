@@ -166,10 +166,10 @@ impl FrictionModel {
 
     /// The stress that the scene gives the law, with its name; `None` for laws without one.
     #[must_use]
-    pub fn given_stress(&self) -> Option<(&'static str, &Quantity)> {
+    pub fn given_stress(&self) -> Option<(&'static str, Quantity)> {
         match self {
             Self::Frictionless | Self::Coulomb { .. } => None,
-            Self::Tresca { slip_bound, .. } => Some(("slip bound g", slip_bound)),
+            Self::Tresca { slip_bound, .. } => Some(("slip bound g", slip_bound.clone())),
         }
     }
 
