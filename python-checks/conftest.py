@@ -19,13 +19,18 @@ from run_file import open_run
 ROOT = Path(__file__).resolve().parent.parent
 SCENE = ROOT / "pipelines" / "hkl2011_table1.toml"
 
-# Names of the solved cases and the changes they make to the published scene. The third
+# Names of the solved cases and the changes they make to the published scene. The last
 # turns on everything that the published one leaves at zero: a gap, friction axes that
 # are not the global ones, clamps of single components and of a single node, another number
 # of layers.
 CASES = {
     "n_div=4 tight": ["body.brick.cells=[12,4,4]", "solve.epsilon=1e-8"],
     "n_div=6": ["body.brick.cells=[18,6,6]", "solve.epsilon=1e-4"],
+    "capped": [
+        "body.brick.cells=[12,4,4]",
+        "friction.pressure_cap=1e7",
+        "solve.epsilon=1e-7",
+    ],
     "turned axes and gap": [
         "body.brick.size=[2.0,1.0,1.5]",
         "body.brick.cells=[6,6,5]",

@@ -85,6 +85,10 @@ class RawProblem:
         """Tangential multipliers, [m, 2]."""
         return self.multiplier[self.n_panes :].reshape(-1, 2)
 
+    def slip_bound(self, normal: np.ndarray) -> np.ndarray:
+        """The slip bound under normal multipliers: these, or no more than the law's cap."""
+        return np.minimum(normal, self.scene["friction"].get("pressure_cap", np.inf))
+
     @property
     def free_displacement(self) -> np.ndarray:
         """Displacement over the free degrees of freedom."""

@@ -47,7 +47,7 @@ def successive_approximations(problem, epsilon: float) -> tuple[np.ndarray, list
     changes = [np.inf]
     while changes[-1] > epsilon and len(changes) < 100:
         previous = multiplier
-        slip_bound = np.maximum(previous[: problem.n_panes], 0)
+        slip_bound = problem.slip_bound(np.maximum(previous[: problem.n_panes], 0))
         inverse = problem.friction_inverse(problem.nodal_friction(slip))
         multiplier = solve_inner(problem, slip_bound, inverse)
         slip = problem.slip(problem.displacement_of(multiplier))

@@ -30,6 +30,9 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--program", type=Path, help="target/release/contact3d-pipe")
     parser.add_argument("--kind", type=Kind, choices=list(Kind), help="one kind only")
+    parser.add_argument(
+        "--capped", action="store_true", help="friction capped at a random pressure"
+    )
     parser.add_argument("--epsilon", type=float, nargs="*", default=EPSILONS)
     parser.add_argument(
         "--methods", type=float, metavar="EPS", help="other methods too, at EPS"
@@ -55,6 +58,8 @@ def again(chosen: argparse.Namespace, judged: Judged) -> str:
     command = f"python3 python-checks/trust --seed {chosen.seed}"
     if chosen.kind:
         command += f" --kind {chosen.kind}"
+    if chosen.capped:
+        command += " --capped"
     number = judged.scene.number
     return f"{command} --first {number} --scenes 1; {command} --write {number} ."
 
@@ -85,12 +90,13 @@ def main() -> int:
     chosen = arguments()
     if chosen.write:
         number, folder = int(chosen.write[0]), Path(chosen.write[1])
-        one = scene(chosen.seed, number, chosen.kind)
+        one = scene(chosen.seed, number, chosen.kind, chosen.capped)
         folder.mkdir(parents=True, exist_ok=True)
         (folder / f"{one.name}.toml").write_text(one.text)
         return 0
     numbers = range(chosen.first, chosen.first + chosen.scenes)
-    judged = judge_all(chosen, [scene(chosen.seed, n, chosen.kind) for n in numbers])
+    scenes = [scene(chosen.seed, n, chosen.kind, chosen.capped) for n in numbers]
+    judged = judge_all(chosen, scenes)
     print(table(judged))
     more = [methods_table(judged)]
     if not chosen.markdown:

@@ -2,7 +2,7 @@
 
 Multipliers are the m normal ones, then m pairs. With r = S lambda - h and u_t = -r_t:
 open panes have lambda = 0 and r_nu >= 0; pressed ones r_nu = 0, and either stick, r_t = 0 inside the
-ellipse |f lambda_t| <= lambda_nu (f the pane's mean of 1/F), or slip with lambda_t on the ellipse and u_t
+ellipse |f lambda_t| <= g (f the pane's mean of 1/F, g = lambda_nu or no more than the law's cap), or slip with lambda_t on the ellipse and u_t
 along its outer normal.
 """
 
@@ -107,7 +107,8 @@ class Problem:
         is_open, sticks, slides = (
             zones == zone for zone in (Zone.OPEN, Zone.STICK, Zone.SLIP)
         )
-        excess = (((f * pairs) * (f * pairs)).sum() - normal * normal).hi / size**2
+        g = self.law.bound(normal)[0]
+        excess = (((f * pairs) * (f * pairs)).sum() - g * g).hi / size**2
         outer = f * f * pairs
         turn = (slip[:, 0] * outer[:, 1] - slip[:, 1] * outer[:, 0]).hi
         along = (slip * outer).sum().hi

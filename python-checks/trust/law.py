@@ -46,22 +46,32 @@ class Law:
 
     pair: tuple[Coefficient, Coefficient]
     isotropic: bool
+    cap: float = np.inf
+    """The pressure above which the slip bound grows no further."""
 
     @classmethod
     def of(cls, scene: dict) -> "Law":
         """The law of a scene."""
         friction = scene["friction"]
+        cap = float(friction.get("pressure_cap", np.inf))
         if "coefficient" in friction:
             one = Coefficient.of(friction["coefficient"])
-            return cls((one, one), isotropic=True)
+            return cls((one, one), True, cap)
         names = ("coefficient_1", "coefficient_2")
         pair = tuple(Coefficient.of(friction[name]) for name in names)
-        return cls(pair, isotropic=False)
+        return cls(pair, False, cap)
 
     @property
     def follows_slip(self) -> bool:
         """Whether a coefficient depends on the solution."""
         return any(coefficient.follows_slip for coefficient in self.pair)
+
+    def bound(self, pressure: DD) -> tuple[DD, np.ndarray]:
+        """The slip bound under pressures, and its derivative."""
+        over = (pressure - self.cap).hi >= 0.0 if np.isfinite(self.cap) else False
+        over = np.broadcast_to(over, pressure.shape)
+        capped = DD.of(np.where(over, self.cap, 0.0))
+        return capped.where(over, pressure), np.where(over, 0.0, 1.0)
 
     def inverse(self, tangential: DD) -> tuple[DD, np.ndarray]:
         """1/F_k, [nodes, 2], and d(1/F_k)/du_l, [nodes, 2, 2], at tangential displacements."""

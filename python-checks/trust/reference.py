@@ -44,6 +44,7 @@ class State:
     friction: np.ndarray
     friction_slope: np.ndarray | None
     bound: np.ndarray
+    bound_slope: np.ndarray
 
     @property
     def norm(self) -> float:
@@ -63,11 +64,18 @@ def natural_map(problem: Problem, multiplier: np.ndarray, rho: np.ndarray) -> St
     exact = DD.of(multiplier)
     trial = multiplier - rho * problem.gradient(exact).hi
     friction, slope = problem.friction(exact)
-    bound = np.maximum(trial[:m], 0.0)
-    projection = project(trial[m:].reshape(m, 2), bound[:, None] / friction.hi)
-    image = np.concatenate([bound, projection.point.ravel()])
+    pressure = np.maximum(trial[:m], 0.0)
+    bound, bound_slope = problem.law.bound(DD.of(pressure))
+    projection = project(trial[m:].reshape(m, 2), bound.hi[:, None] / friction.hi)
+    image = np.concatenate([pressure, projection.point.ravel()])
     return State(
-        multiplier - image, trial[:m] > 0.0, projection, friction.hi, slope, bound
+        multiplier - image,
+        trial[:m] > 0.0,
+        projection,
+        friction.hi,
+        slope,
+        bound.hi,
+        bound_slope,
     )
 
 
@@ -77,7 +85,8 @@ def jacobian(problem: Problem, state: State, rho: np.ndarray) -> np.ndarray:
     by_trial = np.eye(n) - rho[:, None] * problem.exact.operator.hi
     image = np.zeros((n, n))
     image[:m] = np.where(state.pressed[:, None], by_trial[:m], 0.0)
-    axes = image[:m, None, :] / state.friction[:, :, None]
+    bound = state.bound_slope[:, None] * image[:m]
+    axes = bound[:, None, :] / state.friction[:, :, None]
     if state.friction_slope is not None:
         share = state.bound[:, None] / state.friction**2
         axes = axes - share[:, :, None] * state.friction_slope
@@ -148,14 +157,15 @@ def zone_equations(
         normal, pair, f = at[slides], at[rows], friction[slides]
         u = -(r * k)[rows]
         outer = f * f * pair
-        on = (f * f * pair * pair).sum() - normal * normal
+        g, g_slope = problem.law.bound(normal)
+        on = (f * f * pair * pair).sum() - g * g
         turn = u[:, 0] * outer[:, 1] - u[:, 1] * outer[:, 0]
         identity = np.eye(n)
         u_by, pair_by = -matrix[rows], identity[rows]
         square = f.hi**2
         outer_by = square[:, :, None] * pair_by
         on_by = 2.0 * np.einsum("ik,ikj->ij", outer.hi, pair_by)
-        on_by -= 2.0 * normal.hi[:, None] * identity[slides]
+        on_by -= 2.0 * (g.hi * g_slope)[:, None] * identity[slides]
         if slope is not None:
             f_by = slope[slides]
             outer_by = outer_by + (2.0 * f.hi * pair.hi)[:, :, None] * f_by
@@ -269,10 +279,11 @@ class Reference:
         """The relative error of multipliers if a solution is the true one.
 
         Area-weighted; tangential errors relative to the larger of the tangential stresses and of
-        the larger coefficient times the normal ones.
+        the larger coefficient times the slip bound.
         """
         m, area = self.problem.m, self.problem.exact.area
         true = solution.multiplier
+        strength = self.problem.law.bound(true[:m])[0].hi
         wrong = (true - multiplier).hi
         value, f = true.hi, self.problem.friction(true)[0].hi
 
@@ -282,7 +293,7 @@ class Reference:
         def pairs(vector: np.ndarray) -> float:
             return size(np.hypot(*vector[m:].reshape(m, 2).T))
 
-        scales = size(value[:m]), max(pairs(value), size(value[:m] / f.min(axis=1)))
+        scales = size(value[:m]), max(pairs(value), size(strength / f.min(axis=1)))
         errors = size(wrong[:m]), pairs(wrong)
         if scales[0] == 0.0:
             return 0.0 if errors == (0.0, 0.0) else np.inf

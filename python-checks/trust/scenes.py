@@ -45,6 +45,8 @@ class Body:
     """A displacement in m that the loads could cause, the measure of gaps and slips."""
     friction: float = 0.3
     """The first coefficient of friction."""
+    pressure: float = 0.0
+    """A pressure in Pa that the loads could cause, the measure of caps."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +65,13 @@ class Scene:
         return f"{self.number:04d}_{self.kind}_{space}"
 
 
-def scene(seed: int, number: int, kind: Kind | None = None) -> Scene:
-    """Scene `number` of a seed; kinds take turns unless one is given."""
+def scene(
+    seed: int, number: int, kind: Kind | None = None, capped: bool = False
+) -> Scene:
+    """Scene `number` of a seed; kinds take turns unless one is given.
+
+    With `capped` the same scene with a cap of the pressure that friction follows.
+    """
     kinds = list(Kind)
     turn = number if kind else number // len(kinds)
     kind = kind or kinds[number % len(kinds)]
@@ -72,6 +79,10 @@ def scene(seed: int, number: int, kind: Kind | None = None) -> Scene:
     dice = random.Random(f"{seed} {kind} {number}")
     body = BODIES[kind](dice, nodal)
     friction = friction_lines(dice, body)
+    if capped:
+        # Dice of its own, so that all else is the scene without a cap.
+        cap = log_uniform(random.Random(f"cap {seed} {kind} {number}"), 0.03, 3.0)
+        friction.append(f"pressure_cap = {cap * body.pressure!r}")
     text = scene_text(dice, body, friction, nodal, f"{kind} {number} of seed {seed}")
     return Scene(number, kind, nodal, text)
 
@@ -127,6 +138,7 @@ def soft_springs(dice: random.Random, nodal: bool) -> Body:
     # From firmly held to sliding as a whole; in between the block sticks here and slides there.
     body.force = sideways(dice, 1e5, (0.1 * body.friction, 1.3 * body.friction))
     body.travel = 1e5 * size[2] ** 2 / body.young
+    body.pressure = 1e5 * size[2]
     return body
 
 
@@ -145,6 +157,7 @@ def weight_only(dice: random.Random, nodal: bool) -> Body:
     push = [dice.uniform(-0.3, 0.3) * pressure for _ in range(3)]
     body.tractions.append((face, [float(f"{v:.4g}") for v in push]))
     body.travel = pressure * size[2] / body.young
+    body.pressure = pressure
     body.friction = uniform(dice, 0.05, 0.8)
     return body
 
@@ -168,6 +181,7 @@ def slender(dice: random.Random, nodal: bool) -> Body:
         push = [dice.uniform(-1.0, 1.0) * pressure for _ in range(3)]
         body.tractions.append(("x_max", [float(f"{v:.4g}") for v in push]))
     body.travel = pressure * thick / body.young
+    body.pressure = pressure
     body.friction = uniform(dice, 0.05, 0.8)
     return body
 
@@ -188,6 +202,7 @@ def far_clamps(dice: random.Random, nodal: bool) -> Body:
             (dice.choice(("x_max", "y_min")), [float(f"{v:.4g}") for v in push])
         )
     body.travel = pressure / body.young * 0.1
+    body.pressure = pressure
     body.friction = uniform(dice, 0.05, 0.8)
     return body
 
@@ -213,6 +228,7 @@ def contrasts(dice: random.Random, nodal: bool) -> Body:
     else:
         body.tractions.append(("z_max", sideways(dice, pressure, (0.0, 0.5))))
     body.travel = pressure * size[2] / body.young
+    body.pressure = pressure
     body.friction = uniform(dice, 0.05, 0.8)
     return body
 
@@ -231,6 +247,7 @@ def weak_friction(dice: random.Random, nodal: bool) -> Body:
     side = "x_max" if clamp == "x_min" else "y_min"
     body.tractions.append((side, [float(f"{v:.4g}") for v in push]))
     body.travel = pressure * size[2] / body.young
+    body.pressure = pressure
     body.friction = log_uniform(dice, 1e-6, 1e-2)
     return body
 

@@ -125,6 +125,7 @@ fn kind(model: &FrictionModel) -> Option<FrictionKind> {
         FrictionModel::Frictionless => None,
         FrictionModel::Tresca { .. } => Some(FrictionKind::Tresca),
         FrictionModel::Coulomb { .. } => Some(FrictionKind::Coulomb),
+        FrictionModel::CappedCoulomb { .. } => Some(FrictionKind::CappedCoulomb),
     }
 }
 

@@ -173,3 +173,25 @@ fn a_law_that_is_not_positive_at_rest_is_refused_before_anything_is_stored() {
     }
     assert!(!program.path("run.h5").exists() && !program.path("scene-law").exists());
 }
+
+/// The cap bounds the slip bound, not F: the law's bounds are those of the law without it.
+#[test]
+fn a_capped_law_names_its_cap() {
+    let program = Program::new();
+    let coefficient = "[friction]\ncoefficient.constant = 0.3\n";
+    scene_with(&program, &format!("{coefficient}pressure_cap = 15e6"));
+    let text = law(&program, &[]);
+    for fragment in ["capped Coulomb", "min(-sigma_nu, p_cap)", "pressure cap [Pa]"] {
+        assert!(text.contains(fragment), "{fragment}: {text}");
+    }
+    let json = |program: &Program| -> Value {
+        serde_json::from_str(&law(program, &["--json"])).unwrap()
+    };
+    let capped = json(&program);
+    assert_eq!(capped["law"], "capped");
+    scene_with(&program, coefficient);
+    let uncapped = json(&program);
+    assert_eq!(uncapped["law"], "isotropic");
+    assert_eq!(capped["bounds"], uncapped["bounds"]);
+    assert!(capped["bounds"]["f_max"]["value"].is_number());
+}

@@ -6,6 +6,7 @@ mod support;
 
 mod absence;
 mod bodies;
+mod capped;
 mod contact_frame;
 mod datasets;
 mod friction;

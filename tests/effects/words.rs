@@ -125,6 +125,11 @@ fn laws_and_spaces_are_named() {
             "24 tangential multipliers (isotropic Coulomb)",
         ),
         (
+            "",
+            "coefficient.constant = 0.3\npressure_cap = 1e7",
+            "24 tangential multipliers (isotropic capped Coulomb)",
+        ),
+        (
             "multipliers = 'nodal'",
             "slip_bound = 1e6",
             "60 normal multipliers (nodes)",

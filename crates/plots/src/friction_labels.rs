@@ -10,6 +10,8 @@ use super::text::Label;
 pub enum FrictionKind {
     /// Coulomb's law: stresses are drawn over the pressure λ_ν.
     Coulomb,
+    /// Coulomb's law up to a pressure: stresses are drawn over the slip bound g = min(λ_ν, p_cap).
+    CappedCoulomb,
     /// Tresca's law: stresses are drawn as they are.
     Tresca,
 }
@@ -18,7 +20,7 @@ impl FrictionKind {
     /// Unit of semi-axes and of the stress in an ellipse.
     pub(super) fn unit(self, units: Units) -> Unit {
         match self {
-            Self::Coulomb => Unit::none(),
+            Self::Coulomb | Self::CappedCoulomb => Unit::none(),
             Self::Tresca => units.of(Dimension::STRESS),
         }
     }
@@ -26,7 +28,7 @@ impl FrictionKind {
     /// Unit of the scaled tangential stress.
     pub(super) fn scaled_unit(self, units: Units) -> Unit {
         match self {
-            Self::Coulomb => units.of(Dimension::STRESS),
+            Self::Coulomb | Self::CappedCoulomb => units.of(Dimension::STRESS),
             Self::Tresca => Unit::none(),
         }
     }
@@ -39,7 +41,7 @@ impl FrictionKind {
     /// ‖F⁻¹σ_t‖; of Tresca's law ‖(g F)⁻¹σ_t‖.
     pub(super) fn scaled_symbol(self) -> Label {
         let matrix = match self {
-            Self::Coulomb => Label::plain("‖").italic("F"),
+            Self::Coulomb | Self::CappedCoulomb => Label::plain("‖").italic("F"),
             Self::Tresca => Label::plain("‖(").italic("gF").upright(")"),
         };
         let stress = matrix.superscript("−1").italic("σ").subscript("t");
@@ -49,7 +51,7 @@ impl FrictionKind {
     /// Title of the panel of the scaled tangential stress, without its symbol.
     pub(super) fn scaled_title(self) -> &'static str {
         match self {
-            Self::Coulomb => "(b) Scaled tangential contact stress ",
+            Self::Coulomb | Self::CappedCoulomb => "(b) Scaled tangential contact stress ",
             Self::Tresca => "(b) Tangential contact stress over its bound ",
         }
     }
@@ -57,7 +59,7 @@ impl FrictionKind {
     /// Title of a map of semi-axes, without its symbol.
     pub(super) fn semi_axis_title(self) -> &'static str {
         match self {
-            Self::Coulomb => "Coefficient of friction ",
+            Self::Coulomb | Self::CappedCoulomb => "Coefficient of friction ",
             Self::Tresca => "Bound of the tangential stress ",
         }
     }
@@ -68,11 +70,12 @@ impl FrictionKind {
         first.upright(", ").then(&self.semi_axis_symbol(1))
     }
 
-    /// The legend's words for the line in an ellipse: σ_t/λ_ν; of Tresca's law σ_t.
+    /// The legend's words for the line in an ellipse: σ_t/λ_ν, with a cap σ_t/g; of Tresca's law σ_t.
     pub(super) fn stress_label(self) -> Label {
         let stress = Label::default().italic("σ").subscript("t");
         match self {
             Self::Coulomb => stress.upright("/").italic("λ").subscript("ν"),
+            Self::CappedCoulomb => stress.upright("/").italic("g"),
             Self::Tresca => stress,
         }
     }
@@ -91,6 +94,9 @@ impl FrictionKind {
             Self::Coulomb => {
                 format!("F1 = {a:.4}, F2 = {b:.4}, σt/λν = ({t1:.4}, {t2:.4})")
             }
+            Self::CappedCoulomb => {
+                format!("F1 = {a:.4}, F2 = {b:.4}, σt/g = ({t1:.4}, {t2:.4})")
+            }
             Self::Tresca => {
                 format!(
                     "gF1 = {a:.4e}, gF2 = {b:.4e}, σt = ({t1:.4e}, {t2:.4e}){}",
@@ -102,7 +108,7 @@ impl FrictionKind {
 
     fn before_index(self) -> Label {
         match self {
-            Self::Coulomb => Label::default().italic("F"),
+            Self::Coulomb | Self::CappedCoulomb => Label::default().italic("F"),
             Self::Tresca => Label::default().italic("gF"),
         }
     }

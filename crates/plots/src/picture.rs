@@ -23,8 +23,8 @@ pub struct PaneFriction {
     pub scaled_tangential: f64,
     /// F₁, F₂ (HKL §2) of Coulomb's law, g F₁, g F₂ \[Pa\] of Tresca's.
     pub semi_axes: [f64; 2],
-    /// Tangential contact stress along t₁ and t₂, divided by the slip bound with Coulomb's law, \[Pa\] with
-    /// Tresca's.
+    /// Tangential contact stress along t₁ and t₂, divided by the slip bound with Coulomb's law (λ_ν = −σ_ν, or
+    /// no more than its cap), \[Pa\] with Tresca's.
     pub stress: [f64; 2],
     /// Angle of the pane's own t₁ from `axis_1` of the picture towards its `axis_2`, in radians; 0
     /// where the frame does not turn.

@@ -50,6 +50,16 @@ pub struct CoulombLaw {
     unchanging: OnceLock<Vec<[f64; 2]>>,
     evaluations: AtomicUsize,
     softening: Option<Softening>,
+    bound: PressureBound,
+}
+
+/// The slip bound g as a function of the pressure.
+#[derive(Debug, Clone, Copy)]
+enum PressureBound {
+    /// g = λ_ν.
+    Uncapped,
+    /// g = min(λ_ν, p_cap), with p_cap in Pa.
+    Capped(f64),
 }
 
 /// F₀^(1−τ) F^τ in place of F.
@@ -167,11 +177,21 @@ impl InterfaceFriction {
                 Ok(Self::Tresca(semi_axes.collect()))
             }
             FrictionModel::Coulomb { coefficients } => {
+                Self::coulomb(CoulombLaw::new(coefficients.clone(), positions), length)
+            }
+            FrictionModel::CappedCoulomb {
+                coefficients,
+                pressure_cap,
+            } => {
                 let law = CoulombLaw::new(coefficients.clone(), positions);
-                law_bounds::refuse_unusable(&law, length)?;
-                Ok(Self::Coulomb(Box::new(law)))
+                Self::coulomb(law.capped(*pressure_cap), length)
             }
         }
+    }
+
+    fn coulomb(law: CoulombLaw, length: &str) -> Result<Self, Invalid> {
+        law_bounds::refuse_unusable(&law, length)?;
+        Ok(Self::Coulomb(Box::new(law)))
     }
 }
 
@@ -185,6 +205,16 @@ impl CoulombLaw {
             unchanging: OnceLock::new(),
             evaluations: AtomicUsize::new(0),
             softening: None,
+            bound: PressureBound::Uncapped,
+        }
+    }
+
+    /// The law with the slip bound min(λ_ν, p_cap) for a p_cap > 0 in Pa.
+    #[must_use]
+    pub fn capped(self, pressure_cap: f64) -> Self {
+        Self {
+            bound: PressureBound::Capped(pressure_cap),
+            ..self
         }
     }
 
@@ -194,6 +224,7 @@ impl CoulombLaw {
     pub fn softened(&self, reference: f64, share: f64) -> Self {
         Self {
             softening: (share < 1.0).then_some(Softening { reference, share }),
+            bound: self.bound,
             ..Self::new(self.law.clone(), self.positions.clone())
         }
     }
@@ -260,16 +291,22 @@ impl CoulombLaw {
         &self.positions
     }
 
-    /// The slip bound g in Pa under a pressure λ_ν in Pa.
+    /// The slip bound g in Pa under a pressure λ_ν in Pa; NaN for NaN.
     #[must_use]
     pub fn slip_bound(&self, pressure: f64) -> f64 {
-        pressure
+        match self.bound {
+            PressureBound::Capped(cap) if pressure > cap => cap,
+            PressureBound::Capped(_) | PressureBound::Uncapped => pressure,
+        }
     }
 
-    /// dg/dλ_ν.
+    /// dg/dλ_ν; at a cap that of larger pressures, an element of the generalised derivative.
     #[must_use]
-    pub fn slip_bound_slope(&self, _pressure: f64) -> f64 {
-        1.0
+    pub fn slip_bound_slope(&self, pressure: f64) -> f64 {
+        match self.bound {
+            PressureBound::Capped(cap) if pressure >= cap => 0.0,
+            PressureBound::Capped(_) | PressureBound::Uncapped => 1.0,
+        }
     }
 
     /// Whether any coefficient depends on the solution.

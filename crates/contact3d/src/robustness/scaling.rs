@@ -49,12 +49,16 @@ impl Scaling {
             // Every key by name, so that a new one is not forgotten.
             let Friction {
                 slip_bound,
+                pressure_cap,
                 coefficient,
                 coefficient_1,
                 coefficient_2,
             } = friction;
             if let Some(bound) = slip_bound {
                 *bound = self.quantity(bound, self.stress)?;
+            }
+            if let Some(cap) = pressure_cap {
+                *cap *= self.stress;
             }
             let coefficients = [coefficient, coefficient_1, coefficient_2];
             for coefficient in coefficients.into_iter().flatten() {

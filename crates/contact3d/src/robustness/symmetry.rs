@@ -233,6 +233,7 @@ impl Symmetry {
             slip_bound: bound
                 .map(|bound| self.quantity(bound, width, false))
                 .transpose()?,
+            pressure_cap: friction.pressure_cap,
             coefficient: coefficient(&friction.coefficient)?,
             coefficient_1,
             coefficient_2,

@@ -263,6 +263,15 @@ impl Friction {
         }
     }
 
+    /// Coulomb's law capped at a pressure p_cap > 0 in Pa, ‖F⁻¹σ_t‖ ≤ min(−σ_ν, p_cap).
+    #[must_use]
+    pub fn capped(self, pressure_cap: f64) -> Self {
+        Self {
+            pressure_cap: Some(pressure_cap),
+            ..self
+        }
+    }
+
     /// Tresca's law ‖σ_t‖ ≤ g with a given slip bound g in Pa.
     #[must_use]
     pub fn tresca(slip_bound: impl Into<Quantity>) -> Self {

@@ -55,6 +55,13 @@ pub enum FrictionModel {
         /// F, which may follow the slip.
         coefficients: FrictionLaw,
     },
+    /// A slip bound that is the pressure up to a cap, ‖F⁻¹σ_t‖ ≤ min(−σ_ν, p_cap).
+    CappedCoulomb {
+        /// F, which may follow the slip.
+        coefficients: FrictionLaw,
+        /// p_cap in Pa.
+        pressure_cap: f64,
+    },
 }
 
 impl ModelFeatures {
@@ -114,12 +121,16 @@ impl FrictionModel {
         let Some((friction, coefficients)) = given.and_then(|f| Some((f, f.law()?))) else {
             return Self::Frictionless;
         };
-        match friction.slip_bound.clone() {
-            Some(slip_bound) => Self::Tresca {
+        match (friction.slip_bound.clone(), friction.pressure_cap) {
+            (Some(slip_bound), _) => Self::Tresca {
                 slip_bound,
                 coefficients,
             },
-            None => Self::Coulomb { coefficients },
+            (None, None) => Self::Coulomb { coefficients },
+            (None, Some(pressure_cap)) => Self::CappedCoulomb {
+                coefficients,
+                pressure_cap,
+            },
         }
     }
 
@@ -130,6 +141,7 @@ impl FrictionModel {
             Self::Frictionless => None,
             Self::Tresca { .. } => Some("Tresca"),
             Self::Coulomb { .. } => Some("Coulomb"),
+            Self::CappedCoulomb { .. } => Some("capped Coulomb"),
         }
     }
 
@@ -140,6 +152,7 @@ impl FrictionModel {
         match self {
             Self::Frictionless | Self::Coulomb { .. } => None,
             Self::Tresca { .. } => Some("with a given slip bound: |F^-1 sigma_t| <= g"),
+            Self::CappedCoulomb { .. } => Some("|F^-1 sigma_t| <= min(-sigma_nu, p_cap)"),
         }
     }
 
@@ -150,6 +163,7 @@ impl FrictionModel {
             Self::Frictionless => "frictionless",
             Self::Tresca { .. } => "tresca",
             Self::Coulomb { coefficients } => coefficients.shape(),
+            Self::CappedCoulomb { .. } => "capped",
         }
     }
 
@@ -158,9 +172,9 @@ impl FrictionModel {
     pub fn coefficients(&self) -> Option<&FrictionLaw> {
         match self {
             Self::Frictionless => None,
-            Self::Tresca { coefficients, .. } | Self::Coulomb { coefficients } => {
-                Some(coefficients)
-            }
+            Self::Tresca { coefficients, .. }
+            | Self::Coulomb { coefficients }
+            | Self::CappedCoulomb { coefficients, .. } => Some(coefficients),
         }
     }
 
@@ -170,6 +184,9 @@ impl FrictionModel {
         match self {
             Self::Frictionless | Self::Coulomb { .. } => None,
             Self::Tresca { slip_bound, .. } => Some(("slip bound g", slip_bound.clone())),
+            Self::CappedCoulomb { pressure_cap, .. } => {
+                Some(("pressure cap", Quantity::Constant(*pressure_cap)))
+            }
         }
     }
 

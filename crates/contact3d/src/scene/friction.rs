@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::{Coefficient, LawPoint, Quantity};
 
 /// What the scene says about friction: one isotropic coefficient, or two for the axes t₁ and t₂;
-/// with a slip bound it is Tresca's law, without one Coulomb's.
+/// with a slip bound it is Tresca's law, without one Coulomb's, which a pressure cap may limit.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Friction {
@@ -14,6 +14,11 @@ pub struct Friction {
     /// x, y, z. The coefficients are then constants, and 1 when not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slip_bound: Option<Quantity>,
+    /// Pressure p_cap > 0 in Pa above which Coulomb friction grows no further,
+    /// ‖F⁻¹σ_t‖ ≤ min(−σ_ν, p_cap); F p_cap is the shear strength of the weaker body. When not given,
+    /// friction is not limited.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pressure_cap: Option<f64>,
     /// F of an isotropic law, which may depend on |u_t|.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coefficient: Option<Coefficient>,

@@ -69,12 +69,13 @@ fn dual(entries: &[f64], rhs: &[f64], compliance: &[f64], slip_free: &[f64]) -> 
 
 /// Ramps whose ends lie outside the slips that the tests reach often, or formulas that couple both
 /// axes and the place.
-fn law(coupled: bool) -> Friction {
+fn law(coupled: bool, pressure_cap: Option<f64>) -> Friction {
     if coupled {
         let formula = |text| Some(Coefficient::Expression(Formula::parse(text).unwrap()));
         return Friction {
             coefficient_1: formula("0.3 + 0.2*exp(-s1) + 0.1*tanh(s2)"),
             coefficient_2: formula("0.5 - 0.2*tanh(s1*s2) + 0.1*x"),
+            pressure_cap,
             ..Friction::default()
         };
     }
@@ -89,6 +90,7 @@ fn law(coupled: bool) -> Friction {
     Friction {
         coefficient_1: Some(ramp(0.8, 0.2, 0.3)),
         coefficient_2: Some(ramp(0.1, 0.9, 0.4)),
+        pressure_cap,
         ..Friction::default()
     }
 }
@@ -111,7 +113,7 @@ fn same_piece(x: &Evaluation, y: &Evaluation) -> bool {
         && x.panes
             .iter()
             .zip(&y.panes)
-            .all(|(a, b)| a.zone() == b.zone())
+            .all(|(a, b)| a.zone() == b.zone() && a.bound_slope == b.bound_slope)
 }
 
 /// The central difference of R along a direction; `None` across a kink.
@@ -133,9 +135,10 @@ proptest! {
         multiplier in prop::collection::vec(-1.0..3.0_f64, SIZE),
         frozen in prop::option::of(prop::collection::vec(0.1..2.0_f64, 2 * PANES)),
         coupled in any::<bool>(),
+        cap in prop::option::of(0.2..2.0_f64),
     ) {
         let dual = dual(&entries, &rhs, &compliance, &slip_free);
-        let (mesh, interface) = mesh_and_interface(law(coupled));
+        let (mesh, interface) = mesh_and_interface(law(coupled, cap));
         let contact = ContactState { surface: mesh.contact.as_ref().unwrap(), interface: &interface };
         let set = frozen.map(|axes| set_of(&axes));
         let coulomb = Bound::Coulomb(&contact, interface.coulomb().unwrap());

@@ -20,8 +20,12 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
         check_coefficient(coefficient, &key, scene.units.length())?;
         check_variables(coefficient, name == "coefficient", &key)?;
     }
-    match &friction.slip_bound {
-        Some(bound) => check_tresca(friction, bound, &scene.units.stress()),
+    let stress = scene.units.stress();
+    if let Some(bound) = &friction.slip_bound {
+        check_tresca(friction, bound, &stress)?;
+    }
+    match friction.pressure_cap {
+        Some(cap) => check_cap(friction, cap, &stress),
         None => Ok(()),
     }
 }
@@ -58,6 +62,24 @@ fn check_tresca(friction: &Friction, bound: &Quantity, stress: &str) -> Result<(
         )?;
     }
     Ok(())
+}
+
+fn check_cap(friction: &Friction, cap: f64, stress: &str) -> Result<(), Invalid> {
+    let key = "friction.pressure_cap";
+    require(
+        positive(cap),
+        key,
+        &format!("a finite pressure > 0 [{stress}]"),
+        Written(&cap),
+        "friction grows with the pressure up to this one; leave pressure_cap out where nothing limits it",
+    )?;
+    require(
+        friction.slip_bound.is_none(),
+        key,
+        "no pressure_cap beside slip_bound",
+        Written(&cap),
+        "Tresca's law has a given bound and follows no pressure: leave one of the two out",
+    )
 }
 
 fn check_coefficient(coefficient: &Coefficient, key: &str, length: &str) -> Result<(), Invalid> {
