@@ -2,7 +2,7 @@ use std::{path::Path, time::Instant};
 
 use contact3d::{
     convergence::{Accuracy, AccuracyProgress, AccuracySettings, nested_cells},
-    scene::{Body, Scene, SceneFile},
+    scene::{Scene, SceneFile},
 };
 use runfile::{GroupRecord, Home, IfMissing, RunFile, Transaction, timestamp};
 
@@ -65,7 +65,7 @@ fn admit_finest(
     settings: &AccuracySettings,
     run_file: &Path,
 ) -> Result<(), StageError> {
-    let Body::Brick(brick) = &scene.body else {
+    let Some(brick) = scene.body.as_brick() else {
         return Ok(());
     };
     let meshes = nested_cells(scene, brick, settings)?;

@@ -4,7 +4,7 @@ use std::{fs, path::PathBuf};
 
 use contact3d::{
     mesh::{Mesh, MeshError, digest_of},
-    scene::{Body, Invalid, SceneFile},
+    scene::{Invalid, SceneFile},
 };
 
 use super::{StageError, resources};
@@ -23,10 +23,7 @@ pub fn mesh_of(input: &SceneFile) -> Result<Mesh, StageError> {
 /// The mesh file that a scene names.
 #[must_use]
 pub fn mesh_file(input: &SceneFile) -> Option<PathBuf> {
-    match &input.scene.body {
-        Body::Brick(_) => None,
-        Body::Gmsh(gmsh) => Some(input.folder.join(&gmsh.file)),
-    }
+    Some(input.folder.join(&input.scene.body.mesh_file()?.file))
 }
 
 /// Writes the digest of a mesh file into the scene, so that a changed file makes the mesh stale. A
@@ -36,7 +33,7 @@ pub fn mesh_file(input: &SceneFile) -> Option<PathBuf> {
 /// A file that cannot be read, or is not the one of the digest in the scene; too little memory for
 /// it.
 pub fn pin_mesh_file(input: &mut SceneFile) -> Result<(), StageError> {
-    let Body::Gmsh(gmsh) = &input.scene.body else {
+    let Some(gmsh) = input.scene.body.mesh_file() else {
         return Ok(());
     };
     let path = input.folder.join(&gmsh.file);
@@ -61,7 +58,7 @@ pub fn pin_mesh_file(input: &mut SceneFile) -> Result<(), StageError> {
             })
             .into());
     }
-    if let Body::Gmsh(gmsh) = &mut input.scene.body {
+    if let Some(gmsh) = input.scene.body.mesh_file_mut() {
         gmsh.digest = Some(digest);
     }
     Ok(())

@@ -181,12 +181,15 @@ fn a_capped_law_names_its_cap() {
     let coefficient = "[friction]\ncoefficient.constant = 0.3\n";
     scene_with(&program, &format!("{coefficient}pressure_cap = 15e6"));
     let text = law(&program, &[]);
-    for fragment in ["capped Coulomb", "min(-sigma_nu, p_cap)", "pressure cap [Pa]"] {
+    for fragment in [
+        "capped Coulomb",
+        "min(-sigma_nu, p_cap)",
+        "pressure cap [Pa]",
+    ] {
         assert!(text.contains(fragment), "{fragment}: {text}");
     }
-    let json = |program: &Program| -> Value {
-        serde_json::from_str(&law(program, &["--json"])).unwrap()
-    };
+    let json =
+        |program: &Program| -> Value { serde_json::from_str(&law(program, &["--json"])).unwrap() };
     let capped = json(&program);
     assert_eq!(capped["law"], "capped");
     scene_with(&program, coefficient);

@@ -25,7 +25,8 @@ impl Dense {
         let (assembly, contact) = (problem.assembly(), problem.contact());
         let unconstrained = assembly.unconstrained();
         let ContactState { surface, interface } = problem.state();
-        let dual = ExplicitDual::new(assembly, contact, &unconstrained, surface, interface);
+        let (coupling, rhs) = (&contact.coupling, contact.dual_rhs().to_vec());
+        let dual = ExplicitDual::new(assembly, coupling, rhs, &unconstrained, surface, interface);
         Self {
             scene,
             problem,

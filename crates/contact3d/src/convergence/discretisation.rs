@@ -11,7 +11,7 @@ use crate::{
     linalg::{CscMatrix, dot},
     mesh::Mesh,
     problem::{Problem, ProblemError},
-    scene::{AssembleSettings, Body, Brick, Scene, SolveSettings},
+    scene::{AssembleSettings, Brick, Scene, SolveSettings},
     solver::Status,
 };
 
@@ -111,7 +111,7 @@ impl DiscretisationLadder {
         threads: usize,
         observe: &mut dyn FnMut(AccuracyProgress),
     ) -> Result<Option<Self>, ProblemError> {
-        let Body::Brick(brick) = &scene.body else {
+        let Some(brick) = scene.body.as_brick() else {
             return Ok(None);
         };
         let mut levels = Vec::new();

@@ -26,10 +26,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::{
-    problem::ProblemError,
-    scene::{Body, Scene},
-};
+use crate::{problem::ProblemError, scene::Scene};
 
 /// How far a ladder goes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -74,7 +71,7 @@ impl Accuracy {
         observe: &mut dyn FnMut(AccuracyProgress),
     ) -> Result<Self, ProblemError> {
         // A finest mesh that cannot be is refused before the long work.
-        if let Body::Brick(brick) = &scene.body {
+        if let Some(brick) = scene.body.as_brick() {
             nested_cells(scene, brick, settings)?;
         }
         // The small meshes first: what an allocator keeps of a large one would count as their peak.

@@ -7,7 +7,7 @@
 use super::AccuracySettings;
 use crate::{
     problem::ProblemError,
-    scene::{Body, Brick, Invalid, Scene},
+    scene::{Brick, Invalid, Scene},
 };
 
 /// n_div of a brick: its smallest number of cells along an edge.
@@ -59,7 +59,7 @@ pub fn nested_cells(
 /// The scene with other cells.
 pub(super) fn with_cells(scene: &Scene, cells: [usize; 3]) -> Scene {
     let mut scene = scene.clone();
-    if let Body::Brick(brick) = &mut scene.body {
+    if let Some(brick) = scene.body.as_brick_mut() {
         brick.cells = cells;
     }
     scene

@@ -1,4 +1,4 @@
-//! The elastic problem A u = l: assembly, factorisation and refined solves.
+//! The elastic problem and its factor.
 
 use std::{sync::Arc, time::Instant};
 

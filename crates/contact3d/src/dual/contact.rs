@@ -1,4 +1,4 @@
-//! B and h of the dual problem, and what follows from a multiplier.
+//! B, h and the form of S.
 
 use super::{Assembly, ExplicitDual};
 use crate::{
@@ -88,6 +88,24 @@ impl ContactSystem {
             OperatorForm::Implicit(_) => None,
             OperatorForm::Explicit(dual) => Some(dual),
         }
+    }
+
+    /// Forms S, and the contact compliance where friction follows the slip, from the displacement A⁻¹l in m.
+    pub(super) fn make_explicit(
+        &mut self,
+        assembly: &Assembly,
+        unconstrained: &[f64],
+        surface: &ContactSurface,
+        interface: &Interface,
+    ) {
+        self.form = OperatorForm::Explicit(ExplicitDual::new(
+            assembly,
+            &self.coupling,
+            self.dual_rhs().to_vec(),
+            unconstrained,
+            surface,
+            interface,
+        ));
     }
 
     /// Drops a dense S: it is applied through the factor from now on.

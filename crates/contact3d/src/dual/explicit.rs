@@ -1,15 +1,15 @@
-//! The dual operator as a dense matrix, with the compliance of the contact nodes.
+//! The dual problem as dense arrays.
 
 use std::sync::Arc;
 
 use super::{
-    Assembly, ContactSystem, DualOperator,
+    Assembly,
     dense::{subtract_product, symmetric_product},
 };
 use crate::{
-    contact::{ContactFrame, Interface, MultiplierLayout},
+    contact::{ContactFrame, Coupling, Interface, MultiplierLayout},
     elasticity::DofMap,
-    linalg::{CscMatrix, Workspace, difference},
+    linalg::{CscMatrix, difference},
     mesh::ContactSurface,
 };
 
@@ -44,18 +44,20 @@ pub struct ContactCompliance {
 }
 
 impl ExplicitDual {
-    /// Forms S and G by forward solves W = L⁻¹PBᵀ on the supernodes B reaches, S = WᵀW; the free
-    /// slip is that of the displacement A⁻¹l in m.
+    /// Forms S and G by forward solves W = L⁻¹PBᵀ on the supernodes B reaches, S = WᵀW, beside a given h
+    /// in m³; the free slip is that of the displacement A⁻¹l in m.
     #[must_use]
     pub fn new(
         assembly: &Assembly,
-        contact: &ContactSystem,
+        coupling: &Coupling,
+        rhs: Vec<f64>,
         unconstrained: &[f64],
         surface: &ContactSurface,
         interface: &Interface,
     ) -> Self {
-        let coupling = contact.coupling.transposed.transpose();
-        let half_solved = assembly.factor.forward_rows(&coupling);
+        let half_solved = assembly
+            .factor
+            .forward_rows(&coupling.transposed.transpose());
         let operator = half_solved.gram();
         let compliance = interface.follows_slip().then(|| {
             let dofs = &assembly.primal.dofs;
@@ -68,9 +70,9 @@ impl ExplicitDual {
         });
         Self {
             operator: Arc::new(operator),
-            rhs: contact.dual_rhs().to_vec(),
+            rhs,
             anchor: None,
-            layout: contact.layout(),
+            layout: coupling.layout,
             compliance,
         }
     }
@@ -229,57 +231,4 @@ fn free_slip(selection: &CscMatrix, unconstrained: &[f64]) -> Vec<[f64; 2]> {
 
 fn pairs(flat: &[f64]) -> Vec<[f64; 2]> {
     flat.chunks_exact(2).map(|p| [p[0], p[1]]).collect()
-}
-
-/// S applied as a dense symmetric matrix; the factor of A is used only for the displacement.
-pub struct ExplicitOperator<'a> {
-    dual: &'a ExplicitDual,
-    assembly: &'a Assembly,
-    contact: &'a ContactSystem,
-    work: Workspace,
-    applications: usize,
-}
-
-impl<'a> ExplicitOperator<'a> {
-    /// Joins the dense dual problem and the factor it came from.
-    #[must_use]
-    pub fn new(dual: &'a ExplicitDual, assembly: &'a Assembly, contact: &'a ContactSystem) -> Self {
-        Self {
-            dual,
-            assembly,
-            contact,
-            work: Workspace::default(),
-            applications: 0,
-        }
-    }
-}
-
-impl DualOperator for ExplicitOperator<'_> {
-    fn dimension(&self) -> usize {
-        self.dual.dimension()
-    }
-
-    fn rhs(&self) -> &[f64] {
-        &self.dual.rhs
-    }
-
-    fn apply(&mut self, multiplier: &[f64]) -> Vec<f64> {
-        self.applications += 1;
-        self.dual.apply(multiplier)
-    }
-
-    fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64> {
-        self.applications += 1;
-        self.contact
-            .displacement(self.assembly, multiplier, &mut self.work)
-    }
-
-    fn tangential_displacement(&mut self, multiplier: &[f64]) -> Option<Vec<[f64; 2]>> {
-        self.dual.compliance.as_ref()?;
-        Some(self.dual.tangential_displacement(multiplier))
-    }
-
-    fn applications(&self) -> usize {
-        self.applications
-    }
 }

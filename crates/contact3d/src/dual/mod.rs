@@ -3,22 +3,19 @@
 mod assembly;
 mod contact;
 mod dense;
-mod estimate;
 mod explicit;
-mod finite;
-mod implicit;
 mod local_stiffness;
 mod need;
+mod operators;
 mod pane_stiffness;
 mod system;
 
 pub use assembly::{Assembly, AssemblyError, AssemblySeconds, PrimalSystem};
 pub use contact::{ContactSystem, OperatorForm};
-pub use estimate::OperatorEstimate;
-pub use explicit::{ContactCompliance, ExplicitDual, ExplicitOperator};
-pub use implicit::ImplicitOperator;
+pub use explicit::{ContactCompliance, ExplicitDual};
 pub use local_stiffness::LocalStiffness;
-pub use need::{Admission, Need, Resource, Shortage};
+pub use need::{Admission, Need, OperatorEstimate, Resource, Shortage};
+pub use operators::{ExplicitOperator, ImplicitOperator};
 pub use pane_stiffness::pane_stiffness;
 pub use system::DualSystem;
 

@@ -1,9 +1,9 @@
-//! The assembled problem: the elastic body and its contact.
+//! The whole assembled problem.
 
 use std::time::Instant;
 
 use super::{
-    Assembly, AssemblyError, ContactSystem, ExplicitDual, Need, OperatorEstimate, OperatorForm,
+    Assembly, AssemblyError, ContactSystem, Need, OperatorEstimate,
     assembly::{Analysed, load_vector},
     need::Admission,
 };
@@ -52,7 +52,7 @@ impl DualSystem {
             .as_ref()
             .and_then(|coupling| dense_operator(scene, mesh, &analysed, coupling));
         admit(Need::of_factor(
-            &analysed.primal,
+            &analysed.primal.stiffness,
             &analysed.analysis,
             dense.as_ref(),
             threads,
@@ -63,9 +63,7 @@ impl DualSystem {
             let mut contact = ContactSystem::with(coupling, &unconstrained, surface, interface);
             if dense.is_some() {
                 let started = Instant::now();
-                let explicit =
-                    ExplicitDual::new(&assembly, &contact, &unconstrained, surface, interface);
-                contact.form = OperatorForm::Explicit(explicit);
+                contact.make_explicit(&assembly, &unconstrained, surface, interface);
                 assembly.seconds.dual_operator = started.elapsed().as_secs_f64();
             }
             contact
@@ -95,6 +93,35 @@ impl DualSystem {
             }
         }
         self.require_finite()
+    }
+
+    /// Refuses a problem whose assembled numbers overflowed: no solve could begin, and no file would hold them.
+    fn require_finite(&self) -> Result<(), Invalid> {
+        let found = [
+            ("stiffness", self.assembly.primal.stiffness.data.as_slice()),
+            ("load", self.assembly.primal.load.as_slice()),
+        ];
+        let contact = self.contact.iter().flat_map(|contact| {
+            let dense = contact.explicit();
+            let compliance = dense.and_then(|dense| dense.compliance.as_ref());
+            [
+                Some(("right-hand side h", contact.dual_rhs())),
+                dense.map(|dense| ("dual operator S", dense.operator.as_slice())),
+                compliance.map(|c| ("compliance of the contact face", c.matrix.as_slice())),
+                compliance.map(|c| ("free slip", c.slip_free.as_flattened())),
+            ]
+        });
+        let mut arrays = found.into_iter().chain(contact.flatten());
+        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+        match arrays.find(|(_, values)| !finite(values)) {
+            None => Ok(()),
+            Some((name, _)) => Err(Invalid {
+                key: "material".into(),
+                expected: "moduli, loads and sizes that double precision can compute with".into(),
+                found: format!("a {name} that is not finite"),
+                help: "choose units in which stiffness, loads and lengths are moderate".into(),
+            }),
+        }
     }
 }
 

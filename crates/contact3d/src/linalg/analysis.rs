@@ -23,6 +23,21 @@ pub struct Analysis {
     symbolic: Option<SymbolicCholesky<usize>>,
 }
 
+impl CholeskyFactor {
+    /// Factorises the symmetric positive definite A as LLᵀ = PAPᵀ with a supernodal method: [`Analysis::new`], then
+    /// [`Analysis::factorise`].
+    ///
+    /// # Errors
+    /// [`FactorError`] when A is not square, the ordering is no permutation, a pivot is not safely positive, or memory runs out.
+    pub fn factorise(
+        a: &CscMatrix,
+        permutation: Vec<usize>,
+        threads: usize,
+    ) -> Result<Self, FactorError> {
+        Analysis::new(a, permutation)?.factorise(a, threads)
+    }
+}
+
 impl Analysis {
     /// Finds the structure of L in LLᵀ = PAPᵀ.
     ///

@@ -7,7 +7,6 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Par, Side};
 use thiserror::Error;
 
-use super::analysis::Analysis;
 use super::sparse::CscMatrix;
 
 /// A pivot below this share of the diagonal entry it came from is rounding error, so the matrix counts as singular.
@@ -66,19 +65,6 @@ pub enum FactorError {
 }
 
 impl CholeskyFactor {
-    /// Factorises the symmetric positive definite A as LLᵀ = PAPᵀ with a supernodal method: [`Analysis::new`], then
-    /// [`Analysis::factorise`].
-    ///
-    /// # Errors
-    /// [`FactorError`] when A is not square, the ordering is no permutation, a pivot is not safely positive, or memory runs out.
-    pub fn factorise(
-        a: &CscMatrix,
-        permutation: Vec<usize>,
-        threads: usize,
-    ) -> Result<Self, FactorError> {
-        Analysis::new(a, permutation)?.factorise(a, threads)
-    }
-
     /// Fills `values` by the numeric factorisation and refuses a singular matrix.
     pub(super) fn compute_values(
         &mut self,

@@ -5,7 +5,7 @@ use std::{fmt, path::Path};
 use super::{Scaling, Symmetry, explicit_problem::ExplicitProblem, renumbering::renumbered};
 use crate::{
     problem::ProblemError,
-    scene::{Body, Scene},
+    scene::Scene,
     solver::{Linearisation, Solution, Status},
 };
 
@@ -218,10 +218,7 @@ fn seen_back(
 }
 
 fn width_of(scene: &Scene) -> Option<f64> {
-    match &scene.body {
-        Body::Brick(brick) => Some(brick.size[1]),
-        Body::Gmsh(_) => None,
-    }
+    Some(scene.body.as_brick()?.size[1])
 }
 
 /// The weighted mean of a pane's nodes.

@@ -1,8 +1,7 @@
 //! The same problem in other units.
 
 use crate::scene::{
-    Body, Friction, Invalid, LAW_VARIABLES, Material, POSITION, Part, Quantity, Scene,
-    replace_names,
+    Friction, Invalid, LAW_VARIABLES, Material, POSITION, Part, Quantity, Scene, replace_names,
 };
 
 /// Factors by which numbers change when units do. All three are free: linear elasticity scales with
@@ -70,10 +69,7 @@ impl Scaling {
 
     fn scale_body(&self, scene: &mut Scene) {
         let elasticity = self.stress * self.length / self.displacement;
-        match &mut scene.body {
-            Body::Brick(brick) => brick.size = brick.size.map(|l| l * self.length),
-            Body::Gmsh(file) => file.unit *= self.length,
-        }
+        scene.body.scale(self.length);
         let corners = |corners: &mut [[f64; 3]; 2]| {
             *corners = corners.map(|corner| corner.map(|x| x * self.length));
         };

@@ -2,7 +2,7 @@
 
 use super::scaling::unscalable;
 use crate::scene::{
-    Body, Coefficient, Component, Friction, Invalid, Material, Part, Quantity, Scene, replace_names,
+    Coefficient, Component, Friction, Invalid, Material, Part, Quantity, Scene, replace_names,
 };
 
 /// A map of space onto itself that takes a brick on z_min to a brick on z_min, and its mesh to the
@@ -31,7 +31,7 @@ impl Symmetry {
     /// # Errors
     /// A formula that becomes too long.
     pub fn apply(self, scene: &Scene) -> Result<Option<Scene>, Invalid> {
-        let (Body::Brick(brick), Some(contact)) = (&scene.body, &scene.contact) else {
+        let Some((brick, contact)) = scene.body.as_brick().zip(scene.contact.as_ref()) else {
             return Ok(None);
         };
         let even = brick.cells[1].is_multiple_of(2);
@@ -40,7 +40,7 @@ impl Symmetry {
             return Ok(None);
         }
         let mut image = scene.clone();
-        if let Body::Brick(brick) = &mut image.body {
+        if let Some(brick) = image.body.as_brick_mut() {
             brick.size = self.positive(brick.size);
             brick.cells = self.positive(brick.cells);
         }

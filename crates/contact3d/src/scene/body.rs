@@ -18,6 +18,53 @@ pub enum Body {
     Gmsh(GmshFile),
 }
 
+impl Body {
+    /// The brick; `None` for other bodies. What needs a regular mesh or faces known by name (nested meshes,
+    /// mirror images) asks for it.
+    #[must_use]
+    pub fn as_brick(&self) -> Option<&Brick> {
+        match self {
+            Self::Brick(brick) => Some(brick),
+            Self::Gmsh(_) => None,
+        }
+    }
+
+    /// As [`Self::as_brick`], to change.
+    #[must_use]
+    pub fn as_brick_mut(&mut self) -> Option<&mut Brick> {
+        match self {
+            Self::Brick(brick) => Some(brick),
+            Self::Gmsh(_) => None,
+        }
+    }
+
+    /// The mesh file, whose physical groups name faces and regions; `None` for other bodies.
+    #[must_use]
+    pub fn mesh_file(&self) -> Option<&GmshFile> {
+        match self {
+            Self::Brick(_) => None,
+            Self::Gmsh(file) => Some(file),
+        }
+    }
+
+    /// As [`Self::mesh_file`], to change.
+    #[must_use]
+    pub fn mesh_file_mut(&mut self) -> Option<&mut GmshFile> {
+        match self {
+            Self::Brick(_) => None,
+            Self::Gmsh(file) => Some(file),
+        }
+    }
+
+    /// Multiplies all lengths of the body.
+    pub fn scale(&mut self, factor: f64) {
+        match self {
+            Self::Brick(brick) => brick.size = brick.size.map(|l| l * factor),
+            Self::Gmsh(file) => file.unit *= factor,
+        }
+    }
+}
+
 /// A box and its regular mesh (HKL §4).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -4,13 +4,13 @@ use std::time::Instant;
 
 use super::{
     NewtonStep, OuterStep, Progress, Solution, SolvedBy, Status, StepCounts,
+    accuracy::polish::{COARSEST, Polished},
     conditions::Bound,
+    contact_state::slip_of,
     coulomb_state, evaluate_mapping,
-    mapping::slip_of,
-    norm::projected_gradient_steplength,
-    polish::{COARSEST, Polished},
-    search::Search,
-    solve::DiscreteProblem,
+    inner::projected_gradient_steplength,
+    newton::search::Search,
+    problem::DiscreteProblem,
 };
 use crate::dual::{DualOperator, ExplicitDual, ExplicitOperator, LocalStiffness};
 

@@ -1,3 +1,5 @@
+//! The admissible set of a frozen problem.
+
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::Ellipse;

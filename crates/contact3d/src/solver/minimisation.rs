@@ -1,10 +1,10 @@
-//! One minimisation, for frictionless contact and Tresca's law.
+//! One minimisation: frictionless contact and Tresca's law.
 
 use std::time::Instant;
 
 use super::{
     ContactState, Inner, Kprgp, OuterStep, Solution, SolvedBy, Status,
-    norm::projected_gradient_steplength,
+    inner::projected_gradient_steplength,
 };
 use crate::{dual::DualOperator, scene::SolveSettings};
 

@@ -1,11 +1,7 @@
-//! The discrete solution, its status and its history.
+//! A solution, how it ended and how it was reached.
 
-use super::{FeasibleSet, NewtonStep, StepCounts};
-use crate::{
-    contact::{FrictionField, Interface, InterfaceFriction, MultiplierLayout},
-    mesh::ContactSurface,
-    scene::SolveSettings,
-};
+use super::{CoulombState, NewtonStep, OuterStep};
+use crate::scene::SolveSettings;
 
 /// How a solve ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -131,23 +127,6 @@ pub enum SolvedBy {
     Direct,
 }
 
-/// One step k of Algorithm 4.1.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OuterStep {
-    /// err⁽ᵏ⁾ = ‖λ⁽ᵏ⁺¹⁾ − λ⁽ᵏ⁾‖ / ‖λ⁽ᵏ⁺¹⁾‖.
-    pub change: f64,
-    /// Inner tolerance ε_λ⁽ᵏ⁾ relative to ‖h‖; for Newton's method relative to ‖λ‖.
-    pub inner_tolerance: f64,
-    /// Final ‖g̃‖ of the inner problem relative to ‖h‖; for Newton's method ‖R‖ / ‖λ‖.
-    pub inner_residual: f64,
-    /// Steps of KPRGP or [`super::Gpcg`]; none for Newton's method.
-    pub steps: StepCounts,
-    /// Applications of A⁻¹ in this step; the first step includes those that estimate ‖S‖.
-    pub applications: usize,
-    /// Wall-clock seconds.
-    pub seconds: f64,
-}
-
 /// The discrete solution and how it was reached.
 #[derive(Debug, Clone, Default)]
 pub struct Solution {
@@ -185,65 +164,4 @@ pub struct Solution {
     pub law_evaluations: usize,
     /// Projections on an ellipse.
     pub projections: usize,
-}
-
-/// The slip bound and the friction of an inner problem.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CoulombState {
-    /// g, `[n_panes]`, in Pa.
-    pub slip_bound: Vec<f64>,
-    /// F and 𝓕⁻¹.
-    pub friction: FrictionField,
-}
-
-/// What the friction law needs to know of the contact face.
-#[derive(Debug, Clone, Copy)]
-pub struct ContactState<'a> {
-    /// Γ_c and its panes.
-    pub surface: &'a ContactSurface,
-    /// Its frame, gap and friction law.
-    pub interface: &'a Interface,
-}
-
-impl<'a> ContactState<'a> {
-    /// Number of panes m.
-    #[must_use]
-    pub fn n_panes(&self) -> usize {
-        self.surface.n_panes()
-    }
-
-    /// The order of the multipliers.
-    #[must_use]
-    pub fn layout(&self) -> MultiplierLayout {
-        MultiplierLayout::new(self.n_panes(), self.interface.has_friction())
-    }
-
-    /// The admissible set of frictionless contact or of Tresca's law; with Coulomb's law that of
-    /// a given state.
-    #[must_use]
-    pub fn feasible_set(&self, coulomb: Option<&CoulombState>) -> FeasibleSet<'a> {
-        let semi_axes = match (&self.interface.friction, coulomb) {
-            (InterfaceFriction::Tresca(semi_axes), _) => semi_axes.clone(),
-            (InterfaceFriction::Coulomb(_), Some(state)) => state.semi_axes(),
-            (InterfaceFriction::Frictionless | InterfaceFriction::Coulomb(_), _) => Vec::new(),
-        };
-        FeasibleSet::new(self.n_panes(), semi_axes, &self.interface.projections)
-    }
-}
-
-impl CoulombState {
-    /// Whether the coefficients are positive and finite wherever panes are pressed; elsewhere they
-    /// bound nothing.
-    #[must_use]
-    pub fn is_admissible(&self, surface: &ContactSurface) -> bool {
-        let pressed = |pane: usize| self.slip_bound[pane] > 0.0;
-        self.friction.is_admissible(surface, pressed)
-    }
-
-    /// Semi-axes g_i / (𝓕_i⁻¹)₁₁ and g_i / (𝓕_i⁻¹)₂₂ of the admissible ellipses in Pa, `[n_panes]`.
-    #[must_use]
-    pub fn semi_axes(&self) -> Vec<[f64; 2]> {
-        let panes = self.slip_bound.iter().zip(&self.friction.pane_inverse);
-        panes.map(|(g, inverse)| inverse.map(|f| g / f)).collect()
-    }
 }

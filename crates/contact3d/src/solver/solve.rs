@@ -2,45 +2,24 @@
 
 use std::sync::atomic::Ordering;
 
-use thiserror::Error;
-
 use super::{
-    ContactState, Inner, NewtonStep, OuterState, OuterStep, Solution, Start, Status,
-    conditions::Bound, minimisation::minimise, successive_approximations,
+    ContactState, Inner, NeedsExplicit, OuterStep, Progress, Solution, Start, Status,
+    conditions::Bound, minimisation::minimise, problem::DiscreteProblem, successive_approximations,
 };
 use crate::{
     contact::CoulombLaw,
     dual::{
-        Assembly, ContactSystem, DualOperator, DualSystem, ExplicitOperator, ImplicitOperator,
-        LocalStiffness, pane_stiffness,
+        DualOperator, DualSystem, ExplicitOperator, ImplicitOperator, LocalStiffness,
+        pane_stiffness,
     },
     linalg::Workspace,
-    scene::{InnerSolver, Method, SolveSettings},
+    scene::{Method, SolveSettings},
 };
-
-/// What an observer of a solve sees.
-#[derive(Debug, Clone, Copy)]
-pub enum Progress<'a> {
-    /// Step k of successive approximations.
-    Outer(usize, &'a OuterStep),
-    /// Successive approximations between two steps.
-    Between(&'a OuterState),
-    /// Step k of Newton's method.
-    Newton(usize, &'a NewtonStep),
-}
-
-/// A method that needs what the assembled problem does not hold.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[error(
-    "{0} needs the explicit dual operator, but /assemble holds the implicit one; \
-     set assemble.dual_operator = \"explicit\" (`assemble --dual-operator explicit`), or solve.method = \"auto\""
-)]
-pub struct NeedsExplicit(&'static str);
 
 /// Most times that a method is run again with a smaller ε.
 const MOST_TIGHTENINGS: usize = 4;
 
-/// Solves the discrete problem as the settings say from a start, by no more than its effects ask for: one solve
+/// Solves the discrete problem as the settings say from a start, by no more than its model features ask for: one solve
 /// without contact, one minimisation without friction or with a given slip bound.
 ///
 /// # Errors
@@ -84,15 +63,6 @@ pub fn solve(
     solution.law_evaluations = contact.interface.law_evaluations();
     solution.projections = contact.interface.projections.load(Ordering::Relaxed);
     Ok(solution)
-}
-
-/// A body in contact, and how to solve it.
-pub(super) struct DiscreteProblem<'a> {
-    pub(super) assembly: &'a Assembly,
-    pub(super) dual: &'a ContactSystem,
-    pub(super) contact: &'a ContactState<'a>,
-    pub(super) settings: &'a SolveSettings,
-    pub(super) start: Start<'a>,
 }
 
 impl DiscreteProblem<'_> {
@@ -160,12 +130,7 @@ impl DiscreteProblem<'_> {
             Some(local) => local.stiffness.clone(),
             None => pane_stiffness(&self.assembly.primal, &self.dual.coupling),
         };
-        let solution = run(match (self.settings.inner, explicit) {
-            (InnerSolver::Kprgp, _) => Inner::Kprgp,
-            (InnerSolver::Gpcg, _) => Inner::Gpcg(&stiffness),
-            (InnerSolver::Newton, Some((dual, local))) => Inner::Newton(dual, local),
-            (InnerSolver::Newton, None) => return Err(NeedsExplicit("inner solver newton")),
-        });
+        let solution = run(Inner::chosen(self.settings.inner, explicit, &stiffness)?);
         Ok(self.judged(explicit, bound, stiffness, solution))
     }
 

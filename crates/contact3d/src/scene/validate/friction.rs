@@ -54,7 +54,14 @@ fn check_tresca(friction: &Friction, bound: &Quantity, stress: &str) -> Result<(
     )?;
     for (name, coefficient) in friction.given() {
         require(
-            matches!(coefficient, Coefficient::Constant(_)),
+            match coefficient {
+                Coefficient::Constant(_) => true,
+                Coefficient::Ramp(_)
+                | Coefficient::Table(_)
+                | Coefficient::Grid(_)
+                | Coefficient::Expression(_)
+                | Coefficient::Function(_) => false,
+            },
             format!("friction.{name}"),
             "a constant beside slip_bound",
             Written(coefficient),

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use units::Units;
 
 use super::{positive, require};
-use crate::scene::{Body, Invalid, Isotropic, Material, Orthotropic, Part, Scene, Voigt, Written};
+use crate::scene::{Invalid, Isotropic, Material, Orthotropic, Part, Scene, Voigt, Written};
 
 /// Relative rounding allowed to hand-typed numbers: symmetry of C, right angles of axes.
 const TYPED_DIGITS: f64 = 1e-6;
@@ -25,7 +25,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
 fn check_part(part: &Part, key: &str, scene: &Scene) -> Result<(), Invalid> {
     match part {
         Part::Group(name) => require(
-            matches!(scene.body, Body::Gmsh(_)),
+            scene.body.mesh_file().is_some(),
             format!("{key}.group"),
             "a box, since a brick has no physical volumes",
             Written(name),

@@ -3,7 +3,7 @@
 use units::Dimension;
 
 use super::{holds, require};
-use crate::scene::{Body, BrickFace, Clamp, Invalid, Quantity, Scene, Written};
+use crate::scene::{BrickFace, Clamp, Invalid, Quantity, Scene, Written};
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
     check_clamps(scene)?;
@@ -102,7 +102,7 @@ fn check_vector(value: &[Quantity; 3], key: String, unit: &str) -> Result<(), In
 /// Refuses a face that a brick does not have; the groups of a Gmsh file are checked with the mesh.
 pub(super) fn check_name(scene: &Scene, face: &str, key: String) -> Result<(), Invalid> {
     require(
-        !matches!(scene.body, Body::Brick(_)) || BrickFace::named(face).is_some(),
+        scene.body.as_brick().is_none() || BrickFace::named(face).is_some(),
         key,
         &format!("one of {}", BrickFace::NAMES.join(", ")),
         Written(&face),

@@ -1,19 +1,20 @@
 //! The natural map of the dense dual problem.
 
-use super::conditions::{Bound, Conditions, Evaluation};
-use crate::dual::ExplicitDual;
+use crate::{
+    dual::ExplicitDual,
+    solver::conditions::{Bound, Conditions, Evaluation},
+};
 
 /// The natural map R(λ) = λ − P(λ − ρ r), r = S λ − h, whose zeros solve the contact problem
 /// ([`Conditions`]).
-pub(super) struct NaturalMap<'a> {
-    pub(super) dual: &'a ExplicitDual,
-    pub(super) conditions: Conditions<'a>,
+pub(in crate::solver) struct NaturalMap<'a> {
+    pub(in crate::solver) dual: &'a ExplicitDual,
+    pub(in crate::solver) conditions: Conditions<'a>,
 }
 
 impl<'a> NaturalMap<'a> {
-    /// With ρ = 1/S_ii for normal components, and for tangential ones 1 over the mean of a pair's
-    /// two.
-    pub(super) fn new(dual: &'a ExplicitDual, bound: Bound<'a>) -> Self {
+    /// With ρ = 1/S_ii for normal components, and for tangential ones 1 over the mean of a pair's two.
+    pub(in crate::solver) fn new(dual: &'a ExplicitDual, bound: Bound<'a>) -> Self {
         let layout = dual.layout;
         let inverse = |value: f64| if value > 0.0 { 1.0 / value } else { 0.0 };
         let diagonal = |j: usize| dual.column(j)[j];
@@ -30,7 +31,7 @@ impl<'a> NaturalMap<'a> {
     }
 
     /// With given ρ in Pa/m³, `[n_multipliers]`.
-    pub(super) fn with_steplengths(
+    pub(in crate::solver) fn with_steplengths(
         dual: &'a ExplicitDual,
         bound: Bound<'a>,
         steplengths: Vec<f64>,
@@ -41,7 +42,7 @@ impl<'a> NaturalMap<'a> {
         }
     }
 
-    pub(super) fn evaluate(&self, multiplier: &[f64]) -> Evaluation {
+    pub(in crate::solver) fn evaluate(&self, multiplier: &[f64]) -> Evaluation {
         let gradient = self.dual.gradient(multiplier);
         let displacement = self.tangential_displacement(multiplier);
         self.conditions
@@ -49,7 +50,7 @@ impl<'a> NaturalMap<'a> {
     }
 
     /// 𝓕⁻¹ on the panes at λ; empty for frozen ellipses.
-    pub(super) fn friction_inverse(&self, multiplier: &[f64]) -> Vec<[f64; 2]> {
+    pub(in crate::solver) fn friction_inverse(&self, multiplier: &[f64]) -> Vec<[f64; 2]> {
         let displacement = self.tangential_displacement(multiplier);
         self.conditions.friction(&displacement).0
     }
@@ -64,7 +65,7 @@ impl<'a> NaturalMap<'a> {
     }
 
     /// ‖R‖ / ‖λ‖ that rounding of S λ makes, n ε max ρ_i S_ii; none worth counting about an anchor.
-    pub(super) fn rounding(&self) -> f64 {
+    pub(in crate::solver) fn rounding(&self) -> f64 {
         if self.dual.anchor.is_some() {
             return 0.0;
         }

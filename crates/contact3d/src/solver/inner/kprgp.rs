@@ -1,9 +1,9 @@
-use std::ops::AddAssign;
+//! KPRGP, the paper's inner solver.
 
-use super::FeasibleSet;
 use crate::{
     dual::DualOperator,
     linalg::{add_scaled, dot, norm},
+    solver::{FeasibleSet, history::StepCounts},
 };
 
 /// KPRGP: minimises ½ λᵀSλ − λᵀh over bounds and ellipses (Kučera, SIAM J. Optim. 19 (2008) 846).
@@ -15,25 +15,6 @@ pub struct Kprgp {
     pub gamma: f64,
     /// Give up after this many applications of S.
     pub max_applications: usize,
-}
-
-/// Steps of each kind.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct StepCounts {
-    /// Conjugate gradient steps inside the set.
-    pub conjugate_gradient: usize,
-    /// Steps to the boundary followed by a projected step along the free gradient.
-    pub expansion: usize,
-    /// Projected gradient steps that release active blocks.
-    pub proportioning: usize,
-}
-
-impl AddAssign for StepCounts {
-    fn add_assign(&mut self, other: Self) {
-        self.conjugate_gradient += other.conjugate_gradient;
-        self.expansion += other.expansion;
-        self.proportioning += other.proportioning;
-    }
 }
 
 /// What one inner solve did.
@@ -162,7 +143,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::solver::{
+    use crate::solver::inner::{
         dense_operator::{Dense, N, PANES, projected_step, set_of},
         operator_norm,
     };

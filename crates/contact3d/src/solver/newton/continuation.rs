@@ -1,7 +1,7 @@
 //! Approach to a hard law of friction through easier ones.
 
-use super::{NewtonSolution, NewtonStep};
-use crate::contact::CoulombLaw;
+use super::NewtonSolution;
+use crate::{contact::CoulombLaw, solver::NewtonStep};
 
 /// The constant coefficient F₀ that the path begins with: contact with little friction is nearly
 /// that without, which is convex.
@@ -15,9 +15,9 @@ const SMALLEST_STEP: f64 = 1.0 / 512.0;
 /// steps in τ that double after a success and halve after a failure; `solve` finds a solution for a
 /// law from a start.
 ///
-/// The path may end before τ = 1 where solutions vanish in pairs; the status is then that of the
-/// last failure.
-pub(super) fn continuation(
+/// The path may end before τ = 1 where solutions vanish in pairs; the status is then that of the last
+/// failure.
+pub(in crate::solver) fn continuation(
     law: &CoulombLaw,
     observe: &mut dyn FnMut(usize, &NewtonStep),
     mut solve: impl FnMut(&CoulombLaw, Option<&[f64]>) -> NewtonSolution,

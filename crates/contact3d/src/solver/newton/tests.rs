@@ -8,18 +8,17 @@ use std::{
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 
-use super::{
-    ContactState, FeasibleSet, NewtonSettings, NewtonStatus,
-    conditions::{Bound, Evaluation},
-    minimise_frozen,
-    natural_map::NaturalMap,
-};
+use super::{NewtonSettings, NewtonStatus, minimise_frozen, natural_map::NaturalMap};
 use crate::{
     contact::{Interface, MultiplierLayout},
     dual::{ContactCompliance, ExplicitDual},
     linalg::norm,
     mesh::Mesh,
     scene::{Coefficient, Formula, Friction, Ramp, Scene},
+    solver::{
+        ContactState, FeasibleSet,
+        conditions::{Bound, Evaluation},
+    },
 };
 
 const PANES: usize = 2;

@@ -1,9 +1,12 @@
+//! The derivative of the natural map at a solution: sign, sensitivity.
+
 use faer::{Mat, MatRef, prelude::Solve};
 
-use super::{ContactState, FeasibleSet, conditions::Bound, natural_map::NaturalMap};
+use super::natural_map::NaturalMap;
 use crate::{
     dual::ExplicitDual,
     linalg::{largest_eigenvalue, norm},
+    solver::{ContactState, FeasibleSet, conditions::Bound},
 };
 
 /// The generalised derivative R' of the natural map R(λ) = λ − P(λ − ρ (S λ − h)) at some λ.

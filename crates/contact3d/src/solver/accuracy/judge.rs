@@ -1,17 +1,15 @@
 //! How far an answer is from the solution, whichever method found it.
 
-use super::{
-    Status,
-    conditions::{Bound, Conditions},
-    deviation::Sizes,
-    polish::COARSEST,
-    solution::Solution,
-    solve::DiscreteProblem,
-};
+use super::{deviation::Sizes, polish::COARSEST};
 use crate::{
     contact::nodal_tangential,
     dual::{ExplicitDual, LocalStiffness},
     linalg::{Workspace, gmres},
+    solver::{
+        Solution, Status,
+        conditions::{Bound, Conditions},
+        problem::DiscreteProblem,
+    },
 };
 
 /// An answer is as accurate as promised when its error is at most this many times ε.
@@ -34,7 +32,7 @@ impl DiscreteProblem<'_> {
     /// Holds the answer of a method that stops by its own rule against the distance to the solution:
     /// `converged` stays only where that is about ε, and an answer in other zones is none. The method's
     /// own counters stay as they are.
-    pub(super) fn judged(
+    pub(in crate::solver) fn judged(
         &self,
         explicit: Option<(&ExplicitDual, &LocalStiffness)>,
         bound: Bound<'_>,

@@ -1,8 +1,10 @@
-use super::{FeasibleSet, StepCounts};
+//! The face of the admissible set on which a multiplier lies.
+
 use crate::{
     contact::MultiplierLayout,
     dual::DualOperator,
     linalg::{add_scaled, dot, norm},
+    solver::{FeasibleSet, StepCounts},
 };
 
 /// How the tangential pair of a pane can move on a face of the admissible set.
@@ -28,7 +30,7 @@ enum Motion {
 /// direction is tangential to the last bit; in plain components the roundings of the normal forces
 /// would grow during conjugate gradients.
 #[derive(Debug, Clone)]
-pub(super) struct Face {
+pub(in crate::solver) struct Face {
     layout: MultiplierLayout,
     pressed: Vec<bool>,
     pairs: Vec<Motion>,
@@ -36,7 +38,11 @@ pub(super) struct Face {
 
 impl Face {
     /// The face of an admissible multiplier with gradient r = Sλ − h.
-    pub(super) fn new(set: &FeasibleSet<'_>, multiplier: &[f64], gradient: &[f64]) -> Self {
+    pub(in crate::solver) fn new(
+        set: &FeasibleSet<'_>,
+        multiplier: &[f64],
+        gradient: &[f64],
+    ) -> Self {
         let (normal, _) = set.layout().split(multiplier);
         let pairs = set.ellipses.iter().enumerate().map(|(pane, ellipse)| {
             let point = set.tangential(multiplier, pane);
@@ -66,14 +72,14 @@ impl Face {
     }
 
     /// Whether the same blocks are free, held and on a boundary.
-    pub(super) fn same_as(&self, other: &Self) -> bool {
+    pub(in crate::solver) fn same_as(&self, other: &Self) -> bool {
         let kind = std::mem::discriminant::<Motion>;
         let mut pairs = self.pairs.iter().zip(&other.pairs);
         self.pressed == other.pressed && pairs.all(|(a, b)| kind(a) == kind(b))
     }
 
     /// Tᵀv, `[n_multipliers]`.
-    pub(super) fn coordinates(&self, vector: &[f64]) -> Vec<f64> {
+    pub(in crate::solver) fn coordinates(&self, vector: &[f64]) -> Vec<f64> {
         self.map(vector, |tangent, v| {
             [tangent[0] * v[0] + tangent[1] * v[1], 0.0]
         })
@@ -89,7 +95,7 @@ impl Face {
     ///
     /// The preconditioner diag(1 + ᾱ (−r·ν)₊ κ) keeps the condition number below that of S however
     /// small an ellipse is. Stops early at a direction without curvature and after `most_steps`.
-    pub(super) fn newton_direction(
+    pub(in crate::solver) fn newton_direction(
         &self,
         operator: &mut dyn DualOperator,
         gradient: &[f64],

@@ -1,14 +1,16 @@
+//! The geometry of an ellipse at its boundary.
+
 use super::Ellipse;
 
 /// The geometry of an ellipse at a point of its boundary.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct BoundaryFrame {
+pub(in crate::solver) struct BoundaryFrame {
     /// Unit tangent.
-    pub(super) tangent: [f64; 2],
+    pub(in crate::solver) tangent: [f64; 2],
     /// Outer unit normal.
-    pub(super) normal: [f64; 2],
+    pub(in crate::solver) normal: [f64; 2],
     /// Curvature κ ≥ 0 of the boundary, the reciprocal of the radius of curvature.
-    pub(super) curvature: f64,
+    pub(in crate::solver) curvature: f64,
 }
 
 impl Ellipse {
@@ -16,7 +18,7 @@ impl Ellipse {
     ///
     /// At (a c₁, b c₂), c₁² + c₂² = 1, the tangent is along v = (a c₂, −b c₁), the normal along
     /// (b c₁, a c₂), and κ = a b / ‖v‖³.
-    pub(super) fn boundary_frame(&self, point: [f64; 2]) -> BoundaryFrame {
+    pub(in crate::solver) fn boundary_frame(&self, point: [f64; 2]) -> BoundaryFrame {
         let [a, b] = self.semi_axes;
         let (c1, c2) = (point[0] / a, point[1] / b);
         let length = (a * c2).hypot(b * c1);

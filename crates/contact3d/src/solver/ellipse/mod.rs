@@ -1,3 +1,10 @@
+//! Ellipses of friction: projection, its derivatives, the geometry of the boundary.
+
+mod boundary;
+mod derivative;
+
+pub use derivative::ProjectionDerivative;
+
 /// The closed set (x/a)² + (y/b)² ≤ 1 with semi-axes a, b ≥ 0; a segment or a point when one or
 /// both vanish.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,7 +110,7 @@ impl Ellipse {
     }
 
     /// c with P(s p) → (a c₁, b c₂) and ‖c‖ = 1 as s → ∞.
-    pub(super) fn far_direction(&self, p: [f64; 2]) -> [f64; 2] {
+    pub(in crate::solver) fn far_direction(&self, p: [f64; 2]) -> [f64; 2] {
         let unit = |v: [f64; 2]| {
             let largest = v[0].abs().max(v[1].abs());
             v.map(|v| match largest.is_infinite() {

@@ -1,7 +1,10 @@
-use super::{FeasibleSet, InnerOutcome, StepCounts, face::Face};
+//! GPCG on curved faces.
+
+use super::{InnerOutcome, face::Face};
 use crate::{
     dual::DualOperator,
     linalg::{add_scaled, difference, dot, norm},
+    solver::{FeasibleSet, StepCounts},
 };
 
 /// GPCG: minimises ½ λᵀSλ − λᵀh over bounds and ellipses by gradient projection and conjugate

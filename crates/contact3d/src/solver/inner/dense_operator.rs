@@ -4,26 +4,26 @@ use std::sync::atomic::AtomicUsize;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::FeasibleSet;
 use crate::{
     dual::DualOperator,
     linalg::{add_scaled, norm},
+    solver::FeasibleSet,
 };
 
-pub(super) const PANES: usize = 4;
-pub(super) const N: usize = 3 * PANES;
+pub(in crate::solver) const PANES: usize = 4;
+pub(in crate::solver) const N: usize = 3 * PANES;
 
 /// A dense S; from application `broken_from` on it gives NaN.
-pub(super) struct Dense {
-    pub(super) matrix: DMatrix<f64>,
-    pub(super) rhs: Vec<f64>,
-    pub(super) applications: usize,
-    pub(super) broken_from: usize,
+pub(in crate::solver) struct Dense {
+    pub(in crate::solver) matrix: DMatrix<f64>,
+    pub(in crate::solver) rhs: Vec<f64>,
+    pub(in crate::solver) applications: usize,
+    pub(in crate::solver) broken_from: usize,
 }
 
 impl Dense {
     /// S = GᵀG + I, with zero rows and columns where `idle` says so.
-    pub(super) fn new(entries: &[f64], rhs: &[f64], idle: &[usize]) -> Self {
+    pub(in crate::solver) fn new(entries: &[f64], rhs: &[f64], idle: &[usize]) -> Self {
         let g = DMatrix::from_column_slice(N, N, entries);
         let mut matrix = g.transpose() * &g + DMatrix::identity(N, N);
         for &i in idle {
@@ -38,7 +38,7 @@ impl Dense {
         }
     }
 
-    pub(super) fn gradient(&mut self, multiplier: &[f64]) -> Vec<f64> {
+    pub(in crate::solver) fn gradient(&mut self, multiplier: &[f64]) -> Vec<f64> {
         let mut r = self.apply(multiplier);
         add_scaled(&mut r, -1.0, &self.rhs);
         r
@@ -69,12 +69,17 @@ impl DualOperator for Dense {
 
 static PROJECTIONS: AtomicUsize = AtomicUsize::new(0);
 
-pub(super) fn set_of(semi_axes: Vec<[f64; 2]>) -> FeasibleSet<'static> {
+pub(in crate::solver) fn set_of(semi_axes: Vec<[f64; 2]>) -> FeasibleSet<'static> {
     FeasibleSet::new(PANES, semi_axes, &PROJECTIONS)
 }
 
 /// ‖λ − P(λ − s r)‖, which vanishes for every s > 0 exactly at the minimiser.
-pub(super) fn projected_step(set: &FeasibleSet<'_>, multiplier: &[f64], r: &[f64], s: f64) -> f64 {
+pub(in crate::solver) fn projected_step(
+    set: &FeasibleSet<'_>,
+    multiplier: &[f64],
+    r: &[f64],
+    s: f64,
+) -> f64 {
     let mut step = multiplier.to_vec();
     add_scaled(&mut step, -s, r);
     set.project(&mut step);

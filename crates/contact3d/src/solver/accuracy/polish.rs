@@ -1,16 +1,15 @@
 //! Answers to the accuracy they promise: exact residuals, and the distance to the solution.
 
-use super::{
-    NewtonSettings, NewtonSolution, NewtonStep,
-    conditions::Bound,
-    deviation::{Sizes, within_ellipses},
-    natural_map::NaturalMap,
-    newton::newton_to_rounding,
-    solve::DiscreteProblem,
-};
+use super::deviation::{Sizes, within_ellipses};
 use crate::{
     dual::{ExplicitDual, LocalStiffness},
     linalg::difference,
+    solver::{
+        NewtonSettings, NewtonSolution, NewtonStep,
+        conditions::Bound,
+        newton::{natural_map::NaturalMap, newton_to_rounding},
+        problem::DiscreteProblem,
+    },
 };
 
 /// Most rounds; each wins the digits that the conditioning of A leaves.
@@ -21,22 +20,22 @@ const MOST_ROUNDS: usize = 8;
 const STEPS: usize = 20;
 
 /// An answer with a larger error is none: its zones are not known.
-pub(super) const COARSEST: f64 = 1e-3;
+pub(in crate::solver) const COARSEST: f64 = 1e-3;
 
 /// An answer, how far it is from the solution, and the dual problem written about it.
-pub(super) struct Polished {
+pub(in crate::solver) struct Polished {
     /// λ, `[n_multipliers]`, in Pa.
-    pub(super) multiplier: Vec<f64>,
+    pub(in crate::solver) multiplier: Vec<f64>,
     /// u of λ in m, to rounding.
-    pub(super) displacement: Vec<f64>,
+    pub(in crate::solver) displacement: Vec<f64>,
     /// Distance to the solution, relative as in [`Sizes`].
-    pub(super) error: f64,
+    pub(in crate::solver) error: f64,
     /// S and G about λ.
-    pub(super) dual: ExplicitDual,
+    pub(in crate::solver) dual: ExplicitDual,
     /// Steps of Newton's method that it took.
-    pub(super) history: Vec<NewtonStep>,
+    pub(in crate::solver) history: Vec<NewtonStep>,
     /// Applications of S, and one of A⁻¹ a round.
-    pub(super) applications: usize,
+    pub(in crate::solver) applications: usize,
 }
 
 /// How far an answer is from the solution.
@@ -57,12 +56,12 @@ impl Way {
 
 impl Polished {
     /// Whether the answer lies in the zones of a solution.
-    pub(super) fn is_solution(&self) -> bool {
+    pub(in crate::solver) fn is_solution(&self) -> bool {
         self.error <= COARSEST
     }
 
     /// Whether λ and u are numbers.
-    pub(super) fn is_finite(&self) -> bool {
+    pub(in crate::solver) fn is_finite(&self) -> bool {
         let mut values = self.multiplier.iter().chain(&self.displacement);
         values.all(|v| v.is_finite())
     }
@@ -77,7 +76,7 @@ impl DiscreteProblem<'_> {
     /// local stiffness, solves that. Its solution differs from the true one by what S is wrong, as
     /// a share of the way from λ; so that way is the error of λ. It needs no scale, while small
     /// residuals say little for bodies that nearly float.
-    pub(super) fn polished(
+    pub(in crate::solver) fn polished(
         &self,
         dual: &ExplicitDual,
         local: &LocalStiffness,
@@ -119,7 +118,7 @@ impl DiscreteProblem<'_> {
     }
 
     /// The distance of λ to the solution; infinite where Newton's method finds none from there.
-    pub(super) fn error_of(
+    pub(in crate::solver) fn error_of(
         &self,
         dual: &ExplicitDual,
         local: &LocalStiffness,
@@ -161,7 +160,7 @@ impl DiscreteProblem<'_> {
     }
 
     /// λ with its displacement and the dual problem about it; the error is yet to be measured.
-    pub(super) fn exact(
+    pub(in crate::solver) fn exact(
         &self,
         dual: &ExplicitDual,
         local: &LocalStiffness,

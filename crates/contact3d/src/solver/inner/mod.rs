@@ -1,10 +1,25 @@
+//! The inner solvers: what minimises over a frozen admissible set.
+
+#[cfg(test)]
+mod dense_operator;
+mod face;
+mod gpcg;
+#[cfg(test)]
+mod gpcg_tests;
+mod kprgp;
+
+pub use gpcg::Gpcg;
+pub use kprgp::{InnerOutcome, Kprgp};
+
 use super::{
-    FeasibleSet, Gpcg, InnerOutcome, Kprgp, NewtonSettings, NewtonStatus, NewtonStep, Status,
-    StepCounts, conditions::Bound, search::Search,
+    FeasibleSet, NeedsExplicit, NewtonStep, Status, StepCounts,
+    conditions::Bound,
+    newton::{NewtonSettings, NewtonStatus, search::Search},
 };
 use crate::{
     dual::{DualOperator, ExplicitDual, LocalStiffness},
-    linalg::norm,
+    linalg::{largest_eigenvalue, norm},
+    scene::InnerSolver,
 };
 
 /// What solves the problems with a frozen admissible set.
@@ -20,24 +35,46 @@ pub enum Inner<'a> {
 }
 
 /// What an inner solver did.
-pub(super) struct InnerSummary {
+pub(in crate::solver) struct InnerSummary {
     /// How the solve ends where the tolerance was not reached; `None` where it was.
-    pub(super) failure: Option<Status>,
+    pub(in crate::solver) failure: Option<Status>,
     /// Final residual, relative as the tolerance is.
-    pub(super) residual: f64,
-    pub(super) steps: StepCounts,
+    pub(in crate::solver) residual: f64,
+    pub(in crate::solver) steps: StepCounts,
     /// Whether rounding forbids a smaller residual.
-    pub(super) at_rounding: bool,
+    pub(in crate::solver) at_rounding: bool,
     /// Applications of S that the operator did not count.
-    pub(super) applications: usize,
+    pub(in crate::solver) applications: usize,
     /// Steps of Newton's method.
-    pub(super) newton: Vec<NewtonStep>,
+    pub(in crate::solver) newton: Vec<NewtonStep>,
 }
 
-impl Inner<'_> {
+impl<'a> Inner<'a> {
+    /// The inner solver that settings name, with what it needs of the problem.
+    pub(in crate::solver) fn chosen(
+        solver: InnerSolver,
+        explicit: Option<(&'a ExplicitDual, &'a LocalStiffness)>,
+        stiffness: &'a [f64],
+    ) -> Result<Self, NeedsExplicit> {
+        match (solver, explicit) {
+            (InnerSolver::Kprgp, _) => Ok(Self::Kprgp),
+            (InnerSolver::Gpcg, _) => Ok(Self::Gpcg(stiffness)),
+            (InnerSolver::Newton, Some((dual, local))) => Ok(Self::Newton(dual, local)),
+            (InnerSolver::Newton, None) => Err(NeedsExplicit("inner solver newton")),
+        }
+    }
+
+    /// Whether the solver counts steps, so that none means that it did nothing; KPRGP then stops as the paper's does.
+    pub(in crate::solver) fn was_idle(self, steps: StepCounts) -> bool {
+        match self {
+            Self::Gpcg(_) => steps == StepCounts::default(),
+            Self::Kprgp | Self::Newton(..) => false,
+        }
+    }
+
     /// Improves a multiplier on a frozen admissible set to a tolerance relative to ‖h‖ for KPRGP
     /// and GPCG, and to ‖λ‖ for Newton's method.
-    pub(super) fn minimise(
+    pub(in crate::solver) fn minimise(
         self,
         operator: &mut dyn DualOperator,
         kprgp: &Kprgp,
@@ -71,7 +108,9 @@ impl Inner<'_> {
                         };
                         locally.minimise(&gpcg, operator, set, multiplier, reachable)
                     }
-                    _ => kprgp.minimise(operator, set, multiplier, reachable),
+                    Self::Kprgp | Self::Newton(..) => {
+                        kprgp.minimise(operator, set, multiplier, reachable)
+                    }
                 };
                 let relative = reduced_gradient / rhs_norm;
                 InnerSummary {
@@ -179,5 +218,19 @@ impl Locally<'_> {
             0.0 => 0.0,
             moved => moved / norm(multiplier),
         }
+    }
+}
+
+/// An upper estimate of ‖S‖, within some per cent: enough for the steplength 1.9/‖S‖.
+pub fn operator_norm(operator: &mut dyn DualOperator) -> f64 {
+    largest_eigenvalue(operator.dimension(), |v| operator.apply(v))
+}
+
+/// The steplength ᾱ = 1.9/‖S‖ of projected gradient steps in Pa/m³ (KPRGP asks for ᾱ in (0, 2/‖S‖)); 1 for
+/// S = 0, where any will do.
+pub(in crate::solver) fn projected_gradient_steplength(operator: &mut dyn DualOperator) -> f64 {
+    match operator_norm(operator) {
+        0.0 => 1.0,
+        largest => 1.9 / largest,
     }
 }

@@ -1,5 +1,10 @@
-use super::{Ellipse, conditions::Bound, natural_map::NaturalMap};
-use crate::linalg::add_scaled;
+//! Sweeps of nonlinear block Gauss–Seidel.
+
+use super::natural_map::NaturalMap;
+use crate::{
+    linalg::add_scaled,
+    solver::{Ellipse, conditions::Bound},
+};
 
 /// Share of the way from the last sweep's 𝓕⁻¹ to that of the present λ. Undamped, a law that
 /// hardens with slip makes panes stick and slip in turn from sweep to sweep.
@@ -13,7 +18,7 @@ impl NaturalMap<'_> {
     /// With Coulomb friction the ellipse has the g of λ_ν, the value just found, and 𝓕 changes between
     /// sweeps. With frozen ellipses every move decreases the energy. A sweep costs as much as one
     /// application of S.
-    pub(super) fn relax(&self, multiplier: &mut [f64], sweeps: usize) {
+    pub(in crate::solver) fn relax(&self, multiplier: &mut [f64], sweeps: usize) {
         let m = self.dual.n_panes();
         let mut gradient = self.dual.gradient(multiplier);
         let mut inverse = self.friction_inverse(multiplier);

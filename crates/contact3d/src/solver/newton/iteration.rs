@@ -1,10 +1,16 @@
+//! The loop of Newton's method: steps, halvings, stalls.
+
 use std::time::Instant;
 
-use super::{
-    conditions::{Evaluation, PaneZone},
-    natural_map::NaturalMap,
+use super::natural_map::NaturalMap;
+use crate::{
+    dual::ExplicitDual,
+    linalg::norm,
+    solver::{
+        conditions::{Evaluation, PaneZone},
+        history::NewtonStep,
+    },
 };
-use crate::linalg::norm;
 
 /// Halvings of one step before the full step is taken all the same.
 const MOST_HALVINGS: usize = 12;
@@ -44,6 +50,16 @@ impl Default for NewtonSettings {
     }
 }
 
+impl NewtonSettings {
+    /// To the rounding of S λ.
+    pub(in crate::solver) fn to_rounding(dual: &ExplicitDual) -> Self {
+        Self {
+            tolerance: dual.rounding(),
+            ..Self::default()
+        }
+    }
+}
+
 /// How Newton's method ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NewtonStatus {
@@ -58,30 +74,8 @@ pub enum NewtonStatus {
     NumericalError,
 }
 
-/// One step of Newton's method.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NewtonStep {
-    /// ‖R‖ / ‖λ‖ after the step.
-    pub residual: f64,
-    /// Share s of the step d in λ ← λ + s d.
-    pub step_length: f64,
-    /// Halvings tried.
-    pub halvings: usize,
-    /// Panes that changed between open, stick and slip.
-    pub zone_changes: usize,
-    /// Unknowns of the dense system.
-    pub free_unknowns: usize,
-    /// Whether a safeguard replaced Newton's step.
-    pub fallback: bool,
-    /// Share τ of the law in the law F₀^(1−τ) F^τ of the step: 1 unless the law was approached by
-    /// continuation.
-    pub law_share: f64,
-    /// Wall-clock seconds.
-    pub seconds: f64,
-}
-
 /// What helps Newton's method on its way.
-pub(super) enum Globalisation<'f> {
+pub(in crate::solver) enum Globalisation<'f> {
     /// Sweeps of relaxation, and, after a stall, steps of a safeguard from the best iterate.
     Relaxed(&'f mut dyn FnMut(&[f64]) -> Vec<f64>),
     /// A good start alone; a stall ends the method, at rounding after so many steps.
@@ -89,14 +83,14 @@ pub(super) enum Globalisation<'f> {
 }
 
 /// Where the iteration ended.
-pub(super) struct NewtonOutcome {
-    pub(super) status: NewtonStatus,
-    pub(super) multiplier: Vec<f64>,
+pub(in crate::solver) struct NewtonOutcome {
+    pub(in crate::solver) status: NewtonStatus,
+    pub(in crate::solver) multiplier: Vec<f64>,
     /// ‖R‖ / ‖λ‖.
-    pub(super) residual: f64,
-    pub(super) history: Vec<NewtonStep>,
+    pub(in crate::solver) residual: f64,
+    pub(in crate::solver) history: Vec<NewtonStep>,
     /// Applications of S: evaluations of R and sweeps of relaxation.
-    pub(super) evaluations: usize,
+    pub(in crate::solver) evaluations: usize,
 }
 
 /// An iterate and its residual.
@@ -141,10 +135,10 @@ impl Iterate {
 
 /// Runs the damped semismooth Newton method from a start.
 ///
-/// [`Globalisation::Relaxed`]: with relaxed trial steps until the residual stalls and then once
-/// more without; after that, or when Newton's step is singular, the safeguard gives a better
-/// multiplier. [`Globalisation::Plain`] ends there. At least `least_steps` are taken unless R = 0.
-pub(super) fn iterate(
+/// [`Globalisation::Relaxed`]: with relaxed trial steps until the residual stalls and then once more
+/// without; after that, or when Newton's step is singular, the safeguard gives a better multiplier.
+/// [`Globalisation::Plain`] ends there. At least `least_steps` are taken unless R = 0.
+pub(in crate::solver) fn iterate(
     map: &NaturalMap<'_>,
     start: Vec<f64>,
     settings: &NewtonSettings,

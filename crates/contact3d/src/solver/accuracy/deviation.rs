@@ -1,7 +1,9 @@
 //! How far apart two multipliers are, in the norm that accuracy is promised in.
 
-use super::{ContactState, conditions::Evaluation};
-use crate::linalg::norm;
+use crate::{
+    linalg::norm,
+    solver::{ContactState, conditions::Evaluation},
+};
 
 /// The norms ‖λ_ν‖ and max(‖λ_t‖, ‖F λ_ν‖) of a multiplier over Γ_c, in Pa·m.
 ///
@@ -9,14 +11,14 @@ use crate::linalg::norm;
 /// compared with what friction could bear, so that a face that hardly holds anything is not asked
 /// for digits of nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Sizes {
+pub(in crate::solver) struct Sizes {
     normal: f64,
     tangential: f64,
 }
 
 impl Sizes {
     /// The sizes at λ, whose ellipses are those of `evaluation`.
-    pub(super) fn of(
+    pub(in crate::solver) fn of(
         contact: &ContactState<'_>,
         multiplier: &[f64],
         evaluation: &Evaluation,
@@ -35,7 +37,11 @@ impl Sizes {
 
     /// The larger of the relative normal and tangential sizes of a difference of multipliers; 0 for
     /// 0/0.
-    pub(super) fn relative(&self, contact: &ContactState<'_>, difference: &[f64]) -> f64 {
+    pub(in crate::solver) fn relative(
+        &self,
+        contact: &ContactState<'_>,
+        difference: &[f64],
+    ) -> f64 {
         let [normal, tangential] = parts(contact, difference);
         let ratio = |part: f64, whole: f64| if part == 0.0 { 0.0 } else { part / whole };
         let (normal, tangential) = (
@@ -50,10 +56,10 @@ impl Sizes {
     }
 }
 
-/// The size of (d₁/a, d₂/b) for the tangential part d of a difference of multipliers and the
-/// semi-axes of the panes' ellipses, weighted by areas: (Σ |Rⁱ| |·|² / Σ |Rⁱ|)^½; panes without
-/// ellipses do not count.
-pub(super) fn within_ellipses(
+/// The size of (d₁/a, d₂/b) for the tangential part d of a difference of multipliers and the semi-axes
+/// of the panes' ellipses, weighted by areas: (Σ |Rⁱ| |·|² / Σ |Rⁱ|)^½; panes without ellipses do not
+/// count.
+pub(in crate::solver) fn within_ellipses(
     contact: &ContactState<'_>,
     evaluation: &Evaluation,
     difference: &[f64],

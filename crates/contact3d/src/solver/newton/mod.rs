@@ -1,9 +1,23 @@
+//! The semismooth Newton method on the natural map, its starts, and its linearisation.
+
+mod continuation;
+mod iteration;
+mod linearisation;
+pub(in crate::solver) mod natural_map;
+mod relaxation;
+pub(in crate::solver) mod search;
+mod system;
+#[cfg(test)]
+mod tests;
+
+pub use iteration::{NewtonSettings, NewtonStatus};
+pub use linearisation::Linearisation;
+
+use iteration::{Globalisation, NewtonOutcome};
+use natural_map::NaturalMap;
+
 use super::{
-    ContactState, FeasibleSet,
-    conditions::Bound,
-    mapping,
-    natural_map::NaturalMap,
-    newton_loop::{self, Globalisation, NewtonOutcome, NewtonSettings, NewtonStatus, NewtonStep},
+    ContactState, FeasibleSet, NewtonStep, conditions::Bound, contact_state::coulomb_state,
 };
 use crate::{contact::CoulombLaw, dual::ExplicitDual};
 
@@ -57,13 +71,18 @@ pub fn newton(
     let map = NaturalMap::new(dual, Bound::Coulomb(contact, law));
     let mut hidden_evaluations = 0;
     let mut safeguard = |multiplier: &[f64]| {
-        let image = mapping::evaluate_by_relaxation(dual, contact, law, multiplier);
+        // Ψ by relaxed steps alone; one at least, so that a start within the tolerance is measured and not
+        // believed.
+        let state = coulomb_state(dual, contact, law, multiplier);
+        let set = contact.feasible_set(Some(&state));
+        let settings = NewtonSettings::to_rounding(dual);
+        let image = minimise_frozen_in(dual, &set, multiplier, &settings, 1, |_, _| {});
         hidden_evaluations += image.evaluations;
         let pairs = multiplier.iter().zip(&image.multiplier);
         pairs.map(|(l, next)| l + DAMPING * (next - l)).collect()
     };
     let help = Globalisation::Relaxed(&mut safeguard);
-    let outcome = newton_loop::iterate(&map, start, settings, 0, help, observe);
+    let outcome = iteration::iterate(&map, start, settings, 0, help, observe);
     NewtonSolution::new(outcome, hidden_evaluations)
 }
 
@@ -72,7 +91,7 @@ const IDLE_STEPS: usize = 3;
 
 /// Newton's method on any natural map from a good start, in no fewer than `least_steps`; a stall
 /// ends it.
-pub(super) fn newton_from(
+pub(in crate::solver) fn newton_from(
     map: &NaturalMap<'_>,
     start: Vec<f64>,
     settings: &NewtonSettings,
@@ -80,19 +99,19 @@ pub(super) fn newton_from(
     observe: impl FnMut(usize, &NewtonStep),
 ) -> NewtonSolution {
     let help = Globalisation::Plain(IDLE_STEPS);
-    let outcome = newton_loop::iterate(map, start, settings, least_steps, help, observe);
+    let outcome = iteration::iterate(map, start, settings, least_steps, help, observe);
     NewtonSolution::new(outcome, 0)
 }
 
-/// [`newton_from`] in one step at least, ended by the first two at rounding that bring nothing:
-/// what is left then is rounding of λ itself, which the next exact residual shows.
-pub(super) fn newton_to_rounding(
+/// [`newton_from`] in one step at least, ended by the first two at rounding that bring nothing: what is
+/// left then is rounding of λ itself, which the next exact residual shows.
+pub(in crate::solver) fn newton_to_rounding(
     map: &NaturalMap<'_>,
     start: Vec<f64>,
     settings: &NewtonSettings,
 ) -> NewtonSolution {
     let help = Globalisation::Plain(IDLE_STEPS - 1);
-    let outcome = newton_loop::iterate(map, start, settings, 1, help, |_, _| {});
+    let outcome = iteration::iterate(map, start, settings, 1, help, |_, _| {});
     NewtonSolution::new(outcome, 0)
 }
 
@@ -109,7 +128,7 @@ pub fn minimise_frozen(
 }
 
 /// [`minimise_frozen`] in no fewer than `least_steps`, observed.
-pub(super) fn minimise_frozen_in(
+pub(in crate::solver) fn minimise_frozen_in(
     dual: &ExplicitDual,
     set: &FeasibleSet<'_>,
     start: &[f64],
@@ -130,7 +149,7 @@ pub(super) fn minimise_frozen_in(
         next
     };
     let help = Globalisation::Relaxed(&mut safeguard);
-    let outcome = newton_loop::iterate(&map, first, settings, least_steps, help, observe);
+    let outcome = iteration::iterate(&map, first, settings, least_steps, help, observe);
     NewtonSolution::new(outcome, relaxation_applications)
 }
 
@@ -146,7 +165,7 @@ impl NewtonSolution {
     }
 
     /// Whether the method found what it looked for.
-    pub(super) fn is_solution(&self) -> bool {
+    pub(in crate::solver) fn is_solution(&self) -> bool {
         matches!(
             self.status,
             NewtonStatus::Converged | NewtonStatus::RoundingLimit

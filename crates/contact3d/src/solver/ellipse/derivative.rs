@@ -1,3 +1,5 @@
+//! Derivatives of the projection on an ellipse.
+
 use super::Ellipse;
 
 /// First derivatives of the projection p = P_{a,b}(z) on an ellipse.

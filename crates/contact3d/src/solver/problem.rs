@@ -1,8 +1,34 @@
-//! Where a solve begins.
+//! A problem to solve: where a solve begins, and what its observer sees.
 
 use std::sync::atomic::Ordering;
 
-use super::{ContactState, OuterStep};
+use thiserror::Error;
+
+use super::{ContactState, NewtonStep, OuterStep};
+use crate::{
+    dual::{Assembly, ContactSystem},
+    scene::SolveSettings,
+};
+
+/// A body in contact, and how to solve it.
+pub(super) struct DiscreteProblem<'a> {
+    pub(super) assembly: &'a Assembly,
+    pub(super) dual: &'a ContactSystem,
+    pub(super) contact: &'a ContactState<'a>,
+    pub(super) settings: &'a SolveSettings,
+    pub(super) start: Start<'a>,
+}
+
+/// What an observer of a solve sees.
+#[derive(Debug, Clone, Copy)]
+pub enum Progress<'a> {
+    /// Step k of successive approximations.
+    Outer(usize, &'a OuterStep),
+    /// Successive approximations between two steps.
+    Between(&'a OuterState),
+    /// Step k of Newton's method.
+    Newton(usize, &'a NewtonStep),
+}
 
 /// Where a solve begins; λ = 0 by default. What does not fit the number of multipliers is left out.
 #[derive(Debug, Clone, Copy, Default)]
@@ -54,3 +80,11 @@ impl OuterState {
         projections.store(self.projections, Ordering::Relaxed);
     }
 }
+
+/// A method that needs what the assembled problem does not hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[error(
+    "{0} needs the explicit dual operator, but /assemble holds the implicit one; \
+     set assemble.dual_operator = \"explicit\" (`assemble --dual-operator explicit`), or solve.method = \"auto\""
+)]
+pub struct NeedsExplicit(pub(super) &'static str);

@@ -1,11 +1,15 @@
-use super::{
-    ContactState, CoulombState, NewtonSettings, NewtonSolution, NewtonStatus, conditions::Bound,
-    newton::minimise_frozen_in, search::Search,
-};
+//! The mapping Ψ whose fixed points are the discrete solutions.
+
 use crate::{
-    contact::{CoulombLaw, FrictionField},
+    contact::CoulombLaw,
     dual::{ExplicitDual, LocalStiffness},
     linalg::{difference, norm},
+    solver::{
+        ContactState,
+        conditions::Bound,
+        contact_state::coulomb_state,
+        newton::{NewtonSettings, NewtonSolution, NewtonStatus, search::Search},
+    },
 };
 
 /// One value of the mapping Ψ whose fixed points are the discrete solutions (HKL §3).
@@ -45,28 +49,10 @@ pub fn evaluate(
         local,
         start: Some(multiplier),
     };
-    MappingValue::new(search.minimise(&set, &to_rounding(dual)), multiplier)
-}
-
-/// [`evaluate`] by relaxed Newton steps alone.
-pub(super) fn evaluate_by_relaxation(
-    dual: &ExplicitDual,
-    contact: &ContactState<'_>,
-    law: &CoulombLaw,
-    multiplier: &[f64],
-) -> MappingValue {
-    let state = coulomb_state(dual, contact, law, multiplier);
-    let set = contact.feasible_set(Some(&state));
-    // One step at least, so that a start already within the tolerance is measured and not believed.
-    let inner = minimise_frozen_in(dual, &set, multiplier, &to_rounding(dual), 1, |_, _| {});
-    MappingValue::new(inner, multiplier)
-}
-
-fn to_rounding(dual: &ExplicitDual) -> NewtonSettings {
-    NewtonSettings {
-        tolerance: dual.rounding(),
-        ..NewtonSettings::default()
-    }
+    MappingValue::new(
+        search.minimise(&set, &NewtonSettings::to_rounding(dual)),
+        multiplier,
+    )
 }
 
 impl MappingValue {
@@ -82,26 +68,5 @@ impl MappingValue {
             inner_steps: inner.history.len(),
             evaluations: inner.evaluations,
         }
-    }
-}
-
-/// (|u_t1|, |u_t2|) at the contact nodes for a multiplier; empty unless the law follows the slip.
-pub(super) fn slip_of(dual: &ExplicitDual, multiplier: &[f64]) -> Vec<[f64; 2]> {
-    let displacement = dual.tangential_displacement(multiplier);
-    displacement.iter().map(|u| u.map(f64::abs)).collect()
-}
-
-/// The state of friction that a multiplier itself makes: the slip bound g of λ_ν and 𝓕 = 𝓕(u_t(λ)).
-#[must_use]
-pub fn coulomb_state(
-    dual: &ExplicitDual,
-    contact: &ContactState<'_>,
-    law: &CoulombLaw,
-    multiplier: &[f64],
-) -> CoulombState {
-    let (normal, _) = dual.layout.split(multiplier);
-    CoulombState {
-        slip_bound: normal.iter().map(|l| law.slip_bound(l.max(0.0))).collect(),
-        friction: FrictionField::new(law, contact.surface, &slip_of(dual, multiplier)),
     }
 }

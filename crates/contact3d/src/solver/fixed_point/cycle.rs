@@ -1,6 +1,8 @@
+//! Telling a cycle from slow convergence.
+
 use std::collections::VecDeque;
 
-use super::fixed_point::relative_change;
+use crate::linalg::norm;
 
 /// Longest period that is looked for.
 const LONGEST: usize = 8;
@@ -11,7 +13,7 @@ const CLOSED: f64 = 1e-6;
 
 /// Remembers the last iterates of successive approximations, to tell a cycle from slow convergence.
 #[derive(Debug, Default)]
-pub(super) struct CycleDetector {
+pub(in crate::solver) struct CycleDetector {
     /// The latest last.
     recent: VecDeque<Vec<f64>>,
     /// ‖λ⁽ᵏ⁺¹⁾ − λ⁽ᵏ⁾‖ / ‖λ⁽ᵏ⁺¹⁾‖, likewise.
@@ -20,7 +22,7 @@ pub(super) struct CycleDetector {
 
 impl CycleDetector {
     /// Takes up an iterate and its relative change; returns the period of the cycle that it closes.
-    pub(super) fn closes(&mut self, multiplier: &[f64], change: f64) -> Option<usize> {
+    pub(in crate::solver) fn closes(&mut self, multiplier: &[f64], change: f64) -> Option<usize> {
         self.changes.push_back(change);
         let period = (2..=self.recent.len()).find(|&period| {
             let before = &self.recent[self.recent.len() - period];
@@ -34,6 +36,15 @@ impl CycleDetector {
             self.changes.pop_front();
         }
         period.filter(|_| change > 0.0)
+    }
+}
+
+/// ‖λ' − λ‖ / ‖λ'‖, and 0 when both vanish.
+pub(super) fn relative_change(next: &[f64], last: &[f64]) -> f64 {
+    let difference: Vec<f64> = next.iter().zip(last).map(|(a, b)| a - b).collect();
+    match (norm(&difference), norm(next)) {
+        (0.0, _) => 0.0,
+        (difference, size) => difference / size,
     }
 }
 

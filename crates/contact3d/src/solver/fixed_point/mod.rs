@@ -1,14 +1,22 @@
+//! Successive approximations (HKL Algorithm 4.1) and the mapping Ψ that they iterate.
+
+mod cycle;
+mod mapping;
+
+pub use mapping::{MappingValue, evaluate as evaluate_mapping};
+
 use std::{sync::atomic::Ordering, time::Instant};
 
+use cycle::{CycleDetector, relative_change};
+
 use super::{
-    ContactState, CoulombState, Inner, InnerSummary, Kprgp, OuterState, OuterStep, Progress,
-    Solution, SolvedBy, Start, Status, StepCounts, cycle::CycleDetector,
-    norm::projected_gradient_steplength,
+    ContactState, CoulombState, Inner, Kprgp, OuterState, OuterStep, Progress, Solution, SolvedBy,
+    Start, Status,
+    inner::{InnerSummary, projected_gradient_steplength},
 };
 use crate::{
     contact::{CoulombLaw, FrictionField, nodal_slip},
     dual::{Assembly, DualOperator},
-    linalg::norm,
     scene::{PrecisionControl, SolveSettings},
 };
 
@@ -126,8 +134,7 @@ pub fn successive_approximations(
         solution.multiplier = next;
         solution.accuracy = change;
         // An inner solver that a loose tolerance let do nothing says nothing by a change of zero.
-        let idle = matches!(inner, Inner::Gpcg(_)) && outcome.steps == StepCounts::default();
-        let asked = !idle || tolerance <= precision.final_tolerance();
+        let asked = !inner.was_idle(outcome.steps) || tolerance <= precision.final_tolerance();
         let accurate =
             outcome.at_rounding || (asked && outcome.residual <= precision.final_tolerance());
         let closed = cycle.closes(&solution.multiplier, change).is_some();
@@ -217,15 +224,6 @@ impl Solution {
             &assembly.primal.dofs,
             &self.displacement,
         )
-    }
-}
-
-/// ‖λ' − λ‖ / ‖λ'‖, and 0 when both vanish.
-pub(super) fn relative_change(next: &[f64], last: &[f64]) -> f64 {
-    let difference: Vec<f64> = next.iter().zip(last).map(|(a, b)| a - b).collect();
-    match (norm(&difference), norm(next)) {
-        (0.0, _) => 0.0,
-        (difference, size) => difference / size,
     }
 }
 

@@ -1,6 +1,6 @@
-//! The dual operator applied by two triangular solves with the factor of A.
+//! The two forms of the dual operator: through the factor, and as a dense matrix.
 
-use super::{Assembly, ContactSystem, DualOperator};
+use super::{Assembly, ContactSystem, DualOperator, ExplicitDual};
 use crate::linalg::{Reach, Workspace};
 
 /// S applied as the paper does: one pair of sparse triangular solves with the factor of A each time.
@@ -52,6 +52,59 @@ impl DualOperator for ImplicitOperator<'_> {
         self.applications += 1;
         self.contact
             .displacement(self.assembly, multiplier, &mut self.work)
+    }
+
+    fn applications(&self) -> usize {
+        self.applications
+    }
+}
+
+/// S applied as a dense symmetric matrix; the factor of A is used only for the displacement.
+pub struct ExplicitOperator<'a> {
+    dual: &'a ExplicitDual,
+    assembly: &'a Assembly,
+    contact: &'a ContactSystem,
+    work: Workspace,
+    applications: usize,
+}
+
+impl<'a> ExplicitOperator<'a> {
+    /// Joins the dense dual problem and the factor it came from.
+    #[must_use]
+    pub fn new(dual: &'a ExplicitDual, assembly: &'a Assembly, contact: &'a ContactSystem) -> Self {
+        Self {
+            dual,
+            assembly,
+            contact,
+            work: Workspace::default(),
+            applications: 0,
+        }
+    }
+}
+
+impl DualOperator for ExplicitOperator<'_> {
+    fn dimension(&self) -> usize {
+        self.dual.dimension()
+    }
+
+    fn rhs(&self) -> &[f64] {
+        &self.dual.rhs
+    }
+
+    fn apply(&mut self, multiplier: &[f64]) -> Vec<f64> {
+        self.applications += 1;
+        self.dual.apply(multiplier)
+    }
+
+    fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64> {
+        self.applications += 1;
+        self.contact
+            .displacement(self.assembly, multiplier, &mut self.work)
+    }
+
+    fn tangential_displacement(&mut self, multiplier: &[f64]) -> Option<Vec<[f64; 2]>> {
+        self.dual.compliance.as_ref()?;
+        Some(self.dual.tangential_displacement(multiplier))
     }
 
     fn applications(&self) -> usize {

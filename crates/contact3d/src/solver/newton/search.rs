@@ -1,15 +1,13 @@
 //! Ways to a solution by Newton's method, tried one after the other.
 
 use super::{
-    ContactState, FeasibleSet, NewtonSettings, NewtonSolution, NewtonStatus, NewtonStep,
-    conditions::Bound,
-    continuation::continuation,
-    natural_map::NaturalMap,
-    newton::{minimise_frozen_in, newton, newton_from},
+    NewtonSettings, NewtonSolution, NewtonStatus, continuation::continuation, minimise_frozen_in,
+    natural_map::NaturalMap, newton, newton_from,
 };
 use crate::{
     contact::CoulombLaw,
     dual::{ExplicitDual, LocalStiffness},
+    solver::{ContactState, FeasibleSet, NewtonStep, conditions::Bound},
 };
 
 /// ‖R‖ / ‖λ‖ at which a search has found the zones; what follows refines the answer.
@@ -28,7 +26,7 @@ const MOBILE: f64 = 1e3;
 
 /// One way to a solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Way {
+pub(in crate::solver) enum Way {
     /// From a given multiplier, measured by local stiffness.
     Warm,
     /// Relaxed steps from a given multiplier or zero, measured by 1/S_ii.
@@ -44,16 +42,16 @@ pub(super) enum Way {
 }
 
 /// A contact problem and its local stiffness.
-pub(super) struct Search<'a> {
-    pub(super) dual: &'a ExplicitDual,
-    pub(super) bound: Bound<'a>,
-    pub(super) local: &'a LocalStiffness,
-    pub(super) start: Option<&'a [f64]>,
+pub(in crate::solver) struct Search<'a> {
+    pub(in crate::solver) dual: &'a ExplicitDual,
+    pub(in crate::solver) bound: Bound<'a>,
+    pub(in crate::solver) local: &'a LocalStiffness,
+    pub(in crate::solver) start: Option<&'a [f64]>,
 }
 
 impl<'a> Search<'a> {
     /// The ways for this problem in the order in which they should be tried.
-    pub(super) fn ways(&self) -> Vec<Way> {
+    pub(in crate::solver) fn ways(&self) -> Vec<Way> {
         let warm = self.start.map(|_| Way::Warm);
         let mobile = self.local.mobility() > MOBILE;
         let ways = if mobile {
@@ -84,7 +82,7 @@ impl<'a> Search<'a> {
     }
 
     /// Goes one way; `observe` sees the steps, numbered from `done` on.
-    pub(super) fn go(
+    pub(in crate::solver) fn go(
         &self,
         way: Way,
         done: usize,
@@ -106,7 +104,7 @@ impl<'a> Search<'a> {
 
     /// Minimises over a frozen set from the start, in one step at least, so that a start within the
     /// tolerance is measured and not believed.
-    pub(super) fn minimise(
+    pub(in crate::solver) fn minimise(
         &self,
         set: &FeasibleSet<'_>,
         settings: &NewtonSettings,

@@ -1,13 +1,13 @@
+//! The dense linear system of one step of Newton's method.
+
 use faer::{
     Conj, MatMut, Par,
     dyn_stack::{MemBuffer, MemStack},
     linalg::lu::partial_pivoting::{factor, solve},
 };
 
-use super::{
-    conditions::{Bound, Evaluation},
-    natural_map::NaturalMap,
-};
+use super::natural_map::NaturalMap;
+use crate::solver::conditions::{Bound, Evaluation};
 
 /// The part of the Newton equation R'(λ) d = −R that is not already solved.
 ///
@@ -45,7 +45,10 @@ struct PairRows {
 
 impl NaturalMap<'_> {
     /// The Newton step d with R'(λ) d = −R and its number of coupled unknowns; `None` when R' is singular.
-    pub(super) fn newton_step(&self, evaluation: &Evaluation) -> Option<(Vec<f64>, usize)> {
+    pub(in crate::solver) fn newton_step(
+        &self,
+        evaluation: &Evaluation,
+    ) -> Option<(Vec<f64>, usize)> {
         let system = NewtonSystem::new(self, evaluation);
         let n = system.free.len();
         let mut step: Vec<f64> = evaluation.residual.iter().map(|r| -r).collect();
@@ -64,7 +67,7 @@ impl NaturalMap<'_> {
 
 impl NaturalMap<'_> {
     /// R'(λ) in full, column-major, `[n_multipliers, n_multipliers]`, dimensionless.
-    pub(super) fn derivative(&self, evaluation: &Evaluation) -> Vec<f64> {
+    pub(in crate::solver) fn derivative(&self, evaluation: &Evaluation) -> Vec<f64> {
         let system = NewtonSystem::new(self, evaluation);
         let n = evaluation.residual.len();
         let mut matrix = vec![0.0; n * n];

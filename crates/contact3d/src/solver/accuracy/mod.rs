@@ -1,0 +1,5 @@
+//! The error of an answer: its way to the solution.
+
+mod deviation;
+mod judge;
+pub(in crate::solver) mod polish;
