@@ -62,7 +62,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(MARGIN, Kind::F64, PANES, Dimension::Number, "1 - |F^-1 lambda_t| / g: 0 on the boundary of the ellipse, 1 at its centre and on open panes.").optional(NO_FRICTION),
     GROUP.row(NORMAL_STRESS, Kind::F64, PANES, Dimension::STRESS, "Normal contact stress, negative in compression.").symbol("sigma_nu").optional(NO_CONTACT),
     GROUP.row(TANGENTIAL_STRESS, Kind::F64, PANE_PAIRS, Dimension::STRESS, "Tangential contact stress along t1 and t2.").symbol("sigma_t").optional(NO_FRICTION),
-    GROUP.row(SCALED_TANGENTIAL, Kind::F64, PANES, Dimension::STRESS, "Norm of the tangential stress scaled by the inverse friction matrix at the solution; at most -sigma_nu.").symbol("|F^-1 sigma_t|").optional(NO_COULOMB),
+    GROUP.row(SCALED_TANGENTIAL, Kind::F64, PANES, Dimension::STRESS, "Norm of the tangential stress scaled by the inverse friction matrix at the solution; at most -sigma_nu, and no more than a cap.").symbol("|F^-1 sigma_t|").optional(NO_COULOMB),
     GROUP.row(TRACTION, Kind::F64, &[Named("n_panes"), Fixed(3)], Dimension::STRESS, "Contact stress on the body in the global axes, sigma_nu nu + sigma_t1 t1 + sigma_t2 t2; times pane areas it sums to the contact force.").symbol("sigma nu").optional(NO_CONTACT_OR_OLD),
     GROUP.row(AXIS_1, Kind::F64, NODE_VECTORS, Dimension::Number, "First axis of friction at each contact node.").symbol("t1").optional(NO_CONTACT_OR_OLD),
     GROUP.row(AXIS_2, Kind::F64, NODE_VECTORS, Dimension::Number, "Second axis of friction at each contact node, t1 x nu with the outward normal nu.").symbol("t2").optional(NO_CONTACT_OR_OLD),
@@ -89,7 +89,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row("/post/certificate/penetration", Kind::F64, &[], Dimension::Number, "Largest mean penetration of a pane times its area and local stiffness, over the largest pressure.").optional(NO_CONTACT),
     GROUP.row("/post/certificate/adhesion", Kind::F64, &[], Dimension::Number, "Largest tensile normal multiplier over the largest pressure.").optional(NO_CONTACT),
     GROUP.row("/post/certificate/complementarity", Kind::F64, &[], Dimension::Number, "Sum over panes of |lambda_nu gap| times area, over that of lambda_nu^2 over local stiffness.").optional(NO_CONTACT),
-    GROUP.row("/post/certificate/friction_bound", Kind::F64, &[], Dimension::Number, "Largest excess of |F^-1 lambda_t| over lambda_nu, over the largest lambda_nu.").optional(NO_FRICTION),
+    GROUP.row("/post/certificate/friction_bound", Kind::F64, &[], Dimension::Number, "Largest excess of |F^-1 lambda_t| over the slip bound, lambda_nu or no more than its cap, over the largest slip bound.").optional(NO_FRICTION),
     GROUP.row("/post/certificate/slip_direction", Kind::F64, &[], Dimension::Number, "Sum over panes of the frictional work that misses to that of the law's slip direction, in absolute value, over the frictional work plus the sum of |lambda_t|^2 over local stiffness.").optional(NO_FRICTION),
     GROUP.row("/post/certificate/fixed_point", Kind::F64, &[], Dimension::Number, "Largest entry of lambda - P(lambda - rho r) on the solution's own admissible set with local stiffness rho, normal ones over the largest pressure, tangential ones over the largest tangential stress or semi-axis.").optional(NO_CONTACT),
 ];

@@ -152,7 +152,9 @@ impl FrictionModel {
         match self {
             Self::Frictionless | Self::Coulomb { .. } => None,
             Self::Tresca { .. } => Some("with a given slip bound: |F^-1 sigma_t| <= g"),
-            Self::CappedCoulomb { .. } => Some("|F^-1 sigma_t| <= min(-sigma_nu, p_cap)"),
+            Self::CappedCoulomb { .. } => {
+                Some("up to a pressure cap: |F^-1 sigma_t| <= min(-sigma_nu, p_cap)")
+            }
         }
     }
 
