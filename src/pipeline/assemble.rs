@@ -3,7 +3,10 @@
 use contact3d::{
     dual::{AssemblyError, DualSystem, Need, Shortage},
     mesh::Mesh,
-    scene::{AssembleSettings, Friction, Material, Parameters, Quantity, Region, Scene, SceneFile},
+    scene::{
+        AssembleSettings, FrictionModel, Material, ModelFeatures, Parameters, Quantity, Region,
+        Scene, SceneFile,
+    },
 };
 use serde::Serialize;
 
@@ -50,14 +53,15 @@ pub(super) struct Settings<'a> {
 impl<'a> Settings<'a> {
     pub(super) fn of(scene: &'a Scene) -> Self {
         let contact = scene.contact.as_ref();
-        let law = scene.friction.as_ref().and_then(Friction::law);
         Self {
             material: &scene.material,
             region: &scene.regions,
             axis_1: contact.and_then(|c| c.axis_1.as_ref()),
             angle: contact.and_then(|c| c.angle.as_ref()),
             friction: scene.friction.is_some(),
-            friction_follows_slip: law.is_some_and(|law| law.depends_on_slip()),
+            friction_follows_slip: ModelFeatures::of(scene)
+                .friction()
+                .is_some_and(FrictionModel::follows_slip),
             assemble: &scene.assemble,
             parameters: scene.parameters_used(of_frame),
         }
