@@ -114,7 +114,7 @@ impl Coupling {
 
     /// B u, `[n_multipliers]`.
     #[must_use]
-    pub fn integrate(&self, displacement: &[f64]) -> Vec<f64> {
+    pub(crate) fn integrate(&self, displacement: &[f64]) -> Vec<f64> {
         let mut result = vec![0.0; self.n_multipliers()];
         self.transposed.mul_transposed(displacement, &mut result);
         result
@@ -131,7 +131,7 @@ impl Coupling {
 
 /// Signed (u_t1, u_t2) at every contact node in m, `[n_contact_nodes]`.
 #[must_use]
-pub fn nodal_tangential(
+pub(crate) fn nodal_tangential(
     surface: &ContactSurface,
     frame: &ContactFrame,
     dofs: &DofMap,

@@ -148,7 +148,7 @@ impl Interface {
     }
 
     /// Sets the number of evaluations, for a solve that goes on from a checkpoint.
-    pub fn set_law_evaluations(&self, evaluations: usize) {
+    pub(crate) fn set_law_evaluations(&self, evaluations: usize) {
         if let Some(law) = self.coulomb() {
             law.evaluations.store(evaluations, Ordering::Relaxed);
         }
@@ -221,7 +221,7 @@ impl CoulombLaw {
     /// The law F₀^(1−τ) F^τ between a constant coefficient F₀ > 0 (τ = 0) and this law (τ = 1),
     /// positive and as smooth as this one for every share τ.
     #[must_use]
-    pub fn softened(&self, reference: f64, share: f64) -> Self {
+    pub(crate) fn softened(&self, reference: f64, share: f64) -> Self {
         Self {
             softening: (share < 1.0).then_some(Softening { reference, share }),
             bound: self.bound,
@@ -232,7 +232,7 @@ impl CoulombLaw {
     /// (F₁, F₂) at all contact nodes for their slips in m, `[n_contact_nodes]`; no slips mean zero.
     /// A law that does not follow the slip is evaluated only once.
     #[must_use]
-    pub fn at_nodes(&self, slip: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    pub(crate) fn at_nodes(&self, slip: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let everywhere = |slip: &[[f64; 2]]| {
             let slip_of = |node: usize| slip.get(node).copied().unwrap_or([0.0; 2]);
             let nodes = 0..self.positions.len();
@@ -302,7 +302,7 @@ impl CoulombLaw {
 
     /// dg/dλ_ν; at a cap that of larger pressures, an element of the generalised derivative.
     #[must_use]
-    pub fn slip_bound_slope(&self, pressure: f64) -> f64 {
+    pub(crate) fn slip_bound_slope(&self, pressure: f64) -> f64 {
         match self.bound {
             PressureBound::Capped(cap) if pressure >= cap => 0.0,
             PressureBound::Capped(_) | PressureBound::Uncapped => 1.0,

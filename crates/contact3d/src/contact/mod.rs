@@ -11,7 +11,8 @@ mod law_bounds_tests;
 mod law_search;
 mod multiplier_layout;
 
-pub use coupling::{Coupling, nodal_slip, nodal_tangential};
+pub(crate) use coupling::nodal_tangential;
+pub use coupling::{Coupling, nodal_slip};
 pub use frame::ContactFrame;
 pub use friction_field::FrictionField;
 pub use interface::{CoulombLaw, Interface, InterfaceFriction};

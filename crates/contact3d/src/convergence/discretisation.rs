@@ -177,7 +177,7 @@ impl DiscretisationLadder {
 
     /// The level of the scene's own mesh.
     #[must_use]
-    pub fn scene_level(&self) -> Option<&Level> {
+    pub(crate) fn scene_level(&self) -> Option<&Level> {
         self.levels.iter().find(|l| l.n_div == self.scene_n_div)
     }
 }

@@ -19,8 +19,10 @@ pub use advice::{Advice, Refinement};
 pub use algebraic::{AlgebraicLadder, EPSILONS, LadderEntry, LadderMethod, LadderResult, Operator};
 pub use cost::Cost;
 pub use discretisation::{DiscretisationLadder, Forces, Level, Trend};
-pub use refinement::{brick_n_div, default_finest, nested_cells};
-pub use richardson::{extrapolated, observed_order};
+pub(crate) use refinement::brick_n_div;
+pub use refinement::nested_cells;
+pub use richardson::extrapolated;
+pub(crate) use richardson::observed_order;
 
 use std::path::Path;
 

@@ -12,14 +12,14 @@ use crate::{
 
 /// n_div of a brick: its smallest number of cells along an edge.
 #[must_use]
-pub fn brick_n_div(brick: &Brick) -> usize {
+pub(crate) fn brick_n_div(brick: &Brick) -> usize {
     brick.cells.into_iter().min().unwrap_or(1)
 }
 
 /// The finest mesh when none is asked for: 4, 2 or 1 times the scene's n_div, the first that does
 /// not exceed 32; the scene's own where that is larger.
 #[must_use]
-pub fn default_finest(n_div: usize) -> usize {
+pub(crate) fn default_finest(n_div: usize) -> usize {
     let fits = |factor: &usize| factor * n_div <= 32;
     [4, 2].into_iter().find(fits).unwrap_or(1) * n_div
 }

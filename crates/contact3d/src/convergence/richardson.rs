@@ -10,7 +10,7 @@ const HIGHEST_ORDER: f64 = 4.0;
 /// `None` where the values do not approach a limit: the differences change sign or grow too fast
 /// for any p > 0, or are below `negligible`, where they are rounding.
 #[must_use]
-pub fn observed_order(h: [f64; 3], v: [f64; 3], negligible: f64) -> Option<f64> {
+pub(crate) fn observed_order(h: [f64; 3], v: [f64; 3], negligible: f64) -> Option<f64> {
     let [first, second] = [v[0] - v[1], v[1] - v[2]];
     if first.abs() <= negligible || second.abs() <= negligible {
         return None;

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::{
-    Cost, DiscretisationLadder, Level, default_finest, discretisation::energy_norm,
-    prolongation::prolongate, refinement::with_cells,
+    Cost, DiscretisationLadder, Level, discretisation::energy_norm, prolongation::prolongate,
+    refinement::default_finest, refinement::with_cells,
 };
 use crate::{
     elasticity::{DofMap, MaterialField, stiffness},

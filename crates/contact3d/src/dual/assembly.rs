@@ -192,7 +192,12 @@ impl Assembly {
     /// corrections no longer fall, or are below `target` ‖u‖: accurate while ε cond(A) < 1
     /// (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, SIAM 2002, theorem 12.1).
     #[must_use]
-    pub fn solve_refined(&self, forces: &[f64], target: f64, work: &mut Workspace) -> Doubled {
+    pub(crate) fn solve_refined(
+        &self,
+        forces: &[f64],
+        target: f64,
+        work: &mut Workspace,
+    ) -> Doubled {
         let mut displacement = Doubled::from(self.solve(forces, work));
         let mut last = f64::INFINITY;
         for _ in 0..MOST_REFINEMENTS {

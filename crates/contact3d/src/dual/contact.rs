@@ -109,7 +109,7 @@ impl ContactSystem {
     }
 
     /// Drops a dense S: it is applied through the factor from now on.
-    pub fn make_implicit(&mut self) {
+    pub(crate) fn make_implicit(&mut self) {
         self.form = OperatorForm::Implicit(self.dual_rhs().to_vec());
     }
 
@@ -141,7 +141,7 @@ impl ContactSystem {
 
     /// The same of a displacement with its remainder, in twice the working precision.
     #[must_use]
-    pub fn closing_refined(
+    pub(crate) fn closing_refined(
         &self,
         displacement: &Doubled,
         surface: &ContactSurface,
@@ -164,7 +164,7 @@ impl ContactSystem {
         assembly.solve(&self.forces(assembly, multiplier), work)
     }
 
-    /// The same by [`Assembly::solve_refined`] to the share `target` of u.
+    /// The same by iterative refinement to the share `target` of u.
     #[must_use]
     pub fn refined_displacement(
         &self,

@@ -23,7 +23,7 @@ pub struct ExplicitDual {
     /// h = B A⁻¹ l with the gap's integral subtracted, `[n_multipliers]`, in m³; −r(λ₀) where the
     /// problem is written about an anchor λ₀.
     pub rhs: Vec<f64>,
-    /// λ₀ of [`Self::anchored`], `[n_multipliers]`, in Pa; `None` for zero.
+    /// λ₀ where the problem is written about an anchor, `[n_multipliers]`, in Pa; `None` for zero.
     pub anchor: Option<Vec<f64>>,
     /// The order of the multipliers.
     pub layout: MultiplierLayout,
@@ -84,7 +84,7 @@ impl ExplicitDual {
     /// refinement); what cancels in S λ − h, the rigid motion of a body that nearly floats, cancelled
     /// in c already.
     #[must_use]
-    pub fn anchored(
+    pub(crate) fn anchored(
         &self,
         multiplier: &[f64],
         displacement: &[f64],

@@ -160,7 +160,7 @@ impl OperatorEstimate {
     /// Whether the dense form pays: it fits in a few times the factor's memory, and forming it
     /// costs less than the applications of a solve.
     #[must_use]
-    pub fn prefers_explicit(&self) -> bool {
+    pub(crate) fn prefers_explicit(&self) -> bool {
         self.explicit_bytes <= (4.0 * self.factor_bytes).max(SMALL_MEMORY)
             && self.explicit_operations <= APPLICATIONS_OF_A_SOLVE * self.action_operations
     }

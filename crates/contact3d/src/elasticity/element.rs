@@ -6,7 +6,7 @@ use crate::mesh::tetrahedron_volume;
 
 /// Geometry of a P1 tetrahedron: its volume and the constant gradients of its four hat functions.
 #[derive(Debug, Clone, Copy)]
-pub struct Element {
+pub(crate) struct Element {
     /// Volume V in m³.
     pub volume: f64,
     /// ∇φ_a in 1/m for the four corners a.
@@ -16,7 +16,7 @@ pub struct Element {
 impl Element {
     /// Gradients ∇φ_a = (opposite face's area vector)/(3V), pointing to corner a.
     #[must_use]
-    pub fn new(corners: &[[f64; 3]; 4]) -> Self {
+    pub(crate) fn new(corners: &[[f64; 3]; 4]) -> Self {
         let volume = tetrahedron_volume(corners);
         let p = corners.map(Vector3::from);
         let gradient =
@@ -33,7 +33,12 @@ impl Element {
     /// The 3 × 3 stiffness block V G_aᵀ C G_b of two corners in N/m, where G_a maps a nodal
     /// displacement to Voigt strain.
     #[must_use]
-    pub fn stiffness_block(&self, elasticity: &Matrix6<f64>, a: usize, b: usize) -> Matrix3<f64> {
+    pub(crate) fn stiffness_block(
+        &self,
+        elasticity: &Matrix6<f64>,
+        a: usize,
+        b: usize,
+    ) -> Matrix3<f64> {
         let stresses = unit_stresses(elasticity, &self.gradients[b]);
         let forces = stresses.map(|stress| traction(&self.gradients[a], &stress) * self.volume);
         Matrix3::from_columns(&forces)
@@ -41,7 +46,11 @@ impl Element {
 
     /// Voigt stress C ε(u) in Pa of nodal displacements u in m.
     #[must_use]
-    pub fn stress(&self, elasticity: &Matrix6<f64>, displacement: &[[f64; 3]; 4]) -> Vector6<f64> {
+    pub(crate) fn stress(
+        &self,
+        elasticity: &Matrix6<f64>,
+        displacement: &[[f64; 3]; 4],
+    ) -> Vector6<f64> {
         let mut stress = Vector6::zeros();
         for (gradient, u) in self.gradients.iter().zip(displacement) {
             for (unit, u) in unit_stresses(elasticity, gradient).iter().zip(u) {
@@ -53,7 +62,7 @@ impl Element {
 
     /// Nodal forces V G_aᵀ σ in N that balance a stress.
     #[must_use]
-    pub fn nodal_forces(&self, stress: &Vector6<f64>) -> [Vector3<f64>; 4] {
+    pub(crate) fn nodal_forces(&self, stress: &Vector6<f64>) -> [Vector3<f64>; 4] {
         self.gradients
             .map(|gradient| traction(&gradient, stress) * self.volume)
     }

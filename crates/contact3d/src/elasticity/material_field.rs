@@ -42,7 +42,7 @@ impl<'a> MaterialField<'a> {
 
     /// C in Pa of a tetrahedron.
     #[must_use]
-    pub fn tensor(&self, tetrahedron: usize) -> &Matrix6<f64> {
+    pub(crate) fn tensor(&self, tetrahedron: usize) -> &Matrix6<f64> {
         let region = self.region.get(tetrahedron).copied().unwrap_or(0);
         &self.tensors[region]
     }

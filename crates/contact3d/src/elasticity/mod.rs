@@ -10,9 +10,10 @@ mod rigid_motion;
 mod stiffness;
 
 pub use dofs::DofMap;
-pub use element::Element;
+pub(crate) use element::Element;
 pub use idle_load::idle_loads;
 pub use load::Loads;
 pub use material_field::MaterialField;
-pub use rigid_motion::{RigidMotion, free_rigid_motions, refuse_rigid_motions};
-pub use stiffness::{internal_forces, node_adjacency, stiffness};
+pub use rigid_motion::refuse_rigid_motions;
+pub(crate) use stiffness::node_adjacency;
+pub use stiffness::{internal_forces, stiffness};

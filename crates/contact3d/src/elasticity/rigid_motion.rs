@@ -6,7 +6,7 @@ use crate::{mesh::Mesh, scene::Invalid};
 
 /// A rigid motion that the clamps leave free.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RigidMotion {
+pub(crate) struct RigidMotion {
     /// Velocity of the origin.
     pub translation: [f64; 3],
     /// Rotation vector.
@@ -19,7 +19,7 @@ const FREE: f64 = 1e-12;
 
 /// The rigid motions u = t + ω × x under which all held components stay at zero.
 #[must_use]
-pub fn free_rigid_motions(coordinates: &[[f64; 3]], held: &[[bool; 3]]) -> Vec<RigidMotion> {
+pub(crate) fn free_rigid_motions(coordinates: &[[f64; 3]], held: &[[bool; 3]]) -> Vec<RigidMotion> {
     let n = coordinates.len().max(1) as f64;
     let centre: Vector3<f64> = coordinates
         .iter()
@@ -103,7 +103,7 @@ fn telling_basis(space: &[Vector6<f64>]) -> Vec<Vector6<f64>> {
 impl RigidMotion {
     /// What the motion is, in words: a translation or a rotation, and along or about what.
     #[must_use]
-    pub fn describe(&self, extent: f64) -> String {
+    pub(crate) fn describe(&self, extent: f64) -> String {
         let turn = Vector3::from(self.rotation);
         let shift = Vector3::from(self.translation);
         let direction = |v: Vector3<f64>| {

@@ -49,7 +49,7 @@ impl Stars {
 
 /// Node graph of the mesh in compressed rows (offsets, neighbours), without loops.
 #[must_use]
-pub fn node_adjacency(mesh: &Mesh) -> (Vec<usize>, Vec<usize>) {
+pub(crate) fn node_adjacency(mesh: &Mesh) -> (Vec<usize>, Vec<usize>) {
     let stars = Stars::new(mesh);
     let mut offsets = vec![0];
     let mut neighbours = Vec::new();

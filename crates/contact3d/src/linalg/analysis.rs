@@ -17,15 +17,15 @@ const RELAXATION: [(usize, f64); 4] = [(4, 1.0), (16, 0.8), (48, 0.1), (usize::M
 
 /// The structure of a Cholesky factor without its coefficients.
 #[derive(Debug)]
-pub struct Analysis {
+pub(crate) struct Analysis {
     structure: CholeskyFactor,
     /// `None` for the matrix without unknowns.
     symbolic: Option<SymbolicCholesky<usize>>,
 }
 
 impl CholeskyFactor {
-    /// Factorises the symmetric positive definite A as LLᵀ = PAPᵀ with a supernodal method: [`Analysis::new`], then
-    /// [`Analysis::factorise`].
+    /// Factorises the symmetric positive definite A as LLᵀ = PAPᵀ with a supernodal method, structure
+    /// first.
     ///
     /// # Errors
     /// [`FactorError`] when A is not square, the ordering is no permutation, a pivot is not safely positive, or memory runs out.
@@ -46,7 +46,7 @@ impl Analysis {
     ///
     /// # Errors
     /// [`FactorError`] when A is not square, the ordering is no permutation, or memory runs out.
-    pub fn new(a: &CscMatrix, permutation: Vec<usize>) -> Result<Self, FactorError> {
+    pub(crate) fn new(a: &CscMatrix, permutation: Vec<usize>) -> Result<Self, FactorError> {
         let size = a.cols;
         if a.rows != size {
             return Err(FactorError::NotSquare {
@@ -108,13 +108,13 @@ impl Analysis {
 
     /// The factor as far as it is known: everything but its coefficients.
     #[must_use]
-    pub fn structure(&self) -> &CholeskyFactor {
+    pub(crate) fn structure(&self) -> &CholeskyFactor {
         &self.structure
     }
 
     /// Bytes that the numeric factorisation will work in beside the coefficients.
     #[must_use]
-    pub fn scratch_bytes(&self, threads: usize) -> usize {
+    pub(crate) fn scratch_bytes(&self, threads: usize) -> usize {
         self.symbolic.as_ref().map_or(0, |symbolic| {
             let par = parallelism(threads);
             symbolic
@@ -129,7 +129,11 @@ impl Analysis {
     ///
     /// # Errors
     /// [`FactorError`] when a pivot is not safely positive, or memory runs out.
-    pub fn factorise(self, a: &CscMatrix, threads: usize) -> Result<CholeskyFactor, FactorError> {
+    pub(crate) fn factorise(
+        self,
+        a: &CscMatrix,
+        threads: usize,
+    ) -> Result<CholeskyFactor, FactorError> {
         let mut factor = self.structure;
         if let Some(symbolic) = &self.symbolic {
             factor.compute_values(a, symbolic, threads)?;

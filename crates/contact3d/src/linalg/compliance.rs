@@ -46,7 +46,7 @@ impl ForwardRows<'_> {
     /// # Panics
     /// When C does not have one column per unknown.
     #[must_use]
-    pub fn compliance(&self, c: &CscMatrix) -> Vec<f64> {
+    pub(crate) fn compliance(&self, c: &CscMatrix) -> Vec<f64> {
         assert_eq!(c.cols, self.factor.size(), "columns of the selection");
         let by_rows = c.transpose();
         let new_of_old = self.factor.new_of_old();

@@ -36,7 +36,7 @@ pub(super) struct Part {
 /// # Errors
 /// [`OrderingError`] when the arrays do not describe a graph with one point per node, or memory
 /// runs out.
-pub fn nested_dissection(
+pub(crate) fn nested_dissection(
     indptr: &[usize],
     indices: &[usize],
     points: &[[f64; 3]],
@@ -54,7 +54,7 @@ pub fn nested_dissection(
 ///
 /// `unknowns(node)` are the unknowns of a node, none for a clamped one.
 #[must_use]
-pub fn expand_to_unknowns<I: IntoIterator<Item = usize>>(
+pub(crate) fn expand_to_unknowns<I: IntoIterator<Item = usize>>(
     node_order: &[usize],
     unknowns: impl Fn(usize) -> I,
 ) -> Vec<usize> {

@@ -189,7 +189,7 @@ impl CholeskyFactor {
 
     /// Number of coefficients, known before they are computed.
     #[must_use]
-    pub fn value_count(&self) -> usize {
+    pub(crate) fn value_count(&self) -> usize {
         self.value_offsets.last().copied().unwrap_or(0)
     }
 

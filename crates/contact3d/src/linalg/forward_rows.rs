@@ -19,7 +19,7 @@ const TILE: usize = 144;
 ///
 /// Every sum has a fixed order, so all products have the same bits at any thread count.
 #[derive(Clone, Debug)]
-pub struct ForwardRows<'a> {
+pub(crate) struct ForwardRows<'a> {
     pub(super) factor: &'a CholeskyFactor,
     pub(super) tree: SupernodeTree,
     /// The row of B of each column of W: rows that lie close in the elimination tree are
@@ -34,7 +34,7 @@ impl CholeskyFactor {
     /// # Panics
     /// When B does not have one column per unknown.
     #[must_use]
-    pub fn forward_rows(&self, b: &CscMatrix) -> ForwardRows<'_> {
+    pub(crate) fn forward_rows(&self, b: &CscMatrix) -> ForwardRows<'_> {
         assert_eq!(b.cols, self.size(), "columns of the coupling");
         let by_rows = b.transpose();
         let new_of_old = self.new_of_old();
@@ -66,7 +66,7 @@ impl ForwardRows<'_> {
     /// The dual operator S = BA⁻¹Bᵀ = WᵀW, column-major, shape (rows of B, rows of B), exactly
     /// symmetric.
     #[must_use]
-    pub fn gram(&self) -> Vec<f64> {
+    pub(crate) fn gram(&self) -> Vec<f64> {
         let rows = self.order.len();
         let count = rows.div_ceil(TILE);
         let range = |i: usize| i * TILE..((i + 1) * TILE).min(rows);

@@ -6,7 +6,7 @@ use super::{add_scaled, dot, norm};
 /// 7 (1986) 856) without restarts: stops when ‖b − M x‖ ≤ `tolerance` ‖b‖ or after `most_steps`
 /// products.
 #[must_use]
-pub fn gmres(
+pub(crate) fn gmres(
     b: &[f64],
     tolerance: f64,
     most_steps: usize,

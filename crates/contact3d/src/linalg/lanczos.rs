@@ -15,7 +15,7 @@ const RELATIVE_RESIDUAL: f64 = 0.01;
 /// SIAM 1998, chapter 13), from the same start on every machine. Returns 0 for n = 0 and for the
 /// zero operator.
 #[must_use]
-pub fn largest_eigenvalue(n: usize, mut apply: impl FnMut(&[f64]) -> Vec<f64>) -> f64 {
+pub(crate) fn largest_eigenvalue(n: usize, mut apply: impl FnMut(&[f64]) -> Vec<f64>) -> f64 {
     if n == 0 {
         return 0.0;
     }

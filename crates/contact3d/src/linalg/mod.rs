@@ -28,16 +28,16 @@ mod forward_rows_tests;
 #[cfg(test)]
 mod test_brick;
 
-pub use analysis::Analysis;
-pub use dissection::{expand_to_unknowns, nested_dissection};
+pub(crate) use analysis::Analysis;
+pub(crate) use dissection::{expand_to_unknowns, nested_dissection};
 pub use factor::{CholeskyFactor, FactorError};
 pub use factor_parts::PartsError;
-pub use forward_rows::ForwardRows;
-pub use gmres::gmres;
-pub use lanczos::largest_eigenvalue;
+pub(crate) use gmres::gmres;
+pub(crate) use lanczos::largest_eigenvalue;
 pub use ordering::{OrderingError, amd};
-pub use reach::Reach;
+pub(crate) use reach::Reach;
 pub use refinement::Doubled;
 pub use solve::Workspace;
 pub use sparse::{CscMatrix, SparseError};
-pub use vector::{add_scaled, difference, dot, norm};
+pub(crate) use vector::add_scaled;
+pub use vector::{difference, dot, norm};

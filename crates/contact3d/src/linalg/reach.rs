@@ -5,7 +5,7 @@ use super::solve::Workspace;
 
 /// The supernodes on the elimination-tree paths from some unknowns to the roots, ascending.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Reach {
+pub(crate) struct Reach {
     pub(super) supernodes: Vec<usize>,
     /// Number of unknowns of the factor it belongs to.
     size: usize,
@@ -14,7 +14,7 @@ pub struct Reach {
 impl Reach {
     /// The reached supernodes, ascending.
     #[must_use]
-    pub fn supernodes(&self) -> &[usize] {
+    pub(crate) fn supernodes(&self) -> &[usize] {
         &self.supernodes
     }
 }
@@ -26,7 +26,7 @@ impl CholeskyFactor {
     /// # Panics
     /// When a row is not an unknown of the factor.
     #[must_use]
-    pub fn reach(&self, rows: impl Iterator<Item = usize>) -> Reach {
+    pub(crate) fn reach(&self, rows: impl Iterator<Item = usize>) -> Reach {
         let new_of_old = self.new_of_old();
         self.reach_of_columns(&self.supernode_of_column(), rows.map(|old| new_of_old[old]))
     }
@@ -72,7 +72,7 @@ impl CholeskyFactor {
     ///
     /// # Panics
     /// When `rhs` does not have one entry per unknown or `reach` is from a factor of another size.
-    pub fn solve_reached(&self, reach: &Reach, rhs: &mut [f64], work: &mut Workspace) {
+    pub(crate) fn solve_reached(&self, reach: &Reach, rhs: &mut [f64], work: &mut Workspace) {
         assert_eq!(rhs.len(), self.size(), "length of the right-hand side");
         assert_eq!(
             reach.size,

@@ -98,7 +98,7 @@ impl CscMatrix {
     /// # Panics
     /// If `x` or `b` has another length than M has rows or columns.
     #[must_use]
-    pub fn transposed_excess(&self, x: &Doubled, b: &[f64]) -> Vec<f64> {
+    pub(crate) fn transposed_excess(&self, x: &Doubled, b: &[f64]) -> Vec<f64> {
         assert_eq!((x.value.len(), b.len()), (self.rows, self.cols));
         let column = |j: usize| {
             let mut sum = Accumulator::new(-b[j]);

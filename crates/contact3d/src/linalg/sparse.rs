@@ -123,7 +123,7 @@ impl CscMatrix {
     /// Product y = M x, summed column after column on one thread; x has `cols` and y has `rows`
     /// entries.
     ///
-    /// For a symmetric M, [`Self::mul_transposed`] gives the same product in parallel.
+    /// For a symmetric M, `mul_transposed` gives the same product in parallel.
     ///
     /// # Panics
     /// When x or y has the wrong length.
@@ -146,7 +146,7 @@ impl CscMatrix {
     ///
     /// # Panics
     /// When x or y has the wrong length.
-    pub fn mul_transposed(&self, x: &[f64], y: &mut [f64]) {
+    pub(crate) fn mul_transposed(&self, x: &[f64], y: &mut [f64]) {
         assert_eq!(x.len(), self.rows, "length of x");
         assert_eq!(y.len(), self.cols, "length of y");
         let product = |(column, value): (usize, &mut f64)| {
@@ -196,50 +196,6 @@ impl CscMatrix {
             data,
         }
     }
-
-    /// Relative asymmetry max|A − Aᵀ| / max|A|; 0 for a zero matrix, infinite for a matrix that is
-    /// not square, NaN if an entry is NaN.
-    #[must_use]
-    pub fn asymmetry(&self) -> f64 {
-        if self.rows != self.cols {
-            return f64::INFINITY;
-        }
-        let transposed = self.transpose();
-        let largest = self.data.iter().fold(0.0, |m, &a| larger(m, a.abs()));
-        let difference = (0..self.cols)
-            .map(|j| column_difference(self.column(j), transposed.column(j)))
-            .fold(0.0, larger);
-        if difference == 0.0 {
-            0.0
-        } else {
-            difference / largest
-        }
-    }
-}
-
-/// The larger of two magnitudes, NaN when either is NaN.
-fn larger(a: f64, b: f64) -> f64 {
-    if a.is_nan() || a > b { a } else { b }
-}
-
-/// Largest |aᵢ − bᵢ| between two sparse columns.
-fn column_difference(a: (&[usize], &[f64]), b: (&[usize], &[f64])) -> f64 {
-    let (mut i, mut j, mut result) = (0, 0, 0.0);
-    while i < a.0.len() || j < b.0.len() {
-        let row_a = a.0.get(i).copied().unwrap_or(usize::MAX);
-        let row_b = b.0.get(j).copied().unwrap_or(usize::MAX);
-        let mut difference = 0.0;
-        if row_a <= row_b {
-            difference += a.1[i];
-            i += 1;
-        }
-        if row_b <= row_a {
-            difference -= b.1[j];
-            j += 1;
-        }
-        result = larger(result, difference.abs());
-    }
-    result
 }
 
 #[cfg(test)]
@@ -290,22 +246,6 @@ mod tests {
             prop_assert_eq!(&y, &by_transpose);
             prop_assert_eq!(matrix.transpose().transpose(), matrix);
         }
-    }
-
-    #[test]
-    fn asymmetry_sees_values_and_pattern() {
-        let symmetric = compress(&[vec![2.0, 1.0], vec![1.0, 3.0]]);
-        assert_eq!(symmetric.asymmetry(), 0.0);
-        assert_eq!(
-            compress(&[vec![4.0, 1.0], vec![0.0, 3.0]]).asymmetry(),
-            0.25
-        );
-        assert_eq!(compress(&[vec![4.0, 1.0]]).asymmetry(), f64::INFINITY);
-        assert!(
-            compress(&[vec![f64::NAN, 1.0], vec![1.0, 3.0]])
-                .asymmetry()
-                .is_nan()
-        );
     }
 
     #[test]

@@ -129,7 +129,7 @@ impl ContactSurface {
 
     /// The mean over a pane of values at the contact nodes.
     #[must_use]
-    pub fn pane_mean(&self, pane: usize, nodal: &[f64]) -> f64 {
+    pub(crate) fn pane_mean(&self, pane: usize, nodal: &[f64]) -> f64 {
         self.pane_weights(pane)
             .map(|(node, weight)| weight * nodal[node])
             .sum()

@@ -18,8 +18,8 @@ pub use conditioning::{Conditioning, Spectrum};
 pub use cross_checks::{CrossCheck, CrossCheckResult};
 pub use invariance::{Invariance, InvarianceResult};
 pub use rounding_bound::RoundingBound;
-pub use scaling::Scaling;
-pub use symmetry::Symmetry;
+pub(crate) use scaling::Scaling;
+pub(crate) use symmetry::Symmetry;
 pub use verdict::{GOAL, Level, Verdict};
 
 use std::{path::Path, time::Instant};

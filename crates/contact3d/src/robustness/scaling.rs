@@ -7,7 +7,7 @@ use crate::scene::{
 /// Factors by which numbers change when units do. All three are free: linear elasticity scales with
 /// displacement and stress apart from the size of the body.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Scaling {
+pub(crate) struct Scaling {
     /// Of coordinates.
     pub length: f64,
     /// Of displacements, gaps, and the slips that a law of friction knows.
@@ -21,7 +21,7 @@ impl Scaling {
     ///
     /// # Errors
     /// A formula that becomes too long.
-    pub fn apply(&self, scene: &Scene) -> Result<Scene, Invalid> {
+    pub(crate) fn apply(&self, scene: &Scene) -> Result<Scene, Invalid> {
         let mut scaled = scene.clone();
         self.scale_body(&mut scaled);
         for traction in &mut scaled.tractions {

@@ -8,7 +8,7 @@ use crate::scene::{
 /// A map of space onto itself that takes a brick on z_min to a brick on z_min, and its mesh to the
 /// mesh of that brick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Symmetry {
+pub(crate) enum Symmetry {
     /// y → L_y − y.
     Mirror,
     /// x ↔ y.
@@ -30,7 +30,7 @@ impl Symmetry {
     ///
     /// # Errors
     /// A formula that becomes too long.
-    pub fn apply(self, scene: &Scene) -> Result<Option<Scene>, Invalid> {
+    pub(crate) fn apply(self, scene: &Scene) -> Result<Option<Scene>, Invalid> {
         let Some((brick, contact)) = scene.body.as_brick().zip(scene.contact.as_ref()) else {
             return Ok(None);
         };
@@ -61,7 +61,7 @@ impl Symmetry {
 
     /// The point that goes to a point of the image, for a brick of this L_y.
     #[must_use]
-    pub fn point(self, at: [f64; 3], width: f64) -> [f64; 3] {
+    pub(crate) fn point(self, at: [f64; 3], width: f64) -> [f64; 3] {
         match self {
             Self::Mirror => [at[0], width - at[1], at[2]],
             Self::Exchange => [at[1], at[0], at[2]],
@@ -70,7 +70,7 @@ impl Symmetry {
 
     /// The components (along t₁, t₂) that a tangential stress of the image had.
     #[must_use]
-    pub fn tangential(self, pair: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn tangential(self, pair: [f64; 2]) -> [f64; 2] {
         match self {
             Self::Mirror => [pair[0], -pair[1]],
             Self::Exchange => [pair[1], pair[0]],

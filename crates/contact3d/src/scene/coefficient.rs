@@ -182,7 +182,7 @@ impl Coefficient {
 
     /// Whether the extremes of the coefficient can only be searched for.
     #[must_use]
-    pub fn is_searched(&self) -> bool {
+    pub(crate) fn is_searched(&self) -> bool {
         match self {
             Self::Expression(_) | Self::Function(_) => true,
             Self::Constant(_) | Self::Ramp(_) | Self::Table(_) | Self::Grid(_) => false,

@@ -112,11 +112,11 @@ pub struct Unwritable {
 }
 
 /// What to do about a formula that is not finite somewhere.
-pub const UNDEFINED: &str = "mind square roots, logarithms and divisions: sqrt(max(FORMULA, 0)) and if(x > 0, FORMULA, VALUE) are defined everywhere";
+pub(crate) const UNDEFINED: &str = "mind square roots, logarithms and divisions: sqrt(max(FORMULA, 0)) and if(x > 0, FORMULA, VALUE) are defined everywhere";
 
 /// A place in words.
 #[must_use]
-pub fn place_words(at: [f64; 3]) -> String {
+pub(crate) fn place_words(at: [f64; 3]) -> String {
     format!("x, y, z = {}", numbers(&at))
 }
 

@@ -35,7 +35,7 @@ impl Formula {
     ///
     /// # Errors
     /// As [`Self::parse`].
-    pub fn rewritten(&self, text: &str) -> Result<Self, ExpressionError> {
+    pub(crate) fn rewritten(&self, text: &str) -> Result<Self, ExpressionError> {
         let value = self.value.rewritten(text)?;
         Ok(Self { value })
     }

@@ -72,7 +72,7 @@ impl LawFunction {
 
     /// Whether it is a function of the own slip alone.
     #[must_use]
-    pub fn is_of_own_slip_only(&self) -> bool {
+    pub(crate) fn is_of_own_slip_only(&self) -> bool {
         self.of_own_slip_only
     }
 

@@ -49,13 +49,13 @@ pub struct Clamp {
 impl Clamp {
     /// Whether this is the face of that name.
     #[must_use]
-    pub fn is_face(&self, name: &str) -> bool {
+    pub(crate) fn is_face(&self, name: &str) -> bool {
         self.face.as_deref() == Some(name)
     }
 
     /// Whether a point lies in the box; none does without one.
     #[must_use]
-    pub fn boxes(&self, point: &[f64; 3]) -> bool {
+    pub(crate) fn boxes(&self, point: &[f64; 3]) -> bool {
         self.corners
             .is_some_and(|[low, high]| (0..3).all(|c| low[c] <= point[c] && point[c] <= high[c]))
     }

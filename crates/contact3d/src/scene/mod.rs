@@ -31,8 +31,10 @@ pub use body::{Body, Brick, BrickFace, GmshFile, MOST_CELLS};
 pub use bounded::{read_bounded, require_regular};
 pub use coefficient::{Coefficient, LawPoint, Ramp, SlipDerivative};
 pub use contact::{Contact, MultiplierSpace};
-pub use error::{Invalid, SceneError, SyntaxProblem, UNDEFINED, Unwritable, numbers, place_words};
-pub use expression::{Expression, ExpressionError, FUNCTIONS, Parameters, replace_names};
+pub use error::{Invalid, SceneError, SyntaxProblem, Unwritable, numbers};
+pub(crate) use error::{UNDEFINED, place_words};
+pub(crate) use expression::replace_names;
+pub use expression::{Expression, ExpressionError, FUNCTIONS, Parameters};
 pub use features::{ContactFeatures, ContactModel, FrictionModel, ModelFeatures};
 pub use file::{LONGEST_SCENE, SceneFile};
 pub use formula::{Formula, LAW_VARIABLES};
@@ -40,7 +42,8 @@ pub use friction::{Friction, FrictionLaw};
 pub use function::{LawFunction, PlaceFunction};
 pub use load::{BodyForce, Clamp, Component, Pressure, Traction};
 pub use material::{Isotropic, Material, Orthotropic, Part, Region, Voigt};
-pub use quantity::{POSITION, Quantity};
+pub(crate) use quantity::POSITION;
+pub use quantity::Quantity;
 pub use shown::{is_hidden_control, shown, shown_lines};
 pub use solve::{
     AssembleSettings, DualOperatorKind, InnerSolver, Method, PrecisionControl, SolveSettings,

@@ -66,7 +66,7 @@ impl<'a> FeasibleSet<'a> {
     }
 
     /// Marks the entries of free blocks: λ_ν > 0, λ_t strictly inside its ellipse.
-    pub fn mark_free(&self, multiplier: &[f64], free: &mut [bool]) {
+    pub(crate) fn mark_free(&self, multiplier: &[f64], free: &mut [bool]) {
         let (normal, tangential) = self.layout.split(multiplier);
         let (free_normal, free_pairs) = self.layout.split_mut(free);
         for (free, value) in free_normal.iter_mut().zip(normal) {
@@ -80,7 +80,7 @@ impl<'a> FeasibleSet<'a> {
 
     /// The largest s ≥ 0 with λ − s d admissible, for an admissible λ.
     #[must_use]
-    pub fn largest_step(&self, multiplier: &[f64], direction: &[f64]) -> f64 {
+    pub(crate) fn largest_step(&self, multiplier: &[f64], direction: &[f64]) -> f64 {
         let normal = (0..self.n_panes())
             .filter(|&i| direction[i] > 0.0)
             .map(|i| multiplier[i] / direction[i])

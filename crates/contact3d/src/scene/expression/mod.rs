@@ -14,7 +14,7 @@ use parse::{CONSTANTS, DEEPEST_NESTING, ParseError};
 use program::{Step, run};
 use slope::Sloped;
 pub(super) use token::is_identifier;
-pub use token::replace_names;
+pub(crate) use token::replace_names;
 
 /// Longest text of an expression, in bytes.
 const LONGEST_TEXT: usize = 4096;
@@ -155,7 +155,7 @@ impl Expression {
     ///
     /// # Errors
     /// As [`Self::parse`].
-    pub fn rewritten(&self, text: &str) -> Result<Self, ExpressionError> {
+    pub(crate) fn rewritten(&self, text: &str) -> Result<Self, ExpressionError> {
         let mut other = Self::unbound(text, self.variables)?;
         let values = self.parsed.values.iter().copied();
         other.bind(&self.parameters().map(str::to_owned).zip(values).collect())?;
@@ -185,7 +185,7 @@ impl Expression {
     /// The partial derivatives by three variables, given by their places; at kinks those of the
     /// piece that holds when all three grow at the same rate.
     #[must_use]
-    pub fn derivatives(&self, values: &[f64], by: [usize; 3]) -> [f64; 3] {
+    pub(crate) fn derivatives(&self, values: &[f64], by: [usize; 3]) -> [f64; 3] {
         let variable =
             |place| Sloped::variable(values[place], by.iter().position(|wanted| *wanted == place));
         run(&self.parsed.steps, &self.parsed.values, variable).derivatives()

@@ -19,7 +19,7 @@ const BOUNDARY_ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 impl Ellipse {
     /// The ellipse of vanishing semi-axes.
-    pub const POINT: Self = Self {
+    pub(crate) const POINT: Self = Self {
         semi_axes: [0.0; 2],
     };
 
@@ -84,7 +84,7 @@ impl Ellipse {
 
     /// The largest step s ≥ 0 with p − s d in the ellipse, for p in the ellipse.
     #[must_use]
-    pub fn largest_step(&self, p: [f64; 2], d: [f64; 2]) -> f64 {
+    pub(crate) fn largest_step(&self, p: [f64; 2], d: [f64; 2]) -> f64 {
         let scaled = |v: [f64; 2], i: usize| {
             if v[i] == 0.0 {
                 0.0

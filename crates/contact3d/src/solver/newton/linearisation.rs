@@ -27,7 +27,11 @@ pub struct Linearisation {
 impl Linearisation {
     /// ‖R(λ)‖ / ‖λ‖ alone, for the contact problem of any law.
     #[must_use]
-    pub fn residual_of(dual: &ExplicitDual, contact: &ContactState<'_>, multiplier: &[f64]) -> f64 {
+    pub(crate) fn residual_of(
+        dual: &ExplicitDual,
+        contact: &ContactState<'_>,
+        multiplier: &[f64],
+    ) -> f64 {
         let frozen = contact.feasible_set(None);
         let map = NaturalMap::new(dual, bound(contact, &frozen));
         relative(map.evaluate(multiplier).norm, multiplier)
