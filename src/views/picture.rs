@@ -9,7 +9,7 @@ use contact3d::{
     post::{ContactReport, PaneState, Zone},
     scene::{FrictionModel, ModelFeatures, Scene},
 };
-use plots::{ContactPicture, FigureError, FrictionKind, PaneFriction};
+use plots::{ContactPicture, Figure, FigureError, FrictionKind, PaneFriction};
 
 use super::{PictureFolder, contact_cells::ContactCells};
 use crate::pipeline::{Results, StageError};
@@ -56,7 +56,7 @@ pub fn draw_run(
     });
     let (panels, page) = drawn.map_err(figure)?;
     let panels = panels.into_iter();
-    let panels = panels.map(|panel| (panel.name, panel.svg, PANEL_WIDTH));
+    let panels = panels.map(|panel| (panel.name, panel.figure, PANEL_WIDTH));
     folder.save(panels.chain([(LAST, page, PAGE_WIDTH)]))
 }
 
@@ -69,7 +69,7 @@ pub(super) fn page(
     mesh: &Mesh,
     frame: Option<&ContactFrame>,
     report: &ContactReport,
-) -> Result<String, FigureError> {
+) -> Result<Figure, FigureError> {
     with_picture(scene, mesh, frame, report, plots::page)
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use plots::{self, LineChart};
+use plots::{self, Figure, LineChart};
 
 use super::sweep_charts;
 use crate::{
@@ -70,19 +70,19 @@ impl PictureFolder {
     /// Saves drawings of some width in pixels by their names, as SVG and PNG; returns the files.
     pub(super) fn save<'a>(
         &self,
-        drawings: impl IntoIterator<Item = (&'a str, String, u32)>,
+        drawings: impl IntoIterator<Item = (&'a str, Figure, u32)>,
     ) -> Result<Vec<PathBuf>, StageError> {
         let mut outputs = Vec::new();
-        for (name, svg, width) in drawings {
+        for (name, figure, width) in drawings {
             let [(svg_file, svg_kind), (png_file, png_kind)] = files(self.path(), name);
-            let png = plots::rasterise(&svg, width).map_err(|source| StageError::Figure {
+            let png = figure.png(width).map_err(|source| StageError::Figure {
                 file: png_file.clone(),
                 source,
             })?;
             outputs.push(OutputFile {
                 path: svg_file,
                 kind: svg_kind,
-                bytes: svg.into_bytes(),
+                bytes: figure.svg().into_bytes(),
             });
             outputs.push(OutputFile {
                 path: png_file,
@@ -100,7 +100,7 @@ impl PictureFolder {
         charts: impl IntoIterator<Item = (&'a str, LineChart)>,
     ) -> Result<Vec<PathBuf>, StageError> {
         let drawn = charts.into_iter();
-        self.save(drawn.map(|(name, chart)| (name, chart.svg(), CHART_WIDTH)))
+        self.save(drawn.map(|(name, chart)| (name, chart.figure(), CHART_WIDTH)))
     }
 }
 

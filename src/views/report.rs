@@ -121,7 +121,7 @@ fn result_sections(reader: &Reader, scene: &Scene) -> Result<Vec<Section>, Stage
         heading: "Contact face and body".into(),
         parts: vec![
             Part::Text("Point at a pane to see its values.".into()),
-            Part::Figure(page),
+            Part::Figure(page.svg()),
         ],
     });
     sections.extend(history_section(&solution));
@@ -141,7 +141,7 @@ fn history_section(solution: &Solution) -> Option<Section> {
     (steps > 0).then(|| Section {
         name: "convergence",
         heading: "Convergence history".into(),
-        parts: vec![Part::Figure(history(solution).svg())],
+        parts: vec![Part::Figure(history(solution).figure().svg())],
     })
 }
 
@@ -179,11 +179,11 @@ fn accuracy_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, S
     }
     parts.extend(format::read_advice(reader)?.map(Part::Advice));
     if let Some(ladder) = &accuracy.discretisation {
-        parts.push(Part::Figure(convergence(ladder).svg()));
+        parts.push(Part::Figure(convergence(ladder).figure().svg()));
         parts.push(Part::Table(tables::levels(ladder, stored.units)));
     }
     if let Some(ladder) = &accuracy.algebraic {
-        parts.push(Part::Figure(work_precision(ladder).svg()));
+        parts.push(Part::Figure(work_precision(ladder).figure().svg()));
         parts.push(Part::Table(tables::entries(ladder)));
     }
     Ok(Some(Section {

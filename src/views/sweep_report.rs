@@ -40,7 +40,9 @@ pub(super) fn page(folder: &Path) -> Result<Page, StageError> {
     let charts = charts(&table);
     let mut sections = Vec::new();
     if !charts.is_empty() {
-        let figures = charts.iter().map(|drawn| Part::Figure(drawn.chart.svg()));
+        let figures = charts
+            .iter()
+            .map(|drawn| Part::Figure(drawn.chart.figure().svg()));
         sections.push(Section {
             name: "charts",
             heading: "What varies".into(),

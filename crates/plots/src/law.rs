@@ -5,6 +5,7 @@ use units::{Unit, Units};
 use super::canvas::{Anchor, Canvas, Colour, Stroke};
 use super::colour::{ColourMap, ValueRange};
 use super::colour_bar::ColourKey;
+use super::figure::Figure;
 use super::law_axes::{LawFrame, SlipAxis};
 use super::layout::{KeySide, Layout, PANEL_WIDTH, TITLE_SIZE};
 use super::panes::pane_shapes;
@@ -85,11 +86,11 @@ pub struct SlipMap {
     pub values: Vec<f64>,
 }
 
-/// Draws a law as one SVG document.
+/// Draws a law as one figure.
 ///
 /// # Errors
 /// [`FigureError`] when the arrays of the contact face do not fit together.
-pub fn law_page(picture: &LawPicture<'_>) -> Result<String, FigureError> {
+pub fn law_page(picture: &LawPicture<'_>) -> Result<Figure, FigureError> {
     let units = picture.units;
     let mut rows = vec![match picture.over_slip {
         OverSlip::Isotropic(curve) => vec![curve_panel(std::slice::from_ref(curve), true, units)],
@@ -105,7 +106,7 @@ pub fn law_page(picture: &LawPicture<'_>) -> Result<String, FigureError> {
             rows.push(maps);
         }
     }
-    Ok(joined(picture, &rows).document(picture.title))
+    Ok(Figure::new(joined(picture, &rows), picture.title))
 }
 
 /// The coefficients over the contact face.

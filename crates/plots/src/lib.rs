@@ -1,7 +1,7 @@
 //! The pictures of HKL Fig. 5: contact stresses, deformed body, friction ellipses and coefficients of friction.
 //!
-//! [`panels`] draws every panel as an SVG of its own, [`page`] all of them as one page of two columns, and
-//! [`rasterise`] makes a PNG of either. Colours come from perceptually uniform maps, units carry SI prefixes where they take any,
+//! [`panels`] draws every panel as a figure of its own, [`page`] all of them as one page of two columns; a [`Figure`]
+//! is written as SVG or PNG. Colours come from perceptually uniform maps, units carry SI prefixes where they take any,
 //! and no fonts or libraries of the system are used. [`law_page`] draws a law of friction alone.
 
 #![deny(clippy::print_stdout, clippy::print_stderr)]
@@ -13,7 +13,9 @@ mod colour;
 mod colour_bar;
 mod ellipses;
 mod facets;
+mod figure;
 mod friction_labels;
+mod hatch;
 pub mod html;
 mod law;
 mod law_axes;
@@ -28,17 +30,19 @@ mod raster;
 mod sample;
 mod scale;
 mod surface;
+mod svg;
 #[cfg(test)]
 mod tests;
 mod text;
+mod typeface;
 mod vector;
 mod view;
 
+pub use figure::Figure;
 pub use friction_labels::FrictionKind;
 pub use law::{LawPicture, OverSlip, SlipCurve, SlipMap, SlipRange, law_page};
 pub use line_chart::{Axis as ChartAxis, AxisScale, ChartPoint, LineChart, Series};
 pub use picture::{ContactPicture, FigureError, PaneFriction, Zone};
-pub use raster::rasterise;
 
 use canvas::{Anchor, Canvas};
 use colour::{ColourMap, ValueRange};
@@ -63,15 +67,15 @@ pub const PANELS: [&str; 6] = [
 ];
 
 /// One panel of HKL Fig. 5.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub struct Panel {
     /// Name for a file, one of [`PANELS`].
     pub name: &'static str,
-    /// The SVG document.
-    pub svg: String,
+    /// The drawing.
+    pub figure: Figure,
 }
 
-/// Draws the panels of HKL Fig. 5, each as an SVG document.
+/// Draws the panels of HKL Fig. 5.
 ///
 /// (a) σ_ν, (b) ‖F⁻¹σ_t‖, (c) the deformed body, (d) an ellipse with the semi-axes F₁, F₂ and σ_t/λ_ν as a line for
 /// every pane, (e) F₁, (f) F₂. With Tresca's law semi-axes are g F₁, g F₂, and σ_t is not divided. Without friction only (a) and (c), without contact only (c).
@@ -84,16 +88,16 @@ pub fn panels(picture: &ContactPicture<'_>) -> Result<Vec<Panel>, FigureError> {
         .into_iter()
         .map(|(name, canvas)| Panel {
             name,
-            svg: canvas.document(picture.title),
+            figure: Figure::new(canvas, picture.title),
         })
         .collect())
 }
 
-/// Draws all panels below a common title as one SVG document with two columns.
+/// Draws all panels below a common title in two columns.
 ///
 /// # Errors
 /// As [`panels`].
-pub fn page(picture: &ContactPicture<'_>) -> Result<String, FigureError> {
+pub fn page(picture: &ContactPicture<'_>) -> Result<Figure, FigureError> {
     let drawings = drawings(picture)?;
     let panel_height = drawings.first().map_or(0.0, |(_, canvas)| canvas.height);
     let rows = drawings.len().div_ceil(2) as f64;
@@ -112,7 +116,7 @@ pub fn page(picture: &ContactPicture<'_>) -> Result<String, FigureError> {
         let corner = [column * PANEL_WIDTH, PAGE_TITLE_HEIGHT + row * panel_height];
         page.place(canvas, corner);
     }
-    Ok(page.document(picture.title))
+    Ok(Figure::new(page, picture.title))
 }
 
 /// All panels that the picture allows, of equal size.

@@ -3,6 +3,7 @@
 use units::Unit;
 
 use super::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
+use super::figure::Figure;
 use super::layout::{LABEL_SIZE, TICK_SIZE, TITLE_SIZE, fitting_ticks};
 use super::log_ticks::LogTicks;
 use super::scale::{Ticks, UnitScale};
@@ -100,9 +101,9 @@ struct Placed<'a> {
 }
 
 impl LineChart {
-    /// The chart as an SVG document. Points that no axis can show are left out.
+    /// Draws the chart. Points that no axis can show are left out.
     #[must_use]
-    pub fn svg(&self) -> String {
+    pub fn figure(&self) -> Figure {
         let legend = self.series.iter().any(|series| !series.name.is_empty());
         let right = WIDTH - if legend { LEGEND_WIDTH } else { RIGHT_MARGIN };
         let mut canvas = Canvas::new(WIDTH, HEIGHT);
@@ -122,7 +123,7 @@ impl LineChart {
         if legend {
             self.draw_legend(&mut canvas, right + 16.0);
         }
-        canvas.document(&self.title)
+        Figure::new(canvas, &self.title)
     }
 
     fn draw_legend(&self, canvas: &mut Canvas, x: f64) {

@@ -90,9 +90,6 @@ pub enum FigureError {
     /// A node position or a drawing axis is not finite.
     #[error("{0} are not finite")]
     NotFinite(&'static str),
-    /// The SVG text is not valid.
-    #[error("invalid SVG")]
-    Svg(#[from] resvg::usvg::Error),
     /// The picture of that width is empty or too large for memory.
     #[error("a picture {0} pixels wide cannot be made")]
     Width(u32),

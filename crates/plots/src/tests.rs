@@ -1,12 +1,32 @@
-//! Tests of whole figures: laid-out text, robustness, determinism.
+//! Tests of whole figures: laid-out text, robustness, determinism, and PNGs against an SVG renderer.
 
-use resvg::tiny_skia::Pixmap;
-use resvg::usvg::{Group, Node, Rect, Tree};
+use std::sync::Arc;
+
+use resvg::usvg::{Group, Node, Options, Rect, Tree, fontdb};
+use tiny_skia::{Pixmap, Transform};
 use units::Units;
 
-use super::raster::parse;
 use super::sample::Sample;
 use super::*;
+
+/// The SVG with its text laid out by the renderer.
+fn parse(svg: &str) -> Tree {
+    let mut fonts = fontdb::Database::new();
+    for font in [
+        dejavu::sans::regular(),
+        dejavu::sans::oblique(),
+        dejavu::sans::bold(),
+        dejavu::sans::bold_oblique(),
+    ] {
+        fonts.load_font_source(fontdb::Source::Binary(Arc::new(font)));
+    }
+    fonts.set_sans_serif_family("DejaVu Sans");
+    let options = Options {
+        fontdb: Arc::new(fonts),
+        ..Options::default()
+    };
+    Tree::from_str(svg, &options).expect("valid SVG")
+}
 
 /// Boxes of all texts after layout with the embedded font; checks that the font has every glyph.
 fn text_boxes(tree: &Tree) -> Vec<(String, Rect)> {
@@ -33,7 +53,7 @@ fn text_boxes(tree: &Tree) -> Vec<(String, Rect)> {
 
 /// Checks that no text leaves the page and that no two texts overlap.
 fn assert_readable(svg: &str) {
-    let tree = parse(svg).expect("valid SVG");
+    let tree = parse(svg);
     let boxes = text_boxes(&tree);
     assert!(!boxes.is_empty());
     let (width, height) = (tree.size().width(), tree.size().height());
@@ -56,9 +76,9 @@ fn assert_readable(svg: &str) {
 
 fn assert_all_readable(picture: &ContactPicture<'_>) {
     for panel in panels(picture).expect("consistent picture") {
-        assert_readable(&panel.svg);
+        assert_readable(&panel.figure.svg());
     }
-    assert_readable(&page(picture).expect("consistent picture"));
+    assert_readable(&page(picture).expect("consistent picture").svg());
 }
 
 #[test]
@@ -114,8 +134,8 @@ fn one_missing_value_is_explained_beside_either_kind_of_colour_bar() {
         let mut sample = Sample::brick(size, [4, 4, 4]);
         sample.normal_stress[1] = f64::NAN;
         let panels = panels(&sample.picture()).unwrap();
-        assert!(panels[0].svg.contains("no value"));
-        assert!(!panels[1].svg.contains("no value"));
+        assert!(panels[0].figure.svg().contains("no value"));
+        assert!(!panels[1].figure.svg().contains("no value"));
     }
 }
 
@@ -123,18 +143,18 @@ fn one_missing_value_is_explained_beside_either_kind_of_colour_bar() {
 fn title_is_escaped_and_cut_to_the_page() {
     let mut sample = Sample::brick([3.0, 1.0, 1.0], [4, 2, 2]);
     sample.title = "a < b & \"c\" > 'd' \u{1} ".repeat(20);
-    let svg = page(&sample.picture()).unwrap();
+    let svg = page(&sample.picture()).unwrap().svg();
     assert!(svg.contains("a &lt; b &amp; &quot;c&quot; &gt; &apos;d&apos;"));
     assert_readable(&svg);
     sample.title.clear();
-    assert_readable(&page(&sample.picture()).unwrap());
+    assert_readable(&page(&sample.picture()).unwrap().svg());
 }
 
 #[test]
 fn png_has_the_asked_width_and_is_not_blank() {
     let sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
-    let svg = page(&sample.picture()).unwrap();
-    let png = rasterise(&svg, 700).unwrap();
+    let figure = page(&sample.picture()).unwrap();
+    let png = figure.png(700).unwrap();
     let picture = Pixmap::decode_png(&png).unwrap();
     assert_eq!(picture.width(), 700);
     let coloured = picture.pixels().iter().filter(|pixel| {
@@ -143,19 +163,70 @@ fn png_has_the_asked_width_and_is_not_blank() {
     });
     // The maps cover more than a fifth of the page.
     assert!(coloured.count() * 5 > picture.pixels().len());
-    assert!(matches!(rasterise(&svg, 0), Err(FigureError::Width(0))));
-    assert!(matches!(rasterise("<svg", 100), Err(FigureError::Svg(_))));
+    assert!(matches!(figure.png(0), Err(FigureError::Width(0))));
+}
+
+/// Share of the pixels in which some channel of two pictures of one size differs by more than `levels` of 255.
+fn share_that_differs(first: &Pixmap, second: &Pixmap, levels: u8) -> f64 {
+    assert_eq!(
+        (first.width(), first.height()),
+        (second.width(), second.height())
+    );
+    let pairs = first.pixels().iter().zip(second.pixels());
+    let differing = pairs.filter(|(a, b)| {
+        let apart = |a: u8, b: u8| a.abs_diff(b) > levels;
+        apart(a.red(), b.red()) || apart(a.green(), b.green()) || apart(a.blue(), b.blue())
+    });
+    differing.count() as f64 / first.pixels().len() as f64
+}
+
+/// An SVG as an independent renderer draws it.
+fn rendered(svg: &str, pixels_wide: u32) -> Pixmap {
+    let tree = parse(svg);
+    let scale = pixels_wide as f32 / tree.size().width();
+    let height = (scale * tree.size().height()).round() as u32;
+    let mut pixmap = Pixmap::new(pixels_wide, height).unwrap();
+    let transform = Transform::from_scale(scale, scale);
+    resvg::render(&tree, transform, &mut pixmap.as_mut());
+    pixmap
+}
+
+/// What resvg draws from the SVG is what the PNG shows: shapes, patterns, and text with its kerning, anchors, faces,
+/// lowered runs and turned lines. Only resvg also kerns a symbol with the small letter below it.
+#[test]
+fn a_png_shows_what_the_svg_says() {
+    let mut sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
+    sample.normal_stress[1] = f64::NAN;
+    sample.title = "  Two   blanks & AVA, Tokio; \u{1} \u{65e5} ".to_owned();
+    let picture = sample.picture();
+    let chart = chart(AxisScale::Logarithmic, 1.0, 3).figure();
+    for (figure, width) in [
+        (page(&picture).unwrap(), 1280),
+        (page(&picture).unwrap(), 2560),
+        (chart, 860),
+    ] {
+        let found = Pixmap::decode_png(&figure.png(width).unwrap()).unwrap();
+        let expected = rendered(&figure.svg(), width);
+        let [visible, striking] =
+            [16, 96].map(|levels| share_that_differs(&found, &expected, levels));
+        assert!(visible < 5e-4, "{visible} of {width}");
+        assert!(striking < 2e-4, "{striking} of {width}");
+        // The threshold means something: without its text the picture is another one.
+        let wordless = figure
+            .svg()
+            .replace("<text", "<desc")
+            .replace("</text", "</desc");
+        let without = share_that_differs(&found, &rendered(&wordless, width), 96);
+        assert!(without > 5e-3, "{without} of {width}");
+    }
 }
 
 #[test]
 fn same_picture_gives_the_same_bytes() {
     let sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
     let [first, second] = [(); 2].map(|()| page(&sample.picture()).unwrap());
-    assert_eq!(first, second);
-    assert_eq!(
-        rasterise(&first, 300).unwrap(),
-        rasterise(&second, 300).unwrap()
-    );
+    assert_eq!(first.svg(), second.svg());
+    assert_eq!(first.png(300).unwrap(), second.png(300).unwrap());
 }
 
 #[test]
@@ -209,18 +280,18 @@ fn a_body_without_contact_has_one_panel() {
     picture.friction = None;
     let panels = panels(&picture).unwrap();
     assert_eq!(panels.len(), 1);
-    assert!(!panels[0].svg.contains("grey: support"));
+    assert!(!panels[0].figure.svg().contains("grey: support"));
     assert_all_readable(&picture);
 }
 
 #[test]
 fn turned_ellipses_are_drawn_as_outlines() {
     let mut sample = Sample::brick([3.0, 1.0, 1.0], [4, 2, 2]);
-    let straight = page(&sample.picture()).unwrap();
+    let straight = page(&sample.picture()).unwrap().svg();
     for pane in &mut sample.friction {
         pane.turn = 0.5;
     }
-    let turned = page(&sample.picture()).unwrap();
+    let turned = page(&sample.picture()).unwrap().svg();
     assert!(turned.matches("<ellipse").count() < straight.matches("<ellipse").count());
     assert_all_readable(&sample.picture());
 }
@@ -237,7 +308,8 @@ fn axes_that_turn_the_body_are_named() {
     let panels = panels(&picture).unwrap();
     assert!(
         panels[0]
-            .svg
+            .figure
+            .svg()
             .contains("−<tspan font-style=\"italic\">x</tspan>")
     );
 }
@@ -286,7 +358,7 @@ fn laws_are_readable_over_short_long_and_many_slips() {
                         over_slip,
                         at_rest,
                     });
-                    assert_readable(&svg.expect("consistent picture"));
+                    assert_readable(&svg.expect("consistent picture").svg());
                 }
             }
         }
@@ -306,7 +378,8 @@ fn a_constant_law_is_a_line_inside_its_chart() {
         over_slip: OverSlip::Isotropic(&flat),
         at_rest: None,
     })
-    .unwrap();
+    .unwrap()
+    .svg();
     assert_readable(&svg);
     // The plot is 258 px high below 42 + 46 px of titles, and a constant lies in its middle.
     assert!(svg.contains("M84 171L612 171"), "{svg}");
@@ -343,7 +416,7 @@ fn charts_are_readable_on_any_scale() {
     for scale in [AxisScale::Linear, AxisScale::Logarithmic] {
         for factor in [1e-9, 1.0, 3e7] {
             for n_series in [0, 1, 5, 9] {
-                assert_readable(&chart(scale, factor, n_series).svg());
+                assert_readable(&chart(scale, factor, n_series).figure().svg());
             }
         }
     }
@@ -352,7 +425,7 @@ fn charts_are_readable_on_any_scale() {
 #[test]
 fn a_point_that_no_axis_can_show_is_left_out() {
     let mut with = chart(AxisScale::Logarithmic, 1.0, 1);
-    let expected = with.svg();
+    let expected = with.figure().svg();
     for y in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         with.series[0].points.push(ChartPoint {
             x: 1.0,
@@ -360,7 +433,7 @@ fn a_point_that_no_axis_can_show_is_left_out() {
             text: String::new(),
         });
     }
-    assert_eq!(with.svg(), expected);
+    assert_eq!(with.figure().svg(), expected);
 }
 
 #[test]
@@ -368,7 +441,7 @@ fn every_pane_and_every_point_says_its_value() {
     let sample = Sample::brick([3.0, 1.0, 1.0], [12, 4, 4]);
     let picture = sample.picture();
     for panel in panels(&picture).expect("consistent picture") {
-        let panes = panel.svg.matches("<title>pane ").count();
+        let panes = panel.figure.svg().matches("<title>pane ").count();
         let expected = match panel.name {
             "c_deformed_body" => 0,
             "d_friction_ellipses" => 2 * picture.normal_stress.len(),
@@ -376,7 +449,7 @@ fn every_pane_and_every_point_says_its_value() {
         };
         assert_eq!(panes, expected, "{}", panel.name);
     }
-    let svg = chart(AxisScale::Logarithmic, 1.0, 3).svg();
+    let svg = chart(AxisScale::Logarithmic, 1.0, 3).figure().svg();
     assert_eq!(svg.matches("<title>point &lt;").count(), 18);
 }
 
@@ -384,8 +457,8 @@ fn every_pane_and_every_point_says_its_value() {
 #[test]
 fn pngs_name_this_program() {
     let sample = Sample::brick([3.0, 1.0, 1.0], [4, 2, 2]);
-    let png = rasterise(&page(&sample.picture()).unwrap(), 640).unwrap();
-    let picture = resvg::tiny_skia::Pixmap::decode_png(&png).unwrap();
+    let png = page(&sample.picture()).unwrap().png(640).unwrap();
+    let picture = Pixmap::decode_png(&png).unwrap();
     assert_eq!(picture.width(), 640);
     assert_eq!(
         &png[37..],

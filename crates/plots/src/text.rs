@@ -21,6 +21,17 @@ pub(super) struct Label {
     runs: Vec<(Form, String)>,
 }
 
+/// A part of a label that is set in one style.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Run<'a> {
+    pub(super) text: &'a str,
+    pub(super) italic: bool,
+    /// Font size, in the unit of the label's size.
+    pub(super) size: f64,
+    /// Distance of its baseline below that of the label, in the same unit.
+    pub(super) drop: f64,
+}
+
 impl Label {
     /// A label of one upright run.
     pub(super) fn plain(text: impl Into<String>) -> Self {
@@ -62,67 +73,80 @@ impl Label {
 
     /// Estimated width at font size `size`, in the unit of `size`.
     pub(super) fn width(&self, size: f64) -> f64 {
-        let run_width = |(form, text): &(Form, String)| {
-            let scale = match form {
-                Form::Upright | Form::Italic => 1.0,
-                Form::Subscript | Form::Superscript => SCRIPT_SIZE,
+        let estimate = |run: Run<'_>| run.size * run.text.chars().map(advance).sum::<f64>();
+        size * self.runs(1.0).map(estimate).sum::<f64>()
+    }
+
+    /// The runs of the label at font size `size`.
+    pub(super) fn runs(&self, size: f64) -> impl Iterator<Item = Run<'_>> {
+        self.runs.iter().map(move |(form, text)| {
+            let (italic, scale, drop) = match form {
+                Form::Upright => (false, 1.0, 0.0),
+                Form::Italic => (true, 1.0, 0.0),
+                Form::Subscript => (false, SCRIPT_SIZE, SCRIPT_SHIFT * size),
+                Form::Superscript => (false, SCRIPT_SIZE, -1.3 * SCRIPT_SHIFT * size),
             };
-            scale * text.chars().map(advance).sum::<f64>()
-        };
-        size * self.runs.iter().map(run_width).sum::<f64>()
+            Run {
+                text,
+                italic,
+                size: scale * size,
+                drop,
+            }
+        })
     }
 
     /// The content of an SVG `text` element of font size `size`.
     pub(super) fn markup(&self, size: f64) -> String {
         let mut markup = String::new();
         let mut level = 0.0;
-        for (form, text) in &self.runs {
-            let (target, attributes) = match form {
-                Form::Upright => (0.0, String::new()),
-                Form::Italic => (0.0, " font-style=\"italic\"".to_owned()),
-                Form::Subscript => (SCRIPT_SHIFT * size, script_attributes(size)),
-                Form::Superscript => (-1.3 * SCRIPT_SHIFT * size, script_attributes(size)),
-            };
-            let shift = target - level;
-            level = target;
-            let text = escape(text);
-            if shift == 0.0 && attributes.is_empty() {
+        for run in self.runs(size) {
+            let mut attributes = String::new();
+            if run.drop != level {
+                attributes.push_str(&format!(" dy=\"{:.2}\"", run.drop - level));
+            }
+            if run.italic {
+                attributes.push_str(" font-style=\"italic\"");
+            }
+            if run.size != size {
+                attributes.push_str(&format!(" font-size=\"{:.2}\"", run.size));
+            }
+            level = run.drop;
+            let text = escape(run.text);
+            if attributes.is_empty() {
                 markup.push_str(&text);
-            } else if shift == 0.0 {
-                markup.push_str(&format!("<tspan{attributes}>{text}</tspan>"));
             } else {
-                markup.push_str(&format!(
-                    "<tspan dy=\"{shift:.2}\"{attributes}>{text}</tspan>"
-                ));
+                markup.push_str(&format!("<tspan{attributes}>{text}</tspan>"));
             }
         }
         markup
     }
 }
 
-fn script_attributes(size: f64) -> String {
-    format!(" font-size=\"{:.2}\"", SCRIPT_SIZE * size)
-}
-
 /// Escapes a string for use as XML character data or attribute value.
-///
-/// Control characters that XML 1.0 forbids become the replacement character.
 pub(super) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
-    for character in text.chars() {
+    for character in text.chars().map(shown) {
         match character {
             '&' => escaped.push_str("&amp;"),
             '<' => escaped.push_str("&lt;"),
             '>' => escaped.push_str("&gt;"),
             '"' => escaped.push_str("&quot;"),
             '\'' => escaped.push_str("&apos;"),
-            '\t' | '\n' | '\r' => escaped.push(' '),
-            '\u{fffe}' | '\u{ffff}' => escaped.push('\u{fffd}'),
-            c if c < ' ' => escaped.push('\u{fffd}'),
             c => escaped.push(c),
         }
     }
     escaped
+}
+
+/// What stands for a character: control characters that XML 1.0 forbids become the replacement character, and line
+/// ends and tabs become spaces.
+pub(super) fn shown(character: char) -> char {
+    match character {
+        '\t' | '\n' | '\r' => ' ',
+        '\u{fffe}' | '\u{ffff}' => '\u{fffd}',
+        c if c < ' ' => '\u{fffd}',
+        c => c,
+    }
 }
 
 /// The longest beginning of `text` that fits in `width`, with an ellipsis where something was cut off.
