@@ -1,15 +1,18 @@
-# Sourced by the other scripts: a project-local Python environment with the build tools and the
-# checking packages, first on PATH. Needs Rust, Python 3 and a C compiler; as root on Debian it
-# fetches a missing python3-venv itself.
+# Sourced by the other scripts: a project-local Python environment first on PATH, and in $features the switches of cargo
+# that choose between the system's HDF5 and one built from source. Needs Rust, Python 3 and a C compiler; as root on
+# Debian it fetches a missing python3-venv itself.
 set -eu
 cd "$(dirname "$0")/.."
 
 environment=.venv
-stamp=$environment/.prepared
-wanted=$(cat scripts/build-requirements.txt python-checks/requirements.txt | cksum)
 
-if [ "$(cat $stamp 2>/dev/null || true)" != "$wanted" ]; then
-    if ! python3 -m venv --clear $environment 2>/dev/null; then
+# Brings packages into the environment: a name for the stamp, then files of requirements.
+bring() {
+    stamp=$environment/.$1
+    shift
+    wanted=$(cat "$@" | cksum)
+    [ "$(cat "$stamp" 2>/dev/null || true)" != "$wanted" ] || return 0
+    if ! [ -x $environment/bin/python ] && ! python3 -m venv --clear $environment 2>/dev/null; then
         if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
             apt-get update -qq && apt-get install -y -qq python3-venv >/dev/null
             python3 -m venv --clear $environment
@@ -18,14 +21,41 @@ if [ "$(cat $stamp 2>/dev/null || true)" != "$wanted" ]; then
             exit 2
         fi
     fi
-    $environment/bin/python -m pip install --quiet --disable-pip-version-check \
-        -r scripts/build-requirements.txt -r python-checks/requirements.txt
-    echo "$wanted" > $stamp
-fi
+    $environment/bin/python -m pip install --quiet --disable-pip-version-check $(printf ' -r %s' "$@")
+    echo "$wanted" > "$stamp"
+}
+
+# Whether there is an HDF5 that serves: 1.10 or newer, serial, with deflate, and found when a program starts.
+system_hdf5_serves() {
+    flags=$(pkg-config --cflags --libs hdf5 2>/dev/null) || return 1
+    probe=$(mktemp -d)
+    cat > "$probe/probe.c" <<'END'
+#include <hdf5.h>
+#if defined(H5_HAVE_PARALLEL) || !H5_VERSION_GE(1, 10, 0)
+#error "too old, or parallel"
+#endif
+int main(void) { return H5Zfilter_avail(H5Z_FILTER_DEFLATE) > 0 ? 0 : 1; }
+END
+    serves=1
+    # The flags are several words.
+    # shellcheck disable=SC2086
+    if cc "$probe/probe.c" $flags -o "$probe/probe" 2>/dev/null && "$probe/probe"; then
+        serves=0
+    fi
+    rm -rf "$probe"
+    return $serves
+}
 
 for tool in cargo cc; do
     command -v $tool >/dev/null || { echo "error: $tool is missing; install Rust and a C compiler" >&2; exit 2; }
 done
+
+bring build scripts/build-requirements.txt
+
+features=
+if system_hdf5_serves; then
+    features=--no-default-features
+fi
 
 # HDF5 is built from source once; its build wants a newer cmake than Debian 12 has.
 PATH=$PWD/$environment/bin:$PATH

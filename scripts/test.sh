@@ -1,11 +1,12 @@
 #!/bin/sh
 # Everything that must hold: format, lints, docs, tests, schemas, one pipeline, the Python checks.
 . "$(dirname "$0")/prepare.sh"
+bring checks scripts/build-requirements.txt python-checks/requirements.txt
 cargo fmt --check
-cargo clippy --release --locked --workspace --all-targets -- -D warnings
-RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --workspace --no-deps
-cargo test --release --locked --workspace
-cargo build --release --locked
+cargo clippy --release --locked --workspace --all-targets $features -- -D warnings
+RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --workspace --no-deps $features
+cargo test --release --locked --workspace $features
+cargo build --release --locked $features
 target/release/contact3d-pipe schema --check
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
