@@ -25,13 +25,13 @@ bring() {
     echo "$wanted" > "$stamp"
 }
 
-# Whether there is an HDF5 that serves: 1.10 or newer, serial, with deflate, and found when a program starts.
+# Whether there is an HDF5 that serves: 1.10.2 or newer, serial, with deflate, and found when a program starts.
 system_hdf5_serves() {
     flags=$(pkg-config --cflags --libs hdf5 2>/dev/null) || return 1
     probe=$(mktemp -d)
     cat > "$probe/probe.c" <<'END'
 #include <hdf5.h>
-#if defined(H5_HAVE_PARALLEL) || !H5_VERSION_GE(1, 10, 0)
+#if defined(H5_HAVE_PARALLEL) || !H5_VERSION_GE(1, 10, 2)
 #error "too old, or parallel"
 #endif
 int main(void) { return H5Zfilter_avail(H5Z_FILTER_DEFLATE) > 0 ? 0 : 1; }
