@@ -1,5 +1,5 @@
-# Sourced by the other scripts: a project-local Python environment first on PATH, and in $features the switches of cargo
-# that choose between the system's HDF5 and one built from source. Needs Rust, Python 3 and a C compiler; as root on
+# Sourced by the other scripts: a project-local Python environment first on PATH, and in $features what cargo is told
+# about HDF5: built from source, or the system's with HDF5=system. Needs Rust, Python 3 and a C compiler; as root on
 # Debian it fetches a missing python3-venv itself.
 set -eu
 cd "$(dirname "$0")/.."
@@ -52,10 +52,22 @@ done
 
 bring build scripts/build-requirements.txt
 
-features=
-if system_hdf5_serves; then
-    features=--no-default-features
-fi
+case ${HDF5:-bundled} in
+    bundled)
+        features=
+        ;;
+    system)
+        system_hdf5_serves || {
+            echo "error: no usable HDF5 (pkg-config hdf5: 1.10.2 or newer, serial, with deflate); install it, or leave HDF5 unset" >&2
+            exit 2
+        }
+        features=--no-default-features
+        ;;
+    *)
+        echo "error: HDF5=$HDF5; it may be bundled or system" >&2
+        exit 2
+        ;;
+esac
 
 # HDF5 is built from source once; its build wants a newer cmake than Debian 12 has.
 PATH=$PWD/$environment/bin:$PATH
