@@ -4,7 +4,7 @@ use contact3d::solver::{NewtonStep, OuterStep, StepCounts};
 use runfile::{DatasetSpec, Extent, Extent::Named, GroupWriter, Kind, Reader, StoreError};
 use units::Dimension;
 
-use super::{FormatError, read_index_vec, solve::GROUP};
+use super::{FormatError, columns::Columns, read_index_vec, solve::GROUP};
 
 /// Where the records of successive approximations lie.
 pub(super) struct OuterPaths {
@@ -65,29 +65,15 @@ pub(super) fn write_newton(
     writer: &mut GroupWriter<'_>,
     steps: &[NewtonStep],
 ) -> Result<(), StoreError> {
-    type Measure = fn(&NewtonStep) -> f64;
-    type Count = fn(&NewtonStep) -> usize;
-    let measures: [(&str, Measure); 4] = [
-        (NEWTON_RESIDUAL, |s| s.residual),
-        (NEWTON_STEP_LENGTH, |s| s.step_length),
-        (NEWTON_LAW_SHARE, |s| s.law_share),
-        (NEWTON_SECONDS, |s| s.seconds),
-    ];
-    for (path, measure) in measures {
-        let values: Vec<f64> = steps.iter().map(measure).collect();
-        writer.write(path, &values, &[values.len()])?;
-    }
-    let counts: [(&str, Count); 3] = [
-        (NEWTON_HALVINGS, |s| s.halvings),
-        (NEWTON_ZONE_CHANGES, |s| s.zone_changes),
-        (NEWTON_UNKNOWNS, |s| s.free_unknowns),
-    ];
-    for (path, count) in counts {
-        let values: Vec<usize> = steps.iter().map(count).collect();
-        writer.write_indices(path, &values, &[values.len()])?;
-    }
-    let fallbacks: Vec<u8> = steps.iter().map(|s| u8::from(s.fallback)).collect();
-    writer.write(NEWTON_FALLBACK, &fallbacks, &[fallbacks.len()])
+    let mut columns = Columns::new(writer, steps);
+    columns.numbers(NEWTON_RESIDUAL, |s| s.residual)?;
+    columns.numbers(NEWTON_STEP_LENGTH, |s| s.step_length)?;
+    columns.numbers(NEWTON_LAW_SHARE, |s| s.law_share)?;
+    columns.numbers(NEWTON_SECONDS, |s| s.seconds)?;
+    columns.counts(NEWTON_HALVINGS, |s| s.halvings)?;
+    columns.counts(NEWTON_ZONE_CHANGES, |s| s.zone_changes)?;
+    columns.counts(NEWTON_UNKNOWNS, |s| s.free_unknowns)?;
+    columns.flags(NEWTON_FALLBACK, |s| s.fallback)
 }
 
 /// Writes one record per step of successive approximations.
@@ -96,29 +82,15 @@ pub(super) fn write_outer(
     paths: &OuterPaths,
     history: &[OuterStep],
 ) -> Result<(), StoreError> {
-    type Measure = fn(&OuterStep) -> f64;
-    type Count = fn(&OuterStep) -> usize;
-    let measures: [(&str, Measure); 4] = [
-        (paths.change, |s| s.change),
-        (paths.inner_tolerance, |s| s.inner_tolerance),
-        (paths.inner_residual, |s| s.inner_residual),
-        (paths.seconds, |s| s.seconds),
-    ];
-    for (path, measure) in measures {
-        let values: Vec<f64> = history.iter().map(measure).collect();
-        writer.write(path, &values, &[values.len()])?;
-    }
-    let counts: [(&str, Count); 4] = [
-        (paths.conjugate_gradient, |s| s.steps.conjugate_gradient),
-        (paths.expansion, |s| s.steps.expansion),
-        (paths.proportioning, |s| s.steps.proportioning),
-        (paths.applications, |s| s.applications),
-    ];
-    for (path, count) in counts {
-        let values: Vec<usize> = history.iter().map(count).collect();
-        writer.write_indices(path, &values, &[values.len()])?;
-    }
-    Ok(())
+    let mut columns = Columns::new(writer, history);
+    columns.numbers(paths.change, |s| s.change)?;
+    columns.numbers(paths.inner_tolerance, |s| s.inner_tolerance)?;
+    columns.numbers(paths.inner_residual, |s| s.inner_residual)?;
+    columns.numbers(paths.seconds, |s| s.seconds)?;
+    columns.counts(paths.conjugate_gradient, |s| s.steps.conjugate_gradient)?;
+    columns.counts(paths.expansion, |s| s.steps.expansion)?;
+    columns.counts(paths.proportioning, |s| s.steps.proportioning)?;
+    columns.counts(paths.applications, |s| s.applications)
 }
 
 /// Reads the records of Newton steps.

@@ -2,11 +2,14 @@
 
 mod accuracy;
 mod assemble;
+mod case;
 mod checkpoint;
+mod columns;
 mod enumeration;
 mod history;
 mod load;
 mod mesh;
+mod outcome;
 mod post;
 mod scene;
 mod sizes;
@@ -26,6 +29,7 @@ pub use assemble::{
     read as read_assembly, read_coupling, read_primal, stored_bytes as assembly_bytes,
     write as write_assembly,
 };
+pub use case::{CERTIFICATE, CaseResults, read_case};
 pub use checkpoint::{GROUP as CHECKPOINT, read as read_checkpoint, write as write_checkpoint};
 pub use load::{read as read_loads, write as write_loads};
 pub use mesh::{read as read_mesh, write as write_mesh};
@@ -36,8 +40,7 @@ pub use solve::{read as read_solution, read_multiplier, write as write_solution}
 pub use stability::{GROUP as STABILITY, STABILITY_LAYOUT, StabilityRow, write as write_stability};
 pub use stage::Stage;
 pub use sweep::{
-    CERTIFICATE, CaseResults, CaseRow, GROUP as CASES, SWEEP_LAYOUT, TableOwner, read_case,
-    read_table_owner, write as write_cases,
+    CaseRow, GROUP as CASES, SWEEP_LAYOUT, TableOwner, read_table_owner, write as write_cases,
 };
 pub use vtkhdf::{GROUP as VTKHDF, write as write_vtkhdf};
 pub use vtkhdf_check::{check as check_vtkhdf, problems};

@@ -12,7 +12,9 @@ use runfile::{
 };
 use units::Dimension;
 
-use super::{FormatError, Stage, enumeration::stored_as, read_index_vec, read_scalar};
+use super::{
+    FormatError, Stage, columns::Columns, enumeration::stored_as, read_index_vec, read_scalar,
+};
 
 /// Stresses, zones, resultants and the certificate.
 pub(super) const GROUP: Group = Group::new("post", Stage::Post.command());
@@ -185,12 +187,10 @@ fn write_in_space(
 }
 
 fn write_panes(writer: &mut GroupWriter<'_>, panes: &[PaneState]) -> Result<(), StoreError> {
-    let zones: Vec<StoredZone> = panes.iter().map(|pane| pane.zone.into()).collect();
-    writer.write_enum(ZONE, &zones, &[zones.len()])?;
-    let normal: Vec<f64> = panes.iter().map(|p| p.normal_stress).collect();
-    writer.write(NORMAL_STRESS, &normal, &[panes.len()])?;
-    let gap: Vec<f64> = panes.iter().map(|p| p.gap).collect();
-    writer.write(PANE_GAP, &gap, &[panes.len()])?;
+    let mut columns = Columns::new(writer, panes);
+    columns.members(ZONE, |pane| StoredZone::from(pane.zone))?;
+    columns.numbers(NORMAL_STRESS, |pane| pane.normal_stress)?;
+    columns.numbers(PANE_GAP, |pane| pane.gap)?;
     let friction: Vec<PaneFriction> = panes.iter().filter_map(|p| p.friction).collect();
     if !friction.is_empty() {
         write_pane_friction(writer, &friction)?;
@@ -202,19 +202,15 @@ fn write_pane_friction(
     writer: &mut GroupWriter<'_>,
     panes: &[PaneFriction],
 ) -> Result<(), StoreError> {
-    let m = panes.len();
-    let margin: Vec<f64> = panes.iter().map(|p| p.margin).collect();
-    writer.write(MARGIN, &margin, &[m])?;
-    let stress: Vec<[f64; 2]> = panes.iter().map(|p| p.stress).collect();
-    writer.write(TANGENTIAL_STRESS, stress.as_flattened(), &[m, 2])?;
-    let slip: Vec<[f64; 2]> = panes.iter().map(|p| p.slip).collect();
-    writer.write(PANE_SLIP, slip.as_flattened(), &[m, 2])?;
-    let coulomb = panes.iter().filter_map(|p| p.coulomb);
-    let coulomb = coulomb.map(|c| (c.coefficients, c.scaled_stress));
-    let (coefficients, scaled): (Vec<[f64; 2]>, Vec<f64>) = coulomb.unzip();
-    if !scaled.is_empty() {
-        writer.write(PANE_FRICTION, coefficients.as_flattened(), &[m, 2])?;
-        writer.write(SCALED_TANGENTIAL, &scaled, &[m])?;
+    let mut columns = Columns::new(writer, panes);
+    columns.numbers(MARGIN, |pane| pane.margin)?;
+    columns.vectors(TANGENTIAL_STRESS, |pane| pane.stress)?;
+    columns.vectors(PANE_SLIP, |pane| pane.slip)?;
+    let coulomb: Vec<_> = panes.iter().filter_map(|p| p.coulomb).collect();
+    if !coulomb.is_empty() {
+        let mut columns = Columns::new(writer, &coulomb);
+        columns.vectors(PANE_FRICTION, |coulomb| coulomb.coefficients)?;
+        columns.numbers(SCALED_TANGENTIAL, |coulomb| coulomb.scaled_stress)?;
     }
     Ok(())
 }

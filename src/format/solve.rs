@@ -3,7 +3,7 @@
 use contact3d::{
     contact::FrictionField,
     elasticity::DofMap,
-    solver::{CoulombState, Solution, SolvedBy, Status},
+    solver::{CoulombState, Solution, Status},
 };
 use runfile::{
     DatasetSpec, Extent,
@@ -14,39 +14,16 @@ use units::Dimension;
 
 use super::{
     FormatError, Stage,
-    enumeration::{read_member, stored_as},
-    history, read_finite_vec, read_index_vec,
+    enumeration::read_member,
+    history,
+    outcome::{StoredMethod, StoredStatus},
+    read_finite_vec, read_index_vec,
 };
 
 /// Multipliers, displacement and history.
 pub(super) const GROUP: Group = Group::new("solve", Stage::Solve.command());
 
-stored_as! {
-    /// How a solve ended, as stored.
-    pub(super) StoredStatus of Status as "status" {
-        Converged = 0 => "converged",
-        MaxOuterSteps = 1 => "max_outer_steps",
-        MaxInnerApplications = 2 => "max_inner_actions",
-        NumericalError = 3 => "numerical_error",
-        RoundingLimit = 4 => "rounding_limit",
-        MaxNewtonSteps = 5 => "max_newton_steps",
-        Cycling = 6 => "cycling",
-        Stopped = 7 => "stopped",
-        Inaccurate = 8 => "inaccurate",
-    }
-}
-
-stored_as! {
-    /// Which algorithm gave the answer, as stored.
-    StoredMethod of SolvedBy as "method" {
-        FixedPoint = 0 => "fixed_point",
-        Newton = 1 => "newton",
-        Minimisation = 2 => "minimisation",
-        Direct = 3 => "direct",
-    }
-}
-
-const STATUS: &str = "/solve/status";
+pub(super) const STATUS: &str = "/solve/status";
 const MULTIPLIER_NORMAL: &str = "/solve/multiplier_normal";
 const MULTIPLIER_TANGENTIAL: &str = "/solve/multiplier_tangential";
 const DISPLACEMENT: &str = "/solve/displacement";
@@ -57,9 +34,9 @@ const FRICTION_INVERSE: &str = "/solve/friction_inverse";
 const STEPLENGTH: &str = "/solve/steplength";
 const LOCAL_STIFFNESS_NORMAL: &str = "/solve/local_stiffness_normal";
 const LOCAL_STIFFNESS_TANGENTIAL: &str = "/solve/local_stiffness_tangential";
-const APPLICATIONS: &str = "/solve/actions";
-const METHOD: &str = "/solve/method";
-const ACCURACY: &str = "/solve/accuracy";
+pub(super) const APPLICATIONS: &str = "/solve/actions";
+pub(super) const METHOD: &str = "/solve/method";
+pub(super) const ACCURACY: &str = "/solve/accuracy";
 const MAPPING_CHANGE: &str = "/solve/mapping_change";
 const LAW_EVALUATIONS: &str = "/solve/law_evaluations";
 const PROJECTIONS: &str = "/solve/projections";
@@ -213,48 +190,12 @@ fn read_local_stiffness(reader: &Reader) -> Result<Vec<f64>, FormatError> {
     Ok(stiffness)
 }
 
-/// How a solve ended, in words and numbers.
-pub(super) struct OutcomeWords {
-    pub(super) status: String,
-    pub(super) method: String,
-    /// Outer steps, Newton steps, applications.
-    pub(super) counts: [usize; 3],
-    pub(super) accuracy: f64,
-}
-
-/// Reads how a solve ended, without its fields.
-pub(super) fn read_outcome(reader: &Reader) -> Result<OutcomeWords, FormatError> {
-    let status: StoredStatus = read_member(reader, STATUS)?;
-    let method: StoredMethod = read_member(reader, METHOD)?;
-    let applications = read_index_vec(reader, APPLICATIONS)?.first().copied();
-    Ok(OutcomeWords {
-        status: word(status).to_owned(),
-        method: word(method).to_owned(),
-        counts: [
-            history::read_outer(reader, &history::HISTORY)?.len(),
-            history::read_newton(reader)?.len(),
-            applications.unwrap_or(0),
-        ],
-        accuracy: reader
-            .read_vec(ACCURACY)?
-            .first()
-            .copied()
-            .unwrap_or(f64::NAN),
-    })
-}
-
-fn word<E: StoredEnum>(stored: E) -> &'static str {
-    let mut members = E::SPEC.members.iter();
-    let member = members.find(|(_, code)| *code == stored.code());
-    member.map_or("", |(name, _)| name)
-}
-
 /// Reads the multipliers alone, and how the solve ended.
 ///
 /// # Errors
 /// Missing or altered datasets.
 pub fn read_multiplier(reader: &Reader) -> Result<(Status, Vec<f64>), FormatError> {
-    let status: Status = read_member::<StoredStatus>(reader, STATUS)?.into();
+    let status = read_member::<StoredStatus>(reader, STATUS)?.into();
     let mut multiplier = Vec::new();
     for path in [MULTIPLIER_NORMAL, MULTIPLIER_TANGENTIAL] {
         if reader.has(path) {
@@ -268,7 +209,14 @@ pub fn read_multiplier(reader: &Reader) -> Result<(Status, Vec<f64>), FormatErro
 fn read_measured(reader: &Reader, path: &str, status: Status) -> Result<Vec<f64>, FormatError> {
     Ok(match status {
         Status::NumericalError => reader.read_vec(path)?,
-        _ => read_finite_vec(reader, path)?,
+        Status::Converged
+        | Status::MaxOuterSteps
+        | Status::MaxInnerApplications
+        | Status::RoundingLimit
+        | Status::MaxNewtonSteps
+        | Status::Cycling
+        | Status::Stopped
+        | Status::Inaccurate => read_finite_vec(reader, path)?,
     })
 }
 

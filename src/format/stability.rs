@@ -11,7 +11,7 @@ use runfile::{
 };
 use units::{Dimension, Units};
 
-use super::solve::StoredStatus;
+use super::{columns::Columns, outcome::StoredStatus};
 
 /// How far the answers of hard cases can be trusted, in a file of its own.
 pub const GROUP: Group = Group::new("stability", "stability");
@@ -162,130 +162,97 @@ impl StabilityRow {
 /// # Errors
 /// HDF5 failures.
 pub fn write(writer: &mut GroupWriter<'_>, rows: &[StabilityRow]) -> Result<(), StoreError> {
-    let n = [rows.len()];
-    let texts =
-        |text: fn(&StabilityRow) -> String| -> Vec<String> { rows.iter().map(text).collect() };
-    type Text = fn(&StabilityRow) -> String;
-    let columns: [(&str, Text); 6] = [
-        (NAME, |r| r.name.clone()),
-        (FAMILY, |r| r.family.clone()),
-        (SHOWS, |r| r.shows.clone()),
-        (SCENE, |r| r.scene.clone()),
-        (OPEN, |r| r.open.clone()),
-        (FINDINGS, StabilityRow::findings),
-    ];
-    for (path, column) in columns {
-        let column = texts(column);
-        let column: Vec<&str> = column.iter().map(String::as_str).collect();
-        writer.write_texts(path, &column)?;
-    }
-    let levels: Vec<_> = rows.iter().map(StabilityRow::stored_level).collect();
-    writer.write_enum(VERDICT, &levels, &n)?;
+    let mut columns = Columns::new(writer, rows);
+    columns.texts(NAME, |r| &r.name)?;
+    columns.texts(FAMILY, |r| &r.family)?;
+    columns.texts(SHOWS, |r| &r.shows)?;
+    columns.texts(SCENE, |r| &r.scene)?;
+    columns.texts(OPEN, |r| &r.open)?;
+    columns.texts(FINDINGS, StabilityRow::findings)?;
+    columns.members(VERDICT, StabilityRow::stored_level)?;
     let checks: Vec<Option<&Check>> = rows.iter().map(|r| r.outcome.as_ref().ok()).collect();
-    let status =
+    let mut columns = Columns::new(writer, &checks);
+    write_statuses(&mut columns)?;
+    write_counts(&mut columns)?;
+    write_measures(&mut columns)
+}
+
+/// Columns of what was checked; `None` where there is no discrete problem.
+type Checks<'a, 'w, 'c> = Columns<'a, 'w, Option<&'c Check>>;
+
+fn write_statuses(columns: &mut Checks<'_, '_, '_>) -> Result<(), StoreError> {
+    let stored =
         |status: Option<Status>| StoredStatus::from(status.unwrap_or(Status::NumericalError));
-    let statuses: Vec<_> = checks.iter().map(|c| status(c.map(|c| c.status))).collect();
-    writer.write_enum(STATUS, &statuses, &n)?;
-    let cross_checks: Vec<_> = checks
-        .iter()
-        .flat_map(|c| {
-            CrossCheck::ALL.map(|cross_check| {
-                status(c.and_then(|c| c.cross_check(cross_check)).map(|r| r.status))
-            })
+    columns.members(STATUS, |c| stored(c.map(|c| c.status)))?;
+    columns.member_vectors(CROSS_CHECK_STATUS, |c| {
+        CrossCheck::ALL.map(|cross_check| {
+            let result = c.and_then(|c| c.cross_check(cross_check));
+            stored(result.map(|result| result.status))
         })
-        .collect();
-    writer.write_enum(
-        CROSS_CHECK_STATUS,
-        &cross_checks,
-        &[rows.len(), CrossCheck::ALL.len()],
-    )?;
-    write_counts(writer, &checks)?;
-    write_measures(writer, &checks)
+    })
 }
 
-fn write_counts(writer: &mut GroupWriter<'_>, checks: &[Option<&Check>]) -> Result<(), StoreError> {
-    type Counts = fn(&Check) -> Vec<i64>;
-    let columns: [(&str, usize, Counts); 7] = [
-        (UNKNOWNS, 1, |c| vec![c.n_free as i64]),
-        (MULTIPLIERS, 1, |c| vec![c.n_multipliers as i64]),
-        (NEWTON_STEPS, 1, |c| vec![c.steps[0] as i64]),
-        (OUTER_STEPS, 1, |c| vec![c.steps[1] as i64]),
-        (DETERMINANT, 1, |c| {
-            vec![i64::from(c.linearisation.determinant)]
-        }),
-        (ZONE_COUNTS, 3, |c| c.zones.map(|z| z as i64).to_vec()),
-        (CROSS_CHECK_STEPS, 4, |c| {
-            let steps = |cross_check| c.cross_check(cross_check).map_or(0, |r| r.steps as i64);
-            CrossCheck::ALL.map(steps).to_vec()
-        }),
+fn write_counts(columns: &mut Checks<'_, '_, '_>) -> Result<(), StoreError> {
+    columns.counts(UNKNOWNS, |c| c.map_or(0, |c| c.n_free))?;
+    columns.counts(MULTIPLIERS, |c| c.map_or(0, |c| c.n_multipliers))?;
+    columns.counts(NEWTON_STEPS, |c| c.map_or(0, |c| c.steps[0]))?;
+    columns.counts(OUTER_STEPS, |c| c.map_or(0, |c| c.steps[1]))?;
+    columns.numbers(DETERMINANT, |c| {
+        c.map_or(0, |c| i64::from(c.linearisation.determinant))
+    })?;
+    columns.vectors(ZONE_COUNTS, |c| {
+        c.map_or([0; 3], |c| c.zones.map(|z| z as i64))
+    })?;
+    columns.vectors(CROSS_CHECK_STEPS, |c| {
+        let steps =
+            |c: &Check, cross_check| c.cross_check(cross_check).map_or(0, |r| r.steps as i64);
+        CrossCheck::ALL.map(|cross_check| c.map_or(0, |c| steps(c, cross_check)))
+    })
+}
+
+fn write_measures(columns: &mut Checks<'_, '_, '_>) -> Result<(), StoreError> {
+    type Measure = fn(&Check) -> f64;
+    let measures: [(&str, Measure); 8] = [
+        (ASKED, |c| c.asked),
+        (ACCURACY, |c| c.accuracy),
+        (CERTIFICATE, |c| c.certificate),
+        (CERTIFICATE_ROUNDING, |c| c.rounding_bound.certificate),
+        (STIFFNESS_CONDITION, |c| c.conditioning.stiffness),
+        (SENSITIVITY, |c| c.linearisation.sensitivity),
+        (MULTIPLIER_ROUNDING, |c| c.rounding_bound.multiplier),
+        (SECONDS, |c| c.seconds),
     ];
-    for (path, width, of) in columns {
-        let values: Vec<i64> = checks
-            .iter()
-            .flat_map(|check| check.map_or_else(|| vec![0; width], of))
-            .collect();
-        writer.write(path, &values, &shape(checks.len(), width))?;
+    for (path, measure) in measures {
+        columns.numbers(path, |c| c.map_or(f64::NAN, measure))?;
     }
-    Ok(())
+    columns.vectors(DUAL_EIGENVALUES, |c| {
+        c.map_or([f64::NAN; 2], |c| {
+            [c.conditioning.dual.smallest, c.conditioning.dual.largest]
+        })
+    })?;
+    columns.vectors(DUAL_BY_AREA, |c| {
+        let spectrum = c.map(|c| c.conditioning.dual_by_area);
+        spectrum.map_or([f64::NAN; 2], |s| [s.smallest, s.largest])
+    })?;
+    columns.vectors(CROSS_CHECK_RESIDUAL, |c| {
+        c.map_or([f64::NAN; 4], |c| cross_checks(c, |r| r.residual))
+    })?;
+    columns.vectors(DISAGREEMENT, |c| {
+        c.map_or([f64::NAN; 4], |c| cross_checks(c, |r| r.disagreement))
+    })?;
+    columns.vectors(VARIATION, |c| c.map_or([f64::NAN; 7], variations))
 }
 
-fn write_measures(
-    writer: &mut GroupWriter<'_>,
-    checks: &[Option<&Check>],
-) -> Result<(), StoreError> {
-    type Measures = fn(&Check) -> Vec<f64>;
-    let columns: [(&str, usize, Measures); 13] = [
-        (ASKED, 1, |c| vec![c.asked]),
-        (ACCURACY, 1, |c| vec![c.accuracy]),
-        (CERTIFICATE, 1, |c| vec![c.certificate]),
-        (CERTIFICATE_ROUNDING, 1, |c| {
-            vec![c.rounding_bound.certificate]
-        }),
-        (STIFFNESS_CONDITION, 1, |c| vec![c.conditioning.stiffness]),
-        (SENSITIVITY, 1, |c| vec![c.linearisation.sensitivity]),
-        (MULTIPLIER_ROUNDING, 1, |c| {
-            vec![c.rounding_bound.multiplier]
-        }),
-        (SECONDS, 1, |c| vec![c.seconds]),
-        (DUAL_EIGENVALUES, 2, |c| {
-            vec![c.conditioning.dual.smallest, c.conditioning.dual.largest]
-        }),
-        (DUAL_BY_AREA, 2, |c| {
-            let spectrum = c.conditioning.dual_by_area;
-            vec![spectrum.smallest, spectrum.largest]
-        }),
-        (CROSS_CHECK_RESIDUAL, 4, |c| cross_checks(c, |r| r.residual)),
-        (DISAGREEMENT, 4, |c| cross_checks(c, |r| r.disagreement)),
-        (VARIATION, 7, variations),
-    ];
-    for (path, width, of) in columns {
-        let values: Vec<f64> = checks
-            .iter()
-            .flat_map(|check| check.map_or_else(|| vec![f64::NAN; width], of))
-            .collect();
-        writer.write(path, &values, &shape(checks.len(), width))?;
-    }
-    Ok(())
-}
-
-fn cross_checks(check: &Check, measure: fn(&CrossCheckResult) -> f64) -> Vec<f64> {
+fn cross_checks(check: &Check, measure: fn(&CrossCheckResult) -> f64) -> [f64; 4] {
     let of = |cross_check| check.cross_check(cross_check).map_or(f64::NAN, measure);
-    CrossCheck::ALL.map(of).to_vec()
+    CrossCheck::ALL.map(of)
 }
 
-fn variations(check: &Check) -> Vec<f64> {
+fn variations(check: &Check) -> [f64; 7] {
     let of = |invariance: Invariance| {
         let mut results = check.invariances.iter();
         let found = results.find(|result| result.invariance == invariance);
         found.map_or(f64::NAN, |result| result.difference)
     };
-    Invariance::ALL.map(of).to_vec()
-}
-
-fn shape(rows: usize, width: usize) -> Vec<usize> {
-    if width == 1 {
-        vec![rows]
-    } else {
-        vec![rows, width]
-    }
+    Invariance::ALL.map(of)
 }

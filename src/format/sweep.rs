@@ -7,7 +7,7 @@ use runfile::{
 };
 use units::Dimension;
 
-use super::{FormatError, Stage, read_index_vec, solve::read_outcome};
+use super::{case::CaseResults, columns::Columns};
 
 /// The table of a sweep, in a file of its own.
 pub const GROUP: Group = Group::new("cases", "sweep");
@@ -29,17 +29,6 @@ pub const SWEEP_LAYOUT: Layout = Layout {
         ("n_keys", "keys of all axes"),
     ],
 };
-
-/// The figures of a certificate, as `/post/certificate` names them.
-pub const CERTIFICATE: [&str; 7] = [
-    "equilibrium",
-    "penetration",
-    "adhesion",
-    "complementarity",
-    "friction_bound",
-    "slip_direction",
-    "fixed_point",
-];
 
 const SWEEP_FILE: &str = "/cases/sweep_file";
 const KEYS: &str = "/cases/keys";
@@ -114,39 +103,6 @@ pub struct CaseRow {
     pub results: Option<CaseResults>,
 }
 
-/// The main results of a case; NaN for what its scene does not have.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CaseResults {
-    /// How the solve ended.
-    pub status: String,
-    /// Which algorithm gave the answer.
-    pub method: String,
-    /// Outer steps, Newton steps, applications.
-    pub counts: [i64; 3],
-    /// Seconds of loads, solve and report.
-    pub seconds: f64,
-    /// Accuracy of the solve.
-    pub accuracy: f64,
-    /// Open, sticking, slipping panes.
-    pub zones: [i64; 3],
-    /// Normal force in N.
-    pub normal_force: f64,
-    /// Tangential forces in N.
-    pub tangential_force: [f64; 2],
-    /// Force of the foundation in N.
-    pub contact_force: [f64; 3],
-    /// Largest pressure in Pa.
-    pub largest_pressure: f64,
-    /// Largest displacement components in m.
-    pub largest_displacement: [f64; 3],
-    /// Strain energy in J.
-    pub strain_energy: f64,
-    /// The certificate's figures, in the order of [`CERTIFICATE`].
-    pub certificate: [f64; 7],
-    /// Digest of the solution.
-    pub solve_digest: String,
-}
-
 /// Whose table a summary file holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TableOwner {
@@ -189,129 +145,48 @@ pub fn write(
     if let Some(sweep_file) = sweep_file {
         writer.write_text(SWEEP_FILE, sweep_file)?;
     }
-    let n = rows.len();
-    let texts = |text: fn(&CaseRow) -> &str| -> Vec<&str> { rows.iter().map(text).collect() };
     let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
     writer.write_texts(KEYS, &keys)?;
-    writer.write_texts(ID, &texts(|r| &r.id))?;
-    let planned: Vec<u8> = rows.iter().map(|r| u8::from(r.planned)).collect();
-    writer.write(PLANNED, &planned, &[n])?;
-    writer.write_texts(SETTINGS, &texts(|r| &r.settings))?;
     let values: Vec<f64> = rows.iter().flat_map(|r| r.setting_values.clone()).collect();
-    writer.write(SETTING_VALUE, &values, &[n, keys.len()])?;
-    writer.write_texts(STATUS, &texts(|r| &r.status))?;
-    writer.write_texts(ERROR, &texts(|r| &r.error))?;
-    writer.write_texts(
-        METHOD,
-        &texts(|r| r.results.as_ref().map_or("", |x| &x.method)),
-    )?;
-    writer.write_texts(
-        SOLVE_DIGEST,
-        &texts(|r| r.results.as_ref().map_or("", |x| &x.solve_digest)),
-    )?;
+    writer.write(SETTING_VALUE, &values, &[rows.len(), keys.len()])?;
+    let mut columns = Columns::new(writer, rows);
+    columns.texts(ID, |r| &r.id)?;
+    columns.flags(PLANNED, |r| r.planned)?;
+    columns.texts(SETTINGS, |r| &r.settings)?;
+    columns.texts(STATUS, |r| &r.status)?;
+    columns.texts(ERROR, |r| &r.error)?;
+    let results: Vec<Option<&CaseResults>> = rows.iter().map(|r| r.results.as_ref()).collect();
+    write_results(&mut Columns::new(writer, &results))
+}
+
+/// Writes the results of the cases; -1 and NaN where there are none.
+fn write_results(columns: &mut Columns<'_, '_, Option<&CaseResults>>) -> Result<(), StoreError> {
+    columns.texts(METHOD, |r| r.map_or("", |x| &x.method))?;
+    columns.texts(SOLVE_DIGEST, |r| r.map_or("", |x| &x.solve_digest))?;
     for (index, path) in [OUTER_STEPS, NEWTON_STEPS, APPLICATIONS]
         .into_iter()
         .enumerate()
     {
-        let counts = rows
-            .iter()
-            .map(|r| r.results.as_ref().map_or(-1, |x| x.counts[index]));
-        writer.write(path, &counts.collect::<Vec<i64>>(), &[n])?;
+        columns.numbers(path, |r| r.map_or(-1, |x| x.counts[index]))?;
     }
-    let zones = rows
-        .iter()
-        .flat_map(|r| r.results.as_ref().map_or([-1; 3], |x| x.zones));
-    writer.write(ZONE_COUNTS, &zones.collect::<Vec<i64>>(), &[n, 3])?;
-    write_measures(writer, rows)
-}
-
-fn write_measures(writer: &mut GroupWriter<'_>, rows: &[CaseRow]) -> Result<(), StoreError> {
-    type Scalar = fn(&CaseResults) -> f64;
-    let n = rows.len();
-    let scalars: [(&str, Scalar); 5] = [
-        (SECONDS, |x| x.seconds),
-        (ACCURACY, |x| x.accuracy),
-        (NORMAL_FORCE, |x| x.normal_force),
-        (LARGEST_PRESSURE, |x| x.largest_pressure),
-        (STRAIN_ENERGY, |x| x.strain_energy),
-    ];
-    for (path, measure) in scalars {
-        let values = rows
-            .iter()
-            .map(|r| r.results.as_ref().map_or(f64::NAN, measure));
-        writer.write(path, &values.collect::<Vec<f64>>(), &[n])?;
-    }
-    let mut vectors = |path: &str, width: usize, of: &dyn Fn(&CaseResults) -> Vec<f64>| {
-        let none = vec![f64::NAN; width];
-        let values = rows
-            .iter()
-            .flat_map(|r| r.results.as_ref().map_or(none.clone(), of));
-        writer.write(path, &values.collect::<Vec<f64>>(), &[n, width])
-    };
-    vectors(TANGENTIAL_FORCE, 2, &|x| x.tangential_force.to_vec())?;
-    vectors(CONTACT_FORCE, 3, &|x| x.contact_force.to_vec())?;
-    vectors(LARGEST_DISPLACEMENT, 3, &|x| {
-        x.largest_displacement.to_vec()
+    columns.vectors(ZONE_COUNTS, |r| r.map_or([-1; 3], |x| x.zones))?;
+    columns.numbers(SECONDS, |r| r.map_or(f64::NAN, |x| x.seconds))?;
+    columns.numbers(ACCURACY, |r| r.map_or(f64::NAN, |x| x.accuracy))?;
+    columns.numbers(NORMAL_FORCE, |r| r.map_or(f64::NAN, |x| x.normal_force))?;
+    columns.numbers(LARGEST_PRESSURE, |r| {
+        r.map_or(f64::NAN, |x| x.largest_pressure)
     })?;
-    vectors(CERTIFICATE_FIGURES, 7, &|x| x.certificate.to_vec())
-}
-
-/// Reads the main results of a finished run file; `None` if it has no report yet.
-///
-/// # Errors
-/// Missing or altered datasets.
-pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
-    let whole = |stage: Stage| reader.whole_group(stage.group());
-    let Some(load) = whole(Stage::Load)? else {
-        return Ok(None);
-    };
-    let Some(solve) = whole(Stage::Solve)? else {
-        return Ok(None);
-    };
-    let Some(post) = whole(Stage::Post)? else {
-        return Ok(None);
-    };
-    let outcome = read_outcome(reader)?;
-    let scalar = |path: &str| Ok::<f64, FormatError>(vector::<1>(reader, path)?[0]);
-    let mut certificate = [f64::NAN; 7];
-    for (value, name) in certificate.iter_mut().zip(CERTIFICATE) {
-        *value = scalar(&format!("/post/certificate/{name}"))?;
-    }
-    let mut zones = [-1; 3];
-    if reader.has("/post/zone_counts") {
-        for (zone, count) in zones
-            .iter_mut()
-            .zip(read_index_vec(reader, "/post/zone_counts")?)
-        {
-            *zone = count as i64;
-        }
-    }
-    Ok(Some(CaseResults {
-        status: outcome.status,
-        method: outcome.method,
-        counts: outcome.counts.map(|count| count as i64),
-        seconds: load.record.seconds + solve.record.seconds + post.record.seconds,
-        accuracy: outcome.accuracy,
-        zones,
-        normal_force: scalar("/post/resultants/normal_force")?,
-        tangential_force: vector(reader, "/post/resultants/tangential_force")?,
-        contact_force: vector(reader, "/post/resultants/contact_force")?,
-        largest_pressure: scalar("/post/resultants/largest_pressure")?,
-        largest_displacement: vector(reader, "/post/resultants/largest_displacement")?,
-        strain_energy: scalar("/post/resultants/strain_energy")?,
-        certificate,
-        solve_digest: solve.digest,
-    }))
-}
-
-/// A vector of the report, NaN where the file does not have it or the solve failed for want of
-/// numbers.
-fn vector<const N: usize>(reader: &Reader, path: &str) -> Result<[f64; N], FormatError> {
-    let mut vector = [f64::NAN; N];
-    if reader.has(path) {
-        for (target, value) in vector.iter_mut().zip(reader.read_vec::<f64>(path)?) {
-            *target = value;
-        }
-    }
-    Ok(vector)
+    columns.numbers(STRAIN_ENERGY, |r| r.map_or(f64::NAN, |x| x.strain_energy))?;
+    columns.vectors(TANGENTIAL_FORCE, |r| {
+        r.map_or([f64::NAN; 2], |x| x.tangential_force)
+    })?;
+    columns.vectors(CONTACT_FORCE, |r| {
+        r.map_or([f64::NAN; 3], |x| x.contact_force)
+    })?;
+    columns.vectors(LARGEST_DISPLACEMENT, |r| {
+        r.map_or([f64::NAN; 3], |x| x.largest_displacement)
+    })?;
+    columns.vectors(CERTIFICATE_FIGURES, |r| {
+        r.map_or([f64::NAN; 7], |x| x.certificate)
+    })
 }

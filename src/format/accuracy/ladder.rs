@@ -14,9 +14,10 @@ use units::Dimension;
 use super::{GROUP, NO_CONTACT, read_costs, write_costs};
 use crate::format::{
     FormatError,
+    columns::Columns,
     enumeration::{read_member, stored_as},
-    read_index_vec,
-    solve::StoredStatus,
+    outcome::StoredStatus,
+    read_index_vec, read_scalar,
 };
 
 stored_as! {
@@ -102,35 +103,23 @@ pub(super) fn write(
         [ASSEMBLY_SECONDS, ASSEMBLY_REPEATS, ASSEMBLY_PEAK],
         &ladder.assembly.map(Some),
     )?;
-    let entries = &ladder.entries;
-    let n = [entries.len()];
-    let methods = entries.iter().map(|r| StoredMethod::from(r.method));
-    writer.write_enum(METHOD, &methods.collect::<Vec<_>>(), &n)?;
-    let operators = entries.iter().map(|r| StoredOperator::from(r.operator));
-    writer.write_enum(OPERATOR, &operators.collect::<Vec<_>>(), &n)?;
-    let epsilons: Vec<f64> = entries.iter().map(|entry| entry.epsilon).collect();
-    writer.write(EPSILON, &epsilons, &n)?;
-    let runs: Vec<u8> = entries
-        .iter()
-        .map(|entry| u8::from(entry.result.is_some()))
-        .collect();
-    writer.write(RUN, &runs, &n)?;
-    let results: Vec<Option<LadderResult>> = entries.iter().map(|entry| entry.result).collect();
-    let statuses = results.iter().map(|result| {
+    let mut columns = Columns::new(writer, &ladder.entries);
+    columns.members(METHOD, |entry| StoredMethod::from(entry.method))?;
+    columns.members(OPERATOR, |entry| StoredOperator::from(entry.operator))?;
+    columns.numbers(EPSILON, |entry| entry.epsilon)?;
+    columns.flags(RUN, |entry| entry.result.is_some())?;
+    let results: Vec<Option<LadderResult>> =
+        ladder.entries.iter().map(|entry| entry.result).collect();
+    let mut columns = Columns::new(writer, &results);
+    columns.members(ENTRY_STATUS, |result| {
         let status = result.map_or(Status::MaxInnerApplications, |r| r.status);
         StoredStatus::from(status)
-    });
-    writer.write_enum(ENTRY_STATUS, &statuses.collect::<Vec<_>>(), &n)?;
-    let measured = |value: fn(LadderResult) -> f64| -> Vec<f64> {
-        results.iter().map(|r| r.map_or(f64::NAN, value)).collect()
-    };
-    writer.write(ENERGY_ERROR, &measured(|r| r.energy_error), &n)?;
-    writer.write(MULTIPLIER_ERROR, &measured(|r| r.multiplier_error), &n)?;
-    let applications: Vec<usize> = results
-        .iter()
-        .map(|r| r.map_or(0, |r| r.applications))
-        .collect();
-    writer.write_indices(ENTRY_APPLICATIONS, &applications, &n)?;
+    })?;
+    columns.numbers(ENERGY_ERROR, |r| r.map_or(f64::NAN, |r| r.energy_error))?;
+    columns.numbers(MULTIPLIER_ERROR, |r| {
+        r.map_or(f64::NAN, |r| r.multiplier_error)
+    })?;
+    columns.counts(ENTRY_APPLICATIONS, |r| r.map_or(0, |r| r.applications))?;
     let costs: Vec<Option<Cost>> = results.iter().map(|r| r.map(|r| r.cost)).collect();
     write_costs(writer, [ENTRY_SECONDS, ENTRY_REPEATS, ENTRY_PEAK], &costs)
 }
@@ -163,10 +152,9 @@ pub(super) fn read(reader: &Reader) -> Result<Option<AlgebraicLadder>, FormatErr
     });
     let entries = entries.collect();
     let assembly = read_costs(reader, [ASSEMBLY_SECONDS, ASSEMBLY_REPEATS, ASSEMBLY_PEAK])?;
-    let accuracy: Vec<f64> = reader.read_vec(REFERENCE_ACCURACY)?;
     Ok(Some(AlgebraicLadder {
         reference_status: read_member::<StoredStatus>(reader, REFERENCE_STATUS)?.into(),
-        reference_accuracy: accuracy.first().copied().unwrap_or(f64::NAN),
+        reference_accuracy: read_scalar(reader, REFERENCE_ACCURACY)?,
         assembly: [assembly[0], assembly[1]],
         entries,
     }))

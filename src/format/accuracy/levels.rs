@@ -9,7 +9,7 @@ use runfile::{
 use units::Dimension;
 
 use super::{GROUP, NO_CONTACT, read_costs, write_costs};
-use crate::format::{FormatError, read_index_vec, solve::StoredStatus};
+use crate::format::{FormatError, columns::Columns, outcome::StoredStatus, read_index_vec};
 
 const SCENE_N_DIV: &str = "/accuracy/scene_n_div";
 const N_DIV: &str = "/accuracy/levels/n_div";
@@ -88,38 +88,22 @@ fn write_levels(
     ladder: &DiscretisationLadder,
 ) -> Result<(), StoreError> {
     let levels = &ladder.levels;
-    let n = [levels.len()];
     writer.write_indices(SCENE_N_DIV, &[ladder.scene_n_div], &[])?;
-    type Count = fn(&Level) -> usize;
-    let counts: [(&str, Count); 4] = [
-        (N_DIV, |l| l.n_div),
-        (N_FREE, |l| l.n_free),
-        (N_MULTIPLIERS, |l| l.n_multipliers),
-        (LEVEL_APPLICATIONS, |l| l.applications),
-    ];
-    for (path, count) in counts {
-        let values: Vec<usize> = levels.iter().map(count).collect();
-        writer.write_indices(path, &values, &n)?;
-    }
     let cells: Vec<usize> = levels.iter().flat_map(|level| level.cells).collect();
     writer.write_indices(CELLS, &cells, &[levels.len(), 3])?;
-    let statuses = levels.iter().map(|level| StoredStatus::from(level.status));
-    writer.write_enum(LEVEL_STATUS, &statuses.collect::<Vec<_>>(), &n)?;
-    type Measure = fn(&Level) -> f64;
-    let measures: [(&str, Measure); 4] = [
-        (CELL_SIZE, |l| l.cell_size),
-        (ENERGY_DIFFERENCE, |l| l.energy_difference),
-        (LEVEL_ENERGY_ERROR, |l| l.energy_error.unwrap_or(f64::NAN)),
-        (POTENTIAL_ENERGY, |l| l.potential_energy),
-    ];
-    for (path, measure) in measures {
-        let values: Vec<f64> = levels.iter().map(measure).collect();
-        writer.write(path, &values, &n)?;
-    }
+    let mut columns = Columns::new(writer, levels);
+    columns.counts(N_DIV, |l| l.n_div)?;
+    columns.counts(N_FREE, |l| l.n_free)?;
+    columns.counts(N_MULTIPLIERS, |l| l.n_multipliers)?;
+    columns.counts(LEVEL_APPLICATIONS, |l| l.applications)?;
+    columns.members(LEVEL_STATUS, |l| StoredStatus::from(l.status))?;
+    columns.numbers(CELL_SIZE, |l| l.cell_size)?;
+    columns.numbers(ENERGY_DIFFERENCE, |l| l.energy_difference)?;
+    columns.numbers(LEVEL_ENERGY_ERROR, |l| l.energy_error.unwrap_or(f64::NAN))?;
+    columns.numbers(POTENTIAL_ENERGY, |l| l.potential_energy)?;
     let forces: Option<Vec<Forces>> = levels.iter().map(|level| level.forces).collect();
     if let Some(forces) = forces {
-        let normal: Vec<f64> = forces.iter().map(|f| f.normal).collect();
-        writer.write(NORMAL_FORCE, &normal, &n)?;
+        Columns::new(writer, &forces).numbers(NORMAL_FORCE, |f| f.normal)?;
         let tangential: Option<Vec<[f64; 2]>> = forces.iter().map(|f| f.tangential).collect();
         if let Some(pairs) = tangential {
             writer.write(TANGENTIAL_FORCE, pairs.as_flattened(), &[levels.len(), 2])?;

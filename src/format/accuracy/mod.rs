@@ -10,7 +10,7 @@ use contact3d::convergence::{Accuracy, Cost};
 use runfile::{DatasetSpec, Group, GroupWriter, Kind, Reader, StoreError};
 use units::Dimension;
 
-use super::{FormatError, read_index_vec};
+use super::{FormatError, columns::Columns, read_index_vec};
 
 /// Errors and costs of solvers and meshes; computed from the scene alone.
 pub const GROUP: Group = Group::new("accuracy", "accuracy");
@@ -68,15 +68,12 @@ fn write_costs(
     [seconds, repeats, peak]: [&str; 3],
     costs: &[Option<Cost>],
 ) -> Result<(), StoreError> {
-    let n = [costs.len()];
-    let measured = |value: fn(Cost) -> f64| -> Vec<f64> {
-        costs.iter().map(|c| c.map_or(f64::NAN, value)).collect()
-    };
-    writer.write(seconds, &measured(|cost| cost.seconds), &n)?;
-    let counts: Vec<usize> = costs.iter().map(|c| c.map_or(0, |c| c.repeats)).collect();
-    writer.write_indices(repeats, &counts, &n)?;
-    let peaks = measured(|cost| cost.peak_bytes.unwrap_or(f64::NAN));
-    writer.write(peak, &peaks, &n)
+    let mut columns = Columns::new(writer, costs);
+    columns.numbers(seconds, |cost| cost.map_or(f64::NAN, |cost| cost.seconds))?;
+    columns.counts(repeats, |cost| cost.map_or(0, |cost| cost.repeats))?;
+    columns.numbers(peak, |cost| {
+        cost.and_then(|cost| cost.peak_bytes).unwrap_or(f64::NAN)
+    })
 }
 
 fn read_costs(
