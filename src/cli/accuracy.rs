@@ -1,7 +1,8 @@
 //! `accuracy`: both ladders, measured, stored, drawn and printed.
 
-use std::fmt::Write;
+use std::{fmt::Write, path::PathBuf};
 
+use clap::Args;
 use contact3d::{
     convergence::{
         Accuracy, AccuracyProgress, AccuracySettings, AlgebraicLadder, Cost, DiscretisationLadder,
@@ -13,7 +14,7 @@ use indicatif::ProgressBar;
 use units::Units;
 
 use super::{
-    arguments::{AccuracyArguments, Output},
+    arguments::{FigureArguments, Output, SceneArguments, n_div, seconds},
     exit::Exit,
     override_scene, progress,
     results::unit_words,
@@ -23,6 +24,26 @@ use crate::{
     pipeline::{StageError, measure_accuracy},
     views::{Drawing, PictureFolder, draw_accuracy},
 };
+
+/// Arguments of `accuracy`.
+#[derive(Debug, Args)]
+pub struct AccuracyArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneArguments,
+    /// The run file, created or updated
+    pub file: PathBuf,
+    /// Smallest n_div of the meshes
+    #[arg(long, value_name = "N_DIV", default_value_t = 4, value_parser = n_div)]
+    pub coarsest: usize,
+    /// n_div of the finest mesh, a multiple of the scene's; by default 4, 2 or 1 times that, up to 32
+    #[arg(long, value_name = "N_DIV", value_parser = n_div)]
+    pub finest: Option<usize>,
+    /// Seconds for each method on each operator; accuracies that would take longer are left out
+    #[arg(long, value_name = "SECONDS", default_value_t = 30.0, allow_negative_numbers = true, value_parser = seconds)]
+    pub budget: f64,
+    #[command(flatten)]
+    pub(super) figures: FigureArguments,
+}
 
 /// `accuracy`: climbs both ladders, stores and draws them, and says what they mean.
 pub(super) fn accuracy(

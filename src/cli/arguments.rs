@@ -8,7 +8,10 @@ use contact3d::scene::{
 };
 use serde::de::{DeserializeOwned, IntoDeserializer, value::StrDeserializer};
 
-use super::sweep::SweepArguments;
+use super::{
+    accuracy::AccuracyArguments, html::ReportArguments, law::LawArguments, schema::SchemaArguments,
+    stability::StabilityArguments, sweep::SweepArguments,
+};
 use crate::{pipeline::AssemblyFile, views::figures_folder};
 
 /// Most threads, and most cases at work at the same time.
@@ -95,58 +98,6 @@ pub struct RunArguments {
     pub(super) figures: FigureArguments,
     #[command(flatten)]
     pub(super) assembly: AssemblyFileArguments,
-}
-
-/// Arguments of `accuracy`.
-#[derive(Debug, Args)]
-pub struct AccuracyArguments {
-    #[command(flatten)]
-    pub(super) scene: SceneArguments,
-    /// The run file, created or updated
-    pub file: PathBuf,
-    /// Smallest n_div of the meshes
-    #[arg(long, value_name = "N_DIV", default_value_t = 4, value_parser = n_div)]
-    pub coarsest: usize,
-    /// n_div of the finest mesh, a multiple of the scene's; by default 4, 2 or 1 times that, up to 32
-    #[arg(long, value_name = "N_DIV", value_parser = n_div)]
-    pub finest: Option<usize>,
-    /// Seconds for each method on each operator; accuracies that would take longer are left out
-    #[arg(long, value_name = "SECONDS", default_value_t = 30.0, allow_negative_numbers = true, value_parser = seconds)]
-    pub budget: f64,
-    #[command(flatten)]
-    pub(super) figures: FigureArguments,
-}
-
-/// Arguments of `stability`.
-#[derive(Debug, Args)]
-pub struct StabilityArguments {
-    /// A scene, or the index of a suite; by default the hard cases that are part of the program
-    pub input: Option<PathBuf>,
-    /// Change one key of the scene, for example --set body.brick.cells=[12,4,4]
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub overrides: Vec<String>,
-    /// Store the table in this HDF5 file, created or updated
-    #[arg(short, long, value_name = "FILE")]
-    pub out: Option<PathBuf>,
-    /// Small meshes only
-    #[arg(long)]
-    pub coarse: bool,
-    /// Only the cases of this family, or with this in their names
-    #[arg(long, value_name = "NAME")]
-    pub only: Option<String>,
-    /// Print the table as Markdown
-    #[arg(long, conflicts_with = "json")]
-    pub markdown: bool,
-}
-
-/// Arguments of `report`.
-#[derive(Debug, Args)]
-pub struct ReportArguments {
-    /// A run file, or the folder of a sweep
-    pub input: PathBuf,
-    /// The page
-    #[arg(short, long, value_name = "FILE", default_value = "report.html")]
-    pub out: PathBuf,
 }
 
 /// Where the assembled data go.
@@ -258,7 +209,7 @@ pub struct SolveArguments {
 }
 
 /// Cells along an edge, as many as a brick may have.
-fn n_div(text: &str) -> Result<usize, String> {
+pub(super) fn n_div(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(count @ 1..=MOST_CELLS) => Ok(count),
         _ => Err(format!("expected a whole number from 1 to {MOST_CELLS}")),
@@ -266,7 +217,7 @@ fn n_div(text: &str) -> Result<usize, String> {
 }
 
 /// Seconds of a budget, up to thirty years.
-fn seconds(text: &str) -> Result<f64, String> {
+pub(super) fn seconds(text: &str) -> Result<f64, String> {
     number_within(text, [1e-3, 1e9], "seconds")
 }
 
@@ -286,30 +237,6 @@ fn number_within(text: &str, [least, most]: [f64; 2], unit: &str) -> Result<f64,
 fn named<T: DeserializeOwned>(name: &str) -> Result<T, String> {
     let value: StrDeserializer<'_, serde::de::value::Error> = name.into_deserializer();
     T::deserialize(value).map_err(|error| error.to_string())
-}
-
-/// Arguments of `law`.
-#[derive(Debug, Args)]
-pub struct LawArguments {
-    #[command(flatten)]
-    pub(super) scene: SceneArguments,
-    /// Folder for law.svg and law.png; SCENE-law in the current directory by default
-    #[arg(long, value_name = "FOLDER")]
-    pub figures: Option<PathBuf>,
-    /// Draw no picture
-    #[arg(long, conflicts_with = "figures")]
-    pub no_figures: bool,
-}
-
-/// Arguments of `schema`.
-#[derive(Debug, Args)]
-pub struct SchemaArguments {
-    /// Folder for the schemas
-    #[arg(long, value_name = "FOLDER", default_value = "schemas")]
-    pub out: PathBuf,
-    /// Write nothing; fail when the files there differ from what would be written
-    #[arg(long)]
-    pub check: bool,
 }
 
 /// What to print, and where.

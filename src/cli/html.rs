@@ -1,7 +1,11 @@
 //! `report`: one HTML page.
 
+use std::path::PathBuf;
+
+use clap::Args;
+
 use super::{
-    arguments::{Output, ReportArguments},
+    arguments::Output,
     exit::Exit,
     terminal::{self, say},
 };
@@ -10,6 +14,16 @@ use crate::{
     pipeline::StageError,
     views::{report, sweep_table},
 };
+
+/// Arguments of `report`.
+#[derive(Debug, Args)]
+pub struct ReportArguments {
+    /// A run file, or the folder of a sweep
+    pub input: PathBuf,
+    /// The page
+    #[arg(short, long, value_name = "FILE", default_value = "report.html")]
+    pub out: PathBuf,
+}
 
 /// `report`: one HTML page; reads only and takes no lock.
 pub(super) fn report_page(

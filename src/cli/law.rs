@@ -1,7 +1,11 @@
 //! `law`: bounds and pictures of a law of friction.
 
+use std::path::PathBuf;
+
+use clap::Args;
+
 use super::{
-    arguments::{LawArguments, Output},
+    arguments::{Output, SceneArguments},
     exit::Exit,
     law_words, override_scene,
     terminal::{self, say, warn},
@@ -10,6 +14,19 @@ use crate::{
     pipeline::StageError,
     views::{Drawing, LawStudy, PictureFolder, law_folder},
 };
+
+/// Arguments of `law`.
+#[derive(Debug, Args)]
+pub struct LawArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneArguments,
+    /// Folder for law.svg and law.png; SCENE-law in the current directory by default
+    #[arg(long, value_name = "FOLDER")]
+    pub figures: Option<PathBuf>,
+    /// Draw no picture
+    #[arg(long, conflicts_with = "figures")]
+    pub no_figures: bool,
+}
 
 /// `law`: bounds and picture of a law of friction; stores no run file.
 pub(super) fn law(arguments: &LawArguments, output: &Output) -> Result<Exit, StageError> {

@@ -2,11 +2,12 @@
 
 use std::{fs, path::PathBuf};
 
+use clap::Args;
 use contact3d::scene::Scene;
 use runfile::{schema_json, schema_page};
 
 use super::{
-    arguments::{Output, SchemaArguments},
+    arguments::Output,
     exit::Exit,
     terminal::{self, say},
 };
@@ -16,6 +17,17 @@ use crate::{
     pipeline::StageError,
     sweep::SweepFile,
 };
+
+/// Arguments of `schema`.
+#[derive(Debug, Args)]
+pub struct SchemaArguments {
+    /// Folder for the schemas
+    #[arg(long, value_name = "FOLDER", default_value = "schemas")]
+    pub out: PathBuf,
+    /// Write nothing; fail when the files there differ from what would be written
+    #[arg(long)]
+    pub check: bool,
+}
 
 /// `schema`: writes the generated files, or checks that they are up to date.
 pub(super) fn schema(arguments: &SchemaArguments, printing: &Output) -> Result<Exit, StageError> {

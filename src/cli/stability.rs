@@ -5,11 +5,12 @@ use std::{
     time::Instant,
 };
 
+use clap::Args;
 use contact3d::{robustness::Level, scene::Invalid};
 use runfile::RunFile;
 
 use super::{
-    arguments::{Output, SceneArguments, StabilityArguments},
+    arguments::{Output, SceneArguments},
     exit::{Exit, explain_sweep},
     override_scene, stability_words, terminal,
 };
@@ -20,6 +21,28 @@ use crate::{
     suite::{self, Case, Version},
     sweep::SweepError,
 };
+
+/// Arguments of `stability`.
+#[derive(Debug, Args)]
+pub struct StabilityArguments {
+    /// A scene, or the index of a suite; by default the hard cases that are part of the program
+    pub input: Option<PathBuf>,
+    /// Change one key of the scene, for example --set body.brick.cells=[12,4,4]
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
+    /// Store the table in this HDF5 file, created or updated
+    #[arg(short, long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Small meshes only
+    #[arg(long)]
+    pub coarse: bool,
+    /// Only the cases of this family, or with this in their names
+    #[arg(long, value_name = "NAME")]
+    pub only: Option<String>,
+    /// Print the table as Markdown
+    #[arg(long, conflicts_with = "json")]
+    pub markdown: bool,
+}
 
 /// `stability`: checks a scene, or all cases of a suite; prints and stores their table.
 pub(super) fn stability(arguments: &StabilityArguments, output: &Output, threads: usize) -> Exit {

@@ -15,15 +15,17 @@ mod lock;
 mod operators;
 mod ownership;
 mod plan;
+mod range;
 mod run;
 mod size;
 mod summary;
 
-pub use axes::{Axis, Range, Scale, SweepFile};
+pub use axes::{Axis, SweepFile};
 pub use error::SweepError;
 pub use index_file::read as read_index;
 pub use keys::set as set_key;
 pub use plan::{Case, Plan, changed as changed_scene};
+pub use range::{Range, Scale};
 pub use run::{Event, Options, Outcome, run, run_case};
 pub use size::MOST_CASES;
 pub use summary::{CSV_FILE, SUMMARY_FILE, write as write_summary};

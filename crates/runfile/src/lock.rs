@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use units::Units;
 
 use super::error::StoreError;
+use super::home::remove_orphans;
 use super::layout::Group;
-use super::linked;
 use super::place::AtFile;
 use super::reader::Reader;
 use super::table::Layout;
@@ -79,7 +79,7 @@ impl RunFile {
                 _ => {}
             }
         }
-        linked::remove_orphans(&self.folder, &self.path, &self.layout);
+        remove_orphans(&self.folder, &self.path, &self.layout);
         Ok(())
     }
 

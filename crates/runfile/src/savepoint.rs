@@ -6,7 +6,7 @@ use std::io;
 use std::path::PathBuf;
 
 use super::error::StoreError;
-use super::linked;
+use super::home::remove_orphans;
 use super::lock::RunFile;
 use super::part::sync_folder;
 use super::place::AtFile;
@@ -87,6 +87,6 @@ impl Drop for Savepoint {
     /// The files that only the other state names are removed too.
     fn drop(&mut self) {
         drop(self.earlier.take());
-        linked::remove_orphans(&self.folder, &self.target, &self.layout);
+        remove_orphans(&self.folder, &self.target, &self.layout);
     }
 }

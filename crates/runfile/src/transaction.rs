@@ -4,29 +4,17 @@ use std::path::{Path, PathBuf};
 
 use super::error::{LayoutError, StoreError};
 use super::extents::Sizes;
-use super::kept;
+use super::home::SharedGroup;
+use super::home::{Home, LinkedName, carry_over, join, remove_orphans};
 use super::layout::Group;
-use super::linked::{self, LinkedName};
 use super::lock::{RunFile, group_temporary};
 use super::part::{Part, replaceable, sync_folder};
 use super::place::{AtPlace, Place};
 use super::reader::Reader;
-use super::shared::SharedGroup;
 use super::signals::note_commit;
 use super::table::Layout;
 use super::volume::Stamp;
 use super::writer::GroupWriter;
-
-/// The file a group is kept in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Home {
-    /// The run file itself.
-    RunFile,
-    /// A file beside the run file, which owns it and removes it when it needs it no more.
-    Beside,
-    /// A file beside the run file that any run file of the folder may use and none removes.
-    Shared,
-}
 
 /// A new state of a run file, in the hidden file `.NAME.part`; dropping it leaves the run file as
 /// it was.
@@ -157,7 +145,7 @@ impl Transaction {
             file: &self.target,
             dataset: shared.group.name(),
         };
-        linked::join(&self.run_file.file, place, shared.group, &shared.name)
+        join(&self.run_file.file, place, shared.group, &shared.name)
     }
 
     /// Leaves a group out of the new state.
@@ -186,7 +174,7 @@ impl Transaction {
         }
         let file = &self.run_file.file;
         if let Some(previous) = &self.previous {
-            kept::carry_over(previous, &self.replaced, self.embed, file)?;
+            carry_over(previous, &self.replaced, self.embed, file)?;
         }
         // What was copied from a file that another program overwrote meanwhile may be a mixture.
         if Stamp::of(&self.target) != self.stamp {
@@ -199,7 +187,7 @@ impl Transaction {
         };
         for beside in self.beside {
             let Some(name) = beside.name else { continue };
-            linked::join(file, place, beside.group, &name)?;
+            join(file, place, beside.group, &name)?;
             let target = self.folder.join(name.to_string());
             replaceable(&target)?;
             beside.part.publish(&target, permissions.clone())?;
@@ -212,7 +200,7 @@ impl Transaction {
         self.run_file.publish(&self.target, permissions)?;
         note_commit(&self.target, held);
         sync_folder(&self.folder)?;
-        linked::remove_orphans(&self.folder, &self.target, &self.layout);
+        remove_orphans(&self.folder, &self.target, &self.layout);
         Ok(())
     }
 

@@ -10,29 +10,29 @@ use std::path::Path;
 
 use hdf5_metno as hdf5;
 
-use super::attribute::{read_text, write_text};
-use super::error::{LinkProblem, StoreError};
-use super::layout::Group;
-use super::place::{AtPlace, Place};
-use super::table::Layout;
-use super::volume::Volume;
+use crate::attribute::{read_text, write_text};
+use crate::error::{LinkProblem, StoreError};
+use crate::layout::Group;
+use crate::place::{AtPlace, Place};
+use crate::table::Layout;
+use crate::volume::Volume;
 
 /// Hexadecimal digits of the group's digest in the name; 64 bits tell the groups of a folder apart.
 const DIGITS: usize = 16;
 
 /// The plain name of a file that holds one group.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct LinkedName(String);
+pub(crate) struct LinkedName(String);
 
 impl LinkedName {
-    pub(super) fn new(owner: Option<&str>, group: Group, digest: &str) -> Self {
+    pub(crate) fn new(owner: Option<&str>, group: Group, digest: &str) -> Self {
         let owner = owner.map_or_else(String::new, |owner| format!("{owner}."));
         let digits = digest.get(..DIGITS).unwrap_or(digest);
         LinkedName(format!("{owner}{group}-{digits}.h5"))
     }
 
     /// Takes a text that is such a name; a name has no path separators, so it stays in its folder.
-    pub(super) fn parse(text: &str, group: Group) -> Option<Self> {
+    pub(crate) fn parse(text: &str, group: Group) -> Option<Self> {
         let name = LinkedName(text.into());
         let owner = name.owner_and_dot(group)?;
         let plain = owner.is_empty() || (owner.ends_with('.') && owner.len() > 1);
@@ -52,7 +52,7 @@ impl LinkedName {
     }
 
     /// Whether the file belongs to no run file.
-    pub(super) fn is_shared(&self, group: Group) -> bool {
+    pub(crate) fn is_shared(&self, group: Group) -> bool {
         self.owner_and_dot(group) == Some("")
     }
 
@@ -77,10 +77,10 @@ impl fmt::Display for LinkedName {
 
 /// A group that the run file keeps elsewhere.
 #[derive(Debug)]
-pub(super) struct Linked {
+pub(crate) struct Linked {
     /// `None` if what stands in the run file cannot be the name.
-    pub(super) name: Option<LinkedName>,
-    pub(super) volume: Result<Volume, LinkProblem>,
+    pub(crate) name: Option<LinkedName>,
+    pub(crate) volume: Result<Volume, LinkProblem>,
 }
 
 /// The root attribute that names the file of a group.
@@ -90,7 +90,7 @@ fn attribute(group: Group) -> String {
 
 impl Linked {
     /// Opens the file of a group, or `None` if the run file holds the group itself, or not at all.
-    pub(super) fn open(home: &Volume, layout: &Layout, group: Group) -> Option<Self> {
+    pub(crate) fn open(home: &Volume, layout: &Layout, group: Group) -> Option<Self> {
         let path = format!("/{group}");
         home.link_on_the_way(&path)?;
         let place = Place {
@@ -122,7 +122,7 @@ fn open(
 }
 
 /// Opens a file that holds a group with the digest in its name.
-pub(super) fn open_named(
+pub(crate) fn open_named(
     path: &Path,
     layout: &Layout,
     group: Group,
@@ -157,7 +157,7 @@ pub(super) fn open_named(
 }
 
 /// Joins the file of a group to a run file: the name for us, an external link for everyone else.
-pub(super) fn join(
+pub(crate) fn join(
     run_file: &hdf5::File,
     place: Place<'_>,
     group: Group,
@@ -174,7 +174,7 @@ pub(super) fn join(
 ///
 /// What cannot be removed, or is write-protected, stays for the next time; what is no file of ours
 /// stays.
-pub(super) fn remove_orphans(folder: &Path, run_file: &Path, layout: &Layout) {
+pub(crate) fn remove_orphans(folder: &Path, run_file: &Path, layout: &Layout) {
     let Some(owner) = run_file.file_name().and_then(|name| name.to_str()) else {
         return;
     };
@@ -205,7 +205,7 @@ pub(super) fn remove_orphans(folder: &Path, run_file: &Path, layout: &Layout) {
     }
     for orphan in orphans {
         let path = folder.join(orphan);
-        let is_ours = super::header::open(&path, layout, layout.linked_filetype).is_ok();
+        let is_ours = crate::header::open(&path, layout, layout.linked_filetype).is_ok();
         let removable = |metadata: fs::Metadata| !metadata.permissions().readonly();
         if is_ours && fs::metadata(&path).is_ok_and(removable) {
             let _ = fs::remove_file(path);
@@ -215,7 +215,7 @@ pub(super) fn remove_orphans(folder: &Path, run_file: &Path, layout: &Layout) {
 
 /// The names of all files a run file keeps groups in.
 fn names_in(run_file: &Path, layout: &Layout) -> Result<Vec<String>, StoreError> {
-    let file = super::header::open(run_file, layout, layout.filetype)?;
+    let file = crate::header::open(run_file, layout, layout.filetype)?;
     let place = Place {
         file: run_file,
         dataset: "/",

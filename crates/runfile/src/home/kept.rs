@@ -3,11 +3,11 @@
 
 use hdf5_metno as hdf5;
 
-use super::error::StoreError;
-use super::layout::Group;
 use super::linked::{self, Linked};
-use super::place::{AtPlace, Place};
-use super::reader::Reader;
+use crate::error::StoreError;
+use crate::layout::Group;
+use crate::place::{AtPlace, Place};
+use crate::reader::Reader;
 
 /// Carries everything but the replaced groups over to a new file.
 ///
@@ -15,7 +15,7 @@ use super::reader::Reader;
 ///
 /// # Errors
 /// `ForeignLink` for a link that this program did not make; `Hdf5` if copying fails.
-pub(super) fn carry_over(
+pub(crate) fn carry_over(
     previous: &Reader,
     replaced: &[Group],
     embed: bool,

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use super::error::StoreError;
-use super::layout::{DatasetSpec, Group};
-use super::place::Place;
-use super::reader::Reader;
-use super::volume::Volume;
+use crate::error::StoreError;
+use crate::layout::{DatasetSpec, Group};
+use crate::place::Place;
+use crate::reader::Reader;
+use crate::volume::Volume;
 
 impl Reader {
     /// The name and the length of the file beside the run file that holds a group, if one does.
@@ -18,7 +18,7 @@ impl Reader {
     }
 
     /// The file that holds a group: the run file, or the one beside it.
-    pub(super) fn volume(&self, group: Group) -> Result<&Volume, StoreError> {
+    pub(crate) fn volume(&self, group: Group) -> Result<&Volume, StoreError> {
         match self.linked.get(&group).map(|linked| &linked.volume) {
             None => Ok(&self.home),
             Some(Ok(volume)) => Ok(volume),
@@ -31,13 +31,13 @@ impl Reader {
     }
 
     /// The path of the file that holds a dataset.
-    pub(super) fn file_of(&self, path: &str) -> &Path {
+    pub(crate) fn file_of(&self, path: &str) -> &Path {
         let spec = self.layout.find(path);
         let volume = spec.and_then(|spec| self.volume(spec.group).ok());
         &volume.unwrap_or(&self.home).path
     }
 
-    pub(super) fn place<'a>(&'a self, spec: &DatasetSpec) -> Place<'a> {
+    pub(crate) fn place<'a>(&'a self, spec: &DatasetSpec) -> Place<'a> {
         Place {
             file: self.file_of(spec.path),
             dataset: spec.path,
@@ -45,13 +45,13 @@ impl Reader {
     }
 
     /// Whether the dataset itself, not a link to another place, is there.
-    pub(super) fn holds(&self, spec: &DatasetSpec) -> bool {
+    pub(crate) fn holds(&self, spec: &DatasetSpec) -> bool {
         self.volume(spec.group)
             .is_ok_and(|volume| volume.holds(spec.path))
     }
 
     /// The file that holds a group, unless a link stands on the way to one of its objects.
-    pub(super) fn volume_of_object(&self, group: Group, path: &str) -> Result<&Volume, StoreError> {
+    pub(crate) fn volume_of_object(&self, group: Group, path: &str) -> Result<&Volume, StoreError> {
         let volume = self.volume(group)?;
         match volume.link_on_the_way(path) {
             None => Ok(volume),
@@ -62,7 +62,7 @@ impl Reader {
         }
     }
 
-    pub(super) fn missing(&self, dataset: &str, group: Group) -> StoreError {
+    pub(crate) fn missing(&self, dataset: &str, group: Group) -> StoreError {
         StoreError::Missing {
             file: self.home.path.clone(),
             dataset: dataset.into(),

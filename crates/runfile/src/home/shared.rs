@@ -3,19 +3,19 @@
 use std::fs;
 use std::path::Path;
 
-use super::layout::Group;
 use super::linked::{self, LinkedName};
-use super::lock::RunFile;
-use super::place::Place;
-use super::record::{self, StoredGroup};
-use super::table::Layout;
-use super::volume::Volume;
+use crate::layout::Group;
+use crate::lock::RunFile;
+use crate::place::Place;
+use crate::record::{self, StoredGroup};
+use crate::table::Layout;
+use crate::volume::Volume;
 
 /// A group in a file `STAGE-DIGEST.h5` that no run file owns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SharedGroup {
-    pub(super) group: Group,
-    pub(super) name: LinkedName,
+    pub(crate) group: Group,
+    pub(crate) name: LinkedName,
     stored: StoredGroup,
 }
 

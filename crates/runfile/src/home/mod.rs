@@ -1,0 +1,26 @@
+//! Where a group is kept: in the run file, in a file beside it that the run file owns, or in one that the run files of a
+//! folder share.
+//!
+//! A group in a file of its own is written once, under a name that holds its digest ([`linked`]), and only linked
+//! again when the run file changes ([`kept`]). One that no run file owns is found by what it was computed from
+//! ([`shared`]). Readers go to whichever file it is ([`whereabouts`]).
+
+mod kept;
+mod linked;
+mod shared;
+mod whereabouts;
+
+pub(super) use kept::carry_over;
+pub(super) use linked::{Linked, LinkedName, join, remove_orphans};
+pub use shared::SharedGroup;
+
+/// The file a group is kept in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Home {
+    /// The run file itself.
+    RunFile,
+    /// A file beside the run file, which owns it and removes it when it needs it no more.
+    Beside,
+    /// A file beside the run file that any run file of the folder may use and none removes.
+    Shared,
+}
