@@ -8,10 +8,11 @@ use super::colour_bar::ColourKey;
 use super::figure::Figure;
 use super::law_axes::{LawFrame, SlipAxis};
 use super::layout::{KeySide, Layout, PANEL_WIDTH, TITLE_SIZE};
+use super::panels::semi_axis_map;
 use super::panes::pane_shapes;
 use super::picture::{ContactPicture, FigureError};
 use super::text::{Label, fitted};
-use super::{FrictionKind, PAGE_TITLE_HEIGHT, PAGE_TITLE_SIZE, semi_axes};
+use super::{FrictionKind, PAGE_TITLE_HEIGHT, PAGE_TITLE_SIZE};
 
 /// Height of a chart over slips.
 const CHART_HEIGHT: f64 = 360.0;
@@ -122,9 +123,13 @@ fn face_panels(face: &ContactPicture<'_>, isotropic: bool) -> Result<Vec<Canvas>
     let shapes = pane_shapes(face);
     let (kind, panes) = friction;
     let friction = (panes, &kind.unit(face.units));
-    let maps = semi_axes(friction, (&Layout::new(face), &shapes), &titles, &symbols);
-    let kept = if isotropic { 1 } else { 2 };
-    Ok(maps.into_iter().take(kept).collect())
+    let layout = Layout::new(face);
+    let count = if isotropic { 1 } else { 2 };
+    let maps = (0..count).map(|axis| {
+        let face = (&layout, shapes.as_slice());
+        semi_axis_map(friction, face, axis, &titles[axis], &symbols[axis])
+    });
+    Ok(maps.collect())
 }
 
 /// Rows of panels below the title; a shorter row sits in the middle.

@@ -6,12 +6,10 @@
 
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
-mod body;
 mod canvas;
 mod chart;
 mod colour;
 mod colour_bar;
-mod ellipses;
 mod facets;
 mod figure;
 mod friction_labels;
@@ -23,6 +21,7 @@ mod layout;
 mod line_chart;
 mod log_ticks;
 mod maps;
+mod panels;
 mod panes;
 mod picture;
 mod raster;
@@ -42,29 +41,17 @@ pub use figure::Figure;
 pub use friction_labels::FrictionKind;
 pub use law::{LawPicture, OverSlip, SlipCurve, SlipMap, SlipRange, law_page};
 pub use line_chart::{Axis as ChartAxis, AxisScale, ChartPoint, LineChart, Series};
+pub use panels::PANELS;
 pub use picture::{ContactPicture, FigureError, PaneFriction, Zone};
 
 use canvas::{Anchor, Canvas};
-use colour::{ColourMap, ValueRange};
-use colour_bar::ColourKey;
-use layout::{Layout, PANEL_WIDTH};
-use panes::{PaneShape, pane_shapes};
+use layout::PANEL_WIDTH;
+use panels::drawings;
 use text::{Label, fitted};
-use units::{Dimension, Unit};
 
 /// Height of the title of a page.
 const PAGE_TITLE_HEIGHT: f64 = 46.0;
 const PAGE_TITLE_SIZE: f64 = 19.0;
-
-/// Names of all panels of HKL Fig. 5, for files.
-pub const PANELS: [&str; 6] = [
-    "a_normal_stress",
-    "b_scaled_tangential_stress",
-    "c_deformed_body",
-    "d_friction_ellipses",
-    "e_friction_1",
-    "f_friction_2",
-];
 
 /// One panel of HKL Fig. 5.
 #[derive(Clone, Debug)]
@@ -117,97 +104,4 @@ pub fn page(picture: &ContactPicture<'_>) -> Result<Figure, FigureError> {
         page.place(canvas, corner);
     }
     Ok(Figure::new(page, picture.title))
-}
-
-/// All panels that the picture allows, of equal size.
-fn drawings(picture: &ContactPicture<'_>) -> Result<Vec<(&'static str, Canvas)>, FigureError> {
-    picture.validate()?;
-    let layout = Layout::new(picture);
-    let shapes = pane_shapes(picture);
-    let mut drawings = Vec::new();
-    if !picture.contact_triangles.is_empty() {
-        drawings.push(normal_stress(picture, &layout, &shapes));
-    }
-    if let Some((kind, friction)) = picture.friction {
-        drawings.push(scaled_tangential(
-            picture,
-            (kind, friction),
-            &layout,
-            &shapes,
-        ));
-    }
-    let title = Label::plain("(c) Deformed body");
-    let body = body::body_panel(picture, &layout, &title);
-    drawings.push((PANELS[2], body));
-    if let Some((kind, friction)) = picture.friction {
-        let title = Label::plain("(d) Friction ellipses and tangential contact stress");
-        let unit = kind.unit(picture.units);
-        let law = (kind, &unit);
-        let ellipses = ellipses::ellipse_panel(&layout, &shapes, &title, law, friction);
-        drawings.push((PANELS[3], ellipses));
-        let symbols = [0, 1].map(|axis| kind.semi_axis_symbol(axis));
-        let title = |letter: &str, axis: usize| {
-            let words = format!("({letter}) {}", kind.semi_axis_title());
-            Label::plain(words).then(&symbols[axis])
-        };
-        let titles = [title("e", 0), title("f", 1)];
-        let face = (&layout, shapes.as_slice());
-        let [first, second] = semi_axes((friction, &unit), face, &titles, &symbols);
-        drawings.push((PANELS[4], first));
-        drawings.push((PANELS[5], second));
-    }
-    Ok(drawings)
-}
-
-fn normal_stress(
-    picture: &ContactPicture<'_>,
-    layout: &Layout,
-    shapes: &[PaneShape],
-) -> (&'static str, Canvas) {
-    let symbol = Label::default().italic("σ").subscript("ν");
-    let values = shapes.iter().map(|shape| picture.normal_stress[shape.pane]);
-    let unit = picture.units.of(Dimension::STRESS);
-    let key = ColourKey::new(values, ColourMap::Viridis, &symbol, &unit);
-    let title = Label::plain("(a) Normal contact stress ").then(&symbol);
-    let value = |pane: usize| picture.normal_stress[pane];
-    let map = maps::map_panel(layout, shapes, &title, &key, &unit, value);
-    (PANELS[0], map)
-}
-
-fn scaled_tangential(
-    picture: &ContactPicture<'_>,
-    (kind, friction): (FrictionKind, &[PaneFriction]),
-    layout: &Layout,
-    shapes: &[PaneShape],
-) -> (&'static str, Canvas) {
-    let symbol = kind.scaled_symbol();
-    let unit = kind.scaled_unit(picture.units);
-    let value = |pane: usize| friction[pane].scaled_tangential;
-    let values = shapes.iter().map(|shape| value(shape.pane));
-    let key = ColourKey::new(values, ColourMap::Viridis, &symbol, &unit);
-    let title = Label::plain(kind.scaled_title()).then(&symbol);
-    let map = maps::map_panel(layout, shapes, &title, &key, &unit, value);
-    (PANELS[1], map)
-}
-
-/// The maps of F₁ and F₂, or of g F₁ and g F₂, with common colours unless these would hide the
-/// variation of one of them.
-fn semi_axes(
-    (friction, unit): (&[PaneFriction], &Unit),
-    (layout, shapes): (&Layout, &[PaneShape]),
-    titles: &[Label; 2],
-    symbols: &[Label; 2],
-) -> [Canvas; 2] {
-    let value = |pane: usize, axis: usize| friction[pane].semi_axes[axis];
-    let values = |axis: usize| shapes.iter().map(move |shape| value(shape.pane, axis));
-    let own = [0, 1].map(|axis| ValueRange::of(values(axis)));
-    let ranges = own[0].shared(own[1]).map_or(own, |common| [common; 2]);
-    [0, 1].map(|axis| {
-        let gaps = values(axis).any(|value| !value.is_finite());
-        let map = ColourMap::Cividis;
-        let key = ColourKey::with_range(ranges[axis], gaps, map, &symbols[axis], unit);
-        maps::map_panel(layout, shapes, &titles[axis], &key, unit, |pane| {
-            value(pane, axis)
-        })
-    })
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use resvg::usvg::{Group, Node, Options, Rect, Tree, fontdb};
 use tiny_skia::{Pixmap, Transform};
-use units::Units;
+use units::{Unit, Units};
 
 use super::sample::Sample;
 use super::*;

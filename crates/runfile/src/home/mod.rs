@@ -1,9 +1,9 @@
-//! Where a group is kept: in the run file, in a file beside it that the run file owns, or in one that the run files of a
-//! folder share.
+//! Where a group is kept: in the run file, in a file beside it that the run file owns, or in one
+//! that the run files of a folder share.
 //!
-//! A group in a file of its own is written once, under a name that holds its digest ([`linked`]), and only linked
-//! again when the run file changes ([`kept`]). One that no run file owns is found by what it was computed from
-//! ([`shared`]). Readers go to whichever file it is ([`whereabouts`]).
+//! A group in a file of its own is written once, under a name that holds its digest ([`linked`]),
+//! and only linked again when the run file changes ([`kept`]). One that no run file owns is found
+//! by what it was computed from ([`shared`]). Readers go to whichever file it is ([`whereabouts`]).
 
 mod kept;
 mod linked;

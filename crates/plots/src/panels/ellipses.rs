@@ -2,16 +2,17 @@
 
 use units::Unit;
 
-use super::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
-use super::chart::{draw_axes, draw_panes, typical_pane_size};
-use super::friction_labels::FrictionKind;
-use super::layout::{KeySide, LABEL_SIZE, Layout, PANEL_WIDTH, TICK_SIZE};
-use super::panes::PaneShape;
-use super::picture::{PaneFriction, Zone};
-use super::scale::round_down;
-use super::text::Label;
+use super::{Figure, PanelSpec};
+use crate::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
+use crate::chart::{draw_axes, draw_panes, typical_pane_size};
+use crate::friction_labels::FrictionKind;
+use crate::layout::{KeySide, LABEL_SIZE, Layout, PANEL_WIDTH, TICK_SIZE};
+use crate::picture::{PaneFriction, Zone};
+use crate::scale::round_down;
+use crate::text::Label;
 
-/// Ellipses with a smaller largest semi-axis in pixels cannot be distinguished from dots and are left out.
+/// Ellipses with a smaller largest semi-axis in pixels cannot be distinguished from dots and are
+/// left out.
 const LEAST_RADIUS: f64 = 1.2;
 /// Smallest drawn semi-axis in pixels, for friction that is strong in one direction only.
 const LEAST_SEMI_AXIS: f64 = 0.3;
@@ -35,15 +36,25 @@ fn zone_paint(zone: Zone) -> (Fill, Colour) {
     }
 }
 
+/// Panel (d).
+pub(super) const PANEL: PanelSpec = PanelSpec {
+    name: "d_friction_ellipses",
+    draw: |figure| {
+        let (kind, friction) = figure.picture.friction?;
+        let law = (kind, &kind.unit(figure.picture.units));
+        Some(ellipse_panel(figure, law, friction))
+    },
+};
+
 /// One ellipse per pane, the tangential contact stress over λ_ν inside it, and the zones.
-pub(super) fn ellipse_panel(
-    layout: &Layout,
-    shapes: &[PaneShape],
-    title: &Label,
+fn ellipse_panel(
+    figure: &Figure<'_>,
     (kind, unit): (FrictionKind, &Unit),
     friction: &[PaneFriction],
 ) -> Canvas {
-    let mut canvas = layout.panel(title);
+    let (layout, shapes) = (&figure.layout, figure.shapes.as_slice());
+    let title = Label::plain("(d) Friction ellipses and tangential contact stress");
+    let mut canvas = layout.panel(&title);
     let fill = |pane: usize| zone_paint(friction[pane].zone).0;
     let hover = |pane: usize| describe((kind, unit), pane, &friction[pane]);
     draw_panes(&mut canvas, layout, shapes, Colour::GREY, fill, hover);
@@ -91,7 +102,8 @@ fn largest_semi_axis(friction: &[PaneFriction]) -> f64 {
     finite.fold(0.0, f64::max)
 }
 
-/// Draws the ellipse of a pane, `largest` being a semi-axis of `radius` pixels, and the line inside it.
+/// Draws the ellipse of a pane, `largest` being a semi-axis of `radius` pixels, and the line inside
+/// it.
 fn draw_pane(canvas: &mut Canvas, pane: &PaneFriction, centre: Point, radius: f64, largest: f64) {
     let (_, colour) = zone_paint(pane.zone);
     let thin = (0.06 * radius).clamp(0.15, 0.9);
@@ -155,7 +167,8 @@ enum Icon {
     ScaleBar(f64),
 }
 
-/// Draws the legend; `ellipses` is the radius in pixels of the largest coefficient and this coefficient.
+/// Draws the legend; `ellipses` is the radius in pixels of the largest coefficient and this
+/// coefficient.
 fn draw_legend(
     canvas: &mut Canvas,
     layout: &Layout,

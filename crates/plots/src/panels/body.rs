@@ -2,20 +2,21 @@
 
 use units::Dimension;
 
-use super::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
-use super::colour::ColourMap;
-use super::colour_bar::ColourKey;
-use super::facets::{Facets, draw_facets};
-use super::layout::{
+use super::PanelSpec;
+use crate::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
+use crate::colour::ColourMap;
+use crate::colour_bar::ColourKey;
+use crate::facets::{Facets, draw_facets};
+use crate::layout::{
     KEY_HEIGHT, KEY_WIDTH, KeySide, LABEL_SIZE, Layout, PANEL_WIDTH, TICK_SIZE, axis_name,
 };
-use super::panes::ContactBox;
-use super::picture::ContactPicture;
-use super::scale::{factor_label, round_down};
-use super::surface::{FacetNormals, SurfaceEdge, joined_lines, surface_edges};
-use super::text::Label;
-use super::vector::{Vector, bounds, dot, minus, norm, scaled};
-use super::view::{Fit, View};
+use crate::panes::ContactBox;
+use crate::picture::ContactPicture;
+use crate::scale::{factor_label, round_down};
+use crate::surface::{FacetNormals, SurfaceEdge, joined_lines, surface_edges};
+use crate::text::Label;
+use crate::vector::{Vector, bounds, dot, minus, norm, scaled};
+use crate::view::{Fit, View};
 
 /// Largest drawn displacement relative to the diagonal of the body.
 const DRAWN_DISPLACEMENT: f64 = 0.15;
@@ -24,9 +25,15 @@ const MOST_SHRINKAGE: f64 = 0.6;
 /// Pixels of an arrow of the axes triad.
 const TRIAD_LENGTH: f64 = 30.0;
 
+/// Panel (c).
+pub(super) const PANEL: PanelSpec = PanelSpec {
+    name: "c_deformed_body",
+    draw: |figure| Some(body_panel(figure.picture, &figure.layout)),
+};
+
 /// The deformed boundary coloured by |u|, the undeformed outline, the support and the axes.
-pub(super) fn body_panel(picture: &ContactPicture<'_>, layout: &Layout, title: &Label) -> Canvas {
-    let mut canvas = layout.panel(title);
+fn body_panel(picture: &ContactPicture<'_>, layout: &Layout) -> Canvas {
+    let mut canvas = layout.panel(&Label::plain("(c) Deformed body"));
     let view = View::new(picture);
     let magnitude: Vec<f64> = picture.displacement.iter().map(|&u| norm(u)).collect();
     let undeformed: Vec<Vector> = picture
