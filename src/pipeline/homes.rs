@@ -4,21 +4,20 @@
 use std::{fs, path::Path, sync::Arc};
 
 use contact3d::{dual::DualSystem, mesh::Mesh};
-use runfile::{Home, SharedGroup, StoreError, StoredGroup, Transaction};
+use runfile::{SharedGroup, StoreError, StoredGroup, Transaction};
 
 use super::{
     Commit, Freshness, Session, StageError,
     mesh::Meshed,
-    stages::Output,
     store::{input_digest_of, write_scene},
 };
-use crate::format::{self, CHECKPOINT, FormatError, Stage};
+use crate::format::{CHECKPOINT, FormatError, Stage};
 
 /// Assembled data above this many bytes go to a file of their own.
 ///
 /// Copying inside the run file costs every later stage about 2 s per gigabyte on a disk of 0.5
 /// GB/s: at most an eighth of a second below this size, where one file is worth more.
-const KEEP_BESIDE_ABOVE: usize = 64_000_000;
+pub(super) const KEEP_BESIDE_ABOVE: usize = 64_000_000;
 
 /// The stages that may have another home than the run file, upstream first.
 const LARGE: [Stage; 2] = [Stage::Mesh, Stage::Assemble];
@@ -33,22 +32,6 @@ pub enum AssemblyFile {
     SelfContained,
     /// With the mesh, in files that the run files of the folder share.
     Shared,
-}
-
-impl AssemblyFile {
-    /// Where the output of a stage goes.
-    pub(super) fn home(self, output: &Output) -> Home {
-        match (output, self) {
-            (Output::Assemble(system), Self::BySize)
-                if format::assembly_bytes(system) > KEEP_BESIDE_ABOVE =>
-            {
-                Home::Beside
-            }
-            (Output::Mesh(_) | Output::Assemble(_), Self::Shared) => Home::Shared,
-            (Output::Mesh(_) | Output::Assemble(_), Self::BySize | Self::SelfContained)
-            | (Output::Load(_) | Output::Solve(..) | Output::Post(..), _) => Home::RunFile,
-        }
-    }
 }
 
 /// A mesh and all of its assembled problem that does not depend on the loads, in memory.

@@ -11,8 +11,9 @@ use runfile::{GroupRecord, Home, StoreError, Transaction};
 use serde::Serialize;
 
 use super::{
-    Session, StageError, assemble,
+    AssemblyFile, Session, StageError, assemble,
     checkpoint::Checkpoints,
+    homes::KEEP_BESIDE_ABOVE,
     load,
     mesh::{self, Meshed},
     post::{self, Evaluated},
@@ -172,6 +173,31 @@ impl Output {
             Self::Load(_) => Stage::Load,
             Self::Solve(..) => Stage::Solve,
             Self::Post(..) => Stage::Post,
+        }
+    }
+
+    /// Whether storing it together with the next stage puts no more at risk than computing it again.
+    pub(super) fn may_wait(&self) -> bool {
+        match self {
+            Self::Load(_) | Self::Solve(..) => true,
+            Self::Mesh(_) | Self::Assemble(_) | Self::Post(..) => false,
+        }
+    }
+
+    /// Where its groups are kept.
+    pub(super) fn home(&self, assembly_file: AssemblyFile) -> Home {
+        match (self, assembly_file) {
+            (Self::Assemble(system), AssemblyFile::BySize)
+                if format::assembly_bytes(system) > KEEP_BESIDE_ABOVE =>
+            {
+                Home::Beside
+            }
+            (Self::Mesh(_) | Self::Assemble(_), AssemblyFile::Shared) => Home::Shared,
+            (
+                Self::Mesh(_) | Self::Assemble(_),
+                AssemblyFile::BySize | AssemblyFile::SelfContained,
+            )
+            | (Self::Load(_) | Self::Solve(..) | Self::Post(..), _) => Home::RunFile,
         }
     }
 

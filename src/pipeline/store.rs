@@ -135,9 +135,9 @@ impl Store {
         task: &Task,
     ) -> Result<Performed, StageError> {
         let stage = output.stage();
+        let waits = commit == Commit::WithNextIfCheap && output.may_wait();
         let seconds = started.elapsed().as_secs_f64();
         self.pending.push(Pending { output, seconds });
-        let waits = commit == Commit::WithNextIfCheap && may_wait(stage);
         let mut store_seconds = 0.0;
         if !waits || seconds >= self.last_store_seconds {
             let storing = Instant::now();
@@ -187,7 +187,7 @@ impl Store {
                 *seconds,
                 input_digest_of(stage, task, &stored),
             );
-            let home = self.assembly_file.home(output);
+            let home = output.home(self.assembly_file);
             let digest = output.write(&mut transaction, home, &record)?;
             let units = task.input.scene.units;
             stored.push((
@@ -246,14 +246,6 @@ impl Store {
             true => Ok(format::read_checkpoint(&reader).ok()),
             false => Ok(None),
         }
-    }
-}
-
-/// Whether storing a stage together with the next one puts no more at risk than computing it again.
-fn may_wait(stage: Stage) -> bool {
-    match stage {
-        Stage::Load | Stage::Solve => true,
-        Stage::Mesh | Stage::Assemble | Stage::Post => false,
     }
 }
 
