@@ -1,3 +1,5 @@
+//! The command `status`: which stages are fresh, stale, damaged or missing.
+
 use contact3d::scene::ModelFeatures;
 use runfile::Reader;
 use units::Units;

@@ -1,3 +1,5 @@
+//! Numbers of unknowns in a run file, as far as its usable stages fix them.
+
 use runfile::Reader;
 
 use super::{

@@ -1,3 +1,5 @@
+//! The stages a user can run, in the order data flow.
+
 use runfile::Group;
 
 use super::{assemble, load, mesh, post, solve};

@@ -1,3 +1,5 @@
+//! The ladders of `accuracy`: measured for a scene and stored with it.
+
 use std::{path::Path, time::Instant};
 
 use contact3d::{

@@ -1,3 +1,5 @@
+//! Why a stage cannot be run, with what to do about it.
+
 use std::path::PathBuf;
 
 use contact3d::{

@@ -1,3 +1,5 @@
+//! Panes and nodal multipliers as cells that pictures can fill.
+
 use std::collections::BTreeMap;
 
 use contact3d::mesh::{ContactSurface, Mesh};

@@ -1,3 +1,5 @@
+//! A law of friction alone: its bounds and its picture, without a run file.
+
 use std::path::{Path, PathBuf};
 
 use contact3d::{

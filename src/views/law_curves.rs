@@ -1,3 +1,5 @@
+//! Curves and maps of the coefficients of a law over the slips.
+
 use contact3d::scene::FrictionLaw;
 use plots::{SlipCurve, SlipMap, SlipRange};
 

@@ -1,3 +1,5 @@
+//! The contact face with the coefficients of friction at one state of slip, drawn without stresses.
+
 use contact3d::{
     contact::{ContactFrame, FrictionField},
     mesh::{ContactSurface, Mesh},

@@ -1,3 +1,5 @@
+//! The six panels of a run file as SVG and PNG.
+
 use std::{
     fs,
     path::{Path, PathBuf},

@@ -1,3 +1,5 @@
+//! Errors and costs of the solvers on the mesh of the scene: the tolerance ladder.
+
 use std::{fmt, path::Path, sync::Arc};
 
 use super::{AccuracyProgress, AccuracySettings, Cost, cost::measure, discretisation::energy_norm};
@@ -5,7 +7,7 @@ use crate::{
     linalg::norm,
     mesh::Mesh,
     problem::{AssembledProblem, Problem, ProblemError},
-    scene::{DualOperatorKind, InnerSolver, Method, PrecisionControl, Scene, SolveSettings},
+    scene::{DualOperatorKind, Method, PrecisionControl, Scene, SolveSettings},
     solver::{Solution, Start, Status},
 };
 
@@ -160,7 +162,7 @@ impl AlgebraicLadder {
                 .extend(problem.series(method, Operator::Explicit, observe)?);
         }
         problem.assembled.forget_dense_operator();
-        if scene.solve.inner != InnerSolver::Newton {
+        if !scene.solve.inner.needs_explicit() {
             for method in [FixedPrecision, AdaptivePrecision] {
                 ladder
                     .entries

@@ -1,3 +1,5 @@
+//! The stiffness matrix, gathered node by node, and the forces and stresses of a displacement.
+
 use nalgebra::{Matrix3, Matrix6};
 use rayon::prelude::*;
 

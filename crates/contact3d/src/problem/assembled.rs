@@ -1,3 +1,5 @@
+//! A problem with its factor, from which solves start.
+
 use std::sync::Arc;
 
 use super::{Problem, ProblemError};

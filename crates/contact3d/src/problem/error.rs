@@ -1,3 +1,5 @@
+//! Why a problem cannot be posed or solved.
+
 use thiserror::Error;
 
 use crate::{

@@ -1,3 +1,5 @@
+//! A problem with its dual operator as a dense matrix, which all checks work on.
+
 use std::{path::Path, sync::Arc};
 
 use crate::{

@@ -1,3 +1,5 @@
+//! What rounding alone makes of the certificate and the multipliers, from measured condition numbers.
+
 use super::{Conditioning, explicit_problem::ExplicitProblem};
 use crate::{
     linalg::{dot, norm},

@@ -1,3 +1,5 @@
+//! The tetrahedra of a mesh file as one body: numbered nodes, positive orientation.
+
 use super::{GmshError, contents::Contents, element::Element};
 
 /// The tetrahedra of a file on nodes numbered by increasing tag; unused nodes are dropped.
