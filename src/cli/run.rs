@@ -41,8 +41,9 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
     session.all_or_nothing(|session| {
         let mut performed = Vec::new();
         for state in states {
-            if state.stage == Stage::Assemble {
-                warn(output, &session.warnings()?);
+            match state.stage {
+                Stage::Assemble => warn(output, &session.warnings()?),
+                Stage::Mesh | Stage::Load | Stage::Solve | Stage::Post => {}
             }
             if state.freshness == Freshness::Fresh && performed.is_empty() {
                 say(output, &format!("{:<9} fresh, kept", state.stage.word()));

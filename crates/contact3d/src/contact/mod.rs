@@ -1,5 +1,11 @@
-//! The contact terms: frame, gap and friction law of Γ_c, coupling of multipliers and
-//! displacements, slip at nodes, friction on panes, bounds of the law.
+//! What happens on Γ_c: frame, gap, friction law, and how multipliers act on displacements.
+//!
+//! * [`ContactFrame`]: the normal ν and the axes t₁, t₂ of friction, fixed or turning from node to node.
+//! * [`Coupling`]: B = \[N; T\] in m², whose row of pane Rⁱ is ∫_Rⁱ v·ν and ∫_Rⁱ v·t_j (HKL (4.1)); for multipliers at
+//!   nodes, the node's lumped area.
+//! * [`FrictionField`]: F₁(|u_t1|), F₂(|u_t2|) at nodes, and their means 𝓕_i⁻¹ = |Rⁱ|⁻¹ ∫_Rⁱ F⁻¹ over panes (HKL (4.2)).
+//! * [`Interface`]: what the scene asks for, as one type per law, so that a body without friction has no friction field.
+//! * [`LawBounds`]: F_max, F_min, the Lipschitz modulus L and the anisotropy κ, which HKL §3 bounds a law by.
 
 mod coupling;
 mod frame;

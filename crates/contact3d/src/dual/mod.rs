@@ -1,4 +1,12 @@
 //! The dual operator S = B A⁻¹ Bᵀ and right-hand side h = B A⁻¹ l − gap (HKL (4.5)).
+//!
+//! Eliminating u = A⁻¹(l − Bᵀλ) leaves a problem for the multipliers alone: minimise ½ λᵀSλ − λᵀh. S has two forms:
+//! dense, S = WᵀW with W = L⁻¹PBᵀ, beside the compliance G = C A⁻¹Bᵀ that gives contact displacements without the
+//! body; or implicit, two triangular solves for each application, where a dense one does not fit. [`Need`] counts
+//! memory, disk and operations of either before they are spent.
+//!
+//! [`LocalStiffness`] is (S⁻¹)_ii, what one pane feels apart from the motion of the body as a whole: the unit in which
+//! residuals are judged, since 1/S_ii says nothing on a body that nearly floats.
 
 mod assembly;
 mod contact;

@@ -1,4 +1,13 @@
-//! P1 linear elasticity: element stiffness, parallel assembly, loads and clamps.
+//! Linear elasticity on P1 tetrahedra: the stiffness A, the load l and the degrees of freedom that clamps leave.
+//!
+//! A tetrahedron T of volume |T| with constant gradients ∇N_a couples its nodes a and b by the 3 × 3 block
+//! A_ab = |T| Σ_jl C_ijkl ∂_j N_a ∂_l N_b in N/m. The rows of a node are gathered by one thread, tetrahedra in
+//! ascending order, so the sum has the same bits at any number of threads. Tractions, pressures and body forces become
+//! consistent nodal forces, exactly for constants and by Gauss–Legendre products for formulas.
+//!
+//! A body that its clamps leave free to move as a rigid one has no A⁻¹ and is refused, with the motion.
+//!
+//! Source: HKL §3; O. C. Zienkiewicz, R. L. Taylor, *The Finite Element Method*, ch. 6.
 
 mod dofs;
 mod element;

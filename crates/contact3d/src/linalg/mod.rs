@@ -1,5 +1,14 @@
-//! Sparse symmetric linear algebra: compressed columns, fill-reducing orderings, supernodal
-//! Cholesky factors.
+//! Sparse symmetric linear algebra, made for one use: factorise A once, then solve with B's few rows many times.
+//!
+//! | what | how | source |
+//! |---|---|---|
+//! | order | nested dissection along planes and breadth-first levels; approximate minimum degree where only the matrix is known | A. George, *SIAM J. Numer. Anal.* 10 (1973) 345; P. Amestoy, T. Davis, I. Duff, *SIAM J. Matrix Anal. Appl.* 17 (1996) 886 |
+//! | factor | LLᵀ = PAPᵀ by supernodes, kept as plain arrays that a file can hold | J. W. H. Liu, *SIAM Review* 34 (1992) 82 |
+//! | half-solves | W = L⁻¹PBᵀ on the paths of the elimination tree that B's columns reach; S = WᵀW | J. Gilbert, T. Peierls, *SIAM J. Sci. Stat. Comput.* 9 (1988) 862 |
+//! | refinement | residuals in twice the working precision | N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, 2002 |
+//! | operators | GMRES and Lanczos, for matrices known by their products | Y. Saad, *Iterative Methods for Sparse Linear Systems*, 2003 |
+//!
+//! Sums have one fixed order: the same matrix gives the same bits at any number of threads.
 
 mod analysis;
 mod block_solve;
