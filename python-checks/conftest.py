@@ -22,13 +22,25 @@ SCENE = ROOT / "pipelines" / "hkl2011_table1.toml"
 # Names of the solved cases and the changes they make to the published scene. The last
 # turns on everything that the published one leaves at zero: a gap, friction axes that
 # are not the global ones, clamps of single components and of a single node, another number
-# of layers.
+# of layers. Two have cells that are not equal.
 CASES = {
     "n_div=4 tight": ["body.brick.cells=[12,4,4]", "solve.epsilon=1e-8"],
     "n_div=6": ["body.brick.cells=[18,6,6]", "solve.epsilon=1e-4"],
     "capped": [
         "body.brick.cells=[12,4,4]",
         "friction.pressure_cap=1e7",
+        "solve.epsilon=1e-7",
+    ],
+    "graded": [
+        "body.brick.cells=[12,4,4]",
+        "body.brick.grading={x_min=1.6,y_min=1.3,y_max=2.2,z_max=1.5}",
+        "solve.epsilon=1e-7",
+    ],
+    "given planes": [
+        "body.brick.cells=[6,4,3]",
+        "body.brick.coordinates.x=[0.0,0.15,0.4,0.9,1.5,2.2,3.0]",
+        "body.brick.coordinates.z=[0.0,0.2,0.5,1.0]",
+        "body.brick.grading.y_max=1.7",
         "solve.epsilon=1e-7",
     ],
     "turned axes and gap": [

@@ -31,7 +31,11 @@ def test_h5py_sees_one_complete_file(linked_path, schema, monkeypatch, tmp_path)
         assert (linked_path.parent / link.filename).stat().st_size > 96e6
         assert linked_path.stat().st_size < 10e6
         assert schema_problems(file, schema) == []
-        assert {f"/{name}" for name in file} == set(schema["stages"]) - {"/checkpoint", "/accuracy"}
+        assert {f"/{name}" for name in file} == set(schema["stages"]) - {
+            "/checkpoint",
+            "/accuracy",
+            "/adapt",
+        }
         assert stored_stages(file) == list(STAGES)
 
 

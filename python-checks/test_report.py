@@ -16,6 +16,7 @@ SECTIONS = [
     "scene",
     "results",
     "panels",
+    "discretisation-error",
     "convergence",
     "certificate",
     "timings",
@@ -97,7 +98,8 @@ def test_a_whole_file_has_every_section(report):
 
 
 def test_every_drawing_is_well_formed_and_says_its_values(report):
-    panels, history, convergence, work = drawings(report)
+    panels, error, history, convergence, work = drawings(report)
+    assert "error per volume" in "".join(error.itertext())
     panes = [text for text in hovers(panels) if text.startswith("pane ")]
     # Twelve panes in maps (a), (b), (e), (f), and twice in the ellipses of (d).
     assert len(panes) == 12 * 6

@@ -60,7 +60,13 @@ def test_displacement(run, grid):
 def test_only_the_promised_fields(grid):
     cells = grid.GetCellData()
     names = {cells.GetArrayName(i) for i in range(cells.GetNumberOfArrays())}
-    others = {"von_mises", "contact_tangential_stress", "friction_1", "friction_2"}
+    others = {
+        "von_mises",
+        "error_indicator",
+        "contact_tangential_stress",
+        "friction_1",
+        "friction_2",
+    }
     assert names == CONTACT_FIELDS.keys() | others
     assert grid.GetPointData().GetNumberOfArrays() == 1
 

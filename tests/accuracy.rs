@@ -16,6 +16,8 @@ const SETTINGS: AccuracySettings = AccuracySettings {
     budget: 20.0,
     coarsest: 2,
     finest: Some(8),
+    ways: None,
+    memory: None,
 };
 
 fn measure(scene: &Scene, settings: &AccuracySettings) -> Result<Accuracy, ProblemError> {

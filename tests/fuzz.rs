@@ -10,7 +10,7 @@ use std::{fs, path::Path, sync::LazyLock};
 use contact3d::{
     dual::DualSystem,
     mesh::{Mesh, parse_gmsh},
-    scene::{Body, Formula, FrictionLaw, Scene},
+    scene::{Formula, FrictionLaw, GivenPlanes, Scene},
     solver::Ellipse,
 };
 use proptest::{prelude::*, sample::Index};
@@ -148,9 +148,10 @@ fn assemble(text: &str) -> bool {
     let Ok(mut scene) = Scene::parse("fuzz", text) else {
         return false;
     };
-    if let Body::Brick(brick) = &mut scene.body {
+    if let Some(brick) = scene.body.as_brick_mut() {
         let coarse = brick.cells.map(|cells| if cells % 2 == 0 { 2 } else { 1 });
         brick.cells = coarse;
+        brick.coordinates = GivenPlanes::default();
     }
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/contact3d/tests/meshes");
     let text = scene.to_toml().expect("a scene from a text");

@@ -5,7 +5,7 @@ mod support;
 use std::path::Path;
 
 use contact3d::{
-    scene::{Body, Brick, Method, Scene},
+    scene::{Brick, Method, Scene},
     solver::Status,
 };
 use contact3d_pipe::sweep::Plan;
@@ -55,7 +55,7 @@ fn check(path: &Path) {
         assert!(line.starts_with(start), "{name} does not say {start}");
     }
     let mut scene = Scene::parse(&name, &text).unwrap_or_else(|e| panic!("{name}: {e}"));
-    if let Body::Brick(brick) = &mut scene.body {
+    if let Some(brick) = scene.body.as_brick_mut() {
         coarsen(brick);
     }
     let case = Case::try_new(scene, &pipelines()).unwrap_or_else(|e| panic!("{name}: {e}"));

@@ -6,7 +6,7 @@ use clap::Args;
 use contact3d::{
     convergence::{
         Accuracy, AccuracyProgress, AccuracySettings, AlgebraicLadder, Cost, DiscretisationLadder,
-        LadderEntry, Trend,
+        LadderEntry, Trend, WayLevel, WayProgress, Ways,
     },
     solver::Status,
 };
@@ -41,6 +41,10 @@ pub struct AccuracyArguments {
     /// Seconds for each method on each operator; accuracies that would take longer are left out
     #[arg(long, value_name = "SECONDS", default_value_t = 30.0, allow_negative_numbers = true, value_parser = seconds)]
     pub budget: f64,
+    /// Compare linear and quadratic elements on uniform and adaptive meshes until their error is below this, as 0.01 or 1%;
+    /// the budget counts for each of them
+    #[arg(long, value_name = "SHARE", value_parser = super::adaptive::share)]
+    pub ways: Option<f64>,
     #[command(flatten)]
     pub(super) figures: FigureArguments,
 }
@@ -64,6 +68,8 @@ pub(super) fn accuracy(
         budget: arguments.budget,
         coarsest: arguments.coarsest,
         finest: arguments.finest,
+        ways: arguments.ways,
+        memory: None,
     };
     let spinner = progress::spinner("accuracy", output);
     let measured = measure_accuracy(&arguments.file, scene, &settings, threads, &mut |step| {
@@ -107,6 +113,11 @@ fn announce(spinner: &ProgressBar, step: AccuracyProgress) {
         AccuracyProgress::LadderEntry(method, operator, epsilon) => {
             format!("{method}, {operator}, epsilon {epsilon:.0e}")
         }
+        AccuracyProgress::Way(WayProgress::Level(kind, n)) => {
+            format!("{}, mesh {}", kind.words(), n + 1)
+        }
+        AccuracyProgress::Way(WayProgress::Reference(n)) => format!("reference, mesh {}", n + 1),
+        AccuracyProgress::Way(WayProgress::Comparison) => "comparison of the ways".to_owned(),
     });
 }
 
@@ -119,7 +130,54 @@ fn words(accuracy: &Accuracy, units: Units) -> String {
     if let Some(ladder) = &accuracy.discretisation {
         text += &discretisation_table(ladder, units);
     }
+    if let Some(ways) = &accuracy.ways {
+        text += &ways_table(ways, units);
+    }
     text + &accuracy.advice().to_string()
+}
+
+fn ways_table(ways: &Ways, units: Units) -> String {
+    let mut text = String::from(
+        "Ways to accuracy (relative errors in the energy norm)\n\
+         way          unknowns  multipliers  estimated  of contact    true  effectivity   seconds  peak MB\n",
+    );
+    let known = |value: Option<f64>, digits: usize| match value {
+        Some(value) => format!("{value:.digits$}"),
+        None => "-".to_owned(),
+    };
+    let mut add = |name: &str, level: &WayLevel| {
+        let _ = writeln!(
+            text,
+            "{name:<12} {:>8}  {:>11}  {:>9.4}  {:>10.4}  {:>6}  {:>11}  {:>8.3}  {:>7}{}",
+            level.n_free,
+            level.n_multipliers,
+            level.estimated_error,
+            level.contact_error,
+            known(level.error, 4),
+            known(level.effectivity(), 2),
+            level.cost.seconds,
+            megabytes(&level.cost),
+            match level.status {
+                status if status.is_solved() => String::new(),
+                status => format!("  {}", status.word()),
+            }
+        );
+    };
+    for way in &ways.ways {
+        way.levels
+            .iter()
+            .for_each(|level| add(way.kind.words(), level));
+    }
+    let reference = &ways.reference;
+    add("reference", &reference.level);
+    let _ = writeln!(
+        text,
+        "potential energy of the reference: {:.8e} {}\ncheapest way to {}\n",
+        reference.potential_energy,
+        units.energy(),
+        ways.advice()
+    );
+    text
 }
 
 fn algebraic_table(ladder: &AlgebraicLadder) -> String {
@@ -279,5 +337,31 @@ fn json(accuracy: &Accuracy) -> serde_json::Value {
         "rungs": entries.collect::<Vec<_>>(),
         "levels": levels.collect::<Vec<_>>(),
         "advice": accuracy.advice().to_string(),
+        "ways": accuracy.ways.as_ref().map(ways_json),
+    })
+}
+
+fn ways_json(ways: &Ways) -> serde_json::Value {
+    let level = |way: &str, level: &WayLevel| {
+        serde_json::json!({
+            "way": way,
+            "n_free": level.n_free,
+            "n_tetrahedra": level.n_tetrahedra,
+            "status": level.status.word(),
+            "estimated_error": level.estimated_error,
+            "contact_error": level.contact_error,
+            "energy_error": level.error,
+            "seconds": level.cost.seconds,
+            "peak_bytes": level.cost.peak_bytes,
+        })
+    };
+    let levels = ways
+        .ways
+        .iter()
+        .flat_map(|way| way.levels.iter().map(|row| level(way.kind.words(), row)));
+    serde_json::json!({
+        "levels": levels.collect::<Vec<_>>(),
+        "reference": level("reference", &ways.reference.level),
+        "advice": ways.advice().to_string(),
     })
 }

@@ -94,10 +94,25 @@ pub struct RunArguments {
     pub(super) scene: SceneArguments,
     /// The run file, created or updated
     pub file: PathBuf,
+    /// Refine the mesh until the estimated error in the energy norm is no larger, for example 1% or 0.01
+    #[arg(long, value_name = "SHARE", value_parser = super::adaptive::share)]
+    pub(super) error: Option<f64>,
     #[command(flatten)]
     pub(super) figures: FigureArguments,
     #[command(flatten)]
     pub(super) assembly: AssemblyFileArguments,
+}
+
+impl RunArguments {
+    /// The scene with its changes, the wish for an error among them.
+    pub(super) fn scene(&self) -> SceneArguments {
+        let wish = self.error.map(|error| format!("adapt.error={error:?}"));
+        let overrides = self.scene.overrides.iter().cloned().chain(wish);
+        SceneArguments {
+            scene: self.scene.scene.clone(),
+            overrides: overrides.collect(),
+        }
+    }
 }
 
 /// Where the assembled data go.

@@ -128,6 +128,13 @@ pub(super) fn table(
         "force, moment imbalance",
         format!("{:.1e}, {:.1e}", r.force_imbalance, r.moment_imbalance),
     );
+    line(
+        "discretisation error",
+        format!(
+            "about {} in the energy norm",
+            percent(report.discretisation_error.relative())
+        ),
+    );
     for (name, value) in report.certificate.figures() {
         line(&format!("certificate {name}"), format!("{value:.1e}"));
     }
@@ -136,6 +143,16 @@ pub(super) fn table(
         "{}\nmodel features\n{features}results\n{text}",
         scene.shown_title()
     )
+}
+
+/// A share in percent with two digits.
+pub(super) fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    match percent {
+        10.0.. => format!("{percent:.0} %"),
+        1.0..10.0 => format!("{percent:.1} %"),
+        _ => format!("{percent:.1e} %"),
+    }
 }
 
 /// The units of results, for programs.
@@ -159,6 +176,15 @@ fn friction_ranges(report: &ContactReport) -> [[f64; 2]; 2] {
             [low.min(f[i]), high.max(f[i])]
         })
     })
+}
+
+/// The estimated discretisation error and its parts; figures of a body at rest are `null`.
+fn relative_parts(report: &ContactReport) -> serde_json::Value {
+    let parts = report.discretisation_error.relative_parts().into_iter();
+    let finite = |value: f64| value.is_finite().then_some(value);
+    parts
+        .map(|(name, value)| (name.to_owned(), serde_json::Value::from(finite(value))))
+        .collect()
 }
 
 /// The results for programs.
@@ -211,6 +237,7 @@ pub(super) fn json(
         "projections": solution.projections,
         "strain_energy": r.strain_energy,
         "largest_displacement": r.largest_displacement,
+        "discretisation_error": relative_parts(report),
         "certificate": certificate,
         "stages": performed.iter().map(|p| serde_json::json!({
             "stage": p.stage.word(),

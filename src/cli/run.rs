@@ -5,6 +5,7 @@ use std::path::Path;
 use contact3d::{scene::AssembleSettings, solver::Goal};
 
 use super::{
+    adaptive,
     arguments::{
         AssembleArguments, FigureArguments, MeshArguments, Output, PostArguments, RunArguments,
         SolveArguments,
@@ -18,7 +19,9 @@ use super::{
 use crate::{
     format::Stage,
     output::Inputs,
-    pipeline::{AssemblyFile, Commit, Freshness, Performed, Session, StageError, Step},
+    pipeline::{
+        Adapted, AssemblyFile, Commit, Freshness, Performed, Session, StageError, StageState, Step,
+    },
     views::{Drawing, PictureFolder, are_drawn, draw_run},
 };
 
@@ -26,7 +29,7 @@ type Outcome = Result<Exit, StageError>;
 
 /// `run`: every stage that is not fresh, then the results.
 pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> Outcome {
-    let (scene, inputs) = override_scene::read_with_inputs(&arguments.scene)?;
+    let (scene, inputs) = override_scene::read_with_inputs(&arguments.scene())?;
     inputs.refuse(&arguments.file)?;
     interruption::on_run_file(&arguments.file);
     let mut session = Session::with_scene(&arguments.file, scene, threads)?;
@@ -39,25 +42,43 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
         false => claim(&arguments.figures, &arguments.file, inputs)?,
     };
     session.all_or_nothing(|session| {
-        let mut performed = Vec::new();
-        for state in states {
-            match state.stage {
-                Stage::Assemble => warn(output, &session.warnings()?),
-                Stage::Mesh | Stage::Load | Stage::Solve | Stage::Post => {}
+        let wish = session.scene().adapt.map(|adapt| adapt.error);
+        let (performed, adapted) = match wish {
+            None => (perform_stale(session, states, output)?, None),
+            Some(wish) => {
+                let mut adapted = adaptive::run(session, wish, output)?;
+                warn(output, &session.warnings()?);
+                (std::mem::take(&mut adapted.performed), Some(adapted))
             }
-            if state.freshness == Freshness::Fresh && performed.is_empty() {
-                say(output, &format!("{:<9} fresh, kept", state.stage.word()));
-            } else {
-                let commit = Commit::WithNextIfCheap;
-                performed.push(perform(session, state.stage, commit, output)?);
-            }
-        }
+        };
         if arguments.assembly.choice() == AssemblyFile::SelfContained {
             session.embed_assembly()?;
         }
         draw_figures(session, pictures.as_ref(), output)?;
-        finish(session, output, &performed)
+        finish(session, output, &performed, adapted.as_ref())
     })
+}
+
+/// Runs the first stage that is not fresh and all after it.
+fn perform_stale(
+    session: &mut Session,
+    states: Vec<StageState>,
+    output: &Output,
+) -> Result<Vec<Performed>, StageError> {
+    let mut performed = Vec::new();
+    for state in states {
+        match state.stage {
+            Stage::Assemble => warn(output, &session.warnings()?),
+            Stage::Mesh | Stage::Load | Stage::Solve | Stage::Post => {}
+        }
+        if state.freshness == Freshness::Fresh && performed.is_empty() {
+            say(output, &format!("{:<9} fresh, kept", state.stage.word()));
+        } else {
+            let commit = Commit::WithNextIfCheap;
+            performed.push(perform(session, state.stage, commit, output)?);
+        }
+    }
+    Ok(performed)
 }
 
 /// `mesh`: the mesh of a scene.
@@ -99,7 +120,7 @@ pub(super) fn solve(arguments: &SolveArguments, output: &Output, threads: usize)
     session.set_solve(settings)?;
     session.all_or_nothing(|session| {
         let performed = perform(session, Stage::Solve, Commit::Now, output)?;
-        finish(session, output, &[performed])
+        finish(session, output, &[performed], None)
     })
 }
 
@@ -111,7 +132,7 @@ pub(super) fn post(arguments: &PostArguments, output: &Output, threads: usize) -
     session.all_or_nothing(|session| {
         let performed = perform(session, Stage::Post, Commit::Now, output)?;
         draw_figures(session, pictures.as_ref(), output)?;
-        finish(session, output, &[performed])
+        finish(session, output, &[performed], None)
     })
 }
 
@@ -175,23 +196,37 @@ fn draw_figures(
 }
 
 /// Prints the results and turns the status into an exit code.
-fn finish(session: &mut Session, output: &Output, performed: &[Performed]) -> Outcome {
+fn finish(
+    session: &mut Session,
+    output: &Output,
+    performed: &[Performed],
+    adapted: Option<&Adapted>,
+) -> Outcome {
     let parts = session.assembly_seconds();
     let results = session.results()?;
     let scene = session.scene();
+    let wish = scene.adapt.map_or(0.0, |adapt| adapt.error);
     let (mesh, solution, report) = (results.mesh(), results.solution(), results.report());
     if output.json {
-        let json = results::json(scene, mesh, solution, report, performed, parts);
+        let mut json = results::json(scene, mesh, solution, report, performed, parts);
+        if let Some(adapted) = adapted {
+            json["adaptation"] = adaptive::json(adapted, wish);
+        }
         terminal::json(&json);
     } else if !output.quiet {
-        terminal::result(&results::table(scene, mesh, solution, report));
+        let levels = adapted.map_or_else(String::new, |adapted| adaptive::table(adapted, wish));
+        terminal::result(&(results::table(scene, mesh, solution, report) + &levels));
     }
     if let Some(figure) = &report.out_of_range {
         terminal::message(&format!("NOT CONVERGED: {figure}"));
         return Ok(Exit::NotConverged);
     }
     if solution.status.is_success(Goal::of(&scene.solve)) {
-        return Ok(Exit::Done);
+        let unmet = adapted.and_then(|adapted| adaptive::unmet(adapted, wish));
+        return Ok(unmet.map_or(Exit::Done, |unmet| {
+            terminal::message(&unmet);
+            Exit::NotConverged
+        }));
     }
     terminal::message(&report::status(solution, scene));
     Ok(Exit::NotConverged)

@@ -1,8 +1,9 @@
 //! The main results of a run file, as one row of a sweep's table.
 
+use contact3d::adaptation::AdaptiveStatus;
 use runfile::Reader;
 
-use super::{FormatError, Stage, outcome::read_outcome, read_index_vec};
+use super::{FormatError, Stage, adapt, outcome::read_outcome, read_index_vec};
 
 /// The figures of a certificate, as `/post/certificate` names them.
 pub const CERTIFICATE: [&str; 7] = [
@@ -20,6 +21,8 @@ pub const CERTIFICATE: [&str; 7] = [
 pub struct CaseResults {
     /// How the solve ended.
     pub status: String,
+    /// Whether the wish for an error is met; `None` without one.
+    pub adaptation: Option<AdaptiveStatus>,
     /// Which algorithm gave the answer.
     pub method: String,
     /// Outer steps, Newton steps, applications.
@@ -80,6 +83,7 @@ pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
     }
     Ok(Some(CaseResults {
         status: outcome.status.to_owned(),
+        adaptation: adapt::read_status(reader)?,
         method: outcome.method.to_owned(),
         counts: outcome.counts.map(|count| count as i64),
         seconds: load.record.seconds + solve.record.seconds + post.record.seconds,

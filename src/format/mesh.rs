@@ -2,7 +2,7 @@
 
 use contact3d::{
     linalg::CscMatrix,
-    mesh::{ContactSurface, Mesh, Quality},
+    mesh::{ContactSurface, Mesh, MidEdgeNodes, Quality},
 };
 use runfile::{
     DatasetSpec,
@@ -23,6 +23,8 @@ const TETRAHEDRA: &str = "/mesh/tetrahedra";
 const FACETS: &str = "/mesh/facets";
 const FACET_FACE: &str = "/mesh/facet_face";
 const FACE_NAMES: &str = "/mesh/face_names";
+const TETRAHEDRON_MIDDLES: &str = "/mesh/tetrahedron_mid_edges";
+const FACET_MIDDLES: &str = "/mesh/facet_mid_edges";
 const REGION: &str = "/mesh/tetrahedron_region";
 const CONTACT_NORMAL: &str = "/mesh/contact_normal";
 pub(super) const CONTACT_NODES: &str = "/mesh/contact_nodes";
@@ -31,15 +33,18 @@ const CONTACT_FACET_PANE: &str = "/mesh/contact_facet_pane";
 pub(super) const PANE_AREA: &str = "/mesh/pane_area";
 const PANE_AVERAGE: &str = "/mesh/pane_average";
 
+const ONLY_QUADRATIC: &str = "absent with linear tetrahedra";
 const NO_CONTACT: &str = "absent without contact";
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(COORDINATES, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Node coordinates.").symbol("x").compressed(),
-    GROUP.row(TETRAHEDRA, Kind::I64, &[Named("n_tetrahedra"), Fixed(4)], Dimension::Number, "Nodes of each tetrahedron, positively oriented.").compressed(),
-    GROUP.row(FACETS, Kind::I64, &[Named("n_facets"), Fixed(3)], Dimension::Number, "Nodes of each boundary triangle, counter-clockwise seen from outside.").compressed(),
+    GROUP.row(TETRAHEDRA, Kind::I64, &[Named("n_tetrahedra"), Fixed(4)], Dimension::Number, "Corners of each tetrahedron, positively oriented.").compressed(),
+    GROUP.row(FACETS, Kind::I64, &[Named("n_facets"), Fixed(3)], Dimension::Number, "Corners of each boundary triangle, counter-clockwise seen from outside.").compressed(),
     GROUP.row(FACET_FACE, Kind::I64, &[Named("n_facets")], Dimension::Number, "Face that each boundary triangle belongs to, as a line number of face_names from 0.").compressed(),
     GROUP.row(FACE_NAMES, Kind::Text, &[], Dimension::Number, "Names of the faces, one a line."),
+    GROUP.row(TETRAHEDRON_MIDDLES, Kind::I64, &[Named("n_tetrahedra"), Fixed(6)], Dimension::Number, "Nodes in the middle of the edges 0-1, 1-2, 0-2, 0-3, 1-3, 2-3 of each tetrahedron.").compressed().optional(ONLY_QUADRATIC),
+    GROUP.row(FACET_MIDDLES, Kind::I64, &[Named("n_facets"), Fixed(3)], Dimension::Number, "Nodes in the middle of the edges 0-1, 1-2, 2-0 of each boundary triangle.").compressed().optional(ONLY_QUADRATIC),
     GROUP.row(REGION, Kind::I64, &[Named("n_tetrahedra")], Dimension::Number, "Region of each tetrahedron: 0 for the body's own material, k for the k-th region of the scene.").compressed().optional("absent without regions"),
     GROUP.row(CONTACT_NORMAL, Kind::F64, &[Fixed(3)], Dimension::Number, "Outward unit normal of the contact face.").symbol("nu").optional(NO_CONTACT),
     GROUP.row(CONTACT_NODES, Kind::I64, &[Named("n_contact_nodes")], Dimension::Number, "Nodes on the contact face, increasing.").compressed().optional(NO_CONTACT),
@@ -74,6 +79,16 @@ pub fn write(
     writer.write_indices(FACETS, mesh.facets.as_flattened(), &[mesh.facets.len(), 3])?;
     writer.write_indices(FACET_FACE, &mesh.facet_face, &[mesh.facet_face.len()])?;
     writer.write_text(FACE_NAMES, &mesh.face_names.join("\n"))?;
+    if let Some(middles) = &mesh.mid_edges {
+        let [tetrahedra, facets] = [middles.tetrahedra.len(), middles.facets.len()];
+        let (of_tetrahedra, of_facets) = (&middles.tetrahedra, &middles.facets);
+        writer.write_indices(
+            TETRAHEDRON_MIDDLES,
+            of_tetrahedra.as_flattened(),
+            &[tetrahedra, 6],
+        )?;
+        writer.write_indices(FACET_MIDDLES, of_facets.as_flattened(), &[facets, 3])?;
+    }
     if !mesh.tetrahedron_region.is_empty() {
         let region = &mesh.tetrahedron_region;
         writer.write_indices(REGION, region, &[region.len()])?;
@@ -140,8 +155,24 @@ pub fn read(reader: &Reader) -> Result<Mesh, FormatError> {
         facets,
         facet_face,
         face_names,
+        mid_edges: read_mid_edges(reader, n_nodes)?,
         contact,
     })
+}
+
+fn read_mid_edges(reader: &Reader, n_nodes: usize) -> Result<Option<MidEdgeNodes>, FormatError> {
+    if !reader.has(TETRAHEDRON_MIDDLES) {
+        return Ok(None);
+    }
+    let read = |path| -> Result<Vec<usize>, FormatError> {
+        let nodes = read_index_vec(reader, path)?;
+        require_below(path, nodes.iter().copied(), n_nodes)?;
+        Ok(nodes)
+    };
+    Ok(Some(MidEdgeNodes {
+        tetrahedra: read(TETRAHEDRON_MIDDLES)?.as_chunks::<6>().0.to_vec(),
+        facets: read(FACET_MIDDLES)?.as_chunks::<3>().0.to_vec(),
+    }))
 }
 
 fn read_contact_surface(

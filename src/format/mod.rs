@@ -1,6 +1,7 @@
 //! The run file's datasets: one table per stage, each beside its reader and writer.
 
 mod accuracy;
+mod adapt;
 mod assemble;
 mod case;
 mod checkpoint;
@@ -25,6 +26,7 @@ use thiserror::Error;
 pub use accuracy::{
     GROUP as ACCURACY, read as read_accuracy, read_advice, write as write_accuracy,
 };
+pub use adapt::{GROUP as ADAPT, read as read_adaptation, write as write_adaptation};
 pub use assemble::{
     read as read_assembly, read_coupling, read_primal, stored_bytes as assembly_bytes,
     write as write_assembly,
@@ -69,6 +71,7 @@ pub const LAYOUT: Layout = Layout {
         vtkhdf::GROUP,
         checkpoint::GROUP,
         accuracy::GROUP,
+        adapt::GROUP,
     ],
     tables: &[
         scene::TABLE,
@@ -82,7 +85,9 @@ pub const LAYOUT: Layout = Layout {
         accuracy::TABLE,
         accuracy::RUNGS_TABLE,
         accuracy::LEVELS_TABLE,
+        accuracy::WAYS_TABLE,
         checkpoint::TABLE,
+        adapt::TABLE,
     ],
     extents: &[
         ("n_nodes", "nodes of the mesh"),
@@ -124,6 +129,23 @@ pub const LAYOUT: Layout = Layout {
         ),
         ("n_connectivity", "node references of all VTK cells"),
         ("n_levels", "nested meshes of the accuracy ladder"),
+        (
+            "n_way_levels",
+            "meshes of all ways to accuracy, and the reference",
+        ),
+        ("n_adaptive_levels", "adaptive meshes that were solved"),
+        (
+            "n_refinements",
+            "adaptive meshes beyond the first, solved or made",
+        ),
+        (
+            "n_cut_tetrahedra",
+            "tetrahedra of all adaptive meshes that were cut",
+        ),
+        (
+            "n_start_multipliers",
+            "multipliers of all adaptive meshes beyond the first",
+        ),
         (
             "n_rungs",
             "accuracies asked of every method on every operator",

@@ -42,6 +42,8 @@ const PANE_GAP: &str = "/post/pane_gap";
 const PANE_FRICTION: &str = "/post/pane_friction";
 const NODAL_FRICTION: &str = "/post/nodal_friction";
 const STRESS: &str = "/post/stress";
+const CORNER_STRESS: &str = "/post/corner_stress";
+const ERROR_INDICATOR: &str = "/post/discretisation_error/indicator";
 const VON_MISES: &str = "/post/von_mises";
 const ZONE_COUNTS: &str = "/post/zone_counts";
 const NORMAL_FORCE: &str = "/post/resultants/normal_force";
@@ -52,6 +54,8 @@ const NO_CONTACT: &str = "absent without contact";
 const NO_CONTACT_OR_OLD: &str = "absent without contact, and in files before format 1.4";
 const NO_FRICTION: &str = "absent without friction";
 const NO_COULOMB: &str = "absent without Coulomb friction";
+const NO_ERROR: &str = "absent in files before format 1.4, and for a body at rest";
+const NO_FRICTION_OR_OLD: &str = "absent without friction, and in files before format 1.4";
 const PANES: &[Extent] = &[Named("n_panes")];
 const PANE_PAIRS: &[Extent] = &[Named("n_panes"), Fixed(2)];
 const VECTOR: &[Extent] = &[Fixed(3)];
@@ -72,7 +76,8 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(PANE_GAP, Kind::F64, PANES, Dimension::LENGTH, "Mean distance of each pane to the foundation.").symbol("d - u_nu").optional(NO_CONTACT),
     GROUP.row(PANE_FRICTION, Kind::F64, PANE_PAIRS, Dimension::Number, "Coefficients of friction acting on each pane at the solution.").symbol("F_1, F_2").optional(NO_COULOMB),
     GROUP.row(NODAL_FRICTION, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::Number, "Coefficients of friction at the contact nodes at the solution.").symbol("F_1, F_2").optional(NO_COULOMB),
-    GROUP.row(STRESS, Kind::F64, &[Named("n_tetrahedra"), Fixed(6)], Dimension::STRESS, "Stress xx, yy, zz, yz, xz, xy of each tetrahedron.").symbol("sigma"),
+    GROUP.row(STRESS, Kind::F64, &[Named("n_tetrahedra"), Fixed(6)], Dimension::STRESS, "Stress xx, yy, zz, yz, xz, xy at the centroid of each tetrahedron.").symbol("sigma"),
+    GROUP.row(CORNER_STRESS, Kind::F64, &[Named("n_tetrahedra"), Fixed(4), Fixed(6)], Dimension::STRESS, "Stress xx, yy, zz, yz, xz, xy at the four corners of each quadratic tetrahedron.").optional("absent with linear tetrahedra"),
     GROUP.row(VON_MISES, Kind::F64, &[Named("n_tetrahedra")], Dimension::STRESS, "Von Mises stress of each tetrahedron."),
     GROUP.row(ZONE_COUNTS, Kind::I64, &[Fixed(3)], Dimension::Number, "Numbers of open, sticking and slipping panes.").optional(NO_CONTACT),
     GROUP.row(NORMAL_FORCE, Kind::F64, &[], Dimension::FORCE, "Total normal contact force.").optional(NO_CONTACT),
@@ -94,6 +99,12 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row("/post/certificate/friction_bound", Kind::F64, &[], Dimension::Number, "Largest excess of |F^-1 lambda_t| over the slip bound, lambda_nu or no more than its cap, over the largest slip bound.").optional(NO_FRICTION),
     GROUP.row("/post/certificate/slip_direction", Kind::F64, &[], Dimension::Number, "Sum over panes of the frictional work that misses to that of the law's slip direction, in absolute value, over the frictional work plus the sum of |lambda_t|^2 over local stiffness.").optional(NO_FRICTION),
     GROUP.row("/post/certificate/fixed_point", Kind::F64, &[], Dimension::Number, "Largest entry of lambda - P(lambda - rho r) on the solution's own admissible set with local stiffness rho, normal ones over the largest pressure, tangential ones over the largest tangential stress or semi-axis.").optional(NO_CONTACT),
+    GROUP.row(ERROR_INDICATOR, Kind::F64, &[Named("n_tetrahedra")], Dimension::Number, "Share of each tetrahedron in the estimated error, over the energy norm of the displacement; the root of the sum of squares is total.").optional(NO_ERROR),
+    GROUP.row("/post/discretisation_error/total", Kind::F64, &[], Dimension::Number, "Estimated |u_h - u|_A / |u_h|_A.").optional(NO_ERROR),
+    GROUP.row("/post/discretisation_error/elements", Kind::F64, &[], Dimension::Number, "Part of it that the displacement has for the multipliers as they are.").optional(NO_ERROR),
+    GROUP.row("/post/discretisation_error/penetration", Kind::F64, &[], Dimension::Number, "Part of it from places inside panes that are in the foundation.").optional(NO_CONTACT_OR_OLD),
+    GROUP.row("/post/discretisation_error/complementarity", Kind::F64, &[], Dimension::Number, "Part of it from pressure across a gap inside panes.").optional(NO_CONTACT_OR_OLD),
+    GROUP.row("/post/discretisation_error/friction", Kind::F64, &[], Dimension::Number, "Part of it from slip inside sticking panes and from stress in another direction than the slip's.").optional(NO_FRICTION_OR_OLD),
 ];
 
 /// Writes the report, with the contact face and its frame where there is contact; it belongs to a `/VTKHDF` with
@@ -125,6 +136,10 @@ pub fn write(
         report.stress.as_flattened(),
         &[report.stress.len(), 6],
     )?;
+    if !report.corner_stress.is_empty() {
+        let corners = report.corner_stress.as_flattened().as_flattened();
+        writer.write(CORNER_STRESS, corners, &[report.corner_stress.len(), 4, 6])?;
+    }
     writer.write(VON_MISES, &report.von_mises, &[report.von_mises.len()])?;
     let r = &report.resultants;
     let mut scalars = vec![
@@ -162,6 +177,27 @@ pub fn write(
     )?;
     for (name, value) in report.certificate.figures() {
         writer.write(&format!("/post/certificate/{name}"), &[value], &[])?;
+    }
+    write_discretisation_error(writer, report)
+}
+
+/// The estimated error; a body at rest has none.
+fn write_discretisation_error(
+    writer: &mut GroupWriter<'_>,
+    report: &ContactReport,
+) -> Result<(), StoreError> {
+    let error = &report.discretisation_error;
+    if error.displacement == 0.0 {
+        return Ok(());
+    }
+    let indicator: Vec<f64> = error
+        .indicator
+        .iter()
+        .map(|e| e / error.displacement)
+        .collect();
+    writer.write(ERROR_INDICATOR, &indicator, &[indicator.len()])?;
+    for (name, value) in error.relative_parts() {
+        writer.write(&format!("/post/discretisation_error/{name}"), &[value], &[])?;
     }
     Ok(())
 }

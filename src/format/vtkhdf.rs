@@ -29,6 +29,7 @@ const CONNECTIVITY: &str = "/VTKHDF/Connectivity";
 const OFFSETS: &str = "/VTKHDF/Offsets";
 const TYPES: &str = "/VTKHDF/Types";
 const DISPLACEMENT: &str = "/VTKHDF/PointData/displacement";
+const ERROR_INDICATOR: &str = "/VTKHDF/CellData/error_indicator";
 const VON_MISES: &str = "/VTKHDF/CellData/von_mises";
 
 /// Value of the attribute `Type` of the group.
@@ -40,6 +41,10 @@ pub(super) const VERSION: [i64; 2] = [2, 0];
 const VTK_TRIANGLE: u8 = 5;
 /// VTK's number of a tetrahedron cell.
 const VTK_TETRA: u8 = 10;
+/// VTK's number of a triangle cell with mid-edge nodes.
+const VTK_QUADRATIC_TRIANGLE: u8 = 22;
+/// VTK's number of a tetrahedron cell with mid-edge nodes.
+const VTK_QUADRATIC_TETRA: u8 = 24;
 
 const CELLS: &[Extent] = &[Named("n_cells")];
 const POINTS_EXTENT: &[Extent] = &[Named("n_nodes")];
@@ -54,9 +59,10 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(POINTS, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Node coordinates.").compressed(),
     GROUP.row(CONNECTIVITY, Kind::I64, &[Named("n_connectivity")], Dimension::Number, "Nodes of all cells, one after the other.").compressed(),
     GROUP.row(OFFSETS, Kind::I64, &[Plus("n_cells", 1)], Dimension::Number, "Where each cell begins in Connectivity.").compressed(),
-    GROUP.row(TYPES, Kind::U8, CELLS, Dimension::Number, "VTK cell type: 10 tetrahedron, 5 triangle.").compressed(),
+    GROUP.row(TYPES, Kind::U8, CELLS, Dimension::Number, "VTK cell type: 10 tetrahedron, 5 triangle, 24 and 22 the quadratic ones.").compressed(),
     GROUP.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Displacement; warp by this vector.").compressed(),
     GROUP.row(VON_MISES, Kind::F64, CELLS, Dimension::STRESS, "Von Mises stress, NaN on contact triangles.").compressed(),
+    GROUP.row(ERROR_INDICATOR, Kind::F64, CELLS, Dimension::Number, "Share in the estimated discretisation error, NaN on contact triangles.").compressed().optional("absent in files before format 1.4, and for a body at rest"),
     GROUP.row("/VTKHDF/CellData/contact_normal_stress", Kind::F64, CELLS, Dimension::STRESS, "Normal contact stress; NaN on tetrahedra.").compressed().optional(ON_CELLS),
     GROUP.row("/VTKHDF/PointData/contact_normal_stress", Kind::F64, POINTS_EXTENT, Dimension::STRESS, "Normal contact stress; NaN where no multiplier is.").compressed().optional(ON_POINTS),
     GROUP.row("/VTKHDF/CellData/contact_gap", Kind::F64, CELLS, Dimension::LENGTH, "Gap d - u_nu; NaN on tetrahedra.").compressed().optional(ON_CELLS),
@@ -94,6 +100,16 @@ pub fn write(
     let mut von_mises = report.von_mises.clone();
     von_mises.resize(n_cells, f64::NAN);
     writer.write(VON_MISES, &von_mises, &[n_cells])?;
+    let error = &report.discretisation_error;
+    if error.displacement != 0.0 {
+        let mut indicator: Vec<f64> = error
+            .indicator
+            .iter()
+            .map(|e| e / error.displacement)
+            .collect();
+        indicator.resize(n_cells, f64::NAN);
+        writer.write(ERROR_INDICATOR, &indicator, &[n_cells])?;
+    }
     match (&mesh.contact, frame) {
         (Some(surface), Some(frame)) => ContactFields {
             mesh,
@@ -174,16 +190,24 @@ fn contact_triangles(mesh: &Mesh) -> &[usize] {
 fn write_grid(writer: &mut GroupWriter<'_>, mesh: &Mesh) -> Result<(), StoreError> {
     let n_tetrahedra = mesh.tetrahedra.len();
     let contact = contact_triangles(mesh);
-    let triangles = contact.iter().map(|&f| mesh.facets[f]);
-    let mut connectivity = mesh.tetrahedra.as_flattened().to_vec();
-    connectivity.extend(triangles.flatten());
-    let n_cells = n_tetrahedra + contact.len();
-    let offsets: Vec<usize> = (0..=n_tetrahedra)
-        .map(|t| 4 * t)
-        .chain((1..=contact.len()).map(|f| 4 * n_tetrahedra + 3 * f))
+    let nodes = |t: usize| mesh.tetrahedron_nodes(t).collect::<Vec<_>>();
+    let cells: Vec<Vec<usize>> = (0..n_tetrahedra)
+        .map(nodes)
+        .chain(contact.iter().map(|&f| mesh.facet_nodes(f).collect()))
         .collect();
-    let mut types = vec![VTK_TETRA; n_tetrahedra];
-    types.resize(n_cells, VTK_TRIANGLE);
+    let n_cells = cells.len();
+    let ends = cells.iter().scan(0, |end, cell| {
+        *end += cell.len();
+        Some(*end)
+    });
+    let offsets: Vec<usize> = [0].into_iter().chain(ends).collect();
+    let connectivity = cells.concat();
+    let [tetrahedron, triangle] = match mesh.mid_edges {
+        None => [VTK_TETRA, VTK_TRIANGLE],
+        Some(_) => [VTK_QUADRATIC_TETRA, VTK_QUADRATIC_TRIANGLE],
+    };
+    let mut types = vec![tetrahedron; n_tetrahedra];
+    types.resize(n_cells, triangle);
     writer.write_indices(N_POINTS, &[mesh.coordinates.len()], &[1])?;
     writer.write_indices(N_CELLS, &[n_cells], &[1])?;
     writer.write_indices(N_CONNECTIVITY, &[connectivity.len()], &[1])?;

@@ -3,7 +3,7 @@
 use std::{path::Path, time::Instant};
 
 use contact3d::{
-    convergence::{Accuracy, AccuracyProgress, AccuracySettings, nested_cells},
+    convergence::{Accuracy, AccuracyProgress, AccuracySettings, nested_bricks},
     scene::{Scene, SceneFile},
 };
 use runfile::{GroupRecord, Home, IfMissing, RunFile, Transaction, timestamp};
@@ -28,7 +28,11 @@ pub fn measure_accuracy(
     let layout = LAYOUT.in_units(input.scene.units);
     let file = RunFile::lock(path, layout, IfMissing::Create)?;
     let started = Instant::now();
-    let accuracy = Accuracy::measure(&input.scene, &input.folder, settings, threads, observe)?;
+    let limited = AccuracySettings {
+        memory: resources::available_memory().map(|bytes| bytes as f64),
+        ..*settings
+    };
+    let accuracy = Accuracy::measure(&input.scene, &input.folder, &limited, threads, observe)?;
     let record = |settings: String, input_digest: String| GroupRecord {
         settings,
         input_digest,
@@ -70,9 +74,9 @@ fn admit_finest(
     let Some(brick) = scene.body.as_brick() else {
         return Ok(());
     };
-    let meshes = nested_cells(scene, brick, settings)?;
-    if let Some(cells) = meshes.last() {
-        resources::admit(resources::need_of_finest(*cells), run_file)?;
+    if let Some(finest) = nested_bricks(scene, brick, settings)?.last() {
+        let need = resources::need_of_finest(finest, scene.body.element);
+        resources::admit(need, run_file)?;
     }
     Ok(())
 }

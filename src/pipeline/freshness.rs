@@ -3,7 +3,10 @@
 use contact3d::scene::Scene;
 use runfile::{Reader, StoreError, StoredGroup};
 
-use super::stages::settings;
+use super::{
+    adapt::RefinementInForce,
+    stages::{Chosen, settings},
+};
 use crate::format::{self, Stage};
 
 /// Whether a stored stage can be used.
@@ -54,14 +57,14 @@ pub struct StageState {
     pub stored: Option<StoredGroup>,
 }
 
-/// The part of a scene that a stage depends on directly, as TOML, for a solve that starts from λ =
-/// 0.
+/// The part of a scene that a stage depends on directly, as TOML, for the body's own mesh and a
+/// solve that starts from λ = 0.
 ///
 /// It goes into the stage's input digest: a key that is added to scenes must not show here while it
 /// has its default, or every older file goes stale.
 #[must_use]
 pub fn stage_settings(stage: Stage, scene: &Scene) -> String {
-    settings(stage, scene, None)
+    settings(stage, scene, Chosen::default())
 }
 
 /// What tells two scenes apart whose assembled problems differ in more than their loads.
@@ -95,7 +98,13 @@ pub(super) enum StartedFrom<'a> {
 /// written, or whose own file cannot be used, is a state, not an error.
 #[must_use]
 pub fn states(reader: &Reader, scene: &Scene) -> Vec<StageState> {
-    states_from(Some(reader), scene, StartedFrom::AsStored)
+    let refinement = RefinementInForce::stored(Some(reader), scene);
+    states_from(
+        Some(reader),
+        scene,
+        refinement.digest(),
+        StartedFrom::AsStored,
+    )
 }
 
 /// As [`states`], of a file that may not exist yet, with a solve that must have started from
@@ -103,6 +112,7 @@ pub fn states(reader: &Reader, scene: &Scene) -> Vec<StageState> {
 pub(super) fn states_from(
     reader: Option<&Reader>,
     scene: &Scene,
+    refinement: Option<&str>,
     start: StartedFrom<'_>,
 ) -> Vec<StageState> {
     let mut states: Vec<StageState> = Vec::new();
@@ -110,7 +120,7 @@ pub(super) fn states_from(
         let stored = reader.map_or(Ok(None), |reader| whole(reader, stage));
         let (stored, freshness) = match stored {
             Ok(Some(stored)) => {
-                let freshness = judge(stage, scene, start, &stored, &states);
+                let freshness = judge(stage, scene, refinement, start, &stored, &states);
                 (Some(stored), freshness)
             }
             Ok(None) => (None, Freshness::Missing),
@@ -144,6 +154,7 @@ fn whole(reader: &Reader, stage: Stage) -> Result<Option<StoredGroup>, StoreErro
 fn judge(
     stage: Stage,
     scene: &Scene,
+    refinement: Option<&str>,
     start: StartedFrom<'_>,
     stored: &StoredGroup,
     upstream: &[StageState],
@@ -161,10 +172,11 @@ fn judge(
         StartedFrom::AsStored => stored_start.as_deref(),
         StartedFrom::Given(start) => start,
     };
-    let settings_now = settings(stage, scene, start);
+    let with = |start| settings(stage, scene, Chosen { refinement, start });
+    let settings_now = with(start);
     if stored.record.input_digest == input_digest(stage, &settings_now, &records) {
         Freshness::Fresh
-    } else if stored.record.settings == settings(stage, scene, stored_start.as_deref())
+    } else if stored.record.settings == with(stored_start.as_deref())
         && stored.record.settings != settings_now
     {
         Freshness::Stale("it started from other multipliers".into())

@@ -6,8 +6,8 @@ use std::{fs, path::Path, sync::Arc};
 use contact3d::{
     contact::Interface,
     elasticity::{Loads, refuse_rigid_motions},
-    mesh::{Mesh, Quality},
-    scene::{Body, Clamp, MultiplierSpace, Part, Scene, SceneFile},
+    mesh::{Mesh, Quality, Refinement},
+    scene::{Body, Clamp, MultiplierSpace, Part, Scene, SceneFile, Shape},
     solver::ContactState,
 };
 use runfile::{GroupWriter, Reader, StoreError};
@@ -19,6 +19,8 @@ use crate::format;
 /// What the stage depends on.
 pub(super) struct Inputs<'a> {
     pub(super) input: &'a SceneFile,
+    /// The cuts that lead from the first mesh to this one.
+    pub(super) refinement: &'a Refinement,
     /// Where the mesh will be stored.
     pub(super) run_file: &'a Path,
 }
@@ -36,16 +38,20 @@ pub(super) struct Meshed {
 /// # Errors
 /// A mesh or loads the scene cannot have, too little memory or disk space.
 pub(super) fn run(inputs: &Inputs<'_>) -> Result<Meshed, StageError> {
-    let Inputs { input, run_file } = inputs;
-    let need = match &input.scene.body {
-        Body::Brick(brick) => resources::need_of_brick(brick),
-        Body::Gmsh(gmsh) => {
+    let Inputs {
+        input,
+        refinement,
+        run_file,
+    } = inputs;
+    let need = match &input.scene.body.shape {
+        Shape::Brick(brick) => resources::need_of_brick(brick, input.scene.body.element),
+        Shape::Gmsh(gmsh) => {
             let file = fs::metadata(input.folder.join(&gmsh.file));
             resources::need_of_mesh_file(file.map_or(0, |file| file.len()))
         }
     };
     resources::admit(need, run_file)?;
-    let mesh = mesh_of(input)?;
+    let mesh = mesh_of(input, refinement)?;
     refuse_rigid_motions(&mesh, &mesh.held_nodes(&input.scene))
         .and_then(|()| Loads::of(&input.scene).nodal_forces(&mesh).map(drop))
         .map_err(|invalid| input.refuse(invalid))?;
@@ -69,6 +75,8 @@ pub(super) fn write(writer: &mut GroupWriter<'_>, meshed: &Meshed) -> Result<(),
 #[derive(Serialize)]
 pub(super) struct Settings<'a> {
     body: &'a Body,
+    /// Digest of the refinement; none for the body's own mesh.
+    refinement: Option<&'a str>,
     clamp: &'a [Clamp],
     contact_face: Option<&'a str>,
     multipliers: Option<MultiplierSpace>,
@@ -76,9 +84,10 @@ pub(super) struct Settings<'a> {
 }
 
 impl<'a> Settings<'a> {
-    pub(super) fn of(scene: &'a Scene) -> Self {
+    pub(super) fn of(scene: &'a Scene, refinement: Option<&'a str>) -> Self {
         Self {
             body: &scene.body,
+            refinement,
             clamp: &scene.clamps,
             contact_face: scene.contact.as_ref().map(|c| c.face.as_str()),
             multipliers: scene.contact.as_ref().map(|c| c.multipliers),

@@ -3,21 +3,27 @@
 use std::{fs, path::PathBuf};
 
 use contact3d::{
-    mesh::{Mesh, MeshError, digest_of},
+    mesh::{Mesh, MeshError, Refinement, digest_of},
     scene::{Invalid, SceneFile},
 };
 
 use super::{StageError, resources};
 
-/// The mesh of a scene.
+/// The mesh of a scene after a refinement.
 ///
 /// # Errors
 /// A mesh the scene cannot have, a mesh file that cannot be used.
-pub fn mesh_of(input: &SceneFile) -> Result<Mesh, StageError> {
-    Mesh::of_scene(&input.scene, &input.folder).map_err(|error| match error {
+pub fn mesh_of(input: &SceneFile, refinement: &Refinement) -> Result<Mesh, StageError> {
+    let mesh = Mesh::refined(&input.scene, &input.folder, refinement);
+    mesh.map_err(|error| refused(input, error))
+}
+
+/// A mesh that cannot be, with the line of the scene that asks for it.
+pub(super) fn refused(input: &SceneFile, error: MeshError) -> StageError {
+    match error {
         MeshError::Scene(invalid) => input.refuse(invalid).into(),
         MeshError::Gmsh(error) => error.into(),
-    })
+    }
 }
 
 /// The mesh file that a scene names.

@@ -6,6 +6,7 @@
 //! commits) and what it knows (in memory).
 
 mod accuracy;
+mod adapt;
 mod assemble;
 mod checkpoint;
 mod error;
@@ -24,6 +25,7 @@ mod store;
 mod undo;
 
 pub use accuracy::{accuracy_input, measure_accuracy};
+pub use adapt::{AdaptStep, Adapted};
 pub use error::StageError;
 pub use freshness::{Freshness, StageState, operator_settings, stage_settings, states};
 pub use homes::{AssemblyFile, Operator};

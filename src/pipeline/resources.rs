@@ -5,7 +5,7 @@ use std::path::Path;
 use contact3d::{
     dual::{Need, Resource, Shortage},
     mesh::brick_counts,
-    scene::{Body, Brick, SceneFile},
+    scene::{Brick, ElementOrder, SceneFile, Shape},
 };
 use sysinfo::{MemoryRefreshKind, RefreshKind, System};
 
@@ -43,7 +43,7 @@ fn require(
 }
 
 /// Bytes the process may take: of the machine, of its control group, of the largest address space.
-fn available_memory() -> Option<u64> {
+pub(super) fn available_memory() -> Option<u64> {
     let kinds = MemoryRefreshKind::nothing().with_ram();
     let system = System::new_with_specifics(RefreshKind::nothing().with_memory(kinds));
     let machine = Some(system.available_memory()).filter(|bytes| *bytes > 0);
@@ -79,17 +79,21 @@ fn soft_limit(resource: rlimit::Resource) -> Option<u64> {
 
 /// What the mesh of a brick takes: coordinates, tetrahedra with their regions, the boundary, held
 /// components and nodal forces.
-pub(super) fn need_of_brick(brick: &Brick) -> Need {
+pub(super) fn need_of_brick(brick: &Brick, element: ElementOrder) -> Need {
     let bytes = |per: [u64; 3]| {
-        let counts = brick_counts(brick)?;
+        let counts = brick_counts(brick, element)?;
         counts.iter().zip(per).try_fold(0_u64, |sum, (count, per)| {
             sum.checked_add(count.checked_mul(per)?)
         })
     };
+    let [per_tetrahedron, per_triangle] = match element {
+        ElementOrder::P1 => [32, 24],
+        ElementOrder::P2 => [80, 48],
+    };
     Need {
         step: "making the mesh",
-        memory: bytes([24 + 3 + 24, 32 + 8, 24 + 8]).unwrap_or(u64::MAX),
-        stored: bytes([24, 32, 24]).unwrap_or(u64::MAX),
+        memory: bytes([24 + 3 + 24, per_tetrahedron + 8, per_triangle + 8]).unwrap_or(u64::MAX),
+        stored: bytes([24, per_tetrahedron, per_triangle]).unwrap_or(u64::MAX),
     }
 }
 
@@ -116,14 +120,20 @@ fn problem_bytes(nodes: f64) -> u64 {
 /// alone.
 #[must_use]
 pub fn scene_bytes(input: &SceneFile) -> u64 {
-    problem_bytes(match &input.scene.body {
-        Body::Brick(brick) => brick.cells.iter().map(|&n| n as f64 + 1.0).product(),
+    let body = &input.scene.body;
+    problem_bytes(match &body.shape {
+        Shape::Brick(brick) => brick_nodes(brick, body.element),
         // A node of a Gmsh file and its five tetrahedra take more than a hundred bytes.
-        Body::Gmsh(gmsh) => {
+        Shape::Gmsh(gmsh) => {
             let file = std::fs::metadata(input.folder.join(&gmsh.file));
             file.map_or(0.0, |metadata| metadata.len() as f64 / 100.0)
         }
     })
+}
+
+/// Nodes of a brick; infinitely many where they cannot be counted.
+fn brick_nodes(brick: &Brick, element: ElementOrder) -> f64 {
+    brick_counts(brick, element).map_or(f64::INFINITY, |[nodes, ..]| nodes as f64)
 }
 
 /// Bytes for the assembled problems of a sweep: three quarters of what is available; no limit where
@@ -134,10 +144,10 @@ pub fn memory_for_sweeps() -> u64 {
 }
 
 /// What the finest mesh of a ladder takes, of which nothing is stored.
-pub(super) fn need_of_finest(cells: [usize; 3]) -> Need {
+pub(super) fn need_of_finest(brick: &Brick, element: ElementOrder) -> Need {
     Need {
         step: "solving the finest mesh",
-        memory: problem_bytes(cells.iter().map(|&n| n as f64 + 1.0).product()),
+        memory: problem_bytes(brick_nodes(brick, element)),
         stored: 0,
     }
 }
@@ -158,11 +168,8 @@ mod tests {
 
     #[test]
     fn counts_that_overflow_need_more_than_any_machine_has() {
-        let brick = Brick {
-            size: [1.0; 3],
-            cells: [usize::MAX; 3],
-        };
-        assert_eq!(need_of_brick(&brick).memory, u64::MAX);
+        let brick = Brick::new([1.0; 3], [usize::MAX; 3]);
+        assert_eq!(need_of_brick(&brick, ElementOrder::P1).memory, u64::MAX);
     }
 
     #[test]

@@ -11,16 +11,17 @@ use contact3d::{
     scene::{AssembleSettings, Scene, SceneFile, SolveSettings, Warning},
     solver::Solution,
 };
-use runfile::{IfMissing, Reader, RunFile};
+use runfile::{IfMissing, Reader, RunFile, StoreError};
 
 use super::{
     StageError, StageState, Step,
+    adapt::RefinementInForce,
     known::{Known, Source},
     mesh::Meshed,
     pin_mesh_file,
     post::Evaluated,
     solve::StartFrom,
-    stages,
+    stages::{self, Chosen},
     store::Store,
 };
 use crate::format::{self, LAYOUT, Stage};
@@ -37,6 +38,8 @@ pub struct Session {
 #[derive(Debug)]
 pub(super) struct Task {
     pub(super) input: SceneFile,
+    /// The cuts between the first mesh of the scene and the one in force.
+    pub(super) refinement: RefinementInForce,
     pub(super) start: StartFrom,
     pub(super) threads: usize,
 }
@@ -60,6 +63,8 @@ pub enum Commit {
     /// Together with the next stage, unless that would put longer work at risk than writing the
     /// file twice costs. Meshes, assembled problems and reports are stored at once in any case.
     WithNextIfCheap,
+    /// Not before the session is asked to, with all stages that wait; adaptive levels do so.
+    Held,
 }
 
 /// What a solve came to.
@@ -106,7 +111,11 @@ impl Task {
 
     /// The settings of a stage in force, as TOML.
     pub(super) fn settings(&self, stage: Stage) -> String {
-        stages::settings(stage, &self.input.scene, self.start.digest())
+        let chosen = Chosen {
+            refinement: self.refinement.digest(),
+            start: self.start.digest(),
+        };
+        stages::settings(stage, &self.input.scene, chosen)
     }
 }
 
@@ -123,7 +132,7 @@ impl Session {
         pin_mesh_file(&mut input)?;
         let layout = LAYOUT.in_units(input.scene.units);
         let file = RunFile::lock(path, layout, IfMissing::Create)?;
-        Ok(Self::new(file, input, threads))
+        Self::new(file, input, threads)
     }
 
     /// Locks an existing run file and takes its scene.
@@ -134,19 +143,26 @@ impl Session {
         let file = RunFile::lock(path, LAYOUT, IfMissing::Refuse)?;
         let input = format::read_scene(&Reader::open(file.path(), LAYOUT)?, path)?;
         let file = file.in_units(input.scene.units);
-        Ok(Self::new(file, input, threads))
+        Self::new(file, input, threads)
     }
 
-    fn new(file: RunFile, input: SceneFile, threads: usize) -> Self {
-        Self {
+    fn new(file: RunFile, input: SceneFile, threads: usize) -> Result<Self, StageError> {
+        let store = Store::new(file);
+        let reader = match store.reader() {
+            Err(StoreError::NotFound { .. }) => None,
+            opened => Some(opened?),
+        };
+        let refinement = RefinementInForce::stored(reader.as_ref(), &input.scene);
+        Ok(Self {
             task: Task {
                 input,
+                refinement,
                 start: StartFrom::Any,
                 threads,
             },
-            store: Store::new(file),
+            store,
             known: Known::default(),
-        }
+        })
     }
 
     /// The scene in force.

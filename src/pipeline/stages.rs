@@ -41,11 +41,20 @@ pub(super) enum Output {
     Post(Arc<Meshed>, Arc<Evaluated>),
 }
 
-/// The part of a scene that a stage depends on directly, as TOML; `start` is the digest of the
-/// multipliers that a solve starts from.
-pub(super) fn settings(stage: Stage, scene: &Scene, start: Option<&str>) -> String {
+/// What stages depend on beside the scene, by digests.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Chosen<'a> {
+    /// Of the cuts that lead from the first mesh to this one; `None` for the first.
+    pub(super) refinement: Option<&'a str>,
+    /// Of the multipliers that a solve starts from; `None` for λ = 0.
+    pub(super) start: Option<&'a str>,
+}
+
+/// The part of a scene that a stage depends on directly, as TOML.
+pub(super) fn settings(stage: Stage, scene: &Scene, chosen: Chosen<'_>) -> String {
+    let Chosen { refinement, start } = chosen;
     let text = match stage {
-        Stage::Mesh => toml(&mesh::Settings::of(scene)),
+        Stage::Mesh => toml(&mesh::Settings::of(scene, refinement)),
         Stage::Assemble => toml(&assemble::Settings::of(scene)),
         Stage::Load => toml(&load::Settings::of(scene)),
         Stage::Solve => toml(&solve::Settings::of(scene, start)),
@@ -86,6 +95,7 @@ impl Session {
     fn make_mesh(&mut self) -> Result<Output, StageError> {
         let meshed = Arc::new(mesh::run(&mesh::Inputs {
             input: &self.task.input,
+            refinement: self.task.refinement.cuts(),
             run_file: self.store.path(),
         })?);
         self.known.set_mesh(meshed.clone());

@@ -16,7 +16,7 @@ use super::{
     stages::Output,
     undo::Undo,
 };
-use crate::format::{self, CHECKPOINT, LAYOUT, SCENE, Stage};
+use crate::format::{self, ADAPT, CHECKPOINT, LAYOUT, SCENE, Stage};
 
 /// A locked run file.
 #[derive(Debug)]
@@ -135,11 +135,15 @@ impl Store {
         task: &Task,
     ) -> Result<Performed, StageError> {
         let stage = output.stage();
-        let waits = commit == Commit::WithNextIfCheap && output.may_wait();
         let seconds = started.elapsed().as_secs_f64();
+        let waits = match commit {
+            Commit::Now => false,
+            Commit::WithNextIfCheap => output.may_wait() && seconds < self.last_store_seconds,
+            Commit::Held => true,
+        };
         self.pending.push(Pending { output, seconds });
         let mut store_seconds = 0.0;
-        if !waits || seconds >= self.last_store_seconds {
+        if !waits {
             let storing = Instant::now();
             self.commit(task, None)?;
             self.pending.clear();
@@ -151,6 +155,21 @@ impl Store {
             compute_seconds: seconds,
             store_seconds,
         })
+    }
+
+    /// Stores what waits.
+    pub(super) fn store_pending(&mut self, task: &Task) -> Result<(), StageError> {
+        if self.pending.is_empty() {
+            return Ok(());
+        }
+        self.commit(task, None)?;
+        self.pending.clear();
+        Ok(())
+    }
+
+    /// Gives up what waits.
+    pub(super) fn discard_pending(&mut self) {
+        self.pending.clear();
     }
 
     /// Stores the state of an unfinished solve, with what is pending.
@@ -202,6 +221,9 @@ impl Store {
         let pending = self.pending.iter();
         let mut changed: Vec<Group> = pending.map(|p| p.output.stage().group()).collect();
         transaction.remove(CHECKPOINT);
+        if task.input.scene.adapt.is_none() {
+            transaction.remove(ADAPT);
+        }
         if let Some(state) = checkpoint {
             let digest = input_digest_of(Stage::Solve, task, &stored);
             let record = task.record(String::new(), 0.0, digest);
@@ -255,7 +277,7 @@ fn states_in(reader: Option<&Reader>, task: &Task) -> Vec<StageState> {
         StartFrom::Any => StartedFrom::AsStored,
         StartFrom::Zero | StartFrom::Given { .. } => StartedFrom::Given(task.start.digest()),
     };
-    states_from(reader, &task.input.scene, start)
+    states_from(reader, &task.input.scene, task.refinement.digest(), start)
 }
 
 /// The digest of what a stage is computed from, given what is stored of the stages before it.
@@ -292,7 +314,12 @@ pub(super) fn write_group(
 }
 
 impl Task {
-    fn record(&self, settings: String, seconds: f64, input_digest: String) -> GroupRecord {
+    pub(super) fn record(
+        &self,
+        settings: String,
+        seconds: f64,
+        input_digest: String,
+    ) -> GroupRecord {
         GroupRecord {
             settings,
             input_digest,

@@ -47,6 +47,14 @@ pub(super) fn run(
         let states = session.states()?;
         Ok(states.iter().all(|s| s.freshness == Freshness::Fresh))
     };
+    if let Some(adapt) = case.scene.scene.adapt {
+        let was_done = done(&session)?;
+        session.adapt(adapt.error, &mut |_| {})?;
+        if how.self_contained {
+            session.embed_assembly()?;
+        }
+        return Ok(if was_done { Ran::Kept } else { Ran::Computed });
+    }
     if let Some(start) = case.start {
         session.start_from(multiplier(&plan.cases[start].file(folder))?.unwrap_or_default());
     }

@@ -6,7 +6,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use contact3d::solver::{Goal, Status};
+use contact3d::{
+    adaptation::AdaptiveStatus,
+    solver::{Goal, Status},
+};
 use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction, timestamp};
 use units::Units;
 
@@ -39,7 +42,11 @@ pub fn write(plan: &Plan, folder: &Path) -> Result<usize, SweepError> {
     let solved = planned.filter_map(|(case, row)| Some((case, row.results.as_ref()?)));
     let not_converged = solved.filter(|(case, results)| {
         let goal = Goal::of(&case.scene.scene.solve);
-        !Status::of_word(&results.status).is_some_and(|status| status.is_success(goal))
+        let is_met = results
+            .adaptation
+            .is_none_or(|status| status == AdaptiveStatus::Met);
+        let status = Status::of_word(&results.status);
+        !(is_met && status.is_some_and(|status| status.is_success(goal)))
     });
     Ok(not_converged.count())
 }

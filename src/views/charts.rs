@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use contact3d::{
-    convergence::{Accuracy, AlgebraicLadder, DiscretisationLadder, LadderEntry, Level, Trend},
+    convergence::{
+        Accuracy, AlgebraicLadder, DiscretisationLadder, LadderEntry, Level, Trend, WayLevel, Ways,
+    },
     solver::Solution,
 };
 use plots::{AxisScale, ChartAxis, ChartPoint, LineChart, Series};
@@ -15,8 +17,13 @@ use crate::pipeline::StageError;
 /// Names of the pictures.
 pub(super) const WORK_PRECISION: &str = "work_precision";
 pub(super) const CONVERGENCE: &str = "convergence";
+pub(super) const WAYS_SECONDS: &str = "ways_seconds";
+pub(super) const WAYS_UNKNOWNS: &str = "ways_unknowns";
 
-/// Draws the work-precision and the convergence diagram as SVG and PNG; returns the files.
+/// Those of `accuracy`.
+pub(super) const ACCURACY: [&str; 4] = [WORK_PRECISION, CONVERGENCE, WAYS_SECONDS, WAYS_UNKNOWNS];
+
+/// Draws the work-precision and the convergence diagram and those of the ways as SVG and PNG; returns the files.
 ///
 /// # Errors
 /// A folder that cannot be written.
@@ -26,7 +33,13 @@ pub fn draw_accuracy(
 ) -> Result<Vec<PathBuf>, StageError> {
     let algebraic = accuracy.algebraic.as_ref().map(work_precision);
     let discretisation = accuracy.discretisation.as_ref().map(convergence);
-    let charts = [(WORK_PRECISION, algebraic), (CONVERGENCE, discretisation)];
+    let ways = accuracy.ways.as_ref();
+    let charts = [
+        (WORK_PRECISION, algebraic),
+        (CONVERGENCE, discretisation),
+        (WAYS_SECONDS, ways.map(ways_against_seconds)),
+        (WAYS_UNKNOWNS, ways.map(ways_against_unknowns)),
+    ];
     let drawn = charts
         .into_iter()
         .filter_map(|(name, chart)| Some((name, chart?)));
@@ -132,6 +145,53 @@ pub(super) fn convergence(ladder: &DiscretisationLadder) -> LineChart {
                 points,
             })
             .collect(),
+    }
+}
+
+/// Error of each way against its seconds.
+pub(super) fn ways_against_seconds(ways: &Ways) -> LineChart {
+    let time = logarithmic(
+        "time of mesh, assembly, solve and evaluation",
+        Units::SI.of(Dimension::Time),
+    );
+    ways_chart(ways, time, |level| level.cost.seconds)
+}
+
+/// Error of each way against its unknowns.
+pub(super) fn ways_against_unknowns(ways: &Ways) -> LineChart {
+    ways_chart(ways, logarithmic("unknowns", Unit::none()), |level| {
+        level.n_free as f64
+    })
+}
+
+/// The true error of each mesh, where it is known.
+fn ways_chart(ways: &Ways, x: ChartAxis, along: impl Fn(&WayLevel) -> f64) -> LineChart {
+    let series = ways.ways.iter().map(|way| {
+        let points = way.levels.iter().filter_map(|level| {
+            let error = level.error?;
+            Some(ChartPoint {
+                x: along(level),
+                y: error,
+                text: format!(
+                    "{}, {} unknowns: error {error:.2e}, estimated {:.2e}, {:.3} s",
+                    way.kind.words(),
+                    level.n_free,
+                    level.estimated_error,
+                    level.cost.seconds
+                ),
+            })
+        });
+        Series {
+            name: way.kind.words().to_owned(),
+            points: points.collect(),
+        }
+    });
+    LineChart {
+        title: "Ways to accuracy".to_owned(),
+        x,
+        y: logarithmic("error of u in the energy norm, relative", Unit::none()),
+        legend: String::new(),
+        series: series.filter(|series| !series.points.is_empty()).collect(),
     }
 }
 

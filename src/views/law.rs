@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use contact3d::{
     contact::{FrictionField, Interface, LawBounds},
-    mesh::{Mesh, Quality},
+    mesh::{Mesh, Quality, Refinement},
     scene::{FrictionModel, ModelFeatures, Scene, SceneFile, Warning},
 };
 use plots::{LawPicture, OverSlip, law_page};
@@ -48,7 +48,7 @@ impl LawStudy {
     /// A mesh that cannot be made, a law that is no law.
     pub fn new(mut input: SceneFile) -> Result<Self, StageError> {
         pin_mesh_file(&mut input)?;
-        let mesh = mesh_of(&input)?;
+        let mesh = mesh_of(&input, &Refinement::default())?;
         let interface =
             Interface::new(&input.scene, &mesh).map_err(|invalid| input.refuse(invalid))?;
         let law = interface.as_ref().and_then(Interface::coulomb);

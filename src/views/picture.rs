@@ -1,4 +1,4 @@
-//! The six panels of a run file as SVG and PNG.
+//! The six panels of a run file, and where its discretisation error sits, as SVG and PNG.
 
 use std::{
     fs,
@@ -7,7 +7,7 @@ use std::{
 
 use contact3d::{
     contact::ContactFrame,
-    mesh::Mesh,
+    mesh::{Mesh, tetrahedron_volume},
     post::{ContactReport, PaneState, Zone},
     scene::{FrictionModel, ModelFeatures, Scene},
 };
@@ -27,6 +27,9 @@ pub fn figures_folder(run_file: &Path) -> PathBuf {
     run_file.with_file_name(format!("{stem}-figures"))
 }
 
+/// The picture of where the discretisation error sits.
+pub(super) const ERROR: &str = "discretisation_error";
+
 /// The picture that is drawn last.
 pub(super) const LAST: &str = "figure5";
 
@@ -38,7 +41,8 @@ pub fn are_drawn(folder: &Path, run_file: &Path) -> bool {
     matches!((last, modified(run_file)), (Ok(drawn), Ok(stored)) if drawn >= stored)
 }
 
-/// Draws the six panels of HKL Fig. 5 and the page of all six, as SVG and PNG; returns the files.
+/// Draws the six panels of HKL Fig. 5, the page of all six and where the discretisation error sits, as SVG and PNG;
+/// returns the files.
 ///
 /// # Errors
 /// A folder that cannot be written.
@@ -54,12 +58,51 @@ pub fn draw_run(
     let frame = results.interface().map(|interface| &interface.frame);
     let (mesh, report) = (results.mesh(), results.report());
     let drawn = with_picture(scene, mesh, frame, report, |picture| {
-        Ok((plots::panels(picture)?, plots::page(picture)?))
+        let density = error_density(mesh, report, picture.coordinates.len());
+        let error = plots::error_figure(picture, &density)?;
+        Ok((plots::panels(picture)?, error, plots::page(picture)?))
     });
-    let (panels, page) = drawn.map_err(figure)?;
+    let (panels, error, page) = drawn.map_err(figure)?;
     let panels = panels.into_iter();
     let panels = panels.map(|panel| (panel.name, panel.figure, PANEL_WIDTH));
-    folder.save(panels.chain([(LAST, page, PAGE_WIDTH)]))
+    folder.save(panels.chain([(ERROR, error, PANEL_WIDTH), (LAST, page, PAGE_WIDTH)]))
+}
+
+/// The page of the estimated error as SVG.
+///
+/// # Errors
+/// [`FigureError`] for results that do not fit together.
+pub(super) fn error_page(
+    scene: &Scene,
+    mesh: &Mesh,
+    frame: Option<&ContactFrame>,
+    report: &ContactReport,
+) -> Result<Figure, FigureError> {
+    with_picture(scene, mesh, frame, report, |picture| {
+        let density = error_density(mesh, report, picture.coordinates.len());
+        plots::error_figure(picture, &density)
+    })
+}
+
+/// Squared error per volume around each node over that of the whole body, its root; NaN for the `n_points`
+/// beyond the mesh, which are no corners.
+fn error_density(mesh: &Mesh, report: &ContactReport, n_points: usize) -> Vec<f64> {
+    let mut sums = vec![[0.0; 2]; n_points];
+    let mut whole = [0.0; 2];
+    for (nodes, error) in mesh
+        .tetrahedra
+        .iter()
+        .zip(&report.discretisation_error.indicator)
+    {
+        let share = [error * error, tetrahedron_volume(&mesh.corners(nodes))];
+        let add = |sum: &mut [f64; 2]| *sum = [sum[0] + share[0], sum[1] + share[1]];
+        nodes.iter().for_each(|node| add(&mut sums[*node]));
+        add(&mut whole);
+    }
+    let density = |[error, volume]: [f64; 2]| (error / volume).sqrt();
+    sums.into_iter()
+        .map(|sum| density(sum) / density(whole))
+        .collect()
 }
 
 /// The page of all panels as SVG.

@@ -30,8 +30,12 @@ impl Drawing {
     /// The names of all pictures it may have.
     fn names(self) -> Vec<&'static str> {
         match self {
-            Self::Run => [plots::PANELS.as_slice(), &[super::picture::LAST]].concat(),
-            Self::Accuracy => vec![super::charts::WORK_PRECISION, super::charts::CONVERGENCE],
+            Self::Run => [
+                plots::PANELS.as_slice(),
+                &[super::picture::ERROR, super::picture::LAST],
+            ]
+            .concat(),
+            Self::Accuracy => super::charts::ACCURACY.to_vec(),
             Self::Sweep => sweep_charts::columns().collect(),
             Self::Law => vec![super::law::PICTURE],
         }

@@ -12,7 +12,7 @@ use plots::html::{Page, Part, Section};
 use runfile::{Reader, timestamp};
 
 use super::{
-    charts::{convergence, history, work_precision},
+    charts::{convergence, history, ways_against_seconds, ways_against_unknowns, work_precision},
     picture, report_tables as tables, sweep_report,
 };
 use crate::{
@@ -111,17 +111,28 @@ fn result_sections(reader: &Reader, scene: &Scene) -> Result<Vec<Section>, Stage
         return Ok(sections);
     }
     let frame = interface.as_ref().map(|interface| &interface.frame);
-    let drawn = picture::page(scene, &mesh, frame, &report);
-    let page = drawn.map_err(|source| StageError::Figure {
+    let refuse = |source| StageError::Figure {
         file: reader.path().to_owned(),
         source,
-    })?;
+    };
+    let page = picture::page(scene, &mesh, frame, &report).map_err(refuse)?;
+    let error = picture::error_page(scene, &mesh, frame, &report).map_err(refuse)?;
     sections.push(Section {
         name: "panels",
         heading: "Contact face and body".into(),
         parts: vec![
             Part::Text("Point at a pane to see its values.".into()),
             Part::Figure(page.svg()),
+        ],
+    });
+    sections.push(Section {
+        name: "discretisation-error",
+        heading: "Where the discretisation error sits".into(),
+        parts: vec![
+            Part::Text(
+                "An estimate, not a bound: the error of the mesh in the energy norm, around each node.".into(),
+            ),
+            Part::Figure(error.svg()),
         ],
     });
     sections.extend(history_section(&solution));
@@ -181,6 +192,12 @@ fn accuracy_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, S
     if let Some(ladder) = &accuracy.discretisation {
         parts.push(Part::Figure(convergence(ladder).figure().svg()));
         parts.push(Part::Table(tables::levels(ladder, stored.units)));
+    }
+    if let Some(ways) = &accuracy.ways {
+        parts.push(Part::Advice(format!("Cheapest way to {}.", ways.advice())));
+        parts.push(Part::Figure(ways_against_seconds(ways).figure().svg()));
+        parts.push(Part::Figure(ways_against_unknowns(ways).figure().svg()));
+        parts.push(Part::Table(tables::ways(ways)));
     }
     if let Some(ladder) = &accuracy.algebraic {
         parts.push(Part::Figure(work_precision(ladder).figure().svg()));

@@ -1,7 +1,7 @@
 //! The tables of a report.
 
 use contact3d::{
-    convergence::{AlgebraicLadder, Cost, DiscretisationLadder},
+    convergence::{AlgebraicLadder, Cost, DiscretisationLadder, Ways},
     mesh::Mesh,
     post::{ContactReport, Zone},
     scene::{ContactModel, FrictionModel, ModelFeatures, MultiplierSpace, Scene},
@@ -115,6 +115,10 @@ pub(super) fn results(
             &format!("largest displacement x, y, z [{length}]"),
             vector(&r.largest_displacement),
         ),
+        pair(
+            "discretisation error (energy norm, estimated)",
+            format!("{:.1e}", report.discretisation_error.relative()),
+        ),
         pair("force imbalance", format!("{:.1e}", r.force_imbalance)),
         pair("moment imbalance", format!("{:.1e}", r.moment_imbalance)),
     ]);
@@ -202,6 +206,50 @@ pub(super) fn levels(ladder: &DiscretisationLadder, units: Units) -> Table {
     ];
     Table {
         caption: "Discretisation error, relative, in the energy norm; - where no order is observed"
+            .into(),
+        head: head.map(str::to_owned).into(),
+        rows: rows.collect(),
+    }
+}
+
+/// The meshes of all ways and their reference.
+pub(super) fn ways(ways: &Ways) -> Table {
+    let levels = ways
+        .ways
+        .iter()
+        .flat_map(|way| way.levels.iter().map(|l| (way.kind.words(), l)));
+    let rows = levels
+        .chain([("reference", &ways.reference.level)])
+        .map(|(name, level)| {
+            let mut row = vec![
+                name.to_owned(),
+                level.n_free.to_string(),
+                level.n_multipliers.to_string(),
+                format!("{:.4}", level.estimated_error),
+                format!("{:.4}", level.contact_error),
+                optional(level.error, 4),
+                optional(level.effectivity(), 2),
+            ];
+            row.extend(cost_cells(&level.cost));
+            row.push(level.status.word().to_owned());
+            row
+        });
+    let head = [
+        "way",
+        "unknowns",
+        "multipliers",
+        "estimated error",
+        "of contact",
+        "error",
+        "estimated over true",
+        "seconds",
+        "median of",
+        "peak MB",
+        "status",
+    ];
+    Table {
+        caption: "Ways to accuracy: relative errors in the energy norm, uncertain by the estimated error of the \
+                  reference; - where that is too large to tell"
             .into(),
         head: head.map(str::to_owned).into(),
         rows: rows.collect(),

@@ -71,7 +71,7 @@ const MESHES: [(&str, &str, &[&str]); 16] = [
     ("4 0 0 1\n", "4 0 0 -2\n", &["tetrahedron"]),
     ("1 2 3 4\n", "1 2 3 9\n", &["element 3", "node 9"]),
     ("1 2 3 4\n", "1 2 3 3\n", &["element 3", "node 3 twice"]),
-    ("3 4 2 7 1 1 2 3 4\n", "3 11 2 7 1 1 2 3 4 5 1 2 3 4 5\n", &["linear tetrahedra", "-order 1"]),
+    ("3 4 2 7 1 1 2 3 4\n", "3 11 2 7 1 1 2 3 4 5 1 2 3 4 5\n", &["tetrahedra of one order", "-order 2"]),
     ("4 4 2 7 1 1 3 2 5\n", "4 4 2 7 1 1 2 3 4\n", &["tetrahedron 4", "tetrahedron 3"]),
     ("$Nodes\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 0 0 -1\n$EndNodes\n", "", &["section $Nodes"]),
     ("1 2 2 5 1 1 2 4\n", "1 2 2 5 1 1 2 3\n", &["held end", "boundary of the body"]),

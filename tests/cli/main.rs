@@ -1,6 +1,7 @@
 //! The program as a user meets it: commands, messages, exit codes, files.
 
 mod accuracy;
+mod adaptive;
 mod advice;
 mod arguments;
 mod bad_bodies;

@@ -8,7 +8,7 @@ use runfile::Reader;
 
 use crate::scenes::{BODY, CONTACT, LOAD, RAMPS, STEEL};
 
-const CONTACT_ONLY: [&str; 29] = [
+const CONTACT_ONLY: [&str; 31] = [
     "/mesh/contact_normal",
     "/mesh/contact_nodes",
     "/mesh/contact_facets",
@@ -35,11 +35,13 @@ const CONTACT_ONLY: [&str; 29] = [
     "/post/certificate/adhesion",
     "/post/certificate/complementarity",
     "/post/certificate/fixed_point",
+    "/post/discretisation_error/penetration",
+    "/post/discretisation_error/complementarity",
     "/VTKHDF/{}Data/contact_normal_stress",
     "/VTKHDF/{}Data/contact_gap",
     "/VTKHDF/{}Data/contact_zone",
 ];
-const FRICTION_ONLY: [&str; 10] = [
+const FRICTION_ONLY: [&str; 11] = [
     "/assemble/coupling_tangential",
     "/solve/multiplier_tangential",
     "/solve/local_stiffness_tangential",
@@ -49,6 +51,7 @@ const FRICTION_ONLY: [&str; 10] = [
     "/post/resultants/tangential_force",
     "/post/certificate/friction_bound",
     "/post/certificate/slip_direction",
+    "/post/discretisation_error/friction",
     "/VTKHDF/{}Data/contact_tangential_stress",
 ];
 const COULOMB_ONLY: [&str; 9] = [
@@ -68,10 +71,27 @@ const SLIP_ONLY: [&str; 3] = [
     "/solve/slip",
 ];
 const REGIONS_ONLY: [&str; 1] = ["/mesh/tetrahedron_region"];
+const QUADRATIC_ONLY: [&str; 3] = [
+    "/mesh/tetrahedron_mid_edges",
+    "/mesh/facet_mid_edges",
+    "/post/corner_stress",
+];
 
-/// Runs a scene and returns the datasets of a run that its file lacks; writers refuse any that is
-/// not in the table. Checkpoints and studies of accuracy are no part of a finished run.
+/// Runs a scene on linear tetrahedra and returns the datasets of a run that its file lacks, those of quadratic
+/// ones apart; writers refuse any that is not in the table. Checkpoints, studies of accuracy and levels of adaptive
+/// meshes are no part of a finished run.
 fn absent_from(tables: &[&str]) -> BTreeSet<String> {
+    let mut absent = absent_from_run(tables);
+    for path in QUADRATIC_ONLY {
+        assert!(
+            absent.remove(path),
+            "{path} is there with linear tetrahedra"
+        );
+    }
+    absent
+}
+
+fn absent_from_run(tables: &[&str]) -> BTreeSet<String> {
     let folder = tempfile::tempdir().unwrap();
     let scene = [&[BODY, STEEL, LOAD], tables].concat().concat();
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
@@ -82,9 +102,10 @@ fn absent_from(tables: &[&str]) -> BTreeSet<String> {
         .assert()
         .success();
     let reader = Reader::open(&folder.path().join("run.h5"), LAYOUT).unwrap();
+    assert!(!reader.has("/adapt/status"), "no wish for an error");
     let rows = LAYOUT.tables.iter().flat_map(|table| table.iter());
     let of_a_run = rows.filter(|row| {
-        let others = ["/accuracy/", "/checkpoint/"];
+        let others = ["/accuracy/", "/checkpoint/", "/adapt/"];
         !others.iter().any(|group| row.path.starts_with(group))
     });
     let absent = of_a_run.filter(|row| !reader.has(row.path));
@@ -152,6 +173,13 @@ fn with_regions_and_nodal_multipliers_everything_is_there_but_the_panes() {
     let found = absent_from(&[CONTACT, "multipliers = 'nodal'", RAMPS, region]);
     let panes: [&[&str]; 1] = [&["/mesh/contact_facet_pane"]];
     assert_eq!(found, expected(&panes, Some("Point")));
+}
+
+#[test]
+fn with_quadratic_tetrahedra() {
+    let element = "[body]\nelement = 'P2'\n";
+    let absent = absent_from_run(&[CONTACT, RAMPS, element]);
+    assert_eq!(absent, expected(&[&REGIONS_ONLY], Some("Cell")));
 }
 
 #[test]

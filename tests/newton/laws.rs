@@ -3,7 +3,7 @@
 use contact3d::{
     dual::{DualOperator, ImplicitOperator},
     post::Zone,
-    scene::{Body, Coefficient, Material, PrecisionControl::Fixed, Quantity, Scene},
+    scene::{Coefficient, Material, PrecisionControl::Fixed, Quantity, Scene},
     solver::{Inner, NewtonSettings, NewtonStatus, Status, newton},
 };
 
@@ -110,7 +110,7 @@ fn reproduces_the_converged_values() {
 
 /// The scene in millimetres and megapascals (forces in N).
 fn in_millimetres(mut scene: Scene) -> Scene {
-    if let Body::Brick(brick) = &mut scene.body {
+    if let Some(brick) = scene.body.as_brick_mut() {
         brick.size = brick.size.map(|l| 1e3 * l);
     }
     if let Material::Isotropic(steel) = &mut scene.material {

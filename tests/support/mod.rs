@@ -10,7 +10,7 @@ use contact3d::{
     dual::{Assembly, ContactSystem, ImplicitOperator},
     mesh::{ContactSurface, Mesh},
     post::ContactReport,
-    scene::{Body, DualOperatorKind, Scene},
+    scene::{DualOperatorKind, Scene},
     solver::{ContactState, Inner, Solution, Start, successive_approximations},
 };
 
@@ -32,10 +32,7 @@ pub(crate) fn hkl_scene(table: usize, n_div: usize) -> Scene {
 
 /// Sets the cells of a brick.
 pub(crate) fn refine(scene: &mut Scene, cells: [usize; 3]) {
-    match &mut scene.body {
-        Body::Brick(brick) => brick.cells = cells,
-        Body::Gmsh(_) => panic!("expected a brick"),
-    }
+    scene.body.as_brick_mut().expect("a brick").cells = cells;
 }
 
 /// A contact problem assembled in memory; S stays implicit.

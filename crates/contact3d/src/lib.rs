@@ -86,6 +86,7 @@
 
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
+pub mod adaptation;
 pub mod contact;
 pub mod convergence;
 pub mod dual;
@@ -94,6 +95,7 @@ pub mod linalg;
 pub mod mesh;
 pub mod post;
 mod problem;
+pub mod reference;
 pub mod robustness;
 pub mod scene;
 pub mod solver;

@@ -46,7 +46,7 @@ pub use picture::{ContactPicture, FigureError, PaneFriction, Zone};
 
 use canvas::{Anchor, Canvas};
 use layout::PANEL_WIDTH;
-use panels::drawings;
+use panels::{drawings, error_drawing};
 use text::{Label, fitted};
 
 /// Height of the title of a page.
@@ -78,6 +78,16 @@ pub fn panels(picture: &ContactPicture<'_>) -> Result<Vec<Panel>, FigureError> {
             figure: Figure::new(canvas, picture.title),
         })
         .collect())
+}
+
+/// Draws where the error sits on the boundary of the body: the logarithm of `density`, for each node a share of
+/// the mean, as many as `coordinates`.
+///
+/// # Errors
+/// As [`panels`].
+pub fn error_figure(picture: &ContactPicture<'_>, density: &[f64]) -> Result<Figure, FigureError> {
+    let canvas = error_drawing(picture, density)?;
+    Ok(Figure::new(canvas, picture.title))
 }
 
 /// Draws all panels below a common title in two columns.

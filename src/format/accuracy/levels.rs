@@ -21,6 +21,7 @@ const LEVEL_STATUS: &str = "/accuracy/levels/status";
 const LEVEL_APPLICATIONS: &str = "/accuracy/levels/actions";
 const ENERGY_DIFFERENCE: &str = "/accuracy/levels/energy_difference";
 const LEVEL_ENERGY_ERROR: &str = "/accuracy/levels/energy_error";
+const ESTIMATED_ERROR: &str = "/accuracy/levels/estimated_error";
 const POTENTIAL_ENERGY: &str = "/accuracy/levels/potential_energy";
 const NORMAL_FORCE: &str = "/accuracy/levels/normal_force";
 const TANGENTIAL_FORCE: &str = "/accuracy/levels/tangential_force";
@@ -54,13 +55,14 @@ pub(in crate::format) const TABLE: &[DatasetSpec] = &[
     GROUP.row(SCENE_N_DIV, Kind::I64, &[], Dimension::Number, "Smallest number of cells along an edge in the scene itself.").optional(NO_BRICK),
     level(N_DIV, Kind::I64, Dimension::Number, "Smallest number of cells along an edge.").symbol("n_div"),
     GROUP.row(CELLS, Kind::I64, &[Named("n_levels"), Fixed(3)], Dimension::Number, "Cells along the edges.").optional(NO_BRICK),
-    level(CELL_SIZE, Kind::F64, Dimension::LENGTH, "Cube root of the volume of a cell.").symbol("h"),
+    level(CELL_SIZE, Kind::F64, Dimension::LENGTH, "Cube root of the mean volume of a cell.").symbol("h"),
     level(N_FREE, Kind::I64, Dimension::Number, "Free degrees of freedom."),
     level(N_MULTIPLIERS, Kind::I64, Dimension::Number, "Multipliers."),
     level(LEVEL_STATUS, Kind::Enum(StoredStatus::SPEC), Dimension::Number, "How the solve ended."),
     level(LEVEL_APPLICATIONS, Kind::I64, Dimension::Number, "Applications of the dual operator.").symbol("n_A"),
     level(ENERGY_DIFFERENCE, Kind::F64, Dimension::Number, "|u_h - u_f|_A / |u_f|_A with u_f of the finest mesh.").symbol("e_h"),
     level(LEVEL_ENERGY_ERROR, Kind::F64, Dimension::Number, "|u_h - u|_A / |u_f|_A with the extrapolated limit of e_h^2; NaN where no order is observed."),
+    level(ESTIMATED_ERROR, Kind::F64, Dimension::Number, "Error of u_h over |u_h|_A as its own report estimates it.").optional("absent for a mesh file, and in files before format 1.4"),
     level(POTENTIAL_ENERGY, Kind::F64, Dimension::Energy, "u.Au / 2 - l.u.").symbol("J"),
     level(NORMAL_FORCE, Kind::F64, Dimension::FORCE, "Total normal contact force.").optional(NO_CONTACT),
     GROUP.row(TANGENTIAL_FORCE, Kind::F64, &[Named("n_levels"), Fixed(2)], Dimension::FORCE, "Total tangential multiplier force along t1 and t2.").optional(NO_FRICTION),
@@ -100,6 +102,7 @@ fn write_levels(
     columns.numbers(CELL_SIZE, |l| l.cell_size)?;
     columns.numbers(ENERGY_DIFFERENCE, |l| l.energy_difference)?;
     columns.numbers(LEVEL_ENERGY_ERROR, |l| l.energy_error.unwrap_or(f64::NAN))?;
+    columns.numbers(ESTIMATED_ERROR, |l| l.estimated_error)?;
     columns.numbers(POTENTIAL_ENERGY, |l| l.potential_energy)?;
     let forces: Option<Vec<Forces>> = levels.iter().map(|level| level.forces).collect();
     if let Some(forces) = forces {
@@ -162,6 +165,7 @@ pub(super) fn read(reader: &Reader) -> Result<Option<DiscretisationLadder>, Form
         true => reader.read_vec::<f64>(path).map(Some),
         false => Ok(None),
     };
+    let estimated = optional(ESTIMATED_ERROR)?;
     let normal = optional(NORMAL_FORCE)?;
     let tangential = optional(TANGENTIAL_FORCE)?;
     let forces = |k: usize| {
@@ -180,6 +184,7 @@ pub(super) fn read(reader: &Reader) -> Result<Option<DiscretisationLadder>, Form
         applications: applications[k],
         energy_difference: difference[k],
         energy_error: None,
+        estimated_error: estimated.as_ref().map_or(f64::NAN, |values| values[k]),
         potential_energy: energies[k],
         forces: forces(k),
         cost: costs[k],

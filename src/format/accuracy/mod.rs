@@ -2,9 +2,11 @@
 
 mod ladder;
 mod levels;
+mod ways;
 
 pub(super) use ladder::TABLE as RUNGS_TABLE;
 pub(super) use levels::TABLE as LEVELS_TABLE;
+pub(super) use ways::TABLE as WAYS_TABLE;
 
 use contact3d::convergence::{Accuracy, Cost};
 use runfile::{DatasetSpec, Group, GroupWriter, Kind, Reader, StoreError};
@@ -23,7 +25,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(ADVICE, Kind::Text, &[], Dimension::Number, "What the ladders mean for this mesh, in one sentence.").volatile(),
 ];
 
-/// Writes both ladders and their advice.
+/// Writes both ladders, the ways and their advice.
 ///
 /// # Errors
 /// HDF5 failures.
@@ -34,6 +36,9 @@ pub fn write(writer: &mut GroupWriter<'_>, accuracy: &Accuracy) -> Result<(), St
     }
     if let Some(ladder) = &accuracy.discretisation {
         levels::write(writer, ladder)?;
+    }
+    if let Some(ways) = &accuracy.ways {
+        ways::write(writer, ways)?;
     }
     Ok(())
 }
@@ -49,7 +54,7 @@ pub fn read_advice(reader: &Reader) -> Result<Option<String>, FormatError> {
     Ok(Some(reader.read_text(ADVICE)?))
 }
 
-/// Reads both ladders; orders and limits are computed again.
+/// Reads both ladders and the ways; orders and limits are computed again.
 ///
 /// # Errors
 /// Missing, altered or contradictory datasets.
@@ -59,6 +64,7 @@ pub fn read(reader: &Reader) -> Result<Accuracy, FormatError> {
     Ok(Accuracy {
         algebraic,
         discretisation,
+        ways: ways::read(reader)?,
     })
 }
 

@@ -4,7 +4,7 @@ use std::{path::Path, sync::Arc};
 
 use super::{
     AccuracyProgress, AccuracySettings, Cost, brick_n_div, cost::measure, extrapolated,
-    nested_cells, observed_order, prolongation::prolongate, refinement::with_cells,
+    nested_bricks, observed_order, prolongation::prolongate, refinement::with_brick,
 };
 use crate::{
     elasticity::DofMap,
@@ -16,7 +16,7 @@ use crate::{
 };
 
 /// A mesh is solved again, for the median of its seconds, when once took no longer than this.
-const CHEAP_SECONDS: f64 = 5.0;
+pub(super) const CHEAP_SECONDS: f64 = 5.0;
 
 /// Differences below this share of the quantity are rounding: the solves reach 1e-12.
 const NEGLIGIBLE: f64 = 1e-10;
@@ -37,7 +37,7 @@ pub struct Level {
     pub n_div: usize,
     /// Cells along the edges.
     pub cells: [usize; 3],
-    /// h, the cube root of a cell's volume, in m.
+    /// h, the cube root of the mean volume of a cell, in m.
     pub cell_size: f64,
     /// Free degrees of freedom.
     pub n_free: usize,
@@ -51,6 +51,8 @@ pub struct Level {
     pub energy_difference: f64,
     /// ‖u_h − u‖_A / ‖u_f‖_A with the extrapolated limit; `None` where no order is observed.
     pub energy_error: Option<f64>,
+    /// The estimated error over ‖u_h‖_A; see [`ErrorEstimate::relative`](crate::post::ErrorEstimate::relative).
+    pub estimated_error: f64,
     /// J = ½ uᵀAu − lᵀu in J.
     pub potential_energy: f64,
     /// The foundation's forces; `None` without contact.
@@ -117,12 +119,8 @@ impl DiscretisationLadder {
         let mut levels = Vec::new();
         let mut fields = Vec::new();
         let mut finest = None;
-        for cells in nested_cells(scene, brick, settings)? {
-            let level_scene = solved_to_rounding(with_cells(scene, cells));
-            let level_brick = Brick {
-                cells,
-                ..brick.clone()
-            };
+        for level_brick in nested_bricks(scene, brick, settings)? {
+            let level_scene = solved_to_rounding(with_brick(scene, &level_brick));
             observe(AccuracyProgress::Level(brick_n_div(&level_brick)));
             drop(finest.take());
             let (solved, cost) = measure(CHEAP_SECONDS, || {
@@ -239,7 +237,7 @@ pub(super) fn energy_norm(stiffness: &CscMatrix, displacement: &[f64]) -> f64 {
 }
 
 /// The scene with default settings of assembly and solve.
-fn solved_to_rounding(mut scene: Scene) -> Scene {
+pub(super) fn solved_to_rounding(mut scene: Scene) -> Scene {
     scene.assemble = AssembleSettings::default();
     scene.solve = SolveSettings::default();
     scene
@@ -266,6 +264,7 @@ fn solve_level(scene: &Scene, brick: &Brick, threads: usize) -> Result<SolvedLev
         applications: solution.applications,
         energy_difference: 0.0,
         energy_error: None,
+        estimated_error: report.discretisation_error.relative(),
         potential_energy: r.strain_energy - r.load_work,
         forces: r.contact.map(|contact| Forces {
             normal: contact.normal_force,

@@ -9,20 +9,26 @@ mod advice;
 mod algebraic;
 mod cost;
 mod discretisation;
+mod distance;
 mod prolongation;
 mod refinement;
 mod richardson;
 #[cfg(test)]
 mod tests;
+mod ways;
 
 pub use advice::{Advice, Refinement};
 pub use algebraic::{AlgebraicLadder, EPSILONS, LadderEntry, LadderMethod, LadderResult, Operator};
 pub use cost::Cost;
 pub use discretisation::{DiscretisationLadder, Forces, Level, Trend};
+pub use distance::{Distance, Field, Points, distance};
 pub(crate) use refinement::brick_n_div;
-pub use refinement::nested_cells;
+pub use refinement::nested_bricks;
 pub use richardson::extrapolated;
 pub(crate) use richardson::observed_order;
+pub use ways::{
+    Cheapest, Reference, TARGETS, Way, WayAdvice, WayKind, WayLevel, WayProgress, WaySettings, Ways,
+};
 
 use std::path::Path;
 
@@ -39,15 +45,23 @@ pub struct AccuracySettings {
     pub coarsest: usize,
     /// n_div of the finest mesh, a multiple of the scene's own; chosen when not given.
     pub finest: Option<usize>,
+    /// Where the ways to accuracy end, as a relative error; they are left out when not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ways: Option<f64>,
+    /// Bytes that a mesh of the ways may take; no limit when not given.
+    #[serde(skip)]
+    pub memory: Option<f64>,
 }
 
-/// Both ladders of a scene.
+/// Both ladders of a scene, and its ways to accuracy.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Accuracy {
     /// Errors of the solvers on the scene's own mesh; `None` without contact.
     pub algebraic: Option<AlgebraicLadder>,
     /// Errors of the meshes; `None` for a mesh file, which has no finer meshes.
     pub discretisation: Option<DiscretisationLadder>,
+    /// What linear and quadratic elements on uniform and adaptive meshes reach; `None` where it was not asked for.
+    pub ways: Option<Ways>,
 }
 
 /// What an observer of the ladders sees before each piece of work.
@@ -57,6 +71,8 @@ pub enum AccuracyProgress {
     Level(usize),
     /// The scene's own mesh is solved to this ε.
     LadderEntry(LadderMethod, Operator, f64),
+    /// A mesh of a way to accuracy.
+    Way(WayProgress),
 }
 
 impl Accuracy {
@@ -74,14 +90,26 @@ impl Accuracy {
     ) -> Result<Self, ProblemError> {
         // A finest mesh that cannot be is refused before the long work.
         if let Some(brick) = scene.body.as_brick() {
-            nested_cells(scene, brick, settings)?;
+            nested_bricks(scene, brick, settings)?;
         }
         // The small meshes first: what an allocator keeps of a large one would count as their peak.
         let algebraic = AlgebraicLadder::measure(scene, folder, settings, threads, observe)?;
         let discretisation = DiscretisationLadder::measure(scene, settings, threads, observe)?;
+        let ways = settings.ways.map(|goal| {
+            let settings = WaySettings {
+                budget: settings.budget,
+                goal,
+                coarsest: settings.coarsest,
+                memory: settings.memory,
+            };
+            Ways::measure(scene, folder, &settings, threads, &mut |step| {
+                observe(AccuracyProgress::Way(step));
+            })
+        });
         Ok(Self {
             algebraic,
             discretisation,
+            ways: ways.transpose()?,
         })
     }
 

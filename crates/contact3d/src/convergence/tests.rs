@@ -3,13 +3,16 @@
 use std::path::Path;
 
 use super::{
-    Cost, DiscretisationLadder, Level, discretisation::energy_norm, prolongation::prolongate,
-    refinement::default_finest, refinement::with_cells,
+    AccuracySettings, Cost, DiscretisationLadder, Level,
+    discretisation::energy_norm,
+    nested_bricks,
+    prolongation::{prolongate, tetrahedron_around},
+    refinement::{default_finest, refined, with_brick},
 };
 use crate::{
     elasticity::{DofMap, MaterialField, stiffness},
     mesh::Mesh,
-    scene::{Body, Scene},
+    scene::{Brick, BrickFace, ElementOrder, Scene},
     solver::Status,
 };
 
@@ -39,22 +42,99 @@ fn energy(scene: &Scene, mesh: &Mesh, field: &[[f64; 3]]) -> f64 {
 #[test]
 fn finer_meshes_are_nested_whatever_the_factor_and_the_contact_face() {
     for face in ["z_min", "y_max"] {
-        let coarse_scene = with_cells(&scene(face), [6, 2, 2]);
-        let Body::Brick(brick) = &coarse_scene.body else {
-            panic!("expected a brick");
-        };
-        let coarse = Mesh::of_scene(&coarse_scene, Path::new("")).expect("a brick");
-        let given = field(&coarse);
-        let expected = energy(&coarse_scene, &coarse, &given);
-        for factor in [1, 2, 3, 4] {
-            let fine_scene = with_cells(&coarse_scene, brick.cells.map(|n| n * factor));
-            let fine = Mesh::of_scene(&fine_scene, Path::new("")).expect("a brick");
-            let same = prolongate(brick, &coarse, &given, &fine.coordinates);
-            let found = energy(&fine_scene, &fine, &same);
-            // Sums of a few thousand terms, each rounded to 1e-16.
-            assert!((found / expected - 1.0).abs() < 1e-12, "{face}, {factor}");
+        for (brick, element) in bricks()
+            .into_iter()
+            .zip([ElementOrder::P1, ElementOrder::P2])
+        {
+            let mut scene = scene(face);
+            scene.body.element = element;
+            let coarse_scene = with_brick(&scene, &brick);
+            let coarse = mesh(&coarse_scene);
+            let given = field(&coarse);
+            let expected = energy(&coarse_scene, &coarse, &given);
+            for factor in [1, 2, 3, 4] {
+                let fine_scene = with_brick(&scene, &refined(&brick, factor));
+                let fine = mesh(&fine_scene);
+                let same = prolongate(&brick, &coarse, &given, &fine.coordinates);
+                let found = energy(&fine_scene, &fine, &same);
+                // Sums of a few thousand terms, each rounded to 1e-16.
+                assert!((found / expected - 1.0).abs() < 1e-12, "{face}, {factor}");
+            }
         }
     }
+}
+
+/// Equal cells, and cells graded towards one face and towards both of an axis.
+fn bricks() -> [Brick; 2] {
+    let even = Brick::new([3.0, 1.0, 1.0], [6, 2, 2]);
+    let graded = even
+        .clone()
+        .with_grading(BrickFace::XMin, 1.7)
+        .with_grading(BrickFace::ZMin, 1.4)
+        .with_grading(BrickFace::ZMax, 2.0);
+    [even, graded]
+}
+
+fn mesh(scene: &Scene) -> Mesh {
+    Mesh::of_scene(scene, Path::new("")).expect("a brick")
+}
+
+#[test]
+fn each_tetrahedron_of_a_finer_mesh_lies_in_one_of_a_coarser() {
+    let settings = AccuracySettings {
+        budget: 1.0,
+        coarsest: 1,
+        finest: Some(12),
+        ways: None,
+        memory: None,
+    };
+    // Pairs of equal cells can be merged.
+    let [even, graded] = bricks();
+    let pairs =
+        Brick::new([3.0, 1.0, 1.0], [4, 4, 4]).with_planes(0, vec![0.0, 0.2, 0.4, 1.7, 3.0]);
+    for (brick, expected) in [
+        (even, vec![2, 4, 6, 12]),
+        (graded, vec![2, 4, 6, 12]),
+        (pairs, vec![2, 4, 6, 12]),
+    ] {
+        let scene = with_brick(&scene("z_min"), &brick);
+        let ladder = nested_bricks(&scene, &brick, &settings).expect("nested meshes");
+        let n_divs: Vec<usize> = ladder.iter().map(|brick| brick.cells[2]).collect();
+        assert_eq!(n_divs, expected);
+        let finest = mesh(&with_brick(&scene, &ladder[3]));
+        for brick in &ladder {
+            let coarse = mesh(&with_brick(&scene, brick));
+            let planes = [0, 1, 2].map(|axis| brick.planes(axis));
+            for nodes in &finest.tetrahedra {
+                let corners = finest.corners(nodes);
+                let centre = std::array::from_fn(|c| corners.iter().map(|x| x[c] / 4.0).sum());
+                let (around, _) = tetrahedron_around(&planes, &coarse, &centre);
+                for corner in corners {
+                    let at = coarse.barycentric(around, &corner);
+                    // Differences of coordinates near 1 over cells of 0.02 and more.
+                    assert!(at.iter().all(|weight| *weight > -1e-13), "{at:?}");
+                }
+            }
+        }
+    }
+}
+
+/// Merging cells of different widths would move the planes of a five-tetrahedra cell.
+#[test]
+fn the_ladder_of_a_graded_brick_has_no_coarser_meshes() {
+    let brick = Brick::new([3.0, 1.0, 1.0], [12, 4, 4]).with_grading(BrickFace::XMin, 1.5);
+    let settings = AccuracySettings {
+        budget: 1.0,
+        coarsest: 1,
+        finest: Some(8),
+        ways: None,
+        memory: None,
+    };
+    let ladder = nested_bricks(&with_brick(&scene("z_min"), &brick), &brick, &settings);
+    let ladder = ladder.expect("nested meshes");
+    assert_eq!(ladder[0].planes(0), brick.planes(0));
+    let cells: Vec<[usize; 3]> = ladder.iter().map(|brick| brick.cells).collect();
+    assert_eq!(cells, [[12, 4, 4], [24, 8, 8]]);
 }
 
 fn level(n_div: usize, energy_difference: f64, potential_energy: f64) -> Level {
@@ -68,6 +148,7 @@ fn level(n_div: usize, energy_difference: f64, potential_energy: f64) -> Level {
         applications: 0,
         energy_difference,
         energy_error: None,
+        estimated_error: 0.0,
         potential_energy,
         forces: None,
         cost: Cost {

@@ -11,7 +11,7 @@ use faer::{
 };
 
 use super::ExplicitDual;
-use crate::contact::MultiplierLayout;
+use crate::{contact::MultiplierLayout, linalg::largest_eigenvalue};
 
 /// How much is added to the diagonal of the scaled S when rounding has made it indefinite, in
 /// units of n ε, and by which factor this grows until a factor exists.
@@ -45,14 +45,7 @@ impl LocalStiffness {
     #[must_use]
     pub fn new(dual: &ExplicitDual) -> Self {
         let n = dual.dimension();
-        let kept: Vec<usize> = (0..n).filter(|&j| dual.column(j)[j] > 0.0).collect();
-        let scale: Vec<f64> = kept
-            .iter()
-            .map(|&j| dual.column(j)[j].sqrt().recip())
-            .collect();
-        let scaled = Mat::from_fn(kept.len(), kept.len(), |i, j| {
-            scale[i] * dual.column(kept[j])[kept[i]] * scale[j]
-        });
+        let (kept, scale, scaled) = unit_diagonal(dual);
         let factor = shifted_factor(&scaled);
         let mut stiffness = vec![0.0; n];
         for ((&j, inverse), scale) in kept.iter().zip(inverse_diagonal(&factor)).zip(&scale) {
@@ -108,6 +101,40 @@ impl LocalStiffness {
         }
         solution
     }
+}
+
+/// The components whose rows of S do not vanish, 1/√S_ii of those, and D S D for D = diag(1/√S_ii).
+fn unit_diagonal(dual: &ExplicitDual) -> (Vec<usize>, Vec<f64>, Mat<f64>) {
+    let n = dual.dimension();
+    let kept: Vec<usize> = (0..n).filter(|&j| dual.column(j)[j] > 0.0).collect();
+    let scale: Vec<f64> = kept
+        .iter()
+        .map(|&j| dual.column(j)[j].sqrt().recip())
+        .collect();
+    let scaled = Mat::from_fn(kept.len(), kept.len(), |i, j| {
+        scale[i] * dual.column(kept[j])[kept[i]] * scale[j]
+    });
+    (kept, scale, scaled)
+}
+
+/// The smallest eigenvalue of D S D, the dual operator scaled to a unit diagonal: how far
+/// multipliers of one mesh are from having no effect. On meshes of one shape it does not fall with
+/// their size when the multipliers are stable. By Lanczos' method to a few per cent, after a third of n³ operations for n
+/// multipliers; 1 without panes.
+#[must_use]
+pub fn smallest_eigenvalue(dual: &ExplicitDual) -> f64 {
+    let (kept, _, scaled) = unit_diagonal(dual);
+    if kept.is_empty() {
+        return 1.0;
+    }
+    let factor = shifted_factor(&scaled);
+    let largest_of_inverse = largest_eigenvalue(kept.len(), |v| {
+        let mut x = Mat::from_fn(v.len(), 1, |i, _| v[i]);
+        solve_lower_triangular_in_place(factor.as_ref(), x.as_mut(), Par::Seq);
+        solve_upper_triangular_in_place(factor.transpose(), x.as_mut(), Par::Seq);
+        x.col_as_slice(0).to_vec()
+    });
+    largest_of_inverse.recip()
 }
 
 /// The Cholesky factor of a matrix with diagonal 1, shifted as little as it takes to have one.

@@ -75,15 +75,28 @@ fn in_units(bytes: u64) -> String {
 }
 
 impl Need {
-    /// A and what it is made from, by Euler's formula V − E + F − T = 1 of a ball: every edge
-    /// couples two nodes by 3 × 3 coefficients.
+    /// A and what it is made from: every pair of nodes of a tetrahedron is coupled by 3 × 3
+    /// coefficients.
+    ///
+    /// Pairs follow from Euler's formula V − E + F − T = 1 of a ball with 2F = 4T + boundary
+    /// triangles. P1 has one pair for each edge; P2, where N = V + E, has three within each edge, six
+    /// more on each triangle and three more in each tetrahedron.
     #[must_use]
     pub(super) fn of_stiffness(mesh: &Mesh, dofs: &DofMap) -> Self {
         let nodes = mesh.coordinates.len() as f64;
-        let edges = nodes + mesh.tetrahedra.len() as f64 + mesh.facets.len() as f64 / 2.0;
+        let [tetrahedra, facets] =
+            [mesh.tetrahedra.len(), mesh.facets.len()].map(|count| count as f64);
+        let pairs = match mesh.mid_edges {
+            None => nodes + tetrahedra + facets / 2.0,
+            Some(_) => {
+                let edges = (nodes + tetrahedra + facets / 2.0) / 2.0;
+                let triangles = 2.0 * tetrahedra + facets / 2.0;
+                3.0 * edges + 6.0 * triangles + 3.0 * tetrahedra
+            }
+        };
         // Held nodes have no rows: the share of free unknowns counts twice.
         let free = dofs.n_free as f64 / (3.0 * nodes);
-        let coefficients = 9.0 * (nodes + 2.0 * edges) * free * free;
+        let coefficients = 9.0 * (nodes + 2.0 * pairs) * free * free;
         Self {
             step: "assembling the stiffness",
             memory: (16.0 * coefficients) as u64,
@@ -128,8 +141,9 @@ pub struct OperatorEstimate {
 }
 
 /// The paper's algorithm takes about a thousand applications for four digits and some ten thousand for
-/// eight; forming S pays when it costs less than this many.
-const APPLICATIONS_OF_A_SOLVE: f64 = 1e4;
+/// eight, more where panes differ in size, and their operations wait for memory, which those that form S do not;
+/// forming S pays when it costs less than this many.
+const APPLICATIONS_OF_A_SOLVE: f64 = 3e4;
 
 /// Memory that never matters, in bytes.
 const SMALL_MEMORY: f64 = 256e6;

@@ -2,9 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::quadrature;
+use super::Element;
 use crate::{
-    mesh::{Mesh, tetrahedron_volume, triangle_area},
+    mesh::{Mesh, SidePoint, tetrahedron_volume, triangle_area},
+    reference::{quadrature, shape::quadratic_tetrahedron},
     scene::{
         BodyForce, Invalid, Pressure, Quantity, Scene, Traction, UNDEFINED, Written, place_words,
     },
@@ -34,8 +35,8 @@ impl<'a> Loads<'a> {
 
     /// Consistent nodal forces ∫_{Γ_p} φ p + ∫_Ω φ f in N, `[n_nodes]`.
     ///
-    /// Constants are integrated exactly, formulas by Gauss points of degree 6 on triangles and 5
-    /// in tetrahedra.
+    /// Constants are integrated exactly on straight sides, formulas by Gauss points of degree 6 on
+    /// triangles and 5 in tetrahedra.
     ///
     /// # Errors
     /// A formula that is not finite somewhere.
@@ -44,13 +45,10 @@ impl<'a> Loads<'a> {
         for (i, traction) in self.tractions.iter().enumerate() {
             let key = format!("traction.{i}.value");
             for facet in mesh.facets_on(&traction.face) {
-                let nodes = &mesh.facets[facet];
-                let corners = mesh.corners(nodes);
-                let area = triangle_area(&corners);
+                let side = Side::of(mesh, facet);
                 for (component, value) in traction.value.iter().enumerate() {
-                    let shares = hat_means(value, &corners, quadrature::triangle, &key)?;
-                    for (node, share) in nodes.iter().zip(shares) {
-                        load[*node][component] += area * share;
+                    for (node, share) in side.integrals(value, &key)? {
+                        load[node][component] += share;
                     }
                 }
             }
@@ -58,13 +56,10 @@ impl<'a> Loads<'a> {
         for (i, pressure) in self.pressures.iter().enumerate() {
             let key = format!("pressure.{i}.value");
             for facet in mesh.facets_on(&pressure.face) {
-                let nodes = &mesh.facets[facet];
-                let corners = mesh.corners(nodes);
-                let area = area_vector(&corners);
-                let shares = hat_means(&pressure.value, &corners, quadrature::triangle, &key)?;
-                for (node, share) in nodes.iter().zip(shares) {
+                let side = Side::of(mesh, facet);
+                for (node, share) in side.normal_integrals(&pressure.value, &key)? {
                     for c in 0..3 {
-                        load[*node][c] -= area[c] * share;
+                        load[node][c] -= share[c];
                     }
                 }
             }
@@ -76,18 +71,139 @@ impl<'a> Loads<'a> {
     }
 }
 
+/// A boundary triangle to integrate over.
+enum Side {
+    /// Three nodes.
+    Linear {
+        nodes: [usize; 3],
+        corners: [[f64; 3]; 3],
+    },
+    /// Six nodes; the side may be curved.
+    Quadratic {
+        nodes: [usize; 6],
+        points: Vec<SidePoint>,
+    },
+}
+
+impl Side {
+    fn of(mesh: &Mesh, facet: usize) -> Self {
+        let corners = mesh.facets[facet];
+        match mesh.quadratic_side(facet) {
+            Some((nodes, points)) => Self::Quadratic { nodes, points },
+            None => Self::Linear {
+                nodes: corners,
+                corners: mesh.corners(&corners),
+            },
+        }
+    }
+
+    /// ∫ φ_k value in m² times the value's unit, with the node of each φ_k.
+    fn integrals(&self, value: &Quantity, key: &str) -> Result<Vec<(usize, f64)>, Invalid> {
+        match self {
+            Self::Linear { nodes, corners } => {
+                let area = triangle_area(corners);
+                let means = hat_means(value, corners, quadrature::triangle, key)?;
+                let shares = means.map(|mean| area * mean);
+                Ok(nodes.iter().copied().zip(shares).collect())
+            }
+            Self::Quadratic { nodes, points } => {
+                let mut shares = [0.0; 6];
+                for point in points {
+                    let weighted = finite_at(value, point.at, key)? * point.area.norm();
+                    for (share, shape) in shares.iter_mut().zip(point.shape) {
+                        *share += weighted * shape;
+                    }
+                }
+                Ok(nodes.iter().copied().zip(shares).collect())
+            }
+        }
+    }
+
+    /// ∫ φ_k value ν with the outward normal ν.
+    fn normal_integrals(
+        &self,
+        value: &Quantity,
+        key: &str,
+    ) -> Result<Vec<(usize, Vector3<f64>)>, Invalid> {
+        match self {
+            Self::Linear { nodes, corners } => {
+                let area = area_vector(corners);
+                let means = hat_means(value, corners, quadrature::triangle, key)?;
+                let shares = means.map(|mean| area * mean);
+                Ok(nodes.iter().copied().zip(shares).collect())
+            }
+            Self::Quadratic { nodes, points } => {
+                let mut shares = [Vector3::zeros(); 6];
+                for point in points {
+                    let weighted = point.area * finite_at(value, point.at, key)?;
+                    for (share, shape) in shares.iter_mut().zip(point.shape) {
+                        *share += weighted * shape;
+                    }
+                }
+                Ok(nodes.iter().copied().zip(shares).collect())
+            }
+        }
+    }
+}
+
 fn add_body_force(force: &BodyForce, mesh: &Mesh, load: &mut [[f64; 3]]) -> Result<(), Invalid> {
-    for nodes in &mesh.tetrahedra {
-        let corners = mesh.corners(nodes);
-        let volume = tetrahedron_volume(&corners);
-        for (component, value) in force.value.iter().enumerate() {
-            let shares = hat_means(value, &corners, quadrature::tetrahedron, "body_force.value")?;
-            for (node, share) in nodes.iter().zip(shares) {
-                load[*node][component] += volume * share;
+    const KEY: &str = "body_force.value";
+    for (t, corner_nodes) in mesh.tetrahedra.iter().enumerate() {
+        let corners = mesh.corners(corner_nodes);
+        let shares: Vec<Vec<f64>> = match Element::of(mesh, t) {
+            Element::Linear(_) => {
+                let volume = tetrahedron_volume(&corners);
+                let means = |value| hat_means(value, &corners, quadrature::tetrahedron, KEY);
+                let shares = |value| Ok(means(value)?.map(|mean| volume * mean).to_vec());
+                force
+                    .value
+                    .iter()
+                    .map(shares)
+                    .collect::<Result<_, Invalid>>()?
+            }
+            Element::Quadratic(simplex) => {
+                let point = |at: &[f64; 4]| (quadrature::point(&corners, at), simplex.volume);
+                let shares = |value| quadratic_shares(value, point, KEY);
+                force
+                    .value
+                    .iter()
+                    .map(shares)
+                    .collect::<Result<_, Invalid>>()?
+            }
+            Element::Curved(curved) => {
+                let shares = |value| quadratic_shares(value, |at| curved.place(at), KEY);
+                force
+                    .value
+                    .iter()
+                    .map(shares)
+                    .collect::<Result<_, Invalid>>()?
+            }
+        };
+        for (component, shares) in shares.iter().enumerate() {
+            for (node, share) in mesh.tetrahedron_nodes(t).zip(shares) {
+                load[node][component] += share;
             }
         }
     }
     Ok(())
+}
+
+/// ∫ φ_k value of the ten quadratic shape functions; `place` gives the point in m and the volume
+/// of the whole tetrahedron as its Jacobian there says.
+fn quadratic_shares(
+    value: &Quantity,
+    place: impl Fn(&[f64; 4]) -> ([f64; 3], f64),
+    key: &str,
+) -> Result<Vec<f64>, Invalid> {
+    let mut shares = vec![0.0; 10];
+    for (barycentric, weight) in quadrature::tetrahedron() {
+        let (at, volume) = place(&barycentric);
+        let weighted = finite_at(value, at, key)? * weight * volume;
+        for (share, shape) in shares.iter_mut().zip(quadratic_tetrahedron(&barycentric)) {
+            *share += weighted * shape;
+        }
+    }
+    Ok(shares)
 }
 
 /// Means of value · φ_a over a simplex for its K hat functions φ_a.
@@ -102,16 +218,22 @@ fn hat_means<const K: usize, I: Iterator<Item = ([f64; K], f64)>>(
     }
     let mut means = [0.0; K];
     for (barycentric, weight) in rule() {
-        let at = quadrature::point(corners, &barycentric);
-        let found = value.at(at);
-        if !found.is_finite() {
-            return Err(not_finite(key, value, at));
-        }
+        let found = finite_at(value, quadrature::point(corners, &barycentric), key)?;
         for (mean, hat) in means.iter_mut().zip(barycentric) {
             *mean += weight * found * hat;
         }
     }
     Ok(means)
+}
+
+/// The value at a place in m.
+fn finite_at(value: &Quantity, at: [f64; 3], key: &str) -> Result<f64, Invalid> {
+    let found = value.at(at);
+    if found.is_finite() {
+        Ok(found)
+    } else {
+        Err(not_finite(key, value, at))
+    }
 }
 
 fn not_finite(key: &str, value: &Quantity, at: [f64; 3]) -> Invalid {

@@ -40,6 +40,16 @@ impl<'a> MaterialField<'a> {
         }
     }
 
+    /// C⁻¹ in 1/Pa of the body's own material, then of each region.
+    #[must_use]
+    pub(crate) fn compliances(&self) -> Vec<Matrix6<f64>> {
+        let inverse = |tensor: &Matrix6<f64>| {
+            let inverse = tensor.try_inverse();
+            inverse.expect("a validated material has a positive definite elasticity tensor")
+        };
+        self.tensors.iter().map(inverse).collect()
+    }
+
     /// C in Pa of a tetrahedron.
     #[must_use]
     pub(crate) fn tensor(&self, tetrahedron: usize) -> &Matrix6<f64> {

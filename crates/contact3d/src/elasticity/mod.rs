@@ -1,7 +1,7 @@
-//! Linear elasticity on P1 tetrahedra: the stiffness A, the load l and the degrees of freedom that clamps leave.
+//! Linear elasticity on linear and quadratic tetrahedra: the stiffness A, the load l and the degrees of freedom that clamps leave.
 //!
-//! A tetrahedron T of volume |T| with constant gradients ∇N_a couples its nodes a and b by the 3 × 3 block
-//! A_ab = |T| Σ_jl C_ijkl ∂_j N_a ∂_l N_b in N/m. The rows of a node are gathered by one thread, tetrahedra in
+//! A tetrahedron T couples its nodes a and b by the 3 × 3 block (A_ab)_ik = ∫_T C_ijkl ∂_j N_a ∂_l N_b in N/m, exactly where its
+//! sides are straight, by quadrature where they are curved. The rows of a node are gathered by one thread, tetrahedra in
 //! ascending order, so the sum has the same bits at any number of threads. Tractions, pressures and body forces become
 //! consistent nodal forces, exactly for constants and by Gauss–Legendre products for formulas.
 //!
@@ -14,15 +14,16 @@ mod element;
 mod idle_load;
 mod load;
 mod material_field;
-mod quadrature;
 mod rigid_motion;
+mod simplex;
 mod stiffness;
 
 pub use dofs::DofMap;
-pub(crate) use element::Element;
+pub(crate) use element::{Element, quadratic_gradients};
 pub use idle_load::idle_loads;
 pub use load::Loads;
 pub use material_field::MaterialField;
 pub use rigid_motion::refuse_rigid_motions;
+pub(crate) use simplex::{Simplex, traction};
 pub(crate) use stiffness::node_adjacency;
-pub use stiffness::{internal_forces, stiffness};
+pub use stiffness::{InternalForces, stiffness};

@@ -1,12 +1,12 @@
 //! The stiffness matrix, gathered node by node, and the forces and stresses of a displacement.
 
-use nalgebra::{Matrix3, Matrix6};
+use nalgebra::{Matrix3, Matrix6, Vector3};
 use rayon::prelude::*;
 
 use super::{DofMap, Element, MaterialField};
 use crate::{linalg::CscMatrix, mesh::Mesh};
 
-/// Tetrahedra around each node, as offsets and (tetrahedron, corner) pairs in increasing order.
+/// Tetrahedra around each node, as offsets and (tetrahedron, place in it) pairs in increasing order.
 struct Stars {
     offsets: Vec<usize>,
     corners: Vec<(usize, usize)>,
@@ -15,17 +15,18 @@ struct Stars {
 impl Stars {
     fn new(mesh: &Mesh) -> Self {
         let mut offsets = vec![0; mesh.coordinates.len() + 1];
-        for &node in mesh.tetrahedra.iter().flatten() {
+        let nodes = |t: usize| mesh.tetrahedron_nodes(t);
+        for node in (0..mesh.tetrahedra.len()).flat_map(nodes) {
             offsets[node + 1] += 1;
         }
         for node in 0..mesh.coordinates.len() {
             offsets[node + 1] += offsets[node];
         }
         let mut next = offsets.clone();
-        let mut corners = vec![(0, 0); 4 * mesh.tetrahedra.len()];
-        for (t, nodes) in mesh.tetrahedra.iter().enumerate() {
-            for (corner, &node) in nodes.iter().enumerate() {
-                corners[next[node]] = (t, corner);
+        let mut corners = vec![(0, 0); mesh.nodes_per_tetrahedron() * mesh.tetrahedra.len()];
+        for t in 0..mesh.tetrahedra.len() {
+            for (place, node) in nodes(t).enumerate() {
+                corners[next[node]] = (t, place);
                 next[node] += 1;
             }
         }
@@ -41,7 +42,7 @@ impl Stars {
         let mut found: Vec<usize> = self
             .of(node)
             .iter()
-            .flat_map(|&(t, _)| mesh.tetrahedra[t])
+            .flat_map(|&(t, _)| mesh.tetrahedron_nodes(t))
             .collect();
         found.sort_unstable();
         found.dedup();
@@ -74,10 +75,9 @@ pub(crate) fn node_adjacency(mesh: &Mesh) -> (Vec<usize>, Vec<usize>) {
 /// is symmetric to the last bit.
 #[must_use]
 pub fn stiffness(mesh: &Mesh, material: &MaterialField<'_>, dofs: &DofMap) -> CscMatrix {
-    let elements: Vec<Element> = mesh
-        .tetrahedra
-        .par_iter()
-        .map(|nodes| Element::new(&mesh.corners(nodes)))
+    let elements: Vec<Element> = (0..mesh.tetrahedra.len())
+        .into_par_iter()
+        .map(|t| Element::of(mesh, t))
         .collect();
     let stars = Stars::new(mesh);
     let columns: Vec<Vec<(Vec<usize>, Vec<f64>)>> = (0..mesh.coordinates.len())
@@ -111,7 +111,7 @@ fn node_columns(
     let neighbours = stars.neighbours(mesh, node);
     let mut blocks = vec![Matrix3::<f64>::zeros(); neighbours.len()];
     for &(t, b) in stars.of(node) {
-        for (a, &other) in mesh.tetrahedra[t].iter().enumerate() {
+        for (a, other) in mesh.tetrahedron_nodes(t).enumerate() {
             let at = neighbours.partition_point(|&n| n < other);
             blocks[at] += symmetric_block(&elements[t], material.tensor(t), a, b, other.cmp(&node));
         }
@@ -145,25 +145,48 @@ fn symmetric_block(
     }
 }
 
-/// Internal nodal forces ∫ Gᵀσ(u) in N of a nodal displacement, and the Voigt stress of every
-/// tetrahedron in Pa. At held nodes the forces are reactions plus applied loads.
-#[must_use]
-pub fn internal_forces(
-    mesh: &Mesh,
-    material: &MaterialField<'_>,
-    displacement: &[[f64; 3]],
-) -> (Vec<[f64; 3]>, Vec<[f64; 6]>) {
-    let mut forces = vec![[0.0; 3]; mesh.coordinates.len()];
-    let mut stresses = Vec::with_capacity(mesh.tetrahedra.len());
-    for (t, nodes) in mesh.tetrahedra.iter().enumerate() {
-        let element = Element::new(&mesh.corners(nodes));
-        let stress = element.stress(material.tensor(t), &nodes.map(|n| displacement[n]));
-        for (&node, force) in nodes.iter().zip(element.nodal_forces(&stress)) {
-            for component in 0..3 {
-                forces[node][component] += force[component];
+/// What a displacement does to the body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InternalForces {
+    /// Nodal forces ∫ Gᵀσ(u) in N, `[n_nodes]`; at held nodes they are reactions plus applied loads.
+    pub forces: Vec<[f64; 3]>,
+    /// Voigt stress at the centroid of every tetrahedron in Pa, `[n_tetrahedra]`.
+    pub stress: Vec<[f64; 6]>,
+    /// Voigt stress at the four corners of every quadratic tetrahedron in Pa, `[n_tetrahedra]`;
+    /// empty where stress is constant on tetrahedra.
+    pub corner_stress: Vec<[[f64; 6]; 4]>,
+}
+
+impl InternalForces {
+    /// Evaluates a nodal displacement in m, `[n_nodes]`.
+    #[must_use]
+    pub fn of(mesh: &Mesh, material: &MaterialField<'_>, displacement: &[[f64; 3]]) -> Self {
+        let n_tetrahedra = mesh.tetrahedra.len();
+        let mut found = Self {
+            forces: vec![[0.0; 3]; mesh.coordinates.len()],
+            stress: Vec::with_capacity(n_tetrahedra),
+            corner_stress: Vec::new(),
+        };
+        for t in 0..n_tetrahedra {
+            let element = Element::of(mesh, t);
+            let tensor = material.tensor(t);
+            let local: Vec<[f64; 3]> = mesh.tetrahedron_nodes(t).map(|n| displacement[n]).collect();
+            let mut forces = vec![Vector3::zeros(); local.len()];
+            element.add_internal_forces(tensor, &local, &mut forces);
+            for (node, force) in mesh.tetrahedron_nodes(t).zip(&forces) {
+                for component in 0..3 {
+                    found.forces[node][component] += force[component];
+                }
+            }
+            found
+                .stress
+                .push(element.centroid_stress(tensor, &local).into());
+            if mesh.mid_edges.is_some() {
+                let at = |k| std::array::from_fn(|j| f64::from(u8::from(j == k)));
+                let corner = |k| element.stress(tensor, &local, &at(k)).into();
+                found.corner_stress.push(std::array::from_fn(corner));
             }
         }
-        stresses.push(stress.into());
+        found
     }
-    (forces, stresses)
 }

@@ -1,9 +1,9 @@
-//! The regular mesh of a box, five tetrahedra per cell (HKL §4, Fig. 4).
+//! The mesh of a box, five tetrahedra per cell (HKL §4, Fig. 4).
 
 use super::{RawMesh, tetrahedron_volume};
-use crate::scene::{Brick, BrickFace};
+use crate::scene::{Brick, BrickFace, ElementOrder};
 
-/// The regular mesh of a box: every cell is five tetrahedra (HKL §4, Fig. 4).
+/// The mesh of a box: every cell between its planes is five tetrahedra (HKL §4, Fig. 4).
 ///
 /// The central tetrahedron of a cell joins its four even corners and each of the other four sits
 /// at an odd corner, so every face diagonal joins even nodes and the mesh is conforming. A node
@@ -26,32 +26,46 @@ pub fn brick(spec: &Brick, contact_face: Option<BrickFace>) -> RawMesh {
         facets,
         facet_face,
         face_names: BrickFace::NAMES.map(str::to_owned).to_vec(),
+        mid_edges: None,
     }
 }
 
 /// Nodes, tetrahedra and boundary triangles of a brick; `None` where an index would overflow.
+///
+/// Quadratic tetrahedra have a node more on each edge; there are V + T + (boundary triangles)/2 − 1
+/// edges by Euler's formula.
 #[must_use]
-pub fn brick_counts(spec: &Brick) -> Option<[u64; 3]> {
+pub fn brick_counts(spec: &Brick, element: ElementOrder) -> Option<[u64; 3]> {
     let [nx, ny, nz] = spec.cells.map(|cells| cells as u64);
     let product = |factors: [u64; 3]| factors.into_iter().try_fold(1, u64::checked_mul);
     let next = |cells: u64| cells.checked_add(1);
-    let nodes = product([next(nx)?, next(ny)?, next(nz)?])?;
+    let corners = product([next(nx)?, next(ny)?, next(nz)?])?;
     let tetrahedra = product([nx, ny, nz])?.checked_mul(5)?;
     let mut faces = [(nx, ny), (ny, nz), (nz, nx)].into_iter();
     let triangles = faces.try_fold(0_u64, |sum, (p, q)| sum.checked_add(product([4, p, q])?))?;
+    let edges = || {
+        corners
+            .checked_add(tetrahedra)?
+            .checked_add(triangles / 2 - 1)
+    };
+    let nodes = match element {
+        ElementOrder::P1 => corners,
+        ElementOrder::P2 => corners.checked_add(edges()?)?,
+    };
     Some([nodes, tetrahedra, triangles])
 }
 
-/// The 2 × 2 macro-face that each of some triangles on the contact face lies in.
+/// The pane that each of some triangles on the contact face lies in: a square of cells.
 #[must_use]
-pub(super) fn macro_faces(
+pub(super) fn panes(
     spec: &Brick,
     contact_face: BrickFace,
+    cells_per_pane: usize,
     triangles: impl Iterator<Item = [usize; 3]>,
 ) -> Vec<usize> {
     let grid = Grid::new(spec, Some(contact_face));
     triangles
-        .map(|nodes| grid.pane(contact_face, &nodes))
+        .map(|nodes| grid.pane(contact_face, cells_per_pane, &nodes))
         .collect()
 }
 
@@ -82,11 +96,12 @@ impl Grid {
     }
 
     fn coordinates(&self, spec: &Brick) -> Vec<[f64; 3]> {
+        let planes = [0, 1, 2].map(|axis| spec.planes(axis));
         let n_nodes = self.cells.iter().map(|c| c + 1).product();
         (0..n_nodes)
             .map(|node| {
                 let at = self.position(node);
-                std::array::from_fn(|a| spec.size[a] * (at[a] as f64 / self.cells[a] as f64))
+                std::array::from_fn(|axis| planes[axis][at[axis]])
             })
             .collect()
     }
@@ -150,15 +165,16 @@ impl Grid {
             .unzip()
     }
 
-    /// The 2 × 2 macro-face a contact triangle lies in.
-    fn pane(&self, face: BrickFace, nodes: &[usize; 3]) -> usize {
+    /// The square of cells that a contact triangle lies in.
+    fn pane(&self, face: BrickFace, cells_per_pane: usize, nodes: &[usize; 3]) -> usize {
         let at = nodes.map(|n| self.position(n));
         let [p, q] = match face.axis() {
             0 => [1, 2],
             1 => [0, 2],
             _ => [0, 1],
         };
-        let macro_cell = |axis: usize| at.iter().map(|c| c[axis]).min().unwrap_or(0) / 2;
-        macro_cell(p) + self.cells[p] / 2 * macro_cell(q)
+        let least = |axis: usize| at.iter().map(|c| c[axis]).min().unwrap_or(0);
+        let place = |axis: usize| least(axis) / cells_per_pane;
+        place(p) + self.cells[p] / cells_per_pane * place(q)
     }
 }

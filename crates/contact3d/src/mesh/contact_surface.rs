@@ -4,7 +4,6 @@ use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
 
-use super::triangle_area;
 use crate::linalg::CscMatrix;
 
 /// The contact face Γ_c: its nodes, its triangles, and the pieces that carry multipliers: panes Rⁱ,
@@ -29,45 +28,56 @@ pub struct ContactSurface {
     pub pane_average: CscMatrix,
 }
 
-/// Triangles of a face and what is known of them.
-pub(super) struct FaceTriangles<'a> {
-    pub(super) coordinates: &'a [[f64; 3]],
-    /// All boundary triangles of the mesh.
-    pub(super) mesh_facets: &'a [[usize; 3]],
-    /// Those on the face.
-    pub(super) facets: Vec<usize>,
+/// Triangles of a face and the integrals of their nodes' shape functions.
+pub(super) struct ContactFace {
     pub(super) normal: [f64; 3],
+    pub(super) triangles: Vec<FaceTriangle>,
 }
 
-impl FaceTriangles<'_> {
+/// One triangle of the contact face.
+pub(super) struct FaceTriangle {
+    /// Its place among the boundary triangles of the mesh.
+    pub(super) facet: usize,
+    /// Area in m².
+    pub(super) area: f64,
+    /// Its nodes, each with ∫ φ in m² over the triangle: a third of the area for the corners of P1; on
+    /// straight sides of P2 nothing for corners and a third for the middle of each edge.
+    pub(super) integrals: Vec<(usize, f64)>,
+    /// The nodes that can carry a multiplier of their own: corners of P1, mid-edge nodes of P2.
+    pub(super) carriers: [usize; 3],
+}
+
+impl ContactFace {
     /// The nodes of the face, increasing.
-    pub(super) fn nodes(&self) -> Vec<usize> {
-        let nodes = self.facets.iter().flat_map(|&f| self.mesh_facets[f]);
-        nodes.collect::<BTreeSet<_>>().into_iter().collect()
+    fn nodes(&self) -> Vec<usize> {
+        let nodes = self.triangles.iter().flat_map(|t| &t.integrals);
+        let nodes: BTreeSet<usize> = nodes.map(|(node, _)| *node).collect();
+        nodes.into_iter().collect()
     }
 
-    /// Area of each triangle in m².
-    fn area(&self, facet: usize) -> f64 {
-        triangle_area(&self.mesh_facets[facet].map(|n| self.coordinates[n]))
+    fn facets(&self) -> Vec<usize> {
+        self.triangles
+            .iter()
+            .map(|triangle| triangle.facet)
+            .collect()
     }
 }
 
 impl ContactSurface {
     /// Multipliers that are constant on panes, given the pane of every triangle.
     #[must_use]
-    pub(super) fn with_panes(face: FaceTriangles<'_>, facet_pane: Vec<usize>) -> Self {
+    pub(super) fn with_panes(face: &ContactFace, facet_pane: Vec<usize>) -> Self {
         let nodes = face.nodes();
         let n_panes = facet_pane.iter().max().map_or(0, |p| p + 1);
         let mut shares: Vec<Vec<(usize, f64)>> = vec![Vec::new(); n_panes];
         let mut pane_area = vec![0.0; n_panes];
-        for (&facet, &pane) in face.facets.iter().zip(&facet_pane) {
-            let area = face.area(facet);
-            pane_area[pane] += area;
-            for node in face.mesh_facets[facet] {
+        for (triangle, &pane) in face.triangles.iter().zip(&facet_pane) {
+            pane_area[pane] += triangle.area;
+            for &(node, integral) in triangle.integrals.iter().filter(|(_, i)| *i != 0.0) {
                 let local = nodes.partition_point(|&n| n < node);
                 match shares[pane].iter_mut().find(|(n, _)| *n == local) {
-                    Some((_, share)) => *share += area / 3.0,
-                    None => shares[pane].push((local, area / 3.0)),
+                    Some((_, share)) => *share += integral,
+                    None => shares[pane].push((local, integral)),
                 }
             }
         }
@@ -75,27 +85,29 @@ impl ContactSurface {
             normal: face.normal,
             pane_average: average_matrix(nodes.len(), &mut shares, &pane_area),
             nodes,
-            facets: face.facets,
+            facets: face.facets(),
             facet_pane,
             pane_area,
         }
     }
 
-    /// One multiplier per contact node whose normal displacement is free, with lumped integration.
+    /// One multiplier per carrying contact node whose normal displacement is free, with lumped
+    /// integration: a third of each triangle's area goes to each of its carriers.
     #[must_use]
-    pub(super) fn nodal(face: FaceTriangles<'_>, is_held: impl Fn(usize) -> bool) -> Self {
+    pub(super) fn nodal(face: &ContactFace, is_held: impl Fn(usize) -> bool) -> Self {
         let nodes = face.nodes();
-        let mut hat_integral = vec![0.0; nodes.len()];
-        for &facet in &face.facets {
-            let third = face.area(facet) / 3.0;
-            for node in face.mesh_facets[facet] {
-                hat_integral[nodes.partition_point(|&n| n < node)] += third;
+        let mut weight = vec![0.0; nodes.len()];
+        for triangle in &face.triangles {
+            let third = triangle.area / 3.0;
+            for node in triangle.carriers {
+                weight[nodes.partition_point(|&n| n < node)] += third;
             }
         }
-        let free: Vec<usize> = (0..nodes.len()).filter(|&n| !is_held(nodes[n])).collect();
+        let carries = |n: &usize| weight[*n] > 0.0 && !is_held(nodes[*n]);
+        let free: Vec<usize> = (0..nodes.len()).filter(carries).collect();
         Self {
             normal: face.normal,
-            pane_area: free.iter().map(|&n| hat_integral[n]).collect(),
+            pane_area: free.iter().map(|&n| weight[n]).collect(),
             pane_average: CscMatrix {
                 rows: nodes.len(),
                 cols: free.len(),
@@ -104,7 +116,7 @@ impl ContactSurface {
                 indices: free,
             },
             nodes,
-            facets: face.facets,
+            facets: face.facets(),
             facet_pane: Vec::new(),
         }
     }
@@ -136,11 +148,12 @@ impl ContactSurface {
     }
 }
 
-/// The unit normal of a flat set of triangles, and the largest distance of a corner from the plane
-/// over the extent of the set; `None` for no triangles, or without area.
+/// The unit normal of a flat set of triangles, and the largest distance of a corner or of another
+/// of its nodes from the plane over the extent of the set; `None` for no triangles, or without area.
 pub(super) fn plane_of(
     coordinates: &[[f64; 3]],
     triangles: impl Iterator<Item = [usize; 3]> + Clone,
+    others: impl Iterator<Item = usize>,
 ) -> Option<([f64; 3], f64)> {
     let corners = |t: [usize; 3]| t.map(|n| Vector3::from(coordinates[n]));
     let mut area_vector = Vector3::zeros();
@@ -151,7 +164,8 @@ pub(super) fn plane_of(
     let normal = snap_to_axis(normal);
     let origin = corners(triangles.clone().next()?)[0];
     let (mut distance, mut extent) = (0.0_f64, 0.0_f64);
-    for point in triangles.flat_map(corners) {
+    let others = others.map(|node| Vector3::from(coordinates[node]));
+    for point in triangles.flat_map(corners).chain(others) {
         distance = distance.max((point - origin).dot(&normal).abs());
         extent = extent.max((point - origin).norm());
     }

@@ -1,14 +1,19 @@
 //! Conforming tetrahedral meshes of the body, their boundary and the contact surface.
 
+mod bisection;
 mod brick;
 mod contact_surface;
 mod error;
 mod gmsh;
+mod isoparametric;
+mod mid_edges;
 mod patches;
 #[cfg(test)]
 mod patches_tests;
 mod quality;
+mod refined;
 mod regions;
+mod side;
 
 use std::path::Path;
 
@@ -16,11 +21,17 @@ pub use brick::{brick, brick_counts};
 pub use contact_surface::ContactSurface;
 pub use error::MeshError;
 pub use gmsh::{GmshError, Place, digest_of, parse as parse_gmsh};
+pub(crate) use isoparametric::IsoparametricMap;
+pub use mid_edges::MidEdgeNodes;
 pub use quality::Quality;
+pub use refined::{RefinableBody, Refinement};
+pub(crate) use side::{SidePoint, is_straight};
 
-use contact_surface::{FaceTriangles, plane_of};
+use contact_surface::{ContactFace, FaceTriangle, plane_of};
 
-use crate::scene::{Body, BrickFace, Clamp, Contact, Invalid, MultiplierSpace, Scene, Written};
+use crate::scene::{
+    Brick, BrickFace, Clamp, Contact, ElementOrder, Invalid, MultiplierSpace, Scene, Shape, Written,
+};
 
 /// Largest distance of a contact node from the plane of its face, over the extent of the face:
 /// the digits that mesh files keep.
@@ -43,6 +54,23 @@ pub struct RawMesh {
     pub facet_face: Vec<usize>,
     /// Names of the faces.
     pub face_names: Vec<String>,
+    /// Mid-edge nodes of each tetrahedron on [`TETRAHEDRON_EDGES`](crate::reference::TETRAHEDRON_EDGES), where the body comes with them.
+    pub mid_edges: Option<Vec<[usize; 6]>>,
+}
+
+impl RawMesh {
+    /// The body of a scene.
+    fn of_scene(scene: &Scene, folder: &Path) -> Result<Self, MeshError> {
+        let raw = match &scene.body.shape {
+            Shape::Brick(spec) => {
+                let face = scene.contact.as_ref().map(|contact| &contact.face);
+                brick(spec, face.and_then(|name| BrickFace::named(name)))
+            }
+            Shape::Gmsh(file) => gmsh::read(file, folder)?,
+        };
+        check_face_names(scene, &raw.face_names)?;
+        Ok(raw)
+    }
 }
 
 /// A conforming mesh of positively oriented tetrahedra.
@@ -61,6 +89,8 @@ pub struct Mesh {
     pub facet_face: Vec<usize>,
     /// Names of the faces.
     pub face_names: Vec<String>,
+    /// Mid-edge nodes; `None` in a mesh of linear tetrahedra.
+    pub mid_edges: Option<MidEdgeNodes>,
     /// The contact face Γ_c; `None` in a scene without contact.
     pub contact: Option<ContactSurface>,
 }
@@ -72,15 +102,19 @@ impl Mesh {
     /// [`MeshError`] for an unusable mesh file, and for faces and regions that the scene names and
     /// the mesh does not have.
     pub fn of_scene(scene: &Scene, folder: &Path) -> Result<Self, MeshError> {
-        let raw = match &scene.body {
-            Body::Brick(spec) => {
-                let face = scene.contact.as_ref().map(|contact| &contact.face);
-                brick(spec, face.and_then(|name| BrickFace::named(name)))
-            }
-            Body::Gmsh(file) => gmsh::read(file, folder)?,
-        };
-        check_face_names(scene, &raw.face_names)?;
-        let tetrahedron_region = regions::assign(scene, &raw)?;
+        let raw = RawMesh::of_scene(scene, folder)?;
+        let regions = regions::assign(scene, &raw)?;
+        Self::new(scene, raw, regions, true)
+    }
+
+    /// A mesh of a scene's body with a region for each tetrahedron; `is_regular` says whether that
+    /// of a brick consists of whole cells.
+    fn new(
+        scene: &Scene,
+        raw: RawMesh,
+        tetrahedron_region: Vec<usize>,
+        is_regular: bool,
+    ) -> Result<Self, MeshError> {
         let mut mesh = Self {
             coordinates: raw.coordinates,
             tetrahedra: raw.tetrahedra,
@@ -88,24 +122,70 @@ impl Mesh {
             facets: raw.facets,
             facet_face: raw.facet_face,
             face_names: raw.face_names,
+            mid_edges: None,
             contact: None,
         };
+        mesh.set_element(scene.body.element, raw.mid_edges)?;
         mesh.check_clamp_boxes(&scene.clamps)?;
         if let Some(contact) = &scene.contact {
-            mesh.contact = Some(mesh.contact_surface(scene, contact)?);
+            let cells = match &scene.body.shape {
+                Shape::Brick(spec) if is_regular => Some(spec),
+                Shape::Brick(_) | Shape::Gmsh(_) => None,
+            };
+            mesh.contact = Some(mesh.contact_surface(scene, contact, cells)?);
         }
         Ok(mesh)
+    }
+
+    /// Gives the tetrahedra the mid-edge nodes that quadratic ones have: those of the body, or new
+    /// ones in the middle of straight edges.
+    fn set_element(
+        &mut self,
+        element: ElementOrder,
+        known: Option<Vec<[usize; 6]>>,
+    ) -> Result<(), Invalid> {
+        match (element, known) {
+            (ElementOrder::P1, None) => Ok(()),
+            (ElementOrder::P1, Some(_)) => Err(Invalid {
+                key: "body.element".into(),
+                expected: "\"P2\" for a mesh of second-order tetrahedra".into(),
+                found: "\"P1\"".into(),
+                help:
+                    "set body.element = \"P2\", or make the mesh with elements of the first order"
+                        .into(),
+            }),
+            (ElementOrder::P2, Some(known)) => {
+                let corners = &self.tetrahedra;
+                self.mid_edges = Some(MidEdgeNodes::with_facets(known, corners, &self.facets));
+                Ok(())
+            }
+            (ElementOrder::P2, None) => {
+                let n_corners = self.coordinates.len();
+                let (numbered, edges) =
+                    MidEdgeNodes::number(n_corners, &self.tetrahedra, &self.facets);
+                let middles = edges.iter().map(|[a, b]| {
+                    let (a, b) = (self.coordinates[*a], self.coordinates[*b]);
+                    std::array::from_fn(|c| 0.5 * (a[c] + b[c]))
+                });
+                let middles: Vec<[f64; 3]> = middles.collect();
+                self.coordinates.extend(middles);
+                self.mid_edges = Some(numbered);
+                Ok(())
+            }
+        }
     }
 
     fn contact_surface(
         &self,
         scene: &Scene,
         contact: &Contact,
+        cells: Option<&Brick>,
     ) -> Result<ContactSurface, MeshError> {
         let facets: Vec<usize> = self.facets_on(&contact.face).collect();
-        let triangles = || facets.iter().map(|&f| self.facets[f]);
-        let (normal, unevenness) =
-            plane_of(&self.coordinates, triangles()).unwrap_or(([0.0; 3], f64::INFINITY));
+        let corners: Vec<[usize; 3]> = facets.iter().map(|&f| self.facets[f]).collect();
+        let others = facets.iter().flat_map(|&f| self.facet_nodes(f));
+        let (normal, unevenness) = plane_of(&self.coordinates, corners.iter().copied(), others)
+            .unwrap_or(([0.0; 3], f64::INFINITY));
         if unevenness.is_nan() || unevenness > FLAT {
             return Err(Invalid {
                 key: "contact.face".into(),
@@ -118,28 +198,40 @@ impl Mesh {
             }
             .into());
         }
-        let face = FaceTriangles {
-            coordinates: &self.coordinates,
-            mesh_facets: &self.facets,
+        let face = ContactFace {
             normal,
-            facets: facets.clone(),
+            triangles: facets.iter().map(|&f| self.face_triangle(f)).collect(),
         };
         let held = self.held_nodes(scene);
-        Ok(match (contact.multipliers, &scene.body) {
-            (MultiplierSpace::Nodal, _) => ContactSurface::nodal(face, |node| {
+        Ok(match (contact.multipliers, cells) {
+            (MultiplierSpace::Nodal, _) => ContactSurface::nodal(&face, |node| {
                 (0..3).all(|c| normal[c] == 0.0 || held[node][c])
             }),
-            (MultiplierSpace::Panes, Body::Brick(spec)) => {
+            (MultiplierSpace::Panes, Some(spec)) => {
+                let per_pane = scene.body.element.cells_per_pane();
                 let panes = BrickFace::named(&contact.face)
-                    .map(|side| brick::macro_faces(spec, side, triangles()));
-                ContactSurface::with_panes(face, panes.unwrap_or_default())
+                    .map(|side| brick::panes(spec, side, per_pane, corners.iter().copied()));
+                ContactSurface::with_panes(&face, panes.unwrap_or_default())
             }
-            (MultiplierSpace::Panes, Body::Gmsh(_)) => {
+            (MultiplierSpace::Panes, None) => {
                 let is_free = |node: usize| held[node] == [false; 3];
-                let panes = patches::build(&self.coordinates, &self.facets, &facets, is_free)?;
-                ContactSurface::with_panes(face, panes)
+                let carriers: Vec<[usize; 3]> = face.triangles.iter().map(|t| t.carriers).collect();
+                let panes = patches::build(&self.coordinates, &corners, &carriers, is_free)?;
+                ContactSurface::with_panes(&face, panes)
             }
         })
+    }
+
+    /// A triangle of the contact face with the integrals of its nodes' shape functions.
+    fn face_triangle(&self, facet: usize) -> FaceTriangle {
+        let (area, integrals) = self.side_integrals(facet);
+        let middles = self.mid_edges.as_ref().map(|m| m.facets[facet]);
+        FaceTriangle {
+            facet,
+            area,
+            integrals,
+            carriers: middles.unwrap_or(self.facets[facet]),
+        }
     }
 
     /// Which components of each node the clamps hold, `[n_nodes, 3]`.
@@ -160,7 +252,9 @@ impl Mesh {
     fn clamped_nodes(&self, clamp: &Clamp) -> impl Iterator<Item = usize> {
         let facets = clamp.face.iter().flat_map(|face| self.facets_on(face));
         let boxed = (0..self.coordinates.len()).filter(|&n| clamp.boxes(&self.coordinates[n]));
-        facets.flat_map(|facet| self.facets[facet]).chain(boxed)
+        facets
+            .flat_map(|facet| self.facet_nodes(facet))
+            .chain(boxed)
     }
 
     /// Refuses a box that holds no node, which would have no effect.
@@ -195,6 +289,12 @@ impl Mesh {
     #[must_use]
     pub fn corners<const K: usize>(&self, nodes: &[usize; K]) -> [[f64; 3]; K] {
         nodes.map(|node| self.coordinates[node])
+    }
+
+    /// Area in m² of the straight triangle between the corners of a boundary triangle.
+    #[must_use]
+    pub fn facet_area(&self, facet: usize) -> f64 {
+        triangle_area(&self.corners(&self.facets[facet]))
     }
 
     /// The boundary triangles of one face, as indices; none for a name the mesh does not have.

@@ -5,7 +5,7 @@
 //! this node in N_ij = ∫_{Rⁱ} φ_j is zero in all other rows.
 //!
 //! So a front chooses free nodes inside the face, no two of them neighbours, as long as there are
-//! any. Their stars are the cores of the panes, and panes grow over the triangles left between
+//! any. For P2 the mid-edge nodes take that part. Their stars are the cores of the panes, and panes grow over the triangles left between
 //! them, the smallest first. The squared singular values of |R|^(-1/2) N m^(-1/2) with the masses
 //! m_j = ∫ φ_j are then at least |star|/(3|R|), for the pane where this is smallest.
 
@@ -17,22 +17,23 @@ use std::{
 use nalgebra::Vector3;
 
 use super::triangle_area;
-use crate::scene::Invalid;
+use crate::{reference::TRIANGLE_EDGES, scene::Invalid};
 
 /// The pane of each contact triangle; panes are numbered row by row along increasing z, y, x.
 ///
-/// `facets` are the contact triangles among `mesh_facets`, and `is_free` says which nodes can move.
+/// `carriers` are the nodes of each triangle that can stand inside a pane of their own: its corners
+/// for P1, the middles of its edges for P2, whose stars are the two triangles at an edge. `is_free`
+/// says which nodes can move.
 ///
 /// # Errors
 /// When a part of the contact face has no free node inside it.
 pub(super) fn build(
     coordinates: &[[f64; 3]],
-    mesh_facets: &[[usize; 3]],
-    facets: &[usize],
+    triangles: &[[usize; 3]],
+    carriers: &[[usize; 3]],
     is_free: impl Fn(usize) -> bool,
 ) -> Result<Vec<usize>, Invalid> {
-    let triangles: Vec<[usize; 3]> = facets.iter().map(|&f| mesh_facets[f]).collect();
-    let surface = Surface::new(coordinates, &triangles, is_free);
+    let surface = Surface::new(coordinates, triangles, carriers, is_free);
     if surface.inner.is_empty() {
         let found = format!(
             "{} triangles whose nodes are all on its edge or held",
@@ -81,10 +82,11 @@ impl<'a> Surface<'a> {
     fn new(
         coordinates: &[[f64; 3]],
         triangles: &'a [[usize; 3]],
+        carriers: &[[usize; 3]],
         is_free: impl Fn(usize) -> bool,
     ) -> Self {
         let corners = |t: &[usize; 3]| t.map(|n| coordinates[n]);
-        let (next, edge_nodes) = adjacency(triangles);
+        let (next, edge_nodes) = adjacency(triangles, carriers);
         let mut surface = Self {
             triangles,
             area: triangles
@@ -99,7 +101,7 @@ impl<'a> Surface<'a> {
             inner: BTreeMap::new(),
             mean_star: 0.0,
         };
-        for (t, nodes) in triangles.iter().enumerate() {
+        for (t, nodes) in carriers.iter().enumerate() {
             for &node in nodes {
                 if edge_nodes.contains(&node) || !is_free(node) {
                     continue;
@@ -240,24 +242,38 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// The triangles across each triangle's edges, and the nodes on the edge of the whole face.
-fn adjacency(triangles: &[[usize; 3]]) -> (Vec<Vec<usize>>, BTreeSet<usize>) {
-    let mut edges: Vec<([usize; 2], usize)> = triangles
+/// The triangles across each triangle's edges, and the carriers on the edge of the whole face.
+fn adjacency(
+    triangles: &[[usize; 3]],
+    carriers: &[[usize; 3]],
+) -> (Vec<Vec<usize>>, BTreeSet<usize>) {
+    let mut edges: Vec<([usize; 2], usize, usize)> = triangles
         .iter()
         .enumerate()
-        .flat_map(|(t, &[a, b, c])| {
-            [[a, b], [b, c], [c, a]].map(|[p, q]| ([p.min(q), p.max(q)], t))
+        .flat_map(|(t, nodes)| {
+            let sides = TRIANGLE_EDGES.into_iter().enumerate();
+            sides.map(move |(side, [a, b])| {
+                let (p, q) = (nodes[a], nodes[b]);
+                ([p.min(q), p.max(q)], t, side)
+            })
         })
         .collect();
     edges.sort_unstable();
     let mut next = vec![Vec::new(); triangles.len()];
     let mut edge_nodes = BTreeSet::new();
     for shared in edges.chunk_by(|a, b| a.0 == b.0) {
-        if let &[(_, s), (_, t)] = shared {
+        if let &[(_, s, _), (_, t, _)] = shared {
             next[s].push(t);
             next[t].push(s);
         } else {
-            edge_nodes.extend(shared[0].0);
+            for &(ends, t, side) in shared {
+                let on_edge = carriers[t].contains(&ends[0]);
+                if on_edge {
+                    edge_nodes.extend(ends);
+                } else {
+                    edge_nodes.insert(carriers[t][side]);
+                }
+            }
         }
     }
     (next, edge_nodes)

@@ -17,8 +17,7 @@ struct Flat {
 
 impl Flat {
     fn build(&self, is_free: impl Fn(usize) -> bool) -> Result<Vec<usize>, Invalid> {
-        let all: Vec<usize> = (0..self.triangles.len()).collect();
-        build(&self.coordinates, &self.triangles, &all, is_free)
+        build(&self.coordinates, &self.triangles, &self.triangles, is_free)
     }
 
     fn area(&self, t: usize) -> f64 {

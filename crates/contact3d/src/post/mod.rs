@@ -1,11 +1,13 @@
 //! What a solution means: contact zones, stresses, resultants, and a certificate.
 
 mod certificate;
+mod estimate;
 mod range;
 mod resultants;
 mod zones;
 
 pub use certificate::{Certificate, ContactCertificate, FrictionCertificate};
+pub use estimate::{ContactError, ErrorEstimate};
 pub use range::OutOfRange;
 pub use resultants::{ContactResultants, Resultants, Vector, von_mises};
 pub use zones::{PaneCoulomb, PaneFriction, PaneState, Zone};
@@ -13,7 +15,7 @@ pub use zones::{PaneCoulomb, PaneFriction, PaneState, Zone};
 use crate::{
     contact::{CoulombLaw, Coupling, FrictionField, nodal_slip},
     dual::{PrimalSystem, pane_stiffness},
-    elasticity::{Loads, MaterialField, internal_forces},
+    elasticity::{InternalForces, Loads, MaterialField},
     mesh::Mesh,
     scene::{Invalid, Scene},
     solver::{ContactState, Solution},
@@ -80,14 +82,19 @@ pub struct ContactReport {
     pub friction: Option<FrictionField>,
     /// Nodal displacement, `[n_nodes]`, in m.
     pub displacement: Vec<[f64; 3]>,
-    /// Voigt stress (xx, yy, zz, yz, xz, xy) of each tetrahedron in Pa.
+    /// Voigt stress (xx, yy, zz, yz, xz, xy) at the centroid of each tetrahedron in Pa.
     pub stress: Vec<[f64; 6]>,
+    /// Voigt stress at the corners of each quadratic tetrahedron in Pa; empty with linear ones,
+    /// where stress is constant.
+    pub corner_stress: Vec<[[f64; 6]; 4]>,
     /// Von Mises stress of each tetrahedron in Pa.
     pub von_mises: Vec<f64>,
     /// Forces, moments and energies of the whole body.
     pub resultants: Resultants,
     /// How well the discrete problem is satisfied.
     pub certificate: Certificate,
+    /// The estimated distance of the discrete solution from the body it models.
+    pub discretisation_error: ErrorEstimate,
     /// A figure that double precision does not hold; the solve has failed if there is one.
     pub out_of_range: Option<OutOfRange>,
 }
@@ -109,13 +116,23 @@ impl ContactReport {
         });
         let displacement = solved.system.dofs.to_nodes(&solved.solution.displacement);
         let material = MaterialField::new(solved.scene, solved.mesh);
-        let (internal, stress) = internal_forces(solved.mesh, &material, &displacement);
+        let internal = InternalForces::of(solved.mesh, &material, &displacement);
         let applied = Loads::of(solved.scene).nodal_forces(solved.mesh)?;
+        let resultants = Resultants::new(solved, &displacement, &applied, &internal.forces);
+        let known = estimate::Known {
+            displacement: &displacement,
+            internal: &internal,
+            panes: &panes,
+            stiffness: &stiffness,
+            strain_energy: resultants.strain_energy,
+        };
         let mut report = Self {
-            resultants: Resultants::new(solved, &displacement, &applied, &internal),
+            discretisation_error: ErrorEstimate::new(solved, &known),
+            resultants,
             certificate: Certificate::new(solved, &panes, &stiffness),
-            von_mises: stress.iter().map(von_mises).collect(),
-            stress,
+            von_mises: internal.stress.iter().map(von_mises).collect(),
+            stress: internal.stress,
+            corner_stress: internal.corner_stress,
             panes,
             friction: friction.map(|(_, field)| field),
             displacement,

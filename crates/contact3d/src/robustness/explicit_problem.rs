@@ -3,9 +3,10 @@
 use std::{path::Path, sync::Arc};
 
 use crate::{
+    adaptation::adapted,
     dual::ExplicitDual,
     linalg::norm,
-    mesh::{ContactSurface, Mesh},
+    mesh::{ContactSurface, Mesh, Refinement},
     problem::{AssembledProblem, Problem, ProblemError},
     scene::{DualOperatorKind, Invalid, Scene},
     solver::ContactState,
@@ -17,13 +18,37 @@ const ZERO: f64 = 1e-12;
 /// A scene with contact, assembled in memory with the dense dual operator.
 pub(super) struct ExplicitProblem {
     pub(super) assembled: AssembledProblem,
+    /// The cuts that its mesh came from.
+    pub(super) refinement: Refinement,
 }
 
 impl ExplicitProblem {
-    /// Assembles a scene; mesh files are looked for in `folder`.
+    /// Assembles a scene on the mesh it asks for, an adaptive one included; mesh files are looked for
+    /// in `folder`.
     pub(super) fn new(scene: Scene, folder: &Path, threads: usize) -> Result<Self, ProblemError> {
-        let mesh = Mesh::of_scene(&scene, folder)?;
-        Self::on_mesh(scene, mesh, threads)
+        let refinement = match scene.adapt {
+            None => Refinement::default(),
+            Some(_) => {
+                adapted(scene.clone(), folder, threads, &mut |_| {})?
+                    .adaptation
+                    .refinement
+            }
+        };
+        Self::refined(scene, folder, refinement, threads)
+    }
+
+    /// Assembles a scene on a refined mesh.
+    pub(super) fn refined(
+        scene: Scene,
+        folder: &Path,
+        refinement: Refinement,
+        threads: usize,
+    ) -> Result<Self, ProblemError> {
+        let mesh = Mesh::refined(&scene, folder, &refinement)?;
+        Ok(Self {
+            refinement,
+            ..Self::on_mesh(scene, mesh, threads)?
+        })
     }
 
     /// Assembles a scene on a mesh of its body.
@@ -39,6 +64,7 @@ impl ExplicitProblem {
         let problem = Problem::of_checked(scene, Arc::new(mesh))?;
         Ok(Self {
             assembled: problem.assemble_with(threads)?,
+            refinement: Refinement::default(),
         })
     }
 

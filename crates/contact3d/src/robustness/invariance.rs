@@ -156,13 +156,16 @@ fn changed(
 ) -> Result<Option<(Status, Vec<f64>)>, ProblemError> {
     let scene = problem.assembled.scene();
     if let Some(scaling) = invariance.scaling() {
-        let other = ExplicitProblem::new(scaling.apply(scene)?, folder, threads)?;
+        let (scaled, cuts) = (scaling.apply(scene)?, problem.refinement.clone());
+        let other = ExplicitProblem::refined(scaled, folder, cuts, threads)?;
         let solution = other.assembled.solve(&scene.solve)?;
         let multiplier = solution.multiplier.iter().map(|l| l / scaling.stress);
         return Ok(Some((solution.status, multiplier.collect())));
     }
     if let Some(symmetry) = invariance.symmetry() {
-        let Some(image) = symmetry.apply(scene)? else {
+        // The tetrahedra of an image are numbered otherwise, so cuts have no image.
+        let image = symmetry.apply(scene)?;
+        let Some(image) = image.filter(|_| problem.refinement.is_empty()) else {
             return Ok(None);
         };
         let other = ExplicitProblem::new(image, folder, threads)?;
@@ -182,7 +185,8 @@ fn changed(
         return Ok(None);
     };
     let solution = pool.install(|| -> Result<Solution, ProblemError> {
-        let other = ExplicitProblem::new(scene.clone(), folder, other_count)?;
+        let cuts = problem.refinement.clone();
+        let other = ExplicitProblem::refined(scene.clone(), folder, cuts, other_count)?;
         other.assembled.solve(&scene.solve)
     })?;
     Ok(Some((solution.status, solution.multiplier)))

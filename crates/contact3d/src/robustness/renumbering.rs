@@ -2,7 +2,7 @@
 
 use crate::{
     linalg::CscMatrix,
-    mesh::{ContactSurface, Mesh},
+    mesh::{ContactSurface, Mesh, MidEdgeNodes},
 };
 
 /// A stride near the golden section of any number scatters neighbours far apart.
@@ -27,6 +27,15 @@ pub(super) fn renumbered(mesh: &Mesh) -> Mesh {
         facets: mesh.facets.iter().map(|f| f.map(|n| new[n])).collect(),
         facet_face: mesh.facet_face.clone(),
         face_names: mesh.face_names.clone(),
+        mid_edges: mesh.mid_edges.as_ref().map(|middles| MidEdgeNodes {
+            tetrahedra: middles
+                .tetrahedra
+                .iter()
+                .rev()
+                .map(|m| m.map(|n| new[n]))
+                .collect(),
+            facets: middles.facets.iter().map(|m| m.map(|n| new[n])).collect(),
+        }),
         contact: mesh
             .contact
             .as_ref()

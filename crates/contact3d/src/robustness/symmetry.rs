@@ -2,7 +2,8 @@
 
 use super::scaling::unscalable;
 use crate::scene::{
-    Coefficient, Component, Friction, Invalid, Material, Part, Quantity, Scene, replace_names,
+    Brick, Coefficient, Component, Friction, Invalid, Material, Part, Quantity, Scene,
+    replace_names,
 };
 
 /// A map of space onto itself that takes a brick on z_min to a brick on z_min, and its mesh to the
@@ -43,6 +44,7 @@ impl Symmetry {
         if let Some(brick) = image.body.as_brick_mut() {
             brick.size = self.positive(brick.size);
             brick.cells = self.positive(brick.cells);
+            self.map_planes(brick);
         }
         let width = brick.size[1];
         self.map_body(&mut image, width);
@@ -82,6 +84,26 @@ impl Symmetry {
         match self {
             Self::Mirror => [x, y, z],
             Self::Exchange => [y, x, z],
+        }
+    }
+
+    /// Where the planes between the cells of a brick go.
+    fn map_planes(self, brick: &mut Brick) {
+        let (grading, planes) = (&mut brick.grading, &mut brick.coordinates);
+        match self {
+            Self::Mirror => {
+                std::mem::swap(&mut grading.y_min, &mut grading.y_max);
+                if let Some(given) = &mut planes.y {
+                    let width = brick.size[1];
+                    given.reverse();
+                    given.iter_mut().for_each(|y| *y = width - *y);
+                }
+            }
+            Self::Exchange => {
+                std::mem::swap(&mut grading.x_min, &mut grading.y_min);
+                std::mem::swap(&mut grading.x_max, &mut grading.y_max);
+                std::mem::swap(&mut planes.x, &mut planes.y);
+            }
         }
     }
 

@@ -5,17 +5,99 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Most cells of a brick along an edge.
-pub const MOST_CELLS: usize = 4096;
+use super::Brick;
 
-/// The body Ω.
+/// The body Ω and the finite element of its displacement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Body {
-    /// The box (0, Lx) × (0, Ly) × (0, Lz) cut in equal cells of five tetrahedra each.
+#[serde(try_from = "BodyTable", into = "BodyTable")]
+#[schemars(with = "BodyTable")]
+pub struct Body {
+    /// Where the tetrahedra come from.
+    pub shape: Shape,
+    /// The element.
+    pub element: ElementOrder,
+}
+
+/// Where the tetrahedra of a body come from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Shape {
+    /// The box (0, Lx) × (0, Ly) × (0, Lz) cut in cells of five tetrahedra each.
     Brick(Brick),
     /// A tetrahedral mesh from a Gmsh file.
     Gmsh(GmshFile),
+}
+
+/// A body as a scene file writes it: `element`, and either `brick` or `gmsh`.
+#[derive(Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{"required": ["brick"]}, {"required": ["gmsh"]}]))]
+struct BodyTable {
+    /// The finite element of the displacement.
+    #[serde(default, skip_serializing_if = "ElementOrder::is_default")]
+    element: ElementOrder,
+    /// The box (0, Lx) × (0, Ly) × (0, Lz) cut in cells of five tetrahedra each.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    brick: Option<Brick>,
+    /// A tetrahedral mesh from a Gmsh file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    gmsh: Option<GmshFile>,
+}
+
+impl TryFrom<BodyTable> for Body {
+    type Error = String;
+
+    fn try_from(table: BodyTable) -> Result<Self, String> {
+        let shape = match (table.brick, table.gmsh) {
+            (Some(brick), None) => Shape::Brick(brick),
+            (None, Some(gmsh)) => Shape::Gmsh(gmsh),
+            (None, None) | (Some(_), Some(_)) => {
+                return Err("wanted exactly 1 element of brick and gmsh".into());
+            }
+        };
+        Ok(Self {
+            shape,
+            element: table.element,
+        })
+    }
+}
+
+impl From<Body> for BodyTable {
+    fn from(body: Body) -> Self {
+        let (brick, gmsh) = match body.shape {
+            Shape::Brick(brick) => (Some(brick), None),
+            Shape::Gmsh(gmsh) => (None, Some(gmsh)),
+        };
+        Self {
+            element: body.element,
+            brick,
+            gmsh,
+        }
+    }
+}
+
+impl From<Brick> for Body {
+    fn from(brick: Brick) -> Self {
+        Shape::Brick(brick).into()
+    }
+}
+
+impl From<Shape> for Body {
+    fn from(shape: Shape) -> Self {
+        Self {
+            shape,
+            element: ElementOrder::default(),
+        }
+    }
+}
+
+/// The finite element of the displacement.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+pub enum ElementOrder {
+    /// Linear tetrahedra, the paper's; panes of a brick are 2 × 2 cells.
+    #[default]
+    P1,
+    /// Quadratic tetrahedra; panes of a brick are single cells.
+    P2,
 }
 
 impl Body {
@@ -23,56 +105,68 @@ impl Body {
     /// mirror images) asks for it.
     #[must_use]
     pub fn as_brick(&self) -> Option<&Brick> {
-        match self {
-            Self::Brick(brick) => Some(brick),
-            Self::Gmsh(_) => None,
+        match &self.shape {
+            Shape::Brick(brick) => Some(brick),
+            Shape::Gmsh(_) => None,
         }
     }
 
     /// As [`Self::as_brick`], to change.
     #[must_use]
     pub fn as_brick_mut(&mut self) -> Option<&mut Brick> {
-        match self {
-            Self::Brick(brick) => Some(brick),
-            Self::Gmsh(_) => None,
+        match &mut self.shape {
+            Shape::Brick(brick) => Some(brick),
+            Shape::Gmsh(_) => None,
         }
     }
 
     /// The mesh file, whose physical groups name faces and regions; `None` for other bodies.
     #[must_use]
     pub fn mesh_file(&self) -> Option<&GmshFile> {
-        match self {
-            Self::Brick(_) => None,
-            Self::Gmsh(file) => Some(file),
+        match &self.shape {
+            Shape::Brick(_) => None,
+            Shape::Gmsh(file) => Some(file),
         }
     }
 
     /// As [`Self::mesh_file`], to change.
     #[must_use]
     pub fn mesh_file_mut(&mut self) -> Option<&mut GmshFile> {
-        match self {
-            Self::Brick(_) => None,
-            Self::Gmsh(file) => Some(file),
+        match &mut self.shape {
+            Shape::Brick(_) => None,
+            Shape::Gmsh(file) => Some(file),
         }
     }
 
     /// Multiplies all lengths of the body.
     pub fn scale(&mut self, factor: f64) {
-        match self {
-            Self::Brick(brick) => brick.size = brick.size.map(|l| l * factor),
-            Self::Gmsh(file) => file.unit *= factor,
+        match &mut self.shape {
+            Shape::Brick(brick) => brick.scale(factor),
+            Shape::Gmsh(file) => file.unit *= factor,
         }
     }
 }
 
-/// A box and its regular mesh (HKL §4).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Brick {
-    /// Edge lengths [Lx, Ly, Lz] in m.
-    pub size: [f64; 3],
-    /// Numbers of cells [nx, ny, nz]; with panes, even along the two axes of the contact face.
-    pub cells: [usize; 3],
+impl ElementOrder {
+    #[expect(
+        clippy::trivially_copy_pass_by_ref,
+        reason = "serde asks for a reference"
+    )]
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Cells of a brick along the edge of a pane.
+    ///
+    /// Every pane needs a node of its own in its inside, or S is nearly singular: with P1 the centre
+    /// of 2 × 2 cells, with P2 the middle of a cell's diagonal.
+    #[must_use]
+    pub fn cells_per_pane(self) -> usize {
+        match self {
+            Self::P1 => 2,
+            Self::P2 => 1,
+        }
+    }
 }
 
 /// A mesh file of Gmsh, format 2.2 or 4.1, text or binary. Physical surfaces name the faces,
@@ -93,55 +187,4 @@ pub struct GmshFile {
 
 fn one() -> f64 {
     1.0
-}
-
-/// A face of the brick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum BrickFace {
-    /// x = 0.
-    XMin,
-    /// x = Lx.
-    XMax,
-    /// y = 0.
-    YMin,
-    /// y = Ly.
-    YMax,
-    /// z = 0.
-    ZMin,
-    /// z = Lz.
-    ZMax,
-}
-
-impl BrickFace {
-    /// All faces, in the order of their numbers 0…5.
-    pub const ALL: [Self; 6] = [
-        Self::XMin,
-        Self::XMax,
-        Self::YMin,
-        Self::YMax,
-        Self::ZMin,
-        Self::ZMax,
-    ];
-
-    /// The names used in scene files.
-    pub const NAMES: [&str; 6] = ["x_min", "x_max", "y_min", "y_max", "z_min", "z_max"];
-
-    /// The face of a name.
-    #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        let place = Self::NAMES.iter().position(|n| *n == name)?;
-        Some(Self::ALL[place])
-    }
-
-    /// The coordinate axis the face is perpendicular to (0, 1, 2).
-    #[must_use]
-    pub fn axis(self) -> usize {
-        self as usize / 2
-    }
-
-    /// Whether the face lies at the upper end of its axis.
-    #[must_use]
-    pub fn is_max(self) -> bool {
-        self as usize % 2 == 1
-    }
 }

@@ -6,9 +6,10 @@ use units::Units;
 
 use super::{
     AssembleSettings, Body, BodyForce, Brick, Clamp, Coefficient, Component, Contact,
-    DualOperatorKind, Expression, ExpressionError, Formula, Friction, GmshFile, Invalid, Isotropic,
-    LawFunction, LawPoint, Material, MultiplierSpace, POSITION, Parameters, Part, PlaceFunction,
-    Pressure, Quantity, Ramp, Region, Scene, SlipDerivative, SolveSettings, Table, Traction,
+    DualOperatorKind, ElementOrder, Expression, ExpressionError, Formula, Friction, GmshFile,
+    Invalid, Isotropic, LawFunction, LawPoint, Material, MultiplierSpace, POSITION, Parameters,
+    Part, PlaceFunction, Pressure, Quantity, Ramp, Region, Scene, Shape, SlipDerivative,
+    SolveSettings, Table, Traction,
 };
 
 impl Scene {
@@ -42,6 +43,7 @@ impl Scene {
             friction: None,
             assemble: AssembleSettings::default(),
             solve: SolveSettings::default(),
+            adapt: None,
         }
     }
 
@@ -129,20 +131,27 @@ impl Scene {
 }
 
 impl Body {
-    /// A box (0, Lx) × (0, Ly) × (0, Lz) in m, cut in equal cells.
+    /// A box (0, Lx) × (0, Ly) × (0, Lz) in m, cut in equal cells; for others make a [`Brick`] first.
     #[must_use]
     pub fn brick(size: [f64; 3], cells: [usize; 3]) -> Self {
-        Self::Brick(Brick { size, cells })
+        Brick::new(size, cells).into()
     }
 
     /// A mesh file of Gmsh whose unit of length is `unit` metres.
     #[must_use]
     pub fn gmsh(file: impl Into<PathBuf>, unit: f64) -> Self {
-        Self::Gmsh(GmshFile {
+        let file = GmshFile {
             file: file.into(),
             unit,
             digest: None,
-        })
+        };
+        Shape::Gmsh(file).into()
+    }
+
+    /// The same body with other elements.
+    #[must_use]
+    pub fn with_element(self, element: ElementOrder) -> Self {
+        Self { element, ..self }
     }
 }
 

@@ -3,9 +3,12 @@
 //! Lengths are metres, forces newtons, stresses pascals in the documentation; a scene may name other
 //! units, because no constant of the program has a unit.
 
+mod adapt;
 mod body;
 mod bounded;
+mod brick;
 mod build;
+mod cell_grading;
 mod coefficient;
 mod contact;
 mod error;
@@ -27,8 +30,10 @@ mod validate;
 mod warning;
 mod written;
 
-pub use body::{Body, Brick, BrickFace, GmshFile, MOST_CELLS};
+pub use adapt::AdaptSettings;
+pub use body::{Body, ElementOrder, GmshFile, Shape};
 pub use bounded::{read_bounded, require_regular};
+pub use brick::{Brick, BrickFace, GivenPlanes, Grading, MOST_CELLS};
 pub use coefficient::{Coefficient, LawPoint, Ramp, SlipDerivative};
 pub use contact::{Contact, MultiplierSpace};
 pub use error::{Invalid, SceneError, SyntaxProblem, Unwritable, numbers};
@@ -103,6 +108,9 @@ pub struct Scene {
     /// How the discrete problem is solved.
     #[serde(default)]
     pub solve: SolveSettings,
+    /// How accurate the mesh has to be; without it the mesh is the body's own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub adapt: Option<AdaptSettings>,
 }
 
 impl Scene {

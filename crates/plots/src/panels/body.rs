@@ -1,6 +1,6 @@
-//! Panel (c): the deformed body on its support.
+//! Panel (c): the deformed body on its support; and, by itself, where the error sits on the body at rest.
 
-use units::Dimension;
+use units::{Dimension, Unit};
 
 use super::PanelSpec;
 use crate::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
@@ -31,11 +31,52 @@ pub(super) const PANEL: PanelSpec = PanelSpec {
     draw: |figure| Some(body_panel(figure.picture, &figure.layout)),
 };
 
-/// The deformed boundary coloured by |u|, the undeformed outline, the support and the axes.
+/// What colours the boundary.
+struct Shown {
+    title: Label,
+    /// A value for each node.
+    magnitude: Vec<f64>,
+    symbol: Label,
+    unit: Unit,
+    /// Whether the body is drawn deformed.
+    deforms: bool,
+}
+
 fn body_panel(picture: &ContactPicture<'_>, layout: &Layout) -> Canvas {
-    let mut canvas = layout.panel(&Label::plain("(c) Deformed body"));
+    let shown = Shown {
+        title: Label::plain("(c) Deformed body"),
+        magnitude: picture.displacement.iter().map(|&u| norm(u)).collect(),
+        symbol: Label::plain("|").italic("u").upright("|"),
+        unit: picture.units.of(Dimension::LENGTH),
+        deforms: true,
+    };
+    drawn_body(picture, layout, &shown)
+}
+
+/// The estimated error on the boundary of the body at rest: the logarithm of `density`, a positive value for
+/// each node.
+pub(in crate::panels) fn error_panel(
+    picture: &ContactPicture<'_>,
+    layout: &Layout,
+    density: &[f64],
+) -> Canvas {
+    let shown = Shown {
+        title: Label::plain("Estimated discretisation error"),
+        magnitude: density.iter().map(|value| value.log10()).collect(),
+        symbol: Label::plain("log")
+            .subscript("10")
+            .upright(" of error per volume over its mean"),
+        unit: picture.units.of(Dimension::Number),
+        deforms: false,
+    };
+    drawn_body(picture, layout, &shown)
+}
+
+/// The boundary coloured by a value, the undeformed outline, the support and the axes.
+fn drawn_body(picture: &ContactPicture<'_>, layout: &Layout, shown: &Shown) -> Canvas {
+    let mut canvas = layout.panel(&shown.title);
     let view = View::new(picture);
-    let magnitude: Vec<f64> = picture.displacement.iter().map(|&u| norm(u)).collect();
+    let magnitude = &shown.magnitude;
     let undeformed: Vec<Vector> = picture
         .coordinates
         .iter()
@@ -43,7 +84,10 @@ fn body_panel(picture: &ContactPicture<'_>, layout: &Layout) -> Canvas {
         .collect();
     let triangles = picture.boundary_triangles;
     let edges = surface_edges(triangles);
-    let factor = displacement_factor(picture, &view, &undeformed, &edges);
+    let factor = match shown.deforms {
+        true => displacement_factor(picture, &view, &undeformed, &edges),
+        false => 0.0,
+    };
     let deformed: Vec<Vector> = undeformed
         .iter()
         .zip(picture.displacement)
@@ -53,11 +97,9 @@ fn body_panel(picture: &ContactPicture<'_>, layout: &Layout) -> Canvas {
             [x[0] + u[0], x[1] + u[1], x[2] + u[2]]
         })
         .collect();
-    let symbol = Label::plain("|").italic("u").upright("|");
     let used = picture.boundary_triangles.as_flattened().iter();
     let values = used.clone().map(|&node| magnitude[node]);
-    let unit = picture.units.of(Dimension::LENGTH);
-    let key = ColourKey::new(values, ColourMap::Plasma, &symbol, &unit);
+    let key = ColourKey::new(values, ColourMap::Plasma, &shown.symbol, &shown.unit);
 
     let on_support = !picture.contact_triangles.is_empty();
     let support: Vec<Vector> = match on_support {
@@ -89,7 +131,7 @@ fn body_panel(picture: &ContactPicture<'_>, layout: &Layout) -> Canvas {
     canvas.polylines(&to_pixels(outline(true)), dashed);
     let facets = Facets {
         points: &deformed,
-        magnitude: &magnitude,
+        magnitude,
         triangles,
         edges: &edges,
     };
@@ -98,7 +140,8 @@ fn body_panel(picture: &ContactPicture<'_>, layout: &Layout) -> Canvas {
     canvas.polylines(&to_pixels(outline(false)), dashed);
 
     draw_triad(&mut canvas, &view, [52.0, corner[1] + size[1] - 24.0]);
-    draw_notes(&mut canvas, &view, factor, &magnitude, on_support);
+    let moved = shown.deforms.then(|| magnitude.iter().any(|&u| u > 0.0));
+    draw_notes(&mut canvas, &view, factor, moved, on_support);
     draw_key(&mut canvas, layout, &key);
     canvas
 }
@@ -196,17 +239,23 @@ fn draw_key(canvas: &mut Canvas, layout: &Layout, key: &ColourKey) {
     }
 }
 
-fn draw_notes(canvas: &mut Canvas, view: &View, factor: f64, magnitude: &[f64], on_support: bool) {
+/// Notes below the title; `moved` is `None` for a body drawn at rest.
+fn draw_notes(
+    canvas: &mut Canvas,
+    view: &View,
+    factor: f64,
+    moved: Option<bool>,
+    on_support: bool,
+) {
     let support = if on_support { ", grey: support" } else { "" };
-    let moved = magnitude.iter().any(|&u| u > 0.0);
-    let note = if moved {
-        Label::plain("displacement × ")
+    let note = match moved {
+        Some(true) => Label::plain("displacement × ")
             .then(&factor_label(factor))
-            .upright(", dashed: undeformed")
-            .upright(support)
-    } else {
-        Label::plain("no displacement").upright(support)
+            .upright(", dashed: undeformed"),
+        Some(false) => Label::plain("no displacement"),
+        None => Label::plain("undeformed"),
     };
+    let note = note.upright(support);
     canvas.text([16.0, 46.0], &note, TICK_SIZE, Anchor::Start);
     let stretched = (0..3).filter(|&axis| view.stretch[axis] > 1.0);
     let factors = stretched.map(|axis| {

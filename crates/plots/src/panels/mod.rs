@@ -49,6 +49,15 @@ pub const PANELS: [&str; TABLE.len()] = {
     names
 };
 
+/// The estimated error on the body, by itself.
+pub(super) fn error_drawing(
+    picture: &ContactPicture<'_>,
+    density: &[f64],
+) -> Result<Canvas, FigureError> {
+    picture.validate()?;
+    Ok(body::error_panel(picture, &Layout::new(picture), density))
+}
+
 /// All panels that the picture allows, of equal size.
 pub(super) fn drawings(
     picture: &ContactPicture<'_>,

@@ -1,6 +1,9 @@
 //! The tetrahedra of a mesh file as one body: numbered nodes, positive orientation.
 
+use std::collections::HashMap;
+
 use super::{GmshError, contents::Contents, element::Element};
+use crate::{mesh::IsoparametricMap, reference::TETRAHEDRON_EDGES};
 
 /// The tetrahedra of a file on nodes numbered by increasing tag; unused nodes are dropped.
 #[derive(Debug)]
@@ -10,6 +13,8 @@ pub(super) struct Body {
     pub(super) tags: Vec<u64>,
     /// Positively oriented, in the order of the file.
     pub(super) tetrahedra: Vec<[usize; 4]>,
+    /// Their mid-edge nodes, where they have any.
+    pub(super) mid_edges: Option<Vec<[usize; 6]>>,
 }
 
 impl Body {
@@ -24,10 +29,16 @@ impl Body {
             .iter()
             .map(|element| listed_nodes(contents, element))
             .collect::<Result<_, _>>()?;
-        let mut is_used = vec![false; contents.node_tags.len()];
-        in_file
+        let middles: Vec<[usize; 6]> = contents
+            .middles
             .iter()
-            .flatten()
+            .zip(&contents.tetrahedra)
+            .map(|(tags, element)| listed_tags(contents, element, tags))
+            .collect::<Result<_, _>>()?;
+        let mut is_used = vec![false; contents.node_tags.len()];
+        let nodes = in_file.as_flattened().iter();
+        nodes
+            .chain(middles.as_flattened())
             .for_each(|&node| is_used[node] = true);
         let mut used: Vec<usize> = (0..is_used.len()).filter(|&n| is_used[n]).collect();
         used.sort_unstable_by_key(|&node| contents.node_tags[node]);
@@ -39,9 +50,45 @@ impl Body {
             coordinates: used.iter().map(|&n| contents.coordinates[n]).collect(),
             tags: used.iter().map(|&n| contents.node_tags[n]).collect(),
             tetrahedra: in_file.iter().map(|t| t.map(|n| number[n])).collect(),
+            mid_edges: (!middles.is_empty())
+                .then(|| middles.iter().map(|m| m.map(|n| number[n])).collect()),
         };
         body.orient(&contents.tetrahedra)?;
+        body.check_middles(&contents.tetrahedra)?;
         Ok(body)
+    }
+
+    /// Refuses edges with two nodes in the middle and curved tetrahedra that fold.
+    fn check_middles(&self, elements: &[Element<4>]) -> Result<(), GmshError> {
+        let mut known = HashMap::new();
+        let middles = self.mid_edges.iter().flatten();
+        for ((corners, middles), element) in self.tetrahedra.iter().zip(middles).zip(elements) {
+            for ([a, b], &node) in TETRAHEDRON_EDGES.into_iter().zip(middles) {
+                let (a, b) = (corners[a], corners[b]);
+                let first = *known.entry([a.min(b), a.max(b)]).or_insert(node);
+                if first != node {
+                    return Err(GmshError::EdgeNode {
+                        place: element.place,
+                        element: element.tag,
+                        first: self.tags[a],
+                        second: self.tags[b],
+                        known: self.tags[first],
+                        found: self.tags[node],
+                    });
+                }
+            }
+            let corners = corners.map(|n| self.coordinates[n]);
+            let ratio = IsoparametricMap::new(&corners, &middles.map(|n| self.coordinates[n]))
+                .least_jacobian();
+            if ratio.is_nan() || ratio <= 0.0 {
+                return Err(GmshError::Folded {
+                    place: element.place,
+                    element: element.tag,
+                    ratio,
+                });
+            }
+        }
+        Ok(())
     }
 
     /// The node numbers of a triangle of the file, if tetrahedra use all three.
@@ -69,6 +116,9 @@ impl Body {
         let total = elements.len();
         if inverted.len() == total {
             self.tetrahedra.iter_mut().for_each(|t| t.swap(2, 3));
+            // Corners 2 and 3 change places, so edges 1-2 and 1-3 do, and 0-2 and 0-3.
+            let middles = self.mid_edges.iter_mut().flatten();
+            middles.for_each(|m| *m = [m[0], m[4], m[3], m[2], m[1], m[5]]);
         } else if let Some(&first) = inverted.first() {
             return Err(GmshError::Inverted {
                 place: elements[first].place,
@@ -86,9 +136,18 @@ pub(super) fn listed_nodes<const K: usize>(
     contents: &Contents,
     element: &Element<K>,
 ) -> Result<[usize; K], GmshError> {
-    let mut nodes = [0; K];
-    for (i, &tag) in element.nodes.iter().enumerate() {
-        if element.nodes[..i].contains(&tag) {
+    listed_tags(contents, element, &element.nodes)
+}
+
+/// Indices of nodes of an element; they must be listed and differ.
+fn listed_tags<const K: usize, const N: usize>(
+    contents: &Contents,
+    element: &Element<K>,
+    tags: &[u64; N],
+) -> Result<[usize; N], GmshError> {
+    let mut nodes = [0; N];
+    for (i, &tag) in tags.iter().enumerate() {
+        if tags[..i].contains(&tag) {
             return Err(GmshError::RepeatedNode {
                 place: element.place,
                 element: element.tag,

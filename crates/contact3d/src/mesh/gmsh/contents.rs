@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::{
     GmshError, Place,
-    element::{Element, Kind},
+    element::{Element, Kind, MIDDLES, MOST_NODES, Order},
     scanner::{Encoding, Scanner, shown},
     v2, v4,
 };
@@ -17,6 +17,8 @@ pub(super) struct Contents {
     pub(super) node_of_tag: HashMap<u64, usize>,
     pub(super) coordinates: Vec<[f64; 3]>,
     pub(super) tetrahedra: Vec<Element<4>>,
+    /// Node tags of the mid-edge nodes of each tetrahedron in our order; empty in a mesh of linear ones.
+    pub(super) middles: Vec<[u64; 6]>,
     pub(super) triangles: Vec<Element<3>>,
     /// The sets of physical groups that elements are in, increasing; the first one is empty.
     pub(super) memberships: Vec<Vec<i64>>,
@@ -38,6 +40,7 @@ impl Contents {
             node_of_tag: HashMap::new(),
             coordinates: Vec::new(),
             tetrahedra: Vec::new(),
+            middles: Vec::new(),
             triangles: Vec::new(),
             memberships: vec![Vec::new()],
             names: BTreeMap::new(),
@@ -150,25 +153,36 @@ impl Contents {
         kind: Kind,
         membership: usize,
     ) -> Result<(), GmshError> {
-        let mut nodes = [0; 4];
+        let mut nodes = [0; MOST_NODES];
         for node in &mut nodes[..kind.n_nodes()] {
             *node = scanner.size("the tag of a node of the element")?;
         }
-        let [a, b, c, _] = nodes;
+        let [a, b, c, d, ..] = nodes;
         match kind {
-            Kind::Point | Kind::Line => {}
-            Kind::Triangle => self.triangles.push(Element {
+            Kind::Point | Kind::Line(_) => {}
+            Kind::Triangle(_) => self.triangles.push(Element {
                 tag,
                 place,
                 nodes: [a, b, c],
                 membership,
             }),
-            Kind::Tetrahedron => self.tetrahedra.push(Element {
-                tag,
-                place,
-                nodes,
-                membership,
-            }),
+            Kind::Tetrahedron(order) => {
+                if order == Order::Second {
+                    self.middles.push(MIDDLES.map(|k| nodes[k]));
+                }
+                self.tetrahedra.push(Element {
+                    tag,
+                    place,
+                    nodes: [a, b, c, d],
+                    membership,
+                });
+                if ![0, self.tetrahedra.len()].contains(&self.middles.len()) {
+                    return Err(GmshError::MixedOrders {
+                        place,
+                        element: tag,
+                    });
+                }
+            }
         }
         Ok(())
     }

@@ -206,6 +206,41 @@ pub enum GmshError {
         second: u64,
         triangle: [u64; 3],
     },
+    /// Tetrahedra of the first and of the second order.
+    #[error(
+        "{place}: expected tetrahedra of one order, found tetrahedron {element} of another one"
+    )]
+    #[diagnostic(help(
+        "mesh the whole body with one order: gmsh part.geo -3 -order 2 -format msh41 -o part.msh"
+    ))]
+    MixedOrders { place: Place, element: u64 },
+    /// An edge has two nodes in its middle.
+    #[error(
+        "{place}: tetrahedron {element}: expected the node {known} in the middle of the edge from {first} to {second}, as in another tetrahedron, found {found}"
+    )]
+    #[diagnostic(help(
+        "parts that touch are not joined: use BooleanFragments or Coherence before meshing"
+    ))]
+    EdgeNode {
+        place: Place,
+        element: u64,
+        first: u64,
+        second: u64,
+        known: u64,
+        found: u64,
+    },
+    /// A curved tetrahedron is turned inside out somewhere.
+    #[error(
+        "{place}: tetrahedron {element}: expected a positive Jacobian everywhere, found {ratio:.1e} times that of its corners"
+    )]
+    #[diagnostic(help(
+        "curve the mesh with care: gmsh part.geo -3 -order 2 -optimize_ho -format msh41 -o part.msh, or refine it where sides bend"
+    ))]
+    Folded {
+        place: Place,
+        element: u64,
+        ratio: f64,
+    },
     /// Distinct nodes of the boundary coincide.
     #[error(
         "nodes {first} and {second}: expected different places, found them in the same place {at:?}"

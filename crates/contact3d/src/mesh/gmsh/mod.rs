@@ -1,6 +1,6 @@
 //! Meshes made by Gmsh: MSH 4.1 and 2.2, text and binary, checked as a body.
 //!
-//! Linear tetrahedra are the body and physical volumes name its parts; triangles in physical
+//! Linear or quadratic tetrahedra are the body and physical volumes name its parts; triangles in physical
 //! surfaces name the boundary; points and lines are passed over, and so are sections other than
 //! `$PhysicalNames`, `$Entities`, `$Nodes` and `$Elements`.
 //!
@@ -92,6 +92,7 @@ pub fn parse(bytes: &[u8]) -> Result<RawMesh, GmshError> {
         facets: boundary.facets,
         facet_face,
         face_names,
+        mid_edges: body.mid_edges,
     })
 }
 

@@ -1,12 +1,12 @@
 //! Checks of the body.
 
-use super::{positive, require};
-use crate::scene::{Body, Brick, BrickFace, Invalid, MOST_CELLS, MultiplierSpace, Scene, Written};
+use super::{brick_planes, positive, require};
+use crate::scene::{Brick, BrickFace, Invalid, MOST_CELLS, MultiplierSpace, Scene, Shape, Written};
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
-    match &scene.body {
-        Body::Brick(brick) => check_brick(brick, scene),
-        Body::Gmsh(gmsh) => require(
+    match &scene.body.shape {
+        Shape::Brick(brick) => check_brick(brick, scene),
+        Shape::Gmsh(gmsh) => require(
             positive(gmsh.unit),
             "body.gmsh.unit",
             &format!("a positive length [{}]", scene.units.length()),
@@ -41,14 +41,15 @@ fn check_brick(brick: &Brick, scene: &Scene) -> Result<(), Invalid> {
     let contact_axis = panes.and_then(|c| Some(BrickFace::named(&c.face)?.axis()));
     for (axis, &cells) in brick.cells.iter().enumerate() {
         let name = ["nx", "ny", "nz"][axis];
-        let even = contact_axis.is_none_or(|normal| axis == normal || cells % 2 == 0);
+        let whole = cells.is_multiple_of(scene.body.element.cells_per_pane());
+        let even = contact_axis.is_none_or(|normal| axis == normal || whole);
         require(
             (1..=MOST_CELLS).contains(&cells) && even,
             "body.brick.cells",
             &format!("{name} from 1 to {MOST_CELLS}, even along the contact face"),
             Written(&brick.cells),
-            "a pane is 2 x 2 cells of the contact face, so both of its cell counts are even; nodal multipliers take any",
+            "a pane is 2 x 2 cells of the contact face, so both of its cell counts are even; nodal multipliers and body.element = \"P2\" take any",
         )?;
     }
-    Ok(())
+    brick_planes::check(brick)
 }

@@ -1,6 +1,7 @@
 //! What the model allows (HKL §2, §4); every refusal names the key.
 
 mod body;
+mod brick_planes;
 mod contact;
 mod friction;
 mod material;
@@ -9,7 +10,7 @@ mod supports;
 
 use std::fmt;
 
-use super::{Invalid, Quantity, Scene};
+use super::{Invalid, Quantity, Scene, adapt::SMALLEST_ERROR};
 
 /// Refuses `found` at `key` unless `ok`.
 fn require(
@@ -52,6 +53,15 @@ impl Scene {
         supports::check(self)?;
         contact::check(self)?;
         friction::check(self)?;
+        if let Some(adapt) = self.adapt {
+            require(
+                (SMALLEST_ERROR..=1.0).contains(&adapt.error),
+                "adapt.error",
+                "a share of the energy norm between 1e-8 and 1, as 0.01 for 1 %",
+                adapt.error,
+                "below 1e-8 rounding hides the error; above 1 any answer would do",
+            )?;
+        }
         self.solve.validate("solve")
     }
 }

@@ -265,10 +265,10 @@ fn broken_elements_are_refused() {
                 }),
             ),
             (
-                &[("5 4 2 7", "5 11 2 7")],
+                &[("5 4 2 7", "5 5 2 7")],
                 is!(ElementType {
                     place: Line(25),
-                    code: 11,
+                    code: 5,
                     ..
                 }),
             ),
@@ -301,10 +301,10 @@ fn broken_elements_are_refused() {
                 }),
             ),
             (
-                &[("3 1 4 2", "3 1 11 2")],
+                &[("3 1 4 2", "3 1 5 2")],
                 is!(ElementType {
                     place: Line(42),
-                    code: 11,
+                    code: 5,
                     ..
                 }),
             ),

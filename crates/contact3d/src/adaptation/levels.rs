@@ -1,0 +1,81 @@
+//! What adaptive levels came to.
+
+use crate::{mesh::Refinement, solver::Status};
+
+/// One mesh of an adaptive computation, solved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AdaptiveLevel {
+    /// Tetrahedra.
+    pub n_tetrahedra: usize,
+    /// Free degrees of freedom.
+    pub n_free: usize,
+    /// Multipliers.
+    pub n_multipliers: usize,
+    /// Estimated error over ‖u_h‖_A; see [`ErrorEstimate::relative`](crate::post::ErrorEstimate::relative).
+    pub estimated_error: f64,
+    /// Smallest eigenvalue of S scaled to a unit diagonal: what keeps the multipliers of a mesh
+    /// apart; `None` without contact or where S is not held.
+    pub stability: Option<f64>,
+    /// How the solve ended.
+    pub status: Status,
+    /// Seconds of mesh, assembly, solve and evaluation.
+    pub seconds: f64,
+}
+
+/// How an adaptive computation ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AdaptiveStatus {
+    /// There are levels to come.
+    Refining,
+    /// The estimate meets the wish.
+    Met,
+    /// A level did not converge.
+    NotConverged,
+    /// The next level does not fit into memory or on the disk.
+    TooLarge,
+    /// Cutting makes the estimate no smaller.
+    Stalled,
+}
+
+/// Levels that are done, with what the next one is made of.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Adaptation {
+    /// The levels, coarse to fine, `[n_levels]`.
+    pub levels: Vec<AdaptiveLevel>,
+    /// The cuts that lead from each level to the next, those to a level that is not done included.
+    pub refinement: Refinement,
+    /// Multipliers in Pa that each refined level starts from, one list for each level of the
+    /// refinement.
+    pub starts: Vec<Vec<f64>>,
+}
+
+/// Levels in a row that have to make the estimate smaller between them.
+const PATIENCE: usize = 3;
+
+impl Adaptation {
+    /// The first level that meets a wish.
+    #[must_use]
+    pub fn level_that_meets(&self, wish: f64) -> Option<usize> {
+        let meets = |l: &AdaptiveLevel| l.status.is_solved() && l.estimated_error <= wish;
+        self.levels.iter().position(meets)
+    }
+
+    /// How the levels stand with a wish; that nothing larger fits is for the caller to say.
+    #[must_use]
+    pub fn status(&self, wish: f64) -> AdaptiveStatus {
+        if self.level_that_meets(wish).is_some() {
+            return AdaptiveStatus::Met;
+        }
+        let Some(last) = self.levels.last() else {
+            return AdaptiveStatus::Refining;
+        };
+        if !last.status.is_solved() {
+            return AdaptiveStatus::NotConverged;
+        }
+        let earlier = self.levels.len().checked_sub(PATIENCE + 1);
+        match earlier.map(|k| self.levels[k].estimated_error) {
+            Some(earlier) if last.estimated_error >= earlier => AdaptiveStatus::Stalled,
+            Some(_) | None => AdaptiveStatus::Refining,
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! Meshes that are finer where it was asked for: the first mesh of a scene, cut level by level.
+
+use std::path::Path;
+
+use super::{
+    IsoparametricMap, Mesh, MeshError, MidEdgeNodes, RawMesh,
+    bisection::{Bisection, Descendant},
+    regions,
+};
+use crate::scene::Scene;
+
+/// How often each tetrahedron was cut in two, level by level. With the first mesh it says which
+/// mesh follows, whatever made the choice.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Refinement {
+    /// Cuts of each tetrahedron of the mesh before, `[n_levels][n_tetrahedra of that level]`.
+    levels: Vec<Vec<u8>>,
+}
+
+impl Refinement {
+    /// From the cuts of each level.
+    #[must_use]
+    pub fn new(levels: Vec<Vec<u8>>) -> Self {
+        Self { levels }
+    }
+
+    /// The cuts of each level, `[n_levels][n_tetrahedra of the level before]`.
+    #[must_use]
+    pub fn levels(&self) -> &[Vec<u8>] {
+        &self.levels
+    }
+
+    /// Whether the mesh is the first one.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.levels.is_empty()
+    }
+
+    /// Adds a level.
+    pub fn push(&mut self, cuts: Vec<u8>) {
+        self.levels.push(cuts);
+    }
+
+    /// Keeps the first levels only.
+    pub fn truncate(&mut self, n_levels: usize) {
+        self.levels.truncate(n_levels);
+    }
+}
+
+/// A body whose tetrahedra can be cut.
+///
+/// Faces, regions and curved sides are those of the first mesh: a child lies in the region of its
+/// parent and on its faces, and where sides are curved the nodes of a child are places of its
+/// ancestor's map, so that the body keeps its shape.
+#[derive(Debug)]
+pub struct RefinableBody<'a> {
+    scene: &'a Scene,
+    first: RawMesh,
+    /// Region of each tetrahedron of the first mesh; empty without regions.
+    regions: Vec<usize>,
+    bisection: Bisection,
+    is_cut: bool,
+}
+
+impl<'a> RefinableBody<'a> {
+    /// The first mesh of a scene; mesh files are looked for in `folder`.
+    ///
+    /// # Errors
+    /// As [`Mesh::of_scene`].
+    pub fn new(scene: &'a Scene, folder: &Path) -> Result<Self, MeshError> {
+        let first = RawMesh::of_scene(scene, folder)?;
+        Ok(Self {
+            scene,
+            regions: regions::assign(scene, &first)?,
+            bisection: Bisection::new(&first.corner_mesh()),
+            first,
+            is_cut: false,
+        })
+    }
+
+    /// The body after all levels of a refinement.
+    ///
+    /// # Errors
+    /// As [`Mesh::of_scene`].
+    pub fn refined(
+        scene: &'a Scene,
+        folder: &Path,
+        refinement: &Refinement,
+    ) -> Result<Self, MeshError> {
+        let mut body = Self::new(scene, folder)?;
+        for cuts in refinement.levels() {
+            body.refine(cuts);
+        }
+        Ok(body)
+    }
+
+    /// Cuts each tetrahedron at least as often as asked, `[n_tetrahedra]`, and others as far as the
+    /// mesh needs it to stay conforming.
+    pub fn refine(&mut self, cuts: &[u8]) {
+        self.bisection.refine(cuts);
+        self.is_cut = true;
+    }
+
+    /// Number of tetrahedra.
+    #[must_use]
+    pub fn n_tetrahedra(&self) -> usize {
+        self.bisection.n_tetrahedra()
+    }
+
+    /// The tetrahedron, in the mesh before the last refinement, that each tetrahedron lies in.
+    #[must_use]
+    pub fn parents(&self) -> Vec<usize> {
+        self.bisection.descendants().map(|d| d.parent).collect()
+    }
+
+    /// The mesh as it is now.
+    ///
+    /// # Errors
+    /// As [`Mesh::of_scene`].
+    pub fn mesh(&self) -> Result<Mesh, MeshError> {
+        if !self.is_cut {
+            return Mesh::new(self.scene, self.first.clone(), self.regions.clone(), true);
+        }
+        let raw = self.curved(self.bisection.mesh(&self.first));
+        let region = |d: Descendant| self.regions.get(d.ancestor).copied();
+        let regions = self.bisection.descendants().filter_map(region).collect();
+        Mesh::new(self.scene, raw, regions, false)
+    }
+
+    /// Moves the nodes of a mesh to the curved sides of the first one, with nodes in the middle of
+    /// its edges, where the first mesh has such nodes.
+    fn curved(&self, straight: RawMesh) -> RawMesh {
+        let Some(first) = &self.first.mid_edges else {
+            return straight;
+        };
+        let n_corners = straight.coordinates.len();
+        let (middles, edges) =
+            MidEdgeNodes::number(n_corners, &straight.tetrahedra, &straight.facets);
+        let mut place: Vec<Option<[f64; 3]>> = vec![None; n_corners + edges.len()];
+        let tetrahedra = straight.tetrahedra.iter().zip(&middles.tetrahedra);
+        for (descendant, (corners, middles)) in self.bisection.descendants().zip(tetrahedra) {
+            let at = |nodes: &[usize]| nodes.iter().map(|n| self.first.coordinates[*n]).collect();
+            let ancestor: Vec<[f64; 3]> = at(&self.first.tetrahedra[descendant.ancestor]);
+            let sides: Vec<[f64; 3]> = at(&first[descendant.ancestor]);
+            let map = IsoparametricMap::new(
+                &std::array::from_fn(|k| ancestor[k]),
+                &std::array::from_fn(|k| sides[k]),
+            );
+            for (node, inside) in corners.iter().chain(middles).zip(descendant.nodes()) {
+                place[*node].get_or_insert_with(|| map.place(&inside));
+            }
+        }
+        RawMesh {
+            coordinates: place.into_iter().flatten().collect(),
+            mid_edges: Some(middles.tetrahedra),
+            ..straight
+        }
+    }
+}
+
+impl Mesh {
+    /// The mesh of a scene after a refinement; mesh files are looked for in `folder`.
+    ///
+    /// # Errors
+    /// As [`Mesh::of_scene`].
+    pub fn refined(
+        scene: &Scene,
+        folder: &Path,
+        refinement: &Refinement,
+    ) -> Result<Self, MeshError> {
+        match refinement.is_empty() {
+            true => Self::of_scene(scene, folder),
+            false => RefinableBody::refined(scene, folder, refinement)?.mesh(),
+        }
+    }
+}
+
+impl RawMesh {
+    /// The corners of the tetrahedra alone, numbered in the same order, without nodes in the middle
+    /// of edges.
+    fn corner_mesh(&self) -> Self {
+        let mut is_corner = vec![false; self.coordinates.len()];
+        for node in self.tetrahedra.iter().flatten() {
+            is_corner[*node] = true;
+        }
+        let mut number = vec![0; self.coordinates.len()];
+        let mut coordinates = Vec::new();
+        for node in (0..number.len()).filter(|node| is_corner[*node]) {
+            number[node] = coordinates.len();
+            coordinates.push(self.coordinates[node]);
+        }
+        Self {
+            coordinates,
+            tetrahedra: self
+                .tetrahedra
+                .iter()
+                .map(|t| t.map(|n| number[n]))
+                .collect(),
+            facets: self.facets.iter().map(|f| f.map(|n| number[n])).collect(),
+            mid_edges: None,
+            ..self.clone()
+        }
+    }
+}

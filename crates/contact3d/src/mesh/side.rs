@@ -1,0 +1,86 @@
+//! Boundary triangles as surfaces to integrate over.
+
+use nalgebra::Vector3;
+
+use super::{Mesh, triangle_area};
+use crate::reference::{
+    TRIANGLE_EDGES, quadrature,
+    shape::{quadratic_triangle, quadratic_triangle_slopes},
+};
+
+/// Largest distance of a mid-edge node from the middle of its edge, over the length of the edge, at
+/// which the edge counts as straight: roundings of coordinates in a mesh file.
+const STRAIGHT: f64 = 1e-9;
+
+/// A point of integration on a quadratic side.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SidePoint {
+    /// Place in m.
+    pub(crate) at: [f64; 3],
+    /// Shape functions of the six nodes.
+    pub(crate) shape: [f64; 6],
+    /// Outward normal times the area in m² that the point stands for.
+    pub(crate) area: Vector3<f64>,
+}
+
+/// Whether mid-edge nodes are in the middle of their edges, which join the given pairs of corners.
+pub(crate) fn is_straight(
+    corners: &[[f64; 3]],
+    edges: &[[usize; 2]],
+    middles: &[[f64; 3]],
+) -> bool {
+    edges.iter().zip(middles).all(|([a, b], middle)| {
+        let [a, b] = [corners[*a], corners[*b]].map(Vector3::from);
+        let off = (a + b) / 2.0 - Vector3::from(*middle);
+        off.norm() <= STRAIGHT * (b - a).norm()
+    })
+}
+
+impl Mesh {
+    /// Nodes of a quadratic side, and 16 points on it, exact for polynomials of degree 6 in the
+    /// reference triangle; `None` in a mesh of linear tetrahedra.
+    pub(crate) fn quadratic_side(&self, facet: usize) -> Option<([usize; 6], Vec<SidePoint>)> {
+        let [a, b, c] = self.facets[facet];
+        let [d, e, f] = self.mid_edges.as_ref()?.facets[facet];
+        let nodes = [a, b, c, d, e, f];
+        let places = self.corners(&nodes).map(Vector3::from);
+        let point = |(at, weight): ([f64; 3], f64)| {
+            let shape = quadratic_triangle(&at);
+            let slopes = quadratic_triangle_slopes(&at);
+            let along = |k: usize| -> Vector3<f64> {
+                let slope = |n: usize| slopes[n][k] - slopes[n][0];
+                (0..6).map(|n| places[n] * slope(n)).sum()
+            };
+            let place: Vector3<f64> = (0..6).map(|n| places[n] * shape[n]).sum();
+            SidePoint {
+                at: place.into(),
+                shape,
+                area: along(1).cross(&along(2)) * (weight / 2.0),
+            }
+        };
+        Some((nodes, quadrature::triangle().map(point).collect()))
+    }
+
+    /// Area of a boundary triangle in m² and ∫ φ of its nodes over it.
+    ///
+    /// A third of the area for each corner of P1; on straight sides of P2 nothing for corners and a
+    /// third for the middle of each edge.
+    pub(super) fn side_integrals(&self, facet: usize) -> (f64, Vec<(usize, f64)>) {
+        let corners = self.corners(&self.facets[facet]);
+        let area = triangle_area(&corners);
+        let third = area / 3.0;
+        match (&self.mid_edges, self.quadratic_side(facet)) {
+            (Some(mid_edges), Some((nodes, points))) => {
+                let middles = self.corners(&mid_edges.facets[facet]);
+                if is_straight(&corners, &TRIANGLE_EDGES, &middles) {
+                    let shares = [0.0, 0.0, 0.0, third, third, third];
+                    return (area, nodes.into_iter().zip(shares).collect());
+                }
+                let area = points.iter().map(|p| p.area.norm()).sum();
+                let integral = |k: usize| points.iter().map(|p| p.area.norm() * p.shape[k]).sum();
+                (area, nodes.into_iter().zip((0..6).map(integral)).collect())
+            }
+            _ => (area, self.facets[facet].map(|node| (node, third)).to_vec()),
+        }
+    }
+}

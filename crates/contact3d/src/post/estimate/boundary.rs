@@ -1,0 +1,129 @@
+//! Tractions and supports of boundary triangles, as the local problems see them.
+
+use nalgebra::Vector3;
+
+use crate::{
+    mesh::Mesh,
+    post::{Solved, SolvedContact},
+};
+
+/// What acts on the boundary triangles of a solved problem.
+pub(super) struct Boundary<'a> {
+    solved: &'a Solved<'a>,
+    /// Components that are held on a whole triangle, `[n_facets]`.
+    pub(super) held: Vec<[bool; 3]>,
+    /// Loads on the face of each triangle, as indices, `[n_facets]`.
+    tractions: Vec<Vec<usize>>,
+    pressures: Vec<Vec<usize>>,
+    /// The place of each triangle among those in contact, `[n_facets]`.
+    contact: Vec<Option<usize>>,
+}
+
+impl<'a> Boundary<'a> {
+    pub(super) fn new(solved: &'a Solved<'a>) -> Self {
+        let mesh = solved.mesh;
+        let nodes_held = mesh.held_nodes(solved.scene);
+        let held = (0..mesh.facets.len()).map(|f| {
+            let all = |c: usize| mesh.facet_nodes(f).all(|n| nodes_held[n][c]);
+            std::array::from_fn(all)
+        });
+        let on_faces = |faces: Vec<&str>| {
+            let mut found = vec![Vec::new(); mesh.facets.len()];
+            for (i, face) in faces.into_iter().enumerate() {
+                mesh.facets_on(face).for_each(|f| found[f].push(i));
+            }
+            found
+        };
+        let scene = solved.scene;
+        let mut contact = vec![None; mesh.facets.len()];
+        if let Some(surface) = &mesh.contact {
+            for (place, &facet) in surface.facets.iter().enumerate() {
+                contact[facet] = Some(place);
+            }
+        }
+        Self {
+            solved,
+            held: held.collect(),
+            tractions: on_faces(scene.tractions.iter().map(|t| t.face.as_str()).collect()),
+            pressures: on_faces(scene.pressures.iter().map(|p| p.face.as_str()).collect()),
+            contact,
+        }
+    }
+
+    /// The prescribed traction in Pa at a point of a triangle with some outward unit normal; `share`
+    /// are the barycentric coordinates of the point in the triangle's corners.
+    pub(super) fn traction(
+        &self,
+        facet: usize,
+        at: [f64; 3],
+        share: [f64; 3],
+        normal: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        let mut sum = Vector3::zeros();
+        for &i in &self.tractions[facet] {
+            let value = &self.solved.scene.tractions[i].value;
+            sum += Vector3::from(std::array::from_fn(|c| value[c].at(at)));
+        }
+        for &i in &self.pressures[facet] {
+            sum -= normal * self.solved.scene.pressures[i].value.at(at);
+        }
+        if let (Some(contact), Some(place)) = (&self.solved.contact, self.contact[facet]) {
+            sum -= contact_stress(self.solved, contact, place, facet, share);
+        }
+        sum
+    }
+}
+
+/// λ_ν ν + λ_t1 t₁ + λ_t2 t₂ at a point of a contact triangle: constant on panes; with nodal
+/// multipliers between the nodes, linearly.
+fn contact_stress(
+    solved: &Solved<'_>,
+    contact: &SolvedContact<'_>,
+    place: usize,
+    facet: usize,
+    share: [f64; 3],
+) -> Vector3<f64> {
+    let surface = contact.state.surface;
+    let frame = &contact.state.interface.frame;
+    let layout = contact.coupling.layout;
+    let multiplier = &solved.solution.multiplier;
+    let stress = |pane: usize| -> Vector3<f64> {
+        let pair = layout.tangential(pane);
+        let tangential = pair.map_or([0.0; 2], |pair| pair.map(|j| multiplier[j]));
+        frame
+            .pane_vector(surface, pane, multiplier[pane], tangential)
+            .into()
+    };
+    match surface.facet_pane.get(place) {
+        Some(&pane) => stress(pane),
+        None => multipliers_between_nodes(solved.mesh, contact, facet, share)
+            .into_iter()
+            .map(|(pane, weight)| stress(pane) * weight)
+            .sum(),
+    }
+}
+
+/// Nodal multipliers around a point of a triangle and their weights there, linear between the nodes
+/// that carry them; nodes whose displacement is held carry none.
+pub(super) fn multipliers_between_nodes(
+    mesh: &Mesh,
+    contact: &SolvedContact<'_>,
+    facet: usize,
+    share: [f64; 3],
+) -> Vec<(usize, f64)> {
+    let surface = contact.state.surface;
+    let (nodes, weights) = match &mesh.mid_edges {
+        None => (mesh.facets[facet], share),
+        // The linear function with given values in the middle of the edges 0-1, 1-2, 2-0.
+        Some(middles) => {
+            let weights = [2, 0, 1].map(|opposite: usize| 1.0 - 2.0 * share[opposite]);
+            (middles.facets[facet], weights)
+        }
+    };
+    let carried = nodes.into_iter().zip(weights).filter_map(|(node, weight)| {
+        let local = surface.nodes.binary_search(&node).ok()?;
+        let pane = surface.pane_average.indices.binary_search(&local).ok()?;
+        Some((pane, weight))
+    });
+    carried.collect()
+}

@@ -1,0 +1,182 @@
+//! How far a discrete solution lies from the body it models: an estimate of the error in the energy
+//! norm, element by element.
+//!
+//! With the multipliers λ_h as tractions on Γ_c, u_h is the Galerkin solution of a linear problem.
+//! * For linear tetrahedra its error is how far its stress is from a smoother one (`recovery`).
+//! * For quadratic ones it is that of local Neumann problems (R. Bank, A. Weiser, Math. Comp. 44
+//!   (1985) 283; `local`): in each tetrahedron a(e, v)_K = ∫_K f·v − ∫_K σ(u_h):ε(v) + ∫_∂K t̄·v for all
+//!   v among the cubic polynomials that vanish at the nodes, with t̄ the prescribed traction, or
+//!   inside the body the mean of the two tetrahedra's. Where materials meet, each traction has the
+//!   weight of the other material's stiffness: the error of the stiff side's stress would be much
+//!   more energy in the soft side than there is.
+//!
+//! What the multipliers themselves are wrong by is the residual of the contact conditions *inside*
+//! panes (`contact`), δλ = P(λ + k (u − d)) − λ with the local stiffness k in Pa/m, worth ∫ δλ²/k.
+//!
+//! Both are estimates and no bounds: near singularities the better stress or the next polynomials see
+//! only part of the error.
+
+mod boundary;
+mod bubbles;
+mod contact;
+mod local;
+mod recovery;
+mod surroundings;
+
+use rayon::prelude::*;
+
+use super::{PaneState, Solved};
+use crate::elasticity::{InternalForces, MaterialField};
+
+use boundary::Boundary;
+use local::LocalProblems;
+use surroundings::{Beyond, surroundings};
+
+/// The estimated discretisation error of a solution, in the energy norm ‖v‖_A = √a(v, v), √J.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ErrorEstimate {
+    /// What each tetrahedron contributes, contact included, in √J, `[n_tetrahedra]`; the squares sum
+    /// to that of [`Self::total`].
+    pub indicator: Vec<f64>,
+    /// Error of the displacement for the multipliers as they are, in √J.
+    pub elements: f64,
+    /// The contact conditions inside panes; `None` without contact.
+    pub contact: Option<ContactError>,
+    /// ‖u_h‖_A in √J.
+    pub displacement: f64,
+}
+
+/// What the multipliers are wrong by, as the conditions they violate inside panes, in √J.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ContactError {
+    /// Places inside the foundation.
+    pub penetration: f64,
+    /// Pressure across a gap.
+    pub complementarity: f64,
+    /// Slip where the face sticks, and stress in another direction than the slip's; `None`
+    /// without friction.
+    pub friction: Option<f64>,
+}
+
+/// What is known of a solution already.
+pub(super) struct Known<'a> {
+    /// Nodal displacement in m, `[n_nodes]`.
+    pub(super) displacement: &'a [[f64; 3]],
+    /// Its stress.
+    pub(super) internal: &'a InternalForces,
+    /// State of each pane.
+    pub(super) panes: &'a [PaneState],
+    /// Local stiffness ρ in Pa/m³, `[n_multipliers]`.
+    pub(super) stiffness: &'a [f64],
+    /// ½ uᵀAu in J.
+    pub(super) strain_energy: f64,
+}
+
+impl ContactError {
+    fn squares(&self) -> f64 {
+        let friction = self.friction.unwrap_or(0.0);
+        let parts = [self.penetration, self.complementarity, friction];
+        parts.iter().map(|part| part * part).sum()
+    }
+}
+
+impl ErrorEstimate {
+    /// Estimates the error of a solved problem.
+    pub(super) fn new(solved: &Solved<'_>, known: &Known<'_>) -> Self {
+        let mesh = solved.mesh;
+        let beyond = surroundings(mesh);
+        let material = MaterialField::new(solved.scene, mesh);
+        let mut squares = match mesh.mid_edges {
+            None => recovery::energies(mesh, &material, &known.internal.stress),
+            Some(_) => {
+                let boundary = Boundary::new(solved);
+                let problems =
+                    LocalProblems::new(solved, known.internal, &boundary, &beyond, &material);
+                let tetrahedra = (0..mesh.tetrahedra.len()).into_par_iter();
+                tetrahedra.map(|t| problems.energy(t)).collect()
+            }
+        };
+        let elements: f64 = squares.iter().sum();
+        let contact = solved.contact.map(|contact| {
+            let sides = contact::residuals(solved, &contact, known);
+            let mut sum = [0.0; 3];
+            let owner = owners(&beyond, mesh.facets.len());
+            for (facet, energies) in sides {
+                for (sum, energy) in sum.iter_mut().zip(energies) {
+                    *sum += energy;
+                    squares[owner[facet]] += energy;
+                }
+            }
+            let [penetration, complementarity, friction] = sum.map(f64::sqrt);
+            ContactError {
+                penetration,
+                complementarity,
+                friction: contact.state.interface.has_friction().then_some(friction),
+            }
+        });
+        Self {
+            indicator: squares.into_iter().map(f64::sqrt).collect(),
+            elements: elements.sqrt(),
+            contact,
+            displacement: (2.0 * known.strain_energy).max(0.0).sqrt(),
+        }
+    }
+
+    /// The whole estimate in √J.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        let contact = self.contact.map_or(0.0, |contact| contact.squares());
+        (self.elements * self.elements + contact).sqrt()
+    }
+
+    /// The whole estimate and its parts over ‖u_h‖_A, with their names.
+    #[must_use]
+    pub fn relative_parts(&self) -> Vec<(&'static str, f64)> {
+        let mut parts = vec![("total", self.total()), ("elements", self.elements)];
+        if let Some(contact) = &self.contact {
+            parts.push(("penetration", contact.penetration));
+            parts.push(("complementarity", contact.complementarity));
+            parts.extend(contact.friction.map(|friction| ("friction", friction)));
+        }
+        let size = self.displacement;
+        parts
+            .iter()
+            .map(|(name, part)| (*name, part / size))
+            .collect()
+    }
+
+    /// The whole estimate over ‖u_h‖_A; 0 for a body at rest.
+    #[must_use]
+    pub fn relative(&self) -> f64 {
+        self.over_displacement(self.total())
+    }
+
+    /// What the multipliers are wrong by over ‖u_h‖_A; 0 without contact.
+    #[must_use]
+    pub fn relative_contact(&self) -> f64 {
+        let contact = self.contact.map_or(0.0, |contact| contact.squares());
+        self.over_displacement(contact.sqrt())
+    }
+
+    fn over_displacement(&self, error: f64) -> f64 {
+        if error == 0.0 {
+            0.0
+        } else {
+            error / self.displacement
+        }
+    }
+}
+
+/// The tetrahedron behind each boundary triangle.
+fn owners(beyond: &[[Beyond; 4]], n_facets: usize) -> Vec<usize> {
+    let mut owner = vec![0; n_facets];
+    for (t, sides) in beyond.iter().enumerate() {
+        for side in sides {
+            match side {
+                Beyond::Facet(facet) => owner[*facet] = t,
+                Beyond::Tetrahedron(_) => {}
+            }
+        }
+    }
+    owner
+}

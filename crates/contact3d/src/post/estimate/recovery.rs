@@ -1,0 +1,207 @@
+//! A smoother stress from that of linear tetrahedra, and how far the two are apart.
+//!
+//! Superconvergent patch recovery (O. Zienkiewicz, J. Zhu, Int. J. Numer. Methods Eng. 33 (1992)
+//! 1331): around each node inside a material a linear polynomial is fitted to the stresses at the
+//! centroids of its tetrahedra; its value is the node's stress. Nodes on the boundary of a material,
+//! around which there is too little to fit, take the mean of what the polynomials of their neighbours
+//! say at their place.
+
+use nalgebra::{Matrix4, Matrix6, SMatrix, Vector3, Vector4, Vector6};
+use rayon::prelude::*;
+
+use crate::{
+    elasticity::MaterialField,
+    mesh::{Mesh, tetrahedron_volume},
+    reference::quadrature,
+};
+
+/// Share of the largest eigenvalue of a fit below which its points lie in a plane.
+const FLAT: f64 = 1e-6;
+
+/// A linear polynomial for the six components of stress: value and slopes about a node.
+type Fit = SMatrix<f64, 4, 6>;
+
+/// One material around a node: the node and its region.
+type Place = (usize, usize);
+
+/// The tetrahedra of each material around each node.
+struct Stars {
+    /// Node and region of each star, increasing.
+    places: Vec<Place>,
+    /// Where the tetrahedra of each star begin and end, `[n_stars + 1]`.
+    offsets: Vec<usize>,
+    /// Tetrahedra, increasing in each star.
+    tetrahedra: Vec<usize>,
+    /// The first star of each node, `[n_nodes + 1]`.
+    first: Vec<usize>,
+}
+
+impl Stars {
+    fn new(mesh: &Mesh) -> Self {
+        let mut corners: Vec<(usize, usize, usize)> = mesh
+            .tetrahedra
+            .iter()
+            .enumerate()
+            .flat_map(|(t, nodes)| nodes.map(|node| (node, region(mesh, t), t)))
+            .collect();
+        corners.par_sort_unstable();
+        let mut stars = Self {
+            places: Vec::new(),
+            offsets: vec![0],
+            tetrahedra: corners.iter().map(|corner| corner.2).collect(),
+            first: Vec::with_capacity(mesh.coordinates.len() + 1),
+        };
+        for star in corners.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            let (node, region, _) = star[0];
+            // Nodes in the middle of edges have no star.
+            stars.first.resize(node + 1, stars.places.len());
+            stars.places.push((node, region));
+            stars
+                .offsets
+                .push(stars.offsets[stars.offsets.len() - 1] + star.len());
+        }
+        stars
+            .first
+            .resize(mesh.coordinates.len() + 1, stars.places.len());
+        stars
+    }
+
+    fn of(&self, star: usize) -> &[usize] {
+        &self.tetrahedra[self.offsets[star]..self.offsets[star + 1]]
+    }
+
+    /// The star of a node in a region; `None` where the node has no tetrahedron of it.
+    fn find(&self, (node, region): Place) -> Option<usize> {
+        let stars = self.first[node]..self.first[node + 1];
+        let found = self.places[stars.clone()]
+            .iter()
+            .position(|place| place.1 == region);
+        found.map(|k| stars.start + k)
+    }
+}
+
+fn region(mesh: &Mesh, t: usize) -> usize {
+    mesh.tetrahedron_region.get(t).copied().unwrap_or(0)
+}
+
+/// The recovered stress at the corners of every tetrahedron in Pa, `[n_tetrahedra]`.
+fn recovered(mesh: &Mesh, stress: &[[f64; 6]]) -> Vec<[Vector6<f64>; 4]> {
+    let stars = Stars::new(mesh);
+    let fits: Vec<Option<Fit>> = (0..stars.places.len())
+        .into_par_iter()
+        .map(|k| {
+            let (node, star) = (stars.places[k].0, stars.of(k));
+            is_inside(mesh, node, star).then(|| fit(mesh, node, star, stress))?
+        })
+        .collect();
+    let values: Vec<Vector6<f64>> = (0..stars.places.len())
+        .into_par_iter()
+        .map(|k| value(mesh, &stars, k, stress, &fits))
+        .collect();
+    let corners = mesh.tetrahedra.par_iter().enumerate();
+    corners
+        .map(|(t, nodes)| {
+            let value = |node| stars.find((node, region(mesh, t))).map(|star| values[star]);
+            nodes.map(|node| value(node).expect("a tetrahedron is in the stars of its corners"))
+        })
+        .collect()
+}
+
+/// Whether a node is inside its material: not on a side that only one tetrahedron of it has.
+fn is_inside(mesh: &Mesh, node: usize, star: &[usize]) -> bool {
+    let mut sides: Vec<[usize; 2]> = star
+        .iter()
+        .flat_map(|&t| {
+            let nodes = mesh.tetrahedra[t];
+            let at = nodes.iter().position(|n| *n == node).unwrap_or(0);
+            let mut others = [1, 2, 3].map(|k| nodes[(at + k) % 4]);
+            others.sort_unstable();
+            let [a, b, c] = others;
+            [[a, b], [a, c], [b, c]]
+        })
+        .collect();
+    sides.sort_unstable();
+    sides.chunk_by(|a, b| a == b).all(|same| same.len() == 2)
+}
+
+fn centroid(mesh: &Mesh, t: usize) -> Vector3<f64> {
+    let corners = mesh.corners(&mesh.tetrahedra[t]).map(Vector3::from);
+    corners.iter().sum::<Vector3<f64>>() / 4.0
+}
+
+/// The least-squares polynomial around a node, weighted by volume; `None` where the points do not
+/// determine it.
+fn fit(mesh: &Mesh, node: usize, star: &[usize], stress: &[[f64; 6]]) -> Option<Fit> {
+    let origin = Vector3::from(mesh.coordinates[node]);
+    let arms: Vec<Vector3<f64>> = star.iter().map(|&t| centroid(mesh, t) - origin).collect();
+    let size = arms.iter().map(Vector3::norm).fold(0.0, f64::max);
+    let mut gram = Matrix4::zeros();
+    let mut right = Fit::zeros();
+    for (&t, arm) in star.iter().zip(&arms) {
+        let volume = tetrahedron_volume(&mesh.corners(&mesh.tetrahedra[t]));
+        let row = Vector4::new(1.0, arm.x / size, arm.y / size, arm.z / size);
+        gram += row * row.transpose() * volume;
+        right += row * Vector6::from(stress[t]).transpose() * volume;
+    }
+    let eigenvalues = gram.symmetric_eigenvalues();
+    if eigenvalues.min() <= FLAT * eigenvalues.max() {
+        return None;
+    }
+    let mut fit = gram.cholesky()?.solve(&right);
+    fit.rows_mut(1, 3).unscale_mut(size);
+    Some(fit)
+}
+
+/// The stress of a node in one material.
+fn value(
+    mesh: &Mesh,
+    stars: &Stars,
+    number: usize,
+    stress: &[[f64; 6]],
+    fits: &[Option<Fit>],
+) -> Vector6<f64> {
+    if let Some(fit) = &fits[number] {
+        return fit.row(0).transpose();
+    }
+    let ((node, region), star) = (stars.places[number], stars.of(number));
+    let mut neighbours: Vec<usize> = star.iter().flat_map(|&t| mesh.tetrahedra[t]).collect();
+    neighbours.sort_unstable();
+    neighbours.dedup();
+    let at = Vector3::from(mesh.coordinates[node]);
+    let said: Vec<Vector6<f64>> = neighbours
+        .iter()
+        .filter_map(|&other| {
+            let fit = fits[stars.find((other, region))?].as_ref()?;
+            let arm = at - Vector3::from(mesh.coordinates[other]);
+            let row = Vector4::new(1.0, arm.x, arm.y, arm.z);
+            Some(fit.transpose() * row)
+        })
+        .collect();
+    if !said.is_empty() {
+        return said.iter().sum::<Vector6<f64>>() / said.len() as f64;
+    }
+    let volume = |t: usize| tetrahedron_volume(&mesh.corners(&mesh.tetrahedra[t]));
+    let whole: f64 = star.iter().map(|&t| volume(t)).sum();
+    let parts = star.iter().map(|&t| Vector6::from(stress[t]) * volume(t));
+    parts.sum::<Vector6<f64>>() / whole
+}
+
+/// ∫ (σ* − σ_h):C⁻¹(σ* − σ_h) in J over every tetrahedron, `[n_tetrahedra]`.
+pub(super) fn energies(mesh: &Mesh, material: &MaterialField<'_>, stress: &[[f64; 6]]) -> Vec<f64> {
+    let recovered = recovered(mesh, stress);
+    let compliances = material.compliances();
+    let compliance = |t: usize| -> &Matrix6<f64> { &compliances[region(mesh, t)] };
+    (0..mesh.tetrahedra.len())
+        .into_par_iter()
+        .map(|t| {
+            let volume = tetrahedron_volume(&mesh.corners(&mesh.tetrahedra[t]));
+            let own = Vector6::from(stress[t]);
+            let at = |(at, weight): ([f64; 4], f64)| {
+                let smooth: Vector6<f64> = (0..4).map(|k| recovered[t][k] * at[k]).sum();
+                let difference = smooth - own;
+                weight * difference.dot(&(compliance(t) * difference))
+            };
+            volume * quadrature::TETRAHEDRON_2.into_iter().map(at).sum::<f64>()
+        })
+        .collect()
+}

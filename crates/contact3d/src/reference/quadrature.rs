@@ -1,0 +1,150 @@
+//! Quadrature on triangles and tetrahedra: barycentric points and weights that sum to 1.
+//!
+//! Without another source rules are Gauss–Legendre products on collapsed coordinates.
+
+use super::TETRAHEDRON_EDGES;
+
+/// Abscissae and weights of the four-point Gauss–Legendre rule on (0, 1), exact to degree 7.
+const GAUSS: [(f64, f64); 4] = [
+    (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
+    (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
+    (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),
+    (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
+];
+
+/// 16 points on a triangle, exact for polynomials of degree 6.
+pub(crate) fn triangle() -> impl Iterator<Item = ([f64; 3], f64)> {
+    GAUSS.into_iter().flat_map(|(u, wu)| {
+        GAUSS.into_iter().map(move |(v, wv)| {
+            let rest = 1.0 - u;
+            ([u, v * rest, (1.0 - v) * rest], 2.0 * wu * wv * rest)
+        })
+    })
+}
+
+/// Six points on a triangle, exact for polynomials of degree 4 (G. Strang, G. Fix, An analysis of the
+/// finite element method, 1973, table 4.1).
+pub(crate) fn triangle_4() -> impl Iterator<Item = ([f64; 3], f64)> {
+    const ORBITS: [(f64, f64); 2] = [
+        (0.445_948_490_915_965, 0.223_381_589_678_011),
+        (0.091_576_213_509_771, 0.109_951_743_655_322),
+    ];
+    ORBITS.into_iter().flat_map(|(rest, weight)| {
+        (0..3).map(move |k| {
+            let at = |j| if j == k { 1.0 - 2.0 * rest } else { rest };
+            (std::array::from_fn(at), weight)
+        })
+    })
+}
+
+/// 64 points on a tetrahedron, exact for polynomials of degree 5.
+pub(crate) fn tetrahedron() -> impl Iterator<Item = ([f64; 4], f64)> {
+    GAUSS.into_iter().flat_map(|(u, wu)| {
+        triangle().map(move |([a, b, c], weight)| {
+            let rest = 1.0 - u;
+            (
+                [u, a * rest, b * rest, c * rest],
+                3.0 * wu * weight * rest * rest,
+            )
+        })
+    })
+}
+
+/// Four points of a tetrahedron, exact for polynomials of degree 2: λ_k = (5 + 3√5)/20 at one corner,
+/// (5 − √5)/20 at the others.
+pub(crate) const TETRAHEDRON_2: [([f64; 4], f64); 4] = {
+    const FAR: f64 = 0.138_196_601_125_010_5;
+    const NEAR: f64 = 0.585_410_196_624_968_5;
+    [
+        ([NEAR, FAR, FAR, FAR], 0.25),
+        ([FAR, NEAR, FAR, FAR], 0.25),
+        ([FAR, FAR, NEAR, FAR], 0.25),
+        ([FAR, FAR, FAR, NEAR], 0.25),
+    ]
+};
+
+/// 14 points of a tetrahedron, exact for polynomials of degree 5 (N. J. Walkington, Quadrature on
+/// simplices of arbitrary dimension, 2000).
+pub(crate) fn tetrahedron_5() -> impl Iterator<Item = ([f64; 4], f64)> {
+    const CORNERS: [(f64, f64); 2] = [
+        (0.310_885_919_263_300_6, 0.112_687_925_718_015_85),
+        (0.092_735_250_310_891_23, 0.073_493_043_116_361_94),
+    ];
+    const EDGE: (f64, f64) = (0.045_503_704_125_649_65, 0.042_546_020_777_081_47);
+    let corners = CORNERS.into_iter().flat_map(|(rest, weight)| {
+        (0..4).map(move |k| {
+            let at = |j| if j == k { 1.0 - 3.0 * rest } else { rest };
+            (std::array::from_fn(at), weight)
+        })
+    });
+    let edges = TETRAHEDRON_EDGES.into_iter().map(|[a, b]| {
+        let (rest, weight) = EDGE;
+        let at = |j| if j == a || j == b { 0.5 - rest } else { rest };
+        (std::array::from_fn(at), weight)
+    });
+    corners.chain(edges)
+}
+
+/// The point with given barycentric coordinates.
+pub(crate) fn point<const K: usize>(corners: &[[f64; 3]; K], weights: &[f64; K]) -> [f64; 3] {
+    std::array::from_fn(|c| corners.iter().zip(weights).map(|(x, w)| w * x[c]).sum())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn factorial(n: i32) -> f64 {
+        (1..=n).map(f64::from).product()
+    }
+
+    #[test]
+    fn monomials_on_a_triangle_are_exact() {
+        for i in 0..=6 {
+            for j in 0..=6 - i {
+                let sum: f64 = triangle()
+                    .map(|(x, w)| w * x[0].powi(i) * x[2].powi(j))
+                    .sum();
+                let exact = 2.0 * factorial(i) * factorial(j) / factorial(i + j + 2);
+                // Sixteen roundings of numbers below 1.
+                assert!((sum - exact).abs() < 1e-15, "{i} {j}");
+            }
+        }
+    }
+
+    #[test]
+    fn six_points_on_a_triangle_are_exact_to_degree_four() {
+        for i in 0..=4 {
+            for j in 0..=4 - i {
+                let sum: f64 = triangle_4()
+                    .map(|(x, w)| w * x[0].powi(i) * x[2].powi(j))
+                    .sum();
+                let exact = 2.0 * factorial(i) * factorial(j) / factorial(i + j + 2);
+                // The constants have fifteen digits.
+                assert!((sum - exact).abs() < 1e-14, "{i} {j}");
+            }
+        }
+    }
+
+    fn assert_exact_on_a_tetrahedron(rule: &[([f64; 4], f64)], degree: i32) {
+        for i in 0..=degree {
+            for j in 0..=degree - i {
+                for k in 0..=degree - i - j {
+                    let monomial = |x: &[f64; 4]| x[0].powi(i) * x[1].powi(j) * x[3].powi(k);
+                    let sum: f64 = rule.iter().map(|(x, w)| w * monomial(x)).sum();
+                    let exact =
+                        6.0 * factorial(i) * factorial(j) * factorial(k) / factorial(i + j + k + 3);
+                    // Up to sixty-four roundings of numbers below 1.
+                    assert!((sum - exact).abs() < 1e-14, "{i} {j} {k}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn monomials_on_a_tetrahedron_are_exact() {
+        assert_exact_on_a_tetrahedron(&tetrahedron().collect::<Vec<_>>(), 5);
+        assert_exact_on_a_tetrahedron(&TETRAHEDRON_2, 2);
+        assert_exact_on_a_tetrahedron(&tetrahedron_5().collect::<Vec<_>>(), 5);
+    }
+}

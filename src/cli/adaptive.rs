@@ -1,0 +1,162 @@
+//! Adaptive runs: the words about their levels, and what became of the wish.
+
+use std::fmt::Write;
+
+use contact3d::adaptation::{AdaptiveLevel, AdaptiveStatus};
+use indicatif::ProgressBar;
+
+use super::{
+    arguments::Output,
+    progress::{self, Forecast},
+    report,
+    results::percent,
+    terminal::say,
+};
+use crate::pipeline::{AdaptStep, Adapted, Session, StageError, Step};
+
+/// A share of the energy norm: `1%`, `1 %` or `0.01`.
+pub(super) fn share(text: &str) -> Result<f64, String> {
+    let (number, unit) = match text.trim().strip_suffix('%') {
+        Some(percent) => (percent, 0.01),
+        None => (text, 1.0),
+    };
+    let value: Option<f64> = number
+        .trim()
+        .parse()
+        .ok()
+        .filter(|value: &f64| value.is_finite());
+    value
+        .map(|value| value * unit)
+        .ok_or_else(|| "write 1% or 0.01, for example".into())
+}
+
+/// Runs the levels of a scene that wishes for an error.
+pub(super) fn run(
+    session: &mut Session,
+    wish: f64,
+    output: &Output,
+) -> Result<Adapted, StageError> {
+    let mut spinner = ProgressBar::hidden();
+    let mut forecast = Forecast::new(session.scene().solve.epsilon());
+    let adapted = session.adapt(wish, &mut |step| match step {
+        AdaptStep::Stage(level, stage) => {
+            spinner.finish_and_clear();
+            spinner = progress::spinner(stage.word(), output);
+            spinner.set_message(format!("level {level}"));
+        }
+        AdaptStep::Step(Step::Assembling(step)) => spinner.set_message(step),
+        AdaptStep::Step(Step::Solving(step)) => {
+            spinner.set_message(report::progress(step) + &forecast.words(step));
+        }
+        AdaptStep::Done(number, level) => {
+            spinner.finish_and_clear();
+            say(output, &level_line(number, level));
+        }
+        AdaptStep::TooLarge(number, why) => {
+            spinner.finish_and_clear();
+            say(output, &format!("level {number:<3} does not fit: {why}"));
+        }
+    });
+    spinner.finish_and_clear();
+    adapted
+}
+
+fn level_line(number: usize, level: &AdaptiveLevel) -> String {
+    format!(
+        "level {number:<3} {:>9} unknowns, {:>6} multipliers, error about {:>8}, {:.3} s",
+        level.n_free,
+        level.n_multipliers,
+        percent(level.estimated_error),
+        level.seconds
+    )
+}
+
+/// The levels as a table, with the wish.
+pub(super) fn table(adapted: &Adapted, wish: f64) -> String {
+    let mut text = format!(
+        "levels for an error of {}\n  level   tetrahedra   unknowns  multipliers  error about  stability    seconds\n",
+        percent(wish)
+    );
+    for (number, level) in adapted.adaptation.levels.iter().enumerate() {
+        let stability = level
+            .stability
+            .map_or("-".to_owned(), |value| format!("{value:.3}"));
+        let mark = if number == adapted.level { '*' } else { ' ' };
+        let _ = writeln!(
+            text,
+            "{mark} {number:>5} {:>12} {:>10} {:>12} {:>12} {stability:>10} {:>10.3}",
+            level.n_tetrahedra,
+            level.n_free,
+            level.n_multipliers,
+            percent(level.estimated_error),
+            level.seconds
+        );
+    }
+    text
+}
+
+/// The levels for programs.
+pub(super) fn json(adapted: &Adapted, wish: f64) -> serde_json::Value {
+    let levels = adapted.adaptation.levels.iter().map(|level| {
+        serde_json::json!({
+            "n_tetrahedra": level.n_tetrahedra,
+            "n_free": level.n_free,
+            "n_multipliers": level.n_multipliers,
+            "estimated_error": level.estimated_error,
+            "stability": level.stability,
+            "status": level.status.word(),
+            "seconds": level.seconds,
+        })
+    });
+    serde_json::json!({
+        "wish": wish,
+        "status": word(adapted.status),
+        "level": adapted.level,
+        "levels": levels.collect::<Vec<_>>(),
+    })
+}
+
+fn word(status: AdaptiveStatus) -> &'static str {
+    match status {
+        AdaptiveStatus::Refining => "refining",
+        AdaptiveStatus::Met => "met",
+        AdaptiveStatus::NotConverged => "not_converged",
+        AdaptiveStatus::TooLarge => "too_large",
+        AdaptiveStatus::Stalled => "stalled",
+    }
+}
+
+/// What to say of a wish that is not met; `None` if it is, or if the solve has said enough.
+pub(super) fn unmet(adapted: &Adapted, wish: f64) -> Option<String> {
+    let wish = percent(wish);
+    let reached = adapted
+        .adaptation
+        .levels
+        .get(adapted.level)?
+        .estimated_error;
+    let reached = percent(reached);
+    let why = match adapted.status {
+        AdaptiveStatus::Met | AdaptiveStatus::NotConverged => return None,
+        AdaptiveStatus::Refining => "there are levels to come",
+        AdaptiveStatus::TooLarge => "the next mesh does not fit into memory or on the disk",
+        AdaptiveStatus::Stalled => "finer meshes do not lower the estimate any more",
+    };
+    Some(format!(
+        "NOT MET: the error is about {reached}, {wish} was asked for; {why}"
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_numbers_or_percent() {
+        assert_eq!(share("1%"), Ok(0.01));
+        assert_eq!(share(" 2.5 % "), Ok(0.025));
+        assert_eq!(share("0.01"), Ok(0.01));
+        for text in ["", "%", "one", "1 percent", "nan", "inf"] {
+            assert!(share(text).is_err(), "{text}");
+        }
+    }
+}
