@@ -1,7 +1,7 @@
 //! Adaptive meshes: levels of solve, estimate and cut, until the estimate meets the scene's wish.
 //!
-//! Between levels the file holds what the next one is made of (`/adapt`: cuts and starting
-//! multipliers of all levels so far, a small part of what a level computes), at the end the stages of
+//! Between levels, as often as that costs no more than a twentieth of computing them, the file gets what the next one is
+//! made of (`/adapt`: cuts and starting multipliers of all levels so far), at the end the stages of
 //! the level in force. The cuts are part of what the stage `mesh` depends on, so every stage of
 //! that level can be rerun and judged fresh or stale like any other.
 
@@ -15,6 +15,7 @@ use runfile::{Home, Reader, StoreError, Transaction};
 
 use super::{
     Commit, Freshness, Performed, Session, StageError, Step,
+    checkpoint::Checkpoints,
     mesh_file::refused,
     session::Task,
     solve::StartFrom,
@@ -29,6 +30,9 @@ pub(super) struct RefinementInForce {
     cuts: Refinement,
     digest: Option<String>,
 }
+
+/// What storing the levels takes before it is known.
+const SECONDS_OF_A_COMMIT: f64 = 0.02;
 
 /// How an adaptive run went.
 #[derive(Debug)]
@@ -130,6 +134,7 @@ impl Session {
             .clone()
             .map_or_else(Adaptation::default, |(levels, _)| levels);
         let mut held = Held::default();
+        let mut saves = Checkpoints::new(SECONDS_OF_A_COMMIT);
         let mut too_large = false;
         loop {
             let (n_done, n_made) = (
@@ -145,7 +150,7 @@ impl Session {
                 }
                 self.hold(&mut held, &adaptation, n_made, observe)?;
                 self.make_next(&mut adaptation, wish)?;
-                self.write_levels(&adaptation, AdaptiveStatus::Refining)?;
+                saves.keep(|| self.write_levels(&adaptation, AdaptiveStatus::Refining));
                 continue;
             }
             match self.hold(&mut held, &adaptation, n_made, observe) {

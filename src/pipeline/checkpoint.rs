@@ -1,13 +1,13 @@
-//! When successive approximations are saved between two steps.
+//! When successive approximations are saved between two steps, and adaptive runs between two levels.
 
 use std::time::{Duration, Instant};
 
 use super::StageError;
 
-/// At most one part in so many of a solve's time goes into checkpoints.
+/// At most one part in so many of the time goes into checkpoints.
 const SHARE: f64 = 20.0;
 
-/// The checkpoints of one solve.
+/// The checkpoints of one solve, or of one adaptive run.
 pub(super) struct Checkpoints {
     last: Instant,
     /// What writing one takes.

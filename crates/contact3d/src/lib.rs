@@ -40,7 +40,7 @@
 //! * friction with F = diag(F₁(|u_t1|), F₂(|u_t2|)): where u_t = 0, ‖F⁻¹σ_t‖ ≤ −σ_ν; elsewhere
 //!   F⁻¹σ_t = σ_ν F u_t / ‖F u_t‖.
 //!
-//! Discretised by P1 tetrahedra and multipliers that are constant on panes Rⁱ of Γ_c, for frozen
+//! Discretised by linear or quadratic tetrahedra and multipliers that are constant on panes Rⁱ of Γ_c, for frozen
 //! slip bound g and friction the multipliers minimise ½ λᵀSλ − λᵀh over λ_ν ≥ 0,
 //! ‖𝓕_i⁻¹λ_t,i‖ ≤ g_i, with S = B A⁻¹ Bᵀ and h = B A⁻¹ l. Successive approximations update
 //! g = λ_ν and 𝓕 = 𝓕(u) until the multipliers stop changing.
@@ -53,12 +53,14 @@
 //! | step | algorithm | source | module |
 //! |---|---|---|---|
 //! | mesh | cells of five tetrahedra; panes of 2 × 2 cells, macro-patches of any flat surface, or single nodes | HKL §3, Remark 3.1 | [`mesh`] |
-//! | stiffness | linear tetrahedra (P1), gathered row by row | HKL §3 | [`elasticity`] |
+//! | stiffness | linear tetrahedra (P1) or quadratic ones (P2, straight or curved), gathered row by row | HKL §3 | [`elasticity`] |
 //! | factor | nested dissection, supernodal Cholesky | A. George, *SIAM J. Numer. Anal.* 10 (1973) 345 | [`linalg`] |
 //! | S, h | S = WᵀW with W = L⁻¹PBᵀ, or two solves for each application | HKL (4.5) | [`dual`] |
 //! | outer loop | successive approximations | HKL Algorithm 4.1, Remark 4.1 | [`solver::successive_approximations`] |
 //! | inner problem | KPRGP: conjugate gradients, expansions, proportioning | HKL §4; R. Kučera, *SIAM J. Optim.* 19 (2008) 846 | [`solver::Kprgp`] |
 //! | all at once | semismooth Newton on λ − P(λ − ρr) | L. Qi, J. Sun, *Math. Program.* 58 (1993) 353 | [`solver::newton`] |
+//! | error of the mesh | recovered stresses (P1), local Neumann problems (P2), conditions inside panes | O. C. Zienkiewicz, J. Z. Zhu, *Int. J. Numer. Methods Eng.* 33 (1992) 1331; R. E. Bank, A. Weiser, *Math. Comp.* 44 (1985) 283 | [`post::ErrorEstimate`] |
+//! | finer mesh | bisection of marked tetrahedra | D. N. Arnold, A. Mukherjee, L. Pouly, *SIAM J. Sci. Comput.* 22 (2000) 431 | [`adaptation`] |
 //! | error of λ | refinement with residuals in twice the precision | N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, 2002 | [`solver`] |
 //!
 //! Newton's method on a dense S is the default where memory allows; [`scene::Method`] chooses.

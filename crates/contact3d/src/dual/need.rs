@@ -143,7 +143,11 @@ pub struct OperatorEstimate {
 /// The paper's algorithm takes about a thousand applications for four digits and some ten thousand for
 /// eight, more where panes differ in size, and their operations wait for memory, which those that form S do not;
 /// forming S pays when it costs less than this many.
-const APPLICATIONS_OF_A_SOLVE: f64 = 3e4;
+const APPLICATIONS_OF_A_SOLVE: f64 = 1e5;
+
+/// The dense form may take this many times the memory of the factor; without it, refined meshes with thousands of panes of
+/// different sizes take hours of applications.
+const MOST_OF_FACTOR: f64 = 8.0;
 
 /// Memory that never matters, in bytes.
 const SMALL_MEMORY: f64 = 256e6;
@@ -175,7 +179,7 @@ impl OperatorEstimate {
     /// costs less than the applications of a solve.
     #[must_use]
     pub(crate) fn prefers_explicit(&self) -> bool {
-        self.explicit_bytes <= (4.0 * self.factor_bytes).max(SMALL_MEMORY)
+        self.explicit_bytes <= (MOST_OF_FACTOR * self.factor_bytes).max(SMALL_MEMORY)
             && self.explicit_operations <= APPLICATIONS_OF_A_SOLVE * self.action_operations
     }
 }

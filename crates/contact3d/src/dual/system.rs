@@ -33,7 +33,8 @@ impl DualSystem {
         Self::admitted(scene, mesh, threads, &|_| Ok(()))
     }
 
-    /// As [`Self::new`], but asks `admit` before the stiffness and before the factor are allocated.
+    /// As [`Self::new`], but asks `admit` before the stiffness and before the factor are allocated. Where the choice is free and
+    /// the dense operator does not fit, it is not formed.
     ///
     /// # Errors
     /// As [`Self::new`], and what `admit` refuses.
@@ -51,12 +52,18 @@ impl DualSystem {
         let dense = coupling
             .as_ref()
             .and_then(|coupling| dense_operator(scene, mesh, &analysed, coupling));
-        admit(Need::of_factor(
-            &analysed.primal.stiffness,
-            &analysed.analysis,
-            dense.as_ref(),
-            threads,
-        ))?;
+        let need = |dense| {
+            let (stiffness, analysis) = (&analysed.primal.stiffness, &analysed.analysis);
+            Need::of_factor(stiffness, analysis, dense, threads)
+        };
+        let dense = match (admit(need(dense.as_ref())), scene.assemble.dual_operator) {
+            (Ok(()), _) => dense,
+            (Err(_), DualOperatorKind::Auto) if dense.is_some() => {
+                admit(need(None))?;
+                None
+            }
+            (Err(shortage), _) => return Err(shortage.into()),
+        };
         let mut assembly = analysed.factorise(threads)?;
         let contact = face.zip(coupling).map(|((interface, surface), coupling)| {
             let unconstrained = assembly.unconstrained();
