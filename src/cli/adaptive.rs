@@ -72,10 +72,10 @@ fn level_line(number: usize, level: &AdaptiveLevel) -> String {
 }
 
 /// The levels as a table, with the wish.
-pub(super) fn table(adapted: &Adapted, wish: f64) -> String {
+pub(super) fn table(adapted: &Adapted) -> String {
     let mut text = format!(
         "levels for an error of {}\n  level   tetrahedra   unknowns  multipliers  error about  stability    seconds\n",
-        percent(wish)
+        percent(adapted.wish)
     );
     for (number, level) in adapted.adaptation.levels.iter().enumerate() {
         let stability = level
@@ -96,7 +96,7 @@ pub(super) fn table(adapted: &Adapted, wish: f64) -> String {
 }
 
 /// The levels for programs.
-pub(super) fn json(adapted: &Adapted, wish: f64) -> serde_json::Value {
+pub(super) fn json(adapted: &Adapted) -> serde_json::Value {
     let levels = adapted.adaptation.levels.iter().map(|level| {
         serde_json::json!({
             "n_tetrahedra": level.n_tetrahedra,
@@ -109,7 +109,7 @@ pub(super) fn json(adapted: &Adapted, wish: f64) -> serde_json::Value {
         })
     });
     serde_json::json!({
-        "wish": wish,
+        "wish": adapted.wish,
         "status": word(adapted.status),
         "level": adapted.level,
         "levels": levels.collect::<Vec<_>>(),
@@ -127,8 +127,8 @@ fn word(status: AdaptiveStatus) -> &'static str {
 }
 
 /// What to say of a wish that is not met; `None` if it is, or if the solve has said enough.
-pub(super) fn unmet(adapted: &Adapted, wish: f64) -> Option<String> {
-    let wish = percent(wish);
+pub(super) fn unmet(adapted: &Adapted) -> Option<String> {
+    let wish = percent(adapted.wish);
     let reached = adapted
         .adaptation
         .levels

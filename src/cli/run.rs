@@ -19,9 +19,7 @@ use super::{
 use crate::{
     format::Stage,
     output::Inputs,
-    pipeline::{
-        Adapted, AssemblyFile, Commit, Freshness, Performed, Session, StageError, StageState, Step,
-    },
+    pipeline::{Adapted, AssemblyFile, Commit, Freshness, Performed, Session, StageError, Step},
     views::{Drawing, PictureFolder, are_drawn, draw_run},
 };
 
@@ -34,8 +32,7 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
     interruption::on_run_file(&arguments.file);
     let mut session = Session::with_scene(&arguments.file, scene, threads)?;
     session.keep_assembly(arguments.assembly.choice());
-    let states = session.states()?;
-    let is_done = states.iter().all(|s| s.freshness == Freshness::Fresh)
+    let is_done = session.is_done()?
         && are_drawn(&arguments.figures.folder(&arguments.file), &arguments.file);
     let pictures = match is_done {
         true => None,
@@ -44,7 +41,7 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
     session.all_or_nothing(|session| {
         let wish = session.scene().adapt.map(|adapt| adapt.error);
         let (performed, adapted) = match wish {
-            None => (perform_stale(session, states, output)?, None),
+            None => (perform_stale(session, output)?, None),
             Some(wish) => {
                 let mut adapted = adaptive::run(session, wish, output)?;
                 warn(output, &session.warnings()?);
@@ -60,13 +57,9 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
 }
 
 /// Runs the first stage that is not fresh and all after it.
-fn perform_stale(
-    session: &mut Session,
-    states: Vec<StageState>,
-    output: &Output,
-) -> Result<Vec<Performed>, StageError> {
+fn perform_stale(session: &mut Session, output: &Output) -> Result<Vec<Performed>, StageError> {
     let mut performed = Vec::new();
-    for state in states {
+    for state in session.states()? {
         match state.stage {
             Stage::Assemble => warn(output, &session.warnings()?),
             Stage::Mesh | Stage::Load | Stage::Solve | Stage::Post => {}
@@ -205,16 +198,15 @@ fn finish(
     let parts = session.assembly_seconds();
     let results = session.results()?;
     let scene = session.scene();
-    let wish = scene.adapt.map_or(0.0, |adapt| adapt.error);
     let (mesh, solution, report) = (results.mesh(), results.solution(), results.report());
     if output.json {
         let mut json = results::json(scene, mesh, solution, report, performed, parts);
         if let Some(adapted) = adapted {
-            json["adaptation"] = adaptive::json(adapted, wish);
+            json["adaptation"] = adaptive::json(adapted);
         }
         terminal::json(&json);
     } else if !output.quiet {
-        let levels = adapted.map_or_else(String::new, |adapted| adaptive::table(adapted, wish));
+        let levels = adapted.map_or_else(String::new, adaptive::table);
         terminal::result(&(results::table(scene, mesh, solution, report) + &levels));
     }
     if let Some(figure) = &report.out_of_range {
@@ -222,7 +214,7 @@ fn finish(
         return Ok(Exit::NotConverged);
     }
     if solution.status.is_success(Goal::of(&scene.solve)) {
-        let unmet = adapted.and_then(|adapted| adaptive::unmet(adapted, wish));
+        let unmet = adapted.and_then(adaptive::unmet);
         return Ok(unmet.map_or(Exit::Done, |unmet| {
             terminal::message(&unmet);
             Exit::NotConverged

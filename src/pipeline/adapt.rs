@@ -17,10 +17,9 @@ use super::{
     Commit, Freshness, Performed, Session, StageError, Step,
     checkpoint::Checkpoints,
     mesh_file::refused,
-    session::Task,
     solve::StartFrom,
     stages::{Chosen, settings},
-    store::{Store, write_group, write_scene},
+    store::{write_group, write_scene},
 };
 use crate::format::{self, ADAPT, FormatError, Stage};
 
@@ -37,6 +36,8 @@ const SECONDS_OF_A_COMMIT: f64 = 0.02;
 /// How an adaptive run went.
 #[derive(Debug)]
 pub struct Adapted {
+    /// The relative error that was asked for.
+    pub wish: f64,
     /// All levels, those of earlier runs included.
     pub adaptation: Adaptation,
     /// How it ended.
@@ -185,11 +186,32 @@ impl Session {
         self.hold(&mut held, &adaptation, level, observe)?;
         self.store.store_pending(&self.task)?;
         Ok(Adapted {
+            wish,
             adaptation,
             status,
             level,
             performed: held.performed,
         })
+    }
+
+    /// Whether nothing is left to do: every stage is fresh, and the levels for the scene's wish, if it has
+    /// one, have come to an end.
+    ///
+    /// # Errors
+    /// An unreadable file.
+    pub fn is_done(&self) -> Result<bool, StageError> {
+        let has_ended = match self.scene().adapt {
+            None => true,
+            Some(adapt) => self
+                .stored_levels()?
+                .is_some_and(|(levels, _)| levels.status(adapt.error) != AdaptiveStatus::Refining),
+        };
+        Ok(has_ended && self.is_fresh_throughout()?)
+    }
+
+    fn is_fresh_throughout(&self) -> Result<bool, StageError> {
+        let mut states = self.states()?.into_iter();
+        Ok(states.all(|state| state.freshness == Freshness::Fresh))
     }
 
     fn stored_levels(&self) -> Result<Option<(Adaptation, AdaptiveStatus)>, StageError> {
@@ -222,11 +244,7 @@ impl Session {
             self.task.start = StartFrom::Any;
         }
         self.known = super::known::Known::default();
-        let states = self.states()?;
-        if !states
-            .iter()
-            .all(|state| state.freshness == Freshness::Fresh)
-        {
+        if !self.is_fresh_throughout()? {
             for stage in Stage::ALL {
                 observe(AdaptStep::Stage(level, stage));
                 let commit = Commit::Held;
@@ -274,19 +292,21 @@ impl Session {
         Ok(())
     }
 
+    /// Stores the levels done, beside whatever stages the file holds.
     fn write_levels(
         &mut self,
         adaptation: &Adaptation,
         status: AdaptiveStatus,
     ) -> Result<(), StageError> {
         let seconds = adaptation.levels.iter().map(|level| level.seconds).sum();
-        Ok(self
-            .store
-            .write_levels(&self.task, seconds, |transaction, record| {
-                write_group(transaction, ADAPT, Home::RunFile, record, |writer| {
-                    format::write_adaptation(writer, adaptation, status)
-                })
-            })?)
+        let input = levels_input(self.scene());
+        let record = self.task.record(String::new(), seconds, input);
+        let mut transaction = Transaction::begin(&self.store.file)?;
+        write_scene(&mut transaction, &self.task)?;
+        write_group(&mut transaction, ADAPT, Home::RunFile, &record, |writer| {
+            format::write_adaptation(writer, adaptation, status)
+        })?;
+        Ok(self.store.end(transaction, &[ADAPT])?)
     }
 }
 
@@ -295,20 +315,4 @@ impl Session {
 struct Held {
     level: Option<usize>,
     performed: Vec<Performed>,
-}
-
-impl Store {
-    /// Stores the levels done, beside whatever stages the file holds.
-    fn write_levels(
-        &mut self,
-        task: &Task,
-        seconds: f64,
-        write: impl FnOnce(&mut Transaction, &runfile::GroupRecord) -> Result<String, StoreError>,
-    ) -> Result<(), StoreError> {
-        let mut transaction = Transaction::begin(&self.file)?;
-        write_scene(&mut transaction, task)?;
-        let record = task.record(String::new(), seconds, levels_input(&task.input.scene));
-        write(&mut transaction, &record)?;
-        self.end(transaction, &[ADAPT])
-    }
 }

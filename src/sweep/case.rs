@@ -43,23 +43,21 @@ pub(super) fn run(
 ) -> Result<Ran, StageError> {
     let case = &plan.cases[index];
     let mut session = Session::with_scene(&case.file(folder), case.scene.clone(), how.threads)?;
-    let done = |session: &Session| -> Result<bool, StageError> {
-        let states = session.states()?;
-        Ok(states.iter().all(|s| s.freshness == Freshness::Fresh))
-    };
     if let Some(adapt) = case.scene.scene.adapt {
-        let was_done = done(&session)?;
-        session.adapt(adapt.error, &mut |_| {})?;
+        let adapted = session.adapt(adapt.error, &mut |_| {})?;
         if how.self_contained {
             session.embed_assembly()?;
         }
-        return Ok(if was_done { Ran::Kept } else { Ran::Computed });
+        return Ok(match adapted.performed.is_empty() {
+            true => Ran::Kept,
+            false => Ran::Computed,
+        });
     }
     if let Some(start) = case.start {
         session.start_from(multiplier(&plan.cases[start].file(folder))?.unwrap_or_default());
     }
     let mut ran = Ran::Kept;
-    if !done(&session)? {
+    if !session.is_done()? {
         ran = Ran::Computed;
         let key = operator_key(&case.scene.scene);
         let outcome = operators

@@ -86,6 +86,20 @@ fn wishes_may_change() {
     program.command(&["check", "run.h5"]).assert().success();
 }
 
+/// Pictures are those of the last level, also when a tighter wish goes on from a file that was done.
+#[test]
+fn a_tighter_wish_draws_its_own_pictures() {
+    let program = Program::new();
+    let scene = pipeline("adaptive.toml");
+    let scene = scene.to_str().expect("plain path");
+    let drawn = ["14%", "10%"].map(|wish| {
+        let mut command = program.command(&["run", scene, "run.h5", "--error", wish]);
+        command.assert().success();
+        std::fs::read(program.path("run-figures/discretisation_error.svg")).expect("a picture")
+    });
+    assert_ne!(drawn[0], drawn[1]);
+}
+
 #[test]
 fn threads_do_not_change_the_bits() {
     let digests = ["1", "3"].map(|threads| {
