@@ -139,7 +139,7 @@ fn words(accuracy: &Accuracy, units: Units) -> String {
 fn ways_table(ways: &Ways, units: Units) -> String {
     let mut text = String::from(
         "Ways to accuracy (relative errors in the energy norm)\n\
-         way          unknowns  multipliers  estimated  of contact    true  effectivity   seconds  peak MB\n",
+         way                  unknowns  multipliers  estimated  of contact    true  effectivity   seconds  peak MB\n",
     );
     let known = |value: Option<f64>, digits: usize| match value {
         Some(value) => format!("{value:.digits$}"),
@@ -148,7 +148,7 @@ fn ways_table(ways: &Ways, units: Units) -> String {
     let mut add = |name: &str, level: &WayLevel| {
         let _ = writeln!(
             text,
-            "{name:<12} {:>8}  {:>11}  {:>9.4}  {:>10.4}  {:>6}  {:>11}  {:>8.3}  {:>7}{}",
+            "{name:<20} {:>8}  {:>11}  {:>9.4}  {:>10.4}  {:>6}  {:>11}  {:>8.3}  {:>7}{}",
             level.n_free,
             level.n_multipliers,
             level.estimated_error,

@@ -4,11 +4,6 @@ use std::collections::HashMap;
 
 use crate::{contact::MultiplierLayout, mesh::Mesh};
 
-fn sorted(mut nodes: [usize; 3]) -> [usize; 3] {
-    nodes.sort_unstable();
-    nodes
-}
-
 /// The three stresses on each contact triangle, `[n_contact_facets]`: those of its pane, or the mean
 /// of those at its nodes.
 fn on_facets(mesh: &Mesh, layout: MultiplierLayout, multiplier: &[f64]) -> Vec<[f64; 3]> {
@@ -50,24 +45,6 @@ fn carried(mesh: &Mesh) -> HashMap<usize, usize> {
     panes.collect()
 }
 
-/// The tetrahedron behind each contact triangle, `[n_contact_facets]`.
-fn behind(mesh: &Mesh) -> Vec<usize> {
-    let facets = mesh.contact.iter().flat_map(|surface| &surface.facets);
-    let place: HashMap<[usize; 3], usize> = facets
-        .enumerate()
-        .map(|(place, f)| (sorted(mesh.facets[*f]), place))
-        .collect();
-    let mut behind = vec![0; place.len()];
-    for (t, &[a, b, c, d]) in mesh.tetrahedra.iter().enumerate() {
-        for side in [[b, c, d], [a, c, d], [a, b, d], [a, b, c]] {
-            if let Some(place) = place.get(&sorted(side)) {
-                behind[*place] = t;
-            }
-        }
-    }
-    behind
-}
-
 /// Multipliers in Pa of a mesh as a start on a finer one: each takes the mean of the stresses on the
 /// triangles it is made of, and a triangle has those of the one it lies in. `parents` names the
 /// coarse tetrahedron that each fine one lies in, `[n_tetrahedra of the fine mesh]`.
@@ -88,7 +65,8 @@ pub fn transferred(
         multiplier,
     );
     // A tetrahedron has at most one side on a flat face.
-    let stress_of: HashMap<usize, [f64; 3]> = behind(coarse).into_iter().zip(stresses).collect();
+    let stress_of: HashMap<usize, [f64; 3]> =
+        coarse.behind_contact().into_iter().zip(stresses).collect();
     let layout = MultiplierLayout::new(wanted.n_panes(), friction);
     let mut sums = vec![([0.0; 3], 0.0); wanted.n_panes()];
     let carried = if wanted.is_nodal() {
@@ -96,7 +74,7 @@ pub fn transferred(
     } else {
         HashMap::new()
     };
-    for (place, (facet, behind)) in wanted.facets.iter().zip(behind(fine)).enumerate() {
+    for (place, (facet, behind)) in wanted.facets.iter().zip(fine.behind_contact()).enumerate() {
         let stress = stress_of.get(&parents[behind]).copied().unwrap_or_default();
         let area = fine.facet_area(*facet);
         let mut add = |pane: usize| {

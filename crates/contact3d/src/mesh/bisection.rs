@@ -9,7 +9,7 @@
 
 use std::collections::HashMap;
 
-use super::RawMesh;
+use super::{RawMesh, mid_edges::edge, sorted};
 use crate::reference::TETRAHEDRON_EDGES;
 
 /// Two nodes, the smaller one first.
@@ -71,10 +71,6 @@ impl Descendant {
             }
         })
     }
-}
-
-fn edge(a: usize, b: usize) -> Edge {
-    [a.min(b), a.max(b)]
 }
 
 fn edges(nodes: &[usize]) -> Vec<Edge> {
@@ -275,9 +271,4 @@ impl MarkedTetrahedron {
 /// The node that two edges share.
 fn common(first: Edge, second: Edge) -> Option<usize> {
     first.into_iter().find(|node| second.contains(node))
-}
-
-fn sorted(mut nodes: [usize; 3]) -> [usize; 3] {
-    nodes.sort_unstable();
-    nodes
 }

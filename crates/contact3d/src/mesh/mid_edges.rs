@@ -17,7 +17,7 @@ pub struct MidEdgeNodes {
 }
 
 /// The edge between two corners, as a key.
-fn edge(a: usize, b: usize) -> [usize; 2] {
+pub(super) fn edge(a: usize, b: usize) -> [usize; 2] {
     [a.min(b), a.max(b)]
 }
 

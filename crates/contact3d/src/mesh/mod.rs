@@ -25,7 +25,7 @@ pub(crate) use isoparametric::IsoparametricMap;
 pub use mid_edges::MidEdgeNodes;
 pub use quality::Quality;
 pub use refined::{RefinableBody, Refinement};
-pub(crate) use side::{SidePoint, is_straight};
+pub(crate) use side::{SidePoint, is_straight, sorted};
 
 use contact_surface::{ContactFace, FaceTriangle, plane_of};
 

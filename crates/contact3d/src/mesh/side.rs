@@ -1,4 +1,6 @@
-//! Boundary triangles as surfaces to integrate over.
+//! Boundary triangles: the tetrahedra behind them, and surfaces to integrate over.
+
+use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
@@ -23,6 +25,12 @@ pub(crate) struct SidePoint {
     pub(crate) area: Vector3<f64>,
 }
 
+/// The nodes of a triangle in increasing order, the same from both sides.
+pub(crate) fn sorted(mut nodes: [usize; 3]) -> [usize; 3] {
+    nodes.sort_unstable();
+    nodes
+}
+
 /// Whether mid-edge nodes are in the middle of their edges, which join the given pairs of corners.
 pub(crate) fn is_straight(
     corners: &[[f64; 3]],
@@ -37,6 +45,24 @@ pub(crate) fn is_straight(
 }
 
 impl Mesh {
+    /// The tetrahedron behind each contact triangle, `[n_contact_facets]`; none without contact.
+    pub(crate) fn behind_contact(&self) -> Vec<usize> {
+        let facets = self.contact.iter().flat_map(|surface| &surface.facets);
+        let place: HashMap<[usize; 3], usize> = facets
+            .enumerate()
+            .map(|(place, f)| (sorted(self.facets[*f]), place))
+            .collect();
+        let mut behind = vec![0; place.len()];
+        for (t, &[a, b, c, d]) in self.tetrahedra.iter().enumerate() {
+            for side in [[b, c, d], [a, c, d], [a, b, d], [a, b, c]] {
+                if let Some(place) = place.get(&sorted(side)) {
+                    behind[*place] = t;
+                }
+            }
+        }
+        behind
+    }
+
     /// Nodes of a quadratic side, and 16 points on it, exact for polynomials of degree 6 in the
     /// reference triangle; `None` in a mesh of linear tetrahedra.
     pub(crate) fn quadratic_side(&self, facet: usize) -> Option<([usize; 6], Vec<SidePoint>)> {

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use rayon::slice::ParallelSliceMut;
 
 use super::{GmshError, body::Body, contents::Contents};
+use crate::mesh::sorted;
 
 /// The outer triangles of the body and how its tetrahedra hang together.
 #[derive(Debug)]
@@ -90,12 +91,6 @@ struct Side {
 /// The four triangles of a positively oriented tetrahedron, counter-clockwise seen from outside.
 fn triangles(&[a, b, c, d]: &[usize; 4]) -> [[usize; 3]; 4] {
     [[a, c, b], [a, b, d], [a, d, c], [b, c, d]]
-}
-
-/// The nodes of a triangle in increasing order.
-pub(super) fn sorted(mut nodes: [usize; 3]) -> [usize; 3] {
-    nodes.sort_unstable();
-    nodes
 }
 
 /// Whether the outward order of a side is an even permutation of the increasing one.

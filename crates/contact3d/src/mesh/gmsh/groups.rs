@@ -5,10 +5,11 @@ use std::collections::{BTreeMap, HashSet};
 use super::{
     GmshError,
     body::{Body, listed_nodes},
-    boundary::{Boundary, sorted},
+    boundary::Boundary,
     contents::Contents,
     element::Element,
 };
+use crate::mesh::sorted;
 
 /// What is in no physical group is called so.
 const UNNAMED: &str = "unnamed";

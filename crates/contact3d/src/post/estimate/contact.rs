@@ -68,13 +68,13 @@ impl Law {
     }
 }
 
-/// The energies in J of penetration, complementarity and friction of each contact triangle, with its
-/// place among the boundary triangles.
+/// The energies in J of penetration, complementarity and friction of each contact triangle,
+/// `[n_contact_facets]`.
 pub(super) fn residuals(
     solved: &Solved<'_>,
     contact: &SolvedContact<'_>,
     known: &Known<'_>,
-) -> Vec<(usize, [f64; 3])> {
+) -> Vec<[f64; 3]> {
     let surface = contact.state.surface;
     let friction = contact.state.interface.has_friction();
     let laws: Vec<Law> = (0..surface.n_panes())
@@ -112,7 +112,7 @@ pub(super) fn residuals(
                     *sum += weight * area * energy;
                 }
             }
-            (facet, sum)
+            sum
         })
         .collect()
 }

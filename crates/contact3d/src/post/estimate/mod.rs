@@ -30,7 +30,7 @@ use crate::elasticity::{InternalForces, MaterialField};
 
 use boundary::Boundary;
 use local::LocalProblems;
-use surroundings::{Beyond, surroundings};
+use surroundings::surroundings;
 
 /// The estimated discretisation error of a solution, in the energy norm ‖v‖_A = √a(v, v), √J.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,12 +84,11 @@ impl ErrorEstimate {
     /// Estimates the error of a solved problem.
     pub(super) fn new(solved: &Solved<'_>, known: &Known<'_>) -> Self {
         let mesh = solved.mesh;
-        let beyond = surroundings(mesh);
         let material = MaterialField::new(solved.scene, mesh);
         let mut squares = match mesh.mid_edges {
             None => recovery::energies(mesh, &material, &known.internal.stress),
             Some(_) => {
-                let boundary = Boundary::new(solved);
+                let (boundary, beyond) = (Boundary::new(solved), surroundings(mesh));
                 let problems =
                     LocalProblems::new(solved, known.internal, &boundary, &beyond, &material);
                 let tetrahedra = (0..mesh.tetrahedra.len()).into_par_iter();
@@ -100,11 +99,10 @@ impl ErrorEstimate {
         let contact = solved.contact.map(|contact| {
             let sides = contact::residuals(solved, &contact, known);
             let mut sum = [0.0; 3];
-            let owner = owners(&beyond, mesh.facets.len());
-            for (facet, energies) in sides {
+            for (tetrahedron, energies) in mesh.behind_contact().into_iter().zip(sides) {
                 for (sum, energy) in sum.iter_mut().zip(energies) {
                     *sum += energy;
-                    squares[owner[facet]] += energy;
+                    squares[tetrahedron] += energy;
                 }
             }
             let [penetration, complementarity, friction] = sum.map(f64::sqrt);
@@ -165,18 +163,4 @@ impl ErrorEstimate {
             error / self.displacement
         }
     }
-}
-
-/// The tetrahedron behind each boundary triangle.
-fn owners(beyond: &[[Beyond; 4]], n_facets: usize) -> Vec<usize> {
-    let mut owner = vec![0; n_facets];
-    for (t, sides) in beyond.iter().enumerate() {
-        for side in sides {
-            match side {
-                Beyond::Facet(facet) => owner[*facet] = t,
-                Beyond::Tetrahedron(_) => {}
-            }
-        }
-    }
-    owner
 }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::bubbles::SIDES;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, sorted};
 
 /// The other side of a side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -12,11 +12,6 @@ pub(super) enum Beyond {
     Tetrahedron(usize),
     /// A boundary triangle.
     Facet(usize),
-}
-
-fn sorted(mut nodes: [usize; 3]) -> [usize; 3] {
-    nodes.sort_unstable();
-    nodes
 }
 
 /// What lies beyond side k, opposite to corner k, of every tetrahedron, `[n_tetrahedra]`.
