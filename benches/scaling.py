@@ -3,6 +3,9 @@
 
     python3 benches/scaling.py [--n-div 8 16 24 32] [--paper 8 16] [--threads 1 2] [--repeat 3]
 
+Beside the factorisation stand its rate and its share of the machine's gemm in the same precision, measured with
+numpy's BLAS on the same number of threads (where numpy is installed).
+
 Our way: dense dual operator and Newton, to 1e-12. The paper's way: backsolves and Algorithm 4.1
 with KPRGP, precision control (a), to 1e-4. Runs alternate; medians are printed as Markdown, with
 the growth exponent of each part in the number of unknowns fitted over all sizes. Needs Python 3
@@ -63,8 +66,11 @@ def run(way, n_div, threads, folder):
         "files": sum(s["store_seconds"] for s in stages.values()),
     }
     seconds["total"] = sum(s["compute_seconds"] + s["store_seconds"] for s in stages.values())
+    factor = result["factor"]
     return {
         "seconds": seconds,
+        "precision": factor["precision"],
+        "rate": factor["operations"] / parts["factorisation"] / 1e9,
         "memory": usage.ru_maxrss / 1024,
         "unknowns": result["n_free"],
         "multipliers": result["n_multipliers"],
@@ -75,12 +81,31 @@ def run(way, n_div, threads, folder):
     }
 
 
+GEMM = """
+import sys, time, numpy
+a = numpy.random.default_rng(1).random((3000, 3000)).astype(sys.argv[1])
+a @ a
+best = min((lambda t: (a @ a, time.perf_counter() - t)[1])(time.perf_counter()) for _ in range(5))
+print(2 * 3000**3 / best / 1e9)
+"""
+
+
+def gemm_rate(precision, threads):
+    """GFlop/s of numpy's product of two matrices of 3000 x 3000; NaN without numpy."""
+    names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+    environment = os.environ | {name: str(threads) for name in names}
+    dtype = {"single": "float32", "double": "float64"}[precision]
+    done = subprocess.run([sys.executable, "-c", GEMM, dtype], env=environment, capture_output=True, text=True, check=False)
+    return float(done.stdout) if done.returncode == 0 else float("nan")
+
+
 def median_of(runs):
     """Medians of repeated runs."""
     middle = dict(runs[0])
     middle["seconds"] = {
         part: statistics.median(r["seconds"][part] for r in runs) for part in PARTS
     }
+    middle["rate"] = statistics.median(r["rate"] for r in runs)
     middle["memory"] = statistics.median(r["memory"] for r in runs)
     return middle
 
@@ -94,7 +119,7 @@ def exponent(cases, part):
     return sum((x - x0) * (y - y0) for x, y in points) / spread if spread else float("nan")
 
 
-def print_table(title, cases):
+def print_table(title, cases, threads):
     print(f"\n### {title}\n")
     sizes = list(cases)
     print("| | " + " | ".join(f"n_div {n}" for n in sizes) + " | growth |")
@@ -105,6 +130,11 @@ def print_table(title, cases):
         row = " | ".join(f"{cases[n]['seconds'][part]:.3f}" for n in sizes)
         growth = f"{exponent(list(cases.values()), part):.2f}" if len(sizes) > 1 else ""
         print(f"| {part} [s] | {row} | {growth} |")
+    rates = {precision: gemm_rate(precision, threads) for precision in {cases[n]["precision"] for n in sizes}}
+    print("| precision of the factor | " + " | ".join(cases[n]["precision"] for n in sizes) + " | |")
+    print("| factorisation [GFlop/s] | " + " | ".join(f"{cases[n]['rate']:.1f}" for n in sizes) + " | |")
+    print("| gemm of that precision [GFlop/s] | " + " | ".join(f"{rates[cases[n]['precision']]:.1f}" for n in sizes) + " | |")
+    print("| share of gemm | " + " | ".join(f"{cases[n]['rate'] / rates[cases[n]['precision']]:.2f}" for n in sizes) + " | |")
     print("| peak memory [MB] | " + " | ".join(f"{cases[n]['memory']:.0f}" for n in sizes) + " | |")
     print("| file [MB] | " + " | ".join(f"{cases[n]['megabytes']:.0f}" for n in sizes) + " | |")
     print("| worst certificate figure | " + " | ".join(f"{cases[n]['certificate']:.0e}" for n in sizes) + " | |")
@@ -134,7 +164,7 @@ def main():
                     results[way][n_div] = median_of(runs[way])
             for way, title in (("ours", "Newton to 1e-12"), ("paper", "The paper's way to 1e-4")):
                 if results[way]:
-                    print_table(f"{title}, {threads} thread{'s' if threads > 1 else ''}", results[way])
+                    print_table(f"{title}, {threads} thread{'s' if threads > 1 else ''}", results[way], threads)
             for n_div in results["paper"]:
                 if n_div in results["ours"]:
                     ratio = results["paper"][n_div]["seconds"]["total"] / results["ours"][n_div]["seconds"]["total"]

@@ -45,10 +45,11 @@ def print_mesh(mesh: h5py.Group) -> None:
 def print_assembly(assemble: h5py.Group) -> None:
     """Sizes of the algebraic problem."""
     free = assemble["stiffness/indptr"].shape[0] - 1
-    entries = assemble["factor/values"].shape[0]
+    factor = assemble["factor"]
+    values = factor["values" if "values" in factor else "values_single"]
     print("assembly")
     print(f"  unknowns            {free} primal")
-    print(f"  factor              {entries} coefficients")
+    print(f"  factor              {values.shape[0]} coefficients of {values.dtype.itemsize} bytes")
 
 
 def print_load(load: h5py.Group) -> None:

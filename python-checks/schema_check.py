@@ -9,7 +9,7 @@ from units import unit_word
 
 # What VTK itself demands on its group, besides the attributes of every stage.
 VTK_ATTRIBUTES = {"Type", "Version"}
-NUMBERS = {"f64": np.dtype("<f8"), "i64": np.dtype("<i8"), "u8": np.dtype("u1")}
+NUMBERS = {"f64": np.dtype("<f8"), "f32": np.dtype("<f4"), "i64": np.dtype("<i8"), "u8": np.dtype("u1")}
 
 
 def schema_problems(file: h5py.File, schema: dict) -> list[str]:

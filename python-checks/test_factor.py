@@ -6,11 +6,11 @@ from scipy import sparse
 from scipy.sparse.linalg import spsolve_triangular
 
 
-def cholesky_factor(factor) -> sparse.csc_matrix:
+def cholesky_factor(factor, name: str = "values") -> sparse.csc_matrix:
     """L as a scipy matrix from the supernodal panels."""
     columns = factor["supernode_columns"][:]
     row_offsets, value_offsets = factor["row_offsets"][:], factor["value_offsets"][:]
-    row_indices, values = factor["row_indices"][:], factor["values"][:]
+    row_indices, values = factor["row_indices"][:], factor[name][:]
     rows, cols, data = [], [], []
     for s in range(columns.size - 1):
         own = np.arange(columns[s], columns[s + 1])

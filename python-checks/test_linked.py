@@ -16,9 +16,9 @@ SCENE = ROOT / "pipelines" / "newton.toml"
 
 @pytest.fixture(scope="module")
 def linked_path(contact3d, tmp_path_factory):
-    """A run file at n_div = 16, whose factor of 96 MB is kept beside it."""
+    """A run file whose assembled data are kept beside it."""
     path = tmp_path_factory.mktemp("linked") / "run.h5"
-    contact3d("run", SCENE, path, "--no-figures", "--set", "body.brick.cells=[48,16,16]")
+    contact3d("run", SCENE, path, "--no-figures", "--linked", "--set", "body.brick.cells=[12,4,4]")
     return path
 
 
@@ -28,8 +28,7 @@ def test_h5py_sees_one_complete_file(linked_path, schema, monkeypatch, tmp_path)
     with open_run(linked_path) as file:
         link = file.get("assemble", getlink=True)
         assert isinstance(link, h5py.ExternalLink)
-        assert (linked_path.parent / link.filename).stat().st_size > 96e6
-        assert linked_path.stat().st_size < 10e6
+        assert (linked_path.parent / link.filename).is_file()
         assert schema_problems(file, schema) == []
         assert {f"/{name}" for name in file} == set(schema["stages"]) - {
             "/checkpoint",

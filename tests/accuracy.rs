@@ -21,7 +21,7 @@ const SETTINGS: AccuracySettings = AccuracySettings {
 };
 
 fn measure(scene: &Scene, settings: &AccuracySettings) -> Result<Accuracy, ProblemError> {
-    Accuracy::measure(scene, Path::new(""), settings, 1, &mut |_| {})
+    Accuracy::measure(scene, Path::new(""), settings, &mut |_| {})
 }
 
 /// Without contact the problem is linear and the spaces are nested, so Galerkin's orthogonality

@@ -75,7 +75,7 @@ fn going_on_gives_the_same_bits_for_every_inner_solver_and_operator() {
         scene.solve.method = Method::FixedPoint;
         scene.solve.inner = inner;
         let mesh = Mesh::of_scene(&scene, "".as_ref()).unwrap();
-        let system = DualSystem::new(&scene, &mesh, 1).unwrap();
+        let system = DualSystem::new(&scene, &mesh).unwrap();
         let (whole, states) = run(&scene, &mesh, &system, Start::default());
         assert_eq!(states.len() + 1, whole.history.len());
         assert!(states.len() > 3, "{operator:?} {inner:?}");
@@ -108,8 +108,8 @@ fn loads_applied_to_another_problem_give_the_bits_of_assembling_anew() {
             scene
         });
         let mesh = Mesh::of_scene(&scene, "".as_ref()).unwrap();
-        let expected = DualSystem::new(&scene, &mesh, 1).unwrap();
-        let mut moved = DualSystem::new(&other, &mesh, 1).unwrap();
+        let expected = DualSystem::new(&scene, &mesh).unwrap();
+        let mut moved = DualSystem::new(&other, &mesh).unwrap();
         assert_ne!(moved.assembly.primal.load, expected.assembly.primal.load);
         moved.apply_loads(&scene, &mesh).unwrap();
         // Timings differ, and nothing else.

@@ -157,7 +157,7 @@ fn assemble(text: &str) -> bool {
     let text = scene.to_toml().expect("a scene from a text");
     let again = Scene::parse("canonical", &text).expect("canonical text is a scene");
     assert_eq!(again.to_toml(), Ok(text));
-    Mesh::of_scene(&scene, &folder).is_ok_and(|mesh| DualSystem::new(&scene, &mesh, 1).is_ok())
+    Mesh::of_scene(&scene, &folder).is_ok_and(|mesh| DualSystem::new(&scene, &mesh).is_ok())
 }
 
 fn check_mesh(bytes: &[u8]) {

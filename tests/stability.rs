@@ -20,7 +20,7 @@ fn hard_cases_hold_but_for_those_known_to_be_open() {
     let cases = cases.unwrap_or_else(|error| panic!("{error}"));
     assert!(cases.len() >= 45);
     for case in cases {
-        let row = case.check(1);
+        let row = case.check();
         let check = row.outcome.as_ref();
         let check = check.unwrap_or_else(|reason| panic!("{}: {reason}", row.name));
         let verdict = check.verdict();
@@ -37,7 +37,7 @@ fn zones_of_the_pure_loads_are_pure() {
     let cases = read(&pipelines().join("hard/suite.toml"), Version::Coarse).unwrap();
     let zones = |name: &str| {
         let case = cases.iter().find(|case| case.name == name);
-        let row = case.expect("a case of the suite").check(1);
+        let row = case.expect("a case of the suite").check();
         let check = row.outcome.expect("a discrete problem");
         check.zones
     };
@@ -69,7 +69,7 @@ impl Small {
         let mesh = contact3d::mesh::Mesh::of_scene(&scene, &file.folder).unwrap();
         let interface = contact3d::contact::Interface::new(&scene, &mesh);
         Self {
-            system: DualSystem::new(&scene, &mesh, 1).unwrap(),
+            system: DualSystem::new(&scene, &mesh).unwrap(),
             interface: interface.unwrap().unwrap(),
             mesh,
             scene,

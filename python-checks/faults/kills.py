@@ -15,7 +15,7 @@ from faults.table import Row, Verdict
 PUBLISHED = ROOT / "pipelines" / "hkl2011_table1.toml"
 SMALL = settings(body__brick__cells="[12,4,4]", solve__epsilon=1e-6)
 OTHER = settings(body__brick__cells="[6,2,2]")
-LARGE = settings(body__brick__cells="[48,16,16]", solve__method='"auto"')
+LARGE = ("--linked", *settings(body__brick__cells="[48,16,16]", solve__method='"auto"'))
 EXPLICIT = settings(assemble__dual_operator='"explicit"')
 RUN = ("run", PUBLISHED, "run.h5", "--no-figures")
 SIGNALS = (signal.SIGKILL, signal.SIGINT, signal.SIGTERM)

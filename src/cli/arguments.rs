@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand};
 use contact3d::scene::{
-    DualOperatorKind, InnerSolver, MOST_CELLS, Method, PrecisionControl, SolveSettings,
+    DualOperatorKind, FactorPrecision, InnerSolver, MOST_CELLS, Method, PrecisionControl,
+    SolveSettings,
 };
 use serde::de::{DeserializeOwned, IntoDeserializer, value::StrDeserializer};
 
@@ -121,12 +122,17 @@ pub(super) struct AssemblyFileArguments {
     /// Keep large assembled data in the run file too, not in FILE.assemble-DIGEST.h5 beside it
     #[arg(long)]
     self_contained: bool,
+    /// Keep assembled data of any size in FILE.assemble-DIGEST.h5 beside the run file, so that later commits copy nothing
+    #[arg(long, conflicts_with = "self_contained")]
+    linked: bool,
 }
 
 impl AssemblyFileArguments {
     pub(super) fn choice(&self) -> AssemblyFile {
         if self.self_contained {
             AssemblyFile::SelfContained
+        } else if self.linked {
+            AssemblyFile::Beside
         } else {
             AssemblyFile::BySize
         }
@@ -157,6 +163,9 @@ pub struct AssembleArguments {
     /// How the dual operator is held: implicit (the paper's backsolves), explicit (dense), or auto
     #[arg(long, value_name = "KIND", value_parser = named::<DualOperatorKind>)]
     pub dual_operator: Option<DualOperatorKind>,
+    /// Precision of the Cholesky factor: single (half the memory), double, or auto
+    #[arg(long, value_name = "PRECISION", value_parser = named::<FactorPrecision>)]
+    pub factor: Option<FactorPrecision>,
     #[command(flatten)]
     pub(super) assembly: AssemblyFileArguments,
 }

@@ -2,6 +2,7 @@
 
 use contact3d::{
     dual::OperatorEstimate,
+    linalg::Precision,
     scene::{DualOperatorKind, Method, Scene},
     solver::{Progress, Solution, Status},
 };
@@ -19,14 +20,20 @@ pub(super) fn stage_line(performed: &Performed) -> String {
 }
 
 /// How the dual operator is held, and what either form costs.
-pub(super) fn operator_line(estimate: &OperatorEstimate, dense: bool) -> String {
+pub(super) fn operator_line(
+    estimate: &OperatorEstimate,
+    dense: bool,
+    precision: Precision,
+) -> String {
+    let share = precision.bytes() as f64 / Precision::Double.bytes() as f64;
     format!(
-        "{:<9} {} (dense: {:.1} MB and {:.2e} operations to form; factor: {:.1} MB, {:.2e} operations per application)",
+        "{:<9} {} (dense: {:.1} MB and {:.2e} operations to form; factor: {:.1} MB in {} precision, {:.2e} operations per application)",
         "dual",
         if dense { "explicit" } else { "implicit" },
-        estimate.explicit_bytes / 1e6,
+        share * estimate.explicit_bytes / 1e6,
         estimate.explicit_operations,
-        estimate.factor_bytes / 1e6,
+        share * estimate.factor_bytes / 1e6,
+        precision.word(),
         estimate.action_operations,
     )
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use contact3d::{
-    dual::AssemblySeconds,
+    dual::Assembly,
     mesh::Mesh,
     post::{ContactReport, Zone},
     scene::{ModelFeatures, Scene},
@@ -193,6 +193,22 @@ fn relative_parts(report: &ContactReport) -> serde_json::Value {
         .collect()
 }
 
+/// What the parts of an assembly took, and the factor: its precision, its coefficients, and the operations that made it.
+pub(super) fn assembly_json(assembly: &Assembly) -> serde_json::Value {
+    let parts = assembly.seconds.parts().into_iter();
+    let seconds: serde_json::Map<String, serde_json::Value> =
+        parts.map(|(name, s)| (name.to_owned(), s.into())).collect();
+    let structure = assembly.factor.structure();
+    serde_json::json!({
+        "seconds": seconds,
+        "factor": {
+            "precision": assembly.factor.precision().word(),
+            "coefficients": structure.value_count(),
+            "operations": structure.operations(),
+        },
+    })
+}
+
 /// The results for programs.
 pub(super) fn json(
     scene: &Scene,
@@ -200,7 +216,7 @@ pub(super) fn json(
     solution: &Solution,
     report: &ContactReport,
     performed: &[Performed],
-    assembly_seconds: Option<AssemblySeconds>,
+    assembly: Option<serde_json::Value>,
 ) -> serde_json::Value {
     let r = &report.resultants;
     let certificate: serde_json::Map<String, serde_json::Value> = report
@@ -209,17 +225,12 @@ pub(super) fn json(
         .into_iter()
         .map(|(name, value)| (name.to_owned(), value.into()))
         .collect();
-    let parts = assembly_seconds.map(|seconds| {
-        let parts = seconds.parts().into_iter();
-        parts
-            .map(|(name, s)| (name.to_owned(), s.into()))
-            .collect::<serde_json::Map<_, _>>()
-    });
     serde_json::json!({
         "title": scene.title,
         "units": unit_words(scene.units),
         "effects": features::json(&ModelFeatures::of(scene), &sizes(mesh, solution)),
-        "assembly_seconds": parts,
+        "assembly_seconds": assembly.as_ref().map(|assembly| &assembly["seconds"]),
+        "factor": assembly.as_ref().map(|assembly| &assembly["factor"]),
         "newton_seconds": solution.newton.iter().map(|step| step.seconds).sum::<f64>(),
         "status": solution.status.word(),
         "n_nodes": mesh.coordinates.len(),

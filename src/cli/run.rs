@@ -93,11 +93,13 @@ pub(super) fn assemble(arguments: &AssembleArguments, output: &Output, threads: 
     interruption::on_run_file(&arguments.file);
     let mut session = Session::open(&arguments.file, threads)?;
     session.keep_assembly(arguments.assembly.choice());
-    if let Some(dual_operator) = arguments.dual_operator {
-        session.set_assemble(AssembleSettings { dual_operator });
-    }
+    let stored = session.scene().assemble;
+    session.set_assemble(AssembleSettings {
+        dual_operator: arguments.dual_operator.unwrap_or(stored.dual_operator),
+        factor: arguments.factor.unwrap_or(stored.factor),
+    });
     session.all_or_nothing(|session| {
-        let commit = Commit::WithNextIfCheap;
+        let commit = Commit::Held;
         let assembled = perform(session, Stage::Assemble, commit, output)?;
         let loaded = perform(session, Stage::Load, Commit::Now, output)?;
         print_stages(output, &[assembled, loaded]);
@@ -146,8 +148,11 @@ fn perform(
     spinner.finish_and_clear();
     let performed = performed?;
     say(output, &report::stage_line(&performed));
-    if let (Stage::Assemble, Some((estimate, dense))) = (stage, session.operator_estimate()) {
-        say(output, &report::operator_line(&estimate, dense));
+    if let (Stage::Assemble, Some(assembly), Some((estimate, dense))) =
+        (stage, session.assembly(), session.operator_estimate())
+    {
+        let precision = assembly.factor.precision();
+        say(output, &report::operator_line(&estimate, dense, precision));
     }
     Ok(performed)
 }
@@ -195,12 +200,12 @@ fn finish(
     performed: &[Performed],
     adapted: Option<&Adapted>,
 ) -> Outcome {
-    let parts = session.assembly_seconds();
+    let assembly = session.assembly().map(results::assembly_json);
     let results = session.results()?;
     let scene = session.scene();
     let (mesh, solution, report) = (results.mesh(), results.solution(), results.report());
     if output.json {
-        let mut json = results::json(scene, mesh, solution, report, performed, parts);
+        let mut json = results::json(scene, mesh, solution, report, performed, assembly);
         if let Some(adapted) = adapted {
             json["adaptation"] = adaptive::json(adapted);
         }

@@ -96,7 +96,7 @@ fn run_suite(
     let mut rows = Vec::new();
     for case in &cases {
         let started = Instant::now();
-        let row = case.check(threads);
+        let row = case.check();
         let seconds = started.elapsed().as_secs_f64();
         let line = format!("{:<28} {:<8} {seconds:.1} s", row.name, row.word());
         terminal::say(output, &line);
@@ -117,7 +117,7 @@ fn run_scene(
         overrides: arguments.overrides.clone(),
     })?;
     let table = claim(arguments, &inputs)?;
-    let rows = [Case::alone(scene).check(threads)];
+    let rows = [Case::alone(scene).check()];
     store(table, &rows, threads)?;
     Ok(finish(arguments, output, &rows, stability_words::details))
 }

@@ -9,7 +9,7 @@ use contact3d::{
         OperatorForm, PrimalSystem,
     },
     elasticity::DofMap,
-    linalg::{CholeskyFactor, CscMatrix},
+    linalg::{CholeskyFactor, CscMatrix, Factor, FactorStructure, Precision},
 };
 use runfile::{
     DatasetSpec, Extent,
@@ -38,11 +38,21 @@ const ROW_OFFSETS: &str = "/assemble/factor/row_offsets";
 const ROW_INDICES: &str = "/assemble/factor/row_indices";
 const VALUE_OFFSETS: &str = "/assemble/factor/value_offsets";
 const VALUES: &str = "/assemble/factor/values";
+const DUAL_OPERATOR_SINGLE: &str = "/assemble/dual_operator_single";
+const CONTACT_COMPLIANCE_SINGLE: &str = "/assemble/contact_compliance_single";
+const VALUES_SINGLE: &str = "/assemble/factor/values_single";
 
-const IMPLICIT: &str = "absent when the dual operator is applied through the factor";
+const IMPLICIT: &str = "absent when the dual operator is applied through the factor, or the factor is in single precision";
+const IN_DOUBLE: &str =
+    "absent when the factor is in double precision, or the dual operator is applied through it";
+const SINGLE: &str = "absent when the factor is in single precision";
+const DOUBLE: &str = "absent when the factor is in double precision";
 const NO_CONTACT: &str = "absent without contact";
 const NO_FRICTION: &str = "absent without friction";
-const NO_SLIP: &str = "absent unless the dual operator is explicit and friction follows the slip";
+const NO_SLIP: &str =
+    "absent unless the dual operator is explicit in double precision and friction follows the slip";
+const NO_SLIP_SINGLE: &str =
+    "absent unless the dual operator is explicit in single precision and friction follows the slip";
 const FREE: Extent = Named("n_free");
 const OFFSETS: &[Extent] = &[Plus("n_supernodes", 1)];
 
@@ -63,7 +73,10 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(ROW_OFFSETS, Kind::I64, OFFSETS, Dimension::Number, "Where the rows of each supernode begin in row_indices.").compressed(),
     GROUP.row(ROW_INDICES, Kind::I64, &[Named("n_factor_rows")], Dimension::Number, "Rows of each supernode, increasing; the first are its own columns.").compressed(),
     GROUP.row(VALUE_OFFSETS, Kind::I64, OFFSETS, Dimension::Number, "Where the panel of each supernode begins in values.").compressed(),
-    GROUP.row(VALUES, Kind::F64, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "Dense column-major panel (rows, columns) of each supernode of the Cholesky factor.").symbol("L"),
+    GROUP.row(VALUES, Kind::F64, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "Dense column-major panel (rows, columns) of each supernode of the Cholesky factor.").symbol("L").optional(SINGLE),
+    GROUP.row(VALUES_SINGLE, Kind::F32, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "The same in single precision: L L^T is A to about seven digits, a preconditioner.").symbol("L").optional(DOUBLE),
+    GROUP.row(DUAL_OPERATOR_SINGLE, Kind::F32, &[Named("n_multipliers"), Named("n_multipliers")], Dimension::DUAL, "Dual operator made from a factor in single precision, symmetric; solves correct its error by exact residuals.").symbol("S").optional(IN_DOUBLE),
+    GROUP.row(CONTACT_COMPLIANCE_SINGLE, Kind::F32, &[Named("n_multipliers"), Named("n_contact_nodes"), Fixed(2)], Dimension::COMPLIANCE, "Contact compliance made from a factor in single precision.").symbol("G").optional(NO_SLIP_SINGLE),
 ];
 
 /// Bytes of the large arrays of an assembled problem in the file; the rest adds a few percent.
@@ -75,8 +88,9 @@ pub fn stored_bytes(system: &DualSystem) -> usize {
         let compliance = explicit.compliance.as_ref();
         explicit.operator.len() + compliance.map_or(0, |c| c.matrix.len())
     });
-    let values = assembly.factor.values().len() + assembly.primal.stiffness.data.len() + dense;
-    values * size_of::<f64>()
+    let in_precision = assembly.factor.structure().value_count() + dense;
+    let double = assembly.primal.stiffness.data.len() * size_of::<f64>();
+    in_precision * assembly.factor.precision().bytes() + double
 }
 
 /// Writes all of the assembled problem that does not depend on the loads.
@@ -85,7 +99,7 @@ pub fn stored_bytes(system: &DualSystem) -> usize {
 /// HDF5 failures.
 pub fn write(writer: &mut GroupWriter<'_>, system: &DualSystem) -> Result<(), StoreError> {
     if let Some(contact) = &system.contact {
-        write_contact(writer, contact)?;
+        write_contact(writer, contact, system.assembly.factor.precision())?;
     }
     let assembly = &system.assembly;
     let primal = &assembly.primal;
@@ -96,21 +110,29 @@ pub fn write(writer: &mut GroupWriter<'_>, system: &DualSystem) -> Result<(), St
     for (part, seconds) in assembly.seconds.parts() {
         writer.write(&format!("/assemble/seconds/{part}"), &[seconds], &[])?;
     }
-    let factor = &assembly.factor;
+    let structure = assembly.factor.structure();
     let indices = [
-        (PERMUTATION, factor.permutation()),
-        (SUPERNODE_COLUMNS, factor.supernode_columns()),
-        (ROW_OFFSETS, factor.row_offsets()),
-        (ROW_INDICES, factor.row_indices()),
-        (VALUE_OFFSETS, factor.value_offsets()),
+        (PERMUTATION, &structure.permutation),
+        (SUPERNODE_COLUMNS, &structure.supernode_columns),
+        (ROW_OFFSETS, &structure.row_offsets),
+        (ROW_INDICES, &structure.row_indices),
+        (VALUE_OFFSETS, &structure.value_offsets),
     ];
     for (path, values) in indices {
         writer.write_indices(path, values, &[values.len()])?;
     }
-    writer.write(VALUES, factor.values(), &[factor.values().len()])
+    let shape = [structure.value_count()];
+    match &*assembly.factor {
+        Factor::Double(factor) => writer.write(VALUES, factor.values(), &shape),
+        Factor::Single(factor) => writer.write(VALUES_SINGLE, factor.values(), &shape),
+    }
 }
 
-fn write_contact(writer: &mut GroupWriter<'_>, contact: &ContactSystem) -> Result<(), StoreError> {
+fn write_contact(
+    writer: &mut GroupWriter<'_>,
+    contact: &ContactSystem,
+    precision: Precision,
+) -> Result<(), StoreError> {
     let [normal, tangential] = contact.coupling.parts();
     writer.write_matrix(COUPLING_NORMAL, rows_of_transpose(&normal))?;
     if tangential.cols > 0 {
@@ -120,11 +142,28 @@ fn write_contact(writer: &mut GroupWriter<'_>, contact: &ContactSystem) -> Resul
         return Ok(());
     };
     let dimension = explicit.dimension();
-    writer.write(DUAL_OPERATOR, &explicit.operator, &[dimension, dimension])?;
+    let mut dense = |double, single, matrix: &[f64], shape: &[usize]| match precision {
+        Precision::Double => writer.write(double, matrix, shape),
+        Precision::Single => {
+            let rounded: Vec<f32> = matrix.iter().map(|value| *value as f32).collect();
+            writer.write(single, &rounded, shape)
+        }
+    };
+    let operator = &explicit.operator;
+    dense(
+        DUAL_OPERATOR,
+        DUAL_OPERATOR_SINGLE,
+        operator,
+        &[dimension, dimension],
+    )?;
     if let Some(compliance) = &explicit.compliance {
-        let nodes = compliance.slip_free.len();
-        let matrix = &compliance.matrix;
-        writer.write(CONTACT_COMPLIANCE, matrix, &[dimension, nodes, 2])?;
+        let shape = [dimension, compliance.slip_free.len(), 2];
+        dense(
+            CONTACT_COMPLIANCE,
+            CONTACT_COMPLIANCE_SINGLE,
+            &compliance.matrix,
+            &shape,
+        )?;
     }
     Ok(())
 }
@@ -134,14 +173,23 @@ fn write_contact(writer: &mut GroupWriter<'_>, contact: &ContactSystem) -> Resul
 /// # Errors
 /// Missing, altered or contradictory datasets.
 pub fn read(reader: &Reader) -> Result<DualSystem, FormatError> {
-    let factor = CholeskyFactor::from_parts(
-        read_index_vec(reader, PERMUTATION)?,
-        read_index_vec(reader, SUPERNODE_COLUMNS)?,
-        read_index_vec(reader, ROW_OFFSETS)?,
-        read_index_vec(reader, ROW_INDICES)?,
-        read_index_vec(reader, VALUE_OFFSETS)?,
-        reader.read_vec(VALUES)?,
-    )?;
+    let structure = FactorStructure {
+        permutation: read_index_vec(reader, PERMUTATION)?,
+        supernode_columns: read_index_vec(reader, SUPERNODE_COLUMNS)?,
+        row_offsets: read_index_vec(reader, ROW_OFFSETS)?,
+        row_indices: read_index_vec(reader, ROW_INDICES)?,
+        value_offsets: read_index_vec(reader, VALUE_OFFSETS)?,
+    };
+    let factor = match reader.has(VALUES_SINGLE) {
+        false => Factor::Double(CholeskyFactor::from_parts(
+            structure,
+            reader.read_vec(VALUES)?,
+        )?),
+        true => {
+            let values = reader.read_vec(VALUES_SINGLE)?;
+            Factor::Single(CholeskyFactor::from_parts(structure, values)?)
+        }
+    };
     let assembly = Assembly {
         primal: read_stiffness(reader)?,
         factor: Arc::new(factor),
@@ -162,24 +210,48 @@ fn read_contact(reader: &Reader) -> Result<Option<ContactSystem>, FormatError> {
     let Some(coupling) = read_coupling(reader)? else {
         return Ok(None);
     };
-    let compliance = match reader.has(CONTACT_COMPLIANCE) {
-        false => None,
-        true => Some(ContactCompliance {
-            matrix: Arc::new(read_finite_vec(reader, CONTACT_COMPLIANCE)?),
-            slip_free: Vec::new(),
-        }),
-    };
-    let form = match reader.has(DUAL_OPERATOR) {
-        false => OperatorForm::Implicit(Vec::new()),
-        true => OperatorForm::Explicit(ExplicitDual {
+    let matrix = read_dense(reader, CONTACT_COMPLIANCE, CONTACT_COMPLIANCE_SINGLE)?;
+    let compliance = matrix.map(|matrix| ContactCompliance {
+        matrix: Arc::new(matrix),
+        slip_free: Vec::new(),
+    });
+    let form = match read_dense(reader, DUAL_OPERATOR, DUAL_OPERATOR_SINGLE)? {
+        None => OperatorForm::Implicit(Vec::new()),
+        Some(operator) => OperatorForm::Explicit(ExplicitDual {
             anchor: None,
-            operator: Arc::new(read_finite_vec(reader, DUAL_OPERATOR)?),
+            operator: Arc::new(operator),
             rhs: Vec::new(),
             layout: coupling.layout,
             compliance,
         }),
     };
     Ok(Some(ContactSystem { coupling, form }))
+}
+
+/// A dense matrix under the name of its precision; `None` where neither is there.
+fn read_dense(
+    reader: &Reader,
+    double: &'static str,
+    single: &'static str,
+) -> Result<Option<Vec<f64>>, FormatError> {
+    if reader.has(double) {
+        return Ok(Some(read_finite_vec(reader, double)?));
+    }
+    if !reader.has(single) {
+        return Ok(None);
+    }
+    let values: Vec<f64> = reader
+        .read_vec::<f32>(single)?
+        .into_iter()
+        .map(f64::from)
+        .collect();
+    match values.iter().all(|value| value.is_finite()) {
+        true => Ok(Some(values)),
+        false => Err(FormatError::Inconsistent {
+            dataset: single,
+            reason: "expected finite numbers".into(),
+        }),
+    }
 }
 
 /// Reads B alone; `None` without contact.

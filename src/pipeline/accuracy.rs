@@ -32,7 +32,7 @@ pub fn measure_accuracy(
         memory: resources::available_memory().map(|bytes| bytes as f64),
         ..*settings
     };
-    let accuracy = Accuracy::measure(&input.scene, &input.folder, &limited, threads, observe)?;
+    let accuracy = Accuracy::measure(&input.scene, &input.folder, &limited, observe)?;
     let record = |settings: String, input_digest: String| GroupRecord {
         settings,
         input_digest,

@@ -16,7 +16,6 @@ use super::StageError;
 pub(super) struct Inputs<'a> {
     pub(super) input: &'a SceneFile,
     pub(super) mesh: &'a Mesh,
-    pub(super) threads: usize,
     /// Decides whether a step may begin.
     pub(super) admit: &'a dyn Fn(Need) -> Result<(), Shortage>,
 }
@@ -27,7 +26,7 @@ pub(super) struct Inputs<'a> {
 /// A stiffness that is not positive definite, a formula without a value, what `admit` refuses.
 pub(super) fn run(inputs: &Inputs<'_>) -> Result<DualSystem, StageError> {
     let Inputs { input, mesh, .. } = inputs;
-    let system = DualSystem::admitted(&input.scene, mesh, inputs.threads, inputs.admit);
+    let system = DualSystem::admitted(&input.scene, mesh, inputs.admit);
     system.map_err(|error| match error {
         AssemblyError::Scene(invalid) => input.refuse(invalid).into(),
         error => error.into(),

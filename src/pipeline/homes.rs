@@ -15,9 +15,9 @@ use crate::format::{CHECKPOINT, FormatError, Stage};
 
 /// Assembled data above this many bytes go to a file of their own.
 ///
-/// Copying inside the run file costs every later stage about 2 s per gigabyte on a disk of 0.5
-/// GB/s: at most an eighth of a second below this size, where one file is worth more.
-pub(super) const KEEP_BESIDE_ABOVE: usize = 64_000_000;
+/// Copying inside the run file costs every later commit about 2 s per gigabyte on a disk of 0.5
+/// GB/s: a second at this size, and a run that is short commits once. Below it one file is worth more.
+pub(super) const KEEP_BESIDE_ABOVE: usize = 512_000_000;
 
 /// The stages that may have another home than the run file, upstream first.
 const LARGE: [Stage; 2] = [Stage::Mesh, Stage::Assemble];
@@ -25,11 +25,13 @@ const LARGE: [Stage; 2] = [Stage::Mesh, Stage::Assemble];
 /// Where a session keeps what `assemble` makes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum AssemblyFile {
-    /// In the run file up to 64 MB, above that in a file beside it.
+    /// In the run file up to 512 MB, above that in a file beside it.
     #[default]
     BySize,
     /// In the run file, whatever its size.
     SelfContained,
+    /// In a file beside it, whatever its size.
+    Beside,
     /// With the mesh, in files that the run files of the folder share.
     Shared,
 }

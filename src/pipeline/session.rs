@@ -4,7 +4,7 @@ use std::{path::Path, sync::Arc, time::Instant};
 
 use contact3d::{
     contact::Interface,
-    dual::{AssemblySeconds, OperatorEstimate},
+    dual::{Assembly, OperatorEstimate},
     elasticity::idle_loads,
     mesh::Mesh,
     post::ContactReport,
@@ -60,8 +60,8 @@ pub struct Performed {
 pub enum Commit {
     /// At once.
     Now,
-    /// Together with the next stage, unless that would put longer work at risk than writing the
-    /// file twice costs. Meshes, assembled problems and reports are stored at once in any case.
+    /// Together with the next stage, unless that would put more than a few seconds of work at risk, or more than writing the
+    /// file twice costs.
     WithNextIfCheap,
     /// Not before the session is asked to, with all stages that wait; adaptive levels do so.
     Held,
@@ -245,11 +245,11 @@ impl Session {
         })
     }
 
-    /// What the parts of an assembly took; `None` unless it is in memory.
+    /// The elastic problem with its factor; `None` unless it is in memory.
     #[must_use]
-    pub fn assembly_seconds(&self) -> Option<AssemblySeconds> {
+    pub fn assembly(&self) -> Option<&Assembly> {
         let (_, system) = self.known.in_memory()?;
-        Some(system.assembly.seconds)
+        Some(&system.assembly)
     }
 
     /// What each form of the dual operator costs, and whether the dense one is held; `None`
@@ -259,7 +259,8 @@ impl Session {
         let (mesh, system) = self.known.in_memory()?;
         let contact = system.contact.as_ref()?;
         let nodes = mesh.contact.as_ref()?.nodes.len();
-        let estimate = OperatorEstimate::new(&system.assembly.factor, &contact.coupling, nodes);
+        let estimate =
+            OperatorEstimate::new(system.assembly.factor.structure(), &contact.coupling, nodes);
         Some((estimate, contact.explicit().is_some()))
     }
 }

@@ -109,7 +109,6 @@ impl Session {
         let system = Arc::new(assemble::run(&assemble::Inputs {
             input: source.input,
             mesh: &meshed.mesh,
-            threads: self.task.threads,
             admit: &|need: Need| {
                 (observe.borrow_mut())(Step::Assembling(need.step));
                 resources::admit(need, source.run_file)
@@ -186,11 +185,11 @@ impl Output {
         }
     }
 
-    /// Whether storing it together with the next stage puts no more at risk than computing it again.
-    pub(super) fn may_wait(&self) -> bool {
+    /// Whether no stage follows that it could be stored with.
+    pub(super) fn is_last(&self) -> bool {
         match self {
-            Self::Load(_) | Self::Solve(..) => true,
-            Self::Mesh(_) | Self::Assemble(_) | Self::Post(..) => false,
+            Self::Mesh(_) | Self::Assemble(_) | Self::Load(_) | Self::Solve(..) => false,
+            Self::Post(..) => true,
         }
     }
 
@@ -202,10 +201,11 @@ impl Output {
             {
                 Home::Beside
             }
+            (Self::Assemble(_), AssemblyFile::Beside) => Home::Beside,
             (Self::Mesh(_) | Self::Assemble(_), AssemblyFile::Shared) => Home::Shared,
             (
                 Self::Mesh(_) | Self::Assemble(_),
-                AssemblyFile::BySize | AssemblyFile::SelfContained,
+                AssemblyFile::BySize | AssemblyFile::SelfContained | AssemblyFile::Beside,
             )
             | (Self::Load(_) | Self::Solve(..) | Self::Post(..), _) => Home::RunFile,
         }

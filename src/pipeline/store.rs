@@ -18,6 +18,9 @@ use super::{
 };
 use crate::format::{self, ADAPT, CHECKPOINT, LAYOUT, SCENE, Stage};
 
+/// Seconds of work that may wait to be stored in one commit: an interruption costs no more than that.
+const SHORT_RUN: f64 = 10.0;
+
 /// A locked run file.
 #[derive(Debug)]
 pub(super) struct Store {
@@ -138,7 +141,10 @@ impl Store {
         let seconds = started.elapsed().as_secs_f64();
         let waits = match commit {
             Commit::Now => false,
-            Commit::WithNextIfCheap => output.may_wait() && seconds < self.last_store_seconds,
+            Commit::WithNextIfCheap => {
+                let waiting: f64 = self.pending.iter().map(|pending| pending.seconds).sum();
+                !output.is_last() && waiting + seconds < self.last_store_seconds.max(SHORT_RUN)
+            }
             Commit::Held => true,
         };
         self.pending.push(Pending { output, seconds });

@@ -37,15 +37,9 @@ impl Case {
 
     /// Checks the case; a scene without a discrete problem is an outcome too.
     #[must_use]
-    pub fn check(&self, threads: usize) -> StabilityRow {
+    pub fn check(&self) -> StabilityRow {
         let scene = &self.scene.scene;
-        let check = Check::new(
-            scene,
-            &self.scene.folder,
-            self.depth,
-            self.solutions,
-            threads,
-        );
+        let check = Check::new(scene, &self.scene.folder, self.depth, self.solutions);
         StabilityRow {
             name: self.name.clone(),
             family: self.family.clone(),

@@ -76,17 +76,19 @@ fn wait_for(path: &std::path::Path) {
 #[test]
 fn an_interrupted_run_says_what_it_kept() {
     let program = Program::new();
-    // Long enough to be interrupted while it assembles or solves.
+    // Long enough for checkpoints, with which what waits is stored.
     let child = Command::cargo_bin("contact3d-pipe")
         .unwrap()
         .current_dir(program.path(""))
         .arg("run")
-        .arg(pipeline("newton.toml"))
+        .arg(pipeline("hkl2011_table1.toml"))
         .args([
             "run.h5",
             "--no-figures",
             "--set",
-            "body.brick.cells=[60,20,20]",
+            "body.brick.cells=[24,8,8]",
+            "--set",
+            "solve.epsilon=1e-10",
         ])
         .stdout(Stdio::null())
         .stderr(Stdio::piped())

@@ -6,14 +6,16 @@ use serde_json::Value;
 
 use crate::program::{Program, pipeline};
 
-/// The smallest refinement of the paper's tables whose assembled data exceed 64 MB: 96 MB of
-/// factor.
-const LARGE: &str = "body.brick.cells=[48,16,16]";
+/// Assembled data exceed 512 MB from about 60 million coefficients of the factor on; smaller ones are linked where asked.
+const SMALL: &str = "body.brick.cells=[12,4,4]";
 
 fn run(program: &Program, more: &[&str]) -> assert_cmd::assert::Assert {
     let scene = pipeline("newton.toml");
     let scene = scene.to_str().unwrap();
-    let mut command = program.command(&["run", scene, "run.h5", "--no-figures", "--set", LARGE]);
+    let mut command = program.command(&["run", scene, "run.h5", "--no-figures", "--set", SMALL]);
+    if !more.contains(&"--self-contained") {
+        command.arg("--linked");
+    }
     command.args(more).assert()
 }
 
@@ -44,9 +46,13 @@ fn large_assemblies_live_beside_the_run_file() {
     let program = Program::new();
     run(&program, &[]).success();
     let digests = program.digests();
-    let linked = linked_file(&program).expect("96 MB exceed the limit");
-    // Mesh, solution and report of 13,005 nodes against a factor of 12 million coefficients.
-    assert!(fs::metadata(program.path("run.h5")).unwrap().len() < 10_000_000);
+    let linked = linked_file(&program).expect("a linked file");
+    let length = |path: &std::path::Path| fs::metadata(path).unwrap().len();
+    let whole = Program::new();
+    run(&whole, &["--self-contained"]).success();
+    // All but the linked group and what a file has anyway.
+    let rest = length(&whole.path("run.h5")) - length(&linked);
+    assert!(length(&program.path("run.h5")).abs_diff(rest) < 100_000);
     let shown = program.command(&["status", "run.h5"]).assert().success();
     let text = String::from_utf8_lossy(&shown.get_output().stdout).into_owned();
     assert!(
@@ -81,7 +87,10 @@ fn large_assemblies_live_beside_the_run_file() {
         text.contains("was altered") && text.contains("assemble-"),
         "{text}"
     );
-    program.command(&["assemble", "run.h5"]).assert().success();
+    program
+        .command(&["assemble", "run.h5", "--linked"])
+        .assert()
+        .success();
     program.command(&["solve", "run.h5"]).assert().success();
 
     // Write-protected: read, but not replaced.
@@ -89,7 +98,12 @@ fn large_assemblies_live_beside_the_run_file() {
     permissions.set_readonly(true);
     fs::set_permissions(&linked, permissions.clone()).unwrap();
     program.command(&["solve", "run.h5"]).assert().success();
-    let text = stderr(&program.command(&["assemble", "run.h5"]).assert().code(2));
+    let text = stderr(
+        &program
+            .command(&["assemble", "run.h5", "--linked"])
+            .assert()
+            .code(2),
+    );
     assert!(text.contains("write-protected"), "{text}");
     #[allow(clippy::permissions_set_readonly_false, reason = "a scratch file")]
     permissions.set_readonly(false);
@@ -103,7 +117,10 @@ fn an_assembly_can_be_kept_in_or_taken_into_the_run_file() {
     let digests = program.digests();
     assert_eq!(linked_files(&program), 0);
     assert_eq!(linked_file(&program), None);
-    program.command(&["assemble", "run.h5"]).assert().success();
+    program
+        .command(&["assemble", "run.h5", "--linked"])
+        .assert()
+        .success();
     assert_eq!(linked_files(&program), 1);
     assert_eq!(program.digests(), digests);
     let text = stderr(&run(&program, &["--self-contained"]).success());
@@ -120,6 +137,10 @@ fn an_assembly_that_is_used_no_more_is_removed() {
     run(&program, &["--set", "material.isotropic.poisson_ratio=0.3"]).success();
     assert_ne!(linked_file(&program), first);
     assert_eq!(linked_files(&program), 1);
-    run(&program, &["--set", "body.brick.cells=[12,4,4]"]).success();
+    run(
+        &program,
+        &["--self-contained", "--set", "body.brick.cells=[6,2,2]"],
+    )
+    .success();
     assert_eq!(linked_files(&program), 0);
 }

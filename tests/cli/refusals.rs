@@ -59,7 +59,12 @@ fn a_stage_that_refuses_its_input_leaves_the_file_of_before() {
 fn the_linked_assembly_of_the_file_of_before_stays() {
     let scene = pipeline("newton.toml");
     let program = Program::new();
-    let large = ["--set", "body.brick.cells=[42,14,14]", "--no-figures"];
+    let large = [
+        "--set",
+        "body.brick.cells=[12,4,4]",
+        "--no-figures",
+        "--linked",
+    ];
     let arguments = ["run", scene.to_str().expect("plain path"), "run.h5"];
     let run = |more: &[&str]| {
         program

@@ -27,7 +27,7 @@ fn assembled(name: &str, operator: DualOperatorKind) -> AssembledProblem {
     let mut scene = Scene::parse(name, &text).expect("a valid scene");
     scene.assemble.dual_operator = operator;
     let problem = Problem::in_folder(scene, &folder).expect("a scene with a mesh");
-    problem.assemble_with(1).expect("a solvable scene")
+    problem.assemble().expect("a solvable scene")
 }
 
 fn solve(case: &AssembledProblem, epsilon: f64) -> Solution {
@@ -172,7 +172,12 @@ fn the_certificate_rejects_corrupted_answers_of_soft_bodies() {
             // With the displacement that belongs to the wrong multipliers, so that the equilibrium
             // shows nothing.
             wrong.displacement = dual
-                .refined_displacement(&case.system().assembly, &wrong.multiplier, f64::EPSILON)
+                .refined_displacement(
+                    &case.system().assembly,
+                    &wrong.multiplier,
+                    None,
+                    f64::EPSILON,
+                )
                 .value;
             let certificate = case.report(&wrong).expect("a report").certificate;
             // The smallest corruption is 1e-4 of one component.

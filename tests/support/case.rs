@@ -33,7 +33,7 @@ impl Case {
 
     pub(crate) fn try_new(scene: Scene, folder: &Path) -> Result<Self, String> {
         let solved = || -> Result<Self, ProblemError> {
-            let problem = Problem::in_folder(scene, folder)?.assemble_with(1)?;
+            let problem = Problem::in_folder(scene, folder)?.assemble()?;
             let solution = problem.solve(&problem.scene().solve)?;
             Ok(Self { problem, solution })
         };

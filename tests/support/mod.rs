@@ -41,7 +41,7 @@ pub(crate) struct Implicit(AssembledProblem);
 impl Implicit {
     pub(crate) fn new(scene: &Scene) -> Self {
         let problem = Problem::new(implicit(scene)).expect("a brick in contact");
-        let assembled = problem.assemble_with(1);
+        let assembled = problem.assemble();
         Self(assembled.expect("positive definite stiffness"))
     }
 

@@ -54,7 +54,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         coarsest: 2,
         memory: None,
     };
-    let threads = std::thread::available_parallelism()?.get();
     println!(
         "scene                  way          unknowns  seconds  estimated      true  effectivity"
     );
@@ -62,7 +61,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         if !name.contains(&wanted) {
             continue;
         }
-        let ways = Ways::measure(&scene, &folder, &settings, threads, &mut |_| {})?;
+        let ways = Ways::measure(&scene, &folder, &settings, &mut |_| {})?;
         for way in &ways.ways {
             for level in &way.levels {
                 let [error, effectivity] = [level.error.map(|e| 100.0 * e), level.effectivity()]

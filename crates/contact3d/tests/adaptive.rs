@@ -266,7 +266,7 @@ fn levels_meet_the_wish_with_stable_multipliers() {
     };
     let mut scene = published(ElementOrder::P2, 2);
     scene.adapt = Some(AdaptSettings { error: 0.06 });
-    let answer = adapted(scene.clone(), Path::new(""), 2, &mut |_| {}).expect("levels");
+    let answer = adapted(scene.clone(), Path::new(""), &mut |_| {}).expect("levels");
     assert_eq!(answer.status, AdaptiveStatus::Met);
     let last = answer.adaptation.levels.last().expect("a level");
     assert!(last.estimated_error <= 0.06);

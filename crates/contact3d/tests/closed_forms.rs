@@ -34,7 +34,7 @@ fn von_mises_of_the_pure_states() {
 
 fn assembled(scene: Scene) -> AssembledProblem {
     let problem = Problem::new(scene).expect("a brick");
-    problem.assemble_with(1).expect("a discrete problem")
+    problem.assemble().expect("a discrete problem")
 }
 
 fn report(text: &str, settings: Option<&SolveSettings>) -> ContactReport {

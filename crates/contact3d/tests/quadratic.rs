@@ -228,8 +228,7 @@ fn the_estimated_error_is_near_the_true_one() {
             ways: None,
             memory: None,
         };
-        let ladder =
-            DiscretisationLadder::measure(&published(element, 2), &settings, 2, &mut |_| {});
+        let ladder = DiscretisationLadder::measure(&published(element, 2), &settings, &mut |_| {});
         let ladder = ladder.expect("solves").expect("a brick");
         assert!(ladder.levels.len() > 2);
         for level in &ladder.levels {

@@ -16,6 +16,7 @@ pub trait Element: hdf5::H5Type + Copy + private::Sealed {
 mod private {
     pub trait Sealed {}
     impl Sealed for f64 {}
+    impl Sealed for f32 {}
     impl Sealed for i64 {}
     impl Sealed for u8 {}
 }
@@ -25,6 +26,16 @@ impl Element for f64 {
 
     fn to_little_endian(values: &[Self], bytes: &mut [u8]) {
         for (value, bytes) in values.iter().zip(bytes.chunks_exact_mut(8)) {
+            bytes.copy_from_slice(&value.to_le_bytes());
+        }
+    }
+}
+
+impl Element for f32 {
+    const KIND: Kind = Kind::F32;
+
+    fn to_little_endian(values: &[Self], bytes: &mut [u8]) {
+        for (value, bytes) in values.iter().zip(bytes.chunks_exact_mut(4)) {
             bytes.copy_from_slice(&value.to_le_bytes());
         }
     }

@@ -78,6 +78,8 @@ pub struct EnumSpec {
 pub enum Kind {
     /// IEEE double, little endian.
     F64,
+    /// IEEE single, little endian.
+    F32,
     /// 64-bit signed integer, little endian.
     I64,
     /// 8-bit unsigned integer.
@@ -98,6 +100,7 @@ impl Kind {
     pub const fn tag(self) -> &'static str {
         match self {
             Kind::F64 => "f64",
+            Kind::F32 => "f32",
             Kind::I64 => "i64",
             Kind::U8 => "u8",
             Kind::Text => "text",

@@ -114,6 +114,10 @@ fn digest_as_written(dataset: &hdf5::Dataset, place: Place<'_>) -> Result<String
             let values = dataset.read_raw::<f64>().at(place, read)?;
             of_values(Kind::F64, &shape, &values)
         }
+        TypeDescriptor::Float(FloatSize::U4) => {
+            let values = dataset.read_raw::<f32>().at(place, read)?;
+            of_values(Kind::F32, &shape, &values)
+        }
         TypeDescriptor::Integer(IntSize::U8) => {
             let values = dataset.read_raw::<i64>().at(place, read)?;
             of_values(Kind::I64, &shape, &values)

@@ -58,6 +58,7 @@ impl Reader {
     fn check_values(&self, spec: &'static DatasetSpec) -> Result<(), StoreError> {
         match spec.kind {
             Kind::F64 => self.values::<f64>(spec, &f64::type_descriptor()).map(drop),
+            Kind::F32 => self.values::<f32>(spec, &f32::type_descriptor()).map(drop),
             Kind::I64 => self.values::<i64>(spec, &i64::type_descriptor()).map(drop),
             Kind::U8 => self.values::<u8>(spec, &u8::type_descriptor()).map(drop),
             Kind::Enum(members) => self.values::<u8>(spec, &descriptor(members)).map(drop),

@@ -37,7 +37,6 @@ pub struct AdaptedProblem {
 pub fn adapted(
     scene: Scene,
     folder: &Path,
-    threads: usize,
     observe: &mut dyn FnMut(&AdaptiveLevel),
 ) -> Result<AdaptedProblem, ProblemError> {
     let scene = scene.checked()?;
@@ -49,7 +48,7 @@ pub fn adapted(
     loop {
         let began = Instant::now();
         let problem = Problem::of_checked(scene.clone(), Arc::clone(&mesh))?;
-        let assembled = problem.assemble_with(threads)?;
+        let assembled = problem.assemble()?;
         let from = Start {
             multiplier: start.as_deref(),
             ..Start::default()

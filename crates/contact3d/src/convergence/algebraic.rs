@@ -118,7 +118,6 @@ impl AlgebraicLadder {
         scene: &Scene,
         folder: &Path,
         settings: &AccuracySettings,
-        threads: usize,
         observe: &mut dyn FnMut(AccuracyProgress),
     ) -> Result<Option<Self>, ProblemError> {
         let mesh = Arc::new(Mesh::of_scene(scene, folder)?);
@@ -129,7 +128,7 @@ impl AlgebraicLadder {
             let mut scene = scene.clone();
             scene.assemble.dual_operator = kind;
             measure(settings.budget * CHEAP_SHARE, || {
-                Problem::of_checked(scene.clone(), Arc::clone(&mesh))?.assemble_with(threads)
+                Problem::of_checked(scene.clone(), Arc::clone(&mesh))?.assemble()
             })
         };
         let (_, implicit) = assemble(DualOperatorKind::Implicit)?;

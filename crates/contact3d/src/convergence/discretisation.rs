@@ -110,7 +110,6 @@ impl DiscretisationLadder {
     pub fn measure(
         scene: &Scene,
         settings: &AccuracySettings,
-        threads: usize,
         observe: &mut dyn FnMut(AccuracyProgress),
     ) -> Result<Option<Self>, ProblemError> {
         let Some(brick) = scene.body.as_brick() else {
@@ -123,9 +122,8 @@ impl DiscretisationLadder {
             let level_scene = solved_to_rounding(with_brick(scene, &level_brick));
             observe(AccuracyProgress::Level(brick_n_div(&level_brick)));
             drop(finest.take());
-            let (solved, cost) = measure(CHEAP_SECONDS, || {
-                solve_level(&level_scene, &level_brick, threads)
-            })?;
+            let (solved, cost) =
+                measure(CHEAP_SECONDS, || solve_level(&level_scene, &level_brick))?;
             levels.push(Level {
                 cost,
                 ..solved.level
@@ -243,10 +241,10 @@ pub(super) fn solved_to_rounding(mut scene: Scene) -> Scene {
     scene
 }
 
-fn solve_level(scene: &Scene, brick: &Brick, threads: usize) -> Result<SolvedLevel, ProblemError> {
+fn solve_level(scene: &Scene, brick: &Brick) -> Result<SolvedLevel, ProblemError> {
     let mesh = Mesh::of_scene(scene, Path::new(""))?;
     let problem = Problem::of_checked(scene.clone(), Arc::new(mesh))?;
-    let assembled = problem.assemble_with(threads)?;
+    let assembled = problem.assemble()?;
     let solution = assembled.solve(&scene.solve)?;
     let report = assembled.report(&solution)?;
     let r = report.resultants;

@@ -85,7 +85,6 @@ impl Accuracy {
         scene: &Scene,
         folder: &Path,
         settings: &AccuracySettings,
-        threads: usize,
         observe: &mut dyn FnMut(AccuracyProgress),
     ) -> Result<Self, ProblemError> {
         // A finest mesh that cannot be is refused before the long work.
@@ -93,8 +92,8 @@ impl Accuracy {
             nested_bricks(scene, brick, settings)?;
         }
         // The small meshes first: what an allocator keeps of a large one would count as their peak.
-        let algebraic = AlgebraicLadder::measure(scene, folder, settings, threads, observe)?;
-        let discretisation = DiscretisationLadder::measure(scene, settings, threads, observe)?;
+        let algebraic = AlgebraicLadder::measure(scene, folder, settings, observe)?;
+        let discretisation = DiscretisationLadder::measure(scene, settings, observe)?;
         let ways = settings.ways.map(|goal| {
             let settings = WaySettings {
                 budget: settings.budget,
@@ -102,7 +101,7 @@ impl Accuracy {
                 coarsest: settings.coarsest,
                 memory: settings.memory,
             };
-            Ways::measure(scene, folder, &settings, threads, &mut |step| {
+            Ways::measure(scene, folder, &settings, &mut |step| {
                 observe(AccuracyProgress::Way(step));
             })
         });

@@ -8,8 +8,8 @@ use super::{Need, Shortage, need::Admission};
 use crate::{
     elasticity::{DofMap, Loads, MaterialField, node_adjacency, refuse_rigid_motions, stiffness},
     linalg::{
-        Analysis, CholeskyFactor, CscMatrix, Doubled, FactorError, OrderingError, Workspace,
-        expand_to_unknowns, nested_dissection, norm,
+        CscMatrix, Doubled, Factor, FactorError, FactorStructure, OrderingError, Precision,
+        Workspace, conjugate_gradients, expand_to_unknowns, nested_dissection, norm,
     },
     mesh::Mesh,
     scene::{Invalid, Scene},
@@ -17,6 +17,13 @@ use crate::{
 
 /// Steps of iterative refinement; each wins at least the digits that cond(A) leaves.
 const MOST_REFINEMENTS: usize = 6;
+
+/// Where conjugate gradients on a correction stop when the factor is in single precision, as a share in the energy norm: after
+/// two steps or so.
+const CG_TOLERANCE: f64 = 1e-4;
+
+/// What they leave: the last residual, preconditioned once more, is the error to two digits or better, and added.
+const CG_LEFT: f64 = 1e-8;
 
 /// The discrete elastic problem A u = l.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,7 +42,7 @@ pub struct Assembly {
     /// A and l.
     pub primal: PrimalSystem,
     /// Sparse Cholesky factor of A, shared as A is.
-    pub factor: Arc<CholeskyFactor>,
+    pub factor: Arc<Factor>,
     /// What took how long.
     pub seconds: AssemblySeconds,
 }
@@ -106,7 +113,7 @@ pub enum AssemblyError {
 #[derive(Debug)]
 pub(super) struct Analysed {
     pub(super) primal: PrimalSystem,
-    pub(super) analysis: Analysis,
+    pub(super) structure: FactorStructure,
     seconds: AssemblySeconds,
 }
 
@@ -130,7 +137,8 @@ impl Analysed {
         let assembled = Instant::now();
         let order = fill_reducing_order(mesh, &dofs)?;
         let ordered = Instant::now();
-        let analysis = Analysis::new(&stiffness, order).map_err(|e| explain(e, &dofs))?;
+        let structure =
+            FactorStructure::analyse(&stiffness, order).map_err(|e| explain(e, &dofs))?;
         let seconds = AssemblySeconds {
             stiffness: (assembled - started).as_secs_f64(),
             ordering: (ordered - assembled).as_secs_f64(),
@@ -144,34 +152,34 @@ impl Analysed {
         };
         Ok(Self {
             primal,
-            analysis,
+            structure,
             seconds,
         })
     }
 
     /// Factorises A.
-    pub(super) fn factorise(mut self, threads: usize) -> Result<Assembly, AssemblyError> {
+    pub(super) fn factorise(&self, precision: Precision) -> Result<Assembly, AssemblyError> {
         let started = Instant::now();
-        let factor = self
-            .analysis
-            .factorise(&self.primal.stiffness, threads)
+        let stiffness = &self.primal.stiffness;
+        let factor = Factor::of_structure(self.structure.clone(), stiffness, precision)
             .map_err(|e| explain(e, &self.primal.dofs))?;
-        self.seconds.factorisation += started.elapsed().as_secs_f64();
+        let mut seconds = self.seconds;
+        seconds.factorisation += started.elapsed().as_secs_f64();
         Ok(Assembly {
-            primal: self.primal,
+            primal: self.primal.clone(),
             factor: Arc::new(factor),
-            seconds: self.seconds,
+            seconds,
         })
     }
 }
 
 impl Assembly {
-    /// Assembles A and l and factorises A.
+    /// Assembles A and l and factorises A in double precision.
     ///
     /// # Errors
     /// [`AssemblyError`] when A has no Cholesky factor, or a load is not finite.
-    pub fn new(scene: &Scene, mesh: &Mesh, threads: usize) -> Result<Self, AssemblyError> {
-        Analysed::new(scene, mesh, &|_| Ok(()))?.factorise(threads)
+    pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Self, AssemblyError> {
+        Analysed::new(scene, mesh, &|_| Ok(()))?.factorise(Precision::Double)
     }
 
     /// The displacement A⁻¹l over the free degrees of freedom in m: the body without contact.
@@ -183,34 +191,63 @@ impl Assembly {
     /// The displacement A⁻¹f of nodal forces f in N over the free degrees of freedom, in m.
     #[must_use]
     pub fn solve(&self, forces: &[f64], work: &mut Workspace) -> Vec<f64> {
-        let mut displacement = forces.to_vec();
-        self.factor.solve_in_place(&mut displacement, work);
-        displacement
+        match self.factor.precision() {
+            Precision::Double => self.nearly_solve(forces, work),
+            Precision::Single => self.solve_refined(forces, None, f64::EPSILON, work).value,
+        }
     }
 
-    /// A⁻¹f as [`Self::solve`], refined with residuals in twice the working precision until the
+    /// A⁻¹f to the accuracy of one solve with a factor in double precision, or to [`CG_LEFT`].
+    pub(super) fn nearly_solve(&self, forces: &[f64], work: &mut Workspace) -> Vec<f64> {
+        match self.factor.precision() {
+            Precision::Double => {
+                let mut displacement = forces.to_vec();
+                self.factor.solve_in_place(&mut displacement, work);
+                displacement
+            }
+            Precision::Single => {
+                let a = &self.primal.stiffness;
+                conjugate_gradients(a, &self.factor, forces, CG_TOLERANCE, work).solution
+            }
+        }
+    }
+
+    /// A⁻¹f from a start, or from zero, refined with residuals in twice the working precision until the
     /// corrections no longer fall, or are below `target` ‖u‖: accurate while ε cond(A) < 1
     /// (N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, SIAM 2002, theorem 12.1).
     #[must_use]
     pub(crate) fn solve_refined(
         &self,
         forces: &[f64],
+        start: Option<&Doubled>,
         target: f64,
         work: &mut Workspace,
     ) -> Doubled {
-        let mut displacement = Doubled::from(self.solve(forces, work));
+        let mut displacement = match start {
+            Some(start) => start.clone(),
+            None => Doubled::from(self.nearly_solve(forces, work)),
+        };
         let mut last = f64::INFINITY;
         for _ in 0..MOST_REFINEMENTS {
-            let residual = self.primal.stiffness.residual(&displacement, forces);
-            let correction = self.solve(&residual, work);
+            let whole = norm(&displacement.value);
+            // What the next correction would be: corrections fall by the same factor ε cond(A).
+            if last.is_infinite() && start.is_none() && self.first_is_enough(target) {
+                break;
+            }
+            let residual = self
+                .primal
+                .stiffness
+                .symmetric_residual(&displacement, forces);
+            let correction = self.nearly_solve(&residual, work);
             let size = norm(&correction);
             // A first correction of no more than rounding changes nothing; NaN ends here too.
             if !(size > 0.0 && size < 0.5 * last) {
                 break;
             }
-            let whole = norm(&displacement.value);
-            // What the next correction would be: corrections fall by the same factor ε cond(A).
-            let next = size * size / if last.is_finite() { last } else { whole };
+            let next = match self.factor.precision() {
+                Precision::Single => size * CG_LEFT,
+                Precision::Double => size * size / if last.is_finite() { last } else { whole },
+            };
             last = size;
             displacement.add(&correction);
             if next <= target * whole {
@@ -218,6 +255,11 @@ impl Assembly {
             }
         }
         displacement
+    }
+
+    /// Whether conjugate gradients alone reach a target.
+    fn first_is_enough(&self, target: f64) -> bool {
+        self.factor.precision() == Precision::Single && CG_LEFT <= target
     }
 }
 

@@ -164,16 +164,17 @@ impl ContactSystem {
         assembly.solve(&self.forces(assembly, multiplier), work)
     }
 
-    /// The same by iterative refinement to the share `target` of u.
+    /// The same by iterative refinement, from the displacement of a multiplier nearby, to the share `target` of u.
     #[must_use]
     pub fn refined_displacement(
         &self,
         assembly: &Assembly,
         multiplier: &[f64],
+        start: Option<&Doubled>,
         target: f64,
     ) -> Doubled {
         let forces = self.forces(assembly, multiplier);
-        assembly.solve_refined(&forces, target, &mut Workspace::default())
+        assembly.solve_refined(&forces, start, target, &mut Workspace::default())
     }
 
     /// l − Bᵀλ in N.

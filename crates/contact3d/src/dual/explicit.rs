@@ -5,11 +5,12 @@ use std::sync::Arc;
 use super::{
     Assembly,
     dense::{subtract_product, symmetric_product},
+    global_modes::correct,
 };
 use crate::{
     contact::{ContactFrame, Coupling, Interface, MultiplierLayout},
     elasticity::DofMap,
-    linalg::{CscMatrix, difference},
+    linalg::{CholeskyFactor, CscMatrix, Factor, Scalar, difference},
     mesh::ContactSurface,
 };
 
@@ -44,7 +45,7 @@ pub struct ContactCompliance {
 }
 
 impl ExplicitDual {
-    /// Forms S and G by forward solves W = L⁻¹PBᵀ on the supernodes B reaches, S = WᵀW, beside a given h
+    /// Forms S and G in the precision of the factor by forward solves W = L⁻¹PBᵀ on the supernodes B reaches, S = WᵀW, beside a given h
     /// in m³; the free slip is that of the displacement A⁻¹l in m.
     #[must_use]
     pub fn new(
@@ -55,19 +56,30 @@ impl ExplicitDual {
         surface: &ContactSurface,
         interface: &Interface,
     ) -> Self {
-        let half_solved = assembly
-            .factor
-            .forward_rows(&coupling.transposed.transpose());
-        let operator = half_solved.gram();
-        let compliance = interface.follows_slip().then(|| {
-            let dofs = &assembly.primal.dofs;
-            let selection = tangential_selection(surface, &interface.frame, dofs);
-            let matrix = half_solved.compliance(&selection.transpose());
-            ContactCompliance {
+        let selection = interface
+            .follows_slip()
+            .then(|| tangential_selection(surface, &interface.frame, &assembly.primal.dofs));
+        let (operator, matrix) = match &*assembly.factor {
+            Factor::Double(factor) => formed(factor, coupling, selection.as_ref()),
+            Factor::Single(factor) => {
+                let selection = selection.as_ref();
+                let (mut operator, mut matrix) = formed(factor, coupling, selection);
+                correct(
+                    assembly,
+                    coupling,
+                    selection,
+                    &mut operator,
+                    matrix.as_mut(),
+                );
+                (rounded(operator), matrix.map(rounded))
+            }
+        };
+        let compliance = selection
+            .zip(matrix)
+            .map(|(selection, matrix)| ContactCompliance {
                 matrix: Arc::new(matrix),
                 slip_free: free_slip(&selection, unconstrained),
-            }
-        });
+            });
         Self {
             operator: Arc::new(operator),
             rhs,
@@ -106,6 +118,32 @@ impl ExplicitDual {
             anchor: Some(multiplier.to_vec()),
             layout: self.layout,
             compliance,
+        }
+    }
+
+    /// The same problem written about zero: h = S λ₀ + c, free slip C u₀ + G λ₀. Where S is not exact, its solution is
+    /// off by what S is wrong as a share of the way from λ₀.
+    #[must_use]
+    pub(crate) fn without_anchor(self) -> Self {
+        let Some(anchor) = &self.anchor else {
+            return self;
+        };
+        let mut rhs = self.apply(anchor);
+        rhs.iter_mut().zip(&self.rhs).for_each(|(h, c)| *h += c);
+        let compliance = self.compliance.as_ref().map(|compliance| {
+            let mut slip = compliance.slip_free.concat();
+            let opposite: Vec<f64> = anchor.iter().map(|l| -l).collect();
+            subtract_product(&compliance.matrix, &opposite, &mut slip);
+            ContactCompliance {
+                matrix: Arc::clone(&compliance.matrix),
+                slip_free: pairs(&slip),
+            }
+        });
+        Self {
+            rhs,
+            anchor: None,
+            compliance,
+            ..self
         }
     }
 
@@ -193,6 +231,25 @@ impl ContactCompliance {
         subtract_product(&self.matrix, multiplier, &mut slip);
         pairs(&slip)
     }
+}
+
+/// S, and G where a selection Cᵀ is given, in the precision of the factor.
+fn formed<T: Scalar>(
+    factor: &CholeskyFactor<T>,
+    coupling: &Coupling,
+    selection: Option<&CscMatrix>,
+) -> (Vec<f64>, Option<Vec<f64>>) {
+    let half_solved = factor.forward_rows(&coupling.transposed.transpose());
+    let matrix = selection.map(|selection| half_solved.compliance(&selection.transpose()));
+    (half_solved.gram(), matrix)
+}
+
+/// The numbers that a file in single precision gives back.
+fn rounded(mut matrix: Vec<f64>) -> Vec<f64> {
+    matrix
+        .iter_mut()
+        .for_each(|value| *value = f64::from(*value as f32));
+    matrix
 }
 
 /// Cᵀ of C u = (u_t1, u_t2) node by node; columns of held degrees of freedom are empty.

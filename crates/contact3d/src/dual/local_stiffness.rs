@@ -18,6 +18,48 @@ use crate::{contact::MultiplierLayout, linalg::largest_eigenvalue};
 const SHIFT: f64 = 1.0;
 const SHIFT_GROWTH: f64 = 16.0;
 
+/// The Cholesky factor of S.
+#[derive(Debug, Clone)]
+pub(super) struct DenseFactor {
+    /// The components whose rows do not vanish, ascending.
+    kept: Vec<usize>,
+    /// 1/√S_ii of those.
+    scale: Vec<f64>,
+    /// L with LLᵀ = D S D + shift for D = diag(scale); its upper part means nothing.
+    factor: Mat<f64>,
+}
+
+impl DenseFactor {
+    /// A third of n³ operations for n multipliers.
+    pub(super) fn new(dual: &ExplicitDual) -> Self {
+        let (kept, scale, scaled) = unit_diagonal(dual);
+        let factor = shifted_factor(&scaled);
+        Self {
+            kept,
+            scale,
+            factor,
+        }
+    }
+
+    /// S⁻¹h in Pa for h in m³.
+    pub(super) fn solve(&self, rhs: &[f64]) -> Vec<f64> {
+        self.solve_first(rhs, self.kept.len())
+    }
+
+    /// Solves with the first `count` kept components; the others are zero.
+    fn solve_first(&self, rhs: &[f64], count: usize) -> Vec<f64> {
+        let mut x = Mat::from_fn(count, 1, |i, _| self.scale[i] * rhs[self.kept[i]]);
+        let l = self.factor.as_ref().submatrix(0, 0, count, count);
+        solve_lower_triangular_in_place(l, x.as_mut(), Par::Seq);
+        solve_upper_triangular_in_place(l.transpose(), x.as_mut(), Par::Seq);
+        let mut solution = vec![0.0; rhs.len()];
+        for i in 0..count {
+            solution[self.kept[i]] = self.scale[i] * x[(i, 0)];
+        }
+        solution
+    }
+}
+
 /// The Cholesky factor of S, and from it the stiffness (S⁻¹)_ii of each pane while the others do
 /// not move.
 ///
@@ -31,24 +73,18 @@ pub struct LocalStiffness {
     /// ρ, `[n_multipliers]`, in Pa/m³; 0 where the row of S vanishes.
     pub stiffness: Vec<f64>,
     layout: MultiplierLayout,
-    /// The components whose rows do not vanish, ascending.
-    kept: Vec<usize>,
-    /// 1/√S_ii of those.
-    scale: Vec<f64>,
-    /// L with LLᵀ = D S D + shift for D = diag(scale); its upper part means nothing.
-    factor: Mat<f64>,
+    dense: DenseFactor,
 }
 
 impl LocalStiffness {
-    /// Factorises S on one thread: n³ operations for n multipliers, as one and a half steps of
+    /// Factorises S: n³ operations for n multipliers, as one and a half steps of
     /// Newton's method.
     #[must_use]
     pub fn new(dual: &ExplicitDual) -> Self {
-        let n = dual.dimension();
-        let (kept, scale, scaled) = unit_diagonal(dual);
-        let factor = shifted_factor(&scaled);
-        let mut stiffness = vec![0.0; n];
-        for ((&j, inverse), scale) in kept.iter().zip(inverse_diagonal(&factor)).zip(&scale) {
+        let dense = DenseFactor::new(dual);
+        let mut stiffness = vec![0.0; dual.dimension()];
+        let inverse = inverse_diagonal(&dense.factor);
+        for ((&j, inverse), scale) in dense.kept.iter().zip(inverse).zip(&dense.scale) {
             stiffness[j] = inverse * scale * scale;
         }
         for pair in dual.layout.split_mut(&mut stiffness).1 {
@@ -59,9 +95,7 @@ impl LocalStiffness {
         Self {
             stiffness,
             layout: dual.layout,
-            kept,
-            scale,
-            factor,
+            dense,
         }
     }
 
@@ -69,7 +103,7 @@ impl LocalStiffness {
     /// against its neighbours.
     #[must_use]
     pub fn mobility(&self) -> f64 {
-        let rows = self.kept.iter().zip(&self.scale);
+        let rows = self.dense.kept.iter().zip(&self.dense.scale);
         rows.map(|(&j, scale)| self.stiffness[j] / (scale * scale))
             .fold(1.0, f64::max)
     }
@@ -77,29 +111,15 @@ impl LocalStiffness {
     /// S⁻¹h in Pa: the stresses of a face that is glued to the foundation.
     #[must_use]
     pub fn glued(&self, rhs: &[f64]) -> Vec<f64> {
-        self.solve(rhs, self.kept.len())
+        self.dense.solve(rhs)
     }
 
     /// S_νν⁻¹h_ν and no tangential stress, in Pa: a face that slides freely and does not lift off.
     #[must_use]
     pub fn pressed(&self, rhs: &[f64]) -> Vec<f64> {
-        self.solve(
-            rhs,
-            self.kept.partition_point(|&j| j < self.layout.n_panes()),
-        )
-    }
-
-    /// Solves with the first `count` kept components; the others are zero.
-    fn solve(&self, rhs: &[f64], count: usize) -> Vec<f64> {
-        let mut x = Mat::from_fn(count, 1, |i, _| self.scale[i] * rhs[self.kept[i]]);
-        let l = self.factor.as_ref().submatrix(0, 0, count, count);
-        solve_lower_triangular_in_place(l, x.as_mut(), Par::Seq);
-        solve_upper_triangular_in_place(l.transpose(), x.as_mut(), Par::Seq);
-        let mut solution = vec![0.0; rhs.len()];
-        for i in 0..count {
-            solution[self.kept[i]] = self.scale[i] * x[(i, 0)];
-        }
-        solution
+        let normal = self.layout.n_panes();
+        let count = self.dense.kept.partition_point(|&j| j < normal);
+        self.dense.solve_first(rhs, count)
     }
 }
 

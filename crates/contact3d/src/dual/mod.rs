@@ -5,6 +5,9 @@
 //! body; or implicit, two triangular solves for each application, where a dense one does not fit. [`Need`] counts
 //! memory, disk and operations of either before they are spent.
 //!
+//! Where the factor is in single precision, so are S and G, except in the few modes of the body's motion as a whole, where they come from
+//! solves in double precision.
+//!
 //! [`LocalStiffness`] is (S⁻¹)_ii, what one pane feels apart from the motion of the body as a whole: the unit in which
 //! residuals are judged, since 1/S_ii says nothing on a body that nearly floats.
 
@@ -12,10 +15,12 @@ mod assembly;
 mod contact;
 mod dense;
 mod explicit;
+mod global_modes;
 mod local_stiffness;
 mod need;
 mod operators;
 mod pane_stiffness;
+mod preconditioning;
 mod system;
 
 pub use assembly::{Assembly, AssemblyError, AssemblySeconds, PrimalSystem};

@@ -5,7 +5,7 @@ use thiserror::Error;
 use crate::{
     contact::Coupling,
     elasticity::DofMap,
-    linalg::{Analysis, CholeskyFactor, CscMatrix},
+    linalg::{CscMatrix, FactorStructure, Precision},
     mesh::Mesh,
 };
 
@@ -108,13 +108,14 @@ impl Need {
     #[must_use]
     pub(super) fn of_factor(
         stiffness: &CscMatrix,
-        analysis: &Analysis,
+        structure: &FactorStructure,
+        precision: Precision,
         dense: Option<&OperatorEstimate>,
-        threads: usize,
     ) -> Self {
-        let values = 8.0 * analysis.structure().value_count() as f64;
-        let scratch = analysis.scratch_bytes(threads) as f64;
-        let forming = dense.map_or(0.0, |estimate| estimate.explicit_bytes);
+        let bytes = precision.bytes() as f64;
+        let values = bytes * structure.value_count() as f64;
+        let scratch = bytes * structure.update_count(rayon::current_num_threads()) as f64;
+        let forming = dense.map_or(0.0, |estimate| estimate.forming_bytes(precision));
         let kept = dense.map_or(0.0, |estimate| estimate.dense_bytes);
         let stiffness = 8.0 * stiffness.data.len() as f64;
         Self {
@@ -130,8 +131,10 @@ impl Need {
 pub struct OperatorEstimate {
     /// Bytes of S and of the contact compliance.
     pub dense_bytes: f64,
-    /// Bytes of S, of the contact compliance, and of W = L⁻¹PBᵀ while they are formed.
+    /// Bytes of S, of the contact compliance, and of W = L⁻¹PBᵀ while they are formed, in double precision.
     pub explicit_bytes: f64,
+    /// Entries of W on the supernodes that its columns reach.
+    pub half_solved: f64,
     /// Floating-point operations that form S and the compliance.
     pub explicit_operations: f64,
     /// Bytes of the Cholesky factor.
@@ -156,23 +159,28 @@ impl OperatorEstimate {
     /// Counts the supernodes between the contact nodes and the root of the elimination tree; the
     /// factor's coefficients are not read.
     #[must_use]
-    pub fn new(factor: &CholeskyFactor, coupling: &Coupling, n_contact_nodes: usize) -> Self {
+    pub fn new(factor: &FactorStructure, coupling: &Coupling, n_contact_nodes: usize) -> Self {
+        let count = factor.count_forward_rows(&coupling.transposed.transpose());
         let reach = factor.reach(coupling.transposed.indices.iter().copied());
-        let extent = |offsets: &[usize], s: usize| (offsets[s + 1] - offsets[s]) as f64;
-        let sum = |offsets: &[usize]| -> f64 {
-            reach.supernodes().iter().map(|&s| extent(offsets, s)).sum()
-        };
-        let columns = sum(factor.supernode_columns());
-        let values = sum(factor.value_offsets());
+        let offsets = &factor.value_offsets;
+        let reached = reach.supernodes().iter();
+        let values: usize = reached.map(|&s| offsets[s + 1] - offsets[s]).sum();
         let multipliers = coupling.transposed.cols as f64;
         let dense = multipliers * multipliers + 2.0 * n_contact_nodes as f64 * multipliers;
         Self {
             dense_bytes: 8.0 * dense,
-            explicit_bytes: 8.0 * (dense + columns * multipliers),
-            explicit_operations: 4.0 * values * multipliers + columns * multipliers * multipliers,
+            explicit_bytes: 8.0 * (dense + count.entries),
+            half_solved: count.entries,
+            // The compliance takes about as much as the solves: it goes back where they came from.
+            explicit_operations: 2.0 * count.solve_operations + count.gram_operations,
             factor_bytes: 8.0 * factor.value_count() as f64,
-            action_operations: 4.0 * values,
+            action_operations: 4.0 * values as f64,
         }
+    }
+
+    /// Bytes of S, of the contact compliance, and of W in some precision.
+    fn forming_bytes(&self, precision: Precision) -> f64 {
+        self.dense_bytes + precision.bytes() as f64 * self.half_solved
     }
 
     /// Whether the dense form pays: it fits in a few times the factor's memory, and forming it

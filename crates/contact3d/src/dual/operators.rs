@@ -1,12 +1,13 @@
 //! The two forms of the dual operator: through the factor, and as a dense matrix.
 
 use super::{Assembly, ContactSystem, DualOperator, ExplicitDual};
-use crate::linalg::{Reach, Workspace};
+use crate::linalg::{Factor, Reach, Workspace};
 
 /// S applied as the paper does: one pair of sparse triangular solves with the factor of A each time.
 ///
 /// B touches contact nodes only, so the solves visit just the supernodes between those nodes and
-/// the root of the elimination tree; the numbers are those of full solves.
+/// the root of the elimination tree; the numbers are those of full solves, up to the order of sums. Through a factor in
+/// single precision each application takes conjugate gradients over the whole body.
 pub struct ImplicitOperator<'a> {
     assembly: &'a Assembly,
     contact: &'a ContactSystem,
@@ -23,7 +24,7 @@ impl<'a> ImplicitOperator<'a> {
         Self {
             assembly,
             contact,
-            reach: assembly.factor.reach(touched),
+            reach: assembly.factor.structure().reach(touched),
             work: Workspace::default(),
             applications: 0,
         }
@@ -41,11 +42,17 @@ impl DualOperator for ImplicitOperator<'_> {
 
     fn apply(&mut self, multiplier: &[f64]) -> Vec<f64> {
         self.applications += 1;
-        let mut displacement = self.contact.coupling.nodal_forces(multiplier);
-        self.assembly
-            .factor
-            .solve_reached(&self.reach, &mut displacement, &mut self.work);
-        self.contact.coupling.integrate(&displacement)
+        let (assembly, coupling) = (self.assembly, &self.contact.coupling);
+        let forces = coupling.nodal_forces(multiplier);
+        let displacement = match &*assembly.factor {
+            Factor::Double(factor) => {
+                let mut displacement = forces;
+                factor.solve_reached(&self.reach, &mut displacement, &mut self.work);
+                displacement
+            }
+            Factor::Single(_) => assembly.solve(&forces, &mut self.work),
+        };
+        coupling.integrate(&displacement)
     }
 
     fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64> {

@@ -9,9 +9,13 @@ use super::{
 };
 use crate::{
     contact::{Coupling, Interface},
+    linalg::Precision,
     mesh::Mesh,
-    scene::{DualOperatorKind, Invalid, Scene},
+    scene::{DualOperatorKind, FactorPrecision, Invalid, Scene},
 };
+
+/// Coefficients of the factor from which half the memory and half the time outweigh the steps of conjugate gradients.
+const SINGLE_PAYS: usize = 1 << 24;
 
 /// The assembled problem: the elastic body, and its contact where the scene has one.
 ///
@@ -29,8 +33,8 @@ impl DualSystem {
     ///
     /// # Errors
     /// [`AssemblyError`] when A has no Cholesky factor, a formula of the scene has no value, or a number overflows.
-    pub fn new(scene: &Scene, mesh: &Mesh, threads: usize) -> Result<Self, AssemblyError> {
-        Self::admitted(scene, mesh, threads, &|_| Ok(()))
+    pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Self, AssemblyError> {
+        Self::admitted(scene, mesh, &|_| Ok(()))
     }
 
     /// As [`Self::new`], but asks `admit` before the stiffness and before the factor are allocated. Where the choice is free and
@@ -41,7 +45,6 @@ impl DualSystem {
     pub fn admitted(
         scene: &Scene,
         mesh: &Mesh,
-        threads: usize,
         admit: Admission<'_>,
     ) -> Result<Self, AssemblyError> {
         let interface = Interface::new(scene, mesh).map_err(AssemblyError::Scene)?;
@@ -52,32 +55,42 @@ impl DualSystem {
         let dense = coupling
             .as_ref()
             .and_then(|coupling| dense_operator(scene, mesh, &analysed, coupling));
-        let need = |dense| {
-            let (stiffness, analysis) = (&analysed.primal.stiffness, &analysed.analysis);
-            Need::of_factor(stiffness, analysis, dense, threads)
+        let form = |precision, dense: Option<&OperatorEstimate>| {
+            admit(Need::of_factor(
+                &analysed.primal.stiffness,
+                &analysed.structure,
+                precision,
+                dense,
+            ))?;
+            let mut assembly = analysed.factorise(precision)?;
+            let contact = face
+                .zip(coupling.clone())
+                .map(|((interface, surface), coupling)| {
+                    let unconstrained = assembly.unconstrained();
+                    let mut contact =
+                        ContactSystem::with(coupling, &unconstrained, surface, interface);
+                    if dense.is_some() {
+                        let started = Instant::now();
+                        contact.make_explicit(&assembly, &unconstrained, surface, interface);
+                        assembly.seconds.dual_operator = started.elapsed().as_secs_f64();
+                    }
+                    contact
+                });
+            let system = Self { assembly, contact };
+            system.require_finite().map_err(AssemblyError::Scene)?;
+            Ok(system)
         };
-        let dense = match (admit(need(dense.as_ref())), scene.assemble.dual_operator) {
-            (Ok(()), _) => dense,
-            (Err(_), DualOperatorKind::Auto) if dense.is_some() => {
-                admit(need(None))?;
-                None
+        if let Some(single) = in_single_precision(scene, &analysed, dense.as_ref(), &form)? {
+            return Ok(single);
+        }
+        match form(Precision::Double, dense.as_ref()) {
+            Err(AssemblyError::Shortage(_))
+                if dense.is_some() && scene.assemble.dual_operator == DualOperatorKind::Auto =>
+            {
+                form(Precision::Double, None)
             }
-            (Err(shortage), _) => return Err(shortage.into()),
-        };
-        let mut assembly = analysed.factorise(threads)?;
-        let contact = face.zip(coupling).map(|((interface, surface), coupling)| {
-            let unconstrained = assembly.unconstrained();
-            let mut contact = ContactSystem::with(coupling, &unconstrained, surface, interface);
-            if dense.is_some() {
-                let started = Instant::now();
-                contact.make_explicit(&assembly, &unconstrained, surface, interface);
-                assembly.seconds.dual_operator = started.elapsed().as_secs_f64();
-            }
-            contact
-        });
-        let system = Self { assembly, contact };
-        system.require_finite().map_err(AssemblyError::Scene)?;
-        Ok(system)
+            formed => formed,
+        }
     }
 
     /// Replaces l, h and the free slip by those of a scene that differs in its loads, its gap or its
@@ -132,6 +145,28 @@ impl DualSystem {
     }
 }
 
+/// The problem with a factor in single precision, where the scene asks for one or it pays and serves.
+fn in_single_precision(
+    scene: &Scene,
+    analysed: &Analysed,
+    dense: Option<&OperatorEstimate>,
+    form: &impl Fn(Precision, Option<&OperatorEstimate>) -> Result<DualSystem, AssemblyError>,
+) -> Result<Option<DualSystem>, AssemblyError> {
+    match scene.assemble.factor {
+        FactorPrecision::Double => Ok(None),
+        FactorPrecision::Single => form(Precision::Single, dense).map(Some),
+        FactorPrecision::Auto => {
+            let without_operator = scene.contact.is_some() && dense.is_none();
+            if analysed.structure.value_count() < SINGLE_PAYS || without_operator {
+                return Ok(None);
+            }
+            // A matrix that has no factor in single precision may have one in double.
+            let formed = form(Precision::Single, dense).ok();
+            Ok(formed.filter(DualSystem::is_well_preconditioned))
+        }
+    }
+}
+
 /// What the dense operator costs, where the scene or the estimate asks for it.
 fn dense_operator(
     scene: &Scene,
@@ -140,7 +175,7 @@ fn dense_operator(
     coupling: &Coupling,
 ) -> Option<OperatorEstimate> {
     let n_contact_nodes = mesh.contact.as_ref()?.nodes.len();
-    let structure = analysed.analysis.structure();
+    let structure = &analysed.structure;
     let estimate = OperatorEstimate::new(structure, coupling, n_contact_nodes);
     let wanted = match scene.assemble.dual_operator {
         DualOperatorKind::Implicit => false,

@@ -9,44 +9,22 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams};
 
 use super::elimination_tree::{inverse, postordered};
-use super::factor::{CholeskyFactor, FactorError, parallelism, pattern};
+use super::factor::{FactorError, pattern};
 use super::sparse::CscMatrix;
+use super::structure::FactorStructure;
 
 /// Two neighbouring supernodes of at most `.0` columns together merge when less than the share `.1` of the result is zero.
 const RELAXATION: [(usize, f64); 4] = [(4, 1.0), (16, 0.8), (48, 0.1), (usize::MAX, 0.05)];
 
-/// The structure of a Cholesky factor without its coefficients.
-#[derive(Debug)]
-pub(crate) struct Analysis {
-    structure: CholeskyFactor,
-    /// `None` for the matrix without unknowns.
-    symbolic: Option<SymbolicCholesky<usize>>,
-}
-
-impl CholeskyFactor {
-    /// Factorises the symmetric positive definite A as LLᵀ = PAPᵀ with a supernodal method, structure
-    /// first.
-    ///
-    /// # Errors
-    /// [`FactorError`] when A is not square, the ordering is no permutation, a pivot is not safely positive, or memory runs out.
-    pub fn factorise(
-        a: &CscMatrix,
-        permutation: Vec<usize>,
-        threads: usize,
-    ) -> Result<Self, FactorError> {
-        Analysis::new(a, permutation)?.factorise(a, threads)
-    }
-}
-
-impl Analysis {
+impl FactorStructure {
     /// Finds the structure of L in LLᵀ = PAPᵀ.
     ///
     /// `permutation` is a fill-reducing ordering, new → old. It is replaced by a postorder of its elimination tree,
-    /// which has the same fill; [`CholeskyFactor::permutation`] returns the final one. A must store both triangles.
+    /// which has the same fill; the structure holds the final one. A must store both triangles.
     ///
     /// # Errors
     /// [`FactorError`] when A is not square, the ordering is no permutation, or memory runs out.
-    pub(crate) fn new(a: &CscMatrix, permutation: Vec<usize>) -> Result<Self, FactorError> {
+    pub fn analyse(a: &CscMatrix, permutation: Vec<usize>) -> Result<Self, FactorError> {
         let size = a.cols;
         if a.rows != size {
             return Err(FactorError::NotSquare {
@@ -77,68 +55,14 @@ impl Analysis {
             supernodes.col_ptr_for_row_idx(),
             supernodes.row_idx(),
         );
-        let structure = CholeskyFactor {
+        let structure = Self {
             permutation,
             supernode_columns,
             row_offsets,
             row_indices,
             value_offsets: supernodes.col_ptr_for_val().to_vec(),
-            values: Vec::new(),
         };
-        Ok(Self {
-            structure,
-            symbolic: Some(symbolic),
-        })
-    }
-
-    fn empty() -> Self {
-        let structure = CholeskyFactor {
-            permutation: vec![],
-            supernode_columns: vec![0],
-            row_offsets: vec![0],
-            row_indices: vec![],
-            value_offsets: vec![0],
-            values: vec![],
-        };
-        Self {
-            structure,
-            symbolic: None,
-        }
-    }
-
-    /// The factor as far as it is known: everything but its coefficients.
-    #[must_use]
-    pub(crate) fn structure(&self) -> &CholeskyFactor {
-        &self.structure
-    }
-
-    /// Bytes that the numeric factorisation will work in beside the coefficients.
-    #[must_use]
-    pub(crate) fn scratch_bytes(&self, threads: usize) -> usize {
-        self.symbolic.as_ref().map_or(0, |symbolic| {
-            let par = parallelism(threads);
-            symbolic
-                .factorize_numeric_llt_scratch::<f64>(par, Default::default())
-                .unaligned_bytes_required()
-        })
-    }
-
-    /// Computes the coefficients of L for the matrix that was analysed, or another with its structure.
-    ///
-    /// The values of the matrix's lower triangle are not read. The factor has the same bits for any `threads` ≥ 1.
-    ///
-    /// # Errors
-    /// [`FactorError`] when a pivot is not safely positive, or memory runs out.
-    pub(crate) fn factorise(
-        self,
-        a: &CscMatrix,
-        threads: usize,
-    ) -> Result<CholeskyFactor, FactorError> {
-        let mut factor = self.structure;
-        if let Some(symbolic) = &self.symbolic {
-            factor.compute_values(a, symbolic, threads)?;
-        }
-        Ok(factor)
+        Ok(structure.with_small_subtrees_merged())
     }
 }
 

@@ -6,17 +6,18 @@ use faer::reborrow::ReborrowMut;
 use faer::{Accum, MatMut, MatRef, Par};
 
 use super::factor::CholeskyFactor;
+use super::scalar::Scalar;
 
-impl CholeskyFactor {
+impl<T: Scalar> CholeskyFactor<T> {
     /// One supernode of L⁻ᵀX for a row-major X of `columns` columns whose row r is kept at place
     /// `place(r)`; the supernode's own columns must be kept consecutively.
     pub(super) fn backward_block(
         &self,
         s: usize,
         place: impl Fn(usize) -> usize,
-        x: &mut [f64],
+        x: &mut [T],
         columns: usize,
-        known: &mut Vec<f64>,
+        known: &mut Vec<T>,
     ) {
         let panel = self.panel(s);
         let (diagonal, below) = split_panel(panel.values, panel.rows.len(), panel.width);
@@ -35,7 +36,7 @@ impl CholeskyFactor {
             Accum::Add,
             below.transpose(),
             known,
-            -1.0,
+            -T::rounded(1.0),
             Par::Seq,
         );
         solve_upper_triangular_in_place(diagonal.transpose(), own, Par::Seq);
@@ -43,6 +44,10 @@ impl CholeskyFactor {
 }
 
 /// The diagonal block of a panel and the rows below it.
-fn split_panel(values: &[f64], height: usize, width: usize) -> (MatRef<'_, f64>, MatRef<'_, f64>) {
+fn split_panel<T: Scalar>(
+    values: &[T],
+    height: usize,
+    width: usize,
+) -> (MatRef<'_, T>, MatRef<'_, T>) {
     MatRef::from_column_major_slice(values, height, width).split_at_row(width)
 }

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::forward_rows::ForwardRows;
 use super::front_plan::{SparseColumn, SupernodeTree};
 use super::half_solve::HalfSolved;
+use super::scalar::Scalar;
 use super::sparse::CscMatrix;
 
 /// Columns of W that go back together; multiples of 48 fill the tiles of the AVX-512 kernels.
@@ -22,7 +23,7 @@ const BLOCK_COLUMNS: usize = 144;
 /// where E are their unit vectors and X_below the result on the rows below the subtree's root. A
 /// forward pass over the few selected unknowns of a small subtree costs less than a backward pass
 /// over all rows of B.
-struct BackwardPlan {
+struct BackwardPlan<T> {
     /// The supernodes of the top, ascending.
     top: Vec<usize>,
     /// Unknowns of the top and selected unknowns below it: the rows of X.
@@ -32,10 +33,10 @@ struct BackwardPlan {
     /// Number of unknowns of the top, the row of X of the first column of `subtrees`.
     top_rows: usize,
     /// Y and −L_below Y.
-    subtrees: HalfSolved,
+    subtrees: HalfSolved<T>,
 }
 
-impl ForwardRows<'_> {
+impl<T: Scalar> ForwardRows<'_, T> {
     /// The compliance G = CA⁻¹Bᵀ, column-major, shape (rows of C, rows of B), from L⁻ᵀW on the
     /// unknowns that C selects.
     ///
@@ -49,7 +50,7 @@ impl ForwardRows<'_> {
     pub(crate) fn compliance(&self, c: &CscMatrix) -> Vec<f64> {
         assert_eq!(c.cols, self.factor.size(), "columns of the selection");
         let by_rows = c.transpose();
-        let new_of_old = self.factor.new_of_old();
+        let new_of_old = self.factor.structure.new_of_old();
         let mut selected: Vec<usize> = by_rows.indices.iter().map(|&old| new_of_old[old]).collect();
         selected.sort_unstable();
         selected.dedup();
@@ -76,12 +77,14 @@ impl ForwardRows<'_> {
         compliance
     }
 
-    fn backward_plan(&self, selected: &[usize]) -> BackwardPlan {
+    fn backward_plan(&self, selected: &[usize]) -> BackwardPlan<T> {
         let factor = self.factor;
         let is_top = self.top_supernodes(selected);
-        let top: Vec<usize> = (0..factor.supernodes()).filter(|&s| is_top[s]).collect();
+        let top: Vec<usize> = (0..factor.structure.supernodes())
+            .filter(|&s| is_top[s])
+            .collect();
         let mut place = vec![usize::MAX; factor.size()];
-        let unknowns = top.iter().flat_map(|&s| factor.columns_of_supernode(s));
+        let unknowns = top.iter().flat_map(|&s| factor.structure.columns(s));
         let mut rows = 0;
         for unknown in unknowns {
             place[unknown] = rows;
@@ -112,7 +115,7 @@ impl ForwardRows<'_> {
     fn top_supernodes(&self, selected: &[usize]) -> Vec<bool> {
         let (factor, all) = (self.factor, self.order.len() as f64);
         let SupernodeTree { owner, parent } = &self.tree;
-        let supernodes = factor.supernodes();
+        let supernodes = factor.structure.supernodes();
         let mut loads = vec![0.0; supernodes];
         for part in &self.half_solved.parts {
             loads[part.supernode] = part.columns.len() as f64;
@@ -126,7 +129,7 @@ impl ForwardRows<'_> {
             if costs[s].selected == 0.0 {
                 continue;
             }
-            let panel = factor.panel(s);
+            let panel = factor.structure.front(s);
             let (width, height) = (panel.width as f64, panel.rows.len() as f64);
             let entries = width * (height - 0.5 * (width - 1.0));
             let cost = &mut costs[s];
@@ -147,15 +150,15 @@ impl ForwardRows<'_> {
     }
 
     /// L⁻ᵀ of some columns of W on the rows of the plan, row-major.
-    fn backward(&self, plan: &BackwardPlan, block: &Range<usize>) -> Vec<f64> {
+    fn backward(&self, plan: &BackwardPlan<T>, block: &Range<usize>) -> Vec<T> {
         let count = block.len();
-        let mut x = vec![0.0; plan.rows * count];
+        let mut x = vec![T::default(); plan.rows * count];
         let mut known = Vec::new();
         let mut parts = self.half_solved.parts.iter().rev().peekable();
         for &s in plan.top.iter().rev() {
             while parts.next_if(|part| part.supernode > s).is_some() {}
             if let Some(part) = parts.next_if(|part| part.supernode == s) {
-                let first = plan.place[self.factor.supernode_columns[s]];
+                let first = plan.place[self.factor.structure.supernode_columns[s]];
                 let (columns, values) = part.columns_in(block);
                 for (j, column) in columns.iter().enumerate() {
                     for i in 0..values.nrows() {
@@ -173,11 +176,11 @@ impl ForwardRows<'_> {
     }
 
     /// Adds −(L_below Y)ᵀ X_below.
-    fn add_boundaries(&self, plan: &BackwardPlan, top: &[f64], rest: &mut [f64], count: usize) {
+    fn add_boundaries(&self, plan: &BackwardPlan<T>, top: &[T], rest: &mut [T], count: usize) {
         let (mut known, mut product) = (Vec::new(), Vec::new());
         for boundary in &plan.subtrees.boundaries {
             let part = &plan.subtrees.parts[boundary.root];
-            let panel = self.factor.panel(part.supernode);
+            let panel = self.factor.structure.front(part.supernode);
             let rows = &panel.rows[panel.width..];
             known.clear();
             for &row in rows {
@@ -186,25 +189,25 @@ impl ForwardRows<'_> {
             let columns = part.columns.len();
             let update = MatRef::from_column_major_slice(&boundary.update, rows.len(), columns);
             let known = MatRef::from_row_major_slice(&known, rows.len(), count);
-            product.resize(columns * count, 0.0);
+            product.resize(columns * count, T::default());
             let target = MatMut::from_row_major_slice_mut(&mut product, columns, count);
             matmul(
                 target,
                 Accum::Replace,
                 update.transpose(),
                 known,
-                1.0,
+                T::rounded(1.0),
                 Par::Seq,
             );
             for (column, line) in part.columns.iter().zip(product.chunks_exact(count)) {
                 let target = &mut rest[column * count..][..count];
-                target.iter_mut().zip(line).for_each(|(x, p)| *x += p);
+                target.iter_mut().zip(line).for_each(|(x, p)| *x += *p);
             }
         }
     }
 
     /// Adds YᵀW_T.
-    fn add_loads(&self, plan: &BackwardPlan, block: &Range<usize>, rest: &mut [f64]) {
+    fn add_loads(&self, plan: &BackwardPlan<T>, block: &Range<usize>, rest: &mut [T]) {
         let mut product = Vec::new();
         let mut parts = self.half_solved.parts.iter().peekable();
         for unit in &plan.subtrees.parts {
@@ -221,13 +224,20 @@ impl ForwardRows<'_> {
             }
             let rows = &unit.columns;
             let y = MatRef::from_column_major_slice(&unit.values, unit.width(), rows.len());
-            product.resize(rows.len() * columns.len(), 0.0);
+            product.resize(rows.len() * columns.len(), T::default());
             let target = MatMut::from_row_major_slice_mut(&mut product, rows.len(), columns.len());
-            matmul(target, Accum::Replace, y.transpose(), w, 1.0, Par::Seq);
+            matmul(
+                target,
+                Accum::Replace,
+                y.transpose(),
+                w,
+                T::rounded(1.0),
+                Par::Seq,
+            );
             for (row, line) in rows.iter().zip(product.chunks_exact(columns.len())) {
                 let target = &mut rest[row * block.len()..][..block.len()];
                 for (column, value) in columns.iter().zip(line) {
-                    target[column - block.start] += value;
+                    target[column - block.start] += *value;
                 }
             }
         }
@@ -254,9 +264,9 @@ impl SubtreeCost {
 }
 
 /// C X, column-major, for a row-major X of `columns` columns and the columns of Cᵀ.
-fn selected_rows(
+fn selected_rows<T: Scalar>(
     by_rows: &CscMatrix,
-    x: &[f64],
+    x: &[T],
     columns: usize,
     place: impl Fn(usize) -> usize,
 ) -> Vec<f64> {
@@ -266,7 +276,7 @@ fn selected_rows(
         for (&old, &coefficient) in unknowns.iter().zip(coefficients) {
             let line = &x[place(old) * columns..][..columns];
             for (column, value) in line.iter().enumerate() {
-                result[column * by_rows.cols + row] += coefficient * value;
+                result[column * by_rows.cols + row] += coefficient * value.to_double();
             }
         }
     }

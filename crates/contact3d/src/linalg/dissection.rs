@@ -227,7 +227,7 @@ mod tests {
     }
 
     fn entries(brick: &Brick, order: Vec<usize>) -> usize {
-        CholeskyFactor::factorise(&brick.stiffness(), order, 1)
+        CholeskyFactor::<f64>::factorise(&brick.stiffness(), order)
             .expect("positive definite")
             .values()
             .len()

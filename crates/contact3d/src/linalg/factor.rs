@@ -1,32 +1,23 @@
 //! Supernodal Cholesky factorisation LLᵀ = PAPᵀ, kept as plain arrays.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt::factor::LltError;
-use faer::sparse::linalg::cholesky::SymbolicCholesky;
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Par, Side};
+use faer::sparse::SymbolicSparseColMatRef;
 use thiserror::Error;
 
+use super::fronts::{self, Failure};
+use super::scalar::Scalar;
 use super::sparse::CscMatrix;
+use super::structure::{FactorStructure, Front};
 
-/// A pivot below this share of the diagonal entry it came from is rounding error, so the matrix counts as singular.
-const SINGULAR_PIVOT: f64 = 64.0 * f64::EPSILON;
+/// A pivot below this many units of rounding of the diagonal entry it came from is rounding error, so the matrix counts as
+/// singular.
+const SINGULAR_PIVOT: f64 = 64.0;
 
-/// The supernodal Cholesky factor L of PAPᵀ = LLᵀ as plain arrays, to be stored and read again by another process.
-///
-/// Row i of PAPᵀ is row `permutation[i]` of A (new → old), that is (Px)ᵢ = x\[permutation\[i\]\].
-/// Supernode s owns the consecutive columns `supernode_columns[s]..supernode_columns[s + 1]` of L. They share the rows
-/// `row_indices[row_offsets[s]..row_offsets[s + 1]]`, strictly increasing, the first of which are the columns
-/// themselves. Their coefficients are the dense column-major panel `values[value_offsets[s]..value_offsets[s + 1]]`
-/// of shape (rows, columns); the strict upper triangle of its leading square is zero.
+/// The supernodal Cholesky factor L of PAPᵀ = LLᵀ in single or double precision, as plain arrays that a file can hold: the dense
+/// column-major panels of [`FactorStructure`], one after another.
 #[derive(Clone, Debug, PartialEq)]
-pub struct CholeskyFactor {
-    pub(super) permutation: Vec<usize>,
-    pub(super) supernode_columns: Vec<usize>,
-    pub(super) row_offsets: Vec<usize>,
-    pub(super) row_indices: Vec<usize>,
-    pub(super) value_offsets: Vec<usize>,
-    pub(super) values: Vec<f64>,
+pub struct CholeskyFactor<T = f64> {
+    pub(super) structure: FactorStructure,
+    pub(super) values: Vec<T>,
 }
 
 /// Why a matrix was not factorised.
@@ -64,51 +55,43 @@ pub enum FactorError {
     },
 }
 
-impl CholeskyFactor {
-    /// Fills `values` by the numeric factorisation and refuses a singular matrix.
-    pub(super) fn compute_values(
-        &mut self,
-        a: &CscMatrix,
-        symbolic: &SymbolicCholesky<usize>,
-        threads: usize,
-    ) -> Result<(), FactorError> {
+impl<T: Scalar> CholeskyFactor<T> {
+    /// Factorises the symmetric positive definite A as LLᵀ = PAPᵀ by the multifrontal method, structure first.
+    ///
+    /// The factor has the same bits at any number of threads.
+    ///
+    /// # Errors
+    /// [`FactorError`] when A is not square, the ordering is no permutation, a pivot is not safely positive, or memory runs out.
+    pub fn factorise(a: &CscMatrix, permutation: Vec<usize>) -> Result<Self, FactorError> {
+        Self::of_structure(FactorStructure::analyse(a, permutation)?, a)
+    }
+
+    /// Computes the coefficients of L for the matrix that was analysed, or another with its structure.
+    ///
+    /// The values of the matrix's lower triangle are not read.
+    ///
+    /// # Errors
+    /// [`FactorError`] when a pivot is not safely positive, or memory runs out.
+    pub fn of_structure(structure: FactorStructure, a: &CscMatrix) -> Result<Self, FactorError> {
         let out_of_memory = FactorError::OutOfMemory { size: a.cols };
-        let par = parallelism(threads);
-        let mut values = Vec::new();
-        values
-            .try_reserve_exact(symbolic.len_val())
-            .map_err(|_| out_of_memory.clone())?;
-        values.resize(symbolic.len_val(), 0.0);
-        let scratch = symbolic.factorize_numeric_llt_scratch::<f64>(par, Default::default());
-        let mut memory = MemBuffer::try_new(scratch).map_err(|_| out_of_memory)?;
-        let matrix = SparseColMatRef::new(pattern(a), &a.data);
-        let stack = MemStack::new(&mut memory);
-        let outcome = symbolic
-            .factorize_numeric_llt(
-                &mut values,
-                matrix,
-                Side::Upper,
-                Default::default(),
-                par,
-                stack,
-                Default::default(),
-            )
-            .map(|_| ());
-        self.values = values;
-        outcome.map_err(|LltError::NonPositivePivot { index }| {
-            FactorError::NotPositiveDefinite {
-                column: self.permutation[index],
-                pivot: self.failed_pivot(a, index),
-            }
+        let values = fronts::zeros(structure.value_count()).ok_or(out_of_memory.clone())?;
+        let mut factor = Self { structure, values };
+        let outcome = fronts::factorise(&factor.structure, a, &mut factor.values);
+        outcome.map_err(|failure| match failure {
+            Failure::OutOfMemory => out_of_memory,
+            Failure::Pivot(column) => FactorError::NotPositiveDefinite {
+                column: factor.structure.permutation[column],
+                pivot: factor.failed_pivot(a, column),
+            },
         })?;
-        self.clear_upper_triangles();
-        self.refuse_singular(a)
+        factor.refuse_singular(a)?;
+        Ok(factor)
     }
 
     /// The pivot a_jj − Σₖ Lⱼₖ² of column j (new numbering) from the finished columns of the row.
     fn failed_pivot(&self, a: &CscMatrix, j: usize) -> f64 {
-        let mut pivot = diagonal(a, self.permutation[j]);
-        for s in 0..self.supernodes() {
+        let mut pivot = diagonal(a, self.structure.permutation[j]);
+        for s in 0..self.structure.supernodes() {
             let panel = self.panel(s);
             if panel.first > j {
                 break;
@@ -119,31 +102,21 @@ impl CholeskyFactor {
             let height = panel.rows.len();
             let finished = panel.width.min(j - panel.first);
             pivot -= (0..finished)
-                .map(|k| panel.values[k * height + row].powi(2))
+                .map(|k| panel.values[k * height + row].to_double().powi(2))
                 .sum::<f64>();
         }
         pivot
     }
 
-    /// Zeroes what the dense kernels left above the diagonals, so that equal factors have equal bits.
-    fn clear_upper_triangles(&mut self) {
-        for s in 0..self.supernodes() {
-            let height = self.row_offsets[s + 1] - self.row_offsets[s];
-            let panel = &mut self.values[self.value_offsets[s]..self.value_offsets[s + 1]];
-            for (k, column) in panel.chunks_exact_mut(height).enumerate() {
-                column[..k].fill(0.0);
-            }
-        }
-    }
-
     /// Refuses pivots that are positive by rounding only, or not numbers.
     fn refuse_singular(&self, a: &CscMatrix) -> Result<(), FactorError> {
-        for s in 0..self.supernodes() {
+        for s in 0..self.structure.supernodes() {
             let panel = self.panel(s);
             for k in 0..panel.width {
-                let pivot = panel.values[k * (panel.rows.len() + 1)].powi(2);
-                let column = self.permutation[panel.first + k];
-                if !(pivot > SINGULAR_PIVOT * diagonal(a, column) && pivot.is_finite()) {
+                let pivot = panel.values[k * (panel.rows.len() + 1)].to_double().powi(2);
+                let column = self.structure.permutation[panel.first + k];
+                let rounding = SINGULAR_PIVOT * T::EPSILON * diagonal(a, column);
+                if !(pivot > rounding && pivot.is_finite()) {
                     return Err(FactorError::NotPositiveDefinite { column, pivot });
                 }
             }
@@ -151,81 +124,45 @@ impl CholeskyFactor {
         Ok(())
     }
 
-    /// The permutation, new → old: row i of PAPᵀ is row `permutation()[i]` of A.
+    /// Where the coefficients stand.
     #[must_use]
-    pub fn permutation(&self) -> &[usize] {
-        &self.permutation
-    }
-
-    /// First column of each supernode and, last, the number of unknowns.
-    #[must_use]
-    pub fn supernode_columns(&self) -> &[usize] {
-        &self.supernode_columns
-    }
-
-    /// Start of each supernode's rows in [`Self::row_indices`], one more than there are supernodes.
-    #[must_use]
-    pub fn row_offsets(&self) -> &[usize] {
-        &self.row_offsets
-    }
-
-    /// Rows of each supernode, its own columns first, strictly increasing inside a supernode.
-    #[must_use]
-    pub fn row_indices(&self) -> &[usize] {
-        &self.row_indices
-    }
-
-    /// Start of each supernode's panel in [`Self::values`], one more than there are supernodes.
-    #[must_use]
-    pub fn value_offsets(&self) -> &[usize] {
-        &self.value_offsets
+    pub fn structure(&self) -> &FactorStructure {
+        &self.structure
     }
 
     /// The dense column-major panels, one after another.
     #[must_use]
-    pub fn values(&self) -> &[f64] {
+    pub fn values(&self) -> &[T] {
         &self.values
-    }
-
-    /// Number of coefficients, known before they are computed.
-    #[must_use]
-    pub(crate) fn value_count(&self) -> usize {
-        self.value_offsets.last().copied().unwrap_or(0)
     }
 
     /// Number of unknowns.
     #[must_use]
     pub fn size(&self) -> usize {
-        self.permutation.len()
+        self.structure.size()
     }
 
-    /// Number of supernodes.
-    #[must_use]
-    pub fn supernodes(&self) -> usize {
-        self.supernode_columns.len() - 1
-    }
-
-    /// The supernode s as a dense panel, without coefficients before the numeric factorisation.
-    pub(super) fn panel(&self, s: usize) -> Panel<'_> {
-        let first = self.supernode_columns[s];
+    /// The supernode s as a dense panel.
+    pub(super) fn panel(&self, s: usize) -> Panel<'_, T> {
+        let Front { first, width, rows } = self.structure.front(s);
+        let offsets = &self.structure.value_offsets;
+        let values = &self.values[offsets[s]..offsets[s + 1]];
         Panel {
             first,
-            width: self.supernode_columns[s + 1] - first,
-            rows: &self.row_indices[self.row_offsets[s]..self.row_offsets[s + 1]],
-            values: (self.values)
-                .get(self.value_offsets[s]..self.value_offsets[s + 1])
-                .unwrap_or_default(),
+            width,
+            rows,
+            values,
         }
     }
 }
 
 /// One supernode of a factor: `width` columns from `first` over `rows`, coefficients column-major.
 #[derive(Clone, Copy)]
-pub(super) struct Panel<'a> {
+pub(super) struct Panel<'a, T> {
     pub(super) first: usize,
     pub(super) width: usize,
     pub(super) rows: &'a [usize],
-    pub(super) values: &'a [f64],
+    pub(super) values: &'a [T],
 }
 
 pub(super) fn pattern(a: &CscMatrix) -> SymbolicSparseColMatRef<'_, usize> {
@@ -236,13 +173,4 @@ fn diagonal(a: &CscMatrix, column: usize) -> f64 {
     let (rows, coefficients) = a.column(column);
     rows.binary_search(&column)
         .map_or(0.0, |place| coefficients[place])
-}
-
-/// How many threads faer may use.
-pub(super) fn parallelism(threads: usize) -> Par {
-    if threads > 1 {
-        Par::rayon(threads)
-    } else {
-        Par::Seq
-    }
 }

@@ -4,6 +4,8 @@ use thiserror::Error;
 
 use super::elimination_tree::inverse;
 use super::factor::CholeskyFactor;
+use super::scalar::Scalar;
+use super::structure::FactorStructure;
 
 /// Which rule of [`CholeskyFactor`]'s layout stored arrays break.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -39,35 +41,20 @@ pub enum PartsError {
     },
 }
 
-impl CholeskyFactor {
-    /// Rebuilds a factor from the arrays described at [`CholeskyFactor`], checking every rule
-    /// stated there.
+impl<T: Scalar> CholeskyFactor<T> {
+    /// Rebuilds a factor from its arrays, checking every rule stated at [`FactorStructure`].
     ///
     /// # Errors
     /// [`PartsError`] names the first rule broken; a factor that was accepted cannot cause a panic
     /// in a solve.
-    pub fn from_parts(
-        permutation: Vec<usize>,
-        supernode_columns: Vec<usize>,
-        row_offsets: Vec<usize>,
-        row_indices: Vec<usize>,
-        value_offsets: Vec<usize>,
-        values: Vec<f64>,
-    ) -> Result<Self, PartsError> {
-        inverse(&permutation).ok_or(PartsError::Permutation)?;
-        let factor = Self {
-            permutation,
-            supernode_columns,
-            row_offsets,
-            row_indices,
-            value_offsets,
-            values,
-        };
-        factor.check_supernode_columns()?;
-        factor.check_offsets()?;
-        let owner = factor.supernode_of_column();
-        for supernode in 0..factor.supernodes() {
-            if !factor.rows_are_sound(supernode, &owner) {
+    pub fn from_parts(structure: FactorStructure, values: Vec<T>) -> Result<Self, PartsError> {
+        inverse(&structure.permutation).ok_or(PartsError::Permutation)?;
+        structure.check_supernode_columns()?;
+        structure.check_offsets(values.len())?;
+        let factor = Self { structure, values };
+        let owner = factor.structure.supernode_of_column();
+        for supernode in 0..factor.structure.supernodes() {
+            if !factor.structure.rows_are_sound(supernode, &owner) {
                 return Err(PartsError::Rows { supernode });
             }
             if !factor.values_are_sound(supernode) {
@@ -77,6 +64,22 @@ impl CholeskyFactor {
         Ok(factor)
     }
 
+    fn values_are_sound(&self, s: usize) -> bool {
+        let panel = self.panel(s);
+        panel
+            .values
+            .chunks_exact(panel.rows.len())
+            .enumerate()
+            .all(|(k, column)| {
+                let (above, rest) = column.split_at(k);
+                above.iter().all(|&value| value == T::default())
+                    && rest[0] > T::default()
+                    && rest.iter().all(|value| value.to_double().is_finite())
+            })
+    }
+}
+
+impl FactorStructure {
     fn check_supernode_columns(&self) -> Result<(), PartsError> {
         let size = self.size();
         let columns = &self.supernode_columns;
@@ -90,13 +93,13 @@ impl CholeskyFactor {
 
     /// Row and value offsets start at 0, end with their arrays, and leave (rows × columns) values
     /// to each supernode.
-    fn check_offsets(&self) -> Result<(), PartsError> {
+    fn check_offsets(&self, n_values: usize) -> Result<(), PartsError> {
         let supernodes = self.supernodes();
         let (rows, values) = (&self.row_offsets, &self.value_offsets);
         let ends = |offsets: &[usize], length| {
             offsets.len() == supernodes + 1 && offsets[0] == 0 && offsets[supernodes] == length
         };
-        if !ends(rows, self.row_indices.len()) || !ends(values, self.values.len()) {
+        if !ends(rows, self.row_indices.len()) || !ends(values, n_values) {
             return Err(PartsError::Offsets { supernode: 0 });
         }
         for s in 0..supernodes {
@@ -106,8 +109,7 @@ impl CholeskyFactor {
                 .filter(|&height| height >= width);
             let entries = values[s + 1].checked_sub(values[s]);
             let expected = height.and_then(|height| height.checked_mul(width));
-            let inside =
-                rows[s + 1] <= self.row_indices.len() && values[s + 1] <= self.values.len();
+            let inside = rows[s + 1] <= self.row_indices.len() && values[s + 1] <= n_values;
             if expected.is_none() || entries != expected || !inside {
                 return Err(PartsError::Offsets { supernode: s });
             }
@@ -118,7 +120,7 @@ impl CholeskyFactor {
     /// Own columns first, strictly increasing, below the size, and every row past the parent's
     /// first column a row of the parent.
     fn rows_are_sound(&self, s: usize, owner: &[usize]) -> bool {
-        let panel = self.panel(s);
+        let panel = self.front(s);
         let (own, below) = panel.rows.split_at(panel.width);
         let increasing = panel.rows.windows(2).all(|pair| pair[0] < pair[1]);
         let inside = panel.rows.last().is_some_and(|&row| row < self.size());
@@ -134,33 +136,10 @@ impl CholeskyFactor {
         let Some(&next) = below.first() else {
             return true;
         };
-        let mut parent_rows = self.panel(owner[next]).rows.iter();
+        let mut parent_rows = self.front(owner[next]).rows.iter();
         below
             .iter()
             .all(|row| parent_rows.any(|candidate| candidate == row))
-    }
-
-    fn values_are_sound(&self, s: usize) -> bool {
-        let panel = self.panel(s);
-        panel
-            .values
-            .chunks_exact(panel.rows.len())
-            .enumerate()
-            .all(|(k, column)| {
-                let (above, rest) = column.split_at(k);
-                above.iter().all(|&value| value == 0.0)
-                    && rest[0] > 0.0
-                    && rest.iter().all(|value| value.is_finite())
-            })
-    }
-
-    /// The supernode that owns each column.
-    pub(super) fn supernode_of_column(&self) -> Vec<usize> {
-        let mut owner = vec![0; self.size()];
-        for s in 0..self.supernodes() {
-            owner[self.supernode_columns[s]..self.supernode_columns[s + 1]].fill(s);
-        }
-        owner
     }
 }
 
@@ -174,18 +153,11 @@ mod tests {
     fn factor() -> CholeskyFactor {
         let stiffness = Brick::new(2).stiffness();
         let order = amd(&stiffness).expect("square");
-        CholeskyFactor::factorise(&stiffness, order, 1).expect("positive definite")
+        CholeskyFactor::factorise(&stiffness, order).expect("positive definite")
     }
 
     fn rebuild(f: CholeskyFactor) -> Result<CholeskyFactor, PartsError> {
-        CholeskyFactor::from_parts(
-            f.permutation,
-            f.supernode_columns,
-            f.row_offsets,
-            f.row_indices,
-            f.value_offsets,
-            f.values,
-        )
+        CholeskyFactor::from_parts(f.structure, f.values)
     }
 
     #[test]
@@ -195,11 +167,9 @@ mod tests {
 
     #[test]
     fn empty_parts_are_sound() {
-        let factor = CholeskyFactor::from_parts(vec![], vec![0], vec![0], vec![], vec![0], vec![]);
+        let factor = CholeskyFactor::<f64>::from_parts(FactorStructure::empty(), vec![]);
         assert_eq!(factor.map(|factor| factor.size()), Ok(0));
-        assert!(
-            CholeskyFactor::from_parts(vec![], vec![], vec![], vec![], vec![], vec![]).is_err()
-        );
+        assert!(CholeskyFactor::<f64>::from_parts(FactorStructure::default(), vec![]).is_err());
     }
 
     #[test]
@@ -216,11 +186,11 @@ mod tests {
         fn any_changed_index_is_refused(array in 0..5_usize, place in 0.0..1.0_f64, value in prop_oneof![0..400_usize, Just(usize::MAX)]) {
             let mut damaged = factor();
             let target = match array {
-                0 => &mut damaged.permutation,
-                1 => &mut damaged.supernode_columns,
-                2 => &mut damaged.row_offsets,
-                3 => &mut damaged.row_indices,
-                _ => &mut damaged.value_offsets,
+                0 => &mut damaged.structure.permutation,
+                1 => &mut damaged.structure.supernode_columns,
+                2 => &mut damaged.structure.row_offsets,
+                3 => &mut damaged.structure.row_indices,
+                _ => &mut damaged.structure.value_offsets,
             };
             let place = (place * target.len() as f64) as usize;
             prop_assume!(target[place] != value);
@@ -238,11 +208,11 @@ mod tests {
         fn shortened_arrays_are_refused(array in 0..6_usize) {
             let mut damaged = factor();
             match array {
-                0 => drop(damaged.permutation.pop()),
-                1 => drop(damaged.supernode_columns.pop()),
-                2 => drop(damaged.row_offsets.pop()),
-                3 => drop(damaged.row_indices.pop()),
-                4 => drop(damaged.value_offsets.pop()),
+                0 => drop(damaged.structure.permutation.pop()),
+                1 => drop(damaged.structure.supernode_columns.pop()),
+                2 => drop(damaged.structure.row_offsets.pop()),
+                3 => drop(damaged.structure.row_indices.pop()),
+                4 => drop(damaged.structure.value_offsets.pop()),
                 _ => drop(damaged.values.pop()),
             }
             prop_assert!(rebuild(damaged).is_err());

@@ -8,9 +8,11 @@ use faer::{Accum, MatMut, Par};
 use rayon::prelude::*;
 
 use super::factor::CholeskyFactor;
-use super::front_plan::{SparseColumn, SupernodeTree};
+use super::front_plan::{Plan, SparseColumn, SupernodeTree};
 use super::half_solve::HalfSolved;
+use super::scalar::Scalar;
 use super::sparse::CscMatrix;
+use super::structure::FactorStructure;
 
 /// Rows and columns of a tile of the dual operator.
 const TILE: usize = 144;
@@ -19,22 +21,50 @@ const TILE: usize = 144;
 ///
 /// Every sum has a fixed order, so all products have the same bits at any thread count.
 #[derive(Clone, Debug)]
-pub(crate) struct ForwardRows<'a> {
-    pub(super) factor: &'a CholeskyFactor,
+pub(crate) struct ForwardRows<'a, T> {
+    pub(super) factor: &'a CholeskyFactor<T>,
     pub(super) tree: SupernodeTree,
     /// The row of B of each column of W: rows that lie close in the elimination tree are
     /// neighbours.
     pub(super) order: Vec<usize>,
-    pub(super) half_solved: HalfSolved,
+    pub(super) half_solved: HalfSolved<T>,
 }
 
-impl CholeskyFactor {
-    /// Solves W = L⁻¹PBᵀ for all rows of B (shape: rows, unknowns).
+/// Sizes of W = L⁻¹PBᵀ, from the structure of the factor alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct ForwardCount {
+    /// Entries of W on the supernodes that its columns reach.
+    pub(crate) entries: f64,
+    /// Multiplications and additions of the solves.
+    pub(crate) solve_operations: f64,
+    /// Multiplications and additions of one triangle of WᵀW.
+    pub(crate) gram_operations: f64,
+}
+
+impl FactorStructure {
+    /// Counts W for a B of shape (rows, unknowns).
     ///
     /// # Panics
     /// When B does not have one column per unknown.
     #[must_use]
-    pub(crate) fn forward_rows(&self, b: &CscMatrix) -> ForwardRows<'_> {
+    pub(crate) fn count_forward_rows(&self, b: &CscMatrix) -> ForwardCount {
+        let (_, right_hand_sides) = self.sorted_rows(b);
+        let tree = self.supernode_tree();
+        let plan = Plan::new(self.supernodes(), &tree, &right_hand_sides, |_| true);
+        let mut count = ForwardCount::default();
+        for (s, columns) in &plan.reached {
+            let front = self.front(*s);
+            let (width, height) = (front.width as f64, front.rows.len() as f64);
+            let columns = columns.len() as f64;
+            count.entries += width * columns;
+            count.solve_operations += columns * width * (2.0 * height - width);
+            count.gram_operations += width * columns * columns;
+        }
+        count
+    }
+
+    /// The rows of B in the new numbering, those that lie close in the elimination tree neighbours, and which each one is.
+    fn sorted_rows(&self, b: &CscMatrix) -> (Vec<usize>, Vec<SparseColumn>) {
         assert_eq!(b.cols, self.size(), "columns of the coupling");
         let by_rows = b.transpose();
         let new_of_old = self.new_of_old();
@@ -50,8 +80,19 @@ impl CholeskyFactor {
         rows.sort_by_key(|(row, entries)| {
             (entries.first().map_or(usize::MAX, |entry| entry.0), *row)
         });
-        let (order, right_hand_sides): (Vec<usize>, Vec<SparseColumn>) = rows.into_iter().unzip();
-        let tree = self.supernode_tree();
+        rows.into_iter().unzip()
+    }
+}
+
+impl<T: Scalar> CholeskyFactor<T> {
+    /// Solves W = L⁻¹PBᵀ for all rows of B (shape: rows, unknowns).
+    ///
+    /// # Panics
+    /// When B does not have one column per unknown.
+    #[must_use]
+    pub(crate) fn forward_rows(&self, b: &CscMatrix) -> ForwardRows<'_, T> {
+        let (order, right_hand_sides) = self.structure.sorted_rows(b);
+        let tree = self.structure.supernode_tree();
         let half_solved = self.half_solve(&tree, &right_hand_sides, |_| true);
         ForwardRows {
             factor: self,
@@ -62,7 +103,7 @@ impl CholeskyFactor {
     }
 }
 
-impl ForwardRows<'_> {
+impl<T: Scalar> ForwardRows<'_, T> {
     /// The dual operator S = BA⁻¹Bᵀ = WᵀW, column-major, shape (rows of B, rows of B), exactly
     /// symmetric.
     #[must_use]
@@ -73,7 +114,7 @@ impl ForwardRows<'_> {
         let pairs: Vec<(Range<usize>, Range<usize>)> = (0..count)
             .flat_map(|j| (j..count).map(move |i| (range(i), range(j))))
             .collect();
-        let tiles: Vec<Vec<f64>> = pairs
+        let tiles: Vec<Vec<T>> = pairs
             .par_iter()
             .map(|(left, right)| self.tile(left, right))
             .collect();
@@ -83,6 +124,7 @@ impl ForwardRows<'_> {
                 let column = self.order[b];
                 for (a, &value) in left.clone().zip(line).filter(|pair| pair.0 >= b) {
                     let row = self.order[a];
+                    let value = value.to_double();
                     gram[column * rows + row] = value;
                     gram[row * rows + column] = value;
                 }
@@ -92,8 +134,8 @@ impl ForwardRows<'_> {
     }
 
     /// The products of two ranges of columns of W, column-major, supernode by supernode.
-    fn tile(&self, left: &Range<usize>, right: &Range<usize>) -> Vec<f64> {
-        let mut tile = vec![0.0; left.len() * right.len()];
+    fn tile(&self, left: &Range<usize>, right: &Range<usize>) -> Vec<T> {
+        let mut tile = vec![T::default(); left.len() * right.len()];
         let mut product = Vec::new();
         for part in &self.half_solved.parts {
             let (rows, w_left) = part.columns_in(left);
@@ -101,7 +143,7 @@ impl ForwardRows<'_> {
             if rows.is_empty() || columns.is_empty() {
                 continue;
             }
-            product.resize(rows.len() * columns.len(), 0.0);
+            product.resize(rows.len() * columns.len(), T::default());
             let target =
                 MatMut::from_column_major_slice_mut(&mut product, rows.len(), columns.len());
             matmul(
@@ -109,13 +151,13 @@ impl ForwardRows<'_> {
                 Accum::Replace,
                 w_left.transpose(),
                 w_right,
-                1.0,
+                T::rounded(1.0),
                 Par::Seq,
             );
             for (column, line) in columns.iter().zip(product.chunks_exact(rows.len())) {
                 let target = &mut tile[(column - right.start) * left.len()..][..left.len()];
                 for (row, value) in rows.iter().zip(line) {
-                    target[row - left.start] += value;
+                    target[row - left.start] += *value;
                 }
             }
         }

@@ -16,7 +16,7 @@ fn case(n: usize) -> Case {
     let nodes = nested_dissection(&indptr, &indices, &brick.points).expect("a graph");
     let order = expand_to_unknowns(&nodes, |node| 3 * node..3 * node + 3);
     let factor =
-        CholeskyFactor::factorise(&brick.stiffness(), order, 1).expect("positive definite");
+        CholeskyFactor::<f64>::factorise(&brick.stiffness(), order).expect("positive definite");
     Case {
         coupling: brick.coupling(),
         selection: brick.contact_selection(),

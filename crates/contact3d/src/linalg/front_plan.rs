@@ -1,6 +1,6 @@
 //! Which right-hand sides reach which supernodes, and the order in which fronts can be solved.
 
-use super::factor::CholeskyFactor;
+use super::structure::FactorStructure;
 
 /// A sparse right-hand side: unknowns (new numbering, ascending) and their coefficients.
 pub(super) type SparseColumn = Vec<(usize, f64)>;
@@ -23,7 +23,7 @@ pub(super) struct Plan {
     pub(super) children: Vec<Vec<usize>>,
 }
 
-impl CholeskyFactor {
+impl FactorStructure {
     /// The supernodal elimination tree.
     pub(super) fn supernode_tree(&self) -> SupernodeTree {
         let owner = self.supernode_of_column();

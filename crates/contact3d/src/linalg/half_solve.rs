@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::factor::CholeskyFactor;
 use super::front_plan::{Plan, SparseColumn, SupernodeTree};
+use super::scalar::Scalar;
 
 /// Columns of a front that are solved together; multiples of 48 fill the tiles of the AVX-512
 /// kernels.
@@ -15,40 +16,40 @@ const CHUNK_COLUMNS: usize = 144;
 
 /// Some columns of L⁻¹ on one supernode.
 #[derive(Clone, Debug)]
-pub(super) struct Part {
+pub(super) struct Part<T> {
     pub(super) supernode: usize,
     /// The right-hand sides that reach it, ascending.
     pub(super) columns: Vec<usize>,
     /// Their solutions, column-major, shape (columns of the supernode, `columns`).
-    pub(super) values: Vec<f64>,
+    pub(super) values: Vec<T>,
 }
 
 /// What the solved part of a subtree subtracts from the rows below its root, column-major, shape
 /// (rows below, columns).
 #[derive(Clone, Debug)]
-pub(super) struct Boundary {
+pub(super) struct Boundary<T> {
     /// Index of the root's [`Part`].
     pub(super) root: usize,
-    pub(super) update: Vec<f64>,
+    pub(super) update: Vec<T>,
 }
 
 /// Right-hand sides solved on the supernodes they reach.
 #[derive(Clone, Debug)]
-pub(super) struct HalfSolved {
+pub(super) struct HalfSolved<T> {
     /// One part for each reached supernode, ascending.
-    pub(super) parts: Vec<Part>,
+    pub(super) parts: Vec<Part<T>>,
     /// The updates left at the roots of the solved forest that have rows below.
-    pub(super) boundaries: Vec<Boundary>,
+    pub(super) boundaries: Vec<Boundary<T>>,
 }
 
-impl Part {
+impl<T: Scalar> Part<T> {
     /// Number of columns of the supernode.
     pub(super) fn width(&self) -> usize {
         self.values.len() / self.columns.len()
     }
 
     /// The right-hand sides in `range` and their solutions.
-    pub(super) fn columns_in(&self, range: &std::ops::Range<usize>) -> (&[usize], MatRef<'_, f64>) {
+    pub(super) fn columns_in(&self, range: &std::ops::Range<usize>) -> (&[usize], MatRef<'_, T>) {
         let width = self.width();
         let first = self.columns.partition_point(|&c| c < range.start);
         let last = self.columns.partition_point(|&c| c < range.end);
@@ -60,7 +61,7 @@ impl Part {
     }
 }
 
-impl CholeskyFactor {
+impl<T: Scalar> CholeskyFactor<T> {
     /// Solves with L on the supernodes that `included` accepts, which must contain the subtrees
     /// below their members.
     ///
@@ -73,10 +74,15 @@ impl CholeskyFactor {
         tree: &SupernodeTree,
         right_hand_sides: &[SparseColumn],
         included: impl Fn(usize) -> bool,
-    ) -> HalfSolved {
-        let plan = Plan::new(self.supernodes(), tree, right_hand_sides, included);
-        let mut fronts: Vec<Vec<f64>> = vec![Vec::new(); plan.reached.len()];
-        let mut own: Vec<Vec<f64>> = vec![Vec::new(); plan.reached.len()];
+    ) -> HalfSolved<T> {
+        let plan = Plan::new(
+            self.structure.supernodes(),
+            tree,
+            right_hand_sides,
+            included,
+        );
+        let mut fronts: Vec<Vec<T>> = vec![Vec::new(); plan.reached.len()];
+        let mut own: Vec<Vec<T>> = vec![Vec::new(); plan.reached.len()];
         for level in plan.levels() {
             let solved: Vec<_> = level
                 .par_iter()
@@ -115,19 +121,19 @@ impl CholeskyFactor {
         &self,
         plan: &Plan,
         k: usize,
-        fronts: &[Vec<f64>],
+        fronts: &[Vec<T>],
         right_hand_sides: &[SparseColumn],
-    ) -> (Vec<f64>, Vec<f64>) {
+    ) -> (Vec<T>, Vec<T>) {
         let (s, columns) = &plan.reached[k];
         let panel = self.panel(*s);
         let height = panel.rows.len();
         let matrix = MatRef::from_column_major_slice(panel.values, height, panel.width);
         let (diagonal, below) = matrix.split_at_row(panel.width);
-        let children: Vec<ChildUpdate> = plan.children[k]
+        let children: Vec<ChildUpdate<'_, T>> = plan.children[k]
             .iter()
             .map(|&child| self.child_update(plan, k, child, &fronts[child]))
             .collect();
-        let mut front = vec![0.0; height * columns.len()];
+        let mut front = vec![T::default(); height * columns.len()];
         front
             .par_chunks_mut(height * CHUNK_COLUMNS)
             .enumerate()
@@ -139,7 +145,7 @@ impl CholeskyFactor {
                     let entries = &right_hand_sides[column];
                     let first = entries.partition_point(|entry| entry.0 < own.start);
                     for &(unknown, value) in entries[first..].iter().take_while(|e| e.0 < own.end) {
-                        target[unknown - own.start] = value;
+                        target[unknown - own.start] = T::rounded(value);
                     }
                 }
                 for child in &children {
@@ -148,7 +154,7 @@ impl CholeskyFactor {
                 let front = MatMut::from_column_major_slice_mut(front, height, count);
                 let (mut own, update) = front.split_at_row_mut(panel.width);
                 solve_lower_triangular_in_place(diagonal, own.rb_mut(), Par::Seq);
-                matmul(update, Accum::Add, below, own, -1.0, Par::Seq);
+                matmul(update, Accum::Add, below, own, -T::rounded(1.0), Par::Seq);
             });
         let own = front
             .chunks_exact(height)
@@ -163,8 +169,8 @@ impl CholeskyFactor {
         plan: &'a Plan,
         k: usize,
         child: usize,
-        front: &'a [f64],
-    ) -> ChildUpdate<'a> {
+        front: &'a [T],
+    ) -> ChildUpdate<'a, T> {
         let (s, columns) = &plan.reached[k];
         let (child, child_columns) = &plan.reached[child];
         let panel = self.panel(*child);
@@ -177,7 +183,7 @@ impl CholeskyFactor {
     }
 
     /// The rows of a front below the supernode's own.
-    fn update_of(&self, s: usize, front: &[f64]) -> Vec<f64> {
+    fn update_of(&self, s: usize, front: &[T]) -> Vec<T> {
         let panel = self.panel(s);
         front
             .chunks_exact(panel.rows.len())
@@ -188,17 +194,17 @@ impl CholeskyFactor {
 }
 
 /// The update of a child with its places in the front of the parent.
-struct ChildUpdate<'a> {
+struct ChildUpdate<'a, T> {
     rows: Vec<usize>,
     columns: Vec<usize>,
     /// Rows of the child's front, the last of which are the update.
     height: usize,
-    front: &'a [f64],
+    front: &'a [T],
 }
 
-impl ChildUpdate<'_> {
+impl<T: Scalar> ChildUpdate<'_, T> {
     /// Adds it to the columns `range` of a parent's front of the given height.
-    fn add_to(&self, front: &mut [f64], height: usize, range: std::ops::Range<usize>) {
+    fn add_to(&self, front: &mut [T], height: usize, range: std::ops::Range<usize>) {
         let first = self.columns.partition_point(|&c| c < range.start);
         let own = self.height - self.rows.len();
         for (&column, source) in self.columns[first..]
@@ -208,7 +214,7 @@ impl ChildUpdate<'_> {
         {
             let target = &mut front[(column - range.start) * height..][..height];
             for (&row, value) in self.rows.iter().zip(&source[own..]) {
-                target[row] += value;
+                target[row] += *value;
             }
         }
     }

@@ -3,31 +3,38 @@
 //! | what | how | source |
 //! |---|---|---|
 //! | order | nested dissection along planes and breadth-first levels; approximate minimum degree where only the matrix is known | A. George, *SIAM J. Numer. Anal.* 10 (1973) 345; P. Amestoy, T. Davis, I. Duff, *SIAM J. Matrix Anal. Appl.* 17 (1996) 886 |
-//! | factor | LLᵀ = PAPᵀ by supernodes, kept as plain arrays that a file can hold | J. W. H. Liu, *SIAM Review* 34 (1992) 82 |
+//! | factor | LLᵀ = PAPᵀ by the multifrontal method, in single or double precision, kept as plain arrays that a file can hold | I. Duff, J. Reid, *ACM Trans. Math. Softw.* 9 (1983) 302; J. W. H. Liu, *SIAM Review* 34 (1992) 82 |
 //! | half-solves | W = L⁻¹PBᵀ on the paths of the elimination tree that B's columns reach; S = WᵀW | J. Gilbert, T. Peierls, *SIAM J. Sci. Stat. Comput.* 9 (1988) 862 |
+//! | conjugate gradients | on A, preconditioned by a factor in single precision | M. R. Hestenes, E. Stiefel, *J. Res. Nat. Bur. Standards* 49 (1952) 409 |
 //! | refinement | residuals in twice the working precision | N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, 2002 |
 //! | operators | GMRES and Lanczos, for matrices known by their products | Y. Saad, *Iterative Methods for Sparse Linear Systems*, 2003 |
 //!
 //! Sums have one fixed order: the same matrix gives the same bits at any number of threads.
 
+mod amalgamation;
 mod analysis;
 mod block_solve;
 mod compliance;
+mod conjugate_gradients;
 mod dissection;
 mod elimination_tree;
 mod factor;
 mod factor_parts;
 mod forward_rows;
 mod front_plan;
+mod fronts;
 mod gmres;
 mod half_solve;
 mod lanczos;
 mod ordering;
+mod precision;
 mod reach;
 mod refinement;
+mod scalar;
 mod separator;
 mod solve;
 mod sparse;
+mod structure;
 mod vector;
 
 #[cfg(test)]
@@ -37,16 +44,19 @@ mod forward_rows_tests;
 #[cfg(test)]
 mod test_brick;
 
-pub(crate) use analysis::Analysis;
+pub(crate) use conjugate_gradients::conjugate_gradients;
 pub(crate) use dissection::{expand_to_unknowns, nested_dissection};
 pub use factor::{CholeskyFactor, FactorError};
 pub use factor_parts::PartsError;
 pub(crate) use gmres::gmres;
 pub(crate) use lanczos::largest_eigenvalue;
 pub use ordering::{OrderingError, amd};
+pub use precision::{Factor, Precision};
 pub(crate) use reach::Reach;
 pub use refinement::Doubled;
+pub use scalar::Scalar;
 pub use solve::Workspace;
 pub use sparse::{CscMatrix, SparseError};
+pub use structure::FactorStructure;
 pub(crate) use vector::add_scaled;
 pub use vector::{difference, dot, norm};

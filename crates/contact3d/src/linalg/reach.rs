@@ -1,7 +1,9 @@
 //! Solves restricted to the elimination-tree paths of a few unknowns.
 
 use super::factor::CholeskyFactor;
+use super::scalar::Scalar;
 use super::solve::Workspace;
+use super::structure::FactorStructure;
 
 /// The supernodes on the elimination-tree paths from some unknowns to the roots, ascending.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,7 +21,7 @@ impl Reach {
     }
 }
 
-impl CholeskyFactor {
+impl FactorStructure {
     /// The supernodes that a right-hand side nonzero in `rows` (numbering of A) makes nonzero in
     /// L⁻¹Pb.
     ///
@@ -47,23 +49,9 @@ impl CholeskyFactor {
             size: self.size(),
         }
     }
+}
 
-    /// Parent of a supernode in the elimination tree: the owner of its first row below the diagonal
-    /// block.
-    pub(super) fn parent(&self, s: usize, owner: &[usize]) -> Option<usize> {
-        let panel = self.panel(s);
-        panel.rows.get(panel.width).map(|&row| owner[row])
-    }
-
-    /// New number of each unknown of A.
-    pub(super) fn new_of_old(&self) -> Vec<usize> {
-        let mut result = vec![0; self.size()];
-        for (new, &old) in self.permutation.iter().enumerate() {
-            result[old] = new;
-        }
-        result
-    }
-
+impl<T: Scalar> CholeskyFactor<T> {
     /// Solves A x = b in place on the unknowns of the reached supernodes only.
     ///
     /// b must be zero outside the rows `reach` was made from. On return those rows (and all
@@ -79,26 +67,22 @@ impl CholeskyFactor {
             self.size(),
             "unknowns of the factor the reach was made from"
         );
-        work.permuted.resize(self.size(), 0.0);
+        let mut scratch = T::scratch(work).take(self.size());
         for column in self.columns_of(reach) {
-            work.permuted[column] = rhs[self.permutation[column]];
+            scratch.unknowns[column] = T::rounded(rhs[self.structure.permutation[column]]);
         }
-        self.forward(reach.supernodes.iter().copied(), work);
-        self.backward(reach.supernodes.iter().rev().copied(), work);
+        self.forward(reach.supernodes.iter().copied(), &mut scratch);
+        self.backward(reach.supernodes.iter().rev().copied(), &mut scratch);
         for column in self.columns_of(reach) {
-            rhs[self.permutation[column]] = work.permuted[column];
+            rhs[self.structure.permutation[column]] = scratch.unknowns[column].to_double();
         }
-    }
-
-    /// The columns of one supernode.
-    pub(super) fn columns_of_supernode(&self, s: usize) -> std::ops::Range<usize> {
-        self.supernode_columns[s]..self.supernode_columns[s + 1]
+        T::scratch(work).put(scratch);
     }
 
     fn columns_of(&self, reach: &Reach) -> impl Iterator<Item = usize> {
         reach
             .supernodes
             .iter()
-            .flat_map(|&s| self.columns_of_supernode(s))
+            .flat_map(|&s| self.structure.columns(s))
     }
 }

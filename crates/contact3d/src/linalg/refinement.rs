@@ -1,6 +1,12 @@
 //! Sums and residuals in twice the working precision.
 
+use rayon::prelude::*;
+
 use super::CscMatrix;
+use super::vector::vectorised;
+
+/// Columns of a matrix that one thread treats.
+const CHUNK: usize = 1024;
 
 /// A vector as the unevaluated sum of two, about 32 digits: what is left when large parts of it
 /// cancel, as the rigid motion of a body does in the displacements of its contact face, is still
@@ -38,6 +44,7 @@ impl Doubled {
 }
 
 /// a + b rounded, and what rounding took (D. E. Knuth).
+#[inline(always)]
 fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     let virtual_part = sum - a;
@@ -60,6 +67,7 @@ impl Accumulator {
         }
     }
 
+    #[inline(always)]
     fn add_product(&mut self, a: f64, b: f64) {
         let product = a * b;
         let product_error = a.mul_add(b, -product);
@@ -93,6 +101,14 @@ impl CscMatrix {
         sums.into_iter().map(Accumulator::rounded).collect()
     }
 
+    /// The same for a symmetric M, row by row and in parallel.
+    #[must_use]
+    pub(crate) fn symmetric_residual(&self, x: &Doubled, b: &[f64]) -> Vec<f64> {
+        let mut residual = self.transposed_excess(x, b);
+        residual.iter_mut().for_each(|r| *r = -*r);
+        residual
+    }
+
     /// Mᵀx − b in the same way.
     ///
     /// # Panics
@@ -100,16 +116,25 @@ impl CscMatrix {
     #[must_use]
     pub(crate) fn transposed_excess(&self, x: &Doubled, b: &[f64]) -> Vec<f64> {
         assert_eq!((x.value.len(), b.len()), (self.rows, self.cols));
-        let column = |j: usize| {
-            let mut sum = Accumulator::new(-b[j]);
-            for k in self.indptr[j]..self.indptr[j + 1] {
-                let row = self.indices[k];
-                sum.add_product(self.data[k], x.value[row]);
-                sum.error += self.data[k] * x.remainder[row];
-            }
-            sum.rounded()
-        };
-        (0..self.cols).map(column).collect()
+        let mut excess: Vec<f64> = b.iter().map(|b| -b).collect();
+        let chunks = excess.par_chunks_mut(CHUNK).enumerate();
+        chunks.for_each(|(chunk, excess)| {
+            vectorised(
+                #[inline(always)]
+                || {
+                    for (j, excess) in (chunk * CHUNK..).zip(excess) {
+                        let mut sum = Accumulator::new(*excess);
+                        for k in self.indptr[j]..self.indptr[j + 1] {
+                            let row = self.indices[k];
+                            sum.add_product(self.data[k], x.value[row]);
+                            sum.error += self.data[k] * x.remainder[row];
+                        }
+                        *excess = sum.rounded();
+                    }
+                },
+            );
+        });
+        excess
     }
 }
 

@@ -1,72 +1,265 @@
 //! Forward and backward substitution with one right-hand side.
 
+use std::ops::Range;
+use std::sync::Mutex;
+
 use super::factor::{CholeskyFactor, Panel};
+use super::fronts::{Task, climb, descend, locked};
+use super::scalar::Scalar;
+use super::structure::FactorStructure;
+use super::vector::vectorised;
 
 /// Columns treated together: each entry of the running sums is then loaded once for four
 /// coefficients.
 const COLUMNS: usize = 4;
 
-/// Memory of a solve, kept between calls.
-#[derive(Clone, Debug, Default)]
+/// Memory of solves, kept between calls.
+#[derive(Debug, Default)]
 pub struct Workspace {
-    /// The right-hand side, later the solution, in the new numbering.
-    pub(super) permuted: Vec<f64>,
-    /// The part of it that one supernode touches.
-    panel: Vec<f64>,
+    pub(super) single: ScratchPool<f32>,
+    pub(super) double: ScratchPool<f64>,
 }
 
-impl CholeskyFactor {
-    /// Solves A x = b in place: x = Pᵀ L⁻ᵀ L⁻¹ P b, on one thread.
+/// One scratch memory for each thread at work.
+#[derive(Debug, Default)]
+pub struct ScratchPool<T>(Mutex<Vec<Scratch<T>>>);
+
+/// Memory of a solve on some supernodes.
+#[derive(Debug, Default)]
+pub(super) struct Scratch<T> {
+    /// The unknowns, in the new numbering; only those that the supernodes touch mean something.
+    pub(super) unknowns: Vec<T>,
+    /// The part of them that one supernode touches.
+    panel: Vec<T>,
+}
+
+impl<T: Scalar> ScratchPool<T> {
+    pub(super) fn take(&self, unknowns: usize) -> Scratch<T> {
+        let mut scratch = locked(&self.0).pop().unwrap_or_default();
+        scratch.unknowns.resize(unknowns, T::default());
+        scratch
+    }
+
+    pub(super) fn put(&self, scratch: Scratch<T>) {
+        locked(&self.0).push(scratch);
+    }
+}
+
+/// A subtree of less than this share of the coefficients is one task.
+const SMALLEST_SHARE: f64 = 1.0 / 16.0;
+
+/// Below this many coefficients one thread is faster than several.
+const FEW: f64 = 1e5;
+
+impl FactorStructure {
+    /// The elimination tree in tasks of a solve.
+    fn solve_tasks(&self) -> Vec<Task> {
+        let few = FEW / self.value_count().max(1) as f64;
+        self.tasks(
+            |front| (front.width * front.rows.len()) as f64,
+            SMALLEST_SHARE.max(few),
+        )
+    }
+}
+
+impl<T: Scalar> CholeskyFactor<T> {
+    /// Solves A x = b in place, in the precision of the factor: x = Pᵀ L⁻ᵀ L⁻¹ P b.
+    ///
+    /// Subtrees of the elimination tree are solved side by side, their sums in one order: the solution has the same bits at
+    /// any number of threads.
     ///
     /// # Panics
     /// When `rhs` does not have one entry per unknown.
     pub fn solve_in_place(&self, rhs: &mut [f64], work: &mut Workspace) {
         assert_eq!(rhs.len(), self.size(), "length of the right-hand side");
-        work.permuted.clear();
-        work.permuted
-            .extend(self.permutation.iter().map(|&old| rhs[old]));
-        self.forward(0..self.supernodes(), work);
-        self.backward((0..self.supernodes()).rev(), work);
-        for (&old, &value) in self.permutation.iter().zip(&work.permuted) {
-            rhs[old] = value;
+        let largest = rhs.iter().fold(0.0_f64, |m, b| m.max(b.abs()));
+        if largest == 0.0 {
+            return;
         }
+        // Single precision has a small range; powers of two change no bits.
+        let scale = if largest.is_finite() {
+            largest.log2().floor().exp2()
+        } else {
+            1.0
+        };
+        let permutation = &self.structure.permutation;
+        let pool = T::scratch(work);
+        let mut permuted = pool.take(self.size());
+        for (unknown, &old) in permuted.unknowns.iter_mut().zip(permutation) {
+            *unknown = T::rounded(rhs[old] / scale);
+        }
+        let solve = TreeSolve {
+            factor: self,
+            tasks: &self.structure.solve_tasks(),
+            pool,
+        };
+        solve.forward(&mut permuted.unknowns);
+        solve.backward(&mut permuted.unknowns);
+        for (&old, value) in permutation.iter().zip(&permuted.unknowns) {
+            rhs[old] = value.to_double() * scale;
+        }
+        pool.put(permuted);
     }
 
-    /// L⁻¹ on `work.permuted` over the given ascending supernodes.
-    pub(super) fn forward(&self, supernodes: impl Iterator<Item = usize>, work: &mut Workspace) {
-        for s in supernodes {
-            let panel = self.panel(s);
-            let (own, below) = panel.rows.split_at(panel.width);
-            let sums = &mut work.panel;
-            sums.clear();
-            sums.extend_from_slice(&work.permuted[panel.first..panel.first + own.len()]);
-            sums.resize(panel.rows.len(), 0.0);
-            panel.forward(sums);
-            work.permuted[panel.first..panel.first + own.len()].copy_from_slice(&sums[..own.len()]);
-            for (&row, &sum) in below.iter().zip(&sums[own.len()..]) {
-                work.permuted[row] += sum;
-            }
-        }
+    /// L⁻¹ on the unknowns over the given ascending supernodes.
+    pub(super) fn forward(
+        &self,
+        supernodes: impl Iterator<Item = usize>,
+        scratch: &mut Scratch<T>,
+    ) {
+        let Scratch {
+            unknowns,
+            panel: sums,
+        } = scratch;
+        vectorised(
+            #[inline(always)]
+            || {
+                for s in supernodes {
+                    let panel = self.panel(s);
+                    let (own, below) = panel.rows.split_at(panel.width);
+                    let columns = panel.first..panel.first + own.len();
+                    sums.clear();
+                    sums.extend_from_slice(&unknowns[columns.clone()]);
+                    sums.resize(panel.rows.len(), T::default());
+                    panel.forward(sums);
+                    unknowns[columns].copy_from_slice(&sums[..own.len()]);
+                    for (&row, &sum) in below.iter().zip(&sums[own.len()..]) {
+                        unknowns[row] += sum;
+                    }
+                }
+            },
+        );
     }
 
-    /// L⁻ᵀ on `work.permuted` over the given descending supernodes.
-    pub(super) fn backward(&self, supernodes: impl Iterator<Item = usize>, work: &mut Workspace) {
-        for s in supernodes {
-            let panel = self.panel(s);
-            let known = &mut work.panel;
-            known.clear();
-            known.extend(panel.rows.iter().map(|&row| work.permuted[row]));
-            panel.backward(known);
-            work.permuted[panel.first..panel.first + panel.width]
-                .copy_from_slice(&known[..panel.width]);
-        }
+    /// L⁻ᵀ on the unknowns over the given descending supernodes.
+    pub(super) fn backward(
+        &self,
+        supernodes: impl Iterator<Item = usize>,
+        scratch: &mut Scratch<T>,
+    ) {
+        let Scratch {
+            unknowns,
+            panel: known,
+        } = scratch;
+        vectorised(
+            #[inline(always)]
+            || {
+                for s in supernodes {
+                    let panel = self.panel(s);
+                    let columns = panel.first..panel.first + panel.width;
+                    known.clear();
+                    known.extend(panel.rows.iter().map(|&row| unknowns[row]));
+                    panel.backward(known);
+                    unknowns[columns].copy_from_slice(&known[..panel.width]);
+                }
+            },
+        );
     }
 }
 
-impl Panel<'_> {
+/// Substitution along the elimination tree, subtrees side by side.
+struct TreeSolve<'a, T> {
+    factor: &'a CholeskyFactor<T>,
+    tasks: &'a [Task],
+    pool: &'a ScratchPool<T>,
+}
+
+impl<T: Scalar> TreeSolve<'_, T> {
+    /// L⁻¹ in place: every task passes what it subtracts from the rows below it to its parent.
+    fn forward(&self, unknowns: &mut [T]) {
+        let own = self.split(unknowns);
+        let updates: Vec<Mutex<Vec<T>>> = self.tasks.iter().map(|_| Mutex::default()).collect();
+        climb(self.tasks, |k| {
+            let mut own = locked(&own[k]);
+            self.with_scratch(|scratch| {
+                let columns = self.columns(k);
+                scratch.unknowns[columns.clone()].copy_from_slice(&own);
+                self.below(k)
+                    .iter()
+                    .for_each(|&row| scratch.unknowns[row] = T::default());
+                for &child in &self.tasks[k].children {
+                    let update = std::mem::take(&mut *locked(&updates[child]));
+                    for (&row, value) in self.below(child).iter().zip(update) {
+                        scratch.unknowns[row] += value;
+                    }
+                }
+                self.factor
+                    .forward(self.tasks[k].supernodes.clone(), scratch);
+                own.copy_from_slice(&scratch.unknowns[columns]);
+                *locked(&updates[k]) = self.values_below(k, scratch);
+            });
+            true
+        });
+    }
+
+    /// L⁻ᵀ in place: every task passes the unknowns that its children need to them.
+    fn backward(&self, unknowns: &mut [T]) {
+        let own = self.split(unknowns);
+        let known: Vec<Mutex<Vec<T>>> = self.tasks.iter().map(|_| Mutex::default()).collect();
+        descend(self.tasks, |k| {
+            let mut own = locked(&own[k]);
+            self.with_scratch(|scratch| {
+                let columns = self.columns(k);
+                scratch.unknowns[columns.clone()].copy_from_slice(&own);
+                let known_here = std::mem::take(&mut *locked(&known[k]));
+                for (&row, value) in self.below(k).iter().zip(known_here) {
+                    scratch.unknowns[row] = value;
+                }
+                self.factor
+                    .backward(self.tasks[k].supernodes.clone().rev(), scratch);
+                own.copy_from_slice(&scratch.unknowns[columns]);
+                for &child in &self.tasks[k].children {
+                    *locked(&known[child]) = self.values_below(child, scratch);
+                }
+            });
+        });
+    }
+
+    /// The unknowns of each task.
+    fn split<'x>(&self, unknowns: &'x mut [T]) -> Vec<Mutex<&'x mut [T]>> {
+        let mut rest = unknowns;
+        (0..self.tasks.len())
+            .map(|k| {
+                let (own, next) = std::mem::take(&mut rest).split_at_mut(self.columns(k).len());
+                rest = next;
+                Mutex::new(own)
+            })
+            .collect()
+    }
+
+    fn columns(&self, k: usize) -> Range<usize> {
+        let columns = &self.factor.structure.supernode_columns;
+        let supernodes = &self.tasks[k].supernodes;
+        columns[supernodes.start]..columns[supernodes.end]
+    }
+
+    /// The rows that a task shares with its ancestors.
+    fn below(&self, k: usize) -> &[usize] {
+        self.factor
+            .structure
+            .front(self.tasks[k].supernodes.end - 1)
+            .below()
+    }
+
+    fn values_below(&self, k: usize, scratch: &Scratch<T>) -> Vec<T> {
+        self.below(k)
+            .iter()
+            .map(|&row| scratch.unknowns[row])
+            .collect()
+    }
+
+    fn with_scratch(&self, run: impl FnOnce(&mut Scratch<T>)) {
+        let mut scratch = self.pool.take(self.factor.size());
+        run(&mut scratch);
+        self.pool.put(scratch);
+    }
+}
+
+impl<T: Scalar> Panel<'_, T> {
     /// Replaces the leading part by its solution with the diagonal block and adds −L_below times it
     /// to the rest.
-    fn forward(&self, x: &mut [f64]) {
+    #[inline(always)]
+    fn forward(&self, x: &mut [T]) {
         let height = self.rows.len();
         let mut k = 0;
         while k < self.width {
@@ -92,7 +285,7 @@ impl Panel<'_> {
                     let factor = solved[c];
                     rest.iter_mut()
                         .zip(tail(c))
-                        .for_each(|(x, l)| *x -= l * factor);
+                        .for_each(|(x, l)| *x -= *l * factor);
                 }
             }
             k += block;
@@ -100,7 +293,8 @@ impl Panel<'_> {
     }
 
     /// Replaces the leading part by L_diagonal⁻ᵀ (x_leading − L_belowᵀ x_below).
-    fn backward(&self, x: &mut [f64]) {
+    #[inline(always)]
+    fn backward(&self, x: &mut [T]) {
         let height = self.rows.len();
         let mut end = self.width;
         while end > 0 {
@@ -121,21 +315,24 @@ impl Panel<'_> {
                     .for_each(|(x, dot)| *x -= dot);
             } else {
                 for c in k..end {
-                    unknown[c] -= tail(c).iter().zip(&*known).map(|(l, x)| l * x).sum::<f64>();
+                    unknown[c] -= dot(tail(c), known);
                 }
             }
             for c in (k..end).rev() {
                 let column = &self.values[c * height..(c + 1) * height];
-                let dot: f64 = (c + 1..end).map(|i| column[i] * x[i]).sum();
-                x[c] = (x[c] - dot) / column[c];
+                x[c] = (x[c] - dot(&column[c + 1..end], &x[c + 1..end])) / column[c];
             }
             end = k;
         }
     }
 }
 
+/// Rows treated together.
+const LANES: usize = 8;
+
 /// y −= Σ columns[k] · factors[k].
-fn subtract_four(columns: [&[f64]; COLUMNS], factors: &[f64], y: &mut [f64]) {
+#[inline(always)]
+fn subtract_four<T: Scalar>(columns: [&[T]; COLUMNS], factors: &[T], y: &mut [T]) {
     let n = y.len();
     let [a, b, c, d] = columns.map(|column| &column[..n]);
     let [fa, fb, fc, fd] = [factors[0], factors[1], factors[2], factors[3]];
@@ -144,27 +341,37 @@ fn subtract_four(columns: [&[f64]; COLUMNS], factors: &[f64], y: &mut [f64]) {
     }
 }
 
-/// The four products columns[k]ᵀ y, each summed in four interleaved parts.
-fn four_dots(columns: [&[f64]; COLUMNS], y: &[f64]) -> [f64; COLUMNS] {
-    const LANES: usize = 4;
-    let mut sums = [[0.0; LANES]; COLUMNS];
-    let n = y.len();
-    let columns = columns.map(|column| &column[..n]);
-    let whole = n - n % LANES;
-    for i in (0..whole).step_by(LANES) {
-        for k in 0..COLUMNS {
-            for lane in 0..LANES {
-                sums[k][lane] += columns[k][i + lane] * y[i + lane];
-            }
-        }
+/// The four products columns[k]ᵀ y, each summed in interleaved parts.
+#[inline(always)]
+fn four_dots<T: Scalar>(columns: [&[T]; COLUMNS], y: &[T]) -> [T; COLUMNS] {
+    let [a, b, c, d] = columns.map(|column| column[..y.len()].as_chunks::<LANES>());
+    let (whole, rest) = y.as_chunks::<LANES>();
+    let mut sums = [[T::default(); LANES]; COLUMNS];
+    for ((((y, a), b), c), d) in whole.iter().zip(a.0).zip(b.0).zip(c.0).zip(d.0) {
+        add_products(&mut sums[0], a, y);
+        add_products(&mut sums[1], b, y);
+        add_products(&mut sums[2], c, y);
+        add_products(&mut sums[3], d, y);
     }
+    let tails = [a.1, b.1, c.1, d.1];
     std::array::from_fn(|k| {
-        let [a, b, c, d] = sums[k];
-        let rest: f64 = columns[k][whole..]
-            .iter()
-            .zip(&y[whole..])
-            .map(|(l, x)| l * x)
-            .sum();
-        (a + b) + (c + d) + rest
+        let [a, b, c, d, e, f, g, h] = sums[k];
+        ((a + b) + (c + d)) + ((e + f) + (g + h)) + dot(tails[k], rest)
     })
+}
+
+#[inline(always)]
+fn add_products<T: Scalar>(sums: &mut [T; LANES], x: &[T; LANES], y: &[T; LANES]) {
+    for i in 0..LANES {
+        sums[i] += x[i] * y[i];
+    }
+}
+
+#[inline(always)]
+fn dot<T: Scalar>(x: &[T], y: &[T]) -> T {
+    let mut sum = T::default();
+    for (x, y) in x.iter().zip(y) {
+        sum += *x * *y;
+    }
+    sum
 }

@@ -1,5 +1,12 @@
 //! Dense vector kernels in a fixed summation order.
 
+/// Runs a loop compiled for the widest vectors of the processor; what it calls must be inlined into it. Sums keep their order:
+/// the bits do not depend on the processor.
+#[inline(always)]
+pub(crate) fn vectorised<R>(run: impl FnOnce() -> R) -> R {
+    pulp::Arch::new().dispatch(run)
+}
+
 /// xᵀy.
 #[must_use]
 pub fn dot(x: &[f64], y: &[f64]) -> f64 {

@@ -20,8 +20,8 @@ pub struct AssembledProblem {
 }
 
 impl AssembledProblem {
-    pub(super) fn new(problem: Problem, threads: usize) -> Result<Self, ProblemError> {
-        let system = DualSystem::new(&problem.scene, &problem.mesh, threads)?;
+    pub(super) fn new(problem: Problem) -> Result<Self, ProblemError> {
+        let system = DualSystem::new(&problem.scene, &problem.mesh)?;
         Ok(Self { problem, system })
     }
 

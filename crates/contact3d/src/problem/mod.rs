@@ -74,23 +74,14 @@ impl Problem {
         })
     }
 
-    /// Assembles the stiffness and factorises it, on the threads of rayon's current pool.
+    /// Assembles the stiffness and factorises it, on the threads of rayon's current pool. The bits of the
+    /// result do not depend on their number.
     ///
     /// # Errors
     /// [`ProblemError::Assembly`] when the stiffness has no Cholesky factor, a load no value, or the
     /// clamps let the body move as a rigid one.
     pub fn assemble(self) -> Result<AssembledProblem, ProblemError> {
-        let threads = rayon::current_num_threads();
-        self.assemble_with(threads)
-    }
-
-    /// As [`Self::assemble`], with the factorisation on some number of threads. The bits of the result do not
-    /// depend on it.
-    ///
-    /// # Errors
-    /// As [`Self::assemble`].
-    pub fn assemble_with(self, threads: usize) -> Result<AssembledProblem, ProblemError> {
-        AssembledProblem::new(self, threads)
+        AssembledProblem::new(self)
     }
 
     /// The scene.

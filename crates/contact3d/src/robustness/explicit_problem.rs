@@ -25,16 +25,16 @@ pub(super) struct ExplicitProblem {
 impl ExplicitProblem {
     /// Assembles a scene on the mesh it asks for, an adaptive one included; mesh files are looked for
     /// in `folder`.
-    pub(super) fn new(scene: Scene, folder: &Path, threads: usize) -> Result<Self, ProblemError> {
+    pub(super) fn new(scene: Scene, folder: &Path) -> Result<Self, ProblemError> {
         let refinement = match scene.adapt {
             None => Refinement::default(),
             Some(_) => {
-                adapted(scene.clone(), folder, threads, &mut |_| {})?
+                adapted(scene.clone(), folder, &mut |_| {})?
                     .adaptation
                     .refinement
             }
         };
-        Self::refined(scene, folder, refinement, threads)
+        Self::refined(scene, folder, refinement)
     }
 
     /// Assembles a scene on a refined mesh.
@@ -42,28 +42,23 @@ impl ExplicitProblem {
         scene: Scene,
         folder: &Path,
         refinement: Refinement,
-        threads: usize,
     ) -> Result<Self, ProblemError> {
         let mesh = Mesh::refined(&scene, folder, &refinement)?;
         Ok(Self {
             refinement,
-            ..Self::on_mesh(scene, mesh, threads)?
+            ..Self::on_mesh(scene, mesh)?
         })
     }
 
     /// Assembles a scene on a mesh of its body.
-    pub(super) fn on_mesh(
-        mut scene: Scene,
-        mesh: Mesh,
-        threads: usize,
-    ) -> Result<Self, ProblemError> {
+    pub(super) fn on_mesh(mut scene: Scene, mesh: Mesh) -> Result<Self, ProblemError> {
         if scene.contact.is_none() {
             return Err(no_contact().into());
         }
         scene.assemble.dual_operator = DualOperatorKind::Explicit;
         let problem = Problem::of_checked(scene, Arc::new(mesh))?;
         Ok(Self {
-            assembled: problem.assemble_with(threads)?,
+            assembled: problem.assemble()?,
             refinement: Refinement::default(),
         })
     }

@@ -127,11 +127,10 @@ pub(super) fn compare(
     problem: &ExplicitProblem,
     folder: &Path,
     answer: &Solution,
-    threads: usize,
 ) -> Result<Vec<InvarianceResult>, ProblemError> {
     let mut results = Vec::new();
     for invariance in Invariance::ALL {
-        if let Some((status, multiplier)) = changed(problem, folder, invariance, threads)? {
+        if let Some((status, multiplier)) = changed(problem, folder, invariance)? {
             results.push(InvarianceResult {
                 invariance,
                 status,
@@ -152,12 +151,11 @@ fn changed(
     problem: &ExplicitProblem,
     folder: &Path,
     invariance: Invariance,
-    threads: usize,
 ) -> Result<Option<(Status, Vec<f64>)>, ProblemError> {
     let scene = problem.assembled.scene();
     if let Some(scaling) = invariance.scaling() {
         let (scaled, cuts) = (scaling.apply(scene)?, problem.refinement.clone());
-        let other = ExplicitProblem::refined(scaled, folder, cuts, threads)?;
+        let other = ExplicitProblem::refined(scaled, folder, cuts)?;
         let solution = other.assembled.solve(&scene.solve)?;
         let multiplier = solution.multiplier.iter().map(|l| l / scaling.stress);
         return Ok(Some((solution.status, multiplier.collect())));
@@ -168,25 +166,28 @@ fn changed(
         let Some(image) = image.filter(|_| problem.refinement.is_empty()) else {
             return Ok(None);
         };
-        let other = ExplicitProblem::new(image, folder, threads)?;
+        let other = ExplicitProblem::new(image, folder)?;
         let solution = other.assembled.solve(&scene.solve)?;
         let multiplier = seen_back(problem, &other, symmetry, &solution.multiplier);
         return Ok(multiplier.map(|multiplier| (solution.status, multiplier)));
     }
     if invariance == Invariance::Renumbering {
-        let other =
-            ExplicitProblem::on_mesh(scene.clone(), renumbered(problem.assembled.mesh()), threads)?;
+        let other = ExplicitProblem::on_mesh(scene.clone(), renumbered(problem.assembled.mesh()))?;
         let solution = other.assembled.solve(&scene.solve)?;
         return Ok(Some((solution.status, solution.multiplier)));
     }
-    let other_count = if threads == 1 { 3 } else { 1 };
+    let other_count = if rayon::current_num_threads() == 1 {
+        3
+    } else {
+        1
+    };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(other_count);
     let Ok(pool) = pool.build() else {
         return Ok(None);
     };
     let solution = pool.install(|| -> Result<Solution, ProblemError> {
         let cuts = problem.refinement.clone();
-        let other = ExplicitProblem::refined(scene.clone(), folder, cuts, other_count)?;
+        let other = ExplicitProblem::refined(scene.clone(), folder, cuts)?;
         other.assembled.solve(&scene.solve)
     })?;
     Ok(Some((solution.status, solution.multiplier)))

@@ -98,10 +98,9 @@ impl Check {
         folder: &Path,
         depth: Depth,
         solutions: Solutions,
-        threads: usize,
     ) -> Result<Self, ProblemError> {
         let started = Instant::now();
-        let problem = ExplicitProblem::new(scene.clone(), folder, threads)?;
+        let problem = ExplicitProblem::new(scene.clone(), folder)?;
         let answer = problem.assembled.solve(&scene.solve)?;
         let seconds = started.elapsed().as_secs_f64();
         let report = problem.assembled.report(&answer)?;
@@ -131,7 +130,7 @@ impl Check {
             cross_checks: cross_checks::compare(&problem, &answer)?,
             invariances: match depth {
                 Depth::Solve => Vec::new(),
-                Depth::Invariances => invariance::compare(&problem, folder, &answer, threads)?,
+                Depth::Invariances => invariance::compare(&problem, folder, &answer)?,
             },
             seconds,
         })

@@ -51,7 +51,8 @@ pub(crate) use quantity::POSITION;
 pub use quantity::Quantity;
 pub use shown::{is_hidden_control, shown, shown_lines};
 pub use solve::{
-    AssembleSettings, DualOperatorKind, InnerSolver, Method, PrecisionControl, SolveSettings,
+    AssembleSettings, DualOperatorKind, FactorPrecision, InnerSolver, Method, PrecisionControl,
+    SolveSettings,
 };
 pub use tabulated::{Grid, Table};
 pub use warning::Warning;

@@ -65,12 +65,35 @@ pub enum DualOperatorKind {
     Explicit,
 }
 
+/// The precision of the Cholesky factor; answers are to double precision with either.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FactorPrecision {
+    /// Single for large bodies, where measured contractions say that it serves; double otherwise.
+    #[default]
+    Auto,
+    /// Half the memory; displacements by conjugate gradients, multipliers corrected by exact residuals.
+    Single,
+    /// Solves to rounding.
+    Double,
+}
+
+impl FactorPrecision {
+    /// Whether the choice is free; then it is not written down, as before there was one.
+    fn is_auto(&self) -> bool {
+        *self == Self::Auto
+    }
+}
+
 /// Settings of the assemble stage.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AssembleSettings {
     /// How the dual operator is held.
     pub dual_operator: DualOperatorKind,
+    /// The precision of the Cholesky factor, and of the dense dual operator made from it.
+    #[serde(skip_serializing_if = "FactorPrecision::is_auto")]
+    pub factor: FactorPrecision,
 }
 
 /// Settings of the solve stage; those of Algorithm 4.1 have the paper's values as defaults.

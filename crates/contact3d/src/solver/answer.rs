@@ -42,7 +42,7 @@ impl DiscreteProblem<'_> {
             let next = if found.is_solution() {
                 self.polished(dual, local, bound, &found.multiplier, self.tolerance())
             } else {
-                self.exact(dual, local, &found.multiplier)
+                self.exact(dual, local, &found.multiplier, None, f64::EPSILON)
             };
             history.extend(&next.history);
             applications += next.applications;
@@ -129,7 +129,7 @@ impl DiscreteProblem<'_> {
                 ));
             }
         }
-        solution.displacement = answer.displacement;
+        solution.displacement = answer.displacement.value;
         solution.multiplier = answer.multiplier;
         solution
     }

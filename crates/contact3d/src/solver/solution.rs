@@ -165,3 +165,14 @@ pub struct Solution {
     /// Projections on an ellipse.
     pub projections: usize,
 }
+
+impl Solution {
+    /// A later answer of the same solve, with the steps and applications of both.
+    pub(super) fn followed_by(self, next: Self) -> Self {
+        Self {
+            history: [self.history, next.history].concat(),
+            applications: self.applications + next.applications,
+            ..next
+        }
+    }
+}

@@ -9,10 +9,10 @@ use super::{
 use crate::{
     contact::CoulombLaw,
     dual::{
-        DualOperator, DualSystem, ExplicitOperator, ImplicitOperator, LocalStiffness,
-        pane_stiffness,
+        ContactSystem, DualOperator, DualSystem, ExplicitOperator, ImplicitOperator,
+        LocalStiffness, OperatorForm, pane_stiffness,
     },
-    linalg::Workspace,
+    linalg::{Precision, Workspace},
     scene::{Method, SolveSettings},
 };
 
@@ -37,6 +37,7 @@ pub fn solve(
                 .assembly
                 .solve_refined(
                     &system.assembly.primal.load,
+                    None,
                     f64::EPSILON,
                     &mut Workspace::default(),
                 )
@@ -80,7 +81,7 @@ impl DiscreteProblem<'_> {
                 self.until_accurate(bound, |problem, inner| problem.minimise_by(inner, observe))
             ),
             (Method::FixedPoint, _) => {
-                self.with_inner(bound, |inner| self.minimise_by(inner, observe))
+                self.with_inner(bound, |problem, inner| problem.minimise_by(inner, observe))
             }
         }
     }
@@ -112,9 +113,9 @@ impl DiscreteProblem<'_> {
             (Method::Auto, None) => Ok(self.until_accurate(bound, |problem, inner| {
                 problem.fixed_point(inner, law, observe)
             })),
-            (Method::FixedPoint, _) => {
-                self.with_inner(bound, |inner| self.fixed_point(inner, law, observe))
-            }
+            (Method::FixedPoint, _) => self.with_inner(bound, |problem, inner| {
+                problem.fixed_point(inner, law, observe)
+            }),
         }
     }
 
@@ -122,16 +123,53 @@ impl DiscreteProblem<'_> {
     fn with_inner(
         &self,
         bound: Bound<'_>,
-        run: impl FnOnce(Inner<'_>) -> Solution,
+        mut run: impl FnMut(&DiscreteProblem<'_>, Inner<'_>) -> Solution,
     ) -> Result<Solution, NeedsExplicit> {
-        let local = self.dual.explicit().map(LocalStiffness::new);
-        let explicit = self.dual.explicit().zip(local.as_ref());
-        let stiffness = match &local {
-            Some(local) => local.stiffness.clone(),
-            None => pane_stiffness(&self.assembly.primal, &self.dual.coupling),
+        let Some(dual) = self.dual.explicit() else {
+            let stiffness = pane_stiffness(&self.assembly.primal, &self.dual.coupling);
+            let inner = Inner::chosen(self.settings.inner, None, &stiffness)?;
+            let solution = run(self, inner);
+            return Ok(self.judged(None, bound, stiffness, solution));
         };
-        let solution = run(Inner::chosen(self.settings.inner, explicit, &stiffness)?);
-        Ok(self.judged(explicit, bound, stiffness, solution))
+        let local = LocalStiffness::new(dual);
+        let judge = |solution| {
+            self.judged(
+                Some((dual, &local)),
+                bound,
+                local.stiffness.clone(),
+                solution,
+            )
+        };
+        let explicit = Some((dual, &local));
+        let inner = Inner::chosen(self.settings.inner, explicit, &local.stiffness)?;
+        let mut solution = judge(run(self, inner));
+        if self.assembly.factor.precision() == Precision::Double {
+            return Ok(solution);
+        }
+        for _ in 0..MOST_TIGHTENINGS {
+            if !matches!(solution.status, Status::Stopped | Status::Inaccurate) {
+                break;
+            }
+            let multiplier = &solution.multiplier;
+            let exact = self.exact(dual, &local, multiplier, None, f64::EPSILON);
+            let corrected = ContactSystem {
+                coupling: self.dual.coupling.clone(),
+                form: OperatorForm::Explicit(exact.dual.without_anchor()),
+            };
+            let problem = DiscreteProblem {
+                dual: &corrected,
+                start: Start {
+                    multiplier: Some(multiplier),
+                    checkpoint: None,
+                },
+                ..*self
+            };
+            let explicit = corrected.explicit().map(|dual| (dual, &local));
+            let inner = Inner::chosen(self.settings.inner, explicit, &local.stiffness)?;
+            let next = judge(run(&problem, inner));
+            solution = solution.followed_by(next);
+        }
+        Ok(solution)
     }
 
     /// Runs a method with GPCG inside on the implicit operator, again with a smaller ε from where it
@@ -162,11 +200,7 @@ impl DiscreteProblem<'_> {
                 ..*self
             };
             let next = judge(run(&tighter, inner));
-            solution = Solution {
-                history: [solution.history, next.history].concat(),
-                applications: solution.applications + next.applications,
-                ..next
-            };
+            solution = solution.followed_by(next);
         }
         solution
     }
@@ -179,7 +213,7 @@ impl DiscreteProblem<'_> {
         let multiplier = &solution.multiplier;
         let refined = self
             .dual
-            .refined_displacement(self.assembly, multiplier, f64::EPSILON);
+            .refined_displacement(self.assembly, multiplier, None, f64::EPSILON);
         solution.displacement = refined.value;
         solution
     }

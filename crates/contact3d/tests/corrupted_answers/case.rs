@@ -45,9 +45,9 @@ impl Case {
     pub(crate) fn of(mut scene: Scene) -> Self {
         scene.assemble.dual_operator = DualOperatorKind::Explicit;
         scene.solve = SolveSettings::default();
-        let check = Check::new(&scene, Path::new(""), Depth::Solve, Solutions::One, 1);
+        let check = Check::new(&scene, Path::new(""), Depth::Solve, Solutions::One);
         let problem = Problem::new(scene).expect("a brick");
-        let problem = problem.assemble_with(1).expect("a discrete problem");
+        let problem = problem.assemble().expect("a discrete problem");
         let solution = problem.solve(&problem.scene().solve).expect("S is dense");
         Self {
             report: problem.report(&solution).expect("finite loads"),

@@ -90,7 +90,7 @@ fn functions_survive_other_descriptions() {
     ));
     scene.pressures[0].value = Quantity::function(|[x, y, _]| 1e7 + 4e6 * x * y);
     let folder = std::path::Path::new("");
-    let check = Check::new(&scene, folder, Depth::Invariances, Solutions::One, 1);
+    let check = Check::new(&scene, folder, Depth::Invariances, Solutions::One);
     let check = check.unwrap_or_else(|error| panic!("{error}"));
     for invariance in Invariance::ALL {
         let mut results = check.invariances.iter();

@@ -135,7 +135,6 @@ pub(super) struct Climb<'a> {
     kind: WayKind,
     meshes: Meshes,
     folder: &'a Path,
-    threads: usize,
     solved: Vec<SolvedMesh>,
     /// Cuts of each level, on an adaptive way.
     refinement: Refinement,
@@ -144,12 +143,11 @@ pub(super) struct Climb<'a> {
 }
 
 impl<'a> Climb<'a> {
-    pub(super) fn new(kind: WayKind, meshes: Meshes, folder: &'a Path, threads: usize) -> Self {
+    pub(super) fn new(kind: WayKind, meshes: Meshes, folder: &'a Path) -> Self {
         Self {
             kind,
             meshes,
             folder,
-            threads,
             solved: Vec::new(),
             refinement: Refinement::default(),
             spent: 0.0,
@@ -218,26 +216,26 @@ impl<'a> Climb<'a> {
     }
 
     fn next(&mut self) -> Result<SolvedMesh, ProblemError> {
-        let (n, folder, threads) = (self.solved.len(), self.folder, self.threads);
+        let (n, folder) = (self.solved.len(), self.folder);
         let coarser = self.solved.last();
         let (mut solved, mut cost) = match &self.meshes {
             Meshes::Nothing => unreachable!("a way without meshes has no next one"),
-            Meshes::Scenes(scenes) => measure(CHEAP_SECONDS, || {
-                SolvedMesh::of_scene(&scenes[n], folder, threads)
-            })?,
+            Meshes::Scenes(scenes) => {
+                measure(CHEAP_SECONDS, || SolvedMesh::of_scene(&scenes[n], folder))?
+            }
             Meshes::Halved(scene) => measure(CHEAP_SECONDS, || {
                 let mut body = RefinableBody::new(scene, folder)?;
                 for _ in 0..n {
                     let n_tetrahedra = body.n_tetrahedra();
                     body.refine(&vec![HALVES; n_tetrahedra]);
                 }
-                SolvedMesh::new(scene, body.mesh()?, None, threads)
+                SolvedMesh::new(scene, body.mesh()?, None)
             })?,
             Meshes::Adaptive(scene) => {
                 let refinement = &mut self.refinement;
                 measure(-1.0, || {
                     let Some(coarse) = coarser else {
-                        return SolvedMesh::of_scene(scene, folder, threads);
+                        return SolvedMesh::of_scene(scene, folder);
                     };
                     let wished = coarse.estimated * fall(scene.body.element);
                     refinement.push(next_cuts(
@@ -253,7 +251,7 @@ impl<'a> Climb<'a> {
                         coarse,
                         parents: body.parents(),
                     };
-                    SolvedMesh::new(scene, body.mesh()?, Some(start), threads)
+                    SolvedMesh::new(scene, body.mesh()?, Some(start))
                 })?
             }
         };

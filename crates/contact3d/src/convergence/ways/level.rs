@@ -71,7 +71,6 @@ impl SolvedMesh {
         scene: &Scene,
         mesh: Mesh,
         start: Option<WarmStart<'_>>,
-        threads: usize,
     ) -> Result<Self, ProblemError> {
         let mesh = Arc::new(mesh);
         let start = start.map(|start| {
@@ -86,7 +85,7 @@ impl SolvedMesh {
             )
         });
         let problem = Problem::of_checked(scene.clone(), Arc::clone(&mesh))?;
-        let assembled = problem.assemble_with(threads)?;
+        let assembled = problem.assemble()?;
         let start = Start {
             multiplier: start.as_deref(),
             ..Start::default()
@@ -125,13 +124,9 @@ impl SolvedMesh {
     }
 
     /// A scene on a mesh of its own.
-    pub(super) fn of_scene(
-        scene: &Scene,
-        folder: &Path,
-        threads: usize,
-    ) -> Result<Self, ProblemError> {
+    pub(super) fn of_scene(scene: &Scene, folder: &Path) -> Result<Self, ProblemError> {
         let mesh = Mesh::of_scene(scene, folder)?;
-        Self::new(scene, mesh, None, threads)
+        Self::new(scene, mesh, None)
     }
 
     pub(super) fn field(&self) -> Field<'_> {

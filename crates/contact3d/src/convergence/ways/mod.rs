@@ -167,13 +167,12 @@ impl Ways {
         scene: &Scene,
         folder: &Path,
         settings: &WaySettings,
-        threads: usize,
         observe: &mut dyn FnMut(WayProgress),
     ) -> Result<Self, ProblemError> {
         let mut climbs = Vec::new();
         for kind in WayKind::ALL {
             let meshes = Meshes::of(kind, scene, folder, settings)?;
-            let mut climb = Climb::new(kind, meshes, folder, threads);
+            let mut climb = Climb::new(kind, meshes, folder);
             climb.go(settings.budget, settings.goal, settings.memory, &mut |n| {
                 observe(WayProgress::Level(kind, n));
             })?;

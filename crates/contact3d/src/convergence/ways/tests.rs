@@ -96,7 +96,7 @@ fn every_way_ends_at_its_goal_and_is_judged() {
         memory: None,
     };
     let scene = scene("newton.toml");
-    let ways = Ways::measure(&scene, Path::new(""), &settings, 2, &mut |_| {}).expect("ways");
+    let ways = Ways::measure(&scene, Path::new(""), &settings, &mut |_| {}).expect("ways");
     let kinds: Vec<WayKind> = ways.ways.iter().map(|way| way.kind).collect();
     assert_eq!(kinds, WayKind::ALL);
     for way in &ways.ways {
@@ -153,7 +153,7 @@ fn without_a_budget_there_is_one_mesh_and_no_true_error() {
         coarsest: 4,
         memory: None,
     };
-    let ways = Ways::measure(&scene, Path::new(""), &settings, 1, &mut |_| {}).expect("ways");
+    let ways = Ways::measure(&scene, Path::new(""), &settings, &mut |_| {}).expect("ways");
     for way in &ways.ways {
         assert_eq!(way.levels.len(), 1);
         assert!(way.levels[0].error.is_none_or(|error| error > 0.05));
@@ -190,7 +190,7 @@ fn a_file_of_quadratic_tetrahedra_has_no_linear_ways() {
         coarsest: 2,
         memory: None,
     };
-    let ways = Ways::measure(&scene, &folder, &settings, 2, &mut |_| {}).expect("ways");
+    let ways = Ways::measure(&scene, &folder, &settings, &mut |_| {}).expect("ways");
     let lengths = ways.ways.iter().map(|way| way.levels.is_empty());
     assert_eq!(
         lengths.collect::<Vec<_>>(),

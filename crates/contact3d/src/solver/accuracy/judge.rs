@@ -75,7 +75,7 @@ impl DiscreteProblem<'_> {
         };
         let displacement = self
             .dual
-            .refined_displacement(self.assembly, multiplier, REFINED);
+            .refined_displacement(self.assembly, multiplier, None, REFINED);
         let closing = self.dual.closing_refined(&displacement, surface, interface);
         let gradient: Vec<f64> = closing.iter().map(|c| -c).collect();
         let slip = tangential(&displacement.value);

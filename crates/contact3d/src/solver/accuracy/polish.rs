@@ -3,7 +3,7 @@
 use super::deviation::{Sizes, within_ellipses};
 use crate::{
     dual::{ExplicitDual, LocalStiffness},
-    linalg::difference,
+    linalg::{Doubled, Precision, difference},
     solver::{
         NewtonSettings, NewtonSolution, NewtonStep,
         conditions::Bound,
@@ -12,8 +12,12 @@ use crate::{
     },
 };
 
-/// Most rounds; each wins the digits that the conditioning of A leaves.
-const MOST_ROUNDS: usize = 8;
+/// Most rounds; each wins the digits that the conditioning of A and the precision of its factor leave.
+const MOST_ROUNDS: usize = 16;
+
+/// The displacement of an answer in a round is wanted to this share of the last way, where every digit takes steps of conjugate
+/// gradients: S in single precision leaves a thousandth of the way or so, and the displacement shall not be what decides.
+const SHARE_OF_WAY: f64 = 1e-3;
 
 /// Most Newton steps in one round: one or two, more where the exact residual moves panes between
 /// zones.
@@ -27,7 +31,7 @@ pub(in crate::solver) struct Polished {
     /// λ, `[n_multipliers]`, in Pa.
     pub(in crate::solver) multiplier: Vec<f64>,
     /// u of λ in m, to rounding.
-    pub(in crate::solver) displacement: Vec<f64>,
+    pub(in crate::solver) displacement: Doubled,
     /// Distance to the solution, relative as in [`Sizes`].
     pub(in crate::solver) error: f64,
     /// S and G about λ.
@@ -62,7 +66,7 @@ impl Polished {
 
     /// Whether λ and u are numbers.
     pub(in crate::solver) fn is_finite(&self) -> bool {
-        let mut values = self.multiplier.iter().chain(&self.displacement);
+        let mut values = self.multiplier.iter().chain(&self.displacement.value);
         values.all(|v| v.is_finite())
     }
 }
@@ -84,7 +88,7 @@ impl DiscreteProblem<'_> {
         multiplier: &[f64],
         tolerance: f64,
     ) -> Polished {
-        let mut best = self.exact(dual, local, multiplier);
+        let mut best = self.exact(dual, local, multiplier, None, self.target(1.0));
         let (mut history, mut applications) = (Vec::new(), 1);
         let mut last = Way::UNKNOWN;
         for _ in 0..MOST_ROUNDS {
@@ -105,10 +109,26 @@ impl DiscreteProblem<'_> {
                 best.error = way.error.max(last.error);
                 break;
             }
-            let next = self.exact(dual, local, &found.multiplier);
+            let start = Some(&best.displacement);
+            let next = self.exact(
+                dual,
+                local,
+                &found.multiplier,
+                start,
+                self.target(way.error),
+            );
             let error = way.error;
             best = Polished { error, ..next };
             last = way;
+        }
+        if self.assembly.factor.precision() == Precision::Single {
+            let (multiplier, start) = (&best.multiplier, Some(&best.displacement));
+            let exact = self.exact(dual, local, multiplier, start, f64::EPSILON);
+            applications += 1;
+            best = Polished {
+                error: best.error,
+                ..exact
+            };
         }
         Polished {
             history,
@@ -125,7 +145,7 @@ impl DiscreteProblem<'_> {
         bound: Bound<'_>,
         multiplier: &[f64],
     ) -> f64 {
-        let answer = self.exact(dual, local, multiplier);
+        let answer = self.exact(dual, local, multiplier, None, f64::EPSILON);
         let way = self.way_to_solution(&answer, local, bound);
         way.map_or(f64::INFINITY, |(_, way)| way.error)
     }
@@ -159,19 +179,31 @@ impl DiscreteProblem<'_> {
         Some((found, way))
     }
 
-    /// λ with its displacement and the dual problem about it; the error is yet to be measured.
+    /// How accurate a displacement shall be, as a share of it, where the next answer is some way off.
+    fn target(&self, way: f64) -> f64 {
+        match self.assembly.factor.precision() {
+            Precision::Double => f64::EPSILON,
+            Precision::Single => (SHARE_OF_WAY * way).max(f64::EPSILON),
+        }
+    }
+
+    /// λ with its displacement, solved from that of another answer to the share `target`, and the dual problem about it; the
+    /// error is yet to be measured.
     pub(in crate::solver) fn exact(
         &self,
         dual: &ExplicitDual,
         local: &LocalStiffness,
         multiplier: &[f64],
+        start: Option<&Doubled>,
+        target: f64,
     ) -> Polished {
         let (surface, interface) = (self.contact.surface, self.contact.interface);
         // The face's own displacement is this share of the body's, at least.
-        let target = f64::EPSILON / local.mobility();
+        let target = target / local.mobility();
+        let start = start.filter(|_| self.assembly.factor.precision() == Precision::Single);
         let displacement = self
             .dual
-            .refined_displacement(self.assembly, multiplier, target);
+            .refined_displacement(self.assembly, multiplier, start, target);
         let closing = self.dual.closing_refined(&displacement, surface, interface);
         let dual = dual.anchored(
             multiplier,
@@ -183,7 +215,7 @@ impl DiscreteProblem<'_> {
         );
         Polished {
             multiplier: multiplier.to_vec(),
-            displacement: displacement.value,
+            displacement,
             error: f64::INFINITY,
             dual,
             history: Vec::new(),

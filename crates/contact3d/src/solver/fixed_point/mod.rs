@@ -2,12 +2,14 @@
 
 mod cycle;
 mod mapping;
+mod stall;
 
 pub use mapping::{MappingValue, evaluate as evaluate_mapping};
 
 use std::{sync::atomic::Ordering, time::Instant};
 
 use cycle::{CycleDetector, relative_change};
+use stall::Stall;
 
 use super::{
     ContactState, CoulombState, Inner, Kprgp, OuterState, OuterStep, Progress, Solution, SolvedBy,
@@ -102,6 +104,7 @@ pub fn successive_approximations(
         ..Solution::default()
     };
     let mut cycle = CycleDetector::default();
+    let mut stall = Stall::default();
     // The rounding of S λ, below which no change says anything.
     let attainable = operator.dimension() as f64 * f64::EPSILON;
     let mut moved = start.multiplier.is_some() || start.checkpoint.is_some();
@@ -145,6 +148,9 @@ pub fn successive_approximations(
             settings.epsilon().max(attainable),
         )
         .or(closed.then_some(Status::Cycling))
+        .or(stall
+            .is_at_rounding(change, outcome.at_rounding)
+            .then_some(Status::RoundingLimit))
         .map(|end| match end {
             Status::Converged if settings.epsilon() < attainable => Status::RoundingLimit,
             end => end,

@@ -1,0 +1,73 @@
+//! What the parts of an assembly and a solve take, and GFlop/s of the factorisation.
+//!
+//! `cargo run --release -p contact3d --example speed -- 24 2 single` with n_div = 24, on two threads, with a factor in single
+//! precision.
+
+use std::time::Instant;
+
+use contact3d::scene::{FactorPrecision, SolveSettings};
+use contact3d::{Problem, ProblemError};
+
+#[path = "published_problem.rs"]
+#[allow(dead_code)]
+mod published_problem;
+
+/// Solves with the factor that are timed.
+const SOLVES: u32 = 100;
+
+fn main() -> Result<(), ProblemError> {
+    let mut arguments = std::env::args().skip(1);
+    let mut number = || arguments.next().and_then(|text| text.parse().ok());
+    let (n_div, threads) = (number().unwrap_or(16), number().unwrap_or(1));
+    let precision = match arguments.next().as_deref() {
+        Some("single") => FactorPrecision::Single,
+        Some("double") => FactorPrecision::Double,
+        _ => FactorPrecision::Auto,
+    };
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build_global()
+        .expect("no pool yet");
+    let mut scene = published_problem::scene(n_div);
+    scene.assemble.factor = precision;
+    let assembled = Problem::new(scene)?.assemble()?;
+    let assembly = &assembled.system().assembly;
+    let structure = assembly.factor.structure();
+    println!(
+        "{} unknowns, {} supernodes, {:.1} million coefficients in {} precision, {:.2} GFlop",
+        assembled.n_free(),
+        structure.supernodes(),
+        structure.value_count() as f64 / 1e6,
+        assembly.factor.precision().word(),
+        structure.operations() / 1e9
+    );
+    for (part, seconds) in assembly.seconds.parts() {
+        println!("{part:>15} {seconds:8.3} s");
+    }
+    println!(
+        "factorisation {:.1} GFlop/s",
+        structure.operations() / 1e9 / assembly.seconds.factorisation
+    );
+    let mut work = contact3d::linalg::Workspace::default();
+    let mut x = assembly.primal.load.clone();
+    assembly.factor.solve_in_place(&mut x, &mut work);
+    let started = Instant::now();
+    for _ in 0..SOLVES {
+        assembly.factor.solve_in_place(&mut x, &mut work);
+    }
+    println!(
+        "{:>15} {:8.3} s",
+        "one solve",
+        started.elapsed().as_secs_f64() / f64::from(SOLVES)
+    );
+    let started = Instant::now();
+    let solution = assembled.solve(&SolveSettings::default())?;
+    println!("{:>15} {:8.3} s", "solve", started.elapsed().as_secs_f64());
+    println!(
+        "{}: error {:.1e} after {} steps",
+        solution.status.word(),
+        solution.accuracy,
+        solution.newton.len()
+    );
+    Ok(())
+}

@@ -1,0 +1,134 @@
+//! The dense operator of a factor in single precision, corrected where rounding hurts most.
+//!
+//! Rounding perturbs A by δA, and S by E = B A⁻¹ δA A⁻¹Bᵀ: most of it in the few modes in which the body moves as a whole, which
+//! fill S and of which A is nearly free. S is computed anew in those: with V an orthonormal basis of the multipliers that excite
+//! them and R = S V − S̃V from solves in double precision,
+//!
+//! S̃ + R Vᵀ + V Rᵀ − V (VᵀR) Vᵀ
+//!
+//! is symmetric, equals S on V, and leaves (I − VVᵀ) E (I − VVᵀ). In the same way G̃ + (G V − G̃V) Vᵀ.
+
+use rayon::prelude::*;
+
+use super::{Assembly, dense::symmetric_product};
+use crate::{
+    contact::Coupling,
+    linalg::{CscMatrix, Workspace, add_scaled, dot, norm},
+};
+
+/// Modes: as many as a rigid body has motions.
+const MODES: usize = 6;
+
+/// Subspace iterations; the modes' eigenvalues lie far above the others.
+const ITERATIONS: usize = 4;
+
+/// Corrects S, `[n, n]`, and G, `[rows of C, n]` for a selection Cᵀ, both column-major.
+pub(super) fn correct(
+    assembly: &Assembly,
+    coupling: &Coupling,
+    selection: Option<&CscMatrix>,
+    operator: &mut [f64],
+    compliance: Option<&mut Vec<f64>>,
+) {
+    let n = coupling.n_multipliers();
+    let modes = largest_modes(operator, n);
+    let moved: Vec<Vec<f64>> = modes
+        .par_iter()
+        .map(|mode| {
+            let forces = coupling.nodal_forces(mode);
+            assembly.nearly_solve(&forces, &mut Workspace::default())
+        })
+        .collect();
+    if let (Some(selection), Some(compliance)) = (selection, compliance) {
+        let rows = selection.cols;
+        let errors: Vec<Vec<f64>> = modes
+            .iter()
+            .zip(&moved)
+            .map(|(mode, moved)| {
+                let mut error = vec![0.0; rows];
+                selection.mul_transposed(moved, &mut error);
+                for (column, value) in compliance.chunks_exact(rows.max(1)).zip(mode) {
+                    add_scaled(&mut error, -value, column);
+                }
+                error
+            })
+            .collect();
+        for (j, column) in compliance.chunks_exact_mut(rows.max(1)).enumerate() {
+            for (mode, error) in modes.iter().zip(&errors) {
+                add_scaled(column, mode[j], error);
+            }
+        }
+    }
+    let errors: Vec<Vec<f64>> = modes
+        .iter()
+        .zip(&moved)
+        .map(|(mode, moved)| {
+            let mut error = coupling.integrate(moved);
+            add_scaled(&mut error, -1.0, &symmetric_product(operator, mode));
+            error
+        })
+        .collect();
+    // R Vᵀ + V Rᵀ − V (VᵀR) Vᵀ = H Vᵀ + V Hᵀ with H = R − ½ V VᵀR.
+    let halves: Vec<Vec<f64>> = errors
+        .iter()
+        .map(|error| {
+            let mut half = error.clone();
+            for mode in &modes {
+                add_scaled(&mut half, -0.5 * dot(mode, error), mode);
+            }
+            half
+        })
+        .collect();
+    for (j, column) in operator.chunks_exact_mut(n).enumerate() {
+        for (mode, half) in modes.iter().zip(&halves) {
+            add_scaled(column, mode[j], half);
+            add_scaled(column, half[j], mode);
+        }
+    }
+    for j in 0..n {
+        for i in j + 1..n {
+            operator[i * n + j] = operator[j * n + i];
+        }
+    }
+}
+
+/// Orthonormal vectors near the eigenvectors of the largest eigenvalues of S, fewer where S has fewer rows.
+fn largest_modes(operator: &[f64], n: usize) -> Vec<Vec<f64>> {
+    let count = MODES.min(n);
+    // Any vectors that no symmetry of a face can be orthogonal to.
+    let start = |k: usize| {
+        (0..n)
+            .map(|i| ((i * (k + 2) * (k + 2)) as f64 + k as f64).sin())
+            .collect()
+    };
+    let mut modes: Vec<Vec<f64>> = orthonormal((0..count).map(start).collect());
+    for _ in 0..ITERATIONS {
+        modes = orthonormal(
+            modes
+                .iter()
+                .map(|mode| symmetric_product(operator, mode))
+                .collect(),
+        );
+    }
+    modes
+}
+
+/// Gram and Schmidt's method, twice; vectors that depend on those before them are left out.
+fn orthonormal(vectors: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    let mut basis: Vec<Vec<f64>> = Vec::with_capacity(vectors.len());
+    for mut vector in vectors {
+        let length = norm(&vector);
+        for _ in 0..2 {
+            for other in &basis {
+                let share = dot(other, &vector);
+                add_scaled(&mut vector, -share, other);
+            }
+        }
+        let left = norm(&vector);
+        if left > 1e-10 * length {
+            vector.iter_mut().for_each(|v| *v /= left);
+            basis.push(vector);
+        }
+    }
+    basis
+}

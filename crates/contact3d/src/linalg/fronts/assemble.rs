@@ -1,0 +1,137 @@
+//! Fills a front: the matrix's own coefficients, and what its children leave.
+
+use rayon::prelude::*;
+
+use super::super::scalar::Scalar;
+use super::super::sparse::CscMatrix;
+use super::super::structure::Front;
+
+/// Columns of a front that are assembled together.
+const CHUNK_COLUMNS: usize = 64;
+
+/// What the subtree of a supernode subtracts from the rows below it: the lower triangle of a square matrix, column-major.
+#[derive(Debug)]
+pub(super) struct Update<T> {
+    /// The supernode at the root of the subtree.
+    pub(super) supernode: usize,
+    pub(super) values: Vec<T>,
+}
+
+/// The matrix PAPᵀ.
+#[derive(Clone, Copy)]
+pub(super) struct PermutedMatrix<'a> {
+    pub(super) a: &'a CscMatrix,
+    /// New → old.
+    pub(super) permutation: &'a [usize],
+    /// Old → new.
+    pub(super) inverse: &'a [usize],
+}
+
+impl PermutedMatrix<'_> {
+    /// Writes the lower triangle of the columns of a supernode into its panel.
+    ///
+    /// Zeros are written first: a fresh page that is read before it is written costs two faults.
+    pub(super) fn scatter<T: Scalar>(&self, front: Front<'_>, panel: &mut [T]) {
+        panel.fill(T::default());
+        let height = front.rows.len();
+        let end = front.first + front.width;
+        for (k, column) in panel.chunks_exact_mut(height).enumerate() {
+            let new = front.first + k;
+            let old = self.permutation[new];
+            let (rows, coefficients) = self.a.column(old);
+            for (&old_row, &coefficient) in rows.iter().zip(coefficients) {
+                let row = self.inverse[old_row];
+                if row < new {
+                    continue;
+                }
+                let place = if row < end {
+                    row - front.first
+                } else {
+                    front.width + front.below().partition_point(|&other| other < row)
+                };
+                column[place] = T::rounded(coefficient);
+            }
+        }
+    }
+}
+
+/// An update with the places of its rows in the front of the parent.
+pub(super) struct Child<'a, T> {
+    values: &'a [T],
+    /// Place of each row.
+    places: Vec<usize>,
+    /// Rows that stay neighbours: first row and the row after the last.
+    runs: Vec<(usize, usize)>,
+}
+
+impl<'a, T: Scalar> Child<'a, T> {
+    /// Finds the places of the rows (ascending) in the rows of the parent, which contain them.
+    pub(super) fn new(values: &'a [T], rows: &[usize], parent_rows: &[usize]) -> Self {
+        let mut next = 0;
+        let mut places = Vec::with_capacity(rows.len());
+        let mut runs: Vec<(usize, usize)> = Vec::new();
+        for (i, row) in rows.iter().enumerate() {
+            let expected = next;
+            while parent_rows[next] != *row {
+                next += 1;
+            }
+            match runs.last_mut() {
+                Some(run) if next == expected => run.1 = i + 1,
+                _ => runs.push((i, i + 1)),
+            }
+            places.push(next);
+            next += 1;
+        }
+        Self {
+            values,
+            places,
+            runs,
+        }
+    }
+
+    /// Adds it to some columns of the parent's front, of which the rows from `first_row` on are kept, `height` of them.
+    fn add_to(&self, columns: &mut [T], first_column: usize, first_row: usize, height: usize) {
+        let order = self.places.len();
+        let end = first_column + columns.len() / height;
+        let start = self.places.partition_point(|&place| place < first_column);
+        let mut run = self.runs.partition_point(|run| run.1 <= start);
+        for column in start..order {
+            let place = self.places[column];
+            if place >= end {
+                break;
+            }
+            if self.runs[run].1 <= column {
+                run += 1;
+            }
+            let source = &self.values[column * order..(column + 1) * order];
+            let target = &mut columns[(place - first_column) * height..][..height];
+            for &(first, last) in &self.runs[run..] {
+                let first = first.max(column);
+                let at = self.places[first] - first_row;
+                let target = &mut target[at..at + last - first];
+                for (t, s) in target.iter_mut().zip(&source[first..last]) {
+                    *t += *s;
+                }
+            }
+        }
+    }
+}
+
+/// Adds the children's updates, one after another, to some columns of a front: its panel, or the update below it, of which
+/// the rows from `first_row` on are kept, `height` of them.
+pub(super) fn add_children<T: Scalar>(
+    children: &[Child<'_, T>],
+    columns: &mut [T],
+    first_column: usize,
+    first_row: usize,
+    height: usize,
+) {
+    let chunks = columns
+        .par_chunks_mut((height * CHUNK_COLUMNS).max(1))
+        .enumerate();
+    chunks.for_each(|(i, columns)| {
+        for child in children {
+            child.add_to(columns, first_column + i * CHUNK_COLUMNS, first_row, height);
+        }
+    });
+}

@@ -1,0 +1,55 @@
+//! Memory for updates, used again and again: fresh pages of memory cost more than the products that fill them.
+
+use std::sync::Mutex;
+
+use super::super::scalar::Scalar;
+use super::locked;
+
+/// Bytes above which a buffer is given back to the system instead: only the lower triangle of an update is ever touched, and a
+/// buffer that serves another update is touched elsewhere.
+const MOST_KEPT: usize = 32 << 20;
+
+/// Buffers that no update uses now.
+pub(super) struct Buffers<T>(Mutex<Vec<Vec<T>>>);
+
+impl<T: Scalar> Buffers<T> {
+    pub(super) fn new() -> Self {
+        Self(Mutex::new(Vec::new()))
+    }
+
+    /// At least `length` numbers of any value; `None` where there is no memory for them.
+    ///
+    /// Lengths are powers of two, so that a buffer fits again soon; a page that is never touched takes no memory.
+    pub(super) fn take(&self, length: usize) -> Option<Vec<T>> {
+        if length == 0 {
+            return Some(Vec::new());
+        }
+        if length * size_of::<T>() > MOST_KEPT {
+            return zeros(length);
+        }
+        let length = length.next_power_of_two();
+        let mut free = locked(&self.0);
+        let place = free.iter().rposition(|buffer| buffer.len() == length);
+        if let Some(place) = place {
+            return Some(free.swap_remove(place));
+        }
+        drop(free);
+        zeros(length)
+    }
+
+    /// Gives a buffer back.
+    pub(super) fn put(&self, buffer: Vec<T>) {
+        if size_of_val(&buffer[..]) <= MOST_KEPT {
+            locked(&self.0).push(buffer);
+        }
+    }
+}
+
+/// Zeros in pages that take memory when they are touched first; `None` where there is none.
+pub(in super::super) fn zeros<T: Scalar>(length: usize) -> Option<Vec<T>> {
+    let bytes = length.checked_mul(size_of::<T>())?;
+    let mut probe: Vec<u8> = Vec::new();
+    probe.try_reserve_exact(bytes).ok()?;
+    drop(probe);
+    Some(vec![T::default(); length])
+}

@@ -1,0 +1,207 @@
+//! Numeric factorisation by the multifrontal method (I. Duff, J. Reid, *ACM Trans. Math. Softw.* 9 (1983) 302; J. W. H. Liu,
+//! *SIAM Review* 34 (1992) 82).
+//!
+//! Every supernode has a dense front: the coefficients of its columns, plus what its children in the elimination tree leave.
+//! Eliminating its columns gives its panel of L and an update for its parent. Small subtrees are tasks for one thread; the
+//! supernodes above them are tasks of their own, cut into tiles inside. Children are added in ascending order and tiles have
+//! one size, so the factor has the same bits at any number of threads.
+
+mod assemble;
+mod buffers;
+mod eliminate;
+mod tasks;
+
+use std::sync::Mutex;
+
+use assemble::{Child, PermutedMatrix, Update, add_children};
+use buffers::Buffers;
+pub(super) use buffers::zeros;
+use eliminate::eliminate;
+pub(super) use tasks::{Task, climb, descend};
+
+use super::scalar::Scalar;
+use super::sparse::CscMatrix;
+use super::structure::FactorStructure;
+
+/// A subtree of less than this share of all operations is one task.
+const SMALLEST_SHARE: f64 = 1.0 / 64.0;
+
+/// Why there is no factor.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Failure {
+    /// There is no memory for an update.
+    OutOfMemory,
+    /// A column, in the new numbering, whose pivot is not positive.
+    Pivot(usize),
+}
+
+impl FactorStructure {
+    /// Numbers in the lower triangles of the updates that are held at once while `threads` threads factorise: those of children not yet used when
+    /// supernodes come one after another, and for each further thread the most that one of its fronts takes.
+    #[must_use]
+    pub(crate) fn update_count(&self, threads: usize) -> usize {
+        let owner = self.supernode_of_column();
+        let (mut waiting, mut most, mut largest) = (0, 0, 0);
+        let mut of_children = vec![0; self.supernodes()];
+        for s in 0..self.supernodes() {
+            let order = self.front(s).below().len();
+            let numbers = order * (order + 1) / 2;
+            waiting += numbers;
+            most = most.max(waiting);
+            largest = largest.max(numbers);
+            waiting -= of_children[s];
+            if let Some(parent) = self.parent(s, &owner) {
+                of_children[parent] += numbers;
+            }
+        }
+        most + threads.saturating_sub(1) * largest
+    }
+}
+
+/// Computes the panels of L, which are zero, for PAPᵀ = LLᵀ.
+///
+/// # Errors
+/// [`Failure`]; of several pivots the first, and the columns before it in its subtree are complete.
+pub(super) fn factorise<T: Scalar>(
+    structure: &FactorStructure,
+    a: &CscMatrix,
+    values: &mut [T],
+) -> Result<(), Failure> {
+    let tasks = structure.tasks(|front| front.operations(), SMALLEST_SHARE);
+    let inverse = structure.new_of_old();
+    let run = Run {
+        structure,
+        matrix: PermutedMatrix {
+            a,
+            permutation: &structure.permutation,
+            inverse: &inverse,
+        },
+        panels: panels_of(structure, &tasks, values),
+        updates: tasks.iter().map(|_| Mutex::new(None)).collect(),
+        failure: Mutex::new(None),
+        buffers: Buffers::new(),
+        tasks: &tasks,
+    };
+    climb(&tasks, |task| run.finish(task));
+    locked(&run.failure).map_or(Ok(()), Err)
+}
+
+/// The panels of each task, one slice a task.
+fn panels_of<'a, T>(
+    structure: &FactorStructure,
+    tasks: &[Task],
+    values: &'a mut [T],
+) -> Vec<Mutex<&'a mut [T]>> {
+    let mut rest = values;
+    let offsets = &structure.value_offsets;
+    tasks
+        .iter()
+        .map(|task| {
+            let count = offsets[task.supernodes.end] - offsets[task.supernodes.start];
+            let (own, next) = std::mem::take(&mut rest).split_at_mut(count);
+            rest = next;
+            Mutex::new(own)
+        })
+        .collect()
+}
+
+/// A factorisation under way.
+struct Run<'a, T> {
+    structure: &'a FactorStructure,
+    matrix: PermutedMatrix<'a>,
+    tasks: &'a [Task],
+    panels: Vec<Mutex<&'a mut [T]>>,
+    /// What each finished task leaves to its parent.
+    updates: Vec<Mutex<Option<Update<T>>>>,
+    /// The first failure so far.
+    failure: Mutex<Option<Failure>>,
+    buffers: Buffers<T>,
+}
+
+impl<T: Scalar> Run<'_, T> {
+    /// Runs a task and keeps what it leaves to its parent; false where a pivot failed.
+    fn finish(&self, k: usize) -> bool {
+        let children = self.tasks[k].children.iter();
+        let updates = children
+            .filter_map(|&child| locked(&self.updates[child]).take())
+            .collect();
+        match self.subtree(k, updates) {
+            Ok(update) => *locked(&self.updates[k]) = update,
+            Err(failure) => {
+                let mut first = locked(&self.failure);
+                *first = Some(first.map_or(failure, |first| first.min(failure)));
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Eliminates the supernodes of a task in postorder; the updates on the stack are those of children not yet used.
+    fn subtree(
+        &self,
+        task: usize,
+        mut stack: Vec<Update<T>>,
+    ) -> Result<Option<Update<T>>, Failure> {
+        let mut rest: &mut [T] = &mut locked(&self.panels[task]);
+        for s in self.tasks[task].supernodes.clone() {
+            let offsets = &self.structure.value_offsets;
+            let (panel, next) = rest.split_at_mut(offsets[s + 1] - offsets[s]);
+            rest = next;
+            let update = self.front(s, panel, &mut stack)?;
+            stack.extend(update);
+        }
+        Ok(stack.pop())
+    }
+
+    fn front(
+        &self,
+        s: usize,
+        panel: &mut [T],
+        stack: &mut Vec<Update<T>>,
+    ) -> Result<Option<Update<T>>, Failure> {
+        let front = self.structure.front(s);
+        let (height, width) = (front.rows.len(), front.width);
+        let order = height - width;
+        let own = front.first..front.first + width;
+        let is_child = |update: &Update<T>| {
+            let child = self.structure.front(update.supernode);
+            child.below().first().is_some_and(|row| own.contains(row))
+        };
+        let first_child = stack
+            .iter()
+            .rposition(|update| !is_child(update))
+            .map_or(0, |i| i + 1);
+        let finished = stack.split_off(first_child);
+        let children: Vec<Child<'_, T>> = finished
+            .iter()
+            .map(|update| {
+                let child = self.structure.front(update.supernode);
+                Child::new(&update.values, child.below(), front.rows)
+            })
+            .collect();
+        self.matrix.scatter(front, panel);
+        add_children(&children, panel, 0, 0, height);
+        let mut values = self
+            .buffers
+            .take(order * order)
+            .ok_or(Failure::OutOfMemory)?;
+        let below = &mut values[..order * order];
+        eliminate(panel, height, width, below)
+            .map_err(|column| Failure::Pivot(front.first + column))?;
+        add_children(&children, below, width, width, order);
+        drop(children);
+        finished
+            .into_iter()
+            .for_each(|update| self.buffers.put(update.values));
+        Ok((order > 0).then_some(Update {
+            supernode: s,
+            values,
+        }))
+    }
+}
+
+pub(super) fn locked<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex
+        .lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner)
+}

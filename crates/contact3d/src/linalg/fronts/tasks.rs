@@ -1,0 +1,107 @@
+//! Which supernodes one thread treats, and in which order tasks run.
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::ScopeFifo;
+
+use super::super::structure::{FactorStructure, Front};
+
+/// Supernodes that one thread treats one after another: a subtree, or one supernode above the subtrees.
+#[derive(Clone, Debug, PartialEq)]
+pub(in super::super) struct Task {
+    /// In postorder.
+    pub(in super::super) supernodes: Range<usize>,
+    /// Tasks whose updates the last supernode takes, ascending.
+    pub(in super::super) children: Vec<usize>,
+    pub(in super::super) parent: Option<usize>,
+}
+
+impl FactorStructure {
+    /// Cuts the elimination tree into tasks, in postorder; subtrees of less than `share` of all the work are not cut.
+    pub(in super::super) fn tasks(&self, work: impl Fn(Front<'_>) -> f64, share: f64) -> Vec<Task> {
+        let owner = self.supernode_of_column();
+        let count = self.supernodes();
+        let parents: Vec<Option<usize>> = (0..count).map(|s| self.parent(s, &owner)).collect();
+        let mut subtree: Vec<f64> = (0..count).map(|s| work(self.front(s))).collect();
+        let most = share * subtree.iter().sum::<f64>();
+        let mut first: Vec<usize> = (0..count).collect();
+        for s in 0..count {
+            if let Some(parent) = parents[s] {
+                subtree[parent] += subtree[s];
+                first[parent] = first[parent].min(first[s]);
+            }
+        }
+        let is_small = |s: usize| subtree[s] < most;
+        let mut tasks: Vec<Task> = Vec::new();
+        let mut task_of = vec![0; count];
+        for s in 0..count {
+            if is_small(s) && parents[s].is_some_and(is_small) {
+                continue;
+            }
+            let start = if is_small(s) { first[s] } else { s };
+            task_of[s] = tasks.len();
+            let (children, parent) = (Vec::new(), None);
+            tasks.push(Task {
+                supernodes: start..s + 1,
+                children,
+                parent,
+            });
+        }
+        for k in 0..tasks.len() {
+            let last = tasks[k].supernodes.end - 1;
+            if let Some(parent) = parents[last].map(|parent| task_of[parent]) {
+                tasks[k].parent = Some(parent);
+                tasks[parent].children.push(k);
+            }
+        }
+        tasks
+    }
+}
+
+/// Runs every task after its children, side by side where the tree allows; a task that returns false keeps its ancestors
+/// from running.
+pub(in super::super) fn climb(tasks: &[Task], run: impl Fn(usize) -> bool + Sync) {
+    let waiting: Vec<AtomicUsize> = tasks
+        .iter()
+        .map(|task| AtomicUsize::new(task.children.len()))
+        .collect();
+    // A task goes on with its parent if it is the last child to finish.
+    let from = |leaf: usize| {
+        let mut next = Some(leaf);
+        while let Some(k) = next.filter(|&k| run(k)) {
+            let last = |parent: &usize| waiting[*parent].fetch_sub(1, Ordering::AcqRel) == 1;
+            next = tasks[k].parent.filter(last);
+        }
+    };
+    rayon::in_place_scope_fifo(|scope| {
+        for leaf in (0..tasks.len()).filter(|&k| tasks[k].children.is_empty()) {
+            let from = &from;
+            scope.spawn_fifo(move |_| from(leaf));
+        }
+    });
+}
+
+/// Runs every task after its parent, side by side where the tree allows.
+pub(in super::super) fn descend(tasks: &[Task], run: impl Fn(usize) + Sync) {
+    fn from<'s>(
+        k: usize,
+        tasks: &'s [Task],
+        run: &'s (impl Fn(usize) + Sync),
+        scope: &ScopeFifo<'s>,
+    ) {
+        run(k);
+        for &child in tasks[k].children.iter().rev() {
+            scope.spawn_fifo(move |scope| from(child, tasks, run, scope));
+        }
+    }
+    rayon::in_place_scope_fifo(|scope| {
+        for root in (0..tasks.len())
+            .rev()
+            .filter(|&k| tasks[k].parent.is_none())
+        {
+            let run = &run;
+            scope.spawn_fifo(move |scope| from(root, tasks, run, scope));
+        }
+    });
+}
