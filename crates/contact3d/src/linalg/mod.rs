@@ -35,6 +35,7 @@ mod separator;
 mod solve;
 mod sparse;
 mod structure;
+mod substitution;
 mod vector;
 
 #[cfg(test)]
