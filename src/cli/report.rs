@@ -30,7 +30,7 @@ pub(super) fn operator_line(
         "{:<9} {} (dense: {:.1} MB and {:.2e} operations to form; factor: {:.1} MB in {} precision, {:.2e} operations per application)",
         "dual",
         if dense { "explicit" } else { "implicit" },
-        share * estimate.explicit_bytes / 1e6,
+        estimate.forming_bytes(precision) / 1e6,
         estimate.explicit_operations,
         share * estimate.factor_bytes / 1e6,
         precision.word(),

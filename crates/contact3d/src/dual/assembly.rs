@@ -227,13 +227,13 @@ impl Assembly {
             Some(start) => start.clone(),
             None => Doubled::from(self.nearly_solve(forces, work)),
         };
+        let precision = self.factor.precision();
+        if start.is_none() && precision == Precision::Single && CG_LEFT <= target {
+            return displacement;
+        }
         let mut last = f64::INFINITY;
         for _ in 0..MOST_REFINEMENTS {
             let whole = norm(&displacement.value);
-            // What the next correction would be: corrections fall by the same factor ε cond(A).
-            if last.is_infinite() && start.is_none() && self.first_is_enough(target) {
-                break;
-            }
             let residual = self
                 .primal
                 .stiffness
@@ -244,7 +244,8 @@ impl Assembly {
             if !(size > 0.0 && size < 0.5 * last) {
                 break;
             }
-            let next = match self.factor.precision() {
+            // What the next correction would be: corrections fall by the same factor, ε cond(A) with a factor in double precision.
+            let next = match precision {
                 Precision::Single => size * CG_LEFT,
                 Precision::Double => size * size / if last.is_finite() { last } else { whole },
             };
@@ -255,11 +256,6 @@ impl Assembly {
             }
         }
         displacement
-    }
-
-    /// Whether conjugate gradients alone reach a target.
-    fn first_is_enough(&self, target: f64) -> bool {
-        self.factor.precision() == Precision::Single && CG_LEFT <= target
     }
 }
 

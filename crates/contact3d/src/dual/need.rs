@@ -131,8 +131,6 @@ impl Need {
 pub struct OperatorEstimate {
     /// Bytes of S and of the contact compliance.
     pub dense_bytes: f64,
-    /// Bytes of S, of the contact compliance, and of W = L⁻¹PBᵀ while they are formed, in double precision.
-    pub explicit_bytes: f64,
     /// Entries of W on the supernodes that its columns reach.
     pub half_solved: f64,
     /// Floating-point operations that form S and the compliance.
@@ -169,7 +167,6 @@ impl OperatorEstimate {
         let dense = multipliers * multipliers + 2.0 * n_contact_nodes as f64 * multipliers;
         Self {
             dense_bytes: 8.0 * dense,
-            explicit_bytes: 8.0 * (dense + count.entries),
             half_solved: count.entries,
             // The compliance takes about as much as the solves: it goes back where they came from.
             explicit_operations: 2.0 * count.solve_operations + count.gram_operations,
@@ -178,8 +175,9 @@ impl OperatorEstimate {
         }
     }
 
-    /// Bytes of S, of the contact compliance, and of W in some precision.
-    fn forming_bytes(&self, precision: Precision) -> f64 {
+    /// Bytes of S, of the contact compliance, and of W = L⁻¹PBᵀ in some precision, while they are formed.
+    #[must_use]
+    pub fn forming_bytes(&self, precision: Precision) -> f64 {
         self.dense_bytes + precision.bytes() as f64 * self.half_solved
     }
 
@@ -187,7 +185,8 @@ impl OperatorEstimate {
     /// costs less than the applications of a solve.
     #[must_use]
     pub(crate) fn prefers_explicit(&self) -> bool {
-        self.explicit_bytes <= (MOST_OF_FACTOR * self.factor_bytes).max(SMALL_MEMORY)
+        self.forming_bytes(Precision::Double)
+            <= (MOST_OF_FACTOR * self.factor_bytes).max(SMALL_MEMORY)
             && self.explicit_operations <= APPLICATIONS_OF_A_SOLVE * self.action_operations
     }
 }

@@ -1,5 +1,7 @@
 //! Which right-hand sides reach which supernodes, and the order in which fronts can be solved.
 
+use std::ops::{AddAssign, Range};
+
 use super::structure::FactorStructure;
 
 /// A sparse right-hand side: unknowns (new numbering, ascending) and their coefficients.
@@ -32,6 +34,52 @@ impl FactorStructure {
             .collect();
         SupernodeTree { owner, parent }
     }
+}
+
+impl SupernodeTree {
+    /// Cuts the tree: every largest subtree whose weight, summed over its supernodes, `is_small` accepts is one piece, and every
+    /// supernode above them is one; in postorder.
+    pub(super) fn pieces<W: Copy + AddAssign>(
+        &self,
+        weight: impl Fn(usize) -> W,
+        is_small: impl Fn(W) -> bool,
+    ) -> Vec<Range<usize>> {
+        let count = self.parent.len();
+        let mut subtree: Vec<W> = (0..count).map(weight).collect();
+        let mut first: Vec<usize> = (0..count).collect();
+        for s in 0..count {
+            if let Some(parent) = self.parent[s] {
+                let below = subtree[s];
+                subtree[parent] += below;
+                first[parent] = first[parent].min(first[s]);
+            }
+        }
+        let is_small = |s: usize| is_small(subtree[s]);
+        (0..count)
+            .filter(|&s| !(is_small(s) && self.parent[s].is_some_and(is_small)))
+            .map(|s| {
+                if is_small(s) {
+                    first[s]..s + 1
+                } else {
+                    s..s + 1
+                }
+            })
+            .collect()
+    }
+}
+
+/// Places of the entries of an ascending list in an ascending list that contains them.
+pub(super) fn positions(entries: &[usize], list: &[usize]) -> Vec<usize> {
+    let mut next = 0;
+    entries
+        .iter()
+        .map(|entry| {
+            while list[next] < *entry {
+                next += 1;
+            }
+            next
+        })
+        .collect()
 }
 
 impl Plan {

@@ -7,7 +7,7 @@ use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
 use super::factor::CholeskyFactor;
-use super::front_plan::{Plan, SparseColumn, SupernodeTree};
+use super::front_plan::{Plan, SparseColumn, SupernodeTree, positions};
 use super::scalar::Scalar;
 
 /// Columns of a front that are solved together; multiples of 48 fill the tiles of the AVX-512
@@ -218,16 +218,4 @@ impl<T: Scalar> ChildUpdate<'_, T> {
             }
         }
     }
-}
-
-/// Places of the entries of an ascending list in an ascending list that contains them.
-fn positions(entries: &[usize], list: &[usize]) -> Vec<usize> {
-    let mut next = 0;
-    entries
-        .iter()
-        .map(|entry| {
-            next += list[next..].partition_point(|candidate| candidate < entry);
-            next
-        })
-        .collect()
 }

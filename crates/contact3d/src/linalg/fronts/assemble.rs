@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::super::front_plan::positions;
 use super::super::scalar::Scalar;
 use super::super::sparse::CscMatrix;
 use super::super::structure::Front;
@@ -67,20 +68,13 @@ pub(super) struct Child<'a, T> {
 impl<'a, T: Scalar> Child<'a, T> {
     /// Finds the places of the rows (ascending) in the rows of the parent, which contain them.
     pub(super) fn new(values: &'a [T], rows: &[usize], parent_rows: &[usize]) -> Self {
-        let mut next = 0;
-        let mut places = Vec::with_capacity(rows.len());
+        let places = positions(rows, parent_rows);
         let mut runs: Vec<(usize, usize)> = Vec::new();
-        for (i, row) in rows.iter().enumerate() {
-            let expected = next;
-            while parent_rows[next] != *row {
-                next += 1;
-            }
+        for i in 0..places.len() {
             match runs.last_mut() {
-                Some(run) if next == expected => run.1 = i + 1,
+                Some(run) if places[i] == places[i - 1] + 1 => run.1 = i + 1,
                 _ => runs.push((i, i + 1)),
             }
-            places.push(next);
-            next += 1;
         }
         Self {
             values,

@@ -40,7 +40,7 @@ impl FactorStructure {
     /// supernodes come one after another, and for each further thread the most that one of its fronts takes.
     #[must_use]
     pub(crate) fn update_count(&self, threads: usize) -> usize {
-        let owner = self.supernode_of_column();
+        let tree = self.supernode_tree();
         let (mut waiting, mut most, mut largest) = (0, 0, 0);
         let mut of_children = vec![0; self.supernodes()];
         for s in 0..self.supernodes() {
@@ -50,7 +50,7 @@ impl FactorStructure {
             most = most.max(waiting);
             largest = largest.max(numbers);
             waiting -= of_children[s];
-            if let Some(parent) = self.parent(s, &owner) {
+            if let Some(parent) = tree.parent[s] {
                 of_children[parent] += numbers;
             }
         }

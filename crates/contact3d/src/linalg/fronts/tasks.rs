@@ -20,37 +20,26 @@ pub(in super::super) struct Task {
 impl FactorStructure {
     /// Cuts the elimination tree into tasks, in postorder; subtrees of less than `share` of all the work are not cut.
     pub(in super::super) fn tasks(&self, work: impl Fn(Front<'_>) -> f64, share: f64) -> Vec<Task> {
-        let owner = self.supernode_of_column();
-        let count = self.supernodes();
-        let parents: Vec<Option<usize>> = (0..count).map(|s| self.parent(s, &owner)).collect();
-        let mut subtree: Vec<f64> = (0..count).map(|s| work(self.front(s))).collect();
-        let most = share * subtree.iter().sum::<f64>();
-        let mut first: Vec<usize> = (0..count).collect();
-        for s in 0..count {
-            if let Some(parent) = parents[s] {
-                subtree[parent] += subtree[s];
-                first[parent] = first[parent].min(first[s]);
-            }
-        }
-        let is_small = |s: usize| subtree[s] < most;
-        let mut tasks: Vec<Task> = Vec::new();
-        let mut task_of = vec![0; count];
-        for s in 0..count {
-            if is_small(s) && parents[s].is_some_and(is_small) {
-                continue;
-            }
-            let start = if is_small(s) { first[s] } else { s };
-            task_of[s] = tasks.len();
+        let tree = self.supernode_tree();
+        let work: Vec<f64> = (0..self.supernodes())
+            .map(|s| work(self.front(s)))
+            .collect();
+        let most = share * work.iter().sum::<f64>();
+        let pieces = tree.pieces(|s| work[s], |work| work < most);
+        let mut task_of = vec![0; self.supernodes()];
+        let mut tasks: Vec<Task> = Vec::with_capacity(pieces.len());
+        for supernodes in pieces {
+            task_of[supernodes.end - 1] = tasks.len();
             let (children, parent) = (Vec::new(), None);
             tasks.push(Task {
-                supernodes: start..s + 1,
+                supernodes,
                 children,
                 parent,
             });
         }
         for k in 0..tasks.len() {
             let last = tasks[k].supernodes.end - 1;
-            if let Some(parent) = parents[last].map(|parent| task_of[parent]) {
+            if let Some(parent) = tree.parent[last].map(|parent| task_of[parent]) {
                 tasks[k].parent = Some(parent);
                 tasks[parent].children.push(k);
             }
