@@ -8,8 +8,8 @@ use super::{Need, Shortage, need::Admission};
 use crate::{
     elasticity::{DofMap, Loads, MaterialField, node_adjacency, refuse_rigid_motions, stiffness},
     linalg::{
-        CscMatrix, Doubled, Factor, FactorError, FactorStructure, OrderingError, Precision,
-        Workspace, conjugate_gradients, expand_to_unknowns, nested_dissection, norm,
+        Accuracy, CscMatrix, Doubled, Factor, FactorError, FactorStructure, OrderingError,
+        Precision, Workspace, conjugate_gradients, expand_to_unknowns, nested_dissection, norm,
     },
     mesh::Mesh,
     scene::{Invalid, Scene},
@@ -18,11 +18,7 @@ use crate::{
 /// Steps of iterative refinement; each wins at least the digits that cond(A) leaves.
 const MOST_REFINEMENTS: usize = 6;
 
-/// Where conjugate gradients on a correction stop when the factor is in single precision, as a share in the energy norm: after
-/// two steps or so.
-const CG_TOLERANCE: f64 = 1e-4;
-
-/// What they leave: the last residual, preconditioned once more, is the error to two digits or better, and added.
+/// What conjugate gradients leave of a correction at most, where the factor is in single precision: after two steps or so.
 const CG_LEFT: f64 = 1e-8;
 
 /// The discrete elastic problem A u = l.
@@ -131,20 +127,28 @@ impl Analysed {
             return Err(AssemblyError::NothingFree);
         }
         admit(Need::of_stiffness(mesh, &dofs))?;
-        let started = Instant::now();
-        let stiffness = stiffness(mesh, &MaterialField::new(scene, mesh), &dofs);
-        let load = load_vector(scene, mesh, &dofs).map_err(AssemblyError::Scene)?;
-        let assembled = Instant::now();
-        let order = fill_reducing_order(mesh, &dofs)?;
-        let ordered = Instant::now();
-        let structure =
-            FactorStructure::analyse(&stiffness, order).map_err(|e| explain(e, &dofs))?;
+        let (matrices, order) = rayon::join(
+            || {
+                timed(|| {
+                    let stiffness = stiffness(mesh, &MaterialField::new(scene, mesh), &dofs);
+                    let load = load_vector(scene, mesh, &dofs)?;
+                    Ok((stiffness, load))
+                })
+            },
+            || timed(|| fill_reducing_order(mesh, &dofs)),
+        );
+        let (matrices, stiffness_seconds) = matrices;
+        let (order, ordering_seconds) = order;
+        let (stiffness, load) = matrices.map_err(AssemblyError::Scene)?;
+        let order = order?;
+        let (structure, analysis_seconds) = timed(|| FactorStructure::analyse(&stiffness, order));
         let seconds = AssemblySeconds {
-            stiffness: (assembled - started).as_secs_f64(),
-            ordering: (ordered - assembled).as_secs_f64(),
-            factorisation: ordered.elapsed().as_secs_f64(),
+            stiffness: stiffness_seconds,
+            ordering: ordering_seconds,
+            factorisation: analysis_seconds,
             dual_operator: 0.0,
         };
+        let structure = structure.map_err(|e| explain(e, &dofs))?;
         let primal = PrimalSystem {
             dofs,
             stiffness: Arc::new(stiffness),
@@ -192,24 +196,27 @@ impl Assembly {
     #[must_use]
     pub fn solve(&self, forces: &[f64], work: &mut Workspace) -> Vec<f64> {
         match self.factor.precision() {
-            Precision::Double => self.nearly_solve(forces, work),
+            Precision::Double => self.solve_once(forces, work),
             Precision::Single => self.solve_refined(forces, None, f64::EPSILON, work).value,
         }
     }
 
-    /// A⁻¹f to the accuracy of one solve with a factor in double precision, or to [`CG_LEFT`].
-    pub(super) fn nearly_solve(&self, forces: &[f64], work: &mut Workspace) -> Vec<f64> {
-        match self.factor.precision() {
-            Precision::Double => {
-                let mut displacement = forces.to_vec();
-                self.factor.solve_in_place(&mut displacement, work);
-                displacement
-            }
-            Precision::Single => {
-                let a = &self.primal.stiffness;
-                conjugate_gradients(a, &self.factor, forces, CG_TOLERANCE, work).solution
-            }
-        }
+    fn solve_once(&self, forces: &[f64], work: &mut Workspace) -> Vec<f64> {
+        let mut displacement = forces.to_vec();
+        self.factor.solve_in_place(&mut displacement, work);
+        displacement
+    }
+
+    /// A⁻¹f for several f to [`CG_LEFT`], by conjugate gradients that share the reading of the factor.
+    pub(super) fn solve_several(&self, forces: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let forces: Vec<&[f64]> = forces.iter().map(Vec::as_slice).collect();
+        let accuracy = Accuracy {
+            share: CG_LEFT,
+            length: 0.0,
+        };
+        let (a, work) = (&self.primal.stiffness, &mut Workspace::default());
+        let solved = conjugate_gradients(a, &self.factor, &forces, accuracy, work);
+        solved.into_iter().map(|solved| solved.solution).collect()
     }
 
     /// A⁻¹f from a start, or from zero, refined with residuals in twice the working precision until the
@@ -225,37 +232,69 @@ impl Assembly {
     ) -> Doubled {
         let mut displacement = match start {
             Some(start) => start.clone(),
-            None => Doubled::from(self.nearly_solve(forces, work)),
+            None => Doubled::from(vec![0.0; forces.len()]),
         };
-        let precision = self.factor.precision();
-        if start.is_none() && precision == Precision::Single && CG_LEFT <= target {
-            return displacement;
-        }
         let mut last = f64::INFINITY;
-        for _ in 0..MOST_REFINEMENTS {
+        for _ in 0..=MOST_REFINEMENTS {
             let whole = norm(&displacement.value);
-            let residual = self
-                .primal
-                .stiffness
-                .symmetric_residual(&displacement, forces);
-            let correction = self.nearly_solve(&residual, work);
+            let residual = match whole {
+                0.0 => forces.to_vec(),
+                _ => self
+                    .primal
+                    .stiffness
+                    .symmetric_residual(&displacement, forces),
+            };
+            let (correction, left) = self.correction(&residual, whole, target, work);
             let size = norm(&correction);
             // A first correction of no more than rounding changes nothing; NaN ends here too.
             if !(size > 0.0 && size < 0.5 * last) {
                 break;
             }
-            // What the next correction would be: corrections fall by the same factor, ε cond(A) with a factor in double precision.
-            let next = match precision {
-                Precision::Single => size * CG_LEFT,
-                Precision::Double => size * size / if last.is_finite() { last } else { whole },
+            // What the next correction would be: those of a factor in double precision fall by one factor, ε cond(A).
+            let next = match left {
+                Some(left) => left * size,
+                None if whole == 0.0 => f64::INFINITY,
+                None => size * size / if last.is_finite() { last } else { whole },
             };
-            last = size;
             displacement.add(&correction);
-            if next <= target * whole {
+            if whole > 0.0 {
+                last = size;
+            }
+            if next <= target * whole.max(size) {
                 break;
             }
         }
         displacement
+    }
+
+    /// A⁻¹r for the residual r of a displacement of length `whole`, and the share of it that is left, where that is known.
+    fn correction(
+        &self,
+        residual: &[f64],
+        whole: f64,
+        target: f64,
+        work: &mut Workspace,
+    ) -> (Vec<f64>, Option<f64>) {
+        match self.factor.precision() {
+            Precision::Double => (self.solve_once(residual, work), None),
+            Precision::Single => {
+                let accuracy = Accuracy {
+                    share: if whole > 0.0 {
+                        CG_LEFT
+                    } else {
+                        CG_LEFT.max(target)
+                    },
+                    length: target * whole,
+                };
+                let a = &self.primal.stiffness;
+                let solved = conjugate_gradients(a, &self.factor, &[residual], accuracy, work);
+                let solved = solved.into_iter().next();
+                solved.map_or((Vec::new(), None), |it| {
+                    let left = it.left();
+                    (it.solution, Some(left))
+                })
+            }
+        }
     }
 }
 
@@ -285,6 +324,13 @@ fn fill_reducing_order(mesh: &Mesh, dofs: &DofMap) -> Result<Vec<usize>, Orderin
     Ok(expand_to_unknowns(&order, |new| {
         dofs.dof[free[new]].into_iter().flatten()
     }))
+}
+
+/// A value and the seconds that it took.
+fn timed<T>(compute: impl FnOnce() -> T) -> (T, f64) {
+    let started = Instant::now();
+    let value = compute();
+    (value, started.elapsed().as_secs_f64())
 }
 
 /// Names the node and component of a failed pivot.

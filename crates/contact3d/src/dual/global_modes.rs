@@ -8,12 +8,10 @@
 //!
 //! is symmetric, equals S on V, and leaves (I − VVᵀ) E (I − VVᵀ). In the same way G̃ + (G V − G̃V) Vᵀ.
 
-use rayon::prelude::*;
-
 use super::{Assembly, dense::symmetric_product};
 use crate::{
     contact::Coupling,
-    linalg::{CscMatrix, Workspace, add_scaled, dot, norm},
+    linalg::{CscMatrix, add_scaled, dot, norm},
 };
 
 /// Modes: as many as a rigid body has motions.
@@ -32,13 +30,11 @@ pub(super) fn correct(
 ) {
     let n = coupling.n_multipliers();
     let modes = largest_modes(operator, n);
-    let moved: Vec<Vec<f64>> = modes
-        .par_iter()
-        .map(|mode| {
-            let forces = coupling.nodal_forces(mode);
-            assembly.nearly_solve(&forces, &mut Workspace::default())
-        })
+    let forces: Vec<Vec<f64>> = modes
+        .iter()
+        .map(|mode| coupling.nodal_forces(mode))
         .collect();
+    let moved = assembly.solve_several(&forces);
     if let (Some(selection), Some(compliance)) = (selection, compliance) {
         let rows = selection.cols;
         let errors: Vec<Vec<f64>> = modes

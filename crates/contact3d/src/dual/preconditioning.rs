@@ -1,13 +1,13 @@
 //! Whether a factor in single precision serves a problem: measured, not assumed.
 
 use super::{ContactSystem, DualSystem, ExplicitDual, local_stiffness::DenseFactor};
-use crate::linalg::{Workspace, conjugate_gradients, difference, norm};
+use crate::linalg::{Accuracy, Workspace, conjugate_gradients, difference, norm};
 
 /// The error that one step may leave: of conjugate gradients on A, and of corrections by the dense operator.
 const SLOWEST: f64 = 0.1;
 
-/// Where conjugate gradients on the probe stop.
-const TOLERANCE: f64 = 1e-6;
+/// What conjugate gradients leave of the probe's displacement.
+const LEFT: f64 = 1e-6;
 
 /// Mean factors of the error in one step, measured on one probe.
 struct Contraction {
@@ -73,8 +73,13 @@ impl DualSystem {
 
     /// The displacement that some forces cause, and the contraction of the steps to it.
     fn probe(&self, forces: &[f64]) -> (Vec<f64>, f64) {
+        let accuracy = Accuracy {
+            share: LEFT,
+            length: 0.0,
+        };
         let (a, work) = (&self.assembly.primal.stiffness, &mut Workspace::default());
-        let solved = conjugate_gradients(a, &self.assembly.factor, forces, TOLERANCE, work);
+        let mut solved = conjugate_gradients(a, &self.assembly.factor, &[forces], accuracy, work);
+        let solved = solved.remove(0);
         let contraction = solved.contraction();
         (solved.solution, contraction)
     }

@@ -4,7 +4,7 @@
 use super::precision::Factor;
 use super::solve::Workspace;
 use super::sparse::CscMatrix;
-use super::vector::{add_scaled, dot};
+use super::vector::{add_scaled, dot, norm};
 
 /// Most steps; a factor that needs more is of no use.
 const MOST_STEPS: usize = 200;
@@ -14,8 +14,8 @@ const MOST_STEPS: usize = 200;
 pub(crate) struct CgSolution {
     pub(crate) solution: Vec<f64>,
     pub(crate) steps: usize,
-    /// The error that is left, relative in the energy norm.
-    pub(crate) error: f64,
+    /// The error before the last residual was added, preconditioned; relative in the energy norm.
+    error: f64,
 }
 
 impl CgSolution {
@@ -23,56 +23,120 @@ impl CgSolution {
     pub(crate) fn contraction(&self) -> f64 {
         self.error.powf(1.0 / self.steps.max(1) as f64)
     }
+
+    /// The error that is left, relative in the energy norm: the last residual, preconditioned, is as good as a step.
+    pub(crate) fn left(&self) -> f64 {
+        self.error * self.contraction()
+    }
 }
 
-/// x with ‖x − A⁻¹b‖_A ≤ `tolerance` ‖A⁻¹b‖_A, for a symmetric A and a factor with (LLᵀ)⁻¹ ≈ A⁻¹.
+/// What is asked of a solution x: an error of at most a share of ‖x‖, or of at most a length.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Accuracy {
+    pub(crate) share: f64,
+    pub(crate) length: f64,
+}
+
+/// A⁻¹b for every b given, for a symmetric A and a factor with (LLᵀ)⁻¹ ≈ A⁻¹.
 ///
-/// The error is √(rᵀ(LLᵀ)⁻¹r), and ‖x‖_A² is the sum of the steps α rᵀ(LLᵀ)⁻¹r. Ends early where the recurrence breaks down.
+/// The error in the energy norm is √(rᵀ(LLᵀ)⁻¹r), and ‖x‖_A² is the sum of the steps α rᵀ(LLᵀ)⁻¹r. Ends early where the recurrence breaks down.
+/// Every b has an iteration of its own; they share the reading of the factor.
 pub(crate) fn conjugate_gradients(
     a: &CscMatrix,
     factor: &Factor,
-    b: &[f64],
-    tolerance: f64,
+    rhs: &[&[f64]],
+    accuracy: Accuracy,
     work: &mut Workspace,
-) -> CgSolution {
-    let mut solution = vec![0.0; b.len()];
-    let mut residual = b.to_vec();
-    let mut preconditioned = residual.clone();
-    factor.solve_in_place(&mut preconditioned, work);
-    let mut direction = preconditioned.clone();
-    let mut product = vec![0.0; b.len()];
-    let (mut rho, mut energy) = (dot(&residual, &preconditioned), 0.0);
-    let (mut steps, mut error) = (0, 1.0);
-    // A load of zero, and numbers that are none, end at once.
-    while rho > 0.0 && steps < MOST_STEPS {
-        a.mul_transposed(&direction, &mut product);
-        let curvature = dot(&direction, &product);
-        if !(curvature > 0.0 && curvature.is_finite()) {
-            break;
+) -> Vec<CgSolution> {
+    let mut iterations: Vec<Iteration> = rhs.iter().map(|b| Iteration::new(b)).collect();
+    loop {
+        let mut active: Vec<&mut Iteration> =
+            iterations.iter_mut().filter(|it| !it.is_done).collect();
+        match &mut active[..] {
+            [] => break,
+            [one] => factor.solve_in_place(&mut one.preconditioned, work),
+            several => {
+                let several = several.iter_mut().map(|it| &mut it.preconditioned[..]);
+                factor.solve_several(&mut several.collect::<Vec<_>>());
+            }
         }
-        let alpha = rho / curvature;
-        add_scaled(&mut solution, alpha, &direction);
-        add_scaled(&mut residual, -alpha, &product);
-        energy += alpha * rho;
-        steps += 1;
-        preconditioned.copy_from_slice(&residual);
-        factor.solve_in_place(&mut preconditioned, work);
-        let next = dot(&residual, &preconditioned);
-        error = (next.max(0.0) / energy).sqrt();
-        if error <= tolerance || error.is_nan() {
-            // The error itself, to the precision of the factor.
-            add_scaled(&mut solution, 1.0, &preconditioned);
-            break;
+        for iteration in active {
+            iteration.judge(accuracy);
+            if !iteration.is_done {
+                iteration.step(a);
+            }
         }
-        let beta = next / rho;
-        for (d, z) in direction.iter_mut().zip(&preconditioned) {
+    }
+    iterations.into_iter().map(|it| it.reached).collect()
+}
+
+/// The iteration for one right-hand side.
+struct Iteration {
+    reached: CgSolution,
+    residual: Vec<f64>,
+    preconditioned: Vec<f64>,
+    direction: Vec<f64>,
+    /// rᵀ(LLᵀ)⁻¹r of the step before.
+    rho: f64,
+    /// ‖x‖_A².
+    energy: f64,
+    is_done: bool,
+}
+
+impl Iteration {
+    fn new(b: &[f64]) -> Self {
+        Self {
+            reached: CgSolution {
+                solution: vec![0.0; b.len()],
+                steps: 0,
+                error: 1.0,
+            },
+            residual: b.to_vec(),
+            preconditioned: b.to_vec(),
+            direction: vec![0.0; b.len()],
+            rho: f64::INFINITY,
+            energy: 0.0,
+            is_done: false,
+        }
+    }
+
+    /// With the residual preconditioned: is x accurate? Otherwise the next direction.
+    fn judge(&mut self, accuracy: Accuracy) {
+        let rho = dot(&self.residual, &self.preconditioned);
+        let reached = &mut self.reached;
+        if reached.steps > 0 {
+            reached.error = (rho.max(0.0) / self.energy).sqrt();
+            let left = reached.left();
+            let enough =
+                left <= accuracy.share || left * norm(&reached.solution) <= accuracy.length;
+            if enough || reached.error.is_nan() {
+                add_scaled(&mut reached.solution, 1.0, &self.preconditioned);
+                self.is_done = true;
+            }
+        }
+        // A load of zero, and numbers that are none, end at once.
+        self.is_done |= !(rho > 0.0) || reached.steps == MOST_STEPS;
+        let beta = rho / self.rho;
+        for (d, z) in self.direction.iter_mut().zip(&self.preconditioned) {
             *d = z + beta * *d;
         }
-        rho = next;
+        self.rho = rho;
     }
-    CgSolution {
-        solution,
-        steps,
-        error,
+
+    /// A step along the direction, and the new residual to be preconditioned.
+    fn step(&mut self, a: &CscMatrix) {
+        let product = &mut self.preconditioned;
+        a.mul_transposed(&self.direction, product);
+        let curvature = dot(&self.direction, product);
+        if !(curvature > 0.0 && curvature.is_finite()) {
+            self.is_done = true;
+            return;
+        }
+        let alpha = self.rho / curvature;
+        add_scaled(&mut self.reached.solution, alpha, &self.direction);
+        add_scaled(&mut self.residual, -alpha, product);
+        self.energy += alpha * self.rho;
+        self.reached.steps += 1;
+        product.copy_from_slice(&self.residual);
     }
 }

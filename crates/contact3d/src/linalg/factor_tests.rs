@@ -1,7 +1,9 @@
 //! Tests of factorisation and solves on the clamped elastic brick.
 
 use super::test_brick::Brick;
-use super::{CholeskyFactor, CscMatrix, Factor, FactorError, Workspace, amd, conjugate_gradients};
+use super::{
+    Accuracy, CholeskyFactor, CscMatrix, Factor, FactorError, Workspace, amd, conjugate_gradients,
+};
 
 fn stiffness_and_factor(n: usize) -> (CscMatrix, CholeskyFactor) {
     let stiffness = Brick::new(n).stiffness();
@@ -183,7 +185,13 @@ fn conjugate_gradients_reach_double_precision_with_a_factor_in_single() {
     exact.solve_in_place(&mut expected, work);
     let mut rough = b.clone();
     factor.solve_in_place(&mut rough, work);
-    let solved = conjugate_gradients(&stiffness, &factor, &b, 1e-12, work);
+    let accuracy = Accuracy {
+        share: 1e-12,
+        length: 0.0,
+    };
+    let [solved] = &conjugate_gradients(&stiffness, &factor, &[&b], accuracy, work)[..] else {
+        panic!("one right-hand side");
+    };
     // Rounding in single precision times the condition number, some thousands; then that of double precision.
     assert!((1e-8..1e-2).contains(&(distance(&rough, &expected) / norm(&expected))));
     assert!(distance(&solved.solution, &expected) < 1e-11 * norm(&expected));

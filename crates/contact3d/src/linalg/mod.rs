@@ -36,6 +36,7 @@ mod solve;
 mod sparse;
 mod structure;
 mod substitution;
+mod unknown;
 mod vector;
 
 #[cfg(test)]
@@ -45,7 +46,7 @@ mod forward_rows_tests;
 #[cfg(test)]
 mod test_brick;
 
-pub(crate) use conjugate_gradients::conjugate_gradients;
+pub(crate) use conjugate_gradients::{Accuracy, conjugate_gradients};
 pub(crate) use dissection::{expand_to_unknowns, nested_dissection};
 pub use factor::{CholeskyFactor, FactorError};
 pub use factor_parts::PartsError;

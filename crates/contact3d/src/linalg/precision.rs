@@ -88,4 +88,12 @@ impl Factor {
             Self::Single(factor) => factor.solve_in_place(rhs, work),
         }
     }
+
+    /// The same for several right-hand sides, which share the reading of the factor.
+    pub(crate) fn solve_several(&self, rhs: &mut [&mut [f64]]) {
+        match self {
+            Self::Double(factor) => factor.solve_several(rhs),
+            Self::Single(factor) => factor.solve_several(rhs),
+        }
+    }
 }

@@ -88,7 +88,8 @@ impl DiscreteProblem<'_> {
         multiplier: &[f64],
         tolerance: f64,
     ) -> Polished {
-        let mut best = self.exact(dual, local, multiplier, None, self.target(1.0));
+        let mut target = self.target(1.0);
+        let mut best = self.exact(dual, local, multiplier, None, target);
         let (mut history, mut applications) = (Vec::new(), 1);
         let mut last = Way::UNKNOWN;
         for _ in 0..MOST_ROUNDS {
@@ -110,18 +111,13 @@ impl DiscreteProblem<'_> {
                 break;
             }
             let start = Some(&best.displacement);
-            let next = self.exact(
-                dual,
-                local,
-                &found.multiplier,
-                start,
-                self.target(way.error),
-            );
+            target = self.target(way.error);
+            let next = self.exact(dual, local, &found.multiplier, start, target);
             let error = way.error;
             best = Polished { error, ..next };
             last = way;
         }
-        if self.assembly.factor.precision() == Precision::Single {
+        if target > f64::EPSILON {
             let (multiplier, start) = (&best.multiplier, Some(&best.displacement));
             let exact = self.exact(dual, local, multiplier, start, f64::EPSILON);
             applications += 1;
