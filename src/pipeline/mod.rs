@@ -7,7 +7,9 @@
 
 mod accuracy;
 mod adapt;
+mod ahead;
 mod assemble;
+mod change;
 mod checkpoint;
 mod error;
 mod freshness;

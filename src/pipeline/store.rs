@@ -1,6 +1,6 @@
 //! The run file of a session: what of it is fresh, and how computed stages get into it.
 
-use std::{path::Path, time::Instant};
+use std::{path::Path, sync::Arc, time::Instant};
 
 use contact3d::solver::OuterState;
 use runfile::{
@@ -10,13 +10,15 @@ use runfile::{
 
 use super::{
     AssemblyFile, Commit, Freshness, Performed, StageError, StageState,
+    ahead::{Ahead, Then, Written},
+    change::{Change, Pending},
     freshness::{StartedFrom, input_digest, states_from},
     session::Task,
     solve::StartFrom,
     stages::Output,
     undo::Undo,
 };
-use crate::format::{self, ADAPT, CHECKPOINT, LAYOUT, SCENE, Stage};
+use crate::format::{self, CHECKPOINT, LAYOUT, SCENE, Stage};
 
 /// Seconds of work that may wait to be stored in one commit: an interruption costs no more than that.
 const SHORT_RUN: f64 = 10.0;
@@ -24,28 +26,25 @@ const SHORT_RUN: f64 = 10.0;
 /// A locked run file.
 #[derive(Debug)]
 pub(super) struct Store {
+    /// What is written beside the stage at work; it ends before the lock does.
+    ahead: Option<Ahead>,
     pub(super) file: RunFile,
     /// Where assembled data are kept.
     pub(super) assembly_file: AssemblyFile,
     /// Digests of the stages that the stage at work builds on, as they were when it began.
     upstream: Vec<(Stage, String)>,
-    /// Stages that are computed but not yet stored.
-    pending: Vec<Pending>,
+    /// Stages that are computed but not yet stored for good.
+    pending: Vec<Arc<Pending>>,
     /// What the last commit of this process took.
     last_store_seconds: f64,
     /// The run file as it was before the command at work.
     pub(super) undo: Undo,
 }
 
-#[derive(Debug)]
-struct Pending {
-    output: Output,
-    seconds: f64,
-}
-
 impl Store {
     pub(super) fn new(file: RunFile) -> Self {
         Self {
+            ahead: None,
             file,
             assembly_file: AssemblyFile::default(),
             upstream: Vec::new(),
@@ -84,7 +83,7 @@ impl Store {
     ) -> Result<(), StageError> {
         let is_stored = |state: &StageState| {
             let mut pending = self.pending.iter();
-            pending.all(|pending| pending.output.stage() != state.stage)
+            pending.all(|pending| pending.stage() != state.stage)
         };
         let (fresh, bad): (Vec<StageState>, Vec<StageState>) = self
             .states(task)?
@@ -139,28 +138,42 @@ impl Store {
     ) -> Result<Performed, StageError> {
         let stage = output.stage();
         let seconds = started.elapsed().as_secs_f64();
-        let waits = match commit {
-            Commit::Now => false,
-            Commit::WithNextIfCheap => {
-                let waiting: f64 = self.pending.iter().map(|pending| pending.seconds).sum();
-                !output.is_last() && waiting + seconds < self.last_store_seconds.max(SHORT_RUN)
-            }
-            Commit::Held => true,
-        };
-        self.pending.push(Pending { output, seconds });
-        let mut store_seconds = 0.0;
-        if !waits {
-            let storing = Instant::now();
-            self.commit(task, None)?;
-            self.pending.clear();
-            store_seconds = storing.elapsed().as_secs_f64();
-            self.last_store_seconds = store_seconds;
+        let is_last = output.is_last();
+        let storing = Instant::now();
+        self.pending.push(Arc::new(Pending::new(
+            output,
+            seconds,
+            self.assembly_file,
+            task,
+        )));
+        match commit {
+            Commit::Held => {}
+            Commit::WithNextIfCheap if !is_last => self.store_beside(stage, task)?,
+            Commit::Now | Commit::WithNextIfCheap => self.commit(task, None)?,
         }
         Ok(Performed {
             stage,
             compute_seconds: seconds,
-            store_seconds,
+            store_seconds: storing.elapsed().as_secs_f64(),
         })
+    }
+
+    /// Stores what waits while the next stage computes: for good where it took long, and otherwise as the beginning of the next
+    /// commit, once the long stages before a solve are there.
+    fn store_beside(&mut self, stage: Stage, task: &Task) -> Result<(), StageError> {
+        let waiting = &self.pending[self.ahead.as_ref().map_or(0, Ahead::commits)..];
+        let waiting: f64 = waiting.iter().map(|pending| pending.seconds()).sum();
+        let is_long = waiting >= self.last_store_seconds.max(SHORT_RUN);
+        if is_long {
+            self.settle()?;
+            self.undo.before_commit(&self.file)?;
+        } else if stage != Stage::Load || self.ahead.is_some() {
+            return Ok(());
+        }
+        let change = self.begin(task)?;
+        let then = if is_long { Then::Commit } else { Then::Wait };
+        self.ahead = Ahead::new(change, self.pending.clone(), then);
+        Ok(())
     }
 
     /// Stores what waits.
@@ -168,13 +181,12 @@ impl Store {
         if self.pending.is_empty() {
             return Ok(());
         }
-        self.commit(task, None)?;
-        self.pending.clear();
-        Ok(())
+        self.commit(task, None)
     }
 
     /// Gives up what waits.
     pub(super) fn discard_pending(&mut self) {
+        self.ahead = None;
         self.pending.clear();
     }
 
@@ -187,62 +199,46 @@ impl Store {
         self.commit(task, Some(state))
     }
 
-    fn commit(&mut self, task: &Task, checkpoint: Option<&OuterState>) -> Result<(), StageError> {
-        let mut transaction = Transaction::begin(&self.file)?;
+    fn begin(&self, task: &Task) -> Result<Change, StageError> {
+        let transaction = Transaction::begin(&self.file)?;
         let states = states_in(transaction.previous(), task);
         self.require_upstream(&states)?;
-        // What is damaged cannot be used, and copying it could fail.
-        let damaged = transaction.previous().map(Reader::damaged_groups);
-        for group in damaged.into_iter().flatten() {
-            transaction.remove(group);
+        Ok(Change::new(transaction, states, self.assembly_file, task)?)
+    }
+
+    /// Waits for what is written beside: a change that has begun, unless it is stored for good.
+    pub(super) fn settle(&mut self) -> Result<Option<Change>, StageError> {
+        let Some(ahead) = self.ahead.take() else {
+            return Ok(None);
+        };
+        match ahead.join()? {
+            Written::Begun(change) => Ok(Some(change)),
+            Written::Committed { changed, seconds } => {
+                self.undo.after_commit(&self.file, &changed);
+                self.pending.drain(..changed.len());
+                self.last_store_seconds = seconds;
+                Ok(None)
+            }
         }
-        let mut stored: Vec<(Stage, StoredGroup)> = states
-            .into_iter()
-            .filter_map(|state| Some((state.stage, state.stored?)))
-            .collect();
-        if self.assembly_file == AssemblyFile::SelfContained {
-            transaction.embed_linked();
-        }
-        write_scene(&mut transaction, task)?;
-        for Pending { output, seconds } in &self.pending {
-            let stage = output.stage();
-            stored.retain(|(earlier, _)| *earlier != stage);
-            let record = task.record(
-                task.settings(stage),
-                *seconds,
-                input_digest_of(stage, task, &stored),
-            );
-            let home = output.home(self.assembly_file);
-            let digest = output.write(&mut transaction, home, &record)?;
-            let units = task.input.scene.units;
-            stored.push((
-                stage,
-                StoredGroup {
-                    record,
-                    digest,
-                    units,
-                },
-            ));
-        }
-        let pending = self.pending.iter();
-        let mut changed: Vec<Group> = pending.map(|p| p.output.stage().group()).collect();
-        transaction.remove(CHECKPOINT);
-        if task.input.scene.adapt.is_none() {
-            transaction.remove(ADAPT);
+    }
+
+    fn commit(&mut self, task: &Task, checkpoint: Option<&OuterState>) -> Result<(), StageError> {
+        let storing = Instant::now();
+        let mut change = match self.settle()? {
+            Some(begun) => begun,
+            None => self.begin(task)?,
+        };
+        for pending in &self.pending[change.changed().len()..] {
+            change.write(pending)?;
         }
         if let Some(state) = checkpoint {
-            let digest = input_digest_of(Stage::Solve, task, &stored);
-            let record = task.record(String::new(), 0.0, digest);
-            write_group(
-                &mut transaction,
-                CHECKPOINT,
-                Home::RunFile,
-                &record,
-                |writer| format::write_checkpoint(writer, state),
-            )?;
-            changed.push(CHECKPOINT);
+            change.write_checkpoint(state, task)?;
         }
-        Ok(self.end(transaction, &changed)?)
+        let (transaction, changed) = change.into_parts();
+        self.end(transaction, &changed)?;
+        self.pending.clear();
+        self.last_store_seconds = storing.elapsed().as_secs_f64();
+        Ok(())
     }
 
     /// Ends a change of the run file, which stored some groups.

@@ -62,6 +62,9 @@ impl Session {
     ) -> Result<T, StageError> {
         self.store.undo = Undo::Armed;
         let outcome = work(self);
+        // What is written beside a stage that was refused: given up, or noted where it is stored for good.
+        let settled = self.store.settle().map(drop);
+        let outcome = outcome.and_then(|done| settled.map(|()| done));
         let undo = std::mem::take(&mut self.store.undo);
         let error = match outcome {
             Ok(done) => return Ok(done),

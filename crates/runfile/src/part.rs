@@ -32,6 +32,18 @@ impl Part {
         Ok(Part { file, temporary })
     }
 
+    /// Sends what is written so far to the disk.
+    pub(super) fn write_back(&self) -> Result<(), StoreError> {
+        let path = self.temporary.path();
+        let place = Place {
+            file: path,
+            dataset: "/",
+        };
+        self.file.flush().at(place, "flush the temporary file")?;
+        let written = File::open(path).at_file(path, "open the temporary file")?;
+        written.sync_data().at_file(path, "sync the temporary file")
+    }
+
     /// Puts the file in its place, safe against loss of power once the folder is synced.
     pub(super) fn publish(
         self,

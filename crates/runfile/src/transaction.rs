@@ -160,6 +160,17 @@ impl Transaction {
         self.embed = true;
     }
 
+    /// Lets the disk begin with what is written so far, which shortens the commit.
+    ///
+    /// # Errors
+    /// `Hdf5` or `Io` if flushing fails.
+    pub fn write_back(&self) -> Result<(), StoreError> {
+        self.run_file.write_back()?;
+        self.beside
+            .iter()
+            .try_for_each(|beside| beside.part.write_back())
+    }
+
     /// Puts the new state in the place of the old one, safe against loss of power.
     ///
     /// Files of groups come first: until the run file itself is renamed, its old state is whole.

@@ -17,7 +17,7 @@ const MOST_ROUNDS: usize = 16;
 
 /// The displacement of an answer in a round is wanted to this share of the last way, where every digit takes steps of conjugate
 /// gradients: S in single precision leaves a thousandth of the way or so, and the displacement shall not be what decides.
-const SHARE_OF_WAY: f64 = 1e-3;
+const SHARE_OF_WAY: f64 = 1e-5;
 
 /// Most Newton steps in one round: one or two, more where the exact residual moves panes between
 /// zones.
