@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use super::{Need, Shortage, need::Admission};
 use crate::{
-    elasticity::{DofMap, Loads, MaterialField, node_adjacency, refuse_rigid_motions, stiffness},
+    elasticity::{DofMap, Loads, MaterialField, NodeGraph, refuse_rigid_motions, stiffness_on},
     linalg::{
         Accuracy, CscMatrix, Doubled, Factor, FactorError, FactorStructure, OrderingError,
         Precision, Workspace, conjugate_gradients, expand_to_unknowns, nested_dissection, norm,
@@ -127,15 +127,17 @@ impl Analysed {
             return Err(AssemblyError::NothingFree);
         }
         admit(Need::of_stiffness(mesh, &dofs))?;
+        let (graph, graph_seconds) = timed(|| NodeGraph::new(mesh));
         let (matrices, order) = rayon::join(
             || {
                 timed(|| {
-                    let stiffness = stiffness(mesh, &MaterialField::new(scene, mesh), &dofs);
+                    let stiffness =
+                        stiffness_on(&graph, mesh, &MaterialField::new(scene, mesh), &dofs);
                     let load = load_vector(scene, mesh, &dofs)?;
                     Ok((stiffness, load))
                 })
             },
-            || timed(|| fill_reducing_order(mesh, &dofs)),
+            || timed(|| fill_reducing_order(mesh, &graph, &dofs)),
         );
         let (matrices, stiffness_seconds) = matrices;
         let (order, ordering_seconds) = order;
@@ -143,7 +145,7 @@ impl Analysed {
         let order = order?;
         let (structure, analysis_seconds) = timed(|| FactorStructure::analyse(&stiffness, order));
         let seconds = AssemblySeconds {
-            stiffness: stiffness_seconds,
+            stiffness: graph_seconds + stiffness_seconds,
             ordering: ordering_seconds,
             factorisation: analysis_seconds,
             dual_operator: 0.0,
@@ -304,8 +306,11 @@ pub(super) fn load_vector(scene: &Scene, mesh: &Mesh, dofs: &DofMap) -> Result<V
 }
 
 /// Nested dissection of the mesh without its held nodes, the free degrees of freedom node by node.
-fn fill_reducing_order(mesh: &Mesh, dofs: &DofMap) -> Result<Vec<usize>, OrderingError> {
-    let (offsets, neighbours) = node_adjacency(mesh);
+fn fill_reducing_order(
+    mesh: &Mesh,
+    graph: &NodeGraph,
+    dofs: &DofMap,
+) -> Result<Vec<usize>, OrderingError> {
     let is_free = |node: usize| dofs.dof[node].iter().any(Option::is_some);
     let free: Vec<usize> = (0..dofs.dof.len()).filter(|&node| is_free(node)).collect();
     let mut place = vec![None; dofs.dof.len()];
@@ -313,10 +318,11 @@ fn fill_reducing_order(mesh: &Mesh, dofs: &DofMap) -> Result<Vec<usize>, Orderin
         place[node] = Some(new);
     }
     let mut free_offsets = vec![0];
-    let mut free_neighbours = Vec::with_capacity(neighbours.len());
+    let mut free_neighbours = Vec::new();
     for &node in &free {
-        let around = &neighbours[offsets[node]..offsets[node + 1]];
-        free_neighbours.extend(around.iter().filter_map(|&other| place[other]));
+        let around = graph.neighbours(node).iter();
+        let others = around.filter(|&&other| other != node);
+        free_neighbours.extend(others.filter_map(|&other| place[other]));
         free_offsets.push(free_neighbours.len());
     }
     let points: Vec<[f64; 3]> = free.iter().map(|&node| mesh.coordinates[node]).collect();

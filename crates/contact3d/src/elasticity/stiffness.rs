@@ -3,70 +3,11 @@
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use rayon::prelude::*;
 
-use super::{DofMap, Element, MaterialField};
+use super::{
+    DofMap, Element, MaterialField,
+    node_graph::{CHUNK, NodeGraph},
+};
 use crate::{linalg::CscMatrix, mesh::Mesh};
-
-/// Tetrahedra around each node, as offsets and (tetrahedron, place in it) pairs in increasing order.
-struct Stars {
-    offsets: Vec<usize>,
-    corners: Vec<(usize, usize)>,
-}
-
-impl Stars {
-    fn new(mesh: &Mesh) -> Self {
-        let mut offsets = vec![0; mesh.coordinates.len() + 1];
-        let nodes = |t: usize| mesh.tetrahedron_nodes(t);
-        for node in (0..mesh.tetrahedra.len()).flat_map(nodes) {
-            offsets[node + 1] += 1;
-        }
-        for node in 0..mesh.coordinates.len() {
-            offsets[node + 1] += offsets[node];
-        }
-        let mut next = offsets.clone();
-        let mut corners = vec![(0, 0); mesh.nodes_per_tetrahedron() * mesh.tetrahedra.len()];
-        for t in 0..mesh.tetrahedra.len() {
-            for (place, node) in nodes(t).enumerate() {
-                corners[next[node]] = (t, place);
-                next[node] += 1;
-            }
-        }
-        Self { offsets, corners }
-    }
-
-    fn of(&self, node: usize) -> &[(usize, usize)] {
-        &self.corners[self.offsets[node]..self.offsets[node + 1]]
-    }
-
-    /// The node and its neighbours, increasing.
-    fn neighbours(&self, mesh: &Mesh, node: usize) -> Vec<usize> {
-        let mut found: Vec<usize> = self
-            .of(node)
-            .iter()
-            .flat_map(|&(t, _)| mesh.tetrahedron_nodes(t))
-            .collect();
-        found.sort_unstable();
-        found.dedup();
-        found
-    }
-}
-
-/// Node graph of the mesh in compressed rows (offsets, neighbours), without loops.
-#[must_use]
-pub(crate) fn node_adjacency(mesh: &Mesh) -> (Vec<usize>, Vec<usize>) {
-    let stars = Stars::new(mesh);
-    let mut offsets = vec![0];
-    let mut neighbours = Vec::new();
-    for node in 0..mesh.coordinates.len() {
-        neighbours.extend(
-            stars
-                .neighbours(mesh, node)
-                .into_iter()
-                .filter(|&n| n != node),
-        );
-        offsets.push(neighbours.len());
-    }
-    (offsets, neighbours)
-}
 
 /// The stiffness matrix A over the free degrees of freedom, `[n_free, n_free]`, in N/m.
 ///
@@ -75,56 +16,112 @@ pub(crate) fn node_adjacency(mesh: &Mesh) -> (Vec<usize>, Vec<usize>) {
 /// is symmetric to the last bit.
 #[must_use]
 pub fn stiffness(mesh: &Mesh, material: &MaterialField<'_>, dofs: &DofMap) -> CscMatrix {
+    stiffness_on(&NodeGraph::new(mesh), mesh, material, dofs)
+}
+
+/// [`stiffness`] with the graph of the mesh.
+#[must_use]
+pub(crate) fn stiffness_on(
+    graph: &NodeGraph,
+    mesh: &Mesh,
+    material: &MaterialField<'_>,
+    dofs: &DofMap,
+) -> CscMatrix {
     let elements: Vec<Element> = (0..mesh.tetrahedra.len())
         .into_par_iter()
         .map(|t| Element::of(mesh, t))
         .collect();
-    let stars = Stars::new(mesh);
-    let columns: Vec<Vec<(Vec<usize>, Vec<f64>)>> = (0..mesh.coordinates.len())
-        .into_par_iter()
-        .map(|node| node_columns(node, mesh, &elements, material, &stars, dofs))
-        .collect();
-    let mut matrix = CscMatrix {
-        rows: dofs.n_free,
-        cols: dofs.n_free,
-        indptr: vec![0],
-        indices: Vec::new(),
-        data: Vec::new(),
-    };
-    for (indices, data) in columns.into_iter().flatten() {
-        matrix.indices.extend(indices);
-        matrix.data.extend(data);
-        matrix.indptr.push(matrix.indices.len());
-    }
-    matrix
-}
-
-/// The columns of A that belong to the free components of one node.
-fn node_columns(
-    node: usize,
-    mesh: &Mesh,
-    elements: &[Element],
-    material: &MaterialField<'_>,
-    stars: &Stars,
-    dofs: &DofMap,
-) -> Vec<(Vec<usize>, Vec<f64>)> {
-    let neighbours = stars.neighbours(mesh, node);
-    let mut blocks = vec![Matrix3::<f64>::zeros(); neighbours.len()];
-    for &(t, b) in stars.of(node) {
-        for (a, other) in mesh.tetrahedron_nodes(t).enumerate() {
-            let at = neighbours.partition_point(|&n| n < other);
-            blocks[at] += symmetric_block(&elements[t], material.tensor(t), a, b, other.cmp(&node));
+    let mut indptr = vec![0];
+    for node in 0..mesh.coordinates.len() {
+        let rows = |&other: &usize| dofs.dof[other].iter().flatten().count();
+        let rows: usize = graph.neighbours(node).iter().map(rows).sum();
+        for _ in dofs.dof[node].iter().flatten() {
+            indptr.push(indptr[indptr.len() - 1] + rows);
         }
     }
-    (0..3)
-        .filter(|&component| dofs.dof[node][component].is_some())
-        .map(|component| {
-            let entries = neighbours.iter().zip(&blocks).flat_map(|(&other, block)| {
-                (0..3).filter_map(move |row| Some((dofs.dof[other][row]?, block[(row, component)])))
-            });
-            entries.unzip()
+    let entries = indptr[dofs.n_free];
+    let (mut indices, mut data) = (vec![0; entries], vec![0.0; entries]);
+    let columns = Columns {
+        mesh,
+        graph,
+        elements: &elements,
+        material,
+        dofs,
+    };
+    let nodes: Vec<usize> = (0..mesh.coordinates.len()).collect();
+    let (mut rest, mut column) = ((&mut indices[..], &mut data[..]), 0);
+    let chunks: Vec<_> = nodes
+        .chunks(CHUNK)
+        .map(|nodes| {
+            let free: usize = nodes
+                .iter()
+                .map(|&node| dofs.dof[node].iter().flatten().count())
+                .sum();
+            let count = indptr[column + free] - indptr[column];
+            column += free;
+            let (indices, data) = std::mem::take(&mut rest);
+            let (own_indices, indices) = indices.split_at_mut(count);
+            let (own_data, data) = data.split_at_mut(count);
+            rest = (indices, data);
+            (nodes, own_indices, own_data)
         })
-        .collect()
+        .collect();
+    chunks
+        .into_par_iter()
+        .for_each(|(nodes, indices, data)| columns.gather(nodes, indices, data));
+    CscMatrix {
+        rows: dofs.n_free,
+        cols: dofs.n_free,
+        indptr,
+        indices,
+        data,
+    }
+}
+
+/// What the columns of A are made from.
+struct Columns<'a> {
+    mesh: &'a Mesh,
+    graph: &'a NodeGraph,
+    elements: &'a [Element],
+    material: &'a MaterialField<'a>,
+    dofs: &'a DofMap,
+}
+
+impl Columns<'_> {
+    /// Fills the columns that belong to the free components of some nodes, one after another.
+    fn gather(&self, nodes: &[usize], indices: &mut [usize], data: &mut [f64]) {
+        let dof = &self.dofs.dof;
+        let mut entries = indices.iter_mut().zip(data);
+        let mut blocks = Vec::new();
+        for &node in nodes {
+            self.gather_blocks(node, &mut blocks);
+            for component in (0..3).filter(|&component| dof[node][component].is_some()) {
+                for (&other, block) in self.graph.neighbours(node).iter().zip(&blocks) {
+                    for (row, index) in dof[other].iter().enumerate() {
+                        let Some(index) = index else { continue };
+                        let (to_index, to_value) = entries.next().expect("counted before");
+                        (*to_index, *to_value) = (*index, block[(row, component)]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The blocks that couple a node to each of its neighbours.
+    fn gather_blocks(&self, node: usize, blocks: &mut Vec<Matrix3<f64>>) {
+        let neighbours = self.graph.neighbours(node);
+        blocks.clear();
+        blocks.resize(neighbours.len(), Matrix3::zeros());
+        for corner in self.graph.corners(node) {
+            let t = corner.tetrahedron;
+            let tensor = self.material.tensor(t);
+            for (a, other) in self.mesh.tetrahedron_nodes(t).enumerate() {
+                let at = neighbours.partition_point(|&n| n < other);
+                let order = other.cmp(&node);
+                blocks[at] += symmetric_block(&self.elements[t], tensor, a, corner.place, order);
+            }
+        }
+    }
 }
 
 /// Block (a, b), computed from the same operands as its mirror image (b, a).

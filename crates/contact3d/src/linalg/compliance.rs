@@ -56,24 +56,22 @@ impl<T: Scalar> ForwardRows<'_, T> {
         selected.dedup();
         let plan = self.backward_plan(&selected);
         let columns = self.order.len();
-        let blocks: Vec<Range<usize>> = (0..columns)
-            .step_by(BLOCK_COLUMNS)
-            .map(|start| start..(start + BLOCK_COLUMNS).min(columns))
-            .collect();
-        let products: Vec<Vec<f64>> = blocks
-            .par_iter()
-            .map(|block| {
-                let x = self.backward(&plan, block);
-                selected_rows(&by_rows, &x, block.len(), |old| plan.place[new_of_old[old]])
-            })
-            .collect();
         let mut compliance = vec![0.0; c.rows * columns];
-        for (block, products) in blocks.into_iter().zip(&products) {
-            for (column, product) in block.zip(products.chunks_exact(c.rows.max(1))) {
-                let row = self.order[column];
-                compliance[row * c.rows..(row + 1) * c.rows].copy_from_slice(product);
-            }
-        }
+        let mut by_row: Vec<Option<&mut [f64]>> = compliance
+            .chunks_exact_mut(c.rows.max(1))
+            .map(Some)
+            .collect();
+        let mut in_order: Vec<&mut [f64]> = self
+            .order
+            .iter()
+            .filter_map(|&row| by_row.get_mut(row)?.take())
+            .collect();
+        let blocks = in_order.par_chunks_mut(BLOCK_COLUMNS).enumerate();
+        blocks.for_each(|(k, targets)| {
+            let start = k * BLOCK_COLUMNS;
+            let x = self.backward(&plan, &(start..start + targets.len()));
+            add_selected_rows(&by_rows, &x, targets, |old| plan.place[new_of_old[old]]);
+        });
         compliance
     }
 
@@ -263,22 +261,21 @@ impl SubtreeCost {
     }
 }
 
-/// C X, column-major, for a row-major X of `columns` columns and the columns of Cᵀ.
-fn selected_rows<T: Scalar>(
+/// Adds C X for a row-major X, one slice a column, and the columns of Cᵀ.
+fn add_selected_rows<T: Scalar>(
     by_rows: &CscMatrix,
     x: &[T],
-    columns: usize,
+    columns: &mut [&mut [f64]],
     place: impl Fn(usize) -> usize,
-) -> Vec<f64> {
-    let mut result = vec![0.0; by_rows.cols * columns];
+) {
+    let count = columns.len();
     for row in 0..by_rows.cols {
         let (unknowns, coefficients) = by_rows.column(row);
         for (&old, &coefficient) in unknowns.iter().zip(coefficients) {
-            let line = &x[place(old) * columns..][..columns];
-            for (column, value) in line.iter().enumerate() {
-                result[column * by_rows.cols + row] += coefficient * value.to_double();
+            let line = &x[place(old) * count..][..count];
+            for (column, value) in columns.iter_mut().zip(line) {
+                column[row] += coefficient * value.to_double();
             }
         }
     }
-    result
 }
