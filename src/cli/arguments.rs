@@ -258,7 +258,7 @@ fn number_within(text: &str, [least, most]: [f64; 2], unit: &str) -> Result<f64,
 }
 
 /// A flag's value by the name it has in scene files.
-fn named<T: DeserializeOwned>(name: &str) -> Result<T, String> {
+pub(super) fn named<T: DeserializeOwned>(name: &str) -> Result<T, String> {
     let value: StrDeserializer<'_, serde::de::value::Error> = name.into_deserializer();
     T::deserialize(value).map_err(|error| error.to_string())
 }

@@ -6,11 +6,14 @@ use std::{
 };
 
 use clap::Args;
-use contact3d::{robustness::Level, scene::Invalid};
+use contact3d::{
+    robustness::Level,
+    scene::{FactorPrecision, Invalid, Scene},
+};
 use runfile::RunFile;
 
 use super::{
-    arguments::{Output, SceneArguments},
+    arguments::{Output, SceneArguments, named},
     exit::{Exit, explain_sweep},
     override_scene, stability_words, terminal,
 };
@@ -30,6 +33,9 @@ pub struct StabilityArguments {
     /// Change one key of the scene, for example --set body.brick.cells=[12,4,4]
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub overrides: Vec<String>,
+    /// Precision of the Cholesky factor in all cases, in place of their own: single, double or auto
+    #[arg(long, value_name = "PRECISION", value_parser = named::<FactorPrecision>)]
+    pub factor: Option<FactorPrecision>,
     /// Store the table in this HDF5 file, created or updated
     #[arg(short, long, value_name = "FILE")]
     pub out: Option<PathBuf>,
@@ -42,6 +48,14 @@ pub struct StabilityArguments {
     /// Print the table as Markdown
     #[arg(long, conflicts_with = "json")]
     pub markdown: bool,
+}
+
+impl StabilityArguments {
+    fn choose_factor(&self, scene: &mut Scene) {
+        if let Some(factor) = self.factor {
+            scene.assemble.factor = factor;
+        }
+    }
 }
 
 /// `stability`: checks a scene, or all cases of a suite; prints and stores their table.
@@ -91,6 +105,9 @@ fn run_suite(
     if let Some(part) = &arguments.only {
         cases.retain(|case| case.name.contains(part.as_str()) || case.family == *part);
     }
+    for case in &mut cases {
+        arguments.choose_factor(&mut case.scene.scene);
+    }
     let meshes = cases.iter().filter_map(|case| mesh_file(&case.scene));
     let table = claim(arguments, &Inputs::of(meshes.chain([index.to_owned()])))?;
     let mut rows = Vec::new();
@@ -112,10 +129,11 @@ fn run_scene(
     output: &Output,
     threads: usize,
 ) -> Result<Exit, SweepError> {
-    let (scene, inputs) = override_scene::read_with_inputs(&SceneArguments {
+    let (mut scene, inputs) = override_scene::read_with_inputs(&SceneArguments {
         scene: scene.to_owned(),
         overrides: arguments.overrides.clone(),
     })?;
+    arguments.choose_factor(&mut scene.scene);
     let table = claim(arguments, &inputs)?;
     let rows = [Case::alone(scene).check()];
     store(table, &rows, threads)?;

@@ -9,10 +9,11 @@ use super::results::unit_words;
 use crate::format::StabilityRow;
 
 /// Headings of the columns.
-const HEADINGS: [&str; 12] = [
+const HEADINGS: [&str; 13] = [
     "case",
     "verdict",
     "status",
+    "factor",
     "steps",
     "certificate",
     "(bound)",
@@ -60,8 +61,8 @@ pub(super) fn markdown(rows: &[StabilityRow]) -> String {
     text
 }
 
-fn line(cells: &[String; 12]) -> String {
-    const WIDTHS: [usize; 12] = [28, 8, 15, 7, 12, 8, 8, 12, 8, 9, 8, 8];
+fn line(cells: &[String; 13]) -> String {
+    const WIDTHS: [usize; 13] = [28, 8, 15, 6, 7, 12, 8, 8, 12, 8, 9, 8, 8];
     let mut text = String::new();
     for (cell, width) in cells.iter().zip(WIDTHS) {
         let _ = write!(text, "{cell:<width$} ");
@@ -69,9 +70,9 @@ fn line(cells: &[String; 12]) -> String {
     text.trim_end().to_owned() + "\n"
 }
 
-fn cells(row: &StabilityRow) -> [String; 12] {
+fn cells(row: &StabilityRow) -> [String; 13] {
     let Ok(check) = &row.outcome else {
-        let mut cells: [String; 12] = Default::default();
+        let mut cells: [String; 13] = Default::default();
         cells[0].clone_from(&row.name);
         cells[1] = row.word().to_owned();
         return cells;
@@ -80,6 +81,7 @@ fn cells(row: &StabilityRow) -> [String; 12] {
         row.name.clone(),
         row.word().to_owned(),
         check.status.word().replace('_', " "),
+        check.precision.word().to_owned(),
         steps(check),
         short(check.certificate),
         short(check.rounding_bound.certificate),
@@ -150,6 +152,7 @@ fn detail(row: &StabilityRow) -> String {
         "panes open, sticking, slipping",
         check.zones.map(|count| count.to_string()).join(", "),
     );
+    say("factor", format!("in {} precision", check.precision.word()));
     say("condition of A (scaled)", short(c.stiffness));
     say(
         "eigenvalues of S",
@@ -219,6 +222,7 @@ pub(super) fn json(rows: &[StabilityRow]) -> serde_json::Value {
             "result": check.map(|check| serde_json::json!({
                 "unknowns": check.n_free,
                 "multipliers": check.n_multipliers,
+                "factor_precision": check.precision.word(),
                 "status": check.status.word(),
                 "steps": check.steps,
                 "accuracy": check.accuracy,

@@ -9,7 +9,7 @@ use contact3d::{
         OperatorForm, PrimalSystem,
     },
     elasticity::DofMap,
-    linalg::{CholeskyFactor, CscMatrix, Factor, FactorStructure, Precision},
+    linalg::{CholeskyFactor, CscMatrix, Factor, FactorStructure},
 };
 use runfile::{
     DatasetSpec, Extent,
@@ -42,9 +42,10 @@ const DUAL_OPERATOR_SINGLE: &str = "/assemble/dual_operator_single";
 const CONTACT_COMPLIANCE_SINGLE: &str = "/assemble/contact_compliance_single";
 const VALUES_SINGLE: &str = "/assemble/factor/values_single";
 
-const IMPLICIT: &str = "absent when the dual operator is applied through the factor, or the factor is in single precision";
+const IMPLICIT: &str =
+    "absent when the dual operator is applied through the factor, or is stored in single precision";
 const IN_DOUBLE: &str =
-    "absent when the factor is in double precision, or the dual operator is applied through it";
+    "absent when the dual operator is stored in double precision, or applied through the factor";
 const SINGLE: &str = "absent when the factor is in single precision";
 const DOUBLE: &str = "absent when the factor is in double precision";
 const NO_CONTACT: &str = "absent without contact";
@@ -99,7 +100,7 @@ pub fn stored_bytes(system: &DualSystem) -> usize {
 /// HDF5 failures.
 pub fn write(writer: &mut GroupWriter<'_>, system: &DualSystem) -> Result<(), StoreError> {
     if let Some(contact) = &system.contact {
-        write_contact(writer, contact, system.assembly.factor.precision())?;
+        write_contact(writer, contact)?;
     }
     let assembly = &system.assembly;
     let primal = &assembly.primal;
@@ -128,11 +129,7 @@ pub fn write(writer: &mut GroupWriter<'_>, system: &DualSystem) -> Result<(), St
     }
 }
 
-fn write_contact(
-    writer: &mut GroupWriter<'_>,
-    contact: &ContactSystem,
-    precision: Precision,
-) -> Result<(), StoreError> {
+fn write_contact(writer: &mut GroupWriter<'_>, contact: &ContactSystem) -> Result<(), StoreError> {
     let [normal, tangential] = contact.coupling.parts();
     writer.write_matrix(COUPLING_NORMAL, rows_of_transpose(&normal))?;
     if tangential.cols > 0 {
@@ -142,9 +139,11 @@ fn write_contact(
         return Ok(());
     };
     let dimension = explicit.dimension();
-    let mut dense = |double, single, matrix: &[f64], shape: &[usize]| match precision {
-        Precision::Double => writer.write(double, matrix, shape),
-        Precision::Single => {
+    // Made from a factor in single precision, in whose range they are.
+    let is_single = |matrix: &[f64]| matrix.iter().all(|v| f64::from(*v as f32) == *v);
+    let mut dense = |double, single, matrix: &[f64], shape: &[usize]| match is_single(matrix) {
+        false => writer.write(double, matrix, shape),
+        true => {
             let rounded: Vec<f32> = matrix.iter().map(|value| *value as f32).collect();
             writer.write(single, &rounded, shape)
         }

@@ -1,6 +1,7 @@
 //! `/stability`: how far the answers of hard cases can be trusted, one row a case.
 
 use contact3d::{
+    linalg::Precision,
     robustness::{Check, CrossCheck, CrossCheckResult, Invariance, Level},
     solver::Status,
 };
@@ -17,6 +18,14 @@ use super::{columns::Columns, outcome::StoredStatus};
 pub const GROUP: Group = Group::new("stability", "stability");
 
 stored_enum! {
+    /// Precision of a factor, as stored.
+    enum StoredPrecision as "precision" {
+        Double = 0 => "double",
+        Single = 1 => "single",
+    }
+}
+
+stored_enum! {
     /// How a case came out, as stored.
     enum StoredLevel as "verdict" {
         Holds = 0 => "holds",
@@ -30,7 +39,7 @@ stored_enum! {
 pub const STABILITY_LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe stability",
     linked_filetype: "contact3d-pipe stability stage",
-    format_version: [1, 0],
+    format_version: [1, 1],
     creator: super::LAYOUT.creator,
     units: super::LAYOUT.units,
     groups: &[GROUP],
@@ -48,6 +57,7 @@ const OPEN: &str = "/stability/open";
 const STATUS: &str = "/stability/status";
 const UNKNOWNS: &str = "/stability/unknowns";
 const MULTIPLIERS: &str = "/stability/multipliers";
+const FACTOR_PRECISION: &str = "/stability/factor_precision";
 const NEWTON_STEPS: &str = "/stability/newton_steps";
 const OUTER_STEPS: &str = "/stability/outer_steps";
 const ZONE_COUNTS: &str = "/stability/zone_counts";
@@ -86,6 +96,7 @@ const TABLE: &[DatasetSpec] = &[
     GROUP.row(STATUS, Kind::Enum(StoredStatus::SPEC), CASES, Dimension::Number, "How the solve ended; numerical_error for a refused case."),
     GROUP.row(UNKNOWNS, Kind::I64, CASES, Dimension::Number, "Free degrees of freedom; 0 in this and other counts of a refused case."),
     GROUP.row(MULTIPLIERS, Kind::I64, CASES, Dimension::Number, "Multipliers."),
+    GROUP.row(FACTOR_PRECISION, Kind::Enum(StoredPrecision::SPEC), CASES, Dimension::Number, "Precision of the factor that the case took; double for a refused case."),
     GROUP.row(NEWTON_STEPS, Kind::I64, CASES, Dimension::Number, "Steps of Newton's method."),
     GROUP.row(OUTER_STEPS, Kind::I64, CASES, Dimension::Number, "Steps of successive approximations."),
     GROUP.row(ZONE_COUNTS, Kind::I64, ZONES, Dimension::Number, "Numbers of open, sticking and slipping panes."),
@@ -184,6 +195,10 @@ fn write_statuses(columns: &mut Checks<'_, '_, '_>) -> Result<(), StoreError> {
     let stored =
         |status: Option<Status>| StoredStatus::from(status.unwrap_or(Status::NumericalError));
     columns.members(STATUS, |c| stored(c.map(|c| c.status)))?;
+    columns.members(FACTOR_PRECISION, |c| match c.map(|c| c.precision) {
+        Some(Precision::Single) => StoredPrecision::Single,
+        Some(Precision::Double) | None => StoredPrecision::Double,
+    })?;
     columns.member_vectors(CROSS_CHECK_STATUS, |c| {
         CrossCheck::ALL.map(|cross_check| {
             let result = c.and_then(|c| c.cross_check(cross_check));

@@ -159,11 +159,17 @@ impl Store {
     }
 
     /// Stores what waits while the next stage computes: for good where it took long, and otherwise as the beginning of the next
-    /// commit, once the long stages before a solve are there.
+    /// commit, once the long stages before a solve are there. On one processor a stage that took long is stored at once.
     fn store_beside(&mut self, stage: Stage, task: &Task) -> Result<(), StageError> {
         let waiting = &self.pending[self.ahead.as_ref().map_or(0, Ahead::commits)..];
         let waiting: f64 = waiting.iter().map(|pending| pending.seconds()).sum();
         let is_long = waiting >= self.last_store_seconds.max(SHORT_RUN);
+        if task.threads == 1 {
+            return match is_long {
+                true => self.commit(task, None),
+                false => Ok(()),
+            };
+        }
         if is_long {
             self.settle()?;
             self.undo.before_commit(&self.file)?;

@@ -10,7 +10,7 @@ use super::{
 use crate::{
     contact::{ContactFrame, Coupling, Interface, MultiplierLayout},
     elasticity::DofMap,
-    linalg::{CholeskyFactor, CscMatrix, Factor, Scalar, difference},
+    linalg::{CholeskyFactor, CscMatrix, Factor, Scalar, difference, power_of_two_near_largest},
     mesh::ContactSurface,
 };
 
@@ -233,22 +233,32 @@ impl ContactCompliance {
     }
 }
 
-/// S, and G where a selection Cᵀ is given, in the precision of the factor.
+/// S, and G where a selection Cᵀ is given, in the precision of the factor; panes are measured in a power of two near the largest
+/// entry of B, since squares of areas leave the range of single precision early.
 fn formed<T: Scalar>(
     factor: &CholeskyFactor<T>,
     coupling: &Coupling,
     selection: Option<&CscMatrix>,
 ) -> (Vec<f64>, Option<Vec<f64>>) {
-    let half_solved = factor.forward_rows(&coupling.transposed.transpose());
-    let matrix = selection.map(|selection| half_solved.compliance(&selection.transpose()));
-    (half_solved.gram(), matrix)
+    let mut rows = coupling.transposed.transpose();
+    let unit = power_of_two_near_largest(&rows.data).unwrap_or(1.0);
+    rows.data.iter_mut().for_each(|value| *value /= unit);
+    let half_solved = factor.forward_rows(&rows);
+    let mut matrix = selection.map(|selection| half_solved.compliance(&selection.transpose()));
+    let mut operator = half_solved.gram();
+    matrix.iter_mut().flatten().for_each(|value| *value *= unit);
+    operator.iter_mut().for_each(|value| *value *= unit * unit);
+    (operator, matrix)
 }
 
-/// The numbers that a file in single precision gives back.
+/// Rounded to 24 bits beside the largest entry, whatever the units: what a file in single precision gives back, where its range
+/// holds the entries.
 fn rounded(mut matrix: Vec<f64>) -> Vec<f64> {
-    matrix
-        .iter_mut()
-        .for_each(|value| *value = f64::from(*value as f32));
+    if let Some(scale) = power_of_two_near_largest(&matrix) {
+        matrix
+            .iter_mut()
+            .for_each(|value| *value = f64::from((*value / scale) as f32) * scale);
+    }
     matrix
 }
 

@@ -60,5 +60,5 @@ pub use scalar::Scalar;
 pub use solve::Workspace;
 pub use sparse::{CscMatrix, SparseError};
 pub use structure::FactorStructure;
-pub(crate) use vector::add_scaled;
+pub(crate) use vector::{add_scaled, power_of_two_near_largest};
 pub use vector::{difference, dot, norm};

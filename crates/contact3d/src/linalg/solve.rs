@@ -8,7 +8,7 @@ use super::fronts::{Task, climb, descend, locked};
 use super::scalar::Scalar;
 use super::structure::FactorStructure;
 use super::unknown::{SEVERAL, Several, Unknown};
-use super::vector::vectorised;
+use super::vector::{power_of_two_near_largest, vectorised};
 
 /// Memory of solves, kept between calls.
 #[derive(Debug, Default)]
@@ -69,7 +69,9 @@ impl<T: Scalar> CholeskyFactor<T> {
     /// When `rhs` does not have one entry per unknown.
     pub fn solve_in_place(&self, rhs: &mut [f64], work: &mut Workspace) {
         assert_eq!(rhs.len(), self.size(), "length of the right-hand side");
-        let Some(scale) = scale_of(rhs) else { return };
+        let Some(scale) = power_of_two_near_largest(rhs) else {
+            return;
+        };
         let permutation = &self.structure.permutation;
         let pool = T::scratch(work);
         let mut permuted = pool.take(self.size());
@@ -95,7 +97,7 @@ impl<T: Scalar> CholeskyFactor<T> {
                 .iter()
                 .map(|rhs| {
                     assert_eq!(rhs.len(), self.size(), "length of a right-hand side");
-                    scale_of(rhs).unwrap_or(1.0)
+                    power_of_two_near_largest(rhs).unwrap_or(1.0)
                 })
                 .collect();
             let mut permuted = pool.take(self.size());
@@ -278,17 +280,4 @@ impl<T: Scalar, V: Unknown<T>> TreeSolve<'_, T, V> {
         run(&mut scratch);
         self.pool.put(scratch);
     }
-}
-
-/// A power of two near the largest entry, which brings the others into the small range of single precision and changes no
-/// bits; `None` where all are zero.
-fn scale_of(rhs: &[f64]) -> Option<f64> {
-    let largest = rhs.iter().fold(0.0_f64, |m, b| m.max(b.abs()));
-    (largest != 0.0).then(|| {
-        if largest.is_finite() {
-            largest.log2().floor().exp2()
-        } else {
-            1.0
-        }
-    })
 }

@@ -24,6 +24,19 @@ pub fn norm(x: &[f64]) -> f64 {
     largest * x.iter().map(|v| (v / largest).powi(2)).sum::<f64>().sqrt()
 }
 
+/// A power of two near the largest entry: dividing by it brings the others into the small range of single precision and changes
+/// no bits. `None` where all are zero.
+pub(crate) fn power_of_two_near_largest(x: &[f64]) -> Option<f64> {
+    let largest = x.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    (largest != 0.0).then(|| {
+        if largest.is_finite() {
+            largest.log2().floor().exp2()
+        } else {
+            1.0
+        }
+    })
+}
+
 /// x − y.
 #[must_use]
 pub fn difference(x: &[f64], y: &[f64]) -> Vec<f64> {

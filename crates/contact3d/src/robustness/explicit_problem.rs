@@ -5,10 +5,10 @@ use std::{path::Path, sync::Arc};
 use crate::{
     adaptation::adapted,
     dual::ExplicitDual,
-    linalg::norm,
+    linalg::{Precision, norm},
     mesh::{ContactSurface, Mesh, Refinement},
     problem::{AssembledProblem, Problem, ProblemError},
-    scene::{DualOperatorKind, Invalid, Scene},
+    scene::{DualOperatorKind, FactorPrecision, Invalid, Scene},
     solver::ContactState,
 };
 
@@ -61,6 +61,25 @@ impl ExplicitProblem {
             assembled: problem.assemble()?,
             refinement: Refinement::default(),
         })
+    }
+
+    /// Precision of the factor.
+    pub(super) fn precision(&self) -> Precision {
+        self.assembled.system().assembly.factor.precision()
+    }
+
+    /// The same problem with a factor in double precision; `None` where this one has it.
+    pub(super) fn in_double_precision(
+        &self,
+        scene: &Scene,
+        folder: &Path,
+    ) -> Result<Option<Self>, ProblemError> {
+        if self.precision() == Precision::Double {
+            return Ok(None);
+        }
+        let mut scene = scene.clone();
+        scene.assemble.factor = FactorPrecision::Double;
+        Self::refined(scene, folder, self.refinement.clone()).map(Some)
     }
 
     pub(super) fn surface(&self) -> &ContactSurface {

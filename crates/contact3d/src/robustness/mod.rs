@@ -27,6 +27,7 @@ use std::{path::Path, time::Instant};
 use explicit_problem::ExplicitProblem;
 
 use crate::{
+    linalg::Precision,
     post::Zone,
     problem::ProblemError,
     scene::Scene,
@@ -60,6 +61,8 @@ pub struct Check {
     pub n_free: usize,
     /// Multipliers.
     pub n_multipliers: usize,
+    /// Precision of the factor that the scene's own settings took.
+    pub precision: Precision,
     /// How the solve with the scene's own settings ended.
     pub status: Status,
     /// Which algorithm gave the answer.
@@ -89,7 +92,8 @@ pub struct Check {
 }
 
 impl Check {
-    /// Checks a scene with contact; mesh files are looked for in `folder`.
+    /// Checks a scene with contact; mesh files are looked for in `folder`. An answer from a factor in single precision is held
+    /// against those from one in double precision.
     ///
     /// # Errors
     /// [`ProblemError`] for a scene that has no discrete problem.
@@ -100,17 +104,20 @@ impl Check {
         solutions: Solutions,
     ) -> Result<Self, ProblemError> {
         let started = Instant::now();
-        let problem = ExplicitProblem::new(scene.clone(), folder)?;
-        let answer = problem.assembled.solve(&scene.solve)?;
+        let own = ExplicitProblem::new(scene.clone(), folder)?;
+        let answer = own.assembled.solve(&scene.solve)?;
         let seconds = started.elapsed().as_secs_f64();
+        let double = own.in_double_precision(scene, folder)?;
+        let problem = double.as_ref().unwrap_or(&own);
         let report = problem.assembled.report(&answer)?;
         let contact = problem.contact();
         let linearisation = Linearisation::new(problem.dual(), &contact, &answer.multiplier);
-        let conditioning = Conditioning::of(&problem);
+        let conditioning = Conditioning::of(problem);
         Ok(Self {
             solutions,
             n_free: answer.displacement.len(),
             n_multipliers: answer.multiplier.len(),
+            precision: own.precision(),
             status: report.judged(answer.status),
             solved_by: answer.solved_by,
             steps: [answer.newton.len(), answer.history.len()],
@@ -119,7 +126,7 @@ impl Check {
             zones: [Zone::Open, Zone::Stick, Zone::Slip].map(|zone| report.count(zone)),
             certificate: report.certificate.worst(),
             rounding_bound: RoundingBound::of(
-                &problem,
+                problem,
                 &answer,
                 &report,
                 &conditioning,
@@ -127,10 +134,10 @@ impl Check {
             ),
             conditioning,
             linearisation,
-            cross_checks: cross_checks::compare(&problem, &answer)?,
+            cross_checks: cross_checks::compare(problem, &answer)?,
             invariances: match depth {
                 Depth::Solve => Vec::new(),
-                Depth::Invariances => invariance::compare(&problem, folder, &answer)?,
+                Depth::Invariances => invariance::compare(&own, folder, &answer)?,
             },
             seconds,
         })

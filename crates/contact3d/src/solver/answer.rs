@@ -160,6 +160,7 @@ impl DiscreteProblem<'_> {
             solution.status = Status::Inaccurate;
         }
         solution.newton = steps;
+        solution.local_stiffness.clone_from(&local.stiffness);
         solution
     }
 }

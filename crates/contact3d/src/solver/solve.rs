@@ -19,6 +19,9 @@ use crate::{
 /// Most times that a method is run again with a smaller ε.
 const MOST_TIGHTENINGS: usize = 4;
 
+/// An answer from S in single precision is corrected until its error is this many times what rounding in double makes of S λ.
+const ROUNDINGS: f64 = 16.0;
+
 /// Solves the discrete problem as the settings say from a start, by no more than its model features ask for: one solve
 /// without contact, one minimisation without friction or with a given slip bound.
 ///
@@ -147,7 +150,12 @@ impl DiscreteProblem<'_> {
             return Ok(solution);
         }
         for _ in 0..MOST_TIGHTENINGS {
-            if !matches!(solution.status, Status::Stopped | Status::Inaccurate) {
+            let is_good = match solution.status {
+                Status::Stopped | Status::Inaccurate => false,
+                Status::RoundingLimit => solution.accuracy <= ROUNDINGS * dual.rounding(),
+                _ => true,
+            };
+            if is_good {
                 break;
             }
             let multiplier = &solution.multiplier;
@@ -167,7 +175,11 @@ impl DiscreteProblem<'_> {
             let explicit = corrected.explicit().map(|dual| (dual, &local));
             let inner = Inner::chosen(self.settings.inner, explicit, &local.stiffness)?;
             let next = judge(run(&problem, inner));
+            let falls = next.accuracy <= 0.5 * solution.accuracy;
             solution = solution.followed_by(next);
+            if !falls {
+                break;
+            }
         }
         Ok(solution)
     }
