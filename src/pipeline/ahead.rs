@@ -33,7 +33,7 @@ pub(super) enum Then {
 /// What a thread has written.
 #[derive(Debug)]
 pub(super) enum Written {
-    Begun(Change),
+    Begun(Box<Change>),
     Committed { changed: Vec<Group>, seconds: f64 },
 }
 
@@ -86,7 +86,7 @@ fn written(mut change: Change, stages: &[Arc<Pending>], then: Then) -> Result<Wr
     match then {
         Then::Wait => {
             change.write_back()?;
-            Ok(Written::Begun(change))
+            Ok(Written::Begun(Box::new(change)))
         }
         Then::Commit => {
             let (transaction, changed) = change.into_parts();

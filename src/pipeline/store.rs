@@ -218,7 +218,7 @@ impl Store {
             return Ok(None);
         };
         match ahead.join()? {
-            Written::Begun(change) => Ok(Some(change)),
+            Written::Begun(change) => Ok(Some(*change)),
             Written::Committed { changed, seconds } => {
                 self.undo.after_commit(&self.file, &changed);
                 self.pending.drain(..changed.len());

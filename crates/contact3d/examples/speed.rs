@@ -5,6 +5,7 @@
 
 use std::time::Instant;
 
+use contact3d::dual::OperatorEstimate;
 use contact3d::scene::{FactorPrecision, SolveSettings};
 use contact3d::{Problem, ProblemError};
 
@@ -48,6 +49,16 @@ fn main() -> Result<(), ProblemError> {
         "factorisation {:.1} GFlop/s",
         structure.operations() / 1e9 / assembly.seconds.factorisation
     );
+    let contact = assembled.system().contact.as_ref();
+    if let (Some(contact), Some(state)) = (contact, assembled.contact_state()) {
+        let nodes = state.surface.nodes.len();
+        let operator = OperatorEstimate::new(structure, &contact.coupling, nodes);
+        let operations = operator.explicit_operations / 1e9;
+        println!(
+            "dual operator {operations:.2} GFlop, {:.1} GFlop/s",
+            operations / assembly.seconds.dual_operator
+        );
+    }
     let mut work = contact3d::linalg::Workspace::default();
     let started = Instant::now();
     for _ in 0..SOLVES {

@@ -115,7 +115,8 @@ impl Iteration {
             }
         }
         // A load of zero, and numbers that are none, end at once.
-        self.is_done |= !(rho > 0.0) || reached.steps == MOST_STEPS;
+        let goes_on = rho > 0.0 && reached.steps < MOST_STEPS;
+        self.is_done |= !goes_on;
         let beta = rho / self.rho;
         for (d, z) in self.direction.iter_mut().zip(&self.preconditioned) {
             *d = z + beta * *d;
