@@ -4,7 +4,7 @@ mod cycle;
 mod mapping;
 mod stall;
 
-pub use mapping::{MappingValue, evaluate as evaluate_mapping};
+pub use mapping::{MappingValue, evaluate as evaluate_mapping, evaluate_at as evaluate_mapping_at};
 
 use std::{sync::atomic::Ordering, time::Instant};
 
