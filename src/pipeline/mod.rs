@@ -8,6 +8,7 @@
 mod accuracy;
 mod adapt;
 mod assemble;
+mod beside;
 mod checkpoint;
 mod error;
 mod freshness;
@@ -22,6 +23,7 @@ mod session;
 mod solve;
 mod stages;
 mod store;
+mod theory;
 mod undo;
 
 pub use accuracy::{accuracy_input, measure_accuracy};
@@ -33,3 +35,4 @@ pub use mesh_file::{mesh_file, mesh_of, pin_mesh_file};
 pub use resources::{memory_for_sweeps, scene_bytes};
 pub use session::{Commit, Performed, Results, Session};
 pub use stages::Step;
+pub use theory::measure_theory;

@@ -78,6 +78,16 @@ impl PartNorms {
         let mixed = self.slip_by_pressure * self.pressure_by_slip;
         0.5 * (a + d) + (0.25 * (a - d) * (a - d) + mixed).sqrt()
     }
+
+    /// The weight w for which w ‖φ‖ + ‖μ‖ has that bound; 0 where nothing depends on the slip.
+    #[must_use]
+    pub fn weight(self) -> f64 {
+        let rest = self.weighted() - self.slip_by_slip;
+        if self.pressure_by_slip == 0.0 || rest <= 0.0 {
+            return 0.0;
+        }
+        self.pressure_by_slip / rest
+    }
 }
 
 /// Ψ′ at a solution.

@@ -229,7 +229,9 @@ impl TheoryProblem {
             status: solution.status,
             face,
             observed: self
-                .mapping(&norms, &|multiplier| self.tangential(multiplier))
+                .mapping(&norms, local.as_ref(), &|multiplier| {
+                    self.tangential(multiplier)
+                })
                 .observe(&solution.multiplier),
             norms: norms.to_vec(),
             inf_sup: Vec::new(),
@@ -260,6 +262,7 @@ impl TheoryProblem {
     fn mapping<'a>(
         &'a self,
         norms: &[NormConstants],
+        local: Option<&LocalContraction>,
         tangential: &'a dyn Fn(&[f64]) -> Vec<[f64; 2]>,
     ) -> Mapping<'a> {
         Mapping {
@@ -270,6 +273,10 @@ impl TheoryProblem {
             face: &self.face,
             norms: &self.norms,
             radii: norms.iter().map(|norm| norm.radii).collect(),
+            weights: match local {
+                None => vec![0.0; norms.len()],
+                Some(local) => local.parts.iter().map(|parts| parts.weight()).collect(),
+            },
             tangential,
         }
     }

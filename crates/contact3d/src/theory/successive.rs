@@ -39,8 +39,8 @@ pub struct Observed {
     pub steps_from_zero: Option<usize>,
     /// The largest ‖φ‖/R₁ and ‖λ_ν‖_*/R₂ of all values of Ψ, for each norm of displacements: HKL Lemma 3.3 says at most 1.
     pub lemma: Vec<[f64; 2]>,
-    /// The largest quotient ‖Ψ(x) − Ψ(y)‖/‖x − y‖ of sampled pairs in 𝒞(R₁, R₂), in HKL's norm in the units of the scene,
-    /// for each norm of displacements.
+    /// The largest quotient ‖Ψ(x) − Ψ(y)‖/‖x − y‖ of sampled pairs in 𝒞(R₁, R₂), in the weighted norm that suits Ψ′ at the
+    /// solution ([`super::PartNorms::weight`]), for each norm of displacements.
     pub quotient: Vec<f64>,
     /// Values of Ψ that were checked, and those whose inner problem was not solved.
     pub evaluations: usize,
@@ -57,6 +57,8 @@ pub(super) struct Mapping<'a> {
     pub(super) face: &'a Face,
     pub(super) norms: &'a SpaceNorms,
     pub(super) radii: Vec<Radii>,
+    /// Weights of the slip beside the pressure.
+    pub(super) weights: Vec<f64>,
     /// (u_t1, u_t2) of a multiplier.
     pub(super) tangential: &'a dyn Fn(&[f64]) -> Vec<[f64; 2]>,
 }
@@ -215,8 +217,10 @@ impl Mapping<'_> {
             let apart = between(&first, &second);
             let images_apart = between(&self.state(&one), &self.state(&two));
             for k in 0..self.radii.len() {
-                let [before, after] =
-                    [&apart, &images_apart].map(|d| self.norms_of(k, d).iter().sum::<f64>());
+                let [before, after] = [&apart, &images_apart].map(|difference| {
+                    let [slip, pressure] = self.norms_of(k, difference);
+                    self.weights[k] * slip + pressure
+                });
                 if before > 0.0 {
                     observed.quotient[k] = observed.quotient[k].max(after / before);
                 }
