@@ -79,9 +79,7 @@ fn guide(
 pub(super) fn thresholds(theory: &Theory, units: Units) -> LineChart {
     let levels = &theory.levels;
     let limit = |scale: Option<f64>| scale.unwrap_or(f64::NAN);
-    let weighted = against_pane(levels, "q = 1, energy norm, best weight", |l| {
-        l.thresholds.weighted[1]
-    });
+    let weighted = against_pane(levels, "q = 1, energy norm", |l| l.thresholds.weighted[1]);
     let root = guide(levels, "like √H", &weighted, |l| l.face.pane_size.sqrt());
     let roots = guide(levels, "like √(hH)", &weighted, |l| {
         (l.face.pane_size * l.face.triangle_size).sqrt()
@@ -93,17 +91,13 @@ pub(super) fn thresholds(theory: &Theory, units: Units) -> LineChart {
         against_pane(levels, "det R\u{2032} = 0", |l| {
             limit(l.thresholds.singular)
         }),
-        against_pane(levels, "norm of \u{3a8}\u{2032} = 1, energy norm", |l| {
+        against_pane(levels, "norm of \u{3a8}\u{2032} = 1", |l| {
             limit(l.thresholds.norm[1])
         }),
-        against_pane(levels, "q = 1, energy norm, composed", |l| {
-            l.thresholds.sharp[1]
-        }),
+        against_pane(levels, "q = 1, composed", |l| l.thresholds.sharp[1]),
         root,
         roots,
-        against_pane(levels, "q = 1, H1 norm, best weight", |l| {
-            l.thresholds.weighted[0]
-        }),
+        against_pane(levels, "q = 1, H1 norm", |l| l.thresholds.weighted[0]),
         weighted,
     ];
     chart(
@@ -138,7 +132,7 @@ pub(super) fn scaled(theory: &Theory) -> LineChart {
         line("spectral radius of \u{3a8}\u{2032}", &|p| p.spectral_radius),
         line("norm of \u{3a8}\u{2032}, energy norm", &|p| p.norm[1]),
         line("norm of \u{3a8}\u{2032}, H1 norm", &|p| p.norm[0]),
-        line("bound q, energy norm, best weight", &|p| p.scale * bound),
+        line("bound q, energy norm", &|p| p.scale * bound),
     ];
     chart(
         "Contraction for the law scaled by t, finest mesh",
@@ -154,17 +148,13 @@ pub(super) fn constants(theory: &Theory, units: Units) -> LineChart {
     let series = [
         against_pane(levels, "c_inv(1,0)", |l| l.face.inverse_first),
         against_pane(levels, "c_inv(\u{221e})", |l| l.face.inverse_fourth),
-        against_pane(levels, "c_inv(0,\u{2212}1/2), H1 norm", |l| {
+        against_pane(levels, "c_inv(0,\u{2212}1/2), H1", |l| {
             l.norms[0].inverse_half
         }),
-        against_pane(levels, "c_tr(2), H1 norm", |l| l.norms[0].trace.second),
-        against_pane(levels, "c_tr(4), H1 norm", |l| l.norms[0].trace.fourth),
-        against_pane(levels, "c_r Lagrange, triangles in 8\u{b2}", |l| {
-            l.face.lagrange_finer[2]
-        }),
-        against_pane(levels, "c_r Cl\u{e9}ment, triangles in 8\u{b2}", |l| {
-            l.face.clement_finer[2]
-        }),
+        against_pane(levels, "c_tr(2), H1", |l| l.norms[0].trace.second),
+        against_pane(levels, "c_tr(4), H1", |l| l.norms[0].trace.fourth),
+        against_pane(levels, "c_r Lagrange", |l| l.face.lagrange_finer[2]),
+        against_pane(levels, "c_r Cl\u{e9}ment", |l| l.face.clement_finer[2]),
         against_pane(levels, "c_r Lagrange on |Y|", |l| l.face.lagrange),
     ];
     chart(

@@ -113,8 +113,19 @@ pub(super) struct Ingredients<'a> {
 impl Ingredients<'_> {
     /// c_tr⁽²⁾ (c_inv⁽¹'⁰⁾ c_r c_t + 1), the bound of ‖(r_h|v_t1|, r_h|v_t2|)‖ by ‖v‖ in (3.6).
     fn interpolated_trace(&self) -> f64 {
-        let face = self.face;
-        self.trace.second * (face.inverse_first * self.interpolation * face.axes + 1.0)
+        self.interpolated_trace_by(self.face.inverse_first)
+    }
+
+    /// The same with the inverse inequality for ‖∇ψ‖ alone, which (3.6) could use as well, as constants are interpolated
+    /// exactly: unlike ‖ψ‖_1 it does not depend on the unit of length.
+    fn interpolated_trace_by_gradient(&self) -> f64 {
+        let (whole, size) = (self.face.inverse_first, self.face.triangle_size);
+        // λ_max(K + M, M) = λ_max(K, M) + 1.
+        self.interpolated_trace_by((whole * whole - size * size).sqrt())
+    }
+
+    fn interpolated_trace_by(&self, inverse: f64) -> f64 {
+        self.trace.second * (inverse * self.interpolation * self.face.axes + 1.0)
     }
 
     pub(super) fn radii(&self) -> Radii {
@@ -141,7 +152,7 @@ impl Ingredients<'_> {
             };
             (a, b)
         };
-        let image = self.interpolated_trace();
+        let image = self.interpolated_trace_by_gradient();
         let weighted = |(a, b): (f64, f64), image: f64| self.continuity * a + image * b;
         let (a, b) = moved(law.largest.value, steep, self.trace.second, largest);
         let sharp = moved(
@@ -158,7 +169,7 @@ impl Ingredients<'_> {
             largest,
         );
         ContractionBound {
-            paper: (image + self.continuity) * a.max(b),
+            paper: (self.interpolated_trace() + self.continuity) * a.max(b),
             weighted: weighted((a, b), image),
             sharp: weighted(sharp, self.interpolated),
             averaged: weighted(averaged, image),

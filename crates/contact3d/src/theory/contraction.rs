@@ -218,26 +218,22 @@ impl Chain {
         let by_slip = alone(|| &self.inverse_by_slip * &self.slip);
         let (of_inverse, of_pressure) =
             alone(|| (&by_slip * &self.by_inverse, &by_slip * &self.by_pressure));
-        let cycle = Mat::from_fn(3 * m, 3 * m, |i, j| {
-            match (i.checked_sub(m), j.checked_sub(m)) {
-                (None, None) => self.by_pressure[(i, j)],
-                (None, Some(k)) => self.by_inverse[(i, k)],
-                (Some(row), None) => of_pressure[(row, j)],
-                (Some(row), Some(k)) => of_inverse[(row, k)],
-            }
-        });
+        let entry = |i: usize, j: usize| match (i.checked_sub(m), j.checked_sub(m)) {
+            (None, None) => self.by_pressure[(i, j)],
+            (None, Some(k)) => self.by_inverse[(i, k)],
+            (Some(row), None) => of_pressure[(row, j)],
+            (Some(row), Some(k)) => of_inverse[(row, k)],
+        };
+        let kept = recurrent(3 * m, entry);
+        let cycle = Mat::from_fn(kept.len(), kept.len(), |i, j| entry(kept[i], kept[j]));
         let eigenvalues = alone(|| cycle.eigenvalues()).unwrap_or_default();
-        let radius = eigenvalues
-            .iter()
-            .map(|e| e.re.hypot(e.im))
-            .fold(0.0, f64::max);
+        let moduli = eigenvalues.iter().map(|e| e.re.hypot(e.im));
+        let radius = moduli.fold(0.0, f64::max);
         // Pairs of complex eigenvalues add positive factors.
-        let beyond = eigenvalues
-            .iter()
-            .filter(|e| e.im == 0.0 && e.re > 1.0)
-            .count();
-        let on = eigenvalues.iter().any(|e| e.im == 0.0 && e.re == 1.0);
-        let index = match (on || eigenvalues.len() < 3 * m, beyond % 2) {
+        let real = eigenvalues.iter().filter(|e| e.im == 0.0);
+        let beyond = real.clone().filter(|e| e.re > 1.0).count();
+        let on = real.clone().any(|e| e.re == 1.0);
+        let index = match (on || eigenvalues.len() < kept.len(), beyond % 2) {
             (true, _) => 0,
             (false, 0) => 1,
             (false, _) => -1,
@@ -293,6 +289,22 @@ impl Chain {
             ball += alone(|| &part * &solved);
         }
         symmetric(ball)
+    }
+}
+
+/// The components that act on themselves through others: those without a row or a column of their own add the eigenvalue 0
+/// and nothing else, such as the slip bounds of open panes, which move tangential stresses and stay 0.
+fn recurrent(n: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<usize> {
+    let mut kept: Vec<usize> = (0..n).collect();
+    loop {
+        let acts = |&i: &usize| {
+            kept.iter().any(|&j| entry(i, j) != 0.0) && kept.iter().any(|&j| entry(j, i) != 0.0)
+        };
+        let next: Vec<usize> = kept.iter().copied().filter(acts).collect();
+        if next.len() == kept.len() {
+            return kept;
+        }
+        kept = next;
     }
 }
 

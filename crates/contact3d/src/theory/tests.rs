@@ -131,7 +131,9 @@ fn traces_and_inverse_inequalities_bound_each_other() {
             // Hölder's inequality on a face of area 3, and between L², L⁴ and L^∞.
             assert!(trace.second <= trace.fourth * 3f64.powf(0.25));
             assert!(trace.fourth <= (trace.second * trace.pointwise).sqrt());
-            assert!(trace.tangential <= trace.second && trace.tangential <= trace.interpolated);
+            // The same number but for the error of Lanczos' method where a tangential trace is the largest.
+            assert!(trace.tangential <= trace.second * (1.0 + 1e-9));
+            assert!(trace.tangential <= trace.interpolated);
             let product =
                 level.face.inverse_fourth / level.face.triangle_size.sqrt() * trace.fourth;
             assert!(trace.pointwise <= product);
@@ -175,7 +177,7 @@ fn what_has_no_unit_does_not_depend_on_units() {
             level.norms[1].bound.weighted,
             level.norms[1].bound.sharp,
             level.face.inverse_fourth,
-            level.thresholds.norm[1].unwrap_or(0.0),
+            level.thresholds.norm[1].unwrap_or(1.0),
         ]
     });
     for (a, b) in one.into_iter().zip(other) {
