@@ -5,7 +5,7 @@ use std::sync::{
     atomic::{AtomicUsize, Ordering},
 };
 
-use super::{ContactFrame, Coupling, law_bounds};
+use super::{ContactFrame, Coupling, SlipOperator, law_bounds};
 use crate::{
     elasticity::DofMap,
     mesh::{ContactSurface, Mesh},
@@ -23,6 +23,8 @@ pub struct Interface {
     pub frame: ContactFrame,
     /// Initial gap d ≥ 0 at the contact nodes in m, `[n_contact_nodes]`; `None` for no gap.
     pub gap: Option<Vec<f64>>,
+    /// How slips are made from displacements.
+    pub slip: SlipOperator,
     /// The law of tangential stresses.
     pub friction: InterfaceFriction,
     /// Projections on ellipses so far.
@@ -86,6 +88,7 @@ impl Interface {
         Some(Self {
             frame: self.frame.clone(),
             gap: self.gap.clone(),
+            slip: self.slip.clone(),
             friction: InterfaceFriction::Coulomb(Box::new(self.coulomb()?.scaled(factor))),
             projections: AtomicUsize::new(0),
         })
@@ -105,7 +108,11 @@ impl Interface {
             return Ok(None);
         };
         let length = scene.units.length();
+        let held = mesh.held_nodes(scene);
         Ok(Some(Self {
+            slip: SlipOperator::new(contact.slip_interpolation, surface, mesh, |node| {
+                held[node] == [true; 3]
+            }),
             frame: ContactFrame::new(contact, has.turning_frame, surface, mesh)?,
             gap: match &has.gap {
                 None => None,

@@ -8,7 +8,7 @@ use super::{
     scatter::factorised,
 };
 use crate::{
-    contact::CoulombLaw,
+    contact::{CoulombLaw, SlipOperatorDerivative},
     dual::{ExplicitDual, LocalStiffness},
     linalg::{CholeskyFactor, CscMatrix, Workspace},
     solver::{ContactState, CoulombState, frozen_response},
@@ -151,7 +151,8 @@ impl AtSolution<'_> {
     fn chain(&self) -> Option<Chain> {
         let layout = self.dual.layout;
         let (m, n) = (layout.n_panes(), layout.n_multipliers());
-        let slip: Vec<[f64; 2]> = self.tangential.iter().map(|u| u.map(f64::abs)).collect();
+        let operator = &self.contact.interface.slip;
+        let slip = operator.slip(self.tangential);
         let (normal, _) = layout.split(self.multiplier);
         let state = CoulombState {
             slip_bound: normal
@@ -173,9 +174,18 @@ impl AtSolution<'_> {
             inverse_by_slip: self.inverse_by_slip(&state, &slip),
             by_pressure: Mat::from_fn(n, m, |i, pane| slope(pane) * z(i, pane)),
             by_inverse: Mat::from_fn(n, 2 * m, |i, k| z(i, m + k)),
-            slip: Mat::from_fn(2 * slip.len(), n, |row, j| {
-                -sign(self.tangential[row / 2][row % 2]) * self.compliance[(row, j)]
-            }),
+            slip: self.slip_by_multiplier(&operator.derivative(self.tangential)),
+        })
+    }
+
+    /// ∂φ/∂λ, `[2 n_contact_nodes, 3 m]`.
+    fn slip_by_multiplier(&self, derivative: &SlipOperatorDerivative) -> Mat<f64> {
+        let compliance = self.compliance;
+        let columns: Vec<Vec<[f64; 2]>> = (0..compliance.ncols())
+            .map(|j| derivative.apply(|node| [0, 1].map(|k| -compliance[(2 * node + k, j)])))
+            .collect();
+        Mat::from_fn(compliance.nrows(), compliance.ncols(), |row, j| {
+            columns[j][row / 2][row % 2]
         })
     }
 
@@ -200,10 +210,6 @@ impl AtSolution<'_> {
         }
         rows
     }
-}
-
-fn sign(value: f64) -> f64 {
-    if value == 0.0 { 0.0 } else { value.signum() }
 }
 
 impl Chain {

@@ -21,7 +21,7 @@ use super::{
     trace::TraceConstants,
 };
 use crate::{
-    contact::{ContactFrame, CoulombLaw, Interface, LawBounds, nodal_tangential},
+    contact::{ContactFrame, CoulombLaw, Interface, LawBounds, SlipOperator, nodal_tangential},
     dual::{DualSystem, ExplicitDual, LocalStiffness},
     linalg::{CholeskyFactor, CscMatrix, Factor, FactorStructure, Workspace, dot},
     mesh::{ContactSurface, Mesh},
@@ -329,6 +329,11 @@ impl TheoryProblem {
         });
         let over = DenseFactor::new(&self.glued[k]).map_or(f64::INFINITY, |q| q.largest_of(&areas));
         let trace = TraceConstants::new(&self.grams[k], &self.face, &self.forms);
+        let (interpolation, interpolated) = match self.contact().interface.slip {
+            SlipOperator::Lagrange => (face.lagrange, trace.interpolated),
+            // Larger on finer functions, among them |φ| of φ ∈ Y^h, until it settles.
+            SlipOperator::Clement(_) => (face.clement_finer[2], trace.tangential),
+        };
         let ingredients = Ingredients {
             face,
             law,
@@ -337,8 +342,8 @@ impl TheoryProblem {
             load,
             inverse_half: (face.pane_size * over).sqrt(),
             trace,
-            interpolation: face.lagrange,
-            interpolated: trace.interpolated,
+            interpolation,
+            interpolated,
             nodal: self.surface().is_nodal(),
         };
         NormConstants {

@@ -120,7 +120,7 @@ impl Mapping<'_> {
     fn state(&self, multiplier: &[f64]) -> State {
         let tangential = (self.tangential)(multiplier);
         State {
-            slip: tangential.into_iter().map(|u| u.map(f64::abs)).collect(),
+            slip: self.contact.interface.slip.slip(&tangential),
             pressure: multiplier[..self.dual.layout.n_panes()].to_vec(),
         }
     }

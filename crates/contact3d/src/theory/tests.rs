@@ -2,11 +2,12 @@ use std::path::Path;
 
 use super::*;
 use crate::{
+    linalg::{difference, norm},
     problem::Problem,
     robustness::Scaling,
     scene::{
-        Body, Clamp, Coefficient, Contact, DualOperatorKind, Friction, Material, Pressure,
-        SolveSettings, Traction,
+        Body, Clamp, Coefficient, Contact, DualOperatorKind, Friction, InnerSolver, Material,
+        Method, Pressure, SolveSettings, Traction,
     },
 };
 
@@ -120,6 +121,42 @@ fn rates_are_spectral_radii_and_nothing_contradicts_the_theory() {
             }
         }
     }
+}
+
+/// Newton's method and successive approximations know the derivative and the value of φ apart; the theory uses both.
+#[test]
+fn clement_interpolation_is_solved_by_both_methods_and_contracts_as_its_derivative_says() {
+    let mut scene = published(4, 1.0);
+    scene.contact = Some(Contact::on("z_min").with_clement_interpolation());
+    let solve = |scene: Scene, method| {
+        let assembled = Problem::new(scene)
+            .and_then(Problem::assemble)
+            .expect("a problem");
+        let settings = SolveSettings {
+            method,
+            inner: InnerSolver::Newton,
+            epsilon: Some(1e-12),
+            ..SolveSettings::default()
+        };
+        let solution = assembled.solve(&settings).expect("a dense operator");
+        assert!(solution.status.is_solved(), "{:?}", solution.status);
+        solution.multiplier
+    };
+    let newton = solve(scene.clone(), Method::Newton);
+    let approximated = solve(scene.clone(), Method::FixedPoint);
+    let distance = |other: &[f64]| norm(&difference(&newton, other)) / norm(&newton);
+    // Both to 1e-12; a contraction of a fifth leaves little more.
+    assert!(distance(&approximated) < 1e-10);
+    let lagrange = solve(published(4, 1.0), Method::Newton);
+    assert!(distance(&lagrange) > 1e-4, "{}", distance(&lagrange));
+    let theory = measure(&scene);
+    assert_eq!(
+        theory.findings().rates_agree(),
+        Some(true),
+        "{}",
+        theory.findings()
+    );
+    assert!(!theory.findings().lemma_fails);
 }
 
 #[test]
