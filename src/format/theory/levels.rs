@@ -1,6 +1,8 @@
 //! `/theory/levels`: one row a mesh, without what depends on a norm of displacements.
 
-use contact3d::theory::{FaceConstants, LocalContraction, Observed, TheoryLevel, Thresholds};
+use contact3d::theory::{
+    FaceConstants, FrictionFunctional, LocalContraction, Observed, TheoryLevel, Thresholds,
+};
 use runfile::{
     DatasetSpec, Extent,
     Extent::{Fixed, Named},
@@ -31,6 +33,8 @@ const RATE_STEPS: &str = "/theory/levels/observed_rate_steps";
 const STEPS_FROM_ZERO: &str = "/theory/levels/steps_from_zero";
 const EVALUATIONS: &str = "/theory/levels/evaluations";
 const UNSOLVED: &str = "/theory/levels/unsolved";
+const FUNCTIONAL: &str = "/theory/levels/functional_difference";
+const EXCESS: &str = "/theory/levels/pointwise_excess";
 const THRESHOLD_RADIUS: &str = "/theory/levels/threshold_spectral_radius";
 const THRESHOLD_SINGULAR: &str = "/theory/levels/threshold_singular";
 
@@ -63,6 +67,8 @@ pub(in crate::format) const TABLE: &[DatasetSpec] = &[
     row(STEPS_FROM_ZERO, Kind::I64, "Steps of Algorithm 4.1 from zero with exact inner problems to a change of 1e-11; 0 where 200 do not suffice."),
     row(EVALUATIONS, Kind::I64, "Values of Psi for which Lemma 3.3 was checked."),
     row(UNSOLVED, Kind::I64, "Frozen problems without an accurate solution, which were left out."),
+    row(FUNCTIONAL, Kind::F64, "Friction functional of the program, averaged over panes, over that of HKL at the solution, less 1; NaN in this and the next for nodal multipliers."),
+    row(EXCESS, Kind::F64, "Largest |F^-1 lambda_t| / g - 1 at points of pressed panes, where the bound holds for means."),
     row(THRESHOLD_RADIUS, Kind::F64, "Smallest scale of the law at which the spectral radius is 1; infinite if none up to 1e6."),
     row(THRESHOLD_SINGULAR, Kind::F64, "Smallest scale of the law at which det R' changes its sign; infinite if none up to 1e6."),
 ];
@@ -77,7 +83,7 @@ pub(super) fn write(
     columns.counts(PANES, |l| l.n_panes)?;
     columns.members(STATUS, |l| StoredStatus::from(l.status))?;
     type Figure = fn(&TheoryLevel) -> f64;
-    let figures: [(&str, Figure); 10] = [
+    let figures: [(&str, Figure); 12] = [
         (TRIANGLE_SIZE, |l| l.face.triangle_size),
         (PANE_SIZE, |l| l.face.pane_size),
         (INVERSE_FIRST, |l| l.face.inverse_first),
@@ -88,6 +94,10 @@ pub(super) fn write(
             l.local.as_ref().map_or(f64::NAN, |c| c.spectral_radius)
         }),
         (RATE, |l| l.observed.rate),
+        (FUNCTIONAL, |l| {
+            l.functional.map_or(f64::NAN, |f| f.difference)
+        }),
+        (EXCESS, |l| l.functional.map_or(f64::NAN, |f| f.excess)),
         (THRESHOLD_RADIUS, |l| {
             l.thresholds.spectral_radius.unwrap_or(f64::INFINITY)
         }),
@@ -156,6 +166,7 @@ pub(super) fn read(reader: &Reader) -> Result<Vec<TheoryLevel>, FormatError> {
         counts(UNSOLVED)?,
     );
     let (at_radius, at_singular) = (numbers(THRESHOLD_RADIUS)?, numbers(THRESHOLD_SINGULAR)?);
+    let (difference, excess) = (numbers(FUNCTIONAL)?, numbers(EXCESS)?);
     let finite = |value: f64| Some(value).filter(|value| value.is_finite());
     let level = |k: usize| TheoryLevel {
         n_div: n_div[k],
@@ -190,6 +201,10 @@ pub(super) fn read(reader: &Reader) -> Result<Vec<TheoryLevel>, FormatError> {
             evaluations: evaluations[k],
             unsolved: unsolved[k],
         },
+        functional: known(difference[k]).map(|difference| FrictionFunctional {
+            difference,
+            excess: excess[k],
+        }),
         scaled: Vec::new(),
         thresholds: Thresholds {
             paper: [f64::NAN; 2],

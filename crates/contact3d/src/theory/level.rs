@@ -5,12 +5,13 @@ use std::{path::Path, sync::Arc};
 use faer::Mat;
 
 use super::{
-    InfSup, Observed, ScaledPoint, Thresholds,
+    FrictionFunctional, InfSup, Observed, ScaledPoint, Thresholds,
     bound::{DisplacementNorm, FaceConstants, Ingredients, NormConstants},
     contraction::{AtSolution, LocalContraction, SpaceNorms},
     dense::Factor as DenseFactor,
     face::{Face, FaceForms},
     face_gram::{FaceGram, PaneRows},
+    functional::OnPanes,
     interpolation::{Interpolation, lagrange_on_absolute, on_finer_functions},
     pencil::largest_ratio,
     quartic::{diameter, largest_over_fourth},
@@ -56,6 +57,8 @@ pub struct TheoryLevel {
     pub determinant: i8,
     /// What Ψ does.
     pub observed: Observed,
+    /// The friction functional of the program beside HKL's; `None` for nodal multipliers, or without a solution.
+    pub functional: Option<FrictionFunctional>,
     /// Solutions for scaled laws.
     pub scaled: Vec<ScaledPoint>,
     /// Where the scaled law reaches its limits.
@@ -235,12 +238,31 @@ impl TheoryProblem {
                 .observe(&solution.multiplier),
             norms: norms.to_vec(),
             inf_sup: Vec::new(),
+            functional: self.functional(&solution).filter(|_| solved),
             determinant: Linearisation::new(self.dual(), &contact, &solution.multiplier)
                 .determinant,
             local,
             scaled: scan.points,
             thresholds,
         })
+    }
+
+    fn functional(&self, solution: &Solution) -> Option<FrictionFunctional> {
+        let contact = self.contact();
+        let (normal, pairs) = self.dual().layout.split(&solution.multiplier);
+        let dofs = &self.system().assembly.primal.dofs;
+        let frame = &contact.interface.frame;
+        let tangential = nodal_tangential(contact.surface, frame, dofs, &solution.displacement);
+        let at = OnPanes {
+            face: &self.face,
+            surface: contact.surface,
+            law: self.law(),
+            normal,
+            pairs,
+            slip: &contact.interface.slip.slip(&tangential),
+            tangential: &tangential,
+        };
+        at.functional()
     }
 
     /// (u_t1, u_t2) at the contact nodes of a multiplier.
