@@ -5,7 +5,7 @@ use serde_json::Value;
 use crate::program::{Program, SMALL, pipeline};
 
 fn theory(program: &Program, more: &[&str]) -> assert_cmd::Command {
-    let scene = pipeline("newton.toml");
+    let scene = pipeline("hkl2011_table1.toml");
     let scene = scene.to_str().expect("plain path");
     let mut command = program.command(&["theory", scene, "run.h5"]);
     command.args(SMALL).args(more);
