@@ -53,7 +53,7 @@ impl Findings {
             rates: finest.and_then(|level| {
                 Some([level.local.as_ref()?.spectral_radius, level.observed.rate])
             }),
-            lemma_fails: lemma.copied().any(|share| !(share <= 1.0)),
+            lemma_fails: lemma.copied().any(|share| share.is_nan() || share > 1.0),
         }
     }
 

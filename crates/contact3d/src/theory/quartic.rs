@@ -140,7 +140,7 @@ impl<'a> Surroundings<'a> {
                 share *= 0.5;
             };
             let fell = value - next.0;
-            if !(fell > 0.0) {
+            if fell.is_nan() || fell <= 0.0 {
                 return value;
             }
             *values = moved;

@@ -11,13 +11,13 @@ use crate::{
 /// Size of the disturbance of the solution whose growth is observed, relative to it: rounding is 1e-7 of it.
 const DISTURBANCE: f64 = 1e-6;
 
-/// Steps whose geometric mean is a rate, blocks of them at least and at most, and the difference of the means of one block, two
-/// blocks and the last half of all steps at which the rate has settled. Pairs of complex eigenvalues make blocks differ; the
-/// mean of half of 300 steps leaves less than a per cent of that.
+/// Steps whose geometric mean is a rate, blocks of them at least and at most, and how far the logarithms of single factors may
+/// be from their mean in the last. Pairs of complex eigenvalues keep them apart; half of 300 steps leaves less than a per cent
+/// of that.
 const BLOCK: usize = 10;
-const LEAST_BLOCKS: usize = 4;
+const LEAST_BLOCKS: usize = 2;
 const MOST_BLOCKS: usize = 30;
-const SETTLED: f64 = 1e-3;
+const STEADY: f64 = 1e-3;
 
 /// A disturbance that shrinks faster than this leaves only rounding.
 const VANISHED: f64 = 1e-5;
@@ -34,7 +34,7 @@ const DECADES: f64 = 4.0;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observed {
     /// Geometric mean of the last ten factors by which a small disturbance of the solution shrinks in each application of Ψ
-    /// with exact inner problems; of the last half of 300 where the means of ten do not settle.
+    /// with exact inner problems; of the last half of 300 where these do not settle.
     pub rate: f64,
     /// Applications of Ψ that it took to settle.
     pub rate_steps: usize,
@@ -85,7 +85,7 @@ impl Mapping<'_> {
             evaluations: 0,
             unsolved: 0,
         };
-        self.from_zero(&mut observed);
+        self.start_at_zero(&mut observed);
         self.disturb(solution, &mut observed);
         self.sample(solution, &mut observed);
         observed
@@ -137,7 +137,7 @@ impl Mapping<'_> {
     }
 
     /// Algorithm 4.1 with exact inner problems.
-    fn from_zero(&self, observed: &mut Observed) {
+    fn start_at_zero(&self, observed: &mut Observed) {
         let n = self.dual.dimension();
         let mut multiplier = vec![0.0; n];
         let mut state = State {
@@ -189,13 +189,13 @@ impl Mapping<'_> {
                 let last = &logarithms[from..];
                 last.iter().sum::<f64>() / last.len() as f64
             };
-            let means = [2, 1].map(|blocks| mean(logarithms.len().saturating_sub(blocks * BLOCK)));
-            let half = mean(logarithms.len() / 2);
-            observed.rate = half.exp();
-            if block >= LEAST_BLOCKS && means.iter().all(|m| (m - half).abs() < SETTLED) {
-                observed.rate = means[1].exp();
+            let last = mean(logarithms.len() - BLOCK);
+            let steady = |factor: &f64| (factor - last).abs() < STEADY;
+            if block >= LEAST_BLOCKS && logarithms.iter().rev().take(BLOCK).all(steady) {
+                observed.rate = last.exp();
                 return;
             }
+            observed.rate = mean(logarithms.len() / 2).exp();
         }
     }
 

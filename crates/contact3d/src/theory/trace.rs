@@ -116,7 +116,7 @@ fn ascend(gram: &FaceGram, face: &Face, mut forces: Vec<f64>) -> f64 {
         forces.iter_mut().for_each(|f| *f /= size);
         let moved = gram.apply(&forces);
         let length = dot(&moved, &forces).sqrt();
-        if !(length > 0.0) {
+        if length.is_nan() || length == 0.0 {
             return last;
         }
         let values: Vec<f64> = moved.iter().map(|v| v / length).collect();
