@@ -44,6 +44,19 @@ pub fn frozen_response(
     let matrix = map.derivative(&evaluation);
     let lu = MatRef::from_column_major_slice(&matrix, n, n).partial_piv_lu();
     lu.solve_in_place(MatMut::from_column_major_slice_mut(&mut response, n, n));
+    // The rows of open panes are those of the identity, but for what elimination rounds.
+    let open = evaluation
+        .panes
+        .iter()
+        .enumerate()
+        .filter(|(_, at)| !at.pressed);
+    for row in open.map(|(pane, _)| dual.layout.normal(pane)) {
+        response
+            .iter_mut()
+            .skip(row)
+            .step_by(n)
+            .for_each(|value| *value = 0.0);
+    }
     response.iter().all(|v| v.is_finite()).then_some(response)
 }
 
