@@ -22,7 +22,9 @@ mod functional;
 mod inf_sup;
 mod interpolation;
 mod level;
+mod part_norms;
 mod pencil;
+mod problem;
 mod quartic;
 mod scaled;
 mod scatter;
@@ -33,11 +35,12 @@ mod tests;
 mod trace;
 
 pub use bound::{ContractionBound, DisplacementNorm, FaceConstants, NormConstants, Radii};
-pub use contraction::{LocalContraction, PartNorms};
+pub use contraction::LocalContraction;
 pub use findings::Findings;
 pub use functional::FrictionFunctional;
 pub use inf_sup::{InfSup, TrialSpace};
 pub use level::TheoryLevel;
+pub use part_norms::PartNorms;
 pub use scaled::{ScaledPoint, Thresholds};
 pub use successive::Observed;
 pub use trace::TraceConstants;
@@ -57,7 +60,7 @@ use crate::{
     },
 };
 use inf_sup::{BrickFaceGram, inf_sup};
-use level::TheoryProblem;
+use problem::TheoryProblem;
 
 /// How far the ladder of meshes goes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

@@ -1,6 +1,6 @@
 //! The law of friction scaled by t: solutions, contraction and thresholds.
 
-use super::level::TheoryProblem;
+use super::problem::TheoryProblem;
 use crate::{
     contact::Interface,
     problem::ProblemError,
