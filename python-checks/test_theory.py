@@ -182,7 +182,7 @@ class Mapping:
 
 
 def jacobian(problem: RawProblem, face: Face) -> np.ndarray:
-    """Psi' at the stored solution by central differences, over the slips of free nodes and the pressures."""
+    """Psi' at the stored solution by central differences, over free slips and pressures."""
     mapping = Mapping(problem)
     slip = np.abs(mapping.tangential(problem.multiplier))
     units = [slip.max(), problem.normal.max()]
@@ -231,8 +231,10 @@ def test_the_derivative_is_that_of_differences(measured, solved, norms):
                 expected = np.linalg.norm(part, 2)
                 assert columns(file, name)[0, k] == pytest.approx(expected, rel=1e-5), name
             forms = {name: part.T @ part for name, part in parts.items()}
-            pairs = [("slip_by_slip", "pressure_by_slip"), ("slip_by_pressure", "pressure_by_pressure")]
-            sums = [sum_norm(forms[a], forms[b]) for a, b in pairs]
+            sums = [
+                sum_norm(forms[f"slip_by_{part}"], forms[f"pressure_by_{part}"])
+                for part in ("slip", "pressure")
+            ]
             stored = columns(file, "jacobian_norm")[0, k]
             # The search for the weight ends at a share of 1e-9 here.
             assert stored == pytest.approx(max(sums), rel=1e-3)
@@ -254,7 +256,7 @@ def test_lemma_3_3_and_the_stability_of_multipliers(measured, norms):
 
 
 def gather(coarse: RawProblem, fine: RawProblem) -> np.ndarray:
-    """1 where a pane of the fine mesh lies in one of the coarse mesh, whose panes are twice as wide."""
+    """1 where a pane of the fine mesh lies in one of the coarse mesh, else 0."""
     centres = [
         (p.pane_average.T @ p.coordinates[p.contact_nodes])[:, :2] for p in (coarse, fine)
     ]

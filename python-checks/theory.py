@@ -1,4 +1,4 @@
-"""The constants of HKL section 3 and the derivative of their mapping, from raw arrays, in plain numpy.
+"""The constants of HKL section 3 from raw arrays, in plain numpy.
 
 Everything is dense and meant for a few hundred unknowns on the contact face.
 """
@@ -31,7 +31,7 @@ def smallest(form: np.ndarray, norm: np.ndarray) -> float:
 
 
 def gradients(corners: np.ndarray) -> tuple[np.ndarray, float]:
-    """Gradients of the barycentric coordinates of a simplex in space, [k + 1, 3], and its measure."""
+    """Gradients of the barycentric coordinates of a simplex, [k + 1, 3], and its measure."""
     edges = corners[1:] - corners[0]
     gram = edges @ edges.T
     inner = np.linalg.solve(gram, edges)
@@ -139,7 +139,7 @@ class Face:
 
 
 def triangle_rule() -> tuple[np.ndarray, np.ndarray]:
-    """Barycentric points and weights of a collapsed Gauss rule, exact to degree 5 on a triangle of area 1."""
+    """Barycentric points and weights of a collapsed Gauss rule on a triangle of area 1."""
     x, w = np.polynomial.legendre.leggauss(4)
     x, w = (x + 1) / 2, w / 2
     u, v = (part.ravel() for part in np.meshgrid(x, x, indexing="ij"))
@@ -285,7 +285,7 @@ class Norms:
 
 
 def lagrange_of_absolute(face: Face) -> float:
-    """c_r of (3.3) for Lagrange interpolation on |Y^h|, element by element, by a search on each shape."""
+    """c_r of (3.3) for Lagrange interpolation on |Y^h|, by a search on each shape."""
     worst = 0.0
     seen = set()
     for nodes in face.triangles:
@@ -344,5 +344,6 @@ def sum_norm(first: np.ndarray, second: np.ndarray) -> float:
     def bound(share: float) -> float:
         return float(np.linalg.eigvalsh(first / share + second / (1 - share))[-1])
 
-    found = minimize_scalar(bound, bounds=(1e-9, 1 - 1e-9), method="bounded", options={"xatol": 1e-12})
+    edges, options = (1e-9, 1 - 1e-9), {"xatol": 1e-12}
+    found = minimize_scalar(bound, bounds=edges, method="bounded", options=options)
     return np.sqrt(found.fun)
