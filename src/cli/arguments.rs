@@ -11,7 +11,7 @@ use serde::de::{DeserializeOwned, IntoDeserializer, value::StrDeserializer};
 
 use super::{
     accuracy::AccuracyArguments, html::ReportArguments, law::LawArguments, schema::SchemaArguments,
-    stability::StabilityArguments, sweep::SweepArguments,
+    stability::StabilityArguments, sweep::SweepArguments, theory::TheoryArguments,
 };
 use crate::{pipeline::AssemblyFile, views::figures_folder};
 
@@ -70,6 +70,8 @@ pub enum Command {
     Law(LawArguments),
     /// Measure the errors of solvers and meshes for a scene, and what each digit costs
     Accuracy(AccuracyArguments),
+    /// Measure the constants and bounds of the paper's theory for a scene, and how far they are from the truth
+    Theory(TheoryArguments),
     /// Conditioning, agreement of algorithms and invariance, for one scene or a suite of hard cases
     Stability(StabilityArguments),
     /// Write a report as one HTML page that needs no network

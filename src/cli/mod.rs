@@ -21,6 +21,8 @@ mod stability_words;
 mod status;
 mod sweep;
 mod terminal;
+mod theory;
+mod theory_words;
 
 use clap::Parser;
 
@@ -60,6 +62,7 @@ fn perform(arguments: &Arguments) -> Exit {
         Command::Check(file) => check::check(file, &output),
         Command::Law(law) => law::law(law, &output),
         Command::Accuracy(accuracy) => accuracy::accuracy(accuracy, &output, threads),
+        Command::Theory(study) => theory::theory(study, &output, threads),
         Command::Stability(suite) => return stability::stability(suite, &output, threads),
         Command::Report(page) => html::report_page(page, &output),
         Command::Schema(schema) => schema::schema(schema, &output),

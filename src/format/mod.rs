@@ -18,6 +18,7 @@ mod solve;
 mod stability;
 mod stage;
 mod sweep;
+mod theory;
 mod vtkhdf;
 mod vtkhdf_check;
 
@@ -44,6 +45,7 @@ pub use stage::Stage;
 pub use sweep::{
     CaseRow, GROUP as CASES, SWEEP_LAYOUT, TableOwner, read_table_owner, write as write_cases,
 };
+pub use theory::{GROUP as THEORY, read as read_theory, write as write_theory};
 pub use vtkhdf::{GROUP as VTKHDF, write as write_vtkhdf};
 pub use vtkhdf_check::{check as check_vtkhdf, problems};
 
@@ -72,6 +74,7 @@ pub const LAYOUT: Layout = Layout {
         checkpoint::GROUP,
         accuracy::GROUP,
         adapt::GROUP,
+        theory::GROUP,
     ],
     tables: &[
         scene::TABLE,
@@ -88,6 +91,10 @@ pub const LAYOUT: Layout = Layout {
         accuracy::WAYS_TABLE,
         checkpoint::TABLE,
         adapt::TABLE,
+        theory::TABLE,
+        theory::LEVELS_TABLE,
+        theory::NORMS_TABLE,
+        theory::ROWS_TABLE,
     ],
     extents: &[
         ("n_nodes", "nodes of the mesh"),
@@ -133,6 +140,9 @@ pub const LAYOUT: Layout = Layout {
             "n_way_levels",
             "meshes of all ways to accuracy, and the reference",
         ),
+        ("n_theory_levels", "nested meshes of the theory, or one"),
+        ("n_trial_spaces", "spaces of multipliers on all of them"),
+        ("n_scales", "scales of the law on all of them"),
         ("n_adaptive_levels", "adaptive meshes that were solved"),
         (
             "n_refinements",

@@ -6,9 +6,9 @@ use contact3d::{
     convergence::{Accuracy, AccuracyProgress, AccuracySettings, nested_bricks},
     scene::{Scene, SceneFile},
 };
-use runfile::{GroupRecord, Home, IfMissing, RunFile, Transaction, timestamp};
+use runfile::{GroupRecord, IfMissing, RunFile, timestamp};
 
-use super::{StageError, mesh_file::pin_mesh_file, resources, store::write_group};
+use super::{StageError, beside::store_with_scene, mesh_file::pin_mesh_file, resources};
 use crate::format::{self, LAYOUT};
 
 /// Measures the errors of solvers and meshes for a scene and stores them with it in a run file,
@@ -33,34 +33,17 @@ pub fn measure_accuracy(
         ..*settings
     };
     let accuracy = Accuracy::measure(&input.scene, &input.folder, &limited, observe)?;
-    let record = |settings: String, input_digest: String| GroupRecord {
-        settings,
-        input_digest,
+    let stored = toml::to_string(settings).expect("settings hold only TOML types");
+    let record = GroupRecord {
+        settings: stored,
+        input_digest: accuracy_input(&input.scene),
         seconds: started.elapsed().as_secs_f64(),
         threads: i64::try_from(threads).unwrap_or(i64::MAX),
         date: timestamp(),
     };
-    let mut transaction = Transaction::begin(&file)?;
-    let scene_record = GroupRecord {
-        seconds: 0.0,
-        ..record(String::new(), String::new())
-    };
-    write_group(
-        &mut transaction,
-        format::SCENE,
-        Home::RunFile,
-        &scene_record,
-        |writer| format::write_scene(writer, &input.scene),
-    )?;
-    let stored = toml::to_string(settings).expect("settings hold only TOML types");
-    write_group(
-        &mut transaction,
-        format::ACCURACY,
-        Home::RunFile,
-        &record(stored, accuracy_input(&input.scene)),
-        |writer| format::write_accuracy(writer, &accuracy),
-    )?;
-    transaction.commit()?;
+    store_with_scene(&file, &input.scene, format::ACCURACY, &record, |writer| {
+        format::write_accuracy(writer, &accuracy)
+    })?;
     Ok(accuracy)
 }
 

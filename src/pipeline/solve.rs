@@ -5,7 +5,7 @@ use std::sync::Arc;
 use contact3d::{
     contact::Coupling,
     dual::{DualSystem, PrimalSystem},
-    scene::{Friction, Parameters, Scene, SolveSettings},
+    scene::{Friction, Parameters, Scene, SlipInterpolation, SolveSettings},
     solver::{OuterState, Progress, Solution, Start, solve},
 };
 use runfile::{GroupWriter, Reader, StoreError};
@@ -110,6 +110,9 @@ pub(super) struct Settings<'a> {
     /// Digest of the multipliers the solve started from; none for λ = 0.
     start: Option<&'a str>,
     friction: Option<&'a Friction>,
+    /// None for the default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    slip_interpolation: Option<SlipInterpolation>,
     solve: &'a SolveSettings,
     /// What the formulas here use.
     #[serde(skip_serializing_if = "Parameters::is_empty")]
@@ -121,6 +124,11 @@ impl<'a> Settings<'a> {
         Self {
             start,
             friction: scene.friction.as_ref(),
+            slip_interpolation: scene
+                .contact
+                .as_ref()
+                .map(|contact| contact.slip_interpolation)
+                .filter(|kind| *kind != SlipInterpolation::default()),
             solve: &scene.solve,
             parameters: scene.parameters_used(of_friction),
         }

@@ -13,6 +13,8 @@ mod report_tables;
 mod sweep_charts;
 mod sweep_report;
 mod sweep_table;
+mod theory_charts;
+mod theory_report;
 
 pub use charts::draw_accuracy;
 pub use law::{LawStudy, MeshSizes, law_folder};
@@ -20,3 +22,4 @@ pub use picture::{are_drawn, draw_run, figures_folder};
 pub use picture_folder::{Drawing, PictureFolder};
 pub use report::report;
 pub use sweep_report::{draw_sweep, sweep_table};
+pub use theory_charts::draw_theory;

@@ -13,7 +13,7 @@ use runfile::{Reader, timestamp};
 
 use super::{
     charts::{convergence, history, ways_against_seconds, ways_against_unknowns, work_precision},
-    picture, report_tables as tables, sweep_report,
+    picture, report_tables as tables, sweep_report, theory_report,
 };
 use crate::{
     format::{self, LAYOUT},
@@ -55,6 +55,7 @@ fn file_page(path: &Path) -> Result<Page, StageError> {
     }
     sections.push(stages_section(&reader, &states)?);
     sections.extend(accuracy_section(&reader, scene)?);
+    sections.extend(theory_report::section(&reader, scene)?);
     Ok(Page {
         title: scene.shown_title(),
         subtitle: shown(scene.reference.as_deref().unwrap_or_default()),

@@ -1,7 +1,6 @@
 //! Implicit and dense operators, and successive approximations on both.
 
 use contact3d::{
-    contact::nodal_slip,
     dual::{DualOperator, ExplicitOperator, ImplicitOperator},
     scene::{Coefficient, PrecisionControl::Fixed, Quantity},
     solver::{Inner, Status},
@@ -43,9 +42,10 @@ fn both_operators_agree() {
             assert!(distance(&explicit.apply(&multiplier), &implicit.apply(&multiplier)) < 1e-12);
             let displacement = implicit.to_primal(&multiplier);
             assert_eq!(explicit.to_primal(&multiplier), displacement);
-            let expected = nodal_slip(
+            let interface = case.problem.state().interface;
+            let expected = interface.slip.of_displacement(
                 case.problem.surface(),
-                &case.problem.state().interface.frame,
+                &interface.frame,
                 &assembly.primal.dofs,
                 &displacement,
             );

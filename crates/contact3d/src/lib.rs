@@ -101,5 +101,6 @@ pub mod reference;
 pub mod robustness;
 pub mod scene;
 pub mod solver;
+pub mod theory;
 
 pub use problem::{AssembledProblem, Problem, ProblemError};

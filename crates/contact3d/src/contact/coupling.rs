@@ -145,15 +145,3 @@ pub(crate) fn nodal_tangential(
         })
         .collect()
 }
-
-/// Slip |u_t1|, |u_t2| at every contact node in m, `[n_contact_nodes]`.
-#[must_use]
-pub fn nodal_slip(
-    surface: &ContactSurface,
-    frame: &ContactFrame,
-    dofs: &DofMap,
-    displacement: &[f64],
-) -> Vec<[f64; 2]> {
-    let tangential = nodal_tangential(surface, frame, dofs, displacement);
-    tangential.into_iter().map(|u| u.map(f64::abs)).collect()
-}

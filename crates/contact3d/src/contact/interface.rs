@@ -5,7 +5,7 @@ use std::sync::{
     atomic::{AtomicUsize, Ordering},
 };
 
-use super::{ContactFrame, Coupling, law_bounds};
+use super::{ContactFrame, Coupling, SlipOperator, law_bounds};
 use crate::{
     elasticity::DofMap,
     mesh::{ContactSurface, Mesh},
@@ -23,6 +23,8 @@ pub struct Interface {
     pub frame: ContactFrame,
     /// Initial gap d ≥ 0 at the contact nodes in m, `[n_contact_nodes]`; `None` for no gap.
     pub gap: Option<Vec<f64>>,
+    /// How slips are made from displacements.
+    pub slip: SlipOperator,
     /// The law of tangential stresses.
     pub friction: InterfaceFriction,
     /// Projections on ellipses so far.
@@ -49,6 +51,8 @@ pub struct CoulombLaw {
     /// The coefficients at the contact nodes of a law that does not follow the slip.
     unchanging: OnceLock<Vec<[f64; 2]>>,
     evaluations: AtomicUsize,
+    /// All coefficients are this many times those of `law`.
+    factor: f64,
     softening: Option<Softening>,
     bound: PressureBound,
 }
@@ -77,6 +81,19 @@ impl Softening {
 }
 
 impl Interface {
+    /// The same face with the coefficients of Coulomb's law multiplied by a factor t > 0, and counters of its own; `None`
+    /// where the law is another one.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Option<Self> {
+        Some(Self {
+            frame: self.frame.clone(),
+            gap: self.gap.clone(),
+            slip: self.slip.clone(),
+            friction: InterfaceFriction::Coulomb(Box::new(self.coulomb()?.scaled(factor))),
+            projections: AtomicUsize::new(0),
+        })
+    }
+
     /// The contact face's laws; `None` in a scene without contact.
     ///
     /// # Errors
@@ -91,7 +108,11 @@ impl Interface {
             return Ok(None);
         };
         let length = scene.units.length();
+        let held = mesh.held_nodes(scene);
         Ok(Some(Self {
+            slip: SlipOperator::new(contact.slip_interpolation, surface, mesh, |node| {
+                held[node] == [true; 3]
+            }),
             frame: ContactFrame::new(contact, has.turning_frame, surface, mesh)?,
             gap: match &has.gap {
                 None => None,
@@ -204,8 +225,20 @@ impl CoulombLaw {
             positions,
             unchanging: OnceLock::new(),
             evaluations: AtomicUsize::new(0),
+            factor: 1.0,
             softening: None,
             bound: PressureBound::Uncapped,
+        }
+    }
+
+    /// The law t F for a factor t > 0, with counters of its own.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self {
+            factor: self.factor * factor,
+            softening: self.softening,
+            bound: self.bound,
+            ..Self::new(self.law.clone(), self.positions.clone())
         }
     }
 
@@ -223,6 +256,7 @@ impl CoulombLaw {
     #[must_use]
     pub(crate) fn softened(&self, reference: f64, share: f64) -> Self {
         Self {
+            factor: self.factor,
             softening: (share < 1.0).then_some(Softening { reference, share }),
             bound: self.bound,
             ..Self::new(self.law.clone(), self.positions.clone())
@@ -251,6 +285,7 @@ impl CoulombLaw {
     pub fn evaluate(&self, contact_node: usize, slip: [f64; 2]) -> [f64; 2] {
         self.evaluations.fetch_add(1, Ordering::Relaxed);
         let given = self.law.evaluate(self.positions[contact_node], slip);
+        let given = given.map(|f| self.factor * f);
         match self.softening {
             Some(softening) => given.map(|f| softening.value(f)),
             None => given,
@@ -262,18 +297,19 @@ impl CoulombLaw {
     pub fn derivative(&self, contact_node: usize, slip: [f64; 2]) -> [[f64; 2]; 2] {
         let position = self.positions[contact_node];
         let given = self.law.derivative(position, slip);
+        let given = given.map(|row| row.map(|d| self.factor * d));
         let Some(softening) = self.softening else {
             return given;
         };
         // d(F₀^(1−τ) F^τ) = τ F₀^(1−τ) F^τ / F dF.
-        let coefficients = self.law.evaluate(position, slip);
+        let coefficients = self.law.evaluate(position, slip).map(|f| self.factor * f);
         std::array::from_fn(|i| {
             let factor = softening.share * softening.value(coefficients[i]) / coefficients[i];
             given[i].map(|d| factor * d)
         })
     }
 
-    /// The law as a function of place and slip; its evaluations are not counted.
+    /// The law as a function of place and slip, without the factor of [`Self::scaled`]; its evaluations are not counted.
     #[must_use]
     pub fn law(&self) -> &FrictionLaw {
         &self.law

@@ -16,11 +16,14 @@ mod law_bounds;
 mod law_bounds_tests;
 mod law_search;
 mod multiplier_layout;
+mod slip_operator;
 
+pub use coupling::Coupling;
 pub(crate) use coupling::nodal_tangential;
-pub use coupling::{Coupling, nodal_slip};
 pub use frame::ContactFrame;
 pub use friction_field::FrictionField;
 pub use interface::{CoulombLaw, Interface, InterfaceFriction};
 pub use law_bounds::{LawBounds, LawExtreme};
 pub use multiplier_layout::MultiplierLayout;
+pub(crate) use slip_operator::SlipOperatorDerivative;
+pub use slip_operator::{ClementStars, SlipOperator};

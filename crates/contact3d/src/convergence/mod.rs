@@ -22,8 +22,8 @@ pub use algebraic::{AlgebraicLadder, EPSILONS, LadderEntry, LadderMethod, Ladder
 pub use cost::Cost;
 pub use discretisation::{DiscretisationLadder, Forces, Level, Trend};
 pub use distance::{Distance, Field, Points, distance};
-pub(crate) use refinement::brick_n_div;
 pub use refinement::nested_bricks;
+pub(crate) use refinement::{brick_n_div, with_brick};
 pub use richardson::extrapolated;
 pub(crate) use richardson::observed_order;
 pub use ways::{

@@ -130,7 +130,7 @@ pub(super) fn with_cells(scene: &Scene, cells: [usize; 3]) -> Scene {
 }
 
 /// The scene with another brick.
-pub(super) fn with_brick(scene: &Scene, brick: &Brick) -> Scene {
+pub(crate) fn with_brick(scene: &Scene, brick: &Brick) -> Scene {
     let mut scene = scene.clone();
     scene.body.shape = Shape::Brick(brick.clone());
     scene

@@ -13,7 +13,7 @@ pub use resultants::{ContactResultants, Resultants, Vector, von_mises};
 pub use zones::{PaneCoulomb, PaneFriction, PaneState, Zone};
 
 use crate::{
-    contact::{CoulombLaw, Coupling, FrictionField, nodal_slip},
+    contact::{CoulombLaw, Coupling, FrictionField},
     dual::{PrimalSystem, pane_stiffness},
     elasticity::{InternalForces, Loads, MaterialField},
     mesh::Mesh,
@@ -60,9 +60,10 @@ impl SolvedContact<'_> {
     fn friction(&self, solved: &Solved<'_>) -> Option<(&CoulombLaw, FrictionField)> {
         let law = self.state.interface.coulomb()?;
         let slip = if law.depends_on_slip() {
-            nodal_slip(
+            let interface = self.state.interface;
+            interface.slip.of_displacement(
                 self.state.surface,
-                &self.state.interface.frame,
+                &interface.frame,
                 &solved.system.dofs,
                 &solved.solution.displacement,
             )

@@ -3,12 +3,12 @@
 use super::{AssembledProblem, Problem, ProblemError};
 use crate::{
     contact::Interface,
-    scene::{Contact, Invalid, Scene},
+    scene::{Contact, Invalid, Scene, SlipInterpolation},
 };
 
 impl AssembledProblem {
     /// The problem of a changed scene on the same mesh, factor and S, which are shared: one solve with the factor in
-    /// place of an assembly. `change` may change loads, gap, the law of friction, settings of the solve, title.
+    /// place of an assembly. `change` may change loads, gap, the law of friction and its slips, settings of the solve, title.
     ///
     /// ```
     /// use contact3d::{Problem, scene::{Body, Clamp, Contact, Friction, Material, Pressure, Scene}};
@@ -74,6 +74,7 @@ fn other_part(old: &Scene, new: &Scene) -> Option<&'static str> {
         let contact: Option<Contact> = scene.contact.clone();
         contact.map(|contact| Contact {
             gap: 0.0.into(),
+            slip_interpolation: SlipInterpolation::default(),
             ..contact
         })
     };

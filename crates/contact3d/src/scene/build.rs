@@ -9,7 +9,7 @@ use super::{
     DualOperatorKind, ElementOrder, Expression, ExpressionError, Formula, Friction, GmshFile,
     Invalid, Isotropic, LawFunction, LawPoint, Material, MultiplierSpace, POSITION, Parameters,
     Part, PlaceFunction, Pressure, Quantity, Ramp, Region, Scene, Shape, SlipDerivative,
-    SolveSettings, Table, Traction,
+    SlipInterpolation, SolveSettings, Table, Traction,
 };
 
 impl Scene {
@@ -227,6 +227,7 @@ impl Contact {
             axis_1: None,
             angle: None,
             multipliers: MultiplierSpace::default(),
+            slip_interpolation: SlipInterpolation::default(),
         }
     }
 
@@ -241,6 +242,13 @@ impl Contact {
     #[must_use]
     pub fn with_axis_1(mut self, axis: [impl Into<Quantity>; 3]) -> Self {
         self.axis_1 = Some(axis.map(Into::into));
+        self
+    }
+
+    /// The same with slips that are means over the triangles around each node (HKL (3.19)).
+    #[must_use]
+    pub fn with_clement_interpolation(mut self) -> Self {
+        self.slip_interpolation = SlipInterpolation::Clement;
         self
     }
 

@@ -27,6 +27,24 @@ pub struct Contact {
     /// The space of the contact stresses.
     #[serde(default)]
     pub multipliers: MultiplierSpace,
+    /// How the slips that coefficients of friction follow are made from displacements.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub slip_interpolation: SlipInterpolation,
+}
+
+fn is_default(interpolation: &SlipInterpolation) -> bool {
+    *interpolation == SlipInterpolation::default()
+}
+
+/// The interpolation r_h of |u_t1| and |u_t2| on the contact face (HKL §3).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SlipInterpolation {
+    /// Values at the nodes, as in HKL's experiments.
+    #[default]
+    Lagrange,
+    /// Means over the triangles around each node (HKL (3.19)), as in their theory; for linear tetrahedra.
+    Clement,
 }
 
 fn is_zero(quantity: &Quantity) -> bool {

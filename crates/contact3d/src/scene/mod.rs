@@ -35,7 +35,7 @@ pub use body::{Body, ElementOrder, GmshFile, Shape};
 pub use bounded::{read_bounded, require_regular};
 pub use brick::{Brick, BrickFace, GivenPlanes, Grading, MOST_CELLS};
 pub use coefficient::{Coefficient, LawPoint, Ramp, SlipDerivative};
-pub use contact::{Contact, MultiplierSpace};
+pub use contact::{Contact, MultiplierSpace, SlipInterpolation};
 pub use error::{Invalid, SceneError, SyntaxProblem, Unwritable, numbers};
 pub(crate) use error::{UNDEFINED, place_words};
 pub(crate) use expression::replace_names;

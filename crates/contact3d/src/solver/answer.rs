@@ -119,7 +119,7 @@ impl DiscreteProblem<'_> {
                 solution.solved_by = SolvedBy::Newton;
                 solution.mapping_change = Some(image.relative_change);
                 solution.applications += image.evaluations;
-                let slip = || slip_of(&answer.dual, &answer.multiplier);
+                let slip = || slip_of(&answer.dual, contact, &answer.multiplier);
                 solution.slip = law.depends_on_slip().then(slip);
                 solution.coulomb = Some(coulomb_state(
                     &answer.dual,

@@ -4,7 +4,7 @@ use std::sync::atomic::Ordering;
 
 use super::{ContactState, Ellipse, FeasibleSet};
 use crate::{
-    contact::{CoulombLaw, FrictionField, MultiplierLayout},
+    contact::{CoulombLaw, FrictionField, MultiplierLayout, SlipOperatorDerivative},
     linalg::norm,
 };
 
@@ -51,9 +51,11 @@ pub(super) struct Evaluation {
     /// ‖R‖.
     pub(super) norm: f64,
     pub(super) panes: Vec<PaneEvaluation>,
-    /// ∂(1/F_k)/∂u_tl at the contact nodes, in 1/m; empty when F does not follow the slip or is
+    /// ∂(1/F_k)/∂φ_l at the contact nodes, in 1/m; empty when F does not follow the slip or is
     /// frozen.
     pub(super) inverse_slope: Vec<[[f64; 2]; 2]>,
+    /// ∂φ/∂u_t; `None` where `inverse_slope` is empty.
+    pub(super) slip_derivative: Option<SlipOperatorDerivative>,
 }
 
 /// One pane of an [`Evaluation`].
@@ -121,6 +123,7 @@ impl<'a> Conditions<'a> {
             })
             .collect();
         let (inverse, inverse_slope) = self.friction(displacement);
+        let slip_derivative = self.slip_derivative(displacement);
         let mut residual = multiplier.to_vec();
         let mut panes = Vec::with_capacity(self.layout.n_panes());
         for i in 0..self.layout.n_panes() {
@@ -163,6 +166,7 @@ impl<'a> Conditions<'a> {
             residual,
             panes,
             inverse_slope,
+            slip_derivative,
         }
     }
 
@@ -181,6 +185,8 @@ impl<'a> Conditions<'a> {
                 rho => direction[i] - rho * gradient[i],
             })
             .collect();
+        let slips = at.slip_derivative.as_ref();
+        let slips = slips.map_or_else(Vec::new, |by| by.apply(|node| displacement[node]));
         let mut change = direction.to_vec();
         for (i, pane) in at.panes.iter().enumerate() {
             let pressure = if pane.pressed { trial[i] } else { 0.0 };
@@ -188,7 +194,7 @@ impl<'a> Conditions<'a> {
             let Some([first, second]) = self.layout.tangential(i) else {
                 continue;
             };
-            let axes = self.axes_change(at, i, pane.bound_slope * pressure, displacement);
+            let axes = self.axes_change(at, i, pane.bound_slope * pressure, &slips);
             let derivative = pane.ellipse.projection_derivative(pane.trial);
             for k in 0..2 {
                 let by_point = derivative.by_point[k];
@@ -208,7 +214,7 @@ impl<'a> Conditions<'a> {
         at: &Evaluation,
         pane: usize,
         bound: f64,
-        displacement: &[[f64; 2]],
+        slips: &[[f64; 2]],
     ) -> [f64; 2] {
         let Bound::Coulomb(contact, _) = self.bound else {
             return [0.0; 2];
@@ -218,7 +224,7 @@ impl<'a> Conditions<'a> {
             let nodes = contact.surface.pane_weights(pane);
             let slopes = nodes.filter_map(|(node, weight)| {
                 let slope = at.inverse_slope.get(node)?[k];
-                let moved = displacement[node];
+                let moved = slips[node];
                 Some(weight * (slope[0] * moved[0] + slope[1] * moved[1]))
             });
             slopes.sum()
@@ -239,7 +245,17 @@ impl<'a> Conditions<'a> {
         }
     }
 
-    /// 𝓕⁻¹ on the panes and ∂(1/F)/∂u_t at the nodes.
+    /// ∂φ/∂u_t where the ellipses move with the slip.
+    fn slip_derivative(&self, displacement: &[[f64; 2]]) -> Option<SlipOperatorDerivative> {
+        match self.bound {
+            Bound::Coulomb(contact, _) if self.follows_slip() => {
+                Some(contact.interface.slip.derivative(displacement))
+            }
+            Bound::Coulomb(..) | Bound::Frozen(_) => None,
+        }
+    }
+
+    /// 𝓕⁻¹ on the panes and ∂(1/F)/∂φ at the nodes.
     pub(super) fn friction(
         &self,
         displacement: &[[f64; 2]],
@@ -248,15 +264,14 @@ impl<'a> Conditions<'a> {
             return (Vec::new(), Vec::new());
         };
         let Some(constant) = &self.constant_inverse else {
-            let slip: Vec<[f64; 2]> = displacement.iter().map(|u| u.map(f64::abs)).collect();
+            let slip = contact.interface.slip.slip(displacement);
             let field = FrictionField::new(law, contact.surface, &slip);
             let slopes = (0..slip.len())
                 .map(|node| {
                     let derivative = law.derivative(node, slip[node]);
-                    let sign = displacement[node].map(|u| if u == 0.0 { 0.0 } else { u.signum() });
                     [0, 1].map(|k| {
                         let square = field.nodal[node][k].powi(2);
-                        [0, 1].map(|l| -sign[l] * derivative[k][l] / square)
+                        [0, 1].map(|l| -derivative[k][l] / square)
                     })
                 })
                 .collect();

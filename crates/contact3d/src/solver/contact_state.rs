@@ -68,10 +68,17 @@ impl CoulombState {
     }
 }
 
-/// (|u_t1|, |u_t2|) at the contact nodes for a multiplier; empty unless the law follows the slip.
-pub(super) fn slip_of(dual: &ExplicitDual, multiplier: &[f64]) -> Vec<[f64; 2]> {
+/// φ at the contact nodes for a multiplier; empty unless the law follows the slip.
+pub(super) fn slip_of(
+    dual: &ExplicitDual,
+    contact: &ContactState<'_>,
+    multiplier: &[f64],
+) -> Vec<[f64; 2]> {
     let displacement = dual.tangential_displacement(multiplier);
-    displacement.iter().map(|u| u.map(f64::abs)).collect()
+    match displacement.is_empty() {
+        true => displacement,
+        false => contact.interface.slip.slip(&displacement),
+    }
 }
 
 /// The state of friction that a multiplier itself makes: the slip bound g of λ_ν and 𝓕 = 𝓕(u_t(λ)).
@@ -85,6 +92,6 @@ pub fn coulomb_state(
     let (normal, _) = dual.layout.split(multiplier);
     CoulombState {
         slip_bound: normal.iter().map(|l| law.slip_bound(l.max(0.0))).collect(),
-        friction: FrictionField::new(law, contact.surface, &slip_of(dual, multiplier)),
+        friction: FrictionField::new(law, contact.surface, &slip_of(dual, contact, multiplier)),
     }
 }

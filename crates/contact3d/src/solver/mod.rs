@@ -22,11 +22,14 @@ mod solve;
 pub use contact_state::{ContactState, CoulombState, coulomb_state};
 pub use ellipse::{Ellipse, ProjectionDerivative};
 pub use feasible_set::FeasibleSet;
-pub use fixed_point::{MappingValue, evaluate_mapping, successive_approximations};
+pub use fixed_point::{
+    MappingValue, evaluate_mapping, evaluate_mapping_at, successive_approximations,
+};
 pub use history::{NewtonStep, OuterStep, StepCounts};
 pub use inner::{Gpcg, Inner, InnerOutcome, Kprgp, operator_norm};
 pub use newton::{
-    Linearisation, NewtonSettings, NewtonSolution, NewtonStatus, minimise_frozen, newton,
+    Linearisation, NewtonSettings, NewtonSolution, NewtonStatus, frozen_response, minimise_frozen,
+    newton,
 };
 pub use problem::{NeedsExplicit, OuterState, Progress, Start};
 pub use solution::{Goal, Solution, SolvedBy, Status};

@@ -1,7 +1,7 @@
 //! Checks of the contact face.
 
 use super::{holds, require, supports::check_name};
-use crate::scene::{Invalid, Scene, Written};
+use crate::scene::{ElementOrder, Invalid, Scene, SlipInterpolation, Written};
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
     let Some(contact) = &scene.contact else {
@@ -24,6 +24,14 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
         "either axis_1 or angle",
         "both",
         "axis_1 is the direction of t1 itself, angle turns the default one",
+    )?;
+    require(
+        contact.slip_interpolation == SlipInterpolation::Lagrange
+            || scene.body.element == ElementOrder::P1,
+        "contact.slip_interpolation",
+        "\"lagrange\" for quadratic tetrahedra",
+        "\"clement\"",
+        "means over the triangles around a node are made for linear functions; set body.element = \"P1\" or leave the key out",
     )?;
     if let Some(angle) = &contact.angle {
         require(

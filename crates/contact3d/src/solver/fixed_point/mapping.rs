@@ -5,7 +5,7 @@ use crate::{
     dual::{ExplicitDual, LocalStiffness},
     linalg::{difference, norm},
     solver::{
-        ContactState,
+        ContactState, CoulombState,
         conditions::Bound,
         contact_state::coulomb_state,
         newton::{NewtonSettings, NewtonSolution, NewtonStatus, search::Search},
@@ -42,7 +42,20 @@ pub fn evaluate(
     multiplier: &[f64],
 ) -> MappingValue {
     let state = coulomb_state(dual, contact, law, multiplier);
-    let set = contact.feasible_set(Some(&state));
+    evaluate_at(dual, local, contact, &state, multiplier)
+}
+
+/// Evaluates Ψ at any slip bound and friction, the frozen problem of (φ, g), from a multiplier nearby; its change is the
+/// distance to that multiplier.
+#[must_use]
+pub fn evaluate_at(
+    dual: &ExplicitDual,
+    local: &LocalStiffness,
+    contact: &ContactState<'_>,
+    state: &CoulombState,
+    multiplier: &[f64],
+) -> MappingValue {
+    let set = contact.feasible_set(Some(state));
     let search = Search {
         dual,
         bound: Bound::Frozen(&set),

@@ -4,7 +4,7 @@ mod cycle;
 mod mapping;
 mod stall;
 
-pub use mapping::{MappingValue, evaluate as evaluate_mapping};
+pub use mapping::{MappingValue, evaluate as evaluate_mapping, evaluate_at as evaluate_mapping_at};
 
 use std::{sync::atomic::Ordering, time::Instant};
 
@@ -17,7 +17,7 @@ use super::{
     inner::{InnerSummary, projected_gradient_steplength},
 };
 use crate::{
-    contact::{CoulombLaw, FrictionField, nodal_slip},
+    contact::{CoulombLaw, FrictionField},
     dual::{Assembly, DualOperator},
     scene::{PrecisionControl, SolveSettings},
 };
@@ -221,10 +221,10 @@ impl Solution {
         contact: &ContactState<'_>,
     ) -> Vec<[f64; 2]> {
         if let Some(displacement) = operator.tangential_displacement(&self.multiplier) {
-            return displacement.iter().map(|u| u.map(f64::abs)).collect();
+            return contact.interface.slip.slip(&displacement);
         }
         self.displacement = operator.to_primal(&self.multiplier);
-        nodal_slip(
+        contact.interface.slip.of_displacement(
             contact.surface,
             &contact.interface.frame,
             &assembly.primal.dofs,

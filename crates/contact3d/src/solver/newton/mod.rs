@@ -1,6 +1,7 @@
 //! The semismooth Newton method on the natural map, its starts, and its linearisation.
 
 mod continuation;
+mod frozen_response;
 mod iteration;
 mod linearisation;
 pub(in crate::solver) mod natural_map;
@@ -10,6 +11,7 @@ mod system;
 #[cfg(test)]
 mod tests;
 
+pub use frozen_response::frozen_response;
 pub use iteration::{NewtonSettings, NewtonStatus};
 pub use linearisation::Linearisation;
 

@@ -171,7 +171,7 @@ impl<'a> NewtonSystem<'a> {
     fn column(&self, j: usize, out: &mut [f64]) {
         let s = self.map.dual.column(j);
         let compliance = self.map.dual.compliance.as_ref();
-        let g = compliance.map_or(&[] as &[f64], |c| c.column(j));
+        let slips = compliance.and_then(|c| self.slip_change(c.column(j)));
         let steplengths = &self.map.conditions.steplengths;
         for at in &self.rows {
             let normal = at.pane;
@@ -193,7 +193,7 @@ impl<'a> NewtonSystem<'a> {
                 }
             }
             if let Some(by_inverse) = &pair.by_inverse {
-                let change = self.inverse_change(at.pane, g);
+                let change = self.inverse_change(at.pane, slips.as_deref().unwrap_or_default());
                 for (entry, by) in entry.iter_mut().zip(by_inverse) {
                     *entry += by[0] * change[0] + by[1] * change[1];
                 }
@@ -202,8 +202,14 @@ impl<'a> NewtonSystem<'a> {
         }
     }
 
-    /// ∂𝓕_i⁻¹/∂λ_j = −Σ w ∂(1/F)/∂u_t G_{·j} over the nodes of a pane, for a column of G.
-    fn inverse_change(&self, pane: usize, compliance: &[f64]) -> [f64; 2] {
+    /// −∂φ/∂λ_j at the nodes for a column of G; `None` where friction does not follow the slip.
+    fn slip_change(&self, compliance: &[f64]) -> Option<Vec<[f64; 2]>> {
+        let derivative = self.evaluation.slip_derivative.as_ref()?;
+        Some(derivative.apply(|node| [compliance[2 * node], compliance[2 * node + 1]]))
+    }
+
+    /// ∂𝓕_i⁻¹/∂λ_j = −Σ w ∂(1/F)/∂φ s over the nodes of a pane, for the change −s of φ.
+    fn inverse_change(&self, pane: usize, slips: &[[f64; 2]]) -> [f64; 2] {
         let Bound::Coulomb(contact, _) = self.map.conditions.bound else {
             return [0.0; 2];
         };
@@ -214,7 +220,7 @@ impl<'a> NewtonSystem<'a> {
             .fold([0.0; 2], |sum, (node, weight)| {
                 std::array::from_fn(|k| {
                     let [first, second] = slopes[node][k];
-                    let change = first * compliance[2 * node] + second * compliance[2 * node + 1];
+                    let change = first * slips[node][0] + second * slips[node][1];
                     sum[k] - weight * change
                 })
             })

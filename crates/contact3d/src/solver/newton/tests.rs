@@ -14,7 +14,7 @@ use crate::{
     dual::{ContactCompliance, ExplicitDual},
     linalg::norm,
     mesh::Mesh,
-    scene::{Coefficient, Formula, Friction, Ramp, Scene},
+    scene::{Coefficient, Formula, Friction, Ramp, Scene, SlipInterpolation},
     solver::{
         ContactState, FeasibleSet,
         conditions::{Bound, Evaluation},
@@ -35,9 +35,10 @@ const SCENE: &str = "
     friction.coefficient.constant = 0.3
 ";
 
-fn mesh_and_interface(law: Friction) -> (Mesh, Interface) {
+fn mesh_and_interface(law: Friction, slip: SlipInterpolation) -> (Mesh, Interface) {
     let mut scene = Scene::parse("two panes", SCENE).unwrap();
     scene.friction = Some(law);
+    scene.contact.as_mut().unwrap().slip_interpolation = slip;
     let mesh = Mesh::of_scene(&scene, Path::new("")).unwrap();
     let interface = Interface::new(&scene, &mesh).unwrap().unwrap();
     (mesh, interface)
@@ -103,9 +104,11 @@ fn moved(point: &[f64], direction: &[f64], s: f64) -> Vec<f64> {
 fn same_piece(x: &Evaluation, y: &Evaluation) -> bool {
     let signs = |e: &Evaluation| -> Vec<[Option<bool>; 2]> {
         let sign = |v: f64| (v != 0.0).then_some(v > 0.0);
-        e.inverse_slope
-            .iter()
-            .map(|s| [sign(s[0][0]), sign(s[1][1])])
+        let ahead = e.slip_derivative.as_ref().map(|by| by.apply(|_| [1.0; 2]));
+        let signs = ahead.unwrap_or_default();
+        let nodes = e.inverse_slope.iter().zip(&signs);
+        nodes
+            .map(|(s, by)| [sign(s[0][0] * by[0]), sign(s[1][1] * by[1])])
             .collect()
     };
     signs(x) == signs(y)
@@ -135,9 +138,10 @@ proptest! {
         frozen in prop::option::of(prop::collection::vec(0.1..2.0_f64, 2 * PANES)),
         coupled in any::<bool>(),
         cap in prop::option::of(0.2..2.0_f64),
+        slip in prop_oneof![Just(SlipInterpolation::Lagrange), Just(SlipInterpolation::Clement)],
     ) {
         let dual = dual(&entries, &rhs, &compliance, &slip_free);
-        let (mesh, interface) = mesh_and_interface(law(coupled, cap));
+        let (mesh, interface) = mesh_and_interface(law(coupled, cap), slip);
         let contact = ContactState { surface: mesh.contact.as_ref().unwrap(), interface: &interface };
         let set = frozen.map(|axes| set_of(&axes));
         let coulomb = Bound::Coulomb(&contact, interface.coulomb().unwrap());

@@ -1,0 +1,192 @@
+//! The radii of Lemma 3.3 and the contraction bound (3.13) of HKL.
+
+use super::trace::TraceConstants;
+use crate::contact::LawBounds;
+
+/// The norm of displacements that a set of constants is measured in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DisplacementNorm {
+    /// ‖v‖² = ∫|v|² + ∫|∇v|², HKL's norm of H¹(Ω)³; the unit of length weighs its parts.
+    FirstSobolev,
+    /// ‖v‖² = a(v, v), in which α = M = 1.
+    Energy,
+}
+
+impl DisplacementNorm {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::FirstSobolev, Self::Energy];
+
+    /// In words.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::FirstSobolev => "H1 norm",
+            Self::Energy => "energy norm",
+        }
+    }
+}
+
+/// Constants of the contact face alone, the same in every norm of displacements.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FaceConstants {
+    /// h_Γ, the largest diameter of a contact triangle, in m.
+    pub triangle_size: f64,
+    /// H, the largest diameter of a pane, in m; h_Γ for nodal multipliers.
+    pub pane_size: f64,
+    /// c_inv⁽¹'⁰⁾ of (3.7).
+    pub inverse_first: f64,
+    /// c_inv⁽∞⁾ of (3.17).
+    pub inverse_fourth: f64,
+    /// c_t of HKL Lemma 3.2; 1 where the axes of friction do not turn.
+    pub axes: f64,
+    /// c_r of Lagrange interpolation on |Y^h|, where (3.6) uses it.
+    pub lagrange: f64,
+    /// c_r of (3.3) for Lagrange interpolation of linear functions on triangles cut in 2², 4² and 8².
+    pub lagrange_finer: [f64; 3],
+    /// The same for Clément's interpolation (3.19).
+    pub clement_finer: [f64; 3],
+}
+
+/// Constants of one mesh in one norm of displacements; in the units of the scene, which (3.13) mixes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NormConstants {
+    /// The norm.
+    pub norm: DisplacementNorm,
+    /// α of (2.6) on V^h.
+    pub ellipticity: f64,
+    /// M of (2.7) on V^h.
+    pub continuity: f64,
+    /// ‖ℓ‖_* on V^h, below that on H¹(Ω)³.
+    pub load: f64,
+    /// c_inv⁽⁰'⁻¹ᐟ²⁾ of (3.16) with ‖·‖_{*,h} over V₀^h.
+    pub inverse_half: f64,
+    /// Traces.
+    pub trace: TraceConstants,
+    /// R₁ and R₂ of HKL Lemma 3.3.
+    pub radii: Radii,
+    /// Bounds of the contraction.
+    pub bound: ContractionBound,
+}
+
+/// The radii of the set 𝒞(R₁, R₂) into which Ψ maps everything, HKL Lemma 3.3.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Radii {
+    /// R₁, of ‖(φ₁, φ₂)‖_{0,Γ_c}.
+    pub slip: f64,
+    /// R₂, of ‖λ_ν‖_{*,h}.
+    pub pressure: f64,
+}
+
+/// Bounds of the Lipschitz modulus of Ψ on 𝒞(R₁, R₂); all grow in proportion to the law of friction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContractionBound {
+    /// q of (3.13) in the norm ‖φ‖ + ‖μ‖, whose parts have different units: below 1 there is one solution, and the value
+    /// depends on the units of the scene.
+    pub paper: f64,
+    /// The least bound of this kind with any weight between the parts, M a + c b: free of units in the energy norm.
+    pub weighted: f64,
+    /// The same with products of constants replaced by the bounds they stand for.
+    pub sharp: f64,
+    /// `weighted` for the friction functional of the program, averaged over panes or lumped.
+    pub averaged: f64,
+    /// The share of `weighted` that F_max makes; the rest is that of L.
+    pub by_coefficient: f64,
+}
+
+/// What the bounds are made of.
+pub(super) struct Ingredients<'a> {
+    pub(super) face: &'a FaceConstants,
+    pub(super) law: &'a LawBounds,
+    pub(super) ellipticity: f64,
+    pub(super) continuity: f64,
+    pub(super) load: f64,
+    pub(super) inverse_half: f64,
+    pub(super) trace: TraceConstants,
+    /// c_r of the scene's r_h.
+    pub(super) interpolation: f64,
+    /// The bound of the norm of r_h|v_t| by ‖v‖ that does without c_r.
+    pub(super) interpolated: f64,
+    /// Whether multipliers belong to nodes.
+    pub(super) nodal: bool,
+}
+
+impl Ingredients<'_> {
+    /// c_tr⁽²⁾ (c_inv⁽¹'⁰⁾ c_r c_t + 1), the bound of ‖(r_h|v_t1|, r_h|v_t2|)‖ by ‖v‖ in (3.6).
+    fn interpolated_trace(&self) -> f64 {
+        self.interpolated_trace_by(self.face.inverse_first)
+    }
+
+    /// The same with the inverse inequality for ‖∇ψ‖ alone, which (3.6) could use as well, as constants are interpolated
+    /// exactly: unlike ‖ψ‖_1 it does not depend on the unit of length.
+    fn interpolated_trace_by_gradient(&self) -> f64 {
+        let (whole, size) = (self.face.inverse_first, self.face.triangle_size);
+        // λ_max(K + M, M) = λ_max(K, M) + 1.
+        self.interpolated_trace_by((whole * whole - size * size).sqrt())
+    }
+
+    fn interpolated_trace_by(&self, inverse: f64) -> f64 {
+        self.trace.second * (inverse * self.interpolation * self.face.axes + 1.0)
+    }
+
+    pub(super) fn radii(&self) -> Radii {
+        Radii {
+            slip: self.interpolated_trace() * self.load / self.ellipticity,
+            pressure: (1.0 + self.continuity / self.ellipticity) * self.load,
+        }
+    }
+
+    pub(super) fn bound(&self) -> ContractionBound {
+        let law = self.law;
+        let steep = law.lipschitz.value * (2.0 + law.anisotropy.value);
+        // ‖μ‖_0 ≤ of_pressure ‖μ‖_*.
+        let of_pressure = self.inverse_half / self.face.pane_size.sqrt();
+        let largest = self.face.inverse_fourth / self.face.triangle_size.sqrt() * self.trace.fourth;
+        let radius = self.radii().pressure;
+        // ‖u − ū‖ ≤ a ‖g − ḡ‖_* + b ‖φ − φ̄‖_0.
+        let moved = |coefficient: f64, steep: f64, trace: f64, largest: f64| {
+            let a = coefficient * of_pressure * trace / self.ellipticity;
+            // A constant law has no second term, whatever the constants are.
+            let b = match steep {
+                0.0 => 0.0,
+                steep => steep * of_pressure * largest * radius / self.ellipticity,
+            };
+            (a, b)
+        };
+        let image = self.interpolated_trace_by_gradient();
+        let weighted = |(a, b): (f64, f64), image: f64| self.continuity * a + image * b;
+        let (a, b) = moved(law.largest.value, steep, self.trace.second, largest);
+        let sharp = moved(
+            law.largest.value,
+            steep,
+            self.trace.tangential,
+            self.trace.pointwise,
+        );
+        let [on_coefficient, on_slope] = self.functional_factors();
+        let averaged = moved(
+            on_coefficient * law.largest.value,
+            on_slope * steep,
+            self.trace.second,
+            largest,
+        );
+        ContractionBound {
+            paper: (self.interpolated_trace() + self.continuity) * a.max(b),
+            weighted: weighted((a, b), image),
+            sharp: weighted(sharp, self.interpolated),
+            averaged: weighted(averaged, image),
+            by_coefficient: self.continuity * a / weighted((a, b), image),
+        }
+    }
+
+    /// What F_max and L grow by where the friction functional is not the exact integral of g ‖F v_t‖.
+    ///
+    /// On panes it is Σ g_i |Rⁱ| ‖𝓕_i mean v_t‖ with the mean 𝓕_i⁻¹ of F⁻¹ at the nodes. |𝓕 − 𝓕̄| ≤ (F_max/F_min)² L times
+    /// the mean of |φ − φ̄| at the nodes, whose norm exceeds that of φ − φ̄ by √(2+√3) at most, the value for (1, 1, −√3)
+    /// on one triangle. Nodal values are lumped: the lumped norm of a linear function is at most twice its norm.
+    fn functional_factors(&self) -> [f64; 2] {
+        if self.nodal {
+            return [2.0, 2.0];
+        }
+        let spread = self.law.largest.value / self.law.smallest.value;
+        [1.0, (2.0 + 3.0_f64.sqrt()).sqrt() * spread * spread]
+    }
+}

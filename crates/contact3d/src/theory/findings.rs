@@ -1,0 +1,105 @@
+//! What the measured theory means, in sentences.
+
+use std::fmt;
+
+use super::{Theory, TheoryLevel};
+
+/// A rate and an eigenvalue that differ by less than this agree.
+const AGREE: f64 = 0.02;
+
+/// Rates outside of this range are too fast or too slow to observe.
+const OBSERVABLE: [f64; 2] = [0.02, 0.98];
+
+/// What the measured theory means for its finest mesh, and how far bound and truth are apart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Findings {
+    /// n_div of the mesh; 0 for a mesh file.
+    pub n_div: usize,
+    /// Scale of the law up to which HKL's bound proves uniqueness, in the energy norm with the best weight.
+    pub proved: f64,
+    /// The same with composed constants.
+    pub proved_sharply: f64,
+    /// Scale up to which successive approximations contract near the solution; `None` where they do up to 1e6.
+    pub contracts: Option<f64>,
+    /// Exponents p of H^p of the scale proved and of the one observed between the two finest meshes.
+    pub exponents: [Option<f64>; 2],
+    /// The spectral radius and the rate observed.
+    pub rates: Option<[f64; 2]>,
+    /// Whether a value of Ψ left the set of HKL Lemma 3.3, which would be an error of this program.
+    pub lemma_fails: bool,
+}
+
+impl Findings {
+    pub(super) fn new(theory: &Theory) -> Self {
+        let finest = theory.levels.last();
+        let before = theory.levels.iter().rev().nth(1);
+        let exponent = |of: &dyn Fn(&TheoryLevel) -> Option<f64>| {
+            let (fine, coarse) = (finest?, before?);
+            let sizes = fine.face.pane_size / coarse.face.pane_size;
+            Some((of(fine)? / of(coarse)?).ln() / sizes.ln())
+        };
+        let proved = |level: &TheoryLevel| level.thresholds.weighted[1];
+        let contracts = |level: &TheoryLevel| level.thresholds.spectral_radius;
+        let lemma = theory
+            .levels
+            .iter()
+            .flat_map(|l| l.observed.lemma.iter().flatten());
+        Self {
+            n_div: finest.map_or(0, |level| level.n_div),
+            proved: finest.map_or(f64::NAN, proved),
+            proved_sharply: finest.map_or(f64::NAN, |level| level.thresholds.sharp[1]),
+            contracts: finest.and_then(contracts),
+            exponents: [exponent(&|level| Some(proved(level))), exponent(&contracts)],
+            rates: finest.and_then(|level| {
+                Some([level.local.as_ref()?.spectral_radius, level.observed.rate])
+            }),
+            lemma_fails: lemma.copied().any(|share| share.is_nan() || share > 1.0),
+        }
+    }
+
+    /// Whether the rate that was observed is the spectral radius to 2 %; `None` where it is too fast or too slow to be
+    /// observed.
+    #[must_use]
+    pub fn rates_agree(&self) -> Option<bool> {
+        let [radius, rate] = self.rates?;
+        let observable = OBSERVABLE[0] < radius && radius < OBSERVABLE[1];
+        observable.then(|| (rate / radius - 1.0).abs() <= AGREE)
+    }
+}
+
+impl fmt::Display for Findings {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mesh = match self.n_div {
+            0 => "On this mesh".to_owned(),
+            n => format!("At n_div = {n}"),
+        };
+        write!(
+            f,
+            "{mesh} the bound of HKL (3.13) proves uniqueness for this law scaled by less than {:.2e}, with composed constants {:.2e}; ",
+            self.proved, self.proved_sharply
+        )?;
+        match self.contracts {
+            Some(scale) => write!(
+                f,
+                "near the solution successive approximations contract up to {scale:.3}, {:.1e} times as far",
+                scale / self.proved
+            )?,
+            None => f.write_str(
+                "successive approximations contract near every solution found up to 1e6",
+            )?,
+        }
+        if let [Some(proved), observed] = self.exponents {
+            write!(
+                f,
+                ". Between the two finest meshes the scale proved goes like H^{proved:.2}"
+            )?;
+            if let Some(observed) = observed {
+                write!(f, ", the true one like H^{observed:.2}")?;
+            }
+        }
+        if let Some([radius, rate]) = self.rates {
+            write!(f, ". Spectral radius {radius:.4}, observed rate {rate:.4}")?;
+        }
+        f.write_str(".")
+    }
+}

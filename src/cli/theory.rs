@@ -1,0 +1,111 @@
+//! `theory`: the constants of HKL section 3 and what successive approximations do, stored, drawn and printed.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use contact3d::{
+    solver::Status,
+    theory::{Theory, TheoryProgress, TheorySettings},
+};
+
+use super::{
+    arguments::{FigureArguments, Output, SceneArguments, n_div},
+    exit::Exit,
+    override_scene, progress,
+    results::unit_words,
+    terminal::{self, say},
+    theory_words,
+};
+use crate::{
+    pipeline::{StageError, measure_theory},
+    views::{Drawing, PictureFolder, draw_theory},
+};
+
+/// Arguments of `theory`.
+#[derive(Debug, Args)]
+pub struct TheoryArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneArguments,
+    /// The run file, created or updated
+    pub file: PathBuf,
+    /// Smallest n_div of the meshes
+    #[arg(long, value_name = "N_DIV", default_value_t = 2, value_parser = n_div)]
+    pub coarsest: usize,
+    /// n_div of the finest mesh, a multiple of the scene's; by default the scene's
+    #[arg(long, value_name = "N_DIV", value_parser = n_div)]
+    pub finest: Option<usize>,
+    #[command(flatten)]
+    pub(super) figures: FigureArguments,
+}
+
+/// `theory`: measures on all meshes, stores, draws, and says what it means.
+pub(super) fn theory(
+    arguments: &TheoryArguments,
+    output: &Output,
+    threads: usize,
+) -> Result<Exit, StageError> {
+    let (scene, mut inputs) = override_scene::read_with_inputs(&arguments.scene)?;
+    let units = scene.scene.units;
+    inputs.refuse(&arguments.file)?;
+    inputs.add(&arguments.file);
+    let folder = arguments.figures.folder(&arguments.file);
+    let pictures = match arguments.figures.no_figures {
+        true => None,
+        false => Some(PictureFolder::claim(&folder, Drawing::Theory, inputs)?),
+    };
+    let settings = TheorySettings {
+        coarsest: arguments.coarsest,
+        finest: arguments.finest,
+    };
+    let spinner = progress::spinner("theory", output);
+    let measured = measure_theory(&arguments.file, scene, &settings, threads, &mut |step| {
+        spinner.set_message(match step {
+            TheoryProgress(0) => "the mesh of the file".to_owned(),
+            TheoryProgress(n_div) => format!("mesh n_div = {n_div}"),
+        });
+    });
+    spinner.finish_and_clear();
+    let theory = measured?;
+    if let Some(pictures) = &pictures {
+        let files = draw_theory(pictures, &theory, units).map_err(StageError::after_storing)?;
+        let drawn = format!("figures   {} files in {}", files.len(), folder.display());
+        say(output, &drawn);
+    }
+    if output.json {
+        let mut json = theory_words::json(&theory);
+        json["units"] = unit_words(units);
+        terminal::json(&json);
+    } else if !output.quiet {
+        terminal::result(&theory_words::words(&theory, units));
+    }
+    Ok(judge(&theory))
+}
+
+/// Not converged where a mesh has no solution, the derivative of Ψ is singular, the rate is not the spectral radius, or a value of Ψ
+/// left the set of Lemma 3.3.
+fn judge(theory: &Theory) -> Exit {
+    let findings = theory.findings();
+    let solved = |status: Status| status.is_solved();
+    let mut problems = Vec::new();
+    if !theory
+        .levels
+        .iter()
+        .all(|level| solved(level.status) && level.local.is_some())
+    {
+        problems.push("a mesh of the ladder; its local figures are missing");
+    }
+    if findings.rates_agree() == Some(false) {
+        problems.push("the observed rate, which is not the spectral radius");
+    }
+    if findings.lemma_fails {
+        problems.push("HKL Lemma 3.3, which a value of the mapping contradicts");
+    }
+    for problem in &problems {
+        terminal::message(&format!("NOT CONVERGED: {problem}"));
+    }
+    if problems.is_empty() {
+        Exit::Done
+    } else {
+        Exit::NotConverged
+    }
+}

@@ -1,0 +1,56 @@
+//! The theory of HKL section 3: measured for a scene and stored with it.
+
+use std::{path::Path, time::Instant};
+
+use contact3d::{
+    scene::{Scene, SceneFile},
+    theory::{Theory, TheoryProgress, TheorySettings, theory_bricks},
+};
+use runfile::{GroupRecord, IfMissing, RunFile, timestamp};
+
+use super::{
+    StageError, accuracy_input, beside::store_with_scene, mesh_file::pin_mesh_file, resources,
+};
+use crate::format::{self, LAYOUT};
+
+/// Measures the theory for a scene and stores it with the scene in a run file, new or existing.
+///
+/// # Errors
+/// A busy, foreign or unreadable file; a scene without a discrete problem, or one that the theory does not cover; a mesh that
+/// does not fit into memory.
+pub fn measure_theory(
+    path: &Path,
+    mut input: SceneFile,
+    settings: &TheorySettings,
+    threads: usize,
+    observe: &mut dyn FnMut(TheoryProgress),
+) -> Result<Theory, StageError> {
+    pin_mesh_file(&mut input)?;
+    admit_finest(&input.scene, settings, path)?;
+    let layout = LAYOUT.in_units(input.scene.units);
+    let file = RunFile::lock(path, layout, IfMissing::Create)?;
+    let started = Instant::now();
+    let theory = Theory::measure(&input.scene, &input.folder, settings, observe)?;
+    let record = GroupRecord {
+        settings: toml::to_string(settings).expect("settings hold only TOML types"),
+        input_digest: accuracy_input(&input.scene),
+        seconds: started.elapsed().as_secs_f64(),
+        threads: i64::try_from(threads).unwrap_or(i64::MAX),
+        date: timestamp(),
+    };
+    store_with_scene(&file, &input.scene, format::THEORY, &record, |writer| {
+        format::write_theory(writer, &theory)
+    })?;
+    Ok(theory)
+}
+
+/// Refuses a finest mesh whose problem does not fit into memory.
+fn admit_finest(scene: &Scene, settings: &TheorySettings, path: &Path) -> Result<(), StageError> {
+    let Some(brick) = scene.body.as_brick() else {
+        return Ok(());
+    };
+    if let Some(finest) = theory_bricks(scene, brick, settings)?.last() {
+        resources::admit(resources::need_of_theory(finest), path)?;
+    }
+    Ok(())
+}
