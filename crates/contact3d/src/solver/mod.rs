@@ -19,12 +19,14 @@ mod problem;
 mod solution;
 mod solve;
 
+pub(crate) use conditions::{Bound, PaneZone};
 pub use contact_state::{ContactState, CoulombState, coulomb_state};
 pub use ellipse::{Ellipse, ProjectionDerivative};
 pub use feasible_set::FeasibleSet;
 pub use fixed_point::{MappingValue, evaluate_mapping, successive_approximations};
 pub use history::{NewtonStep, OuterStep, StepCounts};
 pub use inner::{Gpcg, Inner, InnerOutcome, Kprgp, operator_norm};
+pub(crate) use newton::natural_map::NaturalMap;
 pub use newton::{
     Linearisation, NewtonSettings, NewtonSolution, NewtonStatus, minimise_frozen, newton,
 };

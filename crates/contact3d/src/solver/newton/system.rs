@@ -45,7 +45,7 @@ struct PairRows {
 
 impl NaturalMap<'_> {
     /// The Newton step d with R'(λ) d = −R and its number of coupled unknowns; `None` when R' is singular.
-    pub(in crate::solver) fn newton_step(
+    pub(crate) fn newton_step(
         &self,
         evaluation: &Evaluation,
     ) -> Option<(Vec<f64>, usize)> {

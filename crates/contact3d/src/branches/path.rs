@@ -1,0 +1,372 @@
+//! One path: predictor, corrector, kinks, folds, and the choice of the step.
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    corrector::{Along, PathState},
+    equations::Equations,
+    kink::Ray,
+    locate::{CROSSED, Step},
+    piece::{Distance, Piece, Switch},
+    point::{PathPoint, PointKind},
+};
+use crate::{
+    linalg::{add_scaled, difference, dot, norm},
+    problem::ProblemError,
+};
+
+/// Steps in the norm ‖λ‖²/Λ² + s²: the first one, the smallest, the largest relative to 1 + ‖λ‖/Λ.
+pub(super) const FIRST_STEP: f64 = 1e-3;
+const SMALLEST_STEP: f64 = 1e-7;
+const LARGEST_STEP: f64 = 0.1;
+
+/// A step grows by this after fewer corrections than `FEW`, and shrinks by `SHRINK` after a failure (GetFEM's rule).
+const GROWTH: f64 = 1.3;
+const SHRINK: f64 = 0.5;
+const FEW: usize = 5;
+
+/// Least cosine of the tangents of both ends of a step.
+const STRAIGHT: f64 = 0.9;
+
+/// A corrected point may lie this many steps from the last one.
+const NEAR: f64 = 2.0;
+
+/// A path that comes this near to a known point in its direction has come back to it.
+const RETURNED: f64 = 1e-6;
+
+/// A path beyond this multiple of Λ runs to infinity.
+const INFINITE: f64 = 1e6;
+
+/// Rates of the parameter below this are those of a path that stands upright, and no fold.
+const UPRIGHT: f64 = 1e-9;
+
+/// Most points of one path.
+const MOST_POINTS: usize = 20_000;
+
+/// A certified point has at most this residual of the natural map, measured by local stiffness.
+const CERTIFIED: f64 = 1e-8;
+
+/// Why a path ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum PathEnd {
+    /// At an end of the range.
+    Range,
+    /// At its own start.
+    Closed,
+    /// At a branch point from which this path has been followed already.
+    KnownPoint,
+    /// The stresses grow beyond all bounds.
+    Unbounded,
+    /// No half path leaves the point, or the equations have no direction there: so many panes change at once that no piece can
+    /// be told.
+    Degenerate,
+    /// Newton's method does not settle at the smallest step.
+    Stuck,
+    /// A point that the solver's own natural map does not certify.
+    Uncertified,
+    /// It has more points than are followed.
+    TooLong,
+}
+
+/// Where a path stands: the next step depends on nothing else.
+pub(super) struct Front {
+    pub(super) state: PathState,
+    pub(super) piece: Piece,
+    pub(super) step: f64,
+}
+
+/// What a step came to.
+enum Advance {
+    /// A point of the same piece.
+    Point(PathState),
+    /// The end of the range.
+    RangeEnd(PathState),
+    /// An end of the piece, with what ends there.
+    PieceEnd(PathState, Vec<Distance>),
+    /// Nothing; a smaller step may do.
+    Nothing,
+}
+
+/// What sees every new point, with the front behind it and what is still open.
+pub(super) type Observer<'o> = dyn FnMut(&PathPoint, &Front, &Open) + 'o;
+
+/// Half paths that are still to be followed, and branch points that are known.
+#[derive(Default)]
+pub(super) struct Open {
+    pub(super) rays: Vec<Ray>,
+    pub(super) branch_points: Vec<Vec<f64>>,
+}
+
+impl Equations<'_> {
+    /// Follows a path from its front to its end; `start` is where it began and its tangent there, `done` the number of its points so far.
+    /// Branch points put their other half paths into `open`.
+    pub(super) fn follow(
+        &self,
+        mut front: Front,
+        start: (Vec<f64>, Vec<f64>),
+        done: usize,
+        open: &mut Open,
+        observe: &mut Observer<'_>,
+    ) -> Result<PathEnd, ProblemError> {
+        for count in done..MOST_POINTS {
+            match self.advance(&front)? {
+                Advance::Nothing => {
+                    front.step *= SHRINK;
+                    if front.step < SMALLEST_STEP {
+                        return Ok(PathEnd::Stuck);
+                    }
+                }
+                Advance::RangeEnd(state) => {
+                    self.turning_points(&front, &state, open, observe)?;
+                    let point = self.describe(&front.piece, &state, PointKind::End, Vec::new())?;
+                    front.state = state;
+                    observe(&point, &front, open);
+                    return Ok(match point.residual <= CERTIFIED {
+                        true => PathEnd::Range,
+                        false => PathEnd::Uncertified,
+                    });
+                }
+                Advance::Point(state) => {
+                    self.turning_points(&front, &state, open, observe)?;
+                    let returned = count > 2 && passes(&front.state, &state, &start);
+                    let few = state.steps < FEW;
+                    front.state = state;
+                    let kind = match returned {
+                        true => PointKind::End,
+                        false => PointKind::Regular,
+                    };
+                    let point = self.describe(&front.piece, &front.state, kind, Vec::new())?;
+                    observe(&point, &front, open);
+                    if point.residual > CERTIFIED {
+                        return Ok(PathEnd::Uncertified);
+                    }
+                    if returned {
+                        return Ok(PathEnd::Closed);
+                    }
+                    let reach = norm(&front.state.point);
+                    if reach > INFINITE {
+                        return Ok(PathEnd::Unbounded);
+                    }
+                    if few {
+                        front.step = (GROWTH * front.step).min(LARGEST_STEP * (1.0 + reach));
+                    }
+                }
+                Advance::PieceEnd(state, reached) => {
+                    self.turning_points(&front, &state, open, observe)?;
+                    if let Some(end) = self.pass(&mut front, state, reached, open, observe)? {
+                        return Ok(end);
+                    }
+                }
+            }
+        }
+        Ok(PathEnd::TooLong)
+    }
+
+    /// One step of the front's length, cut at the end of the range and at the first end of the piece.
+    fn advance(&self, front: &Front) -> Result<Advance, ProblemError> {
+        let (from, piece) = (&front.state, &front.piece);
+        let mut guess = from.point.clone();
+        add_scaled(&mut guess, front.step, &from.tangent);
+        let ahead = guess[guess.len() - 1];
+        let leaves = !(0.0..=1.0).contains(&ahead);
+        let corrected = match leaves {
+            true => self.at_range_end(front, &from.point, &guess)?,
+            false => self.correct(piece, guess, &from.tangent, Along::Nearest)?,
+        };
+        let Some(mut state) = corrected else {
+            return Ok(Advance::Nothing);
+        };
+        let mut at_end = leaves;
+        if !(0.0..=1.0).contains(&state.parameter()) && !leaves {
+            let Some(end) = self.at_range_end(front, &from.point, &state.point)? else {
+                return Ok(Advance::Nothing);
+            };
+            (state, at_end) = (end, true);
+        }
+        let way = norm(&difference(&state.point, &from.point));
+        let bent = dot(&state.tangent, &from.tangent) < STRAIGHT;
+        if bent || way > NEAR * front.step {
+            return Ok(Advance::Nothing);
+        }
+        let distances = state.distances(self, piece);
+        if distances.iter().all(|distance| distance.value >= -CROSSED) {
+            return Ok(match at_end {
+                true => Advance::RangeEnd(state),
+                false => Advance::Point(state),
+            });
+        }
+        let step = Step {
+            equations: self,
+            piece,
+            from,
+            to: &state,
+        };
+        Ok(match step.first_end()? {
+            Some((state, reached)) => Advance::PieceEnd(state, reached),
+            None => Advance::Nothing,
+        })
+    }
+
+    /// The point of a piece at the end of the range that lies between two points.
+    fn at_range_end(
+        &self,
+        front: &Front,
+        from: &[f64],
+        to: &[f64],
+    ) -> Result<Option<PathState>, ProblemError> {
+        let last = from.len() - 1;
+        let end = if to[last] > 1.0 { 1.0 } else { 0.0 };
+        let way = to[last] - from[last];
+        let share = if way == 0.0 { 0.0 } else { (end - from[last]) / way };
+        let mut guess: Vec<f64> = from.iter().zip(to).map(|(a, b)| a + share * (b - a)).collect();
+        guess[last] = end;
+        let mut normal = vec![0.0; from.len()];
+        normal[last] = 1.0;
+        let along = Along::Plane(&normal, end);
+        self.correct(&front.piece, guess, &front.state.tangent, along)
+    }
+
+    /// Stores a fold or a branch point between the front and the next point of its piece.
+    fn turning_points(
+        &self,
+        front: &Front,
+        to: &PathState,
+        open: &mut Open,
+        observe: &mut Observer<'_>,
+    ) -> Result<(), ProblemError> {
+        let step = Step {
+            equations: self,
+            piece: &front.piece,
+            from: &front.state,
+            to,
+        };
+        let rates = [front.state.parameter_rate(), to.parameter_rate()];
+        if rates[0] * rates[1] < 0.0 && rates.iter().all(|rate| rate.abs() > UPRIGHT) {
+            if let Some(fold) = step.fold()? {
+                let point = self.describe(&front.piece, &fold, PointKind::Fold, Vec::new())?;
+                observe(&point, front, open);
+            }
+        }
+        if front.state.orientation != to.orientation {
+            if let Some(place) = step.branch_point()? {
+                let kind = PointKind::BranchPoint;
+                let point = self.describe(&front.piece, &place, kind, Vec::new())?;
+                observe(&point, front, open);
+                if !open.knows(&place.point) {
+                    open.branch_points.push(place.point.clone());
+                    open.rays.extend(self.crossing(&front.piece, &place)?);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Goes from one piece to the next; the end of the path where there is none.
+    fn pass(
+        &self,
+        front: &mut Front,
+        state: PathState,
+        reached: Vec<Distance>,
+        open: &mut Open,
+        observe: &mut Observer<'_>,
+    ) -> Result<Option<PathEnd>, ProblemError> {
+        let mut switches: Vec<Switch> = Vec::new();
+        for distance in &reached {
+            if !switches.contains(&distance.switch) {
+                switches.push(distance.switch);
+            }
+        }
+        let mut rays = self.rays(&front.piece, &state, &reached)?;
+        let came = |ray: &Ray| dot(&ray.state.tangent, &state.tangent);
+        rays.retain(|ray| came(ray) > -1.0 + RETURNED);
+        rays.sort_by(|a, b| came(a).total_cmp(&came(b)));
+        let next = rays.pop();
+        let is_branch_point = !rays.is_empty();
+        let kind = match &next {
+            None => PointKind::End,
+            Some(_) if is_branch_point => PointKind::BranchPoint,
+            Some(next) if next.state.parameter_rate() * state.parameter_rate() < 0.0 => {
+                PointKind::KinkFold
+            }
+            Some(_) => PointKind::Kink,
+        };
+        let point = self.describe(&front.piece, &state, kind, switches)?;
+        let Some(next) = next else {
+            front.state = state;
+            observe(&point, front, open);
+            return Ok(Some(PathEnd::Degenerate));
+        };
+        let known = is_branch_point && open.knows(&state.point);
+        let is_certified = point.residual <= CERTIFIED;
+        if is_branch_point && !known {
+            open.branch_points.push(state.point.clone());
+            open.rays.append(&mut rays);
+        } else if known {
+            // The half path that comes in here is one of those still to be followed from here.
+            open.rays.retain(|ray| {
+                let place = norm(&difference(&ray.state.point, &state.point));
+                place > RETURNED || dot(&ray.state.tangent, &state.tangent) > -1.0 + RETURNED
+            });
+        }
+        front.state = next.state;
+        front.piece = next.piece;
+        observe(&point, front, open);
+        front.step = front.step.min(FIRST_STEP);
+        Ok(if !is_certified {
+            Some(PathEnd::Uncertified)
+        } else if known {
+            Some(PathEnd::KnownPoint)
+        } else {
+            None
+        })
+    }
+
+    /// The half paths that cross a path on one of its pieces: near the point, off the tangent along the second null vector of R'.
+    fn crossing(&self, piece: &Piece, place: &PathState) -> Result<Vec<Ray>, ProblemError> {
+        const OFF: [f64; 3] = [1e-2, 1e-3, 1e-4];
+        let mut rays = Vec::new();
+        let Some(across) = self.second_null_vector(piece, place)? else {
+            return Ok(rays);
+        };
+        for side in [1.0, -1.0] {
+            for off in OFF {
+                let direction: Vec<f64> = across.iter().map(|v| side * v).collect();
+                let mut guess = place.point.clone();
+                add_scaled(&mut guess, off, &direction);
+                let value = dot(&direction, &guess);
+                let along = Along::Plane(&direction, value);
+                let Some(state) = self.correct(piece, guess, &direction, along)? else {
+                    continue;
+                };
+                let inside = state.distances(self, piece).iter().all(|d| d.value >= -CROSSED);
+                if inside && norm(&difference(&state.point, &place.point)) < 10.0 * off {
+                    rays.push(Ray {
+                        state,
+                        piece: piece.clone(),
+                    });
+                    break;
+                }
+            }
+        }
+        Ok(rays)
+    }
+}
+
+impl Open {
+    fn knows(&self, point: &[f64]) -> bool {
+        let near = |known: &Vec<f64>| norm(&difference(known, point)) < RETURNED;
+        self.branch_points.iter().any(near)
+    }
+}
+
+/// Whether a step passes a point in its direction.
+fn passes(from: &PathState, to: &PathState, (point, tangent): &(Vec<f64>, Vec<f64>)) -> bool {
+    let chord = difference(&to.point, &from.point);
+    let way = difference(point, &from.point);
+    let along = dot(&way, &chord) / dot(&chord, &chord);
+    let mut off = way;
+    add_scaled(&mut off, -along, &chord);
+    (0.0..=1.0).contains(&along)
+        && norm(&off) < 0.1 * norm(&chord)
+        && dot(&to.tangent, tangent) > STRAIGHT
+}
