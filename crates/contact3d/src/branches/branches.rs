@@ -8,7 +8,7 @@ use super::{
     kink::{REACHED, Ray},
     path::{FIRST_STEP, Front, Open, PathEnd},
     point::{PathPoint, PointKind},
-    record::FrontRecord,
+    record::{FrontRecord, PathOrigin},
     search::SAME,
 };
 use crate::{
@@ -18,22 +18,12 @@ use crate::{
     solver::{Solution, Start, Status},
 };
 
-/// Most paths that are followed.
-const MOST_PATHS: usize = 200;
+/// Most paths that are begun, and most points after which no more are.
+const MOST_PATHS: usize = 100;
+const MOST_POINTS: usize = 20_000;
 
 /// Places from which a path is followed both ways where the start of the range is no regular point.
 const INSIDE: [f64; 3] = [1e-3, 1e-2, 0.1];
-
-/// Where a path begins.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum PathOrigin {
-    /// The solver's answer at the start of the range.
-    Solver,
-    /// A solution at one end of the range that was searched for.
-    Search,
-    /// A branch point.
-    BranchPoint,
-}
 
 /// A path of solutions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -68,6 +58,8 @@ pub struct Branches {
     pub is_enumerated: bool,
     /// The size of stresses Λ in Pa.
     pub stress: f64,
+    /// Half paths that were not followed, since there are so many.
+    pub left_out: usize,
     /// What is still to be done; `None` when all is.
     pub pending: Option<Pending>,
 }
@@ -77,8 +69,7 @@ pub struct Branches {
 pub struct Pending {
     /// The path that is being followed.
     current: Option<(FrontRecord, [Vec<f64>; 2])>,
-    rays: Vec<(PathOrigin, FrontRecord)>,
-    branch_points: Vec<Vec<f64>>,
+    open: Open,
     stage: Stage,
 }
 
@@ -104,6 +95,7 @@ impl Branches {
             all,
             is_enumerated: false,
             stress: family.stress()?,
+            left_out: 0,
             pending: Some(Pending::default()),
         })
     }
@@ -118,29 +110,12 @@ impl Branches {
         observe: &mut dyn FnMut(&Self),
     ) -> Result<(), ProblemError> {
         let equations = Equations::new(family)?;
-        while let Some(pending) = self.pending.clone() {
-            if let Some((record, start)) = &pending.current {
-                let front = restored(record, &equations)?;
-                self.follow_one(&equations, front, start.clone(), observe)?;
-            } else if let (Some((origin, record)), true) =
-                (pending.rays.first(), self.paths.len() < MOST_PATHS)
-            {
-                let front = restored(record, &equations)?;
-                let start = [front.state.point.clone(), front.state.tangent.clone()];
-                let first = equations.describe(
-                    &front.piece,
-                    &front.state,
-                    PointKind::Start,
-                    Vec::new(),
-                )?;
-                self.paths.push(Path {
-                    origin: *origin,
-                    points: vec![first],
-                    end: None,
-                });
-                let pending = self.pending.as_mut().expect("it is pending");
-                let (_, record) = pending.rays.remove(0);
-                pending.current = Some((record, start));
+        while let Some(pending) = &mut self.pending {
+            if let Some((record, start)) = pending.current.take() {
+                self.follow_one(&equations, &record, start, observe)?;
+            } else if !pending.open.rays.is_empty() && !is_large(&self.paths) {
+                let record = pending.open.rays.remove(0);
+                self.begin(&equations, record)?;
                 observe(self);
             } else {
                 self.next_stage(&equations)?;
@@ -149,49 +124,50 @@ impl Branches {
         Ok(())
     }
 
+    /// Begins a path.
+    fn begin(
+        &mut self,
+        equations: &Equations<'_>,
+        record: FrontRecord,
+    ) -> Result<(), ProblemError> {
+        let Front { state, piece, .. } = restored(&record, equations)?;
+        let first = equations.describe(&piece, &state, PointKind::Start, Vec::new())?;
+        self.paths.push(Path {
+            origin: record.origin,
+            points: vec![first],
+            end: None,
+        });
+        let pending = self.pending.get_or_insert_default();
+        pending.current = Some((record, [state.point, state.tangent]));
+        Ok(())
+    }
+
     /// Follows the last path from its front to its end.
     fn follow_one(
         &mut self,
         equations: &Equations<'_>,
-        front: Front,
+        record: &FrontRecord,
         start: [Vec<f64>; 2],
         observe: &mut dyn FnMut(&Self),
     ) -> Result<(), ProblemError> {
-        let pending = self.pending.clone().unwrap_or_default();
-        let mut open = Open {
-            rays: Vec::new(),
-            branch_points: pending.branch_points,
-        };
-        for (_, record) in &pending.rays {
-            let front = restored(record, equations)?;
-            open.rays.push(Ray {
-                state: front.state,
-                piece: front.piece,
-            });
-        }
-        let mut origins: Vec<(Vec<f64>, PathOrigin)> = pending
-            .rays
-            .iter()
-            .zip(&open.rays)
-            .map(|((origin, _), ray)| (ray.state.point.clone(), *origin))
-            .collect();
-        let from = (start[0].clone(), start[1].clone());
+        let front = restored(record, equations)?;
+        let mut open = self.pending.get_or_insert_default().open.clone();
         let done = self.paths.last().map_or(0, |path| path.points.len());
-        let end = equations.follow(front, from, done, &mut open, &mut |point, front, open| {
+        let origin = record.origin;
+        let end = equations.follow(front, &start, done, &mut open, &mut |point, front, open| {
             let path = self.paths.last_mut().expect("a path is followed");
             path.points.push(point.clone());
             let pending = self.pending.get_or_insert_default();
-            let record = FrontRecord::of(&front.state, &front.piece, front.step);
+            let record = FrontRecord::of(origin, &front.state, &front.piece, front.step);
             pending.current = Some((record, start.clone()));
-            pending.branch_points.clone_from(&open.branch_points);
-            pending.rays = recorded(&open.rays, &origins);
+            if pending.open.branch_points.len() != open.branch_points.len() {
+                pending.open = open.clone();
+            }
             observe(self);
         })?;
         let pending = self.pending.get_or_insert_default();
-        pending.rays = recorded(&open.rays, &origins);
-        pending.branch_points = open.branch_points;
+        pending.open = open;
         pending.current = None;
-        origins.clear();
         self.paths.last_mut().expect("a path is followed").end = Some(end);
         observe(self);
         Ok(())
@@ -200,7 +176,8 @@ impl Branches {
     /// Looks for new starts when all known paths have been followed.
     fn next_stage(&mut self, equations: &Equations<'_>) -> Result<(), ProblemError> {
         let stage = self.pending.as_ref().map_or(Stage::Done, |p| p.stage);
-        let too_many = self.paths.len() >= MOST_PATHS;
+        let too_many = is_large(&self.paths);
+        self.left_out = self.pending.as_ref().map_or(0, |p| p.open.rays.len());
         let (rays, origin, next) = match stage {
             _ if too_many => (Vec::new(), PathOrigin::Search, Stage::Done),
             Stage::Solver => {
@@ -224,8 +201,8 @@ impl Branches {
         };
         let pending = self.pending.get_or_insert_default();
         pending.stage = next;
-        let records = rays.iter().map(|ray| (origin, ray.record(FIRST_STEP)));
-        pending.rays.extend(records);
+        let records = rays.iter().map(|ray| ray.record(origin, FIRST_STEP));
+        pending.open.rays.extend(records);
         Ok(())
     }
 
@@ -295,8 +272,16 @@ impl Branches {
             | PathEnd::Degenerate => true,
             PathEnd::Stuck | PathEnd::Uncertified | PathEnd::TooLong => false,
         };
-        self.pending.is_none() && self.paths.iter().all(|path| path.end.is_some_and(known))
+        self.pending.is_none()
+            && self.left_out == 0
+            && self.paths.iter().all(|path| path.end.is_some_and(known))
     }
+}
+
+/// Whether no more paths are begun.
+fn is_large(paths: &[Path]) -> bool {
+    let points = paths.iter().map(|path| path.points.len()).sum::<usize>();
+    paths.len() >= MOST_PATHS || points >= MOST_POINTS
 }
 
 fn restored(record: &FrontRecord, equations: &Equations<'_>) -> Result<Front, ProblemError> {
@@ -309,17 +294,6 @@ fn restored(record: &FrontRecord, equations: &Equations<'_>) -> Result<Front, Pr
         }
         .into()
     })
-}
-
-/// Half paths with the origins of those that were known before; others come from branch points.
-fn recorded(rays: &[Ray], origins: &[(Vec<f64>, PathOrigin)]) -> Vec<(PathOrigin, FrontRecord)> {
-    let origin = |ray: &Ray| {
-        let mut known = origins.iter();
-        let found = known.find(|(point, _)| *point == ray.state.point);
-        found.map_or(PathOrigin::BranchPoint, |(_, origin)| *origin)
-    };
-    let records = rays.iter().map(|ray| (origin(ray), ray.record(FIRST_STEP)));
-    records.collect()
 }
 
 /// Half paths from the solver's answer at the start of the range, or, where no path can be told there, from one a little inside.
@@ -367,10 +341,11 @@ fn rays_from(equations: &Equations<'_>, point: &[f64]) -> Result<Vec<Ray>, Probl
         return Ok(Vec::new());
     };
     let distances = state.distances(equations, &piece);
-    let reached: Vec<_> = distances.into_iter().filter(|d| d.value <= REACHED).collect();
-    let inward = |rate: f64| {
-        rate > 0.0 && s < 1.0 || rate < 0.0 && s > 0.0
-    };
+    let reached: Vec<_> = distances
+        .into_iter()
+        .filter(|d| d.value <= REACHED)
+        .collect();
+    let inward = |rate: f64| rate > 0.0 && s < 1.0 || rate < 0.0 && s > 0.0;
     let mut rays = if reached.is_empty() {
         let mut rays = Vec::new();
         for forward in [true, false] {

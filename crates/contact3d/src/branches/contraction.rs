@@ -23,7 +23,10 @@ impl Equations<'_> {
         let layout = state.member.dual.layout;
         let n = layout.n_multipliers();
         let slipping = (0..layout.n_panes()).filter(|pane| piece.zones[*pane] == Zone::Slip);
-        let rows: Vec<usize> = slipping.filter_map(|pane| layout.tangential(pane)).flatten().collect();
+        let rows: Vec<usize> = slipping
+            .filter_map(|pane| layout.tangential(pane))
+            .flatten()
+            .collect();
         if rows.is_empty() {
             return Some(0.0);
         }

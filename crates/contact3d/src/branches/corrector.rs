@@ -125,8 +125,8 @@ impl Equations<'_> {
             }
             let tangent = unit(kernel);
             add_scaled(&mut point, 1.0, step);
-            let settled = length <= SHORT * reach
-                || length <= ROUNDING * reach && length > 0.5 * last;
+            let settled =
+                length <= SHORT * reach || length <= ROUNDING * reach && length > 0.5 * last;
             if settled {
                 return self.state(piece, point, tangent, &lu, &normal, direction, steps);
             }
@@ -226,7 +226,8 @@ impl Equations<'_> {
         place: &PathState,
     ) -> Result<Option<Vec<f64>>, ProblemError> {
         let derivative = self.derivative(&place.member, piece, &place.point, &place.evaluated)?;
-        let Some(lu) = derivative.and_then(|derivative| bordered(&derivative, &place.tangent)) else {
+        let Some(lu) = derivative.and_then(|derivative| bordered(&derivative, &place.tangent))
+        else {
             return Ok(None);
         };
         let mut vector = scattered(place.point.len());

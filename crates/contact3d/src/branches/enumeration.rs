@@ -96,7 +96,9 @@ fn solution_of(
     let mut rhs = Mat::from_fn(2 * m, 1, |i, _| rho[unknowns[i]] * dual.rhs[unknowns[i]]);
     let mut replace = |row: usize, entries: &[(usize, f64)]| {
         (0..2 * m).for_each(|j| matrix[(row, j)] = 0.0);
-        entries.iter().for_each(|(j, value)| matrix[(row, *j)] = *value);
+        entries
+            .iter()
+            .for_each(|(j, value)| matrix[(row, *j)] = *value);
         rhs[(row, 0)] = 0.0;
     };
     for (pane, state) in states.iter().enumerate() {
@@ -129,9 +131,7 @@ fn solution_of(
         let moved = -gradient[axes[pane].0];
         match state {
             State::Open => gradient[pane] >= -way,
-            State::Stick => {
-                normal >= -slack && tangential.abs() <= friction[pane] * normal + slack
-            }
+            State::Stick => normal >= -slack && tangential.abs() <= friction[pane] * normal + slack,
             State::Slip(sign) => normal >= -slack && f64::from(*sign) * moved >= -way,
         }
     };

@@ -239,7 +239,13 @@ impl<'a> Equations<'a> {
         let surface = member.surface();
         let compliance = member.dual.compliance.as_ref().map(|c| c.column(j));
         let unit = |i: usize| if i == j { 1.0 } else { 0.0 };
-        let stuck = |i: usize| if rho[i] == 0.0 { unit(i) } else { rho[i] * s[i] };
+        let stuck = |i: usize| {
+            if rho[i] == 0.0 {
+                unit(i)
+            } else {
+                rho[i] * s[i]
+            }
+        };
         for (pane, state) in at.panes.iter().enumerate() {
             let normal = layout.normal(pane);
             let Some(pair) = layout.tangential(pane) else {
@@ -292,7 +298,12 @@ impl<'a> Equations<'a> {
     }
 
     /// The distances of a point to all ends of its piece.
-    pub(super) fn distances(&self, member: &Member, piece: &Piece, at: &Evaluated) -> Vec<Distance> {
+    pub(super) fn distances(
+        &self,
+        member: &Member,
+        piece: &Piece,
+        at: &Evaluated,
+    ) -> Vec<Distance> {
         let law = member.law();
         // Stresses of single panes, of which all together have the size 1.
         let unit = (at.panes.len() as f64).sqrt();
@@ -355,7 +366,9 @@ impl<'a> Equations<'a> {
         let mut slips = vec![false; displacement.len()];
         for (pane, zone) in piece.zones.iter().enumerate() {
             if *zone == Zone::Slip {
-                surface.pane_weights(pane).for_each(|(node, _)| slips[node] = true);
+                surface
+                    .pane_weights(pane)
+                    .for_each(|(node, _)| slips[node] = true);
             }
         }
         let laws = LawPieces::new(law);

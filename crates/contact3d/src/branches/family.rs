@@ -42,7 +42,9 @@ impl ParameterRange {
     #[must_use]
     pub fn is_logarithmic(&self) -> bool {
         let ratio = self.to / self.from;
-        ratio > 0.0 && !(LOGARITHMIC_FROM.recip()..=LOGARITHMIC_FROM).contains(&ratio)
+        ratio > 0.0
+            && ratio.is_finite()
+            && !(LOGARITHMIC_FROM.recip()..=LOGARITHMIC_FROM).contains(&ratio)
     }
 
     /// The parameter at s.
@@ -86,7 +88,9 @@ impl Member {
     }
 
     pub(super) fn law(&self) -> &CoulombLaw {
-        self.interface.coulomb().expect("a family has Coulomb friction")
+        self.interface
+            .coulomb()
+            .expect("a family has Coulomb friction")
     }
 
     pub(super) fn contact(&self) -> ContactState<'_> {
@@ -171,7 +175,11 @@ impl<'a> Family<'a> {
         };
         let interfaces = [interface(&first)?, interface(&second)?];
         // The one whose law follows the slip has the compliance that laws of both kinds can use.
-        let base = if interfaces[0].follows_slip() { &first } else { &second };
+        let base = if interfaces[0].follows_slip() {
+            &first
+        } else {
+            &second
+        };
         let shares = |scene: &Scene| base.with_scene(explicit(scene.clone()));
         let others: Vec<_> = PROBES
             .iter()
@@ -352,13 +360,18 @@ fn on_line(
     let load = |problem: &AssembledProblem| problem.system().assembly.primal.load.clone();
     let gap = |problem: &AssembledProblem| {
         let state = problem.contact_state();
-        state.and_then(|state| state.interface.gap.clone()).unwrap_or_default()
+        state
+            .and_then(|state| state.interface.gap.clone())
+            .unwrap_or_default()
     };
     let straight = |values: [Vec<f64>; 3]| {
         let [a, b, c] = values;
         let longest = a.len().max(b.len()).max(c.len());
         let at = |v: &[f64], i: usize| v.get(i).copied().unwrap_or(0.0);
-        let size = [&a, &b].into_iter().flatten().fold(0.0, |m, v| f64::max(m, v.abs()));
+        let size = [&a, &b]
+            .into_iter()
+            .flatten()
+            .fold(0.0, |m, v| f64::max(m, v.abs()));
         (0..longest).all(|i| {
             let line = at(&a, i) + share * (at(&b, i) - at(&a, i));
             (at(&c, i) - line).abs() <= STRAIGHT * size

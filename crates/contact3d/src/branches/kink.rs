@@ -58,9 +58,7 @@ impl Equations<'_> {
         for mut candidate in combinations(piece, &choices) {
             self.follow_law(&state.member, &mut candidate, &state.point);
             for ray in self.rays_into(&candidate, state)? {
-                let same = |other: &Ray| {
-                    1.0 - dot(&ray.state.tangent, &other.state.tangent) < SAME
-                };
+                let same = |other: &Ray| 1.0 - dot(&ray.state.tangent, &other.state.tangent) < SAME;
                 if !rays.iter().any(same) {
                     rays.push(ray);
                 }
@@ -77,7 +75,8 @@ impl Equations<'_> {
                     let Some(pane) = distance.switch.pane() else {
                         continue;
                     };
-                    let known = |choice: &Choice| matches!(choice, Choice::Zone(p, _) if *p == pane);
+                    let known =
+                        |choice: &Choice| matches!(choice, Choice::Zone(p, _) if *p == pane);
                     if !choices.iter().any(known) {
                         let zones = self.zones_at(&state.evaluated, pane, 10.0 * REACHED);
                         choices.push(Choice::Zone(pane, zones));
@@ -155,7 +154,11 @@ fn combinations(piece: &Piece, choices: &[Choice]) -> Vec<Piece> {
     if total.is_some_and(|total| total <= MOST_PIECES) {
         let mut pieces = vec![piece.clone()];
         for choice in choices {
-            let apply = |piece: &Piece| (0..number(choice)).map(|k| chosen(piece, choice, k)).collect::<Vec<_>>();
+            let apply = |piece: &Piece| {
+                (0..number(choice))
+                    .map(|k| chosen(piece, choice, k))
+                    .collect::<Vec<_>>()
+            };
             pieces = pieces.iter().flat_map(apply).collect();
         }
         return pieces;
@@ -168,7 +171,9 @@ fn combinations(piece: &Piece, choices: &[Choice]) -> Vec<Piece> {
         }
         Choice::Law(..) => chosen(piece, choice, 1),
     };
-    let all = choices.iter().fold(piece.clone(), |piece, choice| other(&piece, choice));
+    let all = choices
+        .iter()
+        .fold(piece.clone(), |piece, choice| other(&piece, choice));
     let single = choices.iter().map(|choice| other(piece, choice));
     [piece.clone(), all].into_iter().chain(single).collect()
 }

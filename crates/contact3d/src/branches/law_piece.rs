@@ -34,9 +34,9 @@ impl<'a> LawPieces<'a> {
                     [positive(own), Vec::new()]
                 }
                 Coefficient::Grid(_) => coefficient.kinks(0).map(positive),
-                Coefficient::Constant(_) | Coefficient::Expression(_) | Coefficient::Function(_) => {
-                    [Vec::new(), Vec::new()]
-                }
+                Coefficient::Constant(_)
+                | Coefficient::Expression(_)
+                | Coefficient::Function(_) => [Vec::new(), Vec::new()],
             }
         });
         Self {
@@ -89,7 +89,9 @@ impl<'a> LawPieces<'a> {
     /// 1/F at a node on a piece.
     pub(super) fn inverse(&self, node: usize, u: [f64; 2], piece: &NodePiece) -> NodalInverse {
         let signed = signed(u, piece);
-        let signs = piece.negative.map(|negative| if negative { -1.0 } else { 1.0 });
+        let signs = piece
+            .negative
+            .map(|negative| if negative { -1.0 } else { 1.0 });
         let last = self.law.coefficients().len() - 1;
         let both = [0, 1].map(|k| {
             let coefficient = k.min(last);

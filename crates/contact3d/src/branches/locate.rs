@@ -64,7 +64,11 @@ impl Step<'_> {
                 _ => first.clamp(MARGIN, 1.0 - MARGIN),
             };
             // Without the margin once the line through both ends is all but the path.
-            let share = if trial % 3 == 1 && first > 0.0 { first } else { share };
+            let share = if trial % 3 == 1 && first > 0.0 {
+                first
+            } else {
+                share
+            };
             let middle = low + share * (high - low);
             let Some(state) = self.at(middle)? else {
                 return Ok(None);
@@ -94,12 +98,18 @@ impl Step<'_> {
         }
         let Some(state) = found else { return Ok(None) };
         let reached = distances(&state);
-        let least = reached.iter().map(|d| d.value).fold(f64::INFINITY, f64::min);
+        let least = reached
+            .iter()
+            .map(|d| d.value)
+            .fold(f64::INFINITY, f64::min);
         if least.abs() > REACHED {
             return Ok(None);
         }
-        let reached = reached.into_iter().filter(|d| d.value <= REACHED).collect();
-        Ok(Some((state, reached)))
+        // Ends that the step does not cross, as the reversal of a held node, end nothing.
+        let crossed = distances(self.to).into_iter().map(|d| d.value < -LOCATED);
+        let reached = reached.into_iter().zip(crossed);
+        let reached = reached.filter(|(d, crossed)| *crossed && d.value <= REACHED);
+        Ok(Some((state, reached.map(|(d, _)| d).collect())))
     }
 
     /// The fold between two points whose parameters go different ways: where ds = 0, by regula falsi in the Illinois variant.

@@ -33,8 +33,9 @@ mod record;
 mod search;
 mod slip_stress;
 
-pub use branches::{Branches, EndSolution, Path, PathOrigin, Pending};
+pub use branches::{Branches, EndSolution, Path, Pending};
 pub use family::{Family, ParameterRange, SceneAt};
 pub use path::PathEnd;
 pub use piece::Switch;
 pub use point::{PathPoint, PointKind};
+pub use record::PathOrigin;

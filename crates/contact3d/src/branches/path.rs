@@ -7,8 +7,9 @@ use super::{
     equations::Equations,
     kink::Ray,
     locate::{CROSSED, Step},
-    piece::{Distance, Piece, Switch},
+    piece::{Beyond, Distance, Piece, Switch},
     point::{PathPoint, PointKind},
+    record::{FrontRecord, PathOrigin},
 };
 use crate::{
     linalg::{add_scaled, difference, dot, norm},
@@ -32,7 +33,7 @@ const STRAIGHT: f64 = 0.9;
 const NEAR: f64 = 2.0;
 
 /// A path that comes this near to a known point in its direction has come back to it.
-const RETURNED: f64 = 1e-6;
+const RETURNED: f64 = 1e-5;
 
 /// A path beyond this multiple of Λ runs to infinity.
 const INFINITE: f64 = 1e6;
@@ -40,8 +41,14 @@ const INFINITE: f64 = 1e6;
 /// Rates of the parameter below this are those of a path that stands upright, and no fold.
 const UPRIGHT: f64 = 1e-9;
 
+/// How far from a branch point on a smooth piece the crossing path is sought.
+const OFF: [f64; 3] = [1e-2, 1e-3, 1e-4];
+
+/// Most changes of the law's signs at a point off a branch point.
+const MOST_TURNS: usize = 3;
+
 /// Most points of one path.
-const MOST_POINTS: usize = 20_000;
+const MOST_POINTS: usize = 5_000;
 
 /// A certified point has at most this residual of the natural map, measured by local stiffness.
 const CERTIFIED: f64 = 1e-8;
@@ -91,9 +98,9 @@ enum Advance {
 pub(super) type Observer<'o> = dyn FnMut(&PathPoint, &Front, &Open) + 'o;
 
 /// Half paths that are still to be followed, and branch points that are known.
-#[derive(Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct Open {
-    pub(super) rays: Vec<Ray>,
+    pub(super) rays: Vec<FrontRecord>,
     pub(super) branch_points: Vec<Vec<f64>>,
 }
 
@@ -103,7 +110,7 @@ impl Equations<'_> {
     pub(super) fn follow(
         &self,
         mut front: Front,
-        start: (Vec<f64>, Vec<f64>),
+        start: &[Vec<f64>; 2],
         done: usize,
         open: &mut Open,
         observe: &mut Observer<'_>,
@@ -117,7 +124,9 @@ impl Equations<'_> {
                     }
                 }
                 Advance::RangeEnd(state) => {
-                    self.turning_points(&front, &state, open, observe)?;
+                    if self.turning_points(&front, &state, open, observe)? {
+                        return Ok(PathEnd::KnownPoint);
+                    }
                     let point = self.describe(&front.piece, &state, PointKind::End, Vec::new())?;
                     front.state = state;
                     observe(&point, &front, open);
@@ -127,8 +136,10 @@ impl Equations<'_> {
                     });
                 }
                 Advance::Point(state) => {
-                    self.turning_points(&front, &state, open, observe)?;
-                    let returned = count > 2 && passes(&front.state, &state, &start);
+                    if self.turning_points(&front, &state, open, observe)? {
+                        return Ok(PathEnd::KnownPoint);
+                    }
+                    let returned = count > 2 && passes(&front.state, &state, start);
                     let few = state.steps < FEW;
                     front.state = state;
                     let kind = match returned {
@@ -152,7 +163,9 @@ impl Equations<'_> {
                     }
                 }
                 Advance::PieceEnd(state, reached) => {
-                    self.turning_points(&front, &state, open, observe)?;
+                    if self.turning_points(&front, &state, open, observe)? {
+                        return Ok(PathEnd::KnownPoint);
+                    }
                     if let Some(end) = self.pass(&mut front, state, reached, open, observe)? {
                         return Ok(end);
                     }
@@ -217,8 +230,16 @@ impl Equations<'_> {
         let last = from.len() - 1;
         let end = if to[last] > 1.0 { 1.0 } else { 0.0 };
         let way = to[last] - from[last];
-        let share = if way == 0.0 { 0.0 } else { (end - from[last]) / way };
-        let mut guess: Vec<f64> = from.iter().zip(to).map(|(a, b)| a + share * (b - a)).collect();
+        let share = if way == 0.0 {
+            0.0
+        } else {
+            (end - from[last]) / way
+        };
+        let mut guess: Vec<f64> = from
+            .iter()
+            .zip(to)
+            .map(|(a, b)| a + share * (b - a))
+            .collect();
         guess[last] = end;
         let mut normal = vec![0.0; from.len()];
         normal[last] = 1.0;
@@ -226,14 +247,15 @@ impl Equations<'_> {
         self.correct(&front.piece, guess, &front.state.tangent, along)
     }
 
-    /// Stores a fold or a branch point between the front and the next point of its piece.
+    /// Stores a fold or a branch point between the front and the next point of its piece; whether it is a branch point that was
+    /// known, beyond which all has been or will be followed.
     fn turning_points(
         &self,
         front: &Front,
         to: &PathState,
         open: &mut Open,
         observe: &mut Observer<'_>,
-    ) -> Result<(), ProblemError> {
+    ) -> Result<bool, ProblemError> {
         let step = Step {
             equations: self,
             piece: &front.piece,
@@ -252,13 +274,15 @@ impl Equations<'_> {
                 let kind = PointKind::BranchPoint;
                 let point = self.describe(&front.piece, &place, kind, Vec::new())?;
                 observe(&point, front, open);
-                if !open.knows(&place.point) {
-                    open.branch_points.push(place.point.clone());
-                    open.rays.extend(self.crossing(&front.piece, &place)?);
+                if open.knows(&place.point) {
+                    open.rays.retain(|ray| !ray.arrives(&place, 2.0 * OFF[0]));
+                    return Ok(true);
                 }
+                open.branch_points.push(place.point.clone());
+                open.keep(&self.crossing(&front.piece, &place)?);
             }
         }
-        Ok(())
+        Ok(false)
     }
 
     /// Goes from one piece to the next; the end of the path where there is none.
@@ -300,13 +324,10 @@ impl Equations<'_> {
         let is_certified = point.residual <= CERTIFIED;
         if is_branch_point && !known {
             open.branch_points.push(state.point.clone());
-            open.rays.append(&mut rays);
+            open.keep(&rays);
         } else if known {
             // The half path that comes in here is one of those still to be followed from here.
-            open.rays.retain(|ray| {
-                let place = norm(&difference(&ray.state.point, &state.point));
-                place > RETURNED || dot(&ray.state.tangent, &state.tangent) > -1.0 + RETURNED
-            });
+            open.rays.retain(|ray| !ray.arrives(&state, RETURNED));
         }
         front.state = next.state;
         front.piece = next.piece;
@@ -323,7 +344,6 @@ impl Equations<'_> {
 
     /// The half paths that cross a path on one of its pieces: near the point, off the tangent along the second null vector of R'.
     fn crossing(&self, piece: &Piece, place: &PathState) -> Result<Vec<Ray>, ProblemError> {
-        const OFF: [f64; 3] = [1e-2, 1e-3, 1e-4];
         let mut rays = Vec::new();
         let Some(across) = self.second_null_vector(piece, place)? else {
             return Ok(rays);
@@ -335,15 +355,11 @@ impl Equations<'_> {
                 add_scaled(&mut guess, off, &direction);
                 let value = dot(&direction, &guess);
                 let along = Along::Plane(&direction, value);
-                let Some(state) = self.correct(piece, guess, &direction, along)? else {
+                let Some(ray) = self.law_followed(piece, guess, &direction, along)? else {
                     continue;
                 };
-                let inside = state.distances(self, piece).iter().all(|d| d.value >= -CROSSED);
-                if inside && norm(&difference(&state.point, &place.point)) < 10.0 * off {
-                    rays.push(Ray {
-                        state,
-                        piece: piece.clone(),
-                    });
+                if norm(&difference(&ray.state.point, &place.point)) < 10.0 * off {
+                    rays.push(ray);
                     break;
                 }
             }
@@ -352,7 +368,43 @@ impl Equations<'_> {
     }
 }
 
+impl Equations<'_> {
+    /// A point near a guess and its piece: the given one, with the law at nodes whose slip turns as it does there.
+    fn law_followed(
+        &self,
+        piece: &Piece,
+        guess: Vec<f64>,
+        direction: &[f64],
+        along: Along<'_>,
+    ) -> Result<Option<Ray>, ProblemError> {
+        let mut piece = piece.clone();
+        for _ in 0..MOST_TURNS {
+            let Some(state) = self.correct(&piece, guess.clone(), direction, along)? else {
+                return Ok(None);
+            };
+            let mut left = state.distances(self, &piece);
+            left.retain(|distance| distance.value < -CROSSED);
+            if left.is_empty() {
+                return Ok(Some(Ray { state, piece }));
+            }
+            if left.iter().any(|distance| distance.beyond == Beyond::Zone) {
+                return Ok(None);
+            }
+            for distance in left {
+                piece.pass(distance.switch, distance.beyond);
+            }
+        }
+        Ok(None)
+    }
+}
+
 impl Open {
+    fn keep(&mut self, rays: &[Ray]) {
+        let origin = PathOrigin::BranchPoint;
+        let records = rays.iter().map(|ray| ray.record(origin, FIRST_STEP));
+        self.rays.extend(records);
+    }
+
     fn knows(&self, point: &[f64]) -> bool {
         let near = |known: &Vec<f64>| norm(&difference(known, point)) < RETURNED;
         self.branch_points.iter().any(near)
@@ -360,7 +412,7 @@ impl Open {
 }
 
 /// Whether a step passes a point in its direction.
-fn passes(from: &PathState, to: &PathState, (point, tangent): &(Vec<f64>, Vec<f64>)) -> bool {
+fn passes(from: &PathState, to: &PathState, [point, tangent]: &[Vec<f64>; 2]) -> bool {
     let chord = difference(&to.point, &from.point);
     let way = difference(point, &from.point);
     let along = dot(&way, &chord) / dot(&chord, &chord);

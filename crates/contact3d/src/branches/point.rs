@@ -77,7 +77,10 @@ impl Equations<'_> {
         let (normal, tangential) = state.member.dual.layout.split(&multiplier);
         let areas = || surface.pane_area.iter();
         let sum = |stresses: &mut dyn Iterator<Item = f64>| -> f64 {
-            areas().zip(stresses).map(|(area, stress)| area * stress).sum()
+            areas()
+                .zip(stresses)
+                .map(|(area, stress)| area * stress)
+                .sum()
         };
         Ok(PathPoint {
             parameter: self.family.range().value(state.parameter().clamp(0.0, 1.0)),

@@ -9,11 +9,27 @@ use super::{
     path::Front,
     piece::{NodePiece, Piece},
 };
-use crate::{post::Zone, problem::ProblemError};
+use crate::{
+    linalg::{difference, dot, norm},
+    post::Zone,
+    problem::ProblemError,
+};
+
+/// Where a path begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum PathOrigin {
+    /// The solver's answer at the start of the range.
+    Solver,
+    /// A solution at one end of the range that was searched for.
+    Search,
+    /// A branch point.
+    BranchPoint,
+}
 
 /// A front: where a path stands and how it goes on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct FrontRecord {
+    pub(super) origin: PathOrigin,
     point: Vec<f64>,
     tangent: Vec<f64>,
     orientation: i8,
@@ -24,13 +40,14 @@ pub(super) struct FrontRecord {
 }
 
 impl FrontRecord {
-    pub(super) fn of(state: &PathState, piece: &Piece, step: f64) -> Self {
+    pub(super) fn of(origin: PathOrigin, state: &PathState, piece: &Piece, step: f64) -> Self {
         let letter = |zone: &Zone| match zone {
             Zone::Open => 'o',
             Zone::Stick => 't',
             Zone::Slip => 'l',
         };
         Self {
+            origin,
             point: state.point.clone(),
             tangent: state.tangent.clone(),
             orientation: state.orientation,
@@ -39,6 +56,12 @@ impl FrontRecord {
             capped: piece.capped.clone(),
             nodes: piece.nodes.clone(),
         }
+    }
+
+    /// Whether a path that ends in a state came along this front, the other way.
+    pub(super) fn arrives(&self, state: &PathState, tolerance: f64) -> bool {
+        norm(&difference(&self.point, &state.point)) <= tolerance
+            && dot(&self.tangent, &state.tangent) <= -1.0 + tolerance
     }
 
     /// The front again; `None` where the record does not fit the problem.
@@ -86,7 +109,7 @@ impl FrontRecord {
 }
 
 impl Ray {
-    pub(super) fn record(&self, step: f64) -> FrontRecord {
-        FrontRecord::of(&self.state, &self.piece, step)
+    pub(super) fn record(&self, origin: PathOrigin, step: f64) -> FrontRecord {
+        FrontRecord::of(origin, &self.state, &self.piece, step)
     }
 }

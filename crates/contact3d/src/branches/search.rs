@@ -1,6 +1,6 @@
 //! Solutions at one value of the parameter: deflated Newton's method from many starts.
 
-use super::{equations::Equations, enumeration::planar_solutions};
+use super::{enumeration::planar_solutions, equations::Equations};
 use crate::{
     linalg::{difference, dot, norm},
     problem::ProblemError,
@@ -54,7 +54,8 @@ impl Equations<'_> {
         let n = member.dual.dimension();
         let glued = member.local.glued(&member.dual.rhs);
         let pressed = member.local.pressed(&member.dual.rhs);
-        let count = (OPERATIONS / (MOST_STEPS as f64 * (n as f64).powi(3))).clamp(STARTS[0], STARTS[1]);
+        let count =
+            (OPERATIONS / (MOST_STEPS as f64 * (n as f64).powi(3))).clamp(STARTS[0], STARTS[1]);
         let layout = member.dual.layout;
         let mut scatter = Scatter(0x9E37_79B9_7F4A_7C15);
         for k in 0..count as usize {
@@ -82,7 +83,8 @@ impl Equations<'_> {
                 let Some(multiplier) = self.newton(&map, start.clone(), apart) else {
                     continue;
                 };
-                let near = |other: &Vec<f64>| norm(&difference(other, &multiplier)) <= SAME * self.stress;
+                let near =
+                    |other: &Vec<f64>| norm(&difference(other, &multiplier)) <= SAME * self.stress;
                 if !known.iter().any(near) {
                     known.push(multiplier.clone());
                     found.push(point(&multiplier));
