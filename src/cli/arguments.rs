@@ -10,8 +10,9 @@ use contact3d::scene::{
 use serde::de::{DeserializeOwned, IntoDeserializer, value::StrDeserializer};
 
 use super::{
-    accuracy::AccuracyArguments, html::ReportArguments, law::LawArguments, schema::SchemaArguments,
-    stability::StabilityArguments, sweep::SweepArguments,
+    accuracy::AccuracyArguments, branches::BranchesArguments, html::ReportArguments,
+    law::LawArguments, schema::SchemaArguments, stability::StabilityArguments,
+    sweep::SweepArguments,
 };
 use crate::{pipeline::AssemblyFile, views::figures_folder};
 
@@ -70,6 +71,8 @@ pub enum Command {
     Law(LawArguments),
     /// Measure the errors of solvers and meshes for a scene, and what each digit costs
     Accuracy(AccuracyArguments),
+    /// Follow the solutions in a key of the scene: folds, kinks, branches, all solutions of a scene
+    Branches(BranchesArguments),
     /// Conditioning, agreement of algorithms and invariance, for one scene or a suite of hard cases
     Stability(StabilityArguments),
     /// Write a report as one HTML page that needs no network

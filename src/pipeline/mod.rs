@@ -8,6 +8,7 @@
 mod accuracy;
 mod adapt;
 mod assemble;
+mod branches;
 mod checkpoint;
 mod error;
 mod freshness;
@@ -26,6 +27,7 @@ mod undo;
 
 pub use accuracy::{accuracy_input, measure_accuracy};
 pub use adapt::{AdaptStep, Adapted};
+pub use branches::{BranchesTask, branches_input, follow_branches};
 pub use error::StageError;
 pub use freshness::{Freshness, StageState, operator_settings, stage_settings, states};
 pub use homes::{AssemblyFile, Operator};

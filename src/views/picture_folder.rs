@@ -20,6 +20,8 @@ pub enum Drawing {
     Run,
     /// The diagrams of the ladders of accuracy.
     Accuracy,
+    /// The diagrams of paths of solutions.
+    Branches,
     /// The charts of a sweep.
     Sweep,
     /// A law of friction.
@@ -36,6 +38,7 @@ impl Drawing {
             ]
             .concat(),
             Self::Accuracy => super::charts::ACCURACY.to_vec(),
+            Self::Branches => super::branches::BRANCHES.to_vec(),
             Self::Sweep => sweep_charts::columns().collect(),
             Self::Law => vec![super::law::PICTURE],
         }
