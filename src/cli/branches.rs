@@ -32,10 +32,10 @@ pub struct BranchesArguments {
     #[arg(long, value_name = "KEY")]
     pub parameter: String,
     /// Its value where paths begin
-    #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
     pub from: f64,
     /// Its value at the other end of the range
-    #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
     pub to: f64,
     /// Search for all solutions at both ends of the range, and follow each
     #[arg(long)]
@@ -203,7 +203,6 @@ fn end_words(end: Option<PathEnd>) -> &'static str {
         Some(PathEnd::Range) => "to the end of the range",
         Some(PathEnd::Closed) => "closed",
         Some(PathEnd::KnownPoint) => "to a branch point that is known",
-        Some(PathEnd::Unbounded) => "to infinity",
         Some(PathEnd::Degenerate) => "to a point where so many panes change that no path leaves it",
         Some(PathEnd::Stuck) => "stuck: Newton's method does not settle at the smallest step",
         Some(PathEnd::Uncertified) => "to a point that the natural map does not certify",

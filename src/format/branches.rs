@@ -61,18 +61,16 @@ runfile::stored_enum! {
         Closed = 1 => "closed",
         /// `known_point`.
         KnownPoint = 2 => "known_point",
-        /// `unbounded`.
-        Unbounded = 3 => "unbounded",
         /// `degenerate`.
-        Degenerate = 4 => "degenerate",
+        Degenerate = 3 => "degenerate",
         /// `stuck`.
-        Stuck = 5 => "stuck",
+        Stuck = 4 => "stuck",
         /// `uncertified`.
-        Uncertified = 6 => "uncertified",
+        Uncertified = 5 => "uncertified",
         /// `too_long`.
-        TooLong = 7 => "too_long",
+        TooLong = 6 => "too_long",
         /// `unfinished`.
-        Unfinished = 8 => "unfinished",
+        Unfinished = 7 => "unfinished",
     }
 }
 
@@ -302,7 +300,6 @@ fn stored_end(end: Option<PathEnd>) -> StoredEnd {
         Some(PathEnd::Range) => StoredEnd::Range,
         Some(PathEnd::Closed) => StoredEnd::Closed,
         Some(PathEnd::KnownPoint) => StoredEnd::KnownPoint,
-        Some(PathEnd::Unbounded) => StoredEnd::Unbounded,
         Some(PathEnd::Degenerate) => StoredEnd::Degenerate,
         Some(PathEnd::Stuck) => StoredEnd::Stuck,
         Some(PathEnd::Uncertified) => StoredEnd::Uncertified,
@@ -316,7 +313,6 @@ fn end(stored: StoredEnd) -> Option<PathEnd> {
         StoredEnd::Range => PathEnd::Range,
         StoredEnd::Closed => PathEnd::Closed,
         StoredEnd::KnownPoint => PathEnd::KnownPoint,
-        StoredEnd::Unbounded => PathEnd::Unbounded,
         StoredEnd::Degenerate => PathEnd::Degenerate,
         StoredEnd::Stuck => PathEnd::Stuck,
         StoredEnd::Uncertified => PathEnd::Uncertified,

@@ -115,13 +115,26 @@ impl Branches {
                 self.follow_one(&equations, &record, start, observe)?;
             } else if !pending.open.rays.is_empty() && !is_large(&self.paths) {
                 let record = pending.open.rays.remove(0);
-                self.begin(&equations, record)?;
-                observe(self);
+                if !self.reaches(&record) {
+                    self.begin(&equations, record)?;
+                    observe(self);
+                }
             } else {
                 self.next_stage(&equations)?;
             }
         }
         Ok(())
+    }
+
+    /// Whether a path has come to a solution that was searched for since.
+    fn reaches(&self, record: &FrontRecord) -> bool {
+        let (parameter, multiplier) = record.solution(&self.range, self.stress);
+        let solutions = self.end_solutions(parameter).into_iter();
+        let mut points = solutions.map(|at| &self.paths[at.path].points[at.point]);
+        let near = |point: &PathPoint| {
+            norm(&difference(&point.multiplier, &multiplier)) <= SAME * self.stress
+        };
+        record.origin == PathOrigin::Search && points.any(near)
     }
 
     /// Begins a path.
@@ -154,22 +167,23 @@ impl Branches {
         let mut open = self.pending.get_or_insert_default().open.clone();
         let done = self.paths.last().map_or(0, |path| path.points.len());
         let origin = record.origin;
-        let end = equations.follow(front, &start, done, &mut open, &mut |point, front, open| {
+        let mut see = |points: &[PathPoint], front: &Front, open: &Open, end: Option<PathEnd>| {
             let path = self.paths.last_mut().expect("a path is followed");
-            path.points.push(point.clone());
+            path.points.extend_from_slice(points);
+            path.end = end;
             let pending = self.pending.get_or_insert_default();
             let record = FrontRecord::of(origin, &front.state, &front.piece, front.step);
-            pending.current = Some((record, start.clone()));
-            if pending.open.branch_points.len() != open.branch_points.len() {
+            pending.current = end.is_none().then(|| (record, start.clone()));
+            if end.is_some() || pending.open.branch_points.len() != open.branch_points.len() {
                 pending.open = open.clone();
             }
             observe(self);
-        })?;
-        let pending = self.pending.get_or_insert_default();
-        pending.open = open;
-        pending.current = None;
+        };
+        let end = equations.follow(front, &start, done, &mut open, &mut see)?;
         self.paths.last_mut().expect("a path is followed").end = Some(end);
-        observe(self);
+        let pending = self.pending.get_or_insert_default();
+        pending.current = None;
+        pending.open = open;
         Ok(())
     }
 
@@ -265,11 +279,7 @@ impl Branches {
     #[must_use]
     pub fn is_complete(&self) -> bool {
         let known = |end: PathEnd| match end {
-            PathEnd::Range
-            | PathEnd::Closed
-            | PathEnd::KnownPoint
-            | PathEnd::Unbounded
-            | PathEnd::Degenerate => true,
+            PathEnd::Range | PathEnd::Closed | PathEnd::KnownPoint | PathEnd::Degenerate => true,
             PathEnd::Stuck | PathEnd::Uncertified | PathEnd::TooLong => false,
         };
         self.pending.is_none()

@@ -18,6 +18,9 @@ use crate::{
 /// little, and moves no point.
 const DIFFERENCE: f64 = 1e-4;
 
+/// Stresses below this share of Λ are those of a face about to open.
+const PRESSED: f64 = 1e-4;
+
 /// The equations R(y, s) = 0 of a family: y = λ/Λ with the size of stresses Λ.
 pub(super) struct Equations<'a> {
     pub(super) family: &'a Family<'a>,
@@ -64,7 +67,8 @@ impl<'a> Equations<'a> {
         y.iter().map(|y| self.stress * y).collect()
     }
 
-    /// ‖R‖ / ‖λ‖ of the natural map, measured by local stiffness as the solvers do; it knows nothing of pieces.
+    /// ‖R‖ / ‖λ‖ of the natural map, measured by local stiffness as the solvers do; it knows nothing of pieces. Where hardly anything
+    /// presses, over a small share of Λ.
     pub(super) fn natural_residual(&self, point: &[f64]) -> Result<f64, ProblemError> {
         let member = self.family.member(point[point.len() - 1])?;
         let multiplier = self.multiplier(point);
@@ -74,7 +78,7 @@ impl<'a> Equations<'a> {
         let map = NaturalMap::with_steplengths(&member.dual, bound, steplengths);
         Ok(match map.evaluate(&multiplier).norm {
             0.0 => 0.0,
-            residual => residual / norm(&multiplier).max(f64::MIN_POSITIVE),
+            residual => residual / norm(&multiplier).max(PRESSED * self.stress),
         })
     }
 

@@ -16,7 +16,8 @@ use crate::{
     problem::ProblemError,
 };
 
-/// Steps in the norm ‖λ‖²/Λ² + s²: the first one, the smallest, the largest relative to 1 + ‖λ‖/Λ.
+/// Steps in the norm ‖λ‖²/Λ² + s²: the first one, the smallest, the largest relative to 1 + ‖λ‖/Λ. All solutions lie in the ball
+/// λᵀSλ ≤ λᵀh, so paths do not run to infinity.
 pub(super) const FIRST_STEP: f64 = 1e-3;
 const SMALLEST_STEP: f64 = 1e-7;
 const LARGEST_STEP: f64 = 0.1;
@@ -26,8 +27,11 @@ const GROWTH: f64 = 1.3;
 const SHRINK: f64 = 0.5;
 const FEW: usize = 5;
 
-/// Least cosine of the tangents of both ends of a step.
+/// Least cosine of the tangents of both ends of a step, with each other and with its chord.
 const STRAIGHT: f64 = 0.9;
+
+/// Steps across a branch point are no longer than this.
+const SURE_STEP: f64 = 1e-4;
 
 /// A corrected point may lie this many steps from the last one.
 const NEAR: f64 = 2.0;
@@ -35,8 +39,8 @@ const NEAR: f64 = 2.0;
 /// A path that comes this near to a known point in its direction has come back to it.
 const RETURNED: f64 = 1e-5;
 
-/// A path beyond this multiple of Λ runs to infinity.
-const INFINITE: f64 = 1e6;
+/// A start nearer than this share of a step is the one that the path has just left.
+const BEHIND: f64 = 1e-9;
 
 /// Rates of the parameter below this are those of a path that stands upright, and no fold.
 const UPRIGHT: f64 = 1e-9;
@@ -62,8 +66,6 @@ pub enum PathEnd {
     Closed,
     /// At a branch point from which this path has been followed already.
     KnownPoint,
-    /// The stresses grow beyond all bounds.
-    Unbounded,
     /// No half path leaves the point, or the equations have no direction there: so many panes change at once that no piece can
     /// be told.
     Degenerate,
@@ -94,8 +96,8 @@ enum Advance {
     Nothing,
 }
 
-/// What sees every new point, with the front behind it and what is still open.
-pub(super) type Observer<'o> = dyn FnMut(&PathPoint, &Front, &Open) + 'o;
+/// What sees the new points of every step, with the front behind them, what is still open, and why the path ends there.
+pub(super) type Observer<'o> = dyn FnMut(&[PathPoint], &Front, &Open, Option<PathEnd>) + 'o;
 
 /// Half paths that are still to be followed, and branch points that are known.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -115,7 +117,7 @@ impl Equations<'_> {
         open: &mut Open,
         observe: &mut Observer<'_>,
     ) -> Result<PathEnd, ProblemError> {
-        for count in done..MOST_POINTS {
+        for _ in done..MOST_POINTS {
             match self.advance(&front)? {
                 Advance::Nothing => {
                     front.step *= SHRINK;
@@ -124,49 +126,63 @@ impl Equations<'_> {
                     }
                 }
                 Advance::RangeEnd(state) => {
-                    if self.turning_points(&front, &state, open, observe)? {
-                        return Ok(PathEnd::KnownPoint);
+                    let (mut points, known) = self.turning_points(&front, &state, open)?;
+                    if known {
+                        let end = PathEnd::KnownPoint;
+                        observe(&points, &front, open, Some(end));
+                        return Ok(end);
                     }
                     let point = self.describe(&front.piece, &state, PointKind::End, Vec::new())?;
+                    let is_certified = point.residual <= CERTIFIED;
                     front.state = state;
-                    observe(&point, &front, open);
-                    return Ok(match point.residual <= CERTIFIED {
+                    points.push(point);
+                    let end = match is_certified {
                         true => PathEnd::Range,
                         false => PathEnd::Uncertified,
-                    });
+                    };
+                    observe(&points, &front, open, Some(end));
+                    return Ok(end);
                 }
                 Advance::Point(state) => {
-                    if self.turning_points(&front, &state, open, observe)? {
-                        return Ok(PathEnd::KnownPoint);
+                    let (mut points, known) = self.turning_points(&front, &state, open)?;
+                    if known {
+                        let end = PathEnd::KnownPoint;
+                        observe(&points, &front, open, Some(end));
+                        return Ok(end);
                     }
-                    let returned = count > 2 && passes(&front.state, &state, start);
-                    let few = state.steps < FEW;
+                    let returned = passes(&front.state, &state, start);
+                    let reach = norm(&state.point);
+                    if state.steps < FEW {
+                        front.step = (GROWTH * front.step).min(LARGEST_STEP * (1.0 + reach));
+                    }
                     front.state = state;
                     let kind = match returned {
                         true => PointKind::End,
                         false => PointKind::Regular,
                     };
                     let point = self.describe(&front.piece, &front.state, kind, Vec::new())?;
-                    observe(&point, &front, open);
-                    if point.residual > CERTIFIED {
-                        return Ok(PathEnd::Uncertified);
-                    }
-                    if returned {
-                        return Ok(PathEnd::Closed);
-                    }
-                    let reach = norm(&front.state.point);
-                    if reach > INFINITE {
-                        return Ok(PathEnd::Unbounded);
-                    }
-                    if few {
-                        front.step = (GROWTH * front.step).min(LARGEST_STEP * (1.0 + reach));
+                    let is_certified = point.residual <= CERTIFIED;
+                    points.push(point);
+                    let end = match (is_certified, returned) {
+                        (false, _) => Some(PathEnd::Uncertified),
+                        (true, true) => Some(PathEnd::Closed),
+                        (true, false) => None,
+                    };
+                    observe(&points, &front, open, end);
+                    if let Some(end) = end {
+                        return Ok(end);
                     }
                 }
                 Advance::PieceEnd(state, reached) => {
-                    if self.turning_points(&front, &state, open, observe)? {
-                        return Ok(PathEnd::KnownPoint);
+                    let (mut points, known) = self.turning_points(&front, &state, open)?;
+                    if known {
+                        let end = PathEnd::KnownPoint;
+                        observe(&points, &front, open, Some(end));
+                        return Ok(end);
                     }
-                    if let Some(end) = self.pass(&mut front, state, reached, open, observe)? {
+                    if let Some(end) =
+                        self.pass(&mut front, state, reached, points, open, observe)?
+                    {
                         return Ok(end);
                     }
                 }
@@ -196,9 +212,14 @@ impl Equations<'_> {
             };
             (state, at_end) = (end, true);
         }
-        let way = norm(&difference(&state.point, &from.point));
-        let bent = dot(&state.tangent, &from.tangent) < STRAIGHT;
-        if bent || way > NEAR * front.step {
+        let chord = difference(&state.point, &from.point);
+        let way = norm(&chord);
+        let bent = dot(&state.tangent, &from.tangent) < STRAIGHT
+            || dot(&chord, &from.tangent) < STRAIGHT * way
+            || dot(&chord, &state.tangent) < STRAIGHT * way;
+        // A step to another path may turn the orientation, too; a short one that does has passed a branch point.
+        let turned = state.orientation != from.orientation && front.step > SURE_STEP;
+        if bent || turned || way > NEAR * front.step {
             return Ok(Advance::Nothing);
         }
         let distances = state.distances(self, piece);
@@ -247,15 +268,15 @@ impl Equations<'_> {
         self.correct(&front.piece, guess, &front.state.tangent, along)
     }
 
-    /// Stores a fold or a branch point between the front and the next point of its piece; whether it is a branch point that was
+    /// The folds and branch points between the front and the next point of its piece, and whether one is a branch point that was
     /// known, beyond which all has been or will be followed.
     fn turning_points(
         &self,
         front: &Front,
         to: &PathState,
         open: &mut Open,
-        observe: &mut Observer<'_>,
-    ) -> Result<bool, ProblemError> {
+    ) -> Result<(Vec<PathPoint>, bool), ProblemError> {
+        let mut points = Vec::new();
         let step = Step {
             equations: self,
             piece: &front.piece,
@@ -265,24 +286,22 @@ impl Equations<'_> {
         let rates = [front.state.parameter_rate(), to.parameter_rate()];
         if rates[0] * rates[1] < 0.0 && rates.iter().all(|rate| rate.abs() > UPRIGHT) {
             if let Some(fold) = step.fold()? {
-                let point = self.describe(&front.piece, &fold, PointKind::Fold, Vec::new())?;
-                observe(&point, front, open);
+                points.push(self.describe(&front.piece, &fold, PointKind::Fold, Vec::new())?);
             }
         }
         if front.state.orientation != to.orientation {
             if let Some(place) = step.branch_point()? {
                 let kind = PointKind::BranchPoint;
-                let point = self.describe(&front.piece, &place, kind, Vec::new())?;
-                observe(&point, front, open);
+                points.push(self.describe(&front.piece, &place, kind, Vec::new())?);
                 if open.knows(&place.point) {
                     open.rays.retain(|ray| !ray.arrives(&place, 2.0 * OFF[0]));
-                    return Ok(true);
+                    return Ok((points, true));
                 }
                 open.branch_points.push(place.point.clone());
                 open.keep(&self.crossing(&front.piece, &place)?);
             }
         }
-        Ok(false)
+        Ok((points, false))
     }
 
     /// Goes from one piece to the next; the end of the path where there is none.
@@ -291,6 +310,7 @@ impl Equations<'_> {
         front: &mut Front,
         state: PathState,
         reached: Vec<Distance>,
+        mut points: Vec<PathPoint>,
         open: &mut Open,
         observe: &mut Observer<'_>,
     ) -> Result<Option<PathEnd>, ProblemError> {
@@ -315,13 +335,15 @@ impl Equations<'_> {
             Some(_) => PointKind::Kink,
         };
         let point = self.describe(&front.piece, &state, kind, switches)?;
+        let is_certified = point.residual <= CERTIFIED;
+        points.push(point);
         let Some(next) = next else {
             front.state = state;
-            observe(&point, front, open);
-            return Ok(Some(PathEnd::Degenerate));
+            let end = Some(PathEnd::Degenerate);
+            observe(&points, front, open, end);
+            return Ok(end);
         };
         let known = is_branch_point && open.knows(&state.point);
-        let is_certified = point.residual <= CERTIFIED;
         if is_branch_point && !known {
             open.branch_points.push(state.point.clone());
             open.keep(&rays);
@@ -331,15 +353,16 @@ impl Equations<'_> {
         }
         front.state = next.state;
         front.piece = next.piece;
-        observe(&point, front, open);
         front.step = front.step.min(FIRST_STEP);
-        Ok(if !is_certified {
+        let end = if !is_certified {
             Some(PathEnd::Uncertified)
         } else if known {
             Some(PathEnd::KnownPoint)
         } else {
             None
-        })
+        };
+        observe(&points, front, open, end);
+        Ok(end)
     }
 
     /// The half paths that cross a path on one of its pieces: near the point, off the tangent along the second null vector of R'.
@@ -418,7 +441,7 @@ fn passes(from: &PathState, to: &PathState, [point, tangent]: &[Vec<f64>; 2]) ->
     let along = dot(&way, &chord) / dot(&chord, &chord);
     let mut off = way;
     add_scaled(&mut off, -along, &chord);
-    (0.0..=1.0).contains(&along)
+    (BEHIND..=1.0).contains(&along)
         && norm(&off) < 0.1 * norm(&chord)
         && dot(&to.tangent, tangent) > STRAIGHT
 }

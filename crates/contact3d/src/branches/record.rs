@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     corrector::PathState,
     equations::Equations,
+    family::ParameterRange,
     kink::Ray,
     path::Front,
     piece::{NodePiece, Piece},
@@ -56,6 +57,12 @@ impl FrontRecord {
             capped: piece.capped.clone(),
             nodes: piece.nodes.clone(),
         }
+    }
+
+    /// The parameter and λ in Pa.
+    pub(super) fn solution(&self, range: &ParameterRange, stress: f64) -> (f64, Vec<f64>) {
+        let (s, y) = self.point.split_last().unwrap_or((&0.0, &[]));
+        (range.value(*s), y.iter().map(|y| stress * y).collect())
     }
 
     /// Whether a path that ends in a state came along this front, the other way.
