@@ -1,8 +1,9 @@
 """All solutions of contact problems of one or two nodes that move in a plane, state by state.
 
-S is ordered as (normal of every node, tangential of every node), the second tangential direction is neither coupled nor
-loaded, the coefficient of friction F is constant. Every node is open, sticks, or slips in one of two directions: each choice is a linear system,
-and a solution where its inequalities hold.
+S is ordered as (normal of every node, tangential of every node), the second tangential
+direction is neither coupled nor loaded, the coefficient of friction F is constant. Every
+node is open, sticks, or slips in one of two directions: each choice is a linear system, and
+a solution where its inequalities hold.
 """
 
 import itertools
@@ -33,7 +34,7 @@ def solve_state(S, h, friction, states):
 
 
 def holds(S, h, friction, states, multiplier, slack):
-    """Whether the inequalities of the states hold, up to `slack` times the sizes of stresses and displacements."""
+    """Whether the inequalities hold, up to `slack` times the sizes of stresses and ways."""
     m = len(states)
     r = S @ multiplier - h
     stress, way = numpy.abs(multiplier).max() * slack, numpy.abs(h).max() * slack
@@ -51,7 +52,7 @@ def holds(S, h, friction, states, multiplier, slack):
 
 
 def all_solutions(S, h, friction, slack=0.0):
-    """[(states, multipliers, sign of the determinant)] of all 4^m choices whose inequalities hold."""
+    """All of the 4^m choices whose inequalities hold: states, multipliers, sign of det."""
     found = []
     for states in itertools.product(STATES, repeat=len(h) // 2):
         multiplier, sign = solve_state(S, h, friction, states)

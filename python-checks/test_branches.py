@@ -1,4 +1,4 @@
-"""Paths of solutions against all states of small problems, and against the raw arrays of run files."""
+"""Paths of solutions against all states of small problems, from raw arrays of run files."""
 
 from pathlib import Path
 
@@ -75,7 +75,9 @@ def test_every_point_is_one_of_the_enumerated_solutions(files, schema, name):
         assert checked > 50
 
 
-@pytest.mark.parametrize(("name", "span", "most"), [("one", (0.5, 4.0), 3), ("two", (0.3, 3.0), 5)])
+@pytest.mark.parametrize(
+    ("name", "span", "most"), [("one", (0.5, 4.0), 3), ("two", (0.3, 3.0), 5)]
+)
 def test_no_solution_is_missing(files, name, span, most):
     with open_run(files[name]) as file:
         S, h, _ = planar(RawProblem.read(file))
@@ -116,7 +118,7 @@ def test_resultants_are_sums_over_panes(files):
 
 
 def test_random_planar_problems_have_degree_one():
-    """The sum of signs over all solutions is one: what `branches --all` prints, for the closed forms themselves."""
+    """The sum of signs over all solutions is one, for the closed forms themselves."""
     random = np.random.default_rng(1)
     several = 0
     for _ in range(500):

@@ -7,7 +7,7 @@ use contact3d::{
     branches::{Branches, Family, ParameterRange, Path, PathEnd, PathPoint, PointKind},
     dual::ExplicitDual,
     linalg::norm,
-    scene::{Coefficient, Ramp, Scene, SceneFile},
+    scene::{Coefficient, Ramp, Scene, SceneFile, Shape},
     solver::Linearisation,
 };
 use nalgebra::{DMatrix, DVector};
@@ -432,4 +432,46 @@ fn restarted_paths_equal_uninterrupted_ones() {
         resumed.follow(&family, &mut |_| {}).expect("paths");
         assert_eq!(resumed, whole);
     }
+}
+
+/// A coefficient that falls from 5 to 0.01 within 1e-5 m of slip bends paths within millionths of the range; the load that grows from
+/// nothing passes the first kink at which two panes of the symmetric body begin to slip.
+#[test]
+fn a_path_passes_the_kinks_of_a_strongly_weakening_law() {
+    let mut base = scene("brick.toml");
+    if let Shape::Brick(brick) = &mut base.body.shape {
+        brick.cells = [12, 4, 4];
+    }
+    let ramp = Ramp {
+        initial: 5.0,
+        residual: 0.01,
+        onset: 0.0,
+        rate: 4.99e5,
+    };
+    let friction = base.friction.as_mut().expect("friction");
+    friction.coefficient_1 = Some(Coefficient::Ramp(ramp));
+    friction.coefficient_2 = Some(Coefficient::Ramp(ramp));
+    let load = |scene: &mut Scene, share: f64| {
+        scene.tractions[0].value = [(1e7 * share).into(), 0.0.into(), (2e7 * share).into()];
+        scene.tractions[1].value = [0.0.into(), 0.0.into(), (-3e7 * share).into()];
+    };
+    let Followed { branches, .. } = follow(&base, [0.02, 0.3], false, load);
+    let first = &branches.paths[0];
+    eprintln!(
+        "{:?} {:?}",
+        first.end,
+        first
+            .points
+            .iter()
+            .filter(|p| p.kind != PointKind::Regular)
+            .map(|p| (p.kind, p.parameter, p.zones, p.spectral_radius))
+            .collect::<Vec<_>>()
+    );
+    assert!(points(&branches).all(|point| point.residual < 1e-9));
+    assert!(first.points.iter().any(|point| point.zones[2] == 2));
+    assert!(
+        !matches!(first.end, Some(PathEnd::Stuck | PathEnd::Uncertified)),
+        "{:?}",
+        first.end
+    );
 }

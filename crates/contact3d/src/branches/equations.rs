@@ -82,6 +82,15 @@ impl<'a> Equations<'a> {
         })
     }
 
+    /// ‖R‖ / ‖λ‖ that rounding of S λ makes, n ε max ρ_i S_ii, times the largest coefficient by which a slip bound grows with it.
+    pub(super) fn rounding(&self, member: &Member, at: &Evaluated) -> f64 {
+        let rows = member.steplengths().iter().enumerate();
+        let mobility = rows.map(|(j, rho)| rho * member.dual.column(j)[j]);
+        let inverse = at.panes.iter().flat_map(|pane| pane.inverse);
+        let friction = inverse.fold(1.0, |most, f| f64::max(most, f.recip()));
+        member.dual.rounding() * mobility.fold(1.0, f64::max) * friction
+    }
+
     /// R of a piece at a point; `None` where it has no value.
     pub(super) fn evaluate(&self, member: &Member, piece: &Piece, y: &[f64]) -> Option<Evaluated> {
         let multiplier: Vec<f64> = y.iter().map(|y| self.stress * y).collect();

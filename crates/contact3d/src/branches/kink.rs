@@ -20,8 +20,9 @@ const MOST_PIECES: usize = 256;
 /// A point that satisfies the equations of a piece to this, lies on it.
 const ON_PIECE: f64 = 1e-6;
 
-/// Length of the trial step that tells on which side of its ends a half path goes, and the rates that count as none.
-const TRIAL: f64 = 1e-6;
+/// Half the way of the difference that tells on which side of its ends a half path goes, and the rates that count as none. Over so
+/// short a way the bend of a path under a law that falls within a micrometre does not count, and rounding makes rates of 1e-7.
+const TRIAL: f64 = 1e-8;
 const LEVEL: f64 = 1e-5;
 
 /// Half paths with tangents this near are one.
@@ -126,19 +127,37 @@ impl Equations<'_> {
         state: &PathState,
     ) -> Result<Vec<Distance>, ProblemError> {
         let here = state.distances(self, piece);
-        let mut ahead = state.point.clone();
-        add_scaled(&mut ahead, TRIAL, &state.tangent);
-        let s = ahead[ahead.len() - 1].clamp(0.0, 1.0);
-        let member = self.family.member(s)?;
-        let Some(evaluated) = self.evaluate(&member, piece, &ahead[..ahead.len() - 1]) else {
+        let [Some(behind), Some(ahead)] = [
+            self.beside(piece, state, -TRIAL)?,
+            self.beside(piece, state, TRIAL)?,
+        ] else {
             return Ok(here);
         };
-        let there = self.distances(&member, piece, &evaluated);
-        let crossed = here.iter().zip(&there).filter(|(here, there)| {
-            here.value <= REACHED && (there.value - here.value) / TRIAL < -LEVEL
-                || here.value < -10.0 * REACHED
+        let rates = behind
+            .iter()
+            .zip(&ahead)
+            .map(|(a, b)| (b.value - a.value) / (2.0 * TRIAL));
+        let crossed = here.iter().zip(rates).filter(|(here, rate)| {
+            here.value <= REACHED && *rate < -LEVEL || here.value < -10.0 * REACHED
         });
         Ok(crossed.map(|(here, _)| *here).collect())
+    }
+}
+
+impl Equations<'_> {
+    /// The distances to the ends of a piece a little along the tangent; `None` where the equations have no value.
+    fn beside(
+        &self,
+        piece: &Piece,
+        state: &PathState,
+        way: f64,
+    ) -> Result<Option<Vec<Distance>>, ProblemError> {
+        let mut point = state.point.clone();
+        add_scaled(&mut point, way, &state.tangent);
+        let (s, y) = point.split_last().expect("a point has a parameter");
+        let member = self.family.member(s.clamp(0.0, 1.0))?;
+        let evaluated = self.evaluate(&member, piece, y);
+        Ok(evaluated.map(|evaluated| self.distances(&member, piece, &evaluated)))
     }
 }
 

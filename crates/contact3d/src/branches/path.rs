@@ -19,13 +19,16 @@ use crate::{
 /// Steps in the norm ‖λ‖²/Λ² + s²: the first one, the smallest, the largest relative to 1 + ‖λ‖/Λ. All solutions lie in the ball
 /// λᵀSλ ≤ λᵀh, so paths do not run to infinity.
 pub(super) const FIRST_STEP: f64 = 1e-3;
-const SMALLEST_STEP: f64 = 1e-7;
+const SMALLEST_STEP: f64 = 1e-8;
 const LARGEST_STEP: f64 = 0.1;
 
 /// A step grows by this after fewer corrections than `FEW`, and shrinks by `SHRINK` after a failure (GetFEM's rule).
 const GROWTH: f64 = 1.3;
 const SHRINK: f64 = 0.5;
 const FEW: usize = 5;
+
+/// A piece does not end within this share of a step; shorter steps tell.
+const STILL: f64 = 1e-3;
 
 /// Least cosine of the tangents of both ends of a step, with each other and with its chord.
 const STRAIGHT: f64 = 0.9;
@@ -56,6 +59,9 @@ const MOST_POINTS: usize = 5_000;
 
 /// A certified point has at most this residual of the natural map, measured by local stiffness.
 const CERTIFIED: f64 = 1e-8;
+
+/// As many times the estimate of rounding count as rounding.
+const SEVERAL: f64 = 10.0;
 
 /// Why a path ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -133,7 +139,7 @@ impl Equations<'_> {
                         return Ok(end);
                     }
                     let point = self.describe(&front.piece, &state, PointKind::End, Vec::new())?;
-                    let is_certified = point.residual <= CERTIFIED;
+                    let is_certified = self.is_certified(&point, &state);
                     front.state = state;
                     points.push(point);
                     let end = match is_certified {
@@ -161,7 +167,7 @@ impl Equations<'_> {
                         false => PointKind::Regular,
                     };
                     let point = self.describe(&front.piece, &front.state, kind, Vec::new())?;
-                    let is_certified = point.residual <= CERTIFIED;
+                    let is_certified = self.is_certified(&point, &front.state);
                     points.push(point);
                     let end = match (is_certified, returned) {
                         (false, _) => Some(PathEnd::Uncertified),
@@ -189,6 +195,12 @@ impl Equations<'_> {
             }
         }
         Ok(PathEnd::TooLong)
+    }
+
+    /// Whether a point solves the problem as the solvers measure it: to `CERTIFIED`, or to what rounding of S λ leaves where large
+    /// coefficients of friction multiply it.
+    fn is_certified(&self, point: &PathPoint, state: &PathState) -> bool {
+        point.residual <= CERTIFIED.max(SEVERAL * self.rounding(&state.member, &state.evaluated))
     }
 
     /// One step of the front's length, cut at the end of the range and at the first end of the piece.
@@ -235,7 +247,11 @@ impl Equations<'_> {
             from,
             to: &state,
         };
-        Ok(match step.first_end()? {
+        let found = step.first_end()?;
+        // A path that leaves a kink leads into its piece; an end that a step finds at once lies beyond a turn it has missed.
+        let moves =
+            |state: &PathState| norm(&difference(&state.point, &from.point)) > STILL * front.step;
+        Ok(match found.filter(|(state, _)| moves(state)) {
             Some((state, reached)) => Advance::PieceEnd(state, reached),
             None => Advance::Nothing,
         })
@@ -335,7 +351,7 @@ impl Equations<'_> {
             Some(_) => PointKind::Kink,
         };
         let point = self.describe(&front.piece, &state, kind, switches)?;
-        let is_certified = point.residual <= CERTIFIED;
+        let is_certified = self.is_certified(&point, &state);
         points.push(point);
         let Some(next) = next else {
             front.state = state;
