@@ -47,7 +47,7 @@ impl DenseLu {
         Some(Self {
             lu,
             permutation: Perm::new_checked(forward.into(), backward.into(), n),
-            sign: if negative % 2 == 0 { 1 } else { -1 },
+            sign: if negative.is_multiple_of(2) { 1 } else { -1 },
         })
     }
 

@@ -180,7 +180,7 @@ impl Equations<'_> {
                     }
                 }
                 Advance::PieceEnd(state, reached) => {
-                    let (mut points, known) = self.turning_points(&front, &state, open)?;
+                    let (points, known) = self.turning_points(&front, &state, open)?;
                     if known {
                         let end = PathEnd::KnownPoint;
                         observe(&points, &front, open, Some(end));
@@ -300,22 +300,20 @@ impl Equations<'_> {
             to,
         };
         let rates = [front.state.parameter_rate(), to.parameter_rate()];
-        if rates[0] * rates[1] < 0.0 && rates.iter().all(|rate| rate.abs() > UPRIGHT) {
-            if let Some(fold) = step.fold()? {
-                points.push(self.describe(&front.piece, &fold, PointKind::Fold, Vec::new())?);
-            }
+        let turns = rates[0] * rates[1] < 0.0 && rates.iter().all(|rate| rate.abs() > UPRIGHT);
+        if turns && let Some(fold) = step.fold()? {
+            points.push(self.describe(&front.piece, &fold, PointKind::Fold, Vec::new())?);
         }
-        if front.state.orientation != to.orientation {
-            if let Some(place) = step.branch_point()? {
-                let kind = PointKind::BranchPoint;
-                points.push(self.describe(&front.piece, &place, kind, Vec::new())?);
-                if open.knows(&place.point) {
-                    open.rays.retain(|ray| !ray.arrives(&place, 2.0 * OFF[0]));
-                    return Ok((points, true));
-                }
-                open.branch_points.push(place.point.clone());
-                open.keep(&self.crossing(&front.piece, &place)?);
+        let crosses = front.state.orientation != to.orientation;
+        if crosses && let Some(place) = step.branch_point()? {
+            let kind = PointKind::BranchPoint;
+            points.push(self.describe(&front.piece, &place, kind, Vec::new())?);
+            if open.knows(&place.point) {
+                open.rays.retain(|ray| !ray.arrives(&place, 2.0 * OFF[0]));
+                return Ok((points, true));
             }
+            open.branch_points.push(place.point.clone());
+            open.keep(&self.crossing(&front.piece, &place)?);
         }
         Ok((points, false))
     }
