@@ -24,7 +24,12 @@ GROUPS_AFTER = {
 def test_finished_files_follow_the_schema(run, schema):
     assert schema_problems(run, schema) == []
     # Every stage was there, so every required row was looked at; a finished solve has no checkpoint.
-    assert {f"/{name}" for name in run} == set(schema["stages"]) - {"/checkpoint", "/accuracy", "/adapt"}
+    assert {f"/{name}" for name in run} == set(schema["stages"]) - {
+        "/checkpoint",
+        "/accuracy",
+        "/adapt",
+        "/branches",
+    }
 
 
 @pytest.mark.parametrize("stage", GROUPS_AFTER)
