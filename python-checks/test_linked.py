@@ -34,6 +34,7 @@ def test_h5py_sees_one_complete_file(linked_path, schema, monkeypatch, tmp_path)
             "/checkpoint",
             "/accuracy",
             "/adapt",
+            "/branches",
         }
         assert stored_stages(file) == list(STAGES)
 
