@@ -35,6 +35,7 @@ def test_h5py_sees_one_complete_file(linked_path, schema, monkeypatch, tmp_path)
             "/accuracy",
             "/adapt",
             "/theory",
+            "/branches",
         }
         assert stored_stages(file) == list(STAGES)
 

@@ -29,6 +29,7 @@ def test_finished_files_follow_the_schema(run, schema):
         "/accuracy",
         "/adapt",
         "/theory",
+        "/branches",
     }
 
 

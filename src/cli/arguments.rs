@@ -10,8 +10,9 @@ use contact3d::scene::{
 use serde::de::{DeserializeOwned, IntoDeserializer, value::StrDeserializer};
 
 use super::{
-    accuracy::AccuracyArguments, html::ReportArguments, law::LawArguments, schema::SchemaArguments,
-    stability::StabilityArguments, sweep::SweepArguments, theory::TheoryArguments,
+    accuracy::AccuracyArguments, branches::BranchesArguments, html::ReportArguments,
+    law::LawArguments, schema::SchemaArguments, stability::StabilityArguments,
+    sweep::SweepArguments, theory::TheoryArguments,
 };
 use crate::{pipeline::AssemblyFile, views::figures_folder};
 
@@ -72,6 +73,8 @@ pub enum Command {
     Accuracy(AccuracyArguments),
     /// Measure the constants and bounds of the paper's theory for a scene, and how far they are from the truth
     Theory(TheoryArguments),
+    /// Follow the solutions in a key of the scene: folds, kinks, branches, all solutions of a scene
+    Branches(BranchesArguments),
     /// Conditioning, agreement of algorithms and invariance, for one scene or a suite of hard cases
     Stability(StabilityArguments),
     /// Write a report as one HTML page that needs no network

@@ -3,6 +3,7 @@
 mod accuracy;
 mod adaptive;
 mod arguments;
+mod branches;
 mod check;
 mod exit;
 mod features;
@@ -63,6 +64,7 @@ fn perform(arguments: &Arguments) -> Exit {
         Command::Law(law) => law::law(law, &output),
         Command::Accuracy(accuracy) => accuracy::accuracy(accuracy, &output, threads),
         Command::Theory(study) => theory::theory(study, &output, threads),
+        Command::Branches(task) => branches::branches(task, &output, threads),
         Command::Stability(suite) => return stability::stability(suite, &output, threads),
         Command::Report(page) => html::report_page(page, &output),
         Command::Schema(schema) => schema::schema(schema, &output),

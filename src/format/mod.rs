@@ -3,6 +3,7 @@
 mod accuracy;
 mod adapt;
 mod assemble;
+mod branches;
 mod case;
 mod checkpoint;
 mod columns;
@@ -32,6 +33,7 @@ pub use assemble::{
     read as read_assembly, read_coupling, read_primal, stored_bytes as assembly_bytes,
     write as write_assembly,
 };
+pub use branches::{GROUP as BRANCHES, read as read_branches, write as write_branches};
 pub use case::{CERTIFICATE, CaseResults, read_case};
 pub use checkpoint::{GROUP as CHECKPOINT, read as read_checkpoint, write as write_checkpoint};
 pub use load::{read as read_loads, write as write_loads};
@@ -75,6 +77,7 @@ pub const LAYOUT: Layout = Layout {
         accuracy::GROUP,
         adapt::GROUP,
         theory::GROUP,
+        branches::GROUP,
     ],
     tables: &[
         scene::TABLE,
@@ -95,6 +98,7 @@ pub const LAYOUT: Layout = Layout {
         theory::LEVELS_TABLE,
         theory::NORMS_TABLE,
         theory::ROWS_TABLE,
+        branches::TABLE,
     ],
     extents: &[
         ("n_nodes", "nodes of the mesh"),
@@ -155,6 +159,16 @@ pub const LAYOUT: Layout = Layout {
         (
             "n_start_multipliers",
             "multipliers of all adaptive meshes beyond the first",
+        ),
+        ("n_paths", "paths of solutions"),
+        ("n_path_points", "points of all paths of solutions"),
+        (
+            "n_path_multipliers",
+            "multipliers of the problem whose solutions are followed",
+        ),
+        (
+            "n_switches",
+            "changes of panes and nodes at all points of all paths",
         ),
         (
             "n_rungs",

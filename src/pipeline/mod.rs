@@ -10,6 +10,7 @@ mod adapt;
 mod ahead;
 mod assemble;
 mod beside;
+mod branches;
 mod change;
 mod checkpoint;
 mod error;
@@ -30,6 +31,7 @@ mod undo;
 
 pub use accuracy::{accuracy_input, measure_accuracy};
 pub use adapt::{AdaptStep, Adapted};
+pub use branches::{BranchesTask, branches_input, follow_branches};
 pub use error::StageError;
 pub use freshness::{Freshness, StageState, operator_settings, stage_settings, states};
 pub use homes::{AssemblyFile, Operator};

@@ -23,7 +23,7 @@ mod summary;
 pub use axes::{Axis, SweepFile};
 pub use error::SweepError;
 pub use index_file::read as read_index;
-pub use keys::set as set_key;
+pub use keys::{get as get_key, set as set_key};
 pub use plan::{Case, Plan, changed as changed_scene};
 pub use range::{Range, Scale};
 pub use run::{Event, Options, Outcome, run, run_case};

@@ -1,6 +1,7 @@
 //! What turns results into pictures, tables and pages. Nothing here computes a result or changes a
 //! run file.
 
+mod branches;
 mod charts;
 mod contact_cells;
 mod law;
@@ -16,6 +17,7 @@ mod sweep_table;
 mod theory_charts;
 mod theory_report;
 
+pub use branches::{draw_branches, kind_words};
 pub use charts::draw_accuracy;
 pub use law::{LawStudy, MeshSizes, law_folder};
 pub use picture::{are_drawn, draw_run, figures_folder};

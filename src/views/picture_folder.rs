@@ -22,6 +22,8 @@ pub enum Drawing {
     Accuracy,
     /// The diagrams of the theory.
     Theory,
+    /// The diagrams of paths of solutions.
+    Branches,
     /// The charts of a sweep.
     Sweep,
     /// A law of friction.
@@ -39,6 +41,7 @@ impl Drawing {
             .concat(),
             Self::Accuracy => super::charts::ACCURACY.to_vec(),
             Self::Theory => super::theory_charts::NAMES.to_vec(),
+            Self::Branches => super::branches::BRANCHES.to_vec(),
             Self::Sweep => sweep_charts::columns().collect(),
             Self::Law => vec![super::law::PICTURE],
         }

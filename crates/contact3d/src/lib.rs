@@ -89,6 +89,7 @@
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod adaptation;
+pub mod branches;
 pub mod contact;
 pub mod convergence;
 pub mod dual;

@@ -6,6 +6,7 @@
 
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
+mod branch_diagram;
 mod canvas;
 mod chart;
 mod colour;
@@ -37,6 +38,7 @@ mod typeface;
 mod vector;
 mod view;
 
+pub use branch_diagram::{BranchDiagram, Curve, CurveKind, Mark, MarkKind};
 pub use figure::Figure;
 pub use friction_labels::FrictionKind;
 pub use law::{LawPicture, OverSlip, SlipCurve, SlipMap, SlipRange, law_page};

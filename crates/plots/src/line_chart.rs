@@ -10,15 +10,15 @@ use super::scale::{Ticks, UnitScale};
 use super::text::{Label, fitted};
 use super::vector::bounds;
 
-const WIDTH: f64 = 860.0;
-const HEIGHT: f64 = 480.0;
-const LEFT: f64 = 92.0;
-const TOP: f64 = 48.0;
+pub(super) const WIDTH: f64 = 860.0;
+pub(super) const HEIGHT: f64 = 480.0;
+pub(super) const LEFT: f64 = 92.0;
+pub(super) const TOP: f64 = 48.0;
 const BOTTOM: f64 = 64.0;
 /// Room for the legend, and the margin without one.
-const LEGEND_WIDTH: f64 = 250.0;
+pub(super) const LEGEND_WIDTH: f64 = 250.0;
 const RIGHT_MARGIN: f64 = 28.0;
-const LEGEND_LINE: f64 = 22.0;
+pub(super) const LEGEND_LINE: f64 = 22.0;
 const MARKER: f64 = 4.2;
 
 /// The palette of M. Okabe and K. Ito, which people with colour-deficient sight can tell apart.
@@ -90,7 +90,7 @@ pub struct LineChart {
 }
 
 /// An axis with its interval and its place in pixels.
-struct Placed<'a> {
+pub(super) struct Placed<'a> {
     axis: &'a Axis,
     /// How the values of a linear axis are printed.
     unit: UnitScale,
@@ -154,7 +154,7 @@ impl LineChart {
 
 impl<'a> Placed<'a> {
     /// The interval of some values, with a margin.
-    fn new(axis: &'a Axis, values: impl Iterator<Item = f64>, pixels: [f64; 2]) -> Self {
+    pub(super) fn new(axis: &'a Axis, values: impl Iterator<Item = f64>, pixels: [f64; 2]) -> Self {
         let mut values = values.chain(axis.ticks.iter().copied()).peekable();
         let (low, high) = match values.peek() {
             Some(_) => bounds(values),
@@ -183,7 +183,7 @@ impl<'a> Placed<'a> {
         }
     }
 
-    fn pixel(&self, value: f64) -> f64 {
+    pub(super) fn pixel(&self, value: f64) -> f64 {
         let share = match self.axis.scale {
             AxisScale::Linear => (value - self.low) / (self.high - self.low),
             AxisScale::Logarithmic => (value / self.low).ln() / (self.high / self.low).ln(),
@@ -221,7 +221,7 @@ impl<'a> Placed<'a> {
     }
 }
 
-fn draw_frame(canvas: &mut Canvas, x: &Placed<'_>, y: &Placed<'_>) {
+pub(super) fn draw_frame(canvas: &mut Canvas, x: &Placed<'_>, y: &Placed<'_>) {
     let grid = Stroke::solid(Colour(0xdd, 0xdd, 0xdd), 0.7);
     let faint = Stroke::solid(Colour(0xf0, 0xf0, 0xf0), 0.6);
     let [left, right] = x.pixels;

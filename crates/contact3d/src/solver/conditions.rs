@@ -10,7 +10,7 @@ use crate::{
 
 /// Where the semi-axes of the ellipses come from.
 #[derive(Clone, Copy)]
-pub(super) enum Bound<'a> {
+pub(crate) enum Bound<'a> {
     /// Coulomb friction with F(u): (a, b) = g / 𝓕⁻¹(u_t(λ)) with the law's slip bound g under the pressure
     /// max(z_ν, 0).
     Coulomb(&'a ContactState<'a>, &'a CoulombLaw),
@@ -38,28 +38,28 @@ pub(super) struct Conditions<'a> {
 
 /// What a pane does at some λ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum PaneZone {
+pub(crate) enum PaneZone {
     Open,
     Stick,
     Slip,
 }
 
 /// The natural map at some λ with what its derivative needs.
-pub(super) struct Evaluation {
+pub(crate) struct Evaluation {
     /// R in Pa, `[n_multipliers]`.
     pub(super) residual: Vec<f64>,
     /// ‖R‖.
-    pub(super) norm: f64,
-    pub(super) panes: Vec<PaneEvaluation>,
+    pub(crate) norm: f64,
+    pub(crate) panes: Vec<PaneEvaluation>,
     /// ∂(1/F_k)/∂φ_l at the contact nodes, in 1/m; empty when F does not follow the slip or is
     /// frozen.
     pub(super) inverse_slope: Vec<[[f64; 2]; 2]>,
     /// ∂φ/∂u_t; `None` where `inverse_slope` is empty.
-    pub(super) slip_derivative: Option<SlipOperatorDerivative>,
+    pub(crate) slip_derivative: Option<SlipOperatorDerivative>,
 }
 
 /// One pane of an [`Evaluation`].
-pub(super) struct PaneEvaluation {
+pub(crate) struct PaneEvaluation {
     /// z_ν > 0.
     pub(super) pressed: bool,
     /// dg/dz_ν where pressed; 0 when frozen.
@@ -73,7 +73,7 @@ pub(super) struct PaneEvaluation {
 }
 
 impl PaneEvaluation {
-    pub(super) fn zone(&self) -> PaneZone {
+    pub(crate) fn zone(&self) -> PaneZone {
         if !self.pressed {
             PaneZone::Open
         } else if self.ellipse.semi_axes != [0.0; 2] && self.ellipse.level(self.trial) <= 1.0 {

@@ -19,6 +19,7 @@ mod problem;
 mod solution;
 mod solve;
 
+pub(crate) use conditions::{Bound, PaneZone};
 pub use contact_state::{ContactState, CoulombState, coulomb_state};
 pub use ellipse::{Ellipse, ProjectionDerivative};
 pub use feasible_set::FeasibleSet;
@@ -27,6 +28,7 @@ pub use fixed_point::{
 };
 pub use history::{NewtonStep, OuterStep, StepCounts};
 pub use inner::{Gpcg, Inner, InnerOutcome, Kprgp, operator_norm};
+pub(crate) use newton::natural_map::NaturalMap;
 pub use newton::{
     Linearisation, NewtonSettings, NewtonSolution, NewtonStatus, frozen_response, minimise_frozen,
     newton,

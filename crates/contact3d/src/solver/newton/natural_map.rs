@@ -7,7 +7,7 @@ use crate::{
 
 /// The natural map R(λ) = λ − P(λ − ρ r), r = S λ − h, whose zeros solve the contact problem
 /// ([`Conditions`]).
-pub(in crate::solver) struct NaturalMap<'a> {
+pub(crate) struct NaturalMap<'a> {
     pub(in crate::solver) dual: &'a ExplicitDual,
     pub(in crate::solver) conditions: Conditions<'a>,
 }
@@ -31,7 +31,7 @@ impl<'a> NaturalMap<'a> {
     }
 
     /// With given ρ in Pa/m³, `[n_multipliers]`.
-    pub(in crate::solver) fn with_steplengths(
+    pub(crate) fn with_steplengths(
         dual: &'a ExplicitDual,
         bound: Bound<'a>,
         steplengths: Vec<f64>,
@@ -42,7 +42,7 @@ impl<'a> NaturalMap<'a> {
         }
     }
 
-    pub(in crate::solver) fn evaluate(&self, multiplier: &[f64]) -> Evaluation {
+    pub(crate) fn evaluate(&self, multiplier: &[f64]) -> Evaluation {
         let gradient = self.dual.gradient(multiplier);
         let displacement = self.tangential_displacement(multiplier);
         self.conditions

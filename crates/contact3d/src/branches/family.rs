@@ -1,0 +1,407 @@
+//! A scene that depends on one parameter, and the contact problem at each value of it.
+
+use std::{cell::RefCell, collections::VecDeque, path::Path, sync::Arc};
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    contact::{CoulombLaw, Interface},
+    dual::{ExplicitDual, LocalStiffness},
+    linalg::norm,
+    mesh::ContactSurface,
+    problem::{AssembledProblem, Problem, ProblemError},
+    scene::{DualOperatorKind, FactorPrecision, Invalid, Scene},
+    solver::ContactState,
+};
+
+/// A range of one sign whose ends differ by more than this factor is followed in the logarithm of the parameter.
+const LOGARITHMIC_FROM: f64 = 100.0;
+
+/// Places in the range at which the loads must lie on a straight line to be taken from it, and the whole scene be valid.
+const PROBES: [f64; 3] = [0.289, 0.5, 0.781];
+
+/// How far they may be from it, relative to the largest load; their own rounding is some ε.
+const STRAIGHT: f64 = 1e-13;
+
+/// Problems that are kept in memory at a time: a point and both sides of its difference.
+const KEPT: usize = 6;
+
+/// A range of a parameter of a scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ParameterRange {
+    /// The key, for messages.
+    pub key: String,
+    /// The value at s = 0.
+    pub from: f64,
+    /// The value at s = 1.
+    pub to: f64,
+}
+
+impl ParameterRange {
+    /// Whether s is the share of the logarithm, and not of the value.
+    #[must_use]
+    pub fn is_logarithmic(&self) -> bool {
+        let ratio = self.to / self.from;
+        ratio > 0.0
+            && ratio.is_finite()
+            && !(LOGARITHMIC_FROM.recip()..=LOGARITHMIC_FROM).contains(&ratio)
+    }
+
+    /// The parameter at s.
+    #[must_use]
+    pub fn value(&self, s: f64) -> f64 {
+        if s == 0.0 {
+            self.from
+        } else if s == 1.0 {
+            self.to
+        } else if self.is_logarithmic() {
+            self.from * (self.to / self.from).powf(s)
+        } else {
+            self.from + s * (self.to - self.from)
+        }
+    }
+
+    /// The share of the way from `from` to `to` of the value at s.
+    fn share(&self, s: f64) -> f64 {
+        if self.is_logarithmic() {
+            (self.value(s) - self.from) / (self.to - self.from)
+        } else {
+            s
+        }
+    }
+}
+
+/// A contact problem at one value of the parameter.
+pub(super) struct Member {
+    base: Arc<AssembledProblem>,
+    interface: Arc<Interface>,
+    /// S, h and the compliance of the contact nodes.
+    pub(super) dual: ExplicitDual,
+    /// ρ: the stiffness of each pane while the others do not move, `[n_multipliers]`, in Pa/m³.
+    pub(super) local: Arc<LocalStiffness>,
+}
+
+impl Member {
+    pub(super) fn surface(&self) -> &ContactSurface {
+        let surface = self.base.mesh().contact.as_ref();
+        surface.expect("a family has contact")
+    }
+
+    pub(super) fn law(&self) -> &CoulombLaw {
+        self.interface
+            .coulomb()
+            .expect("a family has Coulomb friction")
+    }
+
+    pub(super) fn contact(&self) -> ContactState<'_> {
+        ContactState {
+            surface: self.surface(),
+            interface: &self.interface,
+        }
+    }
+
+    pub(super) fn steplengths(&self) -> &[f64] {
+        &self.local.stiffness
+    }
+}
+
+/// What changes with the parameter.
+enum Dependence {
+    /// Loads and gap along a straight line: h and the free slip at both ends; and perhaps the law.
+    Straight {
+        ends: Box<[ExplicitDual; 2]>,
+        law: bool,
+    },
+    /// Loads and gap along a curve, and perhaps the law.
+    Curved,
+    /// The operators.
+    Operator,
+}
+
+/// The scene at a value of the parameter.
+pub type SceneAt<'a> = dyn Fn(f64) -> Result<Scene, Invalid> + 'a;
+
+/// The contact problems of a scene in a range of a parameter.
+pub struct Family<'a> {
+    range: ParameterRange,
+    scene_at: &'a SceneAt<'a>,
+    folder: &'a Path,
+    base: Arc<AssembledProblem>,
+    local: Arc<LocalStiffness>,
+    interface: Arc<Interface>,
+    dependence: Dependence,
+    kept: RefCell<VecDeque<(u64, Arc<Member>)>>,
+}
+
+impl<'a> Family<'a> {
+    /// Assembles the problem at one end of the range, and finds out what the parameter changes. Mesh files are looked
+    /// for in `folder`.
+    ///
+    /// # Errors
+    /// An empty range, a scene without Coulomb friction, a value in the range that no problem can have.
+    pub fn new(
+        range: ParameterRange,
+        scene_at: &'a SceneAt<'a>,
+        folder: &'a Path,
+    ) -> Result<Self, ProblemError> {
+        if !(range.from.is_finite() && range.to.is_finite() && range.from != range.to) {
+            return Err(Invalid {
+                key: range.key,
+                expected: "a range between two different numbers".into(),
+                found: format!("{} to {}", range.from, range.to),
+                help: "give other values with --from and --to".into(),
+            }
+            .into());
+        }
+        let scene = |s: f64| scene_at(range.value(s)).and_then(Scene::checked);
+        for s in PROBES {
+            scene(s)?;
+        }
+        let ends = [scene(0.0)?, scene(1.0)?];
+        let first = Arc::new(assemble(&ends[0], folder)?);
+        let second = match first.with_scene(explicit(ends[1].clone())) {
+            Err(ProblemError::OtherOperator { .. } | ProblemError::Invalid(_)) => {
+                assemble(&ends[1], folder)?
+            }
+            shared => shared?,
+        };
+        let second = Arc::new(second);
+        let interface = |problem: &AssembledProblem| {
+            let interface = Interface::new(problem.scene(), problem.mesh())?;
+            match interface {
+                Some(interface) if interface.coulomb().is_some() => Ok(Arc::new(interface)),
+                _ => Err(ProblemError::from(no_friction())),
+            }
+        };
+        let interfaces = [interface(&first)?, interface(&second)?];
+        // The one whose law follows the slip has the compliance that laws of both kinds can use.
+        let base = if interfaces[0].follows_slip() {
+            &first
+        } else {
+            &second
+        };
+        let shares = |scene: &Scene| base.with_scene(explicit(scene.clone()));
+        let others: Vec<_> = PROBES
+            .iter()
+            .map(|s| Ok(shares(&scene(*s)?)))
+            .chain([Ok(shares(&ends[0])), Ok(shares(&ends[1]))])
+            .collect::<Result<_, ProblemError>>()?;
+        let same_operator = others
+            .iter()
+            .all(|other| !matches!(other, Err(ProblemError::OtherOperator { .. })));
+        let dependence = if same_operator {
+            let others = others.into_iter().collect::<Result<Vec<_>, _>>()?;
+            let (probes, ends) = others.split_at(PROBES.len());
+            let is_straight = PROBES
+                .iter()
+                .zip(probes)
+                .all(|(s, probe)| on_line(&ends[0], &ends[1], range.share(*s), probe));
+            let law = others
+                .iter()
+                .any(|other| other.scene().friction != ends[0].scene().friction);
+            match is_straight {
+                true => Dependence::Straight {
+                    ends: Box::new([dual_of(&ends[0]).clone(), dual_of(&ends[1]).clone()]),
+                    law,
+                },
+                false => Dependence::Curved,
+            }
+        } else {
+            Dependence::Operator
+        };
+        let base = Arc::clone(base);
+        Ok(Self {
+            local: Arc::new(LocalStiffness::new(dual_of(&base))),
+            interface: interface(&base)?,
+            range,
+            scene_at,
+            folder,
+            base,
+            dependence,
+            kept: RefCell::default(),
+        })
+    }
+
+    /// The range.
+    #[must_use]
+    pub fn range(&self) -> &ParameterRange {
+        &self.range
+    }
+
+    /// The assembled problem from which those of all values follow.
+    #[must_use]
+    pub fn base(&self) -> &AssembledProblem {
+        &self.base
+    }
+
+    /// The scene at s.
+    pub(super) fn scene(&self, s: f64) -> Result<Scene, Invalid> {
+        (self.scene_at)(self.range.value(s)).and_then(Scene::checked)
+    }
+
+    /// The assembled problem at s, to solve.
+    pub(super) fn problem(&self, s: f64) -> Result<AssembledProblem, ProblemError> {
+        let scene = explicit(self.scene(s)?);
+        match self.base.with_scene(scene.clone()) {
+            Err(ProblemError::OtherOperator { .. }) => assemble(&scene, self.folder),
+            shared => shared,
+        }
+    }
+
+    /// The problem at s.
+    pub(super) fn member(&self, s: f64) -> Result<Arc<Member>, ProblemError> {
+        let mut kept = self.kept.borrow_mut();
+        if let Some((_, member)) = kept.iter().find(|(bits, _)| *bits == s.to_bits()) {
+            return Ok(Arc::clone(member));
+        }
+        let member = Arc::new(self.make(s)?);
+        if kept.len() == KEPT {
+            kept.pop_front();
+        }
+        kept.push_back((s.to_bits(), Arc::clone(&member)));
+        Ok(member)
+    }
+
+    fn make(&self, s: f64) -> Result<Member, ProblemError> {
+        let law_at = |changes: bool, problem: &AssembledProblem| -> Result<_, ProblemError> {
+            if !changes {
+                return Ok(Arc::clone(&self.interface));
+            }
+            let interface = Interface::new(&self.scene(s)?, problem.mesh())?;
+            match interface {
+                Some(interface) if interface.coulomb().is_some() => Ok(Arc::new(interface)),
+                _ => Err(no_friction().into()),
+            }
+        };
+        match &self.dependence {
+            Dependence::Straight { ends, law } => Ok(Member {
+                interface: law_at(*law, &self.base)?,
+                base: Arc::clone(&self.base),
+                dual: between(ends, self.range.share(s)),
+                local: Arc::clone(&self.local),
+            }),
+            Dependence::Curved => {
+                let problem = self.base.with_scene(explicit(self.scene(s)?))?;
+                Ok(Member {
+                    interface: law_at(true, &problem)?,
+                    dual: dual_of(&problem).clone(),
+                    base: Arc::new(problem),
+                    local: Arc::clone(&self.local),
+                })
+            }
+            Dependence::Operator => {
+                let problem = assemble(&self.scene(s)?, self.folder)?;
+                let dual = dual_of(&problem).clone();
+                Ok(Member {
+                    interface: law_at(true, &problem)?,
+                    local: Arc::new(LocalStiffness::new(&dual)),
+                    dual,
+                    base: Arc::new(problem),
+                })
+            }
+        }
+    }
+
+    /// The size of stresses in Pa, a power of two near ‖S⁻¹h‖ of the glued face at the harder end.
+    pub(super) fn stress(&self) -> Result<f64, ProblemError> {
+        let glued = |s: f64| -> Result<f64, ProblemError> {
+            let member = self.member(s)?;
+            Ok(norm(&member.local.glued(&member.dual.rhs)))
+        };
+        Ok(power_of_two(glued(0.0)?.max(glued(1.0)?)))
+    }
+
+    /// The size of slips in m: that of the body without contact, or of a knot of the law where the loads make none.
+    pub(super) fn slip(&self) -> Result<f64, ProblemError> {
+        let largest = |s: f64| -> Result<f64, ProblemError> {
+            let member = self.member(s)?;
+            let slips = member.dual.compliance.iter().flat_map(|c| &c.slip_free);
+            Ok(slips.flatten().fold(0.0, |most, u| f64::max(most, u.abs())))
+        };
+        Ok(power_of_two(largest(0.0)?.max(largest(1.0)?)))
+    }
+}
+
+/// The nearest power of two above a size; 1 for none. Scales that are powers of two round nothing.
+fn power_of_two(size: f64) -> f64 {
+    if size > 0.0 && size.is_finite() {
+        size.log2().ceil().exp2()
+    } else {
+        1.0
+    }
+}
+
+fn explicit(mut scene: Scene) -> Scene {
+    scene.assemble.dual_operator = DualOperatorKind::Explicit;
+    scene.assemble.factor = FactorPrecision::Double;
+    scene
+}
+
+fn assemble(scene: &Scene, folder: &Path) -> Result<AssembledProblem, ProblemError> {
+    if scene.contact.is_none() || scene.friction.is_none() {
+        return Err(no_friction().into());
+    }
+    Problem::in_folder(explicit(scene.clone()), folder)?.assemble()
+}
+
+fn dual_of(problem: &AssembledProblem) -> &ExplicitDual {
+    let contact = problem.system().contact.as_ref();
+    let dual = contact.and_then(|contact| contact.explicit());
+    dual.expect("assembled with contact and the dense operator")
+}
+
+/// Whether loads and gap of a problem lie on the line between two others, at a share of it.
+fn on_line(
+    first: &AssembledProblem,
+    second: &AssembledProblem,
+    share: f64,
+    between: &AssembledProblem,
+) -> bool {
+    let load = |problem: &AssembledProblem| problem.system().assembly.primal.load.clone();
+    let gap = |problem: &AssembledProblem| {
+        let state = problem.contact_state();
+        state
+            .and_then(|state| state.interface.gap.clone())
+            .unwrap_or_default()
+    };
+    let straight = |values: [Vec<f64>; 3]| {
+        let [a, b, c] = values;
+        let longest = a.len().max(b.len()).max(c.len());
+        let at = |v: &[f64], i: usize| v.get(i).copied().unwrap_or(0.0);
+        let size = [&a, &b]
+            .into_iter()
+            .flatten()
+            .fold(0.0, |m, v| f64::max(m, v.abs()));
+        (0..longest).all(|i| {
+            let line = at(&a, i) + share * (at(&b, i) - at(&a, i));
+            (at(&c, i) - line).abs() <= STRAIGHT * size
+        })
+    };
+    straight([load(first), load(second), load(between)])
+        && straight([gap(first), gap(second), gap(between)])
+}
+
+/// h and the free slip at a share of the way between those of two problems.
+fn between(ends: &[ExplicitDual; 2], share: f64) -> ExplicitDual {
+    let line = |a: f64, b: f64| a + share * (b - a);
+    let mut dual = ends[0].clone();
+    for (h, other) in dual.rhs.iter_mut().zip(&ends[1].rhs) {
+        *h = line(*h, *other);
+    }
+    if let (Some(own), Some(other)) = (&mut dual.compliance, &ends[1].compliance) {
+        let slips = own.slip_free.as_flattened_mut().iter_mut();
+        for (u, other) in slips.zip(other.slip_free.as_flattened()) {
+            *u = line(*u, *other);
+        }
+    }
+    dual
+}
+
+fn no_friction() -> Invalid {
+    Invalid {
+        key: "friction".into(),
+        expected: "Coulomb friction on a contact face, at every value of the parameter".into(),
+        found: "a scene without".into(),
+        help: "without friction, or with a given slip bound, there is one solution for every value; a sweep solves for them".into(),
+    }
+}

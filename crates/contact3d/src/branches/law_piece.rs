@@ -1,0 +1,254 @@
+//! The law of friction on one of its smooth pieces, continued beyond its ends.
+
+use super::piece::{Beyond, Distance, NodePiece, Switch};
+use crate::{
+    contact::CoulombLaw,
+    scene::{Coefficient, FrictionLaw, LawPoint, SlipDerivative},
+};
+
+/// Shares of a segment at which a straight line through it is fixed.
+const INSIDE: [f64; 2] = [0.25, 0.75];
+
+/// A law of friction with its knots.
+pub(super) struct LawPieces<'a> {
+    law: &'a CoulombLaw,
+    /// Positive slips at which straight pieces of each coefficient meet, along its own slip or both.
+    knots: Vec<[Vec<f64>; 2]>,
+}
+
+/// 1/F₁ and 1/F₂ at a node and their derivatives by u_t1 and u_t2 in 1/m.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct NodalInverse {
+    pub(super) value: [f64; 2],
+    pub(super) slope: [[f64; 2]; 2],
+}
+
+impl<'a> LawPieces<'a> {
+    pub(super) fn new(law: &'a CoulombLaw) -> Self {
+        let knots = law.coefficients().iter().map(|coefficient| {
+            let positive = |knots: Vec<f64>| knots.into_iter().filter(|k| *k > 0.0).collect();
+            match coefficient {
+                // Along the own slip alone, whichever axis that is.
+                Coefficient::Ramp(_) | Coefficient::Table(_) => {
+                    let [own, _] = coefficient.kinks(0);
+                    [positive(own), Vec::new()]
+                }
+                Coefficient::Grid(_) => coefficient.kinks(0).map(positive),
+                Coefficient::Constant(_)
+                | Coefficient::Expression(_)
+                | Coefficient::Function(_) => [Vec::new(), Vec::new()],
+            }
+        });
+        Self {
+            law,
+            knots: knots.collect(),
+        }
+    }
+
+    /// The piece on which a node with the signed slip u_t lies.
+    pub(super) fn piece_of(&self, u: [f64; 2]) -> NodePiece {
+        let mut piece = NodePiece {
+            negative: u.map(|u| u < 0.0),
+            segment: [[0; 2]; 2],
+        };
+        for (coefficient, knots) in self.knots.iter().enumerate() {
+            let along = self.slips(coefficient, u, &piece);
+            for axis in [0, 1] {
+                piece.segment[coefficient][axis] =
+                    knots[axis].partition_point(|knot| *knot < along[axis]);
+            }
+        }
+        piece
+    }
+
+    /// The slips that the knots of a coefficient are measured along: its own one, or both of a grid.
+    fn slips(&self, coefficient: usize, u: [f64; 2], piece: &NodePiece) -> [f64; 2] {
+        let signed = signed(u, piece);
+        match &self.law.coefficients()[coefficient] {
+            Coefficient::Grid(_) => signed,
+            _ => [self.own(coefficient, u, signed).0, 0.0],
+        }
+    }
+
+    /// The own slip of a coefficient and its derivatives by |u_t1| and |u_t2|.
+    fn own(&self, coefficient: usize, u: [f64; 2], signed: [f64; 2]) -> (f64, [f64; 2]) {
+        let axis = match self.law.law() {
+            FrictionLaw::Orthotropic(_) => coefficient,
+            FrictionLaw::Isotropic(_) if u[1] == 0.0 => 0,
+            FrictionLaw::Isotropic(_) if u[0] == 0.0 => 1,
+            FrictionLaw::Isotropic(_) => {
+                let size = u[0].hypot(u[1]);
+                return (size, signed.map(|s| s / size));
+            }
+        };
+        let mut by = [0.0; 2];
+        by[axis] = 1.0;
+        (signed[axis], by)
+    }
+
+    /// 1/F at a node on a piece.
+    pub(super) fn inverse(&self, node: usize, u: [f64; 2], piece: &NodePiece) -> NodalInverse {
+        let signed = signed(u, piece);
+        let signs = piece
+            .negative
+            .map(|negative| if negative { -1.0 } else { 1.0 });
+        let last = self.law.coefficients().len() - 1;
+        let both = [0, 1].map(|k| {
+            let coefficient = k.min(last);
+            let (own, own_by) = self.own(coefficient, u, signed);
+            let at = LawPoint {
+                position: self.law.positions()[node],
+                slip: signed,
+                own_slip: own,
+            };
+            let (value, derivative) = self.on_segment(coefficient, &at, piece.segment[coefficient]);
+            let slope = [0, 1].map(|l| {
+                let by = derivative.own * own_by[l] + derivative.pair[l];
+                -by * signs[l] / (value * value)
+            });
+            (value.recip(), slope)
+        });
+        NodalInverse {
+            value: both.map(|(value, _)| value),
+            slope: both.map(|(_, slope)| slope),
+        }
+    }
+
+    /// A coefficient as the polynomial that it is on a segment; formulas and functions as they are, constant below zero.
+    fn on_segment(
+        &self,
+        coefficient: usize,
+        at: &LawPoint,
+        segment: [usize; 2],
+    ) -> (f64, SlipDerivative) {
+        let law = &self.law.coefficients()[coefficient];
+        let inside = |axis: usize| ends_inside(&self.knots[coefficient][axis], segment[axis]);
+        match law {
+            Coefficient::Constant(value) => (*value, SlipDerivative::default()),
+            Coefficient::Ramp(_) | Coefficient::Table(_) => {
+                let ends = inside(0);
+                let values = ends.map(|own_slip| law.evaluate(&LawPoint { own_slip, ..*at }));
+                let slope = (values[1] - values[0]) / (ends[1] - ends[0]);
+                let derivative = SlipDerivative {
+                    own: slope,
+                    ..SlipDerivative::default()
+                };
+                (values[0] + slope * (at.own_slip - ends[0]), derivative)
+            }
+            Coefficient::Grid(_) => {
+                let (first, second) = (inside(0), inside(1));
+                let value = |slip| law.evaluate(&LawPoint { slip, ..*at });
+                let line = |s: f64| {
+                    let values = second.map(|t| value([s, t]));
+                    let slope = (values[1] - values[0]) / (second[1] - second[0]);
+                    (values[0] + slope * (at.slip[1] - second[0]), slope)
+                };
+                let [low, high] = first.map(line);
+                let share = (at.slip[0] - first[0]) / (first[1] - first[0]);
+                let derivative = SlipDerivative {
+                    own: 0.0,
+                    pair: [
+                        (high.0 - low.0) / (first[1] - first[0]),
+                        low.1 + share * (high.1 - low.1),
+                    ],
+                };
+                (low.0 + share * (high.0 - low.0), derivative)
+            }
+            Coefficient::Expression(_) | Coefficient::Function(_) => {
+                let kept = LawPoint {
+                    position: at.position,
+                    slip: at.slip.map(|s| s.max(0.0)),
+                    own_slip: at.own_slip.max(0.0),
+                };
+                let mut derivative = law.derivative(&kept);
+                for (own, slip) in derivative.pair.iter_mut().zip(at.slip) {
+                    if slip < 0.0 {
+                        *own = 0.0;
+                    }
+                }
+                if at.own_slip < 0.0 {
+                    derivative.own = 0.0;
+                }
+                (law.evaluate(&kept), derivative)
+            }
+        }
+    }
+
+    /// How far a node is from the ends of its piece, for slips of the size `unit` in m.
+    pub(super) fn distances(
+        &self,
+        node: usize,
+        u: [f64; 2],
+        piece: &NodePiece,
+        unit: f64,
+        out: &mut Vec<Distance>,
+    ) {
+        let signed = signed(u, piece);
+        for axis in 0..2 {
+            if self.bends_at_reversal(axis, u) {
+                out.push(Distance {
+                    switch: Switch::Reversal(node, axis),
+                    value: signed[axis] / unit,
+                    beyond: Beyond::Negative {
+                        axis,
+                        negative: !piece.negative[axis],
+                    },
+                });
+            }
+        }
+        for (coefficient, knots) in self.knots.iter().enumerate() {
+            let slips = self.slips(coefficient, u, piece);
+            for along in 0..2 {
+                let segment = piece.segment[coefficient][along];
+                let mut end = |value: f64, segment: usize| {
+                    out.push(Distance {
+                        switch: Switch::Knot(node, coefficient),
+                        value: value / unit,
+                        beyond: Beyond::Segment {
+                            coefficient,
+                            along,
+                            segment,
+                        },
+                    });
+                };
+                if let Some(upper) = knots[along].get(segment) {
+                    end(upper - slips[along], segment + 1);
+                }
+                if let Some(lower) = segment.checked_sub(1).map(|below| knots[along][below]) {
+                    end(slips[along] - lower, segment - 1);
+                }
+            }
+        }
+    }
+
+    /// Whether the law has a kink where u_t along an axis changes its sign.
+    fn bends_at_reversal(&self, axis: usize, u: [f64; 2]) -> bool {
+        let coefficients = self.law.coefficients().iter().enumerate();
+        let mut bends = coefficients.map(|(k, coefficient)| match (self.law.law(), coefficient) {
+            (FrictionLaw::Isotropic(_), Coefficient::Ramp(_) | Coefficient::Table(_)) => {
+                u[1 - axis] == 0.0
+            }
+            (FrictionLaw::Isotropic(_), coefficient) => {
+                coefficient.slips_used(0)[axis] || coefficient.slips_used(1)[axis]
+            }
+            (FrictionLaw::Orthotropic(_), coefficient) => coefficient.slips_used(k)[axis],
+        });
+        bends.any(|bends| bends)
+    }
+}
+
+/// |u_t| along both axes, negative beyond a reversal.
+fn signed(u: [f64; 2], piece: &NodePiece) -> [f64; 2] {
+    [0, 1].map(|k| if piece.negative[k] { -u[k] } else { u[k] })
+}
+
+/// Two slips within a segment; beyond the last knot, two of its size.
+fn ends_inside(knots: &[f64], segment: usize) -> [f64; 2] {
+    let low = segment.checked_sub(1).map_or(0.0, |k| knots[k]);
+    let width = match knots.get(segment) {
+        Some(high) => high - low,
+        None if low > 0.0 => low,
+        None => 1.0,
+    };
+    INSIDE.map(|share| low + share * width)
+}

@@ -1,0 +1,260 @@
+//! `branches`: paths of solutions in a key of the scene, stored, drawn and printed.
+
+use std::{fmt::Write, path::PathBuf};
+
+use clap::Args;
+use contact3d::branches::{Branches, ParameterRange, PathEnd, PathPoint, PointKind, Switch};
+use units::Units;
+
+use super::{
+    arguments::{FigureArguments, Output, SceneArguments},
+    exit::Exit,
+    override_scene, progress,
+    results::unit_words,
+    terminal::{self, say},
+};
+use crate::{
+    pipeline::{BranchesTask, StageError, follow_branches},
+    views::{Drawing, PictureFolder, draw_branches, kind_words},
+};
+
+/// Most panes or nodes that a line of the table names.
+const MOST_NAMED: usize = 4;
+
+/// Arguments of `branches`.
+#[derive(Debug, Args)]
+pub struct BranchesArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneArguments,
+    /// The run file, created or updated
+    pub file: PathBuf,
+    /// The key of the scene that changes, a number such as friction.coefficient.constant or traction.0.value.2
+    #[arg(long, value_name = "KEY")]
+    pub parameter: String,
+    /// Its value where paths begin
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
+    pub from: f64,
+    /// Its value at the other end of the range
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
+    pub to: f64,
+    /// Search for all solutions at both ends of the range, and follow each
+    #[arg(long)]
+    pub all: bool,
+    #[command(flatten)]
+    pub(super) figures: FigureArguments,
+}
+
+/// `branches`: follows the paths, stores and draws them, and lists their special points.
+pub(super) fn branches(
+    arguments: &BranchesArguments,
+    output: &Output,
+    threads: usize,
+) -> Result<Exit, StageError> {
+    let (scene, mut inputs) = override_scene::read_with_inputs(&arguments.scene)?;
+    let units = scene.scene.units;
+    inputs.refuse(&arguments.file)?;
+    inputs.add(&arguments.file);
+    let folder = arguments.figures.folder(&arguments.file);
+    let pictures = match arguments.figures.no_figures {
+        true => None,
+        false => Some(PictureFolder::claim(&folder, Drawing::Branches, inputs)?),
+    };
+    let task = BranchesTask {
+        range: ParameterRange {
+            key: arguments.parameter.clone(),
+            from: arguments.from,
+            to: arguments.to,
+        },
+        all: arguments.all,
+    };
+    let spinner = progress::spinner("branches", output);
+    let followed = follow_branches(&arguments.file, scene, &task, threads, &mut |branches| {
+        spinner.set_message(where_it_stands(branches));
+    });
+    spinner.finish_and_clear();
+    let branches = followed?;
+    if let Some(pictures) = &pictures {
+        let files = draw_branches(pictures, &branches, units).map_err(StageError::after_storing)?;
+        let drawn = format!("figures   {} files in {}", files.len(), folder.display());
+        say(output, &drawn);
+    }
+    if output.json {
+        let mut json = json(&branches);
+        json["units"] = unit_words(units);
+        terminal::json(&json);
+    } else if !output.quiet {
+        terminal::result(&words(&branches, units));
+    }
+    if branches.is_complete() {
+        return Ok(Exit::Done);
+    }
+    terminal::message(&match branches.left_out {
+        0 => "NOT CONVERGED: a path ends where Newton's method does not settle; see its end"
+            .to_owned(),
+        left => format!(
+            "NOT CONVERGED: {left} half paths from branch points are not followed; choose a smaller range"
+        ),
+    });
+    Ok(Exit::NotConverged)
+}
+
+fn where_it_stands(branches: &Branches) -> String {
+    let last = branches.paths.last();
+    let point = last.and_then(|path| path.points.last());
+    let parameter = point.map_or(branches.range.from, |point| point.parameter);
+    let points: usize = branches.paths.iter().map(|path| path.points.len()).sum();
+    format!(
+        "path {}, point {points}, {} = {parameter:.6}",
+        branches.paths.len(),
+        branches.range.key
+    )
+}
+
+/// The special points of all paths, and the solutions at both ends.
+fn words(branches: &Branches, units: Units) -> String {
+    let force = units.force();
+    let mut text = format!(
+        "Paths of solutions over {} from {} to {}\n\
+         path  point  what             parameter            open stick slip  det R'  rho(Psi')  residual  normal [{force}]     tangential 1 [{force}]  what changes\n",
+        branches.range.key, branches.range.from, branches.range.to,
+    );
+    for (k, path) in branches.paths.iter().enumerate() {
+        for (i, point) in path.points.iter().enumerate() {
+            if point.kind != PointKind::Regular {
+                let _ = writeln!(text, "{:>4}  {:>5}  {}", k + 1, i + 1, line(point));
+            }
+        }
+        let _ = writeln!(
+            text,
+            "{:>4}  {} points; {}",
+            k + 1,
+            path.points.len(),
+            end_words(path.end)
+        );
+    }
+    for parameter in ends(branches) {
+        let _ = write!(text, "\n{}", solutions_words(branches, parameter));
+    }
+    text
+}
+
+fn ends(branches: &Branches) -> [f64; 2] {
+    [branches.range.from, branches.range.to]
+}
+
+fn solutions_words(branches: &Branches, parameter: f64) -> String {
+    let solutions = branches.end_solutions(parameter);
+    let degree = branches.degree(parameter);
+    let mut text = format!("Solutions at {}, sum of signs {degree}", parameter);
+    text += match (branches.is_enumerated, branches.all, degree) {
+        (true, ..) => ": all, every state of the panes was tried\n",
+        (false, true, 1) => ": none is known to be missing\n",
+        (false, true, _) => ": others exist, or one is not regular\n",
+        (false, false, _) => ": those on the paths; --all searches for others\n",
+    };
+    for at in solutions {
+        let point = &branches.paths[at.path].points[at.point];
+        let _ = writeln!(
+            text,
+            "{:>4}  {:>5}  {}",
+            at.path + 1,
+            at.point + 1,
+            line(point)
+        );
+    }
+    text
+}
+
+fn line(point: &PathPoint) -> String {
+    let [open, stick, slip] = point.zones;
+    format!(
+        "{:<15}  {:<19.12e}  {open:>4} {stick:>5} {slip:>4}  {:>6}  {:>9.4}  {:>8.1e}  {:<16.9e}  {:<20.9e}  {}",
+        kind_words(point.kind),
+        point.parameter,
+        point.determinant,
+        point.spectral_radius,
+        point.residual,
+        point.normal_force,
+        point.tangential_force[0],
+        switches_words(&point.switches)
+    )
+    .trim_end()
+    .to_owned()
+}
+
+fn switches_words(switches: &[Switch]) -> String {
+    let named = switches.iter().take(MOST_NAMED).map(|switch| match switch {
+        Switch::Opening(pane) => format!("pane {pane} opens or closes"),
+        Switch::Slipping(pane) => format!("pane {pane} sticks or slips"),
+        Switch::Cap(pane) => format!("pane {pane} reaches the cap"),
+        Switch::Reversal(node, axis) => format!("node {node} turns along t{}", axis + 1),
+        Switch::Knot(node, k) => format!("node {node} reaches a knot of F{}", k + 1),
+    });
+    let mut text = named.collect::<Vec<_>>().join(", ");
+    if switches.len() > MOST_NAMED {
+        let _ = write!(text, ", {} more", switches.len() - MOST_NAMED);
+    }
+    text
+}
+
+fn end_words(end: Option<PathEnd>) -> &'static str {
+    match end {
+        None => "unfinished",
+        Some(PathEnd::Range) => "to the end of the range",
+        Some(PathEnd::Closed) => "closed",
+        Some(PathEnd::KnownPoint) => "to a branch point that is known",
+        Some(PathEnd::Degenerate) => "to a point where so many panes change that no path leaves it",
+        Some(PathEnd::Stuck) => "stuck: Newton's method does not settle at the smallest step",
+        Some(PathEnd::Uncertified) => "to a point that the natural map does not certify",
+        Some(PathEnd::TooLong) => "too long",
+    }
+}
+
+/// The same for programs.
+fn json(branches: &Branches) -> serde_json::Value {
+    let point = |path: usize, point: &PathPoint| {
+        serde_json::json!({
+            "path": path,
+            "kind": kind_words(point.kind),
+            "parameter": point.parameter,
+            "determinant_sign": point.determinant,
+            "spectral_radius": point.spectral_radius,
+            "attracting": point.is_attracting(),
+            "residual": point.residual,
+            "zone_counts": point.zones,
+            "normal_force": point.normal_force,
+            "tangential_force": point.tangential_force,
+            "largest_pressure": point.largest_pressure,
+            "switches": switches_words(&point.switches),
+        })
+    };
+    let paths = branches.paths.iter().enumerate().map(|(k, path)| {
+        let points = path.points.iter().map(|p| point(k, p));
+        serde_json::json!({
+            "end": end_words(path.end),
+            "points": points.collect::<Vec<_>>(),
+        })
+    });
+    let solutions = ends(branches).map(|parameter| {
+        let solutions = branches.end_solutions(parameter);
+        let solutions = solutions
+            .iter()
+            .map(|at| point(at.path, &branches.paths[at.path].points[at.point]));
+        serde_json::json!({
+            "parameter": parameter,
+            "degree": branches.degree(parameter),
+            "solutions": solutions.collect::<Vec<_>>(),
+        })
+    });
+    serde_json::json!({
+        "key": branches.range.key,
+        "from": branches.range.from,
+        "to": branches.range.to,
+        "all": branches.all,
+        "enumerated": branches.is_enumerated,
+        "left_out": branches.left_out,
+        "complete": branches.is_complete(),
+        "paths": paths.collect::<Vec<_>>(),
+        "solutions": solutions,
+    })
+}

@@ -1,0 +1,345 @@
+//! `/branches`: paths of solutions in a parameter of the scene.
+
+use contact3d::branches::{
+    Branches, ParameterRange, Path, PathEnd, PathOrigin, PathPoint, PointKind, Switch,
+};
+use runfile::{
+    DatasetSpec, Extent,
+    Extent::{Fixed, Named},
+    Group, GroupWriter, Kind, Reader, StoreError, StoredEnum,
+};
+use units::Dimension;
+
+use super::{
+    FormatError, columns::Columns, enumeration::stored_as, read_finite_rows, read_finite_scalar,
+    read_finite_vec, read_index_vec, require_below,
+};
+
+/// Paths of solutions; computed from the scene alone.
+pub const GROUP: Group = Group::new("branches", "branches");
+
+const KEY: &str = "/branches/key";
+const RANGE: &str = "/branches/range";
+const ALL: &str = "/branches/all";
+const ENUMERATED: &str = "/branches/enumerated";
+const STRESS: &str = "/branches/stress_scale";
+const LEFT_OUT: &str = "/branches/left_out";
+const PENDING: &str = "/branches/pending";
+const ORIGIN: &str = "/branches/path/origin";
+const END: &str = "/branches/path/end";
+const N_POINTS: &str = "/branches/path/n_points";
+const PARAMETER: &str = "/branches/point/parameter";
+const POINT_KIND: &str = "/branches/point/kind";
+const DETERMINANT: &str = "/branches/point/determinant_sign";
+const SPECTRAL_RADIUS: &str = "/branches/point/spectral_radius";
+const ATTRACTING: &str = "/branches/point/attracting";
+const RESIDUAL: &str = "/branches/point/residual";
+const ZONES: &str = "/branches/point/zone_counts";
+const NORMAL_FORCE: &str = "/branches/point/normal_force";
+const TANGENTIAL_FORCE: &str = "/branches/point/tangential_force";
+const LARGEST_PRESSURE: &str = "/branches/point/largest_pressure";
+const MULTIPLIER: &str = "/branches/point/multiplier";
+const SWITCH_POINT: &str = "/branches/switch/point";
+const SWITCH_KIND: &str = "/branches/switch/kind";
+const SWITCH_INDEX: &str = "/branches/switch/index";
+
+stored_as! {
+    /// Where a path begins, as stored.
+    StoredOrigin of PathOrigin as "path_origin" {
+        Solver = 0 => "solver",
+        Search = 1 => "search",
+        BranchPoint = 2 => "branch_point",
+    }
+}
+
+runfile::stored_enum! {
+    /// Why a path ends, as stored.
+    enum StoredEnd as "path_end" {
+        /// `range`.
+        Range = 0 => "range",
+        /// `closed`.
+        Closed = 1 => "closed",
+        /// `known_point`.
+        KnownPoint = 2 => "known_point",
+        /// `degenerate`.
+        Degenerate = 3 => "degenerate",
+        /// `stuck`.
+        Stuck = 4 => "stuck",
+        /// `uncertified`.
+        Uncertified = 5 => "uncertified",
+        /// `too_long`.
+        TooLong = 6 => "too_long",
+        /// `unfinished`.
+        Unfinished = 7 => "unfinished",
+    }
+}
+
+stored_as! {
+    /// What is special about a point, as stored.
+    StoredPointKind of PointKind as "path_point" {
+        Start = 0 => "start",
+        Regular = 1 => "regular",
+        Kink = 2 => "kink",
+        Fold = 3 => "fold",
+        KinkFold = 4 => "kink_fold",
+        BranchPoint = 5 => "branch_point",
+        End = 6 => "end",
+    }
+}
+
+runfile::stored_enum! {
+    /// What changes at a point, as stored.
+    enum StoredSwitch as "switch" {
+        /// `opening`.
+        Opening = 0 => "opening",
+        /// `slipping`.
+        Slipping = 1 => "slipping",
+        /// `cap`.
+        Cap = 2 => "cap",
+        /// `reversal_1`.
+        Reversal1 = 3 => "reversal_1",
+        /// `reversal_2`.
+        Reversal2 = 4 => "reversal_2",
+        /// `knot_1`.
+        Knot1 = 5 => "knot_1",
+        /// `knot_2`.
+        Knot2 = 6 => "knot_2",
+    }
+}
+
+const PATHS: &[Extent] = &[Named("n_paths")];
+const POINTS: &[Extent] = &[Named("n_path_points")];
+const POINT_PAIRS: &[Extent] = &[Named("n_path_points"), Fixed(2)];
+const POINT_ZONES: &[Extent] = &[Named("n_path_points"), Fixed(3)];
+const POINT_MULTIPLIERS: &[Extent] = &[Named("n_path_points"), Named("n_path_multipliers")];
+const SWITCHES: &[Extent] = &[Named("n_switches")];
+
+#[rustfmt::skip]
+pub(super) const TABLE: &[DatasetSpec] = &[
+    GROUP.row(KEY, Kind::Text, &[], Dimension::Number, "The key of the scene that is the parameter."),
+    GROUP.row(RANGE, Kind::F64, &[Fixed(2)], Dimension::Number, "Where the parameter begins and ends, in the unit of the key."),
+    GROUP.row(ALL, Kind::U8, &[], Dimension::Number, "1 where all solutions were searched for at both ends of the range."),
+    GROUP.row(ENUMERATED, Kind::U8, &[], Dimension::Number, "1 where all states of the panes were tried at both ends, so that no solution there is missing."),
+    GROUP.row(STRESS, Kind::F64, &[], Dimension::STRESS, "Size of stresses that lengths of steps are measured by, a power of two.").symbol("Lambda"),
+    GROUP.row(LEFT_OUT, Kind::I64, &[], Dimension::Number, "Half paths from branch points that were not followed, since there are so many."),
+    GROUP.row(PENDING, Kind::Text, &[], Dimension::Number, "What is still to be followed, as JSON: where the path in hand stands, half paths that wait, known branch points.").optional("absent when all is followed"),
+    GROUP.row(ORIGIN, Kind::Enum(StoredOrigin::SPEC), PATHS, Dimension::Number, "Where a path begins: at the solver's answer, at a solution that was searched for, at a branch point."),
+    GROUP.row(END, Kind::Enum(StoredEnd::SPEC), PATHS, Dimension::Number, "Why a path ends."),
+    GROUP.row(N_POINTS, Kind::I64, PATHS, Dimension::Number, "Points of a path, those of the first path first."),
+    GROUP.row(PARAMETER, Kind::F64, POINTS, Dimension::Number, "The parameter, in the unit of the key.").symbol("gamma"),
+    GROUP.row(POINT_KIND, Kind::Enum(StoredPointKind::SPEC), POINTS, Dimension::Number, "What is special about a point."),
+    GROUP.row(DETERMINANT, Kind::I64, POINTS, Dimension::Number, "Sign of the determinant of Newton's matrix, on the side the path comes from; 0 at folds.").symbol("sign det R'"),
+    GROUP.row(SPECTRAL_RADIUS, Kind::F64, POINTS, Dimension::Number, "Spectral radius of the derivative of the mapping Psi, on the side the path comes from; NaN where it has none.").symbol("rho(Psi')"),
+    GROUP.row(ATTRACTING, Kind::U8, POINTS, Dimension::Number, "1 where the spectral radius is below 1: successive approximations converge from nearby."),
+    GROUP.row(RESIDUAL, Kind::F64, POINTS, Dimension::Number, "Residual of the natural map over the multipliers, measured by local stiffness."),
+    GROUP.row(ZONES, Kind::I64, POINT_ZONES, Dimension::Number, "Numbers of open, sticking and slipping panes, on the side the path comes from."),
+    GROUP.row(NORMAL_FORCE, Kind::F64, POINTS, Dimension::FORCE, "Total normal contact force."),
+    GROUP.row(TANGENTIAL_FORCE, Kind::F64, POINT_PAIRS, Dimension::FORCE, "Total tangential multiplier force along t1 and t2."),
+    GROUP.row(LARGEST_PRESSURE, Kind::F64, POINTS, Dimension::STRESS, "Largest normal multiplier."),
+    GROUP.row(MULTIPLIER, Kind::F64, POINT_MULTIPLIERS, Dimension::STRESS, "Multipliers: the normal ones, then the tangential pairs.").symbol("lambda"),
+    GROUP.row(SWITCH_POINT, Kind::I64, SWITCHES, Dimension::Number, "The point at which a pane or a node changes."),
+    GROUP.row(SWITCH_KIND, Kind::Enum(StoredSwitch::SPEC), SWITCHES, Dimension::Number, "What changes: a pane opens or closes, slips or sticks, reaches the pressure cap; the slip of a contact node changes its sign along an axis, or reaches a knot of a coefficient."),
+    GROUP.row(SWITCH_INDEX, Kind::I64, SWITCHES, Dimension::Number, "The pane or the contact node."),
+];
+
+/// Writes all paths, finished or not.
+///
+/// # Errors
+/// HDF5 failures.
+pub fn write(writer: &mut GroupWriter<'_>, branches: &Branches) -> Result<(), StoreError> {
+    let range = &branches.range;
+    writer.write_text(KEY, &range.key)?;
+    writer.write(RANGE, &[range.from, range.to], &[2])?;
+    writer.write(ALL, &[u8::from(branches.all)], &[])?;
+    writer.write(ENUMERATED, &[u8::from(branches.is_enumerated)], &[])?;
+    writer.write(STRESS, &[branches.stress], &[])?;
+    writer.write_indices(LEFT_OUT, &[branches.left_out], &[])?;
+    if let Some(pending) = &branches.pending {
+        let text = serde_json::to_string(pending).expect("fronts are finite numbers");
+        writer.write_text(PENDING, &text)?;
+    }
+    let mut columns = Columns::new(writer, &branches.paths);
+    columns.members(ORIGIN, |path| StoredOrigin::from(path.origin))?;
+    columns.members(END, |path| stored_end(path.end))?;
+    columns.counts(N_POINTS, |path| path.points.len())?;
+    let points: Vec<&PathPoint> = branches
+        .paths
+        .iter()
+        .flat_map(|path| &path.points)
+        .collect();
+    write_points(writer, &points)?;
+    let switches: Vec<(usize, Switch)> = points
+        .iter()
+        .enumerate()
+        .flat_map(|(k, point)| point.switches.iter().map(move |switch| (k, *switch)))
+        .collect();
+    let mut columns = Columns::new(writer, &switches);
+    columns.counts(SWITCH_POINT, |(point, _)| *point)?;
+    columns.members(SWITCH_KIND, |(_, switch)| stored_switch(*switch).0)?;
+    columns.counts(SWITCH_INDEX, |(_, switch)| stored_switch(*switch).1)
+}
+
+fn write_points(writer: &mut GroupWriter<'_>, points: &[&PathPoint]) -> Result<(), StoreError> {
+    let mut columns = Columns::new(writer, points);
+    columns.numbers(PARAMETER, |point| point.parameter)?;
+    columns.members(POINT_KIND, |point| StoredPointKind::from(point.kind))?;
+    columns.numbers(DETERMINANT, |point| i64::from(point.determinant))?;
+    columns.numbers(SPECTRAL_RADIUS, |point| point.spectral_radius)?;
+    columns.flags(ATTRACTING, |point| point.is_attracting())?;
+    columns.numbers(RESIDUAL, |point| point.residual)?;
+    columns.vectors(ZONES, |point| point.zones.map(|count| count as i64))?;
+    columns.numbers(NORMAL_FORCE, |point| point.normal_force)?;
+    columns.vectors(TANGENTIAL_FORCE, |point| point.tangential_force)?;
+    columns.numbers(LARGEST_PRESSURE, |point| point.largest_pressure)?;
+    let multipliers: Vec<f64> = points
+        .iter()
+        .flat_map(|p| p.multiplier.iter().copied())
+        .collect();
+    let width = points.first().map_or(0, |point| point.multiplier.len());
+    writer.write(MULTIPLIER, &multipliers, &[points.len(), width])
+}
+
+/// Reads all paths, with what is still to be followed.
+///
+/// # Errors
+/// Missing, altered or contradictory datasets.
+pub fn read(reader: &Reader) -> Result<Branches, FormatError> {
+    let range = read_finite_vec(reader, RANGE)?;
+    let flag = |path: &str| -> Result<bool, StoreError> {
+        Ok(reader
+            .read_vec::<u8>(path)?
+            .first()
+            .is_some_and(|flag| *flag != 0))
+    };
+    let pending = match reader.has(PENDING) {
+        false => None,
+        true => {
+            let text = reader.read_text(PENDING)?;
+            let parsed = serde_json::from_str(&text);
+            Some(parsed.map_err(|error| FormatError::Inconsistent {
+                dataset: PENDING,
+                reason: format!("expected fronts of paths as JSON, found {error}"),
+            })?)
+        }
+    };
+    let origins = reader.read_enum::<StoredOrigin>(ORIGIN)?;
+    let ends = reader.read_enum::<StoredEnd>(END)?;
+    let counts = read_index_vec(reader, N_POINTS)?;
+    let mut points = read_points(reader)?;
+    if counts.iter().sum::<usize>() != points.len() {
+        return Err(FormatError::Inconsistent {
+            dataset: N_POINTS,
+            reason: format!("expected {} points in all, found others", points.len()),
+        });
+    }
+    let paths = counts.iter().enumerate().map(|(k, count)| {
+        let rest = points.split_off(*count);
+        Path {
+            origin: origins[k].into(),
+            points: std::mem::replace(&mut points, rest),
+            end: end(ends[k]),
+        }
+    });
+    Ok(Branches {
+        paths: paths.collect(),
+        range: ParameterRange {
+            key: reader.read_text(KEY)?,
+            from: range[0],
+            to: range[1],
+        },
+        all: flag(ALL)?,
+        is_enumerated: flag(ENUMERATED)?,
+        stress: read_finite_scalar(reader, STRESS)?,
+        left_out: read_index_vec(reader, LEFT_OUT)?
+            .first()
+            .copied()
+            .unwrap_or(0),
+        pending,
+    })
+}
+
+fn read_points(reader: &Reader) -> Result<Vec<PathPoint>, FormatError> {
+    let parameters = read_finite_vec(reader, PARAMETER)?;
+    let kinds = reader.read_enum::<StoredPointKind>(POINT_KIND)?;
+    let determinants: Vec<i64> = reader.read_vec(DETERMINANT)?;
+    let radii: Vec<f64> = reader.read_vec(SPECTRAL_RADIUS)?;
+    let residuals: Vec<f64> = reader.read_vec(RESIDUAL)?;
+    let zones = read_index_vec(reader, ZONES)?;
+    let normal = read_finite_vec(reader, NORMAL_FORCE)?;
+    let tangential = read_finite_rows::<2>(reader, TANGENTIAL_FORCE)?;
+    let pressures = read_finite_vec(reader, LARGEST_PRESSURE)?;
+    let multipliers = read_finite_vec(reader, MULTIPLIER)?;
+    let width = multipliers.len() / parameters.len().max(1);
+    let mut switches = vec![Vec::new(); parameters.len()];
+    let places = read_index_vec(reader, SWITCH_POINT)?;
+    require_below(SWITCH_POINT, places.iter().copied(), parameters.len())?;
+    let of_kind = reader.read_enum::<StoredSwitch>(SWITCH_KIND)?;
+    let indices = read_index_vec(reader, SWITCH_INDEX)?;
+    for ((place, kind), index) in places.iter().zip(&of_kind).zip(indices) {
+        switches[*place].push(switch(*kind, index));
+    }
+    let points = (0..parameters.len()).map(|k| PathPoint {
+        parameter: parameters[k],
+        multiplier: multipliers[k * width..(k + 1) * width].to_vec(),
+        kind: kinds[k].into(),
+        switches: std::mem::take(&mut switches[k]),
+        residual: residuals[k],
+        determinant: i8::try_from(determinants[k].signum()).unwrap_or(0),
+        spectral_radius: radii[k],
+        zones: [zones[3 * k], zones[3 * k + 1], zones[3 * k + 2]],
+        normal_force: normal[k],
+        tangential_force: tangential[k],
+        largest_pressure: pressures[k],
+    });
+    Ok(points.collect())
+}
+
+fn stored_end(end: Option<PathEnd>) -> StoredEnd {
+    match end {
+        None => StoredEnd::Unfinished,
+        Some(PathEnd::Range) => StoredEnd::Range,
+        Some(PathEnd::Closed) => StoredEnd::Closed,
+        Some(PathEnd::KnownPoint) => StoredEnd::KnownPoint,
+        Some(PathEnd::Degenerate) => StoredEnd::Degenerate,
+        Some(PathEnd::Stuck) => StoredEnd::Stuck,
+        Some(PathEnd::Uncertified) => StoredEnd::Uncertified,
+        Some(PathEnd::TooLong) => StoredEnd::TooLong,
+    }
+}
+
+fn end(stored: StoredEnd) -> Option<PathEnd> {
+    Some(match stored {
+        StoredEnd::Unfinished => return None,
+        StoredEnd::Range => PathEnd::Range,
+        StoredEnd::Closed => PathEnd::Closed,
+        StoredEnd::KnownPoint => PathEnd::KnownPoint,
+        StoredEnd::Degenerate => PathEnd::Degenerate,
+        StoredEnd::Stuck => PathEnd::Stuck,
+        StoredEnd::Uncertified => PathEnd::Uncertified,
+        StoredEnd::TooLong => PathEnd::TooLong,
+    })
+}
+
+fn stored_switch(switch: Switch) -> (StoredSwitch, usize) {
+    match switch {
+        Switch::Opening(pane) => (StoredSwitch::Opening, pane),
+        Switch::Slipping(pane) => (StoredSwitch::Slipping, pane),
+        Switch::Cap(pane) => (StoredSwitch::Cap, pane),
+        Switch::Reversal(node, 0) => (StoredSwitch::Reversal1, node),
+        Switch::Reversal(node, _) => (StoredSwitch::Reversal2, node),
+        Switch::Knot(node, 0) => (StoredSwitch::Knot1, node),
+        Switch::Knot(node, _) => (StoredSwitch::Knot2, node),
+    }
+}
+
+fn switch(stored: StoredSwitch, index: usize) -> Switch {
+    match stored {
+        StoredSwitch::Opening => Switch::Opening(index),
+        StoredSwitch::Slipping => Switch::Slipping(index),
+        StoredSwitch::Cap => Switch::Cap(index),
+        StoredSwitch::Reversal1 => Switch::Reversal(index, 0),
+        StoredSwitch::Reversal2 => Switch::Reversal(index, 1),
+        StoredSwitch::Knot1 => Switch::Knot(index, 0),
+        StoredSwitch::Knot2 => Switch::Knot(index, 1),
+    }
+}

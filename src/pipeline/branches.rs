@@ -1,0 +1,150 @@
+//! Paths of solutions in a key of a scene, followed and stored with it.
+
+use std::{path::Path, time::Instant};
+
+use contact3d::{
+    branches::{Branches, Family, ParameterRange},
+    scene::{Invalid, Scene, SceneFile},
+};
+use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction, timestamp};
+use toml::Value;
+
+use super::{StageError, checkpoint::Checkpoints, mesh_file::pin_mesh_file, store::write_group};
+use crate::{
+    format::{self, LAYOUT},
+    sweep::{get_key, set_key},
+};
+
+/// A guess at the seconds of the first commit; later ones are measured.
+const SECONDS_OF_A_COMMIT: f64 = 0.05;
+
+/// What is asked of `branches`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BranchesTask {
+    /// The key and its range.
+    pub range: ParameterRange,
+    /// Whether all solutions are searched for at both ends of the range.
+    pub all: bool,
+}
+
+/// Follows the solutions of a scene in one of its keys and stores them with it in a run file, new or existing; goes on from what
+/// the same command stored before it was killed. At most a twentieth of the time goes into storing.
+///
+/// # Errors
+/// A key that is not a number, a range through values that no problem can have, a scene without friction; a busy, foreign or
+/// unreadable file.
+pub fn follow_branches(
+    path: &Path,
+    mut input: SceneFile,
+    task: &BranchesTask,
+    threads: usize,
+    observe: &mut dyn FnMut(&Branches),
+) -> Result<Branches, StageError> {
+    pin_mesh_file(&mut input)?;
+    let table = table_of(&input.scene, &task.range.key)?;
+    let scene_at = |value: f64| scene_at(&table, &task.range.key, value);
+    let layout = LAYOUT.in_units(input.scene.units);
+    let family = Family::new(task.range.clone(), &scene_at, &input.folder)?;
+    let file = RunFile::lock(path, layout, IfMissing::Create)?;
+    let started = Instant::now();
+    let digest = branches_input(&input.scene, task);
+    let mut branches = match stored(&file, layout, &digest) {
+        Some(branches) => branches,
+        None => Branches::new(&family, task.all)?,
+    };
+    let store = |branches: &Branches| -> Result<(), StageError> {
+        let record = |settings: &str, input_digest: &str| GroupRecord {
+            settings: settings.to_owned(),
+            input_digest: input_digest.to_owned(),
+            seconds: started.elapsed().as_secs_f64(),
+            threads: i64::try_from(threads).unwrap_or(i64::MAX),
+            date: timestamp(),
+        };
+        let mut transaction = Transaction::begin(&file)?;
+        let scene_record = GroupRecord {
+            seconds: 0.0,
+            ..record("", "")
+        };
+        write_group(
+            &mut transaction,
+            format::SCENE,
+            Home::RunFile,
+            &scene_record,
+            |writer| format::write_scene(writer, &input.scene),
+        )?;
+        write_group(
+            &mut transaction,
+            format::BRANCHES,
+            Home::RunFile,
+            &record("", &digest),
+            |writer| format::write_branches(writer, branches),
+        )?;
+        transaction.commit()?;
+        Ok(())
+    };
+    let mut saves = Checkpoints::new(SECONDS_OF_A_COMMIT);
+    branches.follow(&family, &mut |branches| {
+        observe(branches);
+        saves.keep(|| store(branches));
+    })?;
+    store(&branches)?;
+    Ok(branches)
+}
+
+/// What the same command stored before; `None` where there is nothing that can be used.
+fn stored(file: &RunFile, layout: runfile::Layout, digest: &str) -> Option<Branches> {
+    let reader = Reader::open(file.path(), layout).ok()?;
+    let stored: Result<_, StoreError> = reader.whole_group(format::BRANCHES);
+    let stored = stored.ok()??;
+    let fits = stored.record.input_digest == digest;
+    fits.then(|| format::read_branches(&reader).ok()).flatten()
+}
+
+/// Digest of what paths are followed for.
+#[must_use]
+pub fn branches_input(scene: &Scene, task: &BranchesTask) -> String {
+    let range = &task.range;
+    let text = format!(
+        "{}\n{} {:?} {:?} {}",
+        format::scene_text(scene),
+        range.key,
+        range.from,
+        range.to,
+        task.all
+    );
+    blake3::hash(text.as_bytes()).to_hex().to_string()
+}
+
+/// The scene as a table in which the key holds a number, or nothing yet.
+fn table_of(scene: &Scene, key: &str) -> Result<toml::Table, StageError> {
+    let table: toml::Table = format::scene_text(scene).parse().unwrap_or_default();
+    let found = match get_key(&table, key) {
+        None | Some(Value::Float(_) | Value::Integer(_)) => return Ok(table),
+        Some(Value::String(text)) => format!("the text {text:?}"),
+        Some(Value::Boolean(flag)) => flag.to_string(),
+        Some(Value::Array(_)) => "a list".to_owned(),
+        Some(Value::Table(_)) => "a table of keys".to_owned(),
+        Some(Value::Datetime(_)) => "a date".to_owned(),
+    };
+    Err(StageError::Setting(Invalid {
+        key: key.to_owned(),
+        expected: "a key whose value is a number".into(),
+        found,
+        help: "name a number, as traction.0.value.2, or use a parameter in the formula and name parameters.NAME".into(),
+    }))
+}
+
+/// The scene with a value of the key.
+fn scene_at(table: &toml::Table, key: &str, value: f64) -> Result<Scene, Invalid> {
+    let mut table = table.clone();
+    let invalid = |found: String| {
+        Invalid {
+        key: key.to_owned(),
+        expected: "a scene that is valid at every value of the range".into(),
+        found: format!("at {value}: {found}"),
+        help: "docs/scene.md lists the keys and their ranges; choose others with --parameter, --from and --to".into(),
+    }
+    };
+    set_key(&mut table, key, Value::Float(value)).map_err(invalid)?;
+    Scene::parse("the scene", &table.to_string()).map_err(|error| invalid(error.to_string()))
+}

@@ -1,0 +1,142 @@
+//! The diagrams of paths of solutions.
+
+use std::path::PathBuf;
+
+use contact3d::branches::{Branches, Path, PathEnd, PathPoint, PointKind};
+use plots::{AxisScale, BranchDiagram, ChartAxis, Curve, CurveKind, Mark, MarkKind};
+use units::{Dimension, Unit, Units};
+
+use super::PictureFolder;
+use crate::pipeline::StageError;
+
+/// Width in pixels.
+const WIDTH: u32 = 1720;
+
+/// Names of the pictures.
+const NORMAL: &str = "branches_normal_force";
+const TANGENTIAL: &str = "branches_tangential_force";
+
+/// Those of `branches`.
+pub(super) const BRANCHES: [&str; 2] = [NORMAL, TANGENTIAL];
+
+/// Draws the normal and the first tangential force over the parameter as SVG and PNG; returns the files.
+///
+/// # Errors
+/// A folder that cannot be written.
+pub fn draw_branches(
+    folder: &PictureFolder,
+    branches: &Branches,
+    units: Units,
+) -> Result<Vec<PathBuf>, StageError> {
+    type Quantity = fn(&PathPoint) -> f64;
+    let quantities: [(&str, &str, Quantity); 2] = [
+        (NORMAL, "normal contact force", |point| point.normal_force),
+        (TANGENTIAL, "tangential contact force along t1", |point| {
+            point.tangential_force[0]
+        }),
+    ];
+    folder.save(quantities.map(|(name, label, quantity)| {
+        let diagram = diagram(branches, units, label, quantity);
+        (name, diagram.figure(), WIDTH)
+    }))
+}
+
+fn diagram(
+    branches: &Branches,
+    units: Units,
+    label: &str,
+    quantity: fn(&PathPoint) -> f64,
+) -> BranchDiagram {
+    let axis = |label: &str, unit: Unit, scale: AxisScale| ChartAxis {
+        label: label.to_owned(),
+        unit,
+        scale,
+        ticks: Vec::new(),
+    };
+    let scale = match branches.range.is_logarithmic() && branches.range.from > 0.0 {
+        true => AxisScale::Logarithmic,
+        false => AxisScale::Linear,
+    };
+    BranchDiagram {
+        title: format!("Solutions over {}", branches.range.key),
+        x: axis(&branches.range.key, Unit::none(), scale),
+        y: axis(label, units.of(Dimension::FORCE), AxisScale::Linear),
+        curves: branches
+            .paths
+            .iter()
+            .flat_map(|path| curves(path, quantity))
+            .collect(),
+        marks: branches
+            .paths
+            .iter()
+            .flat_map(|path| marks(path, quantity))
+            .collect(),
+    }
+}
+
+/// A path cut where its solutions begin to behave otherwise.
+fn curves(path: &Path, quantity: fn(&PathPoint) -> f64) -> Vec<Curve> {
+    let mut curves: Vec<Curve> = Vec::new();
+    let mut last: Option<[f64; 2]> = None;
+    for point in &path.points {
+        let at = [point.parameter, quantity(point)];
+        // A fold belongs to the side that the path comes from.
+        let kind = match (point.kind, curves.last()) {
+            (PointKind::Fold, Some(curve)) => curve.kind,
+            _ => kind_of(point),
+        };
+        match curves.last_mut() {
+            Some(curve) if curve.kind == kind => curve.points.push(at),
+            _ => curves.push(Curve {
+                kind,
+                points: last.into_iter().chain([at]).collect(),
+            }),
+        }
+        last = Some(at);
+    }
+    curves
+}
+
+fn kind_of(point: &PathPoint) -> CurveKind {
+    if point.determinant < 0 {
+        CurveKind::NegativeDeterminant
+    } else if point.is_attracting() {
+        CurveKind::Attracting
+    } else {
+        CurveKind::Repelling
+    }
+}
+
+fn marks(path: &Path, quantity: fn(&PathPoint) -> f64) -> Vec<Mark> {
+    let last = path.points.len().saturating_sub(1);
+    let points = path.points.iter().enumerate().filter_map(|(k, point)| {
+        let kind = match point.kind {
+            PointKind::Fold | PointKind::KinkFold => MarkKind::Fold,
+            PointKind::Kink => MarkKind::Kink,
+            PointKind::BranchPoint => MarkKind::BranchPoint,
+            PointKind::End if k == last && path.end != Some(PathEnd::Range) => MarkKind::End,
+            PointKind::Start | PointKind::Regular | PointKind::End => return None,
+        };
+        let text = format!("{} {:.9e}", kind_words(point.kind), point.parameter);
+        Some(Mark {
+            kind,
+            at: [point.parameter, quantity(point)],
+            text,
+        })
+    });
+    points.collect()
+}
+
+/// A kind of point in words.
+#[must_use]
+pub fn kind_words(kind: PointKind) -> &'static str {
+    match kind {
+        PointKind::Start => "start",
+        PointKind::Regular => "regular",
+        PointKind::Kink => "kink",
+        PointKind::Fold => "fold",
+        PointKind::KinkFold => "fold at a kink",
+        PointKind::BranchPoint => "branch point",
+        PointKind::End => "end",
+    }
+}

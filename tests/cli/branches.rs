@@ -1,0 +1,188 @@
+//! `branches`: what it finds and refuses, and that a killed search goes on from its last stored point.
+
+use std::{
+    process::{Command, Stdio},
+    thread::sleep,
+    time::{Duration, Instant},
+};
+
+use assert_cmd::cargo::CommandCargoExt;
+use serde_json::Value;
+
+use crate::program::{Program, pipeline};
+
+const COEFFICIENT: &str = "friction.coefficient.constant";
+
+fn scene(name: &str) -> String {
+    let path = pipeline("hard").join(name);
+    path.to_str().expect("plain path").to_owned()
+}
+
+fn json(output: &[u8]) -> Value {
+    serde_json::from_slice(output).expect("JSON")
+}
+
+#[test]
+fn one_node_has_three_solutions_beyond_its_fold() {
+    let program = Program::new();
+    let scene = scene("one_node.toml");
+    let span = [
+        "--parameter",
+        COEFFICIENT,
+        "--from",
+        "0.5",
+        "--to",
+        "4",
+        "--all",
+        "--json",
+    ];
+    let arguments = [&["branches", scene.as_str(), "run.h5"], &span[..]].concat();
+    let done = program.command(&arguments).assert().success();
+    let found = json(&done.get_output().stdout);
+    assert_eq!(
+        found["solutions"][0]["solutions"].as_array().map(Vec::len),
+        Some(1)
+    );
+    assert_eq!(
+        found["solutions"][1]["solutions"].as_array().map(Vec::len),
+        Some(3)
+    );
+    assert_eq!(
+        (&found["solutions"][1]["degree"], &found["complete"]),
+        (&1.into(), &true.into())
+    );
+    let paths = found["paths"].as_array().expect("paths");
+    let points = paths
+        .iter()
+        .flat_map(|path| path["points"].as_array().expect("points"));
+    let folds: Vec<f64> = points
+        .filter(|point| point["kind"] == "fold at a kink")
+        .map(|point| point["parameter"].as_f64().expect("a number"))
+        .collect();
+    // |λ_t|/λ_ν of the sticking node is 2 in this scene; located to 1e-13 of the range.
+    assert!(
+        folds.len() == 1 && (folds[0] - 2.0).abs() < 1e-12,
+        "{folds:?}"
+    );
+    for picture in ["branches_normal_force", "branches_tangential_force"] {
+        assert!(
+            program
+                .path(&format!("run-figures/{picture}.svg"))
+                .is_file()
+        );
+    }
+    program.command(&["check", "run.h5"]).assert().success();
+    // Nothing is followed again.
+    let again = program.command(&arguments).assert().success();
+    assert_eq!(json(&again.get_output().stdout), found);
+}
+
+#[test]
+fn what_cannot_be_followed_is_refused() {
+    let program = Program::new();
+    let one = scene("one_node.toml");
+    let frictionless = pipeline("frictionless.toml");
+    let frictionless = frictionless.to_str().expect("plain path");
+    for (scene, key, from, to, said) in [
+        (
+            one.as_str(),
+            "title",
+            "1",
+            "2",
+            "expected a key whose value is a number, found the text",
+        ),
+        (&one, "friction", "1", "2", "found a table of keys"),
+        (
+            &one,
+            COEFFICIENT,
+            "-1",
+            "2",
+            "valid at every value of the range",
+        ),
+        (
+            &one,
+            COEFFICIENT,
+            "1",
+            "1",
+            "a range between two different numbers",
+        ),
+        (
+            &one,
+            COEFFICIENT,
+            "nan",
+            "1",
+            "a range between two different numbers",
+        ),
+        (&one, "friction.mu", "1", "2", "unknown"),
+        (
+            frictionless,
+            "contact.gap",
+            "0",
+            "1e-5",
+            "expected Coulomb friction",
+        ),
+    ] {
+        let span = ["--parameter", key, "--from", from, "--to", to];
+        let arguments = [&["branches", scene, "run.h5"], &span[..]].concat();
+        let output = program.command(&arguments).output().expect("it runs");
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{key}: {text}");
+        assert!(text.contains(said), "{key}: {text}");
+        assert!(program.everything().is_empty(), "{key} left something");
+    }
+}
+
+/// Weakening along both axes: a thousand points and tens of folds.
+fn long_search(file: &str) -> Vec<String> {
+    let ramp = "{ramp={initial=5.0,residual=0.01,onset=0.0,rate=4.99e5}}";
+    let law = format!("friction={{coefficient_1={ramp},coefficient_2={ramp}}}");
+    let arguments = [
+        "branches",
+        &scene("brick.toml"),
+        file,
+        "--set",
+        &law,
+        "--parameter",
+        "friction.coefficient_1.ramp.initial",
+        "--from",
+        "0.02",
+        "--to",
+        "3",
+        "--no-figures",
+        "--json",
+    ];
+    arguments.map(str::to_owned).to_vec()
+}
+
+#[test]
+fn a_killed_search_goes_on_with_the_same_bits() {
+    let program = Program::new();
+    let arguments = long_search("run.h5");
+    let mut killed = Command::cargo_bin("contact3d-pipe")
+        .expect("built program")
+        .args(&arguments)
+        .current_dir(program.path(""))
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("it runs");
+    let started = Instant::now();
+    while !program.path("run.h5").is_file() && started.elapsed() < Duration::from_mins(2) {
+        sleep(Duration::from_millis(20));
+    }
+    sleep(Duration::from_millis(300));
+    killed.kill().expect("it is still at work");
+    assert!(
+        !killed.wait().expect("it ends").success(),
+        "it was done before it was killed"
+    );
+    let whole = |file: &str| {
+        let arguments = long_search(file);
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        let output = program.command(&arguments).output().expect("it runs");
+        json(&output.stdout)
+    };
+    let resumed = whole("run.h5");
+    assert!(resumed["paths"][0]["points"].as_array().map_or(0, Vec::len) > 100);
+    assert_eq!(resumed, whole("new.h5"));
+}
