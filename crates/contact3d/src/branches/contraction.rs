@@ -17,7 +17,7 @@ impl Equations<'_> {
     /// The spectral radius of Ψ' at a solution; `None` where the minimisation with frozen friction is singular there.
     ///
     /// Ψ freezes the slip bounds and the coefficients that λ makes, and solves for λ. With the derivative R_λ of the equations with
-    /// frozen friction and R' with friction that follows, Ψ' = 1 − R_λ⁻¹R' (SPEC: λ' = −R_λ⁻¹R_x). Only the tangential rows of slipping
+    /// frozen friction and R' with friction that follows, Ψ' = 1 − R_λ⁻¹R'. Only the tangential rows of slipping
     /// panes differ, so the eigenvalues other than zero are those of −W R_λ⁻¹E, where E picks these rows and W = Eᵀ(R' − R_λ).
     pub(super) fn spectral_radius(&self, piece: &Piece, state: &PathState) -> Option<f64> {
         let layout = state.member.dual.layout;

@@ -10,7 +10,7 @@ use crate::{
     linalg::norm,
     mesh::ContactSurface,
     problem::{AssembledProblem, Problem, ProblemError},
-    scene::{DualOperatorKind, FactorPrecision, Invalid, Scene},
+    scene::{DualOperatorKind, FactorPrecision, Invalid, Scene, SlipInterpolation},
     solver::ContactState,
 };
 
@@ -338,8 +338,11 @@ fn explicit(mut scene: Scene) -> Scene {
 }
 
 fn assemble(scene: &Scene, folder: &Path) -> Result<AssembledProblem, ProblemError> {
-    if scene.contact.is_none() || scene.friction.is_none() {
+    let (Some(contact), Some(_)) = (&scene.contact, &scene.friction) else {
         return Err(no_friction().into());
+    };
+    if contact.slip_interpolation != SlipInterpolation::Lagrange {
+        return Err(other_slips().into());
     }
     Problem::in_folder(explicit(scene.clone()), folder)?.assemble()
 }
@@ -395,6 +398,16 @@ fn between(ends: &[ExplicitDual; 2], share: f64) -> ExplicitDual {
         }
     }
     dual
+}
+
+fn other_slips() -> Invalid {
+    Invalid {
+        key: "contact.slip_interpolation".into(),
+        expected: "\"lagrange\", where pieces of a path end at slips of single nodes".into(),
+        found: "\"clement\"".into(),
+        help: "follow the paths with \"lagrange\", and solve at single values with \"clement\""
+            .into(),
+    }
 }
 
 fn no_friction() -> Invalid {

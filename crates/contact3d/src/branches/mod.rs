@@ -6,7 +6,7 @@
 //!
 //! | step | algorithm | source |
 //! |---|---|---|
-//! | equations | on each piece, given by the zones of all panes and the segments of the law, R(λ, γ) = 0 is smooth and continued beyond its ends | SPEC §10 |
+//! | equations | on each piece, given by the zones of all panes and the segments of the law, R(λ, γ) = 0 is smooth and continued beyond its ends | — |
 //! | tangent | R' bordered by the last tangent, dense LU | E. Allgower, K. Georg, *Introduction to Numerical Continuation Methods*, SIAM 2003 |
 //! | corrector | Newton's method with the Moore–Penrose inverse | A. Dhooge, W. Govaerts, Yu. Kuznetsov, *ACM Trans. Math. Softw.* 29 (2003) 141 |
 //! | kinks | the end of the piece is located, and the half paths of all pieces that meet there are sought | T. Ligurský, Y. Renard, *Comput. Methods Appl. Mech. Eng.* 280 (2014) 222; *Comput. Mech.* 56 (2015) 39 |
