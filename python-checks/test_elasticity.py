@@ -77,7 +77,7 @@ def test_load(problem, basis):
 def test_coupling_is_the_exact_quadrature(run, problem):
     """Row i of N and T integrates hats over pane i, a third of each triangle's area.
 
-    Between equal cells that is |R|/12 (4 centre + the 8 others) (SPEC 2).
+    Between equal cells that is |R|/12 (4 centre + the 8 others).
     """
     triangles = run["mesh/facets"][:][run["mesh/contact_facets"][:]]
     panes = run["mesh/contact_facet_pane"][:]
