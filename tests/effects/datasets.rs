@@ -78,7 +78,7 @@ const QUADRATIC_ONLY: [&str; 3] = [
 ];
 
 /// Runs a scene on linear tetrahedra and returns the datasets of a run that its file lacks, those of quadratic
-/// ones apart; writers refuse any that is not in the table. Checkpoints, studies of accuracy and levels of adaptive
+/// ones apart; writers refuse any that is not in the table. Checkpoints, studies of accuracy, theory and paths, and levels of adaptive
 /// meshes are no part of a finished run.
 fn absent_from(tables: &[&str]) -> BTreeSet<String> {
     let mut absent = absent_from_run(tables);
@@ -105,7 +105,13 @@ fn absent_from_run(tables: &[&str]) -> BTreeSet<String> {
     assert!(!reader.has("/adapt/status"), "no wish for an error");
     let rows = LAYOUT.tables.iter().flat_map(|table| table.iter());
     let of_a_run = rows.filter(|row| {
-        let others = ["/accuracy/", "/checkpoint/", "/adapt/"];
+        let others = [
+            "/accuracy/",
+            "/checkpoint/",
+            "/adapt/",
+            "/theory/",
+            "/branches/",
+        ];
         !others.iter().any(|group| row.path.starts_with(group))
     });
     let absent = of_a_run.filter(|row| !reader.has(row.path));
