@@ -14,7 +14,7 @@ use contact3d::{Problem, ProblemError};
 mod published_problem;
 
 /// Solves with the factor that are timed.
-const SOLVES: u32 = 100;
+const SOLVES: u32 = 10;
 
 fn main() -> Result<(), ProblemError> {
     let mut arguments = std::env::args().skip(1);
@@ -73,11 +73,13 @@ fn main() -> Result<(), ProblemError> {
     let started = Instant::now();
     let solution = assembled.solve(&SolveSettings::default())?;
     println!("{:>15} {:8.3} s", "solve", started.elapsed().as_secs_f64());
+    let report = assembled.report(&solution)?;
     println!(
-        "{}: error {:.1e} after {} steps",
+        "{}: error {:.1e} after {} steps, certificate {:.1e}",
         solution.status.word(),
         solution.accuracy,
-        solution.newton.len()
+        solution.newton.len(),
+        report.certificate.worst()
     );
     Ok(())
 }
