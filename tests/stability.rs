@@ -222,7 +222,13 @@ fn successive_approximations_that_cycle_are_recognised() {
     assert_eq!(newton.status, Status::Converged);
     // ε = 1e-12 times ‖R'⁻¹‖, below 10.
     assert!(distance(&newton.multiplier, &expected) < 1e-11);
-    assert_eq!(small.linearise(&expected).determinant, 1);
+    let linearisation = small.linearise(&expected);
+    assert_eq!(linearisation.determinant, 1);
+    // λ_ν moves by F S_νt / S_νν for each unit of a frozen bound; rounding in systems of order three.
+    let column = |j| small.dual().column(j);
+    let closed = 3.0 * (column(1)[0] / column(0)[0]).abs();
+    assert!((linearisation.contraction / closed - 1.0).abs() < 1e-12);
+    assert!(closed > 1.0);
     for inner in [InnerSolver::Newton, InnerSolver::Gpcg, InnerSolver::Kprgp] {
         let found = small.solve(Method::FixedPoint, inner);
         assert_eq!(found.status, Status::Cycling);

@@ -177,6 +177,10 @@ fn detail(row: &StabilityRow) -> String {
         ),
     );
     say(
+        "contraction of the mapping Ψ",
+        format!("{:.4}", check.linearisation.contraction),
+    );
+    say(
         "certificate",
         format!(
             "{:.1e}, rounding allows {:.0e}",
@@ -233,6 +237,7 @@ pub(super) fn json(rows: &[StabilityRow]) -> serde_json::Value {
                 "dual_ratio_by_area": check.conditioning.dual_by_area.ratio(),
                 "determinant_sign": check.linearisation.determinant,
                 "sensitivity": check.linearisation.sensitivity,
+                "spectral_radius": check.linearisation.contraction,
                 "multiplier_floor": check.rounding_bound.multiplier,
                 "rivals": check.cross_checks.iter().map(|cross_check| serde_json::json!({
                     "algorithm": cross_check.cross_check.to_string(),

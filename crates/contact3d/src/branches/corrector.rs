@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use super::{
-    bordered::{DenseLu, bordered},
+    bordered::bordered,
     equations::{Equations, Evaluated},
     family::Member,
     piece::{Distance, Piece},
 };
 use crate::{
-    linalg::{add_scaled, dot, norm},
+    linalg::{DenseLu, add_scaled, dot, norm},
     problem::ProblemError,
 };
 

@@ -82,6 +82,13 @@ impl Verdict {
             let sign = ["det R' < 0", "det R' = 0"][(check.linearisation.determinant + 1) as usize];
             verdict.add(Level::Holds, sign.to_owned());
         }
+        if check.linearisation.contraction > 1.0 {
+            let text = format!(
+                "successive approximations leave this solution: they move away by a factor of {:.3e} a step",
+                check.linearisation.contraction
+            );
+            verdict.add(Level::Holds, text);
+        }
         verdict.add_cross_checks(check);
         for result in &check.invariances {
             let allowed = allowed(check, result);

@@ -2,11 +2,11 @@
 
 use faer::{Mat, MatRef, prelude::Solve};
 
-use super::natural_map::NaturalMap;
+use super::{contraction::contraction_of_mapping, natural_map::NaturalMap};
 use crate::{
     dual::ExplicitDual,
     linalg::{largest_eigenvalue, norm, transpositions},
-    solver::{ContactState, FeasibleSet, conditions::Bound},
+    solver::{ContactState, FeasibleSet, conditions::Bound, coulomb_state},
 };
 
 /// The generalised derivative R' of the natural map R(λ) = λ − P(λ − ρ (S λ − h)) at some λ.
@@ -22,6 +22,9 @@ pub struct Linearisation {
     pub determinant: i8,
     /// ‖R'⁻¹‖₂: how much a residual R moves λ; infinite for a singular R'.
     pub sensitivity: f64,
+    /// Spectral radius of Ψ' for the mapping Ψ of HKL: successive approximations converge to the solution from nearby where it is
+    /// below 1; 0 without Coulomb friction, infinite where the problem with frozen friction is singular.
+    pub contraction: f64,
 }
 
 impl Linearisation {
@@ -68,6 +71,16 @@ impl Linearisation {
                 f64::INFINITY
             } else {
                 largest_eigenvalue(n, inverse_square).sqrt()
+            },
+            contraction: match contact.interface.coulomb() {
+                None => 0.0,
+                Some(law) => {
+                    let state = coulomb_state(dual, contact, law, multiplier);
+                    let set = contact.feasible_set(Some(&state));
+                    let map = NaturalMap::new(dual, Bound::Frozen(&set));
+                    let frozen = map.derivative(&map.evaluate(multiplier));
+                    contraction_of_mapping(&frozen, &matrix, n).unwrap_or(f64::INFINITY)
+                }
             },
         }
     }

@@ -1,6 +1,7 @@
 //! The semismooth Newton method on the natural map, its starts, and its linearisation.
 
 mod continuation;
+mod contraction;
 mod frozen_response;
 mod iteration;
 mod linearisation;
@@ -11,6 +12,7 @@ mod system;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use contraction::contraction_of_mapping;
 pub use frozen_response::frozen_response;
 pub use iteration::{NewtonSettings, NewtonStatus};
 pub use linearisation::Linearisation;
