@@ -22,7 +22,7 @@ use super::{
 };
 use crate::{
     pipeline::{StageError, measure_accuracy},
-    views::{Drawing, PictureFolder, draw_accuracy},
+    views::{Drawing, draw_accuracy},
 };
 
 /// Arguments of `accuracy`.
@@ -55,15 +55,12 @@ pub(super) fn accuracy(
     output: &Output,
     threads: usize,
 ) -> Result<Exit, StageError> {
-    let (scene, mut inputs) = override_scene::read_with_inputs(&arguments.scene)?;
+    let (scene, inputs) = override_scene::read_with_inputs(&arguments.scene)?;
     let units = scene.scene.units;
     inputs.refuse(&arguments.file)?;
-    inputs.add(&arguments.file);
-    let folder = arguments.figures.folder(&arguments.file);
-    let pictures = match arguments.figures.no_figures {
-        true => None,
-        false => Some(PictureFolder::claim(&folder, Drawing::Accuracy, inputs)?),
-    };
+    let pictures = arguments
+        .figures
+        .claim(&arguments.file, Drawing::Accuracy, inputs)?;
     let settings = AccuracySettings {
         budget: arguments.budget,
         coarsest: arguments.coarsest,
@@ -79,7 +76,11 @@ pub(super) fn accuracy(
     let accuracy = measured?;
     if let Some(pictures) = &pictures {
         let files = draw_accuracy(pictures, &accuracy).map_err(StageError::after_storing)?;
-        let drawn = format!("figures   {} files in {}", files.len(), folder.display());
+        let drawn = format!(
+            "figures   {} files in {}",
+            files.len(),
+            pictures.path().display()
+        );
         say(output, &drawn);
     }
     if output.json {

@@ -14,7 +14,11 @@ use super::{
     law::LawArguments, schema::SchemaArguments, stability::StabilityArguments,
     sweep::SweepArguments, theory::TheoryArguments,
 };
-use crate::{pipeline::AssemblyFile, views::figures_folder};
+use crate::{
+    output::Inputs,
+    pipeline::{AssemblyFile, StageError},
+    views::{Drawing, PictureFolder, figures_folder},
+};
 
 /// Most threads, and most cases at work at the same time.
 pub(super) const MOST_THREADS: i64 = 1024;
@@ -200,6 +204,21 @@ impl FigureArguments {
     pub(super) fn folder(&self, run_file: &Path) -> PathBuf {
         let given = self.figures.clone();
         given.unwrap_or_else(|| figures_folder(run_file))
+    }
+
+    /// That folder, looked at before anything is stored; `None` where no pictures are wanted.
+    pub(super) fn claim(
+        &self,
+        run_file: &Path,
+        drawing: Drawing,
+        mut inputs: Inputs,
+    ) -> Result<Option<PictureFolder>, StageError> {
+        if self.no_figures {
+            return Ok(None);
+        }
+        inputs.add(run_file);
+        let folder = PictureFolder::claim(&self.folder(run_file), drawing, inputs)?;
+        Ok(Some(folder))
     }
 }
 

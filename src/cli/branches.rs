@@ -15,7 +15,7 @@ use super::{
 };
 use crate::{
     pipeline::{BranchesTask, StageError, follow_branches},
-    views::{Drawing, PictureFolder, draw_branches, kind_words},
+    views::{Drawing, draw_branches, kind_words},
 };
 
 /// Most panes or nodes that a line of the table names.
@@ -50,15 +50,12 @@ pub(super) fn branches(
     output: &Output,
     threads: usize,
 ) -> Result<Exit, StageError> {
-    let (scene, mut inputs) = override_scene::read_with_inputs(&arguments.scene)?;
+    let (scene, inputs) = override_scene::read_with_inputs(&arguments.scene)?;
     let units = scene.scene.units;
     inputs.refuse(&arguments.file)?;
-    inputs.add(&arguments.file);
-    let folder = arguments.figures.folder(&arguments.file);
-    let pictures = match arguments.figures.no_figures {
-        true => None,
-        false => Some(PictureFolder::claim(&folder, Drawing::Branches, inputs)?),
-    };
+    let pictures = arguments
+        .figures
+        .claim(&arguments.file, Drawing::Branches, inputs)?;
     let task = BranchesTask {
         range: ParameterRange {
             key: arguments.parameter.clone(),
@@ -75,7 +72,11 @@ pub(super) fn branches(
     let branches = followed?;
     if let Some(pictures) = &pictures {
         let files = draw_branches(pictures, &branches, units).map_err(StageError::after_storing)?;
-        let drawn = format!("figures   {} files in {}", files.len(), folder.display());
+        let drawn = format!(
+            "figures   {} files in {}",
+            files.len(),
+            pictures.path().display()
+        );
         say(output, &drawn);
     }
     if output.json {

@@ -1,14 +1,11 @@
 //! `run`, `mesh`, `assemble`, `solve` and `post`.
 
-use std::path::Path;
-
 use contact3d::{scene::AssembleSettings, solver::Goal};
 
 use super::{
     adaptive,
     arguments::{
-        AssembleArguments, FigureArguments, MeshArguments, Output, PostArguments, RunArguments,
-        SolveArguments,
+        AssembleArguments, MeshArguments, Output, PostArguments, RunArguments, SolveArguments,
     },
     exit::Exit,
     interruption, override_scene,
@@ -36,7 +33,9 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
         && are_drawn(&arguments.figures.folder(&arguments.file), &arguments.file);
     let pictures = match is_done {
         true => None,
-        false => claim(&arguments.figures, &arguments.file, inputs)?,
+        false => arguments
+            .figures
+            .claim(&arguments.file, Drawing::Run, inputs)?,
     };
     session.all_or_nothing(|session| {
         let wish = session.scene().adapt.map(|adapt| adapt.error);
@@ -123,7 +122,9 @@ pub(super) fn solve(arguments: &SolveArguments, output: &Output, threads: usize)
 pub(super) fn post(arguments: &PostArguments, output: &Output, threads: usize) -> Outcome {
     interruption::on_run_file(&arguments.file);
     let mut session = Session::open(&arguments.file, threads)?;
-    let pictures = claim(&arguments.figures, &arguments.file, Inputs::default())?;
+    let pictures = arguments
+        .figures
+        .claim(&arguments.file, Drawing::Run, Inputs::default())?;
     session.all_or_nothing(|session| {
         let performed = perform(session, Stage::Post, Commit::Now, output)?;
         draw_figures(session, pictures.as_ref(), output)?;
@@ -155,20 +156,6 @@ fn perform(
         say(output, &report::operator_line(&estimate, dense, precision));
     }
     Ok(performed)
-}
-
-/// The folder for the pictures of a run file, if any are wanted, looked at before anything is stored.
-fn claim(
-    figures: &FigureArguments,
-    file: &Path,
-    mut inputs: Inputs,
-) -> Result<Option<PictureFolder>, StageError> {
-    if figures.no_figures {
-        return Ok(None);
-    }
-    inputs.add(file);
-    let folder = PictureFolder::claim(&figures.folder(file), Drawing::Run, inputs)?;
-    Ok(Some(folder))
 }
 
 fn draw_figures(

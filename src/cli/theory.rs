@@ -18,7 +18,7 @@ use super::{
 };
 use crate::{
     pipeline::{StageError, measure_theory},
-    views::{Drawing, PictureFolder, draw_theory},
+    views::{Drawing, draw_theory},
 };
 
 /// Arguments of `theory`.
@@ -44,15 +44,12 @@ pub(super) fn theory(
     output: &Output,
     threads: usize,
 ) -> Result<Exit, StageError> {
-    let (scene, mut inputs) = override_scene::read_with_inputs(&arguments.scene)?;
+    let (scene, inputs) = override_scene::read_with_inputs(&arguments.scene)?;
     let units = scene.scene.units;
     inputs.refuse(&arguments.file)?;
-    inputs.add(&arguments.file);
-    let folder = arguments.figures.folder(&arguments.file);
-    let pictures = match arguments.figures.no_figures {
-        true => None,
-        false => Some(PictureFolder::claim(&folder, Drawing::Theory, inputs)?),
-    };
+    let pictures = arguments
+        .figures
+        .claim(&arguments.file, Drawing::Theory, inputs)?;
     let settings = TheorySettings {
         coarsest: arguments.coarsest,
         finest: arguments.finest,
@@ -68,7 +65,11 @@ pub(super) fn theory(
     let theory = measured?;
     if let Some(pictures) = &pictures {
         let files = draw_theory(pictures, &theory, units).map_err(StageError::after_storing)?;
-        let drawn = format!("figures   {} files in {}", files.len(), folder.display());
+        let drawn = format!(
+            "figures   {} files in {}",
+            files.len(),
+            pictures.path().display()
+        );
         say(output, &drawn);
     }
     if output.json {

@@ -55,7 +55,7 @@ pub(crate) use dissection::{expand_to_unknowns, nested_dissection};
 pub use factor::{CholeskyFactor, FactorError};
 pub use factor_parts::PartsError;
 pub(crate) use gmres::gmres;
-pub(crate) use lanczos::largest_eigenvalue;
+pub(crate) use lanczos::{largest_eigenvalue, largest_ritz_pair};
 pub use ordering::{OrderingError, amd};
 pub(crate) use parity::transpositions;
 pub use precision::{Factor, Precision};

@@ -1,6 +1,6 @@
 //! Extreme eigenvalues of pairs of quadratic forms that are known by their products.
 
-use crate::linalg::{add_scaled, dot};
+use crate::linalg::{add_scaled, dot, largest_ritz_pair};
 
 /// Most steps; each keeps two vectors.
 const MOST_STEPS: usize = 300;
@@ -32,7 +32,7 @@ pub(super) fn largest_ratio(
         let steps = basis.len();
         let looks = steps.is_multiple_of(LOOK) || steps == MOST_STEPS.min(n) || length == 0.0;
         if steps > 0 && looks {
-            let (ritz, last) = largest_ritz(&diagonal, &off_diagonal);
+            let (ritz, last) = largest_ritz_pair(&diagonal, &off_diagonal);
             let done = length * last.abs() <= RELATIVE_RESIDUAL * ritz;
             if done || steps == MOST_STEPS.min(n) {
                 return ritz;
@@ -63,22 +63,6 @@ pub(super) fn largest_ratio(
 fn start(n: usize) -> Vec<f64> {
     let golden = |i: usize| (i as f64 * 0.754_877_666).fract();
     (0..n).map(|i| golden(i) - 0.3).collect()
-}
-
-/// Largest eigenvalue of the Lanczos matrix and the last component of its unit eigenvector.
-fn largest_ritz(diagonal: &[f64], off_diagonal: &[f64]) -> (f64, f64) {
-    let k = diagonal.len();
-    let matrix = nalgebra::DMatrix::from_fn(k, k, |i, j| match i.abs_diff(j) {
-        0 => diagonal[i],
-        1 => off_diagonal[i.min(j)],
-        _ => 0.0,
-    });
-    let eigen = matrix.symmetric_eigen();
-    let largest = eigen.eigenvalues.imax();
-    (
-        eigen.eigenvalues[largest],
-        eigen.eigenvectors[(k - 1, largest)],
-    )
 }
 
 #[cfg(test)]
