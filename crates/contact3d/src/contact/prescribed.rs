@@ -26,7 +26,7 @@ pub(super) fn refuse_penetration(
     };
     let held = mesh.held_nodes(scene);
     for (local, &node) in surface.nodes.iter().enumerate() {
-        let normal = frame.vector(local, 1.0, [0.0; 2]);
+        let normal = frame.normal_at(local);
         if !(0..3).all(|c| normal[c] == 0.0 || held[node][c]) {
             continue;
         }
