@@ -1,9 +1,11 @@
 //! Forces, moments, energies and extreme values of a solution.
 
+use std::ops::Range;
+
 use nalgebra::Vector3;
 
-use super::{Solved, SolvedContact};
-use crate::linalg::dot;
+use super::{PaneState, Solved, SolvedContact, Zone};
+use crate::{linalg::dot, mesh::SurfaceFace};
 
 /// A vector in the global axes.
 pub type Vector = [f64; 3];
@@ -37,12 +39,23 @@ pub struct ContactResultants {
     /// Total normal contact force Σ|Rⁱ|λ_ν in N.
     pub normal_force: f64,
     /// Total tangential multiplier force Σ|Rⁱ|λ_t in N; the foundation acts with its opposite.
-    /// `None` without friction.
+    /// `None` without friction, and for several faces together.
     pub tangential_force: Option<[f64; 2]>,
     /// Force of the foundation on the body in N.
     pub contact_force: Vector,
     /// max λ_ν in Pa.
     pub largest_pressure: f64,
+}
+
+/// What the foundation of one of several contact faces does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FaceResultants {
+    /// Forces and the largest pressure.
+    pub contact: ContactResultants,
+    /// Moment of the foundation's force about the origin in N·m.
+    pub moment: Vector,
+    /// Numbers of open, sticking and slipping panes.
+    pub zone_counts: [usize; 3],
 }
 
 impl Resultants {
@@ -55,7 +68,9 @@ impl Resultants {
         internal: &[Vector],
     ) -> Self {
         let contact = match &solved.contact {
-            Some(contact) => contact_forces(solved, contact),
+            Some(contact) => {
+                contact_forces(solved, contact, 0..contact.coupling.layout.n_panes())
+            }
             None => vec![[0.0; 3]; applied.len()],
         };
         let mut clamp = vec![[0.0; 3]; applied.len()];
@@ -93,34 +108,88 @@ impl Resultants {
 }
 
 impl ContactResultants {
+    /// Those of all faces; tangential forces of several faces, each in axes of its own, have no sum.
     fn new(solved: &Solved<'_>, contact: &SolvedContact<'_>, contact_force: Vector) -> Self {
+        let panes = 0..contact.coupling.layout.n_panes();
+        let all = Self::of_panes(solved, contact, panes, contact_force);
+        match contact.state.surface.faces.as_slice() {
+            [_] => all,
+            _ => Self {
+                tangential_force: None,
+                ..all
+            },
+        }
+    }
+
+    fn of_panes(
+        solved: &Solved<'_>,
+        contact: &SolvedContact<'_>,
+        panes: Range<usize>,
+        contact_force: Vector,
+    ) -> Self {
         let multiplier = &solved.solution.multiplier;
         let area = &contact.state.surface.pane_area;
         let layout = contact.coupling.layout;
         let (normal, tangential) = layout.split(multiplier);
         let weighted = |stress: &dyn Fn(usize) -> f64| -> f64 {
-            (0..layout.n_panes()).map(|i| area[i] * stress(i)).sum()
+            panes.clone().map(|i| area[i] * stress(i)).sum()
         };
+        let has_friction = panes.end <= layout.n_pairs() && layout.has_friction();
         Self {
             normal_force: weighted(&|i| normal[i]),
-            tangential_force: layout
-                .has_friction()
+            tangential_force: has_friction
                 .then(|| [0, 1].map(|k| weighted(&|i| tangential[i][k]))),
             contact_force,
-            largest_pressure: normal.iter().copied().fold(0.0, f64::max),
+            largest_pressure: normal[panes.clone()].iter().copied().fold(0.0, f64::max),
         }
     }
 }
 
-/// Nodal forces of the foundation on the body, −∫ φ (λ_ν ν + λ_t1 t₁ + λ_t2 t₂), in N, at free and
+impl FaceResultants {
+    /// Those of each of several contact faces; empty for one, whose are those of the whole.
+    pub(super) fn of_faces(solved: &Solved<'_>, panes: &[PaneState]) -> Vec<Self> {
+        let Some(contact) = &solved.contact else {
+            return Vec::new();
+        };
+        let faces = &contact.state.surface.faces;
+        if faces.len() == 1 {
+            return Vec::new();
+        }
+        let of_face = |face: &SurfaceFace| {
+            let forces = contact_forces(solved, contact, face.panes.clone());
+            let (force, moment) = total(solved, &forces);
+            let count = |zone: Zone| {
+                let panes = panes[face.panes.clone()].iter();
+                panes.filter(|pane| pane.zone == zone).count()
+            };
+            Self {
+                contact: ContactResultants::of_panes(
+                    solved,
+                    contact,
+                    face.panes.clone(),
+                    force.into(),
+                ),
+                moment: moment.into(),
+                zone_counts: [Zone::Open, Zone::Stick, Zone::Slip].map(count),
+            }
+        };
+        faces.iter().map(of_face).collect()
+    }
+}
+
+/// Nodal forces of the foundation on some panes of the body, −∫ φ (λ_ν ν + λ_t1 t₁ + λ_t2 t₂), in N, at free and
 /// held nodes alike.
-fn contact_forces(solved: &Solved<'_>, contact: &SolvedContact<'_>) -> Vec<Vector> {
+fn contact_forces(
+    solved: &Solved<'_>,
+    contact: &SolvedContact<'_>,
+    panes: Range<usize>,
+) -> Vec<Vector> {
     let surface = contact.state.surface;
     let frame = &contact.state.interface.frame;
     let multiplier = &solved.solution.multiplier;
     let layout = contact.coupling.layout;
     let mut forces = vec![[0.0; 3]; solved.mesh.coordinates.len()];
-    for pane in 0..layout.n_panes() {
+    for pane in panes {
         let tangential = layout.pair(multiplier, pane);
         for (local, weight) in surface.pane_weights(pane) {
             let stress = frame.vector(local, multiplier[layout.normal(pane)], tangential);

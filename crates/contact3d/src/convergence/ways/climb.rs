@@ -271,7 +271,7 @@ fn graded(mut scene: Scene) -> Scene {
         let clamped = scene.clamps.iter().filter_map(|clamp| clamp.face.as_ref());
         let pulled = scene.tractions.iter().map(|traction| &traction.face);
         let pressed = scene.pressures.iter().map(|pressure| &pressure.face);
-        let touching = scene.contact.iter().map(|contact| &contact.face);
+        let touching = scene.contacts.iter().map(|contact| &contact.face);
         let names = clamped.chain(pulled).chain(pressed).chain(touching);
         names.filter_map(|name| BrickFace::named(name)).collect()
     };
@@ -311,7 +311,8 @@ fn region_volumes(scene: &Scene) -> Result<Vec<f64>, MeshError> {
     let mut body = scene.clone();
     // A mesh of the body alone: panes need not fit, nor clamps hold a node.
     body.body.element = ElementOrder::P1;
-    body.contact = None;
+    body.contacts.clear();
+    body.friction = None;
     body.clamps.clear();
     let mesh = Mesh::of_scene(&body, Path::new(""))?;
     let mut volumes = vec![0.0; scene.regions.len() + 1];
