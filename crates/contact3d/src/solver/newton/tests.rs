@@ -38,7 +38,7 @@ const SCENE: &str = "
 fn mesh_and_interface(law: Friction, slip: SlipInterpolation) -> (Mesh, Interface) {
     let mut scene = Scene::parse("two panes", SCENE).unwrap();
     scene.friction = Some(law);
-    scene.contact.as_mut().unwrap().slip_interpolation = slip;
+    scene.contacts[0].slip_interpolation = slip;
     let mesh = Mesh::of_scene(&scene, Path::new("")).unwrap();
     let interface = Interface::new(&scene, &mesh).unwrap().unwrap();
     (mesh, interface)
