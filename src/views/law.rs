@@ -134,7 +134,7 @@ impl LawStudy {
             file: folder.path().join(format!("{PICTURE}.svg")),
             source,
         })?;
-        folder.save([(PICTURE.into(), page, picture::PAGE_WIDTH)])
+        folder.save([(PICTURE, page, picture::PAGE_WIDTH)])
     }
 }
 

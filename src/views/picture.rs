@@ -1,7 +1,6 @@
 //! The six panels of a run file, and where its discretisation error sits, as SVG and PNG.
 
 use std::{
-    borrow::Cow,
     fs,
     path::{Path, PathBuf},
 };
@@ -105,13 +104,13 @@ pub fn draw_run(
         let (panels, page) = drawn
             .with_picture(|picture| Ok((plots::panels(picture)?, plots::page(picture)?)))
             .map_err(figure)?;
-        let named = |name: &str| Cow::Owned(format!("{name}{ending}"));
+        let named = |name: &str| format!("{name}{ending}");
         for panel in panels {
             drawings.push((named(panel.name), panel.figure, PANEL_WIDTH));
         }
         if face == 0 {
             let error = error_page(&drawn).map_err(figure)?;
-            drawings.push((ERROR.into(), error, PANEL_WIDTH));
+            drawings.push((ERROR.to_owned(), error, PANEL_WIDTH));
         }
         drawings.push((named(LAST), page, PAGE_WIDTH));
     }

@@ -1,9 +1,6 @@
 //! The folder of a command's pictures, looked at before anything is stored.
 
-use std::{
-    borrow::Cow,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use plots::{self, Figure, LineChart};
 
@@ -78,13 +75,13 @@ impl PictureFolder {
     }
 
     /// Saves drawings of some width in pixels by their names, as SVG and PNG; returns the files.
-    pub(super) fn save<'a>(
+    pub(super) fn save(
         &self,
-        drawings: impl IntoIterator<Item = (Cow<'a, str>, Figure, u32)>,
+        drawings: impl IntoIterator<Item = (impl AsRef<str>, Figure, u32)>,
     ) -> Result<Vec<PathBuf>, StageError> {
         let mut outputs = Vec::new();
         for (name, figure, width) in drawings {
-            let [(svg_file, svg_kind), (png_file, png_kind)] = files(self.path(), &name);
+            let [(svg_file, svg_kind), (png_file, png_kind)] = files(self.path(), name.as_ref());
             let png = figure.png(width).map_err(|source| StageError::Figure {
                 file: png_file.clone(),
                 source,
@@ -110,7 +107,7 @@ impl PictureFolder {
         charts: impl IntoIterator<Item = (&'a str, LineChart)>,
     ) -> Result<Vec<PathBuf>, StageError> {
         let drawn = charts.into_iter();
-        self.save(drawn.map(|(name, chart)| (name.into(), chart.figure(), CHART_WIDTH)))
+        self.save(drawn.map(|(name, chart)| (name, chart.figure(), CHART_WIDTH)))
     }
 }
 
