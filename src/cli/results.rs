@@ -124,6 +124,13 @@ pub(super) fn table(
             ),
         );
     }
+    for row in &report.forces {
+        let [x, y, z] = row.force;
+        line(
+            &format!("force of {}", row.source),
+            format!("{x:.6e}, {y:.6e}, {z:.6e} {}", units.force()),
+        );
+    }
     line(
         "strain energy",
         format!("{:.9e} {}", r.strain_energy, units.energy()),
@@ -183,7 +190,6 @@ fn faces_json(scene: &Scene, report: &ContactReport) -> Option<serde_json::Value
             "normal_force": face.contact.normal_force,
             "tangential_force": face.contact.tangential_force,
             "contact_force": face.contact.contact_force,
-            "moment": face.moment,
             "largest_pressure": face.contact.largest_pressure,
         })
     });
@@ -231,6 +237,20 @@ fn relative_parts(report: &ContactReport) -> serde_json::Value {
     parts
         .map(|(name, value)| (name.to_owned(), serde_json::Value::from(finite(value))))
         .collect()
+}
+
+/// The forces on the body by their sources.
+fn forces_json(report: &ContactReport) -> Vec<serde_json::Value> {
+    let rows = report.forces.iter();
+    rows.map(|row| {
+        serde_json::json!({
+            "source": row.source,
+            "face": row.face,
+            "force": row.force,
+            "moment": row.moment,
+        })
+    })
+    .collect()
 }
 
 /// What the parts of an assembly took, and the factor: its precision, its coefficients, and the operations that made it.
@@ -289,6 +309,7 @@ pub(super) fn json(
         "normal_force": r.contact.map(|c| c.normal_force),
         "tangential_force": r.contact.and_then(|c| c.tangential_force),
         "largest_pressure": r.contact.map(|c| c.largest_pressure),
+        "forces": forces_json(report),
         "energy": r.strain_energy - r.load_work,
         "law_evaluations": solution.law_evaluations,
         "projections": solution.projections,

@@ -100,12 +100,10 @@ fn result_sections(reader: &Reader, scene: &Scene) -> Result<Vec<Section>, Stage
     let mut sections = vec![Section {
         name: "results",
         heading: "Results".into(),
-        parts: vec![Part::Table(tables::results(
-            scene.units,
-            &mesh,
-            &solution,
-            &report,
-        ))],
+        parts: vec![
+            Part::Table(tables::results(scene.units, &mesh, &solution, &report)),
+            Part::Table(tables::forces(scene.units, &report)),
+        ],
     }];
     if let Some(faces) = tables::faces(scene, &report) {
         sections[0].parts.push(Part::Table(faces));

@@ -4,6 +4,7 @@ use std::sync::atomic::AtomicUsize;
 
 use super::{
     ContactFrame, CoulombLaw, Coupling, FaceLaw, SlipOperator, coulomb::PressureBound, law_bounds,
+    prescribed::refuse_penetration,
 };
 use crate::{
     elasticity::DofMap,
@@ -62,7 +63,7 @@ impl Interface {
     ///
     /// # Errors
     /// Formulas that are not finite, a negative gap or slip bound, a coefficient of friction that
-    /// is not positive without slip, an axis that is not tangential.
+    /// is not positive without slip, an axis that is not tangential, a clamp that pushes a contact node into the foundation.
     pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Option<Self>, Invalid> {
         let (Some(first), Some(surface)) = (scene.contacts.first(), &mesh.contact) else {
             return Ok(None);
@@ -72,13 +73,16 @@ impl Interface {
             return Err(other_faces(features.len(), surface.faces.len()));
         }
         let held = mesh.held_nodes(scene);
+        let frame = ContactFrame::new(scene, &features, surface, mesh)?;
+        let gap = gap(scene, &features, surface, mesh)?;
+        refuse_penetration(scene, mesh, surface, &frame, gap.as_deref())?;
         Ok(Some(Self {
             names: features.iter().map(|face| face.name.clone()).collect(),
             slip: SlipOperator::new(first.slip_interpolation, surface, mesh, |node| {
                 held[node] == [true; 3]
             }),
-            frame: ContactFrame::new(scene, &features, surface, mesh)?,
-            gap: gap(scene, &features, surface, mesh)?,
+            frame,
+            gap,
             friction: InterfaceFriction::new(scene, &features, surface, mesh)?,
             projections: AtomicUsize::new(0),
         }))

@@ -8,6 +8,8 @@ use super::{Friction, FrictionLaw, Material, MultiplierSpace, Quantity, Scene};
 pub struct ModelFeatures {
     /// What happens on each contact face, in the order of their multipliers; empty in the elastic problem alone.
     pub contact: Vec<ContactFeatures>,
+    /// Clamps that hold somewhere else than at zero.
+    pub prescribed_displacements: usize,
     /// A body force f.
     pub body_force: bool,
     /// Parts of the body with a material of their own.
@@ -71,6 +73,7 @@ impl ModelFeatures {
                 .into_iter()
                 .map(|entry| ContactFeatures::new(scene, entry))
                 .collect(),
+            prescribed_displacements: scene.clamps.iter().filter(|c| c.is_moved()).count(),
             body_force: scene.body_force.is_some(),
             regions: scene.regions.len(),
             anisotropy: materials.any(|material| match material {
