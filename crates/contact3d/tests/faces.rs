@@ -266,3 +266,100 @@ fn all_methods_agree_on_mixed_laws() {
         }
     }
 }
+
+/// The key that a scene is refused at.
+fn refused(scene: Scene) -> String {
+    match Problem::new(scene) {
+        Err(contact3d::ProblemError::Invalid(invalid)) => invalid.key,
+        Err(other) => panic!("{other}"),
+        Ok(_) => panic!("not refused"),
+    }
+}
+
+#[test]
+fn contacts_that_cannot_be_are_refused_by_their_keys() {
+    let rough = || Some(Friction::coulomb(0.3));
+    let cases: &[(fn(&mut Scene), &str)] = &[
+        (|s| s.contacts[1].corners = None, "contact.1.face"),
+        (|s| s.contacts[1].corners = s.contacts[0].corners, "contact.1.box"),
+        (|s| s.contacts[1].corners = Some([[1.6, 0.0, 0.0], [3.0, 1.0, 0.0]]), "contact.1.box"),
+        // Along cells, but through a pane of 2 x 2 of them.
+        (|s| s.contacts[1].corners = Some([[1.75, 0.0, 0.0], [3.0, 1.0, 0.0]]), "contact.1.box"),
+        (|s| s.contacts[1].corners = Some([[1.5, 0.0, 0.1], [3.0, 1.0, 0.2]]), "contact.1.box"),
+        (|s| s.contacts[1].corners = Some([[3.0, 0.0, 0.0], [1.5, 1.0, 0.0]]), "contact.1.box"),
+        (|s| s.contacts.iter_mut().for_each(|contact| contact.name = None), "contact.1.name"),
+        (|s| s.contacts[1].name = Some("two\nlines".into()), "contact.1.name"),
+        (|s| s.contacts[1].face = "z_middle".into(), "contact.1.face"),
+        (|s| s.contacts[1].gap = (-1.0).into(), "contact.1.gap"),
+        (|s| s.contacts[1].friction = Some(Friction::default()), "contact.1.friction"),
+        (|s| s.friction = Some(Friction::coulomb(0.2)), "friction"),
+        (|s| s.contacts.push(Contact::on("z_max").named("third")), "pressure.0.face"),
+        (|s| s.contacts.push(Contact::on("x_min").named("third")), "clamp.0.face"),
+        (
+            |s| s.contacts[1].slip_interpolation = contact3d::scene::SlipInterpolation::Clement,
+            "contact.1.slip_interpolation",
+        ),
+    ];
+    for (change, key) in cases {
+        let mut scene = halves(rough(), rough());
+        change(&mut scene);
+        assert_eq!(refused(scene), *key);
+    }
+    let odd = Scene {
+        body: Body::brick([1.0, 1.0, 1.0], [4, 4, 3]),
+        ..between_plates(Friction::coulomb(0.3), Friction::coulomb(0.3))
+    };
+    assert_eq!(refused(odd), "body.brick.cells");
+}
+
+/// A node of two frictional nodal faces would carry six conditions on three displacements; frictionless ones carry two.
+#[test]
+fn nodal_faces_that_meet_are_refused_where_a_node_would_carry_too_much() {
+    let nodal = |law: Option<Friction>, both: bool| {
+        let mut scene = corner(law, None);
+        scene.contacts[0].multipliers = contact3d::scene::MultiplierSpace::Nodal;
+        if both {
+            scene.contacts[1].multipliers = contact3d::scene::MultiplierSpace::Nodal;
+        }
+        scene
+    };
+    assert_eq!(refused(nodal(Some(Friction::coulomb(0.3)), true)), "contact.1.multipliers");
+    for scene in [nodal(None, true), nodal(Some(Friction::coulomb(0.3)), false)] {
+        let (_, _, report) = solved(&scene);
+        assert_eq!(report.faces.len(), 2);
+    }
+}
+
+/// F/G = (tan α + μ)/(1 − μ tan α) holds a block on a slope in the balance; what a push exceeds it by, a soft end bears.
+#[test]
+fn a_block_is_pushed_up_a_slope_by_the_force_of_its_friction_angle() {
+    let (alpha, mu, weight) = (20_f64.to_radians(), 0.3, 1e6);
+    let limit = weight * (alpha.tan() + mu) / (1.0 - mu * alpha.tan());
+    for excess in [1.02, 1.01] {
+        let push = excess * limit;
+        let block = |value: f64| {
+            contact3d::scene::Quantity::function(move |[x, _, _]| if x < 2.0 { value } else { 0.0 })
+        };
+        let scene = brick([3.0, 1.0, 0.5], [12, 4, 2])
+            .with_region(
+                contact3d::scene::Part::Box([[2.0, 0.0, 0.0], [3.0, 1.0, 0.5]]),
+                Material::isotropic(STEEL.0 * 1e-6, 0.0),
+            )
+            .with_clamp(Clamp::face("x_max"))
+            .with_clamp(Clamp::face("y_min").along(&[Component::Y]))
+            .with_clamp(Clamp::face("y_max").along(&[Component::Y]))
+            .with_body_force([block(-weight * alpha.sin()), 0.0.into(), block(-weight * alpha.cos())])
+            .with_traction(Traction::on(
+                "x_min",
+                [2.0 * push * alpha.cos(), 0.0, -2.0 * push * alpha.sin()],
+            ))
+            .with_contact(Contact::on("z_min").inside([[0.0, 0.0, 0.0], [2.0, 1.0, 0.0]]))
+            .with_friction(Friction::coulomb(mu));
+        let (_, _, report) = solved(&scene);
+        assert_eq!(report.count(Zone::Stick), 0);
+        let expected = (push - limit) * (alpha.cos() - mu * alpha.sin());
+        let held = report.resultants.clamp_force[0];
+        // The soft end also bears a millionth of what its shear and the block's tilt ask for.
+        assert!((held + expected).abs() < 1e-5 * weight, "{held} {expected}");
+    }
+}
