@@ -10,7 +10,7 @@ use contact3d::scene::{
 use serde::de::{DeserializeOwned, IntoDeserializer, value::StrDeserializer};
 
 use super::{
-    accuracy::AccuracyArguments, branches::BranchesArguments, html::ReportArguments,
+    accuracy::AccuracyArguments, branches::BranchesArguments, fclib::{ExportArguments, SolveFclibArguments}, html::ReportArguments,
     law::LawArguments, schema::SchemaArguments, stability::StabilityArguments,
     sweep::SweepArguments, theory::TheoryArguments,
 };
@@ -83,6 +83,10 @@ pub enum Command {
     Stability(StabilityArguments),
     /// Write a report as one HTML page that needs no network
     Report(ReportArguments),
+    /// Write the problem of a solved run file, friction frozen at the solution, as a file of FCLIB
+    Export(ExportArguments),
+    /// Solve a local frictional contact problem from a file of FCLIB
+    SolveFclib(SolveFclibArguments),
     /// Write or check the schemas of run files and scenes
     Schema(SchemaArguments),
 }

@@ -6,6 +6,7 @@ mod arguments;
 mod branches;
 mod check;
 mod exit;
+mod fclib;
 mod features;
 mod html;
 mod interruption;
@@ -67,6 +68,8 @@ fn perform(arguments: &Arguments) -> Exit {
         Command::Branches(task) => branches::branches(task, &output, threads),
         Command::Stability(suite) => return stability::stability(suite, &output, threads),
         Command::Report(page) => html::report_page(page, &output),
+        Command::Export(arguments) => fclib::export(arguments, &output),
+        Command::SolveFclib(arguments) => fclib::solve_fclib(arguments, &output),
         Command::Schema(schema) => schema::schema(schema, &output),
         Command::Sweep(arguments) => return sweep::sweep(arguments, &output, threads),
     };

@@ -36,7 +36,12 @@ pub enum Kind {
     Schema,
     /// A generated schema as Markdown.
     SchemaPage,
+    /// A frictional contact problem.
+    Fclib,
 }
+
+/// How the root of an FCLIB file names this program.
+pub(crate) const FCLIB_PROGRAM: &str = "contact3d-pipe";
 
 impl Kind {
     /// What messages call it.
@@ -48,6 +53,7 @@ impl Kind {
             Self::SweepTable => "the CSV table of a sweep",
             Self::Schema => "a JSON schema",
             Self::SchemaPage => "a Markdown schema",
+            Self::Fclib => "a file of FCLIB",
         }
     }
 
@@ -65,6 +71,10 @@ impl Kind {
                 Self::SchemaPage => text().starts_with(
                     "# The run file\n\nGenerated from the table of datasets; do not edit.\n",
                 ),
+                Self::Fclib => {
+                    ends.first.starts_with(HDF5)
+                        && fclib::program_of(path).as_deref() == Some(FCLIB_PROGRAM)
+                }
             })
     }
 }

@@ -15,6 +15,7 @@ use runfile::{Group, StoreError};
 use thiserror::Error;
 
 use crate::{
+    exchange::ExchangeError,
     format::{FormatError, Stage},
     output::OutputError,
 };
@@ -92,6 +93,9 @@ pub enum StageError {
         /// What failed.
         source: Box<StageError>,
     },
+    /// A problem that is exchanged with other programs.
+    #[error(transparent)]
+    Exchange(#[from] ExchangeError),
     /// A file that runs share cannot be removed, or the turn to make it not be had.
     #[error("cannot write {}: {source}; check the permissions of the folder", file.display())]
     Write {
