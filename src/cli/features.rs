@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use contact3d::scene::{ContactModel, FrictionLaw, FrictionModel, ModelFeatures, MultiplierSpace};
+use contact3d::scene::{ContactModel, FrictionLaw, FrictionModel, ModelFeatures, MultiplierSpace, Obstacle};
 
 use crate::format::Sizes;
 
@@ -54,8 +54,8 @@ fn list(features: &ModelFeatures, sizes: &Sizes) -> Vec<Feature> {
         ),
         feature("body force", data(features.body_force, "loads every node")),
     ];
-    let (friction, gap, turning_frame, contact) = match &features.contact {
-        ContactModel::Absent => (&FrictionModel::Frictionless, false, false, None),
+    let (friction, gap, turning_frame, contact, obstacle) = match &features.contact {
+        ContactModel::Absent => (&FrictionModel::Frictionless, false, false, None, None),
         ContactModel::Present(face) => {
             let what = match face.space {
                 MultiplierSpace::Panes => "normal multipliers (panes)",
@@ -67,10 +67,12 @@ fn list(features: &ModelFeatures, sizes: &Sizes) -> Vec<Feature> {
                 face.gap.is_some(),
                 face.turning_frame,
                 contact,
+                face.obstacle.as_ref().and_then(obstacle_data),
             )
         }
     };
     list.push(feature("contact", contact));
+    list.push(feature("obstacle", obstacle));
     list.push(feature(
         "initial gap",
         data(gap, "one value a contact node"),
@@ -81,6 +83,16 @@ fn list(features: &ModelFeatures, sizes: &Sizes) -> Vec<Feature> {
         data(turning_frame, "one pair of axes a contact node"),
     ));
     list
+}
+
+fn obstacle_data(obstacle: &Obstacle) -> Option<Cost> {
+    let what = match obstacle {
+        Obstacle::HalfSpace(_) => "half-space, one distance a contact node",
+        Obstacle::Sphere(_) => "sphere, one normal and distance a contact node",
+        Obstacle::Cylinder(_) => "cylinder, one normal and distance a contact node",
+        Obstacle::Height(_) => "height, one normal and distance a contact node",
+    };
+    data(true, what)
 }
 
 fn friction_features(friction: &FrictionModel, sizes: &Sizes) -> [Feature; 3] {

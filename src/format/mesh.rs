@@ -27,6 +27,8 @@ const TETRAHEDRON_MIDDLES: &str = "/mesh/tetrahedron_mid_edges";
 const FACET_MIDDLES: &str = "/mesh/facet_mid_edges";
 const REGION: &str = "/mesh/tetrahedron_region";
 const CONTACT_NORMAL: &str = "/mesh/contact_normal";
+const CONTACT_NODE_NORMALS: &str = "/mesh/contact_node_normals";
+const CONTACT_CLEARANCE: &str = "/mesh/contact_clearance";
 pub(super) const CONTACT_NODES: &str = "/mesh/contact_nodes";
 const CONTACT_FACETS: &str = "/mesh/contact_facets";
 const CONTACT_FACET_PANE: &str = "/mesh/contact_facet_pane";
@@ -46,7 +48,9 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(TETRAHEDRON_MIDDLES, Kind::I64, &[Named("n_tetrahedra"), Fixed(6)], Dimension::Number, "Nodes in the middle of the edges 0-1, 1-2, 0-2, 0-3, 1-3, 2-3 of each tetrahedron.").compressed().optional(ONLY_QUADRATIC),
     GROUP.row(FACET_MIDDLES, Kind::I64, &[Named("n_facets"), Fixed(3)], Dimension::Number, "Nodes in the middle of the edges 0-1, 1-2, 2-0 of each boundary triangle.").compressed().optional(ONLY_QUADRATIC),
     GROUP.row(REGION, Kind::I64, &[Named("n_tetrahedra")], Dimension::Number, "Region of each tetrahedron: 0 for the body's own material, k for the k-th region of the scene.").compressed().optional("absent without regions"),
-    GROUP.row(CONTACT_NORMAL, Kind::F64, &[Fixed(3)], Dimension::Number, "Outward unit normal of the contact face.").symbol("nu").optional(NO_CONTACT),
+    GROUP.row(CONTACT_NORMAL, Kind::F64, &[Fixed(3)], Dimension::Number, "Outward unit normal of the contact face.").symbol("nu").optional("absent without contact, and where normals vary"),
+    GROUP.row(CONTACT_NODE_NORMALS, Kind::F64, &[Named("n_contact_nodes"), Fixed(3)], Dimension::Number, "Unit normal of contact at each contact node, out of the body and into the obstacle.").symbol("nu").optional("absent where the normal is the same everywhere"),
+    GROUP.row(CONTACT_CLEARANCE, Kind::F64, &[Named("n_contact_nodes")], Dimension::LENGTH, "Initial distance of each contact node from the obstacle along its normal; the gap of the scene comes on top.").optional("absent without an obstacle"),
     GROUP.row(CONTACT_NODES, Kind::I64, &[Named("n_contact_nodes")], Dimension::Number, "Nodes on the contact face, increasing.").compressed().optional(NO_CONTACT),
     GROUP.row(CONTACT_FACETS, Kind::I64, &[Named("n_contact_facets")], Dimension::Number, "Boundary triangles on the contact face, as indices into facets.").compressed().optional(NO_CONTACT),
     GROUP.row(CONTACT_FACET_PANE, Kind::I64, &[Named("n_contact_facets")], Dimension::Number, "Pane of each contact triangle.").compressed().optional("absent without contact and with nodal multipliers"),
@@ -114,7 +118,14 @@ fn write_contact_surface(
     writer: &mut GroupWriter<'_>,
     contact: &ContactSurface,
 ) -> Result<(), StoreError> {
-    writer.write(CONTACT_NORMAL, contact.normals.as_flattened(), &[3])?;
+    match contact.normals.as_slice() {
+        [everywhere] => writer.write(CONTACT_NORMAL, everywhere, &[3])?,
+        each => writer.write(CONTACT_NODE_NORMALS, each.as_flattened(), &[each.len(), 3])?,
+    }
+    if !contact.clearance.is_empty() {
+        let clearance = &contact.clearance;
+        writer.write(CONTACT_CLEARANCE, clearance, &[clearance.len()])?;
+    }
     writer.write_indices(CONTACT_NODES, &contact.nodes, &[contact.nodes.len()])?;
     writer.write_indices(CONTACT_FACETS, &contact.facets, &[contact.facets.len()])?;
     if !contact.is_nodal() {
@@ -181,9 +192,16 @@ fn read_contact_surface(
     n_facets: usize,
 ) -> Result<ContactSurface, FormatError> {
     let average = reader.read_matrix(PANE_AVERAGE)?;
-    let normal = read_finite_vec(reader, CONTACT_NORMAL)?;
+    let normals = match reader.has(CONTACT_NODE_NORMALS) {
+        true => read_finite_rows::<3>(reader, CONTACT_NODE_NORMALS)?,
+        false => read_finite_vec(reader, CONTACT_NORMAL)?.as_chunks::<3>().0.to_vec(),
+    };
     let surface = ContactSurface {
-        normals: normal.as_chunks::<3>().0.to_vec(),
+        normals,
+        clearance: match reader.has(CONTACT_CLEARANCE) {
+            true => read_finite_vec(reader, CONTACT_CLEARANCE)?,
+            false => Vec::new(),
+        },
         nodes: read_index_vec(reader, CONTACT_NODES)?,
         facets: read_index_vec(reader, CONTACT_FACETS)?,
         facet_pane: match reader.has(CONTACT_FACET_PANE) {

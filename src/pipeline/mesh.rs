@@ -7,7 +7,9 @@ use contact3d::{
     contact::Interface,
     elasticity::{Loads, refuse_rigid_motions},
     mesh::{Mesh, Quality, Refinement},
-    scene::{Body, Clamp, MultiplierSpace, Part, Scene, SceneFile, Shape},
+    scene::{
+        Body, Clamp, MultiplierSpace, Obstacle, Parameters, Part, Scene, SceneFile, Shape,
+    },
     solver::ContactState,
 };
 use runfile::{GroupWriter, Reader, StoreError};
@@ -80,7 +82,17 @@ pub(super) struct Settings<'a> {
     clamp: &'a [Clamp],
     contact_face: Option<&'a str>,
     multipliers: Option<MultiplierSpace>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    obstacle: Option<&'a Obstacle>,
     parts: Vec<&'a Part>,
+    /// What the formula of an obstacle uses.
+    #[serde(skip_serializing_if = "Parameters::is_empty")]
+    parameters: Parameters,
+}
+
+/// Whether a key is one of the obstacle, whose normals and distances are part of the mesh.
+pub(super) fn of_obstacle(key: &str) -> bool {
+    key.starts_with("contact.obstacle.")
 }
 
 impl<'a> Settings<'a> {
@@ -91,7 +103,9 @@ impl<'a> Settings<'a> {
             clamp: &scene.clamps,
             contact_face: scene.contact.as_ref().map(|c| c.face.as_str()),
             multipliers: scene.contact.as_ref().map(|c| c.multipliers),
+            obstacle: scene.contact.as_ref().and_then(|c| c.obstacle.as_ref()),
             parts: scene.regions.iter().map(|region| &region.part).collect(),
+            parameters: scene.parameters_used(of_obstacle),
         }
     }
 }

@@ -27,7 +27,8 @@ pub struct ContactFrame {
 const TANGENTIAL: f64 = 1e-6;
 
 impl ContactFrame {
-    /// The frame that a scene asks for, one pair of axes for the whole face unless it is `turning`.
+    /// The frame that a scene asks for, one pair of axes for the whole face unless it is `turning` or normals vary; then
+    /// t₁ is projected on the tangent plane of each node.
     ///
     /// # Errors
     /// An axis that vanishes or is not tangential, an angle that is not finite.
@@ -37,8 +38,8 @@ impl ContactFrame {
         surface: &ContactSurface,
         mesh: &Mesh,
     ) -> Result<Self, Invalid> {
-        let turns = turning || surface.normals.len() > 1;
-        let places = if turns {
+        let varies = surface.normals.len() > 1;
+        let places = if turning || varies {
             surface.nodes.as_slice()
         } else {
             &surface.nodes[..1.min(surface.nodes.len())]
@@ -48,7 +49,7 @@ impl ContactFrame {
             .enumerate()
             .map(|(local, &node)| {
                 let normal = Vector3::from(surface.normal_at(local));
-                let first = first_axis(contact, &normal, mesh.coordinates[node])?;
+                let first = first_axis(contact, &normal, varies, mesh.coordinates[node])?;
                 Ok([first.into(), first.cross(&normal).into()])
             })
             .collect::<Result<_, Invalid>>()?;
@@ -138,6 +139,7 @@ impl ContactFrame {
 fn first_axis(
     contact: &Contact,
     normal: &Vector3<f64>,
+    varies: bool,
     place: [f64; 3],
 ) -> Result<Vector3<f64>, Invalid> {
     if let Some(axis) = &contact.axis_1 {
@@ -151,13 +153,21 @@ fn first_axis(
             _ => given,
         };
         let along = given.dot(normal);
-        let tangential = along.abs() <= TANGENTIAL * given.norm();
+        // Where normals vary no constant vector is tangential everywhere.
+        let tangential = match varies {
+            true => along.abs() < (1.0 - TANGENTIAL) * given.norm(),
+            false => along.abs() <= TANGENTIAL * given.norm(),
+        };
         let flat = given - normal * along;
         return match flat.try_normalize(0.0) {
             Some(first) if tangential && first.iter().all(|v| v.is_finite()) => Ok(first),
             _ => Err(Invalid {
                 key: "contact.axis_1".into(),
-                expected: "a non-zero vector in the plane of the contact face".into(),
+                expected: match varies {
+                    true => "a non-zero vector that is nowhere along the normal",
+                    false => "a non-zero vector in the plane of the contact face",
+                }
+                .into(),
                 found: format!(
                     "({}) at {}, where the normal is ({})",
                     numbers(given.as_slice()),

@@ -10,7 +10,7 @@ use crate::{
     elasticity::DofMap,
     mesh::{ContactSurface, Mesh},
     scene::{
-        Coefficient, FrictionLaw, FrictionModel, Invalid, ModelFeatures, Quantity, Scene,
+        Coefficient, ContactFeatures, FrictionLaw, FrictionModel, Invalid, ModelFeatures, Quantity, Scene,
         UNDEFINED, Warning, Written, place_words,
     },
 };
@@ -21,7 +21,8 @@ use crate::{
 pub struct Interface {
     /// ν and the axes of friction.
     pub frame: ContactFrame,
-    /// Initial gap d ≥ 0 at the contact nodes in m, `[n_contact_nodes]`; `None` for no gap.
+    /// Initial gap d ≥ 0 at the contact nodes in m, `[n_contact_nodes]`: the distance from an obstacle plus the gap of
+    /// the scene; `None` without both.
     pub gap: Option<Vec<f64>>,
     /// How slips are made from displacements.
     pub slip: SlipOperator,
@@ -114,10 +115,7 @@ impl Interface {
                 held[node] == [true; 3]
             }),
             frame: ContactFrame::new(contact, has.turning_frame, surface, mesh)?,
-            gap: match &has.gap {
-                None => None,
-                Some(gap) => Some(non_negative("contact.gap", gap, &positions(surface, mesh))?),
-            },
+            gap: initial_gap(has, surface, mesh)?,
             friction: InterfaceFriction::new(&has.friction, length, surface, mesh)?,
             projections: AtomicUsize::new(0),
         }))
@@ -358,6 +356,23 @@ fn positions(surface: &ContactSurface, mesh: &Mesh) -> Vec<[f64; 3]> {
 }
 
 /// A quantity at points, refused where it is negative or not finite.
+/// The distance from an obstacle plus the gap of the scene; `None` without both.
+fn initial_gap(
+    has: &ContactFeatures,
+    surface: &ContactSurface,
+    mesh: &Mesh,
+) -> Result<Option<Vec<f64>>, Invalid> {
+    let clearance = (!surface.clearance.is_empty()).then_some(&surface.clearance);
+    let Some(gap) = &has.gap else {
+        return Ok(clearance.cloned());
+    };
+    let mut gap = non_negative("contact.gap", gap, &positions(surface, mesh))?;
+    for (gap, clearance) in gap.iter_mut().zip(clearance.into_iter().flatten()) {
+        *gap += clearance;
+    }
+    Ok(Some(gap))
+}
+
 fn non_negative(key: &str, quantity: &Quantity, points: &[[f64; 3]]) -> Result<Vec<f64>, Invalid> {
     let values: Vec<f64> = points.iter().map(|x| quantity.at(*x)).collect();
     match values.iter().position(|v| !(*v >= 0.0 && v.is_finite())) {

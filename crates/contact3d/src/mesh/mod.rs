@@ -7,6 +7,7 @@ mod error;
 mod gmsh;
 mod isoparametric;
 mod mid_edges;
+mod obstacle;
 mod patches;
 #[cfg(test)]
 mod patches_tests;
@@ -15,7 +16,7 @@ mod refined;
 mod regions;
 mod side;
 
-use std::path::Path;
+use std::{collections::BTreeSet, path::Path};
 
 pub use brick::{brick, brick_counts};
 pub use contact_surface::ContactSurface;
@@ -28,6 +29,7 @@ pub use refined::{RefinableBody, Refinement};
 pub(crate) use side::{SidePoint, is_straight, sorted};
 
 use contact_surface::{ContactFace, FaceTriangle, plane_of};
+use obstacle::Approach;
 
 use crate::scene::{
     Brick, BrickFace, Clamp, Contact, ElementOrder, Invalid, MultiplierSpace, Scene, Shape, Written,
@@ -182,44 +184,71 @@ impl Mesh {
         cells: Option<&Brick>,
     ) -> Result<ContactSurface, MeshError> {
         let facets: Vec<usize> = self.facets_on(&contact.face).collect();
+        let triangles = facets.iter().map(|&f| self.face_triangle(f)).collect();
+        let face = self.contact_face(contact, &facets, triangles)?;
         let corners: Vec<[usize; 3]> = facets.iter().map(|&f| self.facets[f]).collect();
-        let others = facets.iter().flat_map(|&f| self.facet_nodes(f));
-        let (normal, unevenness) = plane_of(&self.coordinates, corners.iter().copied(), others)
-            .unwrap_or(([0.0; 3], f64::INFINITY));
-        if unevenness.is_nan() || unevenness > FLAT {
-            return Err(Invalid {
-                key: "contact.face".into(),
-                expected: "a flat face".into(),
-                found: format!(
-                    "{}, whose nodes are up to {unevenness:.1e} of its extent away from a plane",
-                    Written(&contact.face)
-                ),
-                help: "the foundation is flat; split the face into flat ones, or describe a small unevenness by contact.gap".into(),
-            }
-            .into());
-        }
-        let face = ContactFace {
-            normals: vec![normal],
-            triangles: facets.iter().map(|&f| self.face_triangle(f)).collect(),
-        };
         let held = self.held_nodes(scene);
         Ok(match (contact.multipliers, cells) {
-            (MultiplierSpace::Nodal, _) => ContactSurface::nodal(&face, |node| {
+            (MultiplierSpace::Nodal, _) => ContactSurface::nodal(face, |node, normal| {
                 (0..3).all(|c| normal[c] == 0.0 || held[node][c])
             }),
             (MultiplierSpace::Panes, Some(spec)) => {
                 let per_pane = scene.body.element.cells_per_pane();
                 let panes = BrickFace::named(&contact.face)
                     .map(|side| brick::panes(spec, side, per_pane, corners.iter().copied()));
-                ContactSurface::with_panes(&face, panes.unwrap_or_default())
+                ContactSurface::with_panes(face, panes.unwrap_or_default())
             }
             (MultiplierSpace::Panes, None) => {
                 let is_free = |node: usize| held[node] == [false; 3];
                 let carriers: Vec<[usize; 3]> = face.triangles.iter().map(|t| t.carriers).collect();
                 let panes = patches::build(&self.coordinates, &corners, &carriers, is_free)?;
-                ContactSurface::with_panes(&face, panes)
+                ContactSurface::with_panes(face, panes)
             }
         })
+    }
+
+    /// The triangles of the contact face with its normals and its distance from an obstacle.
+    fn contact_face(
+        &self,
+        contact: &Contact,
+        facets: &[usize],
+        triangles: Vec<FaceTriangle>,
+    ) -> Result<ContactFace, Invalid> {
+        let nodes: BTreeSet<usize> = facets.iter().flat_map(|&f| self.facet_nodes(f)).collect();
+        let nodes: Vec<usize> = nodes.into_iter().collect();
+        let (normals, clearance) = match &contact.obstacle {
+            None => (vec![self.flat_normal(contact, facets)?], Vec::new()),
+            Some(obstacle) => {
+                let approach = Approach::new(self, facets, &nodes, obstacle)?;
+                (approach.normals, approach.clearance)
+            }
+        };
+        Ok(ContactFace {
+            nodes,
+            normals,
+            clearance,
+            triangles,
+        })
+    }
+
+    /// The outward normal of a contact face without an obstacle, which is flat.
+    fn flat_normal(&self, contact: &Contact, facets: &[usize]) -> Result<[f64; 3], Invalid> {
+        let corners = facets.iter().map(|&f| self.facets[f]);
+        let others = facets.iter().flat_map(|&f| self.facet_nodes(f));
+        let (normal, unevenness) =
+            plane_of(&self.coordinates, corners, others).unwrap_or(([0.0; 3], f64::INFINITY));
+        if unevenness.is_nan() || unevenness > FLAT {
+            return Err(Invalid {
+                key: "contact.face".into(),
+                expected: "a flat face, or contact.obstacle for a curved one".into(),
+                found: format!(
+                    "{}, whose nodes are up to {unevenness:.1e} of its extent away from a plane",
+                    Written(&contact.face)
+                ),
+                help: "without an obstacle the foundation is flat; say what the face may touch, such as [contact.obstacle.half_space], or describe a small unevenness of a flat face by contact.gap".into(),
+            });
+        }
+        Ok(normal)
     }
 
     /// A triangle of the contact face with the integrals of its nodes' shape functions.

@@ -7,7 +7,7 @@ use units::Units;
 use super::{
     AssembleSettings, Body, BodyForce, Brick, Clamp, Coefficient, Component, Contact,
     DualOperatorKind, ElementOrder, Expression, ExpressionError, Formula, Friction, GmshFile,
-    Invalid, Isotropic, LawFunction, LawPoint, Material, MultiplierSpace, POSITION, Parameters,
+    Invalid, Isotropic, LawFunction, LawPoint, Material, MultiplierSpace, Obstacle, POSITION, Parameters,
     Part, PlaceFunction, Pressure, Quantity, Ramp, Region, Scene, Shape, SlipDerivative,
     SlipInterpolation, SolveSettings, Table, Traction,
 };
@@ -223,12 +223,20 @@ impl Contact {
     pub fn on(face: impl Into<String>) -> Self {
         Self {
             face: face.into(),
+            obstacle: None,
             gap: Quantity::default(),
             axis_1: None,
             angle: None,
             multipliers: MultiplierSpace::default(),
             slip_interpolation: SlipInterpolation::default(),
         }
+    }
+
+    /// The same against a rigid obstacle; the face may then be curved.
+    #[must_use]
+    pub fn against(mut self, obstacle: Obstacle) -> Self {
+        self.obstacle = Some(obstacle);
+        self
     }
 
     /// The same with an initial gap in m.

@@ -3,20 +3,24 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Quantity;
+use super::{Obstacle, Quantity};
 
-/// The contact face Γ_c above the rigid half-space.
+/// The contact face Γ_c and the rigid obstacle that it may touch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
-    /// The face that may touch the foundation; it must be flat.
+    /// The face that may touch the foundation or the obstacle; it must be flat where there is no obstacle.
     pub face: String,
-    /// Initial gap d ≥ 0 between body and foundation in m: a number, or an expression in x, y, z.
+    /// The rigid obstacle in the place of the foundation, which is the half-space behind the flat face.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub obstacle: Option<Obstacle>,
+    /// Initial gap d ≥ 0 between body and foundation in m: a number, or an expression in x, y, z. It adds to the
+    /// distance from an obstacle.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub gap: Quantity,
     /// First principal axis t₁ of friction, a vector of any length in the plane of the face:
-    /// numbers, or expressions in x, y, z. When not given, the global x axis projected on the
-    /// face (the y axis on a face perpendicular to x).
+    /// numbers, or expressions in x, y, z. Where normals vary it is projected on the tangent plane of each contact node.
+    /// When not given, the global x axis projected on the face (the y axis on a face perpendicular to x).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis_1: Option<[Quantity; 3]>,
     /// Angle in degrees by which the default t₁ is turned towards t₂ = t₁ × ν, with ν the outward

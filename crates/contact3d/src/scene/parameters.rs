@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::{
-    Coefficient, Expression, ExpressionError, Friction, Invalid, LAW_VARIABLES, Parameters,
+    Coefficient, Expression, ExpressionError, Friction, Invalid, LAW_VARIABLES, Obstacle, Parameters,
     Quantity, Scene,
     expression::{is_identifier, meaning},
 };
@@ -101,6 +101,9 @@ impl Scene {
             add("body_force.value", value);
         }
         if let Some(contact) = &mut self.contact {
+            if let Some(Obstacle::Height(height)) = &mut contact.obstacle {
+                add("contact.obstacle.height.value", &mut height.value);
+            }
             add("contact.gap", &mut contact.gap);
             for value in contact.axis_1.iter_mut().flatten() {
                 add("contact.axis_1", value);

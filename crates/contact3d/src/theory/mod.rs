@@ -205,6 +205,15 @@ fn require_covered(scene: &Scene) -> Result<(), Invalid> {
             });
         }
     }
+    let obstacle = features.contact().and_then(|contact| contact.obstacle.as_ref());
+    if let Some(obstacle) = obstacle {
+        return Err(Invalid {
+            key: "contact.obstacle".into(),
+            expected: "no obstacle, as in HKL section 2".into(),
+            found: obstacle.word().into(),
+            help: "there the contact face is flat and touches its foundation everywhere at first; leave the obstacle out".into(),
+        });
+    }
     let gap = features.contact().and_then(|contact| contact.gap.clone());
     if let Some(gap) = gap {
         return Err(Invalid {

@@ -1,6 +1,6 @@
 //! Checks of the contact face.
 
-use super::{holds, require, supports::check_name};
+use super::{holds, obstacle, require, supports::check_name};
 use crate::scene::{ElementOrder, Invalid, Scene, SlipInterpolation, Written};
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
@@ -18,6 +18,9 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
         Written(&contact.gap),
         "the body may not start inside the foundation",
     )?;
+    if let Some(obstacle) = &contact.obstacle {
+        obstacle::check(obstacle, scene)?;
+    }
     require(
         contact.axis_1.is_none() || contact.angle.is_none(),
         "contact.angle",
