@@ -47,6 +47,7 @@ impl LawFace {
             contact_triangles: &self.cells.triangles,
             contact_triangle_pane: &self.cells.pane,
             normal: frame.reference_normal,
+            flat_support: frame.normals.len() == 1,
             axis_1,
             axis_2,
             normal_stress: &self.normal_stress,

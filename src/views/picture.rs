@@ -148,6 +148,7 @@ fn with_picture<T>(
         contact_triangles: &cells.triangles,
         contact_triangle_pane: &cells.pane,
         normal: frame.map_or([0.0, 0.0, -1.0], |f| f.reference_normal),
+        flat_support: frame.is_some_and(|f| f.normals.len() == 1),
         axis_1,
         axis_2,
         normal_stress: &normal_stress,

@@ -16,6 +16,9 @@ const MOST_HALVINGS: usize = 40;
 /// the roundings of a formula leave, a thousand of them.
 const NEAREST: f64 = 1e-12;
 
+/// Roundings of the coordinates in a distance: those of a formula of some terms.
+const ROUNDINGS: f64 = 64.0;
+
 /// Share of the face over which slopes of h are compared for the second derivatives that only guide the steps.
 const DIFFERENCE: f64 = 1e-5;
 
@@ -111,13 +114,20 @@ impl<'a> Graph<'a> {
             let next = self.foot(foot.at + step * share, point, level);
             // A long step may leave the domain of h.
             if let Ok(next) = next
-                && next.half_square <= foot.half_square * (1.0 + 8.0 * f64::EPSILON)
+                && next.half_square <= foot.half_square + self.rounding(foot, point, level)
             {
                 return Ok(Some(next));
             }
             share /= 2.0;
         }
         Ok(None)
+    }
+
+    /// What rounding makes of half the squared distance: that of the coordinates times the distance.
+    fn rounding(&self, foot: &Foot, point: Vector2<f64>, level: f64) -> f64 {
+        let coordinates = self.extent + point.amax() + level.abs() + foot.height.abs();
+        let rounding = ROUNDINGS * f64::EPSILON * coordinates;
+        rounding * ((2.0 * foot.half_square).sqrt() + rounding)
     }
 
     fn foot(

@@ -1,14 +1,11 @@
-//! Contact faces in any pose and of any shape: bricks whose nodes are moved, written as Gmsh files.
+//! Bodies of any pose and shape: bricks whose nodes are moved, written as Gmsh files.
 
 use std::{fmt::Write, path::Path};
 
-use contact3d::{
-    AssembledProblem, Problem,
-    mesh::Mesh,
-    post::ContactReport,
-    scene::{Scene, SolveSettings},
-};
+use contact3d::{mesh::Mesh, scene::Scene};
 use nalgebra::{Rotation3, Unit, Vector3};
+
+use crate::solved::{Solved, distance, list};
 
 /// A mesh of linear or quadratic tetrahedra in the format MSH 2.2, with its nodes moved by a map.
 fn msh(mesh: &Mesh, map: impl Fn([f64; 3]) -> [f64; 3]) -> String {
@@ -46,47 +43,26 @@ fn msh(mesh: &Mesh, map: impl Fn([f64; 3]) -> [f64; 3]) -> String {
     text + "$EndElements\n"
 }
 
-/// A scene on the mesh of a brick whose nodes are moved; `{BODY}` stands for the body.
-fn moved(
+/// A scene on the mesh of a brick whose nodes are moved; `scene` holds all but the body and its material.
+pub(crate) fn moved(
     brick: &str,
     element: &str,
     map: impl Fn([f64; 3]) -> [f64; 3],
     scene: &str,
 ) -> Result<Solved, String> {
-    let whole = |body: &str| format!("title = 'moved'\n[body]\nelement = '{element}'\n{body}\n{MATERIAL}\n");
-    let plain = format!("{}\n[[clamp]]\nface = 'z_max'\n", whole(&format!("[body.brick]\n{brick}")));
+    let body = format!("title = 'moved'\n[body]\nelement = '{element}'\n");
+    let plain = format!("{body}[body.brick]\n{brick}\n{MATERIAL}[[clamp]]\nface = 'z_max'\n");
     let plain = Scene::parse("brick", &plain).unwrap_or_else(|e| panic!("{e}\n{plain}"));
     let mesh = Mesh::of_scene(&plain, Path::new("")).expect("a brick");
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("moved.msh"), msh(&mesh, map)).expect("a file");
-    let text = whole("[body.gmsh]\nfile = 'moved.msh'") + scene;
-    let scene = Scene::parse("moved", &text).map_err(|e| format!("{e}\n{text}"))?;
-    let problem = Problem::in_folder(scene, folder.path()).map_err(|e| e.to_string())?;
-    let problem = problem.assemble().map_err(|e| e.to_string())?;
-    let solution = problem.solve(&SolveSettings::default()).map_err(|e| e.to_string())?;
-    assert!(solution.status.is_solved());
-    let report = problem.report(&solution).map_err(|e| e.to_string())?;
-    assert!(report.certificate.worst() < 1e-9, "{:?}", report.certificate);
-    Ok(Solved { problem, report, multiplier: solution.multiplier })
+    let text = format!("{body}[body.gmsh]\nfile = 'moved.msh'\n{MATERIAL}{scene}");
+    Solved::in_folder(&text, folder.path())
 }
 
-struct Solved {
-    problem: AssembledProblem,
-    report: ContactReport,
-    multiplier: Vec<f64>,
-}
-
-const MATERIAL: &str = "[material.isotropic]\nyoung_modulus = 1.0\npoisson_ratio = 0.3\n";
-
-fn list(v: [f64; 3]) -> String {
-    format!("[{:?}, {:?}, {:?}]", v[0], v[1], v[2])
-}
-
-fn distance(a: &[f64], b: &[f64]) -> f64 {
-    assert_eq!(a.len(), b.len());
-    let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|x| x * x).sum::<f64>().sqrt();
-    norm(&mut a.iter().zip(b).map(|(x, y)| x - y)) / norm(&mut b.iter().copied())
-}
+/// E = 1, ν = 0.3.
+pub(crate) const MATERIAL: &str =
+    "[material.isotropic]\nyoung_modulus = 1.0\npoisson_ratio = 0.3\n";
 
 /// A brick turned with its loads, axes and half-space is the flat scene in other coordinates.
 #[test]
@@ -116,12 +92,12 @@ fn a_half_space_in_any_pose_is_the_flat_foundation() {
         );
         let map = |x: [f64; 3]| -> [f64; 3] { (turn * Vector3::from(x) + shift).into() };
         let tilted = moved(brick, element, map, &scene(&half_space, &turned)).unwrap();
-        let surface = tilted.problem.mesh().contact.as_ref().unwrap();
+        let surface = tilted.surface();
         assert_eq!((surface.normals.len(), surface.clearance.len()), (1, surface.nodes.len()));
         // Roundings of coordinates through a problem of condition below 1e5.
         let difference = distance(&tilted.multiplier, &flat.multiplier);
         assert!(difference < 1e-10, "{element}: {difference:e}");
-        let [a, b] = [&tilted, &flat].map(|s| s.report.resultants.contact.unwrap().contact_force);
+        let [a, b] = [&tilted, &flat].map(Solved::force);
         assert!(distance(&a, &turned(b)) < 1e-10);
         assert!(b[0].abs() > 1e-3 && b[1].abs() > 1e-4, "friction acts: {b:?}");
     }

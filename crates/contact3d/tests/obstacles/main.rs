@@ -1,0 +1,8 @@
+//! Rigid obstacles and curved contact faces: closed forms, poses, descriptions, refusals.
+
+mod descriptions;
+mod frames;
+mod hertz;
+mod moved;
+mod refusals;
+mod solved;
