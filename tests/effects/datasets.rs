@@ -121,6 +121,12 @@ fn absent_from_run(tables: &[&str]) -> BTreeSet<String> {
 /// What only a scene with an obstacle has.
 const OBSTACLE_ONLY: [&str; 2] = ["/mesh/contact_clearance", "/mesh/contact_node_normals"];
 
+/// What only clamps with values have.
+const PRESCRIBED_ONLY: [&str; 2] = [
+    "/load/prescribed_displacement",
+    "/post/resultants/clamp_work",
+];
+
 /// What only a factor in single precision has; small bodies have one in double.
 const IN_SINGLE_PRECISION: [&str; 3] = [
     "/assemble/contact_compliance_single",
@@ -137,6 +143,7 @@ fn expected(effects: &[&[&str]], present: Option<&str>) -> BTreeSet<String> {
         .collect();
     paths.extend(IN_SINGLE_PRECISION.map(str::to_owned));
     paths.extend(OBSTACLE_ONLY.map(str::to_owned));
+    paths.extend(PRESCRIBED_ONLY.map(str::to_owned));
     let all = [&CONTACT_ONLY[..], &FRICTION_ONLY, &COULOMB_ONLY].concat();
     if let Some(present) = present {
         let other = if present == "Cell" { "Point" } else { "Cell" };
@@ -207,6 +214,18 @@ fn with_an_obstacle_its_distance_is_there_and_normals_where_they_vary() {
     let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
     assert!(absent.remove(clearance));
     assert_eq!(found, absent);
+}
+
+#[test]
+fn with_prescribed_displacements() {
+    let clamp = "[[clamp]]\nface = 'x_max'\ncomponents = ['y']\nvalue = [0.0, 1e-6, 0.0]\n";
+    let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
+    absent.retain(|path| !PRESCRIBED_ONLY.contains(&path.as_str()));
+    assert_eq!(absent_from(&[clamp, CONTACT, RAMPS]), absent);
+    // Values of zero are no values.
+    let resting = clamp.replace("1e-6", "0");
+    let absent = expected(&[&REGIONS_ONLY], Some("Cell"));
+    assert_eq!(absent_from(&[&resting, CONTACT, RAMPS]), absent);
 }
 
 #[test]

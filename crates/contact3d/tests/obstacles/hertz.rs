@@ -1,8 +1,7 @@
 //! Frictionless contact of round bodies against the closed forms of Hertz (K. L. Johnson, *Contact Mechanics*, Cambridge
 //! 1985, §4.2): peak pressure, size of the contact and approach, and the orders in which the errors fall.
 //!
-//! The blocks are held at the top and sag under a body force by a known δ, in uniaxial strain between rollers, which keeps
-//! a flat lower face flat. That is the same as an obstacle pressed δ deep into the block.
+//! The upper faces of the blocks move δ towards the obstacle, between rollers.
 
 use std::f64::consts::PI;
 
@@ -16,9 +15,6 @@ const POISSON: f64 = 0.3;
 
 /// E* = E/(1 − ν²) of a body against a rigid one.
 const E_STAR: f64 = YOUNG / (1.0 - POISSON * POISSON);
-
-/// The modulus of uniaxial strain.
-const UNIAXIAL: f64 = YOUNG * (1.0 - POISSON) / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON));
 
 /// n cells between 0 and 1 that shrink towards 0: x_i = sinh(k i/n)/sinh(k).
 #[derive(Clone, Copy)]
@@ -60,21 +56,21 @@ impl Planes {
     }
 }
 
-/// Rollers, the body force for a sag δ, and the contact face with its obstacle.
+/// Rollers, of which those at the top move down by δ, and the contact face with its obstacle.
 fn pressed(delta: f64, contact: &str) -> String {
     let rollers = [
         ("x_min", "x"),
         ("x_max", "x"),
         ("y_min", "y"),
         ("y_max", "y"),
-        ("z_max", "z"),
     ];
     let rollers = rollers
         .map(|(face, along)| format!("[[clamp]]\nface = '{face}'\ncomponents = ['{along}']\n"))
         .concat();
-    let force = -2.0 * UNIAXIAL * delta;
     format!(
-        "{rollers}[body_force]\nvalue = [0.0, 0.0, {force:?}]\n[contact]\nface = 'z_min'\n{contact}"
+        "{rollers}[[clamp]]\nface = 'z_max'\ncomponents = ['z']\nvalue = [0.0, 0.0, {:?}]\n\
+         [contact]\nface = 'z_min'\n{contact}",
+        -delta
     )
 }
 
