@@ -4,7 +4,7 @@ use contact3d::{
     convergence::{AlgebraicLadder, Cost, DiscretisationLadder, Ways},
     mesh::Mesh,
     post::{ContactReport, SourceForce, Zone},
-    scene::{ContactModel, FrictionModel, ModelFeatures, MultiplierSpace, Scene},
+    scene::{ContactModel, FrictionModel, ModelFeatures, MultiplierSpace, Obstacle, Scene},
     solver::Solution,
 };
 use plots::html::Table;
@@ -39,6 +39,7 @@ pub(super) fn features(scene: &Scene) -> Table {
         ContactModel::Absent => pairs.push(pair("contact", "none")),
         ContactModel::Present(face) => pairs.extend([
             pair("friction", friction_words(&face.friction)),
+            pair("obstacle", face.obstacle.as_ref().map_or("none", Obstacle::word)),
             pair("initial gap", yes_or_no(face.gap.is_some())),
             pair("frame turns with the place", yes_or_no(face.turning_frame)),
             pair(

@@ -32,7 +32,7 @@ use contact_surface::{ContactFace, FaceTriangle, plane_of};
 use obstacle::Approach;
 
 use crate::scene::{
-    Brick, BrickFace, Clamp, Contact, ElementOrder, Invalid, MultiplierSpace, Scene, Shape, Written,
+    BrickFace, Clamp, Contact, ElementOrder, Invalid, MultiplierSpace, Scene, Shape, Written,
 };
 
 /// Largest distance of a contact node from the plane of its face, over the extent of the face:
@@ -75,6 +75,24 @@ impl RawMesh {
     }
 }
 
+/// Where a mesh comes from.
+#[derive(Debug, Clone, Copy)]
+enum Origin {
+    /// The body's own: that of a brick consists of whole cells.
+    First,
+    /// Cut from the first one, which left this much of a curved contact face, in m.
+    Cut { faceting: f64 },
+}
+
+impl Origin {
+    fn faceting(self) -> f64 {
+        match self {
+            Self::First => 0.0,
+            Self::Cut { faceting } => faceting,
+        }
+    }
+}
+
 /// A conforming mesh of positively oriented tetrahedra.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
@@ -106,17 +124,29 @@ impl Mesh {
     pub fn of_scene(scene: &Scene, folder: &Path) -> Result<Self, MeshError> {
         let raw = RawMesh::of_scene(scene, folder)?;
         let regions = regions::assign(scene, &raw)?;
-        Self::new(scene, raw, regions, true)
+        Self::new(scene, raw, regions, Origin::First)
     }
 
-    /// A mesh of a scene's body with a region for each tetrahedron; `is_regular` says whether that
-    /// of a brick consists of whole cells.
+    /// A mesh of a scene's body with a region for each tetrahedron.
     fn new(
         scene: &Scene,
         raw: RawMesh,
         tetrahedron_region: Vec<usize>,
-        is_regular: bool,
+        origin: Origin,
     ) -> Result<Self, MeshError> {
+        let mut mesh = Self::without_contact(scene, raw, tetrahedron_region)?;
+        mesh.check_clamp_boxes(&scene.clamps)?;
+        if let Some(contact) = &scene.contact {
+            mesh.contact = Some(mesh.contact_surface(scene, contact, origin)?);
+        }
+        Ok(mesh)
+    }
+
+    fn without_contact(
+        scene: &Scene,
+        raw: RawMesh,
+        tetrahedron_region: Vec<usize>,
+    ) -> Result<Self, Invalid> {
         let mut mesh = Self {
             coordinates: raw.coordinates,
             tetrahedra: raw.tetrahedra,
@@ -128,14 +158,6 @@ impl Mesh {
             contact: None,
         };
         mesh.set_element(scene.body.element, raw.mid_edges)?;
-        mesh.check_clamp_boxes(&scene.clamps)?;
-        if let Some(contact) = &scene.contact {
-            let cells = match &scene.body.shape {
-                Shape::Brick(spec) if is_regular => Some(spec),
-                Shape::Brick(_) | Shape::Gmsh(_) => None,
-            };
-            mesh.contact = Some(mesh.contact_surface(scene, contact, cells)?);
-        }
         Ok(mesh)
     }
 
@@ -181,13 +203,17 @@ impl Mesh {
         &self,
         scene: &Scene,
         contact: &Contact,
-        cells: Option<&Brick>,
+        origin: Origin,
     ) -> Result<ContactSurface, MeshError> {
         let facets: Vec<usize> = self.facets_on(&contact.face).collect();
         let triangles = facets.iter().map(|&f| self.face_triangle(f)).collect();
-        let face = self.contact_face(contact, &facets, triangles)?;
+        let face = self.contact_face(contact, &facets, triangles, origin)?;
         let corners: Vec<[usize; 3]> = facets.iter().map(|&f| self.facets[f]).collect();
         let held = self.held_nodes(scene);
+        let cells = match (&scene.body.shape, origin) {
+            (Shape::Brick(spec), Origin::First) => Some(spec),
+            (Shape::Brick(_), Origin::Cut { .. }) | (Shape::Gmsh(_), _) => None,
+        };
         Ok(match (contact.multipliers, cells) {
             (MultiplierSpace::Nodal, _) => ContactSurface::nodal(face, |node, normal| {
                 (0..3).all(|c| normal[c] == 0.0 || held[node][c])
@@ -213,13 +239,14 @@ impl Mesh {
         contact: &Contact,
         facets: &[usize],
         triangles: Vec<FaceTriangle>,
+        origin: Origin,
     ) -> Result<ContactFace, Invalid> {
         let nodes: BTreeSet<usize> = facets.iter().flat_map(|&f| self.facet_nodes(f)).collect();
         let nodes: Vec<usize> = nodes.into_iter().collect();
         let (normals, clearance) = match &contact.obstacle {
             None => (vec![self.flat_normal(contact, facets)?], Vec::new()),
             Some(obstacle) => {
-                let approach = Approach::new(self, facets, &nodes, obstacle)?;
+                let approach = Approach::new(self, facets, &nodes, obstacle, origin.faceting())?;
                 (approach.normals, approach.clearance)
             }
         };

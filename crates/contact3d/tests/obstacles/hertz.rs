@@ -109,14 +109,14 @@ fn sphere_errors(n: usize, multipliers: &str) -> [f64; 3] {
     [of_peak, of_a, moved / approach - 1.0]
 }
 
-/// Relative errors of p₀ and b for a rigid cylinder of radius 2 along y that makes b near 0.02.
+/// Relative errors of p₀ and b for a rigid cylinder of radius 2 along y that makes b near 0.03.
 fn cylinder_errors(n: usize, multipliers: &str) -> [f64; 2] {
-    let (radius, width, planes) = (2.0, 0.05, Planes { n, k: 7.0 });
+    let (radius, width, planes) = (2.0, 0.05, Planes { n, k: 5.0 });
     let contact = format!(
         "multipliers = '{multipliers}'\n\
          obstacle.cylinder = {{ point = [0.0, 0.0, -2.0], direction = [0.0, 1.0, 0.0], radius = 2.0 }}\n"
     );
-    let delta = 4.0 * 0.02 * 0.02 / radius;
+    let delta = 4.0 * 0.03 * 0.03 / radius;
     let solved = block(&planes.brick(Some(width)), delta, &contact);
     let force = 2.0 * solved.force()[2] / width;
     let b = (4.0 * force * radius / (PI * E_STAR)).sqrt();
@@ -169,10 +169,11 @@ fn a_rigid_sphere_presses_as_hertz_says() {
 #[test]
 fn a_rigid_cylinder_presses_as_hertz_says() {
     for multipliers in ["panes", "nodal"] {
-        let [coarse, fine] = [10, 20].map(|n| cylinder_errors(n, multipliers));
-        let finest = cylinder_errors(40, multipliers);
-        assert!(finest.iter().all(|e| e.abs() < 0.01), "{finest:?}");
-        assert!(coarse[1].abs() / fine[1].abs() > 3.0, "{coarse:?} {fine:?}");
+        let [coarse, fine] = [10, 40].map(|n| cylinder_errors(n, multipliers));
+        // Cells of b/8 at the edge of the contact; the block is 33 half widths wide and deep.
+        assert!(fine.iter().all(|e| e.abs() < 0.01), "{fine:?}");
+        // Order 1 at least over two doublings, up to the size of the block.
+        assert!(coarse[1].abs() > 4.0 * fine[1].abs(), "{coarse:?} {fine:?}");
     }
 }
 

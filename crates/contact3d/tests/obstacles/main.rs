@@ -3,6 +3,7 @@
 mod descriptions;
 mod frames;
 mod hertz;
+mod invariances;
 mod moved;
 mod refusals;
 mod solved;

@@ -4,6 +4,7 @@ use std::{fmt::Write, path::Path};
 
 use contact3d::{mesh::Mesh, scene::Scene};
 use nalgebra::{Rotation3, Unit, Vector3};
+use tempfile::TempDir;
 
 use crate::solved::{Solved, distance, list};
 
@@ -50,6 +51,17 @@ pub(crate) fn moved(
     map: impl Fn([f64; 3]) -> [f64; 3],
     scene: &str,
 ) -> Result<Solved, String> {
+    let (folder, text) = written(brick, element, map, scene);
+    Solved::in_folder(&text, folder.path())
+}
+
+/// The folder with the mesh file, and the text of the scene.
+pub(crate) fn written(
+    brick: &str,
+    element: &str,
+    map: impl Fn([f64; 3]) -> [f64; 3],
+    scene: &str,
+) -> (TempDir, String) {
     let body = format!("title = 'moved'\n[body]\nelement = '{element}'\n");
     let plain = format!("{body}[body.brick]\n{brick}\n{MATERIAL}[[clamp]]\nface = 'z_max'\n");
     let plain = Scene::parse("brick", &plain).unwrap_or_else(|e| panic!("{e}\n{plain}"));
@@ -57,7 +69,7 @@ pub(crate) fn moved(
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("moved.msh"), msh(&mesh, map)).expect("a file");
     let text = format!("{body}[body.gmsh]\nfile = 'moved.msh'\n{MATERIAL}{scene}");
-    Solved::in_folder(&text, folder.path())
+    (folder, text)
 }
 
 /// E = 1, ν = 0.3.

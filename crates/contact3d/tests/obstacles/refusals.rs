@@ -1,6 +1,11 @@
 //! Obstacles that cannot be met.
 
-use crate::moved::{MATERIAL, moved};
+use contact3d::{
+    mesh::{Mesh, Refinement},
+    scene::Scene,
+};
+
+use crate::moved::{MATERIAL, moved, written};
 
 fn refusal(face: &str, contact: &str) -> String {
     use std::path::Path;
@@ -69,6 +74,29 @@ fn obstacles_without_a_meaning_are_refused() {
     assert!(message.contains("looks towards the obstacle"), "{message}");
 }
 
+/// The lower face of a brick of edge 1 as a part of the unit sphere about (1/2, 1/2, −1).
+fn hollow([x, y, z]: [f64; 3]) -> [f64; 3] {
+    let s = 1.0 - (1.0 - (x - 0.5).powi(2) - (y - 0.5).powi(2)).sqrt();
+    [x, y, z - (1.0 - z) * s]
+}
+
+/// Cut meshes keep the shape of the first one, whose quadratic sides miss the sphere.
+#[test]
+fn cut_meshes_of_a_curved_face_may_touch() {
+    let scene = "[[clamp]]\nface = 'z_max'\n[contact]\nface = 'z_min'\nmultipliers = 'nodal'\n\
+                 obstacle.sphere = { centre = [0.5, 0.5, -1.0], radius = 1.0 }\n";
+    let (folder, text) = written("size = [1.0, 1.0, 1.0]\ncells = [4, 4, 2]", "P2", hollow, scene);
+    let scene = Scene::parse("cut", &text).expect("a scene");
+    let first = Mesh::of_scene(&scene, folder.path()).expect("a mesh");
+    let cut = Refinement::new(vec![vec![3; first.tetrahedra.len()]]);
+    let cut = Mesh::refined(&scene, folder.path(), &cut).expect("a cut mesh");
+    let clearance = &cut.contact.expect("contact").clearance;
+    assert!(clearance.len() > 200);
+    // Quadratic sides with edges h = 0.35 R: (h/R)⁴/100.
+    assert!(clearance.iter().all(|d| (0.0..2e-4).contains(d)));
+    assert!(clearance.iter().any(|d| *d > 1e-7));
+}
+
 /// A round face of straight triangles on a round obstacle of its own radius: nodes touch, triangles cut in.
 #[test]
 fn facets_of_a_curved_face_may_touch() {
@@ -78,10 +106,6 @@ fn facets_of_a_curved_face_may_touch() {
              obstacle.sphere = {{ centre = [0.5, 0.5, {:?}], radius = 1.0 }}\n",
             depth - 1.0
         )
-    };
-    let hollow = |[x, y, z]: [f64; 3]| {
-        let s = 1.0 - (1.0 - (x - 0.5).powi(2) - (y - 0.5).powi(2)).sqrt();
-        [x, y, z - (1.0 - z) * s]
     };
     let brick = "size = [1.0, 1.0, 1.0]\ncells = [4, 4, 2]";
     for element in ["P1", "P2"] {

@@ -30,7 +30,8 @@ pub(super) struct Approach {
 impl Approach {
     /// That of a face with some triangles and nodes to an obstacle.
     ///
-    /// Depths up to [`depth_allowed`] count as touching, d = 0.
+    /// Depths up to [`depths_allowed`] count as touching, d = 0; on the sides of a mesh that was cut from a coarser
+    /// one also depths up to `inherited` in m, since they keep the shape of the first mesh.
     ///
     /// # Errors
     /// An obstacle that cuts the face, is on its other side, or has no normal at a node.
@@ -39,11 +40,12 @@ impl Approach {
         facets: &[usize],
         nodes: &[usize],
         obstacle: &Obstacle,
+        inherited: f64,
     ) -> Result<Self, Invalid> {
         let places = nodes.iter().map(|&node| mesh.coordinates[node]);
         let extent = extent(places.clone());
         let measured = Measured::new(obstacle, extent);
-        let allowed = depth_allowed(mesh, facets, FLAT * extent);
+        let allowed = depths_allowed(mesh, facets, FLAT * extent + inherited);
         let mut approach = Self {
             normals: Vec::new(),
             clearance: Vec::new(),
@@ -76,6 +78,12 @@ impl Approach {
     }
 }
 
+/// What a mesh leaves of a curved face at most, in m.
+pub(super) fn faceting(mesh: &Mesh, facets: &[usize]) -> f64 {
+    let depths = depths_allowed(mesh, facets, 0.0);
+    depths.values().copied().fold(0.0, f64::max)
+}
+
 /// Largest distance of a place from the first one in m.
 fn extent(mut places: impl Iterator<Item = [f64; 3]>) -> f64 {
     let first = Vector3::from(places.next().unwrap_or_default());
@@ -84,11 +92,11 @@ fn extent(mut places: impl Iterator<Item = [f64; 3]>) -> f64 {
 }
 
 /// How far in m each node may lie inside the obstacle and count as touching it: `digits`, what the digits of mesh files
-/// leave, and what a mesh leaves of a curved face.
+/// leave, and on top what a mesh leaves of a curved face.
 ///
 /// A face with curvature κ lies within κh²/6 of triangles with edges h, and normals of triangles around a node differ by
 /// κh/√3 at least: half the product of that difference with h is no less than the distance.
-fn depth_allowed(mesh: &Mesh, facets: &[usize], digits: f64) -> BTreeMap<usize, f64> {
+fn depths_allowed(mesh: &Mesh, facets: &[usize], digits: f64) -> BTreeMap<usize, f64> {
     let mut around: BTreeMap<usize, Vec<(Vector3<f64>, f64)>> = BTreeMap::new();
     for &facet in facets {
         let corners = mesh.corners(&mesh.facets[facet]).map(Vector3::from);
