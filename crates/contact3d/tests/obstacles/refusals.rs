@@ -92,8 +92,8 @@ fn cut_meshes_of_a_curved_face_may_touch() {
     let cut = Mesh::refined(&scene, folder.path(), &cut).expect("a cut mesh");
     let clearance = &cut.contact.expect("contact").clearance;
     assert!(clearance.len() > 200);
-    // Quadratic sides with edges h = 0.35 R: (h/R)⁴/100.
-    assert!(clearance.iter().all(|d| (0.0..2e-4).contains(d)));
+    // Quadratic sides with edges up to h = R/2 where the face is steep: (h/R)⁴/100, and as much from the middles of edges.
+    assert!(clearance.iter().all(|d| (0.0..2e-3).contains(d)));
     assert!(clearance.iter().any(|d| *d > 1e-7));
 }
 
