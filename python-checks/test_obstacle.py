@@ -70,7 +70,7 @@ def nearest(scene, point):
 def test_normals_and_distances(run):
     """nu points to the nearest point of the obstacle, d is the distance from it."""
     scene, at = read_scene(run), places(run)
-    normals, distance = run["mesh/contact_node_normals"][:], run["mesh/contact_clearance"][:]
+    normals, distance = run["mesh/contact_node_normal"][:], run["mesh/contact_clearance"][:]
     size = np.ptp(at, axis=0).max()
     # The minimiser finds squares to rounding, so places to its root; differences of slopes are as good.
     limit = 1e-7 if "height" in scene["contact"]["obstacle"] else 1e-13
@@ -88,7 +88,7 @@ def test_coupling(run):
     """N and T: integrals of hat functions over panes times nu, t1 and t2 of each node."""
     average, area = read_matrix(run["mesh/pane_average"]), run["mesh/pane_area"][:]
     number = run["assemble/degree_of_freedom"][:][run["mesh/contact_nodes"][:]]
-    normals = run["mesh/contact_node_normals"][:]
+    normals = run["mesh/contact_node_normal"][:]
     axes = [run[f"post/contact_axis_{k}"][:] for k in (1, 2)]
     assert np.abs(axes[1] - np.cross(axes[0], normals)).max() < 1e-14
     assert np.abs(np.sum(axes[0] * normals, axis=1)).max() < 1e-14
@@ -112,7 +112,7 @@ def test_coupling(run):
 def test_contact_conditions(run):
     """Pressure where there is no distance left, none elsewhere; the forces are those of the tractions."""
     average, area = read_matrix(run["mesh/pane_average"]), run["mesh/pane_area"][:]
-    nodes, normals = run["mesh/contact_nodes"][:], run["mesh/contact_node_normals"][:]
+    nodes, normals = run["mesh/contact_nodes"][:], run["mesh/contact_node_normal"][:]
     displacement = run["solve/displacement"][:][nodes]
     left = run["mesh/contact_clearance"][:] - np.sum(displacement * normals, axis=1)
     gap = average.T @ left

@@ -8,7 +8,7 @@ use contact3d::{
     elasticity::{Loads, prescribed_displacements, refuse_rigid_motions},
     mesh::{Mesh, Quality, Refinement},
     scene::{
-        Body, Clamp, MultiplierSpace, Obstacle, Parameters, Part, Scene, SceneFile, Shape,
+        Body, Clamp, Contact, MultiplierSpace, Obstacle, Parameters, Part, Scene, SceneFile, Shape,
     },
     solver::ContactState,
 };
@@ -71,7 +71,8 @@ pub(super) fn read(reader: &Reader, input: &SceneFile) -> Result<Meshed, StageEr
 
 /// Writes the mesh with its quality.
 pub(super) fn write(writer: &mut GroupWriter<'_>, meshed: &Meshed) -> Result<(), StoreError> {
-    format::write_mesh(writer, &meshed.mesh, &Quality::of(&meshed.mesh))
+    let names = meshed.interface.as_ref().map_or(&[][..], |laws| &laws.names);
+    format::write_mesh(writer, &meshed.mesh, names, &Quality::of(&meshed.mesh))
 }
 
 /// The part of a scene that the stage depends on directly.
@@ -87,14 +88,29 @@ pub(super) struct Settings<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     obstacle: Option<&'a Obstacle>,
     parts: Vec<&'a Part>,
-    /// What the formula of an obstacle uses.
+    /// The contact faces, where they are more than one whole face.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    contacts: Vec<FaceSettings<'a>>,
+    /// What the formulas of obstacles use.
     #[serde(skip_serializing_if = "Parameters::is_empty")]
     parameters: Parameters,
 }
 
-/// Whether a key is one of the obstacle, whose normals and distances are part of the mesh.
+/// Whether a key is one of an obstacle, whose normals and distances are part of the mesh.
 pub(super) fn of_obstacle(key: &str) -> bool {
-    key.starts_with("contact.obstacle.")
+    key.starts_with("contact.") && key.contains(".obstacle.")
+}
+
+/// What the mesh depends on of one of several contact faces, in the order of their multipliers.
+#[derive(Serialize)]
+struct FaceSettings<'a> {
+    name: &'a str,
+    face: &'a str,
+    #[serde(rename = "box")]
+    corners: Option<[[f64; 3]; 2]>,
+    multipliers: MultiplierSpace,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    obstacle: Option<&'a Obstacle>,
 }
 
 impl<'a> Settings<'a> {
@@ -103,13 +119,51 @@ impl<'a> Settings<'a> {
             body: &scene.body,
             refinement,
             clamp: scene.clamps.iter().map(Clamp::at_zero).collect(),
-            contact_face: scene.contact.as_ref().map(|c| c.face.as_str()),
-            multipliers: scene.contact.as_ref().map(|c| c.multipliers),
-            obstacle: scene.contact.as_ref().and_then(|c| c.obstacle.as_ref()),
+            contact_face: only_contact(scene).map(|c| c.face.as_str()),
+            multipliers: only_contact(scene).map(|c| c.multipliers),
+            obstacle: only_contact(scene).and_then(|c| c.obstacle.as_ref()),
             parts: scene.regions.iter().map(|region| &region.part).collect(),
+            contacts: match only_contact(scene) {
+                Some(contact) if contact.corners.is_none() => Vec::new(),
+                _ => contacts_in_order(scene).map(FaceSettings::of).collect(),
+            },
             parameters: scene.parameters_used(of_obstacle),
         }
     }
+}
+
+impl<'a> FaceSettings<'a> {
+    fn of(contact: &'a Contact) -> Self {
+        Self {
+            name: contact.name(),
+            face: &contact.face,
+            corners: contact.corners,
+            multipliers: contact.multipliers,
+            obstacle: contact.obstacle.as_ref(),
+        }
+    }
+}
+
+/// The contact face of a scene with one, whose stages are named as those of scenes always were.
+pub(super) fn only_contact(scene: &Scene) -> Option<&Contact> {
+    match scene.contacts.as_slice() {
+        [only] => Some(only),
+        _ => None,
+    }
+}
+
+/// The contact faces of a scene with several, in the order of their multipliers; none for one.
+pub(super) fn several_contacts(scene: &Scene) -> impl Iterator<Item = (usize, &Contact)> {
+    let order = match scene.contacts.len() {
+        1 => Vec::new(),
+        _ => scene.contact_order(),
+    };
+    order.into_iter().map(|i| (i, &scene.contacts[i]))
+}
+
+fn contacts_in_order(scene: &Scene) -> impl Iterator<Item = &Contact> {
+    let order = scene.contact_order().into_iter();
+    order.map(|i| &scene.contacts[i])
 }
 
 impl Meshed {

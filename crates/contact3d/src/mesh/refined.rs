@@ -128,15 +128,21 @@ impl<'a> RefinableBody<'a> {
         Mesh::new(self.scene, raw, regions, Origin::Cut { faceting })
     }
 
-    /// What the first mesh leaves of a contact face with an obstacle, in m.
+    /// What the first mesh leaves of contact faces with obstacles at most, in m.
     fn faceting(&self) -> Result<f64, MeshError> {
-        let contact = self.scene.contact.as_ref();
-        let Some(contact) = contact.filter(|contact| contact.obstacle.is_some()) else {
+        let contacts = self.scene.contacts.iter().enumerate();
+        let with_obstacle: Vec<usize> = contacts
+            .filter(|(_, contact)| contact.obstacle.is_some())
+            .map(|(entry, _)| entry)
+            .collect();
+        if with_obstacle.is_empty() {
             return Ok(0.0);
-        };
+        }
         let first = Mesh::without_contact(self.scene, self.first.clone(), Vec::new())?;
-        let facets: Vec<usize> = first.facets_on(&contact.face).collect();
-        Ok(obstacle::faceting(&first, &facets))
+        with_obstacle.into_iter().try_fold(0.0, |most: f64, entry| {
+            let facets = first.contact_facets(self.scene, entry)?;
+            Ok(most.max(obstacle::faceting(&first, &facets)))
+        })
     }
 
     /// Moves the nodes of a mesh to the curved sides of the first one, with nodes in the middle of

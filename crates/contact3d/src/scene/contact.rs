@@ -1,11 +1,11 @@
-//! The contact face, its initial gap, its axes and the space of multipliers.
+//! A contact face, its initial gap, its axes, its friction and the space of its multipliers.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Obstacle, Quantity};
+use super::{Friction, Obstacle, Quantity};
 
-/// The contact face Γ_c and the rigid obstacle that it may touch.
+/// A contact face, or a part of one, above a rigid half-space of its own or against a rigid obstacle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
@@ -14,6 +14,13 @@ pub struct Contact {
     /// The rigid obstacle in the place of the foundation, which is the half-space behind the flat face.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub obstacle: Option<Obstacle>,
+    /// What results call this face; the name of the face when not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Two opposite corners [min, max] in m: only the triangles of the face between them are in contact. The sides of the box
+    /// follow edges of triangles and, on a brick, of panes.
+    #[serde(rename = "box", default, skip_serializing_if = "Option::is_none")]
+    pub corners: Option<[[f64; 3]; 2]>,
     /// Initial gap d ≥ 0 between body and foundation in m: a number, or an expression in x, y, z. It adds to the
     /// distance from an obstacle.
     #[serde(default, skip_serializing_if = "is_zero")]
@@ -34,6 +41,17 @@ pub struct Contact {
     /// How the slips that coefficients of friction follow are made from displacements.
     #[serde(default, skip_serializing_if = "is_default")]
     pub slip_interpolation: SlipInterpolation,
+    /// The law of friction on this face; that of the table `friction` when not given, and none without either.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<Friction>,
+}
+
+impl Contact {
+    /// What results call this face.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        self.name.as_deref().unwrap_or(&self.face)
+    }
 }
 
 fn is_default(interpolation: &SlipInterpolation) -> bool {

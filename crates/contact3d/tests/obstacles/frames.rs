@@ -37,7 +37,7 @@ fn frames_are_orthonormal_and_project_the_axis() {
             assert!((second - first.cross(&normal)).norm() < 1e-14);
         }
         // Seen along the mean normal, which leans with the place of the sphere.
-        let reference = Vector3::from(frame.reference_normal);
+        let reference = Vector3::from(frame.references[0].normal);
         assert!((reference.norm() - 1.0).abs() < 1e-14 && reference.z < -0.9);
     }
 }

@@ -3,8 +3,9 @@
 use super::{holds, positive, require};
 use crate::scene::{Height, Invalid, Obstacle, POSITION, Quantity, Scene, Written};
 
-pub(super) fn check(obstacle: &Obstacle, scene: &Scene) -> Result<(), Invalid> {
-    let key = |name: &str| format!("contact.obstacle.{}.{name}", obstacle.word());
+/// Checks the obstacle of the contact face under a key.
+pub(super) fn check(obstacle: &Obstacle, scene: &Scene, face: &str) -> Result<(), Invalid> {
+    let key = |name: &str| format!("{face}.obstacle.{}.{name}", obstacle.word());
     let length = scene.units.length();
     let point = |name: &str, at: &[f64; 3]| {
         require(
