@@ -211,7 +211,11 @@ impl<'a> Family<'a> {
         };
         let base = Arc::clone(base);
         Ok(Self {
-            local: Arc::new(LocalStiffness::new(dual_of(&base))),
+            local: Arc::new(
+                LocalStiffness::new(dual_of(&base))
+                    .dragged_by(&dual_of(&first).rhs)
+                    .dragged_by(&dual_of(&second).rhs),
+            ),
             interface: interface(&base)?,
             range,
             scene_at,
