@@ -1,9 +1,13 @@
 //! Several contact faces: closed forms that equilibrium alone gives, and one face described in two ways.
 
+use std::path::Path;
+
 use contact3d::{
     AssembledProblem, Problem,
+    adaptation::transferred,
     contact::MultiplierLayout,
     dual::smallest_eigenvalue,
+    mesh::{Mesh, RefinableBody},
     post::{ContactReport, FaceResultants, Zone},
     scene::{
         Body, Clamp, Component, Contact, DualOperatorKind, ElementOrder, Friction, InnerSolver,
@@ -476,5 +480,36 @@ fn a_block_is_pushed_up_a_slope_by_the_force_of_its_friction_angle() {
         let held = report.resultants.clamp_force[0];
         // The soft end also bears a millionth of what its shear and the block's tilt ask for.
         assert!((held + expected).abs() < 1e-5 * weight, "{held} {expected}");
+    }
+}
+
+/// On a finer mesh each face starts from its own stresses, in tetrahedra with sides on two faces too.
+#[test]
+fn stresses_of_each_face_go_to_the_same_face_of_a_finer_mesh() {
+    for nodal in [false, true] {
+        let mut scene = corner(None, Some(Friction::coulomb(0.3)));
+        if nodal {
+            scene.contacts[0].multipliers = contact3d::scene::MultiplierSpace::Nodal;
+        }
+        let mut body = RefinableBody::new(&scene, Path::new("")).expect("a brick");
+        let coarse = body.mesh().expect("a mesh");
+        body.refine(&vec![1; body.n_tetrahedra()]);
+        let fine = body.mesh().expect("a mesh");
+        // The wall has friction and comes first.
+        let stresses = |mesh: &Mesh| -> Vec<f64> {
+            let surface = mesh.contact.as_ref().expect("contact");
+            let [wall, floor] = [0, 1].map(|face| surface.faces[face].panes.len());
+            let normal = [vec![1.0; wall], vec![2.0; floor]].concat();
+            [normal, [10.0, 20.0].repeat(wall)].concat()
+        };
+        let start = transferred(&coarse, &fine, &body.parents(), &stresses(&coarse));
+        for (found, expected) in start.iter().zip(&stresses(&fine)) {
+            // Means of equal numbers, weighted by areas.
+            assert!(
+                (found - expected).abs() < 1e-14 * expected,
+                "{found} {expected}"
+            );
+        }
+        assert_eq!(start.len(), stresses(&fine).len());
     }
 }
