@@ -118,6 +118,9 @@ fn absent_from_run(tables: &[&str]) -> BTreeSet<String> {
     absent.map(|row| row.path.to_owned()).collect()
 }
 
+/// What only a scene with an obstacle has.
+const OBSTACLE_ONLY: [&str; 1] = ["/mesh/contact_clearance"];
+
 /// What only clamps with values have.
 const PRESCRIBED_ONLY: [&str; 2] = [
     "/load/prescribed_displacement",
@@ -155,6 +158,7 @@ fn expected(effects: &[&[&str]], present: Option<&str>) -> BTreeSet<String> {
         .flat_map(|path| ["Cell", "Point"].map(|data| path.replace("{}", data)))
         .collect();
     paths.extend(IN_SINGLE_PRECISION.map(str::to_owned));
+    paths.extend(OBSTACLE_ONLY.map(str::to_owned));
     paths.extend(PRESCRIBED_ONLY.map(str::to_owned));
     paths.extend(SEVERAL_FACES_ONLY.map(str::to_owned));
     paths.insert(FACES_WITH_FRICTION_ONLY.to_owned());
@@ -212,6 +216,23 @@ fn with_regions_and_nodal_multipliers_everything_is_there_but_the_panes() {
     let found = absent_from(&[CONTACT, "multipliers = 'nodal'", RAMPS, region]);
     let panes: [&[&str]; 1] = [&["/mesh/contact_facet_pane"]];
     assert_eq!(found, expected(&panes, Some("Point")));
+}
+
+#[test]
+fn with_an_obstacle_its_distance_is_there_and_normals_where_they_vary() {
+    let sphere = "obstacle.sphere = { centre = [1.5, 0.5, -9.0], radius = 9.0 }\n";
+    let found = absent_from(&[CONTACT, sphere, RAMPS]);
+    let ([clearance], normals) = (OBSTACLE_ONLY, "/mesh/contact_node_normal");
+    let mut absent = expected(&[&REGIONS_ONLY, &["/mesh/contact_normal"]], Some("Cell"));
+    assert!(absent.remove(clearance));
+    absent.remove(normals);
+    assert_eq!(found, absent);
+
+    let plane = "obstacle.half_space = { point = [0.0, 0.0, -1e-5], normal = [0.0, 0.0, 1.0] }\n";
+    let found = absent_from(&[CONTACT, plane, RAMPS]);
+    let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
+    assert!(absent.remove(clearance));
+    assert_eq!(found, absent);
 }
 
 #[test]
