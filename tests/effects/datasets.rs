@@ -127,6 +127,22 @@ const PRESCRIBED_ONLY: [&str; 2] = [
     "/post/resultants/clamp_work",
 ];
 
+/// What only several contact faces have, and what only one has.
+const SEVERAL_FACES_ONLY: [&str; 10] = [
+    "/mesh/contact_node_normal",
+    "/mesh/contact_face_names",
+    "/mesh/contact_face_nodes",
+    "/mesh/contact_face_facets",
+    "/mesh/contact_face_panes",
+    "/mesh/contact_face_is_nodal",
+    "/post/faces/zone_counts",
+    "/post/faces/normal_force",
+    "/post/faces/largest_pressure",
+    "/VTKHDF/CellData/contact_face",
+];
+const FACES_WITH_FRICTION_ONLY: &str = "/post/faces/tangential_force";
+const ONE_FACE_ONLY: [&str; 2] = ["/mesh/contact_normal", "/post/resultants/tangential_force"];
+
 /// What only a factor in single precision has; small bodies have one in double.
 const IN_SINGLE_PRECISION: [&str; 3] = [
     "/assemble/contact_compliance_single",
@@ -144,6 +160,8 @@ fn expected(effects: &[&[&str]], present: Option<&str>) -> BTreeSet<String> {
     paths.extend(IN_SINGLE_PRECISION.map(str::to_owned));
     paths.extend(OBSTACLE_ONLY.map(str::to_owned));
     paths.extend(PRESCRIBED_ONLY.map(str::to_owned));
+    paths.extend(SEVERAL_FACES_ONLY.map(str::to_owned));
+    paths.insert(FACES_WITH_FRICTION_ONLY.to_owned());
     let all = [&CONTACT_ONLY[..], &FRICTION_ONLY, &COULOMB_ONLY].concat();
     if let Some(present) = present {
         let other = if present == "Cell" { "Point" } else { "Cell" };
@@ -227,6 +245,25 @@ fn with_prescribed_displacements() {
     let resting = clamp.replace("1e-6", "0");
     let absent = expected(&[&REGIONS_ONLY], Some("Cell"));
     assert_eq!(absent_from(&[&resting, CONTACT, RAMPS]), absent);
+}
+
+#[test]
+fn with_several_contact_faces() {
+    let faces = "[[contact]]\nface = 'z_min'\n[[contact]]\nface = 'y_max'\n";
+    let absent: [&[&str]; 5] = [
+        &FRICTION_ONLY,
+        &COULOMB_ONLY,
+        &SLIP_ONLY,
+        &REGIONS_ONLY,
+        &ONE_FACE_ONLY,
+    ];
+    let mut frictionless = expected(&absent, Some("Cell"));
+    frictionless.retain(|path| !SEVERAL_FACES_ONLY.contains(&path.as_str()));
+    assert_eq!(absent_from(&[faces]), frictionless);
+    let mut rough = expected(&[&REGIONS_ONLY, &ONE_FACE_ONLY], Some("Cell"));
+    rough.retain(|path| !SEVERAL_FACES_ONLY.contains(&path.as_str()));
+    rough.remove(FACES_WITH_FRICTION_ONLY);
+    assert_eq!(absent_from(&[faces, RAMPS]), rough);
 }
 
 #[test]
