@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use contact3d::{
     dual::Assembly,
+    elasticity::BodyMotion,
     mesh::Mesh,
     post::{ContactReport, Zone},
     scene::{ModelFeatures, Scene},
@@ -120,6 +121,14 @@ pub(super) fn table(
             ),
         );
     }
+    if let Some(motion) = &solution.unstopped_motion {
+        let motion = BodyMotion::fitted(&mesh.coordinates, motion);
+        line("nothing stops", motion.describe(units.length()));
+    }
+    if !solution.rigid_motion.is_empty() {
+        let motion = BodyMotion::fitted(&mesh.coordinates, &report.displacement);
+        line("moves on the whole", motion.sized(units.length()));
+    }
     line(
         "strain energy",
         format!("{:.9e} {}", r.strain_energy, units.energy()),
@@ -209,6 +218,16 @@ pub(super) fn assembly_json(assembly: &Assembly) -> serde_json::Value {
     })
 }
 
+/// A rigid motion: translation of a point, rotation vector, the point.
+fn motion_json(mesh: &Mesh, displacement: &[[f64; 3]]) -> serde_json::Value {
+    let motion = BodyMotion::fitted(&mesh.coordinates, displacement);
+    serde_json::json!({
+        "translation": motion.translation,
+        "rotation": motion.rotation,
+        "point": motion.point,
+    })
+}
+
 /// The results for programs.
 pub(super) fn json(
     scene: &Scene,
@@ -256,6 +275,8 @@ pub(super) fn json(
         "largest_displacement": r.largest_displacement,
         "discretisation_error": relative_parts(report),
         "certificate": certificate,
+        "motion": (!solution.rigid_motion.is_empty()).then(|| motion_json(mesh, &report.displacement)),
+        "unstopped_motion": solution.unstopped_motion.as_ref().map(|motion| motion_json(mesh, motion)),
         "stages": performed.iter().map(|p| serde_json::json!({
             "stage": p.stage.word(),
             "compute_seconds": p.compute_seconds,

@@ -6,7 +6,10 @@ use thiserror::Error;
 
 use super::{Need, Shortage, need::Admission};
 use crate::{
-    elasticity::{DofMap, Loads, MaterialField, NodeGraph, refuse_rigid_motions, stiffness_on},
+    elasticity::{
+        DofMap, FloatingBody, Loads, MaterialField, NodeGraph, floating_body, free_rigid_motions,
+        refuse_rigid_motions, stiffness_on,
+    },
     linalg::{
         Accuracy, CscMatrix, Doubled, Factor, FactorError, FactorStructure, OrderingError,
         Precision, Workspace, conjugate_gradients, expand_to_unknowns, nested_dissection, norm,
@@ -30,6 +33,19 @@ pub struct PrimalSystem {
     pub stiffness: Arc<CscMatrix>,
     /// Load l, `[n_free]`, in N.
     pub load: Vec<f64>,
+    /// The rigid modes of a body that only contact holds; `None` where its supports do.
+    pub floating: Option<Arc<FloatingBody>>,
+}
+
+impl PrimalSystem {
+    /// A, or A_κ where the body floats: what the factor is of.
+    #[must_use]
+    pub fn invertible(&self) -> &CscMatrix {
+        match &self.floating {
+            None => &self.stiffness,
+            Some(floating) => &floating.grounded,
+        }
+    }
 }
 
 /// The elastic problem and the Cholesky factor of its stiffness.
@@ -37,7 +53,7 @@ pub struct PrimalSystem {
 pub struct Assembly {
     /// A and l.
     pub primal: PrimalSystem,
-    /// Sparse Cholesky factor of A, shared as A is.
+    /// Sparse Cholesky factor of A, or of A_κ where the body floats, shared as A is.
     pub factor: Arc<Factor>,
     /// What took how long.
     pub seconds: AssemblySeconds,
@@ -121,7 +137,8 @@ impl Analysed {
         admit: Admission<'_>,
     ) -> Result<Self, AssemblyError> {
         let held = mesh.held_nodes(scene);
-        refuse_rigid_motions(mesh, &held).map_err(AssemblyError::Scene)?;
+        refuse_rigid_motions(scene, mesh, &held).map_err(AssemblyError::Scene)?;
+        let motions = free_rigid_motions(&mesh.coordinates, &held);
         let dofs = DofMap::new(&held);
         if dofs.n_free == 0 {
             return Err(AssemblyError::NothingFree);
@@ -151,10 +168,12 @@ impl Analysed {
             dual_operator: 0.0,
         };
         let structure = structure.map_err(|e| explain(e, &dofs))?;
+        let floating = floating_body(mesh, &dofs, &motions, &stiffness);
         let primal = PrimalSystem {
             dofs,
             stiffness: Arc::new(stiffness),
             load,
+            floating,
         };
         Ok(Self {
             primal,
@@ -166,7 +185,7 @@ impl Analysed {
     /// Factorises A.
     pub(super) fn factorise(&self, precision: Precision) -> Result<Assembly, AssemblyError> {
         let started = Instant::now();
-        let stiffness = &self.primal.stiffness;
+        let stiffness = self.primal.invertible();
         let factor = Factor::of_structure(self.structure.clone(), stiffness, precision)
             .map_err(|e| explain(e, &self.primal.dofs))?;
         let mut seconds = self.seconds;
@@ -216,7 +235,7 @@ impl Assembly {
             share: CG_LEFT,
             length: 0.0,
         };
-        let (a, work) = (&self.primal.stiffness, &mut Workspace::default());
+        let (a, work) = (self.primal.invertible(), &mut Workspace::default());
         let solved = conjugate_gradients(a, &self.factor, &forces, accuracy, work);
         solved.into_iter().map(|solved| solved.solution).collect()
     }
@@ -243,7 +262,7 @@ impl Assembly {
                 0.0 => forces.to_vec(),
                 _ => self
                     .primal
-                    .stiffness
+                    .invertible()
                     .symmetric_residual(&displacement, forces),
             };
             let (correction, left) = self.correction(&residual, whole, target, work);
@@ -288,7 +307,7 @@ impl Assembly {
                     },
                     length: target * whole,
                 };
-                let a = &self.primal.stiffness;
+                let a = self.primal.invertible();
                 let solved = conjugate_gradients(a, &self.factor, &[residual], accuracy, work);
                 let solved = solved.into_iter().next();
                 solved.map_or((Vec::new(), None), |it| {

@@ -21,6 +21,7 @@ mod need;
 mod operators;
 mod pane_stiffness;
 mod preconditioning;
+mod rigid_coupling;
 mod system;
 
 pub use assembly::{Assembly, AssemblyError, AssemblySeconds, PrimalSystem};
@@ -30,6 +31,7 @@ pub use local_stiffness::{LocalStiffness, smallest_eigenvalue};
 pub use need::{Admission, Need, OperatorEstimate, Resource, Shortage};
 pub use operators::{ExplicitOperator, ImplicitOperator};
 pub use pane_stiffness::pane_stiffness;
+pub use rigid_coupling::{Balance, RigidCoupling};
 pub use system::DualSystem;
 
 /// Applications of the dual problem: minimise ½ λᵀSλ − λᵀh over the admissible multipliers.
@@ -47,6 +49,17 @@ pub trait DualOperator {
     fn tangential_displacement(&mut self, _multiplier: &[f64]) -> Option<Vec<[f64; 2]>> {
         None
     }
+    /// The balance of a body that floats; `None` where its supports hold it.
+    fn balance(&self) -> Option<&Balance> {
+        None
+    }
+    /// The rigid motions α in m that the right-hand side h + G α and displacements belong to; none where supports hold the
+    /// body.
+    fn motion(&self) -> &[f64] {
+        &[]
+    }
+    /// Moves a body that floats to other α.
+    fn set_motion(&mut self, _motion: &[f64]) {}
     /// Applications of A⁻¹ so far (n_A of HKL §4), those of a dense S included.
     fn applications(&self) -> usize;
 }

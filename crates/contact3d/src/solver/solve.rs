@@ -3,8 +3,8 @@
 use std::sync::atomic::Ordering;
 
 use super::{
-    ContactState, Inner, NeedsExplicit, OuterStep, Progress, Solution, Start, Status,
-    conditions::Bound, minimisation::minimise, problem::DiscreteProblem, successive_approximations,
+    ContactState, Inner, NeedsExplicit, OuterStep, Progress, Solution, SolvedBy, Start, Status,
+    conditions::Bound, equilibrium::unstopped_motion, minimisation::minimise, problem::DiscreteProblem, successive_approximations,
 };
 use crate::{
     contact::CoulombLaw,
@@ -49,6 +49,15 @@ pub fn solve(
             ..Solution::default()
         });
     };
+    let (surface, interface) = (contact.surface, contact.interface);
+    let balanced = dual.balanced(&system.assembly, surface, interface);
+    let dual = balanced.as_ref().unwrap_or(dual);
+    if let Some(balance) = &dual.balance
+        && let Some(motion) = unstopped_motion(&system.assembly, balance, contact)
+    {
+        let n_free = system.assembly.primal.dofs.n_free;
+        return Ok(Solution::without_equilibrium(dual, n_free, motion));
+    }
     let problem = DiscreteProblem {
         assembly: &system.assembly,
         dual,
@@ -64,9 +73,27 @@ pub fn solve(
     if !states.all(|state| state.is_admissible(contact.surface)) {
         solution.status = Status::NumericalError;
     }
+    if let Some(balance) = &dual.balance {
+        solution.rigid_motion = balance.coupling.in_modes(&solution.rigid_motion);
+    }
     solution.law_evaluations = contact.interface.law_evaluations();
     solution.projections = contact.interface.projections.load(Ordering::Relaxed);
     Ok(solution)
+}
+
+impl Solution {
+    /// What is known of a body that no contact force holds.
+    fn without_equilibrium(dual: &ContactSystem, n_free: usize, motion: Vec<[f64; 3]>) -> Self {
+        Self {
+            status: Status::NoEquilibrium,
+            solved_by: SolvedBy::Direct,
+            accuracy: 1.0,
+            multiplier: vec![0.0; dual.layout().n_multipliers()],
+            displacement: vec![0.0; n_free],
+            unstopped_motion: Some(motion),
+            ..Self::default()
+        }
+    }
 }
 
 impl DiscreteProblem<'_> {
@@ -159,10 +186,12 @@ impl DiscreteProblem<'_> {
                 break;
             }
             let multiplier = &solution.multiplier;
-            let exact = self.exact(dual, &local, multiplier, None, f64::EPSILON);
+            let unknowns = self.unknowns(&solution);
+            let exact = self.exact(dual, &local, &unknowns, None, f64::EPSILON);
             let corrected = ContactSystem {
                 coupling: self.dual.coupling.clone(),
                 form: OperatorForm::Explicit(exact.dual.without_anchor()),
+                balance: self.dual.balance.clone(),
             };
             let problem = DiscreteProblem {
                 dual: &corrected,
@@ -218,14 +247,22 @@ impl DiscreteProblem<'_> {
     }
 
     fn with_operator(&self, run: impl FnOnce(&mut dyn DualOperator) -> Solution) -> Solution {
+        fn moved(
+            mut operator: impl DualOperator,
+            run: impl FnOnce(&mut dyn DualOperator) -> Solution,
+        ) -> Solution {
+            let solution = run(&mut operator);
+            let rigid_motion = operator.motion().to_vec();
+            Solution { rigid_motion, ..solution }
+        }
         let mut solution = match self.dual.explicit() {
-            Some(dual) => run(&mut ExplicitOperator::new(dual, self.assembly, self.dual)),
-            None => run(&mut ImplicitOperator::new(self.assembly, self.dual)),
+            Some(dual) => moved(ExplicitOperator::new(dual, self.assembly, self.dual), run),
+            None => moved(ImplicitOperator::new(self.assembly, self.dual), run),
         };
-        let multiplier = &solution.multiplier;
+        let unknowns = self.unknowns(&solution);
         let refined = self
             .dual
-            .refined_displacement(self.assembly, multiplier, None, f64::EPSILON);
+            .refined_displacement(self.assembly, &unknowns, None, f64::EPSILON);
         solution.displacement = refined.value;
         solution
     }

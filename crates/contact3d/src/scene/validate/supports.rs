@@ -43,11 +43,11 @@ fn check_clamps(scene: &Scene) -> Result<(), Invalid> {
         check_place(scene, clamp, i)?;
     }
     require(
-        !scene.clamps.is_empty(),
+        !scene.clamps.is_empty() || scene.contact.is_some(),
         "clamp",
-        "at least one [[clamp]]",
-        "none",
-        "an unheld body can move as a rigid one; add [[clamp]] with a face",
+        "at least one [[clamp]], or [contact]",
+        "neither",
+        "an unheld body can move as a rigid one; add [[clamp]] with a face, or [contact] with the face that it rests on",
     )
 }
 

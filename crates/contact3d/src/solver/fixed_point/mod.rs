@@ -182,7 +182,8 @@ pub fn successive_approximations(
             solution.status = status;
             break;
         }
-        if !last {
+        // A state that could go on would have to hold the rigid motions, too.
+        if !last && operator.balance().is_none() {
             observe(Progress::Between(&solution.outer_state(contact, tolerance)));
         }
     }

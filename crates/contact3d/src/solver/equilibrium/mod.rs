@@ -1,0 +1,112 @@
+//! Whether any contact forces hold a body that floats.
+//!
+//! Forces that the laws of the contact face admit, λ ∈ K, can balance the load, Gᵀλ = e, unless a rigid motion q does work
+//! against nothing: e·q > σ_K(G q), where the support function σ_K(w) = sup over λ ∈ K of λ·w is what contact can oppose
+//! (separation of a convex set and a point; R. T. Rockafellar, *Convex Analysis*, Princeton 1970, theorem 13.1). On a pane with mean
+//! displacements w:
+//!
+//! * without friction λ_ν ≥ 0, so σ = 0 where w_ν ≤ 0, else ∞;
+//! * with Coulomb's law σ = 0 where w_ν + ‖F w_t‖ ≤ 0, else ∞: a cone of second order;
+//! * with Tresca's law σ = |Rⁱ| ‖(a w_t1, b w_t2)‖ where w_ν ≤ 0, else ∞.
+//!
+//! Such a q is a proof. That admissible forces exist is necessary for an equilibrium of a body that deforms and slides, but
+//! decides nothing by itself: then the solver has the word. Coefficients that follow the slip count with the largest value that
+//! they have anywhere, and a capped law as both Coulomb's and Tresca's, so that a proof is a proof for them, too.
+
+mod motion_program;
+
+use motion_program::{MotionProgram, PaneTerm};
+
+use super::ContactState;
+use crate::{
+    contact::{CoulombLaw, FrictionField, InterfaceFriction, LawBounds},
+    dual::{Assembly, Balance},
+    linalg::{add_scaled, dot},
+};
+
+/// Work of the load in a motion that contact does not feel, as a share of the sum of its parts, from which it counts.
+const FELT_WORK: f64 = 1e-10;
+
+/// A rigid motion that nothing stops, of largest component one, `[n_nodes]`.
+pub(super) fn unstopped_motion(
+    assembly: &Assembly,
+    balance: &Balance,
+    contact: &ContactState<'_>,
+  ) -> Option<Vec<[f64; 3]>> {
+    let body = assembly.primal.floating.as_ref()?;
+    let load = &assembly.primal.load;
+    let displacement = |modes: &[f64]| {
+        let mut displacement = vec![0.0; load.len()];
+        for (mode, by) in body.modes.iter().zip(modes) {
+            add_scaled(&mut displacement, *by, mode);
+        }
+        let largest = displacement.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        displacement.iter_mut().for_each(|v| *v /= largest);
+        displacement
+    };
+    let parts = |u: &[f64]| -> f64 { u.iter().zip(load).map(|(u, l)| (u * l).abs()).sum() };
+    // Motions that contact does not feel: the part of the load along them has to vanish.
+    let unfelt = balance.coupling.unfelt();
+    let resultant = body.resultant(load);
+    let mut along = vec![0.0; resultant.len()];
+    for q in unfelt {
+        add_scaled(&mut along, dot(q, &resultant), q);
+    }
+    if along.iter().any(|v| *v != 0.0) {
+        let u = displacement(&along);
+        if dot(&u, load) > FELT_WORK * parts(&u) {
+            return Some(assembly.primal.dofs.to_nodes(&u));
+        }
+    }
+    let motion = laws_to_test(contact).into_iter().find_map(|terms| {
+        let program = MotionProgram::new(balance, contact.surface, contact.layout(), terms);
+        program?.unopposed()
+    })?;
+    let modes = balance.coupling.in_modes(&motion);
+    Some(assembly.primal.dofs.to_nodes(&displacement(&modes)))
+}
+
+/// What each pane opposes, for laws whose admissible sets contain that of the scene.
+fn laws_to_test(contact: &ContactState<'_>) -> Vec<Vec<PaneTerm>> {
+    match &contact.interface.friction {
+        InterfaceFriction::Frictionless => {
+            vec![vec![PaneTerm::Pressure; contact.n_panes()]]
+        }
+        InterfaceFriction::Tresca(semi_axes) => {
+            vec![semi_axes.iter().map(|axes| PaneTerm::Bounded(*axes)).collect()]
+        }
+        InterfaceFriction::Coulomb(law) => {
+            let coefficients = strongest_friction(law, contact);
+            let cones = coefficients.iter().map(|f| PaneTerm::Cone(*f)).collect();
+            let cap = law.slip_bound(f64::INFINITY);
+            let cap = cap.is_finite().then(|| {
+                let bounded = coefficients.iter().map(|f| f.map(|f| f * cap));
+                bounded.map(PaneTerm::Bounded).collect()
+            });
+            [Some(cones), cap].into_iter().flatten().collect()
+        }
+    }
+}
+
+/// F₁ and F₂ on the panes: those of the law, and where they follow the slip the largest that they have anywhere.
+fn strongest_friction(law: &CoulombLaw, contact: &ContactState<'_>) -> Vec<[f64; 2]> {
+    if law.depends_on_slip() {
+        let strongest = LawBounds::new(law, extent(law.positions())).largest.value;
+        return vec![[strongest; 2]; contact.n_panes()];
+    }
+    let field = FrictionField::new(law, contact.surface, &[]);
+    let panes = field.pane_inverse.iter();
+    panes.map(|inverse| inverse.map(f64::recip)).collect()
+}
+
+/// The largest distance of points along an axis: no slip of a solution is larger.
+fn extent(points: &[[f64; 3]]) -> f64 {
+    let along = |c: usize| {
+        let values = points.iter().map(|x| x[c]);
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+            (low.min(v), high.max(v))
+        });
+        high - low
+    };
+    (0..3).map(along).fold(0.0, f64::max)
+}
