@@ -110,7 +110,8 @@ pub(super) fn status(solution: &Solution, scene: &Scene) -> String {
         ),
         Status::NoEquilibrium => (
             "no equilibrium: contact cannot hold the body under this load".to_owned(),
-            "see the motion that nothing stops; hold it with [[clamp]], or change load or friction".to_owned(),
+            "see the motion that nothing stops; hold it with [[clamp]], or change load or friction"
+                .to_owned(),
         ),
         Status::Cycling => (
             "successive approximations go round in a cycle".to_owned(),

@@ -321,16 +321,24 @@ fn read_floating(
         return Ok(None);
     }
     let modes = read_finite_vec(reader, RIGID_MODES)?;
-    let modes: Vec<Vec<f64>> = modes.chunks_exact(stiffness.cols.max(1)).map(<[f64]>::to_vec).collect();
+    let modes: Vec<Vec<f64>> = modes
+        .chunks_exact(stiffness.cols.max(1))
+        .map(<[f64]>::to_vec)
+        .collect();
     let pins = read_index_vec(reader, RIGID_PINS)?;
     if pins.len() != modes.len() || pins.iter().any(|pin| *pin >= stiffness.cols) {
         return Err(FormatError::Inconsistent {
             dataset: RIGID_PINS,
-            reason: format!("expected a free degree of freedom for each of {} modes", modes.len()),
+            reason: format!(
+                "expected a free degree of freedom for each of {} modes",
+                modes.len()
+            ),
         });
     }
     let spring = read_finite_scalar(reader, RIGID_SPRING)?;
-    Ok(Some(Arc::new(FloatingBody::from_parts(modes, pins, spring, stiffness))))
+    Ok(Some(Arc::new(FloatingBody::from_parts(
+        modes, pins, spring, stiffness,
+    ))))
 }
 
 fn read_dofs(reader: &Reader, n_free: usize) -> Result<DofMap, FormatError> {

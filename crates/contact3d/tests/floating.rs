@@ -72,7 +72,11 @@ fn assert_balanced(problem: &AssembledProblem, solution: &Solution) {
     assert!(resultants.moment_imbalance < 1e-11, "{resultants:?}");
     assert_eq!(resultants.clamp_force, [0.0; 3]);
     // The displacement of a face that sticks, against the compliance of a pane.
-    assert!(report.certificate.worst() < 1e-7, "{:?}", report.certificate);
+    assert!(
+        report.certificate.worst() < 1e-7,
+        "{:?}",
+        report.certificate
+    );
 }
 
 #[test]
@@ -98,13 +102,20 @@ fn a_low_block_slides_at_the_angle_of_friction() {
             // Balance to rounding.
             assert!((ratio / 0.3 - (1.0 - NEAR)).abs() < 1e-10, "{ratio}");
             let (problem, solution) = at(1.0 + NEAR);
-            assert_eq!(solution.status, Status::NoEquilibrium, "{multipliers} {angle}");
+            assert_eq!(
+                solution.status,
+                Status::NoEquilibrium,
+                "{multipliers} {angle}"
+            );
             assert!(solution.displacement.iter().all(|u| *u == 0.0));
             let motion = motion(&problem, &solution);
             let [x, y, _] = motion.translation;
             let size = x.hypot(y);
             // A cone of motions as narrow as the excess, of which any may be found.
-            assert!((x / size - along[0]).abs() + (y / size - along[1]).abs() < 1e-2, "{motion:?}");
+            assert!(
+                (x / size - along[0]).abs() + (y / size - along[1]).abs() < 1e-2,
+                "{motion:?}"
+            );
         }
     }
 }
@@ -113,7 +124,9 @@ fn a_low_block_slides_at_the_angle_of_friction() {
 fn orthotropic_friction_gives_way_on_its_ellipse() {
     // (T₁/F₁)² + (T₂/F₂)² = N² in any direction.
     for angle in [0.3_f64, 1.2, 2.5] {
-        let limit = ((angle.cos() / 0.2).powi(2) + (angle.sin() / 0.5).powi(2)).sqrt().recip();
+        let limit = ((angle.cos() / 0.2).powi(2) + (angle.sin() / 0.5).powi(2))
+            .sqrt()
+            .recip();
         for (share, holds) in [(1.0 - NEAR, true), (1.0 + NEAR, false)] {
             let friction = "coefficient_1.constant = 0.2\ncoefficient_2.constant = 0.5";
             let problem = block(
@@ -141,8 +154,11 @@ fn a_high_block_tips_over_where_its_forces_end() {
             let problem = block(
                 [1.0, 1.0, 4.0],
                 [8, 4, 8],
-                &[weight(limit * share, 0.0), contact(multipliers, "coefficient.constant = 0.9")]
-                    .join("\n"),
+                &[
+                    weight(limit * share, 0.0),
+                    contact(multipliers, "coefficient.constant = 0.9"),
+                ]
+                .join("\n"),
             );
             let solution = solved(&problem);
             if holds {
@@ -183,7 +199,13 @@ fn a_body_without_loads_rests() {
     );
     let solution = solved(&problem);
     assert_eq!(solution.status, Status::Converged);
-    assert!(solution.multiplier.iter().chain(&solution.displacement).all(|v| *v == 0.0));
+    assert!(
+        solution
+            .multiplier
+            .iter()
+            .chain(&solution.displacement)
+            .all(|v| *v == 0.0)
+    );
 }
 
 #[test]
@@ -212,7 +234,10 @@ fn without_friction_a_block_keeps_its_place_unless_it_is_pushed() {
     let motion = motion(&problem, &solution);
     assert_eq!(motion.rotation, [0.0; 3]);
     // Along x but for rounding of the modes.
-    assert!((motion.translation[0] / 1.0 - 1.0).abs() < 1e-6, "{motion:?}");
+    assert!(
+        (motion.translation[0] / 1.0 - 1.0).abs() < 1e-6,
+        "{motion:?}"
+    );
 }
 
 #[test]
@@ -225,8 +250,14 @@ fn all_methods_find_the_same_equilibrium() {
     let problem = block([2.0, 1.0, 1.0], [8, 4, 4], &rest);
     let reference = solved(&problem);
     assert_balanced(&problem, &reference);
-    let size = reference.multiplier.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    let moved = reference.displacement.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let size = reference
+        .multiplier
+        .iter()
+        .fold(0.0_f64, |m, v| m.max(v.abs()));
+    let moved = reference
+        .displacement
+        .iter()
+        .fold(0.0_f64, |m, v| m.max(v.abs()));
     for (operator, inner) in [
         ("explicit", "kprgp"),
         ("explicit", "gpcg"),
@@ -237,21 +268,37 @@ fn all_methods_find_the_same_equilibrium() {
             "[assemble]
             dual_operator = '{operator}'
             [solve]
-            method = 'fixed_point'
+            method = 'fixed-point'
             inner = '{inner}'
             epsilon = 1e-8
             max_inner_actions = 200000"
         );
-        let problem = block([2.0, 1.0, 1.0], [8, 4, 4], &[rest.clone(), settings].join("\n"));
+        let problem = block(
+            [2.0, 1.0, 1.0],
+            [8, 4, 4],
+            &[rest.clone(), settings].join("\n"),
+        );
         let solve = problem.scene().solve.clone();
         let solution = problem.solve(&solve).expect("a solve");
-        assert!(solution.status.is_solved(), "{operator} {inner}: {:?}", solution.status);
+        assert!(
+            solution.status.is_solved(),
+            "{operator} {inner}: {:?}",
+            solution.status
+        );
         let pairs = solution.multiplier.iter().zip(&reference.multiplier);
         let apart = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         // ε times what KPRGP's stopping rule leaves of it.
-        assert!(apart < 1e-5 * size, "{operator} {inner}: {:e}", apart / size);
+        assert!(
+            apart < 1e-5 * size,
+            "{operator} {inner}: {:e}",
+            apart / size
+        );
         let pairs = solution.displacement.iter().zip(&reference.displacement);
         let apart = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        assert!(apart < 1e-4 * moved, "{operator} {inner}: {:e}", apart / moved);
+        assert!(
+            apart < 1e-4 * moved,
+            "{operator} {inner}: {:e}",
+            apart / moved
+        );
     }
 }

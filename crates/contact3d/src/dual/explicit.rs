@@ -235,7 +235,9 @@ impl ExplicitDual {
         let multiplier = self.multipliers(x);
         let mut gradient = self.apply(multiplier);
         if let Some(balance) = &self.balance {
-            let moved = balance.coupling.integrals_of(self.motion(x), gradient.len());
+            let moved = balance
+                .coupling
+                .integrals_of(self.motion(x), gradient.len());
             gradient.iter_mut().zip(&moved).for_each(|(r, g)| *r -= g);
         }
         for (r, h) in gradient.iter_mut().zip(&self.rhs) {

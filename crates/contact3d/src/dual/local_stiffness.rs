@@ -148,9 +148,19 @@ fn balanced(dual: &ExplicitDual, solve: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64>
         return multiplier;
     };
     let n = balance.n_felt();
-    let held: Vec<Vec<f64>> = balance.coupling.integrals.iter().map(|g| solve(g)).collect();
+    let held: Vec<Vec<f64>> = balance
+        .coupling
+        .integrals
+        .iter()
+        .map(|g| solve(g))
+        .collect();
     let scale = |p: usize| dot(&balance.coupling.integrals[p], &held[p]).abs().sqrt();
-    let scale: Vec<f64> = (0..n).map(|p| match scale(p) { 0.0 => 0.0, s => s.recip() }).collect();
+    let scale: Vec<f64> = (0..n)
+        .map(|p| match scale(p) {
+            0.0 => 0.0,
+            s => s.recip(),
+        })
+        .collect();
     let stiffness = DMatrix::from_fn(n, n, |p, q| {
         scale[p] * scale[q] * dot(&balance.coupling.integrals[p], &held[q])
     });

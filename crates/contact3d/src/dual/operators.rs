@@ -164,7 +164,12 @@ impl Moved {
         let n = contact.balance.as_ref().map_or(0, Balance::n_felt);
         Self {
             motion: vec![0.0; n],
-            rhs: contact.balance.iter().flat_map(|_| contact.dual_rhs()).copied().collect(),
+            rhs: contact
+                .balance
+                .iter()
+                .flat_map(|_| contact.dual_rhs())
+                .copied()
+                .collect(),
         }
     }
 

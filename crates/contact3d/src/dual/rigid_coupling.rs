@@ -61,7 +61,10 @@ impl RigidCoupling {
         let slip_of = |u: &[f64]| nodal_tangential(surface, &interface.frame, dofs, u);
         let displacements: Vec<Vec<f64>> = felt.iter().map(|w| combined(w)).collect();
         Self {
-            integrals: displacements.iter().map(|u| coupling.integrate(u)).collect(),
+            integrals: displacements
+                .iter()
+                .map(|u| coupling.integrate(u))
+                .collect(),
             slip: displacements.iter().map(|u| slip_of(u)).collect(),
             body: Arc::clone(body),
             felt,
@@ -92,7 +95,10 @@ impl RigidCoupling {
 
     /// The motion in terms of felt ones of that in terms of the modes of the body.
     pub(crate) fn in_felt(&self, modes: &[f64]) -> Vec<f64> {
-        self.felt.iter().map(|weights| dot(weights, modes)).collect()
+        self.felt
+            .iter()
+            .map(|weights| dot(weights, modes))
+            .collect()
     }
 
     /// The motions that contact does not feel, in terms of the modes, orthonormal.
@@ -179,7 +185,11 @@ impl Balance {
     /// e − Gᵀλ in N.
     pub(crate) fn excess(&self, multiplier: &[f64]) -> Vec<f64> {
         let carried = self.coupling.resultant_of(multiplier);
-        self.resultant.iter().zip(carried).map(|(e, g)| e - g).collect()
+        self.resultant
+            .iter()
+            .zip(carried)
+            .map(|(e, g)| e - g)
+            .collect()
     }
 
     /// ‖e − Gᵀλ‖ / ‖e‖, mode by mode beside what λ carries; 0 for 0/0.

@@ -112,7 +112,6 @@ impl FloatingBody {
             add_scaled(displacement, *by, mode);
         }
     }
-
 }
 
 impl BodyMotion {
@@ -186,15 +185,19 @@ impl BodyMotion {
     }
 }
 
-/// Share of the whole motion below which a part of it is rounding.
-const NO_TURN: f64 = 1e-9;
+/// Share of the whole motion below which a part of it goes without saying.
+const NO_TURN: f64 = 1e-6;
 
 /// A direction in words: an axis with its sign, or a unit vector.
 fn direction(v: Vector3<f64>) -> String {
     let v = v.normalize();
     let axis = (0..3).find(|&c| v[c].abs() > 1.0 - 1e-9);
     match axis {
-        Some(c) => format!("{}{}", if v[c] < 0.0 { "-" } else { "" }, ["x", "y", "z"][c]),
+        Some(c) => format!(
+            "{}{}",
+            if v[c] < 0.0 { "-" } else { "" },
+            ["x", "y", "z"][c]
+        ),
         None => format!("({:.6}, {:.6}, {:.6})", v.x, v.y, v.z),
     }
 }
@@ -218,9 +221,11 @@ fn telling_dofs(shapes: &[Vec<f64>], candidates: &[usize]) -> Option<Vec<usize>>
     let mut pins = Vec::with_capacity(shapes.len());
     for _ in 0..shapes.len() {
         let squares = left.iter().map(|row| dot(row, row));
-        let (at, square) = squares
-            .enumerate()
-            .fold((0, 0.0), |best, next| if next.1 > best.1 { next } else { best });
+        let (at, square) =
+            squares.enumerate().fold(
+                (0, 0.0),
+                |best, next| if next.1 > best.1 { next } else { best },
+            );
         if square <= DEPENDENT * DEPENDENT {
             return None;
         }
@@ -238,7 +243,9 @@ fn telling_dofs(shapes: &[Vec<f64>], candidates: &[usize]) -> Option<Vec<usize>>
 fn normalised(shapes: &[Vec<f64>], pins: &[usize]) -> Vec<Vec<f64>> {
     let k = pins.len();
     let at_pins = DMatrix::from_fn(k, k, |mode, pin| shapes[mode][pins[pin]]);
-    let inverse = at_pins.try_inverse().expect("the pins tell the modes apart");
+    let inverse = at_pins
+        .try_inverse()
+        .expect("the pins tell the modes apart");
     (0..k)
         .map(|p| {
             let mut mode = vec![0.0; shapes[0].len()];

@@ -56,9 +56,10 @@ impl ExplicitProblem {
             return Err(no_contact().into());
         }
         scene.assemble.dual_operator = DualOperatorKind::Explicit;
-        let problem = Problem::of_checked(scene, Arc::new(mesh))?;
+        let assembled = Problem::of_checked(scene, Arc::new(mesh))?.assemble()?;
+        assembled.refuse_floating("checks of stability")?;
         Ok(Self {
-            assembled: problem.assemble()?,
+            assembled,
             refinement: Refinement::default(),
         })
     }

@@ -4,7 +4,8 @@ use std::sync::atomic::Ordering;
 
 use super::{
     ContactState, Inner, NeedsExplicit, OuterStep, Progress, Solution, SolvedBy, Start, Status,
-    conditions::Bound, equilibrium::unstopped_motion, minimisation::minimise, problem::DiscreteProblem, successive_approximations,
+    conditions::Bound, equilibrium::unstopped_motion, minimisation::minimise,
+    problem::DiscreteProblem, successive_approximations,
 };
 use crate::{
     contact::CoulombLaw,
@@ -253,7 +254,10 @@ impl DiscreteProblem<'_> {
         ) -> Solution {
             let solution = run(&mut operator);
             let rigid_motion = operator.motion().to_vec();
-            Solution { rigid_motion, ..solution }
+            Solution {
+                rigid_motion,
+                ..solution
+            }
         }
         let mut solution = match self.dual.explicit() {
             Some(dual) => moved(ExplicitOperator::new(dual, self.assembly, self.dual), run),

@@ -17,10 +17,13 @@ mod motion_program;
 
 use motion_program::{MotionProgram, PaneTerm};
 
+use nalgebra::{DMatrix, DVector};
+
 use super::ContactState;
 use crate::{
     contact::{CoulombLaw, FrictionField, InterfaceFriction, LawBounds},
     dual::{Assembly, Balance},
+    elasticity::FloatingBody,
     linalg::{add_scaled, dot},
 };
 
@@ -32,31 +35,21 @@ pub(super) fn unstopped_motion(
     assembly: &Assembly,
     balance: &Balance,
     contact: &ContactState<'_>,
-  ) -> Option<Vec<[f64; 3]>> {
+) -> Option<Vec<[f64; 3]>> {
     let body = assembly.primal.floating.as_ref()?;
     let load = &assembly.primal.load;
     let displacement = |modes: &[f64]| {
         let mut displacement = vec![0.0; load.len()];
-        for (mode, by) in body.modes.iter().zip(modes) {
-            add_scaled(&mut displacement, *by, mode);
-        }
+        body.add_motion(modes, &mut displacement);
         let largest = displacement.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         displacement.iter_mut().for_each(|v| *v /= largest);
         displacement
     };
     let parts = |u: &[f64]| -> f64 { u.iter().zip(load).map(|(u, l)| (u * l).abs()).sum() };
-    // Motions that contact does not feel: the part of the load along them has to vanish.
-    let unfelt = balance.coupling.unfelt();
-    let resultant = body.resultant(load);
-    let mut along = vec![0.0; resultant.len()];
-    for q in unfelt {
-        add_scaled(&mut along, dot(q, &resultant), q);
-    }
-    if along.iter().any(|v| *v != 0.0) {
-        let u = displacement(&along);
-        if dot(&u, load) > FELT_WORK * parts(&u) {
-            return Some(assembly.primal.dofs.to_nodes(&u));
-        }
+    if let Some(u) = driven(body, balance.coupling.unfelt(), load).map(|q| displacement(&q))
+        && dot(&u, load) > FELT_WORK * parts(&u)
+    {
+        return Some(assembly.primal.dofs.to_nodes(&u));
     }
     let motion = laws_to_test(contact).into_iter().find_map(|terms| {
         let program = MotionProgram::new(balance, contact.surface, contact.layout(), terms);
@@ -66,6 +59,31 @@ pub(super) fn unstopped_motion(
     Some(assembly.primal.dofs.to_nodes(&displacement(&modes)))
 }
 
+/// Of some motions, in terms of modes, that in which a load works most for the squared displacements of the body; `None` where
+/// there are none, or the load does not work at all.
+fn driven(body: &FloatingBody, motions: &[Vec<f64>], load: &[f64]) -> Option<Vec<f64>> {
+    let shapes: Vec<Vec<f64>> = motions
+        .iter()
+        .map(|q| {
+            let mut shape = vec![0.0; load.len()];
+            body.add_motion(q, &mut shape);
+            shape
+        })
+        .collect();
+    let n = shapes.len();
+    let work = DVector::from_fn(n, |p, _| dot(&shapes[p], load));
+    if work.iter().all(|w| *w == 0.0) {
+        return None;
+    }
+    let gram = DMatrix::from_fn(n, n, |p, q| dot(&shapes[p], &shapes[q]));
+    let weights = gram.cholesky()?.solve(&work);
+    let mut driven = vec![0.0; body.n_modes()];
+    for (q, weight) in motions.iter().zip(&weights) {
+        add_scaled(&mut driven, *weight, q);
+    }
+    Some(driven)
+}
+
 /// What each pane opposes, for laws whose admissible sets contain that of the scene.
 fn laws_to_test(contact: &ContactState<'_>) -> Vec<Vec<PaneTerm>> {
     match &contact.interface.friction {
@@ -73,7 +91,12 @@ fn laws_to_test(contact: &ContactState<'_>) -> Vec<Vec<PaneTerm>> {
             vec![vec![PaneTerm::Pressure; contact.n_panes()]]
         }
         InterfaceFriction::Tresca(semi_axes) => {
-            vec![semi_axes.iter().map(|axes| PaneTerm::Bounded(*axes)).collect()]
+            vec![
+                semi_axes
+                    .iter()
+                    .map(|axes| PaneTerm::Bounded(*axes))
+                    .collect(),
+            ]
         }
         InterfaceFriction::Coulomb(law) => {
             let coefficients = strongest_friction(law, contact);

@@ -107,7 +107,11 @@ impl MotionProgram {
             },
         };
         let panes = terms.into_iter().enumerate().map(pane).collect();
-        Some(Self { load: load / size, panes, basis })
+        Some(Self {
+            load: load / size,
+            panes,
+            basis,
+        })
     }
 
     /// A felt motion in which the load works against nothing.
@@ -121,7 +125,8 @@ impl MotionProgram {
             self.centre(&mut at, weight);
             let motion = at.rows(0, n).into_owned();
             let left_over = self.left_over(&motion);
-            if left_over > 10.0 * LEFT_OVER || (left_over > LEFT_OVER && terms * weight < LEFT_OVER) {
+            if left_over > 10.0 * LEFT_OVER || (left_over > LEFT_OVER && terms * weight < LEFT_OVER)
+            {
                 return Some((&self.basis * motion).iter().copied().collect());
             }
             if terms * weight < 0.1 * LEFT_OVER {
@@ -226,7 +231,8 @@ impl Pane {
                 let row = self.distance_row(n);
                 out.value -= distance.ln();
                 out.gradient.axpy(-1.0 / distance, &row, 1.0);
-                out.hessian.ger(1.0 / (distance * distance), &row, &row, 1.0);
+                out.hessian
+                    .ger(1.0 / (distance * distance), &row, &row, 1.0);
             }
             Friction::Cone(rows) => {
                 let slide = [rows[0].dot(y), rows[1].dot(y)];
@@ -244,7 +250,8 @@ impl Pane {
                 }
                 out.value -= square.ln();
                 out.gradient.axpy(-2.0 / square, &along, 1.0);
-                out.hessian.ger(4.0 / (square * square), &along, &along, 1.0);
+                out.hessian
+                    .ger(4.0 / (square * square), &along, &along, 1.0);
                 out.hessian.ger(-2.0 / square, &row, &row, 1.0);
                 for wide in &wide {
                     out.hessian.ger(2.0 / square, wide, wide, 1.0);
@@ -280,7 +287,9 @@ impl Pane {
 }
 
 /// Solves with a positive definite matrix whose rows differ in size.
-fn scaled_cholesky(matrix: &DMatrix<f64>) -> Option<impl Fn(&DVector<f64>) -> DVector<f64> + use<>> {
+fn scaled_cholesky(
+    matrix: &DMatrix<f64>,
+) -> Option<impl Fn(&DVector<f64>) -> DVector<f64> + use<>> {
     let scale = matrix.diagonal().map(|d| d.sqrt().recip());
     let n = scale.len();
     let scaled = DMatrix::from_fn(n, n, |p, q| matrix[(p, q)] * scale[p] * scale[q]);

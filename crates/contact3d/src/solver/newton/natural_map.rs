@@ -70,7 +70,11 @@ impl<'a> NaturalMap<'a> {
         if self.dual.anchor.is_some() {
             return 0.0;
         }
-        let rows = self.dual.multipliers(&self.conditions.steplengths).iter().enumerate();
+        let rows = self
+            .dual
+            .multipliers(&self.conditions.steplengths)
+            .iter()
+            .enumerate();
         let mobility = rows.map(|(j, rho)| rho * self.dual.column(j)[j]);
         self.dual.rounding() * mobility.fold(0.0, f64::max)
     }

@@ -219,7 +219,12 @@ impl<'a> NewtonSystem<'a> {
 
     /// G of the rigid motion of an unknown.
     fn integrals(&self, unknown: usize) -> &[f64] {
-        let balance = self.map.dual.balance.as_ref().expect("a rigid motion is an unknown");
+        let balance = self
+            .map
+            .dual
+            .balance
+            .as_ref()
+            .expect("a rigid motion is an unknown");
         &balance.coupling.integrals[unknown - self.map.dual.dimension()]
     }
 
