@@ -26,6 +26,7 @@ fn sizes(mesh: &Mesh, solution: &Solution) -> Sizes {
         n_free: Some(solution.displacement.len()),
         n_panes: contact.map(|surface| surface.n_panes()),
         n_contact_nodes: contact.map(|surface| surface.nodes.len()),
+        n_rigid_modes: Some(solution.rigid_motion.len()).filter(|n| *n > 0),
     }
 }
 
@@ -125,7 +126,7 @@ pub(super) fn table(
         let motion = BodyMotion::fitted(&mesh.coordinates, motion);
         line("nothing stops", motion.describe(units.length()));
     }
-    if !solution.rigid_motion.is_empty() {
+    if !solution.rigid_motion.is_empty() && solution.unstopped_motion.is_none() {
         let motion = BodyMotion::fitted(&mesh.coordinates, &report.displacement);
         line("moves on the whole", motion.sized(units.length()));
     }

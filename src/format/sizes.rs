@@ -3,7 +3,8 @@
 use runfile::Reader;
 
 use super::{
-    FormatError, Stage, load::FORCE, mesh::CONTACT_NODES, mesh::PANE_AREA, read_index_vec,
+    FormatError, Stage, assemble::RIGID_PINS, load::FORCE, mesh::CONTACT_NODES, mesh::PANE_AREA,
+    read_index_vec,
 };
 
 /// Numbers of unknowns, as far as stages that can be used fix them.
@@ -15,6 +16,8 @@ pub struct Sizes {
     pub n_panes: Option<usize>,
     /// Nodes on the contact face.
     pub n_contact_nodes: Option<usize>,
+    /// Rigid motions that supports leave to contact; `None` for none.
+    pub n_rigid_modes: Option<usize>,
 }
 
 /// Reads the numbers of unknowns of a file from the stages that can be used.
@@ -37,6 +40,10 @@ pub fn read_sizes(
         n_panes: doubles(Stage::Mesh, PANE_AREA)?,
         n_contact_nodes: match has(Stage::Mesh, CONTACT_NODES) {
             true => Some(read_index_vec(reader, CONTACT_NODES)?.len()),
+            false => None,
+        },
+        n_rigid_modes: match has(Stage::Assemble, RIGID_PINS) {
+            true => Some(read_index_vec(reader, RIGID_PINS)?.len()),
             false => None,
         },
     })

@@ -12,6 +12,7 @@
 //! residuals are judged, since 1/S_ii says nothing on a body that nearly floats.
 
 mod assembly;
+mod balanced_operator;
 mod contact;
 mod dense;
 mod explicit;
@@ -25,6 +26,7 @@ mod rigid_coupling;
 mod system;
 
 pub use assembly::{Assembly, AssemblyError, AssemblySeconds, PrimalSystem};
+pub use balanced_operator::BalancedOperator;
 pub use contact::{ContactSystem, OperatorForm};
 pub use explicit::{ContactCompliance, ExplicitDual};
 pub use local_stiffness::{LocalStiffness, smallest_eigenvalue};
@@ -53,13 +55,14 @@ pub trait DualOperator {
     fn balance(&self) -> Option<&Balance> {
         None
     }
-    /// The rigid motions α in m that the right-hand side h + G α and displacements belong to; none where supports hold the
-    /// body.
-    fn motion(&self) -> &[f64] {
-        &[]
+    /// The rigid motions α in m that belong to a multiplier of a body that floats; none where supports hold it.
+    fn motion(&mut self, _multiplier: &[f64]) -> Vec<f64> {
+        Vec::new()
     }
-    /// Moves a body that floats to other α.
-    fn set_motion(&mut self, _motion: &[f64]) {}
+    /// Takes the motions α for those of a multiplier.
+    fn set_motion(&mut self, _multiplier: &[f64], _motion: &[f64]) {}
+    /// One step of the method of multipliers for the balance, from a multiplier.
+    fn rebalance(&mut self, _multiplier: &[f64]) {}
     /// Applications of A⁻¹ so far (n_A of HKL §4), those of a dense S included.
     fn applications(&self) -> usize;
 }

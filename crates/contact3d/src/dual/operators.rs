@@ -1,6 +1,6 @@
 //! The two forms of the dual operator: through the factor, and as a dense matrix.
 
-use super::{Assembly, Balance, ContactSystem, DualOperator, ExplicitDual};
+use super::{Assembly, ContactSystem, DualOperator, ExplicitDual};
 use crate::linalg::{Factor, Reach, Workspace};
 
 /// S applied as the paper does: one pair of sparse triangular solves with the factor of A each time.
@@ -12,7 +12,6 @@ pub struct ImplicitOperator<'a> {
     assembly: &'a Assembly,
     contact: &'a ContactSystem,
     reach: Reach,
-    moved: Moved,
     work: Workspace,
     applications: usize,
 }
@@ -26,7 +25,6 @@ impl<'a> ImplicitOperator<'a> {
             assembly,
             contact,
             reach: assembly.factor.structure().reach(touched),
-            moved: Moved::at_rest(contact),
             work: Workspace::default(),
             applications: 0,
         }
@@ -39,19 +37,7 @@ impl DualOperator for ImplicitOperator<'_> {
     }
 
     fn rhs(&self) -> &[f64] {
-        self.moved.rhs(self.contact)
-    }
-
-    fn balance(&self) -> Option<&Balance> {
-        self.contact.balance.as_ref()
-    }
-
-    fn motion(&self) -> &[f64] {
-        &self.moved.motion
-    }
-
-    fn set_motion(&mut self, motion: &[f64]) {
-        self.moved.set(self.contact, motion);
+        self.contact.dual_rhs()
     }
 
     fn apply(&mut self, multiplier: &[f64]) -> Vec<f64> {
@@ -71,9 +57,8 @@ impl DualOperator for ImplicitOperator<'_> {
 
     fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64> {
         self.applications += 1;
-        let unknowns = self.moved.unknowns(multiplier);
         self.contact
-            .displacement(self.assembly, &unknowns, &mut self.work)
+            .displacement(self.assembly, multiplier, &mut self.work)
     }
 
     fn applications(&self) -> usize {
@@ -86,7 +71,6 @@ pub struct ExplicitOperator<'a> {
     dual: &'a ExplicitDual,
     assembly: &'a Assembly,
     contact: &'a ContactSystem,
-    moved: Moved,
     work: Workspace,
     applications: usize,
 }
@@ -99,7 +83,6 @@ impl<'a> ExplicitOperator<'a> {
             dual,
             assembly,
             contact,
-            moved: Moved::at_rest(contact),
             work: Workspace::default(),
             applications: 0,
         }
@@ -112,22 +95,7 @@ impl DualOperator for ExplicitOperator<'_> {
     }
 
     fn rhs(&self) -> &[f64] {
-        match self.balance() {
-            None => &self.dual.rhs,
-            Some(_) => self.moved.rhs(self.contact),
-        }
-    }
-
-    fn balance(&self) -> Option<&Balance> {
-        self.contact.balance.as_ref()
-    }
-
-    fn motion(&self) -> &[f64] {
-        &self.moved.motion
-    }
-
-    fn set_motion(&mut self, motion: &[f64]) {
-        self.moved.set(self.contact, motion);
+        &self.dual.rhs
     }
 
     fn apply(&mut self, multiplier: &[f64]) -> Vec<f64> {
@@ -137,59 +105,16 @@ impl DualOperator for ExplicitOperator<'_> {
 
     fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64> {
         self.applications += 1;
-        let unknowns = self.moved.unknowns(multiplier);
         self.contact
-            .displacement(self.assembly, &unknowns, &mut self.work)
+            .displacement(self.assembly, multiplier, &mut self.work)
     }
 
     fn tangential_displacement(&mut self, multiplier: &[f64]) -> Option<Vec<[f64; 2]>> {
         self.dual.compliance.as_ref()?;
-        let unknowns = self.moved.unknowns(multiplier);
-        Some(self.dual.tangential_displacement(&unknowns))
+        Some(self.dual.tangential_displacement(multiplier))
     }
 
     fn applications(&self) -> usize {
         self.applications
-    }
-}
-
-/// Where a body that floats is, and h + G α there; empty where supports hold it.
-struct Moved {
-    motion: Vec<f64>,
-    rhs: Vec<f64>,
-}
-
-impl Moved {
-    fn at_rest(contact: &ContactSystem) -> Self {
-        let n = contact.balance.as_ref().map_or(0, Balance::n_felt);
-        Self {
-            motion: vec![0.0; n],
-            rhs: contact
-                .balance
-                .iter()
-                .flat_map(|_| contact.dual_rhs())
-                .copied()
-                .collect(),
-        }
-    }
-
-    fn set(&mut self, contact: &ContactSystem, motion: &[f64]) {
-        if let Some(balance) = &contact.balance {
-            self.motion = motion.to_vec();
-            let h = contact.dual_rhs();
-            let moved = balance.coupling.integrals_of(motion, h.len());
-            self.rhs = h.iter().zip(moved).map(|(h, g)| h + g).collect();
-        }
-    }
-
-    fn rhs<'a>(&'a self, contact: &'a ContactSystem) -> &'a [f64] {
-        match contact.balance {
-            None => contact.dual_rhs(),
-            Some(_) => &self.rhs,
-        }
-    }
-
-    fn unknowns(&self, multiplier: &[f64]) -> Vec<f64> {
-        [multiplier, &self.motion].concat()
     }
 }

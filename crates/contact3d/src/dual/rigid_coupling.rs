@@ -77,11 +77,6 @@ impl RigidCoupling {
         self.felt.len()
     }
 
-    /// κ in N/m.
-    pub(crate) fn spring(&self) -> f64 {
-        self.body.spring
-    }
-
     /// The motion in terms of the modes of the body, `[n_modes]`, of that in terms of felt ones.
     pub(crate) fn in_modes(&self, motion: &[f64]) -> Vec<f64> {
         let mut modes = vec![0.0; self.body.n_modes()];

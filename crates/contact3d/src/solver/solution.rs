@@ -147,7 +147,8 @@ pub struct Solution {
     pub mapping_change: Option<f64>,
     /// λ: m normal stresses λ_ν, then m pairs λ_t where there is friction, `[n_multipliers]`, in Pa.
     pub multiplier: Vec<f64>,
-    /// Rigid motions α in m of a body that only contact holds, one for each of its modes; empty where supports hold it.
+    /// Rigid motions α in m of a body that only contact holds, one for each of its modes, zero without equilibrium; empty where
+    /// supports hold it.
     pub rigid_motion: Vec<f64>,
     /// With [`Status::NoEquilibrium`] the rigid motion that nothing stops, of largest component one, `[n_nodes]`: the load works in
     /// it, and no admissible contact force works against it.

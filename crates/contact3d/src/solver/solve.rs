@@ -10,8 +10,8 @@ use super::{
 use crate::{
     contact::CoulombLaw,
     dual::{
-        ContactSystem, DualOperator, DualSystem, ExplicitOperator, ImplicitOperator,
-        LocalStiffness, OperatorForm, pane_stiffness,
+        BalancedOperator, ContactSystem, DualOperator, DualSystem, ExplicitOperator,
+        ImplicitOperator, LocalStiffness, OperatorForm, PrimalSystem, pane_stiffness,
     },
     linalg::{Precision, Workspace},
     scene::{Method, SolveSettings},
@@ -56,8 +56,8 @@ pub fn solve(
     if let Some(balance) = &dual.balance
         && let Some(motion) = unstopped_motion(&system.assembly, balance, contact)
     {
-        let n_free = system.assembly.primal.dofs.n_free;
-        return Ok(Solution::without_equilibrium(dual, n_free, motion));
+        let primal = &system.assembly.primal;
+        return Ok(Solution::without_equilibrium(dual, primal, motion));
     }
     let problem = DiscreteProblem {
         assembly: &system.assembly,
@@ -84,16 +84,34 @@ pub fn solve(
 
 impl Solution {
     /// What is known of a body that no contact force holds.
-    fn without_equilibrium(dual: &ContactSystem, n_free: usize, motion: Vec<[f64; 3]>) -> Self {
+    fn without_equilibrium(
+        dual: &ContactSystem,
+        primal: &PrimalSystem,
+        motion: Vec<[f64; 3]>,
+    ) -> Self {
         Self {
             status: Status::NoEquilibrium,
             solved_by: SolvedBy::Direct,
             accuracy: 1.0,
             multiplier: vec![0.0; dual.layout().n_multipliers()],
-            displacement: vec![0.0; n_free],
+            rigid_motion: vec![0.0; primal.floating.as_ref().map_or(0, |body| body.n_modes())],
+            displacement: vec![0.0; primal.dofs.n_free],
             unstopped_motion: Some(motion),
             ..Self::default()
         }
+    }
+}
+
+/// The solution of a body that floats, with its rigid motions.
+fn moved(
+    mut operator: impl DualOperator,
+    run: impl FnOnce(&mut dyn DualOperator) -> Solution,
+) -> Solution {
+    let solution = run(&mut operator);
+    let rigid_motion = operator.motion(&solution.multiplier);
+    Solution {
+        rigid_motion,
+        ..solution
     }
 }
 
@@ -248,20 +266,14 @@ impl DiscreteProblem<'_> {
     }
 
     fn with_operator(&self, run: impl FnOnce(&mut dyn DualOperator) -> Solution) -> Solution {
-        fn moved(
-            mut operator: impl DualOperator,
-            run: impl FnOnce(&mut dyn DualOperator) -> Solution,
-        ) -> Solution {
-            let solution = run(&mut operator);
-            let rigid_motion = operator.motion().to_vec();
-            Solution {
-                rigid_motion,
-                ..solution
-            }
-        }
-        let mut solution = match self.dual.explicit() {
-            Some(dual) => moved(ExplicitOperator::new(dual, self.assembly, self.dual), run),
-            None => moved(ImplicitOperator::new(self.assembly, self.dual), run),
+        let explicit = self.dual.explicit();
+        let explicit = explicit.map(|dual| ExplicitOperator::new(dual, self.assembly, self.dual));
+        let implicit = || ImplicitOperator::new(self.assembly, self.dual);
+        let mut solution = match (explicit, &self.dual.balance) {
+            (Some(mut operator), None) => run(&mut operator),
+            (None, None) => run(&mut implicit()),
+            (Some(operator), Some(balance)) => moved(BalancedOperator::new(operator, balance), run),
+            (None, Some(balance)) => moved(BalancedOperator::new(implicit(), balance), run),
         };
         let unknowns = self.unknowns(&solution);
         let refined = self

@@ -17,11 +17,10 @@ const FIRST: f64 = 1e-2;
 
 impl Inner<'_> {
     /// Minimises ½ λᵀSλ − λᵀh under Gᵀλ = e by the method of multipliers (SMALSE-M: Z. Dostál, *Optimal Quadratic Programming
-    /// Algorithms*, Springer 2009, ch. 8, with constant ϱ = 1/κ).
+    /// Algorithms*, Springer 2009, ch. 8, with a constant penalty).
     ///
-    /// The springs of A_κ put (1/2κ) ‖Gᵀλ‖² into S and (1/κ) G e into h: what is minimised for given α is the augmented
-    /// Lagrangian, and α ← α + (e − Gᵀλ)/κ is the step of its multipliers, the motion that takes the load off the springs.
-    /// Newton's method has α among its unknowns and needs none of this.
+    /// What is minimised each time is the augmented Lagrangian of [`crate::dual::BalancedOperator`], as accurately as the balance
+    /// is met. Newton's method has α among its unknowns and needs none of this.
     pub(super) fn minimise_balanced(
         self,
         operator: &mut dyn DualOperator,
@@ -48,7 +47,7 @@ impl Inner<'_> {
             if let Some(before) = &total {
                 summary.steps += before.steps;
             }
-            let Some((next, motion)) = step(operator, multiplier) else {
+            let Some(next) = operator.balance().map(|it| it.relative_excess(multiplier)) else {
                 return summary;
             };
             summary.residual = summary.residual.max(next);
@@ -56,7 +55,7 @@ impl Inner<'_> {
             if done || summary.failure.is_some() || !next.is_finite() {
                 return summary;
             }
-            operator.set_motion(&motion);
+            operator.rebalance(multiplier);
             imbalance = next;
             total = Some(summary);
         }
@@ -64,14 +63,4 @@ impl Inner<'_> {
         summary.failure = Some(Status::MaxInnerApplications);
         summary
     }
-}
-
-/// The relative imbalance of λ, and where the body moves to.
-fn step(operator: &dyn DualOperator, multiplier: &[f64]) -> Option<(f64, Vec<f64>)> {
-    let balance = operator.balance()?;
-    let excess = balance.excess(multiplier);
-    let moved = operator.motion().iter().zip(excess);
-    let spring = balance.coupling.spring();
-    let motion = moved.map(|(a, e)| a + e / spring).collect();
-    Some((balance.relative_excess(multiplier), motion))
 }

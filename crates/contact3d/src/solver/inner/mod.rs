@@ -143,7 +143,7 @@ impl<'a> Inner<'a> {
                     tolerance: tolerance.max(dual.rounding()),
                     ..NewtonSettings::default()
                 };
-                let start = [&multiplier[..], operator.motion()].concat();
+                let start = [&multiplier[..], &operator.motion(multiplier)].concat();
                 let search = Search {
                     dual,
                     bound: Bound::Frozen(set),
@@ -160,8 +160,8 @@ impl<'a> Inner<'a> {
                     applications: outcome.evaluations,
                     newton: outcome.history,
                 };
-                operator.set_motion(dual.motion(&outcome.multiplier));
                 *multiplier = dual.multipliers(&outcome.multiplier).to_vec();
+                operator.set_motion(multiplier, dual.motion(&outcome.multiplier));
                 summary
             }
         }
