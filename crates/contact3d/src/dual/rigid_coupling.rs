@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 
 use super::Assembly;
 use crate::{
-    contact::{Coupling, Interface, nodal_tangential},
+    contact::{Coupling, Interface, nodal_tangential_change},
     elasticity::FloatingBody,
     linalg::{dot, norm},
     mesh::ContactSurface,
@@ -58,7 +58,7 @@ impl RigidCoupling {
             displacement
         };
         let dofs = &assembly.primal.dofs;
-        let slip_of = |u: &[f64]| nodal_tangential(surface, &interface.frame, dofs, u);
+        let slip_of = |u: &[f64]| nodal_tangential_change(surface, &interface.frame, dofs, u);
         let displacements: Vec<Vec<f64>> = felt.iter().map(|w| combined(w)).collect();
         Self {
             integrals: displacements

@@ -2,7 +2,7 @@
 
 use super::{deviation::Sizes, polish::COARSEST};
 use crate::{
-    contact::nodal_tangential,
+    contact::{nodal_tangential, nodal_tangential_change},
     dual::{Balance, ExplicitDual, LocalStiffness},
     linalg::{Workspace, gmres, norm},
     solver::{
@@ -71,18 +71,17 @@ impl DiscreteProblem<'_> {
         let balance = self.dual.balance.as_ref();
         steplengths.extend(balance.into_iter().flat_map(Balance::steplengths));
         let conditions = Conditions::new(bound, self.dual.layout(), steplengths);
-        let tangential = |u: &[f64]| {
-            let dofs = &self.assembly.primal.dofs;
-            nodal_tangential(surface, &interface.frame, dofs, u)
-        };
+        let dofs = &self.assembly.primal.dofs;
         let displacement = self
             .dual
             .refined_displacement(self.assembly, unknowns, None, REFINED);
-        let closing = self.dual.closing_refined(&displacement, surface, interface);
+        let closing = self
+            .dual
+            .closing_refined(&displacement, dofs, surface, interface);
         let mut gradient: Vec<f64> = closing.iter().map(|c| -c).collect();
         let (multiplier, _) = self.dual.parts(unknowns);
         gradient.extend(balance.into_iter().flat_map(|it| it.excess(multiplier)));
-        let slip = tangential(&displacement.value);
+        let slip = nodal_tangential(surface, &interface.frame, dofs, &displacement.value);
         let here = conditions.evaluate(unknowns, &gradient, &slip);
         // The motions count in units in which they cost as much as a stress.
         let size = steplength_of_motions(balance, &conditions.steplengths);
@@ -95,7 +94,8 @@ impl DiscreteProblem<'_> {
                 let back: Vec<f64> = motions.iter().zip(&size).map(|(v, s)| -v * s).collect();
                 balance.coupling.add_motion(&back, &mut moved);
             }
-            let slips: Vec<[f64; 2]> = tangential(&moved).iter().map(|u| u.map(|u| -u)).collect();
+            let slips = nodal_tangential_change(surface, &interface.frame, dofs, &moved);
+            let slips: Vec<[f64; 2]> = slips.iter().map(|u| u.map(|u| -u)).collect();
             let mut gradient = self.dual.coupling.integrate(&moved);
             let carried = balance.map(|it| it.coupling.resultant_of(stresses));
             gradient.extend(carried.into_iter().flatten().map(|g| -g));

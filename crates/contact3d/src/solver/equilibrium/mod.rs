@@ -45,18 +45,23 @@ pub(super) fn unstopped_motion(
         displacement.iter_mut().for_each(|v| *v /= largest);
         displacement
     };
+    let dofs = &assembly.primal.dofs;
+    let in_space = |u: &[f64]| -> Vec<[f64; 3]> {
+        let nodes = 0..dofs.dof.len();
+        nodes.map(|node| dofs.change_at_node(node, u)).collect()
+    };
     let parts = |u: &[f64]| -> f64 { u.iter().zip(load).map(|(u, l)| (u * l).abs()).sum() };
     if let Some(u) = driven(body, balance.coupling.unfelt(), load).map(|q| displacement(&q))
         && dot(&u, load) > FELT_WORK * parts(&u)
     {
-        return Some(assembly.primal.dofs.to_nodes(&u));
+        return Some(in_space(&u));
     }
     let motion = laws_to_test(contact).into_iter().find_map(|terms| {
         let program = MotionProgram::new(balance, contact.surface, contact.layout(), terms);
         program?.unopposed()
     })?;
     let modes = balance.coupling.in_modes(&motion);
-    Some(assembly.primal.dofs.to_nodes(&displacement(&modes)))
+    Some(in_space(&displacement(&modes)))
 }
 
 /// Of some motions, in terms of modes, that in which a load works most for the squared displacements of the body; `None` where
