@@ -13,7 +13,7 @@ use contact3d::{
 use units::Units;
 
 use super::{features, report::status};
-use crate::{format::Sizes, pipeline::Performed};
+use crate::{format::Sizes, pipeline::Performed, views::motion_words};
 
 /// Estimates above this share of the energy norm were down to 0.66 of the error on meshes of some hundred unknowns; below
 /// it they were between 0.7 and 1.5 times the error (docs/accuracy.md).
@@ -122,13 +122,8 @@ pub(super) fn table(
             ),
         );
     }
-    if let Some(motion) = &solution.unstopped_motion {
-        let motion = BodyMotion::fitted(&mesh.coordinates, motion);
-        line("nothing stops", motion.describe(units.length()));
-    }
-    if !solution.rigid_motion.is_empty() && solution.unstopped_motion.is_none() {
-        let motion = BodyMotion::fitted(&mesh.coordinates, &report.displacement);
-        line("moves on the whole", motion.sized(units.length()));
+    if let Some((name, words)) = motion_words(units, mesh, solution, report) {
+        line(name, words);
     }
     for row in &report.forces {
         let [x, y, z] = row.force;

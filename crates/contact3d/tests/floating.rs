@@ -302,3 +302,109 @@ fn all_methods_find_the_same_equilibrium() {
         );
     }
 }
+
+/// Whether a block of 2 × 1 × 0.5 m under a pressure of 1e5 Pa holds against a push along x, on top, in Pa.
+fn holds(friction: &str, push: f64, more: &str) -> bool {
+    let rest = format!(
+        "[[traction]]
+        face = 'z_max'
+        value = [{push:e}, 0.0, -1e5]
+        {more}
+        {}",
+        contact("panes", friction)
+    );
+    let problem = block([2.0, 1.0, 0.5], [8, 4, 2], &rest);
+    let solution = solved(&problem);
+    let holds = solution.status != Status::NoEquilibrium;
+    if holds {
+        assert!(solution.status.is_solved(), "{:?}", solution.status);
+    }
+    holds
+}
+
+#[test]
+fn a_given_slip_bound_and_a_cap_limit_the_push() {
+    // T = g |Γ_c|, and T = F p_cap |Γ_c| where the pressure is above the cap: the push on top acts on an area as large.
+    for (friction, limit) in [
+        ("slip_bound = 2e4", 2e4),
+        ("coefficient.constant = 0.3\npressure_cap = 2e4", 0.3 * 2e4),
+    ] {
+        assert!(holds(friction, limit * (1.0 - 1e-3), ""), "{friction}");
+        assert!(!holds(friction, limit * (1.0 + NEAR), ""), "{friction}");
+    }
+    // The convex case to the end.
+    assert!(holds("slip_bound = 2e4", 2e4 * (1.0 - NEAR), ""));
+}
+
+#[test]
+fn rollers_leave_three_motions_to_contact() {
+    let rollers = "[[clamp]]
+        face = 'y_min'
+        components = ['y']";
+    let friction = "coefficient.constant = 0.3";
+    assert!(holds(friction, 0.3e5 * (1.0 - NEAR), rollers));
+    assert!(!holds(friction, 0.3e5 * (1.0 + NEAR), rollers));
+    let rest = [rollers, &contact("panes", friction)].join("\n");
+    let problem = block([2.0, 1.0, 0.5], [8, 4, 2], &rest);
+    let floating = problem.system().assembly.primal.floating.as_ref();
+    assert_eq!(floating.expect("floats").n_modes(), 3);
+}
+
+#[test]
+fn a_block_comes_down_on_its_foundation() {
+    let text = |gap: &str| {
+        format!(
+            "{}
+            [contact]
+            face = 'z_min'
+            gap = '{gap}'
+            [friction]
+            coefficient.constant = 0.5",
+            weight(0.0, 0.0)
+        )
+    };
+    let problem = block([1.0, 1.0, 0.5], [4, 4, 2], &text("1e-3"));
+    let solution = solved(&problem);
+    assert_balanced(&problem, &solution);
+    let report = problem.report(&solution).expect("a report");
+    // Weight compresses the block by less than 1e-6 m.
+    assert!((report.resultants.largest_displacement[2] - 1e-3).abs() < 1e-6);
+    // A foundation that falls off along x: the body turns with it, about y by the slope.
+    let problem = block([1.0, 1.0, 0.5], [4, 4, 2], &text("1e-4*x"));
+    let solution = solved(&problem);
+    assert_balanced(&problem, &solution);
+    let report = problem.report(&solution).expect("a report");
+    let motion = BodyMotion::fitted(&problem.mesh().coordinates, &report.displacement);
+    assert!((motion.rotation[1] - 1e-4).abs() < 1e-6, "{motion:?}");
+}
+
+#[test]
+fn quadratic_tetrahedra_give_the_same_verdicts() {
+    for (share, expected) in [(1.0 - NEAR, true), (1.0 + NEAR, false)] {
+        let text = format!(
+            "title = 'quadratic'
+            [body]
+            element = 'P2'
+            [body.brick]
+            size = [2.0, 1.0, 0.5]
+            cells = [4, 2, 1]
+            [material.isotropic]
+            young_modulus = 2.1e11
+            poisson_ratio = 0.3
+            {}
+            {}",
+            weight(0.3 * share, 0.7),
+            contact("panes", "coefficient.constant = 0.3")
+        );
+        let scene = Scene::parse("floating", &text).expect("a scene");
+        let problem = Problem::new(scene)
+            .and_then(|p| p.assemble())
+            .expect("a problem");
+        let solution = solved(&problem);
+        if expected {
+            assert_balanced(&problem, &solution);
+        } else {
+            assert_eq!(solution.status, Status::NoEquilibrium);
+        }
+    }
+}

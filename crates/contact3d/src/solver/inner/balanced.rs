@@ -42,7 +42,8 @@ impl Inner<'_> {
                 max_applications: kprgp.max_applications.saturating_sub(used),
                 ..*kprgp
             };
-            let asked = tolerance.max(SHARE * imbalance);
+            // A residual within the tolerance leaves an imbalance of the same size, give or take a factor.
+            let asked = SHARE * imbalance.max(tolerance);
             let mut summary = self.minimise_at(operator, &left, set, multiplier, asked);
             if let Some(before) = &total {
                 summary.steps += before.steps;
