@@ -112,8 +112,7 @@ pub(super) fn table(
             format!("{:.9e} {}", contact.largest_pressure, units.stress()),
         );
     }
-    if report.friction.is_some() {
-        let [f1, f2] = friction_ranges(report);
+    if let Some([f1, f2]) = friction_ranges(report) {
         line(
             "friction on panes",
             format!(
@@ -183,17 +182,18 @@ pub(super) fn unit_words(units: Units) -> serde_json::Value {
     })
 }
 
-/// Smallest and largest F₁ and F₂ over the panes.
-fn friction_ranges(report: &ContactReport) -> [[f64; 2]; 2] {
+/// Smallest and largest F₁ and F₂ over the panes; `None` where none was evaluated.
+fn friction_ranges(report: &ContactReport) -> Option<[[f64; 2]; 2]> {
     let coefficients = || {
         let panes = report.panes.iter();
         panes.filter_map(|pane| Some(pane.friction?.coulomb?.coefficients))
     };
-    [0, 1].map(|i| {
+    coefficients().next()?;
+    Some([0, 1].map(|i| {
         coefficients().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], f| {
             [low.min(f[i]), high.max(f[i])]
         })
-    })
+    }))
 }
 
 /// The estimated discretisation error and its parts; figures of a body at rest are `null`.

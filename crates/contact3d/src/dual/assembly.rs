@@ -144,7 +144,7 @@ impl Analysed {
         if dofs.n_free == 0 {
             return Err(AssemblyError::NothingFree);
         }
-        admit(Need::of_stiffness(mesh, &dofs))?;
+        admit(Need::of_stiffness(mesh, &dofs, !motions.is_empty()))?;
         let (graph, graph_seconds) = timed(|| NodeGraph::new(mesh));
         let (matrices, order) = rayon::join(
             || {

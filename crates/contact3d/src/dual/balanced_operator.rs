@@ -164,6 +164,13 @@ impl<O: DualOperator> DualOperator for BalancedOperator<'_, O> {
         self.shift_to(moved - gradient);
     }
 
+    fn balanced_start(&self) -> Option<Vec<f64>> {
+        let mut start = self.in_range(&self.wanted);
+        let (normal, _) = self.balance.coupling.layout.split_mut(&mut start);
+        normal.iter_mut().for_each(|l| *l = l.max(0.0));
+        Some(start)
+    }
+
     fn rebalance(&mut self, multiplier: &[f64]) {
         let missing = &self.wanted - self.coefficients(multiplier);
         self.shift_to(&self.shift + missing * self.penalty);

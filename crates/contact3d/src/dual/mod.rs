@@ -61,6 +61,11 @@ pub trait DualOperator {
     }
     /// Takes the motions α for those of a multiplier.
     fn set_motion(&mut self, _multiplier: &[f64], _motion: &[f64]) {}
+    /// Multipliers in balance that do not pull, where successive approximations of a body that floats can begin: without pressure
+    /// there is no friction to balance a load with. `None` where supports hold the body.
+    fn balanced_start(&self) -> Option<Vec<f64>> {
+        None
+    }
     /// One step of the method of multipliers for the balance, from a multiplier.
     fn rebalance(&mut self, _multiplier: &[f64]) {}
     /// Applications of A⁻¹ so far (n_A of HKL §4), those of a dense S included.

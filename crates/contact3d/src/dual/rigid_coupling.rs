@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 
 use super::Assembly;
 use crate::{
-    contact::{Coupling, Interface, nodal_tangential_change},
+    contact::{Coupling, Interface, MultiplierLayout, nodal_tangential_change},
     elasticity::FloatingBody,
     linalg::{dot, norm},
     mesh::ContactSurface,
@@ -23,6 +23,8 @@ const UNFELT: f64 = 1e-10;
 #[derive(Debug, Clone, PartialEq)]
 pub struct RigidCoupling {
     body: Arc<FloatingBody>,
+    /// The order of the multipliers.
+    pub(crate) layout: MultiplierLayout,
     /// Motions that contact feels, in terms of the modes of the body, `[n_felt][n_modes]`.
     felt: Vec<Vec<f64>>,
     /// The others, orthonormal, `[n_modes − n_felt][n_modes]`.
@@ -67,6 +69,7 @@ impl RigidCoupling {
                 .collect(),
             slip: displacements.iter().map(|u| slip_of(u)).collect(),
             body: Arc::clone(body),
+            layout: coupling.layout,
             felt,
             unfelt,
         }

@@ -149,9 +149,14 @@ fn averaged(problem: &ExplicitProblem, law: &CoulombLaw) -> (Status, f64, usize,
     let (dual, contact) = (problem.dual(), problem.contact());
     let local = LocalStiffness::new(dual);
     let mut steps = 0;
-    let mut multiplier = vec![0.0; dual.n_unknowns()];
+    // Without pressure no friction balances the load of a body that floats.
+    let start = match &dual.balance {
+        None => vec![0.0; dual.dimension()],
+        Some(_) => local.glued_start(dual),
+    };
+    let mut multiplier = start.clone();
     for share in [0.5, 0.125] {
-        multiplier.fill(0.0);
+        multiplier.clone_from(&start);
         for _ in 0..MOST_AVERAGES {
             let image = evaluate_mapping(dual, &local, &contact, law, &multiplier);
             steps += 1;
