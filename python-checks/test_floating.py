@@ -9,7 +9,7 @@ from scipy.sparse.linalg import splu
 from conftest import ROOT
 from run_file import open_run, read_matrix
 
-SLOPE = ROOT / "pipelines" / "slope.toml"
+SLOPE = ROOT / "pipelines" / "block_on_slope.toml"
 FRICTION = 0.3
 
 

@@ -6,8 +6,8 @@ use contact3d::{
     dual::Assembly,
     elasticity::BodyMotion,
     mesh::Mesh,
-    post::{ContactReport, Zone},
-    scene::{ModelFeatures, Scene},
+    post::{ContactReport, FaceResultants, Zone},
+    scene::{ModelFeatures, Scene, shown},
     solver::{Solution, SolvedBy},
 };
 use units::Units;
@@ -24,8 +24,8 @@ fn sizes(mesh: &Mesh, solution: &Solution) -> Sizes {
     let contact = mesh.contact.as_ref();
     Sizes {
         n_free: Some(solution.displacement.len()),
-        n_panes: contact.map(|surface| surface.n_panes()),
-        n_contact_nodes: contact.map(|surface| surface.nodes.len()),
+        panes: contact.map(|surface| surface.faces.iter().map(|f| f.panes.len()).collect()),
+        contact_nodes: contact.map(|surface| surface.faces.iter().map(|f| f.nodes.len()).collect()),
         n_rigid_modes: Some(solution.rigid_motion.len()).filter(|n| *n > 0),
     }
 }
@@ -112,6 +112,9 @@ pub(super) fn table(
             format!("{:.9e} {}", contact.largest_pressure, units.stress()),
         );
     }
+    for (face, has) in report.faces.iter().zip(ModelFeatures::of(scene).contact) {
+        line(&format!("on {}", shown(&has.name)), face_words(face, units));
+    }
     if let Some([f1, f2]) = friction_ranges(report) {
         line(
             "friction on panes",
@@ -160,6 +163,41 @@ pub(super) fn table(
         "{}\nmodel features\n{features}results\n{text}",
         scene.shown_title()
     )
+}
+
+/// What happens on one of several contact faces.
+fn face_words(face: &FaceResultants, units: Units) -> String {
+    let [open, stick, slip] = face.zone_counts;
+    let tangential = match face.contact.tangential_force {
+        Some([along_1, along_2]) => format!(", tangential {along_1:.6e}, {along_2:.6e}"),
+        None => String::new(),
+    };
+    format!(
+        "open, stick, slip {open}, {stick}, {slip}; normal {:.9e}{tangential} {}",
+        face.contact.normal_force,
+        units.force()
+    )
+}
+
+/// What happens on each of several contact faces, for programs.
+fn faces_json(scene: &Scene, report: &ContactReport) -> Option<serde_json::Value> {
+    let features = ModelFeatures::of(scene).contact;
+    let faces = report.faces.iter().zip(features).map(|(face, has)| {
+        let [open, stick, slip] = face.zone_counts;
+        serde_json::json!({
+            "name": has.name,
+            "law": has.friction.word(),
+            "open": open,
+            "stick": stick,
+            "slip": slip,
+            "normal_force": face.contact.normal_force,
+            "tangential_force": face.contact.tangential_force,
+            "contact_force": face.contact.contact_force,
+            "largest_pressure": face.contact.largest_pressure,
+        })
+    });
+    let faces: Vec<_> = faces.collect();
+    (!faces.is_empty()).then(|| faces.into())
 }
 
 /// A share in percent with two digits.
@@ -295,6 +333,7 @@ pub(super) fn json(
         "certificate": certificate,
         "motion": (!solution.rigid_motion.is_empty()).then(|| motion_json(mesh, &report.displacement)),
         "unstopped_motion": solution.unstopped_motion.as_ref().map(|motion| motion_json(mesh, motion)),
+        "faces": faces_json(scene, report),
         "stages": performed.iter().map(|p| serde_json::json!({
             "stage": p.stage.word(),
             "compute_seconds": p.compute_seconds,

@@ -10,7 +10,7 @@ use crate::support::pipelines;
 
 /// A coarse block on a slope of a tangent; F is 0.3.
 fn on_slope(folder: &Path, command: &[&str], slope: &str, more: &[&str]) -> Assert {
-    let scene = pipelines().join("slope.toml");
+    let scene = pipelines().join("block_on_slope.toml");
     let set = format!("parameters.slope={slope}");
     let mut arguments: Vec<&str> = command.to_vec();
     arguments.insert(1, scene.to_str().unwrap());

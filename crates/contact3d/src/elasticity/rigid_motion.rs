@@ -67,7 +67,7 @@ pub(crate) fn free_rigid_motions(coordinates: &[[f64; 3]], held: &[[bool; 3]]) -
 /// The free motions in words.
 pub fn refuse_rigid_motions(scene: &Scene, mesh: &Mesh, held: &[[bool; 3]]) -> Result<(), Invalid> {
     let free = free_rigid_motions(&mesh.coordinates, held);
-    if free.is_empty() || scene.contact.is_some() {
+    if free.is_empty() || !scene.contacts.is_empty() {
         return Ok(());
     }
     let motions: Vec<String> = free.iter().map(|m| m.describe(mesh.extent())).collect();

@@ -91,10 +91,8 @@ fn driven(body: &FloatingBody, motions: &[Vec<f64>], load: &[f64]) -> Option<Vec
 
 /// What each pane opposes, for laws whose admissible sets contain that of the scene.
 fn laws_to_test(contact: &ContactState<'_>) -> Vec<Vec<PaneTerm>> {
-    match &contact.interface.friction {
-        InterfaceFriction::Frictionless => {
-            vec![vec![PaneTerm::Pressure; contact.n_panes()]]
-        }
+    let mut laws: Vec<Vec<PaneTerm>> = match &contact.interface.friction {
+        InterfaceFriction::Frictionless => vec![Vec::new()],
         InterfaceFriction::Tresca(semi_axes) => {
             vec![
                 semi_axes
@@ -105,26 +103,46 @@ fn laws_to_test(contact: &ContactState<'_>) -> Vec<Vec<PaneTerm>> {
         }
         InterfaceFriction::Coulomb(law) => {
             let coefficients = strongest_friction(law, contact);
-            let cones = coefficients.iter().map(|f| PaneTerm::Cone(*f)).collect();
-            let cap = law.slip_bound(f64::INFINITY);
-            let cap = cap.is_finite().then(|| {
-                let bounded = coefficients.iter().map(|f| f.map(|f| f * cap));
-                bounded.map(PaneTerm::Bounded).collect()
-            });
-            [Some(cones), cap].into_iter().flatten().collect()
+            let bound = |pane: usize, pressure: f64| law.slip_bound(pane, pressure);
+            let is_given = |pane: usize| bound(pane, 0.0) == bound(pane, f64::INFINITY);
+            let is_capped = |pane: usize| bound(pane, f64::INFINITY).is_finite();
+            let bounded = |pane: usize, f: [f64; 2]| {
+                PaneTerm::Bounded(f.map(|f| f * bound(pane, f64::INFINITY)))
+            };
+            let terms = |is_bounded: &dyn Fn(usize) -> bool| -> Vec<PaneTerm> {
+                let panes = coefficients.iter().enumerate();
+                let term = |(pane, f): (usize, &[f64; 2])| match is_bounded(pane) {
+                    true => bounded(pane, *f),
+                    false => PaneTerm::Cone(*f),
+                };
+                panes.map(term).collect()
+            };
+            let is_any_capped = (0..coefficients.len()).any(|i| is_capped(i) && !is_given(i));
+            let capped = is_any_capped.then(|| terms(&is_capped));
+            std::iter::once(terms(&is_given)).chain(capped).collect()
         }
+    };
+    for terms in &mut laws {
+        terms.resize(contact.n_panes(), PaneTerm::Pressure);
     }
+    laws
 }
 
-/// F₁ and F₂ on the panes: those of the law, and where they follow the slip the largest that they have anywhere.
+/// F₁ and F₂ on the panes with friction: those of the law, and on faces where they follow the slip the largest that they have
+/// anywhere.
 fn strongest_friction(law: &CoulombLaw, contact: &ContactState<'_>) -> Vec<[f64; 2]> {
-    if law.depends_on_slip() {
-        let strongest = LawBounds::new(law, extent(law.positions())).largest.value;
-        return vec![[strongest; 2]; contact.n_panes()];
-    }
     let field = FrictionField::new(law, contact.surface, &[]);
     let panes = field.pane_inverse.iter();
-    panes.map(|inverse| inverse.map(f64::recip)).collect()
+    let mut strongest: Vec<[f64; 2]> = panes.map(|inverse| inverse.map(f64::recip)).collect();
+    for face in law
+        .faces()
+        .iter()
+        .filter(|face| face.law().depends_on_slip())
+    {
+        let largest = LawBounds::new(face, extent(face.positions())).largest.value;
+        strongest[face.panes()].fill([law.factor() * largest; 2]);
+    }
+    strongest
 }
 
 /// The largest distance of points along an axis: no slip of a solution is larger.
