@@ -408,3 +408,29 @@ fn quadratic_tetrahedra_give_the_same_verdicts() {
         }
     }
 }
+
+#[test]
+fn a_block_in_a_corner_slides_along_it() {
+    // Weight W towards the edge between floor and wall presses both with W/√2, and friction along the edge is F times either:
+    // T = √2 F W. Hardly any friction across the edge, so that the faces cannot press each other.
+    let at = |share: f64| {
+        let push = 2.0_f64.sqrt() * 0.3 * 7.7e4 * share;
+        let down = -7.7e4 / 2.0_f64.sqrt();
+        let faces = ["z_min", "y_min"].map(|face| {
+            format!(
+                "[[contact]]
+                face = '{face}'
+                friction.coefficient_1.constant = 0.3
+                friction.coefficient_2.constant = 1e-9"
+            )
+        });
+        let force = format!("[body_force]\nvalue = [{push:e}, {down:e}, {down:e}]");
+        let problem = block([2.0, 1.0, 1.0], [8, 4, 4], &[force, faces.join("\n")].join("\n"));
+        let solution = solved(&problem);
+        (problem, solution)
+    };
+    let (problem, solution) = at(1.0 - NEAR);
+    assert_balanced(&problem, &solution);
+    let (_, solution) = at(1.0 + NEAR);
+    assert_eq!(solution.status, Status::NoEquilibrium);
+}
