@@ -425,7 +425,11 @@ fn a_block_in_a_corner_slides_along_it() {
             )
         });
         let force = format!("[body_force]\nvalue = [{push:e}, {down:e}, {down:e}]");
-        let problem = block([2.0, 1.0, 1.0], [8, 4, 4], &[force, faces.join("\n")].join("\n"));
+        let problem = block(
+            [2.0, 1.0, 1.0],
+            [8, 4, 4],
+            &[force, faces.join("\n")].join("\n"),
+        );
         let solution = solved(&problem);
         (problem, solution)
     };

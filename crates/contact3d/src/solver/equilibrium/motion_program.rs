@@ -4,12 +4,13 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::{contact::MultiplierLayout, dual::Balance, mesh::ContactSurface};
 
-/// Contact forces beyond this many times the load count as none: no motion is as well opposed as by them.
-const LARGEST_FORCE: f64 = 1e6;
+/// Contact forces beyond this many times the load count as none, over the least coefficient of friction below one: a load along a
+/// face takes as much pressure.
+const LARGEST_FORCE: f64 = 1e4;
 
 /// Work left over, relative to the work of the load in a motion of unit size, from which a motion is unopposed; a push that
-/// exceeds friction by 1e-7 leaves more, and rounding less.
-const LEFT_OVER: f64 = 1e-8;
+/// exceeds a friction of F = 1e-3 by 1e-6 leaves more, and rounding less.
+const LEFT_OVER: f64 = 1e-10;
 
 /// Factor of the barrier's weight from one centre to the next, and most steps to a centre.
 const NEXT_WEIGHT: f64 = 0.2;
@@ -40,6 +41,8 @@ pub(super) struct MotionProgram {
     panes: Vec<Pane>,
     /// Felt motions of y.
     basis: DMatrix<f64>,
+    /// M.
+    largest_force: f64,
 }
 
 struct Pane {
@@ -95,6 +98,11 @@ impl MotionProgram {
             let row = DVector::from_fn(n, |p, _| integrals[p][j]);
             basis.transpose() * row * (factor / surface.pane_area[layout.pane_of(j)])
         };
+        let coefficients = terms.iter().flat_map(|term| match term {
+            PaneTerm::Cone(f) => *f,
+            PaneTerm::Pressure | PaneTerm::Bounded(_) => [1.0; 2],
+        });
+        let largest_force = LARGEST_FORCE / coefficients.fold(1.0, f64::min);
         let pane = |(i, term): (usize, PaneTerm)| Pane {
             normal: mean(layout.normal(i), 1.0),
             friction: match (term, layout.tangential(i)) {
@@ -111,6 +119,7 @@ impl MotionProgram {
             load: load / size,
             panes,
             basis,
+            largest_force,
         })
     }
 
@@ -120,7 +129,7 @@ impl MotionProgram {
         let mut at = DVector::zeros(n + 1);
         at[n] = 1.0;
         let terms = 2.0 * self.panes.len() as f64 + 3.0;
-        let mut weight = LARGEST_FORCE;
+        let mut weight = self.largest_force;
         loop {
             self.centre(&mut at, weight);
             let motion = at.rows(0, n).into_owned();
@@ -152,7 +161,7 @@ impl MotionProgram {
                 }
             }
         }
-        self.load.dot(motion) - LARGEST_FORCE * slack - work
+        self.load.dot(motion) - self.largest_force * slack - work
     }
 
     /// Newton's method to the centre of a weight, from a point within.
@@ -193,13 +202,11 @@ impl MotionProgram {
         let y = at.rows(0, n);
         let s = at[n];
         let ball = 1.0 - y.norm_squared();
-        // No pane moves by more than this in a motion with |y| = 1 that any load would choose.
-        let most = 1.0 + LARGEST_FORCE;
-        if ball <= 0.0 || s <= 0.0 || s >= most {
+        if ball <= 0.0 || s <= 0.0 {
             return None;
         }
         let mut out = Barrier {
-            value: (LARGEST_FORCE * s - self.load.dot(&y)) / weight - ball.ln() - s.ln(),
+            value: (self.largest_force * s - self.load.dot(&y)) / weight - ball.ln() - s.ln(),
             gradient: DVector::zeros(n + 1),
             hessian: DMatrix::zeros(n + 1, n + 1),
         };
@@ -210,7 +217,7 @@ impl MotionProgram {
             }
             out.hessian[(p, p)] += 2.0 / ball;
         }
-        out.gradient[n] = LARGEST_FORCE / weight - 1.0 / s;
+        out.gradient[n] = self.largest_force / weight - 1.0 / s;
         out.hessian[(n, n)] = 1.0 / (s * s);
         for pane in &self.panes {
             pane.add(&y.into_owned(), s, weight, &mut out)?;
