@@ -12,6 +12,9 @@ const LARGEST_FORCE: f64 = 1e4;
 /// exceeds a friction of F = 1e-3 by 1e-6 leaves more, and rounding less.
 const LEFT_OVER: f64 = 1e-10;
 
+/// Share of the work left over to which a motion is the one with the most of it.
+const NEARLY: f64 = 1e-3;
+
 /// Factor of the barrier's weight from one centre to the next, and most steps to a centre.
 const NEXT_WEIGHT: f64 = 0.2;
 const MOST_STEPS: usize = 60;
@@ -123,7 +126,7 @@ impl MotionProgram {
         })
     }
 
-    /// A felt motion in which the load works against nothing.
+    /// The felt motion of unit size in which most work of the load is left over; `None` where contact opposes all.
     pub(super) fn unopposed(&self) -> Option<Vec<f64>> {
         let n = self.load.len();
         let mut at = DVector::zeros(n + 1);
@@ -134,12 +137,11 @@ impl MotionProgram {
             self.centre(&mut at, weight);
             let motion = at.rows(0, n).into_owned();
             let left_over = self.left_over(&motion);
-            if left_over > 10.0 * LEFT_OVER || (left_over > LEFT_OVER && terms * weight < LEFT_OVER)
-            {
-                return Some((&self.basis * motion).iter().copied().collect());
-            }
-            if terms * weight < 0.1 * LEFT_OVER {
-                return None;
+            // To the optimum.
+            let gap = terms * weight;
+            if gap < (NEARLY * left_over).max(0.1 * LEFT_OVER) {
+                let motion = &self.basis * motion;
+                return (left_over > LEFT_OVER).then(|| motion.iter().copied().collect());
             }
             weight *= NEXT_WEIGHT;
         }
