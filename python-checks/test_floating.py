@@ -141,8 +141,8 @@ def test_the_answer_is_that_of_a_pinned_body_by_other_algorithms(file):
         bound = np.maximum(answer[:m], 0.0)
         if change < 1e-8:
             break
-    # What SLSQP leaves of its tolerance, and successive approximations of theirs.
-    assert np.abs(answer - stored / abs(unit)).max() < 1e-4
+    # Pressures are about one. SLSQP leaves changes of some 1e-7, which successive approximations do not average out.
+    assert np.abs(answer - stored / abs(unit)).max() < 5e-6
 
 
 @pytest.mark.parametrize("slope", [FRICTION * (1 + 1e-6), 0.5, 3.0])
