@@ -79,6 +79,10 @@ fn list(features: &ModelFeatures, sizes: &Sizes) -> Vec<Feature> {
             "one pair of axes a contact node",
         ),
     ));
+    let rigid = sizes
+        .n_rigid_modes
+        .map(|n| unknowns(Some(n), "motions that only contact stops"));
+    list.push(feature("rigid motions", rigid.flatten()));
     list
 }
 

@@ -142,6 +142,10 @@ pub const LAYOUT: Layout = Layout {
             "n_free",
             "free degrees of freedom, the dimension 3n of HKL section 4",
         ),
+        (
+            "n_rigid_modes",
+            "rigid motions that supports leave to contact, 1 to 6",
+        ),
         ("n_supernodes", "supernodes of the Cholesky factor"),
         ("n_factor_rows", "row indices of all supernodes together"),
         (

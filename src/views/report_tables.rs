@@ -11,6 +11,7 @@ use plots::html::Table;
 use runfile::{Reader, StoreError};
 use units::{Dimension, Units};
 
+use super::motion::motion_words;
 use crate::pipeline::{Freshness, StageState};
 
 type Pair = (String, String);
@@ -157,6 +158,8 @@ pub(super) fn results(
             pairs.push(pair(&name, vector(&tangential)));
         }
     }
+    pairs
+        .extend(motion_words(units, mesh, solution, report).map(|(name, words)| pair(name, words)));
     pairs.extend([
         pair(
             &format!("strain energy [{}]", units.energy()),

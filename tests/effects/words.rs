@@ -60,7 +60,8 @@ fn an_elastic_scene_names_what_it_lacks() {
                 "friction",
                 "slip-dependent coefficients",
                 "place-dependent coefficients",
-                "turning frame"
+                "turning frame",
+                "rigid motions"
             ])
         );
     }
@@ -103,7 +104,7 @@ fn every_effect_is_counted() {
                 ("turning frame", 0),
             ]
         );
-        assert_eq!(effects["absent"], json!([]));
+        assert_eq!(effects["absent"], json!(["rigid motions"]));
     }
     for text in texts {
         for words in [

@@ -7,8 +7,8 @@ use thiserror::Error;
 use super::{Need, Shortage, need::Admission};
 use crate::{
     elasticity::{
-        DofMap, Loads, MaterialField, NodeGraph, forces_of_prescribed, prescribed_displacements,
-        refuse_rigid_motions, stiffness_on,
+        DofMap, FloatingBody, Loads, MaterialField, NodeGraph, floating_body, forces_of_prescribed,
+        free_rigid_motions, prescribed_displacements, refuse_rigid_motions, stiffness_on,
     },
     linalg::{
         Accuracy, CscMatrix, Doubled, Factor, FactorError, FactorStructure, OrderingError,
@@ -34,6 +34,19 @@ pub struct PrimalSystem {
     /// Right-hand side over the free degrees of freedom, `[n_free]`, in N: the load l, less A_fc u_c where clamps hold at
     /// a displacement u_c.
     pub load: Vec<f64>,
+    /// The rigid modes of a body that only contact holds; `None` where its supports do.
+    pub floating: Option<Arc<FloatingBody>>,
+}
+
+impl PrimalSystem {
+    /// A, or A_κ where the body floats: what the factor is of.
+    #[must_use]
+    pub fn invertible(&self) -> &CscMatrix {
+        match &self.floating {
+            None => &self.stiffness,
+            Some(floating) => &floating.grounded,
+        }
+    }
 }
 
 /// The elastic problem and the Cholesky factor of its stiffness.
@@ -41,7 +54,7 @@ pub struct PrimalSystem {
 pub struct Assembly {
     /// A and l.
     pub primal: PrimalSystem,
-    /// Sparse Cholesky factor of A, shared as A is.
+    /// Sparse Cholesky factor of A, or of A_κ where the body floats, shared as A is.
     pub factor: Arc<Factor>,
     /// What took how long.
     pub seconds: AssemblySeconds,
@@ -125,12 +138,13 @@ impl Analysed {
         admit: Admission<'_>,
     ) -> Result<Self, AssemblyError> {
         let held = mesh.held_nodes(scene);
-        refuse_rigid_motions(mesh, &held).map_err(AssemblyError::Scene)?;
+        refuse_rigid_motions(scene, mesh, &held).map_err(AssemblyError::Scene)?;
+        let motions = free_rigid_motions(&mesh.coordinates, &held);
         let dofs = DofMap::new(&held);
         if dofs.n_free == 0 {
             return Err(AssemblyError::NothingFree);
         }
-        admit(Need::of_stiffness(mesh, &dofs))?;
+        admit(Need::of_stiffness(mesh, &dofs, !motions.is_empty()))?;
         let (graph, graph_seconds) = timed(|| NodeGraph::new(mesh));
         let (matrices, order) = rayon::join(
             || {
@@ -154,10 +168,12 @@ impl Analysed {
             dual_operator: 0.0,
         };
         let structure = structure.map_err(|e| explain(e, &dofs))?;
+        let floating = floating_body(mesh, &dofs, &motions, &stiffness);
         let mut primal = PrimalSystem {
             dofs,
             stiffness: Arc::new(stiffness),
             load: Vec::new(),
+            floating,
         };
         primal.set_loads(load);
         Ok(Self {
@@ -170,7 +186,7 @@ impl Analysed {
     /// Factorises A.
     pub(super) fn factorise(&self, precision: Precision) -> Result<Assembly, AssemblyError> {
         let started = Instant::now();
-        let stiffness = &self.primal.stiffness;
+        let stiffness = self.primal.invertible();
         let factor = Factor::of_structure(self.structure.clone(), stiffness, precision)
             .map_err(|e| explain(e, &self.primal.dofs))?;
         let mut seconds = self.seconds;
@@ -220,7 +236,7 @@ impl Assembly {
             share: CG_LEFT,
             length: 0.0,
         };
-        let (a, work) = (&self.primal.stiffness, &mut Workspace::default());
+        let (a, work) = (self.primal.invertible(), &mut Workspace::default());
         let solved = conjugate_gradients(a, &self.factor, &forces, accuracy, work);
         solved.into_iter().map(|solved| solved.solution).collect()
     }
@@ -247,7 +263,7 @@ impl Assembly {
                 0.0 => forces.to_vec(),
                 _ => self
                     .primal
-                    .stiffness
+                    .invertible()
                     .symmetric_residual(&displacement, forces),
             };
             let (correction, left) = self.correction(&residual, whole, target, work);
@@ -292,7 +308,7 @@ impl Assembly {
                     },
                     length: target * whole,
                 };
-                let a = &self.primal.stiffness;
+                let a = self.primal.invertible();
                 let solved = conjugate_gradients(a, &self.factor, &[residual], accuracy, work);
                 let solved = solved.into_iter().next();
                 solved.map_or((Vec::new(), None), |it| {

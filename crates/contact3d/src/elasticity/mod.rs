@@ -7,12 +7,14 @@
 //!
 //! Held components at a displacement u_c of their own take A_fc u_c from the load of the free ones; A stays as it is.
 //!
-//! A body that its clamps leave free to move as a rigid one has no A⁻¹ and is refused, with the motion.
+//! A body that its clamps leave free to move as a rigid one has no A⁻¹. Where contact may hold it, A gets a generalised inverse
+//! ([`FloatingBody`]); elsewhere it is refused, with the motion.
 //!
 //! Source: HKL §3; O. C. Zienkiewicz, R. L. Taylor, *The Finite Element Method*, ch. 6.
 
 mod dofs;
 mod element;
+mod floating;
 mod idle_load;
 mod load;
 mod material_field;
@@ -24,11 +26,14 @@ mod stiffness;
 
 pub use dofs::DofMap;
 pub(crate) use element::{Element, quadratic_gradients};
+pub(crate) use floating::floating_body;
+pub use floating::{BodyMotion, FloatingBody};
 pub use idle_load::idle_loads;
 pub use load::Loads;
 pub use material_field::MaterialField;
 pub(crate) use node_graph::NodeGraph;
 pub use prescribed::{forces_of_prescribed, prescribed_displacements};
+pub(crate) use rigid_motion::free_rigid_motions;
 pub use rigid_motion::refuse_rigid_motions;
 pub(crate) use simplex::{Simplex, traction};
 pub(crate) use stiffness::stiffness_on;

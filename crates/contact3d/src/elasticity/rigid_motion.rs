@@ -1,8 +1,11 @@
-//! Refusal of bodies whose clamps leave a rigid motion free.
+//! Rigid motions that the clamps leave free, and the refusal of bodies that nothing else holds.
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
-use crate::{mesh::Mesh, scene::Invalid};
+use crate::{
+    mesh::Mesh,
+    scene::{Invalid, Scene},
+};
 
 /// A rigid motion that the clamps leave free.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,6 +14,9 @@ pub(crate) struct RigidMotion {
     pub translation: [f64; 3],
     /// Rotation vector.
     pub rotation: [f64; 3],
+    /// The middle of the nodes, and its velocity: with them velocities do not cancel far from the origin.
+    centre: [f64; 3],
+    at_centre: [f64; 3],
 }
 
 /// Share of the largest eigenvalue below which a motion counts as free: rounding of coordinates
@@ -48,18 +54,20 @@ pub(crate) fn free_rigid_motions(coordinates: &[[f64; 3]], held: &[[bool; 3]]) -
             RigidMotion {
                 translation: (at_centre - rotation.cross(&centre)).into(),
                 rotation: rotation.into(),
+                centre: centre.into(),
+                at_centre: at_centre.into(),
             }
         })
         .collect()
 }
 
-/// Refuses clamps that leave a rigid motion free, since contact alone does not fix a body.
+/// Refuses clamps that leave a rigid motion free where no contact could stop it.
 ///
 /// # Errors
 /// The free motions in words.
-pub fn refuse_rigid_motions(mesh: &Mesh, held: &[[bool; 3]]) -> Result<(), Invalid> {
+pub fn refuse_rigid_motions(scene: &Scene, mesh: &Mesh, held: &[[bool; 3]]) -> Result<(), Invalid> {
     let free = free_rigid_motions(&mesh.coordinates, held);
-    if free.is_empty() {
+    if free.is_empty() || !scene.contacts.is_empty() {
         return Ok(());
     }
     let motions: Vec<String> = free.iter().map(|m| m.describe(mesh.extent())).collect();
@@ -67,7 +75,7 @@ pub fn refuse_rigid_motions(mesh: &Mesh, held: &[[bool; 3]]) -> Result<(), Inval
         key: "clamp".into(),
         expected: "clamps that leave no rigid motion free".into(),
         found: format!("free: {}", motions.join(", ")),
-        help: "hold more components with [[clamp]]; contact alone does not fix a body, the stiffness matrix would be singular".into(),
+        help: "hold more components with [[clamp]], or let the body rest on a foundation with [contact]".into(),
     })
 }
 
@@ -101,6 +109,13 @@ fn telling_basis(space: &[Vector6<f64>]) -> Vec<Vector6<f64>> {
 }
 
 impl RigidMotion {
+    /// The velocity of a point.
+    #[must_use]
+    pub(crate) fn at(&self, point: &[f64; 3]) -> [f64; 3] {
+        let arm = Vector3::from(*point) - Vector3::from(self.centre);
+        (Vector3::from(self.at_centre) + Vector3::from(self.rotation).cross(&arm)).into()
+    }
+
     /// What the motion is, in words: a translation or a rotation, and along or about what.
     #[must_use]
     pub(crate) fn describe(&self, extent: f64) -> String {

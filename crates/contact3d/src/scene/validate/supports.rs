@@ -59,11 +59,11 @@ fn check_clamps(scene: &Scene) -> Result<(), Invalid> {
         )?;
     }
     require(
-        !scene.clamps.is_empty(),
+        !scene.clamps.is_empty() || !scene.contacts.is_empty(),
         "clamp",
-        "at least one [[clamp]]",
-        "none",
-        "an unheld body can move as a rigid one; add [[clamp]] with a face",
+        "at least one [[clamp]], or [contact]",
+        "neither",
+        "an unheld body can move as a rigid one; add [[clamp]] with a face, or [contact] with the face that it rests on",
     )
 }
 
