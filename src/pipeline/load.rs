@@ -5,12 +5,17 @@ use std::sync::Arc;
 use contact3d::{
     dual::DualSystem,
     mesh::Mesh,
-    scene::{BodyForce, Parameters, Pressure, Quantity, Scene, SceneFile, Traction},
+    scene::{BodyForce, Clamp, Parameters, Pressure, Quantity, Scene, SceneFile, Traction},
 };
 use runfile::Reader;
 use serde::Serialize;
 
-use super::{StageError, assemble::of_frame, solve::of_friction};
+use super::{
+    StageError,
+    assemble::of_frame,
+    mesh::{only_contact, several_contacts},
+    solve::of_friction,
+};
 use crate::format;
 
 /// What the stage depends on.
@@ -47,10 +52,16 @@ pub(super) fn read(reader: &Reader, operator: Arc<DualSystem>) -> Result<DualSys
 /// The part of a scene that the stage depends on directly.
 #[derive(Serialize)]
 pub(super) struct Settings<'a> {
+    /// The displacements of all clamps, where one of them is not held at zero.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    prescribed: Vec<&'a [Quantity; 3]>,
     traction: &'a [Traction],
     pressure: &'a [Pressure],
     body_force: Option<&'a BodyForce>,
     gap: Option<&'a Quantity>,
+    /// The gaps of several contact faces.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    gaps: Vec<&'a Quantity>,
     /// What the formulas here use.
     #[serde(skip_serializing_if = "Parameters::is_empty")]
     parameters: Parameters,
@@ -59,10 +70,15 @@ pub(super) struct Settings<'a> {
 impl<'a> Settings<'a> {
     pub(super) fn of(scene: &'a Scene) -> Self {
         Self {
+            prescribed: match scene.clamps.iter().any(Clamp::is_moved) {
+                false => Vec::new(),
+                true => scene.clamps.iter().map(|clamp| &clamp.value).collect(),
+            },
             traction: &scene.tractions,
             pressure: &scene.pressures,
             body_force: scene.body_force.as_ref(),
-            gap: scene.contact.as_ref().map(|c| &c.gap),
+            gap: only_contact(scene).map(|c| &c.gap),
+            gaps: several_contacts(scene).map(|(_, c)| &c.gap).collect(),
             parameters: scene.parameters_used(|key| !of_frame(key) && !of_friction(key)),
         }
     }

@@ -5,9 +5,9 @@ use std::{fs, path::Path, sync::Arc};
 
 use contact3d::{
     contact::Interface,
-    elasticity::{Loads, refuse_rigid_motions},
+    elasticity::{Loads, prescribed_displacements, refuse_rigid_motions},
     mesh::{Mesh, Quality, Refinement},
-    scene::{Body, Clamp, MultiplierSpace, Part, Scene, SceneFile, Shape},
+    scene::{Body, Clamp, Contact, MultiplierSpace, Part, Scene, SceneFile, Shape},
     solver::ContactState,
 };
 use runfile::{GroupWriter, Reader, StoreError};
@@ -33,7 +33,7 @@ pub(super) struct Meshed {
     pub(super) interface: Option<Interface>,
 }
 
-/// Makes the mesh, and tries loads, gap and friction on it.
+/// Makes the mesh, and tries loads, prescribed displacements, gap and friction on it.
 ///
 /// # Errors
 /// A mesh or loads the scene cannot have, too little memory or disk space.
@@ -54,6 +54,7 @@ pub(super) fn run(inputs: &Inputs<'_>) -> Result<Meshed, StageError> {
     let mesh = mesh_of(input, refinement)?;
     refuse_rigid_motions(&mesh, &mesh.held_nodes(&input.scene))
         .and_then(|()| Loads::of(&input.scene).nodal_forces(&mesh).map(drop))
+        .and_then(|()| prescribed_displacements(&input.scene, &mesh).map(drop))
         .map_err(|invalid| input.refuse(invalid))?;
     Meshed::new(Arc::new(mesh), input)
 }
@@ -68,7 +69,11 @@ pub(super) fn read(reader: &Reader, input: &SceneFile) -> Result<Meshed, StageEr
 
 /// Writes the mesh with its quality.
 pub(super) fn write(writer: &mut GroupWriter<'_>, meshed: &Meshed) -> Result<(), StoreError> {
-    format::write_mesh(writer, &meshed.mesh, &Quality::of(&meshed.mesh))
+    let names = meshed
+        .interface
+        .as_ref()
+        .map_or(&[][..], |laws| &laws.names);
+    format::write_mesh(writer, &meshed.mesh, names, &Quality::of(&meshed.mesh))
 }
 
 /// The part of a scene that the stage depends on directly.
@@ -77,10 +82,24 @@ pub(super) struct Settings<'a> {
     body: &'a Body,
     /// Digest of the refinement; none for the body's own mesh.
     refinement: Option<&'a str>,
-    clamp: &'a [Clamp],
+    /// At zero: the mesh does not depend on the displacements of clamps.
+    clamp: Vec<Clamp>,
     contact_face: Option<&'a str>,
     multipliers: Option<MultiplierSpace>,
     parts: Vec<&'a Part>,
+    /// The contact faces, where they are more than one whole face.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    contacts: Vec<FaceSettings<'a>>,
+}
+
+/// What the mesh depends on of one of several contact faces, in the order of their multipliers.
+#[derive(Serialize)]
+struct FaceSettings<'a> {
+    name: &'a str,
+    face: &'a str,
+    #[serde(rename = "box")]
+    corners: Option<[[f64; 3]; 2]>,
+    multipliers: MultiplierSpace,
 }
 
 impl<'a> Settings<'a> {
@@ -88,12 +107,49 @@ impl<'a> Settings<'a> {
         Self {
             body: &scene.body,
             refinement,
-            clamp: &scene.clamps,
-            contact_face: scene.contact.as_ref().map(|c| c.face.as_str()),
-            multipliers: scene.contact.as_ref().map(|c| c.multipliers),
+            clamp: scene.clamps.iter().map(Clamp::at_zero).collect(),
+            contact_face: only_contact(scene).map(|c| c.face.as_str()),
+            multipliers: only_contact(scene).map(|c| c.multipliers),
             parts: scene.regions.iter().map(|region| &region.part).collect(),
+            contacts: match only_contact(scene) {
+                Some(contact) if contact.corners.is_none() => Vec::new(),
+                _ => contacts_in_order(scene).map(FaceSettings::of).collect(),
+            },
         }
     }
+}
+
+impl<'a> FaceSettings<'a> {
+    fn of(contact: &'a Contact) -> Self {
+        Self {
+            name: contact.name(),
+            face: &contact.face,
+            corners: contact.corners,
+            multipliers: contact.multipliers,
+        }
+    }
+}
+
+/// The contact face of a scene with one, whose stages are named as those of scenes always were.
+pub(super) fn only_contact(scene: &Scene) -> Option<&Contact> {
+    match scene.contacts.as_slice() {
+        [only] => Some(only),
+        _ => None,
+    }
+}
+
+/// The contact faces of a scene with several, in the order of their multipliers; none for one.
+pub(super) fn several_contacts(scene: &Scene) -> impl Iterator<Item = (usize, &Contact)> {
+    let order = match scene.contacts.len() {
+        1 => Vec::new(),
+        _ => scene.contact_order(),
+    };
+    order.into_iter().map(|i| (i, &scene.contacts[i]))
+}
+
+fn contacts_in_order(scene: &Scene) -> impl Iterator<Item = &Contact> {
+    let order = scene.contact_order().into_iter();
+    order.map(|i| &scene.contacts[i])
 }
 
 impl Meshed {

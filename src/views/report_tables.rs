@@ -3,13 +3,13 @@
 use contact3d::{
     convergence::{AlgebraicLadder, Cost, DiscretisationLadder, Ways},
     mesh::Mesh,
-    post::{ContactReport, Zone},
-    scene::{ContactModel, FrictionModel, ModelFeatures, MultiplierSpace, Scene},
+    post::{ContactReport, SourceForce, Zone},
+    scene::{FrictionModel, ModelFeatures, MultiplierSpace, Scene, shown},
     solver::Solution,
 };
 use plots::html::Table;
 use runfile::{Reader, StoreError};
-use units::Units;
+use units::{Dimension, Units};
 
 use super::{radius_words, sign_words};
 use crate::pipeline::{Freshness, StageState};
@@ -28,26 +28,73 @@ fn yes_or_no(value: bool) -> &'static str {
 pub(super) fn features(scene: &Scene) -> Table {
     let features = ModelFeatures::of(scene);
     let mut pairs = vec![
+        pair(
+            "clamps with a prescribed displacement",
+            features.prescribed_displacements,
+        ),
         pair("body force", yes_or_no(features.body_force)),
         pair("regions of other material", features.regions),
         pair("anisotropic material", yes_or_no(features.anisotropy)),
     ];
-    match &features.contact {
-        ContactModel::Absent => pairs.push(pair("contact", "none")),
-        ContactModel::Present(face) => pairs.extend([
-            pair("friction", friction_words(&face.friction)),
-            pair("initial gap", yes_or_no(face.gap.is_some())),
-            pair("frame turns with the place", yes_or_no(face.turning_frame)),
-            pair(
+    if features.contact.is_empty() {
+        pairs.push(pair("contact", "none"));
+    }
+    for face in &features.contact {
+        let on = match features.contact.len() {
+            1 => String::new(),
+            _ => format!(" on {}", shown(&face.name)),
+        };
+        let named = |name: &str, value: &str| pair(&format!("{name}{on}"), value);
+        pairs.extend([
+            named("friction", &friction_words(&face.friction)),
+            named("initial gap", yes_or_no(face.gap.is_some())),
+            named("frame turns with the place", yes_or_no(face.turning_frame)),
+            named(
                 "multipliers",
                 match face.space {
                     MultiplierSpace::Panes => "constant on panes",
                     MultiplierSpace::Nodal => "at nodes",
                 },
             ),
-        ]),
+        ]);
     }
     Table::of_pairs(pairs)
+}
+
+/// What happens on each of several contact faces; `None` for one.
+pub(super) fn faces(scene: &Scene, report: &ContactReport) -> Option<Table> {
+    let (force, stress) = (scene.units.force(), scene.units.stress());
+    let rows = report.faces.iter().zip(ModelFeatures::of(scene).contact);
+    let rows: Vec<Vec<String>> = rows
+        .map(|(face, has)| {
+            let contact = &face.contact;
+            let numbers = |values: &[f64]| {
+                let texts: Vec<String> = values.iter().map(|v| format!("{v:.6e}")).collect();
+                texts.join(", ")
+            };
+            vec![
+                shown(&has.name),
+                face.zone_counts.map(|count| count.to_string()).join(", "),
+                numbers(&[contact.normal_force]),
+                contact.tangential_force.map_or("-".into(), |t| numbers(&t)),
+                numbers(&contact.contact_force),
+                numbers(&[contact.largest_pressure]),
+            ]
+        })
+        .collect();
+    let head = [
+        "contact face".to_owned(),
+        "open, stick, slip".to_owned(),
+        format!("normal force [{force}]"),
+        format!("tangential along t1, t2 [{force}]"),
+        format!("force on the body x, y, z [{force}]"),
+        format!("largest pressure [{stress}]"),
+    ];
+    (!rows.is_empty()).then(|| Table {
+        caption: "Contact faces".into(),
+        head: head.to_vec(),
+        rows,
+    })
 }
 
 fn friction_words(friction: &FrictionModel) -> String {
@@ -128,6 +175,27 @@ pub(super) fn results(
         pair("moment imbalance", format!("{:.1e}", r.moment_imbalance)),
     ]);
     Table::of_pairs(pairs)
+}
+
+/// The forces on the body and their moments about the origin of coordinates, by their sources.
+pub(super) fn forces(units: Units, report: &ContactReport) -> Table {
+    let moment = units.word(Dimension::MOMENT);
+    let mut head = vec!["source".to_owned(), "face".to_owned()];
+    let columns = [("force", units.force()), ("moment", moment.as_str())];
+    for (name, unit) in columns {
+        head.extend(["x", "y", "z"].map(|axis| format!("{name} {axis} [{unit}]")));
+    }
+    let row = |row: &SourceForce| {
+        let figures = row.force.iter().chain(&row.moment);
+        let mut cells = vec![row.source.clone(), row.face.clone()];
+        cells.extend(figures.map(|figure| format!("{figure:.6e}")));
+        cells
+    };
+    Table {
+        caption: "Forces on the body and their moments about the origin".into(),
+        head,
+        rows: report.forces.iter().map(row).collect(),
+    }
 }
 
 /// How well the discrete problem is satisfied.

@@ -13,6 +13,10 @@ pub(super) fn on_line(
     between: &AssembledProblem,
 ) -> bool {
     let load = |problem: &AssembledProblem| problem.system().assembly.primal.load.clone();
+    let held = |problem: &AssembledProblem| {
+        let prescribed = problem.system().assembly.primal.dofs.prescribed.as_ref();
+        prescribed.map_or_else(Vec::new, |held| held.as_flattened().to_vec())
+    };
     let gap = |problem: &AssembledProblem| {
         let state = problem.contact_state();
         state
@@ -33,6 +37,7 @@ pub(super) fn on_line(
         })
     };
     straight([load(first), load(second), load(between)])
+        && straight([held(first), held(second), held(between)])
         && straight([gap(first), gap(second), gap(between)])
 }
 

@@ -2,20 +2,24 @@
 
 mod certificate;
 mod estimate;
+mod nodal_forces;
 mod range;
 mod resultants;
 mod zones;
 
 pub use certificate::{Certificate, ContactCertificate, FrictionCertificate};
 pub use estimate::{ContactError, ErrorEstimate};
+pub use nodal_forces::SourceForce;
 pub use range::OutOfRange;
-pub use resultants::{ContactResultants, Resultants, Vector, von_mises};
+pub use resultants::{ContactResultants, FaceResultants, Resultants, Vector, von_mises};
 pub use zones::{PaneCoulomb, PaneFriction, PaneState, Zone};
+
+use nodal_forces::NodalForces;
 
 use crate::{
     contact::{CoulombLaw, Coupling, FrictionField},
     dual::{PrimalSystem, pane_stiffness},
-    elasticity::{InternalForces, Loads, MaterialField},
+    elasticity::{InternalForces, MaterialField},
     mesh::Mesh,
     scene::{Invalid, Scene},
     solver::{ContactState, Solution},
@@ -79,7 +83,7 @@ impl SolvedContact<'_> {
 pub struct ContactReport {
     /// State of each pane, `[n_panes]`; empty without contact.
     pub panes: Vec<PaneState>,
-    /// (F₁, F₂) at the contact nodes for the slip of the solution; `None` without Coulomb's law.
+    /// (F₁, F₂) at the contact nodes of faces with friction for the slip of the solution; `None` without Coulomb's law.
     pub friction: Option<FrictionField>,
     /// Nodal displacement, `[n_nodes]`, in m.
     pub displacement: Vec<[f64; 3]>,
@@ -90,8 +94,12 @@ pub struct ContactReport {
     pub corner_stress: Vec<[[f64; 6]; 4]>,
     /// Von Mises stress of each tetrahedron in Pa.
     pub von_mises: Vec<f64>,
+    /// Forces on the body, one row for each clamp, load and contact face.
+    pub forces: Vec<SourceForce>,
     /// Forces, moments and energies of the whole body.
     pub resultants: Resultants,
+    /// What happens on each of several contact faces, in the order of their multipliers; empty for one.
+    pub faces: Vec<FaceResultants>,
     /// How well the discrete problem is satisfied.
     pub certificate: Certificate,
     /// The estimated distance of the discrete solution from the body it models.
@@ -118,8 +126,8 @@ impl ContactReport {
         let displacement = solved.system.dofs.to_nodes(&solved.solution.displacement);
         let material = MaterialField::new(solved.scene, solved.mesh);
         let internal = InternalForces::of(solved.mesh, &material, &displacement);
-        let applied = Loads::of(solved.scene).nodal_forces(solved.mesh)?;
-        let resultants = Resultants::new(solved, &displacement, &applied, &internal.forces);
+        let forces = NodalForces::new(solved, &internal.forces)?;
+        let resultants = Resultants::new(solved, &displacement, &forces, &internal.forces);
         let known = estimate::Known {
             displacement: &displacement,
             internal: &internal,
@@ -129,7 +137,9 @@ impl ContactReport {
         };
         let mut report = Self {
             discretisation_error: ErrorEstimate::new(solved, &known),
+            forces: nodal_forces::by_source(solved, &forces)?,
             resultants,
+            faces: FaceResultants::of_faces(solved, &panes),
             certificate: Certificate::new(solved, &panes, &stiffness),
             von_mises: internal.stress.iter().map(von_mises).collect(),
             stress: internal.stress,

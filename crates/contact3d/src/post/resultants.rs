@@ -1,9 +1,14 @@
 //! Forces, moments, energies and extreme values of a solution.
 
+use std::ops::Range;
+
 use nalgebra::Vector3;
 
-use super::{Solved, SolvedContact};
-use crate::linalg::dot;
+use super::{
+    PaneState, Solved, SolvedContact, Zone,
+    nodal_forces::{NodalForces, contact_forces, total},
+};
+use crate::{linalg::dot, mesh::SurfaceFace};
 
 /// A vector in the global axes.
 pub type Vector = [f64; 3];
@@ -21,10 +26,12 @@ pub struct Resultants {
     pub force_imbalance: f64,
     /// ‖Σ moments‖ over Σ‖moment‖.
     pub moment_imbalance: f64,
-    /// Strain energy ½ uᵀAu in J.
+    /// Strain energy ½ a(u, u) in J.
     pub strain_energy: f64,
-    /// Work of the loads lᵀu in J.
+    /// Work of the loads l(u) in J.
     pub load_work: f64,
+    /// Work of the clamps' reactions on prescribed displacements in J; `None` where all clamps hold at zero.
+    pub clamp_work: Option<f64>,
     /// max |u_x|, |u_y|, |u_z| over the nodes in m.
     pub largest_displacement: Vector,
     /// The forces of the foundation; `None` without contact.
@@ -37,7 +44,7 @@ pub struct ContactResultants {
     /// Total normal contact force Σ|Rⁱ|λ_ν in N.
     pub normal_force: f64,
     /// Total tangential multiplier force Σ|Rⁱ|λ_t in N; the foundation acts with its opposite.
-    /// `None` without friction.
+    /// `None` without friction, and for several faces together.
     pub tangential_force: Option<[f64; 2]>,
     /// Force of the foundation on the body in N.
     pub contact_force: Vector,
@@ -45,40 +52,35 @@ pub struct ContactResultants {
     pub largest_pressure: f64,
 }
 
+/// What the foundation of one of several contact faces does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FaceResultants {
+    /// Forces and the largest pressure.
+    pub contact: ContactResultants,
+    /// Numbers of open, sticking and slipping panes.
+    pub zone_counts: [usize; 3],
+}
+
 impl Resultants {
-    /// Sums the forces on the body. The reaction at a held component is the internal force there
-    /// minus what loads and contact already contribute.
+    /// Sums the forces on the body.
     pub(super) fn new(
         solved: &Solved<'_>,
         displacement: &[Vector],
-        applied: &[Vector],
+        forces: &NodalForces,
         internal: &[Vector],
     ) -> Self {
-        let contact = match &solved.contact {
-            Some(contact) => contact_forces(solved, contact),
-            None => vec![[0.0; 3]; applied.len()],
-        };
-        let mut clamp = vec![[0.0; 3]; applied.len()];
-        for (node, dofs) in solved.system.dofs.dof.iter().enumerate() {
-            for component in (0..3).filter(|&c| dofs[c].is_none()) {
-                clamp[node][component] =
-                    internal[node][component] - applied[node][component] - contact[node][component];
-            }
-        }
-        let sums = [&contact, applied, &clamp].map(|f| total(solved, f));
-        let mut stiffness_u = vec![0.0; solved.solution.displacement.len()];
-        solved
-            .system
-            .stiffness
-            .mul(&solved.solution.displacement, &mut stiffness_u);
+        let parts = [&forces.contact, &forces.applied, &forces.clamp];
+        let sums = parts.map(|f| total(solved.mesh, f));
+        let works = Works::new(solved, displacement, forces, internal);
         Self {
             applied_force: sums[1].0.into(),
             clamp_force: sums[2].0.into(),
             moments: sums.map(|(_, moment)| moment.into()),
             force_imbalance: imbalance(sums.map(|(force, _)| force)),
             moment_imbalance: imbalance(sums.map(|(_, moment)| moment)),
-            strain_energy: 0.5 * dot(&solved.solution.displacement, &stiffness_u),
-            load_work: dot(&solved.system.load, &solved.solution.displacement),
+            strain_energy: works.strain_energy,
+            load_work: works.of_loads,
+            clamp_work: works.of_clamps,
             largest_displacement: std::array::from_fn(|c| {
                 displacement
                     .iter()
@@ -92,55 +94,107 @@ impl Resultants {
     }
 }
 
+/// Works in J.
+struct Works {
+    strain_energy: f64,
+    of_loads: f64,
+    of_clamps: Option<f64>,
+}
+
+impl Works {
+    /// Over the free degrees of freedom where the others do not move.
+    fn new(
+        solved: &Solved<'_>,
+        displacement: &[Vector],
+        forces: &NodalForces,
+        internal: &[Vector],
+    ) -> Self {
+        let system = solved.system;
+        let work = |forces: &[Vector]| dot(forces.as_flattened(), displacement.as_flattened());
+        if system.dofs.prescribed.is_some() {
+            return Self {
+                strain_energy: 0.5 * work(internal),
+                of_loads: work(&forces.applied),
+                of_clamps: Some(work(&forces.clamp)),
+            };
+        }
+        let free = &solved.solution.displacement;
+        let mut stiffness_u = vec![0.0; free.len()];
+        system.stiffness.mul(free, &mut stiffness_u);
+        Self {
+            strain_energy: 0.5 * dot(free, &stiffness_u),
+            of_loads: dot(&system.load, free),
+            of_clamps: None,
+        }
+    }
+}
+
 impl ContactResultants {
+    /// Those of all faces; tangential forces of several faces, each in axes of its own, have no sum.
     fn new(solved: &Solved<'_>, contact: &SolvedContact<'_>, contact_force: Vector) -> Self {
+        let panes = 0..contact.coupling.layout.n_panes();
+        let all = Self::of_panes(solved, contact, panes, contact_force);
+        match contact.state.surface.faces.as_slice() {
+            [_] => all,
+            _ => Self {
+                tangential_force: None,
+                ..all
+            },
+        }
+    }
+
+    fn of_panes(
+        solved: &Solved<'_>,
+        contact: &SolvedContact<'_>,
+        panes: Range<usize>,
+        contact_force: Vector,
+    ) -> Self {
         let multiplier = &solved.solution.multiplier;
         let area = &contact.state.surface.pane_area;
         let layout = contact.coupling.layout;
         let (normal, tangential) = layout.split(multiplier);
         let weighted = |stress: &dyn Fn(usize) -> f64| -> f64 {
-            (0..layout.n_panes()).map(|i| area[i] * stress(i)).sum()
+            panes.clone().map(|i| area[i] * stress(i)).sum()
         };
+        let has_friction = panes.end <= layout.n_pairs() && layout.has_friction();
         Self {
             normal_force: weighted(&|i| normal[i]),
-            tangential_force: layout
-                .has_friction()
-                .then(|| [0, 1].map(|k| weighted(&|i| tangential[i][k]))),
+            tangential_force: has_friction.then(|| [0, 1].map(|k| weighted(&|i| tangential[i][k]))),
             contact_force,
-            largest_pressure: normal.iter().copied().fold(0.0, f64::max),
+            largest_pressure: normal[panes.clone()].iter().copied().fold(0.0, f64::max),
         }
     }
 }
 
-/// Nodal forces of the foundation on the body, −∫ φ (λ_ν ν + λ_t1 t₁ + λ_t2 t₂), in N, at free and
-/// held nodes alike.
-fn contact_forces(solved: &Solved<'_>, contact: &SolvedContact<'_>) -> Vec<Vector> {
-    let surface = contact.state.surface;
-    let frame = &contact.state.interface.frame;
-    let multiplier = &solved.solution.multiplier;
-    let layout = contact.coupling.layout;
-    let mut forces = vec![[0.0; 3]; solved.mesh.coordinates.len()];
-    for pane in 0..layout.n_panes() {
-        let tangential = layout.pair(multiplier, pane);
-        for (local, weight) in surface.pane_weights(pane) {
-            let stress = frame.vector(local, multiplier[layout.normal(pane)], tangential);
-            for c in 0..3 {
-                forces[surface.nodes[local]][c] -= weight * surface.pane_area[pane] * stress[c];
+impl FaceResultants {
+    /// Those of each of several contact faces; empty for one, whose are those of the whole.
+    pub(super) fn of_faces(solved: &Solved<'_>, panes: &[PaneState]) -> Vec<Self> {
+        let Some(contact) = &solved.contact else {
+            return Vec::new();
+        };
+        let faces = &contact.state.surface.faces;
+        if faces.len() == 1 {
+            return Vec::new();
+        }
+        let of_face = |face: &SurfaceFace| {
+            let forces = contact_forces(solved, contact, face.panes.clone());
+            let (force, _) = total(solved.mesh, &forces);
+            let count = |zone: Zone| {
+                let panes = panes[face.panes.clone()].iter();
+                panes.filter(|pane| pane.zone == zone).count()
+            };
+            Self {
+                contact: ContactResultants::of_panes(
+                    solved,
+                    contact,
+                    face.panes.clone(),
+                    force.into(),
+                ),
+                zone_counts: [Zone::Open, Zone::Stick, Zone::Slip].map(count),
             }
-        }
+        };
+        faces.iter().map(of_face).collect()
     }
-    forces
-}
-
-/// Sum of nodal forces and of their moments about the origin.
-fn total(solved: &Solved<'_>, forces: &[Vector]) -> (Vector3<f64>, Vector3<f64>) {
-    forces.iter().zip(&solved.mesh.coordinates).fold(
-        (Vector3::zeros(), Vector3::zeros()),
-        |(force, moment), (f, x)| {
-            let f = Vector3::from(*f);
-            (force + f, moment + Vector3::from(*x).cross(&f))
-        },
-    )
 }
 
 fn imbalance(parts: [Vector3<f64>; 3]) -> f64 {

@@ -74,7 +74,14 @@ pub(super) fn pane_states(
     let layout = contact.coupling.layout;
     let solution = solved.solution;
     let surface = contact.state.surface;
-    let integral = contact.coupling.integrate(&solution.displacement);
+    let mut integral = contact.coupling.integrate(&solution.displacement);
+    let frame = &contact.state.interface.frame;
+    let dofs = &solved.system.dofs;
+    let held = contact.coupling.held_integrals(surface, frame, dofs);
+    integral
+        .iter_mut()
+        .zip(held)
+        .for_each(|(u, held)| *u += held);
     let set = contact.state.feasible_set(solution.coulomb.as_ref());
     let gap = contact.state.interface.gap.as_deref();
     (0..layout.n_panes())
@@ -100,7 +107,7 @@ pub(super) fn pane_states(
                     },
                     semi_axes: match coulomb {
                         Some((law, inverse)) => {
-                            let slip_bound = law.slip_bound(normal.max(0.0));
+                            let slip_bound = law.slip_bound(i, normal.max(0.0));
                             inverse.map(|f| slip_bound / f)
                         }
                         None => ellipse.semi_axes,
@@ -108,7 +115,7 @@ pub(super) fn pane_states(
                     coulomb: coulomb.map(|(law, inverse)| PaneCoulomb {
                         coefficients: inverse.map(f64::recip),
                         scaled_stress: scaled_norm(stress, inverse),
-                        slip_bound: law.slip_bound(normal),
+                        slip_bound: law.slip_bound(i, normal),
                     }),
                 };
                 (state, sticks)

@@ -3,12 +3,12 @@
 use super::{AssembledProblem, Problem, ProblemError};
 use crate::{
     contact::Interface,
-    scene::{Contact, Invalid, Scene, SlipInterpolation},
+    scene::{Clamp, Contact, Invalid, Scene, SlipInterpolation},
 };
 
 impl AssembledProblem {
     /// The problem of a changed scene on the same mesh, factor and S, which are shared: one solve with the factor in
-    /// place of an assembly. `change` may change loads, gap, the law of friction and its slips, settings of the solve, title.
+    /// place of an assembly. `change` may change loads, the values of clamps, gap, the law of friction and its slips, settings of the solve, title.
     ///
     /// ```
     /// use contact3d::{Problem, scene::{Body, Clamp, Contact, Friction, Material, Pressure, Scene}};
@@ -70,21 +70,30 @@ impl AssembledProblem {
 
 /// The first key in which two scenes differ and on which mesh, stiffness, coupling or S depend.
 fn other_part(old: &Scene, new: &Scene) -> Option<&'static str> {
-    let face = |scene: &'_ Scene| {
-        let contact: Option<Contact> = scene.contact.clone();
-        contact.map(|contact| Contact {
-            gap: 0.0.into(),
-            slip_interpolation: SlipInterpolation::default(),
-            ..contact
-        })
+    let faces = |scene: &'_ Scene| -> Vec<Contact> {
+        let contacts = scene.contacts.iter().cloned();
+        contacts
+            .map(|contact| Contact {
+                gap: 0.0.into(),
+                slip_interpolation: SlipInterpolation::default(),
+                friction: None,
+                ..contact
+            })
+            .collect()
     };
+    let with_friction = |scene: &'_ Scene| -> Vec<bool> {
+        let entries = 0..scene.contacts.len();
+        entries.map(|i| scene.friction_on(i).is_some()).collect()
+    };
+    let clamps =
+        |scene: &Scene| -> Vec<Clamp> { scene.clamps.iter().map(Clamp::at_zero).collect() };
     let differences = [
         ("body", old.body != new.body),
         ("material", old.material != new.material),
         ("region", old.regions != new.regions),
-        ("clamp", old.clamps != new.clamps),
-        ("contact", face(old) != face(new)),
-        ("friction", old.friction.is_some() != new.friction.is_some()),
+        ("clamp", clamps(old) != clamps(new)),
+        ("contact", faces(old) != faces(new)),
+        ("friction", with_friction(old) != with_friction(new)),
         ("assemble", old.assemble != new.assemble),
         ("units", old.units != new.units),
     ];

@@ -11,6 +11,7 @@ mod build;
 mod cell_grading;
 mod coefficient;
 mod contact;
+mod contacts;
 mod error;
 mod expression;
 mod features;
@@ -40,7 +41,7 @@ pub use error::{Invalid, SceneError, SyntaxProblem, Unwritable, numbers};
 pub(crate) use error::{UNDEFINED, place_words};
 pub(crate) use expression::{Branch, replace_names};
 pub use expression::{Expression, ExpressionError, FUNCTIONS, Parameters};
-pub use features::{ContactFeatures, ContactModel, FrictionModel, ModelFeatures};
+pub use features::{ContactFeatures, FrictionModel, ModelFeatures};
 pub use file::{LONGEST_SCENE, SceneFile};
 pub use formula::{Formula, LAW_VARIABLES};
 pub use friction::{Friction, FrictionLaw};
@@ -85,7 +86,7 @@ pub struct Scene {
     /// Parts of the body with a material of their own; the last one that holds a tetrahedron counts.
     #[serde(rename = "region", default, skip_serializing_if = "Vec::is_empty")]
     pub regions: Vec<Region>,
-    /// Faces on which displacement components vanish (Γ_u).
+    /// Faces on which displacement components are held (Γ_u), at zero or at given values.
     #[serde(rename = "clamp", default)]
     pub clamps: Vec<Clamp>,
     /// Surface tractions p on faces (Γ_p); tractions on the same face add up.
@@ -97,10 +98,16 @@ pub struct Scene {
     /// The body force f; none when not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub body_force: Option<BodyForce>,
-    /// The contact face Γ_c and its frame; without it the problem is elastic only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub contact: Option<Contact>,
-    /// The law of friction on Γ_c; without it contact is frictionless.
+    /// The contact faces Γ_c: one as a table, several as an array of tables; without any the problem is elastic only.
+    #[serde(
+        rename = "contact",
+        default,
+        with = "contacts",
+        skip_serializing_if = "Vec::is_empty"
+    )]
+    #[schemars(with = "contacts::OneOrSeveral")]
+    pub contacts: Vec<Contact>,
+    /// The law of friction on contact faces without one of their own; without it they are frictionless.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<Friction>,
     /// How the elastic problem is prepared.

@@ -3,7 +3,7 @@
 use units::Dimension;
 
 use super::{holds, require};
-use crate::scene::{BrickFace, Clamp, Invalid, Quantity, Scene, Written};
+use crate::scene::{BrickFace, Clamp, Component, Invalid, Quantity, Scene, Written};
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
     check_clamps(scene)?;
@@ -32,6 +32,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
 }
 
 fn check_clamps(scene: &Scene) -> Result<(), Invalid> {
+    let length = scene.units.length();
     for (i, clamp) in scene.clamps.iter().enumerate() {
         require(
             !clamp.components.is_empty(),
@@ -41,6 +42,21 @@ fn check_clamps(scene: &Scene) -> Result<(), Invalid> {
             "leave the key out to hold all three components",
         )?;
         check_place(scene, clamp, i)?;
+        check_vector(&clamp.value, format!("clamp.{i}.value"), length)?;
+        let free = Component::ALL.into_iter().find(|component| {
+            let moved = clamp.value[*component as usize].constant() != Some(0.0);
+            moved && !clamp.components.contains(component)
+        });
+        require(
+            free.is_none(),
+            format!("clamp.{i}.value"),
+            &format!(
+                "0.0 along {}, which this clamp leaves free",
+                free.map_or("", Component::name)
+            ),
+            Written(&clamp.value),
+            "value goes along x, y and z; add the axis to components to hold it there",
+        )?;
     }
     require(
         !scene.clamps.is_empty(),
@@ -56,9 +72,8 @@ fn check_place(scene: &Scene, clamp: &Clamp, i: usize) -> Result<(), Invalid> {
         (Some(face), None) => {
             let key = format!("clamp.{i}.face");
             check_name(scene, face, key.clone())?;
-            let in_contact = scene.contact.as_ref().is_some_and(|c| c.face == *face);
             require(
-                !in_contact,
+                !scene.is_in_contact(face),
                 key,
                 "a face other than the contact face",
                 Written(face),
@@ -112,13 +127,12 @@ pub(super) fn check_name(scene: &Scene, face: &str, key: String) -> Result<(), I
 
 fn check_loaded_face(scene: &Scene, face: &str, key: String) -> Result<(), Invalid> {
     check_name(scene, face, key.clone())?;
-    let in_contact = scene.contact.as_ref().is_some_and(|c| c.face == face);
     let held = scene
         .clamps
         .iter()
         .any(|c| c.is_face(face) && c.components.len() >= 3);
     require(
-        !in_contact && !held,
+        !scene.is_in_contact(face) && !held,
         key,
         "a face that is neither held nor in contact",
         Written(&face),
