@@ -5,7 +5,7 @@ use contact3d::{
     mesh::Mesh,
     scene::{
         AssembleSettings, FrictionModel, Material, ModelFeatures, Parameters, Quantity, Region,
-        Scene, SceneFile,
+        Scene, SceneFile, Spring,
     },
 };
 use serde::Serialize;
@@ -37,6 +37,8 @@ pub(super) fn run(inputs: &Inputs<'_>) -> Result<DualSystem, StageError> {
 #[derive(Serialize)]
 pub(super) struct Settings<'a> {
     material: &'a Material,
+    #[serde(skip_serializing_if = "<[Spring]>::is_empty")]
+    spring: &'a [Spring],
     region: &'a [Region],
     axis_1: Option<&'a [Quantity; 3]>,
     angle: Option<&'a Quantity>,
@@ -54,6 +56,7 @@ impl<'a> Settings<'a> {
         let contact = scene.contact.as_ref();
         Self {
             material: &scene.material,
+            spring: &scene.springs,
             region: &scene.regions,
             axis_1: contact.and_then(|c| c.axis_1.as_ref()),
             angle: contact.and_then(|c| c.angle.as_ref()),
@@ -62,12 +65,12 @@ impl<'a> Settings<'a> {
                 .friction()
                 .is_some_and(FrictionModel::follows_slip),
             assemble: &scene.assemble,
-            parameters: scene.parameters_used(of_frame),
+            parameters: scene.parameters_used(of_operator),
         }
     }
 }
 
-/// Whether a key is one of the axes of friction, which are part of T.
-pub(super) fn of_frame(key: &str) -> bool {
-    ["contact.axis_1", "contact.angle"].contains(&key)
+/// Whether a key is one of the axes of friction, which are part of T, or of springs, which are part of A.
+pub(super) fn of_operator(key: &str) -> bool {
+    ["contact.axis_1", "contact.angle"].contains(&key) || key.starts_with("spring.")
 }

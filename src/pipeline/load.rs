@@ -10,7 +10,7 @@ use contact3d::{
 use runfile::Reader;
 use serde::Serialize;
 
-use super::{StageError, assemble::of_frame, solve::of_friction};
+use super::{StageError, assemble::of_operator, solve::of_friction};
 use crate::format;
 
 /// What the stage depends on.
@@ -70,7 +70,7 @@ impl<'a> Settings<'a> {
             pressure: &scene.pressures,
             body_force: scene.body_force.as_ref(),
             gap: scene.contact.as_ref().map(|c| &c.gap),
-            parameters: scene.parameters_used(|key| !of_frame(key) && !of_friction(key)),
+            parameters: scene.parameters_used(|key| !of_operator(key) && !of_friction(key)),
         }
     }
 }

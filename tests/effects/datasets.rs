@@ -124,6 +124,12 @@ const PRESCRIBED_ONLY: [&str; 2] = [
     "/post/resultants/clamp_work",
 ];
 
+/// What only springs have.
+const SPRINGS_ONLY: [&str; 2] = [
+    "/post/resultants/spring_energy",
+    "/post/resultants/spring_force",
+];
+
 /// What only a factor in single precision has; small bodies have one in double.
 const IN_SINGLE_PRECISION: [&str; 3] = [
     "/assemble/contact_compliance_single",
@@ -140,6 +146,7 @@ fn expected(effects: &[&[&str]], present: Option<&str>) -> BTreeSet<String> {
         .collect();
     paths.extend(IN_SINGLE_PRECISION.map(str::to_owned));
     paths.extend(PRESCRIBED_ONLY.map(str::to_owned));
+    paths.extend(SPRINGS_ONLY.map(str::to_owned));
     let all = [&CONTACT_ONLY[..], &FRICTION_ONLY, &COULOMB_ONLY].concat();
     if let Some(present) = present {
         let other = if present == "Cell" { "Point" } else { "Cell" };
@@ -206,6 +213,14 @@ fn with_prescribed_displacements() {
     let resting = clamp.replace("1e-6", "0");
     let absent = expected(&[&REGIONS_ONLY], Some("Cell"));
     assert_eq!(absent_from(&[&resting, CONTACT, RAMPS]), absent);
+}
+
+#[test]
+fn with_springs() {
+    let spring = "[[spring]]\nface = 'x_max'\nnormal = 1e9\n";
+    let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
+    absent.retain(|path| !SPRINGS_ONLY.contains(&path.as_str()));
+    assert_eq!(absent_from(&[spring, CONTACT, RAMPS]), absent);
 }
 
 #[test]

@@ -85,6 +85,7 @@ fn other_part(old: &Scene, new: &Scene) -> Option<&'static str> {
         ("material", old.material != new.material),
         ("region", old.regions != new.regions),
         ("clamp", clamps(old) != clamps(new)),
+        ("spring", old.springs != new.springs),
         ("contact", face(old) != face(new)),
         ("friction", old.friction.is_some() != new.friction.is_some()),
         ("assemble", old.assemble != new.assemble),

@@ -10,6 +10,8 @@ pub struct ModelFeatures {
     pub contact: ContactModel,
     /// Clamps that hold somewhere else than at zero.
     pub prescribed_displacements: usize,
+    /// Faces on springs.
+    pub springs: usize,
     /// A body force f.
     pub body_force: bool,
     /// Parts of the body with a material of their own.
@@ -80,6 +82,7 @@ impl ModelFeatures {
                 }
             },
             prescribed_displacements: scene.clamps.iter().filter(|c| c.is_moved()).count(),
+            springs: scene.springs.len(),
             body_force: scene.body_force.is_some(),
             regions: scene.regions.len(),
             anisotropy: materials.any(|material| match material {
