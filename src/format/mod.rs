@@ -206,7 +206,10 @@ pub const LAYOUT: Layout = Layout {
             "n_start_multipliers",
             "multipliers of all adaptive meshes beyond the first",
         ),
-        ("n_forces", "clamps, loads and contact faces of the scene"),
+        (
+            "n_forces",
+            "clamps, springs, loads and contact faces of the scene",
+        ),
         ("n_paths", "paths of solutions"),
         ("n_path_points", "points of all paths of solutions"),
         (

@@ -55,6 +55,9 @@ const FACE_LARGEST_PRESSURE: &str = "/post/faces/largest_pressure";
 const LARGEST_PRESSURE: &str = "/post/resultants/largest_pressure";
 
 const CLAMP_WORK: &str = "/post/resultants/clamp_work";
+const SPRING_FORCE: &str = "/post/resultants/spring_force";
+const SPRING_ENERGY: &str = "/post/resultants/spring_energy";
+const NO_SPRINGS: &str = "absent without springs";
 const FORCE_SOURCE: &str = "/post/forces/source";
 const FORCE_FACE: &str = "/post/forces/face";
 const FORCE_FORCE: &str = "/post/forces/force";
@@ -103,12 +106,14 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row("/post/resultants/moments", Kind::F64, &[Fixed(3), Fixed(3)], Dimension::MOMENT, "Moments about the origin of contact, applied and clamp forces, one row each."),
     GROUP.row("/post/resultants/force_imbalance", Kind::F64, &[], Dimension::Number, "Norm of the sum of forces over the sum of their norms."),
     GROUP.row("/post/resultants/moment_imbalance", Kind::F64, &[], Dimension::Number, "Norm of the sum of moments over the sum of their norms."),
+    GROUP.row(SPRING_FORCE, Kind::F64, VECTOR, Dimension::FORCE, "Force of the springs on the body.").optional(NO_SPRINGS),
+    GROUP.row(SPRING_ENERGY, Kind::F64, &[], Dimension::Energy, "Energy in the springs, a part of the strain energy.").optional(NO_SPRINGS),
     GROUP.row(CLAMP_WORK, Kind::F64, &[], Dimension::Energy, "Work of the reactions on prescribed displacements.").optional("absent where all clamps hold at zero"),
-    GROUP.row(FORCE_SOURCE, Kind::Text, &[Named("n_forces")], Dimension::Number, "Where each force on the body comes from: the key of a clamp, a load or a contact face in the scene.").optional(BEFORE_FORCES),
+    GROUP.row(FORCE_SOURCE, Kind::Text, &[Named("n_forces")], Dimension::Number, "Where each force on the body comes from: the key of a clamp, a spring, a load or a contact face in the scene.").optional(BEFORE_FORCES),
     GROUP.row(FORCE_FACE, Kind::Text, &[Named("n_forces")], Dimension::Number, "Its face; empty for boxes of nodes and the body force.").optional(BEFORE_FORCES),
     GROUP.row(FORCE_FORCE, Kind::F64, &[Named("n_forces"), Fixed(3)], Dimension::FORCE, "Its resultant on the body; reactions for clamps, in equal parts where several hold a component. All sum to zero.").optional(BEFORE_FORCES),
     GROUP.row(FORCE_MOMENT, Kind::F64, &[Named("n_forces"), Fixed(3)], Dimension::MOMENT, "Its moment about the origin of coordinates.").optional(BEFORE_FORCES),
-    GROUP.row(STRAIN_ENERGY, Kind::F64, &[], Dimension::Energy, "Strain energy a(u, u) / 2."),
+    GROUP.row(STRAIN_ENERGY, Kind::F64, &[], Dimension::Energy, "Strain energy a(u, u) / 2 of body and springs."),
     GROUP.row("/post/resultants/load_work", Kind::F64, &[], Dimension::Energy, "Work l.u of the loads, on held nodes too."),
     GROUP.row("/post/resultants/largest_displacement", Kind::F64, VECTOR, Dimension::LENGTH, "Largest |u_x|, |u_y|, |u_z| of a node."),
     GROUP.row(LARGEST_PRESSURE, Kind::F64, &[], Dimension::STRESS, "Largest normal multiplier.").optional(NO_CONTACT),
@@ -181,6 +186,8 @@ pub fn write(
         ),
     ];
     scalars.extend(r.clamp_work.map(|work| (CLAMP_WORK, work)));
+    scalars.extend(r.spring_energy.map(|energy| (SPRING_ENERGY, energy)));
+    vectors.extend(r.spring_force.map(|force| (SPRING_FORCE, force)));
     if let Some(contact) = &r.contact {
         scalars.push((NORMAL_FORCE, contact.normal_force));
         scalars.push((LARGEST_PRESSURE, contact.largest_pressure));

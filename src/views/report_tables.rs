@@ -33,6 +33,7 @@ pub(super) fn features(scene: &Scene) -> Table {
             "clamps with a prescribed displacement",
             features.prescribed_displacements,
         ),
+        pair("springs", features.springs),
         pair("body force", yes_or_no(features.body_force)),
         pair("regions of other material", features.regions),
         pair("anisotropic material", yes_or_no(features.anisotropy)),

@@ -146,6 +146,12 @@ const PRESCRIBED_ONLY: [&str; 2] = [
     "/post/resultants/clamp_work",
 ];
 
+/// What only springs have.
+const SPRINGS_ONLY: [&str; 2] = [
+    "/post/resultants/spring_energy",
+    "/post/resultants/spring_force",
+];
+
 /// What only several contact faces have, and what only one has.
 const SEVERAL_FACES_ONLY: [&str; 10] = [
     "/mesh/contact_node_normal",
@@ -179,6 +185,7 @@ fn expected(effects: &[&[&str]], present: Option<&str>) -> BTreeSet<String> {
     paths.extend(IN_SINGLE_PRECISION.map(str::to_owned));
     paths.extend(OBSTACLE_ONLY.map(str::to_owned));
     paths.extend(PRESCRIBED_ONLY.map(str::to_owned));
+    paths.extend(SPRINGS_ONLY.map(str::to_owned));
     paths.extend(SEVERAL_FACES_ONLY.map(str::to_owned));
     paths.insert(FACES_WITH_FRICTION_ONLY.to_owned());
     let all = [&CONTACT_ONLY[..], &FRICTION_ONLY, &COULOMB_ONLY].concat();
@@ -264,6 +271,14 @@ fn with_prescribed_displacements() {
     let resting = clamp.replace("1e-6", "0");
     let absent = expected(&[&REGIONS_ONLY], Some("Cell"));
     assert_eq!(absent_from(&[&resting, CONTACT, RAMPS]), absent);
+}
+
+#[test]
+fn with_springs() {
+    let spring = "[[spring]]\nface = 'x_max'\nnormal = 1e9\n";
+    let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
+    absent.retain(|path| !SPRINGS_ONLY.contains(&path.as_str()));
+    assert_eq!(absent_from(&[spring, CONTACT, RAMPS]), absent);
 }
 
 #[test]

@@ -7,8 +7,8 @@ use thiserror::Error;
 use super::{Need, Shortage, need::Admission};
 use crate::{
     elasticity::{
-        DofMap, FloatingBody, Loads, MaterialField, NodeGraph, floating_body, forces_of_prescribed,
-        free_rigid_motions, prescribed_displacements, refuse_rigid_motions, stiffness_on,
+        DofMap, FloatingBody, Loads, MaterialField, NodeGraph, SpringMatrix, floating_body,
+        forces_of_prescribed, motions_left_to_contact, prescribed_displacements, stiffness_on,
     },
     linalg::{
         Accuracy, CscMatrix, Doubled, Factor, FactorError, FactorStructure, OrderingError,
@@ -137,10 +137,8 @@ impl Analysed {
         mesh: &Mesh,
         admit: Admission<'_>,
     ) -> Result<Self, AssemblyError> {
-        let held = mesh.held_nodes(scene);
-        refuse_rigid_motions(scene, mesh, &held).map_err(AssemblyError::Scene)?;
-        let motions = free_rigid_motions(&mesh.coordinates, &held);
-        let dofs = DofMap::new(&held);
+        let motions = motions_left_to_contact(scene, mesh).map_err(AssemblyError::Scene)?;
+        let dofs = DofMap::new(&mesh.held_nodes(scene));
         if dofs.n_free == 0 {
             return Err(AssemblyError::NothingFree);
         }
@@ -149,8 +147,9 @@ impl Analysed {
         let (matrices, order) = rayon::join(
             || {
                 timed(|| {
-                    let stiffness =
-                        stiffness_on(&graph, mesh, &MaterialField::new(scene, mesh), &dofs);
+                    let material = MaterialField::new(scene, mesh);
+                    let springs = SpringMatrix::of(scene, mesh)?;
+                    let stiffness = stiffness_on(&graph, mesh, &material, springs.as_ref(), &dofs);
                     Ok((stiffness, LoadData::new(scene, mesh, &dofs)?))
                 })
             },
@@ -334,8 +333,13 @@ impl LoadData {
         let prescribed = prescribed_displacements(scene, mesh)?;
         if let Some(prescribed) = &prescribed {
             let material = MaterialField::new(scene, mesh);
-            let taken = dofs.to_free(&forces_of_prescribed(mesh, &material, prescribed));
-            rhs.iter_mut().zip(taken).for_each(|(l, taken)| *l -= taken);
+            let elastic = forces_of_prescribed(mesh, &material, prescribed);
+            let springs = SpringMatrix::of(scene, mesh)?;
+            let springs = springs.map(|springs| springs.forces(prescribed));
+            for taken in [Some(elastic), springs].into_iter().flatten() {
+                let taken = dofs.to_free(&taken);
+                rhs.iter_mut().zip(taken).for_each(|(l, taken)| *l -= taken);
+            }
         }
         Ok(Self { rhs, prescribed })
     }

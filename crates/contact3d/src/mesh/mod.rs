@@ -287,11 +287,13 @@ impl Mesh {
 /// Refuses a face that the scene names and the mesh does not have.
 fn check_face_names(scene: &Scene, names: &[String]) -> Result<(), Invalid> {
     let clamps = scene.clamps.iter().enumerate();
+    let springs = scene.springs.iter().enumerate();
     let tractions = scene.tractions.iter().enumerate();
     let pressures = scene.pressures.iter().enumerate();
     let contacts = scene.contacts.iter().enumerate();
     let keys = clamps
         .filter_map(|(i, c)| Some((format!("clamp.{i}.face"), c.face.as_ref()?)))
+        .chain(springs.map(|(i, s)| (format!("spring.{i}.face"), &s.face)))
         .chain(tractions.map(|(i, t)| (format!("traction.{i}.face"), &t.face)))
         .chain(pressures.map(|(i, p)| (format!("pressure.{i}.face"), &p.face)))
         .chain(contacts.map(|(i, c)| (format!("{}.face", scene.contact_key(i)), &c.face)));

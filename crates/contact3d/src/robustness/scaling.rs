@@ -1,7 +1,8 @@
 //! The same problem in other units.
 
 use crate::scene::{
-    Friction, Invalid, LAW_VARIABLES, Material, POSITION, Part, Quantity, Scene, replace_names,
+    Friction, Invalid, LAW_VARIABLES, Material, POSITION, Part, Quantity, Scene, Spring,
+    replace_names,
 };
 
 /// Factors by which numbers change when units do. All three are free: linear elasticity scales with
@@ -31,6 +32,9 @@ impl Scaling {
         self.scale_body(&mut scaled);
         for value in scaled.clamps.iter_mut().flat_map(|clamp| &mut clamp.value) {
             *value = self.quantity(value, self.displacement)?;
+        }
+        for (_, value) in scaled.springs.iter_mut().flat_map(Spring::quantities_mut) {
+            *value = self.quantity(value, self.stress / self.displacement)?;
         }
         for traction in &mut scaled.tractions {
             for value in &mut traction.value {
