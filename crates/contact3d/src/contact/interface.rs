@@ -1,11 +1,11 @@
 //! What a scene asks of its contact face: frame, initial gap and law of friction.
 
 use std::sync::{
-    OnceLock,
+    Arc, OnceLock,
     atomic::{AtomicUsize, Ordering},
 };
 
-use super::{ContactFrame, Coupling, SlipOperator, law_bounds};
+use super::{ContactFrame, Coupling, Past, SlipOperator, law_bounds};
 use crate::{
     elasticity::DofMap,
     mesh::{ContactSurface, Mesh},
@@ -25,6 +25,8 @@ pub struct Interface {
     pub gap: Option<Vec<f64>>,
     /// How slips are made from displacements.
     pub slip: SlipOperator,
+    /// What former steps of a load history left; `None` in the first, and without a history.
+    pub past: Option<Past>,
     /// The law of tangential stresses.
     pub friction: InterfaceFriction,
     /// Projections on ellipses so far.
@@ -55,6 +57,9 @@ pub struct CoulombLaw {
     factor: f64,
     softening: Option<Softening>,
     bound: PressureBound,
+    /// Lengths of the path slid before, which coefficients follow beside the slip, `[n_contact_nodes]`, in m;
+    /// `None` where there is none or they do not.
+    path: Option<Arc<Vec<[f64; 3]>>>,
 }
 
 /// The slip bound g as a function of the pressure.
@@ -89,6 +94,7 @@ impl Interface {
             frame: self.frame.clone(),
             gap: self.gap.clone(),
             slip: self.slip.clone(),
+            past: self.past.clone(),
             friction: InterfaceFriction::Coulomb(Box::new(self.coulomb()?.scaled(factor))),
             projections: AtomicUsize::new(0),
         })
@@ -113,6 +119,7 @@ impl Interface {
             slip: SlipOperator::new(contact.slip_interpolation, surface, mesh, |node| {
                 held[node] == [true; 3]
             }),
+            past: None,
             frame: ContactFrame::new(contact, has.turning_frame, surface, mesh)?,
             gap: match &has.gap {
                 None => None,
@@ -150,6 +157,13 @@ impl Interface {
     #[must_use]
     pub fn coulomb(&self) -> Option<&CoulombLaw> {
         match &self.friction {
+            InterfaceFriction::Coulomb(law) => Some(law),
+            InterfaceFriction::Frictionless | InterfaceFriction::Tresca(_) => None,
+        }
+    }
+
+    pub(super) fn coulomb_mut(&mut self) -> Option<&mut CoulombLaw> {
+        match &mut self.friction {
             InterfaceFriction::Coulomb(law) => Some(law),
             InterfaceFriction::Frictionless | InterfaceFriction::Tresca(_) => None,
         }
@@ -228,7 +242,19 @@ impl CoulombLaw {
             factor: 1.0,
             softening: None,
             bound: PressureBound::Uncapped,
+            path: None,
         }
+    }
+
+    /// Lets the coefficients follow the path slid before beside the slip.
+    pub(super) fn set_path(&mut self, path: Vec<[f64; 3]>) {
+        self.path = Some(Arc::new(path));
+    }
+
+    fn path_at(&self, contact_node: usize) -> [f64; 3] {
+        self.path
+            .as_ref()
+            .map_or([0.0; 3], |path| path[contact_node])
     }
 
     /// The law t F for a factor t > 0, with counters of its own.
@@ -238,6 +264,7 @@ impl CoulombLaw {
             factor: self.factor * factor,
             softening: self.softening,
             bound: self.bound,
+            path: self.path.clone(),
             ..Self::new(self.law.clone(), self.positions.clone())
         }
     }
@@ -259,6 +286,7 @@ impl CoulombLaw {
             factor: self.factor,
             softening: (share < 1.0).then_some(Softening { reference, share }),
             bound: self.bound,
+            path: self.path.clone(),
             ..Self::new(self.law.clone(), self.positions.clone())
         }
     }
@@ -284,7 +312,10 @@ impl CoulombLaw {
     #[must_use]
     pub fn evaluate(&self, contact_node: usize, slip: [f64; 2]) -> [f64; 2] {
         self.evaluations.fetch_add(1, Ordering::Relaxed);
-        let given = self.law.evaluate(self.positions[contact_node], slip);
+        let path = self.path_at(contact_node);
+        let given = self
+            .law
+            .evaluate_after(path, self.positions[contact_node], slip);
         let given = given.map(|f| self.factor * f);
         match self.softening {
             Some(softening) => given.map(|f| softening.value(f)),
@@ -296,13 +327,15 @@ impl CoulombLaw {
     #[must_use]
     pub fn derivative(&self, contact_node: usize, slip: [f64; 2]) -> [[f64; 2]; 2] {
         let position = self.positions[contact_node];
-        let given = self.law.derivative(position, slip);
+        let path = self.path_at(contact_node);
+        let given = self.law.derivative_after(path, position, slip);
         let given = given.map(|row| row.map(|d| self.factor * d));
         let Some(softening) = self.softening else {
             return given;
         };
         // d(F₀^(1−τ) F^τ) = τ F₀^(1−τ) F^τ / F dF.
-        let coefficients = self.law.evaluate(position, slip).map(|f| self.factor * f);
+        let coefficients = self.law.evaluate_after(path, position, slip);
+        let coefficients = coefficients.map(|f| self.factor * f);
         std::array::from_fn(|i| {
             let factor = softening.share * softening.value(coefficients[i]) / coefficients[i];
             given[i].map(|d| factor * d)

@@ -17,7 +17,7 @@ pub struct ContactSystem {
 }
 
 /// How S is held; either form holds h = B A⁻¹ l with the gap's integral subtracted from the normal
-/// part, `[n_multipliers]`, in m³.
+/// part and that of where a step of a load history begins from the tangential one, `[n_multipliers]`, in m³.
 #[derive(Debug, Clone, PartialEq)]
 pub enum OperatorForm {
     /// S is applied through the factor; h alone.
@@ -123,8 +123,8 @@ impl ContactSystem {
         self.set_dual_rhs(self.closing(unconstrained, surface, interface));
     }
 
-    /// B u with the gap's integral subtracted from the normal part: −r of the displacement u in m,
-    /// `[n_multipliers]`, in m³.
+    /// B u with the gap's integral subtracted from the normal part, and in a later step of a load history that of u_tⁿ⁻¹
+    /// from the tangential part: −r of the displacement u in m, `[n_multipliers]`, in m³.
     #[must_use]
     pub fn closing(
         &self,
@@ -133,8 +133,8 @@ impl ContactSystem {
         interface: &Interface,
     ) -> Vec<f64> {
         let mut closing = self.coupling.integrate(displacement);
-        for (closing, gap) in closing.iter_mut().zip(gap_integrals(surface, interface)) {
-            *closing -= gap;
+        for (closing, offset) in closing.iter_mut().zip(interface.offsets(surface)) {
+            *closing -= offset;
         }
         closing
     }
@@ -147,10 +147,10 @@ impl ContactSystem {
         surface: &ContactSurface,
         interface: &Interface,
     ) -> Vec<f64> {
-        let mut gaps = gap_integrals(surface, interface);
-        gaps.resize(self.coupling.n_multipliers(), 0.0);
+        let mut offsets = interface.offsets(surface);
+        offsets.resize(self.coupling.n_multipliers(), 0.0);
         let transposed = &self.coupling.transposed;
-        transposed.transposed_excess(displacement, &gaps)
+        transposed.transposed_excess(displacement, &offsets)
     }
 
     /// The displacement u = A⁻¹(l − Bᵀλ) over the free degrees of freedom in m.
@@ -185,15 +185,4 @@ impl ContactSystem {
         }
         forces
     }
-}
-
-/// ∫ gap over each pane in m³; empty without a gap.
-fn gap_integrals(surface: &ContactSurface, interface: &Interface) -> Vec<f64> {
-    let Some(gap) = &interface.gap else {
-        return Vec::new();
-    };
-    let panes = surface.pane_area.iter().enumerate();
-    panes
-        .map(|(pane, area)| area * surface.pane_mean(pane, gap))
-        .collect()
 }

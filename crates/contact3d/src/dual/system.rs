@@ -100,10 +100,23 @@ impl DualSystem {
     /// A formula of the scene that has no value, numbers that overflow.
     pub fn apply_loads(&mut self, scene: &Scene, mesh: &Mesh) -> Result<(), Invalid> {
         let interface = Interface::new(scene, mesh)?;
+        self.apply(scene, mesh, interface.as_ref())
+    }
+
+    /// As [`Self::apply_loads`], with the laws of the contact face as they are in a step of a load history.
+    ///
+    /// # Errors
+    /// As [`Self::apply_loads`].
+    pub fn apply(
+        &mut self,
+        scene: &Scene,
+        mesh: &Mesh,
+        interface: Option<&Interface>,
+    ) -> Result<(), Invalid> {
         let assembly = &mut self.assembly;
         assembly.primal.load = load_vector(scene, mesh, &assembly.primal.dofs)?;
         if let (Some(contact), Some(interface), Some(surface)) =
-            (&mut self.contact, &interface, &mesh.contact)
+            (&mut self.contact, interface, &mesh.contact)
         {
             let unconstrained = assembly.unconstrained();
             contact.apply_loads(&unconstrained, surface, interface);

@@ -61,9 +61,8 @@ impl SolvedContact<'_> {
         let law = self.state.interface.coulomb()?;
         let slip = if law.depends_on_slip() {
             let interface = self.state.interface;
-            interface.slip.of_displacement(
+            interface.slip_of_displacement(
                 self.state.surface,
-                &interface.frame,
                 &solved.system.dofs,
                 &solved.solution.displacement,
             )

@@ -18,6 +18,8 @@ const ZERO: f64 = 1e-12;
 /// A scene with contact, assembled in memory with the dense dual operator.
 pub(super) struct ExplicitProblem {
     pub(super) assembled: AssembledProblem,
+    /// The scene; that of the problem is the last increment of its load history, where it has one.
+    pub(super) scene: Scene,
     /// The cuts that its mesh came from.
     pub(super) refinement: Refinement,
 }
@@ -56,9 +58,14 @@ impl ExplicitProblem {
             return Err(no_contact().into());
         }
         scene.assemble.dual_operator = DualOperatorKind::Explicit;
-        let problem = Problem::of_checked(scene, Arc::new(mesh))?;
+        let problem = Problem::of_checked(scene.clone(), Arc::new(mesh))?;
+        let mut assembled = problem.assemble()?;
+        if scene.has_history() {
+            assembled = assembled.solve_history(&scene.solve)?.last;
+        }
         Ok(Self {
-            assembled: problem.assemble()?,
+            assembled,
+            scene,
             refinement: Refinement::default(),
         })
     }

@@ -152,7 +152,7 @@ fn changed(
     folder: &Path,
     invariance: Invariance,
 ) -> Result<Option<(Status, Vec<f64>)>, ProblemError> {
-    let scene = problem.assembled.scene();
+    let scene = &problem.scene;
     if let Some(scaling) = invariance.scaling() {
         let (scaled, cuts) = (scaling.apply(scene)?, problem.refinement.clone());
         let other = ExplicitProblem::refined(scaled, folder, cuts)?;

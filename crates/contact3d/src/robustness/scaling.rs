@@ -1,7 +1,8 @@
 //! The same problem in other units.
 
 use crate::scene::{
-    Friction, Invalid, LAW_VARIABLES, Material, POSITION, Part, Quantity, Scene, replace_names,
+    Friction, Invalid, LAW_VARIABLES, Material, POSITION, Part, Quantity, Scene, Target,
+    replace_names,
 };
 
 /// Factors by which numbers change when units do. All three are free: linear elasticity scales with
@@ -44,6 +45,15 @@ impl Scaling {
                 *component = self.quantity(component, 1.0)?;
             }
         }
+        scaled.map_step_values(|target, values| {
+            let factor = match target {
+                Target::Traction(_) | Target::Pressure(_) => self.stress,
+                Target::BodyForce => self.stress / self.length,
+                Target::Gap => self.displacement,
+            };
+            let values = values.iter().map(|value| self.quantity(value, factor));
+            values.collect()
+        })?;
         if let Some(friction) = &mut scaled.friction {
             // Every key by name, so that a new one is not forgotten.
             let Friction {
@@ -52,6 +62,7 @@ impl Scaling {
                 coefficient,
                 coefficient_1,
                 coefficient_2,
+                follows: _,
             } = friction;
             if let Some(bound) = slip_bound {
                 *bound = self.quantity(bound, self.stress)?;

@@ -9,7 +9,7 @@ use super::{
     DualOperatorKind, ElementOrder, Expression, ExpressionError, Formula, Friction, GmshFile,
     Invalid, Isotropic, LawFunction, LawPoint, Material, MultiplierSpace, POSITION, Parameters,
     Part, PlaceFunction, Pressure, Quantity, Ramp, Region, Scene, Shape, SlipDerivative,
-    SlipInterpolation, SolveSettings, Table, Traction,
+    SlipInterpolation, SolveSettings, Step, Table, Traction,
 };
 
 impl Scene {
@@ -41,6 +41,7 @@ impl Scene {
             body_force: None,
             contact: None,
             friction: None,
+            steps: Vec::new(),
             assemble: AssembleSettings::default(),
             solve: SolveSettings::default(),
             adapt: None,
@@ -112,6 +113,13 @@ impl Scene {
         self
     }
 
+    /// The scene with one more step of a load history.
+    #[must_use]
+    pub fn with_step(mut self, step: Step) -> Self {
+        self.steps.push(step);
+        self
+    }
+
     /// The scene with the dual operator held in a given way.
     #[must_use]
     pub fn with_dual_operator(mut self, kind: DualOperatorKind) -> Self {
@@ -171,6 +179,7 @@ impl Clamp {
     #[must_use]
     pub fn face(name: impl Into<String>) -> Self {
         Self {
+            name: None,
             face: Some(name.into()),
             corners: None,
             components: Component::ALL.to_vec(),
@@ -181,6 +190,7 @@ impl Clamp {
     #[must_use]
     pub fn inside(corners: [[f64; 3]; 2]) -> Self {
         Self {
+            name: None,
             face: None,
             corners: Some(corners),
             components: Component::ALL.to_vec(),
@@ -196,10 +206,18 @@ impl Clamp {
 }
 
 impl Traction {
+    /// The traction with a name that steps may use.
+    #[must_use]
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.name = Some(name.into());
+        self
+    }
+
     /// A traction in Pa on a face.
     #[must_use]
     pub fn on(face: impl Into<String>, value: [impl Into<Quantity>; 3]) -> Self {
         Self {
+            name: None,
             face: face.into(),
             value: value.map(Into::into),
         }
@@ -207,10 +225,18 @@ impl Traction {
 }
 
 impl Pressure {
+    /// The pressure with a name that steps may use.
+    #[must_use]
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.name = Some(name.into());
+        self
+    }
+
     /// A pressure in Pa on a face.
     #[must_use]
     pub fn on(face: impl Into<String>, value: impl Into<Quantity>) -> Self {
         Self {
+            name: None,
             face: face.into(),
             value: value.into(),
         }

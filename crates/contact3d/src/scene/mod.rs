@@ -19,12 +19,14 @@ mod formula;
 mod friction;
 mod function;
 mod load;
+mod load_path;
 mod material;
 mod parameters;
 mod parser_words;
 mod quantity;
 mod shown;
 mod solve;
+mod step;
 mod tabulated;
 mod validate;
 mod warning;
@@ -43,9 +45,11 @@ pub use expression::{Expression, ExpressionError, FUNCTIONS, Parameters};
 pub use features::{ContactFeatures, ContactModel, FrictionModel, ModelFeatures};
 pub use file::{LONGEST_SCENE, SceneFile};
 pub use formula::{Formula, LAW_VARIABLES};
-pub use friction::{Friction, FrictionLaw};
+pub use friction::{Friction, FrictionLaw, SlipMeasure};
 pub use function::{LawFunction, PlaceFunction};
 pub use load::{BodyForce, Clamp, Component, Pressure, Traction};
+pub use load_path::Increment;
+pub(crate) use load_path::Target;
 pub use material::{Isotropic, Material, Orthotropic, Part, Region, Voigt};
 pub(crate) use quantity::POSITION;
 pub use quantity::Quantity;
@@ -54,6 +58,7 @@ pub use solve::{
     AssembleSettings, DualOperatorKind, FactorPrecision, InnerSolver, Method, PrecisionControl,
     SolveSettings,
 };
+pub use step::{MOST_INCREMENTS, Step, StepValue};
 pub use tabulated::{Grid, Table};
 pub use warning::Warning;
 pub use written::Written;
@@ -62,7 +67,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use units::Units;
 
-/// One static contact problem: the body, what holds and loads it, and the law on its contact face.
+/// One contact problem, or a history of them: the body, what holds and loads it, and the law on its contact face.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
@@ -103,6 +108,10 @@ pub struct Scene {
     /// The law of friction on Γ_c; without it contact is frictionless.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<Friction>,
+    /// A load history: problems that are solved one after the other, each from where the one before left the body;
+    /// without it there is one.
+    #[serde(rename = "step", default, skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<Step>,
     /// How the elastic problem is prepared.
     #[serde(default)]
     pub assemble: AssembleSettings,

@@ -190,6 +190,7 @@ pub fn theory_bricks(
 
 /// Refuses what HKL §2 and §3 do not cover.
 fn require_covered(scene: &Scene) -> Result<(), Invalid> {
+    scene.require_no_history("the theory")?;
     let features = ModelFeatures::of(scene);
     match features.friction() {
         Some(FrictionModel::Coulomb { .. } | FrictionModel::CappedCoulomb { .. }) => {}
