@@ -114,7 +114,7 @@ fn write_contact_surface(
     writer: &mut GroupWriter<'_>,
     contact: &ContactSurface,
 ) -> Result<(), StoreError> {
-    writer.write(CONTACT_NORMAL, &contact.normal, &[3])?;
+    writer.write(CONTACT_NORMAL, contact.normals.as_flattened(), &[3])?;
     writer.write_indices(CONTACT_NODES, &contact.nodes, &[contact.nodes.len()])?;
     writer.write_indices(CONTACT_FACETS, &contact.facets, &[contact.facets.len()])?;
     if !contact.is_nodal() {
@@ -183,7 +183,7 @@ fn read_contact_surface(
     let average = reader.read_matrix(PANE_AVERAGE)?;
     let normal = read_finite_vec(reader, CONTACT_NORMAL)?;
     let surface = ContactSurface {
-        normal: std::array::from_fn(|c| normal[c]),
+        normals: normal.as_chunks::<3>().0.to_vec(),
         nodes: read_index_vec(reader, CONTACT_NODES)?,
         facets: read_index_vec(reader, CONTACT_FACETS)?,
         facet_pane: match reader.has(CONTACT_FACET_PANE) {

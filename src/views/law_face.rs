@@ -46,7 +46,7 @@ impl LawFace {
             boundary_triangles: &[],
             contact_triangles: &self.cells.triangles,
             contact_triangle_pane: &self.cells.pane,
-            normal: frame.normal,
+            normal: frame.reference_normal,
             axis_1,
             axis_2,
             normal_stress: &self.normal_stress,

@@ -147,7 +147,7 @@ fn with_picture<T>(
         boundary_triangles: &mesh.facets,
         contact_triangles: &cells.triangles,
         contact_triangle_pane: &cells.pane,
-        normal: frame.map_or([0.0, 0.0, -1.0], |f| f.normal),
+        normal: frame.map_or([0.0, 0.0, -1.0], |f| f.reference_normal),
         axis_1,
         axis_2,
         normal_stress: &normal_stress,

@@ -49,7 +49,7 @@ impl Coupling {
             transposed.indptr.push(transposed.indices.len());
         };
         for pane in 0..layout.n_panes() {
-            push_column(pane, &|_| frame.normal);
+            push_column(pane, &|node| frame.normal_at(node));
         }
         if friction {
             for pane in 0..layout.n_panes() {

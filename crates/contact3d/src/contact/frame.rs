@@ -7,16 +7,19 @@ use crate::{
     scene::{Contact, Invalid, UNDEFINED, Written, numbers, place_words},
 };
 
-/// The orthonormal frame (ν, t₁, t₂) of the contact face, with t₂ = t₁ × ν; the axes of friction
-/// may turn from node to node.
+/// The orthonormal frame (ν, t₁, t₂) of the contact face, with t₂ = t₁ × ν; normals and the axes of
+/// friction may turn from node to node.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactFrame {
-    /// Outward unit normal ν.
-    pub normal: [f64; 3],
+    /// Outward unit normal ν: one for the whole face, or one for each contact node.
+    pub normals: Vec<[f64; 3]>,
     /// (t₁, t₂): one pair for the whole face, or one for each contact node.
     pub axes: Vec<[[f64; 3]; 2]>,
-    /// A pair that does not turn, to draw in: the frame itself where it is the same everywhere,
-    /// otherwise that of a scene without `axis_1` and `angle`.
+    /// A normal that does not turn, to draw along: ν itself where it is the same everywhere,
+    /// otherwise the direction of the mean over the nodes.
+    pub reference_normal: [f64; 3],
+    /// A pair that does not turn, to draw in: the axes themselves where they are the same everywhere,
+    /// otherwise those of `reference_normal` in a scene without `axis_1` and `angle`.
     pub reference: [[f64; 3]; 2],
 }
 
@@ -34,31 +37,44 @@ impl ContactFrame {
         surface: &ContactSurface,
         mesh: &Mesh,
     ) -> Result<Self, Invalid> {
-        let normal = Vector3::from(surface.normal);
-        let places = if turning {
+        let turns = turning || surface.normals.len() > 1;
+        let places = if turns {
             surface.nodes.as_slice()
         } else {
             &surface.nodes[..1.min(surface.nodes.len())]
         };
         let axes: Vec<[[f64; 3]; 2]> = places
             .iter()
-            .map(|&node| {
+            .enumerate()
+            .map(|(local, &node)| {
+                let normal = Vector3::from(surface.normal_at(local));
                 let first = first_axis(contact, &normal, mesh.coordinates[node])?;
                 Ok([first.into(), first.cross(&normal).into()])
             })
             .collect::<Result<_, Invalid>>()?;
+        let reference_normal = mean_direction(&surface.normals);
         let reference = match axes.as_slice() {
             [everywhere] => *everywhere,
             _ => {
-                let first = default_axis(&normal);
-                [first.into(), first.cross(&normal).into()]
+                let first = default_axis(&reference_normal);
+                [first.into(), first.cross(&reference_normal).into()]
             }
         };
         Ok(Self {
-            normal: surface.normal,
+            normals: surface.normals.clone(),
             axes,
+            reference_normal: reference_normal.into(),
             reference,
         })
+    }
+
+    /// ν at a contact node.
+    #[must_use]
+    pub fn normal_at(&self, contact_node: usize) -> [f64; 3] {
+        match self.normals.as_slice() {
+            [everywhere] => *everywhere,
+            each => each[contact_node],
+        }
     }
 
     /// (t₁, t₂) at a contact node.
@@ -113,8 +129,8 @@ impl ContactFrame {
     #[must_use]
     pub fn vector(&self, contact_node: usize, normal: f64, tangential: [f64; 2]) -> [f64; 3] {
         let [first, second] = self.axes_at(contact_node).map(Vector3::from);
-        let sum =
-            Vector3::from(self.normal) * normal + first * tangential[0] + second * tangential[1];
+        let outward = Vector3::from(self.normal_at(contact_node));
+        let sum = outward * normal + first * tangential[0] + second * tangential[1];
         sum.into()
     }
 }
@@ -166,6 +182,17 @@ fn first_axis(
         });
     }
     Ok(first * cosine + first.cross(normal) * sine)
+}
+
+/// The direction of the mean of unit vectors; that of a single one is itself. Where the mean vanishes, as on a
+/// closed surface, the direction of z.
+fn mean_direction(normals: &[[f64; 3]]) -> Vector3<f64> {
+    if let [everywhere] = normals {
+        return Vector3::from(*everywhere);
+    }
+    let sum: Vector3<f64> = normals.iter().map(|n| Vector3::from(*n)).sum();
+    let least = TANGENTIAL * normals.len() as f64;
+    sum.try_normalize(least).unwrap_or_else(Vector3::z)
 }
 
 /// The x axis projected on the face; the y axis where the face is perpendicular to x.

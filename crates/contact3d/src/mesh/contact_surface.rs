@@ -10,8 +10,8 @@ use crate::linalg::CscMatrix;
 /// or the surroundings of single nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactSurface {
-    /// Outward unit normal ν of the flat face.
-    pub normal: [f64; 3],
+    /// Outward unit normal ν: one for the whole face where it is the same everywhere, or one for each contact node.
+    pub normals: Vec<[f64; 3]>,
     /// Mesh nodes on Γ_c in increasing order, `[n_contact_nodes]`.
     pub nodes: Vec<usize>,
     /// Boundary triangles on Γ_c (indices into the mesh's facets), `[n_contact_facets]`.
@@ -30,7 +30,8 @@ pub struct ContactSurface {
 
 /// Triangles of a face and the integrals of their nodes' shape functions.
 pub(super) struct ContactFace {
-    pub(super) normal: [f64; 3],
+    /// As [`ContactSurface::normals`], over the nodes in increasing order.
+    pub(super) normals: Vec<[f64; 3]>,
     pub(super) triangles: Vec<FaceTriangle>,
 }
 
@@ -82,7 +83,7 @@ impl ContactSurface {
             }
         }
         Self {
-            normal: face.normal,
+            normals: face.normals.clone(),
             pane_average: average_matrix(nodes.len(), &mut shares, &pane_area),
             nodes,
             facets: face.facets(),
@@ -106,7 +107,7 @@ impl ContactSurface {
         let carries = |n: &usize| weight[*n] > 0.0 && !is_held(nodes[*n]);
         let free: Vec<usize> = (0..nodes.len()).filter(carries).collect();
         Self {
-            normal: face.normal,
+            normals: face.normals.clone(),
             pane_area: free.iter().map(|&n| weight[n]).collect(),
             pane_average: CscMatrix {
                 rows: nodes.len(),
@@ -118,6 +119,15 @@ impl ContactSurface {
             nodes,
             facets: face.facets(),
             facet_pane: Vec::new(),
+        }
+    }
+
+    /// ν at a contact node.
+    #[must_use]
+    pub fn normal_at(&self, contact_node: usize) -> [f64; 3] {
+        match self.normals.as_slice() {
+            [everywhere] => *everywhere,
+            each => each[contact_node],
         }
     }
 

@@ -199,7 +199,7 @@ impl Mesh {
             .into());
         }
         let face = ContactFace {
-            normal,
+            normals: vec![normal],
             triangles: facets.iter().map(|&f| self.face_triangle(f)).collect(),
         };
         let held = self.held_nodes(scene);

@@ -84,6 +84,10 @@ fn reordered(surface: &ContactSurface, new: &[usize]) -> ContactSurface {
             .extend(column.iter().map(|(_, weight)| *weight));
     }
     ContactSurface {
+        normals: match surface.normals.as_slice() {
+            [everywhere] => vec![*everywhere],
+            each => order.iter().map(|&local| each[local]).collect(),
+        },
         nodes: order
             .iter()
             .map(|&local| new[surface.nodes[local]])

@@ -148,7 +148,7 @@ fn selection(surface: &ContactSurface, frame: &ContactFrame, dofs: &DofMap) -> C
     let mut transposed = CscMatrix::empty(dofs.n_free);
     for (local, &node) in surface.nodes.iter().enumerate() {
         let [first, second] = *frame.axes_at(local);
-        for axis in [frame.normal, first, second] {
+        for axis in [frame.normal_at(local), first, second] {
             for (dof, direction) in dofs.dof[node].iter().zip(axis) {
                 if let (Some(dof), true) = (*dof, direction != 0.0) {
                     transposed.indices.push(dof);

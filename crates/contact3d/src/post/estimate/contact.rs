@@ -142,7 +142,8 @@ fn displacements(contact: &SolvedContact<'_>, known: &Known<'_>) -> Vec<[f64; 3]
     nodes
         .map(|(local, &node)| {
             let u = known.displacement[node];
-            let normal: f64 = (0..3).map(|c| u[c] * surface.normal[c]).sum();
+            let outward = interface.frame.normal_at(local);
+            let normal: f64 = (0..3).map(|c| u[c] * outward[c]).sum();
             let gap = interface.gap.as_ref().map_or(0.0, |gap| gap[local]);
             let [first, second] = interface.frame.tangential(local, u);
             let from = interface.slip_origin(local);
