@@ -10,6 +10,7 @@ mod columns;
 mod enumeration;
 mod history;
 mod load;
+mod load_history;
 mod mesh;
 mod outcome;
 mod post;
@@ -37,6 +38,9 @@ pub use branches::{GROUP as BRANCHES, read as read_branches, write as write_bran
 pub use case::{CERTIFICATE, CaseResults, read_case};
 pub use checkpoint::{GROUP as CHECKPOINT, read as read_checkpoint, write as write_checkpoint};
 pub use load::{read as read_loads, write as write_loads};
+pub use load_history::{
+    GROUP as HISTORY, check as check_history, read as read_history, write as write_history,
+};
 pub use mesh::{read as read_mesh, write as write_mesh};
 pub use post::{ContactSummary, Summary, read_summary, write as write_report};
 pub use scene::{GROUP as SCENE, read as read_scene, text as scene_text, write as write_scene};
@@ -62,7 +66,7 @@ use units::Units;
 pub const LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe run",
     linked_filetype: "contact3d-pipe stage",
-    format_version: [1, 6],
+    format_version: [1, 7],
     creator: concat!("contact3d-pipe ", env!("CARGO_PKG_VERSION")),
     units: Units::SI,
     groups: &[
@@ -78,6 +82,7 @@ pub const LAYOUT: Layout = Layout {
         adapt::GROUP,
         theory::GROUP,
         branches::GROUP,
+        load_history::GROUP,
     ],
     tables: &[
         scene::TABLE,
@@ -99,6 +104,7 @@ pub const LAYOUT: Layout = Layout {
         theory::NORMS_TABLE,
         theory::ROWS_TABLE,
         branches::TABLE,
+        load_history::TABLE,
     ],
     extents: &[
         ("n_nodes", "nodes of the mesh"),
@@ -159,6 +165,10 @@ pub const LAYOUT: Layout = Layout {
         (
             "n_start_multipliers",
             "multipliers of all adaptive meshes beyond the first",
+        ),
+        (
+            "n_increments",
+            "increments of a load history that were solved",
         ),
         ("n_paths", "paths of solutions"),
         ("n_path_points", "points of all paths of solutions"),

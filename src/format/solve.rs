@@ -40,6 +40,7 @@ pub(super) const ACCURACY: &str = "/solve/accuracy";
 const MAPPING_CHANGE: &str = "/solve/mapping_change";
 const LAW_EVALUATIONS: &str = "/solve/law_evaluations";
 const PROJECTIONS: &str = "/solve/projections";
+pub(super) const HISTORY_DIGEST: &str = "/solve/history_digest";
 
 const NO_CONTACT: &str = "absent without contact";
 const NO_COULOMB: &str = "absent without Coulomb friction";
@@ -66,9 +67,10 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(MAPPING_CHANGE, Kind::F64, &[], Dimension::Number, "|Psi(lambda) - lambda| / |lambda| for one evaluation of the paper's mapping.").optional("absent unless Newton's method gave the answer"),
     GROUP.row(LAW_EVALUATIONS, Kind::I64, &[], Dimension::Number, "Evaluations of the friction law at a node."),
     GROUP.row(PROJECTIONS, Kind::I64, &[], Dimension::Number, "Projections on an ellipse."),
+    GROUP.row(HISTORY_DIGEST, Kind::Text, &[], Dimension::Number, "Digest of /history, whose last increment this is.").optional("absent without a load history"),
 ];
 
-/// Writes the solution.
+/// Writes the solution; that of a load history belongs to a `/history` with some digest.
 ///
 /// # Errors
 /// HDF5 failures.
@@ -77,7 +79,11 @@ pub fn write(
     solution: &Solution,
     n_panes: usize,
     dofs: &DofMap,
+    history_digest: Option<&str>,
 ) -> Result<(), StoreError> {
+    if let Some(digest) = history_digest {
+        writer.write_text(HISTORY_DIGEST, digest)?;
+    }
     writer.write_enum(STATUS, &[StoredStatus::from(solution.status)], &[])?;
     if n_panes > 0 {
         let (normal, tangential) = solution.multiplier.split_at(n_panes);

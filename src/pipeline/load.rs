@@ -5,7 +5,7 @@ use std::sync::Arc;
 use contact3d::{
     dual::DualSystem,
     mesh::Mesh,
-    scene::{BodyForce, Parameters, Pressure, Quantity, Scene, SceneFile, Traction},
+    scene::{BodyForce, Parameters, Pressure, Quantity, Scene, SceneFile, Step, Traction},
 };
 use runfile::Reader;
 use serde::Serialize;
@@ -21,15 +21,16 @@ pub(super) struct Inputs<'a> {
     pub(super) operator: Arc<DualSystem>,
 }
 
-/// Applies the loads.
+/// Applies the loads, those of the last increment of a load history.
 ///
 /// # Errors
 /// A load that is not finite.
 pub(super) fn run(inputs: Inputs<'_>) -> Result<DualSystem, StageError> {
     let input = inputs.input;
     let mut system = Arc::unwrap_or_clone(inputs.operator);
-    system
-        .apply_loads(&input.scene, inputs.mesh)
+    let scene = input.scene.at_end();
+    scene
+        .and_then(|scene| system.apply_loads(&scene, inputs.mesh))
         .map_err(|invalid| input.refuse(invalid))?;
     Ok(system)
 }
@@ -51,6 +52,8 @@ pub(super) struct Settings<'a> {
     pressure: &'a [Pressure],
     body_force: Option<&'a BodyForce>,
     gap: Option<&'a Quantity>,
+    #[serde(skip_serializing_if = "<[Step]>::is_empty")]
+    step: &'a [Step],
     /// What the formulas here use.
     #[serde(skip_serializing_if = "Parameters::is_empty")]
     parameters: Parameters,
@@ -63,6 +66,7 @@ impl<'a> Settings<'a> {
             pressure: &scene.pressures,
             body_force: scene.body_force.as_ref(),
             gap: scene.contact.as_ref().map(|c| &c.gap),
+            step: &scene.steps,
             parameters: scene.parameters_used(|key| !of_frame(key) && !of_friction(key)),
         }
     }

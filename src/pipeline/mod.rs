@@ -15,6 +15,7 @@ mod change;
 mod checkpoint;
 mod error;
 mod freshness;
+mod history;
 mod homes;
 mod known;
 mod load;
@@ -37,6 +38,6 @@ pub use freshness::{Freshness, StageState, operator_settings, stage_settings, st
 pub use homes::{AssemblyFile, Operator};
 pub use mesh_file::{mesh_file, mesh_of, pin_mesh_file};
 pub use resources::{memory_for_sweeps, scene_bytes};
-pub use session::{Commit, Performed, Results, Session};
+pub use session::{Commit, Performed, Results, Session, read_results};
 pub use stages::Step;
 pub use theory::measure_theory;

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::{
     StageError,
+    history::History,
     mesh::Meshed,
     solve::{Answer, Equations, of_friction},
 };
@@ -28,6 +29,8 @@ pub(super) struct Evaluated {
     /// The solution, which has failed if a figure of the report is out of range, and its equations.
     pub(super) answer: Answer,
     pub(super) report: ContactReport,
+    /// How a load history came to it; `None` without one.
+    pub(super) history: Option<History>,
 }
 
 /// Evaluates an answer.
@@ -43,7 +46,11 @@ pub(super) fn run(inputs: Inputs<'_>) -> Result<Evaluated, StageError> {
     let report = report(&input.scene, meshed, &answer.equations, &answer.solution);
     let report = report.map_err(|invalid| input.refuse(invalid))?;
     answer.solution.status = report.judged(answer.solution.status);
-    Ok(Evaluated { answer, report })
+    Ok(Evaluated {
+        answer,
+        report,
+        history: None,
+    })
 }
 
 fn report(

@@ -92,16 +92,17 @@ pub(super) fn read(reader: &Reader, equations: Equations) -> Result<Answer, Form
     })
 }
 
-/// Writes the answer.
+/// Writes the answer; that of a load history belongs to increments with some digest.
 pub(super) fn write(
     writer: &mut GroupWriter<'_>,
     meshed: &Meshed,
     answer: &Answer,
+    history_digest: Option<&str>,
 ) -> Result<(), StoreError> {
     let surface = meshed.mesh.contact.as_ref();
     let n_panes = surface.map_or(0, |surface| surface.n_panes());
     let dofs = &answer.equations.primal().dofs;
-    format::write_solution(writer, &answer.solution, n_panes, dofs)
+    format::write_solution(writer, &answer.solution, n_panes, dofs, history_digest)
 }
 
 /// The part of a scene that the stage depends on directly.
@@ -153,7 +154,7 @@ impl StartFrom {
         }
     }
 
-    fn multiplier(&self) -> Option<&[f64]> {
+    pub(super) fn multiplier(&self) -> Option<&[f64]> {
         match self {
             Self::Any | Self::Zero => None,
             Self::Given { multiplier, .. } => Some(multiplier),
@@ -177,6 +178,17 @@ impl Equations {
     pub(super) fn read(reader: &Reader) -> Result<Self, FormatError> {
         let coupling = format::read_coupling(reader)?;
         Ok(Self::Primal(format::read_primal(reader)?, coupling))
+    }
+
+    /// A, l and B by themselves.
+    pub(super) fn into_primal(self) -> (PrimalSystem, Option<Coupling>) {
+        match self {
+            Self::Primal(primal, coupling) => (primal, coupling),
+            Self::Problem(system) => {
+                let coupling = system.contact.as_ref().map(|contact| contact.coupling.clone());
+                (system.assembly.primal.clone(), coupling)
+            }
+        }
     }
 
     /// A and l.

@@ -13,7 +13,7 @@ use contact3d::{
 };
 use plots::{ContactPicture, Figure, FigureError, FrictionKind, PaneFriction};
 
-use super::{PictureFolder, contact_cells::ContactCells};
+use super::{PictureFolder, contact_cells::ContactCells, history_charts};
 use crate::pipeline::{Results, StageError};
 
 /// Width of the six-panel page and of a single panel in pixels.
@@ -41,8 +41,8 @@ pub fn are_drawn(folder: &Path, run_file: &Path) -> bool {
     matches!((last, modified(run_file)), (Ok(drawn), Ok(stored)) if drawn >= stored)
 }
 
-/// Draws the six panels of HKL Fig. 5, the page of all six and where the discretisation error sits, as SVG and PNG;
-/// returns the files.
+/// Draws the six panels of HKL Fig. 5, the page of all six, where the discretisation error sits and the charts of a load history,
+/// as SVG and PNG; returns the files.
 ///
 /// # Errors
 /// A folder that cannot be written.
@@ -65,7 +65,11 @@ pub fn draw_run(
     let (panels, error, page) = drawn.map_err(figure)?;
     let panels = panels.into_iter();
     let panels = panels.map(|panel| (panel.name, panel.figure, PANEL_WIDTH));
-    folder.save(panels.chain([(ERROR, error, PANEL_WIDTH), (LAST, page, PAGE_WIDTH)]))
+    let mut files = history_charts::draw(folder, results.increments(), scene.units)?;
+    files.extend(folder.save(
+        panels.chain([(ERROR, error, PANEL_WIDTH), (LAST, page, PAGE_WIDTH)]),
+    )?);
+    Ok(files)
 }
 
 /// The page of the estimated error as SVG.

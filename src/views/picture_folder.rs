@@ -36,6 +36,7 @@ impl Drawing {
         match self {
             Self::Run => [
                 plots::PANELS.as_slice(),
+                &super::history_charts::HISTORY,
                 &[super::picture::ERROR, super::picture::LAST],
             ]
             .concat(),

@@ -32,6 +32,17 @@ pub struct PrimalSystem {
     pub load: Vec<f64>,
 }
 
+impl PrimalSystem {
+    /// Replaces l by that of a scene that differs in its loads only.
+    ///
+    /// # Errors
+    /// A load that is not finite.
+    pub fn apply_loads(&mut self, scene: &Scene, mesh: &Mesh) -> Result<(), Invalid> {
+        self.load = load_vector(scene, mesh, &self.dofs)?;
+        Ok(())
+    }
+}
+
 /// The elastic problem and the Cholesky factor of its stiffness.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assembly {
@@ -301,7 +312,7 @@ impl Assembly {
 }
 
 /// The load l over the free degrees of freedom in N.
-pub(super) fn load_vector(scene: &Scene, mesh: &Mesh, dofs: &DofMap) -> Result<Vec<f64>, Invalid> {
+fn load_vector(scene: &Scene, mesh: &Mesh, dofs: &DofMap) -> Result<Vec<f64>, Invalid> {
     Ok(dofs.to_free(&Loads::of(scene).nodal_forces(mesh)?))
 }
 

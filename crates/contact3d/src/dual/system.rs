@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use super::{
     Assembly, AssemblyError, ContactSystem, Need, OperatorEstimate,
-    assembly::{Analysed, load_vector},
+    assembly::Analysed,
     need::Admission,
 };
 use crate::{
@@ -114,7 +114,7 @@ impl DualSystem {
         interface: Option<&Interface>,
     ) -> Result<(), Invalid> {
         let assembly = &mut self.assembly;
-        assembly.primal.load = load_vector(scene, mesh, &assembly.primal.dofs)?;
+        assembly.primal.apply_loads(scene, mesh)?;
         if let (Some(contact), Some(interface), Some(surface)) =
             (&mut self.contact, interface, &mesh.contact)
         {

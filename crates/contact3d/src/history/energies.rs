@@ -82,7 +82,8 @@ impl<'a> Bookkeeping<'a> {
                 .surface
                 .nodes
                 .iter()
-                .map(|&node| dot(face.interface.frame.normal, way(node)))
+                .enumerate()
+                .map(|(local, &node)| dot(face.interface.frame.normal_at(local), way(node)))
                 .collect();
             let panes = (0..face.n_panes()).map(|pane| {
                 let earlier = before.map_or(0.0, |before| before.multiplier[pane]);

@@ -18,7 +18,7 @@ use crate::{
     dual::DualSystem,
     mesh::Mesh,
     post::{ContactReport, Solved, SolvedContact},
-    scene::{Increment, Invalid, Scene, SlipMeasure, SolveSettings},
+    scene::{Increment, Invalid, Scene, SolveSettings},
     solver::{ContactState, Goal, NeedsExplicit, Progress, Solution, Start, solve},
 };
 
@@ -77,34 +77,6 @@ impl From<Invalid> for HistoryError {
 }
 
 impl<'a> LoadHistory<'a> {
-    /// The slip that coefficients of friction follow.
-    fn follows(&self) -> SlipMeasure {
-        let friction = self.scene.friction.as_ref();
-        friction.map_or(SlipMeasure::default(), |friction| friction.follows)
-    }
-
-    /// The laws of the contact face in an increment that begins where `before` ended; `None` without contact.
-    ///
-    /// # Errors
-    /// Laws that no problem can have.
-    pub fn interface(
-        &self,
-        scene: &Scene,
-        before: Option<&StepRecord>,
-    ) -> Result<Option<Interface>, Invalid> {
-        let interface = Interface::new(scene, self.mesh)?;
-        Ok(match (interface, before) {
-            (Some(interface), Some(before)) if interface.has_friction() => {
-                Some(interface.after(Past {
-                    tangential: before.tangential.clone(),
-                    path: before.path.clone(),
-                    follows: self.follows(),
-                }))
-            }
-            (interface, _) => interface,
-        })
-    }
-
     /// The problem of an increment that begins where `before` ended.
     ///
     /// # Errors
@@ -115,7 +87,7 @@ impl<'a> LoadHistory<'a> {
         before: Option<&StepRecord>,
     ) -> Result<StepProblem, Invalid> {
         let scene = self.scene.at_increment(increment)?;
-        let interface = self.interface(&scene, before)?;
+        let interface = interface_after(self.scene, &scene, self.mesh, before)?;
         let mut system = self.operator.clone();
         system.apply(&scene, self.mesh, interface.as_ref())?;
         Ok(StepProblem {
@@ -179,6 +151,31 @@ impl<'a> LoadHistory<'a> {
             keep(&records);
         }
     }
+}
+
+/// The laws of the contact face in the increment `scene` of a history, which begins where `before` ended; `None` without
+/// contact.
+///
+/// # Errors
+/// Laws that no problem can have.
+pub fn interface_after(
+    history: &Scene,
+    scene: &Scene,
+    mesh: &Mesh,
+    before: Option<&StepRecord>,
+) -> Result<Option<Interface>, Invalid> {
+    let interface = Interface::new(scene, mesh)?;
+    let follows = history.friction.as_ref().map(|friction| friction.follows);
+    Ok(match (interface, before) {
+        (Some(interface), Some(before)) if interface.has_friction() => {
+            Some(interface.after(Past {
+                tangential: before.tangential.clone(),
+                path: before.path.clone(),
+                follows: follows.unwrap_or_default(),
+            }))
+        }
+        (interface, _) => interface,
+    })
 }
 
 impl StepProblem {
