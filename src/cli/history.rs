@@ -31,9 +31,8 @@ pub(super) fn table(scene: &Scene, records: &[StepRecord]) -> String {
     for (k, record) in records.iter().enumerate() {
         work += record.energies.load_work;
         dissipated += record.energies.dissipation;
-        let is_shown = records.len() <= MOST_ROWS
-            || record.increment.share >= 1.0
-            || k + 1 == records.len();
+        let is_shown =
+            records.len() <= MOST_ROWS || record.increment.share >= 1.0 || k + 1 == records.len();
         if !is_shown {
             continue;
         }
@@ -61,7 +60,10 @@ pub(super) fn table(scene: &Scene, records: &[StepRecord]) -> String {
 fn name(scene: &Scene, record: &StepRecord) -> String {
     let step = &scene.steps[record.increment.step];
     let number = record.increment.step + 1;
-    let title = step.title.clone().unwrap_or_else(|| format!("step {number}"));
+    let title = step
+        .title
+        .clone()
+        .unwrap_or_else(|| format!("step {number}"));
     let title = contact3d::scene::shown(&title);
     let short: String = title.chars().take(16).collect();
     match step.increments {

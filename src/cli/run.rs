@@ -222,10 +222,13 @@ fn finish(
             Exit::NotConverged
         }));
     }
-    let failed = results.increments().last().map_or_else(String::new, |record| {
-        let [step, number] = [record.increment.step + 1, record.increment.number];
-        format!("load step {step}, increment {number}, ends the history: ")
-    });
+    let failed = results
+        .increments()
+        .last()
+        .map_or_else(String::new, |record| {
+            let [step, number] = [record.increment.step + 1, record.increment.number];
+            format!("load step {step}, increment {number}, ends the history: ")
+        });
     terminal::message(&(failed + &report::status(solution, scene)));
     Ok(Exit::NotConverged)
 }

@@ -47,7 +47,10 @@ const APPLIED: &str = "/history/applied_force";
 const CLAMP: &str = "/history/clamp_force";
 const CONTACT: &str = "/history/contact_force";
 const MULTIPLIER_FORCE: &str = "/history/multiplier_force";
+const LOADED_FORCE: &str = "/history/loaded_force";
 const LOADED: &str = "/history/loaded_displacement";
+const FORCES: &str = "/history/forces";
+const REACTION: &str = "/history/clamp_reaction";
 const CONTACT_DISPLACEMENT: &str = "/history/contact_displacement";
 const STRAIN: &str = "/history/strain_energy";
 const LOAD_WORK: &str = "/history/load_work";
@@ -88,10 +91,13 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(CLAMP, Kind::F64, VECTORS, Dimension::FORCE, "Reaction of the clamps."),
     GROUP.row(CONTACT, Kind::F64, VECTORS, Dimension::FORCE, "Force of the foundation on the body.").optional(NO_CONTACT),
     GROUP.row(MULTIPLIER_FORCE, Kind::F64, VECTORS, Dimension::FORCE, "Sums of area times multiplier: normal, along t1, along t2; zero where there is no friction.").optional(NO_CONTACT),
-    GROUP.row(LOADED, Kind::F64, VECTORS, Dimension::LENGTH, "Mean displacement of the faces that tractions and pressures act on, of all nodes where there are none."),
+    GROUP.row(FORCES, Kind::F64, &[Named("n_increments"), Named("n_forces"), Fixed(3)], Dimension::FORCE, "Force on the body of each clamp, load and contact face, in the order of /post/forces."),
+    GROUP.row(REACTION, Kind::F64, &[Named("n_increments"), Named("n_nodes"), Fixed(3)], Dimension::FORCE, "Forces of the clamps on the nodes.").optional("absent where all clamps hold at zero in all steps").compressed(),
+    GROUP.row(LOADED_FORCE, Kind::F64, VECTORS, Dimension::FORCE, "Force on the body of tractions, pressures and clamps that move; of the body force where there are none."),
+    GROUP.row(LOADED, Kind::F64, VECTORS, Dimension::LENGTH, "Mean displacement of the faces that they act on; of all nodes where there are none."),
     GROUP.row(CONTACT_DISPLACEMENT, Kind::F64, &[Named("n_increments"), Fixed(2)], Dimension::LENGTH, "Mean tangential displacement of the contact face along t1 and t2.").optional(NO_FRICTION),
     GROUP.row(STRAIN, Kind::F64, ROWS, Dimension::Energy, "Strain energy u.Au / 2 at the end of each increment."),
-    GROUP.row(LOAD_WORK, Kind::F64, ROWS, Dimension::Energy, "Work of the loads in each increment, along a straight way between its ends."),
+    GROUP.row(LOAD_WORK, Kind::F64, ROWS, Dimension::Energy, "Work of the loads and of clamps that move in each increment, along a straight way between its ends."),
     GROUP.row(NORMAL_WORK, Kind::F64, ROWS, Dimension::Energy, "Work of the contact pressures on the foundation in each increment, likewise.").optional(NO_CONTACT),
     GROUP.row(DISSIPATION, Kind::F64, ROWS, Dimension::Energy, "Energy that friction took in each increment: the integral of lambda_t . Delta u_t with lambda_t at its end.").optional(NO_FRICTION),
     GROUP.row(IMBALANCE, Kind::F64, ROWS, Dimension::Energy, "Work of the loads in each increment less the gain of strain energy, the work on the foundation and the dissipation; falls in proportion to the increments."),
@@ -109,10 +115,15 @@ pub fn write(
     let title = |record: &StepRecord| {
         let step = &scene.steps[record.increment.step];
         let number = record.increment.step + 1;
-        step.title.clone().unwrap_or_else(|| format!("step {number}"))
+        step.title
+            .clone()
+            .unwrap_or_else(|| format!("step {number}"))
     };
     let titles: Vec<String> = records.iter().map(title).collect();
-    writer.write_texts(TITLE, &titles.iter().map(String::as_str).collect::<Vec<_>>())?;
+    writer.write_texts(
+        TITLE,
+        &titles.iter().map(String::as_str).collect::<Vec<_>>(),
+    )?;
     let mut columns = Columns::new(writer, records);
     columns.counts(STEP, |record| record.increment.step)?;
     columns.numbers(TIME, |record| record.increment.time)?;
@@ -123,6 +134,7 @@ pub fn write(
     columns.numbers(CERTIFICATE, |record| record.certificate)?;
     columns.vectors(APPLIED, |record| record.applied_force)?;
     columns.vectors(CLAMP, |record| record.clamp_force)?;
+    columns.vectors(LOADED_FORCE, |record| record.loaded_force)?;
     columns.vectors(LOADED, |record| record.loaded_displacement)?;
     columns.numbers(STRAIN, |record| record.energies.strain)?;
     columns.numbers(LOAD_WORK, |record| record.energies.load_work)?;
@@ -147,11 +159,18 @@ fn write_fields(writer: &mut GroupWriter<'_>, records: &[StepRecord]) -> Result<
     };
     let n = records.len();
     let m = first.panes.len();
-    let flat = |of: &dyn Fn(&StepRecord) -> Vec<f64>| records.iter().flat_map(of).collect::<Vec<f64>>();
+    let flat =
+        |of: &dyn Fn(&StepRecord) -> Vec<f64>| records.iter().flat_map(of).collect::<Vec<f64>>();
     let u = flat(&|record| record.displacement.as_flattened().to_vec());
     writer.write(DISPLACEMENT, &u, &[n, first.displacement.len(), 3])?;
     let von_mises = flat(&|record| record.von_mises.clone());
     writer.write(VON_MISES, &von_mises, &[n, first.von_mises.len()])?;
+    let forces = flat(&|record| record.forces.as_flattened().to_vec());
+    writer.write(FORCES, &forces, &[n, first.forces.len(), 3])?;
+    if !first.reaction.is_empty() {
+        let reaction = flat(&|record| record.reaction.as_flattened().to_vec());
+        writer.write(REACTION, &reaction, &[n, first.reaction.len(), 3])?;
+    }
     if m == 0 {
         return Ok(());
     }
@@ -195,11 +214,18 @@ pub fn read(reader: &Reader, scene: &Scene) -> Result<Vec<StepRecord>, FormatErr
     if n > increments.len() || !known.zip(&time).all(|(known, stored)| known == *stored) {
         return Err(FormatError::Inconsistent {
             dataset: TIME,
-            reason: format!("expected the times of {} increments, found others", increments.len()),
+            reason: format!(
+                "expected the times of {} increments, found others",
+                increments.len()
+            ),
         });
     }
     let numbers = |path: &str| -> Result<Vec<f64>, FormatError> {
-        Ok(if reader.has(path) { reader.read_vec(path)? } else { Vec::new() })
+        Ok(if reader.has(path) {
+            reader.read_vec(path)?
+        } else {
+            Vec::new()
+        })
     };
     let accuracy = numbers(ACCURACY)?;
     let certificate = numbers(CERTIFICATE)?;
@@ -207,13 +233,39 @@ pub fn read(reader: &Reader, scene: &Scene) -> Result<Vec<StepRecord>, FormatErr
     let status = reader.read_enum::<StoredStatus>(STATUS)?;
     let method = reader.read_enum::<StoredMethod>(METHOD)?;
     let zones = match reader.has(ZONE) {
-        true => reader.read_enum::<StoredZone>(ZONE)?.into_raw_vec_and_offset().0,
+        true => {
+            reader
+                .read_enum::<StoredZone>(ZONE)?
+                .into_raw_vec_and_offset()
+                .0
+        }
         false => Vec::new(),
     };
     let fields = [
-        DISPLACEMENT, VON_MISES, DUAL_RHS, MULTIPLIER_NORMAL, MULTIPLIER_TANGENTIAL, TANGENTIAL, PATH,
-        GAP, SLIP, FRICTION, APPLIED, CLAMP, CONTACT, MULTIPLIER_FORCE, LOADED, CONTACT_DISPLACEMENT,
-        STRAIN, LOAD_WORK, NORMAL_WORK, DISSIPATION, IMBALANCE,
+        DISPLACEMENT,
+        VON_MISES,
+        DUAL_RHS,
+        MULTIPLIER_NORMAL,
+        MULTIPLIER_TANGENTIAL,
+        TANGENTIAL,
+        PATH,
+        GAP,
+        SLIP,
+        FRICTION,
+        APPLIED,
+        CLAMP,
+        CONTACT,
+        MULTIPLIER_FORCE,
+        LOADED,
+        CONTACT_DISPLACEMENT,
+        STRAIN,
+        LOAD_WORK,
+        NORMAL_WORK,
+        DISSIPATION,
+        IMBALANCE,
+        LOADED_FORCE,
+        FORCES,
+        REACTION,
     ];
     let fields: Vec<Vec<f64>> = fields.into_iter().map(numbers).collect::<Result<_, _>>()?;
     let zones_per = zones.len() / n.max(1);
@@ -247,10 +299,13 @@ pub fn read(reader: &Reader, scene: &Scene) -> Result<Vec<StepRecord>, FormatErr
                         coefficients: pair(row(9), pane, f64::NAN),
                     })
                     .collect(),
+                reaction: row(23).as_chunks().0.to_vec(),
+                forces: row(22).as_chunks().0.to_vec(),
                 applied_force: vector(row(10)),
                 clamp_force: vector(row(11)),
                 contact_force: vector(row(12)),
                 multiplier_force: vector(row(13)),
+                loaded_force: vector(row(21)),
                 loaded_displacement: vector(row(14)),
                 contact_displacement: pair(row(15), 0, 0.0),
                 energies: StepEnergies {

@@ -170,6 +170,7 @@ pub const LAYOUT: Layout = Layout {
             "n_increments",
             "increments of a load history that were solved",
         ),
+        ("n_forces", "clamps, loads and contact faces of the scene"),
         ("n_paths", "paths of solutions"),
         ("n_path_points", "points of all paths of solutions"),
         (

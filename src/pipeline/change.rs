@@ -111,7 +111,9 @@ impl Change {
         };
         let transaction = &mut self.transaction;
         let scene = &self.scene;
-        let digest = pending.output.write(transaction, pending.home, &record, scene)?;
+        let digest = pending
+            .output
+            .write(transaction, pending.home, &record, scene)?;
         let units = scene.units;
         self.stored.push((
             stage,
@@ -142,12 +144,18 @@ impl Change {
             }
         };
         let (transaction, home) = (&mut self.transaction, Home::RunFile);
-        write_group(transaction, group, home, &record, |writer| match unfinished {
-            Unfinished::Solve(state) => format::write_checkpoint(writer, state),
-            Unfinished::History(records) => {
-                format::write_history(writer, &task.input.scene, records)
-            }
-        })?;
+        write_group(
+            transaction,
+            group,
+            home,
+            &record,
+            |writer| match unfinished {
+                Unfinished::Solve(state) => format::write_checkpoint(writer, state),
+                Unfinished::History(records) => {
+                    format::write_history(writer, &task.input.scene, records)
+                }
+            },
+        )?;
         self.changed.push(group);
         Ok(())
     }

@@ -140,7 +140,7 @@ pub(super) fn need_of(input: &SceneFile, mesh: &Mesh) -> Need {
     let contact = mesh.contact.as_ref();
     let nodes = contact.map_or(0, |surface| surface.nodes.len());
     let panes = contact.map_or(0, |surface| surface.n_panes());
-    let numbers = 3 * mesh.coordinates.len() + mesh.tetrahedra.len() + 5 * nodes + 12 * panes + 64;
+    let numbers = 6 * mesh.coordinates.len() + mesh.tetrahedra.len() + 5 * nodes + 12 * panes + 64;
     let bytes = 8 * numbers as u64 * input.scene.increments().len() as u64;
     Need {
         step: "keeping the increments of the load history",

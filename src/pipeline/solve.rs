@@ -185,7 +185,10 @@ impl Equations {
         match self {
             Self::Primal(primal, coupling) => (primal, coupling),
             Self::Problem(system) => {
-                let coupling = system.contact.as_ref().map(|contact| contact.coupling.clone());
+                let coupling = system
+                    .contact
+                    .as_ref()
+                    .map(|contact| contact.coupling.clone());
                 (system.assembly.primal.clone(), coupling)
             }
         }

@@ -170,10 +170,7 @@ impl Session {
     }
 
     /// The increments of a load history, stored as they are done where that costs no more than a twentieth of computing them.
-    fn solve_history(
-        &mut self,
-        observe: &mut dyn FnMut(Step<'_>),
-    ) -> Result<Output, StageError> {
+    fn solve_history(&mut self, observe: &mut dyn FnMut(Step<'_>)) -> Result<Output, StageError> {
         let source = self.task.source(&self.store);
         let meshed = self.known.meshed(source)?;
         let operator = self.known.operator(source)?;

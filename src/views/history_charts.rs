@@ -67,17 +67,20 @@ fn friction_loop(records: &[StepRecord], units: Units) -> LineChart {
     }
 }
 
-/// The applied force over the mean displacement of the loaded faces.
+/// The force of loads and moving clamps over the mean displacement of their faces.
 fn force_displacement(records: &[StepRecord], units: Units) -> LineChart {
     let series = [0, 1, 2].into_iter().filter_map(|c| {
         let name = format!("along {}", ["x", "y", "z"][c]);
-        let at = |record: &StepRecord| [record.loaded_displacement[c], record.applied_force[c]];
+        let at = |record: &StepRecord| [record.loaded_displacement[c], record.loaded_force[c]];
         series(name, records, largest_force(records), at)
     });
     LineChart {
-        title: "Applied force and displacement of the loaded faces".to_owned(),
+        title: "Force and displacement of the loaded faces".to_owned(),
         x: axis("mean displacement", units.of(Dimension::LENGTH)),
-        y: axis("applied force", units.of(Dimension::FORCE)),
+        y: axis(
+            "force of loads and moving clamps",
+            units.of(Dimension::FORCE),
+        ),
         legend: String::new(),
         series: series.collect(),
     }
@@ -89,7 +92,9 @@ fn energies(records: &[StepRecord], units: Units) -> LineChart {
     let sums: [(&str, Energy); 4] = [
         ("work of the loads", |record| record.energies.load_work),
         ("dissipated", |record| record.energies.dissipation),
-        ("work on the foundation", |record| record.energies.normal_work),
+        ("work on the foundation", |record| {
+            record.energies.normal_work
+        }),
         ("missing", |record| record.energies.imbalance),
     ];
     let strain = |record: &StepRecord| [record.increment.time, record.energies.strain];
@@ -117,7 +122,7 @@ fn energies(records: &[StepRecord], units: Units) -> LineChart {
 /// The largest force of any kind, in N.
 fn largest_force(records: &[StepRecord]) -> f64 {
     let forces = records.iter().flat_map(|record| {
-        [record.applied_force, record.multiplier_force]
+        [record.loaded_force, record.multiplier_force]
             .concat()
             .into_iter()
     });
@@ -132,7 +137,9 @@ fn series(
     at: impl Fn(&StepRecord) -> [f64; 2],
 ) -> Option<Series> {
     let points: Vec<[f64; 2]> = records.iter().map(at).collect();
-    let largest = points.iter().fold(0.0_f64, |most, [_, y]| most.max(y.abs()));
+    let largest = points
+        .iter()
+        .fold(0.0_f64, |most, [_, y]| most.max(y.abs()));
     (largest > NO_FORCE * scale).then(|| line(name, records, &points))
 }
 
@@ -142,16 +149,19 @@ fn line(name: String, records: &[StepRecord], points: &[[f64; 2]]) -> Series {
         y: 0.0,
         text: "before the first step".to_owned(),
     };
-    let points = records.iter().zip(points).map(|(record, [x, y])| ChartPoint {
-        x: *x,
-        y: *y,
-        text: format!(
-            "step {}, increment {}, t = {}: {x:.4e}, {y:.4e}",
-            record.increment.step + 1,
-            record.increment.number,
-            record.increment.time
-        ),
-    });
+    let points = records
+        .iter()
+        .zip(points)
+        .map(|(record, [x, y])| ChartPoint {
+            x: *x,
+            y: *y,
+            text: format!(
+                "step {}, increment {}, t = {}: {x:.4e}, {y:.4e}",
+                record.increment.step + 1,
+                record.increment.number,
+                record.increment.time
+            ),
+        });
     Series {
         name,
         points: [origin].into_iter().chain(points).collect(),

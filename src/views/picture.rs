@@ -66,9 +66,9 @@ pub fn draw_run(
     let panels = panels.into_iter();
     let panels = panels.map(|panel| (panel.name, panel.figure, PANEL_WIDTH));
     let mut files = history_charts::draw(folder, results.increments(), scene.units)?;
-    files.extend(folder.save(
-        panels.chain([(ERROR, error, PANEL_WIDTH), (LAST, page, PAGE_WIDTH)]),
-    )?);
+    files.extend(
+        folder.save(panels.chain([(ERROR, error, PANEL_WIDTH), (LAST, page, PAGE_WIDTH)]))?,
+    );
     Ok(files)
 }
 

@@ -6,7 +6,10 @@ use thiserror::Error;
 
 use super::{Need, Shortage, need::Admission};
 use crate::{
-    elasticity::{DofMap, Loads, MaterialField, NodeGraph, refuse_rigid_motions, stiffness_on},
+    elasticity::{
+        DofMap, Loads, MaterialField, NodeGraph, forces_of_prescribed, prescribed_displacements,
+        refuse_rigid_motions, stiffness_on,
+    },
     linalg::{
         Accuracy, CscMatrix, Doubled, Factor, FactorError, FactorStructure, OrderingError,
         Precision, Workspace, conjugate_gradients, expand_to_unknowns, nested_dissection, norm,
@@ -28,18 +31,24 @@ pub struct PrimalSystem {
     pub dofs: DofMap,
     /// Stiffness A, `[n_free, n_free]`, in N/m; shared by problems that differ in their loads.
     pub stiffness: Arc<CscMatrix>,
-    /// Load l, `[n_free]`, in N.
+    /// Right-hand side over the free degrees of freedom, `[n_free]`, in N: the load l, less A_fc u_c where clamps hold at
+    /// a displacement u_c.
     pub load: Vec<f64>,
 }
 
 impl PrimalSystem {
-    /// Replaces l by that of a scene that differs in its loads only.
+    /// Replaces the load, and the displacements at which the clamps hold, by those of a scene that differs in no more.
     ///
     /// # Errors
     /// A load that is not finite.
     pub fn apply_loads(&mut self, scene: &Scene, mesh: &Mesh) -> Result<(), Invalid> {
-        self.load = load_vector(scene, mesh, &self.dofs)?;
+        self.set_loads(LoadData::new(scene, mesh, &self.dofs)?);
         Ok(())
+    }
+
+    fn set_loads(&mut self, data: LoadData) {
+        self.load = data.rhs;
+        self.dofs.prescribed = data.prescribed.map(Arc::new);
     }
 }
 
@@ -144,8 +153,7 @@ impl Analysed {
                 timed(|| {
                     let stiffness =
                         stiffness_on(&graph, mesh, &MaterialField::new(scene, mesh), &dofs);
-                    let load = load_vector(scene, mesh, &dofs)?;
-                    Ok((stiffness, load))
+                    Ok((stiffness, LoadData::new(scene, mesh, &dofs)?))
                 })
             },
             || timed(|| fill_reducing_order(mesh, &graph, &dofs)),
@@ -162,11 +170,12 @@ impl Analysed {
             dual_operator: 0.0,
         };
         let structure = structure.map_err(|e| explain(e, &dofs))?;
-        let primal = PrimalSystem {
+        let mut primal = PrimalSystem {
             dofs,
             stiffness: Arc::new(stiffness),
-            load,
+            load: Vec::new(),
         };
+        primal.set_loads(load);
         Ok(Self {
             primal,
             structure,
@@ -311,9 +320,25 @@ impl Assembly {
     }
 }
 
-/// The load l over the free degrees of freedom in N.
-fn load_vector(scene: &Scene, mesh: &Mesh, dofs: &DofMap) -> Result<Vec<f64>, Invalid> {
-    Ok(dofs.to_free(&Loads::of(scene).nodal_forces(mesh)?))
+/// What loads and prescribed displacements make of a problem.
+pub(super) struct LoadData {
+    /// l − A_fc u_c over the free degrees of freedom in N.
+    rhs: Vec<f64>,
+    /// u_c in m, `[n_nodes]`; `None` where all clamps hold at zero.
+    prescribed: Option<Vec<[f64; 3]>>,
+}
+
+impl LoadData {
+    pub(super) fn new(scene: &Scene, mesh: &Mesh, dofs: &DofMap) -> Result<Self, Invalid> {
+        let mut rhs = dofs.to_free(&Loads::of(scene).nodal_forces(mesh)?);
+        let prescribed = prescribed_displacements(scene, mesh)?;
+        if let Some(prescribed) = &prescribed {
+            let material = MaterialField::new(scene, mesh);
+            let taken = dofs.to_free(&forces_of_prescribed(mesh, &material, prescribed));
+            rhs.iter_mut().zip(taken).for_each(|(l, taken)| *l -= taken);
+        }
+        Ok(Self { rhs, prescribed })
+    }
 }
 
 /// Nested dissection of the mesh without its held nodes, the free degrees of freedom node by node.

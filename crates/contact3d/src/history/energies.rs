@@ -20,7 +20,7 @@ use crate::{
 pub struct StepEnergies {
     /// Strain energy ½ uᵀAu at the end.
     pub strain: f64,
-    /// Work of the loads, and of clamps that move.
+    /// Work of the loads, and of the clamps that move.
     pub load_work: f64,
     /// Work ∫ λ_ν Δu_ν on the foundation.
     pub normal_work: f64,
@@ -33,8 +33,8 @@ pub struct StepEnergies {
 /// What the works of the next increment need of the last one.
 pub(super) struct Bookkeeping<'a> {
     history: LoadHistory<'a>,
-    /// ∫ φ_k over the loaded faces in m², with its node.
-    loaded: Vec<(usize, f64)>,
+    /// What drives the body.
+    drive: Drive,
     /// Forces of the loads on the nodes at the end of the last increment in N; `None` before the first.
     forces: Option<Vec<Vector>>,
 }
@@ -48,7 +48,7 @@ impl<'a> Bookkeeping<'a> {
         };
         Ok(Self {
             history: *history,
-            loaded: loaded_shares(history.scene, history.mesh)?,
+            drive: Drive::new(history.scene, history.mesh)?,
             forces: records.last().map(forces).transpose()?,
         })
     }
@@ -62,7 +62,7 @@ impl<'a> Bookkeeping<'a> {
         report: &ContactReport,
     ) -> Result<(), Invalid> {
         let mesh = self.history.mesh;
-        record.loaded_displacement = mean(&self.loaded, &record.displacement);
+        self.drive.enter(record, report);
         let way = |node: usize| {
             let from = before.map_or([0.0; 3], |before| before.displacement[node]);
             let to = record.displacement[node];
@@ -75,7 +75,13 @@ impl<'a> Bookkeeping<'a> {
             let works = (0..3).map(|c| 0.5 * (force[c] + earlier[c]) * way[c]);
             works.sum::<f64>()
         });
-        let load_work: f64 = load_work.sum();
+        let reactions = record.reaction.iter().enumerate().map(|(node, force)| {
+            let earlier = before.map_or([0.0; 3], |before| before.reaction[node]);
+            let way = way(node);
+            let works = (0..3).map(|c| 0.5 * (force[c] + earlier[c]) * way[c]);
+            works.sum::<f64>()
+        });
+        let load_work = load_work.sum::<f64>() + reactions.sum::<f64>();
         let face = problem.contact(mesh);
         let normal_work = face.map_or(0.0, |face| {
             let moved: Vec<f64> = face
@@ -117,28 +123,72 @@ impl<'a> Bookkeeping<'a> {
     }
 }
 
-/// ∫ φ_k over the loaded faces of a scene in m², with the nodes; one for every node where no face is loaded.
-fn loaded_shares(scene: &Scene, mesh: &Mesh) -> Result<Vec<(usize, f64)>, Invalid> {
-    let tractions = scene.tractions.iter().map(|traction| &traction.face);
-    let pressures = scene.pressures.iter().map(|pressure| &pressure.face);
-    let faces: BTreeSet<&String> = tractions.chain(pressures).collect();
-    if faces.is_empty() {
-        return Ok((0..mesh.coordinates.len())
-            .map(|node| (node, 1.0))
-            .collect());
+/// What drives the body: tractions, pressures and clamps that move, or the body force where there are none.
+struct Drive {
+    /// Clamps that move, by their places.
+    clamps: Vec<usize>,
+    /// Keys of the sources.
+    sources: Vec<String>,
+    /// ∫ φ_k over their faces in m², with the nodes; one for every node where they have none.
+    shares: Vec<(usize, f64)>,
+}
+
+impl Drive {
+    fn new(scene: &Scene, mesh: &Mesh) -> Result<Self, Invalid> {
+        let clamps = scene.moved_clamps()?;
+        let tractions = scene.tractions.iter().map(|traction| &traction.face);
+        let pressures = scene.pressures.iter().map(|pressure| &pressure.face);
+        let held = clamps
+            .iter()
+            .filter_map(|&clamp| scene.clamps[clamp].face.as_ref());
+        let faces: BTreeSet<&String> = tractions.chain(pressures).chain(held).collect();
+        let keys = |name: &str, n: usize| (0..n).map(|i| format!("{name}.{i}")).collect::<Vec<_>>();
+        let mut sources = keys("traction", scene.tractions.len());
+        sources.extend(keys("pressure", scene.pressures.len()));
+        sources.extend(clamps.iter().map(|clamp| format!("clamp.{clamp}")));
+        if sources.is_empty() {
+            sources.push("body_force".into());
+        }
+        let ones: Vec<Traction> = faces
+            .into_iter()
+            .map(|face| Traction::on(face, [1.0, 0.0, 0.0]))
+            .collect();
+        let unit = Loads {
+            tractions: &ones,
+            pressures: &[],
+            body_force: None,
+        };
+        let shares = unit.nodal_forces(mesh)?.into_iter().enumerate();
+        let mut shares: Vec<(usize, f64)> = shares
+            .map(|(node, [share, _, _])| (node, share))
+            .filter(|(_, share)| *share != 0.0)
+            .collect();
+        if shares.is_empty() {
+            shares = (0..mesh.coordinates.len())
+                .map(|node| (node, 1.0))
+                .collect();
+        }
+        Ok(Self {
+            clamps,
+            sources,
+            shares,
+        })
     }
-    let ones: Vec<Traction> = faces
-        .into_iter()
-        .map(|face| Traction::on(face, [1.0, 0.0, 0.0]))
-        .collect();
-    let unit = Loads {
-        tractions: &ones,
-        pressures: &[],
-        body_force: None,
-    };
-    let shares = unit.nodal_forces(mesh)?;
-    let shares = shares.into_iter().map(|[share, _, _]| share).enumerate();
-    Ok(shares.filter(|(_, share)| *share != 0.0).collect())
+
+    /// Adds force, displacement and, where clamps move, reactions to a record.
+    fn enter(&self, record: &mut StepRecord, report: &ContactReport) {
+        record.loaded_displacement = mean(&self.shares, &record.displacement);
+        let driving = report
+            .forces
+            .iter()
+            .filter(|force| self.sources.contains(&force.source));
+        record.loaded_force = driving.fold([0.0; 3], |sum, source| {
+            std::array::from_fn(|c| sum[c] + source.force[c])
+        });
+        if !self.clamps.is_empty() {
+            record.reaction.clone_from(&report.reaction);
+        }
+    }
 }
 
 /// The mean of nodal vectors with given weights.

@@ -36,6 +36,10 @@ pub struct StepRecord {
     pub path: Vec<[f64; 3]>,
     /// `[n_panes]`.
     pub panes: Vec<StepPane>,
+    /// Forces of the clamps on the nodes, `[n_nodes]`, in N; empty where all clamps hold at zero in all steps.
+    pub reaction: Vec<Vector>,
+    /// Forces on the body in N by their sources, in the order of [`ContactReport::forces`].
+    pub forces: Vec<Vector>,
     /// Loads in N.
     pub applied_force: Vector,
     /// Reaction of the clamps in N.
@@ -44,7 +48,9 @@ pub struct StepRecord {
     pub contact_force: Vector,
     /// Total of λ_ν and λ_t over the face in N, zero where there is none.
     pub multiplier_force: Vector,
-    /// Mean displacement of the loaded faces in m; that of the whole body's nodes where none is loaded.
+    /// Force on the body in N of tractions, pressures and clamps that move; of the body force where there are none.
+    pub loaded_force: Vector,
+    /// Mean displacement in m of the faces that they act on; of all nodes where there are none.
     pub loaded_displacement: Vector,
     /// Mean of (u_t1, u_t2) over the contact face in m; zero without friction.
     pub contact_displacement: [f64; 2],
@@ -103,6 +109,8 @@ impl StepRecord {
             path: with_friction
                 .map_or_else(Vec::new, |interface| interface.path_after(&tangential)),
             panes: report.panes.iter().map(StepPane::of).collect(),
+            reaction: Vec::new(),
+            forces: report.forces.iter().map(|source| source.force).collect(),
             applied_force: resultants.applied_force,
             clamp_force: resultants.clamp_force,
             contact_force: contact.map_or([0.0; 3], |contact| contact.contact_force),
@@ -110,6 +118,7 @@ impl StepRecord {
                 let [first, second] = contact.tangential_force.unwrap_or_default();
                 [contact.normal_force, first, second]
             }),
+            loaded_force: [0.0; 3],
             loaded_displacement: [0.0; 3],
             contact_displacement: face.map_or([0.0; 2], |(_, surface)| {
                 let areas = &surface.pane_area;

@@ -25,6 +25,9 @@ impl Scaling {
     pub(crate) fn apply(&self, scene: &Scene) -> Result<Scene, Invalid> {
         let mut scaled = scene.clone();
         self.scale_body(&mut scaled);
+        for value in scaled.clamps.iter_mut().flat_map(|clamp| &mut clamp.value) {
+            *value = self.quantity(value, self.displacement)?;
+        }
         for traction in &mut scaled.tractions {
             for value in &mut traction.value {
                 *value = self.quantity(value, self.stress)?;
@@ -49,7 +52,7 @@ impl Scaling {
             let factor = match target {
                 Target::Traction(_) | Target::Pressure(_) => self.stress,
                 Target::BodyForce => self.stress / self.length,
-                Target::Gap => self.displacement,
+                Target::Gap | Target::Clamp(_) => self.displacement,
             };
             let values = values.iter().map(|value| self.quantity(value, factor));
             values.collect()

@@ -23,6 +23,7 @@ pub(crate) enum Target {
     Traction(usize),
     Pressure(usize),
     BodyForce,
+    Clamp(usize),
     Gap,
 }
 
@@ -39,6 +40,7 @@ impl Target {
         match self {
             Self::Traction(i) => format!("traction.{i}"),
             Self::Pressure(i) => format!("pressure.{i}"),
+            Self::Clamp(i) => format!("clamp.{i}"),
             Self::BodyForce => "body_force".into(),
             Self::Gap => "contact.gap".into(),
         }
@@ -49,6 +51,7 @@ impl Target {
         match self {
             Self::Traction(i) => &mut scene.tractions[i].value,
             Self::Pressure(i) => std::slice::from_mut(&mut scene.pressures[i].value),
+            Self::Clamp(i) => &mut scene.clamps[i].value,
             Self::BodyForce => scene
                 .body_force
                 .as_mut()
@@ -63,7 +66,7 @@ impl Target {
     /// The factor before the first step: nothing loads or moves the body yet, and the gap is what it is.
     fn first_factor(self) -> f64 {
         match self {
-            Self::Traction(_) | Self::Pressure(_) | Self::BodyForce => 0.0,
+            Self::Traction(_) | Self::Pressure(_) | Self::BodyForce | Self::Clamp(_) => 0.0,
             Self::Gap => 1.0,
         }
     }
@@ -144,6 +147,20 @@ impl Scene {
         }
         scene.bind_parameters()?;
         Ok(scene)
+    }
+
+    /// The clamps that are held elsewhere than at zero when any step ends, by their places.
+    ///
+    /// # Errors
+    /// As [`Self::at_increment`].
+    pub(crate) fn moved_clamps(&self) -> Result<Vec<usize>, Invalid> {
+        let mut moved = vec![false; self.clamps.len()];
+        for end in self.increments().iter().filter(|end| end.share >= 1.0) {
+            let clamps = self.at_increment(*end)?.clamps;
+            let pairs = moved.iter_mut().zip(&clamps);
+            pairs.for_each(|(moved, clamp)| *moved |= clamp.is_moved());
+        }
+        Ok((0..moved.len()).filter(|clamp| moved[*clamp]).collect())
     }
 
     /// The scene as its last increment has it; itself without steps.
@@ -230,6 +247,7 @@ impl Scene {
         let mut targets: Vec<Target> = (0..self.tractions.len()).map(Target::Traction).collect();
         targets.extend((0..self.pressures.len()).map(Target::Pressure));
         targets.extend(self.body_force.as_ref().map(|_| Target::BodyForce));
+        targets.extend((0..self.clamps.len()).map(Target::Clamp));
         targets.extend(self.contact.as_ref().map(|_| Target::Gap));
         targets
     }
@@ -238,6 +256,7 @@ impl Scene {
         match target {
             Target::Traction(i) => self.tractions[i].name.as_deref(),
             Target::Pressure(i) => self.pressures[i].name.as_deref(),
+            Target::Clamp(i) => self.clamps[i].name.as_deref(),
             Target::BodyForce | Target::Gap => None,
         }
     }
