@@ -103,6 +103,7 @@ fn absent_from_run(tables: &[&str]) -> BTreeSet<String> {
         .success();
     let reader = Reader::open(&folder.path().join("run.h5"), LAYOUT).unwrap();
     assert!(!reader.has("/adapt/status"), "no wish for an error");
+    assert_eq!(reader.has("/history/time"), tables.concat().contains("step"));
     let rows = LAYOUT.tables.iter().flat_map(|table| table.iter());
     let of_a_run = rows.filter(|row| {
         let others = [
@@ -111,6 +112,7 @@ fn absent_from_run(tables: &[&str]) -> BTreeSet<String> {
             "/adapt/",
             "/theory/",
             "/branches/",
+            "/history/",
         ];
         !others.iter().any(|group| row.path.starts_with(group))
     });
@@ -123,6 +125,9 @@ const PRESCRIBED_ONLY: [&str; 2] = [
     "/load/prescribed_displacement",
     "/post/resultants/clamp_work",
 ];
+
+/// What only a load history has, beside its own group.
+const HISTORY_ONLY: [&str; 1] = ["/solve/history_digest"];
 
 /// What only a factor in single precision has; small bodies have one in double.
 const IN_SINGLE_PRECISION: [&str; 3] = [
@@ -140,6 +145,7 @@ fn expected(effects: &[&[&str]], present: Option<&str>) -> BTreeSet<String> {
         .collect();
     paths.extend(IN_SINGLE_PRECISION.map(str::to_owned));
     paths.extend(PRESCRIBED_ONLY.map(str::to_owned));
+    paths.extend(HISTORY_ONLY.map(str::to_owned));
     let all = [&CONTACT_ONLY[..], &FRICTION_ONLY, &COULOMB_ONLY].concat();
     if let Some(present) = present {
         let other = if present == "Cell" { "Point" } else { "Cell" };
@@ -206,6 +212,13 @@ fn with_prescribed_displacements() {
     let resting = clamp.replace("1e-6", "0");
     let absent = expected(&[&REGIONS_ONLY], Some("Cell"));
     assert_eq!(absent_from(&[&resting, CONTACT, RAMPS]), absent);
+}
+
+#[test]
+fn with_a_load_history() {
+    let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
+    absent.retain(|path| !HISTORY_ONLY.contains(&path.as_str()));
+    assert_eq!(absent_from(&[CONTACT, RAMPS, "[[step]]\n[[step]]\n"]), absent);
 }
 
 #[test]

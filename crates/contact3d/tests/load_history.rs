@@ -3,8 +3,9 @@
 
 use contact3d::{
     AssembledProblem, Problem, SteppedProblem,
-    history::StepRecord,
+    history::{LoadHistory, StepRecord},
     scene::{Method, Scene, SolveSettings, Step},
+    solver::Start,
 };
 
 /// The corner (1, 0, 0) of a cube of edge 1 is free and belongs to one tetrahedron; its shear modulus, and the force of
@@ -392,4 +393,77 @@ fn bad_histories_are_refused_with_the_key() {
     assert!(scene.validate().unwrap_err().key == "friction.follows");
     scene.steps.push(Step::default());
     assert!(scene.validate().is_ok());
+}
+
+/// From the records of any number of increments the others follow with the same bits.
+#[test]
+fn going_on_gives_the_same_bits_after_every_increment() {
+    for settings in [
+        "friction.follows = 'path-length'",
+        "solve = { method = 'fixed-point', epsilon = 1e-8 }",
+        "assemble.dual_operator = 'implicit'",
+    ] {
+        let problem = assembled(block(CYCLE, settings));
+        let history = LoadHistory {
+            scene: problem.scene(),
+            mesh: problem.mesh(),
+            operator: problem.system(),
+        };
+        let from = |records: Vec<StepRecord>| {
+            let settings = &problem.scene().solve;
+            let start = Start::default();
+            let solved = history.solve(settings, records, start, &mut |_, _| {}, &mut |_| {});
+            solved.expect("a history").records
+        };
+        let whole = from(Vec::new());
+        for done in 1..=whole.len() {
+            assert_eq!(from(whole[..done].to_vec()), whole, "{settings}, {done}");
+        }
+    }
+}
+
+/// A block whose upper face is moved to and fro: its reactions are the loads that would do the same, and their work balances.
+#[test]
+fn clamps_move_in_steps_and_their_work_counts() {
+    let scene = |friction: &str, n: usize| {
+        let text = format!(
+            "title = 'sheared'
+             body.brick = {{ size = [2.0, 1.0, 1.0], cells = [4, 2, 2] }}
+             material.isotropic = {{ young_modulus = 2e5, poisson_ratio = 0.3 }}
+             clamp = [{{ name = 'top', face = 'z_max', value = [0.002, 0.0, -0.001] }}]
+             contact.face = 'z_min'
+             {friction}
+             step = [{{ value = {{ top = [0.0, 0.0, -0.001] }}, increments = {n} }},
+                     {{ value = {{ top = [0.002, 0.0, -0.001] }}, increments = {n} }},
+                     {{ value = {{ top = [-0.002, 0.0, -0.001] }}, increments = {n} }},
+                     {{ factor = {{ top = 0.0 }}, increments = {n} }}]"
+        );
+        Scene::parse("sheared", &text).unwrap_or_else(|error| panic!("{error:?}"))
+    };
+    let sums = |records: &[StepRecord]| {
+        let energies = records.iter().map(|record| record.energies);
+        energies.fold([0.0; 3], |[work, dissipated, missing], e| {
+            [work + e.load_work, dissipated + e.dissipation, missing + e.imbalance]
+        })
+    };
+    let smooth = solved(scene("", 2)).records;
+    let [_, _, missing] = sums(&smooth);
+    let largest = smooth.iter().map(|r| r.energies.strain).fold(0.0, f64::max);
+    // Sums over some hundred nodes.
+    assert!(missing.abs() < 1e-12 * largest, "{missing} of {largest}");
+    let rough = solved(scene("friction.coefficient.constant = 0.2", 8)).records;
+    for record in &rough {
+        assert!(record.status.is_solved() && record.certificate < 1e-10);
+        // The holder and the foundation balance each other.
+        for c in 0..3 {
+            let sum = record.loaded_force[c] + record.contact_force[c];
+            assert!(sum.abs() < 1e-10 * record.multiplier_force[0].max(1.0), "{sum}");
+        }
+    }
+    let [work, dissipated, missing] = sums(&rough);
+    // All that was put in is dissipated: the body is unloaded in the end but for what friction holds.
+    assert!(dissipated > 0.5 * work && missing.abs() < 0.1 * dissipated);
+    // The mean displacement of the top is what the steps say.
+    let tops: Vec<f64> = rough.iter().map(|r| r.loaded_displacement[0]).collect();
+    assert!((tops[15] - 0.002).abs() < 1e-15 && (tops[11] - 0.001).abs() < 1e-15, "{tops:?}");
 }
