@@ -14,7 +14,7 @@ use super::{
     terminal::{self, say},
 };
 use crate::{
-    pipeline::{BranchesTask, StageError, follow_branches},
+    pipeline::{BranchesTask, Followed, SeriesFolder, StageError, follow_branches},
     views::{Drawing, draw_branches, kind_words},
 };
 
@@ -40,6 +40,9 @@ pub struct BranchesArguments {
     /// Search for all solutions at both ends of the range, and follow each
     #[arg(long)]
     pub all: bool,
+    /// Folder for the points of each path as a series that ParaView plays, path_1.vtkhdf and so on
+    #[arg(long, value_name = "FOLDER")]
+    pub series: Option<PathBuf>,
     #[command(flatten)]
     pub(super) figures: FigureArguments,
 }
@@ -53,6 +56,8 @@ pub(super) fn branches(
     let (scene, inputs) = override_scene::read_with_inputs(&arguments.scene)?;
     let units = scene.scene.units;
     inputs.refuse(&arguments.file)?;
+    let claim = |folder: &PathBuf| SeriesFolder::claim(folder, &inputs);
+    let series = arguments.series.as_ref().map(claim).transpose()?;
     let pictures = arguments
         .figures
         .claim(&arguments.file, Drawing::Branches, inputs)?;
@@ -65,11 +70,26 @@ pub(super) fn branches(
         all: arguments.all,
     };
     let spinner = progress::spinner("branches", output);
-    let followed = follow_branches(&arguments.file, scene, &task, threads, &mut |branches| {
-        spinner.set_message(where_it_stands(branches));
-    });
+    let mut observe = |branches: &Branches| spinner.set_message(where_it_stands(branches));
+    let followed = follow_branches(
+        &arguments.file,
+        scene,
+        &task,
+        series.as_ref(),
+        threads,
+        &mut observe,
+    );
     spinner.finish_and_clear();
-    let branches = followed?;
+    let Followed {
+        branches,
+        series: files,
+    } = followed?;
+    if let Some(folder) = &arguments.series {
+        say(
+            output,
+            &format!("series    {} files in {}", files.len(), folder.display()),
+        );
+    }
     if let Some(pictures) = &pictures {
         let files = draw_branches(pictures, &branches, units).map_err(StageError::after_storing)?;
         let drawn = format!(

@@ -13,6 +13,7 @@ mod load;
 mod load_history;
 mod mesh;
 mod outcome;
+mod path_series;
 mod post;
 mod scene;
 mod sizes;
@@ -23,6 +24,7 @@ mod sweep;
 mod theory;
 mod vtkhdf;
 mod vtkhdf_check;
+mod vtkhdf_series;
 
 use thiserror::Error;
 
@@ -42,6 +44,7 @@ pub use load_history::{
     GROUP as HISTORY, check as check_history, read as read_history, write as write_history,
 };
 pub use mesh::{read as read_mesh, write as write_mesh};
+pub use path_series::{SERIES_LAYOUT, begin as begin_path_series};
 pub use post::{ContactSummary, Summary, read_summary, write as write_report};
 pub use scene::{GROUP as SCENE, read as read_scene, text as scene_text, write as write_scene};
 pub use sizes::{Sizes, read_sizes};
@@ -52,8 +55,9 @@ pub use sweep::{
     CaseRow, GROUP as CASES, SWEEP_LAYOUT, TableOwner, read_table_owner, write as write_cases,
 };
 pub use theory::{GROUP as THEORY, read as read_theory, write as write_theory};
-pub use vtkhdf::{GROUP as VTKHDF, write as write_vtkhdf};
+pub use vtkhdf::{GROUP as VTKHDF, GridValues, write as write_vtkhdf};
 pub use vtkhdf_check::{check as check_vtkhdf, problems};
+pub use vtkhdf_series::Series;
 
 use contact3d::{
     linalg::{CscMatrix, PartsError},
@@ -61,6 +65,23 @@ use contact3d::{
 };
 use runfile::{Layout, Reader, SparseView, StoreError};
 use units::Units;
+
+/// Sizes of what ParaView reads, in run files and in files of series.
+const CELLS_EXTENT: (&str, &str) = (
+    "n_cells",
+    "VTK cells: the tetrahedra, then the contact triangles",
+);
+const CONNECTIVITY_EXTENT: (&str, &str) = ("n_connectivity", "node references of all VTK cells");
+const POINT_VALUES_EXTENT: (&str, &str) = (
+    "n_point_values",
+    "values on points for ParaView: nodes, once for each step of a series",
+);
+const CELL_VALUES_EXTENT: (&str, &str) = (
+    "n_cell_values",
+    "values on cells for ParaView: VTK cells, once for each step of a series",
+);
+const SERIES_STEPS_EXTENT: (&str, &str) =
+    ("n_series_steps", "steps of a series that ParaView plays");
 
 /// Every dataset of a run file.
 pub const LAYOUT: Layout = Layout {
@@ -93,6 +114,7 @@ pub const LAYOUT: Layout = Layout {
         history::TABLE,
         post::TABLE,
         vtkhdf::TABLE,
+        vtkhdf_series::TABLE,
         accuracy::TABLE,
         accuracy::RUNGS_TABLE,
         accuracy::LEVELS_TABLE,
@@ -140,11 +162,11 @@ pub const LAYOUT: Layout = Layout {
             "n_done_steps",
             "steps of successive approximations done before a checkpoint",
         ),
-        (
-            "n_cells",
-            "VTK cells: the tetrahedra, then the contact triangles",
-        ),
-        ("n_connectivity", "node references of all VTK cells"),
+        CELLS_EXTENT,
+        CONNECTIVITY_EXTENT,
+        POINT_VALUES_EXTENT,
+        CELL_VALUES_EXTENT,
+        SERIES_STEPS_EXTENT,
         ("n_levels", "nested meshes of the accuracy ladder"),
         (
             "n_way_levels",

@@ -14,7 +14,7 @@ use super::{
     mesh::Meshed,
     solve::{Answer, Equations, of_friction},
 };
-use crate::format;
+use crate::format::{self, GridValues, Series};
 
 /// What the stage depends on.
 pub(super) struct Inputs<'a> {
@@ -69,14 +69,23 @@ fn report(
     })
 }
 
-/// Writes the report as ParaView reads it.
+/// Writes the report as ParaView reads it; of a load history all increments, as a series that it plays.
 pub(super) fn write_vtkhdf(
     writer: &mut GroupWriter<'_>,
     meshed: &Meshed,
     evaluated: &Evaluated,
 ) -> Result<(), StoreError> {
     let frame = meshed.interface.as_ref().map(|interface| &interface.frame);
-    format::write_vtkhdf(writer, &meshed.mesh, &evaluated.report, frame)
+    let Some(history) = &evaluated.history else {
+        return format::write_vtkhdf(writer, &meshed.mesh, &evaluated.report, frame);
+    };
+    let times = history.records.iter().map(|record| record.increment.time);
+    let times: Vec<f64> = times.collect();
+    let mut series = Series::begin(writer, &meshed.mesh, &times)?;
+    for record in &history.records {
+        series.step(&GridValues::from(record), frame)?;
+    }
+    series.finish()
 }
 
 /// Writes the report beside that for ParaView, whose digest it holds.

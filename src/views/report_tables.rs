@@ -12,6 +12,7 @@ use plots::html::Table;
 use runfile::{Reader, StoreError};
 use units::{Dimension, Units};
 
+use super::{radius_words, sign_words};
 use crate::pipeline::{Freshness, StageState};
 
 type Pair = (String, String);
@@ -142,6 +143,10 @@ pub(super) fn results(
         pair("Newton steps", solution.newton.len()),
         pair("applications n_A", solution.applications),
     ];
+    if let Some(local) = &solution.local_mapping {
+        pairs.push(pair("spectral radius of Ψ'", radius_words(local)));
+        pairs.extend(sign_words(local).map(|words| pair("sign of det R'", words)));
+    }
     if let Some(contact) = &r.contact {
         pairs.extend([
             pair("open panes", report.count(Zone::Open)),

@@ -386,8 +386,9 @@ impl<'a> Equations<'a> {
         }
         let laws = LawPieces::new(law);
         piece.nodes.resize(displacement.len(), None);
-        for ((node, slips), u) in piece.nodes.iter_mut().zip(slips).zip(displacement) {
-            *node = slips.then(|| node.unwrap_or_else(|| laws.piece_of(u)));
+        let nodes = piece.nodes.iter_mut().zip(slips).zip(displacement);
+        for (index, ((node, slips), u)) in nodes.enumerate() {
+            *node = slips.then(|| node.unwrap_or_else(|| laws.piece_of(index, u)));
         }
     }
 

@@ -241,7 +241,15 @@ impl<'a> Family<'a> {
 
     /// The assembled problem at s, to solve.
     pub(super) fn problem(&self, s: f64) -> Result<AssembledProblem, ProblemError> {
-        let scene = explicit(self.scene(s)?);
+        self.problem_at(self.range.value(s))
+    }
+
+    /// The assembled problem at a value of the parameter, with the dense operator.
+    ///
+    /// # Errors
+    /// A value that no problem can have.
+    pub fn problem_at(&self, parameter: f64) -> Result<AssembledProblem, ProblemError> {
+        let scene = explicit((self.scene_at)(parameter).and_then(Scene::checked)?);
         match self.base.with_scene(scene.clone()) {
             Err(ProblemError::OtherOperator { .. }) => assemble(&scene, self.folder),
             shared => shared,

@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering;
 
 use super::{
-    ContactState, Inner, NeedsExplicit, OuterStep, Progress, Solution, Start, Status,
+    ContactState, Inner, LocalMapping, NeedsExplicit, OuterStep, Progress, Solution, Start, Status,
     conditions::Bound, minimisation::minimise, problem::DiscreteProblem, successive_approximations,
 };
 use crate::{
@@ -66,6 +66,11 @@ pub fn solve(
     }
     solution.law_evaluations = contact.interface.law_evaluations();
     solution.projections = contact.interface.projections.load(Ordering::Relaxed);
+    if let (Some(law), Some(dual)) = (contact.interface.coulomb(), dual.explicit())
+        && solution.status.is_solved()
+    {
+        solution.local_mapping = LocalMapping::new(dual, contact, law, &solution.multiplier);
+    }
     Ok(solution)
 }
 
