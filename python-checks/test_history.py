@@ -10,6 +10,7 @@ from conftest import ROOT
 from history import History
 from raw_problem import RawProblem
 from run_file import open_run
+from test_series import array, played
 
 # A coarse block that is pressed, pulled along a diagonal, pushed back and let go, with coefficients that follow the slip.
 SCENE = """
@@ -127,6 +128,30 @@ def test_the_last_increment_is_the_solution(history):
     for name in ("multiplier_normal", "multiplier_tangential", "displacement"):
         assert np.array_equal(file[f"history/{name}"][-1], file[f"solve/{name}"][:])
     assert file["solve/history_digest"].asstr()[()] == file["history"].attrs["digest"]
+
+
+def test_paraview_plays_the_increments(history):
+    file, problem, _ = history
+    stored = file["history"]
+    n_tetrahedra = len(problem.tetrahedra)
+    panes = file["mesh/contact_facet_pane"][:]
+    shown = list(played(file.filename))
+    assert [time for time, _ in shown] == list(stored["time"])
+    for k, (_, grid) in enumerate(shown):
+        assert np.array_equal(array(grid.GetPointData(), "displacement"), stored["displacement"][k])
+        cells = grid.GetCellData()
+        assert np.array_equal(array(cells, "von_mises")[:n_tetrahedra], stored["von_mises"][k])
+        for name, expected in (
+            ("contact_normal_stress", -stored["multiplier_normal"][k]),
+            ("contact_gap", stored["gap"][k]),
+            ("contact_zone", stored["contact_zone"][k]),
+            ("friction_1", stored["friction"][k][:, 0]),
+        ):
+            assert np.array_equal(array(cells, name)[n_tetrahedra:], expected[panes]), name
+        stress = -stored["multiplier_tangential"][k] @ problem.frame[1:]
+        found = array(cells, "contact_tangential_stress")[n_tetrahedra:]
+        # Two products and a sum for each component.
+        assert np.abs(found - stress[panes]).max() <= 1e-14 * np.abs(stress).max()
 
 
 def test_json_tells_the_same(contact3d, tmp_path):

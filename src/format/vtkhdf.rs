@@ -6,8 +6,8 @@
 
 use contact3d::{
     contact::ContactFrame,
-    mesh::{ContactSurface, Mesh},
     history::StepRecord,
+    mesh::{ContactSurface, Mesh},
     post::{ContactReport, PaneState, Zone},
 };
 use runfile::{

@@ -11,7 +11,7 @@ use contact3d::{
 use runfile::{GroupWriter, Reader, StoreError};
 use serde::Serialize;
 
-use super::{StageError, mesh::Meshed};
+use super::{StageError, load, mesh::Meshed};
 use crate::format::{self, FormatError};
 
 /// What the stage depends on.
@@ -115,6 +115,9 @@ pub(super) struct Settings<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     slip_interpolation: Option<SlipInterpolation>,
     solve: &'a SolveSettings,
+    /// All loads of a load history, of which `/load` holds the last ones only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    history: Option<load::Settings<'a>>,
     /// What the formulas here use.
     #[serde(skip_serializing_if = "Parameters::is_empty")]
     parameters: Parameters,
@@ -131,6 +134,7 @@ impl<'a> Settings<'a> {
                 .map(|contact| contact.slip_interpolation)
                 .filter(|kind| *kind != SlipInterpolation::default()),
             solve: &scene.solve,
+            history: scene.has_history().then(|| load::Settings::of(scene)),
             parameters: scene.parameters_used(of_friction),
         }
     }

@@ -28,7 +28,10 @@ fn a_history_is_stored_drawn_printed_and_reported() {
     let program = Program::new();
     let done = run(&program, &[]).assert().success();
     let text = String::from_utf8_lossy(&done.get_output().stdout).into_owned();
-    assert!(text.contains("load history: 25 of 25 increments in 5 steps"), "{text}");
+    assert!(
+        text.contains("load history: 25 of 25 increments in 5 steps"),
+        "{text}"
+    );
     assert!(text.contains("push again 6"), "{text}");
     for name in ["friction_loop", "force_displacement", "energies"] {
         for kind in ["svg", "png"] {
@@ -44,11 +47,17 @@ fn a_history_is_stored_drawn_printed_and_reported() {
     let json: Value = serde_json::from_slice(&again.get_output().stdout).expect("JSON");
     let rows = json["history"].as_array().expect("rows");
     assert_eq!(rows.len(), 25);
-    let dissipated: f64 = rows.iter().filter_map(|row| row["dissipation"].as_f64()).sum();
+    let dissipated: f64 = rows
+        .iter()
+        .filter_map(|row| row["dissipation"].as_f64())
+        .sum();
     assert!(dissipated > 0.0);
     // Read back from the file, every stage is what it was.
     assert!(json["stages"].as_array().expect("stages").is_empty());
-    program.command(&["post", "run.h5", "--no-figures"]).assert().success();
+    program
+        .command(&["post", "run.h5", "--no-figures"])
+        .assert()
+        .success();
     assert!(program.states().iter().all(|(_, state)| state == "fresh"));
 }
 
@@ -58,7 +67,11 @@ fn one_step_stores_what_a_scene_without_steps_stores() {
     let digests = |more: &[&str]| {
         program.run(more).assert().success();
         let reader = Reader::open(&program.path("run.h5"), LAYOUT).expect("a run file");
-        let numbers = ["/solve/multiplier_normal", "/solve/multiplier_tangential", "/solve/displacement"];
+        let numbers = [
+            "/solve/multiplier_normal",
+            "/solve/multiplier_tangential",
+            "/solve/displacement",
+        ];
         numbers.map(|path| reader.read_vec::<f64>(path).expect("numbers"))
     };
     let plain = digests(&[]);
@@ -68,6 +81,26 @@ fn one_step_stores_what_a_scene_without_steps_stores() {
     assert_eq!(digests(&[]), plain);
     let reader = Reader::open(&program.path("run.h5"), LAYOUT).expect("a run file");
     assert!(reader.whole_group(HISTORY).expect("readable").is_none());
+}
+
+/// Loads of earlier steps count, though `/load` has only the last.
+#[test]
+fn a_change_of_any_step_makes_the_solve_stale() {
+    let program = Program::new();
+    let steps = "step=[{factor={pull=1.0}},{factor={pull=0.0}}]";
+    let run = |more: &[&str]| {
+        run(&program, &["--no-figures", "--set", steps])
+            .args(more)
+            .assert()
+            .success()
+    };
+    run(&[]);
+    let before = program.digests();
+    run(&["--set", "traction.0.value=[2e7,0.0,0.0]"]);
+    let after = program.digests();
+    // The same mesh, operators and last loads, another solution.
+    assert_eq!(before[..3], after[..3]);
+    assert!(before[3] != after[3] && before[4] != after[4]);
 }
 
 /// All numbers of a file's history.
@@ -90,7 +123,17 @@ fn a_killed_history_goes_on_with_the_same_bits() {
     let arguments = |file: &'static str| {
         let scene = scene.to_str().expect("plain path").to_owned();
         let steps = "step=[{factor={pull=0.0}},{factor={pull=1.0},increments=200},{factor={pull=-1.0},increments=400}]";
-        let words = ["run", &scene, file, "--no-figures", "--quiet", "--set", "body.brick.cells=[12,4,4]", "--set", steps];
+        let words = [
+            "run",
+            &scene,
+            file,
+            "--no-figures",
+            "--quiet",
+            "--set",
+            "body.brick.cells=[12,4,4]",
+            "--set",
+            steps,
+        ];
         words.map(str::to_owned)
     };
     let command = |file| {
@@ -129,18 +172,33 @@ fn a_killed_history_goes_on_with_the_same_bits() {
         interrupted += usize::from(part < 601);
     }
     assert!(interrupted >= 1, "no kill left a part of the history");
-    assert_eq!(history(&program, "killed.h5"), history(&program, "whole.h5"));
+    assert_eq!(
+        history(&program, "killed.h5"),
+        history(&program, "whole.h5")
+    );
 }
 
 #[test]
 fn a_step_that_fails_ends_the_history_and_is_said() {
     let program = Program::new();
-    let settings = ["--no-figures", "--set", "solve.method=\"fixed-point\"", "--set", "solve.max_outer_steps=1"];
+    let settings = [
+        "--no-figures",
+        "--set",
+        "solve.method=\"fixed-point\"",
+        "--set",
+        "solve.max_outer_steps=1",
+    ];
     let failed = run(&program, &settings).assert().code(1);
     let said = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();
-    assert!(said.contains("load step 1, increment 1, ends the history"), "{said}");
+    assert!(
+        said.contains("load step 1, increment 1, ends the history"),
+        "{said}"
+    );
     let reader = Reader::open(&program.path("run.h5"), LAYOUT).expect("a run file");
-    assert_eq!(reader.read_vec::<f64>("/history/time").expect("times"), [1.0]);
+    assert_eq!(
+        reader.read_vec::<f64>("/history/time").expect("times"),
+        [1.0]
+    );
 }
 
 #[test]
@@ -151,7 +209,17 @@ fn what_is_about_one_problem_refuses_steps() {
     for command in [
         &["accuracy", scene, "run.h5"][..],
         &["theory", scene, "run.h5"],
-        &["branches", scene, "run.h5", "--parameter", "friction.coefficient.constant", "--from", "0.1", "--to", "0.2"],
+        &[
+            "branches",
+            scene,
+            "run.h5",
+            "--parameter",
+            "friction.coefficient.constant",
+            "--from",
+            "0.1",
+            "--to",
+            "0.2",
+        ],
         &["run", scene, "run.h5", "--error", "5%"],
     ] {
         let before = program.everything();
@@ -166,10 +234,22 @@ fn what_is_about_one_problem_refuses_steps() {
 fn more_increments_than_fit_are_refused_before_the_first() {
     let program = Program::new();
     let steps = "step=[{increments=100000}]";
-    let refused = run(&program, &["--set", steps, "--set", "body.brick.cells=[48,16,16]", "--no-figures"]);
+    let refused = run(
+        &program,
+        &[
+            "--set",
+            steps,
+            "--set",
+            "body.brick.cells=[48,16,16]",
+            "--no-figures",
+        ],
+    );
     let mut refused = refused;
     let refused = refused.assert().code(2);
     let said = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
-    assert!(said.contains("keeping the increments of the load history"), "{said}");
+    assert!(
+        said.contains("keeping the increments of the load history"),
+        "{said}"
+    );
     assert!(!program.path("run.h5").exists());
 }

@@ -105,8 +105,14 @@ fn absent_from_run(tables: &[&str]) -> BTreeSet<String> {
         .success();
     let reader = Reader::open(&folder.path().join("run.h5"), LAYOUT).unwrap();
     assert!(!reader.has("/adapt/status"), "no wish for an error");
-    assert_eq!(reader.has("/history/time"), tables.concat().contains("step"));
-    assert_eq!(reader.has("/VTKHDF/Steps/Values"), tables.concat().contains("step"));
+    assert_eq!(
+        reader.has("/history/time"),
+        tables.concat().contains("step")
+    );
+    assert_eq!(
+        reader.has("/VTKHDF/Steps/Values"),
+        tables.concat().contains("step")
+    );
     let rows = LAYOUT.tables.iter().flat_map(|table| table.iter());
     let of_a_run = rows.filter(|row| {
         let others = [
@@ -222,7 +228,10 @@ fn with_prescribed_displacements() {
 fn with_a_load_history() {
     let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
     absent.retain(|path| !HISTORY_ONLY.contains(&path.as_str()));
-    assert_eq!(absent_from(&[CONTACT, RAMPS, "[[step]]\n[[step]]\n"]), absent);
+    assert_eq!(
+        absent_from(&[CONTACT, RAMPS, "[[step]]\n[[step]]\n"]),
+        absent
+    );
 }
 
 #[test]

@@ -443,7 +443,11 @@ fn clamps_move_in_steps_and_their_work_counts() {
     let sums = |records: &[StepRecord]| {
         let energies = records.iter().map(|record| record.energies);
         energies.fold([0.0; 3], |[work, dissipated, missing], e| {
-            [work + e.load_work, dissipated + e.dissipation, missing + e.imbalance]
+            [
+                work + e.load_work,
+                dissipated + e.dissipation,
+                missing + e.imbalance,
+            ]
         })
     };
     let smooth = solved(scene("", 2)).records;
@@ -457,7 +461,10 @@ fn clamps_move_in_steps_and_their_work_counts() {
         // The holder and the foundation balance each other.
         for c in 0..3 {
             let sum = record.loaded_force[c] + record.contact_force[c];
-            assert!(sum.abs() < 1e-10 * record.multiplier_force[0].max(1.0), "{sum}");
+            assert!(
+                sum.abs() < 1e-10 * record.multiplier_force[0].max(1.0),
+                "{sum}"
+            );
         }
     }
     let [work, dissipated, missing] = sums(&rough);
@@ -465,5 +472,8 @@ fn clamps_move_in_steps_and_their_work_counts() {
     assert!(dissipated > 0.5 * work && missing.abs() < 0.1 * dissipated);
     // The mean displacement of the top is what the steps say.
     let tops: Vec<f64> = rough.iter().map(|r| r.loaded_displacement[0]).collect();
-    assert!((tops[15] - 0.002).abs() < 1e-15 && (tops[11] - 0.001).abs() < 1e-15, "{tops:?}");
+    assert!(
+        (tops[15] - 0.002).abs() < 1e-15 && (tops[11] - 0.001).abs() < 1e-15,
+        "{tops:?}"
+    );
 }
