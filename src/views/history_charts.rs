@@ -17,8 +17,8 @@ const ENERGIES: &str = "energies";
 /// Those that a run with a load history may have.
 pub(super) const HISTORY: [&str; 3] = [FRICTION_LOOP, FORCE_DISPLACEMENT, ENERGIES];
 
-/// A force that is this share of the largest, or less, is none.
-const NO_FORCE: f64 = 1e-9;
+/// A force or an energy that is this share of the largest, or less, is none.
+const NEGLIGIBLE: f64 = 1e-9;
 
 /// Draws the charts of a history as SVG and PNG; returns the files.
 ///
@@ -97,6 +97,8 @@ fn energies(records: &[StepRecord], units: Units) -> LineChart {
         }),
         ("missing", |record| record.energies.imbalance),
     ];
+    let energy = |record: &StepRecord| record.energies.strain.abs();
+    let largest = records.iter().map(energy).fold(0.0, f64::max);
     let strain = |record: &StepRecord| [record.increment.time, record.energies.strain];
     let mut all = vec![series("strain energy".to_owned(), records, 0.0, strain)];
     for (name, energy) in sums {
@@ -106,7 +108,9 @@ fn energies(records: &[StepRecord], units: Units) -> LineChart {
             [record.increment.time, sum]
         });
         let points: Vec<[f64; 2]> = points.collect();
-        if points.iter().any(|[_, energy]| *energy != 0.0) {
+        // Sums of roundings are not drawn.
+        let size = points.iter().fold(0.0_f64, |most, [_, y]| most.max(y.abs()));
+        if size > NEGLIGIBLE * largest {
             all.push(Some(line(name.to_owned(), records, &points)));
         }
     }
@@ -140,7 +144,7 @@ fn series(
     let largest = points
         .iter()
         .fold(0.0_f64, |most, [_, y]| most.max(y.abs()));
-    (largest > NO_FORCE * scale).then(|| line(name, records, &points))
+    (largest > NEGLIGIBLE * scale).then(|| line(name, records, &points))
 }
 
 fn line(name: String, records: &[StepRecord], points: &[[f64; 2]]) -> Series {
