@@ -9,8 +9,7 @@ use units::Units;
 use super::{
     arguments::{FigureArguments, Output, SceneArguments},
     exit::Exit,
-    override_scene, progress,
-    results::unit_words,
+    measured, override_scene, progress,
     terminal::{self, say},
 };
 use crate::{
@@ -90,22 +89,15 @@ pub(super) fn branches(
             &format!("series    {} files in {}", files.len(), folder.display()),
         );
     }
-    if let Some(pictures) = &pictures {
-        let files = draw_branches(pictures, &branches, units).map_err(StageError::after_storing)?;
-        let drawn = format!(
-            "figures   {} files in {}",
-            files.len(),
-            pictures.path().display()
-        );
-        say(output, &drawn);
-    }
-    if output.json {
-        let mut json = json(&branches);
-        json["units"] = unit_words(units);
-        terminal::json(&json);
-    } else if !output.quiet {
-        terminal::result(&words(&branches, units));
-    }
+    measured::draw(pictures.as_ref(), output, |folder| {
+        draw_branches(folder, &branches, units)
+    })?;
+    measured::print(
+        output,
+        units,
+        || json(&branches),
+        || words(&branches, units),
+    );
     if branches.is_complete() {
         return Ok(Exit::Done);
     }

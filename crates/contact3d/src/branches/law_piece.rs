@@ -9,6 +9,9 @@ use crate::{
 /// Shares of a segment at which a straight line through it is fixed.
 const INSIDE: [f64; 2] = [0.25, 0.75];
 
+/// Distances to knots are measured by no less than this share of the slips of the face, whose rounding is 1e-15 of it.
+const FINEST: f64 = 1e-3;
+
 /// A law of friction with its knots.
 pub(super) struct LawPieces<'a> {
     law: &'a CoulombLaw,
@@ -187,6 +190,19 @@ impl<'a> LawPieces<'a> {
         }
     }
 
+    /// The slip in m that distances to knots are measured by: that of the whole face, or the narrowest segment of the law, since the
+    /// coefficient changes as much within it; not below a share of the first that rounding leaves alone.
+    fn scale(&self, unit: f64) -> f64 {
+        let widths = |knots: &Vec<f64>| {
+            let below = [0.0].into_iter().chain(knots.iter().copied());
+            let gaps = knots.iter().zip(below).map(|(knot, below)| knot - below);
+            gaps.fold(f64::INFINITY, f64::min)
+        };
+        let narrowest = self.knots.iter().flatten().map(widths);
+        let narrowest = narrowest.fold(f64::INFINITY, f64::min);
+        narrowest.clamp(FINEST * unit, unit)
+    }
+
     /// How far a node is from the ends of its piece, for slips of the size `unit` in m.
     pub(super) fn distances(
         &self,
@@ -196,6 +212,7 @@ impl<'a> LawPieces<'a> {
         unit: f64,
         out: &mut Vec<Distance>,
     ) {
+        let unit = self.scale(unit);
         let signed = signed(u, piece);
         for axis in 0..2 {
             if self.bends_at_reversal(axis, u) {

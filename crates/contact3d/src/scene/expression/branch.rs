@@ -134,7 +134,8 @@ impl Way {
 
     /// What was found along it.
     pub(super) fn found(&self, value: Branched) -> OnBranch {
-        let forks = (0..self.differences.len()).filter(|fork| value.forks >> fork & 1 == 1);
+        let known = self.differences.len().min(MOST_FORKS);
+        let forks = (0..known).filter(|fork| value.forks >> fork & 1 == 1);
         let ends = forks.map(|fork| {
             let less = self.branch.is_less(fork);
             let sign = if less { -1.0 } else { 1.0 };

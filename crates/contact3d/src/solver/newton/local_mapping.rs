@@ -161,8 +161,8 @@ mod tests {
         ];
         for (mapping, radius, sign) in cases {
             let found = local(mapping);
-            // Squarings leave 1e-5 of a condition, here of one.
-            assert!((found.0 - radius).abs() < 1e-9 * radius, "{found:?}");
+            // The last of 22 squarings takes the root of a number near one.
+            assert!((found.0 - radius).abs() < 1e-6 * radius, "{found:?}");
             assert_eq!(found.1, sign);
         }
     }
