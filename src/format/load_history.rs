@@ -56,6 +56,7 @@ const STRAIN: &str = "/history/strain_energy";
 const LOAD_WORK: &str = "/history/load_work";
 const NORMAL_WORK: &str = "/history/normal_work";
 const DISSIPATION: &str = "/history/dissipation";
+const FACE_DISSIPATION: &str = "/history/face_dissipation";
 const IMBALANCE: &str = "/history/energy_imbalance";
 
 const NO_CONTACT: &str = "absent without contact";
@@ -64,7 +65,7 @@ const NO_COULOMB: &str = "absent without Coulomb friction";
 const ROWS: &[Extent] = &[Named("n_increments")];
 const VECTORS: &[Extent] = &[Named("n_increments"), Fixed(3)];
 const PANES: &[Extent] = &[Named("n_increments"), Named("n_panes")];
-const PANE_PAIRS: &[Extent] = &[Named("n_increments"), Named("n_panes"), Fixed(2)];
+const PANE_PAIRS: &[Extent] = &[Named("n_increments"), Named("n_friction_panes"), Fixed(2)];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
@@ -100,6 +101,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(LOAD_WORK, Kind::F64, ROWS, Dimension::Energy, "Work of the loads and of clamps that move in each increment, along a straight way between its ends."),
     GROUP.row(NORMAL_WORK, Kind::F64, ROWS, Dimension::Energy, "Work of the contact pressures on the foundation in each increment, likewise.").optional(NO_CONTACT),
     GROUP.row(DISSIPATION, Kind::F64, ROWS, Dimension::Energy, "Energy that friction took in each increment: the integral of lambda_t . Delta u_t with lambda_t at its end.").optional(NO_FRICTION),
+    GROUP.row(FACE_DISSIPATION, Kind::F64, &[Named("n_increments"), Named("n_contact_faces")], Dimension::Energy, "The same on each contact face, faces with friction first.").optional(NO_FRICTION),
     GROUP.row(IMBALANCE, Kind::F64, ROWS, Dimension::Energy, "Work of the loads in each increment less the gain of strain energy, the work on the foundation and the dissipation; falls in proportion to the increments."),
 ];
 
@@ -181,23 +183,30 @@ fn write_fields(writer: &mut GroupWriter<'_>, records: &[StepRecord]) -> Result<
     let zones = records.iter().flat_map(|record| &record.panes);
     let zones: Vec<StoredZone> = zones.map(|pane| StoredZone::from(pane.zone)).collect();
     writer.write_enum(ZONE, &zones, &[n, m])?;
+    // Panes with friction come first.
     let panes = |of: &dyn Fn(&StepPane) -> [f64; 2]| {
-        flat(&|record| record.panes.iter().flat_map(of).collect())
+        flat(&|record| {
+            let pairs = (record.multiplier.len() - record.panes.len()) / 2;
+            record.panes[..pairs].iter().flat_map(of).collect()
+        })
     };
     let gap = flat(&|record| record.panes.iter().map(|pane| pane.gap).collect());
     writer.write(GAP, &gap, &[n, m])?;
     if first.tangential.is_empty() {
         return Ok(());
     }
+    let pairs = (first.multiplier.len() - m) / 2;
     let tangential = flat(&|record| record.multiplier[m..].to_vec());
-    writer.write(MULTIPLIER_TANGENTIAL, &tangential, &[n, m, 2])?;
-    writer.write(SLIP, &panes(&|pane| pane.slip), &[n, m, 2])?;
+    writer.write(MULTIPLIER_TANGENTIAL, &tangential, &[n, pairs, 2])?;
+    writer.write(SLIP, &panes(&|pane| pane.slip), &[n, pairs, 2])?;
     if !first.panes[0].coefficients[0].is_nan() {
-        writer.write(FRICTION, &panes(&|pane| pane.coefficients), &[n, m, 2])?;
+        writer.write(FRICTION, &panes(&|pane| pane.coefficients), &[n, pairs, 2])?;
     }
     let nodes = first.tangential.len();
     let moved = flat(&|record| record.tangential.as_flattened().to_vec());
     writer.write(TANGENTIAL, &moved, &[n, nodes, 2])?;
+    let faces = flat(&|record| record.face_dissipation.clone());
+    writer.write(FACE_DISSIPATION, &faces, &[n, first.face_dissipation.len()])?;
     let path = flat(&|record| record.path.as_flattened().to_vec());
     writer.write(PATH, &path, &[n, nodes, 3])
 }
@@ -266,6 +275,7 @@ pub fn read(reader: &Reader, scene: &Scene) -> Result<Vec<StepRecord>, FormatErr
         LOADED_FORCE,
         FORCES,
         REACTION,
+        FACE_DISSIPATION,
     ];
     let fields: Vec<Vec<f64>> = fields.into_iter().map(numbers).collect::<Result<_, _>>()?;
     let zones_per = zones.len() / n.max(1);
@@ -308,6 +318,7 @@ pub fn read(reader: &Reader, scene: &Scene) -> Result<Vec<StepRecord>, FormatErr
                 loaded_force: vector(row(21)),
                 loaded_displacement: vector(row(14)),
                 contact_displacement: pair(row(15), 0, 0.0),
+                face_dissipation: row(24).to_vec(),
                 energies: StepEnergies {
                     strain: vector::<1>(row(16))[0],
                     load_work: vector::<1>(row(17))[0],

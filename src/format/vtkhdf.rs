@@ -31,6 +31,7 @@ const OFFSETS: &str = "/VTKHDF/Offsets";
 const TYPES: &str = "/VTKHDF/Types";
 const DISPLACEMENT: &str = "/VTKHDF/PointData/displacement";
 const ERROR_INDICATOR: &str = "/VTKHDF/CellData/error_indicator";
+const CONTACT_FACE: &str = "/VTKHDF/CellData/contact_face";
 const VON_MISES: &str = "/VTKHDF/CellData/von_mises";
 
 /// Value of the attribute `Type` of the group.
@@ -68,6 +69,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(DISPLACEMENT, Kind::F64, POINT_VECTORS, Dimension::LENGTH, "Displacement; warp by this vector.").compressed(),
     GROUP.row(VON_MISES, Kind::F64, CELL_VALUES, Dimension::STRESS, "Von Mises stress, NaN on contact triangles.").compressed(),
     GROUP.row(ERROR_INDICATOR, Kind::F64, CELL_VALUES, Dimension::Number, "Share in the estimated discretisation error, NaN on contact triangles.").compressed().optional("absent in files before format 1.4, for a body at rest, and with a load history"),
+    GROUP.row(CONTACT_FACE, Kind::F64, CELL_VALUES, Dimension::Number, "Number of the contact face from 0, in the order of /mesh/contact_face_names; NaN on tetrahedra.").compressed().optional("absent without several contact faces"),
     GROUP.row("/VTKHDF/CellData/contact_normal_stress", Kind::F64, CELL_VALUES, Dimension::STRESS, "Normal contact stress; NaN on tetrahedra.").compressed().optional(ON_CELLS),
     GROUP.row("/VTKHDF/PointData/contact_normal_stress", Kind::F64, POINT_VALUES, Dimension::STRESS, "Normal contact stress; NaN where no multiplier is.").compressed().optional(ON_POINTS),
     GROUP.row("/VTKHDF/CellData/contact_gap", Kind::F64, CELL_VALUES, Dimension::LENGTH, "Gap d - u_nu; NaN on tetrahedra.").compressed().optional(ON_CELLS),
@@ -254,39 +256,59 @@ impl ContactFields<'_> {
             ("friction_1", |p| Some(p.coefficients?[0])),
             ("friction_2", |p| Some(p.coefficients?[1])),
         ];
-        let scalar = |(name, measure): (&str, Measure)| {
-            let values: Vec<f64> = self.panes.iter().map(measure).collect::<Option<_>>()?;
-            Some(self.spread(name, |pane| [values[pane]]))
-        };
-        let stress = |pane: usize| {
-            let stress = self.panes[pane].tangential_stress?;
-            Some(self.frame.pane_vector(self.surface, pane, 0.0, stress))
-        };
-        let stresses: Option<Vec<[f64; 3]>> = (0..self.panes.len()).map(stress).collect();
-        let vector =
-            stresses.map(|stress| self.spread("contact_tangential_stress", |pane| stress[pane]));
-        measures
-            .into_iter()
-            .filter_map(scalar)
-            .chain(vector)
-            .collect()
+        let mut fields = Vec::new();
+        for (name, measure) in measures {
+            if self.panes.iter().any(|pane| measure(pane).is_some()) {
+                let value = |pane: usize| [measure(&self.panes[pane]).unwrap_or(f64::NAN)];
+                fields.extend(self.spread(name, value));
+            }
+        }
+        if self.panes.iter().any(|pane| pane.tangential_stress.is_some()) {
+            let stress = |pane: usize| match self.panes[pane].tangential_stress {
+                Some(stress) => self.frame.pane_vector(self.surface, pane, 0.0, stress),
+                None => [f64::NAN; 3],
+            };
+            fields.extend(self.spread("contact_tangential_stress", stress));
+        }
+        fields.extend(self.face_numbers());
+        fields
     }
 
-    /// Values of panes on cells, or values of nodal multipliers on points; NaN elsewhere.
-    fn spread<const K: usize>(&self, name: &str, value: impl Fn(usize) -> [f64; K]) -> Field {
-        if self.surface.is_nodal() {
+    /// Which of several contact faces each contact triangle belongs to.
+    fn face_numbers(&self) -> Option<Field> {
+        if self.surface.faces.len() == 1 {
+            return None;
+        }
+        let mut values = vec![[f64::NAN]; self.mesh.tetrahedra.len()];
+        let triangles = 0..self.surface.facets.len();
+        values.extend(triangles.map(|place| [self.surface.face_number(place) as f64]));
+        Some(Field::new(CONTACT_FACE.to_owned(), &values))
+    }
+
+    /// Values of panes on cells and values of nodal multipliers on points, as far as there are any; NaN elsewhere.
+    fn spread<const K: usize>(&self, name: &str, value: impl Fn(usize) -> [f64; K]) -> Vec<Field> {
+        let surface = self.surface;
+        let mut fields = Vec::new();
+        if surface.faces.iter().any(|face| !face.is_nodal) {
+            let mut values = vec![[f64::NAN; K]; self.mesh.tetrahedra.len()];
+            let triangles = 0..surface.facets.len();
+            values.extend(triangles.map(|place| match surface.pane_of_facet(place) {
+                Some(pane) => value(pane),
+                None => [f64::NAN; K],
+            }));
+            fields.push(Field::new(format!("/VTKHDF/CellData/{name}"), &values));
+        }
+        if surface.faces.iter().any(|face| face.is_nodal) {
             let mut values = vec![[f64::NAN; K]; self.mesh.coordinates.len()];
-            for pane in 0..self.panes.len() {
-                for (node, _) in self.surface.pane_weights(pane) {
-                    values[self.surface.nodes[node]] = value(pane);
+            let nodal = surface.faces.iter().filter(|face| face.is_nodal);
+            for pane in nodal.flat_map(|face| face.panes.clone()) {
+                for (node, _) in surface.pane_weights(pane) {
+                    values[surface.nodes[node]] = value(pane);
                 }
             }
-            Field::new(format!("/VTKHDF/PointData/{name}"), &values)
-        } else {
-            let mut values = vec![[f64::NAN; K]; self.mesh.tetrahedra.len()];
-            values.extend(self.surface.facet_pane.iter().map(|&pane| value(pane)));
-            Field::new(format!("/VTKHDF/CellData/{name}"), &values)
+            fields.push(Field::new(format!("/VTKHDF/PointData/{name}"), &values));
         }
+        fields
     }
 }
 

@@ -35,6 +35,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     offsets_row("/VTKHDF/Steps/PointDataOffsets/displacement"),
     offsets_row("/VTKHDF/Steps/CellDataOffsets/von_mises"),
     offsets_row("/VTKHDF/Steps/CellDataOffsets/error_indicator"),
+    offsets_row("/VTKHDF/Steps/CellDataOffsets/contact_face"),
     offsets_row("/VTKHDF/Steps/CellDataOffsets/contact_normal_stress"),
     offsets_row("/VTKHDF/Steps/PointDataOffsets/contact_normal_stress"),
     offsets_row("/VTKHDF/Steps/CellDataOffsets/contact_gap"),

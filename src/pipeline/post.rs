@@ -12,7 +12,7 @@ use super::{
     StageError,
     history::History,
     mesh::Meshed,
-    solve::{Answer, Equations, of_friction},
+    solve::{Answer, Equations, of_friction, only_friction, several_frictions},
 };
 use crate::format::{self, GridValues, Series};
 
@@ -104,6 +104,9 @@ pub(super) fn write(
 #[derive(Serialize)]
 pub(super) struct Settings<'a> {
     friction: Option<&'a Friction>,
+    /// The laws of several contact faces.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    frictions: Vec<Option<&'a Friction>>,
     /// What the formulas here use.
     #[serde(skip_serializing_if = "Parameters::is_empty")]
     parameters: Parameters,
@@ -112,7 +115,8 @@ pub(super) struct Settings<'a> {
 impl<'a> Settings<'a> {
     pub(super) fn of(scene: &'a Scene) -> Self {
         Self {
-            friction: scene.friction.as_ref(),
+            friction: only_friction(scene),
+            frictions: several_frictions(scene),
             parameters: scene.parameters_used(of_friction),
         }
     }

@@ -94,7 +94,7 @@ impl<'a> Equations<'a> {
         let rho = member.steplengths();
         let layout = member.dual.layout;
         let law = member.law();
-        let cap = law.slip_bound(f64::INFINITY);
+        let cap = law.slip_bound(0, f64::INFINITY);
         let (nodes, displacement, inverse) = self.friction(member, piece, &multiplier);
         let step = |j: usize| rho[j] * gradient[j] / self.stress;
         // A component whose row of S vanishes moves nothing and carries nothing.

@@ -28,7 +28,7 @@ pub(super) struct NodalInverse {
 
 impl<'a> LawPieces<'a> {
     pub(super) fn new(law: &'a CoulombLaw) -> Self {
-        let knots = law.coefficients().iter().map(|coefficient| {
+        let knots = law.only().coefficients().iter().map(|coefficient| {
             let positive = |knots: Vec<f64>| knots.into_iter().filter(|k| *k > 0.0).collect();
             match coefficient {
                 // Along the own slip alone, whichever axis that is.
@@ -54,7 +54,7 @@ impl<'a> LawPieces<'a> {
             negative: u.map(|u| u < 0.0),
             ..NodePiece::default()
         };
-        for (coefficient, law) in self.law.coefficients().iter().enumerate() {
+        for (coefficient, law) in self.law.only().coefficients().iter().enumerate() {
             if let Coefficient::Expression(formula) = law {
                 let at = self.at(coefficient, node, u, &piece).0;
                 piece.branch[coefficient] = formula.branch(&at);
@@ -73,7 +73,7 @@ impl<'a> LawPieces<'a> {
     /// The slips that the knots of a coefficient are measured along: its own one, or both of a grid.
     fn slips(&self, coefficient: usize, u: [f64; 2], piece: &NodePiece) -> [f64; 2] {
         let signed = signed(u, piece);
-        match &self.law.coefficients()[coefficient] {
+        match &self.law.only().coefficients()[coefficient] {
             Coefficient::Grid(_) => signed,
             _ => [self.own(coefficient, u, signed).0, 0.0],
         }
@@ -81,7 +81,7 @@ impl<'a> LawPieces<'a> {
 
     /// The own slip of a coefficient and its derivatives by |u_t1| and |u_t2|.
     fn own(&self, coefficient: usize, u: [f64; 2], signed: [f64; 2]) -> (f64, [f64; 2]) {
-        let axis = match self.law.law() {
+        let axis = match self.law.only().law() {
             FrictionLaw::Orthotropic(_) => coefficient,
             FrictionLaw::Isotropic(_) if u[1] == 0.0 => 0,
             FrictionLaw::Isotropic(_) if u[0] == 0.0 => 1,
@@ -100,7 +100,7 @@ impl<'a> LawPieces<'a> {
         let signs = piece
             .negative
             .map(|negative| if negative { -1.0 } else { 1.0 });
-        let last = self.law.coefficients().len() - 1;
+        let last = self.law.only().coefficients().len() - 1;
         let both = [0, 1].map(|k| {
             let coefficient = k.min(last);
             let (at, own_by) = self.at(coefficient, node, u, piece);
@@ -128,7 +128,7 @@ impl<'a> LawPieces<'a> {
         let slip = signed(u, piece);
         let (own_slip, own_by) = self.own(coefficient, u, slip);
         let at = LawPoint {
-            position: self.law.positions()[node],
+            position: self.law.only().positions()[node],
             slip,
             own_slip,
         };
@@ -143,7 +143,7 @@ impl<'a> LawPieces<'a> {
         at: &LawPoint,
         piece: &NodePiece,
     ) -> (f64, SlipDerivative) {
-        let law = &self.law.coefficients()[coefficient];
+        let law = &self.law.only().coefficients()[coefficient];
         let segment = piece.segment[coefficient];
         let inside = |axis: usize| ends_inside(&self.knots[coefficient][axis], segment[axis]);
         match law {
@@ -261,7 +261,7 @@ impl<'a> LawPieces<'a> {
         unit: f64,
         out: &mut Vec<Distance>,
     ) {
-        for (coefficient, law) in self.law.coefficients().iter().enumerate() {
+        for (coefficient, law) in self.law.only().coefficients().iter().enumerate() {
             let Coefficient::Expression(formula) = law else {
                 continue;
             };
@@ -290,16 +290,19 @@ impl<'a> LawPieces<'a> {
 
     /// Whether the law has a kink where u_t along an axis changes its sign.
     fn bends_at_reversal(&self, axis: usize, u: [f64; 2]) -> bool {
-        let coefficients = self.law.coefficients().iter().enumerate();
-        let mut bends = coefficients.map(|(k, coefficient)| match (self.law.law(), coefficient) {
-            (FrictionLaw::Isotropic(_), Coefficient::Ramp(_) | Coefficient::Table(_)) => {
-                u[1 - axis] == 0.0
-            }
-            (FrictionLaw::Isotropic(_), coefficient) => {
-                coefficient.slips_used(0)[axis] || coefficient.slips_used(1)[axis]
-            }
-            (FrictionLaw::Orthotropic(_), coefficient) => coefficient.slips_used(k)[axis],
-        });
+        let coefficients = self.law.only().coefficients().iter().enumerate();
+        let mut bends =
+            coefficients.map(
+                |(k, coefficient)| match (self.law.only().law(), coefficient) {
+                    (FrictionLaw::Isotropic(_), Coefficient::Ramp(_) | Coefficient::Table(_)) => {
+                        u[1 - axis] == 0.0
+                    }
+                    (FrictionLaw::Isotropic(_), coefficient) => {
+                        coefficient.slips_used(0)[axis] || coefficient.slips_used(1)[axis]
+                    }
+                    (FrictionLaw::Orthotropic(_), coefficient) => coefficient.slips_used(k)[axis],
+                },
+            );
         bends.any(|bends| bends)
     }
 }

@@ -111,7 +111,7 @@ impl Interface {
         };
         offsets.resize(n_panes, 0.0);
         let components = [0, 1].map(|k| past.component(k));
-        for pane in 0..n_panes {
+        for pane in 0..self.n_friction_panes() {
             offsets.extend(components.iter().map(|values| over(pane, values)));
         }
         offsets

@@ -99,16 +99,19 @@ impl<'a> Bookkeeping<'a> {
             });
             panes.sum()
         });
-        let dissipation = face.map_or(0.0, |face| {
-            let panes = report.panes.iter().zip(&face.surface.pane_area);
-            panes
-                .filter_map(|(pane, area)| {
-                    let friction = pane.friction.as_ref()?;
-                    let [stress, slip] = [friction.stress, friction.slip];
-                    Some(area * (-stress[0] * slip[0] - stress[1] * slip[1]))
-                })
-                .sum()
+        let taken = |pane: usize, area: f64| {
+            let friction = report.panes[pane].friction.as_ref()?;
+            let [stress, slip] = [friction.stress, friction.slip];
+            Some(area * (-stress[0] * slip[0] - stress[1] * slip[1]))
+        };
+        record.face_dissipation = face.map_or_else(Vec::new, |face| {
+            let areas = &face.surface.pane_area;
+            let faces = face.surface.faces.iter();
+            faces
+                .map(|face| face.panes.clone().filter_map(|pane| taken(pane, areas[pane])).sum())
+                .collect()
         });
+        let dissipation: f64 = record.face_dissipation.iter().sum();
         let strain = report.resultants.strain_energy;
         let stored = strain - before.map_or(0.0, |before| before.energies.strain);
         record.energies = StepEnergies {

@@ -165,13 +165,12 @@ pub fn interface_after(
     before: Option<&StepRecord>,
 ) -> Result<Option<Interface>, Invalid> {
     let interface = Interface::new(scene, mesh)?;
-    let follows = history.friction.as_ref().map(|friction| friction.follows);
     Ok(match (interface, before) {
         (Some(interface), Some(before)) if interface.has_friction() => {
             Some(interface.after(Past {
                 tangential: before.tangential.clone(),
                 path: before.path.clone(),
-                follows: follows.unwrap_or_default(),
+                follows: history.slip_measure(),
             }))
         }
         (interface, _) => interface,

@@ -54,6 +54,8 @@ pub struct StepRecord {
     pub loaded_displacement: Vector,
     /// Mean of (u_t1, u_t2) over the contact face in m; zero without friction.
     pub contact_displacement: [f64; 2],
+    /// Energy that friction took on each contact face in J, `[n_contact_faces]`.
+    pub face_dissipation: Vec<f64>,
     /// The energies of the increment.
     pub energies: StepEnergies,
 }
@@ -133,6 +135,7 @@ impl StepRecord {
                 })
             }),
             tangential,
+            face_dissipation: Vec::new(),
             energies: StepEnergies::default(),
         }
     }

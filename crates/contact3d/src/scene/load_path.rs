@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Invalid, PlaceFunction, Quantity, Scene, Step, Written};
+use super::{Invalid, PlaceFunction, Quantity, Scene, SlipMeasure, Step, Written};
 
 /// One of the problems that a history consists of.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,7 +24,7 @@ pub(crate) enum Target {
     Pressure(usize),
     BodyForce,
     Clamp(usize),
-    Gap,
+    Gap(usize),
 }
 
 /// What a target has at the end of a step: a factor of a value.
@@ -36,13 +36,13 @@ struct Held {
 
 impl Target {
     /// The key that a step may name it by.
-    fn key(self) -> String {
+    fn key(self, scene: &Scene) -> String {
         match self {
             Self::Traction(i) => format!("traction.{i}"),
             Self::Pressure(i) => format!("pressure.{i}"),
             Self::Clamp(i) => format!("clamp.{i}"),
             Self::BodyForce => "body_force".into(),
-            Self::Gap => "contact.gap".into(),
+            Self::Gap(i) => format!("{}.gap", scene.contact_key(i)),
         }
     }
 
@@ -56,10 +56,7 @@ impl Target {
                 .body_force
                 .as_mut()
                 .map_or(&mut [], |force| &mut force.value),
-            Self::Gap => scene
-                .contact
-                .as_mut()
-                .map_or(&mut [], |contact| std::slice::from_mut(&mut contact.gap)),
+            Self::Gap(i) => std::slice::from_mut(&mut scene.contacts[i].gap),
         }
     }
 
@@ -67,7 +64,7 @@ impl Target {
     fn first_factor(self) -> f64 {
         match self {
             Self::Traction(_) | Self::Pressure(_) | Self::BodyForce | Self::Clamp(_) => 0.0,
-            Self::Gap => 1.0,
+            Self::Gap(_) => 1.0,
         }
     }
 }
@@ -77,6 +74,13 @@ impl Scene {
     #[must_use]
     pub fn has_history(&self) -> bool {
         !self.steps.is_empty()
+    }
+
+    /// The slip that coefficients of friction follow in a history: the same on all faces.
+    #[must_use]
+    pub fn slip_measure(&self) -> SlipMeasure {
+        let first = self.friction_tables().next();
+        first.map_or(SlipMeasure::default(), |(_, friction)| friction.follows)
     }
 
     /// Refuses a scene with a load history where there can be none.
@@ -128,8 +132,10 @@ impl Scene {
     pub fn at_increment(&self, increment: Increment) -> Result<Self, Invalid> {
         let mut scene = self.clone();
         scene.steps.clear();
-        if let Some(friction) = &mut scene.friction {
-            friction.follows = Default::default();
+        let own = scene.contacts.iter_mut();
+        let own = own.filter_map(|contact| contact.friction.as_mut());
+        for friction in own.chain(&mut scene.friction) {
+            friction.follows = SlipMeasure::default();
         }
         let [before, after] = self.ends_of(increment.step)?;
         for (target, after) in after {
@@ -138,7 +144,7 @@ impl Scene {
                 key: format!("step.{}", increment.step),
                 expected: format!(
                     "values of {} that one formula can lead between",
-                    target.key()
+                    target.key(self)
                 ),
                 found,
                 help: "write shorter formulas, with parameters for what they share".into(),
@@ -222,7 +228,7 @@ impl Scene {
                         found: Written(value).to_string(),
                         help: format!(
                             "{} has {} in the scene",
-                            target.key(),
+                            target.key(self),
                             if one { "one" } else { "three" }
                         ),
                     });
@@ -248,7 +254,7 @@ impl Scene {
         targets.extend((0..self.pressures.len()).map(Target::Pressure));
         targets.extend(self.body_force.as_ref().map(|_| Target::BodyForce));
         targets.extend((0..self.clamps.len()).map(Target::Clamp));
-        targets.extend(self.contact.as_ref().map(|_| Target::Gap));
+        targets.extend((0..self.contacts.len()).map(Target::Gap));
         targets
     }
 
@@ -257,7 +263,7 @@ impl Scene {
             Target::Traction(i) => self.tractions[i].name.as_deref(),
             Target::Pressure(i) => self.pressures[i].name.as_deref(),
             Target::Clamp(i) => self.clamps[i].name.as_deref(),
-            Target::BodyForce | Target::Gap => None,
+            Target::BodyForce | Target::Gap(_) => None,
         }
     }
 
@@ -265,11 +271,11 @@ impl Scene {
     fn target(&self, at: &str, name: &str) -> Result<Target, Invalid> {
         let targets = self.targets();
         let is_meant =
-            |target: &&Target| target.key() == name || self.name_of(**target) == Some(name);
+            |target: &&Target| target.key(self) == name || self.name_of(**target) == Some(name);
         targets.iter().find(is_meant).copied().ok_or_else(|| {
             let known = targets.iter().map(|target| match self.name_of(*target) {
                 Some(name) => format!("\"{name}\""),
-                None => format!("\"{}\"", target.key()),
+                None => format!("\"{}\"", target.key(self)),
             });
             Invalid {
                 key: format!("{at}.{name}"),
@@ -309,7 +315,7 @@ impl Scene {
         targets
             .filter_map(|target| {
                 let name = self.name_of(target)?;
-                Some((format!("{}.name", target.key()), name.to_owned()))
+                Some((format!("{}.name", target.key(self)), name.to_owned()))
             })
             .collect()
     }

@@ -7,14 +7,22 @@ use crate::scene::{Invalid, MOST_INCREMENTS, Scene, SlipMeasure, Written};
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
     check_names(scene)?;
-    let follows = scene.friction.as_ref().map(|friction| friction.follows);
-    require(
-        scene.has_history() || follows.is_none_or(|follows| follows == SlipMeasure::default()),
-        "friction.follows",
-        "a scene with [[step]]",
-        "none",
-        "without a history there is one slip to follow; leave the key out, or add a [[step]]",
-    )?;
+    for (key, friction) in scene.friction_tables() {
+        require(
+            scene.has_history() || friction.follows == SlipMeasure::default(),
+            format!("{key}.follows"),
+            "a scene with [[step]]",
+            "none",
+            "without a history there is one slip to follow; leave the key out, or add a [[step]]",
+        )?;
+        require(
+            friction.follows == scene.slip_measure(),
+            format!("{key}.follows"),
+            "the same on all contact faces",
+            Written(&friction.follows),
+            "give all tables of friction the same word",
+        )?;
+    }
     if !scene.has_history() {
         return Ok(());
     }
