@@ -10,6 +10,7 @@ from conftest import ROOT
 from history import History
 from raw_problem import RawProblem
 from run_file import open_run
+from schema_check import schema_problems
 from test_series import array, played
 
 # A coarse block that is pressed, pulled along a diagonal, pushed back and let go, with coefficients that follow the slip.
@@ -121,6 +122,11 @@ def test_energies_balance_but_for_half_the_change_of_friction(history):
         missing = 0.5 * np.sum((before - tangential) * slip)
         assert abs(missing - stored["energy_imbalance"][k]) <= 1e-11 * energy
         before = tangential
+
+
+def test_a_history_follows_the_schema(history, schema):
+    file, _, _ = history
+    assert schema_problems(file, schema) == []
 
 
 def test_the_last_increment_is_the_solution(history):
