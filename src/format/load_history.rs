@@ -101,7 +101,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(LOAD_WORK, Kind::F64, ROWS, Dimension::Energy, "Work of the loads and of clamps that move in each increment, along a straight way between its ends."),
     GROUP.row(NORMAL_WORK, Kind::F64, ROWS, Dimension::Energy, "Work of the contact pressures on the foundation in each increment, likewise.").optional(NO_CONTACT),
     GROUP.row(DISSIPATION, Kind::F64, ROWS, Dimension::Energy, "Energy that friction took in each increment: the integral of lambda_t . Delta u_t with lambda_t at its end.").optional(NO_FRICTION),
-    GROUP.row(FACE_DISSIPATION, Kind::F64, &[Named("n_increments"), Named("n_contact_faces")], Dimension::Energy, "The same on each contact face, faces with friction first.").optional(NO_FRICTION),
+    GROUP.row(FACE_DISSIPATION, Kind::F64, &[Named("n_increments"), Named("n_contact_faces")], Dimension::Energy, "The same on each contact face, in the order of /mesh/contact_face_names.").optional("absent without friction, and without several contact faces"),
     GROUP.row(IMBALANCE, Kind::F64, ROWS, Dimension::Energy, "Work of the loads in each increment less the gain of strain energy, the work on the foundation and the dissipation; falls in proportion to the increments."),
 ];
 
@@ -205,8 +205,11 @@ fn write_fields(writer: &mut GroupWriter<'_>, records: &[StepRecord]) -> Result<
     let nodes = first.tangential.len();
     let moved = flat(&|record| record.tangential.as_flattened().to_vec());
     writer.write(TANGENTIAL, &moved, &[n, nodes, 2])?;
-    let faces = flat(&|record| record.face_dissipation.clone());
-    writer.write(FACE_DISSIPATION, &faces, &[n, first.face_dissipation.len()])?;
+    let n_faces = first.face_dissipation.len();
+    if n_faces > 1 {
+        let faces = flat(&|record| record.face_dissipation.clone());
+        writer.write(FACE_DISSIPATION, &faces, &[n, n_faces])?;
+    }
     let path = flat(&|record| record.path.as_flattened().to_vec());
     writer.write(PATH, &path, &[n, nodes, 3])
 }

@@ -270,12 +270,12 @@ impl ContactFields<'_> {
             };
             fields.extend(self.spread("contact_tangential_stress", stress));
         }
-        fields.extend(self.face_numbers());
+        fields.extend(self.faces());
         fields
     }
 
     /// Which of several contact faces each contact triangle belongs to.
-    fn face_numbers(&self) -> Option<Field> {
+    fn faces(&self) -> Option<Field> {
         if self.surface.faces.len() == 1 {
             return None;
         }

@@ -202,8 +202,7 @@ impl Drawn<'_> {
         let reference = self.frame.and_then(|frame| frame.references.get(self.face));
         let [axis_1, axis_2] =
             reference.map_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], |frame| frame.axes);
-        if let (Some(frame), Some(surface), Some(friction)) = (self.frame, surface, &mut friction)
-        {
+        if let (Some(frame), Some(surface), Some(friction)) = (self.frame, surface, &mut friction) {
             for (state, pane) in friction.iter_mut().zip(panes) {
                 state.turn = frame.mean_turn(surface, pane);
             }
@@ -217,6 +216,7 @@ impl Drawn<'_> {
             contact_triangles: &cells.triangles,
             contact_triangle_pane: &cells.pane,
             normal: reference.map_or([0.0, 0.0, -1.0], |frame| frame.normal),
+            flat_support: reference.is_some_and(|frame| frame.is_flat),
             axis_1,
             axis_2,
             normal_stress: &normal_stress,

@@ -22,7 +22,7 @@ impl Equations<'_> {
         let law = member.law();
         // Stresses of single panes, of which all together have the size 1.
         let unit = (at.panes.len() as f64).sqrt();
-        let cap = law.slip_bound(f64::INFINITY) / self.stress;
+        let cap = law.slip_bound(0, f64::INFINITY) / self.stress;
         let mut distances = Vec::new();
         let mut zone = |switch: Switch, value: f64| {
             distances.push(Distance {
@@ -103,7 +103,7 @@ impl Equations<'_> {
         let steplengths = member.steplengths().to_vec();
         let map = NaturalMap::with_steplengths(&member.dual, bound, steplengths);
         let (normal, _) = member.dual.layout.split(&multiplier);
-        let capped = normal.iter().map(|p| law.slip_bound(*p) < *p).collect();
+        let capped = normal.iter().map(|p| law.slip_bound(0, *p) < *p).collect();
         let mut piece = Piece {
             zones: map
                 .evaluate(&multiplier)

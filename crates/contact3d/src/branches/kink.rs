@@ -42,8 +42,8 @@ const MOST_REVERSALS: usize = 4;
 pub(super) struct Ray {
     pub(super) state: PathState,
     pub(super) piece: Piece,
-    /// Whether it leaves every end of its piece, so that it belongs to no other piece; where a law is steep, the rays of two pieces may
-    /// be all but parallel.
+    /// Whether it leaves the ends at which other pieces begin, so that it belongs to none of them; where a law is steep, the rays of two
+    /// pieces may be all but parallel.
     pub(super) is_inside: bool,
 }
 
@@ -83,7 +83,7 @@ impl Equations<'_> {
         let mut rays: Vec<Ray> = Vec::new();
         for mut candidate in combinations(piece, &choices) {
             self.follow_law(&state.member, &mut candidate, &state.point);
-            for ray in self.rays_into(&candidate, state)? {
+            for ray in self.rays_into(&candidate, state, reached)? {
                 if !rays.iter().any(|other| other.is(&ray)) {
                     rays.push(ray);
                 }
@@ -114,7 +114,12 @@ impl Equations<'_> {
     }
 
     /// The ways along a piece from a point of its closure that stay on it.
-    fn rays_into(&self, piece: &Piece, from: &PathState) -> Result<Vec<Ray>, ProblemError> {
+    fn rays_into(
+        &self,
+        piece: &Piece,
+        from: &PathState,
+        reached: &[Distance],
+    ) -> Result<Vec<Ray>, ProblemError> {
         let mut rays = Vec::new();
         for forward in [true, false] {
             let mut piece = piece.clone();
@@ -127,7 +132,7 @@ impl Equations<'_> {
                 if !forward {
                     state.turn();
                 }
-                let (left, is_inside) = self.ends_crossed(&piece, &state)?;
+                let (left, is_inside) = self.ends_crossed(&piece, &state, reached)?;
                 if left.is_empty() {
                     rays.push(Ray {
                         state,
@@ -148,11 +153,13 @@ impl Equations<'_> {
         Ok(rays)
     }
 
-    /// The ends of a piece, reached by a point, that its tangent crosses at once, and whether it leaves all others there.
+    /// The ends of a piece, reached by a point, that its tangent crosses at once, and whether it leaves all those at which another piece
+    /// begins.
     fn ends_crossed(
         &self,
         piece: &Piece,
         state: &PathState,
+        reached: &[Distance],
     ) -> Result<(Vec<Distance>, bool), ProblemError> {
         let here = state.distances(self, piece);
         let Some(of_zones) = self.rates(piece, state, TRIAL)? else {
@@ -172,7 +179,8 @@ impl Equations<'_> {
             if here.value <= REACHED && rate < -level || here.value < -10.0 * REACHED {
                 crossed.push(*here);
             }
-            is_inside &= here.value > REACHED || rate > level;
+            let changes = reached.iter().any(|end| end.switch == here.switch);
+            is_inside &= !changes || here.value > REACHED || rate > level;
         }
         Ok((crossed, is_inside))
     }

@@ -6,6 +6,7 @@ mod contact;
 mod friction;
 mod history;
 mod material;
+mod obstacle;
 mod solve;
 mod supports;
 
