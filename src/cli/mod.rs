@@ -7,6 +7,7 @@ mod branches;
 mod check;
 mod exit;
 mod features;
+mod history;
 mod html;
 mod interruption;
 mod law;

@@ -21,7 +21,7 @@ pub(super) const GROUP: Group = Group::new("post", Stage::Post.command());
 
 stored_as! {
     /// What a pane does, as stored.
-    StoredZone of Zone as "contact_zone" {
+    pub(super) StoredZone of Zone as "contact_zone" {
         Open = 0 => "open",
         Stick = 1 => "stick",
         Slip = 2 => "slip",

@@ -45,6 +45,7 @@ const SPECTRAL_RADIUS: &str = "/solve/spectral_radius";
 const DETERMINANT: &str = "/solve/determinant_sign";
 const LAW_EVALUATIONS: &str = "/solve/law_evaluations";
 const PROJECTIONS: &str = "/solve/projections";
+pub(super) const HISTORY_DIGEST: &str = "/solve/history_digest";
 
 const NO_CONTACT: &str = "absent without contact";
 const NO_COULOMB: &str = "absent without Coulomb friction";
@@ -77,9 +78,10 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(DETERMINANT, Kind::I64, &[], Dimension::Number, "Sign of the determinant of Newton's matrix at the solution; the signs of all solutions add up to 1, so where it is -1 there are others.").symbol("sign det R'").optional(NO_LINEARISATION),
     GROUP.row(LAW_EVALUATIONS, Kind::I64, &[], Dimension::Number, "Evaluations of the friction law at a node."),
     GROUP.row(PROJECTIONS, Kind::I64, &[], Dimension::Number, "Projections on an ellipse."),
+    GROUP.row(HISTORY_DIGEST, Kind::Text, &[], Dimension::Number, "Digest of /history, whose last increment this is.").optional("absent without a load history"),
 ];
 
-/// Writes the solution.
+/// Writes the solution; that of a load history belongs to a `/history` with some digest.
 ///
 /// # Errors
 /// HDF5 failures.
@@ -88,7 +90,11 @@ pub fn write(
     solution: &Solution,
     n_panes: usize,
     dofs: &DofMap,
+    history_digest: Option<&str>,
 ) -> Result<(), StoreError> {
+    if let Some(digest) = history_digest {
+        writer.write_text(HISTORY_DIGEST, digest)?;
+    }
     writer.write_enum(STATUS, &[StoredStatus::from(solution.status)], &[])?;
     if n_panes > 0 {
         let (normal, tangential) = solution.multiplier.split_at(n_panes);

@@ -9,6 +9,7 @@ mod bad_scenes;
 mod branches;
 mod errors;
 mod faces;
+mod history;
 mod interruption;
 mod law;
 mod linked_assembly;

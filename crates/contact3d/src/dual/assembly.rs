@@ -49,6 +49,22 @@ impl PrimalSystem {
     }
 }
 
+impl PrimalSystem {
+    /// Replaces the load, and the displacements at which the clamps hold, by those of a scene that differs in no more.
+    ///
+    /// # Errors
+    /// A load that is not finite.
+    pub fn apply_loads(&mut self, scene: &Scene, mesh: &Mesh) -> Result<(), Invalid> {
+        self.set_loads(LoadData::new(scene, mesh, &self.dofs)?);
+        Ok(())
+    }
+
+    fn set_loads(&mut self, data: LoadData) {
+        self.load = data.rhs;
+        self.dofs.prescribed = data.prescribed.map(Arc::new);
+    }
+}
+
 /// The elastic problem and the Cholesky factor of its stiffness.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assembly {
@@ -342,14 +358,6 @@ impl LoadData {
             }
         }
         Ok(Self { rhs, prescribed })
-    }
-}
-
-impl PrimalSystem {
-    /// Replaces the load, and the displacements at which the clamps hold.
-    pub(super) fn set_loads(&mut self, data: LoadData) {
-        self.load = data.rhs;
-        self.dofs.prescribed = data.prescribed.map(Arc::new);
     }
 }
 

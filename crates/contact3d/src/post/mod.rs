@@ -65,9 +65,8 @@ impl SolvedContact<'_> {
         let law = self.state.interface.coulomb()?;
         let slip = if law.depends_on_slip() {
             let interface = self.state.interface;
-            interface.slip.of_displacement(
+            interface.slip_of_displacement(
                 self.state.surface,
-                &interface.frame,
                 &solved.system.dofs,
                 &solved.solution.displacement,
             )
@@ -87,6 +86,8 @@ pub struct ContactReport {
     pub friction: Option<FrictionField>,
     /// Nodal displacement, `[n_nodes]`, in m.
     pub displacement: Vec<[f64; 3]>,
+    /// Forces of the clamps on the nodes, `[n_nodes]`, in N.
+    pub reaction: Vec<[f64; 3]>,
     /// Voigt stress (xx, yy, zz, yz, xz, xy) at the centroid of each tetrahedron in Pa.
     pub stress: Vec<[f64; 6]>,
     /// Voigt stress at the corners of each quadratic tetrahedron in Pa; empty with linear ones,
@@ -147,6 +148,7 @@ impl ContactReport {
             panes,
             friction: friction.map(|(_, field)| field),
             displacement,
+            reaction: forces.clamp,
             out_of_range: None,
         };
         report.out_of_range = report.find_out_of_range(solved);

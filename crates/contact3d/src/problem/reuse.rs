@@ -45,8 +45,9 @@ impl AssembledProblem {
         }
         let problem = Problem::of_checked(scene, self.problem.mesh.clone())?;
         self.require_compliance(problem.interface())?;
+        let problem = problem.after(self.problem.past.clone());
         let mut system = self.system.clone();
-        system.apply_loads(&problem.scene, &problem.mesh)?;
+        system.apply(&problem.scene, &problem.mesh, problem.interface())?;
         Ok(Self { problem, system })
     }
 

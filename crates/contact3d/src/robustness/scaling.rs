@@ -1,7 +1,7 @@
 //! The same problem in other units.
 
 use crate::scene::{
-    Friction, Invalid, LAW_VARIABLES, Material, POSITION, Part, Quantity, Scene, Spring,
+    Friction, Invalid, LAW_VARIABLES, Material, POSITION, Part, Quantity, Scene, Spring, Target,
     replace_names,
 };
 
@@ -58,6 +58,15 @@ impl Scaling {
                 *component = self.quantity(component, 1.0)?;
             }
         }
+        scaled.map_step_values(|target, values| {
+            let factor = match target {
+                Target::Traction(_) | Target::Pressure(_) => self.stress,
+                Target::BodyForce => self.stress / self.length,
+                Target::Gap(_) | Target::Clamp(_) => self.displacement,
+            };
+            let values = values.iter().map(|value| self.quantity(value, factor));
+            values.collect()
+        })?;
         let own = scaled.contacts.iter_mut();
         let own = own.filter_map(|contact| contact.friction.as_mut());
         for friction in own.chain(&mut scaled.friction) {
@@ -68,6 +77,7 @@ impl Scaling {
                 coefficient,
                 coefficient_1,
                 coefficient_2,
+                follows: _,
             } = friction;
             if let Some(bound) = slip_bound {
                 *bound = self.quantity(bound, self.stress)?;

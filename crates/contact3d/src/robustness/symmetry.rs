@@ -215,7 +215,16 @@ impl Symmetry {
         if let Some(force) = &mut scene.body_force {
             force.value = self.vector(&force.value, width)?;
         }
-        Ok(())
+        scene.map_step_values(|_, values| match values {
+            [x, y, z] => {
+                let vector = [x, y, z].map(Clone::clone);
+                Ok(self.vector(&vector, width)?.to_vec())
+            }
+            numbers => numbers
+                .iter()
+                .map(|number| self.quantity(number, width, false))
+                .collect(),
+        })
     }
 
     fn vector(self, value: &[Quantity; 3], width: f64) -> Result<[Quantity; 3], Invalid> {
@@ -308,6 +317,7 @@ impl Symmetry {
             coefficient: coefficient(&friction.coefficient)?,
             coefficient_1,
             coefficient_2,
+            follows: friction.follows,
         })
     }
 }

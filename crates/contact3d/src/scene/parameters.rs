@@ -102,6 +102,13 @@ impl Scene {
         for (i, pressure) in self.pressures.iter_mut().enumerate() {
             quantities.push((format!("pressure.{i}.value"), &mut pressure.value));
         }
+        for (k, step) in self.steps.iter_mut().enumerate() {
+            for (name, value) in &mut step.value {
+                let key = format!("step.{k}.value.{name}");
+                let components = value.components_mut().iter_mut();
+                quantities.extend(components.map(|value| (key.clone(), value)));
+            }
+        }
         let mut add = |key: &str, value| quantities.push((key.to_owned(), value));
         for value in self
             .body_force
