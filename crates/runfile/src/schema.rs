@@ -119,6 +119,7 @@ fn dataset(spec: &DatasetSpec) -> Value {
 fn extent(extent: &Extent) -> Value {
     match extent {
         Extent::Fixed(size) => json!(size),
+        Extent::Labelled(axis) => json!(axis.labels.len()),
         symbolic => json!(symbolic.to_string()),
     }
 }
