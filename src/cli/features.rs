@@ -52,6 +52,13 @@ fn list(features: &ModelFeatures, sizes: &Sizes) -> Vec<Feature> {
                 &format!("{} besides the body's own material", features.regions),
             ),
         ),
+        feature(
+            "prescribed displacements",
+            data(
+                features.prescribed_displacements > 0,
+                &format!("by {} of the clamps", features.prescribed_displacements),
+            ),
+        ),
         feature("body force", data(features.body_force, "loads every node")),
     ];
     let (friction, gap, turning_frame, contact) = match &features.contact {

@@ -120,6 +120,13 @@ pub(super) fn table(
             ),
         );
     }
+    for row in &report.forces {
+        let [x, y, z] = row.force;
+        line(
+            &format!("force of {}", row.source),
+            format!("{x:.6e}, {y:.6e}, {z:.6e} {}", units.force()),
+        );
+    }
     line(
         "strain energy",
         format!("{:.9e} {}", r.strain_energy, units.energy()),
@@ -193,6 +200,20 @@ fn relative_parts(report: &ContactReport) -> serde_json::Value {
         .collect()
 }
 
+/// The forces on the body by their sources.
+fn forces_json(report: &ContactReport) -> Vec<serde_json::Value> {
+    let rows = report.forces.iter();
+    rows.map(|row| {
+        serde_json::json!({
+            "source": row.source,
+            "face": row.face,
+            "force": row.force,
+            "moment": row.moment,
+        })
+    })
+    .collect()
+}
+
 /// What the parts of an assembly took, and the factor: its precision, its coefficients, and the operations that made it.
 pub(super) fn assembly_json(assembly: &Assembly) -> serde_json::Value {
     let parts = assembly.seconds.parts().into_iter();
@@ -249,6 +270,7 @@ pub(super) fn json(
         "normal_force": r.contact.map(|c| c.normal_force),
         "tangential_force": r.contact.and_then(|c| c.tangential_force),
         "largest_pressure": r.contact.map(|c| c.largest_pressure),
+        "forces": forces_json(report),
         "energy": r.strain_energy - r.load_work,
         "law_evaluations": solution.law_evaluations,
         "projections": solution.projections,

@@ -19,8 +19,8 @@ use runfile::{
 use units::Dimension;
 
 use super::{
-    FormatError, Stage, columns, load::read_force, read_finite_scalar, read_finite_vec,
-    read_index_vec, rows_of_transpose,
+    FormatError, Stage, columns, load, read_finite_scalar, read_finite_vec, read_index_vec,
+    rows_of_transpose,
 };
 
 /// Matrices and the factor.
@@ -59,7 +59,7 @@ const OFFSETS: &[Extent] = &[Plus("n_supernodes", 1)];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    GROUP.row(DOFS, Kind::I64, &[Named("n_nodes"), Fixed(3)], Dimension::Number, "Free degree of freedom of each node and component, -1 where held at zero.").compressed(),
+    GROUP.row(DOFS, Kind::I64, &[Named("n_nodes"), Fixed(3)], Dimension::Number, "Free degree of freedom of each node and component, -1 where held.").compressed(),
     GROUP.row(STIFFNESS, Kind::CscMatrix, &[FREE, FREE], Dimension::STIFFNESS, "Stiffness matrix over the free degrees of freedom; symmetric, both triangles stored.").symbol("A").compressed(),
     GROUP.row(COUPLING_NORMAL, Kind::CsrMatrix, &[Named("n_panes"), FREE], Dimension::AREA, "Integral of the normal displacement over each pane.").symbol("N").optional(NO_CONTACT),
     GROUP.row(COUPLING_TANGENTIAL, Kind::CsrMatrix, &[Named("n_tangential"), FREE], Dimension::AREA, "Integrals of the tangential displacements over each pane; rows 2i and 2i + 1 belong to pane i.").symbol("T").optional(NO_FRICTION),
@@ -274,10 +274,9 @@ pub fn read_coupling(reader: &Reader) -> Result<Option<Coupling>, FormatError> {
 /// # Errors
 /// Missing, altered or contradictory datasets.
 pub fn read_primal(reader: &Reader) -> Result<PrimalSystem, FormatError> {
-    Ok(PrimalSystem {
-        load: read_force(reader)?,
-        ..read_stiffness(reader)?
-    })
+    let mut primal = read_stiffness(reader)?;
+    load::read_into(reader, &mut primal)?;
+    Ok(primal)
 }
 
 fn read_stiffness(reader: &Reader) -> Result<PrimalSystem, FormatError> {
@@ -308,6 +307,7 @@ fn read_dofs(reader: &Reader, n_free: usize) -> Result<DofMap, FormatError> {
     Ok(DofMap {
         dof: dof.collect(),
         n_free,
+        prescribed: None,
     })
 }
 

@@ -1,6 +1,8 @@
 //! `/load`: the loads, and what follows from them linearly.
 
-use contact3d::dual::DualSystem;
+use std::sync::Arc;
+
+use contact3d::dual::{DualSystem, PrimalSystem};
 use runfile::{
     DatasetSpec,
     Extent::{Fixed, Named},
@@ -14,23 +16,32 @@ use super::{FormatError, Stage, read_finite_rows, read_finite_vec};
 pub(super) const GROUP: Group = Group::new("load", Stage::Load.command());
 
 pub(super) const FORCE: &str = "/load/force";
+const PRESCRIBED: &str = "/load/prescribed_displacement";
 const DUAL_RHS: &str = "/load/dual_rhs";
 const SLIP_FREE: &str = "/load/slip_free";
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    GROUP.row(FORCE, Kind::F64, &[Named("n_free")], Dimension::FORCE, "Load vector.").symbol("l"),
-    GROUP.row(DUAL_RHS, Kind::F64, &[Named("n_multipliers")], Dimension::VOLUME, "Right-hand side B A^-1 l of the dual problem, minus the integrated gap in its first m entries.").symbol("h").optional("absent without contact"),
+    GROUP.row(FORCE, Kind::F64, &[Named("n_free")], Dimension::FORCE, "Load vector, less the forces A_fc u_c that prescribed displacements take.").symbol("l"),
+    GROUP.row(PRESCRIBED, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Displacement at which the clamps hold each node, zero where free.").symbol("u_c").optional("absent where all clamps hold at zero").compressed(),
+    GROUP.row(DUAL_RHS, Kind::F64, &[Named("n_multipliers")], Dimension::VOLUME, "Right-hand side B A^-1 l of the dual problem plus B u_c, minus the integrated gap in its first m entries.").symbol("h").optional("absent without contact"),
     GROUP.row(SLIP_FREE, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::LENGTH, "Tangential displacement of the contact nodes without contact.").optional("absent unless the dual operator is explicit and friction follows the slip"),
 ];
 
-/// Writes l, h and the free slip.
+/// Writes l, the prescribed displacements, h and the free slip.
 ///
 /// # Errors
 /// HDF5 failures.
 pub fn write(writer: &mut GroupWriter<'_>, system: &DualSystem) -> Result<(), StoreError> {
     let load = &system.assembly.primal.load;
     writer.write(FORCE, load, &[load.len()])?;
+    if let Some(prescribed) = &system.assembly.primal.dofs.prescribed {
+        writer.write(
+            PRESCRIBED,
+            prescribed.as_flattened(),
+            &[prescribed.len(), 3],
+        )?;
+    }
     let Some(contact) = &system.contact else {
         return Ok(());
     };
@@ -49,7 +60,7 @@ pub fn write(writer: &mut GroupWriter<'_>, system: &DualSystem) -> Result<(), St
 /// # Errors
 /// Missing or altered datasets.
 pub fn read(reader: &Reader, system: &mut DualSystem) -> Result<(), FormatError> {
-    system.assembly.primal.load = read_force(reader)?;
+    read_into(reader, &mut system.assembly.primal)?;
     if let Some(contact) = &mut system.contact {
         contact.set_dual_rhs(read_finite_vec(reader, DUAL_RHS)?);
         if let Some(explicit) = contact.explicit_mut()
@@ -61,7 +72,12 @@ pub fn read(reader: &Reader, system: &mut DualSystem) -> Result<(), FormatError>
     Ok(())
 }
 
-/// Reads l alone.
-pub(super) fn read_force(reader: &Reader) -> Result<Vec<f64>, StoreError> {
-    read_finite_vec(reader, FORCE)
+/// Reads l and the prescribed displacements alone.
+pub(super) fn read_into(reader: &Reader, primal: &mut PrimalSystem) -> Result<(), FormatError> {
+    primal.load = read_finite_vec(reader, FORCE)?;
+    primal.dofs.prescribed = match reader.has(PRESCRIBED) {
+        false => None,
+        true => Some(Arc::new(read_finite_rows(reader, PRESCRIBED)?)),
+    };
+    Ok(())
 }

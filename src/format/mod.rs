@@ -62,7 +62,7 @@ use units::Units;
 pub const LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe run",
     linked_filetype: "contact3d-pipe stage",
-    format_version: [1, 6],
+    format_version: [1, 7],
     creator: concat!("contact3d-pipe ", env!("CARGO_PKG_VERSION")),
     units: Units::SI,
     groups: &[
@@ -160,6 +160,7 @@ pub const LAYOUT: Layout = Layout {
             "n_start_multipliers",
             "multipliers of all adaptive meshes beyond the first",
         ),
+        ("n_forces", "clamps, loads and contact faces of the scene"),
         ("n_paths", "paths of solutions"),
         ("n_path_points", "points of all paths of solutions"),
         (

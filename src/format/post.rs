@@ -3,7 +3,7 @@
 use contact3d::{
     contact::ContactFrame,
     mesh::ContactSurface,
-    post::{ContactReport, PaneFriction, PaneState, Zone},
+    post::{ContactReport, PaneFriction, PaneState, SourceForce, Zone},
 };
 use runfile::{
     DatasetSpec, Extent,
@@ -50,6 +50,13 @@ const NORMAL_FORCE: &str = "/post/resultants/normal_force";
 const STRAIN_ENERGY: &str = "/post/resultants/strain_energy";
 const LARGEST_PRESSURE: &str = "/post/resultants/largest_pressure";
 
+const CLAMP_WORK: &str = "/post/resultants/clamp_work";
+const FORCE_SOURCE: &str = "/post/forces/source";
+const FORCE_FACE: &str = "/post/forces/face";
+const FORCE_FORCE: &str = "/post/forces/force";
+const FORCE_MOMENT: &str = "/post/forces/moment";
+
+const BEFORE_FORCES: &str = "absent in files before format 1.7";
 const NO_CONTACT: &str = "absent without contact";
 const NO_CONTACT_OR_OLD: &str = "absent without contact, and in files before format 1.4";
 const NO_FRICTION: &str = "absent without friction";
@@ -88,8 +95,13 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row("/post/resultants/moments", Kind::F64, &[Fixed(3), Fixed(3)], Dimension::MOMENT, "Moments about the origin of contact, applied and clamp forces, one row each."),
     GROUP.row("/post/resultants/force_imbalance", Kind::F64, &[], Dimension::Number, "Norm of the sum of forces over the sum of their norms."),
     GROUP.row("/post/resultants/moment_imbalance", Kind::F64, &[], Dimension::Number, "Norm of the sum of moments over the sum of their norms."),
-    GROUP.row(STRAIN_ENERGY, Kind::F64, &[], Dimension::Energy, "Strain energy u.Au / 2."),
-    GROUP.row("/post/resultants/load_work", Kind::F64, &[], Dimension::Energy, "Work l.u of the loads."),
+    GROUP.row(CLAMP_WORK, Kind::F64, &[], Dimension::Energy, "Work of the reactions on prescribed displacements.").optional("absent where all clamps hold at zero"),
+    GROUP.row(FORCE_SOURCE, Kind::Text, &[Named("n_forces")], Dimension::Number, "Where each force on the body comes from: the key of a clamp, a load or the contact face in the scene.").optional(BEFORE_FORCES),
+    GROUP.row(FORCE_FACE, Kind::Text, &[Named("n_forces")], Dimension::Number, "Its face; empty for boxes of nodes and the body force.").optional(BEFORE_FORCES),
+    GROUP.row(FORCE_FORCE, Kind::F64, &[Named("n_forces"), Fixed(3)], Dimension::FORCE, "Its resultant on the body; reactions for clamps, in equal parts where several hold a component. All sum to zero.").optional(BEFORE_FORCES),
+    GROUP.row(FORCE_MOMENT, Kind::F64, &[Named("n_forces"), Fixed(3)], Dimension::MOMENT, "Its moment about the origin of coordinates.").optional(BEFORE_FORCES),
+    GROUP.row(STRAIN_ENERGY, Kind::F64, &[], Dimension::Energy, "Strain energy a(u, u) / 2."),
+    GROUP.row("/post/resultants/load_work", Kind::F64, &[], Dimension::Energy, "Work l.u of the loads, on held nodes too."),
     GROUP.row("/post/resultants/largest_displacement", Kind::F64, VECTOR, Dimension::LENGTH, "Largest |u_x|, |u_y|, |u_z| of a node."),
     GROUP.row(LARGEST_PRESSURE, Kind::F64, &[], Dimension::STRESS, "Largest normal multiplier.").optional(NO_CONTACT),
     GROUP.row("/post/certificate/equilibrium", Kind::F64, &[], Dimension::Number, "|A u + B^T lambda - l| / |l|."),
@@ -156,6 +168,7 @@ pub fn write(
             r.largest_displacement,
         ),
     ];
+    scalars.extend(r.clamp_work.map(|work| (CLAMP_WORK, work)));
     if let Some(contact) = &r.contact {
         scalars.push((NORMAL_FORCE, contact.normal_force));
         scalars.push((LARGEST_PRESSURE, contact.largest_pressure));
@@ -175,10 +188,20 @@ pub fn write(
         r.moments.as_flattened(),
         &[3, 3],
     )?;
+    write_forces(writer, &report.forces)?;
     for (name, value) in report.certificate.figures() {
         writer.write(&format!("/post/certificate/{name}"), &[value], &[])?;
     }
     write_discretisation_error(writer, report)
+}
+
+/// The forces on the body by their sources.
+fn write_forces(writer: &mut GroupWriter<'_>, forces: &[SourceForce]) -> Result<(), StoreError> {
+    let mut columns = Columns::new(writer, forces);
+    columns.texts(FORCE_SOURCE, |row| &row.source)?;
+    columns.texts(FORCE_FACE, |row| &row.face)?;
+    columns.vectors(FORCE_FORCE, |row| row.force)?;
+    columns.vectors(FORCE_MOMENT, |row| row.moment)
 }
 
 /// The estimated error; a body at rest has none.

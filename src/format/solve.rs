@@ -52,7 +52,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(STATUS, Kind::Enum(StoredStatus::SPEC), &[], Dimension::Number, "How the solve ended: converged to epsilon; rounding_limit and stopped (by the rule of its method) near the solution, as far as accuracy says; anything else is a failed solve."),
     GROUP.row(MULTIPLIER_NORMAL, Kind::F64, PANES, Dimension::STRESS, "Normal contact multiplier, the pressure on each pane.").symbol("lambda_nu").optional(NO_CONTACT),
     GROUP.row(MULTIPLIER_TANGENTIAL, Kind::F64, PANE_PAIRS, Dimension::STRESS, "Tangential contact multipliers along t1 and t2.").symbol("lambda_t").optional("absent without friction"),
-    GROUP.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Displacement of every node, zero where held.").symbol("u"),
+    GROUP.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Displacement of every node, that of its clamp where held.").symbol("u"),
     GROUP.row(SLIP, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::LENGTH, "Slips that the friction follows at the contact nodes: |u_t1| and |u_t2|, or their means around each node with contact.slip_interpolation = clement.").symbol("phi").optional("absent unless friction follows the slip"),
     GROUP.row(SLIP_BOUND, Kind::F64, PANES, Dimension::STRESS, "Slip bound of the last inner problem.").symbol("g").optional(NO_COULOMB),
     GROUP.row(FRICTION, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::Number, "Coefficients at the contact nodes in the last inner problem.").symbol("F_1, F_2").optional(NO_COULOMB),

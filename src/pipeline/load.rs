@@ -5,7 +5,7 @@ use std::sync::Arc;
 use contact3d::{
     dual::DualSystem,
     mesh::Mesh,
-    scene::{BodyForce, Parameters, Pressure, Quantity, Scene, SceneFile, Traction},
+    scene::{BodyForce, Clamp, Parameters, Pressure, Quantity, Scene, SceneFile, Traction},
 };
 use runfile::Reader;
 use serde::Serialize;
@@ -47,6 +47,9 @@ pub(super) fn read(reader: &Reader, operator: Arc<DualSystem>) -> Result<DualSys
 /// The part of a scene that the stage depends on directly.
 #[derive(Serialize)]
 pub(super) struct Settings<'a> {
+    /// The displacements of all clamps, where one of them is not held at zero.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    prescribed: Vec<&'a [Quantity; 3]>,
     traction: &'a [Traction],
     pressure: &'a [Pressure],
     body_force: Option<&'a BodyForce>,
@@ -59,6 +62,10 @@ pub(super) struct Settings<'a> {
 impl<'a> Settings<'a> {
     pub(super) fn of(scene: &'a Scene) -> Self {
         Self {
+            prescribed: match scene.clamps.iter().any(Clamp::is_moved) {
+                false => Vec::new(),
+                true => scene.clamps.iter().map(|clamp| &clamp.value).collect(),
+            },
             traction: &scene.tractions,
             pressure: &scene.pressures,
             body_force: scene.body_force.as_ref(),

@@ -5,7 +5,7 @@ use std::{fs, path::Path, sync::Arc};
 
 use contact3d::{
     contact::Interface,
-    elasticity::{Loads, refuse_rigid_motions},
+    elasticity::{Loads, prescribed_displacements, refuse_rigid_motions},
     mesh::{Mesh, Quality, Refinement},
     scene::{Body, Clamp, MultiplierSpace, Part, Scene, SceneFile, Shape},
     solver::ContactState,
@@ -33,7 +33,7 @@ pub(super) struct Meshed {
     pub(super) interface: Option<Interface>,
 }
 
-/// Makes the mesh, and tries loads, gap and friction on it.
+/// Makes the mesh, and tries loads, prescribed displacements, gap and friction on it.
 ///
 /// # Errors
 /// A mesh or loads the scene cannot have, too little memory or disk space.
@@ -54,6 +54,7 @@ pub(super) fn run(inputs: &Inputs<'_>) -> Result<Meshed, StageError> {
     let mesh = mesh_of(input, refinement)?;
     refuse_rigid_motions(&mesh, &mesh.held_nodes(&input.scene))
         .and_then(|()| Loads::of(&input.scene).nodal_forces(&mesh).map(drop))
+        .and_then(|()| prescribed_displacements(&input.scene, &mesh).map(drop))
         .map_err(|invalid| input.refuse(invalid))?;
     Meshed::new(Arc::new(mesh), input)
 }
@@ -77,7 +78,8 @@ pub(super) struct Settings<'a> {
     body: &'a Body,
     /// Digest of the refinement; none for the body's own mesh.
     refinement: Option<&'a str>,
-    clamp: &'a [Clamp],
+    /// At zero: the mesh does not depend on the displacements of clamps.
+    clamp: Vec<Clamp>,
     contact_face: Option<&'a str>,
     multipliers: Option<MultiplierSpace>,
     parts: Vec<&'a Part>,
@@ -88,7 +90,7 @@ impl<'a> Settings<'a> {
         Self {
             body: &scene.body,
             refinement,
-            clamp: &scene.clamps,
+            clamp: scene.clamps.iter().map(Clamp::at_zero).collect(),
             contact_face: scene.contact.as_ref().map(|c| c.face.as_str()),
             multipliers: scene.contact.as_ref().map(|c| c.multipliers),
             parts: scene.regions.iter().map(|region| &region.part).collect(),

@@ -99,12 +99,10 @@ fn result_sections(reader: &Reader, scene: &Scene) -> Result<Vec<Section>, Stage
     let mut sections = vec![Section {
         name: "results",
         heading: "Results".into(),
-        parts: vec![Part::Table(tables::results(
-            scene.units,
-            &mesh,
-            &solution,
-            &report,
-        ))],
+        parts: vec![
+            Part::Table(tables::results(scene.units, &mesh, &solution, &report)),
+            Part::Table(tables::forces(scene.units, &report)),
+        ],
     }];
     if let Some(figure) = report.out_of_range {
         let warning = format!("The solve failed and nothing is drawn: {figure}.");

@@ -3,13 +3,13 @@
 use contact3d::{
     convergence::{AlgebraicLadder, Cost, DiscretisationLadder, Ways},
     mesh::Mesh,
-    post::{ContactReport, Zone},
+    post::{ContactReport, SourceForce, Zone},
     scene::{ContactModel, FrictionModel, ModelFeatures, MultiplierSpace, Scene},
     solver::Solution,
 };
 use plots::html::Table;
 use runfile::{Reader, StoreError};
-use units::Units;
+use units::{Dimension, Units};
 
 use crate::pipeline::{Freshness, StageState};
 
@@ -27,6 +27,10 @@ fn yes_or_no(value: bool) -> &'static str {
 pub(super) fn features(scene: &Scene) -> Table {
     let features = ModelFeatures::of(scene);
     let mut pairs = vec![
+        pair(
+            "clamps with a prescribed displacement",
+            features.prescribed_displacements,
+        ),
         pair("body force", yes_or_no(features.body_force)),
         pair("regions of other material", features.regions),
         pair("anisotropic material", yes_or_no(features.anisotropy)),
@@ -123,6 +127,27 @@ pub(super) fn results(
         pair("moment imbalance", format!("{:.1e}", r.moment_imbalance)),
     ]);
     Table::of_pairs(pairs)
+}
+
+/// The forces on the body and their moments about the origin of coordinates, by their sources.
+pub(super) fn forces(units: Units, report: &ContactReport) -> Table {
+    let moment = units.word(Dimension::MOMENT);
+    let mut head = vec!["source".to_owned(), "face".to_owned()];
+    let columns = [("force", units.force()), ("moment", moment.as_str())];
+    for (name, unit) in columns {
+        head.extend(["x", "y", "z"].map(|axis| format!("{name} {axis} [{unit}]")));
+    }
+    let row = |row: &SourceForce| {
+        let figures = row.force.iter().chain(&row.moment);
+        let mut cells = vec![row.source.clone(), row.face.clone()];
+        cells.extend(figures.map(|figure| format!("{figure:.6e}")));
+        cells
+    };
+    Table {
+        caption: "Forces on the body and their moments about the origin".into(),
+        head,
+        rows: report.forces.iter().map(row).collect(),
+    }
 }
 
 /// How well the discrete problem is satisfied.

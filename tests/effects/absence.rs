@@ -99,6 +99,17 @@ fn a_law_of_the_slip_adds_the_slips_of_the_contact_nodes() {
 }
 
 #[test]
+fn clamps_at_zero_prescribe_nothing() {
+    let moved = "[[clamp]]\nface = 'x_max'\ncomponents = ['y']\nvalue = [0.0, 1e-6, 0.0]\n";
+    for (value, is_there) in [("1e-6", true), ("0.0", false)] {
+        let case = steel(&[&moved.replace("1e-6", value), CONTACT]);
+        let primal = &case.system().assembly.primal;
+        assert_eq!(primal.dofs.prescribed.is_some(), is_there);
+        assert_eq!(case.report().resultants.clamp_work.is_some(), is_there);
+    }
+}
+
+#[test]
 fn frame_and_gap_are_as_small_as_they_can_be() {
     let plain = in_contact("", "coefficient.constant = 0.3");
     let plain = plain.interface();

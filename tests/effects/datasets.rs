@@ -118,6 +118,12 @@ fn absent_from_run(tables: &[&str]) -> BTreeSet<String> {
     absent.map(|row| row.path.to_owned()).collect()
 }
 
+/// What only clamps with values have.
+const PRESCRIBED_ONLY: [&str; 2] = [
+    "/load/prescribed_displacement",
+    "/post/resultants/clamp_work",
+];
+
 /// What only a factor in single precision has; small bodies have one in double.
 const IN_SINGLE_PRECISION: [&str; 3] = [
     "/assemble/contact_compliance_single",
@@ -133,6 +139,7 @@ fn expected(effects: &[&[&str]], present: Option<&str>) -> BTreeSet<String> {
         .flat_map(|path| ["Cell", "Point"].map(|data| path.replace("{}", data)))
         .collect();
     paths.extend(IN_SINGLE_PRECISION.map(str::to_owned));
+    paths.extend(PRESCRIBED_ONLY.map(str::to_owned));
     let all = [&CONTACT_ONLY[..], &FRICTION_ONLY, &COULOMB_ONLY].concat();
     if let Some(present) = present {
         let other = if present == "Cell" { "Point" } else { "Cell" };
@@ -187,6 +194,18 @@ fn with_regions_and_nodal_multipliers_everything_is_there_but_the_panes() {
     let found = absent_from(&[CONTACT, "multipliers = 'nodal'", RAMPS, region]);
     let panes: [&[&str]; 1] = [&["/mesh/contact_facet_pane"]];
     assert_eq!(found, expected(&panes, Some("Point")));
+}
+
+#[test]
+fn with_prescribed_displacements() {
+    let clamp = "[[clamp]]\nface = 'x_max'\ncomponents = ['y']\nvalue = [0.0, 1e-6, 0.0]\n";
+    let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
+    absent.retain(|path| !PRESCRIBED_ONLY.contains(&path.as_str()));
+    assert_eq!(absent_from(&[clamp, CONTACT, RAMPS]), absent);
+    // Values of zero are no values.
+    let resting = clamp.replace("1e-6", "0");
+    let absent = expected(&[&REGIONS_ONLY], Some("Cell"));
+    assert_eq!(absent_from(&[&resting, CONTACT, RAMPS]), absent);
 }
 
 #[test]

@@ -361,6 +361,10 @@ fn on_line(
     between: &AssembledProblem,
 ) -> bool {
     let load = |problem: &AssembledProblem| problem.system().assembly.primal.load.clone();
+    let held = |problem: &AssembledProblem| {
+        let prescribed = problem.system().assembly.primal.dofs.prescribed.as_ref();
+        prescribed.map_or_else(Vec::new, |held| held.as_flattened().to_vec())
+    };
     let gap = |problem: &AssembledProblem| {
         let state = problem.contact_state();
         state
@@ -381,6 +385,7 @@ fn on_line(
         })
     };
     straight([load(first), load(second), load(between)])
+        && straight([held(first), held(second), held(between)])
         && straight([gap(first), gap(second), gap(between)])
 }
 

@@ -112,7 +112,34 @@ impl Coupling {
         }
     }
 
-    /// B u, `[n_multipliers]`.
+    /// B u of the held contact nodes as they are held, `[n_multipliers]`, in m³; empty where clamps hold at zero.
+    #[must_use]
+    pub fn held_integrals(
+        &self,
+        surface: &ContactSurface,
+        frame: &ContactFrame,
+        dofs: &DofMap,
+    ) -> Vec<f64> {
+        if dofs.prescribed.is_none() {
+            return Vec::new();
+        }
+        let mut integrals = vec![0.0; self.n_multipliers()];
+        for pane in 0..self.layout.n_panes() {
+            for (local, weight) in surface.pane_weights(pane) {
+                let held = dofs.held_at(surface.nodes[local]);
+                let area = weight * surface.pane_area[pane];
+                integrals[self.layout.normal(pane)] += area * frame.normal_part(local, held);
+                if let Some(pair) = self.layout.tangential(pane) {
+                    for (j, along) in pair.into_iter().zip(frame.tangential(local, held)) {
+                        integrals[j] += area * along;
+                    }
+                }
+            }
+        }
+        integrals
+    }
+
+    /// B u of the free degrees of freedom, `[n_multipliers]`.
     #[must_use]
     pub(crate) fn integrate(&self, displacement: &[f64]) -> Vec<f64> {
         let mut result = vec![0.0; self.n_multipliers()];
@@ -139,9 +166,21 @@ pub(crate) fn nodal_tangential(
 ) -> Vec<[f64; 2]> {
     let nodes = surface.nodes.iter().enumerate();
     nodes
-        .map(|(local, &node)| {
-            let vector = dofs.dof[node].map(|dof| dof.map_or(0.0, |d| displacement[d]));
-            frame.tangential(local, vector)
-        })
+        .map(|(local, &node)| frame.tangential(local, dofs.at_node(node, displacement)))
+        .collect()
+}
+
+/// The change of (u_t1, u_t2) at every contact node in m with a change of the free degrees of freedom,
+/// `[n_contact_nodes]`.
+#[must_use]
+pub(crate) fn nodal_tangential_change(
+    surface: &ContactSurface,
+    frame: &ContactFrame,
+    dofs: &DofMap,
+    change: &[f64],
+) -> Vec<[f64; 2]> {
+    let nodes = surface.nodes.iter().enumerate();
+    nodes
+        .map(|(local, &node)| frame.tangential(local, dofs.change_at_node(node, change)))
         .collect()
 }

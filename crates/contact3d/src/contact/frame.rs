@@ -125,6 +125,12 @@ impl ContactFrame {
             .map(|axis| u.dot(&Vector3::from(axis)))
     }
 
+    /// The component of a vector along ν at a contact node.
+    #[must_use]
+    pub fn normal_part(&self, contact_node: usize, vector: [f64; 3]) -> f64 {
+        Vector3::from(vector).dot(&Vector3::from(self.normal_at(contact_node)))
+    }
+
     /// λ_ν ν + λ_t1 t₁ + λ_t2 t₂ at a contact node.
     #[must_use]
     pub fn vector(&self, contact_node: usize, normal: f64, tangential: [f64; 2]) -> [f64; 3] {

@@ -5,7 +5,7 @@ use std::sync::{
     atomic::{AtomicUsize, Ordering},
 };
 
-use super::{ContactFrame, Coupling, SlipOperator, law_bounds};
+use super::{ContactFrame, Coupling, SlipOperator, law_bounds, prescribed::refuse_penetration};
 use crate::{
     elasticity::DofMap,
     mesh::{ContactSurface, Mesh},
@@ -98,7 +98,7 @@ impl Interface {
     ///
     /// # Errors
     /// Formulas that are not finite, a negative gap or slip bound, a coefficient of friction that
-    /// is not positive without slip, an axis that is not tangential.
+    /// is not positive without slip, an axis that is not tangential, a clamp that pushes a contact node into the foundation.
     pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Option<Self>, Invalid> {
         let (Some(contact), Some(surface)) = (&scene.contact, &mesh.contact) else {
             return Ok(None);
@@ -109,15 +109,18 @@ impl Interface {
         };
         let length = scene.units.length();
         let held = mesh.held_nodes(scene);
+        let frame = ContactFrame::new(contact, has.turning_frame, surface, mesh)?;
+        let gap = match &has.gap {
+            None => None,
+            Some(gap) => Some(non_negative("contact.gap", gap, &positions(surface, mesh))?),
+        };
+        refuse_penetration(scene, mesh, surface, &frame, gap.as_deref())?;
         Ok(Some(Self {
             slip: SlipOperator::new(contact.slip_interpolation, surface, mesh, |node| {
                 held[node] == [true; 3]
             }),
-            frame: ContactFrame::new(contact, has.turning_frame, surface, mesh)?,
-            gap: match &has.gap {
-                None => None,
-                Some(gap) => Some(non_negative("contact.gap", gap, &positions(surface, mesh))?),
-            },
+            frame,
+            gap,
             friction: InterfaceFriction::new(&has.friction, length, surface, mesh)?,
             projections: AtomicUsize::new(0),
         }))

@@ -16,10 +16,11 @@ mod law_bounds;
 mod law_bounds_tests;
 mod law_search;
 mod multiplier_layout;
+mod prescribed;
 mod slip_operator;
 
 pub use coupling::Coupling;
-pub(crate) use coupling::nodal_tangential;
+pub(crate) use coupling::{nodal_tangential, nodal_tangential_change};
 pub use frame::ContactFrame;
 pub use friction_field::FrictionField;
 pub use interface::{CoulombLaw, Interface, InterfaceFriction};

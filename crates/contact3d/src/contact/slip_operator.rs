@@ -11,8 +11,8 @@ use crate::{
 pub enum SlipOperator {
     /// The absolute values at the nodes.
     Lagrange,
-    /// The means of the absolute values over the triangles around each node, HKL (3.19); 0 at held nodes. Integrals are
-    /// exact for displacements that are linear on triangles.
+    /// The means of the absolute values over the triangles around each node, HKL (3.19); the value itself at held nodes,
+    /// 0 where they are held at zero. Integrals are exact for displacements that are linear on triangles.
     Clement(ClementStars),
 }
 
@@ -125,10 +125,11 @@ impl ClementStars {
 
     fn slip(&self, tangential: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let means: Vec<[f64; 2]> = self.of_triangles(tangential, |mean, _| mean);
-        let star = |star: &Vec<(usize, f64)>| {
-            [0, 1].map(|k| star.iter().map(|(t, share)| share * means[*t][k]).sum())
+        let star = |(star, own): (&Vec<(usize, f64)>, &[f64; 2])| match star.is_empty() {
+            true => own.map(f64::abs),
+            false => [0, 1].map(|k| star.iter().map(|(t, share)| share * means[*t][k]).sum()),
         };
-        self.stars.iter().map(star).collect()
+        self.stars.iter().zip(tangential).map(star).collect()
     }
 
     fn derivative(&self, tangential: &[[f64; 2]]) -> Vec<Vec<(usize, [f64; 2])>> {

@@ -7,7 +7,7 @@ use super::{
     nested_bricks, observed_order, prolongation::prolongate, refinement::with_brick,
 };
 use crate::{
-    elasticity::DofMap,
+    elasticity::{DofMap, InternalForces, MaterialField},
     linalg::{CscMatrix, dot},
     mesh::Mesh,
     problem::{Problem, ProblemError},
@@ -131,13 +131,14 @@ impl DiscretisationLadder {
             fields.push(solved.field);
             finest = Some((solved.stiffness, solved.dofs));
         }
-        if let Some((stiffness, dofs)) = finest {
-            let size = fields.last().map_or(0.0, |field| {
-                energy_norm(&stiffness, &dofs.to_free(&field.displacement))
-            });
+        if let (Some((stiffness, dofs)), Some(last)) = (finest, fields.last()) {
+            let norm = |field: &[[f64; 3]]| match dofs.prescribed {
+                None => energy_norm(&stiffness, &dofs.to_free(field)),
+                Some(_) => whole_energy_norm(scene, &last.mesh, field),
+            };
+            let size = norm(&last.displacement);
             for (level, field) in levels.iter_mut().zip(&fields) {
-                let difference = field.difference(&fields[fields.len() - 1]);
-                let difference = energy_norm(&stiffness, &dofs.to_free(&difference));
+                let difference = norm(&field.difference(last));
                 level.energy_difference = if size == 0.0 { 0.0 } else { difference / size };
             }
         }
@@ -232,6 +233,15 @@ pub(super) fn energy_norm(stiffness: &CscMatrix, displacement: &[f64]) -> f64 {
     let mut forces = vec![0.0; displacement.len()];
     stiffness.mul(displacement, &mut forces);
     dot(displacement, &forces).max(0.0).sqrt()
+}
+
+/// √a(u, u) of a nodal displacement in m, `[n_nodes]`, whose held nodes may have moved.
+fn whole_energy_norm(scene: &Scene, mesh: &Mesh, displacement: &[[f64; 3]]) -> f64 {
+    let material = MaterialField::new(scene, mesh);
+    let forces = InternalForces::of(mesh, &material, displacement).forces;
+    dot(forces.as_flattened(), displacement.as_flattened())
+        .max(0.0)
+        .sqrt()
 }
 
 /// The scene with default settings of assembly and solve.

@@ -6,7 +6,10 @@ use thiserror::Error;
 
 use super::{Need, Shortage, need::Admission};
 use crate::{
-    elasticity::{DofMap, Loads, MaterialField, NodeGraph, refuse_rigid_motions, stiffness_on},
+    elasticity::{
+        DofMap, Loads, MaterialField, NodeGraph, forces_of_prescribed, prescribed_displacements,
+        refuse_rigid_motions, stiffness_on,
+    },
     linalg::{
         Accuracy, CscMatrix, Doubled, Factor, FactorError, FactorStructure, OrderingError,
         Precision, Workspace, conjugate_gradients, expand_to_unknowns, nested_dissection, norm,
@@ -28,7 +31,8 @@ pub struct PrimalSystem {
     pub dofs: DofMap,
     /// Stiffness A, `[n_free, n_free]`, in N/m; shared by problems that differ in their loads.
     pub stiffness: Arc<CscMatrix>,
-    /// Load l, `[n_free]`, in N.
+    /// Right-hand side over the free degrees of freedom, `[n_free]`, in N: the load l, less A_fc u_c where clamps hold at
+    /// a displacement u_c.
     pub load: Vec<f64>,
 }
 
@@ -133,8 +137,7 @@ impl Analysed {
                 timed(|| {
                     let stiffness =
                         stiffness_on(&graph, mesh, &MaterialField::new(scene, mesh), &dofs);
-                    let load = load_vector(scene, mesh, &dofs)?;
-                    Ok((stiffness, load))
+                    Ok((stiffness, LoadData::new(scene, mesh, &dofs)?))
                 })
             },
             || timed(|| fill_reducing_order(mesh, &graph, &dofs)),
@@ -151,11 +154,12 @@ impl Analysed {
             dual_operator: 0.0,
         };
         let structure = structure.map_err(|e| explain(e, &dofs))?;
-        let primal = PrimalSystem {
+        let mut primal = PrimalSystem {
             dofs,
             stiffness: Arc::new(stiffness),
-            load,
+            load: Vec::new(),
         };
+        primal.set_loads(load);
         Ok(Self {
             primal,
             structure,
@@ -300,9 +304,33 @@ impl Assembly {
     }
 }
 
-/// The load l over the free degrees of freedom in N.
-pub(super) fn load_vector(scene: &Scene, mesh: &Mesh, dofs: &DofMap) -> Result<Vec<f64>, Invalid> {
-    Ok(dofs.to_free(&Loads::of(scene).nodal_forces(mesh)?))
+/// What loads and prescribed displacements make of a problem.
+pub(super) struct LoadData {
+    /// l − A_fc u_c over the free degrees of freedom in N.
+    rhs: Vec<f64>,
+    /// u_c in m, `[n_nodes]`; `None` where all clamps hold at zero.
+    prescribed: Option<Vec<[f64; 3]>>,
+}
+
+impl LoadData {
+    pub(super) fn new(scene: &Scene, mesh: &Mesh, dofs: &DofMap) -> Result<Self, Invalid> {
+        let mut rhs = dofs.to_free(&Loads::of(scene).nodal_forces(mesh)?);
+        let prescribed = prescribed_displacements(scene, mesh)?;
+        if let Some(prescribed) = &prescribed {
+            let material = MaterialField::new(scene, mesh);
+            let taken = dofs.to_free(&forces_of_prescribed(mesh, &material, prescribed));
+            rhs.iter_mut().zip(taken).for_each(|(l, taken)| *l -= taken);
+        }
+        Ok(Self { rhs, prescribed })
+    }
+}
+
+impl PrimalSystem {
+    /// Replaces the load, and the displacements at which the clamps hold.
+    pub(super) fn set_loads(&mut self, data: LoadData) {
+        self.load = data.rhs;
+        self.dofs.prescribed = data.prescribed.map(Arc::new);
+    }
 }
 
 /// Nested dissection of the mesh without its held nodes, the free degrees of freedom node by node.

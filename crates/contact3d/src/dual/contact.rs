@@ -3,6 +3,7 @@
 use super::{Assembly, ExplicitDual};
 use crate::{
     contact::{Coupling, Interface, MultiplierLayout},
+    elasticity::DofMap,
     linalg::{Doubled, Workspace},
     mesh::ContactSurface,
 };
@@ -31,13 +32,21 @@ impl ContactSystem {
     #[must_use]
     pub fn new(assembly: &Assembly, surface: &ContactSurface, interface: &Interface) -> Self {
         let coupling = interface.coupling(surface, &assembly.primal.dofs);
-        Self::with(coupling, &assembly.unconstrained(), surface, interface)
+        let dofs = &assembly.primal.dofs;
+        Self::with(
+            coupling,
+            &assembly.unconstrained(),
+            dofs,
+            surface,
+            interface,
+        )
     }
 
     /// As [`Self::new`], from B and the displacement A⁻¹l in m.
     pub(super) fn with(
         coupling: Coupling,
         unconstrained: &[f64],
+        dofs: &DofMap,
         surface: &ContactSurface,
         interface: &Interface,
     ) -> Self {
@@ -45,7 +54,7 @@ impl ContactSystem {
             coupling,
             form: OperatorForm::Implicit(Vec::new()),
         };
-        contact.apply_loads(unconstrained, surface, interface);
+        contact.apply_loads(unconstrained, dofs, surface, interface);
         contact
     }
 
@@ -117,24 +126,27 @@ impl ContactSystem {
     pub(super) fn apply_loads(
         &mut self,
         unconstrained: &[f64],
+        dofs: &DofMap,
         surface: &ContactSurface,
         interface: &Interface,
     ) {
-        self.set_dual_rhs(self.closing(unconstrained, surface, interface));
+        self.set_dual_rhs(self.closing(unconstrained, dofs, surface, interface));
     }
 
-    /// B u with the gap's integral subtracted from the normal part: −r of the displacement u in m,
-    /// `[n_multipliers]`, in m³.
+    /// B u with the gap's integral subtracted from the normal part: −r of the displacement in m over the free degrees
+    /// of freedom, `[n_multipliers]`, in m³; held contact nodes count where they are held.
     #[must_use]
     pub fn closing(
         &self,
         displacement: &[f64],
+        dofs: &DofMap,
         surface: &ContactSurface,
         interface: &Interface,
     ) -> Vec<f64> {
         let mut closing = self.coupling.integrate(displacement);
-        for (closing, gap) in closing.iter_mut().zip(gap_integrals(surface, interface)) {
-            *closing -= gap;
+        let distances = self.distances(dofs, surface, interface);
+        for (closing, distance) in closing.iter_mut().zip(distances) {
+            *closing -= distance;
         }
         closing
     }
@@ -144,13 +156,32 @@ impl ContactSystem {
     pub(crate) fn closing_refined(
         &self,
         displacement: &Doubled,
+        dofs: &DofMap,
         surface: &ContactSurface,
         interface: &Interface,
     ) -> Vec<f64> {
-        let mut gaps = gap_integrals(surface, interface);
-        gaps.resize(self.coupling.n_multipliers(), 0.0);
+        let mut distances = self.distances(dofs, surface, interface);
+        distances.resize(self.coupling.n_multipliers(), 0.0);
         let transposed = &self.coupling.transposed;
-        transposed.transposed_excess(displacement, &gaps)
+        transposed.transposed_excess(displacement, &distances)
+    }
+
+    /// What the free degrees of freedom have to close: ∫ gap over each pane, less B u of the held contact nodes, in m³.
+    fn distances(
+        &self,
+        dofs: &DofMap,
+        surface: &ContactSurface,
+        interface: &Interface,
+    ) -> Vec<f64> {
+        let mut distances = gap_integrals(surface, interface);
+        let held = self
+            .coupling
+            .held_integrals(surface, &interface.frame, dofs);
+        distances.resize(distances.len().max(held.len()), 0.0);
+        for (distance, held) in distances.iter_mut().zip(held) {
+            *distance -= held;
+        }
+        distances
     }
 
     /// The displacement u = A⁻¹(l − Bᵀλ) over the free degrees of freedom in m.

@@ -78,7 +78,13 @@ impl ExplicitDual {
             .zip(matrix)
             .map(|(selection, matrix)| ContactCompliance {
                 matrix: Arc::new(matrix),
-                slip_free: free_slip(&selection, unconstrained),
+                slip_free: free_slip(
+                    &selection,
+                    unconstrained,
+                    surface,
+                    &interface.frame,
+                    &assembly.primal.dofs,
+                ),
             });
         Self {
             operator: Arc::new(operator),
@@ -109,7 +115,7 @@ impl ExplicitDual {
             let selection = tangential_selection(surface, frame, dofs);
             ContactCompliance {
                 matrix: Arc::clone(&compliance.matrix),
-                slip_free: free_slip(&selection, displacement),
+                slip_free: free_slip(&selection, displacement, surface, frame, dofs),
             }
         });
         Self {
@@ -157,7 +163,7 @@ impl ExplicitDual {
     ) {
         if let Some(compliance) = &mut self.compliance {
             let selection = tangential_selection(surface, frame, dofs);
-            compliance.slip_free = free_slip(&selection, unconstrained);
+            compliance.slip_free = free_slip(&selection, unconstrained, surface, frame, dofs);
         }
     }
 
@@ -289,11 +295,24 @@ fn tangential_selection(
     transposed
 }
 
-/// (u_t1, u_t2) at the contact nodes of a displacement in m.
-fn free_slip(selection: &CscMatrix, unconstrained: &[f64]) -> Vec<[f64; 2]> {
+/// (u_t1, u_t2) at the contact nodes of a displacement in m, held nodes as they are held.
+fn free_slip(
+    selection: &CscMatrix,
+    unconstrained: &[f64],
+    surface: &ContactSurface,
+    frame: &ContactFrame,
+    dofs: &DofMap,
+) -> Vec<[f64; 2]> {
     let mut slip = vec![0.0; selection.cols];
     selection.mul_transposed(unconstrained, &mut slip);
-    pairs(&slip)
+    let mut slip = pairs(&slip);
+    if dofs.prescribed.is_some() {
+        for (local, (slip, &node)) in slip.iter_mut().zip(&surface.nodes).enumerate() {
+            let held = frame.tangential(local, dofs.held_at(node));
+            *slip = [slip[0] + held[0], slip[1] + held[1]];
+        }
+    }
+    slip
 }
 
 fn pairs(flat: &[f64]) -> Vec<[f64; 2]> {

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use super::{
     Assembly, AssemblyError, ContactSystem, Need, OperatorEstimate,
-    assembly::{Analysed, load_vector},
+    assembly::{Analysed, LoadData},
     need::Admission,
 };
 use crate::{
@@ -67,8 +67,9 @@ impl DualSystem {
                 .zip(coupling.clone())
                 .map(|((interface, surface), coupling)| {
                     let unconstrained = assembly.unconstrained();
+                    let dofs = &assembly.primal.dofs;
                     let mut contact =
-                        ContactSystem::with(coupling, &unconstrained, surface, interface);
+                        ContactSystem::with(coupling, &unconstrained, dofs, surface, interface);
                     if dense.is_some() {
                         let started = Instant::now();
                         contact.make_explicit(&assembly, &unconstrained, surface, interface);
@@ -93,22 +94,23 @@ impl DualSystem {
         }
     }
 
-    /// Replaces l, h and the free slip by those of a scene that differs in its loads, its gap or its
-    /// friction only: one solve with the factor.
+    /// Replaces l, h and the free slip by those of a scene that differs in its loads, the displacements of its clamps, its
+    /// gap or its friction only: one solve with the factor.
     ///
     /// # Errors
     /// A formula of the scene that has no value, numbers that overflow.
     pub fn apply_loads(&mut self, scene: &Scene, mesh: &Mesh) -> Result<(), Invalid> {
         let interface = Interface::new(scene, mesh)?;
         let assembly = &mut self.assembly;
-        assembly.primal.load = load_vector(scene, mesh, &assembly.primal.dofs)?;
+        let loads = LoadData::new(scene, mesh, &assembly.primal.dofs)?;
+        assembly.primal.set_loads(loads);
         if let (Some(contact), Some(interface), Some(surface)) =
             (&mut self.contact, &interface, &mesh.contact)
         {
             let unconstrained = assembly.unconstrained();
-            contact.apply_loads(&unconstrained, surface, interface);
+            let dofs = &assembly.primal.dofs;
+            contact.apply_loads(&unconstrained, dofs, surface, interface);
             if let Some(explicit) = contact.explicit_mut() {
-                let dofs = &assembly.primal.dofs;
                 explicit.apply_loads(&unconstrained, surface, &interface.frame, dofs);
             }
         }

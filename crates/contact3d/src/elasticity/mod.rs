@@ -5,6 +5,8 @@
 //! ascending order, so the sum has the same bits at any number of threads. Tractions, pressures and body forces become
 //! consistent nodal forces, exactly for constants and by Gauss–Legendre products for formulas.
 //!
+//! Held components at a displacement u_c of their own take A_fc u_c from the load of the free ones; A stays as it is.
+//!
 //! A body that its clamps leave free to move as a rigid one has no A⁻¹ and is refused, with the motion.
 //!
 //! Source: HKL §3; O. C. Zienkiewicz, R. L. Taylor, *The Finite Element Method*, ch. 6.
@@ -15,6 +17,7 @@ mod idle_load;
 mod load;
 mod material_field;
 mod node_graph;
+mod prescribed;
 mod rigid_motion;
 mod simplex;
 mod stiffness;
@@ -25,6 +28,7 @@ pub use idle_load::idle_loads;
 pub use load::Loads;
 pub use material_field::MaterialField;
 pub(crate) use node_graph::NodeGraph;
+pub use prescribed::{forces_of_prescribed, prescribed_displacements};
 pub use rigid_motion::refuse_rigid_motions;
 pub(crate) use simplex::{Simplex, traction};
 pub(crate) use stiffness::stiffness_on;

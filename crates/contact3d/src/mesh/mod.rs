@@ -239,17 +239,29 @@ impl Mesh {
     pub fn held_nodes(&self, scene: &Scene) -> Vec<[bool; 3]> {
         let mut held = vec![[false; 3]; self.coordinates.len()];
         for clamp in &scene.clamps {
-            for node in self.clamped_nodes(clamp) {
-                for &component in &clamp.components {
-                    held[node][component as usize] = true;
-                }
-            }
+            self.hold(clamp, &mut held);
         }
         held
     }
 
+    /// Which components of each node one clamp holds, `[n_nodes, 3]`.
+    #[must_use]
+    pub(crate) fn held_by(&self, clamp: &Clamp) -> Vec<[bool; 3]> {
+        let mut held = vec![[false; 3]; self.coordinates.len()];
+        self.hold(clamp, &mut held);
+        held
+    }
+
+    fn hold(&self, clamp: &Clamp, held: &mut [[bool; 3]]) {
+        for node in self.clamped_nodes(clamp) {
+            for &component in &clamp.components {
+                held[node][component as usize] = true;
+            }
+        }
+    }
+
     /// The nodes of a clamp, some of them repeatedly.
-    fn clamped_nodes(&self, clamp: &Clamp) -> impl Iterator<Item = usize> {
+    pub(crate) fn clamped_nodes(&self, clamp: &Clamp) -> impl Iterator<Item = usize> {
         let facets = clamp.face.iter().flat_map(|face| self.facets_on(face));
         let boxed = (0..self.coordinates.len()).filter(|&n| clamp.boxes(&self.coordinates[n]));
         facets

@@ -2,20 +2,24 @@
 
 mod certificate;
 mod estimate;
+mod nodal_forces;
 mod range;
 mod resultants;
 mod zones;
 
 pub use certificate::{Certificate, ContactCertificate, FrictionCertificate};
 pub use estimate::{ContactError, ErrorEstimate};
+pub use nodal_forces::SourceForce;
 pub use range::OutOfRange;
 pub use resultants::{ContactResultants, Resultants, Vector, von_mises};
 pub use zones::{PaneCoulomb, PaneFriction, PaneState, Zone};
 
+use nodal_forces::NodalForces;
+
 use crate::{
     contact::{CoulombLaw, Coupling, FrictionField},
     dual::{PrimalSystem, pane_stiffness},
-    elasticity::{InternalForces, Loads, MaterialField},
+    elasticity::{InternalForces, MaterialField},
     mesh::Mesh,
     scene::{Invalid, Scene},
     solver::{ContactState, Solution},
@@ -90,6 +94,8 @@ pub struct ContactReport {
     pub corner_stress: Vec<[[f64; 6]; 4]>,
     /// Von Mises stress of each tetrahedron in Pa.
     pub von_mises: Vec<f64>,
+    /// Forces on the body, one row for each clamp, load and contact face.
+    pub forces: Vec<SourceForce>,
     /// Forces, moments and energies of the whole body.
     pub resultants: Resultants,
     /// How well the discrete problem is satisfied.
@@ -118,8 +124,8 @@ impl ContactReport {
         let displacement = solved.system.dofs.to_nodes(&solved.solution.displacement);
         let material = MaterialField::new(solved.scene, solved.mesh);
         let internal = InternalForces::of(solved.mesh, &material, &displacement);
-        let applied = Loads::of(solved.scene).nodal_forces(solved.mesh)?;
-        let resultants = Resultants::new(solved, &displacement, &applied, &internal.forces);
+        let forces = NodalForces::new(solved, &internal.forces)?;
+        let resultants = Resultants::new(solved, &displacement, &forces, &internal.forces);
         let known = estimate::Known {
             displacement: &displacement,
             internal: &internal,
@@ -129,6 +135,7 @@ impl ContactReport {
         };
         let mut report = Self {
             discretisation_error: ErrorEstimate::new(solved, &known),
+            forces: nodal_forces::by_source(solved, &forces)?,
             resultants,
             certificate: Certificate::new(solved, &panes, &stiffness),
             von_mises: internal.stress.iter().map(von_mises).collect(),

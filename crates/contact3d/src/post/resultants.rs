@@ -2,7 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::{Solved, SolvedContact};
+use super::{
+    Solved, SolvedContact,
+    nodal_forces::{NodalForces, total},
+};
 use crate::linalg::dot;
 
 /// A vector in the global axes.
@@ -21,10 +24,12 @@ pub struct Resultants {
     pub force_imbalance: f64,
     /// ‖Σ moments‖ over Σ‖moment‖.
     pub moment_imbalance: f64,
-    /// Strain energy ½ uᵀAu in J.
+    /// Strain energy ½ a(u, u) in J.
     pub strain_energy: f64,
-    /// Work of the loads lᵀu in J.
+    /// Work of the loads l(u) in J.
     pub load_work: f64,
+    /// Work of the clamps' reactions on prescribed displacements in J; `None` where all clamps hold at zero.
+    pub clamp_work: Option<f64>,
     /// max |u_x|, |u_y|, |u_z| over the nodes in m.
     pub largest_displacement: Vector,
     /// The forces of the foundation; `None` without contact.
@@ -46,39 +51,25 @@ pub struct ContactResultants {
 }
 
 impl Resultants {
-    /// Sums the forces on the body. The reaction at a held component is the internal force there
-    /// minus what loads and contact already contribute.
+    /// Sums the forces on the body.
     pub(super) fn new(
         solved: &Solved<'_>,
         displacement: &[Vector],
-        applied: &[Vector],
+        forces: &NodalForces,
         internal: &[Vector],
     ) -> Self {
-        let contact = match &solved.contact {
-            Some(contact) => contact_forces(solved, contact),
-            None => vec![[0.0; 3]; applied.len()],
-        };
-        let mut clamp = vec![[0.0; 3]; applied.len()];
-        for (node, dofs) in solved.system.dofs.dof.iter().enumerate() {
-            for component in (0..3).filter(|&c| dofs[c].is_none()) {
-                clamp[node][component] =
-                    internal[node][component] - applied[node][component] - contact[node][component];
-            }
-        }
-        let sums = [&contact, applied, &clamp].map(|f| total(solved, f));
-        let mut stiffness_u = vec![0.0; solved.solution.displacement.len()];
-        solved
-            .system
-            .stiffness
-            .mul(&solved.solution.displacement, &mut stiffness_u);
+        let parts = [&forces.contact, &forces.applied, &forces.clamp];
+        let sums = parts.map(|f| total(solved.mesh, f));
+        let works = Works::new(solved, displacement, forces, internal);
         Self {
             applied_force: sums[1].0.into(),
             clamp_force: sums[2].0.into(),
             moments: sums.map(|(_, moment)| moment.into()),
             force_imbalance: imbalance(sums.map(|(force, _)| force)),
             moment_imbalance: imbalance(sums.map(|(_, moment)| moment)),
-            strain_energy: 0.5 * dot(&solved.solution.displacement, &stiffness_u),
-            load_work: dot(&solved.system.load, &solved.solution.displacement),
+            strain_energy: works.strain_energy,
+            load_work: works.of_loads,
+            clamp_work: works.of_clamps,
             largest_displacement: std::array::from_fn(|c| {
                 displacement
                     .iter()
@@ -88,6 +79,41 @@ impl Resultants {
                 .contact
                 .as_ref()
                 .map(|c| ContactResultants::new(solved, c, sums[0].0.into())),
+        }
+    }
+}
+
+/// Works in J.
+struct Works {
+    strain_energy: f64,
+    of_loads: f64,
+    of_clamps: Option<f64>,
+}
+
+impl Works {
+    /// Over the free degrees of freedom where the others do not move.
+    fn new(
+        solved: &Solved<'_>,
+        displacement: &[Vector],
+        forces: &NodalForces,
+        internal: &[Vector],
+    ) -> Self {
+        let system = solved.system;
+        let work = |forces: &[Vector]| dot(forces.as_flattened(), displacement.as_flattened());
+        if system.dofs.prescribed.is_some() {
+            return Self {
+                strain_energy: 0.5 * work(internal),
+                of_loads: work(&forces.applied),
+                of_clamps: Some(work(&forces.clamp)),
+            };
+        }
+        let free = &solved.solution.displacement;
+        let mut stiffness_u = vec![0.0; free.len()];
+        system.stiffness.mul(free, &mut stiffness_u);
+        Self {
+            strain_energy: 0.5 * dot(free, &stiffness_u),
+            of_loads: dot(&system.load, free),
+            of_clamps: None,
         }
     }
 }
@@ -110,37 +136,6 @@ impl ContactResultants {
             largest_pressure: normal.iter().copied().fold(0.0, f64::max),
         }
     }
-}
-
-/// Nodal forces of the foundation on the body, −∫ φ (λ_ν ν + λ_t1 t₁ + λ_t2 t₂), in N, at free and
-/// held nodes alike.
-fn contact_forces(solved: &Solved<'_>, contact: &SolvedContact<'_>) -> Vec<Vector> {
-    let surface = contact.state.surface;
-    let frame = &contact.state.interface.frame;
-    let multiplier = &solved.solution.multiplier;
-    let layout = contact.coupling.layout;
-    let mut forces = vec![[0.0; 3]; solved.mesh.coordinates.len()];
-    for pane in 0..layout.n_panes() {
-        let tangential = layout.pair(multiplier, pane);
-        for (local, weight) in surface.pane_weights(pane) {
-            let stress = frame.vector(local, multiplier[layout.normal(pane)], tangential);
-            for c in 0..3 {
-                forces[surface.nodes[local]][c] -= weight * surface.pane_area[pane] * stress[c];
-            }
-        }
-    }
-    forces
-}
-
-/// Sum of nodal forces and of their moments about the origin.
-fn total(solved: &Solved<'_>, forces: &[Vector]) -> (Vector3<f64>, Vector3<f64>) {
-    forces.iter().zip(&solved.mesh.coordinates).fold(
-        (Vector3::zeros(), Vector3::zeros()),
-        |(force, moment), (f, x)| {
-            let f = Vector3::from(*f);
-            (force + f, moment + Vector3::from(*x).cross(&f))
-        },
-    )
 }
 
 fn imbalance(parts: [Vector3<f64>; 3]) -> f64 {

@@ -74,7 +74,14 @@ pub(super) fn pane_states(
     let layout = contact.coupling.layout;
     let solution = solved.solution;
     let surface = contact.state.surface;
-    let integral = contact.coupling.integrate(&solution.displacement);
+    let mut integral = contact.coupling.integrate(&solution.displacement);
+    let frame = &contact.state.interface.frame;
+    let dofs = &solved.system.dofs;
+    let held = contact.coupling.held_integrals(surface, frame, dofs);
+    integral
+        .iter_mut()
+        .zip(held)
+        .for_each(|(u, held)| *u += held);
     let set = contact.state.feasible_set(solution.coulomb.as_ref());
     let gap = contact.state.interface.gap.as_deref();
     (0..layout.n_panes())

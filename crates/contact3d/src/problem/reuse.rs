@@ -3,12 +3,12 @@
 use super::{AssembledProblem, Problem, ProblemError};
 use crate::{
     contact::Interface,
-    scene::{Contact, Invalid, Scene, SlipInterpolation},
+    scene::{Clamp, Contact, Invalid, Scene, SlipInterpolation},
 };
 
 impl AssembledProblem {
     /// The problem of a changed scene on the same mesh, factor and S, which are shared: one solve with the factor in
-    /// place of an assembly. `change` may change loads, gap, the law of friction and its slips, settings of the solve, title.
+    /// place of an assembly. `change` may change loads, the values of clamps, gap, the law of friction and its slips, settings of the solve, title.
     ///
     /// ```
     /// use contact3d::{Problem, scene::{Body, Clamp, Contact, Friction, Material, Pressure, Scene}};
@@ -78,11 +78,13 @@ fn other_part(old: &Scene, new: &Scene) -> Option<&'static str> {
             ..contact
         })
     };
+    let clamps =
+        |scene: &Scene| -> Vec<Clamp> { scene.clamps.iter().map(Clamp::at_zero).collect() };
     let differences = [
         ("body", old.body != new.body),
         ("material", old.material != new.material),
         ("region", old.regions != new.regions),
-        ("clamp", old.clamps != new.clamps),
+        ("clamp", clamps(old) != clamps(new)),
         ("contact", face(old) != face(new)),
         ("friction", old.friction.is_some() != new.friction.is_some()),
         ("assemble", old.assemble != new.assemble),

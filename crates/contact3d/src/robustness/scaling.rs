@@ -24,6 +24,9 @@ impl Scaling {
     pub(crate) fn apply(&self, scene: &Scene) -> Result<Scene, Invalid> {
         let mut scaled = scene.clone();
         self.scale_body(&mut scaled);
+        for value in scaled.clamps.iter_mut().flat_map(|clamp| &mut clamp.value) {
+            *value = self.quantity(value, self.displacement)?;
+        }
         for traction in &mut scaled.tractions {
             for value in &mut traction.value {
                 *value = self.quantity(value, self.stress)?;

@@ -173,6 +173,9 @@ impl Symmetry {
     }
 
     fn map_loads(self, scene: &mut Scene, width: f64) -> Result<(), Invalid> {
+        for clamp in &mut scene.clamps {
+            clamp.value = self.vector(&clamp.value, width)?;
+        }
         for traction in &mut scene.tractions {
             self.face(&mut traction.face);
             traction.value = self.vector(&traction.value, width)?;

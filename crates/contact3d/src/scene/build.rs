@@ -174,6 +174,7 @@ impl Clamp {
             face: Some(name.into()),
             corners: None,
             components: Component::ALL.to_vec(),
+            value: Default::default(),
         }
     }
 
@@ -184,6 +185,7 @@ impl Clamp {
             face: None,
             corners: Some(corners),
             components: Component::ALL.to_vec(),
+            value: Default::default(),
         }
     }
 
@@ -191,6 +193,13 @@ impl Clamp {
     #[must_use]
     pub fn along(mut self, components: &[Component]) -> Self {
         self.components = components.to_vec();
+        self
+    }
+
+    /// The clamp at a displacement in m along x, y and z; zero for components that are not held.
+    #[must_use]
+    pub fn moved(mut self, value: [impl Into<Quantity>; 3]) -> Self {
+        self.value = value.map(Into::into);
         self
     }
 }

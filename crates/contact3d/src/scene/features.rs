@@ -8,6 +8,8 @@ use super::{Contact, FrictionLaw, Material, MultiplierSpace, Quantity, Scene};
 pub struct ModelFeatures {
     /// What happens on Γ_c.
     pub contact: ContactModel,
+    /// Clamps that hold somewhere else than at zero.
+    pub prescribed_displacements: usize,
     /// A body force f.
     pub body_force: bool,
     /// Parts of the body with a material of their own.
@@ -77,6 +79,7 @@ impl ModelFeatures {
                     ContactModel::Present(Box::new(ContactFeatures::new(contact, scene)))
                 }
             },
+            prescribed_displacements: scene.clamps.iter().filter(|c| c.is_moved()).count(),
             body_force: scene.body_force.is_some(),
             regions: scene.regions.len(),
             anisotropy: materials.any(|material| match material {

@@ -28,8 +28,8 @@ impl Component {
     }
 }
 
-/// Displacement components held at zero on a face, or at the nodes inside a box; exactly one of
-/// `face` and `box` is given.
+/// Displacement components held at given values, zero when not given, on a face or at the nodes inside a box;
+/// exactly one of `face` and `box` is given.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Clamp {
@@ -44,9 +44,28 @@ pub struct Clamp {
     /// The held components; all three when not given.
     #[serde(default = "all_components")]
     pub components: Vec<Component>,
+    /// The displacement u_c in m along x, y and z: numbers, or expressions in x, y, z; components that are not held
+    /// have a zero.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub value: [Quantity; 3],
 }
 
 impl Clamp {
+    /// Whether the held components are held somewhere else than at zero.
+    #[must_use]
+    pub fn is_moved(&self) -> bool {
+        !is_zero(&self.value)
+    }
+
+    /// Where and what is held, whatever the displacement there: what the mesh and the stiffness depend on.
+    #[must_use]
+    pub fn at_zero(&self) -> Self {
+        Self {
+            value: Default::default(),
+            ..self.clone()
+        }
+    }
+
     /// Whether this is the face of that name.
     #[must_use]
     pub(crate) fn is_face(&self, name: &str) -> bool {
@@ -59,6 +78,11 @@ impl Clamp {
         self.corners
             .is_some_and(|[low, high]| (0..3).all(|c| low[c] <= point[c] && point[c] <= high[c]))
     }
+}
+
+/// Whether a vector vanishes everywhere; a formula is taken not to.
+fn is_zero(value: &[Quantity; 3]) -> bool {
+    value.iter().all(|v| v.constant() == Some(0.0))
 }
 
 fn all_components() -> Vec<Component> {

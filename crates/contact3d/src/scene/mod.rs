@@ -85,7 +85,7 @@ pub struct Scene {
     /// Parts of the body with a material of their own; the last one that holds a tetrahedron counts.
     #[serde(rename = "region", default, skip_serializing_if = "Vec::is_empty")]
     pub regions: Vec<Region>,
-    /// Faces on which displacement components vanish (Γ_u).
+    /// Faces on which displacement components are held (Γ_u), at zero or at given values.
     #[serde(rename = "clamp", default)]
     pub clamps: Vec<Clamp>,
     /// Surface tractions p on faces (Γ_p); tractions on the same face add up.

@@ -85,6 +85,10 @@ impl Scene {
     /// All that may vary with its keys: quantities, and coefficients of friction.
     fn varying_mut(&mut self) -> Varying<'_> {
         let mut quantities: Vec<(String, &mut Quantity)> = Vec::new();
+        for (i, clamp) in self.clamps.iter_mut().enumerate() {
+            let key = format!("clamp.{i}.value");
+            quantities.extend(clamp.value.iter_mut().map(|value| (key.clone(), value)));
+        }
         for (i, traction) in self.tractions.iter_mut().enumerate() {
             let key = format!("traction.{i}.value");
             quantities.extend(traction.value.iter_mut().map(|value| (key.clone(), value)));

@@ -52,6 +52,9 @@ impl TheoryProblem {
         let (surface, frame) = (contact.surface, &contact.interface.frame);
         let primal = &assembled.system().assembly.primal;
         let dofs = &primal.dofs;
+        if surface.nodes.iter().any(|&n| dofs.held_at(n) != [0.0; 3]) {
+            return Err(moved_face().into());
+        }
         let gram = first_sobolev_gram(assembled.mesh(), dofs);
         // K has the pattern of A where materials couple all components, so the order of A's factor serves it.
         let order = assembled
@@ -215,6 +218,15 @@ impl TheoryProblem {
             },
             tangential,
         }
+    }
+}
+
+fn moved_face() -> Invalid {
+    Invalid {
+        key: "clamp".into(),
+        expected: "contact nodes that are held at zero, or not at all".into(),
+        found: "clamps with a value on contact nodes".into(),
+        help: "traces that vanish where they are held are what HKL section 3 is about; hold other faces, or leave value out".into(),
     }
 }
 

@@ -3,7 +3,7 @@
 use units::Dimension;
 
 use super::{holds, require};
-use crate::scene::{BrickFace, Clamp, Invalid, Quantity, Scene, Written};
+use crate::scene::{BrickFace, Clamp, Component, Invalid, Quantity, Scene, Written};
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
     check_clamps(scene)?;
@@ -32,6 +32,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
 }
 
 fn check_clamps(scene: &Scene) -> Result<(), Invalid> {
+    let length = scene.units.length();
     for (i, clamp) in scene.clamps.iter().enumerate() {
         require(
             !clamp.components.is_empty(),
@@ -41,6 +42,21 @@ fn check_clamps(scene: &Scene) -> Result<(), Invalid> {
             "leave the key out to hold all three components",
         )?;
         check_place(scene, clamp, i)?;
+        check_vector(&clamp.value, format!("clamp.{i}.value"), length)?;
+        let free = Component::ALL.into_iter().find(|component| {
+            let moved = clamp.value[*component as usize].constant() != Some(0.0);
+            moved && !clamp.components.contains(component)
+        });
+        require(
+            free.is_none(),
+            format!("clamp.{i}.value"),
+            &format!(
+                "0.0 along {}, which this clamp leaves free",
+                free.map_or("", Component::name)
+            ),
+            Written(&clamp.value),
+            "value goes along x, y and z; add the axis to components to hold it there",
+        )?;
     }
     require(
         !scene.clamps.is_empty(),

@@ -2,7 +2,7 @@
 
 use super::{deviation::Sizes, polish::COARSEST};
 use crate::{
-    contact::nodal_tangential,
+    contact::{nodal_tangential, nodal_tangential_change},
     dual::{ExplicitDual, LocalStiffness},
     linalg::{Workspace, gmres},
     solver::{
@@ -69,22 +69,22 @@ impl DiscreteProblem<'_> {
         let (surface, interface) = (self.contact.surface, self.contact.interface);
         let steplengths = solution.local_stiffness.clone();
         let conditions = Conditions::new(bound, self.dual.layout(), steplengths);
-        let tangential = |u: &[f64]| {
-            let dofs = &self.assembly.primal.dofs;
-            nodal_tangential(surface, &interface.frame, dofs, u)
-        };
+        let dofs = &self.assembly.primal.dofs;
         let displacement = self
             .dual
             .refined_displacement(self.assembly, multiplier, None, REFINED);
-        let closing = self.dual.closing_refined(&displacement, surface, interface);
+        let closing = self
+            .dual
+            .closing_refined(&displacement, dofs, surface, interface);
         let gradient: Vec<f64> = closing.iter().map(|c| -c).collect();
-        let slip = tangential(&displacement.value);
+        let slip = nodal_tangential(surface, &interface.frame, dofs, &displacement.value);
         let here = conditions.evaluate(multiplier, &gradient, &slip);
         let mut work = Workspace::default();
         let step = gmres(&here.residual, LEFT, MOST_APPLICATIONS, |v| {
             let forces = self.dual.coupling.nodal_forces(v);
             let moved = self.assembly.solve(&forces, &mut work);
-            let slips: Vec<[f64; 2]> = tangential(&moved).iter().map(|u| u.map(|u| -u)).collect();
+            let slips = nodal_tangential_change(surface, &interface.frame, dofs, &moved);
+            let slips: Vec<[f64; 2]> = slips.iter().map(|u| u.map(|u| -u)).collect();
             let gradient = self.dual.coupling.integrate(&moved);
             conditions.derivative(&here, v, &gradient, &slips)
         });

@@ -200,14 +200,17 @@ impl DiscreteProblem<'_> {
         let displacement = self
             .dual
             .refined_displacement(self.assembly, multiplier, start, target);
-        let closing = self.dual.closing_refined(&displacement, surface, interface);
+        let dofs = &self.assembly.primal.dofs;
+        let closing = self
+            .dual
+            .closing_refined(&displacement, dofs, surface, interface);
         let dual = dual.anchored(
             multiplier,
             &displacement.value,
             closing,
             surface,
             &interface.frame,
-            &self.assembly.primal.dofs,
+            dofs,
         );
         Polished {
             multiplier: multiplier.to_vec(),
