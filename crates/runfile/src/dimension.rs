@@ -30,6 +30,16 @@ const NO_VALUES: &str = "This is a netCDF dimension but not a netCDF variable.";
 /// Bytes of texts in attributes, with the zero that ends them.
 const TEXT_BYTES: usize = 64;
 
+/// The axes of the parts of a matrix.
+const ENTRIES: Extent = Extent::Named("n_entries");
+const POINTERS: Extent = Extent::Named("n_pointers");
+
+/// What schemas say of names of axes.
+pub(super) const DIMENSION_SCALES: &str = "Every axis of a dataset has a name, given by an HDF5 dimension scale in the group \
+     of the stage, as netCDF-4 has it: an empty dataset of the name and length of the axis, or the labels of its \
+     entries. The parts of a matrix have scales `n_entries` and `n_pointers` in the group of the matrix. Scales have \
+     no digest and do not count as datasets of the stage.";
+
 /// An entry of `REFERENCE_LIST`: a dataset, and which of its axes the scale is of.
 #[derive(Clone, Copy, Debug, hdf5_metno::H5Type)]
 #[repr(C)]
@@ -67,8 +77,10 @@ pub(super) fn name_axes(
             continue;
         }
         let mut scales = Vec::new();
-        for (axis, (extent, size)) in extents.iter().zip(shape).enumerate() {
-            let scale = scale_path(*extent, &path, group);
+        let names = names(&extents).into_iter();
+        for (axis, (extent, name)) in extents.iter().zip(names).enumerate() {
+            let scale = format!("{}/{name}", folder(*extent, &path, group));
+            let size = shape[axis];
             require_scale(file, place, *extent, &scale, size)?;
             let dataset = reference(file, place, &path)?;
             let dimension = i32::try_from(axis).unwrap_or(i32::MAX);
@@ -115,20 +127,37 @@ fn parts(spec: &'static DatasetSpec) -> Vec<(String, Vec<Extent>)> {
     }
     let part = |name, extent| (format!("{}/{name}", spec.path), vec![extent]);
     vec![
-        part("data", Extent::Named("n_entries")),
-        part("indices", Extent::Named("n_entries")),
-        part("indptr", Extent::Named("n_pointers")),
+        part("data", ENTRIES),
+        part("indices", ENTRIES),
+        part("indptr", POINTERS),
     ]
 }
 
+/// The names of the axes of a shape. xarray wants another one for the second axis of a square.
+pub(super) fn names(shape: &[Extent]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for extent in shape {
+        let mut name = match *extent {
+            Extent::Fixed(size) => format!("dim_{size}"),
+            Extent::Labelled(axis) => axis.name.to_owned(),
+            Extent::Named(name) => name.to_owned(),
+            Extent::Plus(name, more) => format!("{name}_plus_{more}"),
+        };
+        if names.contains(&name) {
+            name.push_str("_2");
+        }
+        names.push(name);
+    }
+    names
+}
+
 /// Where the scale of an extent lies: in the group of the matrix whose part the dataset is, or in that of the table.
-fn scale_path(extent: Extent, dataset: &str, group: Group) -> String {
-    let is_part = matches!(extent, Extent::Named("n_entries" | "n_pointers"));
-    let folder = match dataset.rsplit_once('/') {
+fn folder(extent: Extent, dataset: &str, group: Group) -> String {
+    let is_part = [ENTRIES, POINTERS].contains(&extent);
+    match dataset.rsplit_once('/') {
         Some((matrix, _)) if is_part => matrix.to_owned(),
         _ => format!("/{group}"),
-    };
-    format!("{folder}/{}", extent.scale())
+    }
 }
 
 /// Creates a scale that is not there yet.
@@ -156,7 +185,8 @@ fn require_scale(
             object
                 .write_raw(&labels.at(place, action)?)
                 .at(place, action)?;
-            (object, axis.name.to_owned())
+            let (_, name) = path.rsplit_once('/').unwrap_or(("", path));
+            (object, name.to_owned())
         }
         Extent::Fixed(_) | Extent::Named(_) | Extent::Plus(..) => {
             let builder = file.new_dataset_builder().empty::<f32>();

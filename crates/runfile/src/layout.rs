@@ -156,17 +156,6 @@ pub struct Axis {
 }
 
 impl Extent {
-    /// The name of the dimension scale of this extent.
-    #[must_use]
-    pub fn scale(self) -> String {
-        match self {
-            Extent::Fixed(size) => format!("dim_{size}"),
-            Extent::Labelled(axis) => axis.name.to_owned(),
-            Extent::Named(name) => name.to_owned(),
-            Extent::Plus(name, more) => format!("{name}_plus_{more}"),
-        }
-    }
-
     /// The symbolic name in this extent, if there is one.
     #[must_use]
     pub const fn name(self) -> Option<&'static str> {
