@@ -29,7 +29,7 @@ fn measure(scene: &Scene, settings: &AccuracySettings) -> Result<Accuracy, Probl
 #[test]
 fn energy_norms_of_differences_are_differences_of_energies_in_a_linear_problem() {
     let mut scene = hkl_scene(1, 4);
-    scene.contact = None;
+    scene.contacts.clear();
     scene.friction = None;
     let accuracy = measure(&scene, &SETTINGS).expect("a brick");
     assert!(accuracy.algebraic.is_none());

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use contact3d::scene::{ContactModel, FrictionLaw, FrictionModel, ModelFeatures, MultiplierSpace};
+use contact3d::scene::{ContactFeatures, FrictionLaw, ModelFeatures, MultiplierSpace};
 
 use crate::format::Sizes;
 
@@ -61,50 +61,75 @@ fn list(features: &ModelFeatures, sizes: &Sizes) -> Vec<Feature> {
         ),
         feature("body force", data(features.body_force, "loads every node")),
     ];
-    let (friction, gap, turning_frame, contact) = match &features.contact {
-        ContactModel::Absent => (&FrictionModel::Frictionless, false, false, None),
-        ContactModel::Present(face) => {
-            let what = match face.space {
-                MultiplierSpace::Panes => "normal multipliers (panes)",
-                MultiplierSpace::Nodal => "normal multipliers (nodes)",
-            };
-            let contact = unknowns(sizes.n_panes, what);
-            (
-                &face.friction,
-                face.gap.is_some(),
-                face.turning_frame,
-                contact,
-            )
-        }
-    };
-    list.push(feature("contact", contact));
+    let faces = &features.contact;
+    list.push(feature("contact", contact(faces, sizes)));
     list.push(feature(
         "initial gap",
-        data(gap, "one value a contact node"),
+        data(
+            faces.iter().any(|face| face.gap.is_some()),
+            "one value a contact node",
+        ),
     ));
-    list.extend(friction_features(friction, sizes));
+    list.extend(friction_features(faces, sizes));
     list.push(feature(
         "turning frame",
-        data(turning_frame, "one pair of axes a contact node"),
+        data(
+            faces.iter().any(|face| face.turning_frame),
+            "one pair of axes a contact node",
+        ),
     ));
     list
 }
 
-fn friction_features(friction: &FrictionModel, sizes: &Sizes) -> [Feature; 3] {
-    let coefficients = friction.coefficients();
-    let tangential = friction.name().zip(coefficients).and_then(|(law, f)| {
-        let what = format!("tangential multipliers ({} {law})", f.shape());
-        unknowns(sizes.n_panes.map(|m| 2 * m), &what)
+/// The normal multipliers; `None` without contact.
+fn contact(faces: &[ContactFeatures], sizes: &Sizes) -> Option<Cost> {
+    let has = |space| faces.iter().any(|face| face.space == space);
+    let space = match [MultiplierSpace::Panes, MultiplierSpace::Nodal].map(has) {
+        [true, true] => "panes and nodes",
+        [true, false] => "panes",
+        [false, true] => "nodes",
+        [false, false] => return None,
+    };
+    let on = match faces.len() {
+        1 => String::new(),
+        n => format!(" on {n} faces"),
+    };
+    let count = sizes.panes.as_ref().map(|panes| panes.iter().sum());
+    unknowns(count, &format!("normal multipliers{on} ({space})"))
+}
+
+fn friction_features(faces: &[ContactFeatures], sizes: &Sizes) -> [Feature; 3] {
+    let mut laws: Vec<String> = Vec::new();
+    for face in faces {
+        if let Some((law, f)) = face.friction.name().zip(face.friction.coefficients()) {
+            let words = format!("{} {law}", f.shape());
+            if !laws.contains(&words) {
+                laws.push(words);
+            }
+        }
+    }
+    // Faces with friction come first.
+    let with = faces.iter().filter(|face| face.friction.name().is_some());
+    let with = with.count();
+    let of_faces = |sizes: &Option<Vec<usize>>, faces: usize| {
+        let sizes = sizes.as_ref()?.iter();
+        Some(2 * sizes.take(faces).sum::<usize>())
+    };
+    let tangential = (!laws.is_empty()).then(|| {
+        let what = format!("tangential multipliers ({})", laws.join(", "));
+        unknowns(of_faces(&sizes.panes, with), &what)
     });
-    let varies = coefficients.is_some_and(FrictionLaw::depends_on_place);
-    let slips = friction.follows_slip().then(|| {
-        let count = sizes.n_contact_nodes.map(|n| 2 * n);
+    let mut coefficients = faces.iter().filter_map(|face| face.friction.coefficients());
+    let varies = coefficients.any(FrictionLaw::depends_on_place);
+    let follows = faces.iter().any(|face| face.friction.follows_slip());
+    let slips = follows.then(|| {
+        let count = of_faces(&sizes.contact_nodes, faces.len());
         unknowns(count, "slips of contact nodes")
     });
     [
         Feature {
             name: "friction",
-            present: tangential,
+            present: tangential.flatten(),
         },
         Feature {
             name: "slip-dependent coefficients",

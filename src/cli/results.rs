@@ -5,8 +5,8 @@ use std::fmt::Write;
 use contact3d::{
     dual::Assembly,
     mesh::Mesh,
-    post::{ContactReport, Zone},
-    scene::{ModelFeatures, Scene},
+    post::{ContactReport, FaceResultants, Zone},
+    scene::{ModelFeatures, Scene, shown},
     solver::{Solution, SolvedBy},
 };
 use units::Units;
@@ -23,8 +23,9 @@ fn sizes(mesh: &Mesh, solution: &Solution) -> Sizes {
     let contact = mesh.contact.as_ref();
     Sizes {
         n_free: Some(solution.displacement.len()),
-        n_panes: contact.map(|surface| surface.n_panes()),
-        n_contact_nodes: contact.map(|surface| surface.nodes.len()),
+        panes: contact.map(|surface| surface.faces.iter().map(|f| f.panes.len()).collect()),
+        contact_nodes: contact
+            .map(|surface| surface.faces.iter().map(|f| f.nodes.len()).collect()),
     }
 }
 
@@ -110,6 +111,9 @@ pub(super) fn table(
             format!("{:.9e} {}", contact.largest_pressure, units.stress()),
         );
     }
+    for (face, has) in report.faces.iter().zip(ModelFeatures::of(scene).contact) {
+        line(&format!("on {}", shown(&has.name)), face_words(face, units));
+    }
     if report.friction.is_some() {
         let [f1, f2] = friction_ranges(report);
         line(
@@ -156,6 +160,41 @@ pub(super) fn table(
         "{}\nmodel features\n{features}results\n{text}",
         scene.shown_title()
     )
+}
+
+/// What happens on one of several contact faces.
+fn face_words(face: &FaceResultants, units: Units) -> String {
+    let [open, stick, slip] = face.zone_counts;
+    let tangential = match face.contact.tangential_force {
+        Some([along_1, along_2]) => format!(", tangential {along_1:.6e}, {along_2:.6e}"),
+        None => String::new(),
+    };
+    format!(
+        "open, stick, slip {open}, {stick}, {slip}; normal {:.9e}{tangential} {}",
+        face.contact.normal_force,
+        units.force()
+    )
+}
+
+/// What happens on each of several contact faces, for programs.
+fn faces_json(scene: &Scene, report: &ContactReport) -> Option<serde_json::Value> {
+    let features = ModelFeatures::of(scene).contact;
+    let faces = report.faces.iter().zip(features).map(|(face, has)| {
+        let [open, stick, slip] = face.zone_counts;
+        serde_json::json!({
+            "name": has.name,
+            "law": has.friction.word(),
+            "open": open,
+            "stick": stick,
+            "slip": slip,
+            "normal_force": face.contact.normal_force,
+            "tangential_force": face.contact.tangential_force,
+            "contact_force": face.contact.contact_force,
+            "largest_pressure": face.contact.largest_pressure,
+        })
+    });
+    let faces: Vec<_> = faces.collect();
+    (!faces.is_empty()).then(|| faces.into())
 }
 
 /// A share in percent with two digits.
@@ -278,6 +317,7 @@ pub(super) fn json(
         "largest_displacement": r.largest_displacement,
         "discretisation_error": relative_parts(report),
         "certificate": certificate,
+        "faces": faces_json(scene, report),
         "stages": performed.iter().map(|p| serde_json::json!({
             "stage": p.stage.word(),
             "compute_seconds": p.compute_seconds,

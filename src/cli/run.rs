@@ -17,7 +17,7 @@ use crate::{
     format::Stage,
     output::Inputs,
     pipeline::{Adapted, AssemblyFile, Commit, Freshness, Performed, Session, StageError, Step},
-    views::{Drawing, PictureFolder, are_drawn, draw_run},
+    views::{PictureFolder, are_drawn, draw_run, drawing_of},
 };
 
 type Outcome = Result<Exit, StageError>;
@@ -30,12 +30,16 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
     let mut session = Session::with_scene(&arguments.file, scene, threads)?;
     session.keep_assembly(arguments.assembly.choice());
     let is_done = session.is_done()?
-        && are_drawn(&arguments.figures.folder(&arguments.file), &arguments.file);
+        && are_drawn(
+            &arguments.figures.folder(&arguments.file),
+            &arguments.file,
+            session.scene(),
+        );
     let pictures = match is_done {
         true => None,
         false => arguments
             .figures
-            .claim(&arguments.file, Drawing::Run, inputs)?,
+            .claim(&arguments.file, drawing_of(session.scene()), inputs)?,
     };
     session.all_or_nothing(|session| {
         let wish = session.scene().adapt.map(|adapt| adapt.error);
@@ -124,7 +128,7 @@ pub(super) fn post(arguments: &PostArguments, output: &Output, threads: usize) -
     let mut session = Session::open(&arguments.file, threads)?;
     let pictures = arguments
         .figures
-        .claim(&arguments.file, Drawing::Run, Inputs::default())?;
+        .claim(&arguments.file, drawing_of(session.scene()), Inputs::default())?;
     session.all_or_nothing(|session| {
         let performed = perform(session, Stage::Post, Commit::Now, output)?;
         draw_figures(session, pictures.as_ref(), output)?;

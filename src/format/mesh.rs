@@ -1,12 +1,14 @@
 //! `/mesh`: nodes, tetrahedra, boundary, contact surface, quality.
 
+use std::ops::Range;
+
 use contact3d::{
     linalg::CscMatrix,
-    mesh::{ContactSurface, Mesh, MidEdgeNodes, Quality},
+    mesh::{ContactSurface, Mesh, MidEdgeNodes, Quality, SurfaceFace},
 };
 use runfile::{
     DatasetSpec,
-    Extent::{Fixed, Named},
+    Extent::{Fixed, Named, Plus},
     Group, GroupWriter, Kind, Reader, StoreError,
 };
 use units::Dimension;
@@ -28,6 +30,12 @@ const FACET_MIDDLES: &str = "/mesh/facet_mid_edges";
 const REGION: &str = "/mesh/tetrahedron_region";
 const CONTACT_NORMAL: &str = "/mesh/contact_normal";
 pub(super) const CONTACT_NODES: &str = "/mesh/contact_nodes";
+const CONTACT_FACE_NAMES: &str = "/mesh/contact_face_names";
+pub(super) const CONTACT_FACE_NODES: &str = "/mesh/contact_face_nodes";
+const CONTACT_FACE_FACETS: &str = "/mesh/contact_face_facets";
+pub(super) const CONTACT_FACE_PANES: &str = "/mesh/contact_face_panes";
+const CONTACT_FACE_IS_NODAL: &str = "/mesh/contact_face_is_nodal";
+const CONTACT_NODE_NORMAL: &str = "/mesh/contact_node_normal";
 const CONTACT_FACETS: &str = "/mesh/contact_facets";
 const CONTACT_FACET_PANE: &str = "/mesh/contact_facet_pane";
 pub(super) const PANE_AREA: &str = "/mesh/pane_area";
@@ -35,6 +43,7 @@ const PANE_AVERAGE: &str = "/mesh/pane_average";
 
 const ONLY_QUADRATIC: &str = "absent with linear tetrahedra";
 const NO_CONTACT: &str = "absent without contact";
+const ONE_FACE: &str = "absent without several contact faces";
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
@@ -46,10 +55,16 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(TETRAHEDRON_MIDDLES, Kind::I64, &[Named("n_tetrahedra"), Fixed(6)], Dimension::Number, "Nodes in the middle of the edges 0-1, 1-2, 0-2, 0-3, 1-3, 2-3 of each tetrahedron.").compressed().optional(ONLY_QUADRATIC),
     GROUP.row(FACET_MIDDLES, Kind::I64, &[Named("n_facets"), Fixed(3)], Dimension::Number, "Nodes in the middle of the edges 0-1, 1-2, 2-0 of each boundary triangle.").compressed().optional(ONLY_QUADRATIC),
     GROUP.row(REGION, Kind::I64, &[Named("n_tetrahedra")], Dimension::Number, "Region of each tetrahedron: 0 for the body's own material, k for the k-th region of the scene.").compressed().optional("absent without regions"),
-    GROUP.row(CONTACT_NORMAL, Kind::F64, &[Fixed(3)], Dimension::Number, "Outward unit normal of the contact face.").symbol("nu").optional(NO_CONTACT),
-    GROUP.row(CONTACT_NODES, Kind::I64, &[Named("n_contact_nodes")], Dimension::Number, "Nodes on the contact face, increasing.").compressed().optional(NO_CONTACT),
+    GROUP.row(CONTACT_NORMAL, Kind::F64, &[Fixed(3)], Dimension::Number, "Outward unit normal of the contact face.").symbol("nu").optional("absent without contact and with several contact faces"),
+    GROUP.row(CONTACT_NODE_NORMAL, Kind::F64, &[Named("n_contact_nodes"), Fixed(3)], Dimension::Number, "Outward unit normal at each contact node.").symbol("nu").compressed().optional(ONE_FACE),
+    GROUP.row(CONTACT_FACE_NAMES, Kind::Text, &[], Dimension::Number, "Names of the contact faces, one a line; those with friction come first.").optional(ONE_FACE),
+    GROUP.row(CONTACT_FACE_NODES, Kind::I64, &[Plus("n_contact_faces", 1)], Dimension::Number, "Where the nodes of each contact face begin in contact_nodes, then their number.").optional(ONE_FACE),
+    GROUP.row(CONTACT_FACE_FACETS, Kind::I64, &[Plus("n_contact_faces", 1)], Dimension::Number, "Where the triangles of each contact face begin in contact_facets, then their number.").optional(ONE_FACE),
+    GROUP.row(CONTACT_FACE_PANES, Kind::I64, &[Plus("n_contact_faces", 1)], Dimension::Number, "First pane of each contact face, then their number.").optional(ONE_FACE),
+    GROUP.row(CONTACT_FACE_IS_NODAL, Kind::I64, &[Named("n_contact_faces")], Dimension::Number, "1 where the multipliers of a contact face belong to its nodes, 0 where they are constant on panes.").optional(ONE_FACE),
+    GROUP.row(CONTACT_NODES, Kind::I64, &[Named("n_contact_nodes")], Dimension::Number, "Nodes on the contact face, increasing; on several faces one after the other, a node on two of them twice.").compressed().optional(NO_CONTACT),
     GROUP.row(CONTACT_FACETS, Kind::I64, &[Named("n_contact_facets")], Dimension::Number, "Boundary triangles on the contact face, as indices into facets.").compressed().optional(NO_CONTACT),
-    GROUP.row(CONTACT_FACET_PANE, Kind::I64, &[Named("n_contact_facets")], Dimension::Number, "Pane of each contact triangle.").compressed().optional("absent without contact and with nodal multipliers"),
+    GROUP.row(CONTACT_FACET_PANE, Kind::I64, &[Named("n_pane_facets")], Dimension::Number, "Pane of each contact triangle; with several faces of those with panes.").compressed().optional("absent without contact and with nodal multipliers"),
     GROUP.row(PANE_AREA, Kind::F64, &[Named("n_panes")], Dimension::AREA, "Area of each pane; with nodal multipliers the integral of the node's hat function.").symbol("|R_i|").optional(NO_CONTACT),
     GROUP.row(PANE_AVERAGE, Kind::CscMatrix, &[Named("n_contact_nodes"), Named("n_panes")], Dimension::Number, "Mean of each contact node's hat function over each pane; columns sum to 1. With nodal multipliers 1 at the node itself.").optional(NO_CONTACT),
     GROUP.row("/mesh/quality/longest_edge", Kind::F64, &[], Dimension::LENGTH, "Longest edge.").symbol("h"),
@@ -60,13 +75,14 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row("/mesh/quality/mean_shape", Kind::F64, &[], Dimension::Number, "Mean of the shape measure."),
 ];
 
-/// Writes the mesh and its quality figures.
+/// Writes the mesh with the names of its contact faces, and its quality figures.
 ///
 /// # Errors
 /// HDF5 failures.
 pub fn write(
     writer: &mut GroupWriter<'_>,
     mesh: &Mesh,
+    contact_names: &[String],
     quality: &Quality,
 ) -> Result<(), StoreError> {
     writer.write(
@@ -94,7 +110,7 @@ pub fn write(
         writer.write_indices(REGION, region, &[region.len()])?;
     }
     if let Some(contact) = &mesh.contact {
-        write_contact_surface(writer, contact)?;
+        write_contact_surface(writer, contact, contact_names)?;
     }
     let figures = [
         ("/mesh/quality/longest_edge", quality.longest_edge),
@@ -113,8 +129,16 @@ pub fn write(
 fn write_contact_surface(
     writer: &mut GroupWriter<'_>,
     contact: &ContactSurface,
+    names: &[String],
 ) -> Result<(), StoreError> {
-    writer.write(CONTACT_NORMAL, contact.normals.as_flattened(), &[3])?;
+    match contact.faces.as_slice() {
+        [_] => writer.write(CONTACT_NORMAL, contact.normals.as_flattened(), &[3])?,
+        several => {
+            let normals = contact.normals.as_flattened();
+            writer.write(CONTACT_NODE_NORMAL, normals, &[contact.normals.len(), 3])?;
+            write_faces(writer, several, names)?;
+        }
+    }
     writer.write_indices(CONTACT_NODES, &contact.nodes, &[contact.nodes.len()])?;
     writer.write_indices(CONTACT_FACETS, &contact.facets, &[contact.facets.len()])?;
     if !contact.is_nodal() {
@@ -123,6 +147,25 @@ fn write_contact_surface(
     }
     writer.write(PANE_AREA, &contact.pane_area, &[contact.n_panes()])?;
     writer.write_matrix(PANE_AVERAGE, columns(&contact.pane_average))
+}
+
+/// Where several contact faces lie.
+fn write_faces(
+    writer: &mut GroupWriter<'_>,
+    faces: &[SurfaceFace],
+    names: &[String],
+) -> Result<(), StoreError> {
+    writer.write_text(CONTACT_FACE_NAMES, &names.join("\n"))?;
+    let mut limits = |path, range: fn(&SurfaceFace) -> &Range<usize>| {
+        let ends = faces.iter().map(|face| range(face).end);
+        let limits: Vec<usize> = [0].into_iter().chain(ends).collect();
+        writer.write_indices(path, &limits, &[limits.len()])
+    };
+    limits(CONTACT_FACE_NODES, |face| &face.nodes)?;
+    limits(CONTACT_FACE_FACETS, |face| &face.facets)?;
+    limits(CONTACT_FACE_PANES, |face| &face.panes)?;
+    let is_nodal: Vec<usize> = faces.iter().map(|face| usize::from(face.is_nodal)).collect();
+    writer.write_indices(CONTACT_FACE_IS_NODAL, &is_nodal, &[is_nodal.len()])
 }
 
 /// Reads the mesh.
@@ -181,11 +224,27 @@ fn read_contact_surface(
     n_facets: usize,
 ) -> Result<ContactSurface, FormatError> {
     let average = reader.read_matrix(PANE_AVERAGE)?;
-    let normal = read_finite_vec(reader, CONTACT_NORMAL)?;
+    let nodes = read_index_vec(reader, CONTACT_NODES)?;
+    let facets = read_index_vec(reader, CONTACT_FACETS)?;
+    let is_several = reader.has(CONTACT_FACE_PANES);
+    let normal = match is_several {
+        false => CONTACT_NORMAL,
+        true => CONTACT_NODE_NORMAL,
+    };
+    let normal = read_finite_vec(reader, normal)?;
     let surface = ContactSurface {
+        faces: match is_several {
+            false => vec![SurfaceFace::only(
+                nodes.len(),
+                facets.len(),
+                average.shape[1],
+                !reader.has(CONTACT_FACET_PANE),
+            )],
+            true => read_faces(reader, [nodes.len(), facets.len(), average.shape[1]])?,
+        },
         normals: normal.as_chunks::<3>().0.to_vec(),
-        nodes: read_index_vec(reader, CONTACT_NODES)?,
-        facets: read_index_vec(reader, CONTACT_FACETS)?,
+        nodes,
+        facets,
         facet_pane: match reader.has(CONTACT_FACET_PANE) {
             true => read_index_vec(reader, CONTACT_FACET_PANE)?,
             false => Vec::new(),
@@ -207,4 +266,31 @@ fn read_contact_surface(
         surface.n_panes(),
     )?;
     Ok(surface)
+}
+
+/// Where several contact faces lie, of that many nodes, triangles and panes.
+fn read_faces(reader: &Reader, sizes: [usize; 3]) -> Result<Vec<SurfaceFace>, FormatError> {
+    let read = |path: &'static str, size: usize| -> Result<Vec<Range<usize>>, FormatError> {
+        let limits = read_index_vec(reader, path)?;
+        let ends = limits.first() == Some(&0) && limits.last() == Some(&size);
+        if !ends || !limits.is_sorted() {
+            return Err(FormatError::Inconsistent {
+                dataset: path,
+                reason: format!("expected increasing limits from 0 to {size}"),
+            });
+        }
+        Ok(limits.windows(2).map(|pair| pair[0]..pair[1]).collect())
+    };
+    let nodes = read(CONTACT_FACE_NODES, sizes[0])?;
+    let facets = read(CONTACT_FACE_FACETS, sizes[1])?;
+    let panes = read(CONTACT_FACE_PANES, sizes[2])?;
+    let is_nodal = read_index_vec(reader, CONTACT_FACE_IS_NODAL)?;
+    let faces = nodes.into_iter().zip(facets).zip(panes).zip(is_nodal);
+    let faces = faces.map(|(((nodes, facets), panes), is_nodal)| SurfaceFace {
+        nodes,
+        facets,
+        panes,
+        is_nodal: is_nodal == 1,
+    });
+    Ok(faces.collect())
 }

@@ -115,9 +115,26 @@ pub const LAYOUT: Layout = Layout {
         ),
         (
             "n_multipliers",
-            "multipliers: m normal ones, then m tangential pairs where there is friction",
+            "multipliers: m normal ones, then the tangential pairs of the panes with friction",
         ),
-        ("n_tangential", "tangential multipliers 2m"),
+        ("n_tangential", "tangential multipliers, two for each pane with friction"),
+        ("n_contact_faces", "contact faces, where there are several"),
+        (
+            "n_friction_faces",
+            "contact faces with friction, the first of all of them",
+        ),
+        (
+            "n_pane_facets",
+            "contact triangles of faces with panes, all of them with one face",
+        ),
+        (
+            "n_friction_panes",
+            "panes of contact faces with friction, the first of all panes",
+        ),
+        (
+            "n_friction_nodes",
+            "nodes of contact faces with friction, the first of all contact nodes",
+        ),
         (
             "n_free",
             "free degrees of freedom, the dimension 3n of HKL section 4",

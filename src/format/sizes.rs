@@ -3,18 +3,21 @@
 use runfile::Reader;
 
 use super::{
-    FormatError, Stage, load::FORCE, mesh::CONTACT_NODES, mesh::PANE_AREA, read_index_vec,
+    FormatError, Stage,
+    load::FORCE,
+    mesh::{CONTACT_FACE_NODES, CONTACT_FACE_PANES, CONTACT_NODES, PANE_AREA},
+    read_index_vec,
 };
 
 /// Numbers of unknowns, as far as stages that can be used fix them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Sizes {
     /// Free degrees of freedom.
     pub n_free: Option<usize>,
-    /// Panes, or nodes that carry multipliers.
-    pub n_panes: Option<usize>,
-    /// Nodes on the contact face.
-    pub n_contact_nodes: Option<usize>,
+    /// Panes, or nodes that carry multipliers, of each contact face in the order of their multipliers.
+    pub panes: Option<Vec<usize>>,
+    /// Nodes on each contact face.
+    pub contact_nodes: Option<Vec<usize>>,
 }
 
 /// Reads the numbers of unknowns of a file from the stages that can be used.
@@ -34,10 +37,26 @@ pub fn read_sizes(
     };
     Ok(Sizes {
         n_free: doubles(Stage::Load, FORCE)?,
-        n_panes: doubles(Stage::Mesh, PANE_AREA)?,
-        n_contact_nodes: match has(Stage::Mesh, CONTACT_NODES) {
-            true => Some(read_index_vec(reader, CONTACT_NODES)?.len()),
+        panes: match doubles(Stage::Mesh, PANE_AREA)? {
+            Some(all) => Some(of_faces(reader, CONTACT_FACE_PANES, all)?),
+            None => None,
+        },
+        contact_nodes: match has(Stage::Mesh, CONTACT_NODES) {
+            true => {
+                let all = read_index_vec(reader, CONTACT_NODES)?.len();
+                Some(of_faces(reader, CONTACT_FACE_NODES, all)?)
+            }
             false => None,
         },
     })
+}
+
+/// The sizes of several faces, whose limits a dataset holds, or that of the only one.
+fn of_faces(reader: &Reader, path: &str, all: usize) -> Result<Vec<usize>, FormatError> {
+    if !reader.has(path) {
+        return Ok(vec![all]);
+    }
+    let limits = read_index_vec(reader, path)?;
+    let pairs = limits.windows(2);
+    Ok(pairs.map(|pair| pair[1].saturating_sub(pair[0])).collect())
 }

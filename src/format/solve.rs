@@ -45,7 +45,7 @@ const NO_CONTACT: &str = "absent without contact";
 const NO_COULOMB: &str = "absent without Coulomb friction";
 
 const PANES: &[Extent] = &[Named("n_panes")];
-const PANE_PAIRS: &[Extent] = &[Named("n_panes"), Fixed(2)];
+const PANE_PAIRS: &[Extent] = &[Named("n_friction_panes"), Fixed(2)];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
@@ -54,8 +54,8 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(MULTIPLIER_TANGENTIAL, Kind::F64, PANE_PAIRS, Dimension::STRESS, "Tangential contact multipliers along t1 and t2.").symbol("lambda_t").optional("absent without friction"),
     GROUP.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Displacement of every node, that of its clamp where held.").symbol("u"),
     GROUP.row(SLIP, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::LENGTH, "Slips that the friction follows at the contact nodes: |u_t1| and |u_t2|, or their means around each node with contact.slip_interpolation = clement.").symbol("phi").optional("absent unless friction follows the slip"),
-    GROUP.row(SLIP_BOUND, Kind::F64, PANES, Dimension::STRESS, "Slip bound of the last inner problem.").symbol("g").optional(NO_COULOMB),
-    GROUP.row(FRICTION, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::Number, "Coefficients at the contact nodes in the last inner problem.").symbol("F_1, F_2").optional(NO_COULOMB),
+    GROUP.row(SLIP_BOUND, Kind::F64, &[Named("n_friction_panes")], Dimension::STRESS, "Slip bound of the last inner problem.").symbol("g").optional(NO_COULOMB),
+    GROUP.row(FRICTION, Kind::F64, &[Named("n_friction_nodes"), Fixed(2)], Dimension::Number, "Coefficients at the contact nodes in the last inner problem.").symbol("F_1, F_2").optional(NO_COULOMB),
     GROUP.row(FRICTION_INVERSE, Kind::F64, PANE_PAIRS, Dimension::Number, "Diagonal of the inverse friction matrix averaged over each pane, in the last inner problem.").symbol("Fbar^-1").optional(NO_COULOMB),
     GROUP.row(STEPLENGTH, Kind::F64, &[], Dimension::PER_DUAL, "Steplength of projected gradient steps, 1.9 over the norm of the dual operator.").symbol("alpha").optional(NO_CONTACT),
     GROUP.row(LOCAL_STIFFNESS_NORMAL, Kind::F64, PANES, Dimension::PER_DUAL, "Stiffness of each pane along the normal while the others do not move, that residuals are measured by.").symbol("rho_nu").optional("absent without contact, and before format 1.4"),
@@ -83,13 +83,14 @@ pub fn write(
         let (normal, tangential) = solution.multiplier.split_at(n_panes);
         writer.write(MULTIPLIER_NORMAL, normal, &[n_panes])?;
         if !tangential.is_empty() {
-            writer.write(MULTIPLIER_TANGENTIAL, tangential, &[n_panes, 2])?;
+            writer.write(MULTIPLIER_TANGENTIAL, tangential, &[tangential.len() / 2, 2])?;
         }
         writer.write(STEPLENGTH, &[solution.steplength], &[])?;
         if let Some((normal, tangential)) = solution.local_stiffness.split_at_checked(n_panes) {
             writer.write(LOCAL_STIFFNESS_NORMAL, normal, &[n_panes])?;
             if !tangential.is_empty() {
-                writer.write(LOCAL_STIFFNESS_TANGENTIAL, tangential, &[n_panes, 2])?;
+                let shape = [tangential.len() / 2, 2];
+                writer.write(LOCAL_STIFFNESS_TANGENTIAL, tangential, &shape)?;
             }
         }
     }

@@ -30,6 +30,7 @@ const OFFSETS: &str = "/VTKHDF/Offsets";
 const TYPES: &str = "/VTKHDF/Types";
 const DISPLACEMENT: &str = "/VTKHDF/PointData/displacement";
 const ERROR_INDICATOR: &str = "/VTKHDF/CellData/error_indicator";
+const CONTACT_FACE: &str = "/VTKHDF/CellData/contact_face";
 const VON_MISES: &str = "/VTKHDF/CellData/von_mises";
 
 /// Value of the attribute `Type` of the group.
@@ -63,6 +64,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Displacement; warp by this vector.").compressed(),
     GROUP.row(VON_MISES, Kind::F64, CELLS, Dimension::STRESS, "Von Mises stress, NaN on contact triangles.").compressed(),
     GROUP.row(ERROR_INDICATOR, Kind::F64, CELLS, Dimension::Number, "Share in the estimated discretisation error, NaN on contact triangles.").compressed().optional("absent in files before format 1.4, and for a body at rest"),
+    GROUP.row(CONTACT_FACE, Kind::F64, CELLS, Dimension::Number, "Number of the contact face from 0, in the order of /mesh/contact_face_names; NaN on tetrahedra.").compressed().optional("absent without several contact faces"),
     GROUP.row("/VTKHDF/CellData/contact_normal_stress", Kind::F64, CELLS, Dimension::STRESS, "Normal contact stress; NaN on tetrahedra.").compressed().optional(ON_CELLS),
     GROUP.row("/VTKHDF/PointData/contact_normal_stress", Kind::F64, POINTS_EXTENT, Dimension::STRESS, "Normal contact stress; NaN where no multiplier is.").compressed().optional(ON_POINTS),
     GROUP.row("/VTKHDF/CellData/contact_gap", Kind::F64, CELLS, Dimension::LENGTH, "Gap d - u_nu; NaN on tetrahedra.").compressed().optional(ON_CELLS),
@@ -141,44 +143,66 @@ impl ContactFields<'_> {
             ("friction_2", |p| Some(p.friction?.coulomb?.coefficients[1])),
         ];
         for (name, measure) in fields {
-            let Some(values) = self.panes.iter().map(measure).collect::<Option<Vec<f64>>>() else {
-                continue;
-            };
-            let (path, spread) = self.spread(name, |pane| [values[pane]]);
-            writer.write(&path, spread.as_flattened(), &[spread.len()])?;
+            if self.panes.iter().any(|pane| measure(pane).is_some()) {
+                let value = |pane: usize| [measure(&self.panes[pane]).unwrap_or(f64::NAN)];
+                for (path, spread) in self.spread(name, value) {
+                    writer.write(&path, spread.as_flattened(), &[spread.len()])?;
+                }
+            }
         }
-        let stress: Option<Vec<[f64; 3]>> = (0..self.panes.len())
-            .map(|pane| {
-                let stress = self.panes[pane].friction?.stress;
-                Some(self.frame.pane_vector(self.surface, pane, 0.0, stress))
-            })
-            .collect();
-        let Some(stress) = stress else {
-            return Ok(());
-        };
-        let (path, spread) = self.spread("contact_tangential_stress", |pane| stress[pane]);
-        writer.write(&path, spread.as_flattened(), &[spread.len(), 3])
+        if self.panes.iter().any(|pane| pane.friction.is_some()) {
+            let stress = |pane: usize| match self.panes[pane].friction {
+                Some(state) => self
+                    .frame
+                    .pane_vector(self.surface, pane, 0.0, state.stress),
+                None => [f64::NAN; 3],
+            };
+            for (path, spread) in self.spread("contact_tangential_stress", stress) {
+                writer.write(&path, spread.as_flattened(), &[spread.len(), 3])?;
+            }
+        }
+        self.write_faces(writer)
     }
 
-    /// Values of panes on cells, or values of nodal multipliers on points; NaN elsewhere.
+    /// Which of several contact faces each contact triangle belongs to.
+    fn write_faces(&self, writer: &mut GroupWriter<'_>) -> Result<(), StoreError> {
+        if self.surface.faces.len() == 1 {
+            return Ok(());
+        }
+        let mut values = vec![f64::NAN; self.mesh.tetrahedra.len()];
+        let triangles = 0..self.surface.facets.len();
+        values.extend(triangles.map(|place| self.surface.face_number(place) as f64));
+        writer.write(CONTACT_FACE, &values, &[values.len()])
+    }
+
+    /// Values of panes on cells and values of nodal multipliers on points, as far as there are any; NaN elsewhere.
     fn spread<const K: usize>(
         &self,
         name: &str,
         value: impl Fn(usize) -> [f64; K],
-    ) -> (String, Vec<[f64; K]>) {
-        if self.surface.is_nodal() {
+    ) -> Vec<(String, Vec<[f64; K]>)> {
+        let surface = self.surface;
+        let mut fields = Vec::new();
+        if surface.faces.iter().any(|face| !face.is_nodal) {
+            let mut values = vec![[f64::NAN; K]; self.mesh.tetrahedra.len()];
+            let triangles = 0..surface.facets.len();
+            values.extend(triangles.map(|place| match surface.pane_of_facet(place) {
+                Some(pane) => value(pane),
+                None => [f64::NAN; K],
+            }));
+            fields.push((format!("/VTKHDF/CellData/{name}"), values));
+        }
+        if surface.faces.iter().any(|face| face.is_nodal) {
             let mut values = vec![[f64::NAN; K]; self.mesh.coordinates.len()];
-            for pane in 0..self.panes.len() {
-                for (node, _) in self.surface.pane_weights(pane) {
-                    values[self.surface.nodes[node]] = value(pane);
+            let nodal = surface.faces.iter().filter(|face| face.is_nodal);
+            for pane in nodal.flat_map(|face| face.panes.clone()) {
+                for (node, _) in surface.pane_weights(pane) {
+                    values[surface.nodes[node]] = value(pane);
                 }
             }
-            (format!("/VTKHDF/PointData/{name}"), values)
-        } else {
-            let mut values = vec![[f64::NAN; K]; self.mesh.tetrahedra.len()];
-            values.extend(self.surface.facet_pane.iter().map(|&pane| value(pane)));
-            (format!("/VTKHDF/CellData/{name}"), values)
+            fields.push((format!("/VTKHDF/PointData/{name}"), values));
         }
+        fields
     }
 }
 

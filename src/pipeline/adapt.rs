@@ -286,7 +286,6 @@ impl Session {
             results.mesh(),
             &body.mesh().map_err(refuse)?,
             &body.parents(),
-            scene.friction.is_some(),
             &results.solution().multiplier,
         ));
         Ok(())

@@ -4,13 +4,15 @@ use contact3d::{
     dual::{AssemblyError, DualSystem, Need, Shortage},
     mesh::Mesh,
     scene::{
-        AssembleSettings, FrictionModel, Material, ModelFeatures, Parameters, Quantity, Region,
-        Scene, SceneFile,
+        AssembleSettings, Material, ModelFeatures, Parameters, Quantity, Region, Scene, SceneFile,
     },
 };
 use serde::Serialize;
 
-use super::StageError;
+use super::{
+    StageError,
+    mesh::{only_contact, several_contacts},
+};
 
 /// What the stage depends on.
 pub(super) struct Inputs<'a> {
@@ -44,24 +46,40 @@ pub(super) struct Settings<'a> {
     friction: bool,
     friction_follows_slip: bool,
     assemble: &'a AssembleSettings,
+    /// The axes of several contact faces, and whether T has rows for them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    contacts: Vec<FaceSettings<'a>>,
     /// What the formulas here use.
     #[serde(skip_serializing_if = "Parameters::is_empty")]
     parameters: Parameters,
 }
 
+/// What A⁻¹Bᵀ depends on of one of several contact faces.
+#[derive(Serialize)]
+struct FaceSettings<'a> {
+    axis_1: Option<&'a [Quantity; 3]>,
+    angle: Option<&'a Quantity>,
+    friction: bool,
+}
+
 impl<'a> Settings<'a> {
     pub(super) fn of(scene: &'a Scene) -> Self {
-        let contact = scene.contact.as_ref();
+        let contact = only_contact(scene);
         Self {
             material: &scene.material,
             region: &scene.regions,
             axis_1: contact.and_then(|c| c.axis_1.as_ref()),
             angle: contact.and_then(|c| c.angle.as_ref()),
-            friction: scene.friction.is_some(),
-            friction_follows_slip: ModelFeatures::of(scene)
-                .friction()
-                .is_some_and(FrictionModel::follows_slip),
+            friction: scene.has_friction(),
+            friction_follows_slip: ModelFeatures::of(scene).follows_slip(),
             assemble: &scene.assemble,
+            contacts: several_contacts(scene)
+                .map(|(entry, contact)| FaceSettings {
+                    axis_1: contact.axis_1.as_ref(),
+                    angle: contact.angle.as_ref(),
+                    friction: scene.friction_on(entry).is_some(),
+                })
+                .collect(),
             parameters: scene.parameters_used(of_frame),
         }
     }
@@ -69,5 +87,5 @@ impl<'a> Settings<'a> {
 
 /// Whether a key is one of the axes of friction, which are part of T.
 pub(super) fn of_frame(key: &str) -> bool {
-    ["contact.axis_1", "contact.angle"].contains(&key)
+    key.starts_with("contact.") && (key.ends_with(".axis_1") || key.ends_with(".angle"))
 }

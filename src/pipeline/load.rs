@@ -10,7 +10,12 @@ use contact3d::{
 use runfile::Reader;
 use serde::Serialize;
 
-use super::{StageError, assemble::of_frame, solve::of_friction};
+use super::{
+    StageError,
+    assemble::of_frame,
+    mesh::{only_contact, several_contacts},
+    solve::of_friction,
+};
 use crate::format;
 
 /// What the stage depends on.
@@ -54,6 +59,9 @@ pub(super) struct Settings<'a> {
     pressure: &'a [Pressure],
     body_force: Option<&'a BodyForce>,
     gap: Option<&'a Quantity>,
+    /// The gaps of several contact faces.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    gaps: Vec<&'a Quantity>,
     /// What the formulas here use.
     #[serde(skip_serializing_if = "Parameters::is_empty")]
     parameters: Parameters,
@@ -69,7 +77,8 @@ impl<'a> Settings<'a> {
             traction: &scene.tractions,
             pressure: &scene.pressures,
             body_force: scene.body_force.as_ref(),
-            gap: scene.contact.as_ref().map(|c| &c.gap),
+            gap: only_contact(scene).map(|c| &c.gap),
+            gaps: several_contacts(scene).map(|(_, c)| &c.gap).collect(),
             parameters: scene.parameters_used(|key| !of_frame(key) && !of_friction(key)),
         }
     }

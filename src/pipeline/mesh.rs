@@ -7,7 +7,7 @@ use contact3d::{
     contact::Interface,
     elasticity::{Loads, prescribed_displacements, refuse_rigid_motions},
     mesh::{Mesh, Quality, Refinement},
-    scene::{Body, Clamp, MultiplierSpace, Part, Scene, SceneFile, Shape},
+    scene::{Body, Clamp, Contact, MultiplierSpace, Part, Scene, SceneFile, Shape},
     solver::ContactState,
 };
 use runfile::{GroupWriter, Reader, StoreError};
@@ -69,7 +69,8 @@ pub(super) fn read(reader: &Reader, input: &SceneFile) -> Result<Meshed, StageEr
 
 /// Writes the mesh with its quality.
 pub(super) fn write(writer: &mut GroupWriter<'_>, meshed: &Meshed) -> Result<(), StoreError> {
-    format::write_mesh(writer, &meshed.mesh, &Quality::of(&meshed.mesh))
+    let names = meshed.interface.as_ref().map_or(&[][..], |laws| &laws.names);
+    format::write_mesh(writer, &meshed.mesh, names, &Quality::of(&meshed.mesh))
 }
 
 /// The part of a scene that the stage depends on directly.
@@ -83,6 +84,19 @@ pub(super) struct Settings<'a> {
     contact_face: Option<&'a str>,
     multipliers: Option<MultiplierSpace>,
     parts: Vec<&'a Part>,
+    /// The contact faces, where they are more than one whole face.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    contacts: Vec<FaceSettings<'a>>,
+}
+
+/// What the mesh depends on of one of several contact faces, in the order of their multipliers.
+#[derive(Serialize)]
+struct FaceSettings<'a> {
+    name: &'a str,
+    face: &'a str,
+    #[serde(rename = "box")]
+    corners: Option<[[f64; 3]; 2]>,
+    multipliers: MultiplierSpace,
 }
 
 impl<'a> Settings<'a> {
@@ -91,11 +105,48 @@ impl<'a> Settings<'a> {
             body: &scene.body,
             refinement,
             clamp: scene.clamps.iter().map(Clamp::at_zero).collect(),
-            contact_face: scene.contact.as_ref().map(|c| c.face.as_str()),
-            multipliers: scene.contact.as_ref().map(|c| c.multipliers),
+            contact_face: only_contact(scene).map(|c| c.face.as_str()),
+            multipliers: only_contact(scene).map(|c| c.multipliers),
             parts: scene.regions.iter().map(|region| &region.part).collect(),
+            contacts: match only_contact(scene) {
+                Some(contact) if contact.corners.is_none() => Vec::new(),
+                _ => contacts_in_order(scene).map(FaceSettings::of).collect(),
+            },
         }
     }
+}
+
+impl<'a> FaceSettings<'a> {
+    fn of(contact: &'a Contact) -> Self {
+        Self {
+            name: contact.name(),
+            face: &contact.face,
+            corners: contact.corners,
+            multipliers: contact.multipliers,
+        }
+    }
+}
+
+/// The contact face of a scene with one, whose stages are named as those of scenes always were.
+pub(super) fn only_contact(scene: &Scene) -> Option<&Contact> {
+    match scene.contacts.as_slice() {
+        [only] => Some(only),
+        _ => None,
+    }
+}
+
+/// The contact faces of a scene with several, in the order of their multipliers; none for one.
+pub(super) fn several_contacts(scene: &Scene) -> impl Iterator<Item = (usize, &Contact)> {
+    let order = match scene.contacts.len() {
+        1 => Vec::new(),
+        _ => scene.contact_order(),
+    };
+    order.into_iter().map(|i| (i, &scene.contacts[i]))
+}
+
+fn contacts_in_order(scene: &Scene) -> impl Iterator<Item = &Contact> {
+    let order = scene.contact_order().into_iter();
+    order.map(|i| &scene.contacts[i])
 }
 
 impl Meshed {

@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::{
     StageError,
     mesh::Meshed,
-    solve::{Answer, Equations, of_friction},
+    solve::{Answer, Equations, of_friction, only_friction, several_frictions},
 };
 use crate::format;
 
@@ -88,6 +88,9 @@ pub(super) fn write(
 #[derive(Serialize)]
 pub(super) struct Settings<'a> {
     friction: Option<&'a Friction>,
+    /// The laws of several contact faces.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    frictions: Vec<Option<&'a Friction>>,
     /// What the formulas here use.
     #[serde(skip_serializing_if = "Parameters::is_empty")]
     parameters: Parameters,
@@ -96,7 +99,8 @@ pub(super) struct Settings<'a> {
 impl<'a> Settings<'a> {
     pub(super) fn of(scene: &'a Scene) -> Self {
         Self {
-            friction: scene.friction.as_ref(),
+            friction: only_friction(scene),
+            frictions: several_frictions(scene),
             parameters: scene.parameters_used(of_friction),
         }
     }

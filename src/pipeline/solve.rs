@@ -11,7 +11,10 @@ use contact3d::{
 use runfile::{GroupWriter, Reader, StoreError};
 use serde::Serialize;
 
-use super::{StageError, mesh::Meshed};
+use super::{
+    StageError,
+    mesh::{Meshed, only_contact, several_contacts},
+};
 use crate::format::{self, FormatError};
 
 /// What the stage depends on.
@@ -110,6 +113,9 @@ pub(super) struct Settings<'a> {
     /// Digest of the multipliers the solve started from; none for λ = 0.
     start: Option<&'a str>,
     friction: Option<&'a Friction>,
+    /// The laws of several contact faces.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    frictions: Vec<Option<&'a Friction>>,
     /// None for the default.
     #[serde(skip_serializing_if = "Option::is_none")]
     slip_interpolation: Option<SlipInterpolation>,
@@ -123,10 +129,11 @@ impl<'a> Settings<'a> {
     pub(super) fn of(scene: &'a Scene, start: Option<&'a str>) -> Self {
         Self {
             start,
-            friction: scene.friction.as_ref(),
+            friction: only_friction(scene),
+            frictions: several_frictions(scene),
             slip_interpolation: scene
-                .contact
-                .as_ref()
+                .contacts
+                .first()
                 .map(|contact| contact.slip_interpolation)
                 .filter(|kind| *kind != SlipInterpolation::default()),
             solve: &scene.solve,
@@ -135,9 +142,23 @@ impl<'a> Settings<'a> {
     }
 }
 
-/// Whether a key is part of the law of friction.
+/// The law of the only contact face; `None` where there are several.
+pub(super) fn only_friction(scene: &Scene) -> Option<&Friction> {
+    only_contact(scene)?;
+    scene.friction_on(0).map(|(_, friction)| friction)
+}
+
+/// The laws of several contact faces, in the order of their multipliers; none for one.
+pub(super) fn several_frictions(scene: &Scene) -> Vec<Option<&Friction>> {
+    let law = |entry| scene.friction_on(entry).map(|(_, friction)| friction);
+    several_contacts(scene)
+        .map(|(entry, _)| law(entry))
+        .collect()
+}
+
+/// Whether a key is part of a law of friction.
 pub(super) fn of_friction(key: &str) -> bool {
-    key.starts_with("friction.")
+    key.starts_with("friction.") || key.starts_with("contact.") && key.contains(".friction.")
 }
 
 impl StartFrom {

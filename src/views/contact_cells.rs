@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use contact3d::mesh::{ContactSurface, Mesh};
+use contact3d::mesh::{ContactSurface, Mesh, SurfaceFace};
 
 /// The contact face cut in drawable cells: panes, or with nodal multipliers the median cells of
 /// the nodes, whose triangles meet at edge midpoints and centroids.
@@ -20,9 +20,9 @@ pub(super) struct ContactCells {
 }
 
 impl ContactCells {
-    /// Cuts the contact face; no cells without contact.
-    pub(super) fn new(mesh: &Mesh) -> Self {
-        let Some(surface) = &mesh.contact else {
+    /// Cuts a contact face; no cells without contact.
+    pub(super) fn new(mesh: &Mesh, face: Option<(&ContactSurface, &SurfaceFace)>) -> Self {
+        let Some((surface, face)) = face else {
             return Self {
                 coordinates: mesh.coordinates.clone(),
                 parents: Vec::new(),
@@ -36,13 +36,18 @@ impl ContactCells {
             coordinates: mesh.coordinates.clone(),
             parents: Vec::new(),
             triangles: Vec::new(),
-            pane: surface.facet_pane.clone(),
-            carrying: surface.n_panes(),
-            cells: surface.n_panes(),
+            pane: face
+                .facets
+                .clone()
+                .filter_map(|place| Some(surface.pane_of_facet(place)? - face.panes.start))
+                .collect(),
+            carrying: face.panes.len(),
+            cells: face.panes.len(),
         };
-        let triangles = surface.facets.iter().map(|&f| mesh.facets[f]);
-        if surface.is_nodal() {
-            cells.cut_at_medians(surface, triangles);
+        let facets = surface.facets[face.facets.clone()].iter();
+        let triangles = facets.map(|&f| mesh.facets[f]);
+        if face.is_nodal {
+            cells.cut_at_medians(surface, face, triangles);
         } else {
             cells.triangles = triangles.collect();
         }
@@ -52,17 +57,21 @@ impl ContactCells {
     fn cut_at_medians(
         &mut self,
         surface: &ContactSurface,
+        face: &SurfaceFace,
         triangles: impl Iterator<Item = [usize; 3]>,
     ) {
-        let mut cell_of_node: BTreeMap<usize, usize> = (0..surface.n_panes())
-            .flat_map(|cell| {
+        let mut cell_of_node: BTreeMap<usize, usize> = face
+            .panes
+            .clone()
+            .flat_map(|pane| {
+                let cell = pane - face.panes.start;
                 surface
-                    .pane_weights(cell)
+                    .pane_weights(pane)
                     .map(move |(local, _)| (local, cell))
             })
             .map(|(local, cell)| (surface.nodes[local], cell))
             .collect();
-        for &node in &surface.nodes {
+        for &node in &surface.nodes[face.nodes.clone()] {
             let next = self.cells;
             let cell = *cell_of_node.entry(node).or_insert(next);
             self.cells = self.cells.max(cell + 1);

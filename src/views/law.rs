@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use contact3d::{
     contact::{FrictionField, Interface, LawBounds},
     mesh::{Mesh, Quality, Refinement},
-    scene::{FrictionModel, ModelFeatures, Scene, SceneFile, Warning},
+    scene::{FrictionModel, Invalid, ModelFeatures, Scene, SceneFile, Warning},
 };
 use plots::{LawPicture, OverSlip, law_page};
 
@@ -48,12 +48,15 @@ impl LawStudy {
     /// A mesh that cannot be made, a law that is no law.
     pub fn new(mut input: SceneFile) -> Result<Self, StageError> {
         pin_mesh_file(&mut input)?;
+        if input.scene.contacts.len() > 1 {
+            return Err(input.refuse(several_faces(input.scene.contacts.len())).into());
+        }
         let mesh = mesh_of(&input, &Refinement::default())?;
         let interface =
             Interface::new(&input.scene, &mesh).map_err(|invalid| input.refuse(invalid))?;
         let law = interface.as_ref().and_then(Interface::coulomb);
         Ok(Self {
-            bounds: law.map(|law| LawBounds::new(law, mesh.extent())),
+            bounds: law.map(|law| LawBounds::new(law.only(), mesh.extent())),
             scene: input.scene,
             mesh,
             interface,
@@ -63,7 +66,7 @@ impl LawStudy {
     /// The law of tangential stresses; `None` without contact.
     #[must_use]
     pub fn model(&self) -> Option<FrictionModel> {
-        ModelFeatures::of(&self.scene).friction().cloned()
+        ModelFeatures::of(&self.scene).friction().next().cloned()
     }
 
     /// What is allowed in the scene and probably not meant.
@@ -98,9 +101,10 @@ impl LawStudy {
         let Some(law) = interface.coulomb() else {
             return Ok(Vec::new());
         };
-        let place = central_node(law.positions());
-        let drawn = law_curves::over_slip(law.law(), place, self.mesh.extent());
-        let varies = law.law().depends_on_place();
+        let only = law.only();
+        let place = central_node(only.positions());
+        let drawn = law_curves::over_slip(only.law(), place, self.mesh.extent());
+        let varies = only.law().depends_on_place();
         let note = if varies && law.depends_on_slip() {
             // Four decimals of the exponential form.
             let short = |v: f64| format!("{v:.4e}").parse::<f64>().unwrap_or(v);
@@ -131,6 +135,15 @@ impl LawStudy {
             source,
         })?;
         folder.save([(PICTURE, page, picture::PAGE_WIDTH)])
+    }
+}
+
+fn several_faces(found: usize) -> Invalid {
+    Invalid {
+        key: "contact".into(),
+        expected: "one contact face, whose law is looked at by itself".into(),
+        found: format!("{found} faces"),
+        help: "leave the others out; the laws of all faces are in the pictures of a run".into(),
     }
 }
 

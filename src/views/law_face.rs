@@ -19,7 +19,7 @@ pub(super) struct LawFace {
 
 impl LawFace {
     pub(super) fn new(mesh: &Mesh, surface: &ContactSurface, field: &FrictionField) -> Self {
-        let cells = ContactCells::new(mesh);
+        let cells = ContactCells::new(mesh, surface.faces.first().map(|face| (surface, face)));
         let panes: Vec<[f64; 2]> = (0..surface.n_panes()).map(|i| field.pane(i)).collect();
         let friction = cells.of_cells(&panes, &unloaded([f64::NAN; 2]), |f| unloaded(*f));
         Self {
@@ -37,7 +37,8 @@ impl LawFace {
         units: Units,
         frame: &ContactFrame,
     ) -> ContactPicture<'a> {
-        let [axis_1, axis_2] = frame.reference;
+        let reference = frame.references[0];
+        let [axis_1, axis_2] = reference.axes;
         ContactPicture {
             title,
             units,
@@ -46,7 +47,7 @@ impl LawFace {
             boundary_triangles: &[],
             contact_triangles: &self.cells.triangles,
             contact_triangle_pane: &self.cells.pane,
-            normal: frame.reference_normal,
+            normal: reference.normal,
             axis_1,
             axis_2,
             normal_stress: &self.normal_stress,

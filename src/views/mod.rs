@@ -20,7 +20,7 @@ mod theory_report;
 pub use branches::{draw_branches, kind_words};
 pub use charts::draw_accuracy;
 pub use law::{LawStudy, MeshSizes, law_folder};
-pub use picture::{are_drawn, draw_run, figures_folder};
+pub use picture::{are_drawn, draw_run, drawing_of, figures_folder};
 pub use picture_folder::{Drawing, PictureFolder};
 pub use report::report;
 pub use sweep_report::{draw_sweep, sweep_table};

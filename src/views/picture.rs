@@ -9,11 +9,11 @@ use contact3d::{
     contact::ContactFrame,
     mesh::{Mesh, tetrahedron_volume},
     post::{ContactReport, PaneState, Zone},
-    scene::{FrictionModel, ModelFeatures, Scene},
+    scene::{ContactFeatures, FrictionModel, ModelFeatures, Scene, shown},
 };
 use plots::{ContactPicture, Figure, FigureError, FrictionKind, PaneFriction};
 
-use super::{PictureFolder, contact_cells::ContactCells};
+use super::{Drawing, PictureFolder, contact_cells::ContactCells};
 use crate::pipeline::{Results, StageError};
 
 /// Width of the six-panel page and of a single panel in pixels.
@@ -28,21 +28,53 @@ pub fn figures_folder(run_file: &Path) -> PathBuf {
 }
 
 /// The picture of where the discretisation error sits.
-pub(super) const ERROR: &str = "discretisation_error";
+const ERROR: &str = "discretisation_error";
 
 /// The picture that is drawn last.
-pub(super) const LAST: &str = "figure5";
+const LAST: &str = "figure5";
+
+/// What is drawn of a scene: one set of panels, or one for each of several contact faces, whose names end the names of the files.
+#[must_use]
+pub fn drawing_of(scene: &Scene) -> Drawing {
+    let faces = ModelFeatures::of(scene).contact;
+    if faces.len() < 2 {
+        return Drawing::Run(vec![String::new()]);
+    }
+    let mut endings: Vec<String> = Vec::new();
+    for face in faces {
+        let plain = |c: char| if c.is_alphanumeric() { c } else { '_' };
+        let mut ending: String = format!("-{}", face.name.chars().map(plain).collect::<String>());
+        while endings.contains(&ending) {
+            ending.push('_');
+        }
+        endings.push(ending);
+    }
+    Drawing::Run(endings)
+}
+
+/// The names of all pictures with these endings.
+pub(super) fn names(endings: &[String]) -> Vec<String> {
+    let panels = || plots::PANELS.iter().chain([&LAST]);
+    let of_faces = endings
+        .iter()
+        .flat_map(|ending| panels().map(move |name| format!("{name}{ending}")));
+    [ERROR.to_owned()].into_iter().chain(of_faces).collect()
+}
 
 /// Whether all pictures of a run file are in a folder and no older than it.
 #[must_use]
-pub fn are_drawn(folder: &Path, run_file: &Path) -> bool {
+pub fn are_drawn(folder: &Path, run_file: &Path, scene: &Scene) -> bool {
     let modified = |file: &Path| fs::metadata(file).and_then(|metadata| metadata.modified());
-    let last = modified(&folder.join(format!("{LAST}.png")));
+    let last = match drawing_of(scene) {
+        Drawing::Run(endings) => endings.last().cloned().unwrap_or_default(),
+        _ => String::new(),
+    };
+    let last = modified(&folder.join(format!("{LAST}{last}.png")));
     matches!((last, modified(run_file)), (Ok(drawn), Ok(stored)) if drawn >= stored)
 }
 
-/// Draws the six panels of HKL Fig. 5, the page of all six and where the discretisation error sits, as SVG and PNG;
-/// returns the files.
+/// Draws the six panels of HKL Fig. 5, the page of all six, for each contact face, and where the discretisation error sits, as
+/// SVG and PNG; returns the files.
 ///
 /// # Errors
 /// A folder that cannot be written.
@@ -57,29 +89,41 @@ pub fn draw_run(
     };
     let frame = results.interface().map(|interface| &interface.frame);
     let (mesh, report) = (results.mesh(), results.report());
-    let drawn = with_picture(scene, mesh, frame, report, |picture| {
-        let density = error_density(mesh, report, picture.coordinates.len());
-        let error = plots::error_figure(picture, &density)?;
-        Ok((plots::panels(picture)?, error, plots::page(picture)?))
-    });
-    let (panels, error, page) = drawn.map_err(figure)?;
-    let panels = panels.into_iter();
-    let panels = panels.map(|panel| (panel.name, panel.figure, PANEL_WIDTH));
-    folder.save(panels.chain([(ERROR, error, PANEL_WIDTH), (LAST, page, PAGE_WIDTH)]))
+    let Drawing::Run(endings) = drawing_of(scene) else {
+        return Ok(Vec::new());
+    };
+    let mut drawings = Vec::new();
+    for (face, ending) in endings.iter().enumerate() {
+        let drawn = Drawn {
+            scene,
+            mesh,
+            frame,
+            report,
+            face,
+        };
+        let (panels, page) = drawn
+            .with_picture(|picture| Ok((plots::panels(picture)?, plots::page(picture)?)))
+            .map_err(figure)?;
+        let named = |name: &str| format!("{name}{ending}");
+        for panel in panels {
+            drawings.push((named(panel.name), panel.figure, PANEL_WIDTH));
+        }
+        if face == 0 {
+            let error = error_page(&drawn).map_err(figure)?;
+            drawings.push((ERROR.to_owned(), error, PANEL_WIDTH));
+        }
+        drawings.push((named(LAST), page, PAGE_WIDTH));
+    }
+    folder.save(drawings)
 }
 
 /// The page of the estimated error as SVG.
 ///
 /// # Errors
 /// [`FigureError`] for results that do not fit together.
-pub(super) fn error_page(
-    scene: &Scene,
-    mesh: &Mesh,
-    frame: Option<&ContactFrame>,
-    report: &ContactReport,
-) -> Result<Figure, FigureError> {
-    with_picture(scene, mesh, frame, report, |picture| {
-        let density = error_density(mesh, report, picture.coordinates.len());
+pub(super) fn error_page(drawn: &Drawn<'_>) -> Result<Figure, FigureError> {
+    drawn.with_picture(|picture| {
+        let density = error_density(drawn.mesh, drawn.report, picture.coordinates.len());
         plots::error_figure(picture, &density)
     })
 }
@@ -105,54 +149,76 @@ fn error_density(mesh: &Mesh, report: &ContactReport, n_points: usize) -> Vec<f6
         .collect()
 }
 
-/// The page of all panels as SVG.
-///
-/// # Errors
-/// [`FigureError`] for results that do not fit together.
-pub(super) fn page(
-    scene: &Scene,
-    mesh: &Mesh,
-    frame: Option<&ContactFrame>,
-    report: &ContactReport,
-) -> Result<Figure, FigureError> {
-    with_picture(scene, mesh, frame, report, plots::page)
+/// The results of a scene with the contact face that is looked at.
+#[derive(Clone, Copy)]
+pub(super) struct Drawn<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) mesh: &'a Mesh,
+    pub(super) frame: Option<&'a ContactFrame>,
+    pub(super) report: &'a ContactReport,
+    /// The number of the face, in the order of the multipliers.
+    pub(super) face: usize,
 }
 
-/// Lends the arrays of the figures.
-fn with_picture<T>(
-    scene: &Scene,
-    mesh: &Mesh,
-    frame: Option<&ContactFrame>,
-    report: &ContactReport,
-    draw: impl FnOnce(&ContactPicture<'_>) -> T,
-) -> T {
-    let cells = ContactCells::new(mesh);
-    let displacement = cells.interpolate(&report.displacement);
-    let normal_stress = cells.of_cells(&report.panes, &f64::NAN, |p| p.normal_stress);
-    let kind = ModelFeatures::of(scene).friction().and_then(kind);
-    let friction: Option<Vec<_>> = report.panes.iter().map(pane_friction).collect();
-    let friction = friction.filter(|panes| !panes.is_empty());
-    let mut friction = friction.map(|panes| cells.of_cells(&panes, &NO_MULTIPLIER, |p| *p));
-    let [axis_1, axis_2] = frame.map_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], |f| f.reference);
-    if let (Some(frame), Some(surface), Some(friction)) = (frame, &mesh.contact, &mut friction) {
-        for (pane, state) in friction.iter_mut().enumerate().take(surface.n_panes()) {
-            state.turn = frame.mean_turn(surface, pane);
+impl Drawn<'_> {
+    /// The page of all panels as SVG.
+    ///
+    /// # Errors
+    /// [`FigureError`] for results that do not fit together.
+    pub(super) fn page(&self) -> Result<Figure, FigureError> {
+        self.with_picture(plots::page)
+    }
+
+    /// Title of the scene, with the name of the face where there are several.
+    fn title(&self, features: &[ContactFeatures]) -> String {
+        let title = self.scene.shown_title();
+        match features {
+            [] | [_] => title,
+            several => format!("{title}: {}", shown(&several[self.face].name)),
         }
     }
-    draw(&ContactPicture {
-        title: &scene.shown_title(),
-        units: scene.units,
-        coordinates: &cells.coordinates,
-        displacement: &displacement,
-        boundary_triangles: &mesh.facets,
-        contact_triangles: &cells.triangles,
-        contact_triangle_pane: &cells.pane,
-        normal: frame.map_or([0.0, 0.0, -1.0], |f| f.reference_normal),
-        axis_1,
-        axis_2,
-        normal_stress: &normal_stress,
-        friction: kind.zip(friction.as_deref()),
-    })
+
+    /// Lends the arrays of the figures.
+    fn with_picture<T>(&self, draw: impl FnOnce(&ContactPicture<'_>) -> T) -> T {
+        let (mesh, report) = (self.mesh, self.report);
+        let features = ModelFeatures::of(self.scene).contact;
+        let surface = mesh.contact.as_ref();
+        let face = surface.and_then(|surface| Some((surface, surface.faces.get(self.face)?)));
+        let cells = ContactCells::new(mesh, face);
+        let panes = face.map_or(0..0, |(_, face)| face.panes.clone());
+        let states = &report.panes[panes.clone()];
+        let displacement = cells.interpolate(&report.displacement);
+        let normal_stress = cells.of_cells(states, &f64::NAN, |p| p.normal_stress);
+        let kind = features.get(self.face).and_then(|has| kind(&has.friction));
+        let given = kind == Some(FrictionKind::Tresca);
+        let friction = states.iter().map(|pane| pane_friction(pane, given));
+        let friction: Option<Vec<_>> = friction.collect();
+        let friction = friction.filter(|panes| !panes.is_empty());
+        let mut friction = friction.map(|panes| cells.of_cells(&panes, &NO_MULTIPLIER, |p| *p));
+        let reference = self.frame.and_then(|frame| frame.references.get(self.face));
+        let [axis_1, axis_2] =
+            reference.map_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], |frame| frame.axes);
+        if let (Some(frame), Some(surface), Some(friction)) = (self.frame, surface, &mut friction)
+        {
+            for (state, pane) in friction.iter_mut().zip(panes) {
+                state.turn = frame.mean_turn(surface, pane);
+            }
+        }
+        draw(&ContactPicture {
+            title: &self.title(&features),
+            units: self.scene.units,
+            coordinates: &cells.coordinates,
+            displacement: &displacement,
+            boundary_triangles: &mesh.facets,
+            contact_triangles: &cells.triangles,
+            contact_triangle_pane: &cells.pane,
+            normal: reference.map_or([0.0, 0.0, -1.0], |frame| frame.normal),
+            axis_1,
+            axis_2,
+            normal_stress: &normal_stress,
+            friction: kind.zip(friction.as_deref()),
+        })
+    }
 }
 
 /// What is drawn where a held node carries no multiplier.
@@ -174,11 +240,13 @@ fn kind(model: &FrictionModel) -> Option<FrictionKind> {
     }
 }
 
-/// Friction of one pane: with Coulomb's law stresses over the slip bound; `None` without friction.
-fn pane_friction(pane: &PaneState) -> Option<PaneFriction> {
+/// Friction of one pane: with Coulomb's law stresses over the slip bound, with a given bound stresses; `None` without
+/// friction.
+fn pane_friction(pane: &PaneState, given: bool) -> Option<PaneFriction> {
     let friction = pane.friction?;
     let stress = friction.stress;
-    let (semi_axes, scaled_tangential, stress) = match friction.coulomb {
+    let coulomb = friction.coulomb.filter(|_| !given);
+    let (semi_axes, scaled_tangential, stress) = match coulomb {
         Some(coulomb) => (
             coulomb.coefficients,
             coulomb.scaled_stress,

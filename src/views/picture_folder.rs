@@ -14,10 +14,10 @@ use crate::{
 const CHART_WIDTH: u32 = 1720;
 
 /// What is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Drawing {
-    /// The panels of a run file.
-    Run,
+    /// The panels of a run file, one set with each of these endings.
+    Run(Vec<String>),
     /// The diagrams of the ladders of accuracy.
     Accuracy,
     /// The diagrams of the theory.
@@ -32,19 +32,16 @@ pub enum Drawing {
 
 impl Drawing {
     /// The names of all pictures it may have.
-    fn names(self) -> Vec<&'static str> {
-        match self {
-            Self::Run => [
-                plots::PANELS.as_slice(),
-                &[super::picture::ERROR, super::picture::LAST],
-            ]
-            .concat(),
+    fn names(&self) -> Vec<String> {
+        let names = match self {
+            Self::Run(endings) => return super::picture::names(endings),
             Self::Accuracy => super::charts::ACCURACY.to_vec(),
             Self::Theory => super::theory_charts::NAMES.to_vec(),
             Self::Branches => super::branches::BRANCHES.to_vec(),
             Self::Sweep => sweep_charts::columns().collect(),
             Self::Law => vec![super::law::PICTURE],
-        }
+        };
+        names.into_iter().map(str::to_owned).collect()
     }
 }
 
@@ -64,7 +61,7 @@ impl PictureFolder {
     pub fn claim(path: &Path, drawing: Drawing, inputs: Inputs) -> Result<Self, OutputError> {
         let folder = Folder::make(path)?;
         for name in drawing.names() {
-            for (file, kind) in files(path, name) {
+            for (file, kind) in files(path, &name) {
                 output::admit(&file, kind, &inputs)?;
             }
         }
@@ -78,13 +75,13 @@ impl PictureFolder {
     }
 
     /// Saves drawings of some width in pixels by their names, as SVG and PNG; returns the files.
-    pub(super) fn save<'a>(
+    pub(super) fn save(
         &self,
-        drawings: impl IntoIterator<Item = (&'a str, Figure, u32)>,
+        drawings: impl IntoIterator<Item = (impl AsRef<str>, Figure, u32)>,
     ) -> Result<Vec<PathBuf>, StageError> {
         let mut outputs = Vec::new();
         for (name, figure, width) in drawings {
-            let [(svg_file, svg_kind), (png_file, png_kind)] = files(self.path(), name);
+            let [(svg_file, svg_kind), (png_file, png_kind)] = files(self.path(), name.as_ref());
             let png = figure.png(width).map_err(|source| StageError::Figure {
                 file: png_file.clone(),
                 source,

@@ -13,7 +13,8 @@ use runfile::{Reader, timestamp};
 
 use super::{
     charts::{convergence, history, ways_against_seconds, ways_against_unknowns, work_precision},
-    picture, report_tables as tables, sweep_report, theory_report,
+    picture::{self, Drawn},
+    report_tables as tables, sweep_report, theory_report,
 };
 use crate::{
     format::{self, LAYOUT},
@@ -104,6 +105,9 @@ fn result_sections(reader: &Reader, scene: &Scene) -> Result<Vec<Section>, Stage
             Part::Table(tables::forces(scene.units, &report)),
         ],
     }];
+    if let Some(faces) = tables::faces(scene, &report) {
+        sections[0].parts.push(Part::Table(faces));
+    }
     if let Some(figure) = report.out_of_range {
         let warning = format!("The solve failed and nothing is drawn: {figure}.");
         sections[0].parts.insert(0, Part::Warning(warning));
@@ -114,15 +118,23 @@ fn result_sections(reader: &Reader, scene: &Scene) -> Result<Vec<Section>, Stage
         file: reader.path().to_owned(),
         source,
     };
-    let page = picture::page(scene, &mesh, frame, &report).map_err(refuse)?;
-    let error = picture::error_page(scene, &mesh, frame, &report).map_err(refuse)?;
+    let drawn = |face| Drawn {
+        scene,
+        mesh: &mesh,
+        frame,
+        report: &report,
+        face,
+    };
+    let error = picture::error_page(&drawn(0)).map_err(refuse)?;
+    let mut parts = vec![Part::Text("Point at a pane to see its values.".into())];
+    for face in 0..scene.contacts.len().max(1) {
+        let page = drawn(face).page().map_err(refuse)?;
+        parts.push(Part::Figure(page.svg()));
+    }
     sections.push(Section {
         name: "panels",
         heading: "Contact face and body".into(),
-        parts: vec![
-            Part::Text("Point at a pane to see its values.".into()),
-            Part::Figure(page.svg()),
-        ],
+        parts,
     });
     sections.push(Section {
         name: "discretisation-error",

@@ -4,7 +4,7 @@ use contact3d::{
     convergence::{AlgebraicLadder, Cost, DiscretisationLadder, Ways},
     mesh::Mesh,
     post::{ContactReport, SourceForce, Zone},
-    scene::{ContactModel, FrictionModel, ModelFeatures, MultiplierSpace, Scene},
+    scene::{FrictionModel, ModelFeatures, MultiplierSpace, Scene, shown},
     solver::Solution,
 };
 use plots::html::Table;
@@ -35,22 +35,65 @@ pub(super) fn features(scene: &Scene) -> Table {
         pair("regions of other material", features.regions),
         pair("anisotropic material", yes_or_no(features.anisotropy)),
     ];
-    match &features.contact {
-        ContactModel::Absent => pairs.push(pair("contact", "none")),
-        ContactModel::Present(face) => pairs.extend([
-            pair("friction", friction_words(&face.friction)),
-            pair("initial gap", yes_or_no(face.gap.is_some())),
-            pair("frame turns with the place", yes_or_no(face.turning_frame)),
-            pair(
+    if features.contact.is_empty() {
+        pairs.push(pair("contact", "none"));
+    }
+    for face in &features.contact {
+        let on = match features.contact.len() {
+            1 => String::new(),
+            _ => format!(" on {}", shown(&face.name)),
+        };
+        let named = |name: &str, value: &str| pair(&format!("{name}{on}"), value);
+        pairs.extend([
+            named("friction", &friction_words(&face.friction)),
+            named("initial gap", yes_or_no(face.gap.is_some())),
+            named("frame turns with the place", yes_or_no(face.turning_frame)),
+            named(
                 "multipliers",
                 match face.space {
                     MultiplierSpace::Panes => "constant on panes",
                     MultiplierSpace::Nodal => "at nodes",
                 },
             ),
-        ]),
+        ]);
     }
     Table::of_pairs(pairs)
+}
+
+/// What happens on each of several contact faces; `None` for one.
+pub(super) fn faces(scene: &Scene, report: &ContactReport) -> Option<Table> {
+    let (force, stress) = (scene.units.force(), scene.units.stress());
+    let rows = report.faces.iter().zip(ModelFeatures::of(scene).contact);
+    let rows: Vec<Vec<String>> = rows
+        .map(|(face, has)| {
+            let contact = &face.contact;
+            let numbers = |values: &[f64]| {
+                let texts: Vec<String> = values.iter().map(|v| format!("{v:.6e}")).collect();
+                texts.join(", ")
+            };
+            vec![
+                shown(&has.name),
+                face.zone_counts.map(|count| count.to_string()).join(", "),
+                numbers(&[contact.normal_force]),
+                contact.tangential_force.map_or("-".into(), |t| numbers(&t)),
+                numbers(&contact.contact_force),
+                numbers(&[contact.largest_pressure]),
+            ]
+        })
+        .collect();
+    let head = [
+        "contact face".to_owned(),
+        "open, stick, slip".to_owned(),
+        format!("normal force [{force}]"),
+        format!("tangential along t1, t2 [{force}]"),
+        format!("force on the body x, y, z [{force}]"),
+        format!("largest pressure [{stress}]"),
+    ];
+    (!rows.is_empty()).then(|| Table {
+        caption: "Contact faces".into(),
+        head: head.to_vec(),
+        rows,
+    })
 }
 
 fn friction_words(friction: &FrictionModel) -> String {

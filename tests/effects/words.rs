@@ -52,6 +52,7 @@ fn an_elastic_scene_names_what_it_lacks() {
             json!([
                 "anisotropy",
                 "regions",
+                "prescribed displacements",
                 "body force",
                 "contact",
                 "initial gap",
@@ -71,6 +72,7 @@ fn an_elastic_scene_names_what_it_lacks() {
 #[test]
 fn every_effect_is_counted() {
     let (json, texts) = effects(&[
+        "[[clamp]]\nface = 'x_min'\ncomponents = ['x']\nvalue = ['0*x', 0, 0]\n",
         "[body_force]\nvalue = [0, 0, -1]\n",
         "[[region]]\npart.box = [[0, 0, 0], [1, 1, 1]]\n",
         "[region.material.orthotropic]\nyoung_moduli = [2e11, 1e11, 2e11]\n",
@@ -88,6 +90,7 @@ fn every_effect_is_counted() {
                 ("elasticity", 900),
                 ("anisotropy", 0),
                 ("regions", 0),
+                ("prescribed displacements", 0),
                 ("body force", 0),
                 ("contact", 12),
                 ("initial gap", 0),

@@ -28,7 +28,7 @@ fn both_operators_agree() {
         (6, 2e-6, Some([1.0, -2.0, 0.0])),
     ] {
         let mut scene = hkl_scene(1, n_div);
-        let contact = scene.contact.as_mut().expect("contact");
+        let contact = &mut scene.contacts[0];
         contact.gap = Quantity::Constant(gap);
         contact.axis_1 = axis_1.map(|axis: [f64; 3]| axis.map(Quantity::Constant));
         let case = Dense::new(scene);

@@ -177,7 +177,7 @@ fn clamps_that_follow_the_foundation_change_nothing() {
             let side = Clamp::face("x_min").along(&[Component::Y, Component::Z]);
             scene.clamps[0] = Clamp::face("x_max").moved([1e-6, 2e-6, 3e-6 - tau]);
             scene.clamps.push(side.moved([0.0, 0.0, -tau]));
-            let contact = scene.contact.as_mut().expect("contact");
+            let contact = &mut scene.contacts[0];
             contact.gap = contact3d::scene::Quantity::function(move |[x, _, _]| 1e-6 * x + tau);
             scene
                 .pressures

@@ -226,7 +226,7 @@ fn starts_on_a_finer_mesh_keep_a_uniform_stress() {
     for element in [ElementOrder::P1, ElementOrder::P2] {
         for space in [MultiplierSpace::Panes, MultiplierSpace::Nodal] {
             let mut scene = published(element, 2);
-            scene.contact.as_mut().expect("contact").multipliers = space;
+            scene.contacts[0].multipliers = space;
             let mut body = RefinableBody::new(&scene, Path::new("")).expect("a body");
             let coarse = body.mesh().expect("a mesh");
             body.refine(&touching(&coarse, [1.5, 0.5, 0.0], 4));

@@ -75,7 +75,7 @@ fn newtons_method_finds_the_same_answers() {
 #[test]
 fn a_body_without_contact_is_solved_to_rounding() {
     let mut scene = pulled(4);
-    scene.contact = None;
+    scene.contacts.clear();
     let double = solved(scene.clone(), FactorPrecision::Double).expect("double");
     let single = solved(scene, FactorPrecision::Single).expect("single");
     // Both are refined with residuals in twice the working precision.

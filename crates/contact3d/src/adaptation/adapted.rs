@@ -76,8 +76,7 @@ pub fn adapted(
         adaptation.refinement.push(cuts);
         let finer = Arc::new(body.mesh()?);
         let multiplier = &solution.multiplier;
-        let has_friction = scene.friction.is_some();
-        let next = transferred(&mesh, &finer, &body.parents(), has_friction, multiplier);
+        let next = transferred(&mesh, &finer, &body.parents(), multiplier);
         adaptation.starts.push(next.clone());
         start = Some(next).filter(|start| !start.is_empty());
         mesh = finer;

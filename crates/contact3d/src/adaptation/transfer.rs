@@ -2,7 +2,10 @@
 
 use std::collections::HashMap;
 
-use crate::{contact::MultiplierLayout, mesh::Mesh};
+use crate::{
+    contact::MultiplierLayout,
+    mesh::{ContactSurface, Mesh},
+};
 
 /// The three stresses on each contact triangle, `[n_contact_facets]`: those of its pane, or the mean
 /// of those at its nodes.
@@ -14,35 +17,34 @@ fn on_facets(mesh: &Mesh, layout: MultiplierLayout, multiplier: &[f64]) -> Vec<[
         let [first, second] = layout.pair(multiplier, pane);
         [multiplier[layout.normal(pane)], first, second]
     };
-    if !surface.is_nodal() {
-        return surface
-            .facet_pane
-            .iter()
-            .map(|pane| stress(*pane))
-            .collect();
-    }
-    let carried = carried(mesh);
-    let mean = |facet: &usize| {
-        let held = mesh
-            .facet_nodes(*facet)
-            .filter_map(|node| carried.get(&node));
-        let known: Vec<[f64; 3]> = held.map(|pane| stress(*pane)).collect();
+    let mean = |place: usize| {
+        let known: Vec<[f64; 3]> = panes_at(mesh, surface, place).map(stress).collect();
         let n = known.len().max(1) as f64;
         std::array::from_fn(|c| known.iter().map(|s| s[c]).sum::<f64>() / n)
     };
-    surface.facets.iter().map(mean).collect()
+    let stress_on = |place: usize| match surface.pane_of_facet(place) {
+        Some(pane) => stress(pane),
+        None => mean(place),
+    };
+    (0..surface.facets.len()).map(stress_on).collect()
 }
 
-/// The multiplier that each mesh node carries, where multipliers belong to nodes.
-fn carried(mesh: &Mesh) -> HashMap<usize, usize> {
-    let Some(surface) = &mesh.contact else {
-        return HashMap::new();
-    };
-    let panes = (0..surface.n_panes()).map(|pane| {
-        let place = surface.pane_average.indices[surface.pane_average.indptr[pane]];
-        (surface.nodes[place], pane)
-    });
-    panes.collect()
+/// The nodal multipliers around a contact triangle.
+fn panes_at<'a>(
+    mesh: &'a Mesh,
+    surface: &'a ContactSurface,
+    place: usize,
+) -> impl Iterator<Item = usize> + 'a {
+    let face = surface.face_of_facet(place);
+    mesh.facet_nodes(surface.facets[place])
+        .filter_map(move |node| surface.carried_by(face, surface.contact_node(face, node)?))
+}
+
+/// The panes with friction of the finer mesh: those of the faces whose coarse panes are the first `n_pairs`.
+fn fine_pairs(known: &ContactSurface, wanted: &ContactSurface, n_pairs: usize) -> usize {
+    let faces = known.faces.iter().zip(&wanted.faces);
+    let last = faces.filter(|(face, _)| face.panes.end <= n_pairs).last();
+    last.map_or(0, |(_, face)| face.panes.end)
 }
 
 /// Multipliers in Pa of a mesh as a start on a finer one: each takes the mean of the stresses on the
@@ -53,41 +55,33 @@ pub fn transferred(
     coarse: &Mesh,
     fine: &Mesh,
     parents: &[usize],
-    friction: bool,
     multiplier: &[f64],
 ) -> Vec<f64> {
     let (Some(known), Some(wanted)) = (&coarse.contact, &fine.contact) else {
         return Vec::new();
     };
-    let stresses = on_facets(
-        coarse,
-        MultiplierLayout::new(known.n_panes(), friction),
-        multiplier,
-    );
-    // A tetrahedron has at most one side on a flat face.
-    let stress_of: HashMap<usize, [f64; 3]> =
-        coarse.behind_contact().into_iter().zip(stresses).collect();
-    let layout = MultiplierLayout::new(wanted.n_panes(), friction);
+    let n_pairs = (multiplier.len() - known.n_panes()) / 2;
+    let stresses = on_facets(coarse, MultiplierLayout::new(known.n_panes(), n_pairs), multiplier);
+    // A tetrahedron has at most one side on each face.
+    let behind = coarse.behind_contact().into_iter().enumerate();
+    let stress_of: HashMap<(usize, usize), [f64; 3]> = behind
+        .map(|(place, behind)| (known.face_number(place), behind))
+        .zip(stresses)
+        .collect();
+    let layout = MultiplierLayout::new(wanted.n_panes(), fine_pairs(known, wanted, n_pairs));
     let mut sums = vec![([0.0; 3], 0.0); wanted.n_panes()];
-    let carried = if wanted.is_nodal() {
-        carried(fine)
-    } else {
-        HashMap::new()
-    };
     for (place, (facet, behind)) in wanted.facets.iter().zip(fine.behind_contact()).enumerate() {
-        let stress = stress_of.get(&parents[behind]).copied().unwrap_or_default();
+        let from = (wanted.face_number(place), parents[behind]);
+        let stress = stress_of.get(&from).copied().unwrap_or_default();
         let area = fine.facet_area(*facet);
         let mut add = |pane: usize| {
             let (sum, weight) = &mut sums[pane];
             *sum = std::array::from_fn(|c| sum[c] + area * stress[c]);
             *weight += area;
         };
-        match wanted.facet_pane.get(place) {
-            Some(pane) => add(*pane),
-            None => fine
-                .facet_nodes(*facet)
-                .filter_map(|n| carried.get(&n))
-                .for_each(|p| add(*p)),
+        match wanted.pane_of_facet(place) {
+            Some(pane) => add(pane),
+            None => panes_at(fine, wanted, place).for_each(add),
         }
     }
     let mut start = vec![0.0; layout.n_multipliers()];

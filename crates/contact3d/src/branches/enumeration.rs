@@ -29,7 +29,7 @@ pub(super) fn planar_solutions(member: &Member) -> Option<Vec<Vec<f64>>> {
     let layout = member.dual.layout;
     let panes = layout.n_panes();
     let law = member.law();
-    let is_capped = law.slip_bound(f64::INFINITY).is_finite();
+    let is_capped = law.slip_bound(0, f64::INFINITY).is_finite();
     if panes > MOST_PANES || law.depends_on_slip() || is_capped {
         return None;
     }

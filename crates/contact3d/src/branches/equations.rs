@@ -98,7 +98,7 @@ impl<'a> Equations<'a> {
         let rho = member.steplengths();
         let layout = member.dual.layout;
         let law = member.law();
-        let cap = law.slip_bound(f64::INFINITY);
+        let cap = law.slip_bound(0, f64::INFINITY);
         let (nodes, displacement, inverse) = self.friction(member, piece, &multiplier);
         let step = |j: usize| rho[j] * gradient[j] / self.stress;
         // A component whose row of S vanishes moves nothing and carries nothing.
@@ -320,7 +320,7 @@ impl<'a> Equations<'a> {
         let law = member.law();
         // Stresses of single panes, of which all together have the size 1.
         let unit = (at.panes.len() as f64).sqrt();
-        let cap = law.slip_bound(f64::INFINITY) / self.stress;
+        let cap = law.slip_bound(0, f64::INFINITY) / self.stress;
         let mut distances = Vec::new();
         let mut zone = |switch: Switch, value: f64| {
             distances.push(Distance {
@@ -400,7 +400,7 @@ impl<'a> Equations<'a> {
         let steplengths = member.steplengths().to_vec();
         let map = NaturalMap::with_steplengths(&member.dual, bound, steplengths);
         let (normal, _) = member.dual.layout.split(&multiplier);
-        let capped = normal.iter().map(|p| law.slip_bound(*p) < *p).collect();
+        let capped = normal.iter().map(|p| law.slip_bound(0, *p) < *p).collect();
         let mut piece = Piece {
             zones: map
                 .evaluate(&multiplier)

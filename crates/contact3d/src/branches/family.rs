@@ -211,7 +211,11 @@ impl<'a> Family<'a> {
         };
         let base = Arc::clone(base);
         Ok(Self {
-            local: Arc::new(LocalStiffness::new(dual_of(&base))),
+            local: Arc::new(
+                LocalStiffness::new(dual_of(&base))
+                    .dragged_by(&dual_of(&first).rhs)
+                    .dragged_by(&dual_of(&second).rhs),
+            ),
             interface: interface(&base)?,
             range,
             scene_at,
@@ -338,8 +342,10 @@ fn explicit(mut scene: Scene) -> Scene {
 }
 
 fn assemble(scene: &Scene, folder: &Path) -> Result<AssembledProblem, ProblemError> {
-    let (Some(contact), Some(_)) = (&scene.contact, &scene.friction) else {
-        return Err(no_friction().into());
+    let contact = match scene.contacts.as_slice() {
+        [contact] if scene.has_friction() => contact,
+        [] | [_] => return Err(no_friction().into()),
+        several => return Err(several_faces(several.len()).into()),
     };
     if contact.slip_interpolation != SlipInterpolation::Lagrange {
         return Err(other_slips().into());
@@ -412,6 +418,15 @@ fn other_slips() -> Invalid {
         found: "\"clement\"".into(),
         help: "follow the paths with \"lagrange\", and solve at single values with \"clement\""
             .into(),
+    }
+}
+
+fn several_faces(found: usize) -> Invalid {
+    Invalid {
+        key: "contact".into(),
+        expected: "one contact face, whose zones and segments of its law name the pieces of a path".into(),
+        found: format!("{found} faces"),
+        help: "leave all but one out, or solve at single values with a sweep".into(),
     }
 }
 

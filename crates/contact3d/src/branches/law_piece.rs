@@ -25,7 +25,7 @@ pub(super) struct NodalInverse {
 
 impl<'a> LawPieces<'a> {
     pub(super) fn new(law: &'a CoulombLaw) -> Self {
-        let knots = law.coefficients().iter().map(|coefficient| {
+        let knots = law.only().coefficients().iter().map(|coefficient| {
             let positive = |knots: Vec<f64>| knots.into_iter().filter(|k| *k > 0.0).collect();
             match coefficient {
                 // Along the own slip alone, whichever axis that is.
@@ -64,7 +64,7 @@ impl<'a> LawPieces<'a> {
     /// The slips that the knots of a coefficient are measured along: its own one, or both of a grid.
     fn slips(&self, coefficient: usize, u: [f64; 2], piece: &NodePiece) -> [f64; 2] {
         let signed = signed(u, piece);
-        match &self.law.coefficients()[coefficient] {
+        match &self.law.only().coefficients()[coefficient] {
             Coefficient::Grid(_) => signed,
             _ => [self.own(coefficient, u, signed).0, 0.0],
         }
@@ -72,7 +72,7 @@ impl<'a> LawPieces<'a> {
 
     /// The own slip of a coefficient and its derivatives by |u_t1| and |u_t2|.
     fn own(&self, coefficient: usize, u: [f64; 2], signed: [f64; 2]) -> (f64, [f64; 2]) {
-        let axis = match self.law.law() {
+        let axis = match self.law.only().law() {
             FrictionLaw::Orthotropic(_) => coefficient,
             FrictionLaw::Isotropic(_) if u[1] == 0.0 => 0,
             FrictionLaw::Isotropic(_) if u[0] == 0.0 => 1,
@@ -92,12 +92,12 @@ impl<'a> LawPieces<'a> {
         let signs = piece
             .negative
             .map(|negative| if negative { -1.0 } else { 1.0 });
-        let last = self.law.coefficients().len() - 1;
+        let last = self.law.only().coefficients().len() - 1;
         let both = [0, 1].map(|k| {
             let coefficient = k.min(last);
             let (own, own_by) = self.own(coefficient, u, signed);
             let at = LawPoint {
-                position: self.law.positions()[node],
+                position: self.law.only().positions()[node],
                 slip: signed,
                 own_slip: own,
             };
@@ -121,7 +121,7 @@ impl<'a> LawPieces<'a> {
         at: &LawPoint,
         segment: [usize; 2],
     ) -> (f64, SlipDerivative) {
-        let law = &self.law.coefficients()[coefficient];
+        let law = &self.law.only().coefficients()[coefficient];
         let inside = |axis: usize| ends_inside(&self.knots[coefficient][axis], segment[axis]);
         match law {
             Coefficient::Constant(value) => (*value, SlipDerivative::default()),
@@ -223,8 +223,8 @@ impl<'a> LawPieces<'a> {
 
     /// Whether the law has a kink where u_t along an axis changes its sign.
     fn bends_at_reversal(&self, axis: usize, u: [f64; 2]) -> bool {
-        let coefficients = self.law.coefficients().iter().enumerate();
-        let mut bends = coefficients.map(|(k, coefficient)| match (self.law.law(), coefficient) {
+        let coefficients = self.law.only().coefficients().iter().enumerate();
+        let mut bends = coefficients.map(|(k, coefficient)| match (self.law.only().law(), coefficient) {
             (FrictionLaw::Isotropic(_), Coefficient::Ramp(_) | Coefficient::Table(_)) => {
                 u[1 - axis] == 0.0
             }

@@ -18,15 +18,15 @@ pub struct Coupling {
 }
 
 impl Coupling {
-    /// Assembles N, and T where `friction` asks for it, over the free degrees of freedom.
+    /// Assembles N, and T for the first `n_pairs` panes, which have friction, over the free degrees of freedom.
     #[must_use]
     pub fn new(
         surface: &ContactSurface,
         frame: &ContactFrame,
-        friction: bool,
+        n_pairs: usize,
         dofs: &DofMap,
     ) -> Self {
-        let layout = MultiplierLayout::new(surface.n_panes(), friction);
+        let layout = MultiplierLayout::new(surface.n_panes(), n_pairs);
         let mut transposed = CscMatrix {
             rows: dofs.n_free,
             cols: layout.n_multipliers(),
@@ -51,16 +51,14 @@ impl Coupling {
         for pane in 0..layout.n_panes() {
             push_column(pane, &|node| frame.normal_at(node));
         }
-        if friction {
-            for pane in 0..layout.n_panes() {
-                push_column(pane, &|node| frame.axes_at(node)[0]);
-                push_column(pane, &|node| frame.axes_at(node)[1]);
-            }
+        for pane in 0..layout.n_pairs() {
+            push_column(pane, &|node| frame.axes_at(node)[0]);
+            push_column(pane, &|node| frame.axes_at(node)[1]);
         }
         Self { transposed, layout }
     }
 
-    /// Number of multipliers: 3m, or m without friction.
+    /// Number of multipliers: 3m where all panes have friction, m where none has.
     #[must_use]
     pub fn n_multipliers(&self) -> usize {
         self.layout.n_multipliers()
@@ -108,7 +106,7 @@ impl Coupling {
         };
         Self {
             transposed,
-            layout: MultiplierLayout::new(normal.cols, tangential.cols > 0),
+            layout: MultiplierLayout::new(normal.cols, tangential.cols / 2),
         }
     }
 

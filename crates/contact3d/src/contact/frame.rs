@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::{
     mesh::{ContactSurface, Mesh},
-    scene::{Contact, Invalid, UNDEFINED, Written, numbers, place_words},
+    scene::{Contact, ContactFeatures, Invalid, Scene, UNDEFINED, Written, numbers, place_words},
 };
 
 /// The orthonormal frame (ν, t₁, t₂) of the contact face, with t₂ = t₁ × ν; normals and the axes of
@@ -15,57 +15,65 @@ pub struct ContactFrame {
     pub normals: Vec<[f64; 3]>,
     /// (t₁, t₂): one pair for the whole face, or one for each contact node.
     pub axes: Vec<[[f64; 3]; 2]>,
-    /// A normal that does not turn, to draw along: ν itself where it is the same everywhere,
-    /// otherwise the direction of the mean over the nodes.
-    pub reference_normal: [f64; 3],
-    /// A pair that does not turn, to draw in: the axes themselves where they are the same everywhere,
-    /// otherwise those of `reference_normal` in a scene without `axis_1` and `angle`.
-    pub reference: [[f64; 3]; 2],
+    /// What to draw each face in.
+    pub references: Vec<ReferenceFrame>,
+}
+
+/// A frame that does not turn, to draw a contact face in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReferenceFrame {
+    /// ν itself where it is the same on the whole face, otherwise the direction of the mean over the nodes.
+    pub normal: [f64; 3],
+    /// The axes themselves where they are the same on the whole face, otherwise those of `normal` in a scene without
+    /// `axis_1` and `angle`.
+    pub axes: [[f64; 3]; 2],
 }
 
 /// Share of an axis that may point along the normal: hand-typed digits.
 const TANGENTIAL: f64 = 1e-6;
 
 impl ContactFrame {
-    /// The frame that a scene asks for, one pair of axes for the whole face unless it is `turning`.
+    /// The frame that a scene asks for, one pair of axes where there is one face whose frame does not turn.
     ///
     /// # Errors
     /// An axis that vanishes or is not tangential, an angle that is not finite.
     pub fn new(
-        contact: &Contact,
-        turning: bool,
+        scene: &Scene,
+        features: &[ContactFeatures],
         surface: &ContactSurface,
         mesh: &Mesh,
     ) -> Result<Self, Invalid> {
-        let turns = turning || surface.normals.len() > 1;
-        let places = if turns {
-            surface.nodes.as_slice()
-        } else {
-            &surface.nodes[..1.min(surface.nodes.len())]
-        };
-        let axes: Vec<[[f64; 3]; 2]> = places
-            .iter()
-            .enumerate()
-            .map(|(local, &node)| {
-                let normal = Vector3::from(surface.normal_at(local));
-                let first = first_axis(contact, &normal, mesh.coordinates[node])?;
-                Ok([first.into(), first.cross(&normal).into()])
-            })
-            .collect::<Result<_, Invalid>>()?;
-        let reference_normal = mean_direction(&surface.normals);
-        let reference = match axes.as_slice() {
-            [everywhere] => *everywhere,
-            _ => {
-                let first = default_axis(&reference_normal);
-                [first.into(), first.cross(&reference_normal).into()]
-            }
-        };
-        Ok(Self {
+        let mut frame = Self {
             normals: surface.normals.clone(),
-            axes,
-            reference_normal: reference_normal.into(),
-            reference,
-        })
+            axes: Vec::new(),
+            references: Vec::new(),
+        };
+        let is_uniform = features.len() == 1 && surface.normals.len() == 1;
+        for (face, has) in surface.faces.iter().zip(features) {
+            let contact = &scene.contacts[has.entry];
+            let key = scene.contact_key(has.entry);
+            let axes_at = |local: usize| -> Result<[[f64; 3]; 2], Invalid> {
+                let normal = Vector3::from(surface.normal_at(local));
+                let place = mesh.coordinates[surface.nodes[local]];
+                let first = first_axis(contact, &key, &normal, place)?;
+                Ok([first.into(), first.cross(&normal).into()])
+            };
+            let places = match is_uniform && !has.turning_frame {
+                true => face.nodes.start..face.nodes.end.min(face.nodes.start + 1),
+                false => face.nodes.clone(),
+            };
+            let axes = places.map(axes_at).collect::<Result<Vec<_>, Invalid>>()?;
+            let normals: Vec<[f64; 3]> = match is_uniform {
+                true => surface.normals.clone(),
+                false => face.nodes.clone().map(|n| surface.normal_at(n)).collect(),
+            };
+            let constant = axes.first().filter(|_| !has.turning_frame);
+            frame
+                .references
+                .push(ReferenceFrame::of(&normals, constant.copied()));
+            frame.axes.extend(axes);
+        }
+        Ok(frame)
     }
 
     /// ν at a contact node.
@@ -103,13 +111,14 @@ impl ContactFrame {
         })
     }
 
-    /// The angle in radians by which the mean t₁ of a pane is turned from `reference`.
+    /// The angle in radians by which the mean t₁ of a pane is turned from the frame its face is drawn in.
     #[must_use]
     pub fn mean_turn(&self, surface: &ContactSurface, pane: usize) -> f64 {
         if self.axes.len() == 1 {
             return 0.0;
         }
-        let [right, up] = self.reference.map(Vector3::from);
+        let reference = &self.references[surface.face_of_pane(pane)];
+        let [right, up] = reference.axes.map(Vector3::from);
         let mean: Vector3<f64> = surface
             .pane_weights(pane)
             .map(|(node, weight)| Vector3::from(self.axes_at(node)[0]) * weight)
@@ -141,8 +150,25 @@ impl ContactFrame {
     }
 }
 
+impl ReferenceFrame {
+    /// For the normals of a face and the axes at its first node, where the scene does not turn them.
+    fn of(normals: &[[f64; 3]], constant: Option<[[f64; 3]; 2]>) -> Self {
+        let normal = mean_direction(normals);
+        let is_flat = normals.iter().all(|n| *n == normals[0]);
+        let axes = constant.filter(|_| is_flat).unwrap_or_else(|| {
+            let first = default_axis(&normal);
+            [first.into(), first.cross(&normal).into()]
+        });
+        Self {
+            normal: normal.into(),
+            axes,
+        }
+    }
+}
+
 fn first_axis(
     contact: &Contact,
+    key: &str,
     normal: &Vector3<f64>,
     place: [f64; 3],
 ) -> Result<Vector3<f64>, Invalid> {
@@ -162,7 +188,7 @@ fn first_axis(
         return match flat.try_normalize(0.0) {
             Some(first) if tangential && first.iter().all(|v| v.is_finite()) => Ok(first),
             _ => Err(Invalid {
-                key: "contact.axis_1".into(),
+                key: format!("{key}.axis_1"),
                 expected: "a non-zero vector in the plane of the contact face".into(),
                 found: format!(
                     "({}) at {}, where the normal is ({})",
@@ -181,7 +207,7 @@ fn first_axis(
     let (sine, cosine) = angle.at(place).to_radians().sin_cos();
     if !sine.is_finite() {
         return Err(Invalid {
-            key: "contact.angle".into(),
+            key: format!("{key}.angle"),
             expected: "a finite angle in degrees on the whole face".into(),
             found: format!("{} at {}", Written(&angle.at(place)), place_words(place)),
             help: UNDEFINED.into(),
@@ -193,7 +219,9 @@ fn first_axis(
 /// The direction of the mean of unit vectors; that of a single one is itself. Where the mean vanishes, as on a
 /// closed surface, the direction of z.
 fn mean_direction(normals: &[[f64; 3]]) -> Vector3<f64> {
-    if let [everywhere] = normals {
+    if let Some(everywhere) = normals.first()
+        && normals.iter().all(|normal| normal == everywhere)
+    {
         return Vector3::from(*everywhere);
     }
     let sum: Vector3<f64> = normals.iter().map(|n| Vector3::from(*n)).sum();

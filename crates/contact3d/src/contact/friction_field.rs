@@ -6,9 +6,9 @@ use crate::mesh::ContactSurface;
 /// Friction coefficients on the contact face at one state of slip.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrictionField {
-    /// (F₁, F₂) at the contact nodes, `[n_contact_nodes]`.
+    /// (F₁, F₂) at the contact nodes of the faces with friction, `[n_friction_nodes]`.
     pub nodal: Vec<[f64; 2]>,
-    /// Diagonal of 𝓕_i⁻¹ = (1/|Rⁱ|) ∫_{Rⁱ} r_h F⁻¹ on each pane (HKL (4.2)), `[n_panes]`.
+    /// Diagonal of 𝓕_i⁻¹ = (1/|Rⁱ|) ∫_{Rⁱ} r_h F⁻¹ on each pane with friction (HKL (4.2)), `[n_friction_panes]`.
     pub pane_inverse: Vec<[f64; 2]>,
 }
 
@@ -17,7 +17,7 @@ impl FrictionField {
     #[must_use]
     pub fn new(law: &CoulombLaw, surface: &ContactSurface, slip: &[[f64; 2]]) -> Self {
         let nodal = law.at_nodes(slip);
-        let pane_inverse = (0..surface.n_panes())
+        let pane_inverse = (0..law.n_panes())
             .map(|pane| {
                 surface
                     .pane_weights(pane)
@@ -36,7 +36,7 @@ impl FrictionField {
     /// does without; formulas may fail at slips that only a solution shows.
     #[must_use]
     pub fn is_admissible(&self, surface: &ContactSurface, acts: impl Fn(usize) -> bool) -> bool {
-        let panes = (0..surface.n_panes()).filter(|pane| acts(*pane));
+        let panes = (0..self.pane_inverse.len()).filter(|pane| acts(*pane));
         let nodes = panes.flat_map(|pane| surface.pane_weights(pane).map(|(node, _)| node));
         let mut coefficients = nodes.flat_map(|node| self.nodal[node]);
         coefficients.all(|f| f > 0.0 && f.is_finite())

@@ -1,7 +1,7 @@
 //! The constants of a law of friction that HKL §3 uses: bounds, Lipschitz modulus, anisotropy.
 
 use super::{
-    CoulombLaw,
+    FaceLaw,
     law_search::{Peak, Sweep},
 };
 use crate::scene::{Coefficient, FrictionLaw, Invalid, Warning, Written, place_words};
@@ -50,7 +50,7 @@ pub struct LawExtreme {
 impl LawBounds {
     /// Bounds a law over slips from 0 to `largest_slip`.
     #[must_use]
-    pub fn new(law: &CoulombLaw, largest_slip: f64) -> Self {
+    pub fn new(law: &FaceLaw, largest_slip: f64) -> Self {
         let extreme_of = |measure| extreme_of(law, largest_slip, measure);
         let smallest = extreme_of(|f, x, s| -f.value(x, s));
         Self {
@@ -71,7 +71,7 @@ impl LawBounds {
 type Measure<'a> = fn(&Sampled<'a>, [f64; 3], [f64; 2]) -> f64;
 
 /// The largest value of a measure over all coefficients; the first of equal ones.
-fn extreme_of<'a>(law: &'a CoulombLaw, largest_slip: f64, measure: Measure<'a>) -> LawExtreme {
+fn extreme_of<'a>(law: &'a FaceLaw, largest_slip: f64, measure: Measure<'a>) -> LawExtreme {
     let extremes = (0..law.coefficients().len()).map(|axis| {
         let sampled = Sampled {
             law: law.law(),
@@ -86,7 +86,7 @@ fn extreme_of<'a>(law: &'a CoulombLaw, largest_slip: f64, measure: Measure<'a>) 
 
 /// κ(F). Between kinks the ratio of two functions that are linear in each slip is monotone in
 /// each, so that kinks decide.
-fn anisotropy(law: &CoulombLaw, largest_slip: f64) -> LawExtreme {
+fn anisotropy(law: &FaceLaw, largest_slip: f64) -> LawExtreme {
     let axes: Vec<usize> = (0..law.coefficients().len()).collect();
     let sweep = Sweep::new(law, &axes, largest_slip);
     let values = |x, s| law.law().evaluate(x, s);
@@ -131,7 +131,7 @@ impl Sampled<'_> {
 
 /// Refuses a law with a coefficient that is not positive and finite at zero slip somewhere on the
 /// face, in the unit of length called `length`; other kinds than expressions are checked with the scene.
-pub(super) fn refuse_unusable(law: &CoulombLaw, length: &str) -> Result<(), Invalid> {
+pub(super) fn refuse_unusable(law: &FaceLaw, length: &str) -> Result<(), Invalid> {
     match worst_values(law, 0.0, length).next() {
         None => Ok(()),
         Some(worst) => Err(Invalid {
@@ -145,7 +145,7 @@ pub(super) fn refuse_unusable(law: &CoulombLaw, length: &str) -> Result<(), Inva
 
 /// Where coefficients are not positive and finite at slips up to `largest_slip`. Whether a solution
 /// has such slips is not known before it is found.
-pub(super) fn warnings(law: &CoulombLaw, largest_slip: f64, length: &str) -> Vec<Warning> {
+pub(super) fn warnings(law: &FaceLaw, largest_slip: f64, length: &str) -> Vec<Warning> {
     let words = |worst: Worst| Warning::LawLeavesRange {
         key: key(law, worst.axis),
         onset: worst.onset(law, length),
@@ -155,11 +155,11 @@ pub(super) fn warnings(law: &CoulombLaw, largest_slip: f64, length: &str) -> Vec
     worst_values(law, largest_slip, length).map(words).collect()
 }
 
-fn key(law: &CoulombLaw, axis: usize) -> String {
-    let kind = law.coefficients()[axis].kind();
+fn key(law: &FaceLaw, axis: usize) -> String {
+    let (table, kind) = (&law.key, law.coefficients()[axis].kind());
     match law.coefficients().len() {
-        1 => format!("friction.coefficient.{kind}"),
-        _ => format!("friction.coefficient_{}.{kind}", axis + 1),
+        1 => format!("{table}.coefficient.{kind}"),
+        _ => format!("{table}.coefficient_{}.{kind}", axis + 1),
     }
 }
 
@@ -179,7 +179,7 @@ struct Worst {
 impl Worst {
     /// The first slips in words at which the coefficient is not usable, on the way from zero slip to
     /// the worst one.
-    fn onset(&self, law: &CoulombLaw, length: &str) -> String {
+    fn onset(&self, law: &FaceLaw, length: &str) -> String {
         let sampled = Sampled {
             law: law.law(),
             axis: self.axis,
@@ -219,7 +219,7 @@ impl Worst {
 
 /// For every formula that is not positive and finite everywhere at slips from 0 to `largest_slip`
 /// one such value: the least one, or one that is not finite.
-fn worst_values(law: &CoulombLaw, largest_slip: f64, length: &str) -> impl Iterator<Item = Worst> {
+fn worst_values(law: &FaceLaw, largest_slip: f64, length: &str) -> impl Iterator<Item = Worst> {
     let coefficients = law.coefficients();
     let formulas = coefficients
         .iter()

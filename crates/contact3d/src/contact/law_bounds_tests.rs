@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::{
-    CoulombLaw, LawBounds,
+    FaceLaw, LawBounds,
     law_bounds::{refuse_unusable, warnings},
 };
 use crate::scene::{Coefficient, Formula, FrictionLaw, Grid, Ramp, Table};
@@ -17,9 +17,9 @@ fn pair(first: Coefficient, second: Coefficient) -> FrictionLaw {
 }
 
 /// A law on 33 × 33 nodes of (0, 1)².
-fn on_square(law: FrictionLaw) -> CoulombLaw {
+fn on_square(law: FrictionLaw) -> FaceLaw {
     let at = |k: usize| [(k % 33) as f64 / 32.0, (k / 33) as f64 / 32.0, 0.0];
-    CoulombLaw::new(law, (0..33 * 33).map(at).collect())
+    FaceLaw::new("friction", law, (0..33 * 33).map(at).collect())
 }
 
 /// Closed forms evaluated in another order: a few roundings.
@@ -214,7 +214,7 @@ fn bounds_scale_with_the_unit_of_length() {
     ));
 }
 
-fn words(law: &CoulombLaw) -> Vec<String> {
+fn words(law: &FaceLaw) -> Vec<String> {
     warnings(law, 3.0, "m")
         .iter()
         .map(ToString::to_string)

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::CoulombLaw;
+use super::FaceLaw;
 use crate::scene::Coefficient;
 
 /// Smallest slip of a sweep over formulas, relative to the largest.
@@ -43,7 +43,7 @@ pub(super) struct Peak {
 
 impl<'a> Sweep<'a> {
     /// A sweep for the given coefficients, numbered 0 and 1, over slips from 0 to `largest_slip`.
-    pub(super) fn new(law: &'a CoulombLaw, axes: &[usize], largest_slip: f64) -> Self {
+    pub(super) fn new(law: &'a FaceLaw, axes: &[usize], largest_slip: f64) -> Self {
         let coefficients = law.coefficients();
         let chosen: Vec<(usize, &Coefficient)> =
             axes.iter().map(|&i| (i, &coefficients[i])).collect();

@@ -3,10 +3,12 @@
 //! * [`ContactFrame`]: the normal ν and the axes t₁, t₂ of friction, fixed or turning from node to node.
 //! * [`Coupling`]: B = \[N; T\] in m², whose row of pane Rⁱ is ∫_Rⁱ v·ν and ∫_Rⁱ v·t_j (HKL (4.1)); for multipliers at
 //!   nodes, the node's lumped area.
+//! * [`CoulombLaw`]: F at the contact nodes and the slip bound of each pane, face by face.
 //! * [`FrictionField`]: F₁(|u_t1|), F₂(|u_t2|) at nodes, and their means 𝓕_i⁻¹ = |Rⁱ|⁻¹ ∫_Rⁱ F⁻¹ over panes (HKL (4.2)).
 //! * [`Interface`]: what the scene asks for, as one type per law, so that a body without friction has no friction field.
 //! * [`LawBounds`]: F_max, F_min, the Lipschitz modulus L and the anisotropy κ, which HKL §3 bounds a law by.
 
+mod coulomb;
 mod coupling;
 mod frame;
 mod friction_field;
@@ -19,11 +21,12 @@ mod multiplier_layout;
 mod prescribed;
 mod slip_operator;
 
+pub use coulomb::{CoulombLaw, FaceLaw};
 pub use coupling::Coupling;
 pub(crate) use coupling::{nodal_tangential, nodal_tangential_change};
-pub use frame::ContactFrame;
+pub use frame::{ContactFrame, ReferenceFrame};
 pub use friction_field::FrictionField;
-pub use interface::{CoulombLaw, Interface, InterfaceFriction};
+pub use interface::{Interface, InterfaceFriction};
 pub use law_bounds::{LawBounds, LawExtreme};
 pub use multiplier_layout::MultiplierLayout;
 pub(crate) use slip_operator::SlipOperatorDerivative;

@@ -2,19 +2,19 @@
 
 use std::ops::Range;
 
-/// The order of the components of a multiplier λ: the m normal ones first, then, with friction, m
-/// tangential pairs. All that is indexed by multipliers (B, S, h, residuals, stiffness) follows it.
+/// The order of the components of a multiplier λ: the m normal ones first, then the tangential pairs of the panes with
+/// friction, which come before those without. All that is indexed by multipliers (B, S, h, residuals, stiffness) follows it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MultiplierLayout {
     n_panes: usize,
-    friction: bool,
+    n_pairs: usize,
 }
 
 impl MultiplierLayout {
-    /// The layout for m panes, with pairs or without.
+    /// The layout for m panes, of which the first `n_pairs` have friction.
     #[must_use]
-    pub fn new(n_panes: usize, friction: bool) -> Self {
-        Self { n_panes, friction }
+    pub fn new(n_panes: usize, n_pairs: usize) -> Self {
+        Self { n_panes, n_pairs }
     }
 
     /// Number of panes m.
@@ -23,20 +23,22 @@ impl MultiplierLayout {
         self.n_panes
     }
 
+    /// Number of tangential pairs: that of the panes with friction.
+    #[must_use]
+    pub fn n_pairs(self) -> usize {
+        self.n_pairs
+    }
+
     /// Whether there are tangential pairs.
     #[must_use]
     pub fn has_friction(self) -> bool {
-        self.friction
+        self.n_pairs > 0
     }
 
-    /// Number of multipliers: 3m, or m without friction.
+    /// Number of multipliers: 3m where all panes have friction, m where none has.
     #[must_use]
     pub fn n_multipliers(self) -> usize {
-        if self.friction {
-            3 * self.n_panes
-        } else {
-            self.n_panes
-        }
+        self.n_panes + 2 * self.n_pairs
     }
 
     /// The normal component of a pane.
@@ -48,7 +50,7 @@ impl MultiplierLayout {
     /// The tangential pair of a pane; `None` without friction.
     #[must_use]
     pub fn tangential(self, pane: usize) -> Option<[usize; 2]> {
-        self.friction.then(|| {
+        (pane < self.n_pairs).then(|| {
             let first = self.n_panes + 2 * pane;
             [first, first + 1]
         })
@@ -83,8 +85,7 @@ impl MultiplierLayout {
             .map_or([0.0; 2], |pair| pair.map(|j| vector[j]))
     }
 
-    /// The normal components and the tangential pairs of a vector of multipliers, `[n_panes]` each;
-    /// no pairs without friction.
+    /// The normal components, `[n_panes]`, and the tangential pairs of a vector of multipliers, `[n_pairs]`.
     #[must_use]
     pub fn split<T>(self, vector: &[T]) -> (&[T], &[[T; 2]]) {
         let (normal, tangential) = vector.split_at(self.n_panes);
@@ -105,7 +106,7 @@ mod tests {
 
     #[test]
     fn every_component_has_one_place() {
-        let layout = MultiplierLayout::new(3, true);
+        let layout = MultiplierLayout::new(3, 3);
         let places = (0..3).flat_map(|pane| {
             let [first, second] = layout.tangential(pane).expect("friction");
             [(layout.normal(pane), pane), (first, pane), (second, pane)]
@@ -125,10 +126,21 @@ mod tests {
 
     #[test]
     fn without_friction_there_are_no_pairs() {
-        let layout = MultiplierLayout::new(2, false);
+        let layout = MultiplierLayout::new(2, 0);
         assert_eq!(layout.n_multipliers(), 2);
         assert_eq!(layout.tangential(1), None);
         assert_eq!(layout.tangentials(), 2..2);
         assert_eq!(layout.pair(&[1.0, 2.0], 1), [0.0; 2]);
+    }
+
+    #[test]
+    fn panes_with_friction_come_first() {
+        let layout = MultiplierLayout::new(3, 1);
+        assert_eq!(layout.n_multipliers(), 5);
+        assert_eq!(layout.tangential(0), Some([3, 4]));
+        assert_eq!(layout.tangential(1), None);
+        assert_eq!([3, 4].map(|j| layout.pane_of(j)), [0, 0]);
+        let (normal, pairs) = layout.split(&[1.0, 2.0, 3.0, 4.0, 5.0]);
+        assert_eq!((normal.len(), pairs), (3, &[[4.0, 5.0]][..]));
     }
 }

@@ -107,9 +107,10 @@ impl SlipOperatorDerivative {
 
 impl ClementStars {
     fn new(surface: &ContactSurface, mesh: &Mesh, is_held: impl Fn(usize) -> bool) -> Self {
-        let local = |node: usize| surface.nodes.partition_point(|&n| n < node);
-        let facets = surface.facets.iter();
-        let triangles: Vec<[usize; 3]> = facets.map(|&f| mesh.facets[f].map(local)).collect();
+        let facets = surface.facets.iter().enumerate();
+        let triangles: Vec<[usize; 3]> = facets
+            .map(|(place, &facet)| surface.contact_nodes(place, mesh.facets[facet]))
+            .collect();
         let mut stars = vec![Vec::new(); surface.nodes.len()];
         for (t, (nodes, &facet)) in triangles.iter().zip(&surface.facets).enumerate() {
             for &node in nodes.iter().filter(|&&n| !is_held(surface.nodes[n])) {

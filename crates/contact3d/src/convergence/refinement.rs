@@ -8,11 +8,14 @@
 use super::AccuracySettings;
 use crate::{
     problem::ProblemError,
-    scene::{Brick, BrickFace, Invalid, Scene, Shape},
+    scene::{Brick, BrickFace, Contact, Invalid, MultiplierSpace, Scene, Shape},
 };
 
 /// Planes are rounded a few times on their way from a scene, each time to half of 2e-16.
 const PLANE_ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// Digits that typed corners of a part of a contact face share with the planes between cells.
+const PART_ROUNDING: f64 = 1e-9;
 
 /// n_div of a brick: its smallest number of cells along an edge.
 #[must_use]
@@ -136,9 +139,35 @@ pub(crate) fn with_brick(scene: &Scene, brick: &Brick) -> Scene {
     scene
 }
 
-/// Whether the panes fit on the cells.
+/// Whether the panes fit on the cells, and the parts of faces that are in contact on the panes.
 fn is_valid(scene: &Scene, brick: &Brick) -> bool {
-    with_brick(scene, brick).validate().is_ok()
+    with_brick(scene, brick).validate().is_ok() && contact_parts_fit(scene, brick)
+}
+
+/// Whether the sides of the boxes that cut parts out of contact faces lie beyond the brick or between its panes.
+pub(super) fn contact_parts_fit(scene: &Scene, brick: &Brick) -> bool {
+    let fits = |contact: &Contact| {
+        let (Some(corners), Some(face)) = (contact.corners, BrickFace::named(&contact.face)) else {
+            return true;
+        };
+        let step = match contact.multipliers {
+            MultiplierSpace::Panes => scene.body.element.cells_per_pane(),
+            MultiplierSpace::Nodal => 1,
+        };
+        let mut along = (0..3).filter(|axis| *axis != face.axis());
+        along.all(|axis| {
+            let (planes, length) = (brick.planes(axis), brick.size[axis]);
+            let is_between = |side: f64| {
+                let mut planes = planes.iter().step_by(step);
+                planes.any(|plane| (plane - side).abs() <= PART_ROUNDING * length)
+            };
+            let sides = corners.map(|corner| corner[axis]);
+            sides
+                .into_iter()
+                .all(|side| side <= 0.0 || side >= length || is_between(side))
+        })
+    };
+    scene.contacts.iter().all(fits)
 }
 
 fn greatest_common_divisor(a: usize, b: usize) -> usize {

@@ -70,7 +70,7 @@ impl DenseFactor {
 /// S⁻¹, so that it does not depend on the choice of axes.
 #[derive(Debug, Clone)]
 pub struct LocalStiffness {
-    /// ρ, `[n_multipliers]`, in Pa/m³; 0 where the row of S vanishes.
+    /// ρ, `[n_multipliers]`, in Pa/m³; 0 where the row of S vanishes and no clamp drags its nodes along.
     pub stiffness: Vec<f64>,
     layout: MultiplierLayout,
     dense: DenseFactor,
@@ -92,11 +92,21 @@ impl LocalStiffness {
                 *pair = [0.5 * (pair[0] + pair[1]); 2];
             }
         }
+        drag(&mut stiffness, dual.layout, &dual.rhs);
         Self {
             stiffness,
             layout: dual.layout,
             dense,
         }
+    }
+
+    /// The same where clamps drag contact nodes as another h of the same operator says, too.
+    #[must_use]
+    pub(crate) fn dragged_by(mut self, rhs: &[f64]) -> Self {
+        if rhs.len() == self.stiffness.len() {
+            drag(&mut self.stiffness, self.layout, rhs);
+        }
+        self
     }
 
     /// The largest S_ii (S⁻¹)_ii ≥ 1: how many times further a pane moves with the whole body than
@@ -120,6 +130,25 @@ impl LocalStiffness {
         let normal = self.layout.n_panes();
         let count = self.dense.kept.partition_point(|&j| j < normal);
         self.dense.solve_first(rhs, count)
+    }
+}
+
+/// Gives tangential components whose rows of S vanish, but which clamps drag along the foundation, the stiffness of the
+/// other component of their pair, or that of the normal one: friction acts there, and with ρ = 0 no map would see it.
+pub(crate) fn drag(stiffness: &mut [f64], layout: MultiplierLayout, rhs: &[f64]) {
+    for pane in 0..layout.n_panes() {
+        let Some(pair) = layout.tangential(pane) else {
+            return;
+        };
+        if pair.iter().any(|&j| stiffness[j] == 0.0 && rhs[j] != 0.0) {
+            let across = pair.iter().fold(0.0_f64, |most, &j| most.max(stiffness[j]));
+            let rho = if across > 0.0 {
+                across
+            } else {
+                stiffness[layout.normal(pane)]
+            };
+            pair.into_iter().for_each(|j| stiffness[j] = rho);
+        }
     }
 }
 

@@ -26,6 +26,7 @@ mod system;
 pub use assembly::{Assembly, AssemblyError, AssemblySeconds, PrimalSystem};
 pub use contact::{ContactSystem, OperatorForm};
 pub use explicit::{ContactCompliance, ExplicitDual};
+pub(crate) use local_stiffness::drag;
 pub use local_stiffness::{LocalStiffness, smallest_eigenvalue};
 pub use need::{Admission, Need, OperatorEstimate, Resource, Shortage};
 pub use operators::{ExplicitOperator, ImplicitOperator};

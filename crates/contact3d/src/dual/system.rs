@@ -158,7 +158,7 @@ fn in_single_precision(
         FactorPrecision::Double => Ok(None),
         FactorPrecision::Single => form(Precision::Single, dense).map(Some),
         FactorPrecision::Auto => {
-            let without_operator = scene.contact.is_some() && dense.is_none();
+            let without_operator = !scene.contacts.is_empty() && dense.is_none();
             if analysed.structure.value_count() < SINGLE_PAYS || without_operator {
                 return Ok(None);
             }

@@ -1,6 +1,6 @@
 //! The contact face Γ_c with the panes or nodes that carry multipliers.
 
-use std::collections::BTreeSet;
+use std::{collections::BTreeSet, ops::Range};
 
 use nalgebra::Vector3;
 
@@ -8,15 +8,20 @@ use crate::linalg::CscMatrix;
 
 /// The contact face Γ_c: its nodes, its triangles, and the pieces that carry multipliers: panes Rⁱ,
 /// or the surroundings of single nodes.
+///
+/// It may consist of several faces, whose nodes, triangles and panes follow each other: a mesh node on two faces is two
+/// contact nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactSurface {
+    /// The faces, those with friction first.
+    pub faces: Vec<SurfaceFace>,
     /// Outward unit normal ν: one for the whole face where it is the same everywhere, or one for each contact node.
     pub normals: Vec<[f64; 3]>,
-    /// Mesh nodes on Γ_c in increasing order, `[n_contact_nodes]`.
+    /// Mesh nodes on Γ_c, increasing on each face, `[n_contact_nodes]`.
     pub nodes: Vec<usize>,
     /// Boundary triangles on Γ_c (indices into the mesh's facets), `[n_contact_facets]`.
     pub facets: Vec<usize>,
-    /// The pane of each contact triangle, `[n_contact_facets]`; empty with nodal multipliers.
+    /// The pane of each contact triangle of the faces with panes, `[n_pane_facets]`; empty with nodal multipliers.
     pub facet_pane: Vec<usize>,
     /// Area |Rⁱ| of each pane in m², `[n_panes]`; with nodal multipliers the integral of the
     /// node's hat function.
@@ -26,6 +31,43 @@ pub struct ContactSurface {
     /// it is 4/12 at the centre and 1/12 at the eight other nodes; with nodal multipliers (lumped
     /// integration) it is 1 at the node itself.
     pub pane_average: CscMatrix,
+}
+
+/// One face of a [`ContactSurface`]: where its nodes, triangles and panes lie.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SurfaceFace {
+    /// Its contact nodes.
+    pub nodes: Range<usize>,
+    /// Its contact triangles.
+    pub facets: Range<usize>,
+    /// Its panes, or nodes that carry multipliers.
+    pub panes: Range<usize>,
+    /// Whether each multiplier belongs to one node.
+    pub is_nodal: bool,
+}
+
+impl SurfaceFace {
+    /// The only face.
+    #[must_use]
+    pub fn only(n_nodes: usize, n_facets: usize, n_panes: usize, is_nodal: bool) -> Self {
+        Self {
+            nodes: 0..n_nodes,
+            facets: 0..n_facets,
+            panes: 0..n_panes,
+            is_nodal,
+        }
+    }
+
+    /// The same face with others before it.
+    fn after(&self, nodes: usize, facets: usize, panes: usize) -> Self {
+        let moved = |range: &Range<usize>, by: usize| range.start + by..range.end + by;
+        Self {
+            nodes: moved(&self.nodes, nodes),
+            facets: moved(&self.facets, facets),
+            panes: moved(&self.panes, panes),
+            is_nodal: self.is_nodal,
+        }
+    }
 }
 
 /// Triangles of a face and the integrals of their nodes' shape functions.
@@ -82,7 +124,9 @@ impl ContactSurface {
                 }
             }
         }
+        let only = SurfaceFace::only(nodes.len(), face.triangles.len(), n_panes, false);
         Self {
+            faces: vec![only],
             normals: face.normals.clone(),
             pane_average: average_matrix(nodes.len(), &mut shares, &pane_area),
             nodes,
@@ -106,7 +150,9 @@ impl ContactSurface {
         }
         let carries = |n: &usize| weight[*n] > 0.0 && !is_held(nodes[*n]);
         let free: Vec<usize> = (0..nodes.len()).filter(carries).collect();
+        let only = SurfaceFace::only(nodes.len(), face.triangles.len(), free.len(), true);
         Self {
+            faces: vec![only],
             normals: face.normals.clone(),
             pane_area: free.iter().map(|&n| weight[n]).collect(),
             pane_average: CscMatrix {
@@ -137,10 +183,107 @@ impl ContactSurface {
         self.pane_area.len()
     }
 
-    /// Whether each multiplier belongs to one node.
+    /// Whether each multiplier belongs to one node, on all faces.
     #[must_use]
     pub fn is_nodal(&self) -> bool {
         self.facet_pane.is_empty()
+    }
+
+    /// One face after the other.
+    #[must_use]
+    pub(super) fn joined(surfaces: Vec<Self>) -> Option<Self> {
+        surfaces.into_iter().reduce(Self::followed_by)
+    }
+
+    fn followed_by(mut self, next: Self) -> Self {
+        let (nodes, facets, panes) = (self.nodes.len(), self.facets.len(), self.n_panes());
+        let normals = |surface: &Self| -> Vec<[f64; 3]> {
+            let nodes = 0..surface.nodes.len();
+            nodes.map(|node| surface.normal_at(node)).collect()
+        };
+        self.normals = [normals(&self), normals(&next)].concat();
+        let faces = next.faces.iter();
+        self.faces
+            .extend(faces.map(|face| face.after(nodes, facets, panes)));
+        self.facet_pane
+            .extend(next.facet_pane.iter().map(|pane| pane + panes));
+        let (average, other) = (&mut self.pane_average, next.pane_average);
+        let entries = average.data.len();
+        average.rows += other.rows;
+        average.cols += other.cols;
+        let columns = other.indptr.iter().skip(1);
+        average.indptr.extend(columns.map(|start| start + entries));
+        let rows = other.indices.iter();
+        average.indices.extend(rows.map(|node| node + nodes));
+        average.data.extend(other.data);
+        self.nodes.extend(next.nodes);
+        self.facets.extend(next.facets);
+        self.pane_area.extend(next.pane_area);
+        self
+    }
+
+    /// The number of the face that a contact triangle belongs to.
+    #[must_use]
+    pub fn face_number(&self, place: usize) -> usize {
+        self.faces.partition_point(|face| face.facets.end <= place)
+    }
+
+    /// The number of the face that a pane belongs to.
+    #[must_use]
+    pub fn face_of_pane(&self, pane: usize) -> usize {
+        self.faces.partition_point(|face| face.panes.end <= pane)
+    }
+
+    /// The face that a contact triangle belongs to.
+    #[must_use]
+    pub fn face_of_facet(&self, place: usize) -> &SurfaceFace {
+        &self.faces[self.face_number(place)]
+    }
+
+    /// The pane of a contact triangle; `None` on a face with nodal multipliers.
+    #[must_use]
+    pub fn pane_of_facet(&self, place: usize) -> Option<usize> {
+        let mut before = 0;
+        for face in &self.faces {
+            if face.facets.contains(&place) {
+                let inside = before + place - face.facets.start;
+                return (!face.is_nodal).then(|| self.facet_pane[inside]);
+            }
+            if !face.is_nodal {
+                before += face.facets.len();
+            }
+        }
+        None
+    }
+
+    /// The contact node that a mesh node is on a face.
+    #[must_use]
+    pub fn contact_node(&self, face: &SurfaceFace, mesh_node: usize) -> Option<usize> {
+        let nodes = &self.nodes[face.nodes.clone()];
+        let found = nodes.binary_search(&mesh_node).ok()?;
+        Some(face.nodes.start + found)
+    }
+
+    /// The contact nodes of a contact triangle with the given nodes of the mesh, all of them on its face.
+    pub(crate) fn contact_nodes<const K: usize>(
+        &self,
+        place: usize,
+        mesh_nodes: [usize; K],
+    ) -> [usize; K] {
+        let face = self.face_of_facet(place);
+        let nodes = &self.nodes[face.nodes.clone()];
+        mesh_nodes.map(|node| face.nodes.start + nodes.partition_point(|&n| n < node))
+    }
+
+    /// The multiplier that a contact node of a face with nodal multipliers carries.
+    #[must_use]
+    pub fn carried_by(&self, face: &SurfaceFace, contact_node: usize) -> Option<usize> {
+        // One entry in each column of the average, increasing on each face.
+        let columns = &self.pane_average.indptr;
+        let first = columns[face.panes.start];
+        let carriers = &self.pane_average.indices[first..columns[face.panes.end]];
+        let found = carriers.binary_search(&contact_node).ok()?;
+        face.is_nodal.then_some(face.panes.start + found)
     }
 
     /// The (contact node, weight) pairs of one pane; the weights sum to 1.

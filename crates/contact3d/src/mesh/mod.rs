@@ -2,6 +2,7 @@
 
 mod bisection;
 mod brick;
+mod contact_parts;
 mod contact_surface;
 mod error;
 mod gmsh;
@@ -18,7 +19,7 @@ mod side;
 use std::path::Path;
 
 pub use brick::{brick, brick_counts};
-pub use contact_surface::ContactSurface;
+pub use contact_surface::{ContactSurface, SurfaceFace};
 pub use error::MeshError;
 pub use gmsh::{GmshError, Place, digest_of, parse as parse_gmsh};
 pub(crate) use isoparametric::IsoparametricMap;
@@ -63,8 +64,11 @@ impl RawMesh {
     fn of_scene(scene: &Scene, folder: &Path) -> Result<Self, MeshError> {
         let raw = match &scene.body.shape {
             Shape::Brick(spec) => {
-                let face = scene.contact.as_ref().map(|contact| &contact.face);
-                brick(spec, face.and_then(|name| BrickFace::named(name)))
+                // The diagonals of cells are those that panes ask for; faces with panes agree on them.
+                let with_panes = |c: &&Contact| c.multipliers == MultiplierSpace::Panes;
+                let mut contacts = scene.contacts.iter();
+                let first = contacts.find(with_panes).or(scene.contacts.first());
+                brick(spec, first.and_then(|contact| BrickFace::named(&contact.face)))
             }
             Shape::Gmsh(file) => gmsh::read(file, folder)?,
         };
@@ -127,12 +131,16 @@ impl Mesh {
         };
         mesh.set_element(scene.body.element, raw.mid_edges)?;
         mesh.check_clamp_boxes(&scene.clamps)?;
-        if let Some(contact) = &scene.contact {
-            let cells = match &scene.body.shape {
-                Shape::Brick(spec) if is_regular => Some(spec),
-                Shape::Brick(_) | Shape::Gmsh(_) => None,
-            };
-            mesh.contact = Some(mesh.contact_surface(scene, contact, cells)?);
+        let cells = match &scene.body.shape {
+            Shape::Brick(spec) if is_regular => Some(spec),
+            Shape::Brick(_) | Shape::Gmsh(_) => None,
+        };
+        let held = mesh.held_nodes(scene);
+        let order = scene.contact_order().into_iter();
+        let surfaces = order.map(|entry| mesh.contact_surface(scene, entry, cells, &held));
+        mesh.contact = ContactSurface::joined(surfaces.collect::<Result<_, MeshError>>()?);
+        if let Some(surface) = &mesh.contact {
+            contact_parts::check_meeting(scene, &mesh, surface, &held)?;
         }
         Ok(mesh)
     }
@@ -178,17 +186,19 @@ impl Mesh {
     fn contact_surface(
         &self,
         scene: &Scene,
-        contact: &Contact,
+        entry: usize,
         cells: Option<&Brick>,
+        held: &[[bool; 3]],
     ) -> Result<ContactSurface, MeshError> {
-        let facets: Vec<usize> = self.facets_on(&contact.face).collect();
+        let (contact, key) = (&scene.contacts[entry], scene.contact_key(entry));
+        let facets = self.contact_facets(scene, entry)?;
         let corners: Vec<[usize; 3]> = facets.iter().map(|&f| self.facets[f]).collect();
         let others = facets.iter().flat_map(|&f| self.facet_nodes(f));
         let (normal, unevenness) = plane_of(&self.coordinates, corners.iter().copied(), others)
             .unwrap_or(([0.0; 3], f64::INFINITY));
         if unevenness.is_nan() || unevenness > FLAT {
             return Err(Invalid {
-                key: "contact.face".into(),
+                key: format!("{key}.face"),
                 expected: "a flat face".into(),
                 found: format!(
                     "{}, whose nodes are up to {unevenness:.1e} of its extent away from a plane",
@@ -202,21 +212,39 @@ impl Mesh {
             normals: vec![normal],
             triangles: facets.iter().map(|&f| self.face_triangle(f)).collect(),
         };
-        let held = self.held_nodes(scene);
         Ok(match (contact.multipliers, cells) {
             (MultiplierSpace::Nodal, _) => ContactSurface::nodal(&face, |node| {
                 (0..3).all(|c| normal[c] == 0.0 || held[node][c])
             }),
             (MultiplierSpace::Panes, Some(spec)) => {
                 let per_pane = scene.body.element.cells_per_pane();
-                let panes = BrickFace::named(&contact.face)
-                    .map(|side| brick::panes(spec, side, per_pane, corners.iter().copied()));
-                ContactSurface::with_panes(&face, panes.unwrap_or_default())
+                let panes = |triangles: &[[usize; 3]]| {
+                    let side = BrickFace::named(&contact.face);
+                    let triangles = triangles.iter().copied();
+                    side.map_or_else(Vec::new, |s| brick::panes(spec, s, per_pane, triangles))
+                };
+                let whole: Vec<[usize; 3]> = self
+                    .facets_on(&contact.face)
+                    .map(|f| self.facets[f])
+                    .collect();
+                let part = contact_parts::panes_of_part(&panes(&whole), panes(&corners), || {
+                    Invalid {
+                        key: format!("{key}.box"),
+                        expected: "a box that cuts no pane".into(),
+                        found: Written(&contact.corners).to_string(),
+                        help: "a pane is 2 x 2 cells of the contact face, with body.element = \"P2\" one; nodal multipliers may be cut anywhere".into(),
+                    }
+                })?;
+                ContactSurface::with_panes(&face, part)
             }
             (MultiplierSpace::Panes, None) => {
                 let is_free = |node: usize| held[node] == [false; 3];
                 let carriers: Vec<[usize; 3]> = face.triangles.iter().map(|t| t.carriers).collect();
-                let panes = patches::build(&self.coordinates, &corners, &carriers, is_free)?;
+                let panes = patches::build(&self.coordinates, &corners, &carriers, is_free)
+                    .map_err(|invalid| Invalid {
+                        key: format!("{key}.face"),
+                        ..invalid
+                    })?;
                 ContactSurface::with_panes(&face, panes)
             }
         })
@@ -321,16 +349,12 @@ fn check_face_names(scene: &Scene, names: &[String]) -> Result<(), Invalid> {
     let clamps = scene.clamps.iter().enumerate();
     let tractions = scene.tractions.iter().enumerate();
     let pressures = scene.pressures.iter().enumerate();
+    let contacts = scene.contacts.iter().enumerate();
     let keys = clamps
         .filter_map(|(i, c)| Some((format!("clamp.{i}.face"), c.face.as_ref()?)))
         .chain(tractions.map(|(i, t)| (format!("traction.{i}.face"), &t.face)))
         .chain(pressures.map(|(i, p)| (format!("pressure.{i}.face"), &p.face)))
-        .chain(
-            scene
-                .contact
-                .iter()
-                .map(|c| ("contact.face".into(), &c.face)),
-        );
+        .chain(contacts.map(|(i, c)| (format!("{}.face", scene.contact_key(i)), &c.face)));
     for (key, face) in keys {
         if !names.contains(face) {
             return Err(Invalid {

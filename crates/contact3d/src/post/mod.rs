@@ -11,7 +11,7 @@ pub use certificate::{Certificate, ContactCertificate, FrictionCertificate};
 pub use estimate::{ContactError, ErrorEstimate};
 pub use nodal_forces::SourceForce;
 pub use range::OutOfRange;
-pub use resultants::{ContactResultants, Resultants, Vector, von_mises};
+pub use resultants::{ContactResultants, FaceResultants, Resultants, Vector, von_mises};
 pub use zones::{PaneCoulomb, PaneFriction, PaneState, Zone};
 
 use nodal_forces::NodalForces;
@@ -83,7 +83,7 @@ impl SolvedContact<'_> {
 pub struct ContactReport {
     /// State of each pane, `[n_panes]`; empty without contact.
     pub panes: Vec<PaneState>,
-    /// (F₁, F₂) at the contact nodes for the slip of the solution; `None` without Coulomb's law.
+    /// (F₁, F₂) at the contact nodes of faces with friction for the slip of the solution; `None` without Coulomb's law.
     pub friction: Option<FrictionField>,
     /// Nodal displacement, `[n_nodes]`, in m.
     pub displacement: Vec<[f64; 3]>,
@@ -98,6 +98,8 @@ pub struct ContactReport {
     pub forces: Vec<SourceForce>,
     /// Forces, moments and energies of the whole body.
     pub resultants: Resultants,
+    /// What happens on each of several contact faces, in the order of their multipliers; empty for one.
+    pub faces: Vec<FaceResultants>,
     /// How well the discrete problem is satisfied.
     pub certificate: Certificate,
     /// The estimated distance of the discrete solution from the body it models.
@@ -137,6 +139,7 @@ impl ContactReport {
             discretisation_error: ErrorEstimate::new(solved, &known),
             forces: nodal_forces::by_source(solved, &forces)?,
             resultants,
+            faces: FaceResultants::of_faces(solved, &panes),
             certificate: Certificate::new(solved, &panes, &stiffness),
             von_mises: internal.stress.iter().map(von_mises).collect(),
             stress: internal.stress,

@@ -1,5 +1,7 @@
 //! Forces on the nodes of a solved body, by what they come from.
 
+use std::ops::Range;
+
 use nalgebra::Vector3;
 
 use super::{Solved, SolvedContact, Vector};
@@ -28,7 +30,9 @@ impl NodalForces {
     pub(super) fn new(solved: &Solved<'_>, internal: &[Vector]) -> Result<Self, Invalid> {
         let applied = Loads::of(solved.scene).nodal_forces(solved.mesh)?;
         let contact = match &solved.contact {
-            Some(contact) => contact_forces(solved, contact),
+            Some(contact) => {
+                contact_forces(solved, contact, 0..contact.coupling.layout.n_panes())
+            }
             None => vec![[0.0; 3]; applied.len()],
         };
         let mut clamp = vec![[0.0; 3]; applied.len()];
@@ -46,15 +50,19 @@ impl NodalForces {
     }
 }
 
-/// Nodal forces of the foundation on the body, −∫ φ (λ_ν ν + λ_t1 t₁ + λ_t2 t₂), in N, at free and
+/// Nodal forces of the foundation on some panes of the body, −∫ φ (λ_ν ν + λ_t1 t₁ + λ_t2 t₂), in N, at free and
 /// held nodes alike.
-fn contact_forces(solved: &Solved<'_>, contact: &SolvedContact<'_>) -> Vec<Vector> {
+pub(super) fn contact_forces(
+    solved: &Solved<'_>,
+    contact: &SolvedContact<'_>,
+    panes: Range<usize>,
+) -> Vec<Vector> {
     let surface = contact.state.surface;
     let frame = &contact.state.interface.frame;
     let multiplier = &solved.solution.multiplier;
     let layout = contact.coupling.layout;
     let mut forces = vec![[0.0; 3]; solved.mesh.coordinates.len()];
-    for pane in 0..layout.n_panes() {
+    for pane in panes {
         let tangential = layout.pair(multiplier, pane);
         for (local, weight) in surface.pane_weights(pane) {
             let stress = frame.vector(local, multiplier[layout.normal(pane)], tangential);
@@ -136,8 +144,13 @@ pub(super) fn by_source(
         let forces = Loads { body_force, ..none }.nodal_forces(mesh)?;
         rows.push(row("body_force".into(), "", &forces));
     }
-    if let (Some(contact), Some(_)) = (&scene.contact, &solved.contact) {
-        rows.push(row("contact".into(), &contact.face, &forces.contact));
+    if let Some(contact) = &solved.contact {
+        let faces = contact.state.surface.faces.iter();
+        for (face, entry) in faces.zip(scene.contact_order()) {
+            let of_face = contact_forces(solved, contact, face.panes.clone());
+            let on = &scene.contacts[entry].face;
+            rows.push(row(scene.contact_key(entry), on, &of_face));
+        }
     }
     Ok(rows)
 }

@@ -1,12 +1,14 @@
 //! Forces, moments, energies and extreme values of a solution.
 
+use std::ops::Range;
+
 use nalgebra::Vector3;
 
 use super::{
-    Solved, SolvedContact,
-    nodal_forces::{NodalForces, total},
+    PaneState, Solved, SolvedContact, Zone,
+    nodal_forces::{NodalForces, contact_forces, total},
 };
-use crate::linalg::dot;
+use crate::{linalg::dot, mesh::SurfaceFace};
 
 /// A vector in the global axes.
 pub type Vector = [f64; 3];
@@ -42,12 +44,21 @@ pub struct ContactResultants {
     /// Total normal contact force Σ|Rⁱ|λ_ν in N.
     pub normal_force: f64,
     /// Total tangential multiplier force Σ|Rⁱ|λ_t in N; the foundation acts with its opposite.
-    /// `None` without friction.
+    /// `None` without friction, and for several faces together.
     pub tangential_force: Option<[f64; 2]>,
     /// Force of the foundation on the body in N.
     pub contact_force: Vector,
     /// max λ_ν in Pa.
     pub largest_pressure: f64,
+}
+
+/// What the foundation of one of several contact faces does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FaceResultants {
+    /// Forces and the largest pressure.
+    pub contact: ContactResultants,
+    /// Numbers of open, sticking and slipping panes.
+    pub zone_counts: [usize; 3],
 }
 
 impl Resultants {
@@ -119,22 +130,71 @@ impl Works {
 }
 
 impl ContactResultants {
+    /// Those of all faces; tangential forces of several faces, each in axes of its own, have no sum.
     fn new(solved: &Solved<'_>, contact: &SolvedContact<'_>, contact_force: Vector) -> Self {
+        let panes = 0..contact.coupling.layout.n_panes();
+        let all = Self::of_panes(solved, contact, panes, contact_force);
+        match contact.state.surface.faces.as_slice() {
+            [_] => all,
+            _ => Self {
+                tangential_force: None,
+                ..all
+            },
+        }
+    }
+
+    fn of_panes(
+        solved: &Solved<'_>,
+        contact: &SolvedContact<'_>,
+        panes: Range<usize>,
+        contact_force: Vector,
+    ) -> Self {
         let multiplier = &solved.solution.multiplier;
         let area = &contact.state.surface.pane_area;
         let layout = contact.coupling.layout;
         let (normal, tangential) = layout.split(multiplier);
         let weighted = |stress: &dyn Fn(usize) -> f64| -> f64 {
-            (0..layout.n_panes()).map(|i| area[i] * stress(i)).sum()
+            panes.clone().map(|i| area[i] * stress(i)).sum()
         };
+        let has_friction = panes.end <= layout.n_pairs() && layout.has_friction();
         Self {
             normal_force: weighted(&|i| normal[i]),
-            tangential_force: layout
-                .has_friction()
+            tangential_force: has_friction
                 .then(|| [0, 1].map(|k| weighted(&|i| tangential[i][k]))),
             contact_force,
-            largest_pressure: normal.iter().copied().fold(0.0, f64::max),
+            largest_pressure: normal[panes.clone()].iter().copied().fold(0.0, f64::max),
         }
+    }
+}
+
+impl FaceResultants {
+    /// Those of each of several contact faces; empty for one, whose are those of the whole.
+    pub(super) fn of_faces(solved: &Solved<'_>, panes: &[PaneState]) -> Vec<Self> {
+        let Some(contact) = &solved.contact else {
+            return Vec::new();
+        };
+        let faces = &contact.state.surface.faces;
+        if faces.len() == 1 {
+            return Vec::new();
+        }
+        let of_face = |face: &SurfaceFace| {
+            let forces = contact_forces(solved, contact, face.panes.clone());
+            let (force, _) = total(solved.mesh, &forces);
+            let count = |zone: Zone| {
+                let panes = panes[face.panes.clone()].iter();
+                panes.filter(|pane| pane.zone == zone).count()
+            };
+            Self {
+                contact: ContactResultants::of_panes(
+                    solved,
+                    contact,
+                    face.panes.clone(),
+                    force.into(),
+                ),
+                zone_counts: [Zone::Open, Zone::Stick, Zone::Slip].map(count),
+            }
+        };
+        faces.iter().map(of_face).collect()
     }
 }
 

@@ -107,7 +107,7 @@ pub(super) fn pane_states(
                     },
                     semi_axes: match coulomb {
                         Some((law, inverse)) => {
-                            let slip_bound = law.slip_bound(normal.max(0.0));
+                            let slip_bound = law.slip_bound(i, normal.max(0.0));
                             inverse.map(|f| slip_bound / f)
                         }
                         None => ellipse.semi_axes,
@@ -115,7 +115,7 @@ pub(super) fn pane_states(
                     coulomb: coulomb.map(|(law, inverse)| PaneCoulomb {
                         coefficients: inverse.map(f64::recip),
                         scaled_stress: scaled_norm(stress, inverse),
-                        slip_bound: law.slip_bound(normal),
+                        slip_bound: law.slip_bound(i, normal),
                     }),
                 };
                 (state, sticks)

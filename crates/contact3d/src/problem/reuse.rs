@@ -70,13 +70,20 @@ impl AssembledProblem {
 
 /// The first key in which two scenes differ and on which mesh, stiffness, coupling or S depend.
 fn other_part(old: &Scene, new: &Scene) -> Option<&'static str> {
-    let face = |scene: &'_ Scene| {
-        let contact: Option<Contact> = scene.contact.clone();
-        contact.map(|contact| Contact {
-            gap: 0.0.into(),
-            slip_interpolation: SlipInterpolation::default(),
-            ..contact
-        })
+    let faces = |scene: &'_ Scene| -> Vec<Contact> {
+        let contacts = scene.contacts.iter().cloned();
+        contacts
+            .map(|contact| Contact {
+                gap: 0.0.into(),
+                slip_interpolation: SlipInterpolation::default(),
+                friction: None,
+                ..contact
+            })
+            .collect()
+    };
+    let with_friction = |scene: &'_ Scene| -> Vec<bool> {
+        let entries = 0..scene.contacts.len();
+        entries.map(|i| scene.friction_on(i).is_some()).collect()
     };
     let clamps =
         |scene: &Scene| -> Vec<Clamp> { scene.clamps.iter().map(Clamp::at_zero).collect() };
@@ -85,8 +92,8 @@ fn other_part(old: &Scene, new: &Scene) -> Option<&'static str> {
         ("material", old.material != new.material),
         ("region", old.regions != new.regions),
         ("clamp", clamps(old) != clamps(new)),
-        ("contact", face(old) != face(new)),
-        ("friction", old.friction.is_some() != new.friction.is_some()),
+        ("contact", faces(old) != faces(new)),
+        ("friction", with_friction(old) != with_friction(new)),
         ("assemble", old.assemble != new.assemble),
         ("units", old.units != new.units),
     ];

@@ -52,7 +52,7 @@ impl ExplicitProblem {
 
     /// Assembles a scene on a mesh of its body.
     pub(super) fn on_mesh(mut scene: Scene, mesh: Mesh) -> Result<Self, ProblemError> {
-        if scene.contact.is_none() {
+        if scene.contacts.is_empty() {
             return Err(no_contact().into());
         }
         scene.assemble.dual_operator = DualOperatorKind::Explicit;

@@ -1,6 +1,6 @@
 //! The answers to other descriptions of the same problem.
 
-use std::{fmt, path::Path};
+use std::{fmt, ops::Range, path::Path};
 
 use super::{Scaling, Symmetry, explicit_problem::ExplicitProblem, renumbering::renumbered};
 use crate::{
@@ -206,15 +206,18 @@ fn seen_back(
     let images: Vec<[f64; 3]> = (0..m)
         .map(|pane| symmetry.point(centre(image, pane), width))
         .collect();
-    let nearest = |at: [f64; 3]| {
+    // Faces with and without friction keep their order, and so do the faces of either kind.
+    let nearest = |at: [f64; 3], among: Range<usize>| {
         let distance = |b: &[f64; 3]| -> f64 { (0..3).map(|c| (at[c] - b[c]).powi(2)).sum() };
-        (0..m).min_by(|&i, &j| distance(&images[i]).total_cmp(&distance(&images[j])))
+        among.min_by(|&i, &j| distance(&images[i]).total_cmp(&distance(&images[j])))
     };
+    let (own, other) = (problem.surface(), image.surface());
     let mut back = vec![0.0; multiplier.len()];
     for pane in 0..m {
-        let partner = nearest(centre(problem, pane))?;
+        let face = other.faces.get(own.face_of_pane(pane))?;
+        let partner = nearest(centre(problem, pane), face.panes.clone())?;
         back[layout.normal(pane)] = multiplier[layout.normal(partner)];
-        if layout.has_friction() {
+        if layout.tangential(pane).is_some() {
             let pair = symmetry.tangential(layout.pair(multiplier, partner));
             layout.split_mut(&mut back).1[pane] = pair;
         }

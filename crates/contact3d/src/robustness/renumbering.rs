@@ -59,7 +59,9 @@ fn scattered(n: usize) -> Vec<usize> {
 
 fn reordered(surface: &ContactSurface, new: &[usize]) -> ContactSurface {
     let mut order: Vec<usize> = (0..surface.nodes.len()).collect();
-    order.sort_by_key(|&local| new[surface.nodes[local]]);
+    for face in &surface.faces {
+        order[face.nodes.clone()].sort_by_key(|&local| new[surface.nodes[local]]);
+    }
     let mut place = vec![0; order.len()];
     for (next, &local) in order.iter().enumerate() {
         place[local] = next;

@@ -38,7 +38,7 @@ impl Scaling {
         for value in scaled.body_force.iter_mut().flat_map(|f| &mut f.value) {
             *value = self.quantity(value, self.stress / self.length)?;
         }
-        if let Some(contact) = &mut scaled.contact {
+        for contact in &mut scaled.contacts {
             contact.gap = self.quantity(&contact.gap, self.displacement)?;
             if let Some(angle) = &mut contact.angle {
                 *angle = self.quantity(angle, 1.0)?;
@@ -47,7 +47,9 @@ impl Scaling {
                 *component = self.quantity(component, 1.0)?;
             }
         }
-        if let Some(friction) = &mut scaled.friction {
+        let own = scaled.contacts.iter_mut();
+        let own = own.filter_map(|contact| contact.friction.as_mut());
+        for friction in own.chain(&mut scaled.friction) {
             // Every key by name, so that a new one is not forgotten.
             let Friction {
                 slip_bound,
@@ -83,11 +85,10 @@ impl Scaling {
                 corners(part);
             }
         }
-        scene
-            .clamps
-            .iter_mut()
-            .filter_map(|clamp| clamp.corners.as_mut())
-            .for_each(corners);
+        let clamped = scene.clamps.iter_mut().map(|clamp| &mut clamp.corners);
+        let touching = scene.contacts.iter_mut();
+        let touching = touching.map(|contact| &mut contact.corners);
+        clamped.chain(touching).flatten().for_each(corners);
     }
 
     /// A quantity of the place, itself times `factor`.

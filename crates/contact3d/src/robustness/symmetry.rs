@@ -2,7 +2,7 @@
 
 use super::scaling::unscalable;
 use crate::scene::{
-    Brick, Coefficient, Component, Friction, Invalid, Material, Part, Quantity, Scene,
+    Brick, Coefficient, Component, Contact, Friction, Invalid, Material, Part, Quantity, Scene,
     replace_names,
 };
 
@@ -32,12 +32,12 @@ impl Symmetry {
     /// # Errors
     /// A formula that becomes too long.
     pub(crate) fn apply(self, scene: &Scene) -> Result<Option<Scene>, Invalid> {
-        let Some((brick, contact)) = scene.body.as_brick().zip(scene.contact.as_ref()) else {
+        let Some(brick) = scene.body.as_brick() else {
             return Ok(None);
         };
         let even = brick.cells[1].is_multiple_of(2);
-        if contact.face != "z_min" || contact.axis_1.is_some() || !(even || self == Self::Exchange)
-        {
+        let below = |contact: &Contact| contact.face == "z_min" && contact.axis_1.is_none();
+        if !scene.contacts.iter().all(below) || !(even || self == Self::Exchange) {
             return Ok(None);
         }
         let mut image = scene.clone();
@@ -49,10 +49,13 @@ impl Symmetry {
         let width = brick.size[1];
         self.map_body(&mut image, width);
         self.map_loads(&mut image, width)?;
-        if let Some(contact) = &mut image.contact {
+        for contact in &mut image.contacts {
             contact.gap = self.quantity(&contact.gap, width, false)?;
             if let Some(angle) = &mut contact.angle {
                 *angle = self.quantity(angle, width, true)?;
+            }
+            if let Some(friction) = &contact.friction {
+                contact.friction = Some(self.friction(friction, width)?);
             }
         }
         if let Some(friction) = &image.friction {
@@ -125,6 +128,11 @@ impl Symmetry {
                 std::array::from_fn(|c| a[c].max(b[c])),
             ];
         };
+        for contact in &mut scene.contacts {
+            if let Some(part) = &mut contact.corners {
+                corners(part);
+            }
+        }
         for clamp in &mut scene.clamps {
             if let Some(face) = &mut clamp.face {
                 self.face(face);

@@ -39,7 +39,7 @@ impl Scene {
             tractions: Vec::new(),
             pressures: Vec::new(),
             body_force: None,
-            contact: None,
+            contacts: Vec::new(),
             friction: None,
             assemble: AssembleSettings::default(),
             solve: SolveSettings::default(),
@@ -98,14 +98,14 @@ impl Scene {
         self
     }
 
-    /// The scene with a contact face.
+    /// The scene with one more contact face.
     #[must_use]
     pub fn with_contact(mut self, contact: Contact) -> Self {
-        self.contact = Some(contact);
+        self.contacts.push(contact);
         self
     }
 
-    /// The scene with friction on its contact face.
+    /// The scene with friction on the contact faces that have none of their own.
     #[must_use]
     pub fn with_friction(mut self, friction: Friction) -> Self {
         self.friction = Some(friction);
@@ -232,12 +232,36 @@ impl Contact {
     pub fn on(face: impl Into<String>) -> Self {
         Self {
             face: face.into(),
+            name: None,
+            corners: None,
             gap: Quantity::default(),
             axis_1: None,
             angle: None,
             multipliers: MultiplierSpace::default(),
             slip_interpolation: SlipInterpolation::default(),
+            friction: None,
         }
+    }
+
+    /// The same under another name than that of the face.
+    #[must_use]
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.name = Some(name.into());
+        self
+    }
+
+    /// The part of the face between two corners [min, max] in m.
+    #[must_use]
+    pub fn inside(mut self, corners: [[f64; 3]; 2]) -> Self {
+        self.corners = Some(corners);
+        self
+    }
+
+    /// The same with a law of friction of its own.
+    #[must_use]
+    pub fn with_friction(mut self, friction: Friction) -> Self {
+        self.friction = Some(friction);
+        self
     }
 
     /// The same with an initial gap in m.

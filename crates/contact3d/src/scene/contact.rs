@@ -1,16 +1,23 @@
-//! The contact face, its initial gap, its axes and the space of multipliers.
+//! A contact face, its initial gap, its axes, its friction and the space of its multipliers.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Quantity;
+use super::{Friction, Quantity};
 
-/// The contact face Γ_c above the rigid half-space.
+/// A contact face above a rigid half-space of its own, or a part of one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
     /// The face that may touch the foundation; it must be flat.
     pub face: String,
+    /// What results call this face; the name of the face when not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Two opposite corners [min, max] in m: only the triangles of the face between them are in contact. The sides of the box
+    /// follow edges of triangles and, on a brick, of panes.
+    #[serde(rename = "box", default, skip_serializing_if = "Option::is_none")]
+    pub corners: Option<[[f64; 3]; 2]>,
     /// Initial gap d ≥ 0 between body and foundation in m: a number, or an expression in x, y, z.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub gap: Quantity,
@@ -30,6 +37,17 @@ pub struct Contact {
     /// How the slips that coefficients of friction follow are made from displacements.
     #[serde(default, skip_serializing_if = "is_default")]
     pub slip_interpolation: SlipInterpolation,
+    /// The law of friction on this face; that of the table `friction` when not given, and none without either.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<Friction>,
+}
+
+impl Contact {
+    /// What results call this face.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        self.name.as_deref().unwrap_or(&self.face)
+    }
 }
 
 fn is_default(interpolation: &SlipInterpolation) -> bool {

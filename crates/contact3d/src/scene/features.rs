@@ -1,13 +1,13 @@
 //! The model features that a scene calls for.
 
-use super::{Contact, FrictionLaw, Material, MultiplierSpace, Quantity, Scene};
+use super::{Friction, FrictionLaw, Material, MultiplierSpace, Quantity, Scene};
 
 /// What a scene calls for. The laws of the contact face ([`crate::contact::Interface`]) are made from
 /// it and from nothing else: what is absent here has no unknowns, no datasets and no evaluations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelFeatures {
-    /// What happens on Γ_c.
-    pub contact: ContactModel,
+    /// What happens on each contact face, in the order of their multipliers; empty in the elastic problem alone.
+    pub contact: Vec<ContactFeatures>,
     /// Clamps that hold somewhere else than at zero.
     pub prescribed_displacements: usize,
     /// A body force f.
@@ -18,18 +18,13 @@ pub struct ModelFeatures {
     pub anisotropy: bool,
 }
 
-/// What happens on Γ_c.
-#[derive(Debug, Clone, PartialEq)]
-pub enum ContactModel {
-    /// No contact face: the elastic problem alone.
-    Absent,
-    /// A contact face.
-    Present(Box<ContactFeatures>),
-}
-
 /// What a contact face has.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactFeatures {
+    /// Its number in the scene.
+    pub entry: usize,
+    /// Its name.
+    pub name: String,
     /// The law of tangential stresses.
     pub friction: FrictionModel,
     /// An initial gap d in m; `None` for none.
@@ -73,12 +68,11 @@ impl ModelFeatures {
         let regions = scene.regions.iter().map(|region| &region.material);
         let mut materials = regions.chain([&scene.material]);
         Self {
-            contact: match &scene.contact {
-                None => ContactModel::Absent,
-                Some(contact) => {
-                    ContactModel::Present(Box::new(ContactFeatures::new(contact, scene)))
-                }
-            },
+            contact: scene
+                .contact_order()
+                .into_iter()
+                .map(|entry| ContactFeatures::new(scene, entry))
+                .collect(),
             prescribed_displacements: scene.clamps.iter().filter(|c| c.is_moved()).count(),
             body_force: scene.body_force.is_some(),
             regions: scene.regions.len(),
@@ -89,27 +83,26 @@ impl ModelFeatures {
         }
     }
 
-    /// The features of the contact face; `None` without contact.
-    #[must_use]
-    pub fn contact(&self) -> Option<&ContactFeatures> {
-        match &self.contact {
-            ContactModel::Absent => None,
-            ContactModel::Present(features) => Some(features),
-        }
+    /// The laws of tangential stresses, one for each contact face.
+    pub fn friction(&self) -> impl Iterator<Item = &FrictionModel> {
+        self.contact.iter().map(|face| &face.friction)
     }
 
-    /// The law of tangential stresses; `None` without contact.
+    /// Whether the coefficients of any face follow the slip.
     #[must_use]
-    pub fn friction(&self) -> Option<&FrictionModel> {
-        self.contact().map(|features| &features.friction)
+    pub fn follows_slip(&self) -> bool {
+        self.friction().any(FrictionModel::follows_slip)
     }
 }
 
 impl ContactFeatures {
-    fn new(contact: &Contact, scene: &Scene) -> Self {
+    fn new(scene: &Scene, entry: usize) -> Self {
+        let contact = &scene.contacts[entry];
         let varies = |quantity: &Quantity| quantity.constant().is_none();
         Self {
-            friction: FrictionModel::new(scene),
+            entry,
+            name: contact.name().to_owned(),
+            friction: FrictionModel::new(scene.friction_on(entry).map(|(_, friction)| friction)),
             gap: (contact.gap != Quantity::Constant(0.0)).then(|| contact.gap.clone()),
             turning_frame: contact.axis_1.iter().flatten().any(varies)
                 || contact.angle.as_ref().is_some_and(varies),
@@ -119,8 +112,7 @@ impl ContactFeatures {
 }
 
 impl FrictionModel {
-    fn new(scene: &Scene) -> Self {
-        let given = scene.friction.as_ref();
+    fn new(given: Option<&Friction>) -> Self {
         let Some((friction, coefficients)) = given.and_then(|f| Some((f, f.law()?))) else {
             return Self::Frictionless;
         };

@@ -11,6 +11,7 @@ mod build;
 mod cell_grading;
 mod coefficient;
 mod contact;
+mod contacts;
 mod error;
 mod expression;
 mod features;
@@ -40,7 +41,7 @@ pub use error::{Invalid, SceneError, SyntaxProblem, Unwritable, numbers};
 pub(crate) use error::{UNDEFINED, place_words};
 pub(crate) use expression::replace_names;
 pub use expression::{Expression, ExpressionError, FUNCTIONS, Parameters};
-pub use features::{ContactFeatures, ContactModel, FrictionModel, ModelFeatures};
+pub use features::{ContactFeatures, FrictionModel, ModelFeatures};
 pub use file::{LONGEST_SCENE, SceneFile};
 pub use formula::{Formula, LAW_VARIABLES};
 pub use friction::{Friction, FrictionLaw};
@@ -97,10 +98,16 @@ pub struct Scene {
     /// The body force f; none when not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub body_force: Option<BodyForce>,
-    /// The contact face Γ_c and its frame; without it the problem is elastic only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub contact: Option<Contact>,
-    /// The law of friction on Γ_c; without it contact is frictionless.
+    /// The contact faces Γ_c: one as a table, several as an array of tables; without any the problem is elastic only.
+    #[serde(
+        rename = "contact",
+        default,
+        with = "contacts",
+        skip_serializing_if = "Vec::is_empty"
+    )]
+    #[schemars(with = "contacts::OneOrSeveral")]
+    pub contacts: Vec<Contact>,
+    /// The law of friction on contact faces without one of their own; without it they are frictionless.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<Friction>,
     /// How the elastic problem is prepared.

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::{
-    Coefficient, Expression, ExpressionError, Friction, Invalid, LAW_VARIABLES, Parameters,
-    Quantity, Scene,
+    Coefficient, Expression, ExpressionError, Invalid, LAW_VARIABLES, Parameters, Quantity, Scene,
+    contacts::contact_key,
     expression::{is_identifier, meaning},
 };
 
@@ -54,10 +54,11 @@ impl Scene {
 
     /// The key of a Rust function, which no text holds; `None` where the scene has none.
     pub(super) fn function_key(&self) -> Option<String> {
-        let friction = self.friction.iter().flat_map(Friction::given);
-        let mut laws = friction.filter(|(_, law)| matches!(law, Coefficient::Function(_)));
-        if let Some((name, _)) = laws.next() {
-            return Some(format!("friction.{name}"));
+        let laws = self.friction_tables();
+        let given = laws.flat_map(|(key, law)| law.given().map(move |given| (key.clone(), given)));
+        let mut functions = given.filter(|(_, (_, law))| matches!(law, Coefficient::Function(_)));
+        if let Some((key, (name, _))) = functions.next() {
+            return Some(format!("{key}.{name}"));
         }
         let mut scene = self.clone();
         let (quantities, _) = scene.varying_mut();
@@ -104,31 +105,40 @@ impl Scene {
         {
             add("body_force.value", value);
         }
-        if let Some(contact) = &mut self.contact {
-            add("contact.gap", &mut contact.gap);
+        let mut laws = Vec::new();
+        let count = self.contacts.len();
+        for (entry, contact) in self.contacts.iter_mut().enumerate() {
+            let key = contact_key(count, entry);
+            add(&format!("{key}.gap"), &mut contact.gap);
             for value in contact.axis_1.iter_mut().flatten() {
-                add("contact.axis_1", value);
+                add(&format!("{key}.axis_1"), value);
             }
             if let Some(value) = &mut contact.angle {
-                add("contact.angle", value);
+                add(&format!("{key}.angle"), value);
+            }
+            if let Some(friction) = &mut contact.friction {
+                laws.push((format!("{key}.friction"), friction));
             }
         }
-        let mut laws = Vec::new();
         if let Some(friction) = &mut self.friction {
+            laws.push(("friction".to_owned(), friction));
+        }
+        let mut coefficients = Vec::new();
+        for (key, friction) in laws {
             if let Some(value) = &mut friction.slip_bound {
-                add("friction.slip_bound", value);
+                add(&format!("{key}.slip_bound"), value);
             }
-            laws.extend([
+            let named = [
                 ("coefficient", &mut friction.coefficient),
                 ("coefficient_1", &mut friction.coefficient_1),
                 ("coefficient_2", &mut friction.coefficient_2),
-            ]);
+            ];
+            coefficients.extend(named.into_iter().filter_map(|(name, law)| {
+                let law = law.as_mut()?;
+                Some((format!("{key}.{name}.{}", law.kind()), law))
+            }));
         }
-        let laws = laws.into_iter().filter_map(|(name, law)| {
-            let law = law.as_mut()?;
-            Some((format!("friction.{name}.{}", law.kind()), law))
-        });
-        (quantities, laws.collect())
+        (quantities, coefficients)
     }
 }
 

@@ -32,7 +32,7 @@ pub(super) struct Conditions<'a> {
     /// ρ of every component, `[n_multipliers]`, in Pa/m³; 0 where the row of S vanishes.
     pub(super) steplengths: Vec<f64>,
     layout: MultiplierLayout,
-    /// 𝓕⁻¹ of a law that does not follow the slip, evaluated once, `[n_panes]`.
+    /// 𝓕⁻¹ of a law that does not follow the slip, evaluated once, `[n_friction_panes]`.
     constant_inverse: Option<Vec<[f64; 2]>>,
 }
 
@@ -128,18 +128,20 @@ impl<'a> Conditions<'a> {
         let mut panes = Vec::with_capacity(self.layout.n_panes());
         for i in 0..self.layout.n_panes() {
             let pressure = trial[i].max(0.0);
+            let at = self.layout.tangential(i);
             let ellipse = match self.bound {
-                Bound::Coulomb(_, law) => {
-                    let slip_bound = law.slip_bound(pressure);
+                Bound::Coulomb(_, law) if at.is_some() => {
+                    let slip_bound = law.slip_bound(i, pressure);
                     Ellipse {
                         semi_axes: inverse[i].map(|f| slip_bound / f),
                     }
                 }
+                Bound::Coulomb(..) => Ellipse::POINT,
                 Bound::Frozen(set) => set.ellipses.get(i).copied().unwrap_or(Ellipse::POINT),
             };
             residual[i] -= pressure;
             let pair = self.layout.pair(&trial, i);
-            if let Some(at) = self.layout.tangential(i) {
+            if let Some(at) = at {
                 let projected = ellipse.project(pair);
                 for (j, projected) in at.into_iter().zip(projected) {
                     residual[j] -= projected;
@@ -148,8 +150,8 @@ impl<'a> Conditions<'a> {
             panes.push(PaneEvaluation {
                 pressed: trial[i] > 0.0,
                 bound_slope: match self.bound {
-                    Bound::Coulomb(_, law) => law.slip_bound_slope(pressure),
-                    Bound::Frozen(_) => 0.0,
+                    Bound::Coulomb(_, law) if at.is_some() => law.slip_bound_slope(i, pressure),
+                    Bound::Coulomb(..) | Bound::Frozen(_) => 0.0,
                 },
                 ellipse,
                 trial: pair,
@@ -239,7 +241,7 @@ impl<'a> Conditions<'a> {
         match self.bound {
             Bound::Coulomb(contact, _) => {
                 let count = &contact.interface.projections;
-                count.fetch_add(contact.n_panes(), Ordering::Relaxed);
+                count.fetch_add(self.layout.n_pairs(), Ordering::Relaxed);
             }
             Bound::Frozen(set) => set.count_projections(),
         }
@@ -266,7 +268,7 @@ impl<'a> Conditions<'a> {
         let Some(constant) = &self.constant_inverse else {
             let slip = contact.interface.slip.slip(displacement);
             let field = FrictionField::new(law, contact.surface, &slip);
-            let slopes = (0..slip.len())
+            let slopes = (0..law.n_nodes())
                 .map(|node| {
                     let derivative = law.derivative(node, slip[node]);
                     [0, 1].map(|k| {

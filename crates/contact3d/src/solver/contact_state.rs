@@ -10,7 +10,7 @@ use crate::{
 /// The slip bound and the friction of an inner problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CoulombState {
-    /// g, `[n_panes]`, in Pa.
+    /// g of the panes with friction, `[n_friction_panes]`, in Pa.
     pub slip_bound: Vec<f64>,
     /// F and 𝓕⁻¹.
     pub friction: FrictionField,
@@ -35,7 +35,7 @@ impl<'a> ContactState<'a> {
     /// The order of the multipliers.
     #[must_use]
     pub fn layout(&self) -> MultiplierLayout {
-        MultiplierLayout::new(self.n_panes(), self.interface.has_friction())
+        MultiplierLayout::new(self.n_panes(), self.interface.n_friction_panes())
     }
 
     /// The admissible set of frictionless contact or of Tresca's law; with Coulomb's law that of
@@ -60,7 +60,7 @@ impl CoulombState {
         self.friction.is_admissible(surface, pressed)
     }
 
-    /// Semi-axes g_i / (𝓕_i⁻¹)₁₁ and g_i / (𝓕_i⁻¹)₂₂ of the admissible ellipses in Pa, `[n_panes]`.
+    /// Semi-axes g_i / (𝓕_i⁻¹)₁₁ and g_i / (𝓕_i⁻¹)₂₂ of the admissible ellipses in Pa, `[n_friction_panes]`.
     #[must_use]
     pub fn semi_axes(&self) -> Vec<[f64; 2]> {
         let panes = self.slip_bound.iter().zip(&self.friction.pane_inverse);
@@ -91,7 +91,7 @@ pub fn coulomb_state(
 ) -> CoulombState {
     let (normal, _) = dual.layout.split(multiplier);
     CoulombState {
-        slip_bound: normal.iter().map(|l| law.slip_bound(l.max(0.0))).collect(),
+        slip_bound: law.slip_bounds(normal, |l| l.max(0.0)),
         friction: FrictionField::new(law, contact.surface, &slip_of(dual, contact, multiplier)),
     }
 }

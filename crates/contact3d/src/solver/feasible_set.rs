@@ -5,22 +5,22 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use super::Ellipse;
 use crate::contact::MultiplierLayout;
 
-/// The admissible multipliers of a frozen problem: λ_ν ≥ 0 and, with friction, ‖𝓕_i⁻¹ λ_t,i‖ ≤ g_i
-/// on every pane.
+/// The admissible multipliers of a frozen problem: λ_ν ≥ 0 on every pane and ‖𝓕_i⁻¹ λ_t,i‖ ≤ g_i
+/// on those with friction.
 #[derive(Debug, Clone)]
 pub struct FeasibleSet<'a> {
     layout: MultiplierLayout,
-    /// One ellipse per pane; none without friction.
+    /// One ellipse for each pane with friction.
     pub ellipses: Vec<Ellipse>,
     projections: &'a AtomicUsize,
 }
 
 impl<'a> FeasibleSet<'a> {
-    /// Bounds on all normal components and ellipses of given semi-axes in Pa, `[n_panes]`, or none;
+    /// Bounds on all normal components and ellipses of given semi-axes in Pa on the first panes, `[n_friction_panes]`;
     /// projections on ellipses are added to `projections`.
     #[must_use]
     pub fn new(n_panes: usize, semi_axes: Vec<[f64; 2]>, projections: &'a AtomicUsize) -> Self {
-        let layout = MultiplierLayout::new(n_panes, !semi_axes.is_empty());
+        let layout = MultiplierLayout::new(n_panes, semi_axes.len());
         let ellipses = semi_axes.into_iter();
         Self {
             layout,

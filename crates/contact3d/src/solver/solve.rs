@@ -10,7 +10,7 @@ use crate::{
     contact::CoulombLaw,
     dual::{
         ContactSystem, DualOperator, DualSystem, ExplicitOperator, ImplicitOperator,
-        LocalStiffness, OperatorForm, pane_stiffness,
+        LocalStiffness, OperatorForm, drag, pane_stiffness,
     },
     linalg::{Precision, Workspace},
     scene::{Method, SolveSettings},
@@ -122,6 +122,13 @@ impl DiscreteProblem<'_> {
         }
     }
 
+    /// Local stiffness where S is not dense.
+    fn pane_stiffness(&self) -> Vec<f64> {
+        let mut stiffness = pane_stiffness(&self.assembly.primal, &self.dual.coupling);
+        drag(&mut stiffness, self.dual.layout(), self.dual.dual_rhs());
+        stiffness
+    }
+
     /// Runs a method with the inner solver of the settings and judges its answer.
     fn with_inner(
         &self,
@@ -129,7 +136,7 @@ impl DiscreteProblem<'_> {
         mut run: impl FnMut(&DiscreteProblem<'_>, Inner<'_>) -> Solution,
     ) -> Result<Solution, NeedsExplicit> {
         let Some(dual) = self.dual.explicit() else {
-            let stiffness = pane_stiffness(&self.assembly.primal, &self.dual.coupling);
+            let stiffness = self.pane_stiffness();
             let inner = Inner::chosen(self.settings.inner, None, &stiffness)?;
             let solution = run(self, inner);
             return Ok(self.judged(None, bound, stiffness, solution));
@@ -191,7 +198,7 @@ impl DiscreteProblem<'_> {
         bound: Bound<'_>,
         mut run: impl FnMut(&DiscreteProblem<'_>, Inner<'_>) -> Solution,
     ) -> Solution {
-        let stiffness = pane_stiffness(&self.assembly.primal, &self.dual.coupling);
+        let stiffness = self.pane_stiffness();
         let judge = |solution| self.judged(None, bound, stiffness.clone(), solution);
         let inner = Inner::Gpcg(&stiffness);
         let mut solution = judge(run(self, inner));

@@ -80,10 +80,7 @@ impl AtSolution<'_> {
         let slip = operator.slip(self.tangential);
         let (normal, _) = layout.split(self.multiplier);
         let state = CoulombState {
-            slip_bound: normal
-                .iter()
-                .map(|l| self.law.slip_bound(l.max(0.0)))
-                .collect(),
+            slip_bound: self.law.slip_bounds(normal, |l| l.max(0.0)),
             friction: FrictionField::new(self.law, self.contact.surface, &slip),
         };
         let response = frozen_response(
@@ -94,7 +91,7 @@ impl AtSolution<'_> {
             self.multiplier,
         )?;
         let z = |row: usize, column: usize| response[column * n + row];
-        let slope = |pane: usize| self.law.slip_bound_slope(normal[pane].max(0.0));
+        let slope = |pane: usize| self.law.slip_bound_slope(pane, normal[pane].max(0.0));
         Some(Chain {
             inverse_by_slip: self.inverse_by_slip(&state, &slip),
             by_pressure: Mat::from_fn(n, m, |i, pane| slope(pane) * z(i, pane)),

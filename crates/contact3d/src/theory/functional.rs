@@ -38,11 +38,7 @@ impl OnPanes<'_> {
         if self.surface.is_nodal() {
             return None;
         }
-        let bound: Vec<f64> = self
-            .normal
-            .iter()
-            .map(|l| self.law.slip_bound(l.max(0.0)))
-            .collect();
+        let bound = self.law.slip_bounds(self.normal, |l| l.max(0.0));
         let (mut exact, mut excess) = (0.0, f64::NEG_INFINITY);
         for (t, &pane) in self.surface.facet_pane.iter().enumerate() {
             for (weight, shape) in triangle_rule() {
@@ -89,6 +85,7 @@ impl OnPanes<'_> {
         let corners = self.face.corners(triangle);
         let at = std::array::from_fn(|c| corners.iter().zip(shape).map(|(x, s)| s * x[c]).sum());
         self.law
+            .only()
             .law()
             .evaluate(at, self.mean(self.slip, triangle, shape))
     }

@@ -62,7 +62,7 @@ pub struct TheoryLevel {
 impl TheoryProblem {
     pub(super) fn measure(&self, n_div: usize) -> Result<TheoryLevel, ProblemError> {
         let face = self.face_constants();
-        let law = LawBounds::new(self.law(), self.assembled.mesh().extent());
+        let law = LawBounds::new(self.law().only(), self.assembled.mesh().extent());
         let norms = [0, 1].map(|k| self.norm_constants(k, &face, &law));
         // To rounding, whatever the scene's own settings are: Ψ is differentiated and disturbed at the solution.
         let solution = self.assembled.solve(&SolveSettings::default())?;

@@ -139,10 +139,8 @@ fn nested_levels(
     observe: &mut dyn FnMut(TheoryProgress),
 ) -> Result<Vec<TheoryLevel>, ProblemError> {
     let bricks = theory_bricks(scene, brick, settings)?;
-    let on = scene
-        .contact
-        .as_ref()
-        .and_then(|c| BrickFace::named(&c.face));
+    let contact = scene.contacts.first();
+    let on = contact.and_then(|c| BrickFace::named(&c.face));
     let mut finest = None;
     let mut levels = Vec::new();
     for brick in bricks.into_iter().rev() {
@@ -190,8 +188,17 @@ pub fn theory_bricks(
 
 /// Refuses what HKL §2 and §3 do not cover.
 fn require_covered(scene: &Scene) -> Result<(), Invalid> {
-    let features = ModelFeatures::of(scene);
-    match features.friction() {
+    let faces = ModelFeatures::of(scene).contact;
+    if faces.len() > 1 {
+        return Err(Invalid {
+            key: "contact".into(),
+            expected: "one contact face, as in HKL section 2".into(),
+            found: format!("{} faces", faces.len()),
+            help: "the norms and constants of HKL section 3 belong to one flat face with one law; leave the others out"
+                .into(),
+        });
+    }
+    match faces.first().map(|face| &face.friction) {
         Some(FrictionModel::Coulomb { .. } | FrictionModel::CappedCoulomb { .. }) => {}
         other => {
             return Err(Invalid {
@@ -205,7 +212,7 @@ fn require_covered(scene: &Scene) -> Result<(), Invalid> {
             });
         }
     }
-    let gap = features.contact().and_then(|contact| contact.gap.clone());
+    let gap = faces.first().and_then(|face| face.gap.clone());
     if let Some(gap) = gap {
         return Err(Invalid {
             key: "contact.gap".into(),
@@ -238,7 +245,7 @@ impl LawConstants {
         let extent = mesh.extent();
         let problem = Problem::of_checked(scene.clone(), std::sync::Arc::new(mesh))?;
         let law = problem.interface().and_then(Interface::coulomb);
-        let bounds = LawBounds::new(law.expect("checked before"), extent);
+        let bounds = LawBounds::new(law.expect("checked before").only(), extent);
         Ok(Self {
             smallest: bounds.smallest.value,
             largest: bounds.largest.value,

@@ -93,9 +93,8 @@ impl Mapping<'_> {
 
     /// Ψ at a state, from a multiplier nearby; notes what Lemma 3.3 says of it.
     fn image(&self, at: &State, near: &[f64], observed: &mut Observed) -> Option<Vec<f64>> {
-        let bound = |pressure: &f64| self.law.slip_bound(pressure.max(0.0));
         let state = CoulombState {
-            slip_bound: at.pressure.iter().map(bound).collect(),
+            slip_bound: self.law.slip_bounds(&at.pressure, |l| l.max(0.0)),
             friction: FrictionField::new(self.law, self.contact.surface, &at.slip),
         };
         let value = evaluate_mapping_at(self.dual, self.local, &self.contact, &state, near);

@@ -127,7 +127,7 @@ fn rates_are_spectral_radii_and_nothing_contradicts_the_theory() {
 #[test]
 fn clement_interpolation_is_solved_by_both_methods_and_contracts_as_its_derivative_says() {
     let mut scene = published(4, 1.0);
-    scene.contact = Some(Contact::on("z_min").with_clement_interpolation());
+    scene.contacts = vec![Contact::on("z_min").with_clement_interpolation()];
     let solve = |scene: Scene, method| {
         let assembled = Problem::new(scene)
             .and_then(Problem::assemble)
@@ -241,7 +241,7 @@ fn scenes_that_the_theory_does_not_cover_are_refused_by_their_key() {
     let tresca = published(2, 1.0).with_friction(Friction::tresca(1e6));
     assert_eq!(refused(tresca), "friction");
     let mut gap = published(2, 1.0);
-    gap.contact = Some(Contact::on("z_min").with_gap(1e-5));
+    gap.contacts = vec![Contact::on("z_min").with_gap(1e-5)];
     assert_eq!(refused(gap), "contact.gap");
     let mut quadratic = published(2, 1.0);
     quadratic.body = Body::brick([3.0, 1.0, 1.0], [6, 2, 2]).with_element(ElementOrder::P2);

@@ -68,7 +68,7 @@ fn loads_and_gaps_are_their_formulas() {
     let with = |load: Quantity, gap: Quantity| {
         let mut scene = block(Friction::coulomb(0.3));
         scene.pressures[0].value = load;
-        scene.contact.as_mut().expect("contact").gap = gap;
+        scene.contacts[0].gap = gap;
         scene
     };
     let text = |text| Quantity::formula(text).expect("a formula");

@@ -24,7 +24,7 @@ fn a_changed_problem_has_the_bits_of_its_own_assembly() {
             })
         },
         |scene| {
-            scene.contact.as_mut().expect("contact").gap =
+            scene.contacts[0].gap =
                 Quantity::formula("1e-6*x").expect("a formula")
         },
         |scene| scene.friction = Some(Friction::orthotropic(0.3, 0.2)),
@@ -72,7 +72,7 @@ fn what_needs_its_own_assembly_is_refused_by_its_key() {
         "body"
     );
     assert_eq!(
-        refused(&|scene| scene.contact.as_mut().expect("contact").angle = Some(10.0.into())),
+        refused(&|scene| scene.contacts[0].angle = Some(10.0.into())),
         "contact"
     );
     assert_eq!(refused(&|scene| scene.friction = None), "friction");

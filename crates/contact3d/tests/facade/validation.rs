@@ -81,7 +81,7 @@ fn functions_are_checked_where_they_act() {
     tresca.slip_bound = Some(1e6.into());
     assert_eq!(with(tresca), "friction.coefficient_1");
     let mut lifted = block(Friction::coulomb(0.3));
-    lifted.contact = Some(Contact::on("z_min").with_gap(Quantity::function(|[x, _, _]| -x)));
+    lifted.contacts = vec![Contact::on("z_min").with_gap(Quantity::function(|[x, _, _]| -x))];
     assert_eq!(refused(lifted), "contact.gap");
     let mut undefined = block(Friction::coulomb(0.3));
     undefined.pressures[0].value = Quantity::function(|[x, _, _]| (x - 1.0).sqrt());

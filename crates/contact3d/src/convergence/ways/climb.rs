@@ -12,7 +12,7 @@ use crate::{
         brick_n_div,
         cost::measure,
         discretisation::{CHEAP_SECONDS, solved_to_rounding},
-        refinement::{proportions, with_cells},
+        refinement::{contact_parts_fit, proportions, with_cells},
     },
     mesh::{Mesh, MeshError, RefinableBody, Refinement, tetrahedron_volume},
     problem::ProblemError,
@@ -271,7 +271,7 @@ fn graded(mut scene: Scene) -> Scene {
         let clamped = scene.clamps.iter().filter_map(|clamp| clamp.face.as_ref());
         let pulled = scene.tractions.iter().map(|traction| &traction.face);
         let pressed = scene.pressures.iter().map(|pressure| &pressure.face);
-        let touching = scene.contact.iter().map(|contact| &contact.face);
+        let touching = scene.contacts.iter().map(|contact| &contact.face);
         let names = clamped.chain(pulled).chain(pressed).chain(touching);
         names.filter_map(|name| BrickFace::named(name)).collect()
     };
@@ -284,11 +284,19 @@ fn graded(mut scene: Scene) -> Scene {
 }
 
 /// The fewest cells with the proportions of a brick on which each region has the volume that it has on the scene's own
-/// mesh. On multiples of them boundaries of regions that are sides of tetrahedra stay so.
+/// mesh and parts of contact faces end between panes. On multiples of them boundaries of regions that are sides of tetrahedra stay so.
 pub(super) fn coarsest_with_regions(scene: &Scene, brick: &Brick) -> Result<[usize; 3], MeshError> {
     let base = proportions(brick);
+    let fits = |cells: [usize; 3]| {
+        with_cells(scene, cells)
+            .body
+            .as_brick()
+            .is_none_or(|brick| contact_parts_fit(scene, brick))
+    };
     if scene.regions.is_empty() {
-        return Ok(base);
+        let mut multiples = (1..).take_while(|m| base[0] * m < brick.cells[0]);
+        let fitting = multiples.find(|m| fits(base.map(|n| n * m)));
+        return Ok(fitting.map_or(brick.cells, |m| base.map(|n| n * m)));
     }
     let own = region_volumes(scene)?;
     let whole: f64 = brick.size.iter().product();
@@ -298,6 +306,9 @@ pub(super) fn coarsest_with_regions(scene: &Scene, brick: &Brick) -> Result<[usi
         let Ok(volumes) = region_volumes(&with_cells(scene, cells)) else {
             continue;
         };
+        if !fits(cells) {
+            continue;
+        }
         let differences = volumes.iter().zip(&own).map(|(a, b)| (a - b).abs());
         if differences.fold(0.0, f64::max) <= SAME_VOLUME * whole {
             return Ok(cells);
@@ -311,7 +322,8 @@ fn region_volumes(scene: &Scene) -> Result<Vec<f64>, MeshError> {
     let mut body = scene.clone();
     // A mesh of the body alone: panes need not fit, nor clamps hold a node.
     body.body.element = ElementOrder::P1;
-    body.contact = None;
+    body.contacts.clear();
+    body.friction = None;
     body.clamps.clear();
     let mesh = Mesh::of_scene(&body, Path::new(""))?;
     let mut volumes = vec![0.0; scene.regions.len() + 1];

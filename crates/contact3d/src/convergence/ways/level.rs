@@ -74,15 +74,8 @@ impl SolvedMesh {
     ) -> Result<Self, ProblemError> {
         let mesh = Arc::new(mesh);
         let start = start.map(|start| {
-            let friction = scene.friction.is_some();
             let coarse = start.coarse;
-            transferred(
-                &coarse.mesh,
-                &mesh,
-                &start.parents,
-                friction,
-                &coarse.multiplier,
-            )
+            transferred(&coarse.mesh, &mesh, &start.parents, &coarse.multiplier)
         });
         let problem = Problem::of_checked(scene.clone(), Arc::clone(&mesh))?;
         let assembled = problem.assemble()?;

@@ -68,7 +68,7 @@ impl<'a> Boundary<'a> {
             sum -= normal * self.solved.scene.pressures[i].value.at(at);
         }
         if let (Some(contact), Some(place)) = (&self.solved.contact, self.contact[facet]) {
-            sum -= contact_stress(self.solved, contact, place, facet, share);
+            sum -= contact_stress(self.solved, contact, place, share);
         }
         sum
     }
@@ -80,7 +80,6 @@ fn contact_stress(
     solved: &Solved<'_>,
     contact: &SolvedContact<'_>,
     place: usize,
-    facet: usize,
     share: [f64; 3],
 ) -> Vector3<f64> {
     let surface = contact.state.surface;
@@ -94,9 +93,9 @@ fn contact_stress(
             .pane_vector(surface, pane, multiplier[pane], tangential)
             .into()
     };
-    match surface.facet_pane.get(place) {
-        Some(&pane) => stress(pane),
-        None => multipliers_between_nodes(solved.mesh, contact, facet, share)
+    match surface.pane_of_facet(place) {
+        Some(pane) => stress(pane),
+        None => multipliers_between_nodes(solved.mesh, contact, place, share)
             .into_iter()
             .map(|(pane, weight)| stress(pane) * weight)
             .sum(),
@@ -108,10 +107,11 @@ fn contact_stress(
 pub(super) fn multipliers_between_nodes(
     mesh: &Mesh,
     contact: &SolvedContact<'_>,
-    facet: usize,
+    place: usize,
     share: [f64; 3],
 ) -> Vec<(usize, f64)> {
     let surface = contact.state.surface;
+    let (face, facet) = (surface.face_of_facet(place), surface.facets[place]);
     let (nodes, weights) = match &mesh.mid_edges {
         None => (mesh.facets[facet], share),
         // The linear function with given values in the middle of the edges 0-1, 1-2, 2-0.
@@ -121,8 +121,7 @@ pub(super) fn multipliers_between_nodes(
         }
     };
     let carried = nodes.into_iter().zip(weights).filter_map(|(node, weight)| {
-        let local = surface.nodes.binary_search(&node).ok()?;
-        let pane = surface.pane_average.indices.binary_search(&local).ok()?;
+        let pane = surface.carried_by(face, surface.contact_node(face, node)?)?;
         Some((pane, weight))
     });
     carried.collect()

@@ -39,7 +39,7 @@ impl Law {
 
     /// δλ²/k in J/m² of penetration, complementarity and friction for a displacement (u_ν − d, u_t1,
     /// u_t2) in m.
-    fn energies(&self, at: [f64; 3], friction: bool) -> [f64; 3] {
+    fn energies(&self, at: [f64; 3]) -> [f64; 3] {
         let [normal, tangential] = self.stiffness;
         let pressure = self.stress[0];
         let change = (pressure + normal * at[0]).max(0.0) - pressure;
@@ -53,7 +53,7 @@ impl Law {
         } else {
             [0.0, energy]
         };
-        let friction = if friction && tangential > 0.0 {
+        let friction = if tangential > 0.0 {
             let shear = [self.stress[1], self.stress[2]];
             let trial = [0, 1].map(|c| shear[c] + tangential * at[c + 1]);
             let ellipse = Ellipse {
@@ -76,7 +76,6 @@ pub(super) fn residuals(
     known: &Known<'_>,
 ) -> Vec<[f64; 3]> {
     let surface = contact.state.surface;
-    let friction = contact.state.interface.has_friction();
     let laws: Vec<Law> = (0..surface.n_panes())
         .map(|pane| law_of(contact, solved, known, pane))
         .collect();
@@ -84,10 +83,11 @@ pub(super) fn residuals(
     let facets = surface.facets.iter().enumerate();
     facets
         .map(|(place, &facet)| {
-            let nodes: Vec<usize> = solved.mesh.facet_nodes(facet).collect();
-            let local: Vec<usize> = nodes
-                .iter()
-                .map(|&n| surface.nodes.partition_point(|&known| known < n))
+            let face = surface.face_of_facet(place);
+            let local: Vec<usize> = solved
+                .mesh
+                .facet_nodes(facet)
+                .filter_map(|node| surface.contact_node(face, node))
                 .collect();
             let area = solved.mesh.facet_area(facet);
             let mut sum = [0.0; 3];
@@ -103,11 +103,11 @@ pub(super) fn residuals(
                         .map(|(&n, w)| w * moved[n][c])
                         .sum()
                 });
-                let law = match surface.facet_pane.get(place) {
-                    Some(&pane) => laws[pane],
-                    None => between_nodes(solved.mesh, contact, &laws, facet, share),
+                let law = match surface.pane_of_facet(place) {
+                    Some(pane) => laws[pane],
+                    None => between_nodes(solved.mesh, contact, &laws, place, share),
                 };
-                let energies = law.energies(at, friction);
+                let energies = law.energies(at);
                 for (sum, energy) in sum.iter_mut().zip(energies) {
                     *sum += weight * area * energy;
                 }
@@ -157,10 +157,10 @@ fn between_nodes(
     mesh: &Mesh,
     contact: &SolvedContact<'_>,
     laws: &[Law],
-    facet: usize,
+    place: usize,
     share: [f64; 3],
 ) -> Law {
-    let parts = multipliers_between_nodes(mesh, contact, facet, share);
+    let parts = multipliers_between_nodes(mesh, contact, place, share);
     parts
         .into_iter()
         .fold(Law::default(), |sum, (pane, weight)| {

@@ -34,21 +34,28 @@ fn check_brick(brick: &Brick, scene: &Scene) -> Result<(), Invalid> {
         Written(&brick.size),
         "choose a unit of length in which the body has a moderate size",
     )?;
-    let panes = scene
-        .contact
-        .as_ref()
-        .filter(|contact| contact.multipliers == MultiplierSpace::Panes);
-    let contact_axis = panes.and_then(|c| Some(BrickFace::named(&c.face)?.axis()));
+    let panes = scene.contacts.iter();
+    let panes = panes.filter(|contact| contact.multipliers == MultiplierSpace::Panes);
+    let faces: Vec<BrickFace> = panes.filter_map(|c| BrickFace::named(&c.face)).collect();
     for (axis, &cells) in brick.cells.iter().enumerate() {
         let name = ["nx", "ny", "nz"][axis];
         let whole = cells.is_multiple_of(scene.body.element.cells_per_pane());
-        let even = contact_axis.is_none_or(|normal| axis == normal || whole);
+        let along = faces.iter().any(|face| face.axis() != axis);
         require(
-            (1..=MOST_CELLS).contains(&cells) && even,
+            (1..=MOST_CELLS).contains(&cells) && (whole || !along),
             "body.brick.cells",
             &format!("{name} from 1 to {MOST_CELLS}, even along the contact face"),
             Written(&brick.cells),
             "a pane is 2 x 2 cells of the contact face, so both of its cell counts are even; nodal multipliers and body.element = \"P2\" take any",
+        )?;
+        let opposite = faces.iter().any(|face| face.axis() == axis && face.is_max())
+            && faces.iter().any(|face| face.axis() != axis || !face.is_max());
+        require(
+            whole || !opposite,
+            "body.brick.cells",
+            &format!("{name} even between contact faces"),
+            Written(&brick.cells),
+            "the diagonals of the cells meet in the middle of a pane on both faces where an even number of cells lies between them",
         )?;
     }
     brick_planes::check(brick)

@@ -1,16 +1,33 @@
-//! Checks of the contact face.
+//! Checks of the contact faces.
 
 use super::{holds, require, supports::check_name};
-use crate::scene::{ElementOrder, Invalid, Scene, SlipInterpolation, Written};
+use crate::scene::{Contact, ElementOrder, Invalid, Scene, SlipInterpolation, Written};
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
-    let Some(contact) = &scene.contact else {
-        return Ok(());
-    };
-    check_name(scene, &contact.face, "contact.face".into())?;
+    for (entry, contact) in scene.contacts.iter().enumerate() {
+        check_face(scene, contact, &scene.contact_key(entry))?;
+        check_beside_others(scene, contact, entry)?;
+    }
+    Ok(())
+}
+
+fn check_face(scene: &Scene, contact: &Contact, key: &str) -> Result<(), Invalid> {
+    check_name(scene, &contact.face, format!("{key}.face"))?;
+    if let Some([low, high]) = &contact.corners {
+        require(
+            (0..3).all(|c| low[c] <= high[c] && low[c].is_finite() && high[c].is_finite()),
+            format!("{key}.box"),
+            &format!(
+                "two corners [min, max], min at most max in x, y and z [{}]",
+                scene.units.length()
+            ),
+            Written(&[low, high]),
+            "give the lower corner first",
+        )?;
+    }
     require(
         holds(&contact.gap, |d| d >= 0.0 && d.is_finite()),
-        "contact.gap",
+        format!("{key}.gap"),
         &format!(
             "a gap d >= 0 [{}] or an expression in x, y, z",
             scene.units.length()
@@ -19,24 +36,28 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
         "the body may not start inside the foundation",
     )?;
     require(
-        contact.axis_1.is_none() || contact.angle.is_none(),
-        "contact.angle",
-        "either axis_1 or angle",
-        "both",
-        "axis_1 is the direction of t1 itself, angle turns the default one",
-    )?;
-    require(
         contact.slip_interpolation == SlipInterpolation::Lagrange
             || scene.body.element == ElementOrder::P1,
-        "contact.slip_interpolation",
+        format!("{key}.slip_interpolation"),
         "\"lagrange\" for quadratic tetrahedra",
         "\"clement\"",
         "means over the triangles around a node are made for linear functions; set body.element = \"P1\" or leave the key out",
     )?;
+    check_axes(contact, key)
+}
+
+fn check_axes(contact: &Contact, key: &str) -> Result<(), Invalid> {
+    require(
+        contact.axis_1.is_none() || contact.angle.is_none(),
+        format!("{key}.angle"),
+        "either axis_1 or angle",
+        "both",
+        "axis_1 is the direction of t1 itself, angle turns the default one",
+    )?;
     if let Some(angle) = &contact.angle {
         require(
             holds(angle, f64::is_finite),
-            "contact.angle",
+            format!("{key}.angle"),
             "a finite angle [degrees] or an expression in x, y, z",
             Written(angle),
             "the angle turns t1 towards t2",
@@ -48,10 +69,48 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
             .is_none_or(|a| a.iter().all(|v| v.is_finite()) && a.iter().any(|v| *v != 0.0));
         require(
             usable,
-            "contact.axis_1",
+            format!("{key}.axis_1"),
             "a non-zero vector in the plane of the contact face",
             Written(axis),
             "t1 must be tangential, for example [1.0, 0.0, 0.0] on z_min",
+        )?;
+    }
+    Ok(())
+}
+
+/// What several contact faces owe each other: names, parts of their own, one interpolation of slips.
+fn check_beside_others(scene: &Scene, contact: &Contact, entry: usize) -> Result<(), Invalid> {
+    let key = scene.contact_key(entry);
+    require(
+        !contact.name().is_empty() && !contact.name().contains(char::is_control),
+        format!("{key}.name"),
+        "a name of one line",
+        Written(&contact.name()),
+        "results and pictures call the contact face by it",
+    )?;
+    let before = &scene.contacts[..entry];
+    for (other, first) in before.iter().enumerate() {
+        let other = scene.contact_key(other);
+        require(
+            first.face != contact.face || first.corners.is_some() && contact.corners.is_some(),
+            format!("{key}.face"),
+            "a face, or a part of one, that is in no other contact",
+            Written(&contact.face),
+            &format!("{other} has this face as well; give both the part that is theirs by box = [[x, y, z], [x, y, z]]"),
+        )?;
+        require(
+            first.name() != contact.name(),
+            format!("{key}.name"),
+            "a name of its own",
+            Written(&contact.name()),
+            &format!("{other} has this name as well; write name = \"...\" in one of them"),
+        )?;
+        require(
+            first.slip_interpolation == contact.slip_interpolation,
+            format!("{key}.slip_interpolation"),
+            "the same on all contact faces",
+            Written(&contact.slip_interpolation),
+            &format!("{other} has the other one; it belongs to the discretisation, not to a face"),
         )?;
     }
     Ok(())

@@ -4,37 +4,50 @@ use super::{holds, positive, require};
 use crate::scene::{Coefficient, Friction, Grid, Invalid, Quantity, Scene, Table, Written};
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
-    let Some(friction) = &scene.friction else {
-        return Ok(());
-    };
-    require(
-        scene.contact.is_some(),
-        "friction",
-        "a [contact] table beside [friction]",
-        "no contact",
-        "friction acts on the contact face; name it in [contact]",
-    )?;
-    check_choice(friction)?;
+    if scene.friction.is_some() {
+        require(
+            !scene.contacts.is_empty(),
+            "friction",
+            "a [contact] table beside [friction]",
+            "no contact",
+            "friction acts on the contact face; name it in [contact]",
+        )?;
+        require(
+            scene.contacts.iter().any(|contact| contact.friction.is_none()),
+            "friction",
+            "a contact face without a law of its own",
+            "a law for a second time",
+            "[friction] is for contact faces without friction of their own: leave one of the two out",
+        )?;
+    }
+    for (key, friction) in scene.friction_tables() {
+        check_law(scene, friction, &key)?;
+    }
+    Ok(())
+}
+
+fn check_law(scene: &Scene, friction: &Friction, key: &str) -> Result<(), Invalid> {
+    check_choice(friction, key)?;
     for (name, coefficient) in friction.given() {
-        let key = format!("friction.{name}");
+        let key = format!("{key}.{name}");
         check_coefficient(coefficient, &key, scene.units.length())?;
         check_variables(coefficient, name == "coefficient", &key)?;
     }
     let stress = scene.units.stress();
     if let Some(bound) = &friction.slip_bound {
-        check_tresca(friction, bound, &stress)?;
+        check_tresca(friction, bound, &stress, key)?;
     }
     match friction.pressure_cap {
-        Some(cap) => check_cap(friction, cap, &stress),
+        Some(cap) => check_cap(friction, cap, &stress, key),
         None => Ok(()),
     }
 }
 
-fn check_choice(friction: &Friction) -> Result<(), Invalid> {
+fn check_choice(friction: &Friction, key: &str) -> Result<(), Invalid> {
     let names: Vec<&str> = friction.given().map(|(name, _)| name).collect();
     require(
         friction.law().is_some(),
-        "friction",
+        key,
         "coefficient (isotropic), or coefficient_1 and coefficient_2 (orthotropic)",
         match names.as_slice() {
             [] => "none of them".to_owned(),
@@ -44,10 +57,15 @@ fn check_choice(friction: &Friction) -> Result<(), Invalid> {
     )
 }
 
-fn check_tresca(friction: &Friction, bound: &Quantity, stress: &str) -> Result<(), Invalid> {
+fn check_tresca(
+    friction: &Friction,
+    bound: &Quantity,
+    stress: &str,
+    key: &str,
+) -> Result<(), Invalid> {
     require(
         holds(bound, |g| g >= 0.0 && g.is_finite()),
-        "friction.slip_bound",
+        format!("{key}.slip_bound"),
         &format!("a slip bound g >= 0 [{stress}] or an expression in x, y, z"),
         Written(bound),
         "Tresca's law bounds the tangential stress by a given g",
@@ -62,7 +80,7 @@ fn check_tresca(friction: &Friction, bound: &Quantity, stress: &str) -> Result<(
                 | Coefficient::Expression(_)
                 | Coefficient::Function(_) => false,
             },
-            format!("friction.{name}"),
+            format!("{key}.{name}"),
             "a constant beside slip_bound",
             Written(coefficient),
             "for coefficients that vary use Coulomb's law: leave slip_bound out",
@@ -71,11 +89,11 @@ fn check_tresca(friction: &Friction, bound: &Quantity, stress: &str) -> Result<(
     Ok(())
 }
 
-fn check_cap(friction: &Friction, cap: f64, stress: &str) -> Result<(), Invalid> {
-    let key = "friction.pressure_cap";
+fn check_cap(friction: &Friction, cap: f64, stress: &str, key: &str) -> Result<(), Invalid> {
+    let key = format!("{key}.pressure_cap");
     require(
         positive(cap),
-        key,
+        key.clone(),
         &format!("a finite pressure > 0 [{stress}]"),
         Written(&cap),
         "friction grows with the pressure up to this one; leave pressure_cap out where nothing limits it",

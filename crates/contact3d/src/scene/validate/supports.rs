@@ -72,9 +72,8 @@ fn check_place(scene: &Scene, clamp: &Clamp, i: usize) -> Result<(), Invalid> {
         (Some(face), None) => {
             let key = format!("clamp.{i}.face");
             check_name(scene, face, key.clone())?;
-            let in_contact = scene.contact.as_ref().is_some_and(|c| c.face == *face);
             require(
-                !in_contact,
+                !scene.is_in_contact(face),
                 key,
                 "a face other than the contact face",
                 Written(face),
@@ -128,13 +127,12 @@ pub(super) fn check_name(scene: &Scene, face: &str, key: String) -> Result<(), I
 
 fn check_loaded_face(scene: &Scene, face: &str, key: String) -> Result<(), Invalid> {
     check_name(scene, face, key.clone())?;
-    let in_contact = scene.contact.as_ref().is_some_and(|c| c.face == face);
     let held = scene
         .clamps
         .iter()
         .any(|c| c.is_face(face) && c.components.len() >= 3);
     require(
-        !in_contact && !held,
+        !scene.is_in_contact(face) && !held,
         key,
         "a face that is neither held nor in contact",
         Written(&face),

@@ -17,7 +17,7 @@ use crate::{
 pub struct MappingValue {
     /// How the inner problem ended; [`NewtonStatus::RoundingLimit`] is as good as it gets.
     pub status: NewtonStatus,
-    /// Ψ(λ), `[3 n_panes]`, in Pa.
+    /// Ψ(λ), `[n_multipliers]`, in Pa.
     pub multiplier: Vec<f64>,
     /// ‖Ψ(λ) − λ‖ / ‖λ‖, and 0 when both vanish.
     pub relative_change: f64,

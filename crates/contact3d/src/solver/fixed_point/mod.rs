@@ -77,7 +77,6 @@ pub fn successive_approximations(
     start: Start<'_>,
     observe: &mut dyn FnMut(Progress<'_>),
 ) -> Solution {
-    let m = contact.n_panes();
     let mut started = Instant::now();
     let mut actions_before = operator.applications();
     let kprgp = Kprgp {
@@ -92,7 +91,7 @@ pub fn successive_approximations(
     let mut change = 1.0;
     let follows_slip = law.depends_on_slip();
     let mut state = CoulombState {
-        slip_bound: vec![0.0; m],
+        slip_bound: law.slip_bounds(&vec![0.0; contact.n_panes()], |l| l),
         friction: FrictionField::new(law, contact.surface, &[]),
     };
     let mut solution = Solution {
@@ -123,7 +122,7 @@ pub fn successive_approximations(
     for k in solution.history.len()..settings.max_outer_steps {
         if moved {
             let (normal, _) = contact.layout().split(&solution.multiplier);
-            state.slip_bound = normal.iter().map(|l| law.slip_bound(*l)).collect();
+            state.slip_bound = law.slip_bounds(normal, |l| l);
             if let Some(slip) = &solution.slip {
                 state.friction = FrictionField::new(law, contact.surface, slip);
             }

@@ -1,7 +1,7 @@
 //! The natural map of the dense dual problem.
 
 use crate::{
-    dual::ExplicitDual,
+    dual::{ExplicitDual, drag},
     solver::conditions::{Bound, Conditions, Evaluation},
 };
 
@@ -27,7 +27,9 @@ impl<'a> NaturalMap<'a> {
                 _ => inverse(0.5 * (first + second)),
             })
         });
-        Self::with_steplengths(dual, bound, normal.chain(tangential).collect())
+        let mut steplengths = normal.chain(tangential).collect::<Vec<_>>();
+        drag(&mut steplengths, layout, &dual.rhs);
+        Self::with_steplengths(dual, bound, steplengths)
     }
 
     /// With given ρ in Pa/m³, `[n_multipliers]`.

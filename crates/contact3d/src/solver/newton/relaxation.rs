@@ -62,7 +62,7 @@ impl NaturalMap<'_> {
             let ellipse = match (&self.conditions.bound, inverse) {
                 (Bound::Frozen(set), _) => set.ellipses[pane],
                 (Bound::Coulomb(_, law), inverse) => {
-                    let slip_bound = law.slip_bound(multiplier[pane]);
+                    let slip_bound = law.slip_bound(pane, multiplier[pane]);
                     Ellipse {
                         semi_axes: inverse.map_or([0.0; 2], |f| f.map(|f| slip_bound / f)),
                     }

@@ -38,7 +38,7 @@ const SCENE: &str = "
 fn mesh_and_interface(law: Friction, slip: SlipInterpolation) -> (Mesh, Interface) {
     let mut scene = Scene::parse("two panes", SCENE).unwrap();
     scene.friction = Some(law);
-    scene.contact.as_mut().unwrap().slip_interpolation = slip;
+    scene.contacts[0].slip_interpolation = slip;
     let mesh = Mesh::of_scene(&scene, Path::new("")).unwrap();
     let interface = Interface::new(&scene, &mesh).unwrap().unwrap();
     (mesh, interface)
@@ -59,7 +59,7 @@ fn dual(entries: &[f64], rhs: &[f64], compliance: &[f64], slip_free: &[f64]) -> 
         anchor: None,
         operator: Arc::new(operator.as_slice().to_vec()),
         rhs: rhs.to_vec(),
-        layout: MultiplierLayout::new(PANES, true),
+        layout: MultiplierLayout::new(PANES, PANES),
         compliance: Some(ContactCompliance {
             matrix: Arc::new(compliance.to_vec()),
             slip_free: slip_free.chunks_exact(2).map(|p| [p[0], p[1]]).collect(),

@@ -1,0 +1,301 @@
+//! Laws of friction whose slip bound follows the pressure, one for each contact face.
+
+use std::{
+    ops::Range,
+    sync::{
+        OnceLock,
+        atomic::{AtomicUsize, Ordering},
+    },
+};
+
+use crate::scene::{Coefficient, FrictionLaw};
+
+/// Coulomb's law with F(x, |u_t1|, |u_t2|) at the contact nodes: a law for each face with friction, in the order of their
+/// nodes and panes. Beside it other faces may have given slip bounds.
+#[derive(Debug, Clone)]
+pub struct CoulombLaw {
+    faces: Vec<FaceLaw>,
+    /// The coefficients at the contact nodes of laws that do not follow the slip.
+    unchanging: OnceLock<Vec<[f64; 2]>>,
+    evaluations: Counter,
+    /// All coefficients are this many times those of the faces.
+    factor: f64,
+    softening: Option<Softening>,
+}
+
+/// The law of one face.
+#[derive(Debug, Clone)]
+pub struct FaceLaw {
+    /// Its key in the scene.
+    pub(super) key: String,
+    law: FrictionLaw,
+    /// Contact nodes, `[n_contact_nodes]` of the face, in m.
+    positions: Vec<[f64; 3]>,
+    /// The first of them among all contact nodes.
+    first_node: usize,
+    /// The panes of the face.
+    panes: Range<usize>,
+    bound: PressureBound,
+}
+
+/// The slip bound g of a face as a function of the pressure.
+#[derive(Debug, Clone)]
+pub(super) enum PressureBound {
+    /// g = λ_ν.
+    Uncapped,
+    /// g = min(λ_ν, p_cap), with p_cap in Pa.
+    Capped(f64),
+    /// A given g in Pa on each pane of the face (Tresca's law).
+    Given(Vec<f64>),
+}
+
+/// A number of evaluations, counted on any thread.
+#[derive(Debug, Default)]
+struct Counter(AtomicUsize);
+
+impl Clone for Counter {
+    /// A counter of its own.
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+/// F₀^(1−τ) F^τ in place of F.
+#[derive(Debug, Clone, Copy)]
+struct Softening {
+    reference: f64,
+    share: f64,
+}
+
+impl Softening {
+    /// F₀^(1−τ) F^τ.
+    fn value(self, coefficient: f64) -> f64 {
+        self.reference.powf(1.0 - self.share) * coefficient.powf(self.share)
+    }
+}
+
+impl FaceLaw {
+    /// A law with the slip bound λ_ν at contact nodes in m, under its key in the scene; the first face, without panes.
+    #[must_use]
+    pub fn new(key: impl Into<String>, law: FrictionLaw, positions: Vec<[f64; 3]>) -> Self {
+        Self {
+            key: key.into(),
+            law,
+            positions,
+            first_node: 0,
+            panes: 0..0,
+            bound: PressureBound::Uncapped,
+        }
+    }
+
+    /// The same on given panes, its nodes beginning with `first_node`.
+    #[must_use]
+    pub(super) fn placed(self, first_node: usize, panes: Range<usize>) -> Self {
+        Self {
+            first_node,
+            panes,
+            ..self
+        }
+    }
+
+    /// The same with another slip bound.
+    #[must_use]
+    pub(super) fn bounded(self, bound: PressureBound) -> Self {
+        Self { bound, ..self }
+    }
+
+    /// The semi-axes g F₁, g F₂ in Pa on the panes of a face with given slip bounds, whose coefficients are constant; none
+    /// for other laws.
+    pub(super) fn given_semi_axes(&self) -> Vec<[f64; 2]> {
+        let coefficients = self.law.evaluate([0.0; 3], [0.0; 2]);
+        match &self.bound {
+            PressureBound::Given(bound) => {
+                let panes = bound.iter();
+                panes.map(|g| coefficients.map(|f| f * g)).collect()
+            }
+            PressureBound::Uncapped | PressureBound::Capped(_) => Vec::new(),
+        }
+    }
+
+    /// The law as a function of place and slip; its evaluations are not counted.
+    #[must_use]
+    pub fn law(&self) -> &FrictionLaw {
+        &self.law
+    }
+
+    /// F of an isotropic law, or F₁ and F₂.
+    #[must_use]
+    pub fn coefficients(&self) -> &[Coefficient] {
+        self.law.coefficients()
+    }
+
+    /// The contact nodes in m, `[n_contact_nodes]` of the face.
+    #[must_use]
+    pub fn positions(&self) -> &[[f64; 3]] {
+        &self.positions
+    }
+}
+
+impl CoulombLaw {
+    /// The laws of faces whose nodes and panes follow each other.
+    #[must_use]
+    pub fn new(faces: Vec<FaceLaw>) -> Self {
+        Self {
+            faces,
+            unchanging: OnceLock::new(),
+            evaluations: Counter::default(),
+            factor: 1.0,
+            softening: None,
+        }
+    }
+
+    /// The law t F for a factor t > 0, with counters of its own.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self {
+            factor: self.factor * factor,
+            softening: self.softening,
+            ..Self::new(self.faces.clone())
+        }
+    }
+
+    /// The law F₀^(1−τ) F^τ between a constant coefficient F₀ > 0 (τ = 0) and this law (τ = 1),
+    /// positive and as smooth as this one for every share τ.
+    #[must_use]
+    pub(crate) fn softened(&self, reference: f64, share: f64) -> Self {
+        Self {
+            factor: self.factor,
+            softening: (share < 1.0).then_some(Softening { reference, share }),
+            ..Self::new(self.faces.clone())
+        }
+    }
+
+    /// The laws of the faces.
+    #[must_use]
+    pub fn faces(&self) -> &[FaceLaw] {
+        &self.faces
+    }
+
+    /// The law of the only face with friction; of the first where there are several.
+    #[must_use]
+    pub fn only(&self) -> &FaceLaw {
+        &self.faces[0]
+    }
+
+    /// Number of contact nodes on faces with friction.
+    #[must_use]
+    pub fn n_nodes(&self) -> usize {
+        let last = self.faces.last();
+        last.map_or(0, |face| face.first_node + face.positions.len())
+    }
+
+    /// Number of panes with friction.
+    #[must_use]
+    pub fn n_panes(&self) -> usize {
+        self.faces.last().map_or(0, |face| face.panes.end)
+    }
+
+    /// (F₁, F₂) at all contact nodes with friction for their slips in m, `[n_friction_nodes]`; no slips mean zero.
+    /// Laws that do not follow the slip are evaluated only once.
+    #[must_use]
+    pub(crate) fn at_nodes(&self, slip: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        let everywhere = |slip: &[[f64; 2]]| {
+            let slip_of = |node: usize| slip.get(node).copied().unwrap_or([0.0; 2]);
+            let nodes = 0..self.n_nodes();
+            nodes
+                .map(|node| self.evaluate(node, slip_of(node)))
+                .collect()
+        };
+        if self.depends_on_slip() {
+            return everywhere(slip);
+        }
+        self.unchanging.get_or_init(|| everywhere(&[])).clone()
+    }
+
+    /// (F₁, F₂) at a contact node for the slips (|u_t1|, |u_t2|) in m.
+    #[must_use]
+    pub fn evaluate(&self, contact_node: usize, slip: [f64; 2]) -> [f64; 2] {
+        self.evaluations.0.fetch_add(1, Ordering::Relaxed);
+        let (law, position) = self.law_at(contact_node);
+        let given = law.evaluate(position, slip);
+        let given = given.map(|f| self.factor * f);
+        match self.softening {
+            Some(softening) => given.map(|f| softening.value(f)),
+            None => given,
+        }
+    }
+
+    /// ∂F_i/∂|u_tk| in 1/m at a contact node.
+    #[must_use]
+    pub fn derivative(&self, contact_node: usize, slip: [f64; 2]) -> [[f64; 2]; 2] {
+        let (law, position) = self.law_at(contact_node);
+        let given = law.derivative(position, slip);
+        let given = given.map(|row| row.map(|d| self.factor * d));
+        let Some(softening) = self.softening else {
+            return given;
+        };
+        // d(F₀^(1−τ) F^τ) = τ F₀^(1−τ) F^τ / F dF.
+        let coefficients = law.evaluate(position, slip).map(|f| self.factor * f);
+        std::array::from_fn(|i| {
+            let factor = softening.share * softening.value(coefficients[i]) / coefficients[i];
+            given[i].map(|d| factor * d)
+        })
+    }
+
+    /// The law at a contact node, and its place.
+    fn law_at(&self, contact_node: usize) -> (&FrictionLaw, [f64; 3]) {
+        let face = &self.faces[self.faces.partition_point(|face| face.first_node <= contact_node) - 1];
+        (&face.law, face.positions[contact_node - face.first_node])
+    }
+
+    fn face_of(&self, pane: usize) -> &FaceLaw {
+        &self.faces[self.faces.partition_point(|face| face.panes.end <= pane)]
+    }
+
+    /// The slip bound g in Pa of a pane under a pressure λ_ν in Pa; NaN for NaN where it follows the pressure.
+    #[must_use]
+    pub fn slip_bound(&self, pane: usize, pressure: f64) -> f64 {
+        let face = self.face_of(pane);
+        match &face.bound {
+            PressureBound::Capped(cap) if pressure > *cap => *cap,
+            PressureBound::Capped(_) | PressureBound::Uncapped => pressure,
+            PressureBound::Given(bound) => bound[pane - face.panes.start],
+        }
+    }
+
+    /// dg/dλ_ν; at a cap that of larger pressures, an element of the generalised derivative.
+    #[must_use]
+    pub(crate) fn slip_bound_slope(&self, pane: usize, pressure: f64) -> f64 {
+        match &self.face_of(pane).bound {
+            PressureBound::Capped(cap) if pressure >= *cap => 0.0,
+            PressureBound::Capped(_) | PressureBound::Uncapped => 1.0,
+            PressureBound::Given(_) => 0.0,
+        }
+    }
+
+    /// The slip bounds g in Pa of all panes with friction under the normal stresses λ_ν in Pa of all panes,
+    /// `[n_friction_panes]`.
+    #[must_use]
+    pub(crate) fn slip_bounds(&self, normal: &[f64], pressure: impl Fn(f64) -> f64) -> Vec<f64> {
+        let panes = normal.iter().take(self.n_panes()).enumerate();
+        panes
+            .map(|(pane, value)| self.slip_bound(pane, pressure(*value)))
+            .collect()
+    }
+
+    /// Whether any coefficient depends on the solution.
+    #[must_use]
+    pub fn depends_on_slip(&self) -> bool {
+        self.faces.iter().any(|face| face.law.depends_on_slip())
+    }
+
+    /// Evaluations at nodes so far.
+    pub(super) fn evaluations(&self) -> usize {
+        self.evaluations.0.load(Ordering::Relaxed)
+    }
+
+    /// Sets the number of evaluations.
+    pub(super) fn set_evaluations(&self, evaluations: usize) {
+        self.evaluations.0.store(evaluations, Ordering::Relaxed);
+    }
+}

@@ -1,0 +1,244 @@
+//! Which triangles a contact has, and what faces that meet must not do.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::{ContactSurface, Mesh, triangle_area};
+use crate::scene::{Invalid, Scene, Written, place_words};
+
+/// Share of its area by which a triangle may lie on both sides of a box: roundings of typed corners.
+const UNCUT: f64 = 1e-6;
+
+/// Least volume of the parallelepiped of unit normals that counts as independent.
+const INDEPENDENT: f64 = 1e-6;
+
+impl Mesh {
+    /// The triangles of a contact of the scene, as indices into the boundary's.
+    ///
+    /// # Errors
+    /// A box that cuts a triangle or holds none.
+    pub(super) fn contact_facets(&self, scene: &Scene, entry: usize) -> Result<Vec<usize>, Invalid> {
+        let contact = &scene.contacts[entry];
+        let whole: Vec<usize> = self.facets_on(&contact.face).collect();
+        let Some(corners) = contact.corners else {
+            return Ok(whole);
+        };
+        let mut inside = Vec::new();
+        for facet in whole {
+            let triangle = self.corners(&self.facets[facet]);
+            let share = share_inside(&triangle, &corners);
+            if share > 1.0 - UNCUT {
+                inside.push(facet);
+            } else if share > UNCUT {
+                let middle = std::array::from_fn(|c| triangle.iter().map(|x| x[c]).sum::<f64>() / 3.0);
+                return Err(Invalid {
+                    key: format!("{}.box", scene.contact_key(entry)),
+                    expected: "a box whose sides follow the edges of the triangles".into(),
+                    found: format!(
+                        "{}, which cuts the triangle around {}",
+                        Written(&corners),
+                        place_words(middle)
+                    ),
+                    help: "move the box to planes between cells, or the planes to the box with body.brick.coordinates; in a Gmsh file give each part a physical surface of its own".into(),
+                });
+            }
+        }
+        if inside.is_empty() {
+            return Err(Invalid {
+                key: format!("{}.box", scene.contact_key(entry)),
+                expected: format!("a box that holds triangles of {}", Written(&contact.face)),
+                found: Written(&corners).to_string(),
+                help: "move or widen it; it may be as flat as the face".into(),
+            });
+        }
+        Ok(inside)
+    }
+}
+
+/// Panes numbered without those that a part of a face leaves out; `all` is the pane of every triangle of the whole face and
+/// `part` of those in contact.
+///
+/// # Errors
+/// A pane of which the part has some triangles only.
+pub(super) fn panes_of_part(
+    all: &[usize],
+    part: Vec<usize>,
+    refuse: impl Fn() -> Invalid,
+) -> Result<Vec<usize>, Invalid> {
+    if all.len() == part.len() {
+        return Ok(part);
+    }
+    let count = |panes: &[usize]| {
+        let mut counts: BTreeMap<usize, usize> = BTreeMap::new();
+        for pane in panes {
+            *counts.entry(*pane).or_default() += 1;
+        }
+        counts
+    };
+    let (whole, found) = (count(all), count(&part));
+    if found.iter().any(|(pane, count)| whole[pane] != *count) {
+        return Err(refuse());
+    }
+    let number: BTreeMap<usize, usize> = found.into_keys().zip(0..).collect();
+    Ok(part.iter().map(|pane| number[pane]).collect())
+}
+
+/// The share of a triangle's area that lies inside a box, which may be flat: by cutting the triangle at each of its six
+/// planes, widened by what rounding may move a corner.
+fn share_inside(triangle: &[[f64; 3]; 3], [low, high]: &[[f64; 3]; 2]) -> f64 {
+    let size = |c: usize| {
+        let corners = triangle.iter().map(|x| x[c]);
+        corners.chain([low[c], high[c]]).fold(0.0, |most: f64, x| most.max(x.abs()))
+    };
+    let slack = 1e-9 * (0..3).map(size).fold(0.0, f64::max);
+    let mut polygon: Vec<[f64; 3]> = triangle.to_vec();
+    for c in 0..3 {
+        polygon = cut(&polygon, |x| x[c] - (low[c] - slack));
+        polygon = cut(&polygon, |x| (high[c] + slack) - x[c]);
+    }
+    let fan = (2..polygon.len()).map(|k| triangle_area(&[polygon[0], polygon[k - 1], polygon[k]]));
+    fan.sum::<f64>() / triangle_area(triangle)
+}
+
+/// The part of a convex polygon where a linear function is not negative.
+fn cut(polygon: &[[f64; 3]], side: impl Fn(&[f64; 3]) -> f64) -> Vec<[f64; 3]> {
+    let mut kept = Vec::new();
+    for (k, here) in polygon.iter().enumerate() {
+        let next = &polygon[(k + 1) % polygon.len()];
+        let (a, b) = (side(here), side(next));
+        if a >= 0.0 {
+            kept.push(*here);
+        }
+        if (a >= 0.0) != (b >= 0.0) {
+            let t = a / (a - b);
+            kept.push(std::array::from_fn(|c| here[c] + t * (next[c] - here[c])));
+        }
+    }
+    kept
+}
+
+/// Refuses triangles in two contacts, and nodes that carry more conditions than they have displacements: a node whose
+/// multipliers are its own holds one normal displacement for each face, and with friction all three. Panes have free nodes
+/// of their own, so that faces with panes may meet anywhere.
+///
+/// # Errors
+/// The key of the later contact.
+pub(super) fn check_meeting(
+    scene: &Scene,
+    mesh: &Mesh,
+    surface: &ContactSurface,
+    held: &[[bool; 3]],
+) -> Result<(), Invalid> {
+    let order = scene.contact_order();
+    let entries = || surface.faces.iter().zip(&order);
+    let mut taken: BTreeMap<usize, usize> = BTreeMap::new();
+    for (face, &entry) in entries() {
+        for &facet in &surface.facets[face.facets.clone()] {
+            let Some(other) = taken.insert(facet, entry) else {
+                continue;
+            };
+            let corners = mesh.corners(&mesh.facets[facet]);
+            let middle = std::array::from_fn(|c| corners.iter().map(|x| x[c]).sum::<f64>() / 3.0);
+            return Err(Invalid {
+                key: format!("{}.box", scene.contact_key(entry.max(other))),
+                expected: "triangles that are in no other contact".into(),
+                found: format!("one around {} that is", place_words(middle)),
+                help: format!("{} has it as well; make one of the boxes smaller", scene.contact_key(entry.min(other))),
+            });
+        }
+    }
+    let mut carriers: BTreeMap<usize, Vec<(usize, usize)>> = BTreeMap::new();
+    for (face, &entry) in entries().filter(|(face, _)| face.is_nodal) {
+        for local in face.nodes.clone() {
+            if surface.carried_by(face, local).is_some() {
+                let at = carriers.entry(surface.nodes[local]).or_default();
+                at.push((entry, local));
+            }
+        }
+    }
+    let crowded = carriers.into_iter().find(|(node, at)| {
+        let friction = at.iter().any(|(entry, _)| scene.friction_on(*entry).is_some());
+        let normals = at.iter().map(|(_, local)| surface.normal_at(*local));
+        at.len() > 1 && (friction || !independent(normals.collect(), &held[*node]))
+    });
+    match crowded {
+        None => Ok(()),
+        Some((node, at)) => Err(too_many_conditions(scene, mesh.coordinates[node], at)),
+    }
+}
+
+fn too_many_conditions(scene: &Scene, at: [f64; 3], faces: Vec<(usize, usize)>) -> Invalid {
+    let entries: Vec<usize> = faces.into_iter().map(|(entry, _)| entry).collect();
+    let last = entries.iter().max().copied().unwrap_or_default();
+    let others = entries.iter().filter(|entry| **entry != last);
+    let others: Vec<String> = others.map(|entry| scene.contact_key(*entry)).collect();
+    Invalid {
+        key: format!("{}.multipliers", scene.contact_key(last)),
+        expected: "nodes that carry no more conditions than they have displacements".into(),
+        found: format!(
+            "the node at {}, which carries those of {} as well",
+            place_words(at),
+            others.join(" and ")
+        ),
+        help: "write multipliers = \"panes\" on one of these faces: panes have nodes of their own; frictionless nodal faces may meet at an edge".into(),
+    }
+}
+
+/// Whether unit normals stay independent along the components that are not held: their Gram determinant.
+fn independent(normals: Vec<[f64; 3]>, held: &[bool; 3]) -> bool {
+    let free = |normal: [f64; 3]| -> Vector3<f64> {
+        Vector3::from_fn(|c, _| if held[c] { 0.0 } else { normal[c] })
+    };
+    let free: Vec<Vector3<f64>> = normals.into_iter().map(free).collect();
+    if free.len() > 3 {
+        return false;
+    }
+    let entry = |i: usize, j: usize| match (free.get(i), free.get(j)) {
+        (Some(a), Some(b)) => a.dot(b),
+        _ => f64::from(i == j),
+    };
+    Matrix3::from_fn(entry).determinant() > INDEPENDENT
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TRIANGLE: [[f64; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+
+    #[test]
+    fn shares_of_a_triangle_are_areas() {
+        for (low, high, share) in [
+            ([0.0, 0.0, 0.0], [1.0, 1.0, 0.0], 1.0),
+            ([0.0, 0.0, -1.0], [0.5, 0.5, 1.0], 0.5),
+            ([0.5, 0.0, 0.0], [1.0, 1.0, 0.0], 0.25),
+            ([0.0, 0.0, 0.1], [1.0, 1.0, 1.0], 0.0),
+            ([1.0, 0.0, 0.0], [2.0, 1.0, 0.0], 0.0),
+        ] {
+            // The box is widened by 1e-9 of its size.
+            assert!((share_inside(&TRIANGLE, &[low, high]) - share).abs() < 1e-8);
+        }
+    }
+
+    #[test]
+    fn normals_are_independent_along_what_is_free() {
+        let (x, z) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
+        assert!(independent(vec![x, z], &[false; 3]));
+        assert!(!independent(vec![x, z], &[false, false, true]));
+        assert!(!independent(vec![x, x], &[false; 3]));
+    }
+
+    #[test]
+    fn panes_of_a_part_are_numbered_anew_and_never_cut() {
+        let refuse = || Invalid {
+            key: String::new(),
+            expected: String::new(),
+            found: String::new(),
+            help: String::new(),
+        };
+        let all = [0, 0, 1, 1, 2, 2];
+        assert_eq!(panes_of_part(&all, vec![1, 1, 2, 2], refuse).unwrap(), [0, 0, 1, 1]);
+        assert!(panes_of_part(&all, vec![1, 2, 2], refuse).is_err());
+    }
+}
