@@ -24,8 +24,7 @@ fn sizes(mesh: &Mesh, solution: &Solution) -> Sizes {
     Sizes {
         n_free: Some(solution.displacement.len()),
         panes: contact.map(|surface| surface.faces.iter().map(|f| f.panes.len()).collect()),
-        contact_nodes: contact
-            .map(|surface| surface.faces.iter().map(|f| f.nodes.len()).collect()),
+        contact_nodes: contact.map(|surface| surface.faces.iter().map(|f| f.nodes.len()).collect()),
     }
 }
 

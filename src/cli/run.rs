@@ -126,9 +126,11 @@ pub(super) fn solve(arguments: &SolveArguments, output: &Output, threads: usize)
 pub(super) fn post(arguments: &PostArguments, output: &Output, threads: usize) -> Outcome {
     interruption::on_run_file(&arguments.file);
     let mut session = Session::open(&arguments.file, threads)?;
-    let pictures = arguments
-        .figures
-        .claim(&arguments.file, drawing_of(session.scene()), Inputs::default())?;
+    let pictures = arguments.figures.claim(
+        &arguments.file,
+        drawing_of(session.scene()),
+        Inputs::default(),
+    )?;
     session.all_or_nothing(|session| {
         let performed = perform(session, Stage::Post, Commit::Now, output)?;
         draw_figures(session, pictures.as_ref(), output)?;

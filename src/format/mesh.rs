@@ -164,7 +164,10 @@ fn write_faces(
     limits(CONTACT_FACE_NODES, |face| &face.nodes)?;
     limits(CONTACT_FACE_FACETS, |face| &face.facets)?;
     limits(CONTACT_FACE_PANES, |face| &face.panes)?;
-    let is_nodal: Vec<usize> = faces.iter().map(|face| usize::from(face.is_nodal)).collect();
+    let is_nodal: Vec<usize> = faces
+        .iter()
+        .map(|face| usize::from(face.is_nodal))
+        .collect();
     writer.write_indices(CONTACT_FACE_IS_NODAL, &is_nodal, &[is_nodal.len()])
 }
 

@@ -117,7 +117,10 @@ pub const LAYOUT: Layout = Layout {
             "n_multipliers",
             "multipliers: m normal ones, then the tangential pairs of the panes with friction",
         ),
-        ("n_tangential", "tangential multipliers, two for each pane with friction"),
+        (
+            "n_tangential",
+            "tangential multipliers, two for each pane with friction",
+        ),
         ("n_contact_faces", "contact faces, where there are several"),
         (
             "n_friction_faces",

@@ -227,7 +227,9 @@ fn write_faces(writer: &mut GroupWriter<'_>, faces: &[FaceResultants]) -> Result
     let mut columns = Columns::new(writer, faces);
     columns.numbers(FACE_NORMAL_FORCE, |face| face.contact.normal_force)?;
     columns.numbers(FACE_LARGEST_PRESSURE, |face| face.contact.largest_pressure)?;
-    let tangential = faces.iter().filter_map(|face| face.contact.tangential_force);
+    let tangential = faces
+        .iter()
+        .filter_map(|face| face.contact.tangential_force);
     let tangential: Vec<[f64; 2]> = tangential.collect();
     if tangential.is_empty() {
         return Ok(());

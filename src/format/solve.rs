@@ -83,7 +83,11 @@ pub fn write(
         let (normal, tangential) = solution.multiplier.split_at(n_panes);
         writer.write(MULTIPLIER_NORMAL, normal, &[n_panes])?;
         if !tangential.is_empty() {
-            writer.write(MULTIPLIER_TANGENTIAL, tangential, &[tangential.len() / 2, 2])?;
+            writer.write(
+                MULTIPLIER_TANGENTIAL,
+                tangential,
+                &[tangential.len() / 2, 2],
+            )?;
         }
         writer.write(STEPLENGTH, &[solution.steplength], &[])?;
         if let Some((normal, tangential)) = solution.local_stiffness.split_at_checked(n_panes) {

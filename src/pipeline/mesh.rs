@@ -69,7 +69,10 @@ pub(super) fn read(reader: &Reader, input: &SceneFile) -> Result<Meshed, StageEr
 
 /// Writes the mesh with its quality.
 pub(super) fn write(writer: &mut GroupWriter<'_>, meshed: &Meshed) -> Result<(), StoreError> {
-    let names = meshed.interface.as_ref().map_or(&[][..], |laws| &laws.names);
+    let names = meshed
+        .interface
+        .as_ref()
+        .map_or(&[][..], |laws| &laws.names);
     format::write_mesh(writer, &meshed.mesh, names, &Quality::of(&meshed.mesh))
 }
 

@@ -198,8 +198,7 @@ impl Drawn<'_> {
         let reference = self.frame.and_then(|frame| frame.references.get(self.face));
         let [axis_1, axis_2] =
             reference.map_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], |frame| frame.axes);
-        if let (Some(frame), Some(surface), Some(friction)) = (self.frame, surface, &mut friction)
-        {
+        if let (Some(frame), Some(surface), Some(friction)) = (self.frame, surface, &mut friction) {
             for (state, pane) in friction.iter_mut().zip(panes) {
                 state.turn = frame.mean_turn(surface, pane);
             }

@@ -11,6 +11,7 @@ mod errors;
 mod interruption;
 mod law;
 mod linked_assembly;
+mod manners;
 mod outputs;
 mod paraview;
 mod pipes;

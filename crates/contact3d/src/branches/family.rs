@@ -424,7 +424,8 @@ fn other_slips() -> Invalid {
 fn several_faces(found: usize) -> Invalid {
     Invalid {
         key: "contact".into(),
-        expected: "one contact face, whose zones and segments of its law name the pieces of a path".into(),
+        expected: "one contact face, whose zones and segments of its law name the pieces of a path"
+            .into(),
         found: format!("{found} faces"),
         help: "leave all but one out, or solve at single values with a sweep".into(),
     }

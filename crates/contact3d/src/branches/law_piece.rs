@@ -224,15 +224,18 @@ impl<'a> LawPieces<'a> {
     /// Whether the law has a kink where u_t along an axis changes its sign.
     fn bends_at_reversal(&self, axis: usize, u: [f64; 2]) -> bool {
         let coefficients = self.law.only().coefficients().iter().enumerate();
-        let mut bends = coefficients.map(|(k, coefficient)| match (self.law.only().law(), coefficient) {
-            (FrictionLaw::Isotropic(_), Coefficient::Ramp(_) | Coefficient::Table(_)) => {
-                u[1 - axis] == 0.0
-            }
-            (FrictionLaw::Isotropic(_), coefficient) => {
-                coefficient.slips_used(0)[axis] || coefficient.slips_used(1)[axis]
-            }
-            (FrictionLaw::Orthotropic(_), coefficient) => coefficient.slips_used(k)[axis],
-        });
+        let mut bends =
+            coefficients.map(
+                |(k, coefficient)| match (self.law.only().law(), coefficient) {
+                    (FrictionLaw::Isotropic(_), Coefficient::Ramp(_) | Coefficient::Table(_)) => {
+                        u[1 - axis] == 0.0
+                    }
+                    (FrictionLaw::Isotropic(_), coefficient) => {
+                        coefficient.slips_used(0)[axis] || coefficient.slips_used(1)[axis]
+                    }
+                    (FrictionLaw::Orthotropic(_), coefficient) => coefficient.slips_used(k)[axis],
+                },
+            );
         bends.any(|bends| bends)
     }
 }

@@ -244,7 +244,10 @@ impl CoulombLaw {
 
     /// The law at a contact node, and its place.
     fn law_at(&self, contact_node: usize) -> (&FrictionLaw, [f64; 3]) {
-        let face = &self.faces[self.faces.partition_point(|face| face.first_node <= contact_node) - 1];
+        let face = &self.faces[self
+            .faces
+            .partition_point(|face| face.first_node <= contact_node)
+            - 1];
         (&face.law, face.positions[contact_node - face.first_node])
     }
 

@@ -68,7 +68,10 @@ impl RawMesh {
                 let with_panes = |c: &&Contact| c.multipliers == MultiplierSpace::Panes;
                 let mut contacts = scene.contacts.iter();
                 let first = contacts.find(with_panes).or(scene.contacts.first());
-                brick(spec, first.and_then(|contact| BrickFace::named(&contact.face)))
+                brick(
+                    spec,
+                    first.and_then(|contact| BrickFace::named(&contact.face)),
+                )
             }
             Shape::Gmsh(file) => gmsh::read(file, folder)?,
         };

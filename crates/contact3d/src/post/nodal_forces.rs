@@ -30,9 +30,7 @@ impl NodalForces {
     pub(super) fn new(solved: &Solved<'_>, internal: &[Vector]) -> Result<Self, Invalid> {
         let applied = Loads::of(solved.scene).nodal_forces(solved.mesh)?;
         let contact = match &solved.contact {
-            Some(contact) => {
-                contact_forces(solved, contact, 0..contact.coupling.layout.n_panes())
-            }
+            Some(contact) => contact_forces(solved, contact, 0..contact.coupling.layout.n_panes()),
             None => vec![[0.0; 3]; applied.len()],
         };
         let mut clamp = vec![[0.0; 3]; applied.len()];

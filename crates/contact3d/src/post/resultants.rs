@@ -159,8 +159,7 @@ impl ContactResultants {
         let has_friction = panes.end <= layout.n_pairs() && layout.has_friction();
         Self {
             normal_force: weighted(&|i| normal[i]),
-            tangential_force: has_friction
-                .then(|| [0, 1].map(|k| weighted(&|i| tangential[i][k]))),
+            tangential_force: has_friction.then(|| [0, 1].map(|k| weighted(&|i| tangential[i][k]))),
             contact_force,
             largest_pressure: normal[panes.clone()].iter().copied().fold(0.0, f64::max),
         }

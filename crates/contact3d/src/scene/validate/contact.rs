@@ -96,7 +96,9 @@ fn check_beside_others(scene: &Scene, contact: &Contact, entry: usize) -> Result
             format!("{key}.face"),
             "a face, or a part of one, that is in no other contact",
             Written(&contact.face),
-            &format!("{other} has this face as well; give both the part that is theirs by box = [[x, y, z], [x, y, z]]"),
+            &format!(
+                "{other} has this face as well; give both the part that is theirs by box = [[x, y, z], [x, y, z]]"
+            ),
         )?;
         require(
             first.name() != contact.name(),
