@@ -138,7 +138,7 @@ TAMPERED = {
     remove_dataset: "/post/von_mises: missing",
     remove_matrix_member: "/mesh/pane_average/indptr: missing",
     change_fixed_size: "/post/zone_counts: 3 is 4",
-    change_symbolic_size: "/solve/slip_bound: n_panes is 13, but 12",
+    change_symbolic_size: "/solve/slip_bound: n_friction_panes is 13, but 12",
     change_rank: "/solve/slip_bound: shape (12, 1)",
     change_type: "/solve/slip_bound: type float32",
     change_enum: "/post/contact_zone: type uint8",

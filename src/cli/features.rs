@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use contact3d::scene::{ContactFeatures, FrictionLaw, ModelFeatures, MultiplierSpace};
+use contact3d::scene::{ContactFeatures, FrictionLaw, ModelFeatures, MultiplierSpace, Obstacle};
 
 use crate::format::Sizes;
 
@@ -63,6 +63,7 @@ fn list(features: &ModelFeatures, sizes: &Sizes) -> Vec<Feature> {
     ];
     let faces = &features.contact;
     list.push(feature("contact", contact(faces, sizes)));
+    list.push(feature("obstacle", obstacles(faces)));
     list.push(feature(
         "initial gap",
         data(
@@ -79,6 +80,22 @@ fn list(features: &ModelFeatures, sizes: &Sizes) -> Vec<Feature> {
         ),
     ));
     list
+}
+
+/// The obstacles; `None` where all foundations are those of flat faces.
+fn obstacles(faces: &[ContactFeatures]) -> Option<Cost> {
+    let obstacles: Vec<&Obstacle> = faces.iter().filter_map(|f| f.obstacle.as_ref()).collect();
+    let mut words: Vec<&str> = obstacles.iter().map(|obstacle| obstacle.word()).collect();
+    words.dedup();
+    let varies = |obstacle: &&Obstacle| !matches!(obstacle, Obstacle::HalfSpace(_));
+    let what = match obstacles.iter().any(varies) {
+        true => "one normal and distance a contact node",
+        false => "one distance a contact node",
+    };
+    data(
+        !obstacles.is_empty(),
+        &format!("{}, {what}", words.join(", ").replace('_', "-")),
+    )
 }
 
 /// The normal multipliers; `None` without contact.

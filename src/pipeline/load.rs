@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::{
     StageError,
     assemble::of_frame,
-    mesh::{only_contact, several_contacts},
+    mesh::{of_obstacle, only_contact, several_contacts},
     solve::of_friction,
 };
 use crate::format;
@@ -79,7 +79,9 @@ impl<'a> Settings<'a> {
             body_force: scene.body_force.as_ref(),
             gap: only_contact(scene).map(|c| &c.gap),
             gaps: several_contacts(scene).map(|(_, c)| &c.gap).collect(),
-            parameters: scene.parameters_used(|key| !of_frame(key) && !of_friction(key)),
+            parameters: scene.parameters_used(|key| {
+                !of_frame(key) && !of_friction(key) && !of_obstacle(key)
+            }),
         }
     }
 }

@@ -7,7 +7,9 @@ use contact3d::{
     contact::Interface,
     elasticity::{Loads, prescribed_displacements, refuse_rigid_motions},
     mesh::{Mesh, Quality, Refinement},
-    scene::{Body, Clamp, Contact, MultiplierSpace, Part, Scene, SceneFile, Shape},
+    scene::{
+        Body, Clamp, Contact, MultiplierSpace, Obstacle, Parameters, Part, Scene, SceneFile, Shape,
+    },
     solver::ContactState,
 };
 use runfile::{GroupWriter, Reader, StoreError};
@@ -86,10 +88,20 @@ pub(super) struct Settings<'a> {
     clamp: Vec<Clamp>,
     contact_face: Option<&'a str>,
     multipliers: Option<MultiplierSpace>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    obstacle: Option<&'a Obstacle>,
     parts: Vec<&'a Part>,
     /// The contact faces, where they are more than one whole face.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     contacts: Vec<FaceSettings<'a>>,
+    /// What the formulas of obstacles use.
+    #[serde(skip_serializing_if = "Parameters::is_empty")]
+    parameters: Parameters,
+}
+
+/// Whether a key is one of an obstacle, whose normals and distances are part of the mesh.
+pub(super) fn of_obstacle(key: &str) -> bool {
+    key.starts_with("contact.") && key.contains(".obstacle.")
 }
 
 /// What the mesh depends on of one of several contact faces, in the order of their multipliers.
@@ -100,6 +112,8 @@ struct FaceSettings<'a> {
     #[serde(rename = "box")]
     corners: Option<[[f64; 3]; 2]>,
     multipliers: MultiplierSpace,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    obstacle: Option<&'a Obstacle>,
 }
 
 impl<'a> Settings<'a> {
@@ -110,11 +124,13 @@ impl<'a> Settings<'a> {
             clamp: scene.clamps.iter().map(Clamp::at_zero).collect(),
             contact_face: only_contact(scene).map(|c| c.face.as_str()),
             multipliers: only_contact(scene).map(|c| c.multipliers),
+            obstacle: only_contact(scene).and_then(|c| c.obstacle.as_ref()),
             parts: scene.regions.iter().map(|region| &region.part).collect(),
             contacts: match only_contact(scene) {
                 Some(contact) if contact.corners.is_none() => Vec::new(),
                 _ => contacts_in_order(scene).map(FaceSettings::of).collect(),
             },
+            parameters: scene.parameters_used(of_obstacle),
         }
     }
 }
@@ -126,6 +142,7 @@ impl<'a> FaceSettings<'a> {
             face: &contact.face,
             corners: contact.corners,
             multipliers: contact.multipliers,
+            obstacle: contact.obstacle.as_ref(),
         }
     }
 }

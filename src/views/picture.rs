@@ -212,6 +212,7 @@ impl Drawn<'_> {
             contact_triangles: &cells.triangles,
             contact_triangle_pane: &cells.pane,
             normal: reference.map_or([0.0, 0.0, -1.0], |frame| frame.normal),
+            flat_support: reference.is_some_and(|frame| frame.is_flat),
             axis_1,
             axis_2,
             normal_stress: &normal_stress,

@@ -4,7 +4,7 @@ use contact3d::{
     convergence::{AlgebraicLadder, Cost, DiscretisationLadder, Ways},
     mesh::Mesh,
     post::{ContactReport, SourceForce, Zone},
-    scene::{FrictionModel, ModelFeatures, MultiplierSpace, Scene, shown},
+    scene::{FrictionModel, ModelFeatures, MultiplierSpace, Obstacle, Scene, shown},
     solver::Solution,
 };
 use plots::html::Table;
@@ -46,6 +46,7 @@ pub(super) fn features(scene: &Scene) -> Table {
         let named = |name: &str, value: &str| pair(&format!("{name}{on}"), value);
         pairs.extend([
             named("friction", &friction_words(&face.friction)),
+            named("obstacle", face.obstacle.as_ref().map_or("none", Obstacle::word)),
             named("initial gap", yes_or_no(face.gap.is_some())),
             named("frame turns with the place", yes_or_no(face.turning_frame)),
             named(

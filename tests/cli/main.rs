@@ -8,6 +8,7 @@ mod bad_bodies;
 mod bad_scenes;
 mod branches;
 mod errors;
+mod faces;
 mod interruption;
 mod law;
 mod linked_assembly;

@@ -114,6 +114,7 @@ fn frame_and_gap_are_as_small_as_they_can_be() {
     let plain = in_contact("", "coefficient.constant = 0.3");
     let plain = plain.interface();
     assert_eq!((plain.frame.axes.len(), &plain.gap), (1, &None));
+    assert_eq!(plain.frame.normals.len(), 1);
     let wide = in_contact(
         "angle = '10*x'\ngap = '1e-6*x'",
         "coefficient.constant = 0.3",
@@ -122,4 +123,14 @@ fn frame_and_gap_are_as_small_as_they_can_be() {
     let interface = wide.interface();
     assert_eq!(interface.frame.axes.len(), nodes);
     assert_eq!(interface.gap.as_ref().map(Vec::len), Some(nodes));
+    assert_eq!(interface.frame.normals.len(), 1);
+    let plane = "obstacle.half_space = { point = [0.0, 0.0, -1e-5], normal = [1e-3, 0.0, 1.0] }";
+    let round = "obstacle.sphere = { centre = [1.5, 0.5, -9.0], radius = 9.0 }";
+    for (obstacle, normals) in [(plane, 1), (round, nodes)] {
+        let case = in_contact(obstacle, "coefficient.constant = 0.3");
+        let interface = case.interface();
+        assert_eq!(interface.frame.normals.len(), normals);
+        assert_eq!(interface.frame.axes.len(), normals);
+        assert_eq!(interface.gap.as_ref().map(Vec::len), Some(nodes));
+    }
 }

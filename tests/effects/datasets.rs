@@ -118,11 +118,30 @@ fn absent_from_run(tables: &[&str]) -> BTreeSet<String> {
     absent.map(|row| row.path.to_owned()).collect()
 }
 
+/// What only a scene with an obstacle has.
+const OBSTACLE_ONLY: [&str; 1] = ["/mesh/contact_clearance"];
+
 /// What only clamps with values have.
 const PRESCRIBED_ONLY: [&str; 2] = [
     "/load/prescribed_displacement",
     "/post/resultants/clamp_work",
 ];
+
+/// What only several contact faces have, and what only one has.
+const SEVERAL_FACES_ONLY: [&str; 10] = [
+    "/mesh/contact_node_normal",
+    "/mesh/contact_face_names",
+    "/mesh/contact_face_nodes",
+    "/mesh/contact_face_facets",
+    "/mesh/contact_face_panes",
+    "/mesh/contact_face_is_nodal",
+    "/post/faces/zone_counts",
+    "/post/faces/normal_force",
+    "/post/faces/largest_pressure",
+    "/VTKHDF/CellData/contact_face",
+];
+const FACES_WITH_FRICTION_ONLY: &str = "/post/faces/tangential_force";
+const ONE_FACE_ONLY: [&str; 2] = ["/mesh/contact_normal", "/post/resultants/tangential_force"];
 
 /// What only a factor in single precision has; small bodies have one in double.
 const IN_SINGLE_PRECISION: [&str; 3] = [
@@ -139,7 +158,10 @@ fn expected(effects: &[&[&str]], present: Option<&str>) -> BTreeSet<String> {
         .flat_map(|path| ["Cell", "Point"].map(|data| path.replace("{}", data)))
         .collect();
     paths.extend(IN_SINGLE_PRECISION.map(str::to_owned));
+    paths.extend(OBSTACLE_ONLY.map(str::to_owned));
     paths.extend(PRESCRIBED_ONLY.map(str::to_owned));
+    paths.extend(SEVERAL_FACES_ONLY.map(str::to_owned));
+    paths.insert(FACES_WITH_FRICTION_ONLY.to_owned());
     let all = [&CONTACT_ONLY[..], &FRICTION_ONLY, &COULOMB_ONLY].concat();
     if let Some(present) = present {
         let other = if present == "Cell" { "Point" } else { "Cell" };
@@ -197,6 +219,23 @@ fn with_regions_and_nodal_multipliers_everything_is_there_but_the_panes() {
 }
 
 #[test]
+fn with_an_obstacle_its_distance_is_there_and_normals_where_they_vary() {
+    let sphere = "obstacle.sphere = { centre = [1.5, 0.5, -9.0], radius = 9.0 }\n";
+    let found = absent_from(&[CONTACT, sphere, RAMPS]);
+    let ([clearance], normals) = (OBSTACLE_ONLY, "/mesh/contact_node_normal");
+    let mut absent = expected(&[&REGIONS_ONLY, &["/mesh/contact_normal"]], Some("Cell"));
+    assert!(absent.remove(clearance));
+    absent.remove(normals);
+    assert_eq!(found, absent);
+
+    let plane = "obstacle.half_space = { point = [0.0, 0.0, -1e-5], normal = [0.0, 0.0, 1.0] }\n";
+    let found = absent_from(&[CONTACT, plane, RAMPS]);
+    let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
+    assert!(absent.remove(clearance));
+    assert_eq!(found, absent);
+}
+
+#[test]
 fn with_prescribed_displacements() {
     let clamp = "[[clamp]]\nface = 'x_max'\ncomponents = ['y']\nvalue = [0.0, 1e-6, 0.0]\n";
     let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
@@ -206,6 +245,25 @@ fn with_prescribed_displacements() {
     let resting = clamp.replace("1e-6", "0");
     let absent = expected(&[&REGIONS_ONLY], Some("Cell"));
     assert_eq!(absent_from(&[&resting, CONTACT, RAMPS]), absent);
+}
+
+#[test]
+fn with_several_contact_faces() {
+    let faces = "[[contact]]\nface = 'z_min'\n[[contact]]\nface = 'y_max'\n";
+    let absent: [&[&str]; 5] = [
+        &FRICTION_ONLY,
+        &COULOMB_ONLY,
+        &SLIP_ONLY,
+        &REGIONS_ONLY,
+        &ONE_FACE_ONLY,
+    ];
+    let mut frictionless = expected(&absent, Some("Cell"));
+    frictionless.retain(|path| !SEVERAL_FACES_ONLY.contains(&path.as_str()));
+    assert_eq!(absent_from(&[faces]), frictionless);
+    let mut rough = expected(&[&REGIONS_ONLY, &ONE_FACE_ONLY], Some("Cell"));
+    rough.retain(|path| !SEVERAL_FACES_ONLY.contains(&path.as_str()));
+    rough.remove(FACES_WITH_FRICTION_ONLY);
+    assert_eq!(absent_from(&[faces, RAMPS]), rough);
 }
 
 #[test]

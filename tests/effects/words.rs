@@ -55,6 +55,7 @@ fn an_elastic_scene_names_what_it_lacks() {
                 "prescribed displacements",
                 "body force",
                 "contact",
+                "obstacle",
                 "initial gap",
                 "friction",
                 "slip-dependent coefficients",
@@ -79,6 +80,7 @@ fn every_effect_is_counted() {
         "poisson_ratios = [0.2, 0.2, 0.2]\nshear_moduli = [1e11, 1e11, 1e11]\n",
         CONTACT,
         "angle = 'x'\ngap = '1e-5*x'\n",
+        "obstacle.half_space = { point = [0, 0, 0], normal = [0, 0, 1] }\n",
         "[friction.coefficient_1]\nexpression = '0.3 + x*exp(-s1/1e-5)'\n",
         "[friction.coefficient_2]\nconstant = 0.2\n",
     ]);
@@ -93,6 +95,7 @@ fn every_effect_is_counted() {
                 ("prescribed displacements", 0),
                 ("body force", 0),
                 ("contact", 12),
+                ("obstacle", 0),
                 ("initial gap", 0),
                 ("friction", 24),
                 ("slip-dependent coefficients", 130),

@@ -240,7 +240,6 @@ fn starts_on_a_finer_mesh_keep_a_uniform_stress() {
                 &coarse,
                 &fine,
                 &body.parents(),
-                true,
                 &uniform(panes(&coarse)),
             );
             assert!(panes(&fine) > panes(&coarse), "{element:?} {space:?}");

@@ -1,9 +1,13 @@
 //! Several contact faces: closed forms that equilibrium alone gives, and one face described in two ways.
 
+use std::path::Path;
+
 use contact3d::{
     AssembledProblem, Problem,
+    adaptation::transferred,
     contact::MultiplierLayout,
     dual::smallest_eigenvalue,
+    mesh::{Mesh, RefinableBody},
     post::{ContactReport, FaceResultants, Zone},
     scene::{
         Body, Clamp, Component, Contact, DualOperatorKind, ElementOrder, Friction, InnerSolver,
@@ -118,8 +122,8 @@ fn a_block_between_rough_plates_is_held_by_the_friction_of_both() {
     }
 }
 
-/// A slab on a foundation of which one half is dry and the other greased: pulled by more than friction holds, it slides as
-/// a whole, and a soft end holds the rest.
+/// A slab in plane strain along y on a foundation of which one half is dry and the other greased, pulled from a clamp by more
+/// than friction holds.
 fn halves(dry: Option<Friction>, greased: Option<Friction>) -> Scene {
     let contact = |name: &str, from: f64, to: f64, law: Option<Friction>| Contact {
         friction: law,
@@ -130,7 +134,8 @@ fn halves(dry: Option<Friction>, greased: Option<Friction>) -> Scene {
     brick([3.0, 1.0, 0.5], [12, 4, 2])
         .with_clamp(Clamp::face("x_min").along(&[Component::X]))
         .with_clamp(Clamp::face("y_min").along(&[Component::Y]))
-        .with_clamp(Clamp::inside([[0.0, 0.0, 0.5], [0.0, 1.0, 0.5]]).along(&[Component::Z]))
+        .with_clamp(Clamp::face("y_max").along(&[Component::Y]))
+        .with_clamp(Clamp::inside([[0.0, 0.0, 0.25], [0.0, 1.0, 0.25]]).along(&[Component::Z]))
         .with_pressure(Pressure::on("z_max", 1e7))
         .with_traction(Traction::on("x_max", [5e7, 0.0, 0.0]))
         .with_contact(contact("dry", 0.0, 1.5, dry))
@@ -141,18 +146,21 @@ fn halves(dry: Option<Friction>, greased: Option<Friction>) -> Scene {
 fn a_dry_and_a_greased_half_resist_by_their_own_coefficients() {
     let scene = halves(Some(Friction::coulomb(0.6)), Some(Friction::coulomb(0.05)));
     let (_, _, report) = solved(&scene);
+    let mut resisted = 0.0;
     for (face, coefficient) in report.faces.iter().zip([0.6, 0.05]) {
-        let [first, _] = face.contact.tangential_force.expect("friction");
-        let pressed = face.zone_counts[0] == 0;
-        assert!(
-            pressed && face.zone_counts[1] == 0,
-            "{:?}",
-            face.zone_counts
-        );
-        // Lateral contraction turns the slip of some panes a little out of the direction of the pull.
-        let ratio = first / (coefficient * face.contact.normal_force);
-        assert!(ratio < 1.0 + 1e-9 && ratio > 0.9, "{ratio}");
+        assert_eq!(face.zone_counts[1], 0, "no pane sticks");
+        let [first, second] = face.contact.tangential_force.expect("friction");
+        let friction = coefficient * face.contact.normal_force;
+        // Sums of some ten forces of a solve to 1e-12.
+        assert!((first / friction - 1.0).abs() < 1e-9, "{first} {friction}");
+        assert!(second.abs() < 1e-9 * first);
+        resisted += friction;
     }
+    let clamp = report.resultants.clamp_force[0];
+    assert!(
+        (clamp / (resisted - 2.5e7) - 1.0).abs() < 1e-9,
+        "{clamp} {resisted}"
+    );
 }
 
 /// Two halves with one law are one face: the same multipliers, in another order, whatever the law and its method.
@@ -226,11 +234,12 @@ fn a_frictionless_half_is_one_with_no_slip_bound() {
 /// A law capped at a pressure that all panes exceed is a given slip bound.
 #[test]
 fn a_cap_below_all_pressures_is_a_given_slip_bound() {
-    let capped = halves(
-        Some(Friction::coulomb(1.0).capped(1e5)),
-        Some(Friction::coulomb(0.1)),
-    );
-    let given = halves(Some(Friction::tresca(1e5)), Some(Friction::coulomb(0.1)));
+    let pressed = |law: Friction| Scene {
+        pressures: vec![Pressure::on("z_max", 5e7)],
+        ..halves(Some(law), Some(Friction::coulomb(0.1)))
+    };
+    let capped = pressed(Friction::coulomb(1.0).capped(1e5));
+    let given = pressed(Friction::tresca(1e5));
     let ((_, capped, report), (_, given, _)) = (solved(&capped), solved(&given));
     let least = report.panes.iter().map(|pane| -pane.normal_stress);
     assert!(
@@ -471,5 +480,36 @@ fn a_block_is_pushed_up_a_slope_by_the_force_of_its_friction_angle() {
         let held = report.resultants.clamp_force[0];
         // The soft end also bears a millionth of what its shear and the block's tilt ask for.
         assert!((held + expected).abs() < 1e-5 * weight, "{held} {expected}");
+    }
+}
+
+/// On a finer mesh each face starts from its own stresses, in tetrahedra with sides on two faces too.
+#[test]
+fn stresses_of_each_face_go_to_the_same_face_of_a_finer_mesh() {
+    for nodal in [false, true] {
+        let mut scene = corner(None, Some(Friction::coulomb(0.3)));
+        if nodal {
+            scene.contacts[0].multipliers = contact3d::scene::MultiplierSpace::Nodal;
+        }
+        let mut body = RefinableBody::new(&scene, Path::new("")).expect("a brick");
+        let coarse = body.mesh().expect("a mesh");
+        body.refine(&vec![1; body.n_tetrahedra()]);
+        let fine = body.mesh().expect("a mesh");
+        // The wall has friction and comes first.
+        let stresses = |mesh: &Mesh| -> Vec<f64> {
+            let surface = mesh.contact.as_ref().expect("contact");
+            let [wall, floor] = [0, 1].map(|face| surface.faces[face].panes.len());
+            let normal = [vec![1.0; wall], vec![2.0; floor]].concat();
+            [normal, [10.0, 20.0].repeat(wall)].concat()
+        };
+        let start = transferred(&coarse, &fine, &body.parents(), &stresses(&coarse));
+        for (found, expected) in start.iter().zip(&stresses(&fine)) {
+            // Means of equal numbers, weighted by areas.
+            assert!(
+                (found - expected).abs() < 1e-14 * expected,
+                "{found} {expected}"
+            );
+        }
+        assert_eq!(start.len(), stresses(&fine).len());
     }
 }

@@ -23,7 +23,8 @@ pub struct Interface {
     pub names: Vec<String>,
     /// ν and the axes of friction.
     pub frame: ContactFrame,
-    /// Initial gap d ≥ 0 at the contact nodes in m, `[n_contact_nodes]`; `None` for no gap.
+    /// Initial gap d ≥ 0 at the contact nodes in m, `[n_contact_nodes]`: the distance from an obstacle plus the gap of
+    /// the scene; `None` without both.
     pub gap: Option<Vec<f64>>,
     /// How slips are made from displacements.
     pub slip: SlipOperator,
@@ -224,7 +225,8 @@ fn face_law(
     }))
 }
 
-/// The initial gaps of all faces, 0 where a face has none; `None` where none has one.
+/// The initial gaps of all faces, the distances from obstacles included; 0 where a face has none, `None` where none has
+/// one.
 fn gap(
     scene: &Scene,
     features: &[ContactFeatures],
@@ -232,7 +234,8 @@ fn gap(
     mesh: &Mesh,
 ) -> Result<Option<Vec<f64>>, Invalid> {
     if features.iter().all(|face| face.gap.is_none()) {
-        return Ok(None);
+        let clearance = &surface.clearance;
+        return Ok((!clearance.is_empty()).then(|| clearance.clone()));
     }
     let mut gaps = Vec::with_capacity(surface.nodes.len());
     for (face, has) in surface.faces.iter().zip(features) {
@@ -243,6 +246,9 @@ fn gap(
                 gaps.extend(non_negative(&key, gap, &positions(surface, face, mesh))?);
             }
         }
+    }
+    for (gap, clearance) in gaps.iter_mut().zip(&surface.clearance) {
+        *gap += clearance;
     }
     Ok(Some(gaps))
 }

@@ -92,13 +92,12 @@ pub(super) fn panes_of_part(
 /// The share of a triangle's area that lies inside a box, which may be flat: by cutting the triangle at each of its six
 /// planes, widened by what rounding may move a corner.
 fn share_inside(triangle: &[[f64; 3]; 3], [low, high]: &[[f64; 3]; 2]) -> f64 {
-    let size = |c: usize| {
-        let corners = triangle.iter().map(|x| x[c]);
-        corners
-            .chain([low[c], high[c]])
-            .fold(0.0, |most: f64, x| most.max(x.abs()))
-    };
-    let slack = 1e-9 * (0..3).map(size).fold(0.0, f64::max);
+    // Of the triangle's own coordinates: corners of a box may be far away.
+    let size = triangle
+        .as_flattened()
+        .iter()
+        .fold(0.0, |most: f64, x| most.max(x.abs()));
+    let slack = 1e-9 * size;
     let mut polygon: Vec<[f64; 3]> = triangle.to_vec();
     for c in 0..3 {
         polygon = cut(&polygon, |x| x[c] - (low[c] - slack));
@@ -227,6 +226,7 @@ mod tests {
             ([0.5, 0.0, 0.0], [1.0, 1.0, 0.0], 0.25),
             ([0.0, 0.0, 0.1], [1.0, 1.0, 1.0], 0.0),
             ([1.0, 0.0, 0.0], [2.0, 1.0, 0.0], 0.0),
+            ([-1e12, -1e12, -1e12], [0.5, 1e12, 1e12], 0.75),
         ] {
             // The box is widened by 1e-9 of its size.
             assert!((share_inside(&TRIANGLE, &[low, high]) - share).abs() < 1e-8);

@@ -8,6 +8,7 @@ mod error;
 mod gmsh;
 mod isoparametric;
 mod mid_edges;
+mod obstacle;
 mod patches;
 #[cfg(test)]
 mod patches_tests;
@@ -16,7 +17,7 @@ mod refined;
 mod regions;
 mod side;
 
-use std::path::Path;
+use std::{collections::BTreeSet, path::Path};
 
 pub use brick::{brick, brick_counts};
 pub use contact_surface::{ContactSurface, SurfaceFace};
@@ -29,9 +30,10 @@ pub use refined::{RefinableBody, Refinement};
 pub(crate) use side::{SidePoint, is_straight, sorted};
 
 use contact_surface::{ContactFace, FaceTriangle, plane_of};
+use obstacle::Approach;
 
 use crate::scene::{
-    Brick, BrickFace, Clamp, Contact, ElementOrder, Invalid, MultiplierSpace, Scene, Shape, Written,
+    BrickFace, Clamp, Contact, ElementOrder, Invalid, MultiplierSpace, Scene, Shape, Written,
 };
 
 /// Largest distance of a contact node from the plane of its face, over the extent of the face:
@@ -80,6 +82,24 @@ impl RawMesh {
     }
 }
 
+/// Where a mesh comes from.
+#[derive(Debug, Clone, Copy)]
+enum Origin {
+    /// The body's own: that of a brick consists of whole cells.
+    First,
+    /// Cut from the first one, which left this much of a curved contact face, in m.
+    Cut { faceting: f64 },
+}
+
+impl Origin {
+    fn faceting(self) -> f64 {
+        match self {
+            Self::First => 0.0,
+            Self::Cut { faceting } => faceting,
+        }
+    }
+}
+
 /// A conforming mesh of positively oriented tetrahedra.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
@@ -111,17 +131,33 @@ impl Mesh {
     pub fn of_scene(scene: &Scene, folder: &Path) -> Result<Self, MeshError> {
         let raw = RawMesh::of_scene(scene, folder)?;
         let regions = regions::assign(scene, &raw)?;
-        Self::new(scene, raw, regions, true)
+        Self::new(scene, raw, regions, Origin::First)
     }
 
-    /// A mesh of a scene's body with a region for each tetrahedron; `is_regular` says whether that
-    /// of a brick consists of whole cells.
+    /// A mesh of a scene's body with a region for each tetrahedron.
     fn new(
         scene: &Scene,
         raw: RawMesh,
         tetrahedron_region: Vec<usize>,
-        is_regular: bool,
+        origin: Origin,
     ) -> Result<Self, MeshError> {
+        let mut mesh = Self::without_contact(scene, raw, tetrahedron_region)?;
+        mesh.check_clamp_boxes(&scene.clamps)?;
+        let held = mesh.held_nodes(scene);
+        let order = scene.contact_order().into_iter();
+        let surfaces = order.map(|entry| mesh.contact_surface(scene, entry, origin, &held));
+        mesh.contact = ContactSurface::joined(surfaces.collect::<Result<_, MeshError>>()?);
+        if let Some(surface) = &mesh.contact {
+            contact_parts::check_meeting(scene, &mesh, surface, &held)?;
+        }
+        Ok(mesh)
+    }
+
+    fn without_contact(
+        scene: &Scene,
+        raw: RawMesh,
+        tetrahedron_region: Vec<usize>,
+    ) -> Result<Self, Invalid> {
         let mut mesh = Self {
             coordinates: raw.coordinates,
             tetrahedra: raw.tetrahedra,
@@ -133,18 +169,6 @@ impl Mesh {
             contact: None,
         };
         mesh.set_element(scene.body.element, raw.mid_edges)?;
-        mesh.check_clamp_boxes(&scene.clamps)?;
-        let cells = match &scene.body.shape {
-            Shape::Brick(spec) if is_regular => Some(spec),
-            Shape::Brick(_) | Shape::Gmsh(_) => None,
-        };
-        let held = mesh.held_nodes(scene);
-        let order = scene.contact_order().into_iter();
-        let surfaces = order.map(|entry| mesh.contact_surface(scene, entry, cells, &held));
-        mesh.contact = ContactSurface::joined(surfaces.collect::<Result<_, MeshError>>()?);
-        if let Some(surface) = &mesh.contact {
-            contact_parts::check_meeting(scene, &mesh, surface, &held)?;
-        }
         Ok(mesh)
     }
 
@@ -190,33 +214,20 @@ impl Mesh {
         &self,
         scene: &Scene,
         entry: usize,
-        cells: Option<&Brick>,
+        origin: Origin,
         held: &[[bool; 3]],
     ) -> Result<ContactSurface, MeshError> {
         let (contact, key) = (&scene.contacts[entry], scene.contact_key(entry));
         let facets = self.contact_facets(scene, entry)?;
         let corners: Vec<[usize; 3]> = facets.iter().map(|&f| self.facets[f]).collect();
-        let others = facets.iter().flat_map(|&f| self.facet_nodes(f));
-        let (normal, unevenness) = plane_of(&self.coordinates, corners.iter().copied(), others)
-            .unwrap_or(([0.0; 3], f64::INFINITY));
-        if unevenness.is_nan() || unevenness > FLAT {
-            return Err(Invalid {
-                key: format!("{key}.face"),
-                expected: "a flat face".into(),
-                found: format!(
-                    "{}, whose nodes are up to {unevenness:.1e} of its extent away from a plane",
-                    Written(&contact.face)
-                ),
-                help: "the foundation is flat; split the face into flat ones, or describe a small unevenness by contact.gap".into(),
-            }
-            .into());
-        }
-        let face = ContactFace {
-            normals: vec![normal],
-            triangles: facets.iter().map(|&f| self.face_triangle(f)).collect(),
+        let face = self.contact_face(contact, &facets, origin);
+        let face = face.map_err(|invalid| under(&key, invalid))?;
+        let cells = match (&scene.body.shape, origin) {
+            (Shape::Brick(spec), Origin::First) => Some(spec),
+            (Shape::Brick(_), Origin::Cut { .. }) | (Shape::Gmsh(_), _) => None,
         };
         Ok(match (contact.multipliers, cells) {
-            (MultiplierSpace::Nodal, _) => ContactSurface::nodal(&face, |node| {
+            (MultiplierSpace::Nodal, _) => ContactSurface::nodal(face, |node, normal| {
                 (0..3).all(|c| normal[c] == 0.0 || held[node][c])
             }),
             (MultiplierSpace::Panes, Some(spec)) => {
@@ -238,19 +249,60 @@ impl Mesh {
                         help: "a pane is 2 x 2 cells of the contact face, with body.element = \"P2\" one; nodal multipliers may be cut anywhere".into(),
                     }
                 })?;
-                ContactSurface::with_panes(&face, part)
+                ContactSurface::with_panes(face, part)
             }
             (MultiplierSpace::Panes, None) => {
                 let is_free = |node: usize| held[node] == [false; 3];
                 let carriers: Vec<[usize; 3]> = face.triangles.iter().map(|t| t.carriers).collect();
                 let panes = patches::build(&self.coordinates, &corners, &carriers, is_free)
-                    .map_err(|invalid| Invalid {
-                        key: format!("{key}.face"),
-                        ..invalid
-                    })?;
-                ContactSurface::with_panes(&face, panes)
+                    .map_err(|invalid| under(&key, invalid))?;
+                ContactSurface::with_panes(face, panes)
             }
         })
+    }
+
+    /// The triangles of the contact face with its normals and its distance from an obstacle.
+    fn contact_face(
+        &self,
+        contact: &Contact,
+        facets: &[usize],
+        origin: Origin,
+    ) -> Result<ContactFace, Invalid> {
+        let nodes: BTreeSet<usize> = facets.iter().flat_map(|&f| self.facet_nodes(f)).collect();
+        let nodes: Vec<usize> = nodes.into_iter().collect();
+        let (normals, clearance) = match &contact.obstacle {
+            None => (vec![self.flat_normal(contact, facets)?], Vec::new()),
+            Some(obstacle) => {
+                let approach = Approach::new(self, facets, &nodes, obstacle, origin.faceting())?;
+                (approach.normals, approach.clearance)
+            }
+        };
+        Ok(ContactFace {
+            nodes,
+            normals,
+            clearance,
+            triangles: facets.iter().map(|&f| self.face_triangle(f)).collect(),
+        })
+    }
+
+    /// The outward normal of a contact face without an obstacle, which is flat.
+    fn flat_normal(&self, contact: &Contact, facets: &[usize]) -> Result<[f64; 3], Invalid> {
+        let corners = facets.iter().map(|&f| self.facets[f]);
+        let others = facets.iter().flat_map(|&f| self.facet_nodes(f));
+        let (normal, unevenness) =
+            plane_of(&self.coordinates, corners, others).unwrap_or(([0.0; 3], f64::INFINITY));
+        if unevenness.is_nan() || unevenness > FLAT {
+            return Err(Invalid {
+                key: "contact.face".into(),
+                expected: "a flat face, or contact.obstacle for a curved one".into(),
+                found: format!(
+                    "{}, whose nodes are up to {unevenness:.1e} of its extent away from a plane",
+                    Written(&contact.face)
+                ),
+                help: "without an obstacle the foundation is flat; say what the face may touch, such as [contact.obstacle.half_space], or describe a small unevenness of a flat face by contact.gap".into(),
+            });
+        }
+        Ok(normal)
     }
 
     /// A triangle of the contact face with the integrals of its nodes' shape functions.
@@ -344,6 +396,15 @@ impl Mesh {
     pub fn facets_on(&self, face: &str) -> impl Iterator<Item = usize> + '_ {
         let number = self.face_names.iter().position(|name| name == face);
         (0..self.facets.len()).filter(move |&f| Some(self.facet_face[f]) == number)
+    }
+}
+
+/// What is wrong with a contact face, under its key in the scene.
+fn under(key: &str, invalid: Invalid) -> Invalid {
+    let rest = invalid.key.strip_prefix("contact").map(str::to_owned);
+    Invalid {
+        key: rest.map_or(invalid.key, |rest| format!("{key}{rest}")),
+        ..invalid
     }
 }
 

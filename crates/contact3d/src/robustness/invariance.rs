@@ -16,7 +16,8 @@ pub enum Invariance {
     BinaryUnits,
     /// Millimetres and newtons per square millimetre for metres and pascals.
     DecimalUnits,
-    /// Loads, gap and the slips of the law times 2⁻³⁰: all bits stay.
+    /// Loads, gap and the slips of the law times 2⁻³⁰: all bits stay. Not against an obstacle, whose distance is part of
+    /// the geometry.
     LoadScaling,
     /// Scattered node numbers.
     Renumbering,
@@ -154,6 +155,11 @@ fn changed(
 ) -> Result<Option<(Status, Vec<f64>)>, ProblemError> {
     let scene = problem.assembled.scene();
     if let Some(scaling) = invariance.scaling() {
+        let mut contacts = scene.contacts.iter();
+        let has_obstacle = contacts.any(|contact| contact.obstacle.is_some());
+        if has_obstacle && !scaling.is_similarity() {
+            return Ok(None);
+        }
         let (scaled, cuts) = (scaling.apply(scene)?, problem.refinement.clone());
         let other = ExplicitProblem::refined(scaled, folder, cuts)?;
         let solution = other.assembled.solve(&scene.solve)?;

@@ -6,6 +6,7 @@ mod conditioning;
 mod cross_checks;
 mod explicit_problem;
 mod invariance;
+mod obstacles;
 mod renumbering;
 mod rounding_bound;
 mod scaling;

@@ -17,6 +17,11 @@ pub(crate) struct Scaling {
 }
 
 impl Scaling {
+    /// Whether distances between points scale as displacements do, which an obstacle asks for.
+    pub(super) fn is_similarity(&self) -> bool {
+        self.length == self.displacement
+    }
+
     /// The scene with all numbers scaled; its multipliers are those of the scene times `stress`.
     ///
     /// # Errors
@@ -40,6 +45,8 @@ impl Scaling {
         }
         for contact in &mut scaled.contacts {
             contact.gap = self.quantity(&contact.gap, self.displacement)?;
+            let obstacle = contact.obstacle.as_ref();
+            contact.obstacle = obstacle.map(|o| self.obstacle(o)).transpose()?;
             if let Some(angle) = &mut contact.angle {
                 *angle = self.quantity(angle, 1.0)?;
             }
@@ -92,7 +99,7 @@ impl Scaling {
     }
 
     /// A quantity of the place, itself times `factor`.
-    fn quantity(&self, quantity: &Quantity, factor: f64) -> Result<Quantity, Invalid> {
+    pub(super) fn quantity(&self, quantity: &Quantity, factor: f64) -> Result<Quantity, Invalid> {
         let formula = match quantity {
             Quantity::Constant(value) => return Ok(Quantity::Constant(value * factor)),
             Quantity::Function(function) => {

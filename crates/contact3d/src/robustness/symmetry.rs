@@ -27,7 +27,7 @@ const EXCHANGED: [(&str, &str); 4] = [
 
 impl Symmetry {
     /// The scene of the image; `None` for bodies from mesh files, for other contact faces, for
-    /// meshes whose image is another mesh, and for axes of friction given as vectors.
+    /// meshes whose image is another mesh, for axes of friction given as vectors, and for obstacles without an image.
     ///
     /// # Errors
     /// A formula that becomes too long.
@@ -50,6 +50,15 @@ impl Symmetry {
         self.map_body(&mut image, width);
         self.map_loads(&mut image, width)?;
         for contact in &mut image.contacts {
+            if let Some(obstacle) = &contact.obstacle {
+                // Exchanged axes make y, not x, the axis that is projected on tangent planes.
+                let projected = self == Self::Exchange && scene.has_friction();
+                let seen = self.obstacle(obstacle, width)?;
+                let Some(seen) = seen.filter(|_| !projected) else {
+                    return Ok(None);
+                };
+                contact.obstacle = Some(seen);
+            }
             contact.gap = self.quantity(&contact.gap, width, false)?;
             if let Some(angle) = &mut contact.angle {
                 *angle = self.quantity(angle, width, true)?;
@@ -214,7 +223,7 @@ impl Symmetry {
     }
 
     /// A quantity of the place, or its negative.
-    fn quantity(
+    pub(super) fn quantity(
         self,
         quantity: &Quantity,
         width: f64,

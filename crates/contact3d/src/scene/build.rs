@@ -7,7 +7,7 @@ use units::Units;
 use super::{
     AssembleSettings, Body, BodyForce, Brick, Clamp, Coefficient, Component, Contact,
     DualOperatorKind, ElementOrder, Expression, ExpressionError, Formula, Friction, GmshFile,
-    Invalid, Isotropic, LawFunction, LawPoint, Material, MultiplierSpace, POSITION, Parameters,
+    Invalid, Isotropic, LawFunction, LawPoint, Material, MultiplierSpace, Obstacle, POSITION, Parameters,
     Part, PlaceFunction, Pressure, Quantity, Ramp, Region, Scene, Shape, SlipDerivative,
     SlipInterpolation, SolveSettings, Table, Traction,
 };
@@ -232,6 +232,7 @@ impl Contact {
     pub fn on(face: impl Into<String>) -> Self {
         Self {
             face: face.into(),
+            obstacle: None,
             name: None,
             corners: None,
             gap: Quantity::default(),
@@ -241,6 +242,13 @@ impl Contact {
             slip_interpolation: SlipInterpolation::default(),
             friction: None,
         }
+    }
+
+    /// The same against a rigid obstacle; the face may then be curved.
+    #[must_use]
+    pub fn against(mut self, obstacle: Obstacle) -> Self {
+        self.obstacle = Some(obstacle);
+        self
     }
 
     /// The same under another name than that of the face.

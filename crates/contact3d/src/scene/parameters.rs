@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::{
-    Coefficient, Expression, ExpressionError, Invalid, LAW_VARIABLES, Parameters, Quantity, Scene,
+    Coefficient, Expression, ExpressionError, Invalid, LAW_VARIABLES, Obstacle, Parameters, Quantity,
+    Scene,
     contacts::contact_key,
     expression::{is_identifier, meaning},
 };
@@ -109,6 +110,9 @@ impl Scene {
         let count = self.contacts.len();
         for (entry, contact) in self.contacts.iter_mut().enumerate() {
             let key = contact_key(count, entry);
+            if let Some(Obstacle::Height(height)) = &mut contact.obstacle {
+                add(&format!("{key}.obstacle.height.value"), &mut height.value);
+            }
             add(&format!("{key}.gap"), &mut contact.gap);
             for value in contact.axis_1.iter_mut().flatten() {
                 add(&format!("{key}.axis_1"), value);

@@ -12,7 +12,7 @@ pub(super) struct ParserWords {
 const KEYS: &str = "docs/scene.md lists the keys with their types and defaults";
 
 /// Tables that hold exactly one kind of several: the end of the key, the kinds, an example.
-const CHOICES: [(&str, &[&str], &str); 4] = [
+const CHOICES: [(&str, &[&str], &str); 5] = [
     (
         "material",
         &["isotropic", "orthotropic", "voigt"],
@@ -27,6 +27,11 @@ const CHOICES: [(&str, &[&str], &str); 4] = [
         "coefficient",
         &["constant", "ramp", "table", "grid", "expression"],
         "friction.coefficient.constant = 0.3",
+    ),
+    (
+        "obstacle",
+        &["half_space", "sphere", "cylinder", "height"],
+        "contact.obstacle.sphere = { centre = [0.0, 0.0, -1.0], radius = 1.0 }",
     ),
     // Beside one of these a body may have `element`.
     (

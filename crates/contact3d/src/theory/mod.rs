@@ -212,6 +212,15 @@ fn require_covered(scene: &Scene) -> Result<(), Invalid> {
             });
         }
     }
+    let obstacle = faces.first().and_then(|face| face.obstacle.as_ref());
+    if let Some(obstacle) = obstacle {
+        return Err(Invalid {
+            key: "contact.obstacle".into(),
+            expected: "no obstacle, as in HKL section 2".into(),
+            found: obstacle.word().into(),
+            help: "there the contact face is flat and touches its foundation everywhere at first; leave the obstacle out".into(),
+        });
+    }
     let gap = faces.first().and_then(|face| face.gap.clone());
     if let Some(gap) = gap {
         return Err(Invalid {

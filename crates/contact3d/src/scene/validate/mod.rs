@@ -5,6 +5,7 @@ mod brick_planes;
 mod contact;
 mod friction;
 mod material;
+mod obstacle;
 mod solve;
 mod supports;
 
