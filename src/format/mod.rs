@@ -3,6 +3,7 @@
 mod accuracy;
 mod adapt;
 mod assemble;
+mod axes;
 mod branches;
 mod case;
 mod checkpoint;
