@@ -30,7 +30,9 @@ pub use quality::Quality;
 pub use refined::{RefinableBody, Refinement};
 pub(crate) use side::{SidePoint, is_straight, sorted};
 
-use crate::scene::{BrickFace, Clamp, ElementOrder, Invalid, Scene, Shape, Written};
+use crate::scene::{
+    BrickFace, Clamp, Contact, ElementOrder, Invalid, MultiplierSpace, Scene, Shape, Written,
+};
 
 /// Nodes, tetrahedra and named boundary of a body, before the scene's parts are found on it.
 #[derive(Debug, Clone, PartialEq)]
