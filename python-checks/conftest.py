@@ -151,7 +151,18 @@ def tight(tight_path) -> RawProblem:
 @pytest.fixture(scope="session")
 def schema() -> dict:
     """The published table of datasets."""
-    path = ROOT / "schemas" / "run_file.json"
+    return read_schema("run_file.json")
+
+
+@pytest.fixture(scope="session")
+def series_schema() -> dict:
+    """The published table of datasets of a series."""
+    return read_schema("series.json")
+
+
+def read_schema(name: str) -> dict:
+    """One of the published schemas."""
+    path = ROOT / "schemas" / name
     if not path.is_file():
         pytest.fail(f"no {path}: run `contact3d-pipe schema`")
     return json.loads(path.read_text())

@@ -9,6 +9,8 @@ from units import unit_word
 
 # What VTK itself demands on its group, besides the attributes of every stage.
 VTK_ATTRIBUTES = {"Type", "Version"}
+# On the group of the steps of a series.
+SERIES_ATTRIBUTES = {"NSteps"}
 NUMBERS = {"f64": np.dtype("<f8"), "f32": np.dtype("<f4"), "i64": np.dtype("<i8"), "u8": np.dtype("u1")}
 
 
@@ -91,7 +93,8 @@ class _Checker:
                 if not isinstance(group[name], h5py.Group):
                     self.say(path, "is a dataset instead of a group")
                     continue
-                self.attributes(group[name], [])
+                extra = SERIES_ATTRIBUTES if path == "/VTKHDF/Steps" else set()
+                self.attributes(group[name], [], extra)
                 self.walk(group[name], found)
             else:
                 self.say(path, "not in the schema")

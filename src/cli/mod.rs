@@ -11,6 +11,7 @@ mod html;
 mod interruption;
 mod law;
 mod law_words;
+mod measured;
 mod override_scene;
 mod progress;
 mod report;

@@ -13,7 +13,11 @@ use contact3d::{
 use units::Units;
 
 use super::{features, report::status};
-use crate::{format::Sizes, pipeline::Performed, views::motion_words};
+use crate::{
+    format::Sizes,
+    pipeline::Performed,
+    views::{motion_words, radius_words, sign_words},
+};
 
 /// Estimates above this share of the energy norm were down to 0.66 of the error on meshes of some hundred unknowns; below
 /// it they were between 0.7 and 1.5 times the error (docs/accuracy.md).
@@ -83,6 +87,12 @@ pub(super) fn table(
     line("applications n_A", solution.applications.to_string());
     if let Some(change) = solution.mapping_change {
         line("moved by the mapping Psi", format!("{change:.1e}"));
+    }
+    if let Some(local) = &solution.local_mapping {
+        line("spectral radius of Psi'", radius_words(local));
+        if let Some(words) = sign_words(local) {
+            line("sign of det R'", words.to_owned());
+        }
     }
     if let Some(contact) = &r.contact {
         line(
@@ -317,6 +327,8 @@ pub(super) fn json(
         "actions": solution.applications,
         "accuracy": solution.accuracy,
         "mapping_change": solution.mapping_change,
+        "spectral_radius": solution.local_mapping.map(|local| local.spectral_radius),
+        "determinant_sign": solution.local_mapping.map(|local| local.determinant),
         "open": report.count(Zone::Open),
         "stick": report.count(Zone::Stick),
         "slip": report.count(Zone::Slip),

@@ -12,6 +12,7 @@ mod history;
 mod load;
 mod mesh;
 mod outcome;
+mod path_series;
 mod post;
 mod scene;
 mod sizes;
@@ -22,6 +23,7 @@ mod sweep;
 mod theory;
 mod vtkhdf;
 mod vtkhdf_check;
+mod vtkhdf_series;
 
 use thiserror::Error;
 
@@ -38,6 +40,7 @@ pub use case::{CERTIFICATE, CaseResults, read_case};
 pub use checkpoint::{GROUP as CHECKPOINT, read as read_checkpoint, write as write_checkpoint};
 pub use load::{read as read_loads, write as write_loads};
 pub use mesh::{read as read_mesh, write as write_mesh};
+pub use path_series::{SERIES_LAYOUT, begin as begin_path_series};
 pub use post::{ContactSummary, Summary, read_summary, write as write_report};
 pub use scene::{GROUP as SCENE, read as read_scene, text as scene_text, write as write_scene};
 pub use sizes::{Sizes, read_sizes};
@@ -50,6 +53,7 @@ pub use sweep::{
 pub use theory::{GROUP as THEORY, read as read_theory, write as write_theory};
 pub use vtkhdf::{GROUP as VTKHDF, write as write_vtkhdf};
 pub use vtkhdf_check::{check as check_vtkhdf, problems};
+pub use vtkhdf_series::Series;
 
 use contact3d::{
     linalg::{CscMatrix, PartsError},
@@ -57,6 +61,23 @@ use contact3d::{
 };
 use runfile::{Layout, Reader, SparseView, StoreError};
 use units::Units;
+
+/// Sizes of what ParaView reads, in run files and in files of series.
+const CELLS_EXTENT: (&str, &str) = (
+    "n_cells",
+    "VTK cells: the tetrahedra, then the contact triangles",
+);
+const CONNECTIVITY_EXTENT: (&str, &str) = ("n_connectivity", "node references of all VTK cells");
+const POINT_VALUES_EXTENT: (&str, &str) = (
+    "n_point_values",
+    "values on points for ParaView: nodes, once for each step of a series",
+);
+const CELL_VALUES_EXTENT: (&str, &str) = (
+    "n_cell_values",
+    "values on cells for ParaView: VTK cells, once for each step of a series",
+);
+const SERIES_STEPS_EXTENT: (&str, &str) =
+    ("n_series_steps", "steps of a series that ParaView plays");
 
 /// Every dataset of a run file.
 pub const LAYOUT: Layout = Layout {
@@ -88,6 +109,7 @@ pub const LAYOUT: Layout = Layout {
         history::TABLE,
         post::TABLE,
         vtkhdf::TABLE,
+        vtkhdf_series::TABLE,
         accuracy::TABLE,
         accuracy::RUNGS_TABLE,
         accuracy::LEVELS_TABLE,
@@ -158,11 +180,11 @@ pub const LAYOUT: Layout = Layout {
             "n_done_steps",
             "steps of successive approximations done before a checkpoint",
         ),
-        (
-            "n_cells",
-            "VTK cells: the tetrahedra, then the contact triangles",
-        ),
-        ("n_connectivity", "node references of all VTK cells"),
+        CELLS_EXTENT,
+        CONNECTIVITY_EXTENT,
+        POINT_VALUES_EXTENT,
+        CELL_VALUES_EXTENT,
+        SERIES_STEPS_EXTENT,
         ("n_levels", "nested meshes of the accuracy ladder"),
         (
             "n_way_levels",

@@ -3,7 +3,7 @@
 use contact3d::{
     contact::FrictionField,
     elasticity::DofMap,
-    solver::{CoulombState, Solution, Status},
+    solver::{CoulombState, LocalMapping, Solution, Status},
 };
 use runfile::{
     DatasetSpec, Extent,
@@ -41,11 +41,15 @@ pub(super) const APPLICATIONS: &str = "/solve/actions";
 pub(super) const METHOD: &str = "/solve/method";
 pub(super) const ACCURACY: &str = "/solve/accuracy";
 const MAPPING_CHANGE: &str = "/solve/mapping_change";
+const SPECTRAL_RADIUS: &str = "/solve/spectral_radius";
+const DETERMINANT: &str = "/solve/determinant_sign";
 const LAW_EVALUATIONS: &str = "/solve/law_evaluations";
 const PROJECTIONS: &str = "/solve/projections";
 
 const NO_CONTACT: &str = "absent without contact";
 const NO_COULOMB: &str = "absent without Coulomb friction";
+
+const NO_LINEARISATION: &str = "absent unless a solution with Coulomb friction was found with the dense operator, and before format 1.7";
 
 const PANES: &[Extent] = &[Named("n_panes")];
 const PANE_PAIRS: &[Extent] = &[Named("n_friction_panes"), Fixed(2)];
@@ -69,6 +73,8 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(METHOD, Kind::Enum(StoredMethod::SPEC), &[], Dimension::Number, "Algorithm that gave the answer: minimisation without friction or with a given slip bound, direct without contact; after a failed Newton solve it is fixed_point and both histories are there."),
     GROUP.row(ACCURACY, Kind::F64, &[], Dimension::Number, "Relative error of the multipliers, measured by one more solution from them with exact residuals; the last relative change of successive approximations that did not end."),
     GROUP.row(MAPPING_CHANGE, Kind::F64, &[], Dimension::Number, "|Psi(lambda) - lambda| / |lambda| for one evaluation of the paper's mapping.").optional("absent unless Newton's method gave the answer"),
+    GROUP.row(SPECTRAL_RADIUS, Kind::F64, &[], Dimension::Number, "Spectral radius of the derivative of the mapping Psi at the solution: successive approximations converge to it from nearby where it is below 1.").symbol("rho(Psi')").optional(NO_LINEARISATION),
+    GROUP.row(DETERMINANT, Kind::I64, &[], Dimension::Number, "Sign of the determinant of Newton's matrix at the solution; the signs of all solutions add up to 1, so where it is -1 there are others.").symbol("sign det R'").optional(NO_LINEARISATION),
     GROUP.row(LAW_EVALUATIONS, Kind::I64, &[], Dimension::Number, "Evaluations of the friction law at a node."),
     GROUP.row(PROJECTIONS, Kind::I64, &[], Dimension::Number, "Projections on an ellipse."),
 ];
@@ -128,6 +134,10 @@ pub fn write(
     if let Some(change) = solution.mapping_change {
         writer.write(MAPPING_CHANGE, &[change], &[])?;
     }
+    if let Some(local) = &solution.local_mapping {
+        writer.write(SPECTRAL_RADIUS, &[local.spectral_radius], &[])?;
+        writer.write(DETERMINANT, &[i64::from(local.determinant)], &[])?;
+    }
     writer.write_indices(LAW_EVALUATIONS, &[solution.law_evaluations], &[])?;
     writer.write_indices(PROJECTIONS, &[solution.projections], &[])?;
     history::write_newton(writer, &solution.newton)?;
@@ -170,6 +180,7 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
             true => reader.read_vec(MAPPING_CHANGE)?.first().copied(),
             false => None,
         },
+        local_mapping: read_local_mapping(reader)?,
         multiplier,
         rigid_motion: match reader.has(RIGID_MOTION) {
             true => read_measured(reader, RIGID_MOTION, status)?,
@@ -205,6 +216,18 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
         law_evaluations: count(LAW_EVALUATIONS)?,
         projections: count(PROJECTIONS)?,
     })
+}
+
+fn read_local_mapping(reader: &Reader) -> Result<Option<LocalMapping>, FormatError> {
+    if !reader.has(SPECTRAL_RADIUS) {
+        return Ok(None);
+    }
+    let radius: Option<f64> = reader.read_vec(SPECTRAL_RADIUS)?.first().copied();
+    let sign: Option<i64> = reader.read_vec(DETERMINANT)?.first().copied();
+    Ok(Some(LocalMapping {
+        spectral_radius: radius.unwrap_or(f64::NAN),
+        determinant: sign.map_or(0, |sign| sign.signum() as i8),
+    }))
 }
 
 /// The stiffness of each pane; empty where a file has none.

@@ -12,6 +12,7 @@ use runfile::{Reader, StoreError};
 use units::{Dimension, Units};
 
 use super::motion::motion_words;
+use super::{radius_words, sign_words};
 use crate::pipeline::{Freshness, StageState};
 
 type Pair = (String, String);
@@ -47,7 +48,10 @@ pub(super) fn features(scene: &Scene) -> Table {
         let named = |name: &str, value: &str| pair(&format!("{name}{on}"), value);
         pairs.extend([
             named("friction", &friction_words(&face.friction)),
-            named("obstacle", face.obstacle.as_ref().map_or("none", Obstacle::word)),
+            named(
+                "obstacle",
+                face.obstacle.as_ref().map_or("none", Obstacle::word),
+            ),
             named("initial gap", yes_or_no(face.gap.is_some())),
             named("frame turns with the place", yes_or_no(face.turning_frame)),
             named(
@@ -136,6 +140,10 @@ pub(super) fn results(
         pair("Newton steps", solution.newton.len()),
         pair("applications n_A", solution.applications),
     ];
+    if let Some(local) = &solution.local_mapping {
+        pairs.push(pair("spectral radius of Ψ'", radius_words(local)));
+        pairs.extend(sign_words(local).map(|words| pair("sign of det R'", words)));
+    }
     if let Some(contact) = &r.contact {
         pairs.extend([
             pair("open panes", report.count(Zone::Open)),

@@ -5,11 +5,12 @@ use std::sync::Arc;
 use super::{Problem, ProblemError};
 use crate::{
     contact::Interface,
-    dual::{AssemblySeconds, DualSystem},
+    dual::{AssemblySeconds, DualSystem, LocalStiffness},
+    linalg::Workspace,
     mesh::Mesh,
     post::{ContactReport, Solved, SolvedContact},
     scene::{Invalid, Scene, SolveSettings},
-    solver::{ContactState, Progress, Solution, Start, solve},
+    solver::{ContactState, Progress, Solution, Start, coulomb_state, solve},
 };
 
 /// A problem with its stiffness factorised and, where it has contact, with its dual problem.
@@ -58,6 +59,29 @@ impl AssembledProblem {
             start,
             observe,
         )?)
+    }
+
+    /// What multipliers that were found elsewhere, `[n_multipliers]` in Pa, make of the body: its displacement, and with the dense
+    /// operator the slip and the friction that follow. Nothing is judged: the status is that of an empty solution.
+    #[must_use]
+    pub fn state_of(&self, multiplier: Vec<f64>) -> Solution {
+        let (Some(dual), Some(contact)) = (&self.system.contact, self.contact_state()) else {
+            return Solution::default();
+        };
+        let mut work = Workspace::default();
+        let mut solution = Solution {
+            displacement: dual.displacement(&self.system.assembly, &multiplier, &mut work),
+            ..Solution::default()
+        };
+        if let Some(explicit) = dual.explicit() {
+            solution.local_stiffness = LocalStiffness::new(explicit).stiffness;
+            if let Some(law) = contact.interface.coulomb() {
+                let state = coulomb_state(explicit, &contact, law, &multiplier);
+                solution.coulomb = Some(state);
+            }
+        }
+        solution.multiplier = multiplier;
+        solution
     }
 
     /// Zones, stresses, resultants and certificate of a solution.

@@ -40,7 +40,7 @@ pub use coefficient::{Coefficient, LawPoint, Ramp, SlipDerivative};
 pub use contact::{Contact, MultiplierSpace, SlipInterpolation};
 pub use error::{Invalid, SceneError, SyntaxProblem, Unwritable, numbers};
 pub(crate) use error::{UNDEFINED, place_words};
-pub(crate) use expression::replace_names;
+pub(crate) use expression::{Branch, replace_names};
 pub use expression::{Expression, ExpressionError, FUNCTIONS, Parameters};
 pub use features::{ContactFeatures, FrictionModel, ModelFeatures};
 pub use file::{LONGEST_SCENE, SceneFile};

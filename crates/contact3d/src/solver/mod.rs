@@ -30,8 +30,8 @@ pub use fixed_point::{
 pub use history::{NewtonStep, OuterStep, StepCounts};
 pub use inner::{Gpcg, Inner, InnerOutcome, Kprgp, operator_norm};
 pub use newton::{
-    Linearisation, NewtonSettings, NewtonSolution, NewtonStatus, frozen_response, minimise_frozen,
-    newton,
+    Linearisation, LocalMapping, NewtonSettings, NewtonSolution, NewtonStatus, frozen_response,
+    minimise_frozen, newton,
 };
 pub(crate) use newton::{contraction_of_mapping, natural_map::NaturalMap};
 pub use problem::{NeedsExplicit, OuterState, Progress, Start};

@@ -1,6 +1,6 @@
 //! A solution, how it ended and how it was reached.
 
-use super::{CoulombState, NewtonStep, OuterStep};
+use super::{CoulombState, LocalMapping, NewtonStep, OuterStep};
 use crate::scene::SolveSettings;
 
 /// How a solve ended.
@@ -145,6 +145,8 @@ pub struct Solution {
     pub accuracy: f64,
     /// ‖Ψ(λ) − λ‖ / ‖λ‖ for the paper's mapping Ψ, where it was evaluated.
     pub mapping_change: Option<f64>,
+    /// How Ψ behaves at λ; `None` unless there is Coulomb friction, S is dense and λ is a solution.
+    pub local_mapping: Option<LocalMapping>,
     /// λ: m normal stresses λ_ν, then m pairs λ_t where there is friction, `[n_multipliers]`, in Pa.
     pub multiplier: Vec<f64>,
     /// Rigid motions α in m of a body that only contact holds, one for each of its modes, zero without equilibrium; empty where

@@ -3,8 +3,8 @@
 use std::sync::atomic::Ordering;
 
 use super::{
-    ContactState, Inner, NeedsExplicit, OuterStep, Progress, Solution, SolvedBy, Start, Status,
-    conditions::Bound, equilibrium::unstopped_motion, minimisation::minimise,
+    ContactState, Inner, LocalMapping, NeedsExplicit, OuterStep, Progress, Solution, SolvedBy,
+    Start, Status, conditions::Bound, equilibrium::unstopped_motion, minimisation::minimise,
     problem::DiscreteProblem, successive_approximations,
 };
 use crate::{
@@ -79,6 +79,13 @@ pub fn solve(
     }
     solution.law_evaluations = contact.interface.law_evaluations();
     solution.projections = contact.interface.projections.load(Ordering::Relaxed);
+    // The mapping of a body that floats is not one of multipliers alone.
+    if let (Some(law), Some(explicit), None) =
+        (contact.interface.coulomb(), dual.explicit(), &dual.balance)
+        && solution.status.is_solved()
+    {
+        solution.local_mapping = LocalMapping::new(explicit, contact, law, &solution.multiplier);
+    }
     Ok(solution)
 }
 

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 
 use self::clearance::Measured;
-use super::{FLAT, Mesh};
+use super::{Mesh, contact_face::FLAT};
 use crate::scene::{Invalid, Obstacle, Written, place_words};
 
 /// Cosine of 30°: triangles that meet at a larger angle are an edge of the body, not facets of a curved face.
@@ -133,7 +133,9 @@ impl Cut {
         }
         self.places += 1;
         let excess = |depth: f64, allowed: f64| depth - allowed;
-        let deepest = self.deepest.map_or(f64::NEG_INFINITY, |(_, d, a)| excess(d, a));
+        let deepest = self
+            .deepest
+            .map_or(f64::NEG_INFINITY, |(_, d, a)| excess(d, a));
         if distance.is_nan() || excess(-distance, allowed) > deepest {
             self.deepest = Some((at, -distance, allowed));
         }
@@ -171,7 +173,10 @@ fn turned_away(obstacle: &Obstacle) -> Invalid {
     Invalid {
         key: "contact.face".into(),
         expected: "a face that looks towards the obstacle".into(),
-        found: format!("one whose outward normals all point away from the {}", obstacle.word()),
+        found: format!(
+            "one whose outward normals all point away from the {}",
+            obstacle.word()
+        ),
         help: "name the face on the obstacle's side of the body, or move the obstacle".into(),
     }
 }

@@ -5,6 +5,7 @@ mod contraction;
 mod frozen_response;
 mod iteration;
 mod linearisation;
+mod local_mapping;
 pub(in crate::solver) mod natural_map;
 mod relaxation;
 pub(in crate::solver) mod search;
@@ -16,6 +17,7 @@ pub(crate) use contraction::contraction_of_mapping;
 pub use frozen_response::frozen_response;
 pub use iteration::{NewtonSettings, NewtonStatus};
 pub use linearisation::Linearisation;
+pub use local_mapping::LocalMapping;
 
 use iteration::{Globalisation, NewtonOutcome};
 use natural_map::NaturalMap;

@@ -91,6 +91,30 @@ impl NaturalMap<'_> {
     }
 }
 
+impl NaturalMap<'_> {
+    /// The rows and columns of R'(λ) of the unknowns that are coupled, column-major, and these unknowns; every other
+    /// unknown has the row d_i alone.
+    pub(in crate::solver) fn coupled_derivative(
+        &self,
+        evaluation: &Evaluation,
+    ) -> (Vec<usize>, Vec<f64>) {
+        let system = NewtonSystem::new(self, evaluation);
+        let n = system.free.len();
+        let mut matrix = vec![0.0; n * n];
+        for (column, &unknown) in matrix.chunks_exact_mut(n.max(1)).zip(&system.free) {
+            system.column(unknown, column);
+            for at in &system.rows {
+                if let (Some(pair), Some(normal)) = (&at.pair, at.normal_row) {
+                    for k in 0..2 {
+                        column[pair.row + k] += pair.by_bound[k] * column[normal];
+                    }
+                }
+            }
+        }
+        (system.free, matrix)
+    }
+}
+
 impl<'a> NewtonSystem<'a> {
     fn new(map: &'a NaturalMap<'a>, evaluation: &'a Evaluation) -> Self {
         let layout = map.dual.layout;
