@@ -12,12 +12,12 @@ pub(crate) fn motion_words(
     report: &ContactReport,
 ) -> Option<(&'static str, String)> {
     if let Some(motion) = &solution.unstopped_motion {
-        let motion = BodyMotion::fitted(&mesh.coordinates, motion);
+        let motion = BodyMotion::told(&mesh.coordinates, motion);
         return Some(("nothing stops", motion.describe(units.length())));
     }
     if solution.rigid_motion.is_empty() {
         return None;
     }
-    let motion = BodyMotion::fitted(&mesh.coordinates, &report.displacement);
+    let motion = BodyMotion::told(&mesh.coordinates, &report.displacement);
     Some(("moves on the whole", motion.sized(units.length())))
 }

@@ -236,8 +236,8 @@ impl ExplicitDual {
     /// r = S λ − h in m³ at x; where the body floats, r = S λ − G α − h and then e − Gᵀλ in N.
     #[must_use]
     pub fn gradient(&self, unknowns: &[f64]) -> Vec<f64> {
-        let from_anchor = self.from_anchor(unknowns);
-        let x = from_anchor.as_deref().unwrap_or(unknowns);
+        let beyond_anchor = self.beyond_anchor(unknowns);
+        let x = beyond_anchor.as_deref().unwrap_or(unknowns);
         let multiplier = self.multipliers(x);
         let mut gradient = self.apply(multiplier);
         if let Some(balance) = &self.balance {
@@ -261,15 +261,15 @@ impl ExplicitDual {
         let Some(compliance) = &self.compliance else {
             return Vec::new();
         };
-        let from_anchor = self.from_anchor(unknowns);
-        let x = from_anchor.as_deref().unwrap_or(unknowns);
+        let beyond_anchor = self.beyond_anchor(unknowns);
+        let x = beyond_anchor.as_deref().unwrap_or(unknowns);
         let mut slip = compliance.tangential_displacement(self.multipliers(x));
         self.add_rigid_slip(self.motion(x), &mut slip);
         slip
     }
 
     /// x − x₀ about an anchor.
-    fn from_anchor(&self, unknowns: &[f64]) -> Option<Vec<f64>> {
+    fn beyond_anchor(&self, unknowns: &[f64]) -> Option<Vec<f64>> {
         let anchor = self.anchor.as_ref()?;
         Some(difference(unknowns, anchor))
     }

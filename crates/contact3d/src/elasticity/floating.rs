@@ -118,6 +118,16 @@ impl BodyMotion {
     /// The rigid motion nearest to displacements of points in m.
     #[must_use]
     pub fn fitted(points: &[[f64; 3]], displacement: &[[f64; 3]]) -> Self {
+        Self::fitted_up_to(NO_TURN, points, displacement)
+    }
+
+    /// The same for words: a translation where the body turns by no more than a hundredth of its way.
+    #[must_use]
+    pub fn told(points: &[[f64; 3]], displacement: &[[f64; 3]]) -> Self {
+        Self::fitted_up_to(HARDLY_A_TURN, points, displacement)
+    }
+
+    fn fitted_up_to(negligible: f64, points: &[[f64; 3]], displacement: &[[f64; 3]]) -> Self {
         let n = points.len().max(1) as f64;
         let mean = |of: &[[f64; 3]]| of.iter().map(|v| Vector3::from(*v)).sum::<Vector3<f64>>() / n;
         let (centre, shift) = (mean(points), mean(displacement));
@@ -132,7 +142,7 @@ impl BodyMotion {
             .cholesky()
             .map_or_else(Vector3::zeros, |factor| factor.solve(&moment));
         let extent = (inertia.trace() / n).sqrt();
-        if rotation.norm() * extent <= NO_TURN * shift.norm() {
+        if rotation.norm() * extent <= negligible * shift.norm() {
             return Self {
                 translation: shift.into(),
                 rotation: [0.0; 3],
@@ -187,6 +197,7 @@ impl BodyMotion {
 
 /// Share of the whole motion below which a part of it goes without saying.
 const NO_TURN: f64 = 1e-6;
+const HARDLY_A_TURN: f64 = 1e-2;
 
 /// A direction in words: an axis with its sign, or a unit vector.
 fn direction(v: Vector3<f64>) -> String {
