@@ -78,12 +78,12 @@ def program() -> Path:
 
 @pytest.fixture(scope="session")
 def contact3d(program) -> Runner:
-    """Run the program with some arguments; a failure shows its messages."""
+    """Run the program with some arguments; another exit code than expected shows its messages."""
 
-    def run(*arguments) -> subprocess.CompletedProcess:
+    def run(*arguments, expect: int = 0) -> subprocess.CompletedProcess:
         command = [str(program), "--quiet", *map(str, arguments)]
         result = subprocess.run(command, capture_output=True, text=True, check=False)
-        assert result.returncode == 0, f"{command}: {result.stderr}"
+        assert result.returncode == expect, f"{command}: {result.stderr}"
         return result
 
     return run
@@ -151,7 +151,18 @@ def tight(tight_path) -> RawProblem:
 @pytest.fixture(scope="session")
 def schema() -> dict:
     """The published table of datasets."""
-    path = ROOT / "schemas" / "run_file.json"
+    return read_schema("run_file.json")
+
+
+@pytest.fixture(scope="session")
+def series_schema() -> dict:
+    """The published table of datasets of a series."""
+    return read_schema("series.json")
+
+
+def read_schema(name: str) -> dict:
+    """One of the published schemas."""
+    path = ROOT / "schemas" / name
     if not path.is_file():
         pytest.fail(f"no {path}: run `contact3d-pipe schema`")
     return json.loads(path.read_text())

@@ -160,8 +160,6 @@ def test_coupling_and_displacement(faces):
     assert abs(own - stored).max() < 1e-9 * abs(stored).max()
     multiplier = np.concatenate([faces.normal, faces.tangential.ravel()])
     load = file["load/force"][:]
-    if "load/prescribed_displacement" in file:
-        pytest.skip("the load vector holds the prescribed displacement's forces")
     free = splu(read_matrix(file["assemble/stiffness"]).tocsc()).solve(load - own.T @ multiplier)
     found = faces.u[faces.dof >= 0]
     expected = free[faces.dof[faces.dof >= 0]]
@@ -193,8 +191,9 @@ def test_every_pane_obeys_the_law_of_its_face(faces):
         # The slip of a sliding pane is along the normal of its ellipse.
         normal = inverse**2 * stress
         work = np.sum(normal * slip, axis=1)
-        lengths = np.linalg.norm(normal, axis=1) * np.linalg.norm(slip, axis=1)
-        assert np.abs(work - lengths).max() < TIGHT * lengths.max(initial=1e-300)
+        strength = np.linalg.norm(normal, axis=1)
+        missing = np.abs(work - strength * np.linalg.norm(slip, axis=1))
+        assert missing.max() < TIGHT * size * strength.max()
 
 
 def slip_bound(law: dict, pressure: np.ndarray) -> np.ndarray:
@@ -232,3 +231,48 @@ def test_forces_of_each_face(faces):
     zones = file["post/contact_zone"][:]
     counts = [np.bincount(zones[p], minlength=3) for p in faces.limits("panes")]
     assert np.array_equal(file["post/faces/zone_counts"][:], counts)
+
+
+def run(contact3d, tmp_path, name: str, *changes: str) -> tuple[dict, np.ndarray]:
+    """The force on the body by its sources, and the counts of zones by face or as a whole."""
+    path = tmp_path / f"{name}.h5"
+    options = [part for change in changes for part in ("--set", change)]
+    contact3d("run", PIPELINES / f"{name}.toml", path, "--no-figures", *options)
+    with open_run(path) as file:
+        sources = [text.decode() for text in file["post/forces/source"][:]]
+        several = "post/faces/zone_counts" in file
+        zones = file["post/faces/zone_counts" if several else "post/zone_counts"][:]
+        return dict(zip(sources, file["post/forces/force"][:], strict=True)), np.atleast_2d(zones)
+
+
+@pytest.mark.parametrize("friction", [(0.3, 0.15), (0.05, 0.4)])
+def test_a_wedge_is_driven_by_its_friction_angles(contact3d, tmp_path, friction):
+    """V_top tan(alpha + phi_1) + V_base tan(phi_2), where all panes slide."""
+    changes = [f"contact.{i}.friction.coefficient.constant={f}" for i, f in enumerate(friction)]
+    forces, zones = run(contact3d, tmp_path, "wedge", *changes)
+    assert not zones[:, :2].any()
+    top, base = forces["contact.0"], forces["contact.1"]
+    alpha, (first, second) = np.arctan(0.2), np.arctan(friction)
+    expected = -top[2] * np.tan(alpha + first) + base[2] * np.tan(second)
+    assert -forces["clamp.0"][0] == pytest.approx(expected, rel=1e-9)
+    assert -top[2] > 0 < base[2]
+
+
+def test_a_block_between_plates_is_held_by_both(contact3d, tmp_path):
+    """What the clamp bears is the push less mu N of one plate and g times the area of the other."""
+    forces, zones = run(contact3d, tmp_path, "two_plates", "body.brick.cells=[8,4,4]")
+    assert not zones[:, :2].any()
+    resisted = 0.3 * forces["contact.0"][2] + 2e6 * 2.0
+    assert forces["clamp.0"][0] == pytest.approx(1e8 - resisted, rel=1e-9)
+
+
+@pytest.mark.parametrize("push", [1.01, 1.001])
+def test_a_block_is_pushed_up_a_slope_at_its_limit(contact3d, tmp_path, push):
+    """F/G = (tan(alpha) + mu)/(1 - mu tan(alpha)): the soft end bears what exceeds it."""
+    forces, zones = run(contact3d, tmp_path, "slope", f"parameters.push={push}")
+    assert zones[0, 1] == 0
+    alpha, mu, weight = np.radians(20.0), 0.3, 1e6
+    limit = weight * (np.tan(alpha) + mu) / (1 - mu * np.tan(alpha))
+    expected = (push - 1) * limit * (np.cos(alpha) - mu * np.sin(alpha))
+    # The end is a millionth as stiff as the block, whose normal force it changes by as much.
+    assert -forces["clamp.0"][0] == pytest.approx(expected, abs=1e-5 * weight)

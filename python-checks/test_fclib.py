@@ -21,12 +21,19 @@ PIPELINES = Path(__file__).resolve().parent.parent / "pipelines"
 TABLE1 = "hkl2011_table1.toml"
 SMALL = "body.brick.cells=[12,4,4]"
 
+# One half with orthotropic friction, one without any.
+HALVES = (
+    'contact=[{face="z_min",name="dry",box=[[0.0,0.0,0.0],[1.0,1.0,0.0]],'
+    "friction={coefficient_1={constant=0.6},coefficient_2={constant=0.4}}},"
+    '{face="z_min",name="greased",box=[[1.5,0.0,0.0],[3.0,1.0,0.0]]}]'
+)
+
 # The scene and what is changed in it. The laws follow the slip, are constant, act on one face of two, or on none.
 CASES = {
     "HKL Table 1": (TABLE1, [SMALL]),
     "isotropic": (TABLE1, [SMALL, "friction={coefficient={constant=0.3}}", "contact.gap=1e-5"]),
-    "implicit": (TABLE1, [SMALL, 'assemble.dual_operator="implicit"', "solve.epsilon=1e-10"]),
-    "two faces": ("dry_and_greased.toml", []),
+    "implicit": (TABLE1, [SMALL, 'assemble.dual_operator="implicit"']),
+    "two faces": ("dry_and_greased.toml", ["body.brick.cells=[12,4,2]", HALVES]),
 }
 
 

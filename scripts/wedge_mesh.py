@@ -1,4 +1,5 @@
-"""Writes the wedge of pipelines/wedge.toml: a brick of 8 x 4 x 4 cells, five tetrahedra each, whose top rises by 1 in 5.
+"""Writes the wedge of pipelines/wedge.toml: a brick of 8 x 4 x 4 cells, five tetrahedra each, whose
+top rises by 1 in 5.
 
     python3 scripts/wedge_mesh.py > pipelines/meshes/wedge.msh
 """
@@ -8,7 +9,14 @@ import itertools
 CELLS = (8, 4, 4)
 LENGTH, WIDTH, HEIGHT, SLOPE = 2.0, 0.5, 0.5, 0.2
 
-FACES = {"back": (0, 0), "front": (0, 1), "left": (1, 0), "right": (1, 1), "base": (2, 0), "top": (2, 1)}
+FACES = {
+    "back": (0, 0),
+    "front": (0, 1),
+    "left": (1, 0),
+    "right": (1, 1),
+    "base": (2, 0),
+    "top": (2, 1),
+}
 
 
 def number(node: tuple[int, int, int]) -> int:
@@ -26,7 +34,8 @@ def place(node: tuple[int, int, int]) -> tuple[float, float, float]:
 def tetrahedra():
     """Corners of all tetrahedra: four at odd corners of a cell and one between its even corners."""
     for cell in itertools.product(*map(range, CELLS)):
-        corners = [tuple(c + b for c, b in zip(cell, bits)) for bits in itertools.product((0, 1), repeat=3)]
+        bits = itertools.product((0, 1), repeat=3)
+        corners = [tuple(c + b for c, b in zip(cell, offset)) for offset in bits]
         even = [c for c in corners if sum(c) % 2 == 0]
         yield even
         for odd in (c for c in corners if sum(c) % 2 == 1):

@@ -2,7 +2,7 @@
 
 use contact3d::scene::Scene;
 use contact3d_pipe::{
-    format::{LAYOUT, STABILITY_LAYOUT, SWEEP_LAYOUT},
+    format::{LAYOUT, SERIES_LAYOUT, STABILITY_LAYOUT, SWEEP_LAYOUT},
     sweep::SweepFile,
 };
 use runfile::{schema_json, schema_page};
@@ -11,6 +11,7 @@ use runfile::{schema_json, schema_page};
 fn the_table_of_datasets_obeys_its_rules() {
     assert_eq!(LAYOUT.problems(), Vec::<String>::new());
     assert_eq!(SWEEP_LAYOUT.problems(), Vec::<String>::new());
+    assert_eq!(SERIES_LAYOUT.problems(), Vec::<String>::new());
     assert_eq!(STABILITY_LAYOUT.problems(), Vec::<String>::new());
     assert!(LAYOUT.datasets().count() > 60);
 }
@@ -22,6 +23,7 @@ fn schemas_in_the_repository_are_up_to_date() {
         ("run_file.json", schema_json(&LAYOUT)),
         ("run_file.md", schema_page(&LAYOUT)),
         ("scene.json", Scene::json_schema()),
+        ("series.json", schema_json(&SERIES_LAYOUT)),
         ("stability.json", schema_json(&STABILITY_LAYOUT)),
         ("sweep.json", SweepFile::json_schema()),
         ("sweep_summary.json", schema_json(&SWEEP_LAYOUT)),

@@ -23,6 +23,13 @@ from siconos_scene import with_long_indices
 ROOT = Path(__file__).resolve().parent.parent.parent
 PIPELINES = ROOT / "pipelines"
 
+# One half with orthotropic friction, one without any.
+HALVES = (
+    'contact=[{face="z_min",name="dry",box=[[0.0,0.0,0.0],[1.0,1.0,0.0]],'
+    "friction={coefficient_1={constant=0.6},coefficient_2={constant=0.4}}},"
+    '{face="z_min",name="greased",box=[[1.5,0.0,0.0],[3.0,1.0,0.0]]}]'
+)
+
 SMALL = ["body.brick.cells=[12,4,4]"]
 SCENES = {
     "HKL Table 1": ("hkl2011_table1.toml", SMALL),
@@ -40,7 +47,7 @@ SCENES = {
     ),
     "no friction": ("hkl2011_table1.toml", [*SMALL, "friction=false"]),
     "quadratic": ("hkl2011_table1.toml", ["body.brick.cells=[6,2,2]", 'body.element="P2"']),
-    "two faces, one greased": ("dry_and_greased.toml", []),
+    "two faces, one greased": ("dry_and_greased.toml", ["body.brick.cells=[12,4,2]", HALVES]),
 }
 SOLVERS = {
     "NSN_AC": sn.SICONOS_FRICTION_3D_NSN_AC,

@@ -16,9 +16,7 @@ use units::Units;
 use super::{
     arguments::{FigureArguments, Output, SceneArguments, n_div, seconds},
     exit::Exit,
-    override_scene, progress,
-    results::unit_words,
-    terminal::{self, say},
+    measured, override_scene, progress, terminal,
 };
 use crate::{
     pipeline::{StageError, measure_accuracy},
@@ -74,22 +72,15 @@ pub(super) fn accuracy(
     });
     spinner.finish_and_clear();
     let accuracy = measured?;
-    if let Some(pictures) = &pictures {
-        let files = draw_accuracy(pictures, &accuracy).map_err(StageError::after_storing)?;
-        let drawn = format!(
-            "figures   {} files in {}",
-            files.len(),
-            pictures.path().display()
-        );
-        say(output, &drawn);
-    }
-    if output.json {
-        let mut json = json(&accuracy);
-        json["units"] = unit_words(units);
-        terminal::json(&json);
-    } else if !output.quiet {
-        terminal::result(&words(&accuracy, units));
-    }
+    measured::draw(pictures.as_ref(), output, |folder| {
+        draw_accuracy(folder, &accuracy)
+    })?;
+    measured::print(
+        output,
+        units,
+        || json(&accuracy),
+        || words(&accuracy, units),
+    );
     Ok(if is_complete(&accuracy) {
         Exit::Done
     } else {

@@ -9,12 +9,11 @@ use units::Units;
 use super::{
     arguments::{FigureArguments, Output, SceneArguments},
     exit::Exit,
-    override_scene, progress,
-    results::unit_words,
+    measured, override_scene, progress,
     terminal::{self, say},
 };
 use crate::{
-    pipeline::{BranchesTask, StageError, follow_branches},
+    pipeline::{BranchesTask, Followed, SeriesFolder, StageError, follow_branches},
     views::{Drawing, draw_branches, kind_words},
 };
 
@@ -40,6 +39,9 @@ pub struct BranchesArguments {
     /// Search for all solutions at both ends of the range, and follow each
     #[arg(long)]
     pub all: bool,
+    /// Folder for the points of each path as a series that ParaView plays, path_1.vtkhdf and so on
+    #[arg(long, value_name = "FOLDER")]
+    pub series: Option<PathBuf>,
     #[command(flatten)]
     pub(super) figures: FigureArguments,
 }
@@ -53,6 +55,8 @@ pub(super) fn branches(
     let (scene, inputs) = override_scene::read_with_inputs(&arguments.scene)?;
     let units = scene.scene.units;
     inputs.refuse(&arguments.file)?;
+    let claim = |folder: &PathBuf| SeriesFolder::claim(folder, &inputs);
+    let series = arguments.series.as_ref().map(claim).transpose()?;
     let pictures = arguments
         .figures
         .claim(&arguments.file, Drawing::Branches, inputs)?;
@@ -65,27 +69,35 @@ pub(super) fn branches(
         all: arguments.all,
     };
     let spinner = progress::spinner("branches", output);
-    let followed = follow_branches(&arguments.file, scene, &task, threads, &mut |branches| {
-        spinner.set_message(where_it_stands(branches));
-    });
+    let mut observe = |branches: &Branches| spinner.set_message(where_it_stands(branches));
+    let followed = follow_branches(
+        &arguments.file,
+        scene,
+        &task,
+        series.as_ref(),
+        threads,
+        &mut observe,
+    );
     spinner.finish_and_clear();
-    let branches = followed?;
-    if let Some(pictures) = &pictures {
-        let files = draw_branches(pictures, &branches, units).map_err(StageError::after_storing)?;
-        let drawn = format!(
-            "figures   {} files in {}",
-            files.len(),
-            pictures.path().display()
+    let Followed {
+        branches,
+        series: files,
+    } = followed?;
+    if let Some(folder) = &arguments.series {
+        say(
+            output,
+            &format!("series    {} files in {}", files.len(), folder.display()),
         );
-        say(output, &drawn);
     }
-    if output.json {
-        let mut json = json(&branches);
-        json["units"] = unit_words(units);
-        terminal::json(&json);
-    } else if !output.quiet {
-        terminal::result(&words(&branches, units));
-    }
+    measured::draw(pictures.as_ref(), output, |folder| {
+        draw_branches(folder, &branches, units)
+    })?;
+    measured::print(
+        output,
+        units,
+        || json(&branches),
+        || words(&branches, units),
+    );
     if branches.is_complete() {
         return Ok(Exit::Done);
     }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use contact3d::scene::{ContactFeatures, FrictionLaw, ModelFeatures, MultiplierSpace};
+use contact3d::scene::{ContactFeatures, FrictionLaw, ModelFeatures, MultiplierSpace, Obstacle};
 
 use crate::format::Sizes;
 
@@ -59,10 +59,18 @@ fn list(features: &ModelFeatures, sizes: &Sizes) -> Vec<Feature> {
                 &format!("by {} of the clamps", features.prescribed_displacements),
             ),
         ),
+        feature(
+            "springs",
+            data(
+                features.springs > 0,
+                &format!("on {} faces", features.springs),
+            ),
+        ),
         feature("body force", data(features.body_force, "loads every node")),
     ];
     let faces = &features.contact;
     list.push(feature("contact", contact(faces, sizes)));
+    list.push(feature("obstacle", obstacles(faces)));
     list.push(feature(
         "initial gap",
         data(
@@ -78,7 +86,27 @@ fn list(features: &ModelFeatures, sizes: &Sizes) -> Vec<Feature> {
             "one pair of axes a contact node",
         ),
     ));
+    let rigid = sizes
+        .n_rigid_modes
+        .map(|n| unknowns(Some(n), "motions that only contact stops"));
+    list.push(feature("rigid motions", rigid.flatten()));
     list
+}
+
+/// The obstacles; `None` where all foundations are those of flat faces.
+fn obstacles(faces: &[ContactFeatures]) -> Option<Cost> {
+    let obstacles: Vec<&Obstacle> = faces.iter().filter_map(|f| f.obstacle.as_ref()).collect();
+    let mut words: Vec<&str> = obstacles.iter().map(|obstacle| obstacle.word()).collect();
+    words.dedup();
+    let varies = |obstacle: &&Obstacle| !matches!(obstacle, Obstacle::HalfSpace(_));
+    let what = match obstacles.iter().any(varies) {
+        true => "one normal and distance a contact node",
+        false => "one distance a contact node",
+    };
+    data(
+        !obstacles.is_empty(),
+        &format!("{}, {what}", words.join(", ").replace('_', "-")),
+    )
 }
 
 /// The normal multipliers; `None` without contact.

@@ -163,7 +163,9 @@ fn is_isotropic(model: Option<&FrictionModel>) -> bool {
 /// F, or F1 and F2, in words.
 fn coefficients(study: &LawStudy) -> impl Iterator<Item = (&'static str, String)> {
     let law = study.scene.friction_on(0);
-    let given = law.into_iter().flat_map(|(_, friction)| Friction::given(friction));
+    let given = law
+        .into_iter()
+        .flat_map(|(_, friction)| Friction::given(friction));
     let length = study.scene.units.length();
     given.map(move |(key, coefficient)| match key {
         "coefficient_1" => ("F1", coefficient_words(coefficient, "|u_t1|", length)),

@@ -5,13 +5,18 @@ mod adaptive;
 mod arguments;
 mod branches;
 mod check;
+mod completions;
 mod exit;
 mod fclib;
 mod features;
+mod history;
 mod html;
+mod init;
 mod interruption;
 mod law;
 mod law_words;
+mod man;
+mod measured;
 mod override_scene;
 mod progress;
 mod report;
@@ -25,6 +30,7 @@ mod sweep;
 mod terminal;
 mod theory;
 mod theory_words;
+mod version;
 
 use clap::Parser;
 
@@ -71,6 +77,9 @@ fn perform(arguments: &Arguments) -> Exit {
         Command::Export(arguments) => fclib::export(arguments, &output),
         Command::SolveFclib(arguments) => fclib::solve_fclib(arguments, &output),
         Command::Schema(schema) => schema::schema(schema, &output),
+        Command::Init(scene) => init::init(scene, &output),
+        Command::Completions(shell) => Ok(completions::completions(shell)),
+        Command::Man(pages) => man::man(pages, &output),
         Command::Sweep(arguments) => return sweep::sweep(arguments, &output, threads),
     };
     outcome.unwrap_or_else(|error| exit::explain(error, &output))

@@ -12,7 +12,7 @@ use super::{
     terminal::{self, say},
 };
 use crate::{
-    format::{LAYOUT, STABILITY_LAYOUT, SWEEP_LAYOUT},
+    format::{LAYOUT, SERIES_LAYOUT, STABILITY_LAYOUT, SWEEP_LAYOUT},
     output::{self, Folder, Inputs, Kind, OutputFile},
     pipeline::StageError,
     sweep::SweepFile,
@@ -35,6 +35,7 @@ pub(super) fn schema(arguments: &SchemaArguments, printing: &Output) -> Result<E
         ("run_file.json", schema_json(&LAYOUT)),
         ("run_file.md", schema_page(&LAYOUT)),
         ("scene.json", Scene::json_schema()),
+        ("series.json", schema_json(&SERIES_LAYOUT)),
         ("stability.json", schema_json(&STABILITY_LAYOUT)),
         ("sweep.json", SweepFile::json_schema()),
         ("sweep_summary.json", schema_json(&SWEEP_LAYOUT)),

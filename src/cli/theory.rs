@@ -11,10 +11,7 @@ use contact3d::{
 use super::{
     arguments::{FigureArguments, Output, SceneArguments, n_div},
     exit::Exit,
-    override_scene, progress,
-    results::unit_words,
-    terminal::{self, say},
-    theory_words,
+    measured, override_scene, progress, terminal, theory_words,
 };
 use crate::{
     pipeline::{StageError, measure_theory},
@@ -63,22 +60,15 @@ pub(super) fn theory(
     });
     spinner.finish_and_clear();
     let theory = measured?;
-    if let Some(pictures) = &pictures {
-        let files = draw_theory(pictures, &theory, units).map_err(StageError::after_storing)?;
-        let drawn = format!(
-            "figures   {} files in {}",
-            files.len(),
-            pictures.path().display()
-        );
-        say(output, &drawn);
-    }
-    if output.json {
-        let mut json = theory_words::json(&theory);
-        json["units"] = unit_words(units);
-        terminal::json(&json);
-    } else if !output.quiet {
-        terminal::result(&theory_words::words(&theory, units));
-    }
+    measured::draw(pictures.as_ref(), output, |folder| {
+        draw_theory(folder, &theory, units)
+    })?;
+    measured::print(
+        output,
+        units,
+        || theory_words::json(&theory),
+        || theory_words::words(&theory, units),
+    );
     Ok(judge(&theory))
 }
 

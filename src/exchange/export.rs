@@ -13,10 +13,7 @@ use contact3d::{
 use fclib::{Array, GlobalProblem, Info, LocalProblem, Solution};
 use tempfile::TempPath;
 
-use super::{
-    ExchangeError,
-    file::{PROGRAM, beside, bytes_of, to_file},
-};
+use super::file::{PROGRAM, beside, bytes_of, to_file};
 use crate::{
     output::{self, Inputs, Kind, OutputFile},
     pipeline::{Solved, StageError, admit_memory, read_solved},
@@ -57,7 +54,7 @@ pub fn export(run_file: &Path, target: &Path, form: Form) -> Result<Exported, St
     let inputs = Inputs::of([run_file]);
     output::admit(target, Kind::Fclib, &inputs)?;
     let solved = read_solved(run_file)?;
-    let unfit = |reason: String| ExchangeError::Unfit {
+    let unfit = |reason: String| StageError::Unfit {
         file: run_file.to_owned(),
         reason,
     };
@@ -76,7 +73,7 @@ pub fn export(run_file: &Path, target: &Path, form: Form) -> Result<Exported, St
         Form::Local => face.write_local(run_file, &part)?,
         Form::Global => face.write_global(&part)?,
     };
-    fclib::write_program(&part, PROGRAM).map_err(ExchangeError::from)?;
+    fclib::write_program(&part, PROGRAM)?;
     let file = OutputFile {
         path: target.to_owned(),
         kind: Kind::Fclib,
@@ -103,6 +100,13 @@ fn frozen_friction(
         return Err("the factor is in single precision, and so W would be; \
                     run `contact3d-pipe assemble FILE --factor double`, and `solve` again"
             .into());
+    }
+    if solved.system.assembly.primal.floating.is_some() {
+        return Err("only contact holds the body, so its stiffness is singular, there is no W, and FCLIB wants a positive definite M;                     clamp the body, or put it on springs"
+            .into());
+    }
+    if !solved.scene.steps.is_empty() {
+        return Err("the scene is a load history, and files of FCLIB hold one problem; write its last step as a scene of its own".into());
     }
     for face in ModelFeatures::of(&solved.scene).contact {
         let law = match face.friction {
@@ -145,7 +149,7 @@ impl Face<'_> {
         let (problem, scaling) = {
             let dual = self.dense();
             let frozen = frozen_local(&dual, &self.surface.pane_area, self.friction);
-            frozen.map_err(|source| ExchangeError::Problem {
+            frozen.map_err(|source| StageError::Delassus {
                 file: run_file.to_owned(),
                 source,
             })?
@@ -179,7 +183,7 @@ impl Face<'_> {
             .and_then(|()| fclib::write_solution(part, &solution))
             .and_then(|()| fclib::write_guesses(part, &[start]))
             .and_then(|()| self.write_scaling(part, &scaling, None));
-        written.map_err(ExchangeError::from)?;
+        written?;
         Ok(exported)
     }
 
@@ -227,7 +231,7 @@ impl Face<'_> {
             .and_then(|()| fclib::write_solution(part, &solution))
             .and_then(|()| fclib::write_guesses(part, &[start]))
             .and_then(|()| self.write_scaling(part, &scaling, Some(displacement_scale)));
-        written.map_err(ExchangeError::from)?;
+        written?;
         Ok(exported)
     }
 

@@ -6,8 +6,7 @@ use contact3d::{linalg::CscMatrix, solver::DelassusProblem};
 use fclib::Matrix;
 use tempfile::TempPath;
 
-use super::ExchangeError;
-use crate::output::OutputError;
+use crate::{output::OutputError, pipeline::StageError};
 
 /// How the root of our files names this program.
 pub(super) const PROGRAM: &str = crate::output::FCLIB_PROGRAM;
@@ -53,7 +52,7 @@ pub(super) fn to_file(matrix: CscMatrix) -> Matrix {
 pub(super) fn to_problem(
     file: &Path,
     local: fclib::LocalProblem,
-) -> Result<DelassusProblem, ExchangeError> {
+) -> Result<DelassusProblem, StageError> {
     let matrix = CscMatrix {
         rows: local.w.rows,
         cols: local.w.columns,
@@ -62,7 +61,7 @@ pub(super) fn to_problem(
         data: local.w.values,
     };
     let problem = DelassusProblem::new(matrix, local.q, local.mu);
-    problem.map_err(|source| ExchangeError::Problem {
+    problem.map_err(|source| StageError::Delassus {
         file: file.to_owned(),
         source,
     })

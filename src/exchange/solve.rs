@@ -11,10 +11,7 @@ use contact3d::solver::{
 use contact3d::dual::Need;
 use fclib::Solution;
 
-use super::{
-    ExchangeError,
-    file::{PROGRAM, beside, bytes_of, failed, to_problem},
-};
+use super::file::{PROGRAM, beside, bytes_of, failed, to_problem};
 use crate::{
     output::{self, Inputs, Kind, OutputFile},
     pipeline::{StageError, admit_memory},
@@ -62,18 +59,17 @@ pub fn solve_file(
     if let Target::Copy(path) = target {
         output::admit(path, Kind::Fclib, &inputs)?;
     }
-    let local = fclib::read_local(file).map_err(ExchangeError::from)?;
+    let local = fclib::read_local(file)?;
     if local.space_dimension != 3 {
-        return Err(ExchangeError::Unfit {
+        return Err(StageError::Unfit {
             file: file.to_owned(),
             reason: "/fclib_local/spacedim: expected 3, found 2; only problems in 3D are solved".into(),
-        }
-        .into());
+        });
     }
     let problem = to_problem(file, local)?;
     admit(problem.n_contacts(), settings.method)?;
     let size = problem.offset().len();
-    let before = fclib::read_solution(file, size).map_err(ExchangeError::from)?;
+    let before = fclib::read_solution(file, size)?;
     let error_before = before.map(|before| problem.error(&before.r));
     let started = Instant::now();
     let solution = solve_delassus(&problem, settings);
@@ -123,13 +119,13 @@ fn store(
         r: solution.force.clone(),
     };
     let written = fclib::remove_solution(&part).and_then(|()| fclib::write_solution(&part, &solution));
-    written.map_err(ExchangeError::from)?;
+    written?;
     if *target == Target::InPlace {
         part.persist(path)
             .map_err(|error| failed(path, "replace the file")(error.error))?;
         return Ok(());
     }
-    fclib::write_program(&part, PROGRAM).map_err(ExchangeError::from)?;
+    fclib::write_program(&part, PROGRAM)?;
     let copy = OutputFile {
         path: path.to_owned(),
         kind: Kind::Fclib,

@@ -14,6 +14,7 @@ use runfile::{
 use units::Dimension;
 
 use super::{
+    axes,
     FormatError, Stage, columns, read_finite_rows, read_finite_vec, read_index_vec, require_below,
 };
 
@@ -29,6 +30,7 @@ const TETRAHEDRON_MIDDLES: &str = "/mesh/tetrahedron_mid_edges";
 const FACET_MIDDLES: &str = "/mesh/facet_mid_edges";
 const REGION: &str = "/mesh/tetrahedron_region";
 const CONTACT_NORMAL: &str = "/mesh/contact_normal";
+const CONTACT_CLEARANCE: &str = "/mesh/contact_clearance";
 pub(super) const CONTACT_NODES: &str = "/mesh/contact_nodes";
 const CONTACT_FACE_NAMES: &str = "/mesh/contact_face_names";
 pub(super) const CONTACT_FACE_NODES: &str = "/mesh/contact_face_nodes";
@@ -47,7 +49,7 @@ const ONE_FACE: &str = "absent without several contact faces";
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    GROUP.row(COORDINATES, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Node coordinates.").symbol("x").compressed(),
+    GROUP.row(COORDINATES, Kind::F64, &[Named("n_nodes"), axes::XYZ], Dimension::LENGTH, "Node coordinates.").symbol("x").compressed(),
     GROUP.row(TETRAHEDRA, Kind::I64, &[Named("n_tetrahedra"), Fixed(4)], Dimension::Number, "Corners of each tetrahedron, positively oriented.").compressed(),
     GROUP.row(FACETS, Kind::I64, &[Named("n_facets"), Fixed(3)], Dimension::Number, "Corners of each boundary triangle, counter-clockwise seen from outside.").compressed(),
     GROUP.row(FACET_FACE, Kind::I64, &[Named("n_facets")], Dimension::Number, "Face that each boundary triangle belongs to, as a line number of face_names from 0.").compressed(),
@@ -55,8 +57,9 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(TETRAHEDRON_MIDDLES, Kind::I64, &[Named("n_tetrahedra"), Fixed(6)], Dimension::Number, "Nodes in the middle of the edges 0-1, 1-2, 0-2, 0-3, 1-3, 2-3 of each tetrahedron.").compressed().optional(ONLY_QUADRATIC),
     GROUP.row(FACET_MIDDLES, Kind::I64, &[Named("n_facets"), Fixed(3)], Dimension::Number, "Nodes in the middle of the edges 0-1, 1-2, 2-0 of each boundary triangle.").compressed().optional(ONLY_QUADRATIC),
     GROUP.row(REGION, Kind::I64, &[Named("n_tetrahedra")], Dimension::Number, "Region of each tetrahedron: 0 for the body's own material, k for the k-th region of the scene.").compressed().optional("absent without regions"),
-    GROUP.row(CONTACT_NORMAL, Kind::F64, &[Fixed(3)], Dimension::Number, "Outward unit normal of the contact face.").symbol("nu").optional("absent without contact and with several contact faces"),
-    GROUP.row(CONTACT_NODE_NORMAL, Kind::F64, &[Named("n_contact_nodes"), Fixed(3)], Dimension::Number, "Outward unit normal at each contact node.").symbol("nu").compressed().optional(ONE_FACE),
+    GROUP.row(CONTACT_NORMAL, Kind::F64, &[axes::XYZ], Dimension::Number, "Outward unit normal of the contact face.").symbol("nu").optional("absent without contact, with several contact faces, and where normals vary"),
+    GROUP.row(CONTACT_NODE_NORMAL, Kind::F64, &[Named("n_contact_nodes"), axes::XYZ], Dimension::Number, "Unit normal of contact at each contact node, out of the body and into the obstacle.").symbol("nu").compressed().optional("absent with one face whose normal is the same everywhere"),
+    GROUP.row(CONTACT_CLEARANCE, Kind::F64, &[Named("n_contact_nodes")], Dimension::LENGTH, "Initial distance of each contact node from the obstacle along its normal, 0 on faces without one; the gap of the scene comes on top.").optional("absent without an obstacle"),
     GROUP.row(CONTACT_FACE_NAMES, Kind::Text, &[], Dimension::Number, "Names of the contact faces, one a line; those with friction come first.").optional(ONE_FACE),
     GROUP.row(CONTACT_FACE_NODES, Kind::I64, &[Plus("n_contact_faces", 1)], Dimension::Number, "Where the nodes of each contact face begin in contact_nodes, then their number.").optional(ONE_FACE),
     GROUP.row(CONTACT_FACE_FACETS, Kind::I64, &[Plus("n_contact_faces", 1)], Dimension::Number, "Where the triangles of each contact face begin in contact_facets, then their number.").optional(ONE_FACE),
@@ -131,13 +134,16 @@ fn write_contact_surface(
     contact: &ContactSurface,
     names: &[String],
 ) -> Result<(), StoreError> {
-    match contact.faces.as_slice() {
-        [_] => writer.write(CONTACT_NORMAL, contact.normals.as_flattened(), &[3])?,
-        several => {
-            let normals = contact.normals.as_flattened();
-            writer.write(CONTACT_NODE_NORMAL, normals, &[contact.normals.len(), 3])?;
-            write_faces(writer, several, names)?;
-        }
+    if contact.faces.len() > 1 {
+        write_faces(writer, &contact.faces, names)?;
+    }
+    match (contact.faces.as_slice(), contact.normals.as_slice()) {
+        ([_], [everywhere]) => writer.write(CONTACT_NORMAL, everywhere, &[3])?,
+        (_, each) => writer.write(CONTACT_NODE_NORMAL, each.as_flattened(), &[each.len(), 3])?,
+    }
+    if !contact.clearance.is_empty() {
+        let clearance = &contact.clearance;
+        writer.write(CONTACT_CLEARANCE, clearance, &[clearance.len()])?;
     }
     writer.write_indices(CONTACT_NODES, &contact.nodes, &[contact.nodes.len()])?;
     writer.write_indices(CONTACT_FACETS, &contact.facets, &[contact.facets.len()])?;
@@ -164,7 +170,10 @@ fn write_faces(
     limits(CONTACT_FACE_NODES, |face| &face.nodes)?;
     limits(CONTACT_FACE_FACETS, |face| &face.facets)?;
     limits(CONTACT_FACE_PANES, |face| &face.panes)?;
-    let is_nodal: Vec<usize> = faces.iter().map(|face| usize::from(face.is_nodal)).collect();
+    let is_nodal: Vec<usize> = faces
+        .iter()
+        .map(|face| usize::from(face.is_nodal))
+        .collect();
     writer.write_indices(CONTACT_FACE_IS_NODAL, &is_nodal, &[is_nodal.len()])
 }
 
@@ -227,7 +236,7 @@ fn read_contact_surface(
     let nodes = read_index_vec(reader, CONTACT_NODES)?;
     let facets = read_index_vec(reader, CONTACT_FACETS)?;
     let is_several = reader.has(CONTACT_FACE_PANES);
-    let normal = match is_several {
+    let normal = match reader.has(CONTACT_NODE_NORMAL) {
         false => CONTACT_NORMAL,
         true => CONTACT_NODE_NORMAL,
     };
@@ -243,6 +252,10 @@ fn read_contact_surface(
             true => read_faces(reader, [nodes.len(), facets.len(), average.shape[1]])?,
         },
         normals: normal.as_chunks::<3>().0.to_vec(),
+        clearance: match reader.has(CONTACT_CLEARANCE) {
+            true => read_finite_vec(reader, CONTACT_CLEARANCE)?,
+            false => Vec::new(),
+        },
         nodes,
         facets,
         facet_pane: match reader.has(CONTACT_FACET_PANE) {

@@ -3,6 +3,7 @@
 mod accuracy;
 mod adapt;
 mod assemble;
+mod axes;
 mod branches;
 mod case;
 mod checkpoint;
@@ -10,8 +11,10 @@ mod columns;
 mod enumeration;
 mod history;
 mod load;
+mod load_history;
 mod mesh;
 mod outcome;
+mod path_series;
 mod post;
 mod scene;
 mod sizes;
@@ -22,6 +25,7 @@ mod sweep;
 mod theory;
 mod vtkhdf;
 mod vtkhdf_check;
+mod vtkhdf_series;
 
 use thiserror::Error;
 
@@ -37,7 +41,11 @@ pub use branches::{GROUP as BRANCHES, read as read_branches, write as write_bran
 pub use case::{CERTIFICATE, CaseResults, read_case};
 pub use checkpoint::{GROUP as CHECKPOINT, read as read_checkpoint, write as write_checkpoint};
 pub use load::{read as read_loads, write as write_loads};
+pub use load_history::{
+    GROUP as HISTORY, check as check_history, read as read_history, write as write_history,
+};
 pub use mesh::{read as read_mesh, write as write_mesh};
+pub use path_series::{SERIES_LAYOUT, begin as begin_path_series};
 pub use post::{ContactSummary, Summary, read_summary, write as write_report};
 pub use scene::{GROUP as SCENE, read as read_scene, text as scene_text, write as write_scene};
 pub use sizes::{Sizes, read_sizes};
@@ -48,8 +56,9 @@ pub use sweep::{
     CaseRow, GROUP as CASES, SWEEP_LAYOUT, TableOwner, read_table_owner, write as write_cases,
 };
 pub use theory::{GROUP as THEORY, read as read_theory, write as write_theory};
-pub use vtkhdf::{GROUP as VTKHDF, write as write_vtkhdf};
+pub use vtkhdf::{GROUP as VTKHDF, GridValues, write as write_vtkhdf};
 pub use vtkhdf_check::{check as check_vtkhdf, problems};
+pub use vtkhdf_series::Series;
 
 use contact3d::{
     linalg::{CscMatrix, PartsError},
@@ -57,6 +66,23 @@ use contact3d::{
 };
 use runfile::{Layout, Reader, SparseView, StoreError};
 use units::Units;
+
+/// Sizes of what ParaView reads, in run files and in files of series.
+const CELLS_EXTENT: (&str, &str) = (
+    "n_cells",
+    "VTK cells: the tetrahedra, then the contact triangles",
+);
+const CONNECTIVITY_EXTENT: (&str, &str) = ("n_connectivity", "node references of all VTK cells");
+const POINT_VALUES_EXTENT: (&str, &str) = (
+    "n_point_values",
+    "values on points for ParaView: nodes, once for each step of a series",
+);
+const CELL_VALUES_EXTENT: (&str, &str) = (
+    "n_cell_values",
+    "values on cells for ParaView: VTK cells, once for each step of a series",
+);
+const SERIES_STEPS_EXTENT: (&str, &str) =
+    ("n_series_steps", "steps of a series that ParaView plays");
 
 /// Every dataset of a run file.
 pub const LAYOUT: Layout = Layout {
@@ -78,6 +104,7 @@ pub const LAYOUT: Layout = Layout {
         adapt::GROUP,
         theory::GROUP,
         branches::GROUP,
+        load_history::GROUP,
     ],
     tables: &[
         scene::TABLE,
@@ -88,6 +115,7 @@ pub const LAYOUT: Layout = Layout {
         history::TABLE,
         post::TABLE,
         vtkhdf::TABLE,
+        vtkhdf_series::TABLE,
         accuracy::TABLE,
         accuracy::RUNGS_TABLE,
         accuracy::LEVELS_TABLE,
@@ -99,6 +127,7 @@ pub const LAYOUT: Layout = Layout {
         theory::NORMS_TABLE,
         theory::ROWS_TABLE,
         branches::TABLE,
+        load_history::TABLE,
     ],
     extents: &[
         ("n_nodes", "nodes of the mesh"),
@@ -117,7 +146,10 @@ pub const LAYOUT: Layout = Layout {
             "n_multipliers",
             "multipliers: m normal ones, then the tangential pairs of the panes with friction",
         ),
-        ("n_tangential", "tangential multipliers, two for each pane with friction"),
+        (
+            "n_tangential",
+            "tangential multipliers, two for each pane with friction",
+        ),
         ("n_contact_faces", "contact faces, where there are several"),
         (
             "n_friction_faces",
@@ -139,6 +171,10 @@ pub const LAYOUT: Layout = Layout {
             "n_free",
             "free degrees of freedom, the dimension 3n of HKL section 4",
         ),
+        (
+            "n_rigid_modes",
+            "rigid motions that supports leave to contact, 1 to 6",
+        ),
         ("n_supernodes", "supernodes of the Cholesky factor"),
         ("n_factor_rows", "row indices of all supernodes together"),
         (
@@ -151,11 +187,11 @@ pub const LAYOUT: Layout = Layout {
             "n_done_steps",
             "steps of successive approximations done before a checkpoint",
         ),
-        (
-            "n_cells",
-            "VTK cells: the tetrahedra, then the contact triangles",
-        ),
-        ("n_connectivity", "node references of all VTK cells"),
+        CELLS_EXTENT,
+        CONNECTIVITY_EXTENT,
+        POINT_VALUES_EXTENT,
+        CELL_VALUES_EXTENT,
+        SERIES_STEPS_EXTENT,
         ("n_levels", "nested meshes of the accuracy ladder"),
         (
             "n_way_levels",
@@ -177,7 +213,14 @@ pub const LAYOUT: Layout = Layout {
             "n_start_multipliers",
             "multipliers of all adaptive meshes beyond the first",
         ),
-        ("n_forces", "clamps, loads and contact faces of the scene"),
+        (
+            "n_increments",
+            "increments of a load history that were solved",
+        ),
+        (
+            "n_forces",
+            "clamps, springs, loads and contact faces of the scene",
+        ),
         ("n_paths", "paths of solutions"),
         ("n_path_points", "points of all paths of solutions"),
         (

@@ -6,8 +6,9 @@
 
 use contact3d::{
     contact::ContactFrame,
+    history::StepRecord,
     mesh::{ContactSurface, Mesh},
-    post::{ContactReport, PaneState},
+    post::{ContactReport, PaneState, Zone},
 };
 use runfile::{
     DatasetSpec, Extent,
@@ -48,7 +49,11 @@ const VTK_QUADRATIC_TRIANGLE: u8 = 22;
 const VTK_QUADRATIC_TETRA: u8 = 24;
 
 const CELLS: &[Extent] = &[Named("n_cells")];
-const POINTS_EXTENT: &[Extent] = &[Named("n_nodes")];
+/// Values on cells and on points: as many as there are, once for each step of a series.
+const CELL_VALUES: &[Extent] = &[Named("n_cell_values")];
+const POINT_VALUES: &[Extent] = &[Named("n_point_values")];
+const CELL_VECTORS: &[Extent] = &[Named("n_cell_values"), Fixed(3)];
+const POINT_VECTORS: &[Extent] = &[Named("n_point_values"), Fixed(3)];
 const ON_CELLS: &str = "only with panes, where the scene has the effect";
 const ON_POINTS: &str = "only with nodal multipliers, where the scene has the effect";
 
@@ -61,22 +66,22 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(CONNECTIVITY, Kind::I64, &[Named("n_connectivity")], Dimension::Number, "Nodes of all cells, one after the other.").compressed(),
     GROUP.row(OFFSETS, Kind::I64, &[Plus("n_cells", 1)], Dimension::Number, "Where each cell begins in Connectivity.").compressed(),
     GROUP.row(TYPES, Kind::U8, CELLS, Dimension::Number, "VTK cell type: 10 tetrahedron, 5 triangle, 24 and 22 the quadratic ones.").compressed(),
-    GROUP.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Displacement; warp by this vector.").compressed(),
-    GROUP.row(VON_MISES, Kind::F64, CELLS, Dimension::STRESS, "Von Mises stress, NaN on contact triangles.").compressed(),
-    GROUP.row(ERROR_INDICATOR, Kind::F64, CELLS, Dimension::Number, "Share in the estimated discretisation error, NaN on contact triangles.").compressed().optional("absent in files before format 1.4, and for a body at rest"),
-    GROUP.row(CONTACT_FACE, Kind::F64, CELLS, Dimension::Number, "Number of the contact face from 0, in the order of /mesh/contact_face_names; NaN on tetrahedra.").compressed().optional("absent without several contact faces"),
-    GROUP.row("/VTKHDF/CellData/contact_normal_stress", Kind::F64, CELLS, Dimension::STRESS, "Normal contact stress; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    GROUP.row("/VTKHDF/PointData/contact_normal_stress", Kind::F64, POINTS_EXTENT, Dimension::STRESS, "Normal contact stress; NaN where no multiplier is.").compressed().optional(ON_POINTS),
-    GROUP.row("/VTKHDF/CellData/contact_gap", Kind::F64, CELLS, Dimension::LENGTH, "Gap d - u_nu; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    GROUP.row("/VTKHDF/PointData/contact_gap", Kind::F64, POINTS_EXTENT, Dimension::LENGTH, "Gap d - u_nu; NaN where no multiplier is.").compressed().optional(ON_POINTS),
-    GROUP.row("/VTKHDF/CellData/contact_zone", Kind::F64, CELLS, Dimension::Number, "0 open, 1 stick, 2 slip; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    GROUP.row("/VTKHDF/PointData/contact_zone", Kind::F64, POINTS_EXTENT, Dimension::Number, "0 open, 1 stick, 2 slip; NaN where no multiplier is.").compressed().optional(ON_POINTS),
-    GROUP.row("/VTKHDF/CellData/contact_tangential_stress", Kind::F64, &[Named("n_cells"), Fixed(3)], Dimension::STRESS, "Tangential contact stress in the global axes; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    GROUP.row("/VTKHDF/PointData/contact_tangential_stress", Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::STRESS, "Tangential contact stress in the global axes; NaN where no multiplier is.").compressed().optional(ON_POINTS),
-    GROUP.row("/VTKHDF/CellData/friction_1", Kind::F64, CELLS, Dimension::Number, "Coefficient F_1; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    GROUP.row("/VTKHDF/PointData/friction_1", Kind::F64, POINTS_EXTENT, Dimension::Number, "Coefficient F_1; NaN where no multiplier is.").compressed().optional(ON_POINTS),
-    GROUP.row("/VTKHDF/CellData/friction_2", Kind::F64, CELLS, Dimension::Number, "Coefficient F_2; NaN on tetrahedra.").compressed().optional(ON_CELLS),
-    GROUP.row("/VTKHDF/PointData/friction_2", Kind::F64, POINTS_EXTENT, Dimension::Number, "Coefficient F_2; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    GROUP.row(DISPLACEMENT, Kind::F64, POINT_VECTORS, Dimension::LENGTH, "Displacement; warp by this vector.").compressed(),
+    GROUP.row(VON_MISES, Kind::F64, CELL_VALUES, Dimension::STRESS, "Von Mises stress, NaN on contact triangles.").compressed(),
+    GROUP.row(ERROR_INDICATOR, Kind::F64, CELL_VALUES, Dimension::Number, "Share in the estimated discretisation error, NaN on contact triangles.").compressed().optional("absent in files before format 1.4, for a body at rest, and with a load history"),
+    GROUP.row(CONTACT_FACE, Kind::F64, CELL_VALUES, Dimension::Number, "Number of the contact face from 0, in the order of /mesh/contact_face_names; NaN on tetrahedra.").compressed().optional("absent without several contact faces"),
+    GROUP.row("/VTKHDF/CellData/contact_normal_stress", Kind::F64, CELL_VALUES, Dimension::STRESS, "Normal contact stress; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    GROUP.row("/VTKHDF/PointData/contact_normal_stress", Kind::F64, POINT_VALUES, Dimension::STRESS, "Normal contact stress; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    GROUP.row("/VTKHDF/CellData/contact_gap", Kind::F64, CELL_VALUES, Dimension::LENGTH, "Gap d - u_nu; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    GROUP.row("/VTKHDF/PointData/contact_gap", Kind::F64, POINT_VALUES, Dimension::LENGTH, "Gap d - u_nu; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    GROUP.row("/VTKHDF/CellData/contact_zone", Kind::F64, CELL_VALUES, Dimension::Number, "0 open, 1 stick, 2 slip; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    GROUP.row("/VTKHDF/PointData/contact_zone", Kind::F64, POINT_VALUES, Dimension::Number, "0 open, 1 stick, 2 slip; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    GROUP.row("/VTKHDF/CellData/contact_tangential_stress", Kind::F64, CELL_VECTORS, Dimension::STRESS, "Tangential contact stress in the global axes; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    GROUP.row("/VTKHDF/PointData/contact_tangential_stress", Kind::F64, POINT_VECTORS, Dimension::STRESS, "Tangential contact stress in the global axes; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    GROUP.row("/VTKHDF/CellData/friction_1", Kind::F64, CELL_VALUES, Dimension::Number, "Coefficient F_1; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    GROUP.row("/VTKHDF/PointData/friction_1", Kind::F64, POINT_VALUES, Dimension::Number, "Coefficient F_1; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    GROUP.row("/VTKHDF/CellData/friction_2", Kind::F64, CELL_VALUES, Dimension::Number, "Coefficient F_2; NaN on tetrahedra.").compressed().optional(ON_CELLS),
+    GROUP.row("/VTKHDF/PointData/friction_2", Kind::F64, POINT_VALUES, Dimension::Number, "Coefficient F_2; NaN where no multiplier is.").compressed().optional(ON_POINTS),
 ];
 
 /// Writes the grid and its fields.
@@ -89,39 +94,148 @@ pub fn write(
     report: &ContactReport,
     frame: Option<&ContactFrame>,
 ) -> Result<(), StoreError> {
-    writer.write_ascii_attribute("Type", TYPE)?;
-    writer.write_number_attribute("Version", &VERSION)?;
     write_grid(writer, mesh)?;
-    let n_nodes = mesh.coordinates.len();
-    writer.write(
-        DISPLACEMENT,
-        report.displacement.as_flattened(),
-        &[n_nodes, 3],
-    )?;
-    let n_cells = mesh.tetrahedra.len() + contact_triangles(mesh).len();
-    let mut von_mises = report.von_mises.clone();
-    von_mises.resize(n_cells, f64::NAN);
-    writer.write(VON_MISES, &von_mises, &[n_cells])?;
-    let error = &report.discretisation_error;
-    if error.displacement != 0.0 {
-        let mut indicator: Vec<f64> = error
-            .indicator
-            .iter()
-            .map(|e| e / error.displacement)
-            .collect();
-        indicator.resize(n_cells, f64::NAN);
-        writer.write(ERROR_INDICATOR, &indicator, &[n_cells])?;
+    for field in fields(mesh, &GridValues::from(report), frame) {
+        // A body at rest has no error to share.
+        if field.path == ERROR_INDICATOR && report.discretisation_error.displacement == 0.0 {
+            continue;
+        }
+        writer.write(&field.path, &field.values, &field.shape(1))?;
     }
-    match (&mesh.contact, frame) {
-        (Some(surface), Some(frame)) => ContactFields {
+    Ok(())
+}
+
+/// One array of the grid.
+pub(super) struct Field {
+    pub(super) path: String,
+    /// One, or three of a vector.
+    pub(super) components: usize,
+    /// Row by row.
+    pub(super) values: Vec<f64>,
+}
+
+impl Field {
+    fn new<const K: usize>(path: String, rows: &[[f64; K]]) -> Self {
+        Self {
+            path,
+            components: K,
+            values: rows.as_flattened().to_vec(),
+        }
+    }
+
+    /// Points or cells that it has values on.
+    pub(super) fn rows(&self) -> usize {
+        self.values.len() / self.components
+    }
+
+    /// The shape of its dataset for some steps.
+    pub(super) fn shape(&self, steps: usize) -> Vec<usize> {
+        match self.components {
+            1 => vec![steps * self.rows()],
+            components => vec![steps * self.rows(), components],
+        }
+    }
+}
+
+/// What the grid shows at one time.
+#[derive(Debug)]
+pub struct GridValues<'a> {
+    displacement: &'a [[f64; 3]],
+    von_mises: &'a [f64],
+    /// Share of each tetrahedron in the estimated error; `None` where it is not kept.
+    error: Option<Vec<f64>>,
+    panes: Vec<PaneValues>,
+}
+
+/// What the grid shows of a pane.
+#[derive(Debug)]
+struct PaneValues {
+    normal_stress: f64,
+    gap: f64,
+    zone: Zone,
+    tangential_stress: Option<[f64; 2]>,
+    coefficients: Option<[f64; 2]>,
+}
+
+impl<'a> From<&'a ContactReport> for GridValues<'a> {
+    fn from(report: &'a ContactReport) -> Self {
+        let error = &report.discretisation_error;
+        let share = |indicator: &f64| match error.displacement {
+            0.0 => 0.0,
+            displacement => indicator / displacement,
+        };
+        let pane = |pane: &PaneState| PaneValues {
+            normal_stress: pane.normal_stress,
+            gap: pane.gap,
+            zone: pane.zone,
+            tangential_stress: pane.friction.map(|friction| friction.stress),
+            coefficients: pane
+                .friction
+                .and_then(|friction| friction.coulomb)
+                .map(|coulomb| coulomb.coefficients),
+        };
+        Self {
+            displacement: &report.displacement,
+            von_mises: &report.von_mises,
+            error: Some(error.indicator.iter().map(share).collect()),
+            panes: report.panes.iter().map(pane).collect(),
+        }
+    }
+}
+
+impl<'a> From<&'a StepRecord> for GridValues<'a> {
+    fn from(record: &'a StepRecord) -> Self {
+        let (normal, tangential) = record.multiplier.split_at(record.panes.len());
+        let pairs: &[[f64; 2]] = tangential.as_chunks().0;
+        let panes = record.panes.iter().enumerate();
+        let panes = panes.map(|(k, pane)| PaneValues {
+            normal_stress: 0.0 - normal[k],
+            gap: pane.gap,
+            zone: pane.zone,
+            tangential_stress: pairs.get(k).map(|pair| pair.map(|stress| 0.0 - stress)),
+            coefficients: Some(pane.coefficients).filter(|f| !f[0].is_nan()),
+        });
+        Self {
+            displacement: &record.displacement,
+            von_mises: &record.von_mises,
+            error: None,
+            panes: panes.collect(),
+        }
+    }
+}
+
+/// The fields of results, always the same ones for the same scene.
+pub(super) fn fields(
+    mesh: &Mesh,
+    shown: &GridValues<'_>,
+    frame: Option<&ContactFrame>,
+) -> Vec<Field> {
+    let n_cells = mesh.tetrahedra.len() + contact_triangles(mesh).len();
+    let on_tetrahedra = |path: &str, values: &mut dyn Iterator<Item = f64>| {
+        let mut values: Vec<f64> = values.collect();
+        values.resize(n_cells, f64::NAN);
+        Field {
+            path: path.to_owned(),
+            components: 1,
+            values,
+        }
+    };
+    let mut fields = vec![
+        Field::new(DISPLACEMENT.to_owned(), shown.displacement),
+        on_tetrahedra(VON_MISES, &mut shown.von_mises.iter().copied()),
+    ];
+    let error = shown.error.as_ref();
+    fields.extend(error.map(|error| on_tetrahedra(ERROR_INDICATOR, &mut error.iter().copied())));
+    if let (Some(surface), Some(frame)) = (&mesh.contact, frame) {
+        let contact = ContactFields {
             mesh,
             surface,
             frame,
-            panes: &report.panes,
-        }
-        .write(writer),
-        _ => Ok(()),
+            panes: &shown.panes,
+        };
+        fields.extend(contact.fields());
     }
+    fields
 }
 
 /// The fields of the contact face.
@@ -129,58 +243,50 @@ struct ContactFields<'a> {
     mesh: &'a Mesh,
     surface: &'a ContactSurface,
     frame: &'a ContactFrame,
-    panes: &'a [PaneState],
+    panes: &'a [PaneValues],
 }
 
 impl ContactFields<'_> {
-    fn write(&self, writer: &mut GroupWriter<'_>) -> Result<(), StoreError> {
-        type Measure = fn(&PaneState) -> Option<f64>;
-        let fields: [(&str, Measure); 5] = [
+    fn fields(&self) -> Vec<Field> {
+        type Measure = fn(&PaneValues) -> Option<f64>;
+        let measures: [(&str, Measure); 5] = [
             ("contact_normal_stress", |p| Some(p.normal_stress)),
             ("contact_gap", |p| Some(p.gap)),
             ("contact_zone", |p| Some(f64::from(p.zone as u8))),
-            ("friction_1", |p| Some(p.friction?.coulomb?.coefficients[0])),
-            ("friction_2", |p| Some(p.friction?.coulomb?.coefficients[1])),
+            ("friction_1", |p| Some(p.coefficients?[0])),
+            ("friction_2", |p| Some(p.coefficients?[1])),
         ];
-        for (name, measure) in fields {
+        let mut fields = Vec::new();
+        for (name, measure) in measures {
             if self.panes.iter().any(|pane| measure(pane).is_some()) {
                 let value = |pane: usize| [measure(&self.panes[pane]).unwrap_or(f64::NAN)];
-                for (path, spread) in self.spread(name, value) {
-                    writer.write(&path, spread.as_flattened(), &[spread.len()])?;
-                }
+                fields.extend(self.spread(name, value));
             }
         }
-        if self.panes.iter().any(|pane| pane.friction.is_some()) {
-            let stress = |pane: usize| match self.panes[pane].friction {
-                Some(state) => self
-                    .frame
-                    .pane_vector(self.surface, pane, 0.0, state.stress),
+        if self.panes.iter().any(|pane| pane.tangential_stress.is_some()) {
+            let stress = |pane: usize| match self.panes[pane].tangential_stress {
+                Some(stress) => self.frame.pane_vector(self.surface, pane, 0.0, stress),
                 None => [f64::NAN; 3],
             };
-            for (path, spread) in self.spread("contact_tangential_stress", stress) {
-                writer.write(&path, spread.as_flattened(), &[spread.len(), 3])?;
-            }
+            fields.extend(self.spread("contact_tangential_stress", stress));
         }
-        self.write_faces(writer)
+        fields.extend(self.faces());
+        fields
     }
 
     /// Which of several contact faces each contact triangle belongs to.
-    fn write_faces(&self, writer: &mut GroupWriter<'_>) -> Result<(), StoreError> {
+    fn faces(&self) -> Option<Field> {
         if self.surface.faces.len() == 1 {
-            return Ok(());
+            return None;
         }
-        let mut values = vec![f64::NAN; self.mesh.tetrahedra.len()];
+        let mut values = vec![[f64::NAN]; self.mesh.tetrahedra.len()];
         let triangles = 0..self.surface.facets.len();
-        values.extend(triangles.map(|place| self.surface.face_number(place) as f64));
-        writer.write(CONTACT_FACE, &values, &[values.len()])
+        values.extend(triangles.map(|place| [self.surface.face_number(place) as f64]));
+        Some(Field::new(CONTACT_FACE.to_owned(), &values))
     }
 
     /// Values of panes on cells and values of nodal multipliers on points, as far as there are any; NaN elsewhere.
-    fn spread<const K: usize>(
-        &self,
-        name: &str,
-        value: impl Fn(usize) -> [f64; K],
-    ) -> Vec<(String, Vec<[f64; K]>)> {
+    fn spread<const K: usize>(&self, name: &str, value: impl Fn(usize) -> [f64; K]) -> Vec<Field> {
         let surface = self.surface;
         let mut fields = Vec::new();
         if surface.faces.iter().any(|face| !face.is_nodal) {
@@ -190,7 +296,7 @@ impl ContactFields<'_> {
                 Some(pane) => value(pane),
                 None => [f64::NAN; K],
             }));
-            fields.push((format!("/VTKHDF/CellData/{name}"), values));
+            fields.push(Field::new(format!("/VTKHDF/CellData/{name}"), &values));
         }
         if surface.faces.iter().any(|face| face.is_nodal) {
             let mut values = vec![[f64::NAN; K]; self.mesh.coordinates.len()];
@@ -200,7 +306,7 @@ impl ContactFields<'_> {
                     values[surface.nodes[node]] = value(pane);
                 }
             }
-            fields.push((format!("/VTKHDF/PointData/{name}"), values));
+            fields.push(Field::new(format!("/VTKHDF/PointData/{name}"), &values));
         }
         fields
     }
@@ -211,7 +317,9 @@ fn contact_triangles(mesh: &Mesh) -> &[usize] {
     mesh.contact.as_ref().map_or(&[], |contact| &contact.facets)
 }
 
-fn write_grid(writer: &mut GroupWriter<'_>, mesh: &Mesh) -> Result<(), StoreError> {
+pub(super) fn write_grid(writer: &mut GroupWriter<'_>, mesh: &Mesh) -> Result<(), StoreError> {
+    writer.write_ascii_attribute("Type", TYPE)?;
+    writer.write_number_attribute("Version", &VERSION)?;
     let n_tetrahedra = mesh.tetrahedra.len();
     let contact = contact_triangles(mesh);
     let nodes = |t: usize| mesh.tetrahedron_nodes(t).collect::<Vec<_>>();

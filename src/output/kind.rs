@@ -38,6 +38,10 @@ pub enum Kind {
     SchemaPage,
     /// A frictional contact problem.
     Fclib,
+    /// A page of the manual.
+    ManualPage,
+    /// A scene to start from. No scene is replaced, since its user may have changed it.
+    Scene,
 }
 
 /// How the root of an FCLIB file names this program.
@@ -54,6 +58,8 @@ impl Kind {
             Self::Schema => "a JSON schema",
             Self::SchemaPage => "a Markdown schema",
             Self::Fclib => "a file of FCLIB",
+            Self::ManualPage => "a manual page",
+            Self::Scene => "a scene",
         }
     }
 
@@ -75,6 +81,8 @@ impl Kind {
                     ends.first.starts_with(HDF5)
                         && fclib::program_of(path).as_deref() == Some(FCLIB_PROGRAM)
                 }
+                Self::ManualPage => text().contains("\n.TH contact3d-pipe"),
+                Self::Scene => false,
             })
     }
 }

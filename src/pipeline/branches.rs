@@ -1,6 +1,9 @@
 //! Paths of solutions in a key of a scene, followed and stored with it.
 
-use std::{path::Path, time::Instant};
+use std::{
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
 use contact3d::{
     branches::{Branches, Family, ParameterRange},
@@ -9,7 +12,13 @@ use contact3d::{
 use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction, timestamp};
 use toml::Value;
 
-use super::{StageError, checkpoint::Checkpoints, mesh_file::pin_mesh_file, store::write_group};
+use super::{
+    StageError,
+    checkpoint::Checkpoints,
+    mesh_file::pin_mesh_file,
+    path_series::{SeriesFolder, require_same_mesh},
+    store::write_group,
+};
 use crate::{
     format::{self, LAYOUT},
     sweep::{get_key, set_key},
@@ -27,6 +36,15 @@ pub struct BranchesTask {
     pub all: bool,
 }
 
+/// What `branches` found.
+#[derive(Debug)]
+pub struct Followed {
+    /// The paths.
+    pub branches: Branches,
+    /// The series that ParaView plays, one file for each path; empty where none were asked for.
+    pub series: Vec<PathBuf>,
+}
+
 /// Follows the solutions of a scene in one of its keys and stores them with it in a run file, new or existing; goes on from what
 /// the same command stored before it was killed. At most a twentieth of the time goes into storing.
 ///
@@ -37,14 +55,19 @@ pub fn follow_branches(
     path: &Path,
     mut input: SceneFile,
     task: &BranchesTask,
+    series: Option<&SeriesFolder>,
     threads: usize,
     observe: &mut dyn FnMut(&Branches),
-) -> Result<Branches, StageError> {
+) -> Result<Followed, StageError> {
     pin_mesh_file(&mut input)?;
     let table = table_of(&input.scene, &task.range.key)?;
     let scene_at = |value: f64| scene_at(&table, &task.range.key, value);
     let layout = LAYOUT.in_units(input.scene.units);
     let family = Family::new(task.range.clone(), &scene_at, &input.folder)?;
+    if series.is_some() {
+        let [first, second] = [task.range.from, task.range.to].map(|end| family.problem_at(end));
+        require_same_mesh(first?.mesh(), second?.mesh(), &task.range.key)?;
+    }
     let file = RunFile::lock(path, layout, IfMissing::Create)?;
     let started = Instant::now();
     let digest = branches_input(&input.scene, task);
@@ -88,7 +111,13 @@ pub fn follow_branches(
         saves.keep(|| store(branches));
     })?;
     store(&branches)?;
-    Ok(branches)
+    let series = match series {
+        None => Vec::new(),
+        Some(folder) => folder
+            .write(&family, &branches, threads)
+            .map_err(StageError::after_storing)?,
+    };
+    Ok(Followed { branches, series })
 }
 
 /// What the same command stored before; `None` where there is nothing that can be used.

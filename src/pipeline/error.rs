@@ -7,15 +7,15 @@ use contact3d::{
     dual::{AssemblyError, Shortage},
     mesh::GmshError,
     scene::{Invalid, SceneError},
-    solver::NeedsExplicit,
+    solver::{DelassusError, NeedsExplicit},
 };
+use fclib::FclibError;
 use miette::Diagnostic;
 use plots::FigureError;
 use runfile::{Group, StoreError};
 use thiserror::Error;
 
 use crate::{
-    exchange::ExchangeError,
     format::{FormatError, Stage},
     output::OutputError,
 };
@@ -93,9 +93,25 @@ pub enum StageError {
         /// What failed.
         source: Box<StageError>,
     },
-    /// A problem that is exchanged with other programs.
+    /// A file of FCLIB.
     #[error(transparent)]
-    Exchange(#[from] ExchangeError),
+    Fclib(#[from] FclibError),
+    /// A problem that files of FCLIB cannot hold, or that is not solved.
+    #[error("{}: {reason}", file.display())]
+    Unfit {
+        /// The file.
+        file: PathBuf,
+        /// What does not fit, and what to do.
+        reason: String,
+    },
+    /// Arrays of a file that make no frictional contact problem.
+    #[error("{}: {source}", file.display())]
+    Delassus {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        source: DelassusError,
+    },
     /// A file that runs share cannot be removed, or the turn to make it not be had.
     #[error("cannot write {}: {source}; check the permissions of the folder", file.display())]
     Write {

@@ -7,7 +7,10 @@ use contact3d::{
     contact::Interface,
     elasticity::{Loads, prescribed_displacements, refuse_rigid_motions},
     mesh::{Mesh, Quality, Refinement},
-    scene::{Body, Clamp, Contact, MultiplierSpace, Part, Scene, SceneFile, Shape},
+    scene::{
+        Body, Clamp, Contact, Invalid, MultiplierSpace, Obstacle, Parameters, Part, Scene,
+        SceneFile, Shape,
+    },
     solver::ContactState,
 };
 use runfile::{GroupWriter, Reader, StoreError};
@@ -52,11 +55,29 @@ pub(super) fn run(inputs: &Inputs<'_>) -> Result<Meshed, StageError> {
     };
     resources::admit(need, run_file)?;
     let mesh = mesh_of(input, refinement)?;
-    refuse_rigid_motions(&mesh, &mesh.held_nodes(&input.scene))
+    refuse_rigid_motions(&input.scene, &mesh)
         .and_then(|()| Loads::of(&input.scene).nodal_forces(&mesh).map(drop))
         .and_then(|()| prescribed_displacements(&input.scene, &mesh).map(drop))
+        .and_then(|()| try_steps(&input.scene, &mesh))
         .map_err(|invalid| input.refuse(invalid))?;
     Meshed::new(Arc::new(mesh), input)
+}
+
+/// Tries loads and gap of every step of a load history: between two ends they are means.
+fn try_steps(scene: &Scene, mesh: &Mesh) -> Result<(), Invalid> {
+    let increments = scene.increments().into_iter();
+    for end in increments.filter(|increment| increment.share >= 1.0) {
+        let at_end = scene.at_increment(end)?;
+        let tried = Loads::of(&at_end).nodal_forces(mesh).map(drop);
+        let tried = tried.and_then(|()| prescribed_displacements(&at_end, mesh).map(drop));
+        let tried = tried.and_then(|()| Interface::new(&at_end, mesh).map(drop));
+        tried.map_err(|invalid| Invalid {
+            key: format!("step.{}", end.step),
+            expected: format!("{}: {}", invalid.key, invalid.expected),
+            ..invalid
+        })?;
+    }
+    Ok(())
 }
 
 /// Reads the mesh back.
@@ -69,7 +90,10 @@ pub(super) fn read(reader: &Reader, input: &SceneFile) -> Result<Meshed, StageEr
 
 /// Writes the mesh with its quality.
 pub(super) fn write(writer: &mut GroupWriter<'_>, meshed: &Meshed) -> Result<(), StoreError> {
-    let names = meshed.interface.as_ref().map_or(&[][..], |laws| &laws.names);
+    let names = meshed
+        .interface
+        .as_ref()
+        .map_or(&[][..], |laws| &laws.names);
     format::write_mesh(writer, &meshed.mesh, names, &Quality::of(&meshed.mesh))
 }
 
@@ -83,10 +107,20 @@ pub(super) struct Settings<'a> {
     clamp: Vec<Clamp>,
     contact_face: Option<&'a str>,
     multipliers: Option<MultiplierSpace>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    obstacle: Option<&'a Obstacle>,
     parts: Vec<&'a Part>,
     /// The contact faces, where they are more than one whole face.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     contacts: Vec<FaceSettings<'a>>,
+    /// What the formulas of obstacles use.
+    #[serde(skip_serializing_if = "Parameters::is_empty")]
+    parameters: Parameters,
+}
+
+/// Whether a key is one of an obstacle, whose normals and distances are part of the mesh.
+pub(super) fn of_obstacle(key: &str) -> bool {
+    key.starts_with("contact.") && key.contains(".obstacle.")
 }
 
 /// What the mesh depends on of one of several contact faces, in the order of their multipliers.
@@ -97,6 +131,8 @@ struct FaceSettings<'a> {
     #[serde(rename = "box")]
     corners: Option<[[f64; 3]; 2]>,
     multipliers: MultiplierSpace,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    obstacle: Option<&'a Obstacle>,
 }
 
 impl<'a> Settings<'a> {
@@ -107,11 +143,13 @@ impl<'a> Settings<'a> {
             clamp: scene.clamps.iter().map(Clamp::at_zero).collect(),
             contact_face: only_contact(scene).map(|c| c.face.as_str()),
             multipliers: only_contact(scene).map(|c| c.multipliers),
+            obstacle: only_contact(scene).and_then(|c| c.obstacle.as_ref()),
             parts: scene.regions.iter().map(|region| &region.part).collect(),
             contacts: match only_contact(scene) {
                 Some(contact) if contact.corners.is_none() => Vec::new(),
                 _ => contacts_in_order(scene).map(FaceSettings::of).collect(),
             },
+            parameters: scene.parameters_used(of_obstacle),
         }
     }
 }
@@ -123,6 +161,7 @@ impl<'a> FaceSettings<'a> {
             face: &contact.face,
             corners: contact.corners,
             multipliers: contact.multipliers,
+            obstacle: contact.obstacle.as_ref(),
         }
     }
 }

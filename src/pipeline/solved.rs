@@ -46,11 +46,13 @@ pub fn read_solved(path: &Path) -> Result<Solved, StageError> {
     let states = states(&reader, &input.scene);
     let mut needed = states.into_iter().filter(|state| state.stage <= Stage::Solve);
     if let Some(state) = needed.find(|state| state.freshness != Freshness::Fresh) {
-        return Err(StageError::NotReady {
+        return Err(StageError::Unfit {
             file: path.to_owned(),
-            stage: Stage::Post,
-            upstream: state.stage,
-            why: state.freshness.why(),
+            reason: format!(
+                "`export` needs a solved file, but `{}` cannot be used, {}; run `contact3d-pipe run` first",
+                state.stage.word(),
+                state.freshness.why()
+            ),
         });
     }
     let meshed = mesh::read(&reader, &input)?;

@@ -49,7 +49,9 @@ impl LawStudy {
     pub fn new(mut input: SceneFile) -> Result<Self, StageError> {
         pin_mesh_file(&mut input)?;
         if input.scene.contacts.len() > 1 {
-            return Err(input.refuse(several_faces(input.scene.contacts.len())).into());
+            return Err(input
+                .refuse(several_faces(input.scene.contacts.len()))
+                .into());
         }
         let mesh = mesh_of(&input, &Refinement::default())?;
         let interface =

@@ -48,6 +48,7 @@ impl LawFace {
             contact_triangles: &self.cells.triangles,
             contact_triangle_pane: &self.cells.pane,
             normal: reference.normal,
+            flat_support: reference.is_flat,
             axis_1,
             axis_2,
             normal_stress: &self.normal_stress,

@@ -7,12 +7,17 @@ use serde_json::Value;
 
 use crate::program::{Program, pipeline};
 
-/// Four panes of the published scene, solved with further changes.
+/// Three panes of the published scene, solved with further changes.
 fn solved(changes: &[&str]) -> Program {
+    solved_scene("hkl2011_table1.toml", &[&["body.brick.cells=[6,2,2]"], changes].concat())
+}
+
+/// A scene of the pipelines, solved with changes.
+fn solved_scene(name: &str, changes: &[&str]) -> Program {
     let program = Program::new();
-    let scene = pipeline("hkl2011_table1.toml");
+    let scene = pipeline(name);
     let mut arguments = vec!["--quiet", "run", scene.to_str().expect("plain path"), "run.h5", "--no-figures"];
-    for change in [&["body.brick.cells=[6,2,2]"], changes].concat() {
+    for change in changes {
         arguments.extend(["--set", change]);
     }
     program.command(&arguments).assert().success();
@@ -95,6 +100,14 @@ fn laws_that_fclib_cannot_hold_are_refused_with_the_reason() {
         let text = refused(&program, &["export", "run.h5", "--fclib", "out.hdf5"]);
         assert!(text.contains(word), "{change}: {text}");
     }
+    for (scene, cells, word) in [
+        ("block_on_slope.toml", "body.brick.cells=[8,4,2]", "only contact holds the body"),
+        ("history.toml", "body.brick.cells=[6,2,2]", "load history"),
+    ] {
+        let program = solved_scene(scene, &[cells]);
+        let text = refused(&program, &["export", "run.h5", "--fclib", "out.hdf5"]);
+        assert!(text.contains(word), "{scene}: {text}");
+    }
 }
 
 #[test]
@@ -106,7 +119,7 @@ fn unsolved_files_and_outputs_of_others_are_refused() {
     fs::write(program.path("notes.txt"), "my notes\n").expect("notes");
     fclib::write_local(&program.path("others.hdf5"), &problem()).expect("written");
     for (file, out, word) in [
-        ("mesh.h5", "out.hdf5", "needs a fresh `assemble`"),
+        ("mesh.h5", "out.hdf5", "needs a solved file, but `assemble`"),
         ("run.h5", "run.h5", "this command reads that file"),
         ("run.h5", "notes.txt", "expected a file of FCLIB of this program"),
         ("run.h5", "others.hdf5", "expected a file of FCLIB of this program"),

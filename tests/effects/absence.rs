@@ -110,10 +110,25 @@ fn clamps_at_zero_prescribe_nothing() {
 }
 
 #[test]
+fn without_springs_there_is_no_part_of_theirs() {
+    let spring = "[[spring]]\nface = 'x_max'\nnormal = 1e9\n";
+    let [with, without] = [&[spring, CONTACT][..], &[CONTACT]].map(|tables| {
+        let case = steel(tables);
+        let entries = case.system().assembly.primal.stiffness.data.len();
+        (entries, case.report().resultants)
+    });
+    // Nodes of a triangle share a tetrahedron already.
+    assert_eq!(with.0, without.0);
+    assert!(with.1.spring_energy.is_some() && with.1.spring_force.is_some());
+    assert!(without.1.spring_energy.is_none() && without.1.spring_force.is_none());
+}
+
+#[test]
 fn frame_and_gap_are_as_small_as_they_can_be() {
     let plain = in_contact("", "coefficient.constant = 0.3");
     let plain = plain.interface();
     assert_eq!((plain.frame.axes.len(), &plain.gap), (1, &None));
+    assert_eq!(plain.frame.normals.len(), 1);
     let wide = in_contact(
         "angle = '10*x'\ngap = '1e-6*x'",
         "coefficient.constant = 0.3",
@@ -122,4 +137,14 @@ fn frame_and_gap_are_as_small_as_they_can_be() {
     let interface = wide.interface();
     assert_eq!(interface.frame.axes.len(), nodes);
     assert_eq!(interface.gap.as_ref().map(Vec::len), Some(nodes));
+    assert_eq!(interface.frame.normals.len(), 1);
+    let plane = "obstacle.half_space = { point = [0.0, 0.0, -1e-5], normal = [1e-3, 0.0, 1.0] }";
+    let round = "obstacle.sphere = { centre = [1.5, 0.5, -9.0], radius = 9.0 }";
+    for (obstacle, normals) in [(plane, 1), (round, nodes)] {
+        let case = in_contact(obstacle, "coefficient.constant = 0.3");
+        let interface = case.interface();
+        assert_eq!(interface.frame.normals.len(), normals);
+        assert_eq!(interface.frame.axes.len(), normals);
+        assert_eq!(interface.gap.as_ref().map(Vec::len), Some(nodes));
+    }
 }

@@ -54,11 +54,13 @@ const FRICTION_ONLY: [&str; 11] = [
     "/post/discretisation_error/friction",
     "/VTKHDF/{}Data/contact_tangential_stress",
 ];
-const COULOMB_ONLY: [&str; 9] = [
+const COULOMB_ONLY: [&str; 11] = [
     "/solve/slip_bound",
     "/solve/friction",
     "/solve/friction_inverse",
     "/solve/mapping_change",
+    "/solve/spectral_radius",
+    "/solve/determinant_sign",
     "/post/scaled_tangential_stress",
     "/post/pane_friction",
     "/post/nodal_friction",
@@ -75,6 +77,14 @@ const QUADRATIC_ONLY: [&str; 3] = [
     "/mesh/tetrahedron_mid_edges",
     "/mesh/facet_mid_edges",
     "/post/corner_stress",
+];
+
+const FLOATING_ONLY: [&str; 5] = [
+    "/assemble/rigid_modes",
+    "/assemble/rigid_pins",
+    "/assemble/rigid_spring",
+    "/solve/rigid_motion",
+    "/solve/unstopped_motion",
 ];
 
 /// Runs a scene on linear tetrahedra and returns the datasets of a run that its file lacks, those of quadratic
@@ -103,6 +113,14 @@ fn absent_from_run(tables: &[&str]) -> BTreeSet<String> {
         .success();
     let reader = Reader::open(&folder.path().join("run.h5"), LAYOUT).unwrap();
     assert!(!reader.has("/adapt/status"), "no wish for an error");
+    assert_eq!(
+        reader.has("/history/time"),
+        tables.concat().contains("step")
+    );
+    assert_eq!(
+        reader.has("/VTKHDF/Steps/Values"),
+        tables.concat().contains("step")
+    );
     let rows = LAYOUT.tables.iter().flat_map(|table| table.iter());
     let of_a_run = rows.filter(|row| {
         let others = [
@@ -111,18 +129,54 @@ fn absent_from_run(tables: &[&str]) -> BTreeSet<String> {
             "/adapt/",
             "/theory/",
             "/branches/",
+            "/history/",
         ];
         !others.iter().any(|group| row.path.starts_with(group))
     });
     let absent = of_a_run.filter(|row| !reader.has(row.path));
-    absent.map(|row| row.path.to_owned()).collect()
+    let absent = absent.filter(|row| !row.path.starts_with("/VTKHDF/Steps/"));
+    let mut absent: BTreeSet<String> = absent.map(|row| row.path.to_owned()).collect();
+    for path in FLOATING_ONLY {
+        assert!(
+            absent.remove(path),
+            "{path} is there, and the clamp holds the body"
+        );
+    }
+    absent
 }
+
+/// What only a scene with an obstacle has.
+const OBSTACLE_ONLY: [&str; 1] = ["/mesh/contact_clearance"];
 
 /// What only clamps with values have.
 const PRESCRIBED_ONLY: [&str; 2] = [
     "/load/prescribed_displacement",
     "/post/resultants/clamp_work",
 ];
+
+/// What only springs have.
+const SPRINGS_ONLY: [&str; 2] = [
+    "/post/resultants/spring_energy",
+    "/post/resultants/spring_force",
+];
+
+/// What only a load history has, beside its own group.
+const HISTORY_ONLY: [&str; 1] = ["/solve/history_digest"];
+/// What only several contact faces have, and what only one has.
+const SEVERAL_FACES_ONLY: [&str; 10] = [
+    "/mesh/contact_node_normal",
+    "/mesh/contact_face_names",
+    "/mesh/contact_face_nodes",
+    "/mesh/contact_face_facets",
+    "/mesh/contact_face_panes",
+    "/mesh/contact_face_is_nodal",
+    "/post/faces/zone_counts",
+    "/post/faces/normal_force",
+    "/post/faces/largest_pressure",
+    "/VTKHDF/CellData/contact_face",
+];
+const FACES_WITH_FRICTION_ONLY: &str = "/post/faces/tangential_force";
+const ONE_FACE_ONLY: [&str; 2] = ["/mesh/contact_normal", "/post/resultants/tangential_force"];
 
 /// What only a factor in single precision has; small bodies have one in double.
 const IN_SINGLE_PRECISION: [&str; 3] = [
@@ -139,7 +193,12 @@ fn expected(effects: &[&[&str]], present: Option<&str>) -> BTreeSet<String> {
         .flat_map(|path| ["Cell", "Point"].map(|data| path.replace("{}", data)))
         .collect();
     paths.extend(IN_SINGLE_PRECISION.map(str::to_owned));
+    paths.extend(OBSTACLE_ONLY.map(str::to_owned));
     paths.extend(PRESCRIBED_ONLY.map(str::to_owned));
+    paths.extend(SPRINGS_ONLY.map(str::to_owned));
+    paths.extend(HISTORY_ONLY.map(str::to_owned));
+    paths.extend(SEVERAL_FACES_ONLY.map(str::to_owned));
+    paths.insert(FACES_WITH_FRICTION_ONLY.to_owned());
     let all = [&CONTACT_ONLY[..], &FRICTION_ONLY, &COULOMB_ONLY].concat();
     if let Some(present) = present {
         let other = if present == "Cell" { "Point" } else { "Cell" };
@@ -197,6 +256,23 @@ fn with_regions_and_nodal_multipliers_everything_is_there_but_the_panes() {
 }
 
 #[test]
+fn with_an_obstacle_its_distance_is_there_and_normals_where_they_vary() {
+    let sphere = "obstacle.sphere = { centre = [1.5, 0.5, -9.0], radius = 9.0 }\n";
+    let found = absent_from(&[CONTACT, sphere, RAMPS]);
+    let ([clearance], normals) = (OBSTACLE_ONLY, "/mesh/contact_node_normal");
+    let mut absent = expected(&[&REGIONS_ONLY, &["/mesh/contact_normal"]], Some("Cell"));
+    assert!(absent.remove(clearance));
+    absent.remove(normals);
+    assert_eq!(found, absent);
+
+    let plane = "obstacle.half_space = { point = [0.0, 0.0, -1e-5], normal = [0.0, 0.0, 1.0] }\n";
+    let found = absent_from(&[CONTACT, plane, RAMPS]);
+    let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
+    assert!(absent.remove(clearance));
+    assert_eq!(found, absent);
+}
+
+#[test]
 fn with_prescribed_displacements() {
     let clamp = "[[clamp]]\nface = 'x_max'\ncomponents = ['y']\nvalue = [0.0, 1e-6, 0.0]\n";
     let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
@@ -206,6 +282,45 @@ fn with_prescribed_displacements() {
     let resting = clamp.replace("1e-6", "0");
     let absent = expected(&[&REGIONS_ONLY], Some("Cell"));
     assert_eq!(absent_from(&[&resting, CONTACT, RAMPS]), absent);
+}
+
+#[test]
+fn with_springs() {
+    let spring = "[[spring]]\nface = 'x_max'\nnormal = 1e9\n";
+    let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
+    absent.retain(|path| !SPRINGS_ONLY.contains(&path.as_str()));
+    assert_eq!(absent_from(&[spring, CONTACT, RAMPS]), absent);
+}
+
+#[test]
+fn with_a_load_history() {
+    let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
+    absent.retain(|path| !HISTORY_ONLY.contains(&path.as_str()));
+    // A series has no estimate of the error.
+    absent.insert("/VTKHDF/CellData/error_indicator".to_owned());
+    assert_eq!(
+        absent_from(&[CONTACT, RAMPS, "[[step]]\n[[step]]\n"]),
+        absent
+    );
+}
+
+#[test]
+fn with_several_contact_faces() {
+    let faces = "[[contact]]\nface = 'z_min'\n[[contact]]\nface = 'y_max'\n";
+    let absent: [&[&str]; 5] = [
+        &FRICTION_ONLY,
+        &COULOMB_ONLY,
+        &SLIP_ONLY,
+        &REGIONS_ONLY,
+        &ONE_FACE_ONLY,
+    ];
+    let mut frictionless = expected(&absent, Some("Cell"));
+    frictionless.retain(|path| !SEVERAL_FACES_ONLY.contains(&path.as_str()));
+    assert_eq!(absent_from(&[faces]), frictionless);
+    let mut rough = expected(&[&REGIONS_ONLY, &ONE_FACE_ONLY], Some("Cell"));
+    rough.retain(|path| !SEVERAL_FACES_ONLY.contains(&path.as_str()));
+    rough.remove(FACES_WITH_FRICTION_ONLY);
+    assert_eq!(absent_from(&[faces, RAMPS]), rough);
 }
 
 #[test]
@@ -225,6 +340,8 @@ fn with_the_implicit_operator_nothing_dense_is_there() {
             "/assemble/contact_compliance",
             "/load/slip_free",
             "/solve/mapping_change",
+            "/solve/spectral_radius",
+            "/solve/determinant_sign",
         ],
         &REGIONS_ONLY,
     ];

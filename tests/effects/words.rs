@@ -53,13 +53,16 @@ fn an_elastic_scene_names_what_it_lacks() {
                 "anisotropy",
                 "regions",
                 "prescribed displacements",
+                "springs",
                 "body force",
                 "contact",
+                "obstacle",
                 "initial gap",
                 "friction",
                 "slip-dependent coefficients",
                 "place-dependent coefficients",
-                "turning frame"
+                "turning frame",
+                "rigid motions"
             ])
         );
     }
@@ -73,12 +76,14 @@ fn an_elastic_scene_names_what_it_lacks() {
 fn every_effect_is_counted() {
     let (json, texts) = effects(&[
         "[[clamp]]\nface = 'x_min'\ncomponents = ['x']\nvalue = ['0*x', 0, 0]\n",
+        "[[spring]]\nface = 'x_max'\nnormal = 1e9\n",
         "[body_force]\nvalue = [0, 0, -1]\n",
         "[[region]]\npart.box = [[0, 0, 0], [1, 1, 1]]\n",
         "[region.material.orthotropic]\nyoung_moduli = [2e11, 1e11, 2e11]\n",
         "poisson_ratios = [0.2, 0.2, 0.2]\nshear_moduli = [1e11, 1e11, 1e11]\n",
         CONTACT,
         "angle = 'x'\ngap = '1e-5*x'\n",
+        "obstacle.half_space = { point = [0, 0, 0], normal = [0, 0, 1] }\n",
         "[friction.coefficient_1]\nexpression = '0.3 + x*exp(-s1/1e-5)'\n",
         "[friction.coefficient_2]\nconstant = 0.2\n",
     ]);
@@ -91,8 +96,10 @@ fn every_effect_is_counted() {
                 ("anisotropy", 0),
                 ("regions", 0),
                 ("prescribed displacements", 0),
+                ("springs", 0),
                 ("body force", 0),
                 ("contact", 12),
+                ("obstacle", 0),
                 ("initial gap", 0),
                 ("friction", 24),
                 ("slip-dependent coefficients", 130),
@@ -100,7 +107,7 @@ fn every_effect_is_counted() {
                 ("turning frame", 0),
             ]
         );
-        assert_eq!(effects["absent"], json!([]));
+        assert_eq!(effects["absent"], json!(["rigid motions"]));
     }
     for text in texts {
         for words in [

@@ -4,10 +4,10 @@
 use std::path::{Path as FilePath, PathBuf};
 
 use contact3d::{
-    branches::{Branches, Family, ParameterRange, Path, PathEnd, PathPoint, PointKind},
+    branches::{Branches, Family, ParameterRange, Path, PathEnd, PathPoint, PointKind, Switch},
     dual::ExplicitDual,
     linalg::norm,
-    scene::{Coefficient, Ramp, Scene, SceneFile, Shape},
+    scene::{Coefficient, Formula, Ramp, Scene, SceneFile, Shape},
     solver::Linearisation,
 };
 use nalgebra::{DMatrix, DVector};
@@ -240,6 +240,49 @@ fn one_node_has_a_ray_of_solutions_at_the_critical_friction() {
         "{shares:?} {stick}"
     );
     assert!(points(&branches).any(|point| point.parameter == 1.0 && point.largest_pressure == 0.0));
+}
+
+/// A ramp written as a formula in three ways has the path of the ramp: the same folds and kinks at the same loads.
+#[test]
+fn kinks_inside_formulas_are_located_like_those_of_a_ramp() {
+    let ramp = Ramp {
+        initial: 1.4,
+        residual: 0.2,
+        onset: 1e-4,
+        rate: 1000.0,
+    };
+    let formula = |text: &str| Coefficient::Expression(Formula::parse(text).expect("a formula"));
+    let laws = [
+        Coefficient::Ramp(ramp),
+        formula("max(0.2, min(1.4, 1.4 - 1000*(s - 1e-4)))"),
+        formula("if(s < 1e-4, 1.4, if(s > 1.3e-3, 0.2, 1.4 - 1000*(s - 1e-4)))"),
+        formula("0.8 + 500*(abs(s - 1.3e-3) - abs(s - 1e-4))"),
+    ];
+    let specials = laws.map(|law| {
+        let mut base = scene("one_node.toml");
+        base.friction.as_mut().expect("friction").coefficient = Some(law);
+        let push = |scene: &mut Scene, value: f64| {
+            scene.tractions[0].value = [value.into(), 0.0.into(), (-4e-3).into()];
+        };
+        let Followed { branches, .. } = follow(&base, [-2e-3, 8e-3], true, push);
+        require_consistent(&branches);
+        let special = points(&branches).filter(|point| point.kind != PointKind::Regular);
+        special
+            .map(|point| (point.kind, point.parameter, point.switches.clone()))
+            .collect::<Vec<_>>()
+    });
+    let knots = |switch: &Switch| matches!(switch, Switch::Knot(..));
+    let with_knots = specials[0].iter().filter(|(.., s)| s.iter().any(knots));
+    assert!(with_knots.count() >= 2, "no knot is met");
+    for other in &specials[1..] {
+        assert_eq!(other.len(), specials[0].len());
+        for (one, two) in specials[0].iter().zip(other) {
+            assert_eq!((one.0, &one.2), (two.0, &two.2));
+            // Places are located to 1e-12 of the range; coefficients of both kinds of law differ by rounding, times 1/F' of
+            // 1e3 per unit of slip.
+            assert!((one.1 - two.1).abs() < 1e-12, "{one:?} {two:?}");
+        }
+    }
 }
 
 /// All slips of one node under a ramp by scanning its scalar equation, against the number of solutions on the paths.

@@ -1,9 +1,13 @@
 //! Several contact faces: closed forms that equilibrium alone gives, and one face described in two ways.
 
+use std::path::Path;
+
 use contact3d::{
     AssembledProblem, Problem,
+    adaptation::transferred,
     contact::MultiplierLayout,
     dual::smallest_eigenvalue,
+    mesh::{Mesh, RefinableBody},
     post::{ContactReport, FaceResultants, Zone},
     scene::{
         Body, Clamp, Component, Contact, DualOperatorKind, ElementOrder, Friction, InnerSolver,
@@ -16,8 +20,11 @@ const STEEL: (f64, f64) = (21.19e10, 0.277);
 
 fn brick(size: [f64; 3], cells: [usize; 3]) -> Scene {
     let (young, poisson) = STEEL;
-    Scene::new(Body::brick(size, cells), Material::isotropic(young, poisson))
-        .with_dual_operator(DualOperatorKind::Explicit)
+    Scene::new(
+        Body::brick(size, cells),
+        Material::isotropic(young, poisson),
+    )
+    .with_dual_operator(DualOperatorKind::Explicit)
 }
 
 fn solved(scene: &Scene) -> (AssembledProblem, Solution, ContactReport) {
@@ -27,7 +34,11 @@ fn solved(scene: &Scene) -> (AssembledProblem, Solution, ContactReport) {
     assert!(solution.status.is_solved(), "{:?}", solution.status);
     let report = problem.report(&solution).expect("finite loads");
     // A solve to 1e-12; the figures are sums over some hundred panes of differences that cancel.
-    assert!(report.certificate.worst() < 1e-8, "{:?}", report.certificate);
+    assert!(
+        report.certificate.worst() < 1e-8,
+        "{:?}",
+        report.certificate
+    );
     (problem, solution, report)
 }
 
@@ -63,7 +74,9 @@ fn a_block_between_smooth_plates_presses_them_by_poissons_ratio() {
         // The condition of S times rounding.
         assert!((pressure / expected - 1.0).abs() < 1e-10, "{pressure}");
     }
-    let [lower, upper] = report.faces[..] else { panic!("two faces") };
+    let [lower, upper] = report.faces[..] else {
+        panic!("two faces")
+    };
     for (face, sign) in [(lower, 1.0), (upper, -1.0)] {
         assert_eq!(face.contact.tangential_force, None);
         let [x, y, z] = face.contact.contact_force;
@@ -78,12 +91,22 @@ fn a_block_between_smooth_plates_presses_them_by_poissons_ratio() {
 fn a_block_between_rough_plates_is_held_by_the_friction_of_both() {
     for (lower, upper, strength) in [
         (Friction::coulomb(0.2), Friction::coulomb(0.05), [0.2, 0.05]),
-        (Friction::coulomb(0.1), Friction::tresca(2e6), [0.1, f64::NAN]),
-        (Friction::tresca(1e6), Friction::coulomb(0.15), [f64::NAN, 0.15]),
+        (
+            Friction::coulomb(0.1),
+            Friction::tresca(2e6),
+            [0.1, f64::NAN],
+        ),
+        (
+            Friction::tresca(1e6),
+            Friction::coulomb(0.15),
+            [f64::NAN, 0.15],
+        ),
     ] {
         let (_, _, report) = solved(&between_plates(lower.clone(), upper.clone()));
         let mut friction = 0.0;
-        for (face, (law, coefficient)) in report.faces.iter().zip([lower, upper].iter().zip(strength)) {
+        for (face, (law, coefficient)) in
+            report.faces.iter().zip([lower, upper].iter().zip(strength))
+        {
             assert!(slides(face), "{:?}", face.zone_counts);
             friction += match law.slip_bound.as_ref().and_then(|g| g.constant()) {
                 Some(bound) => 2.0 * bound,
@@ -92,12 +115,15 @@ fn a_block_between_rough_plates_is_held_by_the_friction_of_both() {
         }
         let clamp = report.resultants.clamp_force[0];
         // Sums of some hundred forces of a solve to 1e-12.
-        assert!((clamp / (1e8 - friction) - 1.0).abs() < 1e-9, "{clamp} {friction}");
+        assert!(
+            (clamp / (1e8 - friction) - 1.0).abs() < 1e-9,
+            "{clamp} {friction}"
+        );
     }
 }
 
-/// A slab on a foundation of which one half is dry and the other greased: pulled by more than friction holds, it slides as
-/// a whole, and a soft end holds the rest.
+/// A slab in plane strain along y on a foundation of which one half is dry and the other greased, pulled from a clamp by more
+/// than friction holds.
 fn halves(dry: Option<Friction>, greased: Option<Friction>) -> Scene {
     let contact = |name: &str, from: f64, to: f64, law: Option<Friction>| Contact {
         friction: law,
@@ -108,7 +134,8 @@ fn halves(dry: Option<Friction>, greased: Option<Friction>) -> Scene {
     brick([3.0, 1.0, 0.5], [12, 4, 2])
         .with_clamp(Clamp::face("x_min").along(&[Component::X]))
         .with_clamp(Clamp::face("y_min").along(&[Component::Y]))
-        .with_clamp(Clamp::inside([[0.0, 0.0, 0.5], [0.0, 1.0, 0.5]]).along(&[Component::Z]))
+        .with_clamp(Clamp::face("y_max").along(&[Component::Y]))
+        .with_clamp(Clamp::inside([[0.0, 0.0, 0.25], [0.0, 1.0, 0.25]]).along(&[Component::Z]))
         .with_pressure(Pressure::on("z_max", 1e7))
         .with_traction(Traction::on("x_max", [5e7, 0.0, 0.0]))
         .with_contact(contact("dry", 0.0, 1.5, dry))
@@ -119,14 +146,21 @@ fn halves(dry: Option<Friction>, greased: Option<Friction>) -> Scene {
 fn a_dry_and_a_greased_half_resist_by_their_own_coefficients() {
     let scene = halves(Some(Friction::coulomb(0.6)), Some(Friction::coulomb(0.05)));
     let (_, _, report) = solved(&scene);
+    let mut resisted = 0.0;
     for (face, coefficient) in report.faces.iter().zip([0.6, 0.05]) {
-        let [first, _] = face.contact.tangential_force.expect("friction");
-        let pressed = face.zone_counts[0] == 0;
-        assert!(pressed && face.zone_counts[1] == 0, "{:?}", face.zone_counts);
-        // Lateral contraction turns the slip of some panes a little out of the direction of the pull.
-        let ratio = first / (coefficient * face.contact.normal_force);
-        assert!(ratio < 1.0 + 1e-9 && ratio > 0.9, "{ratio}");
+        assert_eq!(face.zone_counts[1], 0, "no pane sticks");
+        let [first, second] = face.contact.tangential_force.expect("friction");
+        let friction = coefficient * face.contact.normal_force;
+        // Sums of some ten forces of a solve to 1e-12.
+        assert!((first / friction - 1.0).abs() < 1e-9, "{first} {friction}");
+        assert!(second.abs() < 1e-9 * first);
+        resisted += friction;
     }
+    let clamp = report.resultants.clamp_force[0];
+    assert!(
+        (clamp / (resisted - 2.5e7) - 1.0).abs() < 1e-9,
+        "{clamp} {resisted}"
+    );
 }
 
 /// Two halves with one law are one face: the same multipliers, in another order, whatever the law and its method.
@@ -156,7 +190,10 @@ fn halves_with_one_law_are_the_whole_face() {
             along / half * (n / 2) + across * half + along % half
         };
         let layout = MultiplierLayout::new(n, n);
-        let size = together.multiplier.iter().fold(0.0, |m: f64, l| m.max(l.abs()));
+        let size = together
+            .multiplier
+            .iter()
+            .fold(0.0, |m: f64, l| m.max(l.abs()));
         for pane in 0..n {
             let pair = layout.pair(&together.multiplier, pane);
             let other = layout.pair(&in_parts.multiplier, moved(pane));
@@ -178,7 +215,14 @@ fn a_frictionless_half_is_one_with_no_slip_bound() {
     let n = problem.n_panes();
     assert_eq!(without.multiplier.len(), n + n);
     assert_eq!(zero.multiplier.len(), 3 * n);
-    assert_eq!(report.panes.iter().filter(|pane| pane.friction.is_none()).count(), n / 2);
+    assert_eq!(
+        report
+            .panes
+            .iter()
+            .filter(|pane| pane.friction.is_none())
+            .count(),
+        n / 2
+    );
     // Faces with friction come first.
     for (a, b) in [(0, 1), (1, 0)] {
         let (a, b) = (report.faces[a].contact, other.faces[b].contact);
@@ -190,12 +234,22 @@ fn a_frictionless_half_is_one_with_no_slip_bound() {
 /// A law capped at a pressure that all panes exceed is a given slip bound.
 #[test]
 fn a_cap_below_all_pressures_is_a_given_slip_bound() {
-    let capped = halves(Some(Friction::coulomb(1.0).capped(1e5)), Some(Friction::coulomb(0.1)));
-    let given = halves(Some(Friction::tresca(1e5)), Some(Friction::coulomb(0.1)));
+    let pressed = |law: Friction| Scene {
+        pressures: vec![Pressure::on("z_max", 5e7)],
+        ..halves(Some(law), Some(Friction::coulomb(0.1)))
+    };
+    let capped = pressed(Friction::coulomb(1.0).capped(1e5));
+    let given = pressed(Friction::tresca(1e5));
     let ((_, capped, report), (_, given, _)) = (solved(&capped), solved(&given));
     let least = report.panes.iter().map(|pane| -pane.normal_stress);
-    assert!(least.fold(f64::INFINITY, f64::min) > 1e5, "every pane is pressed by more than the cap");
-    let size = given.multiplier.iter().fold(0.0, |m: f64, l| m.max(l.abs()));
+    assert!(
+        least.fold(f64::INFINITY, f64::min) > 1e5,
+        "every pane is pressed by more than the cap"
+    );
+    let size = given
+        .multiplier
+        .iter()
+        .fold(0.0, |m: f64, l| m.max(l.abs()));
     for (a, b) in capped.multiplier.iter().zip(&given.multiplier) {
         assert!((a - b).abs() < 1e-9 * size, "{a} {b}");
     }
@@ -220,23 +274,38 @@ fn corner(floor: Option<Friction>, wall: Option<Friction>) -> Scene {
 #[test]
 fn an_edge_in_two_contacts_keeps_its_operator_definite() {
     let apart = halves(Some(Friction::coulomb(0.3)), Some(Friction::coulomb(0.3)));
-    let [corner_block, apart] = [corner(Some(Friction::coulomb(0.3)), Some(Friction::coulomb(0.4))), apart].map(|scene| {
-        let problem = Problem::new(scene).expect("a brick").assemble().expect("a discrete problem");
+    let [corner_block, apart] = [
+        corner(Some(Friction::coulomb(0.3)), Some(Friction::coulomb(0.4))),
+        apart,
+    ]
+    .map(|scene| {
+        let problem = Problem::new(scene)
+            .expect("a brick")
+            .assemble()
+            .expect("a discrete problem");
         let contact = problem.system().contact.as_ref().expect("contact");
         smallest_eigenvalue(contact.explicit().expect("S is dense"))
     });
     // On one plane panes meet at edges as well: as far from singular, within a small factor.
     assert!(corner_block > 0.2 * apart, "{corner_block} {apart}");
     // So rough that both faces stick at the edge.
-    let (_, _, report) = solved(&corner(Some(Friction::coulomb(2.0)), Some(Friction::coulomb(2.0))));
+    let (_, _, report) = solved(&corner(
+        Some(Friction::coulomb(2.0)),
+        Some(Friction::coulomb(2.0)),
+    ));
     assert!(report.count(Zone::Stick) > report.panes.len() / 2);
-    let [floor, wall] = report.faces[..] else { panic!("two faces") };
+    let [floor, wall] = report.faces[..] else {
+        panic!("two faces")
+    };
     let r = &report.resultants;
     for c in 0..3 {
         let sum = floor.contact.contact_force[c] + wall.contact.contact_force[c];
         let forces = sum + r.applied_force[c] + r.clamp_force[c];
         assert!(forces.abs() < 1e-9 * 3e7, "{forces}");
-        let of_faces = report.forces.iter().filter(|force| force.source.starts_with("contact."));
+        let of_faces = report
+            .forces
+            .iter()
+            .filter(|force| force.source.starts_with("contact."));
         let moment: f64 = of_faces.map(|force| force.moment[c]).sum();
         assert!((moment - r.moments[0][c]).abs() < 1e-9 * 3e7, "{moment}");
     }
@@ -246,11 +315,17 @@ fn an_edge_in_two_contacts_keeps_its_operator_definite() {
 #[test]
 fn all_methods_agree_on_mixed_laws() {
     let hardening = contact3d::scene::Coefficient::ramp(0.2, 0.4, 1e-6, 3e4);
-    let mut scene = corner(Some(Friction::coulomb(hardening)), Some(Friction::tresca(2e6)));
+    let mut scene = corner(
+        Some(Friction::coulomb(hardening)),
+        Some(Friction::tresca(2e6)),
+    );
     scene = scene.with_contact(Contact::on("y_max").named("smooth"));
     let (problem, newton, _) = solved(&scene);
     assert_eq!(newton.multiplier.len(), 7 * problem.n_panes() / 3);
-    let size = newton.multiplier.iter().fold(0.0, |m: f64, l| m.max(l.abs()));
+    let size = newton
+        .multiplier
+        .iter()
+        .fold(0.0, |m: f64, l| m.max(l.abs()));
     for inner in [InnerSolver::Kprgp, InnerSolver::Gpcg, InnerSolver::Newton] {
         let settings = SolveSettings {
             method: Method::FixedPoint,
@@ -281,20 +356,54 @@ fn contacts_that_cannot_be_are_refused_by_their_keys() {
     let rough = || Some(Friction::coulomb(0.3));
     let cases: &[(fn(&mut Scene), &str)] = &[
         (|s| s.contacts[1].corners = None, "contact.1.face"),
-        (|s| s.contacts[1].corners = s.contacts[0].corners, "contact.1.box"),
-        (|s| s.contacts[1].corners = Some([[1.6, 0.0, 0.0], [3.0, 1.0, 0.0]]), "contact.1.box"),
+        (
+            |s| s.contacts[1].corners = s.contacts[0].corners,
+            "contact.1.box",
+        ),
+        (
+            |s| s.contacts[1].corners = Some([[1.6, 0.0, 0.0], [3.0, 1.0, 0.0]]),
+            "contact.1.box",
+        ),
         // Along cells, but through a pane of 2 x 2 of them.
-        (|s| s.contacts[1].corners = Some([[1.75, 0.0, 0.0], [3.0, 1.0, 0.0]]), "contact.1.box"),
-        (|s| s.contacts[1].corners = Some([[1.5, 0.0, 0.1], [3.0, 1.0, 0.2]]), "contact.1.box"),
-        (|s| s.contacts[1].corners = Some([[3.0, 0.0, 0.0], [1.5, 1.0, 0.0]]), "contact.1.box"),
-        (|s| s.contacts.iter_mut().for_each(|contact| contact.name = None), "contact.1.name"),
-        (|s| s.contacts[1].name = Some("two\nlines".into()), "contact.1.name"),
+        (
+            |s| s.contacts[1].corners = Some([[1.75, 0.0, 0.0], [3.0, 1.0, 0.0]]),
+            "contact.1.box",
+        ),
+        (
+            |s| s.contacts[1].corners = Some([[1.5, 0.0, 0.1], [3.0, 1.0, 0.2]]),
+            "contact.1.box",
+        ),
+        (
+            |s| s.contacts[1].corners = Some([[3.0, 0.0, 0.0], [1.5, 1.0, 0.0]]),
+            "contact.1.box",
+        ),
+        (
+            |s| {
+                s.contacts
+                    .iter_mut()
+                    .for_each(|contact| contact.name = None)
+            },
+            "contact.1.name",
+        ),
+        (
+            |s| s.contacts[1].name = Some("two\nlines".into()),
+            "contact.1.name",
+        ),
         (|s| s.contacts[1].face = "z_middle".into(), "contact.1.face"),
         (|s| s.contacts[1].gap = (-1.0).into(), "contact.1.gap"),
-        (|s| s.contacts[1].friction = Some(Friction::default()), "contact.1.friction"),
+        (
+            |s| s.contacts[1].friction = Some(Friction::default()),
+            "contact.1.friction",
+        ),
         (|s| s.friction = Some(Friction::coulomb(0.2)), "friction"),
-        (|s| s.contacts.push(Contact::on("z_max").named("third")), "pressure.0.face"),
-        (|s| s.contacts.push(Contact::on("x_min").named("third")), "clamp.0.face"),
+        (
+            |s| s.contacts.push(Contact::on("z_max").named("third")),
+            "pressure.0.face",
+        ),
+        (
+            |s| s.contacts.push(Contact::on("x_min").named("third")),
+            "clamp.0.face",
+        ),
         (
             |s| s.contacts[1].slip_interpolation = contact3d::scene::SlipInterpolation::Clement,
             "contact.1.slip_interpolation",
@@ -323,8 +432,14 @@ fn nodal_faces_that_meet_are_refused_where_a_node_would_carry_too_much() {
         }
         scene
     };
-    assert_eq!(refused(nodal(Some(Friction::coulomb(0.3)), true)), "contact.1.multipliers");
-    for scene in [nodal(None, true), nodal(Some(Friction::coulomb(0.3)), false)] {
+    assert_eq!(
+        refused(nodal(Some(Friction::coulomb(0.3)), true)),
+        "contact.1.multipliers"
+    );
+    for scene in [
+        nodal(None, true),
+        nodal(Some(Friction::coulomb(0.3)), false),
+    ] {
         let (_, _, report) = solved(&scene);
         assert_eq!(report.faces.len(), 2);
     }
@@ -348,7 +463,11 @@ fn a_block_is_pushed_up_a_slope_by_the_force_of_its_friction_angle() {
             .with_clamp(Clamp::face("x_max"))
             .with_clamp(Clamp::face("y_min").along(&[Component::Y]))
             .with_clamp(Clamp::face("y_max").along(&[Component::Y]))
-            .with_body_force([block(-weight * alpha.sin()), 0.0.into(), block(-weight * alpha.cos())])
+            .with_body_force([
+                block(-weight * alpha.sin()),
+                0.0.into(),
+                block(-weight * alpha.cos()),
+            ])
             .with_traction(Traction::on(
                 "x_min",
                 [2.0 * push * alpha.cos(), 0.0, -2.0 * push * alpha.sin()],
@@ -361,5 +480,36 @@ fn a_block_is_pushed_up_a_slope_by_the_force_of_its_friction_angle() {
         let held = report.resultants.clamp_force[0];
         // The soft end also bears a millionth of what its shear and the block's tilt ask for.
         assert!((held + expected).abs() < 1e-5 * weight, "{held} {expected}");
+    }
+}
+
+/// On a finer mesh each face starts from its own stresses, in tetrahedra with sides on two faces too.
+#[test]
+fn stresses_of_each_face_go_to_the_same_face_of_a_finer_mesh() {
+    for nodal in [false, true] {
+        let mut scene = corner(None, Some(Friction::coulomb(0.3)));
+        if nodal {
+            scene.contacts[0].multipliers = contact3d::scene::MultiplierSpace::Nodal;
+        }
+        let mut body = RefinableBody::new(&scene, Path::new("")).expect("a brick");
+        let coarse = body.mesh().expect("a mesh");
+        body.refine(&vec![1; body.n_tetrahedra()]);
+        let fine = body.mesh().expect("a mesh");
+        // The wall has friction and comes first.
+        let stresses = |mesh: &Mesh| -> Vec<f64> {
+            let surface = mesh.contact.as_ref().expect("contact");
+            let [wall, floor] = [0, 1].map(|face| surface.faces[face].panes.len());
+            let normal = [vec![1.0; wall], vec![2.0; floor]].concat();
+            [normal, [10.0, 20.0].repeat(wall)].concat()
+        };
+        let start = transferred(&coarse, &fine, &body.parents(), &stresses(&coarse));
+        for (found, expected) in start.iter().zip(&stresses(&fine)) {
+            // Means of equal numbers, weighted by areas.
+            assert!(
+                (found - expected).abs() < 1e-14 * expected,
+                "{found} {expected}"
+            );
+        }
+        assert_eq!(start.len(), stresses(&fine).len());
     }
 }

@@ -52,8 +52,10 @@ pub struct ContactPicture<'a> {
     pub contact_triangles: &'a [[usize; 3]],
     /// Pane of every contact triangle.
     pub contact_triangle_pane: &'a [usize],
-    /// Outward unit normal ν on Γ_c.
+    /// Outward unit normal ν on Γ_c, or its mean direction where it varies: pictures of the face look along it.
     pub normal: [f64; 3],
+    /// Whether what supports the body is a plane, which is drawn as a piece of it.
+    pub flat_support: bool,
     /// First unit tangent; drawn to the right.
     pub axis_1: [f64; 3],
     /// Second unit tangent; drawn upwards.

@@ -135,6 +135,7 @@ impl Sample {
             contact_triangles: &self.contact_triangles,
             contact_triangle_pane: &self.contact_triangle_pane,
             normal: [0.0, 0.0, -1.0],
+            flat_support: true,
             axis_1: [1.0, 0.0, 0.0],
             axis_2: [0.0, 1.0, 0.0],
             normal_stress: &self.normal_stress,

@@ -54,27 +54,38 @@ pub(super) fn new_dataset<T: H5Type>(
     storage: Storage,
     values: &[T],
 ) -> Result<hdf5::Dataset, StoreError> {
-    let mut builder = group
-        .new_dataset_builder()
-        .empty::<T>()
-        .obj_track_times(false);
-    if storage == Storage::Compressed && !shape.is_empty() && !values.is_empty() {
-        builder = builder
-            .chunk(chunk::<T>(shape))
-            .shuffle()
-            .deflate(DEFLATE_LEVEL)
-            .fill_time(hdf5::plist::dataset_create::FillTime::Never);
-    }
-    let dataset = builder
-        .shape(shape)
-        .create(name)
-        .at(place, "create the dataset")?;
+    let dataset = empty_dataset::<T>(group, place, name, shape, storage)?;
     if !values.is_empty() {
         dataset
             .write_raw(ArrayView1::from(values))
             .at(place, "write the values")?;
     }
     Ok(dataset)
+}
+
+/// Creates a dataset whose values come later, all of them.
+pub(super) fn empty_dataset<T: H5Type>(
+    group: &hdf5::Group,
+    place: Place<'_>,
+    name: &str,
+    shape: &[usize],
+    storage: Storage,
+) -> Result<hdf5::Dataset, StoreError> {
+    let mut builder = group
+        .new_dataset_builder()
+        .empty::<T>()
+        .obj_track_times(false);
+    if storage == Storage::Compressed && !shape.is_empty() && !shape.contains(&0) {
+        builder = builder
+            .chunk(chunk::<T>(shape))
+            .shuffle()
+            .deflate(DEFLATE_LEVEL)
+            .fill_time(hdf5::plist::dataset_create::FillTime::Never);
+    }
+    builder
+        .shape(shape)
+        .create(name)
+        .at(place, "create the dataset")
 }
 
 /// Whole rows, as many as come near the aimed size.

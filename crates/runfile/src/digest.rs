@@ -15,6 +15,7 @@ const BLOCK: usize = 1 << 17;
 /// the values. A text is its length in bytes as `u64` and its UTF-8. A matrix is the number of its
 /// entries as `u64`, then `indptr` and `indices` as `i64` and `data` as `f64`. All numbers are
 /// little endian.
+#[derive(Debug)]
 pub(super) struct DatasetDigest(Hasher);
 
 impl DatasetDigest {

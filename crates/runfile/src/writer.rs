@@ -27,7 +27,7 @@ use super::transaction::Transaction;
 pub struct GroupWriter<'t> {
     transaction: &'t mut Transaction,
     group: Group,
-    object: hdf5::Group,
+    pub(super) object: hdf5::Group,
     digests: BTreeMap<&'static str, (String, bool)>,
 }
 
@@ -158,6 +158,19 @@ impl<'t> GroupWriter<'t> {
         super::attribute::write_numbers(&self.object, self.group_place(), name, values)
     }
 
+    /// Writes one number as an attribute of a group inside the group, which a dataset written before has made, as other programs
+    /// look for.
+    pub fn write_inner_attribute<T: Element>(
+        &mut self,
+        inner: &str,
+        name: &str,
+        value: T,
+    ) -> Result<(), StoreError> {
+        let place = self.group_place();
+        let object = self.object.group(inner).at(place, "open a group")?;
+        super::attribute::write_number(&object, place, name, value)
+    }
+
     /// Ends the group and returns its digest.
     ///
     /// # Errors
@@ -213,7 +226,7 @@ impl<'t> GroupWriter<'t> {
     }
 
     /// The row of a path, if the table allows these values there now.
-    fn admit(
+    pub(super) fn admit(
         &mut self,
         path: &str,
         kind: Kind,
@@ -262,7 +275,7 @@ impl<'t> GroupWriter<'t> {
     }
 
     /// Writes the attributes of a dataset and remembers its digest.
-    fn seal(
+    pub(super) fn seal(
         &mut self,
         spec: &'static DatasetSpec,
         object: &hdf5::Location,
@@ -278,14 +291,14 @@ impl<'t> GroupWriter<'t> {
         Ok(())
     }
 
-    fn place(&self, spec: &DatasetSpec) -> Place<'_> {
+    pub(super) fn place(&self, spec: &DatasetSpec) -> Place<'_> {
         Place {
             file: self.file(),
             dataset: spec.path,
         }
     }
 
-    fn group_place(&self) -> Place<'_> {
+    pub(super) fn group_place(&self) -> Place<'_> {
         Place {
             file: self.file(),
             dataset: self.group.name(),

@@ -51,17 +51,16 @@ fn fine_pairs(known: &ContactSurface, wanted: &ContactSurface, n_pairs: usize) -
 /// triangles it is made of, and a triangle has those of the one it lies in. `parents` names the
 /// coarse tetrahedron that each fine one lies in, `[n_tetrahedra of the fine mesh]`.
 #[must_use]
-pub fn transferred(
-    coarse: &Mesh,
-    fine: &Mesh,
-    parents: &[usize],
-    multiplier: &[f64],
-) -> Vec<f64> {
+pub fn transferred(coarse: &Mesh, fine: &Mesh, parents: &[usize], multiplier: &[f64]) -> Vec<f64> {
     let (Some(known), Some(wanted)) = (&coarse.contact, &fine.contact) else {
         return Vec::new();
     };
     let n_pairs = (multiplier.len() - known.n_panes()) / 2;
-    let stresses = on_facets(coarse, MultiplierLayout::new(known.n_panes(), n_pairs), multiplier);
+    let stresses = on_facets(
+        coarse,
+        MultiplierLayout::new(known.n_panes(), n_pairs),
+        multiplier,
+    );
     // A tetrahedron has at most one side on each face.
     let behind = coarse.behind_contact().into_iter().enumerate();
     let stress_of: HashMap<(usize, usize), [f64; 3]> = behind

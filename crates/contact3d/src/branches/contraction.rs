@@ -1,10 +1,6 @@
 //! The local contraction of the mapping Ψ of HKL at a point of a path.
 
-use super::{
-    corrector::PathState,
-    equations::{Equations, Friction},
-    piece::Piece,
-};
+use super::{corrector::PathState, derivative::Friction, equations::Equations, piece::Piece};
 use crate::solver::contraction_of_mapping;
 
 impl Equations<'_> {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{
     bordered::bordered,
     equations::{Equations, Evaluated},
-    family::Member,
+    member::Member,
     piece::{Distance, Piece},
 };
 use crate::{

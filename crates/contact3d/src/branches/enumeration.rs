@@ -2,7 +2,7 @@
 
 use faer::{Mat, prelude::Solve};
 
-use super::family::Member;
+use super::member::Member;
 
 /// Most panes whose 4^m states are tried.
 const MOST_PANES: usize = 6;

@@ -2,108 +2,24 @@
 
 use std::{cell::RefCell, collections::VecDeque, path::Path, sync::Arc};
 
-use serde::{Deserialize, Serialize};
-
+use super::{
+    member::Member,
+    range::ParameterRange,
+    straight::{between, on_line},
+};
 use crate::{
-    contact::{CoulombLaw, Interface},
+    contact::Interface,
     dual::{ExplicitDual, LocalStiffness},
     linalg::norm,
-    mesh::ContactSurface,
     problem::{AssembledProblem, Problem, ProblemError},
     scene::{DualOperatorKind, FactorPrecision, Invalid, Scene, SlipInterpolation},
-    solver::ContactState,
 };
-
-/// A range of one sign whose ends differ by more than this factor is followed in the logarithm of the parameter.
-const LOGARITHMIC_FROM: f64 = 100.0;
 
 /// Places in the range at which the loads must lie on a straight line to be taken from it, and the whole scene be valid.
 const PROBES: [f64; 3] = [0.289, 0.5, 0.781];
 
-/// How far they may be from it, relative to the largest load; their own rounding is some ε.
-const STRAIGHT: f64 = 1e-13;
-
 /// Problems that are kept in memory at a time: a point and both sides of its difference.
 const KEPT: usize = 6;
-
-/// A range of a parameter of a scene.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ParameterRange {
-    /// The key, for messages.
-    pub key: String,
-    /// The value at s = 0.
-    pub from: f64,
-    /// The value at s = 1.
-    pub to: f64,
-}
-
-impl ParameterRange {
-    /// Whether s is the share of the logarithm, and not of the value.
-    #[must_use]
-    pub fn is_logarithmic(&self) -> bool {
-        let ratio = self.to / self.from;
-        ratio > 0.0
-            && ratio.is_finite()
-            && !(LOGARITHMIC_FROM.recip()..=LOGARITHMIC_FROM).contains(&ratio)
-    }
-
-    /// The parameter at s.
-    #[must_use]
-    pub fn value(&self, s: f64) -> f64 {
-        if s == 0.0 {
-            self.from
-        } else if s == 1.0 {
-            self.to
-        } else if self.is_logarithmic() {
-            self.from * (self.to / self.from).powf(s)
-        } else {
-            self.from + s * (self.to - self.from)
-        }
-    }
-
-    /// The share of the way from `from` to `to` of the value at s.
-    fn share(&self, s: f64) -> f64 {
-        if self.is_logarithmic() {
-            (self.value(s) - self.from) / (self.to - self.from)
-        } else {
-            s
-        }
-    }
-}
-
-/// A contact problem at one value of the parameter.
-pub(super) struct Member {
-    base: Arc<AssembledProblem>,
-    interface: Arc<Interface>,
-    /// S, h and the compliance of the contact nodes.
-    pub(super) dual: ExplicitDual,
-    /// ρ: the stiffness of each pane while the others do not move, `[n_multipliers]`, in Pa/m³.
-    pub(super) local: Arc<LocalStiffness>,
-}
-
-impl Member {
-    pub(super) fn surface(&self) -> &ContactSurface {
-        let surface = self.base.mesh().contact.as_ref();
-        surface.expect("a family has contact")
-    }
-
-    pub(super) fn law(&self) -> &CoulombLaw {
-        self.interface
-            .coulomb()
-            .expect("a family has Coulomb friction")
-    }
-
-    pub(super) fn contact(&self) -> ContactState<'_> {
-        ContactState {
-            surface: self.surface(),
-            interface: &self.interface,
-        }
-    }
-
-    pub(super) fn steplengths(&self) -> &[f64] {
-        &self.local.stiffness
-    }
-}
 
 /// What changes with the parameter.
 enum Dependence {
@@ -155,7 +71,7 @@ impl<'a> Family<'a> {
         }
         let scene = |s: f64| scene_at(range.value(s)).and_then(Scene::checked);
         for s in PROBES {
-            scene(s)?;
+            scene(s)?.require_no_history("a path of solutions")?;
         }
         let ends = [scene(0.0)?, scene(1.0)?];
         let first = Arc::new(assemble(&ends[0], folder)?);
@@ -245,7 +161,15 @@ impl<'a> Family<'a> {
 
     /// The assembled problem at s, to solve.
     pub(super) fn problem(&self, s: f64) -> Result<AssembledProblem, ProblemError> {
-        let scene = explicit(self.scene(s)?);
+        self.problem_at(self.range.value(s))
+    }
+
+    /// The assembled problem at a value of the parameter, with the dense operator.
+    ///
+    /// # Errors
+    /// A value that no problem can have.
+    pub fn problem_at(&self, parameter: f64) -> Result<AssembledProblem, ProblemError> {
+        let scene = explicit((self.scene_at)(parameter).and_then(Scene::checked)?);
         match self.base.with_scene(scene.clone()) {
             Err(ProblemError::OtherOperator { .. }) => assemble(&scene, self.folder),
             shared => shared,
@@ -350,65 +274,15 @@ fn assemble(scene: &Scene, folder: &Path) -> Result<AssembledProblem, ProblemErr
     if contact.slip_interpolation != SlipInterpolation::Lagrange {
         return Err(other_slips().into());
     }
-    Problem::in_folder(explicit(scene.clone()), folder)?.assemble()
+    let assembled = Problem::in_folder(explicit(scene.clone()), folder)?.assemble()?;
+    assembled.refuse_floating("paths of solutions")?;
+    Ok(assembled)
 }
 
-fn dual_of(problem: &AssembledProblem) -> &ExplicitDual {
+pub(super) fn dual_of(problem: &AssembledProblem) -> &ExplicitDual {
     let contact = problem.system().contact.as_ref();
     let dual = contact.and_then(|contact| contact.explicit());
     dual.expect("assembled with contact and the dense operator")
-}
-
-/// Whether loads and gap of a problem lie on the line between two others, at a share of it.
-fn on_line(
-    first: &AssembledProblem,
-    second: &AssembledProblem,
-    share: f64,
-    between: &AssembledProblem,
-) -> bool {
-    let load = |problem: &AssembledProblem| problem.system().assembly.primal.load.clone();
-    let held = |problem: &AssembledProblem| {
-        let prescribed = problem.system().assembly.primal.dofs.prescribed.as_ref();
-        prescribed.map_or_else(Vec::new, |held| held.as_flattened().to_vec())
-    };
-    let gap = |problem: &AssembledProblem| {
-        let state = problem.contact_state();
-        state
-            .and_then(|state| state.interface.gap.clone())
-            .unwrap_or_default()
-    };
-    let straight = |values: [Vec<f64>; 3]| {
-        let [a, b, c] = values;
-        let longest = a.len().max(b.len()).max(c.len());
-        let at = |v: &[f64], i: usize| v.get(i).copied().unwrap_or(0.0);
-        let size = [&a, &b]
-            .into_iter()
-            .flatten()
-            .fold(0.0, |m, v| f64::max(m, v.abs()));
-        (0..longest).all(|i| {
-            let line = at(&a, i) + share * (at(&b, i) - at(&a, i));
-            (at(&c, i) - line).abs() <= STRAIGHT * size
-        })
-    };
-    straight([load(first), load(second), load(between)])
-        && straight([held(first), held(second), held(between)])
-        && straight([gap(first), gap(second), gap(between)])
-}
-
-/// h and the free slip at a share of the way between those of two problems.
-fn between(ends: &[ExplicitDual; 2], share: f64) -> ExplicitDual {
-    let line = |a: f64, b: f64| a + share * (b - a);
-    let mut dual = ends[0].clone();
-    for (h, other) in dual.rhs.iter_mut().zip(&ends[1].rhs) {
-        *h = line(*h, *other);
-    }
-    if let (Some(own), Some(other)) = (&mut dual.compliance, &ends[1].compliance) {
-        let slips = own.slip_free.as_flattened_mut().iter_mut();
-        for (u, other) in slips.zip(other.slip_free.as_flattened()) {
-            *u = line(*u, *other);
-        }
-    }
-    dual
 }
 
 fn other_slips() -> Invalid {
@@ -424,7 +298,8 @@ fn other_slips() -> Invalid {
 fn several_faces(found: usize) -> Invalid {
     Invalid {
         key: "contact".into(),
-        expected: "one contact face, whose zones and segments of its law name the pieces of a path".into(),
+        expected: "one contact face, whose zones and segments of its law name the pieces of a path"
+            .into(),
         found: format!("{found} faces"),
         help: "leave all but one out, or solve at single values with a sweep".into(),
     }

@@ -25,8 +25,15 @@ const ON_PIECE: f64 = 1e-6;
 const TRIAL: f64 = 1e-8;
 const LEVEL: f64 = 1e-5;
 
+/// The same for slips, which do not bend along a tangent; rounding makes rates of 1e-8.
+const LAW_TRIAL: f64 = 1e-6;
+const LAW_LEVEL: f64 = 3e-7;
+
 /// Half paths with tangents this near are one.
 const SAME: f64 = 1e-7;
+
+/// A half path whose cosine with the tangent of a path is within this of −1 leads back along it.
+const OPPOSITE: f64 = 1e-5;
 
 /// Most corrections of the law at nodes that begin to slip.
 const MOST_REVERSALS: usize = 4;
@@ -35,6 +42,24 @@ const MOST_REVERSALS: usize = 4;
 pub(super) struct Ray {
     pub(super) state: PathState,
     pub(super) piece: Piece,
+    /// Whether it leaves the ends at which other pieces begin, so that it belongs to none of them; where a law is steep, the rays of two
+    /// pieces may be all but parallel.
+    pub(super) is_inside: bool,
+}
+
+impl Ray {
+    /// Whether two pieces describe one ray.
+    fn is(&self, other: &Self) -> bool {
+        let parallel = 1.0 - dot(&self.state.tangent, &other.state.tangent) < SAME;
+        let apart = self.is_inside && other.is_inside && self.piece != other.piece;
+        parallel && !apart
+    }
+
+    /// Whether it leads back along a path that came on a piece, in the direction of a tangent.
+    pub(super) fn leads_back(&self, piece: &Piece, tangent: &[f64]) -> bool {
+        let opposite = dot(&self.state.tangent, tangent) <= -1.0 + OPPOSITE;
+        opposite && (self.piece == *piece || !self.is_inside)
+    }
 }
 
 /// What may change at a point: the zone of a pane, or one branch of the law.
@@ -58,9 +83,8 @@ impl Equations<'_> {
         let mut rays: Vec<Ray> = Vec::new();
         for mut candidate in combinations(piece, &choices) {
             self.follow_law(&state.member, &mut candidate, &state.point);
-            for ray in self.rays_into(&candidate, state)? {
-                let same = |other: &Ray| 1.0 - dot(&ray.state.tangent, &other.state.tangent) < SAME;
-                if !rays.iter().any(same) {
+            for ray in self.rays_into(&candidate, state, reached)? {
+                if !rays.iter().any(|other| other.is(&ray)) {
                     rays.push(ray);
                 }
             }
@@ -90,7 +114,12 @@ impl Equations<'_> {
     }
 
     /// The ways along a piece from a point of its closure that stay on it.
-    fn rays_into(&self, piece: &Piece, from: &PathState) -> Result<Vec<Ray>, ProblemError> {
+    fn rays_into(
+        &self,
+        piece: &Piece,
+        from: &PathState,
+        reached: &[Distance],
+    ) -> Result<Vec<Ray>, ProblemError> {
         let mut rays = Vec::new();
         for forward in [true, false] {
             let mut piece = piece.clone();
@@ -103,9 +132,13 @@ impl Equations<'_> {
                 if !forward {
                     state.turn();
                 }
-                let left = self.ends_crossed(&piece, &state)?;
+                let (left, is_inside) = self.ends_crossed(&piece, &state, reached)?;
                 if left.is_empty() {
-                    rays.push(Ray { state, piece });
+                    rays.push(Ray {
+                        state,
+                        piece,
+                        is_inside,
+                    });
                     break;
                 }
                 // The law at a node that begins to slip follows the way it slips.
@@ -120,27 +153,51 @@ impl Equations<'_> {
         Ok(rays)
     }
 
-    /// The ends of a piece, reached by a point, that its tangent crosses at once.
+    /// The ends of a piece, reached by a point, that its tangent crosses at once, and whether it leaves all those at which another piece
+    /// begins.
     fn ends_crossed(
         &self,
         piece: &Piece,
         state: &PathState,
-    ) -> Result<Vec<Distance>, ProblemError> {
+        reached: &[Distance],
+    ) -> Result<(Vec<Distance>, bool), ProblemError> {
         let here = state.distances(self, piece);
-        let [Some(behind), Some(ahead)] = [
-            self.beside(piece, state, -TRIAL)?,
-            self.beside(piece, state, TRIAL)?,
-        ] else {
-            return Ok(here);
+        let Some(of_zones) = self.rates(piece, state, TRIAL)? else {
+            return Ok((here, false));
         };
-        let rates = behind
-            .iter()
-            .zip(&ahead)
-            .map(|(a, b)| (b.value - a.value) / (2.0 * TRIAL));
-        let crossed = here.iter().zip(rates).filter(|(here, rate)| {
-            here.value <= REACHED && *rate < -LEVEL || here.value < -10.0 * REACHED
-        });
-        Ok(crossed.map(|(here, _)| *here).collect())
+        let of_law = self.rates(piece, state, LAW_TRIAL)?;
+        let of_law = of_law.unwrap_or_else(|| of_zones.clone());
+        let mut crossed = Vec::new();
+        let mut is_inside = true;
+        for ((here, of_zone), of_law) in here.iter().zip(of_zones).zip(of_law) {
+            let (rate, level) = match here.beyond {
+                Beyond::Zone | Beyond::Cap(_) => (of_zone, LEVEL),
+                Beyond::Negative { .. } | Beyond::Segment { .. } | Beyond::Fork { .. } => {
+                    (of_law, LAW_LEVEL)
+                }
+            };
+            if here.value <= REACHED && rate < -level || here.value < -10.0 * REACHED {
+                crossed.push(*here);
+            }
+            let changes = reached.iter().any(|end| end.switch == here.switch);
+            is_inside &= !changes || here.value > REACHED || rate > level;
+        }
+        Ok((crossed, is_inside))
+    }
+
+    /// How fast the distances to the ends of a piece change along a tangent; `None` where the equations have no value.
+    fn rates(
+        &self,
+        piece: &Piece,
+        state: &PathState,
+        trial: f64,
+    ) -> Result<Option<Vec<f64>>, ProblemError> {
+        let behind = self.beside(piece, state, -trial)?;
+        let Some((behind, ahead)) = behind.zip(self.beside(piece, state, trial)?) else {
+            return Ok(None);
+        };
+        let rate = |(a, b): (&Distance, &Distance)| (b.value - a.value) / (2.0 * trial);
+        Ok(Some(behind.iter().zip(&ahead).map(rate).collect()))
     }
 }
 

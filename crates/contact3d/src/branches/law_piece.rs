@@ -9,6 +9,9 @@ use crate::{
 /// Shares of a segment at which a straight line through it is fixed.
 const INSIDE: [f64; 2] = [0.25, 0.75];
 
+/// Distances to knots are measured by no less than this share of the slips of the face, whose rounding is 1e-15 of it.
+const FINEST: f64 = 1e-3;
+
 /// A law of friction with its knots.
 pub(super) struct LawPieces<'a> {
     law: &'a CoulombLaw,
@@ -46,11 +49,17 @@ impl<'a> LawPieces<'a> {
     }
 
     /// The piece on which a node with the signed slip u_t lies.
-    pub(super) fn piece_of(&self, u: [f64; 2]) -> NodePiece {
+    pub(super) fn piece_of(&self, node: usize, u: [f64; 2]) -> NodePiece {
         let mut piece = NodePiece {
             negative: u.map(|u| u < 0.0),
-            segment: [[0; 2]; 2],
+            ..NodePiece::default()
         };
+        for (coefficient, law) in self.law.only().coefficients().iter().enumerate() {
+            if let Coefficient::Expression(formula) = law {
+                let at = self.at(coefficient, node, u, &piece).0;
+                piece.branch[coefficient] = formula.branch(&at);
+            }
+        }
         for (coefficient, knots) in self.knots.iter().enumerate() {
             let along = self.slips(coefficient, u, &piece);
             for axis in [0, 1] {
@@ -88,20 +97,14 @@ impl<'a> LawPieces<'a> {
 
     /// 1/F at a node on a piece.
     pub(super) fn inverse(&self, node: usize, u: [f64; 2], piece: &NodePiece) -> NodalInverse {
-        let signed = signed(u, piece);
         let signs = piece
             .negative
             .map(|negative| if negative { -1.0 } else { 1.0 });
         let last = self.law.only().coefficients().len() - 1;
         let both = [0, 1].map(|k| {
             let coefficient = k.min(last);
-            let (own, own_by) = self.own(coefficient, u, signed);
-            let at = LawPoint {
-                position: self.law.only().positions()[node],
-                slip: signed,
-                own_slip: own,
-            };
-            let (value, derivative) = self.on_segment(coefficient, &at, piece.segment[coefficient]);
+            let (at, own_by) = self.at(coefficient, node, u, piece);
+            let (value, derivative) = self.on_piece(coefficient, &at, piece);
             let slope = [0, 1].map(|l| {
                 let by = derivative.own * own_by[l] + derivative.pair[l];
                 -by * signs[l] / (value * value)
@@ -114,14 +117,34 @@ impl<'a> LawPieces<'a> {
         }
     }
 
-    /// A coefficient as the polynomial that it is on a segment; formulas and functions as they are, constant below zero.
-    fn on_segment(
+    /// What a coefficient depends on at a node, and the derivatives of its own slip by |u_t1| and |u_t2|.
+    fn at(
+        &self,
+        coefficient: usize,
+        node: usize,
+        u: [f64; 2],
+        piece: &NodePiece,
+    ) -> (LawPoint, [f64; 2]) {
+        let slip = signed(u, piece);
+        let (own_slip, own_by) = self.own(coefficient, u, slip);
+        let at = LawPoint {
+            position: self.law.only().positions()[node],
+            slip,
+            own_slip,
+        };
+        (at, own_by)
+    }
+
+    /// A coefficient as the polynomial that it is on a segment, a formula on its branch, a function as it is; both constant below
+    /// zero.
+    fn on_piece(
         &self,
         coefficient: usize,
         at: &LawPoint,
-        segment: [usize; 2],
+        piece: &NodePiece,
     ) -> (f64, SlipDerivative) {
         let law = &self.law.only().coefficients()[coefficient];
+        let segment = piece.segment[coefficient];
         let inside = |axis: usize| ends_inside(&self.knots[coefficient][axis], segment[axis]);
         match law {
             Coefficient::Constant(value) => (*value, SlipDerivative::default()),
@@ -154,24 +177,30 @@ impl<'a> LawPieces<'a> {
                 };
                 (low.0 + share * (high.0 - low.0), derivative)
             }
-            Coefficient::Expression(_) | Coefficient::Function(_) => {
-                let kept = LawPoint {
-                    position: at.position,
-                    slip: at.slip.map(|s| s.max(0.0)),
-                    own_slip: at.own_slip.max(0.0),
-                };
-                let mut derivative = law.derivative(&kept);
-                for (own, slip) in derivative.pair.iter_mut().zip(at.slip) {
-                    if slip < 0.0 {
-                        *own = 0.0;
-                    }
-                }
-                if at.own_slip < 0.0 {
-                    derivative.own = 0.0;
-                }
-                (law.evaluate(&kept), derivative)
+            Coefficient::Expression(formula) => {
+                let found = formula.on_branch(&kept(at), piece.branch[coefficient]);
+                let [own, first, second] = found.slopes;
+                let pair = [first, second];
+                above_zero(at, found.value, SlipDerivative { own, pair })
+            }
+            Coefficient::Function(_) => {
+                let kept = kept(at);
+                above_zero(at, law.evaluate(&kept), law.derivative(&kept))
             }
         }
+    }
+
+    /// The slip in m that distances to knots are measured by: that of the whole face, or the narrowest segment of the law, since the
+    /// coefficient changes as much within it; not below a share of the first that rounding leaves alone.
+    fn scale(&self, unit: f64) -> f64 {
+        let widths = |knots: &Vec<f64>| {
+            let below = [0.0].into_iter().chain(knots.iter().copied());
+            let gaps = knots.iter().zip(below).map(|(knot, below)| knot - below);
+            gaps.fold(f64::INFINITY, f64::min)
+        };
+        let narrowest = self.knots.iter().flatten().map(widths);
+        let narrowest = narrowest.fold(f64::INFINITY, f64::min);
+        narrowest.clamp(FINEST * unit, unit)
     }
 
     /// How far a node is from the ends of its piece, for slips of the size `unit` in m.
@@ -183,6 +212,7 @@ impl<'a> LawPieces<'a> {
         unit: f64,
         out: &mut Vec<Distance>,
     ) {
+        let unit = self.scale(unit);
         let signed = signed(u, piece);
         for axis in 0..2 {
             if self.bends_at_reversal(axis, u) {
@@ -196,6 +226,7 @@ impl<'a> LawPieces<'a> {
                 });
             }
         }
+        self.fork_distances(node, u, piece, unit, out);
         for (coefficient, knots) in self.knots.iter().enumerate() {
             let slips = self.slips(coefficient, u, piece);
             for along in 0..2 {
@@ -221,18 +252,57 @@ impl<'a> LawPieces<'a> {
         }
     }
 
+    /// How far a node is from the forks of its formulas: to first order the slip to them.
+    fn fork_distances(
+        &self,
+        node: usize,
+        u: [f64; 2],
+        piece: &NodePiece,
+        unit: f64,
+        out: &mut Vec<Distance>,
+    ) {
+        for (coefficient, law) in self.law.only().coefficients().iter().enumerate() {
+            let Coefficient::Expression(formula) = law else {
+                continue;
+            };
+            let (at, own_by) = self.at(coefficient, node, u, piece);
+            for end in formula
+                .on_branch(&kept(&at), piece.branch[coefficient])
+                .ends
+            {
+                let [own, first, second] = end.slopes;
+                let slope = (own * own_by[0] + first).hypot(own * own_by[1] + second);
+                // Where the slip does not move the fork it ends nothing.
+                let far = f64::MAX.copysign(end.margin);
+                let slip = end.margin / slope;
+                out.push(Distance {
+                    switch: Switch::Knot(node, coefficient),
+                    value: if slip.is_finite() { slip / unit } else { far },
+                    beyond: Beyond::Fork {
+                        coefficient,
+                        fork: end.fork,
+                        less: !end.less,
+                    },
+                });
+            }
+        }
+    }
+
     /// Whether the law has a kink where u_t along an axis changes its sign.
     fn bends_at_reversal(&self, axis: usize, u: [f64; 2]) -> bool {
         let coefficients = self.law.only().coefficients().iter().enumerate();
-        let mut bends = coefficients.map(|(k, coefficient)| match (self.law.only().law(), coefficient) {
-            (FrictionLaw::Isotropic(_), Coefficient::Ramp(_) | Coefficient::Table(_)) => {
-                u[1 - axis] == 0.0
-            }
-            (FrictionLaw::Isotropic(_), coefficient) => {
-                coefficient.slips_used(0)[axis] || coefficient.slips_used(1)[axis]
-            }
-            (FrictionLaw::Orthotropic(_), coefficient) => coefficient.slips_used(k)[axis],
-        });
+        let mut bends =
+            coefficients.map(
+                |(k, coefficient)| match (self.law.only().law(), coefficient) {
+                    (FrictionLaw::Isotropic(_), Coefficient::Ramp(_) | Coefficient::Table(_)) => {
+                        u[1 - axis] == 0.0
+                    }
+                    (FrictionLaw::Isotropic(_), coefficient) => {
+                        coefficient.slips_used(0)[axis] || coefficient.slips_used(1)[axis]
+                    }
+                    (FrictionLaw::Orthotropic(_), coefficient) => coefficient.slips_used(k)[axis],
+                },
+            );
         bends.any(|bends| bends)
     }
 }
@@ -240,6 +310,28 @@ impl<'a> LawPieces<'a> {
 /// |u_t| along both axes, negative beyond a reversal.
 fn signed(u: [f64; 2], piece: &NodePiece) -> [f64; 2] {
     [0, 1].map(|k| if piece.negative[k] { -u[k] } else { u[k] })
+}
+
+/// The point where slips are not negative that is nearest.
+fn kept(at: &LawPoint) -> LawPoint {
+    LawPoint {
+        position: at.position,
+        slip: at.slip.map(|s| s.max(0.0)),
+        own_slip: at.own_slip.max(0.0),
+    }
+}
+
+/// A value with its derivatives, none by slips below zero.
+fn above_zero(at: &LawPoint, value: f64, mut derivative: SlipDerivative) -> (f64, SlipDerivative) {
+    for (own, slip) in derivative.pair.iter_mut().zip(at.slip) {
+        if slip < 0.0 {
+            *own = 0.0;
+        }
+    }
+    if at.own_slip < 0.0 {
+        derivative.own = 0.0;
+    }
+    (value, derivative)
 }
 
 /// Two slips within a segment; beyond the last knot, two of its size.

@@ -3,13 +3,15 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    corrector::{Along, PathState},
+    corrector::PathState,
+    crossing::OFF,
     equations::Equations,
     kink::Ray,
-    locate::{CROSSED, Step},
-    piece::{Beyond, Distance, Piece, Switch},
+    locate::Step,
+    open::Open,
+    piece::{Distance, Piece, Switch},
     point::{PathPoint, PointKind},
-    record::{FrontRecord, PathOrigin},
+    step::Advance,
 };
 use crate::{
     linalg::{add_scaled, difference, dot, norm},
@@ -27,32 +29,17 @@ const GROWTH: f64 = 1.3;
 const SHRINK: f64 = 0.5;
 const FEW: usize = 5;
 
-/// A piece does not end within this share of a step; shorter steps tell.
-const STILL: f64 = 1e-3;
-
 /// Least cosine of the tangents of both ends of a step, with each other and with its chord.
-const STRAIGHT: f64 = 0.9;
-
-/// Steps across a branch point are no longer than this.
-const SURE_STEP: f64 = 1e-4;
-
-/// A corrected point may lie this many steps from the last one.
-const NEAR: f64 = 2.0;
+pub(super) const STRAIGHT: f64 = 0.9;
 
 /// A path that comes this near to a known point in its direction has come back to it.
-const RETURNED: f64 = 1e-5;
+pub(super) const RETURNED: f64 = 1e-5;
 
 /// A start nearer than this share of a step is the one that the path has just left.
 const BEHIND: f64 = 1e-9;
 
 /// Rates of the parameter below this are those of a path that stands upright, and no fold.
 const UPRIGHT: f64 = 1e-9;
-
-/// How far from a branch point on a smooth piece the crossing path is sought.
-const OFF: [f64; 3] = [1e-2, 1e-3, 1e-4];
-
-/// Most changes of the law's signs at a point off a branch point.
-const MOST_TURNS: usize = 3;
 
 /// Most points of one path.
 const MOST_POINTS: usize = 5_000;
@@ -90,27 +77,8 @@ pub(super) struct Front {
     pub(super) step: f64,
 }
 
-/// What a step came to.
-enum Advance {
-    /// A point of the same piece.
-    Point(PathState),
-    /// The end of the range.
-    RangeEnd(PathState),
-    /// An end of the piece, with what ends there.
-    PieceEnd(PathState, Vec<Distance>),
-    /// Nothing; a smaller step may do.
-    Nothing,
-}
-
 /// What sees the new points of every step, with the front behind them, what is still open, and why the path ends there.
 pub(super) type Observer<'o> = dyn FnMut(&[PathPoint], &Front, &Open, Option<PathEnd>) + 'o;
-
-/// Half paths that are still to be followed, and branch points that are known.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub(super) struct Open {
-    pub(super) rays: Vec<FrontRecord>,
-    pub(super) branch_points: Vec<Vec<f64>>,
-}
 
 impl Equations<'_> {
     /// Follows a path from its front to its end; `start` is where it began and its tangent there, `done` the number of its points so far.
@@ -203,87 +171,6 @@ impl Equations<'_> {
         point.residual <= CERTIFIED.max(SEVERAL * self.rounding(&state.member, &state.evaluated))
     }
 
-    /// One step of the front's length, cut at the end of the range and at the first end of the piece.
-    fn advance(&self, front: &Front) -> Result<Advance, ProblemError> {
-        let (from, piece) = (&front.state, &front.piece);
-        let mut guess = from.point.clone();
-        add_scaled(&mut guess, front.step, &from.tangent);
-        let ahead = guess[guess.len() - 1];
-        let leaves = !(0.0..=1.0).contains(&ahead);
-        let corrected = match leaves {
-            true => self.at_range_end(front, &from.point, &guess)?,
-            false => self.correct(piece, guess, &from.tangent, Along::Nearest)?,
-        };
-        let Some(mut state) = corrected else {
-            return Ok(Advance::Nothing);
-        };
-        let mut at_end = leaves;
-        if !(0.0..=1.0).contains(&state.parameter()) && !leaves {
-            let Some(end) = self.at_range_end(front, &from.point, &state.point)? else {
-                return Ok(Advance::Nothing);
-            };
-            (state, at_end) = (end, true);
-        }
-        let chord = difference(&state.point, &from.point);
-        let way = norm(&chord);
-        let bent = dot(&state.tangent, &from.tangent) < STRAIGHT
-            || dot(&chord, &from.tangent) < STRAIGHT * way
-            || dot(&chord, &state.tangent) < STRAIGHT * way;
-        // A step to another path may turn the orientation, too; a short one that does has passed a branch point.
-        let turned = state.orientation != from.orientation && front.step > SURE_STEP;
-        if bent || turned || way > NEAR * front.step {
-            return Ok(Advance::Nothing);
-        }
-        let distances = state.distances(self, piece);
-        if distances.iter().all(|distance| distance.value >= -CROSSED) {
-            return Ok(match at_end {
-                true => Advance::RangeEnd(state),
-                false => Advance::Point(state),
-            });
-        }
-        let step = Step {
-            equations: self,
-            piece,
-            from,
-            to: &state,
-        };
-        let found = step.first_end()?;
-        // A path that leaves a kink leads into its piece; an end that a step finds at once lies beyond a turn it has missed.
-        let moves =
-            |state: &PathState| norm(&difference(&state.point, &from.point)) > STILL * front.step;
-        Ok(match found.filter(|(state, _)| moves(state)) {
-            Some((state, reached)) => Advance::PieceEnd(state, reached),
-            None => Advance::Nothing,
-        })
-    }
-
-    /// The point of a piece at the end of the range that lies between two points.
-    fn at_range_end(
-        &self,
-        front: &Front,
-        from: &[f64],
-        to: &[f64],
-    ) -> Result<Option<PathState>, ProblemError> {
-        let last = from.len() - 1;
-        let end = if to[last] > 1.0 { 1.0 } else { 0.0 };
-        let way = to[last] - from[last];
-        let share = if way == 0.0 {
-            0.0
-        } else {
-            (end - from[last]) / way
-        };
-        let mut guess: Vec<f64> = from
-            .iter()
-            .zip(to)
-            .map(|(a, b)| a + share * (b - a))
-            .collect();
-        guess[last] = end;
-        let mut normal = vec![0.0; from.len()];
-        normal[last] = 1.0;
-        let along = Along::Plane(&normal, end);
-        self.correct(&front.piece, guess, &front.state.tangent, along)
-    }
-
     /// The folds and branch points between the front and the next point of its piece, and whether one is a branch point that was
     /// known, beyond which all has been or will be followed.
     fn turning_points(
@@ -336,7 +223,7 @@ impl Equations<'_> {
         }
         let mut rays = self.rays(&front.piece, &state, &reached)?;
         let came = |ray: &Ray| dot(&ray.state.tangent, &state.tangent);
-        rays.retain(|ray| came(ray) > -1.0 + RETURNED);
+        rays.retain(|ray| !ray.leads_back(&front.piece, &state.tangent));
         rays.sort_by(|a, b| came(a).total_cmp(&came(b)));
         let next = rays.pop();
         let is_branch_point = !rays.is_empty();
@@ -377,74 +264,6 @@ impl Equations<'_> {
         };
         observe(&points, front, open, end);
         Ok(end)
-    }
-
-    /// The half paths that cross a path on one of its pieces: near the point, off the tangent along the second null vector of R'.
-    fn crossing(&self, piece: &Piece, place: &PathState) -> Result<Vec<Ray>, ProblemError> {
-        let mut rays = Vec::new();
-        let Some(across) = self.second_null_vector(piece, place)? else {
-            return Ok(rays);
-        };
-        for side in [1.0, -1.0] {
-            for off in OFF {
-                let direction: Vec<f64> = across.iter().map(|v| side * v).collect();
-                let mut guess = place.point.clone();
-                add_scaled(&mut guess, off, &direction);
-                let value = dot(&direction, &guess);
-                let along = Along::Plane(&direction, value);
-                let Some(ray) = self.law_followed(piece, guess, &direction, along)? else {
-                    continue;
-                };
-                if norm(&difference(&ray.state.point, &place.point)) < 10.0 * off {
-                    rays.push(ray);
-                    break;
-                }
-            }
-        }
-        Ok(rays)
-    }
-}
-
-impl Equations<'_> {
-    /// A point near a guess and its piece: the given one, with the law at nodes whose slip turns as it does there.
-    fn law_followed(
-        &self,
-        piece: &Piece,
-        guess: Vec<f64>,
-        direction: &[f64],
-        along: Along<'_>,
-    ) -> Result<Option<Ray>, ProblemError> {
-        let mut piece = piece.clone();
-        for _ in 0..MOST_TURNS {
-            let Some(state) = self.correct(&piece, guess.clone(), direction, along)? else {
-                return Ok(None);
-            };
-            let mut left = state.distances(self, &piece);
-            left.retain(|distance| distance.value < -CROSSED);
-            if left.is_empty() {
-                return Ok(Some(Ray { state, piece }));
-            }
-            if left.iter().any(|distance| distance.beyond == Beyond::Zone) {
-                return Ok(None);
-            }
-            for distance in left {
-                piece.pass(distance.switch, distance.beyond);
-            }
-        }
-        Ok(None)
-    }
-}
-
-impl Open {
-    fn keep(&mut self, rays: &[Ray]) {
-        let origin = PathOrigin::BranchPoint;
-        let records = rays.iter().map(|ray| ray.record(origin, FIRST_STEP));
-        self.rays.extend(records);
-    }
-
-    fn knows(&self, point: &[f64]) -> bool {
-        let near = |known: &Vec<f64>| norm(&difference(known, point)) < RETURNED;
-        self.branch_points.iter().any(near)
     }
 }
 

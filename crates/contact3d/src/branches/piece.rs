@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::post::Zone;
+use crate::{post::Zone, scene::Branch};
 
 /// What the law of friction does at a contact node on a piece.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -11,6 +11,9 @@ pub(super) struct NodePiece {
     pub(super) negative: [bool; 2],
     /// For each coefficient the segments between its knots, along its own slip or, for a grid, along both.
     pub(super) segment: [[usize; 2]; 2],
+    /// For each coefficient that is a formula the way it goes at its forks.
+    #[serde(default)]
+    pub(super) branch: [Branch; 2],
 }
 
 /// A smooth piece of the equations: the zones of all panes, and the branches of the law that their equations use.
@@ -34,7 +37,7 @@ pub enum Switch {
     Cap(usize),
     /// The slip of a contact node along an axis changes its sign, which bends the law.
     Reversal(usize, usize),
-    /// The slip of a contact node reaches a knot of the law of a coefficient.
+    /// The slip of a contact node reaches a knot of the law of a coefficient, or a kink of its formula.
     Knot(usize, usize),
 }
 
@@ -73,6 +76,12 @@ pub(super) enum Beyond {
         along: usize,
         segment: usize,
     },
+    /// The side of a fork of the formula of a coefficient at a node.
+    Fork {
+        coefficient: usize,
+        fork: usize,
+        less: bool,
+    },
 }
 
 impl Piece {
@@ -95,6 +104,19 @@ impl Piece {
             ) => {
                 if let Some(piece) = &mut self.nodes[node] {
                     piece.segment[coefficient][along] = segment;
+                }
+            }
+            (
+                Switch::Knot(node, _),
+                Beyond::Fork {
+                    coefficient,
+                    fork,
+                    less,
+                },
+            ) => {
+                if let Some(piece) = &mut self.nodes[node] {
+                    let branch = &mut piece.branch[coefficient];
+                    *branch = branch.with(fork, less);
                 }
             }
             _ => {}

@@ -5,10 +5,10 @@ use serde::{Deserialize, Serialize};
 use super::{
     corrector::PathState,
     equations::Equations,
-    family::ParameterRange,
     kink::Ray,
     path::Front,
     piece::{NodePiece, Piece},
+    range::ParameterRange,
 };
 use crate::{
     linalg::{difference, dot, norm},

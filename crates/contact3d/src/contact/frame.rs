@@ -27,13 +27,16 @@ pub struct ReferenceFrame {
     /// The axes themselves where they are the same on the whole face, otherwise those of `normal` in a scene without
     /// `axis_1` and `angle`.
     pub axes: [[f64; 3]; 2],
+    /// Whether ν is the same on the whole face.
+    pub is_flat: bool,
 }
 
 /// Share of an axis that may point along the normal: hand-typed digits.
 const TANGENTIAL: f64 = 1e-6;
 
 impl ContactFrame {
-    /// The frame that a scene asks for, one pair of axes where there is one face whose frame does not turn.
+    /// The frame that a scene asks for, one pair of axes where there is one face whose frame does not turn and whose
+    /// normals do not vary; where they do, t₁ is projected on the tangent plane of each node.
     ///
     /// # Errors
     /// An axis that vanishes or is not tangential, an angle that is not finite.
@@ -52,10 +55,15 @@ impl ContactFrame {
         for (face, has) in surface.faces.iter().zip(features) {
             let contact = &scene.contacts[has.entry];
             let key = scene.contact_key(has.entry);
+            let normals: Vec<[f64; 3]> = match is_uniform {
+                true => surface.normals.clone(),
+                false => face.nodes.clone().map(|n| surface.normal_at(n)).collect(),
+            };
+            let varies = normals.iter().any(|normal| normal != &normals[0]);
             let axes_at = |local: usize| -> Result<[[f64; 3]; 2], Invalid> {
                 let normal = Vector3::from(surface.normal_at(local));
                 let place = mesh.coordinates[surface.nodes[local]];
-                let first = first_axis(contact, &key, &normal, place)?;
+                let first = first_axis(contact, &key, &normal, varies, place)?;
                 Ok([first.into(), first.cross(&normal).into()])
             };
             let places = match is_uniform && !has.turning_frame {
@@ -63,10 +71,6 @@ impl ContactFrame {
                 false => face.nodes.clone(),
             };
             let axes = places.map(axes_at).collect::<Result<Vec<_>, Invalid>>()?;
-            let normals: Vec<[f64; 3]> = match is_uniform {
-                true => surface.normals.clone(),
-                false => face.nodes.clone().map(|n| surface.normal_at(n)).collect(),
-            };
             let constant = axes.first().filter(|_| !has.turning_frame);
             frame
                 .references
@@ -162,6 +166,7 @@ impl ReferenceFrame {
         Self {
             normal: normal.into(),
             axes,
+            is_flat,
         }
     }
 }
@@ -170,6 +175,7 @@ fn first_axis(
     contact: &Contact,
     key: &str,
     normal: &Vector3<f64>,
+    varies: bool,
     place: [f64; 3],
 ) -> Result<Vector3<f64>, Invalid> {
     if let Some(axis) = &contact.axis_1 {
@@ -183,13 +189,21 @@ fn first_axis(
             _ => given,
         };
         let along = given.dot(normal);
-        let tangential = along.abs() <= TANGENTIAL * given.norm();
+        // Where normals vary no constant vector is tangential everywhere.
+        let tangential = match varies {
+            true => along.abs() < (1.0 - TANGENTIAL) * given.norm(),
+            false => along.abs() <= TANGENTIAL * given.norm(),
+        };
         let flat = given - normal * along;
         return match flat.try_normalize(0.0) {
             Some(first) if tangential && first.iter().all(|v| v.is_finite()) => Ok(first),
             _ => Err(Invalid {
                 key: format!("{key}.axis_1"),
-                expected: "a non-zero vector in the plane of the contact face".into(),
+                expected: match varies {
+                    true => "a non-zero vector that is nowhere along the normal",
+                    false => "a non-zero vector in the plane of the contact face",
+                }
+                .into(),
                 found: format!(
                     "({}) at {}, where the normal is ({})",
                     numbers(given.as_slice()),

@@ -3,8 +3,8 @@
 use std::sync::atomic::AtomicUsize;
 
 use super::{
-    ContactFrame, CoulombLaw, Coupling, FaceLaw, SlipOperator, coulomb::PressureBound, law_bounds,
-    prescribed::refuse_penetration,
+    ContactFrame, CoulombLaw, Coupling, FaceLaw, Past, SlipOperator, coulomb::PressureBound,
+    law_bounds, prescribed::refuse_penetration,
 };
 use crate::{
     elasticity::DofMap,
@@ -23,10 +23,13 @@ pub struct Interface {
     pub names: Vec<String>,
     /// ν and the axes of friction.
     pub frame: ContactFrame,
-    /// Initial gap d ≥ 0 at the contact nodes in m, `[n_contact_nodes]`; `None` for no gap.
+    /// Initial gap d ≥ 0 at the contact nodes in m, `[n_contact_nodes]`: the distance from an obstacle plus the gap of
+    /// the scene; `None` without both.
     pub gap: Option<Vec<f64>>,
     /// How slips are made from displacements.
     pub slip: SlipOperator,
+    /// What former steps of a load history left; `None` in the first, and without a history.
+    pub past: Option<Past>,
     /// The law of tangential stresses.
     pub friction: InterfaceFriction,
     /// Projections on ellipses so far.
@@ -54,6 +57,7 @@ impl Interface {
             frame: self.frame.clone(),
             gap: self.gap.clone(),
             slip: self.slip.clone(),
+            past: self.past.clone(),
             friction: InterfaceFriction::Coulomb(Box::new(self.coulomb()?.scaled(factor))),
             projections: AtomicUsize::new(0),
         })
@@ -81,6 +85,7 @@ impl Interface {
             slip: SlipOperator::new(first.slip_interpolation, surface, mesh, |node| {
                 held[node] == [true; 3]
             }),
+            past: None,
             frame,
             gap,
             friction: InterfaceFriction::new(scene, &features, surface, mesh)?,
@@ -133,6 +138,13 @@ impl Interface {
     #[must_use]
     pub fn coulomb(&self) -> Option<&CoulombLaw> {
         match &self.friction {
+            InterfaceFriction::Coulomb(law) => Some(law),
+            InterfaceFriction::Frictionless | InterfaceFriction::Tresca(_) => None,
+        }
+    }
+
+    pub(super) fn coulomb_mut(&mut self) -> Option<&mut CoulombLaw> {
+        match &mut self.friction {
             InterfaceFriction::Coulomb(law) => Some(law),
             InterfaceFriction::Frictionless | InterfaceFriction::Tresca(_) => None,
         }
@@ -230,7 +242,8 @@ fn face_law(
     }))
 }
 
-/// The initial gaps of all faces, 0 where a face has none; `None` where none has one.
+/// The initial gaps of all faces, the distances from obstacles included; 0 where a face has none, `None` where none has
+/// one.
 fn gap(
     scene: &Scene,
     features: &[ContactFeatures],
@@ -238,7 +251,8 @@ fn gap(
     mesh: &Mesh,
 ) -> Result<Option<Vec<f64>>, Invalid> {
     if features.iter().all(|face| face.gap.is_none()) {
-        return Ok(None);
+        let clearance = &surface.clearance;
+        return Ok((!clearance.is_empty()).then(|| clearance.clone()));
     }
     let mut gaps = Vec::with_capacity(surface.nodes.len());
     for (face, has) in surface.faces.iter().zip(features) {
@@ -249,6 +263,9 @@ fn gap(
                 gaps.extend(non_negative(&key, gap, &positions(surface, face, mesh))?);
             }
         }
+    }
+    for (gap, clearance) in gaps.iter_mut().zip(&surface.clearance) {
+        *gap += clearance;
     }
     Ok(Some(gaps))
 }

@@ -7,12 +7,13 @@
 //! | half-solves | W = L⁻¹PBᵀ on the paths of the elimination tree that B's columns reach; S = WᵀW | J. Gilbert, T. Peierls, *SIAM J. Sci. Stat. Comput.* 9 (1988) 862 |
 //! | conjugate gradients | on A, preconditioned by a factor in single precision | M. R. Hestenes, E. Stiefel, *J. Res. Nat. Bur. Standards* 49 (1952) 409 |
 //! | refinement | residuals in twice the working precision | N. J. Higham, *Accuracy and Stability of Numerical Algorithms*, 2002 |
-//! | operators | GMRES and Lanczos, for matrices known by their products | Y. Saad, *Iterative Methods for Sparse Linear Systems*, 2003 |
+//! | operators | GMRES, Lanczos and Arnoldi, for matrices known by their products | Y. Saad, *Iterative Methods for Sparse Linear Systems*, 2003 |
 //!
 //! Sums have one fixed order: the same matrix gives the same bits at any number of threads.
 
 mod amalgamation;
 mod analysis;
+mod arnoldi;
 mod block_solve;
 mod compliance;
 mod conjugate_gradients;
@@ -49,6 +50,7 @@ mod forward_rows_tests;
 #[cfg(test)]
 mod test_brick;
 
+pub(crate) use arnoldi::radius_by_products;
 pub(crate) use conjugate_gradients::{Accuracy, conjugate_gradients};
 pub(crate) use dense_lu::DenseLu;
 pub(crate) use dissection::{expand_to_unknowns, nested_dissection};

@@ -18,7 +18,11 @@ impl Mesh {
     ///
     /// # Errors
     /// A box that cuts a triangle or holds none.
-    pub(super) fn contact_facets(&self, scene: &Scene, entry: usize) -> Result<Vec<usize>, Invalid> {
+    pub(super) fn contact_facets(
+        &self,
+        scene: &Scene,
+        entry: usize,
+    ) -> Result<Vec<usize>, Invalid> {
         let contact = &scene.contacts[entry];
         let whole: Vec<usize> = self.facets_on(&contact.face).collect();
         let Some(corners) = contact.corners else {
@@ -31,7 +35,8 @@ impl Mesh {
             if share > 1.0 - UNCUT {
                 inside.push(facet);
             } else if share > UNCUT {
-                let middle = std::array::from_fn(|c| triangle.iter().map(|x| x[c]).sum::<f64>() / 3.0);
+                let middle =
+                    std::array::from_fn(|c| triangle.iter().map(|x| x[c]).sum::<f64>() / 3.0);
                 return Err(Invalid {
                     key: format!("{}.box", scene.contact_key(entry)),
                     expected: "a box whose sides follow the edges of the triangles".into(),
@@ -87,11 +92,12 @@ pub(super) fn panes_of_part(
 /// The share of a triangle's area that lies inside a box, which may be flat: by cutting the triangle at each of its six
 /// planes, widened by what rounding may move a corner.
 fn share_inside(triangle: &[[f64; 3]; 3], [low, high]: &[[f64; 3]; 2]) -> f64 {
-    let size = |c: usize| {
-        let corners = triangle.iter().map(|x| x[c]);
-        corners.chain([low[c], high[c]]).fold(0.0, |most: f64, x| most.max(x.abs()))
-    };
-    let slack = 1e-9 * (0..3).map(size).fold(0.0, f64::max);
+    // Of the triangle's own coordinates: corners of a box may be far away.
+    let size = triangle
+        .as_flattened()
+        .iter()
+        .fold(0.0, |most: f64, x| most.max(x.abs()));
+    let slack = 1e-9 * size;
     let mut polygon: Vec<[f64; 3]> = triangle.to_vec();
     for c in 0..3 {
         polygon = cut(&polygon, |x| x[c] - (low[c] - slack));
@@ -144,7 +150,10 @@ pub(super) fn check_meeting(
                 key: format!("{}.box", scene.contact_key(entry.max(other))),
                 expected: "triangles that are in no other contact".into(),
                 found: format!("one around {} that is", place_words(middle)),
-                help: format!("{} has it as well; make one of the boxes smaller", scene.contact_key(entry.min(other))),
+                help: format!(
+                    "{} has it as well; make one of the boxes smaller",
+                    scene.contact_key(entry.min(other))
+                ),
             });
         }
     }
@@ -158,7 +167,9 @@ pub(super) fn check_meeting(
         }
     }
     let crowded = carriers.into_iter().find(|(node, at)| {
-        let friction = at.iter().any(|(entry, _)| scene.friction_on(*entry).is_some());
+        let friction = at
+            .iter()
+            .any(|(entry, _)| scene.friction_on(*entry).is_some());
         let normals = at.iter().map(|(_, local)| surface.normal_at(*local));
         at.len() > 1 && (friction || !independent(normals.collect(), &held[*node]))
     });
@@ -215,6 +226,7 @@ mod tests {
             ([0.5, 0.0, 0.0], [1.0, 1.0, 0.0], 0.25),
             ([0.0, 0.0, 0.1], [1.0, 1.0, 1.0], 0.0),
             ([1.0, 0.0, 0.0], [2.0, 1.0, 0.0], 0.0),
+            ([-1e12, -1e12, -1e12], [0.5, 1e12, 1e12], 0.75),
         ] {
             // The box is widened by 1e-9 of its size.
             assert!((share_inside(&TRIANGLE, &[low, high]) - share).abs() < 1e-8);
@@ -238,7 +250,10 @@ mod tests {
             help: String::new(),
         };
         let all = [0, 0, 1, 1, 2, 2];
-        assert_eq!(panes_of_part(&all, vec![1, 1, 2, 2], refuse).unwrap(), [0, 0, 1, 1]);
+        assert_eq!(
+            panes_of_part(&all, vec![1, 1, 2, 2], refuse).unwrap(),
+            [0, 0, 1, 1]
+        );
         assert!(panes_of_part(&all, vec![1, 2, 2], refuse).is_err());
     }
 }

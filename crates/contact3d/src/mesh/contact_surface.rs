@@ -1,6 +1,6 @@
 //! The contact face Γ_c with the panes or nodes that carry multipliers.
 
-use std::{collections::BTreeSet, ops::Range};
+use std::ops::Range;
 
 use nalgebra::Vector3;
 
@@ -15,8 +15,11 @@ use crate::linalg::CscMatrix;
 pub struct ContactSurface {
     /// The faces, those with friction first.
     pub faces: Vec<SurfaceFace>,
-    /// Outward unit normal ν: one for the whole face where it is the same everywhere, or one for each contact node.
+    /// Unit normal ν of contact, out of the body and into the obstacle: one for the whole face where it is the same
+    /// everywhere, or one for each contact node.
     pub normals: Vec<[f64; 3]>,
+    /// Distance d ≥ 0 from the obstacle along ν in m, `[n_contact_nodes]`, 0 on faces without one; empty where no face has an obstacle.
+    pub clearance: Vec<f64>,
     /// Mesh nodes on Γ_c, increasing on each face, `[n_contact_nodes]`.
     pub nodes: Vec<usize>,
     /// Boundary triangles on Γ_c (indices into the mesh's facets), `[n_contact_facets]`.
@@ -72,8 +75,12 @@ impl SurfaceFace {
 
 /// Triangles of a face and the integrals of their nodes' shape functions.
 pub(super) struct ContactFace {
-    /// As [`ContactSurface::normals`], over the nodes in increasing order.
+    /// The nodes of the face, increasing.
+    pub(super) nodes: Vec<usize>,
+    /// As [`ContactSurface::normals`].
     pub(super) normals: Vec<[f64; 3]>,
+    /// As [`ContactSurface::clearance`].
+    pub(super) clearance: Vec<f64>,
     pub(super) triangles: Vec<FaceTriangle>,
 }
 
@@ -90,14 +97,24 @@ pub(super) struct FaceTriangle {
     pub(super) carriers: [usize; 3],
 }
 
-impl ContactFace {
-    /// The nodes of the face, increasing.
-    fn nodes(&self) -> Vec<usize> {
-        let nodes = self.triangles.iter().flat_map(|t| &t.integrals);
-        let nodes: BTreeSet<usize> = nodes.map(|(node, _)| *node).collect();
-        nodes.into_iter().collect()
+impl FaceTriangle {
+    /// The carriers with the area that each stands for in m²: its own integral, and a third of those of the nodes
+    /// that carry nothing.
+    fn lumped(&self) -> [(usize, f64); 3] {
+        let is_carrier = |node: &usize| self.carriers.contains(node);
+        let others = self.integrals.iter().filter(|(node, _)| !is_carrier(node));
+        let rest: f64 = others.map(|(_, integral)| integral).sum();
+        self.carriers.map(|carrier| {
+            let own = self.integrals.iter().find(|(node, _)| *node == carrier);
+            (
+                carrier,
+                own.map_or(0.0, |(_, integral)| *integral) + rest / 3.0,
+            )
+        })
     }
+}
 
+impl ContactFace {
     fn facets(&self) -> Vec<usize> {
         self.triangles
             .iter()
@@ -109,8 +126,8 @@ impl ContactFace {
 impl ContactSurface {
     /// Multipliers that are constant on panes, given the pane of every triangle.
     #[must_use]
-    pub(super) fn with_panes(face: &ContactFace, facet_pane: Vec<usize>) -> Self {
-        let nodes = face.nodes();
+    pub(super) fn with_panes(face: ContactFace, facet_pane: Vec<usize>) -> Self {
+        let nodes = &face.nodes;
         let n_panes = facet_pane.iter().max().map_or(0, |p| p + 1);
         let mut shares: Vec<Vec<(usize, f64)>> = vec![Vec::new(); n_panes];
         let mut pane_area = vec![0.0; n_panes];
@@ -127,33 +144,31 @@ impl ContactSurface {
         let only = SurfaceFace::only(nodes.len(), face.triangles.len(), n_panes, false);
         Self {
             faces: vec![only],
-            normals: face.normals.clone(),
             pane_average: average_matrix(nodes.len(), &mut shares, &pane_area),
-            nodes,
             facets: face.facets(),
+            nodes: face.nodes,
+            normals: face.normals,
+            clearance: face.clearance,
             facet_pane,
             pane_area,
         }
     }
 
     /// One multiplier per carrying contact node whose normal displacement is free, with lumped
-    /// integration: a third of each triangle's area goes to each of its carriers.
+    /// integration, a third of each flat triangle's area for each of its carriers; `is_held` tells by the node and ν.
     #[must_use]
-    pub(super) fn nodal(face: &ContactFace, is_held: impl Fn(usize) -> bool) -> Self {
-        let nodes = face.nodes();
+    pub(super) fn nodal(face: ContactFace, is_held: impl Fn(usize, [f64; 3]) -> bool) -> Self {
+        let nodes = &face.nodes;
         let mut weight = vec![0.0; nodes.len()];
-        for triangle in &face.triangles {
-            let third = triangle.area / 3.0;
-            for node in triangle.carriers {
-                weight[nodes.partition_point(|&n| n < node)] += third;
-            }
+        for (node, share) in face.triangles.iter().flat_map(FaceTriangle::lumped) {
+            weight[nodes.partition_point(|&n| n < node)] += share;
         }
-        let carries = |n: &usize| weight[*n] > 0.0 && !is_held(nodes[*n]);
+        let carries =
+            |n: &usize| weight[*n] > 0.0 && !is_held(nodes[*n], at_node(&face.normals, *n));
         let free: Vec<usize> = (0..nodes.len()).filter(carries).collect();
         let only = SurfaceFace::only(nodes.len(), face.triangles.len(), free.len(), true);
         Self {
             faces: vec![only],
-            normals: face.normals.clone(),
             pane_area: free.iter().map(|&n| weight[n]).collect(),
             pane_average: CscMatrix {
                 rows: nodes.len(),
@@ -162,19 +177,18 @@ impl ContactSurface {
                 data: vec![1.0; free.len()],
                 indices: free,
             },
-            nodes,
             facets: face.facets(),
             facet_pane: Vec::new(),
+            nodes: face.nodes,
+            normals: face.normals,
+            clearance: face.clearance,
         }
     }
 
     /// ν at a contact node.
     #[must_use]
     pub fn normal_at(&self, contact_node: usize) -> [f64; 3] {
-        match self.normals.as_slice() {
-            [everywhere] => *everywhere,
-            each => each[contact_node],
-        }
+        at_node(&self.normals, contact_node)
     }
 
     /// Number of panes m, or of nodes that carry multipliers.
@@ -202,6 +216,11 @@ impl ContactSurface {
             nodes.map(|node| surface.normal_at(node)).collect()
         };
         self.normals = [normals(&self), normals(&next)].concat();
+        if !(self.clearance.is_empty() && next.clearance.is_empty()) {
+            self.clearance.resize(nodes, 0.0);
+            self.clearance.extend(&next.clearance);
+            self.clearance.resize(nodes + next.nodes.len(), 0.0);
+        }
         let faces = next.faces.iter();
         self.faces
             .extend(faces.map(|face| face.after(nodes, facets, panes)));
@@ -298,6 +317,14 @@ impl ContactSurface {
         self.pane_weights(pane)
             .map(|(node, weight)| weight * nodal[node])
             .sum()
+    }
+}
+
+/// The normal of a node among one for all nodes or one for each.
+fn at_node(normals: &[[f64; 3]], node: usize) -> [f64; 3] {
+    match normals {
+        [everywhere] => *everywhere,
+        each => each[node],
     }
 }
 

@@ -2,12 +2,14 @@
 
 mod bisection;
 mod brick;
+mod contact_face;
 mod contact_parts;
 mod contact_surface;
 mod error;
 mod gmsh;
 mod isoparametric;
 mod mid_edges;
+mod obstacle;
 mod patches;
 #[cfg(test)]
 mod patches_tests;
@@ -28,15 +30,9 @@ pub use quality::Quality;
 pub use refined::{RefinableBody, Refinement};
 pub(crate) use side::{SidePoint, is_straight, sorted};
 
-use contact_surface::{ContactFace, FaceTriangle, plane_of};
-
 use crate::scene::{
-    Brick, BrickFace, Clamp, Contact, ElementOrder, Invalid, MultiplierSpace, Scene, Shape, Written,
+    BrickFace, Clamp, Contact, ElementOrder, Invalid, MultiplierSpace, Scene, Shape, Written,
 };
-
-/// Largest distance of a contact node from the plane of its face, over the extent of the face:
-/// the digits that mesh files keep.
-const FLAT: f64 = 1e-6;
 
 /// Nodes, tetrahedra and named boundary of a body, before the scene's parts are found on it.
 #[derive(Debug, Clone, PartialEq)]
@@ -68,12 +64,33 @@ impl RawMesh {
                 let with_panes = |c: &&Contact| c.multipliers == MultiplierSpace::Panes;
                 let mut contacts = scene.contacts.iter();
                 let first = contacts.find(with_panes).or(scene.contacts.first());
-                brick(spec, first.and_then(|contact| BrickFace::named(&contact.face)))
+                brick(
+                    spec,
+                    first.and_then(|contact| BrickFace::named(&contact.face)),
+                )
             }
             Shape::Gmsh(file) => gmsh::read(file, folder)?,
         };
         check_face_names(scene, &raw.face_names)?;
         Ok(raw)
+    }
+}
+
+/// Where a mesh comes from.
+#[derive(Debug, Clone, Copy)]
+enum Origin {
+    /// The body's own: that of a brick consists of whole cells.
+    First,
+    /// Cut from the first one, which left this much of a curved contact face, in m.
+    Cut { faceting: f64 },
+}
+
+impl Origin {
+    fn faceting(self) -> f64 {
+        match self {
+            Self::First => 0.0,
+            Self::Cut { faceting } => faceting,
+        }
     }
 }
 
@@ -108,17 +125,33 @@ impl Mesh {
     pub fn of_scene(scene: &Scene, folder: &Path) -> Result<Self, MeshError> {
         let raw = RawMesh::of_scene(scene, folder)?;
         let regions = regions::assign(scene, &raw)?;
-        Self::new(scene, raw, regions, true)
+        Self::new(scene, raw, regions, Origin::First)
     }
 
-    /// A mesh of a scene's body with a region for each tetrahedron; `is_regular` says whether that
-    /// of a brick consists of whole cells.
+    /// A mesh of a scene's body with a region for each tetrahedron.
     fn new(
         scene: &Scene,
         raw: RawMesh,
         tetrahedron_region: Vec<usize>,
-        is_regular: bool,
+        origin: Origin,
     ) -> Result<Self, MeshError> {
+        let mut mesh = Self::without_contact(scene, raw, tetrahedron_region)?;
+        mesh.check_clamp_boxes(&scene.clamps)?;
+        let held = mesh.held_nodes(scene);
+        let order = scene.contact_order().into_iter();
+        let surfaces = order.map(|entry| mesh.contact_surface(scene, entry, origin, &held));
+        mesh.contact = ContactSurface::joined(surfaces.collect::<Result<_, MeshError>>()?);
+        if let Some(surface) = &mesh.contact {
+            contact_parts::check_meeting(scene, &mesh, surface, &held)?;
+        }
+        Ok(mesh)
+    }
+
+    fn without_contact(
+        scene: &Scene,
+        raw: RawMesh,
+        tetrahedron_region: Vec<usize>,
+    ) -> Result<Self, Invalid> {
         let mut mesh = Self {
             coordinates: raw.coordinates,
             tetrahedra: raw.tetrahedra,
@@ -130,18 +163,6 @@ impl Mesh {
             contact: None,
         };
         mesh.set_element(scene.body.element, raw.mid_edges)?;
-        mesh.check_clamp_boxes(&scene.clamps)?;
-        let cells = match &scene.body.shape {
-            Shape::Brick(spec) if is_regular => Some(spec),
-            Shape::Brick(_) | Shape::Gmsh(_) => None,
-        };
-        let held = mesh.held_nodes(scene);
-        let order = scene.contact_order().into_iter();
-        let surfaces = order.map(|entry| mesh.contact_surface(scene, entry, cells, &held));
-        mesh.contact = ContactSurface::joined(surfaces.collect::<Result<_, MeshError>>()?);
-        if let Some(surface) = &mesh.contact {
-            contact_parts::check_meeting(scene, &mesh, surface, &held)?;
-        }
         Ok(mesh)
     }
 
@@ -180,85 +201,6 @@ impl Mesh {
                 self.mid_edges = Some(numbered);
                 Ok(())
             }
-        }
-    }
-
-    fn contact_surface(
-        &self,
-        scene: &Scene,
-        entry: usize,
-        cells: Option<&Brick>,
-        held: &[[bool; 3]],
-    ) -> Result<ContactSurface, MeshError> {
-        let (contact, key) = (&scene.contacts[entry], scene.contact_key(entry));
-        let facets = self.contact_facets(scene, entry)?;
-        let corners: Vec<[usize; 3]> = facets.iter().map(|&f| self.facets[f]).collect();
-        let others = facets.iter().flat_map(|&f| self.facet_nodes(f));
-        let (normal, unevenness) = plane_of(&self.coordinates, corners.iter().copied(), others)
-            .unwrap_or(([0.0; 3], f64::INFINITY));
-        if unevenness.is_nan() || unevenness > FLAT {
-            return Err(Invalid {
-                key: format!("{key}.face"),
-                expected: "a flat face".into(),
-                found: format!(
-                    "{}, whose nodes are up to {unevenness:.1e} of its extent away from a plane",
-                    Written(&contact.face)
-                ),
-                help: "the foundation is flat; split the face into flat ones, or describe a small unevenness by contact.gap".into(),
-            }
-            .into());
-        }
-        let face = ContactFace {
-            normals: vec![normal],
-            triangles: facets.iter().map(|&f| self.face_triangle(f)).collect(),
-        };
-        Ok(match (contact.multipliers, cells) {
-            (MultiplierSpace::Nodal, _) => ContactSurface::nodal(&face, |node| {
-                (0..3).all(|c| normal[c] == 0.0 || held[node][c])
-            }),
-            (MultiplierSpace::Panes, Some(spec)) => {
-                let per_pane = scene.body.element.cells_per_pane();
-                let panes = |triangles: &[[usize; 3]]| {
-                    let side = BrickFace::named(&contact.face);
-                    let triangles = triangles.iter().copied();
-                    side.map_or_else(Vec::new, |s| brick::panes(spec, s, per_pane, triangles))
-                };
-                let whole: Vec<[usize; 3]> = self
-                    .facets_on(&contact.face)
-                    .map(|f| self.facets[f])
-                    .collect();
-                let part = contact_parts::panes_of_part(&panes(&whole), panes(&corners), || {
-                    Invalid {
-                        key: format!("{key}.box"),
-                        expected: "a box that cuts no pane".into(),
-                        found: Written(&contact.corners).to_string(),
-                        help: "a pane is 2 x 2 cells of the contact face, with body.element = \"P2\" one; nodal multipliers may be cut anywhere".into(),
-                    }
-                })?;
-                ContactSurface::with_panes(&face, part)
-            }
-            (MultiplierSpace::Panes, None) => {
-                let is_free = |node: usize| held[node] == [false; 3];
-                let carriers: Vec<[usize; 3]> = face.triangles.iter().map(|t| t.carriers).collect();
-                let panes = patches::build(&self.coordinates, &corners, &carriers, is_free)
-                    .map_err(|invalid| Invalid {
-                        key: format!("{key}.face"),
-                        ..invalid
-                    })?;
-                ContactSurface::with_panes(&face, panes)
-            }
-        })
-    }
-
-    /// A triangle of the contact face with the integrals of its nodes' shape functions.
-    fn face_triangle(&self, facet: usize) -> FaceTriangle {
-        let (area, integrals) = self.side_integrals(facet);
-        let middles = self.mid_edges.as_ref().map(|m| m.facets[facet]);
-        FaceTriangle {
-            facet,
-            area,
-            integrals,
-            carriers: middles.unwrap_or(self.facets[facet]),
         }
     }
 
@@ -347,11 +289,13 @@ impl Mesh {
 /// Refuses a face that the scene names and the mesh does not have.
 fn check_face_names(scene: &Scene, names: &[String]) -> Result<(), Invalid> {
     let clamps = scene.clamps.iter().enumerate();
+    let springs = scene.springs.iter().enumerate();
     let tractions = scene.tractions.iter().enumerate();
     let pressures = scene.pressures.iter().enumerate();
     let contacts = scene.contacts.iter().enumerate();
     let keys = clamps
         .filter_map(|(i, c)| Some((format!("clamp.{i}.face"), c.face.as_ref()?)))
+        .chain(springs.map(|(i, s)| (format!("spring.{i}.face"), &s.face)))
         .chain(tractions.map(|(i, t)| (format!("traction.{i}.face"), &t.face)))
         .chain(pressures.map(|(i, p)| (format!("pressure.{i}.face"), &p.face)))
         .chain(contacts.map(|(i, c)| (format!("{}.face", scene.contact_key(i)), &c.face)));

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::{
-    IsoparametricMap, Mesh, MeshError, MidEdgeNodes, RawMesh,
+    IsoparametricMap, Mesh, MeshError, MidEdgeNodes, Origin, RawMesh,
     bisection::{Bisection, Descendant},
-    regions,
+    obstacle, regions,
 };
 use crate::scene::Scene;
 
@@ -119,12 +119,35 @@ impl<'a> RefinableBody<'a> {
     /// As [`Mesh::of_scene`].
     pub fn mesh(&self) -> Result<Mesh, MeshError> {
         if !self.is_cut {
-            return Mesh::new(self.scene, self.first.clone(), self.regions.clone(), true);
+            return Mesh::new(
+                self.scene,
+                self.first.clone(),
+                self.regions.clone(),
+                Origin::First,
+            );
         }
         let raw = self.curved(self.bisection.mesh(&self.first));
         let region = |d: Descendant| self.regions.get(d.ancestor).copied();
         let regions = self.bisection.descendants().filter_map(region).collect();
-        Mesh::new(self.scene, raw, regions, false)
+        let faceting = self.faceting()?;
+        Mesh::new(self.scene, raw, regions, Origin::Cut { faceting })
+    }
+
+    /// What the first mesh leaves of contact faces with obstacles at most, in m.
+    fn faceting(&self) -> Result<f64, MeshError> {
+        let contacts = self.scene.contacts.iter().enumerate();
+        let with_obstacle: Vec<usize> = contacts
+            .filter(|(_, contact)| contact.obstacle.is_some())
+            .map(|(entry, _)| entry)
+            .collect();
+        if with_obstacle.is_empty() {
+            return Ok(0.0);
+        }
+        let first = Mesh::without_contact(self.scene, self.first.clone(), Vec::new())?;
+        with_obstacle.into_iter().try_fold(0.0, |most: f64, entry| {
+            let facets = first.contact_facets(self.scene, entry)?;
+            Ok(most.max(obstacle::faceting(&first, &facets)))
+        })
     }
 
     /// Moves the nodes of a mesh to the curved sides of the first one, with nodes in the middle of

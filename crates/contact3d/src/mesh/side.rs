@@ -14,6 +14,16 @@ use crate::reference::{
 /// which the edge counts as straight: roundings of coordinates in a mesh file.
 const STRAIGHT: f64 = 1e-9;
 
+/// Barycentric coordinates of the nodes of a quadratic triangle: its corners, then the middles of [`TRIANGLE_EDGES`].
+const QUADRATIC_NODES: [[f64; 3]; 6] = [
+    [1.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.0, 0.0, 1.0],
+    [0.5, 0.5, 0.0],
+    [0.0, 0.5, 0.5],
+    [0.5, 0.0, 0.5],
+];
+
 /// A point of integration on a quadratic side.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SidePoint {
@@ -85,6 +95,43 @@ impl Mesh {
             }
         };
         Some((nodes, quadrature::triangle().map(point).collect()))
+    }
+
+    /// Places in m on a boundary triangle, curved or not, each with the outward normal times the area in m² that it
+    /// stands for: those of a rule that is exact for polynomials of degree 6.
+    pub(super) fn side_points(&self, facet: usize) -> Vec<([f64; 3], Vector3<f64>)> {
+        if let Some((_, points)) = self.quadratic_side(facet) {
+            return points.iter().map(|p| (p.at, p.area)).collect();
+        }
+        let [a, b, c] = self.corners(&self.facets[facet]).map(Vector3::from);
+        let area = (b - a).cross(&(c - a)) / 2.0;
+        let points = quadrature::triangle();
+        points
+            .map(|([p, q, r], weight)| ((a * p + b * q + c * r).into(), area * weight))
+            .collect()
+    }
+
+    /// The outward unit normals of a boundary triangle at its nodes; none where it has no area.
+    pub(super) fn side_normals(&self, facet: usize) -> Vec<(usize, Vector3<f64>)> {
+        let nodes: Vec<usize> = self.facet_nodes(facet).collect();
+        let places: Vec<Vector3<f64>> = nodes.iter().map(|&n| self.coordinates[n].into()).collect();
+        let [a, b, c] = [0, 1, 2].map(|k| places[k]);
+        let normal = |k: usize| -> Option<Vector3<f64>> {
+            if places.len() == 3 {
+                return (b - a).cross(&(c - a)).try_normalize(0.0);
+            }
+            let slopes = quadratic_triangle_slopes(&QUADRATIC_NODES[k]);
+            let along = |axis: usize| -> Vector3<f64> {
+                (0..6)
+                    .map(|n| places[n] * (slopes[n][axis] - slopes[n][0]))
+                    .sum()
+            };
+            along(1).cross(&along(2)).try_normalize(0.0)
+        };
+        let nodes = nodes.iter().enumerate();
+        nodes
+            .filter_map(|(k, &node)| Some((node, normal(k)?)))
+            .collect()
     }
 
     /// Area of a boundary triangle in m² and ∫ φ of its nodes over it.

@@ -16,7 +16,8 @@ pub enum Invariance {
     BinaryUnits,
     /// Millimetres and newtons per square millimetre for metres and pascals.
     DecimalUnits,
-    /// Loads, gap and the slips of the law times 2⁻³⁰: all bits stay.
+    /// Loads, gap and the slips of the law times 2⁻³⁰: all bits stay. Not against an obstacle, whose distance is part of
+    /// the geometry.
     LoadScaling,
     /// Scattered node numbers.
     Renumbering,
@@ -138,7 +139,7 @@ pub(super) fn compare(
                 residual: Linearisation::residual_of(
                     problem.dual(),
                     &problem.contact(),
-                    &multiplier,
+                    &problem.unknowns(&multiplier, answer),
                 ),
             });
         }
@@ -152,8 +153,13 @@ fn changed(
     folder: &Path,
     invariance: Invariance,
 ) -> Result<Option<(Status, Vec<f64>)>, ProblemError> {
-    let scene = problem.assembled.scene();
+    let scene = &problem.scene;
     if let Some(scaling) = invariance.scaling() {
+        let mut contacts = scene.contacts.iter();
+        let has_obstacle = contacts.any(|contact| contact.obstacle.is_some());
+        if has_obstacle && !scaling.is_similarity() {
+            return Ok(None);
+        }
         let (scaled, cuts) = (scaling.apply(scene)?, problem.refinement.clone());
         let other = ExplicitProblem::refined(scaled, folder, cuts)?;
         let solution = other.assembled.solve(&scene.solve)?;

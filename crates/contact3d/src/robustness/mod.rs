@@ -6,6 +6,7 @@ mod conditioning;
 mod cross_checks;
 mod explicit_problem;
 mod invariance;
+mod obstacles;
 mod renumbering;
 mod rounding_bound;
 mod scaling;
@@ -111,7 +112,8 @@ impl Check {
         let problem = double.as_ref().unwrap_or(&own);
         let report = problem.assembled.report(&answer)?;
         let contact = problem.contact();
-        let linearisation = Linearisation::new(problem.dual(), &contact, &answer.multiplier);
+        let unknowns = problem.unknowns(&answer.multiplier, &answer);
+        let linearisation = Linearisation::new(problem.dual(), &contact, &unknowns);
         let conditioning = Conditioning::of(problem);
         Ok(Self {
             solutions,

@@ -90,6 +90,13 @@ fn reordered(surface: &ContactSurface, new: &[usize]) -> ContactSurface {
             [everywhere] => vec![*everywhere],
             each => order.iter().map(|&local| each[local]).collect(),
         },
+        clearance: match surface.clearance.is_empty() {
+            true => Vec::new(),
+            false => order
+                .iter()
+                .map(|&local| surface.clearance[local])
+                .collect(),
+        },
         nodes: order
             .iter()
             .map(|&local| new[surface.nodes[local]])

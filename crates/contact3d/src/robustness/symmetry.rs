@@ -27,7 +27,7 @@ const EXCHANGED: [(&str, &str); 4] = [
 
 impl Symmetry {
     /// The scene of the image; `None` for bodies from mesh files, for other contact faces, for
-    /// meshes whose image is another mesh, and for axes of friction given as vectors.
+    /// meshes whose image is another mesh, for axes of friction given as vectors, and for obstacles without an image.
     ///
     /// # Errors
     /// A formula that becomes too long.
@@ -50,6 +50,15 @@ impl Symmetry {
         self.map_body(&mut image, width);
         self.map_loads(&mut image, width)?;
         for contact in &mut image.contacts {
+            if let Some(obstacle) = &contact.obstacle {
+                // Exchanged axes make y, not x, the axis that is projected on tangent planes.
+                let projected = self == Self::Exchange && scene.has_friction();
+                let seen = self.obstacle(obstacle, width)?;
+                let Some(seen) = seen.filter(|_| !projected) else {
+                    return Ok(None);
+                };
+                contact.obstacle = Some(seen);
+            }
             contact.gap = self.quantity(&contact.gap, width, false)?;
             if let Some(angle) = &mut contact.angle {
                 *angle = self.quantity(angle, width, true)?;
@@ -184,6 +193,17 @@ impl Symmetry {
         for clamp in &mut scene.clamps {
             clamp.value = self.vector(&clamp.value, width)?;
         }
+        for spring in &mut scene.springs {
+            self.face(&mut spring.face);
+            for along in [&mut spring.normal, &mut spring.tangential] {
+                for value in along.iter_mut() {
+                    *value = self.quantity(value, width, false)?;
+                }
+            }
+            if let Some(tensor) = &mut spring.tensor {
+                *tensor = self.tensor(tensor, width)?;
+            }
+        }
         for traction in &mut scene.tractions {
             self.face(&mut traction.face);
             traction.value = self.vector(&traction.value, width)?;
@@ -195,7 +215,16 @@ impl Symmetry {
         if let Some(force) = &mut scene.body_force {
             force.value = self.vector(&force.value, width)?;
         }
-        Ok(())
+        scene.map_step_values(|_, values| match values {
+            [x, y, z] => {
+                let vector = [x, y, z].map(Clone::clone);
+                Ok(self.vector(&vector, width)?.to_vec())
+            }
+            numbers => numbers
+                .iter()
+                .map(|number| self.quantity(number, width, false))
+                .collect(),
+        })
     }
 
     fn vector(self, value: &[Quantity; 3], width: f64) -> Result<[Quantity; 3], Invalid> {
@@ -213,8 +242,26 @@ impl Symmetry {
             .map(Clone::clone))
     }
 
+    /// M K Mᵀ for the map M of vectors.
+    fn tensor(
+        self,
+        tensor: &[[Quantity; 3]; 3],
+        width: f64,
+    ) -> Result<[[Quantity; 3]; 3], Invalid> {
+        let mirrored = |c: usize| self == Self::Mirror && c == 1;
+        let mut image = tensor.clone();
+        let order = self.positive([0, 1, 2]);
+        for (i, row) in image.iter_mut().enumerate() {
+            for (j, value) in row.iter_mut().enumerate() {
+                let negative = mirrored(i) != mirrored(j);
+                *value = self.quantity(&tensor[order[i]][order[j]], width, negative)?;
+            }
+        }
+        Ok(image)
+    }
+
     /// A quantity of the place, or its negative.
-    fn quantity(
+    pub(super) fn quantity(
         self,
         quantity: &Quantity,
         width: f64,
@@ -270,6 +317,7 @@ impl Symmetry {
             coefficient: coefficient(&friction.coefficient)?,
             coefficient_1,
             coefficient_2,
+            follows: friction.follows,
         })
     }
 }

@@ -3,14 +3,17 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Friction, Quantity};
+use super::{Friction, Obstacle, Quantity};
 
-/// A contact face above a rigid half-space of its own, or a part of one.
+/// A contact face, or a part of one, above a rigid half-space of its own or against a rigid obstacle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
-    /// The face that may touch the foundation; it must be flat.
+    /// The face that may touch the foundation or the obstacle; it must be flat where there is no obstacle.
     pub face: String,
+    /// The rigid obstacle in the place of the foundation, which is the half-space behind the flat face.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub obstacle: Option<Obstacle>,
     /// What results call this face; the name of the face when not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
@@ -18,12 +21,13 @@ pub struct Contact {
     /// follow edges of triangles and, on a brick, of panes.
     #[serde(rename = "box", default, skip_serializing_if = "Option::is_none")]
     pub corners: Option<[[f64; 3]; 2]>,
-    /// Initial gap d ≥ 0 between body and foundation in m: a number, or an expression in x, y, z.
+    /// Initial gap d ≥ 0 between body and foundation in m: a number, or an expression in x, y, z. It adds to the
+    /// distance from an obstacle.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub gap: Quantity,
     /// First principal axis t₁ of friction, a vector of any length in the plane of the face:
-    /// numbers, or expressions in x, y, z. When not given, the global x axis projected on the
-    /// face (the y axis on a face perpendicular to x).
+    /// numbers, or expressions in x, y, z. Where normals vary it is projected on the tangent plane of each contact node.
+    /// When not given, the global x axis projected on the face (the y axis on a face perpendicular to x).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis_1: Option<[Quantity; 3]>,
     /// Angle in degrees by which the default t₁ is turned towards t₂ = t₁ × ν, with ν the outward

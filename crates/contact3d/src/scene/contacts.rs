@@ -153,7 +153,10 @@ mod tests {
             "[[contact]]\nface = \"z_min\"\n[[contact]]\nface = \"x_min\"\nfriction.coefficient.constant = 0.3",
         );
         assert_eq!(own.contact_order(), [1, 0]);
-        assert_eq!(own.friction_on(1).expect("friction").0, "contact.1.friction");
+        assert_eq!(
+            own.friction_on(1).expect("friction").0,
+            "contact.1.friction"
+        );
         let common = scene(
             "[[contact]]\nface = \"z_min\"\n[[contact]]\nface = \"x_min\"\n[friction]\ncoefficient.constant = 0.3",
         );

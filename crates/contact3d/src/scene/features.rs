@@ -1,6 +1,6 @@
 //! The model features that a scene calls for.
 
-use super::{Friction, FrictionLaw, Material, MultiplierSpace, Quantity, Scene};
+use super::{Friction, FrictionLaw, Material, MultiplierSpace, Obstacle, Quantity, Scene};
 
 /// What a scene calls for. The laws of the contact face ([`crate::contact::Interface`]) are made from
 /// it and from nothing else: what is absent here has no unknowns, no datasets and no evaluations.
@@ -10,6 +10,8 @@ pub struct ModelFeatures {
     pub contact: Vec<ContactFeatures>,
     /// Clamps that hold somewhere else than at zero.
     pub prescribed_displacements: usize,
+    /// Faces on springs.
+    pub springs: usize,
     /// A body force f.
     pub body_force: bool,
     /// Parts of the body with a material of their own.
@@ -27,7 +29,9 @@ pub struct ContactFeatures {
     pub name: String,
     /// The law of tangential stresses.
     pub friction: FrictionModel,
-    /// An initial gap d in m; `None` for none.
+    /// The rigid obstacle; `None` for the half-space behind the flat face.
+    pub obstacle: Option<Obstacle>,
+    /// An initial gap d in m; `None` for none. The distance from an obstacle comes on top.
     pub gap: Option<Quantity>,
     /// Whether the frame (t₁, t₂) turns from place to place.
     pub turning_frame: bool,
@@ -74,6 +78,7 @@ impl ModelFeatures {
                 .map(|entry| ContactFeatures::new(scene, entry))
                 .collect(),
             prescribed_displacements: scene.clamps.iter().filter(|c| c.is_moved()).count(),
+            springs: scene.springs.len(),
             body_force: scene.body_force.is_some(),
             regions: scene.regions.len(),
             anisotropy: materials.any(|material| match material {
@@ -103,6 +108,7 @@ impl ContactFeatures {
             entry,
             name: contact.name().to_owned(),
             friction: FrictionModel::new(scene.friction_on(entry).map(|(_, friction)| friction)),
+            obstacle: contact.obstacle.clone(),
             gap: (contact.gap != Quantity::Constant(0.0)).then(|| contact.gap.clone()),
             turning_frame: contact.axis_1.iter().flatten().any(varies)
                 || contact.angle.as_ref().is_some_and(varies),

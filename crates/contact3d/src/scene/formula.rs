@@ -5,7 +5,10 @@ use std::borrow::Cow;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 
-use super::{Expression, ExpressionError, LawPoint, SlipDerivative};
+use super::{
+    Expression, ExpressionError, LawPoint, SlipDerivative,
+    expression::{Branch, OnBranch},
+};
 
 /// The variables of a [`Formula`]: coordinates and slips in m. `s` is |u_t|, for isotropic laws;
 /// `s1`, `s2` are |u_t1|, |u_t2|.
@@ -50,6 +53,16 @@ impl Formula {
             own,
             pair: [first, second],
         }
+    }
+
+    /// The branch that the formula takes at a point.
+    pub(crate) fn branch(&self, at: &LawPoint) -> Branch {
+        self.value.branch(&arguments(at), SLIPS)
+    }
+
+    /// The formula on a branch; slopes are by the own slip, by |u_t1| and by |u_t2|.
+    pub(crate) fn on_branch(&self, at: &LawPoint, branch: Branch) -> OnBranch {
+        self.value.on_branch(&arguments(at), SLIPS, branch)
     }
 
     pub(super) fn depends_on_slip(&self) -> bool {

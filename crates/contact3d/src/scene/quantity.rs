@@ -32,6 +32,23 @@ impl Quantity {
         }
     }
 
+    /// The derivatives by x, y, z: exact for formulas, differences over 2 `step` in m for Rust functions.
+    #[must_use]
+    pub(crate) fn gradient(&self, point: [f64; 3], step: f64) -> [f64; 3] {
+        match self {
+            Self::Constant(_) => [0.0; 3],
+            Self::Varying(expression) => expression.derivatives(&point, [0, 1, 2]),
+            Self::Function(function) => std::array::from_fn(|c| {
+                let at = |by: f64| {
+                    let mut place = point;
+                    place[c] += by;
+                    function.at(place)
+                };
+                (at(step) - at(-step)) / (2.0 * step)
+            }),
+        }
+    }
+
     /// The value, if it is the same everywhere.
     #[must_use]
     pub fn constant(&self) -> Option<f64> {

@@ -2,7 +2,7 @@
 //! method inside, and a semismooth Newton method for the whole problem.
 //!
 //! Each module uses only those before it: `ellipse`, `feasible_set`, `history`, `contact_state`,
-//! `solution`, `problem`, `conditions`, `newton`, `inner`, `minimisation`, `fixed_point`, `accuracy`, `answer`, `solve`;
+//! `solution`, `problem`, `conditions`, `newton`, `inner`, `minimisation`, `fixed_point`, `accuracy`, `answer`, `equilibrium`, `solve`;
 //! `delassus` is for problems given by matrices alone.
 
 mod accuracy;
@@ -11,6 +11,7 @@ mod conditions;
 mod contact_state;
 mod delassus;
 mod ellipse;
+mod equilibrium;
 mod feasible_set;
 mod fixed_point;
 mod history;
@@ -35,8 +36,8 @@ pub use fixed_point::{
 pub use history::{NewtonStep, OuterStep, StepCounts};
 pub use inner::{Gpcg, Inner, InnerOutcome, Kprgp, operator_norm};
 pub use newton::{
-    Linearisation, NewtonSettings, NewtonSolution, NewtonStatus, frozen_response, minimise_frozen,
-    newton,
+    Linearisation, LocalMapping, NewtonSettings, NewtonSolution, NewtonStatus, frozen_response,
+    minimise_frozen, newton,
 };
 pub(crate) use newton::{contraction_of_mapping, natural_map::NaturalMap};
 pub use problem::{NeedsExplicit, OuterState, Progress, Start};

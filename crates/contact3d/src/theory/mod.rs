@@ -188,6 +188,7 @@ pub fn theory_bricks(
 
 /// Refuses what HKL §2 and §3 do not cover.
 fn require_covered(scene: &Scene) -> Result<(), Invalid> {
+    scene.require_no_history("the theory")?;
     let faces = ModelFeatures::of(scene).contact;
     if faces.len() > 1 {
         return Err(Invalid {
@@ -211,6 +212,15 @@ fn require_covered(scene: &Scene) -> Result<(), Invalid> {
                 help: "other scenes are one minimisation: their solution is unique, and there is no mapping to study".into(),
             });
         }
+    }
+    let obstacle = faces.first().and_then(|face| face.obstacle.as_ref());
+    if let Some(obstacle) = obstacle {
+        return Err(Invalid {
+            key: "contact.obstacle".into(),
+            expected: "no obstacle, as in HKL section 2".into(),
+            found: obstacle.word().into(),
+            help: "there the contact face is flat and touches its foundation everywhere at first; leave the obstacle out".into(),
+        });
     }
     let gap = faces.first().and_then(|face| face.gap.clone());
     if let Some(gap) = gap {

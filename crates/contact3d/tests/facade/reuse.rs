@@ -23,10 +23,7 @@ fn a_changed_problem_has_the_bits_of_its_own_assembly() {
                 value: [0.0, 0.0, -1e6].map(Into::into),
             })
         },
-        |scene| {
-            scene.contacts[0].gap =
-                Quantity::formula("1e-6*x").expect("a formula")
-        },
+        |scene| scene.contacts[0].gap = Quantity::formula("1e-6*x").expect("a formula"),
         |scene| scene.friction = Some(Friction::orthotropic(0.3, 0.2)),
         |scene| scene.friction = Some(Friction::tresca(2e6)),
     ];

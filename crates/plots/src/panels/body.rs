@@ -101,7 +101,7 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &Layout, shown: &Shown) -> C
     let values = used.clone().map(|&node| magnitude[node]);
     let key = ColourKey::new(values, ColourMap::Plasma, &shown.symbol, &shown.unit);
 
-    let on_support = !picture.contact_triangles.is_empty();
+    let on_support = picture.flat_support && !picture.contact_triangles.is_empty();
     let support: Vec<Vector> = match on_support {
         true => support_corners(picture, &view).to_vec(),
         false => Vec::new(),

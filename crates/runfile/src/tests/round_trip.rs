@@ -49,6 +49,55 @@ fn every_kind_comes_back() {
 }
 
 #[test]
+fn rows_written_piece_by_piece_are_those_written_at_once() {
+    // Enough rows for several chunks, which the pieces cut anywhere.
+    let n = 50_000;
+    let (_folder, at_once) = folder();
+    save_grid(&at_once, n);
+    let (_other, by_pieces) = folder();
+    let values = coordinates(n);
+    write_grid_with(&by_pieces, |writer| {
+        let mut rows = writer.begin("/grid/coordinates", &[n, 3])?;
+        for piece in values.chunks(3 * 1234) {
+            writer.append(&mut rows, piece)?;
+        }
+        writer.end(rows)
+    })
+    .unwrap();
+    let [first, second] = [&at_once, &by_pieces].map(|file| open(file).unwrap());
+    assert_eq!(
+        first.read_vec::<f64>("/grid/coordinates").unwrap(),
+        second.read_vec::<f64>("/grid/coordinates").unwrap()
+    );
+    let digest = |reader: &crate::Reader| reader.whole_group(GRID).unwrap().unwrap().digest;
+    assert_eq!(digest(&first), digest(&second));
+}
+
+#[test]
+fn pieces_that_do_not_fill_the_shape_are_refused() {
+    let (_folder, file) = folder();
+    type Pieces<'a> = &'a [&'a [f64]];
+    let cases: [Pieces<'_>; 3] = [
+        &[&[1.0; 3]],
+        &[&[1.0; 4], &[1.0; 2]],
+        &[&[1.0; 6], &[1.0; 3]],
+    ];
+    for pieces in cases {
+        let written = write_grid_with(&file, |writer| {
+            let mut rows = writer.begin("/grid/coordinates", &[2, 3])?;
+            for piece in pieces {
+                writer.append(&mut rows, piece)?;
+            }
+            writer.end(rows)
+        });
+        assert!(matches!(
+            written,
+            Err(StoreError::Internal(crate::LayoutError::Length { .. }))
+        ));
+    }
+}
+
+#[test]
 fn attributes_tell_unit_symbol_meaning_and_encoding() {
     let (_folder, file) = folder();
     save_grid(&file, 5);

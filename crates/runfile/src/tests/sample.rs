@@ -152,11 +152,28 @@ pub(super) fn coordinates(n_nodes: usize) -> Vec<f64> {
     (0..3 * n_nodes).map(|index| (index as f64).sin()).collect()
 }
 
-pub(super) fn write_grid(
+pub(super) fn write_grid(writer: GroupWriter<'_>, n_nodes: usize) -> Result<String, StoreError> {
+    write_grid_of(writer, |writer| {
+        writer.write("/grid/coordinates", &coordinates(n_nodes), &[n_nodes, 3])
+    })
+}
+
+/// A file with a grid whose coordinates are written in some way.
+pub(super) fn write_grid_with(
+    file: &Path,
+    write_coordinates: impl FnOnce(&mut GroupWriter<'_>) -> Result<(), StoreError>,
+) -> Result<(), StoreError> {
+    let run_file = lock(file)?;
+    let mut transaction = Transaction::begin(&run_file)?;
+    write_grid_of(transaction.group(GRID, Home::RunFile)?, write_coordinates)?;
+    transaction.commit()
+}
+
+fn write_grid_of(
     mut writer: GroupWriter<'_>,
-    n_nodes: usize,
+    write_coordinates: impl FnOnce(&mut GroupWriter<'_>) -> Result<(), StoreError>,
 ) -> Result<String, StoreError> {
-    writer.write("/grid/coordinates", &coordinates(n_nodes), &[n_nodes, 3])?;
+    write_coordinates(&mut writer)?;
     writer.write_indices("/grid/cells", &[0, 1, 2, 3, 1, 2, 3, 4], &[2, 4])?;
     writer.write("/grid/offsets", &[0_i64, 4, 8], &[3])?;
     writer.write("/grid/tags", &[7_u8, 9], &[2])?;

@@ -1,5 +1,6 @@
 //! Formulas in named variables.
 
+mod branch;
 mod parse;
 mod program;
 mod slope;
@@ -9,10 +10,12 @@ use std::{collections::BTreeMap, fmt};
 
 use thiserror::Error;
 
+pub(crate) use branch::{Branch, OnBranch};
+use branch::{Branched, Way};
 pub use parse::FUNCTIONS;
 use parse::{CONSTANTS, DEEPEST_NESTING, ParseError};
 use program::{Step, run};
-use slope::Sloped;
+use slope::{Ahead, Sloped};
 pub(super) use token::is_identifier;
 pub(crate) use token::replace_names;
 
@@ -177,9 +180,12 @@ impl Expression {
     /// finite outside the formula's domain.
     #[must_use]
     pub fn evaluate(&self, values: &[f64]) -> f64 {
-        run(&self.parsed.steps, &self.parsed.values, |place| {
-            values[place]
-        })
+        run(
+            &self.parsed.steps,
+            &self.parsed.values,
+            |place| values[place],
+            &mut Ahead,
+        )
     }
 
     /// The partial derivatives by three variables, given by their places; at kinks those of the
@@ -188,7 +194,32 @@ impl Expression {
     pub(crate) fn derivatives(&self, values: &[f64], by: [usize; 3]) -> [f64; 3] {
         let variable =
             |place| Sloped::variable(values[place], by.iter().position(|wanted| *wanted == place));
-        run(&self.parsed.steps, &self.parsed.values, variable).derivatives()
+        let steps = &self.parsed.steps;
+        run(steps, &self.parsed.values, variable, &mut Ahead).derivatives()
+    }
+
+    /// The branch that the formula takes at a point; at a fork the one on which three variables, given by their places, grow alike.
+    #[must_use]
+    pub(crate) fn branch(&self, values: &[f64], by: [usize; 3]) -> Branch {
+        let mut way = Way::open();
+        self.go(values, by, &mut way);
+        way.branch()
+    }
+
+    /// The formula on one of its branches, also beyond the ends of it.
+    #[must_use]
+    pub(crate) fn on_branch(&self, values: &[f64], by: [usize; 3], branch: Branch) -> OnBranch {
+        let mut way = Way::along(branch);
+        let value = self.go(values, by, &mut way);
+        way.found(value)
+    }
+
+    fn go(&self, values: &[f64], by: [usize; 3], way: &mut Way) -> Branched {
+        let variable = |place| {
+            let wanted = by.iter().position(|wanted| *wanted == place);
+            Branched::variable(values[place], wanted)
+        };
+        run(&self.parsed.steps, &self.parsed.values, variable, way)
     }
 
     /// Whether the formula uses a variable.

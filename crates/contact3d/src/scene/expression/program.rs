@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use super::slope::Number;
+use super::slope::{Forks, Number};
 
 /// One step: takes its arguments from the stack and puts its value there.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,7 +80,7 @@ impl Function {
         })
     }
 
-    fn of<N: Number>(self, argument: N) -> N {
+    fn of<N: Number>(self, argument: N, forks: &mut impl Forks<N>) -> N {
         let x = argument.value();
         match self {
             Self::Sqrt => argument.through(x.sqrt(), || 0.5 / x.sqrt()),
@@ -97,20 +97,21 @@ impl Function {
             Self::Cosh => argument.through(x.cosh(), || x.sinh()),
             Self::Tanh => argument.through(x.tanh(), || 1.0 - x.tanh().powi(2)),
             Self::Abs => {
-                let ahead = argument.compare_ahead(N::number(0.0));
-                let sign = if ahead == Some(Ordering::Less) {
-                    -1.0
-                } else {
-                    1.0
+                let zero = N::number(0.0);
+                let (value, sign) = match forks.order(argument, zero) {
+                    // Adding zero leaves no sign on it.
+                    Some(Ordering::Less) => (-x + 0.0, -1.0),
+                    Some(_) => (x + 0.0, 1.0),
+                    None => (f64::NAN, 1.0),
                 };
-                argument.through(x.abs(), || sign)
+                forks.joined(argument.through(value, || sign), [argument, zero])
             }
         }
     }
 }
 
 impl Binary {
-    fn of<N: Number>(self, a: N, b: N) -> N {
+    fn of<N: Number>(self, a: N, b: N, forks: &mut impl Forks<N>) -> N {
         let (x, y) = (a.value(), b.value());
         match self {
             Self::Add => a.with(b, x + y, || [1.0, 1.0]),
@@ -121,19 +122,20 @@ impl Binary {
                 let by_base = if y == 0.0 { 0.0 } else { y * x.powf(y - 1.0) };
                 [by_base, x.powf(y) * x.ln()]
             }),
-            Self::Min => pick(a, b, Ordering::Greater),
-            Self::Max => pick(a, b, Ordering::Less),
+            Self::Min => pick(a, b, Ordering::Greater, forks),
+            Self::Max => pick(a, b, Ordering::Less, forks),
         }
     }
 }
 
 /// The second number if the first compares so to it, else the first; no number where one is none.
-fn pick<N: Number>(a: N, b: N, second_if: Ordering) -> N {
-    match a.compare_ahead(b) {
+fn pick<N: Number>(a: N, b: N, second_if: Ordering, forks: &mut impl Forks<N>) -> N {
+    let picked = match forks.order(a, b) {
         None => N::number(f64::NAN),
         Some(order) if order == second_if => b,
         Some(_) => a,
-    }
+    };
+    forks.joined(picked, [a, b])
 }
 
 impl Comparison {
@@ -147,13 +149,17 @@ impl Comparison {
     }
 
     /// One of two numbers: the value by the condition here, the slope by that just ahead.
-    fn choose<N: Number>(self, [left, right, first, second]: [N; 4]) -> N {
-        let here = left.value().partial_cmp(&right.value());
-        let (Some(here), Some(ahead)) = (here, left.compare_ahead(right)) else {
+    fn choose<N: Number>(
+        self,
+        [left, right, first, second]: [N; 4],
+        forks: &mut impl Forks<N>,
+    ) -> N {
+        let (Some(here), Some(ahead)) = (forks.here(left, right), forks.order(left, right)) else {
             return N::number(f64::NAN);
         };
         let chosen = |order| if self.holds(order) { first } else { second };
-        chosen(ahead).at(chosen(here).value())
+        let value = chosen(ahead).at(chosen(here).value());
+        forks.joined(value, [left, right])
     }
 }
 
@@ -162,6 +168,7 @@ pub(super) fn run<N: Number>(
     steps: &[Step],
     parameters: &[f64],
     variable: impl Fn(usize) -> N,
+    forks: &mut impl Forks<N>,
 ) -> N {
     let mut stack: Vec<N> = Vec::with_capacity(16);
     for step in steps {
@@ -171,13 +178,13 @@ pub(super) fn run<N: Number>(
             Step::Parameter(place) => N::number(parameters.get(place).copied().unwrap_or(f64::NAN)),
             Step::Function(function) => {
                 let [argument] = taken(&mut stack);
-                function.of(argument)
+                function.of(argument, forks)
             }
             Step::Binary(binary) => {
                 let [a, b] = taken(&mut stack);
-                binary.of(a, b)
+                binary.of(a, b, forks)
             }
-            Step::Choose(comparison) => comparison.choose(taken(&mut stack)),
+            Step::Choose(comparison) => comparison.choose(taken(&mut stack), forks),
         };
         stack.push(value);
     }

@@ -23,6 +23,35 @@ pub(super) trait Number: Copy {
     fn at(self, value: f64) -> Self;
 }
 
+/// Which way a formula goes where `abs`, `min`, `max` and `if` part, its forks.
+pub(super) trait Forks<N: Number> {
+    /// Which of two numbers is the larger one for the slopes; `None` where one is none.
+    fn order(&mut self, left: N, right: N) -> Option<Ordering>;
+
+    /// The same for the value of `if`; asked before [`Self::order`] of the same fork.
+    fn here(&self, left: N, right: N) -> Option<Ordering>;
+
+    /// What a fork gives, with what the two numbers that were compared at it left behind.
+    fn joined(&mut self, value: N, compared: [N; 2]) -> N;
+}
+
+/// Every fork goes the way of the piece on which all variables grow alike.
+pub(super) struct Ahead;
+
+impl<N: Number> Forks<N> for Ahead {
+    fn order(&mut self, left: N, right: N) -> Option<Ordering> {
+        left.compare_ahead(right)
+    }
+
+    fn here(&self, left: N, right: N) -> Option<Ordering> {
+        left.value().partial_cmp(&right.value())
+    }
+
+    fn joined(&mut self, value: N, _: [N; 2]) -> N {
+        value
+    }
+}
+
 impl Number for f64 {
     fn number(value: f64) -> Self {
         value

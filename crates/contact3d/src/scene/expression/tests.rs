@@ -167,6 +167,26 @@ fn unknown_names_and_nonsense_are_refused() {
 }
 
 #[test]
+fn a_branch_ends_only_at_forks_on_its_way() {
+    let e = Expression::parse("if(x < 1, 0.3, max(0.1, 0.3 - y*(x - 1)))", SPACE).unwrap();
+    let ends = |x: f64| {
+        let values = [x, 0.1, 0.0];
+        let branch = e.branch(&values, [0, 1, 2]);
+        let found = e.on_branch(&values, [0, 1, 2], branch);
+        found.ends.iter().map(|end| end.fork).collect::<Vec<_>>()
+    };
+    // The arguments of `if` are computed first, so its own fork is the second.
+    assert_eq!(ends(0.5), [1]);
+    assert_eq!(ends(2.0), [0, 1]);
+    // Forks beyond the sixty-fourth go their own way.
+    let many = (0..70).map(|_| "abs(x)").collect::<Vec<_>>().join(" + ");
+    let many = Expression::parse(&many, SPACE).unwrap();
+    let branch = many.branch(&[-1.0, 0.0, 0.0], [0, 1, 2]);
+    let beyond = many.on_branch(&[1.0, 0.0, 0.0], [0, 1, 2], branch);
+    assert_eq!((beyond.value, beyond.ends.len()), (-64.0 + 6.0, 64));
+}
+
+#[test]
 fn parameters_have_the_values_they_are_bound_to() {
     let e = bound("mu*x + mu^k", &[("mu", 3.0), ("k", 2.0), ("spare", 0.0)]).unwrap();
     assert_eq!(e.evaluate(&[2.0, 0.0, 0.0]), 15.0);
@@ -231,6 +251,39 @@ proptest! {
         // 1e3.
         let size = 1.0 + f(x).abs() + slope.abs();
         prop_assert!((slope - difference).abs() < 1e-6 * size, "{text} at {x}: {slope}, {difference}");
+    }
+
+    /// On the branch of a point a formula is itself, and goes on smoothly to the other side of its kinks; the ends of the branch
+    /// are where the kinks are.
+    #[test]
+    fn branches_are_the_formula_and_go_on_beyond_its_kinks((text, kink) in smooth_away_from_kinks(), x in 0.2..3.0_f64) {
+        prop_assume!((x - kink).abs() > 1e-4);
+        let e = Expression::parse(&text, SPACE).unwrap();
+        let by = [0, 1, 2];
+        let branch = e.branch(&[x, 0.0, 0.0], by);
+        let here = e.on_branch(&[x, 0.0, 0.0], by, branch);
+        prop_assert_eq!(here.value.to_bits(), e.evaluate(&[x, 0.0, 0.0]).to_bits(), "{}", text);
+        prop_assert_eq!(here.slopes, e.derivatives(&[x, 0.0, 0.0], by), "{}", text);
+        prop_assert!(here.ends.iter().all(|end| end.margin >= 0.0), "{text}: {here:?}");
+        // The fork at the kink, if the branch goes by it, has the distance to the kink as its margin.
+        let end = here.ends.iter().find(|end| end.slopes[0].abs() == 1.0);
+        if let Some(end) = end {
+            prop_assert!((end.margin - (x - kink).abs()).abs() < 1e-12, "{text}: {end:?}");
+            // Beyond it the branch goes on: no jump, and no bend, over a step across the kink.
+            let beyond = kink - (x - kink).signum() * 1e-6;
+            let across = e.on_branch(&[beyond, 0.0, 0.0], by, branch);
+            let before = e.on_branch(&[2.0 * kink - beyond, 0.0, 0.0], by, branch);
+            let line = before.value + before.slopes[0] * 2.0 * (beyond - kink);
+            // 1e-12 times second derivatives up to 1e3.
+            let size = 1.0 + across.value.abs() + across.slopes[0].abs();
+            prop_assert!((across.value - line).abs() < 1e-8 * size, "{text} at {kink}: {across:?}");
+            let own = across.ends.iter().find(|other| other.fork == end.fork).unwrap();
+            prop_assert!(own.margin < 0.0);
+            // The other side has a branch of its own there.
+            let other = branch.with(end.fork, !end.less);
+            let found = e.on_branch(&[beyond, 0.0, 0.0], by, other);
+            prop_assert!((found.value - e.evaluate(&[beyond, 0.0, 0.0])).abs() <= 1e-15 * size || found.ends.iter().any(|end| end.margin < 0.0));
+        }
     }
 
     /// At a kink the derivative is that on the right, here by a one-sided difference.

@@ -48,8 +48,12 @@ fn check_brick(brick: &Brick, scene: &Scene) -> Result<(), Invalid> {
             Written(&brick.cells),
             "a pane is 2 x 2 cells of the contact face, so both of its cell counts are even; nodal multipliers and body.element = \"P2\" take any",
         )?;
-        let opposite = faces.iter().any(|face| face.axis() == axis && face.is_max())
-            && faces.iter().any(|face| face.axis() != axis || !face.is_max());
+        let opposite = faces
+            .iter()
+            .any(|face| face.axis() == axis && face.is_max())
+            && faces
+                .iter()
+                .any(|face| face.axis() != axis || !face.is_max());
         require(
             whole || !opposite,
             "body.brick.cells",

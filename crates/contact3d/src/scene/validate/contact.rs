@@ -1,6 +1,6 @@
 //! Checks of the contact faces.
 
-use super::{holds, require, supports::check_name};
+use super::{holds, obstacle, require, supports::check_name};
 use crate::scene::{Contact, ElementOrder, Invalid, Scene, SlipInterpolation, Written};
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
@@ -35,6 +35,9 @@ fn check_face(scene: &Scene, contact: &Contact, key: &str) -> Result<(), Invalid
         Written(&contact.gap),
         "the body may not start inside the foundation",
     )?;
+    if let Some(obstacle) = &contact.obstacle {
+        obstacle::check(obstacle, scene, key)?;
+    }
     require(
         contact.slip_interpolation == SlipInterpolation::Lagrange
             || scene.body.element == ElementOrder::P1,
@@ -96,7 +99,9 @@ fn check_beside_others(scene: &Scene, contact: &Contact, entry: usize) -> Result
             format!("{key}.face"),
             "a face, or a part of one, that is in no other contact",
             Written(&contact.face),
-            &format!("{other} has this face as well; give both the part that is theirs by box = [[x, y, z], [x, y, z]]"),
+            &format!(
+                "{other} has this face as well; give both the part that is theirs by box = [[x, y, z], [x, y, z]]"
+            ),
         )?;
         require(
             first.name() != contact.name(),

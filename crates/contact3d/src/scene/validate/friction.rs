@@ -13,7 +13,10 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
             "friction acts on the contact face; name it in [contact]",
         )?;
         require(
-            scene.contacts.iter().any(|contact| contact.friction.is_none()),
+            scene
+                .contacts
+                .iter()
+                .any(|contact| contact.friction.is_none()),
             "friction",
             "a contact face without a law of its own",
             "a law for a second time",

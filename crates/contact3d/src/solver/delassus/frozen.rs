@@ -28,16 +28,24 @@ const PATIENCE: usize = 100;
 /// (HKL Algorithm 4.1 at constant F). Each of these problems is convex, so a singular W needs nothing else; whether their sequence
 /// converges depends on μ.
 pub(super) fn solve(scaled: &Scaled, tolerance: f64) -> Found {
+    let size = norm(&scaled.rhs);
+    if size == 0.0 {
+        return Found {
+            multiplier: vec![0.0; scaled.rhs.len()],
+            newton_steps: 0,
+            outer_steps: 0,
+            applications: 0,
+        };
+    }
     let mut operator = SparseOperator::new(scaled);
     let projections = AtomicUsize::new(0);
-    let size = norm(&scaled.rhs);
     let steplength = projected_gradient_steplength(&mut operator);
     let mut multiplier = vec![0.0; scaled.rhs.len()];
     let mut best = (f64::INFINITY, multiplier.clone());
     let mut errors: Vec<f64> = Vec::new();
     let mut inner_tolerance = LOOSEST;
     let mut outer_steps = 0;
-    while outer_steps < MOST_STEPS && size > 0.0 {
+    while outer_steps < MOST_STEPS {
         let left = MOST_APPLICATIONS.saturating_sub(operator.applications());
         if left == 0 {
             break;

@@ -156,6 +156,7 @@ pub fn frozen_global(
     let system = ContactSystem {
         coupling,
         form: OperatorForm::Implicit(Vec::new()),
+        balance: None,
     };
     let nothing = vec![0.0; primal.dofs.n_free];
     let closing = system.closing(&nothing, &primal.dofs, surface, interface);

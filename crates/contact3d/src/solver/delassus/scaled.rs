@@ -110,6 +110,7 @@ impl Scaled {
             anchor: None,
             layout: self.layout,
             compliance: None,
+            balance: None,
         }
     }
 
@@ -120,6 +121,7 @@ impl Scaled {
         let surface = ContactSurface {
             faces: vec![SurfaceFace::only(n, 0, n, true)],
             normals: vec![normal],
+            clearance: Vec::new(),
             nodes: (0..n).collect(),
             facets: Vec::new(),
             facet_pane: Vec::new(),
@@ -143,6 +145,7 @@ impl Scaled {
             },
             gap: None,
             slip: SlipOperator::Lagrange,
+            past: None,
             friction: match pairs {
                 0 => InterfaceFriction::Frictionless,
                 _ => InterfaceFriction::Coulomb(Box::new(CoulombLaw::new(vec![law]))),

@@ -5,6 +5,7 @@ mod contraction;
 mod frozen_response;
 mod iteration;
 mod linearisation;
+mod local_mapping;
 pub(in crate::solver) mod natural_map;
 mod relaxation;
 pub(in crate::solver) mod search;
@@ -16,6 +17,7 @@ pub(crate) use contraction::contraction_of_mapping;
 pub use frozen_response::frozen_response;
 pub use iteration::{NewtonSettings, NewtonStatus};
 pub use linearisation::Linearisation;
+pub use local_mapping::LocalMapping;
 
 use iteration::{Globalisation, NewtonOutcome};
 use natural_map::NaturalMap;
@@ -71,7 +73,7 @@ pub fn newton(
     settings: &NewtonSettings,
     observe: impl FnMut(usize, &NewtonStep),
 ) -> NewtonSolution {
-    let start = start.map_or_else(|| vec![0.0; dual.dimension()], <[f64]>::to_vec);
+    let start = dual.unknowns(start.unwrap_or_default());
     let map = NaturalMap::new(dual, Bound::Coulomb(contact, law));
     let mut hidden_evaluations = 0;
     let mut safeguard = |multiplier: &[f64]| {
@@ -142,7 +144,7 @@ pub(in crate::solver) fn minimise_frozen_in(
 ) -> NewtonSolution {
     const SWEEPS: usize = 50;
     let map = NaturalMap::new(dual, Bound::Frozen(set));
-    let mut first = start.to_vec();
+    let mut first = dual.unknowns(start);
     set.project(&mut first);
     let mut relaxation_applications = 0;
     let mut safeguard = |multiplier: &[f64]| {

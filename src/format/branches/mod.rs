@@ -1,8 +1,8 @@
 //! `/branches`: paths of solutions in a parameter of the scene.
 
-use contact3d::branches::{
-    Branches, ParameterRange, Path, PathEnd, PathOrigin, PathPoint, PointKind, Switch,
-};
+mod members;
+
+use contact3d::branches::{Branches, ParameterRange, Path, PathPoint, Switch};
 use runfile::{
     DatasetSpec, Extent,
     Extent::{Fixed, Named},
@@ -10,9 +10,13 @@ use runfile::{
 };
 use units::Dimension;
 
+use self::members::{
+    StoredEnd, StoredOrigin, StoredPointKind, StoredSwitch, end, stored_end, stored_switch, switch,
+};
+use crate::format::axes;
 use super::{
-    FormatError, columns::Columns, enumeration::stored_as, read_finite_rows, read_finite_scalar,
-    read_finite_vec, read_index_vec, require_below,
+    FormatError, columns::Columns, read_finite_rows, read_finite_scalar, read_finite_vec,
+    read_index_vec, require_below,
 };
 
 /// Paths of solutions; computed from the scene alone.
@@ -43,74 +47,10 @@ const SWITCH_POINT: &str = "/branches/switch/point";
 const SWITCH_KIND: &str = "/branches/switch/kind";
 const SWITCH_INDEX: &str = "/branches/switch/index";
 
-stored_as! {
-    /// Where a path begins, as stored.
-    StoredOrigin of PathOrigin as "path_origin" {
-        Solver = 0 => "solver",
-        Search = 1 => "search",
-        BranchPoint = 2 => "branch_point",
-    }
-}
-
-runfile::stored_enum! {
-    /// Why a path ends, as stored.
-    enum StoredEnd as "path_end" {
-        /// `range`.
-        Range = 0 => "range",
-        /// `closed`.
-        Closed = 1 => "closed",
-        /// `known_point`.
-        KnownPoint = 2 => "known_point",
-        /// `degenerate`.
-        Degenerate = 3 => "degenerate",
-        /// `stuck`.
-        Stuck = 4 => "stuck",
-        /// `uncertified`.
-        Uncertified = 5 => "uncertified",
-        /// `too_long`.
-        TooLong = 6 => "too_long",
-        /// `unfinished`.
-        Unfinished = 7 => "unfinished",
-    }
-}
-
-stored_as! {
-    /// What is special about a point, as stored.
-    StoredPointKind of PointKind as "path_point" {
-        Start = 0 => "start",
-        Regular = 1 => "regular",
-        Kink = 2 => "kink",
-        Fold = 3 => "fold",
-        KinkFold = 4 => "kink_fold",
-        BranchPoint = 5 => "branch_point",
-        End = 6 => "end",
-    }
-}
-
-runfile::stored_enum! {
-    /// What changes at a point, as stored.
-    enum StoredSwitch as "switch" {
-        /// `opening`.
-        Opening = 0 => "opening",
-        /// `slipping`.
-        Slipping = 1 => "slipping",
-        /// `cap`.
-        Cap = 2 => "cap",
-        /// `reversal_1`.
-        Reversal1 = 3 => "reversal_1",
-        /// `reversal_2`.
-        Reversal2 = 4 => "reversal_2",
-        /// `knot_1`.
-        Knot1 = 5 => "knot_1",
-        /// `knot_2`.
-        Knot2 = 6 => "knot_2",
-    }
-}
-
 const PATHS: &[Extent] = &[Named("n_paths")];
 const POINTS: &[Extent] = &[Named("n_path_points")];
-const POINT_PAIRS: &[Extent] = &[Named("n_path_points"), Fixed(2)];
-const POINT_ZONES: &[Extent] = &[Named("n_path_points"), Fixed(3)];
+const POINT_PAIRS: &[Extent] = &[Named("n_path_points"), axes::FRICTION_AXES];
+const POINT_ZONES: &[Extent] = &[Named("n_path_points"), axes::ZONES];
 const POINT_MULTIPLIERS: &[Extent] = &[Named("n_path_points"), Named("n_path_multipliers")];
 const SWITCHES: &[Extent] = &[Named("n_switches")];
 
@@ -292,54 +232,4 @@ fn read_points(reader: &Reader) -> Result<Vec<PathPoint>, FormatError> {
         largest_pressure: pressures[k],
     });
     Ok(points.collect())
-}
-
-fn stored_end(end: Option<PathEnd>) -> StoredEnd {
-    match end {
-        None => StoredEnd::Unfinished,
-        Some(PathEnd::Range) => StoredEnd::Range,
-        Some(PathEnd::Closed) => StoredEnd::Closed,
-        Some(PathEnd::KnownPoint) => StoredEnd::KnownPoint,
-        Some(PathEnd::Degenerate) => StoredEnd::Degenerate,
-        Some(PathEnd::Stuck) => StoredEnd::Stuck,
-        Some(PathEnd::Uncertified) => StoredEnd::Uncertified,
-        Some(PathEnd::TooLong) => StoredEnd::TooLong,
-    }
-}
-
-fn end(stored: StoredEnd) -> Option<PathEnd> {
-    Some(match stored {
-        StoredEnd::Unfinished => return None,
-        StoredEnd::Range => PathEnd::Range,
-        StoredEnd::Closed => PathEnd::Closed,
-        StoredEnd::KnownPoint => PathEnd::KnownPoint,
-        StoredEnd::Degenerate => PathEnd::Degenerate,
-        StoredEnd::Stuck => PathEnd::Stuck,
-        StoredEnd::Uncertified => PathEnd::Uncertified,
-        StoredEnd::TooLong => PathEnd::TooLong,
-    })
-}
-
-fn stored_switch(switch: Switch) -> (StoredSwitch, usize) {
-    match switch {
-        Switch::Opening(pane) => (StoredSwitch::Opening, pane),
-        Switch::Slipping(pane) => (StoredSwitch::Slipping, pane),
-        Switch::Cap(pane) => (StoredSwitch::Cap, pane),
-        Switch::Reversal(node, 0) => (StoredSwitch::Reversal1, node),
-        Switch::Reversal(node, _) => (StoredSwitch::Reversal2, node),
-        Switch::Knot(node, 0) => (StoredSwitch::Knot1, node),
-        Switch::Knot(node, _) => (StoredSwitch::Knot2, node),
-    }
-}
-
-fn switch(stored: StoredSwitch, index: usize) -> Switch {
-    match stored {
-        StoredSwitch::Opening => Switch::Opening(index),
-        StoredSwitch::Slipping => Switch::Slipping(index),
-        StoredSwitch::Cap => Switch::Cap(index),
-        StoredSwitch::Reversal1 => Switch::Reversal(index, 0),
-        StoredSwitch::Reversal2 => Switch::Reversal(index, 1),
-        StoredSwitch::Knot1 => Switch::Knot(index, 0),
-        StoredSwitch::Knot2 => Switch::Knot(index, 1),
-    }
 }

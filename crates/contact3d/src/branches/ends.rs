@@ -1,0 +1,139 @@
+//! The piece on which a point lies, and how far it is from the ends of its piece.
+
+use super::{
+    equations::{Equations, Evaluated},
+    law_piece::LawPieces,
+    member::Member,
+    piece::{Beyond, Distance, Piece, Switch},
+};
+use crate::{
+    post::Zone,
+    solver::{Bound, NaturalMap, PaneZone},
+};
+
+impl Equations<'_> {
+    /// The distances of a point to all ends of its piece.
+    pub(super) fn distances(
+        &self,
+        member: &Member,
+        piece: &Piece,
+        at: &Evaluated,
+    ) -> Vec<Distance> {
+        let law = member.law();
+        // Stresses of single panes, of which all together have the size 1.
+        let unit = (at.panes.len() as f64).sqrt();
+        let cap = law.slip_bound(0, f64::INFINITY) / self.stress;
+        let mut distances = Vec::new();
+        let mut zone = |switch: Switch, value: f64| {
+            distances.push(Distance {
+                switch,
+                value: unit * value,
+                beyond: Beyond::Zone,
+            });
+        };
+        for (pane, state) in at.panes.iter().enumerate() {
+            match piece.zones[pane] {
+                Zone::Open => zone(Switch::Opening(pane), -state.normal_trial),
+                Zone::Stick => {
+                    let [f1, f2] = state.inverse;
+                    let stress = (f1 * state.trial[0]).hypot(f2 * state.trial[1]);
+                    zone(Switch::Opening(pane), state.pressure);
+                    zone(Switch::Slipping(pane), state.bound - stress);
+                }
+                Zone::Slip => {
+                    zone(Switch::Opening(pane), state.pressure);
+                    let excess = state.slip.as_ref().map_or(0.0, |slip| slip.excess);
+                    zone(Switch::Slipping(pane), excess);
+                }
+            }
+        }
+        if cap.is_finite() {
+            for (pane, state) in at.panes.iter().enumerate() {
+                let above = state.pressure - cap;
+                let capped = piece.capped[pane];
+                distances.push(Distance {
+                    switch: Switch::Cap(pane),
+                    value: unit * if capped { above } else { -above },
+                    beyond: Beyond::Cap(!capped),
+                });
+            }
+        }
+        let laws = LawPieces::new(law);
+        let nodes = at.displacement.iter().zip(&piece.nodes).enumerate();
+        for (node, (u, piece)) in nodes {
+            if let Some(piece) = piece {
+                laws.distances(node, *u, piece, self.slip, &mut distances);
+            }
+        }
+        distances
+    }
+
+    /// The law at the nodes of slipping panes as it is at a point, in place of what a piece says; nodes that slipped before keep
+    /// theirs.
+    pub(super) fn follow_law(&self, member: &Member, piece: &mut Piece, point: &[f64]) {
+        let law = member.law();
+        let surface = member.surface();
+        if !law.depends_on_slip() {
+            piece.nodes = Vec::new();
+            return;
+        }
+        let displacement = member.dual.tangential_displacement(&self.multiplier(point));
+        let mut slips = vec![false; displacement.len()];
+        for (pane, zone) in piece.zones.iter().enumerate() {
+            if *zone == Zone::Slip {
+                surface
+                    .pane_weights(pane)
+                    .for_each(|(node, _)| slips[node] = true);
+            }
+        }
+        let laws = LawPieces::new(law);
+        piece.nodes.resize(displacement.len(), None);
+        let nodes = piece.nodes.iter_mut().zip(slips).zip(displacement);
+        for (index, ((node, slips), u)) in nodes.enumerate() {
+            *node = slips.then(|| node.unwrap_or_else(|| laws.piece_of(index, u)));
+        }
+    }
+
+    /// The piece on which a solution lies.
+    pub(super) fn piece_of(&self, member: &Member, point: &[f64]) -> Piece {
+        let multiplier = self.multiplier(point);
+        let contact = member.contact();
+        let law = member.law();
+        let bound = Bound::Coulomb(&contact, law);
+        let steplengths = member.steplengths().to_vec();
+        let map = NaturalMap::with_steplengths(&member.dual, bound, steplengths);
+        let (normal, _) = member.dual.layout.split(&multiplier);
+        let capped = normal.iter().map(|p| law.slip_bound(0, *p) < *p).collect();
+        let mut piece = Piece {
+            zones: map
+                .evaluate(&multiplier)
+                .panes
+                .iter()
+                .map(|pane| match pane.zone() {
+                    PaneZone::Open => Zone::Open,
+                    PaneZone::Stick => Zone::Stick,
+                    PaneZone::Slip => Zone::Slip,
+                })
+                .collect(),
+            capped,
+            nodes: Vec::new(),
+        };
+        self.follow_law(member, &mut piece, point);
+        piece
+    }
+
+    /// What the candidates of a pane's zone are where it switches: those whose closures hold the point.
+    pub(super) fn zones_at(&self, at: &Evaluated, pane: usize, tolerance: f64) -> Vec<Zone> {
+        let state = &at.panes[pane];
+        let unit = (at.panes.len() as f64).sqrt();
+        let [f1, f2] = state.inverse;
+        let stress = unit * (f1 * state.trial[0]).hypot(f2 * state.trial[1]);
+        let lifts = unit * state.normal_trial.abs() <= tolerance;
+        let stays = stress <= unit * state.normal_trial.max(0.0) + tolerance;
+        match (lifts, stays) {
+            (true, true) => vec![Zone::Open, Zone::Stick, Zone::Slip],
+            (true, false) => vec![Zone::Open, Zone::Slip],
+            (false, _) => vec![Zone::Stick, Zone::Slip],
+        }
+    }
+}

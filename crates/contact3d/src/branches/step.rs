@@ -1,0 +1,129 @@
+//! One step along a path: predicted, corrected, and cut where the piece or the range ends.
+
+use super::{
+    corrector::{Along, PathState},
+    equations::Equations,
+    locate::{CROSSED, Step},
+    path::{Front, STRAIGHT},
+    piece::Distance,
+};
+use crate::{
+    linalg::{add_scaled, difference, dot, norm},
+    problem::ProblemError,
+};
+
+/// A piece does not end within this share of a step; shorter steps tell.
+const STILL: f64 = 1e-3;
+
+/// Steps across a branch point are no longer than this.
+const SURE_STEP: f64 = 1e-4;
+
+/// A corrected point may lie this many steps from the last one.
+const NEAR: f64 = 2.0;
+
+/// What a step came to.
+pub(super) enum Advance {
+    /// A point of the same piece.
+    Point(PathState),
+    /// The end of the range.
+    RangeEnd(PathState),
+    /// An end of the piece, with what ends there.
+    PieceEnd(PathState, Vec<Distance>),
+    /// Nothing; a smaller step may do.
+    Nothing,
+}
+
+impl Equations<'_> {
+    /// One step of the front's length, cut at the end of the range and at the first end of the piece.
+    pub(super) fn advance(&self, front: &Front) -> Result<Advance, ProblemError> {
+        let (from, piece) = (&front.state, &front.piece);
+        let mut guess = from.point.clone();
+        add_scaled(&mut guess, front.step, &from.tangent);
+        let ahead = guess[guess.len() - 1];
+        let leaves = !(0.0..=1.0).contains(&ahead);
+        let corrected = match leaves {
+            true => self.at_range_end(front, &from.point, &guess)?,
+            false => self.ahead(front, guess)?,
+        };
+        let Some(mut state) = corrected else {
+            return Ok(Advance::Nothing);
+        };
+        let mut at_end = leaves;
+        if !(0.0..=1.0).contains(&state.parameter()) && !leaves {
+            let Some(end) = self.at_range_end(front, &from.point, &state.point)? else {
+                return Ok(Advance::Nothing);
+            };
+            (state, at_end) = (end, true);
+        }
+        let chord = difference(&state.point, &from.point);
+        let way = norm(&chord);
+        let bent = dot(&state.tangent, &from.tangent) < STRAIGHT
+            || dot(&chord, &from.tangent) < STRAIGHT * way
+            || dot(&chord, &state.tangent) < STRAIGHT * way;
+        // A step to another path may turn the orientation, too; a short one that does has passed a branch point.
+        let turned = state.orientation != from.orientation && front.step > SURE_STEP;
+        if bent || turned || way > NEAR * front.step {
+            return Ok(Advance::Nothing);
+        }
+        let distances = state.distances(self, piece);
+        if distances.iter().all(|distance| distance.value >= -CROSSED) {
+            return Ok(match at_end {
+                true => Advance::RangeEnd(state),
+                false => Advance::Point(state),
+            });
+        }
+        let step = Step {
+            equations: self,
+            piece,
+            from,
+            to: &state,
+        };
+        let found = step.first_end()?;
+        // A path that leaves a kink leads into its piece; an end that a step finds at once lies beyond a turn it has missed.
+        let moves =
+            |state: &PathState| norm(&difference(&state.point, &from.point)) > STILL * front.step;
+        Ok(match found.filter(|(state, _)| moves(state)) {
+            Some((state, reached)) => Advance::PieceEnd(state, reached),
+            None => Advance::Nothing,
+        })
+    }
+
+    /// The point of the piece near a guess on the tangent; where R' is almost singular, as near a branch point, and the nearest one is not
+    /// found, the one straight ahead.
+    fn ahead(&self, front: &Front, guess: Vec<f64>) -> Result<Option<PathState>, ProblemError> {
+        let tangent = &front.state.tangent;
+        let nearest = self.correct(&front.piece, guess.clone(), tangent, Along::Nearest)?;
+        if nearest.is_some() {
+            return Ok(nearest);
+        }
+        let along = Along::Plane(tangent, dot(tangent, &guess));
+        self.correct(&front.piece, guess, tangent, along)
+    }
+
+    /// The point of a piece at the end of the range that lies between two points.
+    fn at_range_end(
+        &self,
+        front: &Front,
+        from: &[f64],
+        to: &[f64],
+    ) -> Result<Option<PathState>, ProblemError> {
+        let last = from.len() - 1;
+        let end = if to[last] > 1.0 { 1.0 } else { 0.0 };
+        let way = to[last] - from[last];
+        let share = if way == 0.0 {
+            0.0
+        } else {
+            (end - from[last]) / way
+        };
+        let mut guess: Vec<f64> = from
+            .iter()
+            .zip(to)
+            .map(|(a, b)| a + share * (b - a))
+            .collect();
+        guess[last] = end;
+        let mut normal = vec![0.0; from.len()];
+        normal[last] = 1.0;
+        let along = Along::Plane(&normal, end);
+        self.correct(&front.piece, guess, &front.state.tangent, along)
+    }
+}

@@ -1,0 +1,209 @@
+//! Distance from the surface of a height z = h(x, y).
+
+use nalgebra::{Matrix2, Vector2, Vector3};
+
+use super::clearance::Clearance;
+use crate::scene::{Height, Invalid, Quantity, UNDEFINED, Written, place_words};
+
+/// Steps of Newton's method: quadratic once near, and from afar each one at least halves the slope of the squared
+/// distance or its step.
+const MOST_STEPS: usize = 100;
+
+/// Most halvings of a step that does not come nearer.
+const MOST_HALVINGS: usize = 40;
+
+/// Slope of half the squared distance from the point to the surface, over that distance and the coordinates: what
+/// the roundings of a formula leave, a thousand of them.
+const NEAREST: f64 = 1e-12;
+
+/// Roundings of the coordinates in a distance: those of a formula of some terms.
+const ROUNDINGS: f64 = 64.0;
+
+/// Share of the face over which slopes of h are compared for the second derivatives that only guide the steps.
+const DIFFERENCE: f64 = 1e-5;
+
+/// The surface x_k = h(x_i, x_j), with free space on one side.
+pub(super) struct Graph<'a> {
+    height: &'a Quantity,
+    /// The coordinates i and j of h, and k that of the height.
+    plane: [usize; 2],
+    along: usize,
+    sign: f64,
+    /// Extent of the contact face in m.
+    extent: f64,
+}
+
+/// A point of the surface with ∇h and half the squared distance from it.
+struct Foot {
+    at: Vector2<f64>,
+    height: f64,
+    slope: Vector2<f64>,
+    half_square: f64,
+}
+
+impl<'a> Graph<'a> {
+    pub(super) fn new(height: &'a Height, extent: f64) -> Self {
+        let (along, sign) = height.direction.axis();
+        let plane = match along {
+            0 => [1, 2],
+            1 => [0, 2],
+            _ => [0, 1],
+        };
+        Self {
+            height: &height.value,
+            plane,
+            along,
+            sign,
+            extent,
+        }
+    }
+
+    pub(super) fn is_level(&self) -> bool {
+        self.height.constant().is_some()
+    }
+
+    /// φ and ∇φ from the nearest point of the surface.
+    ///
+    /// With q the foot and p the point, (p − q) is normal to the surface: q_i − p_i + (h(q) − p_k) ∂_i h = 0, which
+    /// Newton's method solves from below or above p, going nearer with every step.
+    pub(super) fn from(&self, at: [f64; 3]) -> Result<Clearance, Invalid> {
+        let [i, j] = self.plane;
+        let (point, level) = (Vector2::new(at[i], at[j]), at[self.along]);
+        let mut foot = self.foot(point, point, level)?;
+        for _ in 0..MOST_STEPS {
+            let above = foot.height - level;
+            let residual = foot.at - point + foot.slope * above;
+            let size = (2.0 * foot.half_square).sqrt() + self.extent + point.amax() + level.abs();
+            if residual.norm() <= NEAREST * size * (1.0 + foot.slope.norm()) {
+                return Ok(self.clearance(&foot, point, level));
+            }
+            let step = self.step(&foot, above, residual);
+            let Some(next) = self.nearer(&foot, step, point, level)? else {
+                break;
+            };
+            foot = next;
+        }
+        Err(Invalid {
+            key: "contact.obstacle.height.value".into(),
+            expected: "a smooth surface with a nearest point for every contact node".into(),
+            found: format!("none for {}", place_words(at)),
+            help: "steep steps and kinks have no normal; smooth the formula, or give the surface by other coordinates".into(),
+        })
+    }
+
+    /// The step of Newton's method, or where that would lead away of Gauss and Newton's, without second derivatives.
+    fn step(&self, foot: &Foot, above: f64, residual: Vector2<f64>) -> Vector2<f64> {
+        let flat = Matrix2::identity() + foot.slope * foot.slope.transpose();
+        let matrix = flat + self.curvature(foot.at) * above;
+        let positive = matrix.determinant() > 0.0 && matrix.trace() > 0.0;
+        let inverse = matrix.try_inverse().filter(|_| positive);
+        let inverse = inverse.or_else(|| flat.try_inverse());
+        -(inverse.unwrap_or_else(Matrix2::identity) * residual)
+    }
+
+    /// The first of halved steps that comes nearer to the point, or stands still to rounding; `None` for none.
+    fn nearer(
+        &self,
+        foot: &Foot,
+        step: Vector2<f64>,
+        point: Vector2<f64>,
+        level: f64,
+    ) -> Result<Option<Foot>, Invalid> {
+        let mut share = 1.0;
+        for _ in 0..MOST_HALVINGS {
+            let next = self.foot(foot.at + step * share, point, level);
+            // A long step may leave the domain of h.
+            if let Ok(next) = next
+                && next.half_square <= foot.half_square + self.rounding(foot, point, level)
+            {
+                return Ok(Some(next));
+            }
+            share /= 2.0;
+        }
+        Ok(None)
+    }
+
+    /// What rounding makes of half the squared distance: that of the coordinates times the distance.
+    fn rounding(&self, foot: &Foot, point: Vector2<f64>, level: f64) -> f64 {
+        let coordinates = self.extent + point.amax() + level.abs() + foot.height.abs();
+        let rounding = ROUNDINGS * f64::EPSILON * coordinates;
+        rounding * ((2.0 * foot.half_square).sqrt() + rounding)
+    }
+
+    fn foot(&self, at: Vector2<f64>, point: Vector2<f64>, level: f64) -> Result<Foot, Invalid> {
+        let height = self.height.at(self.place(at, level));
+        if !height.is_finite() {
+            return Err(Invalid {
+                key: "contact.obstacle.height.value".into(),
+                expected: "a finite height near every contact node".into(),
+                found: format!(
+                    "{} at {}",
+                    Written(&height),
+                    place_words(self.place(at, level))
+                ),
+                help: UNDEFINED.into(),
+            });
+        }
+        Ok(Foot {
+            at,
+            height,
+            slope: self.slope(at),
+            half_square: 0.5 * ((at - point).norm_squared() + (height - level).powi(2)),
+        })
+    }
+
+    fn clearance(&self, foot: &Foot, point: Vector2<f64>, level: f64) -> Clearance {
+        let [i, j] = self.plane;
+        let mut away = Vector3::zeros();
+        away[i] = -foot.slope.x;
+        away[j] = -foot.slope.y;
+        away[self.along] = 1.0;
+        let away = away.normalize() * self.sign;
+        let mut offset = Vector3::zeros();
+        offset[i] = point.x - foot.at.x;
+        offset[j] = point.y - foot.at.y;
+        offset[self.along] = level - foot.height;
+        Clearance {
+            distance: offset.dot(&away),
+            away,
+        }
+    }
+
+    /// ∇h.
+    fn slope(&self, at: Vector2<f64>) -> Vector2<f64> {
+        let gradient = self
+            .height
+            .gradient(self.place(at, 0.0), self.step_length());
+        Vector2::new(gradient[self.plane[0]], gradient[self.plane[1]])
+    }
+
+    /// The second derivatives of h, by differences of its slopes.
+    fn curvature(&self, at: Vector2<f64>) -> Matrix2<f64> {
+        let step = self.step_length();
+        let column = |direction: Vector2<f64>| {
+            (self.slope(at + direction) - self.slope(at - direction)) / (2.0 * step)
+        };
+        let columns = [
+            column(Vector2::new(step, 0.0)),
+            column(Vector2::new(0.0, step)),
+        ];
+        let matrix = Matrix2::from_columns(&columns);
+        let symmetric = (matrix + matrix.transpose()) / 2.0;
+        match symmetric.iter().all(|v| v.is_finite()) {
+            true => symmetric,
+            false => Matrix2::zeros(),
+        }
+    }
+
+    fn step_length(&self) -> f64 {
+        DIFFERENCE * self.extent
+    }
+
+    fn place(&self, at: Vector2<f64>, level: f64) -> [f64; 3] {
+        let mut place = [0.0; 3];
+        place[self.plane[0]] = at.x;
+        place[self.plane[1]] = at.y;
+        place[self.along] = level;
+        place
+    }
+}

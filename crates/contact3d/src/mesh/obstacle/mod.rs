@@ -1,0 +1,182 @@
+//! Normals and gaps between a contact face and its obstacle.
+//!
+//! With φ the signed distance from the obstacle, a point x of the body stays outside after a displacement u if
+//! φ(x + u) ≥ 0. To first order in u that is u·ν ≤ d with ν = −∇φ(x) and d = φ(x): for small displacements the normal is
+//! that of the obstacle at the point nearest to x, and the gap is measured along it. The body's own normal would leave
+//! an error of first order in the angle between the two surfaces, and has no value at edges and corners.
+
+mod clearance;
+mod height;
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+
+use self::clearance::Measured;
+use super::{Mesh, contact_face::FLAT};
+use crate::scene::{Invalid, Obstacle, Written, place_words};
+
+/// Cosine of 30°: triangles that meet at a larger angle are an edge of the body, not facets of a curved face.
+const EDGE: f64 = 0.866_025_403_784_438_6;
+
+/// The contact normals of a face and its distance from the obstacle.
+pub(super) struct Approach {
+    /// ν: one where it is the same everywhere, or one for each node.
+    pub(super) normals: Vec<[f64; 3]>,
+    /// d ≥ 0 in m for each node.
+    pub(super) clearance: Vec<f64>,
+}
+
+impl Approach {
+    /// That of a face with some triangles and nodes to an obstacle.
+    ///
+    /// Depths up to [`depths_allowed`] count as touching, d = 0; on the sides of a mesh that was cut from a coarser
+    /// one also depths up to `inherited` in m, since they keep the shape of the first mesh.
+    ///
+    /// # Errors
+    /// An obstacle that cuts the face, is on its other side, or has no normal at a node.
+    pub(super) fn new(
+        mesh: &Mesh,
+        facets: &[usize],
+        nodes: &[usize],
+        obstacle: &Obstacle,
+        inherited: f64,
+    ) -> Result<Self, Invalid> {
+        let places = nodes.iter().map(|&node| mesh.coordinates[node]);
+        let extent = extent(places.clone());
+        let measured = Measured::new(obstacle, extent);
+        let allowed = depths_allowed(mesh, facets, FLAT * extent + inherited);
+        let mut approach = Self {
+            normals: Vec::new(),
+            clearance: Vec::new(),
+        };
+        let mut cut = Cut::default();
+        for (&node, at) in nodes.iter().zip(places) {
+            let seen = measured.from(at)?;
+            cut.add(at, seen.distance, allowed[&node]);
+            approach.clearance.push(seen.distance.max(0.0));
+            approach.normals.push((-seen.away).into());
+        }
+        let mut faces_it = false;
+        for &facet in facets {
+            let most = mesh.facet_nodes(facet).map(|node| allowed[&node]);
+            let most = most.fold(0.0, f64::max);
+            for (at, area) in mesh.side_points(facet) {
+                let seen = measured.from(at)?;
+                cut.add(at, seen.distance, most);
+                faces_it |= area.dot(&seen.away) < 0.0;
+            }
+        }
+        cut.refuse(obstacle)?;
+        if !faces_it {
+            return Err(turned_away(obstacle));
+        }
+        if measured.is_flat() {
+            approach.normals.truncate(1);
+        }
+        Ok(approach)
+    }
+}
+
+/// What a mesh leaves of a curved face at most, in m.
+pub(super) fn faceting(mesh: &Mesh, facets: &[usize]) -> f64 {
+    let depths = depths_allowed(mesh, facets, 0.0);
+    depths.values().copied().fold(0.0, f64::max)
+}
+
+/// Largest distance of a place from the first one in m.
+fn extent(mut places: impl Iterator<Item = [f64; 3]>) -> f64 {
+    let first = Vector3::from(places.next().unwrap_or_default());
+    let distances = places.map(|at| (Vector3::from(at) - first).norm());
+    distances.fold(0.0, f64::max)
+}
+
+/// How far in m each node may lie inside the obstacle and count as touching it: `digits`, what the digits of mesh files
+/// leave, and on top what a mesh leaves of a curved face.
+///
+/// A face with curvature κ lies within κh²/6 of triangles with edges h, and normals of triangles around a node differ by
+/// κh/√3 at least: half the product of that difference with h is no less than the distance.
+fn depths_allowed(mesh: &Mesh, facets: &[usize], digits: f64) -> BTreeMap<usize, f64> {
+    let mut around: BTreeMap<usize, Vec<(Vector3<f64>, f64)>> = BTreeMap::new();
+    for &facet in facets {
+        let corners = mesh.corners(&mesh.facets[facet]).map(Vector3::from);
+        let [a, b, c] = corners;
+        let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
+        for (node, normal) in mesh.side_normals(facet) {
+            around.entry(node).or_default().push((normal, longest));
+        }
+    }
+    let allowed = |sides: &Vec<(Vector3<f64>, f64)>| {
+        let pairs = sides
+            .iter()
+            .flat_map(|one| sides.iter().map(move |other| (one, other)));
+        let facets = pairs.filter(|((n, _), (m, _))| n.dot(m) > EDGE);
+        let most = facets.map(|((n, h), (m, k))| 0.5 * (n - m).norm() * h.max(*k));
+        digits + most.fold(0.0, f64::max)
+    };
+    let nodes = around.iter();
+    nodes.map(|(node, sides)| (*node, allowed(sides))).collect()
+}
+
+/// The deepest place inside the obstacle.
+#[derive(Default)]
+struct Cut {
+    places: usize,
+    deepest: Option<([f64; 3], f64, f64)>,
+}
+
+impl Cut {
+    fn add(&mut self, at: [f64; 3], distance: f64, allowed: f64) {
+        // A distance that is not a number is no distance.
+        if distance >= -allowed {
+            return;
+        }
+        self.places += 1;
+        let excess = |depth: f64, allowed: f64| depth - allowed;
+        let deepest = self
+            .deepest
+            .map_or(f64::NEG_INFINITY, |(_, d, a)| excess(d, a));
+        if distance.is_nan() || excess(-distance, allowed) > deepest {
+            self.deepest = Some((at, -distance, allowed));
+        }
+    }
+
+    fn refuse(&self, obstacle: &Obstacle) -> Result<(), Invalid> {
+        let Some((at, depth, allowed)) = self.deepest else {
+            return Ok(());
+        };
+        Err(Invalid {
+            key: format!("contact.obstacle.{}", obstacle.word()),
+            expected: format!(
+                "an obstacle outside the body; up to {allowed:.1e} deep counts as touching there"
+            ),
+            found: format!(
+                "{} of the contact face inside it, the deepest by {} at {}",
+                match self.places {
+                    1 => "one place".to_owned(),
+                    places => format!("{places} places"),
+                },
+                Written(&depth),
+                place_words(at)
+            ),
+            help: match obstacle {
+                Obstacle::HalfSpace(_) => "move it away by that depth; normal points out of the obstacle, towards the body",
+                Obstacle::Sphere(_) | Obstacle::Cylinder(_) => "move it away by that depth; side says whether the body is outside or inside",
+                Obstacle::Height(_) => "move it away by that depth; direction points from the obstacle to the body",
+            }
+            .into(),
+        })
+    }
+}
+
+fn turned_away(obstacle: &Obstacle) -> Invalid {
+    Invalid {
+        key: "contact.face".into(),
+        expected: "a face that looks towards the obstacle".into(),
+        found: format!(
+            "one whose outward normals all point away from the {}",
+            obstacle.word()
+        ),
+        help: "name the face on the obstacle's side of the body, or move the obstacle".into(),
+    }
+}

@@ -1,0 +1,222 @@
+//! The rigid obstacle that a contact face may touch.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::Quantity;
+
+/// A rigid obstacle, which does not move.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Obstacle {
+    /// All points on one side of a plane.
+    HalfSpace(HalfSpace),
+    /// A ball, or what surrounds one.
+    Sphere(Sphere),
+    /// A circular cylinder without ends, or what surrounds one.
+    Cylinder(Cylinder),
+    /// What lies behind a surface that is a function of two coordinates.
+    Height(Height),
+}
+
+/// The points x with (x − point)·normal ≤ 0.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HalfSpace {
+    /// A point of the plane in m.
+    pub point: [f64; 3],
+    /// Normal of the plane, of any length; it points out of the obstacle, towards the body.
+    pub normal: [f64; 3],
+}
+
+/// A ball, or a cup.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sphere {
+    /// Centre in m.
+    pub centre: [f64; 3],
+    /// Radius > 0 in m.
+    pub radius: f64,
+    /// Where the body is.
+    #[serde(default, skip_serializing_if = "Side::is_outside")]
+    pub side: Side,
+}
+
+/// A rod, or a bore.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cylinder {
+    /// A point of the axis in m.
+    pub point: [f64; 3],
+    /// Direction of the axis, of any length.
+    pub direction: [f64; 3],
+    /// Radius > 0 in m.
+    pub radius: f64,
+    /// Where the body is.
+    #[serde(default, skip_serializing_if = "Side::is_outside")]
+    pub side: Side,
+}
+
+/// The side of a round obstacle on which the body is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Side {
+    /// Outside: the obstacle is the ball or the rod.
+    #[default]
+    Outside,
+    /// Inside: the obstacle is the cup or the bore around it.
+    Inside,
+}
+
+/// The points behind a surface: z ≤ h(x, y) for the direction z, z ≥ h(x, y) for −z, and so on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Height {
+    /// The coordinate h of the surface along the axis of `direction` in m: a number, or an expression in the two other
+    /// coordinates.
+    pub value: Quantity,
+    /// From the obstacle to the body.
+    #[serde(default, skip_serializing_if = "Direction::is_default")]
+    pub direction: Direction,
+}
+
+/// A coordinate axis with a sign.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+pub enum Direction {
+    /// Along x.
+    #[serde(rename = "x")]
+    X,
+    /// Against x.
+    #[serde(rename = "-x")]
+    MinusX,
+    /// Along y.
+    #[serde(rename = "y")]
+    Y,
+    /// Against y.
+    #[serde(rename = "-y")]
+    MinusY,
+    /// Along z.
+    #[default]
+    #[serde(rename = "z")]
+    Z,
+    /// Against z.
+    #[serde(rename = "-z")]
+    MinusZ,
+}
+
+impl Side {
+    fn is_outside(&self) -> bool {
+        *self == Self::Outside
+    }
+
+    /// 1 outside, −1 inside.
+    #[must_use]
+    pub(crate) fn sign(self) -> f64 {
+        match self {
+            Self::Outside => 1.0,
+            Self::Inside => -1.0,
+        }
+    }
+}
+
+impl Direction {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// The place of the coordinate, 0, 1 or 2, and the sign.
+    #[must_use]
+    pub(crate) fn axis(self) -> (usize, f64) {
+        match self {
+            Self::X => (0, 1.0),
+            Self::MinusX => (0, -1.0),
+            Self::Y => (1, 1.0),
+            Self::MinusY => (1, -1.0),
+            Self::Z => (2, 1.0),
+            Self::MinusZ => (2, -1.0),
+        }
+    }
+}
+
+impl Obstacle {
+    /// The half-space behind the plane through a point in m, with a normal towards the body.
+    #[must_use]
+    pub fn half_space(point: [f64; 3], normal: [f64; 3]) -> Self {
+        Self::HalfSpace(HalfSpace { point, normal })
+    }
+
+    /// The ball around a centre, both in m.
+    #[must_use]
+    pub fn sphere(centre: [f64; 3], radius: f64) -> Self {
+        Self::Sphere(Sphere {
+            centre,
+            radius,
+            side: Side::Outside,
+        })
+    }
+
+    /// The cylinder about the axis through a point, lengths in m.
+    #[must_use]
+    pub fn cylinder(point: [f64; 3], direction: [f64; 3], radius: f64) -> Self {
+        Self::Cylinder(Cylinder {
+            point,
+            direction,
+            radius,
+            side: Side::Outside,
+        })
+    }
+
+    /// The points with z ≤ h(x, y), in m.
+    #[must_use]
+    pub fn height(value: impl Into<Quantity>) -> Self {
+        Self::Height(Height {
+            value: value.into(),
+            direction: Direction::Z,
+        })
+    }
+
+    /// The same surface with the body on its other side.
+    #[must_use]
+    pub fn turned(self) -> Self {
+        let other = |side| match side {
+            Side::Outside => Side::Inside,
+            Side::Inside => Side::Outside,
+        };
+        match self {
+            Self::HalfSpace(half) => Self::HalfSpace(HalfSpace {
+                normal: half.normal.map(|c| -c),
+                ..half
+            }),
+            Self::Sphere(sphere) => Self::Sphere(Sphere {
+                side: other(sphere.side),
+                ..sphere
+            }),
+            Self::Cylinder(cylinder) => Self::Cylinder(Cylinder {
+                side: other(cylinder.side),
+                ..cylinder
+            }),
+            Self::Height(height) => Self::Height(Height {
+                direction: match height.direction {
+                    Direction::X => Direction::MinusX,
+                    Direction::MinusX => Direction::X,
+                    Direction::Y => Direction::MinusY,
+                    Direction::MinusY => Direction::Y,
+                    Direction::Z => Direction::MinusZ,
+                    Direction::MinusZ => Direction::Z,
+                },
+                ..height
+            }),
+        }
+    }
+
+    /// Its key in a scene.
+    #[must_use]
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::HalfSpace(_) => "half_space",
+            Self::Sphere(_) => "sphere",
+            Self::Cylinder(_) => "cylinder",
+            Self::Height(_) => "height",
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! What a solve says about the surroundings of its answer, against the full derivatives of the natural map and against closed forms.
+
+use std::path::Path;
+
+use contact3d::{
+    Problem,
+    scene::{Coefficient, Method, Scene, SceneFile},
+    solver::{Linearisation, Solution},
+};
+
+fn scene(name: &str, friction: Option<f64>) -> Scene {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../pipelines/hard");
+    let mut file = SceneFile::read(&folder.join(name)).expect("a scene of the hard cases");
+    if let Some(value) = friction {
+        let law = file.scene.friction.as_mut().expect("friction");
+        law.coefficient = Some(Coefficient::Constant(value));
+        (law.coefficient_1, law.coefficient_2) = (None, None);
+    }
+    file.scene
+}
+
+/// The solution and the derivative of the natural map there, in full.
+fn solved(scene: Scene) -> (Solution, Linearisation) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../pipelines/hard");
+    let problem = Problem::in_folder(scene, &folder).expect("a problem");
+    let problem = problem.assemble().expect("a factor");
+    let solution = problem.solve(&problem.scene().solve).expect("a solve");
+    let contact = problem.contact_state().expect("contact");
+    let dual = problem.system().contact.as_ref().expect("contact");
+    let dual = dual.explicit().expect("a dense operator");
+    let full = Linearisation::new(dual, &contact, &solution.multiplier);
+    (solution, full)
+}
+
+fn small_brick(friction: Option<f64>) -> Scene {
+    let mut scene = scene("brick.toml", friction);
+    scene.body = contact3d::scene::Body::brick([3.0, 1.0, 1.0], [12, 4, 4]);
+    scene
+}
+
+#[test]
+fn the_coupled_rows_tell_what_the_full_derivatives_do() {
+    let cases = [
+        small_brick(None),
+        small_brick(Some(0.3)),
+        small_brick(Some(2.0)),
+        small_brick(Some(1e6)),
+        scene("one_node.toml", None),
+        scene("two_nodes.toml", None),
+    ];
+    for scene in cases {
+        let title = scene.title.clone();
+        let (solution, full) = solved(scene);
+        let local = solution
+            .local_mapping
+            .expect("a solution with Coulomb friction");
+        // Squarings of a dense matrix on one side, of a Hessenberg matrix that settles to 1e-8 on the other.
+        let difference = (local.spectral_radius - full.contraction).abs();
+        assert!(
+            difference <= 1e-6 * (1e-6 + full.contraction),
+            "{title:?}: {local:?} {full:?}"
+        );
+        assert_eq!(local.determinant, full.determinant, "{title:?}");
+    }
+}
+
+#[test]
+fn it_is_there_only_for_solutions_with_coulomb_friction_and_the_dense_operator() {
+    let mut implicit = small_brick(Some(0.3));
+    implicit.assemble.dual_operator = contact3d::scene::DualOperatorKind::Implicit;
+    let problem = Problem::new(implicit).unwrap().assemble().unwrap();
+    let settings = &problem.scene().solve;
+    assert!(problem.solve(settings).unwrap().local_mapping.is_none());
+    let mut unfinished = small_brick(Some(0.3));
+    unfinished.solve.method = Method::FixedPoint;
+    unfinished.solve.max_outer_steps = 1;
+    let problem = Problem::new(unfinished).unwrap().assemble().unwrap();
+    let settings = &problem.scene().solve;
+    assert!(problem.solve(settings).unwrap().local_mapping.is_none());
+    let mut frictionless = small_brick(None);
+    frictionless.friction = None;
+    let problem = Problem::new(frictionless).unwrap().assemble().unwrap();
+    let settings = &problem.scene().solve;
+    assert!(problem.solve(settings).unwrap().local_mapping.is_none());
+}

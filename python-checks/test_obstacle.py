@@ -1,0 +1,145 @@
+"""Obstacles and curved faces: normals, distances, coupling and the contact conditions from the raw arrays."""
+
+import numpy as np
+import pytest
+from scipy.integrate import dblquad
+from scipy.optimize import minimize
+
+from conftest import ROOT
+from run_file import open_run, read_matrix, read_scene
+
+CASES = {
+    "hertz_sphere.toml": ["body.brick.cells=[6,6,6]"],
+    "hertz_cylinder.toml": ["body.brick.cells=[12,1,12]"],
+    "cup.toml": [],
+    "wavy.toml": ["body.brick.cells=[24,12,2]"],
+}
+
+
+@pytest.fixture(scope="module", params=CASES)
+def run(request, contact3d, tmp_path_factory):
+    """A run file of a pipeline with an obstacle."""
+    path = tmp_path_factory.mktemp("obstacle") / "run.h5"
+    changes = [part for change in CASES[request.param] for part in ("--set", change)]
+    contact3d("run", ROOT / "pipelines" / request.param, path, "--no-figures", *changes)
+    with open_run(path) as file:
+        yield file
+
+
+def places(run):
+    """Coordinates of the contact nodes."""
+    return run["mesh/coordinates"][:][run["mesh/contact_nodes"][:]]
+
+
+def wave(parameters, x):
+    """The surface of wavy.toml."""
+    k = 2 * np.pi / parameters["length"]
+    return parameters["depth"] * (np.cos(k * x[0]) * np.cos(k * x[1]) - 1)
+
+
+def nearest(scene, point):
+    """The point of the obstacle's surface next to a point, and the outward direction there."""
+    obstacle = scene["contact"]["obstacle"]
+    if "height" in obstacle:
+        parameters = scene["parameters"]
+        scale = parameters["length"]
+
+        def square(x):
+            across = (x * scale - point[:2]) / scale
+            return across @ across + ((wave(parameters, x * scale) - point[2]) / scale) ** 2
+
+        start = point[:2] / scale
+        x = minimize(square, start, method="BFGS", options={"gtol": 1e-13}).x * scale
+        step = 1e-6 * scale
+        slope = [
+            (wave(parameters, x + step * e) - wave(parameters, x - step * e)) / (2 * step)
+            for e in np.eye(2)
+        ]
+        away = np.array([-slope[0], -slope[1], 1.0])
+        return np.array([*x, wave(parameters, x)]), away / np.linalg.norm(away)
+    (shape,) = obstacle.values()
+    inside = -1.0 if shape.get("side") == "inside" else 1.0
+    offset = point - np.array(shape.get("centre", shape.get("point")))
+    if "direction" in shape:
+        axis = np.array(shape["direction"]) / np.linalg.norm(shape["direction"])
+        offset = offset - (offset @ axis) * axis
+    outward = offset / np.linalg.norm(offset)
+    return point - offset + shape["radius"] * outward, inside * outward
+
+
+def test_normals_and_distances(run):
+    """nu points to the nearest point of the obstacle, d is the distance from it."""
+    scene, at = read_scene(run), places(run)
+    normals, distance = run["mesh/contact_node_normal"][:], run["mesh/contact_clearance"][:]
+    size = np.ptp(at, axis=0).max()
+    # The minimiser finds squares to rounding, so places to its root; differences of slopes are as good.
+    limit = 1e-7 if "height" in scene["contact"]["obstacle"] else 1e-13
+    radius = next(iter(scene["contact"]["obstacle"].values())).get("radius", size)
+    for x, normal, d in zip(at, normals, distance, strict=True):
+        foot, away = nearest(scene, x)
+        assert np.abs(normal + away).max() < limit
+        # Roundings of the radius.
+        assert abs((x - foot) @ away - d) < limit * max(size, radius)
+    assert distance.min() >= 0
+    assert "contact_normal" not in run["mesh"]
+
+
+def test_coupling(run):
+    """N and T: integrals of hat functions over panes times nu, t1 and t2 of each node."""
+    average, area = read_matrix(run["mesh/pane_average"]), run["mesh/pane_area"][:]
+    number = run["assemble/degree_of_freedom"][:][run["mesh/contact_nodes"][:]]
+    normals = run["mesh/contact_node_normal"][:]
+    axes = [run[f"post/contact_axis_{k}"][:] for k in (1, 2)]
+    assert np.abs(axes[1] - np.cross(axes[0], normals)).max() < 1e-14
+    assert np.abs(np.sum(axes[0] * normals, axis=1)).max() < 1e-14
+
+    def rows(direction):
+        matrix = np.zeros((area.size, run["load/force"].shape[0]))
+        weights = average.toarray() * area
+        for node, dofs in enumerate(number):
+            for component in np.flatnonzero(dofs >= 0):
+                matrix[:, dofs[component]] += weights[node] * direction[node, component]
+        return matrix
+
+    found = read_matrix(run["assemble/coupling_normal"]).toarray()
+    assert np.abs(found - rows(normals)).max() < 1e-14 * np.abs(found).max()
+    if "coupling_tangential" in run["assemble"]:
+        found = read_matrix(run["assemble/coupling_tangential"]).toarray()
+        for k in range(2):
+            assert np.abs(found[k::2] - rows(axes[k])).max() < 1e-14 * np.abs(found).max()
+
+
+def test_contact_conditions(run):
+    """Pressure where there is no distance left, none elsewhere; the forces are those of the tractions."""
+    average, area = read_matrix(run["mesh/pane_average"]), run["mesh/pane_area"][:]
+    nodes, normals = run["mesh/contact_nodes"][:], run["mesh/contact_node_normal"][:]
+    displacement = run["solve/displacement"][:][nodes]
+    left = run["mesh/contact_clearance"][:] - np.sum(displacement * normals, axis=1)
+    gap = average.T @ left
+    pressure = run["solve/multiplier_normal"][:]
+    assert np.abs(run["post/pane_gap"][:] - gap).max() < 1e-12 * np.abs(displacement).max()
+    # The accuracy of the answer, 1e-12 of the stresses, through a body that is soft at single panes.
+    assert gap.min() > -1e-9 * np.abs(displacement).max()
+    assert np.abs(gap[pressure > 0]).max() < 1e-9 * np.abs(displacement).max()
+    assert 0 < np.count_nonzero(pressure) < pressure.size
+    force = run["post/contact_traction"][:].T @ area
+    stored = run["post/resultants/contact_force"][:]
+    assert np.abs(force - stored).max() < 1e-12 * np.abs(stored).max()
+
+
+def test_area_of_a_curved_face(run):
+    """Panes of a round face have the area of the ball that its nodes lie on."""
+    scene = read_scene(run)
+    if "gmsh" not in scene["body"]:
+        pytest.skip("flat")
+    edge, radius = 10.0, 40.0
+
+    def density(y, x):
+        return radius / np.sqrt(radius**2 - x * x - y * y)
+
+    exact, _ = dblquad(density, 0.0, edge, 0.0, edge)
+    # Quadratic sides miss the ball by (h/R)^4 of it, h being a quarter of R at most.
+    assert run["mesh/pane_area"][:].sum() == pytest.approx(exact, rel=1e-4)
+    x = places(run)
+    centre = np.array([0.0, 0.0, radius])
+    assert np.linalg.norm(x - centre, axis=1) == pytest.approx(radius, rel=1e-14)

@@ -1,0 +1,136 @@
+"""Series of paths through ParaView's own reader."""
+
+import subprocess
+
+import h5py
+import numpy as np
+import pytest
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOHDF import vtkHDFReader
+
+from conftest import ROOT
+from raw_problem import RawProblem
+from run_file import open_run
+from schema_check import schema_problems
+
+KEY = "friction.coefficient.constant"
+FIELDS = ("parameter", "determinant_sign", "spectral_radius")
+SCENES = {
+    # Folds and kinks: the parameter goes back and forth.
+    "two_nodes.toml": ("0.3", "3", "--all"),
+    # One path along which the parameter grows.
+    "one_node.toml": ("0.5", "0.9"),
+}
+
+
+@pytest.fixture(scope="module")
+def folders(contact3d, tmp_path_factory):
+    """A run file and a folder of series for each scene."""
+    made = {}
+    for scene, (start, end, *options) in SCENES.items():
+        folder = tmp_path_factory.mktemp("series")
+        path = ROOT / "pipelines" / "hard" / scene
+        friction = ["--set", f"{KEY}={end}"]
+        contact3d("run", path, folder / "run.h5", "--no-figures", *friction)
+        span = ["--parameter", KEY, "--from", start, "--to", end, *options]
+        series = ["--series", folder / "series", "--no-figures"]
+        contact3d("branches", path, folder / "run.h5", *span, *series, *friction)
+        made[scene] = folder
+    return made
+
+
+def played(file):
+    """Times of a series, and its grid at each, by the reader of ParaView."""
+    reader = vtkHDFReader()
+    errors = []
+    reader.AddObserver("ErrorEvent", lambda *_: errors.append("error"))
+    assert reader.CanReadFile(str(file))
+    reader.SetFileName(str(file))
+    reader.UpdateInformation()
+    information = reader.GetOutputInformation(0)
+    key = reader.GetExecutive().TIME_STEPS()
+    times = [information.Get(key, k) for k in range(information.Length(key))]
+    assert len(times) == reader.GetNumberOfSteps()
+    for step, time in enumerate(times):
+        reader.SetStep(step)
+        reader.Update()
+        assert not errors
+        yield time, reader.GetOutputDataObject(0)
+
+
+def array(data, name):
+    """One array of a grid."""
+    return vtk_to_numpy(data.GetArray(name))
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_each_step_is_a_point_of_its_path(folders, scene):
+    folder = folders[scene]
+    with open_run(folder / "run.h5") as run:
+        counts = run["branches/path/n_points"][:]
+        points = {name: run[f"branches/point/{name}"][:] for name in FIELDS}
+        points["multiplier"] = run["branches/point/multiplier"][:]
+        problem = RawProblem.read(run)
+        coordinates = run["mesh/coordinates"][:]
+        contact_nodes = problem.contact_nodes
+        carriers = problem.pane_average
+    files = [folder / "series" / f"path_{k + 1}.vtkhdf" for k in range(len(counts))]
+    assert set(files) == set((folder / "series").glob("*.vtkhdf"))
+    point = 0
+    m = len(problem.pane_area)
+    for file, count in zip(files, counts, strict=True):
+        last = -np.inf
+        number = 0
+        parameters = points["parameter"][point : point + count]
+        grows = bool((np.diff(parameters) > 0).all())
+        for time, grid in played(file):
+            number += 1
+            assert time == (parameters[number - 1] if grows else number) and time > last
+            last = time
+            assert np.array_equal(vtk_to_numpy(grid.GetPoints().GetData()), coordinates)
+            fields = grid.GetFieldData()
+            for name in FIELDS:
+                known = points[name][point : point + 1]
+                assert np.array_equal(array(fields, name), known, equal_nan=True)
+            multiplier = points["multiplier"][point]
+            # Both scenes have multipliers at nodes, one node each.
+            pressure = array(grid.GetPointData(), "contact_normal_stress")
+            expected = np.full(len(coordinates), np.nan)
+            for pane in range(m):
+                node = carriers[:, [pane]].indices
+                expected[contact_nodes[node]] = -multiplier[pane]
+            assert np.array_equal(pressure, expected, equal_nan=True)
+            # u solves A u = l - B'lambda: one factorisation against another, condition 1e2.
+            expected = problem.displacement_of(multiplier)
+            found = array(grid.GetPointData(), "displacement")
+            scale = np.abs(expected).max()
+            assert np.abs(found - expected).max() <= 1e-11 * scale
+            point += 1
+        assert number == count
+    assert point == len(points["parameter"])
+
+
+def test_the_file_is_what_its_schema_says(folders, series_schema):
+    for folder in folders.values():
+        for path in (folder / "series").glob("*.vtkhdf"):
+            with h5py.File(path) as file:
+                assert schema_problems(file, series_schema) == []
+                assert file["VTKHDF/Steps"].attrs["NSteps"] == len(
+                    file["VTKHDF/Steps/Values"]
+                )
+
+
+def test_a_second_search_replaces_its_own_series_only(contact3d, program, folders):
+    folder = folders["two_nodes.toml"]
+    series = folder / "series"
+    path = ROOT / "pipelines" / "hard" / "one_node.toml"
+    span = ["--parameter", KEY, "--from", "0.5", "--to", "0.9", "--no-figures"]
+    foreign = series / "path_99.vtkhdf"
+    foreign.write_text("not ours")
+    command = [program, "branches", path, folder / "one.h5", *span, "--series", series]
+    refused = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert refused.returncode == 2 and "path_99.vtkhdf" in refused.stderr
+    assert not (folder / "one.h5").exists()
+    foreign.unlink()
+    contact3d(*command[1:])
+    assert [file.name for file in series.glob("*.vtkhdf")] == ["path_1.vtkhdf"]

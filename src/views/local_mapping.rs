@@ -1,0 +1,26 @@
+//! What is said about the surroundings of a solution.
+
+use contact3d::solver::LocalMapping;
+
+/// The spectral radius of Ψ' in words.
+#[must_use]
+pub fn radius_words(local: &LocalMapping) -> String {
+    let radius = local.spectral_radius;
+    if local.is_attracting() {
+        format!("{radius:.4}")
+    } else {
+        format!("{radius:.3e}, not below 1: successive approximations leave this solution")
+    }
+}
+
+/// What the sign of det R' says about other solutions; `None` where it says nothing.
+#[must_use]
+pub fn sign_words(local: &LocalMapping) -> Option<&'static str> {
+    match local.determinant {
+        -1 => Some(
+            "negative: at least two other solutions exist (`branches --all` searches for them)",
+        ),
+        0 => Some("zero: other solutions may lie nearby (`branches` follows them)"),
+        _ => None,
+    }
+}
