@@ -79,9 +79,8 @@ impl<'a> Settings<'a> {
             body_force: scene.body_force.as_ref(),
             gap: only_contact(scene).map(|c| &c.gap),
             gaps: several_contacts(scene).map(|(_, c)| &c.gap).collect(),
-            parameters: scene.parameters_used(|key| {
-                !of_frame(key) && !of_friction(key) && !of_obstacle(key)
-            }),
+            parameters: scene
+                .parameters_used(|key| !of_frame(key) && !of_friction(key) && !of_obstacle(key)),
         }
     }
 }
