@@ -71,7 +71,7 @@ impl<'a> Family<'a> {
         }
         let scene = |s: f64| scene_at(range.value(s)).and_then(Scene::checked);
         for s in PROBES {
-            scene(s)?;
+            scene(s)?.require_no_history("a path of solutions")?;
         }
         let ends = [scene(0.0)?, scene(1.0)?];
         let first = Arc::new(assemble(&ends[0], folder)?);
@@ -274,7 +274,9 @@ fn assemble(scene: &Scene, folder: &Path) -> Result<AssembledProblem, ProblemErr
     if contact.slip_interpolation != SlipInterpolation::Lagrange {
         return Err(other_slips().into());
     }
-    Problem::in_folder(explicit(scene.clone()), folder)?.assemble()
+    let assembled = Problem::in_folder(explicit(scene.clone()), folder)?.assemble()?;
+    assembled.refuse_floating("paths of solutions")?;
+    Ok(assembled)
 }
 
 pub(super) fn dual_of(problem: &AssembledProblem) -> &ExplicitDual {

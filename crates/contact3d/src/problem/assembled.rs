@@ -9,7 +9,7 @@ use crate::{
     linalg::Workspace,
     mesh::Mesh,
     post::{ContactReport, Solved, SolvedContact},
-    scene::{Scene, SolveSettings},
+    scene::{Invalid, Scene, SolveSettings},
     solver::{ContactState, Progress, Solution, Start, coulomb_state, solve},
 };
 
@@ -30,7 +30,8 @@ impl AssembledProblem {
     /// [status](crate::solver::Status).
     ///
     /// # Errors
-    /// [`ProblemError::Invalid`] for settings that no solve can have, [`ProblemError::NeedsExplicit`] when
+    /// [`ProblemError::Invalid`] for settings that no solve can have and for a scene with steps, which
+    /// [`Self::solve_history`] solves; [`ProblemError::NeedsExplicit`] when
     /// Newton's method is asked for and S is not dense.
     pub fn solve(&self, settings: &SolveSettings) -> Result<Solution, ProblemError> {
         settings.validate("solve")?;
@@ -50,7 +51,12 @@ impl AssembledProblem {
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Solution, ProblemError> {
         // Its own counters of evaluations and projections, so that solves may run side by side.
+        self.scene().require_no_history("a solve")?;
         let interface = Interface::new(self.scene(), self.mesh())?;
+        let interface = match (interface, &self.problem.past) {
+            (Some(interface), Some(past)) => Some(interface.after(past.clone())),
+            (interface, _) => interface,
+        };
         let contact = self.contact_with(interface.as_ref());
         Ok(solve(
             &self.system,
@@ -155,6 +161,19 @@ impl AssembledProblem {
     pub fn is_explicit(&self) -> bool {
         let contact = self.system.contact.as_ref();
         contact.is_some_and(|contact| contact.explicit().is_some())
+    }
+
+    /// Refuses a body that only contact holds where `what` needs A⁻¹ itself.
+    pub(crate) fn refuse_floating(&self, what: &str) -> Result<(), Invalid> {
+        match self.system.assembly.primal.floating {
+            None => Ok(()),
+            Some(_) => Err(Invalid {
+                key: "clamp".into(),
+                expected: format!("a body that its clamps hold, for {what}"),
+                found: "a body that only contact holds".into(),
+                help: "A is singular: there is no S = B A^-1 B^T, no unique mapping of contact forces to displacements; hold the body with [[clamp]] or solve it with run".into(),
+            }),
+        }
     }
 
     /// What the parts of the assembly took.

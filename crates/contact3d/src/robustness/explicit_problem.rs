@@ -4,12 +4,12 @@ use std::{path::Path, sync::Arc};
 
 use crate::{
     adaptation::adapted,
-    dual::ExplicitDual,
+    dual::{ContactSystem, ExplicitDual},
     linalg::{Precision, norm},
     mesh::{ContactSurface, Mesh, Refinement},
     problem::{AssembledProblem, Problem, ProblemError},
     scene::{DualOperatorKind, FactorPrecision, Invalid, Scene},
-    solver::ContactState,
+    solver::{ContactState, Solution},
 };
 
 /// A stress this much below those of the load is none.
@@ -18,8 +18,12 @@ const ZERO: f64 = 1e-12;
 /// A scene with contact, assembled in memory with the dense dual operator.
 pub(super) struct ExplicitProblem {
     pub(super) assembled: AssembledProblem,
+    /// The scene; that of the problem is the last increment of its load history, where it has one.
+    pub(super) scene: Scene,
     /// The cuts that its mesh came from.
     pub(super) refinement: Refinement,
+    /// The dual problem with its balance where the body floats.
+    balanced: Option<ContactSystem>,
 }
 
 impl ExplicitProblem {
@@ -56,9 +60,20 @@ impl ExplicitProblem {
             return Err(no_contact().into());
         }
         scene.assemble.dual_operator = DualOperatorKind::Explicit;
-        let problem = Problem::of_checked(scene, Arc::new(mesh))?;
+        let problem = Problem::of_checked(scene.clone(), Arc::new(mesh))?;
+        let mut assembled = problem.assemble()?;
+        if scene.has_history() {
+            assembled = assembled.solve_history(&scene.solve)?.last;
+        }
+        let system = assembled.system();
+        let contact = system.contact.as_ref().zip(assembled.contact_state());
+        let balanced = contact.and_then(|(dual, state)| {
+            dual.balanced(&system.assembly, state.surface, state.interface)
+        });
         Ok(Self {
-            assembled: problem.assemble()?,
+            balanced,
+            assembled,
+            scene,
             refinement: Refinement::default(),
         })
     }
@@ -93,8 +108,16 @@ impl ExplicitProblem {
 
     pub(super) fn dual(&self) -> &ExplicitDual {
         let contact = self.assembled.system().contact.as_ref();
+        let contact = self.balanced.as_ref().or(contact);
         let dual = contact.and_then(|contact| contact.explicit());
         dual.expect("assembled with contact and the dense operator")
+    }
+
+    /// The unknowns of an answer: its multipliers, and its rigid motions where the body floats.
+    pub(super) fn unknowns(&self, multiplier: &[f64], answer: &Solution) -> Vec<f64> {
+        let balance = self.dual().balance.as_ref();
+        let motion = balance.map(|it| it.coupling.in_felt(&answer.rigid_motion));
+        [multiplier, &motion.unwrap_or_default()].concat()
     }
 
     /// ‖λ' − λ‖ / ‖λ‖ for the answer λ. Where that is zero to rounding, over ‖ρh‖: the stresses
