@@ -83,9 +83,8 @@ impl<'a> Settings<'a> {
             gap: only_contact(scene).map(|c| &c.gap),
             gaps: several_contacts(scene).map(|(_, c)| &c.gap).collect(),
             step: &scene.steps,
-            parameters: scene.parameters_used(|key| {
-                !of_frame(key) && !of_friction(key) && !of_obstacle(key)
-            }),
+            parameters: scene
+                .parameters_used(|key| !of_frame(key) && !of_friction(key) && !of_obstacle(key)),
         }
     }
 }

@@ -48,7 +48,10 @@ pub(super) fn features(scene: &Scene) -> Table {
         let named = |name: &str, value: &str| pair(&format!("{name}{on}"), value);
         pairs.extend([
             named("friction", &friction_words(&face.friction)),
-            named("obstacle", face.obstacle.as_ref().map_or("none", Obstacle::word)),
+            named(
+                "obstacle",
+                face.obstacle.as_ref().map_or("none", Obstacle::word),
+            ),
             named("initial gap", yes_or_no(face.gap.is_some())),
             named("frame turns with the place", yes_or_no(face.turning_frame)),
             named(

@@ -236,12 +236,7 @@ fn starts_on_a_finer_mesh_keep_a_uniform_stress() {
                 let pairs = [0.25, -0.5].into_iter().cycle().take(2 * m);
                 std::iter::repeat_n(3.0, m).chain(pairs).collect()
             };
-            let start = transferred(
-                &coarse,
-                &fine,
-                &body.parents(),
-                &uniform(panes(&coarse)),
-            );
+            let start = transferred(&coarse, &fine, &body.parents(), &uniform(panes(&coarse)));
             assert!(panes(&fine) > panes(&coarse), "{element:?} {space:?}");
             for (found, wanted) in start.iter().zip(uniform(panes(&fine))) {
                 assert!((found - wanted).abs() < 1e-14, "{element:?} {space:?}");

@@ -106,7 +106,10 @@ impl FaceTriangle {
         let rest: f64 = others.map(|(_, integral)| integral).sum();
         self.carriers.map(|carrier| {
             let own = self.integrals.iter().find(|(node, _)| *node == carrier);
-            (carrier, own.map_or(0.0, |(_, integral)| *integral) + rest / 3.0)
+            (
+                carrier,
+                own.map_or(0.0, |(_, integral)| *integral) + rest / 3.0,
+            )
         })
     }
 }
@@ -160,7 +163,8 @@ impl ContactSurface {
         for (node, share) in face.triangles.iter().flat_map(FaceTriangle::lumped) {
             weight[nodes.partition_point(|&n| n < node)] += share;
         }
-        let carries = |n: &usize| weight[*n] > 0.0 && !is_held(nodes[*n], at_node(&face.normals, *n));
+        let carries =
+            |n: &usize| weight[*n] > 0.0 && !is_held(nodes[*n], at_node(&face.normals, *n));
         let free: Vec<usize> = (0..nodes.len()).filter(carries).collect();
         let only = SurfaceFace::only(nodes.len(), face.triangles.len(), free.len(), true);
         Self {

@@ -119,7 +119,12 @@ impl<'a> RefinableBody<'a> {
     /// As [`Mesh::of_scene`].
     pub fn mesh(&self) -> Result<Mesh, MeshError> {
         if !self.is_cut {
-            return Mesh::new(self.scene, self.first.clone(), self.regions.clone(), Origin::First);
+            return Mesh::new(
+                self.scene,
+                self.first.clone(),
+                self.regions.clone(),
+                Origin::First,
+            );
         }
         let raw = self.curved(self.bisection.mesh(&self.first));
         let region = |d: Descendant| self.regions.get(d.ancestor).copied();

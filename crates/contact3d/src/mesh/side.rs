@@ -122,12 +122,16 @@ impl Mesh {
             }
             let slopes = quadratic_triangle_slopes(&QUADRATIC_NODES[k]);
             let along = |axis: usize| -> Vector3<f64> {
-                (0..6).map(|n| places[n] * (slopes[n][axis] - slopes[n][0])).sum()
+                (0..6)
+                    .map(|n| places[n] * (slopes[n][axis] - slopes[n][0]))
+                    .sum()
             };
             along(1).cross(&along(2)).try_normalize(0.0)
         };
         let nodes = nodes.iter().enumerate();
-        nodes.filter_map(|(k, &node)| Some((node, normal(k)?))).collect()
+        nodes
+            .filter_map(|(k, &node)| Some((node, normal(k)?)))
+            .collect()
     }
 
     /// Area of a boundary triangle in m² and ∫ φ of its nodes over it.

@@ -92,7 +92,10 @@ fn reordered(surface: &ContactSurface, new: &[usize]) -> ContactSurface {
         },
         clearance: match surface.clearance.is_empty() {
             true => Vec::new(),
-            false => order.iter().map(|&local| surface.clearance[local]).collect(),
+            false => order
+                .iter()
+                .map(|&local| surface.clearance[local])
+                .collect(),
         },
         nodes: order
             .iter()

@@ -7,9 +7,9 @@ use units::Units;
 use super::{
     AssembleSettings, Body, BodyForce, Brick, Clamp, Coefficient, Component, Contact,
     DualOperatorKind, ElementOrder, Expression, ExpressionError, Formula, Friction, GmshFile,
-    Invalid, Isotropic, LawFunction, LawPoint, Material, MultiplierSpace, Obstacle, POSITION, Parameters,
-    Part, PlaceFunction, Pressure, Quantity, Ramp, Region, Scene, Shape, SlipDerivative,
-    SlipInterpolation, SolveSettings, Step, Table, Traction,
+    Invalid, Isotropic, LawFunction, LawPoint, Material, MultiplierSpace, Obstacle, POSITION,
+    Parameters, Part, PlaceFunction, Pressure, Quantity, Ramp, Region, Scene, Shape,
+    SlipDerivative, SlipInterpolation, SolveSettings, Step, Table, Traction,
 };
 
 impl Scene {

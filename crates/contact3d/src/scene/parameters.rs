@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::{
-    Coefficient, Expression, ExpressionError, Invalid, LAW_VARIABLES, Obstacle, Parameters, Quantity,
-    Scene,
+    Coefficient, Expression, ExpressionError, Invalid, LAW_VARIABLES, Obstacle, Parameters,
+    Quantity, Scene,
     contacts::contact_key,
     expression::{is_identifier, meaning},
 };

@@ -67,15 +67,18 @@ const HEIGHTS: [[&str; 3]; 7] = [
 fn heights_are_the_obstacles_that_they_describe() {
     for element in ["P1", "P2"] {
         for [face, obstacle, height] in HEIGHTS {
-            let [plain, by_height] =
-                [obstacle, height].map(|o| surface(&scene(face, element, &format!("obstacle.{o}\n"))));
+            let [plain, by_height] = [obstacle, height]
+                .map(|o| surface(&scene(face, element, &format!("obstacle.{o}\n"))));
             assert_eq!(plain.clearance.len(), plain.nodes.len());
             for node in 0..plain.nodes.len() {
                 // The nearest point is found to 1e-12 of the face; its slope moves as far.
                 let off = plain.clearance[node] - by_height.clearance[node];
                 assert!(off.abs() < 1e-11, "{face} {height}: {off:e}");
                 let [n, m] = [&plain, &by_height].map(|s| s.normal_at(node));
-                assert!((0..3).all(|c| (n[c] - m[c]).abs() < 1e-11), "{height} {n:?} {m:?}");
+                assert!(
+                    (0..3).all(|c| (n[c] - m[c]).abs() < 1e-11),
+                    "{height} {n:?} {m:?}"
+                );
             }
         }
     }
@@ -99,11 +102,19 @@ fn answers_do_not_depend_on_the_description() {
 
 #[test]
 fn a_half_space_under_a_flat_face_is_the_foundation() {
-    let half_space = "obstacle.half_space = { point = [5.0, 1.0, 0.0], normal = [0.0, 0.0, 2.0] }\n";
+    let half_space =
+        "obstacle.half_space = { point = [5.0, 1.0, 0.0], normal = [0.0, 0.0, 2.0] }\n";
     let friction = "[friction]\ncoefficient.constant = 0.3\n";
-    for multipliers in ["multipliers = 'panes'", "multipliers = 'nodal'\ngap = '1e-3*x'"] {
+    for multipliers in [
+        "multipliers = 'panes'",
+        "multipliers = 'nodal'\ngap = '1e-3*x'",
+    ] {
         let [with, without] = [half_space, ""].map(|obstacle| {
-            Solved::new(&scene("z_min", "P1", &format!("{multipliers}\n{obstacle}{friction}")))
+            Solved::new(&scene(
+                "z_min",
+                "P1",
+                &format!("{multipliers}\n{obstacle}{friction}"),
+            ))
         });
         // A distance of 0 and no distance are the same numbers.
         assert_eq!(with.multiplier, without.multiplier);
@@ -114,7 +125,11 @@ fn a_half_space_under_a_flat_face_is_the_foundation() {
 #[test]
 fn the_gap_of_the_scene_adds_to_the_distance() {
     let sphere = "obstacle.sphere = { centre = [0.4, 0.3, -2.0], radius = 2.0 }\n";
-    let lifted = Solved::new(&scene("z_min", "P1", &format!("gap = '1e-3 + 1e-3*x'\n{sphere}")));
+    let lifted = Solved::new(&scene(
+        "z_min",
+        "P1",
+        &format!("gap = '1e-3 + 1e-3*x'\n{sphere}"),
+    ));
     let interface = lifted.problem.contact_state().expect("contact").interface;
     let gap = interface.gap.as_ref().expect("a gap");
     let (mesh, surface) = (lifted.problem.mesh(), lifted.surface());
@@ -128,6 +143,10 @@ fn the_gap_of_the_scene_adds_to_the_distance() {
 
 #[test]
 fn heights_may_use_parameters() {
-    let text = scene("z_min", "P1", "obstacle.height.value = '-depth'\n[parameters]\ndepth = 0.25\n");
+    let text = scene(
+        "z_min",
+        "P1",
+        "obstacle.height.value = '-depth'\n[parameters]\ndepth = 0.25\n",
+    );
     assert!(surface(&text).clearance.iter().all(|d| *d == 0.25));
 }

@@ -23,7 +23,12 @@ fn frames_are_orthonormal_and_project_the_axis() {
         ("axis_1 = [1.0, 2.0, 0.5]", Vector3::new(1.0, 2.0, 0.5)),
     ] {
         let solved = on_sphere(contact, ORTHOTROPIC);
-        let frame = &solved.problem.contact_state().expect("contact").interface.frame;
+        let frame = &solved
+            .problem
+            .contact_state()
+            .expect("contact")
+            .interface
+            .frame;
         let (mesh, surface) = (solved.problem.mesh(), solved.surface());
         for (local, &node) in surface.nodes.iter().enumerate() {
             let x = Vector3::from(mesh.coordinates[node]);
@@ -54,7 +59,12 @@ fn forces_on_varying_normals_balance() {
         assert!(tangential[0].abs() > 1e-3 * contact.normal_force);
         // Pressures on leaning normals add to less than their sum.
         assert!(contact.contact_force[2] < contact.normal_force * (1.0 + 1e-3));
-        let slipping = solved.report.panes.iter().filter_map(|p| p.friction).count();
+        let slipping = solved
+            .report
+            .panes
+            .iter()
+            .filter_map(|p| p.friction)
+            .count();
         assert_eq!(slipping, solved.report.panes.len());
     }
 }
@@ -63,8 +73,11 @@ fn forces_on_varying_normals_balance() {
 #[test]
 fn isotropic_friction_does_not_follow_the_axes() {
     let isotropic = "[friction]\ncoefficient.constant = 0.2\n";
-    let [a, b] = ["multipliers = 'nodal'", "multipliers = 'nodal'\nangle = 35.0"]
-        .map(|contact| on_sphere(contact, isotropic).force());
+    let [a, b] = [
+        "multipliers = 'nodal'",
+        "multipliers = 'nodal'\nangle = 35.0",
+    ]
+    .map(|contact| on_sphere(contact, isotropic).force());
     let difference = (Vector3::from(a) - Vector3::from(b)).norm();
     // The accuracy that both are solved to.
     assert!(difference < 1e-9 * Vector3::from(b).norm(), "{a:?} {b:?}");

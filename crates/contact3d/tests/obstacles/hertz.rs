@@ -75,7 +75,8 @@ fn pressed(delta: f64, contact: &str) -> String {
 }
 
 fn block(brick: &str, delta: f64, contact: &str) -> Solved {
-    let body = format!("title = 'hertz'\n[body]\nelement = 'P2'\n[body.brick]\n{brick}\n{MATERIAL}");
+    let body =
+        format!("title = 'hertz'\n[body]\nelement = 'P2'\n[body.brick]\n{brick}\n{MATERIAL}");
     Solved::new(&(body + &pressed(delta, contact)))
 }
 
@@ -180,7 +181,10 @@ fn a_rigid_cylinder_presses_as_hertz_says() {
 #[test]
 fn round_faces_press_as_hertz_says() {
     for [of_peak, of_a] in round_cases(12, true) {
-        assert!(of_peak.abs() < 0.01 && of_a.abs() < 0.01, "{of_peak} {of_a}");
+        assert!(
+            of_peak.abs() < 0.01 && of_a.abs() < 0.01,
+            "{of_peak} {of_a}"
+        );
     }
 }
 
@@ -189,10 +193,16 @@ fn round_faces_press_as_hertz_says() {
 fn figures_for_the_page() {
     for multipliers in ["panes", "nodal"] {
         for n in [5, 10, 15, 20] {
-            println!("sphere {multipliers} {n} {:.5?}", sphere_errors(n, multipliers));
+            println!(
+                "sphere {multipliers} {n} {:.5?}",
+                sphere_errors(n, multipliers)
+            );
         }
         for n in [10, 20, 40, 80] {
-            println!("cylinder {multipliers} {n} {:.5?}", cylinder_errors(n, multipliers));
+            println!(
+                "cylinder {multipliers} {n} {:.5?}",
+                cylinder_errors(n, multipliers)
+            );
         }
         for n in [6, 9, 12, 15] {
             let nodal = multipliers == "nodal";

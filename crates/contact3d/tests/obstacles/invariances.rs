@@ -27,15 +27,31 @@ fn answers_do_not_depend_on_units_numbers_and_mirrors() {
     use Invariance::{BinaryUnits, DecimalUnits, Exchange, Mirror, Renumbering, Threads};
     let always = vec![BinaryUnits, DecimalUnits, Renumbering, Threads, Mirror];
     for (obstacle, friction, images) in [
-        ("sphere = { centre = [0.6, 0.3, -1.0], radius = 1.0 }", FRICTION, vec![]),
-        ("sphere = { centre = [0.6, 0.3, -1.0], radius = 1.0 }", "", vec![Exchange]),
+        (
+            "sphere = { centre = [0.6, 0.3, -1.0], radius = 1.0 }",
+            FRICTION,
+            vec![],
+        ),
+        (
+            "sphere = { centre = [0.6, 0.3, -1.0], radius = 1.0 }",
+            "",
+            vec![Exchange],
+        ),
         (
             "cylinder = { point = [0.4, 0.1, -2.005], direction = [0.3, 1.0, 0.0], radius = 2.0 }",
             FRICTION,
             vec![],
         ),
-        ("half_space = { point = [0.0, 0.0, 0.0], normal = [0.001, 0.002, 1.0] }", "", vec![Exchange]),
-        ("height.value = '-0.01*(x - 0.3)^2 - 0.02*(y - 0.5)^2 - 0.001*x'", FRICTION, vec![]),
+        (
+            "half_space = { point = [0.0, 0.0, 0.0], normal = [0.001, 0.002, 1.0] }",
+            "",
+            vec![Exchange],
+        ),
+        (
+            "height.value = '-0.01*(x - 0.3)^2 - 0.02*(y - 0.5)^2 - 0.001*x'",
+            FRICTION,
+            vec![],
+        ),
     ] {
         let check = check(obstacle, friction);
         let known: Vec<Invariance> = check.invariances.iter().map(|r| r.invariance).collect();

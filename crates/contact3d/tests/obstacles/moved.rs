@@ -16,7 +16,11 @@ fn msh(mesh: &Mesh, map: impl Fn([f64; 3]) -> [f64; 3]) -> String {
     for (i, name) in names {
         let _ = writeln!(text, "2 {} \"{name}\"", i + 1);
     }
-    let _ = writeln!(text, "$EndPhysicalNames\n$Nodes\n{}", mesh.coordinates.len());
+    let _ = writeln!(
+        text,
+        "$EndPhysicalNames\n$Nodes\n{}",
+        mesh.coordinates.len()
+    );
     for (n, at) in mesh.coordinates.iter().enumerate() {
         let [x, y, z] = map(*at);
         let _ = writeln!(text, "{} {x:e} {y:e} {z:e}", n + 1);
@@ -32,7 +36,11 @@ fn msh(mesh: &Mesh, map: impl Fn([f64; 3]) -> [f64; 3]) -> String {
         let _ = writeln!(text, "{tag} {kind} 2 {group} {group} {}", nodes.join(" "));
     };
     for facet in 0..mesh.facets.len() {
-        element([2, 9], mesh.facet_face[facet] + 1, mesh.facet_nodes(facet).collect());
+        element(
+            [2, 9],
+            mesh.facet_face[facet] + 1,
+            mesh.facet_nodes(facet).collect(),
+        );
     }
     for tetrahedron in 0..mesh.tetrahedra.len() {
         let mut nodes: Vec<usize> = mesh.tetrahedron_nodes(tetrahedron).collect();
@@ -79,10 +87,7 @@ pub(crate) const MATERIAL: &str =
 /// A brick turned with its loads, axes and half-space is the flat scene in other coordinates.
 #[test]
 fn a_half_space_in_any_pose_is_the_flat_foundation() {
-    let turn = Rotation3::from_axis_angle(
-        &Unit::new_normalize(Vector3::new(1.0, -2.0, 0.5)),
-        0.9,
-    );
+    let turn = Rotation3::from_axis_angle(&Unit::new_normalize(Vector3::new(1.0, -2.0, 0.5)), 0.9);
     let shift = Vector3::new(0.3, -1.1, 2.0);
     let (axis, load, side) = ([2.0, 1.0, 0.0], [0.02, 0.01, -0.06], [0.01, 0.0, 0.0]);
     let turned = |v: [f64; 3]| -> [f64; 3] { (turn * Vector3::from(v)).into() };
@@ -91,7 +96,9 @@ fn a_half_space_in_any_pose_is_the_flat_foundation() {
             "[[clamp]]\nface = 'x_min'\n[[traction]]\nface = 'z_max'\nvalue = {}\n[[traction]]\nface = 'x_max'\nvalue = {}\n\
              [contact]\nface = 'z_min'\nmultipliers = 'nodal'\naxis_1 = {}\n{obstacle}\n\
              [friction]\ncoefficient_1.constant = 0.3\ncoefficient_2.constant = 0.15\n",
-            list(seen(load)), list(seen(side)), list(seen(axis)),
+            list(seen(load)),
+            list(seen(side)),
+            list(seen(axis)),
         )
     };
     let brick = "size = [2.0, 1.0, 0.5]\ncells = [8, 4, 2]";
@@ -105,12 +112,18 @@ fn a_half_space_in_any_pose_is_the_flat_foundation() {
         let map = |x: [f64; 3]| -> [f64; 3] { (turn * Vector3::from(x) + shift).into() };
         let tilted = moved(brick, element, map, &scene(&half_space, &turned)).unwrap();
         let surface = tilted.surface();
-        assert_eq!((surface.normals.len(), surface.clearance.len()), (1, surface.nodes.len()));
+        assert_eq!(
+            (surface.normals.len(), surface.clearance.len()),
+            (1, surface.nodes.len())
+        );
         // Roundings of coordinates through a problem of condition below 1e5.
         let difference = distance(&tilted.multiplier, &flat.multiplier);
         assert!(difference < 1e-10, "{element}: {difference:e}");
         let [a, b] = [&tilted, &flat].map(Solved::force);
         assert!(distance(&a, &turned(b)) < 1e-10);
-        assert!(b[0].abs() > 1e-3 && b[1].abs() > 1e-4, "friction acts: {b:?}");
+        assert!(
+            b[0].abs() > 1e-3 && b[1].abs() > 1e-4,
+            "friction acts: {b:?}"
+        );
     }
 }

@@ -24,24 +24,44 @@ fn obstacles_in_the_body_are_refused_with_place_and_depth() {
     let cases = [
         (
             "obstacle.half_space = { point = [0.0, 0.0, 0.001], normal = [0.0, 0.0, 1.0] }",
-            ["contact.obstacle.half_space", "0.001 at x, y, z", "normal points out"],
+            [
+                "contact.obstacle.half_space",
+                "0.001 at x, y, z",
+                "normal points out",
+            ],
         ),
         (
             "obstacle.half_space = { point = [0.0, 0.0, -0.1], normal = [0.0, 0.0, -1.0] }",
-            ["contact.obstacle.half_space", "0.1 at x, y, z", "normal points out"],
+            [
+                "contact.obstacle.half_space",
+                "0.1 at x, y, z",
+                "normal points out",
+            ],
         ),
         (
             "obstacle.sphere = { centre = [0.5, 0.5, -0.9], radius = 1.0 }",
-            ["contact.obstacle.sphere", "at x, y, z = 0.5, 0.5, 0.0", "side says"],
+            [
+                "contact.obstacle.sphere",
+                "at x, y, z = 0.5, 0.5, 0.0",
+                "side says",
+            ],
         ),
         // Between the nodes.
         (
             "obstacle.sphere = { centre = [0.34, 0.4, -0.01], radius = 0.06 }",
-            ["contact.obstacle.sphere", "of the contact face inside it", "side says"],
+            [
+                "contact.obstacle.sphere",
+                "of the contact face inside it",
+                "side says",
+            ],
         ),
         (
             "obstacle.height.value = '0.1*x - 0.05'",
-            ["contact.obstacle.height", "at x, y, z = 1.0, 0.0, 0.0", "direction points"],
+            [
+                "contact.obstacle.height",
+                "at x, y, z = 1.0, 0.0, 0.0",
+                "direction points",
+            ],
         ),
     ];
     for (contact, words) in cases {
@@ -55,22 +75,52 @@ fn obstacles_in_the_body_are_refused_with_place_and_depth() {
 #[test]
 fn obstacles_without_a_meaning_are_refused() {
     let cases = [
-        ("obstacle.sphere = { centre = [0.0, 0.0, -1.0], radius = 0.0 }", "contact.obstacle.sphere.radius"),
-        ("obstacle.sphere = { centre = [0.0, 0.0, 'a'], radius = 1.0 }", "contact.obstacle"),
-        ("obstacle.sphere = { centre = [0.0, 0.0, nan], radius = 1.0 }", "contact.obstacle.sphere.centre"),
-        ("obstacle.half_space = { point = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 0.0] }", "contact.obstacle.half_space.normal"),
-        ("obstacle.cylinder = { point = [0.0, 0.0, -1.0], direction = [0.0, inf, 0.0], radius = 1.0 }", "contact.obstacle.cylinder.direction"),
+        (
+            "obstacle.sphere = { centre = [0.0, 0.0, -1.0], radius = 0.0 }",
+            "contact.obstacle.sphere.radius",
+        ),
+        (
+            "obstacle.sphere = { centre = [0.0, 0.0, 'a'], radius = 1.0 }",
+            "contact.obstacle",
+        ),
+        (
+            "obstacle.sphere = { centre = [0.0, 0.0, nan], radius = 1.0 }",
+            "contact.obstacle.sphere.centre",
+        ),
+        (
+            "obstacle.half_space = { point = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 0.0] }",
+            "contact.obstacle.half_space.normal",
+        ),
+        (
+            "obstacle.cylinder = { point = [0.0, 0.0, -1.0], direction = [0.0, inf, 0.0], radius = 1.0 }",
+            "contact.obstacle.cylinder.direction",
+        ),
         ("obstacle.height.value = 'z - 1'", "an expression without z"),
-        ("obstacle.height.value = 'sqrt(x - 0.5) - 1'", "contact.obstacle.height.value"),
-        ("obstacle = {}", "expected exactly one of half_space, sphere, cylinder, height"),
-        ("obstacle.sphere = { centre = [0.5, 0.5, 0.0], radius = 1.0, side = 'inside' }", "away from the centre"),
-        ("obstacle.sphere = { centre = [0.5, 0.5, -2.0], radius = 1.0 }\naxis_1 = [0.0, 0.0, 1.0]", "nowhere along the normal"),
+        (
+            "obstacle.height.value = 'sqrt(x - 0.5) - 1'",
+            "contact.obstacle.height.value",
+        ),
+        (
+            "obstacle = {}",
+            "expected exactly one of half_space, sphere, cylinder, height",
+        ),
+        (
+            "obstacle.sphere = { centre = [0.5, 0.5, 0.0], radius = 1.0, side = 'inside' }",
+            "away from the centre",
+        ),
+        (
+            "obstacle.sphere = { centre = [0.5, 0.5, -2.0], radius = 1.0 }\naxis_1 = [0.0, 0.0, 1.0]",
+            "nowhere along the normal",
+        ),
     ];
     for (contact, words) in cases {
         let message = refusal("z_min", contact);
         assert!(message.contains(words), "{contact}: {message}");
     }
-    let message = refusal("z_max", "obstacle.sphere = { centre = [0.5, 0.5, -2.0], radius = 1.0 }");
+    let message = refusal(
+        "z_max",
+        "obstacle.sphere = { centre = [0.5, 0.5, -2.0], radius = 1.0 }",
+    );
     assert!(message.contains("looks towards the obstacle"), "{message}");
 }
 
@@ -85,7 +135,12 @@ fn hollow([x, y, z]: [f64; 3]) -> [f64; 3] {
 fn cut_meshes_of_a_curved_face_may_touch() {
     let scene = "[[clamp]]\nface = 'z_max'\n[contact]\nface = 'z_min'\nmultipliers = 'nodal'\n\
                  obstacle.sphere = { centre = [0.5, 0.5, -1.0], radius = 1.0 }\n";
-    let (folder, text) = written("size = [1.0, 1.0, 1.0]\ncells = [4, 4, 2]", "P2", hollow, scene);
+    let (folder, text) = written(
+        "size = [1.0, 1.0, 1.0]\ncells = [4, 4, 2]",
+        "P2",
+        hollow,
+        scene,
+    );
     let scene = Scene::parse("cut", &text).expect("a scene");
     let first = Mesh::of_scene(&scene, folder.path()).expect("a mesh");
     let cut = Refinement::new(vec![vec![3; first.tetrahedra.len()]]);
@@ -111,15 +166,29 @@ fn facets_of_a_curved_face_may_touch() {
     for element in ["P1", "P2"] {
         let solved = moved(brick, element, hollow, &scene(0.0)).unwrap_or_else(|e| panic!("{e}"));
         // On the sphere to the digits of the file, and never inside it.
-        assert!(solved.surface().clearance.iter().all(|d| (0.0..1e-12).contains(d)));
+        assert!(
+            solved
+                .surface()
+                .clearance
+                .iter()
+                .all(|d| (0.0..1e-12).contains(d))
+        );
         // h²/6R is 2e-2 for the edges of the triangles; a tenth of the radius is no facet.
         let Err(message) = moved(brick, element, hollow, &scene(0.1)) else {
             panic!("accepted");
         };
         assert!(message.contains("inside it"), "{message}");
     }
-    let Err(message) = moved(brick, "P1", hollow, "[[clamp]]\nface = 'z_max'\n[contact]\nface = 'z_min'\n") else {
+    let Err(message) = moved(
+        brick,
+        "P1",
+        hollow,
+        "[[clamp]]\nface = 'z_max'\n[contact]\nface = 'z_min'\n",
+    ) else {
         panic!("accepted");
     };
-    assert!(message.contains("contact.obstacle for a curved one"), "{message}");
+    assert!(
+        message.contains("contact.obstacle for a curved one"),
+        "{message}"
+    );
 }

@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use contact3d::{
-    AssembledProblem, Problem, ProblemError, mesh::ContactSurface, post::ContactReport,
+    AssembledProblem, Problem, ProblemError,
+    mesh::ContactSurface,
+    post::ContactReport,
     scene::{Scene, SolveSettings},
 };
 

@@ -130,18 +130,17 @@ impl<'a> Graph<'a> {
         rounding * ((2.0 * foot.half_square).sqrt() + rounding)
     }
 
-    fn foot(
-        &self,
-        at: Vector2<f64>,
-        point: Vector2<f64>,
-        level: f64,
-    ) -> Result<Foot, Invalid> {
+    fn foot(&self, at: Vector2<f64>, point: Vector2<f64>, level: f64) -> Result<Foot, Invalid> {
         let height = self.height.at(self.place(at, level));
         if !height.is_finite() {
             return Err(Invalid {
                 key: "contact.obstacle.height.value".into(),
                 expected: "a finite height near every contact node".into(),
-                found: format!("{} at {}", Written(&height), place_words(self.place(at, level))),
+                found: format!(
+                    "{} at {}",
+                    Written(&height),
+                    place_words(self.place(at, level))
+                ),
                 help: UNDEFINED.into(),
             });
         }
@@ -172,7 +171,9 @@ impl<'a> Graph<'a> {
 
     /// ∇h.
     fn slope(&self, at: Vector2<f64>) -> Vector2<f64> {
-        let gradient = self.height.gradient(self.place(at, 0.0), self.step_length());
+        let gradient = self
+            .height
+            .gradient(self.place(at, 0.0), self.step_length());
         Vector2::new(gradient[self.plane[0]], gradient[self.plane[1]])
     }
 

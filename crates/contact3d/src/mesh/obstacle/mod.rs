@@ -133,7 +133,9 @@ impl Cut {
         }
         self.places += 1;
         let excess = |depth: f64, allowed: f64| depth - allowed;
-        let deepest = self.deepest.map_or(f64::NEG_INFINITY, |(_, d, a)| excess(d, a));
+        let deepest = self
+            .deepest
+            .map_or(f64::NEG_INFINITY, |(_, d, a)| excess(d, a));
         if distance.is_nan() || excess(-distance, allowed) > deepest {
             self.deepest = Some((at, -distance, allowed));
         }
@@ -171,7 +173,10 @@ fn turned_away(obstacle: &Obstacle) -> Invalid {
     Invalid {
         key: "contact.face".into(),
         expected: "a face that looks towards the obstacle".into(),
-        found: format!("one whose outward normals all point away from the {}", obstacle.word()),
+        found: format!(
+            "one whose outward normals all point away from the {}",
+            obstacle.word()
+        ),
         help: "name the face on the obstacle's side of the body, or move the obstacle".into(),
     }
 }
