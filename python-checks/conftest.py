@@ -78,12 +78,12 @@ def program() -> Path:
 
 @pytest.fixture(scope="session")
 def contact3d(program) -> Runner:
-    """Run the program with some arguments; a failure shows its messages."""
+    """Run the program with some arguments; another exit code than expected shows its messages."""
 
-    def run(*arguments) -> subprocess.CompletedProcess:
+    def run(*arguments, expect: int = 0) -> subprocess.CompletedProcess:
         command = [str(program), "--quiet", *map(str, arguments)]
         result = subprocess.run(command, capture_output=True, text=True, check=False)
-        assert result.returncode == 0, f"{command}: {result.stderr}"
+        assert result.returncode == expect, f"{command}: {result.stderr}"
         return result
 
     return run

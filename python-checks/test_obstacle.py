@@ -12,7 +12,7 @@ CASES = {
     "hertz_sphere.toml": ["body.brick.cells=[6,6,6]"],
     "hertz_cylinder.toml": ["body.brick.cells=[12,1,12]"],
     "cup.toml": [],
-    "wavy.toml": ["body.brick.cells=[12,8,2]"],
+    "wavy.toml": ["body.brick.cells=[24,12,2]"],
 }
 
 

@@ -108,6 +108,11 @@ pub(super) fn status(solution: &Solution, scene: &Scene) -> String {
             ),
             automatic.unwrap_or_else(|| "lower solve.epsilon".to_owned()),
         ),
+        Status::NoEquilibrium => (
+            "no equilibrium: contact cannot hold the body under this load".to_owned(),
+            "see the motion that nothing stops; hold it with [[clamp]], or change load or friction"
+                .to_owned(),
+        ),
         Status::Cycling => (
             "successive approximations go round in a cycle".to_owned(),
             automatic.unwrap_or_else(|| {

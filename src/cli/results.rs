@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use contact3d::{
     dual::Assembly,
+    elasticity::BodyMotion,
     mesh::Mesh,
     post::{ContactReport, FaceResultants, Zone},
     scene::{ModelFeatures, Scene, shown},
@@ -15,7 +16,7 @@ use super::{features, report::status};
 use crate::{
     format::Sizes,
     pipeline::Performed,
-    views::{radius_words, sign_words},
+    views::{motion_words, radius_words, sign_words},
 };
 
 /// Estimates above this share of the energy norm were down to 0.66 of the error on meshes of some hundred unknowns; below
@@ -29,6 +30,7 @@ fn sizes(mesh: &Mesh, solution: &Solution) -> Sizes {
         n_free: Some(solution.displacement.len()),
         panes: contact.map(|surface| surface.faces.iter().map(|f| f.panes.len()).collect()),
         contact_nodes: contact.map(|surface| surface.faces.iter().map(|f| f.nodes.len()).collect()),
+        n_rigid_modes: Some(solution.rigid_motion.len()).filter(|n| *n > 0),
     }
 }
 
@@ -123,8 +125,7 @@ pub(super) fn table(
     for (face, has) in report.faces.iter().zip(ModelFeatures::of(scene).contact) {
         line(&format!("on {}", shown(&has.name)), face_words(face, units));
     }
-    if report.friction.is_some() {
-        let [f1, f2] = friction_ranges(report);
+    if let Some([f1, f2]) = friction_ranges(report) {
         line(
             "friction on panes",
             format!(
@@ -132,6 +133,9 @@ pub(super) fn table(
                 f1[0], f1[1], f2[0], f2[1]
             ),
         );
+    }
+    if let Some((name, words)) = motion_words(units, mesh, solution, report) {
+        line(name, words);
     }
     for row in &report.forces {
         let [x, y, z] = row.force;
@@ -226,17 +230,18 @@ pub(super) fn unit_words(units: Units) -> serde_json::Value {
     })
 }
 
-/// Smallest and largest F₁ and F₂ over the panes.
-fn friction_ranges(report: &ContactReport) -> [[f64; 2]; 2] {
+/// Smallest and largest F₁ and F₂ over the panes; `None` where none was evaluated.
+fn friction_ranges(report: &ContactReport) -> Option<[[f64; 2]; 2]> {
     let coefficients = || {
         let panes = report.panes.iter();
         panes.filter_map(|pane| Some(pane.friction?.coulomb?.coefficients))
     };
-    [0, 1].map(|i| {
+    coefficients().next()?;
+    Some([0, 1].map(|i| {
         coefficients().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], f| {
             [low.min(f[i]), high.max(f[i])]
         })
-    })
+    }))
 }
 
 /// The estimated discretisation error and its parts; figures of a body at rest are `null`.
@@ -275,6 +280,16 @@ pub(super) fn assembly_json(assembly: &Assembly) -> serde_json::Value {
             "coefficients": structure.value_count(),
             "operations": structure.operations(),
         },
+    })
+}
+
+/// A rigid motion: translation of a point, rotation vector, the point.
+fn motion_json(mesh: &Mesh, displacement: &[[f64; 3]]) -> serde_json::Value {
+    let motion = BodyMotion::fitted(&mesh.coordinates, displacement);
+    serde_json::json!({
+        "translation": motion.translation,
+        "rotation": motion.rotation,
+        "point": motion.point,
     })
 }
 
@@ -328,6 +343,8 @@ pub(super) fn json(
         "largest_displacement": r.largest_displacement,
         "discretisation_error": relative_parts(report),
         "certificate": certificate,
+        "motion": (!solution.rigid_motion.is_empty()).then(|| motion_json(mesh, &report.displacement)),
+        "unstopped_motion": solution.unstopped_motion.as_ref().map(|motion| motion_json(mesh, motion)),
         "faces": faces_json(scene, report),
         "stages": performed.iter().map(|p| serde_json::json!({
             "stage": p.stage.word(),

@@ -8,7 +8,7 @@ use contact3d::{
         Assembly, AssemblySeconds, ContactCompliance, ContactSystem, DualSystem, ExplicitDual,
         OperatorForm, PrimalSystem,
     },
-    elasticity::DofMap,
+    elasticity::{DofMap, FloatingBody},
     linalg::{CholeskyFactor, CscMatrix, Factor, FactorStructure},
 };
 use runfile::{
@@ -19,6 +19,7 @@ use runfile::{
 use units::Dimension;
 
 use super::{
+    axes,
     FormatError, Stage, columns, load, read_finite_scalar, read_finite_vec, read_index_vec,
     rows_of_transpose,
 };
@@ -30,6 +31,9 @@ const DOFS: &str = "/assemble/degree_of_freedom";
 const STIFFNESS: &str = "/assemble/stiffness";
 const COUPLING_NORMAL: &str = "/assemble/coupling_normal";
 const COUPLING_TANGENTIAL: &str = "/assemble/coupling_tangential";
+const RIGID_MODES: &str = "/assemble/rigid_modes";
+pub(super) const RIGID_PINS: &str = "/assemble/rigid_pins";
+const RIGID_SPRING: &str = "/assemble/rigid_spring";
 const DUAL_OPERATOR: &str = "/assemble/dual_operator";
 const CONTACT_COMPLIANCE: &str = "/assemble/contact_compliance";
 const PERMUTATION: &str = "/assemble/factor/permutation";
@@ -48,23 +52,28 @@ const IN_DOUBLE: &str =
     "absent when the dual operator is stored in double precision, or applied through the factor";
 const SINGLE: &str = "absent when the factor is in single precision";
 const DOUBLE: &str = "absent when the factor is in double precision";
+const SUPPORTED: &str = "absent where supports hold the body";
 const NO_CONTACT: &str = "absent without contact";
 const NO_FRICTION: &str = "absent without friction";
 const NO_SLIP: &str =
     "absent unless the dual operator is explicit in double precision and friction follows the slip";
 const NO_SLIP_SINGLE: &str =
     "absent unless the dual operator is explicit in single precision and friction follows the slip";
+pub(super) const RIGID: Extent = Named("n_rigid_modes");
 const FREE: Extent = Named("n_free");
 const OFFSETS: &[Extent] = &[Plus("n_supernodes", 1)];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    GROUP.row(DOFS, Kind::I64, &[Named("n_nodes"), Fixed(3)], Dimension::Number, "Free degree of freedom of each node and component, -1 where held.").compressed(),
+    GROUP.row(DOFS, Kind::I64, &[Named("n_nodes"), axes::XYZ], Dimension::Number, "Free degree of freedom of each node and component, -1 where held.").compressed(),
     GROUP.row(STIFFNESS, Kind::CscMatrix, &[FREE, FREE], Dimension::STIFFNESS, "Stiffness matrix over the free degrees of freedom; symmetric, both triangles stored.").symbol("A").compressed(),
+    GROUP.row(RIGID_MODES, Kind::F64, &[RIGID, FREE], Dimension::Number, "Rigid modes of a body that only contact holds, the kernel of A; mode p moves pin p by one and no other pin.").symbol("R").optional(SUPPORTED),
+    GROUP.row(RIGID_PINS, Kind::I64, &[RIGID], Dimension::Number, "The pins, one free degree of freedom for each rigid mode: the factor is that of A with the spring added to these entries of its diagonal.").optional(SUPPORTED),
+    GROUP.row(RIGID_SPRING, Kind::F64, &[], Dimension::STIFFNESS, "Spring at each pin; answers do not depend on it.").symbol("kappa").optional(SUPPORTED),
     GROUP.row(COUPLING_NORMAL, Kind::CsrMatrix, &[Named("n_panes"), FREE], Dimension::AREA, "Integral of the normal displacement over each pane.").symbol("N").optional(NO_CONTACT),
     GROUP.row(COUPLING_TANGENTIAL, Kind::CsrMatrix, &[Named("n_tangential"), FREE], Dimension::AREA, "Integrals of the tangential displacements over each pane; rows 2i and 2i + 1 belong to pane i.").symbol("T").optional(NO_FRICTION),
     GROUP.row(DUAL_OPERATOR, Kind::F64, &[Named("n_multipliers"), Named("n_multipliers")], Dimension::DUAL, "Dual operator B A^-1 B^T, symmetric.").symbol("S").optional(IMPLICIT),
-    GROUP.row(CONTACT_COMPLIANCE, Kind::F64, &[Named("n_multipliers"), Named("n_contact_nodes"), Fixed(2)], Dimension::COMPLIANCE, "Tangential displacement of the contact nodes that a unit of each multiplier takes away.").symbol("G").optional(NO_SLIP),
+    GROUP.row(CONTACT_COMPLIANCE, Kind::F64, &[Named("n_multipliers"), Named("n_contact_nodes"), axes::FRICTION_AXES], Dimension::COMPLIANCE, "Tangential displacement of the contact nodes that a unit of each multiplier takes away.").symbol("G").optional(NO_SLIP),
     GROUP.row("/assemble/seconds/stiffness", Kind::F64, &[], Dimension::Time, "Wall-clock time of assembling stiffness and load.").volatile(),
     GROUP.row("/assemble/seconds/ordering", Kind::F64, &[], Dimension::Time, "Wall-clock time of the fill-reducing order.").volatile(),
     GROUP.row("/assemble/seconds/factorisation", Kind::F64, &[], Dimension::Time, "Wall-clock time of the Cholesky factorisation.").volatile(),
@@ -77,7 +86,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(VALUES, Kind::F64, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "Dense column-major panel (rows, columns) of each supernode of the Cholesky factor.").symbol("L").optional(SINGLE),
     GROUP.row(VALUES_SINGLE, Kind::F32, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "The same in single precision: L L^T is A to about seven digits, a preconditioner.").symbol("L").optional(DOUBLE),
     GROUP.row(DUAL_OPERATOR_SINGLE, Kind::F32, &[Named("n_multipliers"), Named("n_multipliers")], Dimension::DUAL, "Dual operator made from a factor in single precision, symmetric; solves correct its error by exact residuals.").symbol("S").optional(IN_DOUBLE),
-    GROUP.row(CONTACT_COMPLIANCE_SINGLE, Kind::F32, &[Named("n_multipliers"), Named("n_contact_nodes"), Fixed(2)], Dimension::COMPLIANCE, "Contact compliance made from a factor in single precision.").symbol("G").optional(NO_SLIP_SINGLE),
+    GROUP.row(CONTACT_COMPLIANCE_SINGLE, Kind::F32, &[Named("n_multipliers"), Named("n_contact_nodes"), axes::FRICTION_AXES], Dimension::COMPLIANCE, "Contact compliance made from a factor in single precision.").symbol("G").optional(NO_SLIP_SINGLE),
 ];
 
 /// Bytes of the large arrays of an assembled problem in the file; the rest adds a few percent.
@@ -108,6 +117,9 @@ pub fn write(writer: &mut GroupWriter<'_>, system: &DualSystem) -> Result<(), St
     let dofs: Vec<i64> = dofs.map(|dof| dof.map_or(-1, |d| d as i64)).collect();
     writer.write(DOFS, &dofs, &[primal.dofs.dof.len(), 3])?;
     writer.write_matrix(STIFFNESS, columns(&primal.stiffness))?;
+    if let Some(floating) = &primal.floating {
+        write_floating(writer, floating)?;
+    }
     for (part, seconds) in assembly.seconds.parts() {
         writer.write(&format!("/assemble/seconds/{part}"), &[seconds], &[])?;
     }
@@ -127,6 +139,13 @@ pub fn write(writer: &mut GroupWriter<'_>, system: &DualSystem) -> Result<(), St
         Factor::Double(factor) => writer.write(VALUES, factor.values(), &shape),
         Factor::Single(factor) => writer.write(VALUES_SINGLE, factor.values(), &shape),
     }
+}
+
+fn write_floating(writer: &mut GroupWriter<'_>, body: &FloatingBody) -> Result<(), StoreError> {
+    let shape = [body.n_modes(), body.grounded.cols];
+    writer.write(RIGID_MODES, &body.modes.concat(), &shape)?;
+    writer.write_indices(RIGID_PINS, &body.pins, &[body.n_modes()])?;
+    writer.write(RIGID_SPRING, &[body.spring], &[])
 }
 
 fn write_contact(writer: &mut GroupWriter<'_>, contact: &ContactSystem) -> Result<(), StoreError> {
@@ -222,9 +241,14 @@ fn read_contact(reader: &Reader) -> Result<Option<ContactSystem>, FormatError> {
             rhs: Vec::new(),
             layout: coupling.layout,
             compliance,
+            balance: None,
         }),
     };
-    Ok(Some(ContactSystem { coupling, form }))
+    Ok(Some(ContactSystem {
+        coupling,
+        form,
+        balance: None,
+    }))
 }
 
 /// A dense matrix under the name of its precision; `None` where neither is there.
@@ -282,10 +306,39 @@ pub fn read_primal(reader: &Reader) -> Result<PrimalSystem, FormatError> {
 fn read_stiffness(reader: &Reader) -> Result<PrimalSystem, FormatError> {
     let stiffness = as_columns(reader.read_matrix(STIFFNESS)?);
     Ok(PrimalSystem {
+        floating: read_floating(reader, &stiffness)?,
         dofs: read_dofs(reader, stiffness.cols)?,
         stiffness: Arc::new(stiffness),
         load: Vec::new(),
     })
+}
+
+fn read_floating(
+    reader: &Reader,
+    stiffness: &CscMatrix,
+) -> Result<Option<Arc<FloatingBody>>, FormatError> {
+    if !reader.has(RIGID_MODES) {
+        return Ok(None);
+    }
+    let modes = read_finite_vec(reader, RIGID_MODES)?;
+    let modes: Vec<Vec<f64>> = modes
+        .chunks_exact(stiffness.cols.max(1))
+        .map(<[f64]>::to_vec)
+        .collect();
+    let pins = read_index_vec(reader, RIGID_PINS)?;
+    if pins.len() != modes.len() || pins.iter().any(|pin| *pin >= stiffness.cols) {
+        return Err(FormatError::Inconsistent {
+            dataset: RIGID_PINS,
+            reason: format!(
+                "expected a free degree of freedom for each of {} modes",
+                modes.len()
+            ),
+        });
+    }
+    let spring = read_finite_scalar(reader, RIGID_SPRING)?;
+    Ok(Some(Arc::new(FloatingBody::from_parts(
+        modes, pins, spring, stiffness,
+    ))))
 }
 
 fn read_dofs(reader: &Reader, n_free: usize) -> Result<DofMap, FormatError> {

@@ -13,7 +13,7 @@ use runfile::{
 use units::Dimension;
 
 use super::{
-    FormatError, Stage,
+    FormatError, Stage, axes,
     columns::Columns,
     outcome::{StoredMethod, StoredStatus},
     post::StoredZone,
@@ -63,9 +63,9 @@ const NO_CONTACT: &str = "absent without contact";
 const NO_FRICTION: &str = "absent without friction";
 const NO_COULOMB: &str = "absent without Coulomb friction";
 const ROWS: &[Extent] = &[Named("n_increments")];
-const VECTORS: &[Extent] = &[Named("n_increments"), Fixed(3)];
+const VECTORS: &[Extent] = &[Named("n_increments"), axes::XYZ];
 const PANES: &[Extent] = &[Named("n_increments"), Named("n_panes")];
-const PANE_PAIRS: &[Extent] = &[Named("n_increments"), Named("n_friction_panes"), Fixed(2)];
+const PANE_PAIRS: &[Extent] = &[Named("n_increments"), Named("n_friction_panes"), axes::FRICTION_AXES];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
@@ -80,9 +80,9 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(DUAL_RHS, Kind::F64, &[Named("n_increments"), Named("n_multipliers")], Dimension::VOLUME, "Right-hand side B A^-1 l of each dual problem, minus the integrated gap in its first m entries and minus the integrated tangential displacement where the increment begins in the others.").symbol("h").optional(NO_CONTACT),
     GROUP.row(MULTIPLIER_NORMAL, Kind::F64, PANES, Dimension::STRESS, "Normal contact multiplier, the pressure on each pane.").symbol("lambda_nu").optional(NO_CONTACT),
     GROUP.row(MULTIPLIER_TANGENTIAL, Kind::F64, PANE_PAIRS, Dimension::STRESS, "Tangential contact multipliers along t1 and t2.").symbol("lambda_t").optional(NO_FRICTION),
-    GROUP.row(DISPLACEMENT, Kind::F64, &[Named("n_increments"), Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Displacement of every node.").symbol("u"),
+    GROUP.row(DISPLACEMENT, Kind::F64, &[Named("n_increments"), Named("n_nodes"), axes::XYZ], Dimension::LENGTH, "Displacement of every node.").symbol("u"),
     GROUP.row(VON_MISES, Kind::F64, &[Named("n_increments"), Named("n_tetrahedra")], Dimension::STRESS, "Von Mises stress of each tetrahedron."),
-    GROUP.row(TANGENTIAL, Kind::F64, &[Named("n_increments"), Named("n_contact_nodes"), Fixed(2)], Dimension::LENGTH, "Tangential displacement of the contact nodes along t1 and t2: the slip of an increment is its row less the one before.").symbol("u_t").optional(NO_FRICTION),
+    GROUP.row(TANGENTIAL, Kind::F64, &[Named("n_increments"), Named("n_contact_nodes"), axes::FRICTION_AXES], Dimension::LENGTH, "Tangential displacement of the contact nodes along t1 and t2: the slip of an increment is its row less the one before.").symbol("u_t").optional(NO_FRICTION),
     GROUP.row(PATH, Kind::F64, &[Named("n_increments"), Named("n_contact_nodes"), Fixed(3)], Dimension::LENGTH, "Lengths of the path that each contact node slid: sums of |Delta u_t1|, of |Delta u_t2| and of |Delta u_t| over the increments so far.").optional(NO_FRICTION),
     GROUP.row(ZONE, Kind::Enum(StoredZone::SPEC), PANES, Dimension::Number, "What each pane does in the increment, as /post/contact_zone.").optional(NO_CONTACT),
     GROUP.row(GAP, Kind::F64, PANES, Dimension::LENGTH, "Mean distance of each pane to the foundation.").symbol("d - u_nu").optional(NO_CONTACT),
@@ -91,12 +91,12 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(APPLIED, Kind::F64, VECTORS, Dimension::FORCE, "Resultant of the applied loads."),
     GROUP.row(CLAMP, Kind::F64, VECTORS, Dimension::FORCE, "Reaction of the clamps."),
     GROUP.row(CONTACT, Kind::F64, VECTORS, Dimension::FORCE, "Force of the foundation on the body.").optional(NO_CONTACT),
-    GROUP.row(MULTIPLIER_FORCE, Kind::F64, VECTORS, Dimension::FORCE, "Sums of area times multiplier: normal, along t1, along t2; zero where there is no friction.").optional(NO_CONTACT),
-    GROUP.row(FORCES, Kind::F64, &[Named("n_increments"), Named("n_forces"), Fixed(3)], Dimension::FORCE, "Force on the body of each clamp, load and contact face, in the order of /post/forces."),
-    GROUP.row(REACTION, Kind::F64, &[Named("n_increments"), Named("n_nodes"), Fixed(3)], Dimension::FORCE, "Forces of the clamps on the nodes.").optional("absent where all clamps hold at zero in all steps").compressed(),
+    GROUP.row(MULTIPLIER_FORCE, Kind::F64, &[Named("n_increments"), axes::CONTACT_AXES], Dimension::FORCE, "Sums of area times multiplier: normal, along t1, along t2; zero where there is no friction.").optional(NO_CONTACT),
+    GROUP.row(FORCES, Kind::F64, &[Named("n_increments"), Named("n_forces"), axes::XYZ], Dimension::FORCE, "Force on the body of each clamp, load and contact face, in the order of /post/forces."),
+    GROUP.row(REACTION, Kind::F64, &[Named("n_increments"), Named("n_nodes"), axes::XYZ], Dimension::FORCE, "Forces of the clamps on the nodes.").optional("absent where all clamps hold at zero in all steps").compressed(),
     GROUP.row(LOADED_FORCE, Kind::F64, VECTORS, Dimension::FORCE, "Force on the body of tractions, pressures and clamps that move; of the body force where there are none."),
     GROUP.row(LOADED, Kind::F64, VECTORS, Dimension::LENGTH, "Mean displacement of the faces that they act on; of all nodes where there are none."),
-    GROUP.row(CONTACT_DISPLACEMENT, Kind::F64, &[Named("n_increments"), Fixed(2)], Dimension::LENGTH, "Mean tangential displacement of the contact face along t1 and t2.").optional(NO_FRICTION),
+    GROUP.row(CONTACT_DISPLACEMENT, Kind::F64, &[Named("n_increments"), axes::FRICTION_AXES], Dimension::LENGTH, "Mean tangential displacement of the contact face along t1 and t2.").optional(NO_FRICTION),
     GROUP.row(STRAIN, Kind::F64, ROWS, Dimension::Energy, "Strain energy u.Au / 2 at the end of each increment."),
     GROUP.row(LOAD_WORK, Kind::F64, ROWS, Dimension::Energy, "Work of the loads and of clamps that move in each increment, along a straight way between its ends."),
     GROUP.row(NORMAL_WORK, Kind::F64, ROWS, Dimension::Energy, "Work of the contact pressures on the foundation in each increment, likewise.").optional(NO_CONTACT),

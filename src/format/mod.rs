@@ -3,6 +3,7 @@
 mod accuracy;
 mod adapt;
 mod assemble;
+mod axes;
 mod branches;
 mod case;
 mod checkpoint;
@@ -170,6 +171,10 @@ pub const LAYOUT: Layout = Layout {
             "n_free",
             "free degrees of freedom, the dimension 3n of HKL section 4",
         ),
+        (
+            "n_rigid_modes",
+            "rigid motions that supports leave to contact, 1 to 6",
+        ),
         ("n_supernodes", "supernodes of the Cholesky factor"),
         ("n_factor_rows", "row indices of all supernodes together"),
         (
@@ -212,7 +217,10 @@ pub const LAYOUT: Layout = Layout {
             "n_increments",
             "increments of a load history that were solved",
         ),
-        ("n_forces", "clamps, loads and contact faces of the scene"),
+        (
+            "n_forces",
+            "clamps, springs, loads and contact faces of the scene",
+        ),
         ("n_paths", "paths of solutions"),
         ("n_path_points", "points of all paths of solutions"),
         (

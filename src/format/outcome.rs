@@ -22,6 +22,7 @@ stored_as! {
         Cycling = 6 => "cycling",
         Stopped = 7 => "stopped",
         Inaccurate = 8 => "inaccurate",
+        NoEquilibrium = 9 => "no_equilibrium",
     }
 }
 

@@ -4,6 +4,7 @@ use runfile::Reader;
 
 use super::{
     FormatError, Stage,
+    assemble::RIGID_PINS,
     load::FORCE,
     mesh::{CONTACT_FACE_NODES, CONTACT_FACE_PANES, CONTACT_NODES, PANE_AREA},
     read_index_vec,
@@ -18,6 +19,8 @@ pub struct Sizes {
     pub panes: Option<Vec<usize>>,
     /// Nodes on each contact face.
     pub contact_nodes: Option<Vec<usize>>,
+    /// Rigid motions that supports leave to contact; `None` for none.
+    pub n_rigid_modes: Option<usize>,
 }
 
 /// Reads the numbers of unknowns of a file from the stages that can be used.
@@ -46,6 +49,10 @@ pub fn read_sizes(
                 let all = read_index_vec(reader, CONTACT_NODES)?.len();
                 Some(of_faces(reader, CONTACT_FACE_NODES, all)?)
             }
+            false => None,
+        },
+        n_rigid_modes: match has(Stage::Assemble, RIGID_PINS) {
+            true => Some(read_index_vec(reader, RIGID_PINS)?.len()),
             false => None,
         },
     })

@@ -13,7 +13,9 @@ use runfile::{
 use units::Dimension;
 
 use super::{
+    axes,
     FormatError, Stage,
+    assemble::RIGID,
     enumeration::read_member,
     history,
     outcome::{StoredMethod, StoredStatus},
@@ -27,6 +29,8 @@ pub(super) const STATUS: &str = "/solve/status";
 const MULTIPLIER_NORMAL: &str = "/solve/multiplier_normal";
 const MULTIPLIER_TANGENTIAL: &str = "/solve/multiplier_tangential";
 const DISPLACEMENT: &str = "/solve/displacement";
+const RIGID_MOTION: &str = "/solve/rigid_motion";
+const UNSTOPPED_MOTION: &str = "/solve/unstopped_motion";
 const SLIP: &str = "/solve/slip";
 const SLIP_BOUND: &str = "/solve/slip_bound";
 const FRICTION: &str = "/solve/friction";
@@ -50,17 +54,19 @@ const NO_COULOMB: &str = "absent without Coulomb friction";
 const NO_LINEARISATION: &str = "absent unless a solution with Coulomb friction was found with the dense operator, and before format 1.7";
 
 const PANES: &[Extent] = &[Named("n_panes")];
-const PANE_PAIRS: &[Extent] = &[Named("n_friction_panes"), Fixed(2)];
+const PANE_PAIRS: &[Extent] = &[Named("n_friction_panes"), axes::FRICTION_AXES];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(STATUS, Kind::Enum(StoredStatus::SPEC), &[], Dimension::Number, "How the solve ended: converged to epsilon; rounding_limit and stopped (by the rule of its method) near the solution, as far as accuracy says; anything else is a failed solve."),
     GROUP.row(MULTIPLIER_NORMAL, Kind::F64, PANES, Dimension::STRESS, "Normal contact multiplier, the pressure on each pane.").symbol("lambda_nu").optional(NO_CONTACT),
     GROUP.row(MULTIPLIER_TANGENTIAL, Kind::F64, PANE_PAIRS, Dimension::STRESS, "Tangential contact multipliers along t1 and t2.").symbol("lambda_t").optional("absent without friction"),
-    GROUP.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Displacement of every node, that of its clamp where held.").symbol("u"),
-    GROUP.row(SLIP, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::LENGTH, "Slips that the friction follows at the contact nodes: |u_t1| and |u_t2|, or their means around each node with contact.slip_interpolation = clement.").symbol("phi").optional("absent unless friction follows the slip"),
+    GROUP.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), axes::XYZ], Dimension::LENGTH, "Displacement of every node, that of its clamp where held.").symbol("u"),
+    GROUP.row(RIGID_MOTION, Kind::F64, &[RIGID], Dimension::LENGTH, "Rigid motions of a body that only contact holds: the part R alpha of the displacement beside that of a body whose pins rest; zero without equilibrium.").symbol("alpha").optional("absent where supports hold the body"),
+    GROUP.row(UNSTOPPED_MOTION, Kind::F64, &[Named("n_nodes"), axes::XYZ], Dimension::Number, "Rigid motion in which the load works and which no admissible contact force opposes, of largest component one.").symbol("q").optional("absent unless there is no equilibrium"),
+    GROUP.row(SLIP, Kind::F64, &[Named("n_contact_nodes"), axes::FRICTION_AXES], Dimension::LENGTH, "Slips that the friction follows at the contact nodes: |u_t1| and |u_t2|, or their means around each node with contact.slip_interpolation = clement.").symbol("phi").optional("absent unless friction follows the slip"),
     GROUP.row(SLIP_BOUND, Kind::F64, &[Named("n_friction_panes")], Dimension::STRESS, "Slip bound of the last inner problem.").symbol("g").optional(NO_COULOMB),
-    GROUP.row(FRICTION, Kind::F64, &[Named("n_friction_nodes"), Fixed(2)], Dimension::Number, "Coefficients at the contact nodes in the last inner problem.").symbol("F_1, F_2").optional(NO_COULOMB),
+    GROUP.row(FRICTION, Kind::F64, &[Named("n_friction_nodes"), axes::FRICTION_AXES], Dimension::Number, "Coefficients at the contact nodes in the last inner problem.").symbol("F_1, F_2").optional(NO_COULOMB),
     GROUP.row(FRICTION_INVERSE, Kind::F64, PANE_PAIRS, Dimension::Number, "Diagonal of the inverse friction matrix averaged over each pane, in the last inner problem.").symbol("Fbar^-1").optional(NO_COULOMB),
     GROUP.row(STEPLENGTH, Kind::F64, &[], Dimension::PER_DUAL, "Steplength of projected gradient steps, 1.9 over the norm of the dual operator.").symbol("alpha").optional(NO_CONTACT),
     GROUP.row(LOCAL_STIFFNESS_NORMAL, Kind::F64, PANES, Dimension::PER_DUAL, "Stiffness of each pane along the normal while the others do not move, that residuals are measured by.").symbol("rho_nu").optional("absent without contact, and before format 1.4"),
@@ -116,6 +122,13 @@ pub fn write(
         displacement.as_flattened(),
         &[displacement.len(), 3],
     )?;
+    if !solution.rigid_motion.is_empty() {
+        let motion = &solution.rigid_motion;
+        writer.write(RIGID_MOTION, motion, &[motion.len()])?;
+    }
+    if let Some(motion) = &solution.unstopped_motion {
+        writer.write(UNSTOPPED_MOTION, motion.as_flattened(), &[motion.len(), 3])?;
+    }
     if let Some(slip) = &solution.slip {
         writer.write(SLIP, slip.as_flattened(), &[slip.len(), 2])?;
     }
@@ -176,6 +189,17 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
         },
         local_mapping: read_local_mapping(reader)?,
         multiplier,
+        rigid_motion: match reader.has(RIGID_MOTION) {
+            true => read_measured(reader, RIGID_MOTION, status)?,
+            false => Vec::new(),
+        },
+        unstopped_motion: match reader.has(UNSTOPPED_MOTION) {
+            true => {
+                let nodal = read_finite_vec(reader, UNSTOPPED_MOTION)?;
+                Some(nodal.as_chunks::<3>().0.to_vec())
+            }
+            false => None,
+        },
         displacement: dofs.to_free(displacement.as_chunks::<3>().0),
         slip: match reader.has(SLIP) {
             true => Some(read_measured_rows(reader, SLIP, status)?),
@@ -250,7 +274,8 @@ fn read_measured(reader: &Reader, path: &str, status: Status) -> Result<Vec<f64>
         | Status::MaxNewtonSteps
         | Status::Cycling
         | Status::Stopped
-        | Status::Inaccurate => read_finite_vec(reader, path)?,
+        | Status::Inaccurate
+        | Status::NoEquilibrium => read_finite_vec(reader, path)?,
     })
 }
 

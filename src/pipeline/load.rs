@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::{
     StageError,
-    assemble::of_frame,
+    assemble::of_operator,
     mesh::{of_obstacle, only_contact, several_contacts},
     solve::of_friction,
 };
@@ -84,7 +84,7 @@ impl<'a> Settings<'a> {
             gaps: several_contacts(scene).map(|(_, c)| &c.gap).collect(),
             step: &scene.steps,
             parameters: scene
-                .parameters_used(|key| !of_frame(key) && !of_friction(key) && !of_obstacle(key)),
+                .parameters_used(|key| !of_operator(key) && !of_friction(key) && !of_obstacle(key)),
         }
     }
 }

@@ -55,7 +55,7 @@ pub(super) fn run(inputs: &Inputs<'_>) -> Result<Meshed, StageError> {
     };
     resources::admit(need, run_file)?;
     let mesh = mesh_of(input, refinement)?;
-    refuse_rigid_motions(&mesh, &mesh.held_nodes(&input.scene))
+    refuse_rigid_motions(&input.scene, &mesh)
         .and_then(|()| Loads::of(&input.scene).nodal_forces(&mesh).map(drop))
         .and_then(|()| prescribed_displacements(&input.scene, &mesh).map(drop))
         .and_then(|()| try_steps(&input.scene, &mesh))

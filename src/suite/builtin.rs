@@ -5,7 +5,7 @@ use std::{fs, io, path::Path};
 use tempfile::TempDir;
 
 /// The index of the suite, and what it names.
-const FILES: [(&str, &[u8]); 8] = [
+const FILES: [(&str, &[u8]); 10] = [
     (INDEX, include_bytes!("../../pipelines/hard/suite.toml")),
     (
         "brick.toml",
@@ -14,6 +14,14 @@ const FILES: [(&str, &[u8]); 8] = [
     (
         "soft_block.toml",
         include_bytes!("../../pipelines/hard/soft_block.toml"),
+    ),
+    (
+        "faces.toml",
+        include_bytes!("../../pipelines/hard/faces.toml"),
+    ),
+    (
+        "block.toml",
+        include_bytes!("../../pipelines/hard/block.toml"),
     ),
     (
         "one_node.toml",

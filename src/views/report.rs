@@ -34,13 +34,17 @@ pub fn report(path: &Path) -> Result<String, StageError> {
     Ok(page.html())
 }
 
-/// The last line of every page.
+/// The paper that a user of any result cites, beside the program.
+const PAPER: &str = "J. Haslinger, R. Kučera, T. Ligurský, J. Comput. Appl. Math. 235 (2011) 3464–3480, \
+                     doi:10.1016/j.cam.2011.02.007";
+
+/// The last line of every page: what made it, from what, when, and what to cite.
 pub(super) fn footer(path: &Path) -> String {
     format!(
-        "{}, from {}, {}",
-        LAYOUT.creator,
+        "{creator}, from {}, {}. Cite {PAPER}, for the problem, and {creator} for the program.",
         path.file_name().unwrap_or_default().to_string_lossy(),
-        timestamp()
+        timestamp(),
+        creator = LAYOUT.creator,
     )
 }
 

@@ -12,6 +12,7 @@ use plots::html::Table;
 use runfile::{Reader, StoreError};
 use units::{Dimension, Units};
 
+use super::motion::motion_words;
 use super::{radius_words, sign_words};
 use crate::pipeline::{Freshness, StageState};
 
@@ -33,6 +34,7 @@ pub(super) fn features(scene: &Scene) -> Table {
             "clamps with a prescribed displacement",
             features.prescribed_displacements,
         ),
+        pair("springs", features.springs),
         pair("body force", yes_or_no(features.body_force)),
         pair("regions of other material", features.regions),
         pair("anisotropic material", yes_or_no(features.anisotropy)),
@@ -213,6 +215,8 @@ pub(super) fn results(
             pairs.push(pair(&name, vector(&tangential)));
         }
     }
+    pairs
+        .extend(motion_words(units, mesh, solution, report).map(|(name, words)| pair(name, words)));
     pairs.extend([
         pair(
             &format!("strain energy [{}]", units.energy()),

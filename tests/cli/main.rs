@@ -13,6 +13,7 @@ mod history;
 mod interruption;
 mod law;
 mod linked_assembly;
+mod manners;
 mod outputs;
 mod paraview;
 mod pipes;

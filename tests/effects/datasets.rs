@@ -79,6 +79,14 @@ const QUADRATIC_ONLY: [&str; 3] = [
     "/post/corner_stress",
 ];
 
+const FLOATING_ONLY: [&str; 5] = [
+    "/assemble/rigid_modes",
+    "/assemble/rigid_pins",
+    "/assemble/rigid_spring",
+    "/solve/rigid_motion",
+    "/solve/unstopped_motion",
+];
+
 /// Runs a scene on linear tetrahedra and returns the datasets of a run that its file lacks, those of quadratic
 /// ones apart; writers refuse any that is not in the table. Checkpoints, studies of accuracy, theory and paths, and levels of adaptive
 /// meshes are no part of a finished run.
@@ -127,7 +135,14 @@ fn absent_from_run(tables: &[&str]) -> BTreeSet<String> {
     });
     let absent = of_a_run.filter(|row| !reader.has(row.path));
     let absent = absent.filter(|row| !row.path.starts_with("/VTKHDF/Steps/"));
-    absent.map(|row| row.path.to_owned()).collect()
+    let mut absent: BTreeSet<String> = absent.map(|row| row.path.to_owned()).collect();
+    for path in FLOATING_ONLY {
+        assert!(
+            absent.remove(path),
+            "{path} is there, and the clamp holds the body"
+        );
+    }
+    absent
 }
 
 /// What only a scene with an obstacle has.
@@ -137,6 +152,12 @@ const OBSTACLE_ONLY: [&str; 1] = ["/mesh/contact_clearance"];
 const PRESCRIBED_ONLY: [&str; 2] = [
     "/load/prescribed_displacement",
     "/post/resultants/clamp_work",
+];
+
+/// What only springs have.
+const SPRINGS_ONLY: [&str; 2] = [
+    "/post/resultants/spring_energy",
+    "/post/resultants/spring_force",
 ];
 
 /// What only a load history has, beside its own group.
@@ -174,6 +195,7 @@ fn expected(effects: &[&[&str]], present: Option<&str>) -> BTreeSet<String> {
     paths.extend(IN_SINGLE_PRECISION.map(str::to_owned));
     paths.extend(OBSTACLE_ONLY.map(str::to_owned));
     paths.extend(PRESCRIBED_ONLY.map(str::to_owned));
+    paths.extend(SPRINGS_ONLY.map(str::to_owned));
     paths.extend(HISTORY_ONLY.map(str::to_owned));
     paths.extend(SEVERAL_FACES_ONLY.map(str::to_owned));
     paths.insert(FACES_WITH_FRICTION_ONLY.to_owned());
@@ -260,6 +282,14 @@ fn with_prescribed_displacements() {
     let resting = clamp.replace("1e-6", "0");
     let absent = expected(&[&REGIONS_ONLY], Some("Cell"));
     assert_eq!(absent_from(&[&resting, CONTACT, RAMPS]), absent);
+}
+
+#[test]
+fn with_springs() {
+    let spring = "[[spring]]\nface = 'x_max'\nnormal = 1e9\n";
+    let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
+    absent.retain(|path| !SPRINGS_ONLY.contains(&path.as_str()));
+    assert_eq!(absent_from(&[spring, CONTACT, RAMPS]), absent);
 }
 
 #[test]

@@ -9,6 +9,7 @@ mod bodies;
 mod capped;
 mod contact_frame;
 mod datasets;
+mod floating;
 mod friction;
 mod scenes;
 mod words;

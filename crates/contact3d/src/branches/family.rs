@@ -274,7 +274,9 @@ fn assemble(scene: &Scene, folder: &Path) -> Result<AssembledProblem, ProblemErr
     if contact.slip_interpolation != SlipInterpolation::Lagrange {
         return Err(other_slips().into());
     }
-    Problem::in_folder(explicit(scene.clone()), folder)?.assemble()
+    let assembled = Problem::in_folder(explicit(scene.clone()), folder)?.assemble()?;
+    assembled.refuse_floating("paths of solutions")?;
+    Ok(assembled)
 }
 
 pub(super) fn dual_of(problem: &AssembledProblem) -> &ExplicitDual {

@@ -132,6 +132,11 @@ impl FaceLaw {
         self.law.coefficients()
     }
 
+    /// The panes of the face.
+    pub(crate) fn panes(&self) -> Range<usize> {
+        self.panes.clone()
+    }
+
     /// The contact nodes in m, `[n_contact_nodes]` of the face.
     #[must_use]
     pub fn positions(&self) -> &[[f64; 3]] {
@@ -185,6 +190,11 @@ impl CoulombLaw {
             path: self.path.clone(),
             ..Self::new(self.faces.clone())
         }
+    }
+
+    /// How many times those of the faces its coefficients are.
+    pub(crate) fn factor(&self) -> f64 {
+        self.factor
     }
 
     /// The laws of the faces.

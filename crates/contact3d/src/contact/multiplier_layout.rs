@@ -85,18 +85,20 @@ impl MultiplierLayout {
             .map_or([0.0; 2], |pair| pair.map(|j| vector[j]))
     }
 
-    /// The normal components, `[n_panes]`, and the tangential pairs of a vector of multipliers, `[n_pairs]`.
+    /// The normal components, `[n_panes]`, and the tangential pairs of a vector of multipliers, `[n_pairs]`. What follows them, the
+    /// rigid motions of a body that floats, is left out.
     #[must_use]
     pub fn split<T>(self, vector: &[T]) -> (&[T], &[[T; 2]]) {
-        let (normal, tangential) = vector.split_at(self.n_panes);
-        (normal, tangential.as_chunks().0)
+        let (normal, rest) = vector.split_at(self.n_panes);
+        (normal, rest[..self.tangentials().len()].as_chunks().0)
     }
 
     /// As [`Self::split`], to write to.
     #[must_use]
     pub fn split_mut<T>(self, vector: &mut [T]) -> (&mut [T], &mut [[T; 2]]) {
-        let (normal, tangential) = vector.split_at_mut(self.n_panes);
-        (normal, tangential.as_chunks_mut().0)
+        let n_tangential = self.tangentials().len();
+        let (normal, rest) = vector.split_at_mut(self.n_panes);
+        (normal, rest[..n_tangential].as_chunks_mut().0)
     }
 }
 

@@ -7,8 +7,8 @@ use thiserror::Error;
 use super::{Need, Shortage, need::Admission};
 use crate::{
     elasticity::{
-        DofMap, Loads, MaterialField, NodeGraph, forces_of_prescribed, prescribed_displacements,
-        refuse_rigid_motions, stiffness_on,
+        DofMap, FloatingBody, Loads, MaterialField, NodeGraph, SpringMatrix, floating_body,
+        forces_of_prescribed, motions_left_to_contact, prescribed_displacements, stiffness_on,
     },
     linalg::{
         Accuracy, CscMatrix, Doubled, Factor, FactorError, FactorStructure, OrderingError,
@@ -34,6 +34,19 @@ pub struct PrimalSystem {
     /// Right-hand side over the free degrees of freedom, `[n_free]`, in N: the load l, less A_fc u_c where clamps hold at
     /// a displacement u_c.
     pub load: Vec<f64>,
+    /// The rigid modes of a body that only contact holds; `None` where its supports do.
+    pub floating: Option<Arc<FloatingBody>>,
+}
+
+impl PrimalSystem {
+    /// A, or A_κ where the body floats: what the factor is of.
+    #[must_use]
+    pub fn invertible(&self) -> &CscMatrix {
+        match &self.floating {
+            None => &self.stiffness,
+            Some(floating) => &floating.grounded,
+        }
+    }
 }
 
 impl PrimalSystem {
@@ -57,7 +70,7 @@ impl PrimalSystem {
 pub struct Assembly {
     /// A and l.
     pub primal: PrimalSystem,
-    /// Sparse Cholesky factor of A, shared as A is.
+    /// Sparse Cholesky factor of A, or of A_κ where the body floats, shared as A is.
     pub factor: Arc<Factor>,
     /// What took how long.
     pub seconds: AssemblySeconds,
@@ -140,19 +153,19 @@ impl Analysed {
         mesh: &Mesh,
         admit: Admission<'_>,
     ) -> Result<Self, AssemblyError> {
-        let held = mesh.held_nodes(scene);
-        refuse_rigid_motions(mesh, &held).map_err(AssemblyError::Scene)?;
-        let dofs = DofMap::new(&held);
+        let motions = motions_left_to_contact(scene, mesh).map_err(AssemblyError::Scene)?;
+        let dofs = DofMap::new(&mesh.held_nodes(scene));
         if dofs.n_free == 0 {
             return Err(AssemblyError::NothingFree);
         }
-        admit(Need::of_stiffness(mesh, &dofs))?;
+        admit(Need::of_stiffness(mesh, &dofs, !motions.is_empty()))?;
         let (graph, graph_seconds) = timed(|| NodeGraph::new(mesh));
         let (matrices, order) = rayon::join(
             || {
                 timed(|| {
-                    let stiffness =
-                        stiffness_on(&graph, mesh, &MaterialField::new(scene, mesh), &dofs);
+                    let material = MaterialField::new(scene, mesh);
+                    let springs = SpringMatrix::of(scene, mesh)?;
+                    let stiffness = stiffness_on(&graph, mesh, &material, springs.as_ref(), &dofs);
                     Ok((stiffness, LoadData::new(scene, mesh, &dofs)?))
                 })
             },
@@ -170,10 +183,12 @@ impl Analysed {
             dual_operator: 0.0,
         };
         let structure = structure.map_err(|e| explain(e, &dofs))?;
+        let floating = floating_body(mesh, &dofs, &motions, &stiffness);
         let mut primal = PrimalSystem {
             dofs,
             stiffness: Arc::new(stiffness),
             load: Vec::new(),
+            floating,
         };
         primal.set_loads(load);
         Ok(Self {
@@ -186,7 +201,7 @@ impl Analysed {
     /// Factorises A.
     pub(super) fn factorise(&self, precision: Precision) -> Result<Assembly, AssemblyError> {
         let started = Instant::now();
-        let stiffness = &self.primal.stiffness;
+        let stiffness = self.primal.invertible();
         let factor = Factor::of_structure(self.structure.clone(), stiffness, precision)
             .map_err(|e| explain(e, &self.primal.dofs))?;
         let mut seconds = self.seconds;
@@ -236,7 +251,7 @@ impl Assembly {
             share: CG_LEFT,
             length: 0.0,
         };
-        let (a, work) = (&self.primal.stiffness, &mut Workspace::default());
+        let (a, work) = (self.primal.invertible(), &mut Workspace::default());
         let solved = conjugate_gradients(a, &self.factor, &forces, accuracy, work);
         solved.into_iter().map(|solved| solved.solution).collect()
     }
@@ -263,7 +278,7 @@ impl Assembly {
                 0.0 => forces.to_vec(),
                 _ => self
                     .primal
-                    .stiffness
+                    .invertible()
                     .symmetric_residual(&displacement, forces),
             };
             let (correction, left) = self.correction(&residual, whole, target, work);
@@ -308,7 +323,7 @@ impl Assembly {
                     },
                     length: target * whole,
                 };
-                let a = &self.primal.stiffness;
+                let a = self.primal.invertible();
                 let solved = conjugate_gradients(a, &self.factor, &[residual], accuracy, work);
                 let solved = solved.into_iter().next();
                 solved.map_or((Vec::new(), None), |it| {
@@ -334,8 +349,13 @@ impl LoadData {
         let prescribed = prescribed_displacements(scene, mesh)?;
         if let Some(prescribed) = &prescribed {
             let material = MaterialField::new(scene, mesh);
-            let taken = dofs.to_free(&forces_of_prescribed(mesh, &material, prescribed));
-            rhs.iter_mut().zip(taken).for_each(|(l, taken)| *l -= taken);
+            let elastic = forces_of_prescribed(mesh, &material, prescribed);
+            let springs = SpringMatrix::of(scene, mesh)?;
+            let springs = springs.map(|springs| springs.forces(prescribed));
+            for taken in [Some(elastic), springs].into_iter().flatten() {
+                let taken = dofs.to_free(&taken);
+                rhs.iter_mut().zip(taken).for_each(|(l, taken)| *l -= taken);
+            }
         }
         Ok(Self { rhs, prescribed })
     }

@@ -1,6 +1,6 @@
 //! B, h and the form of S.
 
-use super::{Assembly, ExplicitDual};
+use super::{Assembly, Balance, ExplicitDual};
 use crate::{
     contact::{Coupling, Interface, MultiplierLayout},
     elasticity::DofMap,
@@ -15,6 +15,8 @@ pub struct ContactSystem {
     pub coupling: Coupling,
     /// h, and S where it is dense.
     pub form: OperatorForm,
+    /// What else holds where the body floats, for the loads of a solve ([`Self::balanced`]).
+    pub balance: Option<Balance>,
 }
 
 /// How S is held; either form holds h = B A⁻¹ l with the gap's integral subtracted from the normal
@@ -53,9 +55,38 @@ impl ContactSystem {
         let mut contact = Self {
             coupling,
             form: OperatorForm::Implicit(Vec::new()),
+            balance: None,
         };
         contact.apply_loads(unconstrained, dofs, surface, interface);
         contact
+    }
+
+    /// The same with the balance of a body that floats; `None` where its supports hold it.
+    #[must_use]
+    pub(crate) fn balanced(
+        &self,
+        assembly: &Assembly,
+        surface: &ContactSurface,
+        interface: &Interface,
+    ) -> Option<Self> {
+        let balance = Balance::new(assembly, &self.coupling, surface, interface)?;
+        let mut balanced = self.clone();
+        if let Some(explicit) = balanced.explicit_mut() {
+            explicit.balance = Some(balance.clone());
+        }
+        balanced.balance = Some(balance);
+        Some(balanced)
+    }
+
+    /// Number of unknowns x: the multipliers λ, and the rigid motions α where the body floats.
+    #[must_use]
+    pub fn n_unknowns(&self) -> usize {
+        self.layout().n_multipliers() + self.balance.as_ref().map_or(0, Balance::n_felt)
+    }
+
+    /// λ and α of x.
+    pub(crate) fn parts<'x>(&self, unknowns: &'x [f64]) -> (&'x [f64], &'x [f64]) {
+        unknowns.split_at(self.layout().n_multipliers())
     }
 
     /// The order of the multipliers.
@@ -186,15 +217,21 @@ impl ContactSystem {
         distances
     }
 
-    /// The displacement u = A⁻¹(l − Bᵀλ) over the free degrees of freedom in m.
+    /// The displacement u = A⁻¹(l − Bᵀλ) over the free degrees of freedom in m; u = A_κ⁻¹(l − Bᵀλ) + R α of x = (λ, α) where the
+    /// body floats.
     #[must_use]
     pub fn displacement(
         &self,
         assembly: &Assembly,
-        multiplier: &[f64],
+        unknowns: &[f64],
         work: &mut Workspace,
     ) -> Vec<f64> {
-        assembly.solve(&self.forces(assembly, multiplier), work)
+        let (multiplier, motion) = self.parts(unknowns);
+        let mut displacement = assembly.solve(&self.forces(assembly, multiplier), work);
+        if let Some(balance) = &self.balance {
+            balance.coupling.add_motion(motion, &mut displacement);
+        }
+        displacement
     }
 
     /// The same by iterative refinement, from the displacement of a multiplier nearby, to the share `target` of u.
@@ -202,12 +239,22 @@ impl ContactSystem {
     pub fn refined_displacement(
         &self,
         assembly: &Assembly,
-        multiplier: &[f64],
+        unknowns: &[f64],
         start: Option<&Doubled>,
         target: f64,
     ) -> Doubled {
+        let (multiplier, motion) = self.parts(unknowns);
         let forces = self.forces(assembly, multiplier);
-        assembly.solve_refined(&forces, start, target, &mut Workspace::default())
+        let mut work = Workspace::default();
+        let Some(balance) = &self.balance else {
+            return assembly.solve_refined(&forces, start, target, &mut work);
+        };
+        // The displacement nearby holds a motion of its own, which A_κ does not know.
+        let mut displacement = assembly.solve_refined(&forces, None, target, &mut work);
+        let mut moved = vec![0.0; forces.len()];
+        balance.coupling.add_motion(motion, &mut moved);
+        displacement.add(&moved);
+        displacement
     }
 
     /// l − Bᵀλ in N.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{
-    Assembly,
+    Assembly, Balance,
     dense::{subtract_product, symmetric_product},
     global_modes::correct,
 };
@@ -24,12 +24,15 @@ pub struct ExplicitDual {
     /// h = B A⁻¹ l with the gap's integral subtracted, `[n_multipliers]`, in m³; −r(λ₀) where the
     /// problem is written about an anchor λ₀.
     pub rhs: Vec<f64>,
-    /// λ₀ where the problem is written about an anchor, `[n_multipliers]`, in Pa; `None` for zero.
+    /// x₀, λ₀ in Pa and where the body floats α₀ in m, where the problem is written about an anchor; `None` for zero.
     pub anchor: Option<Vec<f64>>,
     /// The order of the multipliers.
     pub layout: MultiplierLayout,
     /// The compliance of the contact nodes; `None` where no friction law asks for slip.
     pub compliance: Option<ContactCompliance>,
+    /// What else holds where the body floats: its unknowns x are then (λ, α), r = S λ − G α − h and Gᵀλ = e; `None` where
+    /// supports hold it, and x = λ.
+    pub balance: Option<Balance>,
 }
 
 /// The tangential displacement of the contact nodes, affine in λ: u_t = `slip_free` − G (λ − λ₀)
@@ -92,6 +95,7 @@ impl ExplicitDual {
             anchor: None,
             layout: coupling.layout,
             compliance,
+            balance: None,
         }
     }
 
@@ -124,6 +128,10 @@ impl ExplicitDual {
             anchor: Some(multiplier.to_vec()),
             layout: self.layout,
             compliance,
+            balance: self
+                .balance
+                .as_ref()
+                .map(|balance| balance.anchored(self.multipliers(multiplier))),
         }
     }
 
@@ -134,21 +142,32 @@ impl ExplicitDual {
         let Some(anchor) = &self.anchor else {
             return self;
         };
-        let mut rhs = self.apply(anchor);
+        let mut rhs = self.apply(self.multipliers(anchor));
         rhs.iter_mut().zip(&self.rhs).for_each(|(h, c)| *h += c);
+        let motion = self.motion(anchor);
+        if let Some(balance) = &self.balance {
+            let moved = balance.coupling.integrals_of(motion, rhs.len());
+            rhs.iter_mut().zip(&moved).for_each(|(h, g)| *h -= g);
+        }
         let compliance = self.compliance.as_ref().map(|compliance| {
             let mut slip = compliance.slip_free.concat();
-            let opposite: Vec<f64> = anchor.iter().map(|l| -l).collect();
+            let opposite: Vec<f64> = self.multipliers(anchor).iter().map(|l| -l).collect();
             subtract_product(&compliance.matrix, &opposite, &mut slip);
+            let mut slip_free = pairs(&slip);
+            let back: Vec<f64> = motion.iter().map(|a| -a).collect();
+            self.add_rigid_slip(&back, &mut slip_free);
             ContactCompliance {
                 matrix: Arc::clone(&compliance.matrix),
-                slip_free: pairs(&slip),
+                slip_free,
             }
         });
+        let balance = self.balance.as_ref();
+        let balance = balance.map(|it| it.without_anchor(self.multipliers(anchor)));
         Self {
             rhs,
             anchor: None,
             compliance,
+            balance,
             ..self
         }
     }
@@ -191,28 +210,73 @@ impl ExplicitDual {
         &self.operator[j * self.dimension()..(j + 1) * self.dimension()]
     }
 
-    /// r = S λ − h in m³.
+    /// Number of unknowns x: the multipliers, and the rigid motions where the body floats.
     #[must_use]
-    pub fn gradient(&self, multiplier: &[f64]) -> Vec<f64> {
-        let mut gradient = match &self.anchor {
-            None => self.apply(multiplier),
-            Some(anchor) => self.apply(&difference(multiplier, anchor)),
-        };
+    pub fn n_unknowns(&self) -> usize {
+        self.dimension() + self.balance.as_ref().map_or(0, Balance::n_felt)
+    }
+
+    /// λ of x.
+    pub(crate) fn multipliers<'x>(&self, unknowns: &'x [f64]) -> &'x [f64] {
+        &unknowns[..self.dimension()]
+    }
+
+    /// α of x, in m.
+    pub(crate) fn motion<'x>(&self, unknowns: &'x [f64]) -> &'x [f64] {
+        &unknowns[self.dimension()..]
+    }
+
+    /// x of λ, with α = 0 where λ comes without it.
+    pub(crate) fn unknowns(&self, multiplier: &[f64]) -> Vec<f64> {
+        let mut unknowns = multiplier.to_vec();
+        unknowns.resize(self.n_unknowns(), 0.0);
+        unknowns
+    }
+
+    /// r = S λ − h in m³ at x; where the body floats, r = S λ − G α − h and then e − Gᵀλ in N.
+    #[must_use]
+    pub fn gradient(&self, unknowns: &[f64]) -> Vec<f64> {
+        let beyond_anchor = self.beyond_anchor(unknowns);
+        let x = beyond_anchor.as_deref().unwrap_or(unknowns);
+        let multiplier = self.multipliers(x);
+        let mut gradient = self.apply(multiplier);
+        if let Some(balance) = &self.balance {
+            let moved = balance
+                .coupling
+                .integrals_of(self.motion(x), gradient.len());
+            gradient.iter_mut().zip(&moved).for_each(|(r, g)| *r -= g);
+        }
         for (r, h) in gradient.iter_mut().zip(&self.rhs) {
             *r -= h;
+        }
+        if let Some(balance) = &self.balance {
+            gradient.extend(balance.excess(multiplier));
         }
         gradient
     }
 
     /// Signed (u_t1, u_t2) at the contact nodes, `[n_contact_nodes]`, in m; empty without compliance.
     #[must_use]
-    pub fn tangential_displacement(&self, multiplier: &[f64]) -> Vec<[f64; 2]> {
-        match (&self.compliance, &self.anchor) {
-            (None, _) => Vec::new(),
-            (Some(compliance), None) => compliance.tangential_displacement(multiplier),
-            (Some(compliance), Some(anchor)) => {
-                compliance.tangential_displacement(&difference(multiplier, anchor))
-            }
+    pub fn tangential_displacement(&self, unknowns: &[f64]) -> Vec<[f64; 2]> {
+        let Some(compliance) = &self.compliance else {
+            return Vec::new();
+        };
+        let beyond_anchor = self.beyond_anchor(unknowns);
+        let x = beyond_anchor.as_deref().unwrap_or(unknowns);
+        let mut slip = compliance.tangential_displacement(self.multipliers(x));
+        self.add_rigid_slip(self.motion(x), &mut slip);
+        slip
+    }
+
+    /// x − x₀ about an anchor.
+    fn beyond_anchor(&self, unknowns: &[f64]) -> Option<Vec<f64>> {
+        let anchor = self.anchor.as_ref()?;
+        Some(difference(unknowns, anchor))
+    }
+
+    fn add_rigid_slip(&self, motion: &[f64], slip: &mut [[f64; 2]]) {
+        if let Some(balance) = &self.balance {
+            balance.coupling.add_slip(motion, slip);
         }
     }
 

@@ -10,8 +10,13 @@ use faer::{
     },
 };
 
+use nalgebra::{DMatrix, DVector};
+
 use super::ExplicitDual;
-use crate::{contact::MultiplierLayout, linalg::largest_eigenvalue};
+use crate::{
+    contact::MultiplierLayout,
+    linalg::{add_scaled, dot, largest_eigenvalue},
+};
 
 /// How much is added to the diagonal of the scaled S when rounding has made it indefinite, in
 /// units of n ε, and by which factor this grows until a factor exists.
@@ -131,6 +136,56 @@ impl LocalStiffness {
         let count = self.dense.kept.partition_point(|&j| j < normal);
         self.dense.solve_first(rhs, count)
     }
+
+    /// The unknowns of a problem whose face is glued to the foundation: [`Self::glued`], in balance where the body floats.
+    pub(crate) fn glued_start(&self, dual: &ExplicitDual) -> Vec<f64> {
+        balanced(dual, |rhs| self.glued(rhs))
+    }
+
+    /// The unknowns of a problem whose face slides freely and does not lift off: [`Self::pressed`], as far in balance as can be
+    /// where the body floats.
+    pub(crate) fn pressed_start(&self, dual: &ExplicitDual) -> Vec<f64> {
+        balanced(dual, |rhs| self.pressed(rhs))
+    }
+}
+
+/// The unknowns of a linear face: λ = K h for K = S⁻¹ or its normal part; where the body floats, λ = K (h + G α) with the α that
+/// balances the load, GᵀK G α = e − GᵀK h, as far as K resists the motions.
+fn balanced(dual: &ExplicitDual, solve: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64> {
+    const UNRESISTED: f64 = 1e-12;
+    let mut multiplier = solve(&dual.rhs);
+    let Some(balance) = &dual.balance else {
+        return multiplier;
+    };
+    let n = balance.n_felt();
+    let held: Vec<Vec<f64>> = balance
+        .coupling
+        .integrals
+        .iter()
+        .map(|g| solve(g))
+        .collect();
+    let scale = |p: usize| dot(&balance.coupling.integrals[p], &held[p]).abs().sqrt();
+    let scale: Vec<f64> = (0..n)
+        .map(|p| match scale(p) {
+            0.0 => 0.0,
+            s => s.recip(),
+        })
+        .collect();
+    let stiffness = DMatrix::from_fn(n, n, |p, q| {
+        scale[p] * scale[q] * dot(&balance.coupling.integrals[p], &held[q])
+    });
+    let excess = balance.excess(&multiplier);
+    let excess = DVector::from_fn(n, |p, _| scale[p] * excess[p]);
+    let motion = stiffness
+        .svd(true, true)
+        .solve(&excess, UNRESISTED)
+        .unwrap_or_else(|_| DVector::zeros(n));
+    let motion: Vec<f64> = motion.iter().zip(&scale).map(|(a, s)| a * s).collect();
+    for (held, by) in held.iter().zip(&motion) {
+        add_scaled(&mut multiplier, *by, held);
+    }
+    multiplier.extend(motion);
+    multiplier
 }
 
 /// Gives tangential components whose rows of S vanish, but which clamps drag along the foundation, the stiffness of the
@@ -138,7 +193,7 @@ impl LocalStiffness {
 pub(crate) fn drag(stiffness: &mut [f64], layout: MultiplierLayout, rhs: &[f64]) {
     for pane in 0..layout.n_panes() {
         let Some(pair) = layout.tangential(pane) else {
-            return;
+            continue;
         };
         if pair.iter().any(|&j| stiffness[j] == 0.0 && rhs[j] != 0.0) {
             let across = pair.iter().fold(0.0_f64, |most, &j| most.max(stiffness[j]));

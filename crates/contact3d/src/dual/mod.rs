@@ -12,6 +12,7 @@
 //! residuals are judged, since 1/S_ii says nothing on a body that nearly floats.
 
 mod assembly;
+mod balanced_operator;
 mod contact;
 mod dense;
 mod explicit;
@@ -21,9 +22,11 @@ mod need;
 mod operators;
 mod pane_stiffness;
 mod preconditioning;
+mod rigid_coupling;
 mod system;
 
 pub use assembly::{Assembly, AssemblyError, AssemblySeconds, PrimalSystem};
+pub use balanced_operator::BalancedOperator;
 pub use contact::{ContactSystem, OperatorForm};
 pub use explicit::{ContactCompliance, ExplicitDual};
 pub(crate) use local_stiffness::drag;
@@ -31,6 +34,7 @@ pub use local_stiffness::{LocalStiffness, smallest_eigenvalue};
 pub use need::{Admission, Need, OperatorEstimate, Resource, Shortage};
 pub use operators::{ExplicitOperator, ImplicitOperator};
 pub use pane_stiffness::pane_stiffness;
+pub use rigid_coupling::{Balance, RigidCoupling};
 pub use system::DualSystem;
 
 /// Applications of the dual problem: minimise ½ λᵀSλ − λᵀh over the admissible multipliers.
@@ -48,6 +52,23 @@ pub trait DualOperator {
     fn tangential_displacement(&mut self, _multiplier: &[f64]) -> Option<Vec<[f64; 2]>> {
         None
     }
+    /// The balance of a body that floats; `None` where its supports hold it.
+    fn balance(&self) -> Option<&Balance> {
+        None
+    }
+    /// The rigid motions α in m that belong to a multiplier of a body that floats; none where supports hold it.
+    fn motion(&mut self, _multiplier: &[f64]) -> Vec<f64> {
+        Vec::new()
+    }
+    /// Takes the motions α for those of a multiplier.
+    fn set_motion(&mut self, _multiplier: &[f64], _motion: &[f64]) {}
+    /// Multipliers in balance that do not pull, where successive approximations of a body that floats can begin: without pressure
+    /// there is no friction to balance a load with. `None` where supports hold the body.
+    fn balanced_start(&self) -> Option<Vec<f64>> {
+        None
+    }
+    /// One step of the method of multipliers for the balance, from a multiplier.
+    fn rebalance(&mut self, _multiplier: &[f64]) {}
     /// Applications of A⁻¹ so far (n_A of HKL §4), those of a dense S included.
     fn applications(&self) -> usize;
 }

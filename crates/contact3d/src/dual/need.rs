@@ -80,9 +80,9 @@ impl Need {
     ///
     /// Pairs follow from Euler's formula V − E + F − T = 1 of a ball with 2F = 4T + boundary
     /// triangles. P1 has one pair for each edge; P2, where N = V + E, has three within each edge, six
-    /// more on each triangle and three more in each tetrahedron.
+    /// more on each triangle and three more in each tetrahedron. A body that floats has A_κ beside A.
     #[must_use]
-    pub(super) fn of_stiffness(mesh: &Mesh, dofs: &DofMap) -> Self {
+    pub(super) fn of_stiffness(mesh: &Mesh, dofs: &DofMap, floats: bool) -> Self {
         let nodes = mesh.coordinates.len() as f64;
         let [tetrahedra, facets] =
             [mesh.tetrahedra.len(), mesh.facets.len()].map(|count| count as f64);
@@ -97,9 +97,10 @@ impl Need {
         // Held nodes have no rows: the share of free unknowns counts twice.
         let free = dofs.n_free as f64 / (3.0 * nodes);
         let coefficients = 9.0 * (nodes + 2.0 * pairs) * free * free;
+        let copies = if floats { 2.0 } else { 1.0 };
         Self {
             step: "assembling the stiffness",
-            memory: (16.0 * coefficients) as u64,
+            memory: (16.0 * copies * coefficients) as u64,
             stored: (8.0 * coefficients) as u64,
         }
     }

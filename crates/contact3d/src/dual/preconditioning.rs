@@ -77,7 +77,7 @@ impl DualSystem {
             share: LEFT,
             length: 0.0,
         };
-        let (a, work) = (&self.assembly.primal.stiffness, &mut Workspace::default());
+        let (a, work) = (self.assembly.primal.invertible(), &mut Workspace::default());
         let mut solved = conjugate_gradients(a, &self.assembly.factor, &[forces], accuracy, work);
         let solved = solved.remove(0);
         let contraction = solved.contraction();

@@ -1,8 +1,12 @@
-//! Refusal of bodies whose clamps leave a rigid motion free.
+//! Rigid motions that clamps and springs leave free, and the refusal of bodies that nothing else holds.
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
-use crate::{mesh::Mesh, scene::Invalid};
+use super::springs::{HeldPlace, held_directions};
+use crate::{
+    mesh::Mesh,
+    scene::{Invalid, Scene},
+};
 
 /// A rigid motion that the clamps leave free.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,15 +15,23 @@ pub(crate) struct RigidMotion {
     pub translation: [f64; 3],
     /// Rotation vector.
     pub rotation: [f64; 3],
+    /// The middle of the nodes, and its velocity: with them velocities do not cancel far from the origin.
+    centre: [f64; 3],
+    at_centre: [f64; 3],
 }
 
 /// Share of the largest eigenvalue below which a motion counts as free: rounding of coordinates
 /// with the digits of a mesh file, squared.
 const FREE: f64 = 1e-12;
 
-/// The rigid motions u = t + ω × x under which all held components stay at zero.
+/// The rigid motions u = t + ω × x under which all held components stay at zero, and all springs at rest: these hold
+/// orthonormal directions at some places, however stiffly.
 #[must_use]
-pub(crate) fn free_rigid_motions(coordinates: &[[f64; 3]], held: &[[bool; 3]]) -> Vec<RigidMotion> {
+fn free_rigid_motions(
+    coordinates: &[[f64; 3]],
+    held: &[[bool; 3]],
+    springs: &[HeldPlace],
+) -> Vec<RigidMotion> {
     let n = coordinates.len().max(1) as f64;
     let centre: Vector3<f64> = coordinates
         .iter()
@@ -31,14 +43,19 @@ pub(crate) fn free_rigid_motions(coordinates: &[[f64; 3]], held: &[[bool; 3]]) -
         .map(|x| (Vector3::from(*x) - centre).norm())
         .fold(0.0_f64, f64::max);
     let mut gram = Matrix6::zeros();
-    for (x, held) in coordinates.iter().zip(held) {
+    let mut hold = |x: &[f64; 3], axis: Vector3<f64>| {
         let arm = (Vector3::from(*x) - centre) / extent;
+        let turn = arm.cross(&axis);
+        let row = Vector6::new(axis.x, axis.y, axis.z, turn.x, turn.y, turn.z);
+        gram += row * row.transpose();
+    };
+    for (x, held) in coordinates.iter().zip(held) {
         for c in (0..3).filter(|&c| held[c]) {
-            let axis = Vector3::ith_axis(c).into_inner();
-            let turn = arm.cross(&axis);
-            let row = Vector6::new(axis.x, axis.y, axis.z, turn.x, turn.y, turn.z);
-            gram += row * row.transpose();
+            hold(x, Vector3::ith_axis(c).into_inner());
         }
+    }
+    for (x, directions) in springs {
+        directions.iter().for_each(|axis| hold(x, *axis));
     }
     telling_basis(&null_space(gram))
         .iter()
@@ -48,26 +65,40 @@ pub(crate) fn free_rigid_motions(coordinates: &[[f64; 3]], held: &[[bool; 3]]) -
             RigidMotion {
                 translation: (at_centre - rotation.cross(&centre)).into(),
                 rotation: rotation.into(),
+                centre: centre.into(),
+                at_centre: at_centre.into(),
             }
         })
         .collect()
 }
 
-/// Refuses clamps that leave a rigid motion free, since contact alone does not fix a body.
+/// Refuses clamps and springs that leave a rigid motion free where no contact could stop it.
 ///
 /// # Errors
-/// The free motions in words.
-pub fn refuse_rigid_motions(mesh: &Mesh, held: &[[bool; 3]]) -> Result<(), Invalid> {
-    let free = free_rigid_motions(&mesh.coordinates, held);
-    if free.is_empty() {
-        return Ok(());
+/// The free motions in words, a spring's stiffness that no spring can have.
+pub fn refuse_rigid_motions(scene: &Scene, mesh: &Mesh) -> Result<(), Invalid> {
+    motions_left_to_contact(scene, mesh).map(drop)
+}
+
+/// The rigid motions that clamps and springs leave to the contact of the scene.
+///
+/// # Errors
+/// As [`refuse_rigid_motions`].
+pub(crate) fn motions_left_to_contact(
+    scene: &Scene,
+    mesh: &Mesh,
+) -> Result<Vec<RigidMotion>, Invalid> {
+    let springs = held_directions(scene, mesh)?;
+    let free = free_rigid_motions(&mesh.coordinates, &mesh.held_nodes(scene), &springs);
+    if free.is_empty() || !scene.contacts.is_empty() {
+        return Ok(free);
     }
     let motions: Vec<String> = free.iter().map(|m| m.describe(mesh.extent())).collect();
     Err(Invalid {
         key: "clamp".into(),
-        expected: "clamps that leave no rigid motion free".into(),
+        expected: "clamps and springs that leave no rigid motion free".into(),
         found: format!("free: {}", motions.join(", ")),
-        help: "hold more components with [[clamp]]; contact alone does not fix a body, the stiffness matrix would be singular".into(),
+        help: "hold more components with [[clamp]] or [[spring]], or let the body rest on a foundation with [contact]".into(),
     })
 }
 
@@ -101,6 +132,13 @@ fn telling_basis(space: &[Vector6<f64>]) -> Vec<Vector6<f64>> {
 }
 
 impl RigidMotion {
+    /// The velocity of a point.
+    #[must_use]
+    pub(crate) fn at(&self, point: &[f64; 3]) -> [f64; 3] {
+        let arm = Vector3::from(*point) - Vector3::from(self.centre);
+        (Vector3::from(self.at_centre) + Vector3::from(self.rotation).cross(&arm)).into()
+    }
+
     /// What the motion is, in words: a translation or a rotation, and along or about what.
     #[must_use]
     pub(crate) fn describe(&self, extent: f64) -> String {
@@ -147,13 +185,13 @@ mod tests {
     #[test]
     fn a_held_triangle_leaves_nothing_free() {
         let held = [[true; 3], [true; 3], [true; 3], [false; 3]];
-        assert!(free_rigid_motions(&CORNERS, &held).is_empty());
+        assert!(free_rigid_motions(&CORNERS, &held, &[]).is_empty());
     }
 
     #[test]
     fn two_held_points_leave_the_rotation_about_their_line() {
         let held = [[true; 3], [true; 3], [false; 3], [false; 3]];
-        let free = free_rigid_motions(&CORNERS, &held);
+        let free = free_rigid_motions(&CORNERS, &held, &[]);
         assert_eq!(free.len(), 1);
         assert!(
             free[0]
@@ -165,7 +203,7 @@ mod tests {
     #[test]
     fn a_plane_on_rollers_slides_and_turns_in_itself() {
         let held = [[false, false, true]; 4];
-        let free = free_rigid_motions(&CORNERS, &held);
+        let free = free_rigid_motions(&CORNERS, &held, &[]);
         let words: Vec<String> = free.iter().map(|motion| motion.describe(3.0)).collect();
         assert_eq!(words[..2], ["translation along x", "translation along y"]);
         assert!(words[2].starts_with("rotation about z"), "{}", words[2]);
@@ -174,6 +212,6 @@ mod tests {
 
     #[test]
     fn nothing_held_leaves_all_six() {
-        assert_eq!(free_rigid_motions(&CORNERS, &[[false; 3]; 4]).len(), 6);
+        assert_eq!(free_rigid_motions(&CORNERS, &[[false; 3]; 4], &[]).len(), 6);
     }
 }

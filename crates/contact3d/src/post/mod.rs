@@ -95,7 +95,7 @@ pub struct ContactReport {
     pub corner_stress: Vec<[[f64; 6]; 4]>,
     /// Von Mises stress of each tetrahedron in Pa.
     pub von_mises: Vec<f64>,
-    /// Forces on the body, one row for each clamp, load and contact face.
+    /// Forces on the body, one row for each clamp, spring, load and contact face.
     pub forces: Vec<SourceForce>,
     /// Forces, moments and energies of the whole body.
     pub resultants: Resultants,
@@ -127,7 +127,7 @@ impl ContactReport {
         let displacement = solved.system.dofs.to_nodes(&solved.solution.displacement);
         let material = MaterialField::new(solved.scene, solved.mesh);
         let internal = InternalForces::of(solved.mesh, &material, &displacement);
-        let forces = NodalForces::new(solved, &internal.forces)?;
+        let forces = NodalForces::new(solved, &displacement, &internal.forces)?;
         let resultants = Resultants::new(solved, &displacement, &forces, &internal.forces);
         let known = estimate::Known {
             displacement: &displacement,
@@ -138,7 +138,7 @@ impl ContactReport {
         };
         let mut report = Self {
             discretisation_error: ErrorEstimate::new(solved, &known),
-            forces: nodal_forces::by_source(solved, &forces)?,
+            forces: nodal_forces::by_source(solved, &displacement, &forces)?,
             resultants,
             faces: FaceResultants::of_faces(solved, &panes),
             certificate: Certificate::new(solved, &panes, &stiffness),

@@ -9,7 +9,7 @@ use crate::{
     linalg::Workspace,
     mesh::Mesh,
     post::{ContactReport, Solved, SolvedContact},
-    scene::{Scene, SolveSettings},
+    scene::{Invalid, Scene, SolveSettings},
     solver::{ContactState, Progress, Solution, Start, coulomb_state, solve},
 };
 
@@ -161,6 +161,19 @@ impl AssembledProblem {
     pub fn is_explicit(&self) -> bool {
         let contact = self.system.contact.as_ref();
         contact.is_some_and(|contact| contact.explicit().is_some())
+    }
+
+    /// Refuses a body that only contact holds where `what` needs A⁻¹ itself.
+    pub(crate) fn refuse_floating(&self, what: &str) -> Result<(), Invalid> {
+        match self.system.assembly.primal.floating {
+            None => Ok(()),
+            Some(_) => Err(Invalid {
+                key: "clamp".into(),
+                expected: format!("a body that its clamps hold, for {what}"),
+                found: "a body that only contact holds".into(),
+                help: "A is singular: there is no S = B A^-1 B^T, no unique mapping of contact forces to displacements; hold the body with [[clamp]] or solve it with run".into(),
+            }),
+        }
     }
 
     /// What the parts of the assembly took.

@@ -93,6 +93,7 @@ fn other_part(old: &Scene, new: &Scene) -> Option<&'static str> {
         ("material", old.material != new.material),
         ("region", old.regions != new.regions),
         ("clamp", clamps(old) != clamps(new)),
+        ("spring", old.springs != new.springs),
         ("contact", faces(old) != faces(new)),
         ("friction", with_friction(old) != with_friction(new)),
         ("assemble", old.assemble != new.assemble),

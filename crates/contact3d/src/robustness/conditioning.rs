@@ -80,7 +80,7 @@ fn spectrum(dual: &ExplicitDual, scale: impl Fn(usize) -> f64) -> Spectrum {
 /// The condition number of A scaled to the diagonal 1.
 fn scaled_condition(problem: &ExplicitProblem) -> f64 {
     let assembly = &problem.assembled.system().assembly;
-    let a = &assembly.primal.stiffness;
+    let a = assembly.primal.invertible();
     let root: Vec<f64> = diagonal(a).iter().map(|d| d.sqrt()).collect();
     let n = root.len();
     let largest = largest_eigenvalue(n, |v| {

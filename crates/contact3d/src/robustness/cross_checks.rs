@@ -125,19 +125,20 @@ pub(super) fn compare(
                     solution.status,
                     solution.accuracy,
                     steps,
-                    solution.multiplier,
+                    problem.unknowns(&solution.multiplier, &solution),
                 )
             }
         };
-        let (status, accuracy, steps, multiplier) = found;
+        let (status, accuracy, steps, unknowns) = found;
+        let multiplier = problem.dual().multipliers(&unknowns);
         let contact = problem.contact();
         results.push(CrossCheckResult {
             cross_check,
             status,
             accuracy,
             steps,
-            disagreement: problem.distance(&multiplier, &answer.multiplier),
-            residual: Linearisation::residual_of(problem.dual(), &contact, &multiplier),
+            disagreement: problem.distance(multiplier, &answer.multiplier),
+            residual: Linearisation::residual_of(problem.dual(), &contact, &unknowns),
         });
     }
     Ok(results)
@@ -148,9 +149,14 @@ fn averaged(problem: &ExplicitProblem, law: &CoulombLaw) -> (Status, f64, usize,
     let (dual, contact) = (problem.dual(), problem.contact());
     let local = LocalStiffness::new(dual);
     let mut steps = 0;
-    let mut multiplier = vec![0.0; dual.dimension()];
+    // Without pressure no friction balances the load of a body that floats.
+    let start = match &dual.balance {
+        None => vec![0.0; dual.dimension()],
+        Some(_) => local.glued_start(dual),
+    };
+    let mut multiplier = start.clone();
     for share in [0.5, 0.125] {
-        multiplier.fill(0.0);
+        multiplier.clone_from(&start);
         for _ in 0..MOST_AVERAGES {
             let image = evaluate_mapping(dual, &local, &contact, law, &multiplier);
             steps += 1;

@@ -4,12 +4,12 @@ use std::{path::Path, sync::Arc};
 
 use crate::{
     adaptation::adapted,
-    dual::ExplicitDual,
+    dual::{ContactSystem, ExplicitDual},
     linalg::{Precision, norm},
     mesh::{ContactSurface, Mesh, Refinement},
     problem::{AssembledProblem, Problem, ProblemError},
     scene::{DualOperatorKind, FactorPrecision, Invalid, Scene},
-    solver::ContactState,
+    solver::{ContactState, Solution},
 };
 
 /// A stress this much below those of the load is none.
@@ -22,6 +22,8 @@ pub(super) struct ExplicitProblem {
     pub(super) scene: Scene,
     /// The cuts that its mesh came from.
     pub(super) refinement: Refinement,
+    /// The dual problem with its balance where the body floats.
+    balanced: Option<ContactSystem>,
 }
 
 impl ExplicitProblem {
@@ -63,7 +65,13 @@ impl ExplicitProblem {
         if scene.has_history() {
             assembled = assembled.solve_history(&scene.solve)?.last;
         }
+        let system = assembled.system();
+        let contact = system.contact.as_ref().zip(assembled.contact_state());
+        let balanced = contact.and_then(|(dual, state)| {
+            dual.balanced(&system.assembly, state.surface, state.interface)
+        });
         Ok(Self {
+            balanced,
             assembled,
             scene,
             refinement: Refinement::default(),
@@ -100,8 +108,16 @@ impl ExplicitProblem {
 
     pub(super) fn dual(&self) -> &ExplicitDual {
         let contact = self.assembled.system().contact.as_ref();
+        let contact = self.balanced.as_ref().or(contact);
         let dual = contact.and_then(|contact| contact.explicit());
         dual.expect("assembled with contact and the dense operator")
+    }
+
+    /// The unknowns of an answer: its multipliers, and its rigid motions where the body floats.
+    pub(super) fn unknowns(&self, multiplier: &[f64], answer: &Solution) -> Vec<f64> {
+        let balance = self.dual().balance.as_ref();
+        let motion = balance.map(|it| it.coupling.in_felt(&answer.rigid_motion));
+        [multiplier, &motion.unwrap_or_default()].concat()
     }
 
     /// ‖λ' − λ‖ / ‖λ‖ for the answer λ. Where that is zero to rounding, over ‖ρh‖: the stresses

@@ -139,7 +139,7 @@ pub(super) fn compare(
                 residual: Linearisation::residual_of(
                     problem.dual(),
                     &problem.contact(),
-                    &multiplier,
+                    &problem.unknowns(&multiplier, answer),
                 ),
             });
         }

@@ -112,7 +112,8 @@ impl Check {
         let problem = double.as_ref().unwrap_or(&own);
         let report = problem.assembled.report(&answer)?;
         let contact = problem.contact();
-        let linearisation = Linearisation::new(problem.dual(), &contact, &answer.multiplier);
+        let unknowns = problem.unknowns(&answer.multiplier, &answer);
+        let linearisation = Linearisation::new(problem.dual(), &contact, &unknowns);
         let conditioning = Conditioning::of(problem);
         Ok(Self {
             solutions,

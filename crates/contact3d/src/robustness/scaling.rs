@@ -1,7 +1,7 @@
 //! The same problem in other units.
 
 use crate::scene::{
-    Friction, Invalid, LAW_VARIABLES, Material, POSITION, Part, Quantity, Scene, Target,
+    Friction, Invalid, LAW_VARIABLES, Material, POSITION, Part, Quantity, Scene, Spring, Target,
     replace_names,
 };
 
@@ -32,6 +32,9 @@ impl Scaling {
         self.scale_body(&mut scaled);
         for value in scaled.clamps.iter_mut().flat_map(|clamp| &mut clamp.value) {
             *value = self.quantity(value, self.displacement)?;
+        }
+        for (_, value) in scaled.springs.iter_mut().flat_map(Spring::quantities_mut) {
+            *value = self.quantity(value, self.stress / self.displacement)?;
         }
         for traction in &mut scaled.tractions {
             for value in &mut traction.value {

@@ -9,7 +9,7 @@ use super::{
     DualOperatorKind, ElementOrder, Expression, ExpressionError, Formula, Friction, GmshFile,
     Invalid, Isotropic, LawFunction, LawPoint, Material, MultiplierSpace, Obstacle, POSITION,
     Parameters, Part, PlaceFunction, Pressure, Quantity, Ramp, Region, Scene, Shape,
-    SlipDerivative, SlipInterpolation, SolveSettings, Step, Table, Traction,
+    SlipDerivative, SlipInterpolation, SolveSettings, Spring, Step, Table, Traction,
 };
 
 impl Scene {
@@ -36,6 +36,7 @@ impl Scene {
             material,
             regions: Vec::new(),
             clamps: Vec::new(),
+            springs: Vec::new(),
             tractions: Vec::new(),
             pressures: Vec::new(),
             body_force: None,
@@ -80,6 +81,13 @@ impl Scene {
     #[must_use]
     pub fn with_traction(mut self, traction: Traction) -> Self {
         self.tractions.push(traction);
+        self
+    }
+
+    /// The scene with springs on one more face.
+    #[must_use]
+    pub fn with_spring(mut self, spring: Spring) -> Self {
+        self.springs.push(spring);
         self
     }
 

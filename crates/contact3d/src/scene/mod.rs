@@ -28,6 +28,7 @@ mod parser_words;
 mod quantity;
 mod shown;
 mod solve;
+mod spring;
 mod step;
 mod tabulated;
 mod validate;
@@ -61,6 +62,7 @@ pub use solve::{
     AssembleSettings, DualOperatorKind, FactorPrecision, InnerSolver, Method, PrecisionControl,
     SolveSettings,
 };
+pub use spring::{Spring, SpringStiffness};
 pub use step::{MOST_INCREMENTS, Step, StepValue};
 pub use tabulated::{Grid, Table};
 pub use warning::Warning;
@@ -96,6 +98,9 @@ pub struct Scene {
     /// Faces on which displacement components are held (Γ_u), at zero or at given values.
     #[serde(rename = "clamp", default)]
     pub clamps: Vec<Clamp>,
+    /// Springs on faces.
+    #[serde(rename = "spring", default, skip_serializing_if = "Vec::is_empty")]
+    pub springs: Vec<Spring>,
     /// Surface tractions p on faces (Γ_p); tractions on the same face add up.
     #[serde(rename = "traction", default, skip_serializing_if = "Vec::is_empty")]
     pub tractions: Vec<Traction>,

@@ -91,6 +91,10 @@ impl Scene {
             let key = format!("clamp.{i}.value");
             quantities.extend(clamp.value.iter_mut().map(|value| (key.clone(), value)));
         }
+        for (i, spring) in self.springs.iter_mut().enumerate() {
+            let named = spring.quantities_mut();
+            quantities.extend(named.map(|(name, value)| (format!("spring.{i}.{name}"), value)));
+        }
         for (i, traction) in self.tractions.iter_mut().enumerate() {
             let key = format!("traction.{i}.value");
             quantities.extend(traction.value.iter_mut().map(|value| (key.clone(), value)));

@@ -130,7 +130,8 @@ impl DiscreteProblem<'_> {
             }
         }
         solution.displacement = answer.displacement.value;
-        solution.multiplier = answer.multiplier;
+        solution.rigid_motion = dual.motion(&answer.multiplier).to_vec();
+        solution.multiplier = dual.multipliers(&answer.multiplier).to_vec();
         solution
     }
 
@@ -145,7 +146,8 @@ impl DiscreteProblem<'_> {
         mut steps: Vec<NewtonStep>,
     ) -> Solution {
         let started = Instant::now();
-        let polished = self.polished(dual, local, bound, &solution.multiplier, self.tolerance());
+        let unknowns = self.unknowns(&solution);
+        let polished = self.polished(dual, local, bound, &unknowns, self.tolerance());
         steps.extend(&polished.history);
         let applications = solution.applications + polished.applications;
         if polished.is_solution() {

@@ -29,7 +29,8 @@ pub(crate) enum Bound<'a> {
 /// displacement is held) moves nothing; it has z = 0, and so becomes 0.
 pub(super) struct Conditions<'a> {
     pub(super) bound: Bound<'a>,
-    /// ρ of every component, `[n_multipliers]`, in Pa/m³; 0 where the row of S vanishes.
+    /// ρ of every component, in Pa/m³; 0 where the row of S vanishes; then in Pa/N those of the balance of a body that floats,
+    /// `[n_unknowns]`.
     pub(super) steplengths: Vec<f64>,
     layout: MultiplierLayout,
     /// 𝓕⁻¹ of a law that does not follow the slip, evaluated once, `[n_friction_panes]`.
@@ -46,7 +47,7 @@ pub(crate) enum PaneZone {
 
 /// The natural map at some λ with what its derivative needs.
 pub(crate) struct Evaluation {
-    /// R in Pa, `[n_multipliers]`.
+    /// R in Pa, `[n_unknowns]`.
     pub(super) residual: Vec<f64>,
     /// ‖R‖.
     pub(crate) norm: f64,
@@ -125,6 +126,7 @@ impl<'a> Conditions<'a> {
         let (inverse, inverse_slope) = self.friction(displacement);
         let slip_derivative = self.slip_derivative(displacement);
         let mut residual = multiplier.to_vec();
+        self.balance_rows(gradient, &mut residual);
         let mut panes = Vec::with_capacity(self.layout.n_panes());
         for i in 0..self.layout.n_panes() {
             let pressure = trial[i].max(0.0);
@@ -190,6 +192,7 @@ impl<'a> Conditions<'a> {
         let slips = at.slip_derivative.as_ref();
         let slips = slips.map_or_else(Vec::new, |by| by.apply(|node| displacement[node]));
         let mut change = direction.to_vec();
+        self.balance_rows(gradient, &mut change);
         for (i, pane) in at.panes.iter().enumerate() {
             let pressure = if pane.pressed { trial[i] } else { 0.0 };
             change[i] -= pressure;
@@ -208,6 +211,13 @@ impl<'a> Conditions<'a> {
             }
         }
         change
+    }
+
+    /// The rows ρ r of unknowns that nothing bounds, the rigid motions.
+    fn balance_rows(&self, gradient: &[f64], rows: &mut [f64]) {
+        for j in self.layout.n_multipliers()..rows.len() {
+            rows[j] = self.steplengths[j] * gradient[j];
+        }
     }
 
     /// The change of a pane's semi-axes g / 𝓕⁻¹ with that of g and of the slip at its nodes.

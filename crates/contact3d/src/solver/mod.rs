@@ -2,13 +2,14 @@
 //! method inside, and a semismooth Newton method for the whole problem.
 //!
 //! Each module uses only those before it: `ellipse`, `feasible_set`, `history`, `contact_state`,
-//! `solution`, `problem`, `conditions`, `newton`, `inner`, `minimisation`, `fixed_point`, `accuracy`, `answer`, `solve`.
+//! `solution`, `problem`, `conditions`, `newton`, `inner`, `minimisation`, `fixed_point`, `accuracy`, `answer`, `equilibrium`, `solve`.
 
 mod accuracy;
 mod answer;
 mod conditions;
 mod contact_state;
 mod ellipse;
+mod equilibrium;
 mod feasible_set;
 mod fixed_point;
 mod history;

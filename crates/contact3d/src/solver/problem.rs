@@ -4,7 +4,7 @@ use std::sync::atomic::Ordering;
 
 use thiserror::Error;
 
-use super::{ContactState, NewtonStep, OuterStep};
+use super::{ContactState, NewtonStep, OuterStep, Solution};
 use crate::{
     dual::{Assembly, ContactSystem},
     scene::SolveSettings,
@@ -17,6 +17,16 @@ pub(super) struct DiscreteProblem<'a> {
     pub(super) contact: &'a ContactState<'a>,
     pub(super) settings: &'a SolveSettings,
     pub(super) start: Start<'a>,
+}
+
+impl DiscreteProblem<'_> {
+    /// The unknowns of an answer: its multipliers, and its rigid motions where the body floats.
+    pub(super) fn unknowns(&self, solution: &Solution) -> Vec<f64> {
+        let mut unknowns = solution.multiplier.clone();
+        unknowns.extend(&solution.rigid_motion);
+        unknowns.resize(self.dual.n_unknowns(), 0.0);
+        unknowns
+    }
 }
 
 /// What an observer of a solve sees.

@@ -26,6 +26,8 @@ pub enum Status {
     Stopped,
     /// The stopping rule of the method is met, but the answer is no solution.
     Inaccurate,
+    /// No contact forces that the laws admit hold a body that floats; the motion that nothing stops proves it.
+    NoEquilibrium,
 }
 
 /// What a solve is held to.
@@ -67,7 +69,8 @@ impl Status {
             | Self::NumericalError
             | Self::MaxNewtonSteps
             | Self::Cycling
-            | Self::Inaccurate => false,
+            | Self::Inaccurate
+            | Self::NoEquilibrium => false,
         }
     }
 
@@ -78,7 +81,7 @@ impl Status {
     }
 
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Converged,
         Self::MaxOuterSteps,
         Self::MaxInnerApplications,
@@ -88,6 +91,7 @@ impl Status {
         Self::Cycling,
         Self::Stopped,
         Self::Inaccurate,
+        Self::NoEquilibrium,
     ];
 
     /// The status that programs see as `word`.
@@ -109,6 +113,7 @@ impl Status {
             Self::Cycling => "cycling",
             Self::Stopped => "stopped",
             Self::Inaccurate => "inaccurate",
+            Self::NoEquilibrium => "no_equilibrium",
         }
     }
 }
@@ -144,7 +149,13 @@ pub struct Solution {
     pub local_mapping: Option<LocalMapping>,
     /// λ: m normal stresses λ_ν, then m pairs λ_t where there is friction, `[n_multipliers]`, in Pa.
     pub multiplier: Vec<f64>,
-    /// u over the free degrees of freedom, `[n_free]`, in m.
+    /// Rigid motions α in m of a body that only contact holds, one for each of its modes, zero without equilibrium; empty where
+    /// supports hold it.
+    pub rigid_motion: Vec<f64>,
+    /// With [`Status::NoEquilibrium`] the rigid motion that nothing stops, of largest component one, `[n_nodes]`: the load works in
+    /// it, and no admissible contact force works against it.
+    pub unstopped_motion: Option<Vec<[f64; 3]>>,
+    /// u over the free degrees of freedom, `[n_free]`, in m; zero without equilibrium.
     pub displacement: Vec<f64>,
     /// φ = (|u_t1|, |u_t2|) of `displacement` at the contact nodes, in m; `None` unless the
     /// coefficients of friction follow the slip.

@@ -3,14 +3,15 @@
 use std::sync::atomic::Ordering;
 
 use super::{
-    ContactState, Inner, LocalMapping, NeedsExplicit, OuterStep, Progress, Solution, Start, Status,
-    conditions::Bound, minimisation::minimise, problem::DiscreteProblem, successive_approximations,
+    ContactState, Inner, LocalMapping, NeedsExplicit, OuterStep, Progress, Solution, SolvedBy,
+    Start, Status, conditions::Bound, equilibrium::unstopped_motion, minimisation::minimise,
+    problem::DiscreteProblem, successive_approximations,
 };
 use crate::{
     contact::CoulombLaw,
     dual::{
-        ContactSystem, DualOperator, DualSystem, ExplicitOperator, ImplicitOperator,
-        LocalStiffness, OperatorForm, drag, pane_stiffness,
+        BalancedOperator, ContactSystem, DualOperator, DualSystem, ExplicitOperator,
+        ImplicitOperator, LocalStiffness, OperatorForm, PrimalSystem, drag, pane_stiffness,
     },
     linalg::{Precision, Workspace},
     scene::{Method, SolveSettings},
@@ -49,6 +50,15 @@ pub fn solve(
             ..Solution::default()
         });
     };
+    let (surface, interface) = (contact.surface, contact.interface);
+    let balanced = dual.balanced(&system.assembly, surface, interface);
+    let dual = balanced.as_ref().unwrap_or(dual);
+    if let Some(balance) = &dual.balance
+        && let Some(motion) = unstopped_motion(&system.assembly, balance, contact)
+    {
+        let primal = &system.assembly.primal;
+        return Ok(Solution::without_equilibrium(dual, primal, motion));
+    }
     let problem = DiscreteProblem {
         assembly: &system.assembly,
         dual,
@@ -64,14 +74,52 @@ pub fn solve(
     if !states.all(|state| state.is_admissible(contact.surface)) {
         solution.status = Status::NumericalError;
     }
+    if let Some(balance) = &dual.balance {
+        solution.rigid_motion = balance.coupling.in_modes(&solution.rigid_motion);
+    }
     solution.law_evaluations = contact.interface.law_evaluations();
     solution.projections = contact.interface.projections.load(Ordering::Relaxed);
-    if let (Some(law), Some(dual)) = (contact.interface.coulomb(), dual.explicit())
+    // The mapping of a body that floats is not one of multipliers alone.
+    if let (Some(law), Some(explicit), None) =
+        (contact.interface.coulomb(), dual.explicit(), &dual.balance)
         && solution.status.is_solved()
     {
-        solution.local_mapping = LocalMapping::new(dual, contact, law, &solution.multiplier);
+        solution.local_mapping = LocalMapping::new(explicit, contact, law, &solution.multiplier);
     }
     Ok(solution)
+}
+
+impl Solution {
+    /// What is known of a body that no contact force holds.
+    fn without_equilibrium(
+        dual: &ContactSystem,
+        primal: &PrimalSystem,
+        motion: Vec<[f64; 3]>,
+    ) -> Self {
+        Self {
+            status: Status::NoEquilibrium,
+            solved_by: SolvedBy::Direct,
+            accuracy: 1.0,
+            multiplier: vec![0.0; dual.layout().n_multipliers()],
+            rigid_motion: vec![0.0; primal.floating.as_ref().map_or(0, |body| body.n_modes())],
+            displacement: vec![0.0; primal.dofs.n_free],
+            unstopped_motion: Some(motion),
+            ..Self::default()
+        }
+    }
+}
+
+/// The solution of a body that floats, with its rigid motions.
+fn moved(
+    mut operator: impl DualOperator,
+    run: impl FnOnce(&mut dyn DualOperator) -> Solution,
+) -> Solution {
+    let solution = run(&mut operator);
+    let rigid_motion = operator.motion(&solution.multiplier);
+    Solution {
+        rigid_motion,
+        ..solution
+    }
 }
 
 impl DiscreteProblem<'_> {
@@ -171,10 +219,12 @@ impl DiscreteProblem<'_> {
                 break;
             }
             let multiplier = &solution.multiplier;
-            let exact = self.exact(dual, &local, multiplier, None, f64::EPSILON);
+            let unknowns = self.unknowns(&solution);
+            let exact = self.exact(dual, &local, &unknowns, None, f64::EPSILON);
             let corrected = ContactSystem {
                 coupling: self.dual.coupling.clone(),
                 form: OperatorForm::Explicit(exact.dual.without_anchor()),
+                balance: self.dual.balance.clone(),
             };
             let problem = DiscreteProblem {
                 dual: &corrected,
@@ -230,14 +280,19 @@ impl DiscreteProblem<'_> {
     }
 
     fn with_operator(&self, run: impl FnOnce(&mut dyn DualOperator) -> Solution) -> Solution {
-        let mut solution = match self.dual.explicit() {
-            Some(dual) => run(&mut ExplicitOperator::new(dual, self.assembly, self.dual)),
-            None => run(&mut ImplicitOperator::new(self.assembly, self.dual)),
+        let explicit = self.dual.explicit();
+        let explicit = explicit.map(|dual| ExplicitOperator::new(dual, self.assembly, self.dual));
+        let implicit = || ImplicitOperator::new(self.assembly, self.dual);
+        let mut solution = match (explicit, &self.dual.balance) {
+            (Some(mut operator), None) => run(&mut operator),
+            (None, None) => run(&mut implicit()),
+            (Some(operator), Some(balance)) => moved(BalancedOperator::new(operator, balance), run),
+            (None, Some(balance)) => moved(BalancedOperator::new(implicit(), balance), run),
         };
-        let multiplier = &solution.multiplier;
+        let unknowns = self.unknowns(&solution);
         let refined = self
             .dual
-            .refined_displacement(self.assembly, multiplier, None, f64::EPSILON);
+            .refined_displacement(self.assembly, &unknowns, None, f64::EPSILON);
         solution.displacement = refined.value;
         solution
     }

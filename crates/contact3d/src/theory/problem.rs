@@ -46,6 +46,7 @@ impl TheoryProblem {
         scene.assemble.factor = FactorPrecision::Double;
         let mesh = Mesh::of_scene(&scene, folder)?;
         let assembled = Problem::of_checked(scene, Arc::new(mesh))?.assemble()?;
+        assembled.refuse_floating("the constants of the theory")?;
         let contact = assembled
             .contact_state()
             .ok_or_else(|| singular("no contact"))?;

@@ -7,7 +7,7 @@ use crate::{
     robustness::Scaling,
     scene::{
         Body, Clamp, Coefficient, Contact, DualOperatorKind, Friction, InnerSolver, Material,
-        Method, Pressure, SolveSettings, Traction,
+        Method, Obstacle, Pressure, SolveSettings, Traction,
     },
 };
 
@@ -243,6 +243,10 @@ fn scenes_that_the_theory_does_not_cover_are_refused_by_their_key() {
     let mut gap = published(2, 1.0);
     gap.contacts = vec![Contact::on("z_min").with_gap(1e-5)];
     assert_eq!(refused(gap), "contact.gap");
+    let sphere = Obstacle::sphere([1.5, 0.5, -9.0], 9.0);
+    let mut obstacle = published(2, 1.0);
+    obstacle.contacts = vec![Contact::on("z_min").against(sphere)];
+    assert_eq!(refused(obstacle), "contact.obstacle");
     let mut quadratic = published(2, 1.0);
     quadratic.body = Body::brick([3.0, 1.0, 1.0], [6, 2, 2]).with_element(ElementOrder::P2);
     assert_eq!(refused(quadratic), "body.element");

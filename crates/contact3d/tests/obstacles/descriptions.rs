@@ -141,6 +141,25 @@ fn the_gap_of_the_scene_adds_to_the_distance() {
     }
 }
 
+/// Panes do not reach over the border between two parts of a face, so both are the whole face.
+#[test]
+fn two_parts_of_a_face_meet_one_obstacle() {
+    let sphere = "obstacle.sphere = { centre = [0.4, 0.3, -2.0], radius = 2.0 }\n";
+    let friction = "[friction]\ncoefficient.constant = 0.3\n";
+    let whole = Solved::new(&scene("z_min", "P1", &format!("{sphere}{friction}")));
+    let part = |name: &str, low: f64, high: f64| {
+        format!("name = '{name}'\nbox = [[{low:?}, 0.0, 0.0], [{high:?}, 0.8, 0.0]]\n{sphere}")
+    };
+    let first = scene("z_min", "P1", &part("left", 0.0, 0.5)).replace("[contact]", "[[contact]]");
+    let second = format!("[[contact]]\nface = 'z_min'\n{}", part("right", 0.5, 1.0));
+    let parts = Solved::new(&format!("{first}{second}{friction}"));
+    assert_eq!(parts.surface().faces.len(), 2);
+    assert_eq!(parts.surface().clearance.len(), parts.surface().nodes.len());
+    // Both are solved to 1e-12.
+    assert!(distance(&parts.force(), &whole.force()) < 1e-9);
+    assert!((parts.peak() / whole.peak() - 1.0).abs() < 1e-9);
+}
+
 #[test]
 fn heights_may_use_parameters() {
     let text = scene(

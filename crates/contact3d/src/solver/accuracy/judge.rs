@@ -3,8 +3,8 @@
 use super::{deviation::Sizes, polish::COARSEST};
 use crate::{
     contact::{nodal_tangential, nodal_tangential_change},
-    dual::{ExplicitDual, LocalStiffness},
-    linalg::{Workspace, gmres},
+    dual::{Balance, ExplicitDual, LocalStiffness},
+    linalg::{Workspace, gmres, norm},
     solver::{
         Solution, Status,
         conditions::{Bound, Conditions},
@@ -44,7 +44,7 @@ impl DiscreteProblem<'_> {
             return solution;
         }
         let error = match explicit {
-            Some((dual, local)) => self.error_of(dual, local, bound, &solution.multiplier),
+            Some((dual, local)) => self.error_of(dual, local, bound, &self.unknowns(&solution)),
             None => self.error_without_operator(bound, &solution),
         };
         // An answer without a digit is off by its own size.
@@ -65,30 +65,53 @@ impl DiscreteProblem<'_> {
     /// The error of λ where S is not dense: the step d with R'(λ) d = −R(λ) of the natural map with
     /// exact residuals and local stiffness, by GMRES; each product costs one application of A⁻¹.
     fn error_without_operator(&self, bound: Bound<'_>, solution: &Solution) -> f64 {
-        let multiplier = &solution.multiplier;
+        let unknowns = &self.unknowns(solution);
         let (surface, interface) = (self.contact.surface, self.contact.interface);
-        let steplengths = solution.local_stiffness.clone();
+        let mut steplengths = solution.local_stiffness.clone();
+        let balance = self.dual.balance.as_ref();
+        steplengths.extend(balance.into_iter().flat_map(Balance::steplengths));
         let conditions = Conditions::new(bound, self.dual.layout(), steplengths);
         let dofs = &self.assembly.primal.dofs;
         let displacement = self
             .dual
-            .refined_displacement(self.assembly, multiplier, None, REFINED);
+            .refined_displacement(self.assembly, unknowns, None, REFINED);
         let closing = self
             .dual
             .closing_refined(&displacement, dofs, surface, interface);
-        let gradient: Vec<f64> = closing.iter().map(|c| -c).collect();
+        let mut gradient: Vec<f64> = closing.iter().map(|c| -c).collect();
+        let (multiplier, _) = self.dual.parts(unknowns);
+        gradient.extend(balance.into_iter().flat_map(|it| it.excess(multiplier)));
         let slip = nodal_tangential(surface, &interface.frame, dofs, &displacement.value);
-        let here = conditions.evaluate(multiplier, &gradient, &slip);
+        let here = conditions.evaluate(unknowns, &gradient, &slip);
+        // The motions count in units in which they cost as much as a stress.
+        let size = steplength_of_motions(balance, &conditions.steplengths);
         let mut work = Workspace::default();
         let step = gmres(&here.residual, LEFT, MOST_APPLICATIONS, |v| {
-            let forces = self.dual.coupling.nodal_forces(v);
-            let moved = self.assembly.solve(&forces, &mut work);
+            let (stresses, motions) = self.dual.parts(v);
+            let forces = self.dual.coupling.nodal_forces(stresses);
+            let mut moved = self.assembly.solve(&forces, &mut work);
+            if let Some(balance) = balance {
+                let back: Vec<f64> = motions.iter().zip(&size).map(|(v, s)| -v * s).collect();
+                balance.coupling.add_motion(&back, &mut moved);
+            }
             let slips = nodal_tangential_change(surface, &interface.frame, dofs, &moved);
             let slips: Vec<[f64; 2]> = slips.iter().map(|u| u.map(|u| -u)).collect();
-            let gradient = self.dual.coupling.integrate(&moved);
+            let mut gradient = self.dual.coupling.integrate(&moved);
+            let carried = balance.map(|it| it.coupling.resultant_of(stresses));
+            gradient.extend(carried.into_iter().flatten().map(|g| -g));
             conditions.derivative(&here, v, &gradient, &slips)
         });
         let sizes = Sizes::of(self.contact, multiplier, &here);
         sizes.relative(self.contact, &step)
     }
+}
+
+/// For each rigid motion the α in m that moves the panes by as much as one Pa does, 1 / ‖ρ G‖.
+fn steplength_of_motions(balance: Option<&Balance>, steplengths: &[f64]) -> Vec<f64> {
+    let columns = balance.into_iter().flat_map(|it| &it.coupling.integrals);
+    let size = |g: &Vec<f64>| {
+        let moved: Vec<f64> = g.iter().zip(steplengths).map(|(g, rho)| g * rho).collect();
+        norm(&moved).recip()
+    };
+    columns.map(size).collect()
 }

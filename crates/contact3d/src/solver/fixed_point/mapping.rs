@@ -64,7 +64,7 @@ pub fn evaluate_at(
     };
     MappingValue::new(
         search.minimise(&set, &NewtonSettings::to_rounding(dual)),
-        multiplier,
+        dual.multipliers(multiplier),
     )
 }
 
@@ -72,7 +72,8 @@ impl MappingValue {
     fn new(inner: NewtonSolution, multiplier: &[f64]) -> Self {
         Self {
             status: inner.status,
-            relative_change: match norm(&difference(&inner.multiplier, multiplier)) {
+            // The rigid motions of a body that floats stay aside.
+            relative_change: match norm(&difference(multiplier, &inner.multiplier)) {
                 0.0 => 0.0,
                 change => change / norm(multiplier),
             },

@@ -106,13 +106,15 @@ pub fn successive_approximations(
     let mut stall = Stall::default();
     // The rounding of S λ, below which no change says anything.
     let attainable = operator.dimension() as f64 * f64::EPSILON;
-    let mut moved = start.multiplier.is_some() || start.checkpoint.is_some();
+    let balanced = operator.balanced_start();
+    let first = start.multiplier.or(balanced.as_deref());
+    let mut moved = first.is_some() || start.checkpoint.is_some();
     if let Some(state) = start.checkpoint {
         solution.resume(state);
         change = solution.accuracy;
         precision.tolerance = state.tolerance;
         state.restore_counters(contact);
-    } else if let Some(multiplier) = start.multiplier {
+    } else if let Some(multiplier) = first {
         solution.multiplier = multiplier.to_vec();
         if follows_slip {
             let slip = solution.slip_at(operator, assembly, contact);
@@ -181,7 +183,8 @@ pub fn successive_approximations(
             solution.status = status;
             break;
         }
-        if !last {
+        // A state that could go on would have to hold the rigid motions, too.
+        if !last && operator.balance().is_none() {
             observe(Progress::Between(&solution.outer_state(contact, tolerance)));
         }
     }

@@ -1,5 +1,6 @@
 //! The inner solvers: what minimises over a frozen admissible set.
 
+mod balanced;
 #[cfg(test)]
 mod dense_operator;
 mod face;
@@ -82,6 +83,21 @@ impl<'a> Inner<'a> {
         multiplier: &mut Vec<f64>,
         tolerance: f64,
     ) -> InnerSummary {
+        match operator.balance() {
+            None => self.minimise_at(operator, kprgp, set, multiplier, tolerance),
+            Some(_) => self.minimise_balanced(operator, kprgp, set, multiplier, tolerance),
+        }
+    }
+
+    /// One minimisation of a body where it is.
+    fn minimise_at(
+        self,
+        operator: &mut dyn DualOperator,
+        kprgp: &Kprgp,
+        set: &FeasibleSet<'_>,
+        multiplier: &mut Vec<f64>,
+        tolerance: f64,
+    ) -> InnerSummary {
         match self {
             Self::Kprgp | Self::Gpcg(_) => {
                 let rhs_norm = norm(operator.rhs());
@@ -127,11 +143,12 @@ impl<'a> Inner<'a> {
                     tolerance: tolerance.max(dual.rounding()),
                     ..NewtonSettings::default()
                 };
+                let start = [&multiplier[..], &operator.motion(multiplier)].concat();
                 let search = Search {
                     dual,
                     bound: Bound::Frozen(set),
                     local,
-                    start: Some(multiplier),
+                    start: Some(&start),
                 };
                 let outcome = search.minimise(set, &settings);
                 let summary = InnerSummary {
@@ -143,7 +160,8 @@ impl<'a> Inner<'a> {
                     applications: outcome.evaluations,
                     newton: outcome.history,
                 };
-                *multiplier = outcome.multiplier;
+                *multiplier = dual.multipliers(&outcome.multiplier).to_vec();
+                operator.set_motion(multiplier, dual.motion(&outcome.multiplier));
                 summary
             }
         }

@@ -96,6 +96,8 @@ pub(in crate::solver) struct NewtonOutcome {
 /// An iterate and its residual.
 struct Iterate {
     multiplier: Vec<f64>,
+    /// ‖λ‖.
+    size: f64,
     evaluation: Evaluation,
 }
 
@@ -103,6 +105,7 @@ impl Iterate {
     fn new(map: &NaturalMap<'_>, multiplier: Vec<f64>) -> Self {
         let evaluation = map.evaluate(&multiplier);
         Self {
+            size: norm(map.dual.multipliers(&multiplier)),
             multiplier,
             evaluation,
         }
@@ -124,7 +127,7 @@ impl Iterate {
     fn relative(&self) -> f64 {
         match self.evaluation.norm {
             0.0 => 0.0,
-            residual => residual / norm(&self.multiplier),
+            residual => residual / self.size,
         }
     }
 

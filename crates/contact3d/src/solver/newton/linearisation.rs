@@ -33,35 +33,39 @@ impl Linearisation {
     pub(crate) fn residual_of(
         dual: &ExplicitDual,
         contact: &ContactState<'_>,
-        multiplier: &[f64],
+        unknowns: &[f64],
     ) -> f64 {
         let frozen = contact.feasible_set(None);
         let map = NaturalMap::new(dual, bound(contact, &frozen));
-        relative(map.evaluate(multiplier).norm, multiplier)
+        relative(map.evaluate(unknowns).norm, dual.multipliers(unknowns))
     }
 
-    /// Linearises the contact problem of any law at λ, `[n_multipliers]` in Pa.
+    /// Linearises the contact problem of any law at λ, `[n_multipliers]` in Pa, followed by the rigid motions of a body that floats.
     #[must_use]
-    pub fn new(dual: &ExplicitDual, contact: &ContactState<'_>, multiplier: &[f64]) -> Self {
+    pub fn new(dual: &ExplicitDual, contact: &ContactState<'_>, unknowns: &[f64]) -> Self {
         let frozen = contact.feasible_set(None);
         let map = NaturalMap::new(dual, bound(contact, &frozen));
-        let evaluation = map.evaluate(multiplier);
+        let evaluation = map.evaluate(unknowns);
         let matrix = map.derivative(&evaluation);
-        let n = multiplier.len();
+        let (n, n_multipliers) = (unknowns.len(), dual.dimension());
         let lu = MatRef::from_column_major_slice(&matrix, n, n).partial_piv_lu();
         let pivots: Vec<f64> = (0..n).map(|i| lu.U()[(i, i)]).collect();
         let (permutation, _) = lu.P().arrays();
-        let negative = pivots.iter().filter(|p| **p < 0.0).count() + transpositions(permutation);
+        // Each row of the balance turns the sign of what is left after its motion is eliminated.
+        let turned = n - n_multipliers;
+        let negative = pivots.iter().filter(|p| **p < 0.0).count();
+        let negative = negative + transpositions(permutation) + turned;
         let singular = pivots.iter().any(|p| *p == 0.0 || !p.is_finite());
-        // ‖R'⁻¹‖² is the largest eigenvalue of R'⁻¹R'⁻ᵀ.
+        // ‖R'⁻¹‖² is the largest eigenvalue of R'⁻¹R'⁻ᵀ; of its rows and columns of λ where the body floats.
         let inverse_square = |v: &[f64]| {
-            let mut x = Mat::from_fn(n, 1, |i, _| v[i]);
+            let mut x = Mat::from_fn(n, 1, |i, _| v.get(i).copied().unwrap_or(0.0));
             lu.solve_transpose_in_place(x.as_mut());
+            (n_multipliers..n).for_each(|i| x[(i, 0)] = 0.0);
             lu.solve_in_place(x.as_mut());
-            (0..n).map(|i| x[(i, 0)]).collect()
+            (0..n_multipliers).map(|i| x[(i, 0)]).collect()
         };
         Self {
-            residual: relative(evaluation.norm, multiplier),
+            residual: relative(evaluation.norm, dual.multipliers(unknowns)),
             determinant: match (singular, negative % 2) {
                 (true, _) => 0,
                 (false, 0) => 1,
@@ -70,15 +74,15 @@ impl Linearisation {
             sensitivity: if singular {
                 f64::INFINITY
             } else {
-                largest_eigenvalue(n, inverse_square).sqrt()
+                largest_eigenvalue(n_multipliers, inverse_square).sqrt()
             },
             contraction: match contact.interface.coulomb() {
                 None => 0.0,
                 Some(law) => {
-                    let state = coulomb_state(dual, contact, law, multiplier);
+                    let state = coulomb_state(dual, contact, law, unknowns);
                     let set = contact.feasible_set(Some(&state));
                     let map = NaturalMap::new(dual, Bound::Frozen(&set));
-                    let frozen = map.derivative(&map.evaluate(multiplier));
+                    let frozen = map.derivative(&map.evaluate(unknowns));
                     contraction_of_mapping(&frozen, &matrix, n).unwrap_or(f64::INFINITY)
                 }
             },

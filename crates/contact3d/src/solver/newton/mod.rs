@@ -73,7 +73,7 @@ pub fn newton(
     settings: &NewtonSettings,
     observe: impl FnMut(usize, &NewtonStep),
 ) -> NewtonSolution {
-    let start = start.map_or_else(|| vec![0.0; dual.dimension()], <[f64]>::to_vec);
+    let start = dual.unknowns(start.unwrap_or_default());
     let map = NaturalMap::new(dual, Bound::Coulomb(contact, law));
     let mut hidden_evaluations = 0;
     let mut safeguard = |multiplier: &[f64]| {
@@ -144,7 +144,7 @@ pub(in crate::solver) fn minimise_frozen_in(
 ) -> NewtonSolution {
     const SWEEPS: usize = 50;
     let map = NaturalMap::new(dual, Bound::Frozen(set));
-    let mut first = start.to_vec();
+    let mut first = dual.unknowns(start);
     set.project(&mut first);
     let mut relaxation_applications = 0;
     let mut safeguard = |multiplier: &[f64]| {

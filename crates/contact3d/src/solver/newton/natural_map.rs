@@ -1,12 +1,12 @@
 //! The natural map of the dense dual problem.
 
 use crate::{
-    dual::{ExplicitDual, drag},
+    dual::{Balance, ExplicitDual, drag},
     solver::conditions::{Bound, Conditions, Evaluation},
 };
 
 /// The natural map R(λ) = λ − P(λ − ρ r), r = S λ − h, whose zeros solve the contact problem
-/// ([`Conditions`]).
+/// ([`Conditions`]); where the body floats, of x = (λ, α) with rows ρ (e − Gᵀλ) for the balance.
 pub(crate) struct NaturalMap<'a> {
     pub(in crate::solver) dual: &'a ExplicitDual,
     pub(in crate::solver) conditions: Conditions<'a>,
@@ -32,12 +32,13 @@ impl<'a> NaturalMap<'a> {
         Self::with_steplengths(dual, bound, steplengths)
     }
 
-    /// With given ρ in Pa/m³, `[n_multipliers]`.
+    /// With given ρ of the multipliers in Pa/m³, `[n_multipliers]`.
     pub(crate) fn with_steplengths(
         dual: &'a ExplicitDual,
         bound: Bound<'a>,
-        steplengths: Vec<f64>,
+        mut steplengths: Vec<f64>,
     ) -> Self {
+        steplengths.extend(dual.balance.iter().flat_map(Balance::steplengths));
         Self {
             dual,
             conditions: Conditions::new(bound, dual.layout, steplengths),
@@ -71,7 +72,11 @@ impl<'a> NaturalMap<'a> {
         if self.dual.anchor.is_some() {
             return 0.0;
         }
-        let rows = self.conditions.steplengths.iter().enumerate();
+        let rows = self
+            .dual
+            .multipliers(&self.conditions.steplengths)
+            .iter()
+            .enumerate();
         let mobility = rows.map(|(j, rho)| rho * self.dual.column(j)[j]);
         self.dual.rounding() * mobility.fold(0.0, f64::max)
     }

@@ -91,8 +91,8 @@ impl<'a> Search<'a> {
         let mut observe = |k: usize, step: &NewtonStep| observe(done + k, step);
         match way {
             Way::Warm => self.from(self.zero_or_start(), &mut observe),
-            Way::Glued => self.from(self.local.glued(&self.dual.rhs), &mut observe),
-            Way::Pressed => self.from(self.local.pressed(&self.dual.rhs), &mut observe),
+            Way::Glued => self.from(self.local.glued_start(self.dual), &mut observe),
+            Way::Pressed => self.from(self.local.pressed_start(self.dual), &mut observe),
             Way::Path => self.path(&mut observe),
             Way::Relaxed => self.relaxed(&mut observe),
             Way::Eased => match self.bound {
@@ -144,8 +144,7 @@ impl<'a> Search<'a> {
     }
 
     fn zero_or_start(&self) -> Vec<f64> {
-        let zero = || vec![0.0; self.dual.dimension()];
-        self.start.map_or_else(zero, <[f64]>::to_vec)
+        self.dual.unknowns(self.start.unwrap_or_default())
     }
 
     fn from(&self, start: Vec<f64>, observe: &mut dyn FnMut(usize, &NewtonStep)) -> NewtonSolution {
@@ -174,7 +173,7 @@ impl<'a> Search<'a> {
             .steplengths;
         let mut found = NewtonSolution {
             status: NewtonStatus::MaxSteps,
-            multiplier: vec![0.0; self.dual.dimension()],
+            multiplier: vec![0.0; self.dual.n_unknowns()],
             residual: f64::INFINITY,
             history: Vec::new(),
             evaluations: 0,
@@ -214,7 +213,7 @@ impl<'a> Search<'a> {
             }
             let start = match start {
                 Some(start) => start.to_vec(),
-                None => self.local.pressed(&self.dual.rhs),
+                None => self.local.pressed_start(self.dual),
             };
             let steplengths = self.local.stiffness.clone();
             let bound = Bound::Coulomb(contact, law);

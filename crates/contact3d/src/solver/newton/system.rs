@@ -1,5 +1,7 @@
 //! The dense linear system of one step of Newton's method.
 
+use std::{borrow::Cow, ops::Range};
+
 use faer::{
     Conj, MatMut, Par,
     dyn_stack::{MemBuffer, MemStack},
@@ -20,6 +22,8 @@ struct NewtonSystem<'a> {
     /// Unknown of every row, ascending.
     free: Vec<usize>,
     rows: Vec<PaneRows>,
+    /// The rows of the balance where the body floats, the last ones.
+    balance_rows: Range<usize>,
 }
 
 /// The linearised rows of one pane.
@@ -156,12 +160,16 @@ impl<'a> NewtonSystem<'a> {
             });
             free.extend(pair);
         }
+        let n_coupled = free.len();
+        free.extend(layout.n_multipliers()..map.dual.n_unknowns());
+        let balance_rows = n_coupled..free.len();
         rows.retain(|at| at.normal_row.is_some() || at.pair.is_some());
         Self {
             map,
             evaluation,
             free,
             rows,
+            balance_rows,
         }
     }
 
@@ -190,10 +198,15 @@ impl<'a> NewtonSystem<'a> {
 
     /// The coefficients of unknown j in all rows.
     fn column(&self, j: usize, out: &mut [f64]) {
-        let s = self.map.dual.column(j);
-        let compliance = self.map.dual.compliance.as_ref();
-        let slips = compliance.and_then(|c| self.slip_change(c.column(j)));
+        let (s, compliance) = self.responses(j);
+        let slips = compliance.and_then(|c| self.slip_change(&c));
         let steplengths = &self.map.conditions.steplengths;
+        for row in self.balance_rows.clone() {
+            out[row] = match self.rigid(j) {
+                None => steplengths[self.free[row]] * -self.integrals(self.free[row])[j],
+                Some(_) => 0.0,
+            };
+        }
         for at in &self.rows {
             let normal = at.pane;
             if let Some(row) = at.normal_row {
@@ -221,6 +234,35 @@ impl<'a> NewtonSystem<'a> {
             }
             out[pair.row..pair.row + 2].copy_from_slice(&entry);
         }
+    }
+
+    /// The rigid motion of an unknown; `None` of a multiplier.
+    fn rigid(&self, unknown: usize) -> Option<usize> {
+        unknown.checked_sub(self.map.dual.dimension())
+    }
+
+    /// G of the rigid motion of an unknown.
+    fn integrals(&self, unknown: usize) -> &[f64] {
+        let balance = self
+            .map
+            .dual
+            .balance
+            .as_ref()
+            .expect("a rigid motion is an unknown");
+        &balance.coupling.integrals[unknown - self.map.dual.dimension()]
+    }
+
+    /// ∂r/∂x_j, a column of S or of −G, and −∂u_t/∂x_j at the contact nodes, where they are held.
+    fn responses(&self, unknown: usize) -> (Cow<'_, [f64]>, Option<Cow<'_, [f64]>>) {
+        let dual = self.map.dual;
+        let (Some(motion), Some(balance)) = (self.rigid(unknown), &dual.balance) else {
+            let compliance = dual.compliance.as_ref();
+            let slips = compliance.map(|c| Cow::Borrowed(c.column(unknown)));
+            return (Cow::Borrowed(dual.column(unknown)), slips);
+        };
+        let opposite = |values: &[f64]| Cow::Owned(values.iter().map(|v| -v).collect());
+        let slips = opposite(balance.coupling.slip[motion].as_flattened());
+        (opposite(self.integrals(unknown)), Some(slips))
     }
 
     /// −∂φ/∂λ_j at the nodes for a column of G; `None` where friction does not follow the slip.

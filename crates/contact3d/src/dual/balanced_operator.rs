@@ -1,0 +1,182 @@
+//! The dual operator of a body that floats, apart from its rigid motions.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{Balance, DualOperator};
+use crate::linalg::{add_scaled, dot, largest_eigenvalue};
+
+/// S' = P S P + c Q for the projector Q on the range of G = B R, P = 1 − Q and c = ‖P S P‖: the operator of the augmented
+/// Lagrangian.
+///
+/// For multipliers in balance, Gᵀλ = e, the minimisers of ½ λᵀS'λ − λᵀh' with h' = P (h − S λ_e) + c λ_e and λ_e = G (GᵀG)⁻¹e are those
+/// of ½ λᵀSλ − λᵀh; but the springs of A_κ, which S contains and which the answer does not depend on, are gone from S'. It is
+/// conditioned as that of a body that is held. The multiplier y of the balance adds Q-parts to h'; S'λ − h' = S λ − h − G α for the
+/// motion α with G α = y + Q (S λ − h).
+///
+/// Sources: C. Farhat, F.-X. Roux, *Int. J. Numer. Meth. Engng* 32 (1991) 1205, for the projector; Z. Dostál, *Optimal Quadratic
+/// Programming Algorithms*, Springer 2009, ch. 8, for the augmented Lagrangian with ϱ = ‖A‖.
+pub struct BalancedOperator<'a, O> {
+    base: O,
+    balance: &'a Balance,
+    /// Orthonormal columns that span the range of G, `[n_felt][n_multipliers]`.
+    range: Vec<Vec<f64>>,
+    /// T with G = range · T.
+    triangle: DMatrix<f64>,
+    /// c in m³/Pa.
+    penalty: f64,
+    /// T⁻ᵀ e: what rangeᵀ λ shall be.
+    wanted: DVector<f64>,
+    /// y in m³ in the basis `range`.
+    shift: DVector<f64>,
+    /// P (h − S λ_e) + c λ_e.
+    rhs_at_rest: Vec<f64>,
+    /// The same with y.
+    rhs: Vec<f64>,
+}
+
+impl<'a, O: DualOperator> BalancedOperator<'a, O> {
+    /// Projects an operator; some tens of applications for ‖P S P‖.
+    pub fn new(base: O, balance: &'a Balance) -> Self {
+        let n = balance.n_felt();
+        let integrals = &balance.coupling.integrals;
+        let g = DMatrix::from_fn(base.dimension(), n, |j, p| integrals[p][j]);
+        let qr = g.qr();
+        let (q, triangle) = (qr.q(), qr.r());
+        let range: Vec<Vec<f64>> = (0..n)
+            .map(|p| q.column(p).iter().copied().collect())
+            .collect();
+        let resultant = DVector::from_row_slice(&balance.resultant);
+        let wanted = triangle.transpose().lu().solve(&resultant);
+        let mut operator = Self {
+            base,
+            balance,
+            range,
+            triangle,
+            penalty: 0.0,
+            wanted: wanted.unwrap_or_else(|| DVector::zeros(n)),
+            shift: DVector::zeros(n),
+            rhs_at_rest: Vec::new(),
+            rhs: Vec::new(),
+        };
+        let dimension = operator.base.dimension();
+        operator.penalty = largest_eigenvalue(dimension, |v| operator.apply(v));
+        let balanced = operator.in_range(&operator.wanted.clone());
+        let mut rhs = operator.base.apply(&balanced);
+        for (r, h) in rhs.iter_mut().zip(operator.base.rhs()) {
+            *r = h - *r;
+        }
+        operator.project(&mut rhs);
+        add_scaled(&mut rhs, operator.penalty, &balanced);
+        operator.rhs.clone_from(&rhs);
+        operator.rhs_at_rest = rhs;
+        operator
+    }
+
+    /// The combination of the basis of the range.
+    fn in_range(&self, coefficients: &DVector<f64>) -> Vec<f64> {
+        let mut sum = vec![0.0; self.base.dimension()];
+        for (column, by) in self.range.iter().zip(coefficients) {
+            add_scaled(&mut sum, *by, column);
+        }
+        sum
+    }
+
+    fn coefficients(&self, vector: &[f64]) -> DVector<f64> {
+        DVector::from_iterator(self.range.len(), self.range.iter().map(|q| dot(q, vector)))
+    }
+
+    /// P; what it takes away, as coefficients.
+    fn project(&self, vector: &mut [f64]) -> DVector<f64> {
+        let coefficients = self.coefficients(vector);
+        for (column, by) in self.range.iter().zip(&coefficients) {
+            add_scaled(vector, -by, column);
+        }
+        coefficients
+    }
+
+    /// Q (S λ − h) as coefficients.
+    fn gradient_in_range(&mut self, multiplier: &[f64]) -> DVector<f64> {
+        let mut gradient = self.base.apply(multiplier);
+        add_scaled(&mut gradient, -1.0, self.base.rhs());
+        self.coefficients(&gradient)
+    }
+
+    fn shift_to(&mut self, shift: DVector<f64>) {
+        self.rhs.clone_from(&self.rhs_at_rest);
+        for (column, by) in self.range.iter().zip(&shift) {
+            add_scaled(&mut self.rhs, *by, column);
+        }
+        self.shift = shift;
+    }
+}
+
+impl<O: DualOperator> DualOperator for BalancedOperator<'_, O> {
+    fn dimension(&self) -> usize {
+        self.base.dimension()
+    }
+
+    fn rhs(&self) -> &[f64] {
+        &self.rhs
+    }
+
+    fn apply(&mut self, multiplier: &[f64]) -> Vec<f64> {
+        let mut along = multiplier.to_vec();
+        let carried = self.project(&mut along);
+        let mut product = self.base.apply(&along);
+        self.project(&mut product);
+        let penalty = self.penalty;
+        for (column, by) in self.range.iter().zip(&carried) {
+            add_scaled(&mut product, penalty * by, column);
+        }
+        product
+    }
+
+    fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64> {
+        let motion = self.motion(multiplier);
+        let mut displacement = self.base.to_primal(multiplier);
+        self.balance.coupling.add_motion(&motion, &mut displacement);
+        displacement
+    }
+
+    fn tangential_displacement(&mut self, multiplier: &[f64]) -> Option<Vec<[f64; 2]>> {
+        let mut slip = self.base.tangential_displacement(multiplier)?;
+        let motion = self.motion(multiplier);
+        self.balance.coupling.add_slip(&motion, &mut slip);
+        Some(slip)
+    }
+
+    fn balance(&self) -> Option<&Balance> {
+        Some(self.balance)
+    }
+
+    fn motion(&mut self, multiplier: &[f64]) -> Vec<f64> {
+        let moved = &self.shift.clone() + self.gradient_in_range(multiplier);
+        let motion = self.triangle.clone().lu().solve(&moved);
+        motion.map_or_else(
+            || vec![0.0; self.range.len()],
+            |a| a.iter().copied().collect(),
+        )
+    }
+
+    fn set_motion(&mut self, multiplier: &[f64], motion: &[f64]) {
+        let moved = &self.triangle * DVector::from_row_slice(motion);
+        let gradient = self.gradient_in_range(multiplier);
+        self.shift_to(moved - gradient);
+    }
+
+    fn balanced_start(&self) -> Option<Vec<f64>> {
+        let mut start = self.in_range(&self.wanted);
+        let (normal, _) = self.balance.coupling.layout.split_mut(&mut start);
+        normal.iter_mut().for_each(|l| *l = l.max(0.0));
+        Some(start)
+    }
+
+    fn rebalance(&mut self, multiplier: &[f64]) {
+        let missing = &self.wanted - self.coefficients(multiplier);
+        self.shift_to(&self.shift + missing * self.penalty);
+    }
+
+    fn applications(&self) -> usize {
+        self.base.applications()
+    }
+}

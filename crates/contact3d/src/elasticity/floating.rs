@@ -1,0 +1,288 @@
+//! Bodies that their supports leave free to move as rigid ones.
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, Vector3};
+
+use super::{DofMap, rigid_motion::RigidMotion};
+use crate::{
+    linalg::{CscMatrix, add_scaled, dot},
+    mesh::Mesh,
+};
+
+/// The rigid modes R of a body that only contact holds, and the springs that make its stiffness invertible.
+///
+/// Where the kernel of A has k modes, k degrees of freedom are chosen whose motion tells all of them apart (pins). A spring κ
+/// at each makes A_κ = A + κ Σ e_p e_pᵀ positive definite, and since there are no more pins than modes, A_κ⁻¹f is for forces in
+/// equilibrium, Rᵀf = 0, a displacement with A u = f whose pins do not move and whose springs carry nothing: A_κ⁻¹ is a
+/// generalised inverse of A (C. Farhat, F.-X. Roux, *Int. J. Numer. Meth. Engng* 32 (1991) 1205; Z. Dostál, T. Kozubek,
+/// A. Markopoulos, *Appl. Math. Comput.* 217 (2011) 7067). A solution u = A_κ⁻¹(l − Bᵀλ) + R α with Rᵀ(l − Bᵀλ) = 0 depends neither
+/// on κ nor on the pins.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FloatingBody {
+    /// R, `[n_modes][n_free]`, dimensionless: mode p moves pin p by one and no other pin.
+    pub modes: Vec<Vec<f64>>,
+    /// The pins, `[n_modes]`, as degrees of freedom.
+    pub pins: Vec<usize>,
+    /// κ in N/m, of the size of A's diagonal at the pins.
+    pub spring: f64,
+    /// A_κ, what the factor is of.
+    pub grounded: CscMatrix,
+}
+
+/// A rigid motion in space, u(x) = t + ω × (x − c).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BodyMotion {
+    /// Displacement t of the point c, in m: along ω where the body turns, so that c lies on the axis of a screw.
+    pub translation: [f64; 3],
+    /// Rotation vector ω, in radians.
+    pub rotation: [f64; 3],
+    /// The point c, in m; the middle of the body where it does not turn.
+    pub point: [f64; 3],
+}
+
+impl FloatingBody {
+    /// The free motions of a body as modes on its free degrees of freedom, with pins away from the contact face where there are
+    /// nodes enough.
+    pub(crate) fn new(
+        mesh: &Mesh,
+        dofs: &DofMap,
+        motions: &[RigidMotion],
+        stiffness: &CscMatrix,
+    ) -> Self {
+        let shapes: Vec<Vec<f64>> = motions
+            .iter()
+            .map(|motion| on_dofs(mesh, dofs, motion))
+            .collect();
+        let mut on_contact = vec![false; dofs.n_free];
+        for &node in mesh.contact.iter().flat_map(|surface| &surface.nodes) {
+            for dof in dofs.dof[node].into_iter().flatten() {
+                on_contact[dof] = true;
+            }
+        }
+        let away: Vec<usize> = (0..dofs.n_free).filter(|&d| !on_contact[d]).collect();
+        let pins = telling_dofs(&shapes, &away)
+            .or_else(|| telling_dofs(&shapes, &(0..dofs.n_free).collect::<Vec<_>>()))
+            .expect("free motions move free degrees of freedom");
+        let spring = pins
+            .iter()
+            .map(|&pin| diagonal(stiffness, pin))
+            .fold(f64::INFINITY, f64::min);
+        Self::from_parts(normalised(&shapes, &pins), pins, spring, stiffness)
+    }
+
+    /// Puts a body together again from R, the pins, κ in N/m and A.
+    #[must_use]
+    pub fn from_parts(
+        modes: Vec<Vec<f64>>,
+        pins: Vec<usize>,
+        spring: f64,
+        stiffness: &CscMatrix,
+    ) -> Self {
+        let mut grounded = stiffness.clone();
+        for &pin in &pins {
+            let column = grounded.indptr[pin]..grounded.indptr[pin + 1];
+            for at in column.filter(|&at| stiffness.indices[at] == pin) {
+                grounded.data[at] += spring;
+            }
+        }
+        Self {
+            modes,
+            pins,
+            spring,
+            grounded,
+        }
+    }
+
+    /// Number of rigid modes k, 1 to 6.
+    #[must_use]
+    pub fn n_modes(&self) -> usize {
+        self.modes.len()
+    }
+
+    /// Rᵀf in N for nodal forces f in N over the free degrees of freedom.
+    #[must_use]
+    pub fn resultant(&self, forces: &[f64]) -> Vec<f64> {
+        self.modes.iter().map(|mode| dot(mode, forces)).collect()
+    }
+
+    /// Adds R α for α in m.
+    pub(crate) fn add_motion(&self, motion: &[f64], displacement: &mut [f64]) {
+        for (mode, by) in self.modes.iter().zip(motion) {
+            add_scaled(displacement, *by, mode);
+        }
+    }
+}
+
+impl BodyMotion {
+    /// The rigid motion nearest to displacements of points in m.
+    #[must_use]
+    pub fn fitted(points: &[[f64; 3]], displacement: &[[f64; 3]]) -> Self {
+        Self::fitted_up_to(NO_TURN, points, displacement)
+    }
+
+    /// The same for words: a translation where the body turns by no more than a hundredth of its way.
+    #[must_use]
+    pub fn told(points: &[[f64; 3]], displacement: &[[f64; 3]]) -> Self {
+        Self::fitted_up_to(HARDLY_A_TURN, points, displacement)
+    }
+
+    fn fitted_up_to(negligible: f64, points: &[[f64; 3]], displacement: &[[f64; 3]]) -> Self {
+        let n = points.len().max(1) as f64;
+        let mean = |of: &[[f64; 3]]| of.iter().map(|v| Vector3::from(*v)).sum::<Vector3<f64>>() / n;
+        let (centre, shift) = (mean(points), mean(displacement));
+        let mut inertia = nalgebra::Matrix3::zeros();
+        let mut moment = Vector3::zeros();
+        for (x, u) in points.iter().zip(displacement) {
+            let arm = Vector3::from(*x) - centre;
+            inertia += nalgebra::Matrix3::identity() * arm.norm_squared() - arm * arm.transpose();
+            moment += arm.cross(&(Vector3::from(*u) - shift));
+        }
+        let rotation = inertia
+            .cholesky()
+            .map_or_else(Vector3::zeros, |factor| factor.solve(&moment));
+        let extent = (inertia.trace() / n).sqrt();
+        if rotation.norm() * extent <= negligible * shift.norm() {
+            return Self {
+                translation: shift.into(),
+                rotation: [0.0; 3],
+                point: centre.into(),
+            };
+        }
+        let square = rotation.norm_squared();
+        let along = rotation * (rotation.dot(&shift) / square);
+        let point = centre + rotation.cross(&shift) / square;
+        let clean = |v: Vector3<f64>, size: f64| -> [f64; 3] {
+            v.map(|c| if c.abs() <= NO_TURN * size { 0.0 } else { c })
+                .into()
+        };
+        Self {
+            translation: clean(along, rotation.norm() * extent),
+            rotation: clean(rotation, rotation.norm()),
+            point: clean(point, extent.max(centre.norm())),
+        }
+    }
+
+    /// The motion in words with its size, with lengths in the unit `length`.
+    #[must_use]
+    pub fn sized(&self, length: &str) -> String {
+        let turn = Vector3::from(self.rotation).norm();
+        let shift = Vector3::from(self.translation).norm();
+        match (turn, shift) {
+            (0.0, 0.0) => "not at all".into(),
+            (0.0, _) => format!("{shift:.6e} {length}: {}", self.describe(length)),
+            _ => format!("{turn:.6e} rad: {}", self.describe(length)),
+        }
+    }
+
+    /// The motion in words, with lengths in the unit `length`.
+    #[must_use]
+    pub fn describe(&self, length: &str) -> String {
+        let turn = Vector3::from(self.rotation);
+        let shift = Vector3::from(self.translation);
+        if turn.norm() == 0.0 {
+            return format!("translation along {}", direction(shift));
+        }
+        let [x, y, z] = self.point;
+        let mut words = format!(
+            "rotation about {} through ({x:.6}, {y:.6}, {z:.6}) {length}",
+            direction(turn)
+        );
+        if shift.norm() > 0.0 {
+            words += &format!(", with a translation along {}", direction(shift));
+        }
+        words
+    }
+}
+
+/// Share of the whole motion below which a part of it goes without saying.
+const NO_TURN: f64 = 1e-6;
+const HARDLY_A_TURN: f64 = 1e-2;
+
+/// A direction in words: an axis with its sign, or a unit vector.
+fn direction(v: Vector3<f64>) -> String {
+    let v = v.normalize();
+    let axis = (0..3).find(|&c| v[c].abs() > 1.0 - 1e-9);
+    match axis {
+        Some(c) => format!(
+            "{}{}",
+            if v[c] < 0.0 { "-" } else { "" },
+            ["x", "y", "z"][c]
+        ),
+        None => format!("({:.6}, {:.6}, {:.6})", v.x, v.y, v.z),
+    }
+}
+
+/// The displacement of the free degrees of freedom in a rigid motion.
+fn on_dofs(mesh: &Mesh, dofs: &DofMap, motion: &RigidMotion) -> Vec<f64> {
+    let nodal: Vec<[f64; 3]> = mesh.coordinates.iter().map(|x| motion.at(x)).collect();
+    let shape = dofs.to_free(&nodal);
+    let largest = shape.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    shape.iter().map(|v| v / largest).collect()
+}
+
+/// One degree of freedom of `candidates` for each mode, such that the modes' values there are as independent as can be: columns
+/// of Rᵀ chosen by pivoted Gram–Schmidt; `None` where they are dependent.
+fn telling_dofs(shapes: &[Vec<f64>], candidates: &[usize]) -> Option<Vec<usize>> {
+    const DEPENDENT: f64 = 1e-6;
+    let mut left: Vec<Vec<f64>> = candidates
+        .iter()
+        .map(|&dof| shapes.iter().map(|shape| shape[dof]).collect())
+        .collect();
+    let mut pins = Vec::with_capacity(shapes.len());
+    for _ in 0..shapes.len() {
+        let squares = left.iter().map(|row| dot(row, row));
+        let (at, square) =
+            squares.enumerate().fold(
+                (0, 0.0),
+                |best, next| if next.1 > best.1 { next } else { best },
+            );
+        if square <= DEPENDENT * DEPENDENT {
+            return None;
+        }
+        pins.push(candidates[at]);
+        let chosen: Vec<f64> = left[at].iter().map(|v| v / square.sqrt()).collect();
+        for row in &mut left {
+            let along = dot(row, &chosen);
+            add_scaled(row, -along, &chosen);
+        }
+    }
+    Some(pins)
+}
+
+/// The modes of the same space in which mode p moves pin p by one and no other.
+fn normalised(shapes: &[Vec<f64>], pins: &[usize]) -> Vec<Vec<f64>> {
+    let k = pins.len();
+    let at_pins = DMatrix::from_fn(k, k, |mode, pin| shapes[mode][pins[pin]]);
+    let inverse = at_pins
+        .try_inverse()
+        .expect("the pins tell the modes apart");
+    (0..k)
+        .map(|p| {
+            let mut mode = vec![0.0; shapes[0].len()];
+            for (m, shape) in shapes.iter().enumerate() {
+                add_scaled(&mut mode, inverse[(p, m)], shape);
+            }
+            for (q, &pin) in pins.iter().enumerate() {
+                mode[pin] = if q == p { 1.0 } else { 0.0 };
+            }
+            mode
+        })
+        .collect()
+}
+
+fn diagonal(matrix: &CscMatrix, at: usize) -> f64 {
+    let (rows, values) = matrix.column(at);
+    let entry = rows.iter().zip(values).find(|(row, _)| **row == at);
+    entry.map_or(0.0, |(_, value)| *value)
+}
+
+/// The floating body of a mesh, shared; `None` where its supports hold it.
+pub(crate) fn floating_body(
+    mesh: &Mesh,
+    dofs: &DofMap,
+    motions: &[RigidMotion],
+    stiffness: &CscMatrix,
+) -> Option<Arc<FloatingBody>> {
+    (!motions.is_empty()).then(|| Arc::new(FloatingBody::new(mesh, dofs, motions, stiffness)))
+}

@@ -1,0 +1,158 @@
+//! Whether any contact forces hold a body that floats.
+//!
+//! Forces that the laws of the contact face admit, λ ∈ K, can balance the load, Gᵀλ = e, unless a rigid motion q does work
+//! against nothing: e·q > σ_K(G q), where the support function σ_K(w) = sup over λ ∈ K of λ·w is what contact can oppose
+//! (separation of a convex set and a point; R. T. Rockafellar, *Convex Analysis*, Princeton 1970, theorem 13.1). On a pane with mean
+//! displacements w:
+//!
+//! * without friction λ_ν ≥ 0, so σ = 0 where w_ν ≤ 0, else ∞;
+//! * with Coulomb's law σ = 0 where w_ν + ‖F w_t‖ ≤ 0, else ∞: a cone of second order;
+//! * with Tresca's law σ = |Rⁱ| ‖(a w_t1, b w_t2)‖ where w_ν ≤ 0, else ∞.
+//!
+//! Such a q is a proof. That admissible forces exist is necessary for an equilibrium of a body that deforms and slides, but
+//! decides nothing by itself: then the solver has the word. Coefficients that follow the slip count with the largest value that
+//! they have anywhere, and a capped law as both Coulomb's and Tresca's, so that a proof is a proof for them, too.
+
+mod motion_program;
+
+use motion_program::{MotionProgram, PaneTerm};
+
+use nalgebra::{DMatrix, DVector};
+
+use super::ContactState;
+use crate::{
+    contact::{CoulombLaw, FrictionField, InterfaceFriction, LawBounds},
+    dual::{Assembly, Balance},
+    elasticity::FloatingBody,
+    linalg::{add_scaled, dot},
+};
+
+/// Work of the load in a motion that contact does not feel, as a share of the sum of its parts, from which it counts.
+const FELT_WORK: f64 = 1e-10;
+
+/// A rigid motion that nothing stops, of largest component one, `[n_nodes]`.
+pub(super) fn unstopped_motion(
+    assembly: &Assembly,
+    balance: &Balance,
+    contact: &ContactState<'_>,
+) -> Option<Vec<[f64; 3]>> {
+    let body = assembly.primal.floating.as_ref()?;
+    let load = &assembly.primal.load;
+    let displacement = |modes: &[f64]| {
+        let mut displacement = vec![0.0; load.len()];
+        body.add_motion(modes, &mut displacement);
+        let largest = displacement.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        displacement.iter_mut().for_each(|v| *v /= largest);
+        displacement
+    };
+    let dofs = &assembly.primal.dofs;
+    let in_space = |u: &[f64]| -> Vec<[f64; 3]> {
+        let nodes = 0..dofs.dof.len();
+        nodes.map(|node| dofs.change_at_node(node, u)).collect()
+    };
+    let parts = |u: &[f64]| -> f64 { u.iter().zip(load).map(|(u, l)| (u * l).abs()).sum() };
+    if let Some(u) = driven(body, balance.coupling.unfelt(), load).map(|q| displacement(&q))
+        && dot(&u, load) > FELT_WORK * parts(&u)
+    {
+        return Some(in_space(&u));
+    }
+    let motion = laws_to_test(contact).into_iter().find_map(|terms| {
+        let program = MotionProgram::new(balance, contact.surface, contact.layout(), terms);
+        program?.unopposed()
+    })?;
+    let modes = balance.coupling.in_modes(&motion);
+    Some(in_space(&displacement(&modes)))
+}
+
+/// Of some motions, in terms of modes, that in which a load works most for the squared displacements of the body; `None` where
+/// there are none, or the load does not work at all.
+fn driven(body: &FloatingBody, motions: &[Vec<f64>], load: &[f64]) -> Option<Vec<f64>> {
+    let shapes: Vec<Vec<f64>> = motions
+        .iter()
+        .map(|q| {
+            let mut shape = vec![0.0; load.len()];
+            body.add_motion(q, &mut shape);
+            shape
+        })
+        .collect();
+    let n = shapes.len();
+    let work = DVector::from_fn(n, |p, _| dot(&shapes[p], load));
+    if work.iter().all(|w| *w == 0.0) {
+        return None;
+    }
+    let gram = DMatrix::from_fn(n, n, |p, q| dot(&shapes[p], &shapes[q]));
+    let weights = gram.cholesky()?.solve(&work);
+    let mut driven = vec![0.0; body.n_modes()];
+    for (q, weight) in motions.iter().zip(&weights) {
+        add_scaled(&mut driven, *weight, q);
+    }
+    Some(driven)
+}
+
+/// What each pane opposes, for laws whose admissible sets contain that of the scene.
+fn laws_to_test(contact: &ContactState<'_>) -> Vec<Vec<PaneTerm>> {
+    let mut laws: Vec<Vec<PaneTerm>> = match &contact.interface.friction {
+        InterfaceFriction::Frictionless => vec![Vec::new()],
+        InterfaceFriction::Tresca(semi_axes) => {
+            vec![
+                semi_axes
+                    .iter()
+                    .map(|axes| PaneTerm::Bounded(*axes))
+                    .collect(),
+            ]
+        }
+        InterfaceFriction::Coulomb(law) => {
+            let coefficients = strongest_friction(law, contact);
+            let bound = |pane: usize, pressure: f64| law.slip_bound(pane, pressure);
+            let is_given = |pane: usize| bound(pane, 0.0) == bound(pane, f64::INFINITY);
+            let is_capped = |pane: usize| bound(pane, f64::INFINITY).is_finite();
+            let bounded = |pane: usize, f: [f64; 2]| {
+                PaneTerm::Bounded(f.map(|f| f * bound(pane, f64::INFINITY)))
+            };
+            let terms = |is_bounded: &dyn Fn(usize) -> bool| -> Vec<PaneTerm> {
+                let panes = coefficients.iter().enumerate();
+                let term = |(pane, f): (usize, &[f64; 2])| match is_bounded(pane) {
+                    true => bounded(pane, *f),
+                    false => PaneTerm::Cone(*f),
+                };
+                panes.map(term).collect()
+            };
+            let is_any_capped = (0..coefficients.len()).any(|i| is_capped(i) && !is_given(i));
+            let capped = is_any_capped.then(|| terms(&is_capped));
+            std::iter::once(terms(&is_given)).chain(capped).collect()
+        }
+    };
+    for terms in &mut laws {
+        terms.resize(contact.n_panes(), PaneTerm::Pressure);
+    }
+    laws
+}
+
+/// F₁ and F₂ on the panes with friction: those of the law, and on faces where they follow the slip the largest that they have
+/// anywhere.
+fn strongest_friction(law: &CoulombLaw, contact: &ContactState<'_>) -> Vec<[f64; 2]> {
+    let field = FrictionField::new(law, contact.surface, &[]);
+    let panes = field.pane_inverse.iter();
+    let mut strongest: Vec<[f64; 2]> = panes.map(|inverse| inverse.map(f64::recip)).collect();
+    for face in law
+        .faces()
+        .iter()
+        .filter(|face| face.law().depends_on_slip())
+    {
+        let largest = LawBounds::new(face, extent(face.positions())).largest.value;
+        strongest[face.panes()].fill([law.factor() * largest; 2]);
+    }
+    strongest
+}
+
+/// The largest distance of points along an axis: no slip of a solution is larger.
+fn extent(points: &[[f64; 3]]) -> f64 {
+    let along = |c: usize| {
+        let values = points.iter().map(|x| x[c]);
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+            (low.min(v), high.max(v))
+        });
+        high - low
+    };
+    (0..3).map(along).fold(0.0, f64::max)
+}

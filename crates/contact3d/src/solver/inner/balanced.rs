@@ -1,0 +1,67 @@
+//! Minimisation for a body that floats, under the condition that contact forces balance the load.
+
+use super::{Inner, InnerSummary, Kprgp};
+use crate::{
+    dual::DualOperator,
+    solver::{FeasibleSet, Status},
+};
+
+/// Most steps of the method of multipliers.
+const MOST_STEPS: usize = 200;
+
+/// What an inner minimisation may leave, as a share of the imbalance before it: imbalance and residual fall together.
+const SHARE: f64 = 0.1;
+
+/// Imbalance before the first step.
+const FIRST: f64 = 1e-2;
+
+impl Inner<'_> {
+    /// Minimises ½ λᵀSλ − λᵀh under Gᵀλ = e by the method of multipliers (SMALSE-M: Z. Dostál, *Optimal Quadratic Programming
+    /// Algorithms*, Springer 2009, ch. 8, with a constant penalty).
+    ///
+    /// What is minimised each time is the augmented Lagrangian of [`crate::dual::BalancedOperator`], as accurately as the balance
+    /// is met. Newton's method has α among its unknowns and needs none of this.
+    pub(super) fn minimise_balanced(
+        self,
+        operator: &mut dyn DualOperator,
+        kprgp: &Kprgp,
+        set: &FeasibleSet<'_>,
+        multiplier: &mut Vec<f64>,
+        tolerance: f64,
+    ) -> InnerSummary {
+        if matches!(self, Inner::Newton(..)) {
+            return self.minimise_at(operator, kprgp, set, multiplier, tolerance);
+        }
+        let attainable = operator.dimension() as f64 * f64::EPSILON;
+        let first_application = operator.applications();
+        let mut imbalance = FIRST;
+        let mut total: Option<InnerSummary> = None;
+        for _ in 0..MOST_STEPS {
+            let used = operator.applications() - first_application;
+            let left = Kprgp {
+                max_applications: kprgp.max_applications.saturating_sub(used),
+                ..*kprgp
+            };
+            // A residual within the tolerance leaves an imbalance of the same size, give or take a factor.
+            let asked = SHARE * imbalance.max(tolerance);
+            let mut summary = self.minimise_at(operator, &left, set, multiplier, asked);
+            if let Some(before) = &total {
+                summary.steps += before.steps;
+            }
+            let Some(next) = operator.balance().map(|it| it.relative_excess(multiplier)) else {
+                return summary;
+            };
+            summary.residual = summary.residual.max(next);
+            let done = next <= tolerance.max(attainable) && asked <= tolerance;
+            if done || summary.failure.is_some() || !next.is_finite() {
+                return summary;
+            }
+            operator.rebalance(multiplier);
+            imbalance = next;
+            total = Some(summary);
+        }
+        let mut summary = total.expect("one step at least");
+        summary.failure = Some(Status::MaxInnerApplications);
+        summary
+    }
+}
