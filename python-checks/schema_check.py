@@ -86,6 +86,8 @@ class _Checker:
             path = f"{group.name}/{name}"
             if not isinstance(group.get(name, getlink=True), h5py.HardLink):
                 self.say(path, "is a link")
+            elif is_scale(group[name]):
+                continue
             elif path in self.rows:
                 found.add(path)
                 self.row(group[name], self.rows[path])
@@ -109,7 +111,7 @@ class _Checker:
         expected = list(self.schema["dataset_attributes"])
         if is_matrix:
             expected += self.schema["matrix_attributes"]
-        self.attributes(item, expected)
+        self.attributes(item, expected, axis_attributes(item))
         words = {
             "units": unit_word(row, *self.units),
             "symbol": row["symbol"],
@@ -123,6 +125,7 @@ class _Checker:
         else:
             self.kind(item, row)
             self.shape(path, row["shape"], item.shape)
+            self.axes(item, row["dimensions"], row.get("labels", {}))
             self.storage(item, row)
 
     def matrix(self, group: h5py.Group, row: dict) -> None:
@@ -131,16 +134,34 @@ class _Checker:
         if group.attrs.get("encoding-type") != row["type"]:
             self.say(path, f"encoding-type is not {row['type']}")
         members = {member["name"]: member for member in self.schema["matrix_members"]}
-        for name in sorted(set(group) ^ set(members)):
+        parts = {name for name in group if not is_scale(group[name])}
+        for name in sorted(parts ^ set(members)):
             self.say(f"{path}/{name}", "missing or not in the schema")
         for name in sorted(set(group) & set(members)):
             if group[name].ndim != 1:
                 self.say(f"{path}/{name}", "is not a vector")
             self.kind(group[name], {**members[name], "path": f"{path}/{name}"})
+            self.axes(group[name], ["n_pointers" if name == "indptr" else "n_entries"], {})
             # Compression is for indices; the values of a matrix hardly shrink.
             storage = "plain" if name == "data" else row["storage"]
             self.storage(group[name], {"storage": storage})
         self.shape(path, row["shape"], tuple(group.attrs.get("shape", ())))
+
+    def axes(self, dataset: h5py.Dataset, names: list[str], labels: dict) -> None:
+        """Check the dimension scale of every axis: its name, its length, its labels, and that it knows the dataset."""
+        for axis, (dimension, name) in enumerate(zip(dataset.dims, names, strict=True)):
+            scales = [scale for scale in dimension.values() if scale is not None]
+            if [scale.name.rsplit("/", 1)[-1] for scale in scales] != [name]:
+                self.say(dataset.name, f"axis {axis} is not named {name}")
+                continue
+            (scale,) = scales
+            if scale.shape != (dataset.shape[axis],):
+                self.say(scale.name, f"length {scale.shape} instead of {dataset.shape[axis]}")
+            if name in labels and list(scale.asstr()[:]) != labels[name]:
+                self.say(scale.name, f"labels are not {labels[name]}")
+            users = [(scale.file[reference].name, index) for reference, index in scale.attrs["REFERENCE_LIST"]]
+            if (dataset.name, axis) not in users:
+                self.say(scale.name, f"does not list axis {axis} of {dataset.name}")
 
     def kind(self, dataset: h5py.Dataset, row: dict) -> None:
         """Check the type of the values."""
@@ -188,6 +209,16 @@ class _Checker:
             shape = (int(count),) if count else ()
             if stored.shape != shape or not has_type(stored.dtype, {"type": scalar}):
                 self.say(item.name, f"attribute {name} is not {attribute['type']}")
+
+
+def is_scale(item: h5py.Group | h5py.Dataset) -> bool:
+    """Whether a dataset is the dimension scale of an axis."""
+    return isinstance(item, h5py.Dataset) and h5py.h5ds.is_scale(item.id)
+
+
+def axis_attributes(item: h5py.Group | h5py.Dataset) -> set[str]:
+    """What names the axes of a dataset."""
+    return {"DIMENSION_LIST"} if isinstance(item, h5py.Dataset) and item.shape else set()
 
 
 def has_type(dtype: np.dtype, row: dict) -> bool:

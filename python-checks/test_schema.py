@@ -30,6 +30,7 @@ def test_finished_files_follow_the_schema(run, schema):
         "/adapt",
         "/theory",
         "/branches",
+        "/history",
     }
 
 
@@ -123,7 +124,7 @@ def change_matrix_shape(file):
 
 
 def change_version(file):
-    file.attrs["format_version"] = np.array([1, 7])
+    file.attrs["format_version"] = np.array([1, 99])
 
 
 def unfinish_stage(file):

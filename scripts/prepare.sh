@@ -73,3 +73,7 @@ esac
 PATH=$PWD/$environment/bin:$PATH
 CMAKE_GENERATOR=Ninja
 export PATH CMAKE_GENERATOR
+
+# What `--version` says; nothing outside of a clone.
+CONTACT3D_COMMIT=$(git rev-parse --short=12 HEAD 2>/dev/null || true)
+[ -z "$CONTACT3D_COMMIT" ] || export CONTACT3D_COMMIT

@@ -13,3 +13,4 @@ trap 'rm -rf "$scratch"' EXIT
 target/release/contact3d-pipe run pipelines/hkl2011_table1.toml "$scratch/table1.h5" \
     --set 'body.brick.cells=[12,4,4]'
 python -m pytest -q python-checks
+sh scripts/wheel.sh

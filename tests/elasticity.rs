@@ -144,6 +144,7 @@ fn uniaxial_tension_on_symmetry_planes() {
     let dofs = DofMap::new(&held);
     let a = stiffness(&mesh, &material(), &dofs);
     let pull = [Traction {
+        name: None,
         face: "x_max".into(),
         value: [1e8, 0.0, 0.0].map(Quantity::Constant),
     }];

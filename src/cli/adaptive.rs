@@ -45,7 +45,7 @@ pub(super) fn run(
             spinner.set_message(format!("level {level}"));
         }
         AdaptStep::Step(Step::Assembling(step)) => spinner.set_message(step),
-        AdaptStep::Step(Step::Solving(step)) => {
+        AdaptStep::Step(Step::Solving(step) | Step::Stepping(_, step)) => {
             spinner.set_message(report::progress(step) + &forecast.words(step));
         }
         AdaptStep::Done(number, level) => {

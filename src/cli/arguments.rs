@@ -10,9 +10,10 @@ use contact3d::scene::{
 use serde::de::{DeserializeOwned, IntoDeserializer, value::StrDeserializer};
 
 use super::{
-    accuracy::AccuracyArguments, branches::BranchesArguments, html::ReportArguments,
-    law::LawArguments, schema::SchemaArguments, stability::StabilityArguments,
-    sweep::SweepArguments, theory::TheoryArguments,
+    accuracy::AccuracyArguments, branches::BranchesArguments, completions::CompletionsArguments,
+    html::ReportArguments, init::InitArguments, law::LawArguments, man::ManArguments,
+    schema::SchemaArguments, stability::StabilityArguments, sweep::SweepArguments,
+    theory::TheoryArguments,
 };
 use crate::{
     output::Inputs,
@@ -36,7 +37,7 @@ pub(super) const MOST_THREADS: i64 = 1024;
 /// Exit codes: 0 done, 1 not converged (all results stored), 2 bad or stale input, 3 internal error
 /// or a standard output that cannot take the results, 130 interrupted.
 #[derive(Debug, Parser)]
-#[command(version, verbatim_doc_comment)]
+#[command(version, long_version = super::version::words(), verbatim_doc_comment)]
 pub struct Arguments {
     /// What to do
     #[command(subcommand)]
@@ -85,6 +86,12 @@ pub enum Command {
     Report(ReportArguments),
     /// Write or check the schemas of run files and scenes
     Schema(SchemaArguments),
+    /// Write a commented scene to start from
+    Init(InitArguments),
+    /// Print what completes commands and options in a shell
+    Completions(CompletionsArguments),
+    /// Write the manual pages of the program and of every command
+    Man(ManArguments),
 }
 
 /// A scene file and changes to it.

@@ -59,6 +59,13 @@ fn list(features: &ModelFeatures, sizes: &Sizes) -> Vec<Feature> {
                 &format!("by {} of the clamps", features.prescribed_displacements),
             ),
         ),
+        feature(
+            "springs",
+            data(
+                features.springs > 0,
+                &format!("on {} faces", features.springs),
+            ),
+        ),
         feature("body force", data(features.body_force, "loads every node")),
     ];
     let faces = &features.contact;

@@ -5,12 +5,16 @@ mod adaptive;
 mod arguments;
 mod branches;
 mod check;
+mod completions;
 mod exit;
 mod features;
+mod history;
 mod html;
+mod init;
 mod interruption;
 mod law;
 mod law_words;
+mod man;
 mod measured;
 mod override_scene;
 mod progress;
@@ -25,6 +29,7 @@ mod sweep;
 mod terminal;
 mod theory;
 mod theory_words;
+mod version;
 
 use clap::Parser;
 
@@ -69,6 +74,9 @@ fn perform(arguments: &Arguments) -> Exit {
         Command::Stability(suite) => return stability::stability(suite, &output, threads),
         Command::Report(page) => html::report_page(page, &output),
         Command::Schema(schema) => schema::schema(schema, &output),
+        Command::Init(scene) => init::init(scene, &output),
+        Command::Completions(shell) => Ok(completions::completions(shell)),
+        Command::Man(pages) => man::man(pages, &output),
         Command::Sweep(arguments) => return sweep::sweep(arguments, &output, threads),
     };
     outcome.unwrap_or_else(|error| exit::explain(error, &output))

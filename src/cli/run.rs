@@ -8,7 +8,7 @@ use super::{
         AssembleArguments, MeshArguments, Output, PostArguments, RunArguments, SolveArguments,
     },
     exit::Exit,
-    interruption, override_scene,
+    history, interruption, override_scene,
     progress::{self, Forecast},
     report, results,
     terminal::{self, say, warn},
@@ -151,6 +151,12 @@ fn perform(
         Step::Solving(progress) => {
             spinner.set_message(report::progress(progress) + &forecast.words(progress));
         }
+        Step::Stepping(increment, progress) => spinner.set_message(format!(
+            "load step {}, increment {}: {}",
+            increment.step + 1,
+            increment.number,
+            report::progress(progress)
+        )),
     });
     spinner.finish_and_clear();
     let performed = performed?;
@@ -199,13 +205,17 @@ fn finish(
     let (mesh, solution, report) = (results.mesh(), results.solution(), results.report());
     if output.json {
         let mut json = results::json(scene, mesh, solution, report, performed, assembly);
+        if !results.increments().is_empty() {
+            json["history"] = history::json(results.increments());
+        }
         if let Some(adapted) = adapted {
             json["adaptation"] = adaptive::json(adapted);
         }
         terminal::json(&json);
     } else if !output.quiet {
         let levels = adapted.map_or_else(String::new, adaptive::table);
-        terminal::result(&(results::table(scene, mesh, solution, report) + &levels));
+        let steps = history::table(scene, results.increments());
+        terminal::result(&(results::table(scene, mesh, solution, report) + &steps + &levels));
     }
     if let Some(figure) = &report.out_of_range {
         terminal::message(&format!("NOT CONVERGED: {figure}"));
@@ -218,7 +228,14 @@ fn finish(
             Exit::NotConverged
         }));
     }
-    terminal::message(&report::status(solution, scene));
+    let failed = results
+        .increments()
+        .last()
+        .map_or_else(String::new, |record| {
+            let [step, number] = [record.increment.step + 1, record.increment.number];
+            format!("load step {step}, increment {number}, ends the history: ")
+        });
+    terminal::message(&(failed + &report::status(solution, scene)));
     Ok(Exit::NotConverged)
 }
 

@@ -19,6 +19,7 @@ use runfile::{
 use units::Dimension;
 
 use super::{
+    axes,
     FormatError, Stage, columns, load, read_finite_scalar, read_finite_vec, read_index_vec,
     rows_of_transpose,
 };
@@ -64,7 +65,7 @@ const OFFSETS: &[Extent] = &[Plus("n_supernodes", 1)];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    GROUP.row(DOFS, Kind::I64, &[Named("n_nodes"), Fixed(3)], Dimension::Number, "Free degree of freedom of each node and component, -1 where held.").compressed(),
+    GROUP.row(DOFS, Kind::I64, &[Named("n_nodes"), axes::XYZ], Dimension::Number, "Free degree of freedom of each node and component, -1 where held.").compressed(),
     GROUP.row(STIFFNESS, Kind::CscMatrix, &[FREE, FREE], Dimension::STIFFNESS, "Stiffness matrix over the free degrees of freedom; symmetric, both triangles stored.").symbol("A").compressed(),
     GROUP.row(RIGID_MODES, Kind::F64, &[RIGID, FREE], Dimension::Number, "Rigid modes of a body that only contact holds, the kernel of A; mode p moves pin p by one and no other pin.").symbol("R").optional(SUPPORTED),
     GROUP.row(RIGID_PINS, Kind::I64, &[RIGID], Dimension::Number, "The pins, one free degree of freedom for each rigid mode: the factor is that of A with the spring added to these entries of its diagonal.").optional(SUPPORTED),
@@ -72,7 +73,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(COUPLING_NORMAL, Kind::CsrMatrix, &[Named("n_panes"), FREE], Dimension::AREA, "Integral of the normal displacement over each pane.").symbol("N").optional(NO_CONTACT),
     GROUP.row(COUPLING_TANGENTIAL, Kind::CsrMatrix, &[Named("n_tangential"), FREE], Dimension::AREA, "Integrals of the tangential displacements over each pane; rows 2i and 2i + 1 belong to pane i.").symbol("T").optional(NO_FRICTION),
     GROUP.row(DUAL_OPERATOR, Kind::F64, &[Named("n_multipliers"), Named("n_multipliers")], Dimension::DUAL, "Dual operator B A^-1 B^T, symmetric.").symbol("S").optional(IMPLICIT),
-    GROUP.row(CONTACT_COMPLIANCE, Kind::F64, &[Named("n_multipliers"), Named("n_contact_nodes"), Fixed(2)], Dimension::COMPLIANCE, "Tangential displacement of the contact nodes that a unit of each multiplier takes away.").symbol("G").optional(NO_SLIP),
+    GROUP.row(CONTACT_COMPLIANCE, Kind::F64, &[Named("n_multipliers"), Named("n_contact_nodes"), axes::FRICTION_AXES], Dimension::COMPLIANCE, "Tangential displacement of the contact nodes that a unit of each multiplier takes away.").symbol("G").optional(NO_SLIP),
     GROUP.row("/assemble/seconds/stiffness", Kind::F64, &[], Dimension::Time, "Wall-clock time of assembling stiffness and load.").volatile(),
     GROUP.row("/assemble/seconds/ordering", Kind::F64, &[], Dimension::Time, "Wall-clock time of the fill-reducing order.").volatile(),
     GROUP.row("/assemble/seconds/factorisation", Kind::F64, &[], Dimension::Time, "Wall-clock time of the Cholesky factorisation.").volatile(),
@@ -85,7 +86,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(VALUES, Kind::F64, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "Dense column-major panel (rows, columns) of each supernode of the Cholesky factor.").symbol("L").optional(SINGLE),
     GROUP.row(VALUES_SINGLE, Kind::F32, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "The same in single precision: L L^T is A to about seven digits, a preconditioner.").symbol("L").optional(DOUBLE),
     GROUP.row(DUAL_OPERATOR_SINGLE, Kind::F32, &[Named("n_multipliers"), Named("n_multipliers")], Dimension::DUAL, "Dual operator made from a factor in single precision, symmetric; solves correct its error by exact residuals.").symbol("S").optional(IN_DOUBLE),
-    GROUP.row(CONTACT_COMPLIANCE_SINGLE, Kind::F32, &[Named("n_multipliers"), Named("n_contact_nodes"), Fixed(2)], Dimension::COMPLIANCE, "Contact compliance made from a factor in single precision.").symbol("G").optional(NO_SLIP_SINGLE),
+    GROUP.row(CONTACT_COMPLIANCE_SINGLE, Kind::F32, &[Named("n_multipliers"), Named("n_contact_nodes"), axes::FRICTION_AXES], Dimension::COMPLIANCE, "Contact compliance made from a factor in single precision.").symbol("G").optional(NO_SLIP_SINGLE),
 ];
 
 /// Bytes of the large arrays of an assembled problem in the file; the rest adds a few percent.

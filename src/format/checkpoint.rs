@@ -8,7 +8,7 @@ use runfile::{
 };
 use units::Dimension;
 
-use super::{FormatError, Stage, history, read_finite_rows, read_finite_scalar, read_finite_vec};
+use super::{axes, FormatError, Stage, history, read_finite_rows, read_finite_scalar, read_finite_vec};
 use super::{history::OuterPaths, read_index_vec};
 
 /// How far an unfinished solve has come.
@@ -36,7 +36,7 @@ const HISTORY: OuterPaths = OuterPaths {
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(MULTIPLIER, Kind::F64, &[Named("n_multipliers")], Dimension::STRESS, "Multipliers after the last step done: the normal ones, then the tangential pairs.").symbol("lambda"),
-    GROUP.row(SLIP, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::LENGTH, "Absolute tangential displacements of the contact nodes.").symbol("phi").optional("absent unless friction follows the slip"),
+    GROUP.row(SLIP, Kind::F64, &[Named("n_contact_nodes"), axes::FRICTION_AXES], Dimension::LENGTH, "Absolute tangential displacements of the contact nodes.").symbol("phi").optional("absent unless friction follows the slip"),
     GROUP.row(TOLERANCE, Kind::F64, &[], Dimension::Number, "Tolerance of the last inner problem."),
     GROUP.row(STEPLENGTH, Kind::F64, &[], Dimension::PER_DUAL, "Steplength of projected gradient steps.").symbol("alpha"),
     GROUP.row(LAW_EVALUATIONS, Kind::I64, &[], Dimension::Number, "Evaluations of the friction law so far."),

@@ -10,7 +10,7 @@ use runfile::{
 };
 use units::Dimension;
 
-use super::{FormatError, Stage, read_finite_rows, read_finite_vec};
+use super::{axes, FormatError, Stage, read_finite_rows, read_finite_vec};
 
 /// Loads and what follows from them linearly.
 pub(super) const GROUP: Group = Group::new("load", Stage::Load.command());
@@ -23,9 +23,9 @@ const SLIP_FREE: &str = "/load/slip_free";
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(FORCE, Kind::F64, &[Named("n_free")], Dimension::FORCE, "Load vector, less the forces A_fc u_c that prescribed displacements take.").symbol("l"),
-    GROUP.row(PRESCRIBED, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Displacement at which the clamps hold each node, zero where free.").symbol("u_c").optional("absent where all clamps hold at zero").compressed(),
+    GROUP.row(PRESCRIBED, Kind::F64, &[Named("n_nodes"), axes::XYZ], Dimension::LENGTH, "Displacement at which the clamps hold each node, zero where free.").symbol("u_c").optional("absent where all clamps hold at zero").compressed(),
     GROUP.row(DUAL_RHS, Kind::F64, &[Named("n_multipliers")], Dimension::VOLUME, "Right-hand side B A^-1 l of the dual problem plus B u_c, minus the integrated gap in its first m entries.").symbol("h").optional("absent without contact"),
-    GROUP.row(SLIP_FREE, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::LENGTH, "Tangential displacement of the contact nodes without contact.").optional("absent unless the dual operator is explicit and friction follows the slip"),
+    GROUP.row(SLIP_FREE, Kind::F64, &[Named("n_contact_nodes"), axes::FRICTION_AXES], Dimension::LENGTH, "Tangential displacement of the contact nodes without contact.").optional("absent unless the dual operator is explicit and friction follows the slip"),
 ];
 
 /// Writes l, the prescribed displacements, h and the free slip.

@@ -14,6 +14,7 @@ use runfile::{
 use units::Dimension;
 
 use super::{
+    axes,
     FormatError, Stage, columns, read_finite_rows, read_finite_vec, read_index_vec, require_below,
 };
 
@@ -48,7 +49,7 @@ const ONE_FACE: &str = "absent without several contact faces";
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
-    GROUP.row(COORDINATES, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Node coordinates.").symbol("x").compressed(),
+    GROUP.row(COORDINATES, Kind::F64, &[Named("n_nodes"), axes::XYZ], Dimension::LENGTH, "Node coordinates.").symbol("x").compressed(),
     GROUP.row(TETRAHEDRA, Kind::I64, &[Named("n_tetrahedra"), Fixed(4)], Dimension::Number, "Corners of each tetrahedron, positively oriented.").compressed(),
     GROUP.row(FACETS, Kind::I64, &[Named("n_facets"), Fixed(3)], Dimension::Number, "Corners of each boundary triangle, counter-clockwise seen from outside.").compressed(),
     GROUP.row(FACET_FACE, Kind::I64, &[Named("n_facets")], Dimension::Number, "Face that each boundary triangle belongs to, as a line number of face_names from 0.").compressed(),
@@ -56,8 +57,8 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(TETRAHEDRON_MIDDLES, Kind::I64, &[Named("n_tetrahedra"), Fixed(6)], Dimension::Number, "Nodes in the middle of the edges 0-1, 1-2, 0-2, 0-3, 1-3, 2-3 of each tetrahedron.").compressed().optional(ONLY_QUADRATIC),
     GROUP.row(FACET_MIDDLES, Kind::I64, &[Named("n_facets"), Fixed(3)], Dimension::Number, "Nodes in the middle of the edges 0-1, 1-2, 2-0 of each boundary triangle.").compressed().optional(ONLY_QUADRATIC),
     GROUP.row(REGION, Kind::I64, &[Named("n_tetrahedra")], Dimension::Number, "Region of each tetrahedron: 0 for the body's own material, k for the k-th region of the scene.").compressed().optional("absent without regions"),
-    GROUP.row(CONTACT_NORMAL, Kind::F64, &[Fixed(3)], Dimension::Number, "Outward unit normal of the contact face.").symbol("nu").optional("absent without contact, with several contact faces, and where normals vary"),
-    GROUP.row(CONTACT_NODE_NORMAL, Kind::F64, &[Named("n_contact_nodes"), Fixed(3)], Dimension::Number, "Unit normal of contact at each contact node, out of the body and into the obstacle.").symbol("nu").compressed().optional("absent with one face whose normal is the same everywhere"),
+    GROUP.row(CONTACT_NORMAL, Kind::F64, &[axes::XYZ], Dimension::Number, "Outward unit normal of the contact face.").symbol("nu").optional("absent without contact, with several contact faces, and where normals vary"),
+    GROUP.row(CONTACT_NODE_NORMAL, Kind::F64, &[Named("n_contact_nodes"), axes::XYZ], Dimension::Number, "Unit normal of contact at each contact node, out of the body and into the obstacle.").symbol("nu").compressed().optional("absent with one face whose normal is the same everywhere"),
     GROUP.row(CONTACT_CLEARANCE, Kind::F64, &[Named("n_contact_nodes")], Dimension::LENGTH, "Initial distance of each contact node from the obstacle along its normal, 0 on faces without one; the gap of the scene comes on top.").optional("absent without an obstacle"),
     GROUP.row(CONTACT_FACE_NAMES, Kind::Text, &[], Dimension::Number, "Names of the contact faces, one a line; those with friction come first.").optional(ONE_FACE),
     GROUP.row(CONTACT_FACE_NODES, Kind::I64, &[Plus("n_contact_faces", 1)], Dimension::Number, "Where the nodes of each contact face begin in contact_nodes, then their number.").optional(ONE_FACE),

@@ -3,6 +3,7 @@
 mod accuracy;
 mod adapt;
 mod assemble;
+mod axes;
 mod branches;
 mod case;
 mod checkpoint;
@@ -10,6 +11,7 @@ mod columns;
 mod enumeration;
 mod history;
 mod load;
+mod load_history;
 mod mesh;
 mod outcome;
 mod path_series;
@@ -39,6 +41,9 @@ pub use branches::{GROUP as BRANCHES, read as read_branches, write as write_bran
 pub use case::{CERTIFICATE, CaseResults, read_case};
 pub use checkpoint::{GROUP as CHECKPOINT, read as read_checkpoint, write as write_checkpoint};
 pub use load::{read as read_loads, write as write_loads};
+pub use load_history::{
+    GROUP as HISTORY, check as check_history, read as read_history, write as write_history,
+};
 pub use mesh::{read as read_mesh, write as write_mesh};
 pub use path_series::{SERIES_LAYOUT, begin as begin_path_series};
 pub use post::{ContactSummary, Summary, read_summary, write as write_report};
@@ -51,7 +56,7 @@ pub use sweep::{
     CaseRow, GROUP as CASES, SWEEP_LAYOUT, TableOwner, read_table_owner, write as write_cases,
 };
 pub use theory::{GROUP as THEORY, read as read_theory, write as write_theory};
-pub use vtkhdf::{GROUP as VTKHDF, write as write_vtkhdf};
+pub use vtkhdf::{GROUP as VTKHDF, GridValues, write as write_vtkhdf};
 pub use vtkhdf_check::{check as check_vtkhdf, problems};
 pub use vtkhdf_series::Series;
 
@@ -99,6 +104,7 @@ pub const LAYOUT: Layout = Layout {
         adapt::GROUP,
         theory::GROUP,
         branches::GROUP,
+        load_history::GROUP,
     ],
     tables: &[
         scene::TABLE,
@@ -121,6 +127,7 @@ pub const LAYOUT: Layout = Layout {
         theory::NORMS_TABLE,
         theory::ROWS_TABLE,
         branches::TABLE,
+        load_history::TABLE,
     ],
     extents: &[
         ("n_nodes", "nodes of the mesh"),
@@ -206,7 +213,14 @@ pub const LAYOUT: Layout = Layout {
             "n_start_multipliers",
             "multipliers of all adaptive meshes beyond the first",
         ),
-        ("n_forces", "clamps, loads and contact faces of the scene"),
+        (
+            "n_increments",
+            "increments of a load history that were solved",
+        ),
+        (
+            "n_forces",
+            "clamps, springs, loads and contact faces of the scene",
+        ),
         ("n_paths", "paths of solutions"),
         ("n_path_points", "points of all paths of solutions"),
         (

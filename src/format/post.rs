@@ -13,6 +13,7 @@ use runfile::{
 use units::Dimension;
 
 use super::{
+    axes,
     FormatError, Stage, columns::Columns, enumeration::stored_as, read_index_vec, read_scalar,
 };
 
@@ -21,7 +22,7 @@ pub(super) const GROUP: Group = Group::new("post", Stage::Post.command());
 
 stored_as! {
     /// What a pane does, as stored.
-    StoredZone of Zone as "contact_zone" {
+    pub(super) StoredZone of Zone as "contact_zone" {
         Open = 0 => "open",
         Stick = 1 => "stick",
         Slip = 2 => "slip",
@@ -55,6 +56,9 @@ const FACE_LARGEST_PRESSURE: &str = "/post/faces/largest_pressure";
 const LARGEST_PRESSURE: &str = "/post/resultants/largest_pressure";
 
 const CLAMP_WORK: &str = "/post/resultants/clamp_work";
+const SPRING_FORCE: &str = "/post/resultants/spring_force";
+const SPRING_ENERGY: &str = "/post/resultants/spring_energy";
+const NO_SPRINGS: &str = "absent without springs";
 const FORCE_SOURCE: &str = "/post/forces/source";
 const FORCE_FACE: &str = "/post/forces/face";
 const FORCE_FORCE: &str = "/post/forces/force";
@@ -69,12 +73,12 @@ const NO_ERROR: &str = "absent in files before format 1.4, and for a body at res
 const NO_FRICTION_OR_OLD: &str = "absent without friction, and in files before format 1.4";
 const PANES: &[Extent] = &[Named("n_panes")];
 const FRICTION_PANES: &[Extent] = &[Named("n_friction_panes")];
-const PANE_PAIRS: &[Extent] = &[Named("n_friction_panes"), Fixed(2)];
+const PANE_PAIRS: &[Extent] = &[Named("n_friction_panes"), axes::FRICTION_AXES];
 const FACES: &[Extent] = &[Named("n_contact_faces")];
-const FACE_VECTORS: &[Extent] = &[Named("n_contact_faces"), Fixed(3)];
+const FACE_VECTORS: &[Extent] = &[Named("n_contact_faces"), axes::XYZ];
 const ONE_FACE: &str = "absent without several contact faces";
-const VECTOR: &[Extent] = &[Fixed(3)];
-const NODE_VECTORS: &[Extent] = &[Named("n_contact_nodes"), Fixed(3)];
+const VECTOR: &[Extent] = &[axes::XYZ];
+const NODE_VECTORS: &[Extent] = &[Named("n_contact_nodes"), axes::XYZ];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
@@ -84,37 +88,39 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(NORMAL_STRESS, Kind::F64, PANES, Dimension::STRESS, "Normal contact stress, negative in compression.").symbol("sigma_nu").optional(NO_CONTACT),
     GROUP.row(TANGENTIAL_STRESS, Kind::F64, PANE_PAIRS, Dimension::STRESS, "Tangential contact stress along t1 and t2.").symbol("sigma_t").optional(NO_FRICTION),
     GROUP.row(SCALED_TANGENTIAL, Kind::F64, FRICTION_PANES, Dimension::STRESS, "Norm of the tangential stress scaled by the inverse friction matrix at the solution; at most -sigma_nu, and no more than a cap.").symbol("|F^-1 sigma_t|").optional(NO_COULOMB),
-    GROUP.row(TRACTION, Kind::F64, &[Named("n_panes"), Fixed(3)], Dimension::STRESS, "Contact stress on the body in the global axes, sigma_nu nu + sigma_t1 t1 + sigma_t2 t2; times pane areas it sums to the contact force.").symbol("sigma nu").optional(NO_CONTACT_OR_OLD),
+    GROUP.row(TRACTION, Kind::F64, &[Named("n_panes"), axes::XYZ], Dimension::STRESS, "Contact stress on the body in the global axes, sigma_nu nu + sigma_t1 t1 + sigma_t2 t2; times pane areas it sums to the contact force.").symbol("sigma nu").optional(NO_CONTACT_OR_OLD),
     GROUP.row(AXIS_1, Kind::F64, NODE_VECTORS, Dimension::Number, "First axis of friction at each contact node.").symbol("t1").optional(NO_CONTACT_OR_OLD),
     GROUP.row(AXIS_2, Kind::F64, NODE_VECTORS, Dimension::Number, "Second axis of friction at each contact node, t1 x nu with the outward normal nu.").symbol("t2").optional(NO_CONTACT_OR_OLD),
     GROUP.row(PANE_SLIP, Kind::F64, PANE_PAIRS, Dimension::LENGTH, "Mean tangential displacement of each pane.").symbol("u_t").optional(NO_FRICTION),
     GROUP.row(PANE_GAP, Kind::F64, PANES, Dimension::LENGTH, "Mean distance of each pane to the foundation.").symbol("d - u_nu").optional(NO_CONTACT),
     GROUP.row(PANE_FRICTION, Kind::F64, PANE_PAIRS, Dimension::Number, "Coefficients of friction acting on each pane at the solution.").symbol("F_1, F_2").optional(NO_COULOMB),
-    GROUP.row(NODAL_FRICTION, Kind::F64, &[Named("n_friction_nodes"), Fixed(2)], Dimension::Number, "Coefficients of friction at the contact nodes at the solution.").symbol("F_1, F_2").optional(NO_COULOMB),
-    GROUP.row(STRESS, Kind::F64, &[Named("n_tetrahedra"), Fixed(6)], Dimension::STRESS, "Stress xx, yy, zz, yz, xz, xy at the centroid of each tetrahedron.").symbol("sigma"),
-    GROUP.row(CORNER_STRESS, Kind::F64, &[Named("n_tetrahedra"), Fixed(4), Fixed(6)], Dimension::STRESS, "Stress xx, yy, zz, yz, xz, xy at the four corners of each quadratic tetrahedron.").optional("absent with linear tetrahedra"),
+    GROUP.row(NODAL_FRICTION, Kind::F64, &[Named("n_friction_nodes"), axes::FRICTION_AXES], Dimension::Number, "Coefficients of friction at the contact nodes at the solution.").symbol("F_1, F_2").optional(NO_COULOMB),
+    GROUP.row(STRESS, Kind::F64, &[Named("n_tetrahedra"), axes::STRESS_COMPONENTS], Dimension::STRESS, "Stress xx, yy, zz, yz, xz, xy at the centroid of each tetrahedron.").symbol("sigma"),
+    GROUP.row(CORNER_STRESS, Kind::F64, &[Named("n_tetrahedra"), Fixed(4), axes::STRESS_COMPONENTS], Dimension::STRESS, "Stress xx, yy, zz, yz, xz, xy at the four corners of each quadratic tetrahedron.").optional("absent with linear tetrahedra"),
     GROUP.row(VON_MISES, Kind::F64, &[Named("n_tetrahedra")], Dimension::STRESS, "Von Mises stress of each tetrahedron."),
-    GROUP.row(ZONE_COUNTS, Kind::I64, &[Fixed(3)], Dimension::Number, "Numbers of open, sticking and slipping panes.").optional(NO_CONTACT),
+    GROUP.row(ZONE_COUNTS, Kind::I64, &[axes::ZONES], Dimension::Number, "Numbers of open, sticking and slipping panes.").optional(NO_CONTACT),
     GROUP.row(NORMAL_FORCE, Kind::F64, &[], Dimension::FORCE, "Total normal contact force.").optional(NO_CONTACT),
-    GROUP.row("/post/resultants/tangential_force", Kind::F64, &[Fixed(2)], Dimension::FORCE, "Sum of area times tangential multiplier along t1 and t2; the foundation acts with its opposite.").optional("absent without friction, and with several contact faces"),
+    GROUP.row("/post/resultants/tangential_force", Kind::F64, &[axes::FRICTION_AXES], Dimension::FORCE, "Sum of area times tangential multiplier along t1 and t2; the foundation acts with its opposite.").optional("absent without friction, and with several contact faces"),
     GROUP.row("/post/resultants/contact_force", Kind::F64, VECTOR, Dimension::FORCE, "Force of the foundation on the body.").optional(NO_CONTACT),
     GROUP.row("/post/resultants/applied_force", Kind::F64, VECTOR, Dimension::FORCE, "Resultant of the applied loads."),
     GROUP.row("/post/resultants/clamp_force", Kind::F64, VECTOR, Dimension::FORCE, "Reaction of the clamps."),
-    GROUP.row("/post/resultants/moments", Kind::F64, &[Fixed(3), Fixed(3)], Dimension::MOMENT, "Moments about the origin of contact, applied and clamp forces, one row each."),
+    GROUP.row("/post/resultants/moments", Kind::F64, &[axes::FORCE_SOURCES, axes::XYZ], Dimension::MOMENT, "Moments about the origin of contact, applied and clamp forces, one row each."),
     GROUP.row("/post/resultants/force_imbalance", Kind::F64, &[], Dimension::Number, "Norm of the sum of forces over the sum of their norms."),
     GROUP.row("/post/resultants/moment_imbalance", Kind::F64, &[], Dimension::Number, "Norm of the sum of moments over the sum of their norms."),
+    GROUP.row(SPRING_FORCE, Kind::F64, VECTOR, Dimension::FORCE, "Force of the springs on the body.").optional(NO_SPRINGS),
+    GROUP.row(SPRING_ENERGY, Kind::F64, &[], Dimension::Energy, "Energy in the springs, a part of the strain energy.").optional(NO_SPRINGS),
     GROUP.row(CLAMP_WORK, Kind::F64, &[], Dimension::Energy, "Work of the reactions on prescribed displacements.").optional("absent where all clamps hold at zero"),
-    GROUP.row(FORCE_SOURCE, Kind::Text, &[Named("n_forces")], Dimension::Number, "Where each force on the body comes from: the key of a clamp, a load or a contact face in the scene.").optional(BEFORE_FORCES),
+    GROUP.row(FORCE_SOURCE, Kind::Text, &[Named("n_forces")], Dimension::Number, "Where each force on the body comes from: the key of a clamp, a spring, a load or a contact face in the scene.").optional(BEFORE_FORCES),
     GROUP.row(FORCE_FACE, Kind::Text, &[Named("n_forces")], Dimension::Number, "Its face; empty for boxes of nodes and the body force.").optional(BEFORE_FORCES),
-    GROUP.row(FORCE_FORCE, Kind::F64, &[Named("n_forces"), Fixed(3)], Dimension::FORCE, "Its resultant on the body; reactions for clamps, in equal parts where several hold a component. All sum to zero.").optional(BEFORE_FORCES),
-    GROUP.row(FORCE_MOMENT, Kind::F64, &[Named("n_forces"), Fixed(3)], Dimension::MOMENT, "Its moment about the origin of coordinates.").optional(BEFORE_FORCES),
-    GROUP.row(STRAIN_ENERGY, Kind::F64, &[], Dimension::Energy, "Strain energy a(u, u) / 2."),
+    GROUP.row(FORCE_FORCE, Kind::F64, &[Named("n_forces"), axes::XYZ], Dimension::FORCE, "Its resultant on the body; reactions for clamps, in equal parts where several hold a component. All sum to zero.").optional(BEFORE_FORCES),
+    GROUP.row(FORCE_MOMENT, Kind::F64, &[Named("n_forces"), axes::XYZ], Dimension::MOMENT, "Its moment about the origin of coordinates.").optional(BEFORE_FORCES),
+    GROUP.row(STRAIN_ENERGY, Kind::F64, &[], Dimension::Energy, "Strain energy a(u, u) / 2 of body and springs."),
     GROUP.row("/post/resultants/load_work", Kind::F64, &[], Dimension::Energy, "Work l.u of the loads, on held nodes too."),
     GROUP.row("/post/resultants/largest_displacement", Kind::F64, VECTOR, Dimension::LENGTH, "Largest |u_x|, |u_y|, |u_z| of a node."),
     GROUP.row(LARGEST_PRESSURE, Kind::F64, &[], Dimension::STRESS, "Largest normal multiplier.").optional(NO_CONTACT),
     GROUP.row(FACE_ZONE_COUNTS, Kind::I64, FACE_VECTORS, Dimension::Number, "Numbers of open, sticking and slipping panes of each contact face.").optional(ONE_FACE),
     GROUP.row(FACE_NORMAL_FORCE, Kind::F64, FACES, Dimension::FORCE, "Total normal contact force of each contact face.").optional(ONE_FACE),
-    GROUP.row(FACE_TANGENTIAL_FORCE, Kind::F64, &[Named("n_friction_faces"), Fixed(2)], Dimension::FORCE, "Sum of area times tangential multiplier along the t1 and t2 of each contact face with friction.").optional("absent without several contact faces, and without friction"),
+    GROUP.row(FACE_TANGENTIAL_FORCE, Kind::F64, &[Named("n_friction_faces"), axes::FRICTION_AXES], Dimension::FORCE, "Sum of area times tangential multiplier along the t1 and t2 of each contact face with friction.").optional("absent without several contact faces, and without friction"),
     GROUP.row(FACE_LARGEST_PRESSURE, Kind::F64, FACES, Dimension::STRESS, "Largest normal multiplier of each contact face.").optional(ONE_FACE),
     GROUP.row("/post/certificate/equilibrium", Kind::F64, &[], Dimension::Number, "|A u + B^T lambda - l| / |l|."),
     GROUP.row("/post/certificate/penetration", Kind::F64, &[], Dimension::Number, "Largest mean penetration of a pane times its area and local stiffness, over the largest pressure.").optional(NO_CONTACT),
@@ -181,6 +187,8 @@ pub fn write(
         ),
     ];
     scalars.extend(r.clamp_work.map(|work| (CLAMP_WORK, work)));
+    scalars.extend(r.spring_energy.map(|energy| (SPRING_ENERGY, energy)));
+    vectors.extend(r.spring_force.map(|force| (SPRING_FORCE, force)));
     if let Some(contact) = &r.contact {
         scalars.push((NORMAL_FORCE, contact.normal_force));
         scalars.push((LARGEST_PRESSURE, contact.largest_pressure));

@@ -13,6 +13,7 @@ use runfile::{
 use units::Dimension;
 
 use super::{
+    axes,
     FormatError, Stage,
     assemble::RIGID,
     enumeration::read_member,
@@ -45,6 +46,7 @@ const SPECTRAL_RADIUS: &str = "/solve/spectral_radius";
 const DETERMINANT: &str = "/solve/determinant_sign";
 const LAW_EVALUATIONS: &str = "/solve/law_evaluations";
 const PROJECTIONS: &str = "/solve/projections";
+pub(super) const HISTORY_DIGEST: &str = "/solve/history_digest";
 
 const NO_CONTACT: &str = "absent without contact";
 const NO_COULOMB: &str = "absent without Coulomb friction";
@@ -52,19 +54,19 @@ const NO_COULOMB: &str = "absent without Coulomb friction";
 const NO_LINEARISATION: &str = "absent unless a solution with Coulomb friction was found with the dense operator, and before format 1.7";
 
 const PANES: &[Extent] = &[Named("n_panes")];
-const PANE_PAIRS: &[Extent] = &[Named("n_friction_panes"), Fixed(2)];
+const PANE_PAIRS: &[Extent] = &[Named("n_friction_panes"), axes::FRICTION_AXES];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(STATUS, Kind::Enum(StoredStatus::SPEC), &[], Dimension::Number, "How the solve ended: converged to epsilon; rounding_limit and stopped (by the rule of its method) near the solution, as far as accuracy says; anything else is a failed solve."),
     GROUP.row(MULTIPLIER_NORMAL, Kind::F64, PANES, Dimension::STRESS, "Normal contact multiplier, the pressure on each pane.").symbol("lambda_nu").optional(NO_CONTACT),
     GROUP.row(MULTIPLIER_TANGENTIAL, Kind::F64, PANE_PAIRS, Dimension::STRESS, "Tangential contact multipliers along t1 and t2.").symbol("lambda_t").optional("absent without friction"),
-    GROUP.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::LENGTH, "Displacement of every node, that of its clamp where held.").symbol("u"),
+    GROUP.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), axes::XYZ], Dimension::LENGTH, "Displacement of every node, that of its clamp where held.").symbol("u"),
     GROUP.row(RIGID_MOTION, Kind::F64, &[RIGID], Dimension::LENGTH, "Rigid motions of a body that only contact holds: the part R alpha of the displacement beside that of a body whose pins rest; zero without equilibrium.").symbol("alpha").optional("absent where supports hold the body"),
-    GROUP.row(UNSTOPPED_MOTION, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::Number, "Rigid motion in which the load works and which no admissible contact force opposes, of largest component one.").symbol("q").optional("absent unless there is no equilibrium"),
-    GROUP.row(SLIP, Kind::F64, &[Named("n_contact_nodes"), Fixed(2)], Dimension::LENGTH, "Slips that the friction follows at the contact nodes: |u_t1| and |u_t2|, or their means around each node with contact.slip_interpolation = clement.").symbol("phi").optional("absent unless friction follows the slip"),
+    GROUP.row(UNSTOPPED_MOTION, Kind::F64, &[Named("n_nodes"), axes::XYZ], Dimension::Number, "Rigid motion in which the load works and which no admissible contact force opposes, of largest component one.").symbol("q").optional("absent unless there is no equilibrium"),
+    GROUP.row(SLIP, Kind::F64, &[Named("n_contact_nodes"), axes::FRICTION_AXES], Dimension::LENGTH, "Slips that the friction follows at the contact nodes: |u_t1| and |u_t2|, or their means around each node with contact.slip_interpolation = clement.").symbol("phi").optional("absent unless friction follows the slip"),
     GROUP.row(SLIP_BOUND, Kind::F64, &[Named("n_friction_panes")], Dimension::STRESS, "Slip bound of the last inner problem.").symbol("g").optional(NO_COULOMB),
-    GROUP.row(FRICTION, Kind::F64, &[Named("n_friction_nodes"), Fixed(2)], Dimension::Number, "Coefficients at the contact nodes in the last inner problem.").symbol("F_1, F_2").optional(NO_COULOMB),
+    GROUP.row(FRICTION, Kind::F64, &[Named("n_friction_nodes"), axes::FRICTION_AXES], Dimension::Number, "Coefficients at the contact nodes in the last inner problem.").symbol("F_1, F_2").optional(NO_COULOMB),
     GROUP.row(FRICTION_INVERSE, Kind::F64, PANE_PAIRS, Dimension::Number, "Diagonal of the inverse friction matrix averaged over each pane, in the last inner problem.").symbol("Fbar^-1").optional(NO_COULOMB),
     GROUP.row(STEPLENGTH, Kind::F64, &[], Dimension::PER_DUAL, "Steplength of projected gradient steps, 1.9 over the norm of the dual operator.").symbol("alpha").optional(NO_CONTACT),
     GROUP.row(LOCAL_STIFFNESS_NORMAL, Kind::F64, PANES, Dimension::PER_DUAL, "Stiffness of each pane along the normal while the others do not move, that residuals are measured by.").symbol("rho_nu").optional("absent without contact, and before format 1.4"),
@@ -77,9 +79,10 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(DETERMINANT, Kind::I64, &[], Dimension::Number, "Sign of the determinant of Newton's matrix at the solution; the signs of all solutions add up to 1, so where it is -1 there are others.").symbol("sign det R'").optional(NO_LINEARISATION),
     GROUP.row(LAW_EVALUATIONS, Kind::I64, &[], Dimension::Number, "Evaluations of the friction law at a node."),
     GROUP.row(PROJECTIONS, Kind::I64, &[], Dimension::Number, "Projections on an ellipse."),
+    GROUP.row(HISTORY_DIGEST, Kind::Text, &[], Dimension::Number, "Digest of /history, whose last increment this is.").optional("absent without a load history"),
 ];
 
-/// Writes the solution.
+/// Writes the solution; that of a load history belongs to a `/history` with some digest.
 ///
 /// # Errors
 /// HDF5 failures.
@@ -88,7 +91,11 @@ pub fn write(
     solution: &Solution,
     n_panes: usize,
     dofs: &DofMap,
+    history_digest: Option<&str>,
 ) -> Result<(), StoreError> {
+    if let Some(digest) = history_digest {
+        writer.write_text(HISTORY_DIGEST, digest)?;
+    }
     writer.write_enum(STATUS, &[StoredStatus::from(solution.status)], &[])?;
     if n_panes > 0 {
         let (normal, tangential) = solution.multiplier.split_at(n_panes);

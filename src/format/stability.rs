@@ -12,7 +12,7 @@ use runfile::{
 };
 use units::{Dimension, Units};
 
-use super::{columns::Columns, outcome::StoredStatus};
+use super::{axes, columns::Columns, outcome::StoredStatus};
 
 /// How far the answers of hard cases can be trusted, in a file of its own.
 pub const GROUP: Group = Group::new("stability", "stability");
@@ -81,7 +81,7 @@ const SECONDS: &str = "/stability/seconds";
 
 const CASES: &[Extent] = &[Named("n_cases")];
 const PAIRS: &[Extent] = &[Named("n_cases"), Fixed(2)];
-const ZONES: &[Extent] = &[Named("n_cases"), Fixed(3)];
+const ZONES: &[Extent] = &[Named("n_cases"), axes::ZONES];
 const CROSS_CHECKS: &[Extent] = &[Named("n_cases"), Fixed(4)];
 const CHANGES: &[Extent] = &[Named("n_cases"), Fixed(7)];
 

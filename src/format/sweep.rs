@@ -7,7 +7,7 @@ use runfile::{
 };
 use units::Dimension;
 
-use super::{case::CaseResults, columns::Columns};
+use super::{axes, case::CaseResults, columns::Columns};
 
 /// The table of a sweep, in a file of its own.
 pub const GROUP: Group = Group::new("cases", "sweep");
@@ -55,7 +55,7 @@ const CERTIFICATE_FIGURES: &str = "/cases/certificate";
 const SOLVE_DIGEST: &str = "/cases/solve_digest";
 
 const CASES: &[Extent] = &[Named("n_cases")];
-const VECTORS: &[Extent] = &[Named("n_cases"), Fixed(3)];
+const VECTORS: &[Extent] = &[Named("n_cases"), axes::XYZ];
 
 #[rustfmt::skip]
 const TABLE: &[DatasetSpec] = &[
@@ -73,14 +73,14 @@ const TABLE: &[DatasetSpec] = &[
     GROUP.row(APPLICATIONS, Kind::I64, CASES, Dimension::Number, "Applications of the inverse stiffness matrix.").symbol("n_A"),
     GROUP.row(SECONDS, Kind::F64, CASES, Dimension::Time, "Wall-clock time of loads, solve and report.").volatile(),
     GROUP.row(ACCURACY, Kind::F64, CASES, Dimension::Number, "As /solve/accuracy; NaN in this and the other measures without a result."),
-    GROUP.row(ZONE_COUNTS, Kind::I64, VECTORS, Dimension::Number, "Numbers of open, sticking and slipping panes."),
+    GROUP.row(ZONE_COUNTS, Kind::I64, &[Named("n_cases"), axes::ZONES], Dimension::Number, "Numbers of open, sticking and slipping panes."),
     GROUP.row(NORMAL_FORCE, Kind::F64, CASES, Dimension::FORCE, "Total normal contact force."),
-    GROUP.row(TANGENTIAL_FORCE, Kind::F64, &[Named("n_cases"), Fixed(2)], Dimension::FORCE, "Sum of area times tangential multiplier along t1 and t2."),
+    GROUP.row(TANGENTIAL_FORCE, Kind::F64, &[Named("n_cases"), axes::FRICTION_AXES], Dimension::FORCE, "Sum of area times tangential multiplier along t1 and t2."),
     GROUP.row(CONTACT_FORCE, Kind::F64, VECTORS, Dimension::FORCE, "Force of the foundation on the body."),
     GROUP.row(LARGEST_PRESSURE, Kind::F64, CASES, Dimension::STRESS, "Largest normal multiplier."),
     GROUP.row(LARGEST_DISPLACEMENT, Kind::F64, VECTORS, Dimension::LENGTH, "Largest |u_x|, |u_y|, |u_z| of a node."),
     GROUP.row(STRAIN_ENERGY, Kind::F64, CASES, Dimension::Energy, "Strain energy."),
-    GROUP.row(CERTIFICATE_FIGURES, Kind::F64, &[Named("n_cases"), Fixed(7)], Dimension::Number, "Equilibrium, penetration, adhesion, complementarity, friction bound, slip direction, fixed point, as in /post/certificate."),
+    GROUP.row(CERTIFICATE_FIGURES, Kind::F64, &[Named("n_cases"), axes::CERTIFICATE_FIGURES], Dimension::Number, "Equilibrium, penetration, adhesion, complementarity, friction bound, slip direction, fixed point, as in /post/certificate."),
     GROUP.row(SOLVE_DIGEST, Kind::Text, CASES, Dimension::Number, "Digest of the solution, else empty."),
 ];
 

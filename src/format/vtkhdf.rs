@@ -6,8 +6,9 @@
 
 use contact3d::{
     contact::ContactFrame,
+    history::StepRecord,
     mesh::{ContactSurface, Mesh},
-    post::{ContactReport, PaneState},
+    post::{ContactReport, PaneState, Zone},
 };
 use runfile::{
     DatasetSpec, Extent,
@@ -67,7 +68,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(TYPES, Kind::U8, CELLS, Dimension::Number, "VTK cell type: 10 tetrahedron, 5 triangle, 24 and 22 the quadratic ones.").compressed(),
     GROUP.row(DISPLACEMENT, Kind::F64, POINT_VECTORS, Dimension::LENGTH, "Displacement; warp by this vector.").compressed(),
     GROUP.row(VON_MISES, Kind::F64, CELL_VALUES, Dimension::STRESS, "Von Mises stress, NaN on contact triangles.").compressed(),
-    GROUP.row(ERROR_INDICATOR, Kind::F64, CELL_VALUES, Dimension::Number, "Share in the estimated discretisation error, NaN on contact triangles.").compressed().optional("absent in files before format 1.4, and for a body at rest"),
+    GROUP.row(ERROR_INDICATOR, Kind::F64, CELL_VALUES, Dimension::Number, "Share in the estimated discretisation error, NaN on contact triangles.").compressed().optional("absent in files before format 1.4, for a body at rest, and with a load history"),
     GROUP.row(CONTACT_FACE, Kind::F64, CELL_VALUES, Dimension::Number, "Number of the contact face from 0, in the order of /mesh/contact_face_names; NaN on tetrahedra.").compressed().optional("absent without several contact faces"),
     GROUP.row("/VTKHDF/CellData/contact_normal_stress", Kind::F64, CELL_VALUES, Dimension::STRESS, "Normal contact stress; NaN on tetrahedra.").compressed().optional(ON_CELLS),
     GROUP.row("/VTKHDF/PointData/contact_normal_stress", Kind::F64, POINT_VALUES, Dimension::STRESS, "Normal contact stress; NaN where no multiplier is.").compressed().optional(ON_POINTS),
@@ -94,7 +95,7 @@ pub fn write(
     frame: Option<&ContactFrame>,
 ) -> Result<(), StoreError> {
     write_grid(writer, mesh)?;
-    for field in fields(mesh, report, frame) {
+    for field in fields(mesh, &GridValues::from(report), frame) {
         // A body at rest has no error to share.
         if field.path == ERROR_INDICATOR && report.discretisation_error.displacement == 0.0 {
             continue;
@@ -136,10 +137,77 @@ impl Field {
     }
 }
 
-/// The fields of a report, always the same ones for the same scene.
+/// What the grid shows at one time.
+#[derive(Debug)]
+pub struct GridValues<'a> {
+    displacement: &'a [[f64; 3]],
+    von_mises: &'a [f64],
+    /// Share of each tetrahedron in the estimated error; `None` where it is not kept.
+    error: Option<Vec<f64>>,
+    panes: Vec<PaneValues>,
+}
+
+/// What the grid shows of a pane.
+#[derive(Debug)]
+struct PaneValues {
+    normal_stress: f64,
+    gap: f64,
+    zone: Zone,
+    tangential_stress: Option<[f64; 2]>,
+    coefficients: Option<[f64; 2]>,
+}
+
+impl<'a> From<&'a ContactReport> for GridValues<'a> {
+    fn from(report: &'a ContactReport) -> Self {
+        let error = &report.discretisation_error;
+        let share = |indicator: &f64| match error.displacement {
+            0.0 => 0.0,
+            displacement => indicator / displacement,
+        };
+        let pane = |pane: &PaneState| PaneValues {
+            normal_stress: pane.normal_stress,
+            gap: pane.gap,
+            zone: pane.zone,
+            tangential_stress: pane.friction.map(|friction| friction.stress),
+            coefficients: pane
+                .friction
+                .and_then(|friction| friction.coulomb)
+                .map(|coulomb| coulomb.coefficients),
+        };
+        Self {
+            displacement: &report.displacement,
+            von_mises: &report.von_mises,
+            error: Some(error.indicator.iter().map(share).collect()),
+            panes: report.panes.iter().map(pane).collect(),
+        }
+    }
+}
+
+impl<'a> From<&'a StepRecord> for GridValues<'a> {
+    fn from(record: &'a StepRecord) -> Self {
+        let (normal, tangential) = record.multiplier.split_at(record.panes.len());
+        let pairs: &[[f64; 2]] = tangential.as_chunks().0;
+        let panes = record.panes.iter().enumerate();
+        let panes = panes.map(|(k, pane)| PaneValues {
+            normal_stress: 0.0 - normal[k],
+            gap: pane.gap,
+            zone: pane.zone,
+            tangential_stress: pairs.get(k).map(|pair| pair.map(|stress| 0.0 - stress)),
+            coefficients: Some(pane.coefficients).filter(|f| !f[0].is_nan()),
+        });
+        Self {
+            displacement: &record.displacement,
+            von_mises: &record.von_mises,
+            error: None,
+            panes: panes.collect(),
+        }
+    }
+}
+
+/// The fields of results, always the same ones for the same scene.
 pub(super) fn fields(
     mesh: &Mesh,
-    report: &ContactReport,
+    shown: &GridValues<'_>,
     frame: Option<&ContactFrame>,
 ) -> Vec<Field> {
     let n_cells = mesh.tetrahedra.len() + contact_triangles(mesh).len();
@@ -152,22 +220,18 @@ pub(super) fn fields(
             values,
         }
     };
-    let error = &report.discretisation_error;
-    let share = |indicator: &f64| match error.displacement {
-        0.0 => 0.0,
-        displacement => indicator / displacement,
-    };
     let mut fields = vec![
-        Field::new(DISPLACEMENT.to_owned(), &report.displacement),
-        on_tetrahedra(VON_MISES, &mut report.von_mises.iter().copied()),
-        on_tetrahedra(ERROR_INDICATOR, &mut error.indicator.iter().map(share)),
+        Field::new(DISPLACEMENT.to_owned(), shown.displacement),
+        on_tetrahedra(VON_MISES, &mut shown.von_mises.iter().copied()),
     ];
+    let error = shown.error.as_ref();
+    fields.extend(error.map(|error| on_tetrahedra(ERROR_INDICATOR, &mut error.iter().copied())));
     if let (Some(surface), Some(frame)) = (&mesh.contact, frame) {
         let contact = ContactFields {
             mesh,
             surface,
             frame,
-            panes: &report.panes,
+            panes: &shown.panes,
         };
         fields.extend(contact.fields());
     }
@@ -179,18 +243,18 @@ struct ContactFields<'a> {
     mesh: &'a Mesh,
     surface: &'a ContactSurface,
     frame: &'a ContactFrame,
-    panes: &'a [PaneState],
+    panes: &'a [PaneValues],
 }
 
 impl ContactFields<'_> {
     fn fields(&self) -> Vec<Field> {
-        type Measure = fn(&PaneState) -> Option<f64>;
+        type Measure = fn(&PaneValues) -> Option<f64>;
         let measures: [(&str, Measure); 5] = [
             ("contact_normal_stress", |p| Some(p.normal_stress)),
             ("contact_gap", |p| Some(p.gap)),
             ("contact_zone", |p| Some(f64::from(p.zone as u8))),
-            ("friction_1", |p| Some(p.friction?.coulomb?.coefficients[0])),
-            ("friction_2", |p| Some(p.friction?.coulomb?.coefficients[1])),
+            ("friction_1", |p| Some(p.coefficients?[0])),
+            ("friction_2", |p| Some(p.coefficients?[1])),
         ];
         let mut fields = Vec::new();
         for (name, measure) in measures {
@@ -199,11 +263,9 @@ impl ContactFields<'_> {
                 fields.extend(self.spread(name, value));
             }
         }
-        if self.panes.iter().any(|pane| pane.friction.is_some()) {
-            let stress = |pane: usize| match self.panes[pane].friction {
-                Some(state) => self
-                    .frame
-                    .pane_vector(self.surface, pane, 0.0, state.stress),
+        if self.panes.iter().any(|pane| pane.tangential_stress.is_some()) {
+            let stress = |pane: usize| match self.panes[pane].tangential_stress {
+                Some(stress) => self.frame.pane_vector(self.surface, pane, 0.0, stress),
                 None => [f64::NAN; 3],
             };
             fields.extend(self.spread("contact_tangential_stress", stress));

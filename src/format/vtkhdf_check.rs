@@ -2,7 +2,7 @@
 
 use runfile::{Reader, StoreError};
 
-use super::{post, post::VTKHDF_DIGEST, vtkhdf};
+use super::{load_history, post, post::VTKHDF_DIGEST, solve, vtkhdf};
 
 /// Refuses a report whose form for ParaView is missing, altered, or that of another run. Does
 /// nothing without a report.
@@ -42,12 +42,15 @@ pub fn check(reader: &Reader) -> Result<(), StoreError> {
     }
 }
 
-/// Everything that is wrong with the stages of a file, as [`Reader::problems`], and between
-/// `/VTKHDF` and the report.
+/// Everything that is wrong with the stages of a file, as [`Reader::problems`], between `/VTKHDF` and the report, and between
+/// `/history` and the solution.
 #[must_use]
 pub fn problems(reader: &Reader) -> Vec<StoreError> {
     let mut problems = reader.problems();
     let is_whole = |group| reader.whole_group(group).is_ok();
+    if is_whole(solve::GROUP) && is_whole(load_history::GROUP) {
+        problems.extend(load_history::check(reader).err());
+    }
     // What is wrong with either by itself is among the problems already.
     if is_whole(post::GROUP) && is_whole(vtkhdf::GROUP) {
         problems.extend(check(reader).err());

@@ -3,7 +3,7 @@
 //! The grid is stored once. The values of all steps follow each other in the arrays that hold one step without a series, and
 //! `Steps` says where each step begins.
 
-use contact3d::{contact::ContactFrame, mesh::Mesh, post::ContactReport};
+use contact3d::{contact::ContactFrame, mesh::Mesh};
 use runfile::{
     DatasetSpec, Extent,
     Extent::{Fixed, Named},
@@ -11,7 +11,7 @@ use runfile::{
 };
 use units::Dimension;
 
-use super::vtkhdf::{Field, GROUP, fields, write_grid};
+use super::vtkhdf::{Field, GROUP, GridValues, fields, write_grid};
 
 const VALUES: &str = "/VTKHDF/Steps/Values";
 const PARTS: &str = "/VTKHDF/Steps/NumberOfParts";
@@ -57,7 +57,7 @@ const fn offsets_row(path: &'static str) -> DatasetSpec {
         .optional(ONLY)
 }
 
-/// A series that is being written, step by step, so that one report is in memory at a time.
+/// A series that is being written, step by step, so that the values of one are in memory at a time.
 pub struct Series<'w, 't> {
     writer: &'w mut GroupWriter<'t>,
     mesh: &'w Mesh,
@@ -101,10 +101,10 @@ impl<'w, 't> Series<'w, 't> {
     /// HDF5 failures; a step more than there are times.
     pub fn step(
         &mut self,
-        report: &ContactReport,
+        shown: &GridValues<'_>,
         frame: Option<&ContactFrame>,
     ) -> Result<(), StoreError> {
-        let fields = fields(self.mesh, report, frame);
+        let fields = fields(self.mesh, shown, frame);
         if self.arrays.is_empty() {
             for field in &fields {
                 let array = self.writer.begin(&field.path, &field.shape(self.n_steps))?;

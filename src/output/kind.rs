@@ -36,6 +36,10 @@ pub enum Kind {
     Schema,
     /// A generated schema as Markdown.
     SchemaPage,
+    /// A page of the manual.
+    ManualPage,
+    /// A scene to start from. No scene is replaced, since its user may have changed it.
+    Scene,
 }
 
 impl Kind {
@@ -48,6 +52,8 @@ impl Kind {
             Self::SweepTable => "the CSV table of a sweep",
             Self::Schema => "a JSON schema",
             Self::SchemaPage => "a Markdown schema",
+            Self::ManualPage => "a manual page",
+            Self::Scene => "a scene",
         }
     }
 
@@ -65,6 +71,8 @@ impl Kind {
                 Self::SchemaPage => text().starts_with(
                     "# The run file\n\nGenerated from the table of datasets; do not edit.\n",
                 ),
+                Self::ManualPage => text().contains("\n.TH contact3d-pipe"),
+                Self::Scene => false,
             })
     }
 }

@@ -5,6 +5,7 @@ use contact3d::{
     mesh::Mesh,
     scene::{
         AssembleSettings, Material, ModelFeatures, Parameters, Quantity, Region, Scene, SceneFile,
+        Spring,
     },
 };
 use serde::Serialize;
@@ -39,6 +40,8 @@ pub(super) fn run(inputs: &Inputs<'_>) -> Result<DualSystem, StageError> {
 #[derive(Serialize)]
 pub(super) struct Settings<'a> {
     material: &'a Material,
+    #[serde(skip_serializing_if = "<[Spring]>::is_empty")]
+    spring: &'a [Spring],
     region: &'a [Region],
     axis_1: Option<&'a [Quantity; 3]>,
     angle: Option<&'a Quantity>,
@@ -67,6 +70,7 @@ impl<'a> Settings<'a> {
         let contact = only_contact(scene);
         Self {
             material: &scene.material,
+            spring: &scene.springs,
             region: &scene.regions,
             axis_1: contact.and_then(|c| c.axis_1.as_ref()),
             angle: contact.and_then(|c| c.angle.as_ref()),
@@ -80,12 +84,13 @@ impl<'a> Settings<'a> {
                     friction: scene.friction_on(entry).is_some(),
                 })
                 .collect(),
-            parameters: scene.parameters_used(of_frame),
+            parameters: scene.parameters_used(of_operator),
         }
     }
 }
 
-/// Whether a key is one of the axes of friction, which are part of T.
-pub(super) fn of_frame(key: &str) -> bool {
-    key.starts_with("contact.") && (key.ends_with(".axis_1") || key.ends_with(".angle"))
+/// Whether a key is one of the axes of friction, which are part of T, or of springs, which are part of A.
+pub(super) fn of_operator(key: &str) -> bool {
+    let of_frame = key.ends_with(".axis_1") || key.ends_with(".angle");
+    key.starts_with("contact.") && of_frame || key.starts_with("spring.")
 }

@@ -1,8 +1,7 @@
 //! A change of the run file under way.
 
-use contact3d::solver::OuterState;
+use contact3d::{history::StepRecord, scene::Scene, solver::OuterState};
 use runfile::{Group, GroupRecord, Home, Reader, StoreError, StoredGroup, Transaction};
-use units::Units;
 
 use super::{
     AssemblyFile, StageState,
@@ -11,7 +10,7 @@ use super::{
     stages::Output,
     store::{input_digest_of, write_group, write_scene},
 };
-use crate::format::{self, ADAPT, CHECKPOINT, Stage};
+use crate::format::{self, ADAPT, CHECKPOINT, HISTORY, Stage};
 
 /// A computed stage that is not stored yet, with all that it takes to store it.
 #[derive(Debug)]
@@ -46,6 +45,15 @@ impl Pending {
     }
 }
 
+/// What a solve that is not done yet has to show.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Unfinished<'a> {
+    /// Successive approximations between two steps.
+    Solve(&'a OuterState),
+    /// The first increments of a load history.
+    History(&'a [StepRecord]),
+}
+
 /// A change that has begun: the scene is written, and the stages given so far.
 #[derive(Debug)]
 pub(super) struct Change {
@@ -53,7 +61,7 @@ pub(super) struct Change {
     /// What the file will hold of the stages.
     stored: Vec<(Stage, StoredGroup)>,
     changed: Vec<Group>,
-    units: Units,
+    scene: Scene,
 }
 
 impl Change {
@@ -76,6 +84,9 @@ impl Change {
         if task.input.scene.adapt.is_none() {
             transaction.remove(ADAPT);
         }
+        if !task.input.scene.has_history() {
+            transaction.remove(HISTORY);
+        }
         write_scene(&mut transaction, task)?;
         let stored = states
             .into_iter()
@@ -84,7 +95,7 @@ impl Change {
             stored: stored.collect(),
             transaction,
             changed: Vec::new(),
-            units: task.input.scene.units,
+            scene: task.input.scene.clone(),
         })
     }
 
@@ -99,8 +110,11 @@ impl Change {
             ..pending.record.clone()
         };
         let transaction = &mut self.transaction;
-        let digest = pending.output.write(transaction, pending.home, &record)?;
-        let units = self.units;
+        let scene = &self.scene;
+        let digest = pending
+            .output
+            .write(transaction, pending.home, &record, scene)?;
+        let units = scene.units;
         self.stored.push((
             stage,
             StoredGroup {
@@ -114,21 +128,35 @@ impl Change {
     }
 
     /// Writes the state of an unfinished solve.
-    pub(super) fn write_checkpoint(
+    pub(super) fn write_unfinished(
         &mut self,
-        state: &OuterState,
+        unfinished: Unfinished<'_>,
         task: &Task,
     ) -> Result<(), StoreError> {
         let digest = input_digest_of(Stage::Solve, task, &self.stored);
         let record = task.record(String::new(), 0.0, digest);
+        let group = match unfinished {
+            Unfinished::Solve(_) => CHECKPOINT,
+            Unfinished::History(_) => {
+                // An older solution belongs to other increments.
+                self.transaction.remove(Stage::Solve.group());
+                HISTORY
+            }
+        };
+        let (transaction, home) = (&mut self.transaction, Home::RunFile);
         write_group(
-            &mut self.transaction,
-            CHECKPOINT,
-            Home::RunFile,
+            transaction,
+            group,
+            home,
             &record,
-            |writer| format::write_checkpoint(writer, state),
+            |writer| match unfinished {
+                Unfinished::Solve(state) => format::write_checkpoint(writer, state),
+                Unfinished::History(records) => {
+                    format::write_history(writer, &task.input.scene, records)
+                }
+            },
         )?;
-        self.changed.push(CHECKPOINT);
+        self.changed.push(group);
         Ok(())
     }
 

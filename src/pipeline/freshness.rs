@@ -142,11 +142,13 @@ pub(super) fn states_from(
     states
 }
 
-/// A stage with all that belongs to it; the report has a second form for ParaView.
+/// A stage with all that belongs to it; the report has a second form for ParaView, the solution of a load history its increments.
 fn whole(reader: &Reader, stage: Stage) -> Result<Option<StoredGroup>, StoreError> {
     let stored = reader.whole_group(stage.group())?;
-    if stage == Stage::Post && stored.is_some() {
-        format::check_vtkhdf(reader)?;
+    match stage {
+        Stage::Post if stored.is_some() => format::check_vtkhdf(reader)?,
+        Stage::Solve if stored.is_some() => format::check_history(reader)?,
+        _ => {}
     }
     Ok(stored)
 }

@@ -6,7 +6,7 @@ use contact3d::{dual::DualSystem, mesh::Mesh, scene::SceneFile};
 use runfile::{Reader, StoreError};
 
 use super::{
-    StageError, load,
+    StageError, history, load,
     mesh::{self, Meshed},
     post::{self, Evaluated},
     solve::{self, Equations},
@@ -130,12 +130,16 @@ impl Known {
             Some(_) => Equations::Problem(self.problem(source)?),
             None => Equations::read(&source.reader()?)?,
         };
-        let answer = solve::read(&source.reader()?, equations)?;
-        let evaluated = Arc::new(post::run(post::Inputs {
-            input: source.input,
-            meshed: &meshed,
-            answer,
-        })?);
+        let reader = source.reader()?;
+        let evaluated = Arc::new(if source.input.scene.has_history() {
+            history::read(&reader, source.input, &meshed, equations)?
+        } else {
+            post::run(post::Inputs {
+                input: source.input,
+                meshed: &meshed,
+                answer: solve::read(&reader, equations)?,
+            })?
+        });
         self.evaluated = Some(evaluated.clone());
         Ok(evaluated)
     }

@@ -5,14 +5,14 @@ use std::sync::Arc;
 use contact3d::{
     dual::DualSystem,
     mesh::Mesh,
-    scene::{BodyForce, Clamp, Parameters, Pressure, Quantity, Scene, SceneFile, Traction},
+    scene::{BodyForce, Clamp, Parameters, Pressure, Quantity, Scene, SceneFile, Step, Traction},
 };
 use runfile::Reader;
 use serde::Serialize;
 
 use super::{
     StageError,
-    assemble::of_frame,
+    assemble::of_operator,
     mesh::{of_obstacle, only_contact, several_contacts},
     solve::of_friction,
 };
@@ -26,15 +26,16 @@ pub(super) struct Inputs<'a> {
     pub(super) operator: Arc<DualSystem>,
 }
 
-/// Applies the loads.
+/// Applies the loads, those of the last increment of a load history.
 ///
 /// # Errors
 /// A load that is not finite.
 pub(super) fn run(inputs: Inputs<'_>) -> Result<DualSystem, StageError> {
     let input = inputs.input;
     let mut system = Arc::unwrap_or_clone(inputs.operator);
-    system
-        .apply_loads(&input.scene, inputs.mesh)
+    let scene = input.scene.at_end();
+    scene
+        .and_then(|scene| system.apply_loads(&scene, inputs.mesh))
         .map_err(|invalid| input.refuse(invalid))?;
     Ok(system)
 }
@@ -62,6 +63,8 @@ pub(super) struct Settings<'a> {
     /// The gaps of several contact faces.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     gaps: Vec<&'a Quantity>,
+    #[serde(skip_serializing_if = "<[Step]>::is_empty")]
+    step: &'a [Step],
     /// What the formulas here use.
     #[serde(skip_serializing_if = "Parameters::is_empty")]
     parameters: Parameters,
@@ -79,8 +82,9 @@ impl<'a> Settings<'a> {
             body_force: scene.body_force.as_ref(),
             gap: only_contact(scene).map(|c| &c.gap),
             gaps: several_contacts(scene).map(|(_, c)| &c.gap).collect(),
+            step: &scene.steps,
             parameters: scene
-                .parameters_used(|key| !of_frame(key) && !of_friction(key) && !of_obstacle(key)),
+                .parameters_used(|key| !of_operator(key) && !of_friction(key) && !of_obstacle(key)),
         }
     }
 }

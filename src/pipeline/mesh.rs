@@ -8,7 +8,8 @@ use contact3d::{
     elasticity::{Loads, prescribed_displacements, refuse_rigid_motions},
     mesh::{Mesh, Quality, Refinement},
     scene::{
-        Body, Clamp, Contact, MultiplierSpace, Obstacle, Parameters, Part, Scene, SceneFile, Shape,
+        Body, Clamp, Contact, Invalid, MultiplierSpace, Obstacle, Parameters, Part, Scene,
+        SceneFile, Shape,
     },
     solver::ContactState,
 };
@@ -54,11 +55,29 @@ pub(super) fn run(inputs: &Inputs<'_>) -> Result<Meshed, StageError> {
     };
     resources::admit(need, run_file)?;
     let mesh = mesh_of(input, refinement)?;
-    refuse_rigid_motions(&input.scene, &mesh, &mesh.held_nodes(&input.scene))
+    refuse_rigid_motions(&input.scene, &mesh)
         .and_then(|()| Loads::of(&input.scene).nodal_forces(&mesh).map(drop))
         .and_then(|()| prescribed_displacements(&input.scene, &mesh).map(drop))
+        .and_then(|()| try_steps(&input.scene, &mesh))
         .map_err(|invalid| input.refuse(invalid))?;
     Meshed::new(Arc::new(mesh), input)
+}
+
+/// Tries loads and gap of every step of a load history: between two ends they are means.
+fn try_steps(scene: &Scene, mesh: &Mesh) -> Result<(), Invalid> {
+    let increments = scene.increments().into_iter();
+    for end in increments.filter(|increment| increment.share >= 1.0) {
+        let at_end = scene.at_increment(end)?;
+        let tried = Loads::of(&at_end).nodal_forces(mesh).map(drop);
+        let tried = tried.and_then(|()| prescribed_displacements(&at_end, mesh).map(drop));
+        let tried = tried.and_then(|()| Interface::new(&at_end, mesh).map(drop));
+        tried.map_err(|invalid| Invalid {
+            key: format!("step.{}", end.step),
+            expected: format!("{}: {}", invalid.key, invalid.expected),
+            ..invalid
+        })?;
+    }
+    Ok(())
 }
 
 /// Reads the mesh back.

@@ -15,7 +15,7 @@ use runfile::{GroupRecord, Home, IfMissing, RunFile, Transaction, timestamp};
 
 use super::StageError;
 use crate::{
-    format::{self, SERIES_LAYOUT},
+    format::{self, GridValues, SERIES_LAYOUT},
     output::{Folder, Inputs},
 };
 
@@ -110,7 +110,10 @@ fn write_path(
         require_same_mesh(mesh, problem.mesh(), &family.range().key)?;
         let report = problem.report(&problem.state_of(point.multiplier.clone()))?;
         let contact = problem.contact_state();
-        series.step(&report, contact.map(|contact| &contact.interface.frame))?;
+        series.step(
+            &GridValues::from(&report),
+            contact.map(|contact| &contact.interface.frame),
+        )?;
     }
     series.finish()?;
     writer.finish(&GroupRecord {

@@ -10,10 +10,11 @@ use serde::Serialize;
 
 use super::{
     StageError,
+    history::History,
     mesh::Meshed,
     solve::{Answer, Equations, of_friction, only_friction, several_frictions},
 };
-use crate::format;
+use crate::format::{self, GridValues, Series};
 
 /// What the stage depends on.
 pub(super) struct Inputs<'a> {
@@ -28,6 +29,8 @@ pub(super) struct Evaluated {
     /// The solution, which has failed if a figure of the report is out of range, and its equations.
     pub(super) answer: Answer,
     pub(super) report: ContactReport,
+    /// How a load history came to it; `None` without one.
+    pub(super) history: Option<History>,
 }
 
 /// Evaluates an answer.
@@ -43,7 +46,11 @@ pub(super) fn run(inputs: Inputs<'_>) -> Result<Evaluated, StageError> {
     let report = report(&input.scene, meshed, &answer.equations, &answer.solution);
     let report = report.map_err(|invalid| input.refuse(invalid))?;
     answer.solution.status = report.judged(answer.solution.status);
-    Ok(Evaluated { answer, report })
+    Ok(Evaluated {
+        answer,
+        report,
+        history: None,
+    })
 }
 
 fn report(
@@ -62,14 +69,23 @@ fn report(
     })
 }
 
-/// Writes the report as ParaView reads it.
+/// Writes the report as ParaView reads it; of a load history all increments, as a series that it plays.
 pub(super) fn write_vtkhdf(
     writer: &mut GroupWriter<'_>,
     meshed: &Meshed,
     evaluated: &Evaluated,
 ) -> Result<(), StoreError> {
     let frame = meshed.interface.as_ref().map(|interface| &interface.frame);
-    format::write_vtkhdf(writer, &meshed.mesh, &evaluated.report, frame)
+    let Some(history) = &evaluated.history else {
+        return format::write_vtkhdf(writer, &meshed.mesh, &evaluated.report, frame);
+    };
+    let times = history.records.iter().map(|record| record.increment.time);
+    let times: Vec<f64> = times.collect();
+    let mut series = Series::begin(writer, &meshed.mesh, &times)?;
+    for record in &history.records {
+        series.step(&GridValues::from(record), frame)?;
+    }
+    series.finish()
 }
 
 /// Writes the report beside that for ParaView, whose digest it holds.

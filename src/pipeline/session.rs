@@ -6,6 +6,7 @@ use contact3d::{
     contact::Interface,
     dual::{Assembly, OperatorEstimate},
     elasticity::idle_loads,
+    history::StepRecord,
     mesh::Mesh,
     post::ContactReport,
     scene::{AssembleSettings, Scene, SceneFile, SolveSettings, Warning},
@@ -84,7 +85,17 @@ impl Results {
     /// The laws of the contact face; `None` without contact.
     #[must_use]
     pub fn interface(&self) -> Option<&Interface> {
-        self.meshed.interface.as_ref()
+        match &self.evaluated.history {
+            None => self.meshed.interface.as_ref(),
+            Some(history) => history.interface.as_ref(),
+        }
+    }
+
+    /// The increments of a load history, the last of which the other results are of; none without one.
+    #[must_use]
+    pub fn increments(&self) -> &[StepRecord] {
+        let history = self.evaluated.history.as_ref();
+        history.map_or(&[], |history| &history.records)
     }
 
     /// Multipliers and displacement.
@@ -98,6 +109,19 @@ impl Results {
     pub fn report(&self) -> &ContactReport {
         &self.evaluated.report
     }
+}
+
+/// The results that a finished run file holds; takes no lock.
+///
+/// # Errors
+/// Unreadable datasets.
+pub fn read_results(run_file: &Path, input: &SceneFile) -> Result<Results, StageError> {
+    let source = Source { run_file, input };
+    let mut known = Known::default();
+    Ok(Results {
+        meshed: known.meshed(source)?,
+        evaluated: known.evaluated(source)?,
+    })
 }
 
 impl Task {

@@ -12,7 +12,7 @@ use runfile::{GroupWriter, Reader, StoreError};
 use serde::Serialize;
 
 use super::{
-    StageError,
+    StageError, load,
     mesh::{Meshed, only_contact, several_contacts},
 };
 use crate::format::{self, FormatError};
@@ -95,16 +95,17 @@ pub(super) fn read(reader: &Reader, equations: Equations) -> Result<Answer, Form
     })
 }
 
-/// Writes the answer.
+/// Writes the answer; that of a load history belongs to increments with some digest.
 pub(super) fn write(
     writer: &mut GroupWriter<'_>,
     meshed: &Meshed,
     answer: &Answer,
+    history_digest: Option<&str>,
 ) -> Result<(), StoreError> {
     let surface = meshed.mesh.contact.as_ref();
     let n_panes = surface.map_or(0, |surface| surface.n_panes());
     let dofs = &answer.equations.primal().dofs;
-    format::write_solution(writer, &answer.solution, n_panes, dofs)
+    format::write_solution(writer, &answer.solution, n_panes, dofs, history_digest)
 }
 
 /// The part of a scene that the stage depends on directly.
@@ -120,6 +121,9 @@ pub(super) struct Settings<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     slip_interpolation: Option<SlipInterpolation>,
     solve: &'a SolveSettings,
+    /// All loads of a load history, of which `/load` holds the last ones only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    history: Option<load::Settings<'a>>,
     /// What the formulas here use.
     #[serde(skip_serializing_if = "Parameters::is_empty")]
     parameters: Parameters,
@@ -137,6 +141,7 @@ impl<'a> Settings<'a> {
                 .map(|contact| contact.slip_interpolation)
                 .filter(|kind| *kind != SlipInterpolation::default()),
             solve: &scene.solve,
+            history: scene.has_history().then(|| load::Settings::of(scene)),
             parameters: scene.parameters_used(of_friction),
         }
     }
@@ -174,7 +179,7 @@ impl StartFrom {
         }
     }
 
-    fn multiplier(&self) -> Option<&[f64]> {
+    pub(super) fn multiplier(&self) -> Option<&[f64]> {
         match self {
             Self::Any | Self::Zero => None,
             Self::Given { multiplier, .. } => Some(multiplier),
@@ -198,6 +203,20 @@ impl Equations {
     pub(super) fn read(reader: &Reader) -> Result<Self, FormatError> {
         let coupling = format::read_coupling(reader)?;
         Ok(Self::Primal(format::read_primal(reader)?, coupling))
+    }
+
+    /// A, l and B by themselves.
+    pub(super) fn into_primal(self) -> (PrimalSystem, Option<Coupling>) {
+        match self {
+            Self::Primal(primal, coupling) => (primal, coupling),
+            Self::Problem(system) => {
+                let coupling = system
+                    .contact
+                    .as_ref()
+                    .map(|contact| contact.coupling.clone());
+                (system.assembly.primal.clone(), coupling)
+            }
+        }
     }
 
     /// A and l.

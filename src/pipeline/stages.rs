@@ -4,7 +4,7 @@ use std::{cell::RefCell, sync::Arc};
 
 use contact3d::{
     dual::{DualSystem, Need},
-    scene::Scene,
+    scene::{Increment, Scene},
     solver::Progress,
 };
 use runfile::{GroupRecord, Home, StoreError, Transaction};
@@ -13,6 +13,7 @@ use serde::Serialize;
 use super::{
     AssemblyFile, Session, StageError, assemble,
     checkpoint::Checkpoints,
+    history,
     homes::KEEP_BESIDE_ABOVE,
     load,
     mesh::{self, Meshed},
@@ -20,7 +21,7 @@ use super::{
     resources, solve,
     store::write_group,
 };
-use crate::format::{self, Stage, VTKHDF};
+use crate::format::{self, HISTORY, Stage, VTKHDF};
 
 /// What a stage at work is doing.
 #[derive(Debug, Clone, Copy)]
@@ -29,6 +30,8 @@ pub enum Step<'a> {
     Assembling(&'static str),
     /// A step of the solver.
     Solving(Progress<'a>),
+    /// A step of the solver in an increment of a load history.
+    Stepping(Increment, Progress<'a>),
 }
 
 /// What a stage computed, with all that it takes to write it.
@@ -134,6 +137,9 @@ impl Session {
     }
 
     fn solve(&mut self, observe: &mut dyn FnMut(Step<'_>)) -> Result<Output, StageError> {
+        if self.scene().has_history() {
+            return self.solve_history(observe);
+        }
         let source = self.task.source(&self.store);
         let meshed = self.known.meshed(source)?;
         let problem = self.known.problem(source)?;
@@ -159,6 +165,41 @@ impl Session {
             meshed: &meshed,
             answer,
         })?);
+        self.known.set_evaluated(evaluated.clone());
+        Ok(Output::Solve(meshed, evaluated))
+    }
+
+    /// The increments of a load history, stored as they are done where that costs no more than a twentieth of computing them.
+    fn solve_history(&mut self, observe: &mut dyn FnMut(Step<'_>)) -> Result<Output, StageError> {
+        let source = self.task.source(&self.store);
+        let meshed = self.known.meshed(source)?;
+        let operator = self.known.operator(source)?;
+        let need = history::need_of(source.input, &meshed.mesh);
+        resources::admit(need, source.run_file)?;
+        let done = self.store.read_history(&self.task)?;
+        self.store.require_unchanged(&self.task)?;
+        let (task, store) = (&self.task, &mut self.store);
+        let cost = store.last_store_seconds().max(history::SECONDS_OF_A_COMMIT);
+        let mut checkpoints = Checkpoints::new(cost);
+        let inputs = history::Inputs {
+            input: &task.input,
+            settings: &task.input.scene.solve,
+            mesh: &meshed.mesh,
+            operator: &operator,
+            start: task.start.multiplier(),
+            done,
+        };
+        let evaluated = history::run(
+            inputs,
+            &mut |increment, progress| match progress {
+                Progress::Between(_) => {}
+                Progress::Outer(..) | Progress::Newton(..) => {
+                    observe(Step::Stepping(increment, progress));
+                }
+            },
+            &mut |records| checkpoints.keep(|| store.write_history(task, records)),
+        )?;
+        let evaluated = Arc::new(evaluated);
         self.known.set_evaluated(evaluated.clone());
         Ok(Output::Solve(meshed, evaluated))
     }
@@ -217,6 +258,7 @@ impl Output {
         transaction: &mut Transaction,
         home: Home,
         record: &GroupRecord,
+        scene: &Scene,
     ) -> Result<String, StoreError> {
         let group = self.stage().group();
         match self {
@@ -230,8 +272,15 @@ impl Output {
                 format::write_loads(writer, system)
             }),
             Self::Solve(meshed, evaluated) => {
+                let steps = evaluated.history.as_ref();
+                let steps = steps.map(|history| {
+                    write_group(transaction, HISTORY, home, record, |writer| {
+                        format::write_history(writer, scene, &history.records)
+                    })
+                });
+                let steps = steps.transpose()?;
                 write_group(transaction, group, home, record, |writer| {
-                    solve::write(writer, meshed, &evaluated.answer)
+                    solve::write(writer, meshed, &evaluated.answer, steps.as_deref())
                 })
             }
             Self::Post(meshed, evaluated) => {

@@ -2,7 +2,7 @@
 
 use std::{path::Path, sync::Arc, time::Instant};
 
-use contact3d::solver::OuterState;
+use contact3d::{history::StepRecord, solver::OuterState};
 use runfile::{
     Group, GroupRecord, GroupWriter, Home, Reader, RunFile, StoreError, StoredGroup, Transaction,
     timestamp,
@@ -11,14 +11,14 @@ use runfile::{
 use super::{
     AssemblyFile, Commit, Freshness, Performed, StageError, StageState,
     ahead::{Ahead, Then, Written},
-    change::{Change, Pending},
+    change::{Change, Pending, Unfinished},
     freshness::{StartedFrom, input_digest, states_from},
     session::Task,
     solve::StartFrom,
     stages::Output,
     undo::Undo,
 };
-use crate::format::{self, CHECKPOINT, LAYOUT, SCENE, Stage};
+use crate::format::{self, CHECKPOINT, HISTORY, LAYOUT, SCENE, Stage};
 
 /// Seconds of work that may wait to be stored in one commit: an interruption costs no more than that.
 const SHORT_RUN: f64 = 10.0;
@@ -202,7 +202,16 @@ impl Store {
         task: &Task,
         state: &OuterState,
     ) -> Result<(), StageError> {
-        self.commit(task, Some(state))
+        self.commit(task, Some(Unfinished::Solve(state)))
+    }
+
+    /// Stores the increments of an unfinished load history, with what is pending.
+    pub(super) fn write_history(
+        &mut self,
+        task: &Task,
+        records: &[StepRecord],
+    ) -> Result<(), StageError> {
+        self.commit(task, Some(Unfinished::History(records)))
     }
 
     fn begin(&self, task: &Task) -> Result<Change, StageError> {
@@ -228,7 +237,11 @@ impl Store {
         }
     }
 
-    fn commit(&mut self, task: &Task, checkpoint: Option<&OuterState>) -> Result<(), StageError> {
+    fn commit(
+        &mut self,
+        task: &Task,
+        unfinished: Option<Unfinished<'_>>,
+    ) -> Result<(), StageError> {
         let storing = Instant::now();
         let mut change = match self.settle()? {
             Some(begun) => begun,
@@ -237,8 +250,8 @@ impl Store {
         for pending in &self.pending[change.changed().len()..] {
             change.write(pending)?;
         }
-        if let Some(state) = checkpoint {
-            change.write_checkpoint(state, task)?;
+        if let Some(unfinished) = unfinished {
+            change.write_unfinished(unfinished, task)?;
         }
         let (transaction, changed) = change.into_parts();
         self.end(transaction, &changed)?;
@@ -261,21 +274,33 @@ impl Store {
 
     /// The state that a killed solve of the same problem left. A damaged one costs time only.
     pub(super) fn read_checkpoint(&self, task: &Task) -> Result<Option<OuterState>, StageError> {
+        let reader = self.unfinished(CHECKPOINT, task)?;
+        Ok(reader.and_then(|reader| format::read_checkpoint(&reader).ok()))
+    }
+
+    /// The increments that a killed solve of the same load history left. Damaged ones cost time only.
+    pub(super) fn read_history(&self, task: &Task) -> Result<Vec<StepRecord>, StageError> {
+        let reader = self.unfinished(HISTORY, task)?;
+        let records =
+            reader.and_then(|reader| format::read_history(&reader, &task.input.scene).ok());
+        Ok(records.unwrap_or_default())
+    }
+
+    /// The file, where it holds a group that a solve of the same problem left.
+    fn unfinished(&self, group: Group, task: &Task) -> Result<Option<Reader>, StageError> {
         let reader = match self.reader() {
             Err(StoreError::NotFound { .. }) => return Ok(None),
             opened => opened?,
         };
-        let Ok(Some(checkpoint)) = reader.whole_group(CHECKPOINT) else {
+        let Ok(Some(left)) = reader.whole_group(group) else {
             return Ok(None);
         };
         let states = self.states(task)?.into_iter();
         let stored: Vec<(Stage, StoredGroup)> = states
             .filter_map(|state| Some((state.stage, state.stored?)))
             .collect();
-        match checkpoint.record.input_digest == input_digest_of(Stage::Solve, task, &stored) {
-            true => Ok(format::read_checkpoint(&reader).ok()),
-            false => Ok(None),
-        }
+        let fits = left.record.input_digest == input_digest_of(Stage::Solve, task, &stored);
+        Ok(fits.then_some(reader))
     }
 }
 

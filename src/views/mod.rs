@@ -4,6 +4,7 @@
 mod branches;
 mod charts;
 mod contact_cells;
+mod history_charts;
 mod law;
 mod law_curves;
 mod law_face;

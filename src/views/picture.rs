@@ -13,7 +13,7 @@ use contact3d::{
 };
 use plots::{ContactPicture, Figure, FigureError, FrictionKind, PaneFriction};
 
-use super::{Drawing, PictureFolder, contact_cells::ContactCells};
+use super::{Drawing, PictureFolder, contact_cells::ContactCells, history_charts};
 use crate::pipeline::{Results, StageError};
 
 /// Width of the six-panel page and of a single panel in pixels.
@@ -58,7 +58,9 @@ pub(super) fn names(endings: &[String]) -> Vec<String> {
     let of_faces = endings
         .iter()
         .flat_map(|ending| panels().map(move |name| format!("{name}{ending}")));
-    [ERROR.to_owned()].into_iter().chain(of_faces).collect()
+    let of_history = history_charts::HISTORY.map(str::to_owned);
+    let others = [ERROR.to_owned()].into_iter().chain(of_history);
+    others.chain(of_faces).collect()
 }
 
 /// Whether all pictures of a run file are in a folder and no older than it.
@@ -73,8 +75,8 @@ pub fn are_drawn(folder: &Path, run_file: &Path, scene: &Scene) -> bool {
     matches!((last, modified(run_file)), (Ok(drawn), Ok(stored)) if drawn >= stored)
 }
 
-/// Draws the six panels of HKL Fig. 5, the page of all six, for each contact face, and where the discretisation error sits, as
-/// SVG and PNG; returns the files.
+/// Draws the six panels of HKL Fig. 5, the page of all six, for each contact face, where the discretisation error sits and the
+/// charts of a load history, as SVG and PNG; returns the files.
 ///
 /// # Errors
 /// A folder that cannot be written.
@@ -114,7 +116,9 @@ pub fn draw_run(
         }
         drawings.push((named(LAST), page, PAGE_WIDTH));
     }
-    folder.save(drawings)
+    let mut files = history_charts::draw(folder, results.increments(), scene.units)?;
+    files.extend(folder.save(drawings)?);
+    Ok(files)
 }
 
 /// The page of the estimated error as SVG.

@@ -3,22 +3,22 @@
 use std::path::Path;
 
 use contact3d::{
-    contact::Interface,
-    post::{ContactReport, Solved, SolvedContact},
-    scene::{Scene, shown, shown_lines},
-    solver::{ContactState, Solution},
+    history::StepRecord,
+    scene::{Scene, SceneFile, shown, shown_lines},
+    solver::Solution,
 };
 use plots::html::{Page, Part, Section};
 use runfile::{Reader, timestamp};
 
 use super::{
     charts::{convergence, history, ways_against_seconds, ways_against_unknowns, work_precision},
+    history_charts,
     picture::{self, Drawn},
     report_tables as tables, sweep_report, theory_report,
 };
 use crate::{
     format::{self, LAYOUT},
-    pipeline::{Freshness, StageError, StageState, accuracy_input, states},
+    pipeline::{Freshness, StageError, StageState, accuracy_input, read_results, states},
 };
 
 /// The report as one HTML page. Reads only and takes no lock.
@@ -34,13 +34,17 @@ pub fn report(path: &Path) -> Result<String, StageError> {
     Ok(page.html())
 }
 
-/// The last line of every page.
+/// The paper that a user of any result cites, beside the program.
+const PAPER: &str = "J. Haslinger, R. Kučera, T. Ligurský, J. Comput. Appl. Math. 235 (2011) 3464–3480, \
+                     doi:10.1016/j.cam.2011.02.007";
+
+/// The last line of every page: what made it, from what, when, and what to cite.
 pub(super) fn footer(path: &Path) -> String {
     format!(
-        "{}, from {}, {}",
-        LAYOUT.creator,
+        "{creator}, from {}, {}. Cite {PAPER}, for the problem, and {creator} for the program.",
         path.file_name().unwrap_or_default().to_string_lossy(),
-        timestamp()
+        timestamp(),
+        creator = LAYOUT.creator,
     )
 }
 
@@ -52,7 +56,7 @@ fn file_page(path: &Path) -> Result<Page, StageError> {
     let mut sections = vec![scene_section(scene)];
     let is_fresh = states.iter().all(|s| s.freshness == Freshness::Fresh);
     if is_fresh {
-        sections.extend(result_sections(&reader, scene)?);
+        sections.extend(result_sections(&reader, &input)?);
     }
     sections.push(stages_section(&reader, &states)?);
     sections.extend(accuracy_section(&reader, scene)?);
@@ -80,32 +84,19 @@ fn scene_section(scene: &Scene) -> Section {
 }
 
 /// Results, six panels, convergence and certificate of a file whose stages are all fresh.
-fn result_sections(reader: &Reader, scene: &Scene) -> Result<Vec<Section>, StageError> {
-    let mesh = format::read_mesh(reader)?;
-    let system = format::read_primal(reader)?;
-    let coupling = format::read_coupling(reader)?;
-    let solution = format::read_solution(reader, &system.dofs)?;
-    let interface = Interface::new(scene, &mesh).map_err(StageError::Setting)?;
-    let state = mesh.contact.as_ref().zip(interface.as_ref());
-    let state = state.map(|(surface, interface)| ContactState { surface, interface });
-    let contact = coupling.as_ref().zip(state);
-    let report = ContactReport::new(&Solved {
-        scene,
-        mesh: &mesh,
-        system: &system,
-        contact: contact.map(|(coupling, state)| SolvedContact { coupling, state }),
-        solution: &solution,
-    })
-    .map_err(StageError::Setting)?;
+fn result_sections(reader: &Reader, input: &SceneFile) -> Result<Vec<Section>, StageError> {
+    let results = read_results(reader.path(), input)?;
+    let (mesh, solution, report) = (results.mesh(), results.solution(), results.report());
+    let scene = &input.scene;
     let mut sections = vec![Section {
         name: "results",
         heading: "Results".into(),
         parts: vec![
-            Part::Table(tables::results(scene.units, &mesh, &solution, &report)),
-            Part::Table(tables::forces(scene.units, &report)),
+            Part::Table(tables::results(scene.units, mesh, solution, report)),
+            Part::Table(tables::forces(scene.units, report)),
         ],
     }];
-    if let Some(faces) = tables::faces(scene, &report) {
+    if let Some(faces) = tables::faces(scene, report) {
         sections[0].parts.push(Part::Table(faces));
     }
     if let Some(figure) = report.out_of_range {
@@ -113,16 +104,16 @@ fn result_sections(reader: &Reader, scene: &Scene) -> Result<Vec<Section>, Stage
         sections[0].parts.insert(0, Part::Warning(warning));
         return Ok(sections);
     }
-    let frame = interface.as_ref().map(|interface| &interface.frame);
+    let frame = results.interface().map(|interface| &interface.frame);
     let refuse = |source| StageError::Figure {
         file: reader.path().to_owned(),
         source,
     };
     let drawn = |face| Drawn {
         scene,
-        mesh: &mesh,
+        mesh,
         frame,
-        report: &report,
+        report,
         face,
     };
     let error = picture::error_page(&drawn(0)).map_err(refuse)?;
@@ -146,16 +137,34 @@ fn result_sections(reader: &Reader, scene: &Scene) -> Result<Vec<Section>, Stage
             Part::Figure(error.svg()),
         ],
     });
-    sections.extend(history_section(&solution));
+    sections.extend(load_history_section(scene, results.increments()));
+    sections.extend(history_section(solution));
     sections.push(Section {
         name: "certificate",
         heading: "Certificate".into(),
         parts: vec![
             Part::Text("Each is dimensionless and zero for the exact discrete solution.".into()),
-            Part::Table(tables::certificate(&report)),
+            Part::Table(tables::certificate(report)),
         ],
     });
     Ok(sections)
+}
+
+fn load_history_section(scene: &Scene, records: &[StepRecord]) -> Option<Section> {
+    if records.is_empty() {
+        return None;
+    }
+    let charts = history_charts::charts(records, scene.units);
+    let mut parts = vec![Part::Text(
+        "The other sections show the last increment. Works and dissipation are those of each increment.".into(),
+    )];
+    parts.extend(charts.map(|(_, chart)| Part::Figure(chart.figure().svg())));
+    parts.push(Part::Table(tables::increments(scene, records)));
+    Some(Section {
+        name: "load-history",
+        heading: "Load history".into(),
+        parts,
+    })
 }
 
 fn history_section(solution: &Solution) -> Option<Section> {

@@ -2,6 +2,7 @@
 
 use contact3d::{
     convergence::{AlgebraicLadder, Cost, DiscretisationLadder, Ways},
+    history::StepRecord,
     mesh::Mesh,
     post::{ContactReport, SourceForce, Zone},
     scene::{FrictionModel, ModelFeatures, MultiplierSpace, Obstacle, Scene, shown},
@@ -33,6 +34,7 @@ pub(super) fn features(scene: &Scene) -> Table {
             "clamps with a prescribed displacement",
             features.prescribed_displacements,
         ),
+        pair("springs", features.springs),
         pair("body force", yes_or_no(features.body_force)),
         pair("regions of other material", features.regions),
         pair("anisotropic material", yes_or_no(features.anisotropy)),
@@ -114,6 +116,56 @@ fn friction_words(friction: &FrictionModel) -> String {
         words += ", varies with the place";
     }
     words
+}
+
+/// The increments of a load history.
+pub(super) fn increments(scene: &Scene, records: &[StepRecord]) -> Table {
+    let (force, energy) = (scene.units.force(), scene.units.energy());
+    let head = [
+        "step".to_owned(),
+        "increment".to_owned(),
+        "time [s]".to_owned(),
+        "status".to_owned(),
+        "open, stick, slip".to_owned(),
+        format!("normal force [{force}]"),
+        format!("tangential forces [{force}]"),
+        format!("work of the loads [{energy}]"),
+        format!("strain energy [{energy}]"),
+        format!("dissipated [{energy}]"),
+        format!("missing [{energy}]"),
+    ];
+    let rows = records.iter().map(|record| {
+        let step = &scene.steps[record.increment.step];
+        let number = record.increment.step + 1;
+        let title = step
+            .title
+            .clone()
+            .unwrap_or_else(|| format!("step {number}"));
+        let [normal, first, second] = record.multiplier_force;
+        let zones = [Zone::Open, Zone::Stick, Zone::Slip].map(|zone| {
+            let panes = record.panes.iter().filter(|pane| pane.zone == zone);
+            panes.count().to_string()
+        });
+        let energies = &record.energies;
+        vec![
+            shown(&title),
+            record.increment.number.to_string(),
+            record.increment.time.to_string(),
+            record.status.word().to_owned(),
+            zones.join(", "),
+            format!("{normal:.5e}"),
+            format!("{first:.5e}, {second:.5e}"),
+            format!("{:.4e}", energies.load_work),
+            format!("{:.4e}", energies.strain),
+            format!("{:.4e}", energies.dissipation),
+            format!("{:.1e}", energies.imbalance),
+        ]
+    });
+    Table {
+        caption: "Increments".to_owned(),
+        head: head.to_vec(),
+        rows: rows.collect(),
+    }
 }
 
 /// The main figures of a solution.

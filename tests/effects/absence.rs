@@ -110,6 +110,20 @@ fn clamps_at_zero_prescribe_nothing() {
 }
 
 #[test]
+fn without_springs_there_is_no_part_of_theirs() {
+    let spring = "[[spring]]\nface = 'x_max'\nnormal = 1e9\n";
+    let [with, without] = [&[spring, CONTACT][..], &[CONTACT]].map(|tables| {
+        let case = steel(tables);
+        let entries = case.system().assembly.primal.stiffness.data.len();
+        (entries, case.report().resultants)
+    });
+    // Nodes of a triangle share a tetrahedron already.
+    assert_eq!(with.0, without.0);
+    assert!(with.1.spring_energy.is_some() && with.1.spring_force.is_some());
+    assert!(without.1.spring_energy.is_none() && without.1.spring_force.is_none());
+}
+
+#[test]
 fn frame_and_gap_are_as_small_as_they_can_be() {
     let plain = in_contact("", "coefficient.constant = 0.3");
     let plain = plain.interface();

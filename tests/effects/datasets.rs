@@ -113,7 +113,14 @@ fn absent_from_run(tables: &[&str]) -> BTreeSet<String> {
         .success();
     let reader = Reader::open(&folder.path().join("run.h5"), LAYOUT).unwrap();
     assert!(!reader.has("/adapt/status"), "no wish for an error");
-    assert!(!reader.has("/VTKHDF/Steps/Values"), "no series");
+    assert_eq!(
+        reader.has("/history/time"),
+        tables.concat().contains("step")
+    );
+    assert_eq!(
+        reader.has("/VTKHDF/Steps/Values"),
+        tables.concat().contains("step")
+    );
     let rows = LAYOUT.tables.iter().flat_map(|table| table.iter());
     let of_a_run = rows.filter(|row| {
         let others = [
@@ -122,6 +129,7 @@ fn absent_from_run(tables: &[&str]) -> BTreeSet<String> {
             "/adapt/",
             "/theory/",
             "/branches/",
+            "/history/",
         ];
         !others.iter().any(|group| row.path.starts_with(group))
     });
@@ -146,6 +154,14 @@ const PRESCRIBED_ONLY: [&str; 2] = [
     "/post/resultants/clamp_work",
 ];
 
+/// What only springs have.
+const SPRINGS_ONLY: [&str; 2] = [
+    "/post/resultants/spring_energy",
+    "/post/resultants/spring_force",
+];
+
+/// What only a load history has, beside its own group.
+const HISTORY_ONLY: [&str; 1] = ["/solve/history_digest"];
 /// What only several contact faces have, and what only one has.
 const SEVERAL_FACES_ONLY: [&str; 10] = [
     "/mesh/contact_node_normal",
@@ -179,6 +195,8 @@ fn expected(effects: &[&[&str]], present: Option<&str>) -> BTreeSet<String> {
     paths.extend(IN_SINGLE_PRECISION.map(str::to_owned));
     paths.extend(OBSTACLE_ONLY.map(str::to_owned));
     paths.extend(PRESCRIBED_ONLY.map(str::to_owned));
+    paths.extend(SPRINGS_ONLY.map(str::to_owned));
+    paths.extend(HISTORY_ONLY.map(str::to_owned));
     paths.extend(SEVERAL_FACES_ONLY.map(str::to_owned));
     paths.insert(FACES_WITH_FRICTION_ONLY.to_owned());
     let all = [&CONTACT_ONLY[..], &FRICTION_ONLY, &COULOMB_ONLY].concat();
@@ -264,6 +282,26 @@ fn with_prescribed_displacements() {
     let resting = clamp.replace("1e-6", "0");
     let absent = expected(&[&REGIONS_ONLY], Some("Cell"));
     assert_eq!(absent_from(&[&resting, CONTACT, RAMPS]), absent);
+}
+
+#[test]
+fn with_springs() {
+    let spring = "[[spring]]\nface = 'x_max'\nnormal = 1e9\n";
+    let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
+    absent.retain(|path| !SPRINGS_ONLY.contains(&path.as_str()));
+    assert_eq!(absent_from(&[spring, CONTACT, RAMPS]), absent);
+}
+
+#[test]
+fn with_a_load_history() {
+    let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
+    absent.retain(|path| !HISTORY_ONLY.contains(&path.as_str()));
+    // A series has no estimate of the error.
+    absent.insert("/VTKHDF/CellData/error_indicator".to_owned());
+    assert_eq!(
+        absent_from(&[CONTACT, RAMPS, "[[step]]\n[[step]]\n"]),
+        absent
+    );
 }
 
 #[test]

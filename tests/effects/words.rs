@@ -53,6 +53,7 @@ fn an_elastic_scene_names_what_it_lacks() {
                 "anisotropy",
                 "regions",
                 "prescribed displacements",
+                "springs",
                 "body force",
                 "contact",
                 "obstacle",
@@ -75,6 +76,7 @@ fn an_elastic_scene_names_what_it_lacks() {
 fn every_effect_is_counted() {
     let (json, texts) = effects(&[
         "[[clamp]]\nface = 'x_min'\ncomponents = ['x']\nvalue = ['0*x', 0, 0]\n",
+        "[[spring]]\nface = 'x_max'\nnormal = 1e9\n",
         "[body_force]\nvalue = [0, 0, -1]\n",
         "[[region]]\npart.box = [[0, 0, 0], [1, 1, 1]]\n",
         "[region.material.orthotropic]\nyoung_moduli = [2e11, 1e11, 2e11]\n",
@@ -94,6 +96,7 @@ fn every_effect_is_counted() {
                 ("anisotropy", 0),
                 ("regions", 0),
                 ("prescribed displacements", 0),
+                ("springs", 0),
                 ("body force", 0),
                 ("contact", 12),
                 ("obstacle", 0),

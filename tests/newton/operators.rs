@@ -43,9 +43,8 @@ fn both_operators_agree() {
             let displacement = implicit.to_primal(&multiplier);
             assert_eq!(explicit.to_primal(&multiplier), displacement);
             let interface = case.problem.state().interface;
-            let expected = interface.slip.of_displacement(
+            let expected = interface.slip_of_displacement(
                 case.problem.surface(),
-                &interface.frame,
                 &assembly.primal.dofs,
                 &displacement,
             );

@@ -7,6 +7,7 @@ use contact3d::{
     solver::Solution,
 };
 
+/// A solved scene; the last increment of one with a load history.
 pub(crate) struct Case {
     pub(crate) problem: AssembledProblem,
     pub(crate) solution: Solution,
@@ -34,6 +35,11 @@ impl Case {
     pub(crate) fn try_new(scene: Scene, folder: &Path) -> Result<Self, String> {
         let solved = || -> Result<Self, ProblemError> {
             let problem = Problem::in_folder(scene, folder)?.assemble()?;
+            if problem.scene().has_history() {
+                let history = problem.solve_history(&problem.scene().solve)?;
+                let (problem, solution) = (history.last, history.solution);
+                return Ok(Self { problem, solution });
+            }
             let solution = problem.solve(&problem.scene().solve)?;
             Ok(Self { problem, solution })
         };

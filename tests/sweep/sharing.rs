@@ -109,3 +109,34 @@ values = [0.2, 0.201, 0.202, 0.203]
         assert!((a / b - 1.0).abs() < 1e-5, "{a} {b}");
     }
 }
+
+/// Displacements of clamps are loads: all values share one mesh and one factor, and give what a run alone gives.
+#[test]
+fn prescribed_displacements_share_one_factor() {
+    let sweep = Sweep::new(
+        "[set]\n\"body.brick.cells\" = [6, 2, 2]\ntraction = []\n\
+         clamp = [{ face = \"z_max\", value = [0.0, 0.0, 0.0] }]\n\
+         [[axis]]\nkey = \"clamp.0.value.2\"\nvalues = [0.0, -1e-5, -2e-5]\n",
+    );
+    let (code, text) = sweep.run("out", &[]);
+    assert_eq!(code, 0, "{text}");
+    let files = names(&sweep.path("out"), ".h5");
+    let shared = |stage: &str| files.iter().filter(|n| n.starts_with(stage)).count();
+    assert_eq!((shared("mesh-"), shared("assemble-")), (1, 1));
+    // Twice the displacement of a face without gap is twice the force.
+    let forces: Vec<f64> = sweep
+        .plan()
+        .iter()
+        .map(|case| {
+            let file = format!("{}.h5", case["id"].as_str().unwrap());
+            let reader = Reader::open(&sweep.path("out").join(file), LAYOUT).unwrap();
+            reader.read_vec::<f64>("/post/forces/force").unwrap()[2]
+        })
+        .collect();
+    assert_eq!(forces[0], 0.0);
+    // Frictional slip scales with the displacement, and the law's slips do not: a per cent or so.
+    assert!(
+        forces[1] < 0.0 && (forces[2] / forces[1] / 2.0 - 1.0).abs() < 0.05,
+        "{forces:?}"
+    );
+}

@@ -94,6 +94,7 @@ pub mod contact;
 pub mod convergence;
 pub mod dual;
 pub mod elasticity;
+pub mod history;
 pub mod linalg;
 pub mod mesh;
 pub mod post;
@@ -104,4 +105,4 @@ pub mod scene;
 pub mod solver;
 pub mod theory;
 
-pub use problem::{AssembledProblem, Problem, ProblemError};
+pub use problem::{AssembledProblem, Problem, ProblemError, SteppedProblem};

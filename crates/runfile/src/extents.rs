@@ -32,7 +32,7 @@ impl Sizes {
         let known = self.clone();
         for (extent, &size) in spec.shape.iter().zip(shape) {
             let fixed = match *extent {
-                Extent::Fixed(_) => None,
+                Extent::Fixed(_) | Extent::Labelled(_) => None,
                 Extent::Named(name) => Some((name, size)),
                 Extent::Plus(name, more) => size.checked_sub(more).map(|size| (name, size)),
             };
@@ -58,6 +58,7 @@ impl Sizes {
                 .zip(shape)
                 .all(|(extent, &size)| match *extent {
                     Extent::Fixed(fixed) => size == fixed,
+                    Extent::Labelled(axis) => size == axis.labels.len(),
                     Extent::Named(name) => self.0.get(name).is_none_or(|bound| bound.size == size),
                     Extent::Plus(name, more) => match self.0.get(name) {
                         Some(bound) => bound.size.checked_add(more) == Some(size),

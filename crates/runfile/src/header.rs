@@ -33,6 +33,13 @@ pub(super) const LINKED_GROUPS: &str = "A stage may be kept in a file of its own
      it: `NAME.STAGE-DIGEST.h5` if the run file NAME owns it, `STAGE-DIGEST.h5` if several run files share it, with \
      the first 16 digits of the digest of the stage. Such a file never changes.";
 
+/// The version of the HDF5 library: major, minor, patch.
+#[must_use]
+pub fn hdf5_version() -> [u8; 3] {
+    let (major, minor, patch) = hdf5::library_version();
+    [major, minor, patch]
+}
+
 /// Creates an empty file, readable by HDF5 1.10 and newer.
 pub(super) fn create(
     path: &Path,

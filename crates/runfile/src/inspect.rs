@@ -8,6 +8,7 @@ use hdf5_metno as hdf5;
 
 use super::attribute::{read_text, require_ascii, require_numbers};
 use super::digest::of_group;
+use super::dimension::is_scale;
 use super::element::Element;
 use super::error::StoreError;
 use super::layout::{DatasetSpec, Group, Presence};
@@ -196,7 +197,8 @@ impl Reader {
         let mut seen = BTreeSet::new();
         while let Some(group) = groups.pop() {
             if seen.insert(group.name()) {
-                datasets.extend(group.datasets().at(place, "list the datasets")?);
+                let members = group.datasets().at(place, "list the datasets")?;
+                datasets.extend(members.into_iter().filter(|member| !is_scale(member)));
                 groups.extend(group.groups().at(place, "list the groups")?);
             }
         }

@@ -138,10 +138,21 @@ impl fmt::Display for Kind {
 pub enum Extent {
     /// Always this many.
     Fixed(usize),
+    /// Always as many as there are labels, each entry known by its own.
+    Labelled(&'static Axis),
     /// A size of the problem, such as `n_nodes`, the same wherever the name stands.
     Named(&'static str),
     /// A named size plus a constant, such as the `n_cells + 1` offsets of `n_cells` lists.
     Plus(&'static str, usize),
+}
+
+/// An axis whose entries have names, such as x, y, z.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Axis {
+    /// What the axis is called.
+    pub name: &'static str,
+    /// One label for each entry.
+    pub labels: &'static [&'static str],
 }
 
 impl Extent {
@@ -149,7 +160,7 @@ impl Extent {
     #[must_use]
     pub const fn name(self) -> Option<&'static str> {
         match self {
-            Extent::Fixed(_) => None,
+            Extent::Fixed(_) | Extent::Labelled(_) => None,
             Extent::Named(name) | Extent::Plus(name, _) => Some(name),
         }
     }
@@ -159,6 +170,7 @@ impl fmt::Display for Extent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Extent::Fixed(size) => write!(f, "{size}"),
+            Extent::Labelled(axis) => write!(f, "{}", axis.labels.len()),
             Extent::Named(name) => f.write_str(name),
             Extent::Plus(name, more) => write!(f, "{name} + {more}"),
         }

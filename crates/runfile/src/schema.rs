@@ -3,6 +3,7 @@
 use serde_json::{Map, Value, json};
 use units::{ForceUnit, LengthUnit, Units};
 
+use super::dimension::{self, DIMENSION_SCALES};
 use super::header::{LINKED_GROUPS, ROOT_ATTRIBUTES};
 use super::layout::{DatasetSpec, Extent, Kind, Presence, Storage};
 use super::record::{GROUP_ATTRIBUTES, OPTIONAL_GROUP_ATTRIBUTES};
@@ -76,6 +77,7 @@ pub fn schema_json(layout: &Layout) -> String {
         "dataset_attributes": triples(DATASET_ATTRIBUTES),
         "matrix_attributes": triples(MATRIX_ATTRIBUTES),
         "matrix_members": triples(MATRIX_MEMBERS),
+        "dimension_scales": DIMENSION_SCALES,
         "extents": extents,
         "datasets": layout.datasets().map(dataset).collect::<Vec<_>>(),
     });
@@ -94,6 +96,7 @@ fn dataset(spec: &DatasetSpec) -> Value {
         "stage": spec.group.name(),
         "type": spec.kind.tag(),
         "shape": spec.shape.iter().map(extent).collect::<Vec<_>>(),
+        "dimensions": dimension::names(spec.shape),
         "dimension": spec.dimension.to_string(),
         "unit": Units::SI.word(spec.dimension),
         "symbol": spec.symbol,
@@ -104,6 +107,14 @@ fn dataset(spec: &DatasetSpec) -> Value {
     });
     if let Presence::Optional(reason) = spec.presence {
         row["optional_because"] = json!(reason);
+    }
+    let labelled = spec.shape.iter().filter_map(|extent| match extent {
+        Extent::Labelled(axis) => Some((axis.name.to_owned(), json!(axis.labels))),
+        Extent::Fixed(_) | Extent::Named(_) | Extent::Plus(..) => None,
+    });
+    let labels: Map<_, _> = labelled.collect();
+    if !labels.is_empty() {
+        row["labels"] = labels.into();
     }
     if let Kind::Enum(members) = spec.kind {
         let codes: Map<_, _> = members
@@ -119,6 +130,7 @@ fn dataset(spec: &DatasetSpec) -> Value {
 fn extent(extent: &Extent) -> Value {
     match extent {
         Extent::Fixed(size) => json!(size),
+        Extent::Labelled(axis) => json!(axis.labels.len()),
         symbolic => json!(symbolic.to_string()),
     }
 }

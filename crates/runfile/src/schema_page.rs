@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use units::Units;
 
+use super::dimension::DIMENSION_SCALES;
 use super::header::{LINKED_GROUPS, ROOT_ATTRIBUTES};
 use super::layout::{DatasetSpec, Group, Kind, Presence, Storage};
 use super::record::{GROUP_ATTRIBUTES, OPTIONAL_GROUP_ATTRIBUTES};
@@ -51,6 +52,7 @@ pub fn schema_page(layout: &Layout) -> String {
     for group in layout.groups() {
         group_section(&mut page, layout, group);
     }
+    let _ = write!(page, "## Names of axes\n\n{DIMENSION_SCALES}\n\n");
     page.push_str("## Sizes\n\n| Name | Meaning |\n|---|---|\n");
     for (name, meaning) in layout.extents {
         row(&mut page, &[format!("`{name}`"), cell(meaning)]);

@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use super::dimension::name_axes;
 use super::error::{LayoutError, StoreError};
 use super::extents::Sizes;
 use super::home::SharedGroup;
-use super::home::{Home, LinkedName, carry_over, join, remove_orphans};
+use super::home::{Home, LinkedName, carry_over, is_joined, join, remove_orphans};
 use super::layout::Group;
 use super::lock::{RunFile, group_temporary};
 use super::part::{Part, replaceable, sync_folder};
@@ -198,6 +199,7 @@ impl Transaction {
         };
         for beside in self.beside {
             let Some(name) = beside.name else { continue };
+            name_axes(&beside.part.file, place, &self.layout, beside.group)?;
             join(file, place, beside.group, &name)?;
             let target = self.folder.join(name.to_string());
             replaceable(&target)?;
@@ -208,6 +210,9 @@ impl Transaction {
         let groups = self.layout.groups();
         let held = groups.filter(|group| file.link_exists(group.name()));
         let held: Vec<Group> = held.collect();
+        for group in held.iter().filter(|group| !is_joined(file, **group)) {
+            name_axes(file, place, &self.layout, *group)?;
+        }
         self.run_file.publish(&self.target, permissions)?;
         note_commit(&self.target, held);
         sync_folder(&self.folder)?;

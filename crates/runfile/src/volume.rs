@@ -64,13 +64,18 @@ impl Volume {
 
     /// Whether every group on the way, and the object itself, is in this file.
     pub(super) fn holds(&self, path: &str) -> bool {
-        let mut ends = path
-            .match_indices('/')
-            .map(|(end, _)| end)
-            .skip(1)
-            .chain([path.len()]);
-        self.link_on_the_way(path).is_none() && ends.all(|end| self.file.link_exists(&path[..end]))
+        self.link_on_the_way(path).is_none() && has_path(&self.file, path)
     }
+}
+
+/// Whether every group on the way to an object, and the object itself, is there.
+pub(super) fn has_path(file: &hdf5::File, path: &str) -> bool {
+    let mut ends = path
+        .match_indices('/')
+        .map(|(end, _)| end)
+        .skip(1)
+        .chain([path.len()]);
+    ends.all(|end| file.link_exists(&path[..end]))
 }
 
 /// What changes when a file is written, replaced or removed.

@@ -8,6 +8,7 @@ use runfile::{
 };
 use units::Dimension;
 
+use crate::format::axes;
 use super::{GROUP, NO_CONTACT, read_costs, write_costs};
 use crate::format::{FormatError, columns::Columns, outcome::StoredStatus, read_index_vec};
 
@@ -54,7 +55,7 @@ const fn level(
 pub(in crate::format) const TABLE: &[DatasetSpec] = &[
     GROUP.row(SCENE_N_DIV, Kind::I64, &[], Dimension::Number, "Smallest number of cells along an edge in the scene itself.").optional(NO_BRICK),
     level(N_DIV, Kind::I64, Dimension::Number, "Smallest number of cells along an edge.").symbol("n_div"),
-    GROUP.row(CELLS, Kind::I64, &[Named("n_levels"), Fixed(3)], Dimension::Number, "Cells along the edges.").optional(NO_BRICK),
+    GROUP.row(CELLS, Kind::I64, &[Named("n_levels"), axes::XYZ], Dimension::Number, "Cells along the edges.").optional(NO_BRICK),
     level(CELL_SIZE, Kind::F64, Dimension::LENGTH, "Cube root of the mean volume of a cell.").symbol("h"),
     level(N_FREE, Kind::I64, Dimension::Number, "Free degrees of freedom."),
     level(N_MULTIPLIERS, Kind::I64, Dimension::Number, "Multipliers."),
@@ -65,15 +66,15 @@ pub(in crate::format) const TABLE: &[DatasetSpec] = &[
     level(ESTIMATED_ERROR, Kind::F64, Dimension::Number, "Error of u_h over |u_h|_A as its own report estimates it.").optional("absent for a mesh file, and in files before format 1.4"),
     level(POTENTIAL_ENERGY, Kind::F64, Dimension::Energy, "u.Au / 2 - l.u.").symbol("J"),
     level(NORMAL_FORCE, Kind::F64, Dimension::FORCE, "Total normal contact force.").optional(NO_CONTACT),
-    GROUP.row(TANGENTIAL_FORCE, Kind::F64, &[Named("n_levels"), Fixed(2)], Dimension::FORCE, "Total tangential multiplier force along t1 and t2.").optional(NO_FRICTION),
+    GROUP.row(TANGENTIAL_FORCE, Kind::F64, &[Named("n_levels"), axes::FRICTION_AXES], Dimension::FORCE, "Total tangential multiplier force along t1 and t2.").optional(NO_FRICTION),
     level(LEVEL_SECONDS, Kind::F64, Dimension::Time, "Median wall-clock time of mesh, assembly, solve and evaluation in memory.").volatile(),
     level(LEVEL_REPEATS, Kind::I64, Dimension::Number, "Runs the median is taken of.").volatile(),
     level(LEVEL_PEAK, Kind::F64, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.").volatile(),
     level(ENERGY_NORM_ORDER, Kind::F64, Dimension::Number, "Order of the energy-norm error observed from each level and the two before it; NaN where none is.").symbol("p"),
     level(POTENTIAL_ENERGY_ORDER, Kind::F64, Dimension::Number, "Order of the potential energy, likewise."),
-    GROUP.row(FORCE_ORDER, Kind::F64, &[Named("n_levels"), Fixed(3)], Dimension::Number, "Orders of the normal and the two tangential forces, likewise; NaN for forces the scene does not have.").optional(NO_CONTACT),
+    GROUP.row(FORCE_ORDER, Kind::F64, &[Named("n_levels"), axes::CONTACT_AXES], Dimension::Number, "Orders of the normal and the two tangential forces, likewise; NaN for forces the scene does not have.").optional(NO_CONTACT),
     GROUP.row(POTENTIAL_ENERGY_LIMIT, Kind::F64, &[], Dimension::Energy, "Extrapolated potential energy; NaN where no order is observed.").optional(NO_BRICK),
-    GROUP.row(FORCE_LIMIT, Kind::F64, &[Fixed(3)], Dimension::FORCE, "Extrapolated normal and tangential forces, likewise.").optional(NO_CONTACT),
+    GROUP.row(FORCE_LIMIT, Kind::F64, &[axes::CONTACT_AXES], Dimension::FORCE, "Extrapolated normal and tangential forces, likewise.").optional(NO_CONTACT),
 ];
 
 /// Writes meshes, orders and limits.

@@ -8,6 +8,7 @@ use runfile::{
 };
 use units::Dimension;
 
+use crate::format::axes;
 use super::{GROUP, read_costs, write_costs};
 use crate::format::{
     FormatError, columns::Columns, enumeration::stored_as, outcome::StoredStatus, read_index_vec,
@@ -71,7 +72,7 @@ pub(in crate::format) const TABLE: &[DatasetSpec] = &[
     GROUP.row(ADVICE, Kind::Text, &[], Dimension::Number, "The cheapest way to 5, 2 and 1 per cent.").volatile().optional(NOT_ASKED),
     GROUP.row(REFERENCE_ENERGY, Kind::F64, &[], Dimension::Energy, "u.Au / 2 - l.u of the reference.").symbol("J").volatile().optional(NOT_ASKED),
     GROUP.row(REFERENCE_NORMAL, Kind::F64, &[], Dimension::FORCE, "Total normal contact force of the reference.").volatile().optional(NO_CONTACT),
-    GROUP.row(REFERENCE_TANGENTIAL, Kind::F64, &[Fixed(2)], Dimension::FORCE, "Its total tangential multiplier force along t1 and t2.").volatile().optional(NO_FRICTION),
+    GROUP.row(REFERENCE_TANGENTIAL, Kind::F64, &[axes::FRICTION_AXES], Dimension::FORCE, "Its total tangential multiplier force along t1 and t2.").volatile().optional(NO_FRICTION),
 ];
 
 /// Writes all ways and their reference.

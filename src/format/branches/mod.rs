@@ -13,6 +13,7 @@ use units::Dimension;
 use self::members::{
     StoredEnd, StoredOrigin, StoredPointKind, StoredSwitch, end, stored_end, stored_switch, switch,
 };
+use crate::format::axes;
 use super::{
     FormatError, columns::Columns, read_finite_rows, read_finite_scalar, read_finite_vec,
     read_index_vec, require_below,
@@ -48,8 +49,8 @@ const SWITCH_INDEX: &str = "/branches/switch/index";
 
 const PATHS: &[Extent] = &[Named("n_paths")];
 const POINTS: &[Extent] = &[Named("n_path_points")];
-const POINT_PAIRS: &[Extent] = &[Named("n_path_points"), Fixed(2)];
-const POINT_ZONES: &[Extent] = &[Named("n_path_points"), Fixed(3)];
+const POINT_PAIRS: &[Extent] = &[Named("n_path_points"), axes::FRICTION_AXES];
+const POINT_ZONES: &[Extent] = &[Named("n_path_points"), axes::ZONES];
 const POINT_MULTIPLIERS: &[Extent] = &[Named("n_path_points"), Named("n_path_multipliers")];
 const SWITCHES: &[Extent] = &[Named("n_switches")];
 

@@ -40,6 +40,7 @@ pub fn adapted(
     observe: &mut dyn FnMut(&AdaptiveLevel),
 ) -> Result<AdaptedProblem, ProblemError> {
     let scene = scene.checked()?;
+    scene.require_no_history("an adaptive mesh")?;
     let wish = scene.adapt.ok_or_else(no_wish)?.error;
     let mut adaptation = Adaptation::default();
     let mut body = RefinableBody::new(&scene, folder)?;

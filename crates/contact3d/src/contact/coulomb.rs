@@ -3,7 +3,7 @@
 use std::{
     ops::Range,
     sync::{
-        OnceLock,
+        Arc, OnceLock,
         atomic::{AtomicUsize, Ordering},
     },
 };
@@ -21,6 +21,9 @@ pub struct CoulombLaw {
     /// All coefficients are this many times those of the faces.
     factor: f64,
     softening: Option<Softening>,
+    /// Lengths of the path slid before, which coefficients follow beside the slip, `[n_contact_nodes]`, in m;
+    /// `None` where there is none or they do not.
+    path: Option<Arc<Vec<[f64; 3]>>>,
 }
 
 /// The law of one face.
@@ -151,7 +154,19 @@ impl CoulombLaw {
             evaluations: Counter::default(),
             factor: 1.0,
             softening: None,
+            path: None,
         }
+    }
+
+    /// Lets the coefficients follow the path slid before beside the slip.
+    pub(super) fn set_path(&mut self, path: Vec<[f64; 3]>) {
+        self.path = Some(Arc::new(path));
+    }
+
+    fn path_at(&self, contact_node: usize) -> [f64; 3] {
+        self.path
+            .as_ref()
+            .map_or([0.0; 3], |path| path[contact_node])
     }
 
     /// The law t F for a factor t > 0, with counters of its own.
@@ -160,6 +175,7 @@ impl CoulombLaw {
         Self {
             factor: self.factor * factor,
             softening: self.softening,
+            path: self.path.clone(),
             ..Self::new(self.faces.clone())
         }
     }
@@ -171,6 +187,7 @@ impl CoulombLaw {
         Self {
             factor: self.factor,
             softening: (share < 1.0).then_some(Softening { reference, share }),
+            path: self.path.clone(),
             ..Self::new(self.faces.clone())
         }
     }
@@ -227,7 +244,8 @@ impl CoulombLaw {
     pub fn evaluate(&self, contact_node: usize, slip: [f64; 2]) -> [f64; 2] {
         self.evaluations.0.fetch_add(1, Ordering::Relaxed);
         let (law, position) = self.law_at(contact_node);
-        let given = law.evaluate(position, slip);
+        let path = self.path_at(contact_node);
+        let given = law.evaluate_after(path, position, slip);
         let given = given.map(|f| self.factor * f);
         match self.softening {
             Some(softening) => given.map(|f| softening.value(f)),
@@ -239,13 +257,15 @@ impl CoulombLaw {
     #[must_use]
     pub fn derivative(&self, contact_node: usize, slip: [f64; 2]) -> [[f64; 2]; 2] {
         let (law, position) = self.law_at(contact_node);
-        let given = law.derivative(position, slip);
+        let path = self.path_at(contact_node);
+        let given = law.derivative_after(path, position, slip);
         let given = given.map(|row| row.map(|d| self.factor * d));
         let Some(softening) = self.softening else {
             return given;
         };
         // d(F₀^(1−τ) F^τ) = τ F₀^(1−τ) F^τ / F dF.
-        let coefficients = law.evaluate(position, slip).map(|f| self.factor * f);
+        let coefficients = law.evaluate_after(path, position, slip);
+        let coefficients = coefficients.map(|f| self.factor * f);
         std::array::from_fn(|i| {
             let factor = softening.share * softening.value(coefficients[i]) / coefficients[i];
             given[i].map(|d| factor * d)

@@ -3,8 +3,8 @@
 use std::sync::atomic::AtomicUsize;
 
 use super::{
-    ContactFrame, CoulombLaw, Coupling, FaceLaw, SlipOperator, coulomb::PressureBound, law_bounds,
-    prescribed::refuse_penetration,
+    ContactFrame, CoulombLaw, Coupling, FaceLaw, Past, SlipOperator, coulomb::PressureBound,
+    law_bounds, prescribed::refuse_penetration,
 };
 use crate::{
     elasticity::DofMap,
@@ -28,6 +28,8 @@ pub struct Interface {
     pub gap: Option<Vec<f64>>,
     /// How slips are made from displacements.
     pub slip: SlipOperator,
+    /// What former steps of a load history left; `None` in the first, and without a history.
+    pub past: Option<Past>,
     /// The law of tangential stresses.
     pub friction: InterfaceFriction,
     /// Projections on ellipses so far.
@@ -55,6 +57,7 @@ impl Interface {
             frame: self.frame.clone(),
             gap: self.gap.clone(),
             slip: self.slip.clone(),
+            past: self.past.clone(),
             friction: InterfaceFriction::Coulomb(Box::new(self.coulomb()?.scaled(factor))),
             projections: AtomicUsize::new(0),
         })
@@ -82,6 +85,7 @@ impl Interface {
             slip: SlipOperator::new(first.slip_interpolation, surface, mesh, |node| {
                 held[node] == [true; 3]
             }),
+            past: None,
             frame,
             gap,
             friction: InterfaceFriction::new(scene, &features, surface, mesh)?,
@@ -128,6 +132,13 @@ impl Interface {
     #[must_use]
     pub fn coulomb(&self) -> Option<&CoulombLaw> {
         match &self.friction {
+            InterfaceFriction::Coulomb(law) => Some(law),
+            InterfaceFriction::Frictionless | InterfaceFriction::Tresca(_) => None,
+        }
+    }
+
+    pub(super) fn coulomb_mut(&mut self) -> Option<&mut CoulombLaw> {
+        match &mut self.friction {
             InterfaceFriction::Coulomb(law) => Some(law),
             InterfaceFriction::Frictionless | InterfaceFriction::Tresca(_) => None,
         }

@@ -18,6 +18,7 @@ mod law_bounds;
 mod law_bounds_tests;
 mod law_search;
 mod multiplier_layout;
+mod past;
 mod prescribed;
 mod slip_operator;
 
@@ -29,5 +30,6 @@ pub use friction_field::FrictionField;
 pub use interface::{Interface, InterfaceFriction};
 pub use law_bounds::{LawBounds, LawExtreme};
 pub use multiplier_layout::MultiplierLayout;
+pub use past::Past;
 pub(crate) use slip_operator::SlipOperatorDerivative;
 pub use slip_operator::{ClementStars, SlipOperator};

@@ -1,6 +1,5 @@
 //! The interpolation r_h that makes slips in Y^h of tangential displacements (HKL §3).
 
-use super::ContactFrame;
 use crate::{
     mesh::{ContactSurface, Mesh},
     scene::SlipInterpolation,
@@ -54,19 +53,6 @@ impl SlipOperator {
             Self::Lagrange => tangential.iter().map(|u| u.map(f64::abs)).collect(),
             Self::Clement(stars) => stars.slip(tangential),
         }
-    }
-
-    /// φ of a displacement over the free degrees of freedom, both in m.
-    #[must_use]
-    pub fn of_displacement(
-        &self,
-        surface: &ContactSurface,
-        frame: &ContactFrame,
-        dofs: &crate::elasticity::DofMap,
-        displacement: &[f64],
-    ) -> Vec<[f64; 2]> {
-        let tangential = super::nodal_tangential(surface, frame, dofs, displacement);
-        self.slip(&tangential)
     }
 
     pub(crate) fn derivative(&self, tangential: &[[f64; 2]]) -> SlipOperatorDerivative {

@@ -7,7 +7,7 @@ use super::{
     nested_bricks, observed_order, prolongation::prolongate, refinement::with_brick,
 };
 use crate::{
-    elasticity::{DofMap, InternalForces, MaterialField},
+    elasticity::{DofMap, InternalForces, MaterialField, SpringMatrix},
     linalg::{CscMatrix, dot},
     mesh::Mesh,
     problem::{Problem, ProblemError},
@@ -238,10 +238,13 @@ pub(super) fn energy_norm(stiffness: &CscMatrix, displacement: &[f64]) -> f64 {
 /// √a(u, u) of a nodal displacement in m, `[n_nodes]`, whose held nodes may have moved.
 fn whole_energy_norm(scene: &Scene, mesh: &Mesh, displacement: &[[f64; 3]]) -> f64 {
     let material = MaterialField::new(scene, mesh);
-    let forces = InternalForces::of(mesh, &material, displacement).forces;
-    dot(forces.as_flattened(), displacement.as_flattened())
-        .max(0.0)
-        .sqrt()
+    let elastic = InternalForces::of(mesh, &material, displacement).forces;
+    // A stiffness without a value was refused when A was assembled.
+    let springs = SpringMatrix::of(scene, mesh).ok().flatten();
+    let springs = springs.map(|springs| springs.forces(displacement));
+    let work = |forces: &Vec<[f64; 3]>| dot(forces.as_flattened(), displacement.as_flattened());
+    let square = work(&elastic) + springs.as_ref().map_or(0.0, work);
+    square.max(0.0).sqrt()
 }
 
 /// The scene with default settings of assembly and solve.

@@ -87,6 +87,7 @@ impl Accuracy {
         settings: &AccuracySettings,
         observe: &mut dyn FnMut(AccuracyProgress),
     ) -> Result<Self, ProblemError> {
+        scene.require_no_history("accuracy")?;
         // A finest mesh that cannot be is refused before the long work.
         if let Some(brick) = scene.body.as_brick() {
             nested_bricks(scene, brick, settings)?;

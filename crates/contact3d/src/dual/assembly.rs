@@ -7,8 +7,8 @@ use thiserror::Error;
 use super::{Need, Shortage, need::Admission};
 use crate::{
     elasticity::{
-        DofMap, FloatingBody, Loads, MaterialField, NodeGraph, floating_body, forces_of_prescribed,
-        free_rigid_motions, prescribed_displacements, refuse_rigid_motions, stiffness_on,
+        DofMap, FloatingBody, Loads, MaterialField, NodeGraph, SpringMatrix, floating_body,
+        forces_of_prescribed, motions_left_to_contact, prescribed_displacements, stiffness_on,
     },
     linalg::{
         Accuracy, CscMatrix, Doubled, Factor, FactorError, FactorStructure, OrderingError,
@@ -46,6 +46,22 @@ impl PrimalSystem {
             None => &self.stiffness,
             Some(floating) => &floating.grounded,
         }
+    }
+}
+
+impl PrimalSystem {
+    /// Replaces the load, and the displacements at which the clamps hold, by those of a scene that differs in no more.
+    ///
+    /// # Errors
+    /// A load that is not finite.
+    pub fn apply_loads(&mut self, scene: &Scene, mesh: &Mesh) -> Result<(), Invalid> {
+        self.set_loads(LoadData::new(scene, mesh, &self.dofs)?);
+        Ok(())
+    }
+
+    fn set_loads(&mut self, data: LoadData) {
+        self.load = data.rhs;
+        self.dofs.prescribed = data.prescribed.map(Arc::new);
     }
 }
 
@@ -137,10 +153,8 @@ impl Analysed {
         mesh: &Mesh,
         admit: Admission<'_>,
     ) -> Result<Self, AssemblyError> {
-        let held = mesh.held_nodes(scene);
-        refuse_rigid_motions(scene, mesh, &held).map_err(AssemblyError::Scene)?;
-        let motions = free_rigid_motions(&mesh.coordinates, &held);
-        let dofs = DofMap::new(&held);
+        let motions = motions_left_to_contact(scene, mesh).map_err(AssemblyError::Scene)?;
+        let dofs = DofMap::new(&mesh.held_nodes(scene));
         if dofs.n_free == 0 {
             return Err(AssemblyError::NothingFree);
         }
@@ -149,8 +163,9 @@ impl Analysed {
         let (matrices, order) = rayon::join(
             || {
                 timed(|| {
-                    let stiffness =
-                        stiffness_on(&graph, mesh, &MaterialField::new(scene, mesh), &dofs);
+                    let material = MaterialField::new(scene, mesh);
+                    let springs = SpringMatrix::of(scene, mesh)?;
+                    let stiffness = stiffness_on(&graph, mesh, &material, springs.as_ref(), &dofs);
                     Ok((stiffness, LoadData::new(scene, mesh, &dofs)?))
                 })
             },
@@ -334,18 +349,15 @@ impl LoadData {
         let prescribed = prescribed_displacements(scene, mesh)?;
         if let Some(prescribed) = &prescribed {
             let material = MaterialField::new(scene, mesh);
-            let taken = dofs.to_free(&forces_of_prescribed(mesh, &material, prescribed));
-            rhs.iter_mut().zip(taken).for_each(|(l, taken)| *l -= taken);
+            let elastic = forces_of_prescribed(mesh, &material, prescribed);
+            let springs = SpringMatrix::of(scene, mesh)?;
+            let springs = springs.map(|springs| springs.forces(prescribed));
+            for taken in [Some(elastic), springs].into_iter().flatten() {
+                let taken = dofs.to_free(&taken);
+                rhs.iter_mut().zip(taken).for_each(|(l, taken)| *l -= taken);
+            }
         }
         Ok(Self { rhs, prescribed })
-    }
-}
-
-impl PrimalSystem {
-    /// Replaces the load, and the displacements at which the clamps hold.
-    pub(super) fn set_loads(&mut self, data: LoadData) {
-        self.load = data.rhs;
-        self.dofs.prescribed = data.prescribed.map(Arc::new);
     }
 }
 

@@ -20,7 +20,7 @@ pub struct ContactSystem {
 }
 
 /// How S is held; either form holds h = B A⁻¹ l with the gap's integral subtracted from the normal
-/// part, `[n_multipliers]`, in m³.
+/// part and that of where a step of a load history begins from the tangential one, `[n_multipliers]`, in m³.
 #[derive(Debug, Clone, PartialEq)]
 pub enum OperatorForm {
     /// S is applied through the factor; h alone.
@@ -164,8 +164,9 @@ impl ContactSystem {
         self.set_dual_rhs(self.closing(unconstrained, dofs, surface, interface));
     }
 
-    /// B u with the gap's integral subtracted from the normal part: −r of the displacement in m over the free degrees
-    /// of freedom, `[n_multipliers]`, in m³; held contact nodes count where they are held.
+    /// B u with the gap's integral subtracted from the normal part, and in a later step of a load history that of u_tⁿ⁻¹ from
+    /// the tangential part: −r of the displacement in m over the free degrees of freedom, `[n_multipliers]`, in m³; held contact
+    /// nodes count where they are held.
     #[must_use]
     pub fn closing(
         &self,
@@ -197,14 +198,15 @@ impl ContactSystem {
         transposed.transposed_excess(displacement, &distances)
     }
 
-    /// What the free degrees of freedom have to close: ∫ gap over each pane, less B u of the held contact nodes, in m³.
+    /// What the free degrees of freedom have to close: ∫ gap over each pane and, tangentially, ∫ u_tⁿ⁻¹ of a load history, less B u
+    /// of the held contact nodes, in m³.
     fn distances(
         &self,
         dofs: &DofMap,
         surface: &ContactSurface,
         interface: &Interface,
     ) -> Vec<f64> {
-        let mut distances = gap_integrals(surface, interface);
+        let mut distances = interface.offsets(surface);
         let held = self
             .coupling
             .held_integrals(surface, &interface.frame, dofs);
@@ -263,15 +265,4 @@ impl ContactSystem {
         }
         forces
     }
-}
-
-/// ∫ gap over each pane in m³; empty without a gap.
-fn gap_integrals(surface: &ContactSurface, interface: &Interface) -> Vec<f64> {
-    let Some(gap) = &interface.gap else {
-        return Vec::new();
-    };
-    let panes = surface.pane_area.iter().enumerate();
-    panes
-        .map(|(pane, area)| area * surface.pane_mean(pane, gap))
-        .collect()
 }

@@ -193,7 +193,7 @@ fn balanced(dual: &ExplicitDual, solve: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64>
 pub(crate) fn drag(stiffness: &mut [f64], layout: MultiplierLayout, rhs: &[f64]) {
     for pane in 0..layout.n_panes() {
         let Some(pair) = layout.tangential(pane) else {
-            return;
+            continue;
         };
         if pair.iter().any(|&j| stiffness[j] == 0.0 && rhs[j] != 0.0) {
             let across = pair.iter().fold(0.0_f64, |most, &j| most.max(stiffness[j]));

@@ -3,8 +3,7 @@
 use std::time::Instant;
 
 use super::{
-    Assembly, AssemblyError, ContactSystem, Need, OperatorEstimate,
-    assembly::{Analysed, LoadData},
+    Assembly, AssemblyError, ContactSystem, Need, OperatorEstimate, assembly::Analysed,
     need::Admission,
 };
 use crate::{
@@ -101,11 +100,23 @@ impl DualSystem {
     /// A formula of the scene that has no value, numbers that overflow.
     pub fn apply_loads(&mut self, scene: &Scene, mesh: &Mesh) -> Result<(), Invalid> {
         let interface = Interface::new(scene, mesh)?;
+        self.apply(scene, mesh, interface.as_ref())
+    }
+
+    /// As [`Self::apply_loads`], with the laws of the contact face as they are in a step of a load history.
+    ///
+    /// # Errors
+    /// As [`Self::apply_loads`].
+    pub fn apply(
+        &mut self,
+        scene: &Scene,
+        mesh: &Mesh,
+        interface: Option<&Interface>,
+    ) -> Result<(), Invalid> {
         let assembly = &mut self.assembly;
-        let loads = LoadData::new(scene, mesh, &assembly.primal.dofs)?;
-        assembly.primal.set_loads(loads);
+        assembly.primal.apply_loads(scene, mesh)?;
         if let (Some(contact), Some(interface), Some(surface)) =
-            (&mut self.contact, &interface, &mesh.contact)
+            (&mut self.contact, interface, &mesh.contact)
         {
             let unconstrained = assembly.unconstrained();
             let dofs = &assembly.primal.dofs;

@@ -7,8 +7,10 @@
 //!
 //! Held components at a displacement u_c of their own take A_fc u_c from the load of the free ones; A stays as it is.
 //!
-//! A body that its clamps leave free to move as a rigid one has no A⁻¹. Where contact may hold it, A gets a generalised inverse
-//! ([`FloatingBody`]); elsewhere it is refused, with the motion.
+//! Springs on faces add ∫ φ_a φ_b K to the blocks of their nodes.
+//!
+//! A body that its clamps and springs leave free to move as a rigid one has no A⁻¹. Where contact may hold it, A gets a
+//! generalised inverse ([`FloatingBody`]); elsewhere it is refused, with the motion.
 //!
 //! Source: HKL §3; O. C. Zienkiewicz, R. L. Taylor, *The Finite Element Method*, ch. 6.
 
@@ -22,6 +24,7 @@ mod node_graph;
 mod prescribed;
 mod rigid_motion;
 mod simplex;
+mod springs;
 mod stiffness;
 
 pub use dofs::DofMap;
@@ -33,8 +36,10 @@ pub use load::Loads;
 pub use material_field::MaterialField;
 pub(crate) use node_graph::NodeGraph;
 pub use prescribed::{forces_of_prescribed, prescribed_displacements};
-pub(crate) use rigid_motion::free_rigid_motions;
+pub(crate) use rigid_motion::motions_left_to_contact;
 pub use rigid_motion::refuse_rigid_motions;
 pub(crate) use simplex::{Simplex, traction};
+pub use springs::SpringMatrix;
+pub(crate) use springs::stiffness_at;
 pub(crate) use stiffness::stiffness_on;
 pub use stiffness::{InternalForces, stiffness};

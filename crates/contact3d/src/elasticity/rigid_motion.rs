@@ -1,7 +1,8 @@
-//! Rigid motions that the clamps leave free, and the refusal of bodies that nothing else holds.
+//! Rigid motions that clamps and springs leave free, and the refusal of bodies that nothing else holds.
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
+use super::springs::{HeldPlace, held_directions};
 use crate::{
     mesh::Mesh,
     scene::{Invalid, Scene},
@@ -23,9 +24,14 @@ pub(crate) struct RigidMotion {
 /// with the digits of a mesh file, squared.
 const FREE: f64 = 1e-12;
 
-/// The rigid motions u = t + ω × x under which all held components stay at zero.
+/// The rigid motions u = t + ω × x under which all held components stay at zero, and all springs at rest: these hold
+/// orthonormal directions at some places, however stiffly.
 #[must_use]
-pub(crate) fn free_rigid_motions(coordinates: &[[f64; 3]], held: &[[bool; 3]]) -> Vec<RigidMotion> {
+fn free_rigid_motions(
+    coordinates: &[[f64; 3]],
+    held: &[[bool; 3]],
+    springs: &[HeldPlace],
+) -> Vec<RigidMotion> {
     let n = coordinates.len().max(1) as f64;
     let centre: Vector3<f64> = coordinates
         .iter()
@@ -37,14 +43,19 @@ pub(crate) fn free_rigid_motions(coordinates: &[[f64; 3]], held: &[[bool; 3]]) -
         .map(|x| (Vector3::from(*x) - centre).norm())
         .fold(0.0_f64, f64::max);
     let mut gram = Matrix6::zeros();
-    for (x, held) in coordinates.iter().zip(held) {
+    let mut hold = |x: &[f64; 3], axis: Vector3<f64>| {
         let arm = (Vector3::from(*x) - centre) / extent;
+        let turn = arm.cross(&axis);
+        let row = Vector6::new(axis.x, axis.y, axis.z, turn.x, turn.y, turn.z);
+        gram += row * row.transpose();
+    };
+    for (x, held) in coordinates.iter().zip(held) {
         for c in (0..3).filter(|&c| held[c]) {
-            let axis = Vector3::ith_axis(c).into_inner();
-            let turn = arm.cross(&axis);
-            let row = Vector6::new(axis.x, axis.y, axis.z, turn.x, turn.y, turn.z);
-            gram += row * row.transpose();
+            hold(x, Vector3::ith_axis(c).into_inner());
         }
+    }
+    for (x, directions) in springs {
+        directions.iter().for_each(|axis| hold(x, *axis));
     }
     telling_basis(&null_space(gram))
         .iter()
@@ -61,21 +72,33 @@ pub(crate) fn free_rigid_motions(coordinates: &[[f64; 3]], held: &[[bool; 3]]) -
         .collect()
 }
 
-/// Refuses clamps that leave a rigid motion free where no contact could stop it.
+/// Refuses clamps and springs that leave a rigid motion free where no contact could stop it.
 ///
 /// # Errors
-/// The free motions in words.
-pub fn refuse_rigid_motions(scene: &Scene, mesh: &Mesh, held: &[[bool; 3]]) -> Result<(), Invalid> {
-    let free = free_rigid_motions(&mesh.coordinates, held);
+/// The free motions in words, a spring's stiffness that no spring can have.
+pub fn refuse_rigid_motions(scene: &Scene, mesh: &Mesh) -> Result<(), Invalid> {
+    motions_left_to_contact(scene, mesh).map(drop)
+}
+
+/// The rigid motions that clamps and springs leave to the contact of the scene.
+///
+/// # Errors
+/// As [`refuse_rigid_motions`].
+pub(crate) fn motions_left_to_contact(
+    scene: &Scene,
+    mesh: &Mesh,
+) -> Result<Vec<RigidMotion>, Invalid> {
+    let springs = held_directions(scene, mesh)?;
+    let free = free_rigid_motions(&mesh.coordinates, &mesh.held_nodes(scene), &springs);
     if free.is_empty() || !scene.contacts.is_empty() {
-        return Ok(());
+        return Ok(free);
     }
     let motions: Vec<String> = free.iter().map(|m| m.describe(mesh.extent())).collect();
     Err(Invalid {
         key: "clamp".into(),
-        expected: "clamps that leave no rigid motion free".into(),
+        expected: "clamps and springs that leave no rigid motion free".into(),
         found: format!("free: {}", motions.join(", ")),
-        help: "hold more components with [[clamp]], or let the body rest on a foundation with [contact]".into(),
+        help: "hold more components with [[clamp]] or [[spring]], or let the body rest on a foundation with [contact]".into(),
     })
 }
 
@@ -162,13 +185,13 @@ mod tests {
     #[test]
     fn a_held_triangle_leaves_nothing_free() {
         let held = [[true; 3], [true; 3], [true; 3], [false; 3]];
-        assert!(free_rigid_motions(&CORNERS, &held).is_empty());
+        assert!(free_rigid_motions(&CORNERS, &held, &[]).is_empty());
     }
 
     #[test]
     fn two_held_points_leave_the_rotation_about_their_line() {
         let held = [[true; 3], [true; 3], [false; 3], [false; 3]];
-        let free = free_rigid_motions(&CORNERS, &held);
+        let free = free_rigid_motions(&CORNERS, &held, &[]);
         assert_eq!(free.len(), 1);
         assert!(
             free[0]
@@ -180,7 +203,7 @@ mod tests {
     #[test]
     fn a_plane_on_rollers_slides_and_turns_in_itself() {
         let held = [[false, false, true]; 4];
-        let free = free_rigid_motions(&CORNERS, &held);
+        let free = free_rigid_motions(&CORNERS, &held, &[]);
         let words: Vec<String> = free.iter().map(|motion| motion.describe(3.0)).collect();
         assert_eq!(words[..2], ["translation along x", "translation along y"]);
         assert!(words[2].starts_with("rotation about z"), "{}", words[2]);
@@ -189,6 +212,6 @@ mod tests {
 
     #[test]
     fn nothing_held_leaves_all_six() {
-        assert_eq!(free_rigid_motions(&CORNERS, &[[false; 3]; 4]).len(), 6);
+        assert_eq!(free_rigid_motions(&CORNERS, &[[false; 3]; 4], &[]).len(), 6);
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 use rayon::prelude::*;
 
 use super::{
-    DofMap, Element, MaterialField,
+    DofMap, Element, MaterialField, SpringMatrix,
     node_graph::{CHUNK, NodeGraph},
 };
 use crate::{linalg::CscMatrix, mesh::Mesh};
@@ -16,15 +16,16 @@ use crate::{linalg::CscMatrix, mesh::Mesh};
 /// is symmetric to the last bit.
 #[must_use]
 pub fn stiffness(mesh: &Mesh, material: &MaterialField<'_>, dofs: &DofMap) -> CscMatrix {
-    stiffness_on(&NodeGraph::new(mesh), mesh, material, dofs)
+    stiffness_on(&NodeGraph::new(mesh), mesh, material, None, dofs)
 }
 
-/// [`stiffness`] with the graph of the mesh.
+/// [`stiffness`] with the graph of the mesh, and with springs.
 #[must_use]
 pub(crate) fn stiffness_on(
     graph: &NodeGraph,
     mesh: &Mesh,
     material: &MaterialField<'_>,
+    springs: Option<&SpringMatrix>,
     dofs: &DofMap,
 ) -> CscMatrix {
     let elements: Vec<Element> = (0..mesh.tetrahedra.len())
@@ -46,6 +47,7 @@ pub(crate) fn stiffness_on(
         graph,
         elements: &elements,
         material,
+        springs,
         dofs,
     };
     let nodes: Vec<usize> = (0..mesh.coordinates.len()).collect();
@@ -84,6 +86,7 @@ struct Columns<'a> {
     graph: &'a NodeGraph,
     elements: &'a [Element],
     material: &'a MaterialField<'a>,
+    springs: Option<&'a SpringMatrix>,
     dofs: &'a DofMap,
 }
 
@@ -120,6 +123,9 @@ impl Columns<'_> {
                 let order = other.cmp(&node);
                 blocks[at] += symmetric_block(&self.elements[t], tensor, a, corner.place, order);
             }
+        }
+        for (other, block) in self.springs.iter().flat_map(|springs| springs.row(node)) {
+            blocks[neighbours.partition_point(|n| n < other)] += block;
         }
     }
 }

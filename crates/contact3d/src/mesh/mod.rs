@@ -30,7 +30,9 @@ pub use quality::Quality;
 pub use refined::{RefinableBody, Refinement};
 pub(crate) use side::{SidePoint, is_straight, sorted};
 
-use crate::scene::{BrickFace, Clamp, ElementOrder, Invalid, Scene, Shape, Written};
+use crate::scene::{
+    BrickFace, Clamp, Contact, ElementOrder, Invalid, MultiplierSpace, Scene, Shape, Written,
+};
 
 /// Nodes, tetrahedra and named boundary of a body, before the scene's parts are found on it.
 #[derive(Debug, Clone, PartialEq)]
@@ -287,11 +289,13 @@ impl Mesh {
 /// Refuses a face that the scene names and the mesh does not have.
 fn check_face_names(scene: &Scene, names: &[String]) -> Result<(), Invalid> {
     let clamps = scene.clamps.iter().enumerate();
+    let springs = scene.springs.iter().enumerate();
     let tractions = scene.tractions.iter().enumerate();
     let pressures = scene.pressures.iter().enumerate();
     let contacts = scene.contacts.iter().enumerate();
     let keys = clamps
         .filter_map(|(i, c)| Some((format!("clamp.{i}.face"), c.face.as_ref()?)))
+        .chain(springs.map(|(i, s)| (format!("spring.{i}.face"), &s.face)))
         .chain(tractions.map(|(i, t)| (format!("traction.{i}.face"), &t.face)))
         .chain(pressures.map(|(i, p)| (format!("pressure.{i}.face"), &p.face)))
         .chain(contacts.map(|(i, c)| (format!("{}.face", scene.contact_key(i)), &c.face)));

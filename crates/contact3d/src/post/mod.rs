@@ -65,9 +65,8 @@ impl SolvedContact<'_> {
         let law = self.state.interface.coulomb()?;
         let slip = if law.depends_on_slip() {
             let interface = self.state.interface;
-            interface.slip.of_displacement(
+            interface.slip_of_displacement(
                 self.state.surface,
-                &interface.frame,
                 &solved.system.dofs,
                 &solved.solution.displacement,
             )
@@ -87,6 +86,8 @@ pub struct ContactReport {
     pub friction: Option<FrictionField>,
     /// Nodal displacement, `[n_nodes]`, in m.
     pub displacement: Vec<[f64; 3]>,
+    /// Forces of the clamps on the nodes, `[n_nodes]`, in N.
+    pub reaction: Vec<[f64; 3]>,
     /// Voigt stress (xx, yy, zz, yz, xz, xy) at the centroid of each tetrahedron in Pa.
     pub stress: Vec<[f64; 6]>,
     /// Voigt stress at the corners of each quadratic tetrahedron in Pa; empty with linear ones,
@@ -94,7 +95,7 @@ pub struct ContactReport {
     pub corner_stress: Vec<[[f64; 6]; 4]>,
     /// Von Mises stress of each tetrahedron in Pa.
     pub von_mises: Vec<f64>,
-    /// Forces on the body, one row for each clamp, load and contact face.
+    /// Forces on the body, one row for each clamp, spring, load and contact face.
     pub forces: Vec<SourceForce>,
     /// Forces, moments and energies of the whole body.
     pub resultants: Resultants,
@@ -126,7 +127,7 @@ impl ContactReport {
         let displacement = solved.system.dofs.to_nodes(&solved.solution.displacement);
         let material = MaterialField::new(solved.scene, solved.mesh);
         let internal = InternalForces::of(solved.mesh, &material, &displacement);
-        let forces = NodalForces::new(solved, &internal.forces)?;
+        let forces = NodalForces::new(solved, &displacement, &internal.forces)?;
         let resultants = Resultants::new(solved, &displacement, &forces, &internal.forces);
         let known = estimate::Known {
             displacement: &displacement,
@@ -137,7 +138,7 @@ impl ContactReport {
         };
         let mut report = Self {
             discretisation_error: ErrorEstimate::new(solved, &known),
-            forces: nodal_forces::by_source(solved, &forces)?,
+            forces: nodal_forces::by_source(solved, &displacement, &forces)?,
             resultants,
             faces: FaceResultants::of_faces(solved, &panes),
             certificate: Certificate::new(solved, &panes, &stiffness),
@@ -147,6 +148,7 @@ impl ContactReport {
             panes,
             friction: friction.map(|(_, field)| field),
             displacement,
+            reaction: forces.clamp,
             out_of_range: None,
         };
         report.out_of_range = report.find_out_of_range(solved);

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::{Solved, SolvedContact, Vector};
 use crate::{
-    elasticity::Loads,
+    elasticity::{Loads, SpringMatrix},
     mesh::Mesh,
     scene::{Invalid, Scene},
 };
@@ -17,35 +17,53 @@ pub(super) struct NodalForces {
     pub(super) applied: Vec<Vector>,
     /// Of the foundation.
     pub(super) contact: Vec<Vector>,
+    /// Of the springs; `None` where there are none.
+    pub(super) springs: Option<Vec<Vector>>,
     /// Of the clamps.
     pub(super) clamp: Vec<Vector>,
 }
 
 impl NodalForces {
-    /// Takes the forces apart, from the internal ones, `[n_nodes]` in N: the reaction at a held component is the internal
-    /// force there minus what loads and contact already contribute.
+    /// Takes the forces apart, from the displacement in m and the internal forces in N, `[n_nodes]` both: the reaction at a
+    /// held component is the internal force there minus what loads, contact and springs already contribute.
     ///
     /// # Errors
     /// A load that is not finite.
-    pub(super) fn new(solved: &Solved<'_>, internal: &[Vector]) -> Result<Self, Invalid> {
+    pub(super) fn new(
+        solved: &Solved<'_>,
+        displacement: &[Vector],
+        internal: &[Vector],
+    ) -> Result<Self, Invalid> {
+        let springs = SpringMatrix::of(solved.scene, solved.mesh)?;
+        let springs = springs.map(|springs| opposite(springs.forces(displacement)));
         let applied = Loads::of(solved.scene).nodal_forces(solved.mesh)?;
         let contact = match &solved.contact {
             Some(contact) => contact_forces(solved, contact, 0..contact.coupling.layout.n_panes()),
             None => vec![[0.0; 3]; applied.len()],
         };
+        let of_springs = |node: usize, c: usize| springs.as_ref().map_or(0.0, |f| f[node][c]);
         let mut clamp = vec![[0.0; 3]; applied.len()];
         for (node, dofs) in solved.system.dofs.dof.iter().enumerate() {
             for component in (0..3).filter(|&c| dofs[c].is_none()) {
-                clamp[node][component] =
-                    internal[node][component] - applied[node][component] - contact[node][component];
+                clamp[node][component] = internal[node][component]
+                    - applied[node][component]
+                    - contact[node][component]
+                    - of_springs(node, component);
             }
         }
         Ok(Self {
             applied,
             contact,
+            springs,
             clamp,
         })
     }
+}
+
+fn opposite(mut forces: Vec<Vector>) -> Vec<Vector> {
+    let entries = forces.as_flattened_mut().iter_mut();
+    entries.for_each(|force| *force = 0.0 - *force);
+    forces
 }
 
 /// Nodal forces of the foundation on some panes of the body, −∫ φ (λ_ν ν + λ_t1 t₁ + λ_t2 t₂), in N, at free and
@@ -83,10 +101,10 @@ pub(super) fn total(mesh: &Mesh, forces: &[Vector]) -> (Vector3<f64>, Vector3<f6
     )
 }
 
-/// The force on the body from one clamp, load or contact face.
+/// The force on the body from one clamp, spring, load or contact face.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SourceForce {
-    /// The key of its source in the scene, such as `clamp.0` or `traction.1`.
+    /// The key of its source in the scene, such as `clamp.0`, `spring.0` or `traction.1`.
     pub source: String,
     /// Its face; empty for a box of nodes and for a body force.
     pub face: String,
@@ -96,7 +114,7 @@ pub struct SourceForce {
     pub moment: Vector,
 }
 
-/// The forces on the body by their sources, clamps first; all of them sum to zero.
+/// The forces on the body by their sources, clamps and springs first; all of them sum to zero.
 ///
 /// What holds a component of a node that several clamps hold counts for each of them in equal parts.
 ///
@@ -104,6 +122,7 @@ pub struct SourceForce {
 /// A load that is not finite.
 pub(super) fn by_source(
     solved: &Solved<'_>,
+    displacement: &[Vector],
     forces: &NodalForces,
 ) -> Result<Vec<SourceForce>, Invalid> {
     let (scene, mesh) = (solved.scene, solved.mesh);
@@ -121,6 +140,11 @@ pub(super) fn by_source(
     for (i, (clamp, share)) in scene.clamps.iter().zip(shares).enumerate() {
         let face = clamp.face.as_deref().unwrap_or_default();
         rows.push(row(format!("clamp.{i}"), face, &share));
+    }
+    for (i, spring) in scene.springs.iter().enumerate() {
+        let matrix = SpringMatrix::sum([(i, spring)].into_iter(), mesh)?;
+        let forces = opposite(matrix.forces(displacement));
+        rows.push(row(format!("spring.{i}"), &spring.face, &forces));
     }
     let none = Loads {
         tractions: &[],

@@ -20,14 +20,18 @@ pub struct Resultants {
     pub applied_force: Vector,
     /// Reaction of the clamps in N.
     pub clamp_force: Vector,
+    /// Force of the springs in N; `None` without springs.
+    pub spring_force: Option<Vector>,
     /// Moments about the origin in N·m, in the same order: contact, applied, clamp.
     pub moments: [Vector; 3],
     /// ‖Σ forces‖ over Σ‖force‖.
     pub force_imbalance: f64,
     /// ‖Σ moments‖ over Σ‖moment‖.
     pub moment_imbalance: f64,
-    /// Strain energy ½ a(u, u) in J.
+    /// Strain energy ½ a(u, u) of body and springs in J.
     pub strain_energy: f64,
+    /// The springs' part of it, ½ ∫ u·K u, in J; `None` without springs.
+    pub spring_energy: Option<f64>,
     /// Work of the loads l(u) in J.
     pub load_work: f64,
     /// Work of the clamps' reactions on prescribed displacements in J; `None` where all clamps hold at zero.
@@ -71,14 +75,19 @@ impl Resultants {
     ) -> Self {
         let parts = [&forces.contact, &forces.applied, &forces.clamp];
         let sums = parts.map(|f| total(solved.mesh, f));
+        let springs = forces.springs.as_ref();
+        let springs = springs.map(|springs| total(solved.mesh, springs));
+        let all = || sums.iter().chain(&springs);
         let works = Works::new(solved, displacement, forces, internal);
         Self {
             applied_force: sums[1].0.into(),
             clamp_force: sums[2].0.into(),
+            spring_force: springs.map(|(force, _)| force.into()),
             moments: sums.map(|(_, moment)| moment.into()),
-            force_imbalance: imbalance(sums.map(|(force, _)| force)),
-            moment_imbalance: imbalance(sums.map(|(_, moment)| moment)),
+            force_imbalance: imbalance(all().map(|(force, _)| force)),
+            moment_imbalance: imbalance(all().map(|(_, moment)| moment)),
             strain_energy: works.strain_energy,
+            spring_energy: works.of_springs.map(|work| -0.5 * work),
             load_work: works.of_loads,
             clamp_work: works.of_clamps,
             largest_displacement: std::array::from_fn(|c| {
@@ -99,6 +108,8 @@ struct Works {
     strain_energy: f64,
     of_loads: f64,
     of_clamps: Option<f64>,
+    /// Of their forces on the body.
+    of_springs: Option<f64>,
 }
 
 impl Works {
@@ -111,9 +122,11 @@ impl Works {
     ) -> Self {
         let system = solved.system;
         let work = |forces: &[Vector]| dot(forces.as_flattened(), displacement.as_flattened());
+        let of_springs = forces.springs.as_ref().map(|springs| work(springs));
         if system.dofs.prescribed.is_some() {
             return Self {
-                strain_energy: 0.5 * work(internal),
+                strain_energy: 0.5 * (work(internal) - of_springs.unwrap_or(0.0)),
+                of_springs,
                 of_loads: work(&forces.applied),
                 of_clamps: Some(work(&forces.clamp)),
             };
@@ -125,6 +138,7 @@ impl Works {
             strain_energy: 0.5 * dot(free, &stiffness_u),
             of_loads: dot(&system.load, free),
             of_clamps: None,
+            of_springs,
         }
     }
 }
@@ -197,12 +211,12 @@ impl FaceResultants {
     }
 }
 
-fn imbalance(parts: [Vector3<f64>; 3]) -> f64 {
-    let size: f64 = parts.iter().map(Vector3::norm).sum();
+fn imbalance<'a>(parts: impl Iterator<Item = &'a Vector3<f64>> + Clone) -> f64 {
+    let size: f64 = parts.clone().map(Vector3::norm).sum();
     if size == 0.0 {
         0.0
     } else {
-        parts.iter().sum::<Vector3<f64>>().norm() / size
+        parts.sum::<Vector3<f64>>().norm() / size
     }
 }
 

@@ -35,7 +35,7 @@ pub struct PaneState {
 pub struct PaneFriction {
     /// Tangential contact stress σ_t = −λ_t in Pa.
     pub stress: [f64; 2],
-    /// Mean slip (u_t1, u_t2) in m.
+    /// Mean slip (u_t1, u_t2) in m; in a load history that of its step.
     pub slip: [f64; 2],
     /// 1 − ‖𝓕⁻¹λ_t‖/g for the ellipse of the last inner problem: 0 on its boundary, 1 at its
     /// centre; 1 on open panes.
@@ -84,6 +84,12 @@ pub(super) fn pane_states(
         .for_each(|(u, held)| *u += held);
     let set = contact.state.feasible_set(solution.coulomb.as_ref());
     let gap = contact.state.interface.gap.as_deref();
+    let past = contact.state.interface.past.as_ref();
+    let origin = past.map(|past| [past.component(0), past.component(1)]);
+    let origin = |pane: usize, k: usize| {
+        let values = origin.as_ref().map(|values| &values[k]);
+        values.map_or(0.0, |values| surface.pane_mean(pane, values))
+    };
     (0..layout.n_panes())
         .map(|i| {
             let area = surface.pane_area[i];
@@ -92,7 +98,8 @@ pub(super) fn pane_states(
             let pair = |v: &[f64]| layout.pair(v, i);
             let tangential = set.ellipses.get(i).map(|ellipse| {
                 let stress = pair(&solution.multiplier);
-                let slip = pair(&integral).map(|v| v / area);
+                let total = pair(&integral).map(|v| v / area);
+                let slip = [0, 1].map(|k| total[k] - origin(i, k));
                 let step = pair(stiffness).map(|rho| rho * area);
                 let trial = [0, 1].map(|c| stress[c] + step[c] * slip[c]);
                 let sticks = level(ellipse, trial) <= 1.0;

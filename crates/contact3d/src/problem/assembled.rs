@@ -30,7 +30,8 @@ impl AssembledProblem {
     /// [status](crate::solver::Status).
     ///
     /// # Errors
-    /// [`ProblemError::Invalid`] for settings that no solve can have, [`ProblemError::NeedsExplicit`] when
+    /// [`ProblemError::Invalid`] for settings that no solve can have and for a scene with steps, which
+    /// [`Self::solve_history`] solves; [`ProblemError::NeedsExplicit`] when
     /// Newton's method is asked for and S is not dense.
     pub fn solve(&self, settings: &SolveSettings) -> Result<Solution, ProblemError> {
         settings.validate("solve")?;
@@ -50,7 +51,12 @@ impl AssembledProblem {
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Solution, ProblemError> {
         // Its own counters of evaluations and projections, so that solves may run side by side.
+        self.scene().require_no_history("a solve")?;
         let interface = Interface::new(self.scene(), self.mesh())?;
+        let interface = match (interface, &self.problem.past) {
+            (Some(interface), Some(past)) => Some(interface.after(past.clone())),
+            (interface, _) => interface,
+        };
         let contact = self.contact_with(interface.as_ref());
         Ok(solve(
             &self.system,

@@ -5,15 +5,17 @@
 
 mod assembled;
 mod error;
+mod load_history;
 mod reuse;
 
 pub use assembled::AssembledProblem;
 pub use error::ProblemError;
+pub use load_history::SteppedProblem;
 
 use std::{path::Path, sync::Arc};
 
 use crate::{
-    contact::Interface,
+    contact::{Interface, Past},
     elasticity::idle_loads,
     mesh::Mesh,
     scene::{Scene, SceneFile, Warning},
@@ -25,6 +27,8 @@ pub struct Problem {
     scene: Scene,
     mesh: Arc<Mesh>,
     interface: Option<Interface>,
+    /// Where a step of a load history begins.
+    past: Option<Past>,
 }
 
 impl Problem {
@@ -71,7 +75,19 @@ impl Problem {
             scene,
             mesh,
             interface,
+            past: None,
         })
+    }
+
+    /// The same problem in a later step of a load history.
+    fn after(mut self, past: Option<Past>) -> Self {
+        if let Some(past) = &past {
+            self.interface = self
+                .interface
+                .map(|interface| interface.after(past.clone()));
+        }
+        self.past = past;
+        self
     }
 
     /// Assembles the stiffness and factorises it, on the threads of rayon's current pool. The bits of the

@@ -45,8 +45,9 @@ impl AssembledProblem {
         }
         let problem = Problem::of_checked(scene, self.problem.mesh.clone())?;
         self.require_compliance(problem.interface())?;
+        let problem = problem.after(self.problem.past.clone());
         let mut system = self.system.clone();
-        system.apply_loads(&problem.scene, &problem.mesh)?;
+        system.apply(&problem.scene, &problem.mesh, problem.interface())?;
         Ok(Self { problem, system })
     }
 
@@ -92,6 +93,7 @@ fn other_part(old: &Scene, new: &Scene) -> Option<&'static str> {
         ("material", old.material != new.material),
         ("region", old.regions != new.regions),
         ("clamp", clamps(old) != clamps(new)),
+        ("spring", old.springs != new.springs),
         ("contact", faces(old) != faces(new)),
         ("friction", with_friction(old) != with_friction(new)),
         ("assemble", old.assemble != new.assemble),

@@ -18,6 +18,8 @@ const ZERO: f64 = 1e-12;
 /// A scene with contact, assembled in memory with the dense dual operator.
 pub(super) struct ExplicitProblem {
     pub(super) assembled: AssembledProblem,
+    /// The scene; that of the problem is the last increment of its load history, where it has one.
+    pub(super) scene: Scene,
     /// The cuts that its mesh came from.
     pub(super) refinement: Refinement,
     /// The dual problem with its balance where the body floats.
@@ -58,7 +60,11 @@ impl ExplicitProblem {
             return Err(no_contact().into());
         }
         scene.assemble.dual_operator = DualOperatorKind::Explicit;
-        let assembled = Problem::of_checked(scene, Arc::new(mesh))?.assemble()?;
+        let problem = Problem::of_checked(scene.clone(), Arc::new(mesh))?;
+        let mut assembled = problem.assemble()?;
+        if scene.has_history() {
+            assembled = assembled.solve_history(&scene.solve)?.last;
+        }
         let system = assembled.system();
         let contact = system.contact.as_ref().zip(assembled.contact_state());
         let balanced = contact.and_then(|(dual, state)| {
@@ -67,6 +73,7 @@ impl ExplicitProblem {
         Ok(Self {
             balanced,
             assembled,
+            scene,
             refinement: Refinement::default(),
         })
     }

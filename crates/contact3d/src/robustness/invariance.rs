@@ -153,7 +153,7 @@ fn changed(
     folder: &Path,
     invariance: Invariance,
 ) -> Result<Option<(Status, Vec<f64>)>, ProblemError> {
-    let scene = problem.assembled.scene();
+    let scene = &problem.scene;
     if let Some(scaling) = invariance.scaling() {
         let mut contacts = scene.contacts.iter();
         let has_obstacle = contacts.any(|contact| contact.obstacle.is_some());

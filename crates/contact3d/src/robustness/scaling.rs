@@ -1,7 +1,8 @@
 //! The same problem in other units.
 
 use crate::scene::{
-    Friction, Invalid, LAW_VARIABLES, Material, POSITION, Part, Quantity, Scene, replace_names,
+    Friction, Invalid, LAW_VARIABLES, Material, POSITION, Part, Quantity, Scene, Spring, Target,
+    replace_names,
 };
 
 /// Factors by which numbers change when units do. All three are free: linear elasticity scales with
@@ -32,6 +33,9 @@ impl Scaling {
         for value in scaled.clamps.iter_mut().flat_map(|clamp| &mut clamp.value) {
             *value = self.quantity(value, self.displacement)?;
         }
+        for (_, value) in scaled.springs.iter_mut().flat_map(Spring::quantities_mut) {
+            *value = self.quantity(value, self.stress / self.displacement)?;
+        }
         for traction in &mut scaled.tractions {
             for value in &mut traction.value {
                 *value = self.quantity(value, self.stress)?;
@@ -54,6 +58,15 @@ impl Scaling {
                 *component = self.quantity(component, 1.0)?;
             }
         }
+        scaled.map_step_values(|target, values| {
+            let factor = match target {
+                Target::Traction(_) | Target::Pressure(_) => self.stress,
+                Target::BodyForce => self.stress / self.length,
+                Target::Gap(_) | Target::Clamp(_) => self.displacement,
+            };
+            let values = values.iter().map(|value| self.quantity(value, factor));
+            values.collect()
+        })?;
         let own = scaled.contacts.iter_mut();
         let own = own.filter_map(|contact| contact.friction.as_mut());
         for friction in own.chain(&mut scaled.friction) {
@@ -64,6 +77,7 @@ impl Scaling {
                 coefficient,
                 coefficient_1,
                 coefficient_2,
+                follows: _,
             } = friction;
             if let Some(bound) = slip_bound {
                 *bound = self.quantity(bound, self.stress)?;

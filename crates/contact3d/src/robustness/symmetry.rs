@@ -193,6 +193,17 @@ impl Symmetry {
         for clamp in &mut scene.clamps {
             clamp.value = self.vector(&clamp.value, width)?;
         }
+        for spring in &mut scene.springs {
+            self.face(&mut spring.face);
+            for along in [&mut spring.normal, &mut spring.tangential] {
+                for value in along.iter_mut() {
+                    *value = self.quantity(value, width, false)?;
+                }
+            }
+            if let Some(tensor) = &mut spring.tensor {
+                *tensor = self.tensor(tensor, width)?;
+            }
+        }
         for traction in &mut scene.tractions {
             self.face(&mut traction.face);
             traction.value = self.vector(&traction.value, width)?;
@@ -204,7 +215,16 @@ impl Symmetry {
         if let Some(force) = &mut scene.body_force {
             force.value = self.vector(&force.value, width)?;
         }
-        Ok(())
+        scene.map_step_values(|_, values| match values {
+            [x, y, z] => {
+                let vector = [x, y, z].map(Clone::clone);
+                Ok(self.vector(&vector, width)?.to_vec())
+            }
+            numbers => numbers
+                .iter()
+                .map(|number| self.quantity(number, width, false))
+                .collect(),
+        })
     }
 
     fn vector(self, value: &[Quantity; 3], width: f64) -> Result<[Quantity; 3], Invalid> {
@@ -220,6 +240,24 @@ impl Symmetry {
                 .each_ref(),
             )
             .map(Clone::clone))
+    }
+
+    /// M K Mᵀ for the map M of vectors.
+    fn tensor(
+        self,
+        tensor: &[[Quantity; 3]; 3],
+        width: f64,
+    ) -> Result<[[Quantity; 3]; 3], Invalid> {
+        let mirrored = |c: usize| self == Self::Mirror && c == 1;
+        let mut image = tensor.clone();
+        let order = self.positive([0, 1, 2]);
+        for (i, row) in image.iter_mut().enumerate() {
+            for (j, value) in row.iter_mut().enumerate() {
+                let negative = mirrored(i) != mirrored(j);
+                *value = self.quantity(&tensor[order[i]][order[j]], width, negative)?;
+            }
+        }
+        Ok(image)
     }
 
     /// A quantity of the place, or its negative.
@@ -279,6 +317,7 @@ impl Symmetry {
             coefficient: coefficient(&friction.coefficient)?,
             coefficient_1,
             coefficient_2,
+            follows: friction.follows,
         })
     }
 }

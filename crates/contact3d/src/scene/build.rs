@@ -9,7 +9,7 @@ use super::{
     DualOperatorKind, ElementOrder, Expression, ExpressionError, Formula, Friction, GmshFile,
     Invalid, Isotropic, LawFunction, LawPoint, Material, MultiplierSpace, Obstacle, POSITION,
     Parameters, Part, PlaceFunction, Pressure, Quantity, Ramp, Region, Scene, Shape,
-    SlipDerivative, SlipInterpolation, SolveSettings, Table, Traction,
+    SlipDerivative, SlipInterpolation, SolveSettings, Spring, Step, Table, Traction,
 };
 
 impl Scene {
@@ -36,11 +36,13 @@ impl Scene {
             material,
             regions: Vec::new(),
             clamps: Vec::new(),
+            springs: Vec::new(),
             tractions: Vec::new(),
             pressures: Vec::new(),
             body_force: None,
             contacts: Vec::new(),
             friction: None,
+            steps: Vec::new(),
             assemble: AssembleSettings::default(),
             solve: SolveSettings::default(),
             adapt: None,
@@ -82,6 +84,13 @@ impl Scene {
         self
     }
 
+    /// The scene with springs on one more face.
+    #[must_use]
+    pub fn with_spring(mut self, spring: Spring) -> Self {
+        self.springs.push(spring);
+        self
+    }
+
     /// The scene with one more pressure.
     #[must_use]
     pub fn with_pressure(mut self, pressure: Pressure) -> Self {
@@ -109,6 +118,13 @@ impl Scene {
     #[must_use]
     pub fn with_friction(mut self, friction: Friction) -> Self {
         self.friction = Some(friction);
+        self
+    }
+
+    /// The scene with one more step of a load history.
+    #[must_use]
+    pub fn with_step(mut self, step: Step) -> Self {
+        self.steps.push(step);
         self
     }
 
@@ -171,6 +187,7 @@ impl Clamp {
     #[must_use]
     pub fn face(name: impl Into<String>) -> Self {
         Self {
+            name: None,
             face: Some(name.into()),
             corners: None,
             components: Component::ALL.to_vec(),
@@ -182,6 +199,7 @@ impl Clamp {
     #[must_use]
     pub fn inside(corners: [[f64; 3]; 2]) -> Self {
         Self {
+            name: None,
             face: None,
             corners: Some(corners),
             components: Component::ALL.to_vec(),
@@ -205,10 +223,18 @@ impl Clamp {
 }
 
 impl Traction {
+    /// The traction with a name that steps may use.
+    #[must_use]
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.name = Some(name.into());
+        self
+    }
+
     /// A traction in Pa on a face.
     #[must_use]
     pub fn on(face: impl Into<String>, value: [impl Into<Quantity>; 3]) -> Self {
         Self {
+            name: None,
             face: face.into(),
             value: value.map(Into::into),
         }
@@ -216,10 +242,18 @@ impl Traction {
 }
 
 impl Pressure {
+    /// The pressure with a name that steps may use.
+    #[must_use]
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.name = Some(name.into());
+        self
+    }
+
     /// A pressure in Pa on a face.
     #[must_use]
     pub fn on(face: impl Into<String>, value: impl Into<Quantity>) -> Self {
         Self {
+            name: None,
             face: face.into(),
             value: value.into(),
         }

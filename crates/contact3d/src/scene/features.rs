@@ -10,6 +10,8 @@ pub struct ModelFeatures {
     pub contact: Vec<ContactFeatures>,
     /// Clamps that hold somewhere else than at zero.
     pub prescribed_displacements: usize,
+    /// Faces on springs.
+    pub springs: usize,
     /// A body force f.
     pub body_force: bool,
     /// Parts of the body with a material of their own.
@@ -76,6 +78,7 @@ impl ModelFeatures {
                 .map(|entry| ContactFeatures::new(scene, entry))
                 .collect(),
             prescribed_displacements: scene.clamps.iter().filter(|c| c.is_moved()).count(),
+            springs: scene.springs.len(),
             body_force: scene.body_force.is_some(),
             regions: scene.regions.len(),
             anisotropy: materials.any(|material| match material {

@@ -28,6 +28,26 @@ pub struct Friction {
     /// F₂, which may depend on |u_t1| and |u_t2|.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coefficient_2: Option<Coefficient>,
+    /// In a load history, the slip that coefficients follow.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub follows: SlipMeasure,
+}
+
+/// The slip that coefficients of friction follow in step n of a load history.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SlipMeasure {
+    /// The displacement since the first step began, |u_tⁿ|.
+    #[default]
+    TotalSlip,
+    /// The slip of the step, |u_tⁿ − u_tⁿ⁻¹|.
+    StepSlip,
+    /// The length of the path of sliding, Σ |u_tᵏ − u_tᵏ⁻¹| over the steps k up to n, which wears surfaces in.
+    PathLength,
+}
+
+fn is_default(follows: &SlipMeasure) -> bool {
+    *follows == SlipMeasure::default()
 }
 
 /// The matrix F = diag(F₁, F₂) as a function of place and slip.
@@ -72,10 +92,17 @@ impl FrictionLaw {
     /// (F₁, F₂) at a place in m for the slips (|u_t1|, |u_t2|) in m.
     #[must_use]
     pub fn evaluate(&self, position: [f64; 3], slip: [f64; 2]) -> [f64; 2] {
+        self.evaluate_after([0.0; 3], position, slip)
+    }
+
+    /// As [`Self::evaluate`] where a path was slid before: its lengths along t₁, along t₂ and in the plane, in m, add to
+    /// |u_t1|, |u_t2| and |u_t|.
+    #[must_use]
+    pub fn evaluate_after(&self, path: [f64; 3], position: [f64; 3], slip: [f64; 2]) -> [f64; 2] {
         match self {
-            Self::Isotropic(f) => [f.evaluate(&isotropic_point(position, slip)); 2],
+            Self::Isotropic(f) => [f.evaluate(&isotropic_point(path, position, slip)); 2],
             Self::Orthotropic(pair) => {
-                [0, 1].map(|axis| pair[axis].evaluate(&axis_point(position, slip, axis)))
+                [0, 1].map(|axis| pair[axis].evaluate(&axis_point(path, position, slip, axis)))
             }
         }
     }
@@ -84,23 +111,35 @@ impl FrictionLaw {
     #[must_use]
     pub fn point(&self, axis: usize, position: [f64; 3], slip: [f64; 2]) -> LawPoint {
         match self {
-            Self::Isotropic(_) => isotropic_point(position, slip),
-            Self::Orthotropic(_) => axis_point(position, slip, axis),
+            Self::Isotropic(_) => isotropic_point([0.0; 3], position, slip),
+            Self::Orthotropic(_) => axis_point([0.0; 3], position, slip, axis),
         }
     }
 
     /// ∂F_i/∂|u_tk| in 1/m, one-sided at kinks.
     #[must_use]
     pub fn derivative(&self, position: [f64; 3], slip: [f64; 2]) -> [[f64; 2]; 2] {
+        self.derivative_after([0.0; 3], position, slip)
+    }
+
+    /// As [`Self::derivative`] where a path was slid before, as in [`Self::evaluate_after`].
+    #[must_use]
+    pub fn derivative_after(
+        &self,
+        path: [f64; 3],
+        position: [f64; 3],
+        slip: [f64; 2],
+    ) -> [[f64; 2]; 2] {
         match self {
             Self::Isotropic(f) => {
-                let at = isotropic_point(position, slip);
+                let at = isotropic_point(path, position, slip);
                 let derivative = f.derivative(&at);
-                let direction = slip.map(|s| if s > 0.0 { s / at.own_slip } else { 0.0 });
+                let own = slip[0].hypot(slip[1]);
+                let direction = slip.map(|s| if s > 0.0 { s / own } else { 0.0 });
                 [[0, 1].map(|k| derivative.own * direction[k] + derivative.pair[k]); 2]
             }
             Self::Orthotropic(pair) => [0, 1].map(|axis| {
-                let derivative = pair[axis].derivative(&axis_point(position, slip, axis));
+                let derivative = pair[axis].derivative(&axis_point(path, position, slip, axis));
                 let mut row = derivative.pair;
                 row[axis] += derivative.own;
                 row
@@ -141,15 +180,16 @@ impl FrictionLaw {
     }
 }
 
-fn isotropic_point(position: [f64; 3], slip: [f64; 2]) -> LawPoint {
+fn isotropic_point(path: [f64; 3], position: [f64; 3], slip: [f64; 2]) -> LawPoint {
     LawPoint {
         position,
-        slip,
-        own_slip: slip[0].hypot(slip[1]),
+        slip: [path[0] + slip[0], path[1] + slip[1]],
+        own_slip: path[2] + slip[0].hypot(slip[1]),
     }
 }
 
-fn axis_point(position: [f64; 3], slip: [f64; 2], axis: usize) -> LawPoint {
+fn axis_point(path: [f64; 3], position: [f64; 3], slip: [f64; 2], axis: usize) -> LawPoint {
+    let slip = [path[0] + slip[0], path[1] + slip[1]];
     LawPoint {
         position,
         slip,

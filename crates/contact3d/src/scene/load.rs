@@ -33,6 +33,9 @@ impl Component {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Clamp {
+    /// A name that steps may use.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
     /// The held face: x_min … z_max of a brick, or a physical surface of a Gmsh file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub face: Option<String>,
@@ -61,6 +64,7 @@ impl Clamp {
     #[must_use]
     pub fn at_zero(&self) -> Self {
         Self {
+            name: None,
             value: Default::default(),
             ..self.clone()
         }
@@ -93,6 +97,9 @@ fn all_components() -> Vec<Component> {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Traction {
+    /// A name that steps may use.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
     /// The loaded face.
     pub face: String,
     /// The traction vector p in Pa: numbers, or expressions in x, y, z.
@@ -103,6 +110,9 @@ pub struct Traction {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pressure {
+    /// A name that steps may use.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
     /// The loaded face.
     pub face: String,
     /// The pressure p in Pa: a number, or an expression in x, y, z.

@@ -20,6 +20,7 @@ mod formula;
 mod friction;
 mod function;
 mod load;
+mod load_path;
 mod material;
 mod obstacle;
 mod parameters;
@@ -27,6 +28,8 @@ mod parser_words;
 mod quantity;
 mod shown;
 mod solve;
+mod spring;
+mod step;
 mod tabulated;
 mod validate;
 mod warning;
@@ -45,9 +48,11 @@ pub use expression::{Expression, ExpressionError, FUNCTIONS, Parameters};
 pub use features::{ContactFeatures, FrictionModel, ModelFeatures};
 pub use file::{LONGEST_SCENE, SceneFile};
 pub use formula::{Formula, LAW_VARIABLES};
-pub use friction::{Friction, FrictionLaw};
+pub use friction::{Friction, FrictionLaw, SlipMeasure};
 pub use function::{LawFunction, PlaceFunction};
 pub use load::{BodyForce, Clamp, Component, Pressure, Traction};
+pub use load_path::Increment;
+pub(crate) use load_path::Target;
 pub use material::{Isotropic, Material, Orthotropic, Part, Region, Voigt};
 pub use obstacle::{Cylinder, Direction, HalfSpace, Height, Obstacle, Side, Sphere};
 pub(crate) use quantity::POSITION;
@@ -57,6 +62,8 @@ pub use solve::{
     AssembleSettings, DualOperatorKind, FactorPrecision, InnerSolver, Method, PrecisionControl,
     SolveSettings,
 };
+pub use spring::{Spring, SpringStiffness};
+pub use step::{MOST_INCREMENTS, Step, StepValue};
 pub use tabulated::{Grid, Table};
 pub use warning::Warning;
 pub use written::Written;
@@ -65,7 +72,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use units::Units;
 
-/// One static contact problem: the body, what holds and loads it, and the law on its contact face.
+/// One contact problem, or a history of them: the body, what holds and loads it, and the law on its contact face.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
@@ -91,6 +98,9 @@ pub struct Scene {
     /// Faces on which displacement components are held (Γ_u), at zero or at given values.
     #[serde(rename = "clamp", default)]
     pub clamps: Vec<Clamp>,
+    /// Springs on faces.
+    #[serde(rename = "spring", default, skip_serializing_if = "Vec::is_empty")]
+    pub springs: Vec<Spring>,
     /// Surface tractions p on faces (Γ_p); tractions on the same face add up.
     #[serde(rename = "traction", default, skip_serializing_if = "Vec::is_empty")]
     pub tractions: Vec<Traction>,
@@ -112,6 +122,10 @@ pub struct Scene {
     /// The law of friction on contact faces without one of their own; without it they are frictionless.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<Friction>,
+    /// A load history: problems that are solved one after the other, each from where the one before left the body;
+    /// without it there is one.
+    #[serde(rename = "step", default, skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<Step>,
     /// How the elastic problem is prepared.
     #[serde(default)]
     pub assemble: AssembleSettings,

@@ -91,12 +91,23 @@ impl Scene {
             let key = format!("clamp.{i}.value");
             quantities.extend(clamp.value.iter_mut().map(|value| (key.clone(), value)));
         }
+        for (i, spring) in self.springs.iter_mut().enumerate() {
+            let named = spring.quantities_mut();
+            quantities.extend(named.map(|(name, value)| (format!("spring.{i}.{name}"), value)));
+        }
         for (i, traction) in self.tractions.iter_mut().enumerate() {
             let key = format!("traction.{i}.value");
             quantities.extend(traction.value.iter_mut().map(|value| (key.clone(), value)));
         }
         for (i, pressure) in self.pressures.iter_mut().enumerate() {
             quantities.push((format!("pressure.{i}.value"), &mut pressure.value));
+        }
+        for (k, step) in self.steps.iter_mut().enumerate() {
+            for (name, value) in &mut step.value {
+                let key = format!("step.{k}.value.{name}");
+                let components = value.components_mut().iter_mut();
+                quantities.extend(components.map(|value| (key.clone(), value)));
+            }
         }
         let mut add = |key: &str, value| quantities.push((key.to_owned(), value));
         for value in self

@@ -63,10 +63,13 @@ pub(super) fn in_words(
     found_at: impl Fn(&str) -> Vec<String>,
 ) -> ParserWords {
     let choice = key.as_deref().and_then(choice);
-    let plain = |message: String| ParserWords {
+    let plain = |words: String| ParserWords {
         key: key.clone(),
-        message,
-        help: KEYS.to_owned(),
+        message: words,
+        help: match nearest(message) {
+            Some(meant) => format!("did you mean `{meant}`? {KEYS}"),
+            None => KEYS.to_owned(),
+        },
     };
     let Some((place, kinds, example)) = choice else {
         return plain(translated(message));
@@ -102,6 +105,18 @@ pub(super) fn in_words(
         message: format!("{expected}; found {found}"),
         help,
     }
+}
+
+/// Least similarity (Jaro and Winkler's, 1 for equal words) of a word that may have been meant.
+const SIMILAR: f64 = 0.8;
+
+/// The known key or word that is most like the unknown one that a message names first.
+fn nearest(message: &str) -> Option<&str> {
+    let mut named = message.split('`').skip(1).step_by(2);
+    let unknown = named.next().filter(|_| message.starts_with("unknown "))?;
+    let similarity = |known: &str| strsim::jaro_winkler(unknown, known);
+    let best = named.max_by(|a, b| similarity(a).total_cmp(&similarity(b)))?;
+    (similarity(best) >= SIMILAR).then_some(best)
 }
 
 /// The table with kinds that a key leads to or through, its kinds, and an example.
@@ -176,6 +191,19 @@ mod tests {
             let marked: Vec<&str> = refusal.split('`').skip(3).step_by(2).collect();
             assert_eq!(marked, *kinds, "{refusal}");
         }
+    }
+
+    #[test]
+    fn mistyped_words_bring_the_nearest_one() {
+        let unknown = "unknown field `young_modul`, expected `young_modulus` or `poisson_ratio`";
+        assert_eq!(nearest(unknown), Some("young_modulus"));
+        let word = "unknown variant `nodl`, expected `panes` or `nodal`";
+        assert_eq!(nearest(word), Some("nodal"));
+        assert_eq!(
+            nearest("unknown field `weight`, expected `face` or `gap`"),
+            None
+        );
+        assert_eq!(nearest("missing field `face`"), None);
     }
 
     #[test]

@@ -261,7 +261,7 @@ impl<'a> Conditions<'a> {
     fn slip_derivative(&self, displacement: &[[f64; 2]]) -> Option<SlipOperatorDerivative> {
         match self.bound {
             Bound::Coulomb(contact, _) if self.follows_slip() => {
-                Some(contact.interface.slip.derivative(displacement))
+                Some(contact.interface.slip_derivative(displacement))
             }
             Bound::Coulomb(..) | Bound::Frozen(_) => None,
         }
@@ -276,7 +276,7 @@ impl<'a> Conditions<'a> {
             return (Vec::new(), Vec::new());
         };
         let Some(constant) = &self.constant_inverse else {
-            let slip = contact.interface.slip.slip(displacement);
+            let slip = contact.interface.slip_of(displacement);
             let field = FrictionField::new(law, contact.surface, &slip);
             let slopes = (0..law.n_nodes())
                 .map(|node| {

@@ -77,7 +77,7 @@ pub(super) fn slip_of(
     let displacement = dual.tangential_displacement(multiplier);
     match displacement.is_empty() {
         true => displacement,
-        false => contact.interface.slip.slip(&displacement),
+        false => contact.interface.slip_of(&displacement),
     }
 }
 

@@ -188,6 +188,7 @@ pub fn theory_bricks(
 
 /// Refuses what HKL §2 and §3 do not cover.
 fn require_covered(scene: &Scene) -> Result<(), Invalid> {
+    scene.require_no_history("the theory")?;
     let faces = ModelFeatures::of(scene).contact;
     if faces.len() > 1 {
         return Err(Invalid {

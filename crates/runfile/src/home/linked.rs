@@ -169,6 +169,11 @@ pub(crate) fn join(
         .at(place, "link the file of the stage")
 }
 
+/// Whether a group of a run file being written is kept in a file of its own.
+pub(crate) fn is_joined(run_file: &hdf5::File, group: Group) -> bool {
+    run_file.attr(&attribute(group)).is_ok()
+}
+
 /// Removes the files a run file owns, if neither it nor another run file of the folder names them
 /// any more.
 ///

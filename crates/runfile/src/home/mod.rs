@@ -11,7 +11,7 @@ mod shared;
 mod whereabouts;
 
 pub(super) use kept::carry_over;
-pub(super) use linked::{Linked, LinkedName, join, remove_orphans};
+pub(super) use linked::{Linked, LinkedName, is_joined, join, remove_orphans};
 pub use shared::SharedGroup;
 
 /// The file a group is kept in.

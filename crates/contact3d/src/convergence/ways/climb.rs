@@ -270,9 +270,14 @@ fn graded(mut scene: Scene) -> Scene {
     let faces: Vec<BrickFace> = {
         let clamped = scene.clamps.iter().filter_map(|clamp| clamp.face.as_ref());
         let pulled = scene.tractions.iter().map(|traction| &traction.face);
+        let sprung = scene.springs.iter().map(|spring| &spring.face);
         let pressed = scene.pressures.iter().map(|pressure| &pressure.face);
         let touching = scene.contacts.iter().map(|contact| &contact.face);
-        let names = clamped.chain(pulled).chain(pressed).chain(touching);
+        let names = clamped
+            .chain(pulled)
+            .chain(pressed)
+            .chain(sprung)
+            .chain(touching);
         names.filter_map(|name| BrickFace::named(name)).collect()
     };
     if let Some(brick) = scene.body.as_brick_mut() {

@@ -1,8 +1,9 @@
 //! Tractions and supports of boundary triangles, as the local problems see them.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::{
+    elasticity::stiffness_at,
     mesh::Mesh,
     post::{Solved, SolvedContact},
 };
@@ -15,6 +16,7 @@ pub(super) struct Boundary<'a> {
     /// Loads on the face of each triangle, as indices, `[n_facets]`.
     tractions: Vec<Vec<usize>>,
     pressures: Vec<Vec<usize>>,
+    springs: Vec<Vec<usize>>,
     /// The place of each triangle among those in contact, `[n_facets]`.
     contact: Vec<Option<usize>>,
 }
@@ -46,8 +48,24 @@ impl<'a> Boundary<'a> {
             held: held.collect(),
             tractions: on_faces(scene.tractions.iter().map(|t| t.face.as_str()).collect()),
             pressures: on_faces(scene.pressures.iter().map(|p| p.face.as_str()).collect()),
+            springs: on_faces(scene.springs.iter().map(|s| s.face.as_str()).collect()),
             contact,
         }
+    }
+
+    /// Stiffness per area in Pa/m of the springs at a point of a triangle with some outward unit normal; `None` without.
+    pub(super) fn spring(
+        &self,
+        facet: usize,
+        at: [f64; 3],
+        normal: &Vector3<f64>,
+    ) -> Option<Matrix3<f64>> {
+        let springs = &self.springs[facet];
+        let stiffness = |&i: &usize| {
+            // What is not finite or semidefinite was refused before A was assembled.
+            stiffness_at(&self.solved.scene.springs[i], i, at, normal).ok()
+        };
+        (!springs.is_empty()).then(|| springs.iter().filter_map(stiffness).sum())
     }
 
     /// The prescribed traction in Pa at a point of a triangle with some outward unit normal; `share`

@@ -134,7 +134,7 @@ fn law_of(contact: &SolvedContact<'_>, solved: &Solved<'_>, known: &Known<'_>, p
     }
 }
 
-/// (u_ν − d, u_t1, u_t2) at the contact nodes in m, `[n_contact_nodes]`.
+/// (u_ν − d, u_t1, u_t2) at the contact nodes in m, `[n_contact_nodes]`; tangential ones since the step began.
 fn displacements(contact: &SolvedContact<'_>, known: &Known<'_>) -> Vec<[f64; 3]> {
     let surface = contact.state.surface;
     let interface = contact.state.interface;
@@ -146,7 +146,8 @@ fn displacements(contact: &SolvedContact<'_>, known: &Known<'_>) -> Vec<[f64; 3]
             let normal: f64 = (0..3).map(|c| u[c] * outward[c]).sum();
             let gap = interface.gap.as_ref().map_or(0.0, |gap| gap[local]);
             let [first, second] = interface.frame.tangential(local, u);
-            [normal - gap, first, second]
+            let from = interface.slip_origin(local);
+            [normal - gap, first - from[0], second - from[1]]
         })
         .collect()
 }

@@ -11,7 +11,7 @@ use crate::{
     elasticity::{InternalForces, MaterialField, Simplex, traction},
     mesh::Mesh,
     post::Solved,
-    reference::quadrature,
+    reference::{quadrature, shape::quadratic_tetrahedron},
     scene::BodyForce,
 };
 
@@ -22,6 +22,8 @@ use crate::{
 pub(super) struct LocalProblems<'a> {
     mesh: &'a Mesh,
     body_force: Option<&'a BodyForce>,
+    /// Nodal displacement in m, `[n_nodes]`.
+    displacement: &'a [[f64; 3]],
     internal: &'a InternalForces,
     boundary: &'a Boundary<'a>,
     beyond: &'a [[Beyond; 4]],
@@ -32,12 +34,32 @@ pub(super) struct LocalProblems<'a> {
     on_sides: [Vec<Sample>; 4],
 }
 
+/// The equations of one local problem.
+struct LocalSystem {
+    stiffness: DMatrix<f64>,
+    load: DVector<f64>,
+    /// Components of bubbles that are held.
+    held: Vec<bool>,
+}
+
 /// The bubbles at a point of integration.
 struct Sample {
     at: [f64; 4],
     weight: f64,
     values: [f64; BUBBLES],
     slopes: [[f64; 4]; BUBBLES],
+}
+
+impl LocalSystem {
+    /// φ_a φ_b K of all bubbles at a point of a side.
+    fn add_spring(&mut self, sample: &Sample, spring: Matrix3<f64>) {
+        for (a, first) in sample.values.iter().enumerate() {
+            for (b, second) in sample.values.iter().enumerate() {
+                let mut block = self.stiffness.fixed_view_mut::<3, 3>(3 * a, 3 * b);
+                block += spring * (first * second);
+            }
+        }
+    }
 }
 
 impl Sample {
@@ -54,6 +76,7 @@ impl Sample {
 impl<'a> LocalProblems<'a> {
     pub(super) fn new(
         solved: &Solved<'a>,
+        displacement: &'a [[f64; 3]],
         internal: &'a InternalForces,
         boundary: &'a Boundary<'a>,
         beyond: &'a [[Beyond; 4]],
@@ -73,6 +96,7 @@ impl<'a> LocalProblems<'a> {
         Self {
             mesh: solved.mesh,
             body_force: solved.scene.body_force.as_ref(),
+            displacement,
             internal,
             boundary,
             beyond,
@@ -86,13 +110,20 @@ impl<'a> LocalProblems<'a> {
     pub(super) fn energy(&self, t: usize) -> f64 {
         let corners = self.mesh.corners(&self.mesh.tetrahedra[t]);
         let simplex = Simplex::new(&corners);
-        let mut load = DVector::zeros(3 * BUBBLES);
-        self.add_inside(t, &simplex, &corners, &mut load);
-        let mut held = vec![false; load.len()];
+        let mut system = LocalSystem {
+            stiffness: self.stiffness(t, &simplex),
+            load: DVector::zeros(3 * BUBBLES),
+            held: vec![false; 3 * BUBBLES],
+        };
+        self.add_inside(t, &simplex, &corners, &mut system.load);
         for side in 0..4 {
-            self.add_side(t, side, &simplex, &corners, &mut load, &mut held);
+            self.add_side(t, side, &simplex, &corners, &mut system);
         }
-        let mut stiffness = self.stiffness(t, &simplex);
+        let LocalSystem {
+            mut stiffness,
+            mut load,
+            held,
+        } = system;
         for i in (0..held.len()).filter(|&i| held[i]) {
             stiffness.row_mut(i).fill(0.0);
             stiffness.column_mut(i).fill(0.0);
@@ -137,15 +168,14 @@ impl<'a> LocalProblems<'a> {
         }
     }
 
-    /// ∫ t̄·v over one side, and the components of bubbles that are held there.
+    /// ∫ t̄·v over one side, ∫ K w·v and −∫ K u_h·v of its springs, and the components of bubbles that are held there.
     fn add_side(
         &self,
         t: usize,
         side: usize,
         simplex: &Simplex,
         corners: &[[f64; 3]; 4],
-        load: &mut DVector<f64>,
-        held: &mut [bool],
+        system: &mut LocalSystem,
     ) {
         // ∇λ of the opposite corner points inwards with length area/(3 V).
         let area_vector = simplex.gradients[side] * (-3.0 * simplex.volume);
@@ -169,7 +199,7 @@ impl<'a> LocalProblems<'a> {
             Beyond::Facet(facet) => {
                 for a in touching.clone() {
                     for c in (0..3).filter(|&c| self.boundary.held[facet][c]) {
-                        held[3 * a + c] = true;
+                        system.held[3 * a + c] = true;
                     }
                 }
                 [None; 4]
@@ -192,14 +222,31 @@ impl<'a> LocalProblems<'a> {
                         k.map_or(0.0, |k| sample.at[k])
                     });
                     let at = quadrature::point(corners, &sample.at);
-                    self.boundary.traction(facet, at, share, &normal) * area_vector.norm()
+                    let area = area_vector.norm();
+                    let mut traction = self.boundary.traction(facet, at, share, &normal);
+                    if let Some(spring) = self.boundary.spring(facet, at, &normal) {
+                        traction -= spring * self.displacement_at(t, &sample.at);
+                        system.add_spring(sample, spring * (area * sample.weight));
+                    }
+                    traction * area
                 }
             };
             for a in touching.clone() {
-                let mut rows = load.fixed_rows_mut::<3>(3 * a);
+                let mut rows = system.load.fixed_rows_mut::<3>(3 * a);
                 rows += force * (sample.weight * sample.values[a]);
             }
         }
+    }
+
+    /// u_h at a point of a tetrahedron.
+    fn displacement_at(&self, t: usize, at: &[f64; 4]) -> Vector3<f64> {
+        let nodes = self
+            .mesh
+            .tetrahedron_nodes(t)
+            .zip(quadratic_tetrahedron(at));
+        nodes
+            .map(|(node, shape)| Vector3::from(self.displacement[node]) * shape)
+            .sum()
     }
 
     /// ∫ ε(φ_α):C ε(φ_β) from the means of products of slopes.

@@ -89,8 +89,14 @@ impl ErrorEstimate {
             None => recovery::energies(mesh, &material, &known.internal.stress),
             Some(_) => {
                 let (boundary, beyond) = (Boundary::new(solved), surroundings(mesh));
-                let problems =
-                    LocalProblems::new(solved, known.internal, &boundary, &beyond, &material);
+                let problems = LocalProblems::new(
+                    solved,
+                    known.displacement,
+                    known.internal,
+                    &boundary,
+                    &beyond,
+                    &material,
+                );
                 let tetrahedra = (0..mesh.tetrahedra.len()).into_par_iter();
                 tetrahedra.map(|t| problems.energy(t)).collect()
             }

@@ -4,6 +4,7 @@ mod body;
 mod brick_planes;
 mod contact;
 mod friction;
+mod history;
 mod material;
 mod obstacle;
 mod solve;
@@ -54,6 +55,7 @@ impl Scene {
         supports::check(self)?;
         contact::check(self)?;
         friction::check(self)?;
+        history::check(self)?;
         if let Some(adapt) = self.adapt {
             require(
                 (SMALLEST_ERROR..=1.0).contains(&adapt.error),

@@ -7,6 +7,7 @@ use crate::scene::{BrickFace, Clamp, Component, Invalid, Quantity, Scene, Writte
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
     check_clamps(scene)?;
+    check_springs(scene)?;
     let stress = scene.units.stress();
     for (i, traction) in scene.tractions.iter().enumerate() {
         check_vector(&traction.value, format!("traction.{i}.value"), &stress)?;
@@ -59,12 +60,48 @@ fn check_clamps(scene: &Scene) -> Result<(), Invalid> {
         )?;
     }
     require(
-        !scene.clamps.is_empty() || !scene.contacts.is_empty(),
+        !scene.clamps.is_empty() || !scene.springs.is_empty() || !scene.contacts.is_empty(),
         "clamp",
-        "at least one [[clamp]], or [contact]",
-        "neither",
+        "at least one [[clamp]], a [[spring]], or [contact]",
+        "none",
         "an unheld body can move as a rigid one; add [[clamp]] with a face, or [contact] with the face that it rests on",
     )
+}
+
+fn check_springs(scene: &Scene) -> Result<(), Invalid> {
+    let unit = scene.units.word(Dimension::BODY_FORCE);
+    for (i, spring) in scene.springs.iter().enumerate() {
+        check_loaded_face(scene, &spring.face, format!("spring.{i}.face"))?;
+        let of_face = [
+            ("normal", &spring.normal),
+            ("tangential", &spring.tangential),
+        ];
+        require(
+            of_face.iter().any(|(_, given)| given.is_some()) != spring.tensor.is_some(),
+            format!("spring.{i}"),
+            "either normal and tangential, one of them or both, or tensor",
+            if spring.tensor.is_some() {
+                "both"
+            } else {
+                "neither"
+            },
+            "normal and tangential follow the face, tensor the axes x, y, z",
+        )?;
+        for (name, given) in of_face {
+            let Some(given) = given else { continue };
+            require(
+                holds(given, |k| k >= 0.0 && k.is_finite()),
+                format!("spring.{i}.{name}"),
+                &format!("a finite number >= 0 [{unit}] or an expression in x, y, z"),
+                Written(given),
+                "a spring pushes back; leave the key out for none",
+            )?;
+        }
+        for row in spring.tensor.iter().flatten() {
+            check_vector(row, format!("spring.{i}.tensor"), &unit)?;
+        }
+    }
+    Ok(())
 }
 
 fn check_place(scene: &Scene, clamp: &Clamp, i: usize) -> Result<(), Invalid> {

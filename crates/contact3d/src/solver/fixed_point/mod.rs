@@ -223,12 +223,11 @@ impl Solution {
         contact: &ContactState<'_>,
     ) -> Vec<[f64; 2]> {
         if let Some(displacement) = operator.tangential_displacement(&self.multiplier) {
-            return contact.interface.slip.slip(&displacement);
+            return contact.interface.slip_of(&displacement);
         }
         self.displacement = operator.to_primal(&self.multiplier);
-        contact.interface.slip.of_displacement(
+        contact.interface.slip_of_displacement(
             contact.surface,
-            &contact.interface.frame,
             &assembly.primal.dofs,
             &self.displacement,
         )

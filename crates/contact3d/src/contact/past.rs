@@ -1,0 +1,136 @@
+//! What the steps of a load history before this one left on the contact face.
+
+use super::{Interface, nodal_tangential};
+use crate::{elasticity::DofMap, mesh::ContactSurface, scene::SlipMeasure};
+
+/// Where the contact nodes are when a step begins, and how far they have slid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Past {
+    /// (u_t1, u_t2) that the slip of the step is counted from, `[n_contact_nodes]`, in m.
+    pub tangential: Vec<[f64; 2]>,
+    /// Lengths of the path of sliding: Σ r_h|Δu_t1|, Σ r_h|Δu_t2| and the sum of the roots of their squares,
+    /// `[n_contact_nodes]`, in m.
+    pub path: Vec<[f64; 3]>,
+    /// The slip that coefficients of friction follow.
+    pub follows: SlipMeasure,
+}
+
+impl Interface {
+    /// The face in a later step: slip is counted from where the step begins.
+    #[must_use]
+    pub fn after(mut self, past: Past) -> Self {
+        if past.follows == SlipMeasure::PathLength
+            && let Some(law) = self.coulomb_mut()
+        {
+            law.set_path(past.path.clone());
+        }
+        self.past = Some(past);
+        self
+    }
+
+    /// r_h of the slips that coefficients follow at the contact nodes, for the signed (u_t1, u_t2) there, in m. A path of
+    /// sliding from former steps is added by the law.
+    #[must_use]
+    pub fn slip_of(&self, tangential: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        match self.counted(tangential) {
+            None => self.slip.slip(tangential),
+            Some(moved) => self.slip.slip(&moved),
+        }
+    }
+
+    /// The same of a displacement over the free degrees of freedom in m.
+    #[must_use]
+    pub fn slip_of_displacement(
+        &self,
+        surface: &ContactSurface,
+        dofs: &DofMap,
+        displacement: &[f64],
+    ) -> Vec<[f64; 2]> {
+        let frame = &self.frame;
+        self.slip_of(&nodal_tangential(surface, frame, dofs, displacement))
+    }
+
+    pub(crate) fn slip_derivative(&self, tangential: &[[f64; 2]]) -> super::SlipOperatorDerivative {
+        match self.counted(tangential) {
+            None => self.slip.derivative(tangential),
+            Some(moved) => self.slip.derivative(&moved),
+        }
+    }
+
+    /// u_t less where the slip is counted from, where the law counts from there; `None` for zero.
+    fn counted(&self, tangential: &[[f64; 2]]) -> Option<Vec<[f64; 2]>> {
+        let past = self.past.as_ref()?;
+        match past.follows {
+            SlipMeasure::TotalSlip => None,
+            SlipMeasure::StepSlip | SlipMeasure::PathLength => Some(past.slip(tangential)),
+        }
+    }
+
+    /// The lengths of the path of sliding at the end of a step, `[n_contact_nodes]`, in m.
+    #[must_use]
+    pub fn path_after(&self, tangential: &[[f64; 2]]) -> Vec<[f64; 3]> {
+        let moved = match &self.past {
+            None => self.slip.slip(tangential),
+            Some(past) => self.slip.slip(&past.slip(tangential)),
+        };
+        let before = |node: usize| self.past.as_ref().map_or([0.0; 3], |past| past.path[node]);
+        let nodes = moved.iter().enumerate();
+        nodes
+            .map(|(node, &[first, second])| {
+                let before = before(node);
+                [
+                    before[0] + first,
+                    before[1] + second,
+                    before[2] + first.hypot(second),
+                ]
+            })
+            .collect()
+    }
+
+    /// Where the slip of the step is counted from at a contact node, (u_t1, u_t2) in m.
+    #[must_use]
+    pub fn slip_origin(&self, node: usize) -> [f64; 2] {
+        self.past
+            .as_ref()
+            .map_or([0.0; 2], |past| past.tangential[node])
+    }
+
+    /// What the integrals of (u_ν, u_t1, u_t2) over the panes are counted from: those of the gap, and of where the
+    /// step begins, in m³; `[n_multipliers]`, or shorter by what is zero.
+    pub(crate) fn offsets(&self, surface: &ContactSurface) -> Vec<f64> {
+        let n_panes = surface.n_panes();
+        let over =
+            |pane: usize, values: &[f64]| surface.pane_area[pane] * surface.pane_mean(pane, values);
+        let mut offsets = match &self.gap {
+            Some(gap) => (0..n_panes).map(|pane| over(pane, gap)).collect(),
+            None => Vec::new(),
+        };
+        let past = self.past.as_ref().filter(|_| self.has_friction());
+        let Some(past) = past else {
+            return offsets;
+        };
+        offsets.resize(n_panes, 0.0);
+        let components = [0, 1].map(|k| past.component(k));
+        for pane in 0..self.n_friction_panes() {
+            offsets.extend(components.iter().map(|values| over(pane, values)));
+        }
+        offsets
+    }
+}
+
+impl Past {
+    /// u_t − u_tⁿ⁻¹ at the contact nodes in m.
+    #[must_use]
+    pub fn slip(&self, tangential: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        let pairs = tangential.iter().zip(&self.tangential);
+        pairs
+            .map(|(u, from)| [u[0] - from[0], u[1] - from[1]])
+            .collect()
+    }
+
+    /// u_t1 or u_t2 where the step begins, `[n_contact_nodes]`, in m.
+    #[must_use]
+    pub fn component(&self, k: usize) -> Vec<f64> {
+        self.tangential.iter().map(|u| u[k]).collect()
+    }
+}

@@ -1,0 +1,238 @@
+//! Springs on faces: their part of the stiffness, and their forces.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+
+use crate::{
+    mesh::{Mesh, triangle_area},
+    reference::quadrature,
+    scene::{Invalid, Quantity, Scene, Spring, SpringStiffness, UNDEFINED, Written, place_words},
+};
+
+/// Share of the largest eigenvalue of a tensor below which one counts as zero: rounding of its entries.
+const ROUNDING: f64 = 1e-12;
+
+/// The springs of a scene on a mesh: ∫ φ_a φ_b K over their faces, by pairs of nodes.
+///
+/// Exact for constant stiffness on straight sides, linear and quadratic; by Gauss points of degree 6 for formulas and on
+/// curved sides. Each block is the mirror image of its partner to the last bit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpringMatrix {
+    /// The blocks of each node with the others, in N/m, by increasing nodes, `[n_nodes]`.
+    rows: Vec<Vec<(usize, Matrix3<f64>)>>,
+}
+
+/// A point of a spring's face to integrate at.
+struct Point<'a> {
+    at: [f64; 3],
+    nodes: &'a [usize],
+    shape: &'a [f64],
+    /// Outward unit normal.
+    normal: Vector3<f64>,
+    /// Area in m² that the point stands for.
+    area: f64,
+}
+
+impl SpringMatrix {
+    /// All springs of a scene; `None` where there are none.
+    ///
+    /// # Errors
+    /// A stiffness that is not finite and positive semidefinite somewhere.
+    pub fn of(scene: &Scene, mesh: &Mesh) -> Result<Option<Self>, Invalid> {
+        match scene.springs.is_empty() {
+            true => Ok(None),
+            false => Self::sum(scene.springs.iter().enumerate(), mesh).map(Some),
+        }
+    }
+
+    /// Some of the springs of a scene, with their places in it.
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    pub(crate) fn sum<'a>(
+        springs: impl Iterator<Item = (usize, &'a Spring)>,
+        mesh: &Mesh,
+    ) -> Result<Self, Invalid> {
+        let mut blocks: BTreeMap<[usize; 2], Matrix3<f64>> = BTreeMap::new();
+        for (index, spring) in springs {
+            visit(spring, index, mesh, &mut |point, stiffness| {
+                for (i, a) in point.nodes.iter().enumerate() {
+                    for (j, b) in point.nodes.iter().enumerate().filter(|(_, b)| a <= b) {
+                        let weight = point.area * (point.shape[i] * point.shape[j]);
+                        *blocks.entry([*a, *b]).or_default() += stiffness * weight;
+                    }
+                }
+            })?;
+        }
+        let mut rows = vec![Vec::new(); mesh.coordinates.len()];
+        for ([a, b], block) in blocks {
+            rows[a].push((b, block));
+            if a != b {
+                rows[b].push((a, block));
+            }
+        }
+        rows.iter_mut()
+            .for_each(|row| row.sort_by_key(|(node, _)| *node));
+        Ok(Self { rows })
+    }
+
+    /// The blocks of a node with others, increasing.
+    pub(super) fn row(&self, node: usize) -> &[(usize, Matrix3<f64>)] {
+        &self.rows[node]
+    }
+
+    /// K u, what the displacement in m of all nodes takes, in N, `[n_nodes]`; the springs act on the body with its opposite.
+    #[must_use]
+    pub fn forces(&self, displacement: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let force = |row: &Vec<(usize, Matrix3<f64>)>| {
+            let terms = row.iter();
+            let sum: Vector3<f64> = terms
+                .map(|(node, block)| block * Vector3::from(displacement[*node]))
+                .sum();
+            sum.into()
+        };
+        self.rows.iter().map(force).collect()
+    }
+}
+
+/// The points of a spring's face with the stiffness there.
+fn visit(
+    spring: &Spring,
+    index: usize,
+    mesh: &Mesh,
+    take: &mut dyn FnMut(&Point<'_>, Matrix3<f64>),
+) -> Result<(), Invalid> {
+    for facet in mesh.facets_on(&spring.face) {
+        let mut add = |point: Point<'_>| -> Result<(), Invalid> {
+            let stiffness = stiffness_at(spring, index, point.at, &point.normal)?;
+            take(&point, stiffness);
+            Ok(())
+        };
+        if let Some((nodes, points)) = mesh.quadratic_side(facet) {
+            for point in &points {
+                add(Point {
+                    at: point.at,
+                    nodes: &nodes,
+                    shape: &point.shape,
+                    normal: point.area.normalize(),
+                    area: point.area.norm(),
+                })?;
+            }
+            continue;
+        }
+        let nodes = mesh.facets[facet];
+        let corners = mesh.corners(&nodes);
+        let [a, b, c] = corners.map(Vector3::from);
+        let normal = (b - a).cross(&(c - a)).normalize();
+        let area = triangle_area(&corners);
+        for (shape, weight) in quadrature::triangle() {
+            add(Point {
+                at: quadrature::point(&corners, &shape),
+                nodes: &nodes,
+                shape: &shape,
+                normal,
+                area: area * weight,
+            })?;
+        }
+    }
+    Ok(())
+}
+
+/// K in Pa/m at a place of a face with some outward unit normal.
+///
+/// # Errors
+/// A stiffness that is not finite and positive semidefinite.
+pub(crate) fn stiffness_at(
+    spring: &Spring,
+    index: usize,
+    at: [f64; 3],
+    normal: &Vector3<f64>,
+) -> Result<Matrix3<f64>, Invalid> {
+    let value = |name: &str, quantity: &Quantity| -> Result<f64, Invalid> {
+        let found = quantity.at(at);
+        match found.is_finite() {
+            true => Ok(found),
+            false => Err(unusable(
+                index,
+                name,
+                "finite",
+                Written(&found).to_string(),
+                at,
+            )),
+        }
+    };
+    match spring.stiffness() {
+        SpringStiffness::OfFace([along_normal, along_face]) => {
+            let along = |name: &str, quantity: Option<&Quantity>| match quantity {
+                None => Ok(0.0),
+                Some(quantity) => match value(name, quantity)? {
+                    negative if negative < 0.0 => Err(unusable(
+                        index,
+                        name,
+                        "not negative",
+                        Written(&negative).to_string(),
+                        at,
+                    )),
+                    found => Ok(found),
+                },
+            };
+            let k_n = along("normal", along_normal)?;
+            let k_t = along("tangential", along_face)?;
+            let normals = normal * normal.transpose();
+            Ok(Matrix3::from_diagonal_element(k_t) + normals * (k_n - k_t))
+        }
+        SpringStiffness::Tensor(rows) => {
+            let mut tensor = Matrix3::zeros();
+            for (i, row) in rows.iter().enumerate() {
+                for (j, quantity) in row.iter().enumerate() {
+                    tensor[(i, j)] = value("tensor", quantity)?;
+                }
+            }
+            let largest = tensor.amax();
+            let asymmetry = (tensor - tensor.transpose()).amax();
+            let tensor = (tensor + tensor.transpose()) / 2.0;
+            let least = tensor.symmetric_eigenvalues().min();
+            if asymmetry > ROUNDING * largest || least < -ROUNDING * largest {
+                let found = Written(&<[[f64; 3]; 3]>::from(tensor)).to_string();
+                let expected = "symmetric and positive semidefinite";
+                return Err(unusable(index, "tensor", expected, found, at));
+            }
+            Ok(tensor)
+        }
+    }
+}
+
+/// A place in m on springs, with an orthonormal basis of the directions that they hold there.
+pub(super) type HeldPlace = ([f64; 3], Vec<Vector3<f64>>);
+
+/// The places at which springs are integrated.
+pub(super) fn held_directions(scene: &Scene, mesh: &Mesh) -> Result<Vec<HeldPlace>, Invalid> {
+    let mut found = Vec::new();
+    for (index, spring) in scene.springs.iter().enumerate() {
+        visit(spring, index, mesh, &mut |point, stiffness| {
+            let eigen = SymmetricEigen::new(stiffness);
+            let largest = eigen.eigenvalues.max();
+            let held = (0..3).filter(|&i| eigen.eigenvalues[i] > ROUNDING * largest);
+            let held: Vec<_> = held
+                .map(|i| eigen.eigenvectors.column(i).into_owned())
+                .collect();
+            if !held.is_empty() {
+                found.push((point.at, held));
+            }
+        })?;
+    }
+    Ok(found)
+}
+
+fn unusable(index: usize, name: &str, expected: &str, found: String, at: [f64; 3]) -> Invalid {
+    Invalid {
+        key: format!("spring.{index}.{name}"),
+        expected: format!("a stiffness that is {expected} on the whole face"),
+        found: format!("{found} at {}", place_words(at)),
+        help: match expected {
+            "finite" => UNDEFINED.into(),
+            _ => "a spring that pushes a body further away has no equilibrium; write max(FORMULA, 0), or another tensor".into(),
+        },
+    }
+}

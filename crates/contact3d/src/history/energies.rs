@@ -1,0 +1,208 @@
+//! Works and energies of the increments of a history.
+
+use std::collections::BTreeSet;
+
+use super::{LoadHistory, StepProblem, StepRecord};
+use crate::{
+    elasticity::Loads,
+    mesh::Mesh,
+    post::{ContactReport, Vector},
+    scene::{Invalid, Scene, Traction},
+};
+
+/// Works and energies of one increment in J.
+///
+/// Loads, reactions and pressures act along a straight way from where the increment begins to where it ends, so their works are means
+/// of both ends times the way, which is exact. The work of friction is that of the stresses at the end, as the conditions
+/// of friction have it (backward Euler): never negative, and off by half the change of λ_t times the slip, which is the
+/// [`Self::imbalance`] and falls with the increments.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct StepEnergies {
+    /// Strain energy ½ uᵀAu at the end.
+    pub strain: f64,
+    /// Work of the loads, and of the clamps that move.
+    pub load_work: f64,
+    /// Work ∫ λ_ν Δu_ν on the foundation.
+    pub normal_work: f64,
+    /// Dissipated by friction: ∫ λ_t · Δu_t with λ_t at the end.
+    pub dissipation: f64,
+    /// Work of the loads less what became strain energy, work on the foundation and dissipation.
+    pub imbalance: f64,
+}
+
+/// What the works of the next increment need of the last one.
+pub(super) struct Bookkeeping<'a> {
+    history: LoadHistory<'a>,
+    /// What drives the body.
+    drive: Drive,
+    /// Forces of the loads on the nodes at the end of the last increment in N; `None` before the first.
+    forces: Option<Vec<Vector>>,
+}
+
+impl<'a> Bookkeeping<'a> {
+    /// Begins after the last of `records`.
+    pub(super) fn new(history: &LoadHistory<'a>, records: &[StepRecord]) -> Result<Self, Invalid> {
+        let forces = |last: &StepRecord| {
+            let scene = history.scene.at_increment(last.increment)?;
+            Loads::of(&scene).nodal_forces(history.mesh)
+        };
+        Ok(Self {
+            history: *history,
+            drive: Drive::new(history.scene, history.mesh)?,
+            forces: records.last().map(forces).transpose()?,
+        })
+    }
+
+    /// Adds what an increment did to its record, which the one before precedes.
+    pub(super) fn enter(
+        &mut self,
+        problem: &StepProblem,
+        record: &mut StepRecord,
+        before: Option<&StepRecord>,
+        report: &ContactReport,
+    ) -> Result<(), Invalid> {
+        let mesh = self.history.mesh;
+        self.drive.enter(record, report);
+        let way = |node: usize| {
+            let from = before.map_or([0.0; 3], |before| before.displacement[node]);
+            let to = record.displacement[node];
+            [to[0] - from[0], to[1] - from[1], to[2] - from[2]]
+        };
+        let forces = Loads::of(&problem.scene).nodal_forces(mesh)?;
+        let load_work = forces.iter().enumerate().map(|(node, force)| {
+            let earlier = self.forces.as_ref().map_or([0.0; 3], |forces| forces[node]);
+            let way = way(node);
+            let works = (0..3).map(|c| 0.5 * (force[c] + earlier[c]) * way[c]);
+            works.sum::<f64>()
+        });
+        let reactions = record.reaction.iter().enumerate().map(|(node, force)| {
+            let earlier = before.map_or([0.0; 3], |before| before.reaction[node]);
+            let way = way(node);
+            let works = (0..3).map(|c| 0.5 * (force[c] + earlier[c]) * way[c]);
+            works.sum::<f64>()
+        });
+        let load_work = load_work.sum::<f64>() + reactions.sum::<f64>();
+        let face = problem.contact(mesh);
+        let normal_work = face.map_or(0.0, |face| {
+            let moved: Vec<f64> = face
+                .surface
+                .nodes
+                .iter()
+                .enumerate()
+                .map(|(local, &node)| dot(face.interface.frame.normal_at(local), way(node)))
+                .collect();
+            let panes = (0..face.n_panes()).map(|pane| {
+                let earlier = before.map_or(0.0, |before| before.multiplier[pane]);
+                let pressure = 0.5 * (record.multiplier[pane] + earlier);
+                let surface = face.surface;
+                pressure * surface.pane_area[pane] * surface.pane_mean(pane, &moved)
+            });
+            panes.sum()
+        });
+        let taken = |pane: usize, area: f64| {
+            let friction = report.panes[pane].friction.as_ref()?;
+            let [stress, slip] = [friction.stress, friction.slip];
+            Some(area * (-stress[0] * slip[0] - stress[1] * slip[1]))
+        };
+        record.face_dissipation = face.map_or_else(Vec::new, |face| {
+            let areas = &face.surface.pane_area;
+            let faces = face.surface.faces.iter();
+            faces
+                .map(|face| face.panes.clone().filter_map(|pane| taken(pane, areas[pane])).sum())
+                .collect()
+        });
+        let dissipation: f64 = record.face_dissipation.iter().sum();
+        let strain = report.resultants.strain_energy;
+        let stored = strain - before.map_or(0.0, |before| before.energies.strain);
+        record.energies = StepEnergies {
+            strain,
+            load_work,
+            normal_work,
+            dissipation,
+            imbalance: load_work - stored - normal_work - dissipation,
+        };
+        self.forces = Some(forces);
+        Ok(())
+    }
+}
+
+/// What drives the body: tractions, pressures and clamps that move, or the body force where there are none.
+struct Drive {
+    /// Clamps that move, by their places.
+    clamps: Vec<usize>,
+    /// Keys of the sources.
+    sources: Vec<String>,
+    /// ∫ φ_k over their faces in m², with the nodes; one for every node where they have none.
+    shares: Vec<(usize, f64)>,
+}
+
+impl Drive {
+    fn new(scene: &Scene, mesh: &Mesh) -> Result<Self, Invalid> {
+        let clamps = scene.moved_clamps()?;
+        let tractions = scene.tractions.iter().map(|traction| &traction.face);
+        let pressures = scene.pressures.iter().map(|pressure| &pressure.face);
+        let held = clamps
+            .iter()
+            .filter_map(|&clamp| scene.clamps[clamp].face.as_ref());
+        let faces: BTreeSet<&String> = tractions.chain(pressures).chain(held).collect();
+        let keys = |name: &str, n: usize| (0..n).map(|i| format!("{name}.{i}")).collect::<Vec<_>>();
+        let mut sources = keys("traction", scene.tractions.len());
+        sources.extend(keys("pressure", scene.pressures.len()));
+        sources.extend(clamps.iter().map(|clamp| format!("clamp.{clamp}")));
+        if sources.is_empty() {
+            sources.push("body_force".into());
+        }
+        let ones: Vec<Traction> = faces
+            .into_iter()
+            .map(|face| Traction::on(face, [1.0, 0.0, 0.0]))
+            .collect();
+        let unit = Loads {
+            tractions: &ones,
+            pressures: &[],
+            body_force: None,
+        };
+        let shares = unit.nodal_forces(mesh)?.into_iter().enumerate();
+        let mut shares: Vec<(usize, f64)> = shares
+            .map(|(node, [share, _, _])| (node, share))
+            .filter(|(_, share)| *share != 0.0)
+            .collect();
+        if shares.is_empty() {
+            shares = (0..mesh.coordinates.len())
+                .map(|node| (node, 1.0))
+                .collect();
+        }
+        Ok(Self {
+            clamps,
+            sources,
+            shares,
+        })
+    }
+
+    /// Adds force, displacement and, where clamps move, reactions to a record.
+    fn enter(&self, record: &mut StepRecord, report: &ContactReport) {
+        record.loaded_displacement = mean(&self.shares, &record.displacement);
+        let driving = report
+            .forces
+            .iter()
+            .filter(|force| self.sources.contains(&force.source));
+        record.loaded_force = driving.fold([0.0; 3], |sum, source| {
+            std::array::from_fn(|c| sum[c] + source.force[c])
+        });
+        if !self.clamps.is_empty() {
+            record.reaction.clone_from(&report.reaction);
+        }
+    }
+}
+
+/// The mean of nodal vectors with given weights.
+fn mean(shares: &[(usize, f64)], vectors: &[Vector]) -> Vector {
+    let whole: f64 = shares.iter().map(|(_, share)| share).sum();
+    [0, 1, 2].map(|c| {
+        let parts = shares.iter().map(|(node, share)| share * vectors[*node][c]);
+        parts.sum::<f64>() / whole
+    })
+}
+
+fn dot(a: Vector, b: Vector) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}

@@ -1,0 +1,156 @@
+//! What one increment of a history leaves.
+
+use super::{LoadHistory, StepEnergies, StepProblem};
+use crate::{
+    post::{ContactReport, Vector, Zone},
+    scene::Increment,
+    solver::{Solution, SolvedBy, Status},
+};
+
+/// One increment of a history: what the next one begins from, and what a table, a chart or a film shows of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StepRecord {
+    /// Which one.
+    pub increment: Increment,
+    /// How its solve ended.
+    pub status: Status,
+    /// Which algorithm gave the answer.
+    pub solved_by: SolvedBy,
+    /// Relative error of λ, as [`Solution::accuracy`].
+    pub accuracy: f64,
+    /// Applications of A⁻¹ or S.
+    pub applications: usize,
+    /// The largest figure of the certificate.
+    pub certificate: f64,
+    /// h with the slip counted from where the increment begins, `[n_multipliers]`, in m³.
+    pub dual_rhs: Vec<f64>,
+    /// λ, `[n_multipliers]`, in Pa.
+    pub multiplier: Vec<f64>,
+    /// u, `[n_nodes]`, in m.
+    pub displacement: Vec<Vector>,
+    /// Von Mises stress, `[n_tetrahedra]`, in Pa.
+    pub von_mises: Vec<f64>,
+    /// Signed (u_t1, u_t2) since the first step began, `[n_contact_nodes]`, in m; empty without friction.
+    pub tangential: Vec<[f64; 2]>,
+    /// Lengths of the path of sliding along t₁, along t₂ and in the plane, `[n_contact_nodes]`, in m; empty without friction.
+    pub path: Vec<[f64; 3]>,
+    /// `[n_panes]`.
+    pub panes: Vec<StepPane>,
+    /// Forces of the clamps on the nodes, `[n_nodes]`, in N; empty where all clamps hold at zero in all steps.
+    pub reaction: Vec<Vector>,
+    /// Forces on the body in N by their sources, in the order of [`ContactReport::forces`].
+    pub forces: Vec<Vector>,
+    /// Loads in N.
+    pub applied_force: Vector,
+    /// Reaction of the clamps in N.
+    pub clamp_force: Vector,
+    /// Force of the foundation on the body in N; zero without contact.
+    pub contact_force: Vector,
+    /// Total of λ_ν and λ_t over the face in N, zero where there is none.
+    pub multiplier_force: Vector,
+    /// Force on the body in N of tractions, pressures and clamps that move; of the body force where there are none.
+    pub loaded_force: Vector,
+    /// Mean displacement in m of the faces that they act on; of all nodes where there are none.
+    pub loaded_displacement: Vector,
+    /// Mean of (u_t1, u_t2) over the contact face in m; zero without friction.
+    pub contact_displacement: [f64; 2],
+    /// Energy that friction took on each contact face in J, `[n_contact_faces]`.
+    pub face_dissipation: Vec<f64>,
+    /// The energies of the increment.
+    pub energies: StepEnergies,
+}
+
+/// One pane at the end of an increment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepPane {
+    /// What it does.
+    pub zone: Zone,
+    /// Mean gap d − u_ν in m.
+    pub gap: f64,
+    /// Mean slip of the increment in m; zero without friction.
+    pub slip: [f64; 2],
+    /// (F₁, F₂); NaN without Coulomb's law.
+    pub coefficients: [f64; 2],
+}
+
+impl StepRecord {
+    pub(super) fn new(
+        history: &LoadHistory<'_>,
+        problem: &StepProblem,
+        increment: Increment,
+        solution: &Solution,
+        report: &ContactReport,
+    ) -> Self {
+        let mesh = history.mesh;
+        let interface = problem.interface.as_ref();
+        let with_friction = interface.filter(|interface| interface.has_friction());
+        let face = with_friction.zip(mesh.contact.as_ref());
+        let tangential: Vec<[f64; 2]> = face.map_or_else(Vec::new, |(interface, surface)| {
+            let nodes = surface.nodes.iter().enumerate();
+            nodes
+                .map(|(local, &node)| interface.frame.tangential(local, report.displacement[node]))
+                .collect()
+        });
+        let resultants = &report.resultants;
+        let contact = resultants.contact.as_ref();
+        Self {
+            increment,
+            status: solution.status,
+            solved_by: solution.solved_by,
+            accuracy: solution.accuracy,
+            applications: solution.applications,
+            certificate: report.certificate.worst(),
+            dual_rhs: problem
+                .system
+                .contact
+                .as_ref()
+                .map_or_else(Vec::new, |contact| contact.dual_rhs().to_vec()),
+            multiplier: solution.multiplier.clone(),
+            displacement: report.displacement.clone(),
+            von_mises: report.von_mises.clone(),
+            path: with_friction
+                .map_or_else(Vec::new, |interface| interface.path_after(&tangential)),
+            panes: report.panes.iter().map(StepPane::of).collect(),
+            reaction: Vec::new(),
+            forces: report.forces.iter().map(|source| source.force).collect(),
+            applied_force: resultants.applied_force,
+            clamp_force: resultants.clamp_force,
+            contact_force: contact.map_or([0.0; 3], |contact| contact.contact_force),
+            multiplier_force: contact.map_or([0.0; 3], |contact| {
+                let [first, second] = contact.tangential_force.unwrap_or_default();
+                [contact.normal_force, first, second]
+            }),
+            loaded_force: [0.0; 3],
+            loaded_displacement: [0.0; 3],
+            contact_displacement: face.map_or([0.0; 2], |(_, surface)| {
+                let areas = &surface.pane_area;
+                let whole: f64 = areas.iter().sum();
+                [0, 1].map(|k| {
+                    let values: Vec<f64> = tangential.iter().map(|u| u[k]).collect();
+                    let panes = areas.iter().enumerate();
+                    let integral: f64 = panes
+                        .map(|(pane, area)| area * surface.pane_mean(pane, &values))
+                        .sum();
+                    integral / whole
+                })
+            }),
+            tangential,
+            face_dissipation: Vec::new(),
+            energies: StepEnergies::default(),
+        }
+    }
+}
+
+impl StepPane {
+    fn of(pane: &crate::post::PaneState) -> Self {
+        let friction = pane.friction.as_ref();
+        Self {
+            zone: pane.zone,
+            gap: pane.gap,
+            slip: friction.map_or([0.0; 2], |friction| friction.slip),
+            coefficients: friction
+                .and_then(|friction| friction.coulomb)
+                .map_or([f64::NAN; 2], |coulomb| coulomb.coefficients),
+        }
+    }
+}

@@ -1,0 +1,381 @@
+//! The loads of a history at each of its increments.
+
+use std::collections::BTreeMap;
+
+use super::{Invalid, PlaceFunction, Quantity, Scene, SlipMeasure, Step, Written};
+
+/// One of the problems that a history consists of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Increment {
+    /// The step it belongs to, from 0.
+    pub step: usize,
+    /// Its number within the step, from 1.
+    pub number: usize,
+    /// The share of the step that is done at its end, in (0, 1].
+    pub share: f64,
+    /// The time at its end in s.
+    pub time: f64,
+}
+
+/// Something that a step may change.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Target {
+    Traction(usize),
+    Pressure(usize),
+    BodyForce,
+    Clamp(usize),
+    Gap(usize),
+}
+
+/// What a target has at the end of a step: a factor of a value.
+#[derive(Debug, Clone, PartialEq)]
+struct Held {
+    value: Vec<Quantity>,
+    factor: f64,
+}
+
+impl Target {
+    /// The key that a step may name it by.
+    fn key(self, scene: &Scene) -> String {
+        match self {
+            Self::Traction(i) => format!("traction.{i}"),
+            Self::Pressure(i) => format!("pressure.{i}"),
+            Self::Clamp(i) => format!("clamp.{i}"),
+            Self::BodyForce => "body_force".into(),
+            Self::Gap(i) => format!("{}.gap", scene.contact_key(i)),
+        }
+    }
+
+    /// The values it has in a scene.
+    fn values(self, scene: &mut Scene) -> &mut [Quantity] {
+        match self {
+            Self::Traction(i) => &mut scene.tractions[i].value,
+            Self::Pressure(i) => std::slice::from_mut(&mut scene.pressures[i].value),
+            Self::Clamp(i) => &mut scene.clamps[i].value,
+            Self::BodyForce => scene
+                .body_force
+                .as_mut()
+                .map_or(&mut [], |force| &mut force.value),
+            Self::Gap(i) => std::slice::from_mut(&mut scene.contacts[i].gap),
+        }
+    }
+
+    /// The factor before the first step: nothing loads or moves the body yet, and the gap is what it is.
+    fn first_factor(self) -> f64 {
+        match self {
+            Self::Traction(_) | Self::Pressure(_) | Self::BodyForce | Self::Clamp(_) => 0.0,
+            Self::Gap(_) => 1.0,
+        }
+    }
+}
+
+impl Scene {
+    /// Whether the scene has a load history.
+    #[must_use]
+    pub fn has_history(&self) -> bool {
+        !self.steps.is_empty()
+    }
+
+    /// The slip that coefficients of friction follow in a history: the same on all faces.
+    #[must_use]
+    pub fn slip_measure(&self) -> SlipMeasure {
+        let first = self.friction_tables().next();
+        first.map_or(SlipMeasure::default(), |(_, friction)| friction.follows)
+    }
+
+    /// Refuses a scene with a load history where there can be none.
+    ///
+    /// # Errors
+    /// The steps, named as what `task` cannot have.
+    pub fn require_no_history(&self, task: &str) -> Result<(), Invalid> {
+        match self.has_history() {
+            false => Ok(()),
+            true => Err(Invalid {
+                key: "step".into(),
+                expected: format!("no load history, for {task} is about one problem"),
+                found: format!("{} steps", self.steps.len()),
+                help: "leave out [[step]], and give the loads of the step that is meant".into(),
+            }),
+        }
+    }
+
+    /// The problems of its history, in their order; none without steps.
+    #[must_use]
+    pub fn increments(&self) -> Vec<Increment> {
+        let mut increments = Vec::new();
+        let mut from = 0.0;
+        for (step, given) in self.steps.iter().enumerate() {
+            let to = given.time.unwrap_or((step + 1) as f64);
+            for number in 1..=given.increments {
+                let is_last = number == given.increments;
+                let share = number as f64 / given.increments as f64;
+                increments.push(Increment {
+                    step,
+                    number,
+                    share: if is_last { 1.0 } else { share },
+                    time: if is_last {
+                        to
+                    } else {
+                        from + share * (to - from)
+                    },
+                });
+            }
+            from = to;
+        }
+        increments
+    }
+
+    /// The scene without steps whose loads, gap and prescribed displacements are those at the end of an increment.
+    ///
+    /// # Errors
+    /// A key that the scene does not have, a value of another shape, formulas too long to be joined.
+    pub fn at_increment(&self, increment: Increment) -> Result<Self, Invalid> {
+        let mut scene = self.clone();
+        scene.steps.clear();
+        let own = scene.contacts.iter_mut();
+        let own = own.filter_map(|contact| contact.friction.as_mut());
+        for friction in own.chain(&mut scene.friction) {
+            friction.follows = SlipMeasure::default();
+        }
+        let [before, after] = self.ends_of(increment.step)?;
+        for (target, after) in after {
+            let before = &before[&target];
+            let values = between(before, &after, increment.share).map_err(|found| Invalid {
+                key: format!("step.{}", increment.step),
+                expected: format!(
+                    "values of {} that one formula can lead between",
+                    target.key(self)
+                ),
+                found,
+                help: "write shorter formulas, with parameters for what they share".into(),
+            })?;
+            target.values(&mut scene).clone_from_slice(&values);
+        }
+        scene.bind_parameters()?;
+        Ok(scene)
+    }
+
+    /// The clamps that are held elsewhere than at zero when any step ends, by their places.
+    ///
+    /// # Errors
+    /// As [`Self::at_increment`].
+    pub(crate) fn moved_clamps(&self) -> Result<Vec<usize>, Invalid> {
+        let mut moved = vec![false; self.clamps.len()];
+        for end in self.increments().iter().filter(|end| end.share >= 1.0) {
+            let clamps = self.at_increment(*end)?.clamps;
+            let pairs = moved.iter_mut().zip(&clamps);
+            pairs.for_each(|(moved, clamp)| *moved |= clamp.is_moved());
+        }
+        Ok((0..moved.len()).filter(|clamp| moved[*clamp]).collect())
+    }
+
+    /// The scene as its last increment has it; itself without steps.
+    ///
+    /// # Errors
+    /// As [`Self::at_increment`].
+    pub fn at_end(&self) -> Result<Self, Invalid> {
+        match self.increments().last() {
+            None => Ok(self.clone()),
+            Some(last) => self.at_increment(*last),
+        }
+    }
+
+    /// What all targets have when a step begins and when it ends.
+    fn ends_of(&self, step: usize) -> Result<[BTreeMap<Target, Held>; 2], Invalid> {
+        let mut scene = self.clone();
+        let mut held: BTreeMap<Target, Held> = self
+            .targets()
+            .into_iter()
+            .map(|target| {
+                let first = Held {
+                    value: target.values(&mut scene).to_vec(),
+                    factor: target.first_factor(),
+                };
+                (target, first)
+            })
+            .collect();
+        let mut before = held.clone();
+        for (k, given) in self.steps.iter().enumerate().take(step + 1) {
+            before.clone_from(&held);
+            if k == 0 {
+                held.values_mut().for_each(|held| held.factor = 1.0);
+            }
+            self.change(k, given, &mut held)?;
+        }
+        Ok([before, held])
+    }
+
+    /// What a step changes.
+    fn change(
+        &self,
+        k: usize,
+        given: &Step,
+        held: &mut BTreeMap<Target, Held>,
+    ) -> Result<(), Invalid> {
+        for (name, value) in &given.value {
+            let target = self.target(&format!("step.{k}.value"), name)?;
+            if let Some(now) = held.get_mut(&target) {
+                if now.value.len() != value.components().len() {
+                    let one = now.value.len() == 1;
+                    return Err(Invalid {
+                        key: format!("step.{k}.value.{name}"),
+                        expected: if one {
+                            "one number or formula"
+                        } else {
+                            "three numbers or formulas"
+                        }
+                        .into(),
+                        found: Written(value).to_string(),
+                        help: format!(
+                            "{} has {} in the scene",
+                            target.key(self),
+                            if one { "one" } else { "three" }
+                        ),
+                    });
+                }
+                *now = Held {
+                    value: value.components().to_vec(),
+                    factor: 1.0,
+                };
+            }
+        }
+        for (name, factor) in &given.factor {
+            let target = self.target(&format!("step.{k}.factor"), name)?;
+            if let Some(now) = held.get_mut(&target) {
+                now.factor = *factor;
+            }
+        }
+        Ok(())
+    }
+
+    /// All that steps of this scene may change.
+    fn targets(&self) -> Vec<Target> {
+        let mut targets: Vec<Target> = (0..self.tractions.len()).map(Target::Traction).collect();
+        targets.extend((0..self.pressures.len()).map(Target::Pressure));
+        targets.extend(self.body_force.as_ref().map(|_| Target::BodyForce));
+        targets.extend((0..self.clamps.len()).map(Target::Clamp));
+        targets.extend((0..self.contacts.len()).map(Target::Gap));
+        targets
+    }
+
+    fn name_of(&self, target: Target) -> Option<&str> {
+        match target {
+            Target::Traction(i) => self.tractions[i].name.as_deref(),
+            Target::Pressure(i) => self.pressures[i].name.as_deref(),
+            Target::Clamp(i) => self.clamps[i].name.as_deref(),
+            Target::BodyForce | Target::Gap(_) => None,
+        }
+    }
+
+    /// What a name or a key in a step stands for.
+    fn target(&self, at: &str, name: &str) -> Result<Target, Invalid> {
+        let targets = self.targets();
+        let is_meant =
+            |target: &&Target| target.key(self) == name || self.name_of(**target) == Some(name);
+        targets.iter().find(is_meant).copied().ok_or_else(|| {
+            let known = targets.iter().map(|target| match self.name_of(*target) {
+                Some(name) => format!("\"{name}\""),
+                None => format!("\"{}\"", target.key(self)),
+            });
+            Invalid {
+                key: format!("{at}.{name}"),
+                expected: format!(
+                    "something that the scene loads, moves or opens: {}",
+                    known.collect::<Vec<_>>().join(", ")
+                ),
+                found: format!("\"{name}\""),
+                help: "give the load a name = \"...\", or write its key as \"traction.0\", with quotes".into(),
+            }
+        })
+    }
+
+    /// Rewrites the values that steps give, each with what it is a value of.
+    ///
+    /// # Errors
+    /// Those of `by`.
+    pub(crate) fn map_step_values(
+        &mut self,
+        by: impl Fn(Target, &[Quantity]) -> Result<Vec<Quantity>, Invalid>,
+    ) -> Result<(), Invalid> {
+        let mut steps = std::mem::take(&mut self.steps);
+        for (k, step) in steps.iter_mut().enumerate() {
+            for (name, value) in &mut step.value {
+                let target = self.target(&format!("step.{k}.value"), name)?;
+                let values = by(target, value.components())?;
+                value.components_mut().clone_from_slice(&values);
+            }
+        }
+        self.steps = steps;
+        Ok(())
+    }
+
+    /// The names that loads and clamps have, each with its key.
+    pub(super) fn given_names(&self) -> Vec<(String, String)> {
+        let targets = self.targets().into_iter();
+        targets
+            .filter_map(|target| {
+                let name = self.name_of(target)?;
+                Some((format!("{}.name", target.key(self)), name.to_owned()))
+            })
+            .collect()
+    }
+}
+
+/// The values at a share of the way from one end of a step to the other; why there are none otherwise.
+fn between(before: &Held, after: &Held, share: f64) -> Result<Vec<Quantity>, String> {
+    if share >= 1.0 {
+        return after
+            .value
+            .iter()
+            .map(|v| scaled(v, after.factor))
+            .collect();
+    }
+    if before.value == after.value {
+        let factor = before.factor + share * (after.factor - before.factor);
+        return after.value.iter().map(|v| scaled(v, factor)).collect();
+    }
+    let weights = [(1.0 - share) * before.factor, share * after.factor];
+    let pairs = before.value.iter().zip(&after.value);
+    pairs
+        .map(|(a, b)| sum(scaled(a, weights[0])?, scaled(b, weights[1])?))
+        .collect()
+}
+
+fn scaled(quantity: &Quantity, factor: f64) -> Result<Quantity, String> {
+    match quantity {
+        _ if factor == 1.0 => Ok(quantity.clone()),
+        Quantity::Constant(value) => Ok(Quantity::Constant(factor * value)),
+        _ if factor == 0.0 => Ok(Quantity::Constant(0.0)),
+        Quantity::Varying(formula) => formula_of(format!("({factor:?})*({})", formula.text())),
+        Quantity::Function(function) => {
+            let function = function.clone();
+            let scaled = PlaceFunction::new(move |x| factor * function.at(x));
+            Ok(Quantity::Function(scaled))
+        }
+    }
+}
+
+fn sum(a: Quantity, b: Quantity) -> Result<Quantity, String> {
+    let text = |quantity: &Quantity| match quantity {
+        Quantity::Constant(value) => Some(format!("({value:?})")),
+        Quantity::Varying(formula) => Some(formula.text().to_owned()),
+        Quantity::Function(_) => None,
+    };
+    match (&a, &b, text(&a).zip(text(&b))) {
+        (Quantity::Constant(a), Quantity::Constant(b), _) => Ok(Quantity::Constant(a + b)),
+        (_, Quantity::Constant(0.0), _) => Ok(a),
+        (Quantity::Constant(0.0), ..) => Ok(b),
+        (.., Some((first, second))) => formula_of(format!("{first} + {second}")),
+        (.., None) => Ok(Quantity::Function(PlaceFunction::new(move |x| {
+            a.at(x) + b.at(x)
+        }))),
+    }
+}
+
+/// A formula whose parameters are yet to be bound.
+fn formula_of(text: String) -> Result<Quantity, String> {
+    let formula = super::Expression::unbound(&text, super::POSITION);
+    formula
+        .map(Quantity::Varying)
+        .map_err(|error| error.to_string())
+}

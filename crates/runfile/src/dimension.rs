@@ -1,0 +1,240 @@
+//! Dimension scales: the names of the axes of datasets, as netCDF-4, h5netcdf and xarray know them.
+//!
+//! Each named extent of a group is a dataset of that name and size in the group, empty like a netCDF-4 dimension
+//! without values, or with the labels of its entries; the parts of a matrix have theirs in the group of the matrix.
+//! A dataset names the scales of its axes in `DIMENSION_LIST`, a scale its datasets in `REFERENCE_LIST`. Both hold
+//! object references, which HDF5's copy of a group sets to nothing, so they are written at every commit.
+
+use std::collections::BTreeMap;
+
+use hdf5::ObjectReference1;
+use hdf5::types::{FixedAscii, VarLenArray, VarLenUnicode};
+use hdf5_metno as hdf5;
+
+use super::attribute::unicode;
+use super::error::StoreError;
+use super::layout::{DatasetSpec, Extent, Group};
+use super::place::{AtPlace, Place};
+use super::table::Layout;
+use super::volume::has_path;
+
+const CLASS: &str = "CLASS";
+const SCALE: &str = "DIMENSION_SCALE";
+const NAME: &str = "NAME";
+const DIMENSION_LIST: &str = "DIMENSION_LIST";
+const REFERENCE_LIST: &str = "REFERENCE_LIST";
+
+/// What netCDF-4 calls a dimension that holds no values.
+const NO_VALUES: &str = "This is a netCDF dimension but not a netCDF variable.";
+
+/// Bytes of texts in attributes, with the zero that ends them.
+const TEXT_BYTES: usize = 64;
+
+/// The axes of the parts of a matrix.
+const ENTRIES: Extent = Extent::Named("n_entries");
+const POINTERS: Extent = Extent::Named("n_pointers");
+
+/// What schemas say of names of axes.
+pub(super) const DIMENSION_SCALES: &str = "Every axis of a dataset has a name, given by an HDF5 dimension scale in the group \
+     of the stage, as netCDF-4 has it: an empty dataset of the name and length of the axis, or the labels of its \
+     entries. The parts of a matrix have scales `n_entries` and `n_pointers` in the group of the matrix. Scales have \
+     no digest and do not count as datasets of the stage.";
+
+/// An entry of `REFERENCE_LIST`: a dataset, and which of its axes the scale is of.
+#[derive(Clone, Copy, Debug, hdf5_metno::H5Type)]
+#[repr(C)]
+struct Use {
+    dataset: ObjectReference1,
+    dimension: i32,
+}
+
+/// A dataset of a group and the scales of its axes.
+struct Named {
+    object: hdf5::Dataset,
+    path: String,
+    scales: Vec<String>,
+}
+
+/// Names the axes of all datasets of a group that a file holds itself.
+///
+/// # Errors
+/// `Hdf5` if writing fails.
+pub(super) fn name_axes(
+    file: &hdf5::File,
+    place: Place<'_>,
+    layout: &Layout,
+    group: Group,
+) -> Result<(), StoreError> {
+    let mut named = Vec::new();
+    let mut uses: BTreeMap<String, Vec<Use>> = BTreeMap::new();
+    for (path, extents) in layout.of_group(group).flat_map(parts) {
+        if !has_path(file, &path) {
+            continue;
+        }
+        let object = file.dataset(&path).at(place, "open a dataset")?;
+        let shape = object.shape();
+        if shape.len() != extents.len() {
+            continue;
+        }
+        let mut scales = Vec::new();
+        let names = names(&extents).into_iter();
+        for (axis, (extent, name)) in extents.iter().zip(names).enumerate() {
+            let scale = format!("{}/{name}", folder(*extent, &path, group));
+            let size = shape[axis];
+            require_scale(file, place, *extent, &scale, size)?;
+            let dataset = reference(file, place, &path)?;
+            let dimension = i32::try_from(axis).unwrap_or(i32::MAX);
+            let entry = Use { dataset, dimension };
+            uses.entry(scale.clone()).or_default().push(entry);
+            scales.push(scale);
+        }
+        let entry = Named {
+            object,
+            path,
+            scales,
+        };
+        named.push(entry);
+    }
+    for dataset in named.iter().filter(|dataset| !dataset.scales.is_empty()) {
+        let place = Place {
+            dataset: &dataset.path,
+            ..place
+        };
+        let references: Result<Vec<_>, StoreError> = dataset
+            .scales
+            .iter()
+            .map(|scale| Ok(VarLenArray::from_slice(&[reference(file, place, scale)?])))
+            .collect();
+        replace_attribute(&dataset.object, place, DIMENSION_LIST, &references?)?;
+    }
+    for (scale, uses) in uses {
+        let object = file.dataset(&scale).at(place, "open a dimension")?;
+        replace_attribute(&object, place, REFERENCE_LIST, &uses)?;
+    }
+    Ok(())
+}
+
+/// Whether a dataset is the scale of an axis.
+pub(super) fn is_scale(dataset: &hdf5::Dataset) -> bool {
+    let class = dataset.attr(CLASS).and_then(|class| class.read_scalar());
+    class.is_ok_and(|class: FixedAscii<TEXT_BYTES>| class.as_str() == SCALE)
+}
+
+/// The datasets of a row of the table with their extents: one, or the parts of a matrix.
+fn parts(spec: &'static DatasetSpec) -> Vec<(String, Vec<Extent>)> {
+    if !spec.kind.is_matrix() {
+        return vec![(spec.path.to_owned(), spec.shape.to_vec())];
+    }
+    let part = |name, extent| (format!("{}/{name}", spec.path), vec![extent]);
+    vec![
+        part("data", ENTRIES),
+        part("indices", ENTRIES),
+        part("indptr", POINTERS),
+    ]
+}
+
+/// The names of the axes of a shape. xarray wants another one for the second axis of a square.
+pub(super) fn names(shape: &[Extent]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for extent in shape {
+        let mut name = match *extent {
+            Extent::Fixed(size) => format!("dim_{size}"),
+            Extent::Labelled(axis) => axis.name.to_owned(),
+            Extent::Named(name) => name.to_owned(),
+            Extent::Plus(name, more) => format!("{name}_plus_{more}"),
+        };
+        if names.contains(&name) {
+            name.push_str("_2");
+        }
+        names.push(name);
+    }
+    names
+}
+
+/// Where the scale of an extent lies: in the group of the matrix whose part the dataset is, or in that of the table.
+fn folder(extent: Extent, dataset: &str, group: Group) -> String {
+    let is_part = [ENTRIES, POINTERS].contains(&extent);
+    match dataset.rsplit_once('/') {
+        Some((matrix, _)) if is_part => matrix.to_owned(),
+        _ => format!("/{group}"),
+    }
+}
+
+/// Creates a scale that is not there yet.
+fn require_scale(
+    file: &hdf5::File,
+    place: Place<'_>,
+    extent: Extent,
+    path: &str,
+    size: usize,
+) -> Result<(), StoreError> {
+    if file.link_exists(path) {
+        return Ok(());
+    }
+    let place = Place {
+        dataset: path,
+        ..place
+    };
+    let action = "create a dimension";
+    let (object, name) = match extent {
+        Extent::Labelled(axis) => {
+            let labels: hdf5::Result<Vec<_>> = axis.labels.iter().map(|l| unicode(l)).collect();
+            let builder = file.new_dataset_builder().empty::<VarLenUnicode>();
+            let builder = builder.obj_track_times(false).shape(size);
+            let object = builder.create(path).at(place, action)?;
+            object
+                .write_raw(&labels.at(place, action)?)
+                .at(place, action)?;
+            let (_, name) = path.rsplit_once('/').unwrap_or(("", path));
+            (object, name.to_owned())
+        }
+        Extent::Fixed(_) | Extent::Named(_) | Extent::Plus(..) => {
+            let builder = file.new_dataset_builder().empty::<f32>();
+            let builder = builder.obj_track_times(false).shape(size);
+            let object = builder.create(path).at(place, action)?;
+            (object, format!("{NO_VALUES}{size:10}"))
+        }
+    };
+    write_fixed_text(&object, place, CLASS, SCALE)?;
+    write_fixed_text(&object, place, NAME, &name)
+}
+
+fn write_fixed_text(
+    object: &hdf5::Location,
+    place: Place<'_>,
+    name: &str,
+    text: &str,
+) -> Result<(), StoreError> {
+    let fixed = FixedAscii::<TEXT_BYTES>::from_ascii(text.as_bytes())
+        .map_err(|error| hdf5::Error::from(error.to_string()))
+        .at(place, "store a text that is not ASCII")?;
+    let attribute = object.new_attr::<FixedAscii<TEXT_BYTES>>().create(name);
+    attribute
+        .and_then(|attribute| attribute.write_scalar(&fixed))
+        .at(place, "write an attribute")
+}
+
+fn reference(
+    file: &hdf5::File,
+    place: Place<'_>,
+    path: &str,
+) -> Result<ObjectReference1, StoreError> {
+    file.reference(path).at(place, "refer to a dataset")
+}
+
+fn replace_attribute<T: hdf5::H5Type>(
+    object: &hdf5::Location,
+    place: Place<'_>,
+    name: &str,
+    values: &[T],
+) -> Result<(), StoreError> {
+    let names = object.attr_names().at(place, "list the attributes")?;
+    if names.iter().any(|found| found == name) {
+        object.delete_attr(name).at(place, "remove an attribute")?;
+    }
+    let builder = object.new_attr::<T>().shape(values.len());
+    let written = builder
+        .create(name)
+        .and_then(|attribute| attribute.write_raw(values));
+    written.at(place, "write an attribute")
+}

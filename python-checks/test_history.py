@@ -1,0 +1,169 @@
+"""Load histories: every increment solved again from raw arrays, sums and energies from the arrays of the step axis."""
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+
+from conftest import ROOT
+from history import History
+from raw_problem import RawProblem
+from run_file import open_run
+from schema_check import schema_problems
+from test_series import array, played
+
+# A coarse block that is pressed, pulled along a diagonal, pushed back and let go, with coefficients that follow the slip.
+SCENE = """
+title = "history for the checks"
+body.brick = { size = [3.0, 1.0, 1.0], cells = [6, 2, 2] }
+material.isotropic = { young_modulus = 2.1e11, poisson_ratio = 0.3 }
+clamp = [{ face = "x_min" }]
+contact = { face = "z_min", gap = 1e-7 }
+pressure = [{ name = "press", face = "z_max", value = 2e7 }]
+traction = [{ name = "pull", face = "x_max", value = [1.5e7, 5e6, 0.0] }]
+"""
+STEPS = """
+[[step]]
+title = "press"
+factor = { pull = 0.0 }
+time = 0.5
+[[step]]
+title = "pull"
+factor = { pull = 1.0 }
+increments = 3
+time = 1.0
+[[step]]
+title = "push"
+factor = { pull = -1.0, press = 0.8 }
+increments = 3
+time = 2.0
+[[step]]
+title = "let go"
+factor = { pull = 0.0 }
+time = 3.0
+"""
+FORMULA = "0.2 + 0.15*exp(-{}/2e-5)"
+LAWS = {
+    "orthotropic": (
+        f'coefficient_1.expression = "{FORMULA.format("s1")}"\ncoefficient_2.constant = 0.25\n',
+        lambda slips, _: np.column_stack(
+            [0.2 + 0.15 * np.exp(-slips[:, 0] / 2e-5), np.full(len(slips), 0.25)]
+        ),
+    ),
+    "isotropic": (
+        f'coefficient.expression = "{FORMULA.format("s")}"\n',
+        lambda _, length: np.repeat(0.2 + 0.15 * np.exp(-length[:, None] / 2e-5), 2, axis=1),
+    ),
+}
+CASES = [(law, follows) for law in LAWS for follows in ("total-slip", "step-slip", "path-length")]
+
+
+@pytest.fixture(scope="module", params=CASES, ids=lambda case: " ".join(case))
+def history(request, contact3d, tmp_path_factory):
+    """A solved history and its independent twin."""
+    law, follows = request.param
+    text, function = LAWS[law]
+    folder = tmp_path_factory.mktemp("history")
+    scene = folder / "scene.toml"
+    friction = f'[friction]\nfollows = "{follows}"\n{text}'
+    scene.write_text(SCENE + friction + STEPS)
+    path = folder / "run.h5"
+    contact3d("run", scene, path, "--no-figures")
+    with open_run(path) as file:
+        problem = RawProblem.read(file)
+        yield file, problem, History(file, problem, function)
+
+
+def test_every_increment_is_found_again(history):
+    file, problem, twin = history
+    stored = file["history"]
+    steps = list(twin.increments())
+    assert len(steps) == len(stored["time"]) == 8
+    for k, (rhs, found) in enumerate(steps):
+        # h from another factorisation: condition number 1e4 times rounding.
+        assert np.abs(rhs - stored["dual_rhs"][k]).max() <= 1e-10 * np.abs(rhs).max()
+        normal = stored["multiplier_normal"][k]
+        tangential = stored["multiplier_tangential"][k]
+        expected = np.concatenate([normal, tangential.ravel()])
+        # The slow method here ends at changes of 1e-12, and what is left of it adds up over the path.
+        size = np.abs(expected).max()
+        assert np.abs(found.multiplier - expected).max() <= 1e-7 * size
+        moved = stored["tangential_displacement"][k]
+        assert np.abs(found.tangential - moved).max() <= 1e-7 * np.abs(moved).max()
+        path = stored["sliding_path"][k]
+        assert np.abs(found.path - path).max() <= 1e-7 * np.abs(path).max()
+        energy = stored["strain_energy"][k]
+        assert abs(found.dissipation - stored["dissipation"][k]) <= 1e-7 * energy
+
+
+def test_loads_go_straight_from_step_to_step(history):
+    file, _, twin = history
+    loads, step = twin.loads, file["history/step"][:]
+    size = np.abs(loads).max()
+    for k in (1, 2):
+        inside = np.flatnonzero(step == k)
+        first = loads[inside[0] - 1]
+        for number, row in enumerate(inside, start=1):
+            expected = first + number / inside.size * (loads[inside[-1]] - first)
+            # A u + B' lambda of an answer to rounding.
+            assert np.abs(loads[row] - expected).max() <= 1e-11 * size
+    assert np.abs(loads[-1] - file["load/force"][:]).max() <= 1e-11 * size
+
+
+def test_energies_balance_but_for_half_the_change_of_friction(history):
+    file, problem, _ = history
+    stored = file["history"]
+    before = np.zeros_like(stored["multiplier_tangential"][0])
+    for k, tangential in enumerate(stored["multiplier_tangential"]):
+        slip = stored["slip"][k] * problem.pane_area[:, None]
+        energy = stored["strain_energy"][k]
+        assert abs(np.sum(tangential * slip) - stored["dissipation"][k]) <= 1e-12 * energy
+        missing = 0.5 * np.sum((before - tangential) * slip)
+        assert abs(missing - stored["energy_imbalance"][k]) <= 1e-11 * energy
+        before = tangential
+
+
+def test_a_history_follows_the_schema(history, schema):
+    file, _, _ = history
+    assert schema_problems(file, schema) == []
+
+
+def test_the_last_increment_is_the_solution(history):
+    file, _, _ = history
+    for name in ("multiplier_normal", "multiplier_tangential", "displacement"):
+        assert np.array_equal(file[f"history/{name}"][-1], file[f"solve/{name}"][:])
+    assert file["solve/history_digest"].asstr()[()] == file["history"].attrs["digest"]
+
+
+def test_paraview_plays_the_increments(history):
+    file, problem, _ = history
+    stored = file["history"]
+    n_tetrahedra = len(problem.tetrahedra)
+    panes = file["mesh/contact_facet_pane"][:]
+    shown = list(played(file.filename))
+    assert [time for time, _ in shown] == list(stored["time"])
+    for k, (_, grid) in enumerate(shown):
+        assert np.array_equal(array(grid.GetPointData(), "displacement"), stored["displacement"][k])
+        cells = grid.GetCellData()
+        assert np.array_equal(array(cells, "von_mises")[:n_tetrahedra], stored["von_mises"][k])
+        for name, expected in (
+            ("contact_normal_stress", -stored["multiplier_normal"][k]),
+            ("contact_gap", stored["gap"][k]),
+            ("contact_zone", stored["contact_zone"][k]),
+            ("friction_1", stored["friction"][k][:, 0]),
+        ):
+            assert np.array_equal(array(cells, name)[n_tetrahedra:], expected[panes]), name
+        stress = -stored["multiplier_tangential"][k] @ problem.frame[1:]
+        found = array(cells, "contact_tangential_stress")[n_tetrahedra:]
+        # Two products and a sum for each component.
+        assert np.abs(found - stress[panes]).max() <= 1e-14 * np.abs(stress).max()
+
+
+def test_json_tells_the_same(contact3d, tmp_path):
+    scene, path = ROOT / "pipelines" / "history.toml", tmp_path / "run.h5"
+    result = contact3d("run", "--json", "--no-figures", scene, path)
+    rows = json.loads(result.stdout)["history"]
+    with h5py.File(path) as other:
+        for name in ("dissipation", "load_work", "strain_energy", "time", "contact_force"):
+            assert np.array_equal([row[name] for row in rows], other[f"history/{name}"][:])

@@ -1,0 +1,160 @@
+"""The Python package over the program: runs, run files as trees, sweeps, errors."""
+
+import json
+import os
+import sys
+import tomllib
+import warnings
+
+import h5py
+import numpy as np
+import pint
+import pytest
+import xarray as xr
+
+from conftest import ROOT, SCENE
+
+sys.path.insert(0, str(ROOT / "python"))
+import contact3d as package  # noqa: E402
+
+SMALL = {"body.brick.cells": [12, 4, 4]}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def same_program(program):
+    """The package runs the program that all checks run."""
+    before = os.environ.get("CONTACT3D_PIPE")
+    os.environ["CONTACT3D_PIPE"] = str(program)
+    yield
+    if before is None:
+        del os.environ["CONTACT3D_PIPE"]
+    else:
+        os.environ["CONTACT3D_PIPE"] = before
+
+
+@pytest.fixture(scope="module")
+def solved(tmp_path_factory):
+    path = tmp_path_factory.mktemp("package") / "run.h5"
+    return package.run(SCENE, path, set=SMALL), path
+
+
+def test_xarray_alone_sees_named_dimensions(solved):
+    _, path = solved
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        tree = xr.open_datatree(path, engine="h5netcdf")
+    assert tree["solve/displacement"].dims[0] == "n_nodes"
+    assert tree["solve/multiplier_normal"].dims == ("n_panes",)
+    assert not [name for node in tree.subtree for name in node.dims if "phony" in str(name)]
+
+
+def test_names_survive_the_copy_of_a_stage(contact3d, tmp_path):
+    path = tmp_path / "run.h5"
+    arguments = ["--no-figures", "--set", "body.brick.cells=[6,2,2]"]
+    contact3d("run", SCENE, path, *arguments)
+    # The second run keeps mesh and factor, which HDF5 copies, and writes the rest anew.
+    contact3d("run", SCENE, path, *arguments, "--set", "contact.gap=1e-6")
+    with h5py.File(path) as file:
+        for name in ("mesh/coordinates", "assemble/stiffness/indptr", "solve/displacement"):
+            labels = [[scale.shape[0] for scale in axis.values()] for axis in file[name].dims]
+            assert labels == [[size] for size in file[name].shape]
+
+
+def test_tree_holds_what_h5py_reads(solved):
+    tree, path = solved
+    with h5py.File(path) as file:
+        for node in tree.subtree:
+            for name, variable in node.to_dataset(inherit=False).data_vars.items():
+                stored = file[node.path][name]
+                if stored.dtype.kind == "f":
+                    np.testing.assert_array_equal(variable.values, stored[()])
+                assert variable.attrs["units"] == stored.attrs["units"]
+        members = h5py.check_enum_dtype(file["post/contact_zone"].dtype)
+        codes = [members[word] for word in tree["post/contact_zone"].values]
+        assert codes == list(file["post/contact_zone"][:])
+        contact = file["mesh/coordinates"][:][file["mesh/contact_nodes"][:]]
+    assert tree["solve/status"].item() == "converged"
+    # Panes are squares of 0.5 m on the face z = 0.
+    panes = tree["solve"].to_dataset()
+    assert set(panes.pane_x.values) == {0.25, 0.75, 1.25, 1.75, 2.25, 2.75}
+    assert set(panes.pane_z.values) == {0.0}
+    np.testing.assert_array_equal(panes.contact_x.values, contact[:, 0])
+
+
+def test_matrices_are_those_of_scipy(solved):
+    tree, path = solved
+    matrices = tree.attrs["matrices"]
+    assert {"assemble/stiffness", "mesh/pane_average"} <= set(matrices)
+    stiffness = matrices["assemble/stiffness"]
+    # A is assembled symmetric to the bit.
+    assert abs(stiffness - stiffness.T).max() == 0.0
+    with h5py.File(path) as file:
+        assert stiffness.nnz == file["assemble/stiffness/data"].size
+    with pytest.raises(KeyError):
+        matrices["assemble"]
+
+
+def test_every_unit_is_a_unit_of_pint(schema):
+    registry = pint.UnitRegistry()
+    expected = {"Pa": "N/m^2", "J": "N m", "Pa/m^3": "N/m^5", "(N/m)^(1/2)": "N^0.5/m^0.5"}
+    for word in {row["unit"] for row in schema["datasets"]}:
+        dimension = registry(word).dimensionality
+        if word in expected:
+            assert dimension == registry(expected[word]).dimensionality
+
+
+def test_scenes_as_path_text_and_dict_are_the_same_scene(solved, tmp_path):
+    tree, _ = solved
+    text = SCENE.read_text()
+    scene = tomllib.loads(text)
+    scene["body"]["brick"]["cells"] = np.array([12, 4, 4])
+    assert tree.attrs["scene"]["body"]["brick"]["cells"] == [12, 4, 4]
+    for name, given, changes in (("text", text, SMALL), ("dict", scene, None)):
+        other = package.run(given, tmp_path / f"{name}.h5", set=changes)
+        assert other["solve"].attrs["digest"] == tree["solve"].attrs["digest"]
+        assert other.attrs["scene"] == tree.attrs["scene"]
+
+
+def test_errors_have_types_and_the_words_of_the_program(tmp_path):
+    path = tmp_path / "run.h5"
+    with pytest.raises(package.BadInput, match="missing key `body`") as refused:
+        package.run({"title": "nothing else"}, path)
+    assert refused.value.exit_code == 2
+    assert not path.exists()
+    short = {"solve.method": "fixed-point", "solve.max_outer_steps": 2}
+    with pytest.raises(package.NotConverged, match="NOT CONVERGED") as failed:
+        package.run(SCENE, path, set={**SMALL, **short})
+    assert package.open(failed.value.file)["solve/status"].item() == "max_outer_steps"
+
+
+def test_old_files_still_open():
+    for path in sorted((ROOT / "tests" / "fixtures").glob("run_1.*.h5")):
+        tree = package.open(path)
+        assert tree["solve/displacement"].sizes[tree["solve/displacement"].dims[1]] == 3
+        assert "title" in tree.attrs["scene"]
+
+
+def test_a_sweep_is_one_dataset_over_its_axes(contact3d, tmp_path):
+    sweep = f"""
+scene = "{ROOT / "pipelines" / "newton.toml"}"
+set = {{ "body.brick.cells" = [6, 2, 2] }}
+[[axis]]
+keys = ["material.isotropic.young_modulus", "material.isotropic.poisson_ratio"]
+rows = [[2.1e11, 0.28], [7.0e10, 0.33]]
+[[axis]]
+key = "friction.coefficient_1"
+values = [{{ constant = 0.1 }}, {{ constant = 0.3 }}, {{ constant = 0.5 }}]
+"""
+    (tmp_path / "sweep.toml").write_text(sweep)
+    contact3d("sweep", tmp_path / "sweep.toml", "--out", tmp_path / "cases", "--no-figures")
+    table = package.open_sweep(tmp_path / "cases")
+    modulus, ratio = "material.isotropic.young_modulus", "material.isotropic.poisson_ratio"
+    assert table["normal_force"].dims == (modulus, "friction.coefficient_1")
+    assert list(table[ratio].values) == [0.28, 0.33]
+    with h5py.File(tmp_path / "cases" / "summary.h5") as file:
+        for row, settings in enumerate(file["cases/settings"].asstr()[:]):
+            values = json.loads(settings)
+            law = json.dumps(values["friction.coefficient_1"])
+            case = table.sel({modulus: values[modulus], "friction.coefficient_1": law})
+            assert case["normal_force"].item() == file["cases/normal_force"][row]
+            assert case["id"].item() == file["cases/id"].asstr()[row]

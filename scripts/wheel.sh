@@ -1,0 +1,28 @@
+#!/bin/sh
+# The wheel and the source distribution: built into target/wheels, the wheel installed where nothing else is, and used.
+. "$(dirname "$0")/prepare.sh"
+bring wheel scripts/build-requirements.txt scripts/wheel-requirements.txt
+rm -rf target/wheels
+# $features are words for cargo.
+# shellcheck disable=SC2086
+maturin build --quiet --release --locked --out target/wheels $features
+maturin sdist --quiet --out target/wheels
+fresh=$(mktemp -d)
+trap 'rm -rf "$fresh"' EXIT
+cp pipelines/newton.toml "$fresh"
+started=$(date +%s)
+env -i HOME="$fresh" PATH=/usr/local/bin:/usr/bin:/bin sh -eu <<END
+cd "$fresh"
+python3 -m venv environment
+environment/bin/python -m pip install --quiet --disable-pip-version-check --no-cache-dir "$PWD"/target/wheels/*.whl
+environment/bin/python - <<PYTHON
+import contact3d
+
+tree = contact3d.run("newton.toml", "newton.h5")
+force = tree["post/resultants/contact_force"]
+assert contact3d.program().is_relative_to("$fresh"), contact3d.program()
+assert tree["solve/status"].item() == "converged"
+print(f"contact3d-pipe {contact3d.version()}: contact force {force.values} {force.units}")
+PYTHON
+END
+echo "installed and used in $(($(date +%s) - started)) s: $(ls target/wheels)"

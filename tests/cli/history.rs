@@ -1,0 +1,255 @@
+//! Load histories as a user meets them.
+
+use std::{
+    fs,
+    process::Command,
+    thread::sleep,
+    time::{Duration, Instant},
+};
+
+use contact3d_pipe::format::{HISTORY, LAYOUT};
+use runfile::Reader;
+use serde_json::Value;
+
+use crate::program::{Program, pipeline};
+
+const SMALL: [&str; 2] = ["--set", "body.brick.cells=[6,2,2]"];
+
+fn run(program: &Program, more: &[&str]) -> assert_cmd::Command {
+    let scene = pipeline("history.toml");
+    let scene = scene.to_str().expect("plain path");
+    let mut command = program.command(&["run", scene, "run.h5"]);
+    command.args(SMALL).args(more);
+    command
+}
+
+#[test]
+fn a_history_is_stored_drawn_printed_and_reported() {
+    let program = Program::new();
+    let done = run(&program, &[]).assert().success();
+    let text = String::from_utf8_lossy(&done.get_output().stdout).into_owned();
+    assert!(
+        text.contains("load history: 25 of 25 increments in 5 steps"),
+        "{text}"
+    );
+    assert!(text.contains("push again 6"), "{text}");
+    for name in ["friction_loop", "force_displacement", "energies"] {
+        for kind in ["svg", "png"] {
+            assert!(program.path(&format!("run-figures/{name}.{kind}")).exists());
+        }
+    }
+    assert!(program.states().iter().all(|(_, state)| state == "fresh"));
+    program.command(&["check", "run.h5"]).assert().success();
+    program.command(&["report", "run.h5"]).assert().success();
+    let page = fs::read_to_string(program.path("report.html")).expect("a page");
+    assert!(page.contains("id=\"load-history\"") && page.contains("pull again"));
+    let again = run(&program, &["--json", "--quiet"]).assert().success();
+    let json: Value = serde_json::from_slice(&again.get_output().stdout).expect("JSON");
+    let rows = json["history"].as_array().expect("rows");
+    assert_eq!(rows.len(), 25);
+    let dissipated: f64 = rows
+        .iter()
+        .filter_map(|row| row["dissipation"].as_f64())
+        .sum();
+    assert!(dissipated > 0.0);
+    // Read back from the file, every stage is what it was.
+    assert!(json["stages"].as_array().expect("stages").is_empty());
+    program
+        .command(&["post", "run.h5", "--no-figures"])
+        .assert()
+        .success();
+    assert!(program.states().iter().all(|(_, state)| state == "fresh"));
+}
+
+#[test]
+fn one_step_stores_what_a_scene_without_steps_stores() {
+    let program = Program::new();
+    let digests = |more: &[&str]| {
+        program.run(more).assert().success();
+        let reader = Reader::open(&program.path("run.h5"), LAYOUT).expect("a run file");
+        let numbers = [
+            "/solve/multiplier_normal",
+            "/solve/multiplier_tangential",
+            "/solve/displacement",
+        ];
+        numbers.map(|path| reader.read_vec::<f64>(path).expect("numbers"))
+    };
+    let plain = digests(&[]);
+    let stepped = digests(&["--set", "step=[{title=\"all\"}]"]);
+    assert_eq!(plain, stepped);
+    // And back: nothing of the history stays.
+    assert_eq!(digests(&[]), plain);
+    let reader = Reader::open(&program.path("run.h5"), LAYOUT).expect("a run file");
+    assert!(reader.whole_group(HISTORY).expect("readable").is_none());
+}
+
+/// Loads of earlier steps count, though `/load` has only the last.
+#[test]
+fn a_change_of_any_step_makes_the_solve_stale() {
+    let program = Program::new();
+    let steps = "step=[{factor={pull=1.0}},{factor={pull=0.0}}]";
+    let run = |more: &[&str]| {
+        run(&program, &["--no-figures", "--set", steps])
+            .args(more)
+            .assert()
+            .success()
+    };
+    run(&[]);
+    let before = program.digests();
+    run(&["--set", "traction.0.value=[2e7,0.0,0.0]"]);
+    let after = program.digests();
+    // The same mesh, operators and last loads, another solution.
+    assert_eq!(before[..3], after[..3]);
+    assert!(before[3] != after[3] && before[4] != after[4]);
+}
+
+/// All numbers of a file's history.
+fn history(program: &Program, file: &str) -> Vec<Vec<u64>> {
+    let reader = Reader::open(&program.path(file), LAYOUT).expect("a run file");
+    let rows = LAYOUT.of_group(HISTORY);
+    let numbers = rows.filter(|row| row.kind == runfile::Kind::F64 && reader.has(row.path));
+    numbers
+        .map(|row| {
+            let values: Vec<f64> = reader.read_vec(row.path).expect("numbers");
+            values.into_iter().map(f64::to_bits).collect()
+        })
+        .collect()
+}
+
+#[test]
+fn a_killed_history_goes_on_with_the_same_bits() {
+    let program = Program::new();
+    let scene = pipeline("history.toml");
+    let arguments = |file: &'static str| {
+        let scene = scene.to_str().expect("plain path").to_owned();
+        let steps = "step=[{factor={pull=0.0}},{factor={pull=1.0},increments=200},{factor={pull=-1.0},increments=400}]";
+        let words = [
+            "run",
+            &scene,
+            file,
+            "--no-figures",
+            "--quiet",
+            "--set",
+            "body.brick.cells=[12,4,4]",
+            "--set",
+            steps,
+        ];
+        words.map(str::to_owned)
+    };
+    let command = |file| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_contact3d-pipe"));
+        command.current_dir(program.path("")).args(arguments(file));
+        command
+    };
+    assert!(command("whole.h5").status().expect("runs").success());
+    let mut interrupted = 0;
+    let deadline = Instant::now() + Duration::from_secs(120);
+    loop {
+        assert!(Instant::now() < deadline);
+        let mut child = command("killed.h5").spawn().expect("runs");
+        let done = || {
+            let reader = Reader::open(&program.path("killed.h5"), LAYOUT).ok()?;
+            let time: Vec<f64> = reader.read_vec("/history/time").ok()?;
+            Some(time.len())
+        };
+        let before = done();
+        let ended = loop {
+            if child.try_wait().expect("a child").is_some() {
+                break true;
+            }
+            // As soon as more increments are stored.
+            if done() > before {
+                break false;
+            }
+            sleep(Duration::from_millis(5));
+        };
+        if ended {
+            break;
+        }
+        child.kill().expect("a child");
+        child.wait().expect("a child");
+        let part = done().unwrap_or(0);
+        interrupted += usize::from(part < 601);
+    }
+    assert!(interrupted >= 1, "no kill left a part of the history");
+    assert_eq!(
+        history(&program, "killed.h5"),
+        history(&program, "whole.h5")
+    );
+}
+
+#[test]
+fn a_step_that_fails_ends_the_history_and_is_said() {
+    let program = Program::new();
+    let settings = [
+        "--no-figures",
+        "--set",
+        "solve.method=\"fixed-point\"",
+        "--set",
+        "solve.max_outer_steps=1",
+    ];
+    let failed = run(&program, &settings).assert().code(1);
+    let said = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();
+    assert!(
+        said.contains("load step 1, increment 1, ends the history"),
+        "{said}"
+    );
+    let reader = Reader::open(&program.path("run.h5"), LAYOUT).expect("a run file");
+    assert_eq!(
+        reader.read_vec::<f64>("/history/time").expect("times"),
+        [1.0]
+    );
+}
+
+#[test]
+fn what_is_about_one_problem_refuses_steps() {
+    let program = Program::new();
+    let scene = pipeline("history.toml");
+    let scene = scene.to_str().expect("plain path");
+    for command in [
+        &["accuracy", scene, "run.h5"][..],
+        &["theory", scene, "run.h5"],
+        &[
+            "branches",
+            scene,
+            "run.h5",
+            "--parameter",
+            "friction.coefficient.constant",
+            "--from",
+            "0.1",
+            "--to",
+            "0.2",
+        ],
+        &["run", scene, "run.h5", "--error", "5%"],
+    ] {
+        let before = program.everything();
+        let refused = program.command(command).args(SMALL).assert().code(2);
+        let said = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+        assert!(said.contains("step"), "{said}");
+        assert_eq!(program.everything(), before, "{command:?}");
+    }
+}
+
+#[test]
+fn more_increments_than_fit_are_refused_before_the_first() {
+    let program = Program::new();
+    let steps = "step=[{increments=100000}]";
+    let refused = run(
+        &program,
+        &[
+            "--set",
+            steps,
+            "--set",
+            "body.brick.cells=[48,16,16]",
+            "--no-figures",
+        ],
+    );
+    let mut refused = refused;
+    let refused = refused.assert().code(2);
+    let said = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+    assert!(
+        said.contains("keeping the increments of the load history"),
+        "{said}"
+    );
+    assert!(!program.path("run.h5").exists());
+}
