@@ -82,7 +82,7 @@ impl GroupWriter<'_> {
         let mut shape = piecewise.shape.clone();
         shape[0] = rows;
         let others = shape[1..].iter().map(|extent| 0..*extent);
-        let ranges = [piecewise.rows..end].into_iter().chain(others);
+        let ranges = std::iter::once(piecewise.rows..end).chain(others);
         let slab: Vec<SliceOrIndex> = ranges.map(SliceOrIndex::from).collect();
         let view = ArrayViewD::from_shape(shape, values)
             .map_err(|error| hdf5::Error::from(error.to_string()))

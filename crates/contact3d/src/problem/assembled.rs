@@ -68,7 +68,8 @@ impl AssembledProblem {
     }
 
     /// What multipliers that were found elsewhere, `[n_multipliers]` in Pa, make of the body: its displacement, and with the dense
-    /// operator the slip and the friction that follow. Nothing is judged: the status is that of an empty solution.
+    /// operator the slip and the friction that follow. Nothing is judged: the status is that of an empty solution. A body that floats is left
+    /// without its rigid motion.
     #[must_use]
     pub fn state_of(&self, multiplier: Vec<f64>) -> Solution {
         let (Some(dual), Some(contact)) = (&self.system.contact, self.contact_state()) else {

@@ -13,13 +13,14 @@ use crate::{
 const DISTURBANCE: f64 = 1e-8;
 
 /// Steps whose geometric mean is a rate, blocks of them at least and at most, and how far the logarithms of single factors may
-/// be from their mean in the last. Mirror-image panes make pairs of eigenvalues a few per cent apart: fewer steps show the smaller one,
-/// steady as a rock. Pairs of complex eigenvalues keep them apart; half of 300 steps leaves less than a per cent
+/// be from their mean in the last, and the mean of the last from that of a block half as far. Mirror-image panes make pairs of eigenvalues
+/// a few per cent apart, of which the smaller one may show for a hundred steps, with a drift as small as this. Pairs of complex eigenvalues keep them apart; half of 300 steps leaves less than a per cent
 /// of that.
 const BLOCK: usize = 10;
 const LEAST_BLOCKS: usize = 10;
 const MOST_BLOCKS: usize = 30;
 const STEADY: f64 = 1e-3;
+const DRIFT: f64 = 1e-4;
 
 /// A disturbance that shrinks faster than this leaves only rounding.
 const VANISHED: f64 = 1e-4;
@@ -186,17 +187,18 @@ impl Mapping<'_> {
                 }
                 logarithms.push(factor.ln());
             }
-            let mean = |from: usize| {
-                let last = &logarithms[from..];
-                last.iter().sum::<f64>() / last.len() as f64
-            };
-            let last = mean(logarithms.len() - BLOCK);
+            let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+            let done = logarithms.len();
+            let last = mean(&logarithms[done - BLOCK..]);
             let steady = |factor: &f64| (factor - last).abs() < STEADY;
-            if block >= LEAST_BLOCKS && logarithms.iter().rev().take(BLOCK).all(steady) {
+            if block >= LEAST_BLOCKS
+                && (last - mean(&logarithms[done / 2 - BLOCK..done / 2])).abs() < DRIFT
+                && logarithms[done - BLOCK..].iter().all(steady)
+            {
                 observed.rate = last.exp();
                 return;
             }
-            observed.rate = mean(logarithms.len() / 2).exp();
+            observed.rate = mean(&logarithms[done / 2..]).exp();
         }
     }
 
