@@ -13,14 +13,13 @@ use contact3d::{
 };
 use runfile::{
     DatasetSpec, Extent,
-    Extent::{Fixed, Named, Plus},
+    Extent::{Named, Plus},
     Group, GroupWriter, Kind, Reader, SparseMatrix, StoreError,
 };
 use units::Dimension;
 
 use super::{
-    axes,
-    FormatError, Stage, columns, load, read_finite_scalar, read_finite_vec, read_index_vec,
+    FormatError, Stage, axes, columns, load, read_finite_scalar, read_finite_vec, read_index_vec,
     rows_of_transpose,
 };
 

@@ -1,14 +1,12 @@
 //! `/checkpoint`: successive approximations between two steps, so that a killed solve goes on.
 
 use contact3d::solver::OuterState;
-use runfile::{
-    DatasetSpec, Extent,
-    Extent::{Fixed, Named},
-    Group, GroupWriter, Kind, Reader, StoreError,
-};
+use runfile::{DatasetSpec, Extent, Extent::Named, Group, GroupWriter, Kind, Reader, StoreError};
 use units::Dimension;
 
-use super::{axes, FormatError, Stage, history, read_finite_rows, read_finite_scalar, read_finite_vec};
+use super::{
+    FormatError, Stage, axes, history, read_finite_rows, read_finite_scalar, read_finite_vec,
+};
 use super::{history::OuterPaths, read_index_vec};
 
 /// How far an unfinished solve has come.

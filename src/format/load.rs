@@ -3,14 +3,10 @@
 use std::sync::Arc;
 
 use contact3d::dual::{DualSystem, PrimalSystem};
-use runfile::{
-    DatasetSpec,
-    Extent::{Fixed, Named},
-    Group, GroupWriter, Kind, Reader, StoreError,
-};
+use runfile::{DatasetSpec, Extent::Named, Group, GroupWriter, Kind, Reader, StoreError};
 use units::Dimension;
 
-use super::{axes, FormatError, Stage, read_finite_rows, read_finite_vec};
+use super::{FormatError, Stage, axes, read_finite_rows, read_finite_vec};
 
 /// Loads and what follows from them linearly.
 pub(super) const GROUP: Group = Group::new("load", Stage::Load.command());

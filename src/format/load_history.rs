@@ -65,7 +65,11 @@ const NO_COULOMB: &str = "absent without Coulomb friction";
 const ROWS: &[Extent] = &[Named("n_increments")];
 const VECTORS: &[Extent] = &[Named("n_increments"), axes::XYZ];
 const PANES: &[Extent] = &[Named("n_increments"), Named("n_panes")];
-const PANE_PAIRS: &[Extent] = &[Named("n_increments"), Named("n_friction_panes"), axes::FRICTION_AXES];
+const PANE_PAIRS: &[Extent] = &[
+    Named("n_increments"),
+    Named("n_friction_panes"),
+    axes::FRICTION_AXES,
+];
 
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[

@@ -14,8 +14,8 @@ use runfile::{
 use units::Dimension;
 
 use super::{
-    axes,
-    FormatError, Stage, columns, read_finite_rows, read_finite_vec, read_index_vec, require_below,
+    FormatError, Stage, axes, columns, read_finite_rows, read_finite_vec, read_index_vec,
+    require_below,
 };
 
 /// Mesh, boundary and panes.

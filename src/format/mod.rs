@@ -96,6 +96,7 @@ pub const LAYOUT: Layout = Layout {
         mesh::GROUP,
         assemble::GROUP,
         load::GROUP,
+        load_history::GROUP,
         solve::GROUP,
         post::GROUP,
         vtkhdf::GROUP,
@@ -104,7 +105,6 @@ pub const LAYOUT: Layout = Layout {
         adapt::GROUP,
         theory::GROUP,
         branches::GROUP,
-        load_history::GROUP,
     ],
     tables: &[
         scene::TABLE,

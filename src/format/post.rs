@@ -13,8 +13,7 @@ use runfile::{
 use units::Dimension;
 
 use super::{
-    axes,
-    FormatError, Stage, columns::Columns, enumeration::stored_as, read_index_vec, read_scalar,
+    FormatError, Stage, axes, columns::Columns, enumeration::stored_as, read_index_vec, read_scalar,
 };
 
 /// Stresses, zones, resultants and the certificate.

@@ -6,16 +6,14 @@ use contact3d::{
     solver::{CoulombState, LocalMapping, Solution, Status},
 };
 use runfile::{
-    DatasetSpec, Extent,
-    Extent::{Fixed, Named},
-    Group, GroupWriter, Kind, Reader, StoreError, StoredEnum,
+    DatasetSpec, Extent, Extent::Named, Group, GroupWriter, Kind, Reader, StoreError, StoredEnum,
 };
 use units::Dimension;
 
 use super::{
-    axes,
     FormatError, Stage,
     assemble::RIGID,
+    axes,
     enumeration::read_member,
     history,
     outcome::{StoredMethod, StoredStatus},

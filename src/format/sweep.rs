@@ -1,9 +1,7 @@
 //! `/cases` of a sweep's summary file: settings and main results of every case.
 
 use runfile::{
-    DatasetSpec, Extent,
-    Extent::{Fixed, Named},
-    Group, GroupWriter, Kind, Layout, Reader, StoreError,
+    DatasetSpec, Extent, Extent::Named, Group, GroupWriter, Kind, Layout, Reader, StoreError,
 };
 use units::Dimension;
 

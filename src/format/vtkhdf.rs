@@ -263,7 +263,11 @@ impl ContactFields<'_> {
                 fields.extend(self.spread(name, value));
             }
         }
-        if self.panes.iter().any(|pane| pane.tangential_stress.is_some()) {
+        if self
+            .panes
+            .iter()
+            .any(|pane| pane.tangential_stress.is_some())
+        {
             let stress = |pane: usize| match self.panes[pane].tangential_stress {
                 Some(stress) => self.frame.pane_vector(self.surface, pane, 0.0, stress),
                 None => [f64::NAN; 3],

@@ -117,7 +117,11 @@ impl Session {
                 resources::admit(need, source.run_file)
             },
         })?);
-        self.known.set_problem(system.clone());
+        // The loads of a history are those of its last increment, which nothing has applied yet.
+        match self.scene().has_history() {
+            true => self.known.set_operator(system.clone()),
+            false => self.known.set_problem(system.clone()),
+        }
         Ok(Output::Assemble(system))
     }
 

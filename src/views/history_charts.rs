@@ -109,7 +109,9 @@ fn energies(records: &[StepRecord], units: Units) -> LineChart {
         });
         let points: Vec<[f64; 2]> = points.collect();
         // Sums of roundings are not drawn.
-        let size = points.iter().fold(0.0_f64, |most, [_, y]| most.max(y.abs()));
+        let size = points
+            .iter()
+            .fold(0.0_f64, |most, [_, y]| most.max(y.abs()));
         if size > NEGLIGIBLE * largest {
             all.push(Some(line(name.to_owned(), records, &points)));
         }

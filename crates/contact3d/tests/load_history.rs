@@ -477,3 +477,34 @@ fn clamps_move_in_steps_and_their_work_counts() {
         "{tops:?}"
     );
 }
+
+/// Two faces with laws of their own: what each takes adds up, and the greased one takes less.
+#[test]
+fn every_face_has_its_share_of_the_dissipation() {
+    let text = "title = 'two plates'
+         body.brick = { size = [2.0, 1.0, 1.0], cells = [4, 2, 2] }
+         material.isotropic = { young_modulus = 2e5, poisson_ratio = 0.3 }
+         clamp = [{ face = 'x_min', components = ['y'] }, { name = 'pull', face = 'x_max' }]
+         pressure = [{ face = 'y_min', value = 1.0 }]
+         body_force.value = [0.0, 0.0, -400.0]
+         contact = [
+           { face = 'z_min', friction = { coefficient = { constant = 0.3 }, follows = 'path-length' } },
+           { face = 'y_max', gap = 1e-5, friction = { coefficient = { constant = 0.05 }, follows = 'path-length' } }]
+         step = [{}, { value = { pull = [0.01, 0.0, 0.0] }, increments = 3 },
+                 { value = { 'contact.1.gap' = 0.0 } }, { value = { pull = [-0.01, 0.0, 0.0] }, increments = 3 }]";
+    let scene = Scene::parse("two plates", text).unwrap_or_else(|error| panic!("{error:?}"));
+    let history = solved(scene);
+    assert_eq!(history.records.len(), 8);
+    let mut sums = [0.0; 2];
+    for record in &history.records {
+        assert!(record.status.is_solved() && record.certificate < 1e-9);
+        let [dry, greased] = record.face_dissipation[..] else {
+            panic!("two faces")
+        };
+        // The same numbers, added in another order.
+        let whole = record.energies.dissipation;
+        assert!((dry + greased - whole).abs() <= 1e-15 * whole.abs());
+        sums = [sums[0] + dry, sums[1] + greased];
+    }
+    assert!(sums[0] > sums[1] && sums[1] >= 0.0, "{sums:?}");
+}

@@ -2,14 +2,12 @@
 
 use contact3d::convergence::{Cost, DiscretisationLadder, Forces, Level};
 use runfile::{
-    DatasetSpec, Extent,
-    Extent::{Fixed, Named},
-    GroupWriter, Kind, Reader, StoreError, StoredEnum,
+    DatasetSpec, Extent, Extent::Named, GroupWriter, Kind, Reader, StoreError, StoredEnum,
 };
 use units::Dimension;
 
-use crate::format::axes;
 use super::{GROUP, NO_CONTACT, read_costs, write_costs};
+use crate::format::axes;
 use crate::format::{FormatError, columns::Columns, outcome::StoredStatus, read_index_vec};
 
 const SCENE_N_DIV: &str = "/accuracy/scene_n_div";

@@ -2,14 +2,12 @@
 
 use contact3d::convergence::{Cost, Forces, Reference, Way, WayKind, WayLevel, Ways};
 use runfile::{
-    DatasetSpec, Extent,
-    Extent::{Fixed, Named},
-    GroupWriter, Kind, Reader, StoreError, StoredEnum,
+    DatasetSpec, Extent, Extent::Named, GroupWriter, Kind, Reader, StoreError, StoredEnum,
 };
 use units::Dimension;
 
-use crate::format::axes;
 use super::{GROUP, read_costs, write_costs};
+use crate::format::axes;
 use crate::format::{
     FormatError, columns::Columns, enumeration::stored_as, outcome::StoredStatus, read_index_vec,
     read_scalar,

@@ -13,11 +13,11 @@ use units::Dimension;
 use self::members::{
     StoredEnd, StoredOrigin, StoredPointKind, StoredSwitch, end, stored_end, stored_switch, switch,
 };
-use crate::format::axes;
 use super::{
     FormatError, columns::Columns, read_finite_rows, read_finite_scalar, read_finite_vec,
     read_index_vec, require_below,
 };
+use crate::format::axes;
 
 /// Paths of solutions; computed from the scene alone.
 pub const GROUP: Group = Group::new("branches", "branches");

@@ -108,7 +108,12 @@ impl<'a> Bookkeeping<'a> {
             let areas = &face.surface.pane_area;
             let faces = face.surface.faces.iter();
             faces
-                .map(|face| face.panes.clone().filter_map(|pane| taken(pane, areas[pane])).sum())
+                .map(|face| {
+                    face.panes
+                        .clone()
+                        .filter_map(|pane| taken(pane, areas[pane]))
+                        .sum()
+                })
                 .collect()
         });
         let dissipation: f64 = record.face_dissipation.iter().sum();
