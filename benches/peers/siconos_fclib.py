@@ -32,21 +32,22 @@ HALVES = (
 
 SMALL = ["body.brick.cells=[12,4,4]"]
 SCENES = {
-    "HKL Table 1": ("hkl2011_table1.toml", SMALL),
+    "HKL Table 1": ("newton.toml", SMALL),
     "constant, isotropic": (
-        "hkl2011_table1.toml",
+        "newton.toml",
         [*SMALL, "friction={coefficient={constant=0.3}}"],
     ),
     "constant, orthotropic": (
-        "hkl2011_table1.toml",
+        "newton.toml",
         [*SMALL, "friction={coefficient_1={constant=0.4},coefficient_2={constant=0.15}}"],
     ),
     "gap and turned axes": (
-        "hkl2011_table1.toml",
+        "newton.toml",
         [*SMALL, "contact.gap=1e-5", "contact.axis_1=[1.0,2.0,0.0]"],
     ),
-    "no friction": ("hkl2011_table1.toml", [*SMALL, "friction=false"]),
-    "quadratic": ("hkl2011_table1.toml", ["body.brick.cells=[6,2,2]", 'body.element="P2"']),
+    "no friction": ("frictionless.toml", SMALL),
+    "multipliers at nodes": ("newton.toml", [*SMALL, 'contact.multipliers="nodal"']),
+    "quadratic": ("newton.toml", ["body.brick.cells=[6,2,2]", 'body.element="P2"']),
     "two faces, one greased": ("dry_and_greased.toml", ["body.brick.cells=[12,4,2]", HALVES]),
 }
 SOLVERS = {

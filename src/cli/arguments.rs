@@ -10,10 +10,17 @@ use contact3d::scene::{
 use serde::de::{DeserializeOwned, IntoDeserializer, value::StrDeserializer};
 
 use super::{
-    accuracy::AccuracyArguments, branches::BranchesArguments, completions::CompletionsArguments,
+    accuracy::AccuracyArguments,
+    branches::BranchesArguments,
+    completions::CompletionsArguments,
     fclib::{ExportArguments, SolveFclibArguments},
-    html::ReportArguments, init::InitArguments, law::LawArguments, man::ManArguments,
-    schema::SchemaArguments, stability::StabilityArguments, sweep::SweepArguments,
+    html::ReportArguments,
+    init::InitArguments,
+    law::LawArguments,
+    man::ManArguments,
+    schema::SchemaArguments,
+    stability::StabilityArguments,
+    sweep::SweepArguments,
     theory::TheoryArguments,
 };
 use crate::{

@@ -88,12 +88,25 @@ pub(super) fn export(arguments: &ExportArguments, output: &Output) -> Result<Exi
     let [least, most] = exported.mu;
     let megabytes = exported.bytes as f64 / 1e6;
     let contacts = exported.contacts;
-    say(output, &format!("wrote {} ({megabytes:.2} MB)", arguments.fclib.display()));
+    say(
+        output,
+        &format!("wrote {} ({megabytes:.2} MB)", arguments.fclib.display()),
+    );
     if let Some(unknowns) = exported.unknowns {
-        say(output, &format!("global problem: {contacts} contacts, {unknowns} unknowns, mu {least} to {most}"));
+        say(
+            output,
+            &format!(
+                "global problem: {contacts} contacts, {unknowns} unknowns, mu {least} to {most}"
+            ),
+        );
     }
     if let Some(error) = exported.error {
-        say(output, &format!("local problem: {contacts} contacts, mu {least} to {most}, error of the solution {error:.1e}"));
+        say(
+            output,
+            &format!(
+                "local problem: {contacts} contacts, mu {least} to {most}, error of the solution {error:.1e}"
+            ),
+        );
     }
     Ok(Exit::Done)
 }

@@ -58,9 +58,9 @@ pub fn export(run_file: &Path, target: &Path, form: Form) -> Result<Exported, St
         file: run_file.to_owned(),
         reason,
     };
-    let (surface, interface) = solved
-        .contact()
-        .ok_or_else(|| unfit("the scene has no contact, so there is no frictional contact problem to write".into()))?;
+    let (surface, interface) = solved.contact().ok_or_else(|| {
+        unfit("the scene has no contact, so there is no frictional contact problem to write".into())
+    })?;
     let friction = frozen_friction(&solved, surface).map_err(unfit)?;
     let face = Face {
         solved: &solved,
@@ -140,7 +140,9 @@ struct Face<'a> {
 impl Face<'_> {
     fn write_local(&self, run_file: &Path, part: &TempPath) -> Result<Exported, StageError> {
         let size = 3 * self.surface.n_panes();
-        let memory = (size as u64).saturating_pow(2).saturating_mul(BYTES_PER_ENTRY);
+        let memory = (size as u64)
+            .saturating_pow(2)
+            .saturating_mul(BYTES_PER_ENTRY);
         admit_memory(Need {
             step: "writing W, which is dense; --global writes sparse matrices",
             memory,
@@ -238,7 +240,10 @@ impl Face<'_> {
     /// S with tangential pairs on all panes: that of the file where it has them.
     fn dense(&self) -> ExplicitDual {
         let system = &self.solved.system;
-        let held = system.contact.as_ref().and_then(|contact| contact.explicit());
+        let held = system
+            .contact
+            .as_ref()
+            .and_then(|contact| contact.explicit());
         match held {
             Some(dual) if dual.layout.n_pairs() == dual.n_panes() => dual.clone(),
             _ => ExplicitDual::everywhere(&system.assembly, self.surface, self.interface),
@@ -277,7 +282,11 @@ impl Face<'_> {
         scaling: &FrozenScaling,
         displacement: Option<f64>,
     ) -> Result<(), fclib::FclibError> {
-        let friction: Vec<f64> = self.friction.iter().flat_map(|f| f.unwrap_or([0.0; 2])).collect();
+        let friction: Vec<f64> = self
+            .friction
+            .iter()
+            .flat_map(|f| f.unwrap_or([0.0; 2]))
+            .collect();
         let unit = [scaling.unit];
         let displacement = displacement.map(|c| [c]);
         let array = |name, meaning, values, columns| Array {
@@ -287,13 +296,38 @@ impl Face<'_> {
             columns,
         };
         let mut arrays = vec![
-            array("scale", "D: contact forces are unit * scale * r, relative displacements unit * u / scale", &scaling.scale, 3),
-            array("unit", "t: one number that all of q, r and u are divided by", &unit[..], 1),
-            array("pane_area", "a: contact stresses are contact forces over these areas", &scaling.area, 1),
-            array("friction", "F1 and F2 on each pane at the solution; 0 without friction", &friction, 2),
+            array(
+                "scale",
+                "D: contact forces are unit * scale * r, relative displacements unit * u / scale",
+                &scaling.scale,
+                3,
+            ),
+            array(
+                "unit",
+                "t: one number that all of q, r and u are divided by",
+                &unit[..],
+                1,
+            ),
+            array(
+                "pane_area",
+                "a: contact stresses are contact forces over these areas",
+                &scaling.area,
+                1,
+            ),
+            array(
+                "friction",
+                "F1 and F2 on each pane at the solution; 0 without friction",
+                &friction,
+                2,
+            ),
         ];
         if let Some(c) = &displacement {
-            arrays.push(array("displacement_scale", "c: displacements are displacement_scale * unit * v", c, 1));
+            arrays.push(array(
+                "displacement_scale",
+                "c: displacements are displacement_scale * unit * v",
+                c,
+                1,
+            ));
         }
         fclib::write_arrays(part, "contact3d", &arrays)
     }

@@ -13,7 +13,9 @@ pub(super) const PROGRAM: &str = crate::output::FCLIB_PROGRAM;
 
 /// A hidden file in the folder of an output, removed when dropped.
 pub(super) fn beside(target: &Path) -> Result<TempPath, OutputError> {
-    let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = target
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
     let made = tempfile::Builder::new()
         .prefix(".contact3d-pipe-")

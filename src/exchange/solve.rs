@@ -5,10 +5,10 @@ use std::{
     time::Instant,
 };
 
+use contact3d::dual::Need;
 use contact3d::solver::{
     DelassusMethod, DelassusSettings, DelassusSolution, MOST_DENSE_CONTACTS, solve_delassus,
 };
-use contact3d::dual::Need;
 use fclib::Solution;
 
 use super::file::{PROGRAM, beside, bytes_of, failed, to_problem};
@@ -63,7 +63,8 @@ pub fn solve_file(
     if local.space_dimension != 3 {
         return Err(StageError::Unfit {
             file: file.to_owned(),
-            reason: "/fclib_local/spacedim: expected 3, found 2; only problems in 3D are solved".into(),
+            reason: "/fclib_local/spacedim: expected 3, found 2; only problems in 3D are solved"
+                .into(),
         });
     }
     let problem = to_problem(file, local)?;
@@ -118,7 +119,8 @@ fn store(
         u: solution.velocity.clone(),
         r: solution.force.clone(),
     };
-    let written = fclib::remove_solution(&part).and_then(|()| fclib::write_solution(&part, &solution));
+    let written =
+        fclib::remove_solution(&part).and_then(|()| fclib::write_solution(&part, &solution));
     written?;
     if *target == Target::InPlace {
         part.persist(path)

@@ -44,7 +44,9 @@ pub fn read_solved(path: &Path) -> Result<Solved, StageError> {
     let reader = Reader::open(path, LAYOUT)?;
     let input = format::read_scene(&reader, path)?;
     let states = states(&reader, &input.scene);
-    let mut needed = states.into_iter().filter(|state| state.stage <= Stage::Solve);
+    let mut needed = states
+        .into_iter()
+        .filter(|state| state.stage <= Stage::Solve);
     if let Some(state) = needed.find(|state| state.freshness != Freshness::Fresh) {
         return Err(StageError::Unfit {
             file: path.to_owned(),

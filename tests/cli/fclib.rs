@@ -9,14 +9,23 @@ use crate::program::{Program, pipeline};
 
 /// Three panes of the published scene, solved with further changes.
 fn solved(changes: &[&str]) -> Program {
-    solved_scene("hkl2011_table1.toml", &[&["body.brick.cells=[6,2,2]"], changes].concat())
+    solved_scene(
+        "newton.toml",
+        &[&["body.brick.cells=[6,2,2]"], changes].concat(),
+    )
 }
 
 /// A scene of the pipelines, solved with changes.
 fn solved_scene(name: &str, changes: &[&str]) -> Program {
     let program = Program::new();
     let scene = pipeline(name);
-    let mut arguments = vec!["--quiet", "run", scene.to_str().expect("plain path"), "run.h5", "--no-figures"];
+    let mut arguments = vec![
+        "--quiet",
+        "run",
+        scene.to_str().expect("plain path"),
+        "run.h5",
+        "--no-figures",
+    ];
     for change in changes {
         arguments.extend(["--set", change]);
     }
@@ -37,7 +46,10 @@ fn json(program: &Program, arguments: &[&str], code: i32) -> Value {
 fn refused(program: &Program, arguments: &[&str]) -> String {
     let before = program.everything();
     let error = json(program, arguments, 2);
-    assert!(program.everything() == before, "{arguments:?} changed something");
+    assert!(
+        program.everything() == before,
+        "{arguments:?} changed something"
+    );
     error["error"].as_str().expect("a message").to_owned()
 }
 
@@ -45,7 +57,13 @@ fn refused(program: &Program, arguments: &[&str]) -> String {
 fn problem() -> LocalProblem {
     LocalProblem {
         space_dimension: 3,
-        w: Matrix::from_entries(6, 6, (0..6).map(|k| (k, k, if k % 3 == 0 { 2.0 } else { 4.0 })).collect()),
+        w: Matrix::from_entries(
+            6,
+            6,
+            (0..6)
+                .map(|k| (k, k, if k % 3 == 0 { 2.0 } else { 4.0 }))
+                .collect(),
+        ),
         q: vec![-2.0, 0.8, 0.6, -2.0, 30.0, 40.0],
         mu: vec![0.5; 2],
         info: fclib::Info::default(),
@@ -86,13 +104,19 @@ fn an_exported_solution_solves_the_exported_problem() {
     }
     assert!(fs::read(program.path("run.h5")).expect("run file") == before);
     let text = refused(&program, &["solve-fclib", "out.hdf5"]);
-    assert!(text.contains("a global problem") && text.contains("W = H' M^-1 H"), "{text}");
+    assert!(
+        text.contains("a global problem") && text.contains("W = H' M^-1 H"),
+        "{text}"
+    );
 }
 
 #[test]
 fn laws_that_fclib_cannot_hold_are_refused_with_the_reason() {
     for (change, word) in [
-        ("friction={slip_bound=1e6,coefficient={constant=0.3}}", "Tresca"),
+        (
+            "friction={slip_bound=1e6,coefficient={constant=0.3}}",
+            "Tresca",
+        ),
         ("friction.pressure_cap=1e7", "capped at a pressure"),
         ("assemble.factor=\"single\"", "single precision"),
     ] {
@@ -101,7 +125,11 @@ fn laws_that_fclib_cannot_hold_are_refused_with_the_reason() {
         assert!(text.contains(word), "{change}: {text}");
     }
     for (scene, cells, word) in [
-        ("block_on_slope.toml", "body.brick.cells=[8,4,2]", "only contact holds the body"),
+        (
+            "block_on_slope.toml",
+            "body.brick.cells=[8,4,2]",
+            "only contact holds the body",
+        ),
         ("history.toml", "body.brick.cells=[6,2,2]", "load history"),
     ] {
         let program = solved_scene(scene, &[cells]);
@@ -110,19 +138,55 @@ fn laws_that_fclib_cannot_hold_are_refused_with_the_reason() {
     }
 }
 
+/// One half with friction, the other without: its contacts have tangential rows all the same, and μ = 0.
+#[test]
+fn a_face_without_friction_has_contacts_without_friction() {
+    let halves = "contact=[{face='z_min',name='dry',box=[[0.0,0.0,0.0],[1.0,1.0,0.0]],\
+                  friction={coefficient={constant=0.6}}},{face='z_min',name='greased',box=[[1.5,0.0,0.0],[3.0,1.0,0.0]]}]";
+    let program = solved_scene(
+        "dry_and_greased.toml",
+        &["body.brick.cells=[12,4,2]", halves],
+    );
+    let exported = json(&program, &["export", "run.h5", "--fclib", "out.hdf5"], 0);
+    assert!(exported["error"].as_f64().expect("measured") <= 1e-10);
+    let problem = fclib::read_local(&program.path("out.hdf5")).expect("readable");
+    // Two columns of two panes with friction, which come first, three without.
+    assert_eq!(problem.mu, [[0.6; 4].as_slice(), &[0.0; 6]].concat());
+    assert!((0..30).all(|k| {
+        problem
+            .w
+            .entries()
+            .any(|(i, j, value)| i == k && j == k && value > 0.0)
+    }));
+}
+
 #[test]
 fn unsolved_files_and_outputs_of_others_are_refused() {
     let program = solved(&[]);
-    let scene = pipeline("hkl2011_table1.toml");
-    let mesh = ["mesh", scene.to_str().expect("plain path"), "mesh.h5", "--set", "body.brick.cells=[6,2,2]"];
+    let scene = pipeline("newton.toml");
+    let mesh = [
+        "mesh",
+        scene.to_str().expect("plain path"),
+        "mesh.h5",
+        "--set",
+        "body.brick.cells=[6,2,2]",
+    ];
     program.command(&mesh).assert().success();
     fs::write(program.path("notes.txt"), "my notes\n").expect("notes");
     fclib::write_local(&program.path("others.hdf5"), &problem()).expect("written");
     for (file, out, word) in [
         ("mesh.h5", "out.hdf5", "needs a solved file, but `assemble`"),
         ("run.h5", "run.h5", "this command reads that file"),
-        ("run.h5", "notes.txt", "expected a file of FCLIB of this program"),
-        ("run.h5", "others.hdf5", "expected a file of FCLIB of this program"),
+        (
+            "run.h5",
+            "notes.txt",
+            "expected a file of FCLIB of this program",
+        ),
+        (
+            "run.h5",
+            "others.hdf5",
+            "expected a file of FCLIB of this program",
+        ),
         ("run.h5", "mesh.h5", "found an HDF5 file"),
         ("run.h5", "no/such/out.hdf5", "make a file in its folder"),
     ] {
@@ -137,21 +201,40 @@ fn a_solution_goes_into_a_copy_and_only_on_request_into_the_file() {
     let before = fs::read(program.path("given.hdf5")).expect("given");
     let expected = [1.0, -0.2, -0.15, 1.0, -0.3, -0.4];
     let check = |name: &str| {
-        let solution = fclib::read_solution(&program.path(name), 6).expect("readable").expect("there");
+        let solution = fclib::read_solution(&program.path(name), 6)
+            .expect("readable")
+            .expect("there");
         for (found, expected) in solution.r.iter().zip(expected) {
             // The tolerance 1e-10 times ‖q‖ = 50.
             assert!((found - expected).abs() <= 5e-9, "{:?}", solution.r);
         }
     };
     let answer = json(&program, &["solve-fclib", "given.hdf5"], 0);
-    assert_eq!((&answer["status"], &answer["contacts"]), (&"converged".into(), &2.into()));
+    assert_eq!(
+        (&answer["status"], &answer["contacts"]),
+        (&"converged".into(), &2.into())
+    );
     assert!(answer["error_before"].as_f64().expect("measured") > 0.1);
     for method in ["newton", "gpcg"] {
-        json(&program, &["solve-fclib", "given.hdf5", "-o", "out.hdf5", "--method", method], 0);
+        json(
+            &program,
+            &[
+                "solve-fclib",
+                "given.hdf5",
+                "-o",
+                "out.hdf5",
+                "--method",
+                method,
+            ],
+            0,
+        );
         check("out.hdf5");
     }
     assert!(fs::read(program.path("given.hdf5")).expect("given") == before);
-    let text = refused(&program, &["solve-fclib", "given.hdf5", "--out", "given.hdf5"]);
+    let text = refused(
+        &program,
+        &["solve-fclib", "given.hdf5", "--out", "given.hdf5"],
+    );
     assert!(text.contains("this command reads that file"), "{text}");
     json(&program, &["solve-fclib", "given.hdf5", "--in-place"], 0);
     check("given.hdf5");
@@ -163,9 +246,17 @@ fn what_has_no_solution_is_stored_and_is_not_converged() {
     let mut impossible = problem();
     impossible.w = Matrix::from_entries(6, 6, vec![(0, 0, 1.0)]);
     let program = written(&impossible);
-    let answer = json(&program, &["solve-fclib", "given.hdf5", "-o", "out.hdf5"], 1);
+    let answer = json(
+        &program,
+        &["solve-fclib", "given.hdf5", "-o", "out.hdf5"],
+        1,
+    );
     assert_eq!(answer["status"], "not_converged");
-    assert!(fclib::read_solution(&program.path("out.hdf5"), 6).expect("readable").is_some());
+    assert!(
+        fclib::read_solution(&program.path("out.hdf5"), 6)
+            .expect("readable")
+            .is_some()
+    );
 }
 
 #[test]

@@ -74,7 +74,10 @@ impl Matrix {
         };
         let mut last = None;
         for (row, column, value) in entries {
-            assert!(row < rows && column < columns, "an entry outside its matrix");
+            assert!(
+                row < rows && column < columns,
+                "an entry outside its matrix"
+            );
             if last == Some((row, column)) {
                 *matrix.values.last_mut().expect("an entry before") += value;
                 continue;
@@ -138,18 +141,28 @@ mod tests {
 
     #[test]
     fn entries_are_sorted_and_those_at_one_place_added() {
-        let matrix = Matrix::from_entries(2, 3, vec![(1, 2, 5.0), (0, 0, 1.0), (1, 2, -2.0), (1, 0, 4.0)]);
+        let matrix = Matrix::from_entries(
+            2,
+            3,
+            vec![(1, 2, 5.0), (0, 0, 1.0), (1, 2, -2.0), (1, 0, 4.0)],
+        );
         assert_eq!(matrix.starts, [0, 2, 2, 3]);
         assert_eq!(matrix.indices, [0, 1, 1]);
         assert_eq!(matrix.values, [1.0, 4.0, 3.0]);
         let stored = matrix.stored(Storage::Triplets).expect("small");
-        assert_eq!((stored.nz, stored.p, stored.i), (3, vec![0, 0, 2], vec![0, 1, 1]));
+        assert_eq!(
+            (stored.nz, stored.p, stored.i),
+            (3, vec![0, 0, 2], vec![0, 1, 1])
+        );
     }
 
     #[test]
     fn a_dense_matrix_has_all_entries() {
         let matrix = Matrix::dense(2, 2, vec![1.0, 0.0, 3.0, 4.0]);
         let entries: Vec<_> = matrix.entries().collect();
-        assert_eq!(entries, [(0, 0, 1.0), (1, 0, 0.0), (0, 1, 3.0), (1, 1, 4.0)]);
+        assert_eq!(
+            entries,
+            [(0, 0, 1.0), (1, 0, 0.0), (0, 1, 3.0), (1, 1, 4.0)]
+        );
     }
 }

@@ -129,7 +129,10 @@ struct Source<'a> {
 impl Source<'_> {
     /// Whether a path of groups ends at something.
     fn has(&self, path: &str) -> bool {
-        let mut ends = path.match_indices('/').map(|(at, _)| at).collect::<Vec<_>>();
+        let mut ends = path
+            .match_indices('/')
+            .map(|(at, _)| at)
+            .collect::<Vec<_>>();
         ends.push(path.len());
         ends.iter().all(|end| self.file.link_exists(&path[..*end]))
     }
@@ -147,8 +150,14 @@ impl Source<'_> {
     fn no_local_problem(&self) -> FclibError {
         let others = [
             (GLOBAL, "a global problem"),
-            ("fclib_global_rolling", "a global problem with rolling friction"),
-            ("fclib_local_rolling", "a local problem with rolling friction"),
+            (
+                "fclib_global_rolling",
+                "a global problem with rolling friction",
+            ),
+            (
+                "fclib_local_rolling",
+                "a local problem with rolling friction",
+            ),
         ];
         let other = others.into_iter().find(|(group, _)| self.has(group));
         match other {
@@ -185,7 +194,10 @@ impl Source<'_> {
         let descriptor = descriptor.in_file(self.path, || format!("read the type of /{path}"))?;
         let fits = match T::type_descriptor() {
             TypeDescriptor::Integer(_) => {
-                matches!(descriptor, TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_))
+                matches!(
+                    descriptor,
+                    TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_)
+                )
             }
             _ => matches!(descriptor, TypeDescriptor::Float(_)),
         };
@@ -246,7 +258,10 @@ impl Source<'_> {
     }
 
     fn matrix(&self, path: &str) -> Result<Matrix, FclibError> {
-        let [rows, columns] = [self.count(&format!("{path}/m"))?, self.count(&format!("{path}/n"))?];
+        let [rows, columns] = [
+            self.count(&format!("{path}/m"))?,
+            self.count(&format!("{path}/n"))?,
+        ];
         let nz = self.integer(&format!("{path}/nz"))?;
         let p = self.numbers::<i32>(&format!("{path}/p"), "whole numbers")?;
         let i = self.numbers::<i32>(&format!("{path}/i"), "whole numbers")?;
@@ -256,7 +271,8 @@ impl Source<'_> {
             -2 => Storage::Rows,
             0.. => Storage::Triplets,
             _ => {
-                let expected = "-1 (compressed columns), -2 (compressed rows) or a number of triplets";
+                let expected =
+                    "-1 (compressed columns), -2 (compressed rows) or a number of triplets";
                 return Err(self.unexpected(&format!("{path}/nz"), expected, nz.to_string()));
             }
         };
@@ -304,8 +320,7 @@ impl Source<'_> {
             title: text("title"),
             description: text("description"),
             math_info: text("math_info"),
-            degrees_of_freedom: degrees
-                .and_then(|values| usize::try_from(*values.first()?).ok()),
+            degrees_of_freedom: degrees.and_then(|values| usize::try_from(*values.first()?).ok()),
         })
     }
 }
@@ -358,18 +373,28 @@ fn entries(
 fn text_of(dataset: &hdf5::Dataset) -> Option<String> {
     let descriptor = dataset.dtype().ok()?.to_descriptor().ok()?;
     let text = match descriptor {
-        TypeDescriptor::VarLenUnicode => {
-            dataset.read_scalar::<VarLenUnicode>().ok()?.as_str().to_owned()
-        }
-        TypeDescriptor::VarLenAscii => {
-            dataset.read_scalar::<VarLenAscii>().ok()?.as_str().to_owned()
-        }
-        TypeDescriptor::FixedAscii(length) if length <= MOST_TEXT => {
-            fixed(dataset.read_scalar::<FixedAscii<MOST_TEXT>>().ok()?.as_bytes())
-        }
-        TypeDescriptor::FixedUnicode(length) if length <= MOST_TEXT => {
-            fixed(dataset.read_scalar::<FixedUnicode<MOST_TEXT>>().ok()?.as_bytes())
-        }
+        TypeDescriptor::VarLenUnicode => dataset
+            .read_scalar::<VarLenUnicode>()
+            .ok()?
+            .as_str()
+            .to_owned(),
+        TypeDescriptor::VarLenAscii => dataset
+            .read_scalar::<VarLenAscii>()
+            .ok()?
+            .as_str()
+            .to_owned(),
+        TypeDescriptor::FixedAscii(length) if length <= MOST_TEXT => fixed(
+            dataset
+                .read_scalar::<FixedAscii<MOST_TEXT>>()
+                .ok()?
+                .as_bytes(),
+        ),
+        TypeDescriptor::FixedUnicode(length) if length <= MOST_TEXT => fixed(
+            dataset
+                .read_scalar::<FixedUnicode<MOST_TEXT>>()
+                .ok()?
+                .as_bytes(),
+        ),
         _ => return None,
     };
     Some(text)

@@ -83,7 +83,11 @@ pub fn write_solution(path: &Path, solution: &Solution) -> Result<(), FclibError
 pub fn write_guesses(path: &Path, guesses: &[Solution]) -> Result<(), FclibError> {
     let target = Target::open(path)?;
     let group = target.group(target.root(), GUESSES)?;
-    target.numbers(&group, "number_of_guesses", &[int("guesses", guesses.len())?])?;
+    target.numbers(
+        &group,
+        "number_of_guesses",
+        &[int("guesses", guesses.len())?],
+    )?;
     for (k, guess) in guesses.iter().enumerate() {
         let name = (k + 1).to_string();
         target.solution(&target.group(&group, &name)?, guess)?;
@@ -214,15 +218,12 @@ impl<'a> Target<'a> {
         let attribute = group.new_attr::<i32>().shape(1);
         let attribute = attribute.create("numberOfDegreeOfFreedom");
         let written = attribute.and_then(|attribute| attribute.write_raw(&[degrees]));
-        written.in_file(self.path, || "write the number of degrees of freedom".into())
+        written.in_file(self.path, || {
+            "write the number of degrees of freedom".into()
+        })
     }
 
-    fn text(
-        &self,
-        group: &hdf5::Group,
-        name: &str,
-        text: Option<&str>,
-    ) -> Result<(), FclibError> {
+    fn text(&self, group: &hdf5::Group, name: &str, text: Option<&str>) -> Result<(), FclibError> {
         let Some(text) = text else {
             return Ok(());
         };
@@ -240,12 +241,7 @@ impl<'a> Target<'a> {
         written.in_file(self.path, || format!("write {name}"))
     }
 
-    fn attribute(
-        &self,
-        object: &hdf5::Location,
-        name: &str,
-        text: &str,
-    ) -> Result<(), FclibError> {
+    fn attribute(&self, object: &hdf5::Location, name: &str, text: &str) -> Result<(), FclibError> {
         let unicode: Result<VarLenUnicode, _> = text.parse();
         let unicode = unicode.map_err(|error| hdf5::Error::from(format!("{error}")));
         let written = unicode.and_then(|text| {

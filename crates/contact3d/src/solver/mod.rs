@@ -25,8 +25,9 @@ mod solve;
 pub(crate) use conditions::{Bound, PaneZone};
 pub use contact_state::{ContactState, CoulombState, coulomb_state};
 pub use delassus::{
-    DelassusError, DelassusMethod, DelassusProblem, DelassusSettings, DelassusSolution, DelassusSolver,
-    DelassusStatus, FrozenGlobal, FrozenScaling, MOST_DENSE_CONTACTS, frozen_global, frozen_local, solve_delassus,
+    DelassusError, DelassusMethod, DelassusProblem, DelassusSettings, DelassusSolution,
+    DelassusSolver, DelassusStatus, FrozenGlobal, FrozenScaling, MOST_DENSE_CONTACTS,
+    frozen_global, frozen_local, solve_delassus,
 };
 pub use ellipse::{Ellipse, ProjectionDerivative};
 pub use feasible_set::FeasibleSet;

@@ -27,7 +27,7 @@ const PATIENCE: usize = 100;
 /// Minimises ½ λᵀSλ − λᵀh over λ_N ≥ 0 and ‖λ_T‖ ≤ g with GPCG for the slip bounds g = λ_N of the last minimiser, again and again
 /// (HKL Algorithm 4.1 at constant F). Each of these problems is convex, so a singular W needs nothing else; whether their sequence
 /// converges depends on μ.
-pub(super) fn solve(scaled: &Scaled, tolerance: f64) -> Found {
+pub(super) fn solve(scaled: &Scaled<'_>, tolerance: f64) -> Found {
     let size = norm(&scaled.rhs);
     if size == 0.0 {
         return Found {
@@ -63,11 +63,19 @@ pub(super) fn solve(scaled: &Scaled, tolerance: f64) -> Found {
             steplength,
             max_applications: left,
         };
-        gpcg.minimise(&mut operator, &set, &mut next, inner_tolerance * size);
+        // The rounding n ε (‖S‖ ‖λ‖ + ‖h‖) of r = S λ − h with ‖S‖ < 2/ᾱ.
+        let rounding =
+            scaled.rhs.len() as f64 * f64::EPSILON * (2.0 / steplength * norm(&next) + size);
+        gpcg.minimise(
+            &mut operator,
+            &set,
+            &mut next,
+            rounding.max(inner_tolerance * size),
+        );
         let change = relative_change(&next, &multiplier);
         multiplier = next;
         outer_steps += 1;
-        let error = scaled.error(&multiplier);
+        let error = scaled.worst_error(&multiplier);
         if error < best.0 {
             best = (error, multiplier.clone());
         }
@@ -77,7 +85,7 @@ pub(super) fn solve(scaled: &Scaled, tolerance: f64) -> Found {
         errors.push(best.0);
         let stalled = errors.len() > PATIENCE
             && errors[errors.len() - 1] > 0.5 * errors[errors.len() - 1 - PATIENCE];
-        if stalled || (change == 0.0 && inner_tolerance <= TIGHTEST) {
+        if stalled || (change == 0.0 && inner_tolerance * size <= rounding) {
             break;
         }
         let wanted = SHARE * error.min(change.max(SHARE * error));

@@ -48,7 +48,10 @@ impl FrozenScaling {
     /// layout with tangential pairs on all panes.
     fn new(area: &[f64], friction: &[Option<[f64; 2]>], diagonal: &[f64], h: &[f64]) -> Self {
         let layout = MultiplierLayout::new(area.len(), area.len());
-        let is_isotropic = friction.iter().flatten().all(|[first, second]| first == second);
+        let is_isotropic = friction
+            .iter()
+            .flatten()
+            .all(|[first, second]| first == second);
         let mut scale = Vec::with_capacity(3 * area.len());
         let mut offset: Vec<f64> = Vec::with_capacity(scale.len());
         for (pane, area) in area.iter().enumerate() {
@@ -58,7 +61,9 @@ impl FrozenScaling {
             };
             let places = components(layout, pane);
             let entries = places.iter().zip(ellipse);
-            let sum: f64 = entries.map(|(&j, d)| diagonal[j] * (d / area).powi(2)).sum();
+            let sum: f64 = entries
+                .map(|(&j, d)| diagonal[j] * (d / area).powi(2))
+                .sum();
             let contact_scale = match sum > 0.0 {
                 true => (-0.5 * (sum / 3.0).log2()).round().exp2(),
                 false => 1.0,
@@ -115,7 +120,9 @@ pub fn frozen_local(
     let n = dual.dimension();
     let diagonal: Vec<f64> = (0..n).map(|j| dual.column(j)[j]).collect();
     let scaling = FrozenScaling::new(area, friction, &diagonal, &dual.rhs);
-    let order: Vec<usize> = (0..area.len()).flat_map(|pane| components(dual.layout, pane)).collect();
+    let order: Vec<usize> = (0..area.len())
+        .flat_map(|pane| components(dual.layout, pane))
+        .collect();
     let factor = |k: usize| scaling.scale[k] / area[k / 3];
     let mut matrix = CscMatrix {
         rows: n,
@@ -128,7 +135,9 @@ pub fn frozen_local(
         let column = dual.column(j);
         let entries = order.iter().enumerate();
         // One product on either side of the diagonal, so that W' is as symmetric as S.
-        matrix.data.extend(entries.map(|(l, &i)| factor(k.min(l)) * (column[i] * factor(k.max(l)))));
+        matrix
+            .data
+            .extend(entries.map(|(l, &i)| factor(k.min(l)) * (column[i] * factor(k.max(l)))));
     }
     let components = order.iter().enumerate();
     let offset = components.map(|(k, &j)| -factor(k) * dual.rhs[j] / scaling.unit);

@@ -122,7 +122,10 @@ pub fn solve_delassus(problem: &DelassusProblem, settings: &DelassusSettings) ->
         if best.as_ref().is_none_or(|best| worst(&next) < worst(best)) {
             best = Some(next);
         }
-        if best.as_ref().is_some_and(|best| best.status == DelassusStatus::Converged) {
+        if best
+            .as_ref()
+            .is_some_and(|best| best.status == DelassusStatus::Converged)
+        {
             break;
         }
     }
@@ -145,15 +148,15 @@ struct Found {
 
 fn judged(
     problem: &DelassusProblem,
-    scaled: &Scaled,
+    scaled: &Scaled<'_>,
     settings: &DelassusSettings,
     solver: DelassusSolver,
     multiplier: &[f64],
 ) -> DelassusSolution {
-    let force = scaled.forces(problem.mu(), multiplier);
+    let force = scaled.forces(multiplier);
     let velocity = problem.velocity(&force);
     let error = problem.error_with(&force, &velocity);
-    let scaled_error = scaled.error(multiplier);
+    let scaled_error = scaled.scaled_error(multiplier);
     let status = if !(error.is_finite() && scaled_error.is_finite()) {
         DelassusStatus::NumericalError
     } else if error <= settings.tolerance && scaled_error <= settings.tolerance {

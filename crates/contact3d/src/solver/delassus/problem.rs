@@ -24,7 +24,9 @@ pub struct DelassusProblem {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum DelassusError {
     /// Sizes that do not fit.
-    #[error("expected W of 3n rows and columns, q of 3n and mu of n numbers for n contacts, found {rows} rows, {columns} columns, {offset} and {mu} numbers; give the arrays of one problem in 3D")]
+    #[error(
+        "expected W of 3n rows and columns, q of 3n and mu of n numbers for n contacts, found {rows} rows, {columns} columns, {offset} and {mu} numbers; give the arrays of one problem in 3D"
+    )]
     Sizes {
         /// Rows of W.
         rows: usize,
@@ -54,7 +56,9 @@ pub enum DelassusError {
         value: f64,
     },
     /// A diagonal entry below zero.
-    #[error("W: expected a positive semidefinite matrix, found {value} on the diagonal in row {row}; correct the file")]
+    #[error(
+        "W: expected a positive semidefinite matrix, found {value} on the diagonal in row {row}; correct the file"
+    )]
     NegativeDiagonal {
         /// The row.
         row: usize,
@@ -62,7 +66,9 @@ pub enum DelassusError {
         value: f64,
     },
     /// Entries that differ from those across the diagonal.
-    #[error("W: expected a symmetric matrix, found entries in row {row} and column {column} that differ by {difference} from those across the diagonal; correct the file")]
+    #[error(
+        "W: expected a symmetric matrix, found entries in row {row} and column {column} that differ by {difference} from those across the diagonal; correct the file"
+    )]
     NotSymmetric {
         /// The row.
         row: usize,
@@ -206,7 +212,9 @@ impl DelassusProblem {
     /// [`Self::error`] where u is known.
     pub(super) fn error_with(&self, force: &[f64], velocity: &[f64]) -> f64 {
         let contacts = force.as_chunks().0.iter().zip(velocity.as_chunks().0);
-        let residuals = contacts.zip(&self.mu).flat_map(|((r, u), mu)| residual(*r, *u, *mu));
+        let residuals = contacts
+            .zip(&self.mu)
+            .flat_map(|((r, u), mu)| residual(*r, *u, *mu));
         let absolute = norm(&residuals.collect::<Vec<f64>>());
         match absolute {
             0.0 => 0.0,

@@ -32,7 +32,7 @@ const IDLE_STEPS: usize = 4;
 /// A singular W leaves some forces undetermined and makes R' singular. Proximal steps solve for λ⁺ with S + α diag S in place of S
 /// and h + α diag S λ in place of h: each has one isolated solution, a fixed point solves the given problem, and the error
 /// falls by about α per step in all directions in which S is not zero (R. T. Rockafellar, *SIAM J. Control Optim.* 14 (1976) 877).
-pub(super) fn solve(scaled: &Scaled, tolerance: f64) -> Found {
+pub(super) fn solve(scaled: &Scaled<'_>, tolerance: f64) -> Found {
     let zero = vec![0.0; scaled.rhs.len()];
     let mut found = Found {
         multiplier: zero.clone(),
@@ -52,20 +52,20 @@ pub(super) fn solve(scaled: &Scaled, tolerance: f64) -> Found {
     let local = LocalStiffness::new(&exact);
     if local.mobility() < SINGULAR {
         step(&exact, &local, &contact, None, &mut found);
-        if scaled.error(&found.multiplier) <= tolerance {
+        if scaled.worst_error(&found.multiplier) <= tolerance {
             return found;
         }
     }
     drop((exact, local));
     let mut share = FIRST_SHARE;
-    let mut error = scaled.error(&found.multiplier);
+    let mut error = scaled.worst_error(&found.multiplier);
     let mut idle = 0;
     for _ in 0..MOST_STEPS {
         let about = found.multiplier.clone();
         let dual = scaled.dense(share, &about);
         let local = LocalStiffness::new(&dual);
         step(&dual, &local, &contact, Some(&about), &mut found);
-        let next = scaled.error(&found.multiplier);
+        let next = scaled.worst_error(&found.multiplier);
         if next <= tolerance || !next.is_finite() {
             break;
         }

@@ -4,7 +4,10 @@ use std::sync::{Arc, atomic::AtomicUsize};
 
 use super::DelassusProblem;
 use crate::{
-    contact::{ContactFrame, CoulombLaw, FaceLaw, Interface, InterfaceFriction, MultiplierLayout, SlipOperator},
+    contact::{
+        ContactFrame, CoulombLaw, FaceLaw, Interface, InterfaceFriction, MultiplierLayout,
+        SlipOperator,
+    },
     dual::{DualOperator, ExplicitDual},
     linalg::{CscMatrix, norm, power_of_two_near_largest},
     mesh::{ContactSurface, SurfaceFace},
@@ -16,7 +19,8 @@ use crate::{
 /// D = s diag(1, μ, μ) with one s for each contact: the law between r' = D⁻¹ r / t and u' = D u / t is Coulomb's with μ' = 1,
 /// exactly, and powers of two for s and t round nothing. Contacts with friction come first, and those without have no tangential
 /// components, as [`MultiplierLayout`] has it.
-pub(super) struct Scaled {
+pub(super) struct Scaled<'a> {
+    problem: &'a DelassusProblem,
     /// W' by columns.
     pub(super) operator: CscMatrix,
     /// h' = −q'.
@@ -32,8 +36,8 @@ pub(super) struct Scaled {
     judge: DelassusProblem,
 }
 
-impl Scaled {
-    pub(super) fn new(problem: &DelassusProblem) -> Self {
+impl<'a> Scaled<'a> {
+    pub(super) fn new(problem: &'a DelassusProblem) -> Self {
         let n = problem.n_contacts();
         let mu = problem.mu();
         let (with, without): (Vec<usize>, Vec<usize>) = (0..n).partition(|&c| mu[c] > 0.0);
@@ -43,7 +47,9 @@ impl Scaled {
         let tangential = with.iter().flat_map(|c| [3 * c + 1, 3 * c + 2]);
         let source: Vec<usize> = normal.chain(tangential).collect();
         let diagonal = problem.diagonal();
-        let contact_scale: Vec<f64> = (0..n).map(|c| contact_scale(&diagonal[3 * c..3 * c + 3], mu[c])).collect();
+        let contact_scale: Vec<f64> = (0..n)
+            .map(|c| contact_scale(&diagonal[3 * c..3 * c + 3], mu[c]))
+            .collect();
         let own = |component: usize| {
             let contact = component / 3;
             let friction = match component % 3 {
@@ -53,13 +59,18 @@ impl Scaled {
             contact_scale[contact] * friction
         };
         let scale: Vec<f64> = source.iter().map(|&component| own(component)).collect();
-        let offset: Vec<f64> = source.iter().zip(&scale).map(|(&k, d)| d * problem.offset()[k]).collect();
+        let offset: Vec<f64> = source
+            .iter()
+            .zip(&scale)
+            .map(|(&k, d)| d * problem.offset()[k])
+            .collect();
         let unit = power_of_two_near_largest(&offset).unwrap_or(1.0);
         let mut place = vec![None; 3 * n];
         for (ours, &given) in source.iter().enumerate() {
             place[given] = Some(ours);
         }
         Self {
+            problem,
             operator: permuted(problem.matrix(), &source, &place, &scale),
             rhs: offset.iter().map(|q| -q / unit).collect(),
             judge: judged_scaling(problem, &contact_scale, unit),
@@ -71,20 +82,35 @@ impl Scaled {
     }
 
     /// r of the given problem.
-    pub(super) fn forces(&self, mu: &[f64], multiplier: &[f64]) -> Vec<f64> {
-        let mut force = vec![0.0; 3 * mu.len()];
+    pub(super) fn forces(&self, multiplier: &[f64]) -> Vec<f64> {
+        let mut force = vec![0.0; self.problem.offset().len()];
         for ((&component, scale), value) in self.source.iter().zip(&self.scale).zip(multiplier) {
             force[component] = self.unit * scale * value;
         }
         force
     }
 
+    /// The larger of the errors of the given problem and of the scaled one.
+    pub(super) fn worst_error(&self, multiplier: &[f64]) -> f64 {
+        let given = self.problem.error(&self.forces(multiplier));
+        let scaled = self.scaled_error(multiplier);
+        if given.is_nan() {
+            given
+        } else {
+            given.max(scaled)
+        }
+    }
+
     /// The error of forces of the given problem, each contact scaled to a unit diagonal.
-    pub(super) fn error(&self, multiplier: &[f64]) -> f64 {
+    pub(super) fn scaled_error(&self, multiplier: &[f64]) -> f64 {
         let mu = self.judge.mu();
         let mut force = vec![0.0; 3 * mu.len()];
         for (&component, value) in self.source.iter().zip(multiplier) {
-            let friction = if component % 3 == 0 { 1.0 } else { mu[component / 3] };
+            let friction = if component % 3 == 0 {
+                1.0
+            } else {
+                mu[component / 3]
+            };
             force[component] = friction * value;
         }
         self.judge.error(&force)
@@ -184,7 +210,12 @@ fn judged_scaling(problem: &DelassusProblem, contact_scale: &[f64], unit: f64) -
 }
 
 /// The rows and columns of a matrix that are kept, in a new order, scaled from both sides.
-fn permuted(matrix: &CscMatrix, source: &[usize], place: &[Option<usize>], scale: &[f64]) -> CscMatrix {
+fn permuted(
+    matrix: &CscMatrix,
+    source: &[usize],
+    place: &[Option<usize>],
+    scale: &[f64],
+) -> CscMatrix {
     let n = source.len();
     let mut kept = CscMatrix {
         rows: n,
@@ -213,12 +244,12 @@ fn permuted(matrix: &CscMatrix, source: &[usize], place: &[Option<usize>], scale
 
 /// S' λ by the sparse matrix.
 pub(super) struct SparseOperator<'a> {
-    scaled: &'a Scaled,
+    scaled: &'a Scaled<'a>,
     applications: usize,
 }
 
 impl<'a> SparseOperator<'a> {
-    pub(super) fn new(scaled: &'a Scaled) -> Self {
+    pub(super) fn new(scaled: &'a Scaled<'a>) -> Self {
         Self {
             scaled,
             applications: 0,
@@ -238,7 +269,9 @@ impl DualOperator for SparseOperator<'_> {
     fn apply(&mut self, multiplier: &[f64]) -> Vec<f64> {
         self.applications += 1;
         let mut product = vec![0.0; multiplier.len()];
-        self.scaled.operator.mul_transposed(multiplier, &mut product);
+        self.scaled
+            .operator
+            .mul_transposed(multiplier, &mut product);
         product
     }
 

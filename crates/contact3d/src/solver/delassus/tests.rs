@@ -3,14 +3,18 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::{
-    DelassusError, DelassusMethod, DelassusProblem, DelassusSettings, DelassusSolution, DelassusStatus, solve_delassus,
+    DelassusError, DelassusMethod, DelassusProblem, DelassusSettings, DelassusSolution,
+    DelassusStatus, solve_delassus,
 };
 use crate::linalg::CscMatrix;
 
 fn sparse(matrix: &DMatrix<f64>) -> CscMatrix {
     let mut sparse = CscMatrix::empty(matrix.nrows());
     for column in matrix.column_iter() {
-        let entries = column.iter().enumerate().filter(|(_, value)| **value != 0.0);
+        let entries = column
+            .iter()
+            .enumerate()
+            .filter(|(_, value)| **value != 0.0);
         for (row, value) in entries {
             sparse.indices.push(row);
             sparse.data.push(*value);
@@ -31,7 +35,11 @@ fn solved(problem: &DelassusProblem, method: DelassusMethod) -> DelassusSolution
         ..DelassusSettings::default()
     };
     let solution = solve_delassus(problem, &settings);
-    assert_eq!(solution.status, DelassusStatus::Converged, "{method:?}: {solution:?}");
+    assert_eq!(
+        solution.status,
+        DelassusStatus::Converged,
+        "{method:?}: {solution:?}"
+    );
     assert!(solution.error <= 1e-10 && solution.scaled_error <= 1e-10);
     solution
 }
@@ -50,7 +58,11 @@ fn one_contact_in_closed_form() {
             let solution = solved(&problem(&w, &q, &[0.5]), method);
             for (found, expected) in solution.force.iter().zip(r) {
                 // The tolerance of the solve times ‖u‖ = 50.
-                assert!((found - expected).abs() <= 5e-9, "{method:?} {q:?}: {:?}", solution.force);
+                assert!(
+                    (found - expected).abs() <= 5e-9,
+                    "{method:?} {q:?}: {:?}",
+                    solution.force
+                );
             }
         }
     }
@@ -59,7 +71,10 @@ fn one_contact_in_closed_form() {
 #[test]
 fn without_friction_there_are_no_tangential_forces() {
     let w = DMatrix::from_row_slice(3, 3, &[2.0, 1.0, 0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 1.0]);
-    let solution = solved(&problem(&w, &[-1.0, 3.0, 1.0], &[0.0]), DelassusMethod::Auto);
+    let solution = solved(
+        &problem(&w, &[-1.0, 3.0, 1.0], &[0.0]),
+        DelassusMethod::Auto,
+    );
     assert_eq!(solution.force, [0.5, 0.0, 0.0]);
     assert_eq!(solution.velocity, [0.0, 3.5, 1.0]);
 }
@@ -67,7 +82,10 @@ fn without_friction_there_are_no_tangential_forces() {
 #[test]
 fn nothing_pushes_and_nothing_is_there() {
     let w = DMatrix::identity(3, 3);
-    assert_eq!(solved(&problem(&w, &[0.0; 3], &[0.5]), DelassusMethod::Auto).force, [0.0; 3]);
+    assert_eq!(
+        solved(&problem(&w, &[0.0; 3], &[0.5]), DelassusMethod::Auto).force,
+        [0.0; 3]
+    );
     let none = problem(&DMatrix::zeros(0, 0), &[], &[]);
     assert!(solved(&none, DelassusMethod::Auto).force.is_empty());
 }
@@ -112,7 +130,12 @@ fn a_singular_matrix_leaves_the_resultant_alone() {
             let expected = [1.0, friction, 0.0];
             for k in 0..3 {
                 // Sixteen forces, each as accurate as the tolerance of the solve times ‖u‖ ≤ 6 over the least eigenvalue, about 1.
-                assert!((total(k) - expected[k]).abs() <= 1e-8, "{method:?}: {} for {:?}", total(k), expected);
+                assert!(
+                    (total(k) - expected[k]).abs() <= 1e-8,
+                    "{method:?}: {} for {:?}",
+                    total(k),
+                    expected
+                );
             }
         }
     }
@@ -123,14 +146,24 @@ fn a_singular_matrix_leaves_the_resultant_alone() {
 fn both_solvers_find_the_same_forces_in_any_units() {
     let mut state = 7_u64;
     let mut next = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         (state >> 33) as f64 / f64::from(1_u32 << 30) - 1.0
     };
     let n = 12;
     let g = DMatrix::from_fn(3 * n, 3 * n, |_, _| 0.1 * next());
     let w = g.transpose() * &g + DMatrix::identity(3 * n, 3 * n);
     let q: Vec<f64> = (0..3 * n).map(|_| next()).collect();
-    let mu: Vec<f64> = (0..n).map(|c| if c % 4 == 3 { 0.0 } else { 0.1 + 0.05 * c as f64 }).collect();
+    let mu: Vec<f64> = (0..n)
+        .map(|c| {
+            if c % 4 == 3 {
+                0.0
+            } else {
+                0.1 + 0.05 * c as f64
+            }
+        })
+        .collect();
     let given = problem(&w, &q, &mu);
     let newton = solved(&given, DelassusMethod::Newton).force;
     let gpcg = solved(&given, DelassusMethod::Gpcg).force;
@@ -168,12 +201,31 @@ fn what_is_no_problem_is_refused() {
     let refused = |matrix, q: &[f64], mu: &[f64]| {
         DelassusProblem::new(matrix, q.to_vec(), mu.to_vec()).expect_err("refused")
     };
-    assert!(matches!(refused(identity(), &[0.0; 3], &[-0.1]), DelassusError::NegativeFriction { contact: 0, .. }));
-    assert!(matches!(refused(identity(), &[0.0; 2], &[0.1]), DelassusError::Sizes { offset: 2, .. }));
-    assert!(matches!(refused(identity(), &[0.0, f64::NAN, 0.0], &[0.1]), DelassusError::NotFinite { array: "q", at: 1, .. }));
+    assert!(matches!(
+        refused(identity(), &[0.0; 3], &[-0.1]),
+        DelassusError::NegativeFriction { contact: 0, .. }
+    ));
+    assert!(matches!(
+        refused(identity(), &[0.0; 2], &[0.1]),
+        DelassusError::Sizes { offset: 2, .. }
+    ));
+    assert!(matches!(
+        refused(identity(), &[0.0, f64::NAN, 0.0], &[0.1]),
+        DelassusError::NotFinite {
+            array: "q",
+            at: 1,
+            ..
+        }
+    ));
     let mut skew = DMatrix::identity(3, 3);
     skew[(0, 2)] = 0.5;
-    assert!(matches!(refused(sparse(&skew), &[0.0; 3], &[0.1]), DelassusError::NotSymmetric { .. }));
+    assert!(matches!(
+        refused(sparse(&skew), &[0.0; 3], &[0.1]),
+        DelassusError::NotSymmetric { .. }
+    ));
     let negative = sparse(&(-DMatrix::<f64>::identity(3, 3)));
-    assert!(matches!(refused(negative, &[0.0; 3], &[0.1]), DelassusError::NegativeDiagonal { row: 0, .. }));
+    assert!(matches!(
+        refused(negative, &[0.0; 3], &[0.1]),
+        DelassusError::NegativeDiagonal { row: 0, .. }
+    ));
 }
