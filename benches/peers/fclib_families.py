@@ -107,11 +107,11 @@ def elastic(side: int, mu: float = 0.4) -> LocalProblem:
 
 
 FAMILIES = {
-    "tower": ("cubes", tower, [5, 20, 80]),
-    "wall": ("courses of 10", lambda n: wall(n, 10), [2, 5, 15]),
-    "cube on many contacts": ("contacts a side", cube, [5, 12, 25]),
-    "elastic half-space": ("contacts a side", elastic, [8, 16, 26]),
-    "large wall": ("courses of 20", lambda n: wall(n, 20), [25]),
+    "tower": ("cubes", tower, [5, 20, 50]),
+    "wall": ("courses of 10", lambda n: wall(n, 10), [2, 5, 10]),
+    "cube on many contacts": ("contacts a side", cube, [5, 12, 20]),
+    "elastic half-space": ("contacts a side", elastic, [8, 16, 22]),
+    "large wall": ("courses of 20", lambda n: wall(n, 20), [16]),
 }
 
 

@@ -56,7 +56,7 @@ SOLVERS = {
     "NSGS": sn.SICONOS_FRICTION_3D_NSGS,
 }
 TOLERANCE = 1e-10
-MAX_ITERATIONS = 100_000
+MAX_ITERATIONS = 20_000
 
 # The stored forces are accurate to rounding, and the frozen law is that of the solution.
 CONFIRMED = 1e-10
