@@ -150,8 +150,10 @@ fn a_face_without_friction_has_contacts_without_friction() {
     let exported = json(&program, &["export", "run.h5", "--fclib", "out.hdf5"], 0);
     assert!(exported["error"].as_f64().expect("measured") <= 1e-10);
     let problem = fclib::read_local(&program.path("out.hdf5")).expect("readable");
-    // Two columns of two panes with friction, which come first, three without.
-    assert_eq!(problem.mu, [[0.6; 4].as_slice(), &[0.0; 6]].concat());
+    // Two columns of two panes with friction, which come first, three without; F is the reciprocal of a mean.
+    let (with, without) = problem.mu.split_at(4);
+    assert!(with.iter().all(|mu| (mu - 0.6).abs() < 1e-14), "{with:?}");
+    assert_eq!(without, [0.0; 6]);
     assert!((0..30).all(|k| {
         problem
             .w
@@ -214,7 +216,7 @@ fn a_solution_goes_into_a_copy_and_only_on_request_into_the_file() {
         (&answer["status"], &answer["contacts"]),
         (&"converged".into(), &2.into())
     );
-    assert!(answer["error_before"].as_f64().expect("measured") > 0.1);
+    assert!(answer["error_before"].as_f64().expect("measured") > 0.01);
     for method in ["newton", "gpcg"] {
         json(
             &program,

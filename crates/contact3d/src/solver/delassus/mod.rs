@@ -38,7 +38,7 @@ pub enum DelassusMethod {
 pub struct DelassusSettings {
     /// How.
     pub method: DelassusMethod,
-    /// Largest [`DelassusProblem::error`], also of the problem scaled to a unit diagonal.
+    /// Largest [`DelassusProblem::error`], and largest error of the problem scaled to a unit diagonal.
     pub tolerance: f64,
 }
 
@@ -84,7 +84,7 @@ pub struct DelassusSolution {
     pub velocity: Vec<f64>,
     /// [`DelassusProblem::error`] of the forces.
     pub error: f64,
-    /// The same error of the problem scaled to a unit diagonal, which does not depend on units.
+    /// ‖r − P(r − û)‖ / ‖q‖ of the problem scaled to a unit diagonal, which does not depend on units.
     pub scaled_error: f64,
     /// Steps of Newton's method.
     pub newton_steps: usize,

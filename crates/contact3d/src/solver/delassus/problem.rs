@@ -211,18 +211,36 @@ impl DelassusProblem {
 
     /// [`Self::error`] where u is known.
     pub(super) fn error_with(&self, force: &[f64], velocity: &[f64]) -> f64 {
+        let sizes = [force, velocity, &self.offset].map(norm);
+        relative(
+            self.residual(force, velocity),
+            sizes.into_iter().fold(0.0, f64::max),
+        )
+    }
+
+    /// ‖r − P(r − û)‖ / ‖q‖, 0 for 0/0. Forces without bound, by which a problem without a solution is solved ever
+    /// better relative to them, make this no smaller.
+    pub(super) fn error_by_offset(&self, force: &[f64]) -> f64 {
+        relative(
+            self.residual(force, &self.velocity(force)),
+            norm(&self.offset),
+        )
+    }
+
+    /// ‖r − P(r − û)‖.
+    fn residual(&self, force: &[f64], velocity: &[f64]) -> f64 {
         let contacts = force.as_chunks().0.iter().zip(velocity.as_chunks().0);
         let residuals = contacts
             .zip(&self.mu)
             .flat_map(|((r, u), mu)| residual(*r, *u, *mu));
-        let absolute = norm(&residuals.collect::<Vec<f64>>());
-        match absolute {
-            0.0 => 0.0,
-            absolute => {
-                let sizes = [force, velocity, &self.offset].map(norm);
-                absolute / sizes.into_iter().fold(0.0, f64::max)
-            }
-        }
+        norm(&residuals.collect::<Vec<f64>>())
+    }
+}
+
+fn relative(residual: f64, size: f64) -> f64 {
+    match residual {
+        0.0 => 0.0,
+        residual => residual / size,
     }
 }
 

@@ -101,7 +101,7 @@ impl<'a> Scaled<'a> {
         }
     }
 
-    /// The error of forces of the given problem, each contact scaled to a unit diagonal.
+    /// ‖r − P(r − û)‖ / ‖q‖ of the given problem with each contact scaled to a unit diagonal.
     pub(super) fn scaled_error(&self, multiplier: &[f64]) -> f64 {
         let mu = self.judge.mu();
         let mut force = vec![0.0; 3 * mu.len()];
@@ -113,7 +113,7 @@ impl<'a> Scaled<'a> {
             };
             force[component] = friction * value;
         }
-        self.judge.error(&force)
+        self.judge.error_by_offset(&force)
     }
 
     /// The problem as dense arrays, with a share of the diagonal added about some forces: S + α diag S, h + α diag S λ.

@@ -195,6 +195,33 @@ fn the_error_sees_what_is_wrong() {
     assert!(given.error(&[-1.0, 0.0, 0.0]) > 0.1);
 }
 
+/// Where W = 0 and bodies would have to be pushed apart no forces do; large ones make the residual small relative to them.
+#[test]
+fn what_has_no_solution_does_not_converge() {
+    let mut w = DMatrix::zeros(6, 6);
+    w[(0, 0)] = 1.0;
+    let given = problem(&w, &[-2.0, 0.8, 0.6, -2.0, 30.0, 40.0], &[0.5; 2]);
+    for method in [
+        DelassusMethod::Auto,
+        DelassusMethod::Newton,
+        DelassusMethod::Gpcg,
+    ] {
+        let settings = DelassusSettings {
+            method,
+            ..DelassusSettings::default()
+        };
+        let solution = solve_delassus(&given, &settings);
+        assert_ne!(
+            solution.status,
+            DelassusStatus::Converged,
+            "{method:?}: {solution:?}"
+        );
+    }
+    let mut large = vec![0.0; 6];
+    large[3] = 1e12;
+    assert!(given.error(&large) < 1e-10 && given.error_by_offset(&large) > 0.01);
+}
+
 #[test]
 fn what_is_no_problem_is_refused() {
     let identity = || sparse(&DMatrix::identity(3, 3));
