@@ -234,10 +234,7 @@ fn without_friction_a_block_keeps_its_place_unless_it_is_pushed() {
     let motion = motion(&problem, &solution);
     assert_eq!(motion.rotation, [0.0; 3]);
     // Along x but for rounding of the modes.
-    assert!(
-        (motion.translation[0] - 1.0).abs() < 1e-6,
-        "{motion:?}"
-    );
+    assert!((motion.translation[0] - 1.0).abs() < 1e-6, "{motion:?}");
 }
 
 #[test]
