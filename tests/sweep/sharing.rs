@@ -115,7 +115,7 @@ values = [0.2, 0.201, 0.202, 0.203]
 fn prescribed_displacements_share_one_factor() {
     let sweep = Sweep::new(
         "[set]\n\"body.brick.cells\" = [6, 2, 2]\ntraction = []\n\
-         clamp = [{ face = \"z_max\", value = [0.0, 0.0, 0.0] }]\n\
+         clamp = [{ face = \"z_max\", value = [0.0, 0.0, -3e-5] }]\n\
          [[axis]]\nkey = \"clamp.0.value.2\"\nvalues = [0.0, -1e-5, -2e-5]\n",
     );
     let (code, text) = sweep.run("out", &[]);
