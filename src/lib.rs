@@ -3,6 +3,7 @@
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod cli;
+pub mod exchange;
 pub mod format;
 pub mod output;
 pub mod pipeline;

@@ -10,9 +10,17 @@ use contact3d::scene::{
 use serde::de::{DeserializeOwned, IntoDeserializer, value::StrDeserializer};
 
 use super::{
-    accuracy::AccuracyArguments, branches::BranchesArguments, completions::CompletionsArguments,
-    html::ReportArguments, init::InitArguments, law::LawArguments, man::ManArguments,
-    schema::SchemaArguments, stability::StabilityArguments, sweep::SweepArguments,
+    accuracy::AccuracyArguments,
+    branches::BranchesArguments,
+    completions::CompletionsArguments,
+    fclib::{ExportArguments, SolveFclibArguments},
+    html::ReportArguments,
+    init::InitArguments,
+    law::LawArguments,
+    man::ManArguments,
+    schema::SchemaArguments,
+    stability::StabilityArguments,
+    sweep::SweepArguments,
     theory::TheoryArguments,
 };
 use crate::{
@@ -84,6 +92,10 @@ pub enum Command {
     Stability(StabilityArguments),
     /// Write a report as one HTML page that needs no network
     Report(ReportArguments),
+    /// Write the problem of a solved run file, friction frozen at the solution, as a file of FCLIB
+    Export(ExportArguments),
+    /// Solve a local frictional contact problem from a file of FCLIB
+    SolveFclib(SolveFclibArguments),
     /// Write or check the schemas of run files and scenes
     Schema(SchemaArguments),
     /// Write a commented scene to start from

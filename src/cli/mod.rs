@@ -7,6 +7,7 @@ mod branches;
 mod check;
 mod completions;
 mod exit;
+mod fclib;
 mod features;
 mod history;
 mod html;
@@ -73,6 +74,8 @@ fn perform(arguments: &Arguments) -> Exit {
         Command::Branches(task) => branches::branches(task, &output, threads),
         Command::Stability(suite) => return stability::stability(suite, &output, threads),
         Command::Report(page) => html::report_page(page, &output),
+        Command::Export(arguments) => fclib::export(arguments, &output),
+        Command::SolveFclib(arguments) => fclib::solve_fclib(arguments, &output),
         Command::Schema(schema) => schema::schema(schema, &output),
         Command::Init(scene) => init::init(scene, &output),
         Command::Completions(shell) => Ok(completions::completions(shell)),

@@ -36,11 +36,16 @@ pub enum Kind {
     Schema,
     /// A generated schema as Markdown.
     SchemaPage,
+    /// A frictional contact problem.
+    Fclib,
     /// A page of the manual.
     ManualPage,
     /// A scene to start from. No scene is replaced, since its user may have changed it.
     Scene,
 }
+
+/// How the root of an FCLIB file names this program.
+pub(crate) const FCLIB_PROGRAM: &str = "contact3d-pipe";
 
 impl Kind {
     /// What messages call it.
@@ -52,6 +57,7 @@ impl Kind {
             Self::SweepTable => "the CSV table of a sweep",
             Self::Schema => "a JSON schema",
             Self::SchemaPage => "a Markdown schema",
+            Self::Fclib => "a file of FCLIB",
             Self::ManualPage => "a manual page",
             Self::Scene => "a scene",
         }
@@ -71,6 +77,10 @@ impl Kind {
                 Self::SchemaPage => text().starts_with(
                     "# The run file\n\nGenerated from the table of datasets; do not edit.\n",
                 ),
+                Self::Fclib => {
+                    ends.first.starts_with(HDF5)
+                        && fclib::program_of(path).as_deref() == Some(FCLIB_PROGRAM)
+                }
                 Self::ManualPage => text().contains("\n.TH contact3d-pipe"),
                 Self::Scene => false,
             })

@@ -18,5 +18,6 @@ pub use error::OutputError;
 pub use folder::Folder;
 pub use guard::admit;
 pub use inputs::Inputs;
+pub(crate) use kind::FCLIB_PROGRAM;
 pub use kind::Kind;
 pub use write::{OutputFile, write};

@@ -7,8 +7,9 @@ use contact3d::{
     dual::{AssemblyError, Shortage},
     mesh::GmshError,
     scene::{Invalid, SceneError},
-    solver::NeedsExplicit,
+    solver::{DelassusError, NeedsExplicit},
 };
+use fclib::FclibError;
 use miette::Diagnostic;
 use plots::FigureError;
 use runfile::{Group, StoreError};
@@ -91,6 +92,25 @@ pub enum StageError {
         stored: Vec<Group>,
         /// What failed.
         source: Box<StageError>,
+    },
+    /// A file of FCLIB.
+    #[error(transparent)]
+    Fclib(#[from] FclibError),
+    /// A problem that files of FCLIB cannot hold, or that is not solved.
+    #[error("{}: {reason}", file.display())]
+    Unfit {
+        /// The file.
+        file: PathBuf,
+        /// What does not fit, and what to do.
+        reason: String,
+    },
+    /// Arrays of a file that make no frictional contact problem.
+    #[error("{}: {source}", file.display())]
+    Delassus {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        source: DelassusError,
     },
     /// A file that runs share cannot be removed, or the turn to make it not be had.
     #[error("cannot write {}: {source}; check the permissions of the folder", file.display())]

@@ -176,6 +176,9 @@ fn is_of_content(error: &StageError) -> bool {
         | StageError::Figure { .. }
         | StageError::Output(_)
         | StageError::Partly { .. }
+        | StageError::Fclib(_)
+        | StageError::Unfit { .. }
+        | StageError::Delassus { .. }
         | StageError::Write { .. } => false,
     }
 }

@@ -26,6 +26,7 @@ mod post;
 mod resources;
 mod session;
 mod solve;
+mod solved;
 mod stages;
 mod store;
 mod theory;
@@ -39,7 +40,9 @@ pub use freshness::{Freshness, StageState, operator_settings, stage_settings, st
 pub use homes::{AssemblyFile, Operator};
 pub use mesh_file::{mesh_file, mesh_of, pin_mesh_file};
 pub use path_series::SeriesFolder;
+pub(crate) use resources::admit_memory;
 pub use resources::{memory_for_sweeps, scene_bytes};
 pub use session::{Commit, Performed, Results, Session, read_results};
+pub use solved::{Solved, read_solved};
 pub use stages::Step;
 pub use theory::measure_theory;

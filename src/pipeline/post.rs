@@ -12,7 +12,7 @@ use super::{
     StageError,
     history::History,
     mesh::Meshed,
-    solve::{Answer, Equations, of_friction, only_friction, several_frictions},
+    solve::{Answer, Equations, FaceFriction, of_friction, only_friction, several_frictions},
 };
 use crate::format::{self, GridValues, Series};
 
@@ -106,7 +106,7 @@ pub(super) struct Settings<'a> {
     friction: Option<&'a Friction>,
     /// The laws of several contact faces.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    frictions: Vec<Option<&'a Friction>>,
+    frictions: Vec<FaceFriction<'a>>,
     /// What the formulas here use.
     #[serde(skip_serializing_if = "Parameters::is_empty")]
     parameters: Parameters,

@@ -21,7 +21,7 @@ pub(super) fn admit(need: Need, run_file: &Path) -> Result<(), Shortage> {
 }
 
 /// Refuses a step that does not fit into memory.
-pub(super) fn admit_memory(need: Need) -> Result<(), Shortage> {
+pub(crate) fn admit_memory(need: Need) -> Result<(), Shortage> {
     require(need.step, Resource::Memory, need.memory, available_memory())
 }
 

@@ -116,7 +116,7 @@ pub(super) struct Settings<'a> {
     friction: Option<&'a Friction>,
     /// The laws of several contact faces.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    frictions: Vec<Option<&'a Friction>>,
+    frictions: Vec<FaceFriction<'a>>,
     /// None for the default.
     #[serde(skip_serializing_if = "Option::is_none")]
     slip_interpolation: Option<SlipInterpolation>,
@@ -153,9 +153,20 @@ pub(super) fn only_friction(scene: &Scene) -> Option<&Friction> {
     scene.friction_on(0).map(|(_, friction)| friction)
 }
 
+/// The law of one of several contact faces; an empty table without friction, since TOML has no null.
+#[derive(Serialize)]
+#[serde(untagged)]
+pub(super) enum FaceFriction<'a> {
+    Law(&'a Friction),
+    Frictionless {},
+}
+
 /// The laws of several contact faces, in the order of their multipliers; none for one.
-pub(super) fn several_frictions(scene: &Scene) -> Vec<Option<&Friction>> {
-    let law = |entry| scene.friction_on(entry).map(|(_, friction)| friction);
+pub(super) fn several_frictions(scene: &Scene) -> Vec<FaceFriction<'_>> {
+    let law = |entry| match scene.friction_on(entry) {
+        Some((_, friction)) => FaceFriction::Law(friction),
+        None => FaceFriction::Frictionless {},
+    };
     several_contacts(scene)
         .map(|(entry, _)| law(entry))
         .collect()

@@ -9,6 +9,7 @@ mod bad_scenes;
 mod branches;
 mod errors;
 mod faces;
+mod fclib;
 mod history;
 mod interruption;
 mod law;

@@ -93,7 +93,7 @@ impl FaceLaw {
 
     /// The same on given panes, its nodes beginning with `first_node`.
     #[must_use]
-    pub(super) fn placed(self, first_node: usize, panes: Range<usize>) -> Self {
+    pub(crate) fn placed(self, first_node: usize, panes: Range<usize>) -> Self {
         Self {
             first_node,
             panes,

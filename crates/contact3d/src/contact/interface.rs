@@ -128,6 +128,12 @@ impl Interface {
         Coupling::new(surface, &self.frame, self.n_friction_panes(), dofs)
     }
 
+    /// B with rows of T on all panes, with friction or not.
+    #[must_use]
+    pub fn coupling_everywhere(&self, surface: &ContactSurface, dofs: &DofMap) -> Coupling {
+        Coupling::new(surface, &self.frame, surface.n_panes(), dofs)
+    }
+
     /// Coulomb's law, where it is the law.
     #[must_use]
     pub fn coulomb(&self) -> Option<&CoulombLaw> {

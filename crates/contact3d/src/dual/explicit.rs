@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{
-    Assembly, Balance,
+    Assembly, Balance, ContactSystem,
     dense::{subtract_product, symmetric_product},
     global_modes::correct,
 };
@@ -95,6 +95,36 @@ impl ExplicitDual {
             anchor: None,
             layout: coupling.layout,
             compliance,
+            balance: None,
+        }
+    }
+
+    /// S and h of a body that supports hold, with tangential pairs on all panes, with friction or not, and no contact compliance.
+    #[must_use]
+    pub fn everywhere(
+        assembly: &Assembly,
+        surface: &ContactSurface,
+        interface: &Interface,
+    ) -> Self {
+        let dofs = &assembly.primal.dofs;
+        let coupling = interface.coupling_everywhere(surface, dofs);
+        let unconstrained = assembly.unconstrained();
+        let system = ContactSystem::with(coupling, &unconstrained, dofs, surface, interface);
+        let coupling = &system.coupling;
+        let operator = match &*assembly.factor {
+            Factor::Double(factor) => formed(factor, coupling, None).0,
+            Factor::Single(factor) => {
+                let (mut operator, _) = formed(factor, coupling, None);
+                correct(assembly, coupling, None, &mut operator, None);
+                rounded(operator)
+            }
+        };
+        Self {
+            operator: Arc::new(operator),
+            rhs: system.dual_rhs().to_vec(),
+            anchor: None,
+            layout: coupling.layout,
+            compliance: None,
             balance: None,
         }
     }

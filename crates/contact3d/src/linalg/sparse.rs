@@ -120,6 +120,17 @@ impl CscMatrix {
         (&self.indices[range.clone()], &self.data[range])
     }
 
+    /// The mean of the diagonal of a square matrix; 0 without rows.
+    #[must_use]
+    pub(crate) fn mean_diagonal(&self) -> f64 {
+        let entry = |column: usize| {
+            let (rows, values) = self.column(column);
+            rows.binary_search(&column).map_or(0.0, |at| values[at])
+        };
+        let sum: f64 = (0..self.cols).map(entry).sum();
+        sum / self.cols.max(1) as f64
+    }
+
     /// Product y = M x, summed column after column on one thread; x has `cols` and y has `rows`
     /// entries.
     ///

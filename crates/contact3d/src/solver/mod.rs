@@ -2,12 +2,14 @@
 //! method inside, and a semismooth Newton method for the whole problem.
 //!
 //! Each module uses only those before it: `ellipse`, `feasible_set`, `history`, `contact_state`,
-//! `solution`, `problem`, `conditions`, `newton`, `inner`, `minimisation`, `fixed_point`, `accuracy`, `answer`, `equilibrium`, `solve`.
+//! `solution`, `problem`, `conditions`, `newton`, `inner`, `minimisation`, `fixed_point`, `accuracy`, `answer`, `equilibrium`, `solve`;
+//! `delassus` is for problems given by matrices alone.
 
 mod accuracy;
 mod answer;
 mod conditions;
 mod contact_state;
+mod delassus;
 mod ellipse;
 mod equilibrium;
 mod feasible_set;
@@ -22,6 +24,11 @@ mod solve;
 
 pub(crate) use conditions::{Bound, PaneZone};
 pub use contact_state::{ContactState, CoulombState, coulomb_state};
+pub use delassus::{
+    DelassusError, DelassusMethod, DelassusProblem, DelassusSettings, DelassusSolution,
+    DelassusSolver, DelassusStatus, FrozenGlobal, FrozenScaling, MOST_DENSE_CONTACTS,
+    frozen_global, frozen_local, solve_delassus,
+};
 pub use ellipse::{Ellipse, ProjectionDerivative};
 pub use feasible_set::FeasibleSet;
 pub use fixed_point::{

@@ -1,0 +1,295 @@
+//! The problem in the order and units of the solvers.
+
+use std::sync::{Arc, atomic::AtomicUsize};
+
+use super::DelassusProblem;
+use crate::{
+    contact::{
+        ContactFrame, CoulombLaw, FaceLaw, Interface, InterfaceFriction, MultiplierLayout,
+        SlipOperator,
+    },
+    dual::{DualOperator, ExplicitDual},
+    linalg::{CscMatrix, norm, power_of_two_near_largest},
+    mesh::{ContactSurface, SurfaceFace},
+    scene::{Coefficient, FrictionLaw},
+};
+
+/// A problem with W' = D W D of about unit diagonal, q' = D q / t of about unit size, and μ' = 1 at all contacts with friction.
+///
+/// D = s diag(1, μ, μ) with one s for each contact: the law between r' = D⁻¹ r / t and u' = D u / t is Coulomb's with μ' = 1,
+/// exactly, and powers of two for s and t round nothing. Contacts with friction come first, and those without have no tangential
+/// components, as [`MultiplierLayout`] has it.
+pub(super) struct Scaled<'a> {
+    problem: &'a DelassusProblem,
+    /// W' by columns.
+    pub(super) operator: CscMatrix,
+    /// h' = −q'.
+    pub(super) rhs: Vec<f64>,
+    pub(super) layout: MultiplierLayout,
+    /// Component of the given problem at each of ours.
+    source: Vec<usize>,
+    /// D of each of our components.
+    scale: Vec<f64>,
+    /// t.
+    unit: f64,
+    /// The scaled problem with all its tangential components, to judge by.
+    judge: DelassusProblem,
+}
+
+impl<'a> Scaled<'a> {
+    pub(super) fn new(problem: &'a DelassusProblem) -> Self {
+        let n = problem.n_contacts();
+        let mu = problem.mu();
+        let (with, without): (Vec<usize>, Vec<usize>) = (0..n).partition(|&c| mu[c] > 0.0);
+        let layout = MultiplierLayout::new(n, with.len());
+        let contacts = with.iter().chain(&without);
+        let normal = contacts.map(|c| 3 * c);
+        let tangential = with.iter().flat_map(|c| [3 * c + 1, 3 * c + 2]);
+        let source: Vec<usize> = normal.chain(tangential).collect();
+        let diagonal = problem.diagonal();
+        let contact_scale: Vec<f64> = (0..n)
+            .map(|c| contact_scale(&diagonal[3 * c..3 * c + 3], mu[c]))
+            .collect();
+        let own = |component: usize| {
+            let contact = component / 3;
+            let friction = match component % 3 {
+                0 => 1.0,
+                _ => mu[contact],
+            };
+            contact_scale[contact] * friction
+        };
+        let scale: Vec<f64> = source.iter().map(|&component| own(component)).collect();
+        let offset: Vec<f64> = source
+            .iter()
+            .zip(&scale)
+            .map(|(&k, d)| d * problem.offset()[k])
+            .collect();
+        let unit = power_of_two_near_largest(&offset).unwrap_or(1.0);
+        let mut place = vec![None; 3 * n];
+        for (ours, &given) in source.iter().enumerate() {
+            place[given] = Some(ours);
+        }
+        Self {
+            problem,
+            operator: permuted(problem.matrix(), &source, &place, &scale),
+            rhs: offset.iter().map(|q| -q / unit).collect(),
+            judge: judged_scaling(problem, &contact_scale, unit),
+            layout,
+            source,
+            scale,
+            unit,
+        }
+    }
+
+    /// r of the given problem.
+    pub(super) fn forces(&self, multiplier: &[f64]) -> Vec<f64> {
+        let mut force = vec![0.0; self.problem.offset().len()];
+        for ((&component, scale), value) in self.source.iter().zip(&self.scale).zip(multiplier) {
+            force[component] = self.unit * scale * value;
+        }
+        force
+    }
+
+    /// The larger of the errors of the given problem and of the scaled one.
+    pub(super) fn worst_error(&self, multiplier: &[f64]) -> f64 {
+        let given = self.problem.error(&self.forces(multiplier));
+        let scaled = self.scaled_error(multiplier);
+        if given.is_nan() {
+            given
+        } else {
+            given.max(scaled)
+        }
+    }
+
+    /// The error of forces of the given problem, each contact scaled to a unit diagonal.
+    pub(super) fn scaled_error(&self, multiplier: &[f64]) -> f64 {
+        let mu = self.judge.mu();
+        let mut force = vec![0.0; 3 * mu.len()];
+        for (&component, value) in self.source.iter().zip(multiplier) {
+            let friction = if component % 3 == 0 {
+                1.0
+            } else {
+                mu[component / 3]
+            };
+            force[component] = friction * value;
+        }
+        self.judge.error(&force)
+    }
+
+    /// The problem as dense arrays, with a share of the diagonal added about some forces: S + α diag S, h + α diag S λ.
+    pub(super) fn dense(&self, share: f64, about: &[f64]) -> ExplicitDual {
+        let n = self.rhs.len();
+        let mut operator = vec![0.0; n * n];
+        let mut rhs = self.rhs.clone();
+        for (j, column) in operator.chunks_exact_mut(n.max(1)).enumerate() {
+            let (rows, values) = self.operator.column(j);
+            for (&row, value) in rows.iter().zip(values) {
+                column[row] = *value;
+            }
+            let added = share * column[j];
+            column[j] += added;
+            rhs[j] += added * about[j];
+        }
+        ExplicitDual {
+            operator: Arc::new(operator),
+            rhs,
+            anchor: None,
+            layout: self.layout,
+            compliance: None,
+            balance: None,
+        }
+    }
+
+    /// A face of as many points as there are contacts, with F = 1 where there is friction.
+    pub(super) fn face(&self) -> (ContactSurface, Interface) {
+        let (n, pairs) = (self.layout.n_panes(), self.layout.n_pairs());
+        let normal = [0.0, 0.0, 1.0];
+        let surface = ContactSurface {
+            faces: vec![SurfaceFace::only(n, 0, n, true)],
+            normals: vec![normal],
+            clearance: Vec::new(),
+            nodes: (0..n).collect(),
+            facets: Vec::new(),
+            facet_pane: Vec::new(),
+            pane_area: vec![1.0; n],
+            pane_average: CscMatrix {
+                rows: n,
+                cols: n,
+                indptr: (0..=n).collect(),
+                indices: (0..n).collect(),
+                data: vec![1.0; n],
+            },
+        };
+        let law = FrictionLaw::Isotropic(Coefficient::Constant(1.0));
+        let law = FaceLaw::new("mu", law, vec![[0.0; 3]; pairs]).placed(0, 0..pairs);
+        let interface = Interface {
+            names: Vec::new(),
+            frame: ContactFrame {
+                normals: vec![normal],
+                axes: vec![[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]],
+                references: Vec::new(),
+            },
+            gap: None,
+            slip: SlipOperator::Lagrange,
+            past: None,
+            friction: match pairs {
+                0 => InterfaceFriction::Frictionless,
+                _ => InterfaceFriction::Coulomb(Box::new(CoulombLaw::new(vec![law]))),
+            },
+            projections: AtomicUsize::new(0),
+        };
+        (surface, interface)
+    }
+}
+
+/// 1/√ of the mean diagonal entry of a contact whose tangential components are scaled by μ, as a power of two; 1 for zeros.
+fn contact_scale(diagonal: &[f64], mu: f64) -> f64 {
+    let friction = if mu > 0.0 { mu * mu } else { 0.0 };
+    let sum = diagonal[0] + friction * (diagonal[1] + diagonal[2]);
+    let mean = sum / if mu > 0.0 { 3.0 } else { 1.0 };
+    if mean > 0.0 {
+        (-0.5 * mean.log2()).round().exp2()
+    } else {
+        1.0
+    }
+}
+
+/// The given problem with each contact scaled by its s, and q by 1/t: the law keeps its μ.
+fn judged_scaling(problem: &DelassusProblem, contact_scale: &[f64], unit: f64) -> DelassusProblem {
+    let mut matrix = problem.matrix().clone();
+    for column in 0..matrix.cols {
+        for k in matrix.indptr[column]..matrix.indptr[column + 1] {
+            let row = matrix.indices[k];
+            matrix.data[k] *= contact_scale[row / 3] * contact_scale[column / 3];
+        }
+    }
+    let components = problem.offset().iter().enumerate();
+    let offset = components.map(|(k, q)| q * contact_scale[k / 3] / unit);
+    let offset = offset.collect();
+    problem.with_arrays(matrix, offset)
+}
+
+/// The rows and columns of a matrix that are kept, in a new order, scaled from both sides.
+fn permuted(
+    matrix: &CscMatrix,
+    source: &[usize],
+    place: &[Option<usize>],
+    scale: &[f64],
+) -> CscMatrix {
+    let n = source.len();
+    let mut kept = CscMatrix {
+        rows: n,
+        cols: n,
+        indptr: vec![0],
+        indices: Vec::with_capacity(matrix.indices.len()),
+        data: Vec::with_capacity(matrix.data.len()),
+    };
+    let mut column_entries: Vec<(usize, f64)> = Vec::new();
+    for (j, &given) in source.iter().enumerate() {
+        let (rows, values) = matrix.column(given);
+        let entries = rows.iter().zip(values);
+        column_entries.extend(entries.filter_map(|(&row, value)| {
+            let i = place[row]?;
+            Some((i, scale[i] * value * scale[j]))
+        }));
+        column_entries.sort_unstable_by_key(|(row, _)| *row);
+        for (row, value) in column_entries.drain(..) {
+            kept.indices.push(row);
+            kept.data.push(value);
+        }
+        kept.indptr.push(kept.indices.len());
+    }
+    kept
+}
+
+/// S' λ by the sparse matrix.
+pub(super) struct SparseOperator<'a> {
+    scaled: &'a Scaled<'a>,
+    applications: usize,
+}
+
+impl<'a> SparseOperator<'a> {
+    pub(super) fn new(scaled: &'a Scaled<'a>) -> Self {
+        Self {
+            scaled,
+            applications: 0,
+        }
+    }
+}
+
+impl DualOperator for SparseOperator<'_> {
+    fn dimension(&self) -> usize {
+        self.scaled.rhs.len()
+    }
+
+    fn rhs(&self) -> &[f64] {
+        &self.scaled.rhs
+    }
+
+    fn apply(&mut self, multiplier: &[f64]) -> Vec<f64> {
+        self.applications += 1;
+        let mut product = vec![0.0; multiplier.len()];
+        self.scaled
+            .operator
+            .mul_transposed(multiplier, &mut product);
+        product
+    }
+
+    /// There is no body.
+    fn to_primal(&mut self, _multiplier: &[f64]) -> Vec<f64> {
+        Vec::new()
+    }
+
+    fn applications(&self) -> usize {
+        self.applications
+    }
+}
+
+/// ‖λ' − λ‖ / ‖λ'‖, 0 for 0/0.
+pub(super) fn relative_change(next: &[f64], last: &[f64]) -> f64 {
+    let difference: Vec<f64> = next.iter().zip(last).map(|(x, y)| x - y).collect();
+    match norm(&difference) {
+        0.0 => 0.0,
+        change => change / norm(next),
+    }
+}

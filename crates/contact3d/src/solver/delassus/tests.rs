@@ -1,0 +1,231 @@
+//! Closed forms, problems whose forces are not unique, and problems that both solvers must solve alike.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{
+    DelassusError, DelassusMethod, DelassusProblem, DelassusSettings, DelassusSolution,
+    DelassusStatus, solve_delassus,
+};
+use crate::linalg::CscMatrix;
+
+fn sparse(matrix: &DMatrix<f64>) -> CscMatrix {
+    let mut sparse = CscMatrix::empty(matrix.nrows());
+    for column in matrix.column_iter() {
+        let entries = column
+            .iter()
+            .enumerate()
+            .filter(|(_, value)| **value != 0.0);
+        for (row, value) in entries {
+            sparse.indices.push(row);
+            sparse.data.push(*value);
+        }
+        sparse.indptr.push(sparse.indices.len());
+        sparse.cols += 1;
+    }
+    sparse
+}
+
+fn problem(matrix: &DMatrix<f64>, offset: &[f64], mu: &[f64]) -> DelassusProblem {
+    DelassusProblem::new(sparse(matrix), offset.to_vec(), mu.to_vec()).expect("a problem")
+}
+
+fn solved(problem: &DelassusProblem, method: DelassusMethod) -> DelassusSolution {
+    let settings = DelassusSettings {
+        method,
+        ..DelassusSettings::default()
+    };
+    let solution = solve_delassus(problem, &settings);
+    assert_eq!(
+        solution.status,
+        DelassusStatus::Converged,
+        "{method:?}: {solution:?}"
+    );
+    assert!(solution.error <= 1e-10 && solution.scaled_error <= 1e-10);
+    solution
+}
+
+/// W = diag(2, 4, 4): open for q_N ≥ 0, else r_N = −q_N/2, stick while ‖q_T‖/4 ≤ μ r_N.
+#[test]
+fn one_contact_in_closed_form() {
+    let w = DMatrix::from_diagonal(&DVector::from_vec(vec![2.0, 4.0, 4.0]));
+    let cases = [
+        ([1.0, 5.0, 5.0], [0.0, 0.0, 0.0]),
+        ([-2.0, 0.8, 0.6], [1.0, -0.2, -0.15]),
+        ([-2.0, 30.0, 40.0], [1.0, -0.5 * 0.6, -0.5 * 0.8]),
+    ];
+    for method in [DelassusMethod::Newton, DelassusMethod::Gpcg] {
+        for (q, r) in cases {
+            let solution = solved(&problem(&w, &q, &[0.5]), method);
+            for (found, expected) in solution.force.iter().zip(r) {
+                // The tolerance of the solve times ‖u‖ = 50.
+                assert!(
+                    (found - expected).abs() <= 5e-9,
+                    "{method:?} {q:?}: {:?}",
+                    solution.force
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn without_friction_there_are_no_tangential_forces() {
+    let w = DMatrix::from_row_slice(3, 3, &[2.0, 1.0, 0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 1.0]);
+    let solution = solved(
+        &problem(&w, &[-1.0, 3.0, 1.0], &[0.0]),
+        DelassusMethod::Auto,
+    );
+    assert_eq!(solution.force, [0.5, 0.0, 0.0]);
+    assert_eq!(solution.velocity, [0.0, 3.5, 1.0]);
+}
+
+#[test]
+fn nothing_pushes_and_nothing_is_there() {
+    let w = DMatrix::identity(3, 3);
+    assert_eq!(
+        solved(&problem(&w, &[0.0; 3], &[0.5]), DelassusMethod::Auto).force,
+        [0.0; 3]
+    );
+    let none = problem(&DMatrix::zeros(0, 0), &[], &[]);
+    assert!(solved(&none, DelassusMethod::Auto).force.is_empty());
+}
+
+/// A unit cube of mass 1 that rests on n × n points: six degrees of freedom, W of rank six.
+fn resting_cube(side: usize, push: f64, mu: f64) -> DelassusProblem {
+    let points = (0..side * side).map(|k| {
+        let at = |i: usize| i as f64 / (side - 1) as f64 - 0.5;
+        [at(k % side), at(k / side), -0.5]
+    });
+    let mut h = DMatrix::zeros(6, 0);
+    for [x, y, z] in points {
+        // Velocities of the point along N = z, T1 = x, T2 = y for the twist (v, ω).
+        let rows = [
+            [0.0, 0.0, 1.0, y, -x, 0.0],
+            [1.0, 0.0, 0.0, 0.0, z, -y],
+            [0.0, 1.0, 0.0, -z, 0.0, x],
+        ];
+        for row in rows {
+            let at = h.ncols();
+            h = h.insert_column(at, 0.0);
+            h.set_column(at, &DVector::from_row_slice(&row));
+        }
+    }
+    let inertia = DVector::from_vec(vec![1.0, 1.0, 1.0, 6.0, 6.0, 6.0]);
+    let inverse = DMatrix::from_diagonal(&inertia);
+    let free = DVector::from_vec(vec![push, 0.0, -1.0, 0.0, 0.0, 0.0]);
+    let w = h.transpose() * inverse * &h;
+    let w = (&w + w.transpose()) * 0.5;
+    let q = h.transpose() * free;
+    problem(&w, q.as_slice(), &vec![mu; side * side])
+}
+
+/// Forces are not unique, but their resultant is: weight 1, and friction that holds the push or slides at μ.
+#[test]
+fn a_singular_matrix_leaves_the_resultant_alone() {
+    for method in [DelassusMethod::Newton, DelassusMethod::Gpcg] {
+        for (push, mu, friction) in [(0.2, 0.5, -0.2), (0.8, 0.5, -0.5)] {
+            let cube = resting_cube(4, push, mu);
+            let solution = solved(&cube, method);
+            let total = |k: usize| -> f64 { solution.force.iter().skip(k).step_by(3).sum() };
+            let expected = [1.0, friction, 0.0];
+            for k in 0..3 {
+                // Sixteen forces, each as accurate as the tolerance of the solve times ‖u‖ ≤ 6 over the least eigenvalue, about 1.
+                assert!(
+                    (total(k) - expected[k]).abs() <= 1e-8,
+                    "{method:?}: {} for {:?}",
+                    total(k),
+                    expected
+                );
+            }
+        }
+    }
+}
+
+/// W = Gᵀ G + I for entries of a linear congruential generator: unique for small μ, so both solvers find the same forces.
+#[test]
+fn both_solvers_find_the_same_forces_in_any_units() {
+    let mut state = 7_u64;
+    let mut next = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as f64 / f64::from(1_u32 << 30) - 1.0
+    };
+    let n = 12;
+    let g = DMatrix::from_fn(3 * n, 3 * n, |_, _| 0.1 * next());
+    let w = g.transpose() * &g + DMatrix::identity(3 * n, 3 * n);
+    let q: Vec<f64> = (0..3 * n).map(|_| next()).collect();
+    let mu: Vec<f64> = (0..n)
+        .map(|c| {
+            if c % 4 == 3 {
+                0.0
+            } else {
+                0.1 + 0.05 * c as f64
+            }
+        })
+        .collect();
+    let given = problem(&w, &q, &mu);
+    let newton = solved(&given, DelassusMethod::Newton).force;
+    let gpcg = solved(&given, DelassusMethod::Gpcg).force;
+    let largest = newton.iter().fold(0.0_f64, |most, r| most.max(r.abs()));
+    for (a, b) in newton.iter().zip(&gpcg) {
+        // Twice the tolerance of a solve over the least eigenvalue 1 of W, times ‖u‖ < 6 r_max.
+        assert!((a - b).abs() <= 2e-9 * largest, "{a} {b}");
+    }
+    // In units in which velocities are 1e-6 and forces 1e6 times as large, with W at 1e-12.
+    let small: Vec<f64> = q.iter().map(|q| q * 1e-6).collect();
+    let other = solved(&problem(&(w * 1e-12), &small, &mu), DelassusMethod::Auto).force;
+    for (a, b) in newton.iter().zip(&other) {
+        assert!((1e6 * a - b).abs() <= 1e-8 * 1e6 * largest, "{a} {b}");
+    }
+}
+
+/// r − P(r − û) vanishes at solutions only, and is r itself where û pushes nothing back.
+#[test]
+fn the_error_sees_what_is_wrong() {
+    let w = DMatrix::from_diagonal(&DVector::from_vec(vec![2.0, 4.0, 4.0]));
+    let given = problem(&w, &[-2.0, 0.8, 0.6], &[0.5]);
+    assert!(given.error(&[1.0, -0.2, -0.15]) < 1e-15);
+    let size = (4.0_f64 + 0.64 + 0.36).sqrt();
+    // Without forces r − û = (2 − 0.5, −0.8, −0.6), whose projection on the cone is half of the tangent along (1, μ).
+    let normal = (1.5 + 0.5) / 1.25;
+    let expected = (normal * normal * 1.25_f64).sqrt() / size;
+    assert!((given.error(&[0.0; 3]) - expected).abs() < 1e-15);
+    assert!(given.error(&[1.0, 0.2, 0.15]) > 0.1);
+    assert!(given.error(&[-1.0, 0.0, 0.0]) > 0.1);
+}
+
+#[test]
+fn what_is_no_problem_is_refused() {
+    let identity = || sparse(&DMatrix::identity(3, 3));
+    let refused = |matrix, q: &[f64], mu: &[f64]| {
+        DelassusProblem::new(matrix, q.to_vec(), mu.to_vec()).expect_err("refused")
+    };
+    assert!(matches!(
+        refused(identity(), &[0.0; 3], &[-0.1]),
+        DelassusError::NegativeFriction { contact: 0, .. }
+    ));
+    assert!(matches!(
+        refused(identity(), &[0.0; 2], &[0.1]),
+        DelassusError::Sizes { offset: 2, .. }
+    ));
+    assert!(matches!(
+        refused(identity(), &[0.0, f64::NAN, 0.0], &[0.1]),
+        DelassusError::NotFinite {
+            array: "q",
+            at: 1,
+            ..
+        }
+    ));
+    let mut skew = DMatrix::identity(3, 3);
+    skew[(0, 2)] = 0.5;
+    assert!(matches!(
+        refused(sparse(&skew), &[0.0; 3], &[0.1]),
+        DelassusError::NotSymmetric { .. }
+    ));
+    let negative = sparse(&(-DMatrix::<f64>::identity(3, 3)));
+    assert!(matches!(
+        refused(negative, &[0.0; 3], &[0.1]),
+        DelassusError::NegativeDiagonal { row: 0, .. }
+    ));
+}

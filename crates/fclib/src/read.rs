@@ -1,0 +1,406 @@
+//! Reading.
+
+use std::path::Path;
+
+use hdf5_metno::{
+    self as hdf5, H5Type,
+    types::{FixedAscii, FixedUnicode, TypeDescriptor, VarLenAscii, VarLenUnicode},
+};
+
+use crate::{
+    FclibError, GlobalProblem, Info, LocalProblem, Matrix, Solution, Storage,
+    error::InFile,
+    file::{GLOBAL, GUESSES, LOCAL, SOLUTION, open},
+};
+
+/// Most characters of a text.
+const MOST_TEXT: usize = 1 << 16;
+
+const ANOTHER: &str = "give a file of FCLIB, such as those of its public collection";
+
+/// Reads a local problem.
+///
+/// # Errors
+/// [`FclibError`]: what is missing, of another size or type, or of a kind that is not supported (bilateral constraints V, R, s).
+pub fn read_local(path: &Path) -> Result<LocalProblem, FclibError> {
+    let file = open(path)?;
+    let source = Source { path, file: &file };
+    if !file.link_exists(LOCAL) {
+        return Err(source.no_local_problem());
+    }
+    for bilateral in ["V", "R"] {
+        if source.has(&format!("{LOCAL}/{bilateral}")) {
+            return Err(FclibError::Unsupported {
+                file: path.to_owned(),
+                path: format!("/{LOCAL}/{bilateral}"),
+                found: "a problem with bilateral constraints (V, R and s)".into(),
+                help: "eliminate them first: W - V R^-1 V' and q - V R^-1 s in place of W and q",
+            });
+        }
+    }
+    let space_dimension = source.count(&format!("{LOCAL}/spacedim"))?;
+    let w = source.matrix(&format!("{LOCAL}/W"))?;
+    if w.rows != w.columns {
+        let found = format!("{} rows and {} columns", w.rows, w.columns);
+        return Err(source.unexpected(&format!("{LOCAL}/W"), "a square matrix", found));
+    }
+    let contacts = source.contacts(space_dimension, w.rows, &format!("{LOCAL}/W"))?;
+    Ok(LocalProblem {
+        space_dimension,
+        q: source.vector(&format!("{LOCAL}/vectors/q"), w.rows)?,
+        mu: source.vector(&format!("{LOCAL}/vectors/mu"), contacts)?,
+        info: source.info(&format!("{LOCAL}/info"))?,
+        w,
+    })
+}
+
+/// Reads a global problem.
+///
+/// # Errors
+/// [`FclibError`]: what is missing, of another size or type, or of a kind that is not supported (equality constraints G, b).
+pub fn read_global(path: &Path) -> Result<GlobalProblem, FclibError> {
+    let file = open(path)?;
+    let source = Source { path, file: &file };
+    if source.has(&format!("{GLOBAL}/G")) {
+        return Err(FclibError::Unsupported {
+            file: path.to_owned(),
+            path: format!("/{GLOBAL}/G"),
+            found: "a problem with equality constraints (G and b)".into(),
+            help: "eliminate them first",
+        });
+    }
+    let space_dimension = source.count(&format!("{GLOBAL}/spacedim"))?;
+    let m = source.matrix(&format!("{GLOBAL}/M"))?;
+    let h = source.matrix(&format!("{GLOBAL}/H"))?;
+    if m.rows != m.columns || h.rows != m.rows {
+        let found = format!(
+            "M of {} rows and {} columns, H of {} rows",
+            m.rows, m.columns, h.rows
+        );
+        return Err(source.unexpected(GLOBAL, "a square M, and an H with as many rows", found));
+    }
+    let contacts = source.contacts(space_dimension, h.columns, &format!("{GLOBAL}/H"))?;
+    Ok(GlobalProblem {
+        space_dimension,
+        f: source.vector(&format!("{GLOBAL}/vectors/f"), m.rows)?,
+        w: source.vector(&format!("{GLOBAL}/vectors/w"), h.columns)?,
+        mu: source.vector(&format!("{GLOBAL}/vectors/mu"), contacts)?,
+        info: source.info(&format!("{GLOBAL}/info"))?,
+        m,
+        h,
+    })
+}
+
+/// Reads the solution with so many components of u and r; `None` where there is none.
+///
+/// # Errors
+/// [`FclibError`].
+pub fn read_solution(path: &Path, components: usize) -> Result<Option<Solution>, FclibError> {
+    let file = open(path)?;
+    let source = Source { path, file: &file };
+    if !source.has(SOLUTION) {
+        return Ok(None);
+    }
+    source.solution(SOLUTION, components).map(Some)
+}
+
+/// Reads the guesses with so many components of u and r.
+///
+/// # Errors
+/// [`FclibError`].
+pub fn read_guesses(path: &Path, components: usize) -> Result<Vec<Solution>, FclibError> {
+    let file = open(path)?;
+    let source = Source { path, file: &file };
+    if !source.has(GUESSES) {
+        return Ok(Vec::new());
+    }
+    let count = source.count(&format!("{GUESSES}/number_of_guesses"))?;
+    (1..=count)
+        .map(|k| source.solution(&format!("{GUESSES}/{k}"), components))
+        .collect()
+}
+
+/// An open file.
+struct Source<'a> {
+    path: &'a Path,
+    file: &'a hdf5::File,
+}
+
+impl Source<'_> {
+    /// Whether a path of groups ends at something.
+    fn has(&self, path: &str) -> bool {
+        let mut ends = path
+            .match_indices('/')
+            .map(|(at, _)| at)
+            .collect::<Vec<_>>();
+        ends.push(path.len());
+        ends.iter().all(|end| self.file.link_exists(&path[..*end]))
+    }
+
+    fn unexpected(&self, path: &str, expected: impl Into<String>, found: String) -> FclibError {
+        FclibError::Unexpected {
+            file: self.path.to_owned(),
+            path: format!("/{path}"),
+            expected: expected.into(),
+            found,
+        }
+    }
+
+    /// A file without a local problem, said with what it holds instead.
+    fn no_local_problem(&self) -> FclibError {
+        let others = [
+            (GLOBAL, "a global problem"),
+            (
+                "fclib_global_rolling",
+                "a global problem with rolling friction",
+            ),
+            (
+                "fclib_local_rolling",
+                "a local problem with rolling friction",
+            ),
+        ];
+        let other = others.into_iter().find(|(group, _)| self.has(group));
+        match other {
+            Some((group, found)) => FclibError::Unsupported {
+                file: self.path.to_owned(),
+                path: format!("/{group}"),
+                found: found.into(),
+                help: "give a file with /fclib_local; W = H' M^-1 H and q = H' M^-1 f + w make a local problem of a global one",
+            },
+            None => FclibError::Missing {
+                file: self.path.to_owned(),
+                path: format!("/{LOCAL}"),
+                help: ANOTHER,
+            },
+        }
+    }
+
+    fn dataset(&self, path: &str) -> Result<hdf5::Dataset, FclibError> {
+        if !self.has(path) {
+            return Err(FclibError::Missing {
+                file: self.path.to_owned(),
+                path: format!("/{path}"),
+                help: ANOTHER,
+            });
+        }
+        let dataset = self.file.dataset(path);
+        dataset.in_file(self.path, || format!("open /{path}"))
+    }
+
+    /// Numbers of one type, in however many dimensions.
+    fn numbers<T: H5Type>(&self, path: &str, expected: &str) -> Result<Vec<T>, FclibError> {
+        let dataset = self.dataset(path)?;
+        let descriptor = dataset.dtype().and_then(|dtype| dtype.to_descriptor());
+        let descriptor = descriptor.in_file(self.path, || format!("read the type of /{path}"))?;
+        let fits = match T::type_descriptor() {
+            TypeDescriptor::Integer(_) => {
+                matches!(
+                    descriptor,
+                    TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_)
+                )
+            }
+            _ => matches!(descriptor, TypeDescriptor::Float(_)),
+        };
+        if !fits {
+            return Err(self.unexpected(path, expected, format!("{descriptor}")));
+        }
+        let values = dataset.read_raw::<T>();
+        values.in_file(self.path, || format!("read /{path}"))
+    }
+
+    /// One whole number.
+    fn integer(&self, path: &str) -> Result<i32, FclibError> {
+        match self.numbers::<i32>(path, "a whole number")?[..] {
+            [value] => Ok(value),
+            ref other => {
+                let found = format!("{} of them", other.len());
+                Err(self.unexpected(path, "one whole number", found))
+            }
+        }
+    }
+
+    /// A whole number that is not negative.
+    fn count(&self, path: &str) -> Result<usize, FclibError> {
+        let value = self.integer(path)?;
+        let found = value.to_string();
+        usize::try_from(value).map_err(|_| self.unexpected(path, "a number >= 0", found))
+    }
+
+    fn vector(&self, path: &str, length: usize) -> Result<Vec<f64>, FclibError> {
+        let values = self.numbers::<f64>(path, "floating-point numbers")?;
+        match values.len() == length {
+            true => Ok(values),
+            false => {
+                let found = format!("{} numbers", values.len());
+                Err(self.unexpected(path, format!("{length} numbers"), found))
+            }
+        }
+    }
+
+    /// The number of contacts with so many components together.
+    fn contacts(
+        &self,
+        space_dimension: usize,
+        components: usize,
+        path: &str,
+    ) -> Result<usize, FclibError> {
+        match space_dimension {
+            2 | 3 if components % space_dimension == 0 => Ok(components / space_dimension),
+            2 | 3 => {
+                let expected = format!("a multiple of {space_dimension} columns");
+                Err(self.unexpected(path, expected, format!("{components}")))
+            }
+            other => {
+                let group = path.split('/').next().unwrap_or_default();
+                Err(self.unexpected(&format!("{group}/spacedim"), "2 or 3", other.to_string()))
+            }
+        }
+    }
+
+    fn matrix(&self, path: &str) -> Result<Matrix, FclibError> {
+        let [rows, columns] = [
+            self.count(&format!("{path}/m"))?,
+            self.count(&format!("{path}/n"))?,
+        ];
+        let nz = self.integer(&format!("{path}/nz"))?;
+        let p = self.numbers::<i32>(&format!("{path}/p"), "whole numbers")?;
+        let i = self.numbers::<i32>(&format!("{path}/i"), "whole numbers")?;
+        let x = self.numbers::<f64>(&format!("{path}/x"), "floating-point numbers")?;
+        let storage = match nz {
+            -1 => Storage::Columns,
+            -2 => Storage::Rows,
+            0.. => Storage::Triplets,
+            _ => {
+                let expected =
+                    "-1 (compressed columns), -2 (compressed rows) or a number of triplets";
+                return Err(self.unexpected(&format!("{path}/nz"), expected, nz.to_string()));
+            }
+        };
+        let found = || {
+            format!(
+                "{rows} rows, {columns} columns, nz = {nz}, and {}, {} and {} numbers in p, i and x",
+                p.len(),
+                i.len(),
+                x.len()
+            )
+        };
+        let entries = entries([rows, columns], storage, nz, &p, &i, &x);
+        let entries = entries.ok_or_else(|| {
+            let expected = "arrays p, i and x that describe a sparse matrix";
+            self.unexpected(path, expected, found())
+        })?;
+        Ok(Matrix::from_entries(rows, columns, entries))
+    }
+
+    fn solution(&self, path: &str, components: usize) -> Result<Solution, FclibError> {
+        let v = format!("{path}/v");
+        Ok(Solution {
+            v: match self.has(&v) {
+                true => Some(self.numbers(&v, "floating-point numbers")?),
+                false => None,
+            },
+            u: self.vector(&format!("{path}/u"), components)?,
+            r: self.vector(&format!("{path}/r"), components)?,
+        })
+    }
+
+    fn info(&self, path: &str) -> Result<Info, FclibError> {
+        if !self.has(path) {
+            return Ok(Info::default());
+        }
+        let group = self.file.group(path);
+        let group = group.in_file(self.path, || format!("open /{path}"))?;
+        let degrees = group.attr("numberOfDegreeOfFreedom").ok();
+        let degrees = degrees.and_then(|attribute| attribute.read_raw::<i32>().ok());
+        let text = |name: &str| {
+            let dataset = group.link_exists(name).then(|| group.dataset(name).ok());
+            dataset.flatten().and_then(|dataset| text_of(&dataset))
+        };
+        Ok(Info {
+            title: text("title"),
+            description: text("description"),
+            math_info: text("math_info"),
+            degrees_of_freedom: degrees.and_then(|values| usize::try_from(*values.first()?).ok()),
+        })
+    }
+}
+
+/// The entries of a matrix; `None` where its arrays describe none.
+fn entries(
+    [rows, columns]: [usize; 2],
+    storage: Storage,
+    nz: i32,
+    p: &[i32],
+    i: &[i32],
+    x: &[f64],
+) -> Option<Vec<(usize, usize, f64)>> {
+    let at = |value: i32, below: usize| usize::try_from(value).ok().filter(|v| *v < below);
+    if storage == Storage::Triplets {
+        let count = usize::try_from(nz).ok()?;
+        let (p, i, x) = (p.get(..count)?, i.get(..count)?, x.get(..count)?);
+        let triplets = p.iter().zip(i).zip(x);
+        return triplets
+            .map(|((&column, &row), &value)| Some((at(row, rows)?, at(column, columns)?, value)))
+            .collect();
+    }
+    let (lines, across) = match storage {
+        Storage::Rows => (rows, columns),
+        Storage::Columns | Storage::Triplets => (columns, rows),
+    };
+    let starts: Vec<usize> = p
+        .iter()
+        .map(|&start| usize::try_from(start).ok())
+        .collect::<Option<_>>()?;
+    if starts.len() != lines + 1 || starts[0] != 0 {
+        return None;
+    }
+    let mut entries = Vec::with_capacity(x.len());
+    for (line, ends) in starts.windows(2).enumerate() {
+        let range = ends[0]..ends[1];
+        let (inner, values) = (i.get(range.clone())?, x.get(range)?);
+        for (&index, &value) in inner.iter().zip(values) {
+            let index = at(index, across)?;
+            entries.push(match storage {
+                Storage::Rows => (line, index, value),
+                Storage::Columns | Storage::Triplets => (index, line, value),
+            });
+        }
+    }
+    Some(entries)
+}
+
+/// A text of any kind that HDF5 knows; `None` for what is none. Texts only describe, so none of them makes a file unusable.
+fn text_of(dataset: &hdf5::Dataset) -> Option<String> {
+    let descriptor = dataset.dtype().ok()?.to_descriptor().ok()?;
+    let text = match descriptor {
+        TypeDescriptor::VarLenUnicode => dataset
+            .read_scalar::<VarLenUnicode>()
+            .ok()?
+            .as_str()
+            .to_owned(),
+        TypeDescriptor::VarLenAscii => dataset
+            .read_scalar::<VarLenAscii>()
+            .ok()?
+            .as_str()
+            .to_owned(),
+        TypeDescriptor::FixedAscii(length) if length <= MOST_TEXT => fixed(
+            dataset
+                .read_scalar::<FixedAscii<MOST_TEXT>>()
+                .ok()?
+                .as_bytes(),
+        ),
+        TypeDescriptor::FixedUnicode(length) if length <= MOST_TEXT => fixed(
+            dataset
+                .read_scalar::<FixedUnicode<MOST_TEXT>>()
+                .ok()?
+                .as_bytes(),
+        ),
+        _ => return None,
+    };
+    Some(text)
+}
+
+fn fixed(bytes: &[u8]) -> String {
+    let end = bytes.iter().position(|byte| *byte == 0);
+    String::from_utf8_lossy(&bytes[..end.unwrap_or(bytes.len())]).into_owned()
+}

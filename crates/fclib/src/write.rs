@@ -1,0 +1,253 @@
+//! Writing.
+
+use std::path::Path;
+
+use hdf5_metno::{
+    self as hdf5, H5Type,
+    types::{FixedUnicode, VarLenUnicode},
+};
+
+use crate::{
+    FclibError, GlobalProblem, Info, LocalProblem, Matrix, Solution, Storage,
+    error::InFile,
+    file::{GLOBAL, GUESSES, LOCAL, PROGRAM, SOLUTION, open_to_write},
+    matrix::int,
+};
+
+/// Bytes of a text, the zero at its end included; longer ones are cut off.
+const TEXT: usize = 1024;
+
+/// An array that FCLIB does not know, to go with a problem.
+#[derive(Debug, Clone, Copy)]
+pub struct Array<'a> {
+    /// Its name in its group.
+    pub name: &'a str,
+    /// What it means, in words.
+    pub meaning: &'a str,
+    /// Its numbers, rows first.
+    pub values: &'a [f64],
+    /// Numbers in a row; 1 for a vector.
+    pub columns: usize,
+}
+
+/// Makes a file with a local problem, W by compressed columns.
+///
+/// # Errors
+/// [`FclibError`].
+pub fn write_local(path: &Path, problem: &LocalProblem) -> Result<(), FclibError> {
+    let target = Target::create(path)?;
+    let dimension = int("components of a contact", problem.space_dimension)?;
+    let group = target.group(target.root(), LOCAL)?;
+    target.numbers(&group, "spacedim", &[dimension])?;
+    target.matrix(&target.group(&group, "W")?, &problem.w, Storage::Columns)?;
+    let vectors = target.group(&group, "vectors")?;
+    target.numbers(&vectors, "q", &problem.q)?;
+    target.numbers(&vectors, "mu", &problem.mu)?;
+    target.info(&target.group(&group, "info")?, &problem.info)?;
+    target.close()
+}
+
+/// Makes a file with a global problem, its matrices as triplets.
+///
+/// # Errors
+/// [`FclibError`].
+pub fn write_global(path: &Path, problem: &GlobalProblem) -> Result<(), FclibError> {
+    let target = Target::create(path)?;
+    let dimension = int("components of a contact", problem.space_dimension)?;
+    let group = target.group(target.root(), GLOBAL)?;
+    target.numbers(&group, "spacedim", &[dimension])?;
+    target.matrix(&target.group(&group, "M")?, &problem.m, Storage::Triplets)?;
+    target.matrix(&target.group(&group, "H")?, &problem.h, Storage::Triplets)?;
+    let vectors = target.group(&group, "vectors")?;
+    target.numbers(&vectors, "f", &problem.f)?;
+    target.numbers(&vectors, "w", &problem.w)?;
+    target.numbers(&vectors, "mu", &problem.mu)?;
+    target.info(&target.group(&group, "info")?, &problem.info)?;
+    target.close()
+}
+
+/// Adds `/solution` to a file without one.
+///
+/// # Errors
+/// [`FclibError`].
+pub fn write_solution(path: &Path, solution: &Solution) -> Result<(), FclibError> {
+    let target = Target::open(path)?;
+    target.solution(&target.group(target.root(), SOLUTION)?, solution)?;
+    target.close()
+}
+
+/// Adds `/guesses` to a file without any.
+///
+/// # Errors
+/// [`FclibError`].
+pub fn write_guesses(path: &Path, guesses: &[Solution]) -> Result<(), FclibError> {
+    let target = Target::open(path)?;
+    let group = target.group(target.root(), GUESSES)?;
+    target.numbers(
+        &group,
+        "number_of_guesses",
+        &[int("guesses", guesses.len())?],
+    )?;
+    for (k, guess) in guesses.iter().enumerate() {
+        let name = (k + 1).to_string();
+        target.solution(&target.group(&group, &name)?, guess)?;
+    }
+    target.close()
+}
+
+/// Adds a group of further arrays, which FCLIB's readers pass over.
+///
+/// # Errors
+/// [`FclibError`].
+pub fn write_arrays(path: &Path, group: &str, arrays: &[Array<'_>]) -> Result<(), FclibError> {
+    let target = Target::open(path)?;
+    let group = target.group(target.root(), group)?;
+    for array in arrays {
+        let rows = array.values.len() / array.columns;
+        let dataset = match array.columns {
+            1 => target.shaped(&group, array.name, array.values, &[rows])?,
+            columns => target.shaped(&group, array.name, array.values, &[rows, columns])?,
+        };
+        target.attribute(&dataset, "meaning", array.meaning)?;
+    }
+    target.close()
+}
+
+/// Marks a file as written by a program, for [`crate::program_of`].
+///
+/// # Errors
+/// [`FclibError`].
+pub fn write_program(path: &Path, program: &str) -> Result<(), FclibError> {
+    let target = Target::open(path)?;
+    if target.file.attr(PROGRAM).is_ok() {
+        let deleted = target.file.delete_attr(PROGRAM);
+        deleted.in_file(path, || "replace the mark of a program".into())?;
+    }
+    target.attribute(target.root(), PROGRAM, program)?;
+    target.close()
+}
+
+/// A file to write to.
+struct Target<'a> {
+    path: &'a Path,
+    file: hdf5::File,
+}
+
+impl<'a> Target<'a> {
+    fn create(path: &'a Path) -> Result<Self, FclibError> {
+        let file = hdf5::File::create(path).in_file(path, || "make the file".into())?;
+        Ok(Self { path, file })
+    }
+
+    fn open(path: &'a Path) -> Result<Self, FclibError> {
+        let file = open_to_write(path)?;
+        Ok(Self { path, file })
+    }
+
+    fn root(&self) -> &hdf5::Group {
+        &self.file
+    }
+
+    fn close(self) -> Result<(), FclibError> {
+        let closed = self.file.close();
+        closed.in_file(self.path, || "close the file".into())
+    }
+
+    fn group(&self, parent: &hdf5::Group, name: &str) -> Result<hdf5::Group, FclibError> {
+        let group = parent.create_group(name);
+        group.in_file(self.path, || format!("make the group {name}"))
+    }
+
+    /// A vector.
+    fn numbers<T: H5Type>(
+        &self,
+        group: &hdf5::Group,
+        name: &str,
+        values: &[T],
+    ) -> Result<(), FclibError> {
+        self.shaped(group, name, values, &[values.len()]).map(drop)
+    }
+
+    fn shaped<T: H5Type>(
+        &self,
+        group: &hdf5::Group,
+        name: &str,
+        values: &[T],
+        shape: &[usize],
+    ) -> Result<hdf5::Dataset, FclibError> {
+        let dataset = group.new_dataset::<T>().shape(shape).create(name);
+        let written = dataset.and_then(|dataset| {
+            dataset.write_raw(values)?;
+            Ok(dataset)
+        });
+        written.in_file(self.path, || format!("write {}/{name}", group.name()))
+    }
+
+    fn matrix(
+        &self,
+        group: &hdf5::Group,
+        matrix: &Matrix,
+        storage: Storage,
+    ) -> Result<(), FclibError> {
+        let stored = matrix.stored(storage)?;
+        self.numbers(group, "nzmax", &[int("entries", stored.x.len())?])?;
+        self.numbers(group, "m", &[int("rows", matrix.rows)?])?;
+        self.numbers(group, "n", &[int("columns", matrix.columns)?])?;
+        self.numbers(group, "nz", &[stored.nz])?;
+        self.numbers(group, "p", &stored.p)?;
+        self.numbers(group, "i", &stored.i)?;
+        self.numbers(group, "x", stored.x)
+    }
+
+    fn solution(&self, group: &hdf5::Group, solution: &Solution) -> Result<(), FclibError> {
+        if let Some(v) = &solution.v {
+            self.numbers(group, "v", v)?;
+        }
+        self.numbers(group, "u", &solution.u)?;
+        self.numbers(group, "r", &solution.r)
+    }
+
+    fn info(&self, group: &hdf5::Group, info: &Info) -> Result<(), FclibError> {
+        self.text(group, "title", info.title.as_deref())?;
+        self.text(group, "description", info.description.as_deref())?;
+        self.text(group, "math_info", info.math_info.as_deref())?;
+        let Some(degrees) = info.degrees_of_freedom else {
+            return Ok(());
+        };
+        let degrees = int("degrees of freedom", degrees)?;
+        let attribute = group.new_attr::<i32>().shape(1);
+        let attribute = attribute.create("numberOfDegreeOfFreedom");
+        let written = attribute.and_then(|attribute| attribute.write_raw(&[degrees]));
+        written.in_file(self.path, || {
+            "write the number of degrees of freedom".into()
+        })
+    }
+
+    fn text(&self, group: &hdf5::Group, name: &str, text: Option<&str>) -> Result<(), FclibError> {
+        let Some(text) = text else {
+            return Ok(());
+        };
+        // The library reads up to the first zero.
+        let mut kept: String = text.chars().filter(|c| *c != '\0').collect();
+        while kept.len() >= TEXT {
+            kept.pop();
+        }
+        let fixed = kept.parse::<FixedUnicode<TEXT>>();
+        let fixed = fixed.map_err(|error| hdf5::Error::from(error.to_string()));
+        let written = fixed.and_then(|text| {
+            let dataset = group.new_dataset::<FixedUnicode<TEXT>>().create(name)?;
+            dataset.write_scalar(&text)
+        });
+        written.in_file(self.path, || format!("write {name}"))
+    }
+
+    fn attribute(&self, object: &hdf5::Location, name: &str, text: &str) -> Result<(), FclibError> {
+        let unicode: Result<VarLenUnicode, _> = text.parse();
+        let unicode = unicode.map_err(|error| hdf5::Error::from(format!("{error}")));
+        let written = unicode.and_then(|text| {
+            let attribute = object.new_attr::<VarLenUnicode>().create(name)?;
+            attribute.write_scalar(&text)
+        });
+        written.in_file(self.path, || format!("write the attribute {name}"))
+    }
+}

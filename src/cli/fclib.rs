@@ -1,0 +1,214 @@
+//! `export` and `solve-fclib`: frictional contact problems in the files of FCLIB.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use contact3d::solver::{DelassusMethod, DelassusSettings, DelassusSolver, DelassusStatus};
+
+use super::{
+    arguments::Output,
+    exit::Exit,
+    progress,
+    terminal::{self, say},
+};
+use crate::{
+    exchange::{FclibAnswer, Form, Target, export as write_problem, solve_file},
+    pipeline::StageError,
+};
+
+/// Arguments of `export`.
+#[derive(Debug, Args)]
+pub struct ExportArguments {
+    /// A solved run file
+    pub file: PathBuf,
+    /// The file of FCLIB, the Friction Contact Library
+    #[arg(long, value_name = "FILE")]
+    pub fclib: PathBuf,
+    /// Write the problem with the unknowns of the body (sparse), not that of the contacts alone (dense)
+    #[arg(long)]
+    pub global: bool,
+}
+
+/// Arguments of `solve-fclib`.
+#[derive(Debug, Args)]
+pub struct SolveFclibArguments {
+    /// A file with /fclib_local in 3D
+    pub file: PathBuf,
+    /// Write a copy of the file with the solution
+    #[arg(short, long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Put the solution into the file itself, in place of the one that is there
+    #[arg(long, conflicts_with = "out")]
+    pub in_place: bool,
+    /// The algorithm: auto, newton (dense) or gpcg (W as it is)
+    #[arg(long, value_enum, default_value_t = MethodArgument::Auto)]
+    pub method: MethodArgument,
+    /// Largest error, as fc3d_compute_error of Siconos measures it
+    #[arg(long, default_value_t = 1e-10, value_parser = tolerance)]
+    pub tolerance: f64,
+}
+
+/// How to solve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MethodArgument {
+    /// Newton's method, then GPCG; GPCG alone for thousands of contacts
+    Auto,
+    /// Newton's method
+    Newton,
+    /// Successive approximations with GPCG
+    Gpcg,
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value < 1.0 => Ok(value),
+        _ => Err("expected a number between 0 and 1".into()),
+    }
+}
+
+/// `export`: reads only, takes no lock, writes one file.
+pub(super) fn export(arguments: &ExportArguments, output: &Output) -> Result<Exit, StageError> {
+    let form = match arguments.global {
+        true => Form::Global,
+        false => Form::Local,
+    };
+    let exported = write_problem(&arguments.file, &arguments.fclib, form)?;
+    if output.json {
+        terminal::json(&serde_json::json!({
+            "fclib": arguments.fclib,
+            "form": match form { Form::Local => "local", Form::Global => "global" },
+            "contacts": exported.contacts,
+            "unknowns": exported.unknowns,
+            "mu": exported.mu,
+            "error": exported.error,
+            "bytes": exported.bytes,
+        }));
+        return Ok(Exit::Done);
+    }
+    let [least, most] = exported.mu;
+    let megabytes = exported.bytes as f64 / 1e6;
+    let contacts = exported.contacts;
+    say(
+        output,
+        &format!("wrote {} ({megabytes:.2} MB)", arguments.fclib.display()),
+    );
+    if let Some(unknowns) = exported.unknowns {
+        say(
+            output,
+            &format!(
+                "global problem: {contacts} contacts, {unknowns} unknowns, mu {least} to {most}"
+            ),
+        );
+    }
+    if let Some(error) = exported.error {
+        say(
+            output,
+            &format!(
+                "local problem: {contacts} contacts, mu {least} to {most}, error of the solution {error:.1e}"
+            ),
+        );
+    }
+    Ok(Exit::Done)
+}
+
+/// `solve-fclib`: solves, stores where asked, and says how good the forces are.
+pub(super) fn solve_fclib(
+    arguments: &SolveFclibArguments,
+    output: &Output,
+) -> Result<Exit, StageError> {
+    let target = match (&arguments.out, arguments.in_place) {
+        (Some(path), _) => Target::Copy(path.clone()),
+        (None, true) => Target::InPlace,
+        (None, false) => Target::Nowhere,
+    };
+    let settings = DelassusSettings {
+        method: match arguments.method {
+            MethodArgument::Auto => DelassusMethod::Auto,
+            MethodArgument::Newton => DelassusMethod::Newton,
+            MethodArgument::Gpcg => DelassusMethod::Gpcg,
+        },
+        tolerance: arguments.tolerance,
+    };
+    let spinner = progress::spinner("solve-fclib", output);
+    let answer = solve_file(&arguments.file, &target, &settings);
+    spinner.finish_and_clear();
+    let answer = answer?;
+    if output.json {
+        terminal::json(&json(&answer));
+    } else if !output.quiet {
+        terminal::result(&words(&answer));
+    }
+    let stored = match &target {
+        Target::Nowhere => None,
+        Target::Copy(path) => Some(path),
+        Target::InPlace => Some(&arguments.file),
+    };
+    if let Some(path) = stored {
+        say(output, &format!("wrote {}", path.display()));
+    }
+    match answer.solution.status {
+        DelassusStatus::Converged => Ok(Exit::Done),
+        status @ (DelassusStatus::NotConverged | DelassusStatus::NumericalError) => {
+            let word = status_word(status);
+            terminal::message(&format!(
+                "NOT CONVERGED: {word}, error {:.1e}",
+                answer.solution.error.max(answer.solution.scaled_error)
+            ));
+            Ok(Exit::NotConverged)
+        }
+    }
+}
+
+fn status_word(status: DelassusStatus) -> &'static str {
+    match status {
+        DelassusStatus::Converged => "converged",
+        DelassusStatus::NotConverged => "not_converged",
+        DelassusStatus::NumericalError => "numerical_error",
+    }
+}
+
+fn solver_word(solver: DelassusSolver) -> &'static str {
+    match solver {
+        DelassusSolver::Newton => "newton",
+        DelassusSolver::Gpcg => "gpcg",
+    }
+}
+
+fn json(answer: &FclibAnswer) -> serde_json::Value {
+    let solution = &answer.solution;
+    serde_json::json!({
+        "status": status_word(solution.status),
+        "solver": solver_word(solution.solver),
+        "contacts": answer.contacts,
+        "entries": answer.entries,
+        "error": solution.error,
+        "scaled_error": solution.scaled_error,
+        "error_before": answer.error_before,
+        "newton_steps": solution.newton_steps,
+        "outer_steps": solution.outer_steps,
+        "applications": solution.applications,
+        "seconds": answer.seconds,
+    })
+}
+
+fn words(answer: &FclibAnswer) -> String {
+    let solution = &answer.solution;
+    let before = answer.error_before.map_or_else(String::new, |error| {
+        format!("solution in the file: error {error:.1e}\n")
+    });
+    format!(
+        "{before}{} contacts, {} entries of W\n\
+         {} by {} in {:.3} s: {} Newton steps, {} outer steps, {} applications of W\n\
+         error {:.1e} (scaled to a unit diagonal {:.1e})\n",
+        answer.contacts,
+        answer.entries,
+        status_word(solution.status),
+        solver_word(solution.solver),
+        answer.seconds,
+        solution.newton_steps,
+        solution.outer_steps,
+        solution.applications,
+        solution.error,
+        solution.scaled_error,
+    )
+}

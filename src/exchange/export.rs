@@ -1,0 +1,340 @@
+//! A solved run file as a problem of FCLIB, with its solution.
+
+use std::path::Path;
+
+use contact3d::{
+    contact::{Interface, MultiplierLayout},
+    dual::{ExplicitDual, Need},
+    linalg::Precision,
+    mesh::ContactSurface,
+    scene::{FrictionModel, ModelFeatures},
+    solver::{FrozenGlobal, FrozenScaling, frozen_global, frozen_local},
+};
+use fclib::{Array, GlobalProblem, Info, LocalProblem, Solution};
+use tempfile::TempPath;
+
+use super::file::{PROGRAM, beside, bytes_of, to_file};
+use crate::{
+    output::{self, Inputs, Kind, OutputFile},
+    pipeline::{Solved, StageError, admit_memory, read_solved},
+};
+
+/// Bytes for each entry of W: S, W by columns with long indices, W as the file has it, the file in memory.
+const BYTES_PER_ENTRY: u64 = 8 + 2 * 16 + 2 * 12;
+
+/// Which of the two problems is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// u = W r + q, with the dense W.
+    Local,
+    /// M v = H r + f, u = Hᵀv + w, with sparse matrices.
+    Global,
+}
+
+/// What was written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Exported {
+    /// Number of contacts.
+    pub contacts: usize,
+    /// Rows of M; `None` for a local problem.
+    pub unknowns: Option<usize>,
+    /// Smallest and largest μ.
+    pub mu: [f64; 2],
+    /// [`DelassusProblem::error`](contact3d::solver::DelassusProblem::error) of the stored forces; `None` for a global problem.
+    pub error: Option<f64>,
+    /// Bytes of the file.
+    pub bytes: usize,
+}
+
+/// Writes the problem of a solved run file with its friction frozen at the solution.
+///
+/// # Errors
+/// A run file that is not solved, a law that such files cannot hold, too little memory, an output that the guard refuses.
+pub fn export(run_file: &Path, target: &Path, form: Form) -> Result<Exported, StageError> {
+    let inputs = Inputs::of([run_file]);
+    output::admit(target, Kind::Fclib, &inputs)?;
+    let solved = read_solved(run_file)?;
+    let unfit = |reason: String| StageError::Unfit {
+        file: run_file.to_owned(),
+        reason,
+    };
+    let (surface, interface) = solved.contact().ok_or_else(|| {
+        unfit("the scene has no contact, so there is no frictional contact problem to write".into())
+    })?;
+    let friction = frozen_friction(&solved, surface).map_err(unfit)?;
+    let face = Face {
+        solved: &solved,
+        surface,
+        interface,
+        friction: &friction,
+    };
+    let part = beside(target)?;
+    let mut exported = match form {
+        Form::Local => face.write_local(run_file, &part)?,
+        Form::Global => face.write_global(&part)?,
+    };
+    fclib::write_program(&part, PROGRAM)?;
+    let file = OutputFile {
+        path: target.to_owned(),
+        kind: Kind::Fclib,
+        bytes: bytes_of(&part, target)?,
+    };
+    exported.bytes = file.bytes.len();
+    output::write(&[file], &inputs)?;
+    Ok(exported)
+}
+
+/// (F₁, F₂) that act on each pane at the solution, `None` without friction; refused where Coulomb's law with fixed coefficients is
+/// not the law.
+fn frozen_friction(
+    solved: &Solved,
+    surface: &ContactSurface,
+) -> Result<Vec<Option<[f64; 2]>>, String> {
+    if !solved.solution.status.is_solved() {
+        return Err(format!(
+            "the solve ended as {}, and its friction can only be frozen at a solution; solve it first",
+            solved.solution.status.word()
+        ));
+    }
+    if solved.system.assembly.factor.precision() == Precision::Single {
+        return Err("the factor is in single precision, and so W would be; \
+                    run `contact3d-pipe assemble FILE --factor double`, and `solve` again"
+            .into());
+    }
+    if solved.system.assembly.primal.floating.is_some() {
+        return Err("only contact holds the body, so its stiffness is singular, there is no W, and FCLIB wants a positive definite M;                     clamp the body, or put it on springs"
+            .into());
+    }
+    if !solved.scene.steps.is_empty() {
+        return Err("the scene is a load history, and files of FCLIB hold one problem; write its last step as a scene of its own".into());
+    }
+    for face in ModelFeatures::of(&solved.scene).contact {
+        let law = match face.friction {
+            FrictionModel::Frictionless | FrictionModel::Coulomb { .. } => continue,
+            FrictionModel::Tresca { .. } => "a given slip bound (Tresca's law)",
+            FrictionModel::CappedCoulomb { .. } => "a slip bound capped at a pressure",
+        };
+        return Err(format!(
+            "the contact face {} has {law}, and files of FCLIB hold Coulomb's law alone, a bound of mu times the normal force; \
+             take friction.coefficient without slip_bound or pressure_cap",
+            face.name
+        ));
+    }
+    let state = solved.solution.coulomb.as_ref();
+    let panes = 0..surface.n_panes();
+    let coefficients = panes.map(|pane| {
+        let friction = &state?.friction;
+        (pane < friction.pane_inverse.len()).then(|| friction.pane(pane))
+    });
+    Ok(coefficients.collect())
+}
+
+/// A contact face with frozen friction.
+struct Face<'a> {
+    solved: &'a Solved,
+    surface: &'a ContactSurface,
+    interface: &'a Interface,
+    friction: &'a [Option<[f64; 2]>],
+}
+
+impl Face<'_> {
+    fn write_local(&self, run_file: &Path, part: &TempPath) -> Result<Exported, StageError> {
+        let size = 3 * self.surface.n_panes();
+        let memory = (size as u64)
+            .saturating_pow(2)
+            .saturating_mul(BYTES_PER_ENTRY);
+        admit_memory(Need {
+            step: "writing W, which is dense; --global writes sparse matrices",
+            memory,
+            stored: 0,
+        })?;
+        let (problem, scaling) = {
+            let dual = self.dense();
+            let frozen = frozen_local(&dual, &self.surface.pane_area, self.friction);
+            frozen.map_err(|source| StageError::Delassus {
+                file: run_file.to_owned(),
+                source,
+            })?
+        };
+        let force = scaling.forces(self.layout(), &self.solved.solution.multiplier);
+        let solution = Solution {
+            v: None,
+            u: problem.velocity(&force),
+            r: force,
+        };
+        let start = Solution {
+            v: None,
+            u: problem.offset().to_vec(),
+            r: vec![0.0; size],
+        };
+        let exported = Exported {
+            contacts: self.surface.n_panes(),
+            unknowns: None,
+            mu: ends(&scaling.mu),
+            error: Some(problem.error(&solution.r)),
+            bytes: 0,
+        };
+        let local = LocalProblem {
+            space_dimension: 3,
+            q: problem.offset().to_vec(),
+            mu: scaling.mu.clone(),
+            info: self.info(),
+            w: to_file(problem.into_matrix()),
+        };
+        let written = fclib::write_local(part, &local)
+            .and_then(|()| fclib::write_solution(part, &solution))
+            .and_then(|()| fclib::write_guesses(part, &[start]))
+            .and_then(|()| self.write_scaling(part, &scaling, None));
+        written?;
+        Ok(exported)
+    }
+
+    fn write_global(&self, part: &TempPath) -> Result<Exported, StageError> {
+        let primal = &self.solved.system.assembly.primal;
+        let frozen = frozen_global(primal, self.surface, self.interface, self.friction);
+        let scaling = &frozen.scaling;
+        let v = frozen.displacement(&self.solved.solution.displacement);
+        let solution = Solution {
+            u: frozen.velocity(&v),
+            v: Some(v),
+            r: scaling.forces(self.layout(), &self.solved.solution.multiplier),
+        };
+        let zero = vec![0.0; frozen.load.len()];
+        let start = Solution {
+            u: frozen.velocity(&zero),
+            v: Some(zero),
+            r: vec![0.0; scaling.scale.len()],
+        };
+        let exported = Exported {
+            contacts: self.surface.n_panes(),
+            unknowns: Some(frozen.load.len()),
+            mu: ends(&scaling.mu),
+            error: None,
+            bytes: 0,
+        };
+        let FrozenGlobal {
+            matrix,
+            contact,
+            load,
+            distance,
+            displacement_scale,
+            scaling,
+        } = frozen;
+        let global = GlobalProblem {
+            space_dimension: 3,
+            m: to_file(matrix),
+            h: to_file(contact),
+            f: load,
+            w: distance,
+            mu: scaling.mu.clone(),
+            info: self.info(),
+        };
+        let written = fclib::write_global(part, &global)
+            .and_then(|()| fclib::write_solution(part, &solution))
+            .and_then(|()| fclib::write_guesses(part, &[start]))
+            .and_then(|()| self.write_scaling(part, &scaling, Some(displacement_scale)));
+        written?;
+        Ok(exported)
+    }
+
+    /// S with tangential pairs on all panes: that of the file where it has them.
+    fn dense(&self) -> ExplicitDual {
+        let system = &self.solved.system;
+        let held = system
+            .contact
+            .as_ref()
+            .and_then(|contact| contact.explicit());
+        match held {
+            Some(dual) if dual.layout.n_pairs() == dual.n_panes() => dual.clone(),
+            _ => ExplicitDual::everywhere(&system.assembly, self.surface, self.interface),
+        }
+    }
+
+    /// The order of the multipliers of the solution.
+    fn layout(&self) -> MultiplierLayout {
+        let panes = self.surface.n_panes();
+        MultiplierLayout::new(panes, self.interface.n_friction_panes())
+    }
+
+    fn info(&self) -> Info {
+        let units = self.solved.scene.units;
+        Info {
+            title: Some(self.solved.scene.title.clone()),
+            description: Some(format!(
+                "An elastic body on its foundation, written by contact3d-pipe {}. Orthotropic friction with coefficients that follow the \
+                 solution is frozen at the solution. The group contact3d holds what r and u are scaled by, and areas of panes, in \
+                 {} and {}.",
+                env!("CARGO_PKG_VERSION"),
+                units.length(),
+                units.force(),
+            )),
+            math_info: Some(
+                "W is symmetric and positive definite up to rounding; solution is that of the program, guess 1 is zero".into(),
+            ),
+            degrees_of_freedom: Some(self.solved.system.assembly.primal.dofs.n_free),
+        }
+    }
+
+    /// What leads back from the file to stresses and displacements.
+    fn write_scaling(
+        &self,
+        part: &TempPath,
+        scaling: &FrozenScaling,
+        displacement: Option<f64>,
+    ) -> Result<(), fclib::FclibError> {
+        let friction: Vec<f64> = self
+            .friction
+            .iter()
+            .flat_map(|f| f.unwrap_or([0.0; 2]))
+            .collect();
+        let unit = [scaling.unit];
+        let displacement = displacement.map(|c| [c]);
+        let array = |name, meaning, values, columns| Array {
+            name,
+            meaning,
+            values,
+            columns,
+        };
+        let mut arrays = vec![
+            array(
+                "scale",
+                "D: contact forces are unit * scale * r, relative displacements unit * u / scale",
+                &scaling.scale,
+                3,
+            ),
+            array(
+                "unit",
+                "t: one number that all of q, r and u are divided by",
+                &unit[..],
+                1,
+            ),
+            array(
+                "pane_area",
+                "a: contact stresses are contact forces over these areas",
+                &scaling.area,
+                1,
+            ),
+            array(
+                "friction",
+                "F1 and F2 on each pane at the solution; 0 without friction",
+                &friction,
+                2,
+            ),
+        ];
+        if let Some(c) = &displacement {
+            arrays.push(array(
+                "displacement_scale",
+                "c: displacements are displacement_scale * unit * v",
+                c,
+                1,
+            ));
+        }
+        fclib::write_arrays(part, "contact3d", &arrays)
+    }
+}
+
+fn ends(mu: &[f64]) -> [f64; 2] {
+    let least = mu.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = mu.iter().copied().fold(0.0, f64::max);
+    [least, most]
+}

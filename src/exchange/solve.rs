@@ -1,0 +1,138 @@
+//! The problem of a file, solved.
+
+use std::{
+    path::{Path, PathBuf},
+    time::Instant,
+};
+
+use contact3d::dual::Need;
+use contact3d::solver::{
+    DelassusMethod, DelassusSettings, DelassusSolution, MOST_DENSE_CONTACTS, solve_delassus,
+};
+use fclib::Solution;
+
+use super::file::{PROGRAM, beside, bytes_of, failed, to_problem};
+use crate::{
+    output::{self, Inputs, Kind, OutputFile},
+    pipeline::{StageError, admit_memory},
+};
+
+/// Bytes for each entry of the dense matrices of Newton's method: W itself, its factor twice, the matrix of a step.
+const BYTES_PER_ENTRY: u64 = 5 * 8;
+
+/// Where the solution goes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Target {
+    /// It is only printed.
+    Nowhere,
+    /// A copy of the file.
+    Copy(PathBuf),
+    /// The file itself, whose solution it replaces.
+    InPlace,
+}
+
+/// What came of a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FclibAnswer {
+    /// Number of contacts.
+    pub contacts: usize,
+    /// Stored entries of W.
+    pub entries: usize,
+    /// Forces, and how good they are.
+    pub solution: DelassusSolution,
+    /// Error of the solution that the file had; `None` where it had none.
+    pub error_before: Option<f64>,
+    /// Seconds of the solve.
+    pub seconds: f64,
+}
+
+/// Solves the local problem of a file and stores the solution where it is wanted, converged or not.
+///
+/// # Errors
+/// A file that holds no problem in 3D that can be solved, too little memory, an output that the guard refuses.
+pub fn solve_file(
+    file: &Path,
+    target: &Target,
+    settings: &DelassusSettings,
+) -> Result<FclibAnswer, StageError> {
+    let inputs = Inputs::of([file]);
+    if let Target::Copy(path) = target {
+        output::admit(path, Kind::Fclib, &inputs)?;
+    }
+    let local = fclib::read_local(file)?;
+    if local.space_dimension != 3 {
+        return Err(StageError::Unfit {
+            file: file.to_owned(),
+            reason: "/fclib_local/spacedim: expected 3, found 2; only problems in 3D are solved"
+                .into(),
+        });
+    }
+    let problem = to_problem(file, local)?;
+    admit(problem.n_contacts(), settings.method)?;
+    let size = problem.offset().len();
+    let before = fclib::read_solution(file, size)?;
+    let error_before = before.map(|before| problem.error(&before.r));
+    let started = Instant::now();
+    let solution = solve_delassus(&problem, settings);
+    let answer = FclibAnswer {
+        contacts: problem.n_contacts(),
+        entries: problem.matrix().data.len(),
+        solution,
+        error_before,
+        seconds: started.elapsed().as_secs_f64(),
+    };
+    store(file, target, &answer.solution, &inputs)?;
+    Ok(answer)
+}
+
+fn admit(contacts: usize, method: DelassusMethod) -> Result<(), StageError> {
+    let is_dense = match method {
+        DelassusMethod::Auto => contacts <= MOST_DENSE_CONTACTS,
+        DelassusMethod::Newton => true,
+        DelassusMethod::Gpcg => false,
+    };
+    let entries = (3 * contacts as u64).saturating_pow(2);
+    let memory = entries.saturating_mul(if is_dense { BYTES_PER_ENTRY } else { 0 });
+    admit_memory(Need {
+        step: "Newton's method, whose matrices are dense; --method gpcg takes W as it is",
+        memory,
+        stored: 0,
+    })?;
+    Ok(())
+}
+
+fn store(
+    file: &Path,
+    target: &Target,
+    solution: &DelassusSolution,
+    inputs: &Inputs,
+) -> Result<(), StageError> {
+    let path = match target {
+        Target::Nowhere => return Ok(()),
+        Target::Copy(path) => path.as_path(),
+        Target::InPlace => file,
+    };
+    let part = beside(path)?;
+    std::fs::copy(file, &part).map_err(failed(path, "copy the problem"))?;
+    let solution = Solution {
+        v: None,
+        u: solution.velocity.clone(),
+        r: solution.force.clone(),
+    };
+    let written =
+        fclib::remove_solution(&part).and_then(|()| fclib::write_solution(&part, &solution));
+    written?;
+    if *target == Target::InPlace {
+        part.persist(path)
+            .map_err(|error| failed(path, "replace the file")(error.error))?;
+        return Ok(());
+    }
+    fclib::write_program(&part, PROGRAM)?;
+    let copy = OutputFile {
+        path: path.to_owned(),
+        kind: Kind::Fclib,
+        bytes: bytes_of(&part, path)?,
+    };
+    output::write(&[copy], inputs)?;
+    Ok(())
+}
