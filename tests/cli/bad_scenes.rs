@@ -282,7 +282,11 @@ fn a_missing_clamp_has_a_key_but_no_line() {
     let fragments = ["bad.toml: clamp:", "at least one", "rigid"];
     assert_eq!(flaw(&program, text.as_bytes(), &fragments), None);
     let text = elastic.replacen(held, &format!("{held}\ncomponents = [\"x\"]"), 1);
-    let fragments = ["bad.toml: clamp:", "no rigid motion free", "translation along y"];
+    let fragments = [
+        "bad.toml: clamp:",
+        "no rigid motion free",
+        "translation along y",
+    ];
     assert_eq!(flaw(&program, text.as_bytes(), &fragments), None);
 }
 
