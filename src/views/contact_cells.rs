@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use contact3d::mesh::{ContactSurface, Mesh, SurfaceFace};
 
 /// The contact face cut in drawable cells: panes, or with nodal multipliers the median cells of
-/// the nodes, whose triangles meet at edge midpoints and centroids.
+/// the nodes, whose triangles meet at edge midpoints and centroids; with quadratic triangles those around the middles of edges.
 pub(super) struct ContactCells {
     /// Mesh nodes, then the added points.
     pub(super) coordinates: Vec<[f64; 3]>,
@@ -46,20 +46,24 @@ impl ContactCells {
         };
         let facets = surface.facets[face.facets.clone()].iter();
         let triangles = facets.map(|&f| mesh.facets[f]);
-        if face.is_nodal {
-            cells.cut_at_medians(surface, face, triangles);
-        } else {
+        if !face.is_nodal {
             cells.triangles = triangles.collect();
+            return cells;
+        }
+        let cell_of_node = cells.of_nodes(surface, face);
+        match &mesh.mid_edges {
+            None => cells.cut_at_medians(&cell_of_node, triangles),
+            Some(middles) => {
+                let facets = surface.facets[face.facets.clone()].iter();
+                let middles = facets.map(|&f| middles.facets[f]);
+                cells.cut_at_centroids(&cell_of_node, triangles.zip(middles));
+            }
         }
         cells
     }
 
-    fn cut_at_medians(
-        &mut self,
-        surface: &ContactSurface,
-        face: &SurfaceFace,
-        triangles: impl Iterator<Item = [usize; 3]>,
-    ) {
+    /// The cell of each node of a face; nodes without a multiplier have cells after the others.
+    fn of_nodes(&mut self, surface: &ContactSurface, face: &SurfaceFace) -> BTreeMap<usize, usize> {
         let mut cell_of_node: BTreeMap<usize, usize> = face
             .panes
             .clone()
@@ -76,6 +80,30 @@ impl ContactCells {
             let cell = *cell_of_node.entry(node).or_insert(next);
             self.cells = self.cells.max(cell + 1);
         }
+        cell_of_node
+    }
+
+    /// Quadratic triangles, whose multipliers are in the middle of edges: what lies between an edge and the centroid.
+    fn cut_at_centroids(
+        &mut self,
+        cell_of_node: &BTreeMap<usize, usize>,
+        triangles: impl Iterator<Item = ([usize; 3], [usize; 3])>,
+    ) {
+        for (corners, middles) in triangles {
+            let centre = self.add_mean(corners.to_vec());
+            for (k, middle) in middles.into_iter().enumerate() {
+                let (a, b) = (corners[k], corners[(k + 1) % 3]);
+                self.triangles.push([a, b, centre]);
+                self.pane.push(cell_of_node[&middle]);
+            }
+        }
+    }
+
+    fn cut_at_medians(
+        &mut self,
+        cell_of_node: &BTreeMap<usize, usize>,
+        triangles: impl Iterator<Item = [usize; 3]>,
+    ) {
         let mut midpoints: BTreeMap<[usize; 2], usize> = BTreeMap::new();
         for nodes in triangles {
             let centre = self.add_mean(nodes.to_vec());

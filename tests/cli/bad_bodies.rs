@@ -54,7 +54,7 @@ const SCENES: [(&str, &str, &[&str]); 12] = [
     ("face = \"unnamed\"", "face = \"top\"", &["pressure.0.face", "contact, held end"]),
     ("face = \"contact\"", "face = \"bottom\"", &["contact.face", "contact, held end"]),
     ("face = \"contact\"", "face = \"unnamed\"", &["pressure.0.face", "nor in contact"]),
-    ("[[clamp]]\nface = \"held end\"", "[[clamp]]\nface = \"held end\"\ncomponents = [\"z\"]", &["clamp", "rigid", "translation along x"]),
+    ("[[clamp]]\nface = \"held end\"\n\n[[pressure]]\nface = \"unnamed\"\nvalue = 1e3\n\n[contact]\nface = \"contact\"", "[[clamp]]\nface = \"held end\"\ncomponents = [\"z\"]", &["clamp", "rigid", "translation along x"]),
     ("[[pressure]]\nface = \"unnamed\"\nvalue = 1e3\n\n[contact]\nface = \"contact\"", "[contact]\nface = \"unnamed\"", &["contact.face", "a flat face"]),
 ];
 

@@ -354,7 +354,8 @@ fn refused(scene: Scene) -> String {
 #[test]
 fn contacts_that_cannot_be_are_refused_by_their_keys() {
     let rough = || Some(Friction::coulomb(0.3));
-    let cases: &[(fn(&mut Scene), &str)] = &[
+    type Change = fn(&mut Scene);
+    let cases: &[(Change, &str)] = &[
         (|s| s.contacts[1].corners = None, "contact.1.face"),
         (
             |s| s.contacts[1].corners = s.contacts[0].corners,

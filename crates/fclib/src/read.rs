@@ -245,7 +245,7 @@ impl Source<'_> {
         path: &str,
     ) -> Result<usize, FclibError> {
         match space_dimension {
-            2 | 3 if components % space_dimension == 0 => Ok(components / space_dimension),
+            2 | 3 if components.is_multiple_of(space_dimension) => Ok(components / space_dimension),
             2 | 3 => {
                 let expected = format!("a multiple of {space_dimension} columns");
                 Err(self.unexpected(path, expected, format!("{components}")))

@@ -42,8 +42,8 @@ fn panes_at<'a>(
 
 /// The panes with friction of the finer mesh: those of the faces whose coarse panes are the first `n_pairs`.
 fn fine_pairs(known: &ContactSurface, wanted: &ContactSurface, n_pairs: usize) -> usize {
-    let faces = known.faces.iter().zip(&wanted.faces);
-    let last = faces.filter(|(face, _)| face.panes.end <= n_pairs).last();
+    let mut faces = known.faces.iter().zip(&wanted.faces);
+    let last = faces.rfind(|(face, _)| face.panes.end <= n_pairs);
     last.map_or(0, |(_, face)| face.panes.end)
 }
 

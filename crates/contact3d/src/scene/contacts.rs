@@ -16,7 +16,7 @@ use super::{Contact, Friction, Scene};
 #[expect(dead_code, reason = "it describes scene files")]
 pub(super) enum OneOrSeveral {
     /// The only contact face.
-    One(Contact),
+    One(Box<Contact>),
     /// Contact faces, each with a foundation and a law of friction of its own.
     Several(Vec<Contact>),
 }
