@@ -149,8 +149,7 @@ class _Checker:
 
     def axes(self, dataset: h5py.Dataset, names: list[str], labels: dict) -> None:
         """Check the dimension scale of every axis: its name, its length, its labels, and that it knows the dataset."""
-        for axis, (dimension, name) in enumerate(zip(dataset.dims, names, strict=True)):
-            scales = [scale for scale in dimension.values() if scale is not None]
+        for axis, (scales, name) in enumerate(zip(scales_of(dataset), names, strict=True)):
             if [scale.name.rsplit("/", 1)[-1] for scale in scales] != [name]:
                 self.say(dataset.name, f"axis {axis} is not named {name}")
                 continue
@@ -213,7 +212,13 @@ class _Checker:
 
 def is_scale(item: h5py.Group | h5py.Dataset) -> bool:
     """Whether a dataset is the dimension scale of an axis."""
-    return isinstance(item, h5py.Dataset) and h5py.h5ds.is_scale(item.id)
+    return isinstance(item, h5py.Dataset) and item.attrs.get("CLASS") == b"DIMENSION_SCALE"
+
+
+def scales_of(dataset: h5py.Dataset) -> list[list[h5py.Dataset]]:
+    """The scales that a dataset names for each of its axes."""
+    axes = dataset.attrs.get("DIMENSION_LIST", [[]] * dataset.ndim)
+    return [[dataset.file[reference] for reference in references] for references in axes]
 
 
 def axis_attributes(item: h5py.Group | h5py.Dataset) -> set[str]:

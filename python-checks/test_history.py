@@ -141,9 +141,10 @@ def test_paraview_plays_the_increments(history):
     stored = file["history"]
     n_tetrahedra = len(problem.tetrahedra)
     panes = file["mesh/contact_facet_pane"][:]
-    shown = list(played(file.filename))
-    assert [time for time, _ in shown] == list(stored["time"])
-    for k, (_, grid) in enumerate(shown):
+    times = []
+    # The reader shows every step in the same grid.
+    for k, (time, grid) in enumerate(played(file.filename)):
+        times.append(time)
         assert np.array_equal(array(grid.GetPointData(), "displacement"), stored["displacement"][k])
         cells = grid.GetCellData()
         assert np.array_equal(array(cells, "von_mises")[:n_tetrahedra], stored["von_mises"][k])
@@ -158,6 +159,7 @@ def test_paraview_plays_the_increments(history):
         found = array(cells, "contact_tangential_stress")[n_tetrahedra:]
         # Two products and a sum for each component.
         assert np.abs(found - stress[panes]).max() <= 1e-14 * np.abs(stress).max()
+    assert times == list(stored["time"])
 
 
 def test_json_tells_the_same(contact3d, tmp_path):

@@ -6,7 +6,7 @@ rm -rf target/wheels
 # $features are words for cargo.
 # shellcheck disable=SC2086
 maturin build --quiet --release --locked --out target/wheels $features
-maturin sdist --quiet --out target/wheels
+maturin sdist --out target/wheels
 fresh=$(mktemp -d)
 trap 'rm -rf "$fresh"' EXIT
 cp pipelines/newton.toml "$fresh"

@@ -21,7 +21,12 @@ pub(crate) fn open(path: &Path) -> Result<hdf5::File, FclibError> {
 
 /// Opens a file to write to it.
 pub(crate) fn open_to_write(path: &Path) -> Result<hdf5::File, FclibError> {
-    hdf5::File::open_rw(path).in_file(path, || "open the file to write to it".into())
+    // A lock would outlive its owner in a process that is started meanwhile and inherits the file.
+    let mut options = hdf5::File::with_options();
+    let options = options.with_fapl(|access| access.file_locking(false));
+    options
+        .open_rw(path)
+        .in_file(path, || "open the file to write to it".into())
 }
 
 /// The program that marked an FCLIB file as its own by [`crate::write_program`]; `None` for other files.

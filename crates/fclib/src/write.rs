@@ -135,7 +135,11 @@ struct Target<'a> {
 
 impl<'a> Target<'a> {
     fn create(path: &'a Path) -> Result<Self, FclibError> {
-        let file = hdf5::File::create(path).in_file(path, || "make the file".into())?;
+        let mut options = hdf5::File::with_options();
+        let options = options.with_fapl(|access| access.file_locking(false));
+        let file = options
+            .create(path)
+            .in_file(path, || "make the file".into())?;
         Ok(Self { path, file })
     }
 

@@ -183,7 +183,8 @@ impl Analysed {
             dual_operator: 0.0,
         };
         let structure = structure.map_err(|e| explain(e, &dofs))?;
-        let floating = floating_body(mesh, &dofs, &motions, &stiffness);
+        let floating =
+            floating_body(mesh, &dofs, &motions, &stiffness).map_err(AssemblyError::Scene)?;
         let mut primal = PrimalSystem {
             dofs,
             stiffness: Arc::new(stiffness),

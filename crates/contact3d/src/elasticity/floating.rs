@@ -8,6 +8,7 @@ use super::{DofMap, rigid_motion::RigidMotion};
 use crate::{
     linalg::{CscMatrix, add_scaled, dot},
     mesh::Mesh,
+    scene::Invalid,
 };
 
 /// The rigid modes R of a body that only contact holds, and the springs that make its stiffness invertible.
@@ -43,13 +44,13 @@ pub struct BodyMotion {
 
 impl FloatingBody {
     /// The free motions of a body as modes on its free degrees of freedom, with pins away from the contact face where there are
-    /// nodes enough.
-    pub(crate) fn new(
+    /// nodes enough; `None` where the numbers do not tell the motions apart.
+    fn new(
         mesh: &Mesh,
         dofs: &DofMap,
         motions: &[RigidMotion],
         stiffness: &CscMatrix,
-    ) -> Self {
+    ) -> Option<Self> {
         let shapes: Vec<Vec<f64>> = motions
             .iter()
             .map(|motion| on_dofs(mesh, dofs, motion))
@@ -62,13 +63,13 @@ impl FloatingBody {
         }
         let away: Vec<usize> = (0..dofs.n_free).filter(|&d| !on_contact[d]).collect();
         let pins = telling_dofs(&shapes, &away)
-            .or_else(|| telling_dofs(&shapes, &(0..dofs.n_free).collect::<Vec<_>>()))
-            .expect("free motions move free degrees of freedom");
+            .or_else(|| telling_dofs(&shapes, &(0..dofs.n_free).collect::<Vec<_>>()))?;
         let spring = pins
             .iter()
             .map(|&pin| diagonal(stiffness, pin))
             .fold(f64::INFINITY, f64::min);
-        Self::from_parts(normalised(&shapes, &pins), pins, spring, stiffness)
+        let modes = normalised(&shapes, &pins)?;
+        Some(Self::from_parts(modes, pins, spring, stiffness))
     }
 
     /// Puts a body together again from R, the pins, κ in N/m and A.
@@ -251,13 +252,11 @@ fn telling_dofs(shapes: &[Vec<f64>], candidates: &[usize]) -> Option<Vec<usize>>
 }
 
 /// The modes of the same space in which mode p moves pin p by one and no other.
-fn normalised(shapes: &[Vec<f64>], pins: &[usize]) -> Vec<Vec<f64>> {
+fn normalised(shapes: &[Vec<f64>], pins: &[usize]) -> Option<Vec<Vec<f64>>> {
     let k = pins.len();
     let at_pins = DMatrix::from_fn(k, k, |mode, pin| shapes[mode][pins[pin]]);
-    let inverse = at_pins
-        .try_inverse()
-        .expect("the pins tell the modes apart");
-    (0..k)
+    let inverse = at_pins.try_inverse()?;
+    let modes = (0..k)
         .map(|p| {
             let mut mode = vec![0.0; shapes[0].len()];
             for (m, shape) in shapes.iter().enumerate() {
@@ -268,7 +267,8 @@ fn normalised(shapes: &[Vec<f64>], pins: &[usize]) -> Vec<Vec<f64>> {
             }
             mode
         })
-        .collect()
+        .collect();
+    Some(modes)
 }
 
 fn diagonal(matrix: &CscMatrix, at: usize) -> f64 {
@@ -278,11 +278,27 @@ fn diagonal(matrix: &CscMatrix, at: usize) -> f64 {
 }
 
 /// The floating body of a mesh, shared; `None` where its supports hold it.
+///
+/// # Errors
+/// Coordinates so large or small that rounding hides the motions.
 pub(crate) fn floating_body(
     mesh: &Mesh,
     dofs: &DofMap,
     motions: &[RigidMotion],
     stiffness: &CscMatrix,
-) -> Option<Arc<FloatingBody>> {
-    (!motions.is_empty()).then(|| Arc::new(FloatingBody::new(mesh, dofs, motions, stiffness)))
+) -> Result<Option<Arc<FloatingBody>>, Invalid> {
+    if motions.is_empty() {
+        return Ok(None);
+    }
+    match FloatingBody::new(mesh, dofs, motions, stiffness) {
+        Some(body) => Ok(Some(Arc::new(body))),
+        None => Err(Invalid {
+            key: "body".into(),
+            expected: "a size in which double precision tells the rigid motions of the body apart"
+                .into(),
+            found: format!("{} motions that it does not", motions.len()),
+            help: "choose units in which lengths are moderate, or hold the body with [[clamp]]"
+                .into(),
+        }),
+    }
 }
