@@ -15,7 +15,7 @@ pub struct ContactSystem {
     pub coupling: Coupling,
     /// h, and S where it is dense.
     pub form: OperatorForm,
-    /// What else holds where the body floats, for the loads of a solve ([`Self::balanced`]).
+    /// What else holds where the body floats, for the loads of a solve (`Self::balanced`).
     pub balance: Option<Balance>,
 }
 
