@@ -158,7 +158,7 @@ class _Checker:
                 self.say(scale.name, f"length {scale.shape} instead of {dataset.shape[axis]}")
             if name in labels and list(scale.asstr()[:]) != labels[name]:
                 self.say(scale.name, f"labels are not {labels[name]}")
-            users = [(scale.file[reference].name, index) for reference, index in scale.attrs["REFERENCE_LIST"]]
+            users = [(name_of(scale.file, reference), index) for reference, index in scale.attrs["REFERENCE_LIST"]]
             if (dataset.name, axis) not in users:
                 self.say(scale.name, f"does not list axis {axis} of {dataset.name}")
 
@@ -219,6 +219,14 @@ def scales_of(dataset: h5py.Dataset) -> list[list[h5py.Dataset]]:
     """The scales that a dataset names for each of its axes."""
     axes = dataset.attrs.get("DIMENSION_LIST", [[]] * dataset.ndim)
     return [[dataset.file[reference] for reference in references] for references in axes]
+
+
+def name_of(file: h5py.File, reference: h5py.Reference) -> str | None:
+    """The name of what a reference leads to; nothing for an object that was removed."""
+    try:
+        return file[reference].name
+    except (KeyError, ValueError):
+        return None
 
 
 def axis_attributes(item: h5py.Group | h5py.Dataset) -> set[str]:
