@@ -11,7 +11,7 @@ use hdf5::ObjectReference1;
 use hdf5::types::{FixedAscii, VarLenArray, VarLenUnicode};
 use hdf5_metno as hdf5;
 
-use super::attribute::unicode;
+use super::attribute::{unicode, write_ascii};
 use super::error::StoreError;
 use super::layout::{DatasetSpec, Extent, Group};
 use super::place::{AtPlace, Place};
@@ -195,23 +195,8 @@ fn require_scale(
             (object, format!("{NO_VALUES}{size:10}"))
         }
     };
-    write_fixed_text(&object, place, CLASS, SCALE)?;
-    write_fixed_text(&object, place, NAME, &name)
-}
-
-fn write_fixed_text(
-    object: &hdf5::Location,
-    place: Place<'_>,
-    name: &str,
-    text: &str,
-) -> Result<(), StoreError> {
-    let fixed = FixedAscii::<TEXT_BYTES>::from_ascii(text.as_bytes())
-        .map_err(|error| hdf5::Error::from(error.to_string()))
-        .at(place, "store a text that is not ASCII")?;
-    let attribute = object.new_attr::<FixedAscii<TEXT_BYTES>>().create(name);
-    attribute
-        .and_then(|attribute| attribute.write_scalar(&fixed))
-        .at(place, "write an attribute")
+    write_ascii::<TEXT_BYTES>(&object, place, CLASS, SCALE.as_bytes())?;
+    write_ascii::<TEXT_BYTES>(&object, place, NAME, name.as_bytes())
 }
 
 fn reference(
