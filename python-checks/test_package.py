@@ -49,6 +49,16 @@ def test_xarray_alone_sees_named_dimensions(solved):
     assert not [name for node in tree.subtree for name in node.dims if "phony" in str(name)]
 
 
+def test_hdf5_itself_knows_every_scale(solved):
+    _, path = solved
+    with h5py.File(path) as file:
+        # The names that h5py and netCDF-C ask HDF5's library of dimension scales for.
+        assert [list(axis.keys())[0] for axis in file["solve/displacement"].dims][1] == "axis"
+        scales = [axis[0] for axis in file["solve/displacement"].dims]
+        assert all(scale.is_scale for scale in scales)
+        assert [scale.name for scale in scales] == ["/solve/n_nodes", "/solve/axis"]
+
+
 def test_names_survive_the_copy_of_a_stage(contact3d, tmp_path):
     path = tmp_path / "run.h5"
     arguments = ["--no-figures", "--set", "body.brick.cells=[6,2,2]"]
