@@ -22,13 +22,13 @@ use super::Stage;
 /// The same results as ParaView reads them.
 pub const GROUP: Group = Group::new("VTKHDF", Stage::Post.command());
 
-const N_POINTS: &str = "/VTKHDF/NumberOfPoints";
-const N_CELLS: &str = "/VTKHDF/NumberOfCells";
-const N_CONNECTIVITY: &str = "/VTKHDF/NumberOfConnectivityIds";
-const POINTS: &str = "/VTKHDF/Points";
-const CONNECTIVITY: &str = "/VTKHDF/Connectivity";
-const OFFSETS: &str = "/VTKHDF/Offsets";
-const TYPES: &str = "/VTKHDF/Types";
+pub(super) const N_POINTS: &str = "/VTKHDF/NumberOfPoints";
+pub(super) const N_CELLS: &str = "/VTKHDF/NumberOfCells";
+pub(super) const N_CONNECTIVITY: &str = "/VTKHDF/NumberOfConnectivityIds";
+pub(super) const POINTS: &str = "/VTKHDF/Points";
+pub(super) const CONNECTIVITY: &str = "/VTKHDF/Connectivity";
+pub(super) const OFFSETS: &str = "/VTKHDF/Offsets";
+pub(super) const TYPES: &str = "/VTKHDF/Types";
 const DISPLACEMENT: &str = "/VTKHDF/PointData/displacement";
 const ERROR_INDICATOR: &str = "/VTKHDF/CellData/error_indicator";
 const CONTACT_FACE: &str = "/VTKHDF/CellData/contact_face";
