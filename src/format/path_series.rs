@@ -9,6 +9,7 @@ use units::Dimension;
 
 use super::{
     vtkhdf::{self, GROUP},
+    vtkhdf_normal,
     vtkhdf_series::{self, STEPS, Series},
 };
 
@@ -20,7 +21,12 @@ pub const SERIES_LAYOUT: Layout = Layout {
     creator: super::LAYOUT.creator,
     units: super::LAYOUT.units,
     groups: &[GROUP],
-    tables: &[vtkhdf::TABLE, vtkhdf_series::TABLE, TABLE],
+    tables: &[
+        vtkhdf::TABLE,
+        vtkhdf_normal::TABLE,
+        vtkhdf_series::TABLE,
+        TABLE,
+    ],
     extents: &[
         ("n_nodes", "nodes of the mesh"),
         super::CELLS_EXTENT,

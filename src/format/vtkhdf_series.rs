@@ -11,7 +11,10 @@ use runfile::{
 };
 use units::Dimension;
 
-use super::vtkhdf::{Field, GROUP, GridValues, fields, write_grid};
+use super::{
+    vtkhdf::{Field, GROUP, GridValues, fields, write_grid},
+    vtkhdf_normal,
+};
 
 const VALUES: &str = "/VTKHDF/Steps/Values";
 const PARTS: &str = "/VTKHDF/Steps/NumberOfParts";
@@ -50,7 +53,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     offsets_row("/VTKHDF/Steps/PointDataOffsets/friction_2"),
 ];
 
-const fn offsets_row(path: &'static str) -> DatasetSpec {
+pub(super) const fn offsets_row(path: &'static str) -> DatasetSpec {
     let meaning = "Where the values of each step begin.";
     GROUP
         .row(path, Kind::I64, STEPS, Dimension::Number, meaning)
@@ -77,6 +80,7 @@ impl<'w, 't> Series<'w, 't> {
     ) -> Result<Self, StoreError> {
         write_grid(writer, mesh)?;
         let n_steps = times.len();
+        vtkhdf_normal::write(writer, mesh, Some(n_steps))?;
         writer.write(VALUES, times, &[n_steps])?;
         let number = i64::try_from(n_steps).unwrap_or(i64::MAX);
         writer.write_inner_attribute("Steps", "NSteps", number)?;
