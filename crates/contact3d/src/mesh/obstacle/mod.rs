@@ -177,7 +177,9 @@ fn without_area(at: [f64; 3]) -> Invalid {
         key: "contact.face".into(),
         expected: "triangles with an area around every node of the contact face".into(),
         found: format!("none around the node at {}", place_words(at)),
-        help: "correct the mesh; lengths whose products vanish in double precision need another unit".into(),
+        help:
+            "correct the mesh; lengths whose products vanish in double precision need another unit"
+                .into(),
     }
 }
 
