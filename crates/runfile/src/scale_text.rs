@@ -52,12 +52,11 @@ pub(super) fn types(beside: &Path, place: Place<'_>) -> Result<&'static Types, S
     }
     let mut path = beside.as_os_str().to_owned();
     path.push("-texts");
-    let (temporary, ()) = Temporary::create(path.into(), |path| {
-        let written = fs::write(path, FILE);
-        written.inspect_err(|_| drop(fs::remove_file(path)))
-    })
-    .at_file(beside, "write a temporary file beside it")?;
-    let path = temporary.path();
+    let path = Path::new(&path);
+    let made = Temporary::create(path.into(), |path| {
+        fs::write(path, FILE).inspect_err(|_| drop(fs::remove_file(path)))
+    });
+    let (_temporary, ()) = made.at_file(path, "write a temporary file")?;
     let file = hdf5::File::with_options()
         .with_fapl(|access| access.file_locking(false))
         .open(path)
