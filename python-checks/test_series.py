@@ -184,6 +184,27 @@ def test_each_step_of_a_sweep_is_a_case(swept, series_schema):
     assert next(rows, None) is None
 
 
+def test_normals_of_contact_are_those_of_every_case(contact3d, tmp_path, series_schema):
+    """Of several contact faces; written once, since they belong to the grid."""
+    scene = ROOT / "pipelines" / "wedge.toml"
+    (tmp_path / "sweep.toml").write_text(f"""
+scene = "{scene}"
+[[axis]]
+key = "material.isotropic.young_modulus"
+values = [1e11, 2e11]
+""")
+    contact3d("sweep", tmp_path / "sweep.toml", "--out", tmp_path / "cases", "--no-figures", "--series", tmp_path)
+    file = tmp_path / "cases_1.vtkhdf"
+    with h5py.File(file) as stored:
+        assert schema_problems(stored, series_schema) == []
+        normals = stored["VTKHDF/CellData/contact_normal"][:]
+    for _, grid in played(file):
+        assert np.array_equal(array(grid.GetCellData(), "contact_normal"), normals, equal_nan=True)
+    lengths = np.linalg.norm(normals, axis=1)
+    # Unit vectors, rounded.
+    assert np.nanmax(np.abs(lengths - 1.0)) <= 4e-16 and np.isfinite(lengths).any()
+
+
 def test_what_viewers_open_has_a_file_of_its_own(contact3d, program, swept, series_schema, tmp_path):
     run_file = next(f for f in sorted((swept / "cases").glob("*.h5")) if len(f.stem) == 16)
     copy, link = tmp_path / "copy.vtkhdf", tmp_path / "link.vtkhdf"

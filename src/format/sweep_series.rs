@@ -42,8 +42,8 @@ pub fn begin<'w, 't>(
     grid: &Reader,
     cases: &[SeriesCase],
 ) -> Result<Series<'w, 't>, StoreError> {
-    copy_grid(writer, grid)?;
     let n = cases.len();
+    copy_grid(writer, grid, n)?;
     let rows: Vec<f64> = cases.iter().map(|case| case.row as f64).collect();
     writer.write(CASE, &rows, &[n])?;
     let settings: Vec<f64> = cases

@@ -4,7 +4,7 @@ use contact3d::mesh::Mesh;
 use runfile::{
     DatasetSpec,
     Extent::{Fixed, Named},
-    GroupWriter, Kind, StoreError,
+    GroupWriter, Kind, Reader, StoreError,
 };
 use units::Dimension;
 
@@ -44,7 +44,30 @@ pub(super) fn write(
         let length = sum.iter().map(|v| v * v).sum::<f64>().sqrt();
         sum.map(|v| v / length)
     }));
-    writer.write(NORMAL, normals.as_flattened(), &[normals.len(), 3])?;
+    write_once(writer, normals.as_flattened(), n_steps)
+}
+
+/// Writes the normals of another file, which are those of all steps of a series.
+///
+/// # Errors
+/// HDF5 failures.
+pub(super) fn copy(
+    writer: &mut GroupWriter<'_>,
+    reader: &Reader,
+    n_steps: usize,
+) -> Result<(), StoreError> {
+    match reader.has(NORMAL) {
+        true => write_once(writer, &reader.read_vec(NORMAL)?, Some(n_steps)),
+        false => Ok(()),
+    }
+}
+
+fn write_once(
+    writer: &mut GroupWriter<'_>,
+    normals: &[f64],
+    n_steps: Option<usize>,
+) -> Result<(), StoreError> {
+    writer.write(NORMAL, normals, &[normals.len() / 3, 3])?;
     match n_steps {
         None => Ok(()),
         Some(steps) => writer.write_indices(NORMAL_OFFSETS, &vec![0; steps], &[steps]),

@@ -7,7 +7,7 @@ use super::{
         CONNECTIVITY, Field, N_CELLS, N_CONNECTIVITY, N_POINTS, OFFSETS, POINTS, TABLE, TYPE,
         TYPES, VERSION,
     },
-    vtkhdf_normal::{self, NORMAL},
+    vtkhdf_normal,
     vtkhdf_series::VALUES,
 };
 
@@ -24,7 +24,7 @@ pub fn field_paths(reader: &Reader) -> Vec<&'static str> {
         .collect()
 }
 
-/// The values of these fields, at the last time where the file is a series itself.
+/// The values of these fields that may differ between steps, at the last time where the file is a series itself.
 pub(super) fn last_fields(reader: &Reader) -> Result<Vec<Field>, StoreError> {
     let steps = match reader.has(VALUES) {
         true => reader.read_vec::<f64>(VALUES)?.len(),
@@ -34,8 +34,7 @@ pub(super) fn last_fields(reader: &Reader) -> Result<Vec<Field>, StoreError> {
         let values = reader.read::<f64>(path)?;
         let components = values.shape().get(1).copied().unwrap_or(1);
         let mut values = values.into_raw_vec_and_offset().0;
-        let steps_stored = if path == NORMAL { 1 } else { steps.max(1) };
-        let last = values.len() / steps_stored;
+        let last = values.len() / steps.max(1);
         values.drain(..values.len() - last);
         Ok(Field {
             path: path.to_owned(),
@@ -43,11 +42,20 @@ pub(super) fn last_fields(reader: &Reader) -> Result<Vec<Field>, StoreError> {
             values,
         })
     };
-    field_paths(reader).into_iter().map(field).collect()
+    let paths = field_paths(reader).into_iter();
+    paths
+        .filter(|path| *path != vtkhdf_normal::NORMAL)
+        .map(field)
+        .collect()
 }
 
-/// Writes the grid of another file.
-pub(super) fn copy_grid(writer: &mut GroupWriter<'_>, reader: &Reader) -> Result<(), StoreError> {
+/// Writes the grid of another file for a series of some steps, with the normals of its contact faces.
+pub(super) fn copy_grid(
+    writer: &mut GroupWriter<'_>,
+    reader: &Reader,
+    n_steps: usize,
+) -> Result<(), StoreError> {
+    vtkhdf_normal::copy(writer, reader, n_steps)?;
     writer.write_ascii_attribute("Type", TYPE)?;
     writer.write_number_attribute("Version", &VERSION)?;
     for path in [N_POINTS, N_CELLS, N_CONNECTIVITY, CONNECTIVITY, OFFSETS] {
