@@ -154,6 +154,9 @@ class _Checker:
                 self.say(dataset.name, f"axis {axis} is not named {name}")
                 continue
             (scale,) = scales
+            # By HDF5's own library of dimension scales, as netCDF-C asks it.
+            if not scale.is_scale or list(dataset.dims[axis].values()) != [scale]:
+                self.say(scale.name, f"is no scale of axis {axis} of {dataset.name} to HDF5")
             if scale.shape != (dataset.shape[axis],):
                 self.say(scale.name, f"length {scale.shape} instead of {dataset.shape[axis]}")
             if name in labels and list(scale.asstr()[:]) != labels[name]:

@@ -2,14 +2,17 @@
 
 import json
 import os
+import runpy
 import sys
 import tomllib
 import warnings
 
 import h5py
 import numpy as np
+import matplotlib
 import pint
 import pytest
+import pyvista
 import xarray as xr
 
 from conftest import ROOT, SCENE
@@ -47,6 +50,16 @@ def test_xarray_alone_sees_named_dimensions(solved):
     assert tree["solve/displacement"].dims[0] == "n_nodes"
     assert tree["solve/multiplier_normal"].dims == ("n_panes",)
     assert not [name for node in tree.subtree for name in node.dims if "phony" in str(name)]
+
+
+def test_hdf5_itself_knows_every_scale(solved):
+    _, path = solved
+    with h5py.File(path) as file:
+        # The names that h5py and netCDF-C ask HDF5's library of dimension scales for.
+        assert [list(axis.keys())[0] for axis in file["solve/displacement"].dims][1] == "axis"
+        scales = [axis[0] for axis in file["solve/displacement"].dims]
+        assert all(scale.is_scale for scale in scales)
+        assert [scale.name for scale in scales] == ["/solve/n_nodes", "/solve/axis"]
 
 
 def test_names_survive_the_copy_of_a_stage(contact3d, tmp_path):
@@ -127,6 +140,60 @@ def test_errors_have_types_and_the_words_of_the_program(tmp_path):
     with pytest.raises(package.NotConverged, match="NOT CONVERGED") as failed:
         package.run(SCENE, path, set={**SMALL, **short})
     assert package.open(failed.value.file)["solve/status"].item() == "max_outer_steps"
+
+
+def test_pyvista_reads_what_is_exported(solved, tmp_path):
+    tree, path = solved
+    package.export(path, vtkhdf=tmp_path / "grid.vtkhdf")
+    grid = pyvista.read(tmp_path / "grid.vtkhdf")
+    np.testing.assert_array_equal(grid["displacement"], tree["solve/displacement"].values)
+    triangles = grid.extract_cells(grid.celltypes == pyvista.CellType.TRIANGLE)
+    pressure = tree["solve/multiplier_normal"].values
+    panes = tree["mesh/contact_facet_pane"].values
+    # Stress is minus pressure.
+    np.testing.assert_array_equal(triangles["contact_normal_stress"], 0.0 - pressure[panes])
+    with pytest.raises(package.BadInput, match="reads that file"):
+        package.export(path, vtkhdf=path)
+
+
+def test_problem_for_siconos_is_that_of_the_file(solved, tmp_path):
+    tree, path = solved
+    package.export(path, fclib=tmp_path / "problem.hdf5")
+    with h5py.File(tmp_path / "problem.hdf5") as file:
+        forces = file["contact3d/unit"][0] * file["contact3d/scale"][:, 0] * file["solution/r"][:].reshape(-1, 3)[:, 0]
+        area = file["contact3d/pane_area"][:]
+    pressure = tree["solve/multiplier_normal"].values
+    # A few products.
+    np.testing.assert_allclose(forces / area, pressure, rtol=1e-14, atol=1e-14 * pressure.max())
+    package.export(path, fclib=tmp_path / "global.hdf5", sparse=True)
+    with h5py.File(tmp_path / "global.hdf5") as file:
+        assert file["fclib_global/M/m"][()] == tree.attrs["matrices"]["assemble/stiffness"].shape[0]
+
+
+@pytest.mark.parametrize("example", ["modes", "pressure", "sweep"])
+def test_examples_run(contact3d, example, tmp_path, monkeypatch):
+    """All but `grid`, which draws with what the machine has of OpenGL."""
+    matplotlib.use("Agg")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pipelines").symlink_to(ROOT / "pipelines")
+    if example == "sweep":
+        (tmp_path / "sweep.toml").write_text("""
+scene = "pipelines/newton.toml"
+set = { "body.brick.cells" = [6, 2, 2], "friction.coefficient_1" = { constant = 0.3 } }
+[[axis]]
+key = "friction.coefficient_2"
+values = [{ constant = 0.3 }]
+[[axis]]
+key = "traction.0.value"
+values = [[1e7, 0.0, 2e7], [5e6, 8.7e6, 2e7]]
+[[axis]]
+key = "friction.coefficient_1.constant"
+values = [0.1, 0.3]
+""")
+        contact3d("sweep", "sweep.toml", "--out", "cases", "--no-figures")
+        monkeypatch.setattr(sys, "argv", ["sweep.py", "cases"])
+    runpy.run_path(str(ROOT / "python" / "examples" / f"{example}.py"))
+    assert example == "modes" or (tmp_path / f"{example}.png").stat().st_size > 10_000
 
 
 def test_old_files_still_open():

@@ -1,4 +1,4 @@
-"""Series of paths through ParaView's own reader."""
+"""Series of paths and sweeps, and copies for viewers, through ParaView's own reader."""
 
 import subprocess
 
@@ -11,7 +11,7 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 from conftest import ROOT
 from raw_problem import RawProblem
 from run_file import open_run
-from schema_check import schema_problems
+from schema_check import is_scale, schema_problems
 
 KEY = "friction.coefficient.constant"
 FIELDS = ("parameter", "determinant_sign", "spectral_radius")
@@ -134,3 +134,81 @@ def test_a_second_search_replaces_its_own_series_only(contact3d, program, folder
     foreign.unlink()
     contact3d(*command[1:])
     assert [file.name for file in series.glob("*.vtkhdf")] == ["path_1.vtkhdf"]
+
+
+GRIDS = "/VTKHDF/PointData/displacement", "/VTKHDF/CellData/contact_normal_stress"
+GAPS = (0.0, 1e-6, 4e-6)
+SWEEP = f"""
+scene = "{ROOT / "pipelines" / "newton.toml"}"
+[[axis]]
+key = "body.brick.cells"
+values = [[6, 2, 2], [12, 4, 4]]
+[[axis]]
+key = "contact.gap"
+values = {list(GAPS)}
+"""
+
+
+@pytest.fixture(scope="module")
+def swept(contact3d, tmp_path_factory):
+    """The folder of a sweep over two meshes, with its series."""
+    folder = tmp_path_factory.mktemp("sweep")
+    (folder / "sweep.toml").write_text(SWEEP)
+    series = ["--series", folder / "series"]
+    contact3d("sweep", folder / "sweep.toml", "--out", folder / "cases", "--no-figures", *series)
+    return folder
+
+
+def test_each_step_of_a_sweep_is_a_case(swept, series_schema):
+    with h5py.File(swept / "cases" / "summary.h5") as file:
+        names = file["cases/id"].asstr()[:]
+        values = file["cases/setting_value"][:]
+    files = [swept / "series" / f"cases_{k + 1}.vtkhdf" for k in range(2)]
+    assert set(files) == set((swept / "series").glob("*.vtkhdf"))
+    rows = iter(range(len(names)))
+    for file in files:
+        with h5py.File(file) as stored:
+            assert schema_problems(stored, series_schema) == []
+        for (time, grid), gap in zip(played(file), GAPS, strict=True):
+            row = next(rows)
+            # The only key that varies on a mesh grows, so it is the time.
+            assert time == gap
+            assert array(grid.GetFieldData(), "case") == row
+            setting = array(grid.GetFieldData(), "setting").ravel()
+            assert np.array_equal(setting, values[row], equal_nan=True)
+            with open_run(swept / "cases" / f"{names[row]}.h5") as run:
+                assert np.array_equal(vtk_to_numpy(grid.GetPoints().GetData()), run["mesh/coordinates"][:])
+                for data, path in zip((grid.GetPointData(), grid.GetCellData()), GRIDS, strict=True):
+                    shown = array(data, path.rsplit("/", 1)[1])
+                    assert np.array_equal(shown, run[path][:], equal_nan=True)
+    assert next(rows, None) is None
+
+
+def test_what_viewers_open_has_a_file_of_its_own(contact3d, program, swept, series_schema, tmp_path):
+    run_file = next(f for f in sorted((swept / "cases").glob("*.h5")) if len(f.stem) == 16)
+    copy, link = tmp_path / "copy.vtkhdf", tmp_path / "link.vtkhdf"
+    link.symlink_to(run_file)
+    for _ in range(2):
+        # The second time it replaces its own file.
+        contact3d("export", run_file, "--vtkhdf", copy)
+    with h5py.File(copy) as file:
+        assert schema_problems(file, series_schema) == []
+        assert list(file) == ["VTKHDF"]
+    # One step has no times; the reader shows all fields of the run file, from the copy and through a link.
+    with h5py.File(run_file) as run:
+        for file in (copy, link):
+            reader = vtkHDFReader()
+            reader.SetFileName(str(file))
+            reader.Update()
+            grid = reader.GetOutputDataObject(0)
+            for data, kind in ((grid.GetPointData(), "PointData"), (grid.GetCellData(), "CellData")):
+                for name in run[f"VTKHDF/{kind}"]:
+                    if not is_scale(run[f"VTKHDF/{kind}/{name}"]):
+                        assert np.array_equal(array(data, name), run[f"VTKHDF/{kind}/{name}"][:], equal_nan=True)
+    notes = tmp_path / "notes.vtkhdf"
+    notes.write_text("not ours")
+    for arguments in (["--vtkhdf", notes], ["--vtkhdf", run_file], [], ["--vtkhdf", copy, "--global"]):
+        command = [program, "export", run_file, *arguments]
+        refused = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert refused.returncode == 2, arguments
+    assert notes.read_text() == "not ours"

@@ -2,6 +2,16 @@
 # Everything that must hold: format, lints, docs, tests, schemas, one pipeline, the Python checks.
 . "$(dirname "$0")/prepare.sh"
 bring checks scripts/build-requirements.txt python-checks/requirements.txt
+# What the tests compile serves `cargo build` and the wheel only while all want the same features of the same crates.
+# $features are words for cargo.
+# shellcheck disable=SC2086
+wanted() {
+    cargo tree --locked --prefix none --format '{p} [{f}]' $features "$@" | sed 's/ (\*)$//' | sort -u
+}
+mkdir -p target
+wanted -e normal,build > target/wanted
+other=$(wanted --workspace -e normal,build,dev | comm -23 target/wanted -)
+[ -z "$other" ] || { echo "error: tests switch on more features, name them in Cargo.toml: $other" >&2; exit 1; }
 cargo fmt --check
 cargo clippy --release --locked --workspace --all-targets $features -- -D warnings
 RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --workspace --no-deps $features

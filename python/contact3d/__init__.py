@@ -4,7 +4,8 @@
     >>> tree = contact3d.run("pipelines/newton.toml", "newton.h5", set={"body.brick.cells": [12, 4, 4]})
     >>> tree["solve/multiplier_normal"]          # an xarray.DataArray with units, by panes
 
-:func:`run` solves a scene, :func:`open` reads a run file, :func:`open_sweep` the table of a sweep.
+:func:`run` solves a scene, :func:`open` reads a run file, :func:`open_sweep` the table of a sweep; :func:`export` writes for
+PyVista, ParaView and Siconos.
 """
 
 from ._program import (
@@ -14,6 +15,7 @@ from ._program import (
     NotConverged,
     ProgramError,
     ProgramNotFound,
+    export,
     program,
     run,
     version,
@@ -29,6 +31,7 @@ __all__ = [
     "NotConverged",
     "ProgramError",
     "ProgramNotFound",
+    "export",
     "open",
     "open_sweep",
     "program",

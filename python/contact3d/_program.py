@@ -98,6 +98,34 @@ def run(
     command += [] if threads is None else ["--threads", str(threads)]
     for name, item in {**changes, **(set or {})}.items():
         command += ["--set", f"{name}={_toml.value(item)}"]
+    _perform(command, file, text)
+    return open_run(file)
+
+
+def export(
+    file: str | os.PathLike[str],
+    *,
+    vtkhdf: str | os.PathLike[str] | None = None,
+    fclib: str | os.PathLike[str] | None = None,
+    sparse: bool = False,
+) -> None:
+    """Writes a part of a solved run file for other programs.
+
+    :param file: the run file, which stays as it is.
+    :param vtkhdf: a file for PyVista and ParaView, whose readers go by the suffix: ``NAME.vtkhdf``.
+    :param fclib: a file of the Friction Contact Library, for Siconos: u = W r + q, with the dense W.
+    :param sparse: in place of that the global problem M v = H r + f with sparse matrices.
+    :raises BadInput: a run file that is not solved, a law that such a file cannot hold.
+    """
+    given = {"--vtkhdf": vtkhdf, "--fclib": fclib}
+    for option, target in given.items():
+        if target is not None:
+            command = [str(program()), "export", str(file), option, str(target), "--quiet"]
+            _perform(command + (["--global"] if sparse and option == "--fclib" else []), Path(file))
+
+
+def _perform(command: list[str], file: Path, text: str | None = None) -> None:
+    """Runs a command that works on a file, with some standard input; errors as exceptions."""
     environment = {**os.environ, "NO_COLOR": "1"}
     answer = subprocess.run(command, input=text, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
                             encoding="utf-8", env=environment)
@@ -105,7 +133,6 @@ def run(
         error = ERRORS.get(answer.returncode, InternalError)
         message = answer.stderr.strip() or f"{NAME} ended with exit code {answer.returncode} and no message"
         raise error(message, answer.returncode, file)
-    return open_run(file)
 
 
 def _given(scene: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[str, str | None, dict[str, Any]]:

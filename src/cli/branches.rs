@@ -13,7 +13,7 @@ use super::{
     terminal::{self, say},
 };
 use crate::{
-    pipeline::{BranchesTask, Followed, SeriesFolder, StageError, follow_branches},
+    pipeline::{BranchesTask, Followed, SeriesFolder, SeriesKind, StageError, follow_branches},
     views::{Drawing, draw_branches, kind_words},
 };
 
@@ -55,7 +55,7 @@ pub(super) fn branches(
     let (scene, inputs) = override_scene::read_with_inputs(&arguments.scene)?;
     let units = scene.scene.units;
     inputs.refuse(&arguments.file)?;
-    let claim = |folder: &PathBuf| SeriesFolder::claim(folder, &inputs);
+    let claim = |folder: &PathBuf| SeriesFolder::claim(folder, SeriesKind::Paths, &inputs);
     let series = arguments.series.as_ref().map(claim).transpose()?;
     let pictures = arguments
         .figures

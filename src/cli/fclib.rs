@@ -1,8 +1,8 @@
-//! `export` and `solve-fclib`: frictional contact problems in the files of FCLIB.
+//! `export` and `solve-fclib`: frictional contact problems in the files of FCLIB, grids in files for viewers.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::{ArgGroup, Args, ValueEnum};
 use contact3d::solver::{DelassusMethod, DelassusSettings, DelassusSolver, DelassusStatus};
 
 use super::{
@@ -12,21 +12,25 @@ use super::{
     terminal::{self, say},
 };
 use crate::{
-    exchange::{FclibAnswer, Form, Target, export as write_problem, solve_file},
+    exchange::{FclibAnswer, Form, Target, export as write_problem, export_grid, solve_file},
     pipeline::StageError,
 };
 
 /// Arguments of `export`.
 #[derive(Debug, Args)]
+#[command(group = ArgGroup::new("target").required(true).args(["fclib", "vtkhdf"]))]
 pub struct ExportArguments {
     /// A solved run file
     pub file: PathBuf,
-    /// The file of FCLIB, the Friction Contact Library
+    /// A file of FCLIB, the Friction Contact Library, with the frictional contact problem
     #[arg(long, value_name = "FILE")]
-    pub fclib: PathBuf,
+    pub fclib: Option<PathBuf>,
     /// Write the problem with the unknowns of the body (sparse), not that of the contacts alone (dense)
-    #[arg(long)]
+    #[arg(long, conflicts_with = "vtkhdf")]
     pub global: bool,
+    /// A file for ParaView and PyVista, which holds their part of the run file alone; name it NAME.vtkhdf
+    #[arg(long, value_name = "FILE")]
+    pub vtkhdf: Option<PathBuf>,
 }
 
 /// Arguments of `solve-fclib`.
@@ -68,14 +72,38 @@ fn tolerance(text: &str) -> Result<f64, String> {
 
 /// `export`: reads only, takes no lock, writes one file.
 pub(super) fn export(arguments: &ExportArguments, output: &Output) -> Result<Exit, StageError> {
+    match (&arguments.fclib, &arguments.vtkhdf) {
+        (Some(target), _) => export_problem(arguments, target, output),
+        (None, Some(target)) => grid(&arguments.file, target, output),
+        (None, None) => Ok(Exit::BadInput),
+    }
+}
+
+fn grid(run_file: &Path, target: &Path, output: &Output) -> Result<Exit, StageError> {
+    let bytes = export_grid(run_file, target)?;
+    if output.json {
+        terminal::json(&serde_json::json!({ "vtkhdf": target, "bytes": bytes }));
+        return Ok(Exit::Done);
+    }
+    let megabytes = bytes as f64 / 1e6;
+    let target = target.display();
+    say(output, &format!("wrote {target} ({megabytes:.2} MB)"));
+    Ok(Exit::Done)
+}
+
+fn export_problem(
+    arguments: &ExportArguments,
+    target: &Path,
+    output: &Output,
+) -> Result<Exit, StageError> {
     let form = match arguments.global {
         true => Form::Global,
         false => Form::Local,
     };
-    let exported = write_problem(&arguments.file, &arguments.fclib, form)?;
+    let exported = write_problem(&arguments.file, target, form)?;
     if output.json {
         terminal::json(&serde_json::json!({
-            "fclib": arguments.fclib,
+            "fclib": target,
             "form": match form { Form::Local => "local", Form::Global => "global" },
             "contacts": exported.contacts,
             "unknowns": exported.unknowns,
@@ -90,7 +118,7 @@ pub(super) fn export(arguments: &ExportArguments, output: &Output) -> Result<Exi
     let contacts = exported.contacts;
     say(
         output,
-        &format!("wrote {} ({megabytes:.2} MB)", arguments.fclib.display()),
+        &format!("wrote {} ({megabytes:.2} MB)", target.display()),
     );
     if let Some(unknowns) = exported.unknowns {
         say(

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use contact3d::{history::StepRecord, post::Zone, scene::Scene};
+use contact3d::{history::StepRecord, scene::Scene};
 
 /// Rows of increments that are printed; in a longer history only the ends of steps are.
 const MOST_ROWS: usize = 60;
@@ -36,7 +36,7 @@ pub(super) fn table(scene: &Scene, records: &[StepRecord]) -> String {
         if !is_shown {
             continue;
         }
-        let [open, stick, slip] = zones(record);
+        let [open, stick, slip] = record.zone_counts();
         let [normal, first, second] = record.multiplier_force;
         let _ = writeln!(
             text,
@@ -59,12 +59,7 @@ pub(super) fn table(scene: &Scene, records: &[StepRecord]) -> String {
 /// The title of a step and the number of the increment.
 fn name(scene: &Scene, record: &StepRecord) -> String {
     let step = &scene.steps[record.increment.step];
-    let number = record.increment.step + 1;
-    let title = step
-        .title
-        .clone()
-        .unwrap_or_else(|| format!("step {number}"));
-    let title = contact3d::scene::shown(&title);
+    let title = contact3d::scene::shown(&scene.step_title(record.increment.step));
     let short: String = title.chars().take(16).collect();
     match step.increments {
         1 => short,
@@ -72,16 +67,11 @@ fn name(scene: &Scene, record: &StepRecord) -> String {
     }
 }
 
-fn zones(record: &StepRecord) -> [usize; 3] {
-    let count = |zone| record.panes.iter().filter(|pane| pane.zone == zone).count();
-    [Zone::Open, Zone::Stick, Zone::Slip].map(count)
-}
-
 /// The increments for programs.
 pub(super) fn json(records: &[StepRecord]) -> serde_json::Value {
     let rows = records.iter().map(|record| {
         let energies = &record.energies;
-        let [open, stick, slip] = zones(record);
+        let [open, stick, slip] = record.zone_counts();
         serde_json::json!({
             "step": record.increment.step,
             "increment": record.increment.number,

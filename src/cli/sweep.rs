@@ -16,7 +16,7 @@ use super::{
     terminal::{self, say},
 };
 use crate::{
-    pipeline::{StageError, memory_for_sweeps},
+    pipeline::{SeriesFolder, SeriesKind, StageError, memory_for_sweeps},
     sweep::{self, CSV_FILE, Event, Options, Outcome, Plan, SUMMARY_FILE, SweepError},
     views::{Drawing, PictureFolder, draw_sweep},
 };
@@ -43,7 +43,25 @@ pub struct SweepArguments {
     #[arg(long)]
     no_figures: bool,
     #[command(flatten)]
+    series: SeriesArguments,
+    #[command(flatten)]
     options: CaseOptions,
+}
+
+/// Where series go.
+#[derive(Debug, Args)]
+struct SeriesArguments {
+    /// Folder for the cases as series that ParaView plays, one for each mesh: cases_1.vtkhdf and so on
+    #[arg(long, value_name = "FOLDER")]
+    series: Option<PathBuf>,
+}
+
+impl SeriesArguments {
+    /// That folder, looked at before anything is run.
+    fn claim(&self, plan: &Plan) -> Result<Option<SeriesFolder>, SweepError> {
+        let claim = |folder: &PathBuf| SeriesFolder::claim(folder, SeriesKind::Cases, &plan.inputs);
+        Ok(self.series.as_ref().map(claim).transpose()?)
+    }
 }
 
 /// A sweep file and the folder of its cases.
@@ -82,7 +100,12 @@ enum SweepPart {
         options: CaseOptions,
     },
     /// Write the tables of the cases that are done
-    Summary(SweepFolder),
+    Summary {
+        #[command(flatten)]
+        folder: SweepFolder,
+        #[command(flatten)]
+        series: SeriesArguments,
+    },
 }
 
 /// `sweep` and its parts.
@@ -94,7 +117,7 @@ pub(super) fn sweep(arguments: &SweepArguments, output: &Output, threads: usize)
             id,
             options,
         }) => run_case(folder, id, &case_options(options, threads), output),
-        Some(SweepPart::Summary(folder)) => summary(folder, output),
+        Some(SweepPart::Summary { folder, series }) => summary(folder, series, output),
         None => run_all(arguments, output, threads),
     };
     outcome.unwrap_or_else(|error| explain_sweep(error, output))
@@ -106,7 +129,11 @@ fn plan(folder: &SweepFolder) -> Result<Exit, SweepError> {
     Ok(Exit::Done)
 }
 
-fn summary(folder: &SweepFolder, output: &Output) -> Result<Exit, SweepError> {
+fn summary(
+    folder: &SweepFolder,
+    series: &SeriesArguments,
+    output: &Output,
+) -> Result<Exit, SweepError> {
     let plan = Plan::read(&folder.sweep)?;
     fs::read_dir(&folder.out).map_err(|source| SweepError::Io {
         action: "list the folder",
@@ -114,8 +141,10 @@ fn summary(folder: &SweepFolder, output: &Output) -> Result<Exit, SweepError> {
         source,
     })?;
     let pictures = claim(&plan, &folder.out)?;
+    let series = series.claim(&plan)?;
     sweep::write_summary(&plan, &folder.out)?;
     say(output, &format!("tables in {}", folder.out.display()));
+    write_series(&plan, &folder.out, series.as_ref(), output)?;
     draw(&folder.out, &pictures, output)?;
     if output.json {
         let tables = [SUMMARY_FILE, CSV_FILE].map(|name| folder.out.join(name));
@@ -175,6 +204,7 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
         true => None,
         false => Some(claim(&plan, out)?),
     };
+    let series = whole.series.claim(&plan)?;
     for warning in warnings(&plan) {
         say(output, &format!("warning: {warning}"));
     }
@@ -198,6 +228,7 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
     bar.finish_and_clear();
     let outcome = outcome?;
     report(&plan, out, &outcome, output);
+    write_series(&plan, out, series.as_ref(), output)?;
     if let Some(pictures) = &pictures {
         draw(out, pictures, output)?;
     }
@@ -207,6 +238,22 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
     } else {
         Exit::NotConverged
     })
+}
+
+/// Writes the series, where they are wanted; the tables are stored by then.
+fn write_series(
+    plan: &Plan,
+    folder: &Path,
+    series: Option<&SeriesFolder>,
+    output: &Output,
+) -> Result<(), SweepError> {
+    let Some(series) = series else {
+        return Ok(());
+    };
+    let files = sweep::write_series(plan, folder, series)?;
+    let shown = series.path().display();
+    say(output, &format!("series {} files in {shown}", files.len()));
+    Ok(())
 }
 
 /// The folder of the charts, looked at before anything is run.

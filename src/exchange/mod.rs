@@ -1,11 +1,13 @@
-//! Frictional contact problems from and to the files of FCLIB.
+//! Files from and to other programs: frictional contact problems in those of FCLIB, grids for ParaView.
 //!
-//! `export` makes a file of a solved run file, `solve` solves the problem of a file, `file` puts files together before the output
+//! `export` makes a problem of a solved run file, `grid` copies what viewers open, `solve` solves the problem of a file, `file` puts files together before the output
 //! guard lets them into their places.
 
 mod export;
 mod file;
+mod grid;
 mod solve;
 
 pub use export::{Exported, Form, export};
+pub use grid::export_grid;
 pub use solve::{FclibAnswer, Target, solve_file};

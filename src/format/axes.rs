@@ -35,15 +35,7 @@ pub(super) const ZONES: Extent = Extent::Labelled(&Axis {
 /// The figures of a certificate.
 pub(super) const CERTIFICATE_FIGURES: Extent = Extent::Labelled(&Axis {
     name: "figure",
-    labels: &[
-        "equilibrium",
-        "penetration",
-        "adhesion",
-        "complementarity",
-        "friction_bound",
-        "slip_direction",
-        "fixed_point",
-    ],
+    labels: &super::CERTIFICATE,
 });
 
 /// Where forces come from.

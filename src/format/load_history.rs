@@ -118,14 +118,8 @@ pub fn write(
     scene: &Scene,
     records: &[StepRecord],
 ) -> Result<(), StoreError> {
-    let title = |record: &StepRecord| {
-        let step = &scene.steps[record.increment.step];
-        let number = record.increment.step + 1;
-        step.title
-            .clone()
-            .unwrap_or_else(|| format!("step {number}"))
-    };
-    let titles: Vec<String> = records.iter().map(title).collect();
+    let steps = records.iter().map(|record| record.increment.step);
+    let titles: Vec<String> = steps.map(|step| scene.step_title(step)).collect();
     writer.write_texts(
         TITLE,
         &titles.iter().map(String::as_str).collect::<Vec<_>>(),

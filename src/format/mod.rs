@@ -18,16 +18,19 @@ mod outcome;
 mod path_series;
 mod post;
 mod scene;
+mod series;
 mod sizes;
 mod solve;
 mod stability;
 mod stage;
 mod sweep;
+mod sweep_series;
 mod theory;
 mod vtkhdf;
 mod vtkhdf_check;
-mod vtkhdf_normal;
+mod vtkhdf_once;
 mod vtkhdf_series;
+mod vtkhdf_stored;
 
 use thiserror::Error;
 
@@ -48,12 +51,13 @@ pub use load_history::{
     GROUP as HISTORY, check as check_history, read as read_history, write as write_history,
 };
 pub use mesh::{read as read_mesh, write as write_mesh};
-pub use path_series::{SERIES_LAYOUT, begin as begin_path_series};
+pub use path_series::begin as begin_path_series;
 pub use post::{ContactSummary, Summary, read_summary, write as write_report};
 pub use scene::{
     GROUP as SCENE, read as read_scene, table as scene_table, table_of_text as scene_table_of_text,
     text as scene_text, write as write_scene,
 };
+pub use series::SERIES_LAYOUT;
 pub use sizes::{Sizes, read_sizes};
 pub use solve::{read as read_solution, read_multiplier, write as write_solution};
 pub use stability::{GROUP as STABILITY, STABILITY_LAYOUT, StabilityRow, write as write_stability};
@@ -61,10 +65,12 @@ pub use stage::Stage;
 pub use sweep::{
     CaseRow, GROUP as CASES, SWEEP_LAYOUT, TableOwner, read_table_owner, write as write_cases,
 };
+pub use sweep_series::{SeriesCase, begin as begin_sweep_series, step as step_sweep_series};
 pub use theory::{GROUP as THEORY, read as read_theory, write as write_theory};
 pub use vtkhdf::{GROUP as VTKHDF, GridValues, write as write_vtkhdf};
 pub use vtkhdf_check::{check as check_vtkhdf, problems};
 pub use vtkhdf_series::Series;
+pub use vtkhdf_stored::field_paths;
 
 use contact3d::{
     linalg::{CscMatrix, PartsError},
@@ -121,7 +127,7 @@ pub const LAYOUT: Layout = Layout {
         history::TABLE,
         post::TABLE,
         vtkhdf::TABLE,
-        vtkhdf_normal::TABLE,
+        vtkhdf_once::TABLE,
         vtkhdf_series::TABLE,
         accuracy::TABLE,
         accuracy::RUNGS_TABLE,

@@ -1,50 +1,27 @@
-//! A file with the points of one path of `branches`, as a series that ParaView plays.
+//! The points of one path of `branches`, as a series that ParaView plays.
 
 use contact3d::{
     branches::{Path, PathPoint},
     mesh::Mesh,
 };
-use runfile::{DatasetSpec, GroupWriter, Kind, Layout, StoreError};
+use runfile::{DatasetSpec, GroupWriter, Kind, StoreError};
 use units::Dimension;
 
 use super::{
-    vtkhdf::{self, GROUP},
-    vtkhdf_normal,
-    vtkhdf_series::{self, STEPS, Series},
+    vtkhdf::GROUP,
+    vtkhdf_series::{STEPS, Series},
 };
 
-/// Every dataset of such a file.
-pub const SERIES_LAYOUT: Layout = Layout {
-    filetype: "contact3d-pipe series",
-    linked_filetype: "contact3d-pipe series stage",
-    format_version: [1, 0],
-    creator: super::LAYOUT.creator,
-    units: super::LAYOUT.units,
-    groups: &[GROUP],
-    tables: &[
-        vtkhdf::TABLE,
-        vtkhdf_normal::TABLE,
-        vtkhdf_series::TABLE,
-        TABLE,
-    ],
-    extents: &[
-        ("n_nodes", "nodes of the mesh"),
-        super::CELLS_EXTENT,
-        super::CONNECTIVITY_EXTENT,
-        super::POINT_VALUES_EXTENT,
-        super::CELL_VALUES_EXTENT,
-        super::SERIES_STEPS_EXTENT,
-    ],
-};
+const ONLY: &str = "only in the series of a path";
 
 #[rustfmt::skip]
-const TABLE: &[DatasetSpec] = &[
-    GROUP.row("/VTKHDF/FieldData/parameter", Kind::F64, STEPS, Dimension::Number, "The parameter of each step, in the unit of its key."),
-    GROUP.row("/VTKHDF/FieldData/determinant_sign", Kind::F64, STEPS, Dimension::Number, "Sign of the determinant of Newton's matrix; 0 at folds."),
-    GROUP.row("/VTKHDF/FieldData/spectral_radius", Kind::F64, STEPS, Dimension::Number, "Spectral radius of the derivative of the mapping Psi; NaN where it has none."),
-    GROUP.row("/VTKHDF/Steps/FieldDataOffsets/parameter", Kind::I64, STEPS, Dimension::Number, "Which value belongs to each step."),
-    GROUP.row("/VTKHDF/Steps/FieldDataOffsets/determinant_sign", Kind::I64, STEPS, Dimension::Number, "Which value belongs to each step."),
-    GROUP.row("/VTKHDF/Steps/FieldDataOffsets/spectral_radius", Kind::I64, STEPS, Dimension::Number, "Which value belongs to each step."),
+pub(super) const TABLE: &[DatasetSpec] = &[
+    GROUP.row("/VTKHDF/FieldData/parameter", Kind::F64, STEPS, Dimension::Number, "The parameter of each step, in the unit of its key.").optional(ONLY),
+    GROUP.row("/VTKHDF/FieldData/determinant_sign", Kind::F64, STEPS, Dimension::Number, "Sign of the determinant of Newton's matrix; 0 at folds.").optional(ONLY),
+    GROUP.row("/VTKHDF/FieldData/spectral_radius", Kind::F64, STEPS, Dimension::Number, "Spectral radius of the derivative of the mapping Psi; NaN where it has none.").optional(ONLY),
+    GROUP.row("/VTKHDF/Steps/FieldDataOffsets/parameter", Kind::I64, STEPS, Dimension::Number, "Which value belongs to each step.").optional(ONLY),
+    GROUP.row("/VTKHDF/Steps/FieldDataOffsets/determinant_sign", Kind::I64, STEPS, Dimension::Number, "Which value belongs to each step.").optional(ONLY),
+    GROUP.row("/VTKHDF/Steps/FieldDataOffsets/spectral_radius", Kind::I64, STEPS, Dimension::Number, "Which value belongs to each step.").optional(ONLY),
 ];
 
 /// Begins the series of a path with what is known of its points.

@@ -13,10 +13,10 @@ use units::Dimension;
 
 use super::{
     vtkhdf::{Field, GROUP, GridValues, fields, write_grid},
-    vtkhdf_normal,
+    vtkhdf_once,
 };
 
-const VALUES: &str = "/VTKHDF/Steps/Values";
+pub(super) const VALUES: &str = "/VTKHDF/Steps/Values";
 const PARTS: &str = "/VTKHDF/Steps/NumberOfParts";
 const PART_OFFSETS: &str = "/VTKHDF/Steps/PartOffsets";
 const POINT_OFFSETS: &str = "/VTKHDF/Steps/PointOffsets";
@@ -63,7 +63,6 @@ pub(super) const fn offsets_row(path: &'static str) -> DatasetSpec {
 /// A series that is being written, step by step, so that the values of one are in memory at a time.
 pub struct Series<'w, 't> {
     writer: &'w mut GroupWriter<'t>,
-    mesh: &'w Mesh,
     n_steps: usize,
     arrays: Vec<Piecewise<f64>>,
 }
@@ -75,12 +74,20 @@ impl<'w, 't> Series<'w, 't> {
     /// HDF5 failures.
     pub fn begin(
         writer: &'w mut GroupWriter<'t>,
-        mesh: &'w Mesh,
+        mesh: &Mesh,
         times: &[f64],
     ) -> Result<Self, StoreError> {
         write_grid(writer, mesh)?;
+        vtkhdf_once::write_normals(writer, mesh, Some(times.len()))?;
+        Self::on_grid(writer, times)
+    }
+
+    /// Writes the time of each step, in ascending order, of a series whose grid is written.
+    pub(super) fn on_grid(
+        writer: &'w mut GroupWriter<'t>,
+        times: &[f64],
+    ) -> Result<Self, StoreError> {
         let n_steps = times.len();
-        vtkhdf_normal::write(writer, mesh, Some(n_steps))?;
         writer.write(VALUES, times, &[n_steps])?;
         let number = i64::try_from(n_steps).unwrap_or(i64::MAX);
         writer.write_inner_attribute("Steps", "NSteps", number)?;
@@ -93,7 +100,6 @@ impl<'w, 't> Series<'w, 't> {
         }
         Ok(Self {
             writer,
-            mesh,
             n_steps,
             arrays: Vec::new(),
         })
@@ -105,18 +111,23 @@ impl<'w, 't> Series<'w, 't> {
     /// HDF5 failures; a step more than there are times.
     pub fn step(
         &mut self,
+        mesh: &Mesh,
         shown: &GridValues<'_>,
         frame: Option<&ContactFrame>,
     ) -> Result<(), StoreError> {
-        let fields = fields(self.mesh, shown, frame);
+        self.append(&fields(mesh, shown, frame))
+    }
+
+    /// Writes the fields of the next step, the same ones in each.
+    pub(super) fn append(&mut self, fields: &[Field]) -> Result<(), StoreError> {
         if self.arrays.is_empty() {
-            for field in &fields {
+            for field in fields {
                 let array = self.writer.begin(&field.path, &field.shape(self.n_steps))?;
                 self.arrays.push(array);
                 self.write_offsets(field)?;
             }
         }
-        for (array, field) in self.arrays.iter_mut().zip(&fields) {
+        for (array, field) in self.arrays.iter_mut().zip(fields) {
             self.writer.append(array, &field.values)?;
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! Files that belong together, written whole or not at all.
 
 use std::{
-    fs::{self, File},
+    fs::{self, File, TryLockError},
     io::{self, Write},
     path::{Path, PathBuf},
 };
@@ -72,8 +72,7 @@ impl Part {
     ) -> io::Result<Self> {
         let name = target.file_name().unwrap_or_default().to_string_lossy();
         let path = target.with_file_name(format!(".{name}.part"));
-        let mut part = open(&path)?;
-        let temporary = Temporary::new(path);
+        let (temporary, mut part) = create(&path)?;
         part.write_all(&file.bytes)?;
         if let Some(permissions) = permissions {
             part.set_permissions(permissions)?;
@@ -95,8 +94,32 @@ impl Part {
     }
 }
 
-/// Opens a hidden file for this process alone, whatever a killed process left there.
-fn open(path: &Path) -> io::Result<File> {
+/// Creates a hidden file for this process alone, whatever a killed process left there.
+fn create(path: &Path) -> io::Result<(Temporary, File)> {
+    loop {
+        let file = match Temporary::create(path.into(), open) {
+            Ok(created) => return Ok(created),
+            Err(NotOurs::Locked(file)) => file,
+            Err(NotOurs::Failed(error)) => return Err(error),
+        };
+        // Another process writes there: wait until it has renamed the file.
+        file.lock()?;
+    }
+}
+
+/// Why a hidden file could not be opened for this process alone.
+enum NotOurs {
+    Locked(File),
+    Failed(io::Error),
+}
+
+impl From<io::Error> for NotOurs {
+    fn from(error: io::Error) -> Self {
+        NotOurs::Failed(error)
+    }
+}
+
+fn open(path: &Path) -> Result<File, NotOurs> {
     loop {
         if path.is_symlink() {
             fs::remove_file(path)?;
@@ -106,8 +129,11 @@ fn open(path: &Path) -> io::Result<File> {
             .truncate(false)
             .write(true)
             .open(path)?;
-        // Where the file system knows no locks, the last one to rename wins.
-        let _ = file.lock();
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => return Err(NotOurs::Locked(file)),
+            // Where the file system knows no locks, the last one to rename wins.
+            Ok(()) | Err(TryLockError::Error(_)) => {}
+        }
         if is_still_at(&file, path) {
             file.set_len(0)?;
             return Ok(file);

@@ -13,10 +13,10 @@ use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transac
 use toml::Value;
 
 use super::{
-    StageError,
+    SeriesFolder, StageError,
     checkpoint::Checkpoints,
     mesh_file::pin_mesh_file,
-    path_series::{SeriesFolder, require_same_mesh},
+    path_series::{require_same_mesh, write_paths},
     store::write_group,
 };
 use crate::{
@@ -113,9 +113,9 @@ pub fn follow_branches(
     store(&branches)?;
     let series = match series {
         None => Vec::new(),
-        Some(folder) => folder
-            .write(&family, &branches, threads)
-            .map_err(StageError::after_storing)?,
+        Some(folder) => {
+            write_paths(folder, &family, &branches, threads).map_err(StageError::after_storing)?
+        }
     };
     Ok(Followed { branches, series })
 }

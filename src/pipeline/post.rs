@@ -84,7 +84,7 @@ pub(super) fn write_vtkhdf(
     let times: Vec<f64> = times.collect();
     let mut series = Series::begin(writer, &meshed.mesh, &times)?;
     for record in &history.records {
-        series.step(&GridValues::from(record), frame)?;
+        series.step(&meshed.mesh, &GridValues::from(record), frame)?;
     }
     series.finish()
 }

@@ -288,6 +288,8 @@ impl Output {
                 })
             }
             Self::Post(meshed, evaluated) => {
+                // The report of another scene has other sizes, and would bind those of the grid, which is written first.
+                transaction.remove(group);
                 let vtkhdf = write_group(transaction, VTKHDF, home, record, |writer| {
                     post::write_vtkhdf(writer, meshed, evaluated)
                 })?;

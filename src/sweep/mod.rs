@@ -18,6 +18,7 @@ mod ownership;
 mod plan;
 mod range;
 mod run;
+mod series;
 mod size;
 mod summary;
 
@@ -28,5 +29,6 @@ pub use keys::{get as get_key, set as set_key};
 pub use plan::{Case, Plan, changed as changed_scene};
 pub use range::{Range, Scale};
 pub use run::{Event, Options, Outcome, run, run_case};
+pub use series::write as write_series;
 pub use size::MOST_CASES;
 pub use summary::{CSV_FILE, SUMMARY_FILE, write as write_summary};

@@ -144,7 +144,8 @@ fn row(
     })
 }
 
-fn number(value: &toml::Value) -> f64 {
+/// The number of a setting; NaN for what is none.
+pub(super) fn number(value: &toml::Value) -> f64 {
     match value {
         toml::Value::Float(float) => *float,
         toml::Value::Integer(integer) => *integer as f64,

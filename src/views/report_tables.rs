@@ -135,17 +135,9 @@ pub(super) fn increments(scene: &Scene, records: &[StepRecord]) -> Table {
         format!("missing [{energy}]"),
     ];
     let rows = records.iter().map(|record| {
-        let step = &scene.steps[record.increment.step];
-        let number = record.increment.step + 1;
-        let title = step
-            .title
-            .clone()
-            .unwrap_or_else(|| format!("step {number}"));
+        let title = scene.step_title(record.increment.step);
         let [normal, first, second] = record.multiplier_force;
-        let zones = [Zone::Open, Zone::Stick, Zone::Slip].map(|zone| {
-            let panes = record.panes.iter().filter(|pane| pane.zone == zone);
-            panes.count().to_string()
-        });
+        let zones = record.zone_counts().map(|count| count.to_string());
         let energies = &record.energies;
         vec![
             shown(&title),

@@ -22,6 +22,19 @@ fn run_makes_every_stage_and_then_keeps_them() {
     assert_eq!(program.digests(), before);
 }
 
+/// The reports of the two have other sizes.
+#[test]
+fn another_scene_takes_the_place_of_the_first() {
+    let program = Program::new();
+    program.run(&[]).assert().success();
+    let wedge = pipeline("wedge.toml");
+    let arguments = ["run", wedge.to_str().unwrap(), "run.h5", "--no-figures"];
+    program.command(&arguments).assert().success();
+    assert_eq!(words(&program.states()), ["fresh"; 5]);
+    program.run(&[]).assert().success();
+    assert_eq!(words(&program.states()), ["fresh"; 5]);
+}
+
 /// As after a kill among the pictures, which come after the last stage.
 #[test]
 fn run_draws_pictures_that_are_missing() {

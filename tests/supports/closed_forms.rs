@@ -2,7 +2,7 @@
 
 use contact3d::solver::Status;
 
-use crate::support::Case;
+use crate::{close, support::Case};
 
 const YOUNG: f64 = 2e11;
 const SIZE: [f64; 3] = [1.0, 0.8, 1.5];
@@ -33,17 +33,6 @@ fn pressed(element: &str, poisson: f64, below: &str) -> Case {
         {below}",
         -PRESSED
     ))
-}
-
-/// Distances relative to the largest expected entry.
-fn close(found: &[f64], expected: &[f64], tolerance: f64) {
-    let size = expected.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-    for (found, expected) in found.iter().zip(expected) {
-        assert!(
-            (found - expected).abs() <= tolerance * size,
-            "{found:e} instead of {expected:e} of {size:e}"
-        );
-    }
 }
 
 /// Backsolves with condition numbers near 1e4, and ε of the solve, 1e-12.

@@ -9,3 +9,14 @@ mod studies;
 
 #[path = "../support/mod.rs"]
 mod support;
+
+/// Distances relative to the largest expected entry.
+fn close(found: &[f64], expected: &[f64], tolerance: f64) {
+    let size = expected.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+    for (found, expected) in found.iter().zip(expected) {
+        assert!(
+            (found - expected).abs() <= tolerance * size,
+            "{found:e} instead of {expected:e} of {size:e}"
+        );
+    }
+}

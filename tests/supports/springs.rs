@@ -6,7 +6,7 @@ use contact3d::{
     solver::Status,
 };
 
-use crate::support::Case;
+use crate::{close, support::Case};
 
 const YOUNG: f64 = 2e11;
 const SIZE: [f64; 3] = [1.0, 0.8, 1.5];
@@ -25,16 +25,6 @@ fn block(element: &str, poisson: f64, tables: &str) -> String {
         poisson_ratio = {poisson}
         {tables}"
     )
-}
-
-fn close(found: &[f64], expected: &[f64], tolerance: f64) {
-    let size = expected.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-    for (found, expected) in found.iter().zip(expected) {
-        assert!(
-            (found - expected).abs() <= tolerance * size,
-            "{found:e} instead of {expected:e} of {size:e}"
-        );
-    }
 }
 
 /// Backsolves with condition numbers near 1e4.

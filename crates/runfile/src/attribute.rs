@@ -32,6 +32,23 @@ pub(super) fn write_text(
         .at(place, "write an attribute")
 }
 
+/// Writes a text of N bytes, shorter ones with zeros at the end.
+pub(super) fn write_ascii<const N: usize>(
+    object: &hdf5::Location,
+    place: Place<'_>,
+    name: &str,
+    text: &[u8],
+) -> Result<(), StoreError> {
+    let text = FixedAscii::<N>::from_ascii(text)
+        .map_err(|error| hdf5::Error::from(error.to_string()))
+        .at(place, "store a text that is not ASCII")?;
+    object
+        .new_attr::<FixedAscii<N>>()
+        .create(name)
+        .and_then(|attribute| attribute.write_scalar(&text))
+        .at(place, "write an attribute")
+}
+
 pub(super) fn write_number<T: Element>(
     object: &hdf5::Location,
     place: Place<'_>,

@@ -11,10 +11,11 @@ use hdf5::ObjectReference1;
 use hdf5::types::{FixedAscii, VarLenArray, VarLenUnicode};
 use hdf5_metno as hdf5;
 
-use super::attribute::unicode;
+use super::attribute::{has, unicode};
 use super::error::StoreError;
 use super::layout::{DatasetSpec, Extent, Group};
 use super::place::{AtPlace, Place};
+use super::scale_text::{self, TEXT_BYTES, Types};
 use super::table::Layout;
 use super::volume::has_path;
 
@@ -26,9 +27,6 @@ const REFERENCE_LIST: &str = "REFERENCE_LIST";
 
 /// What netCDF-4 calls a dimension that holds no values.
 const NO_VALUES: &str = "This is a netCDF dimension but not a netCDF variable.";
-
-/// Bytes of texts in attributes, with the zero that ends them.
-const TEXT_BYTES: usize = 64;
 
 /// The axes of the parts of a matrix.
 const ENTRIES: Extent = Extent::Named("n_entries");
@@ -64,6 +62,7 @@ pub(super) fn name_axes(
     place: Place<'_>,
     layout: &Layout,
     group: Group,
+    types: &Types,
 ) -> Result<(), StoreError> {
     let mut named = Vec::new();
     let mut uses: BTreeMap<String, Vec<Use>> = BTreeMap::new();
@@ -81,7 +80,7 @@ pub(super) fn name_axes(
         for (axis, (extent, name)) in extents.iter().zip(names).enumerate() {
             let scale = format!("{}/{name}", folder(*extent, &path, group));
             let size = shape[axis];
-            require_scale(file, place, *extent, &scale, size)?;
+            require_scale(file, place, *extent, (&scale, size), types)?;
             let dataset = reference(file, place, &path)?;
             let dimension = i32::try_from(axis).unwrap_or(i32::MAX);
             let entry = Use { dataset, dimension };
@@ -160,58 +159,62 @@ fn folder(extent: Extent, dataset: &str, group: Group) -> String {
     }
 }
 
-/// Creates a scale that is not there yet.
+/// Creates a scale that is not there yet, and gives one that earlier versions made the texts that all readers know.
 fn require_scale(
     file: &hdf5::File,
     place: Place<'_>,
     extent: Extent,
-    path: &str,
-    size: usize,
+    (path, size): (&str, usize),
+    types: &Types,
 ) -> Result<(), StoreError> {
-    if file.link_exists(path) {
-        return Ok(());
-    }
     let place = Place {
         dataset: path,
         ..place
     };
+    let object = match file.link_exists(path) {
+        true => file.dataset(path).at(place, "open a dimension")?,
+        false => create_scale(file, place, extent, (path, size))?,
+    };
+    let class = object.attr(CLASS).and_then(|class| class.dtype());
+    if class.is_ok_and(|class| class.size() == types.class.size()) {
+        return Ok(());
+    }
+    let name = match extent {
+        Extent::Labelled(_) => path.rsplit_once('/').map_or(path, |(_, name)| name).into(),
+        Extent::Fixed(_) | Extent::Named(_) | Extent::Plus(..) => format!("{NO_VALUES}{size:10}"),
+    };
+    remove_attribute(&object, place, CLASS)?;
+    remove_attribute(&object, place, NAME)?;
+    scale_text::write(&object, place, (CLASS, &types.class), SCALE)?;
+    scale_text::write(&object, place, (NAME, &types.name), &name)
+}
+
+/// Creates the dataset of a scale.
+fn create_scale(
+    file: &hdf5::File,
+    place: Place<'_>,
+    extent: Extent,
+    (path, size): (&str, usize),
+) -> Result<hdf5::Dataset, StoreError> {
     let action = "create a dimension";
-    let (object, name) = match extent {
+    let builder = file.new_dataset_builder();
+    match extent {
         Extent::Labelled(axis) => {
             let labels: hdf5::Result<Vec<_>> = axis.labels.iter().map(|l| unicode(l)).collect();
-            let builder = file.new_dataset_builder().empty::<VarLenUnicode>();
+            let builder = builder.empty::<VarLenUnicode>();
             let builder = builder.obj_track_times(false).shape(size);
             let object = builder.create(path).at(place, action)?;
             object
                 .write_raw(&labels.at(place, action)?)
                 .at(place, action)?;
-            let (_, name) = path.rsplit_once('/').unwrap_or(("", path));
-            (object, name.to_owned())
+            Ok(object)
         }
         Extent::Fixed(_) | Extent::Named(_) | Extent::Plus(..) => {
-            let builder = file.new_dataset_builder().empty::<f32>();
+            let builder = builder.empty::<f32>();
             let builder = builder.obj_track_times(false).shape(size);
-            let object = builder.create(path).at(place, action)?;
-            (object, format!("{NO_VALUES}{size:10}"))
+            builder.create(path).at(place, action)
         }
-    };
-    write_fixed_text(&object, place, CLASS, SCALE)?;
-    write_fixed_text(&object, place, NAME, &name)
-}
-
-fn write_fixed_text(
-    object: &hdf5::Location,
-    place: Place<'_>,
-    name: &str,
-    text: &str,
-) -> Result<(), StoreError> {
-    let fixed = FixedAscii::<TEXT_BYTES>::from_ascii(text.as_bytes())
-        .map_err(|error| hdf5::Error::from(error.to_string()))
-        .at(place, "store a text that is not ASCII")?;
-    let attribute = object.new_attr::<FixedAscii<TEXT_BYTES>>().create(name);
-    attribute
-        .and_then(|attribute| attribute.write_scalar(&fixed))
-        .at(place, "write an attribute")
+    }
 }
 
 fn reference(
@@ -228,13 +231,21 @@ fn replace_attribute<T: hdf5::H5Type>(
     name: &str,
     values: &[T],
 ) -> Result<(), StoreError> {
-    let names = object.attr_names().at(place, "list the attributes")?;
-    if names.iter().any(|found| found == name) {
-        object.delete_attr(name).at(place, "remove an attribute")?;
-    }
+    remove_attribute(object, place, name)?;
     let builder = object.new_attr::<T>().shape(values.len());
     let written = builder
         .create(name)
         .and_then(|attribute| attribute.write_raw(values));
     written.at(place, "write an attribute")
+}
+
+fn remove_attribute(
+    object: &hdf5::Location,
+    place: Place<'_>,
+    name: &str,
+) -> Result<(), StoreError> {
+    match has(object, place, name)? {
+        true => object.delete_attr(name).at(place, "remove an attribute"),
+        false => Ok(()),
+    }
 }

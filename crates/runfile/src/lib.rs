@@ -33,6 +33,7 @@ mod place;
 mod reader;
 mod record;
 mod savepoint;
+mod scale_text;
 mod schema;
 mod schema_page;
 mod signals;

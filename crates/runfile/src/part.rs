@@ -27,8 +27,10 @@ impl Part {
         layout: &Layout,
         filetype: &'static str,
     ) -> Result<Self, StoreError> {
-        let temporary = Temporary::new(path);
-        let file = header::create(temporary.path(), layout, filetype)?;
+        let (temporary, file) = Temporary::create(path, |path| {
+            let file = header::create(path, layout, filetype);
+            file.inspect_err(|_| drop(fs::remove_file(path)))
+        })?;
         Ok(Part { file, temporary })
     }
 

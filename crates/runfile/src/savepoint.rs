@@ -1,9 +1,9 @@
 //! The state of a run file before a command that stores in several steps, put back if the command
 //! is refused.
 
-use std::fs;
+use std::fs::{self, File};
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::error::StoreError;
 use super::home::remove_orphans;
@@ -38,17 +38,15 @@ impl RunFile {
     /// # Errors
     /// `Io` if the folder does not take another file.
     pub fn savepoint(&self) -> Result<Savepoint, StoreError> {
-        let path = self.previous();
-        let earlier = match fs::hard_link(&self.path, &path) {
-            Ok(()) => Some(Temporary::new(path)),
+        let link = |path: &Path| fs::hard_link(&self.path, path);
+        let earlier = match Temporary::create(self.previous(), link) {
+            Ok((earlier, ())) => Some(earlier),
             Err(error) if error.kind() == io::ErrorKind::NotFound => None,
             // Not every file system has hard links.
-            Err(_) => {
-                let temporary = Temporary::new(path);
-                fs::copy(&self.path, temporary.path())
-                    .at_file(temporary.path(), "keep the state before the command")?;
-                Some(temporary)
-            }
+            Err(_) => Some(
+                self.copy()
+                    .at_file(&self.path, "keep the state before the command")?,
+            ),
         };
         Ok(Savepoint {
             earlier,
@@ -56,6 +54,14 @@ impl RunFile {
             folder: self.folder.clone(),
             layout: self.layout,
         })
+    }
+
+    fn copy(&self) -> io::Result<Temporary> {
+        let mut present = File::open(&self.path)?;
+        let (earlier, mut copy) = Temporary::create(self.previous(), |path| File::create(path))?;
+        io::copy(&mut present, &mut copy)?;
+        copy.set_permissions(present.metadata()?.permissions())?;
+        Ok(earlier)
     }
 
     /// The state the file is in now.
@@ -72,10 +78,7 @@ impl Savepoint {
     /// `Io` if renaming or removing fails.
     pub fn restore(mut self) -> Result<(), StoreError> {
         match self.earlier.take() {
-            // Two names of one file are not renamed, so the hidden one is removed by itself.
-            Some(earlier) => earlier.publish(&self.target).map(|()| {
-                let _ = fs::remove_file(earlier.path());
-            }),
+            Some(earlier) => earlier.publish(&self.target),
             None => fs::remove_file(&self.target),
         }
         .at_file(&self.target, "put the earlier state back")?;

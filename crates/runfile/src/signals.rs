@@ -71,11 +71,18 @@ pub struct Temporary {
 }
 
 impl Temporary {
-    /// Takes charge of a path, before the file is created.
-    #[must_use]
-    pub fn new(path: PathBuf) -> Self {
-        temporaries().insert(path.clone());
-        Temporary { path }
+    /// Takes charge of a file that `create` makes at the path; a signal acts either before or after.
+    ///
+    /// # Errors
+    /// Those of `create`, which has to leave nothing behind then.
+    pub fn create<T, E>(
+        path: PathBuf,
+        create: impl FnOnce(&Path) -> Result<T, E>,
+    ) -> Result<(Self, T), E> {
+        let mut temporaries = temporaries();
+        let created = create(&path)?;
+        temporaries.insert(path.clone());
+        Ok((Temporary { path }, created))
     }
 
     /// Where the temporary file lies.
@@ -85,9 +92,14 @@ impl Temporary {
     }
 
     /// Renames the file; a signal acts either before or after.
+    ///
+    /// # Errors
+    /// Those of renaming.
     pub fn publish(&self, target: &Path) -> io::Result<()> {
         let mut temporaries = temporaries();
         fs::rename(&self.path, target)?;
+        // Two names of one file are left as they are by a rename.
+        let _ = fs::remove_file(&self.path);
         temporaries.remove(&self.path);
         Ok(())
     }

@@ -6,12 +6,13 @@ use super::dimension::name_axes;
 use super::error::{LayoutError, StoreError};
 use super::extents::Sizes;
 use super::home::SharedGroup;
-use super::home::{Home, LinkedName, carry_over, is_joined, join, remove_orphans};
+use super::home::{Home, LinkedName, carry_over, is_joined, join, remove_orphans, take_over};
 use super::layout::Group;
 use super::lock::{RunFile, group_temporary};
 use super::part::{Part, replaceable, sync_folder};
 use super::place::{AtPlace, Place};
 use super::reader::Reader;
+use super::scale_text;
 use super::signals::note_commit;
 use super::table::Layout;
 use super::volume::Stamp;
@@ -149,6 +150,15 @@ impl Transaction {
         join(&self.run_file.file, place, shared.group, &shared.name)
     }
 
+    /// Puts a copy of a group of another file, with its record, in the place of what the file held of it.
+    ///
+    /// # Errors
+    /// `Hdf5` if copying fails, an unreadable group.
+    pub fn copy(&mut self, from: &Reader, group: Group) -> Result<(), StoreError> {
+        self.remove(group);
+        take_over(from, group, &self.run_file.file)
+    }
+
     /// Leaves a group out of the new state.
     pub fn remove(&mut self, group: Group) {
         if !self.replaced.contains(&group) {
@@ -197,9 +207,10 @@ impl Transaction {
             file: &self.target,
             dataset: "/",
         };
+        let texts = scale_text::types(&self.temporary, place)?;
         for beside in self.beside {
             let Some(name) = beside.name else { continue };
-            name_axes(&beside.part.file, place, &self.layout, beside.group)?;
+            name_axes(&beside.part.file, place, &self.layout, beside.group, texts)?;
             join(file, place, beside.group, &name)?;
             let target = self.folder.join(name.to_string());
             replaceable(&target)?;
@@ -211,7 +222,7 @@ impl Transaction {
         let held = groups.filter(|group| file.link_exists(group.name()));
         let held: Vec<Group> = held.collect();
         for group in held.iter().filter(|group| !is_joined(file, **group)) {
-            name_axes(file, place, &self.layout, *group)?;
+            name_axes(file, place, &self.layout, *group, texts)?;
         }
         self.run_file.publish(&self.target, permissions)?;
         note_commit(&self.target, held);

@@ -7,7 +7,7 @@ use hdf5::types::VarLenUnicode;
 use hdf5_metno as hdf5;
 use ndarray::ArrayViewD;
 
-use super::attribute::{unicode, write_text};
+use super::attribute::{unicode, write_ascii, write_text};
 use super::dataset::new_dataset;
 use super::digest::{of_group, of_texts, of_values};
 use super::element::Element;
@@ -136,17 +136,7 @@ impl<'t> GroupWriter<'t> {
         name: &str,
         text: &[u8; N],
     ) -> Result<(), StoreError> {
-        let place = self.group_place();
-        let text = hdf5::types::FixedAscii::<N>::from_ascii(text)
-            .map_err(|error| hdf5::Error::from(error.to_string()))
-            .at(place, "store a text that is not ASCII")?;
-        let attribute = self
-            .object
-            .new_attr::<hdf5::types::FixedAscii<N>>()
-            .create(name);
-        attribute
-            .and_then(|attribute| attribute.write_scalar(&text))
-            .at(place, "write an attribute")
+        write_ascii::<N>(&self.object, self.group_place(), name, text)
     }
 
     /// Writes an attribute of numbers on the group of the group, as other programs look for.

@@ -74,6 +74,13 @@ pub struct StepPane {
 }
 
 impl StepRecord {
+    /// Numbers of open, sticking and slipping panes.
+    #[must_use]
+    pub fn zone_counts(&self) -> [usize; 3] {
+        let count = |zone| self.panes.iter().filter(|pane| pane.zone == zone).count();
+        [Zone::Open, Zone::Stick, Zone::Slip].map(count)
+    }
+
     pub(super) fn new(
         history: &LoadHistory<'_>,
         problem: &StepProblem,

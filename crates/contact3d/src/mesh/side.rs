@@ -118,7 +118,7 @@ impl Mesh {
         let [a, b, c] = [0, 1, 2].map(|k| places[k]);
         let normal = |k: usize| -> Option<Vector3<f64>> {
             if places.len() == 3 {
-                return (b - a).cross(&(c - a)).try_normalize(0.0);
+                return unit((b - a).cross(&(c - a)));
             }
             let slopes = quadratic_triangle_slopes(&QUADRATIC_NODES[k]);
             let along = |axis: usize| -> Vector3<f64> {
@@ -126,7 +126,7 @@ impl Mesh {
                     .map(|n| places[n] * (slopes[n][axis] - slopes[n][0]))
                     .sum()
             };
-            along(1).cross(&along(2)).try_normalize(0.0)
+            unit(along(1).cross(&along(2)))
         };
         let nodes = nodes.iter().enumerate();
         nodes
@@ -156,4 +156,10 @@ impl Mesh {
             _ => (area, self.facets[facet].map(|node| (node, third)).to_vec()),
         }
     }
+}
+
+/// The direction of a vector, also of one whose squares underflow; none of the zero vector.
+fn unit(vector: Vector3<f64>) -> Option<Vector3<f64>> {
+    let largest = vector.amax();
+    (largest > 0.0).then(|| (vector / largest).normalize())
 }

@@ -76,6 +76,13 @@ impl Scene {
         !self.steps.is_empty()
     }
 
+    /// The title of a step, counted from 0, or its number, counted from 1.
+    #[must_use]
+    pub fn step_title(&self, step: usize) -> String {
+        let given = self.steps[step].title.clone();
+        given.unwrap_or_else(|| format!("step {}", step + 1))
+    }
+
     /// The slip that coefficients of friction follow in a history: the same on all faces.
     #[must_use]
     pub fn slip_measure(&self) -> SlipMeasure {

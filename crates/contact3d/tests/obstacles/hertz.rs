@@ -7,57 +7,18 @@ use std::f64::consts::PI;
 
 use crate::{
     moved::{MATERIAL, moved},
+    planes::Planes,
     solved::Solved,
 };
 
-const YOUNG: f64 = 1.0;
-const POISSON: f64 = 0.3;
+pub(crate) const YOUNG: f64 = 1.0;
+pub(crate) const POISSON: f64 = 0.3;
 
 /// E* = E/(1 − ν²) of a body against a rigid one.
 const E_STAR: f64 = YOUNG / (1.0 - POISSON * POISSON);
 
-/// n cells between 0 and 1 that shrink towards 0: x_i = sinh(k i/n)/sinh(k).
-#[derive(Clone, Copy)]
-struct Planes {
-    n: usize,
-    k: f64,
-}
-
-impl Planes {
-    fn at(self, i: usize) -> f64 {
-        match i == self.n {
-            true => 1.0,
-            false => (self.k * i as f64 / self.n as f64).sinh() / self.k.sinh(),
-        }
-    }
-
-    /// The first plane beyond a place.
-    fn beyond(self, x: f64) -> f64 {
-        let planes = (0..=self.n).map(|i| self.at(i));
-        planes.filter(|at| *at > x).fold(1.0, f64::min)
-    }
-
-    fn list(self) -> String {
-        let planes: Vec<String> = (0..=self.n).map(|i| format!("{:?}", self.at(i))).collect();
-        format!("[{}]", planes.join(", "))
-    }
-
-    /// A quarter of a block of edge 1, or a slice of it that is one cell thick.
-    fn brick(self, slice: Option<f64>) -> String {
-        let (n, planes) = (self.n, self.list());
-        let (width, cells, along_y) = match slice {
-            None => (1.0, n, format!("coordinates.y = {planes}\n")),
-            Some(width) => (width, 1, String::new()),
-        };
-        format!(
-            "size = [1.0, {width:?}, 1.0]\ncells = [{n}, {cells}, {n}]\ncoordinates.x = {planes}\n{along_y}\
-             coordinates.z = {planes}\n"
-        )
-    }
-}
-
 /// Rollers, of which those at the top move down by δ, and the contact face with its obstacle.
-fn pressed(delta: f64, contact: &str) -> String {
+pub(crate) fn pressed(delta: f64, contact: &str) -> String {
     let rollers = [
         ("x_min", "x"),
         ("x_max", "x"),
@@ -97,7 +58,7 @@ fn sphere_errors(n: usize, multipliers: &str) -> [f64; 3] {
     let contact = format!(
         "multipliers = '{multipliers}'\nobstacle.sphere = {{ centre = [0.0, 0.0, -2.0], radius = 2.0 }}\n"
     );
-    let solved = block(&planes.brick(None), 0.05 * 0.05 / radius, &contact);
+    let solved = block(&planes.quarter(None), 0.05 * 0.05 / radius, &contact);
     let ([peak, a], [of_peak, of_a]) = point_errors(&solved, radius);
     // u_z of the surface beyond the contact (Johnson (3.42a)).
     let outside = |r: f64| {
@@ -118,7 +79,7 @@ fn cylinder_errors(n: usize, multipliers: &str) -> [f64; 2] {
          obstacle.cylinder = {{ point = [0.0, 0.0, -2.0], direction = [0.0, 1.0, 0.0], radius = 2.0 }}\n"
     );
     let delta = 4.0 * 0.03 * 0.03 / radius;
-    let solved = block(&planes.brick(Some(width)), delta, &contact);
+    let solved = block(&planes.quarter(Some(width)), delta, &contact);
     let force = 2.0 * solved.force()[2] / width;
     let b = (4.0 * force * radius / (PI * E_STAR)).sqrt();
     let peak = 2.0 * force / (PI * b);
@@ -138,7 +99,7 @@ fn round_errors(n: usize, own_radius: f64, obstacle: &str, radius: f64, nodal: b
     let contact = format!("multipliers = '{multipliers}'\nobstacle.{obstacle}\n");
     let scene = pressed(0.08 * 0.08 / radius, &contact);
     // Flatter cells than those of the flat blocks would fold over the round face.
-    let brick = Planes { n, k: 4.0 }.brick(None);
+    let brick = Planes { n, k: 4.0 }.quarter(None);
     let solved = moved(&brick, "P2", round, &scene).unwrap_or_else(|error| panic!("{error}"));
     point_errors(&solved, radius).1
 }

@@ -1,9 +1,14 @@
 //! Rigid obstacles and curved contact faces: closed forms, poses, descriptions, refusals.
 
+mod approach;
+mod cattaneo;
 mod descriptions;
 mod frames;
+mod half_space;
 mod hertz;
 mod invariances;
 mod moved;
+mod planes;
+mod pulled;
 mod refusals;
 mod solved;

@@ -53,6 +53,19 @@ pub(crate) fn carry_over(
     Ok(())
 }
 
+/// Copies one group of another file as it is.
+///
+/// # Errors
+/// `Hdf5` if copying fails.
+pub(crate) fn take_over(from: &Reader, group: Group, file: &hdf5::File) -> Result<(), StoreError> {
+    let volume = from.volume(group)?;
+    let place = Place {
+        file: &volume.path,
+        dataset: "/",
+    };
+    copy(&volume.file, place, group.name(), file)
+}
+
 /// Copies a group; links inside it stay links.
 fn copy(
     from: &hdf5::File,

@@ -10,7 +10,7 @@ mod linked;
 mod shared;
 mod whereabouts;
 
-pub(super) use kept::carry_over;
+pub(super) use kept::{carry_over, take_over};
 pub(super) use linked::{Linked, LinkedName, is_joined, join, remove_orphans};
 pub use shared::SharedGroup;
 

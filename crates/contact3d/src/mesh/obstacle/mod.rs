@@ -46,6 +46,9 @@ impl Approach {
         let extent = extent(places.clone());
         let measured = Measured::new(obstacle, extent);
         let allowed = depths_allowed(mesh, facets, FLAT * extent + inherited);
+        if let Some(&node) = nodes.iter().find(|node| !allowed.contains_key(node)) {
+            return Err(without_area(mesh.coordinates[node]));
+        }
         let mut approach = Self {
             normals: Vec::new(),
             clearance: Vec::new(),
@@ -92,7 +95,7 @@ fn extent(mut places: impl Iterator<Item = [f64; 3]>) -> f64 {
 }
 
 /// How far in m each node may lie inside the obstacle and count as touching it: `digits`, what the digits of mesh files
-/// leave, and on top what a mesh leaves of a curved face.
+/// leave, and on top what a mesh leaves of a curved face. A node whose triangles have no area is left out.
 ///
 /// A face with curvature κ lies within κh²/6 of triangles with edges h, and normals of triangles around a node differ by
 /// κh/√3 at least: half the product of that difference with h is no less than the distance.
@@ -166,6 +169,17 @@ impl Cut {
             }
             .into(),
         })
+    }
+}
+
+fn without_area(at: [f64; 3]) -> Invalid {
+    Invalid {
+        key: "contact.face".into(),
+        expected: "triangles with an area around every node of the contact face".into(),
+        found: format!("none around the node at {}", place_words(at)),
+        help:
+            "correct the mesh; lengths whose products vanish in double precision need another unit"
+                .into(),
     }
 }
 
