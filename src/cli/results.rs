@@ -6,7 +6,7 @@ use contact3d::{
     dual::Assembly,
     elasticity::BodyMotion,
     mesh::Mesh,
-    post::{ContactReport, FaceResultants, Zone},
+    post::{ContactReport, ErrorEstimate, FaceResultants, Zone},
     scene::{ModelFeatures, Scene, shown},
     solver::{Solution, SolvedBy},
 };
@@ -22,6 +22,9 @@ use crate::{
 /// Estimates above this share of the energy norm were down to 0.66 of the error on meshes of some hundred unknowns; below
 /// it they were between 0.7 and 1.5 times the error (docs/accuracy.md).
 const TRUSTED_ESTIMATE: f64 = 0.25;
+
+/// With nine tenths of the squared estimate in flat tetrahedra it was three to four times the error (docs/accuracy.md).
+const MOSTLY_FLAT: f64 = 0.5;
 
 /// The numbers of unknowns of a solved problem.
 fn sizes(mesh: &Mesh, solution: &Solution) -> Sizes {
@@ -159,14 +162,9 @@ pub(super) fn table(
         "force, moment imbalance",
         format!("{:.1e}, {:.1e}", r.force_imbalance, r.moment_imbalance),
     );
-    let error = report.discretisation_error.relative();
-    let caution = match error > TRUSTED_ESTIMATE {
-        true => ", a rough guess: the mesh is coarse",
-        false => "",
-    };
     line(
         "discretisation error",
-        format!("about {} in the energy norm{caution}", percent(error)),
+        estimate_words(&report.discretisation_error, mesh),
     );
     for (name, value) in report.certificate.figures() {
         line(&format!("certificate {name}"), format!("{value:.1e}"));
@@ -176,6 +174,21 @@ pub(super) fn table(
         "{}\nmodel features\n{features}results\n{text}",
         scene.shown_title()
     )
+}
+
+/// The estimate, and why it may be no more than a guess.
+fn estimate_words(estimate: &ErrorEstimate, mesh: &Mesh) -> String {
+    let error = estimate.relative();
+    let flat = estimate.share_of_flat(mesh);
+    let caution = match flat.filter(|share| *share > MOSTLY_FLAT) {
+        Some(share) => format!(
+            ", likely too much: {} of its square is in flat tetrahedra",
+            percent(share)
+        ),
+        None if error > TRUSTED_ESTIMATE => ", a rough guess: the mesh is coarse".to_owned(),
+        None => String::new(),
+    };
+    format!("about {} in the energy norm{caution}", percent(error))
 }
 
 /// What happens on one of several contact faces.
