@@ -9,7 +9,7 @@ import pytest
 from conftest import ROOT
 from history import History
 from raw_problem import RawProblem
-from run_file import open_run
+from run_file import open_run, read_matrix, read_scene
 from schema_check import schema_problems
 from test_series import array, played
 
@@ -169,3 +169,36 @@ def test_json_tells_the_same(contact3d, tmp_path):
     with h5py.File(path) as other:
         for name in ("dissipation", "load_work", "strain_energy", "time", "contact_force"):
             assert np.array_equal([row[name] for row in rows], other[f"history/{name}"][:])
+
+
+def test_cattaneo_and_mindlin(contact3d, tmp_path):
+    """Stick zone and energy of a cycle of a body that is pulled to and fro along a roller by less than friction can hold."""
+    path = tmp_path / "roller.h5"
+    contact3d("run", "--no-figures", ROOT / "pipelines" / "cattaneo_roller.toml", path)
+    with open_run(path) as file:
+        scene, history = read_scene(file), file["history"]
+        width = scene["body"]["brick"]["size"][1]
+        middle = scene["contact"]["obstacle"]["cylinder"]["point"][0]
+        radius = scene["contact"]["obstacle"]["cylinder"]["radius"]
+        friction = scene["friction"]["coefficient"]["constant"]
+        material = scene["material"]["isotropic"]
+        modulus = material["young_modulus"] / (1 - material["poisson_ratio"] ** 2)
+        area = file["mesh/pane_area"][:] / width
+        places = file["mesh/coordinates"][:][file["mesh/contact_nodes"][:], 0] - middle
+        square = read_matrix(file["mesh/pane_average"]).T @ places**2
+        pressure = history["multiplier_normal"][-1]
+        shear = np.abs(history["multiplier_tangential"][-1, :, 0])
+        dissipation = history["dissipation"][:] / width
+        step = history["step"][:]
+    force, limit = area @ pressure, friction * (area @ pressure)
+    ratio = (area @ shear) / limit
+    assert 0.7 < ratio < 0.9
+    half_width = np.sqrt(4 * force * radius / (np.pi * modulus))
+    rest = area * (friction * pressure - shear)
+    stick = np.sqrt(4 * (rest @ square) / rest.sum())
+    # Six panes in the half width, and walls that are stiff: 1.2 %.
+    assert stick == pytest.approx(np.sqrt(1 - ratio) * half_width, rel=0.02)
+    cycle = 2 * (1 - ratio) * np.log(1 - ratio) + 2 * ratio - ratio**2
+    cycle *= 2 * limit**2 / (np.pi * modulus)
+    # The push and the pull that follows: 3.4 %.
+    assert dissipation[step >= 2].sum() == pytest.approx(cycle, rel=0.05)

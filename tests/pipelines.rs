@@ -11,8 +11,11 @@ use contact3d::{
 use contact3d_pipe::sweep::Plan;
 use support::{Case, pipelines};
 
-/// At most 12 cells along the longest edge of a brick, in proportion, and even; single layers stay.
+/// At most 12 cells along the longest edge of a brick, in proportion, and even; single layers stay, and bricks between given planes.
 fn coarsen(brick: &mut Brick) {
+    if !brick.coordinates.is_empty() {
+        return;
+    }
     let most = brick.cells.iter().copied().max().unwrap_or(1);
     for cells in brick.cells.iter_mut().filter(|cells| **cells > 1) {
         *cells = (*cells * 12 / most.max(12)).div_ceil(2) * 2;

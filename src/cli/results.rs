@@ -6,7 +6,7 @@ use contact3d::{
     dual::Assembly,
     elasticity::BodyMotion,
     mesh::Mesh,
-    post::{ContactReport, FaceResultants, Zone},
+    post::{ContactReport, ErrorEstimate, FaceResultants, Zone},
     scene::{ModelFeatures, Scene, shown},
     solver::{Solution, SolvedBy},
 };
@@ -16,12 +16,15 @@ use super::{features, report::status};
 use crate::{
     format::Sizes,
     pipeline::Performed,
-    views::{motion_words, radius_words, sign_words},
+    views::{fold_words, motion_words, radius_words, sign_words},
 };
 
 /// Estimates above this share of the energy norm were down to 0.66 of the error on meshes of some hundred unknowns; below
 /// it they were between 0.7 and 1.5 times the error (docs/accuracy.md).
 const TRUSTED_ESTIMATE: f64 = 0.25;
+
+/// With nine tenths of the squared estimate in flat tetrahedra it was three to four times the error (docs/accuracy.md).
+const MOSTLY_FLAT: f64 = 0.5;
 
 /// The numbers of unknowns of a solved problem.
 fn sizes(mesh: &Mesh, solution: &Solution) -> Sizes {
@@ -93,6 +96,9 @@ pub(super) fn table(
         if let Some(words) = sign_words(local) {
             line("sign of det R'", words.to_owned());
         }
+        if let Some(words) = fold_words(local) {
+            line("distance from a fold", words);
+        }
     }
     if let Some(contact) = &r.contact {
         line(
@@ -156,14 +162,9 @@ pub(super) fn table(
         "force, moment imbalance",
         format!("{:.1e}, {:.1e}", r.force_imbalance, r.moment_imbalance),
     );
-    let error = report.discretisation_error.relative();
-    let caution = match error > TRUSTED_ESTIMATE {
-        true => ", a rough guess: the mesh is coarse",
-        false => "",
-    };
     line(
         "discretisation error",
-        format!("about {} in the energy norm{caution}", percent(error)),
+        estimate_words(&report.discretisation_error, mesh),
     );
     for (name, value) in report.certificate.figures() {
         line(&format!("certificate {name}"), format!("{value:.1e}"));
@@ -173,6 +174,21 @@ pub(super) fn table(
         "{}\nmodel features\n{features}results\n{text}",
         scene.shown_title()
     )
+}
+
+/// The estimate, and why it may be no more than a guess.
+fn estimate_words(estimate: &ErrorEstimate, mesh: &Mesh) -> String {
+    let error = estimate.relative();
+    let flat = estimate.share_of_flat(mesh);
+    let caution = match flat.filter(|share| *share > MOSTLY_FLAT) {
+        Some(share) => format!(
+            ", likely too much: {} of its square is in flat tetrahedra",
+            percent(share)
+        ),
+        None if error > TRUSTED_ESTIMATE => ", a rough guess: the mesh is coarse".to_owned(),
+        None => String::new(),
+    };
+    format!("about {} in the energy norm{caution}", percent(error))
 }
 
 /// What happens on one of several contact faces.
@@ -309,26 +325,13 @@ pub(super) fn json(
         .into_iter()
         .map(|(name, value)| (name.to_owned(), value.into()))
         .collect();
-    serde_json::json!({
+    let figures = serde_json::json!({
         "title": scene.title,
         "units": unit_words(scene.units),
         "effects": features::json(&ModelFeatures::of(scene), &sizes(mesh, solution)),
         "assembly_seconds": assembly.as_ref().map(|assembly| &assembly["seconds"]),
         "factor": assembly.as_ref().map(|assembly| &assembly["factor"]),
-        "newton_seconds": solution.newton.iter().map(|step| step.seconds).sum::<f64>(),
-        "status": solution.status.word(),
-        "n_nodes": mesh.coordinates.len(),
-        "n_free": solution.displacement.len(),
-        "n_multipliers": solution.multiplier.len(),
         "n_panes": report.panes.len(),
-        "n_contact_nodes": mesh.contact.as_ref().map(|surface| surface.nodes.len()),
-        "outer_steps": solution.history.len(),
-        "newton_steps": solution.newton.len(),
-        "actions": solution.applications,
-        "accuracy": solution.accuracy,
-        "mapping_change": solution.mapping_change,
-        "spectral_radius": solution.local_mapping.map(|local| local.spectral_radius),
-        "determinant_sign": solution.local_mapping.map(|local| local.determinant),
         "open": report.count(Zone::Open),
         "stick": report.count(Zone::Stick),
         "slip": report.count(Zone::Slip),
@@ -337,8 +340,6 @@ pub(super) fn json(
         "largest_pressure": r.contact.map(|c| c.largest_pressure),
         "forces": forces_json(report),
         "energy": r.strain_energy - r.load_work,
-        "law_evaluations": solution.law_evaluations,
-        "projections": solution.projections,
         "strain_energy": r.strain_energy,
         "largest_displacement": r.largest_displacement,
         "discretisation_error": relative_parts(report),
@@ -351,5 +352,37 @@ pub(super) fn json(
             "compute_seconds": p.compute_seconds,
             "store_seconds": p.store_seconds,
         })).collect::<Vec<_>>(),
+    });
+    joined([figures, solving_json(mesh, solution)])
+}
+
+/// How the solve went, and what surrounds its answer.
+fn solving_json(mesh: &Mesh, solution: &Solution) -> serde_json::Value {
+    serde_json::json!({
+        "newton_seconds": solution.newton.iter().map(|step| step.seconds).sum::<f64>(),
+        "status": solution.status.word(),
+        "n_nodes": mesh.coordinates.len(),
+        "n_free": solution.displacement.len(),
+        "n_multipliers": solution.multiplier.len(),
+        "n_contact_nodes": mesh.contact.as_ref().map(|surface| surface.nodes.len()),
+        "outer_steps": solution.history.len(),
+        "newton_steps": solution.newton.len(),
+        "actions": solution.applications,
+        "accuracy": solution.accuracy,
+        "mapping_change": solution.mapping_change,
+        "spectral_radius": solution.local_mapping.map(|local| local.spectral_radius),
+        "determinant_sign": solution.local_mapping.map(|local| local.determinant),
+        "fold_distance": solution.local_mapping.map(|local| local.fold_distance),
+        "law_evaluations": solution.law_evaluations,
+        "projections": solution.projections,
     })
+}
+
+/// The figures of two objects in one.
+fn joined(objects: [serde_json::Value; 2]) -> serde_json::Value {
+    let figures = objects.iter().filter_map(serde_json::Value::as_object);
+    let figures = figures.flatten();
+    figures
+        .map(|(name, value)| (name.clone(), value.clone()))
+        .collect()
 }

@@ -26,7 +26,7 @@ pub use error::MeshError;
 pub use gmsh::{GmshError, Place, digest_of, parse as parse_gmsh};
 pub(crate) use isoparametric::IsoparametricMap;
 pub use mid_edges::MidEdgeNodes;
-pub use quality::Quality;
+pub use quality::{Quality, shape};
 pub use refined::{RefinableBody, Refinement};
 pub(crate) use side::{SidePoint, is_straight, sorted};
 

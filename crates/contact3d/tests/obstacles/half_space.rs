@@ -27,7 +27,7 @@ impl HalfSpace {
     pub(crate) fn under_lines(self, forces: [f64; 2], shift: [f64; 2]) -> String {
         let ratio = self.poisson / (1.0 - self.poisson);
         let [along, into] = forces.map(|force| force / (PI * self.modulus()));
-        let (x, squared) = self.from_forces("z^2");
+        let (x, squared) = self.relative("z^2");
         let angle = format!("{:?}*asin({x}/sqrt({squared}))", 1.0 - ratio);
         let logarithm = format!("ln({squared})");
         let slope = |product: &str| format!("{:?}*{product}/({squared})", 1.0 + ratio);
@@ -51,7 +51,7 @@ impl HalfSpace {
     /// u under forces `[along x, along z]` at a point, plus a shift along x and z.
     pub(crate) fn under_points(self, forces: [f64; 2], shift: [f64; 2]) -> String {
         let [along, into] = forces.map(|force| force / (4.0 * PI * self.shear_modulus()));
-        let (x, squared) = self.from_forces("y^2 + z^2");
+        let (x, squared) = self.relative("y^2 + z^2");
         let r = format!("sqrt({squared})");
         let part = 1.0 - 2.0 * self.poisson;
         let outwards = format!("({into:?})*(z/{r}^3 - {part:?}/({r}*({r} + z)))");
@@ -70,7 +70,7 @@ impl HalfSpace {
     }
 
     /// x from the forces, and the squared distance from them.
-    fn from_forces(self, others: &str) -> (String, String) {
+    fn relative(self, others: &str) -> (String, String) {
         let x = format!("(x - {:?})", self.middle);
         let squared = format!("{x}^2 + {others}");
         (x, squared)
