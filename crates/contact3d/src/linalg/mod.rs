@@ -19,6 +19,7 @@ mod compliance;
 mod conjugate_gradients;
 mod dense_lu;
 mod dissection;
+mod distance_to_one;
 mod elimination_tree;
 mod factor;
 mod factor_parts;
@@ -42,6 +43,7 @@ mod structure;
 mod substitution;
 mod unknown;
 mod vector;
+mod work;
 
 #[cfg(test)]
 mod factor_tests;
@@ -50,10 +52,11 @@ mod forward_rows_tests;
 #[cfg(test)]
 mod test_brick;
 
-pub(crate) use arnoldi::radius_by_products;
+pub(crate) use arnoldi::{figures_by_products, radius_by_products};
 pub(crate) use conjugate_gradients::{Accuracy, conjugate_gradients};
 pub(crate) use dense_lu::DenseLu;
 pub(crate) use dissection::{expand_to_unknowns, nested_dissection};
+pub(crate) use distance_to_one::{distance_to_one, least_modulus};
 pub use factor::{CholeskyFactor, FactorError};
 pub use factor_parts::PartsError;
 pub(crate) use gmres::gmres;
@@ -70,3 +73,4 @@ pub(crate) use spectral_radius::{product, spectral_radius};
 pub use structure::FactorStructure;
 pub(crate) use vector::{add_scaled, power_of_two_near_largest};
 pub use vector::{difference, dot, norm};
+pub use work::Work;
