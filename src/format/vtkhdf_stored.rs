@@ -7,7 +7,6 @@ use super::{
         CONNECTIVITY, Field, N_CELLS, N_CONNECTIVITY, N_POINTS, OFFSETS, POINTS, TABLE, TYPE,
         TYPES, VERSION,
     },
-    vtkhdf_normal::{self, NORMAL},
     vtkhdf_series::VALUES,
 };
 
@@ -17,8 +16,8 @@ pub fn field_paths(reader: &Reader) -> Vec<&'static str> {
     let on_grid = |path: &&str| {
         path.starts_with("/VTKHDF/PointData/") || path.starts_with("/VTKHDF/CellData/")
     };
-    let rows = TABLE.iter().chain(vtkhdf_normal::TABLE);
-    rows.map(|row| row.path)
+    let paths = TABLE.iter().map(|row| row.path);
+    paths
         .filter(on_grid)
         .filter(|path| reader.has(path))
         .collect()
@@ -34,8 +33,7 @@ pub(super) fn last_fields(reader: &Reader) -> Result<Vec<Field>, StoreError> {
         let values = reader.read::<f64>(path)?;
         let components = values.shape().get(1).copied().unwrap_or(1);
         let mut values = values.into_raw_vec_and_offset().0;
-        let steps_stored = if path == NORMAL { 1 } else { steps.max(1) };
-        let last = values.len() / steps_stored;
+        let last = values.len() / steps.max(1);
         values.drain(..values.len() - last);
         Ok(Field {
             path: path.to_owned(),
