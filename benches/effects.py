@@ -53,6 +53,23 @@ def with_contact(key):
     return CONTACT.rstrip() + f"\n{key}\n\n"
 
 
+CLAMP = '[[clamp]]\nface = "x_min"\n'
+SPRING = "[[spring]]\nface = 'y_max'\nnormal = 1e11\ntangential = 5e10\n\n"
+WALL = "\n[[contact]]\nface = 'y_min'\nfriction.coefficient.constant = 0.3\n"
+STEPS = "\n[[step]]\nincrements = 4\n"
+
+
+def without(text, part):
+    """A text without one part, which it must have."""
+    before, after = text.split(part)
+    return before + after
+
+
+def of_contact(law):
+    """The law as one of the first of several contact faces."""
+    return law.replace("[friction.", "[contact.friction.")
+
+
 SCENES = {
     "elasticity alone": BODY,
     "+ contact, frictionless": BODY + CONTACT,
@@ -69,6 +86,12 @@ SCENES = {
     "full + region": BODY + REGION + CONTACT + FULL_LAW,
     "full + orthotropic material": with_material(WOOD) + CONTACT + FULL_LAW,
     "full + nodal multipliers": BODY + with_contact("multipliers = 'nodal'") + FULL_LAW,
+    "full + prescribed displacement": BODY.replace(CLAMP, CLAMP + "value = [1e-6, 0.0, 0.0]\n") + CONTACT + FULL_LAW,
+    "full + springs": BODY + SPRING + CONTACT + FULL_LAW,
+    "full + obstacle": BODY + with_contact("obstacle.height.value = '-2e-6*x^2'") + FULL_LAW,
+    "full + second contact face": BODY + "[" + CONTACT.replace("[contact]", "[contact]]") + of_contact(FULL_LAW) + WALL,
+    "full, held by contact alone": without(BODY, CLAMP) + CONTACT + FULL_LAW,
+    "full, in four increments": BODY + CONTACT + FULL_LAW + STEPS,
 }
 
 

@@ -13,6 +13,7 @@ wanted -e normal,build > target/wanted
 other=$(wanted --workspace -e normal,build,dev | comm -23 target/wanted -)
 [ -z "$other" ] || { echo "error: tests switch on more features, name them in Cargo.toml: $other" >&2; exit 1; }
 cargo fmt --check
+cargo package --workspace --locked --no-verify --allow-dirty --quiet
 cargo clippy --release --locked --workspace --all-targets $features -- -D warnings
 RUSTDOCFLAGS="-D warnings" cargo doc --release --locked --workspace --no-deps $features
 cargo test --release --locked --workspace $features

@@ -45,6 +45,7 @@ pub(super) fn run(
             spinner.set_message(format!("level {level}"));
         }
         AdaptStep::Step(Step::Assembling(step)) => spinner.set_message(step),
+        AdaptStep::Step(Step::Counting(step, work)) => progress::count(&spinner, step, work),
         AdaptStep::Step(Step::Solving(step) | Step::Stepping(_, step)) => {
             spinner.set_message(report::progress(step) + &forecast.words(step));
         }

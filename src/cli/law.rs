@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     pipeline::StageError,
-    views::{Drawing, LawStudy, PictureFolder, law_folder},
+    views::{LawStudy, PictureFolder, law_folder},
 };
 
 /// Arguments of `law`.
@@ -38,7 +38,7 @@ pub(super) fn law(arguments: &LawArguments, output: &Output) -> Result<Exit, Sta
     } else {
         let folder = arguments.figures.clone();
         let folder = folder.unwrap_or_else(|| law_folder(&arguments.scene.scene));
-        study.draw(&PictureFolder::claim(&folder, Drawing::Law, inputs)?)?
+        study.draw(&PictureFolder::claim(&folder, study.drawing(), inputs)?)?
     };
     if output.json {
         terminal::json(&law_words::json(&study, &files));

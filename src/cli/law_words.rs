@@ -1,38 +1,62 @@
-//! A law of friction in words and as JSON; no computing here.
+//! Laws of friction in words and as JSON; no computing here.
 
 use std::{fmt::Write, path::PathBuf};
 
 use contact3d::{
     contact::{LawBounds, LawExtreme},
-    scene::{Coefficient, Friction, FrictionLaw, FrictionModel, Quantity},
+    scene::{Coefficient, Friction, FrictionLaw, FrictionModel, Quantity, shown},
 };
 use serde_json::{Value, json};
 use units::Dimension;
 
 use super::results::unit_words;
-use crate::views::{LawStudy, MeshSizes};
+use crate::views::{FaceStudy, LawStudy, MeshSizes};
 
 /// Most points of a table that are printed.
 const MOST_POINTS: usize = 8;
 
 /// The page printed for a person.
 pub(super) fn text(study: &LawStudy) -> String {
+    let mut text = format!("{}\n", study.scene.shown_title());
+    match study.faces.as_slice() {
+        [] => text += &line("law", "none: the scene has no contact face"),
+        [only] => text += &face_text(study, only),
+        several => {
+            for face in several {
+                let _ = write!(
+                    text,
+                    "\nface {}\n{}",
+                    shown(&face.name),
+                    face_text(study, face)
+                );
+            }
+        }
+    }
+    if study.faces.iter().any(|face| face.bounds.is_some()) {
+        text += SCALING;
+    }
+    text
+}
+
+fn line(name: &str, value: &str) -> String {
+    format!("  {name:<22} {value}\n")
+}
+
+/// The law of one face.
+fn face_text(study: &LawStudy, face: &FaceStudy) -> String {
     let units = study.scene.units;
     let (length, per_length) = (units.length(), units.word(Dimension::PER_LENGTH));
-    let mut text = format!("{}\n", study.scene.shown_title());
-    let mut line = |name: &str, value: &str| {
-        let _ = writeln!(text, "  {name:<22} {value}");
-    };
-    let model = study.model();
-    line("law", &law_words(model.as_ref()));
-    for (name, words) in coefficients(study) {
+    let mut text = String::new();
+    let mut line = |name: &str, value: &str| text += &line(name, value);
+    line("law", &law_words(&face.model));
+    for (name, words) in coefficients(study, face) {
         line(name, &words);
     }
-    if let Some((name, stress)) = model.as_ref().and_then(FrictionModel::given_stress) {
+    if let Some((name, stress)) = face.model.given_stress() {
         let name = format!("{name} [{}]", units.stress());
         line(&name, &quantity_words(&stress));
     }
-    let (Some(bounds), Some(sizes)) = (&study.bounds, study.sizes()) else {
+    let Some(bounds) = &face.bounds else {
         return text;
     };
     let how = if bounds.estimated {
@@ -45,7 +69,7 @@ pub(super) fn text(study: &LawStudy) -> String {
         bounds.largest_slip
     );
     line("slips considered", &range);
-    let isotropic = is_isotropic(model.as_ref());
+    let isotropic = is_isotropic(&face.model);
     let at = |extreme: &LawExtreme| point_words(isotropic, extreme, length);
     let valued = |extreme: &LawExtreme, unit: &str| {
         format!("{:<12}{}", number(extreme.value) + unit, at(extreme))
@@ -74,18 +98,17 @@ pub(super) fn text(study: &LawStudy) -> String {
         "pane size, edge",
         &format!(
             "H = {} {length}, h = {} {length}",
-            number(sizes.pane),
-            number(sizes.edge)
+            number(face.sizes.pane),
+            number(face.sizes.edge)
         ),
     );
-    let [size, steepness] = scaled(bounds, sizes);
+    let [size, steepness] = scaled(bounds, face.sizes);
     line("F_max/sqrt(H)", &number(size));
     line("L(2+kappa)/sqrt(h H)", &number(steepness));
-    text += SCALING;
     text
 }
 
-/// What the last two numbers mean.
+/// What the last two numbers of a law mean.
 const SCALING: &str = "  The last two numbers scale like the condition of HKL Theorem 3.2 and Remark 3.4 for one solution
   and convergent successive approximations: both small enough. The constants in it are not known
   here, so the numbers compare laws and meshes of one body; they guarantee nothing.
@@ -99,10 +122,28 @@ fn scaled(bounds: &LawBounds, sizes: MeshSizes) -> [f64; 2] {
     ]
 }
 
-/// The law for programs; what is not finite is null.
+/// The laws for programs, that of a single face beside the title; what is not finite is null.
 pub(super) fn json(study: &LawStudy, files: &[PathBuf]) -> Value {
-    let model = study.model();
-    let isotropic = is_isotropic(model.as_ref());
+    let mut page = match study.faces.as_slice() {
+        [] => json!({ "law": "no_contact", "coefficients": {}, "bounds": null }),
+        [only] => face_json(study, only),
+        several => {
+            let faces = several.iter().map(|face| {
+                let mut law = face_json(study, face);
+                law["name"] = face.name.as_str().into();
+                law
+            });
+            json!({ "faces": faces.collect::<Vec<_>>() })
+        }
+    };
+    page["title"] = study.scene.title.as_str().into();
+    page["units"] = unit_words(study.scene.units);
+    page["figures"] = json!(files);
+    page
+}
+
+fn face_json(study: &LawStudy, face: &FaceStudy) -> Value {
+    let isotropic = is_isotropic(&face.model);
     let extreme = |e: &LawExtreme| {
         json!({
             "value": e.value,
@@ -111,8 +152,8 @@ pub(super) fn json(study: &LawStudy, files: &[PathBuf]) -> Value {
             "slip": e.slip,
         })
     };
-    let bounds = study.bounds.as_ref().zip(study.sizes()).map(|(b, sizes)| {
-        let [size, steepness] = scaled(b, sizes);
+    let bounds = face.bounds.as_ref().map(|b| {
+        let [size, steepness] = scaled(b, face.sizes);
         json!({
             "f_min": extreme(&b.smallest),
             "f_max": extreme(&b.largest),
@@ -120,29 +161,23 @@ pub(super) fn json(study: &LawStudy, files: &[PathBuf]) -> Value {
             "kappa": extreme(&b.anisotropy),
             "largest_slip": b.largest_slip,
             "estimated": b.estimated,
-            "pane_size": sizes.pane,
-            "edge_length": sizes.edge,
+            "pane_size": face.sizes.pane,
+            "edge_length": face.sizes.edge,
             "f_max_over_sqrt_pane_size": size,
             "lipschitz_times_2_plus_kappa_over_sqrt_edge_length_pane_size": steepness,
         })
     });
-    let coefficients: serde_json::Map<String, Value> = coefficients(study)
+    let coefficients: serde_json::Map<String, Value> = coefficients(study, face)
         .map(|(name, words)| (name.to_owned(), words.into()))
         .collect();
     json!({
-        "title": study.scene.title,
-        "units": unit_words(study.scene.units),
-        "law": model.as_ref().map_or("no_contact", FrictionModel::word),
+        "law": face.model.word(),
         "coefficients": coefficients,
         "bounds": bounds,
-        "figures": files,
     })
 }
 
-fn law_words(model: Option<&FrictionModel>) -> String {
-    let Some(model) = model else {
-        return "none: the scene has no contact face".into();
-    };
+fn law_words(model: &FrictionModel) -> String {
     let Some((name, coefficients)) = model.name().zip(model.coefficients()) else {
         return "frictionless contact: no tangential stresses, nothing to bound".into();
     };
@@ -153,16 +188,19 @@ fn law_words(model: Option<&FrictionModel>) -> String {
 }
 
 /// Whether the law has one coefficient.
-fn is_isotropic(model: Option<&FrictionModel>) -> bool {
-    match model.and_then(FrictionModel::coefficients) {
+fn is_isotropic(model: &FrictionModel) -> bool {
+    match model.coefficients() {
         None | Some(FrictionLaw::Orthotropic(_)) => false,
         Some(FrictionLaw::Isotropic(_)) => true,
     }
 }
 
 /// F, or F1 and F2, in words.
-fn coefficients(study: &LawStudy) -> impl Iterator<Item = (&'static str, String)> {
-    let law = study.scene.friction_on(0);
+fn coefficients<'a>(
+    study: &'a LawStudy,
+    face: &FaceStudy,
+) -> impl Iterator<Item = (&'static str, String)> + use<'a> {
+    let law = study.scene.friction_on(face.entry);
     let given = law
         .into_iter()
         .flat_map(|(_, friction)| Friction::given(friction));

@@ -4,7 +4,7 @@ use contact3d::scene::{Invalid, SceneFile};
 
 use super::arguments::SceneArguments;
 use crate::{
-    format::scene_text,
+    format::scene_table,
     output::Inputs,
     pipeline::{StageError, mesh_file},
     sweep::set_key,
@@ -29,7 +29,7 @@ pub(super) fn read(arguments: &SceneArguments) -> Result<SceneFile, StageError> 
     if arguments.overrides.is_empty() {
         return Ok(file);
     }
-    let mut table: toml::Table = scene_text(&file.scene).parse().unwrap_or_default();
+    let mut table = scene_table(&file.scene);
     for change in &arguments.overrides {
         apply(&mut table, change)?;
     }

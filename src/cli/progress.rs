@@ -1,9 +1,13 @@
 //! Spinners and forecasts.
 
-use std::time::Duration;
+use std::{
+    fmt::Write,
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
-use contact3d::solver::Progress;
-use indicatif::{ProgressBar, ProgressStyle};
+use contact3d::{linalg::Work, solver::Progress};
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use super::arguments::Output;
 
@@ -22,6 +26,35 @@ pub(super) fn spinner(name: &'static str, output: &Output) -> ProgressBar {
     bar.set_prefix(name);
     bar.enable_steady_tick(Duration::from_millis(250));
     bar
+}
+
+/// Seconds after which the time left of counted work is worth saying.
+const SETTLED: f64 = 1.0;
+
+/// Lets a spinner say how far a step is whose operations are counted, and when it will end, as long as it is at work.
+pub(super) fn count(spinner: &ProgressBar, step: &'static str, work: &Arc<Work>) {
+    let (work, started) = (work.clone(), Instant::now());
+    let Ok(style) = ProgressStyle::with_template("{spinner} {prefix:<9} {elapsed} {msg}{counted}")
+    else {
+        return;
+    };
+    let counted = move |_: &ProgressState, text: &mut dyn Write| {
+        let _ = text.write_str(&words_of(work.share(), started.elapsed().as_secs_f64()));
+    };
+    spinner.set_style(style.with_key("counted", counted));
+    spinner.set_message(step);
+}
+
+/// How far a step is, and the time left if it goes on as it did; empty once nothing of it is left.
+fn words_of(share: f64, seconds: f64) -> String {
+    match share {
+        1.0 => String::new(),
+        share if share > 0.0 && seconds >= SETTLED => {
+            let left = seconds * (1.0 - share) / share;
+            format!(", {:.0} %, about {left:.0} s left", 100.0 * share)
+        }
+        share => format!(", {:.0} %", 100.0 * share),
+    }
 }
 
 /// When successive approximations will end, if their changes go on to fall as they do.
@@ -68,6 +101,14 @@ impl Forecast {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn counted_work_ends_when_what_is_left_takes_as_long_as_its_share() {
+        assert_eq!(words_of(0.25, 6.0), ", 25 %, about 18 s left");
+        assert_eq!(words_of(0.25, 0.5), ", 25 %");
+        assert_eq!(words_of(0.0, 6.0), ", 0 %");
+        assert_eq!(words_of(1.0, 6.0), "");
+    }
 
     #[test]
     fn changes_that_fall_tenfold_end_when_expected() {

@@ -148,6 +148,7 @@ fn perform(
     let mut forecast = Forecast::new(session.scene().solve.epsilon());
     let performed = session.perform(stage, commit, &mut |step| match step {
         Step::Assembling(step) => spinner.set_message(step),
+        Step::Counting(step, work) => progress::count(&spinner, step, work),
         Step::Solving(progress) => {
             spinner.set_message(report::progress(progress) + &forecast.words(progress));
         }

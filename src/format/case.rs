@@ -3,7 +3,12 @@
 use contact3d::adaptation::AdaptiveStatus;
 use runfile::Reader;
 
-use super::{FormatError, Stage, adapt, outcome::read_outcome, read_index_vec};
+use super::{
+    FormatError, Stage, adapt,
+    case_faces::{self, CaseFace},
+    outcome::read_outcome,
+    read_index_vec,
+};
 
 /// The figures of a certificate, as `/post/certificate` names them.
 pub const CERTIFICATE: [&str; 7] = [
@@ -45,6 +50,8 @@ pub struct CaseResults {
     pub largest_displacement: [f64; 3],
     /// Strain energy in J.
     pub strain_energy: f64,
+    /// What happens on each of several contact faces; empty for one.
+    pub faces: Vec<CaseFace>,
     /// The certificate's figures, in the order of [`CERTIFICATE`].
     pub certificate: [f64; 7],
     /// Digest of the solution.
@@ -95,6 +102,7 @@ pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
         largest_pressure: scalar("/post/resultants/largest_pressure")?,
         largest_displacement: vector(reader, "/post/resultants/largest_displacement")?,
         strain_energy: scalar("/post/resultants/strain_energy")?,
+        faces: case_faces::read(reader)?,
         certificate,
         solve_digest: solve.digest,
     }))

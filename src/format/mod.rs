@@ -6,6 +6,7 @@ mod assemble;
 mod axes;
 mod branches;
 mod case;
+mod case_faces;
 mod checkpoint;
 mod columns;
 mod enumeration;
@@ -27,6 +28,7 @@ mod sweep_series;
 mod theory;
 mod vtkhdf;
 mod vtkhdf_check;
+mod vtkhdf_once;
 mod vtkhdf_series;
 mod vtkhdf_stored;
 
@@ -42,6 +44,7 @@ pub use assemble::{
 };
 pub use branches::{GROUP as BRANCHES, read as read_branches, write as write_branches};
 pub use case::{CERTIFICATE, CaseResults, read_case};
+pub use case_faces::{CaseFace, named as case_face, names as case_face_names};
 pub use checkpoint::{GROUP as CHECKPOINT, read as read_checkpoint, write as write_checkpoint};
 pub use load::{read as read_loads, write as write_loads};
 pub use load_history::{
@@ -50,7 +53,10 @@ pub use load_history::{
 pub use mesh::{read as read_mesh, write as write_mesh};
 pub use path_series::begin as begin_path_series;
 pub use post::{ContactSummary, Summary, read_summary, write as write_report};
-pub use scene::{GROUP as SCENE, read as read_scene, text as scene_text, write as write_scene};
+pub use scene::{
+    GROUP as SCENE, read as read_scene, table as scene_table, table_of_text as scene_table_of_text,
+    text as scene_text, write as write_scene,
+};
 pub use series::SERIES_LAYOUT;
 pub use sizes::{Sizes, read_sizes};
 pub use solve::{read as read_solution, read_multiplier, write as write_solution};
@@ -121,6 +127,7 @@ pub const LAYOUT: Layout = Layout {
         history::TABLE,
         post::TABLE,
         vtkhdf::TABLE,
+        vtkhdf_once::TABLE,
         vtkhdf_series::TABLE,
         accuracy::TABLE,
         accuracy::RUNGS_TABLE,

@@ -48,10 +48,10 @@ const VON_MISES: &str = "/post/von_mises";
 const ZONE_COUNTS: &str = "/post/zone_counts";
 const NORMAL_FORCE: &str = "/post/resultants/normal_force";
 const STRAIN_ENERGY: &str = "/post/resultants/strain_energy";
-const FACE_ZONE_COUNTS: &str = "/post/faces/zone_counts";
-const FACE_NORMAL_FORCE: &str = "/post/faces/normal_force";
-const FACE_TANGENTIAL_FORCE: &str = "/post/faces/tangential_force";
-const FACE_LARGEST_PRESSURE: &str = "/post/faces/largest_pressure";
+pub(super) const FACE_ZONE_COUNTS: &str = "/post/faces/zone_counts";
+pub(super) const FACE_NORMAL_FORCE: &str = "/post/faces/normal_force";
+pub(super) const FACE_TANGENTIAL_FORCE: &str = "/post/faces/tangential_force";
+pub(super) const FACE_LARGEST_PRESSURE: &str = "/post/faces/largest_pressure";
 const LARGEST_PRESSURE: &str = "/post/resultants/largest_pressure";
 
 const CLAMP_WORK: &str = "/post/resultants/clamp_work";

@@ -31,6 +31,30 @@ pub fn text(scene: &Scene) -> String {
     text.expect("a scene from a text holds no Rust function")
 }
 
+/// The scene as a table whose keys can be read and changed one by one: its text, with the zeros of clamps, which the text leaves
+/// out.
+///
+/// # Panics
+/// As [`text`].
+#[must_use]
+pub fn table(scene: &Scene) -> toml::Table {
+    table_of_text(&text(scene)).unwrap_or_default()
+}
+
+/// As [`table`], of a scene's text; `None` for a text that is no TOML.
+#[must_use]
+pub fn table_of_text(text: &str) -> Option<toml::Table> {
+    let mut table: toml::Table = text.parse().ok()?;
+    let clamps = table.get_mut("clamp").and_then(toml::Value::as_array_mut);
+    for clamp in clamps.into_iter().flatten() {
+        let held = || toml::Value::Array(vec![toml::Value::Float(0.0); 3]);
+        if let Some(clamp) = clamp.as_table_mut() {
+            clamp.entry("value").or_insert_with(held);
+        }
+    }
+    Some(table)
+}
+
 /// Writes the scene.
 ///
 /// # Errors

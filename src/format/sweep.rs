@@ -5,7 +5,7 @@ use runfile::{
 };
 use units::Dimension;
 
-use super::{axes, case::CaseResults, columns::Columns};
+use super::{axes, case::CaseResults, case_faces, columns::Columns};
 
 /// The table of a sweep, in a file of its own.
 pub const GROUP: Group = Group::new("cases", "sweep");
@@ -18,13 +18,17 @@ pub const SWEEP_LAYOUT: Layout = Layout {
     creator: super::LAYOUT.creator,
     units: super::LAYOUT.units,
     groups: &[GROUP],
-    tables: &[TABLE],
+    tables: &[TABLE, case_faces::TABLE],
     extents: &[
         (
             "n_cases",
             "cases: those of the plan in its order, then older ones",
         ),
         ("n_keys", "keys of all axes"),
+        (
+            "n_case_faces",
+            "contact faces of cases with several, each name once",
+        ),
     ],
 };
 
@@ -154,7 +158,9 @@ pub fn write(
     columns.texts(STATUS, |r| &r.status)?;
     columns.texts(ERROR, |r| &r.error)?;
     let results: Vec<Option<&CaseResults>> = rows.iter().map(|r| r.results.as_ref()).collect();
-    write_results(&mut Columns::new(writer, &results))
+    write_results(&mut Columns::new(writer, &results))?;
+    let faces = results.iter().map(|r| r.map_or(&[][..], |x| &x.faces));
+    case_faces::write(writer, &faces.collect::<Vec<_>>())
 }
 
 /// Writes the results of the cases; -1 and NaN where there are none.

@@ -17,7 +17,7 @@ use runfile::{
 };
 use units::Dimension;
 
-use super::Stage;
+use super::{Stage, vtkhdf_once};
 
 /// The same results as ParaView reads them.
 pub const GROUP: Group = Group::new("VTKHDF", Stage::Post.command());
@@ -84,7 +84,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row("/VTKHDF/PointData/friction_2", Kind::F64, POINT_VALUES, Dimension::Number, "Coefficient F_2; NaN where no multiplier is.").compressed().optional(ON_POINTS),
 ];
 
-/// Writes the grid and its fields.
+/// Writes the grid and its fields, with the motion that nothing stops where there is one.
 ///
 /// # Errors
 /// HDF5 failures.
@@ -93,8 +93,13 @@ pub fn write(
     mesh: &Mesh,
     report: &ContactReport,
     frame: Option<&ContactFrame>,
+    unstopped: Option<&[[f64; 3]]>,
 ) -> Result<(), StoreError> {
     write_grid(writer, mesh)?;
+    vtkhdf_once::write_normals(writer, mesh, None)?;
+    if let Some(motion) = unstopped {
+        vtkhdf_once::write_unstopped(writer, motion)?;
+    }
     for field in fields(mesh, &GridValues::from(report), frame) {
         // A body at rest has no error to share.
         if field.path == ERROR_INDICATOR && report.discretisation_error.displacement == 0.0 {

@@ -11,7 +11,10 @@ use runfile::{
 };
 use units::Dimension;
 
-use super::vtkhdf::{Field, GROUP, GridValues, fields, write_grid};
+use super::{
+    vtkhdf::{Field, GROUP, GridValues, fields, write_grid},
+    vtkhdf_once,
+};
 
 pub(super) const VALUES: &str = "/VTKHDF/Steps/Values";
 const PARTS: &str = "/VTKHDF/Steps/NumberOfParts";
@@ -50,7 +53,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     offsets_row("/VTKHDF/Steps/PointDataOffsets/friction_2"),
 ];
 
-const fn offsets_row(path: &'static str) -> DatasetSpec {
+pub(super) const fn offsets_row(path: &'static str) -> DatasetSpec {
     let meaning = "Where the values of each step begin.";
     GROUP
         .row(path, Kind::I64, STEPS, Dimension::Number, meaning)
@@ -75,6 +78,7 @@ impl<'w, 't> Series<'w, 't> {
         times: &[f64],
     ) -> Result<Self, StoreError> {
         write_grid(writer, mesh)?;
+        vtkhdf_once::write_normals(writer, mesh, Some(times.len()))?;
         Self::on_grid(writer, times)
     }
 

@@ -1,7 +1,10 @@
 //! The stage `assemble`: matrices, factor and perhaps the dense dual operator, for any loads.
 
+use std::sync::Arc;
+
 use contact3d::{
     dual::{AssemblyError, DualSystem, Need, Shortage},
+    linalg::Work,
     mesh::Mesh,
     scene::{
         AssembleSettings, Material, ModelFeatures, Parameters, Quantity, Region, Scene, SceneFile,
@@ -21,6 +24,8 @@ pub(super) struct Inputs<'a> {
     pub(super) mesh: &'a Mesh,
     /// Decides whether a step may begin.
     pub(super) admit: &'a dyn Fn(Need) -> Result<(), Shortage>,
+    /// Learns how far long steps are.
+    pub(super) begun: &'a dyn Fn(&'static str, &Arc<Work>),
 }
 
 /// Assembles and factorises; the loads of the scene are applied, too.
@@ -29,7 +34,7 @@ pub(super) struct Inputs<'a> {
 /// A stiffness that is not positive definite, a formula without a value, what `admit` refuses.
 pub(super) fn run(inputs: &Inputs<'_>) -> Result<DualSystem, StageError> {
     let Inputs { input, mesh, .. } = inputs;
-    let system = DualSystem::admitted(&input.scene, mesh, inputs.admit);
+    let system = DualSystem::watched(&input.scene, mesh, inputs.admit, inputs.begun);
     system.map_err(|error| match error {
         AssemblyError::Scene(invalid) => input.refuse(invalid).into(),
         error => error.into(),

@@ -146,7 +146,7 @@ pub fn branches_input(scene: &Scene, task: &BranchesTask) -> String {
 
 /// The scene as a table in which the key holds a number, or nothing yet.
 fn table_of(scene: &Scene, key: &str) -> Result<toml::Table, StageError> {
-    let table: toml::Table = format::scene_text(scene).parse().unwrap_or_default();
+    let table = format::scene_table(scene);
     let found = match get_key(&table, key) {
         None | Some(Value::Float(_) | Value::Integer(_)) => return Ok(table),
         Some(Value::String(text)) => format!("the text {text:?}"),

@@ -77,7 +77,8 @@ pub(super) fn write_vtkhdf(
 ) -> Result<(), StoreError> {
     let frame = meshed.interface.as_ref().map(|interface| &interface.frame);
     let Some(history) = &evaluated.history else {
-        return format::write_vtkhdf(writer, &meshed.mesh, &evaluated.report, frame);
+        let unstopped = evaluated.answer.solution.unstopped_motion.as_deref();
+        return format::write_vtkhdf(writer, &meshed.mesh, &evaluated.report, frame, unstopped);
     };
     let times = history.records.iter().map(|record| record.increment.time);
     let times: Vec<f64> = times.collect();

@@ -4,6 +4,7 @@ use std::{cell::RefCell, sync::Arc};
 
 use contact3d::{
     dual::{DualSystem, Need},
+    linalg::Work,
     scene::{Increment, Scene},
     solver::Progress,
 };
@@ -28,6 +29,8 @@ use crate::format::{self, HISTORY, Stage, VTKHDF};
 pub enum Step<'a> {
     /// The name of a long step of `assemble` that begins.
     Assembling(&'static str),
+    /// How far that step is, to be read while it is at work.
+    Counting(&'static str, &'a Arc<Work>),
     /// A step of the solver.
     Solving(Progress<'a>),
     /// A step of the solver in an increment of a load history.
@@ -116,6 +119,7 @@ impl Session {
                 (observe.borrow_mut())(Step::Assembling(need.step));
                 resources::admit(need, source.run_file)
             },
+            begun: &|step, work| (observe.borrow_mut())(Step::Counting(step, work)),
         })?);
         // The loads of a history are those of its last increment, which nothing has applied yet.
         match self.scene().has_history() {

@@ -7,6 +7,7 @@
 
 mod axes;
 mod case;
+mod csv_table;
 mod error;
 mod failure;
 mod index_file;

@@ -9,7 +9,11 @@ use contact3d::scene::{SceneFile, Written};
 use units::Units;
 
 use super::{SweepError, SweepFile, axes::Steps, keys, ownership::relative};
-use crate::{format::scene_text, output::Inputs, pipeline::mesh_file};
+use crate::{
+    format::{scene_table, scene_text},
+    output::Inputs,
+    pipeline::mesh_file,
+};
 
 /// Hexadecimal digits of a case's name: 64 bits tell the cases of a folder apart.
 const DIGITS: usize = 16;
@@ -73,7 +77,7 @@ impl Plan {
     pub fn read(path: &Path) -> Result<Self, SweepError> {
         let sweep = SweepFile::read(path)?;
         let base = base_scene(&sweep, path)?;
-        let table = scene_text(&base.scene).parse().unwrap_or_default();
+        let table = scene_table(&base.scene);
         let axes = sweep.steps(path, &table)?;
         let keys: Vec<String> = axes.iter().flat_map(|axis| axis.keys.clone()).collect();
         refuse_twice(path, &keys, |index| keys[index].clone())?;
@@ -165,7 +169,7 @@ pub fn changed(
     if settings.is_empty() {
         return Ok(base.clone());
     }
-    let mut table = scene_text(&base.scene).parse().unwrap_or_default();
+    let mut table = scene_table(&base.scene);
     for (key, value) in settings {
         keys::set(&mut table, key, value.clone()).map_err(|found| SweepError::Axis {
             file: file.to_owned(),

@@ -13,19 +13,13 @@ use contact3d::{
 use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction, timestamp};
 use units::Units;
 
-use super::{Plan, SweepError, failure, keys, ownership, plan::UNITS_KEY};
-use crate::{
-    format::{self, CERTIFICATE, CaseResults, CaseRow, LAYOUT, SWEEP_LAYOUT},
-    output::{self, Kind, OutputFile},
-};
+use super::{Plan, SweepError, csv_table, failure, keys, ownership, plan::UNITS_KEY};
+use crate::format::{self, CaseRow, LAYOUT, SWEEP_LAYOUT, scene_table_of_text};
 
 /// Name of the table for h5py in the sweep's folder.
 pub const SUMMARY_FILE: &str = "summary.h5";
 /// Name of the table for spreadsheets.
 pub const CSV_FILE: &str = "summary.csv";
-
-/// The last columns, so that every row says what its numbers are in.
-const UNIT_COLUMNS: [&str; 4] = ["length_unit", "force_unit", "stress_unit", "energy_unit"];
 
 /// Writes both tables from the run files of a folder: the cases of the plan in its order, then older
 /// ones in the same units. Returns how many planned cases have a solve that did not converge.
@@ -36,7 +30,7 @@ pub fn write(plan: &Plan, folder: &Path) -> Result<usize, SweepError> {
     ownership::refuse_others(plan, folder)?;
     let rows = rows(plan, folder)?;
     write_table(plan, folder, &rows)?;
-    write_csv(plan, folder, &rows)?;
+    csv_table::write(plan, folder, &rows)?;
     // The planned cases come first, in the order of the plan.
     let planned = plan.cases.iter().zip(&rows);
     let solved = planned.filter_map(|(case, row)| Some((case, row.results.as_ref()?)));
@@ -54,7 +48,13 @@ pub fn write(plan: &Plan, folder: &Path) -> Result<usize, SweepError> {
 fn rows(plan: &Plan, folder: &Path) -> Result<Vec<CaseRow>, SweepError> {
     let mut rows = Vec::new();
     for case in &plan.cases {
-        rows.push(row(&case.id, &case.settings, true, &case.file(folder))?);
+        rows.push(row(
+            plan,
+            &case.id,
+            &case.settings,
+            true,
+            &case.file(folder),
+        )?);
     }
     let planned: BTreeSet<&str> = plan.cases.iter().map(|case| case.id.as_str()).collect();
     for (id, file) in run_files(folder)? {
@@ -62,7 +62,7 @@ fn rows(plan: &Plan, folder: &Path) -> Result<Vec<CaseRow>, SweepError> {
             continue;
         }
         let scene = Reader::open(&file, LAYOUT).and_then(|reader| reader.read_text("/scene/toml"));
-        let Some(table) = scene.ok().and_then(|text| text.parse::<toml::Table>().ok()) else {
+        let Some(table) = scene.ok().and_then(|text| scene_table_of_text(&text)) else {
             continue;
         };
         if units(&table) != plan.units {
@@ -74,11 +74,8 @@ fn rows(plan: &Plan, folder: &Path) -> Result<Vec<CaseRow>, SweepError> {
             .filter_map(|key| Some((key.clone(), keys::get(&table, key)?.clone())))
             .collect();
         // What is damaged and not planned is no reason to lose the table of what is.
-        let old = row(&id, &settings, false, &file).ok();
+        let old = row(plan, &id, &settings, false, &file).ok();
         rows.extend(old.filter(|old| old.results.is_some()));
-    }
-    for row in &mut rows {
-        row.setting_values.resize(plan.keys.len(), f64::NAN);
     }
     Ok(rows)
 }
@@ -109,6 +106,7 @@ fn run_files(folder: &Path) -> Result<Vec<(String, PathBuf)>, SweepError> {
 }
 
 fn row(
+    plan: &Plan,
     id: &str,
     settings: &[(String, toml::Value)],
     planned: bool,
@@ -132,11 +130,14 @@ fn row(
         .iter()
         .map(|(key, value)| (key.clone(), serde_json::json!(value)))
         .collect();
+    // An older case may leave a key out.
+    let value = |key: &String| settings.iter().find(|(name, _)| name == key);
+    let number_at = |key: &String| value(key).map_or(f64::NAN, |(_, value)| number(value));
     Ok(CaseRow {
         id: id.to_owned(),
         planned,
         settings: serde_json::Value::Object(object).to_string(),
-        setting_values: settings.iter().map(|(_, value)| number(value)).collect(),
+        setting_values: plan.keys.iter().map(number_at).collect(),
         status: status.to_owned(),
         error: error.unwrap_or_default(),
         results,
@@ -167,111 +168,4 @@ fn write_table(plan: &Plan, folder: &Path, rows: &[CaseRow]) -> Result<(), Sweep
         date: timestamp(),
     })?;
     Ok(transaction.commit()?)
-}
-
-fn write_csv(plan: &Plan, folder: &Path, rows: &[CaseRow]) -> Result<(), SweepError> {
-    let path = folder.join(CSV_FILE);
-    let failed = |source: csv::Error| SweepError::Csv {
-        file: path.clone(),
-        source,
-    };
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(header(plan)).map_err(failed)?;
-    for row in rows {
-        writer.write_record(record(plan, row)).map_err(failed)?;
-    }
-    let bytes = writer
-        .into_inner()
-        .map_err(|error| failed(error.into_error().into()))?;
-    let table = OutputFile {
-        path,
-        kind: Kind::SweepTable,
-        bytes,
-    };
-    Ok(output::write(&[table], &plan.inputs)?)
-}
-
-fn header(plan: &Plan) -> Vec<String> {
-    let mut names = vec!["id".to_owned(), "planned".to_owned()];
-    names.extend(plan.keys.iter().cloned());
-    let results = [
-        "status",
-        "error",
-        "method",
-        "outer_steps",
-        "newton_steps",
-        "actions",
-        "seconds",
-        "accuracy",
-        "open",
-        "stick",
-        "slip",
-        "normal_force",
-        "tangential_force_1",
-        "tangential_force_2",
-        "contact_force_x",
-        "contact_force_y",
-        "contact_force_z",
-        "largest_pressure",
-        "largest_displacement_x",
-        "largest_displacement_y",
-        "largest_displacement_z",
-        "strain_energy",
-    ];
-    names.extend(results.map(str::to_owned));
-    names.extend(CERTIFICATE.map(|name| format!("certificate_{name}")));
-    names.push("solve_digest".to_owned());
-    names.extend(UNIT_COLUMNS.map(str::to_owned));
-    names
-}
-
-/// The words for the units of each row's results.
-fn unit_cells(units: Units) -> [String; UNIT_COLUMNS.len()] {
-    [
-        units.length().to_owned(),
-        units.force().to_owned(),
-        units.stress(),
-        units.energy(),
-    ]
-}
-
-fn record(plan: &Plan, row: &CaseRow) -> Vec<String> {
-    let settings: serde_json::Value = serde_json::from_str(&row.settings).unwrap_or_default();
-    let mut cells = vec![row.id.clone(), u8::from(row.planned).to_string()];
-    cells.extend(plan.keys.iter().map(|key| match &settings[key] {
-        serde_json::Value::String(text) => text.clone(),
-        serde_json::Value::Null => String::new(),
-        value => value.to_string(),
-    }));
-    cells.extend([row.status.clone(), row.error.clone()]);
-    match &row.results {
-        Some(results) => cells.extend(result_cells(results)),
-        None => cells.resize(header(plan).len() - UNIT_COLUMNS.len(), String::new()),
-    }
-    cells.extend(unit_cells(plan.units));
-    cells
-}
-
-/// The cells after status and error; numbers in the shortest form that reads back to the same bits.
-fn result_cells(results: &CaseResults) -> Vec<String> {
-    let mut cells = vec![results.method.clone()];
-    cells.extend(results.counts.map(|count| count.to_string()));
-    let measure = |value: f64| match value.is_nan() {
-        true => String::new(),
-        false => format!("{value:?}"),
-    };
-    cells.extend([results.seconds, results.accuracy].map(measure));
-    cells.extend(results.zones.map(|count| match count {
-        -1 => String::new(),
-        count => count.to_string(),
-    }));
-    cells.push(measure(results.normal_force));
-    cells.extend(results.tangential_force.map(measure));
-    cells.extend(results.contact_force.map(measure));
-    cells.push(measure(results.largest_pressure));
-    cells.extend(results.largest_displacement.map(measure));
-    cells.push(measure(results.strain_energy));
-    cells.extend(results.certificate.map(measure));
-    cells.push(results.solve_digest.clone());
-    cells
 }

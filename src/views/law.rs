@@ -1,74 +1,77 @@
-//! A law of friction alone: its bounds and its picture, without a run file.
+//! Laws of friction alone: their bounds and their pictures, without a run file.
 
 use std::path::{Path, PathBuf};
 
 use contact3d::{
-    contact::{FrictionField, Interface, LawBounds},
+    contact::{ContactFrame, CoulombLaw, FaceLaw, FrictionField, Interface, LawBounds},
     mesh::{Mesh, Quality, Refinement},
-    scene::{FrictionModel, Invalid, ModelFeatures, Scene, SceneFile, Warning},
+    scene::{FrictionModel, ModelFeatures, Scene, SceneFile, Warning, shown},
 };
-use plots::{LawPicture, OverSlip, law_page};
+use plots::{Figure, FigureError, LawPicture, OverSlip, law_page};
 
 use super::{
-    PictureFolder,
+    Drawing, PictureFolder,
     law_curves::{self, Drawn},
     law_face::LawFace,
-    picture,
+    picture::{self, endings_of},
 };
 use crate::pipeline::{StageError, mesh_of, pin_mesh_file};
 
-/// Name of the picture.
-pub(super) const PICTURE: &str = "law";
+/// What the names of pictures begin with.
+const PICTURE: &str = "law";
 
-/// A law of friction by itself: its bounds and its picture, from the mesh alone and without a run
+/// The laws of friction by themselves: their bounds and their pictures, from the mesh alone and without a run
 /// file.
 #[derive(Debug)]
 pub struct LawStudy {
     /// The scene.
     pub scene: Scene,
-    /// Bounds of Coulomb's law; `None` for other laws.
-    pub bounds: Option<LawBounds>,
+    /// The law of each contact face, those with friction first.
+    pub faces: Vec<FaceStudy>,
     mesh: Mesh,
     interface: Option<Interface>,
+}
+
+/// The law of one contact face.
+#[derive(Debug)]
+pub struct FaceStudy {
+    /// The number of the face in the scene.
+    pub entry: usize,
+    /// Its name.
+    pub name: String,
+    /// The law of tangential stresses.
+    pub model: FrictionModel,
+    /// Bounds of Coulomb's law; `None` for other laws.
+    pub bounds: Option<LawBounds>,
+    /// H and h.
+    pub sizes: MeshSizes,
 }
 
 /// The lengths of a discretisation that the uniqueness conditions of HKL §3 are stated in.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshSizes {
-    /// H: the root of the area of the largest pane, in m.
+    /// H: the root of the area of the largest pane of the face, in m.
     pub pane: f64,
     /// h: the longest edge, in m.
     pub edge: f64,
 }
 
 impl LawStudy {
-    /// Makes the mesh in memory and bounds the law.
+    /// Makes the mesh in memory and bounds the laws.
     ///
     /// # Errors
     /// A mesh that cannot be made, a law that is no law.
     pub fn new(mut input: SceneFile) -> Result<Self, StageError> {
         pin_mesh_file(&mut input)?;
-        if input.scene.contacts.len() > 1 {
-            return Err(input
-                .refuse(several_faces(input.scene.contacts.len()))
-                .into());
-        }
         let mesh = mesh_of(&input, &Refinement::default())?;
         let interface =
             Interface::new(&input.scene, &mesh).map_err(|invalid| input.refuse(invalid))?;
-        let law = interface.as_ref().and_then(Interface::coulomb);
         Ok(Self {
-            bounds: law.map(|law| LawBounds::new(law.only(), mesh.extent())),
+            faces: faces_of(&input.scene, &mesh, interface.as_ref()),
             scene: input.scene,
             mesh,
             interface,
         })
-    }
-
-    /// The law of tangential stresses; `None` without contact.
-    #[must_use]
-    pub fn model(&self) -> Option<FrictionModel> {
-        ModelFeatures::of(&self.scene).friction().next().cloned()
     }
 
     /// What is allowed in the scene and probably not meant.
@@ -82,17 +85,14 @@ impl LawStudy {
         warnings
     }
 
-    /// H and h; `None` without contact.
+    /// The pictures that may be drawn.
     #[must_use]
-    pub fn sizes(&self) -> Option<MeshSizes> {
-        let panes = self.mesh.contact.as_ref()?.pane_area.iter();
-        Some(MeshSizes {
-            pane: panes.copied().fold(0.0, f64::max).sqrt(),
-            edge: Quality::of(&self.mesh).longest_edge,
-        })
+    pub fn drawing(&self) -> Drawing {
+        Drawing::Law(endings_of(&self.scene))
     }
 
-    /// Draws Coulomb's law as `law.svg` and `law.png`; returns the files, none for other laws.
+    /// Draws Coulomb's law as `law.svg` and `law.png`, of several faces each its own, with the name of the face at the end; returns the
+    /// files, none for other laws.
     ///
     /// # Errors
     /// A folder that cannot be written.
@@ -103,11 +103,34 @@ impl LawStudy {
         let Some(law) = interface.coulomb() else {
             return Ok(Vec::new());
         };
-        let only = law.only();
-        let place = central_node(only.positions());
-        let drawn = law_curves::over_slip(only.law(), place, self.mesh.extent());
-        let varies = only.law().depends_on_place();
-        let note = if varies && law.depends_on_slip() {
+        let field = FrictionField::new(law, surface, &[]);
+        let faces = self.faces.iter().zip(law.faces()).enumerate();
+        let bounded = faces.filter(|(_, (study, _))| study.bounds.is_some());
+        let endings = endings_of(&self.scene);
+        let pages = bounded.map(|(number, (study, law))| {
+            let name = format!("{PICTURE}{}", endings[number]);
+            let face = LawFace::new(&self.mesh, surface, number, &field);
+            let page = self.page(study, law, &face, &interface.frame);
+            let page = page.map_err(|source| StageError::Figure {
+                file: folder.path().join(format!("{name}.svg")),
+                source,
+            })?;
+            Ok((name, page, picture::PAGE_WIDTH))
+        });
+        folder.save(pages.collect::<Result<Vec<_>, StageError>>()?)
+    }
+
+    fn page(
+        &self,
+        study: &FaceStudy,
+        law: &FaceLaw,
+        face: &LawFace,
+        frame: &ContactFrame,
+    ) -> Result<Figure, FigureError> {
+        let place = central_node(law.positions());
+        let drawn = law_curves::over_slip(law.law(), place, self.mesh.extent());
+        let varies = law.law().depends_on_place();
+        let note = if varies && law.law().depends_on_slip() {
             // Four decimals of the exponential form.
             let short = |v: f64| format!("{v:.4e}").parse::<f64>().unwrap_or(v);
             let [x, y, z] = place.map(short);
@@ -118,10 +141,11 @@ impl LawStudy {
         } else {
             String::new()
         };
-        let field = FrictionField::new(law, surface, &[]);
-        let face = LawFace::new(&self.mesh, surface, &field);
-        let title = self.scene.shown_title();
-        let drawing = LawPicture {
+        let title = match self.faces.len() {
+            1 => self.scene.shown_title(),
+            _ => format!("{}: {}", self.scene.shown_title(), shown(&study.name)),
+        };
+        law_page(&LawPicture {
             title: &title,
             units: self.scene.units,
             note: &note,
@@ -130,23 +154,48 @@ impl LawStudy {
                 Drawn::Own(curves) => OverSlip::Own(curves),
                 Drawn::Both(maps) => OverSlip::Both(maps),
             },
-            at_rest: varies.then(|| face.picture(&title, self.scene.units, &interface.frame)),
-        };
-        let page = law_page(&drawing).map_err(|source| StageError::Figure {
-            file: folder.path().join(format!("{PICTURE}.svg")),
-            source,
-        })?;
-        folder.save([(PICTURE, page, picture::PAGE_WIDTH)])
+            at_rest: varies.then(|| face.picture(&title, self.scene.units, frame)),
+        })
     }
 }
 
-fn several_faces(found: usize) -> Invalid {
-    Invalid {
-        key: "contact".into(),
-        expected: "one contact face, whose law is looked at by itself".into(),
-        found: format!("{found} faces"),
-        help: "leave the others out; the laws of all faces are in the pictures of a run".into(),
-    }
+/// The law of each face, in the order of the multipliers; none without contact.
+fn faces_of(scene: &Scene, mesh: &Mesh, interface: Option<&Interface>) -> Vec<FaceStudy> {
+    let Some(surface) = &mesh.contact else {
+        return Vec::new();
+    };
+    let laws = interface
+        .and_then(Interface::coulomb)
+        .map_or(&[][..], CoulombLaw::faces);
+    let features = ModelFeatures::of(scene).contact.into_iter();
+    let studied = features.zip(&surface.faces).enumerate();
+    let edge = Quality::of(mesh).longest_edge;
+    studied
+        .map(|(number, (features, face))| {
+            let panes = surface.pane_area[face.panes.clone()].iter();
+            let follows_pressure = match features.friction {
+                FrictionModel::Coulomb { .. } | FrictionModel::CappedCoulomb { .. } => true,
+                FrictionModel::Frictionless | FrictionModel::Tresca { .. } => false,
+            };
+            let law = laws.get(number).filter(|_| follows_pressure);
+            FaceStudy {
+                entry: features.entry,
+                name: features.name,
+                bounds: law.map(|law| LawBounds::new(law, mesh.extent())),
+                model: features.friction,
+                sizes: MeshSizes {
+                    pane: panes.copied().fold(0.0, f64::max).sqrt(),
+                    edge,
+                },
+            }
+        })
+        .collect()
+}
+
+/// The names of all pictures with these endings.
+pub(super) fn names(endings: &[String]) -> Vec<String> {
+    let names = endings.iter().map(|ending| format!("{PICTURE}{ending}"));
+    names.collect()
 }
 
 /// The contact node nearest to the centre of the box around all of them.

@@ -9,8 +9,9 @@ use units::Units;
 
 use super::contact_cells::ContactCells;
 
-/// The contact face with the coefficients of friction of one state of slip, and no stresses.
+/// A contact face with the coefficients of friction of one state of slip, and no stresses.
 pub(super) struct LawFace {
+    number: usize,
     cells: ContactCells,
     displacement: Vec<[f64; 3]>,
     friction: Vec<PaneFriction>,
@@ -18,11 +19,19 @@ pub(super) struct LawFace {
 }
 
 impl LawFace {
-    pub(super) fn new(mesh: &Mesh, surface: &ContactSurface, field: &FrictionField) -> Self {
-        let cells = ContactCells::new(mesh, surface.faces.first().map(|face| (surface, face)));
-        let panes: Vec<[f64; 2]> = (0..surface.n_panes()).map(|i| field.pane(i)).collect();
+    /// The face with a number in the order of the multipliers.
+    pub(super) fn new(
+        mesh: &Mesh,
+        surface: &ContactSurface,
+        number: usize,
+        field: &FrictionField,
+    ) -> Self {
+        let face = &surface.faces[number];
+        let cells = ContactCells::new(mesh, Some((surface, face)));
+        let panes: Vec<[f64; 2]> = face.panes.clone().map(|i| field.pane(i)).collect();
         let friction = cells.of_cells(&panes, &unloaded([f64::NAN; 2]), |f| unloaded(*f));
         Self {
+            number,
             displacement: vec![[0.0; 3]; cells.coordinates.len()],
             normal_stress: vec![0.0; friction.len()],
             friction,
@@ -37,7 +46,7 @@ impl LawFace {
         units: Units,
         frame: &ContactFrame,
     ) -> ContactPicture<'a> {
-        let reference = frame.references[0];
+        let reference = frame.references[self.number];
         let [axis_1, axis_2] = reference.axes;
         ContactPicture {
             title,

@@ -36,9 +36,14 @@ const LAST: &str = "figure5";
 /// What is drawn of a scene: one set of panels, or one for each of several contact faces, whose names end the names of the files.
 #[must_use]
 pub fn drawing_of(scene: &Scene) -> Drawing {
+    Drawing::Run(endings_of(scene))
+}
+
+/// What the names of pictures of each contact face end in: nothing for one.
+pub(super) fn endings_of(scene: &Scene) -> Vec<String> {
     let faces = ModelFeatures::of(scene).contact;
     if faces.len() < 2 {
-        return Drawing::Run(vec![String::new()]);
+        return vec![String::new()];
     }
     let mut endings: Vec<String> = Vec::new();
     for face in faces {
@@ -49,7 +54,7 @@ pub fn drawing_of(scene: &Scene) -> Drawing {
         }
         endings.push(ending);
     }
-    Drawing::Run(endings)
+    endings
 }
 
 /// The names of all pictures with these endings.

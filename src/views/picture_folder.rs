@@ -26,8 +26,8 @@ pub enum Drawing {
     Branches,
     /// The charts of a sweep.
     Sweep,
-    /// A law of friction.
-    Law,
+    /// The laws of friction of the contact faces, one with each of these endings.
+    Law(Vec<String>),
 }
 
 impl Drawing {
@@ -39,7 +39,7 @@ impl Drawing {
             Self::Theory => super::theory_charts::NAMES.to_vec(),
             Self::Branches => super::branches::BRANCHES.to_vec(),
             Self::Sweep => sweep_charts::columns().collect(),
-            Self::Law => vec![super::law::PICTURE],
+            Self::Law(endings) => return super::law::names(endings),
         };
         names.into_iter().map(str::to_owned).collect()
     }

@@ -2,6 +2,8 @@
 
 use std::fs;
 
+use contact3d_pipe::format::LAYOUT;
+use runfile::Reader;
 use serde_json::Value;
 
 use crate::program::{Program, pipeline};
@@ -73,7 +75,6 @@ fn studies_of_one_face_refuse_several() {
     let scene = scene.to_str().unwrap();
     let key = "contact.0.friction.coefficient.constant";
     for arguments in [
-        vec!["law", scene],
         vec!["theory", scene, "study.h5"],
         vec![
             "branches",
@@ -98,4 +99,63 @@ fn studies_of_one_face_refuse_several() {
         );
         assert!(!program.path("study.h5").exists());
     }
+}
+
+#[test]
+fn each_face_has_its_law() {
+    let program = Program::new();
+    let scene = pipeline("corner_block.toml");
+    let scene = scene.to_str().unwrap();
+    let law = |scene: &str, more: &[&str]| {
+        let mut command = program.command(&["law", scene]);
+        let done = command.args(COARSE).args(more).assert().success();
+        String::from_utf8_lossy(&done.get_output().stdout).into_owned()
+    };
+    let json: Value = serde_json::from_str(&law(scene, &["--json", "--quiet"])).unwrap();
+    let value = |face: usize, name: &str| json["faces"][face]["bounds"][name]["value"].as_f64();
+    assert_eq!(json["faces"][1]["name"], "wall");
+    assert_eq!([value(0, "f_min"), value(0, "f_max")], [Some(0.3); 2]);
+    assert_eq!(
+        [value(1, "f_min"), value(1, "f_max")],
+        [Some(0.2), Some(0.4)]
+    );
+    assert_eq!(
+        [value(0, "lipschitz"), value(1, "lipschitz")],
+        [Some(0.0), Some(3e4)]
+    );
+    for name in ["law-floor.svg", "law-wall.png"] {
+        assert!(program.path(&format!("corner_block-law/{name}")).exists());
+    }
+    // A given slip bound has no bounds and no picture.
+    let plates = pipeline("two_plates.toml");
+    let plates = plates.to_str().unwrap();
+    let text = law(plates, &[]);
+    let [lower, upper] = ["face lower", "face upper"].map(|heading| text.find(heading).unwrap());
+    let words = text.find("with a given slip bound").unwrap();
+    assert!(lower < upper && upper < words, "{text}");
+    assert!(program.path("two_plates-law/law-lower.svg").exists());
+    assert!(!program.path("two_plates-law/law-upper.svg").exists());
+}
+
+#[test]
+fn paraview_gets_the_normal_of_each_triangle() {
+    let program = Program::new();
+    run(&program, &["--no-figures"]);
+    let reader = Reader::open(&program.path("run.h5"), LAYOUT).unwrap();
+    let read = |name: &str| reader.read_vec::<f64>(&format!("/VTKHDF/CellData/{name}"));
+    let (faces, normals) = (
+        read("contact_face").unwrap(),
+        read("contact_normal").unwrap(),
+    );
+    for (face, normal) in faces.iter().zip(normals.as_chunks::<3>().0) {
+        match *face {
+            0.0 => assert_eq!(*normal, [0.0, 0.0, -1.0]),
+            1.0 => assert_eq!(*normal, [-1.0, 0.0, 0.0]),
+            _ => assert!(face.is_nan() && normal.iter().all(|v| v.is_nan())),
+        }
+    }
+    assert_eq!(
+        faces.iter().filter(|face| !face.is_nan()).count(),
+        2 * 2 * 16
+    );
 }

@@ -37,6 +37,7 @@ fn below_the_limit_the_file_has_the_rigid_motions() {
     assert!(has(folder.path(), "/assemble/rigid_modes"));
     assert!(has(folder.path(), "/solve/rigid_motion"));
     assert!(!has(folder.path(), "/solve/unstopped_motion"));
+    assert!(!has(folder.path(), "/VTKHDF/PointData/unstopped_motion"));
 }
 
 #[test]
@@ -51,7 +52,14 @@ fn beyond_the_limit_the_exit_code_is_1_and_the_motion_is_said_and_stored() {
     );
     let message = String::from_utf8(assert.get_output().stderr.clone()).unwrap();
     assert!(message.contains("no equilibrium"), "{message}");
-    assert!(has(folder.path(), "/solve/unstopped_motion"));
+    let reader = Reader::open(&folder.path().join("run.h5"), LAYOUT).unwrap();
+    let [stored, shown] = [
+        "/solve/unstopped_motion",
+        "/VTKHDF/PointData/unstopped_motion",
+    ]
+    .map(|path| reader.read_vec::<f64>(path).unwrap());
+    assert_eq!(stored, shown);
+    drop(reader);
     // The parts of a run do what the whole does, from the stored factor.
     for stage in ["solve", "post"] {
         let mut program = Command::cargo_bin("contact3d-pipe").unwrap();

@@ -3,6 +3,7 @@
 use contact3d::{
     contact::{CoulombLaw, Interface},
     dual::{ExplicitDual, ExplicitOperator, LocalStiffness},
+    linalg::Work,
     scene::{Coefficient, Friction, Ramp, Scene},
     solver::{
         ContactState, Inner, NewtonSettings, NewtonSolution, Solution, Start, evaluate_mapping,
@@ -26,7 +27,14 @@ impl Dense {
         let unconstrained = assembly.unconstrained();
         let ContactState { surface, interface } = problem.state();
         let (coupling, rhs) = (&contact.coupling, contact.dual_rhs().to_vec());
-        let dual = ExplicitDual::new(assembly, coupling, rhs, &unconstrained, surface, interface);
+        let dual = ExplicitDual::new(
+            assembly,
+            coupling,
+            rhs,
+            &unconstrained,
+            (surface, interface),
+            &Work::default(),
+        );
         Self {
             scene,
             problem,

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use contact3d_pipe::sweep::Plan;
+use contact3d_pipe::{format::SWEEP_LAYOUT, sweep::Plan};
+use runfile::Reader;
 
-use crate::program::Sweep;
+use crate::program::{Sweep, names};
 
 fn refusal(sweep: &Sweep) -> String {
     let (code, said) = sweep.run("out", &[]);
@@ -113,4 +114,41 @@ fn names_of_cases_stay() {
     let plan = Plan::read(&file).unwrap();
     let names = [&plan.cases[0].id, &plan.cases[plan.cases.len() - 1].id];
     assert_eq!(names, ["5e9b839d72df206e", "45226780ab822201"]);
+}
+
+/// The text of a scene leaves out the zeros of a clamp, and they can be changed one by one all the same.
+#[test]
+fn a_clamp_at_zero_can_be_moved_on_an_axis() {
+    let sweep = Sweep::new(
+        "[set]\n\"body.brick.cells\" = [12, 4, 4]\n\
+         [[axis]]\nkey = \"clamp.0.value.2\"\nvalues = [0.0, 1e-6]\n\
+         [[axis]]\nkey = \"contact.gap\"\nvalues = [0.0, 1e-6]",
+    );
+    let (code, said) = sweep.run("out", &[]);
+    assert_eq!(code, 0, "{said}");
+    assert_eq!(
+        names(&sweep.path("out"), ".h5")
+            .iter()
+            .filter(|n| n.starts_with("assemble-"))
+            .count(),
+        1
+    );
+    // Cases of an older plan keep their values in their own columns, though their scenes leave out what is zero.
+    sweep.write(
+        "[set]\n\"body.brick.cells\" = [12, 4, 4]\n\
+         [[axis]]\nkey = \"contact.gap\"\nvalues = [2e-6]\n\
+         [[axis]]\nkey = \"clamp.0.value.2\"\nvalues = [1e-6]",
+    );
+    let (code, said) = sweep.run("out", &[]);
+    assert_eq!(code, 0, "{said}");
+    let reader = Reader::open(&sweep.path("out/summary.h5"), SWEEP_LAYOUT).expect("a table");
+    let values: Vec<f64> = reader.read_vec("/cases/setting_value").expect("numbers");
+    let rows = values.as_chunks::<2>().0;
+    assert_eq!(rows[0], [2e-6, 1e-6]);
+    let mut older: Vec<[f64; 2]> = rows[1..].to_vec();
+    older.sort_by(|a, b| a.partial_cmp(b).unwrap_or_else(|| a[1].total_cmp(&b[1])));
+    // A gap of zero is not in the scene.
+    assert_eq!(older.iter().filter(|row| row[0].is_nan()).count(), 2);
+    assert_eq!(older.iter().filter(|row| row[0] == 1e-6).count(), 2);
+    assert!(older.iter().all(|row| row[1] == 0.0 || row[1] == 1e-6));
 }

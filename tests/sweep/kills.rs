@@ -6,7 +6,8 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crate::program::{FRICTION, SLOW, Sweep, names};
+use crate::program::{FRICTION, SLOW, STEPPED, Sweep, names};
+
 /// Numbers with no pattern that matters, the same in every run of the test.
 struct Lottery(u64);
 
@@ -83,6 +84,29 @@ fn a_killed_solve_goes_on_from_its_checkpoint_to_the_same_bits() {
     let [kills, checkpoints] = survives_kills(SLOW, kills_wanted());
     eprintln!("{kills} kills, {checkpoints} left a checkpoint, no differing digest");
     assert!(checkpoints > 0, "no kill met a solve under way");
+}
+
+/// Each case has a history of its own, and goes on after its last stored increment.
+#[test]
+#[ignore = "six seconds: increments are stored no earlier than after one"]
+fn a_killed_sweep_of_histories_goes_on_to_the_same_bits() {
+    let sweep = Sweep::new(STEPPED);
+    let (code, said) = sweep.run("whole", &[]);
+    assert_eq!(code, 0, "{said}");
+    let mut child = sweep.command(&["sweep.toml", "--out", "killed"]).spawn();
+    let child = child.as_mut().expect("a process");
+    while !sweep.has_checkpoint("killed") {
+        assert!(
+            child.try_wait().expect("a child").is_none(),
+            "ended before it was killed"
+        );
+        sleep(Duration::from_millis(5));
+    }
+    child.kill().expect("a child");
+    child.wait().expect("a child");
+    let (code, said) = sweep.run("killed", &[]);
+    assert_eq!(code, 0, "{said}");
+    assert_eq!(sweep.digests("killed"), sweep.digests("whole"));
 }
 
 /// Forty cases of about a tenth of a second, interrupted once the first has a file.

@@ -8,7 +8,7 @@ use std::{
 };
 
 use assert_cmd::cargo::CommandCargoExt;
-use contact3d_pipe::format::{CHECKPOINT, LAYOUT, SWEEP_LAYOUT};
+use contact3d_pipe::format::{CHECKPOINT, HISTORY, LAYOUT, SWEEP_LAYOUT, Stage};
 use runfile::{Layout, Reader};
 use tempfile::TempDir;
 
@@ -64,7 +64,7 @@ impl Sweep {
         serde_json::from_slice(&output.stdout).expect("JSON")
     }
 
-    /// Whether a run file holds a half-done solve.
+    /// Whether a run file holds a half-done solve: a checkpoint, or increments of a history without its end.
     pub(crate) fn has_checkpoint(&self, out: &str) -> bool {
         let folder = self.path(out);
         let files = if folder.exists() {
@@ -74,7 +74,10 @@ impl Sweep {
         };
         files.iter().any(|name| {
             let reader = Reader::open(&folder.join(name), LAYOUT);
-            reader.is_ok_and(|r| matches!(r.group_record(CHECKPOINT), Ok(Some(_))))
+            reader.is_ok_and(|r| {
+                let has = |group| matches!(r.group_record(group), Ok(Some(_)));
+                has(CHECKPOINT) || has(HISTORY) && !has(Stage::Solve.group())
+            })
         })
     }
 
@@ -143,4 +146,16 @@ values = ["implicit", "explicit"]
 [[axis]]
 key = "friction.coefficient_1.ramp.residual"
 values = [0.1, 0.2]
+"#;
+
+/// A long and a short history; the long one is stored before it ends.
+pub(crate) const STEPPED: &str = r#"
+[set]
+"body.brick.cells" = [6, 2, 2]
+[[axis]]
+key = "step"
+values = [
+    [{ factor = { "traction.0" = 0.0 } }, { factor = { "traction.0" = 1.0 }, increments = 1500 }],
+    [{ factor = { "traction.0" = 0.5 } }, { factor = { "traction.0" = -0.5 }, increments = 3 }],
+]
 "#;

@@ -6,6 +6,9 @@ use std::{
     time::{Duration, Instant},
 };
 
+use contact3d_pipe::format::{LAYOUT, SWEEP_LAYOUT};
+use runfile::Reader;
+
 use crate::program::{SLOW, Sweep};
 
 const AXIS: &str = "[set]\n\"body.brick.cells\" = [6, 2, 2]\n[[axis]]\nkey = \"friction.coefficient_1.ramp.residual\"\nvalues = [0.1, 0.2]";
@@ -167,4 +170,52 @@ fn an_interrupted_sweep_keeps_its_folder() {
     refused(&sweep, &["other.toml", "--out", "out"], word);
     let (code, said) = sweep.run("out", &[]);
     assert_eq!(code, 0, "{said}");
+}
+
+#[test]
+fn tables_have_the_results_of_each_of_several_faces() {
+    let sweep = Sweep::new(
+        "[set]\n\"body.brick.cells\" = [12, 4, 4]\n\
+         contact = [{ face = \"z_min\", name = \"floor\" }, { face = \"y_min\", name = \"wall\", gap = 1e-6 }]\n\
+         [[axis]]\nkey = \"traction.0.value.1\"\nvalues = [0.0, -5e6]",
+    );
+    let (code, said) = sweep.run("out", &[]);
+    assert_eq!(code, 0, "{said}");
+    let summary = Reader::open(&sweep.path("out/summary.h5"), SWEEP_LAYOUT).unwrap();
+    assert_eq!(
+        summary.read_texts("/cases/face_names").unwrap(),
+        ["floor", "wall"]
+    );
+    let numbers = |path: &str| summary.read_vec::<f64>(path).unwrap();
+    let (all, each) = (
+        numbers("/cases/normal_force"),
+        numbers("/cases/face_normal_force"),
+    );
+    let pairs = numbers("/cases/face_tangential_force");
+    let csv = fs::read_to_string(sweep.path("out/summary.csv")).unwrap();
+    let mut lines = csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let head = lines.next().unwrap();
+    for (case, cells) in lines.enumerate() {
+        let id = cells[0];
+        let file = Reader::open(&sweep.path(&format!("out/{id}.h5")), LAYOUT).unwrap();
+        let stored = file.read_vec::<f64>("/post/faces/normal_force").unwrap();
+        assert_eq!(each[2 * case..2 * case + 2], stored);
+        let tangential = file
+            .read_vec::<f64>("/post/faces/tangential_force")
+            .unwrap();
+        assert_eq!(pairs[4 * case..4 * case + 4], tangential);
+        // Two sums of the same forces.
+        assert!((stored.iter().sum::<f64>() / all[case] - 1.0).abs() < 1e-13);
+        let column = head
+            .iter()
+            .position(|name| *name == "normal_force_wall")
+            .unwrap();
+        assert_eq!(cells[column].parse::<f64>().unwrap(), stored[1]);
+        assert_eq!(cells.len(), head.len());
+    }
+    // One face has no such columns.
+    let sweep = Sweep::new(AXIS);
+    assert_eq!(sweep.run("out", &[]).0, 0);
+    let summary = Reader::open(&sweep.path("out/summary.h5"), SWEEP_LAYOUT).unwrap();
+    assert!(!summary.has("/cases/face_names"));
 }

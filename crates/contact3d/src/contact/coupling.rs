@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{ContactFrame, MultiplierLayout};
+use super::{ContactFrame, MultiplierLayout, half_held::free_of_rounding};
 use crate::{elasticity::DofMap, linalg::CscMatrix, mesh::ContactSurface};
 
 /// The coupling B = [N; T] between multipliers and displacements; B = N without friction.
@@ -35,9 +35,14 @@ impl Coupling {
             data: Vec::new(),
         };
         let mut push_column = |pane: usize, axis: &dyn Fn(usize) -> [f64; 3]| {
+            let is_nodal = surface.faces[surface.face_of_pane(pane)].is_nodal;
             for (local, weight) in surface.pane_weights(pane) {
                 let node = dofs.dof[surface.nodes[local]];
-                for (dof, direction) in node.iter().zip(axis(local)) {
+                let axis = match is_nodal {
+                    true => free_of_rounding(axis(local), &node),
+                    false => axis(local),
+                };
+                for (dof, direction) in node.iter().zip(axis) {
                     if let (Some(dof), true) = (*dof, direction != 0.0) {
                         transposed.indices.push(dof);
                         transposed

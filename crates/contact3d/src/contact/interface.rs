@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicUsize;
 
 use super::{
     ContactFrame, CoulombLaw, Coupling, FaceLaw, Past, SlipOperator, coulomb::PressureBound,
-    law_bounds, prescribed::refuse_penetration,
+    half_held::refuse_dependent, law_bounds, prescribed::refuse_penetration,
 };
 use crate::{
     elasticity::DofMap,
@@ -67,7 +67,8 @@ impl Interface {
     ///
     /// # Errors
     /// Formulas that are not finite, a negative gap or slip bound, a coefficient of friction that
-    /// is not positive without slip, an axis that is not tangential, a clamp that pushes a contact node into the foundation.
+    /// is not positive without slip, an axis that is not tangential, a clamp that pushes a contact node into the foundation, or leaves fewer displacements to a node than it has
+    /// multipliers.
     pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Option<Self>, Invalid> {
         let (Some(first), Some(surface)) = (scene.contacts.first(), &mesh.contact) else {
             return Ok(None);
@@ -80,6 +81,7 @@ impl Interface {
         let frame = ContactFrame::new(scene, &features, surface, mesh)?;
         let gap = gap(scene, &features, surface, mesh)?;
         refuse_penetration(scene, mesh, surface, &frame, gap.as_deref())?;
+        refuse_dependent(scene, &features, mesh, surface, &frame)?;
         Ok(Some(Self {
             names: features.iter().map(|face| face.name.clone()).collect(),
             slip: SlipOperator::new(first.slip_interpolation, surface, mesh, |node| {

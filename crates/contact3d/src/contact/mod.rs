@@ -12,6 +12,7 @@ mod coulomb;
 mod coupling;
 mod frame;
 mod friction_field;
+mod half_held;
 mod interface;
 mod law_bounds;
 #[cfg(test)]

@@ -12,7 +12,8 @@ use crate::{
     },
     linalg::{
         Accuracy, CscMatrix, Doubled, Factor, FactorError, FactorStructure, OrderingError,
-        Precision, Workspace, conjugate_gradients, expand_to_unknowns, nested_dissection, norm,
+        Precision, Work, Workspace, conjugate_gradients, expand_to_unknowns, nested_dissection,
+        norm,
     },
     mesh::Mesh,
     scene::{Invalid, Scene},
@@ -199,11 +200,15 @@ impl Analysed {
         })
     }
 
-    /// Factorises A.
-    pub(super) fn factorise(&self, precision: Precision) -> Result<Assembly, AssemblyError> {
+    /// Factorises A, and tells `work` how far it is.
+    pub(super) fn factorise(
+        &self,
+        precision: Precision,
+        work: &Work,
+    ) -> Result<Assembly, AssemblyError> {
         let started = Instant::now();
         let stiffness = self.primal.invertible();
-        let factor = Factor::of_structure(self.structure.clone(), stiffness, precision)
+        let factor = Factor::of_structure(self.structure.clone(), stiffness, precision, work)
             .map_err(|e| explain(e, &self.primal.dofs))?;
         let mut seconds = self.seconds;
         seconds.factorisation += started.elapsed().as_secs_f64();
@@ -221,7 +226,7 @@ impl Assembly {
     /// # Errors
     /// [`AssemblyError`] when A has no Cholesky factor, or a load is not finite.
     pub fn new(scene: &Scene, mesh: &Mesh) -> Result<Self, AssemblyError> {
-        Analysed::new(scene, mesh, &|_| Ok(()))?.factorise(Precision::Double)
+        Analysed::new(scene, mesh, &|_| Ok(()))?.factorise(Precision::Double, &Work::default())
     }
 
     /// The displacement A⁻¹l over the free degrees of freedom in m: the body without contact.

@@ -4,7 +4,7 @@ use super::{Assembly, Balance, ExplicitDual};
 use crate::{
     contact::{Coupling, Interface, MultiplierLayout},
     elasticity::DofMap,
-    linalg::{Doubled, Workspace},
+    linalg::{Doubled, Work, Workspace},
     mesh::ContactSurface,
 };
 
@@ -135,16 +135,16 @@ impl ContactSystem {
         &mut self,
         assembly: &Assembly,
         unconstrained: &[f64],
-        surface: &ContactSurface,
-        interface: &Interface,
+        face: (&ContactSurface, &Interface),
+        work: &Work,
     ) {
         self.form = OperatorForm::Explicit(ExplicitDual::new(
             assembly,
             &self.coupling,
             self.dual_rhs().to_vec(),
             unconstrained,
-            surface,
-            interface,
+            face,
+            work,
         ));
     }
 

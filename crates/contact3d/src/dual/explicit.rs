@@ -10,7 +10,9 @@ use super::{
 use crate::{
     contact::{ContactFrame, Coupling, Interface, MultiplierLayout},
     elasticity::DofMap,
-    linalg::{CholeskyFactor, CscMatrix, Factor, Scalar, difference, power_of_two_near_largest},
+    linalg::{
+        CholeskyFactor, CscMatrix, Factor, Scalar, Work, difference, power_of_two_near_largest,
+    },
     mesh::ContactSurface,
 };
 
@@ -49,24 +51,24 @@ pub struct ContactCompliance {
 
 impl ExplicitDual {
     /// Forms S and G in the precision of the factor by forward solves W = L⁻¹PBᵀ on the supernodes B reaches, S = WᵀW, beside a given h
-    /// in m³; the free slip is that of the displacement A⁻¹l in m.
+    /// in m³; the free slip is that of the displacement A⁻¹l in m. `work` is told of the operations.
     #[must_use]
     pub fn new(
         assembly: &Assembly,
         coupling: &Coupling,
         rhs: Vec<f64>,
         unconstrained: &[f64],
-        surface: &ContactSurface,
-        interface: &Interface,
+        (surface, interface): (&ContactSurface, &Interface),
+        work: &Work,
     ) -> Self {
         let selection = interface
             .follows_slip()
             .then(|| tangential_selection(surface, &interface.frame, &assembly.primal.dofs));
         let (operator, matrix) = match &*assembly.factor {
-            Factor::Double(factor) => formed(factor, coupling, selection.as_ref()),
+            Factor::Double(factor) => formed(factor, coupling, selection.as_ref(), work),
             Factor::Single(factor) => {
                 let selection = selection.as_ref();
-                let (mut operator, mut matrix) = formed(factor, coupling, selection);
+                let (mut operator, mut matrix) = formed(factor, coupling, selection, work);
                 correct(
                     assembly,
                     coupling,
@@ -112,9 +114,9 @@ impl ExplicitDual {
         let system = ContactSystem::with(coupling, &unconstrained, dofs, surface, interface);
         let coupling = &system.coupling;
         let operator = match &*assembly.factor {
-            Factor::Double(factor) => formed(factor, coupling, None).0,
+            Factor::Double(factor) => formed(factor, coupling, None, &Work::default()).0,
             Factor::Single(factor) => {
-                let (mut operator, _) = formed(factor, coupling, None);
+                let (mut operator, _) = formed(factor, coupling, None, &Work::default());
                 correct(assembly, coupling, None, &mut operator, None);
                 rounded(operator)
             }
@@ -339,11 +341,12 @@ fn formed<T: Scalar>(
     factor: &CholeskyFactor<T>,
     coupling: &Coupling,
     selection: Option<&CscMatrix>,
+    work: &Work,
 ) -> (Vec<f64>, Option<Vec<f64>>) {
     let mut rows = coupling.transposed.transpose();
     let unit = power_of_two_near_largest(&rows.data).unwrap_or(1.0);
     rows.data.iter_mut().for_each(|value| *value /= unit);
-    let half_solved = factor.forward_rows(&rows);
+    let half_solved = factor.forward_rows(&rows, work);
     let mut matrix = selection.map(|selection| half_solved.compliance(&selection.transpose()));
     let mut operator = half_solved.gram();
     matrix.iter_mut().flatten().for_each(|value| *value *= unit);

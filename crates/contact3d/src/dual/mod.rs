@@ -31,7 +31,7 @@ pub use contact::{ContactSystem, OperatorForm};
 pub use explicit::{ContactCompliance, ExplicitDual};
 pub(crate) use local_stiffness::drag;
 pub use local_stiffness::{LocalStiffness, smallest_eigenvalue};
-pub use need::{Admission, Need, OperatorEstimate, Resource, Shortage};
+pub use need::{Admission, Need, Observation, OperatorEstimate, Resource, Shortage};
 pub use operators::{ExplicitOperator, ImplicitOperator};
 pub use pane_stiffness::pane_stiffness;
 pub use rigid_coupling::{Balance, RigidCoupling};

@@ -1,11 +1,13 @@
 //! What assembling takes: memory, disk space and operations, counted before they are spent.
 
+use std::sync::Arc;
+
 use thiserror::Error;
 
 use crate::{
     contact::Coupling,
     elasticity::DofMap,
-    linalg::{CscMatrix, FactorStructure, Precision},
+    linalg::{CscMatrix, FactorStructure, Precision, Work},
     mesh::Mesh,
 };
 
@@ -65,6 +67,12 @@ impl Resource {
     }
 }
 
+/// Learns the name of a step that begins, and how far it is.
+pub type Observation<'a> = &'a dyn Fn(&'static str, &Arc<Work>);
+
+/// The step that computes the factor.
+pub(super) const FACTORISING: &str = "factorising the stiffness";
+
 /// Bytes in units that suit them.
 fn in_units(bytes: u64) -> String {
     match bytes {
@@ -120,7 +128,7 @@ impl Need {
         let kept = dense.map_or(0.0, |estimate| estimate.dense_bytes);
         let stiffness = 8.0 * stiffness.data.len() as f64;
         Self {
-            step: "factorising the stiffness",
+            step: FACTORISING,
             memory: (values + scratch.max(forming)) as u64,
             stored: (values + stiffness + kept) as u64,
         }

@@ -1,14 +1,15 @@
 //! The whole assembled problem.
 
-use std::time::Instant;
+use std::{sync::Arc, time::Instant};
 
 use super::{
-    Assembly, AssemblyError, ContactSystem, Need, OperatorEstimate, assembly::Analysed,
-    need::Admission,
+    Assembly, AssemblyError, ContactSystem, Need, OperatorEstimate,
+    assembly::Analysed,
+    need::{Admission, FACTORISING, Observation},
 };
 use crate::{
     contact::{Coupling, Interface},
-    linalg::Precision,
+    linalg::{Precision, Work},
     mesh::Mesh,
     scene::{DualOperatorKind, FactorPrecision, Invalid, Scene},
 };
@@ -46,6 +47,20 @@ impl DualSystem {
         mesh: &Mesh,
         admit: Admission<'_>,
     ) -> Result<Self, AssemblyError> {
+        Self::watched(scene, mesh, admit, &|_, _| ())
+    }
+
+    /// As [`Self::admitted`], and tells `begun` of each long step whose operations are counted, with what shows from then on how
+    /// far it is.
+    ///
+    /// # Errors
+    /// As [`Self::admitted`].
+    pub fn watched(
+        scene: &Scene,
+        mesh: &Mesh,
+        admit: Admission<'_>,
+        begun: Observation<'_>,
+    ) -> Result<Self, AssemblyError> {
         let interface = Interface::new(scene, mesh).map_err(AssemblyError::Scene)?;
         let analysed = Analysed::new(scene, mesh, admit)?;
         let face = interface.as_ref().zip(mesh.contact.as_ref());
@@ -61,7 +76,13 @@ impl DualSystem {
                 precision,
                 dense,
             ))?;
-            let mut assembly = analysed.factorise(precision)?;
+            let begin = |step, operations| {
+                let work = Arc::new(Work::of(operations));
+                begun(step, &work);
+                work
+            };
+            let work = begin(FACTORISING, analysed.structure.operations());
+            let mut assembly = analysed.factorise(precision, &work)?;
             let contact = face
                 .zip(coupling.clone())
                 .map(|((interface, surface), coupling)| {
@@ -69,9 +90,11 @@ impl DualSystem {
                     let dofs = &assembly.primal.dofs;
                     let mut contact =
                         ContactSystem::with(coupling, &unconstrained, dofs, surface, interface);
-                    if dense.is_some() {
+                    if let Some(estimate) = dense {
                         let started = Instant::now();
-                        contact.make_explicit(&assembly, &unconstrained, surface, interface);
+                        let work = begin("forming the dual operator", estimate.explicit_operations);
+                        let face = (surface, interface);
+                        contact.make_explicit(&assembly, &unconstrained, face, &work);
                         assembly.seconds.dual_operator = started.elapsed().as_secs_f64();
                     }
                     contact

@@ -40,6 +40,6 @@ pub(crate) use rigid_motion::motions_left_to_contact;
 pub use rigid_motion::refuse_rigid_motions;
 pub(crate) use simplex::{Simplex, traction};
 pub use springs::SpringMatrix;
-pub(crate) use springs::stiffness_at;
+pub(crate) use springs::{stiffness_at, visit_springs};
 pub(crate) use stiffness::stiffness_on;
 pub use stiffness::{InternalForces, stiffness};

@@ -24,14 +24,23 @@ pub struct SpringMatrix {
 }
 
 /// A point of a spring's face to integrate at.
-struct Point<'a> {
-    at: [f64; 3],
+pub(crate) struct SpringPoint<'a> {
+    /// Its place in m.
+    pub(crate) at: [f64; 3],
     nodes: &'a [usize],
     shape: &'a [f64],
     /// Outward unit normal.
     normal: Vector3<f64>,
     /// Area in m² that the point stands for.
-    area: f64,
+    pub(crate) area: f64,
+}
+
+impl SpringPoint<'_> {
+    /// A field of all nodes, `[n_nodes]`, at the point.
+    pub(crate) fn value(&self, field: &[[f64; 3]]) -> Vector3<f64> {
+        let nodes = self.nodes.iter().zip(self.shape);
+        nodes.map(|(n, w)| Vector3::from(field[*n]) * *w).sum()
+    }
 }
 
 impl SpringMatrix {
@@ -96,22 +105,35 @@ impl SpringMatrix {
     }
 }
 
+/// The points at which the springs of a scene are integrated, with the stiffness in Pa/m there.
+///
+/// # Errors
+/// As [`SpringMatrix::of`].
+pub(crate) fn visit_springs(
+    scene: &Scene,
+    mesh: &Mesh,
+    take: &mut dyn FnMut(&SpringPoint<'_>, Matrix3<f64>),
+) -> Result<(), Invalid> {
+    let mut springs = scene.springs.iter().enumerate();
+    springs.try_for_each(|(index, spring)| visit(spring, index, mesh, take))
+}
+
 /// The points of a spring's face with the stiffness there.
 fn visit(
     spring: &Spring,
     index: usize,
     mesh: &Mesh,
-    take: &mut dyn FnMut(&Point<'_>, Matrix3<f64>),
+    take: &mut dyn FnMut(&SpringPoint<'_>, Matrix3<f64>),
 ) -> Result<(), Invalid> {
     for facet in mesh.facets_on(&spring.face) {
-        let mut add = |point: Point<'_>| -> Result<(), Invalid> {
+        let mut add = |point: SpringPoint<'_>| -> Result<(), Invalid> {
             let stiffness = stiffness_at(spring, index, point.at, &point.normal)?;
             take(&point, stiffness);
             Ok(())
         };
         if let Some((nodes, points)) = mesh.quadratic_side(facet) {
             for point in &points {
-                add(Point {
+                add(SpringPoint {
                     at: point.at,
                     nodes: &nodes,
                     shape: &point.shape,
@@ -127,7 +149,7 @@ fn visit(
         let normal = (b - a).cross(&(c - a)).normalize();
         let area = triangle_area(&corners);
         for (shape, weight) in quadrature::triangle() {
-            add(Point {
+            add(SpringPoint {
                 at: quadrature::point(&corners, &shape),
                 nodes: &nodes,
                 shape: &shape,
@@ -209,19 +231,17 @@ pub(super) type HeldPlace = ([f64; 3], Vec<Vector3<f64>>);
 /// The places at which springs are integrated.
 pub(super) fn held_directions(scene: &Scene, mesh: &Mesh) -> Result<Vec<HeldPlace>, Invalid> {
     let mut found = Vec::new();
-    for (index, spring) in scene.springs.iter().enumerate() {
-        visit(spring, index, mesh, &mut |point, stiffness| {
-            let eigen = SymmetricEigen::new(stiffness);
-            let largest = eigen.eigenvalues.max();
-            let held = (0..3).filter(|&i| eigen.eigenvalues[i] > ROUNDING * largest);
-            let held: Vec<_> = held
-                .map(|i| eigen.eigenvectors.column(i).into_owned())
-                .collect();
-            if !held.is_empty() {
-                found.push((point.at, held));
-            }
-        })?;
-    }
+    visit_springs(scene, mesh, &mut |point, stiffness| {
+        let eigen = SymmetricEigen::new(stiffness);
+        let largest = eigen.eigenvalues.max();
+        let held = (0..3).filter(|&i| eigen.eigenvalues[i] > ROUNDING * largest);
+        let held: Vec<_> = held
+            .map(|i| eigen.eigenvectors.column(i).into_owned())
+            .collect();
+        if !held.is_empty() {
+            found.push((point.at, held));
+        }
+    })?;
     Ok(found)
 }
 

@@ -11,6 +11,7 @@ use super::front_plan::{SparseColumn, SupernodeTree};
 use super::half_solve::HalfSolved;
 use super::scalar::Scalar;
 use super::sparse::CscMatrix;
+use super::work::Work;
 
 /// Columns of W that go back together; multiples of 48 fill the tiles of the AVX-512 kernels.
 const BLOCK_COLUMNS: usize = 144;
@@ -67,10 +68,13 @@ impl<T: Scalar> ForwardRows<'_, T> {
             .filter_map(|&row| by_row.get_mut(row)?.take())
             .collect();
         let blocks = in_order.par_chunks_mut(BLOCK_COLUMNS).enumerate();
+        let of_a_column = self.solve_operations() / columns.max(1) as f64;
         blocks.for_each(|(k, targets)| {
             let start = k * BLOCK_COLUMNS;
             let x = self.backward(&plan, &(start..start + targets.len()));
             add_selected_rows(&by_rows, &x, targets, |old| plan.place[new_of_old[old]]);
+            // The way back takes about as much as the way there.
+            self.work.add(of_a_column * targets.len() as f64);
         });
         compliance
     }
@@ -104,7 +108,12 @@ impl<T: Scalar> ForwardRows<'_, T> {
             rows,
             place,
             top_rows,
-            subtrees: factor.half_solve(&self.tree, &unit_vectors, |s| !is_top[s]),
+            subtrees: factor.half_solve(
+                &self.tree,
+                &unit_vectors,
+                |s| !is_top[s],
+                &Work::default(),
+            ),
         }
     }
 

@@ -7,6 +7,7 @@ use super::fronts::{self, Failure};
 use super::scalar::Scalar;
 use super::sparse::CscMatrix;
 use super::structure::{FactorStructure, Front};
+use super::work::Work;
 
 /// A pivot below this many units of rounding of the diagonal entry it came from is rounding error, so the matrix counts as
 /// singular.
@@ -63,20 +64,25 @@ impl<T: Scalar> CholeskyFactor<T> {
     /// # Errors
     /// [`FactorError`] when A is not square, the ordering is no permutation, a pivot is not safely positive, or memory runs out.
     pub fn factorise(a: &CscMatrix, permutation: Vec<usize>) -> Result<Self, FactorError> {
-        Self::of_structure(FactorStructure::analyse(a, permutation)?, a)
+        let structure = FactorStructure::analyse(a, permutation)?;
+        Self::of_structure(structure, a, &Work::default())
     }
 
     /// Computes the coefficients of L for the matrix that was analysed, or another with its structure.
     ///
-    /// The values of the matrix's lower triangle are not read.
+    /// The values of the matrix's lower triangle are not read. `work` is told of all [`FactorStructure::operations`].
     ///
     /// # Errors
     /// [`FactorError`] when a pivot is not safely positive, or memory runs out.
-    pub fn of_structure(structure: FactorStructure, a: &CscMatrix) -> Result<Self, FactorError> {
+    pub fn of_structure(
+        structure: FactorStructure,
+        a: &CscMatrix,
+        work: &Work,
+    ) -> Result<Self, FactorError> {
         let out_of_memory = FactorError::OutOfMemory { size: a.cols };
         let values = fronts::zeros(structure.value_count()).ok_or(out_of_memory.clone())?;
         let mut factor = Self { structure, values };
-        let outcome = fronts::factorise(&factor.structure, a, &mut factor.values);
+        let outcome = fronts::factorise(&factor.structure, a, &mut factor.values, work);
         outcome.map_err(|failure| match failure {
             Failure::OutOfMemory => out_of_memory,
             Failure::Pivot(column) => FactorError::NotPositiveDefinite {

@@ -13,6 +13,7 @@ use super::half_solve::HalfSolved;
 use super::scalar::Scalar;
 use super::sparse::CscMatrix;
 use super::structure::FactorStructure;
+use super::work::Work;
 
 /// Rows and columns of a tile of the dual operator.
 const TILE: usize = 144;
@@ -28,6 +29,7 @@ pub(crate) struct ForwardRows<'a, T> {
     /// neighbours.
     pub(super) order: Vec<usize>,
     pub(super) half_solved: HalfSolved<T>,
+    pub(super) work: &'a Work,
 }
 
 /// Sizes of W = L⁻¹PBᵀ, from the structure of the factor alone.
@@ -54,10 +56,9 @@ impl FactorStructure {
         let mut count = ForwardCount::default();
         for (s, columns) in &plan.reached {
             let front = self.front(*s);
-            let (width, height) = (front.width as f64, front.rows.len() as f64);
-            let columns = columns.len() as f64;
+            count.solve_operations += front.solve_operations(columns.len());
+            let (width, columns) = (front.width as f64, columns.len() as f64);
             count.entries += width * columns;
-            count.solve_operations += columns * width * (2.0 * height - width);
             count.gram_operations += width * columns * columns;
         }
         count
@@ -85,20 +86,22 @@ impl FactorStructure {
 }
 
 impl<T: Scalar> CholeskyFactor<T> {
-    /// Solves W = L⁻¹PBᵀ for all rows of B (shape: rows, unknowns).
+    /// Solves W = L⁻¹PBᵀ for all rows of B (shape: rows, unknowns); `work` is told of what [`FactorStructure::count_forward_rows`]
+    /// counts, of the solves now and of the products in [`ForwardRows::gram`].
     ///
     /// # Panics
     /// When B does not have one column per unknown.
     #[must_use]
-    pub(crate) fn forward_rows(&self, b: &CscMatrix) -> ForwardRows<'_, T> {
+    pub(crate) fn forward_rows<'a>(&'a self, b: &CscMatrix, work: &'a Work) -> ForwardRows<'a, T> {
         let (order, right_hand_sides) = self.structure.sorted_rows(b);
         let tree = self.structure.supernode_tree();
-        let half_solved = self.half_solve(&tree, &right_hand_sides, |_| true);
+        let half_solved = self.half_solve(&tree, &right_hand_sides, |_| true, work);
         ForwardRows {
             factor: self,
             tree,
             order,
             half_solved,
+            work,
         }
     }
 }
@@ -133,6 +136,19 @@ impl<T: Scalar> ForwardRows<'_, T> {
         gram
     }
 
+    /// Multiplications and additions of the solves.
+    pub(super) fn solve_operations(&self) -> f64 {
+        let structure = &self.factor.structure;
+        let parts = self.half_solved.parts.iter();
+        parts
+            .map(|part| {
+                structure
+                    .front(part.supernode)
+                    .solve_operations(part.columns.len())
+            })
+            .sum()
+    }
+
     /// The products of two ranges of columns of W, column-major, supernode by supernode.
     fn tile(&self, left: &Range<usize>, right: &Range<usize>) -> Vec<T> {
         let mut tile = vec![T::default(); left.len() * right.len()];
@@ -154,6 +170,9 @@ impl<T: Scalar> ForwardRows<'_, T> {
                 T::rounded(1.0),
                 Par::Seq,
             );
+            let sides = if left == right { 1.0 } else { 2.0 };
+            self.work
+                .add(sides * (rows.len() * columns.len() * w_left.nrows()) as f64);
             for (column, line) in columns.iter().zip(product.chunks_exact(rows.len())) {
                 let target = &mut tile[(column - right.start) * left.len()..][..left.len()];
                 for (row, value) in rows.iter().zip(line) {

@@ -1,6 +1,6 @@
 //! Tests of half-solved coupling rows and the dual operator made from them.
 
-use super::{CholeskyFactor, CscMatrix};
+use super::{CholeskyFactor, CscMatrix, Work};
 use crate::linalg::test_brick::Brick;
 use crate::linalg::{Workspace, expand_to_unknowns, nested_dissection};
 
@@ -57,6 +57,26 @@ fn assert_close(x: &[f64], y: &[f64]) {
     );
 }
 
+/// Of twice the operations that were counted, half are done in the end.
+#[test]
+fn every_counted_operation_is_done_once() {
+    let Case {
+        coupling, factor, ..
+    } = case(10);
+    let structure = factor.structure();
+    let work = Work::of(2.0 * structure.operations());
+    let matrix = Brick::new(10).stiffness();
+    CholeskyFactor::<f64>::of_structure(structure.clone(), &matrix, &work).expect("a factor");
+    // Both counts are whole numbers below 2^53.
+    assert_eq!(work.share(), 0.5);
+    let count = structure.count_forward_rows(&coupling);
+    let work = Work::of(2.0 * (count.solve_operations + count.gram_operations));
+    let rows = factor.forward_rows(&coupling, &work);
+    assert!(work.share() < 0.5);
+    assert_eq!(rows.gram().len(), coupling.rows * coupling.rows);
+    assert_eq!(work.share(), 0.5);
+}
+
 #[test]
 fn products_equal_solves_column_by_column() {
     let Case {
@@ -64,7 +84,8 @@ fn products_equal_solves_column_by_column() {
         selection,
         factor,
     } = case(10);
-    let rows = factor.forward_rows(&coupling);
+    let work = Work::default();
+    let rows = factor.forward_rows(&coupling, &work);
     let gram = rows.gram();
     assert_close(&gram, &by_columns(&factor, &coupling, &coupling));
     assert_close(
@@ -91,7 +112,8 @@ fn products_have_the_same_bits_at_one_and_two_threads() {
             .build()
             .expect("pool");
         pool.install(|| {
-            let rows = factor.forward_rows(&coupling);
+            let work = Work::default();
+            let rows = factor.forward_rows(&coupling, &work);
             (rows.gram(), rows.compliance(&selection))
         })
     };
@@ -103,10 +125,16 @@ fn empty_rows_give_zeros() {
     let Case { factor, .. } = case(2);
     let size = factor.size();
     let none = CscMatrix::new(2, size, vec![0; size + 1], vec![], vec![]).expect("valid");
-    let rows = factor.forward_rows(&none);
+    let work = Work::default();
+    let rows = factor.forward_rows(&none, &work);
     assert_eq!(rows.gram(), [0.0; 4]);
     assert_eq!(rows.compliance(&none), [0.0; 4]);
     let nothing = CscMatrix::new(0, size, vec![0; size + 1], vec![], vec![]).expect("valid");
     assert!(rows.compliance(&nothing).is_empty());
-    assert!(factor.forward_rows(&nothing).gram().is_empty());
+    assert!(
+        factor
+            .forward_rows(&nothing, &Work::default())
+            .gram()
+            .is_empty()
+    );
 }

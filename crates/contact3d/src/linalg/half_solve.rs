@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::factor::CholeskyFactor;
 use super::front_plan::{Plan, SparseColumn, SupernodeTree, positions};
 use super::scalar::Scalar;
+use super::work::Work;
 
 /// Columns of a front that are solved together; multiples of 48 fill the tiles of the AVX-512
 /// kernels.
@@ -74,6 +75,7 @@ impl<T: Scalar> CholeskyFactor<T> {
         tree: &SupernodeTree,
         right_hand_sides: &[SparseColumn],
         included: impl Fn(usize) -> bool,
+        work: &Work,
     ) -> HalfSolved<T> {
         let plan = Plan::new(
             self.structure.supernodes(),
@@ -93,6 +95,9 @@ impl<T: Scalar> CholeskyFactor<T> {
                     .iter()
                     .for_each(|&child| fronts[child] = Vec::new());
                 (fronts[k], own[k]) = (front, values);
+                let (s, columns) = &plan.reached[k];
+                let front = self.structure.front(*s);
+                work.add(front.solve_operations(columns.len()));
             }
         }
         let boundaries = (0..plan.reached.len())

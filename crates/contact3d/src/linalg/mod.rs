@@ -43,6 +43,7 @@ mod structure;
 mod substitution;
 mod unknown;
 mod vector;
+mod work;
 
 #[cfg(test)]
 mod factor_tests;
@@ -72,3 +73,4 @@ pub(crate) use spectral_radius::{product, spectral_radius};
 pub use structure::FactorStructure;
 pub(crate) use vector::{add_scaled, power_of_two_near_largest};
 pub use vector::{difference, dot, norm};
+pub use work::Work;

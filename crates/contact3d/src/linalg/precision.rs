@@ -4,6 +4,7 @@ use super::factor::{CholeskyFactor, FactorError};
 use super::solve::Workspace;
 use super::sparse::CscMatrix;
 use super::structure::FactorStructure;
+use super::work::Work;
 
 /// A Cholesky factor in double precision, or one in single precision: half the memory, about half the time, and a
 /// preconditioner that conjugate gradients reach double precision with in a few steps.
@@ -45,7 +46,7 @@ impl Precision {
 }
 
 impl Factor {
-    /// Computes the coefficients for a matrix that was analysed.
+    /// Computes the coefficients for a matrix that was analysed, and tells `work` how far it is.
     ///
     /// # Errors
     /// [`FactorError`] when a pivot is not safely positive in this precision, or memory runs out.
@@ -53,10 +54,11 @@ impl Factor {
         structure: FactorStructure,
         a: &CscMatrix,
         precision: Precision,
+        work: &Work,
     ) -> Result<Self, FactorError> {
         Ok(match precision {
-            Precision::Double => Self::Double(CholeskyFactor::of_structure(structure, a)?),
-            Precision::Single => Self::Single(CholeskyFactor::of_structure(structure, a)?),
+            Precision::Double => Self::Double(CholeskyFactor::of_structure(structure, a, work)?),
+            Precision::Single => Self::Single(CholeskyFactor::of_structure(structure, a, work)?),
         })
     }
 

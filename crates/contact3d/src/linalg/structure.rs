@@ -114,4 +114,10 @@ impl<'a> Front<'a> {
         let height = self.rows.len();
         (0..self.width).map(|k| ((height - k) as f64).powi(2)).sum()
     }
+
+    /// Multiplications and additions of a forward pass with some right-hand sides.
+    pub(super) fn solve_operations(&self, columns: usize) -> f64 {
+        let (width, height) = (self.width as f64, self.rows.len() as f64);
+        columns as f64 * width * (2.0 * height - width)
+    }
 }

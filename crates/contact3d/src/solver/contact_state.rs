@@ -4,6 +4,7 @@ use super::FeasibleSet;
 use crate::{
     contact::{CoulombLaw, FrictionField, Interface, InterfaceFriction, MultiplierLayout},
     dual::ExplicitDual,
+    elasticity::DofMap,
     mesh::ContactSurface,
 };
 
@@ -48,6 +49,27 @@ impl<'a> ContactState<'a> {
             (InterfaceFriction::Frictionless | InterfaceFriction::Coulomb(_), _) => Vec::new(),
         };
         FeasibleSet::new(self.n_panes(), semi_axes, &self.interface.projections)
+    }
+}
+
+impl ContactState<'_> {
+    /// The state of friction without pressures at a displacement over the free degrees of freedom in m.
+    pub(super) fn unpressed(
+        &self,
+        law: &CoulombLaw,
+        dofs: &DofMap,
+        displacement: &[f64],
+    ) -> CoulombState {
+        let slip = match law.depends_on_slip() {
+            true => self
+                .interface
+                .slip_of_displacement(self.surface, dofs, displacement),
+            false => Vec::new(),
+        };
+        CoulombState {
+            slip_bound: law.slip_bounds(&vec![0.0; self.n_panes()], |l| l),
+            friction: FrictionField::new(law, self.surface, &slip),
+        }
     }
 }
 

@@ -21,6 +21,7 @@ mod newton;
 mod problem;
 mod solution;
 mod solve;
+mod unanswered;
 
 pub(crate) use conditions::{Bound, PaneZone};
 pub use contact_state::{ContactState, CoulombState, coulomb_state};

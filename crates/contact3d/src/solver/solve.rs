@@ -3,15 +3,15 @@
 use std::sync::atomic::Ordering;
 
 use super::{
-    ContactState, Inner, LocalMapping, NeedsExplicit, OuterStep, Progress, Solution, SolvedBy,
-    Start, Status, conditions::Bound, equilibrium::unstopped_motion, minimisation::minimise,
-    problem::DiscreteProblem, successive_approximations,
+    ContactState, Inner, LocalMapping, NeedsExplicit, OuterStep, Progress, Solution, Start, Status,
+    conditions::Bound, equilibrium::unstopped_motion, minimisation::minimise,
+    problem::DiscreteProblem, successive_approximations, unanswered::has_run_away,
 };
 use crate::{
     contact::CoulombLaw,
     dual::{
         BalancedOperator, ContactSystem, DualOperator, DualSystem, ExplicitOperator,
-        ImplicitOperator, LocalStiffness, OperatorForm, PrimalSystem, drag, pane_stiffness,
+        ImplicitOperator, LocalStiffness, OperatorForm, drag, pane_stiffness,
     },
     linalg::{Precision, Workspace},
     scene::{Method, SolveSettings},
@@ -56,8 +56,15 @@ pub fn solve(
     if let Some(balance) = &dual.balance
         && let Some(motion) = unstopped_motion(&system.assembly, balance, contact)
     {
-        let primal = &system.assembly.primal;
-        return Ok(Solution::without_equilibrium(dual, primal, motion));
+        return Ok(Solution {
+            unstopped_motion: Some(motion),
+            ..Solution::without_answer(
+                Status::NoEquilibrium,
+                dual,
+                &system.assembly.primal,
+                contact,
+            )
+        });
     }
     let problem = DiscreteProblem {
         assembly: &system.assembly,
@@ -76,6 +83,16 @@ pub fn solve(
     }
     if let Some(balance) = &dual.balance {
         solution.rigid_motion = balance.coupling.in_modes(&solution.rigid_motion);
+        if !solution.status.is_solved() && has_run_away(&solution, surface) {
+            let primal = &system.assembly.primal;
+            return Ok(Solution {
+                history: solution.history,
+                newton: solution.newton,
+                solved_by: solution.solved_by,
+                applications: solution.applications,
+                ..Solution::without_answer(solution.status, dual, primal, contact)
+            });
+        }
     }
     solution.law_evaluations = contact.interface.law_evaluations();
     solution.projections = contact.interface.projections.load(Ordering::Relaxed);
@@ -87,26 +104,6 @@ pub fn solve(
         solution.local_mapping = LocalMapping::new(explicit, contact, law, &solution.multiplier);
     }
     Ok(solution)
-}
-
-impl Solution {
-    /// What is known of a body that no contact force holds.
-    fn without_equilibrium(
-        dual: &ContactSystem,
-        primal: &PrimalSystem,
-        motion: Vec<[f64; 3]>,
-    ) -> Self {
-        Self {
-            status: Status::NoEquilibrium,
-            solved_by: SolvedBy::Direct,
-            accuracy: 1.0,
-            multiplier: vec![0.0; dual.layout().n_multipliers()],
-            rigid_motion: vec![0.0; primal.floating.as_ref().map_or(0, |body| body.n_modes())],
-            displacement: vec![0.0; primal.dofs.n_free],
-            unstopped_motion: Some(motion),
-            ..Self::default()
-        }
-    }
 }
 
 /// The solution of a body that floats, with its rigid motions.

@@ -6,7 +6,7 @@ use super::dense::{Factor, alone, symmetric};
 use crate::{
     contact::ContactFrame,
     elasticity::DofMap,
-    linalg::{CholeskyFactor, CscMatrix},
+    linalg::{CholeskyFactor, CscMatrix, Work},
     mesh::ContactSurface,
 };
 
@@ -57,7 +57,7 @@ impl FaceGram {
     ) -> Self {
         let selection = selection(surface, frame, dofs);
         Self {
-            matrix: factor.forward_rows(&selection).gram(),
+            matrix: factor.forward_rows(&selection, &Work::default()).gram(),
             n_nodes: surface.nodes.len(),
         }
     }

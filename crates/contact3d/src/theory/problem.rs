@@ -18,7 +18,7 @@ use super::{
 use crate::{
     contact::{CoulombLaw, Interface, nodal_tangential},
     dual::{DualSystem, ExplicitDual, LocalStiffness},
-    linalg::{CholeskyFactor, CscMatrix, Factor, FactorStructure, Workspace},
+    linalg::{CholeskyFactor, CscMatrix, Factor, FactorStructure, Work, Workspace},
     mesh::{ContactSurface, Mesh},
     problem::{AssembledProblem, Problem, ProblemError},
     scene::{DualOperatorKind, FactorPrecision, Invalid, Scene},
@@ -66,7 +66,8 @@ impl TheoryProblem {
             .permutation
             .clone();
         let structure = FactorStructure::analyse(&gram, order);
-        let factor = structure.and_then(|structure| CholeskyFactor::of_structure(structure, &gram));
+        let factor = structure
+            .and_then(|structure| CholeskyFactor::of_structure(structure, &gram, &Work::default()));
         let factor = factor.map_err(|_| singular("H¹"))?;
         let Factor::Double(stiffness) = &*assembled.system().assembly.factor else {
             return Err(singular("single precision"));

@@ -1,17 +1,22 @@
 //! The distance of two finite element solutions on any two meshes of the same body.
 //!
-//! ‖u_a − u_b‖_A² = ∫ (ε(u_a) − ε(u_b)) : C : (ε(u_a) − ε(u_b)) is integrated over the tetrahedra of the reference b,
-//! with its material, and the strain of u_a at each point is that of the tetrahedron of mesh a which holds it. Where a
+//! ‖u_a − u_b‖_A² = ∫ (ε(u_a) − ε(u_b)) : C : (ε(u_a) − ε(u_b)) + ∫ (u_a − u_b)·K (u_a − u_b) is integrated over the tetrahedra
+//! of the reference b and its faces on springs, with the material and the springs of the scene, and the strain of u_a at each point is that of the tetrahedron of mesh a which holds it. Where a
 //! is nested in b the rules are exact; elsewhere ε(u_a) jumps inside tetrahedra of b, and a rule sees its jumps only
 //! from its points.
 
 mod piece;
 mod tree;
 
-use nalgebra::Vector6;
+use nalgebra::{Vector3, Vector6};
 use rayon::prelude::*;
 
-use crate::{elasticity::MaterialField, mesh::Mesh, reference::quadrature};
+use crate::{
+    elasticity::{MaterialField, visit_springs},
+    mesh::Mesh,
+    reference::quadrature,
+    scene::{Invalid, Scene},
+};
 
 use piece::Piece;
 use tree::Tree;
@@ -85,25 +90,39 @@ impl<'a> Searchable<'a> {
         }
     }
 
-    /// Voigt strain at a point in m, and the tetrahedron it was found in; `guess` is looked at first.
-    fn strain(&self, point: [f64; 3], guess: usize) -> (Vector6<f64>, usize) {
+    /// The tetrahedron that holds a point in m, and where in it; `guess` is looked at first.
+    fn find(&self, point: [f64; 3], guess: usize) -> (usize, [f64; 4]) {
         let search = |t: usize| self.pieces[t].nearest(point);
-        let (t, at) = self.tree.nearest(point, guess, search);
+        self.tree.nearest(point, guess, search)
+    }
+
+    /// Voigt strain at a point in m, and the tetrahedron it was found in.
+    fn strain(&self, point: [f64; 3], guess: usize) -> (Vector6<f64>, usize) {
+        let (t, at) = self.find(point, guess);
         (self.pieces[t].strain(self.field, t, &at), t)
+    }
+
+    /// Displacement in m at a point in m.
+    fn displacement(&self, point: [f64; 3]) -> Vector3<f64> {
+        let (t, at) = self.find(point, self.tree.any(point));
+        Piece::displacement(self.field, t, &at)
     }
 }
 
-/// The distance of a displacement from a reference, whose material decides.
+/// The distance of a displacement from a reference, in the energy norm of a scene: that of its materials and springs.
 ///
 /// Points of the reference that lie in no tetrahedron of the other mesh, as near curved sides, take the strain of the
 /// nearest place of one. The result does not depend on the number of threads.
-#[must_use]
+///
+/// # Errors
+/// Springs whose stiffness is not finite and positive semidefinite somewhere.
 pub fn distance(
     field: Field<'_>,
     reference: Field<'_>,
-    material: &MaterialField<'_>,
+    scene: &Scene,
     points: Points,
-) -> Distance {
+) -> Result<Distance, Invalid> {
+    let material = MaterialField::new(scene, reference.mesh);
     let searchable = Searchable::new(field);
     let rule = points.rule();
     let tetrahedra = (0..reference.mesh.tetrahedra.len()).into_par_iter();
@@ -126,11 +145,22 @@ pub fn distance(
             sum
         })
         .collect();
-    let total = |k: usize| energies.iter().map(|e| e[k]).sum::<f64>().max(0.0).sqrt();
-    Distance {
+    let mut of_springs = [0.0; 2];
+    visit_springs(scene, reference.mesh, &mut |point, stiffness| {
+        let own = point.value(reference.displacement);
+        let other = searchable.displacement(point.at);
+        for (sum, moved) in of_springs.iter_mut().zip([other - own, own]) {
+            *sum += point.area * moved.dot(&(stiffness * moved));
+        }
+    })?;
+    let total = |k: usize| {
+        let sum = energies.iter().map(|e| e[k]).sum::<f64>() + of_springs[k];
+        sum.max(0.0).sqrt()
+    };
+    Ok(Distance {
         absolute: total(0),
         reference: total(1),
-    }
+    })
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use super::Field;
 use crate::{
     elasticity::{Simplex, quadratic_gradients},
     mesh::{IsoparametricMap, Mesh, is_straight},
-    reference::{TETRAHEDRON_EDGES, quadrature},
+    reference::{TETRAHEDRON_EDGES, quadrature, shape::quadratic_tetrahedron},
 };
 
 /// Steps of Newton's method for a place in a curved tetrahedron; few are needed, and more help no point outside.
@@ -87,6 +87,20 @@ impl Piece {
         match self {
             Self::Straight { corners, simplex } => (quadrature::point(corners, at), simplex.volume),
             Self::Curved { map, .. } => (map.place(at), map.geometry(at).0),
+        }
+    }
+
+    /// The displacement at a point in barycentric coordinates in m.
+    pub(super) fn displacement(field: Field<'_>, t: usize, at: &[f64; 4]) -> Vector3<f64> {
+        let sum = |shape: &[f64]| {
+            let nodes = field.mesh.tetrahedron_nodes(t).zip(shape);
+            nodes
+                .map(|(n, w)| Vector3::from(field.displacement[n]) * *w)
+                .sum()
+        };
+        match field.mesh.mid_edges {
+            None => sum(at),
+            Some(_) => sum(&quadratic_tetrahedron(at)),
         }
     }
 

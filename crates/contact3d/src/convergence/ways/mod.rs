@@ -16,7 +16,8 @@ use std::path::Path;
 
 use super::{Field, Forces, Points, distance};
 use crate::{
-    elasticity::MaterialField, problem::ProblemError, scene::ElementOrder, scene::Scene,
+    problem::ProblemError,
+    scene::{ElementOrder, Invalid, Scene},
     solver::Status,
 };
 
@@ -199,14 +200,13 @@ impl Ways {
         let (kind, reference) = meshes
             .min_by(|(_, a), (_, b)| a.rank().total_cmp(&b.rank()))
             .expect("the first mesh of the last way is always solved");
-        let material = MaterialField::new(scene, &reference.mesh);
-        let mut ways: Vec<Way> = climbs
-            .iter()
-            .map(|climb| Way {
+        let ways = climbs.iter().map(|climb| {
+            Ok(Way {
                 kind: climb.kind(),
-                levels: judged(climb.levels(), reference, &material),
+                levels: judged(climb.levels(), reference, scene)?,
             })
-            .collect();
+        });
+        let mut ways: Vec<Way> = ways.collect::<Result<_, Invalid>>()?;
         for way in ways.iter_mut().filter(|way| way.kind == carried_on) {
             way.levels.truncate(n_judged);
         }
@@ -234,20 +234,24 @@ fn solved_levels<'a>(climbs: &'a [Climb<'_>]) -> impl Iterator<Item = &'a WayLev
 fn judged(
     solved: &[SolvedMesh],
     reference: &SolvedMesh,
-    material: &MaterialField<'_>,
-) -> Vec<WayLevel> {
+    scene: &Scene,
+) -> Result<Vec<WayLevel>, Invalid> {
     let uncertainty = reference.level.estimated_error;
-    let error = |mesh: &SolvedMesh| {
+    let error = |mesh: &SolvedMesh| -> Result<Option<f64>, Invalid> {
         let is_judged = reference.level.status.is_solved()
             && mesh.level.status.is_solved()
             && uncertainty <= LARGEST_SHARE * mesh.level.estimated_error;
-        is_judged.then(|| {
-            distance(mesh.field(), reference.field(), material, Points::default()).relative()
-        })
+        if !is_judged {
+            return Ok(None);
+        }
+        let found = distance(mesh.field(), reference.field(), scene, Points::default())?;
+        Ok(Some(found.relative()))
     };
-    let levels = solved.iter().map(|mesh| WayLevel {
-        error: error(mesh),
-        ..mesh.level.clone()
+    let levels = solved.iter().map(|mesh| {
+        Ok(WayLevel {
+            error: error(mesh)?,
+            ..mesh.level.clone()
+        })
     });
     levels.collect()
 }

@@ -22,6 +22,7 @@ pub(super) use tasks::{Task, climb, descend};
 use super::scalar::Scalar;
 use super::sparse::CscMatrix;
 use super::structure::FactorStructure;
+use super::work::Work;
 
 /// A subtree of less than this share of all operations is one task.
 const SMALLEST_SHARE: f64 = 1.0 / 64.0;
@@ -58,7 +59,7 @@ impl FactorStructure {
     }
 }
 
-/// Computes the panels of L, which are zero, for PAPᵀ = LLᵀ.
+/// Computes the panels of L, which are zero, for PAPᵀ = LLᵀ, and notes each front that is done.
 ///
 /// # Errors
 /// [`Failure`]; of several pivots the first, and the columns before it in its subtree are complete.
@@ -66,6 +67,7 @@ pub(super) fn factorise<T: Scalar>(
     structure: &FactorStructure,
     a: &CscMatrix,
     values: &mut [T],
+    work: &Work,
 ) -> Result<(), Failure> {
     let tasks = structure.tasks(|front| front.operations(), SMALLEST_SHARE);
     let inverse = structure.new_of_old();
@@ -81,6 +83,7 @@ pub(super) fn factorise<T: Scalar>(
         failure: Mutex::new(None),
         buffers: Buffers::new(),
         tasks: &tasks,
+        work,
     };
     climb(&tasks, |task| run.finish(task));
     locked(&run.failure).map_or(Ok(()), Err)
@@ -116,6 +119,7 @@ struct Run<'a, T> {
     /// The first failure so far.
     failure: Mutex<Option<Failure>>,
     buffers: Buffers<T>,
+    work: &'a Work,
 }
 
 impl<T: Scalar> Run<'_, T> {
@@ -190,6 +194,7 @@ impl<T: Scalar> Run<'_, T> {
             .map_err(|column| Failure::Pivot(front.first + column))?;
         add_children(&children, below, width, width, order);
         drop(children);
+        self.work.add(front.operations());
         finished
             .into_iter()
             .for_each(|update| self.buffers.put(update.values));

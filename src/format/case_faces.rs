@@ -1,0 +1,136 @@
+//! What happens on each of several contact faces, as columns of a sweep's table.
+
+use runfile::{
+    DatasetSpec, Extent,
+    Extent::{Fixed, Named},
+    GroupWriter, Kind, Reader, StoreError,
+};
+use units::Dimension;
+
+use super::{FormatError, axes, mesh, post, read_index_vec, sweep::GROUP};
+
+const NAMES: &str = "/cases/face_names";
+const ZONE_COUNTS: &str = "/cases/face_zone_counts";
+const NORMAL_FORCE: &str = "/cases/face_normal_force";
+const TANGENTIAL_FORCE: &str = "/cases/face_tangential_force";
+const LARGEST_PRESSURE: &str = "/cases/face_largest_pressure";
+
+const FACES: &[Extent] = &[Named("n_cases"), Named("n_case_faces")];
+const ONE_FACE: &str = "absent where no case has several contact faces";
+
+#[rustfmt::skip]
+pub(super) const TABLE: &[DatasetSpec] = &[
+    GROUP.row(NAMES, Kind::Text, &[Named("n_case_faces")], Dimension::Number, "Names of contact faces in cases with several, each once.").optional(ONE_FACE),
+    GROUP.row(ZONE_COUNTS, Kind::I64, &[Named("n_cases"), Named("n_case_faces"), axes::ZONES], Dimension::Number, "Numbers of open, sticking and slipping panes of each face; -1 in cases without it.").optional(ONE_FACE),
+    GROUP.row(NORMAL_FORCE, Kind::F64, FACES, Dimension::FORCE, "Total normal contact force of each face; NaN in cases without it.").optional(ONE_FACE),
+    GROUP.row(TANGENTIAL_FORCE, Kind::F64, &[Named("n_cases"), Named("n_case_faces"), Fixed(2)], Dimension::FORCE, "Sum of area times tangential multiplier along the t1 and t2 of each face; NaN without friction.").optional(ONE_FACE),
+    GROUP.row(LARGEST_PRESSURE, Kind::F64, FACES, Dimension::STRESS, "Largest normal multiplier of each face.").optional(ONE_FACE),
+];
+
+/// One of several contact faces of a case; NaN for what its law does not have.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CaseFace {
+    /// Its name.
+    pub name: String,
+    /// Open, sticking, slipping panes.
+    pub zones: [i64; 3],
+    /// Normal force in N.
+    pub normal_force: f64,
+    /// Tangential forces in N.
+    pub tangential_force: [f64; 2],
+    /// Largest pressure in Pa.
+    pub largest_pressure: f64,
+}
+
+impl CaseFace {
+    /// A face that a case does not have.
+    fn absent() -> Self {
+        Self {
+            name: String::new(),
+            zones: [-1; 3],
+            normal_force: f64::NAN,
+            tangential_force: [f64::NAN; 2],
+            largest_pressure: f64::NAN,
+        }
+    }
+}
+
+/// The faces of a finished run file with several, in the order of its results; none with one.
+///
+/// # Errors
+/// Missing or altered datasets.
+pub(super) fn read(reader: &Reader) -> Result<Vec<CaseFace>, FormatError> {
+    if !reader.has(post::FACE_NORMAL_FORCE) {
+        return Ok(Vec::new());
+    }
+    let names = reader.read_text(mesh::CONTACT_FACE_NAMES)?;
+    let normal: Vec<f64> = reader.read_vec(post::FACE_NORMAL_FORCE)?;
+    let pressure: Vec<f64> = reader.read_vec(post::FACE_LARGEST_PRESSURE)?;
+    let zones = read_index_vec(reader, post::FACE_ZONE_COUNTS)?;
+    let tangential: Vec<f64> = match reader.has(post::FACE_TANGENTIAL_FORCE) {
+        true => reader.read_vec(post::FACE_TANGENTIAL_FORCE)?,
+        false => Vec::new(),
+    };
+    // Faces with friction come first.
+    let pairs = tangential.as_chunks::<2>().0;
+    let numbers = normal
+        .into_iter()
+        .zip(pressure)
+        .zip(zones.as_chunks::<3>().0);
+    let faces = names.lines().zip(numbers).enumerate();
+    Ok(faces
+        .map(
+            |(k, (name, ((normal_force, largest_pressure), zones)))| CaseFace {
+                name: name.to_owned(),
+                zones: zones.map(|count| count as i64),
+                normal_force,
+                tangential_force: pairs.get(k).copied().unwrap_or([f64::NAN; 2]),
+                largest_pressure,
+            },
+        )
+        .collect())
+}
+
+/// The names of all faces of some cases, each once.
+pub fn names<'a>(cases: impl Iterator<Item = &'a [CaseFace]>) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for face in cases.flatten() {
+        if !names.contains(&face.name) {
+            names.push(face.name.clone());
+        }
+    }
+    names
+}
+
+/// The face of a case with a name, or one of -1 and NaN.
+#[must_use]
+pub fn named(faces: &[CaseFace], name: &str) -> CaseFace {
+    let found = faces.iter().find(|face| face.name == name);
+    found.cloned().unwrap_or_else(CaseFace::absent)
+}
+
+/// Writes the faces of all cases; nothing where none has several.
+pub(super) fn write(writer: &mut GroupWriter<'_>, cases: &[&[CaseFace]]) -> Result<(), StoreError> {
+    let names = names(cases.iter().copied());
+    if names.is_empty() {
+        return Ok(());
+    }
+    let rows = cases.iter();
+    let cells: Vec<CaseFace> = rows
+        .flat_map(|faces| names.iter().map(|name| named(faces, name)))
+        .collect();
+    let (n, k) = (cases.len(), names.len());
+    let words: Vec<&str> = names.iter().map(String::as_str).collect();
+    writer.write_texts(NAMES, &words)?;
+    let zones: Vec<[i64; 3]> = cells.iter().map(|face| face.zones).collect();
+    writer.write(ZONE_COUNTS, zones.as_flattened(), &[n, k, 3])?;
+    let numbers = |of: fn(&CaseFace) -> f64| -> Vec<f64> { cells.iter().map(of).collect() };
+    writer.write(NORMAL_FORCE, &numbers(|face| face.normal_force), &[n, k])?;
+    writer.write(
+        LARGEST_PRESSURE,
+        &numbers(|face| face.largest_pressure),
+        &[n, k],
+    )?;
+    let pairs: Vec<[f64; 2]> = cells.iter().map(|face| face.tangential_force).collect();
+    writer.write(TANGENTIAL_FORCE, pairs.as_flattened(), &[n, k, 2])
+}
