@@ -1,6 +1,7 @@
 //! The command line: arguments, dispatch, messages, exit codes.
 
 mod accuracy;
+mod accuracy_words;
 mod adaptive;
 mod arguments;
 mod branches;

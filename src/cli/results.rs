@@ -16,7 +16,7 @@ use super::{features, report::status};
 use crate::{
     format::Sizes,
     pipeline::Performed,
-    views::{motion_words, radius_words, sign_words},
+    views::{fold_words, motion_words, radius_words, sign_words},
 };
 
 /// Estimates above this share of the energy norm were down to 0.66 of the error on meshes of some hundred unknowns; below
@@ -95,6 +95,9 @@ pub(super) fn table(
         line("spectral radius of Psi'", radius_words(local));
         if let Some(words) = sign_words(local) {
             line("sign of det R'", words.to_owned());
+        }
+        if let Some(words) = fold_words(local) {
+            line("distance from a fold", words);
         }
     }
     if let Some(contact) = &r.contact {
@@ -322,26 +325,13 @@ pub(super) fn json(
         .into_iter()
         .map(|(name, value)| (name.to_owned(), value.into()))
         .collect();
-    serde_json::json!({
+    let figures = serde_json::json!({
         "title": scene.title,
         "units": unit_words(scene.units),
         "effects": features::json(&ModelFeatures::of(scene), &sizes(mesh, solution)),
         "assembly_seconds": assembly.as_ref().map(|assembly| &assembly["seconds"]),
         "factor": assembly.as_ref().map(|assembly| &assembly["factor"]),
-        "newton_seconds": solution.newton.iter().map(|step| step.seconds).sum::<f64>(),
-        "status": solution.status.word(),
-        "n_nodes": mesh.coordinates.len(),
-        "n_free": solution.displacement.len(),
-        "n_multipliers": solution.multiplier.len(),
         "n_panes": report.panes.len(),
-        "n_contact_nodes": mesh.contact.as_ref().map(|surface| surface.nodes.len()),
-        "outer_steps": solution.history.len(),
-        "newton_steps": solution.newton.len(),
-        "actions": solution.applications,
-        "accuracy": solution.accuracy,
-        "mapping_change": solution.mapping_change,
-        "spectral_radius": solution.local_mapping.map(|local| local.spectral_radius),
-        "determinant_sign": solution.local_mapping.map(|local| local.determinant),
         "open": report.count(Zone::Open),
         "stick": report.count(Zone::Stick),
         "slip": report.count(Zone::Slip),
@@ -350,8 +340,6 @@ pub(super) fn json(
         "largest_pressure": r.contact.map(|c| c.largest_pressure),
         "forces": forces_json(report),
         "energy": r.strain_energy - r.load_work,
-        "law_evaluations": solution.law_evaluations,
-        "projections": solution.projections,
         "strain_energy": r.strain_energy,
         "largest_displacement": r.largest_displacement,
         "discretisation_error": relative_parts(report),
@@ -364,5 +352,37 @@ pub(super) fn json(
             "compute_seconds": p.compute_seconds,
             "store_seconds": p.store_seconds,
         })).collect::<Vec<_>>(),
+    });
+    joined([figures, solving_json(mesh, solution)])
+}
+
+/// How the solve went, and what surrounds its answer.
+fn solving_json(mesh: &Mesh, solution: &Solution) -> serde_json::Value {
+    serde_json::json!({
+        "newton_seconds": solution.newton.iter().map(|step| step.seconds).sum::<f64>(),
+        "status": solution.status.word(),
+        "n_nodes": mesh.coordinates.len(),
+        "n_free": solution.displacement.len(),
+        "n_multipliers": solution.multiplier.len(),
+        "n_contact_nodes": mesh.contact.as_ref().map(|surface| surface.nodes.len()),
+        "outer_steps": solution.history.len(),
+        "newton_steps": solution.newton.len(),
+        "actions": solution.applications,
+        "accuracy": solution.accuracy,
+        "mapping_change": solution.mapping_change,
+        "spectral_radius": solution.local_mapping.map(|local| local.spectral_radius),
+        "determinant_sign": solution.local_mapping.map(|local| local.determinant),
+        "fold_distance": solution.local_mapping.map(|local| local.fold_distance),
+        "law_evaluations": solution.law_evaluations,
+        "projections": solution.projections,
     })
+}
+
+/// The figures of two objects in one.
+fn joined(objects: [serde_json::Value; 2]) -> serde_json::Value {
+    let figures = objects.iter().filter_map(serde_json::Value::as_object);
+    let figures = figures.flatten();
+    figures
+        .map(|(name, value)| (name.clone(), value.clone()))
+        .collect()
 }

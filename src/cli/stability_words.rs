@@ -181,6 +181,10 @@ fn detail(row: &StabilityRow) -> String {
         format!("{:.4}", check.linearisation.contraction),
     );
     say(
+        "distance from a fold",
+        format!("{:.4}", check.linearisation.fold_distance),
+    );
+    say(
         "certificate",
         format!(
             "{:.1e}, rounding allows {:.0e}",
@@ -238,6 +242,7 @@ pub(super) fn json(rows: &[StabilityRow]) -> serde_json::Value {
                 "determinant_sign": check.linearisation.determinant,
                 "sensitivity": check.linearisation.sensitivity,
                 "spectral_radius": check.linearisation.contraction,
+                "fold_distance": check.linearisation.fold_distance,
                 "multiplier_floor": check.rounding_bound.multiplier,
                 "rivals": check.cross_checks.iter().map(|cross_check| serde_json::json!({
                     "algorithm": cross_check.cross_check.to_string(),

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use contact3d::{
+    scene::GmshFile,
     solver::Status,
     theory::{Theory, TheoryProgress, TheorySettings},
 };
@@ -31,6 +32,9 @@ pub struct TheoryArguments {
     /// n_div of the finest mesh, a multiple of the scene's; by default the scene's
     #[arg(long, value_name = "N_DIV", value_parser = n_div)]
     pub finest: Option<usize>,
+    /// A Gmsh file of the scene's body, relative to the scene file; given once for each mesh of the ladder
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["coarsest", "finest"])]
+    pub mesh: Vec<PathBuf>,
     #[command(flatten)]
     pub(super) figures: FigureArguments,
 }
@@ -47,14 +51,21 @@ pub(super) fn theory(
     let pictures = arguments
         .figures
         .claim(&arguments.file, Drawing::Theory, inputs)?;
+    let unit = scene.scene.body.mesh_file().map_or(1.0, |own| own.unit);
+    let mesh = |file: &PathBuf| GmshFile {
+        file: file.clone(),
+        unit,
+        digest: None,
+    };
     let settings = TheorySettings {
         coarsest: arguments.coarsest,
         finest: arguments.finest,
+        meshes: arguments.mesh.iter().map(mesh).collect(),
     };
     let spinner = progress::spinner("theory", output);
-    let measured = measure_theory(&arguments.file, scene, &settings, threads, &mut |step| {
+    let measured = measure_theory(&arguments.file, scene, settings, threads, &mut |step| {
         spinner.set_message(match step {
-            TheoryProgress(0) => "the mesh of the file".to_owned(),
+            TheoryProgress(0) => "a mesh file".to_owned(),
             TheoryProgress(n_div) => format!("mesh n_div = {n_div}"),
         });
     });

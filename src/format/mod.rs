@@ -28,7 +28,7 @@ mod sweep_series;
 mod theory;
 mod vtkhdf;
 mod vtkhdf_check;
-mod vtkhdf_normal;
+mod vtkhdf_once;
 mod vtkhdf_series;
 mod vtkhdf_stored;
 
@@ -127,7 +127,7 @@ pub const LAYOUT: Layout = Layout {
         history::TABLE,
         post::TABLE,
         vtkhdf::TABLE,
-        vtkhdf_normal::TABLE,
+        vtkhdf_once::TABLE,
         vtkhdf_series::TABLE,
         accuracy::TABLE,
         accuracy::RUNGS_TABLE,

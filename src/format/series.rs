@@ -5,7 +5,7 @@ use runfile::Layout;
 use super::{
     path_series, sweep_series,
     vtkhdf::{self, GROUP},
-    vtkhdf_normal, vtkhdf_series,
+    vtkhdf_once, vtkhdf_series,
 };
 
 /// Every dataset of such a file.
@@ -18,7 +18,7 @@ pub const SERIES_LAYOUT: Layout = Layout {
     groups: &[GROUP],
     tables: &[
         vtkhdf::TABLE,
-        vtkhdf_normal::TABLE,
+        vtkhdf_once::TABLE,
         vtkhdf_series::TABLE,
         path_series::TABLE,
         sweep_series::TABLE,

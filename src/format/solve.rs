@@ -42,6 +42,7 @@ pub(super) const ACCURACY: &str = "/solve/accuracy";
 const MAPPING_CHANGE: &str = "/solve/mapping_change";
 const SPECTRAL_RADIUS: &str = "/solve/spectral_radius";
 const DETERMINANT: &str = "/solve/determinant_sign";
+const FOLD_DISTANCE: &str = "/solve/fold_distance";
 const LAW_EVALUATIONS: &str = "/solve/law_evaluations";
 const PROJECTIONS: &str = "/solve/projections";
 pub(super) const HISTORY_DIGEST: &str = "/solve/history_digest";
@@ -75,6 +76,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(MAPPING_CHANGE, Kind::F64, &[], Dimension::Number, "|Psi(lambda) - lambda| / |lambda| for one evaluation of the paper's mapping.").optional("absent unless Newton's method gave the answer"),
     GROUP.row(SPECTRAL_RADIUS, Kind::F64, &[], Dimension::Number, "Spectral radius of the derivative of the mapping Psi at the solution: successive approximations converge to it from nearby where it is below 1.").symbol("rho(Psi')").optional(NO_LINEARISATION),
     GROUP.row(DETERMINANT, Kind::I64, &[], Dimension::Number, "Sign of the determinant of Newton's matrix at the solution; the signs of all solutions add up to 1, so where it is -1 there are others.").symbol("sign det R'").optional(NO_LINEARISATION),
+    GROUP.row(FOLD_DISTANCE, Kind::F64, &[], Dimension::Number, "Least |1 - mu| over the eigenvalues mu of the derivative of Psi at the solution: 0 where Newton's matrix is singular, as in a fold where two solutions meet.").symbol("min |1 - mu|").optional(NO_LINEARISATION),
     GROUP.row(LAW_EVALUATIONS, Kind::I64, &[], Dimension::Number, "Evaluations of the friction law at a node."),
     GROUP.row(PROJECTIONS, Kind::I64, &[], Dimension::Number, "Projections on an ellipse."),
     GROUP.row(HISTORY_DIGEST, Kind::Text, &[], Dimension::Number, "Digest of /history, whose last increment this is.").optional("absent without a load history"),
@@ -142,6 +144,7 @@ pub fn write(
     if let Some(local) = &solution.local_mapping {
         writer.write(SPECTRAL_RADIUS, &[local.spectral_radius], &[])?;
         writer.write(DETERMINANT, &[i64::from(local.determinant)], &[])?;
+        writer.write(FOLD_DISTANCE, &[local.fold_distance], &[])?;
     }
     writer.write_indices(LAW_EVALUATIONS, &[solution.law_evaluations], &[])?;
     writer.write_indices(PROJECTIONS, &[solution.projections], &[])?;
@@ -229,9 +232,14 @@ fn read_local_mapping(reader: &Reader) -> Result<Option<LocalMapping>, FormatErr
     }
     let radius: Option<f64> = reader.read_vec(SPECTRAL_RADIUS)?.first().copied();
     let sign: Option<i64> = reader.read_vec(DETERMINANT)?.first().copied();
+    let distance: Option<f64> = match reader.has(FOLD_DISTANCE) {
+        true => reader.read_vec(FOLD_DISTANCE)?.first().copied(),
+        false => None,
+    };
     Ok(Some(LocalMapping {
         spectral_radius: radius.unwrap_or(f64::NAN),
         determinant: sign.map_or(0, |sign| sign.signum() as i8),
+        fold_distance: distance.unwrap_or(f64::NAN),
     }))
 }
 

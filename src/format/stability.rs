@@ -71,6 +71,7 @@ const DUAL_BY_AREA: &str = "/stability/dual_eigenvalues_by_area";
 const DETERMINANT: &str = "/stability/determinant_sign";
 const SENSITIVITY: &str = "/stability/sensitivity";
 const SPECTRAL_RADIUS: &str = "/stability/spectral_radius";
+const FOLD_DISTANCE: &str = "/stability/fold_distance";
 const MULTIPLIER_ROUNDING: &str = "/stability/multiplier_floor";
 const CROSS_CHECK_STATUS: &str = "/stability/rival_status";
 const CROSS_CHECK_STEPS: &str = "/stability/rival_steps";
@@ -111,6 +112,7 @@ const TABLE: &[DatasetSpec] = &[
     GROUP.row(DETERMINANT, Kind::I64, CASES, Dimension::Number, "Sign of the determinant of Newton's matrix at the answer.").symbol("sign det R'"),
     GROUP.row(SENSITIVITY, Kind::F64, CASES, Dimension::Number, "Norm of the inverse of Newton's matrix at the answer."),
     GROUP.row(SPECTRAL_RADIUS, Kind::F64, CASES, Dimension::Number, "Spectral radius of the derivative of the mapping Psi at the answer: successive approximations converge to it from nearby where it is below 1; 0 without Coulomb friction.").symbol("rho(Psi')"),
+    GROUP.row(FOLD_DISTANCE, Kind::F64, CASES, Dimension::Number, "Least |1 - mu| over the eigenvalues mu of that derivative: 0 where Newton's matrix is singular, as in a fold where two solutions meet; 1 without Coulomb friction.").symbol("min |1 - mu|"),
     GROUP.row(MULTIPLIER_ROUNDING, Kind::F64, CASES, Dimension::Number, "Relative error of the multipliers that rounding alone makes."),
     GROUP.row(CROSS_CHECK_STATUS, Kind::Enum(StoredStatus::SPEC), CROSS_CHECKS, Dimension::Number, "How Newton, the fixed point with Newton, that with GPCG, and the averaged fixed point ended; numerical_error where not run."),
     GROUP.row(CROSS_CHECK_STEPS, Kind::I64, CROSS_CHECKS, Dimension::Number, "Their steps; 0 where not run."),
@@ -229,7 +231,7 @@ fn write_counts(columns: &mut Checks<'_, '_, '_>) -> Result<(), StoreError> {
 
 fn write_measures(columns: &mut Checks<'_, '_, '_>) -> Result<(), StoreError> {
     type Measure = fn(&Check) -> f64;
-    let measures: [(&str, Measure); 9] = [
+    let measures: [(&str, Measure); 10] = [
         (ASKED, |c| c.asked),
         (ACCURACY, |c| c.accuracy),
         (CERTIFICATE, |c| c.certificate),
@@ -237,6 +239,7 @@ fn write_measures(columns: &mut Checks<'_, '_, '_>) -> Result<(), StoreError> {
         (STIFFNESS_CONDITION, |c| c.conditioning.stiffness),
         (SENSITIVITY, |c| c.linearisation.sensitivity),
         (SPECTRAL_RADIUS, |c| c.linearisation.contraction),
+        (FOLD_DISTANCE, |c| c.linearisation.fold_distance),
         (MULTIPLIER_ROUNDING, |c| c.rounding_bound.multiplier),
         (SECONDS, |c| c.seconds),
     ];

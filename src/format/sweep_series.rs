@@ -5,6 +5,7 @@ use units::Dimension;
 
 use super::{
     vtkhdf::GROUP,
+    vtkhdf_once::copy_normals,
     vtkhdf_series::{STEPS, Series},
     vtkhdf_stored::{copy_grid, last_fields},
 };
@@ -42,8 +43,9 @@ pub fn begin<'w, 't>(
     grid: &Reader,
     cases: &[SeriesCase],
 ) -> Result<Series<'w, 't>, StoreError> {
+    copy_grid(writer, grid)?;
     let n = cases.len();
-    copy_grid(writer, grid, n)?;
+    copy_normals(writer, grid, n)?;
     let rows: Vec<f64> = cases.iter().map(|case| case.row as f64).collect();
     writer.write(CASE, &rows, &[n])?;
     let settings: Vec<f64> = cases

@@ -17,7 +17,7 @@ use runfile::{
 };
 use units::Dimension;
 
-use super::{Stage, vtkhdf_normal};
+use super::{Stage, vtkhdf_once};
 
 /// The same results as ParaView reads them.
 pub const GROUP: Group = Group::new("VTKHDF", Stage::Post.command());
@@ -32,7 +32,6 @@ pub(super) const TYPES: &str = "/VTKHDF/Types";
 const DISPLACEMENT: &str = "/VTKHDF/PointData/displacement";
 const ERROR_INDICATOR: &str = "/VTKHDF/CellData/error_indicator";
 const CONTACT_FACE: &str = "/VTKHDF/CellData/contact_face";
-const UNSTOPPED_MOTION: &str = "/VTKHDF/PointData/unstopped_motion";
 const VON_MISES: &str = "/VTKHDF/CellData/von_mises";
 
 /// Value of the attribute `Type` of the group.
@@ -68,7 +67,6 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(OFFSETS, Kind::I64, &[Plus("n_cells", 1)], Dimension::Number, "Where each cell begins in Connectivity.").compressed(),
     GROUP.row(TYPES, Kind::U8, CELLS, Dimension::Number, "VTK cell type: 10 tetrahedron, 5 triangle, 24 and 22 the quadratic ones.").compressed(),
     GROUP.row(DISPLACEMENT, Kind::F64, POINT_VECTORS, Dimension::LENGTH, "Displacement; warp by this vector.").compressed(),
-    GROUP.row(UNSTOPPED_MOTION, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::Number, "Without equilibrium the rigid motion that nothing stops, of largest component one; warp by this vector.").compressed().optional("absent with equilibrium, and with a load history"),
     GROUP.row(VON_MISES, Kind::F64, CELL_VALUES, Dimension::STRESS, "Von Mises stress, NaN on contact triangles.").compressed(),
     GROUP.row(ERROR_INDICATOR, Kind::F64, CELL_VALUES, Dimension::Number, "Share in the estimated discretisation error, NaN on contact triangles.").compressed().optional("absent in files before format 1.4, for a body at rest, and with a load history"),
     GROUP.row(CONTACT_FACE, Kind::F64, CELL_VALUES, Dimension::Number, "Number of the contact face from 0, in the order of /mesh/contact_face_names; NaN on tetrahedra.").compressed().optional("absent without several contact faces"),
@@ -98,9 +96,9 @@ pub fn write(
     unstopped: Option<&[[f64; 3]]>,
 ) -> Result<(), StoreError> {
     write_grid(writer, mesh)?;
-    vtkhdf_normal::write(writer, mesh, None)?;
+    vtkhdf_once::write_normals(writer, mesh, None)?;
     if let Some(motion) = unstopped {
-        writer.write(UNSTOPPED_MOTION, motion.as_flattened(), &[motion.len(), 3])?;
+        vtkhdf_once::write_unstopped(writer, motion)?;
     }
     for field in fields(mesh, &GridValues::from(report), frame) {
         // A body at rest has no error to share.

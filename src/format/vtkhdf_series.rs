@@ -13,7 +13,7 @@ use units::Dimension;
 
 use super::{
     vtkhdf::{Field, GROUP, GridValues, fields, write_grid},
-    vtkhdf_normal,
+    vtkhdf_once,
 };
 
 pub(super) const VALUES: &str = "/VTKHDF/Steps/Values";
@@ -78,7 +78,7 @@ impl<'w, 't> Series<'w, 't> {
         times: &[f64],
     ) -> Result<Self, StoreError> {
         write_grid(writer, mesh)?;
-        vtkhdf_normal::write(writer, mesh, Some(times.len()))?;
+        vtkhdf_once::write_normals(writer, mesh, Some(times.len()))?;
         Self::on_grid(writer, times)
     }
 

@@ -7,7 +7,6 @@ use super::{
         CONNECTIVITY, Field, N_CELLS, N_CONNECTIVITY, N_POINTS, OFFSETS, POINTS, TABLE, TYPE,
         TYPES, VERSION,
     },
-    vtkhdf_normal,
     vtkhdf_series::VALUES,
 };
 
@@ -17,14 +16,14 @@ pub fn field_paths(reader: &Reader) -> Vec<&'static str> {
     let on_grid = |path: &&str| {
         path.starts_with("/VTKHDF/PointData/") || path.starts_with("/VTKHDF/CellData/")
     };
-    let rows = TABLE.iter().chain(vtkhdf_normal::TABLE);
-    rows.map(|row| row.path)
+    let paths = TABLE.iter().map(|row| row.path);
+    paths
         .filter(on_grid)
         .filter(|path| reader.has(path))
         .collect()
 }
 
-/// The values of these fields that may differ between steps, at the last time where the file is a series itself.
+/// The values of these fields, at the last time where the file is a series itself.
 pub(super) fn last_fields(reader: &Reader) -> Result<Vec<Field>, StoreError> {
     let steps = match reader.has(VALUES) {
         true => reader.read_vec::<f64>(VALUES)?.len(),
@@ -42,20 +41,11 @@ pub(super) fn last_fields(reader: &Reader) -> Result<Vec<Field>, StoreError> {
             values,
         })
     };
-    let paths = field_paths(reader).into_iter();
-    paths
-        .filter(|path| *path != vtkhdf_normal::NORMAL)
-        .map(field)
-        .collect()
+    field_paths(reader).into_iter().map(field).collect()
 }
 
-/// Writes the grid of another file for a series of some steps, with the normals of its contact faces.
-pub(super) fn copy_grid(
-    writer: &mut GroupWriter<'_>,
-    reader: &Reader,
-    n_steps: usize,
-) -> Result<(), StoreError> {
-    vtkhdf_normal::copy(writer, reader, n_steps)?;
+/// Writes the grid of another file.
+pub(super) fn copy_grid(writer: &mut GroupWriter<'_>, reader: &Reader) -> Result<(), StoreError> {
     writer.write_ascii_attribute("Type", TYPE)?;
     writer.write_number_attribute("Version", &VERSION)?;
     for path in [N_POINTS, N_CELLS, N_CONNECTIVITY, CONNECTIVITY, OFFSETS] {

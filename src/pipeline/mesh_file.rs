@@ -4,7 +4,7 @@ use std::{fs, path::PathBuf};
 
 use contact3d::{
     mesh::{Mesh, MeshError, Refinement, digest_of},
-    scene::{Invalid, SceneFile},
+    scene::{GmshFile, Invalid, SceneFile},
 };
 
 use super::{StageError, resources};
@@ -39,9 +39,21 @@ pub fn mesh_file(input: &SceneFile) -> Option<PathBuf> {
 /// A file that cannot be read, or is not the one of the digest in the scene; too little memory for
 /// it.
 pub fn pin_mesh_file(input: &mut SceneFile) -> Result<(), StageError> {
-    let Some(gmsh) = input.scene.body.mesh_file() else {
+    let Some(mut gmsh) = input.scene.body.mesh_file().cloned() else {
         return Ok(());
     };
+    pin(&mut gmsh, input)?;
+    if let Some(own) = input.scene.body.mesh_file_mut() {
+        *own = gmsh;
+    }
+    Ok(())
+}
+
+/// The same for a mesh file of the body of a scene.
+///
+/// # Errors
+/// As [`pin_mesh_file`].
+pub(super) fn pin(gmsh: &mut GmshFile, input: &SceneFile) -> Result<(), StageError> {
     let path = input.folder.join(&gmsh.file);
     if let Ok(metadata) = fs::metadata(&path) {
         resources::admit_memory(resources::need_of_mesh_file(metadata.len()))?;
@@ -64,8 +76,6 @@ pub fn pin_mesh_file(input: &mut SceneFile) -> Result<(), StageError> {
             })
             .into());
     }
-    if let Some(gmsh) = input.scene.body.mesh_file_mut() {
-        gmsh.digest = Some(digest);
-    }
+    gmsh.digest = Some(digest);
     Ok(())
 }

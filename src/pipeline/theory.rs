@@ -9,7 +9,10 @@ use contact3d::{
 use runfile::{GroupRecord, IfMissing, RunFile, timestamp};
 
 use super::{
-    StageError, accuracy_input, beside::store_with_scene, mesh_file::pin_mesh_file, resources,
+    StageError, accuracy_input,
+    beside::store_with_scene,
+    mesh_file::{pin, pin_mesh_file},
+    resources,
 };
 use crate::format::{self, LAYOUT};
 
@@ -21,18 +24,21 @@ use crate::format::{self, LAYOUT};
 pub fn measure_theory(
     path: &Path,
     mut input: SceneFile,
-    settings: &TheorySettings,
+    mut settings: TheorySettings,
     threads: usize,
     observe: &mut dyn FnMut(TheoryProgress),
 ) -> Result<Theory, StageError> {
     pin_mesh_file(&mut input)?;
-    admit_finest(&input.scene, settings, path)?;
+    for file in &mut settings.meshes {
+        pin(file, &input)?;
+    }
+    admit_finest(&input.scene, &settings, path)?;
     let layout = LAYOUT.in_units(input.scene.units);
     let file = RunFile::lock(path, layout, IfMissing::Create)?;
     let started = Instant::now();
-    let theory = Theory::measure(&input.scene, &input.folder, settings, observe)?;
+    let theory = Theory::measure(&input.scene, &input.folder, &settings, observe)?;
     let record = GroupRecord {
-        settings: toml::to_string(settings).expect("settings hold only TOML types"),
+        settings: toml::to_string(&settings).expect("settings hold only TOML types"),
         input_digest: accuracy_input(&input.scene),
         seconds: started.elapsed().as_secs_f64(),
         threads: i64::try_from(threads).unwrap_or(i64::MAX),

@@ -24,3 +24,15 @@ pub fn sign_words(local: &LocalMapping) -> Option<&'static str> {
         _ => None,
     }
 }
+
+/// What the nearness of det R' = 0 says; `None` where it is not near.
+#[must_use]
+pub fn fold_words(local: &LocalMapping) -> Option<String> {
+    let distance = local.fold_distance;
+    local.is_near_fold().then(|| {
+        format!(
+            "{distance:.2e}: another solution may be near, and small changes of the data move this one far \
+             (`branches` follows it)"
+        )
+    })
+}

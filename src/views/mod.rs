@@ -23,7 +23,7 @@ mod theory_report;
 pub use branches::{draw_branches, kind_words};
 pub use charts::draw_accuracy;
 pub use law::{FaceStudy, LawStudy, MeshSizes, law_folder};
-pub use local_mapping::{radius_words, sign_words};
+pub use local_mapping::{fold_words, radius_words, sign_words};
 pub(crate) use motion::motion_words;
 pub use picture::{are_drawn, draw_run, drawing_of, figures_folder};
 pub use picture_folder::{Drawing, PictureFolder};

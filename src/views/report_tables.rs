@@ -13,7 +13,7 @@ use runfile::{Reader, StoreError};
 use units::{Dimension, Units};
 
 use super::motion::motion_words;
-use super::{radius_words, sign_words};
+use super::{fold_words, radius_words, sign_words};
 use crate::pipeline::{Freshness, StageState};
 
 type Pair = (String, String);
@@ -187,6 +187,7 @@ pub(super) fn results(
     if let Some(local) = &solution.local_mapping {
         pairs.push(pair("spectral radius of Ψ'", radius_words(local)));
         pairs.extend(sign_words(local).map(|words| pair("sign of det R'", words)));
+        pairs.extend(fold_words(local).map(|words| pair("distance from a fold", words)));
     }
     if let Some(contact) = &r.contact {
         pairs.extend([

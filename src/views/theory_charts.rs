@@ -50,7 +50,10 @@ fn against_pane(
         (value > 0.0 && value.is_finite()).then(|| ChartPoint {
             x: level.face.pane_size,
             y: value,
-            text: format!("{name}, n_div {}: {value:.3e}", level.n_div),
+            text: match level.n_div {
+                0 => format!("{name}, {} unknowns: {value:.3e}", level.n_free),
+                n_div => format!("{name}, n_div {n_div}: {value:.3e}"),
+            },
         })
     });
     Series {

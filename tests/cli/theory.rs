@@ -83,3 +83,20 @@ fn scenes_beyond_the_theory_are_bad_input_and_leave_no_file() {
     let text = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
     assert!(text.contains("a multiple of 4"), "{text}");
 }
+
+#[test]
+fn mesh_files_are_for_bodies_from_mesh_files() {
+    for (scene, mesh, key) in [
+        ("hkl2011_table1.toml", "meshes/foot.msh", "body.gmsh"),
+        ("gmsh_foot.toml", "meshes/none.msh", "body.gmsh.file"),
+    ] {
+        let program = Program::new();
+        let scene = pipeline(scene);
+        let scene = scene.to_str().expect("plain path");
+        let arguments = ["theory", scene, "run.h5", "--mesh", mesh];
+        let output = program.command(&arguments).assert().code(2);
+        let text = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
+        assert!(text.contains(&format!("{key}: expected")), "{text}");
+        assert!(!program.path("run.h5").exists());
+    }
+}

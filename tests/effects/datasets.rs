@@ -54,13 +54,14 @@ const FRICTION_ONLY: [&str; 11] = [
     "/post/discretisation_error/friction",
     "/VTKHDF/{}Data/contact_tangential_stress",
 ];
-const COULOMB_ONLY: [&str; 11] = [
+const COULOMB_ONLY: [&str; 12] = [
     "/solve/slip_bound",
     "/solve/friction",
     "/solve/friction_inverse",
     "/solve/mapping_change",
     "/solve/spectral_radius",
     "/solve/determinant_sign",
+    "/solve/fold_distance",
     "/post/scaled_tangential_stress",
     "/post/pane_friction",
     "/post/nodal_friction",
@@ -349,6 +350,7 @@ fn with_the_implicit_operator_nothing_dense_is_there() {
             "/solve/mapping_change",
             "/solve/spectral_radius",
             "/solve/determinant_sign",
+            "/solve/fold_distance",
         ],
         &REGIONS_ONLY,
     ];

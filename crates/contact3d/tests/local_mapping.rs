@@ -61,6 +61,59 @@ fn the_coupled_rows_tell_what_the_full_derivatives_do() {
             "{title:?}: {local:?} {full:?}"
         );
         assert_eq!(local.determinant, full.determinant, "{title:?}");
+        // Both settle to 1e-8.
+        let difference = (local.fold_distance - full.fold_distance).abs();
+        assert!(difference <= 1e-6, "{title:?}: {local:?} {full:?}");
+    }
+}
+
+/// One node under loads of its two tetrahedron faces.
+fn loaded_node([first, last]: [f64; 2], friction: f64) -> Scene {
+    let mut scene = scene("one_node.toml", Some(friction));
+    scene.tractions[0].value = [first.into(), 0.0.into(), last.into()];
+    scene
+}
+
+/// A node that slides so that friction presses it has λ_ν = h_ν/(S_νν − F |S_νt|), which runs to infinity at F* = S_νν/|S_νt|, where
+/// Ψ' = F/F* is 1.
+#[test]
+fn the_distance_of_one_sliding_node_from_its_fold_is_that_of_its_coefficient() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../pipelines/hard");
+    // S, and h of each load.
+    let [(s, first), (_, last)] = [[1e-3, 0.0], [0.0, 1e-3]].map(|loads| {
+        let problem = Problem::in_folder(loaded_node(loads, 1.0), &folder).expect("a problem");
+        let problem = problem.assemble().expect("a factor");
+        let dual = problem.system().contact.as_ref().expect("contact");
+        let dual = dual.explicit().expect("a dense operator");
+        let s = [0, 1].map(|i| [0, 1].map(|j| dual.column(j)[i]));
+        (s, [dual.rhs[0], dual.rhs[1]])
+    });
+    let critical = s[0][0] / s[0][1].abs();
+    let sign = -s[0][1].signum();
+    for share in [0.5, 0.8, 0.95, 0.999] {
+        // λ_ν = 1 Pa, and a slip of S_tt.
+        let bound = sign * share * critical;
+        let h = [
+            s[0][0] + s[0][1] * bound,
+            s[1][0] + s[1][1] * (bound + sign),
+        ];
+        let determinant = first[0] * last[1] - first[1] * last[0];
+        let loads = [
+            1e-3 * (h[0] * last[1] - h[1] * last[0]) / determinant,
+            1e-3 * (first[0] * h[1] - first[1] * h[0]) / determinant,
+        ];
+        let (solution, full) = solved(loaded_node(loads, share * critical));
+        // Rounding of h, times 1/(1 − F/F*).
+        assert!((solution.multiplier[0] - 1.0).abs() < 1e-10, "{solution:?}");
+        let local = solution.local_mapping.expect("a solution");
+        // A number near 1 by 2^22 squarings.
+        for distance in [local.fold_distance, full.fold_distance] {
+            assert!(
+                (distance - (1.0 - share)).abs() < 1e-6,
+                "{share}: {local:?}"
+            );
+        }
+        assert_eq!(local.is_near_fold(), share > 0.9);
     }
 }
 

@@ -7,9 +7,8 @@ use super::{
 };
 use crate::{post::Zone, problem::ProblemError};
 
-/// Half the way in s over which derivatives by the parameter are differences. Loads that are straight in the parameter have none
-/// but rounding; elsewhere the error, 1e-8 times third derivatives, slows Newton's method and turns tangents a
-/// little, and moves no point.
+/// Half the way in s over which r, u_t and the law are differences. What is straight in the parameter has no error but rounding, 1e-12;
+/// elsewhere the error, 1e-8 times third derivatives, turns tangents a little, slows Newton's method and moves no point.
 const DIFFERENCE: f64 = 1e-4;
 
 /// Whether slip bounds and coefficients move with λ.
@@ -17,6 +16,14 @@ const DIFFERENCE: f64 = 1e-4;
 pub(super) enum Friction {
     Followed,
     Frozen,
+}
+
+/// What moves R: an unknown y_j or nothing of them, r over Λ and the slips, whose change over Λ has the opposite sign.
+struct Motion<'m> {
+    unknown: Option<usize>,
+    gradient: &'m [f64],
+    slips: Option<Vec<[f64; 2]>>,
+    friction: Friction,
 }
 
 impl Equations<'_> {
@@ -34,7 +41,7 @@ impl Equations<'_> {
         for (j, column) in by_multiplier.chunks_exact_mut(n).enumerate() {
             self.column(member, piece, at, j, Friction::Followed, column);
         }
-        let Some(change) = self.parameter_change(piece, point)? else {
+        let Some(change) = self.parameter_change(piece, point, at)? else {
             return Ok(None);
         };
         by_parameter.copy_from_slice(&change);
@@ -42,29 +49,47 @@ impl Equations<'_> {
         Ok(finite.then_some(matrix))
     }
 
-    /// ∂R/∂s by a difference within the range.
+    /// ∂R/∂s: r and u_t move as differences within the range say, and R with them by its derivative, since a law that is steep makes R
+    /// bend within less than such a difference; the law itself and steplengths move R by another difference.
     fn parameter_change(
         &self,
         piece: &Piece,
         point: &[f64],
+        at: &Evaluated,
     ) -> Result<Option<Vec<f64>>, ProblemError> {
         let (s, y) = point.split_last().expect("a point has a parameter");
         let ends = [(s - DIFFERENCE).max(0.0), (s + DIFFERENCE).min(1.0)];
-        if ends[1] <= ends[0] {
+        let way = ends[1] - ends[0];
+        if way <= 0.0 {
             return Ok(None);
         }
-        let mut sides = Vec::new();
-        for end in ends {
-            let member = self.family.member(end)?;
-            let Some(side) = self.evaluate(&member, piece, y) else {
-                return Ok(None);
-            };
-            sides.push(side.residual);
+        let here = self.family.member(s.clamp(0.0, 1.0))?;
+        let response = self.response(&here, y);
+        let sides = [self.family.member(ends[0])?, self.family.member(ends[1])?];
+        let [behind, ahead] = sides.each_ref().map(|member| self.response(member, y));
+        let rate = |a: &[f64], b: &[f64]| -> Vec<f64> {
+            let rates = a.iter().zip(b).map(|(a, b)| (b - a) / (way * self.stress));
+            rates.collect()
+        };
+        let gradient = rate(&behind.gradient, &ahead.gradient);
+        let slips = [&ahead, &behind].map(|side| side.displacement.as_flattened());
+        let motion = Motion {
+            unknown: None,
+            gradient: &gradient,
+            slips: Some(at.slips.change(&rate(slips[0], slips[1]))),
+            friction: Friction::Followed,
+        };
+        let mut change = vec![0.0; y.len()];
+        self.moved(&here, piece, at, &motion, &mut change);
+        let [behind, ahead] = sides.map(|member| self.evaluate_with(&member, piece, y, &response));
+        let Some((behind, ahead)) = behind.zip(ahead) else {
+            return Ok(None);
+        };
+        let law = behind.residual.iter().zip(&ahead.residual);
+        for (change, (a, b)) in change.iter_mut().zip(law) {
+            *change += (b - a) / way;
         }
-        let change = sides[1].iter().zip(&sides[0]);
-        Ok(Some(
-            change.map(|(b, a)| (b - a) / (ends[1] - ends[0])).collect(),
-        ))
+        Ok(Some(change))
     }
 
     /// ∂R/∂y_j; with frozen friction as the minimisations of Ψ have it.
@@ -77,12 +102,31 @@ impl Equations<'_> {
         friction: Friction,
         out: &mut [f64],
     ) {
-        let s = member.dual.column(j);
+        let followed = friction == Friction::Followed;
+        let compliance = member.dual.compliance.as_ref().filter(|_| followed);
+        let motion = Motion {
+            unknown: Some(j),
+            gradient: member.dual.column(j),
+            slips: compliance.map(|c| at.slips.change(c.column(j))),
+            friction,
+        };
+        self.moved(member, piece, at, &motion, out);
+    }
+
+    /// The change of R with a motion.
+    fn moved(
+        &self,
+        member: &Member,
+        piece: &Piece,
+        at: &Evaluated,
+        motion: &Motion<'_>,
+        out: &mut [f64],
+    ) {
+        let s = motion.gradient;
         let rho = member.steplengths();
         let layout = member.dual.layout;
         let surface = member.surface();
-        let compliance = member.dual.compliance.as_ref().map(|c| c.column(j));
-        let unit = |i: usize| if i == j { 1.0 } else { 0.0 };
+        let unit = |i: usize| if motion.unknown == Some(i) { 1.0 } else { 0.0 };
         let stuck = |i: usize| {
             if rho[i] == 0.0 {
                 unit(i)
@@ -106,20 +150,21 @@ impl Equations<'_> {
                         0.0 => 0.0,
                         rho => unit(i) - rho * s[i],
                     });
-                    let followed = friction == Friction::Followed;
-                    let bound = match followed && !piece.capped[pane] {
+                    let follows = motion.friction == Friction::Followed;
+                    let bound = match follows && !piece.capped[pane] {
                         true => unit(normal),
                         false => 0.0,
                     };
                     let mut inverse = [0.0; 2];
-                    if let (true, Some(compliance)) = (followed, compliance) {
+                    if let Some(change) = &motion.slips {
                         for (node, weight) in surface.pane_weights(pane) {
                             let Some(Some(nodal)) = at.nodes.get(node) else {
                                 continue;
                             };
-                            let u = [compliance[2 * node], compliance[2 * node + 1]];
+                            let moved = change[node];
                             for k in 0..2 {
-                                let along = nodal.slope[k][0] * u[0] + nodal.slope[k][1] * u[1];
+                                let along =
+                                    nodal.slope[k][0] * moved[0] + nodal.slope[k][1] * moved[1];
                                 inverse[k] -= weight * self.stress * along;
                             }
                         }

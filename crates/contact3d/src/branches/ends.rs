@@ -58,11 +58,11 @@ impl Equations<'_> {
                 });
             }
         }
-        let laws = LawPieces::new(law);
-        let nodes = at.displacement.iter().zip(&piece.nodes).enumerate();
-        for (node, (u, piece)) in nodes {
+        let laws = LawPieces::new(member);
+        let nodes = at.slips.value.iter().zip(&piece.nodes).enumerate();
+        for (node, (slip, piece)) in nodes {
             if let Some(piece) = piece {
-                laws.distances(node, *u, piece, self.slip, &mut distances);
+                laws.distances(node, *slip, piece, self.slip, &mut distances);
             }
         }
         distances
@@ -86,11 +86,13 @@ impl Equations<'_> {
                     .for_each(|(node, _)| slips[node] = true);
             }
         }
-        let laws = LawPieces::new(law);
+        let laws = LawPieces::new(member);
+        let sizes = member.interface.slip.slip(&displacement);
         piece.nodes.resize(displacement.len(), None);
-        let nodes = piece.nodes.iter_mut().zip(slips).zip(displacement);
-        for (index, ((node, slips), u)) in nodes.enumerate() {
-            *node = slips.then(|| node.unwrap_or_else(|| laws.piece_of(index, u)));
+        for (index, (node, slips)) in piece.nodes.iter_mut().zip(slips).enumerate() {
+            let negative = displacement[index].map(|u| laws.is_nodal && u < 0.0);
+            let here = || laws.piece_of(index, sizes[index], negative);
+            *node = slips.then(|| node.unwrap_or_else(here));
         }
     }
 

@@ -6,6 +6,7 @@ use super::{
     member::Member,
     piece::Piece,
     slip_stress::SlipStress,
+    slips::Slips,
 };
 use crate::{
     linalg::norm,
@@ -33,7 +34,15 @@ pub(super) struct Evaluated {
     pub(super) panes: Vec<PaneState>,
     /// 1/F at the nodes of slipping panes.
     pub(super) nodes: Vec<Option<NodalInverse>>,
-    /// u_t at the contact nodes in m; empty unless the law follows it.
+    /// Those that the law follows.
+    pub(super) slips: Slips,
+}
+
+/// How the body answers multipliers.
+pub(super) struct Response {
+    /// r = S λ − h in m³, `[n]`.
+    pub(super) gradient: Vec<f64>,
+    /// u_t at the contact nodes in m; empty where no law of the family follows it.
     pub(super) displacement: Vec<[f64; 2]>,
 }
 
@@ -89,13 +98,32 @@ impl<'a> Equations<'a> {
 
     /// R of a piece at a point; `None` where it has no value.
     pub(super) fn evaluate(&self, member: &Member, piece: &Piece, y: &[f64]) -> Option<Evaluated> {
+        self.evaluate_with(member, piece, y, &self.response(member, y))
+    }
+
+    /// r and u_t at a point.
+    pub(super) fn response(&self, member: &Member, y: &[f64]) -> Response {
         let multiplier: Vec<f64> = y.iter().map(|y| self.stress * y).collect();
-        let gradient = member.dual.gradient(&multiplier);
+        Response {
+            gradient: member.dual.gradient(&multiplier),
+            displacement: member.dual.tangential_displacement(&multiplier),
+        }
+    }
+
+    /// R of a piece at a point where the body answers in a given way.
+    pub(super) fn evaluate_with(
+        &self,
+        member: &Member,
+        piece: &Piece,
+        y: &[f64],
+        response: &Response,
+    ) -> Option<Evaluated> {
+        let gradient = &response.gradient;
         let rho = member.steplengths();
         let layout = member.dual.layout;
         let law = member.law();
         let cap = law.slip_bound(0, f64::INFINITY);
-        let (nodes, displacement, inverse) = self.friction(member, piece, &multiplier);
+        let (nodes, slips, inverse) = self.friction(member, piece, &response.displacement);
         let step = |j: usize| rho[j] * gradient[j] / self.stress;
         // A component whose row of S vanishes moves nothing and carries nothing.
         let trial = |j: usize| if rho[j] == 0.0 { 0.0 } else { y[j] - step(j) };
@@ -142,34 +170,30 @@ impl<'a> Equations<'a> {
             residual,
             panes,
             nodes,
-            displacement,
+            slips,
         })
     }
 
-    /// 1/F at the nodes of slipping panes, u_t at all nodes, 𝓕⁻¹ on all panes.
-    #[expect(clippy::type_complexity)]
+    /// 1/F at the nodes of slipping panes, slips at all nodes, 𝓕⁻¹ on all panes.
     fn friction(
         &self,
         member: &Member,
         piece: &Piece,
-        multiplier: &[f64],
-    ) -> (Vec<Option<NodalInverse>>, Vec<[f64; 2]>, Vec<[f64; 2]>) {
+        displacement: &[[f64; 2]],
+    ) -> (Vec<Option<NodalInverse>>, Slips, Vec<[f64; 2]>) {
         let (surface, law) = (member.surface(), member.law());
-        let laws = LawPieces::new(law);
-        let displacement = match law.depends_on_slip() {
-            true => member.dual.tangential_displacement(multiplier),
-            false => Vec::new(),
+        let laws = LawPieces::new(member);
+        let followed = match law.depends_on_slip() {
+            true => displacement,
+            false => &[],
         };
-        let nodes: Vec<Option<NodalInverse>> = if displacement.is_empty() {
-            Vec::new()
-        } else {
-            let nodes = displacement.iter().zip(&piece.nodes).enumerate();
-            nodes
-                .map(|(node, (u, piece))| Some(laws.inverse(node, *u, piece.as_ref()?)))
-                .collect()
-        };
-        let slip: Vec<[f64; 2]> = displacement.iter().map(|u| u.map(f64::abs)).collect();
-        let everywhere = law.at_nodes(&slip);
+        let slips = Slips::on_piece(&member.interface.slip, followed, &piece.nodes);
+        let nodes = slips.value.iter().zip(&piece.nodes).enumerate();
+        let nodes: Vec<Option<NodalInverse>> = nodes
+            .map(|(node, (slip, piece))| Some(laws.inverse(node, *slip, piece.as_ref()?)))
+            .collect();
+        let sizes: Vec<[f64; 2]> = slips.value.iter().map(|slip| slip.map(f64::abs)).collect();
+        let everywhere = law.at_nodes(&sizes);
         let inverse_at = |node: usize| match nodes.get(node) {
             Some(Some(forced)) => forced.value,
             _ => everywhere[node].map(f64::recip),
@@ -182,6 +206,6 @@ impl<'a> Equations<'a> {
             })
         });
         let inverse = panes.collect();
-        (nodes, displacement, inverse)
+        (nodes, slips, inverse)
     }
 }

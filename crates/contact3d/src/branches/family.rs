@@ -3,6 +3,7 @@
 use std::{cell::RefCell, collections::VecDeque, path::Path, sync::Arc};
 
 use super::{
+    assembled::{assemble, dual_of, explicit, no_friction},
     member::Member,
     range::ParameterRange,
     straight::{between, on_line},
@@ -11,8 +12,8 @@ use crate::{
     contact::Interface,
     dual::{ExplicitDual, LocalStiffness},
     linalg::norm,
-    problem::{AssembledProblem, Problem, ProblemError},
-    scene::{DualOperatorKind, FactorPrecision, Invalid, Scene, SlipInterpolation},
+    problem::{AssembledProblem, ProblemError},
+    scene::{Invalid, Scene},
 };
 
 /// Places in the range at which the loads must lie on a straight line to be taken from it, and the whole scene be valid.
@@ -256,60 +257,5 @@ fn power_of_two(size: f64) -> f64 {
         size.log2().ceil().exp2()
     } else {
         1.0
-    }
-}
-
-fn explicit(mut scene: Scene) -> Scene {
-    scene.assemble.dual_operator = DualOperatorKind::Explicit;
-    scene.assemble.factor = FactorPrecision::Double;
-    scene
-}
-
-fn assemble(scene: &Scene, folder: &Path) -> Result<AssembledProblem, ProblemError> {
-    let contact = match scene.contacts.as_slice() {
-        [contact] if scene.has_friction() => contact,
-        [] | [_] => return Err(no_friction().into()),
-        several => return Err(several_faces(several.len()).into()),
-    };
-    if contact.slip_interpolation != SlipInterpolation::Lagrange {
-        return Err(other_slips().into());
-    }
-    let assembled = Problem::in_folder(explicit(scene.clone()), folder)?.assemble()?;
-    assembled.refuse_floating("paths of solutions")?;
-    Ok(assembled)
-}
-
-pub(super) fn dual_of(problem: &AssembledProblem) -> &ExplicitDual {
-    let contact = problem.system().contact.as_ref();
-    let dual = contact.and_then(|contact| contact.explicit());
-    dual.expect("assembled with contact and the dense operator")
-}
-
-fn other_slips() -> Invalid {
-    Invalid {
-        key: "contact.slip_interpolation".into(),
-        expected: "\"lagrange\", where pieces of a path end at slips of single nodes".into(),
-        found: "\"clement\"".into(),
-        help: "follow the paths with \"lagrange\", and solve at single values with \"clement\""
-            .into(),
-    }
-}
-
-fn several_faces(found: usize) -> Invalid {
-    Invalid {
-        key: "contact".into(),
-        expected: "one contact face, whose zones and segments of its law name the pieces of a path"
-            .into(),
-        found: format!("{found} faces"),
-        help: "leave all but one out, or solve at single values with a sweep".into(),
-    }
-}
-
-fn no_friction() -> Invalid {
-    Invalid {
-        key: "friction".into(),
-        expected: "Coulomb friction on a contact face, at every value of the parameter".into(),
-        found: "a scene without".into(),
-        help: "without friction, or with a given slip bound, there is one solution for every value; a sweep solves for them".into(),
     }
 }

@@ -155,7 +155,7 @@ impl Equations<'_> {
 
     /// The ends of a piece, reached by a point, that its tangent crosses at once, and whether it leaves all those at which another piece
     /// begins.
-    fn ends_crossed(
+    pub(super) fn ends_crossed(
         &self,
         piece: &Piece,
         state: &PathState,

@@ -1,25 +1,24 @@
 //! The law of friction on one of its smooth pieces, continued beyond its ends.
 
-use super::piece::{Beyond, Distance, NodePiece, Switch};
+use super::{member::Member, piece::NodePiece};
 use crate::{
-    contact::CoulombLaw,
+    contact::{CoulombLaw, SlipOperator},
     scene::{Coefficient, FrictionLaw, LawPoint, SlipDerivative},
 };
 
 /// Shares of a segment at which a straight line through it is fixed.
 const INSIDE: [f64; 2] = [0.25, 0.75];
 
-/// Distances to knots are measured by no less than this share of the slips of the face, whose rounding is 1e-15 of it.
-const FINEST: f64 = 1e-3;
-
 /// A law of friction with its knots.
 pub(super) struct LawPieces<'a> {
-    law: &'a CoulombLaw,
+    pub(super) law: &'a CoulombLaw,
+    /// Whether slips are |u_t| at the nodes themselves, which bend where u_t changes its sign.
+    pub(super) is_nodal: bool,
     /// Positive slips at which straight pieces of each coefficient meet, along its own slip or both.
-    knots: Vec<[Vec<f64>; 2]>,
+    pub(super) knots: Vec<[Vec<f64>; 2]>,
 }
 
-/// 1/F₁ and 1/F₂ at a node and their derivatives by u_t1 and u_t2 in 1/m.
+/// 1/F₁ and 1/F₂ at a node and their derivatives by both slips there in 1/m.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct NodalInverse {
     pub(super) value: [f64; 2],
@@ -27,7 +26,8 @@ pub(super) struct NodalInverse {
 }
 
 impl<'a> LawPieces<'a> {
-    pub(super) fn new(law: &'a CoulombLaw) -> Self {
+    pub(super) fn new(member: &'a Member) -> Self {
+        let law = member.law();
         let knots = law.only().coefficients().iter().map(|coefficient| {
             let positive = |knots: Vec<f64>| knots.into_iter().filter(|k| *k > 0.0).collect();
             match coefficient {
@@ -44,24 +44,25 @@ impl<'a> LawPieces<'a> {
         });
         Self {
             law,
+            is_nodal: matches!(member.interface.slip, SlipOperator::Lagrange),
             knots: knots.collect(),
         }
     }
 
-    /// The piece on which a node with the signed slip u_t lies.
-    pub(super) fn piece_of(&self, node: usize, u: [f64; 2]) -> NodePiece {
+    /// The piece on which a node with given slips and signs of u_t lies.
+    pub(super) fn piece_of(&self, node: usize, slip: [f64; 2], negative: [bool; 2]) -> NodePiece {
         let mut piece = NodePiece {
-            negative: u.map(|u| u < 0.0),
+            negative,
             ..NodePiece::default()
         };
         for (coefficient, law) in self.law.only().coefficients().iter().enumerate() {
             if let Coefficient::Expression(formula) = law {
-                let at = self.at(coefficient, node, u, &piece).0;
+                let at = self.at(coefficient, node, slip).0;
                 piece.branch[coefficient] = formula.branch(&at);
             }
         }
         for (coefficient, knots) in self.knots.iter().enumerate() {
-            let along = self.slips(coefficient, u, &piece);
+            let along = self.slips(coefficient, slip);
             for axis in [0, 1] {
                 piece.segment[coefficient][axis] =
                     knots[axis].partition_point(|knot| *knot < along[axis]);
@@ -71,43 +72,39 @@ impl<'a> LawPieces<'a> {
     }
 
     /// The slips that the knots of a coefficient are measured along: its own one, or both of a grid.
-    fn slips(&self, coefficient: usize, u: [f64; 2], piece: &NodePiece) -> [f64; 2] {
-        let signed = signed(u, piece);
+    pub(super) fn slips(&self, coefficient: usize, slip: [f64; 2]) -> [f64; 2] {
         match &self.law.only().coefficients()[coefficient] {
-            Coefficient::Grid(_) => signed,
-            _ => [self.own(coefficient, u, signed).0, 0.0],
+            Coefficient::Grid(_) => slip,
+            _ => [self.own(coefficient, slip).0, 0.0],
         }
     }
 
-    /// The own slip of a coefficient and its derivatives by |u_t1| and |u_t2|.
-    fn own(&self, coefficient: usize, u: [f64; 2], signed: [f64; 2]) -> (f64, [f64; 2]) {
+    /// The own slip of a coefficient and its derivatives by both slips.
+    fn own(&self, coefficient: usize, slip: [f64; 2]) -> (f64, [f64; 2]) {
         let axis = match self.law.only().law() {
             FrictionLaw::Orthotropic(_) => coefficient,
-            FrictionLaw::Isotropic(_) if u[1] == 0.0 => 0,
-            FrictionLaw::Isotropic(_) if u[0] == 0.0 => 1,
+            FrictionLaw::Isotropic(_) if slip[1] == 0.0 => 0,
+            FrictionLaw::Isotropic(_) if slip[0] == 0.0 => 1,
             FrictionLaw::Isotropic(_) => {
-                let size = u[0].hypot(u[1]);
-                return (size, signed.map(|s| s / size));
+                let size = slip[0].hypot(slip[1]);
+                return (size, slip.map(|s| s / size));
             }
         };
         let mut by = [0.0; 2];
         by[axis] = 1.0;
-        (signed[axis], by)
+        (slip[axis], by)
     }
 
     /// 1/F at a node on a piece.
-    pub(super) fn inverse(&self, node: usize, u: [f64; 2], piece: &NodePiece) -> NodalInverse {
-        let signs = piece
-            .negative
-            .map(|negative| if negative { -1.0 } else { 1.0 });
+    pub(super) fn inverse(&self, node: usize, slip: [f64; 2], piece: &NodePiece) -> NodalInverse {
         let last = self.law.only().coefficients().len() - 1;
         let both = [0, 1].map(|k| {
             let coefficient = k.min(last);
-            let (at, own_by) = self.at(coefficient, node, u, piece);
+            let (at, own_by) = self.at(coefficient, node, slip);
             let (value, derivative) = self.on_piece(coefficient, &at, piece);
             let slope = [0, 1].map(|l| {
                 let by = derivative.own * own_by[l] + derivative.pair[l];
-                -by * signs[l] / (value * value)
+                -by / (value * value)
             });
             (value.recip(), slope)
         });
@@ -117,16 +114,14 @@ impl<'a> LawPieces<'a> {
         }
     }
 
-    /// What a coefficient depends on at a node, and the derivatives of its own slip by |u_t1| and |u_t2|.
-    fn at(
+    /// What a coefficient depends on at a node, and the derivatives of its own slip by both slips.
+    pub(super) fn at(
         &self,
         coefficient: usize,
         node: usize,
-        u: [f64; 2],
-        piece: &NodePiece,
+        slip: [f64; 2],
     ) -> (LawPoint, [f64; 2]) {
-        let slip = signed(u, piece);
-        let (own_slip, own_by) = self.own(coefficient, u, slip);
+        let (own_slip, own_by) = self.own(coefficient, slip);
         let at = LawPoint {
             position: self.law.only().positions()[node],
             slip,
@@ -189,131 +184,10 @@ impl<'a> LawPieces<'a> {
             }
         }
     }
-
-    /// The slip in m that distances to knots are measured by: that of the whole face, or the narrowest segment of the law, since the
-    /// coefficient changes as much within it; not below a share of the first that rounding leaves alone.
-    fn scale(&self, unit: f64) -> f64 {
-        let widths = |knots: &Vec<f64>| {
-            let below = [0.0].into_iter().chain(knots.iter().copied());
-            let gaps = knots.iter().zip(below).map(|(knot, below)| knot - below);
-            gaps.fold(f64::INFINITY, f64::min)
-        };
-        let narrowest = self.knots.iter().flatten().map(widths);
-        let narrowest = narrowest.fold(f64::INFINITY, f64::min);
-        narrowest.clamp(FINEST * unit, unit)
-    }
-
-    /// How far a node is from the ends of its piece, for slips of the size `unit` in m.
-    pub(super) fn distances(
-        &self,
-        node: usize,
-        u: [f64; 2],
-        piece: &NodePiece,
-        unit: f64,
-        out: &mut Vec<Distance>,
-    ) {
-        let unit = self.scale(unit);
-        let signed = signed(u, piece);
-        for axis in 0..2 {
-            if self.bends_at_reversal(axis, u) {
-                out.push(Distance {
-                    switch: Switch::Reversal(node, axis),
-                    value: signed[axis] / unit,
-                    beyond: Beyond::Negative {
-                        axis,
-                        negative: !piece.negative[axis],
-                    },
-                });
-            }
-        }
-        self.fork_distances(node, u, piece, unit, out);
-        for (coefficient, knots) in self.knots.iter().enumerate() {
-            let slips = self.slips(coefficient, u, piece);
-            for along in 0..2 {
-                let segment = piece.segment[coefficient][along];
-                let mut end = |value: f64, segment: usize| {
-                    out.push(Distance {
-                        switch: Switch::Knot(node, coefficient),
-                        value: value / unit,
-                        beyond: Beyond::Segment {
-                            coefficient,
-                            along,
-                            segment,
-                        },
-                    });
-                };
-                if let Some(upper) = knots[along].get(segment) {
-                    end(upper - slips[along], segment + 1);
-                }
-                if let Some(lower) = segment.checked_sub(1).map(|below| knots[along][below]) {
-                    end(slips[along] - lower, segment - 1);
-                }
-            }
-        }
-    }
-
-    /// How far a node is from the forks of its formulas: to first order the slip to them.
-    fn fork_distances(
-        &self,
-        node: usize,
-        u: [f64; 2],
-        piece: &NodePiece,
-        unit: f64,
-        out: &mut Vec<Distance>,
-    ) {
-        for (coefficient, law) in self.law.only().coefficients().iter().enumerate() {
-            let Coefficient::Expression(formula) = law else {
-                continue;
-            };
-            let (at, own_by) = self.at(coefficient, node, u, piece);
-            for end in formula
-                .on_branch(&kept(&at), piece.branch[coefficient])
-                .ends
-            {
-                let [own, first, second] = end.slopes;
-                let slope = (own * own_by[0] + first).hypot(own * own_by[1] + second);
-                // Where the slip does not move the fork it ends nothing.
-                let far = f64::MAX.copysign(end.margin);
-                let slip = end.margin / slope;
-                out.push(Distance {
-                    switch: Switch::Knot(node, coefficient),
-                    value: if slip.is_finite() { slip / unit } else { far },
-                    beyond: Beyond::Fork {
-                        coefficient,
-                        fork: end.fork,
-                        less: !end.less,
-                    },
-                });
-            }
-        }
-    }
-
-    /// Whether the law has a kink where u_t along an axis changes its sign.
-    fn bends_at_reversal(&self, axis: usize, u: [f64; 2]) -> bool {
-        let coefficients = self.law.only().coefficients().iter().enumerate();
-        let mut bends =
-            coefficients.map(
-                |(k, coefficient)| match (self.law.only().law(), coefficient) {
-                    (FrictionLaw::Isotropic(_), Coefficient::Ramp(_) | Coefficient::Table(_)) => {
-                        u[1 - axis] == 0.0
-                    }
-                    (FrictionLaw::Isotropic(_), coefficient) => {
-                        coefficient.slips_used(0)[axis] || coefficient.slips_used(1)[axis]
-                    }
-                    (FrictionLaw::Orthotropic(_), coefficient) => coefficient.slips_used(k)[axis],
-                },
-            );
-        bends.any(|bends| bends)
-    }
-}
-
-/// |u_t| along both axes, negative beyond a reversal.
-fn signed(u: [f64; 2], piece: &NodePiece) -> [f64; 2] {
-    [0, 1].map(|k| if piece.negative[k] { -u[k] } else { u[k] })
 }
 
 /// The point where slips are not negative that is nearest.
-fn kept(at: &LawPoint) -> LawPoint {
+pub(super) fn kept(at: &LawPoint) -> LawPoint {
     LawPoint {
         position: at.position,
         slip: at.slip.map(|s| s.max(0.0)),

@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// An end of a piece is located when its distance is this small.
-const LOCATED: f64 = 1e-13;
+pub(super) const LOCATED: f64 = 1e-13;
 
 /// A distance below minus this is beyond the end.
 pub(super) const CROSSED: f64 = 1e-9;

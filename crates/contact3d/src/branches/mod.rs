@@ -15,6 +15,7 @@
 //! Lengths of steps are measured by ‖λ‖²/Λ² + s², where Λ is the size of the stresses of the glued face and s runs from 0 to 1
 //! over the range; so no unit matters.
 
+mod assembled;
 mod bordered;
 #[expect(clippy::module_inception)]
 mod branches;
@@ -22,11 +23,13 @@ mod contraction;
 mod corrector;
 mod crossing;
 mod derivative;
+mod end_solutions;
 mod ends;
 mod enumeration;
 mod equations;
 mod family;
 mod kink;
+mod law_ends;
 mod law_piece;
 mod locate;
 mod member;
@@ -38,11 +41,13 @@ mod range;
 mod record;
 mod search;
 mod slip_stress;
+mod slips;
 mod starts;
 mod step;
 mod straight;
 
-pub use branches::{Branches, EndSolution, Path, Pending};
+pub use branches::{Branches, Path, Pending};
+pub use end_solutions::EndSolution;
 pub use family::{Family, SceneAt};
 pub use path::PathEnd;
 pub use piece::Switch;

@@ -3,9 +3,9 @@
 use super::{
     corrector::{Along, PathState},
     equations::Equations,
-    locate::{CROSSED, Step},
+    locate::{CROSSED, LOCATED, Step},
     path::{Front, STRAIGHT},
-    piece::Distance,
+    piece::{Distance, Piece},
 };
 use crate::{
     linalg::{add_scaled, difference, dot, norm},
@@ -65,8 +65,7 @@ impl Equations<'_> {
         if bent || turned || way > NEAR * front.step {
             return Ok(Advance::Nothing);
         }
-        let distances = state.distances(self, piece);
-        if distances.iter().all(|distance| distance.value >= -CROSSED) {
+        if !self.crosses(piece, from, &state) {
             return Ok(match at_end {
                 true => Advance::RangeEnd(state),
                 false => Advance::Point(state),
@@ -82,10 +81,26 @@ impl Equations<'_> {
         // A path that leaves a kink leads into its piece; an end that a step finds at once lies beyond a turn it has missed.
         let moves =
             |state: &PathState| norm(&difference(&state.point, &from.point)) > STILL * front.step;
-        Ok(match found.filter(|(state, _)| moves(state)) {
-            Some((state, reached)) => Advance::PieceEnd(state, reached),
+        if let Some((state, reached)) = found.filter(|(state, _)| moves(state)) {
+            return Ok(Advance::PieceEnd(state, reached));
+        }
+        // Unless the last step has come to rest on the end itself, to rounding.
+        let (reached, _) = self.ends_crossed(piece, from, &[])?;
+        let here = self.state_at(piece, &from.point, &from.tangent)?;
+        Ok(match here.filter(|_| !reached.is_empty()) {
+            Some(state) => Advance::PieceEnd(state, reached),
             None => Advance::Nothing,
         })
+    }
+
+    /// Whether a step leaves its piece: an end lies behind it, if by little only one that was ahead, since some ends are met all
+    /// along a path, as the reversal of a node on a plane of symmetry.
+    fn crosses(&self, piece: &Piece, from: &PathState, to: &PathState) -> bool {
+        let (before, after) = (from.distances(self, piece), to.distances(self, piece));
+        let leaves = |(before, after): (&Distance, &Distance)| {
+            after.value < -CROSSED || after.value < -LOCATED && before.value > CROSSED
+        };
+        before.len() != after.len() || before.iter().zip(&after).any(leaves)
     }
 
     /// The point of the piece near a guess on the tangent; where R' is almost singular, as near a branch point, and the nearest one is not

@@ -16,11 +16,21 @@ const SETTLED: f64 = 1e-8;
 const EXHAUSTED: f64 = 1e-14;
 
 /// ρ(M) for an M of order n, by Arnoldi's method with two orthogonalisations; exact after n products at most.
-pub(crate) fn radius_by_products(n: usize, mut product: impl FnMut(&[f64]) -> Vec<f64>) -> f64 {
+pub(crate) fn radius_by_products(n: usize, product: impl FnMut(&[f64]) -> Vec<f64>) -> f64 {
+    let [radius] = figures_by_products(n, product, |hessenberg| [spectral_radius(hessenberg)]);
+    radius
+}
+
+/// Figures of the outer eigenvalues of an M of order n, made from the Hessenberg matrices of Arnoldi's method until they settle.
+pub(crate) fn figures_by_products<const K: usize>(
+    n: usize,
+    mut product: impl FnMut(&[f64]) -> Vec<f64>,
+    figures: impl Fn(&Mat<f64>) -> [f64; K],
+) -> [f64; K] {
     let start: Vec<f64> = (0..n).map(|i| 1.0 + 0.5 * (i as f64).sin()).collect();
     let mut basis: Vec<Vec<f64>> = vec![scaled(&start, norm(&start).recip())];
     let mut columns: Vec<Vec<f64>> = Vec::new();
-    let mut looks = [f64::NAN; 2];
+    let mut looks = [[f64::NAN; K]; 2];
     while columns.len() < n {
         let mut next = product(&basis[columns.len()]);
         let size = norm(&next);
@@ -39,26 +49,29 @@ pub(crate) fn radius_by_products(n: usize, mut product: impl FnMut(&[f64]) -> Ve
             break;
         }
         if columns.len().is_multiple_of(LOOK) {
-            let radius = radius_of(&columns);
-            let is_still = |look: &f64| (radius - look).abs() <= SETTLED * radius;
+            let found = figures(&hessenberg(&columns));
+            let is_still = |look: &[f64; K]| {
+                let mut both = found.iter().zip(look);
+                both.all(|(value, look)| (value - look).abs() <= SETTLED * value)
+            };
             if looks.iter().all(is_still) {
-                return radius;
+                return found;
             }
-            looks = [looks[1], radius];
+            looks = [looks[1], found];
         }
         basis.push(scaled(&next, left.recip()));
     }
-    radius_of(&columns)
+    figures(&hessenberg(&columns))
 }
 
 fn scaled(vector: &[f64], factor: f64) -> Vec<f64> {
     vector.iter().map(|v| factor * v).collect()
 }
 
-/// Of the square part of a Hessenberg matrix given by its columns.
-fn radius_of(columns: &[Vec<f64>]) -> f64 {
+/// The square part of a Hessenberg matrix given by its columns.
+fn hessenberg(columns: &[Vec<f64>]) -> Mat<f64> {
     let entry = |i: usize, j: usize| columns[j].get(i).copied().unwrap_or(0.0);
-    spectral_radius(&Mat::from_fn(columns.len(), columns.len(), entry))
+    Mat::from_fn(columns.len(), columns.len(), entry)
 }
 
 #[cfg(test)]

@@ -19,6 +19,7 @@ mod compliance;
 mod conjugate_gradients;
 mod dense_lu;
 mod dissection;
+mod distance_to_one;
 mod elimination_tree;
 mod factor;
 mod factor_parts;
@@ -51,10 +52,11 @@ mod forward_rows_tests;
 #[cfg(test)]
 mod test_brick;
 
-pub(crate) use arnoldi::radius_by_products;
+pub(crate) use arnoldi::{figures_by_products, radius_by_products};
 pub(crate) use conjugate_gradients::{Accuracy, conjugate_gradients};
 pub(crate) use dense_lu::DenseLu;
 pub(crate) use dissection::{expand_to_unknowns, nested_dissection};
+pub(crate) use distance_to_one::{distance_to_one, least_modulus};
 pub use factor::{CholeskyFactor, FactorError};
 pub use factor_parts::PartsError;
 pub(crate) use gmres::gmres;

@@ -89,6 +89,13 @@ impl Verdict {
             );
             verdict.add(Level::Holds, text);
         }
+        if check.linearisation.is_near_fold() {
+            let text = format!(
+                "a fold is near: an eigenvalue of Ψ' is within {:.1e} of 1",
+                check.linearisation.fold_distance
+            );
+            verdict.add(Level::Holds, text);
+        }
         verdict.add_cross_checks(check);
         for result in &check.invariances {
             let allowed = allowed(check, result);

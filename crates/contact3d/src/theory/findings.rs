@@ -35,8 +35,9 @@ impl Findings {
         let before = theory.levels.iter().rev().nth(1);
         let exponent = |of: &dyn Fn(&TheoryLevel) -> Option<f64>| {
             let (fine, coarse) = (finest?, before?);
-            let sizes = fine.face.pane_size / coarse.face.pane_size;
-            Some((of(fine)? / of(coarse)?).ln() / sizes.ln())
+            let sizes = (fine.face.pane_size / coarse.face.pane_size).ln();
+            let power = (of(fine)? / of(coarse)?).ln() / sizes;
+            Some(power).filter(|power| power.is_finite())
         };
         let proved = |level: &TheoryLevel| level.thresholds.weighted[1];
         let contracts = |level: &TheoryLevel| level.thresholds.spectral_radius;
@@ -70,7 +71,7 @@ impl Findings {
 impl fmt::Display for Findings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mesh = match self.n_div {
-            0 => "On this mesh".to_owned(),
+            0 => "On the finest mesh".to_owned(),
             n => format!("At n_div = {n}"),
         };
         write!(

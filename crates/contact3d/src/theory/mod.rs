@@ -14,6 +14,7 @@
 
 mod bound;
 mod contraction;
+mod covered;
 mod dense;
 mod face;
 mod face_gram;
@@ -21,6 +22,9 @@ mod findings;
 mod functional;
 mod inf_sup;
 mod interpolation;
+mod ladder;
+#[cfg(test)]
+mod ladder_tests;
 mod level;
 mod part_norms;
 mod pencil;
@@ -39,6 +43,7 @@ pub use contraction::LocalContraction;
 pub use findings::Findings;
 pub use functional::FrictionFunctional;
 pub use inf_sup::{InfSup, TrialSpace};
+pub use ladder::theory_bricks;
 pub use level::TheoryLevel;
 pub use part_norms::PartNorms;
 pub use scaled::{ScaledPoint, Thresholds};
@@ -51,33 +56,32 @@ use serde::Serialize;
 
 use crate::{
     contact::{Interface, LawBounds},
-    convergence::{AccuracySettings, brick_n_div, nested_bricks, with_brick},
     mesh::Mesh,
     problem::{Problem, ProblemError},
-    scene::{
-        Brick, BrickFace, ElementOrder, FrictionModel, Invalid, ModelFeatures, Quantity, Scene,
-        Written,
-    },
+    scene::{GmshFile, Scene},
 };
-use inf_sup::{BrickFaceGram, inf_sup};
-use problem::TheoryProblem;
+use covered::require_covered;
+use ladder::{levels_of_files, nested_levels, no_file};
 
 /// How far the ladder of meshes goes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TheorySettings {
     /// Smallest n_div of the meshes.
     pub coarsest: usize,
     /// n_div of the finest mesh, a multiple of the scene's own; that of the scene when not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub finest: Option<usize>,
+    /// Gmsh files of the same body, the ladder in place of the scene's own one; empty for a brick.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub meshes: Vec<GmshFile>,
 }
 
-/// The theory of a scene on nested meshes.
+/// The theory of a scene on a ladder of meshes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Theory {
     /// Constants of the law, the same on all meshes.
     pub law: LawConstants,
-    /// Coarse to fine; one for a mesh file.
+    /// Coarse to fine.
     pub levels: Vec<TheoryLevel>,
 }
 
@@ -115,10 +119,8 @@ impl Theory {
         require_covered(scene)?;
         let law = LawConstants::of(scene, folder)?;
         let levels = match scene.body.as_brick() {
-            None => {
-                observe(TheoryProgress(0));
-                vec![TheoryProblem::new(scene.clone(), folder)?.measure(0)?]
-            }
+            None => levels_of_files(scene, folder, &settings.meshes, observe)?,
+            Some(_) if !settings.meshes.is_empty() => return Err(no_file().into()),
             Some(brick) => nested_levels(scene, brick, settings, observe)?,
         };
         Ok(Self { law, levels })
@@ -129,123 +131,6 @@ impl Theory {
     pub fn findings(&self) -> Findings {
         Findings::new(self)
     }
-}
-
-/// The finest mesh first, since the stability of all others is measured against it.
-fn nested_levels(
-    scene: &Scene,
-    brick: &Brick,
-    settings: &TheorySettings,
-    observe: &mut dyn FnMut(TheoryProgress),
-) -> Result<Vec<TheoryLevel>, ProblemError> {
-    let bricks = theory_bricks(scene, brick, settings)?;
-    let contact = scene.contacts.first();
-    let on = contact.and_then(|c| BrickFace::named(&c.face));
-    let mut finest = None;
-    let mut levels = Vec::new();
-    for brick in bricks.into_iter().rev() {
-        observe(TheoryProgress(brick_n_div(&brick)));
-        let problem = TheoryProblem::new(with_brick(scene, &brick), Path::new(""))?;
-        let mut level = problem.measure(brick_n_div(&brick))?;
-        let here = BrickFaceGram {
-            brick: &brick,
-            face: &problem.face,
-            gram: problem.sobolev_gram(),
-        };
-        let reference =
-            finest
-                .as_ref()
-                .map(|(brick, face, gram)| BrickFaceGram { brick, face, gram });
-        level.inf_sup = on.map_or_else(Vec::new, |on| inf_sup(on, &here, reference.as_ref()));
-        levels.push(level);
-        if finest.is_none() {
-            let (face, gram) = problem.into_sobolev_gram();
-            finest = Some((brick, face, gram));
-        }
-    }
-    levels.reverse();
-    Ok(levels)
-}
-
-/// The nested meshes of a brick, coarse to fine.
-///
-/// # Errors
-/// A finest mesh in which the scene's own is not nested.
-pub fn theory_bricks(
-    scene: &Scene,
-    brick: &Brick,
-    settings: &TheorySettings,
-) -> Result<Vec<Brick>, ProblemError> {
-    let ladder = AccuracySettings {
-        budget: 0.0,
-        coarsest: settings.coarsest.min(brick_n_div(brick)),
-        finest: settings.finest.or(Some(brick_n_div(brick))),
-        ways: None,
-        memory: None,
-    };
-    nested_bricks(scene, brick, &ladder)
-}
-
-/// Refuses what HKL §2 and §3 do not cover.
-fn require_covered(scene: &Scene) -> Result<(), Invalid> {
-    scene.require_no_history("the theory")?;
-    let faces = ModelFeatures::of(scene).contact;
-    if faces.len() > 1 {
-        return Err(Invalid {
-            key: "contact".into(),
-            expected: "one contact face, as in HKL section 2".into(),
-            found: format!("{} faces", faces.len()),
-            help: "the norms and constants of HKL section 3 belong to one flat face with one law; leave the others out"
-                .into(),
-        });
-    }
-    match faces.first().map(|face| &face.friction) {
-        Some(FrictionModel::Coulomb { .. } | FrictionModel::CappedCoulomb { .. }) => {}
-        other => {
-            return Err(Invalid {
-                key: "friction".into(),
-                expected: "Coulomb friction on a contact face".into(),
-                found: match other {
-                    None => "no contact".into(),
-                    Some(model) => model.word().into(),
-                },
-                help: "other scenes are one minimisation: their solution is unique, and there is no mapping to study".into(),
-            });
-        }
-    }
-    let obstacle = faces.first().and_then(|face| face.obstacle.as_ref());
-    if let Some(obstacle) = obstacle {
-        return Err(Invalid {
-            key: "contact.obstacle".into(),
-            expected: "no obstacle, as in HKL section 2".into(),
-            found: obstacle.word().into(),
-            help: "there the contact face is flat and touches its foundation everywhere at first; leave the obstacle out".into(),
-        });
-    }
-    let gap = faces.first().and_then(|face| face.gap.clone());
-    if let Some(gap) = gap {
-        return Err(Invalid {
-            key: "contact.gap".into(),
-            expected: "no gap, as in HKL section 2".into(),
-            found: match gap {
-                Quantity::Constant(value) => Written(&value).to_string(),
-                _ => "a gap that varies".into(),
-            },
-            help:
-                "the radii of Lemma 3.3 compare u with 0 and 2u, which a gap excludes; set it to 0"
-                    .into(),
-        });
-    }
-    if scene.body.element == ElementOrder::P2 {
-        return Err(Invalid {
-            key: "body.element".into(),
-            expected: "\"P1\"".into(),
-            found: "\"P2\"".into(),
-            help: "quadratic interpolation does not preserve signs, which HKL (3.2) asks for"
-                .into(),
-        });
-    }
-    Ok(())
 }
 
 impl LawConstants {

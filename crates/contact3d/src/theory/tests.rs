@@ -6,13 +6,13 @@ use crate::{
     problem::Problem,
     robustness::Scaling,
     scene::{
-        Body, Clamp, Coefficient, Contact, DualOperatorKind, Friction, InnerSolver, Material,
-        Method, Obstacle, Pressure, SolveSettings, Traction,
+        Body, Clamp, Coefficient, Contact, DualOperatorKind, ElementOrder, Friction, InnerSolver,
+        Material, Method, Obstacle, Pressure, SolveSettings, Traction,
     },
 };
 
 /// The published problem on 3 n × n × n cells with Table 1's law times a factor.
-fn published(n: usize, factor: f64) -> Scene {
+pub(super) fn published(n: usize, factor: f64) -> Scene {
     let ramp = |rate: f64| Coefficient::ramp(0.3 * factor, 0.2 * factor, 1e-5, rate * factor);
     Scene::new(
         Body::brick([3.0, 1.0, 1.0], [3 * n, n, n]),
@@ -38,10 +38,11 @@ fn one_pane(coefficient: f64) -> Scene {
     .with_friction(Friction::coulomb(coefficient))
 }
 
-fn measure(scene: &Scene) -> Theory {
+pub(super) fn measure(scene: &Scene) -> Theory {
     let settings = TheorySettings {
         coarsest: 2,
         finest: None,
+        meshes: Vec::new(),
     };
     Theory::measure(scene, Path::new(""), &settings, &mut |_| {}).expect("covered")
 }
@@ -230,6 +231,7 @@ fn scenes_that_the_theory_does_not_cover_are_refused_by_their_key() {
         let settings = TheorySettings {
             coarsest: 2,
             finest: None,
+            meshes: Vec::new(),
         };
         match Theory::measure(&scene, Path::new(""), &settings, &mut |_| {}) {
             Err(ProblemError::Invalid(invalid)) => invalid.key,

@@ -149,6 +149,21 @@ fn round_faces_press_as_hertz_says() {
     }
 }
 
+/// Of equal cells no tetrahedron is flat, and of cells that shrink along all axes most are.
+#[test]
+fn estimates_say_what_is_in_flat_tetrahedra() {
+    let share = |k: f64| {
+        let ball = "multipliers = 'nodal'\nobstacle.sphere = { centre = [0.0, 0.0, -2.0], radius = 2.0 }\n";
+        let solved = block(&Planes { n: 6, k }.quarter(None), 0.02, ball);
+        let estimate = &solved.report.discretisation_error;
+        let share = estimate.share_of_flat(solved.problem.mesh());
+        share.expect("quadratic tetrahedra")
+    };
+    assert_eq!(share(1e-6), 0.0);
+    // 0.89 for the graded ball of docs/accuracy.md.
+    assert!(share(5.0) > 0.5);
+}
+
 #[test]
 #[ignore = "the figures of docs/scene.md"]
 fn figures_for_the_page() {

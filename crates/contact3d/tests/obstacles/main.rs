@@ -11,4 +11,5 @@ mod moved;
 mod planes;
 mod pulled;
 mod refusals;
+mod rounded;
 mod solved;

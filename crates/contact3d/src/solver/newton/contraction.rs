@@ -11,6 +11,11 @@ use crate::linalg::{DenseLu, product, spectral_radius};
 /// slipping panes differ, so the eigenvalues other than zero are those of −W R_λ⁻¹E, where E picks these rows and
 /// W = Eᵀ(R' − R_λ). Successive approximations converge to the solution from nearby where it is below 1, and at that rate.
 pub(crate) fn contraction_of_mapping(frozen: &[f64], followed: &[f64], n: usize) -> Option<f64> {
+    moving_part(frozen, followed, n).map(|moving| spectral_radius(&moving))
+}
+
+/// −W R_λ⁻¹E, from both derivatives.
+pub(super) fn moving_part(frozen: &[f64], followed: &[f64], n: usize) -> Option<Mat<f64>> {
     let differs = |row: usize| (0..n).any(|j| frozen[j * n + row] != followed[j * n + row]);
     let rows: Vec<usize> = (0..n).filter(|row| differs(*row)).collect();
     let lu = DenseLu::new(frozen, n)?;
@@ -24,5 +29,5 @@ pub(crate) fn contraction_of_mapping(frozen: &[f64], followed: &[f64], n: usize)
         followed[at] - frozen[at]
     });
     let inverse = MatRef::from_column_major_slice(&picked, n, rows.len());
-    Some(spectral_radius(&product(moving.as_ref(), inverse)))
+    Some(-product(moving.as_ref(), inverse))
 }

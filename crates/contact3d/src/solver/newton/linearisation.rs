@@ -2,10 +2,10 @@
 
 use faer::{Mat, MatRef, prelude::Solve};
 
-use super::{contraction::contraction_of_mapping, natural_map::NaturalMap};
+use super::{contraction::moving_part, local_mapping::NEAR_FOLD, natural_map::NaturalMap};
 use crate::{
     dual::ExplicitDual,
-    linalg::{largest_eigenvalue, norm, transpositions},
+    linalg::{distance_to_one, largest_eigenvalue, norm, spectral_radius, transpositions},
     solver::{ContactState, FeasibleSet, conditions::Bound, coulomb_state},
 };
 
@@ -25,9 +25,17 @@ pub struct Linearisation {
     /// Spectral radius of Ψ' for the mapping Ψ of HKL: successive approximations converge to the solution from nearby where it is
     /// below 1; 0 without Coulomb friction, infinite where the problem with frozen friction is singular.
     pub contraction: f64,
+    /// The least |1 − μ| over the eigenvalues μ of Ψ', as [`super::LocalMapping`] has it; 1 without Coulomb friction.
+    pub fold_distance: f64,
 }
 
 impl Linearisation {
+    /// Whether det R' = 0 is near, and so perhaps another solution.
+    #[must_use]
+    pub fn is_near_fold(&self) -> bool {
+        self.fold_distance < NEAR_FOLD
+    }
+
     /// ‖R(λ)‖ / ‖λ‖ alone, for the contact problem of any law.
     #[must_use]
     pub(crate) fn residual_of(
@@ -64,6 +72,18 @@ impl Linearisation {
             lu.solve_in_place(x.as_mut());
             (0..n_multipliers).map(|i| x[(i, 0)]).collect()
         };
+        let [contraction, fold_distance] = match contact.interface.coulomb() {
+            None => [0.0, 1.0],
+            Some(law) => {
+                let state = coulomb_state(dual, contact, law, unknowns);
+                let set = contact.feasible_set(Some(&state));
+                let map = NaturalMap::new(dual, Bound::Frozen(&set));
+                let frozen = map.derivative(&map.evaluate(unknowns));
+                moving_part(&frozen, &matrix, n).map_or([f64::INFINITY, 0.0], |moving| {
+                    [spectral_radius(&moving), distance_to_one(&moving).min(1.0)]
+                })
+            }
+        };
         Self {
             residual: relative(evaluation.norm, dual.multipliers(unknowns)),
             determinant: match (singular, negative % 2) {
@@ -76,16 +96,8 @@ impl Linearisation {
             } else {
                 largest_eigenvalue(n_multipliers, inverse_square).sqrt()
             },
-            contraction: match contact.interface.coulomb() {
-                None => 0.0,
-                Some(law) => {
-                    let state = coulomb_state(dual, contact, law, unknowns);
-                    let set = contact.feasible_set(Some(&state));
-                    let map = NaturalMap::new(dual, Bound::Frozen(&set));
-                    let frozen = map.derivative(&map.evaluate(unknowns));
-                    contraction_of_mapping(&frozen, &matrix, n).unwrap_or(f64::INFINITY)
-                }
-            },
+            contraction,
+            fold_distance,
         }
     }
 }

@@ -6,7 +6,9 @@ use super::natural_map::NaturalMap;
 use crate::{
     contact::CoulombLaw,
     dual::ExplicitDual,
-    linalg::{DenseLu, dot, product, radius_by_products},
+    linalg::{
+        DenseLu, distance_to_one, dot, figures_by_products, least_modulus, product, spectral_radius,
+    },
     solver::{ContactState, conditions::Bound, coulomb_state},
 };
 
@@ -21,9 +23,22 @@ pub struct LocalMapping {
     /// The sign of det R' = det R_λ det(1 − Ψ') for the natural map R, with frozen friction R_λ; 0 where it vanishes. The signs over
     /// all solutions add up to 1, so where it is −1 there are at least two other solutions.
     pub determinant: i8,
+    /// The least |1 − μ| over the eigenvalues μ of Ψ', from 0, where det R' = 0, to 1: small changes of the data move the solution in
+    /// proportion to its inverse, and where a real μ is that near, a fold is, in which this solution and another one meet. Ends of pieces,
+    /// where panes change their zones, may be folds that no eigenvalue announces.
+    pub fold_distance: f64,
 }
 
+/// A fold is near where the distance is below this.
+pub(super) const NEAR_FOLD: f64 = 0.1;
+
 impl LocalMapping {
+    /// Whether det R' = 0 is near, and so perhaps another solution.
+    #[must_use]
+    pub fn is_near_fold(&self) -> bool {
+        self.fold_distance < NEAR_FOLD
+    }
+
     /// Whether successive approximations converge to the solution from nearby.
     #[must_use]
     pub fn is_attracting(&self) -> bool {
@@ -59,6 +74,7 @@ impl LocalMapping {
             Self {
                 spectral_radius: f64::INFINITY,
                 determinant: 0,
+                fold_distance: 0.0,
             },
             |moving| moving.local(),
         ))
@@ -92,14 +108,29 @@ impl Moving {
     }
 
     fn local(&self) -> LocalMapping {
-        let spectral_radius = radius_by_products(self.rows.len(), |v| self.product(v));
+        let figures = |hessenberg: &Mat<f64>| {
+            let radius = spectral_radius(hessenberg);
+            let is_outer = radius < 1.0;
+            [
+                radius,
+                if is_outer {
+                    distance_to_one(hessenberg)
+                } else {
+                    0.0
+                },
+            ]
+        };
+        let product = |v: &[f64]| self.product(v);
+        let [spectral_radius, distance] = figures_by_products(self.rows.len(), product, figures);
+        let (determinant, distance) = match spectral_radius < 1.0 {
+            true => (1, distance),
+            false => self.sign_and_distance(),
+        };
         LocalMapping {
             spectral_radius,
-            determinant: if spectral_radius < 1.0 {
-                1
-            } else {
-                self.determinant()
-            },
+            determinant,
+            // Rows without friction have the eigenvalue 0.
+            fold_distance: distance.min(1.0),
         }
     }
 
@@ -114,8 +145,8 @@ impl Moving {
         rows.map(|row| -dot(row, &solved)).collect()
     }
 
-    /// The sign of det(1 − M).
-    fn determinant(&self) -> i8 {
+    /// The sign of det(1 − M), and the least modulus of its eigenvalues.
+    fn sign_and_distance(&self) -> (i8, f64) {
         let count = self.rows.len();
         let mut picked = vec![0.0; self.n * count];
         for (column, row) in picked.chunks_exact_mut(self.n.max(1)).zip(&self.rows) {
@@ -129,7 +160,7 @@ impl Moving {
             .flat_map(|j| (0..count).map(move |i| (i, j)))
             .map(|at| sum[at])
             .collect();
-        DenseLu::new(&entries, count).map_or(0, |lu| lu.sign())
+        DenseLu::new(&entries, count).map_or((0, 0.0), |lu| (lu.sign(), least_modulus(&lu, count)))
     }
 }
 
@@ -138,7 +169,7 @@ mod tests {
     use super::Moving;
 
     /// R_λ = 1 and R' = 1 − Ψ' with a known Ψ'.
-    fn local(mapping: [[f64; 3]; 3]) -> (f64, i8) {
+    fn local(mapping: [[f64; 3]; 3]) -> (f64, i8, f64) {
         let unit = |i: usize, j: usize| f64::from(u8::from(i == j));
         let entry = |k: usize| (k % 3, k / 3);
         let frozen: Vec<f64> = (0..9).map(|k| unit(entry(k).0, entry(k).1)).collect();
@@ -146,24 +177,49 @@ mod tests {
             .map(|k| unit(entry(k).0, entry(k).1) - mapping[entry(k).0][entry(k).1])
             .collect();
         let local = Moving::new(&frozen, &followed, 3).unwrap().local();
-        (local.spectral_radius, local.determinant)
+        (
+            local.spectral_radius,
+            local.determinant,
+            local.fold_distance,
+        )
     }
 
     #[test]
     fn radii_and_signs_of_known_derivatives() {
         // No row differs; a contraction; an eigenvalue beyond 1, one below −1, two beyond 1.
-        assert_eq!(local([[0.0; 3]; 3]), (0.0, 1));
+        assert_eq!(local([[0.0; 3]; 3]), (0.0, 1, 1.0));
         let cases = [
-            ([[0.0, 0.0, 0.0], [0.3, 0.5, 0.0], [0.0, 0.0, 0.0]], 0.5, 1),
-            ([[3.0, 0.0, 0.0], [0.3, 0.5, 0.0], [0.0, 0.0, 0.0]], 3.0, -1),
-            ([[-3.0, 0.0, 0.0], [0.3, 0.5, 0.0], [0.0, 0.0, 0.0]], 3.0, 1),
-            ([[3.0, 0.0, 0.0], [0.3, 2.0, 0.0], [0.0, 0.0, 0.0]], 3.0, 1),
+            (
+                [[0.0, 0.0, 0.0], [0.3, 0.5, 0.0], [0.0, 0.0, 0.0]],
+                0.5,
+                1,
+                0.5,
+            ),
+            (
+                [[3.0, 0.0, 0.0], [0.3, 0.5, 0.0], [0.0, 0.0, 0.0]],
+                3.0,
+                -1,
+                0.5,
+            ),
+            (
+                [[-3.0, 0.0, 0.0], [0.3, 0.5, 0.0], [0.0, 0.0, 0.0]],
+                3.0,
+                1,
+                0.5,
+            ),
+            (
+                [[3.0, 0.0, 0.0], [0.3, 1.25, 0.0], [0.0, 0.0, 0.0]],
+                3.0,
+                1,
+                0.25,
+            ),
         ];
-        for (mapping, radius, sign) in cases {
+        for (mapping, radius, sign, distance) in cases {
             let found = local(mapping);
             // The last of 22 squarings takes the root of a number near one.
             assert!((found.0 - radius).abs() < 1e-6 * radius, "{found:?}");
             assert_eq!(found.1, sign);
+            assert!((found.2 - distance).abs() < 1e-6, "{found:?}");
         }
     }
 }
