@@ -3,7 +3,7 @@
 use contact3d::{
     dual::OperatorEstimate,
     linalg::Precision,
-    scene::{DualOperatorKind, Method, Scene},
+    scene::{DualOperatorKind, FactorPrecision, Method, Scene},
     solver::{Progress, Solution, Status},
 };
 
@@ -128,6 +128,8 @@ fn by_another_way(scene: &Scene) -> Option<String> {
     let method = (scene.solve.method != Method::Auto).then_some("solve.method = \"auto\"");
     let implicit = scene.assemble.dual_operator == DualOperatorKind::Implicit;
     let operator = implicit.then_some("assemble.dual_operator = \"explicit\"");
-    let settings: Vec<&str> = method.into_iter().chain(operator).collect();
+    let single = scene.assemble.factor == FactorPrecision::Single;
+    let factor = single.then_some("assemble.factor = \"double\"");
+    let settings: Vec<&str> = [method, operator, factor].into_iter().flatten().collect();
     (!settings.is_empty()).then(|| format!("choose {}", settings.join(" with ")))
 }

@@ -160,6 +160,8 @@ impl DiscreteProblem<'_> {
             };
         } else if solution.status.is_solved() {
             solution.status = Status::Inaccurate;
+            // An answer without a digit is off by its own size.
+            solution.accuracy = polished.error.min(1.0);
         }
         solution.newton = steps;
         solution.local_stiffness.clone_from(&local.stiffness);
