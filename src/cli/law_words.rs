@@ -9,7 +9,7 @@ use contact3d::{
 use serde_json::{Value, json};
 use units::Dimension;
 
-use super::results::unit_words;
+use super::results_json::unit_words;
 use crate::views::{FaceStudy, LawStudy, MeshSizes};
 
 /// Most points of a table that are printed.

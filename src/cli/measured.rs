@@ -6,7 +6,7 @@ use units::Units;
 
 use super::{
     arguments::Output,
-    results::unit_words,
+    results_json::unit_words,
     terminal::{self, say},
 };
 use crate::{pipeline::StageError, views::PictureFolder};

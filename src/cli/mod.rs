@@ -22,6 +22,7 @@ mod override_scene;
 mod progress;
 mod report;
 mod results;
+mod results_json;
 mod run;
 mod schema;
 mod stability;

@@ -10,7 +10,7 @@ use super::{
     exit::Exit,
     history, interruption, override_scene,
     progress::{self, Forecast},
-    report, results,
+    report, results, results_json,
     terminal::{self, say, warn},
 };
 use crate::{
@@ -200,12 +200,12 @@ fn finish(
     performed: &[Performed],
     adapted: Option<&Adapted>,
 ) -> Outcome {
-    let assembly = session.assembly().map(results::assembly_json);
+    let assembly = session.assembly().map(results_json::assembly_json);
     let results = session.results()?;
     let scene = session.scene();
     let (mesh, solution, report) = (results.mesh(), results.solution(), results.report());
     if output.json {
-        let mut json = results::json(scene, mesh, solution, report, performed, assembly);
+        let mut json = results_json::json(scene, mesh, solution, report, performed, assembly);
         if !results.increments().is_empty() {
             json["history"] = history::json(results.increments());
         }

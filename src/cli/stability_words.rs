@@ -5,7 +5,7 @@ use std::fmt::Write;
 use contact3d::{robustness::Check, solver::SolvedBy};
 use units::Dimension;
 
-use super::results::unit_words;
+use super::results_json::unit_words;
 use crate::format::StabilityRow;
 
 /// Headings of the columns.

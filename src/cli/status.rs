@@ -8,7 +8,7 @@ use super::{
     arguments::{Output, StageArguments},
     exit::Exit,
     features,
-    results::unit_words,
+    results_json::unit_words,
     terminal,
 };
 use crate::{

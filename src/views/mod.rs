@@ -1,6 +1,7 @@
 //! What turns results into pictures, tables and pages. Nothing here computes a result or changes a
 //! run file.
 
+mod accuracy_tables;
 mod branches;
 mod charts;
 mod contact_cells;

@@ -11,6 +11,7 @@ use plots::html::{Page, Part, Section};
 use runfile::{Reader, timestamp};
 
 use super::{
+    accuracy_tables,
     charts::{convergence, history, ways_against_seconds, ways_against_unknowns, work_precision},
     history_charts,
     picture::{self, Drawn},
@@ -211,17 +212,17 @@ fn accuracy_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, S
     parts.extend(format::read_advice(reader)?.map(Part::Advice));
     if let Some(ladder) = &accuracy.discretisation {
         parts.push(Part::Figure(convergence(ladder).figure().svg()));
-        parts.push(Part::Table(tables::levels(ladder, stored.units)));
+        parts.push(Part::Table(accuracy_tables::levels(ladder, stored.units)));
     }
     if let Some(ways) = &accuracy.ways {
         parts.push(Part::Advice(format!("Cheapest way to {}.", ways.advice())));
         parts.push(Part::Figure(ways_against_seconds(ways).figure().svg()));
         parts.push(Part::Figure(ways_against_unknowns(ways).figure().svg()));
-        parts.push(Part::Table(tables::ways(ways)));
+        parts.push(Part::Table(accuracy_tables::ways(ways)));
     }
     if let Some(ladder) = &accuracy.algebraic {
         parts.push(Part::Figure(work_precision(ladder).figure().svg()));
-        parts.push(Part::Table(tables::entries(ladder)));
+        parts.push(Part::Table(accuracy_tables::entries(ladder)));
     }
     Ok(Some(Section {
         name: "accuracy",

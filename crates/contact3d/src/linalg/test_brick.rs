@@ -1,4 +1,4 @@
-//! The clamped elastic brick of SPEC §2 and §5, assembled independently of the rest of the crate,
+//! The clamped elastic brick of HKL (2011), section 4, assembled independently of the rest of the crate,
 //! for tests and measurements.
 
 use std::collections::HashMap;
@@ -134,7 +134,7 @@ impl Brick {
         CscMatrix::new(size, size, column_start, indices, data).expect("valid by construction")
     }
 
-    /// Pane couplings of SPEC §2 (rows: normal, t₁, t₂ of each 2 × 2 pane), clamped nodes left out.
+    /// Pane couplings B (rows: normal, t₁, t₂ of each 2 × 2 pane), clamped nodes left out.
     pub(crate) fn coupling(&self) -> CscMatrix {
         let (n, panes) = (self.n, 3 * self.n * self.n / 4);
         let area = 4.0 / (n * n) as f64;
