@@ -486,16 +486,12 @@ fn means_of_slips_reach_the_knots_of_the_law_where_paths_say_so() {
     let friction = base.friction.as_mut().expect("friction");
     friction.coefficient_1 = Some(Coefficient::Ramp(ramp));
     friction.coefficient_2 = Some(Coefficient::Ramp(ramp));
-    let load = |scene: &mut Scene, share: f64| {
-        scene.tractions[0].value = [(1e7 * share).into(), 0.0.into(), (2e7 * share).into()];
-        scene.tractions[1].value = [0.0.into(), 0.0.into(), (-3e7 * share).into()];
-    };
-    let Followed { branches, .. } = follow(&base, [0.1, 1.0], false, load);
+    let Followed { branches, .. } = follow(&base, [0.1, 1.0], false, load_in_part);
     assert!(branches.is_complete());
     assert!(points(&branches).all(|point| point.residual < 1e-11));
     let solved_at = |share: f64| {
         let mut loaded = base.clone();
-        load(&mut loaded, share);
+        load_in_part(&mut loaded, share);
         let problem = contact3d::Problem::in_folder(loaded, &folder()).expect("a problem");
         problem.assemble().expect("a factor")
     };
@@ -577,11 +573,7 @@ fn a_path_passes_the_kinks_of_a_strongly_weakening_law() {
     let friction = base.friction.as_mut().expect("friction");
     friction.coefficient_1 = Some(Coefficient::Ramp(ramp));
     friction.coefficient_2 = Some(Coefficient::Ramp(ramp));
-    let load = |scene: &mut Scene, share: f64| {
-        scene.tractions[0].value = [(1e7 * share).into(), 0.0.into(), (2e7 * share).into()];
-        scene.tractions[1].value = [0.0.into(), 0.0.into(), (-3e7 * share).into()];
-    };
-    let Followed { branches, .. } = follow(&base, [0.02, 0.3], false, load);
+    let Followed { branches, .. } = follow(&base, [0.02, 0.3], false, load_in_part);
     let first = &branches.paths[0];
     for path in &branches.paths {
         let (last, earlier) = path.points.split_last().expect("points");
@@ -612,4 +604,10 @@ fn a_path_passes_the_kinks_of_a_strongly_weakening_law() {
             .map(|path| path.end)
             .collect::<Vec<_>>()
     );
+}
+
+/// A share of the published tractions.
+fn load_in_part(scene: &mut Scene, share: f64) {
+    scene.tractions[0].value = [(1e7 * share).into(), 0.0.into(), (2e7 * share).into()];
+    scene.tractions[1].value = [0.0.into(), 0.0.into(), (-3e7 * share).into()];
 }
