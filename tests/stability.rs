@@ -27,6 +27,15 @@ fn hard_cases_hold_but_for_those_known_to_be_open() {
         let verdict = check.verdict();
         let fails = verdict.level == Level::Fails;
         assert_eq!(fails, !case.open.is_empty(), "{}: {verdict}", row.name);
+        // Of an open case, too, whatever its conditioning.
+        for result in check.invariances.iter().filter(|r| r.invariance.is_exact()) {
+            let (name, change) = (&row.name, result.invariance);
+            assert!(
+                result.difference == 0.0,
+                "{name}, {change}: {:e}",
+                result.difference
+            );
+        }
         // (3.1) of HKL.
         assert!(check.conditioning.dual.smallest > 0.0, "{}", row.name);
     }

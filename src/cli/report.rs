@@ -19,6 +19,10 @@ pub(super) fn stage_line(performed: &Performed) -> String {
     }
 }
 
+/// What a second solve is for.
+pub(super) const RECONSIDERED: &str =
+    "factor    double: single precision led to no answer, so the problem was solved again";
+
 /// How the dual operator is held, and what either form costs.
 pub(super) fn operator_line(
     estimate: &OperatorEstimate,

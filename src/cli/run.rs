@@ -162,6 +162,9 @@ fn perform(
     spinner.finish_and_clear();
     let performed = performed?;
     say(output, &report::stage_line(&performed));
+    if stage == Stage::Solve && session.is_reconsidered() {
+        say(output, report::RECONSIDERED);
+    }
     if let (Stage::Assemble, Some(assembly), Some((estimate, dense))) =
         (stage, session.assembly(), session.operator_estimate())
     {

@@ -2,7 +2,7 @@
 
 use contact3d::{
     contact::{Coupling, Interface},
-    dual::{DualSystem, Need, PrimalSystem},
+    dual::{Admission, DualSystem, Need, PrimalSystem},
     history::{HistoryError, LoadHistory, SolvedHistory, StepRecord, interface_after},
     mesh::Mesh,
     post::{ContactReport, Solved, SolvedContact},
@@ -42,6 +42,14 @@ pub(super) struct Inputs<'a> {
     pub(super) start: Option<&'a [f64]>,
     /// What a killed solve of the same history did.
     pub(super) done: Vec<StepRecord>,
+    /// Decides whether the operators in double precision may be formed, should single precision lead to no answer.
+    pub(super) admit: Admission<'a>,
+}
+
+/// A history, and the operators in double precision that it ended with where those in single precision led to no answer.
+pub(super) struct Outcome {
+    pub(super) evaluated: Evaluated,
+    pub(super) double: Option<DualSystem>,
 }
 
 /// Solves the increments that are left, and evaluates the last one; `keep` sees all records after each.
@@ -52,7 +60,7 @@ pub(super) fn run(
     inputs: Inputs<'_>,
     observe: &mut dyn FnMut(Increment, Progress<'_>),
     keep: &mut dyn FnMut(&[StepRecord]),
-) -> Result<Evaluated, StageError> {
+) -> Result<Outcome, StageError> {
     let history = LoadHistory {
         scene: &inputs.input.scene,
         mesh: inputs.mesh,
@@ -62,17 +70,31 @@ pub(super) fn run(
         multiplier: inputs.start,
         checkpoint: None,
     };
-    let solved = history.solve(inputs.settings, inputs.done, start, observe, keep);
+    let refuse = |error| match error {
+        HistoryError::Invalid(invalid) => inputs.input.refuse(invalid).into(),
+        HistoryError::NeedsExplicit(error) => StageError::from(error),
+    };
+    let mut solved = history
+        .solve(inputs.settings, inputs.done, start, observe, keep)
+        .map_err(refuse)?;
+    let double = history.reconsidered(&solved, inputs.admit, &|_, _| ());
+    if let Some(operator) = &double {
+        let history = LoadHistory {
+            operator,
+            ..history
+        };
+        let records = solved.records_before();
+        solved = history
+            .solve(inputs.settings, records, start, observe, keep)
+            .map_err(refuse)?;
+    }
     let SolvedHistory {
         records,
         problem,
         solution,
         report,
-    } = solved.map_err(|error| match error {
-        HistoryError::Invalid(invalid) => inputs.input.refuse(invalid).into(),
-        HistoryError::NeedsExplicit(error) => StageError::from(error),
-    })?;
-    Ok(Evaluated {
+    } = solved;
+    let evaluated = Evaluated {
         answer: Answer {
             equations: Equations::Problem(problem.system.into()),
             solution,
@@ -82,7 +104,8 @@ pub(super) fn run(
             records,
             interface: problem.interface,
         }),
-    })
+    };
+    Ok(Outcome { evaluated, double })
 }
 
 /// Reads the last increment back and evaluates it; `equations` may have the loads of another one.

@@ -29,6 +29,8 @@ pub(super) struct Known {
     meshed: Option<Arc<Meshed>>,
     problem: Option<Problem>,
     evaluated: Option<Arc<Evaluated>>,
+    /// Whether the problem is in double precision because single precision led to no answer.
+    reconsidered: bool,
 }
 
 /// An assembled problem.
@@ -67,12 +69,29 @@ impl Known {
     pub(super) fn set_operator(&mut self, system: Arc<DualSystem>) {
         self.problem = Some(Problem::Operator(system));
         self.evaluated = None;
+        self.reconsidered = false;
     }
 
     /// Knows an assembled problem with the loads of the scene.
     pub(super) fn set_problem(&mut self, system: Arc<DualSystem>) {
         self.problem = Some(Problem::Loaded(system));
         self.evaluated = None;
+        self.reconsidered = false;
+    }
+
+    /// Knows the same problem in double precision, since single precision led to no answer; the results are yet to come.
+    pub(super) fn reconsider(&mut self, system: Arc<DualSystem>) {
+        self.problem = match self.problem.take() {
+            Some(Problem::Operator(_)) => Some(Problem::Operator(system)),
+            Some(Problem::Loaded(_)) | None => Some(Problem::Loaded(system)),
+        };
+        self.evaluated = None;
+        self.reconsidered = true;
+    }
+
+    /// Whether single precision led to no answer.
+    pub(super) fn is_reconsidered(&self) -> bool {
+        self.reconsidered
     }
 
     /// Knows the results.

@@ -276,6 +276,12 @@ impl Session {
         Some(&system.assembly)
     }
 
+    /// Whether the last solve gave up with a factor in single precision, and was done again with one in double.
+    #[must_use]
+    pub fn is_reconsidered(&self) -> bool {
+        self.known.is_reconsidered()
+    }
+
     /// What each form of the dual operator costs, and whether the dense one is held; `None`
     /// unless an assembly is in memory.
     #[must_use]

@@ -19,7 +19,8 @@ use super::{
     load,
     mesh::{self, Meshed},
     post::{self, Evaluated},
-    resources, solve,
+    resources,
+    solve::{self, Answer},
     store::write_group,
 };
 use crate::format::{self, HISTORY, Stage, VTKHDF};
@@ -158,16 +159,30 @@ impl Session {
         let inputs = solve::Inputs {
             settings: &task.input.scene.solve,
             meshed: &meshed,
-            problem,
+            problem: problem.clone(),
             start: &task.start,
             checkpoint: checkpoint.as_ref(),
         };
-        let answer = solve::run(inputs, &mut |progress| match progress {
+        let mut answer = solve::run(inputs, &mut |progress| match progress {
             Progress::Between(state) => {
                 checkpoints.keep(|| store.write_checkpoint(task, state));
             }
             Progress::Outer(..) | Progress::Newton(..) => observe(Step::Solving(progress)),
         })?;
+        if let Some(double) = self.reconsidered(&meshed, &problem, &answer, observe) {
+            self.known.reconsider(double.clone());
+            let inputs = solve::Inputs {
+                settings: &self.task.input.scene.solve,
+                meshed: &meshed,
+                problem: double,
+                start: &self.task.start,
+                checkpoint: None,
+            };
+            answer = solve::run(inputs, &mut |progress| match progress {
+                Progress::Between(_) => {}
+                Progress::Outer(..) | Progress::Newton(..) => observe(Step::Solving(progress)),
+            })?;
+        }
         let evaluated = Arc::new(post::run(post::Inputs {
             input: &task.input,
             meshed: &meshed,
@@ -175,6 +190,30 @@ impl Session {
         })?);
         self.known.set_evaluated(evaluated.clone());
         Ok(Output::Solve(meshed, evaluated))
+    }
+
+    /// The problem in double precision where a solve gave up with a factor in single precision that the program chose.
+    fn reconsidered(
+        &self,
+        meshed: &Meshed,
+        problem: &DualSystem,
+        answer: &Answer,
+        observe: &mut dyn FnMut(Step<'_>),
+    ) -> Option<Arc<DualSystem>> {
+        if !answer.solution.status.gave_up() {
+            return None;
+        }
+        let observe = RefCell::new(observe);
+        let double = problem.in_double_precision(
+            self.scene(),
+            &meshed.mesh,
+            &|need: Need| {
+                (observe.borrow_mut())(Step::Assembling(need.step));
+                resources::admit(need, self.store.path())
+            },
+            &|step, work| (observe.borrow_mut())(Step::Counting(step, work)),
+        );
+        double.map(Arc::new)
     }
 
     /// The increments of a load history, stored as they are done where that costs no more than a twentieth of computing them.
@@ -186,6 +225,7 @@ impl Session {
         resources::admit(need, source.run_file)?;
         let done = self.store.read_history(&self.task)?;
         self.store.require_unchanged(&self.task)?;
+        let run_file = self.store.path().to_owned();
         let (task, store) = (&self.task, &mut self.store);
         let cost = store.last_store_seconds().max(history::SECONDS_OF_A_COMMIT);
         let mut checkpoints = Checkpoints::new(cost);
@@ -196,8 +236,9 @@ impl Session {
             operator: &operator,
             start: task.start.multiplier(),
             done,
+            admit: &|need| resources::admit(need, &run_file),
         };
-        let evaluated = history::run(
+        let outcome = history::run(
             inputs,
             &mut |increment, progress| match progress {
                 Progress::Between(_) => {}
@@ -207,7 +248,10 @@ impl Session {
             },
             &mut |records| checkpoints.keep(|| store.write_history(task, records)),
         )?;
-        let evaluated = Arc::new(evaluated);
+        if let Some(double) = outcome.double {
+            self.known.reconsider(Arc::new(double));
+        }
+        let evaluated = Arc::new(outcome.evaluated);
         self.known.set_evaluated(evaluated.clone());
         Ok(Output::Solve(meshed, evaluated))
     }

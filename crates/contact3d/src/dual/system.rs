@@ -116,6 +116,35 @@ impl DualSystem {
         }
     }
 
+    /// The same problem with a factor in double precision, for a solve that gave up, where the one in single precision was not the
+    /// scene's choice; `None` where it was, or where `admit` refuses the other.
+    ///
+    /// What S̃ has wrong may decide where the law of friction hardly lets Newton's method come nearer, as with F = 1e6. The
+    /// friction is no part of what is assembled, so nothing could know before.
+    #[must_use]
+    pub fn in_double_precision(
+        &self,
+        scene: &Scene,
+        mesh: &Mesh,
+        admit: Admission<'_>,
+        begun: Observation<'_>,
+    ) -> Option<Self> {
+        let chosen = scene.assemble.factor == FactorPrecision::Auto;
+        if !chosen || self.assembly.factor.precision() == Precision::Double {
+            return None;
+        }
+        let mut scene = scene.clone();
+        scene.assemble.factor = FactorPrecision::Double;
+        if self
+            .contact
+            .as_ref()
+            .is_some_and(|c| c.explicit().is_some())
+        {
+            scene.assemble.dual_operator = DualOperatorKind::Explicit;
+        }
+        Self::watched(&scene, mesh, admit, begun).ok()
+    }
+
     /// Replaces l, h and the free slip by those of a scene that differs in its loads, the displacements of its clamps, its
     /// gap or its friction only: one solve with the factor.
     ///

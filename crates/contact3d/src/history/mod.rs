@@ -15,7 +15,7 @@ use energies::Bookkeeping;
 
 use crate::{
     contact::{Interface, Past},
-    dual::DualSystem,
+    dual::{Admission, DualSystem, Observation},
     mesh::Mesh,
     post::{ContactReport, Solved, SolvedContact},
     scene::{Increment, Invalid, Scene, SolveSettings},
@@ -150,6 +150,35 @@ impl<'a> LoadHistory<'a> {
             }
             keep(&records);
         }
+    }
+}
+
+impl LoadHistory<'_> {
+    /// The operators in double precision that a history goes on with after [`SolvedHistory::records_before`] its last increment,
+    /// whose solve gave up with a factor in single precision that the program chose.
+    #[must_use]
+    pub fn reconsidered(
+        &self,
+        solved: &SolvedHistory,
+        admit: Admission<'_>,
+        begun: Observation<'_>,
+    ) -> Option<DualSystem> {
+        let gave_up = solved.solution.status.gave_up();
+        gave_up
+            .then(|| {
+                self.operator
+                    .in_double_precision(self.scene, self.mesh, admit, begun)
+            })
+            .flatten()
+    }
+}
+
+impl SolvedHistory {
+    /// The records without that of the last increment.
+    #[must_use]
+    pub fn records_before(mut self) -> Vec<StepRecord> {
+        self.records.pop();
+        self.records
     }
 }
 

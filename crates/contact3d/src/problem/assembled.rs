@@ -10,7 +10,7 @@ use crate::{
     mesh::Mesh,
     post::{ContactReport, Solved, SolvedContact},
     scene::{Invalid, Scene, SolveSettings},
-    solver::{ContactState, Progress, Solution, Start, coulomb_state, solve},
+    solver::{ContactState, Progress, Solution, Start, Status, coulomb_state, solve},
 };
 
 /// A problem with its stiffness factorised and, where it has contact, with its dual problem.
@@ -26,8 +26,8 @@ impl AssembledProblem {
         Ok(Self { problem, system })
     }
 
-    /// Solves from λ = 0. A solve that does not converge is a solution with a
-    /// [status](crate::solver::Status).
+    /// Solves from λ = 0, again with a factor in double precision where one in single precision that the program chose led to no
+    /// answer. A solve that does not converge is a solution with a [status](crate::solver::Status).
     ///
     /// # Errors
     /// [`ProblemError::Invalid`] for settings that no solve can have and for a scene with steps, which
@@ -35,10 +35,39 @@ impl AssembledProblem {
     /// Newton's method is asked for and S is not dense.
     pub fn solve(&self, settings: &SolveSettings) -> Result<Solution, ProblemError> {
         settings.validate("solve")?;
-        self.solve_from(settings, Start::default(), &mut |_| {})
+        let solution = self.solve_from(settings, Start::default(), &mut |_| {})?;
+        match self.reconsidered(solution.status)? {
+            None => Ok(solution),
+            Some(double) => double.solve_from(settings, Start::default(), &mut |_| {}),
+        }
     }
 
-    /// As [`Self::solve`] from a given start, such as the multipliers of a similar problem, while
+    /// The same problem with a factor in double precision, after a solve that gave up with one in single precision that the
+    /// program chose.
+    ///
+    /// # Errors
+    /// Laws of the contact face that no problem can have.
+    pub fn reconsidered(&self, status: Status) -> Result<Option<Self>, ProblemError> {
+        if !status.gave_up() {
+            return Ok(None);
+        }
+        let double =
+            self.system
+                .in_double_precision(self.scene(), self.mesh(), &|_| Ok(()), &|_, _| ());
+        let Some(mut system) = double else {
+            return Ok(None);
+        };
+        system.apply(self.scene(), self.mesh(), self.problem.interface())?;
+        let problem = Problem {
+            scene: self.problem.scene.clone(),
+            mesh: self.problem.mesh.clone(),
+            interface: self.problem.own_interface()?,
+            past: self.problem.past.clone(),
+        };
+        Ok(Some(Self { problem, system }))
+    }
+
+    /// As [`Self::solve`] with the factor that there is, from a given start, such as the multipliers of a similar problem, while
     /// `observe` sees the steps; those that measure the error of the answer are in its history only.
     /// The settings are taken as they are: ε = 0 means to rounding.
     ///
@@ -52,11 +81,7 @@ impl AssembledProblem {
     ) -> Result<Solution, ProblemError> {
         // Its own counters of evaluations and projections, so that solves may run side by side.
         self.scene().require_no_history("a solve")?;
-        let interface = Interface::new(self.scene(), self.mesh())?;
-        let interface = match (interface, &self.problem.past) {
-            (Some(interface), Some(past)) => Some(interface.after(past.clone())),
-            (interface, _) => interface,
-        };
+        let interface = self.problem.own_interface()?;
         let contact = self.contact_with(interface.as_ref());
         Ok(solve(
             &self.system,

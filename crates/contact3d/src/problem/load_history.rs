@@ -52,13 +52,18 @@ impl AssembledProblem {
             mesh: self.mesh(),
             operator: &self.system,
         };
-        let solved = history.solve(
-            settings,
-            Vec::new(),
-            Start::default(),
-            &mut |_, _| {},
-            &mut |_| {},
-        )?;
+        let go_on = |history: &LoadHistory<'_>, records| {
+            let start = Start::default();
+            history.solve(settings, records, start, &mut |_, _| {}, &mut |_| {})
+        };
+        let mut solved = go_on(&history, Vec::new())?;
+        if let Some(double) = history.reconsidered(&solved, &|_| Ok(()), &|_, _| ()) {
+            let history = LoadHistory {
+                operator: &double,
+                ..history
+            };
+            solved = go_on(&history, solved.records_before())?;
+        }
         let SolvedHistory {
             records,
             problem,

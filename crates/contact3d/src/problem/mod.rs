@@ -18,7 +18,7 @@ use crate::{
     contact::{Interface, Past},
     elasticity::idle_loads,
     mesh::Mesh,
-    scene::{Scene, SceneFile, Warning},
+    scene::{Invalid, Scene, SceneFile, Warning},
 };
 
 /// A scene on its mesh, with the laws of its contact face.
@@ -116,6 +116,15 @@ impl Problem {
     #[must_use]
     pub fn interface(&self) -> Option<&Interface> {
         self.interface.as_ref()
+    }
+
+    /// The laws of the contact face once more, with counters of their own.
+    fn own_interface(&self) -> Result<Option<Interface>, Invalid> {
+        let interface = Interface::new(&self.scene, &self.mesh)?;
+        Ok(match (interface, &self.past) {
+            (Some(interface), Some(past)) => Some(interface.after(past.clone())),
+            (interface, _) => interface,
+        })
     }
 
     /// What is allowed in the scene and probably not meant.

@@ -46,7 +46,7 @@ impl Invariance {
 
     /// Whether not even a bit may change.
     #[must_use]
-    pub(crate) fn is_exact(self) -> bool {
+    pub fn is_exact(self) -> bool {
         matches!(self, Self::BinaryUnits | Self::LoadScaling | Self::Threads)
     }
 

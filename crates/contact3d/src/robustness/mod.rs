@@ -31,8 +31,8 @@ use crate::{
     linalg::Precision,
     post::Zone,
     problem::ProblemError,
-    scene::Scene,
-    solver::{Linearisation, SolvedBy, Status},
+    scene::{FactorPrecision, Scene},
+    solver::{Linearisation, SolvedBy, Start, Status},
 };
 
 /// How much is checked.
@@ -105,8 +105,18 @@ impl Check {
         solutions: Solutions,
     ) -> Result<Self, ProblemError> {
         let started = Instant::now();
-        let own = ExplicitProblem::new(scene.clone(), folder)?;
-        let answer = own.assembled.solve(&scene.solve)?;
+        let mut own = ExplicitProblem::new(scene.clone(), folder)?;
+        scene.solve.validate("solve")?;
+        let mut answer = own
+            .assembled
+            .solve_from(&scene.solve, Start::default(), &mut |_| {})?;
+        if answer.status.gave_up()
+            && scene.assemble.factor == FactorPrecision::Auto
+            && let Some(double) = own.in_double_precision(scene, folder)?
+        {
+            own = double;
+            answer = own.assembled.solve(&scene.solve)?;
+        }
         let seconds = started.elapsed().as_secs_f64();
         let double = own.in_double_precision(scene, folder)?;
         let problem = double.as_ref().unwrap_or(&own);

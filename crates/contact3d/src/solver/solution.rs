@@ -80,6 +80,12 @@ impl Status {
         self.is_success(Goal::BestPossible)
     }
 
+    /// Whether the method ended without an answer, though there may be one.
+    #[must_use]
+    pub fn gave_up(self) -> bool {
+        !self.is_solved() && self != Self::NoEquilibrium
+    }
+
     /// All of them.
     pub const ALL: [Self; 10] = [
         Self::Converged,

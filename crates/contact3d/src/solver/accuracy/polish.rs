@@ -103,6 +103,10 @@ impl DiscreteProblem<'_> {
             let bound_falls = way.bound_error <= 0.5 * last.bound_error;
             let accurate = way.error <= tolerance;
             if accurate && (way.bound_error <= tolerance || !bound_falls) {
+                if target > f64::EPSILON {
+                    // Its displacement is solved again anyway: that of the closer answer then.
+                    best.multiplier = found.multiplier;
+                }
                 break;
             }
             if !accurate && !falls {

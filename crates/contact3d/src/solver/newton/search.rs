@@ -181,9 +181,12 @@ impl<'a> Search<'a> {
         for step in 0..=PATH_STEPS {
             let share = f64::from(step) / f64::from(PATH_STEPS);
             let ends = first.iter().zip(&self.local.stiffness);
-            // The geometric mean, and 0 of zeros.
+            // Powers of their ratio alone, which has no unit: the bits are those of any unit that differs by powers of two.
             let steplengths = ends
-                .map(|(a, b)| a.powf(1.0 - share) * b.powf(share))
+                .map(|(a, b)| match b {
+                    0.0 => 0.0,
+                    b => b * (a / b).powf(1.0 - share),
+                })
                 .collect();
             let map = NaturalMap::with_steplengths(self.dual, self.bound, steplengths);
             let tolerance = if step < PATH_STEPS { ON_PATH } else { FOUND };
