@@ -6,7 +6,7 @@ use contact3d::{
     convergence::{Accuracy, AccuracyProgress, AccuracySettings, nested_bricks},
     scene::{Scene, SceneFile},
 };
-use runfile::{GroupRecord, IfMissing, RunFile, timestamp};
+use runfile::{GroupRecord, IfMissing, RunFile};
 
 use super::{StageError, beside::store_with_scene, mesh_file::pin_mesh_file, resources};
 use crate::format::{self, LAYOUT};
@@ -34,13 +34,12 @@ pub fn measure_accuracy(
     };
     let accuracy = Accuracy::measure(&input.scene, &input.folder, &limited, observe)?;
     let stored = toml::to_string(settings).expect("settings hold only TOML types");
-    let record = GroupRecord {
-        settings: stored,
-        input_digest: accuracy_input(&input.scene),
-        seconds: started.elapsed().as_secs_f64(),
-        threads: i64::try_from(threads).unwrap_or(i64::MAX),
-        date: timestamp(),
-    };
+    let record = GroupRecord::ended(
+        stored,
+        accuracy_input(&input.scene),
+        started.elapsed().as_secs_f64(),
+        threads,
+    );
     store_with_scene(&file, &input.scene, format::ACCURACY, &record, |writer| {
         format::write_accuracy(writer, &accuracy)
     })?;

@@ -9,7 +9,7 @@ use contact3d::{
     branches::{Branches, Family, ParameterRange},
     scene::{Invalid, Scene, SceneFile},
 };
-use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction, timestamp};
+use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction};
 use toml::Value;
 
 use super::{
@@ -76,12 +76,13 @@ pub fn follow_branches(
         None => Branches::new(&family, task.all)?,
     };
     let store = |branches: &Branches| -> Result<(), StageError> {
-        let record = |settings: &str, input_digest: &str| GroupRecord {
-            settings: settings.to_owned(),
-            input_digest: input_digest.to_owned(),
-            seconds: started.elapsed().as_secs_f64(),
-            threads: i64::try_from(threads).unwrap_or(i64::MAX),
-            date: timestamp(),
+        let record = |settings: &str, input_digest: &str| {
+            GroupRecord::ended(
+                settings.to_owned(),
+                input_digest.to_owned(),
+                started.elapsed().as_secs_f64(),
+                threads,
+            )
         };
         let mut transaction = Transaction::begin(&file)?;
         let scene_record = GroupRecord {

@@ -10,7 +10,7 @@ use contact3d::{
     mesh::Mesh,
     scene::Invalid,
 };
-use runfile::{GroupRecord, Home, IfMissing, RunFile, Transaction, timestamp};
+use runfile::{GroupRecord, Home, IfMissing, RunFile, Transaction};
 
 use super::{SeriesFolder, StageError};
 use crate::format::{self, GridValues, SERIES_LAYOUT};
@@ -60,13 +60,12 @@ fn write_path(
         )?;
     }
     series.finish()?;
-    writer.finish(&GroupRecord {
-        settings: String::new(),
-        input_digest: String::new(),
-        seconds: started.elapsed().as_secs_f64(),
-        threads: i64::try_from(threads).unwrap_or(i64::MAX),
-        date: timestamp(),
-    })?;
+    writer.finish(&GroupRecord::ended(
+        String::new(),
+        String::new(),
+        started.elapsed().as_secs_f64(),
+        threads,
+    ))?;
     Ok(transaction.commit()?)
 }
 

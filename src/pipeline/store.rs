@@ -5,7 +5,6 @@ use std::{path::Path, sync::Arc, time::Instant};
 use contact3d::{history::StepRecord, solver::OuterState};
 use runfile::{
     Group, GroupRecord, GroupWriter, Home, Reader, RunFile, StoreError, StoredGroup, Transaction,
-    timestamp,
 };
 
 use super::{
@@ -353,12 +352,6 @@ impl Task {
         seconds: f64,
         input_digest: String,
     ) -> GroupRecord {
-        GroupRecord {
-            settings,
-            input_digest,
-            seconds,
-            threads: i64::try_from(self.threads).unwrap_or(i64::MAX),
-            date: timestamp(),
-        }
+        GroupRecord::ended(settings, input_digest, seconds, self.threads)
     }
 }

@@ -6,7 +6,7 @@ use contact3d::{
     scene::{Scene, SceneFile},
     theory::{Theory, TheoryProgress, TheorySettings, theory_bricks},
 };
-use runfile::{GroupRecord, IfMissing, RunFile, timestamp};
+use runfile::{GroupRecord, IfMissing, RunFile};
 
 use super::{
     StageError, accuracy_input,
@@ -37,13 +37,12 @@ pub fn measure_theory(
     let file = RunFile::lock(path, layout, IfMissing::Create)?;
     let started = Instant::now();
     let theory = Theory::measure(&input.scene, &input.folder, &settings, observe)?;
-    let record = GroupRecord {
-        settings: toml::to_string(&settings).expect("settings hold only TOML types"),
-        input_digest: accuracy_input(&input.scene),
-        seconds: started.elapsed().as_secs_f64(),
-        threads: i64::try_from(threads).unwrap_or(i64::MAX),
-        date: timestamp(),
-    };
+    let record = GroupRecord::ended(
+        toml::to_string(&settings).expect("settings hold only TOML types"),
+        accuracy_input(&input.scene),
+        started.elapsed().as_secs_f64(),
+        threads,
+    );
     store_with_scene(&file, &input.scene, format::THEORY, &record, |writer| {
         format::write_theory(writer, &theory)
     })?;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction, timestamp};
+use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction};
 
 use super::{Plan, SweepError, summary::number};
 use crate::{
@@ -85,13 +85,7 @@ fn write_sheet(plan: &Plan, folder: &Path, sheet: &Sheet, path: &Path) -> Result
     }
     series.finish()?;
     let keys = toml::Value::from(plan.keys.clone());
-    writer.finish(&GroupRecord {
-        settings: format!("keys = {keys}\n"),
-        input_digest: String::new(),
-        seconds: 0.0,
-        threads: 1,
-        date: timestamp(),
-    })?;
+    writer.finish(&GroupRecord::gathered(format!("keys = {keys}\n")))?;
     Ok(transaction.commit()?)
 }
 

@@ -10,7 +10,7 @@ use contact3d::{
     adaptation::AdaptiveStatus,
     solver::{Goal, Status},
 };
-use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction, timestamp};
+use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction};
 use units::Units;
 
 use super::{Plan, SweepError, csv_table, failure, keys, ownership, plan::UNITS_KEY};
@@ -160,12 +160,6 @@ fn write_table(plan: &Plan, folder: &Path, rows: &[CaseRow]) -> Result<(), Sweep
     let mut writer = transaction.group(format::CASES, Home::RunFile)?;
     let sweep_file = plan.sweep_file_from(folder);
     format::write_cases(&mut writer, sweep_file.as_deref(), &plan.keys, rows)?;
-    writer.finish(&GroupRecord {
-        settings: String::new(),
-        input_digest: String::new(),
-        seconds: 0.0,
-        threads: 1,
-        date: timestamp(),
-    })?;
+    writer.finish(&GroupRecord::gathered(String::new()))?;
     Ok(transaction.commit()?)
 }

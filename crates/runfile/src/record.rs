@@ -54,6 +54,26 @@ pub struct GroupRecord {
     pub date: String,
 }
 
+impl GroupRecord {
+    /// That of a group which ends now, after so many seconds on so many threads.
+    #[must_use]
+    pub fn ended(settings: String, input_digest: String, seconds: f64, threads: usize) -> Self {
+        Self {
+            settings,
+            input_digest,
+            seconds,
+            threads: i64::try_from(threads).unwrap_or(i64::MAX),
+            date: timestamp(),
+        }
+    }
+
+    /// That of a group that only gathers what other files hold, with no input or time of its own, now.
+    #[must_use]
+    pub fn gathered(settings: String) -> Self {
+        Self::ended(settings, String::new(), 0.0, 1)
+    }
+}
+
 /// A group as the file holds it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StoredGroup {
