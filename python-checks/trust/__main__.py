@@ -1,6 +1,7 @@
 """The command line of the referee."""
 
 import argparse
+import dataclasses
 import os
 import sys
 import tempfile
@@ -33,6 +34,11 @@ def arguments() -> argparse.Namespace:
     parser.add_argument(
         "--capped", action="store_true", help="friction capped at a random pressure"
     )
+    parser.add_argument(
+        "--single",
+        action="store_true",
+        help="a factor in single precision; scenes without one are counted",
+    )
     parser.add_argument("--epsilon", type=float, nargs="*", default=EPSILONS)
     parser.add_argument(
         "--methods", type=float, metavar="EPS", help="other methods too, at EPS"
@@ -60,19 +66,30 @@ def again(chosen: argparse.Namespace, judged: Judged) -> str:
         command += f" --kind {chosen.kind}"
     if chosen.capped:
         command += " --capped"
+    if chosen.single:
+        command += " --single"
     number = judged.scene.number
     return f"{command} --first {number} --scenes 1; {command} --write {number} ."
+
+
+def in_single_precision(one: Scene) -> Scene:
+    """A scene that asks for a factor in single precision."""
+    text = one.text + '\n[assemble]\nfactor = "single"\n'
+    return dataclasses.replace(one, text=text)
 
 
 def judge_all(chosen: argparse.Namespace, scenes: list[Scene]) -> list[Judged]:
     """Judge scene after scene, and show what is wrong as it comes."""
     program = Program(chosen.program.resolve()) if chosen.program else Program.find()
-    results = []
+    results, refused = [], 0
     with tempfile.TemporaryDirectory(dir=chosen.scratch) as folder:
         for one in scenes:
             judged = judge(
                 program, one, list(chosen.epsilon), chosen.methods, Path(folder)
             )
+            if chosen.single and judged.refused:
+                refused += 1
+                continue
             if chosen.keep:
                 keep(judged, chosen.keep)
             results.append(judged)
@@ -82,6 +99,8 @@ def judge_all(chosen: argparse.Namespace, scenes: list[Scene]) -> list[Judged]:
                     file=sys.stderr,
                     flush=True,
                 )
+    if refused:
+        print(f"{refused} scenes have no factor in single precision", file=sys.stderr)
     return results
 
 
@@ -91,11 +110,14 @@ def main() -> int:
     if chosen.write:
         number, folder = int(chosen.write[0]), Path(chosen.write[1])
         one = scene(chosen.seed, number, chosen.kind, chosen.capped)
+        one = in_single_precision(one) if chosen.single else one
         folder.mkdir(parents=True, exist_ok=True)
         (folder / f"{one.name}.toml").write_text(one.text)
         return 0
     numbers = range(chosen.first, chosen.first + chosen.scenes)
     scenes = [scene(chosen.seed, n, chosen.kind, chosen.capped) for n in numbers]
+    if chosen.single:
+        scenes = [in_single_precision(one) for one in scenes]
     judged = judge_all(chosen, scenes)
     print(table(judged))
     more = [methods_table(judged)]

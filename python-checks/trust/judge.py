@@ -20,6 +20,10 @@ MOST_RATIO = 10.0
 """Error over the larger of epsilon and of the accuracy reported."""
 
 
+REFUSED = 2
+"""Exit code of what the program does not begin."""
+
+
 @dataclass(frozen=True)
 class Verdict:
     """One answer and its error; the error is infinite where no solution is known."""
@@ -46,6 +50,7 @@ class Judged:
     by_method: list[Verdict] = field(default_factory=list)
     reference: Reference | None = None
     fault: str | None = None
+    refused: bool = False
 
     @property
     def default(self) -> Verdict | None:
@@ -124,6 +129,7 @@ def judge(
         answers = [default_answer(program, scene_file, run_file)]
         if answers[0].multiplier is None:
             judged.fault = answers[0].fault
+            judged.refused = answers[0].code == REFUSED
             return judged
         answers += [answer_at(program, run_file, epsilon) for epsilon in epsilons]
         methods = METHODS if by_methods else ()
