@@ -111,6 +111,7 @@ FAMILIES = {
     "wall": ("courses of 10", lambda n: wall(n, 10), [2, 5, 10]),
     "cube on many contacts": ("contacts a side", cube, [5, 12, 20]),
     "elastic half-space": ("contacts a side", elastic, [8, 16, 22]),
+    "large half-space": ("contacts a side", elastic, [40]),
     "large wall": ("courses of 20", lambda n: wall(n, 20), [16]),
 }
 
@@ -145,6 +146,7 @@ def main() -> None:
     default = ROOT / "target" / "release" / "contact3d-pipe"
     parser.add_argument("--program", type=Path, default=default)
     parser.add_argument("--families", nargs="*", default=list(FAMILIES), choices=list(FAMILIES))
+    parser.add_argument("--solvers", nargs="*", default=list(SOLVERS), choices=list(SOLVERS))
     parser.add_argument("--limit", type=float, default=120.0, help="seconds for one of our solves")
     parser.add_argument("--json", type=Path)
     arguments = parser.parse_args()
@@ -159,14 +161,12 @@ def main() -> None:
                 path = Path(folder) / "problem.hdf5"
                 write_local(path, problem, f"{family} {size}")
                 for method in ("newton", "gpcg"):
-                    if method == "newton" and len(problem.mu) > 2000:
-                        continue
                     row = ours(arguments.program, path, method, arguments.limit)
                     if out := row.pop("out", None):
                         row["error"] = natural_map_error(problem, read_solution(out)[0])
                     rows.append(row)
-            for solver in SOLVERS:
-                a = solve(problem, solver, zero, TOLERANCE, blocks=family != "elastic half-space")
+            for solver in arguments.solvers:
+                a = solve(problem, solver, zero, TOLERANCE, blocks="half-space" not in family)
                 rows.append(
                     {
                         "solver": solver,

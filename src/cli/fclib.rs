@@ -44,7 +44,7 @@ pub struct SolveFclibArguments {
     /// Put the solution into the file itself, in place of the one that is there
     #[arg(long, conflicts_with = "out")]
     pub in_place: bool,
-    /// The algorithm: auto, newton (dense) or gpcg (W as it is)
+    /// The algorithm: auto, newton (dense or sparse as W is) or gpcg
     #[arg(long, value_enum, default_value_t = MethodArgument::Auto)]
     pub method: MethodArgument,
     /// Largest error, as fc3d_compute_error of Siconos measures it

@@ -7,7 +7,8 @@ use std::{
 
 use contact3d::dual::Need;
 use contact3d::solver::{
-    DelassusMethod, DelassusSettings, DelassusSolution, MOST_DENSE_CONTACTS, solve_delassus,
+    DelassusMethod, DelassusProblem, DelassusSettings, DelassusSolution, MOST_DENSE_CONTACTS,
+    solve_delassus,
 };
 use fclib::Solution;
 
@@ -68,7 +69,7 @@ pub fn solve_file(
         });
     }
     let problem = to_problem(file, local)?;
-    admit(problem.n_contacts(), settings.method)?;
+    admit(&problem, settings.method)?;
     let size = problem.offset().len();
     let before = fclib::read_solution(file, size)?;
     let error_before = before.map(|before| problem.error(&before.r));
@@ -85,16 +86,17 @@ pub fn solve_file(
     Ok(answer)
 }
 
-fn admit(contacts: usize, method: DelassusMethod) -> Result<(), StageError> {
+fn admit(problem: &DelassusProblem, method: DelassusMethod) -> Result<(), StageError> {
+    let contacts = problem.n_contacts();
     let is_dense = match method {
-        DelassusMethod::Auto => contacts <= MOST_DENSE_CONTACTS,
-        DelassusMethod::Newton => true,
+        DelassusMethod::Auto => contacts <= MOST_DENSE_CONTACTS && !problem.is_sparse(),
+        DelassusMethod::Newton => !problem.is_sparse(),
         DelassusMethod::Gpcg => false,
     };
     let entries = (3 * contacts as u64).saturating_pow(2);
     let memory = entries.saturating_mul(if is_dense { BYTES_PER_ENTRY } else { 0 });
     admit_memory(Need {
-        step: "Newton's method, whose matrices are dense; --method gpcg takes W as it is",
+        step: "Newton's method, whose matrices are dense as W is; --method gpcg takes no others",
         memory,
         stored: 0,
     })?;

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use contact3d::{
     contact::Coupling,
     dual::{
-        Assembly, AssemblySeconds, ContactCompliance, ContactSystem, DualSystem, ExplicitDual,
-        OperatorForm, PrimalSystem,
+        Assembly, AssemblySeconds, ContactCompliance, ContactSystem, DualMatrix, DualSystem,
+        ExplicitDual, OperatorForm, PrimalSystem,
     },
     elasticity::{DofMap, FloatingBody},
     linalg::{CholeskyFactor, CscMatrix, Factor, FactorStructure},
@@ -95,7 +95,7 @@ pub fn stored_bytes(system: &DualSystem) -> usize {
     let explicit = system.contact.as_ref().and_then(ContactSystem::explicit);
     let dense = explicit.map_or(0, |explicit| {
         let compliance = explicit.compliance.as_ref();
-        explicit.operator.len() + compliance.map_or(0, |c| c.matrix.len())
+        explicit.operator.as_slice().len() + compliance.map_or(0, |c| c.matrix.len())
     });
     let in_precision = assembly.factor.structure().value_count() + dense;
     let double = assembly.primal.stiffness.data.len() * size_of::<f64>();
@@ -166,7 +166,7 @@ fn write_contact(writer: &mut GroupWriter<'_>, contact: &ContactSystem) -> Resul
             writer.write(single, &rounded, shape)
         }
     };
-    let operator = &explicit.operator;
+    let operator = explicit.operator.as_slice();
     dense(
         DUAL_OPERATOR,
         DUAL_OPERATOR_SINGLE,
@@ -236,7 +236,7 @@ fn read_contact(reader: &Reader) -> Result<Option<ContactSystem>, FormatError> {
         None => OperatorForm::Implicit(Vec::new()),
         Some(operator) => OperatorForm::Explicit(ExplicitDual {
             anchor: None,
-            operator: Arc::new(operator),
+            operator: DualMatrix::Dense(Arc::new(operator)),
             rhs: Vec::new(),
             layout: coupling.layout,
             compliance,

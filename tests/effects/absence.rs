@@ -41,7 +41,7 @@ fn frictionless_contact_has_normal_multipliers_only() {
     assert_eq!(case.solution.history.len(), 1);
     let system = case.system().contact.as_ref().unwrap();
     assert_eq!(system.coupling.n_multipliers(), m);
-    assert_eq!(system.explicit().unwrap().operator.len(), m * m);
+    assert_eq!(system.explicit().unwrap().operator.as_slice().len(), m * m);
 }
 
 #[test]

@@ -4,6 +4,7 @@ use std::{path::Path, sync::Arc};
 
 use contact3d::{
     Problem, ProblemError,
+    dual::DualMatrix,
     linalg::Precision,
     scene::{
         Body, Clamp, Coefficient, Contact, DualOperatorKind, FactorPrecision, Friction,
@@ -213,9 +214,8 @@ fn a_solve_that_gives_up_in_single_precision_is_done_again_in_double() {
         let mut problem = assembled(factor, FactorPrecision::Single);
         let contact = problem.system_mut().contact.as_mut().expect("contact");
         let dual = contact.explicit_mut().expect("the dense operator");
-        Arc::make_mut(&mut dual.operator)
-            .iter_mut()
-            .for_each(|s| *s *= 0.1);
+        let tenth = dual.operator.as_slice().iter().map(|s| 0.1 * s);
+        dual.operator = DualMatrix::Dense(Arc::new(tenth.collect()));
         problem
     };
     let asked = spoilt(FactorPrecision::Single).solve(&settings);

@@ -1,10 +1,11 @@
-//! The dual problem as dense arrays.
+//! The dual problem as arrays.
 
 use std::sync::Arc;
 
 use super::{
-    Assembly, Balance, ContactSystem,
-    dense::{subtract_product, symmetric_product},
+    Assembly, Balance, ContactCompliance, ContactSystem, DualMatrix,
+    contact_compliance::{free_slip, pairs, tangential_selection},
+    dense::subtract_product,
     global_modes::correct,
 };
 use crate::{
@@ -16,13 +17,12 @@ use crate::{
     mesh::ContactSurface,
 };
 
-/// The dual problem as dense arrays: S, h and, where friction follows the slip, the compliance of
+/// The dual problem as arrays: S, h and, where friction follows the slip, the compliance of
 /// the contact nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExplicitDual {
-    /// S = B A⁻¹ Bᵀ, column-major, exactly symmetric, `[n_multipliers, n_multipliers]`, in m³/Pa;
-    /// shared by problems that differ in their loads.
-    pub operator: Arc<Vec<f64>>,
+    /// S = B A⁻¹ Bᵀ, in m³/Pa.
+    pub operator: DualMatrix,
     /// h = B A⁻¹ l with the gap's integral subtracted, `[n_multipliers]`, in m³; −r(λ₀) where the
     /// problem is written about an anchor λ₀.
     pub rhs: Vec<f64>,
@@ -35,18 +35,6 @@ pub struct ExplicitDual {
     /// What else holds where the body floats: its unknowns x are then (λ, α), r = S λ − G α − h and Gᵀλ = e; `None` where
     /// supports hold it, and x = λ.
     pub balance: Option<Balance>,
-}
-
-/// The tangential displacement of the contact nodes, affine in λ: u_t = `slip_free` − G (λ − λ₀)
-/// with the anchor λ₀ of the dual problem.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ContactCompliance {
-    /// G = C A⁻¹ Bᵀ with the rows u_t1, u_t2 of contact node after contact node, column-major,
-    /// `[2 n_contact_nodes, 3 n_panes]`, in m/Pa; shared as S is.
-    pub matrix: Arc<Vec<f64>>,
-    /// (u_t1, u_t2) of A⁻¹l, or of the displacement at the anchor, at the contact nodes, signed,
-    /// `[n_contact_nodes]`, in m.
-    pub slip_free: Vec<[f64; 2]>,
 }
 
 impl ExplicitDual {
@@ -92,7 +80,7 @@ impl ExplicitDual {
                 ),
             });
         Self {
-            operator: Arc::new(operator),
+            operator: DualMatrix::Dense(Arc::new(operator)),
             rhs,
             anchor: None,
             layout: coupling.layout,
@@ -122,7 +110,7 @@ impl ExplicitDual {
             }
         };
         Self {
-            operator: Arc::new(operator),
+            operator: DualMatrix::Dense(Arc::new(operator)),
             rhs: system.dual_rhs().to_vec(),
             anchor: None,
             layout: coupling.layout,
@@ -155,7 +143,7 @@ impl ExplicitDual {
             }
         });
         Self {
-            operator: Arc::clone(&self.operator),
+            operator: self.operator.clone(),
             rhs: closing,
             anchor: Some(multiplier.to_vec()),
             layout: self.layout,
@@ -236,10 +224,24 @@ impl ExplicitDual {
         self.dimension() as f64 * f64::EPSILON
     }
 
-    /// One column (or row) of S.
+    /// One column (or row) of a dense S.
+    ///
+    /// # Panics
+    /// As [`DualMatrix::as_slice`].
     #[must_use]
     pub fn column(&self, j: usize) -> &[f64] {
-        &self.operator[j * self.dimension()..(j + 1) * self.dimension()]
+        &self.operator.as_slice()[j * self.dimension()..(j + 1) * self.dimension()]
+    }
+
+    /// S_jj.
+    pub(crate) fn diagonal(&self, j: usize) -> f64 {
+        self.operator.diagonal(j, self.dimension())
+    }
+
+    /// r += a S_j.
+    pub(crate) fn add_column(&self, j: usize, factor: f64, gradient: &mut [f64]) {
+        let n = self.dimension();
+        self.operator.add_column(j, factor, &mut gradient[..n]);
     }
 
     /// Number of unknowns x: the multipliers, and the rigid motions where the body floats.
@@ -315,23 +317,7 @@ impl ExplicitDual {
     /// S λ in m³.
     #[must_use]
     pub fn apply(&self, multiplier: &[f64]) -> Vec<f64> {
-        symmetric_product(&self.operator, multiplier)
-    }
-}
-
-impl ContactCompliance {
-    /// One column of G, `[2 n_contact_nodes]`.
-    #[must_use]
-    pub fn column(&self, j: usize) -> &[f64] {
-        let rows = 2 * self.slip_free.len();
-        &self.matrix[j * rows..(j + 1) * rows]
-    }
-
-    /// slip_free − G λ at the contact nodes, `[n_contact_nodes]`, in m.
-    fn tangential_displacement(&self, multiplier: &[f64]) -> Vec<[f64; 2]> {
-        let mut slip = self.slip_free.concat();
-        subtract_product(&self.matrix, multiplier, &mut slip);
-        pairs(&slip)
+        self.operator.apply(multiplier)
     }
 }
 
@@ -363,55 +349,4 @@ fn rounded(mut matrix: Vec<f64>) -> Vec<f64> {
             .for_each(|value| *value = f64::from((*value / scale) as f32) * scale);
     }
     matrix
-}
-
-/// Cᵀ of C u = (u_t1, u_t2) node by node; columns of held degrees of freedom are empty.
-fn tangential_selection(
-    surface: &ContactSurface,
-    frame: &ContactFrame,
-    dofs: &DofMap,
-) -> CscMatrix {
-    let mut transposed = CscMatrix {
-        rows: dofs.n_free,
-        cols: 2 * surface.nodes.len(),
-        indptr: vec![0],
-        indices: Vec::new(),
-        data: Vec::new(),
-    };
-    for (local, &node) in surface.nodes.iter().enumerate() {
-        for axis in frame.axes_at(local) {
-            for (dof, &direction) in dofs.dof[node].iter().zip(axis) {
-                if let (Some(dof), true) = (*dof, direction != 0.0) {
-                    transposed.indices.push(dof);
-                    transposed.data.push(direction);
-                }
-            }
-            transposed.indptr.push(transposed.indices.len());
-        }
-    }
-    transposed
-}
-
-/// (u_t1, u_t2) at the contact nodes of a displacement in m, held nodes as they are held.
-fn free_slip(
-    selection: &CscMatrix,
-    unconstrained: &[f64],
-    surface: &ContactSurface,
-    frame: &ContactFrame,
-    dofs: &DofMap,
-) -> Vec<[f64; 2]> {
-    let mut slip = vec![0.0; selection.cols];
-    selection.mul_transposed(unconstrained, &mut slip);
-    let mut slip = pairs(&slip);
-    if dofs.prescribed.is_some() {
-        for (local, (slip, &node)) in slip.iter_mut().zip(&surface.nodes).enumerate() {
-            let held = frame.tangential(local, dofs.held_at(node));
-            *slip = [slip[0] + held[0], slip[1] + held[1]];
-        }
-    }
-    slip
-}
-
-fn pairs(flat: &[f64]) -> Vec<[f64; 2]> {
-    flat.chunks_exact(2).map(|p| [p[0], p[1]]).collect()
 }

@@ -1,69 +1,15 @@
 //! The stiffness of the contact face's own panes, apart from the motion of the body as a whole.
 
-use faer::{
-    Mat, MatMut, MatRef, Par,
-    dyn_stack::{MemBuffer, MemStack},
-    linalg::{
-        cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch},
-        triangular_inverse::invert_lower_triangular,
-        triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place},
-    },
-};
-
 use nalgebra::{DMatrix, DVector};
 
-use super::ExplicitDual;
+use super::{
+    ExplicitDual,
+    stiffness_factor::{StiffnessFactor, shifted, solve_dense, unit_diagonal, units},
+};
 use crate::{
     contact::MultiplierLayout,
     linalg::{add_scaled, dot, largest_eigenvalue},
 };
-
-/// How much is added to the diagonal of the scaled S when rounding has made it indefinite, in
-/// units of n ε, and by which factor this grows until a factor exists.
-const SHIFT: f64 = 1.0;
-const SHIFT_GROWTH: f64 = 16.0;
-
-/// The Cholesky factor of S.
-#[derive(Debug, Clone)]
-pub(super) struct DenseFactor {
-    /// The components whose rows do not vanish, ascending.
-    kept: Vec<usize>,
-    /// 1/√S_ii of those.
-    scale: Vec<f64>,
-    /// L with LLᵀ = D S D + shift for D = diag(scale); its upper part means nothing.
-    factor: Mat<f64>,
-}
-
-impl DenseFactor {
-    /// A third of n³ operations for n multipliers.
-    pub(super) fn new(dual: &ExplicitDual) -> Self {
-        let (kept, scale, scaled) = unit_diagonal(dual);
-        let factor = shifted_factor(&scaled);
-        Self {
-            kept,
-            scale,
-            factor,
-        }
-    }
-
-    /// S⁻¹h in Pa for h in m³.
-    pub(super) fn solve(&self, rhs: &[f64]) -> Vec<f64> {
-        self.solve_first(rhs, self.kept.len())
-    }
-
-    /// Solves with the first `count` kept components; the others are zero.
-    fn solve_first(&self, rhs: &[f64], count: usize) -> Vec<f64> {
-        let mut x = Mat::from_fn(count, 1, |i, _| self.scale[i] * rhs[self.kept[i]]);
-        let l = self.factor.as_ref().submatrix(0, 0, count, count);
-        solve_lower_triangular_in_place(l, x.as_mut(), Par::Seq);
-        solve_upper_triangular_in_place(l.transpose(), x.as_mut(), Par::Seq);
-        let mut solution = vec![0.0; rhs.len()];
-        for i in 0..count {
-            solution[self.kept[i]] = self.scale[i] * x[(i, 0)];
-        }
-        solution
-    }
-}
 
 /// The Cholesky factor of S, and from it the stiffness (S⁻¹)_ii of each pane while the others do
 /// not move.
@@ -78,18 +24,18 @@ pub struct LocalStiffness {
     /// ρ, `[n_multipliers]`, in Pa/m³; 0 where the row of S vanishes and no clamp drags its nodes along.
     pub stiffness: Vec<f64>,
     layout: MultiplierLayout,
-    dense: DenseFactor,
+    factor: StiffnessFactor,
 }
 
 impl LocalStiffness {
-    /// Factorises S: n³ operations for n multipliers, as one and a half steps of
+    /// Factorises S: n³ operations for n multipliers of a dense S, as one and a half steps of
     /// Newton's method.
     #[must_use]
     pub fn new(dual: &ExplicitDual) -> Self {
-        let dense = DenseFactor::new(dual);
+        let factor = StiffnessFactor::new(dual);
         let mut stiffness = vec![0.0; dual.dimension()];
-        let inverse = inverse_diagonal(&dense.factor);
-        for ((&j, inverse), scale) in dense.kept.iter().zip(inverse).zip(&dense.scale) {
+        let inverse = factor.inverse_diagonal();
+        for ((&j, inverse), scale) in factor.kept.iter().zip(inverse).zip(&factor.scale) {
             stiffness[j] = inverse * scale * scale;
         }
         for pair in dual.layout.split_mut(&mut stiffness).1 {
@@ -101,7 +47,7 @@ impl LocalStiffness {
         Self {
             stiffness,
             layout: dual.layout,
-            dense,
+            factor,
         }
     }
 
@@ -118,7 +64,7 @@ impl LocalStiffness {
     /// against its neighbours.
     #[must_use]
     pub fn mobility(&self) -> f64 {
-        let rows = self.dense.kept.iter().zip(&self.dense.scale);
+        let rows = self.factor.kept.iter().zip(&self.factor.scale);
         rows.map(|(&j, scale)| self.stiffness[j] / (scale * scale))
             .fold(1.0, f64::max)
     }
@@ -126,15 +72,13 @@ impl LocalStiffness {
     /// S⁻¹h in Pa: the stresses of a face that is glued to the foundation.
     #[must_use]
     pub fn glued(&self, rhs: &[f64]) -> Vec<f64> {
-        self.dense.solve(rhs)
+        self.factor.solve(rhs)
     }
 
     /// S_νν⁻¹h_ν and no tangential stress, in Pa: a face that slides freely and does not lift off.
     #[must_use]
     pub fn pressed(&self, rhs: &[f64]) -> Vec<f64> {
-        let normal = self.layout.n_panes();
-        let count = self.dense.kept.partition_point(|&j| j < normal);
-        self.dense.solve_first(rhs, count)
+        self.factor.solve_normal(rhs, self.layout.n_panes())
     }
 
     /// The unknowns of a problem whose face is glued to the foundation: [`Self::glued`], in balance where the body floats.
@@ -207,80 +151,21 @@ pub(crate) fn drag(stiffness: &mut [f64], layout: MultiplierLayout, rhs: &[f64])
     }
 }
 
-/// The components whose rows of S do not vanish, 1/√S_ii of those, and D S D for D = diag(1/√S_ii).
-fn unit_diagonal(dual: &ExplicitDual) -> (Vec<usize>, Vec<f64>, Mat<f64>) {
-    let n = dual.dimension();
-    let kept: Vec<usize> = (0..n).filter(|&j| dual.column(j)[j] > 0.0).collect();
-    let scale: Vec<f64> = kept
-        .iter()
-        .map(|&j| dual.column(j)[j].sqrt().recip())
-        .collect();
-    let scaled = Mat::from_fn(kept.len(), kept.len(), |i, j| {
-        scale[i] * dual.column(kept[j])[kept[i]] * scale[j]
-    });
-    (kept, scale, scaled)
-}
-
 /// The smallest eigenvalue of D S D, the dual operator scaled to a unit diagonal: how far
 /// multipliers of one mesh are from having no effect. On meshes of one shape it does not fall with
 /// their size when the multipliers are stable. By Lanczos' method to a few per cent, after a third of n³ operations for n
 /// multipliers; 1 without panes.
 #[must_use]
 pub fn smallest_eigenvalue(dual: &ExplicitDual) -> f64 {
-    let (kept, _, scaled) = unit_diagonal(dual);
+    let (kept, scale) = units(dual);
     if kept.is_empty() {
         return 1.0;
     }
-    let factor = shifted_factor(&scaled);
+    let factor = shifted(&unit_diagonal(dual, &kept, &scale));
     let largest_of_inverse = largest_eigenvalue(kept.len(), |v| {
-        let mut x = Mat::from_fn(v.len(), 1, |i, _| v[i]);
-        solve_lower_triangular_in_place(factor.as_ref(), x.as_mut(), Par::Seq);
-        solve_upper_triangular_in_place(factor.transpose(), x.as_mut(), Par::Seq);
-        x.col_as_slice(0).to_vec()
+        let mut x = v.to_vec();
+        solve_dense(factor.as_ref(), &mut x);
+        x
     });
     largest_of_inverse.recip()
-}
-
-/// The Cholesky factor of a matrix with diagonal 1, shifted as little as it takes to have one.
-fn shifted_factor(matrix: &Mat<f64>) -> Mat<f64> {
-    let n = matrix.nrows();
-    let mut memory = MemBuffer::new(cholesky_in_place_scratch::<f64>(
-        n,
-        Par::Seq,
-        Default::default(),
-    ));
-    let mut shift = SHIFT * n as f64 * f64::EPSILON;
-    loop {
-        let mut factor = matrix.clone();
-        for i in 0..n {
-            factor[(i, i)] += shift;
-        }
-        let stack = MemStack::new(&mut memory);
-        let done = cholesky_in_place(
-            factor.as_mut(),
-            Default::default(),
-            Par::Seq,
-            stack,
-            Default::default(),
-        );
-        // Diagonally dominant from a shift of n on; a matrix that is not finite has no factor.
-        if done.is_ok() || shift >= n as f64 {
-            return factor;
-        }
-        shift *= SHIFT_GROWTH;
-    }
-}
-
-/// The diagonal of (LLᵀ)⁻¹: squared lengths of the columns of L⁻¹.
-fn inverse_diagonal(factor: &Mat<f64>) -> Vec<f64> {
-    let n = factor.nrows();
-    let mut inverse = Mat::<f64>::zeros(n, n);
-    invert_lower_triangular(
-        inverse.as_mut() as MatMut<'_, f64>,
-        factor.as_ref() as MatRef<'_, f64>,
-        Par::Seq,
-    );
-    (0..n)
-        .map(|j| (j..n).map(|i| inverse[(i, j)].powi(2)).sum())
-        .collect()
 }

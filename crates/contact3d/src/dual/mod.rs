@@ -13,8 +13,11 @@
 
 mod assembly;
 mod balanced_operator;
+mod body_solve;
 mod contact;
+mod contact_compliance;
 mod dense;
+mod dual_matrix;
 mod explicit;
 mod global_modes;
 mod local_stiffness;
@@ -23,12 +26,15 @@ mod operators;
 mod pane_stiffness;
 mod preconditioning;
 mod rigid_coupling;
+mod stiffness_factor;
 mod system;
 
 pub use assembly::{Assembly, AssemblyError, AssemblySeconds, PrimalSystem};
 pub use balanced_operator::BalancedOperator;
 pub use contact::{ContactSystem, OperatorForm};
-pub use explicit::{ContactCompliance, ExplicitDual};
+pub use contact_compliance::ContactCompliance;
+pub use dual_matrix::DualMatrix;
+pub use explicit::ExplicitDual;
 pub(crate) use local_stiffness::drag;
 pub use local_stiffness::{LocalStiffness, smallest_eigenvalue};
 pub use need::{Admission, Need, Observation, OperatorEstimate, Resource, Shortage};

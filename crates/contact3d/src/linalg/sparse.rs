@@ -120,6 +120,16 @@ impl CscMatrix {
         (&self.indices[range.clone()], &self.data[range])
     }
 
+    /// Adds a number to all stored diagonal entries.
+    pub(crate) fn add_to_diagonal(&mut self, added: f64) {
+        for j in 0..self.cols {
+            let column = self.indptr[j]..self.indptr[j + 1];
+            if let Ok(at) = self.indices[column.clone()].binary_search(&j) {
+                self.data[column.start + at] += added;
+            }
+        }
+    }
+
     /// The mean of the diagonal of a square matrix; 0 without rows.
     #[must_use]
     pub(crate) fn mean_diagonal(&self) -> f64 {

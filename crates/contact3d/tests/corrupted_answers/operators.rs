@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use contact3d::{
-    dual::ExplicitDual,
+    dual::{DualMatrix, ExplicitDual},
     post::Zone,
     robustness::Level,
     scene::{InnerSolver, Method, PrecisionControl, Scene, SolveSettings},
@@ -35,7 +35,7 @@ impl Wrong {
         let contact = contact.expect("a contact face");
         let dual = contact.explicit_mut().expect("S is dense");
         let n = dual.dimension();
-        let mut s = (*dual.operator).clone();
+        let mut s = dual.operator.as_slice().to_vec();
         let before = row(dual, pane, &multiplier);
         match self {
             Self::Entry => s[pane * n + pane] *= 1.0 + WRONG,
@@ -47,7 +47,7 @@ impl Wrong {
             }
             Self::Rhs => dual.rhs[pane] *= 1.0 + WRONG,
         }
-        dual.operator = Arc::new(s);
+        dual.operator = DualMatrix::Dense(Arc::new(s));
         row(dual, pane, &multiplier) - before
     }
 }

@@ -2,9 +2,10 @@
 //!
 //! They come from other programs, of rigid bodies too, so W may be sparse and only positive semidefinite: where bodies
 //! rest on more contacts than hold them, forces are not unique. `problem` is the problem and its error, `scaled` the
-//! same in the order and units of the solvers, `proximal` Newton's method on dense matrices, `frozen` successive approximations with GPCG
-//! on sparse ones; `frozen_law` makes such a problem of a solved one of a body.
+//! same in the order and units of the solvers, `proximal` Newton's method on dense or sparse matrices, `frozen` successive approximations with GPCG; `frozen_law` makes such a problem of a solved one of a body.
 
+#[cfg(test)]
+mod form_tests;
 mod frozen;
 mod frozen_law;
 mod problem;
@@ -16,18 +17,18 @@ mod tests;
 pub use frozen_law::{FrozenGlobal, FrozenScaling, frozen_global, frozen_local};
 pub use problem::{DelassusError, DelassusProblem};
 
-use scaled::Scaled;
+use scaled::{Form, Scaled};
 
-/// Contacts up to which `auto` takes Newton's method: its matrices are dense.
+/// Contacts up to which `auto` takes Newton's method where its matrices are dense.
 pub const MOST_DENSE_CONTACTS: usize = 2000;
 
 /// How to solve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum DelassusMethod {
-    /// Newton's method, then GPCG where that fails; GPCG first from some thousand contacts on.
+    /// Newton's method, then GPCG where that fails; GPCG alone for some thousand contacts that all move each other.
     #[default]
     Auto,
-    /// Newton's method on the dense matrix.
+    /// Newton's method, on sparse matrices where W has a sparse factor.
     Newton,
     /// Successive approximations of the slip bounds, with GPCG on the matrix as it is.
     Gpcg,
@@ -99,7 +100,11 @@ pub struct DelassusSolution {
 pub fn solve_delassus(problem: &DelassusProblem, settings: &DelassusSettings) -> DelassusSolution {
     use DelassusMethod::{Auto, Gpcg, Newton};
     let scaled = Scaled::new(problem);
-    let is_small = problem.n_contacts() <= MOST_DENSE_CONTACTS;
+    let form = match problem.is_sparse() {
+        true => Form::Sparse,
+        false => Form::Dense,
+    };
+    let is_small = problem.n_contacts() <= MOST_DENSE_CONTACTS || form == Form::Sparse;
     let solvers: &[DelassusSolver] = match settings.method {
         Newton => &[DelassusSolver::Newton],
         Gpcg => &[DelassusSolver::Gpcg],
@@ -110,7 +115,7 @@ pub fn solve_delassus(problem: &DelassusProblem, settings: &DelassusSettings) ->
     let (mut newton_steps, mut outer_steps, mut applications) = (0, 0, 0);
     for solver in solvers {
         let found = match solver {
-            DelassusSolver::Newton => proximal::solve(&scaled, settings.tolerance),
+            DelassusSolver::Newton => proximal::solve(&scaled, form, settings.tolerance),
             DelassusSolver::Gpcg => frozen::solve(&scaled, settings.tolerance),
         };
         newton_steps += found.newton_steps;

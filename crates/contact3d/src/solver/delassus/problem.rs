@@ -2,11 +2,14 @@
 
 use thiserror::Error;
 
-use crate::linalg::{CscMatrix, norm};
+use crate::linalg::{CscMatrix, FactorStructure, amd, norm};
 
 /// How far entries W_ij and W_ji may be apart, as a share of the largest entry: files of other programs are written with
 /// rounding.
 const ASYMMETRY: f64 = 1e-8;
+
+/// The share of the operations of a dense factor below which a sparse one is quicker, though its kernels are small.
+const SPARSE: f64 = 0.1;
 
 /// Find u and r with u = W r + q and, at every contact, r_N ≥ 0, u_N ≥ 0, r_N u_N = 0 and Coulomb's law between u_T and r_T
 /// with the coefficient μ.
@@ -160,6 +163,16 @@ impl DelassusProblem {
     #[must_use]
     pub fn matrix(&self) -> &CscMatrix {
         &self.matrix
+    }
+
+    /// Whether a Cholesky factor of W takes so few operations beside that of a dense matrix, n³/3 for n rows, that Newton's method
+    /// holds its matrices sparse.
+    #[must_use]
+    pub fn is_sparse(&self) -> bool {
+        let order = amd(&self.matrix).ok();
+        let structure = order.and_then(|order| FactorStructure::analyse(&self.matrix, order).ok());
+        let dense = (self.matrix.cols as f64).powi(3) / 3.0;
+        structure.is_some_and(|structure| structure.operations() < SPARSE * dense)
     }
 
     /// W alone.

@@ -2,7 +2,7 @@
 
 use super::{
     Found,
-    scaled::{Scaled, relative_change},
+    scaled::{Form, Scaled, relative_change},
 };
 use crate::{
     dual::{ExplicitDual, LocalStiffness},
@@ -27,12 +27,12 @@ const SLOW: f64 = 0.1;
 const MOST_STEPS: usize = 40;
 const IDLE_STEPS: usize = 4;
 
-/// Newton's method on the dense matrix.
+/// Newton's method on the matrix in one of its forms.
 ///
 /// A singular W leaves some forces undetermined and makes R' singular. Proximal steps solve for λ⁺ with S + α diag S in place of S
 /// and h + α diag S λ in place of h: each has one isolated solution, a fixed point solves the given problem, and the error
 /// falls by about α per step in all directions in which S is not zero (R. T. Rockafellar, *SIAM J. Control Optim.* 14 (1976) 877).
-pub(super) fn solve(scaled: &Scaled<'_>, tolerance: f64) -> Found {
+pub(super) fn solve(scaled: &Scaled<'_>, form: Form, tolerance: f64) -> Found {
     let zero = vec![0.0; scaled.rhs.len()];
     let mut found = Found {
         multiplier: zero.clone(),
@@ -48,7 +48,7 @@ pub(super) fn solve(scaled: &Scaled<'_>, tolerance: f64) -> Found {
         surface: &surface,
         interface: &interface,
     };
-    let exact = scaled.dense(0.0, &zero);
+    let exact = scaled.shifted(form, 0.0, &zero);
     let local = LocalStiffness::new(&exact);
     if local.mobility() < SINGULAR {
         step(&exact, &local, &contact, None, &mut found);
@@ -62,7 +62,7 @@ pub(super) fn solve(scaled: &Scaled<'_>, tolerance: f64) -> Found {
     let mut idle = 0;
     for _ in 0..MOST_STEPS {
         let about = found.multiplier.clone();
-        let dual = scaled.dense(share, &about);
+        let dual = scaled.shifted(form, share, &about);
         let local = LocalStiffness::new(&dual);
         step(&dual, &local, &contact, Some(&about), &mut found);
         let next = scaled.worst_error(&found.multiplier);

@@ -8,11 +8,18 @@ use crate::{
         ContactFrame, CoulombLaw, FaceLaw, Interface, InterfaceFriction, MultiplierLayout,
         SlipOperator,
     },
-    dual::{DualOperator, ExplicitDual},
+    dual::{DualMatrix, DualOperator, ExplicitDual},
     linalg::{CscMatrix, norm, power_of_two_near_largest},
     mesh::{ContactSurface, SurfaceFace},
     scene::{Coefficient, FrictionLaw},
 };
+
+/// How Newton's method holds its matrices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    Dense,
+    Sparse,
+}
 
 /// A problem with W' = D W D of about unit diagonal, q' = D q / t of about unit size, and μ' = 1 at all contacts with friction.
 ///
@@ -116,22 +123,24 @@ impl<'a> Scaled<'a> {
         self.judge.error_by_offset(&force)
     }
 
-    /// The problem as dense arrays, with a share of the diagonal added about some forces: S + α diag S, h + α diag S λ.
-    pub(super) fn dense(&self, share: f64, about: &[f64]) -> ExplicitDual {
-        let n = self.rhs.len();
-        let mut operator = vec![0.0; n * n];
+    /// The problem with a share of the diagonal added about some forces: S + α diag S, h + α diag S λ.
+    pub(super) fn shifted(&self, form: Form, share: f64, about: &[f64]) -> ExplicitDual {
+        let mut operator = self.operator.clone();
         let mut rhs = self.rhs.clone();
-        for (j, column) in operator.chunks_exact_mut(n.max(1)).enumerate() {
-            let (rows, values) = self.operator.column(j);
-            for (&row, value) in rows.iter().zip(values) {
-                column[row] = *value;
+        for j in 0..rhs.len() {
+            let column = operator.indptr[j]..operator.indptr[j + 1];
+            if let Ok(at) = operator.indices[column.clone()].binary_search(&j) {
+                let diagonal = &mut operator.data[column.start + at];
+                let added = share * *diagonal;
+                *diagonal += added;
+                rhs[j] += added * about[j];
             }
-            let added = share * column[j];
-            column[j] += added;
-            rhs[j] += added * about[j];
         }
         ExplicitDual {
-            operator: Arc::new(operator),
+            operator: match form {
+                Form::Sparse => DualMatrix::Sparse(Arc::new(operator)),
+                Form::Dense => DualMatrix::Dense(Arc::new(dense(&operator))),
+            },
             rhs,
             anchor: None,
             layout: self.layout,
@@ -180,6 +189,19 @@ impl<'a> Scaled<'a> {
         };
         (surface, interface)
     }
+}
+
+/// All entries of a square matrix, column-major.
+fn dense(matrix: &CscMatrix) -> Vec<f64> {
+    let n = matrix.cols;
+    let mut entries = vec![0.0; n * n];
+    for (j, column) in entries.chunks_exact_mut(n.max(1)).enumerate() {
+        let (rows, values) = matrix.column(j);
+        for (&row, value) in rows.iter().zip(values) {
+            column[row] = *value;
+        }
+    }
+    entries
 }
 
 /// 1/√ of the mean diagonal entry of a contact whose tangential components are scaled by μ, as a power of two; 1 for zeros.

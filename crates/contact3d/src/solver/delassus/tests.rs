@@ -90,33 +90,49 @@ fn nothing_pushes_and_nothing_is_there() {
     assert!(solved(&none, DelassusMethod::Auto).force.is_empty());
 }
 
-/// A unit cube of mass 1 that rests on n × n points: six degrees of freedom, W of rank six.
-fn resting_cube(side: usize, push: f64, mu: f64) -> DelassusProblem {
-    let points = (0..side * side).map(|k| {
-        let at = |i: usize| i as f64 / (side - 1) as f64 - 0.5;
-        [at(k % side), at(k / side), -0.5]
-    });
-    let mut h = DMatrix::zeros(6, 0);
-    for [x, y, z] in points {
-        // Velocities of the point along N = z, T1 = x, T2 = y for the twist (v, ω).
-        let rows = [
-            [0.0, 0.0, 1.0, y, -x, 0.0],
-            [1.0, 0.0, 0.0, 0.0, z, -y],
-            [0.0, 1.0, 0.0, -z, 0.0, x],
-        ];
-        for row in rows {
-            let at = h.ncols();
-            h = h.insert_column(at, 0.0);
-            h.set_column(at, &DVector::from_row_slice(&row));
+/// A point of a body: its number, and the point from the centre.
+type At = (usize, [f64; 3]);
+
+/// Unit cubes of mass 1 that would move with a velocity, and touch at points: the body above and its point from its centre, and those of
+/// the body below, `None` for the ground. W = HᵀM⁻¹H.
+pub(super) fn problem_of_bodies(
+    n_bodies: usize,
+    contacts: &[(usize, [f64; 3], Option<At>)],
+    velocity: [f64; 3],
+    mu: f64,
+) -> DelassusProblem {
+    let mut h = DMatrix::<f64>::zeros(6 * n_bodies, 3 * contacts.len());
+    for (c, &(upper, arm, lower)) in contacts.iter().enumerate() {
+        let below = lower.map(|(body, arm)| (body, arm, -1.0));
+        for (body, [x, y, z], sign) in below.into_iter().chain([(upper, arm, 1.0)]) {
+            // Velocities of the point along N = z, T1 = x, T2 = y for the twist (v, ω).
+            let rows = [
+                [0.0, 0.0, 1.0, y, -x, 0.0],
+                [1.0, 0.0, 0.0, 0.0, z, -y],
+                [0.0, 1.0, 0.0, -z, 0.0, x],
+            ];
+            for (k, row) in rows.iter().enumerate() {
+                for (twist, value) in row.iter().enumerate() {
+                    h[(6 * body + twist, 3 * c + k)] += sign * value;
+                }
+            }
         }
     }
-    let inertia = DVector::from_vec(vec![1.0, 1.0, 1.0, 6.0, 6.0, 6.0]);
-    let inverse = DMatrix::from_diagonal(&inertia);
-    let free = DVector::from_vec(vec![push, 0.0, -1.0, 0.0, 0.0, 0.0]);
+    let of_all = |of_one: [f64; 6]| DVector::from_vec(of_one.repeat(n_bodies));
+    let inverse = DMatrix::from_diagonal(&of_all([1.0, 1.0, 1.0, 6.0, 6.0, 6.0]));
+    let [vx, vy, vz] = velocity;
+    let free = of_all([vx, vy, vz, 0.0, 0.0, 0.0]);
     let w = h.transpose() * inverse * &h;
     let w = (&w + w.transpose()) * 0.5;
     let q = h.transpose() * free;
-    problem(&w, q.as_slice(), &vec![mu; side * side])
+    problem(&w, q.as_slice(), &vec![mu; contacts.len()])
+}
+
+/// A unit cube of mass 1 that rests on n × n points: six degrees of freedom, W of rank six.
+pub(super) fn resting_cube(side: usize, push: f64, mu: f64) -> DelassusProblem {
+    let at = |i: usize| i as f64 / (side - 1) as f64 - 0.5;
+    let points = (0..side * side).map(|k| (0, [at(k % side), at(k / side), -0.5], None));
+    problem_of_bodies(1, &points.collect::<Vec<_>>(), [push, 0.0, -1.0], mu)
 }
 
 /// Forces are not unique, but their resultant is: weight 1, and friction that holds the push or slides at μ.

@@ -9,6 +9,7 @@ mod local_mapping;
 pub(in crate::solver) mod natural_map;
 mod relaxation;
 pub(in crate::solver) mod search;
+mod sparse_system;
 mod system;
 #[cfg(test)]
 mod tests;

@@ -1,7 +1,10 @@
 //! The natural map of the dense dual problem.
 
+use std::cell::RefCell;
+
 use crate::{
     dual::{Balance, ExplicitDual, drag},
+    linalg::SparseLuMemory,
     solver::conditions::{Bound, Conditions, Evaluation},
 };
 
@@ -10,6 +13,8 @@ use crate::{
 pub(crate) struct NaturalMap<'a> {
     pub(in crate::solver) dual: &'a ExplicitDual,
     pub(in crate::solver) conditions: Conditions<'a>,
+    /// What the steps on a sparse S share.
+    pub(super) sparse_lu: RefCell<SparseLuMemory>,
 }
 
 impl<'a> NaturalMap<'a> {
@@ -17,7 +22,7 @@ impl<'a> NaturalMap<'a> {
     pub(in crate::solver) fn new(dual: &'a ExplicitDual, bound: Bound<'a>) -> Self {
         let layout = dual.layout;
         let inverse = |value: f64| if value > 0.0 { 1.0 / value } else { 0.0 };
-        let diagonal = |j: usize| dual.column(j)[j];
+        let diagonal = |j: usize| dual.diagonal(j);
         let normal = layout.normals().map(|i| inverse(diagonal(i)));
         let pairs = (0..layout.n_panes()).filter_map(|pane| layout.tangential(pane));
         let tangential = pairs.flat_map(|pair| {
@@ -42,6 +47,7 @@ impl<'a> NaturalMap<'a> {
         Self {
             dual,
             conditions: Conditions::new(bound, dual.layout, steplengths),
+            sparse_lu: RefCell::default(),
         }
     }
 
@@ -77,7 +83,7 @@ impl<'a> NaturalMap<'a> {
             .multipliers(&self.conditions.steplengths)
             .iter()
             .enumerate();
-        let mobility = rows.map(|(j, rho)| rho * self.dual.column(j)[j]);
+        let mobility = rows.map(|(j, rho)| rho * self.dual.diagonal(j));
         self.dual.rounding() * mobility.fold(0.0, f64::max)
     }
 }

@@ -1,10 +1,7 @@
 //! Sweeps of nonlinear block Gauss–Seidel.
 
 use super::natural_map::NaturalMap;
-use crate::{
-    linalg::add_scaled,
-    solver::{Ellipse, conditions::Bound},
-};
+use crate::solver::{Ellipse, conditions::Bound};
 
 /// Share of the way from the last sweep's 𝓕⁻¹ to that of the present λ. Undamped, a law that
 /// hardens with slip makes panes stick and slip in turn from sweep to sweep.
@@ -42,11 +39,11 @@ impl NaturalMap<'_> {
         multiplier: &mut [f64],
         gradient: &mut [f64],
     ) {
-        let diagonal = |j: usize| self.dual.column(j)[j];
+        let diagonal = |j: usize| self.dual.diagonal(j);
         let set = |multiplier: &mut [f64], gradient: &mut [f64], j: usize, value: f64| {
             let change = value - multiplier[j];
             if change != 0.0 {
-                add_scaled(gradient, change, self.dual.column(j));
+                self.dual.add_column(j, change, gradient);
                 multiplier[j] = value;
             }
         };

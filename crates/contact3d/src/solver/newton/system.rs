@@ -9,40 +9,43 @@ use faer::{
 };
 
 use super::natural_map::NaturalMap;
-use crate::solver::conditions::{Bound, Evaluation};
+use crate::{
+    dual::DualMatrix,
+    solver::conditions::{Bound, Evaluation},
+};
 
 /// The part of the Newton equation R'(λ) d = −R that is not already solved.
 ///
 /// Rows with d_i = −R_i alone (normal components of open panes, pairs whose ellipse is a point)
 /// are eliminated. In the tangential rows the row of the pane's own normal component,
 /// ρ_ν (S d)_ν = −R_ν, replaces dg = d_ν − ρ_ν (S d)_ν by d_ν + R_ν.
-struct NewtonSystem<'a> {
-    map: &'a NaturalMap<'a>,
+pub(super) struct NewtonSystem<'a> {
+    pub(super) map: &'a NaturalMap<'a>,
     evaluation: &'a Evaluation,
     /// Unknown of every row, ascending.
-    free: Vec<usize>,
-    rows: Vec<PaneRows>,
+    pub(super) free: Vec<usize>,
+    pub(super) rows: Vec<PaneRows>,
     /// The rows of the balance where the body floats, the last ones.
     balance_rows: Range<usize>,
 }
 
 /// The linearised rows of one pane.
-struct PaneRows {
-    pane: usize,
-    normal_row: Option<usize>,
-    pair: Option<PairRows>,
+pub(super) struct PaneRows {
+    pub(super) pane: usize,
+    pub(super) normal_row: Option<usize>,
+    pub(super) pair: Option<PairRows>,
 }
 
 /// Linearised R_t = λ_t − P_{a,b}(z_t) of one pane.
-struct PairRows {
+pub(super) struct PairRows {
     /// Row of the first component; the second follows.
-    row: usize,
+    pub(super) row: usize,
     /// The unknowns of the pair.
-    unknowns: [usize; 2],
+    pub(super) unknowns: [usize; 2],
     /// ∂P/∂z.
-    by_point: [[f64; 2]; 2],
+    pub(super) by_point: [[f64; 2]; 2],
     /// ∂P/∂z_ν along (a, b) = g / 𝓕⁻¹ with the slip bound g of the pressure z_ν.
-    by_bound: [f64; 2],
+    pub(super) by_bound: [f64; 2],
     /// −∂P/∂𝓕⁻¹; `None` when 𝓕 does not move with λ.
     by_inverse: Option<[[f64; 2]; 2]>,
 }
@@ -53,12 +56,18 @@ impl NaturalMap<'_> {
         let system = NewtonSystem::new(self, evaluation);
         let n = system.free.len();
         let mut step: Vec<f64> = evaluation.residual.iter().map(|r| -r).collect();
-        let mut rhs = system.rhs(&step);
-        let mut matrix = vec![0.0; n * n];
-        for (column, &unknown) in matrix.chunks_exact_mut(n.max(1)).zip(&system.free) {
-            system.column(unknown, column);
-        }
-        solve_dense(&mut matrix, &mut rhs)?;
+        let rhs = match &self.dual.operator {
+            DualMatrix::Sparse(operator) => system.solve_sparse(operator, &step)?,
+            DualMatrix::Dense(_) => {
+                let mut rhs = system.rhs(&step);
+                let mut matrix = vec![0.0; n * n];
+                for (column, &unknown) in matrix.chunks_exact_mut(n.max(1)).zip(&system.free) {
+                    system.column(unknown, column);
+                }
+                solve_dense(&mut matrix, &mut rhs)?;
+                rhs
+            }
+        };
         for (&unknown, &value) in system.free.iter().zip(&rhs) {
             step[unknown] = value;
         }
@@ -175,6 +184,26 @@ impl<'a> NewtonSystem<'a> {
 
     /// −R with the eliminated unknowns, already in `step`, on the right-hand side.
     fn rhs(&self, step: &[f64]) -> Vec<f64> {
+        let mut rhs = self.free_rhs();
+        let mut column = vec![0.0; rhs.len()];
+        for j in self.eliminated(step) {
+            self.column(j, &mut column);
+            for (rhs, entry) in rhs.iter_mut().zip(&column) {
+                *rhs -= entry * step[j];
+            }
+        }
+        rhs
+    }
+
+    /// The eliminated unknowns that move.
+    pub(super) fn eliminated<'s>(&self, step: &'s [f64]) -> impl Iterator<Item = usize> + use<'s> {
+        let mut is_free = vec![false; step.len()];
+        self.free.iter().for_each(|&i| is_free[i] = true);
+        (0..step.len()).filter(move |&j| !is_free[j] && step[j] != 0.0)
+    }
+
+    /// −R of the rows, without what eliminated unknowns bring.
+    pub(super) fn free_rhs(&self) -> Vec<f64> {
         let residual = &self.evaluation.residual;
         let mut rhs: Vec<f64> = self.free.iter().map(|&i| -residual[i]).collect();
         for at in &self.rows {
@@ -182,15 +211,6 @@ impl<'a> NewtonSystem<'a> {
                 for k in 0..2 {
                     rhs[pair.row + k] += pair.by_bound[k] * residual[at.pane];
                 }
-            }
-        }
-        let mut is_free = vec![false; step.len()];
-        self.free.iter().for_each(|&i| is_free[i] = true);
-        let mut column = vec![0.0; rhs.len()];
-        for j in (0..step.len()).filter(|&j| !is_free[j] && step[j] != 0.0) {
-            self.column(j, &mut column);
-            for (rhs, entry) in rhs.iter_mut().zip(&column) {
-                *rhs -= entry * step[j];
             }
         }
         rhs

@@ -1,0 +1,223 @@
+//! The Cholesky factor of S, dense or sparse as S is.
+
+use faer::{
+    Mat, MatMut, MatRef, Par,
+    dyn_stack::{MemBuffer, MemStack},
+    linalg::{
+        cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch},
+        triangular_inverse::invert_lower_triangular,
+        triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place},
+    },
+};
+
+use super::{DualMatrix, ExplicitDual};
+use crate::linalg::{CholeskyFactor, CscMatrix, FactorStructure, Work, Workspace, amd};
+
+/// How much is added to the diagonal of the scaled S when rounding has made it indefinite, in
+/// units of n ε, and by which factor this grows until a factor exists.
+const SHIFT: f64 = 1.0;
+const SHIFT_GROWTH: f64 = 16.0;
+
+/// LLᵀ = D S D + shift for D = diag(1/√S_ii) over the components whose rows do not vanish.
+#[derive(Debug, Clone)]
+pub(super) struct StiffnessFactor {
+    /// Those components, ascending.
+    pub(super) kept: Vec<usize>,
+    /// 1/√S_ii of them.
+    pub(super) scale: Vec<f64>,
+    factor: Triangle,
+}
+
+#[derive(Debug, Clone)]
+enum Triangle {
+    /// The upper part means nothing.
+    Dense(Mat<f64>),
+    Sparse(Box<SparseTriangle>),
+}
+
+/// Sparse factors; `None` of numbers that are not finite.
+#[derive(Debug, Clone)]
+struct SparseTriangle {
+    /// Of all components.
+    all: Option<CholeskyFactor>,
+    /// Of the first ones, the normal ones, whose factor is no part of the other.
+    normal: Option<CholeskyFactor>,
+    n_normal: usize,
+}
+
+impl StiffnessFactor {
+    /// A third of n³ operations for n multipliers of a dense S.
+    pub(super) fn new(dual: &ExplicitDual) -> Self {
+        let (kept, scale) = units(dual);
+        let factor = match &dual.operator {
+            DualMatrix::Dense(_) => Triangle::Dense(shifted(&unit_diagonal(dual, &kept, &scale))),
+            DualMatrix::Sparse(matrix) => {
+                let n_normal = kept.partition_point(|&j| j < dual.n_panes());
+                let leading = |count: usize| leading(matrix, &kept[..count], &scale);
+                Triangle::Sparse(Box::new(SparseTriangle {
+                    all: shifted_sparse(leading(kept.len())),
+                    normal: shifted_sparse(leading(n_normal)),
+                    n_normal,
+                }))
+            }
+        };
+        Self {
+            kept,
+            scale,
+            factor,
+        }
+    }
+
+    /// S⁻¹h in Pa for h in m³.
+    pub(super) fn solve(&self, rhs: &[f64]) -> Vec<f64> {
+        self.solve_first(rhs, self.kept.len())
+    }
+
+    /// S_νν⁻¹h_ν in Pa, and zeros.
+    pub(super) fn solve_normal(&self, rhs: &[f64], n_panes: usize) -> Vec<f64> {
+        self.solve_first(rhs, self.kept.partition_point(|&j| j < n_panes))
+    }
+
+    /// Solves with the first `count` kept components; the others are zero.
+    fn solve_first(&self, rhs: &[f64], count: usize) -> Vec<f64> {
+        let scaled = (0..count).map(|i| self.scale[i] * rhs[self.kept[i]]);
+        let mut x: Vec<f64> = scaled.collect();
+        self.factor.solve(&mut x);
+        let mut solution = vec![0.0; rhs.len()];
+        for (i, x) in x.iter().enumerate() {
+            solution[self.kept[i]] = self.scale[i] * x;
+        }
+        solution
+    }
+
+    /// The diagonal of (LLᵀ)⁻¹.
+    pub(super) fn inverse_diagonal(&self) -> Vec<f64> {
+        match &self.factor {
+            Triangle::Dense(factor) => inverse_diagonal(factor),
+            Triangle::Sparse(factors) => match &factors.all {
+                None => vec![f64::NAN; self.kept.len()],
+                Some(factor) => factor.inverse_diagonal(),
+            },
+        }
+    }
+}
+
+impl Triangle {
+    /// Solves with the leading part of as many components as x has.
+    fn solve(&self, x: &mut [f64]) {
+        match self {
+            Self::Dense(factor) => {
+                let count = x.len();
+                let l = factor.as_ref().submatrix(0, 0, count, count);
+                solve_dense(l, x);
+            }
+            Self::Sparse(factors) => {
+                let factor = match x.len() == factors.n_normal {
+                    true => &factors.normal,
+                    false => &factors.all,
+                };
+                match factor {
+                    None => x.fill(f64::NAN),
+                    Some(factor) => factor.solve_in_place(x, &mut Workspace::default()),
+                }
+            }
+        }
+    }
+}
+
+/// x ← (LLᵀ)⁻¹x on one thread.
+pub(super) fn solve_dense(l: MatRef<'_, f64>, x: &mut [f64]) {
+    let mut x = MatMut::from_column_major_slice_mut(x, l.nrows(), 1);
+    solve_lower_triangular_in_place(l, x.as_mut(), Par::Seq);
+    solve_upper_triangular_in_place(l.transpose(), x.as_mut(), Par::Seq);
+}
+
+/// The components whose rows of S do not vanish, and 1/√S_ii of those.
+pub(super) fn units(dual: &ExplicitDual) -> (Vec<usize>, Vec<f64>) {
+    let kept = (0..dual.dimension()).filter(|&j| dual.diagonal(j) > 0.0);
+    kept.map(|j| (j, dual.diagonal(j).sqrt().recip())).unzip()
+}
+
+/// D S D of a dense S over some components.
+pub(super) fn unit_diagonal(dual: &ExplicitDual, kept: &[usize], scale: &[f64]) -> Mat<f64> {
+    Mat::from_fn(kept.len(), kept.len(), |i, j| {
+        scale[i] * dual.column(kept[j])[kept[i]] * scale[j]
+    })
+}
+
+/// D S D of a sparse S over some ascending components.
+fn leading(matrix: &CscMatrix, kept: &[usize], scale: &[f64]) -> CscMatrix {
+    let n = kept.len();
+    let mut scaled = CscMatrix::empty(n);
+    scaled.cols = n;
+    for (&j, by_column) in kept.iter().zip(scale) {
+        let (rows, values) = matrix.column(j);
+        for (row, value) in rows.iter().zip(values) {
+            if let Ok(i) = kept.binary_search(row) {
+                scaled.indices.push(i);
+                scaled.data.push(scale[i] * value * by_column);
+            }
+        }
+        scaled.indptr.push(scaled.indices.len());
+    }
+    scaled
+}
+
+/// Shifts from n ε on to n, beyond which a matrix of unit diagonal is diagonally dominant.
+fn shifts(n: usize) -> impl Iterator<Item = f64> {
+    let n = n as f64;
+    let grown = move |shift: &f64| (*shift < n).then_some(shift * SHIFT_GROWTH);
+    std::iter::successors(Some(SHIFT * n * f64::EPSILON), grown)
+}
+
+/// The Cholesky factor of a matrix with diagonal 1, shifted as little as it takes to have one.
+pub(super) fn shifted(matrix: &Mat<f64>) -> Mat<f64> {
+    let n = matrix.nrows();
+    let scratch = cholesky_in_place_scratch::<f64>(n, Par::Seq, Default::default());
+    let mut memory = MemBuffer::new(scratch);
+    let mut last = matrix.clone();
+    for shift in shifts(n) {
+        let mut factor = matrix.clone();
+        for i in 0..n {
+            factor[(i, i)] += shift;
+        }
+        let stack = MemStack::new(&mut memory);
+        let done = cholesky_in_place(
+            factor.as_mut(),
+            Default::default(),
+            Par::Seq,
+            stack,
+            Default::default(),
+        );
+        last = factor;
+        if done.is_ok() {
+            break;
+        }
+    }
+    last
+}
+
+/// The same of a sparse matrix; `None` of one that is not finite.
+fn shifted_sparse(mut matrix: CscMatrix) -> Option<CholeskyFactor> {
+    let structure = FactorStructure::analyse(&matrix, amd(&matrix).ok()?).ok()?;
+    let exact = matrix.data.clone();
+    shifts(matrix.cols).find_map(|shift| {
+        matrix.data.copy_from_slice(&exact);
+        matrix.add_to_diagonal(shift);
+        CholeskyFactor::of_structure(structure.clone(), &matrix, &Work::default()).ok()
+    })
+}
+
+/// The diagonal of (LLᵀ)⁻¹: squared lengths of the columns of L⁻¹.
+fn inverse_diagonal(factor: &Mat<f64>) -> Vec<f64> {
+    let n = factor.nrows();
+    let mut inverse = Mat::<f64>::zeros(n, n);
+    invert_lower_triangular(
+        inverse.as_mut() as MatMut<'_, f64>,
+        factor.as_ref() as MatRef<'_, f64>,
+        Par::Seq,
+    );
+    (0..n)
+        .map(|j| (j..n).map(|i| inverse[(i, j)].powi(2)).sum())
+        .collect()
+}

@@ -1,0 +1,95 @@
+//! Newton's method on sparse matrices is that on dense ones.
+
+use super::{
+    DelassusMethod, DelassusSettings, DelassusStatus, proximal,
+    scaled::{Form, Scaled},
+    solve_delassus,
+    tests::{problem_of_bodies, resting_cube},
+};
+use crate::{
+    dual::LocalStiffness,
+    linalg::{difference, norm},
+    solver::{ContactState, conditions::Bound, newton::natural_map::NaturalMap},
+};
+
+/// Both are rounded in other orders; S + α diag S has a condition number of about 1e6 for α = 1e-4.
+const ROUNDED: f64 = 1e-8;
+
+/// Cubes on each other, each on four points, and the lowest on the ground: forces that move two cubes only.
+fn tower(n: usize) -> super::DelassusProblem {
+    let corners = [[-0.5, -0.5], [-0.5, 0.5], [0.5, -0.5], [0.5, 0.5]];
+    let contacts = (0..n).flat_map(|k| {
+        let below = k.checked_sub(1);
+        corners.map(|[x, y]| (k, [x, y, -0.5], below.map(|below| (below, [x, y, 0.5]))))
+    });
+    problem_of_bodies(n, &contacts.collect::<Vec<_>>(), [0.05, 0.0, -1.0], 0.5)
+}
+
+#[test]
+fn a_tower_is_sparse_and_one_cube_is_not() {
+    assert!(tower(30).is_sparse());
+    assert!(!resting_cube(8, 0.2, 0.5).is_sparse());
+}
+
+#[test]
+fn steps_and_stiffness_are_those_of_dense_matrices() {
+    let problem = tower(12);
+    let scaled = Scaled::new(&problem);
+    let (surface, interface) = scaled.face();
+    let contact = ContactState {
+        surface: &surface,
+        interface: &interface,
+    };
+    let bound = Bound::Coulomb(&contact, interface.coulomb().expect("friction"));
+    let n = scaled.rhs.len();
+    let near = |a: &[f64], b: &[f64]| norm(&difference(a, b)) <= ROUNDED * norm(b);
+    // Open, sticking and sliding contacts.
+    let multiplier: Vec<f64> = (0..n).map(|j| (1.7 * j as f64).sin() + 0.2).collect();
+    let [dense, sparse] = [Form::Dense, Form::Sparse].map(|form| {
+        let dual = scaled.shifted(form, 1e-4, &vec![0.0; n]);
+        let local = LocalStiffness::new(&dual);
+        let map = NaturalMap::with_steplengths(&dual, bound, local.stiffness.clone());
+        let evaluation = map.evaluate(&multiplier);
+        let zones: Vec<_> = evaluation.panes.iter().map(|pane| pane.zone()).collect();
+        let (step, free) = map.newton_step(&evaluation).expect("a regular matrix");
+        let starts = [local.glued(&dual.rhs), local.pressed(&dual.rhs)];
+        let mut relaxed = multiplier.clone();
+        map.relax(&mut relaxed, 3);
+        (zones, free, step, local.stiffness, starts, relaxed)
+    });
+    assert_eq!((&dense.0, dense.1), (&sparse.0, sparse.1));
+    let several = dense.0.iter().any(|zone| *zone != dense.0[0]);
+    assert!(several, "{:?}", dense.0);
+    assert!(near(&sparse.2, &dense.2), "steps");
+    assert!(near(&sparse.3, &dense.3), "stiffness");
+    assert!(near(&sparse.4[0], &dense.4[0]) && near(&sparse.4[1], &dense.4[1]));
+    assert!(near(&sparse.5, &dense.5), "relaxed");
+}
+
+/// Forces of a tower are not unique, but velocities are.
+#[test]
+fn towers_move_alike_by_either_form() {
+    let problem = tower(20);
+    let scaled = Scaled::new(&problem);
+    let [dense, sparse] = [Form::Dense, Form::Sparse].map(|form| {
+        let found = proximal::solve(&scaled, form, 1e-10);
+        assert!(scaled.worst_error(&found.multiplier) <= 1e-10, "{form:?}");
+        problem.velocity(&scaled.forces(&found.multiplier))
+    });
+    // The error is relative to forces, which are twenty times the largest velocity.
+    let size = norm(problem.offset());
+    assert!(norm(&difference(&dense, &sparse)) <= 1e-7 * size);
+}
+
+/// More contacts than `auto` would take dense matrices for.
+#[test]
+fn large_towers_are_left_to_newtons_method() {
+    let solution = solve_delassus(
+        &tower(60),
+        &DelassusSettings {
+            method: DelassusMethod::Auto,
+            tolerance: 1e-8,
+        },
+    );
+    assert_eq!(solution.status, DelassusStatus::Converged);
+}
