@@ -241,3 +241,26 @@ fn a_solve_that_gives_up_in_single_precision_is_done_again_in_double() {
         assert_eq!(reconsidered.is_some(), again, "{}", status.word());
     }
 }
+
+/// A column far longer than its foot, of one pane: the foot hardly moves beside the body, so its displacement is wanted to
+/// more digits than the next round of corrections would need.
+#[test]
+fn a_foot_that_hardly_moves_is_solved_to_rounding() {
+    let scene = Scene::new(
+        Body::brick([0.775, 0.503, 19.7], [2, 2, 28]),
+        Material::isotropic(1.18e10, 0.359),
+    )
+    .with_clamp(Clamp::face("z_max"))
+    .with_body_force([-95.12, 614.2, -36450.0])
+    .with_contact(Contact::on("z_min"))
+    .with_friction(Friction::orthotropic(0.457, 0.183))
+    .with_dual_operator(DualOperatorKind::Explicit);
+    let answer = |factor| solved(scene.clone(), factor).expect("an answer");
+    let (single, double) = (
+        answer(FactorPrecision::Single),
+        answer(FactorPrecision::Double),
+    );
+    assert_eq!(single.status, Status::Converged);
+    // Both are accurate to 1e-12 or better.
+    assert!(distance(&single.multiplier, &double.multiplier) < 1e-11);
+}

@@ -92,6 +92,8 @@ impl DiscreteProblem<'_> {
         let mut best = self.exact(dual, local, multiplier, None, target);
         let (mut history, mut applications) = (Vec::new(), 1);
         let mut last = Way::UNKNOWN;
+        // Of displacements; a stall may be theirs where the face hardly moves beside the body.
+        let mut loosest = f64::INFINITY;
         for _ in 0..MOST_ROUNDS {
             let Some((found, way)) = self.way_to_solution(&best, local, bound) else {
                 break;
@@ -110,12 +112,15 @@ impl DiscreteProblem<'_> {
                 break;
             }
             if !accurate && !falls {
-                // Rounding: the errors of the last two answers are of one size.
-                best.error = way.error.max(last.error);
-                break;
+                if target <= f64::EPSILON {
+                    // Rounding: the errors of the last two answers are of one size.
+                    best.error = way.error.max(last.error);
+                    break;
+                }
+                loosest = f64::EPSILON;
             }
             let start = Some(&best.displacement);
-            target = self.target(way.error);
+            target = self.target(way.error).min(loosest);
             let next = self.exact(dual, local, &found.multiplier, start, target);
             let error = way.error;
             best = Polished { error, ..next };
