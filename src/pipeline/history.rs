@@ -77,7 +77,7 @@ pub(super) fn run(
     let mut solved = history
         .solve(inputs.settings, inputs.done, start, observe, keep)
         .map_err(refuse)?;
-    let double = history.reconsidered(&solved, inputs.admit, &|_, _| ());
+    let double = history.reconsidered(&solved, inputs.settings, inputs.admit, &|_, _| ());
     if let Some(operator) = &double {
         let history = LoadHistory {
             operator,

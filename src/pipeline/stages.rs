@@ -200,7 +200,8 @@ impl Session {
         answer: &Answer,
         observe: &mut dyn FnMut(Step<'_>),
     ) -> Option<Arc<DualSystem>> {
-        if !answer.solution.status.gave_up() {
+        let settings = &self.task.input.scene.solve;
+        if !answer.solution.status.gave_up(settings) {
             return None;
         }
         let observe = RefCell::new(observe);

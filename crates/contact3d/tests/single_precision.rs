@@ -220,7 +220,7 @@ fn a_solve_that_gives_up_in_single_precision_is_done_again_in_double() {
     };
     let asked = spoilt(FactorPrecision::Single).solve(&settings);
     let asked = asked.expect("an answer");
-    assert!(asked.status.gave_up(), "{}", asked.status.word());
+    assert!(asked.status.gave_up(&settings), "{}", asked.status.word());
     let free = spoilt(FactorPrecision::Auto)
         .solve(&settings)
         .expect("an answer");
@@ -232,12 +232,18 @@ fn a_solve_that_gives_up_in_single_precision_is_done_again_in_double() {
     );
 
     let problem = assembled(FactorPrecision::Auto, FactorPrecision::Single);
-    for (status, again) in [
-        (Status::Cycling, true),
-        (Status::Converged, false),
-        (Status::NoEquilibrium, false),
+    let asked = SolveSettings {
+        method: Method::FixedPoint,
+        ..SolveSettings::default()
+    };
+    for (status, settings, again) in [
+        (Status::Cycling, &settings, true),
+        (Status::Converged, &settings, false),
+        (Status::NoEquilibrium, &settings, false),
+        (Status::MaxOuterSteps, &settings, true),
+        (Status::MaxOuterSteps, &asked, false),
     ] {
-        let reconsidered = problem.reconsidered(status).expect("laws");
+        let reconsidered = problem.reconsidered(status, settings).expect("laws");
         assert_eq!(reconsidered.is_some(), again, "{}", status.word());
     }
 }

@@ -160,10 +160,11 @@ impl LoadHistory<'_> {
     pub fn reconsidered(
         &self,
         solved: &SolvedHistory,
+        settings: &SolveSettings,
         admit: Admission<'_>,
         begun: Observation<'_>,
     ) -> Option<DualSystem> {
-        let gave_up = solved.solution.status.gave_up();
+        let gave_up = solved.solution.status.gave_up(settings);
         gave_up
             .then(|| {
                 self.operator

@@ -36,7 +36,7 @@ impl AssembledProblem {
     pub fn solve(&self, settings: &SolveSettings) -> Result<Solution, ProblemError> {
         settings.validate("solve")?;
         let solution = self.solve_from(settings, Start::default(), &mut |_| {})?;
-        match self.reconsidered(solution.status)? {
+        match self.reconsidered(solution.status, settings)? {
             None => Ok(solution),
             Some(double) => double.solve_from(settings, Start::default(), &mut |_| {}),
         }
@@ -47,8 +47,12 @@ impl AssembledProblem {
     ///
     /// # Errors
     /// Laws of the contact face that no problem can have.
-    pub fn reconsidered(&self, status: Status) -> Result<Option<Self>, ProblemError> {
-        if !status.gave_up() {
+    pub fn reconsidered(
+        &self,
+        status: Status,
+        settings: &SolveSettings,
+    ) -> Result<Option<Self>, ProblemError> {
+        if !status.gave_up(settings) {
             return Ok(None);
         }
         let double =

@@ -57,7 +57,7 @@ impl AssembledProblem {
             history.solve(settings, records, start, &mut |_, _| {}, &mut |_| {})
         };
         let mut solved = go_on(&history, Vec::new())?;
-        if let Some(double) = history.reconsidered(&solved, &|_| Ok(()), &|_, _| ()) {
+        if let Some(double) = history.reconsidered(&solved, settings, &|_| Ok(()), &|_, _| ()) {
             let history = LoadHistory {
                 operator: &double,
                 ..history

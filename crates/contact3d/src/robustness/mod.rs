@@ -110,7 +110,7 @@ impl Check {
         let mut answer = own
             .assembled
             .solve_from(&scene.solve, Start::default(), &mut |_| {})?;
-        if answer.status.gave_up()
+        if answer.status.gave_up(&scene.solve)
             && scene.assemble.factor == FactorPrecision::Auto
             && let Some(double) = own.in_double_precision(scene, folder)?
         {

@@ -1,7 +1,7 @@
 //! A solution, how it ended and how it was reached.
 
 use super::{CoulombState, LocalMapping, NewtonStep, OuterStep};
-use crate::scene::SolveSettings;
+use crate::scene::{Method, SolveSettings};
 
 /// How a solve ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -80,10 +80,17 @@ impl Status {
         self.is_success(Goal::BestPossible)
     }
 
-    /// Whether the method ended without an answer, though there may be one.
+    /// Whether the method ended without an answer, though there may be one; not where successive approximations were asked for and
+    /// reached a limit of the settings.
     #[must_use]
-    pub fn gave_up(self) -> bool {
-        !self.is_solved() && self != Self::NoEquilibrium
+    pub fn gave_up(self, settings: &SolveSettings) -> bool {
+        match self {
+            Self::Converged | Self::Stopped | Self::RoundingLimit | Self::NoEquilibrium => false,
+            Self::MaxOuterSteps | Self::MaxInnerApplications => {
+                settings.method != Method::FixedPoint
+            }
+            Self::NumericalError | Self::MaxNewtonSteps | Self::Cycling | Self::Inaccurate => true,
+        }
     }
 
     /// All of them.
