@@ -9,15 +9,15 @@ use contact3d::{
     branches::{Branches, Family, ParameterRange},
     scene::{Invalid, Scene, SceneFile},
 };
-use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction};
+use runfile::{GroupRecord, IfMissing, Reader, RunFile, StoreError};
 use toml::Value;
 
 use super::{
     SeriesFolder, StageError,
+    beside::store_with_scene,
     checkpoint::Checkpoints,
     mesh_file::pin_mesh_file,
     path_series::{require_same_mesh, write_paths},
-    store::write_group,
 };
 use crate::{
     format::{self, LAYOUT},
@@ -76,35 +76,11 @@ pub fn follow_branches(
         None => Branches::new(&family, task.all)?,
     };
     let store = |branches: &Branches| -> Result<(), StageError> {
-        let record = |settings: &str, input_digest: &str| {
-            GroupRecord::ended(
-                settings.to_owned(),
-                input_digest.to_owned(),
-                started.elapsed().as_secs_f64(),
-                threads,
-            )
-        };
-        let mut transaction = Transaction::begin(&file)?;
-        let scene_record = GroupRecord {
-            seconds: 0.0,
-            ..record("", "")
-        };
-        write_group(
-            &mut transaction,
-            format::SCENE,
-            Home::RunFile,
-            &scene_record,
-            |writer| format::write_scene(writer, &input.scene),
-        )?;
-        write_group(
-            &mut transaction,
-            format::BRANCHES,
-            Home::RunFile,
-            &record("", &digest),
-            |writer| format::write_branches(writer, branches),
-        )?;
-        transaction.commit()?;
-        Ok(())
+        let seconds = started.elapsed().as_secs_f64();
+        let record = GroupRecord::ended(String::new(), digest.clone(), seconds, threads);
+        store_with_scene(&file, &input.scene, format::BRANCHES, &record, |writer| {
+            format::write_branches(writer, branches)
+        })
     };
     let mut saves = Checkpoints::new(SECONDS_OF_A_COMMIT);
     branches.follow(&family, &mut |branches| {

@@ -1,6 +1,9 @@
 //! The tables of errors in a report.
 
-use contact3d::convergence::{AlgebraicLadder, Cost, DiscretisationLadder, Ways};
+use contact3d::{
+    convergence::{AlgebraicLadder, Cost, DiscretisationLadder, Ways},
+    solver::Status,
+};
 use plots::html::Table;
 use units::Units;
 
@@ -25,8 +28,7 @@ pub(super) fn levels(ladder: &DiscretisationLadder, units: Units) -> Table {
                 .map_or("-".into(), |t| order(&t.orders, k)),
             level.applications.to_string(),
         ];
-        row.extend(cost_cells(&level.cost));
-        row.push(level.status.word().to_owned());
+        row.extend(cost_and_status(&level.cost, level.status));
         row
     });
     let head = [
@@ -71,8 +73,7 @@ pub(super) fn ways(ways: &Ways) -> Table {
                 optional(level.error, 4),
                 optional(level.effectivity(), 2),
             ];
-            row.extend(cost_cells(&level.cost));
-            row.push(level.status.word().to_owned());
+            row.extend(cost_and_status(&level.cost, level.status));
             row
         });
     let head = [
@@ -116,8 +117,7 @@ pub(super) fn entries(ladder: &AlgebraicLadder) -> Table {
                     format!("{:.2e}", result.multiplier_error),
                     result.applications.to_string(),
                 ]);
-                row.extend(cost_cells(&result.cost));
-                row.push(result.status.word().to_owned());
+                row.extend(cost_and_status(&result.cost, result.status));
             }
         }
         row
@@ -141,11 +141,12 @@ pub(super) fn entries(ladder: &AlgebraicLadder) -> Table {
     }
 }
 
-fn cost_cells(cost: &Cost) -> [String; 3] {
+fn cost_and_status(cost: &Cost, status: Status) -> [String; 4] {
     [
         format!("{:.4}", cost.seconds),
         cost.repeats.to_string(),
         optional(cost.peak_bytes.map(|bytes| bytes / 1e6), 0),
+        status.word().to_owned(),
     ]
 }
 

@@ -31,10 +31,7 @@ impl DualMatrix {
     pub(super) fn diagonal(&self, j: usize, n: usize) -> f64 {
         match self {
             Self::Dense(values) => values[j * n + j],
-            Self::Sparse(matrix) => {
-                let (rows, values) = matrix.column(j);
-                rows.binary_search(&j).map_or(0.0, |at| values[at])
-            }
+            Self::Sparse(matrix) => matrix.diagonal(j),
         }
     }
 

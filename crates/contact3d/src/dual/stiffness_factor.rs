@@ -40,9 +40,8 @@ enum Triangle {
 struct SparseTriangle {
     /// Of all components.
     all: Option<CholeskyFactor>,
-    /// Of the first ones, the normal ones, whose factor is no part of the other.
+    /// Of the first ones, the normal ones, whose factor is no part of the other; none where there are no others.
     normal: Option<CholeskyFactor>,
-    n_normal: usize,
 }
 
 impl StiffnessFactor {
@@ -54,10 +53,13 @@ impl StiffnessFactor {
             DualMatrix::Sparse(matrix) => {
                 let n_normal = kept.partition_point(|&j| j < dual.n_panes());
                 let leading = |count: usize| leading(matrix, &kept[..count], &scale);
+                let are_all = n_normal == kept.len();
                 Triangle::Sparse(Box::new(SparseTriangle {
                     all: shifted_sparse(leading(kept.len())),
-                    normal: shifted_sparse(leading(n_normal)),
-                    n_normal,
+                    normal: match are_all {
+                        true => None,
+                        false => shifted_sparse(leading(n_normal)),
+                    },
                 }))
             }
         };
@@ -112,9 +114,10 @@ impl Triangle {
                 solve_dense(l, x);
             }
             Self::Sparse(factors) => {
-                let factor = match x.len() == factors.n_normal {
-                    true => &factors.normal,
-                    false => &factors.all,
+                let is_whole = |factor: &CholeskyFactor| factor.size() == x.len();
+                let factor = match factors.all.as_ref().is_none_or(is_whole) {
+                    true => &factors.all,
+                    false => &factors.normal,
                 };
                 match factor {
                     None => x.fill(f64::NAN),

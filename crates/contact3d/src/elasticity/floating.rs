@@ -66,7 +66,7 @@ impl FloatingBody {
             .or_else(|| telling_dofs(&shapes, &(0..dofs.n_free).collect::<Vec<_>>()))?;
         let spring = pins
             .iter()
-            .map(|&pin| diagonal(stiffness, pin))
+            .map(|&pin| stiffness.diagonal(pin))
             .fold(f64::INFINITY, f64::min);
         let modes = normalised(&shapes, &pins)?;
         Some(Self::from_parts(modes, pins, spring, stiffness))
@@ -269,12 +269,6 @@ fn normalised(shapes: &[Vec<f64>], pins: &[usize]) -> Option<Vec<Vec<f64>>> {
         })
         .collect();
     Some(modes)
-}
-
-fn diagonal(matrix: &CscMatrix, at: usize) -> f64 {
-    let (rows, values) = matrix.column(at);
-    let entry = rows.iter().zip(values).find(|(row, _)| **row == at);
-    entry.map_or(0.0, |(_, value)| *value)
 }
 
 /// The floating body of a mesh, shared; `None` where its supports hold it.

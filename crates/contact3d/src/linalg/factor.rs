@@ -96,7 +96,7 @@ impl<T: Scalar> CholeskyFactor<T> {
 
     /// The pivot a_jj − Σₖ Lⱼₖ² of column j (new numbering) from the finished columns of the row.
     fn failed_pivot(&self, a: &CscMatrix, j: usize) -> f64 {
-        let mut pivot = diagonal(a, self.structure.permutation[j]);
+        let mut pivot = a.diagonal(self.structure.permutation[j]);
         for s in 0..self.structure.supernodes() {
             let panel = self.panel(s);
             if panel.first > j {
@@ -121,7 +121,7 @@ impl<T: Scalar> CholeskyFactor<T> {
             for k in 0..panel.width {
                 let pivot = panel.values[k * (panel.rows.len() + 1)].to_double().powi(2);
                 let column = self.structure.permutation[panel.first + k];
-                let rounding = SINGULAR_PIVOT * T::EPSILON * diagonal(a, column);
+                let rounding = SINGULAR_PIVOT * T::EPSILON * a.diagonal(column);
                 if !(pivot > rounding && pivot.is_finite()) {
                     return Err(FactorError::NotPositiveDefinite { column, pivot });
                 }
@@ -173,10 +173,4 @@ pub(super) struct Panel<'a, T> {
 
 pub(super) fn pattern(a: &CscMatrix) -> SymbolicSparseColMatRef<'_, usize> {
     SymbolicSparseColMatRef::new_checked(a.rows, a.cols, &a.indptr, None, &a.indices)
-}
-
-fn diagonal(a: &CscMatrix, column: usize) -> f64 {
-    let (rows, coefficients) = a.column(column);
-    rows.binary_search(&column)
-        .map_or(0.0, |place| coefficients[place])
 }

@@ -120,12 +120,24 @@ impl CscMatrix {
         (&self.indices[range.clone()], &self.data[range])
     }
 
+    /// Where the diagonal entry of a column is stored; `None` where it is not.
+    pub(crate) fn place_of_diagonal(&self, column: usize) -> Option<usize> {
+        let first = self.indptr[column];
+        let (rows, _) = self.column(column);
+        rows.binary_search(&column).ok().map(|at| first + at)
+    }
+
+    /// The diagonal entry of a column, 0 where none is stored.
+    pub(crate) fn diagonal(&self, column: usize) -> f64 {
+        self.place_of_diagonal(column)
+            .map_or(0.0, |at| self.data[at])
+    }
+
     /// Adds a number to all stored diagonal entries.
     pub(crate) fn add_to_diagonal(&mut self, added: f64) {
-        for j in 0..self.cols {
-            let column = self.indptr[j]..self.indptr[j + 1];
-            if let Ok(at) = self.indices[column.clone()].binary_search(&j) {
-                self.data[column.start + at] += added;
+        for column in 0..self.cols {
+            if let Some(at) = self.place_of_diagonal(column) {
+                self.data[at] += added;
             }
         }
     }

@@ -99,10 +99,5 @@ fn scaled_condition(problem: &ExplicitProblem) -> f64 {
 }
 
 fn diagonal(a: &CscMatrix) -> Vec<f64> {
-    let entry = |j: usize| {
-        let rows = a.indptr[j]..a.indptr[j + 1];
-        let at = rows.clone().find(|&k| a.indices[k] == j);
-        at.map_or(0.0, |k| a.data[k])
-    };
-    (0..a.cols).map(entry).collect()
+    (0..a.cols).map(|j| a.diagonal(j)).collect()
 }

@@ -100,7 +100,7 @@ pub struct DelassusSolution {
 pub fn solve_delassus(problem: &DelassusProblem, settings: &DelassusSettings) -> DelassusSolution {
     use DelassusMethod::{Auto, Gpcg, Newton};
     let scaled = Scaled::new(problem);
-    let form = match problem.is_sparse() {
+    let form = match settings.method != Gpcg && problem.is_sparse() {
         true => Form::Sparse,
         false => Form::Dense,
     };

@@ -1,5 +1,7 @@
 //! The problem as it is given, and the error of forces.
 
+use std::sync::OnceLock;
+
 use thiserror::Error;
 
 use crate::linalg::{CscMatrix, FactorStructure, amd, norm};
@@ -16,11 +18,13 @@ const SPARSE: f64 = 0.1;
 ///
 /// Components are N, T1, T2 contact after contact. With û = u + (μ‖u_T‖, 0, 0) the conditions say that r lies in the cone
 /// ‖r_T‖ ≤ μ r_N, û in its dual, and r·û = 0 (G. De Saxcé, Z.-Q. Feng, *Math. Comput. Model.* 28 (1998) 225).
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct DelassusProblem {
     matrix: CscMatrix,
     offset: Vec<f64>,
     mu: Vec<f64>,
+    /// [`Self::is_sparse`], once it was asked for.
+    sparse: OnceLock<bool>,
 }
 
 /// Why arrays make no problem.
@@ -107,7 +111,12 @@ impl DelassusProblem {
             let value = mu[contact];
             return Err(DelassusError::NegativeFriction { contact, value });
         }
-        let problem = Self { matrix, offset, mu };
+        let problem = Self {
+            matrix,
+            offset,
+            mu,
+            sparse: OnceLock::new(),
+        };
         problem.refuse_asymmetry()?;
         let diagonal = problem.diagonal();
         match diagonal.iter().position(|value| *value < 0.0) {
@@ -122,7 +131,12 @@ impl DelassusProblem {
     /// The same μ with arrays of the same sizes, known to be valid.
     pub(super) fn with_arrays(&self, matrix: CscMatrix, offset: Vec<f64>) -> Self {
         let mu = self.mu.clone();
-        Self { matrix, offset, mu }
+        Self {
+            matrix,
+            offset,
+            mu,
+            sparse: OnceLock::new(),
+        }
     }
 
     fn refuse_asymmetry(&self) -> Result<(), DelassusError> {
@@ -169,10 +183,13 @@ impl DelassusProblem {
     /// holds its matrices sparse.
     #[must_use]
     pub fn is_sparse(&self) -> bool {
-        let order = amd(&self.matrix).ok();
-        let structure = order.and_then(|order| FactorStructure::analyse(&self.matrix, order).ok());
-        let dense = (self.matrix.cols as f64).powi(3) / 3.0;
-        structure.is_some_and(|structure| structure.operations() < SPARSE * dense)
+        *self.sparse.get_or_init(|| {
+            let order = amd(&self.matrix).ok();
+            let structure =
+                order.and_then(|order| FactorStructure::analyse(&self.matrix, order).ok());
+            let dense = (self.matrix.cols as f64).powi(3) / 3.0;
+            structure.is_some_and(|structure| structure.operations() < SPARSE * dense)
+        })
     }
 
     /// W alone.
@@ -196,12 +213,9 @@ impl DelassusProblem {
     /// The diagonal of W.
     #[must_use]
     pub fn diagonal(&self) -> Vec<f64> {
-        let entry = |j: usize| {
-            let (rows, values) = self.matrix.column(j);
-            let at = rows.binary_search(&j);
-            at.map_or(0.0, |at| values[at])
-        };
-        (0..self.offset.len()).map(entry).collect()
+        (0..self.offset.len())
+            .map(|j| self.matrix.diagonal(j))
+            .collect()
     }
 
     /// u = W r + q.

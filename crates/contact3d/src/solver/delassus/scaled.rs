@@ -128,9 +128,8 @@ impl<'a> Scaled<'a> {
         let mut operator = self.operator.clone();
         let mut rhs = self.rhs.clone();
         for j in 0..rhs.len() {
-            let column = operator.indptr[j]..operator.indptr[j + 1];
-            if let Ok(at) = operator.indices[column.clone()].binary_search(&j) {
-                let diagonal = &mut operator.data[column.start + at];
+            if let Some(at) = operator.place_of_diagonal(j) {
+                let diagonal = &mut operator.data[at];
                 let added = share * *diagonal;
                 *diagonal += added;
                 rhs[j] += added * about[j];
