@@ -31,6 +31,6 @@ pub use friction_field::FrictionField;
 pub use interface::{Interface, InterfaceFriction};
 pub use law_bounds::{LawBounds, LawExtreme};
 pub use multiplier_layout::MultiplierLayout;
-pub use past::Past;
+pub use past::{Past, SlipMap};
 pub(crate) use slip_operator::SlipOperatorDerivative;
 pub use slip_operator::{ClementStars, SlipOperator};

@@ -121,9 +121,9 @@ impl Check {
         let double = own.in_double_precision(scene, folder)?;
         let problem = double.as_ref().unwrap_or(&own);
         let report = problem.assembled.report(&answer)?;
-        let contact = problem.contact();
+        let laws = problem.contact().laws();
         let unknowns = problem.unknowns(&answer.multiplier, &answer);
-        let linearisation = Linearisation::new(problem.dual(), &contact, &unknowns);
+        let linearisation = Linearisation::new(problem.dual(), &laws, &unknowns);
         let conditioning = Conditioning::of(problem);
         Ok(Self {
             solutions,
