@@ -6,6 +6,7 @@
 //! * [`CoulombLaw`]: F at the contact nodes and the slip bound of each pane, face by face.
 //! * [`FrictionField`]: F₁(|u_t1|), F₂(|u_t2|) at nodes, and their means 𝓕_i⁻¹ = |Rⁱ|⁻¹ ∫_Rⁱ F⁻¹ over panes (HKL (4.2)).
 //! * [`Interface`]: what the scene asks for, as one type per law, so that a body without friction has no friction field.
+//! * [`SlipMap`]: the slips that coefficients follow, of tangential displacements.
 //! * [`LawBounds`]: F_max, F_min, the Lipschitz modulus L and the anisotropy κ, which HKL §3 bounds a law by.
 
 mod coulomb;

@@ -36,6 +36,7 @@ pub struct BalancedOperator<'a> {
 
 impl<'a> BalancedOperator<'a> {
     /// Projects an operator; some tens of applications for ‖P S P‖.
+    #[must_use]
     pub fn new(base: Box<dyn PrimalOperator + 'a>, balance: &'a Balance) -> Self {
         let n = balance.n_felt();
         let integrals = &balance.coupling.integrals;
