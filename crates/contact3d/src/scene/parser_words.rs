@@ -63,6 +63,11 @@ pub(super) fn in_words(
     found_at: impl Fn(&str) -> Vec<String>,
 ) -> ParserWords {
     let choice = key.as_deref().and_then(choice);
+    // What the parser says of something else in the place of a kind or a word.
+    let is_no_word = ["wanted string or table", "invalid type: unit variant"]
+        .iter()
+        .any(|m| message.starts_with(m));
+    let is_no_kind = message.starts_with("wanted exactly 1 element");
     let plain = |words: String| ParserWords {
         key: key.clone(),
         message: words,
@@ -72,10 +77,15 @@ pub(super) fn in_words(
         },
     };
     let Some((place, kinds, example)) = choice else {
-        return plain(translated(message));
+        let found = key.as_deref().map(&found_at).unwrap_or_default();
+        return plain(match found.as_slice() {
+            [found] if is_no_word => format!("expected a word, found {found}"),
+            _ if is_no_word || is_no_kind => "expected a word, found a table".to_owned(),
+            _ => translated(message),
+        });
     };
     let expected = format!("expected exactly one of {}", kinds.join(", "));
-    let (found, help) = if message.starts_with("wanted exactly 1 element") {
+    let (found, help) = if is_no_kind {
         let mut found = found_at(&place);
         found.retain(|found| kinds.contains(&found.as_str()));
         let help = match found.is_empty() {
@@ -85,10 +95,7 @@ pub(super) fn in_words(
             }
         };
         (found, help)
-    } else if ["wanted string or table", "invalid type: unit variant"]
-        .iter()
-        .any(|m| message.starts_with(m))
-    {
+    } else if is_no_word {
         (
             found_at(&place),
             format!("name the kind, such as {example}"),
@@ -138,6 +145,7 @@ fn translated(message: &str) -> String {
         .replace("unknown variant", "unknown word");
     let Some((found, expected)) = message
         .strip_prefix("invalid type: ")
+        .or_else(|| message.strip_prefix("invalid value: "))
         .and_then(|rest| rest.split_once(", expected "))
     else {
         return match message
@@ -232,6 +240,10 @@ mod tests {
             (
                 "invalid type: floating point `3.0`, expected an array of length 3",
                 "expected a list of 3 values, found number `3.0`",
+            ),
+            (
+                "invalid value: integer `-1`, expected usize",
+                "expected a whole number from 0 on, found integer `-1`",
             ),
             ("missing field `face`", "missing key `face`"),
         ] {
