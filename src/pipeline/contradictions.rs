@@ -3,7 +3,10 @@
 
 use std::path::Path;
 
-use contact3d::{post::Certificate, scene::SceneFile, solver::Solution};
+use contact3d::{
+    post::{Certificate, ContactReport},
+    scene::SceneFile,
+};
 use runfile::Reader;
 
 use super::{Freshness, StageError, read_results, states};
@@ -12,12 +15,6 @@ use crate::format::{self, LAYOUT, Stage};
 /// Difference of two figures of a certificate, each a share of its yardstick, that versions of the program may have by
 /// summing in another order; figures of right answers lie below it.
 const SUMMED: f64 = 1e-9;
-
-/// A figure that no method's stopping rule leaves.
-const LARGEST: f64 = 1e-3;
-
-/// Largest figure over the accuracy of the multipliers: they and the displacements are divided by different yardsticks.
-const OVER_ACCURACY: f64 = 1e2;
 
 /// The contradictions between the certificate that a file's arrays have, its status, and the certificate it holds, a sentence
 /// each. None without a fresh solution.
@@ -39,43 +36,25 @@ pub fn contradictions(run_file: &Path) -> Result<Vec<String>, StageError> {
         return Ok(Vec::new());
     }
     let results = read_results(run_file, &input)?;
-    let (solution, certificate) = (results.solution(), &results.report().certificate);
-    let mut found = against_status(&reader, solution, certificate)?;
+    let report = results.report();
+    let mut found: Vec<String> = against_status(&reader, report)?.into_iter().collect();
     if is_fresh(Stage::Post) {
-        found.extend(against_stored(&reader, certificate)?);
+        found.extend(against_stored(&reader, &report.certificate)?);
     }
     let named = |words: String| format!("{}: {words}", run_file.display());
     Ok(found.into_iter().map(named).collect())
 }
 
-fn against_status(
-    reader: &Reader,
-    solution: &Solution,
-    certificate: &Certificate,
-) -> Result<Vec<String>, StageError> {
+/// What takes back the claim of a solve whose status says that it is solved.
+fn against_status(reader: &Reader, report: &ContactReport) -> Result<Option<String>, StageError> {
     let (stored, _) = format::read_multiplier(reader)?;
-    if !stored.is_solved() {
-        return Ok(Vec::new());
-    }
-    let most = LARGEST.max(OVER_ACCURACY * solution.accuracy);
-    let mut figures = vec![("equilibrium", certificate.equilibrium)];
-    if let Some(contact) = &certificate.contact {
-        figures.push(("penetration", contact.penetration));
-        figures.push(("fixed_point", contact.fixed_point));
-    }
-    // A figure that is no number is none that is small enough.
-    let violated = figures.into_iter().find(|(_, value)| !(*value <= most));
-    Ok(match violated {
-        Some((name, value)) => vec![format!(
-            "/solve says {}, but its multipliers and displacements have {name} {value:.1e} in the certificate, no solution; run `contact3d-pipe solve` again",
+    let flaw = report.flaw.filter(|_| stored.is_solved());
+    Ok(flaw.map(|flaw| {
+        format!(
+            "/solve says {}, but its arrays are no solution: {flaw}; run `contact3d-pipe solve` again",
             stored.word()
-        )],
-        None if solution.status.is_solved() => Vec::new(),
-        None => vec![format!(
-            "/solve says {}, but a figure of its results is out of range; run `contact3d-pipe solve` again",
-            stored.word()
-        )],
-    })
+        )
+    }))
 }
 
 fn against_stored(reader: &Reader, certificate: &Certificate) -> Result<Vec<String>, StageError> {

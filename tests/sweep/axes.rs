@@ -152,3 +152,27 @@ fn a_clamp_at_zero_can_be_moved_on_an_axis() {
     assert_eq!(older.iter().filter(|row| row[0] == 1e-6).count(), 2);
     assert!(older.iter().all(|row| row[1] == 0.0 || row[1] == 1e-6));
 }
+
+#[test]
+fn what_is_no_sweep_is_refused_in_words() {
+    for (axes, fragment) in [
+        (
+            "[[axis]]\nkey = \"contact.gap\"\nrange = { from = 1, to = 2, count = -3 }",
+            "axis.0.range.count: expected a whole number from 0 on, found integer `-3`",
+        ),
+        (
+            "axis = [[\"contact.gap\", [1.0]]]",
+            "axis: expected a table, found a list",
+        ),
+        (
+            "warm_start = 1",
+            "warm_start: expected true or false, found integer `1`",
+        ),
+    ] {
+        let sweep = Sweep::new(axes);
+        let (code, said) = sweep.run("out", &[]);
+        assert_eq!(code, 2, "{said}");
+        let words: Vec<&str> = said.split_whitespace().filter(|w| *w != "│").collect();
+        assert!(words.join(" ").contains(fragment), "{fragment}: {said}");
+    }
+}

@@ -8,7 +8,7 @@ use crate::{
     dual::{AssemblySeconds, DualSystem, LocalStiffness},
     linalg::Workspace,
     mesh::Mesh,
-    post::{ContactReport, Solved, SolvedContact},
+    post::{ContactReport, Rounding, Solved, SolvedContact},
     scene::{Invalid, Scene, SolveSettings},
     solver::{ContactState, Progress, Solution, Start, Status, coulomb_state, solve},
 };
@@ -35,11 +35,18 @@ impl AssembledProblem {
     /// Newton's method is asked for and S is not dense.
     pub fn solve(&self, settings: &SolveSettings) -> Result<Solution, ProblemError> {
         settings.validate("solve")?;
-        let solution = self.solve_from(settings, Start::default(), &mut |_| {})?;
+        let solution = self.solve_judged(settings)?;
         match self.reconsidered(solution.status, settings)? {
             None => Ok(solution),
-            Some(double) => double.solve_from(settings, Start::default(), &mut |_| {}),
+            Some(double) => double.solve_judged(settings),
         }
+    }
+
+    fn solve_judged(&self, settings: &SolveSettings) -> Result<Solution, ProblemError> {
+        let mut solution = self.solve_from(settings, Start::default(), &mut |_| {})?;
+        let verdict = ContactReport::verdict_on(&self.solved(&solution))?;
+        (solution.status, solution.accuracy) = verdict;
+        Ok(solution)
     }
 
     /// The same problem with a factor in double precision, after a solve that gave up with one in single precision that the
@@ -125,8 +132,23 @@ impl AssembledProblem {
     /// # Errors
     /// [`ProblemError::Invalid`] for a load that is not finite.
     pub fn report(&self, solution: &Solution) -> Result<ContactReport, ProblemError> {
+        Ok(ContactReport::new(&self.solved(solution))?)
+    }
+
+    /// What rounding makes of the residuals of a solution, with |S||λ| in m³, `[n_multipliers]`.
+    pub(crate) fn rounding_of(
+        &self,
+        solution: &Solution,
+        report: &ContactReport,
+        moved: &[f64],
+    ) -> Rounding {
+        let solved = self.solved(solution);
+        Rounding::new(&solved, &report.panes, &solution.local_stiffness, moved)
+    }
+
+    fn solved<'a>(&'a self, solution: &'a Solution) -> Solved<'a> {
         let contact = self.system.contact.as_ref().zip(self.contact_state());
-        Ok(ContactReport::new(&Solved {
+        Solved {
             scene: self.scene(),
             mesh: self.mesh(),
             system: &self.system.assembly.primal,
@@ -135,7 +157,7 @@ impl AssembledProblem {
                 state,
             }),
             solution,
-        })?)
+        }
     }
 
     /// The scene.

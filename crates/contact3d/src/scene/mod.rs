@@ -66,6 +66,7 @@ pub use solve::{
 };
 pub use spring::{Spring, SpringStiffness};
 pub use step::{MOST_INCREMENTS, Step, StepValue};
+pub use strict::parse_toml;
 pub use tabulated::{Grid, Table};
 pub use warning::Warning;
 pub use written::Written;
@@ -146,8 +147,7 @@ impl Scene {
     /// [`SceneError::Syntax`] for text that is not TOML or has an unknown, missing or mistyped key;
     /// [`SceneError::Invalid`] for a value that no problem of this kind can have.
     pub fn parse(name: &str, text: &str) -> Result<Self, SceneError> {
-        let mut scene: Self =
-            strict::from_toml(text).map_err(|e| SceneError::syntax(name, text, &e))?;
+        let mut scene: Self = parse_toml(name, text, "docs/scene.md")?;
         scene
             .bind_parameters()
             .and_then(|()| scene.validate())

@@ -8,9 +8,6 @@ pub(super) struct ParserWords {
     pub(super) help: String,
 }
 
-/// Where to look things up.
-const KEYS: &str = "docs/scene.md lists the keys with their types and defaults";
-
 /// Tables that hold exactly one kind of several: the end of the key, the kinds, an example.
 const CHOICES: [(&str, &[&str], &str); 5] = [
     (
@@ -42,7 +39,8 @@ const CHOICES: [(&str, &[&str], &str); 5] = [
 ];
 
 /// The words of the parser for types, and ours.
-const TYPES: [(&str, &str); 10] = [
+const TYPES: [(&str, &str); 11] = [
+    ("a boolean", "true or false"),
     ("f64", "a number"),
     ("usize", "a whole number from 0 on"),
     ("u64", "a whole number from 0 on"),
@@ -55,11 +53,12 @@ const TYPES: [(&str, &str); 10] = [
     ("floating point", "number"),
 ];
 
-/// The parser's message about a key; `found_at` gives the keys of the table at a key, or the text
+/// The parser's message about a key, which `page` lists with the others; `found_at` gives the keys of the table at a key, or the text
 /// of another value.
 pub(super) fn in_words(
     message: &str,
     key: Option<String>,
+    page: &str,
     found_at: impl Fn(&str) -> Vec<String>,
 ) -> ParserWords {
     let choice = key.as_deref().and_then(choice);
@@ -68,12 +67,13 @@ pub(super) fn in_words(
         .iter()
         .any(|m| message.starts_with(m));
     let is_no_kind = message.starts_with("wanted exactly 1 element");
+    let keys = format!("{page} lists the keys with their types and defaults");
     let plain = |words: String| ParserWords {
         key: key.clone(),
         message: words,
         help: match nearest(message) {
-            Some(meant) => format!("did you mean `{meant}`? {KEYS}"),
-            None => KEYS.to_owned(),
+            Some(meant) => format!("did you mean `{meant}`? {keys}"),
+            None => keys.clone(),
         },
     };
     let Some((place, kinds, example)) = choice else {

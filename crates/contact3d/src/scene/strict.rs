@@ -14,12 +14,22 @@ use serde::{
     forward_to_deserialize_any,
 };
 
-/// Reads TOML.
+use super::SceneError;
+
+/// Reads TOML; `name` is the file's name and `page` the page about its keys, for messages.
 ///
 /// # Errors
-/// As [`toml::from_str`]; a list in the place of a table, a list that is too long.
-pub(super) fn from_toml<'de, T: Deserialize<'de>>(text: &'de str) -> Result<T, toml::de::Error> {
-    T::deserialize(Strict(toml::Deserializer::parse(text)?))
+/// [`SceneError::Syntax`] for text that is not TOML or has an unknown, missing or mistyped key, a list in the place of a
+/// table, a list that is too long.
+pub fn parse_toml<'de, T: Deserialize<'de>>(
+    name: &str,
+    text: &'de str,
+    page: &str,
+) -> Result<T, SceneError> {
+    let parsed = toml::Deserializer::parse(text).map(Strict);
+    parsed
+        .and_then(T::deserialize)
+        .map_err(|error| SceneError::syntax(name, text, &error, page))
 }
 
 /// A deserialiser, or a part of one, that reads strictly.
