@@ -1,5 +1,7 @@
 //! The certificate: optimality residuals of an answer, dimensionless.
 
+use std::sync::atomic::AtomicUsize;
+
 use super::{PaneFriction, PaneState, Solved, SolvedContact};
 use crate::{linalg::norm, solver::FeasibleSet};
 
@@ -249,7 +251,8 @@ fn natural_residual(
         .iter()
         .filter_map(|pane| Some(pane.friction?.semi_axes))
         .collect();
-    let set = FeasibleSet::new(panes.len(), semi_axes, &contact.state.interface.projections);
+    let projections = AtomicUsize::new(0);
+    let set = FeasibleSet::new(panes.len(), semi_axes, &projections);
     let area = &contact.state.surface.pane_area;
     let multiplier = &solved.solution.multiplier;
     // The gradient r = S λ − h is −(B u) plus the integrated gap.

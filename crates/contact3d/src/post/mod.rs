@@ -75,7 +75,10 @@ impl SolvedContact<'_> {
         } else {
             Vec::new()
         };
-        Some((law, FrictionField::new(law, self.state.surface, &slip)))
+        Some((
+            law,
+            FrictionField::new(law, &self.state.surface.pane_average, &slip),
+        ))
     }
 }
 

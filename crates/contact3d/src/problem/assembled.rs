@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use super::{Problem, ProblemError};
 use crate::{
-    contact::Interface,
     dual::{AssemblySeconds, DualSystem, LocalStiffness},
     linalg::Workspace,
     mesh::Mesh,
@@ -72,8 +71,7 @@ impl AssembledProblem {
         let problem = Problem {
             scene: self.problem.scene.clone(),
             mesh: self.problem.mesh.clone(),
-            interface: self.problem.own_interface()?,
-            past: self.problem.past.clone(),
+            interface: self.problem.interface.clone(),
         };
         Ok(Some(Self { problem, system }))
     }
@@ -90,13 +88,10 @@ impl AssembledProblem {
         start: Start<'_>,
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Solution, ProblemError> {
-        // Its own counters of evaluations and projections, so that solves may run side by side.
         self.scene().require_no_history("a solve")?;
-        let interface = self.problem.own_interface()?;
-        let contact = self.contact_with(interface.as_ref());
         Ok(solve(
             &self.system,
-            contact.as_ref(),
+            self.contact_state().as_ref(),
             settings,
             start,
             observe,
@@ -119,7 +114,7 @@ impl AssembledProblem {
         if let Some(explicit) = dual.explicit() {
             solution.local_stiffness = LocalStiffness::new(explicit).stiffness;
             if let Some(law) = contact.interface.coulomb() {
-                let state = coulomb_state(explicit, &contact, law, &multiplier);
+                let state = coulomb_state(explicit, &contact.laws(), law, &multiplier);
                 solution.coulomb = Some(state);
             }
         }
@@ -187,12 +182,10 @@ impl AssembledProblem {
     /// Γ_c and its laws; `None` without contact.
     #[must_use]
     pub fn contact_state(&self) -> Option<ContactState<'_>> {
-        self.contact_with(self.problem.interface())
-    }
-
-    fn contact_with<'a>(&'a self, interface: Option<&'a Interface>) -> Option<ContactState<'a>> {
-        let (surface, interface) = self.mesh().contact.as_ref().zip(interface)?;
-        Some(ContactState { surface, interface })
+        Some(ContactState {
+            surface: self.mesh().contact.as_ref()?,
+            interface: self.problem.interface()?,
+        })
     }
 
     /// Number of panes m; 0 without contact.

@@ -122,9 +122,9 @@ impl Check {
         let problem = double.as_ref().unwrap_or(&own);
         let report = problem.assembled.report(&answer)?;
         report.judge(&mut answer);
-        let contact = problem.contact();
+        let laws = problem.contact().laws();
         let unknowns = problem.unknowns(&answer.multiplier, &answer);
-        let linearisation = Linearisation::new(problem.dual(), &contact, &unknowns);
+        let linearisation = Linearisation::new(problem.dual(), &laws, &unknowns);
         let conditioning = Conditioning::of(problem);
         Ok(Self {
             solutions,

@@ -30,15 +30,15 @@ fn cone(height: &str, delta: f64) -> [f64; 3] {
 #[test]
 fn a_cone_presses_as_in_closed_form_whatever_its_formula() {
     let [force, by_force, by_pressure] = cone("-0.1*sqrt(x^2 + y^2)", 0.1);
-    // Panes are a sixth of a wide there.
+    // Three panes reach from the apex to a, the widest a quarter of it.
     assert!(
-        (by_pressure / by_force - 1.0).abs() < 0.02,
+        (by_pressure / by_force - 1.0).abs() < 0.07,
         "{by_force} {by_pressure}"
     );
     let [other, ..] = cone("-0.1*(x^2 + y^2)^0.5", 0.1);
     // The same numbers but for roundings of a power.
     assert!((other / force - 1.0).abs() < 1e-9, "{other} {force}");
-    // Below the face, where the points above the apex see nothing else: gaps along their normals differ by 1 − cos β.
+    // Below the face, which has as much more to go.
     let [lower, ..] = cone("-0.01 - 0.1*sqrt(x^2 + y^2)", 0.11);
     assert!((lower / force - 1.0).abs() < 0.01, "{lower} {force}");
 }
