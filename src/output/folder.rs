@@ -47,10 +47,10 @@ impl Folder {
                 false => source.to_string(),
             },
         };
-        let claims = (0..ATTEMPTS).map(|_| folder.claim());
+        let mut claims = (0..ATTEMPTS).map(|_| folder.claim());
         let is_removed =
             |claim: &io::Result<()>| matches!(claim, Err(e) if e.kind() == io::ErrorKind::NotFound);
-        let claimed = claims.skip_while(is_removed).next();
+        let claimed = claims.find(|claim| !is_removed(claim));
         claimed
             .unwrap_or_else(|| Err(io::ErrorKind::NotFound.into()))
             .map_err(refuse)?;

@@ -65,7 +65,8 @@ fn against_stored(reader: &Reader, certificate: &Certificate) -> Result<Vec<Stri
         let Some(stored) = format::read_certificate(reader, name)? else {
             continue;
         };
-        if !((stored - value).abs() <= SUMMED * (1.0 + value.abs())) {
+        let fits = (stored - value).abs() <= SUMMED * (1.0 + value.abs());
+        if !fits {
             found.push(format!(
                 "/post/certificate/{name}: expected {value:.1e}, as the arrays of /solve have it, found {stored:.1e}; run `contact3d-pipe post` again"
             ));

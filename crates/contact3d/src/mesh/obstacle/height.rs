@@ -88,7 +88,7 @@ impl<'a> Graph<'a> {
             };
             foot = next;
         }
-        if let Some(clearance) = self.from_kink(&foot, point, level) {
+        if let Some(clearance) = self.beyond_kink(&foot, point, level) {
             return Ok(clearance);
         }
         Err(Invalid {
@@ -101,7 +101,7 @@ impl<'a> Graph<'a> {
 
     /// φ and ∇φ where the nearest point is a kink such as the apex of a cone: that way the point sees it. `None` where the
     /// point lies on the kink, or some place around is nearer.
-    fn from_kink(&self, foot: &Foot, point: Vector2<f64>, level: f64) -> Option<Clearance> {
+    fn beyond_kink(&self, foot: &Foot, point: Vector2<f64>, level: f64) -> Option<Clearance> {
         let radius = DIFFERENCE * self.extent;
         let away = |turn: f64| Vector2::new(turn.cos(), turn.sin()) * radius;
         let turns = (0..DIRECTIONS).map(|k| f64::from(k) * TAU / f64::from(DIRECTIONS));
