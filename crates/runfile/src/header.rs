@@ -10,6 +10,7 @@ use hdf5_metno as hdf5;
 use super::attribute::{read_numbers, read_text, write_numbers, write_text};
 use super::error::StoreError;
 use super::place::{AtFile, AtPlace, Place};
+use super::seal::SEAL;
 use super::table::Layout;
 
 /// The root attributes with their meanings, as the schema lists them.
@@ -24,6 +25,11 @@ pub const ROOT_ATTRIBUTES: &[(&str, &str, &str)] = &[
         "creator",
         "text",
         "the program that wrote the file, with its version",
+    ),
+    (
+        SEAL,
+        "text",
+        "BLAKE3 over the other attributes of the root and the seals of the stages; files of older versions have none",
     ),
 ];
 
@@ -65,12 +71,12 @@ pub(super) fn create(
     Ok(file)
 }
 
-/// Opens a file of ours for reading.
+/// Opens a file of ours for reading; with its format version.
 pub(super) fn open(
     path: &Path,
     layout: &Layout,
     filetype: &'static str,
-) -> Result<hdf5::File, StoreError> {
+) -> Result<(hdf5::File, [i64; 2]), StoreError> {
     let metadata = fs::metadata(path).map_err(|source| match source.kind() {
         io::ErrorKind::NotFound => StoreError::NotFound { file: path.into() },
         _ => StoreError::Io {
@@ -101,8 +107,8 @@ pub(super) fn open(
             .damaged(error.to_string())
         }
     })?;
-    check(&file, path, layout, filetype)?;
-    Ok(file)
+    let version = check(&file, path, layout, filetype)?;
+    Ok((file, version))
 }
 
 fn check(
@@ -110,7 +116,7 @@ fn check(
     path: &Path,
     layout: &Layout,
     expected: &'static str,
-) -> Result<(), StoreError> {
+) -> Result<[i64; 2], StoreError> {
     let place = Place {
         file: path,
         dataset: "/",
@@ -128,7 +134,9 @@ fn check(
     let version: Vec<i64> = read_numbers(file, place, "format_version")?;
     let expected = layout.format_version;
     match version[..] {
-        [major, minor] if major == expected[0] && (0..=expected[1]).contains(&minor) => Ok(()),
+        [major, minor] if major == expected[0] && (0..=expected[1]).contains(&minor) => {
+            Ok([major, minor])
+        }
         [major, minor] => Err(StoreError::Version {
             file: path.into(),
             expected,

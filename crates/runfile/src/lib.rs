@@ -36,8 +36,10 @@ mod savepoint;
 mod scale_text;
 mod schema;
 mod schema_page;
+mod seal;
 mod signals;
 mod sparse;
+mod stream;
 mod table;
 #[cfg(test)]
 mod tests;

@@ -8,6 +8,7 @@ use units::Units;
 use super::attribute::{has, read_number, read_text, write_number, write_text};
 use super::error::StoreError;
 use super::place::Place;
+use super::seal::SEAL;
 
 /// The attributes every group carries, with their meanings, as the schema lists them.
 pub const GROUP_ATTRIBUTES: &[(&str, &str, &str)] = &[
@@ -30,6 +31,11 @@ pub const GROUP_ATTRIBUTES: &[(&str, &str, &str)] = &[
     ("seconds", "f64", "wall-clock time of the stage in s"),
     ("threads", "i64", "number of threads"),
     ("date", "text", "when the stage ended, RFC 3339 in UTC"),
+    (
+        SEAL,
+        "text",
+        "BLAKE3 over all other attributes in the stage, the names and the extents of its datasets; stages of older versions have none",
+    ),
 ];
 
 /// The attributes a group may carry besides, as the schema lists them.

@@ -13,6 +13,7 @@ use super::part::{Part, replaceable, sync_folder};
 use super::place::{AtPlace, Place};
 use super::reader::Reader;
 use super::scale_text;
+use super::seal::{seal_group, seal_root};
 use super::signals::note_commit;
 use super::table::Layout;
 use super::volume::Stamp;
@@ -153,8 +154,11 @@ impl Transaction {
     /// Puts a copy of a group of another file, with its record, in the place of what the file held of it.
     ///
     /// # Errors
-    /// `Hdf5` if copying fails, an unreadable group.
+    /// The first of the group's [`Reader::group_problems`], `Hdf5` if copying fails.
     pub fn copy(&mut self, from: &Reader, group: Group) -> Result<(), StoreError> {
+        if let Some(problem) = from.group_problems(group).into_iter().next() {
+            return Err(problem);
+        }
         self.remove(group);
         take_over(from, group, &self.run_file.file)
     }
@@ -211,6 +215,8 @@ impl Transaction {
         for beside in self.beside {
             let Some(name) = beside.name else { continue };
             name_axes(&beside.part.file, place, &self.layout, beside.group, texts)?;
+            seal_group(&beside.part.file, place, beside.group)?;
+            seal_root(&beside.part.file, place)?;
             join(file, place, beside.group, &name)?;
             let target = self.folder.join(name.to_string());
             replaceable(&target)?;
@@ -223,7 +229,9 @@ impl Transaction {
         let held: Vec<Group> = held.collect();
         for group in held.iter().filter(|group| !is_joined(file, **group)) {
             name_axes(file, place, &self.layout, *group, texts)?;
+            seal_group(file, place, *group)?;
         }
+        seal_root(file, place)?;
         self.run_file.publish(&self.target, permissions)?;
         note_commit(&self.target, held);
         sync_folder(&self.folder)?;
