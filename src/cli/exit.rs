@@ -35,7 +35,7 @@ impl Termination for Exit {
 pub(super) fn explain(error: StageError, output: &Output) -> Exit {
     let exit = match &error {
         error if error.is_internal() => Exit::Internal,
-        StageError::Partly { .. } => Exit::NotConverged,
+        error if error.is_after_storing() => Exit::NotConverged,
         _ => Exit::BadInput,
     };
     if output.json {

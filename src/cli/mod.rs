@@ -58,10 +58,15 @@ fn perform(arguments: &Arguments) -> Exit {
         .build_global();
     let handlers = runfile::install_signal_handlers(interruption::farewell);
     if let Err(error) = pool.map_err(std::io::Error::other).and(handlers) {
-        terminal::message(&format!("error: {error}"));
-        return Exit::Internal;
+        terminal::message(&format!(
+            "error: the system gives no threads or handlers of signals ({error}); raise the limits of the shell (`ulimit -a`)"
+        ));
+        return Exit::BadInput;
     }
     let output = arguments.output();
+    if let Err(error) = runfile::require_plain_hdf5() {
+        return exit::explain(error.into(), &output);
+    }
     let outcome = match &arguments.command {
         Command::Run(run) => run::run(run, &output, threads),
         Command::Mesh(mesh) => run::mesh(mesh, &output, threads),

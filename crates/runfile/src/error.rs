@@ -183,6 +183,18 @@ pub enum StoreError {
         /// The cause.
         source: io::Error,
     },
+    /// The environment has HDF5 open files by other means than it is told.
+    #[error(
+        "{variable} = {found:?} in the environment: expected {plain:?} or nothing, since other means of opening files are not supported; unset it"
+    )]
+    Environment {
+        /// The name of the variable.
+        variable: &'static str,
+        /// Its only value that changes nothing.
+        plain: &'static str,
+        /// Its value.
+        found: String,
+    },
     /// A file was written without an error, and the disk gives back something else.
     #[error("{}: the new state was written, and what the disk gives back is another one ({reason}); the earlier state was kept, check the disk", file.display())]
     Unproven {
@@ -209,6 +221,12 @@ impl StoreError {
     #[must_use]
     pub fn is_internal(&self) -> bool {
         matches!(self, StoreError::Internal(_))
+    }
+
+    /// Whether the new state is in its place all the same.
+    #[must_use]
+    pub fn is_after_storing(&self) -> bool {
+        matches!(self, StoreError::Unsynced { .. })
     }
 }
 

@@ -1,5 +1,6 @@
 //! The root attributes: file type, format version, creator; and how our files are opened.
 
+use std::env;
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -33,6 +34,29 @@ pub(super) const LINKED_GROUPS: &str = "A stage may be kept in a file of its own
      root is an external link to the group of the same name in that file, and the root attribute `STAGE_file` names \
      it: `NAME.STAGE-DIGEST.h5` if the run file NAME owns it, `STAGE-DIGEST.h5` if several run files share it, with \
      the first 16 digits of the digest of the stage. Such a file never changes.";
+
+/// Variables that make HDF5 open files in another way than it is told, and the only value that does not.
+const FOREIGN_ACCESS: [(&str, &str); 2] =
+    [("HDF5_DRIVER", "sec2"), ("HDF5_VOL_CONNECTOR", "native")];
+
+/// Refuses an environment that has HDF5 open files by other means: with means that it does not know it would crash.
+///
+/// # Errors
+/// `Environment`.
+pub fn require_plain_hdf5() -> Result<(), StoreError> {
+    for (variable, plain) in FOREIGN_ACCESS {
+        let found = env::var_os(variable).unwrap_or_default();
+        if !found.is_empty() && found != plain {
+            let found = found.to_string_lossy().into_owned();
+            return Err(StoreError::Environment {
+                variable,
+                plain,
+                found,
+            });
+        }
+    }
+    Ok(())
+}
 
 /// The version of the HDF5 library: major, minor, patch.
 #[must_use]

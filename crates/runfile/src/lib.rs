@@ -50,7 +50,7 @@ mod writer;
 pub use element::Element;
 pub use enumeration::StoredEnum;
 pub use error::{LayoutError, LinkProblem, StoreError};
-pub use header::{ROOT_ATTRIBUTES, hdf5_version};
+pub use header::{ROOT_ATTRIBUTES, hdf5_version, require_plain_hdf5};
 pub use home::{Home, SharedGroup};
 pub use layout::{Axis, DatasetSpec, EnumSpec, Extent, Group, Kind, Presence, Storage};
 pub use lock::{IfMissing, RunFile};
