@@ -17,13 +17,14 @@ pub(super) fn proven(
     target: &Path,
     is_same: impl FnOnce(&Path) -> Result<bool, FclibError>,
 ) -> Result<Written, StageError> {
-    let written = part.close()?;
-    if is_same(written.path())? {
-        return Ok(written);
-    }
-    let file = target.to_owned();
-    let reason = "arrays differ".to_owned();
-    Err(StoreError::Unproven { file, reason }.into())
+    part.close()?.proven(|path| match is_same(path)? {
+        true => Ok(()),
+        false => Err(StoreError::Unproven {
+            file: target.to_owned(),
+            reason: "arrays differ".to_owned(),
+        }
+        .into()),
+    })
 }
 
 /// Whether two solutions are the same, bit for bit.

@@ -64,5 +64,5 @@ pub use signals::{Temporary, install as install_signal_handlers, last_commit};
 pub use sparse::{SparseMatrix, SparseView};
 pub use table::Layout;
 pub use transaction::Transaction;
-pub use whole::{WholeFile, Written, sync_folder};
+pub use whole::{Closed, WholeFile, Written, sync_folder};
 pub use writer::GroupWriter;

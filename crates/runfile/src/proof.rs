@@ -21,8 +21,8 @@ use super::record;
 use super::table::Layout;
 use super::volume::Volume;
 
-/// Values read at a time, so that no dataset is in memory a second time as a whole.
-const BLOCK: usize = 1 << 20;
+/// Values read at a time: a megabyte, which stays in the cache of a processor, so that no dataset is in memory a second time.
+const BLOCK: usize = 1 << 17;
 
 /// What a new state is held against.
 #[derive(Debug)]

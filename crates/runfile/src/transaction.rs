@@ -227,9 +227,10 @@ impl Transaction {
             join(file, place, beside.group, &name)?;
             let target = self.folder.join(name.to_string());
             replaceable(&target)?;
-            let written = beside.part.close()?;
             let filetype = self.layout.linked_filetype;
-            proof.of(written.path(), filetype, &[beside.group], &target)?;
+            let written = beside.part.close()?;
+            let written =
+                written.proven(|path| proof.of(path, filetype, &[beside.group], &target))?;
             written.publish(&target, permissions.clone())?;
             sync_folder(&self.folder).at_file(&self.folder, "sync the folder")?;
         }
@@ -242,8 +243,9 @@ impl Transaction {
         for group in &own {
             name_axes(file, place, &self.layout, *group, texts)?;
         }
+        let filetype = self.layout.filetype;
         let written = self.run_file.close()?;
-        proof.of(written.path(), self.layout.filetype, &own, &self.target)?;
+        let written = written.proven(|path| proof.of(path, filetype, &own, &self.target))?;
         drop(self.previous);
         written.publish(&self.target, permissions)?;
         note_commit(&self.target, held);

@@ -7,6 +7,7 @@
 use std::fs::{self, File, Permissions};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::thread;
 
 use hdf5::plist::file_access::{
     CacheDecreaseMode, CacheIncreaseMode, FileAccessBuilder, FlashIncreaseMode, MetadataCacheConfig,
@@ -25,7 +26,11 @@ pub struct WholeFile {
     temporary: Temporary,
 }
 
-/// A file that HDF5 has closed and the disk has taken, still under its hidden name; dropping it removes it.
+/// A file that HDF5 has closed, still under its hidden name; dropping it removes it.
+#[derive(Debug)]
+pub struct Closed(Temporary);
+
+/// A file that the disk has taken and given back, still under its hidden name; dropping it removes it.
 #[derive(Debug)]
 pub struct Written(Temporary);
 
@@ -106,19 +111,46 @@ impl WholeFile {
         written.sync_data().at_file(path, "sync the temporary file")
     }
 
-    /// Ends writing; the disk has all of it then, for the caller to read back before it is published.
+    /// Ends writing.
     ///
     /// # Errors
-    /// `Hdf5` or `Io` if anything did not get there.
-    pub fn close(self) -> Result<Written, StoreError> {
+    /// `Hdf5` if anything could not be written.
+    pub fn close(self) -> Result<Closed, StoreError> {
         let WholeFile { file, temporary } = self;
         let path = temporary.path();
         file.flush().at(root(path), "flush the temporary file")?;
         file.close().at(root(path), "close the temporary file")?;
-        File::open(path)
-            .and_then(|written| written.sync_all())
-            .at_file(path, "sync the temporary file")?;
-        Ok(Written(temporary))
+        Ok(Closed(temporary))
+    }
+}
+
+impl Closed {
+    /// Reads the file back by `proof`, an error unless it holds what it should, while the disk takes it.
+    ///
+    /// # Errors
+    /// Those of `proof`; `Io` if the disk does not take it.
+    pub fn proven<E: From<StoreError>>(
+        self,
+        proof: impl FnOnce(&Path) -> Result<(), E>,
+    ) -> Result<Written, E> {
+        let path = self.0.path();
+        let sync = || {
+            let synced = File::open(path).and_then(|written| written.sync_all());
+            synced.at_file(path, "sync the temporary file")
+        };
+        thread::scope(|scope| {
+            let syncing = thread::Builder::new().spawn_scoped(scope, sync);
+            proof(path)?;
+            let synced = match syncing {
+                Ok(syncing) => syncing
+                    .join()
+                    .unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
+                // The system has no thread for it.
+                Err(_) => sync(),
+            };
+            Ok::<(), E>(synced?)
+        })?;
+        Ok(Written(self.0))
     }
 }
 
