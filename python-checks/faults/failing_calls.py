@@ -71,7 +71,7 @@ def counts(file: Path) -> dict[str, int]:
 
 
 def draw(chance: Random, calls: dict[str, int]) -> Fault:
-    """A fault that a command with so many calls meets: mostly writes, singly, from one on, at random or lost."""
+    """A fault that a command with so many calls meets: mostly of writes."""
     possible = [call for call in LOSES if calls[call] > 0]
     call = "write" if chance.random() < 0.7 else chance.choice(possible)
     number = chance.choice([errno.ENOSPC, errno.EIO])

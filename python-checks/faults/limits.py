@@ -1,4 +1,4 @@
-"""Processes with little of something: descriptors, file size, memory, stack; and clocks and variables that are wrong."""
+"""Little of something: descriptors, file size, memory, stack; wrong clocks."""
 
 import resource
 from collections.abc import Iterator
@@ -13,7 +13,11 @@ FILES = (4, 5, 6, 7, 8, 9)
 FILE_SIZES = (0, 1 << 12, 1 << 16, 1 << 18)
 ADDRESS_SPACES = tuple(megabytes << 20 for megabytes in range(16, 64, 3))
 STACKS = tuple(kilobytes << 10 for kilobytes in (48, 64, 80, 96, 112, 128, 256))
-VARIABLES = ({"HDF5_DRIVER": "bogus"}, {"HDF5_VOL_CONNECTOR": "bogus"}, {"HDF5_DRIVER": "family"})
+VARIABLES = (
+    {"HDF5_DRIVER": "bogus"},
+    {"HDF5_VOL_CONNECTOR": "bogus"},
+    {"HDF5_DRIVER": "family"},
+)
 CLOCKS = (-1000, 1 << 40)
 
 
@@ -27,7 +31,9 @@ def run(setting: Setting) -> Iterator[Row]:
     yield from wrong_environments(setting)
 
 
-def limited(setting: Setting, name: str, what: int, sizes: tuple, dies: bool = False) -> Row:
+def limited(
+    setting: Setting, name: str, what: int, sizes: tuple, dies: bool = False
+) -> Row:
     """A run under a limit that the program survives where it has nothing to do."""
     row = Row(f"little {name}")
     for size in sizes[:: max(1, len(sizes) // setting.trials)]:
@@ -41,7 +47,7 @@ def limited(setting: Setting, name: str, what: int, sizes: tuple, dies: bool = F
 
 
 def wrong_environments(setting: Setting) -> Iterator[Row]:
-    """Variables that change how HDF5 opens files, a clock outside the years 1970 to 9999, a folder that is not synced."""
+    """Variables that change how HDF5 opens files, clocks outside 1970 to 9999."""
     row = Row("foreign means of opening files")
     for variables in VARIABLES:
         fault = Fault("none", more=variables)
@@ -55,12 +61,15 @@ def wrong_environments(setting: Setting) -> Iterator[Row]:
     yield row
 
 
-def judged(setting: Setting, name: str, dies: bool = False, **options) -> Verdict | str:
+def judged(
+    setting: Setting, name: str, dies: bool = False, **options
+) -> Verdict | str:
     """A run over an old file: a success, or an end with a message and the file as it was."""
     folder = setting.scratch / "limits"
     file = setting.fresh(folder)
     before = file.read_bytes()
-    outcome = setting.program.run(*RUN, "--set", "solve.epsilon=1e-5", cwd=folder, **options)
+    command = (*RUN, "--set", "solve.epsilon=1e-5")
+    outcome = setting.program.run(*command, cwd=folder, **options)
     problem = problem_of(outcome, file, before, dies)
     if problem:
         return f"{name}: {problem}"

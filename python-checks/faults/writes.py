@@ -1,4 +1,4 @@
-"""Writes that fail in every command that writes: no corrupt file passes for a good one, and what was there stays."""
+"""Calls that fail in every command that writes: no corrupt file passes for a good one."""
 
 import hashlib
 import re
@@ -22,6 +22,7 @@ RUN = ("run", SCENE, "run.h5", *SMALL)
 PLAIN = (*RUN, "--no-figures")
 OLD = ("run", SCENE, "run.h5", *OTHER)
 FCLIB = ("export", "run.h5", "--fclib", "out.hdf5")
+SOLVE_FCLIB = ("solve-fclib", "out.hdf5")
 NUMBER = re.compile(rb"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
 OF_THE_MOMENT = re.compile(r"error\.txt$|seconds\.\w+$")
 """Errors of failed cases, and charts of the clock."""
@@ -46,24 +47,32 @@ class Case:
     before: tuple[tuple, ...] = ()
 
 
+SOLVED_AGAIN = ("solve", "run.h5", "--epsilon", "1e-8")
+LADDERS = ("--budget", "0.01", "--coarsest", "2", "--finest", "4")
+PATH = ("--parameter", "friction.coefficient_1.ramp.initial", "--from", "0.3")
+
 CASES = (
     Case("run, new file", RUN),
     Case("run, old file", RUN, (OLD,)),
     Case("run --linked", (*PLAIN, "--linked"), (OLD,)),
     Case("mesh", ("mesh", SCENE, "run.h5", *SMALL), (OLD,)),
     Case("assemble", ("assemble", "run.h5"), (("mesh", SCENE, "run.h5", *SMALL),)),
-    Case("solve", ("solve", "run.h5", "--epsilon", "1e-8"), (PLAIN,)),
-    Case("post", ("post", "run.h5"), (PLAIN, ("solve", "run.h5", "--epsilon", "1e-8"))),
+    Case("solve", SOLVED_AGAIN, (PLAIN,)),
+    Case("post", ("post", "run.h5"), (PLAIN, SOLVED_AGAIN)),
     Case("sweep", ("sweep", "sweep.toml", "--out", "cases", "--series", "series")),
     Case("report", ("report", "run.h5", "--out", "page.html"), (PLAIN,)),
     Case("export --fclib", FCLIB, (PLAIN,)),
     Case("export --fclib --global", (*FCLIB, "--global"), (PLAIN, FCLIB)),
     Case("export --vtkhdf", ("export", "run.h5", "--vtkhdf", "out.vtkhdf"), (PLAIN,)),
-    Case("solve-fclib --out", ("solve-fclib", "out.hdf5", "--out", "new.hdf5"), (PLAIN, FCLIB)),
-    Case("solve-fclib --in-place", ("solve-fclib", "out.hdf5", "--in-place"), (PLAIN, FCLIB)),
-    Case("accuracy", ("accuracy", *PLAIN[1:], "--budget", "0.01", "--coarsest", "2", "--finest", "4"), (OLD,)),
+    Case("solve-fclib --out", (*SOLVE_FCLIB, "--out", "new.hdf5"), (PLAIN, FCLIB)),
+    Case("solve-fclib --in-place", (*SOLVE_FCLIB, "--in-place"), (PLAIN, FCLIB)),
+    Case("accuracy", ("accuracy", *PLAIN[1:], *LADDERS), (OLD,)),
     Case("theory", ("theory", *RUN[1:], "--finest", "4"), (OLD,)),
-    Case("branches", ("branches", *RUN[1:], "--parameter", "friction.coefficient_1.ramp.initial", "--from", "0.3", "--to", "0.31", "--series", "paths"), (OLD,)),
+    Case(
+        "branches",
+        ("branches", *RUN[1:], *PATH, "--to", "0.31", "--series", "paths"),
+        (OLD,),
+    ),
     Case("law", ("law", SCENE, "--figures", "law")),
     Case("man", ("man", "--out", "man")),
 )
@@ -126,8 +135,9 @@ class Trial:
         before, after = self.states
         now = state(self.work)
         if ended.code == 0 and now != after:
-            different = [key for key in {*now, *after} if now.get(key) != after.get(key)]
-            return f"as if all were well, but {sorted(different)} are different"
+            keys = sorted({*now, *after})
+            different = [key for key in keys if now.get(key) != after.get(key)]
+            return f"as if all were well, but {different} are different"
         incomplete = ended.code == INCOMPLETE
         for key, value in now.items():
             if incomplete and key.startswith(GATHERED):
@@ -143,7 +153,8 @@ class Trial:
         """What is wrong once the command was given again, and nothing fails."""
         again = self.program.run(*self.case.command, cwd=self.work)
         if again.code != 0 and self.case.name == "sweep":
-            again = self.program.run(*self.case.command, "--retry-failed", cwd=self.work)
+            retried = (*self.case.command, "--retry-failed")
+            again = self.program.run(*retried, cwd=self.work)
         if again.code != 0:
             return f"did not go on: {again.fault or again.stderr}"
         if state(self.work) != self.states[1]:
@@ -154,18 +165,19 @@ class Trial:
 
 
 def state(folder: Path) -> dict[str, str]:
-    """What the files of a folder hold that does not depend on the clock; errors of failed cases left out."""
+    """What the files of a folder hold that does not depend on the clock."""
     found = {}
     for path in sorted(folder.rglob("*")):
         name = str(path.relative_to(folder))
-        if not path.is_file() or path.name.startswith(".") or OF_THE_MOMENT.search(name):
+        hidden = path.name.startswith(".")
+        if not path.is_file() or hidden or OF_THE_MOMENT.search(name):
             continue
         if not h5py.is_hdf5(path):
             text = NUMBER.sub(b"#", path.read_bytes())
             found[name] = hashlib.sha256(text).hexdigest()
         elif is_run_file(path):
             stage_digests(path)
-            found |= {f"{name}/{stage}": digest for stage, digest in results(path).items()}
+            found |= {f"{name}/{stage}": d for stage, d in results(path).items()}
         else:
             found[name] = contents(path)
     return found
@@ -190,8 +202,10 @@ def contents(path: Path) -> str:
 
     def add(name: str, item: h5py.HLObject) -> None:
         if isinstance(item, h5py.Dataset) and "seconds" not in name:
+            values = item[()]
+            is_text = item.dtype == object
             digest.update(name.encode())
-            digest.update(repr(item[()]).encode() if item.dtype == object else item[()].tobytes())
+            digest.update(repr(values).encode() if is_text else values.tobytes())
 
     with h5py.File(path, "r") as file:
         file.visititems(add)

@@ -116,7 +116,7 @@ impl WholeFile {
     /// # Errors
     /// `Hdf5` if anything could not be written.
     pub fn close(self) -> Result<Closed, StoreError> {
-        let WholeFile { file, temporary } = self;
+        let WholeFile { temporary, file } = self;
         let path = temporary.path();
         file.flush().at(root(path), "flush the temporary file")?;
         file.close().at(root(path), "close the temporary file")?;
