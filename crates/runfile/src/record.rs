@@ -1,6 +1,6 @@
 //! What a group tells about itself in the attributes of its group.
 
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use hdf5_metno as hdf5;
 use units::Units;
@@ -91,10 +91,14 @@ pub struct StoredGroup {
     pub units: Units,
 }
 
-/// The present time to the second, RFC 3339 in UTC.
+/// The last second that RFC 3339 can write, at the end of the year 9999.
+const LAST_SECOND: Duration = Duration::from_secs(253_402_300_799);
+
+/// The present time to the second, RFC 3339 in UTC; of a clock that is before 1970 or after 9999, the nearer end.
 #[must_use]
 pub fn timestamp() -> String {
-    humantime::format_rfc3339_seconds(SystemTime::now()).to_string()
+    let (first, last) = (UNIX_EPOCH, UNIX_EPOCH + LAST_SECOND);
+    humantime::format_rfc3339_seconds(SystemTime::now().clamp(first, last)).to_string()
 }
 
 pub(super) fn write(
