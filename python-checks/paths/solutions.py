@@ -22,6 +22,10 @@ SLACK = 1e-9
 """Inequalities hold to this share of their size."""
 
 
+MOST_STARTS = 3000
+MOST_STEPS = 40
+
+
 @dataclass(frozen=True)
 class Problem:
     """S in m^3/Pa, h in m^3, the areas of nodes in m^2 and the law."""
@@ -65,8 +69,7 @@ def slipping(problem: Problem, S, h, area) -> np.ndarray:
         return r.reshape(*x.shape[:-2], 3 * k) / rows
 
     x = starts(problem, k)
-    carried = np.ones((len(x), 1))
-    for _ in range(60):
+    for _ in range(MOST_STEPS):
         value = residual(x)
         step = 1e-7
         columns = []
@@ -99,10 +102,10 @@ def starts(problem: Problem, k: int) -> np.ndarray:
     angle = 2 * np.pi * (np.arange(directions) + 0.37) / directions
     size = np.geomspace(3e-3, 3, sizes)
     one = np.stack(np.meshgrid(angle, size, [0.3, 1.0], indexing="ij"), -1).reshape(-1, 3)
-    if len(one) ** k <= 20_000:
+    if len(one) ** k <= MOST_STARTS:
         chosen = np.array(list(itertools.product(range(len(one)), repeat=k)))
     else:
-        chosen = np.random.default_rng(k).integers(len(one), size=(20_000, k))
+        chosen = np.random.default_rng(k).integers(len(one), size=(MOST_STARTS, k))
     angle, size, pressure = np.moveaxis(one[chosen], -1, 0)
     return np.stack([pressure, size * np.cos(angle), size * np.sin(angle)], -1)
 

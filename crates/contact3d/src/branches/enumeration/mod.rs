@@ -150,7 +150,7 @@ fn small_problem(member: &Member) -> Option<SmallProblem> {
     }
     let follows_slip = law.depends_on_slip();
     let compliance = dual.compliance.as_ref();
-    if follows_slip && !matches!(member.interface.slip, SlipOperator::Lagrange) {
+    if follows_slip && !matches!(member.interface.slip.operator, SlipOperator::Lagrange) {
         return None;
     }
     let laws = (0..surface.nodes.len()).map(|node| node_law(member, node));
