@@ -50,7 +50,7 @@ def body(program: Program, folder: Path, nodes: int, random: np.random.Generator
     mesh.write_text(gmsh(points))
     held = [*range(nodes, 3), 3, 4, 5]
     clamps = "".join(
-        f"[[clamp]]\nbox=[{list(points[i] - 1e-3)},{list(points[i] + 1e-3)}]\n" for i in held
+        f"[[clamp]]\nbox=[{(points[i] - 1e-3).tolist()},{(points[i] + 1e-3).tolist()}]\n" for i in held
     )
     poisson = random.uniform(0.2, 0.45)
     text = (
@@ -94,16 +94,17 @@ def gmsh(points: np.ndarray) -> str:
 
 
 def case(body: Body, folder: Path, name: str, law: str, random: np.random.Generator) -> Case:
-    """A law of a kind and a load under which all nodes stick or nearly so if friction is large."""
-    force = load(body, random)
+    """A law of a kind, and a load under which there may be several solutions."""
+    force, ratio = load(body, random)
     h = body.rhs @ force
     m = len(body.area)
     way = np.abs(h[m:].reshape(m, 2) / body.area[:, None]).max()
-    high, low = random.uniform(0.8, 3.5), random.uniform(0.1, 0.6)
+    # Above this ratio the face may stick, slide or open.
+    high, low = ratio * random.uniform(1.02, 2), random.uniform(0.1, 0.9)
 
     def ramp() -> tuple[float, float, float, float]:
         onset, width = random.uniform(0.02, 0.5, size=2) * way
-        return random.uniform(0.8, 3.5), random.uniform(0.1, 0.6), onset, width
+        return ratio * random.uniform(1.02, 2), ratio * random.uniform(0.05, 0.9), onset, width
 
     def toml(initial, residual, onset, width) -> str:
         rate = abs(initial - residual) / width
@@ -131,16 +132,18 @@ def case(body: Body, folder: Path, name: str, law: str, random: np.random.Genera
     return Case(path, key, span, problem)
 
 
-def load(body: Body, random: np.random.Generator) -> np.ndarray:
-    """A body force that pulls open what friction may hold: glued faces are pressed, free ones open at one node at least."""
+def load(body: Body, random: np.random.Generator) -> tuple[np.ndarray, float]:
+    """A body force that opens a node which the glued face presses, if one of 300 does, and |lambda_t|/lambda_n there."""
     m = len(body.area)
-    for _ in range(1000):
-        force = random.normal(size=3) * 1e-3
+    best = np.array([1e-3, 5e-4, -5e-4]), 2.0
+    for force in random.normal(size=(300, 3)) * 1e-3:
         h = body.rhs @ force
         glued = np.linalg.solve(body.operator, h)
-        if (glued[:m] > 0).any() and (h[:m] < 0).any():
-            return force
-    return np.array([1e-3, 5e-4, -5e-4])
+        ratio = np.linalg.norm(glued[m:].reshape(m, 2), axis=1) / np.maximum(glued[:m], 1e-30)
+        hard = (h[:m] < 0) & (glued[:m] > 0)
+        if hard.any() and ratio[hard].min() < 3.5:
+            return force, float(ratio[hard].min())
+    return best
 
 
 def constant(first: float, second: float) -> Law:

@@ -15,6 +15,8 @@ mod small_problem;
 mod states;
 mod straight_law;
 mod system;
+#[cfg(test)]
+mod tests;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
