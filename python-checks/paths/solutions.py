@@ -22,8 +22,8 @@ SLACK = 1e-9
 """Inequalities hold to this share of their size."""
 
 
-MOST_STARTS = 3000
-MOST_STEPS = 40
+MOST_STARTS = 800
+MOST_STEPS = 30
 
 
 @dataclass(frozen=True)
