@@ -2,13 +2,14 @@
 //! method inside, and a semismooth Newton method for the whole problem.
 //!
 //! Each module uses only those before it: `ellipse`, `feasible_set`, `history`, `contact_state`,
-//! `solution`, `problem`, `conditions`, `newton`, `inner`, `minimisation`, `fixed_point`, `accuracy`, `answer`, `equilibrium`, `solve`;
+//! `solution`, `problem`, `conditions`, `convex`, `newton`, `inner`, `minimisation`, `fixed_point`, `accuracy`, `answer`, `equilibrium`, `solve`;
 //! `delassus` is for problems given by matrices alone.
 
 mod accuracy;
 mod answer;
 mod conditions;
 mod contact_state;
+mod convex;
 mod delassus;
 mod ellipse;
 mod equilibrium;
