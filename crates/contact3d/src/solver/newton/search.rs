@@ -8,7 +8,7 @@ use crate::{
     contact::CoulombLaw,
     dual::{DualMatrix, ExplicitDual, LocalStiffness},
     solver::{
-        ContactState, FeasibleSet, NewtonStep,
+        FeasibleSet, NewtonStep, PaneLaws,
         conditions::Bound,
         convex::{ConvexProgram, InteriorPoint},
     },
@@ -113,7 +113,7 @@ impl<'a> Search<'a> {
                 Bound::Frozen(set) => self.convex(set, &to(FOUND), &mut observe),
             },
             Way::Eased => match self.bound {
-                Bound::Coulomb(contact, law) => self.eased(contact, law, &mut observe),
+                Bound::Coulomb(laws, law) => self.eased(laws, law, &mut observe),
                 Bound::Frozen(_) => self.relaxed(&mut observe),
             },
         }
@@ -174,8 +174,8 @@ impl<'a> Search<'a> {
             ..NewtonSettings::default()
         };
         match self.bound {
-            Bound::Coulomb(contact, law) => {
-                newton(self.dual, contact, law, self.start, &settings, observe)
+            Bound::Coulomb(laws, law) => {
+                newton(self.dual, laws, law, self.start, &settings, observe)
             }
             Bound::Frozen(set) => {
                 let start = self.zero_or_start();
@@ -257,21 +257,21 @@ impl<'a> Search<'a> {
 
     fn eased(
         &self,
-        contact: &'a ContactState<'a>,
+        laws: &'a PaneLaws,
         law: &CoulombLaw,
         observe: &mut dyn FnMut(usize, &NewtonStep),
     ) -> NewtonSolution {
         let mobile = self.local.mobility() > MOBILE;
         continuation(law, observe, |law, start| {
             if !mobile {
-                return newton(self.dual, contact, law, start, &to(FOUND), |_, _| {});
+                return newton(self.dual, laws, law, start, &to(FOUND), |_, _| {});
             }
             let start = match start {
                 Some(start) => start.to_vec(),
                 None => self.local.pressed_start(self.dual),
             };
             let steplengths = self.local.stiffness.clone();
-            let bound = Bound::Coulomb(contact, law);
+            let bound = Bound::Coulomb(laws, law);
             let map = NaturalMap::with_steplengths(self.dual, bound, steplengths);
             newton_from(&map, start, &to(FOUND), 0, |_, _| {})
         })
