@@ -14,6 +14,7 @@ MOST_NODES = 350
 class Kind(StrEnum):
     """What makes a scene hard."""
 
+    SAGGING = "sagging"
     BEAM = "beam"
     PLATE = "plate"
     SOFT_SPRINGS = "soft_springs"
@@ -51,7 +52,10 @@ def scene(seed: int, number: int) -> Scene:
     kind, turn = kinds[number % len(kinds)], number // len(kinds)
     is_nodal, is_quadratic, has_friction = (bool(turn >> bit & 1) for bit in range(3))
     dice = random.Random(f"convex {seed} {number}")
+    # Linear elements are far too stiff to bend so.
+    is_quadratic |= kind == Kind.SAGGING
     body = {
+        Kind.SAGGING: sagging,
         Kind.BEAM: beam,
         Kind.PLATE: plate,
         Kind.SOFT_SPRINGS: soft_springs,
@@ -120,7 +124,7 @@ def traction(face: str, value: list[float]) -> list[str]:
 
 def contact(dice: random.Random, travel: float, length: float) -> list[str]:
     """Contact on z_min with a gap: none, constant, sloped or wavy."""
-    gap = log_uniform(dice, 1e-3, 1.0) * travel
+    gap = log_uniform(dice, 1e-2, 1.0) * travel
     wave = uniform(dice, 1.0, 9.0) / length
     shape = dice.choice(
         (None, repr(gap), f'"{gap!r}*x/{length!r}"', f'"{gap!r}*(1 + sin({wave!r}*x))"')
@@ -139,14 +143,30 @@ def friction(dice: random.Random, pressure: float) -> list[str]:
     return [*lines, "coefficient_1.constant = 1.0", f"coefficient_2.constant = {other!r}"]
 
 
+def sagging(dice: random.Random, is_nodal: bool, is_quadratic: bool) -> tuple[list[str], float]:
+    """A cantilever that sags on a floor and lies on most of it."""
+    counts = cells(dice, [(40, 200), (1, 1), (1, 2)], is_nodal, is_quadratic)
+    thick = log_uniform(dice, 1e-2, 1.0)
+    length = float(f"{thick * counts[0] * uniform(dice, 0.7, 1.5):.4g}")
+    young = log_uniform(dice, 1e6, 2e11)
+    poisson = dice.choice((0.0, uniform(dice, 0.0, 0.45)))
+    gap = log_uniform(dice, 0.01, 1.0) * thick
+    bend = log_uniform(dice, 10.0, 1000.0) * gap
+    pressure = bend * young * thick**3 / (1.5 * length**4)
+    lines = brick([length, thick, thick], counts, young, poisson) + clamp("x_min")
+    lines += clamp("y_min", "y") + clamp("y_max", "y")
+    lines += ["[[pressure]]", 'face = "z_max"', f"value = {pressure!r}"]
+    return [*lines, "[contact]", 'face = "z_min"', f"gap = {gap!r}"], pressure
+
+
 def beam(dice: random.Random, is_nodal: bool, is_quadratic: bool) -> tuple[list[str], float]:
     """A cantilever that its load bends down to a floor; sides may be held."""
-    counts = cells(dice, [(20, 200), (1, 2), (1, 2)], is_nodal, is_quadratic)
+    counts = cells(dice, [(40, 200), (1, 2), (1, 2)], is_nodal, is_quadratic)
     thick = log_uniform(dice, 1e-2, 1.0)
-    length = thick * log_uniform(dice, 20.0, 400.0)
+    length = thick * log_uniform(dice, 50.0, 400.0)
     young, poisson = log_uniform(dice, 1e6, 2e11), uniform(dice, 0.0, 0.45)
     # The load that bends the free end by some thicknesses or far more.
-    bend = log_uniform(dice, 0.05, 500.0) * thick
+    bend = log_uniform(dice, 0.3, 300.0) * thick
     pressure = bend * young * thick**3 / (1.5 * length**4)
     lines = brick([length, thick, thick], counts, young, poisson) + clamp("x_min")
     if dice.random() < 0.5:
@@ -195,7 +215,7 @@ def soft_springs(
 def far_clamp(dice: random.Random, is_nodal: bool, is_quadratic: bool) -> tuple[list[str], float]:
     """A column that stands on the foundation and is clamped at its far end."""
     counts = cells(dice, [(3, 12), (3, 8), (8, 16)], is_nodal, is_quadratic)
-    height = log_uniform(dice, 5.0, 500.0)
+    height = log_uniform(dice, 5.0, 100.0)
     size = [uniform(dice, 0.5, 1.0), uniform(dice, 0.5, 1.0), height]
     young = log_uniform(dice, 1e6, 2e11)
     pressure = young * log_uniform(dice, 1e-7, 1e-3)

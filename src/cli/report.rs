@@ -4,7 +4,8 @@ use contact3d::{
     dual::OperatorEstimate,
     linalg::Precision,
     scene::{
-        DualOperatorKind, FactorPrecision, FrictionModel, Method, ModelFeatures, Scene, SolveSettings,
+        DualOperatorKind, FactorPrecision, FrictionModel, Method, ModelFeatures, Scene,
+        SolveSettings,
     },
     solver::{Progress, Solution, Status},
 };
@@ -75,11 +76,14 @@ pub(super) fn status(solution: &Solution, scene: &Scene) -> String {
     let (what, advice) = match solution.status {
         Status::Converged => return format!("converged to {accuracy:.1e}"),
         Status::RoundingLimit => {
+            // Newton's steps are those of a dense operator.
             let more = match scene.assemble.dual_operator {
-                DualOperatorKind::Implicit => {
+                DualOperatorKind::Implicit if solution.newton.is_empty() => {
                     "; assemble.dual_operator = \"explicit\" reaches more"
                 }
-                DualOperatorKind::Explicit | DualOperatorKind::Auto => "",
+                DualOperatorKind::Implicit
+                | DualOperatorKind::Explicit
+                | DualOperatorKind::Auto => "",
             };
             return format!(
                 "stopped at the attainable accuracy {accuracy:.1e}: rounding forbids more{more}"

@@ -40,7 +40,7 @@ impl StiffnessFactor {
         let factor = match &dual.operator {
             DualMatrix::Dense(_) => {
                 Triangle::Dense(DenseCholesky::shifted(&unit_diagonal(dual, &kept, &scale)))
-            },
+            }
             DualMatrix::Sparse(matrix) => {
                 let n_normal = kept.partition_point(|&j| j < dual.n_panes());
                 let leading = |count: usize| leading(matrix, &kept[..count], &scale);

@@ -34,8 +34,14 @@ impl DenseCholesky {
             }
             let stack = MemStack::new(&mut memory);
             let lower = factor.as_mut();
-            cholesky_in_place(lower, Default::default(), Par::Seq, stack, Default::default())
-                .ok()?;
+            cholesky_in_place(
+                lower,
+                Default::default(),
+                Par::Seq,
+                stack,
+                Default::default(),
+            )
+            .ok()?;
             Some(Self { factor })
         })
     }

@@ -8,8 +8,7 @@ use super::{
 use crate::{
     contact::CoulombLaw,
     dual::{
-        BalancedOperator, BodyOperator, ContactSystem, DualSystem, ExplicitDual,
-        ExplicitOperator,
+        BalancedOperator, BodyOperator, ContactSystem, DualSystem, ExplicitDual, ExplicitOperator,
         ImplicitOperator, LocalStiffness, OperatorForm, PrimalOperator, drag, pane_stiffness,
     },
     linalg::{Precision, Work, Workspace},

@@ -3,9 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::{
-    cone::{
-        Point, Scaling, inner, largest_step, moved, product, smaller_eigenvalue,
-    },
+    cone::{Point, Scaling, inner, largest_step, moved, product, smaller_eigenvalue},
     program::{Block, ConvexProgram},
 };
 use crate::linalg::{DenseCholesky, add_scaled, dot};
@@ -116,8 +114,7 @@ impl<'a> InteriorPoint<'a> {
 
     /// λ and α.
     pub(in crate::solver) fn unknowns(&self, n_multipliers: usize) -> Vec<f64> {
-        self.program
-            .unknowns(&self.x, &self.motion, n_multipliers)
+        self.program.unknowns(&self.x, &self.motion, n_multipliers)
     }
 
     fn is_decided(&self, share: f64) -> bool {

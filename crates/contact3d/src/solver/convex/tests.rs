@@ -50,7 +50,8 @@ impl Problem<'_> {
     fn residuals(&self) -> Option<[f64; 2]> {
         let n = self.rhs.len();
         let stiffness = self.stiffness();
-        let glued = self.operator.clone().cholesky()?.inverse() * DVector::from_row_slice(&self.rhs);
+        let glued =
+            self.operator.clone().cholesky()?.inverse() * DVector::from_row_slice(&self.rhs);
         let energy = glued.dot(&(&self.operator * &glued)).sqrt();
         let carried = norm(&self.motions.resultant);
         let entry = |i: usize, j: usize| self.operator[(i, j)];
@@ -76,7 +77,11 @@ impl Problem<'_> {
             .collect();
         self.set.project(&mut trial);
         let moved: Vec<f64> = trial.iter().zip(multiplier).map(|(a, b)| a - b).collect();
-        let balance = if carried > 0.0 { excess.norm() / carried } else { 0.0 };
+        let balance = if carried > 0.0 {
+            excess.norm() / carried
+        } else {
+            0.0
+        };
         Some([norm(&moved) / norm(multiplier), balance])
     }
 }
