@@ -25,7 +25,9 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--scenes", type=int, default=300, help="number of scenes")
     parser.add_argument("--first", type=int, default=0, help="number of the first one")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--write", type=Path, help="folder for the scenes, and do no more")
+    parser.add_argument(
+        "--write", type=Path, help="folder for the scenes, and do no more"
+    )
     return parser.parse_args()
 
 
@@ -38,7 +40,9 @@ def table(judged: list[Judged]) -> str:
     for kind in Kind:
         for has_friction in (False, True):
             group = [
-                j for j in judged if j.scene.kind == kind and j.scene.has_friction == has_friction
+                j
+                for j in judged
+                if j.scene.kind == kind and j.scene.has_friction == has_friction
             ]
             if group:
                 lines.append(row(kind, has_friction, group))

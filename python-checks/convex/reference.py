@@ -67,7 +67,9 @@ class Dual:
         """The local stiffness (S^-1)_ii, one for each pair; 0 where no multiplier moves anything."""
         moves = np.diag(self.operator) > 0
         scale = 1.0 / np.sqrt(np.diag(self.operator)[moves])
-        inverse = np.linalg.inv(self.operator[np.ix_(moves, moves)] * np.outer(scale, scale))
+        inverse = np.linalg.inv(
+            self.operator[np.ix_(moves, moves)] * np.outer(scale, scale)
+        )
         stiffness = np.zeros(self.rhs.size)
         stiffness[moves] = np.diag(inverse) * scale**2
         pairs = stiffness[self.n_panes :].reshape(-1, 2)
@@ -80,7 +82,9 @@ class Dual:
         """What rounding of S makes of multipliers: epsilon cond S, of S with unit diagonal."""
         diagonal = np.diag(self.operator)
         scale = 1.0 / np.sqrt(diagonal[diagonal > 0])
-        kept = self.operator[np.ix_(diagonal > 0, diagonal > 0)] * np.outer(scale, scale)
+        kept = self.operator[np.ix_(diagonal > 0, diagonal > 0)] * np.outer(
+            scale, scale
+        )
         return float(np.finfo(float).eps * np.linalg.cond(kept))
 
     def size(self, multiplier: np.ndarray) -> float:
@@ -92,7 +96,11 @@ class Dual:
 
     def strength(self) -> float:
         """The area-weighted norm of what friction can bear."""
-        return float(np.sqrt(self.area[: len(self.axes)] @ self.axes.max(axis=1, initial=0.0) ** 2))
+        return float(
+            np.sqrt(
+                self.area[: len(self.axes)] @ self.axes.max(axis=1, initial=0.0) ** 2
+            )
+        )
 
 
 def semi_axes(scene: dict, n_panes: int, n_multipliers: int) -> np.ndarray:
@@ -102,7 +110,9 @@ def semi_axes(scene: dict, n_panes: int, n_multipliers: int) -> np.ndarray:
     law = scene["friction"]
     first = law.get("coefficient", law.get("coefficient_1"))["constant"]
     second = law.get("coefficient", law.get("coefficient_2"))["constant"]
-    return np.tile([law["slip_bound"] * first, law["slip_bound"] * second], (n_panes, 1))
+    return np.tile(
+        [law["slip_bound"] * first, law["slip_bound"] * second], (n_panes, 1)
+    )
 
 
 def balance(file: h5py.File) -> tuple[np.ndarray, np.ndarray]:
@@ -121,7 +131,11 @@ def balance(file: h5py.File) -> tuple[np.ndarray, np.ndarray]:
         field = np.tensordot(weights, np.array(fields), axes=1)
         modes[dof[dof >= 0], k] = field[dof >= 0]
     names = ("coupling_normal", "coupling_tangential")
-    parts = [read_matrix(file["assemble"][name]) for name in names if name in file["assemble"]]
+    parts = [
+        read_matrix(file["assemble"][name])
+        for name in names
+        if name in file["assemble"]
+    ]
     coupling = np.vstack([part @ modes for part in parts])
     return coupling, modes.T @ file["load/force"][:]
 
@@ -144,7 +158,11 @@ def about(file: h5py.File, dual: Dual, multiplier: np.ndarray) -> Dual:
     """
     wide = np.longdouble
     names = ("coupling_normal", "coupling_tangential")
-    parts = [read_matrix(file["assemble"][name]) for name in names if name in file["assemble"]]
+    parts = [
+        read_matrix(file["assemble"][name])
+        for name in names
+        if name in file["assemble"]
+    ]
     coupling = sparse.csr_matrix(sparse.vstack(parts)).astype(wide)
     stiffness = sparse.csr_matrix(read_matrix(file["assemble/stiffness"]))
     solve, exact = splu(sparse.csc_matrix(stiffness)).solve, stiffness.astype(wide)
@@ -162,9 +180,11 @@ def gap_integrals(file: h5py.File) -> np.ndarray:
     gap = read_scene(file)["contact"].get("gap", 0.0)
     nodes = file["mesh/coordinates"][:][file["mesh/contact_nodes"][:]]
     known = {"x": nodes[:, 0], "sin": np.sin, "__builtins__": {}}
-    values = eval(gap, known) if isinstance(gap, str) else gap  # noqa: S307
+    values = eval(gap, known) if isinstance(gap, str) else gap
     values = np.broadcast_to(np.asarray(values, dtype=float), len(nodes))
-    return file["mesh/pane_area"][:] * (read_matrix(file["mesh/pane_average"]).T @ values)
+    return file["mesh/pane_area"][:] * (
+        read_matrix(file["mesh/pane_average"]).T @ values
+    )
 
 
 def by_active_sets(dual: Dual) -> np.ndarray | None:
@@ -271,7 +291,9 @@ def step(dual: Dual, unknowns: np.ndarray, rho: np.ndarray) -> np.ndarray:
     return unknowns + change / columns
 
 
-def derivative_of_projection(z: np.ndarray, axes: np.ndarray, p: np.ndarray) -> np.ndarray:
+def derivative_of_projection(
+    z: np.ndarray, axes: np.ndarray, p: np.ndarray
+) -> np.ndarray:
     """The 2 x 2 derivative of the projection on an ellipse; t belongs to p_i = z_i a_i^2 / (t + a_i^2)."""
     if not axes.all():
         return np.diag((np.abs(z) <= axes) & (axes > 0)).astype(float)

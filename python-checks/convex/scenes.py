@@ -71,7 +71,9 @@ def scene(seed: int, number: int) -> Scene:
         lines.append('multipliers = "nodal"')
     if has_friction:
         lines += friction(dice, pressure)
-    return Scene(number, kind, is_nodal, is_quadratic, has_friction, "\n".join([*lines, ""]))
+    return Scene(
+        number, kind, is_nodal, is_quadratic, has_friction, "\n".join([*lines, ""])
+    )
 
 
 def log_uniform(dice: random.Random, low: float, high: float) -> float:
@@ -85,7 +87,10 @@ def uniform(dice: random.Random, low: float, high: float) -> float:
 
 
 def cells(
-    dice: random.Random, ranges: list[tuple[int, int]], is_nodal: bool, is_quadratic: bool
+    dice: random.Random,
+    ranges: list[tuple[int, int]],
+    is_nodal: bool,
+    is_quadratic: bool,
 ) -> list[int]:
     """Numbers of cells with no more multipliers than are solved in a moment."""
     while True:
@@ -99,7 +104,9 @@ def cells(
             return [nx, ny, nz]
 
 
-def brick(size: list[float], counts: list[int], young: float, poisson: float) -> list[str]:
+def brick(
+    size: list[float], counts: list[int], young: float, poisson: float
+) -> list[str]:
     """A brick of one material."""
     return [
         "[body.brick]",
@@ -119,7 +126,11 @@ def clamp(face: str, components: str = "") -> list[str]:
 
 def traction(face: str, value: list[float]) -> list[str]:
     """A traction on a face."""
-    return ["[[traction]]", f'face = "{face}"', f"value = {[float(f'{v:.4g}') for v in value]}"]
+    return [
+        "[[traction]]",
+        f'face = "{face}"',
+        f"value = {[float(f'{v:.4g}') for v in value]}",
+    ]
 
 
 def contact(dice: random.Random, travel: float, length: float) -> list[str]:
@@ -140,10 +151,16 @@ def friction(dice: random.Random, pressure: float) -> list[str]:
     if dice.random() < 0.5:
         return [*lines, "coefficient.constant = 1.0"]
     other = log_uniform(dice, 0.05, 20.0)
-    return [*lines, "coefficient_1.constant = 1.0", f"coefficient_2.constant = {other!r}"]
+    return [
+        *lines,
+        "coefficient_1.constant = 1.0",
+        f"coefficient_2.constant = {other!r}",
+    ]
 
 
-def sagging(dice: random.Random, is_nodal: bool, is_quadratic: bool) -> tuple[list[str], float]:
+def sagging(
+    dice: random.Random, is_nodal: bool, is_quadratic: bool
+) -> tuple[list[str], float]:
     """A cantilever that sags on a floor and lies on most of it."""
     counts = cells(dice, [(40, 200), (1, 1), (1, 2)], is_nodal, is_quadratic)
     thick = log_uniform(dice, 1e-2, 1.0)
@@ -159,7 +176,9 @@ def sagging(dice: random.Random, is_nodal: bool, is_quadratic: bool) -> tuple[li
     return [*lines, "[contact]", 'face = "z_min"', f"gap = {gap!r}"], pressure
 
 
-def beam(dice: random.Random, is_nodal: bool, is_quadratic: bool) -> tuple[list[str], float]:
+def beam(
+    dice: random.Random, is_nodal: bool, is_quadratic: bool
+) -> tuple[list[str], float]:
     """A cantilever that its load bends down to a floor; sides may be held."""
     counts = cells(dice, [(40, 200), (1, 2), (1, 2)], is_nodal, is_quadratic)
     thick = log_uniform(dice, 1e-2, 1.0)
@@ -176,7 +195,9 @@ def beam(dice: random.Random, is_nodal: bool, is_quadratic: bool) -> tuple[list[
     return lines + contact(dice, min(bend, thick), length), pressure
 
 
-def plate(dice: random.Random, is_nodal: bool, is_quadratic: bool) -> tuple[list[str], float]:
+def plate(
+    dice: random.Random, is_nodal: bool, is_quadratic: bool
+) -> tuple[list[str], float]:
     """A thin plate held along one edge, pressed or pulled."""
     counts = cells(dice, [(6, 24), (6, 16), (1, 2)], is_nodal, is_quadratic)
     thick = log_uniform(dice, 1e-2, 1.0)
@@ -212,7 +233,9 @@ def soft_springs(
     return lines + contact(dice, travel, size[0]), weight * size[2]
 
 
-def far_clamp(dice: random.Random, is_nodal: bool, is_quadratic: bool) -> tuple[list[str], float]:
+def far_clamp(
+    dice: random.Random, is_nodal: bool, is_quadratic: bool
+) -> tuple[list[str], float]:
     """A column that stands on the foundation and is clamped at its far end."""
     counts = cells(dice, [(3, 12), (3, 8), (8, 16)], is_nodal, is_quadratic)
     height = log_uniform(dice, 5.0, 100.0)
@@ -220,11 +243,16 @@ def far_clamp(dice: random.Random, is_nodal: bool, is_quadratic: bool) -> tuple[
     young = log_uniform(dice, 1e6, 2e11)
     pressure = young * log_uniform(dice, 1e-7, 1e-3)
     lines = brick(size, counts, young, uniform(dice, 0.0, 0.45)) + clamp("z_max")
-    lines += ["[body_force]", f"value = [{1e-3 * pressure / height!r}, 0.0, {-pressure / height!r}]"]
+    lines += [
+        "[body_force]",
+        f"value = [{1e-3 * pressure / height!r}, 0.0, {-pressure / height!r}]",
+    ]
     return lines + contact(dice, pressure / young * size[0], size[0]), pressure
 
 
-def floating(dice: random.Random, is_nodal: bool, is_quadratic: bool) -> tuple[list[str], float]:
+def floating(
+    dice: random.Random, is_nodal: bool, is_quadratic: bool
+) -> tuple[list[str], float]:
     """A slab that contact alone holds in one or in three directions."""
     counts = cells(dice, [(4, 24), (3, 12), (1, 3)], is_nodal, is_quadratic)
     thick = log_uniform(dice, 0.05, 1.0)

@@ -37,9 +37,10 @@ const UNRESISTED: f64 = 1e-13;
 ///
 /// With s(x) the points of the cones, exact in every step, and their duals z, it follows A x − G α − b = z, Gᵀx + D α = q,
 /// s ∘ z = μ to μ = 0, in the scaling of Nesterov and Todd. The corrected direction (S. Mehrotra, *SIAM J. Optim.* 2 (1992)
-/// 575) has no proof of convergence; where it does not get on within the neighbourhood, the centred direction does: from any
-/// start, in a number of steps that is polynomial in that of the panes and does not depend on conditioning (B. Rangarajan,
-/// *SIAM J. Optim.* 16 (2006) 1211).
+/// 575) has no proof of convergence; where it does not get on within the neighbourhood, the centred direction does: for linear
+/// objectives over such cones, from a start as large as the answer, in a number of steps that is polynomial in that of the panes and
+/// does not depend on conditioning (B. Rangarajan, *SIAM J. Optim.* 16 (2006) 1211); ours is convex and quadratic, whose A only adds
+/// ds·dz ≥ 0.
 pub(in crate::solver) struct InteriorPoint<'a> {
     program: &'a ConvexProgram,
     /// x.
