@@ -2,7 +2,7 @@
 //! method inside, and a semismooth Newton method for the whole problem.
 //!
 //! Each module uses only those before it: `ellipse`, `feasible_set`, `history`, `pane_laws`, `body`,
-//! `solution`, `problem`, `conditions`, `newton`, `inner`, `minimisation`, `fixed_point`, `accuracy`, `answer`, `equilibrium`, `solve`;
+//! `solution`, `problem`, `conditions`, `convex`, `newton`, `inner`, `minimisation`, `fixed_point`, `accuracy`, `answer`, `equilibrium`, `solve`;
 //! `delassus` is for problems given by matrices alone. They work on [`PaneLaws`] and an operator; what is behind, a mesh with its
 //! frames and degrees of freedom, only `body` knows.
 
@@ -10,6 +10,7 @@ mod accuracy;
 mod answer;
 mod body;
 mod conditions;
+mod convex;
 mod delassus;
 mod ellipse;
 mod equilibrium;
