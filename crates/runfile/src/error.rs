@@ -183,6 +183,22 @@ pub enum StoreError {
         /// The cause.
         source: io::Error,
     },
+    /// A file was written without an error, and the disk gives back something else.
+    #[error("{}: the new state was written, and what the disk gives back is another one ({reason}); the earlier state was kept, check the disk", file.display())]
+    Unproven {
+        /// The run file.
+        file: PathBuf,
+        /// What is different.
+        reason: String,
+    },
+    /// A state is in its place, but the disk does not promise that it is there after a loss of power.
+    #[error("{}: the new state is in its place, but the folder could not be synced, so a loss of power may undo it; check the disk", file.display())]
+    Unsynced {
+        /// The run file.
+        file: PathBuf,
+        /// The cause.
+        source: io::Error,
+    },
     /// The program broke the table of datasets: a defect of the program, not of the file.
     #[error("internal error in the use of the dataset table: {0}; please report it")]
     Internal(#[from] LayoutError),

@@ -9,8 +9,9 @@ use hdf5_metno as hdf5;
 
 use super::attribute::{read_numbers, read_text, write_numbers, write_text};
 use super::error::StoreError;
-use super::place::{AtFile, AtPlace, Place};
+use super::place::{AtFile, Place};
 use super::table::Layout;
+use super::whole::{self, seeing_every_error};
 
 /// The root attributes with their meanings, as the schema lists them.
 pub const ROOT_ATTRIBUTES: &[(&str, &str, &str)] = &[
@@ -50,15 +51,10 @@ pub(super) fn create(
         file: path,
         dataset: "/",
     };
-    let file = hdf5::File::with_options()
-        .with_fapl(|access| {
-            access
-                .libver_bounds(LibraryVersion::V110, LibraryVersion::V110)
-                .file_locking(false)
-        })
-        .with_fcpl(|creation| creation.obj_track_times(false))
-        .create(path)
-        .at(place, "create the temporary file")?;
+    let file = whole::create(path, |access| {
+        let access = seeing_every_error(access);
+        access.libver_bounds(LibraryVersion::V110, LibraryVersion::V110)
+    })?;
     write_text(&file, place, "filetype", filetype)?;
     write_numbers(&file, place, "format_version", &layout.format_version)?;
     write_text(&file, place, "creator", layout.creator)?;
@@ -88,7 +84,7 @@ pub(super) fn open(
     }
     fs::File::open(path).at_file(path, "open the file for reading")?;
     let file = hdf5::File::with_options()
-        .with_fapl(|access| access.file_locking(false))
+        .with_fapl(|access| access.sec2().file_locking(false))
         .open(path);
     let file = file.map_err(|error| {
         if error.contains_minor(hdf5::MinorErrorCode::NotHdf5) {

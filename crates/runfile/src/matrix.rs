@@ -77,7 +77,12 @@ pub(super) fn shape(reader: &Reader, spec: &DatasetSpec) -> Result<[usize; 2], S
     let place = reader.place(spec);
     let file = &reader.volume(spec.group)?.file;
     let group = file.group(spec.path).at(place, "open the matrix")?;
-    let shape = to_indices(&read_numbers(&group, place, "shape")?, place)?;
+    shape_of(&group, place)
+}
+
+/// The attribute `shape` of the group of a matrix.
+pub(super) fn shape_of(group: &hdf5::Group, place: Place<'_>) -> Result<[usize; 2], StoreError> {
+    let shape = to_indices(&read_numbers(group, place, "shape")?, place)?;
     <[usize; 2]>::try_from(shape)
         .map_err(|shape| place.mismatch("two extents", format!("{shape:?}")))
 }
@@ -156,9 +161,7 @@ pub(super) fn digest_of(
     let mut kinds = [Kind::CscMatrix, Kind::CsrMatrix].into_iter();
     let kind = kinds.find(|kind| kind.tag() == encoding);
     let kind = kind.ok_or_else(|| place.mismatch("a sparse matrix", encoding))?;
-    let shape = to_indices(&read_numbers(group, place, "shape")?, place)?;
-    let shape = <[usize; 2]>::try_from(shape)
-        .map_err(|shape| place.mismatch("two extents", format!("{shape:?}")))?;
+    let shape = shape_of(group, place)?;
     let indptr = vector::<i64>(group, place, "indptr", file_bytes)?;
     let indices = vector::<i64>(group, place, "indices", file_bytes)?;
     let data = vector::<f64>(group, place, "data", file_bytes)?;
