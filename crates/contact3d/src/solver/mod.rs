@@ -30,8 +30,8 @@ pub use body::{ContactBody, ContactState};
 pub(crate) use conditions::{Bound, PaneZone};
 pub use delassus::{
     DelassusError, DelassusMethod, DelassusProblem, DelassusSettings, DelassusSolution,
-    DelassusSolver, DelassusStatus, FrozenGlobal, FrozenScaling, MOST_DENSE_CONTACTS,
-    frozen_global, frozen_local, solve_delassus,
+    DelassusSolver, DelassusStatus, FrozenGlobal, FrozenScaling, MOST_DENSE_CONTACTS, Obstruction,
+    Separation, frozen_global, frozen_local, solve_delassus,
 };
 pub use ellipse::{Ellipse, ProjectionDerivative};
 pub use feasible_set::FeasibleSet;
