@@ -100,7 +100,7 @@ const SERIES_STEPS_EXTENT: (&str, &str) =
 pub const LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe run",
     linked_filetype: "contact3d-pipe stage",
-    format_version: [1, 7],
+    format_version: [1, 8],
     creator: concat!("contact3d-pipe ", env!("CARGO_PKG_VERSION")),
     units: Units::SI,
     groups: &[
@@ -186,7 +186,11 @@ pub const LAYOUT: Layout = Layout {
         ),
         (
             "n_rigid_modes",
-            "rigid motions that supports leave to contact, 1 to 6",
+            "rigid motions that supports leave to contact, or hold weakly, 1 to 6",
+        ),
+        (
+            "n_neutral_motions",
+            "rigid motions among these that neither contact nor supports feel",
         ),
         ("n_supernodes", "supernodes of the Cholesky factor"),
         ("n_factor_rows", "row indices of all supernodes together"),

@@ -4,7 +4,7 @@ use std::sync::atomic::Ordering;
 
 use super::{
     ContactState, Inner, LocalMapping, NeedsExplicit, OuterStep, Progress, Solution, Start, Status,
-    conditions::Bound, equilibrium::unstopped_motion, minimisation::minimise,
+    conditions::Bound, equilibrium::{neutral_motions, unstopped_motion}, minimisation::minimise,
     problem::DiscreteProblem, successive_approximations, unanswered::has_run_away,
 };
 use crate::{
@@ -53,11 +53,15 @@ pub fn solve(
     let (surface, interface) = (contact.surface, contact.interface);
     let balanced = dual.balanced(&system.assembly, surface, interface);
     let dual = balanced.as_ref().unwrap_or(dual);
+    let neutral = dual.balance.as_ref();
+    let neutral = neutral.map(|it| neutral_motions(&system.assembly, it));
+    let neutral = neutral.unwrap_or_default();
     if let Some(balance) = &dual.balance
         && let Some(motion) = unstopped_motion(&system.assembly, balance, contact)
     {
         return Ok(Solution {
             unstopped_motion: Some(motion),
+            neutral_motions: neutral,
             ..Solution::without_answer(
                 Status::NoEquilibrium,
                 dual,
@@ -77,6 +81,7 @@ pub fn solve(
         None => problem.minimise(observe)?,
         Some(law) => problem.coulomb(law, observe)?,
     };
+    solution.neutral_motions = neutral;
     let mut states = solution.coulomb.iter();
     if !states.all(|state| state.is_admissible(contact.surface)) {
         solution.status = Status::NumericalError;
@@ -90,6 +95,7 @@ pub fn solve(
                 newton: solution.newton,
                 solved_by: solution.solved_by,
                 applications: solution.applications,
+                neutral_motions: solution.neutral_motions,
                 ..Solution::without_answer(solution.status, dual, primal, contact)
             });
         }

@@ -79,8 +79,9 @@ impl DiscreteProblem<'_> {
             .dual
             .closing_refined(&displacement, dofs, surface, interface);
         let mut gradient: Vec<f64> = closing.iter().map(|c| -c).collect();
-        let (multiplier, _) = self.dual.parts(unknowns);
-        gradient.extend(balance.into_iter().flat_map(|it| it.excess(multiplier)));
+        let (multiplier, motion) = self.dual.parts(unknowns);
+        let excess = balance.map(|it| it.excess(multiplier, motion));
+        gradient.extend(excess.into_iter().flatten());
         let slip = nodal_tangential(surface, &interface.frame, dofs, &displacement.value);
         let here = conditions.evaluate(unknowns, &gradient, &slip);
         // The motions count in units in which they cost as much as a stress.
@@ -88,16 +89,17 @@ impl DiscreteProblem<'_> {
         let mut work = Workspace::default();
         let step = gmres(&here.residual, LEFT, MOST_APPLICATIONS, |v| {
             let (stresses, motions) = self.dual.parts(v);
+            let motions: Vec<f64> = motions.iter().zip(&size).map(|(v, s)| v * s).collect();
             let forces = self.dual.coupling.nodal_forces(stresses);
             let mut moved = self.assembly.solve(&forces, &mut work);
             if let Some(balance) = balance {
-                let back: Vec<f64> = motions.iter().zip(&size).map(|(v, s)| -v * s).collect();
+                let back: Vec<f64> = motions.iter().map(|a| -a).collect();
                 balance.coupling.add_motion(&back, &mut moved);
             }
             let slips = nodal_tangential_change(surface, &interface.frame, dofs, &moved);
             let slips: Vec<[f64; 2]> = slips.iter().map(|u| u.map(|u| -u)).collect();
             let mut gradient = self.dual.coupling.integrate(&moved);
-            let carried = balance.map(|it| it.coupling.resultant_of(stresses));
+            let carried = balance.map(|it| it.coupling.resultant_of(stresses, &motions));
             gradient.extend(carried.into_iter().flatten().map(|g| -g));
             conditions.derivative(&here, v, &gradient, &slips)
         });
@@ -106,12 +108,18 @@ impl DiscreteProblem<'_> {
     }
 }
 
-/// For each rigid motion the α in m that moves the panes by as much as one Pa does, 1 / ‖ρ G‖.
+/// For each rigid motion the α in m that moves the panes by as much as one Pa does, 1 / ‖ρ G‖, or takes as much force of its support.
 fn steplength_of_motions(balance: Option<&Balance>, steplengths: &[f64]) -> Vec<f64> {
-    let columns = balance.into_iter().flat_map(|it| &it.coupling.integrals);
-    let size = |g: &Vec<f64>| {
-        let moved: Vec<f64> = g.iter().zip(steplengths).map(|(g, rho)| g * rho).collect();
-        norm(&moved).recip()
+    let Some(balance) = balance else {
+        return Vec::new();
     };
-    columns.map(size).collect()
+    let coupling = &balance.coupling;
+    let motions = coupling.integrals.iter().zip(&coupling.support);
+    motions
+        .zip(balance.steplengths())
+        .map(|((g, support), rho)| {
+            let moved: Vec<f64> = g.iter().zip(steplengths).map(|(g, rho)| g * rho).collect();
+            norm(&moved).max(rho * support).recip()
+        })
+        .collect()
 }
