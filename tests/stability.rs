@@ -135,7 +135,7 @@ impl Small {
     }
 
     fn linearise(&self, multiplier: &[f64]) -> Linearisation {
-        Linearisation::new(self.dual(), &self.contact(), multiplier)
+        Linearisation::new(self.dual(), &self.contact().laws(), multiplier)
     }
 }
 

@@ -183,8 +183,9 @@ fn draw_figures(
         return Ok(());
     };
     let results = session.results()?;
-    if let Some(figure) = results.report().out_of_range {
-        say(output, &format!("figures   none: {figure}"));
+    let report = results.report();
+    if let Some(flaw) = report.flaw.filter(|_| report.is_broken()) {
+        say(output, &format!("figures   none: {flaw}"));
         return Ok(());
     }
     let files = draw_run(folder, session.scene(), &results)?;
@@ -221,8 +222,8 @@ fn finish(
         let steps = history::table(scene, results.increments());
         terminal::result(&(results::table(scene, mesh, solution, report) + &steps + &levels));
     }
-    if let Some(figure) = &report.out_of_range {
-        terminal::message(&format!("NOT CONVERGED: {figure}"));
+    if let Some(flaw) = report.flaw.filter(|_| report.is_broken()) {
+        terminal::message(&format!("NOT CONVERGED: {flaw}"));
         return Ok(Exit::NotConverged);
     }
     if solution.status.is_success(Goal::of(&scene.solve)) {

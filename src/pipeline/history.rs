@@ -147,7 +147,7 @@ pub(super) fn read(
     };
     let (report, interface) = evaluate(&mut primal, coupling.as_ref()).map_err(refuse)?;
     let mut solution = solution;
-    solution.status = report.judged(solution.status);
+    report.judge(&mut solution);
     Ok(Evaluated {
         answer: Answer {
             equations: Equations::Primal(primal, coupling),

@@ -45,7 +45,7 @@ pub(super) fn run(inputs: Inputs<'_>) -> Result<Evaluated, StageError> {
     } = inputs;
     let report = report(&input.scene, meshed, &answer.equations, &answer.solution);
     let report = report.map_err(|invalid| input.refuse(invalid))?;
-    answer.solution.status = report.judged(answer.solution.status);
+    report.judge(&mut answer.solution);
     Ok(Evaluated {
         answer,
         report,

@@ -103,7 +103,7 @@ impl LawStudy {
         let Some(law) = interface.coulomb() else {
             return Ok(Vec::new());
         };
-        let field = FrictionField::new(law, surface, &[]);
+        let field = FrictionField::new(law, &surface.pane_average, &[]);
         let faces = self.faces.iter().zip(law.faces()).enumerate();
         let bounded = faces.filter(|(_, (study, _))| study.bounds.is_some());
         let endings = endings_of(&self.scene);

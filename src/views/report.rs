@@ -100,8 +100,8 @@ fn result_sections(reader: &Reader, input: &SceneFile) -> Result<Vec<Section>, S
     if let Some(faces) = tables::faces(scene, report) {
         sections[0].parts.push(Part::Table(faces));
     }
-    if let Some(figure) = report.out_of_range {
-        let warning = format!("The solve failed and nothing is drawn: {figure}.");
+    if let Some(flaw) = report.flaw.filter(|_| report.is_broken()) {
+        let warning = format!("The solve failed and nothing is drawn: {flaw}.");
         sections[0].parts.insert(0, Part::Warning(warning));
         return Ok(sections);
     }

@@ -79,7 +79,7 @@ fn a_law_without_slip_is_evaluated_once_at_each_contact_node() {
             // Post-processing asks for the same coefficients, however often.
             case.report();
             case.report();
-            assert_eq!(case.interface().law_evaluations(), nodes);
+            assert_eq!(case.interface().coulomb().unwrap().evaluations(), nodes);
         }
     }
 }

@@ -2,12 +2,12 @@
 
 use contact3d::{
     contact::{CoulombLaw, Interface},
-    dual::{ExplicitDual, ExplicitOperator, LocalStiffness},
+    dual::{BodyOperator, ExplicitDual, ExplicitOperator, LocalStiffness},
     linalg::Work,
     scene::{Coefficient, Friction, Ramp, Scene},
     solver::{
-        ContactState, Inner, NewtonSettings, NewtonSolution, Solution, Start, evaluate_mapping,
-        newton, successive_approximations,
+        ContactState, Inner, NewtonSettings, NewtonSolution, PaneLaws, Solution, Start,
+        evaluate_mapping, newton, successive_approximations,
     },
 };
 
@@ -46,17 +46,16 @@ impl Dense {
     pub(crate) fn with_contact<T>(
         &self,
         law: &Friction,
-        run: impl FnOnce(&ContactState<'_>, &CoulombLaw) -> T,
+        run: impl FnOnce(&PaneLaws, &CoulombLaw) -> T,
     ) -> T {
         let mut scene = self.scene.clone();
         scene.friction = Some(law.clone());
         let interface = Interface::new(&scene, self.problem.mesh());
         let interface = interface.expect("finite formulas").expect("contact");
-        let contact = ContactState {
-            surface: self.problem.surface(),
-            interface: &interface,
-        };
-        run(&contact, interface.coulomb().expect("Coulomb friction"))
+        let surface = self.problem.surface();
+        let interface = &interface;
+        let laws = ContactState { surface, interface }.laws();
+        run(&laws, laws.coulomb().expect("Coulomb friction"))
     }
 
     /// The law of the scene.
@@ -65,10 +64,10 @@ impl Dense {
     }
 
     pub(crate) fn solve(&self, law: &Friction) -> NewtonSolution {
-        self.with_contact(law, |contact, law| {
+        self.with_contact(law, |laws, law| {
             newton(
                 &self.dual,
-                contact,
+                laws,
                 law,
                 None,
                 &NewtonSettings::default(),
@@ -80,12 +79,13 @@ impl Dense {
     /// Algorithm 4.1 on the explicit operator with the settings of the scene.
     pub(crate) fn approximate(&self, inner: Inner<'_>) -> Solution {
         let (assembly, system) = (self.problem.assembly(), self.problem.contact());
-        self.with_contact(&self.law(), |contact, law| {
+        self.with_contact(&self.law(), |laws, law| {
+            let mut operator = ExplicitOperator::new(&self.dual, assembly, system);
             successive_approximations(
                 inner,
-                &mut ExplicitOperator::new(&self.dual, assembly, system),
-                assembly,
-                contact,
+                &mut BodyOperator::Held(&mut operator),
+                &self.problem.body(),
+                laws,
                 law,
                 &self.scene.solve,
                 Start::default(),
@@ -96,8 +96,8 @@ impl Dense {
 
     /// ‖Ψ(λ) − λ‖ / ‖λ‖.
     pub(crate) fn distance_to_image(&self, law: &Friction, multiplier: &[f64]) -> f64 {
-        self.with_contact(law, |contact, law| {
-            evaluate_mapping(&self.dual, &self.local, contact, law, multiplier).relative_change
+        self.with_contact(law, |laws, law| {
+            evaluate_mapping(&self.dual, &self.local, laws, law, multiplier).relative_change
         })
     }
 }

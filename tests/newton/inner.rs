@@ -1,7 +1,7 @@
 //! GPCG as inner solver of successive approximations.
 
 use contact3d::{
-    dual::{DualOperator, ExplicitOperator, ImplicitOperator},
+    dual::{BodyOperator, DualOperator, ExplicitOperator, ImplicitOperator, PrimalOperator},
     scene::PrecisionControl::{Adaptive, Fixed},
     solver::{
         Gpcg, Inner, NewtonSettings, NewtonStatus, Solution, Start, Status, coulomb_state,
@@ -21,9 +21,9 @@ fn gpcg_and_newton_find_the_same_minimisers() {
         for (name, law) in [published].into_iter().chain(hard_laws()) {
             let answer = case.solve(&law);
             let start = vec![0.0; case.dual.dimension()];
-            case.with_contact(&law, |contact, coulomb| {
-                let state = coulomb_state(&case.dual, contact, coulomb, &answer.multiplier);
-                let set = contact.feasible_set(Some(&state));
+            case.with_contact(&law, |laws, coulomb| {
+                let state = coulomb_state(&case.dual, laws, coulomb, &answer.multiplier);
+                let set = laws.feasible_set(Some(&state));
                 let settings = NewtonSettings::default();
                 let newton = minimise_frozen(&case.dual, &set, &start, &settings);
                 assert_eq!(newton.status, NewtonStatus::Converged);
@@ -50,12 +50,13 @@ fn gpcg_and_newton_find_the_same_minimisers() {
 }
 
 fn on_implicit(case: &Dense, inner: Inner<'_>) -> Solution {
-    case.with_contact(&case.law(), |contact, law| {
+    case.with_contact(&case.law(), |laws, law| {
+        let mut operator = ImplicitOperator::new(case.problem.assembly(), case.problem.contact());
         successive_approximations(
             inner,
-            &mut ImplicitOperator::new(case.problem.assembly(), case.problem.contact()),
-            case.problem.assembly(),
-            contact,
+            &mut BodyOperator::Held(&mut operator),
+            &case.problem.body(),
+            laws,
             law,
             &case.scene.solve,
             Start::default(),
@@ -127,11 +128,17 @@ impl DualOperator for Broken<'_> {
         let factor = if broken { f64::NAN } else { 1.0 };
         product.iter().map(|v| factor * v).collect()
     }
+    fn applications(&self) -> usize {
+        self.sound.applications()
+    }
+}
+
+impl PrimalOperator for Broken<'_> {
     fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64> {
         self.sound.to_primal(multiplier)
     }
-    fn applications(&self) -> usize {
-        self.sound.applications()
+    fn tangential_displacement(&mut self, multiplier: &[f64]) -> Option<Vec<[f64; 2]>> {
+        self.sound.tangential_displacement(multiplier)
     }
 }
 
@@ -142,16 +149,16 @@ fn gpcg_with_values_that_are_not_finite_is_a_status() {
     operator_norm(&mut sound);
     let first = sound.applications() + 1;
     for from in [first, first + 1, first + 40] {
-        let solution = case.with_contact(&case.law(), |contact, law| {
+        let solution = case.with_contact(&case.law(), |laws, law| {
             let mut operator = Broken {
                 sound: ImplicitOperator::new(case.problem.assembly(), case.problem.contact()),
                 from,
             };
             successive_approximations(
                 Inner::Gpcg(&case.local.stiffness),
-                &mut operator,
-                case.problem.assembly(),
-                contact,
+                &mut BodyOperator::Held(&mut operator),
+                &case.problem.body(),
+                laws,
                 law,
                 &case.scene.solve,
                 Start::default(),

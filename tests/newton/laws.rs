@@ -1,7 +1,7 @@
 //! Published and hard laws, units, limits.
 
 use contact3d::{
-    dual::{DualOperator, ImplicitOperator},
+    dual::{ImplicitOperator, PrimalOperator},
     post::Zone,
     scene::{Coefficient, Material, PrecisionControl::Fixed, Quantity, Scene},
     solver::{Inner, NewtonSettings, NewtonStatus, Status, newton},
@@ -177,10 +177,10 @@ fn a_warm_start_at_the_answer_ends_at_once() {
     let law = case.law();
     let cold = case.solve(&law);
     let settings = NewtonSettings::default();
-    let warm = case.with_contact(&law, |contact, law| {
+    let warm = case.with_contact(&law, |laws, law| {
         newton(
             &case.dual,
-            contact,
+            laws,
             law,
             Some(&cold.multiplier),
             &settings,
@@ -201,8 +201,8 @@ fn running_out_of_steps_and_bad_starts_are_reported() {
             tolerance,
             max_steps,
         };
-        case.with_contact(&case.law(), |contact, law| {
-            newton(&case.dual, contact, law, start, &settings, |_, _| {})
+        case.with_contact(&case.law(), |laws, law| {
+            newton(&case.dual, laws, law, start, &settings, |_, _| {})
         })
     };
     assert_eq!(run(None, 1e-12, 3).status, NewtonStatus::MaxSteps);

@@ -1,7 +1,7 @@
 //! Implicit and dense operators, and successive approximations on both.
 
 use contact3d::{
-    dual::{DualOperator, ExplicitOperator, ImplicitOperator},
+    dual::{DualOperator, ExplicitOperator, ImplicitOperator, PrimalOperator},
     scene::{Coefficient, PrecisionControl::Fixed, Quantity},
     solver::{Inner, Status},
 };

@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 
 use contact3d::{
     AssembledProblem, Problem,
-    dual::{Assembly, ContactSystem, ImplicitOperator},
+    dual::{Assembly, BodyOperator, ContactSystem, ImplicitOperator},
     mesh::{ContactSurface, Mesh},
     post::ContactReport,
     scene::{DualOperatorKind, Scene},
-    solver::{ContactState, Inner, Solution, Start, successive_approximations},
+    solver::{ContactBody, ContactState, Inner, Solution, Start, successive_approximations},
 };
 
 pub(crate) use case::Case;
@@ -61,6 +61,13 @@ impl Implicit {
         self.0.contact_state().expect("contact")
     }
 
+    pub(crate) fn body(&self) -> ContactBody<'_> {
+        ContactBody {
+            assembly: self.assembly(),
+            face: self.state(),
+        }
+    }
+
     pub(crate) fn surface(&self) -> &ContactSurface {
         self.state().surface
     }
@@ -74,13 +81,14 @@ impl Implicit {
     /// Algorithm 4.1 with KPRGP on the implicit operator, for a scene that may have another law.
     pub(crate) fn solve(&self, scene: &Scene) -> Solution {
         let problem = self.of(scene);
-        let contact = problem.contact_state().expect("contact");
+        let laws = problem.contact_state().expect("contact").laws();
+        let mut operator = ImplicitOperator::new(self.assembly(), self.contact());
         successive_approximations(
             Inner::Kprgp,
-            &mut ImplicitOperator::new(self.assembly(), self.contact()),
-            self.assembly(),
-            &contact,
-            contact.interface.coulomb().expect("Coulomb friction"),
+            &mut BodyOperator::Held(&mut operator),
+            &self.body(),
+            &laws,
+            laws.coulomb().expect("Coulomb friction"),
             &scene.solve,
             Start::default(),
             &mut |_| {},

@@ -193,7 +193,7 @@ fn determinants_are_those_of_newtons_matrix() {
     let mut signs = Vec::new();
     for at in end {
         let point = &branches.paths[at.path].points[at.point];
-        let linearised = Linearisation::new(dual, &contact, &point.multiplier);
+        let linearised = Linearisation::new(dual, &contact.laws(), &point.multiplier);
         assert_eq!(point.determinant, linearised.determinant);
         signs.push(point.determinant);
     }
@@ -506,7 +506,7 @@ fn means_of_slips_reach_the_knots_of_the_law_where_paths_say_so() {
             let dual = contact.explicit().expect("a dense operator");
             let moved = dual.tangential_displacement(&point.multiplier);
             let interface = problem.contact_state().expect("contact").interface;
-            let slip = interface.slip.slip(&moved)[node][axis];
+            let slip = interface.slip.operator.slip(&moved)[node][axis];
             let off = knots.map(|knot| (slip / knot - 1.0).abs());
             // Kinks are located to 1e-13 of the slip of the whole face, which is 1e3 knots at most.
             assert!(off[0].min(off[1]) < 1e-9, "{point:?} {slip}");

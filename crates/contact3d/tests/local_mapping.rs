@@ -28,7 +28,7 @@ fn solved(scene: Scene) -> (Solution, Linearisation) {
     let contact = problem.contact_state().expect("contact");
     let dual = problem.system().contact.as_ref().expect("contact");
     let dual = dual.explicit().expect("a dense operator");
-    let full = Linearisation::new(dual, &contact, &solution.multiplier);
+    let full = Linearisation::new(dual, &contact.laws(), &solution.multiplier);
     (solution, full)
 }
 

@@ -54,8 +54,9 @@ pub fn adapted(
             multiplier: start.as_deref(),
             ..Start::default()
         };
-        let solution = assembled.solve_from(&scene.solve, from, &mut |_| {})?;
+        let mut solution = assembled.solve_from(&scene.solve, from, &mut |_| {})?;
         let report = assembled.report(&solution)?;
+        report.judge(&mut solution);
         let seconds = began.elapsed().as_secs_f64();
         adaptation
             .levels
@@ -120,7 +121,7 @@ impl AdaptiveLevel {
             n_multipliers: solution.multiplier.len(),
             estimated_error: report.discretisation_error.relative(),
             stability: dual.map(smallest_eigenvalue),
-            status: report.judged(solution.status),
+            status: solution.status,
             seconds,
         }
     }

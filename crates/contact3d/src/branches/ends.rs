@@ -87,7 +87,7 @@ impl Equations<'_> {
             }
         }
         let laws = LawPieces::new(member);
-        let sizes = member.interface.slip.slip(&displacement);
+        let sizes = member.interface.slip.operator.slip(&displacement);
         piece.nodes.resize(displacement.len(), None);
         for (index, (node, slips)) in piece.nodes.iter_mut().zip(slips).enumerate() {
             let negative = displacement[index].map(|u| laws.is_nodal && u < 0.0);
@@ -99,9 +99,9 @@ impl Equations<'_> {
     /// The piece on which a solution lies.
     pub(super) fn piece_of(&self, member: &Member, point: &[f64]) -> Piece {
         let multiplier = self.multiplier(point);
-        let contact = member.contact();
+        let laws = member.laws();
         let law = member.law();
-        let bound = Bound::Coulomb(&contact, law);
+        let bound = Bound::Coulomb(&laws, law);
         let steplengths = member.steplengths().to_vec();
         let map = NaturalMap::with_steplengths(&member.dual, bound, steplengths);
         let (normal, _) = member.dual.layout.split(&multiplier);

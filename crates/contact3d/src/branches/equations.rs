@@ -77,8 +77,8 @@ impl<'a> Equations<'a> {
     pub(super) fn natural_residual(&self, point: &[f64]) -> Result<f64, ProblemError> {
         let member = self.family.member(point[point.len() - 1])?;
         let multiplier = self.multiplier(point);
-        let contact = member.contact();
-        let bound = Bound::Coulomb(&contact, member.law());
+        let laws = member.laws();
+        let bound = Bound::Coulomb(&laws, member.law());
         let steplengths = member.steplengths().to_vec();
         let map = NaturalMap::with_steplengths(&member.dual, bound, steplengths);
         Ok(match map.evaluate(&multiplier).norm {
@@ -187,7 +187,7 @@ impl<'a> Equations<'a> {
             true => displacement,
             false => &[],
         };
-        let slips = Slips::on_piece(&member.interface.slip, followed, &piece.nodes);
+        let slips = Slips::on_piece(&member.interface.slip.operator, followed, &piece.nodes);
         let nodes = slips.value.iter().zip(&piece.nodes).enumerate();
         let nodes: Vec<Option<NodalInverse>> = nodes
             .map(|(node, (slip, piece))| Some(laws.inverse(node, *slip, piece.as_ref()?)))

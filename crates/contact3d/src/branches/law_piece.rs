@@ -44,7 +44,7 @@ impl<'a> LawPieces<'a> {
         });
         Self {
             law,
-            is_nodal: matches!(member.interface.slip, SlipOperator::Lagrange),
+            is_nodal: matches!(member.interface.slip.operator, SlipOperator::Lagrange),
             knots: knots.collect(),
         }
     }

@@ -7,7 +7,7 @@ use crate::{
     dual::{ExplicitDual, LocalStiffness},
     mesh::ContactSurface,
     problem::AssembledProblem,
-    solver::ContactState,
+    solver::{ContactState, PaneLaws},
 };
 
 /// A contact problem at one value of the parameter.
@@ -32,11 +32,9 @@ impl Member {
             .expect("a family has Coulomb friction")
     }
 
-    pub(super) fn contact(&self) -> ContactState<'_> {
-        ContactState {
-            surface: self.surface(),
-            interface: &self.interface,
-        }
+    pub(super) fn laws(&self) -> PaneLaws {
+        let (surface, interface) = (self.surface(), &*self.interface);
+        ContactState { surface, interface }.laws()
     }
 
     pub(super) fn steplengths(&self) -> &[f64] {

@@ -45,8 +45,8 @@ impl Equations<'_> {
                 is_enumerated: true,
             });
         }
-        let contact = member.contact();
-        let bound = Bound::Coulomb(&contact, member.law());
+        let laws = member.laws();
+        let bound = Bound::Coulomb(&laws, member.law());
         let steplengths = member.steplengths().to_vec();
         let map = NaturalMap::with_steplengths(&member.dual, bound, steplengths);
         let mut found: Vec<Vec<f64>> = Vec::new();

@@ -12,12 +12,15 @@ use crate::scene::{Coefficient, FrictionLaw};
 
 /// Coulomb's law with F(x, |u_t1|, |u_t2|) at the contact nodes: a law for each face with friction, in the order of their
 /// nodes and panes. Beside it other faces may have given slip bounds.
-#[derive(Debug, Clone)]
+///
+/// A clone counts its evaluations anew.
+#[derive(Debug)]
 pub struct CoulombLaw {
     faces: Vec<FaceLaw>,
     /// The coefficients at the contact nodes of laws that do not follow the slip.
     unchanging: OnceLock<Vec<[f64; 2]>>,
-    evaluations: Counter,
+    /// Evaluations at nodes, counted on any thread.
+    evaluations: AtomicUsize,
     /// All coefficients are this many times those of the faces.
     factor: f64,
     softening: Option<Softening>,
@@ -52,14 +55,14 @@ pub(super) enum PressureBound {
     Given(Vec<f64>),
 }
 
-/// A number of evaluations, counted on any thread.
-#[derive(Debug, Default)]
-struct Counter(AtomicUsize);
-
-impl Clone for Counter {
-    /// A counter of its own.
+impl Clone for CoulombLaw {
     fn clone(&self) -> Self {
-        Self::default()
+        Self {
+            factor: self.factor,
+            softening: self.softening,
+            path: self.path.clone(),
+            ..Self::new(self.faces.clone())
+        }
     }
 }
 
@@ -151,7 +154,7 @@ impl CoulombLaw {
         Self {
             faces,
             unchanging: OnceLock::new(),
-            evaluations: Counter::default(),
+            evaluations: AtomicUsize::new(0),
             factor: 1.0,
             softening: None,
             path: None,
@@ -169,14 +172,12 @@ impl CoulombLaw {
             .map_or([0.0; 3], |path| path[contact_node])
     }
 
-    /// The law t F for a factor t > 0, with counters of its own.
+    /// The law t F for a factor t > 0, which counts its evaluations anew.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         Self {
             factor: self.factor * factor,
-            softening: self.softening,
-            path: self.path.clone(),
-            ..Self::new(self.faces.clone())
+            ..self.clone()
         }
     }
 
@@ -185,10 +186,8 @@ impl CoulombLaw {
     #[must_use]
     pub(crate) fn softened(&self, reference: f64, share: f64) -> Self {
         Self {
-            factor: self.factor,
             softening: (share < 1.0).then_some(Softening { reference, share }),
-            path: self.path.clone(),
-            ..Self::new(self.faces.clone())
+            ..self.clone()
         }
     }
 
@@ -242,7 +241,7 @@ impl CoulombLaw {
     /// (F₁, F₂) at a contact node for the slips (|u_t1|, |u_t2|) in m.
     #[must_use]
     pub fn evaluate(&self, contact_node: usize, slip: [f64; 2]) -> [f64; 2] {
-        self.evaluations.0.fetch_add(1, Ordering::Relaxed);
+        self.evaluations.fetch_add(1, Ordering::Relaxed);
         let (law, position) = self.law_at(contact_node);
         let path = self.path_at(contact_node);
         let given = law.evaluate_after(path, position, slip);
@@ -323,12 +322,13 @@ impl CoulombLaw {
     }
 
     /// Evaluations at nodes so far.
-    pub(super) fn evaluations(&self) -> usize {
-        self.evaluations.0.load(Ordering::Relaxed)
+    #[must_use]
+    pub fn evaluations(&self) -> usize {
+        self.evaluations.load(Ordering::Relaxed)
     }
 
     /// Sets the number of evaluations.
-    pub(super) fn set_evaluations(&self, evaluations: usize) {
-        self.evaluations.0.store(evaluations, Ordering::Relaxed);
+    pub(crate) fn set_evaluations(&self, evaluations: usize) {
+        self.evaluations.store(evaluations, Ordering::Relaxed);
     }
 }

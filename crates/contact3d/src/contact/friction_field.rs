@@ -1,7 +1,7 @@
 //! Friction coefficients at the contact nodes and their means 𝓕⁻¹ over panes (HKL (4.2)).
 
 use super::CoulombLaw;
-use crate::mesh::ContactSurface;
+use crate::linalg::CscMatrix;
 
 /// Friction coefficients on the contact face at one state of slip.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,17 +13,16 @@ pub struct FrictionField {
 }
 
 impl FrictionField {
-    /// Evaluates the law at nodal slips and averages F⁻¹, Lagrange-interpolated, over the panes.
+    /// Evaluates the law at nodal slips and averages F⁻¹, Lagrange-interpolated, over the panes by
+    /// [`pane_average`](crate::mesh::ContactSurface::pane_average).
     #[must_use]
-    pub fn new(law: &CoulombLaw, surface: &ContactSurface, slip: &[[f64; 2]]) -> Self {
+    pub fn new(law: &CoulombLaw, average: &CscMatrix, slip: &[[f64; 2]]) -> Self {
         let nodal = law.at_nodes(slip);
         let pane_inverse = (0..law.n_panes())
             .map(|pane| {
-                surface
-                    .pane_weights(pane)
-                    .fold([0.0; 2], |sum, (node, weight)| {
-                        std::array::from_fn(|i| sum[i] + weight / nodal[node][i])
-                    })
+                average.entries(pane).fold([0.0; 2], |sum, (node, weight)| {
+                    std::array::from_fn(|i| sum[i] + weight / nodal[node][i])
+                })
             })
             .collect();
         Self {
@@ -35,9 +34,9 @@ impl FrictionField {
     /// Whether all coefficients that act on some panes are positive and finite, which no theory
     /// does without; formulas may fail at slips that only a solution shows.
     #[must_use]
-    pub fn is_admissible(&self, surface: &ContactSurface, acts: impl Fn(usize) -> bool) -> bool {
+    pub fn is_admissible(&self, average: &CscMatrix, acts: impl Fn(usize) -> bool) -> bool {
         let panes = (0..self.pane_inverse.len()).filter(|pane| acts(*pane));
-        let nodes = panes.flat_map(|pane| surface.pane_weights(pane).map(|(node, _)| node));
+        let nodes = panes.flat_map(|pane| average.entries(pane).map(|(node, _)| node));
         let mut coefficients = nodes.flat_map(|node| self.nodal[node]);
         coefficients.all(|f| f > 0.0 && f.is_finite())
     }

@@ -1,9 +1,7 @@
 //! What a scene asks of its contact face: frame, initial gap and law of friction.
 
-use std::sync::atomic::AtomicUsize;
-
 use super::{
-    ContactFrame, CoulombLaw, Coupling, FaceLaw, Past, SlipOperator, coulomb::PressureBound,
+    ContactFrame, CoulombLaw, Coupling, FaceLaw, SlipMap, SlipOperator, coulomb::PressureBound,
     half_held::refuse_dependent, law_bounds, prescribed::refuse_penetration,
 };
 use crate::{
@@ -17,7 +15,7 @@ use crate::{
 
 /// The laws of the contact face: frame, initial gap and friction. What a scene does not call for
 /// is not there.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Interface {
     /// Names of the faces, in the order of their multipliers.
     pub names: Vec<String>,
@@ -27,17 +25,13 @@ pub struct Interface {
     /// the scene; `None` without both.
     pub gap: Option<Vec<f64>>,
     /// How slips are made from displacements.
-    pub slip: SlipOperator,
-    /// What former steps of a load history left; `None` in the first, and without a history.
-    pub past: Option<Past>,
+    pub slip: SlipMap,
     /// The law of tangential stresses.
     pub friction: InterfaceFriction,
-    /// Projections on ellipses so far.
-    pub projections: AtomicUsize,
 }
 
 /// The law of tangential stresses, with the data of the contact face it needs.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub enum InterfaceFriction {
     /// No tangential stresses, and no tangential multipliers.
     Frictionless,
@@ -48,18 +42,13 @@ pub enum InterfaceFriction {
 }
 
 impl Interface {
-    /// The same face with the coefficients of Coulomb's law multiplied by a factor t > 0, and counters of its own; `None`
-    /// where the law is another one.
+    /// The same face with the coefficients of Coulomb's law multiplied by a factor t > 0; `None` where the law is another
+    /// one.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Option<Self> {
         Some(Self {
-            names: self.names.clone(),
-            frame: self.frame.clone(),
-            gap: self.gap.clone(),
-            slip: self.slip.clone(),
-            past: self.past.clone(),
             friction: InterfaceFriction::Coulomb(Box::new(self.coulomb()?.scaled(factor))),
-            projections: AtomicUsize::new(0),
+            ..self.clone()
         })
     }
 
@@ -84,14 +73,15 @@ impl Interface {
         refuse_dependent(scene, &features, mesh, surface, &frame)?;
         Ok(Some(Self {
             names: features.iter().map(|face| face.name.clone()).collect(),
-            slip: SlipOperator::new(first.slip_interpolation, surface, mesh, |node| {
-                held[node] == [true; 3]
-            }),
-            past: None,
+            slip: SlipMap {
+                operator: SlipOperator::new(first.slip_interpolation, surface, mesh, |node| {
+                    held[node] == [true; 3]
+                }),
+                past: None,
+            },
             frame,
             gap,
             friction: InterfaceFriction::new(scene, &features, surface, mesh)?,
-            projections: AtomicUsize::new(0),
         }))
     }
 
@@ -156,19 +146,6 @@ impl Interface {
     #[must_use]
     pub fn follows_slip(&self) -> bool {
         self.coulomb().is_some_and(CoulombLaw::depends_on_slip)
-    }
-
-    /// Evaluations of the friction law at nodes so far.
-    #[must_use]
-    pub fn law_evaluations(&self) -> usize {
-        self.coulomb().map_or(0, CoulombLaw::evaluations)
-    }
-
-    /// Sets the number of evaluations, for a solve that goes on from a checkpoint.
-    pub(crate) fn set_law_evaluations(&self, evaluations: usize) {
-        if let Some(law) = self.coulomb() {
-            law.set_evaluations(evaluations);
-        }
     }
 }
 

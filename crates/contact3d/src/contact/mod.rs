@@ -6,6 +6,7 @@
 //! * [`CoulombLaw`]: F at the contact nodes and the slip bound of each pane, face by face.
 //! * [`FrictionField`]: F₁(|u_t1|), F₂(|u_t2|) at nodes, and their means 𝓕_i⁻¹ = |Rⁱ|⁻¹ ∫_Rⁱ F⁻¹ over panes (HKL (4.2)).
 //! * [`Interface`]: what the scene asks for, as one type per law, so that a body without friction has no friction field.
+//! * [`SlipMap`]: the slips that coefficients follow, of tangential displacements.
 //! * [`LawBounds`]: F_max, F_min, the Lipschitz modulus L and the anisotropy κ, which HKL §3 bounds a law by.
 
 mod coulomb;
@@ -31,6 +32,6 @@ pub use friction_field::FrictionField;
 pub use interface::{Interface, InterfaceFriction};
 pub use law_bounds::{LawBounds, LawExtreme};
 pub use multiplier_layout::MultiplierLayout;
-pub use past::Past;
+pub use past::{Past, SlipMap};
 pub(crate) use slip_operator::SlipOperatorDerivative;
 pub use slip_operator::{ClementStars, SlipOperator};

@@ -1,6 +1,6 @@
 //! What the steps of a load history before this one left on the contact face.
 
-use super::{Interface, nodal_tangential};
+use super::{Interface, SlipOperator, SlipOperatorDerivative, nodal_tangential};
 use crate::{elasticity::DofMap, mesh::ContactSurface, scene::SlipMeasure};
 
 /// Where the contact nodes are when a step begins, and how far they have slid.
@@ -15,45 +15,31 @@ pub struct Past {
     pub follows: SlipMeasure,
 }
 
-impl Interface {
-    /// The face in a later step: slip is counted from where the step begins.
-    #[must_use]
-    pub fn after(mut self, past: Past) -> Self {
-        if past.follows == SlipMeasure::PathLength
-            && let Some(law) = self.coulomb_mut()
-        {
-            law.set_path(past.path.clone());
-        }
-        self.past = Some(past);
-        self
-    }
+/// How slips φ are made of the signed (u_t1, u_t2) at the contact nodes.
+#[derive(Debug, Clone)]
+pub struct SlipMap {
+    /// r_h.
+    pub operator: SlipOperator,
+    /// What former steps of a load history left; `None` in the first, and without a history.
+    pub past: Option<Past>,
+}
 
+impl SlipMap {
     /// r_h of the slips that coefficients follow at the contact nodes, for the signed (u_t1, u_t2) there, in m. A path of
     /// sliding from former steps is added by the law.
     #[must_use]
-    pub fn slip_of(&self, tangential: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    pub fn slip(&self, tangential: &[[f64; 2]]) -> Vec<[f64; 2]> {
         match self.counted(tangential) {
-            None => self.slip.slip(tangential),
-            Some(moved) => self.slip.slip(&moved),
+            None => self.operator.slip(tangential),
+            Some(moved) => self.operator.slip(&moved),
         }
     }
 
-    /// The same of a displacement over the free degrees of freedom in m.
-    #[must_use]
-    pub fn slip_of_displacement(
-        &self,
-        surface: &ContactSurface,
-        dofs: &DofMap,
-        displacement: &[f64],
-    ) -> Vec<[f64; 2]> {
-        let frame = &self.frame;
-        self.slip_of(&nodal_tangential(surface, frame, dofs, displacement))
-    }
-
-    pub(crate) fn slip_derivative(&self, tangential: &[[f64; 2]]) -> super::SlipOperatorDerivative {
+    /// The derivative of [`Self::slip`] by (u_t1, u_t2).
+    pub(crate) fn derivative(&self, tangential: &[[f64; 2]]) -> SlipOperatorDerivative {
         match self.counted(tangential) {
-            None => self.slip.derivative(tangential),
-            Some(moved) => self.slip.derivative(&moved),
+            None => self.operator.derivative(tangential),
+            Some(moved) => self.operator.derivative(&moved),
         }
     }
 
@@ -65,15 +51,43 @@ impl Interface {
             SlipMeasure::StepSlip | SlipMeasure::PathLength => Some(past.slip(tangential)),
         }
     }
+}
+
+impl Interface {
+    /// The face in a later step: slip is counted from where the step begins.
+    #[must_use]
+    pub fn after(mut self, past: Past) -> Self {
+        if past.follows == SlipMeasure::PathLength
+            && let Some(law) = self.coulomb_mut()
+        {
+            law.set_path(past.path.clone());
+        }
+        self.slip.past = Some(past);
+        self
+    }
+
+    /// [`SlipMap::slip`] of a displacement over the free degrees of freedom in m.
+    #[must_use]
+    pub fn slip_of_displacement(
+        &self,
+        surface: &ContactSurface,
+        dofs: &DofMap,
+        displacement: &[f64],
+    ) -> Vec<[f64; 2]> {
+        let frame = &self.frame;
+        self.slip
+            .slip(&nodal_tangential(surface, frame, dofs, displacement))
+    }
 
     /// The lengths of the path of sliding at the end of a step, `[n_contact_nodes]`, in m.
     #[must_use]
     pub fn path_after(&self, tangential: &[[f64; 2]]) -> Vec<[f64; 3]> {
-        let moved = match &self.past {
-            None => self.slip.slip(tangential),
-            Some(past) => self.slip.slip(&past.slip(tangential)),
+        let SlipMap { operator, past } = &self.slip;
+        let moved = match past {
+            None => operator.slip(tangential),
+            Some(past) => operator.slip(&past.slip(tangential)),
         };
-        let before = |node: usize| self.past.as_ref().map_or([0.0; 3], |past| past.path[node]);
+        let before = |node: usize| past.as_ref().map_or([0.0; 3], |past| past.path[node]);
         let nodes = moved.iter().enumerate();
         nodes
             .map(|(node, &[first, second])| {
@@ -90,7 +104,8 @@ impl Interface {
     /// Where the slip of the step is counted from at a contact node, (u_t1, u_t2) in m.
     #[must_use]
     pub fn slip_origin(&self, node: usize) -> [f64; 2] {
-        self.past
+        self.slip
+            .past
             .as_ref()
             .map_or([0.0; 2], |past| past.tangential[node])
     }
@@ -105,7 +120,7 @@ impl Interface {
             Some(gap) => (0..n_panes).map(|pane| over(pane, gap)).collect(),
             None => Vec::new(),
         };
-        let past = self.past.as_ref().filter(|_| self.has_friction());
+        let past = self.slip.past.as_ref().filter(|_| self.has_friction());
         let Some(past) = past else {
             return offsets;
         };

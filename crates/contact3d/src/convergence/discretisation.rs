@@ -258,8 +258,9 @@ fn solve_level(scene: &Scene, brick: &Brick) -> Result<SolvedLevel, ProblemError
     let mesh = Mesh::of_scene(scene, Path::new(""))?;
     let problem = Problem::of_checked(scene.clone(), Arc::new(mesh))?;
     let assembled = problem.assemble()?;
-    let solution = assembled.solve(&scene.solve)?;
+    let mut solution = assembled.solve(&scene.solve)?;
     let report = assembled.report(&solution)?;
+    report.judge(&mut solution);
     let r = report.resultants;
     let cells = brick.size.iter().zip(brick.cells);
     let volume: f64 = cells.map(|(l, n)| l / n as f64).product();
@@ -271,7 +272,7 @@ fn solve_level(scene: &Scene, brick: &Brick) -> Result<SolvedLevel, ProblemError
         cell_size: volume.cbrt(),
         n_free: solution.displacement.len(),
         n_multipliers: solution.multiplier.len(),
-        status: report.judged(solution.status),
+        status: solution.status,
         applications: solution.applications,
         energy_difference: 0.0,
         energy_error: None,

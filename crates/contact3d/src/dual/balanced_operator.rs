@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Balance, DualOperator};
+use super::{Balance, DualOperator, PrimalOperator};
 use crate::linalg::{add_scaled, dot, largest_eigenvalue};
 
 /// S' = P S P + c Q for the projector Q on the range of G = B R, P = 1 − Q and c = ‖P S P‖: the operator of the augmented
@@ -18,8 +18,8 @@ use crate::linalg::{add_scaled, dot, largest_eigenvalue};
 ///
 /// Sources: C. Farhat, F.-X. Roux, *Int. J. Numer. Meth. Engng* 32 (1991) 1205, for the projector; Z. Dostál, *Optimal Quadratic
 /// Programming Algorithms*, Springer 2009, ch. 8, for the augmented Lagrangian with ϱ = ‖A‖.
-pub struct BalancedOperator<'a, O> {
-    base: O,
+pub struct BalancedOperator<'a> {
+    base: Box<dyn PrimalOperator + 'a>,
     balance: &'a Balance,
     /// h + G D⁻¹e.
     supported_rhs: Vec<f64>,
@@ -39,9 +39,10 @@ pub struct BalancedOperator<'a, O> {
     rhs: Vec<f64>,
 }
 
-impl<'a, O: DualOperator> BalancedOperator<'a, O> {
+impl<'a> BalancedOperator<'a> {
     /// Projects an operator; some tens of applications for ‖P S P‖.
-    pub fn new(base: O, balance: &'a Balance) -> Self {
+    #[must_use]
+    pub fn new(base: Box<dyn PrimalOperator + 'a>, balance: &'a Balance) -> Self {
         let n_resisted = balance.coupling.n_resisted();
         let integrals = &balance.coupling.integrals[n_resisted..];
         let n = integrals.len();
@@ -128,9 +129,48 @@ impl<'a, O: DualOperator> BalancedOperator<'a, O> {
         }
         self.shift = shift;
     }
+
+    /// Gᵀλ = e.
+    pub(crate) fn balance(&self) -> &Balance {
+        self.balance
+    }
+
+    /// The rigid motions α in m that belong to a multiplier.
+    pub fn motion(&mut self, multiplier: &[f64]) -> Vec<f64> {
+        let moved = &self.shift.clone() + self.gradient_in_range(multiplier);
+        let free = self.triangle.clone().lu().solve(&moved);
+        let free = free.unwrap_or_else(|| DVector::zeros(self.range.len()));
+        let resisted = resisted(self.balance);
+        let resisted = resisted.map(|(g, e, support)| (e - dot(g, multiplier)) / support);
+        resisted.chain(free.iter().copied()).collect()
+    }
+
+    /// Takes the motions α for those of a multiplier.
+    pub fn set_motion(&mut self, multiplier: &[f64], motion: &[f64]) {
+        let free = &motion[self.balance.coupling.n_resisted()..];
+        let moved = &self.triangle * DVector::from_row_slice(free);
+        let gradient = self.gradient_in_range(multiplier);
+        self.shift_to(moved - gradient);
+    }
+
+    /// Multipliers in balance that do not pull, where successive approximations can begin: without pressure there is no friction to
+    /// balance a load with.
+    #[must_use]
+    pub fn balanced_start(&self) -> Vec<f64> {
+        let mut start = self.in_range(&self.wanted);
+        let (normal, _) = self.balance.coupling.layout.split_mut(&mut start);
+        normal.iter_mut().for_each(|l| *l = l.max(0.0));
+        start
+    }
+
+    /// One step of the method of multipliers for the balance, from a multiplier.
+    pub fn rebalance(&mut self, multiplier: &[f64]) {
+        let missing = &self.wanted - self.coefficients(multiplier);
+        self.shift_to(&self.shift + missing * self.penalty);
+    }
 }
 
-impl<O: DualOperator> DualOperator for BalancedOperator<'_, O> {
+impl DualOperator for BalancedOperator<'_> {
     fn dimension(&self) -> usize {
         self.base.dimension()
     }
@@ -151,6 +191,12 @@ impl<O: DualOperator> DualOperator for BalancedOperator<'_, O> {
         product
     }
 
+    fn applications(&self) -> usize {
+        self.base.applications()
+    }
+}
+
+impl PrimalOperator for BalancedOperator<'_> {
     fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64> {
         let motion = self.motion(multiplier);
         let mut displacement = self.base.to_primal(multiplier);
@@ -163,42 +209,6 @@ impl<O: DualOperator> DualOperator for BalancedOperator<'_, O> {
         let motion = self.motion(multiplier);
         self.balance.coupling.add_slip(&motion, &mut slip);
         Some(slip)
-    }
-
-    fn balance(&self) -> Option<&Balance> {
-        Some(self.balance)
-    }
-
-    fn motion(&mut self, multiplier: &[f64]) -> Vec<f64> {
-        let moved = &self.shift.clone() + self.gradient_in_range(multiplier);
-        let free = self.triangle.clone().lu().solve(&moved);
-        let free = free.unwrap_or_else(|| DVector::zeros(self.range.len()));
-        let resisted = resisted(self.balance);
-        let resisted = resisted.map(|(g, e, support)| (e - dot(g, multiplier)) / support);
-        resisted.chain(free.iter().copied()).collect()
-    }
-
-    fn set_motion(&mut self, multiplier: &[f64], motion: &[f64]) {
-        let free = &motion[self.balance.coupling.n_resisted()..];
-        let moved = &self.triangle * DVector::from_row_slice(free);
-        let gradient = self.gradient_in_range(multiplier);
-        self.shift_to(moved - gradient);
-    }
-
-    fn balanced_start(&self) -> Option<Vec<f64>> {
-        let mut start = self.in_range(&self.wanted);
-        let (normal, _) = self.balance.coupling.layout.split_mut(&mut start);
-        normal.iter_mut().for_each(|l| *l = l.max(0.0));
-        Some(start)
-    }
-
-    fn rebalance(&mut self, multiplier: &[f64]) {
-        let missing = &self.wanted - self.coefficients(multiplier);
-        self.shift_to(&self.shift + missing * self.penalty);
-    }
-
-    fn applications(&self) -> usize {
-        self.base.applications()
     }
 }
 

@@ -250,6 +250,14 @@ impl ExplicitDual {
         self.dimension() + self.balance.as_ref().map_or(0, Balance::n_felt)
     }
 
+    /// The same body with springs at its pins, `share` times those of A_κ; S stays as it is.
+    pub(crate) fn on_springs(&self, share: f64) -> Self {
+        Self {
+            balance: self.balance.as_ref().map(|it| it.on_springs(share)),
+            ..self.clone()
+        }
+    }
+
     /// λ of x.
     pub(crate) fn multipliers<'x>(&self, unknowns: &'x [f64]) -> &'x [f64] {
         &unknowns[..self.dimension()]

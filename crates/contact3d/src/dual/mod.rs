@@ -51,30 +51,38 @@ pub trait DualOperator {
     fn rhs(&self) -> &[f64];
     /// S λ in m³ (λ in Pa).
     fn apply(&mut self, multiplier: &[f64]) -> Vec<f64>;
+    /// Applications of A⁻¹ so far (n_A of HKL §4), those of a dense S included.
+    fn applications(&self) -> usize;
+}
+
+/// A dual operator with a body behind it.
+pub trait PrimalOperator: DualOperator {
     /// The displacement u = A⁻¹(l − Bᵀλ) over the free degrees of freedom in m.
     fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64>;
     /// Signed (u_t1, u_t2) at the contact nodes in m, `[n_contact_nodes]`, when the operator knows
     /// them without a solve over the body; `None` when only [`Self::to_primal`] gives them.
-    fn tangential_displacement(&mut self, _multiplier: &[f64]) -> Option<Vec<[f64; 2]>> {
-        None
+    fn tangential_displacement(&mut self, multiplier: &[f64]) -> Option<Vec<[f64; 2]>>;
+}
+
+/// The dual operator of a body.
+pub enum BodyOperator<'o, 'a> {
+    /// Of one that its supports hold.
+    Held(&'o mut (dyn PrimalOperator + 'a)),
+    /// Of one that floats.
+    Floating(&'o mut BalancedOperator<'a>),
+}
+
+impl BodyOperator<'_, '_> {
+    /// Its applications.
+    pub fn as_dual(&mut self) -> &mut dyn DualOperator {
+        self.as_primal()
     }
-    /// The balance of a body that floats; `None` where its supports hold it.
-    fn balance(&self) -> Option<&Balance> {
-        None
+
+    /// Its displacements.
+    pub fn as_primal(&mut self) -> &mut dyn PrimalOperator {
+        match self {
+            Self::Held(operator) => *operator,
+            Self::Floating(operator) => *operator,
+        }
     }
-    /// The rigid motions α in m that belong to a multiplier of a body that floats; none where supports hold it.
-    fn motion(&mut self, _multiplier: &[f64]) -> Vec<f64> {
-        Vec::new()
-    }
-    /// Takes the motions α for those of a multiplier.
-    fn set_motion(&mut self, _multiplier: &[f64], _motion: &[f64]) {}
-    /// Multipliers in balance that do not pull, where successive approximations of a body that floats can begin: without pressure
-    /// there is no friction to balance a load with. `None` where supports hold the body.
-    fn balanced_start(&self) -> Option<Vec<f64>> {
-        None
-    }
-    /// One step of the method of multipliers for the balance, from a multiplier.
-    fn rebalance(&mut self, _multiplier: &[f64]) {}
-    /// Applications of A⁻¹ so far (n_A of HKL §4), those of a dense S included.
-    fn applications(&self) -> usize;
 }

@@ -1,6 +1,6 @@
 //! The two forms of the dual operator: through the factor, and as a dense matrix.
 
-use super::{Assembly, ContactSystem, DualOperator, ExplicitDual};
+use super::{Assembly, ContactSystem, DualOperator, ExplicitDual, PrimalOperator};
 use crate::linalg::{Factor, Reach, Workspace};
 
 /// S applied as the paper does: one pair of sparse triangular solves with the factor of A each time.
@@ -55,14 +55,20 @@ impl DualOperator for ImplicitOperator<'_> {
         coupling.integrate(&displacement)
     }
 
+    fn applications(&self) -> usize {
+        self.applications
+    }
+}
+
+impl PrimalOperator for ImplicitOperator<'_> {
     fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64> {
         self.applications += 1;
         self.contact
             .displacement(self.assembly, multiplier, &mut self.work)
     }
 
-    fn applications(&self) -> usize {
-        self.applications
+    fn tangential_displacement(&mut self, _multiplier: &[f64]) -> Option<Vec<[f64; 2]>> {
+        None
     }
 }
 
@@ -103,6 +109,12 @@ impl DualOperator for ExplicitOperator<'_> {
         self.dual.apply(multiplier)
     }
 
+    fn applications(&self) -> usize {
+        self.applications
+    }
+}
+
+impl PrimalOperator for ExplicitOperator<'_> {
     fn to_primal(&mut self, multiplier: &[f64]) -> Vec<f64> {
         self.applications += 1;
         self.contact
@@ -112,9 +124,5 @@ impl DualOperator for ExplicitOperator<'_> {
     fn tangential_displacement(&mut self, multiplier: &[f64]) -> Option<Vec<[f64; 2]>> {
         self.dual.compliance.as_ref()?;
         Some(self.dual.tangential_displacement(multiplier))
-    }
-
-    fn applications(&self) -> usize {
-        self.applications
     }
 }

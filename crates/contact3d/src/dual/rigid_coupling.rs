@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::Assembly;
 use crate::{
     contact::{Coupling, Interface, MultiplierLayout, nodal_tangential_change},
     elasticity::FloatingBody,
-    linalg::{dot, norm},
+    linalg::{add_scaled, dot, norm},
     mesh::ContactSurface,
 };
 
@@ -129,6 +129,22 @@ impl RigidCoupling {
         self.body.add_motion(&self.in_modes(motion), displacement);
     }
 
+    /// Takes the neutral motions out of a displacement, by least squares over its degrees of freedom, and out of its α in terms of the
+    /// modes.
+    pub(crate) fn remove_neutral(&self, displacement: &mut [f64], modes: &mut [f64]) {
+        let motions = self.neutral_motions();
+        let n = motions.len();
+        let gram = DMatrix::from_fn(n, n, |p, q| dot(&motions[p], &motions[q]));
+        let along = DVector::from_fn(n, |p, _| dot(&motions[p], displacement));
+        let Some(factor) = gram.cholesky() else {
+            return;
+        };
+        for ((motion, weights), by) in motions.iter().zip(&self.unfelt).zip(&factor.solve(&along)) {
+            add_scaled(displacement, -by, motion);
+            add_scaled(modes, -by, weights);
+        }
+    }
+
     /// Gᵀλ + D α in N.
     pub(crate) fn resultant_of(&self, multiplier: &[f64], motion: &[f64]) -> Vec<f64> {
         let motions = self.integrals.iter().zip(&self.support).zip(motion);
@@ -191,9 +207,26 @@ impl Balance {
         self.anchored(&opposite(multiplier), &opposite(motion))
     }
 
-    /// Number of motions that contact feels.
+    /// Number of motions that contact or supports feel.
     pub(crate) fn n_felt(&self) -> usize {
         self.coupling.n_felt()
+    }
+
+    /// The same with springs at the pins beside the supports, `share` times those of A_κ.
+    pub(super) fn on_springs(&self, share: f64) -> Self {
+        let mut coupling = RigidCoupling::clone(&self.coupling);
+        let spring = share * coupling.body.spring;
+        coupling.support.iter_mut().for_each(|d| *d += spring);
+        Self {
+            coupling: Arc::new(coupling),
+            resultant: self.resultant.clone(),
+        }
+    }
+
+    /// ‖D α‖ beside the load ‖e‖: what the supports carry.
+    pub(crate) fn share_of_supports(&self, motion: &[f64]) -> f64 {
+        let carried = self.coupling.support.iter().zip(motion).map(|(d, by)| d * by);
+        norm(&carried.collect::<Vec<f64>>()) / norm(&self.resultant)
     }
 
     /// ρ of the rows Gᵀλ + D α − e in Pa/N: rows times ρ are the distance of λ from the plane Gᵀλ = e; for motions that supports

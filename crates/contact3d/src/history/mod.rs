@@ -135,7 +135,7 @@ impl<'a> LoadHistory<'a> {
                 &mut |progress| observe(increment, progress),
             )?;
             let report = problem.report(self.mesh, &solution)?;
-            solution.status = report.judged(solution.status);
+            report.judge(&mut solution);
             let mut record = StepRecord::new(self, &problem, increment, &solution, &report);
             books.enter(&problem, &mut record, records.last(), &report)?;
             records.push(record);

@@ -120,6 +120,12 @@ impl CscMatrix {
         (&self.indices[range.clone()], &self.data[range])
     }
 
+    /// The rows and values of a column.
+    pub(crate) fn entries(&self, column: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let range = self.indptr[column]..self.indptr[column + 1];
+        range.map(|k| (self.indices[k], self.data[k]))
+    }
+
     /// Where the diagonal entry of a column is stored; `None` where it is not.
     pub(crate) fn place_of_diagonal(&self, column: usize) -> Option<usize> {
         let first = self.indptr[column];

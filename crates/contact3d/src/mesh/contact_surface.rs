@@ -307,8 +307,7 @@ impl ContactSurface {
 
     /// The (contact node, weight) pairs of one pane; the weights sum to 1.
     pub fn pane_weights(&self, pane: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-        let range = self.pane_average.indptr[pane]..self.pane_average.indptr[pane + 1];
-        range.map(|k| (self.pane_average.indices[k], self.pane_average.data[k]))
+        self.pane_average.entries(pane)
     }
 
     /// The mean over a pane of values at the contact nodes.

@@ -1,5 +1,7 @@
 //! The certificate: optimality residuals of an answer, dimensionless.
 
+use std::sync::atomic::AtomicUsize;
+
 use super::{PaneFriction, PaneState, Solved, SolvedContact};
 use crate::{linalg::norm, solver::FeasibleSet};
 
@@ -38,13 +40,16 @@ pub struct ContactCertificate {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrictionCertificate {
     /// Largest excess (‖𝓕⁻¹λ_t‖ − g)₊ over the largest g, with the slip bound g of λ_ν and 𝓕 at the
-    /// solution for Coulomb's law.
+    /// solution for Coulomb's law; where nothing presses, over the stress that rounding of the displacement would make.
     pub friction_bound: f64,
     /// Missing frictional work Σ |Rⁱ| |‖(a u_t1, b u_t2)‖ − λ_t·u_t| for the semi-axes (a, b) of a
     /// pane's ellipse, over the frictional work Σ |Rⁱ| ‖(a u_t1, b u_t2)‖ plus Σ |λ_t|²/ρ_t: zero exactly
-    /// when every pane slides in the direction that the law prescribes.
+    /// when every pane slides in the direction that the law prescribes. A slip within the rounding of u is none.
     pub slip_direction: f64,
 }
+
+/// Displacements smaller than this many roundings of the largest are not resolved.
+const RESOLVED: f64 = 16.0;
 
 /// What violations are measured against.
 struct Yardstick<'a> {
@@ -56,6 +61,10 @@ struct Yardstick<'a> {
     shear: f64,
     /// Σ λ_ν²/ρ_ν and Σ |λ_t|²/ρ_t, in J.
     works: [f64; 2],
+    /// The stress that rounding of the displacement would make of the normal and of the tangential multipliers, in Pa.
+    rounding: [f64; 2],
+    /// The displacement that is none, in m.
+    resolution: f64,
 }
 
 impl<'a> Yardstick<'a> {
@@ -84,12 +93,14 @@ impl<'a> Yardstick<'a> {
             let loaded = range.filter(|&j| stiffness[j] > 0.0);
             loaded.map(|j| multiplier[j].powi(2) / stiffness[j]).sum()
         };
+        let rounding = [rounding(layout.normals()), rounding(layout.tangentials())];
         Self {
             stiffness,
-            pressure: largest(layout.split(multiplier).0.iter().copied())
-                .max(rounding(layout.normals())),
-            shear: largest(shears).max(rounding(layout.tangentials())),
+            pressure: largest(layout.split(multiplier).0.iter().copied()).max(rounding[0]),
+            shear: largest(shears).max(rounding[1]),
             works: [work(layout.normals()), work(layout.tangentials())],
+            rounding,
+            resolution: RESOLVED * f64::EPSILON * moved,
         }
     }
 }
@@ -178,7 +189,10 @@ impl FrictionCertificate {
         let with_friction =
             || (0..panes.len()).filter_map(|i| Some((i, panes[i].friction.as_ref()?)));
         let works = with_friction().map(|(i, pane)| {
-            let [s, t, [a, b]] = [pane.slip, pane.stress, pane.semi_axes];
+            let [mut s, t, [a, b]] = [pane.slip, pane.stress, pane.semi_axes];
+            if s[0].hypot(s[1]) <= by.resolution {
+                s = [0.0; 2];
+            }
             let work = (a * s[0]).hypot(b * s[1]);
             let missing = (work + t[0] * s[0] + t[1] * s[1]).abs();
             [area[i] * work, area[i] * missing]
@@ -203,7 +217,7 @@ impl FrictionCertificate {
         Self {
             friction_bound: ratio(
                 largest(excess),
-                largest(with_friction().map(|(_, pane)| bound(pane))),
+                largest(with_friction().map(|(_, pane)| bound(pane))).max(by.rounding[1]),
             ),
             slip_direction: ratio(missing, work + by.works[1]),
         }
@@ -237,7 +251,8 @@ fn natural_residual(
         .iter()
         .filter_map(|pane| Some(pane.friction?.semi_axes))
         .collect();
-    let set = FeasibleSet::new(panes.len(), semi_axes, &contact.state.interface.projections);
+    let projections = AtomicUsize::new(0);
+    let set = FeasibleSet::new(panes.len(), semi_axes, &projections);
     let area = &contact.state.surface.pane_area;
     let multiplier = &solved.solution.multiplier;
     // The gradient r = S λ − h is −(B u) plus the integrated gap.

@@ -2,16 +2,18 @@
 
 mod certificate;
 mod estimate;
+mod flaw;
 mod nodal_forces;
-mod range;
 mod resultants;
+mod rounding;
 mod zones;
 
 pub use certificate::{Certificate, ContactCertificate, FrictionCertificate};
 pub use estimate::{ContactError, ErrorEstimate};
+pub use flaw::Flaw;
 pub use nodal_forces::SourceForce;
-pub use range::OutOfRange;
 pub use resultants::{ContactResultants, FaceResultants, Resultants, Vector, von_mises};
+pub use rounding::Rounding;
 pub use zones::{PaneCoulomb, PaneFriction, PaneState, Zone};
 
 use nodal_forces::NodalForces;
@@ -22,7 +24,7 @@ use crate::{
     elasticity::{InternalForces, MaterialField},
     mesh::Mesh,
     scene::{Invalid, Scene},
-    solver::{ContactState, Solution},
+    solver::{ContactState, Solution, Status},
 };
 
 /// A solved problem, as post-processing needs it: no factor, no dual operator.
@@ -73,7 +75,10 @@ impl SolvedContact<'_> {
         } else {
             Vec::new()
         };
-        Some((law, FrictionField::new(law, self.state.surface, &slip)))
+        Some((
+            law,
+            FrictionField::new(law, &self.state.surface.pane_average, &slip),
+        ))
     }
 }
 
@@ -105,8 +110,8 @@ pub struct ContactReport {
     pub certificate: Certificate,
     /// The estimated distance of the discrete solution from the body it models.
     pub discretisation_error: ErrorEstimate,
-    /// A figure that double precision does not hold; the solve has failed if there is one.
-    pub out_of_range: Option<OutOfRange>,
+    /// What takes back the claim of the solve; [`Self::judge`] acts on it.
+    pub flaw: Option<Flaw>,
 }
 
 impl ContactReport {
@@ -115,6 +120,22 @@ impl ContactReport {
     /// # Errors
     /// A load that is not finite.
     pub fn new(solved: &Solved<'_>) -> Result<Self, Invalid> {
+        Self::with(solved, ErrorEstimate::new)
+    }
+
+    /// What [`Self::judge`] makes of a solution, without the cost of the error estimate.
+    ///
+    /// # Errors
+    /// A load that is not finite.
+    pub(crate) fn verdict_on(solved: &Solved<'_>) -> Result<(Status, f64), Invalid> {
+        let report = Self::with(solved, |_, _| ErrorEstimate::default())?;
+        Ok(report.verdict(solved.solution.status, solved.solution.accuracy))
+    }
+
+    fn with(
+        solved: &Solved<'_>,
+        estimate: impl FnOnce(&Solved<'_>, &estimate::Known<'_>) -> ErrorEstimate,
+    ) -> Result<Self, Invalid> {
         let friction = solved.contact.as_ref();
         let friction = friction.and_then(|contact| contact.friction(solved));
         let stiffness = solved
@@ -137,7 +158,7 @@ impl ContactReport {
             strain_energy: resultants.strain_energy,
         };
         let mut report = Self {
-            discretisation_error: ErrorEstimate::new(solved, &known),
+            discretisation_error: estimate(solved, &known),
             forces: nodal_forces::by_source(solved, &displacement, &forces)?,
             resultants,
             faces: FaceResultants::of_faces(solved, &panes),
@@ -149,9 +170,10 @@ impl ContactReport {
             friction: friction.map(|(_, field)| field),
             displacement,
             reaction: forces.clamp,
-            out_of_range: None,
+            flaw: None,
         };
-        report.out_of_range = report.find_out_of_range(solved);
+        let rounding = Rounding::new(solved, &report.panes, &stiffness, &[]);
+        report.flaw = report.find_flaw(solved, &rounding);
         Ok(report)
     }
 

@@ -8,7 +8,10 @@ use super::{
     PaneState, Solved, SolvedContact, Zone,
     nodal_forces::{NodalForces, contact_forces, total},
 };
-use crate::{linalg::dot, mesh::SurfaceFace};
+use crate::{
+    linalg::dot,
+    mesh::{Mesh, SurfaceFace},
+};
 
 /// A vector in the global axes.
 pub type Vector = [f64; 3];
@@ -24,9 +27,9 @@ pub struct Resultants {
     pub spring_force: Option<Vector>,
     /// Moments about the origin in N·m, in the same order: contact, applied, clamp.
     pub moments: [Vector; 3],
-    /// ‖Σ forces‖ over Σ‖force‖.
+    /// ‖Σ forces‖ over the sum of the norms of all nodal forces, so that loads which balance each other do not vanish from it.
     pub force_imbalance: f64,
-    /// ‖Σ moments‖ over Σ‖moment‖.
+    /// ‖Σ moments‖ over the sum of the norms of the moments of all nodal forces.
     pub moment_imbalance: f64,
     /// Strain energy ½ a(u, u) of body and springs in J.
     pub strain_energy: f64,
@@ -78,14 +81,18 @@ impl Resultants {
         let springs = forces.springs.as_ref();
         let springs = springs.map(|springs| total(solved.mesh, springs));
         let all = || sums.iter().chain(&springs);
+        let nodal = parts.into_iter().chain(&forces.springs);
+        let [forces_size, moments_size] = nodal
+            .map(|f| sizes(solved.mesh, f))
+            .fold([0.0; 2], |sum, s| [sum[0] + s[0], sum[1] + s[1]]);
         let works = Works::new(solved, displacement, forces, internal);
         Self {
             applied_force: sums[1].0.into(),
             clamp_force: sums[2].0.into(),
             spring_force: springs.map(|(force, _)| force.into()),
             moments: sums.map(|(_, moment)| moment.into()),
-            force_imbalance: imbalance(all().map(|(force, _)| force)),
-            moment_imbalance: imbalance(all().map(|(_, moment)| moment)),
+            force_imbalance: imbalance(all().map(|(force, _)| force), forces_size),
+            moment_imbalance: imbalance(all().map(|(_, moment)| moment), moments_size),
             strain_energy: works.strain_energy,
             spring_energy: works.of_springs.map(|work| -0.5 * work),
             load_work: works.of_loads,
@@ -211,13 +218,24 @@ impl FaceResultants {
     }
 }
 
-fn imbalance<'a>(parts: impl Iterator<Item = &'a Vector3<f64>> + Clone) -> f64 {
-    let size: f64 = parts.clone().map(Vector3::norm).sum();
+fn imbalance<'a>(parts: impl Iterator<Item = &'a Vector3<f64>>, size: f64) -> f64 {
     if size == 0.0 {
         0.0
     } else {
         parts.sum::<Vector3<f64>>().norm() / size
     }
+}
+
+/// Sums of the norms of nodal forces and of their moments about the origin.
+fn sizes(mesh: &Mesh, forces: &[Vector]) -> [f64; 2] {
+    let nodes = forces.iter().zip(&mesh.coordinates);
+    nodes.fold([0.0; 2], |[force, moment], (f, x)| {
+        let f = Vector3::from(*f);
+        [
+            force + f.norm(),
+            moment + Vector3::from(*x).cross(&f).norm(),
+        ]
+    })
 }
 
 /// Von Mises stress in Pa of a Voigt stress (xx, yy, zz, yz, xz, xy).

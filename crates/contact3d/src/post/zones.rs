@@ -82,9 +82,10 @@ pub(super) fn pane_states(
         .iter_mut()
         .zip(held)
         .for_each(|(u, held)| *u += held);
-    let set = contact.state.feasible_set(solution.coulomb.as_ref());
+    let laws = contact.state.laws();
+    let set = laws.feasible_set(solution.coulomb.as_ref());
     let gap = contact.state.interface.gap.as_deref();
-    let past = contact.state.interface.past.as_ref();
+    let past = contact.state.interface.slip.past.as_ref();
     let origin = past.map(|past| [past.component(0), past.component(1)]);
     let origin = |pane: usize, k: usize| {
         let values = origin.as_ref().map(|values| &values[k]);

@@ -4,11 +4,10 @@ use std::sync::Arc;
 
 use super::{Problem, ProblemError};
 use crate::{
-    contact::Interface,
     dual::{AssemblySeconds, DualSystem, LocalStiffness},
     linalg::Workspace,
     mesh::Mesh,
-    post::{ContactReport, Solved, SolvedContact},
+    post::{ContactReport, Rounding, Solved, SolvedContact},
     scene::{Invalid, Scene, SolveSettings},
     solver::{ContactState, Progress, Solution, Start, Status, coulomb_state, solve},
 };
@@ -35,11 +34,18 @@ impl AssembledProblem {
     /// Newton's method is asked for and S is not dense.
     pub fn solve(&self, settings: &SolveSettings) -> Result<Solution, ProblemError> {
         settings.validate("solve")?;
-        let solution = self.solve_from(settings, Start::default(), &mut |_| {})?;
+        let solution = self.solve_judged(settings)?;
         match self.reconsidered(solution.status, settings)? {
             None => Ok(solution),
-            Some(double) => double.solve_from(settings, Start::default(), &mut |_| {}),
+            Some(double) => double.solve_judged(settings),
         }
+    }
+
+    fn solve_judged(&self, settings: &SolveSettings) -> Result<Solution, ProblemError> {
+        let mut solution = self.solve_from(settings, Start::default(), &mut |_| {})?;
+        let verdict = ContactReport::verdict_on(&self.solved(&solution))?;
+        (solution.status, solution.accuracy) = verdict;
+        Ok(solution)
     }
 
     /// The same problem with a factor in double precision, after a solve that gave up with one in single precision that the
@@ -65,8 +71,7 @@ impl AssembledProblem {
         let problem = Problem {
             scene: self.problem.scene.clone(),
             mesh: self.problem.mesh.clone(),
-            interface: self.problem.own_interface()?,
-            past: self.problem.past.clone(),
+            interface: self.problem.interface.clone(),
         };
         Ok(Some(Self { problem, system }))
     }
@@ -83,13 +88,10 @@ impl AssembledProblem {
         start: Start<'_>,
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Solution, ProblemError> {
-        // Its own counters of evaluations and projections, so that solves may run side by side.
         self.scene().require_no_history("a solve")?;
-        let interface = self.problem.own_interface()?;
-        let contact = self.contact_with(interface.as_ref());
         Ok(solve(
             &self.system,
-            contact.as_ref(),
+            self.contact_state().as_ref(),
             settings,
             start,
             observe,
@@ -112,7 +114,7 @@ impl AssembledProblem {
         if let Some(explicit) = dual.explicit() {
             solution.local_stiffness = LocalStiffness::new(explicit).stiffness;
             if let Some(law) = contact.interface.coulomb() {
-                let state = coulomb_state(explicit, &contact, law, &multiplier);
+                let state = coulomb_state(explicit, &contact.laws(), law, &multiplier);
                 solution.coulomb = Some(state);
             }
         }
@@ -125,8 +127,23 @@ impl AssembledProblem {
     /// # Errors
     /// [`ProblemError::Invalid`] for a load that is not finite.
     pub fn report(&self, solution: &Solution) -> Result<ContactReport, ProblemError> {
+        Ok(ContactReport::new(&self.solved(solution))?)
+    }
+
+    /// What rounding makes of the residuals of a solution, with |S||λ| in m³, `[n_multipliers]`.
+    pub(crate) fn rounding_of(
+        &self,
+        solution: &Solution,
+        report: &ContactReport,
+        moved: &[f64],
+    ) -> Rounding {
+        let solved = self.solved(solution);
+        Rounding::new(&solved, &report.panes, &solution.local_stiffness, moved)
+    }
+
+    fn solved<'a>(&'a self, solution: &'a Solution) -> Solved<'a> {
         let contact = self.system.contact.as_ref().zip(self.contact_state());
-        Ok(ContactReport::new(&Solved {
+        Solved {
             scene: self.scene(),
             mesh: self.mesh(),
             system: &self.system.assembly.primal,
@@ -135,7 +152,7 @@ impl AssembledProblem {
                 state,
             }),
             solution,
-        })?)
+        }
     }
 
     /// The scene.
@@ -165,12 +182,10 @@ impl AssembledProblem {
     /// Γ_c and its laws; `None` without contact.
     #[must_use]
     pub fn contact_state(&self) -> Option<ContactState<'_>> {
-        self.contact_with(self.problem.interface())
-    }
-
-    fn contact_with<'a>(&'a self, interface: Option<&'a Interface>) -> Option<ContactState<'a>> {
-        let (surface, interface) = self.mesh().contact.as_ref().zip(interface)?;
-        Some(ContactState { surface, interface })
+        Some(ContactState {
+            surface: self.mesh().contact.as_ref()?,
+            interface: self.problem.interface()?,
+        })
     }
 
     /// Number of panes m; 0 without contact.

@@ -73,7 +73,6 @@ impl AssembledProblem {
         Ok(SteppedProblem {
             last: AssembledProblem {
                 problem: Problem {
-                    past: problem.interface.as_ref().and_then(|i| i.past.clone()),
                     scene: problem.scene,
                     mesh: self.problem.mesh.clone(),
                     interface: problem.interface,

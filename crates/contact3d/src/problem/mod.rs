@@ -18,7 +18,7 @@ use crate::{
     contact::{Interface, Past},
     elasticity::idle_loads,
     mesh::Mesh,
-    scene::{Invalid, Scene, SceneFile, Warning},
+    scene::{Scene, SceneFile, Warning},
 };
 
 /// A scene on its mesh, with the laws of its contact face.
@@ -27,8 +27,6 @@ pub struct Problem {
     scene: Scene,
     mesh: Arc<Mesh>,
     interface: Option<Interface>,
-    /// Where a step of a load history begins.
-    past: Option<Past>,
 }
 
 impl Problem {
@@ -75,18 +73,14 @@ impl Problem {
             scene,
             mesh,
             interface,
-            past: None,
         })
     }
 
     /// The same problem in a later step of a load history.
     fn after(mut self, past: Option<Past>) -> Self {
-        if let Some(past) = &past {
-            self.interface = self
-                .interface
-                .map(|interface| interface.after(past.clone()));
+        if let Some(past) = past {
+            self.interface = self.interface.map(|interface| interface.after(past));
         }
-        self.past = past;
         self
     }
 
@@ -116,15 +110,6 @@ impl Problem {
     #[must_use]
     pub fn interface(&self) -> Option<&Interface> {
         self.interface.as_ref()
-    }
-
-    /// The laws of the contact face once more, with counters of their own.
-    fn own_interface(&self) -> Result<Option<Interface>, Invalid> {
-        let interface = Interface::new(&self.scene, &self.mesh)?;
-        Ok(match (interface, &self.past) {
-            (Some(interface), Some(past)) => Some(interface.after(past.clone())),
-            (interface, _) => interface,
-        })
     }
 
     /// What is allowed in the scene and probably not meant.

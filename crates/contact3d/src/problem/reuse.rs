@@ -43,9 +43,11 @@ impl AssembledProblem {
         if let Some(key) = other_part(self.scene(), &scene) {
             return Err(ProblemError::OtherOperator { key });
         }
+        let interface = self.problem.interface();
+        let past = interface.and_then(|interface| interface.slip.past.clone());
         let problem = Problem::of_checked(scene, self.problem.mesh.clone())?;
         self.require_compliance(problem.interface())?;
-        let problem = problem.after(self.problem.past.clone());
+        let problem = problem.after(past);
         let mut system = self.system.clone();
         system.apply(&problem.scene, &problem.mesh, problem.interface())?;
         Ok(Self { problem, system })

@@ -131,14 +131,14 @@ pub(super) fn compare(
         };
         let (status, accuracy, steps, unknowns) = found;
         let multiplier = problem.dual().multipliers(&unknowns);
-        let contact = problem.contact();
+        let laws = problem.contact().laws();
         results.push(CrossCheckResult {
             cross_check,
             status,
             accuracy,
             steps,
             disagreement: problem.distance(multiplier, &answer.multiplier),
-            residual: Linearisation::residual_of(problem.dual(), &contact, &unknowns),
+            residual: Linearisation::residual_of(problem.dual(), &laws, &unknowns),
         });
     }
     Ok(results)
@@ -146,7 +146,7 @@ pub(super) fn compare(
 
 /// Averaged successive approximations from λ = 0.
 fn averaged(problem: &ExplicitProblem, law: &CoulombLaw) -> (Status, f64, usize, Vec<f64>) {
-    let (dual, contact) = (problem.dual(), problem.contact());
+    let (dual, laws) = (problem.dual(), problem.contact().laws());
     let local = LocalStiffness::new(dual);
     let mut steps = 0;
     // Without pressure no friction balances the load of a body that floats.
@@ -158,7 +158,7 @@ fn averaged(problem: &ExplicitProblem, law: &CoulombLaw) -> (Status, f64, usize,
     for share in [0.5, 0.125] {
         multiplier.clone_from(&start);
         for _ in 0..MOST_AVERAGES {
-            let image = evaluate_mapping(dual, &local, &contact, law, &multiplier);
+            let image = evaluate_mapping(dual, &local, &laws, law, &multiplier);
             steps += 1;
             for (l, image) in multiplier.iter_mut().zip(&image.multiplier) {
                 *l += share * (image - *l);

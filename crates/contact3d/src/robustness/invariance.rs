@@ -138,7 +138,7 @@ pub(super) fn compare(
                 difference: problem.distance(&multiplier, &answer.multiplier),
                 residual: Linearisation::residual_of(
                     problem.dual(),
-                    &problem.contact(),
+                    &problem.contact().laws(),
                     &problem.unknowns(&multiplier, answer),
                 ),
             });

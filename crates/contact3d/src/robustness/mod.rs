@@ -121,16 +121,17 @@ impl Check {
         let double = own.in_double_precision(scene, folder)?;
         let problem = double.as_ref().unwrap_or(&own);
         let report = problem.assembled.report(&answer)?;
-        let contact = problem.contact();
+        report.judge(&mut answer);
+        let laws = problem.contact().laws();
         let unknowns = problem.unknowns(&answer.multiplier, &answer);
-        let linearisation = Linearisation::new(problem.dual(), &contact, &unknowns);
+        let linearisation = Linearisation::new(problem.dual(), &laws, &unknowns);
         let conditioning = Conditioning::of(problem);
         Ok(Self {
             solutions,
             n_free: answer.displacement.len(),
             n_multipliers: answer.multiplier.len(),
             precision: own.precision(),
-            status: report.judged(answer.status),
+            status: answer.status,
             solved_by: answer.solved_by,
             steps: [answer.newton.len(), answer.history.len()],
             asked: scene.solve.epsilon(),

@@ -6,10 +6,10 @@ use super::{
     NewtonStep, OuterStep, Progress, Solution, SolvedBy, Status, StepCounts,
     accuracy::polish::{COARSEST, Polished},
     conditions::Bound,
-    contact_state::slip_of,
     coulomb_state, evaluate_mapping,
     inner::projected_gradient_steplength,
     newton::search::Search,
+    pane_laws::slip_of,
     problem::DiscreteProblem,
 };
 use crate::dual::{DualOperator, ExplicitDual, ExplicitOperator, LocalStiffness};
@@ -88,7 +88,7 @@ impl DiscreteProblem<'_> {
         } else {
             Status::RoundingLimit
         };
-        let mut operator = ExplicitOperator::new(dual, self.assembly, self.dual);
+        let mut operator = ExplicitOperator::new(dual, self.body.assembly, self.dual);
         let steplength = projected_gradient_steplength(&mut operator);
         let mut solution = Solution {
             status,
@@ -114,19 +114,14 @@ impl DiscreteProblem<'_> {
                     seconds: started.elapsed().as_secs_f64(),
                 }];
             }
-            Bound::Coulomb(contact, law) => {
-                let image = evaluate_mapping(&answer.dual, local, contact, law, &answer.multiplier);
+            Bound::Coulomb(laws, law) => {
+                let image = evaluate_mapping(&answer.dual, local, laws, law, &answer.multiplier);
                 solution.solved_by = SolvedBy::Newton;
                 solution.mapping_change = Some(image.relative_change);
                 solution.applications += image.evaluations;
-                let slip = || slip_of(&answer.dual, contact, &answer.multiplier);
+                let slip = || slip_of(&answer.dual, laws, &answer.multiplier);
                 solution.slip = law.depends_on_slip().then(slip);
-                solution.coulomb = Some(coulomb_state(
-                    &answer.dual,
-                    contact,
-                    law,
-                    &answer.multiplier,
-                ));
+                solution.coulomb = Some(coulomb_state(&answer.dual, laws, law, &answer.multiplier));
             }
         }
         solution.displacement = answer.displacement.value;

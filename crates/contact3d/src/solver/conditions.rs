@@ -2,7 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
-use super::{ContactState, Ellipse, FeasibleSet};
+use super::{Ellipse, FeasibleSet, PaneLaws};
 use crate::{
     contact::{CoulombLaw, FrictionField, MultiplierLayout, SlipOperatorDerivative},
     linalg::norm,
@@ -13,7 +13,7 @@ use crate::{
 pub(crate) enum Bound<'a> {
     /// Coulomb friction with F(u): (a, b) = g / 𝓕⁻¹(u_t(λ)) with the law's slip bound g under the pressure
     /// max(z_ν, 0).
-    Coulomb(&'a ContactState<'a>, &'a CoulombLaw),
+    Coulomb(&'a PaneLaws, &'a CoulombLaw),
     /// Frozen ellipses, one inner problem of Algorithm 4.1; none in frictionless contact.
     Frozen(&'a FeasibleSet<'a>),
 }
@@ -88,8 +88,8 @@ impl PaneEvaluation {
 impl<'a> Conditions<'a> {
     pub(super) fn new(bound: Bound<'a>, layout: MultiplierLayout, steplengths: Vec<f64>) -> Self {
         let constant_inverse = match bound {
-            Bound::Coulomb(contact, law) if !law.depends_on_slip() => {
-                Some(FrictionField::new(law, contact.surface, &[]).pane_inverse)
+            Bound::Coulomb(laws, law) if !law.depends_on_slip() => {
+                Some(FrictionField::new(law, &laws.average, &[]).pane_inverse)
             }
             Bound::Coulomb(..) | Bound::Frozen(_) => None,
         };
@@ -228,12 +228,12 @@ impl<'a> Conditions<'a> {
         bound: f64,
         slips: &[[f64; 2]],
     ) -> [f64; 2] {
-        let Bound::Coulomb(contact, _) = self.bound else {
+        let Bound::Coulomb(laws, _) = self.bound else {
             return [0.0; 2];
         };
         let here = &at.panes[pane];
         let inverse_change = |k: usize| -> f64 {
-            let nodes = contact.surface.pane_weights(pane);
+            let nodes = laws.average.entries(pane);
             let slopes = nodes.filter_map(|(node, weight)| {
                 let slope = at.inverse_slope.get(node)?[k];
                 let moved = slips[node];
@@ -249,8 +249,8 @@ impl<'a> Conditions<'a> {
 
     fn count_projections(&self) {
         match self.bound {
-            Bound::Coulomb(contact, _) => {
-                let count = &contact.interface.projections;
+            Bound::Coulomb(laws, _) => {
+                let count = &laws.projections;
                 count.fetch_add(self.layout.n_pairs(), Ordering::Relaxed);
             }
             Bound::Frozen(set) => set.count_projections(),
@@ -260,8 +260,8 @@ impl<'a> Conditions<'a> {
     /// ∂φ/∂u_t where the ellipses move with the slip.
     fn slip_derivative(&self, displacement: &[[f64; 2]]) -> Option<SlipOperatorDerivative> {
         match self.bound {
-            Bound::Coulomb(contact, _) if self.follows_slip() => {
-                Some(contact.interface.slip_derivative(displacement))
+            Bound::Coulomb(laws, _) if self.follows_slip() => {
+                Some(laws.slip.derivative(displacement))
             }
             Bound::Coulomb(..) | Bound::Frozen(_) => None,
         }
@@ -272,12 +272,12 @@ impl<'a> Conditions<'a> {
         &self,
         displacement: &[[f64; 2]],
     ) -> (Vec<[f64; 2]>, Vec<[[f64; 2]; 2]>) {
-        let Bound::Coulomb(contact, law) = self.bound else {
+        let Bound::Coulomb(laws, law) = self.bound else {
             return (Vec::new(), Vec::new());
         };
         let Some(constant) = &self.constant_inverse else {
-            let slip = contact.interface.slip_of(displacement);
-            let field = FrictionField::new(law, contact.surface, &slip);
+            let slip = laws.slip.slip(displacement);
+            let field = FrictionField::new(law, &laws.average, &slip);
             let slopes = (0..law.n_nodes())
                 .map(|node| {
                     let derivative = law.derivative(node, slip[node]);

@@ -3,40 +3,41 @@
 use std::time::Instant;
 
 use super::{
-    ContactState, Inner, Kprgp, OuterStep, Solution, SolvedBy, Status,
+    Inner, Kprgp, OuterStep, PaneLaws, Solution, SolvedBy, Status,
     inner::projected_gradient_steplength,
 };
-use crate::{dual::DualOperator, scene::SolveSettings};
+use crate::{dual::BodyOperator, scene::SolveSettings};
 
 /// Solves frictionless contact, or friction with a given slip bound: one minimisation of
 /// ½ λᵀSλ − λᵀh over a fixed admissible set, to the accuracy r_tol ε of an inner problem.
 pub(super) fn minimise(
     inner: Inner<'_>,
-    operator: &mut dyn DualOperator,
-    contact: &ContactState<'_>,
+    operator: &mut BodyOperator<'_, '_>,
+    laws: &PaneLaws,
     settings: &SolveSettings,
     start: Option<&[f64]>,
     mut observe: impl FnMut(usize, &OuterStep),
 ) -> Solution {
     let started = Instant::now();
     let kprgp = Kprgp {
-        steplength: projected_gradient_steplength(operator),
+        steplength: projected_gradient_steplength(operator.as_dual()),
         gamma: settings.gamma,
         max_applications: settings.max_inner_actions,
     };
-    let mut multiplier = start.map_or_else(|| vec![0.0; operator.dimension()], <[f64]>::to_vec);
+    let dimension = laws.layout.n_multipliers();
+    let mut multiplier = start.map_or_else(|| vec![0.0; dimension], <[f64]>::to_vec);
     let tolerance = settings.r_tol * settings.epsilon();
-    let set = contact.feasible_set(None);
+    let set = laws.feasible_set(None);
     let summary = inner.minimise(operator, &kprgp, &set, &mut multiplier, tolerance);
     // As for successive approximations.
-    let attainable = operator.dimension() as f64 * f64::EPSILON;
-    let displacement = operator.to_primal(&multiplier);
+    let attainable = dimension as f64 * f64::EPSILON;
+    let displacement = operator.as_primal().to_primal(&multiplier);
     let step = OuterStep {
         change: 0.0,
         inner_tolerance: tolerance,
         inner_residual: summary.residual,
         steps: summary.steps,
-        applications: operator.applications() + summary.applications,
+        applications: operator.as_dual().applications() + summary.applications,
         seconds: started.elapsed().as_secs_f64(),
     };
     observe(0, &step);

@@ -1,14 +1,15 @@
 //! The nonlinear solvers: Algorithm 4.1 (successive approximations) with KPRGP, GPCG or Newton's
 //! method inside, and a semismooth Newton method for the whole problem.
 //!
-//! Each module uses only those before it: `ellipse`, `feasible_set`, `history`, `contact_state`,
+//! Each module uses only those before it: `ellipse`, `feasible_set`, `history`, `pane_laws`, `body`,
 //! `solution`, `problem`, `conditions`, `newton`, `inner`, `minimisation`, `fixed_point`, `accuracy`, `answer`, `equilibrium`, `solve`;
-//! `delassus` is for problems given by matrices alone.
+//! `delassus` is for problems given by matrices alone. They work on [`PaneLaws`] and an operator; what is behind, a mesh with its
+//! frames and degrees of freedom, only `body` knows.
 
 mod accuracy;
 mod answer;
+mod body;
 mod conditions;
-mod contact_state;
 mod delassus;
 mod ellipse;
 mod equilibrium;
@@ -18,13 +19,14 @@ mod history;
 mod inner;
 mod minimisation;
 mod newton;
+mod pane_laws;
 mod problem;
 mod solution;
 mod solve;
 mod unanswered;
 
+pub use body::{ContactBody, ContactState};
 pub(crate) use conditions::{Bound, PaneZone};
-pub use contact_state::{ContactState, CoulombState, coulomb_state};
 pub use delassus::{
     DelassusError, DelassusMethod, DelassusProblem, DelassusSettings, DelassusSolution,
     DelassusSolver, DelassusStatus, FrozenGlobal, FrozenScaling, MOST_DENSE_CONTACTS,
@@ -42,6 +44,7 @@ pub use newton::{
     minimise_frozen, newton,
 };
 pub(crate) use newton::{contraction_of_mapping, natural_map::NaturalMap};
+pub use pane_laws::{CoulombState, PaneLaws, coulomb_state};
 pub use problem::{NeedsExplicit, OuterState, Progress, Start};
 pub use solution::{Goal, Solution, SolvedBy, Status};
 pub use solve::solve;

@@ -1,20 +1,17 @@
 //! A problem to solve: where a solve begins, and what its observer sees.
 
-use std::sync::atomic::Ordering;
-
 use thiserror::Error;
 
-use super::{ContactState, NewtonStep, OuterStep, Solution};
-use crate::{
-    dual::{Assembly, ContactSystem},
-    scene::SolveSettings,
-};
+use super::{ContactBody, NewtonStep, OuterStep, PaneLaws, Solution};
+use crate::{dual::ContactSystem, scene::SolveSettings};
 
-/// A body in contact, and how to solve it.
+/// A contact problem, and how to solve it.
 pub(super) struct DiscreteProblem<'a> {
-    pub(super) assembly: &'a Assembly,
+    /// S and h, and the balance of a body that floats.
     pub(super) dual: &'a ContactSystem,
-    pub(super) contact: &'a ContactState<'a>,
+    pub(super) laws: &'a PaneLaws,
+    /// Where exact residuals come from.
+    pub(super) body: ContactBody<'a>,
     pub(super) settings: &'a SolveSettings,
     pub(super) start: Start<'a>,
 }
@@ -78,16 +75,6 @@ impl Start<'_> {
                 .checkpoint
                 .filter(|state| state.multiplier.len() == n_multipliers),
         }
-    }
-}
-
-impl OuterState {
-    /// Sets the counters of the contact face to those of this state.
-    pub(super) fn restore_counters(&self, contact: &ContactState<'_>) {
-        let interface = contact.interface;
-        interface.set_law_evaluations(self.law_evaluations);
-        let projections = &interface.projections;
-        projections.store(self.projections, Ordering::Relaxed);
     }
 }
 

@@ -1,17 +1,18 @@
 //! Chooses how a discrete problem is solved, as its settings say.
 
-use std::sync::atomic::Ordering;
-
 use super::{
-    ContactState, Inner, LocalMapping, NeedsExplicit, OuterStep, Progress, Solution, Start, Status,
-    conditions::Bound, equilibrium::{neutral_motions, unstopped_motion}, minimisation::minimise,
+    ContactBody, ContactState, Inner, LocalMapping, NeedsExplicit, OuterStep, Progress, Solution,
+    Start, Status,
+    conditions::Bound,
+    equilibrium::{neutral_motions, unstopped_motion},
+    minimisation::minimise,
     problem::DiscreteProblem, successive_approximations, unanswered::has_run_away,
 };
 use crate::{
     contact::CoulombLaw,
     dual::{
-        BalancedOperator, ContactSystem, DualOperator, DualSystem, ExplicitOperator,
-        ImplicitOperator, LocalStiffness, OperatorForm, drag, pane_stiffness,
+        BalancedOperator, BodyOperator, ContactSystem, DualSystem, ExplicitOperator,
+        ImplicitOperator, LocalStiffness, OperatorForm, PrimalOperator, drag, pane_stiffness,
     },
     linalg::{Precision, Workspace},
     scene::{Method, SolveSettings},
@@ -50,85 +51,79 @@ pub fn solve(
             ..Solution::default()
         });
     };
-    let (surface, interface) = (contact.surface, contact.interface);
-    let balanced = dual.balanced(&system.assembly, surface, interface);
-    let dual = balanced.as_ref().unwrap_or(dual);
-    let neutral = dual.balance.as_ref();
-    let neutral = neutral.map(|it| neutral_motions(&system.assembly, it));
-    let neutral = neutral.unwrap_or_default();
-    if let Some(balance) = &dual.balance
-        && let Some(motion) = unstopped_motion(&system.assembly, balance, contact)
-    {
-        return Ok(Solution {
-            unstopped_motion: Some(motion),
-            neutral_motions: neutral,
-            ..Solution::without_answer(
-                Status::NoEquilibrium,
-                dual,
-                &system.assembly.primal,
-                contact,
-            )
-        });
-    }
-    let problem = DiscreteProblem {
+    let body = ContactBody {
         assembly: &system.assembly,
+        face: *contact,
+    };
+    let laws = contact.laws();
+    let balanced = dual.balanced(&system.assembly, contact.surface, contact.interface);
+    let dual = balanced.as_ref().unwrap_or(dual);
+    let problem = DiscreteProblem {
         dual,
-        contact,
+        laws: &laws,
+        body,
         settings,
         start: start.fitting(dual.layout().n_multipliers()),
     };
-    let mut solution = match contact.interface.coulomb() {
-        None => problem.minimise(observe)?,
-        Some(law) => problem.coulomb(law, observe)?,
-    };
-    solution.neutral_motions = neutral;
-    let mut states = solution.coulomb.iter();
-    if !states.all(|state| state.is_admissible(contact.surface)) {
-        solution.status = Status::NumericalError;
-    }
-    if let Some(balance) = &dual.balance {
-        solution.rigid_motion = balance.coupling.in_modes(&solution.rigid_motion);
-        if !solution.status.is_solved() && has_run_away(&solution, surface) {
-            let primal = &system.assembly.primal;
-            return Ok(Solution {
-                history: solution.history,
-                newton: solution.newton,
-                solved_by: solution.solved_by,
-                applications: solution.applications,
-                neutral_motions: solution.neutral_motions,
-                ..Solution::without_answer(solution.status, dual, primal, contact)
-            });
-        }
-    }
-    solution.law_evaluations = contact.interface.law_evaluations();
-    solution.projections = contact.interface.projections.load(Ordering::Relaxed);
-    // The mapping of a body that floats is not one of multipliers alone.
-    if let (Some(law), Some(explicit), None) =
-        (contact.interface.coulomb(), dual.explicit(), &dual.balance)
-        && solution.status.is_solved()
-    {
-        solution.local_mapping = LocalMapping::new(explicit, contact, law, &solution.multiplier);
-    }
-    Ok(solution)
-}
-
-/// The solution of a body that floats, with its rigid motions.
-fn moved(
-    mut operator: impl DualOperator,
-    run: impl FnOnce(&mut dyn DualOperator) -> Solution,
-) -> Solution {
-    let solution = run(&mut operator);
-    let rigid_motion = operator.motion(&solution.multiplier);
-    Solution {
-        rigid_motion,
-        ..solution
-    }
+    problem.solve(observe)
 }
 
 impl DiscreteProblem<'_> {
+    fn solve(&self, observe: &mut dyn FnMut(Progress<'_>)) -> Result<Solution, NeedsExplicit> {
+        let (dual, laws) = (self.dual, self.laws);
+        let assembly = self.body.assembly;
+        let neutral = dual.balance.as_ref();
+        let neutral = neutral.map(|it| neutral_motions(assembly, it)).unwrap_or_default();
+        if let Some(balance) = &dual.balance
+            && let Some(motion) = unstopped_motion(assembly, balance, laws)
+        {
+            return Ok(Solution {
+                unstopped_motion: Some(motion),
+                neutral_motions: neutral,
+                ..Solution::without_answer(Status::NoEquilibrium, self)
+            });
+        }
+        let mut solution = match laws.coulomb() {
+            None => self.minimise(observe)?,
+            Some(law) => self.coulomb(law, observe)?,
+        };
+        solution.neutral_motions = neutral;
+        let mut states = solution.coulomb.iter();
+        if !states.all(|state| state.is_admissible(laws)) {
+            solution.status = Status::NumericalError;
+        }
+        if let Some(balance) = &dual.balance {
+            solution.rigid_motion = balance.coupling.in_modes(&solution.rigid_motion);
+            if !solution.status.is_solved() && has_run_away(&solution, laws) {
+                return Ok(Solution {
+                    history: solution.history,
+                    newton: solution.newton,
+                    solved_by: solution.solved_by,
+                    applications: solution.applications,
+                    neutral_motions: solution.neutral_motions,
+                    ..Solution::without_answer(solution.status, self)
+                });
+            }
+            // Coefficients that follow the slip of nodes may feel what panes do not.
+            if solution.slip.is_none() {
+                let (u, motion) = (&mut solution.displacement, &mut solution.rigid_motion);
+                balance.coupling.remove_neutral(u, motion);
+            }
+        }
+        solution.law_evaluations = laws.law_evaluations();
+        solution.projections = laws.projections();
+        // The mapping of a body that floats is not one of multipliers alone.
+        if let (Some(law), Some(explicit), None) = (laws.coulomb(), dual.explicit(), &dual.balance)
+            && solution.status.is_solved()
+        {
+            solution.local_mapping = LocalMapping::new(explicit, laws, law, &solution.multiplier);
+        }
+        Ok(solution)
+    }
+
     /// Frictionless contact and Tresca's law.
     fn minimise(&self, observe: &mut dyn FnMut(Progress<'_>)) -> Result<Solution, NeedsExplicit> {
-        let set = self.contact.feasible_set(None);
+        let set = self.laws.feasible_set(None);
         let bound = Bound::Frozen(&set);
         match (self.settings.method, self.dual.explicit()) {
             (Method::Newton, None) => Err(NeedsExplicit("method newton")),
@@ -151,7 +146,7 @@ impl DiscreteProblem<'_> {
         law: &CoulombLaw,
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Solution, NeedsExplicit> {
-        let bound = Bound::Coulomb(self.contact, law);
+        let bound = Bound::Coulomb(self.laws, law);
         match (self.settings.method, self.dual.explicit()) {
             (Method::Newton, None) => Err(NeedsExplicit("method newton")),
             (Method::Newton, Some(dual)) => {
@@ -180,7 +175,7 @@ impl DiscreteProblem<'_> {
 
     /// Local stiffness where S is not dense.
     fn pane_stiffness(&self) -> Vec<f64> {
-        let mut stiffness = pane_stiffness(&self.assembly.primal, &self.dual.coupling);
+        let mut stiffness = pane_stiffness(&self.body.assembly.primal, &self.dual.coupling);
         drag(&mut stiffness, self.dual.layout(), self.dual.dual_rhs());
         stiffness
     }
@@ -209,7 +204,7 @@ impl DiscreteProblem<'_> {
         let explicit = Some((dual, &local));
         let inner = Inner::chosen(self.settings.inner, explicit, &local.stiffness)?;
         let mut solution = judge(run(self, inner));
-        if self.assembly.factor.precision() == Precision::Double {
+        if self.body.precision() == Precision::Double {
             return Ok(solution);
         }
         for _ in 0..MOST_TIGHTENINGS {
@@ -282,20 +277,27 @@ impl DiscreteProblem<'_> {
         solution
     }
 
-    fn with_operator(&self, run: impl FnOnce(&mut dyn DualOperator) -> Solution) -> Solution {
-        let explicit = self.dual.explicit();
-        let explicit = explicit.map(|dual| ExplicitOperator::new(dual, self.assembly, self.dual));
-        let implicit = || ImplicitOperator::new(self.assembly, self.dual);
-        let mut solution = match (explicit, &self.dual.balance) {
-            (Some(mut operator), None) => run(&mut operator),
-            (None, None) => run(&mut implicit()),
-            (Some(operator), Some(balance)) => moved(BalancedOperator::new(operator, balance), run),
-            (None, Some(balance)) => moved(BalancedOperator::new(implicit(), balance), run),
+    fn with_operator(&self, run: impl FnOnce(&mut BodyOperator<'_, '_>) -> Solution) -> Solution {
+        let assembly = self.body.assembly;
+        let mut operator: Box<dyn PrimalOperator + '_> = match self.dual.explicit() {
+            Some(dual) => Box::new(ExplicitOperator::new(dual, assembly, self.dual)),
+            None => Box::new(ImplicitOperator::new(assembly, self.dual)),
+        };
+        let mut solution = match &self.dual.balance {
+            None => run(&mut BodyOperator::Held(&mut *operator)),
+            Some(balance) => {
+                let mut operator = BalancedOperator::new(operator, balance);
+                let solution = run(&mut BodyOperator::Floating(&mut operator));
+                Solution {
+                    rigid_motion: operator.motion(&solution.multiplier),
+                    ..solution
+                }
+            }
         };
         let unknowns = self.unknowns(&solution);
         let refined = self
             .dual
-            .refined_displacement(self.assembly, &unknowns, None, f64::EPSILON);
+            .refined_displacement(assembly, &unknowns, None, f64::EPSILON);
         solution.displacement = refined.value;
         solution
     }
@@ -304,7 +306,7 @@ impl DiscreteProblem<'_> {
         self.with_operator(|operator| {
             let first = self.start.multiplier;
             let observe = |k: usize, step: &OuterStep| observe(Progress::Outer(k, step));
-            minimise(inner, operator, self.contact, self.settings, first, observe)
+            minimise(inner, operator, self.laws, self.settings, first, observe)
         })
     }
 
@@ -318,8 +320,8 @@ impl DiscreteProblem<'_> {
             successive_approximations(
                 inner,
                 operator,
-                self.assembly,
-                self.contact,
+                &self.body,
+                self.laws,
                 law,
                 self.settings,
                 self.start,

@@ -12,7 +12,7 @@ use crate::{
     contact::{CoulombLaw, FrictionField, SlipOperatorDerivative},
     dual::{ExplicitDual, LocalStiffness},
     linalg::{CscMatrix, Workspace},
-    solver::{ContactState, CoulombState, frozen_response},
+    solver::{CoulombState, PaneLaws, frozen_response},
 };
 
 /// Ψ′ at a solution.
@@ -32,7 +32,7 @@ pub struct LocalContraction {
 pub(super) struct AtSolution<'a> {
     pub(super) dual: &'a ExplicitDual,
     pub(super) local: &'a LocalStiffness,
-    pub(super) contact: ContactState<'a>,
+    pub(super) laws: PaneLaws,
     pub(super) law: &'a CoulombLaw,
     pub(super) face: &'a Face,
     /// The compliance u_t = … − G λ of the contact nodes, `[2 n_contact_nodes, 3 m]`.
@@ -76,20 +76,14 @@ impl AtSolution<'_> {
     fn chain(&self) -> Option<Chain> {
         let layout = self.dual.layout;
         let (m, n) = (layout.n_panes(), layout.n_multipliers());
-        let operator = &self.contact.interface.slip;
+        let operator = &self.laws.slip.operator;
         let slip = operator.slip(self.tangential);
         let (normal, _) = layout.split(self.multiplier);
         let state = CoulombState {
             slip_bound: self.law.slip_bounds(normal, |l| l.max(0.0)),
-            friction: FrictionField::new(self.law, self.contact.surface, &slip),
+            friction: FrictionField::new(self.law, &self.laws.average, &slip),
         };
-        let response = frozen_response(
-            self.dual,
-            self.local,
-            &self.contact,
-            &state,
-            self.multiplier,
-        )?;
+        let response = frozen_response(self.dual, self.local, &self.laws, &state, self.multiplier)?;
         let z = |row: usize, column: usize| response[column * n + row];
         let slope = |pane: usize| self.law.slip_bound_slope(pane, normal[pane].max(0.0));
         Some(Chain {
@@ -119,7 +113,7 @@ impl AtSolution<'_> {
             return rows;
         }
         for pane in 0..m {
-            for (node, weight) in self.contact.surface.pane_weights(pane) {
+            for (node, weight) in self.laws.average.entries(pane) {
                 let derivative = self.law.derivative(node, slip[node]);
                 let coefficients = state.friction.nodal[node];
                 for k in 0..2 {

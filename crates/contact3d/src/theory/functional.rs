@@ -66,7 +66,7 @@ impl OnPanes<'_> {
 
     /// Σ g_i |Rⁱ| ‖𝓕_i mean u_t‖.
     fn averaged(&self, bound: &[f64]) -> f64 {
-        let field = FrictionField::new(self.law, self.surface, self.slip);
+        let field = FrictionField::new(self.law, &self.surface.pane_average, self.slip);
         let panes = bound.iter().enumerate().map(|(pane, g)| {
             let mean = |k: usize| -> f64 {
                 let nodes = self.surface.pane_weights(pane);

@@ -98,7 +98,7 @@ impl TheoryProblem {
             norms: norms.to_vec(),
             inf_sup: Vec::new(),
             functional: self.functional(&solution).filter(|_| solved),
-            determinant: Linearisation::new(self.dual(), &contact, &solution.multiplier)
+            determinant: Linearisation::new(self.dual(), &contact.laws(), &solution.multiplier)
                 .determinant,
             local,
             scaled: scan.points,
@@ -154,7 +154,7 @@ impl TheoryProblem {
         });
         let over = DenseFactor::new(&self.glued[k]).map_or(f64::INFINITY, |q| q.largest_of(&areas));
         let trace = TraceConstants::new(&self.grams[k], &self.face, &self.forms);
-        let (interpolation, interpolated) = match self.contact().interface.slip {
+        let (interpolation, interpolated) = match self.contact().interface.slip.operator {
             SlipOperator::Lagrange => (face.lagrange, trace.interpolated),
             // Larger on finer functions, among them |φ| of φ ∈ Y^h, until it settles.
             SlipOperator::Clement(_) => (face.clement_finer[2], trace.tangential),

@@ -153,10 +153,11 @@ impl TheoryProblem {
         let at = AtSolution {
             dual: self.dual(),
             local: &self.local,
-            contact: ContactState {
+            laws: ContactState {
                 interface,
                 ..contact
-            },
+            }
+            .laws(),
             law: interface.coulomb()?,
             face: &self.face,
             compliance: &self.compliance,
@@ -178,7 +179,7 @@ impl TheoryProblem {
             law: self.law(),
             normal,
             pairs,
-            slip: &contact.interface.slip.slip(&tangential),
+            slip: &contact.interface.slip.operator.slip(&tangential),
             tangential: &tangential,
         };
         at.functional()
@@ -209,7 +210,7 @@ impl TheoryProblem {
         Mapping {
             dual: self.dual(),
             local: &self.local,
-            contact: self.contact(),
+            laws: self.contact().laws(),
             law: self.law(),
             face: &self.face,
             norms: &self.norms,

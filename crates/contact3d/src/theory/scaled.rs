@@ -135,7 +135,7 @@ impl<'a> ScaledLaws<'a> {
                 norm: [found.parts[0].weighted(), found.parts[1].weighted()],
                 determinant: Linearisation::new(
                     self.problem.dual(),
-                    &contact,
+                    &contact.laws(),
                     &solution.multiplier,
                 )
                 .determinant,

@@ -5,7 +5,7 @@ use crate::{
     contact::{CoulombLaw, FrictionField},
     dual::{ExplicitDual, LocalStiffness},
     linalg::{difference, norm},
-    solver::{ContactState, CoulombState, NewtonStatus, evaluate_mapping_at},
+    solver::{CoulombState, NewtonStatus, PaneLaws, evaluate_mapping_at},
 };
 
 /// Size of the disturbance of the solution whose growth is observed, relative to it: rounding is 1e-5 of it. Kinks of steep laws may lie
@@ -58,7 +58,7 @@ pub struct Observed {
 pub(super) struct Mapping<'a> {
     pub(super) dual: &'a ExplicitDual,
     pub(super) local: &'a LocalStiffness,
-    pub(super) contact: ContactState<'a>,
+    pub(super) laws: PaneLaws,
     pub(super) law: &'a CoulombLaw,
     pub(super) face: &'a Face,
     pub(super) norms: &'a SpaceNorms,
@@ -98,9 +98,9 @@ impl Mapping<'_> {
     fn image(&self, at: &State, near: &[f64], observed: &mut Observed) -> Option<Vec<f64>> {
         let state = CoulombState {
             slip_bound: self.law.slip_bounds(&at.pressure, |l| l.max(0.0)),
-            friction: FrictionField::new(self.law, self.contact.surface, &at.slip),
+            friction: FrictionField::new(self.law, &self.laws.average, &at.slip),
         };
-        let value = evaluate_mapping_at(self.dual, self.local, &self.contact, &state, near);
+        let value = evaluate_mapping_at(self.dual, self.local, &self.laws, &state, near);
         if !matches!(
             value.status,
             NewtonStatus::Converged | NewtonStatus::RoundingLimit
@@ -125,7 +125,7 @@ impl Mapping<'_> {
     fn state(&self, multiplier: &[f64]) -> State {
         let tangential = (self.tangential)(multiplier);
         State {
-            slip: self.contact.interface.slip.slip(&tangential),
+            slip: self.laws.slip.operator.slip(&tangential),
             pressure: multiplier[..self.dual.layout.n_panes()].to_vec(),
         }
     }

@@ -63,6 +63,13 @@ impl Case {
         report.certificate.worst()
     }
 
+    /// The answer with what the gate leaves of its claim.
+    pub(crate) fn judged(&self, mut solution: Solution) -> Solution {
+        let report = self.problem.report(&solution).expect("finite loads");
+        report.judge(&mut solution);
+        solution
+    }
+
     /// What the suite says of an answer with this certificate, were all else in order.
     pub(crate) fn verdict_of_certificate(&self, certificate: f64) -> Level {
         let check = Check {

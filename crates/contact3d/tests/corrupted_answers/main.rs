@@ -25,6 +25,7 @@ fn corrupted_answers_are_shown_and_rejected() {
     for (name, kinds) in NAMES {
         let case = Case::named(name);
         let clean = case.figure(&case.solution);
+        assert_eq!(case.judged(case.solution.clone()), case.solution, "{name}");
         assert_ne!(case.verdict_of_certificate(clean), Level::Fails, "{name}");
         let corruptions = all(&case);
         // A scene that loses its sticking or open panes would test less without a word.
@@ -42,6 +43,16 @@ fn corrupted_answers_are_shown_and_rejected() {
             );
             let verdict = case.verdict_of_certificate(figure);
             assert_eq!(verdict, Level::Fails, "{name}, {what}: {figure:e}");
+            // The gate takes the claim back, as far as it speaks at all: above √ε.
+            let judged = case.judged(solution);
+            if expected > 1e-7 {
+                assert_ne!(judged.status, Status::Converged, "{name}, {what}");
+                // Within the hundredfold that a largest entry may exceed the mean error by.
+                assert!(
+                    judged.accuracy >= 0.01 * expected.min(1.0),
+                    "{name}, {what}"
+                );
+            }
         }
     }
 }

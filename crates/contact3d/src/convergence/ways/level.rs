@@ -83,10 +83,11 @@ impl SolvedMesh {
             multiplier: start.as_deref(),
             ..Start::default()
         };
-        let solution = assembled.solve_from(&scene.solve, start, &mut |_| {})?;
+        let mut solution = assembled.solve_from(&scene.solve, start, &mut |_| {})?;
         let report = assembled.report(&solution)?;
+        report.judge(&mut solution);
         let r = report.resultants;
-        let status = report.judged(solution.status);
+        let status = solution.status;
         let estimate = report.discretisation_error;
         Ok(Self {
             level: WayLevel {

@@ -40,7 +40,7 @@ use surroundings::surroundings;
 const FLAT: f64 = 0.4;
 
 /// The estimated discretisation error of a solution, in the energy norm ‖v‖_A = √a(v, v), √J.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct ErrorEstimate {
     /// What each tetrahedron contributes, contact included, in √J, `[n_tetrahedra]`; the squares sum
     /// to that of [`Self::total`].

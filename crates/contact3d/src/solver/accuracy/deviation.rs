@@ -2,7 +2,7 @@
 
 use crate::{
     linalg::norm,
-    solver::{ContactState, conditions::Evaluation},
+    solver::{PaneLaws, conditions::Evaluation},
 };
 
 /// The norms ‖λ_ν‖ and max(‖λ_t‖, ‖F λ_ν‖) of a multiplier over Γ_c, in Pa·m.
@@ -19,12 +19,12 @@ pub(in crate::solver) struct Sizes {
 impl Sizes {
     /// The sizes at λ, whose ellipses are those of `evaluation`.
     pub(in crate::solver) fn of(
-        contact: &ContactState<'_>,
+        laws: &PaneLaws,
         multiplier: &[f64],
         evaluation: &Evaluation,
     ) -> Self {
-        let [normal, tangential] = parts(contact, multiplier);
-        let strengths = evaluation.panes.iter().zip(&contact.surface.pane_area);
+        let [normal, tangential] = parts(laws, multiplier);
+        let strengths = evaluation.panes.iter().zip(&laws.area);
         let strengths = strengths.map(|(pane, area)| {
             let [a, b] = pane.ellipse.semi_axes;
             area.sqrt() * a.max(b)
@@ -37,12 +37,8 @@ impl Sizes {
 
     /// The larger of the relative normal and tangential sizes of a difference of multipliers; 0 for
     /// 0/0.
-    pub(in crate::solver) fn relative(
-        &self,
-        contact: &ContactState<'_>,
-        difference: &[f64],
-    ) -> f64 {
-        let [normal, tangential] = parts(contact, difference);
+    pub(in crate::solver) fn relative(&self, laws: &PaneLaws, difference: &[f64]) -> f64 {
+        let [normal, tangential] = parts(laws, difference);
         let ratio = |part: f64, whole: f64| if part == 0.0 { 0.0 } else { part / whole };
         let (normal, tangential) = (
             ratio(normal, self.normal),
@@ -60,12 +56,12 @@ impl Sizes {
 /// of the panes' ellipses, weighted by areas: (Σ |Rⁱ| |·|² / Σ |Rⁱ|)^½; panes without ellipses do not
 /// count.
 pub(in crate::solver) fn within_ellipses(
-    contact: &ContactState<'_>,
+    laws: &PaneLaws,
     evaluation: &Evaluation,
     difference: &[f64],
 ) -> f64 {
-    let areas = &contact.surface.pane_area;
-    let (_, pairs) = contact.layout().split(difference);
+    let areas = &laws.area;
+    let (_, pairs) = laws.layout.split(difference);
     let terms = pairs.iter().zip(&evaluation.panes).zip(areas);
     let scaled = terms.flat_map(|((d, pane), area)| {
         let [a, b] = pane.ellipse.semi_axes;
@@ -82,9 +78,9 @@ pub(in crate::solver) fn within_ellipses(
 }
 
 /// (Σ |Rⁱ| λ_ν²)^½ and (Σ |Rⁱ| |λ_t|²)^½.
-fn parts(contact: &ContactState<'_>, multiplier: &[f64]) -> [f64; 2] {
-    let areas = &contact.surface.pane_area;
-    let (normal, tangential) = contact.layout().split(multiplier);
+fn parts(laws: &PaneLaws, multiplier: &[f64]) -> [f64; 2] {
+    let areas = &laws.area;
+    let (normal, tangential) = laws.layout.split(multiplier);
     let normal = normal.iter().zip(areas).map(|(l, a)| a.sqrt() * l);
     let pairs = tangential.iter().zip(areas);
     let tangential = pairs.flat_map(|(t, a)| [t[0], t[1]].map(|t| a.sqrt() * t));

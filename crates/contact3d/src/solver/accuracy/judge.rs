@@ -2,7 +2,6 @@
 
 use super::{deviation::Sizes, polish::COARSEST};
 use crate::{
-    contact::{nodal_tangential, nodal_tangential_change},
     dual::{Balance, ExplicitDual, LocalStiffness},
     linalg::{Workspace, gmres, norm},
     solver::{
@@ -66,45 +65,30 @@ impl DiscreteProblem<'_> {
     /// exact residuals and local stiffness, by GMRES; each product costs one application of A⁻¹.
     fn error_without_operator(&self, bound: Bound<'_>, solution: &Solution) -> f64 {
         let unknowns = &self.unknowns(solution);
-        let (surface, interface) = (self.contact.surface, self.contact.interface);
         let mut steplengths = solution.local_stiffness.clone();
         let balance = self.dual.balance.as_ref();
         steplengths.extend(balance.into_iter().flat_map(Balance::steplengths));
         let conditions = Conditions::new(bound, self.dual.layout(), steplengths);
-        let dofs = &self.assembly.primal.dofs;
-        let displacement = self
-            .dual
-            .refined_displacement(self.assembly, unknowns, None, REFINED);
-        let closing = self
-            .dual
-            .closing_refined(&displacement, dofs, surface, interface);
-        let mut gradient: Vec<f64> = closing.iter().map(|c| -c).collect();
+        let exact = self.body.exact(self.dual, unknowns, None, REFINED);
+        let mut gradient: Vec<f64> = exact.closing.iter().map(|c| -c).collect();
         let (multiplier, motion) = self.dual.parts(unknowns);
         let excess = balance.map(|it| it.excess(multiplier, motion));
         gradient.extend(excess.into_iter().flatten());
-        let slip = nodal_tangential(surface, &interface.frame, dofs, &displacement.value);
+        let slip = self.body.tangential(&exact.displacement.value);
         let here = conditions.evaluate(unknowns, &gradient, &slip);
         // The motions count in units in which they cost as much as a stress.
         let size = steplength_of_motions(balance, &conditions.steplengths);
         let mut work = Workspace::default();
         let step = gmres(&here.residual, LEFT, MOST_APPLICATIONS, |v| {
             let (stresses, motions) = self.dual.parts(v);
-            let motions: Vec<f64> = motions.iter().zip(&size).map(|(v, s)| v * s).collect();
-            let forces = self.dual.coupling.nodal_forces(stresses);
-            let mut moved = self.assembly.solve(&forces, &mut work);
-            if let Some(balance) = balance {
-                let back: Vec<f64> = motions.iter().map(|a| -a).collect();
-                balance.coupling.add_motion(&back, &mut moved);
-            }
-            let slips = nodal_tangential_change(surface, &interface.frame, dofs, &moved);
-            let slips: Vec<[f64; 2]> = slips.iter().map(|u| u.map(|u| -u)).collect();
-            let mut gradient = self.dual.coupling.integrate(&moved);
-            let carried = balance.map(|it| it.coupling.resultant_of(stresses, &motions));
+            let motion: Vec<f64> = motions.iter().zip(&size).map(|(v, s)| v * s).collect();
+            let (mut gradient, slips) = self.body.change(self.dual, stresses, &motion, &mut work);
+            let carried = balance.map(|it| it.coupling.resultant_of(stresses, &motion));
             gradient.extend(carried.into_iter().flatten().map(|g| -g));
             conditions.derivative(&here, v, &gradient, &slips)
         });
-        let sizes = Sizes::of(self.contact, multiplier, &here);
-        sizes.relative(self.contact, &step)
+        let sizes = Sizes::of(self.laws, multiplier, &here);
+        sizes.relative(self.laws, &step)
     }
 }
 

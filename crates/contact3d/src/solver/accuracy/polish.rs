@@ -175,18 +175,18 @@ impl DiscreteProblem<'_> {
             return None;
         }
         let there = map.evaluate(&found.multiplier);
-        let sizes = Sizes::of(self.contact, &found.multiplier, &there);
+        let sizes = Sizes::of(self.laws, &found.multiplier, &there);
         let way = difference(&found.multiplier, &answer.multiplier);
         let way = Way {
-            error: sizes.relative(self.contact, &way),
-            bound_error: within_ellipses(self.contact, &there, &way),
+            error: sizes.relative(self.laws, &way),
+            bound_error: within_ellipses(self.laws, &there, &way),
         };
         Some((found, way))
     }
 
     /// How accurate a displacement shall be, as a share of it, where the next answer is some way off.
     fn target(&self, way: f64) -> f64 {
-        match self.assembly.factor.precision() {
+        match self.body.precision() {
             Precision::Double => f64::EPSILON,
             Precision::Single => (SHARE_OF_WAY * way).max(f64::EPSILON),
         }
@@ -202,30 +202,15 @@ impl DiscreteProblem<'_> {
         start: Option<&Doubled>,
         target: f64,
     ) -> Polished {
-        let (surface, interface) = (self.contact.surface, self.contact.interface);
         // The face's own displacement is this share of the body's, at least.
         let target = target / local.mobility();
-        let start = start.filter(|_| self.assembly.factor.precision() == Precision::Single);
-        let displacement = self
-            .dual
-            .refined_displacement(self.assembly, multiplier, start, target);
-        let dofs = &self.assembly.primal.dofs;
-        let closing = self
-            .dual
-            .closing_refined(&displacement, dofs, surface, interface);
-        let dual = dual.anchored(
-            multiplier,
-            &displacement.value,
-            closing,
-            surface,
-            &interface.frame,
-            dofs,
-        );
+        let start = start.filter(|_| self.body.precision() == Precision::Single);
+        let exact = self.body.exact(self.dual, multiplier, start, target);
         Polished {
             multiplier: multiplier.to_vec(),
-            displacement,
             error: f64::INFINITY,
-            dual,
+            dual: self.body.about(dual, multiplier, &exact),
+            displacement: exact.displacement,
             history: Vec::new(),
             applications: 1,
         }

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     dual::LocalStiffness,
     linalg::{difference, norm},
-    solver::{ContactState, conditions::Bound, newton::natural_map::NaturalMap},
+    solver::{conditions::Bound, newton::natural_map::NaturalMap},
 };
 
 /// Both are rounded in other orders; S + α diag S has a condition number of about 1e6 for α = 1e-4.
@@ -35,12 +35,8 @@ fn a_tower_is_sparse_and_one_cube_is_not() {
 fn steps_and_stiffness_are_those_of_dense_matrices() {
     let problem = tower(12);
     let scaled = Scaled::new(&problem);
-    let (surface, interface) = scaled.face();
-    let contact = ContactState {
-        surface: &surface,
-        interface: &interface,
-    };
-    let bound = Bound::Coulomb(&contact, interface.coulomb().expect("friction"));
+    let laws = scaled.laws();
+    let bound = Bound::Coulomb(&laws, laws.coulomb().expect("friction"));
     let n = scaled.rhs.len();
     let near = |a: &[f64], b: &[f64]| norm(&difference(a, b)) <= ROUNDED * norm(b);
     // Open, sticking and sliding contacts.

@@ -7,7 +7,7 @@ use super::{
 use crate::{
     dual::{ExplicitDual, LocalStiffness},
     solver::{
-        ContactState, NewtonSettings,
+        NewtonSettings, PaneLaws,
         conditions::Bound,
         newton::{natural_map::NaturalMap, newton_to_rounding, search::Search},
     },
@@ -43,15 +43,11 @@ pub(super) fn solve(scaled: &Scaled<'_>, form: Form, tolerance: f64) -> Found {
     if zero.is_empty() {
         return found;
     }
-    let (surface, interface) = scaled.face();
-    let contact = ContactState {
-        surface: &surface,
-        interface: &interface,
-    };
+    let laws = scaled.laws();
     let exact = scaled.shifted(form, 0.0, &zero);
     let local = LocalStiffness::new(&exact);
     if local.mobility() < SINGULAR {
-        step(&exact, &local, &contact, None, &mut found);
+        step(&exact, &local, &laws, None, &mut found);
         if scaled.worst_error(&found.multiplier) <= tolerance {
             return found;
         }
@@ -64,7 +60,7 @@ pub(super) fn solve(scaled: &Scaled<'_>, form: Form, tolerance: f64) -> Found {
         let about = found.multiplier.clone();
         let dual = scaled.shifted(form, share, &about);
         let local = LocalStiffness::new(&dual);
-        step(&dual, &local, &contact, Some(&about), &mut found);
+        step(&dual, &local, &laws, Some(&about), &mut found);
         let next = scaled.worst_error(&found.multiplier);
         if next <= tolerance || !next.is_finite() {
             break;
@@ -90,14 +86,14 @@ pub(super) fn solve(scaled: &Scaled<'_>, form: Form, tolerance: f64) -> Found {
 fn step(
     dual: &ExplicitDual,
     local: &LocalStiffness,
-    contact: &ContactState<'_>,
+    laws: &PaneLaws,
     start: Option<&[f64]>,
     found: &mut Found,
 ) {
     found.outer_steps += 1;
-    let set = contact.feasible_set(None);
-    let bound = match contact.interface.coulomb() {
-        Some(law) => Bound::Coulomb(contact, law),
+    let set = laws.feasible_set(None);
+    let bound = match laws.coulomb() {
+        Some(law) => Bound::Coulomb(laws, law),
         None => Bound::Frozen(&set),
     };
     let search = Search {

@@ -1,17 +1,14 @@
 //! The problem in the order and units of the solvers.
 
-use std::sync::{Arc, atomic::AtomicUsize};
+use std::sync::Arc;
 
 use super::DelassusProblem;
 use crate::{
-    contact::{
-        ContactFrame, CoulombLaw, FaceLaw, Interface, InterfaceFriction, MultiplierLayout,
-        SlipOperator,
-    },
+    contact::{CoulombLaw, FaceLaw, InterfaceFriction, MultiplierLayout, SlipMap, SlipOperator},
     dual::{DualMatrix, DualOperator, ExplicitDual},
     linalg::{CscMatrix, norm, power_of_two_near_largest},
-    mesh::{ContactSurface, SurfaceFace},
     scene::{Coefficient, FrictionLaw},
+    solver::PaneLaws,
 };
 
 /// How Newton's method holds its matrices.
@@ -148,45 +145,30 @@ impl<'a> Scaled<'a> {
         }
     }
 
-    /// A face of as many points as there are contacts, with F = 1 where there is friction.
-    pub(super) fn face(&self) -> (ContactSurface, Interface) {
+    /// Contacts of unit area, with F = 1 where there is friction.
+    pub(super) fn laws(&self) -> PaneLaws {
         let (n, pairs) = (self.layout.n_panes(), self.layout.n_pairs());
-        let normal = [0.0, 0.0, 1.0];
-        let surface = ContactSurface {
-            faces: vec![SurfaceFace::only(n, 0, n, true)],
-            normals: vec![normal],
-            clearance: Vec::new(),
-            nodes: (0..n).collect(),
-            facets: Vec::new(),
-            facet_pane: Vec::new(),
-            pane_area: vec![1.0; n],
-            pane_average: CscMatrix {
+        let law = FrictionLaw::Isotropic(Coefficient::Constant(1.0));
+        let law = FaceLaw::new("mu", law, vec![[0.0; 3]; pairs]).placed(0, 0..pairs);
+        PaneLaws::new(
+            self.layout,
+            vec![1.0; n],
+            CscMatrix {
                 rows: n,
                 cols: n,
                 indptr: (0..=n).collect(),
                 indices: (0..n).collect(),
                 data: vec![1.0; n],
             },
-        };
-        let law = FrictionLaw::Isotropic(Coefficient::Constant(1.0));
-        let law = FaceLaw::new("mu", law, vec![[0.0; 3]; pairs]).placed(0, 0..pairs);
-        let interface = Interface {
-            names: Vec::new(),
-            frame: ContactFrame {
-                normals: vec![normal],
-                axes: vec![[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]],
-                references: Vec::new(),
-            },
-            gap: None,
-            slip: SlipOperator::Lagrange,
-            past: None,
-            friction: match pairs {
+            match pairs {
                 0 => InterfaceFriction::Frictionless,
                 _ => InterfaceFriction::Coulomb(Box::new(CoulombLaw::new(vec![law]))),
             },
-            projections: AtomicUsize::new(0),
-        };
-        (surface, interface)
+            SlipMap {
+                operator: SlipOperator::Lagrange,
+                past: None,
+            },
+        )
     }
 }
 
@@ -294,11 +276,6 @@ impl DualOperator for SparseOperator<'_> {
             .operator
             .mul_transposed(multiplier, &mut product);
         product
-    }
-
-    /// There is no body.
-    fn to_primal(&mut self, _multiplier: &[f64]) -> Vec<f64> {
-        Vec::new()
     }
 
     fn applications(&self) -> usize {

@@ -21,7 +21,7 @@ use motion_program::{MotionProgram, PaneTerm};
 
 use nalgebra::{DMatrix, DVector};
 
-use super::ContactState;
+use super::PaneLaws;
 use crate::{
     contact::{CoulombLaw, FrictionField, InterfaceFriction, LawBounds},
     dual::{Assembly, Balance},
@@ -37,7 +37,7 @@ const FELT_WORK: f64 = 1e-10;
 pub(super) fn unstopped_motion(
     assembly: &Assembly,
     balance: &Balance,
-    contact: &ContactState<'_>,
+    laws: &PaneLaws,
 ) -> Option<Vec<[f64; 3]>> {
     let (dofs, load) = (&assembly.primal.dofs, &assembly.primal.load);
     if let Some(u) = driven(&balance.coupling.neutral_motions(), load)
@@ -45,8 +45,8 @@ pub(super) fn unstopped_motion(
     {
         return Some(in_space(dofs, &u));
     }
-    let motion = laws_to_test(contact).into_iter().find_map(|terms| {
-        let program = MotionProgram::new(balance, contact.surface, contact.layout(), terms);
+    let motion = laws_to_test(laws).into_iter().find_map(|terms| {
+        let program = MotionProgram::new(balance, &laws.area, laws.layout, terms);
         program?.unopposed()
     })?;
     let mut displacement = vec![0.0; load.len()];
@@ -98,8 +98,8 @@ fn driven(shapes: &[Vec<f64>], load: &[f64]) -> Option<Vec<f64>> {
 }
 
 /// What each pane opposes, for laws whose admissible sets contain that of the scene.
-fn laws_to_test(contact: &ContactState<'_>) -> Vec<Vec<PaneTerm>> {
-    let mut laws: Vec<Vec<PaneTerm>> = match &contact.interface.friction {
+fn laws_to_test(laws: &PaneLaws) -> Vec<Vec<PaneTerm>> {
+    let mut tests: Vec<Vec<PaneTerm>> = match &laws.friction {
         InterfaceFriction::Frictionless => vec![Vec::new()],
         InterfaceFriction::Tresca(semi_axes) => {
             vec![
@@ -110,7 +110,7 @@ fn laws_to_test(contact: &ContactState<'_>) -> Vec<Vec<PaneTerm>> {
             ]
         }
         InterfaceFriction::Coulomb(law) => {
-            let coefficients = strongest_friction(law, contact);
+            let coefficients = strongest_friction(law, laws);
             let bound = |pane: usize, pressure: f64| law.slip_bound(pane, pressure);
             let is_given = |pane: usize| bound(pane, 0.0) == bound(pane, f64::INFINITY);
             let is_capped = |pane: usize| bound(pane, f64::INFINITY).is_finite();
@@ -130,16 +130,16 @@ fn laws_to_test(contact: &ContactState<'_>) -> Vec<Vec<PaneTerm>> {
             std::iter::once(terms(&is_given)).chain(capped).collect()
         }
     };
-    for terms in &mut laws {
-        terms.resize(contact.n_panes(), PaneTerm::Pressure);
+    for terms in &mut tests {
+        terms.resize(laws.n_panes(), PaneTerm::Pressure);
     }
-    laws
+    tests
 }
 
 /// F₁ and F₂ on the panes with friction: those of the law, and on faces where they follow the slip the largest that they have
 /// anywhere.
-fn strongest_friction(law: &CoulombLaw, contact: &ContactState<'_>) -> Vec<[f64; 2]> {
-    let field = FrictionField::new(law, contact.surface, &[]);
+fn strongest_friction(law: &CoulombLaw, laws: &PaneLaws) -> Vec<[f64; 2]> {
+    let field = FrictionField::new(law, &laws.average, &[]);
     let panes = field.pane_inverse.iter();
     let mut strongest: Vec<[f64; 2]> = panes.map(|inverse| inverse.map(f64::recip)).collect();
     for face in law

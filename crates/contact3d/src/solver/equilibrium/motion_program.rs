@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::{contact::MultiplierLayout, dual::Balance, mesh::ContactSurface};
+use crate::{contact::MultiplierLayout, dual::Balance};
 
 /// Contact forces beyond this many times the load count as none, over the least coefficient of friction below one: a load along a
 /// face takes as much pressure.
@@ -74,18 +74,18 @@ impl MotionProgram {
     /// The program of a balance; `None` where the load needs no contact force.
     pub(super) fn new(
         balance: &Balance,
-        surface: &ContactSurface,
+        areas: &[f64],
         layout: MultiplierLayout,
         terms: Vec<PaneTerm>,
     ) -> Option<Self> {
         let n_resisted = balance.coupling.n_resisted();
         let integrals = &balance.coupling.integrals[n_resisted..];
         let n = integrals.len();
-        let area: f64 = surface.pane_area.iter().sum();
+        let area: f64 = areas.iter().sum();
         let gram = DMatrix::from_fn(n, n, |p, q| {
             let terms = integrals[p].iter().zip(&integrals[q]).enumerate();
             let sum: f64 = terms
-                .map(|(j, (a, b))| a * b / surface.pane_area[layout.pane_of(j)])
+                .map(|(j, (a, b))| a * b / areas[layout.pane_of(j)])
                 .sum();
             sum / area
         });
@@ -102,7 +102,7 @@ impl MotionProgram {
         }
         let mean = |j: usize, factor: f64| {
             let row = DVector::from_fn(n, |p, _| integrals[p][j]);
-            basis.transpose() * row * (factor / surface.pane_area[layout.pane_of(j)])
+            basis.transpose() * row * (factor / areas[layout.pane_of(j)])
         };
         let coefficients = terms.iter().flat_map(|term| match term {
             PaneTerm::Cone(f) => *f,
@@ -115,7 +115,7 @@ impl MotionProgram {
                 (PaneTerm::Pressure, _) | (_, None) => Friction::None,
                 (PaneTerm::Cone(f), Some([a, b])) => Friction::Cone([mean(a, f[0]), mean(b, f[1])]),
                 (PaneTerm::Bounded(axes), Some([a, b])) => {
-                    let by = surface.pane_area[i] / size;
+                    let by = areas[i] / size;
                     Friction::Work([mean(a, axes[0] * by), mean(b, axes[1] * by)])
                 }
             },

@@ -5,10 +5,10 @@ use crate::{
     dual::{ExplicitDual, LocalStiffness},
     linalg::{difference, norm},
     solver::{
-        ContactState, CoulombState,
+        CoulombState, PaneLaws,
         conditions::Bound,
-        contact_state::coulomb_state,
         newton::{NewtonSettings, NewtonSolution, NewtonStatus, search::Search},
+        pane_laws::coulomb_state,
     },
 };
 
@@ -37,12 +37,12 @@ pub struct MappingValue {
 pub fn evaluate(
     dual: &ExplicitDual,
     local: &LocalStiffness,
-    contact: &ContactState<'_>,
+    laws: &PaneLaws,
     law: &CoulombLaw,
     multiplier: &[f64],
 ) -> MappingValue {
-    let state = coulomb_state(dual, contact, law, multiplier);
-    evaluate_at(dual, local, contact, &state, multiplier)
+    let state = coulomb_state(dual, laws, law, multiplier);
+    evaluate_at(dual, local, laws, &state, multiplier)
 }
 
 /// Evaluates Ψ at any slip bound and friction, the frozen problem of (φ, g), from a multiplier nearby; its change is the
@@ -51,11 +51,11 @@ pub fn evaluate(
 pub fn evaluate_at(
     dual: &ExplicitDual,
     local: &LocalStiffness,
-    contact: &ContactState<'_>,
+    laws: &PaneLaws,
     state: &CoulombState,
     multiplier: &[f64],
 ) -> MappingValue {
-    let set = contact.feasible_set(Some(state));
+    let set = laws.feasible_set(Some(state));
     let search = Search {
         dual,
         bound: Bound::Frozen(&set),

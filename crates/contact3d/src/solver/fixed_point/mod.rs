@@ -6,19 +6,19 @@ mod stall;
 
 pub use mapping::{MappingValue, evaluate as evaluate_mapping, evaluate_at as evaluate_mapping_at};
 
-use std::{sync::atomic::Ordering, time::Instant};
+use std::time::Instant;
 
 use cycle::{CycleDetector, relative_change};
 use stall::Stall;
 
 use super::{
-    ContactState, CoulombState, Inner, Kprgp, OuterState, OuterStep, Progress, Solution, SolvedBy,
+    ContactBody, Inner, Kprgp, OuterState, OuterStep, PaneLaws, Progress, Solution, SolvedBy,
     Start, Status,
     inner::{InnerSummary, projected_gradient_steplength},
 };
 use crate::{
     contact::{CoulombLaw, FrictionField},
-    dual::{Assembly, DualOperator},
+    dual::BodyOperator,
     scene::{PrecisionControl, SolveSettings},
 };
 
@@ -69,20 +69,20 @@ impl<'a> Precision<'a> {
 )]
 pub fn successive_approximations(
     inner: Inner<'_>,
-    operator: &mut dyn DualOperator,
-    assembly: &Assembly,
-    contact: &ContactState<'_>,
+    operator: &mut BodyOperator<'_, '_>,
+    body: &ContactBody<'_>,
+    laws: &PaneLaws,
     law: &CoulombLaw,
     settings: &SolveSettings,
     start: Start<'_>,
     observe: &mut dyn FnMut(Progress<'_>),
 ) -> Solution {
     let mut started = Instant::now();
-    let mut actions_before = operator.applications();
+    let mut actions_before = operator.as_dual().applications();
     let kprgp = Kprgp {
         steplength: match start.checkpoint {
             Some(state) => state.steplength,
-            None => projected_gradient_steplength(operator),
+            None => projected_gradient_steplength(operator.as_dual()),
         },
         gamma: settings.gamma,
         max_applications: settings.max_inner_actions,
@@ -90,47 +90,47 @@ pub fn successive_approximations(
     let mut precision = Precision::new(settings);
     let mut change = 1.0;
     let follows_slip = law.depends_on_slip();
-    let mut state = CoulombState {
-        slip_bound: law.slip_bounds(&vec![0.0; contact.n_panes()], |l| l),
-        friction: FrictionField::new(law, contact.surface, &[]),
-    };
+    let mut state = laws.unpressed(law, &[]);
     let mut solution = Solution {
         status: Status::MaxOuterSteps,
         solved_by: SolvedBy::FixedPoint,
         steplength: kprgp.steplength,
-        multiplier: vec![0.0; contact.layout().n_multipliers()],
+        multiplier: vec![0.0; laws.layout.n_multipliers()],
         accuracy: 1.0,
         ..Solution::default()
     };
     let mut cycle = CycleDetector::default();
     let mut stall = Stall::default();
     // The rounding of S λ, below which no change says anything.
-    let attainable = operator.dimension() as f64 * f64::EPSILON;
-    let balanced = operator.balanced_start();
+    let attainable = laws.layout.n_multipliers() as f64 * f64::EPSILON;
+    let balanced = match operator {
+        BodyOperator::Held(_) => None,
+        BodyOperator::Floating(operator) => Some(operator.balanced_start()),
+    };
     let first = start.multiplier.or(balanced.as_deref());
     let mut moved = first.is_some() || start.checkpoint.is_some();
     if let Some(state) = start.checkpoint {
         solution.resume(state);
         change = solution.accuracy;
         precision.tolerance = state.tolerance;
-        state.restore_counters(contact);
+        laws.restore_counters(state.law_evaluations, state.projections);
     } else if let Some(multiplier) = first {
         solution.multiplier = multiplier.to_vec();
         if follows_slip {
-            let slip = solution.slip_at(operator, assembly, contact);
+            let slip = solution.slip_at(operator, body, laws);
             solution.slip = Some(slip);
         }
     }
     for k in solution.history.len()..settings.max_outer_steps {
         if moved {
-            let (normal, _) = contact.layout().split(&solution.multiplier);
+            let (normal, _) = laws.layout.split(&solution.multiplier);
             state.slip_bound = law.slip_bounds(normal, |l| l);
             if let Some(slip) = &solution.slip {
-                state.friction = FrictionField::new(law, contact.surface, slip);
+                state.friction = FrictionField::new(law, &laws.average, slip);
             }
         }
         moved = true;
-        let set = contact.feasible_set(Some(&state));
+        let set = laws.feasible_set(Some(&state));
         let tolerance = precision.next(change);
         let mut next = solution.multiplier.clone();
         let outcome = inner.minimise(operator, &kprgp, &set, &mut next, tolerance);
@@ -161,22 +161,22 @@ pub fn successive_approximations(
         }
         let last = end.is_some() || k + 1 == settings.max_outer_steps;
         if follows_slip {
-            let slip = solution.slip_at(operator, assembly, contact);
+            let slip = solution.slip_at(operator, body, laws);
             solution.slip = Some(slip);
         }
         if last && solution.displacement.is_empty() {
-            solution.displacement = operator.to_primal(&solution.multiplier);
+            solution.displacement = operator.as_primal().to_primal(&solution.multiplier);
         }
         solution.history.push(OuterStep {
             change,
             inner_tolerance: tolerance,
             inner_residual: outcome.residual,
             steps: outcome.steps,
-            applications: operator.applications() - actions_before + outcome.applications,
+            applications: operator.as_dual().applications() - actions_before + outcome.applications,
             seconds: started.elapsed().as_secs_f64(),
         });
         solution.applications += solution.history[k].applications;
-        actions_before = operator.applications();
+        actions_before = operator.as_dual().applications();
         started = Instant::now();
         observe(Progress::Outer(k, &solution.history[k]));
         if let Some(status) = end {
@@ -184,8 +184,8 @@ pub fn successive_approximations(
             break;
         }
         // A state that could go on would have to hold the rigid motions, too.
-        if !last && operator.balance().is_none() {
-            observe(Progress::Between(&solution.outer_state(contact, tolerance)));
+        if !last && matches!(operator, BodyOperator::Held(_)) {
+            observe(Progress::Between(&solution.outer_state(laws, tolerance)));
         }
     }
     solution.coulomb = Some(state);
@@ -194,15 +194,15 @@ pub fn successive_approximations(
 
 impl Solution {
     /// What the next outer step depends on.
-    fn outer_state(&self, contact: &ContactState<'_>, tolerance: f64) -> OuterState {
+    fn outer_state(&self, laws: &PaneLaws, tolerance: f64) -> OuterState {
         OuterState {
             multiplier: self.multiplier.clone(),
             slip: self.slip.clone(),
             tolerance,
             steplength: self.steplength,
             history: self.history.clone(),
-            law_evaluations: contact.interface.law_evaluations(),
-            projections: contact.interface.projections.load(Ordering::Relaxed),
+            law_evaluations: laws.law_evaluations(),
+            projections: laws.projections(),
         }
     }
 
@@ -218,19 +218,16 @@ impl Solution {
     /// φ of the multiplier; keeps u where φ comes from it.
     fn slip_at(
         &mut self,
-        operator: &mut dyn DualOperator,
-        assembly: &Assembly,
-        contact: &ContactState<'_>,
+        operator: &mut BodyOperator<'_, '_>,
+        body: &ContactBody<'_>,
+        laws: &PaneLaws,
     ) -> Vec<[f64; 2]> {
+        let operator = operator.as_primal();
         if let Some(displacement) = operator.tangential_displacement(&self.multiplier) {
-            return contact.interface.slip_of(&displacement);
+            return laws.slip.slip(&displacement);
         }
         self.displacement = operator.to_primal(&self.multiplier);
-        contact.interface.slip_of_displacement(
-            contact.surface,
-            &assembly.primal.dofs,
-            &self.displacement,
-        )
+        laws.slip.slip(&body.tangential(&self.displacement))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{Inner, InnerSummary, Kprgp};
 use crate::{
-    dual::DualOperator,
+    dual::{BalancedOperator, DualOperator},
     solver::{FeasibleSet, Status},
 };
 
@@ -20,18 +20,15 @@ impl Inner<'_> {
     /// Algorithms*, Springer 2009, ch. 8, with a constant penalty).
     ///
     /// What is minimised each time is the augmented Lagrangian of [`crate::dual::BalancedOperator`], as accurately as the balance
-    /// is met. Newton's method has α among its unknowns and needs none of this.
+    /// is met.
     pub(super) fn minimise_balanced(
         self,
-        operator: &mut dyn DualOperator,
+        operator: &mut BalancedOperator<'_>,
         kprgp: &Kprgp,
         set: &FeasibleSet<'_>,
-        multiplier: &mut Vec<f64>,
+        multiplier: &mut [f64],
         tolerance: f64,
     ) -> InnerSummary {
-        if matches!(self, Inner::Newton(..)) {
-            return self.minimise_at(operator, kprgp, set, multiplier, tolerance);
-        }
         let attainable = operator.dimension() as f64 * f64::EPSILON;
         let first_application = operator.applications();
         let mut imbalance = FIRST;
@@ -48,9 +45,7 @@ impl Inner<'_> {
             if let Some(before) = &total {
                 summary.steps += before.steps;
             }
-            let Some(next) = operator.balance().map(|it| it.relative_excess(multiplier)) else {
-                return summary;
-            };
+            let next = operator.balance().relative_excess(multiplier);
             summary.residual = summary.residual.max(next);
             let done = next <= tolerance.max(attainable) && asked <= tolerance;
             if done || summary.failure.is_some() || !next.is_finite() {

@@ -59,9 +59,6 @@ impl DualOperator for Dense {
         let factor = if broken { f64::NAN } else { 1.0 };
         product.iter().map(|v| factor * v).collect()
     }
-    fn to_primal(&mut self, _: &[f64]) -> Vec<f64> {
-        Vec::new()
-    }
     fn applications(&self) -> usize {
         self.applications
     }

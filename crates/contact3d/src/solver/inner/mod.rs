@@ -18,7 +18,7 @@ use super::{
     newton::{NewtonSettings, NewtonStatus, search::Search},
 };
 use crate::{
-    dual::{DualOperator, ExplicitDual, LocalStiffness},
+    dual::{BodyOperator, DualOperator, ExplicitDual, LocalStiffness},
     linalg::{largest_eigenvalue, norm},
     scene::InnerSolver,
 };
@@ -77,95 +77,110 @@ impl<'a> Inner<'a> {
     /// and GPCG, and to ‖λ‖ for Newton's method.
     pub(in crate::solver) fn minimise(
         self,
-        operator: &mut dyn DualOperator,
+        operator: &mut BodyOperator<'_, '_>,
         kprgp: &Kprgp,
         set: &FeasibleSet<'_>,
         multiplier: &mut Vec<f64>,
         tolerance: f64,
     ) -> InnerSummary {
-        match operator.balance() {
-            None => self.minimise_at(operator, kprgp, set, multiplier, tolerance),
-            Some(_) => self.minimise_balanced(operator, kprgp, set, multiplier, tolerance),
+        match (self, operator) {
+            (Self::Newton(dual, local), operator) => {
+                newton_inside(dual, local, operator, set, multiplier, tolerance)
+            }
+            (_, BodyOperator::Held(operator)) => {
+                self.minimise_at(*operator, kprgp, set, multiplier, tolerance)
+            }
+            (_, BodyOperator::Floating(operator)) => {
+                self.minimise_balanced(operator, kprgp, set, multiplier, tolerance)
+            }
         }
     }
 
-    /// One minimisation of a body where it is.
+    /// One minimisation of a body where it is, by KPRGP or GPCG.
     fn minimise_at(
         self,
         operator: &mut dyn DualOperator,
         kprgp: &Kprgp,
         set: &FeasibleSet<'_>,
-        multiplier: &mut Vec<f64>,
+        multiplier: &mut [f64],
         tolerance: f64,
     ) -> InnerSummary {
-        match self {
-            Self::Kprgp | Self::Gpcg(_) => {
-                let rhs_norm = norm(operator.rhs());
-                set.project(multiplier);
-                // The rounding n ε (‖S‖ ‖λ‖ + ‖h‖) of r = S λ − h with ‖S‖ < 2/ᾱ.
-                let size = 2.0 / kprgp.steplength * norm(multiplier) + rhs_norm;
-                let rounding = operator.dimension() as f64 * f64::EPSILON * size;
-                let asked = tolerance * rhs_norm;
-                let reachable = asked.max(rounding);
-                let InnerOutcome {
-                    converged,
-                    reduced_gradient,
-                    steps,
-                } = match self {
-                    Self::Gpcg(stiffness) => {
-                        let gpcg = Gpcg {
-                            steplength: kprgp.steplength,
-                            max_applications: kprgp.max_applications,
-                        };
-                        let locally = Locally {
-                            stiffness,
-                            tolerance: LOCAL_SLACK * tolerance,
-                            rounding,
-                        };
-                        locally.minimise(&gpcg, operator, set, multiplier, reachable)
-                    }
-                    Self::Kprgp | Self::Newton(..) => {
-                        kprgp.minimise(operator, set, multiplier, reachable)
-                    }
+        let rhs_norm = norm(operator.rhs());
+        set.project(multiplier);
+        // The rounding n ε (‖S‖ ‖λ‖ + ‖h‖) of r = S λ − h with ‖S‖ < 2/ᾱ.
+        let size = 2.0 / kprgp.steplength * norm(multiplier) + rhs_norm;
+        let rounding = operator.dimension() as f64 * f64::EPSILON * size;
+        let asked = tolerance * rhs_norm;
+        let reachable = asked.max(rounding);
+        let InnerOutcome {
+            converged,
+            reduced_gradient,
+            steps,
+        } = match self {
+            Self::Gpcg(stiffness) => {
+                let gpcg = Gpcg {
+                    steplength: kprgp.steplength,
+                    max_applications: kprgp.max_applications,
                 };
-                let relative = reduced_gradient / rhs_norm;
-                InnerSummary {
-                    failure: (!converged).then_some(Status::MaxInnerApplications),
-                    residual: if rhs_norm > 0.0 { relative } else { 0.0 },
-                    steps,
-                    at_rounding: asked < rounding,
-                    applications: 0,
-                    newton: Vec::new(),
-                }
+                let locally = Locally {
+                    stiffness,
+                    tolerance: LOCAL_SLACK * tolerance,
+                    rounding,
+                };
+                locally.minimise(&gpcg, operator, set, multiplier, reachable)
             }
-            Self::Newton(dual, local) => {
-                let settings = NewtonSettings {
-                    tolerance: tolerance.max(dual.rounding()),
-                    ..NewtonSettings::default()
-                };
-                let start = [&multiplier[..], &operator.motion(multiplier)].concat();
-                let search = Search {
-                    dual,
-                    bound: Bound::Frozen(set),
-                    local,
-                    start: Some(&start),
-                };
-                let outcome = search.minimise(set, &settings);
-                let summary = InnerSummary {
-                    failure: (!outcome.is_solution()).then_some(Status::MaxNewtonSteps),
-                    residual: outcome.residual,
-                    steps: StepCounts::default(),
-                    at_rounding: outcome.status == NewtonStatus::RoundingLimit
-                        || outcome.residual <= dual.rounding(),
-                    applications: outcome.evaluations,
-                    newton: outcome.history,
-                };
-                *multiplier = dual.multipliers(&outcome.multiplier).to_vec();
-                operator.set_motion(multiplier, dual.motion(&outcome.multiplier));
-                summary
-            }
+            Self::Kprgp | Self::Newton(..) => kprgp.minimise(operator, set, multiplier, reachable),
+        };
+        let relative = reduced_gradient / rhs_norm;
+        InnerSummary {
+            failure: (!converged).then_some(Status::MaxInnerApplications),
+            residual: if rhs_norm > 0.0 { relative } else { 0.0 },
+            steps,
+            at_rounding: asked < rounding,
+            applications: 0,
+            newton: Vec::new(),
         }
     }
+}
+
+/// One minimisation by Newton's method, which has the motions of a body that floats among its unknowns.
+fn newton_inside(
+    dual: &ExplicitDual,
+    local: &LocalStiffness,
+    operator: &mut BodyOperator<'_, '_>,
+    set: &FeasibleSet<'_>,
+    multiplier: &mut Vec<f64>,
+    tolerance: f64,
+) -> InnerSummary {
+    let settings = NewtonSettings {
+        tolerance: tolerance.max(dual.rounding()),
+        ..NewtonSettings::default()
+    };
+    let mut start = multiplier.clone();
+    if let BodyOperator::Floating(operator) = operator {
+        start.extend(operator.motion(multiplier));
+    }
+    let search = Search {
+        dual,
+        bound: Bound::Frozen(set),
+        local,
+        start: Some(&start),
+    };
+    let outcome = search.minimise(set, &settings);
+    let summary = InnerSummary {
+        failure: (!outcome.is_solution()).then_some(Status::MaxNewtonSteps),
+        residual: outcome.residual,
+        steps: StepCounts::default(),
+        at_rounding: outcome.status == NewtonStatus::RoundingLimit
+            || outcome.residual <= dual.rounding(),
+        applications: outcome.evaluations,
+        newton: outcome.history,
+    };
+    *multiplier = dual.multipliers(&outcome.multiplier).to_vec();
+    if let BodyOperator::Floating(operator) = operator {
+        operator.set_motion(multiplier, dual.motion(&outcome.multiplier));
+    }
+    summary
 }
 
 /// How much larger than the inner tolerance the residual by local stiffness may be: with the

@@ -6,7 +6,7 @@ use super::natural_map::NaturalMap;
 use crate::{
     dual::{ExplicitDual, LocalStiffness},
     solver::{
-        ContactState, CoulombState,
+        CoulombState, PaneLaws,
         conditions::{Bound, PaneEvaluation},
     },
 };
@@ -21,11 +21,11 @@ use crate::{
 pub fn frozen_response(
     dual: &ExplicitDual,
     local: &LocalStiffness,
-    contact: &ContactState<'_>,
+    laws: &PaneLaws,
     state: &CoulombState,
     multiplier: &[f64],
 ) -> Option<Vec<f64>> {
-    let set = contact.feasible_set(Some(state));
+    let set = laws.feasible_set(Some(state));
     let steplengths = local.stiffness.clone();
     let map = NaturalMap::with_steplengths(dual, Bound::Frozen(&set), steplengths);
     let evaluation = map.evaluate(multiplier);

@@ -6,7 +6,7 @@ use super::{contraction::moving_part, local_mapping::NEAR_FOLD, natural_map::Nat
 use crate::{
     dual::ExplicitDual,
     linalg::{distance_to_one, largest_eigenvalue, norm, spectral_radius, transpositions},
-    solver::{ContactState, FeasibleSet, conditions::Bound, coulomb_state},
+    solver::{FeasibleSet, PaneLaws, conditions::Bound, coulomb_state},
 };
 
 /// The generalised derivative R' of the natural map R(λ) = λ − P(λ − ρ (S λ − h)) at some λ.
@@ -38,21 +38,17 @@ impl Linearisation {
 
     /// ‖R(λ)‖ / ‖λ‖ alone, for the contact problem of any law.
     #[must_use]
-    pub(crate) fn residual_of(
-        dual: &ExplicitDual,
-        contact: &ContactState<'_>,
-        unknowns: &[f64],
-    ) -> f64 {
-        let frozen = contact.feasible_set(None);
-        let map = NaturalMap::new(dual, bound(contact, &frozen));
+    pub(crate) fn residual_of(dual: &ExplicitDual, laws: &PaneLaws, unknowns: &[f64]) -> f64 {
+        let frozen = laws.feasible_set(None);
+        let map = NaturalMap::new(dual, bound(laws, &frozen));
         relative(map.evaluate(unknowns).norm, dual.multipliers(unknowns))
     }
 
     /// Linearises the contact problem of any law at λ, `[n_multipliers]` in Pa, followed by the rigid motions of a body that floats.
     #[must_use]
-    pub fn new(dual: &ExplicitDual, contact: &ContactState<'_>, unknowns: &[f64]) -> Self {
-        let frozen = contact.feasible_set(None);
-        let map = NaturalMap::new(dual, bound(contact, &frozen));
+    pub fn new(dual: &ExplicitDual, laws: &PaneLaws, unknowns: &[f64]) -> Self {
+        let frozen = laws.feasible_set(None);
+        let map = NaturalMap::new(dual, bound(laws, &frozen));
         let evaluation = map.evaluate(unknowns);
         let matrix = map.derivative(&evaluation);
         let (n, n_multipliers) = (unknowns.len(), dual.dimension());
@@ -72,11 +68,11 @@ impl Linearisation {
             lu.solve_in_place(x.as_mut());
             (0..n_multipliers).map(|i| x[(i, 0)]).collect()
         };
-        let [contraction, fold_distance] = match contact.interface.coulomb() {
+        let [contraction, fold_distance] = match laws.coulomb() {
             None => [0.0, 1.0],
             Some(law) => {
-                let state = coulomb_state(dual, contact, law, unknowns);
-                let set = contact.feasible_set(Some(&state));
+                let state = coulomb_state(dual, laws, law, unknowns);
+                let set = laws.feasible_set(Some(&state));
                 let map = NaturalMap::new(dual, Bound::Frozen(&set));
                 let frozen = map.derivative(&map.evaluate(unknowns));
                 moving_part(&frozen, &matrix, n).map_or([f64::INFINITY, 0.0], |moving| {
@@ -103,9 +99,9 @@ impl Linearisation {
 }
 
 /// What moves the ellipses: the law of the scene, or nothing.
-fn bound<'a>(contact: &'a ContactState<'a>, frozen: &'a FeasibleSet<'a>) -> Bound<'a> {
-    match contact.interface.coulomb() {
-        Some(law) => Bound::Coulomb(contact, law),
+fn bound<'a>(laws: &'a PaneLaws, frozen: &'a FeasibleSet<'a>) -> Bound<'a> {
+    match laws.coulomb() {
+        Some(law) => Bound::Coulomb(laws, law),
         None => Bound::Frozen(frozen),
     }
 }

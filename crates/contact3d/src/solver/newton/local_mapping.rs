@@ -9,7 +9,7 @@ use crate::{
     linalg::{
         DenseLu, distance_to_one, dot, figures_by_products, least_modulus, product, spectral_radius,
     },
-    solver::{ContactState, conditions::Bound, coulomb_state},
+    solver::{PaneLaws, conditions::Bound, coulomb_state},
 };
 
 /// The linearisation of the mapping Ψ of HKL, whose fixed points are the solutions, at one of them.
@@ -54,18 +54,18 @@ impl LocalMapping {
     /// its zone.
     pub(in crate::solver) fn new(
         dual: &ExplicitDual,
-        contact: &ContactState<'_>,
+        laws: &PaneLaws,
         law: &CoulombLaw,
         multiplier: &[f64],
     ) -> Option<Self> {
-        let state = coulomb_state(dual, contact, law, multiplier);
-        let set = contact.feasible_set(Some(&state));
+        let state = coulomb_state(dual, laws, law, multiplier);
+        let set = laws.feasible_set(Some(&state));
         let derivative = |bound| {
             let map = NaturalMap::new(dual, bound);
             map.coupled_derivative(&map.evaluate(multiplier))
         };
         let (coupled, frozen) = derivative(Bound::Frozen(&set));
-        let (followed_by, followed) = derivative(Bound::Coulomb(contact, law));
+        let (followed_by, followed) = derivative(Bound::Coulomb(laws, law));
         if coupled != followed_by {
             return None;
         }

@@ -9,6 +9,7 @@ mod local_mapping;
 pub(in crate::solver) mod natural_map;
 mod relaxation;
 pub(in crate::solver) mod search;
+mod softening;
 mod sparse_system;
 mod system;
 #[cfg(test)]
@@ -23,9 +24,7 @@ pub use local_mapping::LocalMapping;
 use iteration::{Globalisation, NewtonOutcome};
 use natural_map::NaturalMap;
 
-use super::{
-    ContactState, FeasibleSet, NewtonStep, conditions::Bound, contact_state::coulomb_state,
-};
+use super::{FeasibleSet, NewtonStep, PaneLaws, conditions::Bound, pane_laws::coulomb_state};
 use crate::{contact::CoulombLaw, dual::ExplicitDual};
 
 /// Share of the way to Ψ(λ) in a safeguard step of [`newton`].
@@ -68,20 +67,20 @@ pub struct NewtonSolution {
 #[must_use]
 pub fn newton(
     dual: &ExplicitDual,
-    contact: &ContactState<'_>,
+    laws: &PaneLaws,
     law: &CoulombLaw,
     start: Option<&[f64]>,
     settings: &NewtonSettings,
     observe: impl FnMut(usize, &NewtonStep),
 ) -> NewtonSolution {
     let start = dual.unknowns(start.unwrap_or_default());
-    let map = NaturalMap::new(dual, Bound::Coulomb(contact, law));
+    let map = NaturalMap::new(dual, Bound::Coulomb(laws, law));
     let mut hidden_evaluations = 0;
     let mut safeguard = |multiplier: &[f64]| {
         // Ψ by relaxed steps alone; one at least, so that a start within the tolerance is measured and not
         // believed.
-        let state = coulomb_state(dual, contact, law, multiplier);
-        let set = contact.feasible_set(Some(&state));
+        let state = coulomb_state(dual, laws, law, multiplier);
+        let set = laws.feasible_set(Some(&state));
         let settings = NewtonSettings::to_rounding(dual);
         let image = minimise_frozen_in(dual, &set, multiplier, &settings, 1, |_, _| {});
         hidden_evaluations += image.evaluations;

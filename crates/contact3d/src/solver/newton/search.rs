@@ -2,12 +2,12 @@
 
 use super::{
     NewtonSettings, NewtonSolution, NewtonStatus, continuation::continuation, minimise_frozen_in,
-    natural_map::NaturalMap, newton, newton_from,
+    natural_map::NaturalMap, newton, newton_from, softening::softened,
 };
 use crate::{
     contact::CoulombLaw,
     dual::{ExplicitDual, LocalStiffness},
-    solver::{ContactState, FeasibleSet, NewtonStep, conditions::Bound},
+    solver::{FeasibleSet, NewtonStep, PaneLaws, conditions::Bound},
 };
 
 /// ‖R‖ / ‖λ‖ at which a search has found the zones; what follows refines the answer.
@@ -39,6 +39,8 @@ pub(in crate::solver) enum Way {
     Path,
     /// From an easier law ([`continuation`]).
     Eased,
+    /// From softer and softer springs in place of the contact that holds a body ([`softened`]).
+    Softened,
 }
 
 /// A contact problem and its local stiffness.
@@ -76,8 +78,10 @@ impl<'a> Search<'a> {
             Bound::Frozen(_) => false,
         };
         let warm = warm.filter(|_| mobile).into_iter();
+        let softened = self.dual.balance.as_ref().map(|_| Way::Softened);
         warm.chain(ways)
             .filter(|way| eased || *way != Way::Eased)
+            .chain(softened)
             .collect()
     }
 
@@ -96,10 +100,24 @@ impl<'a> Search<'a> {
             Way::Path => self.path(&mut observe),
             Way::Relaxed => self.relaxed(&mut observe),
             Way::Eased => match self.bound {
-                Bound::Coulomb(contact, law) => self.eased(contact, law, &mut observe),
+                Bound::Coulomb(laws, law) => self.eased(laws, law, &mut observe),
                 Bound::Frozen(_) => self.relaxed(&mut observe),
             },
+            Way::Softened => softened(self, &mut observe),
         }
+    }
+
+    /// The first solution of all ways but springs.
+    pub(super) fn first(&self) -> NewtonSolution {
+        let ways = self.ways().into_iter().filter(|way| *way != Way::Softened);
+        let mut found = self.relaxed(&mut |_, _| {});
+        for way in ways.filter(|way| *way != Way::Relaxed) {
+            if found.is_solution() {
+                break;
+            }
+            found = self.go(way, 0, |_, _| {});
+        }
+        found
     }
 
     /// Minimises over a frozen set from the start, in one step at least, so that a start within the
@@ -147,18 +165,18 @@ impl<'a> Search<'a> {
         self.dual.unknowns(self.start.unwrap_or_default())
     }
 
-    fn from(&self, start: Vec<f64>, observe: &mut dyn FnMut(usize, &NewtonStep)) -> NewtonSolution {
+    pub(super) fn from(&self, start: Vec<f64>, observe: &mut dyn FnMut(usize, &NewtonStep)) -> NewtonSolution {
         newton_from(&self.map(self.bound), start, &to(FOUND), 0, observe)
     }
 
-    fn relaxed(&self, observe: &mut dyn FnMut(usize, &NewtonStep)) -> NewtonSolution {
+    pub(super) fn relaxed(&self, observe: &mut dyn FnMut(usize, &NewtonStep)) -> NewtonSolution {
         let settings = NewtonSettings {
             tolerance: FOUND,
             ..NewtonSettings::default()
         };
         match self.bound {
-            Bound::Coulomb(contact, law) => {
-                newton(self.dual, contact, law, self.start, &settings, observe)
+            Bound::Coulomb(laws, law) => {
+                newton(self.dual, laws, law, self.start, &settings, observe)
             }
             Bound::Frozen(set) => {
                 let start = self.zero_or_start();
@@ -205,21 +223,21 @@ impl<'a> Search<'a> {
 
     fn eased(
         &self,
-        contact: &'a ContactState<'a>,
+        laws: &'a PaneLaws,
         law: &CoulombLaw,
         observe: &mut dyn FnMut(usize, &NewtonStep),
     ) -> NewtonSolution {
         let mobile = self.local.mobility() > MOBILE;
         continuation(law, observe, |law, start| {
             if !mobile {
-                return newton(self.dual, contact, law, start, &to(FOUND), |_, _| {});
+                return newton(self.dual, laws, law, start, &to(FOUND), |_, _| {});
             }
             let start = match start {
                 Some(start) => start.to_vec(),
                 None => self.local.pressed_start(self.dual),
             };
             let steplengths = self.local.stiffness.clone();
-            let bound = Bound::Coulomb(contact, law);
+            let bound = Bound::Coulomb(laws, law);
             let map = NaturalMap::with_steplengths(self.dual, bound, steplengths);
             newton_from(&map, start, &to(FOUND), 0, |_, _| {})
         })

@@ -298,13 +298,12 @@ impl<'a> NewtonSystem<'a> {
 
     /// ∂𝓕_i⁻¹/∂λ_j = −Σ w ∂(1/F)/∂φ s over the nodes of a pane, for the change −s of φ.
     fn inverse_change(&self, pane: usize, slips: &[[f64; 2]]) -> [f64; 2] {
-        let Bound::Coulomb(contact, _) = self.map.conditions.bound else {
+        let Bound::Coulomb(laws, _) = self.map.conditions.bound else {
             return [0.0; 2];
         };
         let slopes = &self.evaluation.inverse_slope;
-        contact
-            .surface
-            .pane_weights(pane)
+        laws.average
+            .entries(pane)
             .fold([0.0; 2], |sum, (node, weight)| {
                 std::array::from_fn(|k| {
                     let [first, second] = slopes[node][k];

@@ -16,7 +16,7 @@ use crate::{
     mesh::Mesh,
     scene::{Coefficient, Formula, Friction, Ramp, Scene, SlipInterpolation},
     solver::{
-        ContactState, FeasibleSet,
+        ContactState, FeasibleSet, PaneLaws,
         conditions::{Bound, Evaluation},
     },
 };
@@ -35,13 +35,18 @@ const SCENE: &str = "
     friction.coefficient.constant = 0.3
 ";
 
-fn mesh_and_interface(law: Friction, slip: SlipInterpolation) -> (Mesh, Interface) {
+fn laws_of(law: Friction, slip: SlipInterpolation) -> PaneLaws {
     let mut scene = Scene::parse("two panes", SCENE).unwrap();
     scene.friction = Some(law);
     scene.contacts[0].slip_interpolation = slip;
     let mesh = Mesh::of_scene(&scene, Path::new("")).unwrap();
     let interface = Interface::new(&scene, &mesh).unwrap().unwrap();
-    (mesh, interface)
+    let surface = mesh.contact.as_ref().unwrap();
+    ContactState {
+        surface,
+        interface: &interface,
+    }
+    .laws()
 }
 
 static PROJECTIONS: AtomicUsize = AtomicUsize::new(0);
@@ -142,10 +147,9 @@ proptest! {
         slip in prop_oneof![Just(SlipInterpolation::Lagrange), Just(SlipInterpolation::Clement)],
     ) {
         let dual = dual(&entries, &rhs, &compliance, &slip_free);
-        let (mesh, interface) = mesh_and_interface(law(coupled, cap), slip);
-        let contact = ContactState { surface: mesh.contact.as_ref().unwrap(), interface: &interface };
+        let laws = laws_of(law(coupled, cap), slip);
         let set = frozen.map(|axes| set_of(&axes));
-        let coulomb = Bound::Coulomb(&contact, interface.coulomb().unwrap());
+        let coulomb = Bound::Coulomb(&laws, laws.coulomb().unwrap());
         let bound = set.as_ref().map_or(coulomb, Bound::Frozen);
         let map = NaturalMap::new(&dual, bound);
         let evaluation = map.evaluate(&multiplier);

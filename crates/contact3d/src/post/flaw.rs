@@ -1,0 +1,262 @@
+//! The gate that every answer passes: figures that are out of range, or that contradict the accuracy it claims.
+
+use std::fmt;
+
+use super::{ContactReport, Rounding, Solved};
+use crate::solver::{Solution, Status};
+
+/// An answer with a figure above this is none, whatever rounding explains: nothing of it can be relied on.
+const BROKEN: f64 = 1e-3;
+
+/// Figures are largest entries, accuracies are means over the face: they may differ by about this factor.
+const ABOUT: f64 = 100.0;
+
+/// √ε, half of all digits: below this no figure contradicts an answer. Rounding of λ alone moves bodies that nearly float by so much
+/// that residuals of 1e-10 are met in right answers.
+const SMALL: f64 = 1.5e-8;
+
+/// Why an answer cannot be what its solve took it for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Flaw {
+    /// A figure that is not finite, or so large or small that sums of its squares are not.
+    OutOfRange {
+        /// Which figure.
+        figure: &'static str,
+        /// Its value: for fields the largest magnitude, or what is not finite.
+        value: f64,
+    },
+    /// A residual larger than the accuracy of the answer and rounding explain.
+    Contradiction {
+        /// Which figure of the certificate, or of the balance of forces.
+        figure: &'static str,
+        /// Its value, without unit.
+        value: f64,
+        /// The largest that fits.
+        allowed: f64,
+    },
+}
+
+impl fmt::Display for Flaw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::OutOfRange { figure, value } if value.is_finite() => write!(
+                f,
+                "the {figure} {value:.1e} is outside the range in which double precision can square and sum; choose units in which loads, stiffness and sizes are moderate"
+            ),
+            Self::OutOfRange { figure, .. } => write!(
+                f,
+                "the {figure} is not finite; check loads, material and sizes, and choose units in which they are moderate"
+            ),
+            Self::Contradiction {
+                figure,
+                value,
+                allowed,
+            } => write!(
+                f,
+                "the answer does not satisfy its equations: {figure} is {value:.1e}, and at most {allowed:.1e} would fit; check what holds the body, and that sizes and moduli of its parts are of similar magnitude"
+            ),
+        }
+    }
+}
+
+impl ContactReport {
+    /// Holds a solution against this report of it: the one place where a figure may take back what a solve claims.
+    ///
+    /// Figures out of range make it a `numerical_error`. A residual that contradicts the accuracy is its accuracy from then on,
+    /// and `converged` becomes `rounding_limit`; above a thousandth the answer is `inaccurate`, and none.
+    pub fn judge(&self, solution: &mut Solution) {
+        let verdict = self.verdict(solution.status, solution.accuracy);
+        (solution.status, solution.accuracy) = verdict;
+    }
+
+    /// Status and accuracy of an answer with this report.
+    #[must_use]
+    pub fn verdict(&self, status: Status, accuracy: f64) -> (Status, f64) {
+        match self.flaw {
+            Some(Flaw::OutOfRange { .. }) => (Status::NumericalError, accuracy),
+            Some(Flaw::Contradiction { value, .. }) if status.is_solved() => {
+                let status = match status {
+                    _ if self.is_broken() => Status::Inaccurate,
+                    Status::Converged => Status::RoundingLimit,
+                    status => status,
+                };
+                (status, accuracy.max(value).min(1.0))
+            }
+            Some(Flaw::Contradiction { .. }) | None => (status, accuracy),
+        }
+    }
+
+    /// Whether the answer has a figure that makes it none.
+    #[must_use]
+    pub fn is_broken(&self) -> bool {
+        match self.flaw {
+            Some(Flaw::OutOfRange { .. }) => true,
+            Some(Flaw::Contradiction { value, allowed, .. }) => value > BROKEN.max(allowed),
+            None => false,
+        }
+    }
+
+    /// What is wrong with the answer, the worst first.
+    pub(super) fn find_flaw(&self, solved: &Solved<'_>, rounding: &Rounding) -> Option<Flaw> {
+        self.find_out_of_range(solved)
+            .or_else(|| self.find_contradiction(solved.solution, rounding))
+            .or_else(|| {
+                let value = self.discretisation_error.relative();
+                let claimed = solved.solution.status.is_solved();
+                (claimed && !value.is_finite()).then_some(Flaw::OutOfRange {
+                    figure: "estimated discretisation error",
+                    value,
+                })
+            })
+    }
+
+    /// The residual that most exceeds what accuracy and rounding explain; of a solve that failed none, since it claims nothing.
+    fn find_contradiction(&self, solution: &Solution, rounding: &Rounding) -> Option<Flaw> {
+        if !solution.status.is_solved() {
+            return None;
+        }
+        let by_accuracy = ABOUT * solution.accuracy;
+        let found = self.residuals(rounding).map(|(figure, value, rounding)| {
+            let allowed = (by_accuracy + rounding).max(SMALL);
+            // What only rounding explains is no answer either.
+            let allowed = allowed.min(BROKEN.max(by_accuracy));
+            (figure, value, allowed)
+        });
+        found
+            .filter(|(_, value, allowed)| value > allowed)
+            .max_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)))
+            .map(|(figure, value, allowed)| Flaw::Contradiction {
+                figure,
+                value,
+                allowed,
+            })
+    }
+
+    /// Every residual with what rounding makes of it.
+    fn residuals(
+        &self,
+        rounding: &Rounding,
+    ) -> impl Iterator<Item = (&'static str, f64, f64)> + use<> {
+        let r = &self.resultants;
+        let balance = [
+            ("force imbalance", r.force_imbalance, rounding.equilibrium),
+            ("moment imbalance", r.moment_imbalance, rounding.equilibrium),
+        ];
+        let rounding = *rounding;
+        let certificate = self.certificate.figures().into_iter();
+        let certificate = certificate.map(move |(figure, value)| {
+            let allowed = match figure {
+                "equilibrium" => rounding.equilibrium,
+                "complementarity" | "slip_direction" => rounding.work,
+                _ => rounding.stress,
+            };
+            (figure, value, allowed)
+        });
+        balance.into_iter().chain(certificate)
+    }
+
+    /// The first figure that is out of range.
+    fn find_out_of_range(&self, solved: &Solved<'_>) -> Option<Flaw> {
+        self.fields(solved)
+            .into_iter()
+            .find_map(|(figure, largest)| field(figure, largest, solved.mesh.coordinates.len()))
+            .or_else(|| self.find_not_finite(solved))
+            .or_else(|| self.find_lost_energy())
+    }
+
+    /// The largest magnitude of every field; NaN if any value is.
+    fn fields(&self, solved: &Solved<'_>) -> Vec<(&'static str, f64)> {
+        let slips = self.panes.iter().filter_map(|pane| pane.friction);
+        vec![
+            ("load", largest(&solved.system.load)),
+            ("displacement", largest(&solved.solution.displacement)),
+            ("multiplier", largest(&solved.solution.multiplier)),
+            ("stress", largest(self.stress.as_flattened())),
+            ("von Mises stress", largest(&self.von_mises)),
+            (
+                "slip",
+                slips.fold(0.0, |most, pane| more(most, largest(&pane.slip))),
+            ),
+        ]
+    }
+
+    /// The first figure that is infinite or no number.
+    fn find_not_finite(&self, solved: &Solved<'_>) -> Option<Flaw> {
+        let r = &self.resultants;
+        let forces = [&r.applied_force, &r.clamp_force].into_iter().flatten();
+        let panes = self.panes.iter();
+        let semi_axes = panes.clone().filter_map(|pane| pane.friction);
+        let mut figures: Vec<(&'static str, f64)> = vec![
+            ("accuracy", solved.solution.accuracy),
+            ("strain energy", r.strain_energy),
+            ("work of the loads", r.load_work),
+            ("imbalance of forces", r.force_imbalance),
+            ("imbalance of moments", r.moment_imbalance),
+        ];
+
+        figures.extend(forces.map(|force| ("sum of forces", *force)));
+        figures.extend(r.moments.as_flattened().iter().map(|m| ("moment", *m)));
+        figures.extend(panes.map(|pane| ("gap", pane.gap)));
+        figures.extend(semi_axes.map(|pane| ("friction bound", largest(&pane.semi_axes))));
+        if let Some(contact) = &r.contact {
+            figures.extend(contact.contact_force.map(|force| ("contact force", force)));
+            let tangential = contact.tangential_force.into_iter().flatten();
+            figures.extend(tangential.map(|force| ("tangential contact force", force)));
+        }
+        figures.extend(self.certificate.figures());
+        let mut found = figures.into_iter().filter(|(_, value)| !value.is_finite());
+        found
+            .next()
+            .map(|(figure, value)| Flaw::OutOfRange { figure, value })
+    }
+
+    /// A body that moves stores energy; where that underflows, so does every figure made of
+    /// products.
+    fn find_lost_energy(&self) -> Option<Flaw> {
+        let value = self.resultants.strain_energy;
+        let moves = self.resultants.largest_displacement != [0.0; 3];
+        (moves && value.abs() < f64::MIN_POSITIVE).then_some(Flaw::OutOfRange {
+            figure: "strain energy",
+            value,
+        })
+    }
+}
+
+/// A field whose norm, the root of a sum of squares over all nodes, overflows or underflows.
+fn field(figure: &'static str, value: f64, nodes: usize) -> Option<Flaw> {
+    let square = value * value;
+    let holds = value == 0.0
+        || square >= f64::MIN_POSITIVE && square <= f64::MAX / (100 * nodes.max(1)) as f64;
+    (!holds).then_some(Flaw::OutOfRange { figure, value })
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most, value| more(most, *value))
+}
+
+/// max(most, |value|), and NaN if either is.
+fn more(most: f64, value: f64) -> f64 {
+    let value = value.abs();
+    if value > most || value.is_nan() {
+        value
+    } else {
+        most
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn norms_that_overflow_underflow_or_are_no_numbers_are_found() {
+        assert!(largest(&[1.0, f64::NAN, -3.0]).is_nan());
+        assert_eq!(largest(&[1.0, -3.0]), 3.0);
+        for value in [1e-320, 1e-160, 1e153, 1e200, f64::INFINITY, f64::NAN] {
+            assert!(field("load", value, 100_000).is_some(), "{value}");
+        }
+        for value in [0.0, 1e-150, 1e-9, 1.0, 1e150] {
+            assert_eq!(field("load", value, 100_000), None, "{value}");
+        }
+    }
+}

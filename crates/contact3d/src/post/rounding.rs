@@ -1,0 +1,102 @@
+//! What rounding alone makes of the residuals of an answer.
+
+use super::{PaneState, Solved};
+use crate::linalg::norm;
+
+/// Roundings of a sum of some hundred terms add up to about this many, as the root of their number.
+const ROUNDINGS: f64 = 16.0;
+
+/// Size of the residuals at the best double λ and u: 16 ε times how much larger the terms are than what their sum is measured
+/// against.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rounding {
+    /// Of the equilibrium: ‖|A||u| + |Bᵀ||λ| + |l|‖ / ‖l‖.
+    pub equilibrium: f64,
+    /// Of contact stresses: what rounding of λ and u moves the panes, |S||λ| + |R| max |u|, times local stiffness over the largest.
+    pub stress: f64,
+    /// Of the works of contact: the same motion times stresses over Σ λ²/ρ.
+    pub work: f64,
+}
+
+impl Rounding {
+    /// Of a solved problem with its panes and their local stiffness; `moved` is |S||λ| in m³, `[n_multipliers]`, empty where u was
+    /// solved with exact residuals.
+    pub(crate) fn new(
+        solved: &Solved<'_>,
+        panes: &[PaneState],
+        stiffness: &[f64],
+        moved: &[f64],
+    ) -> Self {
+        let [stress, work] = of_contact(solved, panes, stiffness, moved);
+        Self {
+            equilibrium: ROUNDINGS * f64::EPSILON * of_equilibrium(solved),
+            stress: ROUNDINGS * f64::EPSILON * stress,
+            work: ROUNDINGS * f64::EPSILON * work,
+        }
+    }
+
+    /// The largest.
+    pub(crate) fn worst(&self) -> f64 {
+        self.equilibrium.max(self.stress).max(self.work)
+    }
+}
+
+fn of_equilibrium(solved: &Solved<'_>) -> f64 {
+    let (u, lambda) = (&solved.solution.displacement, &solved.solution.multiplier);
+    let mut forces: Vec<f64> = solved.system.load.iter().map(|l| l.abs()).collect();
+    let coupling = solved.contact.map(|contact| &contact.coupling.transposed);
+    let terms = [(Some(&*solved.system.stiffness), u), (coupling, lambda)];
+    for (matrix, x) in terms {
+        let Some(matrix) = matrix else { continue };
+        for (j, x) in x.iter().enumerate() {
+            let (rows, values) = matrix.column(j);
+            for (&row, value) in rows.iter().zip(values) {
+                forces[row] += (value * x).abs();
+            }
+        }
+    }
+    ratio(norm(&forces), norm(&solved.system.load))
+}
+
+/// Of stresses and of works; 0 where nothing is loaded.
+fn of_contact(
+    solved: &Solved<'_>,
+    panes: &[PaneState],
+    stiffness: &[f64],
+    moved: &[f64],
+) -> [f64; 2] {
+    let Some(contact) = &solved.contact else {
+        return [0.0; 2];
+    };
+    let area = &contact.state.surface.pane_area;
+    let layout = contact.coupling.layout;
+    let lambda = &solved.solution.multiplier;
+    let displacement = solved.solution.displacement.iter();
+    let largest = displacement.fold(0.0, |most: f64, u| most.max(u.abs()));
+    let rounded =
+        |j: usize| moved.get(j).copied().unwrap_or(0.0) + area[layout.pane_of(j)] * largest;
+    let strength = |j: usize| match panes[layout.pane_of(j)].friction {
+        Some(friction) if layout.tangentials().contains(&j) => {
+            friction.semi_axes[0].max(friction.semi_axes[1])
+        }
+        _ => lambda[j].abs(),
+    };
+    let parts = [layout.normals(), layout.tangentials()];
+    let by_stress = parts.clone().map(|part| {
+        let pushed = part.clone().map(|j| stiffness[j] * rounded(j));
+        let borne = part.map(|j| strength(j).max(lambda[j].abs()));
+        ratio(pushed.fold(0.0, f64::max), borne.fold(0.0, f64::max))
+    });
+    let by_work = parts.map(|part| {
+        let loaded = part.filter(|&j| stiffness[j] > 0.0);
+        let works = loaded.map(|j| [strength(j) * rounded(j), lambda[j].powi(2) / stiffness[j]]);
+        let [rounding, own] = works.fold([0.0; 2], |sum, w| [sum[0] + w[0], sum[1] + w[1]]);
+        ratio(rounding, own)
+    });
+    [by_stress[0].max(by_stress[1]), by_work[0].max(by_work[1])]
+}
+
+/// The quotient, and 0 over 0.
+fn ratio(part: f64, whole: f64) -> f64 {
+    if whole == 0.0 { 0.0 } else { part / whole }
+}

@@ -1,0 +1,161 @@
+//! The laws of the panes as the solvers see them, and the state of friction at a multiplier.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use super::FeasibleSet;
+use crate::{
+    contact::{CoulombLaw, FrictionField, InterfaceFriction, MultiplierLayout, SlipMap},
+    dual::ExplicitDual,
+    linalg::CscMatrix,
+};
+
+/// The panes, the law of each, and the counters of a solve.
+#[derive(Debug)]
+pub struct PaneLaws {
+    /// The order of the multipliers.
+    pub layout: MultiplierLayout,
+    /// |Rⁱ| in m², `[n_panes]`.
+    pub area: Vec<f64>,
+    /// Averaging over panes: column i holds the weights of nodal values on pane i, `[n_contact_nodes, n_panes]`.
+    pub average: CscMatrix,
+    /// The law of tangential stresses.
+    pub friction: InterfaceFriction,
+    /// How slips are made of tangential displacements.
+    pub slip: SlipMap,
+    /// Projections on ellipses so far.
+    pub(super) projections: AtomicUsize,
+}
+
+/// The slip bound and the friction of an inner problem.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CoulombState {
+    /// g of the panes with friction, `[n_friction_panes]`, in Pa.
+    pub slip_bound: Vec<f64>,
+    /// F and 𝓕⁻¹.
+    pub friction: FrictionField,
+}
+
+impl PaneLaws {
+    /// Panes of given areas in m² and weights of nodal values, with laws that count from here on.
+    #[must_use]
+    pub fn new(
+        layout: MultiplierLayout,
+        area: Vec<f64>,
+        average: CscMatrix,
+        friction: InterfaceFriction,
+        slip: SlipMap,
+    ) -> Self {
+        Self {
+            layout,
+            area,
+            average,
+            friction,
+            slip,
+            projections: AtomicUsize::new(0),
+        }
+    }
+
+    /// Number of panes m.
+    #[must_use]
+    pub fn n_panes(&self) -> usize {
+        self.layout.n_panes()
+    }
+
+    /// The law whose slip bound follows the pressure, where it is the law.
+    #[must_use]
+    pub fn coulomb(&self) -> Option<&CoulombLaw> {
+        match &self.friction {
+            InterfaceFriction::Coulomb(law) => Some(law),
+            InterfaceFriction::Frictionless | InterfaceFriction::Tresca(_) => None,
+        }
+    }
+
+    /// The admissible set of frictionless contact or of Tresca's law; with Coulomb's law that of
+    /// a given state.
+    #[must_use]
+    pub fn feasible_set(&self, coulomb: Option<&CoulombState>) -> FeasibleSet<'_> {
+        let semi_axes = match (&self.friction, coulomb) {
+            (InterfaceFriction::Tresca(semi_axes), _) => semi_axes.clone(),
+            (InterfaceFriction::Coulomb(_), Some(state)) => state.semi_axes(),
+            (InterfaceFriction::Frictionless | InterfaceFriction::Coulomb(_), _) => Vec::new(),
+        };
+        FeasibleSet::new(self.n_panes(), semi_axes, &self.projections)
+    }
+
+    /// The state of friction under normal stresses in Pa, which `pressure` makes pressures of, at slips of the contact nodes in m;
+    /// no slips mean zero.
+    pub(super) fn state(
+        &self,
+        law: &CoulombLaw,
+        normal: &[f64],
+        pressure: impl Fn(f64) -> f64,
+        slip: &[[f64; 2]],
+    ) -> CoulombState {
+        CoulombState {
+            slip_bound: law.slip_bounds(normal, pressure),
+            friction: FrictionField::new(law, &self.average, slip),
+        }
+    }
+
+    /// The state of friction without pressures.
+    pub(super) fn unpressed(&self, law: &CoulombLaw, slip: &[[f64; 2]]) -> CoulombState {
+        self.state(law, &vec![0.0; self.n_panes()], |l| l, slip)
+    }
+
+    /// Evaluations of the friction law at nodes so far.
+    pub(super) fn law_evaluations(&self) -> usize {
+        self.coulomb().map_or(0, CoulombLaw::evaluations)
+    }
+
+    /// Projections on ellipses so far.
+    pub(super) fn projections(&self) -> usize {
+        self.projections.load(Ordering::Relaxed)
+    }
+
+    /// Sets the counters, for a solve that goes on from a checkpoint.
+    pub(super) fn restore_counters(&self, law_evaluations: usize, projections: usize) {
+        if let Some(law) = self.coulomb() {
+            law.set_evaluations(law_evaluations);
+        }
+        self.projections.store(projections, Ordering::Relaxed);
+    }
+}
+
+impl CoulombState {
+    /// Whether the coefficients are positive and finite wherever panes are pressed; elsewhere they
+    /// bound nothing.
+    #[must_use]
+    pub fn is_admissible(&self, laws: &PaneLaws) -> bool {
+        let pressed = |pane: usize| self.slip_bound[pane] > 0.0;
+        self.friction.is_admissible(&laws.average, pressed)
+    }
+
+    /// Semi-axes g_i / (𝓕_i⁻¹)₁₁ and g_i / (𝓕_i⁻¹)₂₂ of the admissible ellipses in Pa, `[n_friction_panes]`.
+    #[must_use]
+    pub fn semi_axes(&self) -> Vec<[f64; 2]> {
+        let panes = self.slip_bound.iter().zip(&self.friction.pane_inverse);
+        panes.map(|(g, inverse)| inverse.map(|f| g / f)).collect()
+    }
+}
+
+/// φ at the contact nodes for a multiplier; empty unless the law follows the slip.
+pub(super) fn slip_of(dual: &ExplicitDual, laws: &PaneLaws, multiplier: &[f64]) -> Vec<[f64; 2]> {
+    let displacement = dual.tangential_displacement(multiplier);
+    match displacement.is_empty() {
+        true => displacement,
+        false => laws.slip.slip(&displacement),
+    }
+}
+
+/// The state of friction that a multiplier itself makes: the slip bound g of λ_ν and 𝓕 = 𝓕(u_t(λ)).
+#[must_use]
+pub fn coulomb_state(
+    dual: &ExplicitDual,
+    laws: &PaneLaws,
+    law: &CoulombLaw,
+    multiplier: &[f64],
+) -> CoulombState {
+    let (normal, _) = dual.layout.split(multiplier);
+    let slip = slip_of(dual, laws, multiplier);
+    laws.state(law, normal, |l| l.max(0.0), &slip)
+}

@@ -1,0 +1,73 @@
+//! The gate that every answer passes: what a certificate contradicts is no success, and right answers pass it.
+
+use contact3d::{
+    Problem,
+    scene::{Scene, SolveSettings},
+    solver::{Solution, Status},
+};
+
+fn solved(text: &str) -> (Solution, contact3d::post::ContactReport) {
+    let scene = Scene::parse("gate", text).unwrap_or_else(|error| panic!("{error}"));
+    let problem = Problem::new(scene).and_then(|problem| problem.assemble());
+    let problem = problem.unwrap_or_else(|error| panic!("{error}"));
+    let solution = problem.solve(&SolveSettings::default()).expect("a solve");
+    let report = problem.report(&solution).expect("finite loads");
+    (solution, report)
+}
+
+/// A block that only vertical springs and friction hold, pushed at three times what friction can bear: nothing holds it, and
+/// multipliers that fit each other to 1e-14 are no answer while the body flies.
+#[test]
+fn a_block_pushed_beyond_friction_is_no_success() {
+    let (solution, _) = solved(
+        "title = 'pushed off'
+        body.brick = { size = [1.0, 1.0, 0.5], cells = [4, 4, 2] }
+        material.isotropic = { young_modulus = 1e9, poisson_ratio = 0.3 }
+        body_force.value = [-3000.0, -400.0, -1e4]
+        spring = [{ face = 'z_max', normal = 2.4e7 }]
+        contact = { face = 'z_min', multipliers = 'nodal' }
+        friction.coefficient.constant = 0.1",
+    );
+    assert!(!solution.status.is_solved(), "{:?}", solution.status);
+}
+
+/// Pressed straight down nothing slides: slips of rounding are none, and do not cry wolf.
+#[test]
+fn slips_of_rounding_are_none() {
+    let (solution, report) = solved(
+        "title = 'pressed'
+        body.brick = { size = [3.0, 1.0, 1.0], cells = [2, 2, 2] }
+        material.isotropic = { young_modulus = 2.119e11, poisson_ratio = 0.277 }
+        clamp = [{ face = 'z_max', value = [0.0, 0.0, -1e-5] }]
+        contact.face = 'z_min'
+        friction.coefficient.constant = 0.3",
+    );
+    assert_eq!(solution.status, Status::Converged);
+    // Rounding of some tens of terms.
+    assert!(
+        report.certificate.worst() < 1e-13,
+        "{:?}",
+        report.certificate
+    );
+}
+
+/// A frictional face that nothing touches has no slip bound to exceed; what rounding leaves there is measured by the stress that
+/// rounding of the displacement would make.
+#[test]
+fn unloaded_frictional_faces_do_not_cry_wolf() {
+    let (solution, report) = solved(
+        "title = 'lifted'
+        body.brick = { size = [1.0, 1.0, 1.0], cells = [2, 2, 2] }
+        material.isotropic = { young_modulus = 2e11, poisson_ratio = 0.3 }
+        clamp = [{ face = 'z_max', value = [1e-5, 0.0, 1e-4] }]
+        contact.face = 'z_min'
+        friction.coefficient.constant = 0.3",
+    );
+    assert_eq!(solution.status, Status::Converged);
+    // √ε by which the yardstick is above rounding.
+    assert!(
+        report.certificate.worst() < 1e-7,
+        "{:?}",
+        report.certificate
+    );
+}
