@@ -47,6 +47,18 @@ pub struct Balance {
     pub(crate) coupling: Arc<RigidCoupling>,
     /// e = Rᵀl of the felt motions, or e − Gᵀλ₀ − D α₀ about an anchor, `[n_felt]`, in N.
     pub(crate) resultant: Vec<f64>,
+    /// The motion that closes the gap, where the motions α are counted from it.
+    pub(crate) closed: Option<ClosedGap>,
+}
+
+/// The rigid motion α₀ that closes the gap d best, and what it leaves, d − G α₀: with the motions counted from α₀ a gap of a thousand
+/// times what the body is strained takes no digits from h.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ClosedGap {
+    /// α₀ in m, `[n_felt]`.
+    pub(crate) motion: Vec<f64>,
+    /// d − G α₀ in m³, `[n_multipliers]`; zero where it is no more than rounding of d.
+    pub(crate) left: Vec<f64>,
 }
 
 impl RigidCoupling {
@@ -145,6 +157,29 @@ impl RigidCoupling {
         }
     }
 
+    /// The motion that closes distances d in m³, `[n_multipliers]`, by least squares over the contact face.
+    fn closing(&self, distances: &[f64], areas: &[f64]) -> ClosedGap {
+        const ROUNDINGS: f64 = 16.0;
+        let weight = |j: usize| areas[self.layout.pane_of(j)].sqrt().recip();
+        let n = distances.len();
+        let weighted = DMatrix::from_fn(n, self.n_felt(), |j, p| self.integrals[p][j] * weight(j));
+        let wanted = DVector::from_fn(n, |j, _| distances[j] * weight(j));
+        let svd = weighted.svd(true, true);
+        let least = UNFELT * svd.singular_values.max();
+        let motion = svd.solve(&wanted, least);
+        let motion = motion.map_or_else(|_| vec![0.0; self.n_felt()], |a| a.data.into());
+        let left = distances.iter().enumerate().map(|(j, distance)| {
+            let parts = self.integrals.iter().zip(&motion).map(|(g, by)| g[j] * by);
+            let size = distance.abs() + parts.clone().map(f64::abs).sum::<f64>();
+            let left = distance - parts.sum::<f64>();
+            if left.abs() <= ROUNDINGS * f64::EPSILON * size { 0.0 } else { left }
+        });
+        ClosedGap {
+            left: left.collect(),
+            motion,
+        }
+    }
+
     /// Gᵀλ + D α in N.
     pub(crate) fn resultant_of(&self, multiplier: &[f64], motion: &[f64]) -> Vec<f64> {
         let motions = self.integrals.iter().zip(&self.support).zip(motion);
@@ -190,7 +225,37 @@ impl Balance {
         Some(Self {
             coupling: Arc::new(rigid),
             resultant,
+            closed: None,
         })
+    }
+
+    /// The same with motions counted from that which closes distances d in m³, `[n_multipliers]`.
+    pub(super) fn from_closed_gap(&self, distances: &[f64], areas: &[f64]) -> Self {
+        let closed = self.coupling.closing(distances, areas);
+        let nothing = vec![0.0; distances.len()];
+        Self {
+            closed: Some(closed.clone()),
+            ..self.anchored(&nothing, &closed.motion)
+        }
+    }
+
+    /// α of the motions counted from zero, in terms of the modes of the body, and R α₀ of the closed gap added to the displacement.
+    pub(crate) fn counted_from_zero(&self, motion: &[f64], displacement: &mut [f64]) -> Vec<f64> {
+        let Some(closed) = &self.closed else {
+            return self.coupling.in_modes(motion);
+        };
+        self.coupling.add_motion(&closed.motion, displacement);
+        let sums = motion.iter().zip(&closed.motion).map(|(a, by)| a + by);
+        self.coupling.in_modes(&sums.collect::<Vec<f64>>())
+    }
+
+    /// The unknowns α of motions in terms of the modes of the body.
+    pub(crate) fn unknown_motion(&self, modes: &[f64]) -> Vec<f64> {
+        let mut motion = self.coupling.in_felt(modes);
+        if let Some(closed) = &self.closed {
+            add_scaled(&mut motion, -1.0, &closed.motion);
+        }
+        motion
     }
 
     /// The same about an anchor (λ₀, α₀).
@@ -198,6 +263,7 @@ impl Balance {
         Self {
             coupling: Arc::clone(&self.coupling),
             resultant: self.excess(multiplier, motion),
+            closed: self.closed.clone(),
         }
     }
 
@@ -220,6 +286,7 @@ impl Balance {
         Self {
             coupling: Arc::new(coupling),
             resultant: self.resultant.clone(),
+            closed: self.closed.clone(),
         }
     }
 

@@ -93,7 +93,8 @@ impl DiscreteProblem<'_> {
             solution.status = Status::NumericalError;
         }
         if let Some(balance) = &dual.balance {
-            solution.rigid_motion = balance.coupling.in_modes(&solution.rigid_motion);
+            solution.rigid_motion = balance
+                .counted_from_zero(&solution.rigid_motion, &mut solution.displacement);
             if !solution.status.is_solved() && has_run_away(&solution, laws) {
                 return Ok(Solution {
                     history: solution.history,

@@ -55,7 +55,7 @@ impl<'a> Search<'a> {
     /// The ways for this problem in the order in which they should be tried.
     pub(in crate::solver) fn ways(&self) -> Vec<Way> {
         let warm = self.start.map(|_| Way::Warm);
-        let mobile = self.local.mobility() > MOBILE;
+        let mobile = self.is_mobile();
         let ways = if mobile {
             [
                 Way::Glued,
@@ -83,6 +83,12 @@ impl<'a> Search<'a> {
             .filter(|way| eased || *way != Way::Eased)
             .chain(softened)
             .collect()
+    }
+
+    /// Whether the body moves as a whole much further than its panes do, in S or beside it.
+    fn is_mobile(&self) -> bool {
+        let balance = self.dual.balance.as_ref();
+        self.local.mobility() > MOBILE || balance.is_some_and(|it| it.coupling.n_resisted() > 0)
     }
 
     /// Goes one way; `observe` sees the steps, numbered from `done` on.
@@ -128,7 +134,7 @@ impl<'a> Search<'a> {
         settings: &NewtonSettings,
     ) -> NewtonSolution {
         let start = self.zero_or_start();
-        let mut found = if self.local.mobility() > MOBILE {
+        let mut found = if self.is_mobile() {
             let mut first = start.clone();
             set.project(&mut first);
             newton_from(&self.map(self.bound), first, settings, 1, |_, _| {})
@@ -227,7 +233,7 @@ impl<'a> Search<'a> {
         law: &CoulombLaw,
         observe: &mut dyn FnMut(usize, &NewtonStep),
     ) -> NewtonSolution {
-        let mobile = self.local.mobility() > MOBILE;
+        let mobile = self.is_mobile();
         continuation(law, observe, |law, start| {
             if !mobile {
                 return newton(self.dual, laws, law, start, &to(FOUND), |_, _| {});
