@@ -78,6 +78,8 @@ def turned_block(path, cells, size, angle):
             for axis in order:
                 at[axis] += 1
                 nodes.append(number[tuple(at)])
+            if np.linalg.det(np.eye(3)[list(order)]) < 0.0:
+                nodes[2:] = nodes[:1:-1]
             tetrahedra.append(nodes)
     local = np.array(list(itertools.product(*(range(n) for n in shape))))
     for nodes in tetrahedra:

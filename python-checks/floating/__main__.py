@@ -43,13 +43,13 @@ def verdict(program: Program, one: Body, folder: Path) -> tuple[str, str | None]
         status = str(read_enum(run["solve/status"]))
         problem = Floating.read(run, one.coefficients)
         parts = [run[f"solve/multiplier_{n}"][:].ravel() for n in ("normal", "tangential") if f"multiplier_{n}" in run["solve"]]
-    return status, wrong(problem, status, np.concatenate(parts))
+        error = problem.error_of_file(run, np.concatenate(parts))
+    return status, wrong(problem, status, error)
 
 
-def wrong(problem: Floating, status: str, found: np.ndarray) -> str | None:
-    """What contradicts the status; None if nothing does."""
+def wrong(problem: Floating, status: str, error: float) -> str | None:
+    """What contradicts the status of an answer that is off by `error`; None if nothing does."""
     if status in SOLVED:
-        error = problem.fitted_error(found)
         return None if error < ACCURATE else f"{status}, but the conditions are off by {error:.1e}"
     if status == "no_equilibrium":
         # Corners on the ellipses: what such forces balance, the law's do.

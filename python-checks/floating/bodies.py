@@ -43,7 +43,7 @@ def body(seed: int, number: int) -> Body:
         f"body_force.value = {numbers(weight * np.array(force))}",
     ]
     if draw.random() < 0.5:
-        pressure = weight * size[2] * draw.uniform(0, 2)
+        pressure = float(weight * size[2] * draw.uniform(0, 2))
         lines.append(f'pressure = [{{ face = "z_max", value = {pressure!r} }}]')
     lines += ["[contact]", 'face = "z_min"', f'multipliers = "{multipliers}"']
     lines += obstacle(face, size, draw)
@@ -67,7 +67,7 @@ def obstacle(face: str, size: np.ndarray, draw: np.random.Generator) -> list[str
         radius = float(np.sqrt(x**2 + height**2))
         point = numbers((x, 0.0, height))
         return [
-            f'obstacle.cylinder = {{ point = {point}, axis = [0.0, 1.0, 0.0], radius = {radius * (1 + 1e-12)!r}, side = "inside" }}'
+            f'obstacle.cylinder = {{ point = {point}, direction = [0.0, 1.0, 0.0], radius = {radius * (1 + 1e-12)!r}, side = "inside" }}'
         ]
     if face == "slope":
         slope = 10.0 ** draw.uniform(-4, -2)

@@ -24,6 +24,8 @@ class Floating:
     motions: np.ndarray
     resultant: np.ndarray
     friction: np.ndarray
+    coupling: sparse.csr_matrix
+    gap: np.ndarray
 
     @classmethod
     def read(cls, file: h5py.File, coefficients: tuple[float, float] | None) -> "Floating":
@@ -49,6 +51,8 @@ class Floating:
             motions=coupling @ modes.T,
             resultant=modes @ load,
             friction=np.array(coefficients or (0.0, 0.0)),
+            coupling=coupling,
+            gap=gap,
         )
 
     @property
@@ -65,32 +69,26 @@ class Floating:
         pairs = project(trial[m:].reshape(m, 2), pressure[:, None] * self.friction)
         return np.concatenate([pressure, pairs.ravel()])
 
-    def error(self, x: np.ndarray, motion: np.ndarray) -> float:
-        """How far x, with its motion, is from the conditions: imbalance, and the natural map in units of the panes' stiffness."""
+    def error(self, x: np.ndarray, gradient: np.ndarray) -> float:
+        """How far x and r = gap - B u are from the conditions: imbalance, and the natural map in units of the panes' stiffness."""
         size = np.linalg.norm(x)
         if size == 0.0:
             return np.inf
         imbalance = np.abs(self.resultant - self.motions.T @ x)
-        imbalance = np.max(imbalance / np.maximum(np.abs(self.motions).T @ np.abs(x), 1e-300))
-        gradient = self.operator @ x - self.motions @ motion - self.rhs
+        # Neutral motions carry nothing but rounding.
+        carried = np.abs(self.motions).T @ np.abs(x)
+        imbalance = np.max(imbalance) / np.max(carried)
         residual = x - self.admissible(x - gradient / np.diag(self.operator).mean())
         return float(max(imbalance, np.linalg.norm(residual) / size))
 
-    def fitted_error(self, x: np.ndarray) -> float:
-        """The same with the motion that fits best: of pressed panes that stick in the first place, of all that are pressed then."""
-        m, normal = self.m, x[: self.m]
-        pressed = np.flatnonzero(normal > 1e-9 * normal.max(initial=0.0))
-        rows = pressed
-        if x.size > m:
-            pairs = x[m:].reshape(m, 2)
-            bound = normal[:, None] * self.friction
-            with np.errstate(divide="ignore", invalid="ignore"):
-                level = np.hypot(*np.where(bound > 0, pairs / bound, np.inf).T)
-            sticks = np.flatnonzero((normal > 0) & (level < 1 - 1e-7))
-            rows = np.concatenate([pressed, m + 2 * sticks, m + 2 * sticks + 1])
-        closing = self.operator @ x - self.rhs
-        motion = np.linalg.lstsq(self.motions[rows], closing[rows], rcond=1e-12)[0]
-        return self.error(x, motion)
+    def error_of_file(self, file: h5py.File, x: np.ndarray) -> float:
+        """The same of an answer with its displacement, and what is left of A u = l - B' x beside the load."""
+        dof, nodal = file["assemble/degree_of_freedom"][:], file["solve/displacement"][:]
+        u = np.empty(dof.max() + 1)
+        u[dof[dof >= 0]] = nodal[dof >= 0]
+        load = file["load/force"][:]
+        left = load - self.coupling.T @ x - read_matrix(file["assemble/stiffness"]) @ u
+        return max(self.error(x, self.gap - self.coupling @ u), np.linalg.norm(left) / np.linalg.norm(load))
 
     def can_be_held(self, radius: float) -> bool:
         """Whether forces within polygons whose corners lie at `radius` times the ellipses balance the load (a linear programme)."""

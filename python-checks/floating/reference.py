@@ -25,7 +25,7 @@ def solution(problem: Floating) -> np.ndarray | None:
         supported = problem.operator + (g / springs) @ g.T
         rhs = problem.rhs + (g / springs) @ problem.resultant
         x = gauss_seidel(problem, supported, rhs, x)
-        error = problem.fitted_error(x)
+        error = problem.error(x, supported @ x - rhs)
         if error < least:
             best, least = x, error
         if least < SOLVES:
