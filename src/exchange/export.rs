@@ -103,8 +103,14 @@ fn frozen_friction(
     }
     if let Some(body) = &solved.system.assembly.primal.floating {
         let (holds, why) = match body.support {
-            None => ("only contact holds the body, so its stiffness is singular, there is no W", "clamp the body, or put it on springs"),
-            Some(_) => ("only contact and weak springs hold the body, W would have no digits of its own compliance", "clamp the body, or put it on stiffer springs"),
+            None => (
+                "only contact holds the body, so its stiffness is singular, there is no W",
+                "clamp the body, or put it on springs",
+            ),
+            Some(_) => (
+                "only contact and weak springs hold the body, W would have no digits of its own compliance",
+                "clamp the body, or put it on stiffer springs",
+            ),
         };
         return Err(format!(
             "{holds}, and FCLIB wants a positive definite M; {why}"

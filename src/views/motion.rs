@@ -36,11 +36,18 @@ pub(crate) fn neutral_words(
     solution: &Solution,
 ) -> Vec<(&'static str, String)> {
     let n_panes = mesh.contact.as_ref().map_or(0, |surface| surface.n_panes());
-    let panes = if n_panes == 1 { "pane feels" } else { "panes feel" };
+    let panes = if n_panes == 1 {
+        "pane feels"
+    } else {
+        "panes feel"
+    };
     let motions = neutral_motions(mesh, solution);
     let line = |motion: &BodyMotion| {
         let words = motion.describe(units.length());
-        ("neutral, left at zero", format!("{words}: none of {n_panes} {panes} it"))
+        (
+            "neutral, left at zero",
+            format!("{words}: none of {n_panes} {panes} it"),
+        )
     };
     motions.iter().map(line).collect()
 }

@@ -11,8 +11,8 @@ use crate::{
         forces_of_prescribed, loose_motions, prescribed_displacements, stiffness_on,
     },
     linalg::{
-        CscMatrix, Factor, FactorError, FactorStructure, OrderingError, Precision, Work,
-        Workspace, expand_to_unknowns, nested_dissection,
+        CscMatrix, Factor, FactorError, FactorStructure, OrderingError, Precision, Work, Workspace,
+        expand_to_unknowns, nested_dissection,
     },
     mesh::Mesh,
     scene::{Invalid, Scene},
@@ -218,7 +218,11 @@ impl Analysed {
             factor: Arc::new(factor),
             seconds,
         };
-        if let Some((forces, body)) = self.support_forces.as_ref().zip(self.primal.floating.as_ref()) {
+        if let Some((forces, body)) = self
+            .support_forces
+            .as_ref()
+            .zip(self.primal.floating.as_ref())
+        {
             let mut work = Workspace::default();
             let mut yielding = |force: &Vec<f64>| {
                 assembly

@@ -215,7 +215,11 @@ impl PrimalOperator for BalancedOperator<'_> {
 /// G, e and D of each motion that supports resist.
 fn resisted(balance: &Balance) -> impl Iterator<Item = (&Vec<f64>, f64, f64)> {
     let coupling = &balance.coupling;
-    let motions = coupling.integrals.iter().zip(&balance.resultant).zip(&coupling.support);
+    let motions = coupling
+        .integrals
+        .iter()
+        .zip(&balance.resultant)
+        .zip(&coupling.support);
     let motions = motions.take(coupling.n_resisted());
     motions.map(|((g, e), support)| (g, *e, *support))
 }

@@ -119,7 +119,11 @@ fn balanced(dual: &ExplicitDual, solve: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64>
         })
         .collect();
     let stiffness = DMatrix::from_fn(n, n, |p, q| {
-        let support = if p == q { balance.coupling.support[p] } else { 0.0 };
+        let support = if p == q {
+            balance.coupling.support[p]
+        } else {
+            0.0
+        };
         scale[p] * scale[q] * (dot(&balance.coupling.integrals[p], &held[q]) + support)
     });
     let excess = balance.excess(&multiplier, &vec![0.0; n]);

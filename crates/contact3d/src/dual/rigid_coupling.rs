@@ -74,7 +74,12 @@ impl RigidCoupling {
             felt,
             unfelt,
             support,
-        } = MotionSpaces::new(&of_modes, body.support.as_ref(), &surface.pane_area, coupling);
+        } = MotionSpaces::new(
+            &of_modes,
+            body.support.as_ref(),
+            &surface.pane_area,
+            coupling,
+        );
         let combined = |weights: &[f64]| {
             let mut displacement = vec![0.0; body.grounded.cols];
             body.add_motion(weights, &mut displacement);
@@ -83,7 +88,7 @@ impl RigidCoupling {
         let dofs = &assembly.primal.dofs;
         let slip_of = |u: &[f64]| nodal_tangential_change(surface, &interface.frame, dofs, u);
         let displacements: Vec<Vec<f64>> = felt.iter().map(|w| combined(w)).collect();
-        Self {
+        let mut rigid = Self {
             integrals: displacements
                 .iter()
                 .map(|u| coupling.integrate(u))
@@ -92,9 +97,18 @@ impl RigidCoupling {
             body: Arc::clone(body),
             layout: coupling.layout,
             felt,
-            unfelt,
+            unfelt: Vec::new(),
             support,
-        }
+        };
+        // What rounding left of them on the face, relative to motions of the whole body, would be slips of sticking panes.
+        let neutral = unfelt.into_iter().map(|mut modes| {
+            let left = coupling.integrate(&combined(&modes));
+            let closed = rigid.closing(&left, &surface.pane_area);
+            add_scaled(&mut modes, -1.0, &rigid.in_modes(&closed.motion));
+            modes
+        });
+        rigid.unfelt = neutral.collect();
+        rigid
     }
 
     /// Number of motions that contact or supports feel.
@@ -172,7 +186,11 @@ impl RigidCoupling {
             let parts = self.integrals.iter().zip(&motion).map(|(g, by)| g[j] * by);
             let size = distance.abs() + parts.clone().map(f64::abs).sum::<f64>();
             let left = distance - parts.sum::<f64>();
-            if left.abs() <= ROUNDINGS * f64::EPSILON * size { 0.0 } else { left }
+            if left.abs() <= ROUNDINGS * f64::EPSILON * size {
+                0.0
+            } else {
+                left
+            }
         });
         ClosedGap {
             left: left.collect(),
@@ -292,7 +310,12 @@ impl Balance {
 
     /// ‖D α‖ beside the load ‖e‖: what the supports carry.
     pub(crate) fn share_of_supports(&self, motion: &[f64]) -> f64 {
-        let carried = self.coupling.support.iter().zip(motion).map(|(d, by)| d * by);
+        let carried = self
+            .coupling
+            .support
+            .iter()
+            .zip(motion)
+            .map(|(d, by)| d * by);
         norm(&carried.collect::<Vec<f64>>()) / norm(&self.resultant)
     }
 
@@ -372,12 +395,15 @@ impl MotionSpaces {
         };
         let support = &DMatrix::from_fn(k, k, |p, q| support[p][q]);
         let (resisted, unfelt, _) = by_support(&off_face, support);
-        let felt = DMatrix::from_fn(k, on_face.ncols() + resisted.ncols(), |row, column| {
-            match column.checked_sub(on_face.ncols()) {
-                None => on_face[(row, column)],
-                Some(column) => resisted[(row, column)],
-            }
-        });
+        let felt =
+            DMatrix::from_fn(
+                k,
+                on_face.ncols() + resisted.ncols(),
+                |row, column| match column.checked_sub(on_face.ncols()) {
+                    None => on_face[(row, column)],
+                    Some(column) => resisted[(row, column)],
+                },
+            );
         let (held, free, stiffness) = by_support(&felt, support);
         let n_free = free.ncols();
         Self {

@@ -113,7 +113,11 @@ impl FloatingBody {
         }
         let entry = |p: usize, q: usize| dot(&self.modes[p], &forces[q]);
         let all = 0..self.n_modes();
-        let row = |p| all.clone().map(|q| 0.5 * (entry(p, q) + entry(q, p))).collect();
+        let row = |p| {
+            all.clone()
+                .map(|q| 0.5 * (entry(p, q) + entry(q, p)))
+                .collect()
+        };
         self.support = Some(all.clone().map(row).collect());
         self
     }
@@ -159,7 +163,10 @@ impl BodyMotion {
             let rigid = Self::fitted(points, motion);
             let turn = Vector3::from(rigid.rotation);
             let shift = Vector3::from(rigid.translation);
-            [shift + turn.cross(&(centre - Vector3::from(rigid.point))), turn]
+            [
+                shift + turn.cross(&(centre - Vector3::from(rigid.point))),
+                turn,
+            ]
         };
         let motions: Vec<_> = motions.iter().map(about_centre).collect();
         let telling = telling_motions(&motions, &centre, farthest(points, &centre));

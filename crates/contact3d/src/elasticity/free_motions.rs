@@ -39,18 +39,26 @@ pub(super) fn free_motions(
     let mut undone = Matrix3::zeros();
     for _ in 0..2 {
         let pairs = holds.iter().zip(&arms);
-        let by: Matrix3<f64> = inverse * pairs.map(|((_, n), arm)| n * arm.transpose()).sum::<Matrix3<f64>>();
+        let by: Matrix3<f64> = inverse
+            * pairs
+                .map(|((_, n), arm)| n * arm.transpose())
+                .sum::<Matrix3<f64>>();
         for ((_, n), arm) in holds.iter().zip(&mut arms) {
             *arm -= by.transpose() * n;
         }
         undone += by;
     }
     let moved: Matrix3<f64> = arms.iter().map(|arm| arm * arm.transpose()).sum();
-    let noise: Matrix3<f64> = holds.iter().map(|(x, n)| uncertainty(&(x - middle), n, spread)).sum();
-    let turns = hardly_moved(&moved, &noise, spread).into_iter().map(|turn| {
-        let at_centre = -undone * turn + turn.cross(&(centre - middle));
-        [at_centre, turn]
-    });
+    let noise: Matrix3<f64> = holds
+        .iter()
+        .map(|(x, n)| uncertainty(&(x - middle), n, spread))
+        .sum();
+    let turns = hardly_moved(&moved, &noise, spread)
+        .into_iter()
+        .map(|turn| {
+            let at_centre = -undone * turn + turn.cross(&(centre - middle));
+            [at_centre, turn]
+        });
     let shifts = unheld.into_iter().map(|i| [along(i), Vector3::zeros()]);
     turns.chain(shifts).collect()
 }
@@ -66,7 +74,11 @@ fn uncertainty(arm: &Vector3<f64>, along: &Vector3<f64>, spread: &Matrix3<f64>) 
 
 /// The rotations ω with ωᵀ moved ω ≤ ωᵀ noise ω: each axis of the body in a unit of its own, so that no rotation is small beside
 /// another.
-fn hardly_moved(moved: &Matrix3<f64>, noise: &Matrix3<f64>, spread: &Matrix3<f64>) -> Vec<Vector3<f64>> {
+fn hardly_moved(
+    moved: &Matrix3<f64>,
+    noise: &Matrix3<f64>,
+    spread: &Matrix3<f64>,
+) -> Vec<Vector3<f64>> {
     let axes = spread.symmetric_eigen().eigenvectors;
     let in_axes = |form: &Matrix3<f64>| axes.transpose() * form * axes;
     let (moved, noise) = (in_axes(moved), in_axes(noise));
@@ -76,7 +88,10 @@ fn hardly_moved(moved: &Matrix3<f64>, noise: &Matrix3<f64>, spread: &Matrix3<f64
     });
     let scaled = |form: &Matrix3<f64>| form.component_mul(&(units * units.transpose()));
     let all = scaled(&(moved + noise)) + Matrix3::identity() * ROUNDING;
-    let Some(root) = all.cholesky().and_then(|factor| factor.l().transpose().try_inverse()) else {
+    let Some(root) = all
+        .cholesky()
+        .and_then(|factor| factor.l().transpose().try_inverse())
+    else {
         return Vec::new();
     };
     let shares = (root.transpose() * scaled(&moved) * root).symmetric_eigen();

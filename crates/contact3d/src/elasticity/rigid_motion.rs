@@ -42,7 +42,14 @@ pub(super) fn telling_motions(
         let turn = turn * extent;
         Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z)
     });
-    let modes = telling_basis(&orthonormal(scaled));
+    let space = match motions.len() {
+        // All motions there are.
+        6 => (0..6)
+            .map(|axis| Vector6::ith_axis(axis).into_inner())
+            .collect(),
+        _ => orthonormal(scaled),
+    };
+    let modes = telling_basis(&space);
     let motion = |mode: &Vector6<f64>| {
         let rotation = Vector3::new(mode[3], mode[4], mode[5]) / extent;
         let at_centre = Vector3::new(mode[0], mode[1], mode[2]);
@@ -68,7 +75,9 @@ pub(super) fn middle_and_spread(coordinates: &[[f64; 3]]) -> (Vector3<f64>, Matr
 
 /// The largest distance of a place from c.
 pub(super) fn farthest(coordinates: &[[f64; 3]], centre: &Vector3<f64>) -> f64 {
-    let distances = coordinates.iter().map(|x| (Vector3::from(*x) - centre).norm());
+    let distances = coordinates
+        .iter()
+        .map(|x| (Vector3::from(*x) - centre).norm());
     distances.fold(0.0_f64, f64::max)
 }
 

@@ -50,7 +50,12 @@ pub(crate) fn loose_motions(scene: &Scene, mesh: &Mesh) -> Result<LooseMotions, 
     };
     let coordinates = &mesh.coordinates;
     let unclamped = free_rigid_motions(coordinates, &clamped(coordinates, &mesh.held_nodes(scene)));
-    let loose = softer_than(WEAK * own_stiffness(scene, mesh), &unclamped, &springs, mesh);
+    let loose = softer_than(
+        WEAK * own_stiffness(scene, mesh),
+        &unclamped,
+        &springs,
+        mesh,
+    );
     if loose.len() <= free.motions.len() {
         return Ok(free);
     }
@@ -84,14 +89,21 @@ fn softer_than(
         .iter()
         .map(|shape| {
             let nodal: Vec<[f64; 3]> = shape.iter().map(|u| (*u).into()).collect();
-            springs.forces(&nodal).into_iter().map(Vector3::from).collect()
+            springs
+                .forces(&nodal)
+                .into_iter()
+                .map(Vector3::from)
+                .collect()
         })
         .collect();
     let held = DMatrix::from_fn(n, n, |p, q| product(&forces[p], &shapes[q]));
     let moved = DMatrix::from_fn(n, n, |p, q| {
         product(&shapes[p], &shapes[q]) / mesh.coordinates.len() as f64
     });
-    let Some(root) = moved.cholesky().and_then(|factor| factor.l().transpose().try_inverse()) else {
+    let Some(root) = moved
+        .cholesky()
+        .and_then(|factor| factor.l().transpose().try_inverse())
+    else {
         return Vec::new();
     };
     let energies = (root.transpose() * held * &root).symmetric_eigen();
@@ -122,9 +134,10 @@ fn own_stiffness(scene: &Scene, mesh: &Mesh) -> f64 {
         let eigenvalues = (units * tensor * units).symmetric_eigenvalues();
         eigenvalues.min()
     });
-    let volumes = mesh.tetrahedra.iter().map(|corners| {
-        tetrahedron_volume(&mesh.corners(corners)).abs()
-    });
+    let volumes = mesh
+        .tetrahedra
+        .iter()
+        .map(|corners| tetrahedron_volume(&mesh.corners(corners)).abs());
     let (_, spread) = middle_and_spread(&mesh.coordinates);
     softest.fold(f64::INFINITY, f64::min) * volumes.sum::<f64>() / spread.trace()
 }

@@ -214,8 +214,14 @@ impl AssembledProblem {
             return Ok(());
         };
         let (found, why) = match body.support {
-            None => ("only contact holds", "A is singular: there is no S = B A^-1 B^T, no unique mapping of contact forces to displacements"),
-            Some(_) => ("only contact and weak springs hold", "springs far softer than the body leave S = B A^-1 B^T no digits of the body's own compliance"),
+            None => (
+                "only contact holds",
+                "A is singular: there is no S = B A^-1 B^T, no unique mapping of contact forces to displacements",
+            ),
+            Some(_) => (
+                "only contact and weak springs hold",
+                "springs far softer than the body leave S = B A^-1 B^T no digits of the body's own compliance",
+            ),
         };
         Err(Invalid {
             key: "clamp".into(),

@@ -6,7 +6,9 @@ use super::{
     conditions::Bound,
     equilibrium::{neutral_motions, unstopped_motion},
     minimisation::minimise,
-    problem::DiscreteProblem, successive_approximations, unanswered::has_run_away,
+    problem::DiscreteProblem,
+    successive_approximations,
+    unanswered::has_run_away,
 };
 use crate::{
     contact::CoulombLaw,
@@ -73,7 +75,9 @@ impl DiscreteProblem<'_> {
         let (dual, laws) = (self.dual, self.laws);
         let assembly = self.body.assembly;
         let neutral = dual.balance.as_ref();
-        let neutral = neutral.map(|it| neutral_motions(assembly, it)).unwrap_or_default();
+        let neutral = neutral
+            .map(|it| neutral_motions(assembly, it))
+            .unwrap_or_default();
         if let Some(balance) = &dual.balance
             && let Some(motion) = unstopped_motion(assembly, balance, laws)
         {
@@ -93,8 +97,8 @@ impl DiscreteProblem<'_> {
             solution.status = Status::NumericalError;
         }
         if let Some(balance) = &dual.balance {
-            solution.rigid_motion = balance
-                .counted_from_zero(&solution.rigid_motion, &mut solution.displacement);
+            solution.rigid_motion =
+                balance.counted_from_zero(&solution.rigid_motion, &mut solution.displacement);
             if !solution.status.is_solved() && has_run_away(&solution, laws) {
                 return Ok(Solution {
                     history: solution.history,

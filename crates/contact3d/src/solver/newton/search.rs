@@ -171,7 +171,11 @@ impl<'a> Search<'a> {
         self.dual.unknowns(self.start.unwrap_or_default())
     }
 
-    pub(super) fn from(&self, start: Vec<f64>, observe: &mut dyn FnMut(usize, &NewtonStep)) -> NewtonSolution {
+    pub(super) fn from(
+        &self,
+        start: Vec<f64>,
+        observe: &mut dyn FnMut(usize, &NewtonStep),
+    ) -> NewtonSolution {
         newton_from(&self.map(self.bound), start, &to(FOUND), 0, observe)
     }
 
