@@ -50,6 +50,9 @@ pub(crate) fn loose_motions(scene: &Scene, mesh: &Mesh) -> Result<LooseMotions, 
     };
     let coordinates = &mesh.coordinates;
     let unclamped = free_rigid_motions(coordinates, &clamped(coordinates, &mesh.held_nodes(scene)));
+    if unclamped.is_empty() {
+        return Ok(free);
+    }
     let loose = softer_than(
         WEAK * own_stiffness(scene, mesh),
         &unclamped,

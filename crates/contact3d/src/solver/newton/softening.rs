@@ -74,6 +74,7 @@ pub(super) fn softened(
             springs = carried.last().map_or(springs, |(before, _)| before * share);
         }
     }
+    // What springs hold is no answer.
     let nothing = || NewtonSolution {
         status: NewtonStatus::MaxSteps,
         multiplier: search.dual.unknowns(&[]),
@@ -81,30 +82,21 @@ pub(super) fn softened(
         history: Vec::new(),
         evaluations: 0,
     };
-    let found = free.or_else(|| {
-        last.map(|found| NewtonSolution {
-            status: NewtonStatus::MaxSteps,
-            ..found
-        })
-    });
     NewtonSolution {
         history,
         evaluations,
-        ..found.unwrap_or_else(nothing)
+        ..free.unwrap_or_else(nothing)
     }
 }
 
-/// The solution of the next problem: from that of the last, by relaxation from there, or by any way.
+/// The solution of the next problem: from that of the last or by relaxation from there; of the first, by any way.
 fn next(search: &Search<'_>) -> NewtonSolution {
-    if let Some(start) = search.start {
-        let found = search.from(start.to_vec(), &mut |_, _| {});
-        if found.is_solution() {
-            return found;
-        }
-        let relaxed = search.relaxed(&mut |_, _| {});
-        if relaxed.is_solution() {
-            return relaxed;
-        }
+    let Some(start) = search.start else {
+        return search.first();
+    };
+    let found = search.from(start.to_vec(), &mut |_, _| {});
+    match found.is_solution() {
+        true => found,
+        false => search.relaxed(&mut |_, _| {}),
     }
-    search.first()
 }
