@@ -1,8 +1,8 @@
 """Run files corrupted with h5py, all digests made to fit: the checks of raw arrays must notice.
 
 Each corruption names a test that must fail on the file; on the file with nothing but its digests
-written again none may. The program's own `check` cannot know: to it a forged
-digest is a digest.
+written again none may. The program's own `check` sees of them what breaks the certificate: to it a
+forged digest is a digest.
 """
 
 import os

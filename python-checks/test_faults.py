@@ -2,7 +2,7 @@
 
 import pytest
 
-from faults import bad_files, environment, kills
+from faults import bad_files, environment, kills, writes
 from faults.mutations import seal
 from faults.program import Program
 from faults.table import Row, Verdict, print_table
@@ -31,6 +31,12 @@ def test_hostile_surroundings(tested, tmp_path):
     rows = list(environment.run(tested, tmp_path, seed=2, trials=2))
     assert wrong(rows) == []
     assert sum(row.refused for row in rows) > 0
+
+
+def test_failing_writes(tested, tmp_path):
+    only = ["run, old file", "solve", "report", "solve-fclib --in-place"]
+    rows = list(writes.run(tested, tmp_path, count=24, seed=2, only=only))
+    assert wrong(rows) == []
 
 
 def test_bad_files(tested, tmp_path):

@@ -7,6 +7,7 @@ import runpy
 import sys
 import tomllib
 import warnings
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -244,3 +245,30 @@ values = [{{ constant = 0.1 }}, {{ constant = 0.3 }}, {{ constant = 0.5 }}]
             case = table.sel({modulus: values[modulus], "friction.coefficient_1": law})
             assert case["normal_force"].item() == file["cases/normal_force"][row]
             assert case["id"].item() == file["cases/id"].asstr()[row]
+
+
+def test_linked_files_and_cases_of_a_sweep_are_opened(contact3d, tmp_path):
+    """Scales of axes lie in another file there, to which h5netcdf does not follow a reference."""
+    linked = tmp_path / "linked.h5"
+    contact3d("run", SCENE, linked, "--no-figures", "--linked", "--set", "body.brick.cells=[6,2,2]")
+    sweep = tmp_path / "sweep.toml"
+    sweep.write_text(
+        f'scene = "{SCENE}"\nset = {{ "body.brick.cells" = [6, 2, 2] }}\n'
+        '[[axis]]\nkey = "traction.0.value.0"\nvalues = [1e7, 2e7]\n'
+    )
+    contact3d("sweep", sweep, "--out", tmp_path / "out")
+    cases = [path for path in (tmp_path / "out").glob("*.h5") if "-" not in path.name and path.name != "summary.h5"]
+    assert len(cases) == 2
+    for path in (linked, *cases):
+        with package.open(path) as tree:
+            assert tree["assemble/degree_of_freedom"].dims == ("n_nodes", "axis")
+            assert tree["solve/displacement"].values.shape == tree["assemble/degree_of_freedom"].shape
+            assert not [name for node in tree.subtree for name in node.dims if "phony" in str(name)]
+
+
+def test_names_that_look_like_options_are_names(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("-scene.toml").write_text(Path(SCENE).read_text())
+    package.run("-scene.toml", "-run.h5", set={"body.brick.cells": [6, 2, 2]}, figures="--pictures").close()
+    package.export("-run.h5", vtkhdf="-grid.vtkhdf")
+    assert {path.name for path in tmp_path.iterdir()} >= {"-run.h5", "-grid.vtkhdf", "--pictures"}

@@ -9,7 +9,7 @@ if __package__ in (None, ""):
     # Run as a folder: the folder's parent holds this package and the readers it uses.
     sys.path[0] = str(Path(__file__).resolve().parent.parent)
 
-from faults import bad_files, environment, kills
+from faults import bad_files, environment, kills, writes
 from faults.program import Program
 from faults.table import print_table
 
@@ -23,6 +23,9 @@ def arguments() -> argparse.Namespace:
     part = parts.add_parser("kills", help="signals at random moments of every stage")
     part.add_argument("--count", type=int, default=300, help="SIGKILLs in all")
     part.add_argument("--only", nargs="*", help="names of stages")
+    part = parts.add_parser("writes", help="failing calls of every command that writes")
+    part.add_argument("--count", type=int, default=1000, help="failures in all")
+    part.add_argument("--only", nargs="*", help="names of commands")
     parts.add_parser("environment", help="disk, permissions, other processes")
     part = parts.add_parser("files", help="damaged, altered and hostile files")
     part.add_argument(
@@ -48,6 +51,8 @@ def main() -> int:
         scratch = Path(folder)
         if chosen.part == "kills":
             rows = kills.run(program, scratch, chosen.count, chosen.seed, chosen.only)
+        elif chosen.part == "writes":
+            rows = writes.run(program, scratch, chosen.count, chosen.seed, chosen.only)
         elif chosen.part == "environment":
             rows = environment.run(program, scratch, chosen.seed)
         else:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from faults import company
+from faults import company, limits
 from faults.program import BAD_INPUT, INCOMPLETE, Outcome, Program, left_overs, settings
 from faults.setting import LOOSE, RUN, SCENE, SMALL, SMALLER, TIGHT, Setting, sound
 from faults.table import Row, Verdict
@@ -28,6 +28,7 @@ def run(program: Program, scratch: Path, seed: int, trials: int = 24) -> Iterato
         read_only_disk,
         read_only_folder,
         read_only_file,
+        limits.run,
         company.run,
     ):
         yield from surroundings(setting)

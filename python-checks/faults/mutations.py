@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 import h5py
 import numpy as np
 
-from digest import dataset_digest, input_digest, stage_digest
+from digest import dataset_digest, group_seal, input_digest, root_seal, stage_digest
 from faults.integrity import rows_by_stage
 from run_file import STAGES
 
@@ -134,7 +134,7 @@ def change_and_seal(file: h5py.File, path: str, kinds: str, value: float) -> Non
 
 
 def seal(file: h5py.File) -> None:
-    """Compute the digests of all datasets and stages again, upstream first."""
+    """Compute the digests of all datasets and stages and their seals again, upstream first."""
     upstream: list[str] = []
     for stage in (*STAGES, "VTKHDF", "scene"):
         if stage not in file:
@@ -152,3 +152,5 @@ def seal(file: h5py.File) -> None:
                 digests[row["path"]] = item.attrs["digest"]
         file[stage].attrs["digest"] = stage_digest(digests)
         upstream.append(file[stage].attrs["digest"])
+        file[stage].attrs["seal"] = group_seal(file[stage])
+    file.attrs["seal"] = root_seal(file)

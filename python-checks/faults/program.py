@@ -6,6 +6,7 @@ import resource
 import shutil
 import signal
 import subprocess
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -63,12 +64,14 @@ class Program:
             )
         return cls(path)
 
-    def start(self, *arguments, limited: bool = True, **options) -> subprocess.Popen:
+    def start(
+        self, *arguments, limit: Callable[[], None] | None = None, **options
+    ) -> subprocess.Popen:
         """Start a command on one thread; its messages are kept unless said otherwise."""
         command = [str(self.path), "--quiet", "--threads", "1", *map(str, arguments)]
         options.setdefault("stdout", subprocess.PIPE)
         options.setdefault("stderr", subprocess.PIPE)
-        limit = limit_address_space if limited else None
+        limit = limit or limit_address_space
         return subprocess.Popen(command, text=True, preexec_fn=limit, **options)
 
     def run(self, *arguments, **options) -> Outcome:

@@ -93,11 +93,10 @@ def run(
     """
     file = Path(file)
     path, text, changes = _given(scene)
-    command = [str(program()), "run", path, str(file), "--quiet"]
-    command += ["--no-figures"] if figures is None else ["--figures", str(figures)]
+    command = [str(program()), "run", path, _name(file), "--quiet"]
+    command += ["--no-figures"] if figures is None else ["--figures", _name(figures)]
     command += [] if threads is None else ["--threads", str(threads)]
-    for name, item in {**changes, **(set or {})}.items():
-        command += ["--set", f"{name}={_toml.value(item)}"]
+    command += [f"--set={name}={_toml.value(item)}" for name, item in {**changes, **(set or {})}.items()]
     _perform(command, file, text)
     return open_run(file)
 
@@ -120,8 +119,14 @@ def export(
     given = {"--vtkhdf": vtkhdf, "--fclib": fclib}
     for option, target in given.items():
         if target is not None:
-            command = [str(program()), "export", str(file), option, str(target), "--quiet"]
+            command = [str(program()), "export", _name(file), option, _name(target), "--quiet"]
             _perform(command + (["--global"] if sparse and option == "--fclib" else []), Path(file))
+
+
+def _name(path: str | os.PathLike[str]) -> str:
+    """A path as an argument, which no option looks like."""
+    name = os.fspath(path)
+    return os.path.join(os.curdir, name) if name.startswith("-") else name
 
 
 def _perform(command: list[str], file: Path, text: str | None = None) -> None:
@@ -146,7 +151,7 @@ def _given(scene: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[str, str 
         except tomllib.TOMLDecodeError:
             content = {}
     else:
-        return os.fspath(scene), None, {}
+        return _name(scene), None, {}
     body = content.get("body")
     mesh = body.get("gmsh") if isinstance(body, Mapping) else None
     changes = {}

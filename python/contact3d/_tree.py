@@ -3,6 +3,7 @@
 import os
 import tomllib
 from collections.abc import Iterator, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 
 import h5py
@@ -48,24 +49,31 @@ def open(file: str | os.PathLike[str]) -> xr.DataTree:
     ``tree.attrs["matrices"]`` a mapping of SciPy's sparse matrices (:class:`Matrices`).
     """
     file = Path(file)
-    tree = xr.open_datatree(file, engine="h5netcdf", phony_dims="access", decode_times=False, decode_timedelta=False)
     matrices = Matrices(file)
-    with h5py.File(file) as content:
+    with h5py.File(file) as content, ExitStack() as opened:
         places = _places(content, matrices)
         nodes = {}
-        for node in tree.subtree:
-            path = node.path.strip("/")
-            if path in matrices:
-                continue
-            dataset = node.to_dataset(inherit=False)
-            nodes[node.path] = _with_places(_with_words(dataset, content[node.path]), places)
+        for path, group in _groups(content):
+            # In the file that holds the group: references to the scales of its axes lead nowhere in another one.
+            dataset = xr.open_dataset(group.file.filename, group=group.name, engine="h5netcdf", phony_dims="access",
+                                      decode_times=False, decode_timedelta=False)
+            opened.callback(dataset.close)
+            nodes[path] = _with_places(_with_words(dataset, group), places)
         named = xr.DataTree.from_dict(nodes)
-        named.attrs = dict(tree.attrs)
         if "scene/toml" in content:
             named.attrs["scene"] = tomllib.loads(content["scene/toml"].asstr()[()])
+        named.set_close(opened.pop_all().close)
     named.attrs["matrices"] = matrices
-    named.set_close(tree.close)
     return named
+
+
+def _groups(content: h5py.File) -> list[tuple[str, h5py.Group]]:
+    """All groups but matrices with their paths, groups behind external links too."""
+    found = [("/", content["/"])]
+    for path, group in found:
+        inner = [(name, item) for name, item in group.items() if isinstance(item, h5py.Group) and not _is_matrix(item)]
+        found += [(f"{path.rstrip('/')}/{name}", item) for name, item in inner]
+    return found
 
 
 def _visit(group: h5py.Group, see) -> None:

@@ -9,13 +9,16 @@ use super::{
 };
 use crate::{
     format::{self, LAYOUT},
-    pipeline::StageError,
+    pipeline::{StageError, contradictions},
 };
 
 /// `check`: whether every stage of a file is what was written; reads only and takes no lock.
 pub(super) fn check(arguments: &StageArguments, output: &Output) -> Result<Exit, StageError> {
     let problems = format::problems(&Reader::open(&arguments.file, LAYOUT)?);
-    let problems: Vec<String> = problems.iter().map(ToString::to_string).collect();
+    let mut problems: Vec<String> = problems.iter().map(ToString::to_string).collect();
+    if problems.is_empty() {
+        problems = contradictions(&arguments.file)?;
+    }
     if output.json {
         terminal::json(&serde_json::json!({ "problems": problems }));
     }

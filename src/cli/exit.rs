@@ -35,7 +35,7 @@ impl Termination for Exit {
 pub(super) fn explain(error: StageError, output: &Output) -> Exit {
     let exit = match &error {
         error if error.is_internal() => Exit::Internal,
-        StageError::Partly { .. } => Exit::NotConverged,
+        error if error.is_after_storing() => Exit::NotConverged,
         _ => Exit::BadInput,
     };
     if output.json {
@@ -90,7 +90,6 @@ fn draw(error: &dyn Diagnostic) {
 
 /// Prints what the parser of the command line has to say, help and version included, and chooses the exit code.
 pub(super) fn explain_usage(error: &clap::Error) -> Exit {
-    let asks_for_json = || std::env::args_os().any(|argument| argument == "--json");
     let printed = error.print();
     if !error.use_stderr() {
         if let Err(failure) = printed {
@@ -98,11 +97,21 @@ pub(super) fn explain_usage(error: &clap::Error) -> Exit {
         }
         return Exit::Done;
     }
-    if asks_for_json() {
-        let message = error.to_string();
-        terminal::json(&serde_json::json!({ "error": message.trim_end(), "exit_code": 2 }));
-    }
+    json_refusal(error.to_string().trim_end());
     Exit::BadInput
+}
+
+/// Says why nothing can be done at all, before the arguments are known.
+pub(super) fn refuse(message: &str) -> Exit {
+    json_refusal(message);
+    terminal::message(&format!("error: {message}"));
+    Exit::BadInput
+}
+
+fn json_refusal(message: &str) {
+    if std::env::args_os().any(|argument| argument == "--json") {
+        terminal::json(&serde_json::json!({ "error": message, "exit_code": 2 }));
+    }
 }
 
 /// An error and its causes, each said once.

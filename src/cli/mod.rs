@@ -44,9 +44,13 @@ use arguments::Command;
 /// Parses the command line, does what it asks, and says how it went.
 #[must_use]
 pub fn main() -> Exit {
-    let exit = match Arguments::try_parse() {
-        Ok(arguments) => perform(&arguments),
-        Err(error) => exit::explain_usage(&error),
+    // Before anything calls HDF5, as `--version` does.
+    let exit = match runfile::require_plain_hdf5() {
+        Err(error) => exit::refuse(&error.to_string()),
+        Ok(()) => match Arguments::try_parse() {
+            Ok(arguments) => perform(&arguments),
+            Err(error) => exit::explain_usage(&error),
+        },
     };
     terminal::close(exit)
 }
@@ -58,8 +62,9 @@ fn perform(arguments: &Arguments) -> Exit {
         .build_global();
     let handlers = runfile::install_signal_handlers(interruption::farewell);
     if let Err(error) = pool.map_err(std::io::Error::other).and(handlers) {
-        terminal::message(&format!("error: {error}"));
-        return Exit::Internal;
+        return exit::refuse(&format!(
+            "the system gives no threads or handlers of signals ({error}); raise the limits of the shell (`ulimit -a`)"
+        ));
     }
     let output = arguments.output();
     let outcome = match &arguments.command {

@@ -11,9 +11,9 @@ use contact3d::{
     solver::{FrozenGlobal, FrozenScaling, frozen_global, frozen_local},
 };
 use fclib::{Array, GlobalProblem, Info, LocalProblem, Solution};
-use tempfile::TempPath;
+use runfile::{WholeFile, Written};
 
-use super::file::{PROGRAM, beside, bytes_of, to_file};
+use super::file::{PROGRAM, bytes_of, is_solution, proven, to_file};
 use crate::{
     output::{self, Inputs, Kind, OutputFile},
     pipeline::{Solved, StageError, admit_memory, read_solved},
@@ -68,16 +68,15 @@ pub fn export(run_file: &Path, target: &Path, form: Form) -> Result<Exported, St
         interface,
         friction: &friction,
     };
-    let part = beside(target)?;
-    let mut exported = match form {
-        Form::Local => face.write_local(run_file, &part)?,
-        Form::Global => face.write_global(&part)?,
+    let part = WholeFile::beside(target)?;
+    let (mut exported, written) = match form {
+        Form::Local => face.write_local(run_file, part, target)?,
+        Form::Global => face.write_global(part, target)?,
     };
-    fclib::write_program(&part, PROGRAM)?;
     let file = OutputFile {
         path: target.to_owned(),
         kind: Kind::Fclib,
-        bytes: bytes_of(&part, target)?,
+        bytes: bytes_of(&written, target)?,
     };
     exported.bytes = file.bytes.len();
     output::write(&[file], &inputs)?;
@@ -149,7 +148,12 @@ struct Face<'a> {
 }
 
 impl Face<'_> {
-    fn write_local(&self, run_file: &Path, part: &TempPath) -> Result<Exported, StageError> {
+    fn write_local(
+        &self,
+        run_file: &Path,
+        part: WholeFile,
+        target: &Path,
+    ) -> Result<(Exported, Written), StageError> {
         let size = 3 * self.surface.n_panes();
         let memory = (size as u64)
             .saturating_pow(2)
@@ -192,15 +196,25 @@ impl Face<'_> {
             info: self.info(),
             w: to_file(problem.into_matrix()),
         };
-        let written = fclib::write_local(part, &local)
-            .and_then(|()| fclib::write_solution(part, &solution))
-            .and_then(|()| fclib::write_guesses(part, &[start]))
-            .and_then(|()| self.write_scaling(part, &scaling, None));
-        written?;
-        Ok(exported)
+        let file = part.file();
+        fclib::write_local(file, &local)?;
+        fclib::write_solution(file, &solution)?;
+        fclib::write_guesses(file, &[start])?;
+        self.write_scaling(file, &scaling, None)?;
+        fclib::write_program(file, PROGRAM)?;
+        let written = proven(part, target, |path| {
+            let found = fclib::read_local(path)?;
+            let is_same = (found.w, found.q, found.mu) == (local.w, local.q, local.mu);
+            Ok(is_same && is_solution(fclib::read_solution(path, size)?, &solution))
+        })?;
+        Ok((exported, written))
     }
 
-    fn write_global(&self, part: &TempPath) -> Result<Exported, StageError> {
+    fn write_global(
+        &self,
+        part: WholeFile,
+        target: &Path,
+    ) -> Result<(Exported, Written), StageError> {
         let primal = &self.solved.system.assembly.primal;
         let frozen = frozen_global(primal, self.surface, self.interface, self.friction);
         let scaling = &frozen.scaling;
@@ -240,12 +254,20 @@ impl Face<'_> {
             mu: scaling.mu.clone(),
             info: self.info(),
         };
-        let written = fclib::write_global(part, &global)
-            .and_then(|()| fclib::write_solution(part, &solution))
-            .and_then(|()| fclib::write_guesses(part, &[start]))
-            .and_then(|()| self.write_scaling(part, &scaling, Some(displacement_scale)));
-        written?;
-        Ok(exported)
+        let file = part.file();
+        fclib::write_global(file, &global)?;
+        fclib::write_solution(file, &solution)?;
+        fclib::write_guesses(file, &[start])?;
+        self.write_scaling(file, &scaling, Some(displacement_scale))?;
+        fclib::write_program(file, PROGRAM)?;
+        let written = proven(part, target, |path| {
+            let found = fclib::read_global(path)?;
+            let is_same = (found.m, found.h) == (global.m, global.h)
+                && (found.f, found.w, found.mu) == (global.f, global.w, global.mu);
+            let size = solution.r.len();
+            Ok(is_same && is_solution(fclib::read_solution(path, size)?, &solution))
+        })?;
+        Ok((exported, written))
     }
 
     /// S with tangential pairs on all panes: that of the file where it has them.
@@ -289,7 +311,7 @@ impl Face<'_> {
     /// What leads back from the file to stresses and displacements.
     fn write_scaling(
         &self,
-        part: &TempPath,
+        file: &hdf5_metno::File,
         scaling: &FrozenScaling,
         displacement: Option<f64>,
     ) -> Result<(), fclib::FclibError> {
@@ -340,7 +362,7 @@ impl Face<'_> {
                 1,
             ));
         }
-        fclib::write_arrays(part, "contact3d", &arrays)
+        fclib::write_arrays(file, "contact3d", &arrays)
     }
 }
 

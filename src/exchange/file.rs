@@ -3,31 +3,46 @@
 use std::path::Path;
 
 use contact3d::{linalg::CscMatrix, solver::DelassusProblem};
-use fclib::Matrix;
-use tempfile::TempPath;
+use fclib::{FclibError, Matrix, Solution};
+use runfile::{StoreError, WholeFile, Written};
 
 use crate::{output::OutputError, pipeline::StageError};
 
 /// How the root of our files names this program.
 pub(super) const PROGRAM: &str = crate::output::FCLIB_PROGRAM;
 
-/// A hidden file in the folder of an output, removed when dropped.
-pub(super) fn beside(target: &Path) -> Result<TempPath, OutputError> {
-    let folder = target
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
-    let folder = folder.unwrap_or(Path::new("."));
-    let made = tempfile::Builder::new()
-        .prefix(".contact3d-pipe-")
-        .suffix(".part")
-        .tempfile_in(folder);
-    made.map(tempfile::NamedTempFile::into_temp_path)
-        .map_err(failed(target, "make a file in its folder"))
+/// Ends a file of FCLIB; `is_same` reads it back and tells whether it holds what was to be written.
+pub(super) fn proven(
+    part: WholeFile,
+    target: &Path,
+    is_same: impl FnOnce(&Path) -> Result<bool, FclibError>,
+) -> Result<Written, StageError> {
+    part.close()?.proven(|path| match is_same(path)? {
+        true => Ok(()),
+        false => Err(StoreError::Unproven {
+            file: target.to_owned(),
+            reason: "arrays differ".to_owned(),
+        }
+        .into()),
+    })
+}
+
+/// Whether two solutions are the same, bit for bit.
+pub(super) fn is_solution(found: Option<Solution>, written: &Solution) -> bool {
+    let bits = |values: &[f64]| {
+        values
+            .iter()
+            .map(|value| value.to_bits())
+            .collect::<Vec<_>>()
+    };
+    found.is_some_and(|found| {
+        bits(&found.u) == bits(&written.u) && bits(&found.r) == bits(&written.r)
+    })
 }
 
 /// The bytes of such a file.
-pub(super) fn bytes_of(part: &TempPath, target: &Path) -> Result<Vec<u8>, OutputError> {
-    std::fs::read(part).map_err(failed(target, "read the file just made"))
+pub(super) fn bytes_of(written: &Written, target: &Path) -> Result<Vec<u8>, OutputError> {
+    std::fs::read(written.path()).map_err(failed(target, "read the file just made"))
 }
 
 pub(super) fn failed<'a>(

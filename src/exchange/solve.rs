@@ -11,8 +11,9 @@ use contact3d::solver::{
     solve_delassus,
 };
 use fclib::Solution;
+use runfile::WholeFile;
 
-use super::file::{PROGRAM, beside, bytes_of, failed, to_problem};
+use super::file::{PROGRAM, bytes_of, is_solution, proven, to_problem};
 use crate::{
     output::{self, Inputs, Kind, OutputFile},
     pipeline::{StageError, admit_memory},
@@ -114,26 +115,28 @@ fn store(
         Target::Copy(path) => path.as_path(),
         Target::InPlace => file,
     };
-    let part = beside(path)?;
-    std::fs::copy(file, &part).map_err(failed(path, "copy the problem"))?;
     let solution = Solution {
         v: None,
         u: solution.velocity.clone(),
         r: solution.force.clone(),
     };
-    let written =
-        fclib::remove_solution(&part).and_then(|()| fclib::write_solution(&part, &solution));
-    written?;
-    if *target == Target::InPlace {
-        part.persist(path)
-            .map_err(|error| failed(path, "replace the file")(error.error))?;
-        return Ok(());
+    let part = WholeFile::copy_beside(file, path)?;
+    fclib::remove_solution(part.file())?;
+    fclib::write_solution(part.file(), &solution)?;
+    if *target != Target::InPlace {
+        fclib::write_program(part.file(), PROGRAM)?;
     }
-    fclib::write_program(&part, PROGRAM)?;
+    let size = solution.r.len();
+    let written = proven(part, path, |path| {
+        Ok(is_solution(fclib::read_solution(path, size)?, &solution))
+    })?;
+    if *target == Target::InPlace {
+        return Ok(written.replace(path)?);
+    }
     let copy = OutputFile {
         path: path.to_owned(),
         kind: Kind::Fclib,
-        bytes: bytes_of(&part, path)?,
+        bytes: bytes_of(&written, path)?,
     };
     output::write(&[copy], inputs)?;
     Ok(())

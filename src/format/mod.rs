@@ -52,7 +52,7 @@ pub use load_history::{
 };
 pub use mesh::{read as read_mesh, write as write_mesh};
 pub use path_series::begin as begin_path_series;
-pub use post::{ContactSummary, Summary, read_summary, write as write_report};
+pub use post::{ContactSummary, Summary, read_certificate, read_summary, write as write_report};
 pub use scene::{
     GROUP as SCENE, read as read_scene, table as scene_table, table_of_text as scene_table_of_text,
     text as scene_text, write as write_scene,
@@ -101,6 +101,7 @@ pub const LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe run",
     linked_filetype: "contact3d-pipe stage",
     format_version: [1, 8],
+    sealed_since: [1, 8],
     creator: concat!("contact3d-pipe ", env!("CARGO_PKG_VERSION")),
     units: Units::SI,
     groups: &[

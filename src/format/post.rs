@@ -335,6 +335,18 @@ pub struct ContactSummary {
     pub largest_pressure: f64,
 }
 
+/// Reads a figure of the certificate; `None` where the file has none of that name.
+///
+/// # Errors
+/// An altered dataset.
+pub fn read_certificate(reader: &Reader, name: &str) -> Result<Option<f64>, FormatError> {
+    let path = format!("/post/certificate/{name}");
+    Ok(match reader.has(&path) {
+        true => reader.read_vec(&path)?.first().copied(),
+        false => None,
+    })
+}
+
 /// Reads the main figures.
 ///
 /// # Errors

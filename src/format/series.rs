@@ -12,7 +12,8 @@ use super::{
 pub const SERIES_LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe series",
     linked_filetype: "contact3d-pipe series stage",
-    format_version: [1, 1],
+    format_version: [1, 2],
+    sealed_since: [1, 2],
     creator: super::LAYOUT.creator,
     units: super::LAYOUT.units,
     groups: &[GROUP],

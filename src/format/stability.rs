@@ -39,7 +39,8 @@ stored_enum! {
 pub const STABILITY_LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe stability",
     linked_filetype: "contact3d-pipe stability stage",
-    format_version: [1, 1],
+    format_version: [1, 2],
+    sealed_since: [1, 2],
     creator: super::LAYOUT.creator,
     units: super::LAYOUT.units,
     groups: &[GROUP],

@@ -14,7 +14,8 @@ pub const GROUP: Group = Group::new("cases", "sweep");
 pub const SWEEP_LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe sweep",
     linked_filetype: "contact3d-pipe sweep stage",
-    format_version: [1, 1],
+    format_version: [1, 2],
+    sealed_since: [1, 2],
     creator: super::LAYOUT.creator,
     units: super::LAYOUT.units,
     groups: &[GROUP],

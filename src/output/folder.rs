@@ -6,18 +6,23 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::OutputError;
+use super::{OutputError, write::is_still_at};
 
 /// Written and removed to see whether a folder takes files.
 const PROBE: &str = ".contact3d-pipe.part";
 
-/// A folder that is there and takes files. What was made for it vanishes again when this is dropped
-/// and nothing was put there.
+/// How often a folder is made that another process removes at the same moment.
+const ATTEMPTS: usize = 16;
+
+/// A folder that is there and takes files. What was made for it vanishes again when this is dropped,
+/// nothing was put there and no other process has claimed it meanwhile.
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
     /// The folders that were made, the innermost last.
     made: Vec<PathBuf>,
+    /// The open folder with a shared lock, where the system knows such; only the last of those who share it removes it.
+    held: Option<File>,
 }
 
 impl Folder {
@@ -26,14 +31,15 @@ impl Folder {
     /// # Errors
     /// [`OutputError::Folder`].
     pub fn make(path: &Path) -> Result<Self, OutputError> {
+        let path = match path.as_os_str().is_empty() {
+            true => Path::new("."),
+            false => path,
+        };
         let mut folder = Self {
             path: path.to_owned(),
             made: Vec::new(),
+            held: None,
         };
-        let missing: Vec<&Path> = path
-            .ancestors()
-            .take_while(|folder| !folder.as_os_str().is_empty() && !folder.exists())
-            .collect();
         let refuse = |source: io::Error| OutputError::Folder {
             folder: path.to_owned(),
             found: match path.exists() && !path.is_dir() {
@@ -41,13 +47,13 @@ impl Folder {
                 false => source.to_string(),
             },
         };
-        for missing in missing.into_iter().rev() {
-            match fs::create_dir(missing) {
-                Ok(()) => folder.made.push(missing.to_owned()),
-                Err(error) if error.kind() == io::ErrorKind::AlreadyExists && missing.is_dir() => {}
-                Err(error) => return Err(refuse(error)),
-            }
-        }
+        let mut claims = (0..ATTEMPTS).map(|_| folder.claim());
+        let is_removed =
+            |claim: &io::Result<()>| matches!(claim, Err(e) if e.kind() == io::ErrorKind::NotFound);
+        let claimed = claims.find(|claim| !is_removed(claim));
+        claimed
+            .unwrap_or_else(|| Err(io::ErrorKind::NotFound.into()))
+            .map_err(refuse)?;
         let probe = path.join(PROBE);
         let probed = File::options().write(true).create_new(true).open(&probe);
         // Another process may be at the same.
@@ -56,6 +62,34 @@ impl Folder {
             Err(error) if error.kind() != io::ErrorKind::AlreadyExists => Err(refuse(error)),
             _ => Ok(folder),
         }
+    }
+
+    /// Makes what is missing, and shares the folder with whoever has claimed it; `NotFound` if another process has just
+    /// removed it.
+    fn claim(&mut self) -> io::Result<()> {
+        let missing: Vec<&Path> = self
+            .path
+            .ancestors()
+            .take_while(|folder| !folder.as_os_str().is_empty() && !folder.exists())
+            .collect();
+        for missing in missing.into_iter().rev() {
+            match fs::create_dir(missing) {
+                Ok(()) => self.made.push(missing.to_owned()),
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists && missing.is_dir() => {}
+                Err(error) => return Err(error),
+            }
+        }
+        if cfg!(unix) {
+            let held = File::open(&self.path)?;
+            // A file system without locks has nobody who waits for one.
+            if held.lock_shared().is_ok() {
+                if !is_still_at(&held, &fs::canonicalize(&self.path)?) {
+                    return Err(io::ErrorKind::NotFound.into());
+                }
+                self.held = Some(held);
+            }
+        }
+        Ok(())
     }
 
     /// The folder.
@@ -67,8 +101,45 @@ impl Folder {
 
 impl Drop for Folder {
     fn drop(&mut self) {
+        let is_shared = |held: &File| held.try_lock().is_err();
+        if self.made.is_empty() || self.held.as_ref().is_some_and(is_shared) {
+            return;
+        }
         for made in self.made.iter().rev() {
             let _ = fs::remove_dir(made);
         }
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    /// Of several that claim a folder at once, those that fail take nothing from the one that does not.
+    #[test]
+    fn a_folder_that_another_has_claimed_stays() {
+        let around = tempfile::tempdir().expect("a folder");
+        let path = around.path().join("a/b");
+        let maker = Folder::make(&path).expect("made");
+        let winner = Folder::make(&path).expect("there");
+        drop(maker);
+        assert!(path.is_dir());
+        fs::write(path.join("result"), "").expect("the folder takes files");
+        drop(winner);
+        assert!(path.join("result").is_file());
+        let alone = around.path().join("c");
+        drop(Folder::make(&alone).expect("made"));
+        assert!(!alone.exists());
+        std::thread::scope(|scope| {
+            for _ in 0..8 {
+                scope.spawn(|| {
+                    for _ in 0..50 {
+                        let folder = Folder::make(&alone).expect("made");
+                        fs::write(folder.path().join("x"), "").expect("the folder takes files");
+                        let _ = fs::remove_file(folder.path().join("x"));
+                    }
+                });
+            }
+        });
     }
 }

@@ -2,7 +2,7 @@
 
 use std::{
     fs::{self, File, TryLockError},
-    io::{self, Write},
+    io::{self, BufRead, BufReader, Write},
     path::{Path, PathBuf},
 };
 
@@ -25,7 +25,7 @@ pub struct OutputFile {
 }
 
 /// Writes files that belong together: all are admitted before one is changed, and all are written
-/// beside their places before the first is renamed, so that none is ever cut off.
+/// beside their places, synced and read back before the first is renamed, so that none is ever cut off.
 ///
 /// # Errors
 /// As [`super::admit`]; [`OutputError::Io`] if writing fails.
@@ -74,6 +74,11 @@ impl Part {
         let path = target.with_file_name(format!(".{name}.part"));
         let (temporary, mut part) = create(&path)?;
         part.write_all(&file.bytes)?;
+        part.sync_all()?;
+        if !holds(&path, &file.bytes)? {
+            let what = "the disk gives back something else than was written";
+            return Err(io::Error::other(what));
+        }
         if let Some(permissions) = permissions {
             part.set_permissions(permissions)?;
         }
@@ -91,6 +96,24 @@ impl Part {
             action: "write the file",
             source,
         })
+    }
+}
+
+/// Whether a file has these bytes, as the system reads them.
+fn holds(path: &Path, bytes: &[u8]) -> io::Result<bool> {
+    let mut file = BufReader::new(File::open(path)?);
+    let mut rest = bytes;
+    loop {
+        let read = file.fill_buf()?;
+        if read.is_empty() {
+            return Ok(rest.is_empty());
+        }
+        let Some(after) = rest.strip_prefix(read) else {
+            return Ok(false);
+        };
+        rest = after;
+        let count = read.len();
+        file.consume(count);
     }
 }
 
@@ -143,13 +166,13 @@ fn open(path: &Path) -> Result<File, NotOurs> {
 
 /// Whether nobody renamed or removed an open file.
 #[cfg(unix)]
-fn is_still_at(file: &File, path: &Path) -> bool {
+pub(super) fn is_still_at(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
     let number = |metadata: io::Result<fs::Metadata>| metadata.ok().map(|m| (m.dev(), m.ino()));
     number(file.metadata()) == number(fs::symlink_metadata(path))
 }
 
 #[cfg(not(unix))]
-fn is_still_at(_: &File, path: &Path) -> bool {
+pub(super) fn is_still_at(_: &File, path: &Path) -> bool {
     path.exists()
 }

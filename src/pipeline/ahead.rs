@@ -34,7 +34,12 @@ pub(super) enum Then {
 #[derive(Debug)]
 pub(super) enum Written {
     Begun(Box<Change>),
-    Committed { changed: Vec<Group>, seconds: f64 },
+    Committed {
+        changed: Vec<Group>,
+        seconds: f64,
+        /// What became of it: stored, whatever it says.
+        committed: Result<(), StoreError>,
+    },
 }
 
 impl Ahead {
@@ -90,11 +95,14 @@ fn written(mut change: Change, stages: &[Arc<Pending>], then: Then) -> Result<Wr
         }
         Then::Commit => {
             let (transaction, changed) = change.into_parts();
-            transaction.commit()?;
-            Ok(Written::Committed {
-                changed,
-                seconds: started.elapsed().as_secs_f64(),
-            })
+            match transaction.commit() {
+                Err(error) if !error.is_after_storing() => Err(error),
+                committed => Ok(Written::Committed {
+                    changed,
+                    seconds: started.elapsed().as_secs_f64(),
+                    committed,
+                }),
+            }
         }
     }
 }

@@ -168,12 +168,28 @@ impl StageError {
         }
     }
 
+    /// Whether something was stored all the same.
+    #[must_use]
+    pub fn is_after_storing(&self) -> bool {
+        match self {
+            Self::Store(error) => error.is_after_storing(),
+            Self::Partly { .. } => true,
+            _ => false,
+        }
+    }
+
     /// Whether the machine failed, such as a full disk, rather than the input being at fault.
     #[must_use]
     pub fn is_of_machine(&self) -> bool {
         match self {
             Self::Store(error) | Self::Format(FormatError::Store(error)) => {
-                matches!(error, StoreError::Io { .. } | StoreError::Hdf5 { .. })
+                matches!(
+                    error,
+                    StoreError::Io { .. }
+                        | StoreError::Hdf5 { .. }
+                        | StoreError::Unproven { .. }
+                        | StoreError::Unsynced { .. }
+                )
             }
             Self::Output(error) => error.is_of_machine(),
             Self::Write { .. } => true,

@@ -46,8 +46,11 @@ fn require(
 pub(super) fn available_memory() -> Option<u64> {
     let kinds = MemoryRefreshKind::nothing().with_ram();
     let system = System::new_with_specifics(RefreshKind::nothing().with_memory(kinds));
-    let machine = Some(system.available_memory()).filter(|bytes| *bytes > 0);
-    let group = system.cgroup_limits();
+    // Nothing is told where the files of the system cannot be read, and asking for limits would panic then.
+    let told = system.total_memory() > 0;
+    let machine = told.then(|| system.available_memory());
+    let machine = machine.filter(|bytes| *bytes > 0);
+    let group = told.then(|| system.cgroup_limits()).flatten();
     let group = group.map(|limits| limits.total_memory.saturating_sub(limits.rss));
     let address_space = soft_limit(rlimit::Resource::AS)
         .map(|limit| limit.saturating_sub(used_address_space().unwrap_or(0)));

@@ -227,11 +227,15 @@ impl Store {
         };
         match ahead.join()? {
             Written::Begun(change) => Ok(Some(*change)),
-            Written::Committed { changed, seconds } => {
+            Written::Committed {
+                changed,
+                seconds,
+                committed,
+            } => {
                 self.undo.after_commit(&self.file, &changed);
                 self.pending.drain(..changed.len());
                 self.last_store_seconds = seconds;
-                Ok(None)
+                committed.map(|()| None).map_err(StageError::from)
             }
         }
     }
@@ -266,9 +270,11 @@ impl Store {
         changed: &[Group],
     ) -> Result<(), StoreError> {
         self.undo.before_commit(&self.file)?;
-        transaction.commit()?;
-        self.undo.after_commit(&self.file, changed);
-        Ok(())
+        let committed = transaction.commit();
+        if !matches!(&committed, Err(error) if !error.is_after_storing()) {
+            self.undo.after_commit(&self.file, changed);
+        }
+        committed
     }
 
     /// The state that a killed solve of the same problem left. A damaged one costs time only.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use contact3d::{
     robustness::{Depth, Solutions},
-    scene::{SceneFile, require_regular},
+    scene::{SceneFile, parse_toml, require_regular},
 };
 use serde::Deserialize;
 
@@ -104,10 +104,7 @@ pub fn is_index(path: &Path) -> bool {
 /// An unreadable index, a key that leads nowhere, a scene that does not validate.
 pub fn read(path: &Path, version: Version) -> Result<Vec<Case>, SweepError> {
     let text = read_index(path, "read the suite")?;
-    let index: Index = toml::from_str(&text).map_err(|error| SweepError::Syntax {
-        file: path.to_owned(),
-        message: error.to_string(),
-    })?;
+    let index: Index = parse_toml(&path.display().to_string(), &text, "docs/stability.md")?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut cases = Vec::new();
     for family in &index.families {

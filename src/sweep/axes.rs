@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use contact3d::scene::parse_toml;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -59,10 +60,11 @@ impl SweepFile {
     /// A file that cannot be read, or is no sweep.
     pub fn read(path: &Path) -> Result<Self, SweepError> {
         let text = read_index(path, "read the sweep")?;
-        toml::from_str(&text).map_err(|error| SweepError::Syntax {
-            file: path.to_owned(),
-            message: error.to_string(),
-        })
+        Ok(parse_toml(
+            &path.display().to_string(),
+            &text,
+            "docs/sweeps.md",
+        )?)
     }
 
     /// The JSON Schema of sweep files, for editors.

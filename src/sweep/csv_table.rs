@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use contact3d::scene::shown;
 use units::Units;
 
 use super::{CSV_FILE, Plan, SweepError};
@@ -59,7 +60,7 @@ pub(super) fn write(plan: &Plan, folder: &Path, rows: &[CaseRow]) -> Result<(), 
 /// The titles of the columns; results of each of several contact faces end in its name.
 fn header(plan: &Plan, faces: &[String]) -> Vec<String> {
     let mut names = vec!["id".to_owned(), "planned".to_owned()];
-    names.extend(plan.keys.iter().cloned());
+    names.extend(plan.keys.iter().map(|key| words(key)));
     let results = [
         "status",
         "error",
@@ -88,7 +89,7 @@ fn header(plan: &Plan, faces: &[String]) -> Vec<String> {
     names.extend(CERTIFICATE.map(|name| format!("certificate_{name}")));
     names.push("solve_digest".to_owned());
     for face in faces {
-        names.extend(FACE_COLUMNS.map(|name| format!("{name}_{face}")));
+        names.extend(FACE_COLUMNS.map(|name| shown(&format!("{name}_{face}"))));
     }
     names.extend(UNIT_COLUMNS.map(str::to_owned));
     names
@@ -108,11 +109,11 @@ fn record(plan: &Plan, faces: &[String], row: &CaseRow) -> Vec<String> {
     let settings: serde_json::Value = serde_json::from_str(&row.settings).unwrap_or_default();
     let mut cells = vec![row.id.clone(), u8::from(row.planned).to_string()];
     cells.extend(plan.keys.iter().map(|key| match &settings[key] {
-        serde_json::Value::String(text) => text.clone(),
+        serde_json::Value::String(text) => words(text),
         serde_json::Value::Null => String::new(),
-        value => value.to_string(),
+        value => shown(&value.to_string()),
     }));
-    cells.extend([row.status.clone(), row.error.clone()]);
+    cells.extend([row.status.clone(), words(&row.error)]);
     match &row.results {
         Some(results) => {
             cells.extend(result_cells(results));
@@ -153,6 +154,20 @@ fn face_cells(face: &CaseFace) -> Vec<String> {
     cells.extend(face.tangential_force.map(measure));
     cells.push(measure(face.largest_pressure));
     cells
+}
+
+/// What begins a formula in a spreadsheet.
+const FORMULA: [char; 4] = ['=', '+', '-', '@'];
+
+/// A text of the user: control characters by their escapes, and with the apostrophe that spreadsheets know a text by where
+/// they would compute it.
+fn words(text: &str) -> String {
+    let shown = shown(text);
+    if shown.starts_with(FORMULA) {
+        format!("'{shown}")
+    } else {
+        shown
+    }
 }
 
 /// A number, and nothing for NaN.

@@ -21,14 +21,6 @@ pub enum SweepError {
         /// What the system says.
         source: std::io::Error,
     },
-    /// The sweep file is not TOML, or has unknown, missing or mistyped keys.
-    #[error("{}: {message}", file.display())]
-    Syntax {
-        /// The sweep file.
-        file: PathBuf,
-        /// What the parser says, with the line.
-        message: String,
-    },
     /// An axis that no sweep can have.
     #[error("{}: {place}: expected {expected}, found {found}", file.display())]
     Axis {
@@ -41,7 +33,7 @@ pub enum SweepError {
         /// What stands there.
         found: String,
     },
-    /// The scene of a case, or the scene that all cases change.
+    /// The text of a sweep, the scene of a case, or the scene that all cases change.
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// The plan has no case with this name.

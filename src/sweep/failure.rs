@@ -17,8 +17,9 @@ pub(super) fn read(run_file: &Path) -> Option<String> {
 /// Records an error in one step, so that a killed process leaves a whole text or none.
 pub(super) fn record(run_file: &Path, error: &str) -> io::Result<()> {
     let temporary = run_file.with_extension("error.txt.part");
-    fs::write(&temporary, error)?;
-    fs::rename(&temporary, file(run_file))
+    let written = fs::write(&temporary, error);
+    let written = written.and_then(|()| fs::rename(&temporary, file(run_file)));
+    written.inspect_err(|_| drop(fs::remove_file(&temporary)))
 }
 
 /// Forgets the error of a case.

@@ -186,3 +186,36 @@ fn a_killed_search_goes_on_with_the_same_bits() {
     assert!(resumed["paths"][0]["points"].as_array().map_or(0, Vec::len) > 100);
     assert_eq!(resumed, whole("new.h5"));
 }
+
+/// Of several at once on one file, those that find it busy take nothing from the one that has it.
+#[test]
+fn a_refused_search_leaves_the_folder_of_another_alone() {
+    let program = Program::new();
+    let scene = scene("one_node.toml");
+    for round in 0..3 {
+        let folder = format!("series{round}");
+        let mut searches: Vec<_> = (0..3)
+            .map(|_| {
+                let mut command = Command::cargo_bin("contact3d-pipe").expect("built program");
+                command
+                    .current_dir(program.path("."))
+                    .args(["branches", &scene, "run.h5", "--no-figures", "--quiet"])
+                    .args(["--parameter", COEFFICIENT, "--from", "0.5", "--to", "2"])
+                    .args(["--series", &folder])
+                    .stderr(Stdio::piped())
+                    .spawn()
+                    .expect("a process")
+            })
+            .collect();
+        let ends = searches
+            .iter_mut()
+            .map(|search| search.wait().expect("an end"));
+        let ends: Vec<Option<i32>> = ends.map(|end| end.code()).collect();
+        assert!(ends.contains(&Some(0)), "{ends:?}");
+        assert!(
+            ends.iter().all(|end| [Some(0), Some(2)].contains(end)),
+            "{ends:?}"
+        );
+        assert!(program.path(&folder).join("path_1.vtkhdf").is_file());
+    }
+}

@@ -159,3 +159,17 @@ fn paraview_gets_the_normal_of_each_triangle() {
         2 * 2 * 16
     );
 }
+
+/// A box whose side lies on a plane between wide cells and cells of a two-thousandth.
+#[test]
+fn a_box_that_ends_at_narrow_cells_cuts_none() {
+    let program = Program::new();
+    let scene = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/tests/cases/box_on_narrow_cells.toml"
+    );
+    program
+        .command(&["mesh", scene, "run.h5"])
+        .assert()
+        .success();
+}

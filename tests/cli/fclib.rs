@@ -75,6 +75,7 @@ const ZERO: [f64; 6] = [0.0; 6];
 fn written(problem: &LocalProblem) -> Program {
     let program = Program::new();
     let file = program.path("given.hdf5");
+    let file = hdf5_metno::File::create(file).expect("a file");
     fclib::write_local(&file, problem).expect("written");
     let solution = Solution {
         v: None,
@@ -175,7 +176,9 @@ fn unsolved_files_and_outputs_of_others_are_refused() {
     ];
     program.command(&mesh).assert().success();
     fs::write(program.path("notes.txt"), "my notes\n").expect("notes");
-    fclib::write_local(&program.path("others.hdf5"), &problem()).expect("written");
+    let others = hdf5_metno::File::create(program.path("others.hdf5")).expect("a file");
+    fclib::write_local(&others, &problem()).expect("written");
+    others.close().expect("closed");
     for (file, out, word) in [
         ("mesh.h5", "out.hdf5", "needs a solved file, but `assemble`"),
         ("run.h5", "run.h5", "this command reads that file"),

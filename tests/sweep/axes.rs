@@ -23,7 +23,7 @@ fn errors_name_the_case() {
     );
     let said = refusal(&sweep);
     let case = "scene.toml with case 1 of sweep.toml (solve.epsilon = 1e-8, friction.coefficient_1 = { constant = -0.5 }): \
-                friction.coefficient_1.constant: expected a positive coefficient, found -0.5";
+                friction.coefficient_1.constant: expected a positive coefficient, 1e-100 at least, found -0.5";
     assert!(said.contains(case), "{said}");
     sweep.write("[set]\n\"solve.epsilon\" = 7.0\n[[axis]]\nkey = \"title\"\nvalues = [\"a\"]");
     let said = refusal(&sweep);
@@ -151,4 +151,28 @@ fn a_clamp_at_zero_can_be_moved_on_an_axis() {
     assert_eq!(older.iter().filter(|row| row[0].is_nan()).count(), 2);
     assert_eq!(older.iter().filter(|row| row[0] == 1e-6).count(), 2);
     assert!(older.iter().all(|row| row[1] == 0.0 || row[1] == 1e-6));
+}
+
+#[test]
+fn what_is_no_sweep_is_refused_in_words() {
+    for (axes, fragment) in [
+        (
+            "[[axis]]\nkey = \"contact.gap\"\nrange = { from = 1, to = 2, count = -3 }",
+            "axis.0.range.count: expected a whole number from 0 on, found integer `-3`",
+        ),
+        (
+            "axis = [[\"contact.gap\", [1.0]]]",
+            "axis: expected a table, found a list",
+        ),
+        (
+            "warm_start = 1",
+            "warm_start: expected true or false, found integer `1`",
+        ),
+    ] {
+        let sweep = Sweep::new(axes);
+        let (code, said) = sweep.run("out", &[]);
+        assert_eq!(code, 2, "{said}");
+        let words: Vec<&str> = said.split_whitespace().filter(|w| *w != "│").collect();
+        assert!(words.join(" ").contains(fragment), "{fragment}: {said}");
+    }
 }

@@ -219,3 +219,23 @@ fn tables_have_the_results_of_each_of_several_faces() {
     let summary = Reader::open(&sweep.path("out/summary.h5"), SWEEP_LAYOUT).unwrap();
     assert!(!summary.has("/cases/face_names"));
 }
+
+/// What a spreadsheet would compute is a text, and what a terminal would obey is seen.
+#[test]
+fn axis_values_are_texts_in_the_table() {
+    let sweep = Sweep::new(
+        "[set]\n\"body.brick.cells\" = [6, 2, 2]\n[[axis]]\nkey = \"title\"\n\
+         values = [\"=1+1\", \"+1\", \"-1\", \"@a\", \"\\u001b]0;x\\u0007\", \"plain\"]\n\
+         [[axis]]\nkey = \"traction.0.value.0\"\nvalues = [-1e7]",
+    );
+    let (code, said) = sweep.run("out", &[]);
+    assert_eq!(code, 0, "{said}");
+    let table = fs::read_to_string(sweep.path("out/summary.csv")).expect("a table");
+    assert!(!table.contains(['\u{1b}', '\u{7}']) && !said.contains('\u{1b}'));
+    for cell in ["'=1+1", "'+1", "'-1", "'@a", "\\u{1b}]0;x\\u{7}", "plain"] {
+        assert!(
+            table.contains(&format!(",{cell},-10000000.0,")),
+            "{cell}: {table}"
+        );
+    }
+}

@@ -19,16 +19,6 @@ pub(crate) fn open(path: &Path) -> Result<hdf5::File, FclibError> {
     hdf5::File::open(path).in_file(path, || "open the file".into())
 }
 
-/// Opens a file to write to it.
-pub(crate) fn open_to_write(path: &Path) -> Result<hdf5::File, FclibError> {
-    // A lock would outlive its owner in a process that is started meanwhile and inherits the file.
-    let mut options = hdf5::File::with_options();
-    let options = options.with_fapl(|access| access.file_locking(false));
-    options
-        .open_rw(path)
-        .in_file(path, || "open the file to write to it".into())
-}
-
 /// The program that marked an FCLIB file as its own by [`crate::write_program`]; `None` for other files.
 #[must_use]
 pub fn program_of(path: &Path) -> Option<String> {
@@ -44,11 +34,11 @@ pub fn program_of(path: &Path) -> Option<String> {
 ///
 /// # Errors
 /// HDF5 failures.
-pub fn remove_solution(path: &Path) -> Result<(), FclibError> {
-    let file = open_to_write(path)?;
+pub fn remove_solution(file: &hdf5::File) -> Result<(), FclibError> {
     if file.link_exists(SOLUTION) {
         let removed = file.unlink(SOLUTION);
-        removed.in_file(path, || format!("remove /{SOLUTION}"))?;
+        let path = file.filename();
+        removed.in_file(Path::new(&path), || format!("remove /{SOLUTION}"))?;
     }
-    file.close().in_file(path, || "close the file".into())
+    Ok(())
 }

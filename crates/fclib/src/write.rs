@@ -1,6 +1,6 @@
-//! Writing.
+//! Writing to files that the caller opens, and closes with every error seen.
 
-use std::path::Path;
+use std::path::PathBuf;
 
 use hdf5_metno::{
     self as hdf5, H5Type,
@@ -10,7 +10,7 @@ use hdf5_metno::{
 use crate::{
     FclibError, GlobalProblem, Info, LocalProblem, Matrix, Solution, Storage,
     error::InFile,
-    file::{GLOBAL, GUESSES, LOCAL, PROGRAM, SOLUTION, open_to_write},
+    file::{GLOBAL, GUESSES, LOCAL, PROGRAM, SOLUTION},
     matrix::int,
 };
 
@@ -30,12 +30,12 @@ pub struct Array<'a> {
     pub columns: usize,
 }
 
-/// Makes a file with a local problem, W by compressed columns.
+/// Writes a local problem to an empty file, W by compressed columns.
 ///
 /// # Errors
 /// [`FclibError`].
-pub fn write_local(path: &Path, problem: &LocalProblem) -> Result<(), FclibError> {
-    let target = Target::create(path)?;
+pub fn write_local(file: &hdf5::File, problem: &LocalProblem) -> Result<(), FclibError> {
+    let target = Target::of(file);
     let dimension = int("components of a contact", problem.space_dimension)?;
     let group = target.group(target.root(), LOCAL)?;
     target.numbers(&group, "spacedim", &[dimension])?;
@@ -43,16 +43,15 @@ pub fn write_local(path: &Path, problem: &LocalProblem) -> Result<(), FclibError
     let vectors = target.group(&group, "vectors")?;
     target.numbers(&vectors, "q", &problem.q)?;
     target.numbers(&vectors, "mu", &problem.mu)?;
-    target.info(&target.group(&group, "info")?, &problem.info)?;
-    target.close()
+    target.info(&target.group(&group, "info")?, &problem.info)
 }
 
-/// Makes a file with a global problem, its matrices as triplets.
+/// Writes a global problem to an empty file, its matrices as triplets.
 ///
 /// # Errors
 /// [`FclibError`].
-pub fn write_global(path: &Path, problem: &GlobalProblem) -> Result<(), FclibError> {
-    let target = Target::create(path)?;
+pub fn write_global(file: &hdf5::File, problem: &GlobalProblem) -> Result<(), FclibError> {
+    let target = Target::of(file);
     let dimension = int("components of a contact", problem.space_dimension)?;
     let group = target.group(target.root(), GLOBAL)?;
     target.numbers(&group, "spacedim", &[dimension])?;
@@ -62,26 +61,24 @@ pub fn write_global(path: &Path, problem: &GlobalProblem) -> Result<(), FclibErr
     target.numbers(&vectors, "f", &problem.f)?;
     target.numbers(&vectors, "w", &problem.w)?;
     target.numbers(&vectors, "mu", &problem.mu)?;
-    target.info(&target.group(&group, "info")?, &problem.info)?;
-    target.close()
+    target.info(&target.group(&group, "info")?, &problem.info)
 }
 
 /// Adds `/solution` to a file without one.
 ///
 /// # Errors
 /// [`FclibError`].
-pub fn write_solution(path: &Path, solution: &Solution) -> Result<(), FclibError> {
-    let target = Target::open(path)?;
-    target.solution(&target.group(target.root(), SOLUTION)?, solution)?;
-    target.close()
+pub fn write_solution(file: &hdf5::File, solution: &Solution) -> Result<(), FclibError> {
+    let target = Target::of(file);
+    target.solution(&target.group(target.root(), SOLUTION)?, solution)
 }
 
 /// Adds `/guesses` to a file without any.
 ///
 /// # Errors
 /// [`FclibError`].
-pub fn write_guesses(path: &Path, guesses: &[Solution]) -> Result<(), FclibError> {
-    let target = Target::open(path)?;
+pub fn write_guesses(file: &hdf5::File, guesses: &[Solution]) -> Result<(), FclibError> {
+    let target = Target::of(file);
     let group = target.group(target.root(), GUESSES)?;
     target.numbers(
         &group,
@@ -92,15 +89,19 @@ pub fn write_guesses(path: &Path, guesses: &[Solution]) -> Result<(), FclibError
         let name = (k + 1).to_string();
         target.solution(&target.group(&group, &name)?, guess)?;
     }
-    target.close()
+    Ok(())
 }
 
 /// Adds a group of further arrays, which FCLIB's readers pass over.
 ///
 /// # Errors
 /// [`FclibError`].
-pub fn write_arrays(path: &Path, group: &str, arrays: &[Array<'_>]) -> Result<(), FclibError> {
-    let target = Target::open(path)?;
+pub fn write_arrays(
+    file: &hdf5::File,
+    group: &str,
+    arrays: &[Array<'_>],
+) -> Result<(), FclibError> {
+    let target = Target::of(file);
     let group = target.group(target.root(), group)?;
     for array in arrays {
         let rows = array.values.len() / array.columns;
@@ -110,56 +111,41 @@ pub fn write_arrays(path: &Path, group: &str, arrays: &[Array<'_>]) -> Result<()
         };
         target.attribute(&dataset, "meaning", array.meaning)?;
     }
-    target.close()
+    Ok(())
 }
 
 /// Marks a file as written by a program, for [`crate::program_of`].
 ///
 /// # Errors
 /// [`FclibError`].
-pub fn write_program(path: &Path, program: &str) -> Result<(), FclibError> {
-    let target = Target::open(path)?;
+pub fn write_program(file: &hdf5::File, program: &str) -> Result<(), FclibError> {
+    let target = Target::of(file);
     if target.file.attr(PROGRAM).is_ok() {
         let deleted = target.file.delete_attr(PROGRAM);
-        deleted.in_file(path, || "replace the mark of a program".into())?;
+        deleted.in_file(&target.path, || "replace the mark of a program".into())?;
     }
-    target.attribute(target.root(), PROGRAM, program)?;
-    target.close()
+    target.attribute(target.root(), PROGRAM, program)
 }
 
 /// A file to write to.
 struct Target<'a> {
-    path: &'a Path,
-    file: hdf5::File,
+    path: PathBuf,
+    file: &'a hdf5::File,
 }
 
 impl<'a> Target<'a> {
-    fn create(path: &'a Path) -> Result<Self, FclibError> {
-        let mut options = hdf5::File::with_options();
-        let options = options.with_fapl(|access| access.file_locking(false));
-        let file = options
-            .create(path)
-            .in_file(path, || "make the file".into())?;
-        Ok(Self { path, file })
+    fn of(file: &'a hdf5::File) -> Self {
+        let path = file.filename().into();
+        Self { path, file }
     }
 
-    fn open(path: &'a Path) -> Result<Self, FclibError> {
-        let file = open_to_write(path)?;
-        Ok(Self { path, file })
-    }
-
-    fn root(&self) -> &hdf5::Group {
-        &self.file
-    }
-
-    fn close(self) -> Result<(), FclibError> {
-        let closed = self.file.close();
-        closed.in_file(self.path, || "close the file".into())
+    fn root(&self) -> &'a hdf5::Group {
+        self.file
     }
 
     fn group(&self, parent: &hdf5::Group, name: &str) -> Result<hdf5::Group, FclibError> {
         let group = parent.create_group(name);
-        group.in_file(self.path, || format!("make the group {name}"))
+        group.in_file(&self.path, || format!("make the group {name}"))
     }
 
     /// A vector.
@@ -184,7 +170,7 @@ impl<'a> Target<'a> {
             dataset.write_raw(values)?;
             Ok(dataset)
         });
-        written.in_file(self.path, || format!("write {}/{name}", group.name()))
+        written.in_file(&self.path, || format!("write {}/{name}", group.name()))
     }
 
     fn matrix(
@@ -222,7 +208,7 @@ impl<'a> Target<'a> {
         let attribute = group.new_attr::<i32>().shape(1);
         let attribute = attribute.create("numberOfDegreeOfFreedom");
         let written = attribute.and_then(|attribute| attribute.write_raw(&[degrees]));
-        written.in_file(self.path, || {
+        written.in_file(&self.path, || {
             "write the number of degrees of freedom".into()
         })
     }
@@ -242,7 +228,7 @@ impl<'a> Target<'a> {
             let dataset = group.new_dataset::<FixedUnicode<TEXT>>().create(name)?;
             dataset.write_scalar(&text)
         });
-        written.in_file(self.path, || format!("write {name}"))
+        written.in_file(&self.path, || format!("write {name}"))
     }
 
     fn attribute(&self, object: &hdf5::Location, name: &str, text: &str) -> Result<(), FclibError> {
@@ -252,6 +238,6 @@ impl<'a> Target<'a> {
             let attribute = object.new_attr::<VarLenUnicode>().create(name)?;
             attribute.write_scalar(&text)
         });
-        written.in_file(self.path, || format!("write the attribute {name}"))
+        written.in_file(&self.path, || format!("write the attribute {name}"))
     }
 }

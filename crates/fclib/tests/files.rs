@@ -41,11 +41,16 @@ fn scratch() -> (tempfile::TempDir, PathBuf) {
     (folder, file)
 }
 
+/// A file to write to, new or as it is.
+fn opened(file: &Path) -> hdf5::File {
+    hdf5::File::append(file).expect("open")
+}
+
 #[test]
 fn a_local_problem_comes_back() {
     let (_folder, file) = scratch();
     let problem = local();
-    write_local(&file, &problem).expect("written");
+    write_local(&opened(&file), &problem).expect("written");
     let read = read_local(&file).expect("read");
     assert_eq!(
         (&read.w, &read.q, &read.mu),
@@ -61,9 +66,9 @@ fn a_local_problem_comes_back() {
         u: vec![0.0, 0.25, 0.0],
         r: vec![0.5, 0.0, 0.0],
     };
-    write_solution(&file, &solution).expect("written");
+    write_solution(&opened(&file), &solution).expect("written");
     write_guesses(
-        &file,
+        &opened(&file),
         &[Solution::default(), solution.clone()].map(|s| Solution {
             u: if s.u.is_empty() { vec![0.0; 3] } else { s.u },
             r: if s.r.is_empty() { vec![0.0; 3] } else { s.r },
@@ -77,7 +82,7 @@ fn a_local_problem_comes_back() {
     );
     assert_eq!(read_guesses(&file, 3).expect("readable")[1], solution);
     assert!(read_solution(&file, 6).is_err());
-    remove_solution(&file).expect("removed");
+    remove_solution(&opened(&file)).expect("removed");
     assert_eq!(read_solution(&file, 3).expect("readable"), None);
 }
 
@@ -93,7 +98,7 @@ fn a_global_problem_comes_back_as_triplets() {
         mu: vec![0.5],
         info: Info::default(),
     };
-    write_global(&file, &problem).expect("written");
+    write_global(&opened(&file), &problem).expect("written");
     assert_eq!(read_global(&file).expect("read"), problem);
     let raw = hdf5::File::open(&file).expect("open");
     let numbers = |name: &str| {
@@ -110,10 +115,10 @@ fn a_global_problem_comes_back_as_triplets() {
 #[test]
 fn a_mark_names_the_program() {
     let (_folder, file) = scratch();
-    write_local(&file, &local()).expect("written");
+    write_local(&opened(&file), &local()).expect("written");
     assert_eq!(program_of(&file), None);
     for _ in 0..2 {
-        write_program(&file, "some program").expect("marked");
+        write_program(&opened(&file), "some program").expect("marked");
         assert_eq!(program_of(&file).as_deref(), Some("some program"));
     }
     assert_eq!(program_of(Path::new("/nowhere")), None);
@@ -122,7 +127,7 @@ fn a_mark_names_the_program() {
 /// Changes one dataset of a written file by unlinking it and writing numbers in its place.
 fn changed<T: hdf5::H5Type>(path: &str, values: &[T]) -> FclibError {
     let (_folder, file) = scratch();
-    write_local(&file, &local()).expect("written");
+    write_local(&opened(&file), &local()).expect("written");
     {
         let raw = hdf5::File::open_rw(&file).expect("open");
         let _ = raw.unlink(path);
@@ -192,7 +197,7 @@ fn what_is_wrong_is_said_with_its_place() {
 fn all_three_storages_are_one_matrix() {
     let (_folder, file) = scratch();
     let problem = local();
-    write_local(&file, &problem).expect("written");
+    write_local(&opened(&file), &problem).expect("written");
     let mut entries: Vec<_> = problem.w.entries().collect();
     entries.sort_by_key(|(row, column, _)| (*row, *column));
     let rows: Vec<i32> = vec![0, 2, 3, 5];

@@ -9,8 +9,21 @@ use super::place::{AtPlace, Place};
 /// Deflate stores at most 258 bytes of input in two bits of output; its limit is 1032 to 1.
 const MAX_DEFLATE_RATIO: u64 = 1032;
 
-/// Chunks up to this size are fine for small datasets too, bytes.
+/// Chunks up to this size are fine, larger ones only for larger rows; in bytes.
 const SMALL_CHUNK: u64 = 1 << 26;
+
+/// Values up to this size are read at once, in bytes.
+const SMALL: u64 = 1 << 26;
+
+/// Our meshes and indices shrink to a tenth or so.
+const USUAL_RATIO: u64 = 32;
+
+/// Whether so little is stored for so many values that they had better be compared with their digest before memory is taken
+/// for all of them.
+pub(super) fn claims_much(dataset: &hdf5::Dataset, shape: &[usize], element: usize) -> bool {
+    let bytes = shape.iter().product::<usize>() as u64 * element as u64;
+    bytes > SMALL && bytes / USUAL_RATIO > dataset.storage_size()
+}
 
 /// Checks that the file can hold the values a dataset declares.
 ///
@@ -54,9 +67,10 @@ pub(super) fn check(
             let chunk = chunk
                 .iter()
                 .try_fold(element, |bytes, &extent| bytes.checked_mul(extent as u64));
+            let row = declared / shape.first().map_or(1, |&rows| rows as u64);
             stored <= file_bytes
                 && declared <= stored.saturating_mul(ratio)
-                && chunk.is_some_and(|chunk| chunk <= declared.max(SMALL_CHUNK))
+                && chunk.is_some_and(|chunk| chunk <= row.max(SMALL_CHUNK))
         }
         Storage::Virtual => false,
     };

@@ -183,6 +183,34 @@ pub enum StoreError {
         /// The cause.
         source: io::Error,
     },
+    /// The environment has HDF5 open files by other means than it is told.
+    #[error(
+        "{variable} = {found:?} in the environment: expected {plain:?} or nothing, since other means of opening files are not supported; unset it"
+    )]
+    Environment {
+        /// The name of the variable.
+        variable: &'static str,
+        /// Its only value that changes nothing.
+        plain: &'static str,
+        /// Its value.
+        found: String,
+    },
+    /// A file was written without an error, and the disk gives back something else.
+    #[error("{}: the new state was written, and what the disk gives back is another one ({reason}); the earlier state was kept, check the disk", file.display())]
+    Unproven {
+        /// The run file.
+        file: PathBuf,
+        /// What is different.
+        reason: String,
+    },
+    /// A state is in its place, but the disk does not promise that it is there after a loss of power.
+    #[error("{}: the new state is in its place, but the folder could not be synced, so a loss of power may undo it; check the disk", file.display())]
+    Unsynced {
+        /// The run file.
+        file: PathBuf,
+        /// The cause.
+        source: io::Error,
+    },
     /// The program broke the table of datasets: a defect of the program, not of the file.
     #[error("internal error in the use of the dataset table: {0}; please report it")]
     Internal(#[from] LayoutError),
@@ -193,6 +221,12 @@ impl StoreError {
     #[must_use]
     pub fn is_internal(&self) -> bool {
         matches!(self, StoreError::Internal(_))
+    }
+
+    /// Whether the new state is in its place all the same.
+    #[must_use]
+    pub fn is_after_storing(&self) -> bool {
+        matches!(self, StoreError::Unsynced { .. })
     }
 }
 

@@ -2,12 +2,21 @@
 
 use std::collections::BTreeMap;
 
-use super::layout::{DatasetSpec, Extent};
+use super::layout::{DatasetSpec, Extent, Group};
 
 #[derive(Clone, Copy, Debug)]
 struct Binding {
     size: usize,
     source: &'static str,
+    group: Group,
+    /// Another dataset of the same group, which was written with it, says something else.
+    contradicted: Option<&'static str>,
+}
+
+impl Binding {
+    fn fits(&self, size: usize, more: usize) -> bool {
+        self.contradicted.is_none() && self.size.checked_add(more) == Some(size)
+    }
 }
 
 /// The values of the symbolic sizes, each with the dataset that fixed it.
@@ -40,13 +49,33 @@ impl Sizes {
                 self.0.entry(name).or_insert(Binding {
                     size,
                     source: spec.path,
+                    group: spec.group,
+                    contradicted: None,
                 });
             }
         }
-        if self.check(spec, shape).is_err() {
+        let checked = self.check(spec, shape);
+        if checked.is_err() {
             *self = known;
+            self.contradict(spec, shape);
         }
-        self.check(spec, shape)
+        checked
+    }
+
+    /// Notes which sizes a dataset contradicts that others of its group have; either may be the damaged one.
+    fn contradict(&mut self, spec: &'static DatasetSpec, shape: &[usize]) {
+        for (extent, &size) in spec.shape.iter().zip(shape) {
+            let bound = extent.name().and_then(|name| self.0.get_mut(name));
+            if let Some(bound) = bound.filter(|bound| bound.group == spec.group) {
+                let more = match *extent {
+                    Extent::Plus(_, more) => more,
+                    Extent::Fixed(_) | Extent::Labelled(_) | Extent::Named(_) => 0,
+                };
+                if bound.size.checked_add(more) != Some(size) {
+                    bound.contradicted = Some(spec.path);
+                }
+            }
+        }
     }
 
     /// Checks a shape against the table and the sizes known so far.
@@ -59,9 +88,9 @@ impl Sizes {
                 .all(|(extent, &size)| match *extent {
                     Extent::Fixed(fixed) => size == fixed,
                     Extent::Labelled(axis) => size == axis.labels.len(),
-                    Extent::Named(name) => self.0.get(name).is_none_or(|bound| bound.size == size),
+                    Extent::Named(name) => self.0.get(name).is_none_or(|bound| bound.fits(size, 0)),
                     Extent::Plus(name, more) => match self.0.get(name) {
-                        Some(bound) => bound.size.checked_add(more) == Some(size),
+                        Some(bound) => bound.fits(size, more),
                         None => size >= more,
                     },
                 });
@@ -89,7 +118,13 @@ impl Sizes {
     fn explain(&self, extent: Extent) -> String {
         match extent.name().and_then(|name| self.0.get_key_value(name)) {
             Some((name, bound)) => {
-                format!("{extent} where {name} = {} by {}", bound.size, bound.source)
+                let other = bound
+                    .contradicted
+                    .map_or_else(String::new, |other| format!(", which {other} contradicts"));
+                format!(
+                    "{extent} where {name} = {} by {}{other}",
+                    bound.size, bound.source
+                )
             }
             None => extent.to_string(),
         }

@@ -1,5 +1,6 @@
 //! The root attributes: file type, format version, creator; and how our files are opened.
 
+use std::env;
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -9,8 +10,10 @@ use hdf5_metno as hdf5;
 
 use super::attribute::{read_numbers, read_text, write_numbers, write_text};
 use super::error::StoreError;
-use super::place::{AtFile, AtPlace, Place};
+use super::place::{AtFile, Place};
+use super::seal::SEAL;
 use super::table::Layout;
+use super::whole::{self, seeing_every_error};
 
 /// The root attributes with their meanings, as the schema lists them.
 pub const ROOT_ATTRIBUTES: &[(&str, &str, &str)] = &[
@@ -25,6 +28,11 @@ pub const ROOT_ATTRIBUTES: &[(&str, &str, &str)] = &[
         "text",
         "the program that wrote the file, with its version",
     ),
+    (
+        SEAL,
+        "text",
+        "BLAKE3 over the other attributes of the root and the seals of the stages; files of older versions have none",
+    ),
 ];
 
 /// How a group may be kept in a file of its own, as the schema tells it.
@@ -32,6 +40,29 @@ pub(super) const LINKED_GROUPS: &str = "A stage may be kept in a file of its own
      root is an external link to the group of the same name in that file, and the root attribute `STAGE_file` names \
      it: `NAME.STAGE-DIGEST.h5` if the run file NAME owns it, `STAGE-DIGEST.h5` if several run files share it, with \
      the first 16 digits of the digest of the stage. Such a file never changes.";
+
+/// Variables that make HDF5 open files in another way than it is told, and the only value that does not.
+const FOREIGN_ACCESS: [(&str, &str); 2] =
+    [("HDF5_DRIVER", "sec2"), ("HDF5_VOL_CONNECTOR", "native")];
+
+/// Refuses an environment that has HDF5 open files by other means: with means that it does not know it would crash.
+///
+/// # Errors
+/// `Environment`.
+pub fn require_plain_hdf5() -> Result<(), StoreError> {
+    for (variable, plain) in FOREIGN_ACCESS {
+        let found = env::var_os(variable).unwrap_or_default();
+        if !found.is_empty() && found != plain {
+            let found = found.to_string_lossy().into_owned();
+            return Err(StoreError::Environment {
+                variable,
+                plain,
+                found,
+            });
+        }
+    }
+    Ok(())
+}
 
 /// The version of the HDF5 library: major, minor, patch.
 #[must_use]
@@ -50,27 +81,22 @@ pub(super) fn create(
         file: path,
         dataset: "/",
     };
-    let file = hdf5::File::with_options()
-        .with_fapl(|access| {
-            access
-                .libver_bounds(LibraryVersion::V110, LibraryVersion::V110)
-                .file_locking(false)
-        })
-        .with_fcpl(|creation| creation.obj_track_times(false))
-        .create(path)
-        .at(place, "create the temporary file")?;
+    let file = whole::create(path, |access| {
+        let access = seeing_every_error(access);
+        access.libver_bounds(LibraryVersion::V110, LibraryVersion::V110)
+    })?;
     write_text(&file, place, "filetype", filetype)?;
     write_numbers(&file, place, "format_version", &layout.format_version)?;
     write_text(&file, place, "creator", layout.creator)?;
     Ok(file)
 }
 
-/// Opens a file of ours for reading.
+/// Opens a file of ours for reading; with its format version.
 pub(super) fn open(
     path: &Path,
     layout: &Layout,
     filetype: &'static str,
-) -> Result<hdf5::File, StoreError> {
+) -> Result<(hdf5::File, [i64; 2]), StoreError> {
     let metadata = fs::metadata(path).map_err(|source| match source.kind() {
         io::ErrorKind::NotFound => StoreError::NotFound { file: path.into() },
         _ => StoreError::Io {
@@ -88,7 +114,7 @@ pub(super) fn open(
     }
     fs::File::open(path).at_file(path, "open the file for reading")?;
     let file = hdf5::File::with_options()
-        .with_fapl(|access| access.file_locking(false))
+        .with_fapl(|access| access.sec2().file_locking(false))
         .open(path);
     let file = file.map_err(|error| {
         if error.contains_minor(hdf5::MinorErrorCode::NotHdf5) {
@@ -101,8 +127,8 @@ pub(super) fn open(
             .damaged(error.to_string())
         }
     })?;
-    check(&file, path, layout, filetype)?;
-    Ok(file)
+    let version = check(&file, path, layout, filetype)?;
+    Ok((file, version))
 }
 
 fn check(
@@ -110,7 +136,7 @@ fn check(
     path: &Path,
     layout: &Layout,
     expected: &'static str,
-) -> Result<(), StoreError> {
+) -> Result<[i64; 2], StoreError> {
     let place = Place {
         file: path,
         dataset: "/",
@@ -128,7 +154,9 @@ fn check(
     let version: Vec<i64> = read_numbers(file, place, "format_version")?;
     let expected = layout.format_version;
     match version[..] {
-        [major, minor] if major == expected[0] && (0..=expected[1]).contains(&minor) => Ok(()),
+        [major, minor] if major == expected[0] && (0..=expected[1]).contains(&minor) => {
+            Ok([major, minor])
+        }
         [major, minor] => Err(StoreError::Version {
             file: path.into(),
             expected,

@@ -44,13 +44,15 @@ impl Reader {
         };
         match self.refuse_altered(group, &stored) {
             Ok(()) => Ok(Some(stored)),
-            Err(_) if self.is_whole_as_written(group, &stored).unwrap_or(false) => {
-                Err(StoreError::Older {
-                    file: self.path().into(),
-                    group,
-                })
+            Err(error) => {
+                let is_older = self.is_whole_as_written(group, &stored).unwrap_or(false)
+                    && self.refuse_unsealed(group).is_ok();
+                if is_older {
+                    let file = self.path().into();
+                    return Err(StoreError::Older { file, group });
+                }
+                Err(error)
             }
-            Err(error) => Err(error),
         }
     }
 

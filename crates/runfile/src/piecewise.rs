@@ -1,7 +1,5 @@
 //! Writing a dataset piece by piece, where its values are never all in memory.
 
-use std::marker::PhantomData;
-
 use hdf5_metno as hdf5;
 use hdf5_metno::{Hyperslab, SliceOrIndex};
 use ndarray::ArrayViewD;
@@ -21,8 +19,12 @@ pub struct Piecewise<T> {
     dataset: hdf5::Dataset,
     digest: DatasetDigest,
     shape: Vec<usize>,
+    /// Rows on the disk.
     rows: usize,
-    element: PhantomData<T>,
+    /// Rows that are written at a time, whole chunks: a chunk that is written twice would be stored twice.
+    batch: usize,
+    /// What is not on the disk yet.
+    waiting: Vec<T>,
 }
 
 impl<T> Piecewise<T> {
@@ -56,11 +58,12 @@ impl GroupWriter<'_> {
         let dataset = empty_dataset::<T>(&self.object, place, name, shape, spec.storage)?;
         Ok(Piecewise {
             spec,
+            batch: dataset.chunk().map_or(1, |chunk| chunk[0]),
             dataset,
             digest: DatasetDigest::new(spec.kind, shape),
             shape: shape.to_vec(),
             rows: 0,
-            element: PhantomData,
+            waiting: Vec::new(),
         })
     }
 
@@ -73,23 +76,41 @@ impl GroupWriter<'_> {
         piecewise: &mut Piecewise<T>,
         values: &[T],
     ) -> Result<(), StoreError> {
-        let place = self.place(piecewise.spec);
-        let rows = values.len() / piecewise.width().max(1);
-        let end = piecewise.rows + rows;
-        if rows * piecewise.width() != values.len() || end > piecewise.shape[0] {
+        let width = piecewise.width().max(1);
+        piecewise.waiting.extend_from_slice(values);
+        let rows = piecewise.waiting.len() / width;
+        let is_whole = values.len().is_multiple_of(width);
+        if !is_whole || piecewise.rows + rows > piecewise.shape[0] {
             return Err(piecewise.length_error(values.len()));
         }
+        piecewise.digest.values(values);
+        self.write_rows(piecewise, rows - rows % piecewise.batch)
+    }
+
+    /// Writes the first rows of those that wait.
+    fn write_rows<T: Element>(
+        &self,
+        piecewise: &mut Piecewise<T>,
+        rows: usize,
+    ) -> Result<(), StoreError> {
+        if rows == 0 {
+            return Ok(());
+        }
+        let place = self.place(piecewise.spec);
+        let end = piecewise.rows + rows;
         let mut shape = piecewise.shape.clone();
         shape[0] = rows;
         let others = shape[1..].iter().map(|extent| 0..*extent);
         let ranges = std::iter::once(piecewise.rows..end).chain(others);
         let slab: Vec<SliceOrIndex> = ranges.map(SliceOrIndex::from).collect();
+        let values = &piecewise.waiting[..shape.iter().product()];
         let view = ArrayViewD::from_shape(shape, values)
             .map_err(|error| hdf5::Error::from(error.to_string()))
             .at(place, "shape the values")?;
         let written = piecewise.dataset.write_slice(view, Hyperslab::from(slab));
         written.at(place, "write the values")?;
-        piecewise.digest.values(values);
+        let count = values.len();
+        piecewise.waiting.drain(..count);
         piecewise.rows = end;
         Ok(())
     }
@@ -98,7 +119,9 @@ impl GroupWriter<'_> {
     ///
     /// # Errors
     /// `Internal` where rows are missing, `Hdf5` if writing fails.
-    pub fn end<T: Element>(&mut self, piecewise: Piecewise<T>) -> Result<(), StoreError> {
+    pub fn end<T: Element>(&mut self, mut piecewise: Piecewise<T>) -> Result<(), StoreError> {
+        let rows = piecewise.waiting.len() / piecewise.width().max(1);
+        self.write_rows(&mut piecewise, rows)?;
         if piecewise.rows != piecewise.shape[0] {
             return Err(piecewise.length_error(piecewise.rows * piecewise.width()));
         }

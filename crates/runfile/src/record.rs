@@ -1,6 +1,6 @@
 //! What a group tells about itself in the attributes of its group.
 
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use hdf5_metno as hdf5;
 use units::Units;
@@ -8,6 +8,7 @@ use units::Units;
 use super::attribute::{has, read_number, read_text, write_number, write_text};
 use super::error::StoreError;
 use super::place::Place;
+use super::seal::SEAL;
 
 /// The attributes every group carries, with their meanings, as the schema lists them.
 pub const GROUP_ATTRIBUTES: &[(&str, &str, &str)] = &[
@@ -30,6 +31,11 @@ pub const GROUP_ATTRIBUTES: &[(&str, &str, &str)] = &[
     ("seconds", "f64", "wall-clock time of the stage in s"),
     ("threads", "i64", "number of threads"),
     ("date", "text", "when the stage ended, RFC 3339 in UTC"),
+    (
+        SEAL,
+        "text",
+        "BLAKE3 over all other attributes in the stage, the names and the extents of its datasets; stages of older versions have none",
+    ),
 ];
 
 /// The attributes a group may carry besides, as the schema lists them.
@@ -85,10 +91,14 @@ pub struct StoredGroup {
     pub units: Units,
 }
 
-/// The present time to the second, RFC 3339 in UTC.
+/// The last second that RFC 3339 can write, at the end of the year 9999.
+const LAST_SECOND: Duration = Duration::from_secs(253_402_300_799);
+
+/// The present time to the second, RFC 3339 in UTC; of a clock that is before 1970 or after 9999, the nearer end.
 #[must_use]
 pub fn timestamp() -> String {
-    humantime::format_rfc3339_seconds(SystemTime::now()).to_string()
+    let (first, last) = (UNIX_EPOCH, UNIX_EPOCH + LAST_SECOND);
+    humantime::format_rfc3339_seconds(SystemTime::now().clamp(first, last)).to_string()
 }
 
 pub(super) fn write(

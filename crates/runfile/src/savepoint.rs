@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 use super::error::StoreError;
 use super::home::remove_orphans;
 use super::lock::RunFile;
-use super::part::sync_folder;
 use super::place::AtFile;
 use super::signals::Temporary;
 use super::table::Layout;
 use super::volume::Stamp;
+use super::whole::sync_folder;
 
 /// What tells the present state of a run file from any other.
 #[derive(Debug, PartialEq, Eq)]
@@ -82,7 +82,7 @@ impl Savepoint {
             None => fs::remove_file(&self.target),
         }
         .at_file(&self.target, "put the earlier state back")?;
-        sync_folder(&self.folder)
+        sync_folder(&self.folder).at_file(&self.folder, "sync the folder")
     }
 }
 

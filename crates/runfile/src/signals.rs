@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
 use signal_hook::low_level::emulate_default_handler;
 
@@ -39,18 +39,19 @@ pub(super) fn note_commit(target: &Path, groups: Vec<Group>) {
 /// Starts the thread that removes the temporaries on SIGINT or SIGTERM, calls `farewell`, and lets
 /// the signal end the process.
 ///
-/// A rename that has begun is completed first. Calling it again does nothing.
+/// A rename that has begun is completed first. A file that reaches the largest size allowed (SIGXFSZ) is an error of the
+/// write from then on, and no longer the end of the process. Calling it again does nothing.
 ///
 /// # Errors
 /// If the system refuses the signal handlers or the thread.
 pub fn install(farewell: fn()) -> io::Result<()> {
     let mut installed = INSTALLED.lock().unwrap_or_else(PoisonError::into_inner);
     if !*installed {
-        let mut signals = Signals::new([SIGINT, SIGTERM])?;
+        let mut signals = Signals::new([SIGINT, SIGTERM, SIGXFSZ])?;
         thread::Builder::new()
             .name("signals".into())
             .spawn(move || {
-                for signal in signals.forever() {
+                for signal in signals.forever().filter(|signal| *signal != SIGXFSZ) {
                     let temporaries = temporaries();
                     for temporary in temporaries.iter() {
                         let _ = fs::remove_file(temporary);

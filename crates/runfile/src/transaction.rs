@@ -1,21 +1,25 @@
 //! A change of a run file: written beside it, then put in its place in one step, or not at all.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::dimension::name_axes;
 use super::error::{LayoutError, StoreError};
 use super::extents::Sizes;
+use super::header;
 use super::home::SharedGroup;
 use super::home::{Home, LinkedName, carry_over, is_joined, join, remove_orphans, take_over};
 use super::layout::Group;
 use super::lock::{RunFile, group_temporary};
-use super::part::{Part, replaceable, sync_folder};
-use super::place::{AtPlace, Place};
+use super::place::{AtFile, AtPlace, Place};
+use super::proof::Proof;
 use super::reader::Reader;
 use super::scale_text;
+use super::seal::{seal_group, seal_root};
 use super::signals::note_commit;
 use super::table::Layout;
 use super::volume::Stamp;
+use super::whole::{WholeFile, replaceable, sync_folder};
 use super::writer::GroupWriter;
 
 /// A new state of a run file, in the hidden file `.NAME.part`; dropping it leaves the run file as
@@ -26,7 +30,7 @@ use super::writer::GroupWriter;
 /// a file of its own is written once and only linked again.
 #[derive(Debug)]
 pub struct Transaction {
-    run_file: Part,
+    run_file: WholeFile,
     beside: Vec<Beside>,
     previous: Option<Reader>,
     /// That of the present file, before it was opened.
@@ -34,6 +38,8 @@ pub struct Transaction {
     replaced: Vec<Group>,
     embed: bool,
     unfinished: Option<Group>,
+    /// Digests of the groups that are written.
+    finished: BTreeMap<Group, String>,
     sizes: Sizes,
     layout: Layout,
     target: PathBuf,
@@ -45,7 +51,7 @@ pub struct Transaction {
 #[derive(Debug)]
 struct Beside {
     group: Group,
-    part: Part,
+    part: WholeFile,
     owner: Option<String>,
     /// Known once the group is finished.
     name: Option<LinkedName>,
@@ -68,13 +74,14 @@ impl Transaction {
         let layout = run_file.layout;
         let temporary = run_file.temporary();
         Ok(Transaction {
-            run_file: Part::create(temporary.clone(), &layout, layout.filetype)?,
+            run_file: part(temporary.clone(), &layout, layout.filetype)?,
             beside: Vec::new(),
             previous,
             stamp,
             replaced: Vec::new(),
             embed: false,
             unfinished: None,
+            finished: BTreeMap::new(),
             sizes: Sizes::default(),
             layout,
             target: run_file.path.clone(),
@@ -102,7 +109,7 @@ impl Transaction {
             return Err(LayoutError::NotFinished { group }.into());
         }
         let written_beside = self.beside.iter().any(|beside| beside.group == group);
-        if written_beside || self.run_file.file.link_exists(group.name()) {
+        if written_beside || self.run_file.file().link_exists(group.name()) {
             return Err(LayoutError::Twice {
                 path: group.name().into(),
             }
@@ -116,16 +123,16 @@ impl Transaction {
         };
         let name = self.target.file_name().and_then(|name| name.to_str());
         let file = match (home, name) {
-            (Home::RunFile, _) | (_, None) => &self.run_file.file,
+            (Home::RunFile, _) | (_, None) => self.run_file.file(),
             (Home::Beside | Home::Shared, Some(name)) => {
                 let temporary = group_temporary(&self.temporary, group);
                 self.beside.push(Beside {
                     group,
-                    part: Part::create(temporary, &self.layout, self.layout.linked_filetype)?,
+                    part: part(temporary, &self.layout, self.layout.linked_filetype)?,
                     owner: (home == Home::Beside).then(|| name.to_owned()),
                     name: None,
                 });
-                &self.beside[self.beside.len() - 1].part.file
+                self.beside[self.beside.len() - 1].part.file()
             }
         };
         let object = file
@@ -147,16 +154,19 @@ impl Transaction {
             file: &self.target,
             dataset: shared.group.name(),
         };
-        join(&self.run_file.file, place, shared.group, &shared.name)
+        join(self.run_file.file(), place, shared.group, &shared.name)
     }
 
     /// Puts a copy of a group of another file, with its record, in the place of what the file held of it.
     ///
     /// # Errors
-    /// `Hdf5` if copying fails, an unreadable group.
+    /// The first of the group's [`Reader::group_problems`], `Hdf5` if copying fails.
     pub fn copy(&mut self, from: &Reader, group: Group) -> Result<(), StoreError> {
+        if let Some(problem) = from.group_problems(group).into_iter().next() {
+            return Err(problem);
+        }
         self.remove(group);
-        take_over(from, group, &self.run_file.file)
+        take_over(from, group, self.run_file.file())
     }
 
     /// Leaves a group out of the new state.
@@ -184,17 +194,19 @@ impl Transaction {
 
     /// Puts the new state in the place of the old one, safe against loss of power.
     ///
-    /// Files of groups come first: until the run file itself is renamed, its old state is whole.
+    /// Each file is closed with every error seen, and read back, before it is renamed. Files of groups come first: until the
+    /// run file itself is renamed, its old state is whole.
     ///
     /// # Errors
     /// `Internal` if a group is unfinished; `Hdf5` or `Io` if copying, closing, syncing or renaming
-    /// fails, with the old state kept; `ForeignLink` for a link in the root that this program did
-    /// not make; `Changed` if another program changed the file since the change began.
-    pub fn commit(self) -> Result<(), StoreError> {
+    /// fails, `Unproven` if what was written is not what the disk has, with the old state kept; `ForeignLink` for a link in the
+    /// root that this program did not make; `Changed` if another program changed the file since the change began; `Unsynced`,
+    /// with the new state in its place.
+    pub fn commit(mut self) -> Result<(), StoreError> {
         if let Some(group) = self.unfinished {
             return Err(LayoutError::NotFinished { group }.into());
         }
-        let file = &self.run_file.file;
+        let file = self.run_file.file();
         if let Some(previous) = &self.previous {
             carry_over(previous, &self.replaced, self.embed, file)?;
         }
@@ -208,27 +220,49 @@ impl Transaction {
             dataset: "/",
         };
         let texts = scale_text::types(&self.temporary, place)?;
-        for beside in self.beside {
+        let proof = Proof {
+            layout: &self.layout,
+            finished: &self.finished,
+            previous: self.previous.as_ref(),
+        };
+        for beside in self.beside.drain(..) {
             let Some(name) = beside.name else { continue };
-            name_axes(&beside.part.file, place, &self.layout, beside.group, texts)?;
+            name_axes(beside.part.file(), place, &self.layout, beside.group, texts)?;
+            seal_group(beside.part.file(), place, beside.group)?;
+            seal_root(beside.part.file(), place)?;
             join(file, place, beside.group, &name)?;
             let target = self.folder.join(name.to_string());
             replaceable(&target)?;
-            beside.part.publish(&target, permissions.clone())?;
-            sync_folder(&self.folder)?;
+            let filetype = self.layout.linked_filetype;
+            let written = beside.part.close()?;
+            let written =
+                written.proven(|path| proof.of(path, filetype, &[beside.group], &target))?;
+            written.publish(&target, permissions.clone())?;
+            sync_folder(&self.folder).at_file(&self.folder, "sync the folder")?;
         }
-        drop(self.previous);
         let groups = self.layout.groups();
-        let held = groups.filter(|group| file.link_exists(group.name()));
-        let held: Vec<Group> = held.collect();
-        for group in held.iter().filter(|group| !is_joined(file, **group)) {
+        let held: Vec<Group> = groups
+            .filter(|group| file.link_exists(group.name()))
+            .collect();
+        let own = held.iter().filter(|group| !is_joined(file, **group));
+        let own: Vec<Group> = own.copied().collect();
+        for group in &own {
             name_axes(file, place, &self.layout, *group, texts)?;
+            seal_group(file, place, *group)?;
         }
-        self.run_file.publish(&self.target, permissions)?;
+        seal_root(file, place)?;
+        let filetype = self.layout.filetype;
+        let written = self.run_file.close()?;
+        let written = written.proven(|path| proof.of(path, filetype, &own, &self.target))?;
+        drop(self.previous);
+        written.publish(&self.target, permissions)?;
         note_commit(&self.target, held);
-        sync_folder(&self.folder)?;
+        let synced = sync_folder(&self.folder);
         remove_orphans(&self.folder, &self.target, &self.layout);
-        Ok(())
+        synced.map_err(|source| StoreError::Unsynced {
+            file: self.target,
+            source,
+        })
     }
 
     pub(super) fn layout(&self) -> Layout {
@@ -245,6 +279,8 @@ impl Transaction {
 
     pub(super) fn group_finished(&mut self, digest: &str) {
         let group = self.unfinished.take();
+        self.finished
+            .extend(group.map(|group| (group, digest.to_owned())));
         for beside in &mut self.beside {
             if Some(beside.group) == group {
                 let name = LinkedName::new(beside.owner.as_deref(), beside.group, digest);
@@ -261,4 +297,9 @@ impl Transaction {
         let kept = upstream.filter(|other| !self.replaced.contains(other));
         self.sizes.adopt(previous.sizes_of(kept));
     }
+}
+
+/// Begins a hidden file with its root attributes.
+fn part(path: PathBuf, layout: &Layout, filetype: &'static str) -> Result<WholeFile, StoreError> {
+    WholeFile::create(path, |path| header::create(path, layout, filetype))
 }

@@ -6,37 +6,48 @@ use hdf5_metno as hdf5;
 use units::Units;
 
 use super::error::StoreError;
-use super::layout::{DatasetSpec, EnumSpec, Kind};
+use super::layout::{DatasetSpec, EnumSpec, Group, Kind};
 use super::reader::Reader;
 
 impl Reader {
-    /// Everything that is wrong with the groups of a file; empty for a file as it was written.
+    /// Everything that is wrong with a file; empty for one as it was written.
     ///
     /// Reads every value. Groups that are not there, or not finished, are not wrong; whether they
     /// are fresh is another question.
     #[must_use]
     pub fn problems(&self) -> Vec<StoreError> {
+        let groups = self.layout.groups();
+        let mut problems: Vec<StoreError> = groups
+            .flat_map(|group| self.group_problems(group))
+            .collect();
+        problems.extend(self.root_problems());
+        problems
+    }
+
+    /// Everything that is wrong with one group; as [`Self::problems`].
+    #[must_use]
+    pub fn group_problems(&self, group: Group) -> Vec<StoreError> {
         let mut problems = Vec::new();
-        for group in self.layout.groups() {
-            match self.whole_group(group) {
-                Ok(None) => continue,
-                Ok(Some(stored)) => {
-                    let held = self.layout.of_group(group).filter(|spec| self.holds(spec));
-                    let wrong = held.filter_map(|spec| self.check_unit(spec, stored.units).err());
-                    problems.extend(wrong);
-                }
-                Err(StoreError::Older { .. }) => {
-                    match self.problems_as_written(group) {
-                        Ok(found) => problems.extend(found),
-                        Err(error) => problems.push(error),
-                    }
-                    continue;
-                }
-                Err(error) => problems.push(error),
+        match self.whole_group(group) {
+            Ok(None) => return problems,
+            Ok(Some(stored)) => {
+                let held = self.layout.of_group(group).filter(|spec| self.holds(spec));
+                let wrong = held.filter_map(|spec| self.check_unit(spec, stored.units).err());
+                problems.extend(wrong);
             }
-            problems.extend(self.refuse_unknown(group).err());
-            let held = self.layout.of_group(group).filter(|spec| self.holds(spec));
-            problems.extend(held.filter_map(|spec| self.check_values(spec).err()));
+            Err(StoreError::Older { .. }) => {
+                return self
+                    .problems_as_written(group)
+                    .unwrap_or_else(|error| vec![error]);
+            }
+            Err(error) => problems.push(error),
+        }
+        problems.extend(self.refuse_unknown(group).err());
+        let held = self.layout.of_group(group).filter(|spec| self.holds(spec));
+        problems.extend(held.filter_map(|spec| self.check_values(spec).err()));
+        // A seal breaks with what is named already.
+        if problems.is_empty() {
+            problems.extend(self.refuse_unsealed(group).err());
         }
         problems
     }
@@ -57,11 +68,11 @@ impl Reader {
 
     fn check_values(&self, spec: &'static DatasetSpec) -> Result<(), StoreError> {
         match spec.kind {
-            Kind::F64 => self.values::<f64>(spec, &f64::type_descriptor()).map(drop),
-            Kind::F32 => self.values::<f32>(spec, &f32::type_descriptor()).map(drop),
-            Kind::I64 => self.values::<i64>(spec, &i64::type_descriptor()).map(drop),
-            Kind::U8 => self.values::<u8>(spec, &u8::type_descriptor()).map(drop),
-            Kind::Enum(members) => self.values::<u8>(spec, &descriptor(members)).map(drop),
+            Kind::F64 => self.check_digest::<f64>(spec, &f64::type_descriptor()),
+            Kind::F32 => self.check_digest::<f32>(spec, &f32::type_descriptor()),
+            Kind::I64 => self.check_digest::<i64>(spec, &i64::type_descriptor()),
+            Kind::U8 => self.check_digest::<u8>(spec, &u8::type_descriptor()),
+            Kind::Enum(members) => self.check_digest::<u8>(spec, &descriptor(members)),
             Kind::Text => self.read_texts(spec.path).map(drop),
             Kind::CscMatrix | Kind::CsrMatrix => self.read_matrix(spec.path).map(drop),
         }

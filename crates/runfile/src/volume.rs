@@ -20,6 +20,8 @@ pub(super) struct Volume {
     pub(super) file: hdf5::File,
     /// Length of the file.
     pub(super) bytes: u64,
+    /// Major and minor version of its format.
+    pub(super) format_version: [i64; 2],
     /// Paths of all soft and external links, which are never followed.
     links: Vec<String>,
 }
@@ -31,7 +33,7 @@ impl Volume {
         layout: &Layout,
         filetype: &'static str,
     ) -> Result<Self, StoreError> {
-        let file = header::open(path, layout, filetype)?;
+        let (file, format_version) = header::open(path, layout, filetype)?;
         let bytes = fs::metadata(path).at_file(path, "look at the file")?.len();
         let place = Place {
             file: path,
@@ -42,6 +44,7 @@ impl Volume {
             path: path.into(),
             file,
             bytes,
+            format_version,
             links,
         })
     }

@@ -1,7 +1,7 @@
 //! Friction coefficients at the contact nodes and their means 𝓕⁻¹ over panes (HKL (4.2)).
 
 use super::CoulombLaw;
-use crate::linalg::CscMatrix;
+use crate::{linalg::CscMatrix, scene::is_coefficient};
 
 /// Friction coefficients on the contact face at one state of slip.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,7 +38,7 @@ impl FrictionField {
         let panes = (0..self.pane_inverse.len()).filter(|pane| acts(*pane));
         let nodes = panes.flat_map(|pane| average.entries(pane).map(|(node, _)| node));
         let mut coefficients = nodes.flat_map(|node| self.nodal[node]);
-        coefficients.all(|f| f > 0.0 && f.is_finite())
+        coefficients.all(is_coefficient)
     }
 
     /// The coefficients (F₁, F₂) that act on a pane: the reciprocals of 𝓕_i⁻¹.

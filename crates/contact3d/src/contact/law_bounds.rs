@@ -4,7 +4,10 @@ use super::{
     FaceLaw,
     law_search::{Peak, Sweep},
 };
-use crate::scene::{Coefficient, FrictionLaw, Invalid, Warning, Written, place_words};
+use crate::scene::{
+    Coefficient, FrictionLaw, Invalid, LEAST_COEFFICIENT, Warning, Written, is_coefficient,
+    place_words,
+};
 
 /// Steps in each decade, and halvings of one, that find where a law leaves its range.
 const STEPS: i32 = 16;
@@ -136,7 +139,7 @@ pub(super) fn refuse_unusable(law: &FaceLaw, length: &str) -> Result<(), Invalid
         None => Ok(()),
         Some(worst) => Err(Invalid {
             key: key(law, worst.axis),
-            expected: "0 < F < infinity without slip, on the whole contact face".into(),
+            expected: format!("0 < F < infinity without slip, {LEAST_COEFFICIENT:e} at least, on the whole contact face"),
             found: format!("{} at {}", Written(&worst.value), worst.place),
             help: "F at zero slip decides what sticks: correct the formula there, such as 0.3 + 0.1*x; frictionless contact has no [friction]".into(),
         }),
@@ -163,10 +166,6 @@ fn key(law: &FaceLaw, axis: usize) -> String {
     }
 }
 
-fn is_usable(coefficient: f64) -> bool {
-    coefficient > 0.0 && coefficient.is_finite()
-}
-
 /// A value of a coefficient that is not positive and finite.
 struct Worst {
     axis: usize,
@@ -186,7 +185,7 @@ impl Worst {
         };
         let position = self.peak.position.unwrap_or_default();
         let at = |share: f64| self.peak.slip.map(|slip| share * slip);
-        let is_usable = |share: f64| is_usable(sampled.value(position, at(share)));
+        let is_usable = |share: f64| is_coefficient(sampled.value(position, at(share)));
         let shares = (0..=12 * STEPS).rev();
         let shares = shares.map(|k| 10f64.powf(-f64::from(k) / f64::from(STEPS)));
         let mut good = 0.0;
@@ -240,9 +239,10 @@ fn worst_values(law: &FaceLaw, largest_slip: f64, length: &str) -> impl Iterator
             }
         });
         let uses = coefficient.slips_used(axis);
-        (peak.value >= 0.0).then(|| Worst {
+        let value = sampled.value(peak.position.unwrap_or_default(), peak.slip);
+        (!is_coefficient(value)).then(|| Worst {
             axis,
-            value: sampled.value(peak.position.unwrap_or_default(), peak.slip),
+            value,
             place: point_words(&peak, coefficients.len() == 1, uses, length),
             peak,
         })

@@ -7,8 +7,12 @@ use nalgebra::{Matrix3, Vector3};
 use super::{ContactSurface, Mesh, triangle_area};
 use crate::scene::{Invalid, Scene, Written, place_words};
 
-/// Share of its area by which a triangle may lie on both sides of a box: roundings of typed corners.
+/// Share of its area by which a triangle may lie on both sides of a box: roundings of areas.
 const UNCUT: f64 = 1e-6;
+
+/// How far from a plane of a box a corner of a triangle counts as on it, over the coordinates of the triangle: the digits
+/// of typed corners.
+const TYPED: f64 = 1e-9;
 
 /// Least volume of the parallelepiped of unit normals that counts as independent.
 const INDEPENDENT: f64 = 1e-6;
@@ -90,18 +94,26 @@ pub(super) fn panes_of_part(
 }
 
 /// The share of a triangle's area that lies inside a box, which may be flat: by cutting the triangle at each of its six
-/// planes, widened by what rounding may move a corner.
+/// planes. Corners that rounding may have moved off a plane lie on it.
 fn share_inside(triangle: &[[f64; 3]; 3], [low, high]: &[[f64; 3]; 2]) -> f64 {
     // Of the triangle's own coordinates: corners of a box may be far away.
     let size = triangle
         .as_flattened()
         .iter()
         .fold(0.0, |most: f64, x| most.max(x.abs()));
-    let slack = 1e-9 * size;
     let mut polygon: Vec<[f64; 3]> = triangle.to_vec();
     for c in 0..3 {
-        polygon = cut(&polygon, |x| x[c] - (low[c] - slack));
-        polygon = cut(&polygon, |x| (high[c] + slack) - x[c]);
+        let along = triangle.map(|x| x[c]);
+        let extent = along.into_iter().fold(f64::NEG_INFINITY, f64::max)
+            - along.into_iter().fold(f64::INFINITY, f64::min);
+        // A narrow triangle has its corners on one plane at most, unless it is flat to the digits.
+        let slack = match extent > TYPED * size {
+            true => (TYPED * size).min(extent / 4.0),
+            false => TYPED * size,
+        };
+        let snapped = |side: f64| if side.abs() <= slack { 0.0 } else { side };
+        polygon = cut(&polygon, |x| snapped(x[c] - low[c]));
+        polygon = cut(&polygon, |x| snapped(high[c] - x[c]));
     }
     let fan = (2..polygon.len()).map(|k| triangle_area(&[polygon[0], polygon[k - 1], polygon[k]]));
     fan.sum::<f64>() / triangle_area(triangle)
@@ -228,8 +240,24 @@ mod tests {
             ([1.0, 0.0, 0.0], [2.0, 1.0, 0.0], 0.0),
             ([-1e12, -1e12, -1e12], [0.5, 1e12, 1e12], 0.75),
         ] {
-            // The box is widened by 1e-9 of its size.
-            assert!((share_inside(&TRIANGLE, &[low, high]) - share).abs() < 1e-8);
+            // Some roundings of areas near 1.
+            assert!((share_inside(&TRIANGLE, &[low, high]) - share).abs() < 1e-15);
+        }
+    }
+
+    /// Cells of 1e-9 of the coordinates are the narrowest that a brick may have.
+    #[test]
+    fn a_side_on_a_plane_between_cells_cuts_none() {
+        for width in [1e-3, 1e-6, 1.1e-9] {
+            let beyond = TRIANGLE.map(|[x, y, z]| [1.0 + width * x, y, z]);
+            let inside = TRIANGLE.map(|[x, y, z]| [1.0 - width * x, y, z]);
+            // Typed with ten digits.
+            for side in [1.0, 1.0 + width / 10.0_f64.max(width * 1e10)] {
+                let corners = [[0.0, 0.0, 0.0], [side, 1.0, 0.0]];
+                assert_eq!(share_inside(&beyond, &corners), 0.0, "{width}");
+                let share = share_inside(&inside, &corners);
+                assert!((share - 1.0).abs() < 1e-9, "{width}: {share}");
+            }
         }
     }
 

@@ -8,6 +8,14 @@ use super::{
     tabulated::{Grid, Table},
 };
 
+/// Smallest coefficient: means of its inverse over panes, and their products with stresses, stay far from overflow.
+pub(crate) const LEAST_COEFFICIENT: f64 = 1e-100;
+
+/// Whether a number can be a coefficient of friction.
+pub(crate) fn is_coefficient(value: f64) -> bool {
+    value >= LEAST_COEFFICIENT && value.is_finite()
+}
+
 /// One coefficient of friction as a function of place and slip.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]

@@ -134,11 +134,11 @@ const LONGEST_LINE: usize = 1000;
 const LONGEST_FOUND: usize = 300;
 
 impl SceneError {
-    pub(super) fn syntax(name: &str, text: &str, error: &toml::de::Error) -> Self {
+    pub(super) fn syntax(name: &str, text: &str, error: &toml::de::Error, page: &str) -> Self {
         let span = error.span();
         let key = span.as_ref().and_then(|span| key_at(text, span.start));
         let message = shortened(error.message().to_owned());
-        let words = in_words(&message, key, |key| found_at(text, key));
+        let words = in_words(&message, key, page, |key| found_at(text, key));
         Self::Syntax {
             problem: Box::new(SyntaxProblem {
                 message: match words.key {

@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use super::Quantity;
 
+/// Roundings of a box's corners and of nodes, over the coordinates of a node: some thousand. Cells are no narrower than 1e-9.
+const ROUNDING: f64 = 1e-12;
+
 /// A displacement component in the global axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -76,11 +79,15 @@ impl Clamp {
         self.face.as_deref() == Some(name)
     }
 
-    /// Whether a point lies in the box; none does without one.
+    /// Whether a point lies in the box, up to the roundings of its coordinates; none does without one.
     #[must_use]
     pub(crate) fn boxes(&self, point: &[f64; 3]) -> bool {
+        let slack = ROUNDING * point.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let holds = |c: usize, [low, high]: [[f64; 3]; 2]| {
+            low[c] - slack <= point[c] && point[c] <= high[c] + slack
+        };
         self.corners
-            .is_some_and(|[low, high]| (0..3).all(|c| low[c] <= point[c] && point[c] <= high[c]))
+            .is_some_and(|corners| (0..3).all(|c| holds(c, corners)))
     }
 }
 
@@ -125,4 +132,25 @@ pub struct Pressure {
 pub struct BodyForce {
     /// The force vector f in N/m³: numbers, or expressions in x, y, z.
     pub value: [Quantity; 3],
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_node_on_a_side_of_a_box_lies_in_it() {
+        let clamp: Clamp =
+            toml::from_str("box = [[0.3, 0.0, 0.0], [0.6, 0.0, 1.0]]").expect("a clamp");
+        // The planes of ten equal cells.
+        assert!(0.1 * 3.0 != 0.3 && 0.2 * 3.0 != 0.6);
+        for (x, inside) in [
+            (0.1 * 3.0, true),
+            (0.2 * 3.0, true),
+            (0.3 - 1e-9, false),
+            (0.6 + 1e-9, false),
+        ] {
+            assert_eq!(clamp.boxes(&[x, 0.0, 0.5]), inside, "{x}");
+        }
+    }
 }

@@ -30,6 +30,7 @@ mod shown;
 mod solve;
 mod spring;
 mod step;
+mod strict;
 mod tabulated;
 mod validate;
 mod warning;
@@ -40,6 +41,7 @@ pub use body::{Body, ElementOrder, GmshFile, Shape};
 pub use bounded::{read_bounded, require_regular};
 pub use brick::{Brick, BrickFace, GivenPlanes, Grading, MOST_CELLS};
 pub use coefficient::{Coefficient, LawPoint, Ramp, SlipDerivative};
+pub(crate) use coefficient::{LEAST_COEFFICIENT, is_coefficient};
 pub use contact::{Contact, MultiplierSpace, SlipInterpolation};
 pub use error::{Invalid, SceneError, SyntaxProblem, Unwritable, numbers};
 pub(crate) use error::{UNDEFINED, place_words};
@@ -64,6 +66,7 @@ pub use solve::{
 };
 pub use spring::{Spring, SpringStiffness};
 pub use step::{MOST_INCREMENTS, Step, StepValue};
+pub use strict::parse_toml;
 pub use tabulated::{Grid, Table};
 pub use warning::Warning;
 pub use written::Written;
@@ -144,8 +147,7 @@ impl Scene {
     /// [`SceneError::Syntax`] for text that is not TOML or has an unknown, missing or mistyped key;
     /// [`SceneError::Invalid`] for a value that no problem of this kind can have.
     pub fn parse(name: &str, text: &str) -> Result<Self, SceneError> {
-        let mut scene: Self =
-            toml::from_str(text).map_err(|e| SceneError::syntax(name, text, &e))?;
+        let mut scene: Self = parse_toml(name, text, "docs/scene.md")?;
         scene
             .bind_parameters()
             .and_then(|()| scene.validate())

@@ -8,9 +8,6 @@ pub(super) struct ParserWords {
     pub(super) help: String,
 }
 
-/// Where to look things up.
-const KEYS: &str = "docs/scene.md lists the keys with their types and defaults";
-
 /// Tables that hold exactly one kind of several: the end of the key, the kinds, an example.
 const CHOICES: [(&str, &[&str], &str); 5] = [
     (
@@ -42,7 +39,8 @@ const CHOICES: [(&str, &[&str], &str); 5] = [
 ];
 
 /// The words of the parser for types, and ours.
-const TYPES: [(&str, &str); 10] = [
+const TYPES: [(&str, &str); 11] = [
+    ("a boolean", "true or false"),
     ("f64", "a number"),
     ("usize", "a whole number from 0 on"),
     ("u64", "a whole number from 0 on"),
@@ -55,27 +53,39 @@ const TYPES: [(&str, &str); 10] = [
     ("floating point", "number"),
 ];
 
-/// The parser's message about a key; `found_at` gives the keys of the table at a key, or the text
+/// The parser's message about a key, which `page` lists with the others; `found_at` gives the keys of the table at a key, or the text
 /// of another value.
 pub(super) fn in_words(
     message: &str,
     key: Option<String>,
+    page: &str,
     found_at: impl Fn(&str) -> Vec<String>,
 ) -> ParserWords {
     let choice = key.as_deref().and_then(choice);
+    // What the parser says of something else in the place of a kind or a word.
+    let is_no_word = ["wanted string or table", "invalid type: unit variant"]
+        .iter()
+        .any(|m| message.starts_with(m));
+    let is_no_kind = message.starts_with("wanted exactly 1 element");
+    let keys = format!("{page} lists the keys with their types and defaults");
     let plain = |words: String| ParserWords {
         key: key.clone(),
         message: words,
         help: match nearest(message) {
-            Some(meant) => format!("did you mean `{meant}`? {KEYS}"),
-            None => KEYS.to_owned(),
+            Some(meant) => format!("did you mean `{meant}`? {keys}"),
+            None => keys.clone(),
         },
     };
     let Some((place, kinds, example)) = choice else {
-        return plain(translated(message));
+        let found = key.as_deref().map(&found_at).unwrap_or_default();
+        return plain(match found.as_slice() {
+            [found] if is_no_word => format!("expected a word, found {found}"),
+            _ if is_no_word || is_no_kind => "expected a word, found a table".to_owned(),
+            _ => translated(message),
+        });
     };
     let expected = format!("expected exactly one of {}", kinds.join(", "));
-    let (found, help) = if message.starts_with("wanted exactly 1 element") {
+    let (found, help) = if is_no_kind {
         let mut found = found_at(&place);
         found.retain(|found| kinds.contains(&found.as_str()));
         let help = match found.is_empty() {
@@ -85,10 +95,7 @@ pub(super) fn in_words(
             }
         };
         (found, help)
-    } else if ["wanted string or table", "invalid type: unit variant"]
-        .iter()
-        .any(|m| message.starts_with(m))
-    {
+    } else if is_no_word {
         (
             found_at(&place),
             format!("name the kind, such as {example}"),
@@ -138,6 +145,7 @@ fn translated(message: &str) -> String {
         .replace("unknown variant", "unknown word");
     let Some((found, expected)) = message
         .strip_prefix("invalid type: ")
+        .or_else(|| message.strip_prefix("invalid value: "))
         .and_then(|rest| rest.split_once(", expected "))
     else {
         return match message
@@ -232,6 +240,10 @@ mod tests {
             (
                 "invalid type: floating point `3.0`, expected an array of length 3",
                 "expected a list of 3 values, found number `3.0`",
+            ),
+            (
+                "invalid value: integer `-1`, expected usize",
+                "expected a whole number from 0 on, found integer `-1`",
             ),
             ("missing field `face`", "missing key `face`"),
         ] {

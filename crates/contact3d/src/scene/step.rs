@@ -1,9 +1,12 @@
 //! Steps of a load history.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, fmt};
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{
+    Deserialize, Deserializer, Serialize,
+    de::{Error, IntoDeserializer, SeqAccess, Visitor, value::SeqAccessDeserializer},
+};
 
 use super::Quantity;
 
@@ -34,13 +37,46 @@ pub struct Step {
 }
 
 /// A value that a step gives, as the key that it replaces has it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum StepValue {
     /// A pressure or a gap.
     Number(Quantity),
     /// A traction, a body force or a prescribed displacement.
     Vector([Quantity; 3]),
+}
+
+impl<'de> Deserialize<'de> for StepValue {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(NumberOrVector)
+    }
+}
+
+struct NumberOrVector;
+
+impl<'de> Visitor<'de> for NumberOrVector {
+    type Value = StepValue;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a number, an expression in x, y, z as a string, or a list of three of them")
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<StepValue, E> {
+        self.visit_f64(value as f64)
+    }
+
+    fn visit_f64<E: Error>(self, value: f64) -> Result<StepValue, E> {
+        Ok(StepValue::Number(Quantity::Constant(value)))
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<StepValue, E> {
+        Quantity::deserialize(text.into_deserializer()).map(StepValue::Number)
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, entries: A) -> Result<StepValue, A::Error> {
+        let components = <[Quantity; 3]>::deserialize(SeqAccessDeserializer::new(entries));
+        components.map(StepValue::Vector)
+    }
 }
 
 impl StepValue {

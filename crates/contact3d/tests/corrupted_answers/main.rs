@@ -25,7 +25,9 @@ fn corrupted_answers_are_shown_and_rejected() {
     for (name, kinds) in NAMES {
         let case = Case::named(name);
         let clean = case.figure(&case.solution);
-        assert_eq!(case.judged(case.solution.clone()), case.solution, "{name}");
+        let judged = case.judged(case.solution.clone());
+        assert_eq!(judged.status, case.solution.status, "{name}");
+        assert_eq!(judged.accuracy, case.solution.accuracy, "{name}");
         assert_ne!(case.verdict_of_certificate(clean), Level::Fails, "{name}");
         let corruptions = all(&case);
         // A scene that loses its sticking or open panes would test less without a word.

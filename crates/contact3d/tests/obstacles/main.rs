@@ -2,6 +2,7 @@
 
 mod approach;
 mod cattaneo;
+mod cone;
 mod descriptions;
 mod frames;
 mod half_space;

@@ -220,7 +220,7 @@ pub(crate) fn remove_orphans(folder: &Path, run_file: &Path, layout: &Layout) {
 
 /// The names of all files a run file keeps groups in.
 fn names_in(run_file: &Path, layout: &Layout) -> Result<Vec<String>, StoreError> {
-    let file = crate::header::open(run_file, layout, layout.filetype)?;
+    let (file, _) = crate::header::open(run_file, layout, layout.filetype)?;
     let place = Place {
         file: run_file,
         dataset: "/",

@@ -21,6 +21,33 @@ fn dropping_a_transaction_leaves_the_old_state_and_no_temporary() {
 }
 
 #[test]
+fn what_the_disk_does_not_give_back_is_not_put_in_place() {
+    for in_the_middle in [false, true] {
+        let (folder, file) = folder();
+        save_grid(&file, 5);
+        let before = fs::read(&file).unwrap();
+        let run_file = lock(&file).unwrap();
+        let mut transaction = Transaction::begin(&run_file).unwrap();
+        let writer = transaction.group(GRID, Home::RunFile).unwrap();
+        write_grid(writer, 50_000).unwrap();
+        transaction.write_back().unwrap();
+        // Values are on the disk now, and HDF5 keeps none of them.
+        let part = folder.path().join(".run.h5.part");
+        let mut bytes = fs::read(&part).unwrap();
+        let at = if in_the_middle { bytes.len() / 2 } else { 9 };
+        bytes[at..at + 4000].fill(0);
+        fs::write(&part, bytes).unwrap();
+        let refused = transaction.commit();
+        assert!(
+            matches!(refused, Err(StoreError::Unproven { .. })),
+            "{refused:?}"
+        );
+        assert_eq!(fs::read(&file).unwrap(), before);
+        assert!(!part.exists());
+    }
+}
+
+#[test]
 fn what_a_killed_process_leaves_is_harmless_and_removed() {
     let (folder, file) = folder();
     save_grid(&file, 5);

@@ -1,5 +1,7 @@
 //! Distance from the surface of a height z = h(x, y).
 
+use std::f64::consts::TAU;
+
 use nalgebra::{Matrix2, Vector2, Vector3};
 
 use super::clearance::Clearance;
@@ -21,6 +23,9 @@ const ROUNDINGS: f64 = 64.0;
 
 /// Share of the face over which slopes of h are compared for the second derivatives that only guide the steps.
 const DIFFERENCE: f64 = 1e-5;
+
+/// Directions in which places around a kink are compared with it.
+const DIRECTIONS: u32 = 32;
 
 /// The surface x_k = h(x_i, x_j), with free space on one side.
 pub(super) struct Graph<'a> {
@@ -83,11 +88,40 @@ impl<'a> Graph<'a> {
             };
             foot = next;
         }
+        if let Some(clearance) = self.beyond_kink(&foot, point, level) {
+            return Ok(clearance);
+        }
         Err(Invalid {
             key: "contact.obstacle.height.value".into(),
             expected: "a smooth surface with a nearest point for every contact node".into(),
             found: format!("none for {}", place_words(at)),
-            help: "steep steps and kinks have no normal; smooth the formula, or give the surface by other coordinates".into(),
+            help: "steep steps and edges have no normal where they touch; smooth the formula, or give the surface by other coordinates".into(),
+        })
+    }
+
+    /// φ and ∇φ where the nearest point is a kink such as the apex of a cone: that way the point sees it. `None` where the
+    /// point lies on the kink, or some place around is nearer.
+    fn beyond_kink(&self, foot: &Foot, point: Vector2<f64>, level: f64) -> Option<Clearance> {
+        let radius = DIFFERENCE * self.extent;
+        let away = |turn: f64| Vector2::new(turn.cos(), turn.sin()) * radius;
+        let turns = (0..DIRECTIONS).map(|k| f64::from(k) * TAU / f64::from(DIRECTIONS));
+        let least = foot.half_square - self.rounding(foot, point, level);
+        for turn in turns {
+            let around = self.foot(foot.at + away(turn), point, level).ok()?;
+            if around.half_square < least {
+                return None;
+            }
+        }
+        let [i, j] = self.plane;
+        let mut offset = Vector3::zeros();
+        offset[i] = point.x - foot.at.x;
+        offset[j] = point.y - foot.at.y;
+        offset[self.along] = level - foot.height;
+        let side = self.sign * offset[self.along].signum();
+        let away = offset.try_normalize(radius)? * side;
+        Some(Clearance {
+            distance: side * offset.norm(),
+            away,
         })
     }
 

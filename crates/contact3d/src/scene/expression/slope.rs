@@ -110,6 +110,16 @@ impl Sloped {
     }
 }
 
+/// The slope of a function of something with a slope. What stands still there leaves no slope even where the function is
+/// infinitely steep: sqrt(x^2 + y^2) has the slope 0 at its apex, the middle one of all those around it.
+fn chained(derivative: f64, slope: f64) -> f64 {
+    if slope == 0.0 {
+        0.0
+    } else {
+        derivative * slope
+    }
+}
+
 impl Number for Sloped {
     fn number(value: f64) -> Self {
         Self::variable(value, None)
@@ -125,7 +135,7 @@ impl Number for Sloped {
             value,
             slopes: self
                 .slopes
-                .map(|slope| slope.map(|slope| slope * derivative)),
+                .map(|slope| slope.map(|slope| chained(derivative, slope))),
         }
     }
 
@@ -133,9 +143,9 @@ impl Number for Sloped {
         let [first, second] = derivatives();
         let slopes = std::array::from_fn(|k| match (self.slopes[k], other.slopes[k]) {
             (None, None) => None,
-            (Some(a), None) => Some(first * a),
-            (None, Some(b)) => Some(second * b),
-            (Some(a), Some(b)) => Some(first * a + second * b),
+            (Some(a), None) => Some(chained(first, a)),
+            (None, Some(b)) => Some(chained(second, b)),
+            (Some(a), Some(b)) => Some(chained(first, a) + chained(second, b)),
         });
         Self { value, slopes }
     }

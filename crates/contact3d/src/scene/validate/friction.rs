@@ -1,7 +1,10 @@
 //! Checks of the law of friction.
 
 use super::{holds, positive, require};
-use crate::scene::{Coefficient, Friction, Grid, Invalid, Quantity, Scene, Table, Written};
+use crate::scene::{
+    Coefficient, Friction, Grid, Invalid, LEAST_COEFFICIENT, Quantity, Scene, Table, Written,
+    is_coefficient,
+};
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
     if scene.friction.is_some() {
@@ -12,14 +15,15 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
             "no contact",
             "friction acts on the contact face; name it in [contact]",
         )?;
+        let own = (0..scene.contacts.len())
+            .filter(|entry| scene.contacts[*entry].friction.is_some())
+            .map(|entry| format!("{}.friction", scene.contact_key(entry)));
+        let own: Vec<String> = own.collect();
         require(
-            scene
-                .contacts
-                .iter()
-                .any(|contact| contact.friction.is_none()),
+            own.len() < scene.contacts.len(),
             "friction",
-            "a contact face without a law of its own",
-            "a law for a second time",
+            "a contact face that it can be the law of",
+            format!("none, for each has {} in its place", own.join(" or ")),
             "[friction] is for contact faces without friction of their own: leave one of the two out",
         )?;
     }
@@ -113,20 +117,22 @@ fn check_cap(friction: &Friction, cap: f64, stress: &str, key: &str) -> Result<(
 fn check_coefficient(coefficient: &Coefficient, key: &str, length: &str) -> Result<(), Invalid> {
     match coefficient {
         Coefficient::Constant(value) => require(
-            positive(*value),
+            is_coefficient(*value),
             format!("{key}.constant"),
-            "a positive coefficient",
+            &format!("a positive coefficient, {LEAST_COEFFICIENT:e} at least"),
             Written(value),
-            "the theory needs 0 < F; for frictionless contact leave [friction] out",
+            "the theory needs 0 < F, and the program 1/F; for frictionless contact leave [friction] out",
         ),
         Coefficient::Ramp(ramp) => require(
-            positive(ramp.initial)
-                && positive(ramp.residual)
+            is_coefficient(ramp.initial)
+                && is_coefficient(ramp.residual)
                 && positive(ramp.rate)
                 && ramp.onset >= 0.0
                 && ramp.onset.is_finite(),
             format!("{key}.ramp"),
-            &format!("initial > 0, residual > 0, rate > 0 [1/{length}], onset >= 0 [{length}]"),
+            &format!(
+                "initial > 0, residual > 0, both {LEAST_COEFFICIENT:e} at least, rate > 0 [1/{length}], onset >= 0 [{length}]"
+            ),
             Written(ramp),
             "rate is the steepness |dF/dslip|; whether F falls or rises follows from initial and residual",
         ),
@@ -152,14 +158,14 @@ fn check_table(table: &Table, key: &str, length: &str) -> Result<(), Invalid> {
         "the first slip is 0, the law is constant beyond the last",
     )?;
     require(
-        table.value.len() == table.slip.len() && table.value.iter().all(|&f| positive(f)),
+        table.value.len() == table.slip.len() && table.value.iter().all(|&f| is_coefficient(f)),
         format!("{key}.value"),
         &format!(
-            "{} positive coefficients, one for each slip",
+            "{} positive coefficients, one for each slip, {LEAST_COEFFICIENT:e} at least",
             table.slip.len()
         ),
         Written(&table.value),
-        "the theory needs 0 < F",
+        "the theory needs 0 < F, and the program 1/F",
     )
 }
 
@@ -176,10 +182,10 @@ fn check_grid(grid: &Grid, key: &str, length: &str) -> Result<(), Invalid> {
     let shaped = grid.value.len() == grid.slip_1.len()
         && grid.value.iter().all(|row| row.len() == grid.slip_2.len());
     require(
-        shaped && grid.value.iter().flatten().all(|&f| positive(f)),
+        shaped && grid.value.iter().flatten().all(|&f| is_coefficient(f)),
         format!("{key}.value"),
         &format!(
-            "{} rows of {} positive coefficients",
+            "{} rows of {} positive coefficients, {LEAST_COEFFICIENT:e} at least",
             grid.slip_1.len(),
             grid.slip_2.len()
         ),

@@ -1,0 +1,261 @@
+//! An HDF5 file that comes whole or not at all: written under a hidden name, closed with every error seen, synced, and renamed.
+//!
+//! HDF5 keeps values back until a dataset is closed, and who drops a handle never hears that this failed; what is more, the
+//! library then keeps a dataset that is gone and dies at the next flush of any file. So nothing is kept back:
+//! [`seeing_every_error`] has values written by the call that hands them over, and metadata by a flush or the end.
+
+use std::fs::{self, File, Permissions};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::thread;
+
+use hdf5::plist::file_access::{
+    CacheDecreaseMode, CacheIncreaseMode, FileAccessBuilder, FlashIncreaseMode, MetadataCacheConfig,
+};
+use hdf5_metno as hdf5;
+
+use super::error::StoreError;
+use super::place::{AtFile, AtPlace, Place};
+use super::signals::Temporary;
+
+/// An HDF5 file being written; dropping it removes it.
+#[derive(Debug)]
+pub struct WholeFile {
+    // Declared before the temporary, so that HDF5 lets go of the file before it is removed.
+    file: hdf5::File,
+    temporary: Temporary,
+}
+
+/// A file that HDF5 has closed, still under its hidden name; dropping it removes it.
+#[derive(Debug)]
+pub struct Closed(Temporary);
+
+/// A file that the disk has taken and given back, still under its hidden name; dropping it removes it.
+#[derive(Debug)]
+pub struct Written(Temporary);
+
+impl WholeFile {
+    /// Creates an empty file under a hidden name for this process alone, beside the place it is for.
+    ///
+    /// # Errors
+    /// `Io` or `Hdf5` if the folder does not take it.
+    pub fn beside(target: &Path) -> Result<Self, StoreError> {
+        Self::made_beside(target, |path| {
+            create(path, |access| seeing_every_error(access))
+        })
+    }
+
+    /// Copies a file under a hidden name beside a place, to be changed.
+    ///
+    /// # Errors
+    /// `Io` or `Hdf5` if the folder does not take it, or the file is not one of HDF5.
+    pub fn copy_beside(source: &Path, target: &Path) -> Result<Self, StoreError> {
+        Self::made_beside(target, |path| {
+            fs::copy(source, path).at_file(path, "copy the file")?;
+            let mut options = hdf5::File::with_options();
+            let options = options.with_fapl(|access| seeing_every_error(access));
+            options
+                .open_rw(path)
+                .at(root(path), "open the temporary file")
+        })
+    }
+
+    fn made_beside(
+        target: &Path,
+        make: impl FnOnce(&Path) -> Result<hdf5::File, StoreError>,
+    ) -> Result<Self, StoreError> {
+        let folder = target.parent().filter(|f| !f.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new("."));
+        let claim = |path: &Path| {
+            let claimed = Temporary::create(path.into(), |path| File::create_new(path));
+            claimed.map(|(temporary, _)| temporary)
+        };
+        let mut builder = tempfile::Builder::new();
+        let builder = builder.prefix(".contact3d-pipe-").suffix(".part");
+        let made = builder.make_in(folder, claim);
+        let made = made.at_file(target, "make a file in its folder")?;
+        // From here on it is removed by its own keeper, which knows signals.
+        let (temporary, path) = made.into_parts();
+        let kept = path.keep().map_err(io::Error::from);
+        kept.at_file(target, "make a file in its folder")?;
+        let file = make(temporary.path())?;
+        Ok(Self { file, temporary })
+    }
+
+    /// Takes charge of a file that `make` creates.
+    pub(super) fn create(
+        path: PathBuf,
+        make: impl FnOnce(&Path) -> Result<hdf5::File, StoreError>,
+    ) -> Result<Self, StoreError> {
+        let (temporary, file) = Temporary::create(path, |path| {
+            make(path).inspect_err(|_| drop(fs::remove_file(path)))
+        })?;
+        Ok(Self { file, temporary })
+    }
+
+    /// The file, to write to. Handles made from it must be dropped before it is closed.
+    #[must_use]
+    pub fn file(&self) -> &hdf5::File {
+        &self.file
+    }
+
+    /// Sends what is written so far to the disk.
+    ///
+    /// # Errors
+    /// `Hdf5` or `Io` if anything written so far did not get there.
+    pub fn write_back(&self) -> Result<(), StoreError> {
+        let path = self.temporary.path();
+        let flushed = self.file.flush();
+        flushed.at(root(path), "flush the temporary file")?;
+        let written = File::open(path).at_file(path, "open the temporary file")?;
+        written.sync_data().at_file(path, "sync the temporary file")
+    }
+
+    /// Ends writing.
+    ///
+    /// # Errors
+    /// `Hdf5` if anything could not be written.
+    pub fn close(self) -> Result<Closed, StoreError> {
+        let WholeFile { temporary, file } = self;
+        let path = temporary.path();
+        file.flush().at(root(path), "flush the temporary file")?;
+        file.close().at(root(path), "close the temporary file")?;
+        Ok(Closed(temporary))
+    }
+}
+
+impl Closed {
+    /// Reads the file back by `proof`, an error unless it holds what it should, while the disk takes it.
+    ///
+    /// # Errors
+    /// Those of `proof`; `Io` if the disk does not take it.
+    pub fn proven<E: From<StoreError>>(
+        self,
+        proof: impl FnOnce(&Path) -> Result<(), E>,
+    ) -> Result<Written, E> {
+        let path = self.0.path();
+        let sync = || {
+            let synced = File::open(path).and_then(|written| written.sync_all());
+            synced.at_file(path, "sync the temporary file")
+        };
+        thread::scope(|scope| {
+            let syncing = thread::Builder::new().spawn_scoped(scope, sync);
+            proof(path)?;
+            let synced = match syncing {
+                Ok(syncing) => syncing
+                    .join()
+                    .unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
+                // The system has no thread for it.
+                Err(_) => sync(),
+            };
+            Ok::<(), E>(synced?)
+        })?;
+        Ok(Written(self.0))
+    }
+}
+
+impl Written {
+    /// Where the file lies.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    /// Puts the file in its place, safe against loss of power once the folder is synced.
+    ///
+    /// # Errors
+    /// `Io` if the permissions cannot be set or renaming fails.
+    pub fn publish(
+        self,
+        target: &Path,
+        permissions: Option<Permissions>,
+    ) -> Result<(), StoreError> {
+        if let Some(permissions) = permissions {
+            let set = fs::set_permissions(self.path(), permissions);
+            set.at_file(target, "keep the permissions")?;
+        }
+        let renamed = self.0.publish(target);
+        renamed.at_file(target, "rename the temporary file")
+    }
+
+    /// Puts the file in the place of another, whose permissions it takes; a symbolic link leads to the file that is replaced.
+    ///
+    /// # Errors
+    /// `Io` if that file is write-protected or the system fails; `Unsynced` with the file in its place.
+    pub fn replace(self, target: &Path) -> Result<(), StoreError> {
+        let file = target.canonicalize().at_file(target, "find the file")?;
+        let permissions = replaceable(&file)?;
+        self.publish(&file, permissions)?;
+        sync_folder(file.parent().unwrap_or(Path::new("/"))).map_err(|source| {
+            StoreError::Unsynced {
+                file: target.into(),
+                source,
+            }
+        })
+    }
+}
+
+fn root(path: &Path) -> Place<'_> {
+    Place {
+        file: path,
+        dataset: "/",
+    }
+}
+
+/// Creates an HDF5 file.
+pub(super) fn create(
+    path: &Path,
+    access: impl Fn(&mut FileAccessBuilder) -> &mut FileAccessBuilder,
+) -> Result<hdf5::File, StoreError> {
+    let mut options = hdf5::File::with_options();
+    let options = options
+        .with_fapl(access)
+        .with_fcpl(|creation| creation.obj_track_times(false));
+    options
+        .create(path)
+        .at(root(path), "create the temporary file")
+}
+
+/// Has every value written by the call that hands it over: no sieve buffer, no cache of chunks, and metadata that leave their
+/// cache only when they are flushed. Writers hand over whole chunks.
+pub(super) fn seeing_every_error(access: &mut FileAccessBuilder) -> &mut FileAccessBuilder {
+    let metadata = MetadataCacheConfig {
+        evictions_enabled: false,
+        incr_mode: CacheIncreaseMode::Off,
+        flash_incr_mode: FlashIncreaseMode::Off,
+        decr_mode: CacheDecreaseMode::Off,
+        ..MetadataCacheConfig::default()
+    };
+    // The lock of HDF5 would outlive its owner in a process that is started meanwhile and inherits the file.
+    access
+        .sec2()
+        .file_locking(false)
+        .sieve_buf_size(0)
+        .chunk_cache(1, 0, 1.0)
+        .mdc_config(&metadata)
+}
+
+/// Makes renames in a folder safe against loss of power.
+///
+/// # Errors
+/// Those of the system.
+pub fn sync_folder(folder: &Path) -> io::Result<()> {
+    File::open(folder).and_then(|folder| folder.sync_all())
+}
+
+/// The permissions of a file that is to be replaced, if it exists.
+///
+/// # Errors
+/// `Io` if it is write-protected.
+pub(super) fn replaceable(target: &Path) -> Result<Option<Permissions>, StoreError> {
+    let permissions = match fs::metadata(target) {
+        Ok(metadata) => metadata.permissions(),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(error).at_file(target, "look at the file"),
+    };
+    if permissions.readonly() {
+        let refused = Err(io::Error::from(io::ErrorKind::PermissionDenied));
+        return refused.at_file(target, "replace a write-protected file");
+    }
+    Ok(Some(permissions))
+}

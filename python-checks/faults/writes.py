@@ -1,0 +1,233 @@
+"""Calls that fail in every command that writes: no corrupt file passes for a good one."""
+
+import hashlib
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from random import Random
+
+import h5py
+
+from faults.failing_calls import Fault, build, counting, counts, draw
+from faults.integrity import results, stage_digests
+from faults.program import INCOMPLETE, ROOT, Outcome, Program, fresh_copy
+from faults.program import left_overs, settings
+from faults.table import Row, Verdict
+
+SCENE = ROOT / "pipelines" / "newton.toml"
+SMALL = settings(body__brick__cells="[4,2,2]")
+OTHER = settings(body__brick__cells="[2,2,2]")
+RUN = ("run", SCENE, "run.h5", *SMALL)
+PLAIN = (*RUN, "--no-figures")
+OLD = ("run", SCENE, "run.h5", *OTHER)
+FCLIB = ("export", "run.h5", "--fclib", "out.hdf5")
+SOLVE_FCLIB = ("solve-fclib", "out.hdf5")
+NUMBER = re.compile(rb"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
+OF_THE_MOMENT = re.compile(r"error\.txt$|seconds\.\w+$")
+"""Errors of failed cases, and charts of the clock."""
+GATHERED = ("cases/summary", "cases/figures", "series/")
+
+SWEEP = f"""
+scene = {str(SCENE)!r}
+[set]
+"body.brick.cells" = [4, 2, 2]
+[[axis]]
+key = "friction.coefficient_1.ramp.initial"
+values = [0.25, 0.3]
+"""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A command and the commands that make the folder it starts from."""
+
+    name: str
+    command: tuple
+    before: tuple[tuple, ...] = ()
+
+
+SOLVED_AGAIN = ("solve", "run.h5", "--epsilon", "1e-8")
+LADDERS = ("--budget", "0.01", "--coarsest", "2", "--finest", "4")
+PATH = ("--parameter", "friction.coefficient_1.ramp.initial", "--from", "0.3")
+
+CASES = (
+    Case("run, new file", RUN),
+    Case("run, old file", RUN, (OLD,)),
+    Case("run --linked", (*PLAIN, "--linked"), (OLD,)),
+    Case("mesh", ("mesh", SCENE, "run.h5", *SMALL), (OLD,)),
+    Case("assemble", ("assemble", "run.h5"), (("mesh", SCENE, "run.h5", *SMALL),)),
+    Case("solve", SOLVED_AGAIN, (PLAIN,)),
+    Case("post", ("post", "run.h5"), (PLAIN, SOLVED_AGAIN)),
+    Case("sweep", ("sweep", "sweep.toml", "--out", "cases", "--series", "series")),
+    Case("report", ("report", "run.h5", "--out", "page.html"), (PLAIN,)),
+    Case("export --fclib", FCLIB, (PLAIN,)),
+    Case("export --fclib --global", (*FCLIB, "--global"), (PLAIN, FCLIB)),
+    Case("export --vtkhdf", ("export", "run.h5", "--vtkhdf", "out.vtkhdf"), (PLAIN,)),
+    Case("solve-fclib --out", (*SOLVE_FCLIB, "--out", "new.hdf5"), (PLAIN, FCLIB)),
+    Case("solve-fclib --in-place", (*SOLVE_FCLIB, "--in-place"), (PLAIN, FCLIB)),
+    Case("accuracy", ("accuracy", *PLAIN[1:], *LADDERS), (OLD,)),
+    Case("theory", ("theory", *RUN[1:], "--finest", "4"), (OLD,)),
+    Case(
+        "branches",
+        ("branches", *RUN[1:], *PATH, "--to", "0.31", "--series", "paths"),
+        (OLD,),
+    ),
+    Case("law", ("law", SCENE, "--figures", "law")),
+    Case("man", ("man", "--out", "man")),
+)
+
+
+@dataclass
+class Trial:
+    """One case with its course without faults."""
+
+    program: Program
+    case: Case
+    library: Path
+    scratch: Path
+    states: tuple[dict, dict] = ({}, {})
+    calls: dict[str, int] = field(default_factory=dict)
+
+    @property
+    def work(self) -> Path:
+        """Where calls fail."""
+        return self.scratch / "work"
+
+    def prepare(self) -> None:
+        """Make the folder before the command, run it once without faults, and count its calls."""
+        start = self.scratch / "start"
+        start.mkdir(parents=True)
+        (start / "sweep.toml").write_text(SWEEP)
+        for command in self.case.before:
+            self.program.done(*command, cwd=start)
+        fresh_copy(start, self.work)
+        counted = self.scratch / "calls"
+        environment = counting(self.library, counted)
+        self.program.done(*self.case.command, cwd=self.work, env=environment)
+        self.calls = counts(counted)
+        self.states = (state(start), state(self.work))
+
+    def meet(self, fault: Fault) -> Verdict | str:
+        """Let calls fail, look at what is left, and give the command again."""
+        fresh_copy(self.scratch / "start", self.work)
+        environment = fault.environment(self.library)
+        ended = self.program.run(*self.case.command, cwd=self.work, env=environment)
+        try:
+            problem = self.problem_between(ended)
+            if problem is None and self.may_go_on_otherwise(ended):
+                problem = self.problem_after()
+        except (OSError, ValueError, KeyError, RuntimeError) as error:
+            problem = repr(error)
+        if problem:
+            return f"{fault}: exit {ended.code}, {problem} {ended.stderr[-200:]!r}"
+        return Verdict.WENT_ON if ended.code in (0, INCOMPLETE) else Verdict.REFUSED
+
+    def may_go_on_otherwise(self, ended: Outcome) -> bool:
+        """Whether the command given again would do anything but what it does without faults."""
+        start = self.scratch / "start"
+        return ended.code != 0 and all_bytes(self.work) != all_bytes(start)
+
+    def problem_between(self, ended: Outcome) -> str | None:
+        """What is wrong with how it ended and what it left."""
+        if ended.fault:
+            return ended.fault
+        before, after = self.states
+        now = state(self.work)
+        if ended.code == 0 and now != after:
+            keys = sorted({*now, *after})
+            different = [key for key in keys if now.get(key) != after.get(key)]
+            return f"as if all were well, but {different} are different"
+        incomplete = ended.code == INCOMPLETE
+        for key, value in now.items():
+            if incomplete and key.startswith(GATHERED):
+                continue  # tables and charts of the cases that are there
+            if value not in (before.get(key), after.get(key)):
+                return f"{key} is neither the old nor the new one"
+        lost = [key for key in before if key not in now and key in after]
+        if lost:
+            return f"lost {lost}"
+        return None
+
+    def problem_after(self) -> str | None:
+        """What is wrong once the command was given again, and nothing fails."""
+        again = self.program.run(*self.case.command, cwd=self.work)
+        if again.code != 0 and self.case.name == "sweep":
+            retried = (*self.case.command, "--retry-failed")
+            again = self.program.run(*retried, cwd=self.work)
+        if again.code != 0:
+            return f"did not go on: {again.fault or again.stderr}"
+        if state(self.work) != self.states[1]:
+            return "went on to another result"
+        if left_overs(self.work):
+            return f"left {left_overs(self.work)} for good"
+        return None
+
+
+def state(folder: Path) -> dict[str, str]:
+    """What the files of a folder hold that does not depend on the clock."""
+    found = {}
+    for path in sorted(folder.rglob("*")):
+        name = str(path.relative_to(folder))
+        hidden = path.name.startswith(".")
+        if not path.is_file() or hidden or OF_THE_MOMENT.search(name):
+            continue
+        if not h5py.is_hdf5(path):
+            text = NUMBER.sub(b"#", path.read_bytes())
+            found[name] = hashlib.sha256(text).hexdigest()
+        elif is_run_file(path):
+            stage_digests(path)
+            found |= {f"{name}/{stage}": d for stage, d in results(path).items()}
+        else:
+            found[name] = contents(path)
+    return found
+
+
+def all_bytes(folder: Path) -> dict[Path, bytes]:
+    """Everything in a folder, empty locks left out."""
+    files = (path for path in folder.rglob("*") if path.is_file())
+    found = {path.relative_to(folder): path.read_bytes() for path in files}
+    return {path: content for path, content in found.items() if path.suffix != ".lock"}
+
+
+def is_run_file(path: Path) -> bool:
+    """Whether a file is a run file by its name, not one of its stages nor the table of a sweep."""
+    plain = "-" not in path.name and path.name != "summary.h5"
+    return path.name == "run.h5" or (path.parent.name == "cases" and plain)
+
+
+def contents(path: Path) -> str:
+    """A digest of all values of an HDF5 file, clocks left out."""
+    digest = hashlib.sha256()
+
+    def add(name: str, item: h5py.HLObject) -> None:
+        if isinstance(item, h5py.Dataset) and "seconds" not in name:
+            values = item[()]
+            is_text = item.dtype == object
+            digest.update(name.encode())
+            digest.update(repr(values).encode() if is_text else values.tobytes())
+
+    with h5py.File(path, "r") as file:
+        file.visititems(add)
+    return digest.hexdigest()
+
+
+def run(
+    program: Program,
+    scratch: Path,
+    count: int,
+    seed: int,
+    only: list[str] | None = None,
+) -> Iterator[Row]:
+    """`count` failures over all cases, as many for each."""
+    chance = Random(seed)
+    library = build(scratch)
+    cases = [case for case in CASES if not only or case.name in only]
+    for index, case in enumerate(cases):
+        row = Row(f"calls fail, {case.name}", note="needs a C compiler and Linux")
+        if library is not None:
+            trial = Trial(program, case, library, scratch / str(index))
+            trial.prepare()
+            for _ in range(-(-count // len(cases))):
+                row.count(trial.meet(draw(chance, trial.calls)))
+        yield row
