@@ -7,6 +7,9 @@ from scipy.optimize import linprog, minimize
 from scipy.sparse.linalg import splu
 
 from conftest import ROOT
+from faults.program import Program
+from floating.__main__ import verdict
+from floating.bodies import body
 from run_file import open_run, read_matrix
 
 SLOPE = ROOT / "pipelines" / "block_on_slope.toml"
@@ -192,3 +195,9 @@ def test_a_linear_programme_agrees(contact3d, tmp_path, slope, holds):
         options={"primal_feasibility_tolerance": 1e-10},
     )
     assert found.success == holds, found.message
+
+
+def test_random_bodies(program, tmp_path):
+    """A few bodies of the campaign `python-checks/floating`."""
+    wrong = [verdict(Program(program), body(1, number), tmp_path)[1] for number in range(16)]
+    assert not any(wrong), wrong

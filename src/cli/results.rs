@@ -13,7 +13,7 @@ use units::Units;
 use super::{features, report::status};
 use crate::{
     format::Sizes,
-    views::{fold_words, motion_words, radius_words, sign_words},
+    views::{fold_words, motion_words, neutral_words, radius_words, sign_words},
 };
 
 /// Estimates above this share of the energy norm were down to 0.66 of the error on meshes of some hundred unknowns; below
@@ -138,6 +138,9 @@ pub(super) fn table(
         );
     }
     if let Some((name, words)) = motion_words(units, mesh, solution, report) {
+        line(name, words);
+    }
+    for (name, words) in neutral_words(units, mesh, solution) {
         line(name, words);
     }
     for row in &report.forces {

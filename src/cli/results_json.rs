@@ -11,7 +11,7 @@ use contact3d::{
 use units::Units;
 
 use super::{features, results::sizes};
-use crate::pipeline::Performed;
+use crate::{pipeline::Performed, views::neutral_motions};
 
 /// The results for programs.
 pub(super) fn json(
@@ -50,6 +50,10 @@ pub(super) fn json(
         "certificate": certificate,
         "motion": (!solution.rigid_motion.is_empty()).then(|| motion_json(mesh, &report.displacement)),
         "unstopped_motion": solution.unstopped_motion.as_ref().map(|motion| motion_json(mesh, motion)),
+        "neutral_motions": (!solution.rigid_motion.is_empty()).then(|| {
+            let motions = neutral_motions(mesh, solution);
+            motions.iter().map(rigid_json).collect::<Vec<_>>()
+        }),
         "faces": faces_json(scene, report),
         "stages": performed.iter().map(|p| serde_json::json!({
             "stage": p.stage.word(),
@@ -153,7 +157,10 @@ pub(super) fn assembly_json(assembly: &Assembly) -> serde_json::Value {
 
 /// A rigid motion: translation of a point, rotation vector, the point.
 fn motion_json(mesh: &Mesh, displacement: &[[f64; 3]]) -> serde_json::Value {
-    let motion = BodyMotion::fitted(&mesh.coordinates, displacement);
+    rigid_json(&BodyMotion::fitted(&mesh.coordinates, displacement))
+}
+
+fn rigid_json(motion: &BodyMotion) -> serde_json::Value {
     serde_json::json!({
         "translation": motion.translation,
         "rotation": motion.rotation,

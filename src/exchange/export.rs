@@ -100,9 +100,20 @@ fn frozen_friction(
                     run `contact3d-pipe assemble FILE --factor double`, and `solve` again"
             .into());
     }
-    if solved.system.assembly.primal.floating.is_some() {
-        return Err("only contact holds the body, so its stiffness is singular, there is no W, and FCLIB wants a positive definite M;                     clamp the body, or put it on springs"
-            .into());
+    if let Some(body) = &solved.system.assembly.primal.floating {
+        let (holds, why) = match body.support {
+            None => (
+                "only contact holds the body, so its stiffness is singular, there is no W",
+                "clamp the body, or put it on springs",
+            ),
+            Some(_) => (
+                "only contact and weak springs hold the body, W would have no digits of its own compliance",
+                "clamp the body, or put it on stiffer springs",
+            ),
+        };
+        return Err(format!(
+            "{holds}, and FCLIB wants a positive definite M; {why}"
+        ));
     }
     if !solved.scene.steps.is_empty() {
         return Err("the scene is a load history, and files of FCLIB hold one problem; write its last step as a scene of its own".into());

@@ -187,7 +187,11 @@ pub const LAYOUT: Layout = Layout {
         ),
         (
             "n_rigid_modes",
-            "rigid motions that supports leave to contact, 1 to 6",
+            "rigid motions that supports leave to contact, or hold weakly, 1 to 6",
+        ),
+        (
+            "n_neutral_motions",
+            "rigid motions among these that neither contact nor supports feel",
         ),
         ("n_supernodes", "supernodes of the Cholesky factor"),
         ("n_factor_rows", "row indices of all supernodes together"),

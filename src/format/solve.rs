@@ -29,6 +29,7 @@ const MULTIPLIER_TANGENTIAL: &str = "/solve/multiplier_tangential";
 const DISPLACEMENT: &str = "/solve/displacement";
 const RIGID_MOTION: &str = "/solve/rigid_motion";
 const UNSTOPPED_MOTION: &str = "/solve/unstopped_motion";
+const NEUTRAL_MOTIONS: &str = "/solve/neutral_motions";
 const SLIP: &str = "/solve/slip";
 const SLIP_BOUND: &str = "/solve/slip_bound";
 const FRICTION: &str = "/solve/friction";
@@ -61,8 +62,9 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(MULTIPLIER_NORMAL, Kind::F64, PANES, Dimension::STRESS, "Normal contact multiplier, the pressure on each pane.").symbol("lambda_nu").optional(NO_CONTACT),
     GROUP.row(MULTIPLIER_TANGENTIAL, Kind::F64, PANE_PAIRS, Dimension::STRESS, "Tangential contact multipliers along t1 and t2.").symbol("lambda_t").optional("absent without friction"),
     GROUP.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), axes::XYZ], Dimension::LENGTH, "Displacement of every node, that of its clamp where held.").symbol("u"),
-    GROUP.row(RIGID_MOTION, Kind::F64, &[RIGID], Dimension::LENGTH, "Rigid motions of a body that only contact holds: the part R alpha of the displacement beside that of a body whose pins rest; zero without equilibrium.").symbol("alpha").optional("absent where supports hold the body"),
+    GROUP.row(RIGID_MOTION, Kind::F64, &[RIGID], Dimension::LENGTH, "Rigid motions of a body that only contact or weak springs hold: the part R alpha of the displacement beside that of a body whose pins rest; zero without equilibrium.").symbol("alpha").optional("absent where supports hold the body"),
     GROUP.row(UNSTOPPED_MOTION, Kind::F64, &[Named("n_nodes"), axes::XYZ], Dimension::Number, "Rigid motion in which the load works and which no admissible contact force opposes, of largest component one.").symbol("q").optional("absent unless there is no equilibrium"),
+    GROUP.row(NEUTRAL_MOTIONS, Kind::F64, &[Named("n_neutral_motions"), Named("n_nodes"), axes::XYZ], Dimension::Number, "Rigid motions that neither contact nor supports feel, each of largest component one; the displacement has none of them.").optional("absent where every rigid motion is felt, and before format 1.8"),
     GROUP.row(SLIP, Kind::F64, &[Named("n_contact_nodes"), axes::FRICTION_AXES], Dimension::LENGTH, "Slips that the friction follows at the contact nodes: |u_t1| and |u_t2|, or their means around each node with contact.slip_interpolation = clement.").symbol("phi").optional("absent unless friction follows the slip"),
     GROUP.row(SLIP_BOUND, Kind::F64, &[Named("n_friction_panes")], Dimension::STRESS, "Slip bound of the last inner problem.").symbol("g").optional(NO_COULOMB),
     GROUP.row(FRICTION, Kind::F64, &[Named("n_friction_nodes"), axes::FRICTION_AXES], Dimension::Number, "Coefficients at the contact nodes in the last inner problem.").symbol("F_1, F_2").optional(NO_COULOMB),
@@ -128,6 +130,11 @@ pub fn write(
     }
     if let Some(motion) = &solution.unstopped_motion {
         writer.write(UNSTOPPED_MOTION, motion.as_flattened(), &[motion.len(), 3])?;
+    }
+    if !solution.neutral_motions.is_empty() {
+        let shape = [solution.neutral_motions.len(), displacement.len(), 3];
+        let motions = solution.neutral_motions.concat();
+        writer.write(NEUTRAL_MOTIONS, motions.as_flattened(), &shape)?;
     }
     if let Some(slip) = &solution.slip {
         writer.write(SLIP, slip.as_flattened(), &[slip.len(), 2])?;
@@ -200,6 +207,14 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
                 Some(nodal.as_chunks::<3>().0.to_vec())
             }
             false => None,
+        },
+        neutral_motions: match reader.has(NEUTRAL_MOTIONS) {
+            true => {
+                let nodal = read_finite_vec(reader, NEUTRAL_MOTIONS)?;
+                let motions = nodal.as_chunks::<3>().0.chunks_exact(dofs.dof.len().max(1));
+                motions.map(<[_]>::to_vec).collect()
+            }
+            false => Vec::new(),
         },
         displacement: dofs.to_free(displacement.as_chunks::<3>().0),
         slip: match reader.has(SLIP) {

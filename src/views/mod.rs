@@ -25,7 +25,7 @@ pub use branches::{draw_branches, kind_words};
 pub use charts::draw_accuracy;
 pub use law::{FaceStudy, LawStudy, MeshSizes, law_folder};
 pub use local_mapping::{fold_words, radius_words, sign_words};
-pub(crate) use motion::motion_words;
+pub(crate) use motion::{motion_words, neutral_motions, neutral_words};
 pub use picture::{are_drawn, draw_run, drawing_of, figures_folder};
 pub use picture_folder::{Drawing, PictureFolder};
 pub use report::report;

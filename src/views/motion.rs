@@ -21,3 +21,33 @@ pub(crate) fn motion_words(
     let motion = BodyMotion::told(&mesh.coordinates, &report.displacement);
     Some(("moves on the whole", motion.sized(units.length())))
 }
+
+/// The rigid motions that neither contact nor supports feel, and which the answer leaves at zero.
+pub(crate) fn neutral_motions(mesh: &Mesh, solution: &Solution) -> Vec<BodyMotion> {
+    let motions = BodyMotion::telling(&mesh.coordinates, &solution.neutral_motions);
+    let told = |motion: &Vec<[f64; 3]>| BodyMotion::told(&mesh.coordinates, motion);
+    motions.iter().map(told).collect()
+}
+
+/// The same in words.
+pub(crate) fn neutral_words(
+    units: Units,
+    mesh: &Mesh,
+    solution: &Solution,
+) -> Vec<(&'static str, String)> {
+    let n_panes = mesh.contact.as_ref().map_or(0, |surface| surface.n_panes());
+    let panes = if n_panes == 1 {
+        "pane feels"
+    } else {
+        "panes feel"
+    };
+    let motions = neutral_motions(mesh, solution);
+    let line = |motion: &BodyMotion| {
+        let words = motion.describe(units.length());
+        (
+            "neutral, left at zero",
+            format!("{words}: none of {n_panes} {panes} it"),
+        )
+    };
+    motions.iter().map(line).collect()
+}

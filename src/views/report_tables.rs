@@ -11,7 +11,7 @@ use plots::html::Table;
 use runfile::{Reader, StoreError};
 use units::{Dimension, Units};
 
-use super::motion::motion_words;
+use super::motion::{motion_words, neutral_words};
 use super::{fold_words, radius_words, sign_words};
 use crate::pipeline::{Freshness, StageState};
 
@@ -207,8 +207,9 @@ pub(super) fn results(
             pairs.push(pair(&name, vector(&tangential)));
         }
     }
-    pairs
-        .extend(motion_words(units, mesh, solution, report).map(|(name, words)| pair(name, words)));
+    let motions = motion_words(units, mesh, solution, report).into_iter();
+    let motions = motions.chain(neutral_words(units, mesh, solution));
+    pairs.extend(motions.map(|(name, words)| pair(name, words)));
     pairs.extend([
         pair(
             &format!("strain energy [{}]", units.energy()),

@@ -80,11 +80,13 @@ const QUADRATIC_ONLY: [&str; 3] = [
     "/post/corner_stress",
 ];
 
-const FLOATING_ONLY: [&str; 6] = [
+const FLOATING_ONLY: [&str; 8] = [
     "/VTKHDF/PointData/unstopped_motion",
     "/assemble/rigid_modes",
     "/assemble/rigid_pins",
     "/assemble/rigid_spring",
+    "/assemble/rigid_support",
+    "/solve/neutral_motions",
     "/solve/rigid_motion",
     "/solve/unstopped_motion",
 ];

@@ -435,3 +435,94 @@ fn a_block_in_a_corner_slides_along_it() {
     let (_, solution) = at(1.0 + NEAR);
     assert_eq!(solution.status, Status::NoEquilibrium);
 }
+
+#[test]
+fn a_clamped_face_holds_a_body_of_any_length() {
+    for (element, length) in [("P1", 1e6), ("P1", 1e8), ("P2", 1e8)] {
+        let rest = format!(
+            "[body]
+            element = '{element}'
+            [[clamp]]
+            face = 'x_min'
+            [[traction]]
+            face = 'z_max'
+            value = [0.0, 0.0, -3e7]
+            {}",
+            contact("panes", "coefficient.constant = 0.3")
+        );
+        let problem = block([3.0, length, 1.0], [4, 2, 2], &rest);
+        assert!(problem.system().assembly.primal.floating.is_none());
+        let solution = solved(&problem);
+        let report = problem.report(&solution).expect("a report");
+        // Sums of some hundred forces, each with its rounding.
+        assert!(report.resultants.force_imbalance < 1e-11, "{length}");
+        assert!(report.resultants.moment_imbalance < 1e-11, "{length}");
+        assert!(report.discretisation_error.relative().is_finite());
+    }
+}
+
+/// Frictionless faces on a plane feel no motion along it, single panes no rotation at all.
+#[test]
+fn neutral_motions_are_named_and_zero() {
+    let weight = weight(0.0, 0.0);
+    let sizes = [[1.17, 2.78, 2.9], [1.0, 1.0, 1.0]];
+    for size in sizes {
+        let frictionless = format!("{weight}\n[contact]\nface = 'z_min'");
+        let rough = [&weight[..], &contact("panes", "coefficient.constant = 0.3")].join("\n");
+        for (cells, rest) in [([4, 4, 4], frictionless), ([2, 2, 2], rough)] {
+            let problem = block(size, cells, &rest);
+            let solution = solved(&problem);
+            assert_balanced(&problem, &solution);
+            assert_eq!(solution.neutral_motions.len(), 3);
+            let u = problem.report(&solution).expect("a report").displacement;
+            for motion in &solution.neutral_motions {
+                let pairs = motion.as_flattened().iter().zip(u.as_flattened());
+                let along: f64 = pairs.map(|(q, u)| q * u).sum();
+                let size: f64 = u.as_flattened().iter().map(|u| u.abs()).sum();
+                // Rounding of one projection.
+                assert!(along.abs() < 1e-12 * size, "{along:e} of {size:e}");
+            }
+        }
+    }
+}
+
+/// Faces that first touch along an edge circle: what softer and softer springs lead to is found without them.
+#[test]
+fn blocks_in_shallow_cups_are_held() {
+    let cups = [
+        (
+            [1.0, 1.0, 1.0],
+            [4, 4, 4],
+            5.0,
+            5.049_752_469_181_6,
+            0.3,
+            "[1e5, 0.0, -1e6]",
+        ),
+        (
+            [1.65, 0.874, 1.04],
+            [4, 2, 3],
+            33.0,
+            33.013_203_328_368_746,
+            0.154_735,
+            "[7.36927e5, -3.83056e5, -1.50366e7]",
+        ),
+    ];
+    for ([x, y, z], cells, height, radius, friction, force) in cups {
+        let rest = format!(
+            "[body]
+            element = 'P2'
+            [body_force]
+            value = {force}
+            [contact]
+            face = 'z_min'
+            multipliers = 'nodal'
+            obstacle.sphere = {{ centre = [{}, {}, {height:?}], radius = {radius:?}, side = 'inside' }}
+            [friction]
+            coefficient.constant = {friction:?}",
+            x / 2.0,
+            y / 2.0
+        );
+        let problem = block([x, y, z], cells, &rest);
+        assert_balanced(&problem, &solved(&problem));
+    }
+}

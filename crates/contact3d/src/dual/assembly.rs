@@ -8,10 +8,10 @@ use super::{Need, Shortage, need::Admission};
 use crate::{
     elasticity::{
         DofMap, FloatingBody, Loads, MaterialField, NodeGraph, SpringMatrix, floating_body,
-        forces_of_prescribed, motions_left_to_contact, prescribed_displacements, stiffness_on,
+        forces_of_prescribed, loose_motions, prescribed_displacements, stiffness_on,
     },
     linalg::{
-        CscMatrix, Factor, FactorError, FactorStructure, OrderingError, Precision, Work,
+        CscMatrix, Factor, FactorError, FactorStructure, OrderingError, Precision, Work, Workspace,
         expand_to_unknowns, nested_dissection,
     },
     mesh::Mesh,
@@ -28,7 +28,7 @@ pub struct PrimalSystem {
     /// Right-hand side over the free degrees of freedom, `[n_free]`, in N: the load l, less A_fc u_c where clamps hold at
     /// a displacement u_c.
     pub load: Vec<f64>,
-    /// The rigid modes of a body that only contact holds; `None` where its supports do.
+    /// The rigid modes of a body that only contact holds, or weak springs; `None` where its supports do.
     pub floating: Option<Arc<FloatingBody>>,
 }
 
@@ -137,6 +137,8 @@ pub enum AssemblyError {
 pub(super) struct Analysed {
     pub(super) primal: PrimalSystem,
     pub(super) structure: FactorStructure,
+    /// C = K_s R in N/m, `[n_modes][n_free]`, where weak springs resist the rigid modes.
+    support_forces: Option<Vec<Vec<f64>>>,
     seconds: AssemblySeconds,
 }
 
@@ -147,12 +149,12 @@ impl Analysed {
         mesh: &Mesh,
         admit: Admission<'_>,
     ) -> Result<Self, AssemblyError> {
-        let motions = motions_left_to_contact(scene, mesh).map_err(AssemblyError::Scene)?;
+        let loose = loose_motions(scene, mesh).map_err(AssemblyError::Scene)?;
         let dofs = DofMap::new(&mesh.held_nodes(scene));
         if dofs.n_free == 0 {
             return Err(AssemblyError::NothingFree);
         }
-        admit(Need::of_stiffness(mesh, &dofs, !motions.is_empty()))?;
+        admit(Need::of_stiffness(mesh, &dofs, !loose.motions.is_empty()))?;
         let (graph, graph_seconds) = timed(|| NodeGraph::new(mesh));
         let (matrices, order) = rayon::join(
             || {
@@ -160,14 +162,14 @@ impl Analysed {
                     let material = MaterialField::new(scene, mesh);
                     let springs = SpringMatrix::of(scene, mesh)?;
                     let stiffness = stiffness_on(&graph, mesh, &material, springs.as_ref(), &dofs);
-                    Ok((stiffness, LoadData::new(scene, mesh, &dofs)?))
+                    Ok((stiffness, springs, LoadData::new(scene, mesh, &dofs)?))
                 })
             },
             || timed(|| fill_reducing_order(mesh, &graph, &dofs)),
         );
         let (matrices, stiffness_seconds) = matrices;
         let (order, ordering_seconds) = order;
-        let (stiffness, load) = matrices.map_err(AssemblyError::Scene)?;
+        let (stiffness, springs, load) = matrices.map_err(AssemblyError::Scene)?;
         let order = order?;
         let (structure, analysis_seconds) = timed(|| FactorStructure::analyse(&stiffness, order));
         let seconds = AssemblySeconds {
@@ -178,16 +180,22 @@ impl Analysed {
         };
         let structure = structure.map_err(|e| explain(e, &dofs))?;
         let floating =
-            floating_body(mesh, &dofs, &motions, &stiffness).map_err(AssemblyError::Scene)?;
+            floating_body(mesh, &dofs, &loose.motions, &stiffness).map_err(AssemblyError::Scene)?;
+        let resisting = floating.as_ref().zip(springs.filter(|_| loose.resisted));
+        let support_forces = resisting.map(|(body, springs)| {
+            let force = |mode: &Vec<f64>| dofs.to_free(&springs.forces(&dofs.to_nodes(mode)));
+            body.modes.iter().map(force).collect()
+        });
         let mut primal = PrimalSystem {
             dofs,
             stiffness: Arc::new(stiffness),
             load: Vec::new(),
-            floating,
+            floating: floating.map(Arc::new),
         };
         primal.set_loads(load);
         Ok(Self {
             primal,
+            support_forces,
             structure,
             seconds,
         })
@@ -205,11 +213,27 @@ impl Analysed {
             .map_err(|e| explain(e, &self.primal.dofs))?;
         let mut seconds = self.seconds;
         seconds.factorisation += started.elapsed().as_secs_f64();
-        Ok(Assembly {
+        let mut assembly = Assembly {
             primal: self.primal.clone(),
             factor: Arc::new(factor),
             seconds,
-        })
+        };
+        if let Some((forces, body)) = self
+            .support_forces
+            .as_ref()
+            .zip(self.primal.floating.as_ref())
+        {
+            let mut work = Workspace::default();
+            let mut yielding = |force: &Vec<f64>| {
+                assembly
+                    .solve_refined(force, None, f64::EPSILON, &mut work)
+                    .value
+            };
+            let yielding: Vec<Vec<f64>> = forces.iter().map(&mut yielding).collect();
+            let body = FloatingBody::clone(body).resisted(forces, &yielding);
+            assembly.primal.floating = Some(Arc::new(body));
+        }
+        Ok(assembly)
     }
 }
 

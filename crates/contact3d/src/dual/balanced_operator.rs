@@ -13,12 +13,17 @@ use crate::linalg::{add_scaled, dot, largest_eigenvalue};
 /// conditioned as that of a body that is held. The multiplier y of the balance adds Q-parts to h'; S'λ − h' = S λ − h − G α for the
 /// motion α with G α = y + Q (S λ − h).
 ///
+/// Motions that weak supports resist take no part in that: their α = D⁻¹(e − Gᵀλ) is eliminated, and S stands for S + G D⁻¹Gᵀ, h for
+/// h + G D⁻¹e.
+///
 /// Sources: C. Farhat, F.-X. Roux, *Int. J. Numer. Meth. Engng* 32 (1991) 1205, for the projector; Z. Dostál, *Optimal Quadratic
 /// Programming Algorithms*, Springer 2009, ch. 8, for the augmented Lagrangian with ϱ = ‖A‖.
 pub struct BalancedOperator<'a> {
     base: Box<dyn PrimalOperator + 'a>,
     balance: &'a Balance,
-    /// Orthonormal columns that span the range of G, `[n_felt][n_multipliers]`.
+    /// h + G D⁻¹e.
+    supported_rhs: Vec<f64>,
+    /// Orthonormal columns that span the range of G of the free motions, `[n_free][n_multipliers]`.
     range: Vec<Vec<f64>>,
     /// T with G = range · T.
     triangle: DMatrix<f64>,
@@ -38,19 +43,25 @@ impl<'a> BalancedOperator<'a> {
     /// Projects an operator; some tens of applications for ‖P S P‖.
     #[must_use]
     pub fn new(base: Box<dyn PrimalOperator + 'a>, balance: &'a Balance) -> Self {
-        let n = balance.n_felt();
-        let integrals = &balance.coupling.integrals;
+        let n_resisted = balance.coupling.n_resisted();
+        let integrals = &balance.coupling.integrals[n_resisted..];
+        let n = integrals.len();
         let g = DMatrix::from_fn(base.dimension(), n, |j, p| integrals[p][j]);
         let qr = g.qr();
         let (q, triangle) = (qr.q(), qr.r());
         let range: Vec<Vec<f64>> = (0..n)
             .map(|p| q.column(p).iter().copied().collect())
             .collect();
-        let resultant = DVector::from_row_slice(&balance.resultant);
+        let resultant = DVector::from_row_slice(&balance.resultant[n_resisted..]);
+        let mut supported_rhs = base.rhs().to_vec();
+        for (g, e, support) in resisted(balance) {
+            add_scaled(&mut supported_rhs, e / support, g);
+        }
         let wanted = triangle.transpose().lu().solve(&resultant);
         let mut operator = Self {
             base,
             balance,
+            supported_rhs,
             range,
             triangle,
             penalty: 0.0,
@@ -62,8 +73,8 @@ impl<'a> BalancedOperator<'a> {
         let dimension = operator.base.dimension();
         operator.penalty = largest_eigenvalue(dimension, |v| operator.apply(v));
         let balanced = operator.in_range(&operator.wanted.clone());
-        let mut rhs = operator.base.apply(&balanced);
-        for (r, h) in rhs.iter_mut().zip(operator.base.rhs()) {
+        let mut rhs = operator.supported(&balanced);
+        for (r, h) in rhs.iter_mut().zip(&operator.supported_rhs) {
             *r = h - *r;
         }
         operator.project(&mut rhs);
@@ -71,6 +82,15 @@ impl<'a> BalancedOperator<'a> {
         operator.rhs.clone_from(&rhs);
         operator.rhs_at_rest = rhs;
         operator
+    }
+
+    /// (S + G D⁻¹Gᵀ) λ.
+    fn supported(&mut self, multiplier: &[f64]) -> Vec<f64> {
+        let mut product = self.base.apply(multiplier);
+        for (g, _, support) in resisted(self.balance) {
+            add_scaled(&mut product, dot(g, multiplier) / support, g);
+        }
+        product
     }
 
     /// The combination of the basis of the range.
@@ -97,8 +117,8 @@ impl<'a> BalancedOperator<'a> {
 
     /// Q (S λ − h) as coefficients.
     fn gradient_in_range(&mut self, multiplier: &[f64]) -> DVector<f64> {
-        let mut gradient = self.base.apply(multiplier);
-        add_scaled(&mut gradient, -1.0, self.base.rhs());
+        let mut gradient = self.supported(multiplier);
+        add_scaled(&mut gradient, -1.0, &self.supported_rhs);
         self.coefficients(&gradient)
     }
 
@@ -118,16 +138,17 @@ impl<'a> BalancedOperator<'a> {
     /// The rigid motions α in m that belong to a multiplier.
     pub fn motion(&mut self, multiplier: &[f64]) -> Vec<f64> {
         let moved = &self.shift.clone() + self.gradient_in_range(multiplier);
-        let motion = self.triangle.clone().lu().solve(&moved);
-        motion.map_or_else(
-            || vec![0.0; self.range.len()],
-            |a| a.iter().copied().collect(),
-        )
+        let free = self.triangle.clone().lu().solve(&moved);
+        let free = free.unwrap_or_else(|| DVector::zeros(self.range.len()));
+        let resisted = resisted(self.balance);
+        let resisted = resisted.map(|(g, e, support)| (e - dot(g, multiplier)) / support);
+        resisted.chain(free.iter().copied()).collect()
     }
 
     /// Takes the motions α for those of a multiplier.
     pub fn set_motion(&mut self, multiplier: &[f64], motion: &[f64]) {
-        let moved = &self.triangle * DVector::from_row_slice(motion);
+        let free = &motion[self.balance.coupling.n_resisted()..];
+        let moved = &self.triangle * DVector::from_row_slice(free);
         let gradient = self.gradient_in_range(multiplier);
         self.shift_to(moved - gradient);
     }
@@ -161,7 +182,7 @@ impl DualOperator for BalancedOperator<'_> {
     fn apply(&mut self, multiplier: &[f64]) -> Vec<f64> {
         let mut along = multiplier.to_vec();
         let carried = self.project(&mut along);
-        let mut product = self.base.apply(&along);
+        let mut product = self.supported(&along);
         self.project(&mut product);
         let penalty = self.penalty;
         for (column, by) in self.range.iter().zip(&carried) {
@@ -189,4 +210,16 @@ impl PrimalOperator for BalancedOperator<'_> {
         self.balance.coupling.add_slip(&motion, &mut slip);
         Some(slip)
     }
+}
+
+/// G, e and D of each motion that supports resist.
+fn resisted(balance: &Balance) -> impl Iterator<Item = (&Vec<f64>, f64, f64)> {
+    let coupling = &balance.coupling;
+    let motions = coupling
+        .integrals
+        .iter()
+        .zip(&balance.resultant)
+        .zip(&coupling.support);
+    let motions = motions.take(coupling.n_resisted());
+    motions.map(|((g, e), support)| (g, *e, *support))
 }

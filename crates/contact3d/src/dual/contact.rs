@@ -61,7 +61,8 @@ impl ContactSystem {
         contact
     }
 
-    /// The same with the balance of a body that floats; `None` where its supports hold it.
+    /// The same with the balance of a body that floats, or whose supports are weak, and motions counted from that which closes the gap;
+    /// `None` where its supports hold it.
     #[must_use]
     pub(crate) fn balanced(
         &self,
@@ -69,8 +70,20 @@ impl ContactSystem {
         surface: &ContactSurface,
         interface: &Interface,
     ) -> Option<Self> {
-        let balance = Balance::new(assembly, &self.coupling, surface, interface)?;
+        let mut balance = Balance::new(assembly, &self.coupling, surface, interface)?;
         let mut balanced = self.clone();
+        let mut distances = self.distances(&assembly.primal.dofs, surface, interface);
+        distances.resize(self.layout().n_multipliers(), 0.0);
+        // Coefficients that follow the slip read it from displacements, which have to be whole.
+        if distances.iter().any(|d| *d != 0.0) && !interface.follows_slip() {
+            balance = balance.from_closed_gap(&distances, &surface.pane_area);
+            let mut closing = self.coupling.integrate(&assembly.unconstrained());
+            let left = balance.closed.iter().flat_map(|closed| &closed.left);
+            for (closing, left) in closing.iter_mut().zip(left) {
+                *closing -= left;
+            }
+            balanced.set_dual_rhs(closing);
+        }
         if let Some(explicit) = balanced.explicit_mut() {
             explicit.balance = Some(balance.clone());
         }
@@ -192,7 +205,11 @@ impl ContactSystem {
         surface: &ContactSurface,
         interface: &Interface,
     ) -> Vec<f64> {
-        let mut distances = self.distances(dofs, surface, interface);
+        let closed = self.balance.as_ref().and_then(|it| it.closed.as_ref());
+        let mut distances = match closed {
+            Some(closed) => closed.left.clone(),
+            None => self.distances(dofs, surface, interface),
+        };
         distances.resize(self.coupling.n_multipliers(), 0.0);
         let transposed = &self.coupling.transposed;
         transposed.transposed_excess(displacement, &distances)

@@ -32,8 +32,8 @@ pub struct ExplicitDual {
     pub layout: MultiplierLayout,
     /// The compliance of the contact nodes; `None` where no friction law asks for slip.
     pub compliance: Option<ContactCompliance>,
-    /// What else holds where the body floats: its unknowns x are then (λ, α), r = S λ − G α − h and Gᵀλ = e; `None` where
-    /// supports hold it, and x = λ.
+    /// What else holds where the body floats or its supports are weak: its unknowns x are then (λ, α), r = S λ − G α − h and
+    /// Gᵀλ + D α = e; `None` where supports hold it, and x = λ.
     pub balance: Option<Balance>,
 }
 
@@ -151,7 +151,7 @@ impl ExplicitDual {
             balance: self
                 .balance
                 .as_ref()
-                .map(|balance| balance.anchored(self.multipliers(multiplier))),
+                .map(|it| it.anchored(self.multipliers(multiplier), self.motion(multiplier))),
         }
     }
 
@@ -182,7 +182,7 @@ impl ExplicitDual {
             }
         });
         let balance = self.balance.as_ref();
-        let balance = balance.map(|it| it.without_anchor(self.multipliers(anchor)));
+        let balance = balance.map(|it| it.without_anchor(self.multipliers(anchor), motion));
         Self {
             rhs,
             anchor: None,
@@ -250,6 +250,14 @@ impl ExplicitDual {
         self.dimension() + self.balance.as_ref().map_or(0, Balance::n_felt)
     }
 
+    /// The same body with springs at its pins, `share` times those of A_κ; S stays as it is.
+    pub(crate) fn on_springs(&self, share: f64) -> Self {
+        Self {
+            balance: self.balance.as_ref().map(|it| it.on_springs(share)),
+            ..self.clone()
+        }
+    }
+
     /// λ of x.
     pub(crate) fn multipliers<'x>(&self, unknowns: &'x [f64]) -> &'x [f64] {
         &unknowns[..self.dimension()]
@@ -267,7 +275,7 @@ impl ExplicitDual {
         unknowns
     }
 
-    /// r = S λ − h in m³ at x; where the body floats, r = S λ − G α − h and then e − Gᵀλ in N.
+    /// r = S λ − h in m³ at x; where the body floats, r = S λ − G α − h and then e − Gᵀλ − D α in N.
     #[must_use]
     pub fn gradient(&self, unknowns: &[f64]) -> Vec<f64> {
         let beyond_anchor = self.beyond_anchor(unknowns);
@@ -284,7 +292,7 @@ impl ExplicitDual {
             *r -= h;
         }
         if let Some(balance) = &self.balance {
-            gradient.extend(balance.excess(multiplier));
+            gradient.extend(balance.excess(multiplier, self.motion(x)));
         }
         gradient
     }

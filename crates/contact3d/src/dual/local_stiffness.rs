@@ -94,7 +94,7 @@ impl LocalStiffness {
 }
 
 /// The unknowns of a linear face: λ = K h for K = S⁻¹ or its normal part; where the body floats, λ = K (h + G α) with the α that
-/// balances the load, GᵀK G α = e − GᵀK h, as far as K resists the motions.
+/// balances the load, (GᵀK G + D) α = e − GᵀK h, as far as K and the supports resist the motions.
 fn balanced(dual: &ExplicitDual, solve: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64> {
     const UNRESISTED: f64 = 1e-12;
     let mut multiplier = solve(&dual.rhs);
@@ -108,7 +108,10 @@ fn balanced(dual: &ExplicitDual, solve: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64>
         .iter()
         .map(|g| solve(g))
         .collect();
-    let scale = |p: usize| dot(&balance.coupling.integrals[p], &held[p]).abs().sqrt();
+    let scale = |p: usize| {
+        let face = dot(&balance.coupling.integrals[p], &held[p]).abs();
+        (face + balance.coupling.support[p]).sqrt()
+    };
     let scale: Vec<f64> = (0..n)
         .map(|p| match scale(p) {
             0.0 => 0.0,
@@ -116,9 +119,14 @@ fn balanced(dual: &ExplicitDual, solve: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64>
         })
         .collect();
     let stiffness = DMatrix::from_fn(n, n, |p, q| {
-        scale[p] * scale[q] * dot(&balance.coupling.integrals[p], &held[q])
+        let support = if p == q {
+            balance.coupling.support[p]
+        } else {
+            0.0
+        };
+        scale[p] * scale[q] * (dot(&balance.coupling.integrals[p], &held[q]) + support)
     });
-    let excess = balance.excess(&multiplier);
+    let excess = balance.excess(&multiplier, &vec![0.0; n]);
     let excess = DVector::from_fn(n, |p, _| scale[p] * excess[p]);
     let motion = stiffness
         .svd(true, true)

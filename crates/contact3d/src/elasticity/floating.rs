@@ -1,17 +1,19 @@
 //! Bodies that their supports leave free to move as rigid ones.
 
-use std::sync::Arc;
-
 use nalgebra::{DMatrix, Vector3};
 
-use super::{DofMap, rigid_motion::RigidMotion};
+use super::{
+    DofMap,
+    rigid_motion::{RigidMotion, farthest, middle_and_spread, telling_motions},
+};
 use crate::{
     linalg::{CscMatrix, add_scaled, dot},
     mesh::Mesh,
     scene::Invalid,
 };
 
-/// The rigid modes R of a body that only contact holds, and the springs that make its stiffness invertible.
+/// The rigid modes R of a body that only contact holds, or beside it springs that are weak, and the pins that make its stiffness
+/// invertible.
 ///
 /// Where the kernel of A has k modes, k degrees of freedom are chosen whose motion tells all of them apart (pins). A spring κ
 /// at each makes A_κ = A + κ Σ e_p e_pᵀ positive definite, and since there are no more pins than modes, A_κ⁻¹f is for forces in
@@ -19,14 +21,21 @@ use crate::{
 /// generalised inverse of A (C. Farhat, F.-X. Roux, *Int. J. Numer. Meth. Engng* 32 (1991) 1205; Z. Dostál, T. Kozubek,
 /// A. Markopoulos, *Appl. Math. Comput.* 217 (2011) 7067). A solution u = A_κ⁻¹(l − Bᵀλ) + R α with Rᵀ(l − Bᵀλ) = 0 depends neither
 /// on κ nor on the pins.
+///
+/// Where weak springs K_s resist the modes, A R = K_s R = C, the same holds for R̃ = R − A_κ⁻¹C in place of R: with κ EᵀA_κ⁻¹ = R̃ᵀ
+/// the pins' springs carry nothing in u = A_κ⁻¹(l − Bᵀλ) + R̃ α if R̃ᵀ(l − Bᵀλ) = D α for D = R̃ᵀC, what the supports resist. The
+/// compliance of the supports, which may be as many times that of the body as a number has digits, is then in D alone and not in
+/// B A_κ⁻¹Bᵀ. No support is the case C = 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FloatingBody {
-    /// R, `[n_modes][n_free]`, dimensionless: mode p moves pin p by one and no other pin.
+    /// R, `[n_modes][n_free]`, dimensionless: mode p moves pin p by one and no other pin; R̃ where supports resist.
     pub modes: Vec<Vec<f64>>,
     /// The pins, `[n_modes]`, as degrees of freedom.
     pub pins: Vec<usize>,
     /// κ in N/m, of the size of A's diagonal at the pins.
     pub spring: f64,
+    /// D in N/m, `[n_modes][n_modes]`, symmetric; `None` where supports resist none of the modes.
+    pub support: Option<Vec<Vec<f64>>>,
     /// A_κ, what the factor is of.
     pub grounded: CscMatrix,
 }
@@ -69,15 +78,16 @@ impl FloatingBody {
             .map(|&pin| stiffness.diagonal(pin))
             .fold(f64::INFINITY, f64::min);
         let modes = normalised(&shapes, &pins)?;
-        Some(Self::from_parts(modes, pins, spring, stiffness))
+        Some(Self::from_parts(modes, pins, spring, None, stiffness))
     }
 
-    /// Puts a body together again from R, the pins, κ in N/m and A.
+    /// Puts a body together again from R, the pins, κ and D in N/m and A.
     #[must_use]
     pub fn from_parts(
         modes: Vec<Vec<f64>>,
         pins: Vec<usize>,
         spring: f64,
+        support: Option<Vec<Vec<f64>>>,
         stiffness: &CscMatrix,
     ) -> Self {
         let mut grounded = stiffness.clone();
@@ -91,8 +101,25 @@ impl FloatingBody {
             modes,
             pins,
             spring,
+            support,
             grounded,
         }
+    }
+
+    /// The same with weak springs, from their forces C = K_s R in N/m, `[n_modes][n_free]`, and A_κ⁻¹C.
+    pub(crate) fn resisted(mut self, forces: &[Vec<f64>], yielding: &[Vec<f64>]) -> Self {
+        for (mode, by) in self.modes.iter_mut().zip(yielding) {
+            add_scaled(mode, -1.0, by);
+        }
+        let entry = |p: usize, q: usize| dot(&self.modes[p], &forces[q]);
+        let all = 0..self.n_modes();
+        let row = |p| {
+            all.clone()
+                .map(|q| 0.5 * (entry(p, q) + entry(q, p)))
+                .collect()
+        };
+        self.support = Some(all.clone().map(row).collect());
+        self
     }
 
     /// Number of rigid modes k, 1 to 6.
@@ -126,6 +153,25 @@ impl BodyMotion {
     #[must_use]
     pub fn told(points: &[[f64; 3]], displacement: &[[f64; 3]]) -> Self {
         Self::fitted_up_to(HARDLY_A_TURN, points, displacement)
+    }
+
+    /// A basis of the same rigid motions, displacements of points, with as many along and about the axes as there are.
+    #[must_use]
+    pub fn telling(points: &[[f64; 3]], motions: &[Vec<[f64; 3]>]) -> Vec<Vec<[f64; 3]>> {
+        let (centre, _) = middle_and_spread(points);
+        let about_centre = |motion: &Vec<[f64; 3]>| {
+            let rigid = Self::fitted(points, motion);
+            let turn = Vector3::from(rigid.rotation);
+            let shift = Vector3::from(rigid.translation);
+            [
+                shift + turn.cross(&(centre - Vector3::from(rigid.point))),
+                turn,
+            ]
+        };
+        let motions: Vec<_> = motions.iter().map(about_centre).collect();
+        let telling = telling_motions(&motions, &centre, farthest(points, &centre));
+        let at_points = |motion: &RigidMotion| points.iter().map(|x| motion.at(x)).collect();
+        telling.iter().map(at_points).collect()
     }
 
     fn fitted_up_to(negligible: f64, points: &[[f64; 3]], displacement: &[[f64; 3]]) -> Self {
@@ -271,7 +317,7 @@ fn normalised(shapes: &[Vec<f64>], pins: &[usize]) -> Option<Vec<Vec<f64>>> {
     Some(modes)
 }
 
-/// The floating body of a mesh, shared; `None` where its supports hold it.
+/// The floating body of a mesh, before springs resist it; `None` where its supports hold it.
 ///
 /// # Errors
 /// Coordinates so large or small that rounding hides the motions.
@@ -280,12 +326,12 @@ pub(crate) fn floating_body(
     dofs: &DofMap,
     motions: &[RigidMotion],
     stiffness: &CscMatrix,
-) -> Result<Option<Arc<FloatingBody>>, Invalid> {
+) -> Result<Option<FloatingBody>, Invalid> {
     if motions.is_empty() {
         return Ok(None);
     }
     match FloatingBody::new(mesh, dofs, motions, stiffness) {
-        Some(body) => Ok(Some(Arc::new(body))),
+        Some(body) => Ok(Some(body)),
         None => Err(Invalid {
             key: "body".into(),
             expected: "a size in which double precision tells the rigid motions of the body apart"

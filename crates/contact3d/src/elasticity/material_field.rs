@@ -50,6 +50,11 @@ impl<'a> MaterialField<'a> {
         self.tensors.iter().map(inverse).collect()
     }
 
+    /// C in Pa of the body's own material, then of each region.
+    pub(crate) fn tensors(&self) -> &[Matrix6<f64>] {
+        &self.tensors
+    }
+
     /// C in Pa of a tetrahedron.
     #[must_use]
     pub(crate) fn tensor(&self, tetrahedron: usize) -> &Matrix6<f64> {

@@ -10,13 +10,15 @@
 //! Springs on faces add ∫ φ_a φ_b K to the blocks of their nodes.
 //!
 //! A body that its clamps and springs leave free to move as a rigid one has no A⁻¹. Where contact may hold it, A gets a
-//! generalised inverse ([`FloatingBody`]); elsewhere it is refused, with the motion.
+//! generalised inverse ([`FloatingBody`]); elsewhere it is refused, with the motion. Motions that springs hold weakly are taken
+//! out of A⁻¹ in the same way.
 //!
 //! Source: HKL §3; O. C. Zienkiewicz, R. L. Taylor, *The Finite Element Method*, ch. 6.
 
 mod dofs;
 mod element;
 mod floating;
+mod free_motions;
 mod idle_load;
 mod load;
 mod material_field;
@@ -26,6 +28,7 @@ mod rigid_motion;
 mod simplex;
 mod springs;
 mod stiffness;
+mod weak_supports;
 
 pub use dofs::DofMap;
 pub(crate) use element::{Element, quadratic_gradients};
@@ -36,10 +39,10 @@ pub use load::Loads;
 pub use material_field::MaterialField;
 pub(crate) use node_graph::NodeGraph;
 pub use prescribed::{forces_of_prescribed, prescribed_displacements};
-pub(crate) use rigid_motion::motions_left_to_contact;
 pub use rigid_motion::refuse_rigid_motions;
 pub(crate) use simplex::{Simplex, traction};
 pub use springs::SpringMatrix;
 pub(crate) use springs::{stiffness_at, visit_springs};
 pub(crate) use stiffness::stiffness_on;
 pub use stiffness::{InternalForces, stiffness};
+pub(crate) use weak_supports::loose_motions;

@@ -1,8 +1,11 @@
 //! Rigid motions that clamps and springs leave free, and the refusal of bodies that nothing else holds.
 
-use nalgebra::{Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix3, Vector3, Vector6};
 
-use super::springs::{HeldPlace, held_directions};
+use super::{
+    free_motions::{Hold, Motion, free_motions},
+    springs::held_directions,
+};
 use crate::{
     mesh::Mesh,
     scene::{Invalid, Scene},
@@ -20,54 +23,71 @@ pub(crate) struct RigidMotion {
     at_centre: [f64; 3],
 }
 
-/// Share of the largest eigenvalue below which a motion counts as free: rounding of coordinates
-/// with the digits of a mesh file, squared.
-const FREE: f64 = 1e-12;
+/// The rigid motions u = t + ω × x under which nothing of a body that is held moves.
+pub(super) fn free_rigid_motions(coordinates: &[[f64; 3]], holds: &[Hold]) -> Vec<RigidMotion> {
+    let (centre, spread) = middle_and_spread(coordinates);
+    let extent = farthest(coordinates, &centre);
+    let motions = free_motions(holds, &centre, &spread);
+    telling_motions(&motions, &centre, extent)
+}
 
-/// The rigid motions u = t + ω × x under which all held components stay at zero, and all springs at rest: these hold
-/// orthonormal directions at some places, however stiffly.
-#[must_use]
-fn free_rigid_motions(
-    coordinates: &[[f64; 3]],
-    held: &[[bool; 3]],
-    springs: &[HeldPlace],
+/// A basis of the same motions about a point c, with as many along and about the axes as there are; rotations count by what they
+/// do at the distance `extent`.
+pub(super) fn telling_motions(
+    motions: &[Motion],
+    centre: &Vector3<f64>,
+    extent: f64,
 ) -> Vec<RigidMotion> {
-    let n = coordinates.len().max(1) as f64;
-    let centre: Vector3<f64> = coordinates
-        .iter()
-        .map(|x| Vector3::from(*x))
-        .sum::<Vector3<f64>>()
-        / n;
-    let extent = coordinates
-        .iter()
-        .map(|x| (Vector3::from(*x) - centre).norm())
-        .fold(0.0_f64, f64::max);
-    let mut gram = Matrix6::zeros();
-    let mut hold = |x: &[f64; 3], axis: Vector3<f64>| {
-        let arm = (Vector3::from(*x) - centre) / extent;
-        let turn = arm.cross(&axis);
-        let row = Vector6::new(axis.x, axis.y, axis.z, turn.x, turn.y, turn.z);
-        gram += row * row.transpose();
+    let scaled = motions.iter().map(|[shift, turn]| {
+        let turn = turn * extent;
+        Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z)
+    });
+    let space = match motions.len() {
+        // All motions there are.
+        6 => (0..6)
+            .map(|axis| Vector6::ith_axis(axis).into_inner())
+            .collect(),
+        _ => orthonormal(scaled),
     };
-    for (x, held) in coordinates.iter().zip(held) {
-        for c in (0..3).filter(|&c| held[c]) {
-            hold(x, Vector3::ith_axis(c).into_inner());
+    let modes = telling_basis(&space);
+    let motion = |mode: &Vector6<f64>| {
+        let rotation = Vector3::new(mode[3], mode[4], mode[5]) / extent;
+        let at_centre = Vector3::new(mode[0], mode[1], mode[2]);
+        RigidMotion {
+            translation: (at_centre - rotation.cross(centre)).into(),
+            rotation: rotation.into(),
+            centre: (*centre).into(),
+            at_centre: at_centre.into(),
         }
-    }
-    for (x, directions) in springs {
-        directions.iter().for_each(|axis| hold(x, *axis));
-    }
-    telling_basis(&null_space(gram))
+    };
+    modes.iter().map(motion).collect()
+}
+
+/// The mean place c in m and the mean of (x − c)(x − c)ᵀ in m².
+pub(super) fn middle_and_spread(coordinates: &[[f64; 3]]) -> (Vector3<f64>, Matrix3<f64>) {
+    let n = coordinates.len().max(1) as f64;
+    let places = || coordinates.iter().map(|x| Vector3::from(*x));
+    let centre = places().sum::<Vector3<f64>>() / n;
+    let arms = places().map(|x| x - centre);
+    let spread = arms.map(|arm| arm * arm.transpose()).sum::<Matrix3<f64>>() / n;
+    (centre, spread)
+}
+
+/// The largest distance of a place from c.
+pub(super) fn farthest(coordinates: &[[f64; 3]], centre: &Vector3<f64>) -> f64 {
+    let distances = coordinates
         .iter()
-        .map(|mode| {
-            let rotation = Vector3::new(mode[3], mode[4], mode[5]) / extent;
-            let at_centre = Vector3::new(mode[0], mode[1], mode[2]);
-            RigidMotion {
-                translation: (at_centre - rotation.cross(&centre)).into(),
-                rotation: rotation.into(),
-                centre: centre.into(),
-                at_centre: at_centre.into(),
-            }
+        .map(|x| (Vector3::from(*x) - centre).norm());
+    distances.fold(0.0_f64, f64::max)
+}
+
+/// The components that clamps hold.
+pub(super) fn clamped(coordinates: &[[f64; 3]], held: &[[bool; 3]]) -> Vec<Hold> {
+    let nodes = coordinates.iter().zip(held);
+    nodes
+        .flat_map(|(x, held)| {
+            let components = (0..3).filter(|&c| held[c]);
+            components.map(|c| (Vector3::from(*x), Vector3::ith_axis(c).into_inner()))
         })
         .collect()
 }
@@ -88,8 +108,9 @@ pub(crate) fn motions_left_to_contact(
     scene: &Scene,
     mesh: &Mesh,
 ) -> Result<Vec<RigidMotion>, Invalid> {
-    let springs = held_directions(scene, mesh)?;
-    let free = free_rigid_motions(&mesh.coordinates, &mesh.held_nodes(scene), &springs);
+    let mut holds = clamped(&mesh.coordinates, &mesh.held_nodes(scene));
+    holds.extend(held_directions(scene, mesh)?);
+    let free = free_rigid_motions(&mesh.coordinates, &holds);
     if free.is_empty() || !scene.contacts.is_empty() {
         return Ok(free);
     }
@@ -102,14 +123,19 @@ pub(crate) fn motions_left_to_contact(
     })
 }
 
-/// Orthonormal vectors that a positive semidefinite matrix maps to zero.
-fn null_space(gram: Matrix6<f64>) -> Vec<Vector6<f64>> {
-    let eigen = gram.symmetric_eigen();
-    let largest = eigen.eigenvalues.max();
-    (0..6)
-        .filter(|&i| eigen.eigenvalues[i] <= FREE * largest)
-        .map(|i| eigen.eigenvectors.column(i).into_owned())
-        .collect()
+/// An orthonormal basis of the span of independent vectors.
+fn orthonormal(vectors: impl Iterator<Item = Vector6<f64>>) -> Vec<Vector6<f64>> {
+    let mut basis: Vec<Vector6<f64>> = Vec::new();
+    for vector in vectors {
+        let mut rest = vector.normalize();
+        for _ in 0..2 {
+            for known in &basis {
+                rest -= known * known.dot(&rest);
+            }
+        }
+        basis.push(rest.normalize());
+    }
+    basis
 }
 
 /// A basis of the same space with as many motions along and about the axes as there are.
@@ -137,6 +163,11 @@ impl RigidMotion {
     pub(crate) fn at(&self, point: &[f64; 3]) -> [f64; 3] {
         let arm = Vector3::from(*point) - Vector3::from(self.centre);
         (Vector3::from(self.at_centre) + Vector3::from(self.rotation).cross(&arm)).into()
+    }
+
+    /// The motion about its middle of the nodes.
+    pub(super) fn about_middle(&self) -> Motion {
+        [self.at_centre.into(), self.rotation.into()]
     }
 
     /// What the motion is, in words: a translation or a rotation, and along or about what.
@@ -185,13 +216,13 @@ mod tests {
     #[test]
     fn a_held_triangle_leaves_nothing_free() {
         let held = [[true; 3], [true; 3], [true; 3], [false; 3]];
-        assert!(free_rigid_motions(&CORNERS, &held, &[]).is_empty());
+        assert!(free_rigid_motions(&CORNERS, &clamped(&CORNERS, &held)).is_empty());
     }
 
     #[test]
     fn two_held_points_leave_the_rotation_about_their_line() {
         let held = [[true; 3], [true; 3], [false; 3], [false; 3]];
-        let free = free_rigid_motions(&CORNERS, &held, &[]);
+        let free = free_rigid_motions(&CORNERS, &clamped(&CORNERS, &held));
         assert_eq!(free.len(), 1);
         assert!(
             free[0]
@@ -203,7 +234,7 @@ mod tests {
     #[test]
     fn a_plane_on_rollers_slides_and_turns_in_itself() {
         let held = [[false, false, true]; 4];
-        let free = free_rigid_motions(&CORNERS, &held, &[]);
+        let free = free_rigid_motions(&CORNERS, &clamped(&CORNERS, &held));
         let words: Vec<String> = free.iter().map(|motion| motion.describe(3.0)).collect();
         assert_eq!(words[..2], ["translation along x", "translation along y"]);
         assert!(words[2].starts_with("rotation about z"), "{}", words[2]);
@@ -212,6 +243,6 @@ mod tests {
 
     #[test]
     fn nothing_held_leaves_all_six() {
-        assert_eq!(free_rigid_motions(&CORNERS, &[[false; 3]; 4], &[]).len(), 6);
+        assert_eq!(free_rigid_motions(&CORNERS, &[]).len(), 6);
     }
 }

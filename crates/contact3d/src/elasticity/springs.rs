@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
+use super::free_motions::Hold;
 use crate::{
     mesh::{Mesh, triangle_area},
     reference::quadrature,
@@ -225,22 +226,16 @@ pub(crate) fn stiffness_at(
     }
 }
 
-/// A place in m on springs, with an orthonormal basis of the directions that they hold there.
-pub(super) type HeldPlace = ([f64; 3], Vec<Vector3<f64>>);
-
-/// The places at which springs are integrated.
-pub(super) fn held_directions(scene: &Scene, mesh: &Mesh) -> Result<Vec<HeldPlace>, Invalid> {
+/// The places at which springs are integrated, each with an orthonormal basis of the directions that they hold there, however
+/// stiffly.
+pub(super) fn held_directions(scene: &Scene, mesh: &Mesh) -> Result<Vec<Hold>, Invalid> {
     let mut found = Vec::new();
     visit_springs(scene, mesh, &mut |point, stiffness| {
         let eigen = SymmetricEigen::new(stiffness);
         let largest = eigen.eigenvalues.max();
         let held = (0..3).filter(|&i| eigen.eigenvalues[i] > ROUNDING * largest);
-        let held: Vec<_> = held
-            .map(|i| eigen.eigenvectors.column(i).into_owned())
-            .collect();
-        if !held.is_empty() {
-            found.push((point.at, held));
-        }
+        let at = Vector3::from(point.at);
+        found.extend(held.map(|i| (at, eigen.eigenvectors.column(i).into_owned())));
     })?;
     Ok(found)
 }

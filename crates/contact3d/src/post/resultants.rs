@@ -139,6 +139,15 @@ impl Works {
             };
         }
         let free = &solved.solution.displacement;
+        if system.floating.is_some() {
+            // A rigid motion, which has no energy, takes its digits from u·A u, but not from the work of forces in balance.
+            return Self {
+                strain_energy: 0.5 * (work(&forces.applied) + work(&forces.contact)),
+                of_springs,
+                of_loads: dot(&system.load, free),
+                of_clamps: None,
+            };
+        }
         let mut stiffness_u = vec![0.0; free.len()];
         system.stiffness.mul(free, &mut stiffness_u);
         Self {

@@ -208,17 +208,27 @@ impl AssembledProblem {
         contact.is_some_and(|contact| contact.explicit().is_some())
     }
 
-    /// Refuses a body that only contact holds where `what` needs A⁻¹ itself.
+    /// Refuses a body that only contact holds, or weak springs, where `what` needs A⁻¹ itself.
     pub(crate) fn refuse_floating(&self, what: &str) -> Result<(), Invalid> {
-        match self.system.assembly.primal.floating {
-            None => Ok(()),
-            Some(_) => Err(Invalid {
-                key: "clamp".into(),
-                expected: format!("a body that its clamps hold, for {what}"),
-                found: "a body that only contact holds".into(),
-                help: "A is singular: there is no S = B A^-1 B^T, no unique mapping of contact forces to displacements; hold the body with [[clamp]] or solve it with run".into(),
-            }),
-        }
+        let Some(body) = &self.system.assembly.primal.floating else {
+            return Ok(());
+        };
+        let (found, why) = match body.support {
+            None => (
+                "only contact holds",
+                "A is singular: there is no S = B A^-1 B^T, no unique mapping of contact forces to displacements",
+            ),
+            Some(_) => (
+                "only contact and weak springs hold",
+                "springs far softer than the body leave S = B A^-1 B^T no digits of the body's own compliance",
+            ),
+        };
+        Err(Invalid {
+            key: "clamp".into(),
+            expected: format!("a body that its supports hold, for {what}"),
+            found: format!("a body that {found}"),
+            help: format!("{why}; hold the body with [[clamp]] or solve it with run"),
+        })
     }
 
     /// What the parts of the assembly took.

@@ -162,12 +162,15 @@ pub struct Solution {
     pub local_mapping: Option<LocalMapping>,
     /// λ: m normal stresses λ_ν, then m pairs λ_t where there is friction, `[n_multipliers]`, in Pa.
     pub multiplier: Vec<f64>,
-    /// Rigid motions α in m of a body that only contact holds, one for each of its modes, zero without equilibrium; empty where
-    /// supports hold it.
+    /// Rigid motions α in m of a body that only contact holds, or weak springs, one for each of its modes, zero without equilibrium;
+    /// empty where supports hold it.
     pub rigid_motion: Vec<f64>,
     /// With [`Status::NoEquilibrium`] the rigid motion that nothing stops, of largest component one, `[n_nodes]`: the load works in
     /// it, and no admissible contact force works against it.
     pub unstopped_motion: Option<Vec<[f64; 3]>>,
+    /// The rigid motions that neither contact nor supports feel, each of largest component one, `[n_neutral][n_nodes]`; the
+    /// answer has none of them, and the load does not work in them where there is an equilibrium.
+    pub neutral_motions: Vec<Vec<[f64; 3]>>,
     /// u over the free degrees of freedom, `[n_free]`, in m; zero without equilibrium.
     pub displacement: Vec<f64>,
     /// φ = (|u_t1|, |u_t2|) of `displacement` at the contact nodes, in m; `None` unless the

@@ -2,8 +2,13 @@
 
 use super::{
     ContactBody, ContactState, Inner, LocalMapping, NeedsExplicit, OuterStep, Progress, Solution,
-    Start, Status, conditions::Bound, equilibrium::unstopped_motion, minimisation::minimise,
-    problem::DiscreteProblem, successive_approximations, unanswered::has_run_away,
+    Start, Status,
+    conditions::Bound,
+    equilibrium::{neutral_motions, unstopped_motion},
+    minimisation::minimise,
+    problem::DiscreteProblem,
+    successive_approximations,
+    unanswered::has_run_away,
 };
 use crate::{
     contact::CoulombLaw,
@@ -75,11 +80,17 @@ pub fn solve(
 impl DiscreteProblem<'_> {
     fn solve(&self, observe: &mut dyn FnMut(Progress<'_>)) -> Result<Solution, NeedsExplicit> {
         let (dual, laws) = (self.dual, self.laws);
+        let assembly = self.body.assembly;
+        let neutral = dual.balance.as_ref();
+        let neutral = neutral
+            .map(|it| neutral_motions(assembly, it))
+            .unwrap_or_default();
         if let Some(balance) = &dual.balance
-            && let Some(motion) = unstopped_motion(self.body.assembly, balance, laws)
+            && let Some(motion) = unstopped_motion(assembly, balance, laws)
         {
             return Ok(Solution {
                 unstopped_motion: Some(motion),
+                neutral_motions: neutral,
                 ..Solution::without_answer(Status::NoEquilibrium, self)
             });
         }
@@ -87,20 +98,28 @@ impl DiscreteProblem<'_> {
             None => self.minimise(observe)?,
             Some(law) => self.coulomb(law, observe)?,
         };
+        solution.neutral_motions = neutral;
         let mut states = solution.coulomb.iter();
         if !states.all(|state| state.is_admissible(laws)) {
             solution.status = Status::NumericalError;
         }
         if let Some(balance) = &dual.balance {
-            solution.rigid_motion = balance.coupling.in_modes(&solution.rigid_motion);
+            solution.rigid_motion =
+                balance.counted_from_zero(&solution.rigid_motion, &mut solution.displacement);
             if !solution.status.is_solved() && has_run_away(&solution, laws) {
                 return Ok(Solution {
                     history: solution.history,
                     newton: solution.newton,
                     solved_by: solution.solved_by,
                     applications: solution.applications,
+                    neutral_motions: solution.neutral_motions,
                     ..Solution::without_answer(solution.status, self)
                 });
+            }
+            // Coefficients that follow the slip of nodes may feel what panes do not.
+            if solution.slip.is_none() {
+                let (u, motion) = (&mut solution.displacement, &mut solution.rigid_motion);
+                balance.coupling.remove_neutral(u, motion);
             }
         }
         solution.law_evaluations = laws.law_evaluations();

@@ -15,6 +15,9 @@ use crate::{
     scene::BodyForce,
 };
 
+/// Products of slopes of a flat tetrahedron are off by some roundings of the largest.
+const ROUNDING: f64 = 16.0;
+
 /// All local problems of a solution.
 ///
 /// Their geometry is that of straight tetrahedra, and stress inside a tetrahedron is interpolated
@@ -130,8 +133,13 @@ impl<'a> LocalProblems<'a> {
             stiffness[(i, i)] = 1.0;
             load[i] = 0.0;
         }
-        // Bubbles vanish at the corners, and no rigid motion does.
-        let factor = stiffness.cholesky();
+        // Bubbles vanish at the corners, and no rigid motion does; in tetrahedra so flat that rounding hides it, its share is added.
+        let factor = stiffness.clone().cholesky().or_else(|| {
+            let rounding = ROUNDING * stiffness.nrows() as f64 * f64::EPSILON;
+            let diagonal = stiffness.diagonal() * (1.0 + rounding);
+            stiffness.set_diagonal(&diagonal);
+            stiffness.cholesky()
+        });
         factor.map_or(f64::NAN, |factor| load.dot(&factor.solve(&load)).max(0.0))
     }
 

@@ -71,8 +71,9 @@ impl DiscreteProblem<'_> {
         let conditions = Conditions::new(bound, self.dual.layout(), steplengths);
         let exact = self.body.exact(self.dual, unknowns, None, REFINED);
         let mut gradient: Vec<f64> = exact.closing.iter().map(|c| -c).collect();
-        let (multiplier, _) = self.dual.parts(unknowns);
-        gradient.extend(balance.into_iter().flat_map(|it| it.excess(multiplier)));
+        let (multiplier, motion) = self.dual.parts(unknowns);
+        let excess = balance.map(|it| it.excess(multiplier, motion));
+        gradient.extend(excess.into_iter().flatten());
         let slip = self.body.tangential(&exact.displacement.value);
         let here = conditions.evaluate(unknowns, &gradient, &slip);
         // The motions count in units in which they cost as much as a stress.
@@ -82,7 +83,7 @@ impl DiscreteProblem<'_> {
             let (stresses, motions) = self.dual.parts(v);
             let motion: Vec<f64> = motions.iter().zip(&size).map(|(v, s)| v * s).collect();
             let (mut gradient, slips) = self.body.change(self.dual, stresses, &motion, &mut work);
-            let carried = balance.map(|it| it.coupling.resultant_of(stresses));
+            let carried = balance.map(|it| it.coupling.resultant_of(stresses, &motion));
             gradient.extend(carried.into_iter().flatten().map(|g| -g));
             conditions.derivative(&here, v, &gradient, &slips)
         });
@@ -91,12 +92,18 @@ impl DiscreteProblem<'_> {
     }
 }
 
-/// For each rigid motion the α in m that moves the panes by as much as one Pa does, 1 / ‖ρ G‖.
+/// For each rigid motion the α in m that moves the panes by as much as one Pa does, 1 / ‖ρ G‖, or takes as much force of its support.
 fn steplength_of_motions(balance: Option<&Balance>, steplengths: &[f64]) -> Vec<f64> {
-    let columns = balance.into_iter().flat_map(|it| &it.coupling.integrals);
-    let size = |g: &Vec<f64>| {
-        let moved: Vec<f64> = g.iter().zip(steplengths).map(|(g, rho)| g * rho).collect();
-        norm(&moved).recip()
+    let Some(balance) = balance else {
+        return Vec::new();
     };
-    columns.map(size).collect()
+    let coupling = &balance.coupling;
+    let motions = coupling.integrals.iter().zip(&coupling.support);
+    motions
+        .zip(balance.steplengths())
+        .map(|((g, support), rho)| {
+            let moved: Vec<f64> = g.iter().zip(steplengths).map(|(g, rho)| g * rho).collect();
+            norm(&moved).max(rho * support).recip()
+        })
+        .collect()
 }

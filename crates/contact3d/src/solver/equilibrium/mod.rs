@@ -9,6 +9,8 @@
 //! * with Coulomb's law σ = 0 where w_ν + ‖F w_t‖ ≤ 0, else ∞: a cone of second order;
 //! * with Tresca's law σ = |Rⁱ| ‖(a w_t1, b w_t2)‖ where w_ν ≤ 0, else ∞.
 //!
+//! Motions that supports resist, however weakly, need no contact force.
+//!
 //! Such a q is a proof. That admissible forces exist is necessary for an equilibrium of a body that deforms and slides, but
 //! decides nothing by itself: then the solver has the word. Coefficients that follow the slip count with the largest value that
 //! they have anywhere, and a capped law as both Coulomb's and Tresca's, so that a proof is a proof for them, too.
@@ -23,11 +25,12 @@ use super::PaneLaws;
 use crate::{
     contact::{CoulombLaw, FrictionField, InterfaceFriction, LawBounds},
     dual::{Assembly, Balance},
-    elasticity::FloatingBody,
-    linalg::{add_scaled, dot},
+    elasticity::DofMap,
+    linalg::{add_scaled, dot, norm},
 };
 
-/// Work of the load in a motion that contact does not feel, as a share of the sum of its parts, from which it counts.
+/// Work of the load in a motion that contact does not feel, as a share of the work that it would do if every node's force were along
+/// the node's displacement, from which it counts: rounding of coordinates and sums, with room.
 const FELT_WORK: f64 = 1e-10;
 
 /// A rigid motion that nothing stops, of largest component one, `[n_nodes]`.
@@ -36,45 +39,50 @@ pub(super) fn unstopped_motion(
     balance: &Balance,
     laws: &PaneLaws,
 ) -> Option<Vec<[f64; 3]>> {
-    let body = assembly.primal.floating.as_ref()?;
-    let load = &assembly.primal.load;
-    let displacement = |modes: &[f64]| {
-        let mut displacement = vec![0.0; load.len()];
-        body.add_motion(modes, &mut displacement);
-        let largest = displacement.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        displacement.iter_mut().for_each(|v| *v /= largest);
-        displacement
-    };
-    let dofs = &assembly.primal.dofs;
-    let in_space = |u: &[f64]| -> Vec<[f64; 3]> {
-        let nodes = 0..dofs.dof.len();
-        nodes.map(|node| dofs.change_at_node(node, u)).collect()
-    };
-    let parts = |u: &[f64]| -> f64 { u.iter().zip(load).map(|(u, l)| (u * l).abs()).sum() };
-    if let Some(u) = driven(body, balance.coupling.unfelt(), load).map(|q| displacement(&q))
-        && dot(&u, load) > FELT_WORK * parts(&u)
+    let (dofs, load) = (&assembly.primal.dofs, &assembly.primal.load);
+    if let Some(u) = driven(&balance.coupling.neutral_motions(), load)
+        && dot(&u, load) > FELT_WORK * largest_work(dofs, &u, load)
     {
-        return Some(in_space(&u));
+        return Some(in_space(dofs, &u));
     }
     let motion = laws_to_test(laws).into_iter().find_map(|terms| {
         let program = MotionProgram::new(balance, &laws.area, laws.layout, terms);
         program?.unopposed()
     })?;
-    let modes = balance.coupling.in_modes(&motion);
-    Some(in_space(&displacement(&modes)))
+    let mut displacement = vec![0.0; load.len()];
+    balance.coupling.add_motion(&motion, &mut displacement);
+    Some(in_space(dofs, &displacement))
 }
 
-/// Of some motions, in terms of modes, that in which a load works most for the squared displacements of the body; `None` where
-/// there are none, or the load does not work at all.
-fn driven(body: &FloatingBody, motions: &[Vec<f64>], load: &[f64]) -> Option<Vec<f64>> {
-    let shapes: Vec<Vec<f64>> = motions
-        .iter()
-        .map(|q| {
-            let mut shape = vec![0.0; load.len()];
-            body.add_motion(q, &mut shape);
-            shape
+/// The motions that neither contact nor supports feel, each of largest component one, `[n_neutral][n_nodes]`.
+pub(super) fn neutral_motions(assembly: &Assembly, balance: &Balance) -> Vec<Vec<[f64; 3]>> {
+    let motions = balance.coupling.neutral_motions();
+    let dofs = &assembly.primal.dofs;
+    motions.iter().map(|u| in_space(dofs, u)).collect()
+}
+
+/// A motion of the free degrees of freedom at all nodes, of largest component one.
+fn in_space(dofs: &DofMap, motion: &[f64]) -> Vec<[f64; 3]> {
+    let largest = motion.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let nodes = 0..dofs.dof.len();
+    nodes
+        .map(|node| dofs.change_at_node(node, motion).map(|v| v / largest))
+        .collect()
+}
+
+/// Σ |u_a| |l_a| over the nodes.
+fn largest_work(dofs: &DofMap, motion: &[f64], load: &[f64]) -> f64 {
+    let nodes = 0..dofs.dof.len();
+    nodes
+        .map(|node| {
+            norm(&dofs.change_at_node(node, motion)) * norm(&dofs.change_at_node(node, load))
         })
-        .collect();
+        .sum()
+}
+
+/// Of some motions that in which a load works most for the squared displacements of the body; `None` where there are none, or the
+/// load does not work at all.
+fn driven(shapes: &[Vec<f64>], load: &[f64]) -> Option<Vec<f64>> {
     let n = shapes.len();
     let work = DVector::from_fn(n, |p, _| dot(&shapes[p], load));
     if work.iter().all(|w| *w == 0.0) {
@@ -82,9 +90,9 @@ fn driven(body: &FloatingBody, motions: &[Vec<f64>], load: &[f64]) -> Option<Vec
     }
     let gram = DMatrix::from_fn(n, n, |p, q| dot(&shapes[p], &shapes[q]));
     let weights = gram.cholesky()?.solve(&work);
-    let mut driven = vec![0.0; body.n_modes()];
-    for (q, weight) in motions.iter().zip(&weights) {
-        add_scaled(&mut driven, *weight, q);
+    let mut driven = vec![0.0; load.len()];
+    for (shape, weight) in shapes.iter().zip(&weights) {
+        add_scaled(&mut driven, *weight, shape);
     }
     Some(driven)
 }

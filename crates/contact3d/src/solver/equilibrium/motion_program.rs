@@ -42,8 +42,9 @@ pub(super) struct MotionProgram {
     /// e over its length.
     load: DVector<f64>,
     panes: Vec<Pane>,
-    /// Felt motions of y.
+    /// Felt motions of y, after those that supports resist.
     basis: DMatrix<f64>,
+    n_resisted: usize,
     /// M.
     largest_force: f64,
 }
@@ -77,8 +78,9 @@ impl MotionProgram {
         layout: MultiplierLayout,
         terms: Vec<PaneTerm>,
     ) -> Option<Self> {
-        let n = balance.n_felt();
-        let integrals = &balance.coupling.integrals;
+        let n_resisted = balance.coupling.n_resisted();
+        let integrals = &balance.coupling.integrals[n_resisted..];
+        let n = integrals.len();
         let area: f64 = areas.iter().sum();
         let gram = DMatrix::from_fn(n, n, |p, q| {
             let terms = integrals[p].iter().zip(&integrals[q]).enumerate();
@@ -92,9 +94,10 @@ impl MotionProgram {
         let scaled = DMatrix::from_fn(n, n, |p, q| gram[(p, q)] * scale[p] * scale[q]);
         let root = scaled.cholesky()?.l().transpose().try_inverse()?;
         let basis = DMatrix::from_fn(n, n, |p, q| scale[p] * root[(p, q)]);
-        let load = basis.transpose() * DVector::from_row_slice(&balance.resultant);
+        let resultant = DVector::from_row_slice(&balance.resultant[n_resisted..]);
+        let load = basis.transpose() * resultant;
         let size = load.norm();
-        if size == 0.0 {
+        if n == 0 || size == 0.0 {
             return None;
         }
         let mean = |j: usize, factor: f64| {
@@ -122,6 +125,7 @@ impl MotionProgram {
             load: load / size,
             panes,
             basis,
+            n_resisted,
             largest_force,
         })
     }
@@ -140,7 +144,7 @@ impl MotionProgram {
             // To the optimum.
             let gap = terms * weight;
             if gap < (NEARLY * left_over).max(0.1 * LEFT_OVER) {
-                let motion = &self.basis * motion;
+                let motion = (&self.basis * motion).insert_rows(0, self.n_resisted, 0.0);
                 return (left_over > LEFT_OVER).then(|| motion.iter().copied().collect());
             }
             weight *= NEXT_WEIGHT;

@@ -9,6 +9,7 @@ mod local_mapping;
 pub(in crate::solver) mod natural_map;
 mod relaxation;
 pub(in crate::solver) mod search;
+mod softening;
 mod sparse_system;
 mod system;
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::{
     NewtonSettings, NewtonSolution, NewtonStatus, continuation::continuation, minimise_frozen_in,
-    natural_map::NaturalMap, newton, newton_from,
+    natural_map::NaturalMap, newton, newton_from, softening::softened,
 };
 use crate::{
     contact::CoulombLaw,
@@ -50,6 +50,8 @@ pub(in crate::solver) enum Way {
     Path,
     /// From an easier law ([`continuation`]).
     Eased,
+    /// From softer and softer springs in place of the contact that holds a body ([`softened`]).
+    Softened,
 }
 
 /// A contact problem and its local stiffness.
@@ -64,7 +66,7 @@ impl<'a> Search<'a> {
     /// The ways for this problem in the order in which they should be tried.
     pub(in crate::solver) fn ways(&self) -> Vec<Way> {
         let warm = self.start.map(|_| Way::Warm);
-        let mobile = self.local.mobility() > MOBILE;
+        let mobile = self.is_mobile();
         let ways = if mobile {
             [
                 Way::Glued,
@@ -91,7 +93,14 @@ impl<'a> Search<'a> {
             _ => true,
         };
         let warm = warm.filter(|_| mobile).into_iter();
-        warm.chain(ways).filter(is_open).collect()
+        let softened = self.dual.balance.as_ref().map(|_| Way::Softened);
+        warm.chain(ways).chain(softened).filter(is_open).collect()
+    }
+
+    /// Whether the body moves as a whole much further than its panes do, in S or beside it.
+    fn is_mobile(&self) -> bool {
+        let balance = self.dual.balance.as_ref();
+        self.local.mobility() > MOBILE || balance.is_some_and(|it| it.coupling.n_resisted() > 0)
     }
 
     /// Goes one way; `observe` sees the steps, numbered from `done` on.
@@ -116,7 +125,21 @@ impl<'a> Search<'a> {
                 Bound::Coulomb(laws, law) => self.eased(laws, law, &mut observe),
                 Bound::Frozen(_) => self.relaxed(&mut observe),
             },
+            Way::Softened => softened(self, &mut observe),
         }
+    }
+
+    /// The first solution of all ways but springs.
+    pub(super) fn first(&self) -> NewtonSolution {
+        let ways = self.ways().into_iter().filter(|way| *way != Way::Softened);
+        let mut found = self.relaxed(&mut |_, _| {});
+        for way in ways.filter(|way| *way != Way::Relaxed) {
+            if found.is_solution() {
+                break;
+            }
+            found = self.go(way, 0, |_, _| {});
+        }
+        found
     }
 
     /// Minimises over a frozen set from the start, in one step at least, so that a start within the
@@ -127,7 +150,7 @@ impl<'a> Search<'a> {
         settings: &NewtonSettings,
     ) -> NewtonSolution {
         let start = self.zero_or_start();
-        let mut found = if self.local.mobility() > MOBILE {
+        let mut found = if self.is_mobile() {
             let mut first = start.clone();
             set.project(&mut first);
             newton_from(&self.map(self.bound), first, settings, 1, |_, _| {})
@@ -164,11 +187,15 @@ impl<'a> Search<'a> {
         self.dual.unknowns(self.start.unwrap_or_default())
     }
 
-    fn from(&self, start: Vec<f64>, observe: &mut dyn FnMut(usize, &NewtonStep)) -> NewtonSolution {
+    pub(super) fn from(
+        &self,
+        start: Vec<f64>,
+        observe: &mut dyn FnMut(usize, &NewtonStep),
+    ) -> NewtonSolution {
         newton_from(&self.map(self.bound), start, &to(FOUND), 0, observe)
     }
 
-    fn relaxed(&self, observe: &mut dyn FnMut(usize, &NewtonStep)) -> NewtonSolution {
+    pub(super) fn relaxed(&self, observe: &mut dyn FnMut(usize, &NewtonStep)) -> NewtonSolution {
         let settings = NewtonSettings {
             tolerance: FOUND,
             ..NewtonSettings::default()
@@ -261,7 +288,7 @@ impl<'a> Search<'a> {
         law: &CoulombLaw,
         observe: &mut dyn FnMut(usize, &NewtonStep),
     ) -> NewtonSolution {
-        let mobile = self.local.mobility() > MOBILE;
+        let mobile = self.is_mobile();
         continuation(law, observe, |law, start| {
             if !mobile {
                 return newton(self.dual, laws, law, start, &to(FOUND), |_, _| {});

@@ -10,7 +10,7 @@ use faer::{
 
 use super::natural_map::NaturalMap;
 use crate::{
-    dual::DualMatrix,
+    dual::{DualMatrix, RigidCoupling},
     solver::conditions::{Bound, Evaluation},
 };
 
@@ -224,6 +224,7 @@ impl<'a> NewtonSystem<'a> {
         for row in self.balance_rows.clone() {
             out[row] = match self.rigid(j) {
                 None => steplengths[self.free[row]] * -self.integrals(self.free[row])[j],
+                Some(motion) if self.free[row] == j => steplengths[j] * -self.support(motion),
                 Some(_) => 0.0,
             };
         }
@@ -261,15 +262,19 @@ impl<'a> NewtonSystem<'a> {
         unknown.checked_sub(self.map.dual.dimension())
     }
 
+    fn coupling(&self) -> &RigidCoupling {
+        let balance = self.map.dual.balance.as_ref();
+        &balance.expect("a rigid motion is an unknown").coupling
+    }
+
     /// G of the rigid motion of an unknown.
     fn integrals(&self, unknown: usize) -> &[f64] {
-        let balance = self
-            .map
-            .dual
-            .balance
-            .as_ref()
-            .expect("a rigid motion is an unknown");
-        &balance.coupling.integrals[unknown - self.map.dual.dimension()]
+        &self.coupling().integrals[unknown - self.map.dual.dimension()]
+    }
+
+    /// D of a rigid motion.
+    fn support(&self, motion: usize) -> f64 {
+        self.coupling().support[motion]
     }
 
     /// ∂r/∂x_j, a column of S or of −G, and −∂u_t/∂x_j at the contact nodes, where they are held.

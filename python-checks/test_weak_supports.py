@@ -1,0 +1,141 @@
+"""A stiff block that weak springs hold against sliding: closed forms, and Code_Aster's SSNV503 on a foundation turned by 30 degrees."""
+
+import itertools
+
+import h5py
+import numpy as np
+import pytest
+
+from run_file import open_run
+
+STEPS = """
+[[step]]
+title = "press"
+factor = { pt = 0.0 }
+[[step]]
+title = "stick"
+factor = { pt = 1.0 }
+[[step]]
+title = "slide"
+value = { pt = 181.8 }
+"""
+
+# A pad 40 x 1 x 20 mm, 1 mm above its foundation, on 4 N/mm along x.
+PAD = """
+title = "pad on weak springs"
+units = {{ length = "mm", force = "N" }}
+body.brick = {{ size = [40.0, 1.0, 20.0], cells = [8, 2, 4] }}
+material.isotropic = {{ young_modulus = {modulus}, poisson_ratio = 0.0 }}
+clamp = [{{ face = "y_min", components = ["y"] }}, {{ face = "y_max", components = ["y"] }}]
+pressure = [{{ name = "pn", face = "z_max", value = 300.0 }}, {{ name = "pt", face = "x_min", value = 178.2 }}]
+contact = {{ face = "z_min", gap = 1.0 }}
+friction.coefficient.constant = 0.3
+[[spring]]
+face = "x_min"
+tensor = [[0.1, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
+[[spring]]
+face = "x_max"
+tensor = [[0.1, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
+"""
+
+
+@pytest.mark.parametrize("modulus", [2e5, 1e6, 2e8, 2e11])
+def test_a_uniform_pressure_and_a_slide_whatever_the_stiffness(contact3d, tmp_path, modulus):
+    scene, path = tmp_path / "pad.toml", tmp_path / "pad.h5"
+    scene.write_text(PAD.format(modulus=modulus) + STEPS.split("[[step]]")[1].join(["[[step]]", ""]))
+    contact3d("run", scene, path, "--no-figures")
+    with open_run(path) as file:
+        pressure = file["solve/multiplier_normal"][:]
+        # Without a Poisson ratio the load goes straight down. A displacement of one mm leaves the strains of a body of 2e11 N/mm2
+        # some seven digits.
+        assert np.abs(pressure / 300.0 - 1.0).max() < 1e-9 + 1e-18 * modulus
+    scene.write_text(PAD.format(modulus=modulus) + STEPS)
+    contact3d("run", scene, path, "--no-figures")
+    with open_run(path) as file:
+        u = file["solve/displacement"][:]
+        # 3636 N push, friction takes 3600, springs of 4 N/mm the rest; the block is shortened by 3 mm of its 40 at 2e5 / 6000.
+        compliance = 20.0 * (300.0 + 181.8) * 4 / modulus
+        assert abs(u[:, 0].mean() - 9.0) < 1e-6 + compliance
+        forces = dict(zip(file["post/forces/source"].asstr()[:], file["post/forces/force"][:]))
+        springs = forces["spring.0"] + forces["spring.1"]
+        assert springs[0] == pytest.approx(-36.0, abs=1e-4)
+        assert forces["contact"][2] == pytest.approx(12000.0, rel=1e-6)
+
+
+def turned_block(path, cells, size, angle):
+    """A block of Kuhn's tetrahedra whose lower face is turned about z, as MSH 2.2."""
+    nx, ny, nz = cells
+    along = np.array([np.cos(angle), np.sin(angle), 0.0])
+    up = np.array([-np.sin(angle), np.cos(angle), 0.0])
+    axes = np.array([along, up, [0.0, 0.0, 1.0]])
+    shape = (nx + 1, ny + 1, nz + 1)
+    number = np.arange(np.prod(shape)).reshape(shape)
+    places = np.array(list(itertools.product(*(np.linspace(0, s, n) for s, n in zip(size, shape))))) @ axes
+    tetrahedra, sides = [], {}
+    for cell in itertools.product(range(nx), range(ny), range(nz)):
+        for order in itertools.permutations(range(3)):
+            at, nodes = list(cell), [number[cell]]
+            for axis in order:
+                at[axis] += 1
+                nodes.append(number[tuple(at)])
+            if np.linalg.det(np.eye(3)[list(order)]) < 0.0:
+                nodes[2:] = nodes[:1:-1]
+            tetrahedra.append(nodes)
+    local = np.array(list(itertools.product(*(range(n) for n in shape))))
+    for nodes in tetrahedra:
+        for facet in itertools.combinations(nodes, 3):
+            for axis, end in itertools.product(range(3), range(2)):
+                if (local[list(facet), axis] == end * cells[axis]).all():
+                    sides.setdefault((axis, end), []).append(facet)
+    names = {(0, 0): "left", (0, 1): "right", (1, 0): "foundation", (1, 1): "top", (2, 0): "back", (2, 1): "front"}
+    lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames", "7"]
+    groups = {key: k + 1 for k, key in enumerate(names)}
+    lines += [f'2 {groups[key]} "{name}"' for key, name in names.items()] + ['3 7 "block"', "$EndPhysicalNames"]
+    lines += ["$Nodes", str(len(places))]
+    lines += [f"{k + 1} " + " ".join(repr(float(c)) for c in x) for k, x in enumerate(places)]
+    elements = [f"2 2 {groups[key]} 1 " + " ".join(str(n + 1) for n in facet) for key, all in sides.items() for facet in all]
+    elements += ["4 2 7 1 " + " ".join(str(n + 1) for n in nodes) for nodes in tetrahedra]
+    lines += ["$EndNodes", "$Elements", str(len(elements))]
+    lines += [f"{k + 1} {element}" for k, element in enumerate(elements)] + ["$EndElements"]
+    path.write_text("\n".join(lines) + "\n")
+    return along
+
+
+SSNV503 = """
+title = "SSNV503"
+units = {{ length = "mm", force = "N" }}
+body.gmsh.file = "block.msh"
+material.isotropic = {{ young_modulus = 2.1e6, poisson_ratio = 0.0 }}
+clamp = [{{ face = "back", components = ["z"] }}, {{ face = "front", components = ["z"] }}]
+pressure = [{{ name = "pn", face = "top", value = 300.0 }}, {{ name = "pt", face = "left", value = 178.2 }}]
+spring = [{{ face = "left", tensor = {tensor} }}, {{ face = "right", tensor = {tensor} }}]
+contact = {{ face = "foundation", gap = 2.0, multipliers = "nodal" }}
+friction.coefficient.constant = 0.3
+"""
+
+
+def test_code_aster_ssnv503(contact3d, tmp_path):
+    """V6.04.503: u in mm and the sum of reactions in N after each load, within what the test there allows."""
+    along = turned_block(tmp_path / "block.msh", (8, 4, 4), (40.0, 20.0, 20.0), np.pi / 6)
+    # 80 N/mm on two faces of 400 mm2.
+    tensor = (0.1 * np.outer(along, along)).tolist()
+    published = {
+        "press": ((1.0, -1.732), (-1.2e5, 2.0784e5), (0.01, 0.01)),
+        "stick": (None, (-1.8173e5, 1.722e5), (None, 0.01)),
+        "slide": ((8.794, 2.768), (-1.82977e5, 1.71486e5), (0.01, 0.05)),
+    }
+    scene = tmp_path / "ssnv503.toml"
+    steps = STEPS.split("[[step]]\n")[1:]
+    for count, name in enumerate(published, 1):
+        scene.write_text(SSNV503.format(tensor=tensor) + "".join("[[step]]\n" + s for s in steps[:count]))
+        path = tmp_path / f"{name}.h5"
+        contact3d("run", scene, path, "--no-figures")
+        with h5py.File(path) as file:
+            u = file["solve/displacement"][:].mean(axis=0)
+            sources = file["post/forces/source"].asstr()[:]
+            reacting = [source == "contact" or source.startswith("spring") for source in sources]
+            reaction = file["post/forces/force"][:][np.array(reacting)].sum(axis=0)
+        moved, forces, (of_u, of_r) = published[name]
+        if moved:
+            assert np.allclose(u[:2], moved, rtol=of_u), (name, u)
+        assert np.allclose(reaction[:2], forces, rtol=of_r), (name, reaction)
