@@ -8,7 +8,7 @@ use super::{
 use crate::{
     problem::ProblemError,
     scene::Invalid,
-    solver::{Solution, Start, Status},
+    solver::{Solution, Status},
 };
 
 /// Places from which a path is followed both ways where the start of the range is no regular point.
@@ -41,8 +41,7 @@ pub(super) fn solver_rays(equations: &Equations<'_>) -> Result<Vec<Ray>, Problem
 
 fn solved(equations: &Equations<'_>, s: f64) -> Result<Solution, ProblemError> {
     let problem = equations.family.problem(s)?;
-    let settings = &problem.scene().solve;
-    problem.solve_from(settings, Start::default(), &mut |_| {})
+    problem.solve(&problem.scene().solve)
 }
 
 /// The half paths from a solution into the range: corrected on its piece, one at an end of the range, two inside.

@@ -15,6 +15,15 @@ const ABOUT: f64 = 100.0;
 /// that residuals of 1e-10 are met in right answers.
 const SMALL: f64 = 1.5e-8;
 
+/// The residuals of the body, whose displacement is solved to rounding whatever λ is.
+const EQUILIBRIUM: &str = "equilibrium";
+const FORCES: &str = "force imbalance";
+const MOMENTS: &str = "moment imbalance";
+
+fn is_balance(figure: &str) -> bool {
+    [EQUILIBRIUM, FORCES, MOMENTS].contains(&figure)
+}
+
 /// Why an answer cannot be what its solve took it for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Flaw {
@@ -115,8 +124,10 @@ impl ContactReport {
         if !solution.status.is_solved() {
             return None;
         }
-        let by_accuracy = ABOUT * solution.accuracy;
+        let accuracy = solution.accuracy;
+        let mobility = rounding.mobility();
         let found = self.residuals(rounding).map(|(figure, value, rounding)| {
+            let by_accuracy = ABOUT * accuracy * if is_balance(figure) { 1.0 } else { mobility };
             let allowed = (by_accuracy + rounding).max(SMALL);
             // What only rounding explains is no answer either.
             let allowed = allowed.min(BROKEN.max(by_accuracy));
@@ -139,14 +150,14 @@ impl ContactReport {
     ) -> impl Iterator<Item = (&'static str, f64, f64)> + use<> {
         let r = &self.resultants;
         let balance = [
-            ("force imbalance", r.force_imbalance, rounding.equilibrium),
-            ("moment imbalance", r.moment_imbalance, rounding.equilibrium),
+            (FORCES, r.force_imbalance, rounding.equilibrium),
+            (MOMENTS, r.moment_imbalance, rounding.equilibrium),
         ];
         let rounding = *rounding;
         let certificate = self.certificate.figures().into_iter();
         let certificate = certificate.map(move |(figure, value)| {
             let allowed = match figure {
-                "equilibrium" => rounding.equilibrium,
+                EQUILIBRIUM => rounding.equilibrium,
                 "complementarity" | "slip_direction" => rounding.work,
                 _ => rounding.stress,
             };

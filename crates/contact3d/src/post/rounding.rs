@@ -35,6 +35,13 @@ impl Rounding {
         }
     }
 
+    /// How many times further than by its own compliance a pane moves with the body, at least one: a relative error of λ is so many
+    /// times larger in the residuals of stresses and of works.
+    pub(crate) fn mobility(&self) -> f64 {
+        let share = self.stress.max(self.work) / (ROUNDINGS * f64::EPSILON);
+        share.max(1.0)
+    }
+
     /// The largest.
     pub(crate) fn worst(&self) -> f64 {
         self.equilibrium.max(self.stress).max(self.work)
