@@ -7,6 +7,7 @@ import ctypes
 import ctypes.util
 import json
 import subprocess
+from collections import Counter
 from pathlib import Path
 
 import h5py
@@ -15,6 +16,7 @@ import pytest
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+import random_contacts
 from run_file import open_run, read_matrix
 
 PIPELINES = Path(__file__).resolve().parent.parent / "pipelines"
@@ -334,3 +336,11 @@ def test_fclib_reads_the_solved_copy(exported, libfclib, program, tmp_path):
         stored = file["solution/r"][:]
     solution = libfclib.fclib_read_solution(str(out).encode()).contents
     np.testing.assert_array_equal(np.ctypeslib.as_array(solution.r, stored.shape), stored)
+
+
+def test_random_problems_are_solved_or_proven_to_have_no_solution(program, tmp_path):
+    """`python3 python-checks/random_contacts.py` in short."""
+    rows = list(random_contacts.run(program, 6, 2, tmp_path))
+    assert [wrong for _, _, wrong in rows if wrong] == []
+    statuses = sum((statuses for _, statuses, _ in rows), Counter())
+    assert statuses["converged"] >= 30 and statuses["no_solution"] >= 20

@@ -3,7 +3,9 @@
 use std::{fmt::Write, path::PathBuf};
 
 use clap::Args;
-use contact3d::branches::{Branches, ParameterRange, PathEnd, PathPoint, PointKind, Switch};
+use contact3d::branches::{
+    Branches, Certificate, ParameterRange, PathEnd, PathPoint, PointKind, Switch,
+};
 use units::Units;
 
 use super::{
@@ -98,17 +100,30 @@ pub(super) fn branches(
         || json(&branches),
         || words(&branches, units),
     );
-    if branches.is_complete() {
-        return Ok(Exit::Done);
+    match shortcoming(&branches) {
+        None => Ok(Exit::Done),
+        Some(reason) => {
+            terminal::message(&format!("NOT CONVERGED: {reason}"));
+            Ok(Exit::NotConverged)
+        }
     }
-    terminal::message(&match branches.left_out {
-        0 => "NOT CONVERGED: a path ends where Newton's method does not settle; see its end"
-            .to_owned(),
-        left => format!(
-            "NOT CONVERGED: {left} half paths from branch points are not followed; choose a smaller range"
-        ),
-    });
-    Ok(Exit::NotConverged)
+}
+
+/// Why the search did not end as it should; `None` where it did.
+fn shortcoming(branches: &Branches) -> Option<String> {
+    if branches.left_out > 0 {
+        return Some(format!(
+            "{} half paths from branch points are not followed; choose a smaller range",
+            branches.left_out
+        ));
+    }
+    if !branches.is_followed() {
+        return Some("a path ends where Newton's method does not settle; see its end".to_owned());
+    }
+    branches.lacks().then(|| {
+        "signs of det R' at an end of the range do not add up to 1, so a solution there is missing or not regular, and no other start leads to it; \
+         move the end a little with --from or --to, or follow another key with --parameter".to_owned()
+    })
 }
 
 fn where_it_stands(branches: &Branches) -> String {
@@ -158,13 +173,17 @@ fn ends(branches: &Branches) -> [f64; 2] {
 fn solutions_words(branches: &Branches, parameter: f64) -> String {
     let solutions = branches.end_solutions(parameter);
     let degree = branches.degree(parameter);
-    let mut text = format!("Solutions at {}, sum of signs {degree}", parameter);
-    text += match (branches.is_enumerated, branches.all, degree) {
-        (true, ..) => ": all, every state of the panes was tried\n",
-        (false, true, 1) => ": none is known to be missing\n",
-        (false, true, _) => ": others exist, or one is not regular\n",
-        (false, false, _) => ": those on the paths; --all searches for others\n",
+    let mut text = format!("Solutions at {parameter}, sum of signs {degree}: ");
+    let end = usize::from(parameter == branches.range.to);
+    text += &match (branches.certificates[end], branches.all, degree) {
+        (Some(all), ..) => certificate_words(&all, solutions.len()),
+        (None, true, 1) => {
+            "some may be missing; the sum is 1 where none is, and may be 1 where some are".into()
+        }
+        (None, true, _) => "one is missing or not regular, since the sum is not 1".into(),
+        (None, false, _) => "those on the paths; --all searches for others".to_owned(),
     };
+    text.push('\n');
     for at in solutions {
         let point = &branches.paths[at.path].points[at.point];
         let _ = writeln!(
@@ -176,6 +195,18 @@ fn solutions_words(branches: &Branches, parameter: f64) -> String {
         );
     }
     text
+}
+
+fn certificate_words(all: &Certificate, found: usize) -> String {
+    let complete = match all.solutions == found {
+        true => "complete by enumeration".to_owned(),
+        false => format!("{} exist by enumeration", all.solutions),
+    };
+    format!(
+        "{complete} ({} choices of states, {} boxes, each with no solution or exactly one; \
+         least determinant {:.1e}, margin {:.1e}; S and h to {:.0e})",
+        all.states, all.boxes, all.determinant, all.margin, all.uncertainty
+    )
 }
 
 fn line(point: &PathPoint) -> String {
@@ -256,6 +287,8 @@ fn json(branches: &Branches) -> serde_json::Value {
         serde_json::json!({
             "parameter": parameter,
             "degree": branches.degree(parameter),
+            "enumerated": branches.is_enumerated(usize::from(parameter == branches.range.to)),
+            "certificate": branches.certificates[usize::from(parameter == branches.range.to)],
             "solutions": solutions.collect::<Vec<_>>(),
         })
     });
@@ -264,8 +297,9 @@ fn json(branches: &Branches) -> serde_json::Value {
         "from": branches.range.from,
         "to": branches.range.to,
         "all": branches.all,
-        "enumerated": branches.is_enumerated,
+        "enumerated": branches.is_enumerated(0) && branches.is_enumerated(1),
         "left_out": branches.left_out,
+        "followed": branches.is_followed(),
         "complete": branches.is_complete(),
         "paths": paths.collect::<Vec<_>>(),
         "solutions": solutions,

@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args, ValueEnum};
-use contact3d::solver::{DelassusMethod, DelassusSettings, DelassusSolver, DelassusStatus};
+use contact3d::solver::{
+    DelassusMethod, DelassusSettings, DelassusSolution, DelassusSolver, DelassusStatus, Obstruction,
+};
 
 use super::{
     arguments::Output,
@@ -174,16 +176,45 @@ pub(super) fn solve_fclib(
     if let Some(path) = stored {
         say(output, &format!("wrote {}", path.display()));
     }
-    match answer.solution.status {
-        DelassusStatus::Converged => Ok(Exit::Done),
-        status @ (DelassusStatus::NotConverged | DelassusStatus::NumericalError) => {
-            let word = status_word(status);
-            terminal::message(&format!(
-                "NOT CONVERGED: {word}, error {:.1e}",
-                answer.solution.error.max(answer.solution.scaled_error)
-            ));
-            Ok(Exit::NotConverged)
+    if answer.solution.status == DelassusStatus::Converged {
+        return Ok(Exit::Done);
+    }
+    terminal::message(&failure(&answer.solution));
+    Ok(Exit::NotConverged)
+}
+
+/// What did not work, and what is known about why.
+fn failure(solution: &DelassusSolution) -> String {
+    let word = status_word(solution.status);
+    let error = solution.worst_error();
+    let why = solution.separation.as_ref().map(|separation| {
+        let contacts = contacts_of(&separation.direction);
+        match separation.obstruction {
+            Obstruction::Penetration => format!(
+                "; no forces keep these {contacts} contacts from penetrating, whatever the friction: \
+                 normal forces p with W p = 0 and p.q < 0 prove it"
+            ),
+            Obstruction::Sticking => format!(
+                "; whether there is a solution is not known, but no solution lets these {contacts} contacts stick: \
+                 forces p within friction with W p = 0 and p.q < 0 prove it"
+            ),
         }
+    });
+    format!(
+        "NOT CONVERGED: {word}, error {error:.1e}{}",
+        why.unwrap_or_default()
+    )
+}
+
+fn contacts_of(direction: &[f64]) -> usize {
+    let contacts = direction.chunks_exact(3);
+    contacts.filter(|p| p.iter().any(|p| *p != 0.0)).count()
+}
+
+fn obstruction_word(obstruction: Obstruction) -> &'static str {
+    match obstruction {
+        Obstruction::Penetration => "penetration",
+        Obstruction::Sticking => "sticking",
     }
 }
 
@@ -191,6 +222,7 @@ fn status_word(status: DelassusStatus) -> &'static str {
     match status {
         DelassusStatus::Converged => "converged",
         DelassusStatus::NotConverged => "not_converged",
+        DelassusStatus::NoSolution => "no_solution",
         DelassusStatus::NumericalError => "numerical_error",
     }
 }
@@ -212,6 +244,11 @@ fn json(answer: &FclibAnswer) -> serde_json::Value {
         "error": solution.error,
         "scaled_error": solution.scaled_error,
         "error_before": answer.error_before,
+        "obstruction": solution.separation.as_ref().map(|separation| serde_json::json!({
+            "kind": obstruction_word(separation.obstruction),
+            "direction": separation.direction,
+            "force_bound": Some(separation.force_bound).filter(|bound| bound.is_finite()),
+        })),
         "newton_steps": solution.newton_steps,
         "outer_steps": solution.outer_steps,
         "applications": solution.applications,

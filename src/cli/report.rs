@@ -3,7 +3,10 @@
 use contact3d::{
     dual::OperatorEstimate,
     linalg::Precision,
-    scene::{DualOperatorKind, FactorPrecision, Method, Scene},
+    scene::{
+        DualOperatorKind, FactorPrecision, FrictionModel, Method, ModelFeatures, Scene,
+        SolveSettings,
+    },
     solver::{Progress, Solution, Status},
 };
 
@@ -69,14 +72,18 @@ pub(super) fn progress(progress: Progress<'_>) -> String {
 pub(super) fn status(solution: &Solution, scene: &Scene) -> String {
     let automatic = by_another_way(scene);
     let accuracy = solution.accuracy;
+    let (limits, usual) = (&scene.solve, SolveSettings::default());
     let (what, advice) = match solution.status {
         Status::Converged => return format!("converged to {accuracy:.1e}"),
         Status::RoundingLimit => {
+            // Newton's steps are those of a dense operator.
             let more = match scene.assemble.dual_operator {
-                DualOperatorKind::Implicit => {
+                DualOperatorKind::Implicit if solution.newton.is_empty() => {
                     "; assemble.dual_operator = \"explicit\" reaches more"
                 }
-                DualOperatorKind::Explicit | DualOperatorKind::Auto => "",
+                DualOperatorKind::Implicit
+                | DualOperatorKind::Explicit
+                | DualOperatorKind::Auto => "",
             };
             return format!(
                 "stopped at the attainable accuracy {accuracy:.1e}: rounding forbids more{more}"
@@ -89,11 +96,15 @@ pub(super) fn status(solution: &Solution, scene: &Scene) -> String {
         }
         Status::MaxOuterSteps => (
             format!("out of outer steps at a change of {accuracy:.1e}"),
-            automatic.unwrap_or_else(|| "raise solve.max_outer_steps".to_owned()),
+            automatic
+                .filter(|_| limits.max_outer_steps >= usual.max_outer_steps)
+                .unwrap_or_else(|| "raise solve.max_outer_steps".to_owned()),
         ),
         Status::MaxInnerApplications => (
             "an inner problem ran out of applications of S".to_owned(),
-            automatic.unwrap_or_else(|| "raise solve.max_inner_actions".to_owned()),
+            automatic
+                .filter(|_| limits.max_inner_actions >= usual.max_inner_actions)
+                .unwrap_or_else(|| "raise solve.max_inner_actions".to_owned()),
         ),
         Status::NumericalError => (
             "a value is not finite, or a coefficient of friction not positive at the slips reached"
@@ -102,15 +113,13 @@ pub(super) fn status(solution: &Solution, scene: &Scene) -> String {
         ),
         Status::MaxNewtonSteps => (
             "Newton's method found no solution from any start".to_owned(),
-            automatic.unwrap_or_else(|| {
-                "there may be none: look at the friction, or try another mesh".to_owned()
-            }),
+            automatic.unwrap_or_else(|| after_all_ways(solution, scene)),
         ),
         Status::Inaccurate => (
             format!(
                 "the stopping rule is met, but the multipliers are off by about {accuracy:.1e}"
             ),
-            automatic.unwrap_or_else(|| "lower solve.epsilon".to_owned()),
+            automatic.unwrap_or_else(|| after_all_ways(solution, scene)),
         ),
         Status::NoEquilibrium => (
             "no equilibrium: contact cannot hold the body under this load".to_owned(),
@@ -119,12 +128,30 @@ pub(super) fn status(solution: &Solution, scene: &Scene) -> String {
         ),
         Status::Cycling => (
             "successive approximations go round in a cycle".to_owned(),
-            automatic.unwrap_or_else(|| {
-                "there may be no solution: look at the friction, or try another mesh".to_owned()
-            }),
+            automatic.unwrap_or_else(|| after_all_ways(solution, scene)),
         ),
     };
     format!("NOT CONVERGED: {what}; {advice}")
+}
+
+/// What may help where no setting does: only Coulomb's law leaves open whether there is a solution of a body that is held.
+fn after_all_ways(solution: &Solution, scene: &Scene) -> String {
+    let follows_pressure = |law: &FrictionModel| match law {
+        FrictionModel::Frictionless | FrictionModel::Tresca { .. } => false,
+        FrictionModel::Coulomb { .. } | FrictionModel::CappedCoulomb { .. } => true,
+    };
+    let has_coulomb = ModelFeatures::of(scene).friction().any(follows_pressure);
+    match (solution.rigid_motion.is_empty(), has_coulomb) {
+        (true, true) => "there may be no solution: look at the friction, or try another mesh",
+        (true, false) => {
+            "there is one solution, lost in rounding: look at what holds the body, and at parts whose sizes or moduli differ by many orders of magnitude"
+        }
+        (false, true) => {
+            "contact may not hold the body: look at load and friction, or hold it with [[clamp]]"
+        }
+        (false, false) => "contact may not hold the body: look at the load, or hold it with [[clamp]]",
+    }
+    .to_owned()
 }
 
 /// The settings that look for the answer in every way there is; `None` where they are chosen.

@@ -32,6 +32,14 @@ pub(super) fn words(theory: &Theory, units: Units) -> String {
         let _ = writeln!(text, "{note}");
         text += &norm_table(&theory.levels, k);
     }
+    text += match law.lipschitz > 0.0 {
+        true => {
+            "q composed is a proof up to rounding; c_tr(4) comes from an ascent, from below, so the other q and what follows from them may be too small\n\n"
+        }
+        false => {
+            "all q are proofs up to rounding: for a law that does not follow the slip they do without c_tr(4)\n\n"
+        }
+    };
     text += &inf_sup_table(&theory.levels);
     text += &truth_table(&theory.levels);
     text += &threshold_table(&theory.levels);
@@ -190,7 +198,23 @@ pub(super) fn json(theory: &Theory) -> Value {
         },
         "levels": levels,
         "findings": theory.findings().to_string(),
+        "no_proof": no_proof(theory),
     })
+}
+
+/// The figures that rest on c_tr(4), which an ascent finds from below.
+fn no_proof(theory: &Theory) -> &'static [&'static str] {
+    match theory.law.lipschitz > 0.0 {
+        true => &[
+            "trace_fourth",
+            "contraction_bound",
+            "contraction_bound_weighted",
+            "contraction_bound_averaged",
+            "threshold_bound",
+            "threshold_bound_weighted",
+        ],
+        false => &["trace_fourth"],
+    }
 }
 
 fn level_json(level: &TheoryLevel) -> Value {

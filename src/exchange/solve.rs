@@ -8,10 +8,10 @@ use std::{
 use contact3d::dual::Need;
 use contact3d::solver::{
     DelassusMethod, DelassusProblem, DelassusSettings, DelassusSolution, MOST_DENSE_CONTACTS,
-    solve_delassus,
+    Obstruction, solve_delassus,
 };
-use fclib::Solution;
-use runfile::WholeFile;
+use fclib::{Array, Solution};
+use runfile::{FileState, StoreError, WholeFile};
 
 use super::file::{PROGRAM, bytes_of, is_solution, proven, to_problem};
 use crate::{
@@ -21,6 +21,10 @@ use crate::{
 
 /// Bytes for each entry of the dense matrices of Newton's method: W itself, its factor twice, the matrix of a step.
 const BYTES_PER_ENTRY: u64 = 5 * 8;
+
+/// Memory to read a matrix for each byte of the file's arrays, 12 an entry: those arrays, entries with long indices, once more to sort
+/// them, W by columns, its transpose.
+const BYTES_PER_BYTE: u64 = 8;
 
 /// Where the solution goes.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -61,6 +65,12 @@ pub fn solve_file(
     if let Target::Copy(path) = target {
         output::admit(path, Kind::Fclib, &inputs)?;
     }
+    let state = FileState::of(file);
+    admit_memory(Need {
+        step: "reading the problem",
+        memory: fclib::declared_bytes(file)?.saturating_mul(BYTES_PER_BYTE),
+        stored: 0,
+    })?;
     let local = fclib::read_local(file)?;
     if local.space_dimension != 3 {
         return Err(StageError::Unfit {
@@ -83,6 +93,11 @@ pub fn solve_file(
         error_before,
         seconds: started.elapsed().as_secs_f64(),
     };
+    // The solution is that of the file as it was read.
+    if *target != Target::Nowhere && FileState::of(file) != state {
+        let file = file.to_owned();
+        return Err(StoreError::Changed { file }.into());
+    }
     store(file, target, &answer.solution, &inputs)?;
     Ok(answer)
 }
@@ -115,6 +130,19 @@ fn store(
         Target::Copy(path) => path.as_path(),
         Target::InPlace => file,
     };
+    let obstruction = solution.separation.as_ref().map(|separation| Array {
+        name: "obstruction",
+        meaning: match separation.obstruction {
+            Obstruction::Penetration => {
+                "p >= 0 of normal forces with W p = 0 and p.q < 0: no forces keep all contacts from penetrating"
+            }
+            Obstruction::Sticking => {
+                "p in the cones of friction with W p = 0 and p.q < 0: where its contacts stick, some penetrate"
+            }
+        },
+        values: &separation.direction,
+        columns: 1,
+    });
     let solution = Solution {
         v: None,
         u: solution.velocity.clone(),
@@ -123,6 +151,7 @@ fn store(
     let part = WholeFile::copy_beside(file, path)?;
     fclib::remove_solution(part.file())?;
     fclib::write_solution(part.file(), &solution)?;
+    fclib::write_arrays(part.file(), "solution", obstruction.as_slice())?;
     if *target != Target::InPlace {
         fclib::write_program(part.file(), PROGRAM)?;
     }

@@ -3,6 +3,7 @@
 use std::fs;
 
 use fclib::{LocalProblem, Matrix, Solution};
+use hdf5_metno as hdf5;
 use serde_json::Value;
 
 use crate::program::{Program, pipeline};
@@ -245,6 +246,70 @@ fn a_solution_goes_into_a_copy_and_only_on_request_into_the_file() {
     check("given.hdf5");
 }
 
+/// A link stays a link, permissions stay, and a protected file stays as it is.
+#[cfg(unix)]
+#[test]
+fn a_file_solved_in_place_keeps_what_it_is() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    let program = written(&problem());
+    fs::create_dir(program.path("far")).expect("a folder");
+    fs::rename(program.path("given.hdf5"), program.path("far/real.hdf5")).expect("moved");
+    symlink("far/real.hdf5", program.path("given.hdf5")).expect("a link");
+    let mode = |mode: u32| {
+        let permissions = fs::Permissions::from_mode(mode);
+        fs::set_permissions(program.path("far/real.hdf5"), permissions).expect("allowed");
+    };
+    mode(0o640);
+    json(&program, &["solve-fclib", "given.hdf5", "--in-place"], 0);
+    assert!(program.path("given.hdf5").is_symlink());
+    let found = fs::metadata(program.path("far/real.hdf5")).expect("there");
+    assert_eq!(found.permissions().mode() & 0o777, 0o640);
+    let stored = fclib::read_solution(&program.path("far/real.hdf5"), 6).expect("readable");
+    assert!(stored.expect("there").r[0] > 0.5);
+    assert_eq!(
+        program.everything().len(),
+        3,
+        "{:?}",
+        program.everything().keys()
+    );
+    mode(0o440);
+    let text = refused(&program, &["solve-fclib", "given.hdf5", "--in-place"]);
+    assert!(text.contains("write-protected"), "{text}");
+    // A copy of it is as writable as any new file.
+    json(
+        &program,
+        &["solve-fclib", "given.hdf5", "--out", "out.hdf5"],
+        0,
+    );
+}
+
+/// A file whose /solution is a link to another file's numbers, and one without the bytes that it declares.
+#[test]
+fn data_of_other_files_are_neither_read_nor_stored() {
+    let program = written(&problem());
+    let other = hdf5::File::create(program.path("other.h5")).expect("made");
+    let numbers = other
+        .new_dataset::<f64>()
+        .shape(6)
+        .create("r")
+        .expect("made");
+    numbers.write_raw(&[1.0; 6]).expect("written");
+    other.close().expect("closed");
+    let raw = hdf5::File::open_rw(program.path("given.hdf5")).expect("open");
+    raw.unlink("solution/r").expect("there");
+    raw.link_external("other.h5", "r", "solution/r")
+        .expect("linked");
+    raw.close().expect("closed");
+    let text = refused(
+        &program,
+        &["solve-fclib", "given.hdf5", "--out", "out.hdf5"],
+    );
+    assert!(
+        text.contains("/solution/r: expected data in the file itself"),
+        "{text}"
+    );
+}
+
 /// W = 0 where bodies would have to be pushed apart: no forces do.
 #[test]
 fn what_has_no_solution_is_stored_and_is_not_converged() {
@@ -256,7 +321,16 @@ fn what_has_no_solution_is_stored_and_is_not_converged() {
         &["solve-fclib", "given.hdf5", "-o", "out.hdf5"],
         1,
     );
-    assert_eq!(answer["status"], "not_converged");
+    assert_eq!(answer["status"], "no_solution");
+    assert_eq!(answer["obstruction"]["kind"], "penetration");
+    assert_eq!(
+        answer["obstruction"]["direction"],
+        serde_json::json!([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
+    );
+    let stored = hdf5::File::open(program.path("out.hdf5")).expect("open");
+    let direction = stored.dataset("solution/obstruction").expect("there");
+    let direction = direction.read_raw::<f64>().expect("numbers");
+    assert_eq!(direction, [0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
     assert!(
         fclib::read_solution(&program.path("out.hdf5"), 6)
             .expect("readable")

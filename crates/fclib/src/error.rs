@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use hdf5_metno as hdf5;
+use runfile::StoreError;
 use thiserror::Error;
 
 /// Why a file cannot be read or written.
@@ -18,6 +19,9 @@ pub enum FclibError {
         /// What HDF5 says.
         source: hdf5::Error,
     },
+    /// The file cannot be opened, is damaged, or does not hold its own data.
+    #[error(transparent)]
+    Store(#[from] StoreError),
     /// A group or dataset that is not there.
     #[error("{}: {path} is missing; {help}", file.display())]
     Missing {

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use hdf5_metno::{self as hdf5, types::VarLenUnicode};
+use runfile::Foreign;
 
 use crate::{FclibError, error::InFile};
 
@@ -15,14 +16,24 @@ pub(crate) const GLOBAL: &str = "fclib_global";
 pub(crate) const SOLUTION: &str = "solution";
 pub(crate) const GUESSES: &str = "guesses";
 
-pub(crate) fn open(path: &Path) -> Result<hdf5::File, FclibError> {
-    hdf5::File::open(path).in_file(path, || "open the file".into())
+/// Opens a file and examines what is read of it.
+pub(crate) fn open(path: &Path) -> Result<Foreign, FclibError> {
+    Ok(Foreign::open(path, &[LOCAL, GLOBAL, SOLUTION, GUESSES])?)
+}
+
+/// Bytes of all that may be read of a file, once it is read.
+///
+/// # Errors
+/// A file that cannot be opened, is damaged, or does not hold its own data.
+pub fn declared_bytes(path: &Path) -> Result<u64, FclibError> {
+    Ok(open(path)?.declared())
 }
 
 /// The program that marked an FCLIB file as its own by [`crate::write_program`]; `None` for other files.
 #[must_use]
 pub fn program_of(path: &Path) -> Option<String> {
-    let file = hdf5::File::open(path).ok()?;
+    let opened = Foreign::open(path, &[]).ok()?;
+    let file = opened.file();
     if !(file.link_exists(LOCAL) || file.link_exists(GLOBAL)) {
         return None;
     }

@@ -22,7 +22,7 @@ mod read;
 mod write;
 
 pub use error::FclibError;
-pub use file::{program_of, remove_solution};
+pub use file::{declared_bytes, program_of, remove_solution};
 pub use matrix::{Matrix, Storage};
 pub use problem::{GlobalProblem, Info, LocalProblem, Solution};
 pub use read::{read_global, read_guesses, read_local, read_solution};

@@ -7,6 +7,8 @@ use hdf5_metno::{
     types::{FixedAscii, FixedUnicode, TypeDescriptor, VarLenAscii, VarLenUnicode},
 };
 
+use runfile::Foreign;
+
 use crate::{
     FclibError, GlobalProblem, Info, LocalProblem, Matrix, Solution, Storage,
     error::InFile,
@@ -23,9 +25,9 @@ const ANOTHER: &str = "give a file of FCLIB, such as those of its public collect
 /// # Errors
 /// [`FclibError`]: what is missing, of another size or type, or of a kind that is not supported (bilateral constraints V, R, s).
 pub fn read_local(path: &Path) -> Result<LocalProblem, FclibError> {
-    let file = open(path)?;
-    let source = Source { path, file: &file };
-    if !file.link_exists(LOCAL) {
+    let opened = open(path)?;
+    let source = Source::new(path, &opened);
+    if !source.has(LOCAL) {
         return Err(source.no_local_problem());
     }
     for bilateral in ["V", "R"] {
@@ -39,18 +41,14 @@ pub fn read_local(path: &Path) -> Result<LocalProblem, FclibError> {
         }
     }
     let space_dimension = source.count(&format!("{LOCAL}/spacedim"))?;
-    let w = source.matrix(&format!("{LOCAL}/W"))?;
-    if w.rows != w.columns {
-        let found = format!("{} rows and {} columns", w.rows, w.columns);
-        return Err(source.unexpected(&format!("{LOCAL}/W"), "a square matrix", found));
-    }
-    let contacts = source.contacts(space_dimension, w.rows, &format!("{LOCAL}/W"))?;
+    let mu = source.vector(&format!("{LOCAL}/vectors/mu"))?;
+    let size = source.components(space_dimension, mu.len(), LOCAL)?;
     Ok(LocalProblem {
         space_dimension,
-        q: source.vector(&format!("{LOCAL}/vectors/q"), w.rows)?,
-        mu: source.vector(&format!("{LOCAL}/vectors/mu"), contacts)?,
+        q: source.vector_of(&format!("{LOCAL}/vectors/q"), size)?,
+        w: source.matrix(&format!("{LOCAL}/W"), [size; 2])?,
+        mu,
         info: source.info(&format!("{LOCAL}/info"))?,
-        w,
     })
 }
 
@@ -59,8 +57,8 @@ pub fn read_local(path: &Path) -> Result<LocalProblem, FclibError> {
 /// # Errors
 /// [`FclibError`]: what is missing, of another size or type, or of a kind that is not supported (equality constraints G, b).
 pub fn read_global(path: &Path) -> Result<GlobalProblem, FclibError> {
-    let file = open(path)?;
-    let source = Source { path, file: &file };
+    let opened = open(path)?;
+    let source = Source::new(path, &opened);
     if source.has(&format!("{GLOBAL}/G")) {
         return Err(FclibError::Unsupported {
             file: path.to_owned(),
@@ -70,24 +68,17 @@ pub fn read_global(path: &Path) -> Result<GlobalProblem, FclibError> {
         });
     }
     let space_dimension = source.count(&format!("{GLOBAL}/spacedim"))?;
-    let m = source.matrix(&format!("{GLOBAL}/M"))?;
-    let h = source.matrix(&format!("{GLOBAL}/H"))?;
-    if m.rows != m.columns || h.rows != m.rows {
-        let found = format!(
-            "M of {} rows and {} columns, H of {} rows",
-            m.rows, m.columns, h.rows
-        );
-        return Err(source.unexpected(GLOBAL, "a square M, and an H with as many rows", found));
-    }
-    let contacts = source.contacts(space_dimension, h.columns, &format!("{GLOBAL}/H"))?;
+    let mu = source.vector(&format!("{GLOBAL}/vectors/mu"))?;
+    let size = source.components(space_dimension, mu.len(), GLOBAL)?;
+    let f = source.vector(&format!("{GLOBAL}/vectors/f"))?;
     Ok(GlobalProblem {
         space_dimension,
-        f: source.vector(&format!("{GLOBAL}/vectors/f"), m.rows)?,
-        w: source.vector(&format!("{GLOBAL}/vectors/w"), h.columns)?,
-        mu: source.vector(&format!("{GLOBAL}/vectors/mu"), contacts)?,
+        m: source.matrix(&format!("{GLOBAL}/M"), [f.len(); 2])?,
+        h: source.matrix(&format!("{GLOBAL}/H"), [f.len(), size])?,
+        w: source.vector_of(&format!("{GLOBAL}/vectors/w"), size)?,
+        f,
+        mu,
         info: source.info(&format!("{GLOBAL}/info"))?,
-        m,
-        h,
     })
 }
 
@@ -96,8 +87,8 @@ pub fn read_global(path: &Path) -> Result<GlobalProblem, FclibError> {
 /// # Errors
 /// [`FclibError`].
 pub fn read_solution(path: &Path, components: usize) -> Result<Option<Solution>, FclibError> {
-    let file = open(path)?;
-    let source = Source { path, file: &file };
+    let opened = open(path)?;
+    let source = Source::new(path, &opened);
     if !source.has(SOLUTION) {
         return Ok(None);
     }
@@ -109,8 +100,8 @@ pub fn read_solution(path: &Path, components: usize) -> Result<Option<Solution>,
 /// # Errors
 /// [`FclibError`].
 pub fn read_guesses(path: &Path, components: usize) -> Result<Vec<Solution>, FclibError> {
-    let file = open(path)?;
-    let source = Source { path, file: &file };
+    let opened = open(path)?;
+    let source = Source::new(path, &opened);
     if !source.has(GUESSES) {
         return Ok(Vec::new());
     }
@@ -126,7 +117,11 @@ struct Source<'a> {
     file: &'a hdf5::File,
 }
 
-impl Source<'_> {
+impl<'a> Source<'a> {
+    fn new(path: &'a Path, opened: &'a Foreign) -> Self {
+        let file = opened.file();
+        Self { path, file }
+    }
     /// Whether a path of groups ends at something.
     fn has(&self, path: &str) -> bool {
         let mut ends = path
@@ -226,8 +221,12 @@ impl Source<'_> {
         usize::try_from(value).map_err(|_| self.unexpected(path, "a number >= 0", found))
     }
 
-    fn vector(&self, path: &str, length: usize) -> Result<Vec<f64>, FclibError> {
-        let values = self.numbers::<f64>(path, "floating-point numbers")?;
+    fn vector(&self, path: &str) -> Result<Vec<f64>, FclibError> {
+        self.numbers(path, "floating-point numbers")
+    }
+
+    fn vector_of(&self, path: &str, length: usize) -> Result<Vec<f64>, FclibError> {
+        let values = self.vector(path)?;
         match values.len() == length {
             true => Ok(values),
             false => {
@@ -237,31 +236,32 @@ impl Source<'_> {
         }
     }
 
-    /// The number of contacts with so many components together.
-    fn contacts(
+    /// Components of u and r at so many contacts.
+    fn components(
         &self,
         space_dimension: usize,
-        components: usize,
-        path: &str,
+        contacts: usize,
+        group: &str,
     ) -> Result<usize, FclibError> {
         match space_dimension {
-            2 | 3 if components.is_multiple_of(space_dimension) => Ok(components / space_dimension),
-            2 | 3 => {
-                let expected = format!("a multiple of {space_dimension} columns");
-                Err(self.unexpected(path, expected, format!("{components}")))
-            }
+            2 | 3 => Ok(space_dimension * contacts),
             other => {
-                let group = path.split('/').next().unwrap_or_default();
                 Err(self.unexpected(&format!("{group}/spacedim"), "2 or 3", other.to_string()))
             }
         }
     }
 
-    fn matrix(&self, path: &str) -> Result<Matrix, FclibError> {
-        let [rows, columns] = [
+    /// A matrix of a size that the vectors of the problem decide: what it declares is believed as little as any other header.
+    fn matrix(&self, path: &str, [rows, columns]: [usize; 2]) -> Result<Matrix, FclibError> {
+        let declared = [
             self.count(&format!("{path}/m"))?,
             self.count(&format!("{path}/n"))?,
         ];
+        if declared != [rows, columns] {
+            let expected = format!("{rows} rows and {columns} columns, as the vectors have them");
+            let found = format!("{} rows and {} columns", declared[0], declared[1]);
+            return Err(self.unexpected(path, expected, found));
+        }
         let nz = self.integer(&format!("{path}/nz"))?;
         let p = self.numbers::<i32>(&format!("{path}/p"), "whole numbers")?;
         let i = self.numbers::<i32>(&format!("{path}/i"), "whole numbers")?;
@@ -296,11 +296,11 @@ impl Source<'_> {
         let v = format!("{path}/v");
         Ok(Solution {
             v: match self.has(&v) {
-                true => Some(self.numbers(&v, "floating-point numbers")?),
+                true => Some(self.vector(&v)?),
                 false => None,
             },
-            u: self.vector(&format!("{path}/u"), components)?,
-            r: self.vector(&format!("{path}/r"), components)?,
+            u: self.vector_of(&format!("{path}/u"), components)?,
+            r: self.vector_of(&format!("{path}/r"), components)?,
         })
     }
 
@@ -311,6 +311,7 @@ impl Source<'_> {
         let group = self.file.group(path);
         let group = group.in_file(self.path, || format!("open /{path}"))?;
         let degrees = group.attr("numberOfDegreeOfFreedom").ok();
+        let degrees = degrees.filter(|attribute| attribute.size() == 1);
         let degrees = degrees.and_then(|attribute| attribute.read_raw::<i32>().ok());
         let text = |name: &str| {
             let dataset = group.link_exists(name).then(|| group.dataset(name).ok());

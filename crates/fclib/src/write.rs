@@ -92,7 +92,7 @@ pub fn write_guesses(file: &hdf5::File, guesses: &[Solution]) -> Result<(), Fcli
     Ok(())
 }
 
-/// Adds a group of further arrays, which FCLIB's readers pass over.
+/// Adds further arrays to a group, there or new, which FCLIB's readers pass over.
 ///
 /// # Errors
 /// [`FclibError`].
@@ -102,7 +102,12 @@ pub fn write_arrays(
     arrays: &[Array<'_>],
 ) -> Result<(), FclibError> {
     let target = Target::of(file);
-    let group = target.group(target.root(), group)?;
+    let group = match file.link_exists(group) {
+        true => file
+            .group(group)
+            .in_file(&target.path, || format!("open the group {group}"))?,
+        false => target.group(target.root(), group)?,
+    };
     for array in arrays {
         let rows = array.values.len() / array.columns;
         let dataset = match array.columns {

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use contact3d_fclib as fclib;
 use fclib::{
-    FclibError, GlobalProblem, Info, LocalProblem, Matrix, Solution, program_of, read_global,
-    read_guesses, read_local, read_solution, remove_solution, write_global, write_guesses,
-    write_local, write_program, write_solution,
+    FclibError, GlobalProblem, Info, LocalProblem, Matrix, Solution, declared_bytes, program_of,
+    read_global, read_guesses, read_local, read_solution, remove_solution, write_global,
+    write_guesses, write_local, write_program, write_solution,
 };
 use hdf5_metno as hdf5;
 
@@ -230,4 +230,65 @@ fn all_three_storages_are_one_matrix() {
     assert_eq!(read_local(&file).expect("by rows").w, problem.w);
     replace(5, &columns, &row_of);
     assert_eq!(read_local(&file).expect("triplets").w, problem.w);
+}
+
+/// Makes a file with a problem whose q is something else; returns why it is refused.
+fn refused(make: impl FnOnce(&hdf5::File, &Path)) -> String {
+    let (folder, file) = scratch();
+    write_local(&opened(&file), &local()).expect("written");
+    {
+        let raw = hdf5::File::open_rw(&file).expect("open");
+        raw.unlink("fclib_local/vectors/q").expect("there");
+        make(&raw, folder.path());
+    }
+    let error = read_local(&file).expect_err("refused").to_string();
+    assert!(declared_bytes(&file).is_err(), "{error}");
+    error
+}
+
+#[test]
+fn data_of_other_files_are_not_read() {
+    let other = |folder: &Path| {
+        let other = folder.join("other.h5");
+        let raw = hdf5::File::create(&other).expect("made");
+        let secret = raw.new_dataset::<f64>().shape(3).create("secret");
+        secret
+            .expect("made")
+            .write_raw(&[1.0, 2.0, 3.0])
+            .expect("written");
+        other.to_str().expect("plain").to_owned()
+    };
+    let link = "/fclib_local/vectors/q: expected data in the file itself, found a link";
+    let text = refused(|raw, folder| {
+        let target = other(folder);
+        raw.link_external(&target, "secret", "fclib_local/vectors/q")
+            .expect("linked");
+    });
+    assert!(text.contains(link), "{text}");
+    let text = refused(|raw, _| {
+        raw.link_soft("/fclib_local/vectors/mu", "fclib_local/vectors/q")
+            .expect("linked");
+    });
+    assert!(text.contains(link), "{text}");
+    let text = refused(|raw, folder| {
+        let secret = folder.join("secret");
+        std::fs::write(&secret, [0_u8; 24]).expect("written");
+        let outside = raw.new_dataset::<f64>().shape(3);
+        let outside = outside.external(secret.to_str().expect("plain"), 0, 24);
+        outside.create("fclib_local/vectors/q").expect("made");
+    });
+    assert!(text.contains("found values in other files"), "{text}");
+}
+
+/// 2³¹ numbers in a file of some kilobytes, never written and as zeros that deflate made of nothing.
+#[test]
+fn sizes_without_bytes_behind_them_are_refused() {
+    let many = 1_usize << 31;
+    let text = refused(|raw, _| {
+        let empty = raw.new_dataset::<f64>().shape(many).chunk(1 << 16);
+        empty.create("fclib_local/vectors/q").expect("made");
+    });
+    assert!(text.contains("2147483648"), "{text}");
+    let text = changed("fclib_local/W/n", &[i32::MAX]).to_string();
+    assert!(text.contains("expected 3 rows and 3 columns"), "{text}");
 }

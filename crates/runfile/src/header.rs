@@ -97,6 +97,13 @@ pub(super) fn open(
     layout: &Layout,
     filetype: &'static str,
 ) -> Result<(hdf5::File, [i64; 2]), StoreError> {
+    let file = open_any(path)?;
+    let version = check(&file, path, layout, filetype)?;
+    Ok((file, version))
+}
+
+/// Opens a file for reading, whoever wrote it.
+pub(super) fn open_any(path: &Path) -> Result<hdf5::File, StoreError> {
     let metadata = fs::metadata(path).map_err(|source| match source.kind() {
         io::ErrorKind::NotFound => StoreError::NotFound { file: path.into() },
         _ => StoreError::Io {
@@ -116,7 +123,7 @@ pub(super) fn open(
     let file = hdf5::File::with_options()
         .with_fapl(|access| access.sec2().file_locking(false))
         .open(path);
-    let file = file.map_err(|error| {
+    file.map_err(|error| {
         if error.contains_minor(hdf5::MinorErrorCode::NotHdf5) {
             StoreError::NotHdf5 { file: path.into() }
         } else {
@@ -126,9 +133,7 @@ pub(super) fn open(
             }
             .damaged(error.to_string())
         }
-    })?;
-    let version = check(&file, path, layout, filetype)?;
-    Ok((file, version))
+    })
 }
 
 fn check(

@@ -18,6 +18,14 @@ use super::whole::sync_folder;
 #[derive(Debug, PartialEq, Eq)]
 pub struct FileState(Stamp);
 
+impl FileState {
+    /// The state of any file.
+    #[must_use]
+    pub fn of(path: &Path) -> Self {
+        Self(Stamp::of(path))
+    }
+}
+
 /// An earlier state of a run file, in the hidden file `.NAME.previous`; dropping it gives that
 /// state up.
 ///

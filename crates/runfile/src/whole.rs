@@ -51,7 +51,10 @@ impl WholeFile {
     /// `Io` or `Hdf5` if the folder does not take it, or the file is not one of HDF5.
     pub fn copy_beside(source: &Path, target: &Path) -> Result<Self, StoreError> {
         Self::made_beside(target, |path| {
-            fs::copy(source, path).at_file(path, "copy the file")?;
+            // A new file of this process, whatever the permissions of the source.
+            File::open(source)
+                .and_then(|mut from| io::copy(&mut from, &mut File::create(path)?))
+                .at_file(path, "copy the file")?;
             let mut options = hdf5::File::with_options();
             let options = options.with_fapl(|access| seeing_every_error(access));
             options
@@ -178,13 +181,14 @@ impl Written {
         renamed.at_file(target, "rename the temporary file")
     }
 
-    /// Puts the file in the place of another, whose permissions it takes; a symbolic link leads to the file that is replaced.
+    /// Puts the file in the place of another, whose owner and permissions it takes; a symbolic link leads to the file that is replaced.
     ///
     /// # Errors
     /// `Io` if that file is write-protected or the system fails; `Unsynced` with the file in its place.
     pub fn replace(self, target: &Path) -> Result<(), StoreError> {
         let file = target.canonicalize().at_file(target, "find the file")?;
         let permissions = replaceable(&file)?;
+        keep_owner(&file, self.path()).at_file(target, "keep the owner")?;
         self.publish(&file, permissions)?;
         sync_folder(file.parent().unwrap_or(Path::new("/"))).map_err(|source| {
             StoreError::Unsynced {
@@ -233,6 +237,23 @@ pub(super) fn seeing_every_error(access: &mut FileAccessBuilder) -> &mut FileAcc
         .sieve_buf_size(0)
         .chunk_cache(1, 0, 1.0)
         .mdc_config(&metadata)
+}
+
+/// Gives a file the owner and the group of another.
+#[cfg(unix)]
+fn keep_owner(of: &Path, path: &Path) -> io::Result<()> {
+    use std::os::unix::fs::{MetadataExt, chown};
+    let owner = |path: &Path| fs::metadata(path).map(|found| (found.uid(), found.gid()));
+    let (user, group) = owner(of)?;
+    match owner(path)? == (user, group) {
+        true => Ok(()),
+        false => chown(path, Some(user), Some(group)),
+    }
+}
+
+#[cfg(not(unix))]
+fn keep_owner(_: &Path, _: &Path) -> io::Result<()> {
+    Ok(())
 }
 
 /// Makes renames in a folder safe against loss of power.

@@ -2,7 +2,7 @@
 
 mod members;
 
-use contact3d::branches::{Branches, ParameterRange, Path, PathPoint, Switch};
+use contact3d::branches::{Branches, Certificate, ParameterRange, Path, PathPoint, Switch};
 use runfile::{
     DatasetSpec, Extent,
     Extent::{Fixed, Named},
@@ -26,6 +26,14 @@ const KEY: &str = "/branches/key";
 const RANGE: &str = "/branches/range";
 const ALL: &str = "/branches/all";
 const ENUMERATED: &str = "/branches/enumerated";
+const CERTIFIED: &str = "/branches/certificate/proven";
+const SOLUTIONS: &str = "/branches/certificate/n_solutions";
+const STATES: &str = "/branches/certificate/n_states";
+const BOXES: &str = "/branches/certificate/n_boxes";
+const MARGIN: &str = "/branches/certificate/margin";
+const LEAST_DETERMINANT: &str = "/branches/certificate/least_determinant";
+const WIDTH: &str = "/branches/certificate/width";
+const UNCERTAINTY: &str = "/branches/certificate/uncertainty";
 const STRESS: &str = "/branches/stress_scale";
 const LEFT_OUT: &str = "/branches/left_out";
 const PENDING: &str = "/branches/pending";
@@ -47,6 +55,10 @@ const SWITCH_POINT: &str = "/branches/switch/point";
 const SWITCH_KIND: &str = "/branches/switch/kind";
 const SWITCH_INDEX: &str = "/branches/switch/index";
 
+const NOT_SEARCHED: &str =
+    "absent where not all solutions were searched for, and in files of versions before";
+
+const ENDS: &[Extent] = &[Fixed(2)];
 const PATHS: &[Extent] = &[Named("n_paths")];
 const POINTS: &[Extent] = &[Named("n_path_points")];
 const POINT_PAIRS: &[Extent] = &[Named("n_path_points"), axes::FRICTION_AXES];
@@ -59,7 +71,15 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(KEY, Kind::Text, &[], Dimension::Number, "The key of the scene that is the parameter."),
     GROUP.row(RANGE, Kind::F64, &[Fixed(2)], Dimension::Number, "Where the parameter begins and ends, in the unit of the key."),
     GROUP.row(ALL, Kind::U8, &[], Dimension::Number, "1 where all solutions were searched for at both ends of the range."),
-    GROUP.row(ENUMERATED, Kind::U8, &[], Dimension::Number, "1 where all states of the panes were tried at both ends, so that no solution there is missing."),
+    GROUP.row(ENUMERATED, Kind::U8, &[], Dimension::Number, "1 where at both ends of the range no solution is missing, by the proof in /branches/certificate."),
+    GROUP.row(CERTIFIED, Kind::U8, ENDS, Dimension::Number, "1 at an end of the range whose solutions were enumerated: every choice of states was tried in intervals.").optional(NOT_SEARCHED),
+    GROUP.row(SOLUTIONS, Kind::I64, ENDS, Dimension::Number, "How many solutions there are; 0 without a proof.").optional(NOT_SEARCHED),
+    GROUP.row(STATES, Kind::I64, ENDS, Dimension::Number, "Choices of open, stick, and slip in half circles that were tried; 0 without a proof.").optional(NOT_SEARCHED),
+    GROUP.row(BOXES, Kind::I64, ENDS, Dimension::Number, "Boxes of unknowns with no solution or exactly one, by arithmetic in intervals; 0 without a proof.").optional(NOT_SEARCHED),
+    GROUP.row(MARGIN, Kind::F64, ENDS, Dimension::Number, "What is left at least of an inequality of the states of a solution; NaN without a proof.").optional(NOT_SEARCHED),
+    GROUP.row(LEAST_DETERMINANT, Kind::F64, ENDS, Dimension::Number, "Least absolute determinant of the equations of slipping panes at a solution over the product of the lengths of their rows; NaN without a proof.").optional(NOT_SEARCHED),
+    GROUP.row(WIDTH, Kind::F64, ENDS, Dimension::Number, "Widest interval in which a multiplier of a solution lies, over the largest multiplier; NaN without a proof.").optional(NOT_SEARCHED),
+    GROUP.row(UNCERTAINTY, Kind::F64, ENDS, Dimension::Number, "What the dual operator, its right-hand side and slips may be wrong by, as a share of their size, for the proof to hold; NaN without a proof.").optional(NOT_SEARCHED),
     GROUP.row(STRESS, Kind::F64, &[], Dimension::STRESS, "Size of stresses that lengths of steps are measured by, a power of two.").symbol("Lambda"),
     GROUP.row(LEFT_OUT, Kind::I64, &[], Dimension::Number, "Half paths from branch points that were not followed, since there are so many."),
     GROUP.row(PENDING, Kind::Text, &[], Dimension::Number, "What is still to be followed, as JSON: where the path in hand stands, half paths that wait, known branch points.").optional("absent when all is followed"),
@@ -91,7 +111,11 @@ pub fn write(writer: &mut GroupWriter<'_>, branches: &Branches) -> Result<(), St
     writer.write_text(KEY, &range.key)?;
     writer.write(RANGE, &[range.from, range.to], &[2])?;
     writer.write(ALL, &[u8::from(branches.all)], &[])?;
-    writer.write(ENUMERATED, &[u8::from(branches.is_enumerated)], &[])?;
+    let is_enumerated = branches.is_enumerated(0) && branches.is_enumerated(1);
+    writer.write(ENUMERATED, &[u8::from(is_enumerated)], &[])?;
+    if branches.all {
+        write_certificates(writer, &branches.certificates)?;
+    }
     writer.write(STRESS, &[branches.stress], &[])?;
     writer.write_indices(LEFT_OUT, &[branches.left_out], &[])?;
     if let Some(pending) = &branches.pending {
@@ -117,6 +141,50 @@ pub fn write(writer: &mut GroupWriter<'_>, branches: &Branches) -> Result<(), St
     columns.counts(SWITCH_POINT, |(point, _)| *point)?;
     columns.members(SWITCH_KIND, |(_, switch)| stored_switch(*switch).0)?;
     columns.counts(SWITCH_INDEX, |(_, switch)| stored_switch(*switch).1)
+}
+
+fn write_certificates(
+    writer: &mut GroupWriter<'_>,
+    certificates: &[Option<Certificate>; 2],
+) -> Result<(), StoreError> {
+    let mut columns = Columns::new(writer, certificates);
+    columns.flags(CERTIFIED, Option::is_some)?;
+    columns.counts(SOLUTIONS, |all| all.map_or(0, |all| all.solutions))?;
+    columns.counts(STATES, |all| all.map_or(0, |all| all.states))?;
+    columns.counts(BOXES, |all| all.map_or(0, |all| all.boxes))?;
+    columns.numbers(MARGIN, |all| all.map_or(f64::NAN, |all| all.margin))?;
+    columns.numbers(LEAST_DETERMINANT, |all| {
+        all.map_or(f64::NAN, |all| all.determinant)
+    })?;
+    columns.numbers(WIDTH, |all| all.map_or(f64::NAN, |all| all.width))?;
+    columns.numbers(UNCERTAINTY, |all| {
+        all.map_or(f64::NAN, |all| all.uncertainty)
+    })
+}
+
+fn read_certificates(reader: &Reader) -> Result<[Option<Certificate>; 2], FormatError> {
+    if !reader.has(CERTIFIED) {
+        return Ok([None; 2]);
+    }
+    let proven = reader.read_vec::<u8>(CERTIFIED)?;
+    let counts = [SOLUTIONS, STATES, BOXES].map(|path| read_index_vec(reader, path));
+    let [solutions, states, boxes] = counts;
+    let (solutions, states, boxes) = (solutions?, states?, boxes?);
+    let margin: Vec<f64> = reader.read_vec(MARGIN)?;
+    let determinant: Vec<f64> = reader.read_vec(LEAST_DETERMINANT)?;
+    let width: Vec<f64> = reader.read_vec(WIDTH)?;
+    let uncertainty: Vec<f64> = reader.read_vec(UNCERTAINTY)?;
+    Ok([0, 1].map(|end| {
+        (proven[end] != 0).then(|| Certificate {
+            solutions: solutions[end],
+            states: states[end],
+            boxes: boxes[end],
+            margin: margin[end],
+            determinant: determinant[end],
+            width: width[end],
+            uncertainty: uncertainty[end],
+        })
+    }))
 }
 
 fn write_points(writer: &mut GroupWriter<'_>, points: &[&PathPoint]) -> Result<(), StoreError> {
@@ -188,7 +256,7 @@ pub fn read(reader: &Reader) -> Result<Branches, FormatError> {
             to: range[1],
         },
         all: flag(ALL)?,
-        is_enumerated: flag(ENUMERATED)?,
+        certificates: read_certificates(reader)?,
         stress: read_finite_scalar(reader, STRESS)?,
         left_out: read_index_vec(reader, LEFT_OUT)?
             .first()

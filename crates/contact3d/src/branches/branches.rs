@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
+    enumeration::Certificate,
     equations::Equations,
     family::Family,
     kink::Ray,
@@ -15,7 +16,7 @@ use super::{
     starts::{rays_from, solver_rays},
 };
 use crate::{
-    linalg::{difference, norm},
+    linalg::{add_scaled, difference, norm},
     problem::ProblemError,
     scene::Invalid,
 };
@@ -23,6 +24,9 @@ use crate::{
 /// Most paths that are begun, and most points after which no more are.
 const MOST_PATHS: usize = 100;
 const MOST_POINTS: usize = 20_000;
+
+/// How far an arc is from its chord at most, over the chord's length: tangents of a step make an angle of cosine 0.9 at most.
+const CHORD: f64 = 0.25;
 
 /// A path of solutions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -44,8 +48,8 @@ pub struct Branches {
     pub paths: Vec<Path>,
     /// Whether solutions were searched for at both ends of the range.
     pub all: bool,
-    /// Whether every state of the panes was tried at both ends, so that no solution there is missing.
-    pub is_enumerated: bool,
+    /// The proof for each end of the range that no solution there is missing; `None` where not all states can be tried.
+    pub certificates: [Option<Certificate>; 2],
     /// The size of stresses Λ in Pa.
     pub stress: f64,
     /// Half paths that were not followed, since there are so many.
@@ -70,8 +74,13 @@ enum Stage {
     Solver,
     End,
     Start,
+    /// Again, from other starts and at other values of the parameter, while the signs at an end do not add up to 1.
+    Again(usize),
     Done,
 }
+
+/// Values of the parameter inside the range at which solutions are searched for where some are missing at its ends, one in each round.
+const ELSEWHERE: [f64; 4] = [0.5, 0.25, 0.75, 0.9];
 
 impl Branches {
     /// Nothing followed yet.
@@ -83,7 +92,7 @@ impl Branches {
             range: family.range().clone(),
             paths: Vec::new(),
             all,
-            is_enumerated: false,
+            certificates: [None; 2],
             stress: family.stress()?,
             left_out: 0,
             pending: Some(Pending::default()),
@@ -124,7 +133,8 @@ impl Branches {
         let near = |point: &PathPoint| {
             norm(&difference(&point.multiplier, &multiplier)) <= SAME * self.stress
         };
-        record.origin == PathOrigin::Search && points.any(near)
+        let is_end = parameter == self.range.from || parameter == self.range.to;
+        record.origin == PathOrigin::Search && is_end && points.any(near)
     }
 
     /// Begins a path.
@@ -189,15 +199,23 @@ impl Branches {
                 (solver_rays(equations)?, PathOrigin::Solver, next)
             }
             Stage::End => {
-                let (rays, enumerated) = self.searched(equations, 1.0)?;
-                self.is_enumerated = enumerated;
+                let (rays, certificate) = self.searched(equations, 1.0, 0)?;
+                self.certificates[1] = certificate;
                 (rays, PathOrigin::Search, Stage::Start)
             }
             Stage::Start => {
-                let (rays, enumerated) = self.searched(equations, 0.0)?;
-                self.is_enumerated &= enumerated;
-                (rays, PathOrigin::Search, Stage::Done)
+                let (rays, certificate) = self.searched(equations, 0.0, 0)?;
+                self.certificates[0] = certificate;
+                (rays, PathOrigin::Search, Stage::Again(0))
             }
+            Stage::Again(round) if self.lacks() && round < ELSEWHERE.len() => {
+                let mut rays = Vec::new();
+                for s in [1.0, 0.0, ELSEWHERE[round]] {
+                    rays.extend(self.searched(equations, s, round + 1)?.0);
+                }
+                (rays, PathOrigin::Search, Stage::Again(round + 1))
+            }
+            Stage::Again(_) => (Vec::new(), PathOrigin::Search, Stage::Done),
             Stage::Done => {
                 self.pending = None;
                 return Ok(());
@@ -210,12 +228,13 @@ impl Branches {
         Ok(())
     }
 
-    /// Starts at solutions at one end of the range that no path reaches.
+    /// Starts at solutions at s that no path reaches.
     fn searched(
         &self,
         equations: &Equations<'_>,
         s: f64,
-    ) -> Result<(Vec<Ray>, bool), ProblemError> {
+        round: usize,
+    ) -> Result<(Vec<Ray>, Option<Certificate>), ProblemError> {
         let value = self.range.value(s);
         let known: Vec<Vec<f64>> = self
             .end_solutions(value)
@@ -226,20 +245,61 @@ impl Branches {
                 scaled.chain([s]).collect()
             })
             .collect();
-        let found = equations.solutions_at(s, &known)?;
+        let found = equations.solutions_at(s, &known, round)?;
         let mut rays = Vec::new();
         for point in found.points {
             let near = |other: &Vec<f64>| norm(&difference(other, &point)) <= SAME;
-            if !known.iter().any(near) {
-                rays.extend(rays_from(equations, &point)?.into_iter().next());
+            if known.iter().any(near) {
+                continue;
+            }
+            let both = rays_from(equations, &point)?.into_iter();
+            if s == 0.0 || s == 1.0 {
+                rays.extend(both.take(1));
+            } else if !self.passes(value, &equations.multiplier(&point)) {
+                rays.extend(both);
             }
         }
-        Ok((rays, found.is_enumerated))
+        Ok((rays, found.certificate))
+    }
+
+    /// Whether a path comes by a solution at a value inside the range, as near as a chord is to its arc.
+    fn passes(&self, value: f64, multiplier: &[f64]) -> bool {
+        let mut steps = self.paths.iter().flat_map(|path| path.points.windows(2));
+        steps.any(|ends| {
+            let [a, b] = [&ends[0], &ends[1]];
+            let share = (value - a.parameter) / (b.parameter - a.parameter);
+            let chord = difference(&b.multiplier, &a.multiplier);
+            let mut way = difference(multiplier, &a.multiplier);
+            add_scaled(&mut way, -share, &chord);
+            (0.0..=1.0).contains(&share) && norm(&way) <= CHORD * norm(&chord) + SAME * self.stress
+        })
+    }
+
+    /// Whether the signs of det R' over the solutions that were searched for at an end of the range do not add up to 1: then one is missing
+    /// or not regular. That they do is necessary and proves nothing.
+    #[must_use]
+    pub fn lacks(&self) -> bool {
+        let ends = [self.range.from, self.range.to];
+        self.all && ends.into_iter().any(|end| self.degree(end) != 1)
+    }
+
+    /// Whether the solutions on the paths at an end of the range, 0 or 1, are proven to be all.
+    #[must_use]
+    pub fn is_enumerated(&self, end: usize) -> bool {
+        let parameter = [self.range.from, self.range.to][end];
+        self.certificates[end]
+            .is_some_and(|all| all.solutions == self.end_solutions(parameter).len())
+    }
+
+    /// Whether every path was followed to its end and no solution is missing at either end of the range, by proof.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.is_followed() && self.is_enumerated(0) && self.is_enumerated(1)
     }
 
     /// Whether every path has an end that says where it leads.
     #[must_use]
-    pub fn is_complete(&self) -> bool {
+    pub fn is_followed(&self) -> bool {
         let known = |end: PathEnd| match end {
             PathEnd::Range | PathEnd::Closed | PathEnd::KnownPoint | PathEnd::Degenerate => true,
             PathEnd::Stuck | PathEnd::Uncertified | PathEnd::TooLong => false,

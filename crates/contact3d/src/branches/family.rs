@@ -252,7 +252,7 @@ impl<'a> Family<'a> {
 }
 
 /// The nearest power of two above a size; 1 for none. Scales that are powers of two round nothing.
-fn power_of_two(size: f64) -> f64 {
+pub(super) fn power_of_two(size: f64) -> f64 {
     if size > 0.0 && size.is_finite() {
         size.log2().ceil().exp2()
     } else {

@@ -1,6 +1,9 @@
 //! Solutions at one value of the parameter: deflated Newton's method from many starts.
 
-use super::{enumeration::planar_solutions, equations::Equations};
+use super::{
+    enumeration::{Certificate, enumerated},
+    equations::Equations,
+};
 use crate::{
     linalg::{difference, dot, norm},
     problem::ProblemError,
@@ -26,23 +29,31 @@ const STARTS: [f64; 2] = [6.0, 256.0];
 pub(super) struct Found {
     /// (y, s) of each.
     pub(super) points: Vec<Vec<f64>>,
-    /// Whether they are all: every state of the panes was tried.
-    pub(super) is_enumerated: bool,
+    /// The proof that they are all, where there is one.
+    pub(super) certificate: Option<Certificate>,
 }
 
 impl Equations<'_> {
     /// The solutions at s, beside known ones: all of them where the states can be enumerated, else those that deflated Newton's
-    /// method finds from the face that is open, glued, pressed, and from scattered zones.
-    pub(super) fn solutions_at(&self, s: f64, known: &[Vec<f64>]) -> Result<Found, ProblemError> {
+    /// method finds from the face that is open, glued, pressed, and from scattered zones and directions, others in every round.
+    pub(super) fn solutions_at(
+        &self,
+        s: f64,
+        known: &[Vec<f64>],
+        round: usize,
+    ) -> Result<Found, ProblemError> {
         let member = self.family.member(s)?;
         let point = |multiplier: &[f64]| {
             let scaled = multiplier.iter().map(|l| l / self.stress);
             scaled.chain([s]).collect::<Vec<f64>>()
         };
-        if let Some(all) = planar_solutions(&member) {
+        let enumerated = enumerated(&member);
+        let certificate = enumerated.as_ref().and_then(|all| all.certificate);
+        let multipliers = enumerated.map_or_else(Vec::new, |all| all.multipliers);
+        if certificate.is_some() {
             return Ok(Found {
-                points: all.iter().map(|multiplier| point(multiplier)).collect(),
-                is_enumerated: true,
+                points: multipliers.iter().map(|one| point(one)).collect(),
+                certificate,
             });
         }
         let laws = member.laws();
@@ -51,13 +62,15 @@ impl Equations<'_> {
         let map = NaturalMap::with_steplengths(&member.dual, bound, steplengths);
         let mut found: Vec<Vec<f64>> = Vec::new();
         let mut known: Vec<Vec<f64>> = known.iter().map(|point| self.multiplier(point)).collect();
+        found.extend(multipliers.iter().map(|one| point(one)));
+        known.extend(multipliers);
         let n = member.dual.dimension();
         let glued = member.local.glued(&member.dual.rhs);
         let pressed = member.local.pressed(&member.dual.rhs);
         let count =
             (OPERATIONS / (MOST_STEPS as f64 * (n as f64).powi(3))).clamp(STARTS[0], STARTS[1]);
         let layout = member.dual.layout;
-        let mut scatter = Scatter(0x9E37_79B9_7F4A_7C15);
+        let mut scatter = Scatter::new(round);
         for k in 0..count as usize {
             let start: Vec<f64> = match k {
                 0 => vec![0.0; n],
@@ -66,13 +79,19 @@ impl Equations<'_> {
                 _ => {
                     let mut start = glued.clone();
                     for pane in 0..layout.n_panes() {
-                        let shares = [0.0, 1.0, -1.0, 0.2];
-                        let share = shares[scatter.below(4)];
                         let open = scatter.below(3) == 0;
                         let normal = layout.normal(pane);
                         start[normal] = if open { 0.0 } else { start[normal].abs() };
-                        for j in layout.tangential(pane).into_iter().flatten() {
-                            start[j] *= if open { 0.0 } else { share };
+                        if let Some([first, second]) = layout.tangential(pane) {
+                            let [cos, sin] = scatter.turn();
+                            let share = if open {
+                                0.0
+                            } else {
+                                [0.0, 1.0, 1.0, 0.2][scatter.below(4)]
+                            };
+                            let (a, b) = (share * start[first], share * start[second]);
+                            start[first] = cos * a - sin * b;
+                            start[second] = sin * a + cos * b;
                         }
                     }
                     start
@@ -93,7 +112,7 @@ impl Equations<'_> {
         }
         Ok(Found {
             points: found,
-            is_enumerated: false,
+            certificate: None,
         })
     }
 
@@ -158,6 +177,25 @@ impl Equations<'_> {
 struct Scatter(u64);
 
 impl Scatter {
+    fn new(round: usize) -> Self {
+        Self(0x9E37_79B9_7F4A_7C15 ^ (round as u64) << 32)
+    }
+
+    /// cos and sin of an angle; mostly none, half a turn, or anything.
+    fn turn(&mut self) -> [f64; 2] {
+        let tangent = self.below(1 << 20) as f64 / f64::from(1 << 20);
+        let over = (1.0 + tangent * tangent).recip();
+        let (cos, sin) = ((1.0 - tangent * tangent) * over, 2.0 * tangent * over);
+        match self.below(6) {
+            0 => [1.0, 0.0],
+            1 => [-1.0, 0.0],
+            2 => [cos, sin],
+            3 => [cos, -sin],
+            4 => [-cos, sin],
+            _ => [-cos, -sin],
+        }
+    }
+
     fn below(&mut self, bound: u64) -> usize {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;

@@ -4,11 +4,11 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{
     ExplicitDual,
-    stiffness_factor::{StiffnessFactor, shifted, solve_dense, unit_diagonal, units},
+    stiffness_factor::{StiffnessFactor, unit_diagonal, units},
 };
 use crate::{
     contact::MultiplierLayout,
-    linalg::{add_scaled, dot, largest_eigenvalue},
+    linalg::{DenseCholesky, add_scaled, dot, largest_eigenvalue},
 };
 
 /// The Cholesky factor of S, and from it the stiffness (S⁻¹)_ii of each pane while the others do
@@ -169,10 +169,12 @@ pub fn smallest_eigenvalue(dual: &ExplicitDual) -> f64 {
     if kept.is_empty() {
         return 1.0;
     }
-    let factor = shifted(&unit_diagonal(dual, &kept, &scale));
+    let Some(factor) = DenseCholesky::shifted(&unit_diagonal(dual, &kept, &scale)) else {
+        return f64::NAN;
+    };
     let largest_of_inverse = largest_eigenvalue(kept.len(), |v| {
         let mut x = v.to_vec();
-        solve_dense(factor.as_ref(), &mut x);
+        factor.solve(&mut x);
         x
     });
     largest_of_inverse.recip()

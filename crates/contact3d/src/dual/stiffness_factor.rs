@@ -1,22 +1,11 @@
 //! The Cholesky factor of S, dense or sparse as S is.
 
-use faer::{
-    Mat, MatMut, MatRef, Par,
-    dyn_stack::{MemBuffer, MemStack},
-    linalg::{
-        cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch},
-        triangular_inverse::invert_lower_triangular,
-        triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place},
-    },
-};
+use faer::{Mat, MatMut, Par, linalg::triangular_inverse::invert_lower_triangular};
 
 use super::{DualMatrix, ExplicitDual};
-use crate::linalg::{CholeskyFactor, CscMatrix, FactorStructure, Work, Workspace, amd};
-
-/// How much is added to the diagonal of the scaled S when rounding has made it indefinite, in
-/// units of n ε, and by which factor this grows until a factor exists.
-const SHIFT: f64 = 1.0;
-const SHIFT_GROWTH: f64 = 16.0;
+use crate::linalg::{
+    CholeskyFactor, CscMatrix, DenseCholesky, FactorStructure, Work, Workspace, amd, shifts,
+};
 
 /// LLᵀ = D S D + shift for D = diag(1/√S_ii) over the components whose rows do not vanish.
 #[derive(Debug, Clone)]
@@ -30,8 +19,8 @@ pub(super) struct StiffnessFactor {
 
 #[derive(Debug, Clone)]
 enum Triangle {
-    /// The upper part means nothing.
-    Dense(Mat<f64>),
+    /// `None` of numbers that are not finite.
+    Dense(Option<DenseCholesky>),
     Sparse(Box<SparseTriangle>),
 }
 
@@ -49,7 +38,9 @@ impl StiffnessFactor {
     pub(super) fn new(dual: &ExplicitDual) -> Self {
         let (kept, scale) = units(dual);
         let factor = match &dual.operator {
-            DualMatrix::Dense(_) => Triangle::Dense(shifted(&unit_diagonal(dual, &kept, &scale))),
+            DualMatrix::Dense(_) => {
+                Triangle::Dense(DenseCholesky::shifted(&unit_diagonal(dual, &kept, &scale)))
+            }
             DualMatrix::Sparse(matrix) => {
                 let n_normal = kept.partition_point(|&j| j < dual.n_panes());
                 let leading = |count: usize| leading(matrix, &kept[..count], &scale);
@@ -95,7 +86,8 @@ impl StiffnessFactor {
     /// The diagonal of (LLᵀ)⁻¹.
     pub(super) fn inverse_diagonal(&self) -> Vec<f64> {
         match &self.factor {
-            Triangle::Dense(factor) => inverse_diagonal(factor),
+            Triangle::Dense(None) => vec![f64::NAN; self.kept.len()],
+            Triangle::Dense(Some(factor)) => inverse_diagonal(factor),
             Triangle::Sparse(factors) => match &factors.all {
                 None => vec![f64::NAN; self.kept.len()],
                 Some(factor) => factor.inverse_diagonal(),
@@ -108,11 +100,8 @@ impl Triangle {
     /// Solves with the leading part of as many components as x has.
     fn solve(&self, x: &mut [f64]) {
         match self {
-            Self::Dense(factor) => {
-                let count = x.len();
-                let l = factor.as_ref().submatrix(0, 0, count, count);
-                solve_dense(l, x);
-            }
+            Self::Dense(None) => x.fill(f64::NAN),
+            Self::Dense(Some(factor)) => factor.solve(x),
             Self::Sparse(factors) => {
                 let is_whole = |factor: &CholeskyFactor| factor.size() == x.len();
                 let factor = match factors.all.as_ref().is_none_or(is_whole) {
@@ -126,13 +115,6 @@ impl Triangle {
             }
         }
     }
-}
-
-/// x ← (LLᵀ)⁻¹x on one thread.
-pub(super) fn solve_dense(l: MatRef<'_, f64>, x: &mut [f64]) {
-    let mut x = MatMut::from_column_major_slice_mut(x, l.nrows(), 1);
-    solve_lower_triangular_in_place(l, x.as_mut(), Par::Seq);
-    solve_upper_triangular_in_place(l.transpose(), x.as_mut(), Par::Seq);
 }
 
 /// The components whose rows of S do not vanish, and 1/√S_ii of those.
@@ -166,41 +148,8 @@ fn leading(matrix: &CscMatrix, kept: &[usize], scale: &[f64]) -> CscMatrix {
     scaled
 }
 
-/// Shifts from n ε on to n, beyond which a matrix of unit diagonal is diagonally dominant.
-fn shifts(n: usize) -> impl Iterator<Item = f64> {
-    let n = n as f64;
-    let grown = move |shift: &f64| (*shift < n).then_some(shift * SHIFT_GROWTH);
-    std::iter::successors(Some(SHIFT * n * f64::EPSILON), grown)
-}
-
-/// The Cholesky factor of a matrix with diagonal 1, shifted as little as it takes to have one.
-pub(super) fn shifted(matrix: &Mat<f64>) -> Mat<f64> {
-    let n = matrix.nrows();
-    let scratch = cholesky_in_place_scratch::<f64>(n, Par::Seq, Default::default());
-    let mut memory = MemBuffer::new(scratch);
-    let mut last = matrix.clone();
-    for shift in shifts(n) {
-        let mut factor = matrix.clone();
-        for i in 0..n {
-            factor[(i, i)] += shift;
-        }
-        let stack = MemStack::new(&mut memory);
-        let done = cholesky_in_place(
-            factor.as_mut(),
-            Default::default(),
-            Par::Seq,
-            stack,
-            Default::default(),
-        );
-        last = factor;
-        if done.is_ok() {
-            break;
-        }
-    }
-    last
-}
-
-/// The same of a sparse matrix; `None` of one that is not finite.
+/// The Cholesky factor of a sparse matrix with diagonal 1, shifted as little as it takes to have one; `None` of one that is not
+/// finite.
 fn shifted_sparse(mut matrix: CscMatrix) -> Option<CholeskyFactor> {
     let structure = FactorStructure::analyse(&matrix, amd(&matrix).ok()?).ok()?;
     let exact = matrix.data.clone();
@@ -212,12 +161,12 @@ fn shifted_sparse(mut matrix: CscMatrix) -> Option<CholeskyFactor> {
 }
 
 /// The diagonal of (LLᵀ)⁻¹: squared lengths of the columns of L⁻¹.
-fn inverse_diagonal(factor: &Mat<f64>) -> Vec<f64> {
-    let n = factor.nrows();
+fn inverse_diagonal(factor: &DenseCholesky) -> Vec<f64> {
+    let n = factor.lower().nrows();
     let mut inverse = Mat::<f64>::zeros(n, n);
     invert_lower_triangular(
         inverse.as_mut() as MatMut<'_, f64>,
-        factor.as_ref() as MatRef<'_, f64>,
+        factor.lower(),
         Par::Seq,
     );
     (0..n)

@@ -17,6 +17,7 @@ mod arnoldi;
 mod block_solve;
 mod compliance;
 mod conjugate_gradients;
+mod dense_cholesky;
 mod dense_lu;
 mod dissection;
 mod distance_to_one;
@@ -56,6 +57,7 @@ mod test_brick;
 
 pub(crate) use arnoldi::{figures_by_products, radius_by_products};
 pub(crate) use conjugate_gradients::{Accuracy, conjugate_gradients};
+pub(crate) use dense_cholesky::{DenseCholesky, shifts};
 pub(crate) use dense_lu::DenseLu;
 pub(crate) use dissection::{expand_to_unknowns, nested_dissection};
 pub(crate) use distance_to_one::{distance_to_one, least_modulus};

@@ -2,7 +2,7 @@
 //! method inside, and a semismooth Newton method for the whole problem.
 //!
 //! Each module uses only those before it: `ellipse`, `feasible_set`, `history`, `pane_laws`, `body`,
-//! `solution`, `problem`, `conditions`, `newton`, `inner`, `minimisation`, `fixed_point`, `accuracy`, `answer`, `equilibrium`, `solve`;
+//! `solution`, `problem`, `conditions`, `convex`, `newton`, `inner`, `minimisation`, `fixed_point`, `accuracy`, `answer`, `equilibrium`, `solve`;
 //! `delassus` is for problems given by matrices alone. They work on [`PaneLaws`] and an operator; what is behind, a mesh with its
 //! frames and degrees of freedom, only `body` knows.
 
@@ -10,6 +10,7 @@ mod accuracy;
 mod answer;
 mod body;
 mod conditions;
+mod convex;
 mod delassus;
 mod ellipse;
 mod equilibrium;
@@ -29,8 +30,8 @@ pub use body::{ContactBody, ContactState};
 pub(crate) use conditions::{Bound, PaneZone};
 pub use delassus::{
     DelassusError, DelassusMethod, DelassusProblem, DelassusSettings, DelassusSolution,
-    DelassusSolver, DelassusStatus, FrozenGlobal, FrozenScaling, MOST_DENSE_CONTACTS,
-    frozen_global, frozen_local, solve_delassus,
+    DelassusSolver, DelassusStatus, FrozenGlobal, FrozenScaling, MOST_DENSE_CONTACTS, Obstruction,
+    Separation, frozen_global, frozen_local, solve_delassus,
 };
 pub use ellipse::{Ellipse, ProjectionDerivative};
 pub use feasible_set::FeasibleSet;

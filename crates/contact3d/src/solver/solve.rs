@@ -13,10 +13,10 @@ use super::{
 use crate::{
     contact::CoulombLaw,
     dual::{
-        BalancedOperator, BodyOperator, ContactSystem, DualSystem, ExplicitOperator,
+        BalancedOperator, BodyOperator, ContactSystem, DualSystem, ExplicitDual, ExplicitOperator,
         ImplicitOperator, LocalStiffness, OperatorForm, PrimalOperator, drag, pane_stiffness,
     },
-    linalg::{Precision, Workspace},
+    linalg::{Precision, Work, Workspace},
     scene::{Method, SolveSettings},
 };
 
@@ -25,6 +25,13 @@ const MOST_TIGHTENINGS: usize = 4;
 
 /// An answer from S in single precision is corrected until its error is this many times what rounding in double makes of S λ.
 const ROUNDINGS: f64 = 16.0;
+
+/// Applications of an implicit S for each multiplier after which S is formed: forming takes no more than one.
+const APPLICATIONS_WORTH: usize = 50;
+
+/// Matrices of the size of S that Newton's and the interior point method hold at a time, and numbers that always fit.
+const DENSE_COPIES: usize = 4;
+const SMALL_FACTOR: usize = 32_000_000;
 
 /// Solves the discrete problem as the settings say from a start, by no more than its model features ask for: one solve
 /// without contact, one minimisation without friction or with a given slip bound.
@@ -136,13 +143,47 @@ impl DiscreteProblem<'_> {
                 let local = LocalStiffness::new(dual);
                 Ok(self.newton(dual, &local, bound, observe))
             }
-            (Method::Auto, None) => Ok(
-                self.until_accurate(bound, |problem, inner| problem.minimise_by(inner, observe))
-            ),
+            (Method::Auto, None) => Ok(self.minimise_implicit(bound, observe)),
             (Method::FixedPoint, _) => {
                 self.with_inner(bound, |problem, inner| problem.minimise_by(inner, observe))
             }
         }
+    }
+
+    /// A convex problem on an implicit S: by GPCG, and where that takes far longer than to form S, or finds no answer, on a dense
+    /// one if it fits beside the factor.
+    fn minimise_implicit(
+        &self,
+        bound: Bound<'_>,
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Solution {
+        let n = self.dual.layout().n_multipliers();
+        let in_factor = self.body.assembly.factor.structure().value_count();
+        let fits = DENSE_COPIES * n * n <= in_factor.max(SMALL_FACTOR);
+        let mut settings = self.settings.clone();
+        if fits {
+            let worth = APPLICATIONS_WORTH * n;
+            settings.max_inner_actions = settings.max_inner_actions.min(worth);
+        }
+        let limited = DiscreteProblem {
+            settings: &settings,
+            ..*self
+        };
+        let run = |problem: &DiscreteProblem<'_>, inner: Inner<'_>| {
+            problem.minimise_by(inner, &mut *observe)
+        };
+        let solution = limited.until_accurate(bound, run);
+        if solution.status.is_solved() || !fits {
+            return solution;
+        }
+        let (coupling, rhs) = (&self.dual.coupling, self.dual.dual_rhs().to_vec());
+        let (assembly, face) = (self.body.assembly, self.body.face);
+        let face = (face.surface, face.interface);
+        // No law of a convex problem follows the slip, so nothing asks for that of A⁻¹l.
+        let mut dual = ExplicitDual::new(assembly, coupling, rhs, &[], face, &Work::default());
+        dual.balance.clone_from(&self.dual.balance);
+        let local = LocalStiffness::new(&dual);
+        solution.followed_by(self.newton(&dual, &local, bound, observe))
     }
 
     /// Coulomb's law.

@@ -78,6 +78,9 @@ pub struct Radii {
 }
 
 /// Bounds of the Lipschitz modulus of Ψ on 𝒞(R₁, R₂); all grow in proportion to the law of friction.
+///
+/// `sharp` is a proof, up to the rounding of eigenvalues, where the bounds of the law are. The others are if the law does not follow the
+/// slip; else their term of L has c_tr⁽⁴⁾, which an ascent finds from below, and c_inv⁽∞⁾, so they may be too small.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContractionBound {
     /// q of (3.13) in the norm ‖φ‖ + ‖μ‖, whose parts have different units: below 1 there is one solution, and the value
@@ -180,13 +183,15 @@ impl Ingredients<'_> {
     /// What F_max and L grow by where the friction functional is not the exact integral of g ‖F v_t‖.
     ///
     /// On panes it is Σ g_i |Rⁱ| ‖𝓕_i mean v_t‖ with the mean 𝓕_i⁻¹ of F⁻¹ at the nodes. |𝓕 − 𝓕̄| ≤ (F_max/F_min)² L times
-    /// the mean of |φ − φ̄| at the nodes, whose norm exceeds that of φ − φ̄ by √(2+√3) at most, the value for (1, 1, −√3)
-    /// on one triangle. Nodal values are lumped: the lumped norm of a linear function is at most twice its norm.
+    /// the mean of |φ − φ̄| at the nodes. On a triangle of area |T| the linear function with the values |v_i| has the squared norm
+    /// |T|/6 (Σ|v_i|² + Σ|v_i||v_j|) ≤ |T|/3 Σ|v_i|², that of v is |T|/12 (Σ|v_i|² + |Σ v_i|²); so the norm grows by 2 at most, which
+    /// three unit vectors at 120° reach (one component alone grows by √(2+√3) at most). Nodal values are lumped: the lumped norm,
+    /// |T|/3 Σ|v_i|², is at most twice the norm for the same reason.
     fn functional_factors(&self) -> [f64; 2] {
         if self.nodal {
             return [2.0, 2.0];
         }
         let spread = self.law.largest.value / self.law.smallest.value;
-        [1.0, (2.0 + 3.0_f64.sqrt()).sqrt() * spread * spread]
+        [1.0, 2.0 * spread * spread]
     }
 }

@@ -15,10 +15,12 @@ const OBSERVABLE: [f64; 2] = [0.02, 0.98];
 pub struct Findings {
     /// n_div of the mesh; 0 for a mesh file.
     pub n_div: usize,
-    /// Scale of the law up to which HKL's bound proves uniqueness, in the energy norm with the best weight.
+    /// Scale of the law up to which HKL's bound is below 1, in the energy norm with the best weight.
     pub proved: f64,
-    /// The same with composed constants.
+    /// The same with composed constants, which is a proof of uniqueness.
     pub proved_sharply: f64,
+    /// Whether HKL's bound uses c_tr⁽⁴⁾, which is known from below only: then it is no proof.
+    pub is_lower: bool,
     /// Scale up to which successive approximations contract near the solution; `None` where they do up to 1e6.
     pub contracts: Option<f64>,
     /// Exponents p of H^p of the scale proved and of the one observed between the two finest meshes.
@@ -49,6 +51,7 @@ impl Findings {
             n_div: finest.map_or(0, |level| level.n_div),
             proved: finest.map_or(f64::NAN, proved),
             proved_sharply: finest.map_or(f64::NAN, |level| level.thresholds.sharp[1]),
+            is_lower: theory.law.lipschitz > 0.0,
             contracts: finest.and_then(contracts),
             exponents: [exponent(&|level| Some(proved(level))), exponent(&contracts)],
             rates: finest.and_then(|level| {
@@ -76,14 +79,20 @@ impl fmt::Display for Findings {
         };
         write!(
             f,
-            "{mesh} the bound of HKL (3.13) proves uniqueness for this law scaled by less than {:.2e}, with composed constants {:.2e}; ",
-            self.proved, self.proved_sharply
+            "{mesh} uniqueness is proven for this law scaled by less than {:.2e}, by the bound with composed constants; that of HKL (3.13) gives {:.2e}{}; ",
+            self.proved_sharply,
+            self.proved,
+            if self.is_lower {
+                ", with c_tr(4) from an ascent, so no proof"
+            } else {
+                ""
+            }
         )?;
         match self.contracts {
             Some(scale) => write!(
                 f,
                 "near the solution successive approximations contract up to {scale:.3}, {:.1e} times as far",
-                scale / self.proved
+                scale / self.proved_sharply
             )?,
             None => f.write_str(
                 "successive approximations contract near every solution found up to 1e6",
@@ -92,7 +101,7 @@ impl fmt::Display for Findings {
         if let [Some(proved), observed] = self.exponents {
             write!(
                 f,
-                ". Between the two finest meshes the scale proved goes like H^{proved:.2}"
+                ". Between the two finest meshes the scale of (3.13) goes like H^{proved:.2}"
             )?;
             if let Some(observed) = observed {
                 write!(f, ", the true one like H^{observed:.2}")?;

@@ -7,7 +7,7 @@ use crate::{
     solver::{
         NewtonSettings, NewtonSolution, NewtonStep,
         conditions::Bound,
-        newton::{natural_map::NaturalMap, newton_to_rounding},
+        newton::{natural_map::NaturalMap, newton_to_rounding, search::Search},
         problem::DiscreteProblem,
     },
 };
@@ -170,7 +170,18 @@ impl DiscreteProblem<'_> {
             max_steps: STEPS,
         };
         // One step at least: that is what measures the error.
-        let found = newton_to_rounding(&map, answer.multiplier.clone(), &settings);
+        let mut found = newton_to_rounding(&map, answer.multiplier.clone(), &settings);
+        if let (false, Bound::Frozen(set)) = (found.is_solution(), bound) {
+            // An answer that is not far off may lie in zones from which Newton's steps wander off.
+            let dual = &answer.dual;
+            let search = Search {
+                dual,
+                bound,
+                local,
+                start: None,
+            };
+            found = search.convex(set, &settings, &mut |_, _| {});
+        }
         if !found.is_solution() {
             return None;
         }

@@ -30,12 +30,7 @@ const PATIENCE: usize = 100;
 pub(super) fn solve(scaled: &Scaled<'_>, tolerance: f64) -> Found {
     let size = norm(&scaled.rhs);
     if size == 0.0 {
-        return Found {
-            multiplier: vec![0.0; scaled.rhs.len()],
-            newton_steps: 0,
-            outer_steps: 0,
-            applications: 0,
-        };
+        return Found::zero(scaled);
     }
     let mut operator = SparseOperator::new(scaled);
     let projections = AtomicUsize::new(0);

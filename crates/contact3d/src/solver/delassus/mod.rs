@@ -2,8 +2,10 @@
 //!
 //! They come from other programs, of rigid bodies too, so W may be sparse and only positive semidefinite: where bodies
 //! rest on more contacts than hold them, forces are not unique. `problem` is the problem and its error, `scaled` the
-//! same in the order and units of the solvers, `proximal` Newton's method on dense or sparse matrices, `frozen` successive approximations with GPCG; `frozen_law` makes such a problem of a solved one of a body.
+//! same in the order and units of the solvers, `proximal` Newton's method on dense or sparse matrices, `descent` the same from easier problems, `frozen` successive
+//! approximations with GPCG, `separation` proofs that there is no solution; `frozen_law` makes such a problem of a solved one of a body.
 
+mod descent;
 #[cfg(test)]
 mod form_tests;
 mod frozen;
@@ -11,13 +13,17 @@ mod frozen_law;
 mod problem;
 mod proximal;
 mod scaled;
+mod separation;
 #[cfg(test)]
 mod tests;
 
 pub use frozen_law::{FrozenGlobal, FrozenScaling, frozen_global, frozen_local};
 pub use problem::{DelassusError, DelassusProblem};
 
+pub use separation::{Obstruction, Separation};
+
 use scaled::{Form, Scaled};
+use separation::separation;
 
 /// Contacts up to which `auto` takes Newton's method where its matrices are dense.
 pub const MOST_DENSE_CONTACTS: usize = 2000;
@@ -59,6 +65,8 @@ pub enum DelassusStatus {
     Converged,
     /// They are not, and nothing is left to try.
     NotConverged,
+    /// They are not, and [`Separation`] proves that no forces exist.
+    NoSolution,
     /// A value was not finite.
     NumericalError,
 }
@@ -85,8 +93,11 @@ pub struct DelassusSolution {
     pub velocity: Vec<f64>,
     /// [`DelassusProblem::error`] of the forces.
     pub error: f64,
-    /// ‖r − P(r − û)‖ / ‖q‖ of the problem scaled to a unit diagonal, which does not depend on units.
+    /// The residual of [`DelassusProblem::error`], or what the last digit of a force moves if that is more, over ‖q‖, of the problem
+    /// scaled to a unit diagonal: it does not depend on units, and forces without bound do not make it small.
     pub scaled_error: f64,
+    /// Why a problem that did not converge has no solution, or none without slip; `None` where no reason was found.
+    pub separation: Option<Separation>,
     /// Steps of Newton's method.
     pub newton_steps: usize,
     /// Outer steps: proximal ones of Newton's method, or successive approximations.
@@ -95,7 +106,20 @@ pub struct DelassusSolution {
     pub applications: usize,
 }
 
+/// One way to a solution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Way {
+    /// Newton's method on the problem itself, or by proximal steps where W is singular.
+    Newton,
+    /// Newton's method from easier problems.
+    Descent,
+    /// Successive approximations with GPCG.
+    Gpcg,
+}
+
 /// Solves a problem; one that does not converge is a result with a status.
+///
+/// A proof that there is no solution is looked for once Newton's method has failed, where it is tried at all.
 #[must_use]
 pub fn solve_delassus(problem: &DelassusProblem, settings: &DelassusSettings) -> DelassusSolution {
     use DelassusMethod::{Auto, Gpcg, Newton};
@@ -105,40 +129,65 @@ pub fn solve_delassus(problem: &DelassusProblem, settings: &DelassusSettings) ->
         false => Form::Dense,
     };
     let is_small = problem.n_contacts() <= MOST_DENSE_CONTACTS || form == Form::Sparse;
-    let solvers: &[DelassusSolver] = match settings.method {
-        Newton => &[DelassusSolver::Newton],
-        Gpcg => &[DelassusSolver::Gpcg],
-        Auto if is_small => &[DelassusSolver::Newton, DelassusSolver::Gpcg],
-        Auto => &[DelassusSolver::Gpcg],
+    let ways: &[Way] = match settings.method {
+        Newton => &[Way::Newton, Way::Descent],
+        Auto if is_small => &[Way::Newton, Way::Descent, Way::Gpcg],
+        Auto | Gpcg => &[Way::Gpcg],
     };
-    let mut best: Option<DelassusSolution> = None;
     let (mut newton_steps, mut outer_steps, mut applications) = (0, 0, 0);
-    for solver in solvers {
-        let found = match solver {
-            DelassusSolver::Newton => proximal::solve(&scaled, form, settings.tolerance),
-            DelassusSolver::Gpcg => frozen::solve(&scaled, settings.tolerance),
+    let mut attempt = |way: Way| {
+        let found = match way {
+            Way::Newton => proximal::solve(&scaled, form, settings.tolerance),
+            Way::Descent => descent::solve(&scaled, form, settings.tolerance),
+            Way::Gpcg => frozen::solve(&scaled, settings.tolerance),
         };
         newton_steps += found.newton_steps;
         outer_steps += found.outer_steps;
         applications += found.applications;
-        let next = judged(problem, &scaled, settings, *solver, &found.multiplier);
-        let worst = |solution: &DelassusSolution| solution.error.max(solution.scaled_error);
-        // NaN is no progress.
-        if best.as_ref().is_none_or(|best| worst(&next) < worst(best)) {
-            best = Some(next);
-        }
-        if best
-            .as_ref()
-            .is_some_and(|best| best.status == DelassusStatus::Converged)
-        {
+        let solver = match way {
+            Way::Newton | Way::Descent => DelassusSolver::Newton,
+            Way::Gpcg => DelassusSolver::Gpcg,
+        };
+        judged(problem, &scaled, settings, solver, &found.multiplier)
+    };
+    let proves = ways[0] == Way::Newton;
+    let prove = |obstruction| proves.then(|| separation(&scaled, obstruction)).flatten();
+    let mut best = attempt(ways[0]);
+    if best.status != DelassusStatus::Converged {
+        best.separation = prove(Obstruction::Penetration);
+    }
+    for way in &ways[1..] {
+        if best.status == DelassusStatus::Converged || best.separation.is_some() {
             break;
         }
+        let next = attempt(*way);
+        if next.is_better_than(&best) {
+            best = next;
+        }
+    }
+    match (best.status, &best.separation) {
+        (DelassusStatus::Converged, _) => {}
+        (_, Some(_)) => best.status = DelassusStatus::NoSolution,
+        (_, None) => best.separation = prove(Obstruction::Sticking),
     }
     DelassusSolution {
         newton_steps,
         outer_steps,
         applications,
-        ..best.expect("there is always a solver")
+        ..best
+    }
+}
+
+impl DelassusSolution {
+    /// The larger of the two errors.
+    #[must_use]
+    pub fn worst_error(&self) -> f64 {
+        self.error.max(self.scaled_error)
+    }
+
+    fn is_better_than(&self, other: &Self) -> bool {
+        let is_number = |solution: &Self| solution.status != DelassusStatus::NumericalError;
+        is_number(self) && (!is_number(other) || self.worst_error() < other.worst_error())
     }
 }
 
@@ -149,6 +198,18 @@ struct Found {
     newton_steps: usize,
     outer_steps: usize,
     applications: usize,
+}
+
+impl Found {
+    /// Nothing done.
+    fn zero(scaled: &Scaled<'_>) -> Self {
+        Self {
+            multiplier: vec![0.0; scaled.rhs.len()],
+            newton_steps: 0,
+            outer_steps: 0,
+            applications: 0,
+        }
+    }
 }
 
 fn judged(
@@ -176,6 +237,7 @@ fn judged(
         velocity,
         error,
         scaled_error,
+        separation: None,
         newton_steps: 0,
         outer_steps: 0,
         applications: 0,

@@ -230,7 +230,12 @@ impl DelassusProblem {
     }
 
     /// ‖r − P(r − û)‖ / max(‖q‖, ‖r‖, ‖u‖) with the projection P on the cones of friction, 0 for 0/0: the error by which
-    /// `fc3d_compute_error` of Siconos 4.4 judges forces where its argument `norm` is ‖q‖, as its solvers have it. It adds forces to velocities, so it depends on units.
+    /// `fc3d_compute_error` of Siconos 4.4 judges forces where its argument `norm` is ‖q‖, as its solvers have it. It adds forces to
+    /// velocities, so it depends on units.
+    ///
+    /// The residual is the largest of three that exact arithmetic bounds by each other, since rounding lets the first one vanish where
+    /// forces are huge, and the second where velocities are: ‖r − P(r − û)‖, ‖û − P*(û − r)‖ with the projection P* on the dual cones
+    /// (equal to it by J.-J. Moreau, *C. R. Acad. Sci.* 255 (1962) 238), and the penetration ‖min(u_N, 0)‖.
     #[must_use]
     pub fn error(&self, force: &[f64]) -> f64 {
         self.error_with(force, &self.velocity(force))
@@ -245,23 +250,44 @@ impl DelassusProblem {
         )
     }
 
-    /// ‖r − P(r − û)‖ / ‖q‖, 0 for 0/0. Forces without bound, by which a problem without a solution is solved ever
-    /// better relative to them, make this no smaller.
+    /// The residual of [`Self::error`], or what forces cannot resolve if that is more, over ‖q‖; 0 for 0/0. Forces without bound, by
+    /// which a problem without a solution is solved ever better relative to them, make this no smaller.
     pub(super) fn error_by_offset(&self, force: &[f64]) -> f64 {
-        relative(
-            self.residual(force, &self.velocity(force)),
-            norm(&self.offset),
-        )
+        let residual = self.residual(force, &self.velocity(force));
+        let resolution = self.resolution(force);
+        relative(largest([residual, resolution]), norm(&self.offset))
     }
 
-    /// ‖r − P(r − û)‖.
     fn residual(&self, force: &[f64], velocity: &[f64]) -> f64 {
-        let contacts = force.as_chunks().0.iter().zip(velocity.as_chunks().0);
-        let residuals = contacts
-            .zip(&self.mu)
-            .flat_map(|((r, u), mu)| residual(*r, *u, *mu));
-        norm(&residuals.collect::<Vec<f64>>())
+        let form = |which: usize| {
+            let contacts = force.as_chunks().0.iter().zip(velocity.as_chunks().0);
+            let residuals = contacts
+                .zip(&self.mu)
+                .flat_map(|((r, u), mu)| residuals(*r, *u, *mu)[which]);
+            norm(&residuals.collect::<Vec<f64>>())
+        };
+        largest([0, 1, 2].map(form))
     }
+
+    /// How far the last digit of a force moves its own contact: u is known no better, and W, if it is a product of other matrices,
+    /// not either.
+    fn resolution(&self, force: &[f64]) -> f64 {
+        let contacts = force.as_chunks::<3>().0.iter().enumerate();
+        let moved = contacts.map(|(contact, r)| {
+            let diagonal = (3 * contact..3 * contact + 3).map(|j| self.matrix.diagonal(j));
+            diagonal.fold(0.0, f64::max) * norm(r)
+        });
+        f64::EPSILON * moved.fold(0.0, f64::max)
+    }
+}
+
+/// The largest number; NaN where there is one.
+fn largest<const N: usize>(values: [f64; N]) -> f64 {
+    let larger = |most: f64, value: f64| match most.is_nan() || value <= most {
+        true => most,
+        false => value,
+    };
+    values.into_iter().fold(0.0, larger)
 }
 
 fn relative(residual: f64, size: f64) -> f64 {
@@ -271,15 +297,21 @@ fn relative(residual: f64, size: f64) -> f64 {
     }
 }
 
-/// r − P(r − û) at one contact.
-fn residual(r: [f64; 3], u: [f64; 3], mu: f64) -> [f64; 3] {
-    let corrected = u[0] + mu * u[1].hypot(u[2]);
-    let projected = project([r[0] - corrected, r[1] - u[1], r[2] - u[2]], mu);
-    [0, 1, 2].map(|k| r[k] - projected[k])
+/// r − P(r − û), û − P*(û − r) and min(u_N, 0) at one contact.
+fn residuals(r: [f64; 3], u: [f64; 3], mu: f64) -> [[f64; 3]; 3] {
+    let corrected = [u[0] + mu * u[1].hypot(u[2]), u[1], u[2]];
+    let projected = project([0, 1, 2].map(|k| r[k] - corrected[k]), mu);
+    // P*(x) = x + P(−x), summed first: forces that swallow velocities cancel, and leave them.
+    let dual = [0, 1, 2].map(|k| (corrected[k] - r[k]) + projected[k]);
+    [
+        [0, 1, 2].map(|k| r[k] - projected[k]),
+        [0, 1, 2].map(|k| corrected[k] - dual[k]),
+        [u[0].min(0.0), 0.0, 0.0],
+    ]
 }
 
 /// The point of the cone ‖x_T‖ ≤ μ x_N that is nearest.
-fn project(x: [f64; 3], mu: f64) -> [f64; 3] {
+pub(super) fn project(x: [f64; 3], mu: f64) -> [f64; 3] {
     let tangential = x[1].hypot(x[2]);
     if mu * tangential <= -x[0] {
         return [0.0; 3];

@@ -33,13 +33,8 @@ const IDLE_STEPS: usize = 4;
 /// and h + α diag S λ in place of h: each has one isolated solution, a fixed point solves the given problem, and the error
 /// falls by about α per step in all directions in which S is not zero (R. T. Rockafellar, *SIAM J. Control Optim.* 14 (1976) 877).
 pub(super) fn solve(scaled: &Scaled<'_>, form: Form, tolerance: f64) -> Found {
-    let zero = vec![0.0; scaled.rhs.len()];
-    let mut found = Found {
-        multiplier: zero.clone(),
-        newton_steps: 0,
-        outer_steps: 0,
-        applications: 0,
-    };
+    let mut found = Found::zero(scaled);
+    let zero = found.multiplier.clone();
     if zero.is_empty() {
         return found;
     }
@@ -82,14 +77,14 @@ pub(super) fn solve(scaled: &Scaled<'_>, form: Form, tolerance: f64) -> Found {
     found
 }
 
-/// One solve, by one way after the other.
-fn step(
+/// One solve, by one way after the other; whether one of them led to a solution.
+pub(super) fn step(
     dual: &ExplicitDual,
     local: &LocalStiffness,
     laws: &PaneLaws,
     start: Option<&[f64]>,
     found: &mut Found,
-) {
+) -> bool {
     found.outer_steps += 1;
     let set = laws.feasible_set(None);
     let bound = match laws.coulomb() {
@@ -120,7 +115,8 @@ fn step(
             }
         }
         if is_near {
-            return;
+            return true;
         }
     }
+    false
 }

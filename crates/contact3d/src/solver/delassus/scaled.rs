@@ -120,6 +120,24 @@ impl<'a> Scaled<'a> {
         self.judge.error_by_offset(&force)
     }
 
+    /// The problem with each contact scaled by its s, and q by 1/t, in the order of the given one.
+    pub(super) fn judge(&self) -> &DelassusProblem {
+        &self.judge
+    }
+
+    /// A direction of forces of [`Self::judge`] in those of the given problem, with a largest component of one.
+    pub(super) fn unscaled(&self, direction: &[f64]) -> Vec<f64> {
+        let mut scaled = vec![0.0; direction.len()];
+        for (&component, scale) in self.source.iter().zip(&self.scale) {
+            let normal = component - component % 3;
+            if component == normal {
+                (normal..normal + 3).for_each(|k| scaled[k] = scale * direction[k]);
+            }
+        }
+        let largest = scaled.iter().fold(0.0_f64, |most, p| most.max(p.abs()));
+        scaled.iter().map(|p| p / largest).collect()
+    }
+
     /// The problem with a share of the diagonal added about some forces: S + α diag S, h + α diag S λ.
     pub(super) fn shifted(&self, form: Form, share: f64, about: &[f64]) -> ExplicitDual {
         let mut operator = self.operator.clone();
@@ -185,11 +203,18 @@ fn dense(matrix: &CscMatrix) -> Vec<f64> {
     entries
 }
 
+/// What is left of a diagonal entry that is zero but for the rounding of the others of its contact, as a share of those.
+const ROUNDED: f64 = 1e-12;
+
 /// 1/√ of the mean diagonal entry of a contact whose tangential components are scaled by μ, as a power of two; 1 for zeros.
+///
+/// Where these vanish beside those of the contact as they are, the mean of the latter.
 fn contact_scale(diagonal: &[f64], mu: f64) -> f64 {
     let friction = if mu > 0.0 { mu * mu } else { 0.0 };
     let sum = diagonal[0] + friction * (diagonal[1] + diagonal[2]);
-    let mean = sum / if mu > 0.0 { 3.0 } else { 1.0 };
+    let felt = sum / if mu > 0.0 { 3.0 } else { 1.0 };
+    let whole = diagonal.iter().sum::<f64>() / 3.0;
+    let mean = if felt > ROUNDED * whole { felt } else { whole };
     if mean > 0.0 {
         (-0.5 * mean.log2()).round().exp2()
     } else {

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{
     DelassusError, DelassusMethod, DelassusProblem, DelassusSettings, DelassusSolution,
-    DelassusStatus, solve_delassus,
+    DelassusStatus, Obstruction, solve_delassus,
 };
 use crate::linalg::CscMatrix;
 
@@ -236,6 +236,95 @@ fn what_has_no_solution_does_not_converge() {
     let mut large = vec![0.0; 6];
     large[3] = 1e12;
     assert!(given.error(&large) < 1e-10 && given.error_by_offset(&large) > 0.01);
+}
+
+/// Two points of a body between walls that close by 0.5 each: their velocities along N add up to −1, whatever the forces.
+fn squeezed(mu: f64) -> DelassusProblem {
+    let h = DMatrix::from_row_slice(1, 6, &[1.0, 0.0, 0.0, -1.0, 0.0, 0.0]);
+    let slides = DMatrix::from_diagonal(&DVector::from_vec(vec![0.0, 1.0, 2.0, 0.0, 1.0, 1.0]));
+    let q = [-0.5, 0.2, -0.1, -0.5, 0.2, 0.1];
+    problem(&(h.transpose() * h + slides), &q, &[mu; 2])
+}
+
+#[test]
+fn a_direction_proves_that_there_is_no_solution() {
+    for mu in [0.0, 0.7] {
+        let given = squeezed(mu);
+        // Forces that swallow velocities: r − P(r − û) is rounded to 0, the penetration of 0.5 is there all the same.
+        let jammed = [3e30, 0.0, 0.0, 3e30, 0.0, 0.0];
+        assert!(given.error_by_offset(&jammed) > 0.5);
+        let solution = solve_delassus(&given, &DelassusSettings::default());
+        assert_eq!(solution.status, DelassusStatus::NoSolution, "{solution:?}");
+        let proof = solution.separation.expect("a proof");
+        assert_eq!(proof.obstruction, Obstruction::Penetration);
+        let expected = [1.0, 0.0, 0.0, 1.0, 0.0, 0.0];
+        for (found, expected) in proof.direction.iter().zip(expected) {
+            // The kernel of W to some units of rounding.
+            assert!((found - expected).abs() < 1e-14, "{:?}", proof.direction);
+        }
+    }
+}
+
+/// Walls that stand at 45° to each other jam where μ > 1, but a wedge that moves out of their corner by itself needs no force.
+#[test]
+fn friction_that_could_jam_proves_nothing() {
+    // Velocities of the wedge (x, y) along N and T1 of walls with normals (±1, 1)/√2, and T2 out of the plane.
+    let root = 0.5_f64.sqrt();
+    let h = DMatrix::from_row_slice(
+        2,
+        6,
+        &[
+            root, -root, 0.0, -root, root, 0.0, //
+            root, root, 0.0, root, root, 0.0,
+        ],
+    );
+    let w = h.transpose() * &h;
+    // Into both walls, against the friction that would have to hold it: −û lies in K.
+    let inward = h.transpose() * DVector::from_vec(vec![0.0, -1.0]);
+    let close = [-0.5, 0.0, 0.0, -0.5, 0.0, 0.0];
+    let q: Vec<f64> = inward.iter().zip(close).map(|(a, b)| a + b).collect();
+    let pressed = solve_delassus(&problem(&w, &q, &[2.0; 2]), &DelassusSettings::default());
+    assert_ne!(pressed.status, DelassusStatus::NoSolution, "{pressed:?}");
+    let outward: Vec<f64> = inward.iter().zip(close).map(|(a, b)| b - a).collect();
+    let free = solved(&problem(&w, &outward, &[2.0; 2]), DelassusMethod::Auto);
+    assert_eq!(free.force, [0.0; 6]);
+}
+
+/// Coefficients of friction up to 9 on a W of rank 8 for 30 forces: proximal steps of a small share find nothing.
+#[test]
+fn large_friction_on_a_singular_matrix_is_solved_from_easier_problems() {
+    let mut state = 1_u64;
+    let mut next = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as f64 / f64::from(1_u32 << 30) - 1.0
+    };
+    for _ in 0..12 {
+        let n = 10;
+        let h = DMatrix::from_fn(8, 3 * n, |_, _| next());
+        let mu: Vec<f64> = (0..n).map(|_| 0.2 + 4.0 * (1.0 + next())).collect();
+        let (mut r, mut u) = (vec![0.0; 3 * n], vec![0.0; 3 * n]);
+        for c in 0..n {
+            let along = [next(), next()];
+            let length = along[0].hypot(along[1]);
+            match c % 3 {
+                0 => u[3 * c..3 * c + 3].copy_from_slice(&[1.0 + next(), along[0], along[1]]),
+                1 => r[3 * c] = 1.0 + next(),
+                _ => {
+                    r[3 * c] = 1.0 + next();
+                    for k in 0..2 {
+                        u[3 * c + 1 + k] = along[k];
+                        r[3 * c + 1 + k] = -mu[c] * r[3 * c] * along[k] / length;
+                    }
+                }
+            }
+        }
+        let w = h.transpose() * &h;
+        let w = (&w + w.transpose()) * 0.5;
+        let q = DVector::from_vec(u) - &w * DVector::from_vec(r);
+        solved(&problem(&w, q.as_slice(), &mu), DelassusMethod::Newton);
+    }
 }
 
 #[test]

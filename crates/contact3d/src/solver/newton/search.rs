@@ -6,8 +6,12 @@ use super::{
 };
 use crate::{
     contact::CoulombLaw,
-    dual::{ExplicitDual, LocalStiffness},
-    solver::{FeasibleSet, NewtonStep, PaneLaws, conditions::Bound},
+    dual::{DualMatrix, ExplicitDual, LocalStiffness},
+    solver::{
+        FeasibleSet, NewtonStep, PaneLaws,
+        conditions::Bound,
+        convex::{ConvexProgram, InteriorPoint},
+    },
 };
 
 /// ‖R‖ / ‖λ‖ at which a search has found the zones; what follows refines the answer.
@@ -19,6 +23,10 @@ const MOST_STEPS: usize = 40;
 /// Steps in ρ from 1/S_ii to the local stiffness, and how far each is solved.
 const PATH_STEPS: i32 = 8;
 const ON_PATH: f64 = 1e-3;
+
+/// How far an interior point leaves the active set undecided, as a share of the largest stress, before Newton's method is tried
+/// from there: further on, small stresses are told from none.
+const UNDECIDED: [f64; 4] = [1e-3, 1e-5, 1e-7, 1e-9];
 
 /// Where the body moves this many times further as a whole than a pane against its neighbours, the
 /// local starts come first: relaxation, which works pane by pane, cannot move the whole.
@@ -35,6 +43,9 @@ pub(in crate::solver) enum Way {
     Glued,
     /// From the face that slides freely and does not lift off, measured by local stiffness.
     Pressed,
+    /// From points inside the admissible set that come closer and closer to the solution of a convex problem
+    /// ([`InteriorPoint`]), measured by local stiffness: the way that always ends.
+    Convex,
     /// From zero along maps between 1/S_ii and local stiffness, each from the solution before.
     Path,
     /// From an easier law ([`continuation`]).
@@ -60,6 +71,7 @@ impl<'a> Search<'a> {
             [
                 Way::Glued,
                 Way::Pressed,
+                Way::Convex,
                 Way::Path,
                 Way::Eased,
                 Way::Relaxed,
@@ -69,20 +81,20 @@ impl<'a> Search<'a> {
                 Way::Relaxed,
                 Way::Glued,
                 Way::Pressed,
+                Way::Convex,
                 Way::Path,
                 Way::Eased,
             ]
         };
-        let eased = match self.bound {
-            Bound::Coulomb(..) => true,
-            Bound::Frozen(_) => false,
+        let has_dense_operator = matches!(self.dual.operator, DualMatrix::Dense(_));
+        let is_open = |way: &Way| match (way, self.bound) {
+            (Way::Eased, Bound::Frozen(_)) | (Way::Convex, Bound::Coulomb(..)) => false,
+            (Way::Convex, Bound::Frozen(_)) => has_dense_operator,
+            _ => true,
         };
         let warm = warm.filter(|_| mobile).into_iter();
         let softened = self.dual.balance.as_ref().map(|_| Way::Softened);
-        warm.chain(ways)
-            .filter(|way| eased || *way != Way::Eased)
-            .chain(softened)
-            .collect()
+        warm.chain(ways).chain(softened).filter(is_open).collect()
     }
 
     /// Whether the body moves as a whole much further than its panes do, in S or beside it.
@@ -105,6 +117,10 @@ impl<'a> Search<'a> {
             Way::Pressed => self.from(self.local.pressed_start(self.dual), &mut observe),
             Way::Path => self.path(&mut observe),
             Way::Relaxed => self.relaxed(&mut observe),
+            Way::Convex => match self.bound {
+                Bound::Coulomb(..) => self.relaxed(&mut observe),
+                Bound::Frozen(set) => self.convex(set, &to(FOUND), &mut observe),
+            },
             Way::Eased => match self.bound {
                 Bound::Coulomb(laws, law) => self.eased(laws, law, &mut observe),
                 Bound::Frozen(_) => self.relaxed(&mut observe),
@@ -193,6 +209,41 @@ impl<'a> Search<'a> {
                 minimise_frozen_in(self.dual, set, &start, &settings, 0, observe)
             }
         }
+    }
+
+    /// A convex problem by the interior point method and Newton's by turns.
+    pub(in crate::solver) fn convex(
+        &self,
+        set: &FeasibleSet<'_>,
+        settings: &NewtonSettings,
+        observe: &mut dyn FnMut(usize, &NewtonStep),
+    ) -> NewtonSolution {
+        let dual = self.dual.clone().without_anchor();
+        let program = ConvexProgram::of_dual(&dual, set, self.local);
+        let map = self.map(self.bound);
+        let mut from = |start: Vec<f64>, done: usize| {
+            newton_from(&map, start, settings, 0, |k, step| observe(done + k, step))
+        };
+        let Some(mut inside) = InteriorPoint::new(&program) else {
+            return from(self.dual.unknowns(&[]), 0);
+        };
+        let mut found: Option<NewtonSolution> = None;
+        for share in UNDECIDED {
+            let is_decided = inside.run(share);
+            let mut history = found.take().map_or_else(Vec::new, |before| before.history);
+            let start = inside.unknowns(self.dual.dimension());
+            let next = from(start, history.len());
+            history.extend(next.history);
+            let next = NewtonSolution { history, ..next };
+            let ends = next.is_solution() || !is_decided;
+            found = Some(next);
+            if ends {
+                break;
+            }
+        }
+        let mut found = found.expect("there is always a share");
+        found.evaluations += inside.steps;
+        found
     }
 
     fn path(&self, observe: &mut dyn FnMut(usize, &NewtonStep)) -> NewtonSolution {

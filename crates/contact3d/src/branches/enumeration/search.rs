@@ -1,0 +1,195 @@
+//! All solutions of one choice of states, by cutting boxes.
+
+use super::{
+    interval::Interval,
+    linear::{Narrowed, narrow},
+    system::System,
+};
+
+/// A box is tried this much larger, so that a solution on its side lies inside.
+const LARGER: f64 = 0.1;
+
+/// A box whose sides shrink by less than this is cut.
+const SHRINKS: f64 = 0.7;
+
+/// A box this narrow, relative to the whole, is not cut again: two solutions lie in it, or one that is not regular.
+const NARROW: f64 = 1e-7;
+
+/// Most boxes of one choice that are too narrow to be cut.
+const MOST_UNDECIDED: usize = 8;
+
+/// Most steps that narrow a box around its only solution.
+const MOST_STEPS: usize = 30;
+
+/// What was found for one choice of states.
+#[derive(Default)]
+pub(super) struct Outcome {
+    pub(super) solutions: Vec<Solution>,
+    /// Boxes that were looked at.
+    pub(super) boxes: usize,
+    /// Whether every box is decided.
+    pub(super) is_decided: bool,
+}
+
+/// A solution that is alone in its box.
+pub(super) struct Solution {
+    /// λ without unit, `[3m]`.
+    pub(super) multiplier: Vec<Interval>,
+    /// What no inequality is nearer to its end than.
+    pub(super) margin: f64,
+    /// |det| of the derivative over the product of the lengths of its rows.
+    pub(super) determinant: f64,
+}
+
+/// A box with exactly one zero of the equations, and where it lies.
+struct Zero {
+    alone: Vec<Interval>,
+    place: Vec<Interval>,
+}
+
+/// Cuts the whole box until each part has no solution or exactly one; at most so many boxes.
+pub(super) fn search(system: &System<'_>, most_boxes: usize) -> Outcome {
+    let mut outcome = Outcome::default();
+    let whole = &system.whole;
+    let mut zeros: Vec<Zero> = Vec::new();
+    let mut open = vec![whole.clone()];
+    let mut undecided = 0;
+    while let Some(part) = open.pop() {
+        if outcome.boxes == most_boxes || undecided == MOST_UNDECIDED {
+            undecided += 1;
+            break;
+        }
+        outcome.boxes += 1;
+        let Some(part) = possible(system, part) else {
+            continue;
+        };
+        if zeros.iter().any(|zero| is_inside(&part, &zero.alone)) {
+            continue;
+        }
+        let larger = larger(&part, whole);
+        let derivative = system.derivative(&larger);
+        match narrow(&larger, &at_middle(system, &larger), &derivative) {
+            Narrowed::Empty => {}
+            Narrowed::Proven(place) => {
+                let place = narrowest(system, place);
+                let is_known =
+                    |zero: &Zero| is_inside(&place, &zero.alone) || is_inside(&zero.place, &larger);
+                if !zeros.iter().any(is_known) {
+                    zeros.push(Zero {
+                        alone: larger,
+                        place,
+                    });
+                }
+            }
+            Narrowed::Rest(rest) => {
+                let common = part.iter().zip(&rest).map(|(a, b)| a.meet(*b));
+                let Some(common) = common.collect::<Option<Vec<_>>>() else {
+                    continue;
+                };
+                let shrinks = |(a, b): (&Interval, &Interval)| b.width() <= SHRINKS * a.width();
+                if part.iter().zip(&common).any(shrinks) {
+                    open.push(common);
+                } else if let Some(halves) = halves(&common, whole, &derivative) {
+                    open.extend(halves);
+                } else {
+                    undecided += 1;
+                }
+            }
+        }
+    }
+    for (k, zero) in zeros.iter().enumerate() {
+        let meets = |other: &Zero| overlap(&zero.place, &other.place);
+        undecided += usize::from(zeros[..k].iter().any(meets));
+        let signs = system.signs(&zero.place);
+        if signs.iter().any(|sign| sign.high < 0.0) {
+            continue;
+        }
+        let margin = signs.iter().map(|sign| sign.low);
+        let margin = margin.fold(f64::INFINITY, f64::min);
+        undecided += usize::from(margin <= 0.0);
+        outcome.solutions.push(Solution {
+            multiplier: system.multipliers(&zero.place),
+            margin,
+            determinant: determinant(system, &zero.place),
+        });
+    }
+    outcome.is_decided = undecided == 0;
+    outcome
+}
+
+/// The part of a box in which no inequality and no equation fails at once; `None` where there is none.
+fn possible(system: &System<'_>, part: Vec<Interval>) -> Option<Vec<Interval>> {
+    let part = system.contracted(part)?;
+    let fails = system.signs(&part).iter().any(|sign| sign.high < 0.0);
+    let misses = |r: &Interval| r.low > 0.0 || r.high < 0.0;
+    (!fails && !system.residual(&part).iter().any(misses)).then_some(part)
+}
+
+fn at_middle(system: &System<'_>, part: &[Interval]) -> Vec<Interval> {
+    let middle = part.iter().map(|x| Interval::point(x.middle()));
+    system.residual(&middle.collect::<Vec<_>>())
+}
+
+/// The place of the only zero in a box, as narrow as rounding and the uncertainty of the problem allow.
+fn narrowest(system: &System<'_>, mut place: Vec<Interval>) -> Vec<Interval> {
+    for _ in 0..MOST_STEPS {
+        let derivative = system.derivative(&place);
+        let next = match narrow(&place, &at_middle(system, &place), &derivative) {
+            Narrowed::Empty => break,
+            Narrowed::Proven(next) | Narrowed::Rest(next) => next,
+        };
+        let halves = |(a, b): (&Interval, &Interval)| b.width() <= 0.5 * a.width();
+        let goes_on = place.iter().zip(&next).any(halves);
+        place = next;
+        if !goes_on {
+            break;
+        }
+    }
+    place
+}
+
+fn larger(part: &[Interval], whole: &[Interval]) -> Vec<Interval> {
+    let sides = part.iter().zip(whole);
+    let sides = sides.map(|(x, all)| {
+        let more = LARGER * x.width() + NARROW * (all.width() + f64::EPSILON * all.size());
+        Interval::new(x.low - more, x.high + more)
+    });
+    sides.collect()
+}
+
+/// A box cut across the unknown that moves the equations most; `None` where all its sides are too short.
+fn halves(
+    part: &[Interval],
+    whole: &[Interval],
+    derivative: &[Vec<Interval>],
+) -> Option<[Vec<Interval>; 2]> {
+    let n = part.len();
+    let moves = |i: usize, j: usize| derivative[i][j].size() * part[j].width();
+    let all: Vec<f64> = (0..n).map(|i| (0..n).map(|j| moves(i, j)).sum()).collect();
+    let share = |j: usize| (0..n).map(|i| moves(i, j) / all[i]).sum::<f64>();
+    let is_wide = |j: &usize| part[*j].width() > NARROW * whole[*j].width();
+    let wide = (0..n).filter(is_wide);
+    let side = wide.max_by(|a, b| share(*a).total_cmp(&share(*b)))?;
+    let cut = part[side].middle();
+    let [mut low, mut high] = [part.to_vec(), part.to_vec()];
+    low[side].high = cut;
+    high[side].low = cut;
+    Some([low, high])
+}
+
+fn is_inside(inner: &[Interval], outer: &[Interval]) -> bool {
+    inner.iter().zip(outer).all(|(a, b)| a.is_inside(*b))
+}
+
+fn overlap(a: &[Interval], b: &[Interval]) -> bool {
+    a.iter().zip(b).all(|(a, b)| a.meet(*b).is_some())
+}
+
+/// |det| of the middle of the derivative over the product of the lengths of its rows; 1 without unknowns.
+fn determinant(system: &System<'_>, place: &[Interval]) -> f64 {
+    let derivative = system.derivative(place);
+    let n = derivative.len();
+    let middle = nalgebra::DMatrix::from_fn(n, n, |i, j| derivative[i][j].middle());
+    let lengths: f64 = middle.row_iter().map(|row| row.norm()).product();
+    (middle.determinant() / lengths).abs()
+}

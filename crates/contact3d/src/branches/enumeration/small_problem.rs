@@ -1,0 +1,181 @@
+//! A contact problem of a few panes in intervals, without units.
+
+use super::{
+    super::family::power_of_two,
+    interval::{Interval, product},
+    straight_law::NodeLaw,
+};
+
+/// What S, h and the slips may be wrong by, as a share of √(S_ii S_jj) and of the largest h: rounding of assembly and factor. All
+/// problems so near have the same number of solutions.
+pub(super) const UNCERTAIN: f64 = 1.0 / (1_u64 << 40) as f64;
+
+/// A contact problem of m panes, each with the components ν, t1, t2: r = S λ − h.
+///
+/// Rows and columns of a pane are scaled by one power of two, so that ellipses stay what they are, and λ and r by another.
+pub(super) struct SmallProblem {
+    /// `[3m][3m]`.
+    pub(super) operator: Vec<Vec<Interval>>,
+    /// `[3m]`.
+    pub(super) rhs: Vec<Interval>,
+    /// Whether a component moves at all, `[3m]`.
+    pub(super) moves: Vec<bool>,
+    /// λ over its number here in Pa, `[m]`.
+    pub(super) stress: Vec<f64>,
+    /// (contact node, weight) of each pane.
+    pub(super) nodes: Vec<Vec<(usize, f64)>>,
+    /// `[n_contact_nodes]`.
+    pub(super) laws: Vec<NodeLaw>,
+    /// u_t at the contact nodes: a constant less a row times λ; empty for a law that does not follow it.
+    pub(super) slips: Vec<[Affine; 2]>,
+}
+
+/// A constant and a linear function of some unknowns.
+#[derive(Debug, Clone)]
+pub(super) struct Affine {
+    pub(super) constant: Interval,
+    pub(super) slope: Vec<Interval>,
+}
+
+impl Affine {
+    pub(super) fn at(&self, unknowns: &[Interval]) -> Interval {
+        self.constant + product(&self.slope, unknowns)
+    }
+}
+
+/// Plain numbers of a problem: λ in Pa, r in m³, u_t in m.
+pub(super) struct Numbers<'a> {
+    /// S_ij.
+    pub(super) operator: &'a dyn Fn(usize, usize) -> f64,
+    pub(super) rhs: &'a dyn Fn(usize) -> f64,
+    /// u_t without λ at a node along an axis, and by a component of λ.
+    pub(super) slip_free: &'a dyn Fn(usize, usize) -> f64,
+    pub(super) slip: &'a dyn Fn(usize, usize, usize) -> f64,
+    pub(super) follows_slip: bool,
+}
+
+impl SmallProblem {
+    /// The problem with what rounding may have changed; `None` where a pane does not move along its normal.
+    pub(super) fn new(
+        numbers: &Numbers<'_>,
+        nodes: Vec<Vec<(usize, f64)>>,
+        laws: Vec<NodeLaw>,
+    ) -> Option<Self> {
+        let panes = nodes.len();
+        let n = 3 * panes;
+        let diagonal: Vec<f64> = (0..n).map(|i| (numbers.operator)(i, i)).collect();
+        let moves: Vec<bool> = diagonal.iter().map(|d| *d > 0.0).collect();
+        if !(0..panes).all(|pane| moves[3 * pane]) {
+            return None;
+        }
+        let scale: Vec<f64> = (0..panes)
+            .map(|pane| power_of_two(diagonal[3 * pane].sqrt()))
+            .collect();
+        let scaled = |i: usize| (numbers.rhs)(i) / scale[i / 3];
+        let load = (0..n).map(|i| scaled(i).abs()).fold(0.0, f64::max);
+        let load = power_of_two(load);
+        let root = |i: usize| diagonal[i].sqrt() / scale[i / 3];
+        let entry = |i: usize, j: usize| {
+            if !moves[i] || !moves[j] {
+                return Interval::ZERO;
+            }
+            let [a, b] = [(i, j), (j, i)].map(|(i, j)| {
+                let value = (numbers.operator)(i, j) / scale[i / 3] / scale[j / 3];
+                Interval::around(value, UNCERTAIN * root(i) * root(j))
+            });
+            a.hull(b)
+        };
+        let stress: Vec<f64> = scale.iter().map(|scale| load / scale).collect();
+        let slips = match numbers.follows_slip {
+            false => Vec::new(),
+            true => (0..laws.len())
+                .map(|node| [0, 1].map(|axis| slip(numbers, &stress, node, axis)))
+                .collect(),
+        };
+        Some(Self {
+            operator: (0..n)
+                .map(|i| (0..n).map(|j| entry(i, j)).collect())
+                .collect(),
+            rhs: (0..n)
+                .map(|i| match moves[i] {
+                    true => Interval::around(scaled(i) / load, UNCERTAIN),
+                    false => Interval::ZERO,
+                })
+                .collect(),
+            moves,
+            stress,
+            nodes,
+            laws,
+            slips,
+        })
+    }
+
+    pub(super) fn n_panes(&self) -> usize {
+        self.nodes.len()
+    }
+}
+
+fn slip(numbers: &Numbers<'_>, stress: &[f64], node: usize, axis: usize) -> Affine {
+    let row: Vec<f64> = (0..3 * stress.len())
+        .map(|j| -(numbers.slip)(node, axis, j) * stress[j / 3])
+        .collect();
+    let free = (numbers.slip_free)(node, axis);
+    let size = row.iter().fold(free.abs(), |size, v| size.max(v.abs()));
+    let near = |value: f64| Interval::around(value, UNCERTAIN * size);
+    Affine {
+        constant: near(free),
+        slope: row.into_iter().map(near).collect(),
+    }
+}
+
+/// 𝓕 of a pane, and its derivatives by u_t at the nodes.
+pub(super) struct PaneFriction {
+    pub(super) value: [Interval; 2],
+    /// (contact node, ∂𝓕_k/∂u_tl).
+    pub(super) slope: Vec<(usize, [[Interval; 2]; 2])>,
+}
+
+impl SmallProblem {
+    /// 𝓕 of a pane for u_t at the contact nodes, the inverse of the mean of F⁻¹.
+    pub(super) fn friction(
+        &self,
+        pane: usize,
+        slip: impl Fn(usize) -> [Interval; 2],
+    ) -> PaneFriction {
+        let nodes = self.nodes[pane].iter();
+        let nodes =
+            nodes.map(|(node, weight)| (*node, *weight, self.laws[*node].over(slip(*node))));
+        let at: Vec<_> = nodes.collect();
+        if let [(node, _, only)] = at.as_slice() {
+            return PaneFriction {
+                value: only.value,
+                slope: vec![(*node, only.slope)],
+            };
+        }
+        let value = [0, 1].map(|k| {
+            let terms = at.iter();
+            let terms = terms.map(|(_, w, at)| Interval::point(*w) * at.value[k].recip());
+            terms.sum::<Interval>().recip()
+        });
+        let slope = at.iter().map(|(node, weight, at)| {
+            let by_slip = [0, 1].map(|k| {
+                let share = (value[k] * at.value[k].recip()).square();
+                at.slope[k].map(|slope| Interval::point(*weight) * share * slope)
+            });
+            (*node, by_slip)
+        });
+        PaneFriction {
+            value,
+            slope: slope.collect(),
+        }
+    }
+
+    pub(super) fn follows_slip(&self) -> bool {
+        !self.slips.is_empty()
+    }
+
+    pub(super) fn is_isotropic(&self) -> bool {
+        let mut laws = self.laws.iter();
+        laws.all(|law| matches!(law, NodeLaw::Isotropic(_)))
+    }
+}

@@ -1,0 +1,338 @@
+//! The interior point method.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{
+    cone::{Point, Scaling, inner, largest_step, moved, product, smaller_eigenvalue},
+    program::{Block, ConvexProgram},
+};
+use crate::linalg::{DenseCholesky, add_scaled, dot};
+
+/// Most steps: the problems of the campaign need no more than a quarter.
+const MOST_STEPS: usize = 100;
+
+/// Share of the way to the boundary.
+const SHARE: f64 = 0.99;
+
+/// Every s ∘ z keeps this share of their mean, and what is violated falls at least as μ does, but for this factor: the
+/// neighbourhood in which convergence is proven.
+const CENTRALITY: f64 = 1e-3;
+const INFEASIBILITY: f64 = 1e6;
+
+/// Least decrease of μ, as a share of the step.
+const DECREASE: f64 = 0.01;
+
+/// Steps along the corrected direction that are shorter give way to the centred one, of which convergence is proven.
+const SHORT: f64 = 0.1;
+const CENTRED: f64 = 0.5;
+
+/// What is violated may be this share of the answer when the active set is read off; Newton's method removes it.
+const VIOLATION: f64 = 1e-3;
+
+/// What a Schur complement of unit diagonal resists less is a motion that contact does not hold.
+const UNRESISTED: f64 = 1e-13;
+
+/// The primal–dual method of path following with Mehrotra's corrector on the cones of pressures and ellipses, one Cholesky
+/// factor a step.
+///
+/// With s(x) the points of the cones, exact in every step, and their duals z, it follows A x − G α − b = z, Gᵀx + D α = q,
+/// s ∘ z = μ to μ = 0, in the scaling of Nesterov and Todd. The corrected direction (S. Mehrotra, *SIAM J. Optim.* 2 (1992)
+/// 575) has no proof of convergence; where it does not get on within the neighbourhood, the centred direction does: for linear
+/// objectives over such cones, from a start as large as the answer, in a number of steps that is polynomial in that of the panes and
+/// does not depend on conditioning (B. Rangarajan, *SIAM J. Optim.* 16 (2006) 1211); ours is convex and quadratic, whose A only adds
+/// ds·dz ≥ 0.
+pub(in crate::solver) struct InteriorPoint<'a> {
+    program: &'a ConvexProgram,
+    /// x.
+    x: Vec<f64>,
+    /// α.
+    motion: Vec<f64>,
+    /// z of each block.
+    dual: Vec<Point>,
+    /// The mean of s·z at the start.
+    first_mu: f64,
+    /// What is left of the violation at the start.
+    left: f64,
+    /// Steps so far.
+    pub(in crate::solver) steps: usize,
+}
+
+/// A Newton direction.
+struct Direction {
+    x: Vec<f64>,
+    motion: Vec<f64>,
+    /// ds and dz of each block.
+    blocks: Vec<(Point, Point)>,
+}
+
+/// The linear system of one step.
+struct StepSystem {
+    scalings: Vec<Scaling>,
+    /// D M D of unit diagonal for M = A + W⁻².
+    factor: DenseCholesky,
+    /// D.
+    unit: Vec<f64>,
+    /// M⁻¹G.
+    moved: Vec<Vec<f64>>,
+    /// GᵀM⁻¹G + D.
+    complement: DMatrix<f64>,
+}
+
+impl<'a> InteriorPoint<'a> {
+    /// From equal pressures as large as the answer's largest, at least, and no friction; `None` where nothing presses, pulls or is pulled, so that 0 is the answer.
+    pub(in crate::solver) fn new(program: &'a ConvexProgram) -> Option<Self> {
+        let pressure = program.bound;
+        if pressure == 0.0 || !pressure.is_finite() {
+            return None;
+        }
+        let x = program.of_blocks(|block| match block {
+            Block::Pressure(_) => [pressure, 0.0, 0.0],
+            Block::Pair { .. } => [0.0; 3],
+        });
+        let mut method = Self {
+            program,
+            x,
+            motion: vec![0.0; program.resultant.len()],
+            dual: program.blocks.iter().map(|it| it.start(pressure)).collect(),
+            first_mu: 0.0,
+            left: 1.0,
+            steps: 0,
+        };
+        method.first_mu = method.mu(None, 0.0);
+        Some(method)
+    }
+
+    /// Steps until every block is at its bound or free of force, up to `indecision` as a share of the largest stress;
+    /// `false` where rounding, or the cap on steps, ends it before.
+    pub(in crate::solver) fn run(&mut self, indecision: f64) -> bool {
+        while !self.is_decided(indecision) {
+            if self.steps == MOST_STEPS || self.advance().is_none() {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// λ and α.
+    pub(in crate::solver) fn unknowns(&self, n_multipliers: usize) -> Vec<f64> {
+        self.program.unknowns(&self.x, &self.motion, n_multipliers)
+    }
+
+    fn is_decided(&self, share: f64) -> bool {
+        let blocks = &self.program.blocks;
+        let largest = |size: &dyn Fn(&Block) -> f64| blocks.iter().map(size).fold(0.0, f64::max);
+        let size = largest(&|block| block.size(&self.x));
+        let violation = self.violation();
+        let points = blocks.iter().zip(&self.dual);
+        let indecision = points.map(|(it, z)| it.indecision(it.point(&self.x), *z));
+        let indecision = indecision.fold(0.0, f64::max);
+        indecision <= share * size
+            && largest(&|block| block.size_of_gradient(&violation)) <= VIOLATION * size
+    }
+
+    /// A x − G α − b − z.
+    fn violation(&self) -> Vec<f64> {
+        let mut violation = self.program.gradient(&self.x, &self.motion);
+        for (block, z) in self.program.blocks.iter().zip(&self.dual) {
+            block.add_to(&mut violation, z.map(|z| -z));
+        }
+        violation
+    }
+
+    fn pairs(&self) -> impl Iterator<Item = (Point, Point)> + '_ {
+        let blocks = self.program.blocks.iter().zip(&self.dual);
+        blocks.map(|(block, z)| (block.point(&self.x), *z))
+    }
+
+    /// The mean of s·z after a share of a direction.
+    fn mu(&self, direction: Option<&Direction>, share: f64) -> f64 {
+        let sum: f64 = match direction {
+            None => self.pairs().map(|(s, z)| inner(s, z)).sum(),
+            Some(direction) => self
+                .moved_pairs(direction, share)
+                .map(|(s, z)| inner(s, z))
+                .sum(),
+        };
+        sum / self.dual.len() as f64
+    }
+
+    fn moved_pairs<'s>(
+        &'s self,
+        direction: &'s Direction,
+        share: f64,
+    ) -> impl Iterator<Item = (Point, Point)> + 's {
+        let pairs = self.pairs().zip(&direction.blocks);
+        pairs.map(move |((s, z), (ds, dz))| (moved(s, share, *ds), moved(z, share, *dz)))
+    }
+
+    /// One step; `None` where rounding forbids it.
+    fn advance(&mut self) -> Option<()> {
+        let mu = self.mu(None, 0.0);
+        let system = StepSystem::new(self)?;
+        let violation = self.violation();
+        let excess = self.program.excess(&self.x, &self.motion);
+        let towards = |target: f64, before: Option<&Direction>| {
+            let blocks = system.scalings.iter().enumerate();
+            let wanted = blocks.map(|(at, scaling)| {
+                let mut wanted = product(scaling.point, scaling.point).map(|v| -v);
+                wanted[0] += target;
+                if let Some(before) = before {
+                    let (ds, dz) = before.blocks[at];
+                    let second = product(scaling.apply_inverse(ds), scaling.apply(dz));
+                    wanted = moved(wanted, -1.0, second);
+                }
+                wanted
+            });
+            let wanted: Vec<Point> = wanted.collect();
+            system.direction(self.program, &violation, &excess, &wanted)
+        };
+        let predictor = towards(0.0, None);
+        let reach = self.longest(&predictor).min(1.0);
+        let share = (self.mu(Some(&predictor), reach) / mu).clamp(0.0, 1.0);
+        let mut direction = towards(share.powi(3) * mu, Some(&predictor));
+        let mut step = self.admissible(&direction, mu);
+        if step < SHORT {
+            let centred = towards(CENTRED * mu, None);
+            let longer = self.admissible(&centred, mu);
+            if longer > step {
+                (direction, step) = (centred, longer);
+            }
+        }
+        if step == 0.0 {
+            return None;
+        }
+        add_scaled(&mut self.x, step, &direction.x);
+        add_scaled(&mut self.motion, step, &direction.motion);
+        for (z, (_, dz)) in self.dual.iter_mut().zip(&direction.blocks) {
+            *z = moved(*z, step, *dz);
+        }
+        self.left *= 1.0 - step;
+        self.steps += 1;
+        Some(())
+    }
+
+    /// The largest step before a block leaves its cones.
+    fn longest(&self, direction: &Direction) -> f64 {
+        let pairs = self.pairs().zip(&direction.blocks);
+        let steps = pairs.map(|((s, z), (ds, dz))| largest_step(s, *ds).min(largest_step(z, *dz)));
+        steps.fold(f64::INFINITY, f64::min)
+    }
+
+    /// A step within the neighbourhood along which μ falls; 0 where rounding leaves none.
+    fn admissible(&self, direction: &Direction, mu: f64) -> f64 {
+        const SHORTER: f64 = 0.7;
+        const LEAST: f64 = 1e-10;
+        let mut step = (SHARE * self.longest(direction)).min(1.0);
+        while step > LEAST {
+            let next = self.mu(Some(direction), step);
+            let mut pairs = self.moved_pairs(direction, step);
+            let feasible = self.left * (1.0 - step) <= INFEASIBILITY * next / self.first_mu;
+            if next <= (1.0 - DECREASE * step) * mu
+                && feasible
+                && pairs.all(|(s, z)| smaller_eigenvalue(s, z) >= CENTRALITY * next)
+            {
+                return step;
+            }
+            step *= SHORTER;
+        }
+        0.0
+    }
+}
+
+impl StepSystem {
+    fn new(method: &InteriorPoint<'_>) -> Option<Self> {
+        let program = method.program;
+        let scalings: Vec<Scaling> = method.pairs().map(|(s, z)| Scaling::new(s, z)).collect();
+        let mut matrix = program.matrix.clone();
+        for (block, scaling) in program.blocks.iter().zip(&scalings) {
+            for (i, k) in block.components() {
+                for (j, l) in block.components() {
+                    matrix[(i, j)] += scaling.inverse_square(k, l);
+                }
+            }
+        }
+        let n = matrix.nrows();
+        let unit: Vec<f64> = (0..n).map(|i| matrix[(i, i)].sqrt().recip()).collect();
+        for j in 0..n {
+            for i in 0..n {
+                matrix[(i, j)] *= unit[i] * unit[j];
+            }
+        }
+        let mut system = Self {
+            scalings,
+            factor: DenseCholesky::shifted(&matrix)?,
+            unit,
+            moved: Vec::new(),
+            complement: DMatrix::zeros(0, 0),
+        };
+        system.moved = program.motions.iter().map(|g| system.solve(g)).collect();
+        let n = program.motions.len();
+        system.complement = DMatrix::from_fn(n, n, |p, q| {
+            dot(&program.motions[p], &system.moved[q]) + program.support[p][q]
+        });
+        Some(system)
+    }
+
+    /// M⁻¹ v.
+    fn solve(&self, v: &[f64]) -> Vec<f64> {
+        let mut x: Vec<f64> = v.iter().zip(&self.unit).map(|(v, d)| v * d).collect();
+        self.factor.solve(&mut x);
+        x.iter_mut().zip(&self.unit).for_each(|(x, d)| *x *= d);
+        x
+    }
+
+    /// The direction that removes what is violated and changes each λ ∘ λ by `wanted`, to first order.
+    fn direction(
+        &self,
+        program: &ConvexProgram,
+        violation: &[f64],
+        excess: &[f64],
+        wanted: &[Point],
+    ) -> Direction {
+        let blocks = self.scalings.iter().zip(wanted);
+        let free: Vec<Point> = blocks
+            .map(|(scaling, wanted)| scaling.unscaled_quotient(*wanted))
+            .collect();
+        let mut rhs: Vec<f64> = violation.iter().map(|v| -v).collect();
+        for (block, free) in program.blocks.iter().zip(&free) {
+            block.add_to(&mut rhs, *free);
+        }
+        let mut x = self.solve(&rhs);
+        let missing = program.motions.iter().zip(excess);
+        let missing: Vec<f64> = missing.map(|(g, e)| e - dot(g, &x)).collect();
+        let motion = self.motion(&missing);
+        for (moved, by) in self.moved.iter().zip(&motion) {
+            add_scaled(&mut x, *by, moved);
+        }
+        let blocks = program.blocks.iter().zip(&self.scalings).zip(free);
+        let blocks = blocks.map(|((block, scaling), free)| {
+            let ds = block.part(&x);
+            let back = scaling.apply_inverse(scaling.apply_inverse(ds));
+            (ds, moved(free, -1.0, back))
+        });
+        Direction {
+            blocks: blocks.collect(),
+            motion,
+            x,
+        }
+    }
+
+    /// The motions of a resultant, as far as something resists them.
+    fn motion(&self, resultant: &[f64]) -> Vec<f64> {
+        let n = resultant.len();
+        if n == 0 {
+            return Vec::new();
+        }
+        let scale = |p: usize| match self.complement[(p, p)] {
+            d if d > 0.0 => d.sqrt().recip(),
+            _ => 0.0,
+        };
+        let scaled = DMatrix::from_fn(n, n, |p, q| scale(p) * self.complement[(p, q)] * scale(q));
+        let rhs = DVector::from_fn(n, |p, _| scale(p) * resultant[p]);
+        let motion = scaled.svd(true, true).solve(&rhs, UNRESISTED);
+        match motion {
+            Ok(motion) => (0..n).map(|p| scale(p) * motion[p]).collect(),
+            Err(_) => vec![0.0; n],
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! The interior point method on made-up operators of any conditioning, against the conditions of the solution.
+
+use std::sync::atomic::AtomicUsize;
+
+use nalgebra::{DMatrix, DVector};
+use proptest::prelude::*;
+
+use super::{ConvexProgram, InteriorPoint, Motions};
+use crate::{linalg::norm, solver::FeasibleSet};
+
+static PROJECTIONS: AtomicUsize = AtomicUsize::new(0);
+
+/// How far the active set may be undecided, and what the violated conditions may then be, as shares of ‖λ‖.
+const DECIDED: f64 = 1e-6;
+const ACCURATE: f64 = 1e-4;
+
+/// S = Σ 10^(−decades i/n) vᵢvᵢᵀ over orthonormal vectors, beside three motions that are 10^`loose` times softer.
+fn operator(n: usize, entries: &[f64], decades: f64, loose: f64) -> DMatrix<f64> {
+    let basis = DMatrix::from_column_slice(n, n, &entries[..n * n]).qr().q();
+    let share = |i: usize| i as f64 / n as f64;
+    let values = DVector::from_fn(n, |i, _| 10.0_f64.powf(-decades * share(i)));
+    let mut operator = &basis * DMatrix::from_diagonal(&values) * basis.transpose();
+    for i in 0..3.min(n) {
+        let motion = DVector::from_fn(n, |j, _| entries[i * n + j]);
+        operator += &motion * motion.transpose() * 10.0_f64.powf(loose);
+    }
+    0.5 * (&operator + operator.transpose())
+}
+
+/// A problem, with the motions that it must balance.
+struct Problem<'a> {
+    operator: DMatrix<f64>,
+    rhs: Vec<f64>,
+    set: FeasibleSet<'a>,
+    motions: Motions,
+}
+
+impl Problem<'_> {
+    /// The diagonal of S⁻¹, pairs taking the mean of their two.
+    fn stiffness(&self) -> Vec<f64> {
+        let inverse = self.operator.clone().try_inverse().unwrap();
+        let mut stiffness: Vec<f64> = inverse.diagonal().iter().copied().collect();
+        for pair in self.set.layout().split_mut(&mut stiffness).1 {
+            *pair = [0.5 * (pair[0] + pair[1]); 2];
+        }
+        stiffness
+    }
+
+    /// ‖λ − P(λ − ρ (S λ − G α − h))‖ and ‖q − Gᵀλ − D α‖ beside ‖λ‖ and ‖q‖, of the interior point method.
+    fn residuals(&self) -> Option<[f64; 2]> {
+        let n = self.rhs.len();
+        let stiffness = self.stiffness();
+        let glued =
+            self.operator.clone().cholesky()?.inverse() * DVector::from_row_slice(&self.rhs);
+        let energy = glued.dot(&(&self.operator * &glued)).sqrt();
+        let carried = norm(&self.motions.resultant);
+        let entry = |i: usize, j: usize| self.operator[(i, j)];
+        let bound = energy + carried;
+        let (set, motions) = (&self.set, &self.motions);
+        let program = ConvexProgram::new(entry, &self.rhs, set, &stiffness, bound, motions);
+        let mut method = InteriorPoint::new(&program)?;
+        assert!(method.run(DECIDED), "ended after {} steps", method.steps);
+        let unknowns = method.unknowns(n);
+        let (multiplier, motion) = unknowns.split_at(n);
+        let mut gradient = &self.operator * DVector::from_row_slice(multiplier);
+        let mut excess = DVector::from_row_slice(&self.motions.resultant);
+        for (k, g) in self.motions.integrals.iter().enumerate() {
+            let g = DVector::from_row_slice(g);
+            gradient -= &g * motion[k];
+            excess[k] -= g.dot(&DVector::from_row_slice(multiplier));
+            for (d, alpha) in self.motions.support[k].iter().zip(motion) {
+                excess[k] -= d * alpha;
+            }
+        }
+        let mut trial: Vec<f64> = (0..n)
+            .map(|i| multiplier[i] - stiffness[i] * (gradient[i] - self.rhs[i]))
+            .collect();
+        self.set.project(&mut trial);
+        let moved: Vec<f64> = trial.iter().zip(multiplier).map(|(a, b)| a - b).collect();
+        let balance = if carried > 0.0 {
+            excess.norm() / carried
+        } else {
+            0.0
+        };
+        Some([norm(&moved) / norm(multiplier), balance])
+    }
+}
+
+const PANES: usize = 12;
+
+fn set_of(axes: &[f64], scale: f64) -> FeasibleSet<'static> {
+    let axes = axes.chunks_exact(2);
+    let axes = axes.map(|a| [a[0], a[1]].map(|a| scale * 10.0_f64.powf(a)));
+    FeasibleSet::new(PANES, axes.collect(), &PROJECTIONS)
+}
+
+fn held() -> Motions {
+    Motions {
+        integrals: Vec::new(),
+        resultant: Vec::new(),
+        support: Vec::new(),
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn convex_problems_are_solved_whatever_the_conditioning(
+        entries in prop::collection::vec(-1.0..1.0_f64, 9 * PANES * PANES),
+        rhs in prop::collection::vec(-1.0..1.0_f64, 3 * PANES),
+        axes in prop::collection::vec(-3.0..3.0_f64, 2 * PANES),
+        decades in 0.0..5.0_f64, loose in -3.0..4.0_f64,
+        has_friction in any::<bool>(),
+    ) {
+        let n = if has_friction { 3 * PANES } else { PANES };
+        let rhs = rhs[..n].to_vec();
+        let axes = if has_friction { &axes[..] } else { &[] };
+        let operator = operator(n, &entries, decades, loose);
+        let problem = Problem { operator, rhs, set: set_of(axes, 1.0), motions: held() };
+        if let Some([residual, _]) = problem.residuals() {
+            prop_assert!(residual <= ACCURATE, "{residual:e}");
+        }
+    }
+
+    #[test]
+    fn motions_are_balanced_by_contact_and_by_weak_supports(
+        entries in prop::collection::vec(-1.0..1.0_f64, PANES * PANES),
+        rhs in prop::collection::vec(-1.0..1.0_f64, PANES),
+        pressures in prop::collection::vec(0.1..1.0_f64, PANES),
+        decades in 0.0..4.0_f64, support in -8.0..2.0_f64, is_supported in any::<bool>(),
+    ) {
+        let motions: Vec<Vec<f64>> = (0..3)
+            .map(|k| (0..PANES).map(|i| (i as f64 / PANES as f64).powi(k)).collect())
+            .collect();
+        let carried = |g: &Vec<f64>| g.iter().zip(&pressures).map(|(g, p)| g * p).sum();
+        let stiffness = if is_supported { 10.0_f64.powf(support) } else { 0.0 };
+        let diagonal = |p: usize| (0..3).map(|q| if p == q { stiffness } else { 0.0 }).collect();
+        let problem = Problem {
+            operator: operator(PANES, &entries, decades, -9.0),
+            rhs,
+            set: set_of(&[], 1.0),
+            motions: Motions {
+                resultant: motions.iter().map(carried).collect(),
+                support: (0..3).map(diagonal).collect(),
+                integrals: motions,
+            },
+        };
+        let [residual, imbalance] = problem.residuals().unwrap();
+        prop_assert!(residual <= ACCURATE && imbalance <= ACCURATE, "{residual:e} {imbalance:e}");
+    }
+}
+
+/// One node on a spring of stiffness 1: λ_ν = max(h_ν, 0), and λ_t is h_t as far as the ellipse lets it.
+#[test]
+fn one_node_has_its_closed_form() {
+    for (rhs, expected) in [
+        ([2.0, 0.3, 0.0], [2.0, 0.3, 0.0]),
+        ([-1.0, 4.0, 0.0], [0.0, 0.5, 0.0]),
+        ([1.0, 0.0, -7.0], [1.0, 0.0, -0.25]),
+    ] {
+        let set = FeasibleSet::new(1, vec![[0.5, 0.25]], &PROJECTIONS);
+        let entry = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
+        let bound = norm(&rhs);
+        let program = ConvexProgram::new(entry, &rhs, &set, &[1.0; 3], bound, &held());
+        let mut method = InteriorPoint::new(&program).unwrap();
+        assert!(method.run(1e-9));
+        let found = method.unknowns(3);
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() <= 1e-7, "{found} {expected}");
+        }
+    }
+}

@@ -1,0 +1,90 @@
+"""The command line of the campaign."""
+
+import argparse
+import os
+import sys
+import tempfile
+from collections import Counter
+from pathlib import Path
+
+# Small matrices: threads of the linear algebra only get in each other's way.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+if __package__ in (None, ""):
+    # Run as a folder: the folder's parent holds this package and the readers it uses.
+    sys.path[0] = str(Path(__file__).resolve().parent.parent)
+
+from convex.judge import Judged, judge
+from convex.scenes import Kind, scene
+from faults.program import Program
+
+
+def arguments() -> argparse.Namespace:
+    """What was asked for."""
+    parser = argparse.ArgumentParser(prog="convex", description=__doc__)
+    parser.add_argument("--scenes", type=int, default=300, help="number of scenes")
+    parser.add_argument("--first", type=int, default=0, help="number of the first one")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument(
+        "--write", type=Path, help="folder for the scenes, and do no more"
+    )
+    return parser.parse_args()
+
+
+def table(judged: list[Judged]) -> str:
+    """Counts by kind and law, as Markdown."""
+    lines = [
+        "| kind | law | scenes | wrong | most multipliers | most ε cond S | largest error |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for kind in Kind:
+        for has_friction in (False, True):
+            group = [
+                j
+                for j in judged
+                if j.scene.kind == kind and j.scene.has_friction == has_friction
+            ]
+            if group:
+                lines.append(row(kind, has_friction, group))
+    return "\n".join(lines)
+
+
+def row(kind: Kind, has_friction: bool, group: list[Judged]) -> str:
+    """One line of the table."""
+    right = [j for j in group if j.wrong is None]
+    cells = [
+        kind,
+        "Tresca" if has_friction else "none",
+        len(group),
+        len(group) - len(right),
+        max((j.n_multipliers for j in group), default=0),
+        f"{max((j.rounding for j in right), default=0.0):.0e}",
+        f"{max((j.error for j in right), default=0.0):.0e}",
+    ]
+    return f"| {' | '.join(map(str, cells))} |"
+
+
+def main() -> int:
+    """Judge the scenes; 1 if any answer is wrong or missing."""
+    asked = arguments()
+    numbers = range(asked.first, asked.first + asked.scenes)
+    scenes = [scene(asked.seed, number) for number in numbers]
+    if asked.write:
+        asked.write.mkdir(parents=True, exist_ok=True)
+        for one in scenes:
+            (asked.write / f"{one.name}.toml").write_text(one.text)
+        return 0
+    program = Program.find()
+    judged = []
+    with tempfile.TemporaryDirectory() as folder:
+        for one in scenes:
+            judged.append(judge(program, one, Path(folder)))
+            if judged[-1].wrong:
+                print(f"{one.name}: {judged[-1].wrong}", flush=True)
+    print(table(judged))
+    print("statuses:", dict(Counter(j.status for j in judged)))
+    return int(any(j.wrong for j in judged))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
