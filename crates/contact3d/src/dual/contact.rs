@@ -76,7 +76,7 @@ impl ContactSystem {
         distances.resize(self.layout().n_multipliers(), 0.0);
         // Coefficients that follow the slip read it from displacements, which have to be whole.
         if distances.iter().any(|d| *d != 0.0) && !interface.follows_slip() {
-            balance = balance.from_closed_gap(&distances, &surface.pane_area);
+            balance = balance.with_closed_gap(&distances, &surface.pane_area);
             let mut closing = self.coupling.integrate(&assembly.unconstrained());
             let left = balance.closed.iter().flat_map(|closed| &closed.left);
             for (closing, left) in closing.iter_mut().zip(left) {

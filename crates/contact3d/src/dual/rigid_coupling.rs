@@ -248,7 +248,7 @@ impl Balance {
     }
 
     /// The same with motions counted from that which closes distances d in m³, `[n_multipliers]`.
-    pub(super) fn from_closed_gap(&self, distances: &[f64], areas: &[f64]) -> Self {
+    pub(super) fn with_closed_gap(&self, distances: &[f64], areas: &[f64]) -> Self {
         let closed = self.coupling.closing(distances, areas);
         let nothing = vec![0.0; distances.len()];
         Self {
