@@ -21,7 +21,7 @@ fn the_theory_is_stored_drawn_printed_and_reported() {
     let text = String::from_utf8_lossy(&done.get_output().stdout).into_owned();
     let last = text.lines().last().expect("a last line");
     assert!(
-        last.starts_with("At n_div = 4 the bound of HKL (3.13)"),
+        last.starts_with("At n_div = 4 uniqueness is proven for this law"),
         "{last}"
     );
     for name in ["theory_thresholds", "theory_scaled_law", "theory_constants"] {

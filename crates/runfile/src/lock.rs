@@ -12,6 +12,7 @@ use super::home::remove_orphans;
 use super::layout::Group;
 use super::place::AtFile;
 use super::reader::Reader;
+use super::scale_text::texts_temporary;
 use super::table::Layout;
 use super::volume::inode;
 
@@ -71,7 +72,8 @@ impl RunFile {
         let whole = self.temporary();
         let groups = self.layout.groups();
         let groups = groups.map(|group| group_temporary(&whole, group));
-        for temporary in groups.chain([whole.clone(), self.previous()]) {
+        let others = [texts_temporary(&whole), whole.clone(), self.previous()];
+        for temporary in groups.chain(others) {
             match fs::remove_file(&temporary) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => {
                     Err(error).at_file(&temporary, "remove what a killed process left")?;

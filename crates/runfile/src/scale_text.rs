@@ -14,7 +14,7 @@
 //! ```
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use hdf5::Datatype;
@@ -42,6 +42,13 @@ pub(super) struct Types {
     pub(super) name: Datatype,
 }
 
+/// Where the file of the types is written, beside a temporary file.
+pub(super) fn texts_temporary(beside: &Path) -> PathBuf {
+    let mut path = beside.as_os_str().to_owned();
+    path.push("-texts");
+    path.into()
+}
+
 /// The types; the first call of a process writes the file that has them beside a temporary file, and removes it.
 ///
 /// # Errors
@@ -50,10 +57,8 @@ pub(super) fn types(beside: &Path, place: Place<'_>) -> Result<&'static Types, S
     if let Some(types) = TYPES.get() {
         return Ok(types);
     }
-    let mut path = beside.as_os_str().to_owned();
-    path.push("-texts");
-    let path = Path::new(&path);
-    let made = Temporary::create(path.into(), |path| {
+    let path = &texts_temporary(beside);
+    let made = Temporary::create(path.clone(), |path| {
         fs::write(path, FILE).inspect_err(|_| drop(fs::remove_file(path)))
     });
     let (_temporary, ()) = made.at_file(path, "write a temporary file")?;

@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 use super::{
     PaneState, Solved, SolvedContact, Zone,
     nodal_forces::{NodalForces, contact_forces, total},
+    rounding::terms,
 };
 use crate::{
     linalg::dot,
@@ -27,7 +28,8 @@ pub struct Resultants {
     pub spring_force: Option<Vector>,
     /// Moments about the origin in N·m, in the same order: contact, applied, clamp.
     pub moments: [Vector; 3],
-    /// ‖Σ forces‖ over the sum of the norms of all nodal forces, so that loads which balance each other do not vanish from it.
+    /// ‖Σ forces‖ over the sum of the norms of all nodal forces, so that loads which balance each other do not vanish from it; of a body
+    /// that bears none, over √ε ‖|A||u|‖₁.
     pub force_imbalance: f64,
     /// ‖Σ moments‖ over the sum of the norms of the moments of all nodal forces.
     pub moment_imbalance: f64,
@@ -85,14 +87,21 @@ impl Resultants {
         let [forces_size, moments_size] = nodal
             .map(|f| sizes(solved.mesh, f))
             .fold([0.0; 2], |sum, s| [sum[0] + s[0], sum[1] + s[1]]);
+        // Where nothing bears a force, what rounding of u would make of it.
+        let rounding = f64::EPSILON.sqrt() * terms(solved).iter().sum::<f64>();
+        let places = solved.mesh.coordinates.iter();
+        let farthest = places.fold(0.0, |most: f64, x| most.max(Vector3::from(*x).norm()));
         let works = Works::new(solved, displacement, forces, internal);
         Self {
             applied_force: sums[1].0.into(),
             clamp_force: sums[2].0.into(),
             spring_force: springs.map(|(force, _)| force.into()),
             moments: sums.map(|(_, moment)| moment.into()),
-            force_imbalance: imbalance(all().map(|(force, _)| force), forces_size),
-            moment_imbalance: imbalance(all().map(|(_, moment)| moment), moments_size),
+            force_imbalance: imbalance(all().map(|(force, _)| force), forces_size.max(rounding)),
+            moment_imbalance: imbalance(
+                all().map(|(_, moment)| moment),
+                moments_size.max(farthest * rounding),
+            ),
             strain_energy: works.strain_energy,
             spring_energy: works.of_springs.map(|work| -0.5 * work),
             load_work: works.of_loads,

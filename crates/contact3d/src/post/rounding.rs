@@ -48,7 +48,8 @@ impl Rounding {
     }
 }
 
-fn of_equilibrium(solved: &Solved<'_>) -> f64 {
+/// |A||u| + |Bᵀ||λ| + |l| in N, `[n_free]`: what cancels in the equilibrium.
+pub(super) fn terms(solved: &Solved<'_>) -> Vec<f64> {
     let (u, lambda) = (&solved.solution.displacement, &solved.solution.multiplier);
     let mut forces: Vec<f64> = solved.system.load.iter().map(|l| l.abs()).collect();
     let coupling = solved.contact.map(|contact| &contact.coupling.transposed);
@@ -62,7 +63,11 @@ fn of_equilibrium(solved: &Solved<'_>) -> f64 {
             }
         }
     }
-    ratio(norm(&forces), norm(&solved.system.load))
+    forces
+}
+
+fn of_equilibrium(solved: &Solved<'_>) -> f64 {
+    ratio(norm(&terms(solved)), norm(&solved.system.load))
 }
 
 /// Of stresses and of works; 0 where nothing is loaded.

@@ -143,10 +143,11 @@ mod tests {
         let clamp: Clamp =
             toml::from_str("box = [[0.3, 0.0, 0.0], [0.6, 0.0, 1.0]]").expect("a clamp");
         // The planes of ten equal cells.
-        assert!(0.1 * 3.0 != 0.3 && 0.2 * 3.0 != 0.6);
+        let [third, sixth] = [0.1, 0.2].map(|step: f64| step * 3.0);
+        assert_ne!([third, sixth], [0.3, 0.6]);
         for (x, inside) in [
-            (0.1 * 3.0, true),
-            (0.2 * 3.0, true),
+            (third, true),
+            (sixth, true),
             (0.3 - 1e-9, false),
             (0.6 + 1e-9, false),
         ] {

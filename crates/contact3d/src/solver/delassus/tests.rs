@@ -196,16 +196,17 @@ fn both_solvers_find_the_same_forces_in_any_units() {
     }
 }
 
-/// r − P(r − û) vanishes at solutions only, and is r itself where û pushes nothing back.
+/// The residuals vanish at solutions only; without forces the largest is what is left of u_N.
 #[test]
 fn the_error_sees_what_is_wrong() {
     let w = DMatrix::from_diagonal(&DVector::from_vec(vec![2.0, 4.0, 4.0]));
     let given = problem(&w, &[-2.0, 0.8, 0.6], &[0.5]);
     assert!(given.error(&[1.0, -0.2, -0.15]) < 1e-15);
     let size = (4.0_f64 + 0.64 + 0.36).sqrt();
-    // Without forces r − û = (2 − 0.5, −0.8, −0.6), whose projection on the cone is half of the tangent along (1, μ).
-    let normal = (1.5 + 0.5) / 1.25;
-    let expected = (normal * normal * 1.25_f64).sqrt() / size;
+    // Without forces −û = (2 − 0.5, −0.8, −0.6), whose projection on the cone has the normal part (1.5 + 0.5) / 1.25 and the norm 1.6 √1.25,
+    // less than the penetration u_N = −2.
+    let expected = 2.0 / size;
+    assert!(1.6 * 1.25_f64.sqrt() < 2.0);
     assert!((given.error(&[0.0; 3]) - expected).abs() < 1e-15);
     assert!(given.error(&[1.0, 0.2, 0.15]) > 0.1);
     assert!(given.error(&[-1.0, 0.0, 0.0]) > 0.1);
