@@ -187,6 +187,19 @@ DENSE: dict[str, tuple[Corruption, str]] = {
 }
 
 
+# What breaks the certificate that the file holds: there the program's own `check` sees it, too.
+SEEN = {
+    "a pressure",
+    "an open pane pressed",
+    "the direction of slip",
+    "a displacement",
+    "the load",
+    "the stiffness",
+    "the coupling",
+    "a figure of the certificate",
+}
+
+
 def failures(path: Path, checks: list[str]) -> set[str]:
     """The names of the tests that fail on a run file."""
     folder = ROOT / "python-checks"
@@ -233,7 +246,7 @@ def test_files_that_are_only_sealed_again_pass(sources, tmp_path, name, checks):
 def test_corrupted_results_are_noticed(sources, tmp_path, contact3d, what):
     corrupt, noticed_by = CASES[what]
     path = forged(sources["fixed point"], tmp_path / "forged.h5", corrupt)
-    contact3d("check", path)
+    contact3d("check", path, expect=2 if what in SEEN else 0)
     assert failures(path, [noticed_by]) == {noticed_by.split("::")[1]}
 
 
@@ -241,5 +254,5 @@ def test_corrupted_results_are_noticed(sources, tmp_path, contact3d, what):
 def test_corrupted_dense_data_are_noticed(sources, tmp_path, contact3d, what):
     corrupt, noticed_by = DENSE[what]
     path = forged(sources["newton"], tmp_path / "forged.h5", corrupt)
-    contact3d("check", path)
+    contact3d("check", path, expect=2 if what in SEEN else 0)
     assert failures(path, [noticed_by]) == {noticed_by.split("::")[1]}

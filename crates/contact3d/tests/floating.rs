@@ -3,7 +3,7 @@
 use contact3d::{
     AssembledProblem, Problem,
     elasticity::BodyMotion,
-    scene::{Scene, SolveSettings},
+    scene::{Method, Scene, SolveSettings},
     solver::{Solution, Status},
 };
 
@@ -525,4 +525,46 @@ fn blocks_in_shallow_cups_are_held() {
         let problem = block([x, y, z], cells, &rest);
         assert_balanced(&problem, &solved(&problem));
     }
+}
+
+/// Successive approximations on a body whose motions all rest on weak springs have no motion left to balance, and a face without
+/// friction may feel none at all: both once ended in a panic.
+#[test]
+fn bodies_without_a_free_or_felt_motion_end_with_a_status() {
+    let springs = block(
+        [1.0; 3],
+        [2, 2, 2],
+        "[contact]
+        face = 'z_min'
+        [friction]
+        coefficient.constant = 0.04
+        [[spring]]
+        face = 'x_max'
+        normal = 1e-4
+        tangential = 1e-4
+        [[traction]]
+        face = 'z_max'
+        value = [1e3, 0.0, -1e4]",
+    );
+    let settings = SolveSettings {
+        method: Method::FixedPoint,
+        ..SolveSettings::default()
+    };
+    assert!(springs.solve(&settings).is_ok());
+    let rollers = block(
+        [1.0; 3],
+        [2, 2, 2],
+        "[contact]
+        face = 'z_min'
+        [[clamp]]
+        face = 'z_max'
+        components = ['y', 'z']
+        [[clamp]]
+        face = 'x_max'
+        components = ['y']
+        [[pressure]]
+        face = 'z_max'
+        value = 1e3",
+    );
+    assert_eq!(solved(&rollers).status, Status::Converged);
 }

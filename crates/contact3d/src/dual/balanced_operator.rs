@@ -57,7 +57,7 @@ impl<'a> BalancedOperator<'a> {
         for (g, e, support) in resisted(balance) {
             add_scaled(&mut supported_rhs, e / support, g);
         }
-        let wanted = triangle.transpose().lu().solve(&resultant);
+        let wanted = solved(triangle.transpose(), resultant);
         let mut operator = Self {
             base,
             balance,
@@ -65,7 +65,7 @@ impl<'a> BalancedOperator<'a> {
             range,
             triangle,
             penalty: 0.0,
-            wanted: wanted.unwrap_or_else(|| DVector::zeros(n)),
+            wanted,
             shift: DVector::zeros(n),
             rhs_at_rest: Vec::new(),
             rhs: Vec::new(),
@@ -138,8 +138,7 @@ impl<'a> BalancedOperator<'a> {
     /// The rigid motions α in m that belong to a multiplier.
     pub fn motion(&mut self, multiplier: &[f64]) -> Vec<f64> {
         let moved = &self.shift.clone() + self.gradient_in_range(multiplier);
-        let free = self.triangle.clone().lu().solve(&moved);
-        let free = free.unwrap_or_else(|| DVector::zeros(self.range.len()));
+        let free = solved(self.triangle.clone(), moved);
         let resisted = resisted(self.balance);
         let resisted = resisted.map(|(g, e, support)| (e - dot(g, multiplier)) / support);
         resisted.chain(free.iter().copied()).collect()
@@ -210,6 +209,15 @@ impl PrimalOperator for BalancedOperator<'_> {
         self.balance.coupling.add_slip(&motion, &mut slip);
         Some(slip)
     }
+}
+
+/// The solution of a square system; zero where it is singular, and none without unknowns, where supports resist all motions.
+fn solved(matrix: DMatrix<f64>, rhs: DVector<f64>) -> DVector<f64> {
+    if rhs.is_empty() {
+        return rhs;
+    }
+    let n = rhs.len();
+    matrix.lu().solve(&rhs).unwrap_or_else(|| DVector::zeros(n))
 }
 
 /// G, e and D of each motion that supports resist.

@@ -174,6 +174,12 @@ impl RigidCoupling {
     /// The motion that closes distances d in m³, `[n_multipliers]`, by least squares over the contact face.
     fn closing(&self, distances: &[f64], areas: &[f64]) -> ClosedGap {
         const ROUNDINGS: f64 = 16.0;
+        if self.n_felt() == 0 {
+            return ClosedGap {
+                motion: Vec::new(),
+                left: distances.to_vec(),
+            };
+        }
         let weight = |j: usize| areas[self.layout.pane_of(j)].sqrt().recip();
         let n = distances.len();
         let weighted = DMatrix::from_fn(n, self.n_felt(), |j, p| self.integrals[p][j] * weight(j));
@@ -375,17 +381,22 @@ impl MotionSpaces {
         let on_face = DMatrix::from_fn(n_rows, k, |j, p| {
             of_modes[p].get(j).map_or(0.0, |value| value * weight(j))
         });
-        let svd = on_face.svd(false, true);
-        let largest = svd.singular_values.max();
-        let vectors = svd.v_t.expect("asked for").transpose();
-        let is_felt = |p: &usize| svd.singular_values[*p] > UNFELT * largest;
-        let (on_face, off_face): (Vec<usize>, Vec<usize>) = (0..k).partition(is_felt);
-        let on_face = vectors.select_columns(&on_face);
-        let off_face = vectors.select_columns(&off_face);
+        let felt_of = |space: &DMatrix<f64>, largest: f64| {
+            let svd = (&on_face * space).svd(false, true);
+            let largest = largest.max(svd.singular_values.max());
+            let vectors = space * svd.v_t.expect("asked for").transpose();
+            let is_felt = |p: &usize| svd.singular_values[*p] > UNFELT * largest;
+            let (felt, unfelt): (Vec<usize>, Vec<usize>) = (0..space.ncols()).partition(is_felt);
+            let [felt, unfelt] = [felt, unfelt].map(|columns| vectors.select_columns(&columns));
+            (felt, unfelt)
+        };
+        let whole = DMatrix::identity(k, k);
         let Some(support) = support else {
-            let felt = match off_face.ncols() {
-                0 => DMatrix::identity(k, k),
-                _ => on_face,
+            let (on_face, off_face) = felt_of(&whole, 0.0);
+            let felt = if off_face.ncols() == 0 {
+                whole
+            } else {
+                on_face
             };
             return Self {
                 support: vec![0.0; felt.ncols()],
@@ -394,45 +405,31 @@ impl MotionSpaces {
             };
         };
         let support = &DMatrix::from_fn(k, k, |p, q| support[p][q]);
-        let (resisted, unfelt, _) = by_support(&off_face, support);
-        let felt =
-            DMatrix::from_fn(
-                k,
-                on_face.ncols() + resisted.ncols(),
-                |row, column| match column.checked_sub(on_face.ncols()) {
-                    None => on_face[(row, column)],
-                    Some(column) => resisted[(row, column)],
-                },
-            );
-        let (held, free, stiffness) = by_support(&felt, support);
-        let n_free = free.ncols();
+        // What supports resist first: of the rest, contact feels no more motions than it has multipliers.
+        let (held, free, stiffness) = by_support(support);
+        let (free, unfelt) = if free.ncols() == 0 {
+            (free.clone(), free)
+        } else {
+            felt_of(&free, on_face.singular_values().max())
+        };
         Self {
+            support: [stiffness, vec![0.0; free.ncols()]].concat(),
             felt: [columns(&held), columns(&free)].concat(),
             unfelt: columns(&unfelt),
-            support: [stiffness, vec![0.0; n_free]].concat(),
         }
     }
 }
 
-/// Orthonormal bases of the motions of a space that supports resist and of those that they do not, and the stiffness of the former
-/// in N/m.
-fn by_support(
-    space: &DMatrix<f64>,
-    support: &DMatrix<f64>,
-) -> (DMatrix<f64>, DMatrix<f64>, Vec<f64>) {
-    if space.ncols() == 0 {
-        return (space.clone(), space.clone(), Vec::new());
-    }
-    let eigen = (space.transpose() * support * space).symmetric_eigen();
+/// Orthonormal bases of the motions that supports resist and of those that they do not, and the stiffness of the former in N/m.
+fn by_support(support: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>, Vec<f64>) {
+    let eigen = support.clone().symmetric_eigen();
     let least = UNRESISTED * support.diagonal().max();
     let (held, free): (Vec<usize>, Vec<usize>) =
-        (0..space.ncols()).partition(|&p| eigen.eigenvalues[p] > least);
-    let stiffness = held.iter().map(|&p| eigen.eigenvalues[p]).collect();
-    let vectors = space * eigen.eigenvectors;
+        (0..support.ncols()).partition(|&p| eigen.eigenvalues[p] > least);
     (
-        vectors.select_columns(&held),
-        vectors.select_columns(&free),
-        stiffness,
+        eigen.eigenvectors.select_columns(&held),
+        eigen.eigenvectors.select_columns(&free),
+        held.iter().map(|&p| eigen.eigenvalues[p]).collect(),
     )
 }
 

@@ -35,6 +35,13 @@ impl Rounding {
         }
     }
 
+    /// As [`Self::new`], with the local stiffness of the solved problem.
+    pub(crate) fn of_answer(solved: &Solved<'_>, panes: &[PaneState], moved: &[f64]) -> Self {
+        let contact = solved.contact.as_ref();
+        let stiffness = contact.map_or_else(Vec::new, |contact| contact.local_stiffness(solved));
+        Self::new(solved, panes, &stiffness, moved)
+    }
+
     /// How many times further than by its own compliance a pane moves with the body, at least one: a relative error of λ is so many
     /// times larger in the residuals of stresses and of works.
     pub(crate) fn mobility(&self) -> f64 {

@@ -137,8 +137,7 @@ impl AssembledProblem {
         report: &ContactReport,
         moved: &[f64],
     ) -> Rounding {
-        let solved = self.solved(solution);
-        Rounding::new(&solved, &report.panes, &solution.local_stiffness, moved)
+        Rounding::of_answer(&self.solved(solution), &report.panes, moved)
     }
 
     fn solved<'a>(&'a self, solution: &'a Solution) -> Solved<'a> {
