@@ -8,7 +8,7 @@ use contact3d::{
         Assembly, AssemblySeconds, ContactCompliance, ContactSystem, DualMatrix, DualSystem,
         ExplicitDual, OperatorForm, PrimalSystem,
     },
-    elasticity::{DofMap, FloatingBody},
+    elasticity::{DofMap, FloatingBody, WeakSupport},
     linalg::{CholeskyFactor, CscMatrix, Factor, FactorStructure},
 };
 use runfile::{
@@ -34,6 +34,7 @@ const RIGID_MODES: &str = "/assemble/rigid_modes";
 pub(super) const RIGID_PINS: &str = "/assemble/rigid_pins";
 const RIGID_SPRING: &str = "/assemble/rigid_spring";
 const RIGID_SUPPORT: &str = "/assemble/rigid_support";
+const RIGID_YIELDING: &str = "/assemble/rigid_yielding";
 const DUAL_OPERATOR: &str = "/assemble/dual_operator";
 const CONTACT_COMPLIANCE: &str = "/assemble/contact_compliance";
 const PERMUTATION: &str = "/assemble/factor/permutation";
@@ -67,10 +68,11 @@ const OFFSETS: &[Extent] = &[Plus("n_supernodes", 1)];
 pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(DOFS, Kind::I64, &[Named("n_nodes"), axes::XYZ], Dimension::Number, "Free degree of freedom of each node and component, -1 where held.").compressed(),
     GROUP.row(STIFFNESS, Kind::CscMatrix, &[FREE, FREE], Dimension::STIFFNESS, "Stiffness matrix over the free degrees of freedom; symmetric, both triangles stored.").symbol("A").compressed(),
-    GROUP.row(RIGID_MODES, Kind::F64, &[RIGID, FREE], Dimension::Number, "Rigid modes of a body that only contact holds, the kernel of A; mode p moves pin p by one and no other pin. Where weak springs K_s resist them, R - A_kappa^-1 K_s R.").symbol("R").optional(SUPPORTED),
+    GROUP.row(RIGID_MODES, Kind::F64, &[RIGID, FREE], Dimension::Number, "Rigid modes of a body that only contact holds, the kernel of A; mode p moves pin p by one and no other pin.").symbol("R").optional(SUPPORTED),
     GROUP.row(RIGID_PINS, Kind::I64, &[RIGID], Dimension::Number, "The pins, one free degree of freedom for each rigid mode: the factor is that of A with the spring added to these entries of its diagonal.").optional(SUPPORTED),
     GROUP.row(RIGID_SPRING, Kind::F64, &[], Dimension::STIFFNESS, "Spring at each pin; answers do not depend on it.").symbol("kappa").optional(SUPPORTED),
-    GROUP.row(RIGID_SUPPORT, Kind::F64, &[RIGID, RIGID], Dimension::STIFFNESS, "Stiffness of weak springs in the rigid modes, which are unknowns of their own: R^T (l - B^T lambda) = D alpha.").symbol("D").optional("absent where no weak spring resists the rigid modes, and before format 1.8"),
+    GROUP.row(RIGID_SUPPORT, Kind::F64, &[RIGID, RIGID], Dimension::STIFFNESS, "Stiffness of weak springs in the rigid modes, which are unknowns of their own: (R + Y)^T (l - B^T lambda) = D alpha.").symbol("D").optional("absent where no weak spring resists the rigid modes, and before format 1.8"),
+    GROUP.row(RIGID_YIELDING, Kind::F64, &[RIGID, FREE], Dimension::Number, "How the body yields to the forces of weak springs K_s in the rigid modes, -A_kappa^-1 K_s R.").symbol("Y").optional("absent where no weak spring resists the rigid modes, and before format 1.8"),
     GROUP.row(COUPLING_NORMAL, Kind::CsrMatrix, &[Named("n_panes"), FREE], Dimension::AREA, "Integral of the normal displacement over each pane.").symbol("N").optional(NO_CONTACT),
     GROUP.row(COUPLING_TANGENTIAL, Kind::CsrMatrix, &[Named("n_tangential"), FREE], Dimension::AREA, "Integrals of the tangential displacements over each pane; rows 2i and 2i + 1 belong to pane i.").symbol("T").optional(NO_FRICTION),
     GROUP.row(DUAL_OPERATOR, Kind::F64, &[Named("n_multipliers"), Named("n_multipliers")], Dimension::DUAL, "Dual operator B A^-1 B^T, symmetric.").symbol("S").optional(IMPLICIT),
@@ -149,7 +151,11 @@ fn write_floating(writer: &mut GroupWriter<'_>, body: &FloatingBody) -> Result<(
     writer.write(RIGID_SPRING, &[body.spring], &[])?;
     match &body.support {
         None => Ok(()),
-        Some(support) => writer.write(RIGID_SUPPORT, &support.concat(), &[body.n_modes(); 2]),
+        Some(support) => {
+            let stiffness = support.stiffness.concat();
+            writer.write(RIGID_SUPPORT, &stiffness, &[body.n_modes(); 2])?;
+            writer.write(RIGID_YIELDING, &support.yielding.concat(), &shape)
+        }
     }
 }
 
@@ -325,11 +331,12 @@ fn read_floating(
     if !reader.has(RIGID_MODES) {
         return Ok(None);
     }
-    let modes = read_finite_vec(reader, RIGID_MODES)?;
-    let modes: Vec<Vec<f64>> = modes
-        .chunks_exact(stiffness.cols.max(1))
-        .map(<[f64]>::to_vec)
-        .collect();
+    let rows = |path: &str, length: usize| -> Result<Vec<Vec<f64>>, FormatError> {
+        let entries = read_finite_vec(reader, path)?;
+        let rows = entries.chunks_exact(length.max(1));
+        Ok(rows.map(<[f64]>::to_vec).collect())
+    };
+    let modes = rows(RIGID_MODES, stiffness.cols)?;
     let pins = read_index_vec(reader, RIGID_PINS)?;
     if pins.len() != modes.len() || pins.iter().any(|pin| *pin >= stiffness.cols) {
         return Err(FormatError::Inconsistent {
@@ -342,11 +349,10 @@ fn read_floating(
     }
     let spring = read_finite_scalar(reader, RIGID_SPRING)?;
     let support = match reader.has(RIGID_SUPPORT) {
-        true => {
-            let entries = read_finite_vec(reader, RIGID_SUPPORT)?;
-            let rows = entries.chunks_exact(pins.len());
-            Some(rows.map(<[f64]>::to_vec).collect())
-        }
+        true => Some(WeakSupport {
+            stiffness: rows(RIGID_SUPPORT, pins.len())?,
+            yielding: rows(RIGID_YIELDING, stiffness.cols)?,
+        }),
         false => None,
     };
     Ok(Some(Arc::new(FloatingBody::from_parts(

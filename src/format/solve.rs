@@ -27,6 +27,7 @@ pub(super) const STATUS: &str = "/solve/status";
 const MULTIPLIER_NORMAL: &str = "/solve/multiplier_normal";
 const MULTIPLIER_TANGENTIAL: &str = "/solve/multiplier_tangential";
 const DISPLACEMENT: &str = "/solve/displacement";
+const STRAINING: &str = "/solve/straining_displacement";
 const RIGID_MOTION: &str = "/solve/rigid_motion";
 const UNSTOPPED_MOTION: &str = "/solve/unstopped_motion";
 const NEUTRAL_MOTIONS: &str = "/solve/neutral_motions";
@@ -62,6 +63,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(MULTIPLIER_NORMAL, Kind::F64, PANES, Dimension::STRESS, "Normal contact multiplier, the pressure on each pane.").symbol("lambda_nu").optional(NO_CONTACT),
     GROUP.row(MULTIPLIER_TANGENTIAL, Kind::F64, PANE_PAIRS, Dimension::STRESS, "Tangential contact multipliers along t1 and t2.").symbol("lambda_t").optional("absent without friction"),
     GROUP.row(DISPLACEMENT, Kind::F64, &[Named("n_nodes"), axes::XYZ], Dimension::LENGTH, "Displacement of every node, that of its clamp where held.").symbol("u"),
+    GROUP.row(STRAINING, Kind::F64, &[Named("n_nodes"), axes::XYZ], Dimension::LENGTH, "The displacement without the rigid motions that weak springs let go far: what strains the body, which rounding of a long way would hide.").optional("absent where no weak spring holds the body, and before format 1.8"),
     GROUP.row(RIGID_MOTION, Kind::F64, &[RIGID], Dimension::LENGTH, "Rigid motions of a body that only contact or weak springs hold: the part R alpha of the displacement beside that of a body whose pins rest; zero without equilibrium.").symbol("alpha").optional("absent where supports hold the body"),
     GROUP.row(UNSTOPPED_MOTION, Kind::F64, &[Named("n_nodes"), axes::XYZ], Dimension::Number, "Rigid motion in which the load works and which no admissible contact force opposes, of largest component one.").symbol("q").optional("absent unless there is no equilibrium"),
     GROUP.row(NEUTRAL_MOTIONS, Kind::F64, &[Named("n_neutral_motions"), Named("n_nodes"), axes::XYZ], Dimension::Number, "Rigid motions that neither contact nor supports feel, each of largest component one; the displacement has none of them.").optional("absent where every rigid motion is felt, and before format 1.8"),
@@ -124,6 +126,10 @@ pub fn write(
         displacement.as_flattened(),
         &[displacement.len(), 3],
     )?;
+    if !solution.straining.is_empty() {
+        let straining = dofs.to_nodes(&solution.straining);
+        writer.write(STRAINING, straining.as_flattened(), &[straining.len(), 3])?;
+    }
     if !solution.rigid_motion.is_empty() {
         let motion = &solution.rigid_motion;
         writer.write(RIGID_MOTION, motion, &[motion.len()])?;
@@ -197,6 +203,13 @@ pub fn read(reader: &Reader, dofs: &DofMap) -> Result<Solution, FormatError> {
         },
         local_mapping: read_local_mapping(reader)?,
         multiplier,
+        straining: match reader.has(STRAINING) {
+            true => {
+                let nodal = read_measured(reader, STRAINING, status)?;
+                dofs.to_free(nodal.as_chunks::<3>().0)
+            }
+            false => Vec::new(),
+        },
         rigid_motion: match reader.has(RIGID_MOTION) {
             true => read_measured(reader, RIGID_MOTION, status)?,
             false => Vec::new(),

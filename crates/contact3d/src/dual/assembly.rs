@@ -225,12 +225,11 @@ impl Analysed {
         {
             let mut work = Workspace::default();
             let mut yielding = |force: &Vec<f64>| {
-                assembly
-                    .solve_refined(force, None, f64::EPSILON, &mut work)
-                    .value
+                let solved = assembly.solve_refined(force, None, f64::EPSILON, &mut work);
+                solved.value.iter().map(|u| -u).collect()
             };
             let yielding: Vec<Vec<f64>> = forces.iter().map(&mut yielding).collect();
-            let body = FloatingBody::clone(body).resisted(forces, &yielding);
+            let body = FloatingBody::clone(body).resisted(forces, yielding);
             assembly.primal.floating = Some(Arc::new(body));
         }
         Ok(assembly)

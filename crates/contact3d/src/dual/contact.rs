@@ -4,7 +4,7 @@ use super::{Assembly, Balance, ExplicitDual};
 use crate::{
     contact::{Coupling, Interface, MultiplierLayout},
     elasticity::DofMap,
-    linalg::{Doubled, Work, Workspace},
+    linalg::{Doubled, Work, Workspace, add_scaled},
     mesh::ContactSurface,
 };
 
@@ -17,6 +17,15 @@ pub struct ContactSystem {
     pub form: OperatorForm,
     /// What else holds where the body floats, for the loads of a solve (`Self::balanced`).
     pub balance: Option<Balance>,
+}
+
+/// Displacements over the free degrees of freedom in m.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Moved {
+    /// u.
+    pub(crate) displacement: Vec<f64>,
+    /// u − R α, what strains the body, where weak springs let it go far; empty elsewhere, where u does.
+    pub(crate) straining: Vec<f64>,
 }
 
 /// How S is held; either form holds h = B A⁻¹ l with the gap's integral subtracted from the normal
@@ -196,11 +205,12 @@ impl ContactSystem {
         closing
     }
 
-    /// The same of a displacement with its remainder, in twice the working precision.
+    /// The same of unknowns x = (λ, α) with the displacement A⁻¹(l − Bᵀλ) and its remainder, in twice the working precision.
     #[must_use]
     pub(crate) fn closing_refined(
         &self,
         displacement: &Doubled,
+        unknowns: &[f64],
         dofs: &DofMap,
         surface: &ContactSurface,
         interface: &Interface,
@@ -210,7 +220,12 @@ impl ContactSystem {
             Some(closed) => closed.left.clone(),
             None => self.distances(dofs, surface, interface),
         };
-        distances.resize(self.coupling.n_multipliers(), 0.0);
+        let n = self.coupling.n_multipliers();
+        distances.resize(n, 0.0);
+        if let Some(balance) = &self.balance {
+            let moved = balance.coupling.integrals_of(self.parts(unknowns).1, n);
+            add_scaled(&mut distances, -1.0, &moved);
+        }
         let transposed = &self.coupling.transposed;
         transposed.transposed_excess(displacement, &distances)
     }
@@ -251,27 +266,35 @@ impl ContactSystem {
         displacement
     }
 
-    /// The same by iterative refinement, from the displacement of a multiplier nearby, to the share `target` of u.
+    /// A⁻¹(l − Bᵀλ) by iterative refinement, from that of a multiplier nearby, to the share `target` of it.
     #[must_use]
-    pub fn refined_displacement(
+    pub(crate) fn refined(
         &self,
         assembly: &Assembly,
         unknowns: &[f64],
         start: Option<&Doubled>,
         target: f64,
     ) -> Doubled {
-        let (multiplier, motion) = self.parts(unknowns);
-        let forces = self.forces(assembly, multiplier);
-        let mut work = Workspace::default();
-        let Some(balance) = &self.balance else {
-            return assembly.solve_refined(&forces, start, target, &mut work);
-        };
-        // The displacement nearby holds a motion of its own, which A_κ does not know.
-        let mut displacement = assembly.solve_refined(&forces, None, target, &mut work);
-        let mut moved = vec![0.0; forces.len()];
-        balance.coupling.add_motion(motion, &mut moved);
-        displacement.add(&moved);
-        displacement
+        let forces = self.forces(assembly, self.parts(unknowns).0);
+        assembly.solve_refined(&forces, start, target, &mut Workspace::default())
+    }
+
+    /// The displacement of unknowns, and where weak springs hold the body its part that strains it, from A⁻¹(l − Bᵀλ) over the free
+    /// degrees of freedom in m.
+    pub(crate) fn moved(&self, unknowns: &[f64], mut displacement: Vec<f64>) -> Moved {
+        let mut straining = Vec::new();
+        if let Some(balance) = &self.balance {
+            let (_, motion) = self.parts(unknowns);
+            balance.coupling.add_yielding(motion, &mut displacement);
+            if balance.is_resisted() {
+                straining.clone_from(&displacement);
+            }
+            balance.coupling.add_rigid(motion, &mut displacement);
+        }
+        Moved {
+            displacement,
+            straining,
+        }
     }
 
     /// l − Bᵀλ in N.

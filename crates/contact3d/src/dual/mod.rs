@@ -31,6 +31,7 @@ mod system;
 
 pub use assembly::{Assembly, AssemblyError, AssemblySeconds, PrimalSystem};
 pub use balanced_operator::BalancedOperator;
+pub(crate) use contact::Moved;
 pub use contact::{ContactSystem, OperatorForm};
 pub use contact_compliance::ContactCompliance;
 pub use dual_matrix::DualMatrix;

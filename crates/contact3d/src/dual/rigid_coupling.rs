@@ -28,14 +28,22 @@ pub struct RigidCoupling {
     body: Arc<FloatingBody>,
     /// The order of the multipliers.
     pub(crate) layout: MultiplierLayout,
-    /// Motions that contact or supports feel, orthonormal in terms of the modes of the body, `[n_felt][n_modes]`.
+    /// Motions that contact or supports feel, those that supports resist first, in terms of the modes of the body, `[n_felt][n_modes]`.
     felt: Vec<Vec<f64>>,
-    /// The others, likewise, `[n_modes − n_felt][n_modes]`.
+    /// What a motion in terms of the modes is in terms of felt ones, `[n_felt][n_modes]`.
+    coordinates: Vec<Vec<f64>>,
+    /// The others in terms of the modes, orthonormal, `[n_modes − n_felt][n_modes]`.
     unfelt: Vec<Vec<f64>>,
+    /// R of the felt motions, `[n_felt][n_free]`.
+    rigid: Vec<Vec<f64>>,
+    /// Y of the felt motions, likewise; empty where no supports resist.
+    yielding: Vec<Vec<f64>>,
     /// The stiffness D of the supports in each felt motion in N/m, `[n_felt]`; zeros where none resist.
     pub(crate) support: Vec<f64>,
-    /// G = B R of the felt motions, `[n_felt][n_multipliers]`, in m².
+    /// G = B (R + Y) of the felt motions, `[n_felt][n_multipliers]`, in m².
     pub(crate) integrals: Vec<Vec<f64>>,
+    /// B R, likewise: zero where a motion does not move the face, however the body yields to the springs.
+    grip: Vec<Vec<f64>>,
     /// (u_t1, u_t2) of the felt motions at the contact nodes, `[n_felt][n_contact_nodes]`.
     pub(crate) slip: Vec<Vec<[f64; 2]>>,
 }
@@ -70,39 +78,43 @@ impl RigidCoupling {
         assembly: &Assembly,
     ) -> Self {
         let of_modes: Vec<Vec<f64>> = body.modes.iter().map(|m| coupling.integrate(m)).collect();
-        let MotionSpaces {
-            felt,
-            unfelt,
-            support,
-        } = MotionSpaces::new(
-            &of_modes,
-            body.support.as_ref(),
-            &surface.pane_area,
-            coupling,
-        );
-        let combined = |weights: &[f64]| {
-            let mut displacement = vec![0.0; body.grounded.cols];
-            body.add_motion(weights, &mut displacement);
-            displacement
-        };
+        let spaces = MotionSpaces::new(&of_modes, body, &surface.pane_area, coupling.layout);
         let dofs = &assembly.primal.dofs;
-        let slip_of = |u: &[f64]| nodal_tangential_change(surface, &interface.frame, dofs, u);
-        let displacements: Vec<Vec<f64>> = felt.iter().map(|w| combined(w)).collect();
+        let motions = || spaces.felt.iter().map(|motion| &motion.modes);
+        let rigid: Vec<Vec<f64>> = motions().map(|w| body.rigid_part(w)).collect();
+        let yielding: Vec<Vec<f64>> = match body.support {
+            Some(_) => motions().map(|w| body.yielding_part(w)).collect(),
+            None => Vec::new(),
+        };
+        let integrate = |u: &Vec<f64>| coupling.integrate(u);
+        let mut grip: Vec<Vec<f64>> = rigid.iter().map(integrate).collect();
+        for (grip, motion) in grip.iter_mut().zip(&spaces.felt) {
+            motion.reach.restrict(grip, coupling.layout);
+        }
+        let slip_of = |u: &Vec<f64>| nodal_tangential_change(surface, &interface.frame, dofs, u);
+        let mut slip: Vec<Vec<[f64; 2]>> = rigid.iter().map(slip_of).collect();
+        let mut integrals = grip.clone();
+        for (p, by_springs) in yielding.iter().enumerate() {
+            add_scaled(&mut integrals[p], 1.0, &integrate(by_springs));
+            let by_springs = slip_of(by_springs);
+            add_scaled(slip[p].as_flattened_mut(), 1.0, by_springs.as_flattened());
+        }
         let mut rigid = Self {
-            integrals: displacements
-                .iter()
-                .map(|u| coupling.integrate(u))
-                .collect(),
-            slip: displacements.iter().map(|u| slip_of(u)).collect(),
             body: Arc::clone(body),
             layout: coupling.layout,
-            felt,
+            coordinates: spaces.coordinates(),
+            felt: motions().cloned().collect(),
             unfelt: Vec::new(),
-            support,
+            support: spaces.felt.iter().map(|motion| motion.support).collect(),
+            rigid,
+            yielding,
+            integrals,
+            grip,
+            slip,
         };
         // What rounding left of them on the face, relative to motions of the whole body, would be slips of sticking panes.
-        let neutral = unfelt.into_iter().map(|mut modes| {
-            let left = coupling.integrate(&combined(&modes));
+        let neutral = spaces.unfelt.into_iter().map(|mut modes| {
+            let left = coupling.integrate(&body.rigid_part(&modes));
             let closed = rigid.closing(&left, &surface.pane_area);
             add_scaled(&mut modes, -1.0, &rigid.in_modes(&closed.motion));
             modes
@@ -134,25 +146,43 @@ impl RigidCoupling {
 
     /// The motion in terms of felt ones of that in terms of the modes of the body.
     pub(crate) fn in_felt(&self, modes: &[f64]) -> Vec<f64> {
-        self.felt
-            .iter()
-            .map(|weights| dot(weights, modes))
-            .collect()
+        let rows = self.coordinates.iter();
+        rows.map(|row| dot(row, modes)).collect()
+    }
+
+    /// (R + Y)ᵀf of the felt motions in N for nodal forces f in N.
+    fn work_of(&self, forces: &[f64]) -> Vec<f64> {
+        let mut work: Vec<f64> = self.rigid.iter().map(|u| dot(u, forces)).collect();
+        for (work, u) in work.iter_mut().zip(&self.yielding) {
+            *work += dot(u, forces);
+        }
+        work
     }
 
     /// The displacements of the free degrees of freedom in the neutral motions, `[n_modes − n_felt][n_free]`.
     pub(crate) fn neutral_motions(&self) -> Vec<Vec<f64>> {
-        let motion = |modes: &Vec<f64>| {
-            let mut displacement = vec![0.0; self.body.grounded.cols];
-            self.body.add_motion(modes, &mut displacement);
-            displacement
-        };
-        self.unfelt.iter().map(motion).collect()
+        let motions = self.unfelt.iter();
+        motions.map(|modes| self.body.rigid_part(modes)).collect()
     }
 
     /// Adds R α.
+    pub(crate) fn add_rigid(&self, motion: &[f64], displacement: &mut [f64]) {
+        for (u, by) in self.rigid.iter().zip(motion) {
+            add_scaled(displacement, *by, u);
+        }
+    }
+
+    /// Adds Y α, which strains the body.
+    pub(crate) fn add_yielding(&self, motion: &[f64], displacement: &mut [f64]) {
+        for (u, by) in self.yielding.iter().zip(motion) {
+            add_scaled(displacement, *by, u);
+        }
+    }
+
+    /// Adds (R + Y) α.
     pub(crate) fn add_motion(&self, motion: &[f64], displacement: &mut [f64]) {
-        self.body.add_motion(&self.in_modes(motion), displacement);
+        self.add_rigid(motion, displacement);
+        self.add_yielding(motion, displacement);
     }
 
     /// Takes the neutral motions out of a displacement, by least squares over its degrees of freedom, and out of its α in terms of the
@@ -182,7 +212,7 @@ impl RigidCoupling {
         }
         let weight = |j: usize| areas[self.layout.pane_of(j)].sqrt().recip();
         let n = distances.len();
-        let weighted = DMatrix::from_fn(n, self.n_felt(), |j, p| self.integrals[p][j] * weight(j));
+        let weighted = DMatrix::from_fn(n, self.n_felt(), |j, p| self.grip[p][j] * weight(j));
         let wanted = DVector::from_fn(n, |j, _| distances[j] * weight(j));
         let svd = weighted.svd(true, true);
         let least = UNFELT * svd.singular_values.max();
@@ -245,7 +275,7 @@ impl Balance {
     ) -> Option<Self> {
         let body = assembly.primal.floating.as_ref()?;
         let rigid = RigidCoupling::new(body, coupling, surface, interface, assembly);
-        let resultant = rigid.in_felt(&body.resultant(&assembly.primal.load));
+        let resultant = rigid.work_of(&assembly.primal.load);
         Some(Self {
             coupling: Arc::new(rigid),
             resultant,
@@ -263,12 +293,31 @@ impl Balance {
         }
     }
 
-    /// α of the motions counted from zero, in terms of the modes of the body, and R α₀ of the closed gap added to the displacement.
-    pub(crate) fn counted_from_zero(&self, motion: &[f64], displacement: &mut [f64]) -> Vec<f64> {
+    /// Whether supports resist a motion, so that a motion α strains the body by Y α.
+    pub(crate) fn is_resisted(&self) -> bool {
+        !self.coupling.yielding.is_empty()
+    }
+
+    /// Whether contact alone holds a motion.
+    pub(crate) fn has_free_motions(&self) -> bool {
+        self.coupling.n_resisted() < self.n_felt()
+    }
+
+    /// α of the motions counted from zero, in terms of the modes of the body, and what α₀ of the closed gap does added to the
+    /// displacement and to its part that strains the body, if that is told apart.
+    pub(crate) fn counted_from_zero(
+        &self,
+        motion: &[f64],
+        displacement: &mut [f64],
+        straining: &mut [f64],
+    ) -> Vec<f64> {
         let Some(closed) = &self.closed else {
             return self.coupling.in_modes(motion);
         };
         self.coupling.add_motion(&closed.motion, displacement);
+        if !straining.is_empty() {
+            self.coupling.add_yielding(&closed.motion, straining);
+        }
         let sums = motion.iter().zip(&closed.motion).map(|(a, by)| a + by);
         self.coupling.in_modes(&sums.collect::<Vec<f64>>())
     }
@@ -328,7 +377,7 @@ impl Balance {
     /// ρ of the rows Gᵀλ + D α − e in Pa/N: rows times ρ are the distance of λ from the plane Gᵀλ = e; for motions that supports
     /// alone feel as for that which contact feels most.
     pub(crate) fn steplengths(&self) -> impl Iterator<Item = f64> + '_ {
-        let norms = || self.coupling.integrals.iter().map(|g| norm(g));
+        let norms = || self.coupling.grip.iter().map(|g| norm(g));
         let largest = norms().fold(0.0, f64::max);
         norms().map(move |size| match size > UNFELT * largest {
             true => size.recip(),
@@ -358,70 +407,157 @@ impl Balance {
     }
 }
 
-/// Where all motions are felt and no support resists, the modes themselves.
-struct MotionSpaces {
-    felt: Vec<Vec<f64>>,
-    unfelt: Vec<Vec<f64>>,
-    support: Vec<f64>,
+/// What of the contact face a motion moves as a rigid one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Reach {
+    Nothing,
+    AlongIt,
+    Any,
 }
 
-impl MotionSpaces {
-    /// From B R, `[n_modes][n_multipliers]`, and D. A motion is felt if it moves the contact face, in the mean square over it, or
-    /// supports resist it.
-    fn new(
-        of_modes: &[Vec<f64>],
-        support: Option<&Vec<Vec<f64>>>,
-        areas: &[f64],
-        coupling: &Coupling,
-    ) -> Self {
-        let k = of_modes.len();
-        let weight = |j: usize| areas[coupling.layout.pane_of(j)].sqrt().recip();
-        // As many rows as columns at least, so that no vector is missing.
-        let n_rows = coupling.layout.n_multipliers().max(k);
-        let on_face = DMatrix::from_fn(n_rows, k, |j, p| {
-            of_modes[p].get(j).map_or(0.0, |value| value * weight(j))
-        });
-        let felt_of = |space: &DMatrix<f64>, largest: f64| {
-            let svd = (&on_face * space).svd(false, true);
-            let largest = largest.max(svd.singular_values.max());
-            let vectors = space * svd.v_t.expect("asked for").transpose();
-            let is_felt = |p: &usize| svd.singular_values[*p] > UNFELT * largest;
-            let (felt, unfelt): (Vec<usize>, Vec<usize>) = (0..space.ncols()).partition(is_felt);
-            let [felt, unfelt] = [felt, unfelt].map(|columns| vectors.select_columns(&columns));
-            (felt, unfelt)
-        };
-        let whole = DMatrix::identity(k, k);
-        let Some(support) = support else {
-            let (on_face, off_face) = felt_of(&whole, 0.0);
-            let felt = if off_face.ncols() == 0 {
-                whole
-            } else {
-                on_face
-            };
-            return Self {
-                support: vec![0.0; felt.ncols()],
-                felt: columns(&felt),
-                unfelt: columns(&off_face),
-            };
-        };
-        let support = &DMatrix::from_fn(k, k, |p, q| support[p][q]);
-        // What supports resist first: of the rest, contact feels no more motions than it has multipliers.
-        let (held, free, stiffness) = by_support(support);
-        let (free, unfelt) = if free.ncols() == 0 {
-            (free.clone(), free)
-        } else {
-            felt_of(&free, on_face.singular_values().max())
-        };
-        Self {
-            support: [stiffness, vec![0.0; free.ncols()]].concat(),
-            felt: [columns(&held), columns(&free)].concat(),
-            unfelt: columns(&unfelt),
+impl Reach {
+    /// Takes out of B R of a motion what is rounding.
+    fn restrict(self, integrals: &mut [f64], layout: MultiplierLayout) {
+        match self {
+            Self::Nothing => integrals.fill(0.0),
+            Self::AlongIt => integrals[layout.normals()].fill(0.0),
+            Self::Any => {}
         }
     }
 }
 
-/// Orthonormal bases of the motions that supports resist and of those that they do not, and the stiffness of the former in N/m.
-fn by_support(support: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>, Vec<f64>) {
+/// A motion that contact or supports feel.
+struct FeltMotion {
+    modes: Vec<f64>,
+    /// D in N/m.
+    support: f64,
+    reach: Reach,
+}
+
+/// Bases of the motions that are felt and of those that are not.
+struct MotionSpaces {
+    felt: Vec<FeltMotion>,
+    unfelt: Vec<Vec<f64>>,
+}
+
+impl MotionSpaces {
+    /// From B R, `[n_modes][n_multipliers]`, and D. A motion is felt if it moves the contact face, in the mean square over it, or
+    /// supports resist it. Where all motions are felt and no support resists, the modes themselves.
+    fn new(
+        of_modes: &[Vec<f64>],
+        body: &FloatingBody,
+        areas: &[f64],
+        layout: MultiplierLayout,
+    ) -> Self {
+        let k = of_modes.len();
+        let weight = |j: usize| areas[layout.pane_of(j)].sqrt().recip();
+        // As many rows as columns at least, so that no vector is missing.
+        let n_rows = layout.n_multipliers().max(k);
+        let on_face = DMatrix::from_fn(n_rows, k, |j, p| {
+            of_modes[p].get(j).map_or(0.0, |value| value * weight(j))
+        });
+        let least = UNFELT * on_face.singular_values().max();
+        let whole = DMatrix::identity(k, k);
+        let Some(support) = &body.support else {
+            let (on, off) = felt(&on_face, &whole, least);
+            let basis = if off.ncols() == 0 { &whole } else { &on };
+            return Self {
+                felt: unresisted(basis),
+                unfelt: columns(&off),
+            };
+        };
+        let support = DMatrix::from_fn(k, k, |p, q| support.stiffness[p][q]);
+        // What supports resist first: of the rest, contact feels no more motions than it has multipliers.
+        let (held, free) = by_support(&support);
+        let (free, unfelt) = felt(&on_face, &free, least);
+        let mut pressing = on_face.clone();
+        pressing
+            .rows_mut(layout.n_panes(), n_rows - layout.n_panes())
+            .fill(0.0);
+        let (normal, flat) = felt(&pressing, &held, least);
+        let (along, off) = felt(&on_face, &flat, least);
+        let spaces = [
+            (off, Reach::Nothing),
+            (along, Reach::AlongIt),
+            (normal, Reach::Any),
+        ];
+        let mut felt = conjugate(&support, spaces);
+        felt.extend(unresisted(&free));
+        Self {
+            felt,
+            unfelt: columns(&unfelt),
+        }
+    }
+
+    /// The rows of the inverse of all motions that belong to felt ones.
+    fn coordinates(&self) -> Vec<Vec<f64>> {
+        let felt = self.felt.iter().map(|motion| &motion.modes);
+        let all: Vec<DVector<f64>> = felt
+            .chain(&self.unfelt)
+            .map(|modes| DVector::from_row_slice(modes))
+            .collect();
+        let inverse = DMatrix::from_columns(&all).try_inverse();
+        let inverse = inverse.expect("a basis of the motions");
+        let rows = inverse.row_iter().take(self.felt.len());
+        rows.map(|row| row.iter().copied().collect()).collect()
+    }
+}
+
+/// The part of a space of motions that moves the rows of a face by more than `least`, and the rest of it.
+fn felt(on_face: &DMatrix<f64>, space: &DMatrix<f64>, least: f64) -> (DMatrix<f64>, DMatrix<f64>) {
+    if space.ncols() == 0 {
+        return (space.clone(), space.clone());
+    }
+    let svd = (on_face * space).svd(false, true);
+    let vectors = space * svd.v_t.expect("asked for").transpose();
+    let is_felt = |p: &usize| svd.singular_values[*p] > least;
+    let (felt, unfelt): (Vec<usize>, Vec<usize>) = (0..space.ncols()).partition(is_felt);
+    (
+        vectors.select_columns(&felt),
+        vectors.select_columns(&unfelt),
+    )
+}
+
+fn unresisted(space: &DMatrix<f64>) -> Vec<FeltMotion> {
+    let motion = |modes| FeltMotion {
+        modes,
+        support: 0.0,
+        reach: Reach::Any,
+    };
+    columns(space).into_iter().map(motion).collect()
+}
+
+/// A basis of motions in which D is diagonal, space by space: motions of a later one may take up some of those before, which move less
+/// of the face, and none of those after. A motion along the face, which weak springs let go far, is so never part of one that presses it.
+fn conjugate(support: &DMatrix<f64>, spaces: [(DMatrix<f64>, Reach); 3]) -> Vec<FeltMotion> {
+    let mut basis: Vec<(DVector<f64>, f64, Reach)> = Vec::new();
+    for (mut space, reach) in spaces {
+        // Twice, for rounding.
+        for _ in 0..2 {
+            for (known, stiffness, _) in &basis {
+                let along = known.transpose() * support * &space / *stiffness;
+                space -= known * along;
+            }
+        }
+        if space.ncols() == 0 {
+            continue;
+        }
+        let eigen = (space.transpose() * support * &space).symmetric_eigen();
+        let vectors = &space * &eigen.eigenvectors;
+        for (vector, stiffness) in vectors.column_iter().zip(&eigen.eigenvalues) {
+            basis.push((vector.into_owned(), *stiffness, reach));
+        }
+    }
+    let motion = |(modes, support, reach): (DVector<f64>, f64, Reach)| FeltMotion {
+        modes: modes.data.into(),
+        support,
+        reach,
+    };
+    basis.into_iter().map(motion).collect()
+}
+
+/// Orthonormal bases of the motions that supports resist and of those that they do not.
+fn by_support(support: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
     let eigen = support.clone().symmetric_eigen();
     let least = UNRESISTED * support.diagonal().max();
     let (held, free): (Vec<usize>, Vec<usize>) =
@@ -429,7 +565,6 @@ fn by_support(support: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>, Vec<f64>) 
     (
         eigen.eigenvectors.select_columns(&held),
         eigen.eigenvectors.select_columns(&free),
-        held.iter().map(|&p| eigen.eigenvalues[p]).collect(),
     )
 }
 

@@ -22,22 +22,32 @@ use crate::{
 /// A. Markopoulos, *Appl. Math. Comput.* 217 (2011) 7067). A solution u = A_κ⁻¹(l − Bᵀλ) + R α with Rᵀ(l − Bᵀλ) = 0 depends neither
 /// on κ nor on the pins.
 ///
-/// Where weak springs K_s resist the modes, A R = K_s R = C, the same holds for R̃ = R − A_κ⁻¹C in place of R: with κ EᵀA_κ⁻¹ = R̃ᵀ
-/// the pins' springs carry nothing in u = A_κ⁻¹(l − Bᵀλ) + R̃ α if R̃ᵀ(l − Bᵀλ) = D α for D = R̃ᵀC, what the supports resist. The
-/// compliance of the supports, which may be as many times that of the body as a number has digits, is then in D alone and not in
-/// B A_κ⁻¹Bᵀ. No support is the case C = 0.
+/// Where weak springs K_s resist the modes, A R = K_s R = C, the same holds for R̃ = R + Y, Y = −A_κ⁻¹C, in place of R: with
+/// κ EᵀA_κ⁻¹ = R̃ᵀ the pins' springs carry nothing in u = A_κ⁻¹(l − Bᵀλ) + R̃ α if R̃ᵀ(l − Bᵀλ) = D α for D = R̃ᵀC, what the supports
+/// resist. The compliance of the supports, which may be as many times that of the body as a number has digits and more, is then in
+/// D alone and not in B A_κ⁻¹Bᵀ. R α, which may be as much larger, strains nothing; Y α strains the body as the springs' forces do.
+/// No support is the case C = 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FloatingBody {
-    /// R, `[n_modes][n_free]`, dimensionless: mode p moves pin p by one and no other pin; R̃ where supports resist.
+    /// R, `[n_modes][n_free]`, dimensionless: mode p moves pin p by one and no other pin.
     pub modes: Vec<Vec<f64>>,
     /// The pins, `[n_modes]`, as degrees of freedom.
     pub pins: Vec<usize>,
     /// κ in N/m, of the size of A's diagonal at the pins.
     pub spring: f64,
-    /// D in N/m, `[n_modes][n_modes]`, symmetric; `None` where supports resist none of the modes.
-    pub support: Option<Vec<Vec<f64>>>,
+    /// `None` where supports resist none of the modes.
+    pub support: Option<WeakSupport>,
     /// A_κ, what the factor is of.
     pub grounded: CscMatrix,
+}
+
+/// What weak springs K_s make of the rigid modes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WeakSupport {
+    /// D in N/m, `[n_modes][n_modes]`, symmetric.
+    pub stiffness: Vec<Vec<f64>>,
+    /// Y = −A_κ⁻¹K_s R, `[n_modes][n_free]`, dimensionless: how the body yields to the springs.
+    pub yielding: Vec<Vec<f64>>,
 }
 
 /// A rigid motion in space, u(x) = t + ω × (x − c).
@@ -81,13 +91,13 @@ impl FloatingBody {
         Some(Self::from_parts(modes, pins, spring, None, stiffness))
     }
 
-    /// Puts a body together again from R, the pins, κ and D in N/m and A.
+    /// Puts a body together again from R, the pins, κ in N/m, the springs' part and A.
     #[must_use]
     pub fn from_parts(
         modes: Vec<Vec<f64>>,
         pins: Vec<usize>,
         spring: f64,
-        support: Option<Vec<Vec<f64>>>,
+        support: Option<WeakSupport>,
         stiffness: &CscMatrix,
     ) -> Self {
         let mut grounded = stiffness.clone();
@@ -106,20 +116,24 @@ impl FloatingBody {
         }
     }
 
-    /// The same with weak springs, from their forces C = K_s R in N/m, `[n_modes][n_free]`, and A_κ⁻¹C.
-    pub(crate) fn resisted(mut self, forces: &[Vec<f64>], yielding: &[Vec<f64>]) -> Self {
-        for (mode, by) in self.modes.iter_mut().zip(yielding) {
-            add_scaled(mode, -1.0, by);
-        }
-        let entry = |p: usize, q: usize| dot(&self.modes[p], &forces[q]);
+    /// The same with weak springs, from their forces C = K_s R in N/m, `[n_modes][n_free]`, and Y.
+    pub(crate) fn resisted(self, forces: &[Vec<f64>], yielding: Vec<Vec<f64>>) -> Self {
+        let entry =
+            |p: usize, q: usize| dot(&self.modes[p], &forces[q]) + dot(&yielding[p], &forces[q]);
         let all = 0..self.n_modes();
         let row = |p| {
             all.clone()
                 .map(|q| 0.5 * (entry(p, q) + entry(q, p)))
                 .collect()
         };
-        self.support = Some(all.clone().map(row).collect());
-        self
+        let stiffness = all.clone().map(row).collect();
+        Self {
+            support: Some(WeakSupport {
+                stiffness,
+                yielding,
+            }),
+            ..self
+        }
     }
 
     /// Number of rigid modes k, 1 to 6.
@@ -128,17 +142,36 @@ impl FloatingBody {
         self.modes.len()
     }
 
-    /// Rᵀf in N for nodal forces f in N over the free degrees of freedom.
-    #[must_use]
-    pub fn resultant(&self, forces: &[f64]) -> Vec<f64> {
-        self.modes.iter().map(|mode| dot(mode, forces)).collect()
+    /// The rigid part R a of a motion in terms of the modes; what is no more than rounding of its terms is zero, so that a motion along a
+    /// plane does not leave it, however far.
+    pub(crate) fn rigid_part(&self, weights: &[f64]) -> Vec<f64> {
+        const ROUNDINGS: f64 = 16.0;
+        let n = self.grounded.cols;
+        let (mut sum, mut size) = (vec![0.0; n], vec![0.0; n]);
+        for (mode, by) in self.modes.iter().zip(weights) {
+            for ((sum, size), value) in sum.iter_mut().zip(&mut size).zip(mode) {
+                *sum += by * value;
+                *size += (by * value).abs();
+            }
+        }
+        for (sum, size) in sum.iter_mut().zip(&size) {
+            if sum.abs() <= ROUNDINGS * f64::EPSILON * size {
+                *sum = 0.0;
+            }
+        }
+        sum
     }
 
-    /// Adds R α for α in m.
-    pub(crate) fn add_motion(&self, motion: &[f64], displacement: &mut [f64]) {
-        for (mode, by) in self.modes.iter().zip(motion) {
-            add_scaled(displacement, *by, mode);
+    /// Y a; empty where supports resist no mode.
+    pub(crate) fn yielding_part(&self, weights: &[f64]) -> Vec<f64> {
+        let Some(support) = &self.support else {
+            return Vec::new();
+        };
+        let mut sum = vec![0.0; self.grounded.cols];
+        for (mode, by) in support.yielding.iter().zip(weights) {
+            add_scaled(&mut sum, *by, mode);
         }
+        sum
     }
 }
 

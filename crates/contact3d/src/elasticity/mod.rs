@@ -33,7 +33,7 @@ mod weak_supports;
 pub use dofs::DofMap;
 pub(crate) use element::{Element, quadratic_gradients};
 pub(crate) use floating::floating_body;
-pub use floating::{BodyMotion, FloatingBody};
+pub use floating::{BodyMotion, FloatingBody, WeakSupport};
 pub use idle_load::idle_loads;
 pub use load::Loads;
 pub use material_field::MaterialField;

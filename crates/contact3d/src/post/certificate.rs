@@ -3,7 +3,10 @@
 use std::sync::atomic::AtomicUsize;
 
 use super::{PaneFriction, PaneState, Solved, SolvedContact};
-use crate::{linalg::norm, solver::FeasibleSet};
+use crate::{
+    linalg::{add_scaled, norm},
+    solver::FeasibleSet,
+};
 
 /// How well λ and u satisfy the discrete problem; every figure is dimensionless and vanishes for
 /// the exact discrete solution.
@@ -80,10 +83,11 @@ impl<'a> Yardstick<'a> {
         let multiplier = &solved.solution.multiplier;
         let layout = contact.coupling.layout;
         let moved = largest(solved.solution.displacement.iter().copied());
+        let strained = largest(solved.solution.straining().iter().copied());
         let areas = &contact.state.surface.pane_area;
         let rounding = |range: std::ops::Range<usize>| {
             let entries = range.map(|j| stiffness[j] * areas[layout.pane_of(j)]);
-            f64::EPSILON.sqrt() * moved * entries.fold(0.0, f64::max)
+            f64::EPSILON.sqrt() * strained * entries.fold(0.0, f64::max)
         };
         let shears = panes.iter().filter_map(|pane| pane.friction.as_ref());
         let shears = shears.flat_map(|pane| {
@@ -231,10 +235,11 @@ fn equilibrium(solved: &Solved<'_>) -> f64 {
         None => vec![0.0; solved.system.load.len()],
     };
     let mut stiffness_u = vec![0.0; residual.len()];
-    solved
-        .system
-        .stiffness
-        .mul(&solved.solution.displacement, &mut stiffness_u);
+    let straining = solved.solution.straining();
+    solved.system.stiffness.mul(straining, &mut stiffness_u);
+    if let Some(carried) = solved.carried_by_springs() {
+        add_scaled(&mut stiffness_u, 1.0, &carried);
+    }
     for (i, r) in residual.iter_mut().enumerate() {
         *r += stiffness_u[i] - solved.system.load[i];
     }

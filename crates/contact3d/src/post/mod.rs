@@ -21,7 +21,8 @@ use nodal_forces::NodalForces;
 use crate::{
     contact::{CoulombLaw, Coupling, FrictionField},
     dual::{PrimalSystem, pane_stiffness},
-    elasticity::{InternalForces, MaterialField},
+    elasticity::{InternalForces, MaterialField, SpringMatrix},
+    linalg::difference,
     mesh::Mesh,
     scene::{Invalid, Scene},
     solver::{ContactState, Solution, Status},
@@ -40,6 +41,21 @@ pub struct Solved<'a> {
     pub contact: Option<SolvedContact<'a>>,
     /// λ, u and the friction they were found with.
     pub solution: &'a Solution,
+}
+
+impl Solved<'_> {
+    /// What springs take in the part of the displacement that does not strain the body, in N, `[n_free]`; `None` where there is none.
+    fn carried_by_springs(&self) -> Option<Vec<f64>> {
+        let (solution, dofs) = (self.solution, &self.system.dofs);
+        if solution.straining.is_empty() {
+            return None;
+        }
+        let springs = SpringMatrix::of(self.scene, self.mesh).ok().flatten()?;
+        let moved = difference(&solution.displacement, &solution.straining);
+        let nodes = 0..dofs.dof.len();
+        let nodal: Vec<[f64; 3]> = nodes.map(|n| dofs.change_at_node(n, &moved)).collect();
+        Some(dofs.to_free(&springs.forces(&nodal)))
+    }
 }
 
 /// The contact part of a solved problem.
@@ -147,7 +163,8 @@ impl ContactReport {
         });
         let displacement = solved.system.dofs.to_nodes(&solved.solution.displacement);
         let material = MaterialField::new(solved.scene, solved.mesh);
-        let internal = InternalForces::of(solved.mesh, &material, &displacement);
+        let straining = solved.system.dofs.to_nodes(solved.solution.straining());
+        let internal = InternalForces::of(solved.mesh, &material, &straining);
         let forces = NodalForces::new(solved, &displacement, &internal.forces)?;
         let resultants = Resultants::new(solved, &displacement, &forces, &internal.forces);
         let known = estimate::Known {

@@ -57,7 +57,7 @@ impl Rounding {
 
 /// |A||u| + |Bᵀ||λ| + |l| in N, `[n_free]`: what cancels in the equilibrium.
 pub(super) fn terms(solved: &Solved<'_>) -> Vec<f64> {
-    let (u, lambda) = (&solved.solution.displacement, &solved.solution.multiplier);
+    let (u, lambda) = (solved.solution.straining(), &*solved.solution.multiplier);
     let mut forces: Vec<f64> = solved.system.load.iter().map(|l| l.abs()).collect();
     let coupling = solved.contact.map(|contact| &contact.coupling.transposed);
     let terms = [(Some(&*solved.system.stiffness), u), (coupling, lambda)];
@@ -69,6 +69,12 @@ pub(super) fn terms(solved: &Solved<'_>) -> Vec<f64> {
                 forces[row] += (value * x).abs();
             }
         }
+    }
+    for (force, carried) in forces
+        .iter_mut()
+        .zip(solved.carried_by_springs().iter().flatten())
+    {
+        *force += carried.abs();
     }
     forces
 }

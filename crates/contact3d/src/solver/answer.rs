@@ -124,7 +124,8 @@ impl DiscreteProblem<'_> {
                 solution.coulomb = Some(coulomb_state(&answer.dual, laws, law, &answer.multiplier));
             }
         }
-        solution.displacement = answer.displacement.value;
+        solution.displacement = answer.moved.displacement;
+        solution.straining = answer.moved.straining;
         solution.rigid_motion = dual.motion(&answer.multiplier).to_vec();
         solution.multiplier = dual.multipliers(&answer.multiplier).to_vec();
         solution

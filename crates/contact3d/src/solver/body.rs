@@ -4,7 +4,7 @@
 
 use crate::{
     contact::{Interface, MultiplierLayout, nodal_tangential, nodal_tangential_change},
-    dual::{Assembly, ContactSystem, ExplicitDual},
+    dual::{Assembly, ContactSystem, ExplicitDual, Moved},
     linalg::{Doubled, Precision, Workspace},
     mesh::ContactSurface,
     solver::PaneLaws,
@@ -30,8 +30,10 @@ pub struct ContactBody<'a> {
 
 /// What belongs to some unknowns, to rounding.
 pub(super) struct Exact {
-    /// u in m.
-    pub(super) displacement: Doubled,
+    /// A⁻¹(l − Bᵀλ) in m, u of a body that supports hold.
+    pub(super) solved: Doubled,
+    /// u.
+    pub(super) moved: Moved,
     /// B u − gap in m³, `[n_multipliers]`.
     pub(super) closing: Vec<f64>,
 }
@@ -68,7 +70,7 @@ impl ContactBody<'_> {
         nodal_tangential(surface, frame, &self.assembly.primal.dofs, displacement)
     }
 
-    /// u to the share `target`, from that of unknowns nearby, and B u − gap in twice the working precision.
+    /// A⁻¹(l − Bᵀλ) to the share `target`, from that of unknowns nearby, with u, and B u − gap in twice the working precision.
     pub(super) fn exact(
         &self,
         dual: &ContactSystem,
@@ -76,12 +78,13 @@ impl ContactBody<'_> {
         start: Option<&Doubled>,
         target: f64,
     ) -> Exact {
-        let displacement = dual.refined_displacement(self.assembly, unknowns, start, target);
+        let solved = dual.refined(self.assembly, unknowns, start, target);
         let (surface, interface) = (self.face.surface, self.face.interface);
         let dofs = &self.assembly.primal.dofs;
         Exact {
-            closing: dual.closing_refined(&displacement, dofs, surface, interface),
-            displacement,
+            closing: dual.closing_refined(&solved, unknowns, dofs, surface, interface),
+            moved: dual.moved(unknowns, solved.value.clone()),
+            solved,
         }
     }
 
@@ -97,7 +100,7 @@ impl ContactBody<'_> {
         let closing = exact.closing.clone();
         dual.anchored(
             unknowns,
-            &exact.displacement.value,
+            &exact.moved.displacement,
             closing,
             surface,
             frame,

@@ -173,6 +173,8 @@ pub struct Solution {
     pub neutral_motions: Vec<Vec<[f64; 3]>>,
     /// u over the free degrees of freedom, `[n_free]`, in m; zero without equilibrium.
     pub displacement: Vec<f64>,
+    /// The part of u that strains the body, u less rigid motions that weak springs let go far, `[n_free]`, in m; empty where u does.
+    pub straining: Vec<f64>,
     /// φ = (|u_t1|, |u_t2|) of `displacement` at the contact nodes, in m; `None` unless the
     /// coefficients of friction follow the slip.
     pub slip: Option<Vec<[f64; 2]>>,
@@ -196,6 +198,15 @@ pub struct Solution {
 }
 
 impl Solution {
+    /// What of the displacement strains the body, `[n_free]`, in m.
+    #[must_use]
+    pub fn straining(&self) -> &[f64] {
+        match self.straining.is_empty() {
+            true => &self.displacement,
+            false => &self.straining,
+        }
+    }
+
     /// A later answer of the same solve, with the steps and applications of both.
     pub(super) fn followed_by(self, next: Self) -> Self {
         Self {

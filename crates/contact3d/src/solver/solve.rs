@@ -4,7 +4,7 @@ use super::{
     ContactBody, ContactState, Inner, LocalMapping, NeedsExplicit, OuterStep, Progress, Solution,
     Start, Status,
     conditions::Bound,
-    equilibrium::{neutral_motions, unstopped_motion},
+    equilibrium::{dragged_motion, neutral_motions, unstopped_motion},
     minimisation::minimise,
     problem::DiscreteProblem,
     successive_approximations,
@@ -81,16 +81,11 @@ impl DiscreteProblem<'_> {
     fn solve(&self, observe: &mut dyn FnMut(Progress<'_>)) -> Result<Solution, NeedsExplicit> {
         let (dual, laws) = (self.dual, self.laws);
         let assembly = self.body.assembly;
-        let neutral = dual.balance.as_ref();
-        let neutral = neutral
-            .map(|it| neutral_motions(assembly, it))
-            .unwrap_or_default();
         if let Some(balance) = &dual.balance
             && let Some(motion) = unstopped_motion(assembly, balance, laws)
         {
             return Ok(Solution {
                 unstopped_motion: Some(motion),
-                neutral_motions: neutral,
                 ..Solution::without_answer(Status::NoEquilibrium, self)
             });
         }
@@ -98,24 +93,37 @@ impl DiscreteProblem<'_> {
             None => self.minimise(observe)?,
             Some(law) => self.coulomb(law, observe)?,
         };
-        solution.neutral_motions = neutral;
         let mut states = solution.coulomb.iter();
         if !states.all(|state| state.is_admissible(laws)) {
             solution.status = Status::NumericalError;
         }
         if let Some(balance) = &dual.balance {
-            solution.rigid_motion =
-                balance.counted_from_zero(&solution.rigid_motion, &mut solution.displacement);
-            if !solution.status.is_solved() && has_run_away(&solution, laws) {
-                return Ok(Solution {
-                    history: solution.history,
-                    newton: solution.newton,
-                    solved_by: solution.solved_by,
-                    applications: solution.applications,
-                    neutral_motions: solution.neutral_motions,
-                    ..Solution::without_answer(solution.status, self)
-                });
+            solution.rigid_motion = balance.counted_from_zero(
+                &solution.rigid_motion,
+                &mut solution.displacement,
+                &mut solution.straining,
+            );
+            let has_run_away = has_run_away(&solution, laws);
+            if !solution.status.is_solved() || has_run_away && balance.has_free_motions() {
+                let explicit = dual.explicit();
+                let dragged = explicit.and_then(|dual| dragged_motion(assembly, dual, laws));
+                let is_lost = dragged.is_some() || !solution.status.is_solved() && has_run_away;
+                if is_lost {
+                    let status = match dragged {
+                        Some(_) => Status::NoEquilibrium,
+                        None => solution.status,
+                    };
+                    return Ok(Solution {
+                        history: solution.history,
+                        newton: solution.newton,
+                        solved_by: solution.solved_by,
+                        applications: solution.applications,
+                        unstopped_motion: dragged,
+                        ..Solution::without_answer(status, self)
+                    });
+                }
             }
+            solution.neutral_motions = neutral_motions(assembly, balance);
             // Coefficients that follow the slip of nodes may feel what panes do not.
             if solution.slip.is_none() {
                 let (u, motion) = (&mut solution.displacement, &mut solution.rigid_motion);
@@ -341,10 +349,9 @@ impl DiscreteProblem<'_> {
             }
         };
         let unknowns = self.unknowns(&solution);
-        let refined = self
-            .dual
-            .refined_displacement(assembly, &unknowns, None, f64::EPSILON);
-        solution.displacement = refined.value;
+        let solved = self.dual.refined(assembly, &unknowns, None, f64::EPSILON);
+        let moved = self.dual.moved(&unknowns, solved.value);
+        (solution.displacement, solution.straining) = (moved.displacement, moved.straining);
         solution
     }
 

@@ -15,6 +15,10 @@ impl Solution {
     pub(super) fn without_answer(status: Status, problem: &DiscreteProblem<'_>) -> Self {
         let (laws, primal) = (problem.laws, &problem.body.assembly.primal);
         let displacement = vec![0.0; primal.dofs.n_free];
+        let balance = problem.dual.balance.as_ref();
+        let straining = balance
+            .filter(|it| it.is_resisted())
+            .map(|_| displacement.clone());
         let unpressed = |law: &CoulombLaw| {
             let slip = match law.depends_on_slip() {
                 true => laws.slip.slip(&problem.body.tangential(&displacement)),
@@ -29,6 +33,7 @@ impl Solution {
             coulomb: laws.coulomb().map(unpressed),
             multiplier: vec![0.0; laws.layout.n_multipliers()],
             rigid_motion: vec![0.0; primal.floating.as_ref().map_or(0, |body| body.n_modes())],
+            straining: straining.unwrap_or_default(),
             displacement,
             ..Self::default()
         }

@@ -74,7 +74,7 @@ impl DiscreteProblem<'_> {
         let (multiplier, motion) = self.dual.parts(unknowns);
         let excess = balance.map(|it| it.excess(multiplier, motion));
         gradient.extend(excess.into_iter().flatten());
-        let slip = self.body.tangential(&exact.displacement.value);
+        let slip = self.body.tangential(&exact.moved.displacement);
         let here = conditions.evaluate(unknowns, &gradient, &slip);
         // The motions count in units in which they cost as much as a stress.
         let size = steplength_of_motions(balance, &conditions.steplengths);

@@ -2,7 +2,7 @@
 
 use super::deviation::{Sizes, within_ellipses};
 use crate::{
-    dual::{ExplicitDual, LocalStiffness},
+    dual::{ExplicitDual, LocalStiffness, Moved},
     linalg::{Doubled, Precision, difference},
     solver::{
         NewtonSettings, NewtonSolution, NewtonStep,
@@ -30,8 +30,10 @@ pub(in crate::solver) const COARSEST: f64 = 1e-3;
 pub(in crate::solver) struct Polished {
     /// λ, `[n_multipliers]`, in Pa.
     pub(in crate::solver) multiplier: Vec<f64>,
-    /// u of λ in m, to rounding.
-    pub(in crate::solver) displacement: Doubled,
+    /// A⁻¹(l − Bᵀλ) in m, to rounding.
+    pub(in crate::solver) solved: Doubled,
+    /// u of λ.
+    pub(in crate::solver) moved: Moved,
     /// Distance to the solution, relative as in [`Sizes`].
     pub(in crate::solver) error: f64,
     /// S and G about λ.
@@ -66,7 +68,7 @@ impl Polished {
 
     /// Whether λ and u are numbers.
     pub(in crate::solver) fn is_finite(&self) -> bool {
-        let mut values = self.multiplier.iter().chain(&self.displacement.value);
+        let mut values = self.multiplier.iter().chain(&self.moved.displacement);
         values.all(|v| v.is_finite())
     }
 }
@@ -119,7 +121,7 @@ impl DiscreteProblem<'_> {
                 }
                 loosest = f64::EPSILON;
             }
-            let start = Some(&best.displacement);
+            let start = Some(&best.solved);
             target = self.target(way.error).min(loosest);
             let next = self.exact(dual, local, &found.multiplier, start, target);
             let error = way.error;
@@ -127,7 +129,7 @@ impl DiscreteProblem<'_> {
             last = way;
         }
         if target > f64::EPSILON {
-            let (multiplier, start) = (&best.multiplier, Some(&best.displacement));
+            let (multiplier, start) = (&best.multiplier, Some(&best.solved));
             let exact = self.exact(dual, local, multiplier, start, f64::EPSILON);
             applications += 1;
             best = Polished {
@@ -221,7 +223,8 @@ impl DiscreteProblem<'_> {
             multiplier: multiplier.to_vec(),
             error: f64::INFINITY,
             dual: self.body.about(dual, multiplier, &exact),
-            displacement: exact.displacement,
+            solved: exact.solved,
+            moved: exact.moved,
             history: Vec::new(),
             applications: 1,
         }

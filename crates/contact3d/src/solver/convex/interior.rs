@@ -268,7 +268,8 @@ impl StepSystem {
         system.moved = program.motions.iter().map(|g| system.solve(g)).collect();
         let n = program.motions.len();
         system.complement = DMatrix::from_fn(n, n, |p, q| {
-            dot(&program.motions[p], &system.moved[q]) + program.support[p][q]
+            let support = if p == q { program.support[p] } else { 0.0 };
+            dot(&program.motions[p], &system.moved[q]) + support
         });
         Some(system)
     }

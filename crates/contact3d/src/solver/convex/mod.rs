@@ -13,6 +13,4 @@ mod program;
 mod tests;
 
 pub(in crate::solver) use interior::InteriorPoint;
-pub(in crate::solver) use program::ConvexProgram;
-#[cfg(test)]
-use program::Motions;
+pub(in crate::solver) use program::{ConvexProgram, Motions};

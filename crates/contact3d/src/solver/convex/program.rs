@@ -39,8 +39,8 @@ pub(in crate::solver) struct ConvexProgram {
     pub(super) motions: Vec<Vec<f64>>,
     /// q.
     pub(super) resultant: Vec<f64>,
-    /// D, `[n_motions][n_motions]`.
-    pub(super) support: Vec<Vec<f64>>,
+    /// The diagonal of D.
+    pub(super) support: Vec<f64>,
     /// A bound for all pressures, √(hᵀS⁻¹h): a component is at most the norm that A gives the answer, since A⁻¹ has unit
     /// diagonal, and that norm is largest where nothing bounds the answer.
     pub(super) bound: f64,
@@ -48,14 +48,15 @@ pub(in crate::solver) struct ConvexProgram {
     source: Vec<(usize, f64)>,
 }
 
-/// What holds the rigid motions α of a body: Gᵀλ + D α = q.
+/// What holds the rigid motions α of a body: Gᵀλ + D α = q; nothing where supports hold it.
+#[derive(Default)]
 pub(in crate::solver) struct Motions {
     /// G, `[n_motions][n_multipliers]`, in m².
     pub(in crate::solver) integrals: Vec<Vec<f64>>,
     /// q, in N.
     pub(in crate::solver) resultant: Vec<f64>,
-    /// D, symmetric and not negative, in N/m; zeros where nothing but contact holds the body.
-    pub(in crate::solver) support: Vec<Vec<f64>>,
+    /// The diagonal matrix D, not negative, in N/m; zeros where nothing but contact holds the body.
+    pub(in crate::solver) support: Vec<f64>,
 }
 
 impl ConvexProgram {
@@ -113,19 +114,24 @@ impl ConvexProgram {
         set: &FeasibleSet<'_>,
         local: &LocalStiffness,
     ) -> Self {
-        let balance = dual.balance.as_ref();
-        let resultant = balance.map_or_else(Vec::new, |it| it.resultant.clone());
-        let motions = Motions {
-            integrals: balance.map_or_else(Vec::new, |it| it.coupling.integrals.clone()),
-            support: vec![vec![0.0; resultant.len()]; resultant.len()],
-            resultant,
-        };
+        let motions = dual.balance.as_ref().map(|it| Motions {
+            integrals: it.coupling.integrals.clone(),
+            resultant: it.resultant.clone(),
+            support: it.coupling.support.clone(),
+        });
         let glued = local.glued_start(dual);
         let glued = dual.multipliers(&glued);
         let bound = dot(glued, &dual.apply(glued)).max(0.0).sqrt();
         let entry = |i: usize, j: usize| dual.column(j)[i];
         let (rhs, stiffness) = (&dual.rhs, &local.stiffness);
-        Self::new(entry, rhs, set, stiffness, bound, &motions)
+        Self::new(
+            entry,
+            rhs,
+            set,
+            stiffness,
+            bound,
+            &motions.unwrap_or_default(),
+        )
     }
 
     /// λ and α of x and α, `[n_multipliers + n_motions]`.
@@ -157,7 +163,8 @@ impl ConvexProgram {
     /// q − Gᵀx − D α.
     pub(super) fn excess(&self, x: &[f64], motion: &[f64]) -> Vec<f64> {
         let rows = self.motions.iter().zip(&self.support).zip(&self.resultant);
-        rows.map(|((g, d), q)| q - dot(g, x) - dot(d, motion))
+        let rows = rows.zip(motion);
+        rows.map(|(((g, d), q), alpha)| q - dot(g, x) - d * alpha)
             .collect()
     }
 

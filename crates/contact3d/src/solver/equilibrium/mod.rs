@@ -11,10 +11,12 @@
 //!
 //! Motions that supports resist, however weakly, need no contact force.
 //!
-//! Such a q is a proof. That admissible forces exist is necessary for an equilibrium of a body that deforms and slides, but
+//! Such a q is a proof. Clamps may press a face as hard as they like in this, but not in the elastic body: where that settles the pressure, friction
+//! has a limit ([`friction_limit`]), which is asked when no answer was found. That admissible forces exist is necessary for an equilibrium of a body that deforms and slides, but
 //! decides nothing by itself: then the solver has the word. Coefficients that follow the slip count with the largest value that
 //! they have anywhere, and a capped law as both Coulomb's and Tresca's, so that a proof is a proof for them, too.
 
+mod friction_limit;
 mod motion_program;
 
 use motion_program::{MotionProgram, PaneTerm};
@@ -24,7 +26,7 @@ use nalgebra::{DMatrix, DVector};
 use super::PaneLaws;
 use crate::{
     contact::{CoulombLaw, FrictionField, InterfaceFriction, LawBounds},
-    dual::{Assembly, Balance},
+    dual::{Assembly, Balance, ExplicitDual},
     elasticity::DofMap,
     linalg::{add_scaled, dot, norm},
 };
@@ -52,6 +54,24 @@ pub(super) fn unstopped_motion(
     let mut displacement = vec![0.0; load.len()];
     balance.coupling.add_motion(&motion, &mut displacement);
     Some(in_space(dofs, &displacement))
+}
+
+/// A rigid motion of largest component one, `[n_nodes]`, that drags the body along its foundation whatever friction does.
+pub(super) fn dragged_motion(
+    assembly: &Assembly,
+    dual: &ExplicitDual,
+    laws: &PaneLaws,
+) -> Option<Vec<[f64; 3]>> {
+    let (balance, law) = (dual.balance.as_ref()?, laws.coulomb()?);
+    let is_given = |pane| law.slip_bound(pane, 0.0) > 0.0;
+    if (0..laws.layout.n_pairs()).any(is_given) {
+        return None;
+    }
+    let coefficients = strongest_friction(law, laws);
+    let motion = friction_limit::beyond_friction(dual, balance, &laws.area, &coefficients)?;
+    let mut displacement = vec![0.0; assembly.primal.load.len()];
+    balance.coupling.add_rigid(&motion, &mut displacement);
+    Some(in_space(&assembly.primal.dofs, &displacement))
 }
 
 /// The motions that neither contact nor supports feel, each of largest component one, `[n_neutral][n_nodes]`.
