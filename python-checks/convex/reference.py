@@ -21,6 +21,8 @@ IDLE = 4
 """Newton steps that may not halve the residual; two steps in all are the rule."""
 CORRECTIONS = 12
 """Solves with a factor in double precision; each wins some digits up to those of extended precision."""
+UNFELT = 1e-10
+"""Share of the largest effect of a rigid motion on the face below which it has none."""
 ROUNDINGS = 64
 """What is allowed beside epsilon, in units of the rounding of S times its condition number."""
 
@@ -137,7 +139,12 @@ def balance(file: h5py.File) -> tuple[np.ndarray, np.ndarray]:
         if name in file["assemble"]
     ]
     coupling = np.vstack([part @ modes for part in parts])
-    return coupling, modes.T @ file["load/force"][:]
+    if not coupling.size:
+        return coupling, modes.T @ file["load/force"][:]
+    # Motions that contact does not feel are rounding in G and e, which no scaling may raise to a condition.
+    _, values, rows = np.linalg.svd(coupling, full_matrices=False)
+    felt = rows[values > UNFELT * values[0]].T
+    return coupling @ felt, felt.T @ (modes.T @ file["load/force"][:])
 
 
 def slip_integrals(file: h5py.File) -> np.ndarray:

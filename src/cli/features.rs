@@ -86,9 +86,11 @@ fn list(features: &ModelFeatures, sizes: &Sizes) -> Vec<Feature> {
             "one pair of axes a contact node",
         ),
     ));
-    let rigid = sizes
-        .n_rigid_modes
-        .map(|n| unknowns(Some(n), "motions that only contact stops"));
+    let what = match features.springs {
+        0 => "motions that only contact stops",
+        _ => "motions that only contact or soft springs stop",
+    };
+    let rigid = sizes.n_rigid_modes.map(|n| unknowns(Some(n), what));
     list.push(feature("rigid motions", rigid.flatten()));
     list
 }

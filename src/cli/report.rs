@@ -123,8 +123,10 @@ pub(super) fn status(solution: &Solution, scene: &Scene) -> String {
         ),
         Status::NoEquilibrium => (
             "no equilibrium: contact cannot hold the body under this load".to_owned(),
-            "see the motion that nothing stops; hold it with [[clamp]], or change load or friction"
-                .to_owned(),
+            format!(
+                "see the motion that nothing stops; hold it with [[clamp]], or change {}",
+                load_and_friction(scene, "or")
+            ),
         ),
         Status::Cycling => (
             "successive approximations go round in a cycle".to_owned(),
@@ -141,17 +143,35 @@ fn after_all_ways(solution: &Solution, scene: &Scene) -> String {
         FrictionModel::Coulomb { .. } | FrictionModel::CappedCoulomb { .. } => true,
     };
     let has_coulomb = ModelFeatures::of(scene).friction().any(follows_pressure);
-    match (solution.rigid_motion.is_empty(), has_coulomb) {
-        (true, true) => "there may be no solution: look at the friction, or try another mesh",
-        (true, false) => {
-            "there is one solution, lost in rounding: look at what holds the body, and at parts whose sizes or moduli differ by many orders of magnitude"
-        }
-        (false, true) => {
-            "contact may not hold the body: look at load and friction, or hold it with [[clamp]]"
-        }
-        (false, false) => "contact may not hold the body: look at the load, or hold it with [[clamp]]",
+    let look = load_and_friction(scene, "and");
+    if !solution.straining.is_empty() {
+        return format!(
+            "no equilibrium was found, and none is ruled out: look at {look}, and at how soft the springs are"
+        );
     }
-    .to_owned()
+    match (solution.rigid_motion.is_empty(), has_coulomb) {
+        (true, true) => {
+            "there may be no solution: look at the friction, or try another mesh".to_owned()
+        }
+        (true, false) => {
+            "there is one solution, lost in rounding: look at what holds the body, and at parts whose sizes or moduli differ by many orders of magnitude".to_owned()
+        }
+        (false, _) => format!(
+            "no equilibrium was found, and none is ruled out: contact may not hold the body; look at {look}, or hold it with [[clamp]]"
+        ),
+    }
+}
+
+/// What a scene without equilibrium may change.
+fn load_and_friction(scene: &Scene, word: &str) -> String {
+    let features = ModelFeatures::of(scene);
+    match features
+        .friction()
+        .any(|law| *law != FrictionModel::Frictionless)
+    {
+        true => format!("load {word} friction"),
+        false => "the load".to_owned(),
+    }
 }
 
 /// The settings that look for the answer in every way there is; `None` where they are chosen.

@@ -162,12 +162,14 @@ pub(super) fn table(
         "force, moment imbalance",
         format!("{:.1e}, {:.1e}", r.force_imbalance, r.moment_imbalance),
     );
-    line(
-        "discretisation error",
-        estimate_words(&report.discretisation_error, mesh),
-    );
-    for (name, value) in report.certificate.figures() {
-        line(&format!("certificate {name}"), format!("{value:.1e}"));
+    if solution.has_answer() {
+        line(
+            "discretisation error",
+            estimate_words(&report.discretisation_error, mesh),
+        );
+        for (name, value) in report.certificate.figures() {
+            line(&format!("certificate {name}"), format!("{value:.1e}"));
+        }
     }
     let features = features::lines(&ModelFeatures::of(scene), &sizes(mesh, solution));
     format!(

@@ -46,8 +46,8 @@ pub(super) fn json(
         "energy": r.strain_energy - r.load_work,
         "strain_energy": r.strain_energy,
         "largest_displacement": r.largest_displacement,
-        "discretisation_error": relative_parts(report),
-        "certificate": certificate,
+        "discretisation_error": solution.has_answer().then(|| relative_parts(report)),
+        "certificate": solution.has_answer().then_some(certificate),
         "motion": (!solution.rigid_motion.is_empty()).then(|| motion_json(mesh, &report.displacement)),
         "unstopped_motion": solution.unstopped_motion.as_ref().map(|motion| motion_json(mesh, motion)),
         "neutral_motions": (!solution.rigid_motion.is_empty()).then(|| {

@@ -298,11 +298,6 @@ impl Balance {
         !self.coupling.yielding.is_empty()
     }
 
-    /// Whether contact alone holds a motion.
-    pub(crate) fn has_free_motions(&self) -> bool {
-        self.coupling.n_resisted() < self.n_felt()
-    }
-
     /// α of the motions counted from zero, in terms of the modes of the body, and what α₀ of the closed gap does added to the
     /// displacement and to its part that strains the body, if that is told apart.
     pub(crate) fn counted_from_zero(

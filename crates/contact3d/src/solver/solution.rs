@@ -166,7 +166,7 @@ pub struct Solution {
     /// empty where supports hold it.
     pub rigid_motion: Vec<f64>,
     /// With [`Status::NoEquilibrium`] the rigid motion that nothing stops, of largest component one, `[n_nodes]`: the load works in
-    /// it, and no admissible contact force works against it.
+    /// it, and admissible contact forces take less.
     pub unstopped_motion: Option<Vec<[f64; 3]>>,
     /// The rigid motions that neither contact nor supports feel, each of largest component one, `[n_neutral][n_nodes]`; the
     /// answer has none of them, and the load does not work in them where there is an equilibrium.
@@ -198,6 +198,12 @@ pub struct Solution {
 }
 
 impl Solution {
+    /// Whether there is anything to measure: an answer, good or bad, and not a body at rest where a solve found none.
+    #[must_use]
+    pub fn has_answer(&self) -> bool {
+        self.status.is_solved() || self.displacement.iter().any(|u| *u != 0.0)
+    }
+
     /// What of the displacement strains the body, `[n_free]`, in m.
     #[must_use]
     pub fn straining(&self) -> &[f64] {

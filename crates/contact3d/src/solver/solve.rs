@@ -83,6 +83,7 @@ impl DiscreteProblem<'_> {
         let assembly = self.body.assembly;
         if let Some(balance) = &dual.balance
             && let Some(motion) = unstopped_motion(assembly, balance, laws)
+                .or_else(|| dragged_motion(assembly, dual.explicit()?, laws))
         {
             return Ok(Solution {
                 unstopped_motion: Some(motion),
@@ -103,25 +104,14 @@ impl DiscreteProblem<'_> {
                 &mut solution.displacement,
                 &mut solution.straining,
             );
-            let has_run_away = has_run_away(&solution, laws);
-            if !solution.status.is_solved() || has_run_away && balance.has_free_motions() {
-                let explicit = dual.explicit();
-                let dragged = explicit.and_then(|dual| dragged_motion(assembly, dual, laws));
-                let is_lost = dragged.is_some() || !solution.status.is_solved() && has_run_away;
-                if is_lost {
-                    let status = match dragged {
-                        Some(_) => Status::NoEquilibrium,
-                        None => solution.status,
-                    };
-                    return Ok(Solution {
-                        history: solution.history,
-                        newton: solution.newton,
-                        solved_by: solution.solved_by,
-                        applications: solution.applications,
-                        unstopped_motion: dragged,
-                        ..Solution::without_answer(status, self)
-                    });
-                }
+            if !solution.status.is_solved() && has_run_away(&solution, laws) {
+                return Ok(Solution {
+                    history: solution.history,
+                    newton: solution.newton,
+                    solved_by: solution.solved_by,
+                    applications: solution.applications,
+                    ..Solution::without_answer(solution.status, self)
+                });
             }
             solution.neutral_motions = neutral_motions(assembly, balance);
             // Coefficients that follow the slip of nodes may feel what panes do not.

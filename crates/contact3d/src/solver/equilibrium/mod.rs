@@ -12,7 +12,7 @@
 //! Motions that supports resist, however weakly, need no contact force.
 //!
 //! Such a q is a proof. Clamps may press a face as hard as they like in this, but not in the elastic body: where that settles the pressure, friction
-//! has a limit ([`friction_limit`]), which is asked when no answer was found. That admissible forces exist is necessary for an equilibrium of a body that deforms and slides, but
+//! has a limit ([`friction_limit`]). That admissible forces exist is necessary for an equilibrium of a body that deforms and slides, but
 //! decides nothing by itself: then the solver has the word. Coefficients that follow the slip count with the largest value that
 //! they have anywhere, and a capped law as both Coulomb's and Tresca's, so that a proof is a proof for them, too.
 

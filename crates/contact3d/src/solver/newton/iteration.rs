@@ -5,7 +5,6 @@ use std::time::Instant;
 use super::natural_map::NaturalMap;
 use crate::{
     dual::ExplicitDual,
-    linalg::norm,
     solver::{
         conditions::{Evaluation, PaneZone},
         history::NewtonStep,
@@ -96,7 +95,7 @@ pub(in crate::solver) struct NewtonOutcome {
 /// An iterate and its residual.
 struct Iterate {
     multiplier: Vec<f64>,
-    /// ‖λ‖.
+    /// ‖λ‖, beside the stresses that weak supports take off the face.
     size: f64,
     evaluation: Evaluation,
 }
@@ -105,7 +104,7 @@ impl Iterate {
     fn new(map: &NaturalMap<'_>, multiplier: Vec<f64>) -> Self {
         let evaluation = map.evaluate(&multiplier);
         Self {
-            size: norm(map.dual.multipliers(&multiplier)),
+            size: map.size(&multiplier),
             multiplier,
             evaluation,
         }

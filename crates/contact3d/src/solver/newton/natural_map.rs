@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use crate::{
     dual::{Balance, ExplicitDual, drag},
-    linalg::SparseLuMemory,
+    linalg::{SparseLuMemory, norm},
     solver::conditions::{Bound, Conditions, Evaluation},
 };
 
@@ -71,6 +71,18 @@ impl<'a> NaturalMap<'a> {
         } else {
             Vec::new()
         }
+    }
+
+    /// ‖λ‖, beside the forces D α that weak supports take, as stresses ρ D α: what ‖R‖ is measured by.
+    pub(super) fn size(&self, unknowns: &[f64]) -> f64 {
+        let mut stresses = self.dual.multipliers(unknowns).to_vec();
+        if let Some(balance) = &self.dual.balance {
+            let motions = self.dual.motion(unknowns).iter();
+            let carried = motions.zip(&balance.coupling.support).map(|(a, d)| a * d);
+            let rho = self.dual.motion(&self.conditions.steplengths);
+            stresses.extend(carried.zip(rho).map(|(force, rho)| rho * force));
+        }
+        norm(&stresses)
     }
 
     /// ‖R‖ / ‖λ‖ that rounding of S λ makes, n ε max ρ_i S_ii; none worth counting about an anchor.
