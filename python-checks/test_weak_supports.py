@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 import pytest
 
-from run_file import open_run
+from run_file import open_run, read_enum
 
 STEPS = """
 [[step]]
@@ -139,3 +139,106 @@ def test_code_aster_ssnv503(contact3d, tmp_path):
         if moved:
             assert np.allclose(u[:2], moved, rtol=of_u), (name, u)
         assert np.allclose(reaction[:2], forces, rtol=of_r), (name, reaction)
+
+
+FORCE, MODULUS = 1e4, 1e9
+LAWS = {
+    "frictionless": "",
+    "tresca": "[friction]\nslip_bound = {bound!r}\ncoefficient.constant = 1.0",
+    "coulomb": "[friction]\ncoefficient.constant = 0.3",
+}
+TRACTIONS = {"lifted": (1e3, 0.0, 1e4), "pressed": (1e3, 0.0, -1e4), "pushed": (4e3, 5e2, -1e4)}
+UNITS = {"m": ('length = "m", force = "N"', 1.0, 1.0), "mm": ('length = "mm", force = "kN"', 1e3, 1e-3)}
+
+
+def cube_on_springs(stiffness, law, load, element, units):
+    """A unit cube that springs of one face hold, its scene and the units of length and force."""
+    words, length, force = UNITS[units]
+    stress = force / length**2
+    spring = stiffness * stress / length
+    value = [v * stress for v in TRACTIONS[load]]
+    return f"""
+title = "cube on springs"
+units = {{ {words} }}
+[body]
+element = "{element}"
+brick = {{ size = [{length}, {length}, {length}], cells = [2, 2, 2] }}
+[material]
+isotropic = {{ young_modulus = {MODULUS * stress!r}, poisson_ratio = 0.3 }}
+[[spring]]
+face = "x_max"
+normal = {spring!r}
+tangential = {spring!r}
+[[traction]]
+face = "z_max"
+value = {value}
+[contact]
+face = "z_min"
+multipliers = "nodal"
+{LAWS[law].format(bound=400.0 * stress)}
+"""
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "law", "load", "element", "units"),
+    [
+        (1e-5, "frictionless", "lifted", "P1", "m"),
+        (1e-4, "coulomb", "lifted", "P2", "mm"),
+        (1e-3, "tresca", "lifted", "P1", "m"),
+        (1e-5, "frictionless", "pressed", "P2", "mm"),
+        (1e-3, "tresca", "pushed", "P1", "mm"),
+        (1e-1, "coulomb", "pushed", "P1", "m"),
+    ],
+)
+def test_springs_as_soft_as_can_be(contact3d, tmp_path, stiffness, law, load, element, units):
+    """Every law, 1e-14 to 1e-10 of E L: the motion is what the springs make of the forces, and the stress that of the forces."""
+    scene, path = tmp_path / "cube.toml", tmp_path / "cube.h5"
+    scene.write_text(cube_on_springs(stiffness, law, load, element, units))
+    contact3d("run", scene, path, "--no-figures")
+    _, length, force = UNITS[units]
+    with open_run(path) as file:
+        x, u = file["mesh/coordinates"][:] / length, file["solve/displacement"][:] / length
+        sources = list(file["post/forces/source"].asstr()[:])
+        forces, moments = file["post/forces/force"][:] / force, file["post/forces/moment"][:] / (force * length)
+        stress, nodes = file["post/stress"][:] * length**2 / force, file["mesh/tetrahedra"][:][:, :4]
+    springs = sources.index("spring.0")
+    others = [k for k in range(len(sources)) if k != springs]
+    # Of numbers that are sums of some hundred.
+    assert np.abs(forces.sum(axis=0)).max() < 1e-10 * FORCE and np.abs(moments.sum(axis=0)).max() < 1e-10 * FORCE
+    # Springs of a square of side one about its middle: k in each direction, k / 6 and k / 12 against turns.
+    middle = np.array([1.0, 0.5, 0.5])
+    pull = forces[others].sum(axis=0)
+    shift = pull / stiffness
+    turn = (moments[others].sum(axis=0) - np.cross(middle, pull)) / (stiffness * np.array([1 / 6, 1 / 12, 1 / 12]))
+    moved = shift + np.cross(turn, x - middle)
+    # The cube's own strain, and rounding of forces of some 1e4 N where they nearly balance.
+    assert np.abs(u - moved).max() < 1e-9 * np.abs(u).max() + 1e-9 * FORCE / stiffness
+    # The mean stress along z is the sum of forces times their heights: 1 of the top, 1/2 of the springs, 0 of the foundation.
+    corners = x[nodes]
+    volumes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6
+    mean = (stress[:, 2] * volumes).sum()
+    # Strains do not know of the long way: rounding of the balance alone, and linear stresses are exact at centroids.
+    assert abs(mean - (TRACTIONS[load][2] - 0.5 * pull[2])) < 1e-8 * FORCE
+
+
+@pytest.mark.parametrize("friction", [0.02, 0.0])
+def test_what_rollers_press_friction_holds_only_so_far(contact3d, tmp_path, friction):
+    """A block on rollers above and on its foundation below is pushed by ten times what friction can bear."""
+    law = f"[friction]\ncoefficient.constant = {friction}" if friction else ""
+    scene, path = tmp_path / "rollers.toml", tmp_path / "rollers.h5"
+    scene.write_text(f"""
+title = "rollers"
+body.brick = {{ size = [1.0, 1.0, 1.0], cells = [4, 4, 2] }}
+material.isotropic = {{ young_modulus = 1e9, poisson_ratio = 0.3 }}
+clamp = [{{ face = "z_max", components = ["z"] }}]
+traction = [{{ face = "x_max", value = [1e3, 0.0, 0.0] }}]
+body_force.value = [0.0, 0.0, -1e4]
+contact = {{ face = "z_min", multipliers = "nodal" }}
+{law}
+""")
+    contact3d("run", scene, path, "--no-figures", expect=1)
+    with h5py.File(path) as file:
+        assert read_enum(file["solve/status"]) == "no_equilibrium"
+        motion = file["solve/unstopped_motion"][:]
+    # Along the push; in whose plane turns do no work.
+    assert np.abs(motion - [1.0, 0.0, 0.0]).max() < 1e-3

@@ -154,7 +154,6 @@ pub(in crate::solver) fn iterate(
         Globalisation::Plain(rounding_patience) => (PLAIN_PATIENCE, rounding_patience, false),
         Globalisation::Relaxed(_) => (PATIENCE, ROUNDING_PATIENCE, true),
     };
-    let rounding_zone = ROUNDING_ZONE.max(map.rounding());
     if relaxing && current.evaluation.norm.is_finite() && current.relative() > settings.tolerance {
         current = current.relaxed(map, FIRST_SWEEPS);
         evaluations += FIRST_SWEEPS + 2;
@@ -180,7 +179,8 @@ pub(in crate::solver) fn iterate(
             let last = best_norms.len() - 1;
             last >= window_start + steps && best_norms[last] > 0.5 * best_norms[last - steps]
         };
-        if best.2 < rounding_zone && stalled_for(rounding_patience) {
+        let rounding = || map.rounding(&current.multiplier, &current.evaluation);
+        if stalled_for(rounding_patience) && best.2 < ROUNDING_ZONE.max(rounding()) {
             break NewtonStatus::RoundingLimit;
         }
         if history.len() == settings.max_steps {

@@ -8,6 +8,9 @@ use crate::{
     solver::conditions::{Bound, Conditions, Evaluation},
 };
 
+/// Roundings of a few terms and of the steps that follow them.
+const ROUNDINGS: f64 = 16.0;
+
 /// The natural map R(λ) = λ − P(λ − ρ r), r = S λ − h, whose zeros solve the contact problem
 /// ([`Conditions`]); where the body floats, of x = (λ, α) with rows ρ (e − Gᵀλ) for the balance.
 pub(crate) struct NaturalMap<'a> {
@@ -85,17 +88,38 @@ impl<'a> NaturalMap<'a> {
         norm(&stresses)
     }
 
-    /// ‖R‖ / ‖λ‖ that rounding of S λ makes, n ε max ρ_i S_ii; none worth counting about an anchor.
-    pub(in crate::solver) fn rounding(&self) -> f64 {
-        if self.dual.anchor.is_some() {
-            return 0.0;
-        }
-        let rows = self
-            .dual
-            .multipliers(&self.conditions.steplengths)
-            .iter()
-            .enumerate();
-        let mobility = rows.map(|(j, rho)| rho * self.dual.diagonal(j));
-        self.dual.rounding() * mobility.fold(0.0, f64::max)
+    /// ‖R‖ over its measure that rounding makes of S λ, n ε max ρ_i S_ii, none worth counting about an anchor, and of a long way on weak
+    /// springs, which cancels where the body turns about what presses or sticks.
+    pub(super) fn rounding(&self, unknowns: &[f64], evaluation: &Evaluation) -> f64 {
+        let rho = self.dual.multipliers(&self.conditions.steplengths);
+        let mobility = match self.dual.anchor {
+            Some(_) => 0.0,
+            None => {
+                let rows = rho.iter().enumerate();
+                let mobility = rows.map(|(j, rho)| rho * self.dual.diagonal(j));
+                self.dual.rounding() * mobility.fold(0.0, f64::max)
+            }
+        };
+        let Some(balance) = self.dual.balance.as_ref().filter(|it| it.is_resisted()) else {
+            return mobility;
+        };
+        let motion = self.dual.motion(unknowns);
+        let rounded = |j: usize| {
+            let terms = balance.coupling.integrals.iter().zip(motion);
+            let way = terms.map(|(g, by)| (g[j] * by).abs()).sum::<f64>();
+            ROUNDINGS * f64::EPSILON * rho[j] * way
+        };
+        let layout = self.dual.layout;
+        let stresses = evaluation.panes.iter().enumerate().flat_map(|(i, pane)| {
+            let along = layout.tangential(i).map(|pair| pair.map(rounded));
+            let sticks = |[a, b]: &[f64; 2]| {
+                let [first, second] = pane.ellipse.semi_axes;
+                let [x, y] = pane.trial;
+                x.hypot(y) <= first.max(second) + a.hypot(*b)
+            };
+            let along = along.filter(sticks).into_iter().flatten();
+            along.chain([rounded(layout.normal(i))])
+        });
+        mobility.max(norm(&stresses.collect::<Vec<f64>>()) / self.size(unknowns))
     }
 }
