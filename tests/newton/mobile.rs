@@ -172,7 +172,7 @@ fn the_certificate_rejects_corrupted_answers_of_soft_bodies() {
             // With the displacement that belongs to the wrong multipliers, so that the equilibrium
             // shows nothing.
             wrong.displacement = dual
-                .refined_displacement(
+                .refined(
                     &case.system().assembly,
                     &wrong.multiplier,
                     None,

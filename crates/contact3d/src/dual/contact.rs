@@ -268,7 +268,7 @@ impl ContactSystem {
 
     /// A⁻¹(l − Bᵀλ) by iterative refinement, from that of a multiplier nearby, to the share `target` of it.
     #[must_use]
-    pub(crate) fn refined(
+    pub fn refined(
         &self,
         assembly: &Assembly,
         unknowns: &[f64],
