@@ -101,6 +101,11 @@ def test_the_page_does_what_it_says(page, program, tmp_path, monkeypatch, capsys
             assert_printed(block.printed, shown)
 
 
+def test_the_drawing_is_that_of_the_clone():
+    drawing = (ROOT / "pipelines" / "meshes" / "foot.geo").read_text()
+    assert drawing in (ROOT / "docs" / "tutorials" / "gmsh_part.md").read_text()
+
+
 def test_every_tutorial_runs_something():
     assert len(PAGES) >= 4
     for page in PAGES:

@@ -1,5 +1,6 @@
+// foot.geo, in millimetres
 SetFactory("OpenCASCADE");
-Cylinder(1) = {0, 0, 0, 0, 0, 10, 20};    // the pad: mm
+Cylinder(1) = {0, 0, 0, 0, 0, 10, 20};    // the pad
 Cylinder(2) = {0, 0, 10, 0, 0, 15, 8};    // the stem
 BooleanFragments{ Volume{1}; Delete; }{ Volume{2}; Delete; }
 Physical Volume("rubber") = {1};
