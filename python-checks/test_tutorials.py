@@ -1,4 +1,4 @@
-"""Every block of docs/tutorials: files are written, commands and Python are run, and print what the page says."""
+"""Every block of README.md and docs/tutorials: files are written, commands and Python are run, and print what the page says."""
 
 import os
 import re
@@ -11,7 +11,8 @@ import pytest
 
 from conftest import ROOT
 
-PAGES = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
+TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
+PAGES = [ROOT / "README.md", *TUTORIALS]
 BLOCK = re.compile(r"(<!-- not run: [^\n]+ -->\n)?```(\w*)\n(.*?)```", re.DOTALL)
 NUMBER = re.compile(r"\d+\.\d+(?:e[+-]?\d+)?")
 
@@ -106,8 +107,8 @@ def test_the_drawing_is_that_of_the_clone():
     assert drawing in (ROOT / "docs" / "tutorials" / "gmsh_part.md").read_text()
 
 
-def test_every_tutorial_runs_something():
-    assert len(PAGES) >= 4
+def test_every_page_runs_something():
+    assert len(TUTORIALS) >= 4
     for page in PAGES:
         languages = [block.language for block in blocks_of(page.read_text())]
         assert {"toml", "sh", "python"} <= set(languages), f"{page.name} runs only {languages}"
