@@ -165,7 +165,7 @@ def test_contact_surface(run, problem):
 
 
 def planes(brick: dict, axis: int) -> np.ndarray:
-    """The planes between a brick's cells, from docs/scene.md alone."""
+    """The planes between a brick's cells, from docs/reference/body.md alone."""
     name, length, cells = "xyz"[axis], brick["size"][axis], brick["cells"][axis]
     given = brick.get("coordinates", {}).get(name)
     if given:

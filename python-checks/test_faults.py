@@ -1,4 +1,4 @@
-"""The fault tests in short; docs/robustness.md has the long ones."""
+"""The fault tests in short; docs/validation/robustness.md has the long ones."""
 
 import pytest
 

@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import runpy
 import sys
 import tomllib
@@ -196,22 +195,6 @@ values = [0.1, 0.3]
         monkeypatch.setattr(sys, "argv", ["sweep.py", "cases"])
     runpy.run_path(str(ROOT / "python" / "examples" / f"{example}.py"))
     assert example == "modes" or (tmp_path / f"{example}.png").stat().st_size > 10_000
-
-
-def test_the_tour_prints_what_it_says(contact3d, tmp_path, monkeypatch, capsys):
-    """docs/tour.md, without the line that draws and the step that needs Siconos (benches/peers)."""
-    monkeypatch.chdir(tmp_path)
-    contact3d("init", "block.toml")
-    contact3d("run", "block.toml", "block.h5", "--no-figures")
-    page = (ROOT / "docs" / "tour.md").read_text()
-    names = {}
-    for block, output in re.findall(r"```python\n(.*?)```\n\n```\n(.*?)```", page, re.DOTALL):
-        drawn = [line for line in block.splitlines() if ".plot(" not in line]
-        exec("\n".join(drawn), names)
-        # Numbers may differ in the last digits where another processor rounds otherwise.
-        said, shown = (re.split(r"(\d+\.\d+)", text) for text in (output, capsys.readouterr().out))
-        assert said[::2] == shown[::2]
-        np.testing.assert_allclose([float(x) for x in shown[1::2]], [float(x) for x in said[1::2]], rtol=1e-12)
 
 
 def test_old_files_still_open():

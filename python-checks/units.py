@@ -1,6 +1,6 @@
 """Words for units, from the dimension of a quantity and the units of length and force.
 
-Written from docs/scene.md, not from the program: a stress or an energy has a name where it is a
+Written from docs/reference/scene.md, not from the program: a stress or an energy has a name where it is a
 power of ten of Pa or J, and so do the quantities that a stress is part of.
 """
 

@@ -1,13 +1,25 @@
-//! `docs/scene.md` names every key and word of a scene, and its examples are scenes.
+//! The pages of `docs/reference` name every key and word of scenes and sweeps, and their examples are such files.
 
 use std::{collections::BTreeSet, fs, path::Path};
 
 use contact3d::scene::{FUNCTIONS, LAW_VARIABLES, Scene};
+use contact3d_pipe::sweep::SweepFile;
 use serde_json::Value;
 
-fn page() -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scene.md");
-    fs::read_to_string(path).expect("the page")
+/// Pages whose examples are parts of scenes.
+const SCENE_PAGES: [&str; 7] = [
+    "scene", "body", "material", "supports", "contact", "history", "solver",
+];
+
+fn page(name: &str) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/reference");
+    fs::read_to_string(folder.join(name).with_extension("md")).expect("the page")
+}
+
+/// The blocks of TOML on a page.
+fn examples(page: &str) -> impl Iterator<Item = &str> {
+    let blocks = page.split("```toml\n").skip(1);
+    blocks.filter_map(|rest| rest.split("```").next())
 }
 
 /// What stands in code marks: `a.b.c` also counts as a, b and c.
@@ -38,15 +50,17 @@ fn keys<'a>(schema: &'a Value, found: &mut BTreeSet<&'a str>) {
 }
 
 #[test]
-fn every_key_word_function_and_variable_is_on_the_page() {
-    let schema: Value = serde_json::from_str(&Scene::json_schema()).expect("JSON");
+fn every_key_word_function_and_variable_is_on_a_page() {
+    let [scene, sweep] = [Scene::json_schema(), SweepFile::json_schema()]
+        .map(|schema| serde_json::from_str::<Value>(&schema).expect("JSON"));
     let mut wanted: BTreeSet<&str> = FUNCTIONS.iter().chain(LAW_VARIABLES).copied().collect();
-    keys(&schema, &mut wanted);
+    keys(&scene, &mut wanted);
     assert!(wanted.len() > 70, "the schema was searched: {wanted:?}");
-    let page = page();
-    let named = named(&page);
+    keys(&sweep, &mut wanted);
+    let pages: String = SCENE_PAGES.into_iter().chain(["sweep"]).map(page).collect();
+    let named = named(&pages);
     let missing: Vec<_> = wanted.difference(&named).collect();
-    assert!(missing.is_empty(), "not in docs/scene.md: {missing:?}");
+    assert!(missing.is_empty(), "not in docs/reference: {missing:?}");
 }
 
 /// The parts that each example leaves out.
@@ -66,12 +80,8 @@ const REST: [(&str, &str); 5] = [
 
 #[test]
 fn every_example_is_part_of_a_scene() {
-    let page = page();
-    let examples: Vec<&str> = page
-        .split("```toml\n")
-        .skip(1)
-        .filter_map(|rest| rest.split("```").next())
-        .collect();
+    let pages = SCENE_PAGES.map(page);
+    let examples: Vec<&str> = pages.iter().flat_map(|page| examples(page)).collect();
     assert!(examples.len() >= 15);
     for example in examples {
         let given: toml::Table = example.parse().expect("TOML");
@@ -84,5 +94,16 @@ fn every_example_is_part_of_a_scene() {
             false => format!("{}\n{example}", rest.concat()),
         };
         Scene::parse("example", &scene).unwrap_or_else(|error| panic!("{error}:\n{scene}"));
+    }
+}
+
+#[test]
+fn the_example_of_a_sweep_is_one() {
+    let page = page("sweep");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("sweep.toml");
+    for example in examples(&page) {
+        fs::write(&path, example).unwrap();
+        SweepFile::read(&path).unwrap_or_else(|error| panic!("{error}:\n{example}"));
     }
 }

@@ -17,10 +17,10 @@ use crate::{
 };
 
 /// Estimates above this share of the energy norm were down to 0.66 of the error on meshes of some hundred unknowns; below
-/// it they were between 0.7 and 1.5 times the error (docs/accuracy.md).
+/// it they were between 0.7 and 1.5 times the error (docs/explanation/errors.md).
 const TRUSTED_ESTIMATE: f64 = 0.25;
 
-/// With nine tenths of the squared estimate in flat tetrahedra it was three to four times the error (docs/accuracy.md).
+/// With nine tenths of the squared estimate in flat tetrahedra it was three to four times the error (docs/explanation/errors.md).
 const MOSTLY_FLAT: f64 = 0.5;
 
 /// The numbers of unknowns of a solved problem.

@@ -104,7 +104,11 @@ pub fn is_index(path: &Path) -> bool {
 /// An unreadable index, a key that leads nowhere, a scene that does not validate.
 pub fn read(path: &Path, version: Version) -> Result<Vec<Case>, SweepError> {
     let text = read_index(path, "read the suite")?;
-    let index: Index = parse_toml(&path.display().to_string(), &text, "docs/stability.md")?;
+    let index: Index = parse_toml(
+        &path.display().to_string(),
+        &text,
+        "docs/validation/stability.md",
+    )?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut cases = Vec::new();
     for family in &index.families {

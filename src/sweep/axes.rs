@@ -63,7 +63,7 @@ impl SweepFile {
         Ok(parse_toml(
             &path.display().to_string(),
             &text,
-            "docs/sweeps.md",
+            "docs/reference/sweep.md",
         )?)
     }
 

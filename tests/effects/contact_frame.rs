@@ -61,7 +61,7 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     })
 }
 
-/// A signed axis such as `−y`, as docs/scene.md writes it.
+/// A signed axis such as `−y`, as docs/reference/contact.md writes it.
 fn axis(word: &str) -> [f64; 3] {
     let word = word.trim();
     let (sign, name) = match word.strip_prefix('−') {
@@ -73,7 +73,7 @@ fn axis(word: &str) -> [f64; 3] {
 
 #[test]
 fn the_faces_of_a_brick_have_the_axes_of_the_page() {
-    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/scene.md");
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/reference/contact.md");
     let page = fs::read_to_string(page).unwrap();
     let (_, table) = page.split_once("| face | ν | t₁ | t₂ |").unwrap();
     let rows = table.lines().filter(|line| line.starts_with("| `"));

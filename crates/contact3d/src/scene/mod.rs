@@ -147,7 +147,7 @@ impl Scene {
     /// [`SceneError::Syntax`] for text that is not TOML or has an unknown, missing or mistyped key;
     /// [`SceneError::Invalid`] for a value that no problem of this kind can have.
     pub fn parse(name: &str, text: &str) -> Result<Self, SceneError> {
-        let mut scene: Self = parse_toml(name, text, "docs/scene.md")?;
+        let mut scene: Self = parse_toml(name, text, "docs/reference/scene.md")?;
         scene
             .bind_parameters()
             .and_then(|()| scene.validate())

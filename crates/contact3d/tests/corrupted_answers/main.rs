@@ -65,7 +65,7 @@ fn cross_checks_reject_a_corrupted_multiplier() {
     for (name, _) in NAMES {
         // The algorithms agree to 1e-10, and 1e-6 of one of a hundred panes is 1e-8 of the whole at
         // least. Where the body nearly floats double precision tells no more than six digits from S
-        // alone, as docs/stability.md says.
+        // alone.
         let change = if name == "hard/soft_block.toml" {
             1e-5
         } else {

@@ -81,7 +81,7 @@ fn larger_blocks_tend_to_a_half_space() {
 }
 
 #[test]
-#[ignore = "the figures of docs/scene.md"]
+#[ignore = "the figures of docs/validation/benchmarks.md"]
 fn figures_for_the_page() {
     for n in [6, 9, 12, 15] {
         println!("far field {n} {:.5}", far_field_error(n, 0.1));

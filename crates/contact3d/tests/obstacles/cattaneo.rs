@@ -147,7 +147,7 @@ fn the_energy_of_a_cycle_is_that_of_its_slip() {
 }
 
 #[test]
-#[ignore = "the figures of docs/histories.md"]
+#[ignore = "the figures of docs/validation/benchmarks.md"]
 fn figures_for_the_page() {
     for n in [10, 20, 30, 40, 60] {
         println!("roller {n} {:.5?}", Errors::measure(Roller, n, "panes"));

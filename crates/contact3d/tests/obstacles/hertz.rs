@@ -160,12 +160,12 @@ fn estimates_say_what_is_in_flat_tetrahedra() {
         share.expect("quadratic tetrahedra")
     };
     assert_eq!(share(1e-6), 0.0);
-    // 0.89 for the graded ball of docs/accuracy.md.
+    // 0.89 for a ball on 8 × 8 × 8 cells graded by 2.2.
     assert!(share(5.0) > 0.5);
 }
 
 #[test]
-#[ignore = "the figures of docs/scene.md"]
+#[ignore = "the figures of docs/validation/benchmarks.md"]
 fn figures_for_the_page() {
     for multipliers in ["panes", "nodal"] {
         for n in [5, 10, 15, 20] {
