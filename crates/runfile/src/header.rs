@@ -10,6 +10,7 @@ use hdf5_metno as hdf5;
 
 use super::attribute::{read_numbers, read_text, write_numbers, write_text};
 use super::error::StoreError;
+use super::heaps;
 use super::place::{AtFile, Place};
 use super::seal::SEAL;
 use super::table::Layout;
@@ -102,7 +103,7 @@ pub(super) fn open(
     Ok((file, version))
 }
 
-/// Opens a file for reading, whoever wrote it.
+/// Opens a file for reading, whoever wrote it, unless HDF5 could not come to an end with it.
 pub(super) fn open_any(path: &Path) -> Result<hdf5::File, StoreError> {
     let metadata = fs::metadata(path).map_err(|source| match source.kind() {
         io::ErrorKind::NotFound => StoreError::NotFound { file: path.into() },
@@ -123,17 +124,19 @@ pub(super) fn open_any(path: &Path) -> Result<hdf5::File, StoreError> {
     let file = hdf5::File::with_options()
         .with_fapl(|access| access.sec2().file_locking(false))
         .open(path);
-    file.map_err(|error| {
+    let place = Place {
+        file: path,
+        dataset: "/",
+    };
+    let file = file.map_err(|error| {
         if error.contains_minor(hdf5::MinorErrorCode::NotHdf5) {
             StoreError::NotHdf5 { file: path.into() }
         } else {
-            Place {
-                file: path,
-                dataset: "/",
-            }
-            .damaged(error.to_string())
+            place.damaged(error.to_string())
         }
-    })
+    })?;
+    heaps::check(&file, place)?;
+    Ok(file)
 }
 
 fn check(

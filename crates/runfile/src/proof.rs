@@ -18,6 +18,7 @@ use super::matrix::shape_of;
 use super::place::{AtPlace, Place};
 use super::reader::Reader;
 use super::record;
+use super::seal::Seals;
 use super::table::Layout;
 use super::volume::Volume;
 
@@ -35,7 +36,7 @@ pub(super) struct Proof<'a> {
 }
 
 impl Proof<'_> {
-    /// Reads groups of a file back.
+    /// Reads the groups that a file holds itself back, and all its attributes.
     ///
     /// # Errors
     /// `Unproven` if anything is not what was written; `target` is the file that it names.
@@ -43,12 +44,13 @@ impl Proof<'_> {
         &self,
         written: &Path,
         filetype: &'static str,
-        groups: &[Group],
+        seals: &Seals,
         target: &Path,
     ) -> Result<(), StoreError> {
         let proven = Volume::open(written, self.layout, filetype).and_then(|volume| {
-            let mut groups = groups.iter();
-            groups.try_for_each(|group| self.of_group(&volume, *group))
+            let mut groups = seals.groups();
+            groups.try_for_each(|group| self.of_group(&volume, group))?;
+            seals.require(&volume)
         });
         proven.map_err(|error| StoreError::Unproven {
             file: target.into(),
