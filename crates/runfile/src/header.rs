@@ -105,6 +105,17 @@ pub(super) fn open(
 
 /// Opens a file for reading, whoever wrote it, unless HDF5 could not come to an end with it.
 pub(super) fn open_any(path: &Path) -> Result<hdf5::File, StoreError> {
+    let file = open_written(path)?;
+    let place = Place {
+        file: path,
+        dataset: "/",
+    };
+    heaps::check(&file, place)?;
+    Ok(file)
+}
+
+/// Opens a file that HDF5 has just written in this process.
+pub(super) fn open_written(path: &Path) -> Result<hdf5::File, StoreError> {
     let metadata = fs::metadata(path).map_err(|source| match source.kind() {
         io::ErrorKind::NotFound => StoreError::NotFound { file: path.into() },
         _ => StoreError::Io {
@@ -128,18 +139,17 @@ pub(super) fn open_any(path: &Path) -> Result<hdf5::File, StoreError> {
         file: path,
         dataset: "/",
     };
-    let file = file.map_err(|error| {
+    file.map_err(|error| {
         if error.contains_minor(hdf5::MinorErrorCode::NotHdf5) {
             StoreError::NotHdf5 { file: path.into() }
         } else {
             place.damaged(error.to_string())
         }
-    })?;
-    heaps::check(&file, place)?;
-    Ok(file)
+    })
 }
 
-fn check(
+/// Refuses a file that is not of this type and version; its format version.
+pub(super) fn check(
     file: &hdf5::File,
     path: &Path,
     layout: &Layout,

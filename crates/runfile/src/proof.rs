@@ -13,6 +13,7 @@ use super::bounds;
 use super::digest::{DatasetDigest, of_group, of_texts};
 use super::element::Element;
 use super::error::StoreError;
+use super::header;
 use super::layout::{DatasetSpec, Group, Kind};
 use super::matrix::shape_of;
 use super::place::{AtPlace, Place};
@@ -47,7 +48,9 @@ impl Proof<'_> {
         seals: &Seals,
         target: &Path,
     ) -> Result<(), StoreError> {
-        let proven = Volume::open(written, self.layout, filetype).and_then(|volume| {
+        let opened = header::open_written(written);
+        let volume = opened.and_then(|file| Volume::of(file, written, self.layout, filetype));
+        let proven = volume.and_then(|volume| {
             let mut groups = seals.groups();
             groups.try_for_each(|group| self.of_group(&volume, group))?;
             seals.require(&volume)

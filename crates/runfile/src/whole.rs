@@ -69,7 +69,7 @@ impl WholeFile {
         let file = made(seeing_every_error)?;
         write(&file)?;
         Self { file, temporary }.close()?.proven(|path| {
-            let file = header::open_any(path)?;
+            let file = header::open_written(path)?;
             let bytes = fs::metadata(path).at_file(path, "look at the file")?.len();
             let found = contents::of(&file, root(path), bytes)?;
             let objects = expected.keys().chain(found.keys());
