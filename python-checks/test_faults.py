@@ -1,5 +1,9 @@
 """The fault tests in short; docs/validation/robustness.md has the long ones."""
 
+import subprocess
+import sys
+from pathlib import Path
+
 import pytest
 
 from faults import bad_files, environment, kills, writes
@@ -37,6 +41,22 @@ def test_failing_writes(tested, tmp_path):
     only = ["run, old file", "solve", "report", "solve-fclib --in-place"]
     rows = list(writes.run(tested, tmp_path, count=24, seed=2, only=only))
     assert wrong(rows) == []
+
+
+def test_no_write_is_lost_unseen(tested, tmp_path):
+    only = ["export --fclib", "export --vtkhdf", "solve-fclib --in-place"]
+    rows = list(writes.lost_one_by_one(tested, tmp_path, only))
+    assert wrong(rows) == []
+    assert all(row.refused > row.tried / 2 for row in rows)
+
+
+def test_campaigns_say_what_to_install():
+    """Without their packages, as in a fresh Python."""
+    folder = Path(__file__).parent
+    for name in ("convex", "faults", "floating", "paths", "trust"):
+        bare = [sys.executable, "-S", "-m", name]
+        ended = subprocess.run(bare, cwd=folder, capture_output=True, text=True, check=False)
+        assert ended.returncode == 2 and "requirements.txt" in ended.stderr, ended.stderr
 
 
 def test_bad_files(tested, tmp_path):

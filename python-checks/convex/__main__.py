@@ -14,17 +14,20 @@ if __package__ in (None, ""):
     # Run as a folder: the folder's parent holds this package and the readers it uses.
     sys.path[0] = str(Path(__file__).resolve().parent.parent)
 
+from campaign import arguments, require
+
+require("blake3", "h5py", "numpy", "scipy")
+
 from convex.judge import Judged, judge
 from convex.scenes import Kind, scene
 from faults.program import Program
 
 
-def arguments() -> argparse.Namespace:
+def asked_for() -> argparse.Namespace:
     """What was asked for."""
-    parser = argparse.ArgumentParser(prog="convex", description=__doc__)
+    parser = arguments("convex", __doc__)
     parser.add_argument("--scenes", type=int, default=300, help="number of scenes")
     parser.add_argument("--first", type=int, default=0, help="number of the first one")
-    parser.add_argument("--seed", type=int, default=1)
     parser.add_argument(
         "--write", type=Path, help="folder for the scenes, and do no more"
     )
@@ -66,7 +69,7 @@ def row(kind: Kind, has_friction: bool, group: list[Judged]) -> str:
 
 def main() -> int:
     """Judge the scenes; 1 if any answer is wrong or missing."""
-    asked = arguments()
+    asked = asked_for()
     numbers = range(asked.first, asked.first + asked.scenes)
     scenes = [scene(asked.seed, number) for number in numbers]
     if asked.write:
@@ -74,7 +77,7 @@ def main() -> int:
         for one in scenes:
             (asked.write / f"{one.name}.toml").write_text(one.text)
         return 0
-    program = Program.find()
+    program = Program.find(asked.program)
     judged = []
     with tempfile.TemporaryDirectory() as folder:
         for one in scenes:

@@ -14,7 +14,7 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import nnls
 from scipy.sparse.linalg import splu
 
-from raw_problem import nearest_in_ellipse
+from ellipse import project
 from run_file import read_matrix, read_scene
 
 IDLE = 4
@@ -243,12 +243,12 @@ def motion_of(dual: Dual, x: np.ndarray) -> np.ndarray:
     return np.linalg.lstsq(dual.motions * weights[:, None], weights * r, rcond=1e-12)[0]
 
 
-def project(dual: Dual, x: np.ndarray) -> np.ndarray:
-    """The nearest admissible multiplier."""
+def admissible(dual: Dual, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The nearest admissible multiplier, and how its pairs follow those of x, [n_pairs, 2, 2]."""
     m = dual.n_panes
-    pairs = zip(x[m:].reshape(-1, 2), dual.axes, strict=True)
-    tangential = [nearest_in_ellipse(p, a) for p, a in pairs]
-    return np.concatenate([np.maximum(x[:m], 0.0), np.ravel(tangential)])
+    tangential = project(x[m:].reshape(-1, 2), dual.axes)
+    nearest = np.concatenate([np.maximum(x[:m], 0.0), tangential.point.ravel()])
+    return nearest, tangential.by_trial
 
 
 def natural_residual(dual: Dual, unknowns: np.ndarray, rho: np.ndarray) -> float:
@@ -257,7 +257,7 @@ def natural_residual(dual: Dual, unknowns: np.ndarray, rho: np.ndarray) -> float
     if not np.isfinite(unknowns).all():
         return np.inf
     trial = np.where(rho > 0, x - rho * gradient(dual, unknowns), 0.0)
-    moved = x - project(dual, trial)
+    moved = x - admissible(dual, trial)[0]
     whole = max(dual.size(x), dual.strength(), np.finfo(float).tiny)
     missing = dual.motions.T @ x - dual.resultant
     carried = np.abs(dual.motions).T @ np.abs(x) + np.abs(dual.resultant)
@@ -271,13 +271,13 @@ def step(dual: Dual, unknowns: np.ndarray, rho: np.ndarray) -> np.ndarray:
     x = unknowns[:n]
     # What no stress moves carries none.
     trial = np.where(rho > 0, x - rho * gradient(dual, unknowns), 0.0)
-    projected = project(dual, trial)
+    projected, by_trial = admissible(dual, trial)
     derivative = np.zeros((n, n))
     pressed = np.flatnonzero(trial[:m] > 0)
     derivative[pressed, pressed] = 1.0
-    for pane, axes in enumerate(dual.axes):
+    for pane, block in enumerate(by_trial):
         at = slice(m + 2 * pane, m + 2 * pane + 2)
-        derivative[at, at] = derivative_of_projection(trial[at], axes, projected[at])
+        derivative[at, at] = block
     derivative[:, rho == 0] = 0.0
     by_r = derivative * rho
     matrix = np.zeros((n + p, n + p))
@@ -296,20 +296,3 @@ def step(dual: Dual, unknowns: np.ndarray, rho: np.ndarray) -> np.ndarray:
     else:
         change = np.linalg.solve(scaled, rhs / rows)
     return unknowns + change / columns
-
-
-def derivative_of_projection(
-    z: np.ndarray, axes: np.ndarray, p: np.ndarray
-) -> np.ndarray:
-    """The 2 x 2 derivative of the projection on an ellipse; t belongs to p_i = z_i a_i^2 / (t + a_i^2)."""
-    if not axes.all():
-        return np.diag((np.abs(z) <= axes) & (axes > 0)).astype(float)
-    square = axes**2
-    if np.hypot(*(z / axes)) <= 1:
-        return np.eye(2)
-    k = int(np.argmax(np.abs(p) / axes))
-    t = square[k] * (z[k] / p[k] - 1.0)
-    shrink = np.diag(square / (t + square))
-    normal = p / square
-    moved = shrink @ normal
-    return shrink - np.outer(moved, moved) / (normal @ moved)

@@ -9,15 +9,18 @@ if __package__ in (None, ""):
     # Run as a folder: the folder's parent holds this package and the readers it uses.
     sys.path[0] = str(Path(__file__).resolve().parent.parent)
 
+from campaign import arguments, require
+
+require("blake3", "h5py", "numpy")
+
 from faults import bad_files, environment, kills, writes
 from faults.program import Program
 from faults.table import print_table
 
 
-def arguments() -> argparse.Namespace:
+def asked_for() -> argparse.Namespace:
     """What was asked for."""
-    parser = argparse.ArgumentParser(prog="faults")
-    parser.add_argument("--seed", type=int, default=1, help="of moments and positions")
+    parser = arguments("faults", __doc__)
     parser.add_argument("--scratch", type=Path, help="a folder for run files")
     parts = parser.add_subparsers(dest="part", required=True)
     part = parts.add_parser("kills", help="signals at random moments of every stage")
@@ -45,8 +48,8 @@ def arguments() -> argparse.Namespace:
 
 def main() -> int:
     """Run one part and print its table."""
-    chosen = arguments()
-    program = Program.find()
+    chosen = asked_for()
+    program = Program.find(chosen.program)
     with tempfile.TemporaryDirectory(dir=chosen.scratch) as folder:
         scratch = Path(folder)
         if chosen.part == "kills":

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import h5py
 
-from digest import dataset_digest, stage_digest
+from digest import dataset_digest, group_seal, stage_digest
 from faults.program import ROOT
 
 STEADY = ("mesh", "assemble", "load", "solve", "post", "accuracy")
@@ -46,6 +46,8 @@ def checked_digest(file: h5py.File, stage: str) -> str:
             digests[row["path"]] = digest
     if stage_digest(digests) != file[stage].attrs["digest"]:
         raise ValueError(f"/{stage} is not what its digest says")
+    if "seal" in file[stage].attrs and file[stage].attrs["seal"] != group_seal(file[stage]):
+        raise ValueError(f"/{stage} is not what its seal says")
     return file[stage].attrs["digest"]
 
 

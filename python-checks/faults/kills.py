@@ -11,6 +11,7 @@ from pathlib import Path
 from faults.integrity import results, stage_digests
 from faults.program import ROOT, Program, finish, fresh_copy, left_overs, settings
 from faults.table import Row, Verdict
+from faults.trial import Case, Trial
 
 PUBLISHED = ROOT / "pipelines" / "hkl2011_table1.toml"
 SMALL = settings(body__brick__cells="[12,4,4]", solve__epsilon=1e-6)
@@ -22,16 +23,6 @@ SIGNALS = (signal.SIGKILL, signal.SIGINT, signal.SIGTERM)
 REMOVES_LEFT_OVERS = (signal.SIGINT, signal.SIGTERM)
 LONGER = 1.05
 """Moments reach a little beyond the end, so that the last commit is met too."""
-
-
-@dataclass(frozen=True)
-class Case:
-    """A command and the commands that make the folder it starts from."""
-
-    name: str
-    command: tuple
-    before: tuple[tuple, ...]
-    share: int = 4
 
 
 def accuracy() -> tuple:
@@ -77,37 +68,16 @@ values = [[1e7, 0.0, 2e7], [5e6, 8.6e6, 2e7]]
 
 
 @dataclass
-class Trial:
-    """One case with its uninterrupted course."""
+class Killed(Trial):
+    """A command that signals strike."""
 
-    program: Program
-    case: Case
-    scratch: Path
-    seconds: float = 0.0
-    states: tuple[dict, dict] = ({}, {})
-
-    @property
-    def work(self) -> Path:
-        """Where signals strike."""
-        return self.scratch / "work"
-
-    def prepare(self) -> None:
-        """Make the folder before the command, and run it once without interruption."""
-        start = self.scratch / "start"
-        start.mkdir(parents=True)
-        (start / "sweep.toml").write_text(SWEEP)
-        for command in self.case.before:
-            self.program.done(*command, cwd=start)
-        before = state(start)
-        fresh_copy(start, self.work)
-        begun = time.monotonic()
-        self.program.done(*self.case.command, cwd=self.work)
-        self.seconds = time.monotonic() - begun
-        self.states = (before, state(self.work))
+    def state(self, folder: Path) -> dict[str, str]:
+        """Digests of all results in a folder, each checked against the values."""
+        return state(folder)
 
     def strike(self, moment: float, number: signal.Signals) -> Verdict | str:
         """Send one signal, look at what is left, and give the command again."""
-        fresh_copy(self.scratch / "start", self.work)
+        fresh_copy(self.start, self.work)
         name = str(self.case.command[0])
         process = self.program.start(*self.case.command, cwd=self.work)
         time.sleep(moment)
@@ -136,17 +106,6 @@ class Trial:
             status = self.program.run("status", file)
             if status.code != 0:
                 return f"status of {file.name}: {status.fault or status.stderr}"
-        return None
-
-    def problem_after(self) -> str | None:
-        """What is wrong once the command was given again."""
-        again = self.program.run(*self.case.command, cwd=self.work)
-        if again.code != 0:
-            return f"did not go on: {again.fault or again.stderr}"
-        if state(self.work) != self.states[1]:
-            return "went on to another result"
-        if left_overs(self.work):
-            return f"left {left_overs(self.work)} for good"
         return None
 
 
@@ -189,8 +148,8 @@ def run(
     shares = sum(case.share for case in cases)
     moments = random.Random(seed)
     for index, case in enumerate(cases):
-        trial = Trial(program, case, scratch / str(index))
-        trial.prepare()
+        trial = Killed(program, case, scratch / str(index))
+        trial.prepare(SWEEP)
         for number in SIGNALS:
             row = Row(f"{number.name}, {case.name}")
             often = 1 if number is signal.SIGKILL else 5

@@ -6,6 +6,7 @@ import resource
 import shutil
 import signal
 import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -54,14 +55,16 @@ class Program:
     path: Path
 
     @classmethod
-    def find(cls) -> "Program":
-        """CONTACT3D_PIPE, or target/release/contact3d-pipe."""
+    def find(cls, given: Path | None = None) -> "Program":
+        """The given one, CONTACT3D_PIPE, or target/release/contact3d-pipe."""
         default = ROOT / "target" / "release" / "contact3d-pipe"
-        path = Path(os.environ.get("CONTACT3D_PIPE", default)).resolve()
+        path = Path(given or os.environ.get("CONTACT3D_PIPE", default)).resolve()
         if not path.is_file():
-            raise SystemExit(
-                f"no program at {path}: run `cargo build --release` or set CONTACT3D_PIPE"
+            print(
+                f"error: no program at {path}; run `cargo build --release`, or give --program",
+                file=sys.stderr,
             )
+            raise SystemExit(BAD_INPUT)
         return cls(path)
 
     def start(

@@ -8,12 +8,14 @@ from pathlib import Path
 from random import Random
 
 import h5py
+import numpy as np
 
 from faults.failing_calls import Fault, build, counting, counts, draw
 from faults.integrity import results, stage_digests
 from faults.program import INCOMPLETE, ROOT, Outcome, Program, fresh_copy
-from faults.program import left_overs, settings
+from faults.program import settings
 from faults.table import Row, Verdict
+from faults.trial import Case, Trial
 
 SCENE = ROOT / "pipelines" / "newton.toml"
 SMALL = settings(body__brick__cells="[4,2,2]")
@@ -26,6 +28,8 @@ SOLVE_FCLIB = ("solve-fclib", "out.hdf5")
 NUMBER = re.compile(rb"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
 OF_THE_MOMENT = re.compile(r"error\.txt$|seconds\.\w+$")
 """Errors of failed cases, and charts of the clock."""
+CLOCKED = {"seconds", "date", "seal"}
+"""Attributes that depend on the clock."""
 GATHERED = ("cases/summary", "cases/figures", "series/")
 
 SWEEP = f"""
@@ -36,15 +40,6 @@ scene = {str(SCENE)!r}
 key = "friction.coefficient_1.ramp.initial"
 values = [0.25, 0.3]
 """
-
-
-@dataclass(frozen=True)
-class Case:
-    """A command and the commands that make the folder it starts from."""
-
-    name: str
-    command: tuple
-    before: tuple[tuple, ...] = ()
 
 
 SOLVED_AGAIN = ("solve", "run.h5", "--epsilon", "1e-8")
@@ -79,38 +74,33 @@ CASES = (
 
 
 @dataclass
-class Trial:
-    """One case with its course without faults."""
+class Failing(Trial):
+    """A command whose calls fail."""
 
-    program: Program
-    case: Case
-    library: Path
-    scratch: Path
-    states: tuple[dict, dict] = ({}, {})
+    library: Path | None = None
     calls: dict[str, int] = field(default_factory=dict)
 
-    @property
-    def work(self) -> Path:
-        """Where calls fail."""
-        return self.scratch / "work"
+    def state(self, folder: Path) -> dict[str, str]:
+        """What the files of a folder hold that does not depend on the clock."""
+        return state(folder)
 
-    def prepare(self) -> None:
-        """Make the folder before the command, run it once without faults, and count its calls."""
-        start = self.scratch / "start"
-        start.mkdir(parents=True)
-        (start / "sweep.toml").write_text(SWEEP)
-        for command in self.case.before:
-            self.program.done(*command, cwd=start)
-        fresh_copy(start, self.work)
+    def count(self) -> None:
+        """Prepare, and count the calls."""
         counted = self.scratch / "calls"
-        environment = counting(self.library, counted)
-        self.program.done(*self.case.command, cwd=self.work, env=environment)
+        self.prepare(SWEEP, counting(self.library, counted))
         self.calls = counts(counted)
-        self.states = (state(start), state(self.work))
+
+    def again(self) -> Outcome:
+        """Give the command again; cases of a sweep that failed are tried again when asked for."""
+        again = super().again()
+        if again.code == 0 or self.case.name != "sweep":
+            return again
+        retried = (*self.case.command, "--retry-failed")
+        return self.program.run(*retried, cwd=self.work)
 
     def meet(self, fault: Fault) -> Verdict | str:
         """Let calls fail, look at what is left, and give the command again."""
-        fresh_copy(self.scratch / "start", self.work)
+        fresh_copy(self.start, self.work)
         environment = fault.environment(self.library)
         ended = self.program.run(*self.case.command, cwd=self.work, env=environment)
         try:
@@ -125,8 +115,7 @@ class Trial:
 
     def may_go_on_otherwise(self, ended: Outcome) -> bool:
         """Whether the command given again would do anything but what it does without faults."""
-        start = self.scratch / "start"
-        return ended.code != 0 and all_bytes(self.work) != all_bytes(start)
+        return ended.code != 0 and all_bytes(self.work) != all_bytes(self.start)
 
     def problem_between(self, ended: Outcome) -> str | None:
         """What is wrong with how it ended and what it left."""
@@ -147,20 +136,6 @@ class Trial:
         lost = [key for key in before if key not in now and key in after]
         if lost:
             return f"lost {lost}"
-        return None
-
-    def problem_after(self) -> str | None:
-        """What is wrong once the command was given again, and nothing fails."""
-        again = self.program.run(*self.case.command, cwd=self.work)
-        if again.code != 0 and self.case.name == "sweep":
-            retried = (*self.case.command, "--retry-failed")
-            again = self.program.run(*retried, cwd=self.work)
-        if again.code != 0:
-            return f"did not go on: {again.fault or again.stderr}"
-        if state(self.work) != self.states[1]:
-            return "went on to another result"
-        if left_overs(self.work):
-            return f"left {left_overs(self.work)} for good"
         return None
 
 
@@ -197,19 +172,50 @@ def is_run_file(path: Path) -> bool:
 
 
 def contents(path: Path) -> str:
-    """A digest of all values of an HDF5 file, clocks left out."""
+    """A digest of all values and attributes of an HDF5 file, clocks left out."""
     digest = hashlib.sha256()
 
     def add(name: str, item: h5py.HLObject) -> None:
-        if isinstance(item, h5py.Dataset) and "seconds" not in name:
+        if "seconds" in name:
+            return
+        for key in sorted({*item.attrs} - CLOCKED):
+            value = item.attrs[key]
+            targets = [file[one].name for one in references(value)]
+            digest.update(repr((name, key, targets or value)).encode())
+        if isinstance(item, h5py.Dataset):
             values = item[()]
             is_text = item.dtype == object
             digest.update(name.encode())
             digest.update(repr(values).encode() if is_text else values.tobytes())
 
     with h5py.File(path, "r") as file:
+        add("/", file)
         file.visititems(add)
     return digest.hexdigest()
+
+
+def references(value: object) -> list[h5py.Reference]:
+    """The references of an attribute, as dimension scales have them: by themselves, in lists, beside numbers."""
+    if isinstance(value, h5py.Reference):
+        return [value]
+    if isinstance(value, np.ndarray | np.void) and value.dtype.kind in "OV":
+        return [one for item in value.tolist() for one in references(item)]
+    if isinstance(value, list | tuple):
+        return [one for item in value for one in references(item)]
+    return []
+
+
+def lost_one_by_one(program: Program, scratch: Path, only: list[str]) -> Iterator[Row]:
+    """Each write of a command claims to be done and is not, one at a time."""
+    library = build(scratch)
+    for case in (case for case in CASES if case.name in only):
+        row = Row(f"each write lost, {case.name}", note="needs a C compiler and Linux")
+        if library is not None:
+            trial = Failing(program, case, scratch / case.name, library=library)
+            trial.count()
+            for number in range(1, trial.calls["write"] + 1):
+                row.count(trial.meet(Fault("write", number, number, how="lose")))
+        yield row
 
 
 def run(
@@ -226,8 +232,8 @@ def run(
     for index, case in enumerate(cases):
         row = Row(f"calls fail, {case.name}", note="needs a C compiler and Linux")
         if library is not None:
-            trial = Trial(program, case, library, scratch / str(index))
-            trial.prepare()
+            trial = Failing(program, case, scratch / str(index), library=library)
+            trial.count()
             for _ in range(-(-count // len(cases))):
                 row.count(trial.meet(draw(chance, trial.calls)))
         yield row

@@ -5,7 +5,6 @@
 * What was not solved has no solution that softer and softer springs with block Gauss-Seidel lead to.
 """
 
-import argparse
 import os
 import sys
 import tempfile
@@ -17,6 +16,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 if __package__ in (None, ""):
     # Run as a folder: the folder's parent holds this package and the readers it uses.
     sys.path[0] = str(Path(__file__).resolve().parent.parent)
+
+from campaign import arguments, require
+
+require("blake3", "h5py", "numpy", "scipy")
 
 import numpy as np
 
@@ -62,17 +65,15 @@ def wrong(problem: Floating, status: str, error: float) -> str | None:
 
 def main() -> int:
     """Judge bodies and print the counts; 1 if anything is wrong."""
-    parser = argparse.ArgumentParser(prog="floating", description=__doc__)
+    parser = arguments("floating", __doc__)
     parser.add_argument("--bodies", type=int, default=600, help="number of bodies")
     parser.add_argument("--first", type=int, default=0, help="number of the first one")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--program", type=Path, help="target/release/contact3d-pipe")
     parser.add_argument("--write", type=Path, help="write the scene of --first to a file, and do no more")
     chosen = parser.parse_args()
     if chosen.write:
         chosen.write.write_text(body(chosen.seed, chosen.first).text)
         return 0
-    program = Program(chosen.program.resolve()) if chosen.program else Program.find()
+    program = Program.find(chosen.program)
     counts, faults = Counter(), 0
     with tempfile.TemporaryDirectory() as folder:
         for number in range(chosen.first, chosen.first + chosen.bodies):

@@ -8,6 +8,7 @@ from scipy import sparse
 from scipy.optimize import linprog
 from scipy.sparse.linalg import splu
 
+from ellipse import project
 from run_file import read_matrix
 
 SIDES = 48
@@ -66,7 +67,7 @@ class Floating:
         pressure = np.maximum(trial[:m], 0.0)
         if trial.size == m:
             return pressure
-        pairs = project(trial[m:].reshape(m, 2), pressure[:, None] * self.friction)
+        pairs = project(trial[m:].reshape(m, 2), pressure[:, None] * self.friction).point
         return np.concatenate([pressure, pairs.ravel()])
 
     def error(self, x: np.ndarray, gradient: np.ndarray) -> float:
@@ -111,20 +112,3 @@ class Floating:
             options={"primal_feasibility_tolerance": 1e-9},
         )
         return bool(found.success)
-
-
-def project(points: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    """The nearest points of ellipses: bisection for the multiplier of each."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        level = ((points / np.where(axes > 0, axes, np.inf)) ** 2).sum(axis=1)
-    out = np.where((axes > 0).all(axis=1)[:, None], points, 0.0)
-    beyond = np.flatnonzero((level > 1.0) & (axes > 0).all(axis=1))
-    p, a = points[beyond], axes[beyond]
-    low = np.zeros(len(beyond))
-    high = np.max(np.abs(p) * a, axis=1) * 2.0
-    for _ in range(200):
-        middle = (low + high) / 2
-        outside = ((a * p / (middle[:, None] + a**2)) ** 2).sum(axis=1) > 1.0
-        low, high = np.where(outside, middle, low), np.where(outside, high, middle)
-    out[beyond] = a**2 * p / (high[:, None] + a**2)
-    return out

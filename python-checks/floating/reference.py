@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from floating.raw import Floating, project
+from ellipse import project
+from floating.raw import Floating
 
 FACTOR = 0.25
 """Of the springs from one problem to the next."""
@@ -47,7 +48,7 @@ def gauss_seidel(problem: Floating, s: np.ndarray, h: np.ndarray, x: np.ndarray)
                 continue
             at = slice(m + 2 * pane, m + 2 * pane + 2)
             rho = 1.0 / np.linalg.eigvalsh(s[at, at])[1]
-            next_pair = project((x[at] - rho * r[at])[None], (x[pane] * problem.friction)[None])[0]
+            next_pair = project((x[at] - rho * r[at])[None], (x[pane] * problem.friction)[None]).point[0]
             r += s[:, at] @ (next_pair - x[at])
             x[at] = next_pair
         if np.abs(x - before).max() <= SETTLED * np.abs(x).max(initial=1e-300):

@@ -60,12 +60,12 @@ def is_same(one: np.ndarray, other: np.ndarray) -> bool:
     return bool(np.abs(one - other).max() <= 3 * SAME * size)
 
 
-def compare(program: Program, folder: Path, nodes: int, law: str, seed: int) -> Compared:
+def compare(program: Program, folder: Path, nodes: int, law: str, number: int, seed: int = 0) -> Compared:
     """One random scene."""
-    random = np.random.default_rng([seed, nodes, LAWS.index(law)])
+    random = np.random.default_rng([number, nodes, LAWS.index(law), seed])
     folder.mkdir(parents=True, exist_ok=True)
     made = body(program, folder, nodes, random)
-    one = case(made, folder, f"{law.replace(' ', '_')}_{seed}", law, random)
+    one = case(made, folder, f"{law.replace(' ', '_')}_{number}", law, random)
     by_program, said, code = found_by_program(program, one)
     by_check = all_solutions(one.problem)
     seen = [any(is_same(known, other) for other in by_program) for known in by_check]

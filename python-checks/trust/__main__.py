@@ -14,6 +14,10 @@ if __package__ in (None, ""):
     # Run as a folder: the folder's parent holds this package and the readers it uses.
     sys.path[0] = str(Path(__file__).resolve().parent.parent)
 
+from campaign import arguments, require
+
+require("blake3", "h5py", "numpy", "scipy")
+
 from faults.program import Program
 from trust.judge import Judged, judge
 from trust.keep import keep
@@ -23,13 +27,11 @@ from trust.summary import failed, methods_table, offenders, several, table
 EPSILONS = (1e-4, 1e-6, 1e-9, 1e-12)
 
 
-def arguments() -> argparse.Namespace:
+def asked_for() -> argparse.Namespace:
     """What was asked for."""
-    parser = argparse.ArgumentParser(prog="trust", description=__doc__)
+    parser = arguments("trust", __doc__)
     parser.add_argument("--scenes", type=int, default=504, help="number of scenes")
     parser.add_argument("--first", type=int, default=0, help="number of the first one")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--program", type=Path, help="target/release/contact3d-pipe")
     parser.add_argument("--kind", type=Kind, choices=list(Kind), help="one kind only")
     parser.add_argument(
         "--capped", action="store_true", help="friction capped at a random pressure"
@@ -80,7 +82,7 @@ def in_single_precision(one: Scene) -> Scene:
 
 def judge_all(chosen: argparse.Namespace, scenes: list[Scene]) -> list[Judged]:
     """Judge scene after scene, and show what is wrong as it comes."""
-    program = Program(chosen.program.resolve()) if chosen.program else Program.find()
+    program = Program.find(chosen.program)
     results, refused = [], 0
     with tempfile.TemporaryDirectory(dir=chosen.scratch) as folder:
         for one in scenes:
@@ -106,7 +108,7 @@ def judge_all(chosen: argparse.Namespace, scenes: list[Scene]) -> list[Judged]:
 
 def main() -> int:
     """Judge scenes and print the table; 1 if an answer is worse than it says."""
-    chosen = arguments()
+    chosen = asked_for()
     if chosen.write:
         number, folder = int(chosen.write[0]), Path(chosen.write[1])
         one = scene(chosen.seed, number, chosen.kind, chosen.capped)

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ellipse import Projection, project
 from trust.contact import Problem, Zone
 from trust.double_double import DD
-from trust.ellipse import Projection, project
 
 TOLERANCE = 1e-20
 """Of every condition, relative."""

@@ -115,7 +115,10 @@ fn export_problem(
         }));
         return Ok(Exit::Done);
     }
-    let [least, most] = exported.mu;
+    // As many digits as anyone measures; means of coefficients end in 0.30000000000000004.
+    let [least, most] = exported
+        .mu
+        .map(|mu| format!("{mu:.5e}").parse().unwrap_or(mu));
     let megabytes = exported.bytes as f64 / 1e6;
     let contacts = exported.contacts;
     say(

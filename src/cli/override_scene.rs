@@ -1,6 +1,6 @@
 //! Scenes read with the changes of `--set`.
 
-use contact3d::scene::{Invalid, SceneFile};
+use contact3d::scene::{Invalid, SceneFile, number_limit};
 
 use super::arguments::SceneArguments;
 use crate::{
@@ -47,10 +47,10 @@ fn apply(table: &mut toml::Table, change: &str) -> Result<(), StageError> {
         let help = "write --set solve.epsilon=1e-8, for example";
         return Err(setting("KEY=VALUE", change, help.into()));
     };
-    let Some(value) = toml_value(text) else {
-        let help = in_quotes(key, text);
-        return Err(setting("KEY=VALUE with a TOML value", change, help));
-    };
+    let value = toml_value(text).map_err(|limit| match limit {
+        Some(limit) => setting(&limit, change, "give a smaller number".into()),
+        None => setting("KEY=VALUE with a TOML value", change, in_quotes(key, text)),
+    })?;
     set_key(table, key.trim(), value).map_err(|problem| {
         let found = format!("{key}: {problem}");
         let help = "docs/reference/scene.md lists the keys; items of lists count from 0";
@@ -58,13 +58,13 @@ fn apply(table: &mut toml::Table, change: &str) -> Result<(), StageError> {
     })
 }
 
-/// One value; a text with more than that is none.
-fn toml_value(text: &str) -> Option<toml::Value> {
-    let document: toml::Table = format!("value = {text}").parse().ok()?;
-    let mut values = document.into_iter();
+/// One value; a text with more than that is none. The error says what a number that is too large should be.
+fn toml_value(text: &str) -> Result<toml::Value, Option<String>> {
+    let document = format!("value = {text}").parse::<toml::Table>();
+    let mut values = document.map_err(|error| number_limit(&error))?.into_iter();
     match (values.next(), values.next()) {
-        (Some((_, value)), None) => Some(value),
-        _ => None,
+        (Some((_, value)), None) => Ok(value),
+        _ => Err(None),
     }
 }
 
@@ -92,11 +92,13 @@ mod tests {
 
     #[test]
     fn values_are_toml_and_only_one() {
-        assert_eq!(toml_value("1e-8"), Some(toml::Value::Float(1e-8)));
-        assert!(toml_value("[1, 2]").is_some());
+        assert_eq!(toml_value("1e-8"), Ok(toml::Value::Float(1e-8)));
+        assert!(toml_value("[1, 2]").is_ok());
         for text in ["nodal", "", "1\nother = 2", "1 2", "\"open"] {
-            assert_eq!(toml_value(text), None, "{text}");
+            assert_eq!(toml_value(text), Err(None), "{text}");
         }
+        let expected = toml_value("[1, 1e400]").unwrap_err().unwrap();
+        assert!(expected.contains("largest double"), "{expected}");
     }
 
     /// A shell hands on what the advice says, and it is the text that was meant.
@@ -109,7 +111,7 @@ mod tests {
             let said = Command::new("sh").args(["-c", &shell]).output().unwrap();
             let said = String::from_utf8(said.stdout).unwrap();
             let value = toml_value(said.strip_prefix("title=").unwrap());
-            assert_eq!(value, Some(toml::Value::String(text.into())), "{advice}");
+            assert_eq!(value, Ok(toml::Value::String(text.into())), "{advice}");
         }
     }
 }

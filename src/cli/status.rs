@@ -12,7 +12,7 @@ use super::{
     terminal,
 };
 use crate::{
-    format::{self, FormatError, LAYOUT, Stage},
+    format::{self, FormatError, LAYOUT, OutcomeWords, Stage},
     pipeline::{Freshness, StageError, StageState, states},
 };
 
@@ -30,6 +30,11 @@ pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit
         true => Some(format::read_summary(&reader)?),
         false => None,
     };
+    let outcome = match is_fresh(Stage::Solve) {
+        true => Some(format::read_outcome(&reader)?),
+        false => None,
+    };
+    let increments = scene.increments().len();
     let features = ModelFeatures::of(&scene);
     let sizes = format::read_sizes(&reader, &is_fresh)?;
     let advice = format::read_advice(&reader)?;
@@ -37,6 +42,10 @@ pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit
         let features = features::json(&features, &sizes);
         let mut status = json(&reader, &scene.title, features, &states, summary.as_ref())?;
         status["advice"] = advice.into();
+        status["outcome"] = outcome
+            .as_ref()
+            .map(|outcome| outcome_json(outcome, increments))
+            .into();
         status["units"] = unit_words(scene.units);
         terminal::json(&status);
     } else {
@@ -46,8 +55,13 @@ pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit
             text.push('\n');
         }
         text += &format!("model features\n{}", features::lines(&features, &sizes));
-        if let Some(summary) = &summary {
+        if outcome.is_some() || summary.is_some() {
             text += "results\n";
+        }
+        if let Some(outcome) = &outcome {
+            text += &outcome_line(outcome, increments);
+        }
+        if let Some(summary) = &summary {
             text += &summary_lines(summary, scene.units);
         }
         if let Some(advice) = &advice {
@@ -81,6 +95,32 @@ fn stage_line(reader: &Reader, state: &StageState) -> Result<String, FormatError
         line += &format!("  ({why})");
     }
     Ok(line)
+}
+
+/// How the solve ended; `all` increments make the history of a scene that has one.
+fn outcome_line(outcome: &OutcomeWords, all: usize) -> String {
+    let failed = match outcome.status.is_solved() {
+        true => "",
+        false => "FAILED: ",
+    };
+    let status = outcome.status.word();
+    let (method, accuracy) = (outcome.method, outcome.accuracy);
+    let increments = match outcome.increments {
+        0 => String::new(),
+        solved => format!(", {solved} of {all} increments"),
+    };
+    format!("  solve     {failed}{status} by {method}, accuracy {accuracy:.1e}{increments}\n")
+}
+
+fn outcome_json(outcome: &OutcomeWords, all: usize) -> serde_json::Value {
+    let increments = Some(outcome.increments).filter(|solved| *solved > 0);
+    serde_json::json!({
+        "status": outcome.status.word(),
+        "solved": outcome.status.is_solved(),
+        "method": outcome.method,
+        "accuracy": outcome.accuracy,
+        "increments": increments.map(|solved| serde_json::json!({ "solved": solved, "of": all })),
+    })
 }
 
 fn summary_lines(summary: &format::Summary, units: Units) -> String {

@@ -13,7 +13,7 @@ use contact3d::{
 use fclib::{Array, GlobalProblem, Info, LocalProblem, Solution};
 use runfile::{WholeFile, Written};
 
-use super::file::{PROGRAM, bytes_of, is_solution, proven, to_file};
+use super::file::{PROGRAM, bytes_of, to_file};
 use crate::{
     output::{self, Inputs, Kind, OutputFile},
     pipeline::{Solved, StageError, admit_memory, read_solved},
@@ -68,10 +68,9 @@ pub fn export(run_file: &Path, target: &Path, form: Form) -> Result<Exported, St
         interface,
         friction: &friction,
     };
-    let part = WholeFile::beside(target)?;
     let (mut exported, written) = match form {
-        Form::Local => face.write_local(run_file, part, target)?,
-        Form::Global => face.write_global(part, target)?,
+        Form::Local => face.write_local(run_file, target)?,
+        Form::Global => face.write_global(target)?,
     };
     let file = OutputFile {
         path: target.to_owned(),
@@ -91,7 +90,7 @@ fn frozen_friction(
 ) -> Result<Vec<Option<[f64; 2]>>, String> {
     if !solved.solution.status.is_solved() {
         return Err(format!(
-            "the solve ended as {}, and its friction can only be frozen at a solution; solve it first",
+            "the solve ended as {}, and its friction can only be frozen at a solution; solve it by another method or with a looser epsilon, or change the scene",
             solved.solution.status.word()
         ));
     }
@@ -151,7 +150,6 @@ impl Face<'_> {
     fn write_local(
         &self,
         run_file: &Path,
-        part: WholeFile,
         target: &Path,
     ) -> Result<(Exported, Written), StageError> {
         let size = 3 * self.surface.n_panes();
@@ -196,25 +194,17 @@ impl Face<'_> {
             info: self.info(),
             w: to_file(problem.into_matrix()),
         };
-        let file = part.file();
-        fclib::write_local(file, &local)?;
-        fclib::write_solution(file, &solution)?;
-        fclib::write_guesses(file, &[start])?;
-        self.write_scaling(file, &scaling, None)?;
-        fclib::write_program(file, PROGRAM)?;
-        let written = proven(part, target, |path| {
-            let found = fclib::read_local(path)?;
-            let is_same = (found.w, found.q, found.mu) == (local.w, local.q, local.mu);
-            Ok(is_same && is_solution(fclib::read_solution(path, size)?, &solution))
+        let written = WholeFile::filled(target, None, |file| {
+            fclib::write_local(file, &local)?;
+            fclib::write_solution(file, &solution)?;
+            fclib::write_guesses(file, std::slice::from_ref(&start))?;
+            self.write_scaling(file, &scaling, None)?;
+            fclib::write_program(file, PROGRAM)
         })?;
         Ok((exported, written))
     }
 
-    fn write_global(
-        &self,
-        part: WholeFile,
-        target: &Path,
-    ) -> Result<(Exported, Written), StageError> {
+    fn write_global(&self, target: &Path) -> Result<(Exported, Written), StageError> {
         let primal = &self.solved.system.assembly.primal;
         let frozen = frozen_global(primal, self.surface, self.interface, self.friction);
         let scaling = &frozen.scaling;
@@ -254,18 +244,12 @@ impl Face<'_> {
             mu: scaling.mu.clone(),
             info: self.info(),
         };
-        let file = part.file();
-        fclib::write_global(file, &global)?;
-        fclib::write_solution(file, &solution)?;
-        fclib::write_guesses(file, &[start])?;
-        self.write_scaling(file, &scaling, Some(displacement_scale))?;
-        fclib::write_program(file, PROGRAM)?;
-        let written = proven(part, target, |path| {
-            let found = fclib::read_global(path)?;
-            let is_same = (found.m, found.h) == (global.m, global.h)
-                && (found.f, found.w, found.mu) == (global.f, global.w, global.mu);
-            let size = solution.r.len();
-            Ok(is_same && is_solution(fclib::read_solution(path, size)?, &solution))
+        let written = WholeFile::filled(target, None, |file| {
+            fclib::write_global(file, &global)?;
+            fclib::write_solution(file, &solution)?;
+            fclib::write_guesses(file, std::slice::from_ref(&start))?;
+            self.write_scaling(file, &scaling, Some(displacement_scale))?;
+            fclib::write_program(file, PROGRAM)
         })?;
         Ok((exported, written))
     }

@@ -3,42 +3,13 @@
 use std::path::Path;
 
 use contact3d::{linalg::CscMatrix, solver::DelassusProblem};
-use fclib::{FclibError, Matrix, Solution};
-use runfile::{StoreError, WholeFile, Written};
+use fclib::Matrix;
+use runfile::Written;
 
 use crate::{output::OutputError, pipeline::StageError};
 
 /// How the root of our files names this program.
 pub(super) const PROGRAM: &str = crate::output::FCLIB_PROGRAM;
-
-/// Ends a file of FCLIB; `is_same` reads it back and tells whether it holds what was to be written.
-pub(super) fn proven(
-    part: WholeFile,
-    target: &Path,
-    is_same: impl FnOnce(&Path) -> Result<bool, FclibError>,
-) -> Result<Written, StageError> {
-    part.close()?.proven(|path| match is_same(path)? {
-        true => Ok(()),
-        false => Err(StoreError::Unproven {
-            file: target.to_owned(),
-            reason: "arrays differ".to_owned(),
-        }
-        .into()),
-    })
-}
-
-/// Whether two solutions are the same, bit for bit.
-pub(super) fn is_solution(found: Option<Solution>, written: &Solution) -> bool {
-    let bits = |values: &[f64]| {
-        values
-            .iter()
-            .map(|value| value.to_bits())
-            .collect::<Vec<_>>()
-    };
-    found.is_some_and(|found| {
-        bits(&found.u) == bits(&written.u) && bits(&found.r) == bits(&written.r)
-    })
-}
 
 /// The bytes of such a file.
 pub(super) fn bytes_of(written: &Written, target: &Path) -> Result<Vec<u8>, OutputError> {

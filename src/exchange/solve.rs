@@ -13,7 +13,7 @@ use contact3d::solver::{
 use fclib::{Array, Solution};
 use runfile::{FileState, StoreError, WholeFile};
 
-use super::file::{PROGRAM, bytes_of, is_solution, proven, to_problem};
+use super::file::{PROGRAM, bytes_of, to_problem};
 use crate::{
     output::{self, Inputs, Kind, OutputFile},
     pipeline::{StageError, admit_memory},
@@ -148,16 +148,14 @@ fn store(
         u: solution.velocity.clone(),
         r: solution.force.clone(),
     };
-    let part = WholeFile::copy_beside(file, path)?;
-    fclib::remove_solution(part.file())?;
-    fclib::write_solution(part.file(), &solution)?;
-    fclib::write_arrays(part.file(), "solution", obstruction.as_slice())?;
-    if *target != Target::InPlace {
-        fclib::write_program(part.file(), PROGRAM)?;
-    }
-    let size = solution.r.len();
-    let written = proven(part, path, |path| {
-        Ok(is_solution(fclib::read_solution(path, size)?, &solution))
+    let written = WholeFile::filled(path, Some(file), |file| {
+        fclib::remove_solution(file)?;
+        fclib::write_solution(file, &solution)?;
+        fclib::write_arrays(file, "solution", obstruction.as_slice())?;
+        match target {
+            Target::InPlace => Ok(()),
+            Target::Copy(_) | Target::Nowhere => fclib::write_program(file, PROGRAM),
+        }
     })?;
     if *target == Target::InPlace {
         return Ok(written.replace(path)?);

@@ -89,7 +89,7 @@ pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
         }
     }
     Ok(Some(CaseResults {
-        status: outcome.status.to_owned(),
+        status: outcome.status.word().to_owned(),
         adaptation: adapt::read_status(reader)?,
         method: outcome.method.to_owned(),
         counts: outcome.counts.map(|count| count as i64),

@@ -26,7 +26,7 @@ pub const GROUP: Group = Group::new("history", Stage::Solve.command());
 
 const TITLE: &str = "/history/step_title";
 const STEP: &str = "/history/step";
-const TIME: &str = "/history/time";
+pub(super) const TIME: &str = "/history/time";
 const STATUS: &str = "/history/status";
 const METHOD: &str = "/history/method";
 const ACCURACY: &str = "/history/accuracy";

@@ -51,6 +51,7 @@ pub use load_history::{
     GROUP as HISTORY, check as check_history, read as read_history, write as write_history,
 };
 pub use mesh::{read as read_mesh, write as write_mesh};
+pub use outcome::{OutcomeWords, read_outcome};
 pub use path_series::begin as begin_path_series;
 pub use post::{ContactSummary, Summary, read_certificate, read_summary, write as write_report};
 pub use scene::{

@@ -6,7 +6,9 @@ use runfile::{Reader, StoredEnum};
 use super::{
     FormatError,
     enumeration::{read_member, stored_as},
-    history, read_index_vec, read_scalar,
+    history,
+    load_history::TIME,
+    read_index_vec, read_scalar,
     solve::{ACCURACY, APPLICATIONS, METHOD, STATUS},
 };
 
@@ -37,19 +39,28 @@ stored_as! {
 }
 
 /// How a solve ended, in words and numbers.
-pub(super) struct OutcomeWords {
-    pub(super) status: &'static str,
-    pub(super) method: &'static str,
+#[derive(Debug)]
+pub struct OutcomeWords {
+    /// How it ended.
+    pub status: Status,
+    /// Which algorithm gave the answer.
+    pub method: &'static str,
     /// Outer steps, Newton steps, applications.
-    pub(super) counts: [usize; 3],
-    pub(super) accuracy: f64,
+    pub counts: [usize; 3],
+    /// Relative error of the multipliers.
+    pub accuracy: f64,
+    /// Increments of a load history that were solved, the last one well or not; 0 without a history.
+    pub increments: usize,
 }
 
 /// Reads how a solve ended, without its fields.
-pub(super) fn read_outcome(reader: &Reader) -> Result<OutcomeWords, FormatError> {
+///
+/// # Errors
+/// Altered or damaged values.
+pub fn read_outcome(reader: &Reader) -> Result<OutcomeWords, FormatError> {
     let applications = read_index_vec(reader, APPLICATIONS)?.first().copied();
     Ok(OutcomeWords {
-        status: word(read_member::<StoredStatus>(reader, STATUS)?),
+        status: read_member::<StoredStatus>(reader, STATUS)?.into(),
         method: word(read_member::<StoredMethod>(reader, METHOD)?),
         counts: [
             history::read_outer(reader, &history::HISTORY)?.len(),
@@ -57,6 +68,10 @@ pub(super) fn read_outcome(reader: &Reader) -> Result<OutcomeWords, FormatError>
             applications.unwrap_or(0),
         ],
         accuracy: read_scalar(reader, ACCURACY)?,
+        increments: match reader.has(TIME) {
+            true => reader.read_vec::<f64>(TIME)?.len(),
+            false => 0,
+        },
     })
 }
 

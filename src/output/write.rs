@@ -2,11 +2,11 @@
 
 use std::{
     fs::{self, File, TryLockError},
-    io::{self, BufRead, BufReader, Write},
+    io::{self, Write},
     path::{Path, PathBuf},
 };
 
-use runfile::Temporary;
+use runfile::{Temporary, is_same};
 
 use super::{
     Inputs, Kind, OutputError,
@@ -75,7 +75,7 @@ impl Part {
         let (temporary, mut part) = create(&path)?;
         part.write_all(&file.bytes)?;
         part.sync_all()?;
-        if !holds(&path, &file.bytes)? {
+        if !is_same(File::open(&path)?, &file.bytes[..])? {
             let what = "the disk gives back something else than was written";
             return Err(io::Error::other(what));
         }
@@ -96,24 +96,6 @@ impl Part {
             action: "write the file",
             source,
         })
-    }
-}
-
-/// Whether a file has these bytes, as the system reads them.
-fn holds(path: &Path, bytes: &[u8]) -> io::Result<bool> {
-    let mut file = BufReader::new(File::open(path)?);
-    let mut rest = bytes;
-    loop {
-        let read = file.fill_buf()?;
-        if read.is_empty() {
-            return Ok(rest.is_empty());
-        }
-        let Some(after) = rest.strip_prefix(read) else {
-            return Ok(false);
-        };
-        rest = after;
-        let count = read.len();
-        file.consume(count);
     }
 }
 

@@ -170,7 +170,8 @@ impl<'a> Target<'a> {
         values: &[T],
         shape: &[usize],
     ) -> Result<hdf5::Dataset, FclibError> {
-        let dataset = group.new_dataset::<T>().shape(shape).create(name);
+        let dataset = group.new_dataset::<T>().obj_track_times(false);
+        let dataset = dataset.shape(shape).create(name);
         let written = dataset.and_then(|dataset| {
             dataset.write_raw(values)?;
             Ok(dataset)
@@ -230,7 +231,8 @@ impl<'a> Target<'a> {
         let fixed = kept.parse::<FixedUnicode<TEXT>>();
         let fixed = fixed.map_err(|error| hdf5::Error::from(error.to_string()));
         let written = fixed.and_then(|text| {
-            let dataset = group.new_dataset::<FixedUnicode<TEXT>>().create(name)?;
+            let dataset = group.new_dataset::<FixedUnicode<TEXT>>();
+            let dataset = dataset.obj_track_times(false).create(name)?;
             dataset.write_scalar(&text)
         });
         written.in_file(&self.path, || format!("write {name}"))

@@ -38,13 +38,13 @@ pub enum StoreError {
         folder: PathBuf,
     },
     /// The file is no HDF5 file.
-    #[error("{}: not an HDF5 file; nothing was changed, choose another path", file.display())]
+    #[error("{}: not an HDF5 file; nothing was changed, give such a file to read, or another path to write", file.display())]
     NotHdf5 {
         /// The file.
         file: PathBuf,
     },
     /// The file is an HDF5 file of something else.
-    #[error("{}: not one of our files: expected filetype \"{expected}\", found {found}; nothing was changed, choose another path", file.display())]
+    #[error("{}: not one of our files: expected filetype \"{expected}\", found {found}; nothing was changed, give such a file to read, or another path to write", file.display())]
     NotOurs {
         /// The file.
         file: PathBuf,

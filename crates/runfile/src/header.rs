@@ -10,6 +10,7 @@ use hdf5_metno as hdf5;
 
 use super::attribute::{read_numbers, read_text, write_numbers, write_text};
 use super::error::StoreError;
+use super::heaps;
 use super::place::{AtFile, Place};
 use super::seal::SEAL;
 use super::table::Layout;
@@ -102,8 +103,19 @@ pub(super) fn open(
     Ok((file, version))
 }
 
-/// Opens a file for reading, whoever wrote it.
+/// Opens a file for reading, whoever wrote it, unless HDF5 could not come to an end with it.
 pub(super) fn open_any(path: &Path) -> Result<hdf5::File, StoreError> {
+    let file = open_written(path)?;
+    let place = Place {
+        file: path,
+        dataset: "/",
+    };
+    heaps::check(&file, place)?;
+    Ok(file)
+}
+
+/// Opens a file that HDF5 has just written in this process.
+pub(super) fn open_written(path: &Path) -> Result<hdf5::File, StoreError> {
     let metadata = fs::metadata(path).map_err(|source| match source.kind() {
         io::ErrorKind::NotFound => StoreError::NotFound { file: path.into() },
         _ => StoreError::Io {
@@ -123,20 +135,21 @@ pub(super) fn open_any(path: &Path) -> Result<hdf5::File, StoreError> {
     let file = hdf5::File::with_options()
         .with_fapl(|access| access.sec2().file_locking(false))
         .open(path);
+    let place = Place {
+        file: path,
+        dataset: "/",
+    };
     file.map_err(|error| {
         if error.contains_minor(hdf5::MinorErrorCode::NotHdf5) {
             StoreError::NotHdf5 { file: path.into() }
         } else {
-            Place {
-                file: path,
-                dataset: "/",
-            }
-            .damaged(error.to_string())
+            place.damaged(error.to_string())
         }
     })
 }
 
-fn check(
+/// Refuses a file that is not of this type and version; its format version.
+pub(super) fn check(
     file: &hdf5::File,
     path: &Path,
     layout: &Layout,

@@ -13,6 +13,7 @@
 
 mod attribute;
 mod bounds;
+mod contents;
 mod dataset;
 mod digest;
 mod dimension;
@@ -22,6 +23,7 @@ mod error;
 mod extents;
 mod foreign;
 mod header;
+mod heaps;
 mod home;
 mod inspect;
 mod layout;
@@ -68,5 +70,5 @@ pub use signals::{Temporary, install as install_signal_handlers, last_commit};
 pub use sparse::{SparseMatrix, SparseView};
 pub use table::Layout;
 pub use transaction::Transaction;
-pub use whole::{Closed, WholeFile, Written, sync_folder};
+pub use whole::{WholeFile, Written, is_same, sync_folder};
 pub use writer::GroupWriter;

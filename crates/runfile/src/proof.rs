@@ -13,11 +13,13 @@ use super::bounds;
 use super::digest::{DatasetDigest, of_group, of_texts};
 use super::element::Element;
 use super::error::StoreError;
+use super::header;
 use super::layout::{DatasetSpec, Group, Kind};
 use super::matrix::shape_of;
 use super::place::{AtPlace, Place};
 use super::reader::Reader;
 use super::record;
+use super::seal::Seals;
 use super::table::Layout;
 use super::volume::Volume;
 
@@ -35,7 +37,7 @@ pub(super) struct Proof<'a> {
 }
 
 impl Proof<'_> {
-    /// Reads groups of a file back.
+    /// Reads the groups that a file holds itself back, and all its attributes.
     ///
     /// # Errors
     /// `Unproven` if anything is not what was written; `target` is the file that it names.
@@ -43,12 +45,15 @@ impl Proof<'_> {
         &self,
         written: &Path,
         filetype: &'static str,
-        groups: &[Group],
+        seals: &Seals,
         target: &Path,
     ) -> Result<(), StoreError> {
-        let proven = Volume::open(written, self.layout, filetype).and_then(|volume| {
-            let mut groups = groups.iter();
-            groups.try_for_each(|group| self.of_group(&volume, *group))
+        let opened = header::open_written(written);
+        let volume = opened.and_then(|file| Volume::of(file, written, self.layout, filetype));
+        let proven = volume.and_then(|volume| {
+            let mut groups = seals.groups();
+            groups.try_for_each(|group| self.of_group(&volume, group))?;
+            seals.require(&volume)
         });
         proven.map_err(|error| StoreError::Unproven {
             file: target.into(),

@@ -25,22 +25,106 @@ pub(super) const SEAL: &str = "seal";
 /// No axis of ours has more entries with labels.
 const MOST_LABELS: usize = 64;
 
-/// Seals a group that has no seal yet; one that was copied keeps its own.
-pub(super) fn seal_group(
-    file: &hdf5::File,
-    place: Place<'_>,
-    group: Group,
-) -> Result<(), StoreError> {
-    let object = file.group(group.name()).at(place, "open the group")?;
-    if has(&object, place, SEAL)? {
-        return Ok(());
-    }
-    write_text(&object, place, SEAL, &of_group(&object, place)?)
+/// What stands as the seal of an object, and what it should be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Seal {
+    stored: Option<String>,
+    found: String,
 }
 
-/// Seals the root of a file whose groups have their seals.
-pub(super) fn seal_root(file: &hdf5::File, place: Place<'_>) -> Result<(), StoreError> {
-    write_text(file, place, SEAL, &of_root(file, place)?)
+impl Seal {
+    fn new(object: &hdf5::Location, place: Place<'_>, found: String) -> Result<Self, StoreError> {
+        let stored = match has(object, place, SEAL)? {
+            true => Some(read_text(object, place, SEAL)?),
+            false => None,
+        };
+        Ok(Self { stored, found })
+    }
+
+    fn of_group(file: &hdf5::File, place: Place<'_>) -> Result<Self, StoreError> {
+        let object = file.group(place.dataset).at(place, "open the group")?;
+        Self::new(&object, place, of_group(&object, place)?)
+    }
+
+    fn of_root(file: &hdf5::File, place: Place<'_>) -> Result<Self, StoreError> {
+        Self::new(file, place, of_root(file, place)?)
+    }
+
+    fn same(&self, other: &Self, place: Place<'_>) -> Result<(), StoreError> {
+        let in_one =
+            |seal: &Self| format!("{} {}", seal.stored.as_deref().unwrap_or("-"), seal.found);
+        place.same_digest(in_one(other), in_one(self))
+    }
+
+    /// Stores the seal where none stands.
+    fn store(&mut self, object: &hdf5::Location, place: Place<'_>) -> Result<(), StoreError> {
+        match self.stored {
+            Some(_) => Ok(()),
+            None => write_text(object, place, SEAL, self.stored.insert(self.found.clone())),
+        }
+    }
+}
+
+/// The seals of a file: those of the groups that it holds itself, and of its root.
+#[derive(Debug)]
+pub(super) struct Seals {
+    groups: Vec<(Group, Seal)>,
+    root: Seal,
+}
+
+impl Seals {
+    /// Seals groups of a file that have no seals yet, which those that were copied have, and its root.
+    ///
+    /// # Errors
+    /// `Hdf5` if reading or writing fails.
+    pub(super) fn set(
+        file: &hdf5::File,
+        place: Place<'_>,
+        groups: &[Group],
+    ) -> Result<Self, StoreError> {
+        let mut sealed = Vec::new();
+        for group in groups {
+            let place = group_place(place, *group);
+            let mut seal = Seal::of_group(file, place)?;
+            let object = file.group(place.dataset).at(place, "open the group")?;
+            seal.store(&object, place)?;
+            sealed.push((*group, seal));
+        }
+        let mut root = Seal::of_root(file, place)?;
+        root.store(file, place)?;
+        Ok(Self {
+            groups: sealed,
+            root,
+        })
+    }
+
+    /// The groups that the file holds itself.
+    pub(super) fn groups(&self) -> impl Iterator<Item = Group> + '_ {
+        self.groups.iter().map(|(group, _)| *group)
+    }
+
+    /// Refuses a file that has other seals, sound or not.
+    ///
+    /// # Errors
+    /// `Altered`, `Hdf5` if reading fails.
+    pub(super) fn require(&self, volume: &Volume) -> Result<(), StoreError> {
+        let root = Place {
+            file: &volume.path,
+            dataset: "/",
+        };
+        for (group, seal) in &self.groups {
+            let place = group_place(root, *group);
+            Seal::of_group(&volume.file, place)?.same(seal, place)?;
+        }
+        Seal::of_root(&volume.file, root)?.same(&self.root, root)
+    }
+}
+
+fn group_place<'a>(place: Place<'a>, group: Group) -> Place<'a> {
+    Place {
+        dataset: group.name(),
+        ..place
+    }
 }
 
 impl Reader {
@@ -59,11 +143,7 @@ impl Reader {
             file: &volume.path,
             dataset: "/",
         };
-        if volume.format_version < self.layout.sealed_since && !has(&volume.file, place, SEAL)? {
-            return Ok(());
-        }
-        let stored = read_text(&volume.file, place, SEAL)?;
-        place.same_digest(stored, of_root(&volume.file, place)?)
+        self.sound(volume, &Seal::of_root(&volume.file, place)?, place)
     }
 
     /// Refuses a group whose seal is broken, or missing where it must be.
@@ -76,13 +156,15 @@ impl Reader {
             file: &volume.path,
             dataset: group.name(),
         };
-        let object = volume.file.group(group.name());
-        let object = object.at(place, "open the group")?;
-        if volume.format_version < self.layout.sealed_since && !has(&object, place, SEAL)? {
-            return Ok(());
+        self.sound(volume, &Seal::of_group(&volume.file, place)?, place)
+    }
+
+    fn sound(&self, volume: &Volume, seal: &Seal, place: Place<'_>) -> Result<(), StoreError> {
+        match &seal.stored {
+            None if volume.format_version < self.layout.sealed_since => Ok(()),
+            None => Err(place.mismatch(format!("the attribute `{SEAL}`"), "none")),
+            Some(stored) => place.same_digest(stored.clone(), seal.found.clone()),
         }
-        let stored = read_text(&object, place, SEAL)?;
-        place.same_digest(stored, of_group(&object, place)?)
     }
 }
 
@@ -141,7 +223,7 @@ fn add_dataset(
 }
 
 /// The names and values of all attributes but the seal itself. References, which every copy changes, count by their name.
-fn add_attributes(
+pub(super) fn add_attributes(
     hasher: &mut Hasher,
     object: &hdf5::Location,
     place: Place<'_>,
@@ -195,7 +277,7 @@ fn add_text(hasher: &mut Hasher, text: &str) {
 }
 
 /// The objects of a group, without links to other places.
-fn members(group: &hdf5::Group, place: Place<'_>) -> Result<Vec<String>, StoreError> {
+pub(super) fn members(group: &hdf5::Group, place: Place<'_>) -> Result<Vec<String>, StoreError> {
     let links = group.links(IndexType::Name, IterationOrder::Native);
     let links = links.at(place, "list the members")?.into_iter();
     let hard = links.filter(|(_, link)| link.link_type == LinkType::Hard);

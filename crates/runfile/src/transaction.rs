@@ -15,7 +15,7 @@ use super::place::{AtFile, AtPlace, Place};
 use super::proof::Proof;
 use super::reader::Reader;
 use super::scale_text;
-use super::seal::{seal_group, seal_root};
+use super::seal::Seals;
 use super::signals::note_commit;
 use super::table::Layout;
 use super::volume::Stamp;
@@ -228,15 +228,13 @@ impl Transaction {
         for beside in self.beside.drain(..) {
             let Some(name) = beside.name else { continue };
             name_axes(beside.part.file(), place, &self.layout, beside.group, texts)?;
-            seal_group(beside.part.file(), place, beside.group)?;
-            seal_root(beside.part.file(), place)?;
+            let seals = Seals::set(beside.part.file(), place, &[beside.group])?;
             join(file, place, beside.group, &name)?;
             let target = self.folder.join(name.to_string());
             replaceable(&target)?;
             let filetype = self.layout.linked_filetype;
             let written = beside.part.close()?;
-            let written =
-                written.proven(|path| proof.of(path, filetype, &[beside.group], &target))?;
+            let written = written.proven(|path| proof.of(path, filetype, &seals, &target))?;
             written.publish(&target, permissions.clone())?;
             sync_folder(&self.folder).at_file(&self.folder, "sync the folder")?;
         }
@@ -248,12 +246,11 @@ impl Transaction {
         let own: Vec<Group> = own.copied().collect();
         for group in &own {
             name_axes(file, place, &self.layout, *group, texts)?;
-            seal_group(file, place, *group)?;
         }
-        seal_root(file, place)?;
+        let seals = Seals::set(file, place, &own)?;
         let filetype = self.layout.filetype;
         let written = self.run_file.close()?;
-        let written = written.proven(|path| proof.of(path, filetype, &own, &self.target))?;
+        let written = written.proven(|path| proof.of(path, filetype, &seals, &self.target))?;
         drop(self.previous);
         written.publish(&self.target, permissions)?;
         note_commit(&self.target, held);

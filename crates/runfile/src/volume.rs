@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
 
 use hdf5::{IndexType, IterationOrder, LinkType, LocationType};
 use hdf5_metno as hdf5;
@@ -33,7 +33,17 @@ impl Volume {
         layout: &Layout,
         filetype: &'static str,
     ) -> Result<Self, StoreError> {
-        let (file, format_version) = header::open(path, layout, filetype)?;
+        Self::of(header::open_any(path)?, path, layout, filetype)
+    }
+
+    /// Takes an open file; errors as for [`super::Reader::open`].
+    pub(super) fn of(
+        file: hdf5::File,
+        path: &Path,
+        layout: &Layout,
+        filetype: &'static str,
+    ) -> Result<Self, StoreError> {
+        let format_version = header::check(&file, path, layout, filetype)?;
         let bytes = fs::metadata(path).at_file(path, "look at the file")?.len();
         let place = Place {
             file: path,
@@ -91,6 +101,12 @@ impl Stamp {
     pub(super) fn of(path: &Path) -> Self {
         let metadata = fs::metadata(path).ok();
         Stamp(metadata.and_then(|m| Some((m.len(), m.modified().ok()?, inode(&m)))))
+    }
+
+    /// Whether the last change is so long ago.
+    pub(super) fn is_older_than(&self, age: Duration) -> bool {
+        let elapsed = self.0.and_then(|(_, changed, _)| changed.elapsed().ok());
+        elapsed.is_some_and(|elapsed| elapsed > age)
     }
 }
 

@@ -5,7 +5,7 @@
 //! [`seeing_every_error`] has values written by the call that hands them over, and metadata by a flush or the end.
 
 use std::fs::{self, File, Permissions};
-use std::io;
+use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::thread;
 
@@ -14,7 +14,9 @@ use hdf5::plist::file_access::{
 };
 use hdf5_metno as hdf5;
 
+use super::contents;
 use super::error::StoreError;
+use super::header;
 use super::place::{AtFile, AtPlace, Place};
 use super::signals::Temporary;
 
@@ -28,61 +30,55 @@ pub struct WholeFile {
 
 /// A file that HDF5 has closed, still under its hidden name; dropping it removes it.
 #[derive(Debug)]
-pub struct Closed(Temporary);
+pub(super) struct Closed(Temporary);
 
 /// A file that the disk has taken and given back, still under its hidden name; dropping it removes it.
 #[derive(Debug)]
 pub struct Written(Temporary);
 
 impl WholeFile {
-    /// Creates an empty file under a hidden name for this process alone, beside the place it is for.
+    /// Writes a file under a hidden name beside a place, empty at first or a copy of another, and reads it back.
+    ///
+    /// `write` is called twice, for a file in memory and for that on the disk, which has to hold the same in the end.
     ///
     /// # Errors
-    /// `Io` or `Hdf5` if the folder does not take it.
-    pub fn beside(target: &Path) -> Result<Self, StoreError> {
-        Self::made_beside(target, |path| {
-            create(path, |access| seeing_every_error(access))
-        })
-    }
-
-    /// Copies a file under a hidden name beside a place, to be changed.
-    ///
-    /// # Errors
-    /// `Io` or `Hdf5` if the folder does not take it, or the file is not one of HDF5.
-    pub fn copy_beside(source: &Path, target: &Path) -> Result<Self, StoreError> {
-        Self::made_beside(target, |path| {
-            // A new file of this process, whatever the permissions of the source.
-            File::open(source)
-                .and_then(|mut from| io::copy(&mut from, &mut File::create(path)?))
-                .at_file(path, "copy the file")?;
-            let mut options = hdf5::File::with_options();
-            let options = options.with_fapl(|access| seeing_every_error(access));
-            options
-                .open_rw(path)
-                .at(root(path), "open the temporary file")
-        })
-    }
-
-    fn made_beside(
+    /// Those of `write`; `Io` or `Hdf5` if the folder does not take it, or the other is no file of HDF5; `Unproven` if the disk
+    /// gives back something else.
+    pub fn filled<E: From<StoreError>>(
         target: &Path,
-        make: impl FnOnce(&Path) -> Result<hdf5::File, StoreError>,
-    ) -> Result<Self, StoreError> {
-        let folder = target.parent().filter(|f| !f.as_os_str().is_empty());
-        let folder = folder.unwrap_or(Path::new("."));
-        let claim = |path: &Path| {
-            let claimed = Temporary::create(path.into(), |path| File::create_new(path));
-            claimed.map(|(temporary, _)| temporary)
+        copied: Option<&Path>,
+        write: impl Fn(&hdf5::File) -> Result<(), E>,
+    ) -> Result<Written, E> {
+        let temporary = hidden_beside(target)?;
+        let path = temporary.path();
+        if let Some(source) = copied {
+            copy(source, path, target)?;
+        }
+        let made = |access: fn(&mut FileAccessBuilder) -> &mut FileAccessBuilder| match copied {
+            None => create(path, access),
+            Some(_) => {
+                let mut options = hdf5::File::with_options();
+                let opened = options.with_fapl(access).open_rw(path);
+                opened.at(root(path), "open the temporary file")
+            }
         };
-        let mut builder = tempfile::Builder::new();
-        let builder = builder.prefix(".contact3d-pipe-").suffix(".part");
-        let made = builder.make_in(folder, claim);
-        let made = made.at_file(target, "make a file in its folder")?;
-        // From here on it is removed by its own keeper, which knows signals.
-        let (temporary, path) = made.into_parts();
-        let kept = path.keep().map_err(io::Error::from);
-        kept.at_file(target, "make a file in its folder")?;
-        let file = make(temporary.path())?;
-        Ok(Self { file, temporary })
+        let in_memory = made(|access| access.core_filebacked(false))?;
+        write(&in_memory)?;
+        let expected = contents::of(&in_memory, root(path), u64::MAX)?;
+        drop(in_memory);
+        let file = made(seeing_every_error)?;
+        write(&file)?;
+        Self { file, temporary }.close()?.proven(|path| {
+            let file = header::open_written(path)?;
+            let bytes = fs::metadata(path).at_file(path, "look at the file")?.len();
+            let found = contents::of(&file, root(path), bytes)?;
+            let objects = expected.keys().chain(found.keys());
+            let mut different = objects.filter(|name| expected.get(*name) != found.get(*name));
+            match different.next() {
+                None => Ok(()),
+                Some(name) => Err(unproven(target, format!("{name} is different")).into()),
+            }
+        })
     }
 
     /// Takes charge of a file that `make` creates.
@@ -97,8 +93,7 @@ impl WholeFile {
     }
 
     /// The file, to write to. Handles made from it must be dropped before it is closed.
-    #[must_use]
-    pub fn file(&self) -> &hdf5::File {
+    pub(super) fn file(&self) -> &hdf5::File {
         &self.file
     }
 
@@ -106,7 +101,7 @@ impl WholeFile {
     ///
     /// # Errors
     /// `Hdf5` or `Io` if anything written so far did not get there.
-    pub fn write_back(&self) -> Result<(), StoreError> {
+    pub(super) fn write_back(&self) -> Result<(), StoreError> {
         let path = self.temporary.path();
         let flushed = self.file.flush();
         flushed.at(root(path), "flush the temporary file")?;
@@ -118,7 +113,7 @@ impl WholeFile {
     ///
     /// # Errors
     /// `Hdf5` if anything could not be written.
-    pub fn close(self) -> Result<Closed, StoreError> {
+    pub(super) fn close(self) -> Result<Closed, StoreError> {
         let WholeFile { temporary, file } = self;
         let path = temporary.path();
         file.flush().at(root(path), "flush the temporary file")?;
@@ -132,7 +127,7 @@ impl Closed {
     ///
     /// # Errors
     /// Those of `proof`; `Io` if the disk does not take it.
-    pub fn proven<E: From<StoreError>>(
+    pub(super) fn proven<E: From<StoreError>>(
         self,
         proof: impl FnOnce(&Path) -> Result<(), E>,
     ) -> Result<Written, E> {
@@ -196,6 +191,63 @@ impl Written {
                 source,
             }
         })
+    }
+}
+
+/// Makes an empty file under a hidden name for this process alone, beside the place it is for.
+fn hidden_beside(target: &Path) -> Result<Temporary, StoreError> {
+    let folder = target.parent().filter(|f| !f.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
+    let claim = |path: &Path| {
+        let claimed = Temporary::create(path.into(), |path| File::create_new(path));
+        claimed.map(|(temporary, _)| temporary)
+    };
+    let mut builder = tempfile::Builder::new();
+    let builder = builder.prefix(".contact3d-pipe-").suffix(".part");
+    let made = builder.make_in(folder, claim);
+    let made = made.at_file(target, "make a file in its folder")?;
+    // From here on it is removed by its own keeper, which knows signals.
+    let (temporary, path) = made.into_parts();
+    let kept = path.keep().map_err(io::Error::from);
+    kept.at_file(target, "make a file in its folder")?;
+    Ok(temporary)
+}
+
+/// Copies the bytes of a file into a new one of this process, whatever the permissions of the source, and reads them back.
+fn copy(source: &Path, path: &Path, target: &Path) -> Result<(), StoreError> {
+    let copied = File::open(source)
+        .and_then(|mut from| io::copy(&mut from, &mut File::create(path)?))
+        .and_then(|_| is_same(File::open(path)?, File::open(source)?));
+    match copied.at_file(path, "copy the file")? {
+        true => Ok(()),
+        false => Err(unproven(target, "its copy is different")),
+    }
+}
+
+fn unproven(target: &Path, reason: impl Into<String>) -> StoreError {
+    StoreError::Unproven {
+        file: target.into(),
+        reason: reason.into(),
+    }
+}
+
+/// Whether two sources give the same bytes.
+///
+/// # Errors
+/// Those of reading.
+pub fn is_same(one: impl Read, other: impl Read) -> io::Result<bool> {
+    let (mut one, mut other) = (BufReader::new(one), BufReader::new(other));
+    loop {
+        let (first, second) = (one.fill_buf()?, other.fill_buf()?);
+        let count = first.len().min(second.len());
+        if first[..count] != second[..count] || first.is_empty() != second.is_empty() {
+            return Ok(false);
+        }
+        if count == 0 {
+            return Ok(true);
+        }
+        one.consume(count);
+        other.consume(count);
     }
 }
 

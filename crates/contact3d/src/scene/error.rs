@@ -9,7 +9,10 @@ use toml::{
     de::{DeTable, DeValue},
 };
 
-use super::{Written, parser_words::in_words};
+use super::{
+    Written,
+    parser_words::{in_words, number_limit},
+};
 
 /// Why a scene file cannot be used; draws the offending line.
 #[derive(Debug, Error, Diagnostic)]
@@ -128,7 +131,7 @@ pub fn numbers(values: &[f64]) -> String {
 }
 
 /// Longest line that is shown, in bytes.
-const LONGEST_LINE: usize = 1000;
+const LONGEST_LINE: usize = 300;
 
 /// Longest value that is quoted, in characters.
 const LONGEST_FOUND: usize = 300;
@@ -137,13 +140,19 @@ impl SceneError {
     pub(super) fn syntax(name: &str, text: &str, error: &toml::de::Error, page: &str) -> Self {
         let span = error.span();
         let key = span.as_ref().and_then(|span| key_at(text, span.start));
-        let message = shortened(error.message().to_owned());
+        let found = span.clone().and_then(|span| text.get(span));
+        let too_large = number_limit(error).map(|limit| {
+            let found = shortened(found.unwrap_or_default().to_owned());
+            format!("expected {limit}, found {found}")
+        });
+        let message = too_large.unwrap_or_else(|| error.message().to_owned());
         let words = in_words(&message, key, page, |key| found_at(text, key));
+        let message = shortened(words.message);
         Self::Syntax {
             problem: Box::new(SyntaxProblem {
                 message: match words.key {
-                    Some(key) => format!("{key}: {}", words.message),
-                    None => words.message,
+                    Some(key) => format!("{key}: {message}"),
+                    None => message,
                 },
                 help: words.help,
             }),

@@ -57,6 +57,7 @@ pub use load_path::Increment;
 pub(crate) use load_path::Target;
 pub use material::{Isotropic, Material, Orthotropic, Part, Region, Voigt};
 pub use obstacle::{Cylinder, Direction, HalfSpace, Height, Obstacle, Side, Sphere};
+pub use parser_words::number_limit;
 pub(crate) use quantity::POSITION;
 pub use quantity::Quantity;
 pub use shown::{is_hidden_control, shown, shown_lines};

@@ -53,6 +53,18 @@ const TYPES: [(&str, &str); 11] = [
     ("floating point", "number"),
 ];
 
+/// What a number that no scene can hold should be; `None` where something else is wrong.
+#[must_use]
+pub fn number_limit(error: &toml::de::Error) -> Option<String> {
+    match error.message() {
+        "floating-point number overflowed" => {
+            Some(format!("numbers up to {:e}, the largest double", f64::MAX))
+        }
+        "integer number overflowed" => Some(format!("whole numbers up to {}", i64::MAX)),
+        _ => None,
+    }
+}
+
 /// The parser's message about a key, which `page` lists with the others; `found_at` gives the keys of the table at a key, or the text
 /// of another value.
 pub(super) fn in_words(
@@ -168,7 +180,11 @@ fn translated(message: &str) -> String {
     };
     let found = match found.split_once(" `") {
         Some((kind, value)) => {
-            format!("{} `{value}", word(kind).unwrap_or_else(|| kind.to_owned()))
+            // The parser writes out all digits.
+            let number = value.trim_end_matches('`').parse::<f64>().ok();
+            let number = number.filter(|_| kind == "floating point");
+            let value = number.map_or_else(|| format!("`{value}"), |n| format!("`{n:?}`"));
+            format!("{} {value}", word(kind).unwrap_or_else(|| kind.to_owned()))
         }
         None => word(found).unwrap_or_else(|| found.to_owned()),
     };
@@ -228,6 +244,10 @@ mod tests {
             (
                 "invalid type: floating point `0.5`, expected usize",
                 "expected a whole number from 0 on, found number `0.5`",
+            ),
+            (
+                "invalid type: floating point `100000000000000000000.0`, expected usize",
+                "expected a whole number from 0 on, found number `1e20`",
             ),
             (
                 "invalid type: sequence, expected struct Brick",

@@ -6,7 +6,7 @@ use std::path::Path;
 use hdf5_metno as hdf5;
 
 use super::sample::*;
-use crate::{Home, IfMissing, Layout, Reader, RunFile, StoreError};
+use crate::{Foreign, Home, IfMissing, Layout, Reader, RunFile, StoreError};
 
 fn edit(file: &Path, change: impl Fn(&hdf5::File)) {
     change(&hdf5::File::open_rw(file).unwrap());
@@ -241,4 +241,58 @@ fn older_minor_versions_are_read_and_newer_ones_refused() {
         );
         assert!(error.to_string().contains("sample 0.1"));
     }
+}
+
+/// Where heaps of texts begin, and where the length of the free space of each lies.
+fn heaps(bytes: &[u8]) -> Vec<(usize, usize)> {
+    let number = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as usize;
+    let starts = bytes.windows(8).enumerate();
+    let starts = starts.filter(|(_, window)| *window == b"GCOL\x01\0\0\0");
+    let free_space = |start: usize| {
+        let mut object = start + 16;
+        while bytes[object..object + 2] != [0, 0] {
+            object += 16 + number(object + 8).next_multiple_of(8);
+        }
+        (start, object + 8)
+    };
+    starts.map(|(start, _)| free_space(start)).collect()
+}
+
+#[test]
+fn a_heap_of_texts_that_hdf5_would_never_leave_is_refused() {
+    let (_folder, file) = saved();
+    let whole = fs::read(&file).unwrap();
+    let found = heaps(&whole);
+    assert!(!found.is_empty());
+    for (start, length) in found {
+        let mut bytes = whole.clone();
+        bytes[length..length + 8].fill(0);
+        fs::write(&file, &bytes).unwrap();
+        for error in [
+            open(&file).unwrap_err(),
+            Foreign::open(&file, &["grid"]).unwrap_err(),
+        ] {
+            let place = format!("the heap of texts at byte {start} has no end");
+            assert!(error.to_string().contains(&place), "{error}");
+        }
+        // Other lengths are HDF5's to judge, which ends.
+        for other in [1, 8, 16, 24, u64::MAX] {
+            bytes[length..length + 8].copy_from_slice(&other.to_le_bytes());
+            fs::write(&file, &bytes).unwrap();
+            let _ = open(&file).map(|reader| reader.check_group(GRID));
+        }
+    }
+}
+
+#[test]
+fn a_heap_of_texts_inside_another_is_refused() {
+    let (_folder, file) = saved();
+    let mut bytes = fs::read(&file).unwrap();
+    let (start, length) = heaps(&bytes)[0];
+    // In the free space, which HDF5 does not read: an inner one would be walked again and again.
+    bytes.copy_within(start..start + 16, length + 8);
+    bytes[length + 16..length + 24].copy_from_slice(&16_u64.to_le_bytes());
+    fs::write(&file, &bytes).unwrap();
+    let error = open(&file).unwrap_err().to_string();
+    assert!(error.contains("lies in another one"), "{error}");
 }

@@ -18,12 +18,14 @@ class Projection:
 
 
 def project(trial: np.ndarray, axes: np.ndarray) -> Projection:
-    """Project `trial`, [m, 2], on ellipses of the given semi-axes; points where these are 0."""
+    """Project `trial`, [m, 2], on ellipses of the given semi-axes; on their limits, segments and points, where these are 0."""
     m = len(trial)
     point = trial.copy()
     by_trial, by_axes = np.tile(np.eye(2), (m, 1, 1)), np.zeros((m, 2, 2))
     flat = ~(axes > 0.0).all(axis=1)
-    point[flat], by_trial[flat] = 0.0, 0.0
+    point[flat] = np.clip(trial[flat], -axes[flat], axes[flat])
+    moves = (np.abs(trial) <= axes) & (axes > 0.0)
+    by_trial[flat] = by_trial[flat] * moves[flat][:, None]
     safe = np.where(flat[:, None], 1.0, axes)
     outside = ~flat & (np.sum((trial / safe) ** 2, axis=1) > 1.0)
     if outside.any():
