@@ -137,6 +137,29 @@ fn along_foundation(case: &Case, x: f64) -> [f64; 2] {
     })
 }
 
+/// Code_Aster's test SSNV503 (V6.04.503), whose foundation is inclined by 30°: there (8.794, 2.768) mm after the last step.
+#[test]
+fn pad_of_ssnv503_slides_as_far_as_its_springs_let_it() {
+    let case = Case::of(&pipeline("ssnv503.toml"));
+    assert_eq!(case.solution.status, Status::Converged);
+    let (sin, cos) = (std::f64::consts::PI / 6.0).sin_cos();
+    let published = [
+        8.794e-3 * cos + 2.768e-3 * sin,
+        2.768e-3 * cos - 8.794e-3 * sin,
+    ];
+    let (displacement, nodes) = (case.displacement(), case.mesh().coordinates.len() as f64);
+    let mean = |k: usize| displacement.iter().map(|u| u[k]).sum::<f64>() / nodes;
+    for (found, published) in [mean(0), mean(2)].iter().zip(published) {
+        // In mm. The tolerance of the published test; its body deforms by a thousandth of its motion.
+        assert!((found / published - 1.0).abs() < 0.01, "{found}");
+    }
+    let report = case.report();
+    let force = report.resultants.contact.expect("contact").tangential_force;
+    // All slides: 0.3 · 300 N/mm² on 800 mm², to the accuracy of the solve.
+    let [along, _] = force.expect("friction");
+    assert!((along.abs() / 72e3 - 1.0).abs() < 1e-9, "{along}");
+}
+
 /// Code_Aster's test SSNV128 (V6.04.128).
 #[test]
 fn plate_of_ssnv128() {

@@ -4,7 +4,7 @@ use std::{fmt::Write, path::PathBuf};
 
 use clap::Args;
 use contact3d::branches::{
-    Branches, Certificate, ParameterRange, PathEnd, PathPoint, PointKind, Switch,
+    Branches, Certificate, ParameterRange, PathEnd, PathPoint, PointKind, Switch, Undecided,
 };
 use units::Units;
 
@@ -175,13 +175,10 @@ fn solutions_words(branches: &Branches, parameter: f64) -> String {
     let degree = branches.degree(parameter);
     let mut text = format!("Solutions at {parameter}, sum of signs {degree}: ");
     let end = usize::from(parameter == branches.range.to);
-    text += &match (branches.certificates[end], branches.all, degree) {
-        (Some(all), ..) => certificate_words(&all, solutions.len()),
-        (None, true, 1) => {
-            "some may be missing; the sum is 1 where none is, and may be 1 where some are".into()
-        }
-        (None, true, _) => "one is missing or not regular, since the sum is not 1".into(),
-        (None, false, _) => "those on the paths; --all searches for others".to_owned(),
+    text += &match branches.certificates[end] {
+        Ok(all) => certificate_words(&all, solutions.len()),
+        Err(undecided @ Undecided::NotAsked) => undecided.to_string(),
+        Err(undecided) => format!("{}; {undecided}", degree_words(degree)),
     };
     text.push('\n');
     for at in solutions {
@@ -195,6 +192,14 @@ fn solutions_words(branches: &Branches, parameter: f64) -> String {
         );
     }
     text
+}
+
+/// What the sum of signs tells without a proof.
+fn degree_words(degree: i32) -> &'static str {
+    match degree {
+        1 => "some may be missing; the sum is 1 where none is, and may be 1 where some are",
+        _ => "one is missing or not regular, since the sum is not 1",
+    }
 }
 
 fn certificate_words(all: &Certificate, found: usize) -> String {
@@ -280,6 +285,7 @@ fn json(branches: &Branches) -> serde_json::Value {
         })
     });
     let solutions = ends(branches).map(|parameter| {
+        let certificate = branches.certificates[usize::from(parameter == branches.range.to)];
         let solutions = branches.end_solutions(parameter);
         let solutions = solutions
             .iter()
@@ -288,7 +294,8 @@ fn json(branches: &Branches) -> serde_json::Value {
             "parameter": parameter,
             "degree": branches.degree(parameter),
             "enumerated": branches.is_enumerated(usize::from(parameter == branches.range.to)),
-            "certificate": branches.certificates[usize::from(parameter == branches.range.to)],
+            "certificate": certificate.ok(),
+            "no_proof": certificate.err().map(|undecided| undecided.to_string()),
             "solutions": solutions.collect::<Vec<_>>(),
         })
     });

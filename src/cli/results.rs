@@ -13,7 +13,7 @@ use units::Units;
 use super::{features, report::status};
 use crate::{
     format::Sizes,
-    views::{fold_words, motion_words, neutral_words, radius_words, sign_words},
+    views::{ESTIMATE_OF_REST, fold_words, motion_words, neutral_words, radius_words, sign_words},
 };
 
 /// Estimates above this share of the energy norm were down to 0.66 of the error on meshes of some hundred unknowns; below
@@ -180,6 +180,9 @@ pub(super) fn table(
 
 /// The estimate, and why it may be no more than a guess.
 fn estimate_words(estimate: &ErrorEstimate, mesh: &Mesh) -> String {
+    if estimate.displacement == 0.0 {
+        return ESTIMATE_OF_REST.to_owned();
+    }
     let error = estimate.relative();
     let flat = estimate.share_of_flat(mesh);
     let caution = match flat.filter(|share| *share > MOSTLY_FLAT) {

@@ -182,7 +182,7 @@ fn threshold_table(levels: &[TheoryLevel]) -> String {
             reached(t.singular)
         );
     }
-    text + "none: up to 1e6\n\n"
+    text + "the last three at the solutions followed from the smallest scale; none: not up to 1e6\n\n"
 }
 
 /// The same for programs.

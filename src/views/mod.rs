@@ -21,6 +21,9 @@ mod sweep_table;
 mod theory_charts;
 mod theory_report;
 
+/// What stands in place of the estimated error where there is none.
+pub(crate) const ESTIMATE_OF_REST: &str = "none: nothing is deformed by more than rounding";
+
 pub use branches::{draw_branches, kind_words};
 pub use charts::draw_accuracy;
 pub use law::{FaceStudy, LawStudy, MeshSizes, law_folder};

@@ -12,7 +12,7 @@ use runfile::{Reader, StoreError};
 use units::{Dimension, Units};
 
 use super::motion::{motion_words, neutral_words};
-use super::{fold_words, radius_words, sign_words};
+use super::{ESTIMATE_OF_REST, fold_words, radius_words, sign_words};
 use crate::pipeline::{Freshness, StageState};
 
 type Pair = (String, String);
@@ -221,7 +221,10 @@ pub(super) fn results(
         ),
         pair(
             "discretisation error (energy norm, estimated)",
-            format!("{:.1e}", report.discretisation_error.relative()),
+            match report.discretisation_error.displacement {
+                0.0 => ESTIMATE_OF_REST.to_owned(),
+                _ => format!("{:.1e}", report.discretisation_error.relative()),
+            },
         ),
         pair("force imbalance", format!("{:.1e}", r.force_imbalance)),
         pair("moment imbalance", format!("{:.1e}", r.moment_imbalance)),

@@ -34,9 +34,8 @@ pub(crate) fn certified(
         method,
         ..SolveSettings::default()
     };
-    let solution = assembled.solve(&settings)?;
-    let certificate = assembled.report(&solution)?.certificate;
-    Ok((solution, certificate))
+    let (solution, report) = assembled.solve_and_report(&settings)?;
+    Ok((solution, report.certificate))
 }
 
 fn main() -> Result<(), ProblemError> {

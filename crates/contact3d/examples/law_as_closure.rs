@@ -38,8 +38,7 @@ pub(crate) fn block(friction: Friction) -> Scene {
 
 pub(crate) fn solve(law: Coefficient) -> Result<(Solution, Vec<PaneState>), ProblemError> {
     let assembled = Problem::new(block(Friction::coulomb(law)))?.assemble()?;
-    let solution = assembled.solve(&SolveSettings::default())?;
-    let report = assembled.report(&solution)?;
+    let (solution, report) = assembled.solve_and_report(&SolveSettings::default())?;
     Ok((solution, report.panes))
 }
 

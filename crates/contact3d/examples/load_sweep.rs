@@ -31,7 +31,8 @@ pub(crate) fn solve(
         scene.tractions[0] = Traction::on("x_max", [pull, 0.0, 0.0]);
         scene.friction = Some(Friction::coulomb(friction));
     })?;
-    case.report(&case.solve(&SolveSettings::default())?)
+    let (_, report) = case.solve_and_report(&SolveSettings::default())?;
+    Ok(report)
 }
 
 fn main() -> Result<(), ProblemError> {

@@ -28,9 +28,10 @@ pub(crate) fn solve(mesh_file: &Path) -> Result<(Quality, ContactReport), Proble
     .with_friction(Friction::coulomb(0.2));
     let problem = Problem::new(scene)?;
     let quality = Quality::of(problem.mesh());
-    let assembled = problem.assemble()?;
-    let solution = assembled.solve(&SolveSettings::default())?;
-    Ok((quality, assembled.report(&solution)?))
+    let (_, report) = problem
+        .assemble()?
+        .solve_and_report(&SolveSettings::default())?;
+    Ok((quality, report))
 }
 
 fn main() -> Result<(), ProblemError> {

@@ -31,8 +31,7 @@ pub(crate) fn solve(
     n_div: usize,
 ) -> Result<(AssembledProblem, Solution, ContactReport), ProblemError> {
     let assembled = Problem::new(scene(n_div))?.assemble()?;
-    let solution = assembled.solve(&SolveSettings::default())?;
-    let report = assembled.report(&solution)?;
+    let (solution, report) = assembled.solve_and_report(&SolveSettings::default())?;
     Ok((assembled, solution, report))
 }
 

@@ -26,8 +26,8 @@ pub(crate) fn solve(slip_bound: impl Into<Quantity>) -> Result<ContactReport, Pr
     .with_contact(Contact::on("z_min"))
     .with_friction(Friction::tresca(slip_bound));
     let assembled = Problem::new(scene)?.assemble()?;
-    let solution = assembled.solve(&SolveSettings::default())?;
-    assembled.report(&solution)
+    let (_, report) = assembled.solve_and_report(&SolveSettings::default())?;
+    Ok(report)
 }
 
 /// Force of friction along the pull in N.

@@ -17,8 +17,8 @@
 //!
 //! let problem = Problem::new(scene)?; // checked and meshed
 //! let assembled = problem.assemble()?; // factorised
-//! let solution = assembled.solve(&SolveSettings::default())?; // status, multipliers, displacements, history
-//! let report = assembled.report(&solution)?; // pressures, zones, stresses, resultants, certificate
+//! // Status, multipliers, displacements, history; pressures, zones, stresses, resultants, certificate.
+//! let (solution, report) = assembled.solve_and_report(&SolveSettings::default())?;
 //! println!("{} of {} panes slip", report.count(Zone::Slip), report.panes.len());
 //!
 //! assert!(solution.status.is_solved() && report.certificate.worst() < 1e-10);

@@ -281,3 +281,39 @@ fn levels_meet_the_wish_with_stable_multipliers() {
     let size = again.multiplier.iter().map(|l| l * l).sum::<f64>().sqrt();
     assert!(difference < 1e-11 * size);
 }
+
+/// A body that a clamp moves as a whole, across a gap and onto nothing, has rounding for an energy: any wish is met at once.
+#[test]
+fn bodies_moved_as_a_whole_need_no_finer_mesh() {
+    for (element, extra) in [
+        ("P1", ""),
+        ("P2", ""),
+        (
+            "P1",
+            "[contact]\n face = 'z_min'\n gap = 0.1\n [friction]\n coefficient.constant = 0.3",
+        ),
+    ] {
+        let text = format!(
+            "title = 'moved'
+            [body]
+            element = '{element}'
+            [body.brick]
+            size = [3.0, 1.0, 1.0]
+            cells = [6, 2, 3]
+            [material.isotropic]
+            young_modulus = 2.1e11
+            poisson_ratio = 0.3
+            [[clamp]]
+            face = 'x_min'
+            value = [0.013, -0.007, 0.011]
+            [adapt]
+            error = 0.05
+            {extra}"
+        );
+        let scene = Scene::parse("moved", &text).unwrap_or_else(|error| panic!("{error}"));
+        let found = adapted(scene, Path::new(""), &mut |_| {}).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(found.status, AdaptiveStatus::Met);
+        assert_eq!(found.adaptation.levels.len(), 1);
+        assert_eq!(found.adaptation.levels[0].estimated_error, 0.0);
+    }
+}

@@ -1,6 +1,7 @@
 //! The lock of a run file: one writing process at a time.
 
 use std::ffi::OsString;
+use std::fmt::Display;
 use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,10 +10,8 @@ use units::Units;
 
 use super::error::StoreError;
 use super::home::remove_orphans;
-use super::layout::Group;
 use super::place::AtFile;
 use super::reader::Reader;
-use super::scale_text::texts_temporary;
 use super::table::Layout;
 use super::volume::inode;
 
@@ -70,10 +69,10 @@ impl RunFile {
 
     fn remove_left_overs(&self) -> Result<(), StoreError> {
         let whole = self.temporary();
-        let groups = self.layout.groups();
-        let groups = groups.map(|group| group_temporary(&whole, group));
-        let others = [texts_temporary(&whole), whole.clone(), self.previous()];
-        for temporary in groups.chain(others) {
+        let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();
+        let files = entries.map(|entry| entry.path());
+        let left = files.filter(|file| is_temporary(file, &whole));
+        for temporary in left.chain([self.previous()]) {
             match fs::remove_file(&temporary) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => {
                     Err(error).at_file(&temporary, "remove what a killed process left")?;
@@ -109,11 +108,18 @@ impl RunFile {
     }
 }
 
-/// Where a group that gets a file of its own is written, beside the temporary of the run file.
-pub(super) fn group_temporary(temporary: &Path, group: Group) -> PathBuf {
+/// A temporary file of a commit for one purpose, beside that of the run file.
+pub(super) fn temporary_for(temporary: &Path, purpose: impl Display) -> PathBuf {
     let mut path = temporary.as_os_str().to_owned();
-    path.push(format!("-{group}"));
+    path.push(format!("-{purpose}"));
     path.into()
+}
+
+/// Whether a file is the temporary one of a run file, or one [for a purpose](temporary_for); purposes have no dots, unlike what belongs to other files.
+fn is_temporary(file: &Path, whole: &Path) -> bool {
+    let [file, whole] = [file, whole].map(|path| path.as_os_str().as_encoded_bytes());
+    let rest = file.strip_prefix(whole);
+    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(b"-") && !rest.contains(&b'.'))
 }
 
 /// Opens and locks the lock file of a run file.

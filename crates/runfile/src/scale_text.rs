@@ -14,7 +14,7 @@
 //! ```
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::OnceLock;
 
 use hdf5::Datatype;
@@ -22,6 +22,7 @@ use hdf5::types::FixedAscii;
 use hdf5_metno as hdf5;
 
 use super::error::StoreError;
+use super::lock::temporary_for;
 use super::place::{AtFile, AtPlace, Place};
 use super::signals::Temporary;
 
@@ -42,22 +43,15 @@ pub(super) struct Types {
     pub(super) name: Datatype,
 }
 
-/// Where the file of the types is written, beside a temporary file.
-pub(super) fn texts_temporary(beside: &Path) -> PathBuf {
-    let mut path = beside.as_os_str().to_owned();
-    path.push("-texts");
-    path.into()
-}
-
 /// The types; the first call of a process writes the file that has them beside a temporary file, and removes it.
 ///
 /// # Errors
 /// `Io` or `Hdf5` if that file cannot be written or read.
-pub(super) fn types(beside: &Path, place: Place<'_>) -> Result<&'static Types, StoreError> {
+pub(super) fn types(temporary: &Path, place: Place<'_>) -> Result<&'static Types, StoreError> {
     if let Some(types) = TYPES.get() {
         return Ok(types);
     }
-    let path = &texts_temporary(beside);
+    let path = &temporary_for(temporary, "texts");
     let made = Temporary::create(path.clone(), |path| {
         fs::write(path, FILE).inspect_err(|_| drop(fs::remove_file(path)))
     });

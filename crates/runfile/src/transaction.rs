@@ -10,7 +10,7 @@ use super::header;
 use super::home::SharedGroup;
 use super::home::{Home, LinkedName, carry_over, is_joined, join, remove_orphans, take_over};
 use super::layout::Group;
-use super::lock::{RunFile, group_temporary};
+use super::lock::{RunFile, temporary_for};
 use super::place::{AtFile, AtPlace, Place};
 use super::proof::Proof;
 use super::reader::Reader;
@@ -125,7 +125,7 @@ impl Transaction {
         let file = match (home, name) {
             (Home::RunFile, _) | (_, None) => self.run_file.file(),
             (Home::Beside | Home::Shared, Some(name)) => {
-                let temporary = group_temporary(&self.temporary, group);
+                let temporary = temporary_for(&self.temporary, group);
                 self.beside.push(Beside {
                     group,
                     part: part(temporary, &self.layout, self.layout.linked_filetype)?,

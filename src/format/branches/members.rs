@@ -1,6 +1,6 @@
 //! Origins, ends and kinds of points as stored.
 
-use contact3d::branches::{PathEnd, PathOrigin, PointKind, Switch};
+use contact3d::branches::{PathEnd, PathOrigin, PointKind, Switch, Undecided};
 
 use super::super::enumeration::stored_as;
 
@@ -10,6 +10,17 @@ stored_as! {
         Solver = 0 => "solver",
         Search = 1 => "search",
         BranchPoint = 2 => "branch_point",
+    }
+}
+
+stored_as! {
+    /// Why there is no proof, as stored.
+    pub(super) StoredUndecided of Undecided as "undecided" {
+        NotAsked = 0 => "not_asked",
+        NotCovered = 1 => "not_covered",
+        AtEndOfStates = 2 => "at_end_of_states",
+        Irregular = 3 => "irregular",
+        TooManyBoxes = 4 => "too_many_boxes",
     }
 }
 

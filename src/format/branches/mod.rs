@@ -2,7 +2,9 @@
 
 mod members;
 
-use contact3d::branches::{Branches, Certificate, ParameterRange, Path, PathPoint, Switch};
+use contact3d::branches::{
+    Branches, Certificate, ParameterRange, Path, PathPoint, Switch, Undecided,
+};
 use runfile::{
     DatasetSpec, Extent,
     Extent::{Fixed, Named},
@@ -11,7 +13,8 @@ use runfile::{
 use units::Dimension;
 
 use self::members::{
-    StoredEnd, StoredOrigin, StoredPointKind, StoredSwitch, end, stored_end, stored_switch, switch,
+    StoredEnd, StoredOrigin, StoredPointKind, StoredSwitch, StoredUndecided, end, stored_end,
+    stored_switch, switch,
 };
 use super::{
     FormatError, columns::Columns, read_finite_rows, read_finite_scalar, read_finite_vec,
@@ -27,6 +30,7 @@ const RANGE: &str = "/branches/range";
 const ALL: &str = "/branches/all";
 const ENUMERATED: &str = "/branches/enumerated";
 const CERTIFIED: &str = "/branches/certificate/proven";
+const UNDECIDED: &str = "/branches/certificate/undecided";
 const SOLUTIONS: &str = "/branches/certificate/n_solutions";
 const STATES: &str = "/branches/certificate/n_states";
 const BOXES: &str = "/branches/certificate/n_boxes";
@@ -73,6 +77,7 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(ALL, Kind::U8, &[], Dimension::Number, "1 where all solutions were searched for at both ends of the range."),
     GROUP.row(ENUMERATED, Kind::U8, &[], Dimension::Number, "1 where at both ends of the range no solution is missing, by the proof in /branches/certificate."),
     GROUP.row(CERTIFIED, Kind::U8, ENDS, Dimension::Number, "1 at an end of the range whose solutions were enumerated: every choice of states was tried in intervals.").optional(NOT_SEARCHED),
+    GROUP.row(UNDECIDED, Kind::Enum(StoredUndecided::SPEC), ENDS, Dimension::Number, "Why there is no proof; not_asked where there is one.").optional(NOT_SEARCHED),
     GROUP.row(SOLUTIONS, Kind::I64, ENDS, Dimension::Number, "How many solutions there are; 0 without a proof.").optional(NOT_SEARCHED),
     GROUP.row(STATES, Kind::I64, ENDS, Dimension::Number, "Choices of open, stick, and slip in half circles that were tried; 0 without a proof.").optional(NOT_SEARCHED),
     GROUP.row(BOXES, Kind::I64, ENDS, Dimension::Number, "Boxes of unknowns with no solution or exactly one, by arithmetic in intervals; 0 without a proof.").optional(NOT_SEARCHED),
@@ -145,10 +150,13 @@ pub fn write(writer: &mut GroupWriter<'_>, branches: &Branches) -> Result<(), St
 
 fn write_certificates(
     writer: &mut GroupWriter<'_>,
-    certificates: &[Option<Certificate>; 2],
+    certificates: &[Result<Certificate, Undecided>; 2],
 ) -> Result<(), StoreError> {
     let mut columns = Columns::new(writer, certificates);
-    columns.flags(CERTIFIED, Option::is_some)?;
+    columns.flags(CERTIFIED, Result::is_ok)?;
+    columns.members(UNDECIDED, |all| {
+        StoredUndecided::from(all.err().unwrap_or(Undecided::NotAsked))
+    })?;
     columns.counts(SOLUTIONS, |all| all.map_or(0, |all| all.solutions))?;
     columns.counts(STATES, |all| all.map_or(0, |all| all.states))?;
     columns.counts(BOXES, |all| all.map_or(0, |all| all.boxes))?;
@@ -162,10 +170,17 @@ fn write_certificates(
     })
 }
 
-fn read_certificates(reader: &Reader) -> Result<[Option<Certificate>; 2], FormatError> {
+fn read_certificates(reader: &Reader) -> Result<[Result<Certificate, Undecided>; 2], FormatError> {
     if !reader.has(CERTIFIED) {
-        return Ok([None; 2]);
+        return Ok([Err(Undecided::NotAsked); 2]);
     }
+    let undecided = match reader.has(UNDECIDED) {
+        true => {
+            let stored = reader.read_enum::<StoredUndecided>(UNDECIDED)?;
+            stored.iter().copied().collect()
+        }
+        false => vec![StoredUndecided::NotAsked; 2],
+    };
     let proven = reader.read_vec::<u8>(CERTIFIED)?;
     let counts = [SOLUTIONS, STATES, BOXES].map(|path| read_index_vec(reader, path));
     let [solutions, states, boxes] = counts;
@@ -175,7 +190,10 @@ fn read_certificates(reader: &Reader) -> Result<[Option<Certificate>; 2], Format
     let width: Vec<f64> = reader.read_vec(WIDTH)?;
     let uncertainty: Vec<f64> = reader.read_vec(UNCERTAINTY)?;
     Ok([0, 1].map(|end| {
-        (proven[end] != 0).then(|| Certificate {
+        if proven[end] == 0 {
+            return Err(undecided[end].into());
+        }
+        Ok(Certificate {
             solutions: solutions[end],
             states: states[end],
             boxes: boxes[end],

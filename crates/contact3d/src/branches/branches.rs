@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    enumeration::Certificate,
+    enumeration::{Certificate, Undecided},
     equations::Equations,
     family::Family,
     kink::Ray,
@@ -48,8 +48,8 @@ pub struct Branches {
     pub paths: Vec<Path>,
     /// Whether solutions were searched for at both ends of the range.
     pub all: bool,
-    /// The proof for each end of the range that no solution there is missing; `None` where not all states can be tried.
-    pub certificates: [Option<Certificate>; 2],
+    /// The proof for each end of the range that no solution there is missing, or why there is none.
+    pub certificates: [Result<Certificate, Undecided>; 2],
     /// The size of stresses Λ in Pa.
     pub stress: f64,
     /// Half paths that were not followed, since there are so many.
@@ -92,7 +92,7 @@ impl Branches {
             range: family.range().clone(),
             paths: Vec::new(),
             all,
-            certificates: [None; 2],
+            certificates: [Err(Undecided::NotAsked); 2],
             stress: family.stress()?,
             left_out: 0,
             pending: Some(Pending::default()),
@@ -234,7 +234,7 @@ impl Branches {
         equations: &Equations<'_>,
         s: f64,
         round: usize,
-    ) -> Result<(Vec<Ray>, Option<Certificate>), ProblemError> {
+    ) -> Result<(Vec<Ray>, Result<Certificate, Undecided>), ProblemError> {
         let value = self.range.value(s);
         let known: Vec<Vec<f64>> = self
             .end_solutions(value)
@@ -287,8 +287,7 @@ impl Branches {
     #[must_use]
     pub fn is_enumerated(&self, end: usize) -> bool {
         let parameter = [self.range.from, self.range.to][end];
-        self.certificates[end]
-            .is_some_and(|all| all.solutions == self.end_solutions(parameter).len())
+        self.certificates[end].is_ok_and(|all| all.solutions == self.end_solutions(parameter).len())
     }
 
     /// Whether every path was followed to its end and no solution is missing at either end of the range, by proof.

@@ -48,7 +48,7 @@ mod straight;
 
 pub use branches::{Branches, Path, Pending};
 pub use end_solutions::EndSolution;
-pub use enumeration::Certificate;
+pub use enumeration::{Certificate, Undecided};
 pub use family::{Family, SceneAt};
 pub use path::PathEnd;
 pub use piece::Switch;

@@ -1,7 +1,7 @@
 //! Solutions at one value of the parameter: deflated Newton's method from many starts.
 
 use super::{
-    enumeration::{Certificate, enumerated},
+    enumeration::{Certificate, Undecided, enumerated},
     equations::Equations,
 };
 use crate::{
@@ -29,8 +29,8 @@ const STARTS: [f64; 2] = [6.0, 256.0];
 pub(super) struct Found {
     /// (y, s) of each.
     pub(super) points: Vec<Vec<f64>>,
-    /// The proof that they are all, where there is one.
-    pub(super) certificate: Option<Certificate>,
+    /// The proof that they are all, or why there is none.
+    pub(super) certificate: Result<Certificate, Undecided>,
 }
 
 impl Equations<'_> {
@@ -47,10 +47,11 @@ impl Equations<'_> {
             let scaled = multiplier.iter().map(|l| l / self.stress);
             scaled.chain([s]).collect::<Vec<f64>>()
         };
-        let enumerated = enumerated(&member);
-        let certificate = enumerated.as_ref().and_then(|all| all.certificate);
-        let multipliers = enumerated.map_or_else(Vec::new, |all| all.multipliers);
-        if certificate.is_some() {
+        let (multipliers, certificate) = match enumerated(&member) {
+            Some(all) => (all.multipliers, all.certificate),
+            None => (Vec::new(), Err(Undecided::NotCovered)),
+        };
+        if certificate.is_ok() {
             return Ok(Found {
                 points: multipliers.iter().map(|one| point(one)).collect(),
                 certificate,
@@ -112,7 +113,7 @@ impl Equations<'_> {
         }
         Ok(Found {
             points: found,
-            certificate: None,
+            certificate,
         })
     }
 

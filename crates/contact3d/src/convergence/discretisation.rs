@@ -258,9 +258,7 @@ fn solve_level(scene: &Scene, brick: &Brick) -> Result<SolvedLevel, ProblemError
     let mesh = Mesh::of_scene(scene, Path::new(""))?;
     let problem = Problem::of_checked(scene.clone(), Arc::new(mesh))?;
     let assembled = problem.assemble()?;
-    let mut solution = assembled.solve(&scene.solve)?;
-    let report = assembled.report(&solution)?;
-    report.judge(&mut solution);
+    let (solution, report) = assembled.solve_and_report(&scene.solve)?;
     let r = report.resultants;
     let cells = brick.size.iter().zip(brick.cells);
     let volume: f64 = cells.map(|(l, n)| l / n as f64).product();

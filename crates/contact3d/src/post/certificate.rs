@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicUsize;
 
-use super::{PaneFriction, PaneState, Solved, SolvedContact};
+use super::{PaneFriction, PaneState, Solved, SolvedContact, rounding::Measure};
 use crate::{
     linalg::{add_scaled, norm},
     solver::FeasibleSet,
@@ -131,22 +131,28 @@ impl Certificate {
     /// The figures that apply, with their names.
     #[must_use]
     pub fn figures(&self) -> Vec<(&'static str, f64)> {
-        let mut figures = vec![("equilibrium", self.equilibrium)];
+        let all = self.measured().into_iter();
+        all.map(|(figure, value, _)| (figure, value)).collect()
+    }
+
+    /// The figures that apply, with what each is measured against.
+    pub(super) fn measured(&self) -> Vec<(&'static str, f64, Measure)> {
+        let mut figures = vec![("equilibrium", self.equilibrium, Measure::Balance)];
         if let Some(contact) = &self.contact {
             figures.extend([
-                ("penetration", contact.penetration),
-                ("adhesion", contact.adhesion),
-                ("complementarity", contact.complementarity),
+                ("penetration", contact.penetration, Measure::Stress),
+                ("adhesion", contact.adhesion, Measure::Stress),
+                ("complementarity", contact.complementarity, Measure::Work),
             ]);
         }
         if let Some(friction) = &self.friction {
             figures.extend([
-                ("friction_bound", friction.friction_bound),
-                ("slip_direction", friction.slip_direction),
+                ("friction_bound", friction.friction_bound, Measure::Stress),
+                ("slip_direction", friction.slip_direction, Measure::Work),
             ]);
         }
         if let Some(contact) = &self.contact {
-            figures.push(("fixed_point", contact.fixed_point));
+            figures.push(("fixed_point", contact.fixed_point, Measure::Stress));
         }
         figures
     }

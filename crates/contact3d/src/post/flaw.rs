@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{ContactReport, Rounding, Solved};
+use super::{ContactReport, Rounding, Solved, rounding::Measure};
 use crate::solver::{Solution, Status};
 
 /// An answer with a figure above this is none, whatever rounding explains: nothing of it can be relied on.
@@ -13,16 +13,7 @@ const ABOUT: f64 = 100.0;
 
 /// √ε, half of all digits: below this no figure contradicts an answer. Rounding of λ alone moves bodies that nearly float by so much
 /// that residuals of 1e-10 are met in right answers.
-const SMALL: f64 = 1.5e-8;
-
-/// The residuals of the body, whose displacement is solved to rounding whatever λ is.
-const EQUILIBRIUM: &str = "equilibrium";
-const FORCES: &str = "force imbalance";
-const MOMENTS: &str = "moment imbalance";
-
-fn is_balance(figure: &str) -> bool {
-    [EQUILIBRIUM, FORCES, MOMENTS].contains(&figure)
-}
+const SMALL: f64 = f64::EPSILON * (1_u64 << 26) as f64;
 
 /// Why an answer cannot be what its solve took it for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,8 +97,14 @@ impl ContactReport {
     }
 
     /// What is wrong with the answer, the worst first.
-    pub(super) fn find_flaw(&self, solved: &Solved<'_>, rounding: &Rounding) -> Option<Flaw> {
+    pub(super) fn find_flaw(
+        &self,
+        solved: &Solved<'_>,
+        rounding: &Rounding,
+        rounding_energy: f64,
+    ) -> Option<Flaw> {
         self.find_out_of_range(solved)
+            .or_else(|| self.find_lost_energy(rounding_energy))
             .or_else(|| self.find_contradiction(solved.solution, rounding))
             .or_else(|| {
                 let value = self.discretisation_error.relative();
@@ -126,9 +123,13 @@ impl ContactReport {
         }
         let accuracy = solution.accuracy;
         let mobility = rounding.mobility();
-        let found = self.residuals(rounding).map(|(figure, value, rounding)| {
-            let by_accuracy = ABOUT * accuracy * if is_balance(figure) { 1.0 } else { mobility };
-            let allowed = (by_accuracy + rounding).max(SMALL);
+        let found = self.residuals().map(|(figure, value, measure)| {
+            let moves = match measure {
+                Measure::Balance => 1.0,
+                Measure::Stress | Measure::Work => mobility,
+            };
+            let by_accuracy = ABOUT * accuracy * moves;
+            let allowed = (by_accuracy + rounding.of(measure)).max(SMALL);
             // What only rounding explains is no answer either.
             let allowed = allowed.min(BROKEN.max(by_accuracy));
             (figure, value, allowed)
@@ -143,27 +144,14 @@ impl ContactReport {
             })
     }
 
-    /// Every residual with what rounding makes of it.
-    fn residuals(
-        &self,
-        rounding: &Rounding,
-    ) -> impl Iterator<Item = (&'static str, f64, f64)> + use<> {
+    /// Every residual.
+    fn residuals(&self) -> impl Iterator<Item = (&'static str, f64, Measure)> {
         let r = &self.resultants;
         let balance = [
-            (FORCES, r.force_imbalance, rounding.equilibrium),
-            (MOMENTS, r.moment_imbalance, rounding.equilibrium),
+            ("force imbalance", r.force_imbalance, Measure::Balance),
+            ("moment imbalance", r.moment_imbalance, Measure::Balance),
         ];
-        let rounding = *rounding;
-        let certificate = self.certificate.figures().into_iter();
-        let certificate = certificate.map(move |(figure, value)| {
-            let allowed = match figure {
-                EQUILIBRIUM => rounding.equilibrium,
-                "complementarity" | "slip_direction" => rounding.work,
-                _ => rounding.stress,
-            };
-            (figure, value, allowed)
-        });
-        balance.into_iter().chain(certificate)
+        balance.into_iter().chain(self.certificate.measured())
     }
 
     /// The first figure that is out of range.
@@ -172,7 +160,6 @@ impl ContactReport {
             .into_iter()
             .find_map(|(figure, largest)| field(figure, largest, solved.mesh.coordinates.len()))
             .or_else(|| self.find_not_finite(solved))
-            .or_else(|| self.find_lost_energy())
     }
 
     /// The largest magnitude of every field; NaN if any value is.
@@ -221,12 +208,12 @@ impl ContactReport {
             .map(|(figure, value)| Flaw::OutOfRange { figure, value })
     }
 
-    /// A body that moves stores energy; where that underflows, so does every figure made of
-    /// products.
-    fn find_lost_energy(&self) -> Option<Flaw> {
+    /// A body that moves stores energy, at least by rounding; where that underflows, so does every figure made of products.
+    fn find_lost_energy(&self, rounding: f64) -> Option<Flaw> {
         let value = self.resultants.strain_energy;
         let moves = self.resultants.largest_displacement != [0.0; 3];
-        (moves && value.abs() < f64::MIN_POSITIVE).then_some(Flaw::OutOfRange {
+        let is_lost = value.abs().max(rounding) < f64::MIN_POSITIVE;
+        (moves && is_lost).then_some(Flaw::OutOfRange {
             figure: "strain energy",
             value,
         })

@@ -25,7 +25,7 @@ use crate::{
     linalg::difference,
     mesh::Mesh,
     scene::{Invalid, Scene},
-    solver::{ContactState, Solution, Status},
+    solver::{ContactState, Solution},
 };
 
 /// A solved problem, as post-processing needs it: no factor, no dual operator.
@@ -139,13 +139,12 @@ impl ContactReport {
         Self::with(solved, ErrorEstimate::new)
     }
 
-    /// What [`Self::judge`] makes of a solution, without the cost of the error estimate.
+    /// As [`Self::new`], without the cost of the error estimate.
     ///
     /// # Errors
     /// A load that is not finite.
-    pub(crate) fn verdict_on(solved: &Solved<'_>) -> Result<(Status, f64), Invalid> {
-        let report = Self::with(solved, |_, _| ErrorEstimate::default())?;
-        Ok(report.verdict(solved.solution.status, solved.solution.accuracy))
+    pub(crate) fn without_estimate(solved: &Solved<'_>) -> Result<Self, Invalid> {
+        Self::with(solved, |_, _| ErrorEstimate::default())
     }
 
     fn with(
@@ -166,13 +165,16 @@ impl ContactReport {
         let straining = solved.system.dofs.to_nodes(solved.solution.straining());
         let internal = InternalForces::of(solved.mesh, &material, &straining);
         let forces = NodalForces::new(solved, &displacement, &internal.forces)?;
-        let resultants = Resultants::new(solved, &displacement, &forces, &internal.forces);
+        let terms = rounding::terms(solved);
+        let resultants = Resultants::new(solved, &terms, &displacement, &forces, &internal.forces);
+        let rounding_energy = rounding::of_energy(solved, &terms, &displacement, &forces);
         let known = estimate::Known {
             displacement: &displacement,
             internal: &internal,
             panes: &panes,
             stiffness: &stiffness,
             strain_energy: resultants.strain_energy,
+            rounding: rounding_energy,
         };
         let mut report = Self {
             discretisation_error: estimate(solved, &known),
@@ -189,8 +191,8 @@ impl ContactReport {
             reaction: forces.clamp,
             flaw: None,
         };
-        let rounding = Rounding::new(solved, &report.panes, &stiffness, &[]);
-        report.flaw = report.find_flaw(solved, &rounding);
+        let rounding = Rounding::new(solved, &terms, &report.panes, &stiffness, &[]);
+        report.flaw = report.find_flaw(solved, &rounding, rounding_energy);
         Ok(report)
     }
 

@@ -7,7 +7,6 @@ use nalgebra::Vector3;
 use super::{
     PaneState, Solved, SolvedContact, Zone,
     nodal_forces::{NodalForces, contact_forces, total},
-    rounding::terms,
 };
 use crate::{
     linalg::dot,
@@ -71,9 +70,10 @@ pub struct FaceResultants {
 }
 
 impl Resultants {
-    /// Sums the forces on the body.
+    /// Sums the forces on the body; `terms` are what cancels in the equilibrium.
     pub(super) fn new(
         solved: &Solved<'_>,
+        terms: &[f64],
         displacement: &[Vector],
         forces: &NodalForces,
         internal: &[Vector],
@@ -88,7 +88,7 @@ impl Resultants {
             .map(|f| sizes(solved.mesh, f))
             .fold([0.0; 2], |sum, s| [sum[0] + s[0], sum[1] + s[1]]);
         // Where nothing bears a force, what rounding of u would make of it.
-        let rounding = f64::EPSILON.sqrt() * terms(solved).iter().sum::<f64>();
+        let rounding = f64::EPSILON.sqrt() * terms.iter().sum::<f64>();
         let places = solved.mesh.coordinates.iter();
         let farthest = places.fold(0.0, |most: f64, x| most.max(Vector3::from(*x).norm()));
         let works = Works::new(solved, displacement, forces, internal);

@@ -1,7 +1,7 @@
 //! What rounding alone makes of the residuals of an answer.
 
-use super::{PaneState, Solved};
-use crate::linalg::norm;
+use super::{PaneState, Solved, nodal_forces::NodalForces};
+use crate::linalg::{dot, norm};
 
 /// Roundings of a sum of some hundred terms add up to about this many, as the root of their number.
 const ROUNDINGS: f64 = 16.0;
@@ -18,18 +18,31 @@ pub struct Rounding {
     pub work: f64,
 }
 
+/// What a residual is measured against.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Measure {
+    /// Forces on the body, whose displacement is solved to rounding whatever λ is.
+    Balance,
+    /// Contact stresses.
+    Stress,
+    /// Works of contact.
+    Work,
+}
+
 impl Rounding {
-    /// Of a solved problem with its panes and their local stiffness; `moved` is |S||λ| in m³, `[n_multipliers]`, empty where u was
-    /// solved with exact residuals.
-    pub(crate) fn new(
+    /// Of a solved problem with its [`terms`], its panes and their local stiffness; `moved` is |S||λ| in m³, `[n_multipliers]`, empty
+    /// where u was solved with exact residuals.
+    pub(super) fn new(
         solved: &Solved<'_>,
+        terms: &[f64],
         panes: &[PaneState],
         stiffness: &[f64],
         moved: &[f64],
     ) -> Self {
         let [stress, work] = of_contact(solved, panes, stiffness, moved);
+        let equilibrium = ratio(norm(terms), norm(&solved.system.load));
         Self {
-            equilibrium: ROUNDINGS * f64::EPSILON * of_equilibrium(solved),
+            equilibrium: ROUNDINGS * f64::EPSILON * equilibrium,
             stress: ROUNDINGS * f64::EPSILON * stress,
             work: ROUNDINGS * f64::EPSILON * work,
         }
@@ -39,7 +52,7 @@ impl Rounding {
     pub(crate) fn of_answer(solved: &Solved<'_>, panes: &[PaneState], moved: &[f64]) -> Self {
         let contact = solved.contact.as_ref();
         let stiffness = contact.map_or_else(Vec::new, |contact| contact.local_stiffness(solved));
-        Self::new(solved, panes, &stiffness, moved)
+        Self::new(solved, &terms(solved), panes, &stiffness, moved)
     }
 
     /// How many times further than by its own compliance a pane moves with the body, at least one: a relative error of λ is so many
@@ -47,6 +60,15 @@ impl Rounding {
     pub(crate) fn mobility(&self) -> f64 {
         let share = self.stress.max(self.work) / (ROUNDINGS * f64::EPSILON);
         share.max(1.0)
+    }
+
+    /// Of a residual.
+    pub(super) fn of(&self, measure: Measure) -> f64 {
+        match measure {
+            Measure::Balance => self.equilibrium,
+            Measure::Stress => self.stress,
+            Measure::Work => self.work,
+        }
     }
 
     /// The largest.
@@ -79,8 +101,22 @@ pub(super) fn terms(solved: &Solved<'_>) -> Vec<f64> {
     forces
 }
 
-fn of_equilibrium(solved: &Solved<'_>) -> f64 {
-    ratio(norm(&terms(solved)), norm(&solved.system.load))
+/// What rounding alone makes of u·A u in J, from the [`terms`] of the equilibrium; that of a body that floats is the work of its forces.
+pub(super) fn of_energy(
+    solved: &Solved<'_>,
+    terms: &[f64],
+    displacement: &[[f64; 3]],
+    forces: &NodalForces,
+) -> f64 {
+    let size = |values: &[f64]| values.iter().map(|v| v.abs()).collect::<Vec<_>>();
+    let works = if solved.system.floating.is_some() {
+        let u = size(displacement.as_flattened());
+        let parts = [&forces.applied, &forces.contact];
+        parts.map(|f| dot(&size(f.as_flattened()), &u)).iter().sum()
+    } else {
+        dot(terms, &size(&solved.solution.displacement))
+    };
+    ROUNDINGS * f64::EPSILON * works
 }
 
 /// Of stresses and of works; 0 where nothing is loaded.

@@ -33,19 +33,38 @@ impl AssembledProblem {
     /// [`Self::solve_history`] solves; [`ProblemError::NeedsExplicit`] when
     /// Newton's method is asked for and S is not dense.
     pub fn solve(&self, settings: &SolveSettings) -> Result<Solution, ProblemError> {
-        settings.validate("solve")?;
-        let solution = self.solve_judged(settings)?;
-        match self.reconsidered(solution.status, settings)? {
-            None => Ok(solution),
-            Some(double) => double.solve_judged(settings),
-        }
+        let (solution, _) = self.solve_judged(settings, ContactReport::without_estimate)?;
+        Ok(solution)
     }
 
-    fn solve_judged(&self, settings: &SolveSettings) -> Result<Solution, ProblemError> {
-        let mut solution = self.solve_from(settings, Start::default(), &mut |_| {})?;
-        let verdict = ContactReport::verdict_on(&self.solved(&solution))?;
-        (solution.status, solution.accuracy) = verdict;
-        Ok(solution)
+    /// [`Self::solve`] with the [report](Self::report) that judged it.
+    ///
+    /// # Errors
+    /// As [`Self::solve`].
+    pub fn solve_and_report(
+        &self,
+        settings: &SolveSettings,
+    ) -> Result<(Solution, ContactReport), ProblemError> {
+        self.solve_judged(settings, ContactReport::new)
+    }
+
+    fn solve_judged(
+        &self,
+        settings: &SolveSettings,
+        evaluate: fn(&Solved<'_>) -> Result<ContactReport, Invalid>,
+    ) -> Result<(Solution, ContactReport), ProblemError> {
+        settings.validate("solve")?;
+        let judged = |problem: &Self| -> Result<_, ProblemError> {
+            let mut solution = problem.solve_from(settings, Start::default(), &mut |_| {})?;
+            let report = evaluate(&problem.solved(&solution))?;
+            report.judge(&mut solution);
+            Ok((solution, report))
+        };
+        let first = judged(self)?;
+        match self.reconsidered(first.0.status, settings)? {
+            None => Ok(first),
+            Some(double) => judged(&double),
+        }
     }
 
     /// The same problem with a factor in double precision, after a solve that gave up with one in single precision that the

@@ -21,8 +21,13 @@ pub struct Findings {
     pub proved_sharply: f64,
     /// Whether HKL's bound uses c_tr⁽⁴⁾, which is known from below only: then it is no proof.
     pub is_lower: bool,
-    /// Scale up to which successive approximations contract near the solution; `None` where they do up to 1e6.
+    /// Whether constants of the law are estimates: then nothing is a proof.
+    pub is_estimated: bool,
+    /// Scale up to which successive approximations contract near the solutions followed from the smallest scale; `None` where they do near
+    /// every one found up to 1e6.
     pub contracts: Option<f64>,
+    /// The spectral radius near the solution that was followed to the law itself.
+    pub followed: Option<f64>,
     /// Exponents p of H^p of the scale proved and of the one observed between the two finest meshes.
     pub exponents: [Option<f64>; 2],
     /// The spectral radius and the rate observed.
@@ -52,13 +57,27 @@ impl Findings {
             proved: finest.map_or(f64::NAN, proved),
             proved_sharply: finest.map_or(f64::NAN, |level| level.thresholds.sharp[1]),
             is_lower: theory.law.lipschitz > 0.0,
+            is_estimated: theory.law.estimated,
             contracts: finest.and_then(contracts),
+            followed: finest.and_then(|level| {
+                let mut points = level.scaled.iter();
+                let itself = points.find(|point| point.solved && point.scale == 1.0);
+                itself.map(|point| point.spectral_radius)
+            }),
             exponents: [exponent(&|level| Some(proved(level))), exponent(&contracts)],
             rates: finest.and_then(|level| {
                 Some([level.local.as_ref()?.spectral_radius, level.observed.rate])
             }),
             lemma_fails: lemma.copied().any(|share| share.is_nan() || share > 1.0),
         }
+    }
+
+    /// The spectral radius at the solution followed to the law itself, where it tells that from the solution found without following.
+    #[must_use]
+    pub fn other_followed(&self) -> Option<f64> {
+        let ([radius, _], followed) = (self.rates?, self.followed?);
+        let apart = (radius - followed).abs() > AGREE * radius.max(followed).max(AGREE);
+        apart.then_some(followed)
     }
 
     /// Whether the rate that was observed is the spectral radius to 2 %; `None` where it is too fast or too slow to be
@@ -79,7 +98,12 @@ impl fmt::Display for Findings {
         };
         write!(
             f,
-            "{mesh} uniqueness is proven for this law scaled by less than {:.2e}, by the bound with composed constants; that of HKL (3.13) gives {:.2e}{}; ",
+            "{mesh} uniqueness {} for this law scaled by less than {:.2e}, by the bound with composed constants; that of HKL (3.13) gives {:.2e}{}; near the solutions followed from the smallest scale successive approximations contract ",
+            if self.is_estimated {
+                "would follow, were the estimated constants of the law bounds,"
+            } else {
+                "is proven"
+            },
             self.proved_sharply,
             self.proved,
             if self.is_lower {
@@ -91,12 +115,10 @@ impl fmt::Display for Findings {
         match self.contracts {
             Some(scale) => write!(
                 f,
-                "near the solution successive approximations contract up to {scale:.3}, {:.1e} times as far",
+                "up to {scale:.3}, {:.1e} times as far",
                 scale / self.proved_sharply
             )?,
-            None => f.write_str(
-                "successive approximations contract near every solution found up to 1e6",
-            )?,
+            None => f.write_str("at every scale solved, up to 1e6")?,
         }
         if let [Some(proved), observed] = self.exponents {
             write!(
@@ -108,7 +130,20 @@ impl fmt::Display for Findings {
             }
         }
         if let Some([radius, rate]) = self.rates {
-            write!(f, ". Spectral radius {radius:.4}, observed rate {rate:.4}")?;
+            write!(
+                f,
+                ". At the solution of the law itself the spectral radius is {radius:.4}, "
+            )?;
+            match rate.is_nan() {
+                true => f.write_str("and no rate is observed")?,
+                false => write!(f, "the observed rate {rate:.4}")?,
+            }
+            if let Some(followed) = self.other_followed() {
+                write!(
+                    f,
+                    "; another solution, the one followed to it, has {followed:.4}"
+                )?;
+            }
         }
         f.write_str(".")
     }

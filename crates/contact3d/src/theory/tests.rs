@@ -254,3 +254,23 @@ fn scenes_that_the_theory_does_not_cover_are_refused_by_their_key() {
     quadratic.body = Body::brick([3.0, 1.0, 1.0], [6, 2, 2]).with_element(ElementOrder::P2);
     assert_eq!(refused(quadratic), "body.element");
 }
+
+/// Two nodes at F = 3 have several solutions: the one found without following is not the one to which those of small scales lead.
+#[test]
+fn findings_tell_apart_the_solution_followed_and_the_one_found() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../pipelines/hard");
+    let text = std::fs::read_to_string(folder.join("two_nodes.toml")).expect("a pipeline");
+    let scene = Scene::parse("two nodes", &text).expect("a scene");
+    let settings = TheorySettings {
+        coarsest: 2,
+        finest: None,
+        meshes: Vec::new(),
+    };
+    let theory = Theory::measure(&scene, &folder, &settings, &mut |_| {}).expect("covered");
+    let findings = theory.findings();
+    let [radius, _] = findings.rates.expect("a regular solution");
+    assert!(radius > 1.0 && findings.contracts.is_none());
+    let followed = findings.other_followed().expect("another solution");
+    assert!(followed < 1.0, "{findings}");
+    assert!(findings.to_string().contains("another solution"));
+}

@@ -18,6 +18,8 @@ mod system;
 #[cfg(test)]
 mod tests;
 
+use std::fmt;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -62,12 +64,51 @@ pub struct Certificate {
     pub uncertainty: f64,
 }
 
+/// Why there is no proof that the solutions at one value of the parameter are all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Undecided {
+    /// Nobody asked for all solutions.
+    NotAsked,
+    /// States were not enumerated: there are too many panes, or a law that is capped or not made of straight lines.
+    NotCovered,
+    /// They were, and a solution lies at the end of its states, at a kink.
+    AtEndOfStates,
+    /// They were, and a box too narrow to be cut has a solution that is not regular, or several.
+    Irregular,
+    /// They were, with so many boxes that some were left.
+    TooManyBoxes,
+}
+
+impl fmt::Display for Undecided {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let enumerated = "states were enumerated, without a proof: ";
+        match self {
+            Self::NotAsked => f.write_str("those on the paths; --all searches for others"),
+            Self::NotCovered => write!(
+                f,
+                "states were not enumerated, which takes at most {MOST_PANES} panes, {MOST_ANGLES} of them with slips in a plane, and a law of straight lines without a cap"
+            ),
+            Self::AtEndOfStates => write!(
+                f,
+                "{enumerated}a solution lies at the end of its states, at a kink; move the end of the range a little with --from or --to"
+            ),
+            Self::Irregular => write!(
+                f,
+                "{enumerated}a solution is not regular or two are too near to be told apart; move the end of the range a little with --from or --to"
+            ),
+            Self::TooManyBoxes => write!(
+                f,
+                "{enumerated}a choice of states takes more than {MOST_BOXES} boxes"
+            ),
+        }
+    }
+}
+
 /// What was found by trying all states.
 pub(super) struct Enumerated {
     /// λ in Pa, in the order of the problem.
     pub(super) multipliers: Vec<Vec<f64>>,
-    /// `None` where a box is undecided: a solution that is not regular, or at the end of its states, or too many boxes.
-    pub(super) certificate: Option<Certificate>,
+    pub(super) certificate: Result<Certificate, Undecided>,
 }
 
 /// All solutions of a problem with few panes, under uncapped laws that are constant or made of straight lines; `None` for others.
@@ -93,7 +134,10 @@ pub(super) fn enumerated(member: &Member) -> Option<Enumerated> {
         .into_par_iter()
         .map(|states| match System::new(&problem, states) {
             Some(system) => search(&system, MOST_BOXES),
-            None => Outcome::default(),
+            None => Outcome {
+                undecided: Some(Undecided::Irregular),
+                ..Outcome::default()
+            },
         })
         .collect();
     Some(gathered(&problem, member, &outcomes))
@@ -111,7 +155,10 @@ fn gathered(problem: &SmallProblem, member: &Member, outcomes: &[Outcome]) -> En
         let all = certain.iter().map(|solution| of(solution));
         all.fold(f64::INFINITY, f64::min)
     };
-    let is_decided = outcomes.iter().all(|outcome| outcome.is_decided);
+    let undecided = outcomes
+        .iter()
+        .filter_map(|outcome| outcome.undecided)
+        .max();
     let layout = member.dual.layout;
     let multipliers = certain.iter().map(|solution| {
         let mut multiplier = vec![0.0; member.dual.dimension()];
@@ -121,7 +168,7 @@ fn gathered(problem: &SmallProblem, member: &Member, outcomes: &[Outcome]) -> En
         multiplier
     });
     Enumerated {
-        certificate: is_decided.then(|| Certificate {
+        certificate: undecided.map_or(Ok(()), Err).map(|()| Certificate {
             solutions: certain.len(),
             states: outcomes.len(),
             boxes: outcomes.iter().map(|outcome| outcome.boxes).sum(),

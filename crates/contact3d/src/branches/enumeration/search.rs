@@ -1,6 +1,7 @@
 //! All solutions of one choice of states, by cutting boxes.
 
 use super::{
+    Undecided,
     interval::Interval,
     linear::{Narrowed, narrow},
     system::System,
@@ -27,8 +28,8 @@ pub(super) struct Outcome {
     pub(super) solutions: Vec<Solution>,
     /// Boxes that were looked at.
     pub(super) boxes: usize,
-    /// Whether every box is decided.
-    pub(super) is_decided: bool,
+    /// Why some box is not decided.
+    pub(super) undecided: Option<Undecided>,
 }
 
 /// A solution that is alone in its box.
@@ -53,10 +54,13 @@ pub(super) fn search(system: &System<'_>, most_boxes: usize) -> Outcome {
     let whole = &system.whole;
     let mut zeros: Vec<Zero> = Vec::new();
     let mut open = vec![whole.clone()];
-    let mut undecided = 0;
+    let mut too_narrow = 0;
     while let Some(part) = open.pop() {
-        if outcome.boxes == most_boxes || undecided == MOST_UNDECIDED {
-            undecided += 1;
+        if outcome.boxes == most_boxes {
+            outcome.undecided = Some(Undecided::TooManyBoxes);
+            break;
+        }
+        if too_narrow == MOST_UNDECIDED {
             break;
         }
         outcome.boxes += 1;
@@ -92,28 +96,34 @@ pub(super) fn search(system: &System<'_>, most_boxes: usize) -> Outcome {
                 } else if let Some(halves) = halves(&common, whole, &derivative) {
                     open.extend(halves);
                 } else {
-                    undecided += 1;
+                    too_narrow += 1;
                 }
             }
         }
     }
-    for (k, zero) in zeros.iter().enumerate() {
-        let meets = |other: &Zero| overlap(&zero.place, &other.place);
-        undecided += usize::from(zeros[..k].iter().any(meets));
+    let overlaps = |(k, zero): (usize, &Zero)| {
+        let mut others = zeros[..k].iter();
+        others.any(|other| overlap(&zero.place, &other.place))
+    };
+    if too_narrow > 0 || zeros.iter().enumerate().any(overlaps) {
+        outcome.undecided = outcome.undecided.max(Some(Undecided::Irregular));
+    }
+    for zero in &zeros {
         let signs = system.signs(&zero.place);
         if signs.iter().any(|sign| sign.high < 0.0) {
             continue;
         }
         let margin = signs.iter().map(|sign| sign.low);
         let margin = margin.fold(f64::INFINITY, f64::min);
-        undecided += usize::from(margin <= 0.0);
+        if margin <= 0.0 {
+            outcome.undecided = outcome.undecided.max(Some(Undecided::AtEndOfStates));
+        }
         outcome.solutions.push(Solution {
             multiplier: system.multipliers(&zero.place),
             margin,
             determinant: determinant(system, &zero.place),
         });
     }
-    outcome.is_decided = undecided == 0;
     outcome
 }
 

@@ -49,7 +49,7 @@ pub struct ErrorEstimate {
     pub elements: f64,
     /// The contact conditions inside panes; `None` without contact.
     pub contact: Option<ContactError>,
-    /// ‖u_h‖_A in √J.
+    /// ‖u_h‖_A in √J; 0, and all parts with it, where it is no more than rounding: a body at rest, or moved as a whole.
     pub displacement: f64,
 }
 
@@ -77,6 +77,8 @@ pub(super) struct Known<'a> {
     pub(super) stiffness: &'a [f64],
     /// ½ uᵀAu in J.
     pub(super) strain_energy: f64,
+    /// What rounding alone makes of uᵀAu in J.
+    pub(super) rounding: f64,
 }
 
 impl ContactError {
@@ -91,6 +93,9 @@ impl ErrorEstimate {
     /// Estimates the error of a solved problem.
     pub(super) fn new(solved: &Solved<'_>, known: &Known<'_>) -> Self {
         let mesh = solved.mesh;
+        if 2.0 * known.strain_energy <= known.rounding {
+            return Self::of_rest(solved);
+        }
         let material = MaterialField::new(solved.scene, mesh);
         let mut squares = match mesh.mid_edges {
             None => recovery::energies(mesh, &material, &known.internal.stress),
@@ -129,7 +134,20 @@ impl ErrorEstimate {
             indicator: squares.into_iter().map(f64::sqrt).collect(),
             elements: elements.sqrt(),
             contact,
-            displacement: (2.0 * known.strain_energy).max(0.0).sqrt(),
+            displacement: (2.0 * known.strain_energy).sqrt(),
+        }
+    }
+
+    /// No error of no deformation.
+    fn of_rest(solved: &Solved<'_>) -> Self {
+        let contact = solved.contact.map(|contact| ContactError {
+            friction: contact.state.interface.has_friction().then_some(0.0),
+            ..ContactError::default()
+        });
+        Self {
+            indicator: vec![0.0; solved.mesh.tetrahedra.len()],
+            contact,
+            ..Self::default()
         }
     }
 
@@ -169,7 +187,7 @@ impl ErrorEstimate {
         Some(of_flat.sum::<f64>() / whole)
     }
 
-    /// The whole estimate over ‖u_h‖_A; 0 for a body at rest.
+    /// The whole estimate over ‖u_h‖_A; 0 for a body at rest, or moved as a whole.
     #[must_use]
     pub fn relative(&self) -> f64 {
         self.over_displacement(self.total())
