@@ -19,8 +19,9 @@ use runfile::{
 use units::Dimension;
 
 use super::{
-    FormatError, Stage, axes, columns, load, read_finite_scalar, read_finite_vec, read_index_vec,
-    rows_of_transpose,
+    FormatError, Stage, columns, extents,
+    fields::{Table, fields, read_finite, read_value, write_value},
+    load, rows_of_transpose,
 };
 
 /// Matrices and the factor.
@@ -37,11 +38,6 @@ const RIGID_SUPPORT: &str = "/assemble/rigid_support";
 const RIGID_YIELDING: &str = "/assemble/rigid_yielding";
 const DUAL_OPERATOR: &str = "/assemble/dual_operator";
 const CONTACT_COMPLIANCE: &str = "/assemble/contact_compliance";
-const PERMUTATION: &str = "/assemble/factor/permutation";
-const SUPERNODE_COLUMNS: &str = "/assemble/factor/supernode_columns";
-const ROW_OFFSETS: &str = "/assemble/factor/row_offsets";
-const ROW_INDICES: &str = "/assemble/factor/row_indices";
-const VALUE_OFFSETS: &str = "/assemble/factor/value_offsets";
 const VALUES: &str = "/assemble/factor/values";
 const DUAL_OPERATOR_SINGLE: &str = "/assemble/dual_operator_single";
 const CONTACT_COMPLIANCE_SINGLE: &str = "/assemble/contact_compliance_single";
@@ -65,8 +61,8 @@ const FREE: Extent = Named("n_free");
 const OFFSETS: &[Extent] = &[Plus("n_supernodes", 1)];
 
 #[rustfmt::skip]
-pub(super) const TABLE: &[DatasetSpec] = &[
-    GROUP.row(DOFS, Kind::I64, &[Named("n_nodes"), axes::XYZ], Dimension::Number, "Free degree of freedom of each node and component, -1 where held.").compressed(),
+pub(super) const OPERATORS: &[DatasetSpec] = &[
+    GROUP.row(DOFS, Kind::I64, &[Named("n_nodes"), extents::XYZ], Dimension::Number, "Free degree of freedom of each node and component, -1 where held.").compressed(),
     GROUP.row(STIFFNESS, Kind::CscMatrix, &[FREE, FREE], Dimension::STIFFNESS, "Stiffness matrix over the free degrees of freedom; symmetric, both triangles stored.").symbol("A").compressed(),
     GROUP.row(RIGID_MODES, Kind::F64, &[RIGID, FREE], Dimension::Number, "Rigid modes of a body that only contact holds, the kernel of A; mode p moves pin p by one and no other pin.").symbol("R").optional(SUPPORTED),
     GROUP.row(RIGID_PINS, Kind::I64, &[RIGID], Dimension::Number, "The pins, one free degree of freedom for each rigid mode: the factor is that of A with the spring added to these entries of its diagonal.").optional(SUPPORTED),
@@ -76,21 +72,27 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(COUPLING_NORMAL, Kind::CsrMatrix, &[Named("n_panes"), FREE], Dimension::AREA, "Integral of the normal displacement over each pane.").symbol("N").optional(NO_CONTACT),
     GROUP.row(COUPLING_TANGENTIAL, Kind::CsrMatrix, &[Named("n_tangential"), FREE], Dimension::AREA, "Integrals of the tangential displacements over each pane; rows 2i and 2i + 1 belong to pane i.").symbol("T").optional(NO_FRICTION),
     GROUP.row(DUAL_OPERATOR, Kind::F64, &[Named("n_multipliers"), Named("n_multipliers")], Dimension::DUAL, "Dual operator B A^-1 B^T, symmetric.").symbol("S").optional(IMPLICIT),
-    GROUP.row(CONTACT_COMPLIANCE, Kind::F64, &[Named("n_multipliers"), Named("n_contact_nodes"), axes::FRICTION_AXES], Dimension::COMPLIANCE, "Tangential displacement of the contact nodes that a unit of each multiplier takes away.").symbol("G").optional(NO_SLIP),
-    GROUP.row("/assemble/seconds/stiffness", Kind::F64, &[], Dimension::Time, "Wall-clock time of assembling stiffness and load.").volatile(),
-    GROUP.row("/assemble/seconds/ordering", Kind::F64, &[], Dimension::Time, "Wall-clock time of the fill-reducing order.").volatile(),
-    GROUP.row("/assemble/seconds/factorisation", Kind::F64, &[], Dimension::Time, "Wall-clock time of the Cholesky factorisation.").volatile(),
-    GROUP.row("/assemble/seconds/dual_operator", Kind::F64, &[], Dimension::Time, "Wall-clock time of forming the dual operator and the contact compliance; 0 when it is implicit.").volatile(),
-    GROUP.row(PERMUTATION, Kind::I64, &[FREE], Dimension::Number, "Fill-reducing order: row i of P A P^T = L L^T is row permutation[i] of A.").symbol("P").compressed(),
-    GROUP.row(SUPERNODE_COLUMNS, Kind::I64, OFFSETS, Dimension::Number, "First column of each supernode of L, then n_free.").compressed(),
-    GROUP.row(ROW_OFFSETS, Kind::I64, OFFSETS, Dimension::Number, "Where the rows of each supernode begin in row_indices.").compressed(),
-    GROUP.row(ROW_INDICES, Kind::I64, &[Named("n_factor_rows")], Dimension::Number, "Rows of each supernode, increasing; the first are its own columns.").compressed(),
-    GROUP.row(VALUE_OFFSETS, Kind::I64, OFFSETS, Dimension::Number, "Where the panel of each supernode begins in values.").compressed(),
-    GROUP.row(VALUES, Kind::F64, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "Dense column-major panel (rows, columns) of each supernode of the Cholesky factor.").symbol("L").optional(SINGLE),
-    GROUP.row(VALUES_SINGLE, Kind::F32, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "The same in single precision: L L^T is A to about seven digits, a preconditioner.").symbol("L").optional(DOUBLE),
-    GROUP.row(DUAL_OPERATOR_SINGLE, Kind::F32, &[Named("n_multipliers"), Named("n_multipliers")], Dimension::DUAL, "Dual operator made from a factor in single precision, symmetric; solves correct its error by exact residuals.").symbol("S").optional(IN_DOUBLE),
-    GROUP.row(CONTACT_COMPLIANCE_SINGLE, Kind::F32, &[Named("n_multipliers"), Named("n_contact_nodes"), axes::FRICTION_AXES], Dimension::COMPLIANCE, "Contact compliance made from a factor in single precision.").symbol("G").optional(NO_SLIP_SINGLE),
+    GROUP.row(CONTACT_COMPLIANCE, Kind::F64, &[Named("n_multipliers"), Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::COMPLIANCE, "Tangential displacement of the contact nodes that a unit of each multiplier takes away.").symbol("G").optional(NO_SLIP),
 ];
+
+pub(super) const SECONDS: Table<AssemblySeconds> = fields! { AssemblySeconds => GROUP;
+    (stiffness) "/assemble/seconds/stiffness", &[], Dimension::Time, "Wall-clock time of assembling stiffness and load.".volatile().finite();
+    (ordering) "/assemble/seconds/ordering", &[], Dimension::Time, "Wall-clock time of the fill-reducing order.".volatile().finite();
+    (factorisation) "/assemble/seconds/factorisation", &[], Dimension::Time, "Wall-clock time of the Cholesky factorisation.".volatile().finite();
+    (dual_operator) "/assemble/seconds/dual_operator", &[], Dimension::Time, "Wall-clock time of forming the dual operator and the contact compliance; 0 when it is implicit.".volatile().finite();
+};
+
+pub(super) const FACTOR: Table<FactorStructure> = fields! { FactorStructure => GROUP;
+    (permutation) "/assemble/factor/permutation", &[FREE], Dimension::Number, "Fill-reducing order: row i of P A P^T = L L^T is row permutation[i] of A.".symbol("P").compressed();
+    (supernode_columns) "/assemble/factor/supernode_columns", OFFSETS, Dimension::Number, "First column of each supernode of L, then n_free.".compressed();
+    (row_offsets) "/assemble/factor/row_offsets", OFFSETS, Dimension::Number, "Where the rows of each supernode begin in row_indices.".compressed();
+    (row_indices) "/assemble/factor/row_indices", &[Named("n_factor_rows")], Dimension::Number, "Rows of each supernode, increasing; the first are its own columns.".compressed();
+    (value_offsets) "/assemble/factor/value_offsets", OFFSETS, Dimension::Number, "Where the panel of each supernode begins in values.".compressed();
+    {Kind::F64} VALUES, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "Dense column-major panel (rows, columns) of each supernode of the Cholesky factor.".symbol("L").optional(SINGLE);
+    {Kind::F32} VALUES_SINGLE, &[Named("n_factor_values")], Dimension::ROOT_OF_STIFFNESS, "The same in single precision: L L^T is A to about seven digits, a preconditioner.".symbol("L").optional(DOUBLE);
+    {Kind::F32} DUAL_OPERATOR_SINGLE, &[Named("n_multipliers"), Named("n_multipliers")], Dimension::DUAL, "Dual operator made from a factor in single precision, symmetric; solves correct its error by exact residuals.".symbol("S").optional(IN_DOUBLE);
+    {Kind::F32} CONTACT_COMPLIANCE_SINGLE, &[Named("n_multipliers"), Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::COMPLIANCE, "Contact compliance made from a factor in single precision.".symbol("G").optional(NO_SLIP_SINGLE);
+};
 
 /// Bytes of the large arrays of an assembled problem in the file; the rest adds a few percent.
 #[must_use]
@@ -123,20 +125,9 @@ pub fn write(writer: &mut GroupWriter<'_>, system: &DualSystem) -> Result<(), St
     if let Some(floating) = &primal.floating {
         write_floating(writer, floating)?;
     }
-    for (part, seconds) in assembly.seconds.parts() {
-        writer.write(&format!("/assemble/seconds/{part}"), &[seconds], &[])?;
-    }
+    SECONDS.write_one(writer, &assembly.seconds)?;
     let structure = assembly.factor.structure();
-    let indices = [
-        (PERMUTATION, &structure.permutation),
-        (SUPERNODE_COLUMNS, &structure.supernode_columns),
-        (ROW_OFFSETS, &structure.row_offsets),
-        (ROW_INDICES, &structure.row_indices),
-        (VALUE_OFFSETS, &structure.value_offsets),
-    ];
-    for (path, values) in indices {
-        writer.write_indices(path, values, &[values.len()])?;
-    }
+    FACTOR.write_one(writer, structure)?;
     let shape = [structure.value_count()];
     match &*assembly.factor {
         Factor::Double(factor) => writer.write(VALUES, factor.values(), &shape),
@@ -145,16 +136,14 @@ pub fn write(writer: &mut GroupWriter<'_>, system: &DualSystem) -> Result<(), St
 }
 
 fn write_floating(writer: &mut GroupWriter<'_>, body: &FloatingBody) -> Result<(), StoreError> {
-    let shape = [body.n_modes(), body.grounded.cols];
-    writer.write(RIGID_MODES, &body.modes.concat(), &shape)?;
-    writer.write_indices(RIGID_PINS, &body.pins, &[body.n_modes()])?;
-    writer.write(RIGID_SPRING, &[body.spring], &[])?;
+    write_value(writer, RIGID_MODES, &body.modes)?;
+    write_value(writer, RIGID_PINS, &body.pins)?;
+    write_value(writer, RIGID_SPRING, &body.spring)?;
     match &body.support {
         None => Ok(()),
         Some(support) => {
-            let stiffness = support.stiffness.concat();
-            writer.write(RIGID_SUPPORT, &stiffness, &[body.n_modes(); 2])?;
-            writer.write(RIGID_YIELDING, &support.yielding.concat(), &shape)
+            write_value(writer, RIGID_SUPPORT, &support.stiffness)?;
+            write_value(writer, RIGID_YIELDING, &support.yielding)
         }
     }
 }
@@ -202,32 +191,21 @@ fn write_contact(writer: &mut GroupWriter<'_>, contact: &ContactSystem) -> Resul
 /// # Errors
 /// Missing, altered or contradictory datasets.
 pub fn read(reader: &Reader) -> Result<DualSystem, FormatError> {
-    let structure = FactorStructure {
-        permutation: read_index_vec(reader, PERMUTATION)?,
-        supernode_columns: read_index_vec(reader, SUPERNODE_COLUMNS)?,
-        row_offsets: read_index_vec(reader, ROW_OFFSETS)?,
-        row_indices: read_index_vec(reader, ROW_INDICES)?,
-        value_offsets: read_index_vec(reader, VALUE_OFFSETS)?,
+    let mut structure = FactorStructure::default();
+    FACTOR.read_one(reader, &mut structure, true)?;
+    let factor = if reader.has(VALUES_SINGLE) {
+        let values = reader.read_vec(VALUES_SINGLE)?;
+        Factor::Single(CholeskyFactor::from_parts(structure, values)?)
+    } else {
+        let values = reader.read_vec(VALUES)?;
+        Factor::Double(CholeskyFactor::from_parts(structure, values)?)
     };
-    let factor = match reader.has(VALUES_SINGLE) {
-        false => Factor::Double(CholeskyFactor::from_parts(
-            structure,
-            reader.read_vec(VALUES)?,
-        )?),
-        true => {
-            let values = reader.read_vec(VALUES_SINGLE)?;
-            Factor::Single(CholeskyFactor::from_parts(structure, values)?)
-        }
-    };
+    let mut seconds = AssemblySeconds::default();
+    SECONDS.read_one(reader, &mut seconds, true)?;
     let assembly = Assembly {
         primal: read_stiffness(reader)?,
         factor: Arc::new(factor),
-        seconds: AssemblySeconds {
-            stiffness: read_finite_scalar(reader, "/assemble/seconds/stiffness")?,
-            ordering: read_finite_scalar(reader, "/assemble/seconds/ordering")?,
-            factorisation: read_finite_scalar(reader, "/assemble/seconds/factorisation")?,
-            dual_operator: read_finite_scalar(reader, "/assemble/seconds/dual_operator")?,
-        },
+        seconds,
     };
     Ok(DualSystem {
         assembly,
@@ -269,7 +247,8 @@ fn read_dense(
     single: &'static str,
 ) -> Result<Option<Vec<f64>>, FormatError> {
     if reader.has(double) {
-        return Ok(Some(read_finite_vec(reader, double)?));
+        let values = reader.read_finite_f64(double)?;
+        return Ok(Some(values.into_raw_vec_and_offset().0));
     }
     if !reader.has(single) {
         return Ok(None);
@@ -279,13 +258,13 @@ fn read_dense(
         .into_iter()
         .map(f64::from)
         .collect();
-    match values.iter().all(|value| value.is_finite()) {
-        true => Ok(Some(values)),
-        false => Err(FormatError::Inconsistent {
-            dataset: single,
-            reason: "expected finite numbers".into(),
-        }),
+    if values.iter().all(|value| value.is_finite()) {
+        return Ok(Some(values));
     }
+    Err(FormatError::Inconsistent {
+        dataset: single,
+        reason: "expected finite numbers".into(),
+    })
 }
 
 /// Reads B alone; `None` without contact.
@@ -297,9 +276,10 @@ pub fn read_coupling(reader: &Reader) -> Result<Option<Coupling>, FormatError> {
         return Ok(None);
     }
     let normal = as_transpose(reader.read_matrix(COUPLING_NORMAL)?);
-    let tangential = match reader.has(COUPLING_TANGENTIAL) {
-        true => as_transpose(reader.read_matrix(COUPLING_TANGENTIAL)?),
-        false => CscMatrix::empty(normal.rows),
+    let tangential = if reader.has(COUPLING_TANGENTIAL) {
+        as_transpose(reader.read_matrix(COUPLING_TANGENTIAL)?)
+    } else {
+        CscMatrix::empty(normal.rows)
     };
     Ok(Some(Coupling::from_parts(&normal, &tangential)))
 }
@@ -331,13 +311,8 @@ fn read_floating(
     if !reader.has(RIGID_MODES) {
         return Ok(None);
     }
-    let rows = |path: &str, length: usize| -> Result<Vec<Vec<f64>>, FormatError> {
-        let entries = read_finite_vec(reader, path)?;
-        let rows = entries.chunks_exact(length.max(1));
-        Ok(rows.map(<[f64]>::to_vec).collect())
-    };
-    let modes = rows(RIGID_MODES, stiffness.cols)?;
-    let pins = read_index_vec(reader, RIGID_PINS)?;
+    let modes: Vec<Vec<f64>> = read_finite(reader, RIGID_MODES)?;
+    let pins: Vec<usize> = read_value(reader, RIGID_PINS)?;
     if pins.len() != modes.len() || pins.iter().any(|pin| *pin >= stiffness.cols) {
         return Err(FormatError::Inconsistent {
             dataset: RIGID_PINS,
@@ -347,13 +322,14 @@ fn read_floating(
             ),
         });
     }
-    let spring = read_finite_scalar(reader, RIGID_SPRING)?;
-    let support = match reader.has(RIGID_SUPPORT) {
-        true => Some(WeakSupport {
-            stiffness: rows(RIGID_SUPPORT, pins.len())?,
-            yielding: rows(RIGID_YIELDING, stiffness.cols)?,
-        }),
-        false => None,
+    let spring = read_finite(reader, RIGID_SPRING)?;
+    let support = if reader.has(RIGID_SUPPORT) {
+        Some(WeakSupport {
+            stiffness: read_finite(reader, RIGID_SUPPORT)?,
+            yielding: read_finite(reader, RIGID_YIELDING)?,
+        })
+    } else {
+        None
     };
     Ok(Some(Arc::new(FloatingBody::from_parts(
         modes, pins, spring, support, stiffness,

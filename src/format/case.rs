@@ -6,8 +6,8 @@ use runfile::Reader;
 use super::{
     FormatError, Stage, adapt,
     case_faces::{self, CaseFace},
-    outcome::read_outcome,
-    read_index_vec,
+    fields::read_value,
+    solve::read_outcome,
 };
 
 /// The figures of a certificate, as `/post/certificate` names them.
@@ -83,7 +83,7 @@ pub fn read_case(reader: &Reader) -> Result<Option<CaseResults>, FormatError> {
     if reader.has("/post/zone_counts") {
         for (zone, count) in zones
             .iter_mut()
-            .zip(read_index_vec(reader, "/post/zone_counts")?)
+            .zip(read_value::<Vec<usize>>(reader, "/post/zone_counts")?)
         {
             *zone = count as i64;
         }

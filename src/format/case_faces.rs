@@ -7,7 +7,12 @@ use runfile::{
 };
 use units::Dimension;
 
-use super::{FormatError, axes, mesh, post, read_index_vec, sweep::GROUP};
+use super::{
+    FormatError, extents,
+    fields::{read_if_there, read_value, write_value},
+    mesh, post,
+    sweep::GROUP,
+};
 
 const NAMES: &str = "/cases/face_names";
 const ZONE_COUNTS: &str = "/cases/face_zone_counts";
@@ -21,7 +26,7 @@ const ONE_FACE: &str = "absent where no case has several contact faces";
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(NAMES, Kind::Text, &[Named("n_case_faces")], Dimension::Number, "Names of contact faces in cases with several, each once.").optional(ONE_FACE),
-    GROUP.row(ZONE_COUNTS, Kind::I64, &[Named("n_cases"), Named("n_case_faces"), axes::ZONES], Dimension::Number, "Numbers of open, sticking and slipping panes of each face; -1 in cases without it.").optional(ONE_FACE),
+    GROUP.row(ZONE_COUNTS, Kind::I64, &[Named("n_cases"), Named("n_case_faces"), extents::ZONES], Dimension::Number, "Numbers of open, sticking and slipping panes of each face; -1 in cases without it.").optional(ONE_FACE),
     GROUP.row(NORMAL_FORCE, Kind::F64, FACES, Dimension::FORCE, "Total normal contact force of each face; NaN in cases without it.").optional(ONE_FACE),
     GROUP.row(TANGENTIAL_FORCE, Kind::F64, &[Named("n_cases"), Named("n_case_faces"), Fixed(2)], Dimension::FORCE, "Sum of area times tangential multiplier along the t1 and t2 of each face; NaN without friction.").optional(ONE_FACE),
     GROUP.row(LARGEST_PRESSURE, Kind::F64, FACES, Dimension::STRESS, "Largest normal multiplier of each face.").optional(ONE_FACE),
@@ -66,23 +71,17 @@ pub(super) fn read(reader: &Reader) -> Result<Vec<CaseFace>, FormatError> {
     let names = reader.read_text(mesh::CONTACT_FACE_NAMES)?;
     let normal: Vec<f64> = reader.read_vec(post::FACE_NORMAL_FORCE)?;
     let pressure: Vec<f64> = reader.read_vec(post::FACE_LARGEST_PRESSURE)?;
-    let zones = read_index_vec(reader, post::FACE_ZONE_COUNTS)?;
-    let tangential: Vec<f64> = match reader.has(post::FACE_TANGENTIAL_FORCE) {
-        true => reader.read_vec(post::FACE_TANGENTIAL_FORCE)?,
-        false => Vec::new(),
-    };
+    let zones: Vec<[i64; 3]> = read_value(reader, post::FACE_ZONE_COUNTS)?;
     // Faces with friction come first.
-    let pairs = tangential.as_chunks::<2>().0;
-    let numbers = normal
-        .into_iter()
-        .zip(pressure)
-        .zip(zones.as_chunks::<3>().0);
+    let pairs: Option<Vec<[f64; 2]>> = read_if_there(reader, post::FACE_TANGENTIAL_FORCE)?;
+    let pairs = pairs.unwrap_or_default();
+    let numbers = normal.into_iter().zip(pressure).zip(zones);
     let faces = names.lines().zip(numbers).enumerate();
     Ok(faces
         .map(
             |(k, (name, ((normal_force, largest_pressure), zones)))| CaseFace {
                 name: name.to_owned(),
-                zones: zones.map(|count| count as i64),
+                zones,
                 normal_force,
                 tangential_force: pairs.get(k).copied().unwrap_or([f64::NAN; 2]),
                 largest_pressure,
@@ -115,22 +114,25 @@ pub(super) fn write(writer: &mut GroupWriter<'_>, cases: &[&[CaseFace]]) -> Resu
     if names.is_empty() {
         return Ok(());
     }
-    let rows = cases.iter();
-    let cells: Vec<CaseFace> = rows
-        .flat_map(|faces| names.iter().map(|name| named(faces, name)))
-        .collect();
-    let (n, k) = (cases.len(), names.len());
-    let words: Vec<&str> = names.iter().map(String::as_str).collect();
-    writer.write_texts(NAMES, &words)?;
-    let zones: Vec<[i64; 3]> = cells.iter().map(|face| face.zones).collect();
-    writer.write(ZONE_COUNTS, zones.as_flattened(), &[n, k, 3])?;
-    let numbers = |of: fn(&CaseFace) -> f64| -> Vec<f64> { cells.iter().map(of).collect() };
-    writer.write(NORMAL_FORCE, &numbers(|face| face.normal_force), &[n, k])?;
-    writer.write(
-        LARGEST_PRESSURE,
-        &numbers(|face| face.largest_pressure),
-        &[n, k],
+    let cells = |of_case: &&[CaseFace]| -> Vec<CaseFace> {
+        names.iter().map(|name| named(of_case, name)).collect()
+    };
+    let cells: Vec<Vec<CaseFace>> = cases.iter().map(cells).collect();
+    write_value(writer, NAMES, &names)?;
+    write_value(writer, ZONE_COUNTS, &each(&cells, |face| face.zones))?;
+    write_value(
+        writer,
+        NORMAL_FORCE,
+        &each(&cells, |face| face.normal_force),
     )?;
-    let pairs: Vec<[f64; 2]> = cells.iter().map(|face| face.tangential_force).collect();
-    writer.write(TANGENTIAL_FORCE, pairs.as_flattened(), &[n, k, 2])
+    let pressure = each(&cells, |face| face.largest_pressure);
+    write_value(writer, LARGEST_PRESSURE, &pressure)?;
+    let tangential = each(&cells, |face| face.tangential_force);
+    write_value(writer, TANGENTIAL_FORCE, &tangential)
+}
+
+/// A figure of each face of each case.
+fn each<V>(cells: &[Vec<CaseFace>], of: fn(&CaseFace) -> V) -> Vec<Vec<V>> {
+    let of_case = |faces: &Vec<CaseFace>| faces.iter().map(of).collect();
+    cells.iter().map(of_case).collect()
 }

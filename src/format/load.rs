@@ -6,7 +6,10 @@ use contact3d::dual::{DualSystem, PrimalSystem};
 use runfile::{DatasetSpec, Extent::Named, Group, GroupWriter, Kind, Reader, StoreError};
 use units::Dimension;
 
-use super::{FormatError, Stage, axes, read_finite_rows, read_finite_vec};
+use super::{
+    FormatError, Stage, extents,
+    fields::{read_finite, write_list, write_value},
+};
 
 /// Loads and what follows from them linearly.
 pub(super) const GROUP: Group = Group::new("load", Stage::Load.command());
@@ -19,9 +22,9 @@ const SLIP_FREE: &str = "/load/slip_free";
 #[rustfmt::skip]
 pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row(FORCE, Kind::F64, &[Named("n_free")], Dimension::FORCE, "Load vector, less the forces A_fc u_c that prescribed displacements take.").symbol("l"),
-    GROUP.row(PRESCRIBED, Kind::F64, &[Named("n_nodes"), axes::XYZ], Dimension::LENGTH, "Displacement at which the clamps hold each node, zero where free.").symbol("u_c").optional("absent where all clamps hold at zero").compressed(),
+    GROUP.row(PRESCRIBED, Kind::F64, &[Named("n_nodes"), extents::XYZ], Dimension::LENGTH, "Displacement at which the clamps hold each node, zero where free.").symbol("u_c").optional("absent where all clamps hold at zero").compressed(),
     GROUP.row(DUAL_RHS, Kind::F64, &[Named("n_multipliers")], Dimension::VOLUME, "Right-hand side B A^-1 l of the dual problem plus B u_c, minus the integrated gap in its first m entries.").symbol("h").optional("absent without contact"),
-    GROUP.row(SLIP_FREE, Kind::F64, &[Named("n_contact_nodes"), axes::FRICTION_AXES], Dimension::LENGTH, "Tangential displacement of the contact nodes without contact.").optional("absent unless the dual operator is explicit and friction follows the slip"),
+    GROUP.row(SLIP_FREE, Kind::F64, &[Named("n_contact_nodes"), extents::FRICTION_AXES], Dimension::LENGTH, "Tangential displacement of the contact nodes without contact.").optional("absent unless the dual operator is explicit and friction follows the slip"),
 ];
 
 /// Writes l, the prescribed displacements, h and the free slip.
@@ -29,24 +32,18 @@ pub(super) const TABLE: &[DatasetSpec] = &[
 /// # Errors
 /// HDF5 failures.
 pub fn write(writer: &mut GroupWriter<'_>, system: &DualSystem) -> Result<(), StoreError> {
-    let load = &system.assembly.primal.load;
-    writer.write(FORCE, load, &[load.len()])?;
-    if let Some(prescribed) = &system.assembly.primal.dofs.prescribed {
-        writer.write(
-            PRESCRIBED,
-            prescribed.as_flattened(),
-            &[prescribed.len(), 3],
-        )?;
+    let primal = &system.assembly.primal;
+    write_value(writer, FORCE, &primal.load)?;
+    if let Some(prescribed) = &primal.dofs.prescribed {
+        write_list(writer, PRESCRIBED, prescribed)?;
     }
     let Some(contact) = &system.contact else {
         return Ok(());
     };
-    let rhs = contact.dual_rhs();
-    writer.write(DUAL_RHS, rhs, &[rhs.len()])?;
+    write_list(writer, DUAL_RHS, contact.dual_rhs())?;
     let explicit = contact.explicit();
     if let Some(compliance) = explicit.and_then(|explicit| explicit.compliance.as_ref()) {
-        let slip = &compliance.slip_free;
-        writer.write(SLIP_FREE, slip.as_flattened(), &[slip.len(), 2])?;
+        write_value(writer, SLIP_FREE, &compliance.slip_free)?;
     }
     Ok(())
 }
@@ -58,11 +55,11 @@ pub fn write(writer: &mut GroupWriter<'_>, system: &DualSystem) -> Result<(), St
 pub fn read(reader: &Reader, system: &mut DualSystem) -> Result<(), FormatError> {
     read_into(reader, &mut system.assembly.primal)?;
     if let Some(contact) = &mut system.contact {
-        contact.set_dual_rhs(read_finite_vec(reader, DUAL_RHS)?);
+        contact.set_dual_rhs(read_finite(reader, DUAL_RHS)?);
         if let Some(explicit) = contact.explicit_mut()
             && let Some(compliance) = &mut explicit.compliance
         {
-            compliance.slip_free = read_finite_rows(reader, SLIP_FREE)?;
+            compliance.slip_free = read_finite(reader, SLIP_FREE)?;
         }
     }
     Ok(())
@@ -70,10 +67,11 @@ pub fn read(reader: &Reader, system: &mut DualSystem) -> Result<(), FormatError>
 
 /// Reads l and the prescribed displacements alone.
 pub(super) fn read_into(reader: &Reader, primal: &mut PrimalSystem) -> Result<(), FormatError> {
-    primal.load = read_finite_vec(reader, FORCE)?;
-    primal.dofs.prescribed = match reader.has(PRESCRIBED) {
-        false => None,
-        true => Some(Arc::new(read_finite_rows(reader, PRESCRIBED)?)),
+    primal.load = read_finite(reader, FORCE)?;
+    primal.dofs.prescribed = if reader.has(PRESCRIBED) {
+        Some(Arc::new(read_finite(reader, PRESCRIBED)?))
+    } else {
+        None
     };
     Ok(())
 }

@@ -2,20 +2,16 @@
 
 mod accuracy;
 mod adapt;
+mod agreement;
 mod assemble;
-mod axes;
 mod branches;
 mod case;
 mod case_faces;
-mod checkpoint;
-mod columns;
-mod enumeration;
-mod history;
+mod extents;
+mod fields;
+mod increments;
 mod load;
-mod load_history;
 mod mesh;
-mod outcome;
-mod path_series;
 mod post;
 mod scene;
 mod series;
@@ -23,14 +19,11 @@ mod sizes;
 mod solve;
 mod stability;
 mod stage;
+mod steps;
+mod stored;
 mod sweep;
-mod sweep_series;
 mod theory;
 mod vtkhdf;
-mod vtkhdf_check;
-mod vtkhdf_once;
-mod vtkhdf_series;
-mod vtkhdf_stored;
 
 use thiserror::Error;
 
@@ -38,6 +31,7 @@ pub use accuracy::{
     GROUP as ACCURACY, read as read_accuracy, read_advice, write as write_accuracy,
 };
 pub use adapt::{GROUP as ADAPT, read as read_adaptation, write as write_adaptation};
+pub use agreement::{check_history, check_vtkhdf, problems};
 pub use assemble::{
     read as read_assembly, read_coupling, read_primal, stored_bytes as assembly_bytes,
     write as write_assembly,
@@ -45,57 +39,37 @@ pub use assemble::{
 pub use branches::{GROUP as BRANCHES, read as read_branches, write as write_branches};
 pub use case::{CERTIFICATE, CaseResults, read_case};
 pub use case_faces::{CaseFace, named as case_face, names as case_face_names};
-pub use checkpoint::{GROUP as CHECKPOINT, read as read_checkpoint, write as write_checkpoint};
+pub use increments::{GROUP as HISTORY, read as read_history, write as write_history};
 pub use load::{read as read_loads, write as write_loads};
-pub use load_history::{
-    GROUP as HISTORY, check as check_history, read as read_history, write as write_history,
-};
 pub use mesh::{read as read_mesh, write as write_mesh};
-pub use outcome::{OutcomeWords, read_outcome};
-pub use path_series::begin as begin_path_series;
 pub use post::{ContactSummary, Summary, read_certificate, read_summary, write as write_report};
 pub use scene::{
     GROUP as SCENE, read as read_scene, table as scene_table, table_of_text as scene_table_of_text,
     text as scene_text, write as write_scene,
 };
-pub use series::SERIES_LAYOUT;
+pub use series::{
+    SERIES_LAYOUT, Series, SeriesCase, begin_path_series, begin_sweep_series, field_paths,
+    step_sweep_series,
+};
 pub use sizes::{Sizes, read_sizes};
-pub use solve::{read as read_solution, read_multiplier, write as write_solution};
+pub use solve::{
+    OutcomeWords, read as read_solution, read_multiplier, read_outcome, write as write_solution,
+};
 pub use stability::{GROUP as STABILITY, STABILITY_LAYOUT, StabilityRow, write as write_stability};
 pub use stage::Stage;
+pub use steps::{CHECKPOINT, read_checkpoint, write_checkpoint};
 pub use sweep::{
     CaseRow, GROUP as CASES, SWEEP_LAYOUT, TableOwner, read_table_owner, write as write_cases,
 };
-pub use sweep_series::{SeriesCase, begin as begin_sweep_series, step as step_sweep_series};
 pub use theory::{GROUP as THEORY, read as read_theory, write as write_theory};
 pub use vtkhdf::{GROUP as VTKHDF, GridValues, write as write_vtkhdf};
-pub use vtkhdf_check::{check as check_vtkhdf, problems};
-pub use vtkhdf_series::Series;
-pub use vtkhdf_stored::field_paths;
 
 use contact3d::{
     linalg::{CscMatrix, PartsError},
     scene::SceneError,
 };
-use runfile::{Layout, Reader, SparseView, StoreError};
+use runfile::{Layout, SparseView, StoreError};
 use units::Units;
-
-/// Sizes of what ParaView reads, in run files and in files of series.
-const CELLS_EXTENT: (&str, &str) = (
-    "n_cells",
-    "VTK cells: the tetrahedra, then the contact triangles",
-);
-const CONNECTIVITY_EXTENT: (&str, &str) = ("n_connectivity", "node references of all VTK cells");
-const POINT_VALUES_EXTENT: (&str, &str) = (
-    "n_point_values",
-    "values on points for ParaView: nodes, once for each step of a series",
-);
-const CELL_VALUES_EXTENT: (&str, &str) = (
-    "n_cell_values",
-    "values on cells for ParaView: VTK cells, once for each step of a series",
-);
-const SERIES_STEPS_EXTENT: (&str, &str) =
-    ("n_series_steps", "steps of a series that ParaView plays");
 
 /// Every dataset of a run file.
 pub const LAYOUT: Layout = Layout {
@@ -110,11 +84,11 @@ pub const LAYOUT: Layout = Layout {
         mesh::GROUP,
         assemble::GROUP,
         load::GROUP,
-        load_history::GROUP,
+        increments::GROUP,
         solve::GROUP,
         post::GROUP,
         vtkhdf::GROUP,
-        checkpoint::GROUP,
+        CHECKPOINT,
         accuracy::GROUP,
         adapt::GROUP,
         theory::GROUP,
@@ -122,139 +96,43 @@ pub const LAYOUT: Layout = Layout {
     ],
     tables: &[
         scene::TABLE,
-        mesh::TABLE,
-        assemble::TABLE,
+        mesh::BODY.rows,
+        mesh::SURFACE.rows,
+        mesh::QUALITY.rows,
+        assemble::OPERATORS,
+        assemble::SECONDS.rows,
+        assemble::FACTOR.rows,
         load::TABLE,
-        solve::TABLE,
-        history::TABLE,
-        post::TABLE,
+        solve::FIELDS.rows,
+        steps::NEWTON_STEPS.rows,
+        steps::OUTER_STEPS.rows,
+        post::ON_THE_BODY.rows,
+        post::FORCES.rows,
+        post::TOTALS.rows,
         vtkhdf::TABLE,
-        vtkhdf_once::TABLE,
-        vtkhdf_series::TABLE,
-        accuracy::TABLE,
-        accuracy::RUNGS_TABLE,
-        accuracy::LEVELS_TABLE,
-        accuracy::WAYS_TABLE,
-        checkpoint::TABLE,
-        adapt::TABLE,
-        theory::TABLE,
-        theory::LEVELS_TABLE,
-        theory::NORMS_TABLE,
-        theory::ROWS_TABLE,
-        branches::TABLE,
-        load_history::TABLE,
+        series::TABLE,
+        accuracy::ACCURACY.rows,
+        accuracy::ALGEBRAIC.rows,
+        accuracy::ENTRIES.rows,
+        accuracy::MESHES.rows,
+        accuracy::TRENDS.rows,
+        accuracy::OF_WAYS.rows,
+        accuracy::WAYS.rows,
+        steps::STATE.rows,
+        steps::DONE_ROWS,
+        adapt::FIELDS.rows,
+        theory::LAW.rows,
+        theory::LEVELS.rows,
+        theory::INF_SUP.rows,
+        theory::SCALED.rows,
+        branches::SEARCH.rows,
+        branches::PROOFS.rows,
+        branches::FOLLOWED.rows,
+        branches::OF_PATHS.rows,
+        branches::OF_POINTS.rows,
+        increments::INCREMENTS.rows,
     ],
-    extents: &[
-        ("n_nodes", "nodes of the mesh"),
-        ("n_tetrahedra", "tetrahedra of the mesh"),
-        ("n_facets", "boundary triangles"),
-        (
-            "n_contact_nodes",
-            "nodes on the contact face, held ones included",
-        ),
-        ("n_contact_facets", "boundary triangles on the contact face"),
-        (
-            "n_panes",
-            "panes m, the pieces on which multipliers are constant, or nodes that carry multipliers",
-        ),
-        (
-            "n_multipliers",
-            "multipliers: m normal ones, then the tangential pairs of the panes with friction",
-        ),
-        (
-            "n_tangential",
-            "tangential multipliers, two for each pane with friction",
-        ),
-        ("n_contact_faces", "contact faces, where there are several"),
-        (
-            "n_friction_faces",
-            "contact faces with friction, the first of all of them",
-        ),
-        (
-            "n_pane_facets",
-            "contact triangles of faces with panes, all of them with one face",
-        ),
-        (
-            "n_friction_panes",
-            "panes of contact faces with friction, the first of all panes",
-        ),
-        (
-            "n_friction_nodes",
-            "nodes of contact faces with friction, the first of all contact nodes",
-        ),
-        (
-            "n_free",
-            "free degrees of freedom, the dimension 3n of HKL section 4",
-        ),
-        (
-            "n_rigid_modes",
-            "rigid motions that supports leave to contact, or hold weakly, 1 to 6",
-        ),
-        (
-            "n_neutral_motions",
-            "rigid motions among these that neither contact nor supports feel",
-        ),
-        ("n_supernodes", "supernodes of the Cholesky factor"),
-        ("n_factor_rows", "row indices of all supernodes together"),
-        (
-            "n_factor_values",
-            "coefficients stored for the Cholesky factor",
-        ),
-        ("n_outer_steps", "steps of successive approximations"),
-        ("n_newton_steps", "steps of Newton's method"),
-        (
-            "n_done_steps",
-            "steps of successive approximations done before a checkpoint",
-        ),
-        CELLS_EXTENT,
-        CONNECTIVITY_EXTENT,
-        POINT_VALUES_EXTENT,
-        CELL_VALUES_EXTENT,
-        SERIES_STEPS_EXTENT,
-        ("n_levels", "nested meshes of the accuracy ladder"),
-        (
-            "n_way_levels",
-            "meshes of all ways to accuracy, and the reference",
-        ),
-        ("n_theory_levels", "nested meshes of the theory, or one"),
-        ("n_trial_spaces", "spaces of multipliers on all of them"),
-        ("n_scales", "scales of the law on all of them"),
-        ("n_adaptive_levels", "adaptive meshes that were solved"),
-        (
-            "n_refinements",
-            "adaptive meshes beyond the first, solved or made",
-        ),
-        (
-            "n_cut_tetrahedra",
-            "tetrahedra of all adaptive meshes that were cut",
-        ),
-        (
-            "n_start_multipliers",
-            "multipliers of all adaptive meshes beyond the first",
-        ),
-        (
-            "n_increments",
-            "increments of a load history that were solved",
-        ),
-        (
-            "n_forces",
-            "clamps, springs, loads and contact faces of the scene",
-        ),
-        ("n_paths", "paths of solutions"),
-        ("n_path_points", "points of all paths of solutions"),
-        (
-            "n_path_multipliers",
-            "multipliers of the problem whose solutions are followed",
-        ),
-        (
-            "n_switches",
-            "changes of panes and nodes at all points of all paths",
-        ),
-        (
-            "n_rungs",
-            "accuracies asked of every method on every operator",
-        ),
-    ],
+    extents: extents::OF_RUN_FILES,
 };
 
 /// Why datasets cannot be written or turned back into a problem.
@@ -292,44 +170,6 @@ fn require_below(
             reason: format!("expected indices below {bound}, found {index}"),
         }),
     }
-}
-
-/// Reads an index dataset of shape `[n]` or, flattened, `[n, k]`.
-fn read_index_vec(reader: &Reader, path: &str) -> Result<Vec<usize>, StoreError> {
-    Ok(reader.read_indices(path)?.into_raw_vec_and_offset().0)
-}
-
-/// Reads a finite dataset, flattened.
-fn read_finite_vec(reader: &Reader, path: &str) -> Result<Vec<f64>, StoreError> {
-    Ok(reader.read_finite_f64(path)?.into_raw_vec_and_offset().0)
-}
-
-/// Reads a dataset of shape `[n, K]`.
-fn read_finite_rows<const K: usize>(
-    reader: &Reader,
-    path: &str,
-) -> Result<Vec<[f64; K]>, StoreError> {
-    Ok(read_finite_vec(reader, path)?.as_chunks::<K>().0.to_vec())
-}
-
-/// Reads a dataset with one value, which a failed solve may have left infinite or no number.
-fn read_scalar(reader: &Reader, path: &'static str) -> Result<f64, FormatError> {
-    one_value(path, &reader.read_vec(path)?)
-}
-
-fn one_value(path: &'static str, values: &[f64]) -> Result<f64, FormatError> {
-    values
-        .first()
-        .copied()
-        .ok_or_else(|| FormatError::Inconsistent {
-            dataset: path,
-            reason: "expected one value, found none".into(),
-        })
-}
-
-/// Reads a dataset with one value.
-fn read_finite_scalar(reader: &Reader, path: &'static str) -> Result<f64, FormatError> {
-    one_value(path, &read_finite_vec(reader, path)?)
 }
 
 /// A compressed-column matrix as the file's matrix.

@@ -1,14 +1,91 @@
-//! Files that hold what ParaView opens and nothing else: a copy of what a run file has, the points of a path, the cases of a sweep.
+//! `/VTKHDF/Steps`: results on one mesh, one after the other, as a series that ParaView plays (VTKHDF 2.0): the increments of a
+//! history, the points of a path, the cases of a sweep.
+//!
+//! The grid is stored once. The values of all steps follow each other in the arrays that hold one step without a series, and
+//! `Steps` says where each step begins.
 
-use runfile::Layout;
+use contact3d::{
+    branches::{Path, PathPoint},
+    contact::ContactFrame,
+    mesh::Mesh,
+};
+use runfile::{
+    DatasetSpec, Extent,
+    Extent::{Fixed, Named},
+    GroupWriter, Kind, Layout, Piecewise, Reader, StoreError,
+};
+use units::Dimension;
 
 use super::{
-    path_series, sweep_series,
-    vtkhdf::{self, GROUP},
-    vtkhdf_once, vtkhdf_series,
+    extents,
+    fields::{write_list, write_value},
+    stored::Stored,
+    vtkhdf::{
+        self, CONNECTIVITY, Field, GROUP, GridValues, N_CELLS, N_CONNECTIVITY, N_POINTS, NORMAL,
+        OFFSETS, POINTS, TYPE, TYPES, VERSION, fields, write_grid, write_normals, write_once,
+    },
 };
 
-/// Every dataset of such a file.
+const VALUES: &str = "/VTKHDF/Steps/Values";
+const PARTS: &str = "/VTKHDF/Steps/NumberOfParts";
+const PART_OFFSETS: &str = "/VTKHDF/Steps/PartOffsets";
+const POINT_OFFSETS: &str = "/VTKHDF/Steps/PointOffsets";
+const CELL_OFFSETS: &str = "/VTKHDF/Steps/CellOffsets";
+const CONNECTIVITY_OFFSETS: &str = "/VTKHDF/Steps/ConnectivityIdOffsets";
+
+const ONLY: &str = "only in a series";
+const OF_PATH: &str = "only in the series of a path";
+const OF_SWEEP: &str = "only in the series of a sweep";
+const STEPS: &[Extent] = &[Named("n_series_steps")];
+const STEPS_AND_ONE: &[Extent] = &[Named("n_series_steps"), Fixed(1)];
+const SETTINGS: &[Extent] = &[Named("n_series_steps"), Named("n_keys")];
+
+#[rustfmt::skip]
+pub(super) const TABLE: &[DatasetSpec] = &[
+    GROUP.row(VALUES, Kind::F64, STEPS, Dimension::Number, "Time of each step, as players show it.").optional(ONLY),
+    GROUP.row(PARTS, Kind::I64, STEPS, Dimension::Number, "Parts of the grid at each step: one.").optional(ONLY),
+    GROUP.row(PART_OFFSETS, Kind::I64, STEPS, Dimension::Number, "The part of each step: the first.").optional(ONLY),
+    GROUP.row(POINT_OFFSETS, Kind::I64, STEPS, Dimension::Number, "Where the points of each step begin: the grid stays.").optional(ONLY),
+    GROUP.row(CELL_OFFSETS, Kind::I64, STEPS_AND_ONE, Dimension::Number, "Where the cells of each step begin: the grid stays.").optional(ONLY),
+    GROUP.row(CONNECTIVITY_OFFSETS, Kind::I64, STEPS_AND_ONE, Dimension::Number, "Where Connectivity of each step begins: the grid stays.").optional(ONLY),
+    offsets_row("/VTKHDF/Steps/PointDataOffsets/displacement"),
+    offsets_row("/VTKHDF/Steps/CellDataOffsets/von_mises"),
+    offsets_row("/VTKHDF/Steps/CellDataOffsets/error_indicator"),
+    offsets_row("/VTKHDF/Steps/CellDataOffsets/contact_face"),
+    offsets_row("/VTKHDF/Steps/CellDataOffsets/contact_normal_stress"),
+    offsets_row("/VTKHDF/Steps/PointDataOffsets/contact_normal_stress"),
+    offsets_row("/VTKHDF/Steps/CellDataOffsets/contact_gap"),
+    offsets_row("/VTKHDF/Steps/PointDataOffsets/contact_gap"),
+    offsets_row("/VTKHDF/Steps/CellDataOffsets/contact_zone"),
+    offsets_row("/VTKHDF/Steps/PointDataOffsets/contact_zone"),
+    offsets_row("/VTKHDF/Steps/CellDataOffsets/contact_tangential_stress"),
+    offsets_row("/VTKHDF/Steps/PointDataOffsets/contact_tangential_stress"),
+    offsets_row("/VTKHDF/Steps/CellDataOffsets/friction_1"),
+    offsets_row("/VTKHDF/Steps/PointDataOffsets/friction_1"),
+    offsets_row("/VTKHDF/Steps/CellDataOffsets/friction_2"),
+    offsets_row("/VTKHDF/Steps/PointDataOffsets/friction_2"),
+];
+
+#[rustfmt::skip]
+const OF_PATHS: &[DatasetSpec] = &[
+    GROUP.row("/VTKHDF/FieldData/parameter", Kind::F64, STEPS, Dimension::Number, "The parameter of each step, in the unit of its key.").optional(OF_PATH),
+    GROUP.row("/VTKHDF/FieldData/determinant_sign", Kind::F64, STEPS, Dimension::Number, "Sign of the determinant of Newton's matrix; 0 at folds.").optional(OF_PATH),
+    GROUP.row("/VTKHDF/FieldData/spectral_radius", Kind::F64, STEPS, Dimension::Number, "Spectral radius of the derivative of the mapping Psi; NaN where it has none.").optional(OF_PATH),
+    GROUP.row("/VTKHDF/Steps/FieldDataOffsets/parameter", Kind::I64, STEPS, Dimension::Number, "Which value belongs to each step.").optional(OF_PATH),
+    GROUP.row("/VTKHDF/Steps/FieldDataOffsets/determinant_sign", Kind::I64, STEPS, Dimension::Number, "Which value belongs to each step.").optional(OF_PATH),
+    GROUP.row("/VTKHDF/Steps/FieldDataOffsets/spectral_radius", Kind::I64, STEPS, Dimension::Number, "Which value belongs to each step.").optional(OF_PATH),
+];
+
+#[rustfmt::skip]
+const OF_SWEEPS: &[DatasetSpec] = &[
+    GROUP.row("/VTKHDF/FieldData/case", Kind::F64, STEPS, Dimension::Number, "Row of each step in /cases of summary.h5, from 0.").optional(OF_SWEEP),
+    GROUP.row("/VTKHDF/FieldData/setting", Kind::F64, SETTINGS, Dimension::Number, "Values of the keys that the settings of the group list; NaN where a value is no number.").optional(OF_SWEEP),
+    GROUP.row("/VTKHDF/Steps/FieldDataOffsets/case", Kind::I64, STEPS, Dimension::Number, "Which value belongs to each step.").optional(OF_SWEEP),
+    GROUP.row("/VTKHDF/Steps/FieldDataOffsets/setting", Kind::I64, STEPS, Dimension::Number, "Which row belongs to each step.").optional(OF_SWEEP),
+];
+
+/// Every dataset of a file that holds what ParaView opens and nothing else: a copy of what a run file has, the points of a path,
+/// the cases of a sweep.
 pub const SERIES_LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe series",
     linked_filetype: "contact3d-pipe series stage",
@@ -17,20 +94,236 @@ pub const SERIES_LAYOUT: Layout = Layout {
     creator: super::LAYOUT.creator,
     units: super::LAYOUT.units,
     groups: &[GROUP],
-    tables: &[
-        vtkhdf::TABLE,
-        vtkhdf_once::TABLE,
-        vtkhdf_series::TABLE,
-        path_series::TABLE,
-        sweep_series::TABLE,
-    ],
-    extents: &[
-        ("n_nodes", "nodes of the mesh"),
-        super::CELLS_EXTENT,
-        super::CONNECTIVITY_EXTENT,
-        super::POINT_VALUES_EXTENT,
-        super::CELL_VALUES_EXTENT,
-        super::SERIES_STEPS_EXTENT,
-        ("n_keys", "keys of all axes of a sweep"),
-    ],
+    tables: &[vtkhdf::TABLE, TABLE, OF_PATHS, OF_SWEEPS],
+    extents: extents::OF_SERIES,
 };
+
+pub(super) const fn offsets_row(path: &'static str) -> DatasetSpec {
+    let meaning = "Where the values of each step begin.";
+    GROUP
+        .row(path, Kind::I64, STEPS, Dimension::Number, meaning)
+        .optional(ONLY)
+}
+
+/// A series that is being written, step by step, so that the values of one are in memory at a time.
+pub struct Series<'w, 't> {
+    writer: &'w mut GroupWriter<'t>,
+    n_steps: usize,
+    arrays: Vec<Piecewise<f64>>,
+}
+
+impl<'w, 't> Series<'w, 't> {
+    /// Writes the grid and the time of each step, in ascending order.
+    ///
+    /// # Errors
+    /// HDF5 failures.
+    pub fn begin(
+        writer: &'w mut GroupWriter<'t>,
+        mesh: &Mesh,
+        times: &[f64],
+    ) -> Result<Self, StoreError> {
+        write_grid(writer, mesh)?;
+        write_normals(writer, mesh, Some(times.len()))?;
+        Self::on_grid(writer, times)
+    }
+
+    /// Writes the time of each step, in ascending order, of a series whose grid is written.
+    pub(super) fn on_grid(
+        writer: &'w mut GroupWriter<'t>,
+        times: &[f64],
+    ) -> Result<Self, StoreError> {
+        let n_steps = times.len();
+        write_list(writer, VALUES, times)?;
+        let number = i64::try_from(n_steps).unwrap_or(i64::MAX);
+        writer.write_inner_attribute("Steps", "NSteps", number)?;
+        write_value(writer, PARTS, &vec![1_usize; n_steps])?;
+        for path in [PART_OFFSETS, POINT_OFFSETS] {
+            write_value(writer, path, &vec![0_usize; n_steps])?;
+        }
+        for path in [CELL_OFFSETS, CONNECTIVITY_OFFSETS] {
+            write_value(writer, path, &vec![[0_usize]; n_steps])?;
+        }
+        Ok(Self {
+            writer,
+            n_steps,
+            arrays: Vec::new(),
+        })
+    }
+
+    /// Writes the next step, with the frame of its contact face.
+    ///
+    /// # Errors
+    /// HDF5 failures; a step more than there are times.
+    pub fn step(
+        &mut self,
+        mesh: &Mesh,
+        shown: &GridValues<'_>,
+        frame: Option<&ContactFrame>,
+    ) -> Result<(), StoreError> {
+        self.append(&fields(mesh, shown, frame))
+    }
+
+    /// Writes the fields of the next step, the same ones in each.
+    pub(super) fn append(&mut self, fields: &[Field]) -> Result<(), StoreError> {
+        if self.arrays.is_empty() {
+            for field in fields {
+                let array = self.writer.begin(&field.path, &field.shape(self.n_steps))?;
+                self.arrays.push(array);
+                self.write_offsets(field)?;
+            }
+        }
+        for (array, field) in self.arrays.iter_mut().zip(fields) {
+            self.writer.append(array, &field.values)?;
+        }
+        Ok(())
+    }
+
+    fn write_offsets(&mut self, field: &Field) -> Result<(), StoreError> {
+        let Some((kind, name)) = field.path.trim_start_matches("/VTKHDF/").split_once('/') else {
+            return Ok(());
+        };
+        let path = format!("/VTKHDF/Steps/{kind}Offsets/{name}");
+        let offsets: Vec<usize> = (0..self.n_steps).map(|step| step * field.rows()).collect();
+        write_value(self.writer, &path, &offsets)
+    }
+
+    /// Ends the series.
+    ///
+    /// # Errors
+    /// HDF5 failures; a step less than there are times.
+    pub fn finish(self) -> Result<(), StoreError> {
+        let Self { writer, arrays, .. } = self;
+        arrays.into_iter().try_for_each(|array| writer.end(array))
+    }
+}
+
+/// Writes the values of all steps that are no fields, and that each step has its own.
+fn write_of_steps<V: Stored>(
+    writer: &mut GroupWriter<'_>,
+    name: &str,
+    values: &[V],
+) -> Result<(), StoreError> {
+    write_list(writer, &format!("/VTKHDF/FieldData/{name}"), values)?;
+    let offsets: Vec<usize> = (0..values.len()).collect();
+    let path = format!("/VTKHDF/Steps/FieldDataOffsets/{name}");
+    write_value(writer, &path, &offsets)
+}
+
+/// Begins the series of a path with what is known of its points.
+///
+/// Its time is the parameter where that grows all along the path; elsewhere it is the number of the point, since players need
+/// times that grow.
+///
+/// # Errors
+/// HDF5 failures.
+pub fn begin_path_series<'w, 't>(
+    writer: &'w mut GroupWriter<'t>,
+    mesh: &'w Mesh,
+    path: &Path,
+) -> Result<Series<'w, 't>, StoreError> {
+    type Measure = fn(&PathPoint) -> f64;
+    let measures: [(&str, Measure); 3] = [
+        ("parameter", |point| point.parameter),
+        ("determinant_sign", |point| f64::from(point.determinant)),
+        ("spectral_radius", |point| point.spectral_radius),
+    ];
+    for (name, measure) in measures {
+        let values: Vec<f64> = path.points.iter().map(measure).collect();
+        write_of_steps(writer, name, &values)?;
+    }
+    let parameters: Vec<f64> = path.points.iter().map(|point| point.parameter).collect();
+    let times = if parameters.is_sorted_by(|a, b| a < b) {
+        parameters
+    } else {
+        (1..=parameters.len()).map(|number| number as f64).collect()
+    };
+    Series::begin(writer, mesh, &times)
+}
+
+/// A case of a series of cases that share a mesh.
+#[derive(Debug, Clone)]
+pub struct SeriesCase {
+    /// Its row in the table of the sweep.
+    pub row: usize,
+    /// The time at which players show it.
+    pub time: f64,
+    /// The values of the keys; NaN for what is no number.
+    pub settings: Vec<f64>,
+}
+
+/// Begins the series of some cases on the grid of one of them.
+///
+/// # Errors
+/// HDF5 failures, a run file without what ParaView reads.
+pub fn begin_sweep_series<'w, 't>(
+    writer: &'w mut GroupWriter<'t>,
+    grid: &Reader,
+    cases: &[SeriesCase],
+) -> Result<Series<'w, 't>, StoreError> {
+    copy_grid(writer, grid)?;
+    if grid.has(NORMAL) {
+        let normals: Vec<f64> = grid.read_vec(NORMAL)?;
+        write_once(writer, normals.as_chunks().0, Some(cases.len()))?;
+    }
+    let rows: Vec<f64> = cases.iter().map(|case| case.row as f64).collect();
+    write_of_steps(writer, "case", &rows)?;
+    let settings: Vec<Vec<f64>> = cases.iter().map(|case| case.settings.clone()).collect();
+    write_of_steps(writer, "setting", &settings)?;
+    let times: Vec<f64> = cases.iter().map(|case| case.time).collect();
+    Series::on_grid(writer, &times)
+}
+
+/// Writes the fields of the next case.
+///
+/// # Errors
+/// HDF5 failures, a run file with other fields.
+pub fn step_sweep_series(series: &mut Series<'_, '_>, case: &Reader) -> Result<(), StoreError> {
+    series.append(&last_fields(case)?)
+}
+
+/// The fields that a file has on its points and cells.
+#[must_use]
+pub fn field_paths(reader: &Reader) -> Vec<&'static str> {
+    let on_grid = |path: &&str| {
+        path.starts_with("/VTKHDF/PointData/") || path.starts_with("/VTKHDF/CellData/")
+    };
+    let paths = vtkhdf::TABLE.iter().map(|row| row.path);
+    paths
+        .filter(on_grid)
+        .filter(|path| reader.has(path))
+        .collect()
+}
+
+/// The values of these fields, at the last time where the file is a series itself.
+fn last_fields(reader: &Reader) -> Result<Vec<Field>, StoreError> {
+    let steps = if reader.has(VALUES) {
+        reader.read_vec::<f64>(VALUES)?.len()
+    } else {
+        1
+    };
+    let field = |path: &str| {
+        let values = reader.read::<f64>(path)?;
+        let components = values.shape().get(1).copied().unwrap_or(1);
+        let mut values = values.into_raw_vec_and_offset().0;
+        let last = values.len() / steps.max(1);
+        values.drain(..values.len() - last);
+        Ok(Field {
+            path: path.to_owned(),
+            components,
+            values,
+        })
+    };
+    field_paths(reader).into_iter().map(field).collect()
+}
+
+/// Writes the grid of another file.
+fn copy_grid(writer: &mut GroupWriter<'_>, reader: &Reader) -> Result<(), StoreError> {
+    writer.write_ascii_attribute("Type", TYPE)?;
+    writer.write_number_attribute("Version", &VERSION)?;
+    for path in [N_POINTS, N_CELLS, N_CONNECTIVITY, CONNECTIVITY, OFFSETS] {
+        write_value(writer, path, &reader.read_vec::<i64>(path)?)?;
+    }
+    let points = reader.read_vec::<f64>(POINTS)?;
+    writer.write(POINTS, &points, &[points.len() / 3, 3])?;
+    write_value(writer, TYPES, &reader.read_vec::<u8>(TYPES)?)
+}

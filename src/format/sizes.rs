@@ -5,9 +5,9 @@ use runfile::Reader;
 use super::{
     FormatError, Stage,
     assemble::RIGID_PINS,
+    fields::read_value,
     load::FORCE,
     mesh::{CONTACT_FACE_NODES, CONTACT_FACE_PANES, CONTACT_NODES, PANE_AREA},
-    read_index_vec,
 };
 
 /// Numbers of unknowns, as far as stages that can be used fix them.
@@ -31,39 +31,37 @@ pub fn read_sizes(
     reader: &Reader,
     is_usable: &dyn Fn(Stage) -> bool,
 ) -> Result<Sizes, FormatError> {
-    let has = |stage, path| is_usable(stage) && reader.has(path);
-    let doubles = |stage, path| -> Result<Option<usize>, FormatError> {
-        Ok(match has(stage, path) {
-            true => Some(reader.read_vec::<f64>(path)?.len()),
-            false => None,
-        })
+    let length = |stage, path, of: Length| -> Result<Option<usize>, FormatError> {
+        let is_there = is_usable(stage) && reader.has(path);
+        is_there.then(|| of(reader, path)).transpose()
     };
+    let faces = |path, all: Option<usize>| all.map(|all| of_faces(reader, path, all)).transpose();
+    let panes = length(Stage::Mesh, PANE_AREA, n_numbers)?;
+    let nodes = length(Stage::Mesh, CONTACT_NODES, n_indices)?;
     Ok(Sizes {
-        n_free: doubles(Stage::Load, FORCE)?,
-        panes: match doubles(Stage::Mesh, PANE_AREA)? {
-            Some(all) => Some(of_faces(reader, CONTACT_FACE_PANES, all)?),
-            None => None,
-        },
-        contact_nodes: match has(Stage::Mesh, CONTACT_NODES) {
-            true => {
-                let all = read_index_vec(reader, CONTACT_NODES)?.len();
-                Some(of_faces(reader, CONTACT_FACE_NODES, all)?)
-            }
-            false => None,
-        },
-        n_rigid_modes: match has(Stage::Assemble, RIGID_PINS) {
-            true => Some(read_index_vec(reader, RIGID_PINS)?.len()),
-            false => None,
-        },
+        n_free: length(Stage::Load, FORCE, n_numbers)?,
+        panes: faces(CONTACT_FACE_PANES, panes)?,
+        contact_nodes: faces(CONTACT_FACE_NODES, nodes)?,
+        n_rigid_modes: length(Stage::Assemble, RIGID_PINS, n_indices)?,
     })
 }
 
+type Length = fn(&Reader, &'static str) -> Result<usize, FormatError>;
+
+fn n_numbers(reader: &Reader, path: &'static str) -> Result<usize, FormatError> {
+    Ok(reader.read_vec::<f64>(path)?.len())
+}
+
+fn n_indices(reader: &Reader, path: &'static str) -> Result<usize, FormatError> {
+    Ok(read_value::<Vec<usize>>(reader, path)?.len())
+}
+
 /// The sizes of several faces, whose limits a dataset holds, or that of the only one.
-fn of_faces(reader: &Reader, path: &str, all: usize) -> Result<Vec<usize>, FormatError> {
+fn of_faces(reader: &Reader, path: &'static str, all: usize) -> Result<Vec<usize>, FormatError> {
     if !reader.has(path) {
         return Ok(vec![all]);
     }
-    let limits = read_index_vec(reader, path)?;
+    let limits: Vec<usize> = read_value(reader, path)?;
     let pairs = limits.windows(2);
     Ok(pairs.map(|pair| pair[1].saturating_sub(pair[0])).collect())
 }

@@ -1,11 +1,13 @@
 //! `/cases` of a sweep's summary file: settings and main results of every case.
 
-use runfile::{
-    DatasetSpec, Extent, Extent::Named, Group, GroupWriter, Kind, Layout, Reader, StoreError,
-};
+use runfile::{Extent, Extent::Named, Group, GroupWriter, Kind, Layout, Reader, StoreError};
 use units::Dimension;
 
-use super::{axes, case::CaseResults, case_faces, columns::Columns};
+use super::{
+    case::CaseResults,
+    case_faces, extents,
+    fields::{Table, fields},
+};
 
 /// The table of a sweep, in a file of its own.
 pub const GROUP: Group = Group::new("cases", "sweep");
@@ -19,7 +21,7 @@ pub const SWEEP_LAYOUT: Layout = Layout {
     creator: super::LAYOUT.creator,
     units: super::LAYOUT.units,
     groups: &[GROUP],
-    tables: &[TABLE, case_faces::TABLE],
+    tables: &[FIELDS.rows, case_faces::TABLE],
     extents: &[
         (
             "n_cases",
@@ -37,55 +39,35 @@ const SWEEP_FILE: &str = "/cases/sweep_file";
 const KEYS: &str = "/cases/keys";
 const ID: &str = "/cases/id";
 const PLANNED: &str = "/cases/planned";
-const SETTINGS: &str = "/cases/settings";
-const SETTING_VALUE: &str = "/cases/setting_value";
-const STATUS: &str = "/cases/status";
-const ERROR: &str = "/cases/error";
-const METHOD: &str = "/cases/method";
-const OUTER_STEPS: &str = "/cases/outer_steps";
-const NEWTON_STEPS: &str = "/cases/newton_steps";
-const APPLICATIONS: &str = "/cases/actions";
-const SECONDS: &str = "/cases/seconds";
-const ACCURACY: &str = "/cases/accuracy";
-const ZONE_COUNTS: &str = "/cases/zone_counts";
-const NORMAL_FORCE: &str = "/cases/normal_force";
-const TANGENTIAL_FORCE: &str = "/cases/tangential_force";
-const CONTACT_FORCE: &str = "/cases/contact_force";
-const LARGEST_PRESSURE: &str = "/cases/largest_pressure";
-const LARGEST_DISPLACEMENT: &str = "/cases/largest_displacement";
-const STRAIN_ENERGY: &str = "/cases/strain_energy";
-const CERTIFICATE_FIGURES: &str = "/cases/certificate";
-const SOLVE_DIGEST: &str = "/cases/solve_digest";
 
 const CASES: &[Extent] = &[Named("n_cases")];
-const VECTORS: &[Extent] = &[Named("n_cases"), axes::XYZ];
+const VECTORS: &[Extent] = &[Named("n_cases"), extents::XYZ];
 
-#[rustfmt::skip]
-const TABLE: &[DatasetSpec] = &[
-    GROUP.row(SWEEP_FILE, Kind::Text, &[], Dimension::Number, "The sweep file, as seen from this folder.").optional("absent in tables of version 1.0").volatile(),
-    GROUP.row(KEYS, Kind::Text, &[Named("n_keys")], Dimension::Number, "Keys of the scene that the axes change."),
-    GROUP.row(ID, Kind::Text, CASES, Dimension::Number, "Name of the case; its run file is NAME.h5 in the same folder."),
-    GROUP.row(PLANNED, Kind::U8, CASES, Dimension::Number, "1 for cases of the present axes, 0 for older ones in the folder."),
-    GROUP.row(SETTINGS, Kind::Text, CASES, Dimension::Number, "Values of the keys as a JSON object."),
-    GROUP.row(SETTING_VALUE, Kind::F64, &[Named("n_cases"), Named("n_keys")], Dimension::Number, "Values of the keys in the scene's units; NaN where a value is no number."),
-    GROUP.row(STATUS, Kind::Text, CASES, Dimension::Number, "How the solve ended, as /solve/status says; failed for a case with an error, missing for one not yet run."),
-    GROUP.row(ERROR, Kind::Text, CASES, Dimension::Number, "The error of a failed case, else empty."),
-    GROUP.row(METHOD, Kind::Text, CASES, Dimension::Number, "Algorithm that gave the answer, else empty."),
-    GROUP.row(OUTER_STEPS, Kind::I64, CASES, Dimension::Number, "Steps of successive approximations; -1 in this and other counts without a result."),
-    GROUP.row(NEWTON_STEPS, Kind::I64, CASES, Dimension::Number, "Steps of Newton's method."),
-    GROUP.row(APPLICATIONS, Kind::I64, CASES, Dimension::Number, "Applications of the inverse stiffness matrix.").symbol("n_A"),
-    GROUP.row(SECONDS, Kind::F64, CASES, Dimension::Time, "Wall-clock time of loads, solve and report.").volatile(),
-    GROUP.row(ACCURACY, Kind::F64, CASES, Dimension::Number, "As /solve/accuracy; NaN in this and the other measures without a result."),
-    GROUP.row(ZONE_COUNTS, Kind::I64, &[Named("n_cases"), axes::ZONES], Dimension::Number, "Numbers of open, sticking and slipping panes."),
-    GROUP.row(NORMAL_FORCE, Kind::F64, CASES, Dimension::FORCE, "Total normal contact force."),
-    GROUP.row(TANGENTIAL_FORCE, Kind::F64, &[Named("n_cases"), axes::FRICTION_AXES], Dimension::FORCE, "Sum of area times tangential multiplier along t1 and t2."),
-    GROUP.row(CONTACT_FORCE, Kind::F64, VECTORS, Dimension::FORCE, "Force of the foundation on the body."),
-    GROUP.row(LARGEST_PRESSURE, Kind::F64, CASES, Dimension::STRESS, "Largest normal multiplier."),
-    GROUP.row(LARGEST_DISPLACEMENT, Kind::F64, VECTORS, Dimension::LENGTH, "Largest |u_x|, |u_y|, |u_z| of a node."),
-    GROUP.row(STRAIN_ENERGY, Kind::F64, CASES, Dimension::Energy, "Strain energy."),
-    GROUP.row(CERTIFICATE_FIGURES, Kind::F64, &[Named("n_cases"), axes::CERTIFICATE_FIGURES], Dimension::Number, "Equilibrium, penetration, adhesion, complementarity, friction bound, slip direction, fixed point, as in /post/certificate."),
-    GROUP.row(SOLVE_DIGEST, Kind::Text, CASES, Dimension::Number, "Digest of the solution, else empty."),
-];
+const FIELDS: Table<CaseRow> = fields! { CaseRow => GROUP;
+    {Kind::Text} SWEEP_FILE, &[], Dimension::Number, "The sweep file, as seen from this folder.".optional("absent in tables of version 1.0").volatile();
+    {Kind::Text} KEYS, &[Named("n_keys")], Dimension::Number, "Keys of the scene that the axes change.";
+    (id) ID, CASES, Dimension::Number, "Name of the case; its run file is NAME.h5 in the same folder.";
+    (planned) PLANNED, CASES, Dimension::Number, "1 for cases of the present axes, 0 for older ones in the folder.";
+    (settings) "/cases/settings", CASES, Dimension::Number, "Values of the keys as a JSON object.";
+    (setting_values) "/cases/setting_value", &[Named("n_cases"), Named("n_keys")], Dimension::Number, "Values of the keys in the scene's units; NaN where a value is no number.";
+    (status) "/cases/status", CASES, Dimension::Number, "How the solve ended, as /solve/status says; failed for a case with an error, missing for one not yet run.";
+    (error) "/cases/error", CASES, Dimension::Number, "The error of a failed case, else empty.";
+    (results?.method) "/cases/method", CASES, Dimension::Number, "Algorithm that gave the answer, else empty.";
+    (results?.counts[0]) "/cases/outer_steps", CASES, Dimension::Number, "Steps of successive approximations; -1 in this and other counts without a result.";
+    (results?.counts[1]) "/cases/newton_steps", CASES, Dimension::Number, "Steps of Newton's method.";
+    (results?.counts[2]) "/cases/actions", CASES, Dimension::Number, "Applications of the inverse stiffness matrix.".symbol("n_A");
+    (results?.seconds) "/cases/seconds", CASES, Dimension::Time, "Wall-clock time of loads, solve and report.".volatile();
+    (results?.accuracy) "/cases/accuracy", CASES, Dimension::Number, "As /solve/accuracy; NaN in this and the other measures without a result.";
+    (results?.zones) "/cases/zone_counts", &[Named("n_cases"), extents::ZONES], Dimension::Number, "Numbers of open, sticking and slipping panes.";
+    (results?.normal_force) "/cases/normal_force", CASES, Dimension::FORCE, "Total normal contact force.";
+    (results?.tangential_force) "/cases/tangential_force", &[Named("n_cases"), extents::FRICTION_AXES], Dimension::FORCE, "Sum of area times tangential multiplier along t1 and t2.";
+    (results?.contact_force) "/cases/contact_force", VECTORS, Dimension::FORCE, "Force of the foundation on the body.";
+    (results?.largest_pressure) "/cases/largest_pressure", CASES, Dimension::STRESS, "Largest normal multiplier.";
+    (results?.largest_displacement) "/cases/largest_displacement", VECTORS, Dimension::LENGTH, "Largest |u_x|, |u_y|, |u_z| of a node.";
+    (results?.strain_energy) "/cases/strain_energy", CASES, Dimension::Energy, "Strain energy.";
+    (results?.certificate) "/cases/certificate", &[Named("n_cases"), extents::CERTIFICATE_FIGURES], Dimension::Number, "Equilibrium, penetration, adhesion, complementarity, friction bound, slip direction, fixed point, as in /post/certificate.";
+    (results?.solve_digest) "/cases/solve_digest", CASES, Dimension::Number, "Digest of the solution, else empty.";
+};
 
 /// One case of the table.
 #[derive(Debug, Clone, PartialEq)]
@@ -126,10 +108,10 @@ pub fn read_table_owner(reader: &Reader) -> Result<TableOwner, StoreError> {
     let planned = reader.read_vec::<u8>(PLANNED)?;
     let planned = ids.iter().zip(planned).filter(|(_, planned)| *planned == 1);
     Ok(TableOwner {
-        sweep_file: match reader.has(SWEEP_FILE) {
-            true => Some(reader.read_text(SWEEP_FILE)?),
-            false => None,
-        },
+        sweep_file: reader
+            .has(SWEEP_FILE)
+            .then(|| reader.read_text(SWEEP_FILE))
+            .transpose()?,
         planned: planned.map(|(id, _)| id.clone()).collect(),
         ids,
     })
@@ -150,48 +132,8 @@ pub fn write(
     }
     let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
     writer.write_texts(KEYS, &keys)?;
-    let values: Vec<f64> = rows.iter().flat_map(|r| r.setting_values.clone()).collect();
-    writer.write(SETTING_VALUE, &values, &[rows.len(), keys.len()])?;
-    let mut columns = Columns::new(writer, rows);
-    columns.texts(ID, |r| &r.id)?;
-    columns.flags(PLANNED, |r| r.planned)?;
-    columns.texts(SETTINGS, |r| &r.settings)?;
-    columns.texts(STATUS, |r| &r.status)?;
-    columns.texts(ERROR, |r| &r.error)?;
-    let results: Vec<Option<&CaseResults>> = rows.iter().map(|r| r.results.as_ref()).collect();
-    write_results(&mut Columns::new(writer, &results))?;
-    let faces = results.iter().map(|r| r.map_or(&[][..], |x| &x.faces));
+    FIELDS.write_rows(writer, rows)?;
+    let results = rows.iter().map(|row| row.results.as_ref());
+    let faces = results.map(|results| results.map_or(&[][..], |results| &results.faces));
     case_faces::write(writer, &faces.collect::<Vec<_>>())
-}
-
-/// Writes the results of the cases; -1 and NaN where there are none.
-fn write_results(columns: &mut Columns<'_, '_, Option<&CaseResults>>) -> Result<(), StoreError> {
-    columns.texts(METHOD, |r| r.map_or("", |x| &x.method))?;
-    columns.texts(SOLVE_DIGEST, |r| r.map_or("", |x| &x.solve_digest))?;
-    for (index, path) in [OUTER_STEPS, NEWTON_STEPS, APPLICATIONS]
-        .into_iter()
-        .enumerate()
-    {
-        columns.numbers(path, |r| r.map_or(-1, |x| x.counts[index]))?;
-    }
-    columns.vectors(ZONE_COUNTS, |r| r.map_or([-1; 3], |x| x.zones))?;
-    columns.numbers(SECONDS, |r| r.map_or(f64::NAN, |x| x.seconds))?;
-    columns.numbers(ACCURACY, |r| r.map_or(f64::NAN, |x| x.accuracy))?;
-    columns.numbers(NORMAL_FORCE, |r| r.map_or(f64::NAN, |x| x.normal_force))?;
-    columns.numbers(LARGEST_PRESSURE, |r| {
-        r.map_or(f64::NAN, |x| x.largest_pressure)
-    })?;
-    columns.numbers(STRAIN_ENERGY, |r| r.map_or(f64::NAN, |x| x.strain_energy))?;
-    columns.vectors(TANGENTIAL_FORCE, |r| {
-        r.map_or([f64::NAN; 2], |x| x.tangential_force)
-    })?;
-    columns.vectors(CONTACT_FORCE, |r| {
-        r.map_or([f64::NAN; 3], |x| x.contact_force)
-    })?;
-    columns.vectors(LARGEST_DISPLACEMENT, |r| {
-        r.map_or([f64::NAN; 3], |x| x.largest_displacement)
-    })?;
-    columns.vectors(CERTIFICATE_FIGURES, |r| {
-        r.map_or([f64::NAN; 7], |x| x.certificate)
-    })
 }

@@ -17,7 +17,11 @@ use runfile::{
 };
 use units::Dimension;
 
-use super::{Stage, vtkhdf_once};
+use super::{
+    Stage,
+    fields::{write_list, write_value},
+    series::offsets_row,
+};
 
 /// The same results as ParaView reads them.
 pub const GROUP: Group = Group::new("VTKHDF", Stage::Post.command());
@@ -33,6 +37,9 @@ const DISPLACEMENT: &str = "/VTKHDF/PointData/displacement";
 const ERROR_INDICATOR: &str = "/VTKHDF/CellData/error_indicator";
 const CONTACT_FACE: &str = "/VTKHDF/CellData/contact_face";
 const VON_MISES: &str = "/VTKHDF/CellData/von_mises";
+pub(super) const NORMAL: &str = "/VTKHDF/CellData/contact_normal";
+const NORMAL_OFFSETS: &str = "/VTKHDF/Steps/CellDataOffsets/contact_normal";
+const UNSTOPPED_MOTION: &str = "/VTKHDF/PointData/unstopped_motion";
 
 /// Value of the attribute `Type` of the group.
 pub(super) const TYPE: &[u8; 16] = b"UnstructuredGrid";
@@ -82,6 +89,9 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row("/VTKHDF/PointData/friction_1", Kind::F64, POINT_VALUES, Dimension::Number, "Coefficient F_1; NaN where no multiplier is.").compressed().optional(ON_POINTS),
     GROUP.row("/VTKHDF/CellData/friction_2", Kind::F64, CELL_VALUES, Dimension::Number, "Coefficient F_2; NaN on tetrahedra.").compressed().optional(ON_CELLS),
     GROUP.row("/VTKHDF/PointData/friction_2", Kind::F64, POINT_VALUES, Dimension::Number, "Coefficient F_2; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+    GROUP.row(NORMAL, Kind::F64, &[Named("n_cells"), Fixed(3)], Dimension::Number, "Unit normal of contact in the middle of each contact triangle, out of the body and into the obstacle, one array for all steps of a series; NaN on tetrahedra.").symbol("nu").compressed().optional("absent without contact, and with one face whose normal is the same everywhere"),
+    offsets_row(NORMAL_OFFSETS),
+    GROUP.row(UNSTOPPED_MOTION, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::Number, "Without equilibrium the rigid motion that nothing stops, of largest component one; warp by this vector.").compressed().optional("absent with equilibrium, and in a series"),
 ];
 
 /// Writes the grid and its fields, with the motion that nothing stops where there is one.
@@ -96,9 +106,9 @@ pub fn write(
     unstopped: Option<&[[f64; 3]]>,
 ) -> Result<(), StoreError> {
     write_grid(writer, mesh)?;
-    vtkhdf_once::write_normals(writer, mesh, None)?;
+    write_normals(writer, mesh, None)?;
     if let Some(motion) = unstopped {
-        vtkhdf_once::write_unstopped(writer, motion)?;
+        write_list(writer, UNSTOPPED_MOTION, motion)?;
     }
     for field in fields(mesh, &GridValues::from(report), frame) {
         // A body at rest has no error to share.
@@ -268,11 +278,8 @@ impl ContactFields<'_> {
                 fields.extend(self.spread(name, value));
             }
         }
-        if self
-            .panes
-            .iter()
-            .any(|pane| pane.tangential_stress.is_some())
-        {
+        let mut panes = self.panes.iter();
+        if panes.any(|pane| pane.tangential_stress.is_some()) {
             let stress = |pane: usize| match self.panes[pane].tangential_stress {
                 Some(stress) => self.frame.pane_vector(self.surface, pane, 0.0, stress),
                 None => [f64::NAN; 3],
@@ -321,6 +328,47 @@ impl ContactFields<'_> {
     }
 }
 
+/// Writes the normals, with `n_steps` also that they are those of all steps of a series.
+///
+/// # Errors
+/// HDF5 failures.
+pub(super) fn write_normals(
+    writer: &mut GroupWriter<'_>,
+    mesh: &Mesh,
+    n_steps: Option<usize>,
+) -> Result<(), StoreError> {
+    let surface = mesh.contact.as_ref();
+    let Some(surface) = surface.filter(|surface| surface.normals.len() > 1) else {
+        return Ok(());
+    };
+    let mut normals = vec![[f64::NAN; 3]; mesh.tetrahedra.len()];
+    normals.extend(surface.facets.iter().enumerate().map(|(place, &facet)| {
+        let face = surface.face_of_facet(place);
+        let nodes = mesh.facets[facet].into_iter();
+        let of_nodes = nodes.filter_map(|node| surface.contact_node(face, node));
+        let sum = of_nodes.fold([0.0; 3], |sum: [f64; 3], node| {
+            let normal = surface.normal_at(node);
+            std::array::from_fn(|c| sum[c] + normal[c])
+        });
+        let length = sum.iter().map(|v| v * v).sum::<f64>().sqrt();
+        sum.map(|v| v / length)
+    }));
+    write_once(writer, &normals, n_steps)
+}
+
+/// Writes the normals of a grid, with `n_steps` for all steps of a series.
+pub(super) fn write_once(
+    writer: &mut GroupWriter<'_>,
+    normals: &[[f64; 3]],
+    n_steps: Option<usize>,
+) -> Result<(), StoreError> {
+    write_list(writer, NORMAL, normals)?;
+    match n_steps {
+        None => Ok(()),
+        Some(steps) => write_value(writer, NORMAL_OFFSETS, &vec![0_usize; steps]),
+    }
+}
+
 /// The boundary triangles on Γ_c.
 fn contact_triangles(mesh: &Mesh) -> &[usize] {
     mesh.contact.as_ref().map_or(&[], |contact| &contact.facets)
@@ -349,12 +397,11 @@ pub(super) fn write_grid(writer: &mut GroupWriter<'_>, mesh: &Mesh) -> Result<()
     };
     let mut types = vec![tetrahedron; n_tetrahedra];
     types.resize(n_cells, triangle);
-    writer.write_indices(N_POINTS, &[mesh.coordinates.len()], &[1])?;
-    writer.write_indices(N_CELLS, &[n_cells], &[1])?;
-    writer.write_indices(N_CONNECTIVITY, &[connectivity.len()], &[1])?;
-    let points = mesh.coordinates.as_flattened();
-    writer.write(POINTS, points, &[mesh.coordinates.len(), 3])?;
-    writer.write_indices(CONNECTIVITY, &connectivity, &[connectivity.len()])?;
-    writer.write_indices(OFFSETS, &offsets, &[offsets.len()])?;
-    writer.write(TYPES, &types, &[n_cells])
+    write_value(writer, N_POINTS, &[mesh.coordinates.len()])?;
+    write_value(writer, N_CELLS, &[n_cells])?;
+    write_value(writer, N_CONNECTIVITY, &[connectivity.len()])?;
+    write_value(writer, POINTS, &mesh.coordinates)?;
+    write_value(writer, CONNECTIVITY, &connectivity)?;
+    write_value(writer, OFFSETS, &offsets)?;
+    write_value(writer, TYPES, &types)
 }

@@ -3,7 +3,7 @@
 use crate::{mesh::Refinement, solver::Status};
 
 /// One mesh of an adaptive computation, solved.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct AdaptiveLevel {
     /// Tetrahedra.
     pub n_tetrahedra: usize,

@@ -40,7 +40,7 @@ pub struct Path {
 }
 
 /// The paths of a family, as far as they have been followed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Branches {
     /// The key and its range.
     pub range: ParameterRange,

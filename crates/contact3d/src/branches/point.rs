@@ -10,11 +10,12 @@ use super::{
 use crate::problem::ProblemError;
 
 /// What is special about a point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum PointKind {
     /// The first of a path that begins at no special point.
     Start,
     /// Nothing.
+    #[default]
     Regular,
     /// A pane or a node of the law changes; the path goes on with the parameter.
     Kink,
@@ -29,7 +30,7 @@ pub enum PointKind {
 }
 
 /// A certified solution on a path.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct PathPoint {
     /// The value of the key.
     pub parameter: f64,

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 const LOGARITHMIC_FROM: f64 = 100.0;
 
 /// A range of a parameter of a scene.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ParameterRange {
     /// The key, for messages.
     pub key: String,

@@ -4,7 +4,7 @@ use super::CoulombLaw;
 use crate::{linalg::CscMatrix, scene::is_coefficient};
 
 /// Friction coefficients on the contact face at one state of slip.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct FrictionField {
     /// (F₁, F₂) at the contact nodes of the faces with friction, `[n_friction_nodes]`.
     pub nodal: Vec<[f64; 2]>,

@@ -73,7 +73,7 @@ pub struct LadderEntry {
 }
 
 /// What a solve reached, and at what cost.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct LadderResult {
     /// How it ended.
     pub status: Status,
@@ -88,7 +88,7 @@ pub struct LadderResult {
 }
 
 /// All entries on the scene's own mesh.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct AlgebraicLadder {
     /// How the reference (u*, λ*) ended: Newton's method on the explicit operator to rounding.
     pub reference_status: Status,

@@ -6,7 +6,7 @@ use std::{fs, time::Instant};
 const REPEATS: usize = 3;
 
 /// What a piece of work took.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Cost {
     /// Median wall-clock seconds of the runs.
     pub seconds: f64,

@@ -22,7 +22,7 @@ pub(super) const CHEAP_SECONDS: f64 = 5.0;
 const NEGLIGIBLE: f64 = 1e-10;
 
 /// Resultants on Γ_c.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Forces {
     /// Total normal contact force in N.
     pub normal: f64,
@@ -31,7 +31,7 @@ pub struct Forces {
 }
 
 /// One mesh of the ladder, solved to rounding.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Level {
     /// Smallest number of cells along an edge.
     pub n_div: usize,

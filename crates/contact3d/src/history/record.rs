@@ -8,7 +8,7 @@ use crate::{
 };
 
 /// One increment of a history: what the next one begins from, and what a table, a chart or a film shows of it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct StepRecord {
     /// Which one.
     pub increment: Increment,

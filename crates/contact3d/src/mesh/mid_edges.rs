@@ -8,7 +8,7 @@ use super::Mesh;
 use crate::reference::{TETRAHEDRON_EDGES, TRIANGLE_EDGES};
 
 /// The mid-edge nodes of a mesh of quadratic tetrahedra.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct MidEdgeNodes {
     /// Mid-edge nodes of each tetrahedron on [`TETRAHEDRON_EDGES`], `[n_tetrahedra]`.
     pub tetrahedra: Vec<[usize; 6]>,

@@ -95,7 +95,7 @@ impl Origin {
 }
 
 /// A conforming mesh of positively oriented tetrahedra.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Mesh {
     /// Node coordinates, `[n_nodes]`, in m.
     pub coordinates: Vec<[f64; 3]>,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::{Invalid, PlaceFunction, Quantity, Scene, SlipMeasure, Step, Written};
 
 /// One of the problems that a history consists of.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Increment {
     /// The step it belongs to, from 0.
     pub step: usize,

@@ -22,7 +22,7 @@ impl AddAssign for StepCounts {
 }
 
 /// One step k of Algorithm 4.1.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct OuterStep {
     /// err⁽ᵏ⁾ = ‖λ⁽ᵏ⁺¹⁾ − λ⁽ᵏ⁾‖ / ‖λ⁽ᵏ⁺¹⁾‖.
     pub change: f64,
@@ -39,7 +39,7 @@ pub struct OuterStep {
 }
 
 /// One step of Newton's method.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct NewtonStep {
     /// ‖R‖ / ‖λ‖ after the step.
     pub residual: f64,

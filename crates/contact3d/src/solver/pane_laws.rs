@@ -27,7 +27,7 @@ pub struct PaneLaws {
 }
 
 /// The slip bound and the friction of an inner problem.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct CoulombState {
     /// g of the panes with friction, `[n_friction_panes]`, in Pa.
     pub slip_bound: Vec<f64>,

@@ -4,9 +4,10 @@ use super::trace::TraceConstants;
 use crate::contact::LawBounds;
 
 /// The norm of displacements that a set of constants is measured in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum DisplacementNorm {
     /// ‖v‖² = ∫|v|² + ∫|∇v|², HKL's norm of H¹(Ω)³; the unit of length weighs its parts.
+    #[default]
     FirstSobolev,
     /// ‖v‖² = a(v, v), in which α = M = 1.
     Energy,
@@ -27,7 +28,7 @@ impl DisplacementNorm {
 }
 
 /// Constants of the contact face alone, the same in every norm of displacements.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct FaceConstants {
     /// h_Γ, the largest diameter of a contact triangle, in m.
     pub triangle_size: f64,
@@ -48,7 +49,7 @@ pub struct FaceConstants {
 }
 
 /// Constants of one mesh in one norm of displacements; in the units of the scene, which (3.13) mixes.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct NormConstants {
     /// The norm.
     pub norm: DisplacementNorm,
@@ -69,7 +70,7 @@ pub struct NormConstants {
 }
 
 /// The radii of the set 𝒞(R₁, R₂) into which Ψ maps everything, HKL Lemma 3.3.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Radii {
     /// R₁, of ‖(φ₁, φ₂)‖_{0,Γ_c}.
     pub slip: f64,
@@ -81,7 +82,7 @@ pub struct Radii {
 ///
 /// `sharp` is a proof, up to the rounding of eigenvalues, where the bounds of the law are. The others are if the law does not follow the
 /// slip; else their term of L has c_tr⁽⁴⁾, which an ascent finds from below, and c_inv⁽∞⁾, so they may be too small.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ContractionBound {
     /// q of (3.13) in the norm ‖φ‖ + ‖μ‖, whose parts have different units: below 1 there is one solution, and the value
     /// depends on the units of the scene.

@@ -16,7 +16,7 @@ use crate::{
 };
 
 /// Ψ′ at a solution.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct LocalContraction {
     /// The largest modulus of an eigenvalue of Ψ′: the rate of successive approximations near the solution.
     pub spectral_radius: f64,

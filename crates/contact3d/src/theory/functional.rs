@@ -8,7 +8,7 @@ use crate::{
 
 /// How far the friction functional of the program, Σ g_i |Rⁱ| ‖𝓕_i mean u_t‖ with the mean 𝓕_i⁻¹ of F⁻¹ at the nodes of a pane,
 /// is from HKL's j = ∫ g ‖F(φ) u_t‖ at a solution.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct FrictionFunctional {
     /// (j_H − j)/j; 0 where j vanishes.
     pub difference: f64,

@@ -14,9 +14,10 @@ use crate::scene::{Brick, BrickFace};
 const INSIDE: f64 = 1e-9;
 
 /// A space of multipliers on the contact face of a brick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum TrialSpace {
     /// Constant on pieces of one cell (FE2).
+    #[default]
     Cells1,
     /// Constant on pieces of 2 × 2 cells, HKL's panes (FE2).
     Cells2,
@@ -54,7 +55,7 @@ impl TrialSpace {
 }
 
 /// How stable a space of multipliers is on one mesh, in the norm of H¹(Ω)³.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct InfSup {
     /// The space.
     pub space: TrialSpace,

@@ -29,7 +29,7 @@ use crate::{
 const FINER: [usize; 3] = [2, 4, 8];
 
 /// The theory on one mesh.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct TheoryLevel {
     /// Smallest number of cells along an edge; 0 for a mesh file.
     pub n_div: usize,

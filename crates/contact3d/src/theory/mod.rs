@@ -77,7 +77,7 @@ pub struct TheorySettings {
 }
 
 /// The theory of a scene on a ladder of meshes.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Theory {
     /// Constants of the law, the same on all meshes.
     pub law: LawConstants,
@@ -86,7 +86,7 @@ pub struct Theory {
 }
 
 /// Constants of the law of friction, HKL (2.4), (3.10) and Lemma 3.5.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct LawConstants {
     /// F_min.
     pub smallest: f64,

@@ -51,7 +51,7 @@ impl SpaceNorms {
 }
 
 /// Norms of the four parts of Ψ′: how much slip and pressure move with slip and pressure.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct PartNorms {
     /// ‖∂φ′/∂φ‖.
     pub slip_by_slip: f64,

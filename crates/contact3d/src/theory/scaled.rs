@@ -20,7 +20,7 @@ const LEAST: i32 = -12;
 const HALVINGS: usize = 12;
 
 /// The solution for the law t F that was found, and Ψ′ there.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ScaledPoint {
     /// t.
     pub scale: f64,
@@ -35,7 +35,7 @@ pub struct ScaledPoint {
 }
 
 /// The smallest scales t at which the law t F reaches a limit; `None` where none is reached up to 1e6.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Thresholds {
     /// q = 1 for HKL's bound in the units of the scene, for each norm of displacements.
     pub paper: [f64; 2],

@@ -34,7 +34,7 @@ const PAIRS: usize = 24;
 const DECADES: f64 = 4.0;
 
 /// What was observed of Ψ on one mesh.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Observed {
     /// Geometric mean of the last ten factors by which a small disturbance of the solution shrinks in each application of Ψ
     /// with exact inner problems; of the last half of 300 where these do not settle.

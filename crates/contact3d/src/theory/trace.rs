@@ -20,7 +20,7 @@ const SETTLED: f64 = 1e-12;
 const POINT_STARTS: usize = 6;
 
 /// Bounds of the trace of v ∈ V^h on Γ_c by ‖v‖.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct TraceConstants {
     /// c_tr⁽²⁾: ‖v‖_{0,Γ_c} ≤ c ‖v‖, below HKL's norm on all of H¹(Ω)³ and ∂Ω.
     pub second: f64,

@@ -46,7 +46,7 @@ const MOST_BOXES: usize = 400_000;
 
 /// The proof that the solutions at one value of the parameter are all. It holds for every problem whose S, h and slips differ from those
 /// computed by a share of `uncertainty`, in arithmetic that is rounded outwards.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Certificate {
     /// How many solutions there are.
     pub solutions: usize,

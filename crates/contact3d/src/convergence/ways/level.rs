@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// One mesh of a way.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct WayLevel {
     /// Free degrees of freedom.
     pub n_free: usize,

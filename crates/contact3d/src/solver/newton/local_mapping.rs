@@ -15,7 +15,7 @@ use crate::{
 /// The linearisation of the mapping Ψ of HKL, whose fixed points are the solutions, at one of them.
 ///
 /// On the way to the solution some pane may change its zone: then Ψ has a kink there, and this is what holds on one side of it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct LocalMapping {
     /// ρ(Ψ'): successive approximations converge to the solution from nearby where it is below 1, and at that rate; infinite where
     /// the problem with frozen friction is singular.

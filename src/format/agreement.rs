@@ -1,0 +1,90 @@
+//! Whether groups of a file that show the same results belong together: `/VTKHDF` and `/post`, `/history` and `/solve`.
+
+use runfile::{Group, Reader, StoreError, StoredGroup};
+
+use super::{
+    increments,
+    post::{self, VTKHDF_DIGEST},
+    solve::{self, HISTORY_DIGEST},
+    vtkhdf,
+};
+
+/// Refuses a report whose form for ParaView is missing, altered, or that of another run. Does
+/// nothing without a report.
+///
+/// Files of format 1.3 and older hold no digest of `/VTKHDF` in the report; there both must have
+/// been computed from the same.
+///
+/// # Errors
+/// Those of [`Reader::whole_group`] for either; `Missing`, `Altered`, `Mismatch` of an attribute
+/// that ParaView reads.
+pub fn check_vtkhdf(reader: &Reader) -> Result<(), StoreError> {
+    let Some(report) = reader.whole_group(post::GROUP)? else {
+        return Ok(());
+    };
+    let grid = require(reader, vtkhdf::GROUP)?;
+    // No digest covers attributes; these are the same in every file.
+    reader.require_ascii_attribute(vtkhdf::GROUP, "Type", vtkhdf::TYPE)?;
+    reader.require_number_attribute(vtkhdf::GROUP, "Version", &vtkhdf::VERSION)?;
+    let (expected, found) = if reader.has(VTKHDF_DIGEST) {
+        (reader.read_text(VTKHDF_DIGEST)?, grid.digest)
+    } else {
+        (report.record.input_digest, grid.record.input_digest)
+    };
+    require_same(reader, vtkhdf::GROUP, expected, found)
+}
+
+/// Refuses a solution of a history whose `/history` is missing, altered, or that of another run.
+///
+/// # Errors
+/// Those of [`Reader::whole_group`]; `Missing`, `Altered`.
+pub fn check_history(reader: &Reader) -> Result<(), StoreError> {
+    if !reader.has(HISTORY_DIGEST) {
+        return Ok(());
+    }
+    let history = require(reader, increments::GROUP)?;
+    let expected = reader.read_text(HISTORY_DIGEST)?;
+    require_same(reader, increments::GROUP, expected, history.digest)
+}
+
+fn require(reader: &Reader, group: Group) -> Result<StoredGroup, StoreError> {
+    let stored = reader.whole_group(group)?;
+    stored.ok_or_else(|| StoreError::Missing {
+        file: reader.path().into(),
+        dataset: format!("/{group}"),
+        group,
+    })
+}
+
+fn require_same(
+    reader: &Reader,
+    group: Group,
+    expected: String,
+    found: String,
+) -> Result<(), StoreError> {
+    if expected == found {
+        return Ok(());
+    }
+    Err(StoreError::Altered {
+        file: reader.path().into(),
+        dataset: format!("/{group}"),
+        expected,
+        found,
+    })
+}
+
+/// Everything that is wrong with the stages of a file, as [`Reader::problems`], between `/VTKHDF` and the report, and between
+/// `/history` and the solution.
+#[must_use]
+pub fn problems(reader: &Reader) -> Vec<StoreError> {
+    let mut problems = reader.problems();
+    let is_whole = |group| reader.whole_group(group).is_ok();
+    if is_whole(solve::GROUP) && is_whole(increments::GROUP) {
+        problems.extend(check_history(reader).err());
+    }
+    // What is wrong with either by itself is among the problems already.
+    if is_whole(post::GROUP) && is_whole(vtkhdf::GROUP) {
+        problems.extend(check_vtkhdf(reader).err());
+    }
+    problems
+}
