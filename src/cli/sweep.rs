@@ -200,9 +200,10 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
         return Ok(Exit::BadInput);
     };
     let plan = Plan::read(sweep)?;
-    let pictures = match whole.no_figures {
-        true => None,
-        false => Some(claim(&plan, out)?),
+    let pictures = if whole.no_figures {
+        None
+    } else {
+        Some(claim(&plan, out)?)
     };
     let series = whole.series.claim(&plan)?;
     for warning in warnings(&plan) {
@@ -251,8 +252,7 @@ fn write_series(
         return Ok(());
     };
     let files = sweep::write_series(plan, folder, series)?;
-    let shown = series.path().display();
-    say(output, &format!("series {} files in {shown}", files.len()));
+    terminal::say_files(output, "series", &files, series.path());
     Ok(())
 }
 
@@ -279,8 +279,7 @@ fn warnings(plan: &Plan) -> BTreeSet<String> {
 fn draw(folder: &Path, pictures: &PictureFolder, output: &Output) -> Result<(), SweepError> {
     let files = draw_sweep(folder, pictures).map_err(StageError::after_storing)?;
     if !files.is_empty() {
-        let (count, figures) = (files.len(), pictures.path().display());
-        say(output, &format!("figures {count} files in {figures}"));
+        terminal::say_files(output, "figures", &files, pictures.path());
     }
     Ok(())
 }

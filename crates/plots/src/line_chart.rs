@@ -54,6 +54,37 @@ pub struct Axis {
     pub ticks: Vec<f64>,
 }
 
+impl Axis {
+    /// A linear axis with round ticks.
+    #[must_use]
+    pub fn linear(label: &str, unit: Unit) -> Self {
+        Self {
+            label: label.to_owned(),
+            unit,
+            scale: AxisScale::Linear,
+            ticks: Vec::new(),
+        }
+    }
+
+    /// A logarithmic axis with round ticks.
+    #[must_use]
+    pub fn logarithmic(label: &str, unit: Unit) -> Self {
+        Self {
+            scale: AxisScale::Logarithmic,
+            ..Self::linear(label, unit)
+        }
+    }
+
+    /// The axis with these values labelled.
+    #[must_use]
+    pub fn with_ticks(self, ticks: impl IntoIterator<Item = f64>) -> Self {
+        Self {
+            ticks: ticks.into_iter().collect(),
+            ..self
+        }
+    }
+}
+
 /// One point of a series.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChartPoint {
@@ -72,6 +103,17 @@ pub struct Series {
     pub name: String,
     /// Points in the order of the line.
     pub points: Vec<ChartPoint>,
+}
+
+impl Series {
+    /// A line through points.
+    #[must_use]
+    pub fn new(name: &str, points: impl IntoIterator<Item = ChartPoint>) -> Self {
+        Self {
+            name: name.to_owned(),
+            points: points.into_iter().collect(),
+        }
+    }
 }
 
 /// A chart of several series.
@@ -101,6 +143,19 @@ pub(super) struct Placed<'a> {
 }
 
 impl LineChart {
+    /// A chart of the series that have points.
+    #[must_use]
+    pub fn new(title: &str, x: Axis, y: Axis, series: impl IntoIterator<Item = Series>) -> Self {
+        let series = series.into_iter();
+        Self {
+            title: title.to_owned(),
+            x,
+            y,
+            legend: String::new(),
+            series: series.filter(|series| !series.points.is_empty()).collect(),
+        }
+    }
+
     /// Draws the chart. Points that no axis can show are left out.
     #[must_use]
     pub fn figure(&self) -> Figure {
