@@ -9,7 +9,7 @@ use super::{
     terminal::say,
 };
 use crate::{
-    pipeline::{AdaptStep, Adapted, Session, StageError, Step},
+    pipeline::{AdaptStep, Adapted, Session, StageError},
     report::percent,
 };
 
@@ -43,11 +43,7 @@ pub(super) fn run(
             spinner = progress::spinner(stage.word(), output);
             spinner.set_message(format!("level {level}"));
         }
-        AdaptStep::Step(Step::Assembling(step)) => spinner.set_message(step),
-        AdaptStep::Step(Step::Counting(step, work)) => progress::count(&spinner, step, work),
-        AdaptStep::Step(Step::Solving(step) | Step::Stepping(_, step)) => {
-            spinner.set_message(progress::words(step) + &forecast.words(step));
-        }
+        AdaptStep::Step(step) => progress::show(&spinner, &mut forecast, step),
         AdaptStep::Done(number, level) => {
             spinner.finish_and_clear();
             say(output, &level_line(number, level));

@@ -14,7 +14,7 @@ use contact3d::{
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use super::arguments::Output;
-use crate::pipeline::Performed;
+use crate::pipeline::{Performed, Step};
 
 /// Steps that a forecast looks back on: enough to even out, few enough to follow.
 const WINDOW: usize = 4;
@@ -36,8 +36,25 @@ pub(super) fn spinner(name: &'static str, output: &Output) -> ProgressBar {
 /// Seconds after which the time left of counted work is worth saying.
 const SETTLED: f64 = 1.0;
 
+/// Lets a spinner say what a stage is at.
+pub(super) fn show(spinner: &ProgressBar, forecast: &mut Forecast, step: Step<'_>) {
+    match step {
+        Step::Assembling(step) => spinner.set_message(step),
+        Step::Counting(step, work) => count(spinner, step, work),
+        Step::Solving(progress) => {
+            spinner.set_message(words(progress) + &forecast.words(progress));
+        }
+        Step::Stepping(increment, progress) => spinner.set_message(format!(
+            "load step {}, increment {}: {}",
+            increment.step + 1,
+            increment.number,
+            words(progress)
+        )),
+    }
+}
+
 /// Lets a spinner say how far a step is whose operations are counted, and when it will end, as long as it is at work.
-pub(super) fn count(spinner: &ProgressBar, step: &'static str, work: &Arc<Work>) {
+fn count(spinner: &ProgressBar, step: &'static str, work: &Arc<Work>) {
     let (work, started) = (work.clone(), Instant::now());
     let Ok(style) = ProgressStyle::with_template("{spinner} {prefix:<9} {elapsed} {msg}{counted}")
     else {
@@ -137,7 +154,7 @@ pub(super) fn operator_line(
 }
 
 /// Progress of a solve.
-pub(super) fn words(progress: Progress<'_>) -> String {
+fn words(progress: Progress<'_>) -> String {
     match progress {
         Progress::Outer(k, step) => {
             format!(

@@ -16,7 +16,7 @@ use crate::{
     format::Stage,
     output::Inputs,
     pipeline::{Adapted, AssemblyFile, Commit, Freshness, Performed, Session, StageError, Step},
-    report::{self, Run},
+    report::{self, SolvedRun},
     views::{PictureFolder, are_drawn, draw_run, drawing_of},
 };
 
@@ -146,19 +146,8 @@ fn perform(
 ) -> Result<Performed, StageError> {
     let spinner = progress::spinner(stage.word(), output);
     let mut forecast = Forecast::new(session.scene().solve.epsilon());
-    let performed = session.perform(stage, commit, &mut |step| match step {
-        Step::Assembling(step) => spinner.set_message(step),
-        Step::Counting(step, work) => progress::count(&spinner, step, work),
-        Step::Solving(progress) => {
-            spinner.set_message(progress::words(progress) + &forecast.words(progress));
-        }
-        Step::Stepping(increment, progress) => spinner.set_message(format!(
-            "load step {}, increment {}: {}",
-            increment.step + 1,
-            increment.number,
-            progress::words(progress)
-        )),
-    });
+    let mut observe = |step: Step<'_>| progress::show(&spinner, &mut forecast, step);
+    let performed = session.perform(stage, commit, &mut observe);
     spinner.finish_and_clear();
     let performed = performed?;
     say(output, &progress::stage_line(&performed));
@@ -207,7 +196,7 @@ fn finish(
     let scene = session.scene();
     let (solution, report, increments) =
         (results.solution(), results.report(), results.increments());
-    let run = Run::new(scene, &results);
+    let run = SolvedRun::new(scene, &results);
     let features = report::features(scene, &run.sizes());
     if output.json {
         let mut json = run.json(session.assembly());

@@ -171,7 +171,7 @@ fn run_case(
 ) -> Result<Exit, SweepError> {
     let plan = Plan::read(&folder.sweep)?;
     let event = sweep::run_case(&plan, &folder.out, id, options)?;
-    say(output, &format!("case {id} {}", word(&event)));
+    say(output, &format!("case {id} {}", event_name(&event)));
     if output.json {
         let error = match &event {
             Event::Failed(error) => Some(error),
@@ -308,22 +308,13 @@ fn report(plan: &Plan, folder: &Path, outcome: &Outcome, output: &Output) {
     }
 }
 
-/// The event for programs.
+/// What became of a case, in a word.
 fn event_name(event: &Event) -> &'static str {
     match event {
         Event::Kept => "kept",
         Event::Computed => "computed",
         Event::Failed(_) => "failed",
         Event::Busy => "busy",
-    }
-}
-
-fn word(event: &Event) -> &'static str {
-    match event {
-        Event::Kept => "was finished",
-        Event::Computed => "done",
-        Event::Failed(_) => "failed",
-        Event::Busy => "is busy",
     }
 }
 

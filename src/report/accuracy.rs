@@ -70,10 +70,7 @@ pub fn entries(ladder: &AlgebraicLadder, units: Units) -> FigureTable {
         ladder.reference_accuracy,
         ladder.reference_status.word()
     );
-    FigureTable {
-        note,
-        ..FigureTable::new(&caption, rows)
-    }
+    FigureTable::new(&caption, rows).with_note(note)
 }
 
 #[rustfmt::skip]
@@ -129,10 +126,7 @@ pub fn levels(ladder: &DiscretisationLadder, units: Units) -> FigureTable {
         figures
     });
     let caption = "Discretisation error (relative, energy norm; orders from each mesh and the two before)";
-    FigureTable {
-        note: limits(ladder, units),
-        ..FigureTable::new(caption, rows)
-    }
+    FigureTable::new(caption, rows).with_note(limits(ladder, units))
 }
 
 /// What the figures of the meshes tend to.
@@ -170,10 +164,7 @@ pub fn ways(ways: &Ways, units: Units) -> FigureTable {
     );
     let caption = "Ways to accuracy (relative errors in the energy norm, uncertain by the estimated error of the reference; - where that is \
                    too large to tell)";
-    FigureTable {
-        note,
-        ..FigureTable::new(caption, rows)
-    }
+    FigureTable::new(caption, rows).with_note(note)
 }
 
 fn of_ways(ways: &Ways, units: Units) -> impl Iterator<Item = Figures> {

@@ -16,12 +16,12 @@ pub enum Digits {
 }
 
 /// The value of a figure.
-pub trait Quantity: Serialize {
+pub trait FigureValue: Serialize {
     /// The value for people; `None` where there is none.
     fn shown(&self, digits: Digits) -> Option<String>;
 }
 
-impl Quantity for f64 {
+impl FigureValue for f64 {
     fn shown(&self, digits: Digits) -> Option<String> {
         Some(match digits {
             Digits::All => self.to_string(),
@@ -33,7 +33,7 @@ impl Quantity for f64 {
 
 macro_rules! shown_in_full {
     ($($kind:ty),*) => {$(
-        impl Quantity for $kind {
+        impl FigureValue for $kind {
             fn shown(&self, _: Digits) -> Option<String> {
                 Some(self.to_string())
             }
@@ -42,13 +42,13 @@ macro_rules! shown_in_full {
 }
 shown_in_full!(usize, i8, i32, i64, &str, String);
 
-impl<T: Quantity> Quantity for Option<T> {
+impl<T: FigureValue> FigureValue for Option<T> {
     fn shown(&self, digits: Digits) -> Option<String> {
         self.as_ref()?.shown(digits)
     }
 }
 
-impl<T: Quantity, const N: usize> Quantity for [T; N]
+impl<T: FigureValue, const N: usize> FigureValue for [T; N]
 where
     Self: Serialize,
 {
@@ -94,7 +94,7 @@ impl Figures {
         words: &str,
         dimension: Dimension,
         digits: Digits,
-        value: impl Quantity,
+        value: impl FigureValue,
     ) {
         let unit = self.units.of(dimension);
         self.list.push(Figure {
@@ -110,12 +110,12 @@ impl Figures {
     }
 
     /// A number without unit.
-    pub fn number(&mut self, key: &str, words: &str, digits: Digits, value: impl Quantity) {
+    pub fn number(&mut self, key: &str, words: &str, digits: Digits, value: impl FigureValue) {
         self.add(key, words, Dimension::Number, digits, value);
     }
 
     /// A count or a word.
-    pub fn plain(&mut self, key: &str, words: &str, value: impl Quantity) {
+    pub fn plain(&mut self, key: &str, words: &str, value: impl FigureValue) {
         self.number(key, words, Digits::All, value);
     }
 

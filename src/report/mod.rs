@@ -19,9 +19,9 @@ mod sweep;
 pub mod theory;
 
 pub use features::features;
-pub use figure::{Digits, Figures, Quantity};
+pub use figure::{Digits, FigureValue, Figures};
 pub use levels::{adaptation_json, adaptation_text, history_text, increments};
-pub use run::{Run, percent};
+pub use run::{SolvedRun, percent};
 pub use sinks::FigureTable;
 pub use stages::{performed, stages, summary};
 pub use status::status;

@@ -29,14 +29,14 @@ const MOSTLY_FLAT: f64 = 0.5;
 
 /// A scene with its results.
 #[derive(Clone, Copy)]
-pub struct Run<'a> {
+pub struct SolvedRun<'a> {
     scene: &'a Scene,
     mesh: &'a Mesh,
     solution: &'a Solution,
     report: &'a ContactReport,
 }
 
-impl<'a> Run<'a> {
+impl<'a> SolvedRun<'a> {
     /// The results of a scene.
     #[must_use]
     pub fn new(scene: &'a Scene, results: &'a Results) -> Self {

@@ -106,6 +106,13 @@ impl FigureTable {
         }
     }
 
+    /// The table with something to be said below it.
+    #[must_use]
+    pub fn with_note(self, note: impl Into<String>) -> Self {
+        let note = note.into();
+        Self { note, ..self }
+    }
+
     /// For a terminal: caption, titles, one line a row, note.
     #[must_use]
     pub fn text(&self) -> String {

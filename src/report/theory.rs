@@ -205,10 +205,7 @@ fn inf_sup(level: &TheoryLevel, row: &InfSup, units: Units) -> Figures {
 #[must_use]
 pub fn truth(theory: &Theory, units: Units) -> FigureTable {
     let note = "norms and radii in the energy norm; excess of |F^-1 lambda_t| over g at points of panes, where it holds for means\n";
-    FigureTable {
-        note: note.to_owned(),
-        ..table("At the solution", theory, |level| solution(level, units))
-    }
+    table("At the solution", theory, |level| solution(level, units)).with_note(note)
 }
 
 #[rustfmt::skip]
@@ -240,10 +237,8 @@ fn solution(level: &TheoryLevel, units: Units) -> Figures {
 /// Scales of the law at which bounds and truth reach 1.
 #[must_use]
 pub fn thresholds(theory: &Theory, units: Units) -> FigureTable {
-    FigureTable {
-        note: "none: up to 1e6\n".to_owned(),
-        ..table("Scales t of the law", theory, |level| limits(level, units))
-    }
+    let caption = "Scales t of the law";
+    table(caption, theory, |level| limits(level, units)).with_note("none: up to 1e6\n")
 }
 
 #[rustfmt::skip]

@@ -15,7 +15,6 @@ mod sweep_charts;
 mod sweep_report;
 mod sweep_table;
 mod theory_charts;
-mod theory_report;
 
 pub use branches::draw_branches;
 pub use charts::draw_accuracy;

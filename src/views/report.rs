@@ -8,18 +8,22 @@ use contact3d::{
     solver::Solution,
 };
 use plots::html::{Page, Part, Section};
-use runfile::{Reader, timestamp};
+use runfile::{Reader, StoredGroup, timestamp};
 
 use super::{
     charts::{convergence, history, ways_against_seconds, ways_against_unknowns, work_precision},
     history_charts,
     picture::{self, Drawn},
-    sweep_report, theory_report,
+    sweep_report,
+    theory_charts::{constants, scaled, thresholds},
 };
 use crate::{
     format::{self, LAYOUT},
     pipeline::{Freshness, StageError, StageState, accuracy_input, read_results, states},
-    report::{self, Figures, Run, accuracy as tables},
+    report::{
+        self, Figures, SolvedRun, accuracy as tables,
+        theory::{thresholds as limits, truth},
+    },
 };
 
 /// The report as one HTML page. Reads only and takes no lock.
@@ -66,7 +70,7 @@ fn file_page(path: &Path) -> Result<Page, StageError> {
     }
     sections.push(stages_section(&reader, scene, &states)?);
     sections.extend(accuracy_section(&reader, scene)?);
-    sections.extend(theory_report::section(&reader, scene)?);
+    sections.extend(theory_section(&reader, scene)?);
     Ok(Page {
         title: scene.shown_title(),
         subtitle: shown(scene.reference.as_deref().unwrap_or_default()),
@@ -92,7 +96,7 @@ fn result_sections(reader: &Reader, input: &SceneFile) -> Result<Vec<Section>, S
     let results = read_results(reader.path(), input)?;
     let (mesh, solution, report) = (results.mesh(), results.solution(), results.report());
     let scene = &input.scene;
-    let run = Run::new(scene, &results);
+    let run = SolvedRun::new(scene, &results);
     let flaw = report.flaw.filter(|_| report.is_broken());
     let warning = flaw.map(|flaw| format!("The solve failed and nothing is drawn: {flaw}."));
     let mut parts: Vec<Part> = warning.map(Part::Warning).into_iter().collect();
@@ -178,12 +182,7 @@ fn accuracy_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, S
         return Ok(None);
     };
     let accuracy = format::read_accuracy(reader)?;
-    let mut parts = Vec::new();
-    if stored.record.input_digest != accuracy_input(scene) {
-        parts.push(Part::Warning(
-            "Measured for another scene than the one above; run `accuracy` again.".into(),
-        ));
-    }
+    let mut parts = outdated(&stored, scene, "accuracy");
     parts.extend(format::read_advice(reader)?.map(Part::Advice));
     if let Some(ladder) = &accuracy.discretisation {
         parts.push(Part::chart(&convergence(ladder)));
@@ -200,4 +199,33 @@ fn accuracy_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, S
         parts.push(Part::Table(tables::entries(ladder, stored.units).html()));
     }
     Ok(Some(Section::new("accuracy", "What accuracy costs", parts)))
+}
+
+/// What the constants of the theory are on the meshes of the scene; `None` where they were not measured.
+fn theory_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, StageError> {
+    let Some(stored) = reader.whole_group(format::THEORY)? else {
+        return Ok(None);
+    };
+    let (theory, units) = (format::read_theory(reader)?, stored.units);
+    let mut parts = outdated(&stored, scene, "theory");
+    parts.push(Part::Advice(theory.findings().to_string()));
+    let charts = [
+        thresholds(&theory, units),
+        scaled(&theory),
+        constants(&theory, units),
+    ];
+    parts.extend(charts.iter().map(Part::chart));
+    let tables = [truth, limits].map(|table| table(&theory, units).html());
+    parts.extend(tables.map(Part::Table));
+    Ok(Some(Section::new("theory", "The theory, measured", parts)))
+}
+
+/// A warning where what a command measured is not of the scene.
+fn outdated(stored: &StoredGroup, scene: &Scene, command: &str) -> Vec<Part> {
+    if stored.record.input_digest == accuracy_input(scene) {
+        return Vec::new();
+    }
+    let again = format!("run `{command}` again");
+    let warning = format!("Measured for another scene than the one above; {again}.");
+    vec![Part::Warning(warning)]
 }

@@ -3,7 +3,7 @@
 use units::Unit;
 
 use super::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
-use super::figure::Figure;
+use super::figure::Picture;
 use super::layout::{LABEL_SIZE, TICK_SIZE, TITLE_SIZE, fitting_ticks};
 use super::log_ticks::LogTicks;
 use super::scale::{Ticks, UnitScale};
@@ -158,7 +158,7 @@ impl LineChart {
 
     /// Draws the chart. Points that no axis can show are left out.
     #[must_use]
-    pub fn figure(&self) -> Figure {
+    pub fn figure(&self) -> Picture {
         let legend = self.series.iter().any(|series| !series.name.is_empty());
         let right = WIDTH - if legend { LEGEND_WIDTH } else { RIGHT_MARGIN };
         let mut canvas = Canvas::new(WIDTH, HEIGHT);
@@ -178,7 +178,7 @@ impl LineChart {
         if legend {
             self.draw_legend(&mut canvas, right + 16.0);
         }
-        Figure::new(canvas, &self.title)
+        Picture::new(canvas, &self.title)
     }
 
     fn draw_legend(&self, canvas: &mut Canvas, x: f64) {
