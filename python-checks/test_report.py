@@ -1,5 +1,6 @@
 """The HTML report as a parser sees it: whole, self-contained, well-formed drawings."""
 
+import json
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -118,18 +119,28 @@ def test_a_file_without_a_part_has_no_section_of_it(contact3d, tmp_path):
 
 
 def test_a_sweep_becomes_a_table_and_charts(contact3d, tmp_path):
-    rows = [
-        "id,friction,cells,status,normal_force,note",
-        "a,0.1,4,converged,5.9e7,<b>",
-        "b,0.3,4,converged,5.8e7,&",
-        "c,0.1,8,converged,5.88e7,x",
-        "d,0.3,8,failed,,y",
-    ]
-    (tmp_path / "summary.csv").write_text("\n".join(rows) + "\n")
-    out = tmp_path / "report.html"
-    contact3d("report", tmp_path, "-o", out)
-    text = out.read_text(encoding="utf-8")
-    page = check_is_self_contained(text)
-    assert page.sections == ["charts", "summary"] and "b" not in page.tags
-    (chart,) = drawings(text)
-    assert len(hovers(chart)) == 3
+    sweep, out, page = tmp_path / "sweep.toml", tmp_path / "out", tmp_path / "page.html"
+    sweep.write_text(
+        f"""scene = "{SCENE}"
+[[axis]]
+key = "friction.coefficient_1.ramp.initial"
+values = [0.3, 0.4]
+[[axis]]
+keys = ["title", "body.brick.cells"]
+rows = [["<b>", [6, 2, 2]], ["x & y", [8, 2, 2]]]
+"""
+    )
+    plan = json.loads(contact3d("sweep", "plan", sweep, "--out", out).stdout)
+    assert len(plan) == 4
+    for case in plan[:3]:
+        contact3d("sweep", "run-case", sweep, "--out", out, case["id"])
+    contact3d("sweep", "summary", sweep, "--out", out)
+    contact3d("report", out, "-o", page)
+    text = page.read_text(encoding="utf-8")
+    parsed = check_is_self_contained(text)
+    assert parsed.sections == ["charts", "summary"] and "b" not in parsed.tags
+    assert "normal_force [N]" in text and "x &amp; y" in text and "missing" in text
+    # Each chart has a point for each case that was run, on a line for each mesh.
+    for chart in drawings(text):
+        assert len(hovers(chart)) == 3
+        assert any(hover.startswith("<b>") for hover in hovers(chart))

@@ -7,6 +7,7 @@ pub mod exchange;
 pub mod format;
 pub mod output;
 pub mod pipeline;
+pub mod report;
 pub mod suite;
 pub mod sweep;
 pub mod views;

@@ -10,13 +10,13 @@ use contact3d::{
 use indicatif::ProgressBar;
 
 use super::{
-    accuracy_words,
     arguments::{FigureArguments, Output, SceneArguments, n_div, seconds},
     exit::Exit,
     measured, override_scene, progress, terminal,
 };
 use crate::{
     pipeline::{StageError, measure_accuracy},
+    report,
     views::{Drawing, draw_accuracy},
 };
 
@@ -75,8 +75,8 @@ pub(super) fn accuracy(
     measured::print(
         output,
         units,
-        || accuracy_words::json(&accuracy),
-        || accuracy_words::words(&accuracy, units),
+        || report::accuracy::json(&accuracy, units),
+        || report::accuracy::text(&accuracy, units),
     );
     Ok(if is_complete(&accuracy) {
         Exit::Done

@@ -1,18 +1,17 @@
 //! Adaptive runs: the words about their levels, and what became of the wish.
 
-use std::fmt::Write;
-
 use contact3d::adaptation::{AdaptiveLevel, AdaptiveStatus};
 use indicatif::ProgressBar;
 
 use super::{
     arguments::Output,
     progress::{self, Forecast},
-    report,
-    results::percent,
     terminal::say,
 };
-use crate::pipeline::{AdaptStep, Adapted, Session, StageError, Step};
+use crate::{
+    pipeline::{AdaptStep, Adapted, Session, StageError},
+    report::percent,
+};
 
 /// A share of the energy norm: `1%`, `1 %` or `0.01`.
 pub(super) fn share(text: &str) -> Result<f64, String> {
@@ -44,11 +43,7 @@ pub(super) fn run(
             spinner = progress::spinner(stage.word(), output);
             spinner.set_message(format!("level {level}"));
         }
-        AdaptStep::Step(Step::Assembling(step)) => spinner.set_message(step),
-        AdaptStep::Step(Step::Counting(step, work)) => progress::count(&spinner, step, work),
-        AdaptStep::Step(Step::Solving(step) | Step::Stepping(_, step)) => {
-            spinner.set_message(report::progress(step) + &forecast.words(step));
-        }
+        AdaptStep::Step(step) => progress::show(&spinner, &mut forecast, step),
         AdaptStep::Done(number, level) => {
             spinner.finish_and_clear();
             say(output, &level_line(number, level));
@@ -70,61 +65,6 @@ fn level_line(number: usize, level: &AdaptiveLevel) -> String {
         percent(level.estimated_error),
         level.seconds
     )
-}
-
-/// The levels as a table, with the wish.
-pub(super) fn table(adapted: &Adapted) -> String {
-    let mut text = format!(
-        "levels for an error of {}\n  level   tetrahedra   unknowns  multipliers  error about  stability    seconds\n",
-        percent(adapted.wish)
-    );
-    for (number, level) in adapted.adaptation.levels.iter().enumerate() {
-        let stability = level
-            .stability
-            .map_or("-".to_owned(), |value| format!("{value:.3}"));
-        let mark = if number == adapted.level { '*' } else { ' ' };
-        let _ = writeln!(
-            text,
-            "{mark} {number:>5} {:>12} {:>10} {:>12} {:>12} {stability:>10} {:>10.3}",
-            level.n_tetrahedra,
-            level.n_free,
-            level.n_multipliers,
-            percent(level.estimated_error),
-            level.seconds
-        );
-    }
-    text
-}
-
-/// The levels for programs.
-pub(super) fn json(adapted: &Adapted) -> serde_json::Value {
-    let levels = adapted.adaptation.levels.iter().map(|level| {
-        serde_json::json!({
-            "n_tetrahedra": level.n_tetrahedra,
-            "n_free": level.n_free,
-            "n_multipliers": level.n_multipliers,
-            "estimated_error": level.estimated_error,
-            "stability": level.stability,
-            "status": level.status.word(),
-            "seconds": level.seconds,
-        })
-    });
-    serde_json::json!({
-        "wish": adapted.wish,
-        "status": word(adapted.status),
-        "level": adapted.level,
-        "levels": levels.collect::<Vec<_>>(),
-    })
-}
-
-fn word(status: AdaptiveStatus) -> &'static str {
-    match status {
-        AdaptiveStatus::Refining => "refining",
-        AdaptiveStatus::Met => "met",
-        AdaptiveStatus::NotConverged => "not_converged",
-        AdaptiveStatus::TooLarge => "too_large",
-        AdaptiveStatus::Stalled => "stalled",
-    }
 }
 
 /// What to say of a wish that is not met; `None` if it is, or if the solve has said enough.

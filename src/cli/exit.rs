@@ -38,10 +38,7 @@ pub(super) fn explain(error: StageError, output: &Output) -> Exit {
         error if error.is_after_storing() => Exit::NotConverged,
         _ => Exit::BadInput,
     };
-    if output.json {
-        let message = serde_json::json!({ "error": chain(&error), "exit_code": exit as u8 });
-        terminal::json(&message);
-    }
+    json_refusal(output.json, &chain(&error), exit);
     match &error {
         StageError::Scene(scene) => draw(scene),
         StageError::Mesh(mesh) => draw(mesh),
@@ -61,9 +58,7 @@ pub(super) fn explain_sweep(error: SweepError, output: &Output) -> Exit {
                 _ => Exit::BadInput,
             };
             let message = chain(&error);
-            if output.json {
-                terminal::json(&serde_json::json!({ "error": message, "exit_code": exit as u8 }));
-            }
+            json_refusal(output.json, &message, exit);
             terminal::message(&format!("error: {message}"));
             exit
         }
@@ -97,20 +92,30 @@ pub(super) fn explain_usage(error: &clap::Error) -> Exit {
         }
         return Exit::Done;
     }
-    json_refusal(error.to_string().trim_end());
+    json_refusal(
+        asks_for_json(),
+        error.to_string().trim_end(),
+        Exit::BadInput,
+    );
     Exit::BadInput
 }
 
 /// Says why nothing can be done at all, before the arguments are known.
 pub(super) fn refuse(message: &str) -> Exit {
-    json_refusal(message);
+    json_refusal(asks_for_json(), message, Exit::BadInput);
     terminal::message(&format!("error: {message}"));
     Exit::BadInput
 }
 
-fn json_refusal(message: &str) {
-    if std::env::args_os().any(|argument| argument == "--json") {
-        terminal::json(&serde_json::json!({ "error": message, "exit_code": 2 }));
+/// Whether programs read the output, as long as the arguments are not known.
+fn asks_for_json() -> bool {
+    std::env::args_os().any(|argument| argument == "--json")
+}
+
+/// The error for programs, where they read the output.
+fn json_refusal(is_read: bool, message: &str, exit: Exit) {
+    if is_read {
+        terminal::json(&serde_json::json!({ "error": message, "exit_code": exit as u8 }));
     }
 }
 

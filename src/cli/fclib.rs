@@ -6,6 +6,7 @@ use clap::{ArgGroup, Args, ValueEnum};
 use contact3d::solver::{
     DelassusMethod, DelassusSettings, DelassusSolution, DelassusSolver, DelassusStatus, Obstruction,
 };
+use units::{Dimension, Units};
 
 use super::{
     arguments::Output,
@@ -16,6 +17,10 @@ use super::{
 use crate::{
     exchange::{FclibAnswer, Form, Target, export as write_problem, export_grid, solve_file},
     pipeline::StageError,
+    report::{
+        Digits::{Fixed, Scientific},
+        Figures,
+    },
 };
 
 /// Arguments of `export`.
@@ -87,9 +92,7 @@ fn grid(run_file: &Path, target: &Path, output: &Output) -> Result<Exit, StageEr
         terminal::json(&serde_json::json!({ "vtkhdf": target, "bytes": bytes }));
         return Ok(Exit::Done);
     }
-    let megabytes = bytes as f64 / 1e6;
-    let target = target.display();
-    say(output, &format!("wrote {target} ({megabytes:.2} MB)"));
+    say(output, &terminal::wrote(target, bytes));
     Ok(Exit::Done)
 }
 
@@ -98,9 +101,10 @@ fn export_problem(
     target: &Path,
     output: &Output,
 ) -> Result<Exit, StageError> {
-    let form = match arguments.global {
-        true => Form::Global,
-        false => Form::Local,
+    let form = if arguments.global {
+        Form::Global
+    } else {
+        Form::Local
     };
     let exported = write_problem(&arguments.file, target, form)?;
     if output.json {
@@ -119,27 +123,17 @@ fn export_problem(
     let [least, most] = exported
         .mu
         .map(|mu| format!("{mu:.5e}").parse().unwrap_or(mu));
-    let megabytes = exported.bytes as f64 / 1e6;
     let contacts = exported.contacts;
-    say(
-        output,
-        &format!("wrote {} ({megabytes:.2} MB)", target.display()),
-    );
+    say(output, &terminal::wrote(target, exported.bytes as u64));
+    let mu = format!("mu {least} to {most}");
     if let Some(unknowns) = exported.unknowns {
-        say(
-            output,
-            &format!(
-                "global problem: {contacts} contacts, {unknowns} unknowns, mu {least} to {most}"
-            ),
-        );
+        let words = format!("global problem: {contacts} contacts, {unknowns} unknowns, {mu}");
+        say(output, &words);
     }
     if let Some(error) = exported.error {
-        say(
-            output,
-            &format!(
-                "local problem: {contacts} contacts, mu {least} to {most}, error of the solution {error:.1e}"
-            ),
-        );
+        let error = format!("error of the solution {error:.1e}");
+        let words = format!("local problem: {contacts} contacts, {mu}, {error}");
+        say(output, &words);
     }
     Ok(Exit::Done)
 }
@@ -166,10 +160,11 @@ pub(super) fn solve_fclib(
     let answer = solve_file(&arguments.file, &target, &settings);
     spinner.finish_and_clear();
     let answer = answer?;
+    let figures = figures(&answer);
     if output.json {
-        terminal::json(&json(&answer));
+        terminal::json(&figures.json());
     } else if !output.quiet {
-        terminal::result(&words(&answer));
+        terminal::result(&figures.text(0, 33));
     }
     let stored = match &target {
         Target::Nowhere => None,
@@ -237,46 +232,33 @@ fn solver_word(solver: DelassusSolver) -> &'static str {
     }
 }
 
-fn json(answer: &FclibAnswer) -> serde_json::Value {
+/// What came of a problem.
+fn figures(answer: &FclibAnswer) -> Figures {
     let solution = &answer.solution;
-    serde_json::json!({
-        "status": status_word(solution.status),
-        "solver": solver_word(solution.solver),
-        "contacts": answer.contacts,
-        "entries": answer.entries,
-        "error": solution.error,
-        "scaled_error": solution.scaled_error,
-        "error_before": answer.error_before,
-        "obstruction": solution.separation.as_ref().map(|separation| serde_json::json!({
+    let (status, solver) = (status_word(solution.status), solver_word(solution.solver));
+    let obstruction = solution.separation.as_ref().map(|separation| {
+        serde_json::json!({
             "kind": obstruction_word(separation.obstruction),
             "direction": separation.direction,
             "force_bound": Some(separation.force_bound).filter(|bound| bound.is_finite()),
-        })),
-        "newton_steps": solution.newton_steps,
-        "outer_steps": solution.outer_steps,
-        "applications": solution.applications,
-        "seconds": answer.seconds,
-    })
-}
-
-fn words(answer: &FclibAnswer) -> String {
-    let solution = &answer.solution;
-    let before = answer.error_before.map_or_else(String::new, |error| {
-        format!("solution in the file: error {error:.1e}\n")
+        })
     });
-    format!(
-        "{before}{} contacts, {} entries of W\n\
-         {} by {} in {:.3} s: {} Newton steps, {} outer steps, {} applications of W\n\
-         error {:.1e} (scaled to a unit diagonal {:.1e})\n",
-        answer.contacts,
-        answer.entries,
-        status_word(solution.status),
-        solver_word(solution.solver),
-        answer.seconds,
-        solution.newton_steps,
-        solution.outer_steps,
-        solution.applications,
-        solution.error,
-        solution.scaled_error,
-    )
+    let mut figures = Figures::new(Units::SI);
+    let before = "error of the solution in the file";
+    figures.number("error_before", before, Scientific(1), answer.error_before);
+    figures.plain("contacts", "contacts", answer.contacts);
+    figures.plain("entries", "entries of W", answer.entries);
+    let ended = Some(format!("{status} by {solver}"));
+    figures.in_words("status", "status", ended, status);
+    figures.for_programs("solver", solver);
+    figures.add("seconds", "time", Dimension::Time, Fixed(3), answer.seconds);
+    figures.plain("newton_steps", "Newton steps", solution.newton_steps);
+    figures.plain("outer_steps", "outer steps", solution.outer_steps);
+    let applications = "applications of W";
+    figures.plain("applications", applications, solution.applications);
+    figures.number("error", "error", Scientific(1), solution.error);
+    let scaled = "error scaled to a unit diagonal";
+    figures.number("scaled_error", scaled, Scientific(1), solution.scaled_error);
+    figures.for_programs("obstruction", obstruction);
+    figures
 }

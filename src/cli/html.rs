@@ -43,9 +43,7 @@ pub(super) fn report_page(
         let summary = serde_json::json!({ "report": arguments.out, "bytes": bytes });
         terminal::json(&summary);
     } else {
-        let megabytes = bytes as f64 / 1e6;
-        let line = format!("wrote {} ({megabytes:.2} MB)", arguments.out.display());
-        say(output, &line);
+        say(output, &terminal::wrote(&arguments.out, bytes as u64));
     }
     Ok(Exit::Done)
 }

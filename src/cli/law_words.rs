@@ -1,36 +1,38 @@
-//! Laws of friction in words and as JSON; no computing here.
+//! Laws of friction and their bounds.
 
-use std::{fmt::Write, path::PathBuf};
+use std::path::PathBuf;
 
 use contact3d::{
     contact::{LawBounds, LawExtreme},
     scene::{Coefficient, Friction, FrictionLaw, FrictionModel, Quantity, shown},
 };
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use units::Dimension;
 
-use super::results_json::unit_words;
-use crate::views::{FaceStudy, LawStudy, MeshSizes};
+use crate::{
+    report::{Figures, unit_words},
+    views::{FaceStudy, LawStudy, MeshSizes},
+};
 
 /// Most points of a table that are printed.
 const MOST_POINTS: usize = 8;
 
-/// The page printed for a person.
+/// The laws of all faces.
 pub(super) fn text(study: &LawStudy) -> String {
     let mut text = format!("{}\n", study.scene.shown_title());
-    match study.faces.as_slice() {
-        [] => text += &line("law", "none: the scene has no contact face"),
-        [only] => text += &face_text(study, only),
-        several => {
-            for face in several {
-                let _ = write!(
-                    text,
-                    "\nface {}\n{}",
-                    shown(&face.name),
-                    face_text(study, face)
-                );
-            }
+    if study.faces.is_empty() {
+        let mut none = Figures::new(study.scene.units);
+        none.said(
+            "law",
+            Some("none: the scene has no contact face".to_owned()),
+        );
+        text += &none.text(2, NAMES);
+    }
+    for face in &study.faces {
+        if study.faces.len() > 1 {
+            text += &format!("\nface {}\n", shown(&face.name));
         }
+        text += &figures(study, face).text(2, NAMES);
     }
     if study.faces.iter().any(|face| face.bounds.is_some()) {
         text += SCALING;
@@ -38,102 +40,21 @@ pub(super) fn text(study: &LawStudy) -> String {
     text
 }
 
-fn line(name: &str, value: &str) -> String {
-    format!("  {name:<22} {value}\n")
-}
-
-/// The law of one face.
-fn face_text(study: &LawStudy, face: &FaceStudy) -> String {
-    let units = study.scene.units;
-    let (length, per_length) = (units.length(), units.word(Dimension::PER_LENGTH));
-    let mut text = String::new();
-    let mut line = |name: &str, value: &str| text += &line(name, value);
-    line("law", &law_words(&face.model));
-    for (name, words) in coefficients(study, face) {
-        line(name, &words);
-    }
-    if let Some((name, stress)) = face.model.given_stress() {
-        let name = format!("{name} [{}]", units.stress());
-        line(&name, &quantity_words(&stress));
-    }
-    let Some(bounds) = &face.bounds else {
-        return text;
-    };
-    let how = if bounds.estimated {
-        "estimated by sampling"
-    } else {
-        "exact"
-    };
-    let range = format!(
-        "0 to {} {length}, the extent of the body; {how}",
-        bounds.largest_slip
-    );
-    line("slips considered", &range);
-    let isotropic = is_isotropic(&face.model);
-    let at = |extreme: &LawExtreme| point_words(isotropic, extreme, length);
-    let valued = |extreme: &LawExtreme, unit: &str| {
-        format!("{:<12}{}", number(extreme.value) + unit, at(extreme))
-    };
-    line("F_min", &valued(&bounds.smallest, ""));
-    line("F_max", &valued(&bounds.largest, ""));
-    match bounds.lipschitz.value {
-        0.0 => line("Lipschitz modulus L", &format!("0 {per_length}")),
-        f64::INFINITY => line(
-            "Lipschitz modulus L",
-            &format!(
-                "infinite: the law is not Lipschitz {}",
-                at(&bounds.lipschitz)
-            ),
-        ),
-        _ => line(
-            "Lipschitz modulus L",
-            &valued(&bounds.lipschitz, &format!(" {per_length}")),
-        ),
-    }
-    match isotropic {
-        true => line("kappa(F)", "1"),
-        false => line("kappa(F)", &valued(&bounds.anisotropy, "")),
-    }
-    line(
-        "pane size, edge",
-        &format!(
-            "H = {} {length}, h = {} {length}",
-            number(face.sizes.pane),
-            number(face.sizes.edge)
-        ),
-    );
-    let [size, steepness] = scaled(bounds, face.sizes);
-    line("F_max/sqrt(H)", &number(size));
-    line("L(2+kappa)/sqrt(h H)", &number(steepness));
-    text
-}
-
-/// What the last two numbers of a law mean.
-const SCALING: &str = "  The last two numbers scale like the condition of HKL Theorem 3.2 and Remark 3.4 for one solution
-  and convergent successive approximations: both small enough. The constants in it are not known
-  here, so the numbers compare laws and meshes of one body; they guarantee nothing.
-";
-
-/// F_max/√H and L (2 + κ)/√(h H).
-fn scaled(bounds: &LawBounds, sizes: MeshSizes) -> [f64; 2] {
-    [
-        bounds.largest.value / sizes.pane.sqrt(),
-        bounds.lipschitz.value * (2.0 + bounds.anisotropy.value) / (sizes.edge * sizes.pane).sqrt(),
-    ]
-}
+/// Width of names.
+const NAMES: usize = 22;
 
 /// The laws for programs, that of a single face beside the title; what is not finite is null.
 pub(super) fn json(study: &LawStudy, files: &[PathBuf]) -> Value {
     let mut page = match study.faces.as_slice() {
         [] => json!({ "law": "no_contact", "coefficients": {}, "bounds": null }),
-        [only] => face_json(study, only),
+        [only] => figures(study, only).json(),
         several => {
             let faces = several.iter().map(|face| {
-                let mut law = face_json(study, face);
+                let mut law = figures(study, face).json();
                 law["name"] = face.name.as_str().into();
                 law
             });
-            json!({ "faces": faces.collect::<Vec<_>>() })
+            json!({ "faces": faces.collect::<Value>() })
         }
     };
     page["title"] = study.scene.title.as_str().into();
@@ -142,40 +63,90 @@ pub(super) fn json(study: &LawStudy, files: &[PathBuf]) -> Value {
     page
 }
 
-fn face_json(study: &LawStudy, face: &FaceStudy) -> Value {
-    let isotropic = is_isotropic(&face.model);
-    let extreme = |e: &LawExtreme| {
-        json!({
-            "value": e.value,
-            "coefficient": name(isotropic, e.coefficient),
-            "position": e.position,
-            "slip": e.slip,
-        })
-    };
-    let bounds = face.bounds.as_ref().map(|b| {
-        let [size, steepness] = scaled(b, face.sizes);
-        json!({
-            "f_min": extreme(&b.smallest),
-            "f_max": extreme(&b.largest),
-            "lipschitz": extreme(&b.lipschitz),
-            "kappa": extreme(&b.anisotropy),
-            "largest_slip": b.largest_slip,
-            "estimated": b.estimated,
-            "pane_size": face.sizes.pane,
-            "edge_length": face.sizes.edge,
-            "f_max_over_sqrt_pane_size": size,
-            "lipschitz_times_2_plus_kappa_over_sqrt_edge_length_pane_size": steepness,
-        })
-    });
-    let coefficients: serde_json::Map<String, Value> = coefficients(study, face)
-        .map(|(name, words)| (name.to_owned(), words.into()))
-        .collect();
-    json!({
-        "law": face.model.word(),
-        "coefficients": coefficients,
-        "bounds": bounds,
-    })
+/// The law of one face.
+#[rustfmt::skip]
+fn figures(study: &LawStudy, face: &FaceStudy) -> Figures {
+    let mut figures = Figures::new(study.scene.units);
+    figures.in_words("law", "law", Some(law_words(&face.model)), face.model.word());
+    figures.for_programs("coefficients", Map::new());
+    for (name, words) in coefficients(study, face) {
+        figures.in_words(&format!("coefficients.{name}"), name, Some(words.clone()), words);
+    }
+    if let Some((name, stress)) = face.model.given_stress() {
+        let name = format!("{name} [{}]", study.scene.units.stress());
+        figures.said(&name, Some(quantity_words(&stress)));
+    }
+    match &face.bounds {
+        None => figures.for_programs("bounds", ()),
+        Some(bounds) => figures = figures.with(of_bounds(study, face, bounds)),
+    }
+    figures
 }
+
+/// The bounds of a law, each with the slip and the place that it is taken at.
+#[rustfmt::skip]
+fn of_bounds(study: &LawStudy, face: &FaceStudy, bounds: &LawBounds) -> Figures {
+    let units = study.scene.units;
+    let (length, per_length) = (units.length(), units.word(Dimension::PER_LENGTH));
+    let isotropic = is_isotropic(&face.model);
+    let at = |extreme: &LawExtreme| point_words(isotropic, extreme, length);
+    let valued = |extreme: &LawExtreme, unit: &str| {
+        format!("{:<12}{}", number(extreme.value) + unit, at(extreme))
+    };
+    let steepest = &bounds.lipschitz;
+    let steepest = match steepest.value {
+        0.0 => format!("0 {per_length}"),
+        f64::INFINITY => format!("infinite: the law is not Lipschitz {}", at(steepest)),
+        _ => valued(steepest, &format!(" {per_length}")),
+    };
+    let kappa = if isotropic {
+        "1".to_owned()
+    } else {
+        valued(&bounds.anisotropy, "")
+    };
+    let mut figures = Figures::new(units);
+    let largest = bounds.largest_slip;
+    let how = if bounds.estimated {
+        "estimated by sampling"
+    } else {
+        "exact"
+    };
+    let range = format!("0 to {largest} {length}, the extent of the body; {how}");
+    figures.in_words("bounds.largest_slip", "slips considered", Some(range), largest);
+    figures.for_programs("bounds.estimated", bounds.estimated);
+    for (key, words, shown, extreme) in [
+        ("f_min", "F_min", valued(&bounds.smallest, ""), &bounds.smallest),
+        ("f_max", "F_max", valued(&bounds.largest, ""), &bounds.largest),
+        ("lipschitz", "Lipschitz modulus L", steepest, &bounds.lipschitz),
+        ("kappa", "kappa(F)", kappa, &bounds.anisotropy),
+    ] {
+        let value = json!({
+            "value": extreme.value,
+            "coefficient": name(isotropic, extreme.coefficient),
+            "position": extreme.position,
+            "slip": extreme.slip,
+        });
+        figures.in_words(&format!("bounds.{key}"), words, Some(shown), value);
+    }
+    let MeshSizes { pane, edge } = face.sizes;
+    let sizes = format!("H = {} {length}, h = {} {length}", number(pane), number(edge));
+    figures.said("pane size, edge", Some(sizes));
+    figures.for_programs("bounds.pane_size", pane);
+    figures.for_programs("bounds.edge_length", edge);
+    let size = bounds.largest.value / pane.sqrt();
+    let key = "bounds.f_max_over_sqrt_pane_size";
+    figures.in_words(key, "F_max/sqrt(H)", Some(number(size)), size);
+    let steepness = bounds.lipschitz.value * (2.0 + bounds.anisotropy.value) / (edge * pane).sqrt();
+    let key = "bounds.lipschitz_times_2_plus_kappa_over_sqrt_edge_length_pane_size";
+    figures.in_words(key, "L(2+kappa)/sqrt(h H)", Some(number(steepness)), steepness);
+    figures
+}
+
+/// What the last two numbers of a law mean.
+const SCALING: &str = "  The last two numbers scale like the condition of HKL Theorem 3.2 and Remark 3.4 for one solution
+  and convergent successive approximations: both small enough. The constants in it are not known
+  here, so the numbers compare laws and meshes of one body; they guarantee nothing.
+";
 
 fn law_words(model: &FrictionModel) -> String {
     let Some((name, coefficients)) = model.name().zip(model.coefficients()) else {
@@ -251,9 +222,10 @@ fn coefficient_words(coefficient: &Coefficient, slip: &str, length: &str) -> Str
             let meanings: Vec<String> = used
                 .map(|(name, slip)| format!("{name} = {slip}"))
                 .collect();
-            match meanings.is_empty() {
-                true => formula.text().to_owned(),
-                false => format!("{}  ({} in {length})", formula.text(), meanings.join(", ")),
+            if meanings.is_empty() {
+                formula.text().to_owned()
+            } else {
+                format!("{}  ({} in {length})", formula.text(), meanings.join(", "))
             }
         }
         Coefficient::Function(_) => format!("a Rust function of {slip} in {length}"),
@@ -269,21 +241,21 @@ fn quantity_words(quantity: &Quantity) -> String {
 }
 
 fn name(isotropic: bool, coefficient: usize) -> &'static str {
-    match isotropic {
-        true => "F",
-        false => ["F1", "F2"][coefficient],
+    if isotropic {
+        "F"
+    } else {
+        ["F1", "F2"][coefficient]
     }
 }
 
 /// Which coefficient, at which slip and place.
 fn point_words(isotropic: bool, extreme: &LawExtreme, length: &str) -> String {
     let [first, second] = extreme.slip.map(number);
-    let mut words = match isotropic {
-        true => format!("at |u_t| = {first} {length}"),
-        false => format!(
-            "{} at |u_t1| = {first}, |u_t2| = {second} {length}",
-            name(isotropic, extreme.coefficient)
-        ),
+    let mut words = if isotropic {
+        format!("at |u_t| = {first} {length}")
+    } else {
+        let name = name(isotropic, extreme.coefficient);
+        format!("{name} at |u_t1| = {first}, |u_t2| = {second} {length}")
     };
     if let Some([x, y, z]) = extreme.position.map(|x| x.map(number)) {
         words += &format!(", x = {x}, y = {y}, z = {z} {length}");

@@ -7,7 +7,7 @@ use clap::{Args, CommandFactory};
 use super::{
     arguments::{Arguments, Output},
     exit::Exit,
-    terminal::{self, say},
+    terminal,
 };
 use crate::{
     output::{self, Folder, Inputs, Kind, OutputError, OutputFile},
@@ -33,13 +33,7 @@ pub(super) fn man(arguments: &ManArguments, printing: &Output) -> Result<Exit, S
         pages.push(page(arguments, command.clone(), &name)?);
     }
     output::write(&pages, &Inputs::default())?;
-    let written: Vec<&PathBuf> = pages.iter().map(|page| &page.path).collect();
-    for file in &written {
-        say(printing, &format!("wrote {}", file.display()));
-    }
-    if printing.json {
-        terminal::json(&serde_json::json!({ "written": written }));
-    }
+    terminal::written(printing, pages.iter().map(|page| &page.path));
     Ok(Exit::Done)
 }
 

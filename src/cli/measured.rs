@@ -4,12 +4,8 @@ use std::path::PathBuf;
 
 use units::Units;
 
-use super::{
-    arguments::Output,
-    results_json::unit_words,
-    terminal::{self, say},
-};
-use crate::{pipeline::StageError, views::PictureFolder};
+use super::{arguments::Output, terminal};
+use crate::{pipeline::StageError, report::unit_words, views::PictureFolder};
 
 /// Draws into the folder, where one is wanted, and says how many files came of it. The results are stored by then.
 pub(super) fn draw(
@@ -21,11 +17,7 @@ pub(super) fn draw(
         return Ok(());
     };
     let files = draw(pictures).map_err(StageError::after_storing)?;
-    let folder = pictures.path().display();
-    say(
-        output,
-        &format!("figures   {} files in {folder}", files.len()),
-    );
+    terminal::say_files(output, "figures", &files, pictures.path());
     Ok(())
 }
 

@@ -1,7 +1,6 @@
 //! The command line: arguments, dispatch, messages, exit codes.
 
 mod accuracy;
-mod accuracy_words;
 mod adaptive;
 mod arguments;
 mod branches;
@@ -9,8 +8,6 @@ mod check;
 mod completions;
 mod exit;
 mod fclib;
-mod features;
-mod history;
 mod html;
 mod init;
 mod interruption;
@@ -20,18 +17,13 @@ mod man;
 mod measured;
 mod override_scene;
 mod progress;
-mod report;
-mod results;
-mod results_json;
 mod run;
 mod schema;
 mod stability;
-mod stability_words;
 mod status;
 mod sweep;
 mod terminal;
 mod theory;
-mod theory_words;
 mod version;
 
 use clap::Parser;

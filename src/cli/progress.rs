@@ -1,4 +1,4 @@
-//! Spinners and forecasts.
+//! What is said while stages are at work: spinners, forecasts, one line for each stage done.
 
 use std::{
     fmt::Write,
@@ -6,10 +6,15 @@ use std::{
     time::{Duration, Instant},
 };
 
-use contact3d::{linalg::Work, solver::Progress};
+use contact3d::{
+    dual::OperatorEstimate,
+    linalg::{Precision, Work},
+    solver::Progress,
+};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use super::arguments::Output;
+use crate::pipeline::{Performed, Step};
 
 /// Steps that a forecast looks back on: enough to even out, few enough to follow.
 const WINDOW: usize = 4;
@@ -31,8 +36,25 @@ pub(super) fn spinner(name: &'static str, output: &Output) -> ProgressBar {
 /// Seconds after which the time left of counted work is worth saying.
 const SETTLED: f64 = 1.0;
 
+/// Lets a spinner say what a stage is at.
+pub(super) fn show(spinner: &ProgressBar, forecast: &mut Forecast, step: Step<'_>) {
+    match step {
+        Step::Assembling(step) => spinner.set_message(step),
+        Step::Counting(step, work) => count(spinner, step, work),
+        Step::Solving(progress) => {
+            spinner.set_message(words(progress) + &forecast.words(progress));
+        }
+        Step::Stepping(increment, progress) => spinner.set_message(format!(
+            "load step {}, increment {}: {}",
+            increment.step + 1,
+            increment.number,
+            words(progress)
+        )),
+    }
+}
+
 /// Lets a spinner say how far a step is whose operations are counted, and when it will end, as long as it is at work.
-pub(super) fn count(spinner: &ProgressBar, step: &'static str, work: &Arc<Work>) {
+fn count(spinner: &ProgressBar, step: &'static str, work: &Arc<Work>) {
     let (work, started) = (work.clone(), Instant::now());
     let Ok(style) = ProgressStyle::with_template("{spinner} {prefix:<9} {elapsed} {msg}{counted}")
     else {
@@ -95,6 +117,62 @@ impl Forecast {
         let rate = (change / earlier).ln() / WINDOW as f64;
         let steps = ((self.epsilon / change).ln() / rate).ceil();
         (rate < 0.0 && steps.is_finite()).then(|| steps.max(0.0) * mean)
+    }
+}
+
+/// One line per stage done.
+pub(super) fn stage_line(performed: &Performed) -> String {
+    let stage = performed.stage.word();
+    let computed = format!("{stage:<9} done in {:.3} s", performed.compute_seconds);
+    match performed.store_seconds {
+        0.0 => format!("{computed}, stored with the next stage"),
+        seconds => format!("{computed}, stored in {seconds:.3} s"),
+    }
+}
+
+/// What a second solve is for.
+pub(super) const RECONSIDERED: &str =
+    "factor    double: single precision led to no answer, so the problem was solved again";
+
+/// How the dual operator is held, and what either form costs.
+pub(super) fn operator_line(
+    estimate: &OperatorEstimate,
+    dense: bool,
+    precision: Precision,
+) -> String {
+    let share = precision.bytes() as f64 / Precision::Double.bytes() as f64;
+    format!(
+        "{:<9} {} (dense: {:.1} MB and {:.2e} operations to form; factor: {:.1} MB in {} precision, {:.2e} operations per application)",
+        "dual",
+        if dense { "explicit" } else { "implicit" },
+        estimate.forming_bytes(precision) / 1e6,
+        estimate.explicit_operations,
+        share * estimate.factor_bytes / 1e6,
+        precision.word(),
+        estimate.action_operations,
+    )
+}
+
+/// Progress of a solve.
+fn words(progress: Progress<'_>) -> String {
+    match progress {
+        Progress::Outer(k, step) => {
+            format!(
+                "outer step {}, change {:.1e}, {} applications",
+                k + 1,
+                step.change,
+                step.applications
+            )
+        }
+        Progress::Newton(k, step) => {
+            let how = if step.fallback { "safeguard" } else { "Newton" };
+            let law = match step.law_share {
+                1.0 => String::new(),
+                share => format!(", law F^{share:.3}"),
+            };
+            format!("{how} step {}, residual {:.1e}{law}", k + 1, step.residual)
+        }
+        Progress::Between(_) => String::new(),
     }
 }
 

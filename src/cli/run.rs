@@ -8,15 +8,15 @@ use super::{
         AssembleArguments, MeshArguments, Output, PostArguments, RunArguments, SolveArguments,
     },
     exit::Exit,
-    history, interruption, override_scene,
+    interruption, override_scene,
     progress::{self, Forecast},
-    report, results, results_json,
     terminal::{self, say, warn},
 };
 use crate::{
     format::Stage,
     output::Inputs,
     pipeline::{Adapted, AssemblyFile, Commit, Freshness, Performed, Session, StageError, Step},
+    report::{self, SolvedRun},
     views::{PictureFolder, are_drawn, draw_run, drawing_of},
 };
 
@@ -35,11 +35,11 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
             &arguments.file,
             session.scene(),
         );
-    let pictures = match is_done {
-        true => None,
-        false => arguments
-            .figures
-            .claim(&arguments.file, drawing_of(session.scene()), inputs)?,
+    let pictures = if is_done {
+        None
+    } else {
+        let drawing = drawing_of(session.scene());
+        arguments.figures.claim(&arguments.file, drawing, inputs)?
     };
     session.all_or_nothing(|session| {
         let wish = session.scene().adapt.map(|adapt| adapt.error);
@@ -146,30 +146,22 @@ fn perform(
 ) -> Result<Performed, StageError> {
     let spinner = progress::spinner(stage.word(), output);
     let mut forecast = Forecast::new(session.scene().solve.epsilon());
-    let performed = session.perform(stage, commit, &mut |step| match step {
-        Step::Assembling(step) => spinner.set_message(step),
-        Step::Counting(step, work) => progress::count(&spinner, step, work),
-        Step::Solving(progress) => {
-            spinner.set_message(report::progress(progress) + &forecast.words(progress));
-        }
-        Step::Stepping(increment, progress) => spinner.set_message(format!(
-            "load step {}, increment {}: {}",
-            increment.step + 1,
-            increment.number,
-            report::progress(progress)
-        )),
-    });
+    let mut observe = |step: Step<'_>| progress::show(&spinner, &mut forecast, step);
+    let performed = session.perform(stage, commit, &mut observe);
     spinner.finish_and_clear();
     let performed = performed?;
-    say(output, &report::stage_line(&performed));
+    say(output, &progress::stage_line(&performed));
     if stage == Stage::Solve && session.is_reconsidered() {
-        say(output, report::RECONSIDERED);
+        say(output, progress::RECONSIDERED);
     }
     if let (Stage::Assemble, Some(assembly), Some((estimate, dense))) =
         (stage, session.assembly(), session.operator_estimate())
     {
         let precision = assembly.factor.precision();
-        say(output, &report::operator_line(&estimate, dense, precision));
+        say(
+            output,
+            &progress::operator_line(&estimate, dense, precision),
+        );
     }
     Ok(performed)
 }
@@ -189,11 +181,7 @@ fn draw_figures(
         return Ok(());
     }
     let files = draw_run(folder, session.scene(), &results)?;
-    let count = files.len();
-    say(
-        output,
-        &format!("figures   {count} files in {}", folder.path().display()),
-    );
+    terminal::say_files(output, "figures", &files, folder.path());
     Ok(())
 }
 
@@ -204,23 +192,34 @@ fn finish(
     performed: &[Performed],
     adapted: Option<&Adapted>,
 ) -> Outcome {
-    let assembly = session.assembly().map(results_json::assembly_json);
     let results = session.results()?;
     let scene = session.scene();
-    let (mesh, solution, report) = (results.mesh(), results.solution(), results.report());
+    let (solution, report, increments) =
+        (results.solution(), results.report(), results.increments());
+    let run = SolvedRun::new(scene, &results);
+    let features = report::features(scene, &run.sizes());
     if output.json {
-        let mut json = results_json::json(scene, mesh, solution, report, performed, assembly);
-        if !results.increments().is_empty() {
-            json["history"] = history::json(results.increments());
+        let mut json = run.json(session.assembly());
+        json["units"] = report::unit_words(scene.units);
+        json["effects"] = features.json();
+        json["stages"] = report::performed(performed);
+        if !increments.is_empty() {
+            json["history"] = report::increments(scene, increments).json();
         }
         if let Some(adapted) = adapted {
-            json["adaptation"] = adaptive::json(adapted);
+            json["adaptation"] = report::adaptation_json(scene, adapted);
         }
         terminal::json(&json);
     } else if !output.quiet {
-        let levels = adapted.map_or_else(String::new, adaptive::table);
-        let steps = history::table(scene, results.increments());
-        terminal::result(&(results::table(scene, mesh, solution, report) + &steps + &levels));
+        let levels = adapted.map(|adapted| report::adaptation_text(scene, adapted));
+        terminal::result(&format!(
+            "{}\nmodel features\n{}results\n{}{}{}",
+            scene.shown_title(),
+            features.text(2, 28),
+            run.figures().with(run.certificate()).text(2, 27),
+            report::history_text(scene, increments),
+            levels.unwrap_or_default()
+        ));
     }
     if let Some(flaw) = report.flaw.filter(|_| report.is_broken()) {
         terminal::message(&format!("NOT CONVERGED: {flaw}"));
@@ -246,10 +245,7 @@ fn finish(
 
 fn print_stages(output: &Output, performed: &[Performed]) {
     if output.json {
-        let stages: Vec<_> = performed
-            .iter()
-            .map(|p| serde_json::json!({ "stage": p.stage.word(), "compute_seconds": p.compute_seconds, "store_seconds": p.store_seconds }))
-            .collect();
+        let stages = report::performed(performed);
         terminal::json(&serde_json::json!({ "stages": stages }));
     }
 }

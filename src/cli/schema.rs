@@ -6,11 +6,7 @@ use clap::Args;
 use contact3d::scene::Scene;
 use runfile::{schema_json, schema_page};
 
-use super::{
-    arguments::Output,
-    exit::Exit,
-    terminal::{self, say},
-};
+use super::{arguments::Output, exit::Exit, terminal};
 use crate::{
     format::{LAYOUT, SERIES_LAYOUT, STABILITY_LAYOUT, SWEEP_LAYOUT},
     output::{self, Folder, Inputs, Kind, OutputFile},
@@ -46,22 +42,16 @@ pub(super) fn schema(arguments: &SchemaArguments, printing: &Output) -> Result<E
     }
     let _folder = Folder::make(&arguments.out)?;
     let outputs = files.map(|(path, text)| OutputFile {
-        kind: match path.extension().is_some_and(|ending| ending == "md") {
-            true => Kind::SchemaPage,
-            false => Kind::Schema,
+        kind: if path.extension().is_some_and(|ending| ending == "md") {
+            Kind::SchemaPage
+        } else {
+            Kind::Schema
         },
         path,
         bytes: text.into_bytes(),
     });
     output::write(&outputs, &Inputs::default())?;
-    let written = outputs.iter().map(|output| &output.path);
-    for file in written.clone() {
-        say(printing, &format!("wrote {}", file.display()));
-    }
-    if printing.json {
-        let written: Vec<&PathBuf> = written.collect();
-        terminal::json(&serde_json::json!({ "written": written }));
-    }
+    terminal::written(printing, outputs.iter().map(|output| &output.path));
     Ok(Exit::Done)
 }
 

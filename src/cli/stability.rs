@@ -15,12 +15,13 @@ use runfile::RunFile;
 use super::{
     arguments::{Output, SceneArguments, named},
     exit::{Exit, explain_sweep},
-    override_scene, stability_words, terminal,
+    override_scene, terminal,
 };
 use crate::{
     format::StabilityRow,
     output::Inputs,
     pipeline::{StageError, mesh_file},
+    report::stability as figures,
     suite::{self, Case, Version},
     sweep::SweepError,
 };
@@ -97,9 +98,10 @@ fn run_suite(
         })
         .into());
     }
-    let version = match arguments.coarse {
-        true => Version::Coarse,
-        false => Version::Full,
+    let version = if arguments.coarse {
+        Version::Coarse
+    } else {
+        Version::Full
     };
     let mut cases = suite::read(index, version)?;
     if let Some(part) = &arguments.only {
@@ -120,7 +122,7 @@ fn run_suite(
         rows.push(row);
     }
     store(table, &rows, threads)?;
-    Ok(finish(arguments, output, &rows, stability_words::table))
+    Ok(finish(arguments, output, &rows, figures::table))
 }
 
 fn run_scene(
@@ -137,7 +139,7 @@ fn run_scene(
     let table = claim(arguments, &inputs)?;
     let rows = [Case::alone(scene).check()];
     store(table, &rows, threads)?;
-    Ok(finish(arguments, output, &rows, stability_words::details))
+    Ok(finish(arguments, output, &rows, figures::details))
 }
 
 /// The file for the table, looked at before the checks, which take long.
@@ -156,17 +158,15 @@ fn finish(
     rows: &[StabilityRow],
     words: fn(&[StabilityRow]) -> String,
 ) -> Exit {
-    show(rows, output, || match arguments.markdown {
-        true => stability_words::markdown(rows),
-        false => words(rows),
-    })
-}
-
-fn show(rows: &[StabilityRow], output: &Output, words: impl Fn() -> String) -> Exit {
     if output.json {
-        terminal::json(&stability_words::json(rows));
+        terminal::json(&figures::json(rows));
     } else if !output.quiet {
-        terminal::result(&words());
+        let words = if arguments.markdown {
+            figures::markdown
+        } else {
+            words
+        };
+        terminal::result(&words(rows));
     }
     let holds = |row: &StabilityRow| {
         let check = row.outcome.as_ref();

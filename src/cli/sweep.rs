@@ -171,7 +171,7 @@ fn run_case(
 ) -> Result<Exit, SweepError> {
     let plan = Plan::read(&folder.sweep)?;
     let event = sweep::run_case(&plan, &folder.out, id, options)?;
-    say(output, &format!("case {id} {}", word(&event)));
+    say(output, &format!("case {id} {}", event_name(&event)));
     if output.json {
         let error = match &event {
             Event::Failed(error) => Some(error),
@@ -200,9 +200,10 @@ fn run_all(whole: &SweepArguments, output: &Output, threads: usize) -> Result<Ex
         return Ok(Exit::BadInput);
     };
     let plan = Plan::read(sweep)?;
-    let pictures = match whole.no_figures {
-        true => None,
-        false => Some(claim(&plan, out)?),
+    let pictures = if whole.no_figures {
+        None
+    } else {
+        Some(claim(&plan, out)?)
     };
     let series = whole.series.claim(&plan)?;
     for warning in warnings(&plan) {
@@ -251,8 +252,7 @@ fn write_series(
         return Ok(());
     };
     let files = sweep::write_series(plan, folder, series)?;
-    let shown = series.path().display();
-    say(output, &format!("series {} files in {shown}", files.len()));
+    terminal::say_files(output, "series", &files, series.path());
     Ok(())
 }
 
@@ -279,8 +279,7 @@ fn warnings(plan: &Plan) -> BTreeSet<String> {
 fn draw(folder: &Path, pictures: &PictureFolder, output: &Output) -> Result<(), SweepError> {
     let files = draw_sweep(folder, pictures).map_err(StageError::after_storing)?;
     if !files.is_empty() {
-        let (count, figures) = (files.len(), pictures.path().display());
-        say(output, &format!("figures {count} files in {figures}"));
+        terminal::say_files(output, "figures", &files, pictures.path());
     }
     Ok(())
 }
@@ -309,22 +308,13 @@ fn report(plan: &Plan, folder: &Path, outcome: &Outcome, output: &Output) {
     }
 }
 
-/// The event for programs.
+/// What became of a case, in a word.
 fn event_name(event: &Event) -> &'static str {
     match event {
         Event::Kept => "kept",
         Event::Computed => "computed",
         Event::Failed(_) => "failed",
         Event::Busy => "busy",
-    }
-}
-
-fn word(event: &Event) -> &'static str {
-    match event {
-        Event::Kept => "was finished",
-        Event::Computed => "done",
-        Event::Failed(_) => "failed",
-        Event::Busy => "is busy",
     }
 }
 

@@ -5,6 +5,7 @@
 use std::{
     fmt::Write as _,
     io::{self, ErrorKind, Write},
+    path::{Path, PathBuf},
     sync::{Mutex, PoisonError},
 };
 
@@ -40,6 +41,32 @@ pub(super) fn say(output: &Output, text: &str) {
     if !output.quiet {
         message(text);
     }
+}
+
+/// Names the files that a command has written.
+pub(super) fn written<'a>(output: &Output, files: impl IntoIterator<Item = &'a PathBuf>) {
+    let files: Vec<&PathBuf> = files.into_iter().collect();
+    for file in &files {
+        say(output, &format!("wrote {}", file.display()));
+    }
+    if output.json {
+        json(&serde_json::json!({ "written": files }));
+    }
+}
+
+/// Says how many files of a kind went into a folder.
+pub(super) fn say_files(output: &Output, kind: &str, files: &[PathBuf], folder: &Path) {
+    let folder = folder.display();
+    say(
+        output,
+        &format!("{kind:<9} {} files in {folder}", files.len()),
+    );
+}
+
+/// The words for a file that a command has written.
+pub(super) fn wrote(file: &Path, bytes: u64) -> String {
+    let megabytes = bytes as f64 / 1e6;
+    format!("wrote {} ({megabytes:.2} MB)", file.display())
 }
 
 /// Lines about what is allowed and probably not meant, on standard error.
@@ -100,11 +127,10 @@ fn line(mut text: String) -> String {
 fn escaped_json(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
-        match is_hidden_control(c) && c != '\n' {
-            true => {
-                let _ = write!(shown, "\\u{:04x}", u32::from(c));
-            }
-            false => shown.push(c),
+        if is_hidden_control(c) && c != '\n' {
+            let _ = write!(shown, "\\u{:04x}", u32::from(c));
+        } else {
+            shown.push(c);
         }
     }
     shown

@@ -12,10 +12,11 @@ use contact3d::{
 use super::{
     arguments::{FigureArguments, Output, SceneArguments, n_div},
     exit::Exit,
-    measured, override_scene, progress, terminal, theory_words,
+    measured, override_scene, progress, terminal,
 };
 use crate::{
     pipeline::{StageError, measure_theory},
+    report,
     views::{Drawing, draw_theory},
 };
 
@@ -77,8 +78,8 @@ pub(super) fn theory(
     measured::print(
         output,
         units,
-        || theory_words::json(&theory),
-        || theory_words::words(&theory, units),
+        || report::theory::json(&theory, units),
+        || report::theory::text(&theory, units),
     );
     Ok(judge(&theory))
 }

@@ -91,7 +91,7 @@ pub(super) fn read(reader: &Reader) -> Result<Vec<CaseFace>, FormatError> {
 }
 
 /// The names of all faces of some cases, each once.
-pub fn names<'a>(cases: impl Iterator<Item = &'a [CaseFace]>) -> Vec<String> {
+fn names<'a>(cases: impl Iterator<Item = &'a [CaseFace]>) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for face in cases.flatten() {
         if !names.contains(&face.name) {
@@ -102,8 +102,7 @@ pub fn names<'a>(cases: impl Iterator<Item = &'a [CaseFace]>) -> Vec<String> {
 }
 
 /// The face of a case with a name, or one of -1 and NaN.
-#[must_use]
-pub fn named(faces: &[CaseFace], name: &str) -> CaseFace {
+fn named(faces: &[CaseFace], name: &str) -> CaseFace {
     let found = faces.iter().find(|face| face.name == name);
     found.cloned().unwrap_or_else(CaseFace::absent)
 }

@@ -38,7 +38,7 @@ pub use assemble::{
 };
 pub use branches::{GROUP as BRANCHES, read as read_branches, write as write_branches};
 pub use case::{CERTIFICATE, CaseResults, read_case};
-pub use case_faces::{CaseFace, named as case_face, names as case_face_names};
+pub use case_faces::CaseFace;
 pub use increments::{GROUP as HISTORY, read as read_history, write as write_history};
 pub use load::{read as read_loads, write as write_loads};
 pub use mesh::{read as read_mesh, write as write_mesh};

@@ -31,9 +31,10 @@ impl Folder {
     /// # Errors
     /// [`OutputError::Folder`].
     pub fn make(path: &Path) -> Result<Self, OutputError> {
-        let path = match path.as_os_str().is_empty() {
-            true => Path::new("."),
-            false => path,
+        let path = if path.as_os_str().is_empty() {
+            Path::new(".")
+        } else {
+            path
         };
         let mut folder = Self {
             path: path.to_owned(),
@@ -42,9 +43,10 @@ impl Folder {
         };
         let refuse = |source: io::Error| OutputError::Folder {
             folder: path.to_owned(),
-            found: match path.exists() && !path.is_dir() {
-                true => "a file".to_owned(),
-                false => source.to_string(),
+            found: if path.exists() && !path.is_dir() {
+                "a file".to_owned()
+            } else {
+                source.to_string()
             },
         };
         let mut claims = (0..ATTEMPTS).map(|_| folder.claim());

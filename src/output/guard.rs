@@ -48,9 +48,10 @@ pub(super) fn place(path: &Path, kind: Kind, inputs: &Inputs) -> Result<Place, O
         return Ok(Place::Stream(file));
     }
     if !metadata.is_file() {
-        let found = match metadata.is_dir() {
-            true => "a folder",
-            false => "a device",
+        let found = if metadata.is_dir() {
+            "a folder"
+        } else {
+            "a device"
         };
         let file = path.to_owned();
         return Err(OutputError::NotAFile { file, found });

@@ -129,13 +129,15 @@ pub fn read(path: &Path, version: Version) -> Result<Vec<Case>, SweepError> {
                 shows: entry.shows.clone(),
                 open: entry.open.clone(),
                 scene: changed_scene(&base, path, &format!("`{}`", entry.name), &changes)?,
-                depth: match entry.solve_only {
-                    true => Depth::Solve,
-                    false => Depth::Invariances,
+                depth: if entry.solve_only {
+                    Depth::Solve
+                } else {
+                    Depth::Invariances
                 },
-                solutions: match entry.several {
-                    true => Solutions::Several,
-                    false => Solutions::One,
+                solutions: if entry.several {
+                    Solutions::Several
+                } else {
+                    Solutions::One
                 },
             });
         }

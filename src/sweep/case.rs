@@ -48,9 +48,10 @@ pub(super) fn run(
         if how.self_contained {
             session.embed_assembly()?;
         }
-        return Ok(match adapted.performed.is_empty() {
-            true => Ran::Kept,
-            false => Ran::Computed,
+        return Ok(if adapted.performed.is_empty() {
+            Ran::Kept
+        } else {
+            Ran::Computed
         });
     }
     if let Some(start) = case.start {

@@ -2,49 +2,42 @@
 
 use std::path::Path;
 
-use contact3d::scene::shown;
 use units::Units;
 
 use super::{CSV_FILE, Plan, SweepError};
 use crate::{
-    format::{self, CERTIFICATE, CaseFace, CaseResults, CaseRow},
     output::{self, Kind, OutputFile},
+    report::SweepTable,
 };
 
 /// The last columns, so that every row says what its numbers are in.
 const UNIT_COLUMNS: [&str; 4] = ["length_unit", "force_unit", "stress_unit", "energy_unit"];
 
-/// Results of each of several contact faces.
-const FACE_COLUMNS: [&str; 7] = [
-    "open",
-    "stick",
-    "slip",
-    "normal_force",
-    "tangential_force_1",
-    "tangential_force_2",
-    "largest_pressure",
-];
-
-/// Writes the table of some cases.
+/// Writes the table of some cases: texts of the user with their control characters escaped, numbers in the shortest
+/// form that reads back to the same bits, nothing where a case has no result.
 ///
 /// # Errors
 /// A table that cannot be written.
-pub(super) fn write(plan: &Plan, folder: &Path, rows: &[CaseRow]) -> Result<(), SweepError> {
+pub(super) fn write(plan: &Plan, folder: &Path, table: &SweepTable) -> Result<(), SweepError> {
     let path = folder.join(CSV_FILE);
     let failed = |source: csv::Error| SweepError::Csv {
         file: path.clone(),
         source,
     };
     let mut writer = csv::Writer::from_writer(Vec::new());
-    let faces = format::case_face_names(
-        rows.iter()
-            .filter_map(|row| Some(&row.results.as_ref()?.faces[..])),
-    );
-    writer.write_record(header(plan, &faces)).map_err(failed)?;
-    for row in rows {
-        writer
-            .write_record(record(plan, &faces, row))
-            .map_err(failed)?;
+    let names = table
+        .columns
+        .iter()
+        .map(|column| as_text(column.name.clone()));
+    let head = names.chain(UNIT_COLUMNS.map(str::to_owned));
+    writer.write_record(head).map_err(failed)?;
+    for row in 0..table.n_cases {
+        let cells = table.columns.iter().map(|column| match &column.cells[row] {
+            cell if cell.is_word() => as_text(cell.text()),
+            cell => cell.text(),
+        });
+        let record = cells.chain(unit_cells(table.units));
+        writer.write_record(record).map_err(failed)?;
     }
     let bytes = writer
         .into_inner()
@@ -57,44 +50,6 @@ pub(super) fn write(plan: &Plan, folder: &Path, rows: &[CaseRow]) -> Result<(), 
     Ok(output::write(&[table], &plan.inputs)?)
 }
 
-/// The titles of the columns; results of each of several contact faces end in its name.
-fn header(plan: &Plan, faces: &[String]) -> Vec<String> {
-    let mut names = vec!["id".to_owned(), "planned".to_owned()];
-    names.extend(plan.keys.iter().map(|key| words(key)));
-    let results = [
-        "status",
-        "error",
-        "method",
-        "outer_steps",
-        "newton_steps",
-        "actions",
-        "seconds",
-        "accuracy",
-        "open",
-        "stick",
-        "slip",
-        "normal_force",
-        "tangential_force_1",
-        "tangential_force_2",
-        "contact_force_x",
-        "contact_force_y",
-        "contact_force_z",
-        "largest_pressure",
-        "largest_displacement_x",
-        "largest_displacement_y",
-        "largest_displacement_z",
-        "strain_energy",
-    ];
-    names.extend(results.map(str::to_owned));
-    names.extend(CERTIFICATE.map(|name| format!("certificate_{name}")));
-    names.push("solve_digest".to_owned());
-    for face in faces {
-        names.extend(FACE_COLUMNS.map(|name| shown(&format!("{name}_{face}"))));
-    }
-    names.extend(UNIT_COLUMNS.map(str::to_owned));
-    names
-}
-
 /// The words for the units of each row's results.
 fn unit_cells(units: Units) -> [String; UNIT_COLUMNS.len()] {
     [
@@ -105,83 +60,14 @@ fn unit_cells(units: Units) -> [String; UNIT_COLUMNS.len()] {
     ]
 }
 
-fn record(plan: &Plan, faces: &[String], row: &CaseRow) -> Vec<String> {
-    let settings: serde_json::Value = serde_json::from_str(&row.settings).unwrap_or_default();
-    let mut cells = vec![row.id.clone(), u8::from(row.planned).to_string()];
-    cells.extend(plan.keys.iter().map(|key| match &settings[key] {
-        serde_json::Value::String(text) => words(text),
-        serde_json::Value::Null => String::new(),
-        value => shown(&value.to_string()),
-    }));
-    cells.extend([row.status.clone(), words(&row.error)]);
-    match &row.results {
-        Some(results) => {
-            cells.extend(result_cells(results));
-            for face in faces {
-                cells.extend(face_cells(&format::case_face(&results.faces, face)));
-            }
-        }
-        None => cells.resize(
-            header(plan, faces).len() - UNIT_COLUMNS.len(),
-            String::new(),
-        ),
-    }
-    cells.extend(unit_cells(plan.units));
-    cells
-}
-
-/// The cells after status and error; numbers in the shortest form that reads back to the same bits.
-fn result_cells(results: &CaseResults) -> Vec<String> {
-    let mut cells = vec![results.method.clone()];
-    cells.extend(results.counts.map(|count| count.to_string()));
-    cells.extend([results.seconds, results.accuracy].map(measure));
-    cells.extend(results.zones.map(counted));
-    cells.push(measure(results.normal_force));
-    cells.extend(results.tangential_force.map(measure));
-    cells.extend(results.contact_force.map(measure));
-    cells.push(measure(results.largest_pressure));
-    cells.extend(results.largest_displacement.map(measure));
-    cells.push(measure(results.strain_energy));
-    cells.extend(results.certificate.map(measure));
-    cells.push(results.solve_digest.clone());
-    cells
-}
-
-/// The cells of one of several contact faces, in the order of [`FACE_COLUMNS`].
-fn face_cells(face: &CaseFace) -> Vec<String> {
-    let mut cells = face.zones.map(counted).to_vec();
-    cells.push(measure(face.normal_force));
-    cells.extend(face.tangential_force.map(measure));
-    cells.push(measure(face.largest_pressure));
-    cells
-}
-
 /// What begins a formula in a spreadsheet.
 const FORMULA: [char; 4] = ['=', '+', '-', '@'];
 
-/// A text of the user: control characters by their escapes, and with the apostrophe that spreadsheets know a text by where
-/// they would compute it.
-fn words(text: &str) -> String {
-    let shown = shown(text);
-    if shown.starts_with(FORMULA) {
-        format!("'{shown}")
+/// A text with the apostrophe that spreadsheets know it by where they would compute it.
+fn as_text(text: String) -> String {
+    if text.starts_with(FORMULA) {
+        format!("'{text}")
     } else {
-        shown
-    }
-}
-
-/// A number, and nothing for NaN.
-fn measure(value: f64) -> String {
-    match value.is_nan() {
-        true => String::new(),
-        false => format!("{value:?}"),
-    }
-}
-
-/// A count, and nothing for -1.
-fn counted(count: i64) -> String {
-    match count {
-        -1 => String::new(),
-        count => count.to_string(),
+        text
     }
 }

@@ -49,13 +49,13 @@ pub(super) fn refuse_others(plan: &Plan, folder: &Path) -> Result<(), SweepError
         let of_table = table.as_ref().is_some_and(|table| table.ids.contains(id));
         of_table || ids.contains(id.as_str())
     };
-    match listed.is_empty() || listed.iter().any(known) {
-        true => Ok(()),
-        false => Err(SweepError::OthersTable {
-            file,
-            sweep: String::new(),
-        }),
+    if listed.is_empty() || listed.iter().any(known) {
+        return Ok(());
     }
+    Err(SweepError::OthersTable {
+        file,
+        sweep: String::new(),
+    })
 }
 
 fn is_own(table: &TableOwner, ids: &BTreeSet<&str>, sweep_file: Option<&str>) -> bool {

@@ -14,7 +14,10 @@ use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transac
 use units::Units;
 
 use super::{Plan, SweepError, csv_table, failure, keys, ownership, plan::UNITS_KEY};
-use crate::format::{self, CaseRow, LAYOUT, SWEEP_LAYOUT, scene_table_of_text};
+use crate::{
+    format::{self, CaseRow, LAYOUT, SWEEP_LAYOUT, scene_table_of_text},
+    report::SweepTable,
+};
 
 /// Name of the table for h5py in the sweep's folder.
 pub const SUMMARY_FILE: &str = "summary.h5";
@@ -30,7 +33,8 @@ pub fn write(plan: &Plan, folder: &Path) -> Result<usize, SweepError> {
     ownership::refuse_others(plan, folder)?;
     let rows = rows(plan, folder)?;
     write_table(plan, folder, &rows)?;
-    csv_table::write(plan, folder, &rows)?;
+    let reader = Reader::open(&folder.join(SUMMARY_FILE), SWEEP_LAYOUT)?;
+    csv_table::write(plan, folder, &SweepTable::read(&reader)?)?;
     // The planned cases come first, in the order of the plan.
     let planned = plan.cases.iter().zip(&rows);
     let solved = planned.filter_map(|(case, row)| Some((case, row.results.as_ref()?)));

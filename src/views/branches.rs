@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use contact3d::branches::{Branches, Path, PathEnd, PathPoint, PointKind};
-use plots::{AxisScale, BranchDiagram, ChartAxis, Curve, CurveKind, Mark, MarkKind};
+use plots::{BranchDiagram, ChartAxis, Curve, CurveKind, Mark, MarkKind};
 use units::{Dimension, Unit, Units};
 
 use super::PictureFolder;
-use crate::pipeline::StageError;
+use crate::{pipeline::StageError, report::branches::kind_words};
 
 /// Width in pixels.
 const WIDTH: u32 = 1720;
@@ -47,30 +47,18 @@ fn diagram(
     label: &str,
     quantity: fn(&PathPoint) -> f64,
 ) -> BranchDiagram {
-    let axis = |label: &str, unit: Unit, scale: AxisScale| ChartAxis {
-        label: label.to_owned(),
-        unit,
-        scale,
-        ticks: Vec::new(),
+    let along = if branches.range.is_logarithmic() && branches.range.from > 0.0 {
+        ChartAxis::logarithmic
+    } else {
+        ChartAxis::linear
     };
-    let scale = match branches.range.is_logarithmic() && branches.range.from > 0.0 {
-        true => AxisScale::Logarithmic,
-        false => AxisScale::Linear,
-    };
+    let paths = || branches.paths.iter();
     BranchDiagram {
         title: format!("Solutions over {}", branches.range.key),
-        x: axis(&branches.range.key, Unit::none(), scale),
-        y: axis(label, units.of(Dimension::FORCE), AxisScale::Linear),
-        curves: branches
-            .paths
-            .iter()
-            .flat_map(|path| curves(path, quantity))
-            .collect(),
-        marks: branches
-            .paths
-            .iter()
-            .flat_map(|path| marks(path, quantity))
-            .collect(),
+        x: along(&branches.range.key, Unit::none()),
+        y: ChartAxis::linear(label, units.of(Dimension::FORCE)),
+        curves: paths().flat_map(|path| curves(path, quantity)).collect(),
+        marks: paths().flat_map(|path| marks(path, quantity)).collect(),
     }
 }
 
@@ -125,18 +113,4 @@ fn marks(path: &Path, quantity: fn(&PathPoint) -> f64) -> Vec<Mark> {
         })
     });
     points.collect()
-}
-
-/// A kind of point in words.
-#[must_use]
-pub fn kind_words(kind: PointKind) -> &'static str {
-    match kind {
-        PointKind::Start => "start",
-        PointKind::Regular => "regular",
-        PointKind::Kink => "kink",
-        PointKind::Fold => "fold",
-        PointKind::KinkFold => "fold at a kink",
-        PointKind::BranchPoint => "branch point",
-        PointKind::End => "end",
-    }
 }

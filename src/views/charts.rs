@@ -8,7 +8,7 @@ use contact3d::{
     },
     solver::Solution,
 };
-use plots::{AxisScale, ChartAxis, ChartPoint, LineChart, Series};
+use plots::{ChartAxis, ChartPoint, LineChart, Series};
 use units::{Dimension, Unit, Units};
 
 use super::PictureFolder;
@@ -48,20 +48,19 @@ pub fn draw_accuracy(
 
 /// Energy error of each solve against its seconds.
 pub(super) fn work_precision(ladder: &AlgebraicLadder) -> LineChart {
-    let series = ladder.series().into_iter().map(|entries| Series {
-        name: series_name(&entries[0]),
-        points: entries.iter().filter_map(entry_point).collect(),
+    let series = ladder.series().into_iter().map(|entries| {
+        let points = entries.iter().filter_map(entry_point);
+        Series::new(&series_name(&entries[0]), points)
     });
-    LineChart {
-        title: "Work and precision on the scene's mesh".to_owned(),
-        x: logarithmic("time of the solve", Units::SI.of(Dimension::Time)),
-        y: logarithmic(
-            "algebraic error of u in the energy norm, relative",
-            Unit::none(),
-        ),
-        legend: String::new(),
-        series: series.filter(|series| !series.points.is_empty()).collect(),
-    }
+    let time = ChartAxis::logarithmic("time of the solve", Units::SI.of(Dimension::Time));
+    let error = "algebraic error of u in the energy norm, relative";
+    let error = ChartAxis::logarithmic(error, Unit::none());
+    LineChart::new(
+        "Work and precision on the scene's mesh",
+        time,
+        error,
+        series,
+    )
 }
 
 fn entry_point(entry: &LadderEntry) -> Option<ChartPoint> {
@@ -130,27 +129,16 @@ pub(super) fn convergence(ladder: &DiscretisationLadder) -> LineChart {
         ("tangential force 1, to the limit", force(1)),
         ("tangential force 2, to the limit", force(2)),
     ];
-    let series = series.into_iter().filter(|(_, points)| !points.is_empty());
-    LineChart {
-        title: "Discretisation error".to_owned(),
-        x: ChartAxis {
-            ticks: levels.iter().map(|level| level.n_div as f64).collect(),
-            ..logarithmic("n_div", Unit::none())
-        },
-        y: logarithmic("relative error", Unit::none()),
-        legend: String::new(),
-        series: series
-            .map(|(name, points)| Series {
-                name: name.to_owned(),
-                points,
-            })
-            .collect(),
-    }
+    let series = series.map(|(name, points)| Series::new(name, points));
+    let n_div = ChartAxis::logarithmic("n_div", Unit::none());
+    let n_div = n_div.with_ticks(levels.iter().map(|level| level.n_div as f64));
+    let error = ChartAxis::logarithmic("relative error", Unit::none());
+    LineChart::new("Discretisation error", n_div, error, series)
 }
 
 /// Error of each way against its seconds.
 pub(super) fn ways_against_seconds(ways: &Ways) -> LineChart {
-    let time = logarithmic(
+    let time = ChartAxis::logarithmic(
         "time of mesh, assembly, solve and evaluation",
         Units::SI.of(Dimension::Time),
     );
@@ -159,9 +147,8 @@ pub(super) fn ways_against_seconds(ways: &Ways) -> LineChart {
 
 /// Error of each way against its unknowns.
 pub(super) fn ways_against_unknowns(ways: &Ways) -> LineChart {
-    ways_chart(ways, logarithmic("unknowns", Unit::none()), |level| {
-        level.n_free as f64
-    })
+    let unknowns = ChartAxis::logarithmic("unknowns", Unit::none());
+    ways_chart(ways, unknowns, |level| level.n_free as f64)
 }
 
 /// The true error of each mesh, where it is known.
@@ -181,32 +168,22 @@ fn ways_chart(ways: &Ways, x: ChartAxis, along: impl Fn(&WayLevel) -> f64) -> Li
                 ),
             })
         });
-        Series {
-            name: way.kind.words().to_owned(),
-            points: points.collect(),
-        }
+        Series::new(way.kind.words(), points)
     });
-    LineChart {
-        title: "Ways to accuracy".to_owned(),
-        x,
-        y: logarithmic("error of u in the energy norm, relative", Unit::none()),
-        legend: String::new(),
-        series: series.filter(|series| !series.points.is_empty()).collect(),
-    }
+    let error = "error of u in the energy norm, relative";
+    let error = ChartAxis::logarithmic(error, Unit::none());
+    LineChart::new("Ways to accuracy", x, error, series)
 }
 
 /// How the solve reached its answer, step by step.
 pub(super) fn history(solution: &Solution) -> LineChart {
-    let line = |name: &str, values: Vec<f64>| Series {
-        name: name.to_owned(),
-        points: (1..)
-            .zip(values)
-            .map(|(step, value)| ChartPoint {
-                x: f64::from(step),
-                y: value,
-                text: format!("step {step}: {value:.3e}"),
-            })
-            .collect(),
+    let line = |name: &str, values: Vec<f64>| {
+        let points = (1..).zip(values).map(|(step, value)| ChartPoint {
+            x: f64::from(step),
+            y: value,
+            text: format!("step {step}: {value:.3e}"),
+        });
+        Series::new(name, points)
     };
     let outer = &solution.history;
     let most = outer.len().max(solution.newton.len()).max(1);
@@ -224,31 +201,8 @@ pub(super) fn history(solution: &Solution) -> LineChart {
             outer.iter().map(|step| step.inner_residual).collect(),
         ),
     ];
-    LineChart {
-        title: "Convergence of the solve".to_owned(),
-        x: ChartAxis {
-            scale: AxisScale::Linear,
-            ticks: (1..=most)
-                .step_by(most.div_ceil(12))
-                .map(|k| k as f64)
-                .collect(),
-            ..logarithmic("step", Unit::none())
-        },
-        y: logarithmic("relative size", Unit::none()),
-        legend: String::new(),
-        series: series
-            .into_iter()
-            .filter(|series| !series.points.is_empty())
-            .collect(),
-    }
-}
-
-/// A logarithmic axis with round ticks.
-pub(super) fn logarithmic(label: &str, unit: Unit) -> ChartAxis {
-    ChartAxis {
-        label: label.to_owned(),
-        unit,
-        scale: AxisScale::Logarithmic,
-        ticks: Vec::new(),
-    }
+    let ticks = (1..=most).step_by(most.div_ceil(12)).map(|k| k as f64);
+    let step = ChartAxis::linear("step", Unit::none()).with_ticks(ticks);
+    let size = ChartAxis::logarithmic("relative size", Unit::none());
+    LineChart::new("Convergence of the solve", step, size, series)
 }

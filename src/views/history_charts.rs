@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use contact3d::history::StepRecord;
-use plots::{AxisScale, ChartAxis, ChartPoint, LineChart, Series};
-use units::{Dimension, Unit, Units};
+use plots::{ChartAxis, ChartPoint, LineChart, Series};
+use units::{Dimension, Units};
 
 use super::PictureFolder;
 use crate::pipeline::StageError;
@@ -56,15 +56,14 @@ fn friction_loop(records: &[StepRecord], units: Units) -> LineChart {
                 record.multiplier_force[k + 1],
             ]
         };
-        series(name, records, largest_force(records), at)
+        series(&name, records, largest_force(records), at)
     });
-    LineChart {
-        title: "Friction and displacement of the contact face".to_owned(),
-        x: axis("mean tangential displacement", units.of(Dimension::LENGTH)),
-        y: axis("tangential multiplier force", units.of(Dimension::FORCE)),
-        legend: String::new(),
-        series: series.collect(),
-    }
+    LineChart::new(
+        "Friction and displacement of the contact face",
+        ChartAxis::linear("mean tangential displacement", units.of(Dimension::LENGTH)),
+        ChartAxis::linear("tangential multiplier force", units.of(Dimension::FORCE)),
+        series,
+    )
 }
 
 /// The force of loads and moving clamps over the mean displacement of their faces.
@@ -72,18 +71,15 @@ fn force_displacement(records: &[StepRecord], units: Units) -> LineChart {
     let series = [0, 1, 2].into_iter().filter_map(|c| {
         let name = format!("along {}", ["x", "y", "z"][c]);
         let at = |record: &StepRecord| [record.loaded_displacement[c], record.loaded_force[c]];
-        series(name, records, largest_force(records), at)
+        series(&name, records, largest_force(records), at)
     });
-    LineChart {
-        title: "Force and displacement of the loaded faces".to_owned(),
-        x: axis("mean displacement", units.of(Dimension::LENGTH)),
-        y: axis(
-            "force of loads and moving clamps",
-            units.of(Dimension::FORCE),
-        ),
-        legend: String::new(),
-        series: series.collect(),
-    }
+    let force = "force of loads and moving clamps";
+    LineChart::new(
+        "Force and displacement of the loaded faces",
+        ChartAxis::linear("mean displacement", units.of(Dimension::LENGTH)),
+        ChartAxis::linear(force, units.of(Dimension::FORCE)),
+        series,
+    )
 }
 
 /// Energies over time, works summed up.
@@ -100,7 +96,7 @@ fn energies(records: &[StepRecord], units: Units) -> LineChart {
     let energy = |record: &StepRecord| record.energies.strain.abs();
     let largest = records.iter().map(energy).fold(0.0, f64::max);
     let strain = |record: &StepRecord| [record.increment.time, record.energies.strain];
-    let mut all = vec![series("strain energy".to_owned(), records, 0.0, strain)];
+    let mut all = vec![series("strain energy", records, 0.0, strain)];
     for (name, energy) in sums {
         let mut sum = 0.0;
         let points = records.iter().map(|record| {
@@ -113,16 +109,12 @@ fn energies(records: &[StepRecord], units: Units) -> LineChart {
             .iter()
             .fold(0.0_f64, |most, [_, y]| most.max(y.abs()));
         if size > NEGLIGIBLE * largest {
-            all.push(Some(line(name.to_owned(), records, &points)));
+            all.push(Some(line(name, records, &points)));
         }
     }
-    LineChart {
-        title: "Energies".to_owned(),
-        x: axis("time", Units::SI.of(Dimension::Time)),
-        y: axis("energy", units.of(Dimension::Energy)),
-        legend: String::new(),
-        series: all.into_iter().flatten().collect(),
-    }
+    let time = ChartAxis::linear("time", Units::SI.of(Dimension::Time));
+    let energy = ChartAxis::linear("energy", units.of(Dimension::Energy));
+    LineChart::new("Energies", time, energy, all.into_iter().flatten())
 }
 
 /// The largest force of any kind, in N.
@@ -137,7 +129,7 @@ fn largest_force(records: &[StepRecord]) -> f64 {
 
 /// A line from the origin through all increments; `None` where the ordinate vanishes beside `scale`.
 fn series(
-    name: String,
+    name: &str,
     records: &[StepRecord],
     scale: f64,
     at: impl Fn(&StepRecord) -> [f64; 2],
@@ -149,7 +141,7 @@ fn series(
     (largest > NEGLIGIBLE * scale).then(|| line(name, records, &points))
 }
 
-fn line(name: String, records: &[StepRecord], points: &[[f64; 2]]) -> Series {
+fn line(name: &str, records: &[StepRecord], points: &[[f64; 2]]) -> Series {
     let origin = ChartPoint {
         x: 0.0,
         y: 0.0,
@@ -168,17 +160,5 @@ fn line(name: String, records: &[StepRecord], points: &[[f64; 2]]) -> Series {
                 record.increment.time
             ),
         });
-    Series {
-        name,
-        points: [origin].into_iter().chain(points).collect(),
-    }
-}
-
-fn axis(label: &str, unit: Unit) -> ChartAxis {
-    ChartAxis {
-        label: label.to_owned(),
-        unit,
-        scale: AxisScale::Linear,
-        ticks: Vec::new(),
-    }
+    Series::new(name, [origin].into_iter().chain(points))
 }

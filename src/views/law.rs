@@ -7,7 +7,7 @@ use contact3d::{
     mesh::{Mesh, Quality, Refinement},
     scene::{FrictionModel, ModelFeatures, Scene, SceneFile, Warning, shown},
 };
-use plots::{Figure, FigureError, LawPicture, OverSlip, law_page};
+use plots::{FigureError, LawPicture, OverSlip, Picture, law_page};
 
 use super::{
     Drawing, PictureFolder,
@@ -126,7 +126,7 @@ impl LawStudy {
         law: &FaceLaw,
         face: &LawFace,
         frame: &ContactFrame,
-    ) -> Result<Figure, FigureError> {
+    ) -> Result<Picture, FigureError> {
         let place = central_node(law.positions());
         let drawn = law_curves::over_slip(law.law(), place, self.mesh.extent());
         let varies = law.law().depends_on_place();

@@ -11,7 +11,7 @@ use contact3d::{
     post::{ContactReport, PaneState, Zone},
     scene::{ContactFeatures, FrictionModel, ModelFeatures, Scene, shown},
 };
-use plots::{ContactPicture, Figure, FigureError, FrictionKind, PaneFriction};
+use plots::{ContactPicture, FigureError, FrictionKind, PaneFriction, Picture};
 
 use super::{Drawing, PictureFolder, contact_cells::ContactCells, history_charts};
 use crate::pipeline::{Results, StageError};
@@ -130,7 +130,7 @@ pub fn draw_run(
 ///
 /// # Errors
 /// [`FigureError`] for results that do not fit together.
-pub(super) fn error_page(drawn: &Drawn<'_>) -> Result<Figure, FigureError> {
+pub(super) fn error_page(drawn: &Drawn<'_>) -> Result<Picture, FigureError> {
     drawn.with_picture(|picture| {
         let density = error_density(drawn.mesh, drawn.report, picture.coordinates.len());
         plots::error_figure(picture, &density)
@@ -174,7 +174,7 @@ impl Drawn<'_> {
     ///
     /// # Errors
     /// [`FigureError`] for results that do not fit together.
-    pub(super) fn page(&self) -> Result<Figure, FigureError> {
+    pub(super) fn page(&self) -> Result<Picture, FigureError> {
         self.with_picture(plots::page)
     }
 

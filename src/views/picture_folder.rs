@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use plots::{self, Figure, LineChart};
+use plots::{self, LineChart, Picture};
 
 use super::sweep_charts;
 use crate::{
@@ -77,7 +77,7 @@ impl PictureFolder {
     /// Saves drawings of some width in pixels by their names, as SVG and PNG; returns the files.
     pub(super) fn save(
         &self,
-        drawings: impl IntoIterator<Item = (impl AsRef<str>, Figure, u32)>,
+        drawings: impl IntoIterator<Item = (impl AsRef<str>, Picture, u32)>,
     ) -> Result<Vec<PathBuf>, StageError> {
         let mut outputs = Vec::new();
         for (name, figure, width) in drawings {

@@ -8,18 +8,22 @@ use contact3d::{
     solver::Solution,
 };
 use plots::html::{Page, Part, Section};
-use runfile::{Reader, timestamp};
+use runfile::{Reader, StoredGroup, timestamp};
 
 use super::{
-    accuracy_tables,
     charts::{convergence, history, ways_against_seconds, ways_against_unknowns, work_precision},
     history_charts,
     picture::{self, Drawn},
-    report_tables as tables, sweep_report, theory_report,
+    sweep_report,
+    theory_charts::{constants, scaled, thresholds},
 };
 use crate::{
     format::{self, LAYOUT},
     pipeline::{Freshness, StageError, StageState, accuracy_input, read_results, states},
+    report::{
+        self, Figures, SolvedRun, accuracy as tables,
+        theory::{thresholds as limits, truth},
+    },
 };
 
 /// The report as one HTML page. Reads only and takes no lock.
@@ -54,14 +58,19 @@ fn file_page(path: &Path) -> Result<Page, StageError> {
     let input = format::read_scene(&reader, path)?;
     let scene = &input.scene;
     let states = states(&reader, scene);
-    let mut sections = vec![scene_section(scene)];
+    let is_fresh = |stage| {
+        let mut states = states.iter();
+        states.any(|s: &StageState| s.stage == stage && s.freshness == Freshness::Fresh)
+    };
+    let features = report::features(scene, &format::read_sizes(&reader, &is_fresh)?);
+    let mut sections = vec![scene_section(scene, &features)];
     let is_fresh = states.iter().all(|s| s.freshness == Freshness::Fresh);
     if is_fresh {
         sections.extend(result_sections(&reader, &input)?);
     }
-    sections.push(stages_section(&reader, &states)?);
+    sections.push(stages_section(&reader, scene, &states)?);
     sections.extend(accuracy_section(&reader, scene)?);
-    sections.extend(theory_report::section(&reader, scene)?);
+    sections.extend(theory_section(&reader, scene)?);
     Ok(Page {
         title: scene.shown_title(),
         subtitle: shown(scene.reference.as_deref().unwrap_or_default()),
@@ -70,18 +79,16 @@ fn file_page(path: &Path) -> Result<Page, StageError> {
     })
 }
 
-fn scene_section(scene: &Scene) -> Section {
-    Section {
-        name: "scene",
-        heading: "Scene".into(),
-        parts: vec![
-            Part::Table(tables::features(scene)),
-            Part::Listing(
-                "the scene, every default written out".into(),
-                shown_lines(&format::scene_text(scene)),
-            ),
-        ],
-    }
+fn scene_section(scene: &Scene, features: &Figures) -> Section {
+    let listing = Part::Listing(
+        "the scene, every default written out".into(),
+        shown_lines(&format::scene_text(scene)),
+    );
+    Section::new(
+        "scene",
+        "Scene",
+        vec![Part::Table(features.html()), listing],
+    )
 }
 
 /// Results, six panels, convergence and certificate of a file whose stages are all fresh.
@@ -89,20 +96,16 @@ fn result_sections(reader: &Reader, input: &SceneFile) -> Result<Vec<Section>, S
     let results = read_results(reader.path(), input)?;
     let (mesh, solution, report) = (results.mesh(), results.solution(), results.report());
     let scene = &input.scene;
-    let mut sections = vec![Section {
-        name: "results",
-        heading: "Results".into(),
-        parts: vec![
-            Part::Table(tables::results(scene.units, mesh, solution, report)),
-            Part::Table(tables::forces(scene.units, report)),
-        ],
-    }];
-    if let Some(faces) = tables::faces(scene, report) {
-        sections[0].parts.push(Part::Table(faces));
+    let run = SolvedRun::new(scene, &results);
+    let flaw = report.flaw.filter(|_| report.is_broken());
+    let warning = flaw.map(|flaw| format!("The solve failed and nothing is drawn: {flaw}."));
+    let mut parts: Vec<Part> = warning.map(Part::Warning).into_iter().collect();
+    parts.extend([run.figures().html(), run.forces().html()].map(Part::Table));
+    if !report.faces.is_empty() {
+        parts.push(Part::Table(run.faces().html()));
     }
-    if let Some(flaw) = report.flaw.filter(|_| report.is_broken()) {
-        let warning = format!("The solve failed and nothing is drawn: {flaw}.");
-        sections[0].parts.insert(0, Part::Warning(warning));
+    let mut sections = vec![Section::new("results", "Results", parts)];
+    if flaw.is_some() {
         return Ok(sections);
     }
     let frame = results.interface().map(|interface| &interface.frame);
@@ -123,31 +126,18 @@ fn result_sections(reader: &Reader, input: &SceneFile) -> Result<Vec<Section>, S
         let page = drawn(face).page().map_err(refuse)?;
         parts.push(Part::Figure(page.svg()));
     }
-    sections.push(Section {
-        name: "panels",
-        heading: "Contact face and body".into(),
-        parts,
-    });
-    sections.push(Section {
-        name: "discretisation-error",
-        heading: "Where the discretisation error sits".into(),
-        parts: vec![
-            Part::Text(
-                "An estimate, not a bound: the error of the mesh in the energy norm, around each node.".into(),
-            ),
-            Part::Figure(error.svg()),
-        ],
-    });
+    sections.push(Section::new("panels", "Contact face and body", parts));
+    let caution =
+        "An estimate, not a bound: the error of the mesh in the energy norm, around each node.";
+    let parts = vec![Part::Text(caution.into()), Part::Figure(error.svg())];
+    let heading = "Where the discretisation error sits";
+    sections.push(Section::new("discretisation-error", heading, parts));
     sections.extend(load_history_section(scene, results.increments()));
     sections.extend(history_section(solution));
-    sections.push(Section {
-        name: "certificate",
-        heading: "Certificate".into(),
-        parts: vec![
-            Part::Text("Each is dimensionless and zero for the exact discrete solution.".into()),
-            Part::Table(tables::certificate(report)),
-        ],
-    });
+    let meaning = "Each is dimensionless and zero for the exact discrete solution.";
+    let certificate = Part::Table(run.certificate().html());
+    let parts = vec![Part::Text(meaning.into()), certificate];
+    sections.push(Section::new("certificate", "Certificate", parts));
     Ok(sections)
 }
 
@@ -157,45 +147,34 @@ fn load_history_section(scene: &Scene, records: &[StepRecord]) -> Option<Section
     }
     let charts = history_charts::charts(records, scene.units);
     let mut parts = vec![Part::Text(
-        "The other sections show the last increment. Works and dissipation are those of each increment.".into(),
+        "The other sections show the last increment.".into(),
     )];
-    parts.extend(charts.map(|(_, chart)| Part::Figure(chart.figure().svg())));
-    parts.push(Part::Table(tables::increments(scene, records)));
-    Some(Section {
-        name: "load-history",
-        heading: "Load history".into(),
-        parts,
-    })
+    parts.extend(charts.map(|(_, chart)| Part::chart(&chart)));
+    parts.push(Part::Table(report::increments(scene, records).html()));
+    Some(Section::new("load-history", "Load history", parts))
 }
 
 fn history_section(solution: &Solution) -> Option<Section> {
     let steps = solution.history.len() + solution.newton.len();
-    (steps > 0).then(|| Section {
-        name: "convergence",
-        heading: "Convergence history".into(),
-        parts: vec![Part::Figure(history(solution).figure().svg())],
-    })
+    let parts = || vec![Part::chart(&history(solution))];
+    (steps > 0).then(|| Section::new("convergence", "Convergence history", parts()))
 }
 
-fn stages_section(reader: &Reader, states: &[StageState]) -> Result<Section, StageError> {
+fn stages_section(
+    reader: &Reader,
+    scene: &Scene,
+    states: &[StageState],
+) -> Result<Section, StageError> {
     let stale = states.iter().find(|s| s.freshness != Freshness::Fresh);
     let warning = stale.filter(|_| states.iter().any(|s| s.stored.is_some()));
-    let mut parts: Vec<Part> = warning
-        .map(|state| {
-            Part::Warning(format!(
-                "Results are left out: {} is needed, but {}.",
-                state.stage.word(),
-                state.freshness.why()
-            ))
-        })
-        .into_iter()
-        .collect();
-    parts.push(Part::Table(tables::timings(reader, states)?));
-    Ok(Section {
-        name: "timings",
-        heading: "Stages and timings".into(),
-        parts,
-    })
+    let warning = warning.map(|state| {
+        let (stage, why) = (state.stage.word(), state.freshness.why());
+        format!("Results are left out: {stage} is needed, but {why}.")
+    });
+    let mut parts: Vec<Part> = warning.map(Part::Warning).into_iter().collect();
+    let stages = report::stages(reader, scene, states)?;
+    parts.push(Part::Table(stages.html()));
+    Ok(Section::new("timings", "Stages and timings", parts))
 }
 
 fn accuracy_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, StageError> {
@@ -203,30 +182,50 @@ fn accuracy_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, S
         return Ok(None);
     };
     let accuracy = format::read_accuracy(reader)?;
-    let mut parts = Vec::new();
-    if stored.record.input_digest != accuracy_input(scene) {
-        parts.push(Part::Warning(
-            "Measured for another scene than the one above; run `accuracy` again.".into(),
-        ));
-    }
+    let mut parts = outdated(&stored, scene, "accuracy");
     parts.extend(format::read_advice(reader)?.map(Part::Advice));
     if let Some(ladder) = &accuracy.discretisation {
-        parts.push(Part::Figure(convergence(ladder).figure().svg()));
-        parts.push(Part::Table(accuracy_tables::levels(ladder, stored.units)));
+        parts.push(Part::chart(&convergence(ladder)));
+        parts.push(Part::Table(tables::levels(ladder, stored.units).html()));
     }
     if let Some(ways) = &accuracy.ways {
         parts.push(Part::Advice(format!("Cheapest way to {}.", ways.advice())));
-        parts.push(Part::Figure(ways_against_seconds(ways).figure().svg()));
-        parts.push(Part::Figure(ways_against_unknowns(ways).figure().svg()));
-        parts.push(Part::Table(accuracy_tables::ways(ways)));
+        parts.push(Part::chart(&ways_against_seconds(ways)));
+        parts.push(Part::chart(&ways_against_unknowns(ways)));
+        parts.push(Part::Table(tables::ways(ways, stored.units).html()));
     }
     if let Some(ladder) = &accuracy.algebraic {
-        parts.push(Part::Figure(work_precision(ladder).figure().svg()));
-        parts.push(Part::Table(accuracy_tables::entries(ladder)));
+        parts.push(Part::chart(&work_precision(ladder)));
+        parts.push(Part::Table(tables::entries(ladder, stored.units).html()));
     }
-    Ok(Some(Section {
-        name: "accuracy",
-        heading: "What accuracy costs".into(),
-        parts,
-    }))
+    Ok(Some(Section::new("accuracy", "What accuracy costs", parts)))
+}
+
+/// What the constants of the theory are on the meshes of the scene; `None` where they were not measured.
+fn theory_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, StageError> {
+    let Some(stored) = reader.whole_group(format::THEORY)? else {
+        return Ok(None);
+    };
+    let (theory, units) = (format::read_theory(reader)?, stored.units);
+    let mut parts = outdated(&stored, scene, "theory");
+    parts.push(Part::Advice(theory.findings().to_string()));
+    let charts = [
+        thresholds(&theory, units),
+        scaled(&theory),
+        constants(&theory, units),
+    ];
+    parts.extend(charts.iter().map(Part::chart));
+    let tables = [truth, limits].map(|table| table(&theory, units).html());
+    parts.extend(tables.map(Part::Table));
+    Ok(Some(Section::new("theory", "The theory, measured", parts)))
+}
+
+/// A warning where what a command measured is not of the scene.
+fn outdated(stored: &StoredGroup, scene: &Scene, command: &str) -> Vec<Part> {
+    if stored.record.input_digest == accuracy_input(scene) {
+        return Vec::new();
+    }
+    let again = format!("run `{command}` again");
+    let warning = format!("Measured for another scene than the one above; {again}.");
+    vec![Part::Warning(warning)]
 }

@@ -3,7 +3,8 @@
 use plots::{AxisScale, ChartAxis, ChartPoint, LineChart, Series};
 use units::Unit;
 
-use super::{charts::logarithmic, sweep_table::SweepTable};
+use super::sweep_table::{names, numbers, varying_settings};
+use crate::report::{Column, SweepTable};
 
 /// Results worth a chart: column, quantity.
 const RESULTS: [(&str, &str); 17] = [
@@ -43,51 +44,47 @@ pub(super) fn columns() -> impl Iterator<Item = &'static str> {
 /// One chart for each result that varies, over the setting with the most different numbers; the
 /// other varying settings tell the lines apart.
 pub(super) fn charts(table: &SweepTable) -> Vec<SweepChart> {
-    let settings = table.varying_settings();
-    let most_values = settings
-        .iter()
-        .copied()
+    let mut settings = varying_settings(table);
+    let most_values = (0..settings.len())
         .rev()
-        .max_by_key(|&column| table.numbers(column).len());
-    let Some(x) = most_values.filter(|&column| table.numbers(column).len() > 1) else {
+        .max_by_key(|k| numbers(settings[*k]).len());
+    let Some(most) = most_values.filter(|k| numbers(settings[*k]).len() > 1) else {
         return Vec::new();
     };
-    let lines = Lines::new(table, settings.into_iter().filter(|&c| c != x).collect());
+    let x = settings.remove(most);
+    let lines = Lines::new(&settings, table.n_cases);
     RESULTS
         .iter()
         .filter_map(|&(column, label)| {
-            let y = table.column(column)?;
-            let varies = table.numbers(y).len() > 1;
+            let y = table.columns.iter().find(|other| other.name == column)?;
+            let varies = numbers(y).len() > 1;
             varies.then(|| SweepChart {
                 column,
-                chart: chart(table, &lines, x, (y, label)),
+                chart: chart(&lines, x, y, label),
             })
         })
         .collect()
 }
 
-/// The line that each row belongs to.
+/// The line that each case belongs to.
 struct Lines {
     /// The settings that tell them apart.
     heading: String,
-    /// One name a row.
+    /// One name a case.
     names: Vec<String>,
 }
 
 impl Lines {
-    fn new(table: &SweepTable, settings: Vec<usize>) -> Self {
-        let parts: Vec<Vec<String>> = settings.iter().map(|&c| table.names(c)).collect();
-        let name = |row: usize| {
-            let words: Vec<&str> = parts.iter().map(|names| names[row].as_str()).collect();
+    fn new(settings: &[&Column], n_cases: usize) -> Self {
+        let parts: Vec<Vec<String>> = settings.iter().map(|column| names(column)).collect();
+        let name = |case: usize| {
+            let words: Vec<&str> = parts.iter().map(|names| names[case].as_str()).collect();
             words.join(" · ")
         };
-        let keys: Vec<&str> = settings
-            .iter()
-            .map(|&c| last_words(&table.head[c]))
-            .collect();
+        let keys: Vec<&str> = settings.iter().map(|key| last_words(&key.name)).collect();
         Self {
             heading: keys.join(" · "),
-            names: (0..table.rows.len()).map(name).collect(),
+            names: (0..n_cases).map(name).collect(),
         }
     }
 }
@@ -108,48 +105,39 @@ fn last_words(key: &str) -> &str {
     &key[start..]
 }
 
-fn chart(table: &SweepTable, lines: &Lines, x: usize, result: (usize, &str)) -> LineChart {
-    let (y, label) = result;
-    let unit = table.unit(&table.head[y]);
+fn chart(lines: &Lines, x: &Column, y: &Column, label: &str) -> LineChart {
     let mut series: Vec<Series> = Vec::new();
-    for (row, name) in lines.names.iter().enumerate() {
-        let (Some(at), Some(value)) = (table.number(row, x), table.number(row, y)) else {
+    let points = lines.names.iter().zip(x.cells.iter().zip(&y.cells));
+    for (name, (at, value)) in points {
+        let (Some(at), Some(value)) = (at.number(), value.number()) else {
             continue;
         };
+        let (along, across, unit) = (&x.name, &y.name, y.unit.beside());
         let point = ChartPoint {
             x: at,
             y: value,
-            text: format!(
-                "{name}\n{} {at}\n{} {value}{}",
-                table.head[x],
-                table.head[y],
-                unit.beside()
-            ),
+            text: format!("{name}\n{along} {at}\n{across} {value}{unit}"),
         };
         match series.iter_mut().find(|series| series.name == *name) {
             Some(series) => series.points.push(point),
-            None => series.push(Series {
-                name: name.clone(),
-                points: vec![point],
-            }),
+            None => series.push(Series::new(name, [point])),
         }
     }
     for series in &mut series {
         series.points.sort_by(|a, b| a.x.total_cmp(&b.x));
     }
+    let along = axis(&x.name, Unit::none(), &numbers(x));
+    let across = axis(label, y.unit.clone(), &numbers(y));
     LineChart {
-        title: label.to_owned(),
-        x: axis(&table.head[x], Unit::none(), &table.numbers(x)),
-        y: axis(label, unit, &table.numbers(y)),
         legend: lines.heading.clone(),
-        series,
+        ..LineChart::new(label, along, across, series)
     }
 }
 
 fn axis(label: &str, unit: Unit, values: &[f64]) -> ChartAxis {
     ChartAxis {
         scale: scale(values),
-        ..logarithmic(label, unit)
+        ..ChartAxis::linear(label, unit)
     }
 }
 

@@ -3,22 +3,24 @@
 use std::path::{Path, PathBuf};
 
 use plots::html::{Page, Part, Section, Table};
+use runfile::Reader;
 
-use super::{
-    PictureFolder,
-    report::footer,
-    sweep_charts::charts,
-    sweep_table::{SweepTable, rounded},
+use super::{PictureFolder, report::footer, sweep_charts::charts, sweep_table::rounded};
+use crate::{
+    format::SWEEP_LAYOUT,
+    pipeline::StageError,
+    report::{Column, SweepTable},
 };
-use crate::pipeline::StageError;
-
-/// The name of the table.
-const SUMMARY: &str = "summary.csv";
 
 /// The table of a sweep's folder.
 #[must_use]
 pub fn sweep_table(folder: &Path) -> PathBuf {
-    folder.join(SUMMARY)
+    folder.join("summary.h5")
+}
+
+fn read(folder: &Path) -> Result<SweepTable, StageError> {
+    let reader = Reader::open(&sweep_table(folder), SWEEP_LAYOUT)?;
+    Ok(SweepTable::read(&reader)?)
 }
 
 /// Draws what varies in the table of a sweep's folder, SVG and PNG; returns the files.
@@ -26,45 +28,37 @@ pub fn sweep_table(folder: &Path) -> PathBuf {
 /// # Errors
 /// A folder without that table, a folder for pictures that cannot be written.
 pub fn draw_sweep(sweep: &Path, figures: &PictureFolder) -> Result<Vec<PathBuf>, StageError> {
-    let table = SweepTable::read(&sweep_table(sweep))?;
+    let table = read(sweep)?;
     let charts = charts(&table).into_iter();
     figures.save_charts(charts.map(|drawn| (drawn.column, drawn.chart)))
 }
 
-/// The page of a folder with a `summary.csv`.
+/// The page of a folder with a `summary.h5`.
 ///
 /// # Errors
 /// A folder without that table, or one that is no table.
 pub(super) fn page(folder: &Path) -> Result<Page, StageError> {
-    let table = SweepTable::read(&sweep_table(folder))?;
+    let table = read(folder)?;
     let charts = charts(&table);
     let mut sections = Vec::new();
     if !charts.is_empty() {
-        let figures = charts
-            .iter()
-            .map(|drawn| Part::Figure(drawn.chart.figure().svg()));
-        sections.push(Section {
-            name: "charts",
-            heading: "What varies".into(),
-            parts: figures.collect(),
-        });
+        let figures = charts.iter().map(|drawn| Part::chart(&drawn.chart));
+        sections.push(Section::new("charts", "What varies", figures.collect()));
     }
-    let rows = table.rows.iter();
-    sections.push(Section {
-        name: "summary",
-        heading: "Runs".into(),
-        parts: vec![Part::Table(Table {
-            caption: format!("Rounded; {SUMMARY} has every digit."),
-            head: table.titles(),
-            rows: rows
-                .map(|row| row.iter().map(|cell| rounded(cell)).collect())
-                .collect(),
-        })],
+    let row = |case: usize| {
+        let cells = table.columns.iter().map(|column| &column.cells[case]);
+        cells.map(rounded).collect()
+    };
+    let cases = Part::Table(Table {
+        caption: "Rounded; summary.csv has every digit.".to_owned(),
+        head: table.columns.iter().map(Column::title).collect(),
+        rows: (0..table.n_cases).map(row).collect(),
     });
+    sections.push(Section::new("summary", "Runs", vec![cases]));
     let name = folder.file_name().unwrap_or_default().to_string_lossy();
     Ok(Page {
         title: format!("Sweep {name}"),
-        subtitle: format!("{} runs", table.rows.len()),
+        subtitle: format!("{} runs", table.n_cases),
         footer: footer(folder),
         sections,
     })

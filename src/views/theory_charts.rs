@@ -6,7 +6,7 @@ use contact3d::theory::{ScaledPoint, Theory, TheoryLevel};
 use plots::{ChartAxis, ChartPoint, LineChart, Series};
 use units::{Dimension, Unit, Units};
 
-use super::{PictureFolder, charts::logarithmic};
+use super::PictureFolder;
 use crate::pipeline::StageError;
 
 /// Names of the pictures.
@@ -33,10 +33,8 @@ pub fn draw_theory(
 
 /// H of the meshes.
 fn pane_axis(levels: &[TheoryLevel], units: Units) -> ChartAxis {
-    ChartAxis {
-        ticks: levels.iter().map(|level| level.face.pane_size).collect(),
-        ..logarithmic("diameter H of a pane", units.of(Dimension::LENGTH))
-    }
+    let axis = ChartAxis::logarithmic("diameter H of a pane", units.of(Dimension::LENGTH));
+    axis.with_ticks(levels.iter().map(|level| level.face.pane_size))
 }
 
 /// A figure of each mesh where it is positive and finite.
@@ -56,10 +54,7 @@ fn against_pane(
             },
         })
     });
-    Series {
-        name: name.to_owned(),
-        points: points.collect(),
-    }
+    Series::new(name, points)
 }
 
 /// A power of the mesh size through the finest value of another series.
@@ -70,10 +65,7 @@ fn guide(
     size: impl Fn(&TheoryLevel) -> f64,
 ) -> Series {
     let Some((last, point)) = levels.last().zip(through.points.last()) else {
-        return Series {
-            name: name.to_owned(),
-            points: Vec::new(),
-        };
+        return Series::new(name, []);
     };
     against_pane(levels, name, |level| point.y * size(level) / size(last))
 }
@@ -114,18 +106,15 @@ pub(super) fn thresholds(theory: &Theory, units: Units) -> LineChart {
 /// Spectral radius and norm on the finest mesh against the scale of the law.
 pub(super) fn scaled(theory: &Theory) -> LineChart {
     let points = theory.levels.last().map_or(&[][..], |level| &level.scaled);
-    let line = |name: &str, figure: &dyn Fn(&ScaledPoint) -> f64| Series {
-        name: name.to_owned(),
-        points: points
-            .iter()
-            // Rounding makes a spectral radius of some 1e-15 where all panes stick.
-            .filter(|point| point.solved && figure(point) > 1e-12)
-            .map(|point| ChartPoint {
-                x: point.scale,
-                y: figure(point),
-                text: format!("t = {:.3e}: {name} {:.3e}", point.scale, figure(point)),
-            })
-            .collect(),
+    let line = |name: &str, figure: &dyn Fn(&ScaledPoint) -> f64| {
+        // Rounding makes a spectral radius of some 1e-15 where all panes stick.
+        let is_drawn = |point: &&ScaledPoint| point.solved && figure(point) > 1e-12;
+        let points = points.iter().filter(is_drawn).map(|point| ChartPoint {
+            x: point.scale,
+            y: figure(point),
+            text: format!("t = {:.3e}: {name} {:.3e}", point.scale, figure(point)),
+        });
+        Series::new(name, points)
     };
     let bound = theory
         .levels
@@ -139,7 +128,7 @@ pub(super) fn scaled(theory: &Theory) -> LineChart {
     ];
     chart(
         "Contraction for the law scaled by t, finest mesh",
-        logarithmic("scale t of the law", Unit::none()),
+        ChartAxis::logarithmic("scale t of the law", Unit::none()),
         "factor",
         series,
     )
@@ -174,14 +163,5 @@ fn chart(
     y: &str,
     series: impl IntoIterator<Item = Series>,
 ) -> LineChart {
-    LineChart {
-        title: title.to_owned(),
-        x,
-        y: logarithmic(y, Unit::none()),
-        legend: String::new(),
-        series: series
-            .into_iter()
-            .filter(|series| !series.points.is_empty())
-            .collect(),
-    }
+    LineChart::new(title, x, ChartAxis::logarithmic(y, Unit::none()), series)
 }

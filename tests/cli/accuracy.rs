@@ -82,5 +82,5 @@ fn what_cannot_be_measured_or_reported_is_bad_input() {
     let budget = program.command(&["accuracy", scene, "run.h5", "--budget", "-1"]);
     refused(budget, "seconds from 1e-3 to 1e9");
     refused(program.command(&["report", "absent.h5"]), "absent.h5");
-    refused(program.command(&["report", "."]), "summary.csv");
+    refused(program.command(&["report", "."]), "summary.h5");
 }

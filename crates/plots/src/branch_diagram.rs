@@ -2,7 +2,7 @@
 
 use super::{
     canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke},
-    figure::Figure,
+    figure::Picture,
     layout::{TICK_SIZE, TITLE_SIZE},
     line_chart::{
         Axis, AxisScale, HEIGHT, LEFT, LEGEND_LINE, LEGEND_WIDTH, Placed, TOP, WIDTH, draw_frame,
@@ -129,7 +129,7 @@ impl MarkKind {
 impl BranchDiagram {
     /// Draws the diagram. Points that an axis cannot show are left out.
     #[must_use]
-    pub fn figure(&self) -> Figure {
+    pub fn figure(&self) -> Picture {
         let mut canvas = Canvas::new(WIDTH, HEIGHT);
         let title = Label::plain(fitted(&self.title, TITLE_SIZE * 1.1, WIDTH - 32.0));
         canvas.bold_text([16.0, 26.0], &title, TITLE_SIZE, Anchor::Start);
@@ -154,7 +154,7 @@ impl BranchDiagram {
             canvas.titled(&mark.text, |canvas| mark.kind.draw(canvas, at));
         }
         self.draw_legend(&mut canvas, right + 16.0);
-        Figure::new(canvas, &self.title)
+        Picture::new(canvas, &self.title)
     }
 
     fn is_drawn(&self, point: [f64; 2]) -> bool {

@@ -8,12 +8,12 @@ use super::{raster, svg};
 ///
 /// The same figure gives the same bytes.
 #[derive(Clone, Debug)]
-pub struct Figure {
+pub struct Picture {
     canvas: Canvas,
     title: String,
 }
 
-impl Figure {
+impl Picture {
     pub(super) fn new(canvas: Canvas, title: &str) -> Self {
         Self {
             canvas,

@@ -5,7 +5,7 @@ use units::{Unit, Units};
 use super::canvas::{Anchor, Canvas, Colour, Stroke};
 use super::colour::{ColourMap, ValueRange};
 use super::colour_bar::ColourKey;
-use super::figure::Figure;
+use super::figure::Picture;
 use super::law_axes::{LawFrame, SlipAxis};
 use super::layout::{KeySide, Layout, PANEL_WIDTH, TITLE_SIZE};
 use super::panels::semi_axis_map;
@@ -91,7 +91,7 @@ pub struct SlipMap {
 ///
 /// # Errors
 /// [`FigureError`] when the arrays of the contact face do not fit together.
-pub fn law_page(picture: &LawPicture<'_>) -> Result<Figure, FigureError> {
+pub fn law_page(picture: &LawPicture<'_>) -> Result<Picture, FigureError> {
     let units = picture.units;
     let mut rows = vec![match picture.over_slip {
         OverSlip::Isotropic(curve) => vec![curve_panel(std::slice::from_ref(curve), true, units)],
@@ -107,7 +107,7 @@ pub fn law_page(picture: &LawPicture<'_>) -> Result<Figure, FigureError> {
             rows.push(maps);
         }
     }
-    Ok(Figure::new(joined(picture, &rows), picture.title))
+    Ok(Picture::new(joined(picture, &rows), picture.title))
 }
 
 /// The coefficients over the contact face.

@@ -1,6 +1,6 @@
 //! The pictures of HKL Fig. 5: contact stresses, deformed body, friction ellipses and coefficients of friction.
 //!
-//! [`panels`] draws every panel as a figure of its own, [`page`] all of them as one page of two columns; a [`Figure`]
+//! [`panels`] draws every panel as a figure of its own, [`page`] all of them as one page of two columns; a [`Picture`]
 //! is written as SVG or PNG. Colours come from perceptually uniform maps, units carry SI prefixes where they take any,
 //! and no fonts or libraries of the system are used. [`law_page`] draws a law of friction alone.
 
@@ -39,7 +39,7 @@ mod vector;
 mod view;
 
 pub use branch_diagram::{BranchDiagram, Curve, CurveKind, Mark, MarkKind};
-pub use figure::Figure;
+pub use figure::Picture;
 pub use friction_labels::FrictionKind;
 pub use law::{LawPicture, OverSlip, SlipCurve, SlipMap, SlipRange, law_page};
 pub use line_chart::{Axis as ChartAxis, AxisScale, ChartPoint, LineChart, Series};
@@ -61,7 +61,7 @@ pub struct Panel {
     /// Name for a file, one of [`PANELS`].
     pub name: &'static str,
     /// The drawing.
-    pub figure: Figure,
+    pub figure: Picture,
 }
 
 /// Draws the panels of HKL Fig. 5.
@@ -77,7 +77,7 @@ pub fn panels(picture: &ContactPicture<'_>) -> Result<Vec<Panel>, FigureError> {
         .into_iter()
         .map(|(name, canvas)| Panel {
             name,
-            figure: Figure::new(canvas, picture.title),
+            figure: Picture::new(canvas, picture.title),
         })
         .collect())
 }
@@ -87,16 +87,16 @@ pub fn panels(picture: &ContactPicture<'_>) -> Result<Vec<Panel>, FigureError> {
 ///
 /// # Errors
 /// As [`panels`].
-pub fn error_figure(picture: &ContactPicture<'_>, density: &[f64]) -> Result<Figure, FigureError> {
+pub fn error_figure(picture: &ContactPicture<'_>, density: &[f64]) -> Result<Picture, FigureError> {
     let canvas = error_drawing(picture, density)?;
-    Ok(Figure::new(canvas, picture.title))
+    Ok(Picture::new(canvas, picture.title))
 }
 
 /// Draws all panels below a common title in two columns.
 ///
 /// # Errors
 /// As [`panels`].
-pub fn page(picture: &ContactPicture<'_>) -> Result<Figure, FigureError> {
+pub fn page(picture: &ContactPicture<'_>) -> Result<Picture, FigureError> {
     let drawings = drawings(picture)?;
     let panel_height = drawings.first().map_or(0.0, |(_, canvas)| canvas.height);
     let rows = drawings.len().div_ceil(2) as f64;
@@ -115,5 +115,5 @@ pub fn page(picture: &ContactPicture<'_>) -> Result<Figure, FigureError> {
         let corner = [column * PANEL_WIDTH, PAGE_TITLE_HEIGHT + row * panel_height];
         page.place(canvas, corner);
     }
-    Ok(Figure::new(page, picture.title))
+    Ok(Picture::new(page, picture.title))
 }

@@ -3,7 +3,7 @@
 use units::Unit;
 
 use super::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
-use super::figure::Figure;
+use super::figure::Picture;
 use super::layout::{LABEL_SIZE, TICK_SIZE, TITLE_SIZE, fitting_ticks};
 use super::log_ticks::LogTicks;
 use super::scale::{Ticks, UnitScale};
@@ -54,6 +54,37 @@ pub struct Axis {
     pub ticks: Vec<f64>,
 }
 
+impl Axis {
+    /// A linear axis with round ticks.
+    #[must_use]
+    pub fn linear(label: &str, unit: Unit) -> Self {
+        Self {
+            label: label.to_owned(),
+            unit,
+            scale: AxisScale::Linear,
+            ticks: Vec::new(),
+        }
+    }
+
+    /// A logarithmic axis with round ticks.
+    #[must_use]
+    pub fn logarithmic(label: &str, unit: Unit) -> Self {
+        Self {
+            scale: AxisScale::Logarithmic,
+            ..Self::linear(label, unit)
+        }
+    }
+
+    /// The axis with these values labelled.
+    #[must_use]
+    pub fn with_ticks(self, ticks: impl IntoIterator<Item = f64>) -> Self {
+        Self {
+            ticks: ticks.into_iter().collect(),
+            ..self
+        }
+    }
+}
+
 /// One point of a series.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChartPoint {
@@ -72,6 +103,17 @@ pub struct Series {
     pub name: String,
     /// Points in the order of the line.
     pub points: Vec<ChartPoint>,
+}
+
+impl Series {
+    /// A line through points.
+    #[must_use]
+    pub fn new(name: &str, points: impl IntoIterator<Item = ChartPoint>) -> Self {
+        Self {
+            name: name.to_owned(),
+            points: points.into_iter().collect(),
+        }
+    }
 }
 
 /// A chart of several series.
@@ -101,9 +143,22 @@ pub(super) struct Placed<'a> {
 }
 
 impl LineChart {
+    /// A chart of the series that have points.
+    #[must_use]
+    pub fn new(title: &str, x: Axis, y: Axis, series: impl IntoIterator<Item = Series>) -> Self {
+        let series = series.into_iter();
+        Self {
+            title: title.to_owned(),
+            x,
+            y,
+            legend: String::new(),
+            series: series.filter(|series| !series.points.is_empty()).collect(),
+        }
+    }
+
     /// Draws the chart. Points that no axis can show are left out.
     #[must_use]
-    pub fn figure(&self) -> Figure {
+    pub fn figure(&self) -> Picture {
         let legend = self.series.iter().any(|series| !series.name.is_empty());
         let right = WIDTH - if legend { LEGEND_WIDTH } else { RIGHT_MARGIN };
         let mut canvas = Canvas::new(WIDTH, HEIGHT);
@@ -123,7 +178,7 @@ impl LineChart {
         if legend {
             self.draw_legend(&mut canvas, right + 16.0);
         }
-        Figure::new(canvas, &self.title)
+        Picture::new(canvas, &self.title)
     }
 
     fn draw_legend(&self, canvas: &mut Canvas, x: f64) {

@@ -40,7 +40,7 @@ pub struct Path {
 }
 
 /// The paths of a family, as far as they have been followed.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Branches {
     /// The key and its range.
     pub range: ParameterRange,
@@ -56,6 +56,21 @@ pub struct Branches {
     pub left_out: usize,
     /// What is still to be done; `None` when all is.
     pub pending: Option<Pending>,
+}
+
+impl Default for Branches {
+    /// No paths, and nothing asked.
+    fn default() -> Self {
+        Self {
+            range: ParameterRange::default(),
+            paths: Vec::new(),
+            all: false,
+            certificates: [Err(Undecided::NotAsked); 2],
+            stress: 0.0,
+            left_out: 0,
+            pending: None,
+        }
+    }
 }
 
 /// What is still to be done.

@@ -5,6 +5,8 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
+use super::LineChart;
+
 /// The only style of the page.
 const STYLE: &str = include_str!("style.css");
 
@@ -107,6 +109,16 @@ impl Page {
 }
 
 impl Section {
+    /// A section of some parts.
+    #[must_use]
+    pub fn new(name: &'static str, heading: &str, parts: Vec<Part>) -> Self {
+        Self {
+            name,
+            heading: heading.to_owned(),
+            parts,
+        }
+    }
+
     fn markup(&self) -> Markup {
         html! {
             section id=(self.name) {
@@ -118,6 +130,12 @@ impl Section {
 }
 
 impl Part {
+    /// A chart.
+    #[must_use]
+    pub fn chart(chart: &LineChart) -> Self {
+        Self::Figure(chart.figure().svg())
+    }
+
     fn markup(&self) -> Markup {
         match self {
             Self::Text(text) => html! { p { (text) } },

@@ -2,7 +2,7 @@
 
 use units::Unit;
 
-use super::{Figure, PanelSpec};
+use super::{PanelData, PanelSpec};
 use crate::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
 use crate::chart::{draw_axes, draw_panes, typical_pane_size};
 use crate::friction_labels::FrictionKind;
@@ -48,7 +48,7 @@ pub(super) const PANEL: PanelSpec = PanelSpec {
 
 /// One ellipse per pane, the tangential contact stress over λ_ν inside it, and the zones.
 fn ellipse_panel(
-    figure: &Figure<'_>,
+    figure: &PanelData<'_>,
     (kind, unit): (FrictionKind, &Unit),
     friction: &[PaneFriction],
 ) -> Canvas {

@@ -14,7 +14,7 @@ use super::panes::{PaneShape, pane_shapes};
 use super::picture::{ContactPicture, FigureError};
 
 /// What the panels of one page are drawn from.
-struct Figure<'a> {
+struct PanelData<'a> {
     picture: &'a ContactPicture<'a>,
     layout: Layout,
     shapes: Vec<PaneShape>,
@@ -25,7 +25,7 @@ struct PanelSpec {
     /// Its name for files.
     name: &'static str,
     /// Draws it; `None` where the problem does not have what it shows.
-    draw: fn(&Figure<'_>) -> Option<Canvas>,
+    draw: fn(&PanelData<'_>) -> Option<Canvas>,
 }
 
 /// All panels in the order of the page.
@@ -63,7 +63,7 @@ pub(super) fn drawings(
     picture: &ContactPicture<'_>,
 ) -> Result<Vec<(&'static str, Canvas)>, FigureError> {
     picture.validate()?;
-    let figure = Figure {
+    let figure = PanelData {
         picture,
         layout: Layout::new(picture),
         shapes: pane_shapes(picture),

@@ -2,7 +2,7 @@
 
 use units::Dimension;
 
-use super::{Figure, PanelSpec};
+use super::{PanelData, PanelSpec};
 use crate::canvas::Canvas;
 use crate::colour::ColourMap;
 use crate::colour_bar::ColourKey;
@@ -15,7 +15,7 @@ pub(super) const PANEL: PanelSpec = PanelSpec {
     draw: |figure| (!figure.picture.contact_triangles.is_empty()).then(|| normal_stress(figure)),
 };
 
-fn normal_stress(figure: &Figure<'_>) -> Canvas {
+fn normal_stress(figure: &PanelData<'_>) -> Canvas {
     let (picture, shapes) = (figure.picture, figure.shapes.as_slice());
     let symbol = Label::default().italic("σ").subscript("ν");
     let value = |pane: usize| picture.normal_stress[pane];

@@ -1,6 +1,6 @@
 //! Panel (b): the tangential contact stress, scaled by the law of friction.
 
-use super::{Figure, PanelSpec};
+use super::{PanelData, PanelSpec};
 use crate::canvas::Canvas;
 use crate::colour::ColourMap;
 use crate::colour_bar::ColourKey;
@@ -16,7 +16,7 @@ pub(super) const PANEL: PanelSpec = PanelSpec {
 };
 
 fn scaled_tangential(
-    figure: &Figure<'_>,
+    figure: &PanelData<'_>,
     (kind, friction): (FrictionKind, &[PaneFriction]),
 ) -> Canvas {
     let shapes = figure.shapes.as_slice();

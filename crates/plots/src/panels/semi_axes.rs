@@ -3,7 +3,7 @@
 
 use units::Unit;
 
-use super::{Figure, PanelSpec};
+use super::{PanelData, PanelSpec};
 use crate::canvas::Canvas;
 use crate::colour::{ColourMap, ValueRange};
 use crate::colour_bar::ColourKey;
@@ -25,7 +25,7 @@ pub(super) const SECOND: PanelSpec = PanelSpec {
     draw: |figure| along(figure, 1, "(f)"),
 };
 
-fn along(figure: &Figure<'_>, axis: usize, letter: &str) -> Option<Canvas> {
+fn along(figure: &PanelData<'_>, axis: usize, letter: &str) -> Option<Canvas> {
     let (kind, friction) = figure.picture.friction?;
     let symbol = kind.semi_axis_symbol(axis);
     let title = Label::plain(format!("{letter} {}", kind.semi_axis_title())).then(&symbol);

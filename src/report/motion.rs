@@ -5,7 +5,7 @@ use units::Units;
 
 /// What is to be said of the rigid motion of a body that only contact holds: that which nothing stops, or the one nearest to its
 /// displacement; `None` where supports hold it.
-pub(crate) fn motion_words(
+pub(super) fn motion_words(
     units: Units,
     mesh: &Mesh,
     solution: &Solution,
@@ -23,14 +23,14 @@ pub(crate) fn motion_words(
 }
 
 /// The rigid motions that neither contact nor supports feel, and which the answer leaves at zero.
-pub(crate) fn neutral_motions(mesh: &Mesh, solution: &Solution) -> Vec<BodyMotion> {
+pub(super) fn neutral_motions(mesh: &Mesh, solution: &Solution) -> Vec<BodyMotion> {
     let motions = BodyMotion::telling(&mesh.coordinates, &solution.neutral_motions);
     let told = |motion: &Vec<[f64; 3]>| BodyMotion::told(&mesh.coordinates, motion);
     motions.iter().map(told).collect()
 }
 
 /// The same in words.
-pub(crate) fn neutral_words(
+pub(super) fn neutral_words(
     units: Units,
     mesh: &Mesh,
     solution: &Solution,

@@ -3,8 +3,7 @@
 use contact3d::solver::LocalMapping;
 
 /// The spectral radius of Ψ' in words.
-#[must_use]
-pub fn radius_words(local: &LocalMapping) -> String {
+pub(super) fn radius_words(local: &LocalMapping) -> String {
     let radius = local.spectral_radius;
     if local.is_attracting() {
         format!("{radius:.4}")
@@ -14,20 +13,19 @@ pub fn radius_words(local: &LocalMapping) -> String {
 }
 
 /// What the sign of det R' says about other solutions; `None` where it says nothing.
-#[must_use]
-pub fn sign_words(local: &LocalMapping) -> Option<&'static str> {
+pub(super) fn sign_words(local: &LocalMapping) -> Option<String> {
     match local.determinant {
         -1 => Some(
-            "negative: at least two other solutions exist (`branches --all` searches for them)",
+            "negative: at least two other solutions exist (`branches --all` searches for them)"
+                .to_owned(),
         ),
-        0 => Some("zero: other solutions may lie nearby (`branches` follows them)"),
+        0 => Some("zero: other solutions may lie nearby (`branches` follows them)".to_owned()),
         _ => None,
     }
 }
 
 /// What the nearness of det R' = 0 says; `None` where it is not near.
-#[must_use]
-pub fn fold_words(local: &LocalMapping) -> Option<String> {
+pub(super) fn fold_words(local: &LocalMapping) -> Option<String> {
     let distance = local.fold_distance;
     local.is_near_fold().then(|| {
         format!(

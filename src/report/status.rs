@@ -1,75 +1,16 @@
-//! The words that people read; no computing here.
+//! What the status of a solve means, and what helps.
 
 use contact3d::{
-    dual::OperatorEstimate,
-    linalg::Precision,
     scene::{
         DualOperatorKind, FactorPrecision, FrictionModel, Method, ModelFeatures, Scene,
         SolveSettings,
     },
-    solver::{Progress, Solution, Status},
+    solver::{Solution, Status},
 };
 
-use crate::pipeline::Performed;
-
-/// One line per stage done.
-pub(super) fn stage_line(performed: &Performed) -> String {
-    let stage = performed.stage.word();
-    let computed = format!("{stage:<9} done in {:.3} s", performed.compute_seconds);
-    match performed.store_seconds {
-        0.0 => format!("{computed}, stored with the next stage"),
-        seconds => format!("{computed}, stored in {seconds:.3} s"),
-    }
-}
-
-/// What a second solve is for.
-pub(super) const RECONSIDERED: &str =
-    "factor    double: single precision led to no answer, so the problem was solved again";
-
-/// How the dual operator is held, and what either form costs.
-pub(super) fn operator_line(
-    estimate: &OperatorEstimate,
-    dense: bool,
-    precision: Precision,
-) -> String {
-    let share = precision.bytes() as f64 / Precision::Double.bytes() as f64;
-    format!(
-        "{:<9} {} (dense: {:.1} MB and {:.2e} operations to form; factor: {:.1} MB in {} precision, {:.2e} operations per application)",
-        "dual",
-        if dense { "explicit" } else { "implicit" },
-        estimate.forming_bytes(precision) / 1e6,
-        estimate.explicit_operations,
-        share * estimate.factor_bytes / 1e6,
-        precision.word(),
-        estimate.action_operations,
-    )
-}
-
-/// Progress of a solve.
-pub(super) fn progress(progress: Progress<'_>) -> String {
-    match progress {
-        Progress::Outer(k, step) => {
-            format!(
-                "outer step {}, change {:.1e}, {} applications",
-                k + 1,
-                step.change,
-                step.applications
-            )
-        }
-        Progress::Newton(k, step) => {
-            let how = if step.fallback { "safeguard" } else { "Newton" };
-            let law = match step.law_share {
-                1.0 => String::new(),
-                share => format!(", law F^{share:.3}"),
-            };
-            format!("{how} step {}, residual {:.1e}{law}", k + 1, step.residual)
-        }
-        Progress::Between(_) => String::new(),
-    }
-}
-
 /// What a status means to a person, and what helps.
-pub(super) fn status(solution: &Solution, scene: &Scene) -> String {
+#[must_use]
+pub fn status(solution: &Solution, scene: &Scene) -> String {
     let automatic = by_another_way(scene);
     let accuracy = solution.accuracy;
     let (limits, usual) = (&scene.solve, SolveSettings::default());

@@ -1,0 +1,213 @@
+//! The errors of solvers and of meshes.
+
+use std::fmt::Write;
+
+use contact3d::convergence::{
+    Accuracy, AlgebraicLadder, Cost, DiscretisationLadder, LadderEntry, Trend, WayLevel, Ways,
+};
+use serde_json::{Value, json};
+use units::{Dimension, Units};
+
+use super::{
+    Digits::{Fixed, Scientific},
+    FigureTable, Figures,
+};
+
+/// All tables and the advice.
+#[must_use]
+pub fn text(accuracy: &Accuracy, units: Units) -> String {
+    let mut tables = Vec::new();
+    tables.extend(
+        accuracy
+            .algebraic
+            .as_ref()
+            .map(|ladder| entries(ladder, units)),
+    );
+    tables.extend(
+        accuracy
+            .discretisation
+            .as_ref()
+            .map(|ladder| levels(ladder, units)),
+    );
+    tables.extend(accuracy.ways.as_ref().map(|all| ways(all, units)));
+    let text: String = tables.iter().map(|table| table.text() + "\n").collect();
+    text + &accuracy.advice().to_string()
+}
+
+/// The same for programs.
+#[must_use]
+pub fn json(accuracy: &Accuracy, units: Units) -> Value {
+    let none = || json!([]);
+    let (algebraic, meshes) = (&accuracy.algebraic, &accuracy.discretisation);
+    json!({
+        "rungs": algebraic.as_ref().map_or_else(none, |ladder| entries(ladder, units).json()),
+        "levels": meshes.as_ref().map_or_else(none, |ladder| levels(ladder, units).json()),
+        "advice": accuracy.advice().to_string(),
+        "ways": accuracy.ways.as_ref().map(|all| json!({
+            "levels": of_ways(all, units).map(|level| level.json()).collect::<Value>(),
+            "reference": way_level("reference", &all.reference.level, units).json(),
+            "advice": all.advice().to_string(),
+        })),
+    })
+}
+
+/// The solves of the algebraic ladder.
+#[must_use]
+pub fn entries(ladder: &AlgebraicLadder, units: Units) -> FigureTable {
+    let rows = ladder.entries.iter().map(|row| entry(row, units));
+    let mut note = String::new();
+    for (operator, cost) in ["implicit", "explicit"].iter().zip(&ladder.assembly) {
+        let _ = writeln!(
+            note,
+            "assembly, {operator}: {:.3} s (median of {}), peak {} MB",
+            cost.seconds,
+            cost.repeats,
+            megabytes(cost)
+        );
+    }
+    let caption = format!(
+        "Algebraic error, against Newton's method to {:.1e} ({})",
+        ladder.reference_accuracy,
+        ladder.reference_status.word()
+    );
+    FigureTable::new(&caption, rows).with_note(note)
+}
+
+#[rustfmt::skip]
+fn entry(entry: &LadderEntry, units: Units) -> Figures {
+    let result = entry.result.as_ref();
+    let mut figures = Figures::new(units);
+    figures.plain("method", "method", entry.method.to_string());
+    figures.plain("operator", "operator", entry.operator.to_string());
+    figures.number("epsilon", "epsilon", Scientific(0), entry.epsilon);
+    figures.number("energy_error", "error of u", Scientific(2), result.map(|r| r.energy_error));
+    figures.number("multiplier_error", "error of λ", Scientific(2), result.map(|r| r.multiplier_error));
+    figures.plain("actions", "n_A", result.map(|r| r.applications));
+    cost(&mut figures, result.map(|r| &r.cost));
+    figures.for_programs("cost", result.map(|r| cost_json(&r.cost)));
+    let (shown, word) = match result {
+        Some(result) => (result.status.word(), result.status.word()),
+        None => ("not run: over the budget", "not_run_over_budget"),
+    };
+    figures.in_words("status", "status", Some(shown.to_owned()), word);
+    figures
+}
+
+/// The meshes of the discretisation ladder.
+#[must_use]
+#[rustfmt::skip]
+pub fn levels(ladder: &DiscretisationLadder, units: Units) -> FigureTable {
+    let order = |figures: &mut Figures, key: &str, trend: Option<&Trend>, k: usize| {
+        let order = trend.and_then(|trend| trend.orders[k]);
+        figures.number(key, "order", Fixed(2), order);
+    };
+    let rows = ladder.levels.iter().enumerate().map(|(k, level)| {
+        let tangential = level.forces.and_then(|forces| forces.tangential);
+        let mut figures = Figures::new(units);
+        figures.plain("n_div", "n_div", level.n_div);
+        figures.for_programs("cells", level.cells);
+        figures.plain("n_free", "unknowns", level.n_free);
+        figures.number("energy_difference", "error to finest", Fixed(4), level.energy_difference);
+        figures.number("energy_error", "error to limit", Fixed(4), level.energy_error);
+        order(&mut figures, "energy_order", Some(&ladder.energy_norm), k);
+        figures.add("potential_energy", "potential energy", Dimension::Energy, Scientific(8), level.potential_energy);
+        order(&mut figures, "", Some(&ladder.potential_energy), k);
+        let normal = level.forces.map(|forces| forces.normal);
+        figures.add("normal_force", "normal force", Dimension::FORCE, Scientific(6), normal);
+        order(&mut figures, "", ladder.forces.first(), k);
+        let first = tangential.map(|pair| pair[0]);
+        figures.add("", "tangential force 1", Dimension::FORCE, Scientific(6), first);
+        order(&mut figures, "", ladder.forces.get(1), k);
+        figures.for_programs("tangential_force", tangential);
+        figures.plain("actions", "n_A", level.applications);
+        cost(&mut figures, Some(&level.cost));
+        figures.for_programs("cost", cost_json(&level.cost));
+        figures.plain("status", "status", level.status.word());
+        figures
+    });
+    let caption = "Discretisation error (relative, energy norm; orders from each mesh and the two before)";
+    FigureTable::new(caption, rows).with_note(limits(ladder, units))
+}
+
+/// What the figures of the meshes tend to.
+fn limits(ladder: &DiscretisationLadder, units: Units) -> String {
+    let (energy, force) = (units.energy(), units.force());
+    let potential = (
+        "the potential energy",
+        energy.as_str(),
+        &ladder.potential_energy,
+    );
+    let names = [
+        "the normal force",
+        "tangential force 1",
+        "tangential force 2",
+    ];
+    let forces = names.into_iter().zip(&ladder.forces);
+    let forces = forces.map(|(name, trend)| (name, force, trend));
+    let line = |(name, unit, trend): (&str, &str, &Trend)| match trend.limit {
+        Some(limit) => format!("limit of {name}: {limit:.8e} {unit}\n"),
+        None => format!("limit of {name}: no order observed, none claimed\n"),
+    };
+    [potential].into_iter().chain(forces).map(line).collect()
+}
+
+/// The meshes of all ways and their reference.
+#[must_use]
+pub fn ways(ways: &Ways, units: Units) -> FigureTable {
+    let reference = &ways.reference;
+    let rows = of_ways(ways, units).chain([way_level("reference", &reference.level, units)]);
+    let note = format!(
+        "potential energy of the reference: {:.8e} {}\ncheapest way to {}\n",
+        reference.potential_energy,
+        units.energy(),
+        ways.advice()
+    );
+    let caption = "Ways to accuracy (relative errors in the energy norm, uncertain by the estimated error of the reference; - where that is \
+                   too large to tell)";
+    FigureTable::new(caption, rows).with_note(note)
+}
+
+fn of_ways(ways: &Ways, units: Units) -> impl Iterator<Item = Figures> {
+    let levels = ways.ways.iter();
+    levels.flat_map(move |way| {
+        let name = way.kind.words();
+        way.levels
+            .iter()
+            .map(move |level| way_level(name, level, units))
+    })
+}
+
+#[rustfmt::skip]
+fn way_level(way: &str, level: &WayLevel, units: Units) -> Figures {
+    let mut figures = Figures::new(units);
+    figures.plain("way", "way", way);
+    figures.plain("n_free", "unknowns", level.n_free);
+    figures.for_programs("n_tetrahedra", level.n_tetrahedra);
+    figures.plain("n_multipliers", "multipliers", level.n_multipliers);
+    figures.number("estimated_error", "estimated", Fixed(4), level.estimated_error);
+    figures.number("contact_error", "of contact", Fixed(4), level.contact_error);
+    figures.number("energy_error", "true", Fixed(4), level.error);
+    figures.number("effectivity", "effectivity", Fixed(2), level.effectivity());
+    cost(&mut figures, Some(&level.cost));
+    figures.for_programs("seconds", level.cost.seconds);
+    figures.for_programs("peak_bytes", level.cost.peak_bytes);
+    figures.plain("status", "status", level.status.word());
+    figures
+}
+
+/// What a solve costs, for people.
+#[rustfmt::skip]
+fn cost(figures: &mut Figures, cost: Option<&Cost>) {
+    figures.add("", "time", Dimension::Time, Fixed(4), cost.map(|cost| cost.seconds));
+    figures.plain("", "median of", cost.map(|cost| cost.repeats));
+    figures.said("peak MB", cost.map(megabytes));
+}
+
+fn cost_json(cost: &Cost) -> Value {
+    json!({ "seconds": cost.seconds, "repeats": cost.repeats, "peak_bytes": cost.peak_bytes })
+}
+
+fn megabytes(cost: &Cost) -> String {
+    let bytes = cost.peak_bytes;
+    bytes.map_or("unknown".to_owned(), |bytes| format!("{:.0}", bytes / 1e6))
+}

@@ -1,0 +1,191 @@
+//! Paths of solutions and their points.
+
+use std::fmt::Write;
+
+use contact3d::branches::{
+    Branches, Certificate, PathEnd, PathPoint, PointKind, Switch, Undecided,
+};
+use serde_json::{Value, json};
+use units::{Dimension, Units};
+
+use super::{
+    Digits::{Fixed, Scientific},
+    FigureTable, Figures,
+};
+
+/// Most panes or nodes that a line of the table names.
+const MOST_NAMED: usize = 4;
+
+/// The special points of all paths, and the solutions at both ends.
+#[must_use]
+pub fn text(branches: &Branches, units: Units) -> String {
+    let range = &branches.range;
+    let caption = format!(
+        "Paths of solutions over {} from {} to {}",
+        range.key, range.from, range.to
+    );
+    let points = branches.paths.iter().enumerate().flat_map(|(path, found)| {
+        let points = found.points.iter().enumerate();
+        let special = points.filter(|(_, point)| point.kind != PointKind::Regular);
+        special.map(move |(number, point)| figures(path, number, point, units))
+    });
+    let mut table = FigureTable::new(&caption, points);
+    for (number, path) in (1..).zip(&branches.paths) {
+        let _ = writeln!(
+            table.note,
+            "path {number}: {} points; {}",
+            path.points.len(),
+            end_words(path.end)
+        );
+    }
+    let solutions = ends(branches).map(|parameter| solutions_text(branches, parameter, units));
+    format!("{}\n{}", table.text(), solutions.join("\n"))
+}
+
+fn ends(branches: &Branches) -> [f64; 2] {
+    [branches.range.from, branches.range.to]
+}
+
+/// The solutions at one end of the range, and whether they are all.
+fn solutions_text(branches: &Branches, parameter: f64, units: Units) -> String {
+    let table = solutions(branches, parameter, units);
+    let degree = branches.degree(parameter);
+    let end = usize::from(parameter == branches.range.to);
+    let complete = match branches.certificates[end] {
+        Ok(all) => certificate_words(&all, table.rows.len()),
+        Err(undecided @ Undecided::NotAsked) => undecided.to_string(),
+        Err(undecided) => format!("{}; {undecided}", degree_words(degree)),
+    };
+    let caption = format!("Solutions at {parameter}, sum of signs {degree}: {complete}");
+    FigureTable { caption, ..table }.text()
+}
+
+/// What the sum of signs tells without a proof.
+fn degree_words(degree: i32) -> &'static str {
+    if degree == 1 {
+        "some may be missing; the sum is 1 where none is, and may be 1 where some are"
+    } else {
+        "one is missing or not regular, since the sum is not 1"
+    }
+}
+
+fn solutions(branches: &Branches, parameter: f64, units: Units) -> FigureTable {
+    let solutions = branches.end_solutions(parameter);
+    let row = |path: usize, number: usize| {
+        let point = &branches.paths[path].points[number];
+        figures(path, number, point, units)
+    };
+    FigureTable::new("", solutions.iter().map(|at| row(at.path, at.point)))
+}
+
+/// A point of a path, by their numbers from 0 on.
+#[rustfmt::skip]
+fn figures(path: usize, number: usize, point: &PathPoint, units: Units) -> Figures {
+    let [open, stick, slip] = point.zones;
+    let mut figures = Figures::new(units);
+    figures.in_words("path", "path", Some((path + 1).to_string()), path);
+    figures.plain("", "point", number + 1);
+    figures.plain("kind", "what", kind_words(point.kind));
+    figures.number("parameter", "parameter", Scientific(12), point.parameter);
+    figures.counts("open, stick, slip", [("", open), ("", stick), ("", slip)]);
+    figures.for_programs("zone_counts", point.zones);
+    figures.plain("determinant_sign", "det R'", point.determinant);
+    figures.number("spectral_radius", "rho(Psi')", Fixed(4), point.spectral_radius);
+    figures.for_programs("attracting", point.is_attracting());
+    figures.number("residual", "residual", Scientific(1), point.residual);
+    figures.add("normal_force", "normal", Dimension::FORCE, Scientific(9), point.normal_force);
+    let first = point.tangential_force[0];
+    figures.add("", "tangential 1", Dimension::FORCE, Scientific(9), first);
+    figures.for_programs("tangential_force", point.tangential_force);
+    figures.for_programs("largest_pressure", point.largest_pressure);
+    figures.plain("switches", "what changes", switches_words(&point.switches));
+    figures
+}
+
+fn certificate_words(all: &Certificate, found: usize) -> String {
+    let complete = if all.solutions == found {
+        "complete by enumeration".to_owned()
+    } else {
+        format!("{} exist by enumeration", all.solutions)
+    };
+    format!(
+        "{complete} ({} choices of states, {} boxes, each with no solution or exactly one; \
+         least determinant {:.1e}, margin {:.1e}; S and h to {:.0e})",
+        all.states, all.boxes, all.determinant, all.margin, all.uncertainty
+    )
+}
+
+fn switches_words(switches: &[Switch]) -> String {
+    let named = switches.iter().take(MOST_NAMED).map(|switch| match switch {
+        Switch::Opening(pane) => format!("pane {pane} opens or closes"),
+        Switch::Slipping(pane) => format!("pane {pane} sticks or slips"),
+        Switch::Cap(pane) => format!("pane {pane} reaches the cap"),
+        Switch::Reversal(node, axis) => format!("node {node} turns along t{}", axis + 1),
+        Switch::Knot(node, k) => format!("node {node} reaches a knot of F{}", k + 1),
+    });
+    let mut text = named.collect::<Vec<String>>().join(", ");
+    if switches.len() > MOST_NAMED {
+        let _ = write!(text, ", {} more", switches.len() - MOST_NAMED);
+    }
+    text
+}
+
+fn end_words(end: Option<PathEnd>) -> &'static str {
+    match end {
+        None => "unfinished",
+        Some(PathEnd::Range) => "to the end of the range",
+        Some(PathEnd::Closed) => "closed",
+        Some(PathEnd::KnownPoint) => "to a branch point that is known",
+        Some(PathEnd::Degenerate) => "to a point where so many panes change that no path leaves it",
+        Some(PathEnd::Stuck) => "stuck: Newton's method does not settle at the smallest step",
+        Some(PathEnd::Uncertified) => "to a point that the natural map does not certify",
+        Some(PathEnd::TooLong) => "too long",
+    }
+}
+
+/// The same for programs.
+#[must_use]
+pub fn json(branches: &Branches, units: Units) -> Value {
+    let paths = branches.paths.iter().enumerate().map(|(k, path)| {
+        let points = path.points.iter().enumerate();
+        let points = points.map(|(number, point)| figures(k, number, point, units).json());
+        json!({ "end": end_words(path.end), "points": points.collect::<Value>() })
+    });
+    let at_ends = [0, 1].map(|end| {
+        let parameter = ends(branches)[end];
+        json!({
+            "parameter": parameter,
+            "degree": branches.degree(parameter),
+            "enumerated": branches.is_enumerated(end),
+            "certificate": branches.certificates[end].ok(),
+            "no_proof": branches.certificates[end].err().map(|undecided| undecided.to_string()),
+            "solutions": solutions(branches, parameter, units).json(),
+        })
+    });
+    json!({
+        "key": branches.range.key,
+        "from": branches.range.from,
+        "to": branches.range.to,
+        "all": branches.all,
+        "enumerated": branches.is_enumerated(0) && branches.is_enumerated(1),
+        "left_out": branches.left_out,
+        "followed": branches.is_followed(),
+        "complete": branches.is_complete(),
+        "paths": paths.collect::<Value>(),
+        "solutions": at_ends,
+    })
+}
+
+/// A kind of point in words.
+#[must_use]
+pub fn kind_words(kind: PointKind) -> &'static str {
+    match kind {
+        PointKind::Start => "start",
+        PointKind::Regular => "regular",
+        PointKind::Kink => "kink",
+        PointKind::Fold => "fold",
+        PointKind::KinkFold => "fold at a kink",
+        PointKind::BranchPoint => "branch point",
+        PointKind::End => "end",
+    }
+}

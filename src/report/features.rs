@@ -1,0 +1,164 @@
+//! The model features of a scene in words: what is computed, what it costs in unknowns, what is absent.
+
+use contact3d::scene::{
+    ContactFeatures, FrictionLaw, ModelFeatures, MultiplierSpace, Obstacle, Scene,
+};
+
+use super::Figures;
+use crate::format::Sizes;
+
+/// What a feature adds.
+struct Cost {
+    words: String,
+    /// Unknowns it adds, once the mesh is known.
+    unknowns: Option<usize>,
+}
+
+/// A feature, and what it adds; `None` where it is absent.
+type Feature = (&'static str, Option<Cost>);
+
+/// A cost in unknowns: their number and what they are.
+fn unknowns(count: Option<usize>, what: &str) -> Option<Cost> {
+    let number = count.map_or(String::new(), |count| format!("{count} "));
+    Some(Cost {
+        words: number + what,
+        unknowns: count,
+    })
+}
+
+/// A feature without unknowns of its own.
+fn data(present: bool, words: impl std::fmt::Display) -> Option<Cost> {
+    present.then(|| Cost {
+        words: format!("{words}, no unknowns"),
+        unknowns: Some(0),
+    })
+}
+
+/// All features, in the order in which they build on each other.
+fn list(features: &ModelFeatures, sizes: &Sizes) -> Vec<Feature> {
+    let faces = &features.contact;
+    let clamps = features.prescribed_displacements;
+    let (regions, springs) = (features.regions, features.springs);
+    let has_gap = faces.iter().any(|face| face.gap.is_some());
+    let turns = faces.iter().any(|face| face.turning_frame);
+    let besides = format!("{regions} besides the body's own material");
+    let by_clamps = format!("by {clamps} of the clamps");
+    let on_faces = format!("on {springs} faces");
+    let motions = if springs > 0 {
+        "motions that only contact or soft springs stop"
+    } else {
+        "motions that only contact stops"
+    };
+    let rigid = sizes.n_rigid_modes.map(|n| unknowns(Some(n), motions));
+    let [friction, follows_slip, varies] = friction_features(faces, sizes);
+    vec![
+        ("elasticity", unknowns(sizes.n_free, "displacements")),
+        ("anisotropy", data(features.anisotropy, "21 moduli")),
+        ("regions", data(regions > 0, besides)),
+        ("prescribed displacements", data(clamps > 0, by_clamps)),
+        ("springs", data(springs > 0, on_faces)),
+        ("body force", data(features.body_force, "loads every node")),
+        ("contact", contact(faces, sizes)),
+        ("obstacle", obstacles(faces)),
+        ("initial gap", data(has_gap, "one value a contact node")),
+        ("friction", friction),
+        ("slip-dependent coefficients", follows_slip),
+        ("place-dependent coefficients", varies),
+        (
+            "turning frame",
+            data(turns, "one pair of axes a contact node"),
+        ),
+        ("rigid motions", rigid.flatten()),
+    ]
+}
+
+/// The obstacles; `None` where all foundations are those of flat faces.
+fn obstacles(faces: &[ContactFeatures]) -> Option<Cost> {
+    let obstacles: Vec<&Obstacle> = faces.iter().filter_map(|f| f.obstacle.as_ref()).collect();
+    let mut words: Vec<&str> = obstacles.iter().map(|obstacle| obstacle.word()).collect();
+    words.dedup();
+    let varies = |obstacle: &&Obstacle| !matches!(obstacle, Obstacle::HalfSpace(_));
+    let what = if obstacles.iter().any(varies) {
+        "one normal and distance a contact node"
+    } else {
+        "one distance a contact node"
+    };
+    data(
+        !obstacles.is_empty(),
+        format!("{}, {what}", words.join(", ").replace('_', "-")),
+    )
+}
+
+/// The normal multipliers; `None` without contact.
+fn contact(faces: &[ContactFeatures], sizes: &Sizes) -> Option<Cost> {
+    let has = |space| faces.iter().any(|face| face.space == space);
+    let space = match [MultiplierSpace::Panes, MultiplierSpace::Nodal].map(has) {
+        [true, true] => "panes and nodes",
+        [true, false] => "panes",
+        [false, true] => "nodes",
+        [false, false] => return None,
+    };
+    let on = match faces.len() {
+        1 => String::new(),
+        n => format!(" on {n} faces"),
+    };
+    let count = sizes.panes.as_ref().map(|panes| panes.iter().sum());
+    unknowns(count, &format!("normal multipliers{on} ({space})"))
+}
+
+/// Tangential multipliers, coefficients that follow the slip, and those that vary with the place.
+fn friction_features(faces: &[ContactFeatures], sizes: &Sizes) -> [Option<Cost>; 3] {
+    let mut laws: Vec<String> = Vec::new();
+    for face in faces {
+        if let Some((law, f)) = face.friction.name().zip(face.friction.coefficients()) {
+            let words = format!("{} {law}", f.shape());
+            if !laws.contains(&words) {
+                laws.push(words);
+            }
+        }
+    }
+    // Faces with friction come first.
+    let with = faces.iter().filter(|face| face.friction.name().is_some());
+    let with = with.count();
+    let of_faces = |sizes: &Option<Vec<usize>>, faces: usize| {
+        let sizes = sizes.as_ref()?.iter();
+        Some(2 * sizes.take(faces).sum::<usize>())
+    };
+    let tangential = (!laws.is_empty()).then(|| {
+        let what = format!("tangential multipliers ({})", laws.join(", "));
+        unknowns(of_faces(&sizes.panes, with), &what)
+    });
+    let mut coefficients = faces.iter().filter_map(|face| face.friction.coefficients());
+    let varies = coefficients.any(FrictionLaw::depends_on_place);
+    let follows = faces.iter().any(|face| face.friction.follows_slip());
+    let slips = follows.then(|| {
+        let count = of_faces(&sizes.contact_nodes, faces.len());
+        unknowns(count, "slips of contact nodes")
+    });
+    let varies = data(varies, "evaluated at every contact node");
+    [tangential.flatten(), slips.flatten(), varies]
+}
+
+/// The features present with their costs, and the names of the absent ones.
+#[must_use]
+pub fn features(scene: &Scene, sizes: &Sizes) -> Figures {
+    let mut figures = Figures::new(scene.units);
+    let (mut present, mut absent) = (Vec::new(), Vec::new());
+    for (name, cost) in list(&ModelFeatures::of(scene), sizes) {
+        let Some(Cost { words, unknowns }) = cost else {
+            absent.push(name);
+            continue;
+        };
+        present.push(serde_json::json!({ "effect": name, "cost": words, "unknowns": unknowns }));
+        figures.said(name, Some(words));
+    }
+    let none = if absent.is_empty() {
+        "nothing".to_owned()
+    } else {
+        absent.join(", ")
+    };
+    figures.said("absent, not computed", Some(none));
+    figures.for_programs("present", present);
+    figures.for_programs("absent", absent);
+    figures
+}

@@ -1,0 +1,141 @@
+//! The increments of a load history and the levels of an adaptive mesh.
+
+use contact3d::{
+    adaptation::AdaptiveStatus,
+    history::StepRecord,
+    scene::{Scene, shown},
+};
+use serde_json::{Value, json};
+use units::Dimension;
+
+use super::{
+    Digits::{Fixed, Scientific},
+    FigureTable, Figures, percent,
+};
+use crate::pipeline::Adapted;
+
+/// Rows of increments that are printed; in a longer history only the ends of steps are.
+const MOST_ROWS: usize = 60;
+
+/// Longest title of a step in a table.
+const LONGEST_TITLE: usize = 16;
+
+/// The increments, with works and dissipation since the beginning for people and of each for programs.
+#[must_use]
+#[rustfmt::skip]
+pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
+    let [mut work, mut dissipated] = [0.0; 2];
+    let rows = records.iter().map(|record| {
+        let energies = &record.energies;
+        work += energies.load_work;
+        dissipated += energies.dissipation;
+        let [open, stick, slip] = record.zone_counts();
+        let [normal, first, second] = record.multiplier_force;
+        let mut figures = Figures::new(scene.units);
+        let name = Some(name(scene, record));
+        figures.in_words("step", "step", name, record.increment.step);
+        figures.for_programs("increment", record.increment.number);
+        figures.add("time", "time", Dimension::Time, Fixed(4), record.increment.time);
+        figures.counts("open, stick, slip", [("open", open), ("stick", stick), ("slip", slip)]);
+        figures.add("", "normal", Dimension::FORCE, Scientific(5), normal);
+        figures.add("", "friction", Dimension::FORCE, Scientific(5), first.hypot(second));
+        figures.add("", "loads", Dimension::Energy, Scientific(4), work);
+        figures.add("", "friction", Dimension::Energy, Scientific(4), dissipated);
+        figures.add("strain_energy", "strain", Dimension::Energy, Scientific(4), energies.strain);
+        figures.add("energy_imbalance", "missing", Dimension::Energy, Scientific(1), energies.imbalance);
+        figures.plain("status", "status", record.status.word());
+        figures.for_programs("load_work", energies.load_work);
+        figures.for_programs("normal_work", energies.normal_work);
+        figures.for_programs("dissipation", energies.dissipation);
+        figures.for_programs("accuracy", record.accuracy);
+        figures.for_programs("actions", record.applications);
+        figures.for_programs("certificate", record.certificate);
+        figures.for_programs("applied_force", record.applied_force);
+        figures.for_programs("contact_force", record.contact_force);
+        figures.for_programs("clamp_force", record.clamp_force);
+        figures.for_programs("multiplier_force", record.multiplier_force);
+        figures.for_programs("loaded_displacement", record.loaded_displacement);
+        figures.for_programs("contact_displacement", record.contact_displacement);
+        figures
+    });
+    FigureTable::new("Increments; works and dissipation since the beginning", rows)
+}
+
+/// The increments, or the ends of steps of a long history; empty without a history.
+#[must_use]
+pub fn history_text(scene: &Scene, records: &[StepRecord]) -> String {
+    if records.is_empty() {
+        return String::new();
+    }
+    let head = format!(
+        "load history: {} of {} increments in {} steps\n",
+        records.len(),
+        scene.increments().len(),
+        scene.steps.len(),
+    );
+    let mut lines = increments(scene, records).lines().into_iter();
+    let titles = lines.next();
+    let last = records.len() - 1;
+    let is_shown =
+        |k: usize| records.len() <= MOST_ROWS || records[k].increment.share >= 1.0 || k == last;
+    let rows = lines.enumerate().filter(|(k, _)| is_shown(*k));
+    let rows = titles.into_iter().chain(rows.map(|(_, line)| line));
+    head + &rows.collect::<String>() + "  (works and dissipation since the beginning)\n"
+}
+
+/// The title of a step and the number of the increment.
+fn name(scene: &Scene, record: &StepRecord) -> String {
+    let step = record.increment.step;
+    let title = shown(&scene.step_title(step));
+    let short: String = title.chars().take(LONGEST_TITLE).collect();
+    match scene.steps[step].increments {
+        1 => short,
+        _ => format!("{short} {}", record.increment.number),
+    }
+}
+
+/// The levels of an adaptive mesh.
+#[rustfmt::skip]
+fn levels(scene: &Scene, adapted: &Adapted) -> FigureTable {
+    let levels = adapted.adaptation.levels.iter().enumerate();
+    let rows = levels.map(|(number, level)| {
+        let mut figures = Figures::new(scene.units);
+        let mark = if number == adapted.level { "*" } else { "" };
+        figures.said("", Some(mark.to_owned()));
+        figures.plain("", "level", number);
+        figures.plain("n_tetrahedra", "tetrahedra", level.n_tetrahedra);
+        figures.plain("n_free", "unknowns", level.n_free);
+        figures.plain("n_multipliers", "multipliers", level.n_multipliers);
+        let error = level.estimated_error;
+        figures.in_words("estimated_error", "error about", Some(percent(error)), error);
+        figures.number("stability", "stability", Fixed(3), level.stability);
+        figures.add("seconds", "time", Dimension::Time, Fixed(3), level.seconds);
+        figures.for_programs("status", level.status.word());
+        figures
+    });
+    let caption = format!("levels for an error of {}", percent(adapted.wish));
+    FigureTable::new(&caption, rows)
+}
+
+/// The levels as a table, with the error asked for.
+#[must_use]
+pub fn adaptation_text(scene: &Scene, adapted: &Adapted) -> String {
+    levels(scene, adapted).text()
+}
+
+/// The levels for programs.
+#[must_use]
+pub fn adaptation_json(scene: &Scene, adapted: &Adapted) -> Value {
+    json!({
+        "wish": adapted.wish,
+        "status": match adapted.status {
+            AdaptiveStatus::Refining => "refining",
+            AdaptiveStatus::Met => "met",
+            AdaptiveStatus::NotConverged => "not_converged",
+            AdaptiveStatus::TooLarge => "too_large",
+            AdaptiveStatus::Stalled => "stalled",
+        },
+        "level": adapted.level,
+        "levels": levels(scene, adapted).json(),
+    })
+}

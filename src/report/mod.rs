@@ -1,0 +1,41 @@
+//! What is said of results: lists of figures, and the sinks that show them.
+//!
+//! A figure is one entry: its key, its words, its dimension and its value. The same list becomes the text of a
+//! terminal, the JSON of `--json` and the tables of a page.
+
+pub mod accuracy;
+pub mod branches;
+mod features;
+mod figure;
+mod levels;
+mod local_mapping;
+mod motion;
+mod run;
+mod sinks;
+pub mod stability;
+mod stages;
+mod status;
+mod sweep;
+pub mod theory;
+
+pub use features::features;
+pub use figure::{Digits, FigureValue, Figures};
+pub use levels::{adaptation_json, adaptation_text, history_text, increments};
+pub use run::{SolvedRun, percent};
+pub use sinks::FigureTable;
+pub use stages::{outcome, performed, stages, summary};
+pub use status::status;
+pub use sweep::{Cell, Column, Role, SweepTable};
+
+use units::Units;
+
+/// The units of results, for programs.
+#[must_use]
+pub fn unit_words(units: Units) -> serde_json::Value {
+    serde_json::json!({
+        "length": units.length(),
+        "force": units.force(),
+        "stress": units.stress(),
+        "energy": units.energy(),
+    })
+}

@@ -1,0 +1,359 @@
+//! The figures of a solved run.
+
+use contact3d::{
+    dual::Assembly,
+    elasticity::BodyMotion,
+    mesh::Mesh,
+    post::{ContactReport, ContactResultants, ErrorEstimate, FaceResultants, Zone},
+    scene::{ContactFeatures, ModelFeatures, Scene, shown},
+    solver::{Solution, SolvedBy},
+};
+use serde_json::{Map, Value, json};
+use units::Dimension;
+
+use super::{
+    Digits::Scientific,
+    FigureTable, Figures,
+    local_mapping::{fold_words, radius_words, sign_words},
+    motion::{motion_words, neutral_motions, neutral_words},
+    status::status,
+};
+use crate::{format::Sizes, pipeline::Results};
+
+/// Estimates above this share of the energy norm were down to 0.66 of the error on meshes of some hundred unknowns; below
+/// it they were between 0.7 and 1.5 times the error (docs/explanation/errors.md).
+const TRUSTED_ESTIMATE: f64 = 0.25;
+
+/// With nine tenths of the squared estimate in flat tetrahedra it was three to four times the error (docs/explanation/errors.md).
+const MOSTLY_FLAT: f64 = 0.5;
+
+/// A scene with its results.
+#[derive(Clone, Copy)]
+pub struct SolvedRun<'a> {
+    scene: &'a Scene,
+    mesh: &'a Mesh,
+    solution: &'a Solution,
+    report: &'a ContactReport,
+}
+
+impl<'a> SolvedRun<'a> {
+    /// The results of a scene.
+    #[must_use]
+    pub fn new(scene: &'a Scene, results: &'a Results) -> Self {
+        Self {
+            scene,
+            mesh: results.mesh(),
+            solution: results.solution(),
+            report: results.report(),
+        }
+    }
+
+    /// The numbers of unknowns.
+    #[must_use]
+    pub fn sizes(&self) -> Sizes {
+        let faces = self.mesh.contact.as_ref().map(|surface| &surface.faces);
+        Sizes {
+            n_free: Some(self.solution.displacement.len()),
+            panes: faces.map(|faces| faces.iter().map(|f| f.panes.len()).collect()),
+            contact_nodes: faces.map(|faces| faces.iter().map(|f| f.nodes.len()).collect()),
+            n_rigid_modes: Some(self.solution.rigid_motion.len()).filter(|n| *n > 0),
+        }
+    }
+
+    /// How the solve went, what contact and body do, and how far both are to be trusted.
+    #[must_use]
+    pub fn figures(&self) -> Figures {
+        let solve = self.of_solve().with(self.of_contact());
+        solve.with(self.of_body()).with(self.of_errors())
+    }
+
+    #[rustfmt::skip]
+    fn of_solve(&self) -> Figures {
+        let (solution, mesh) = (self.solution, self.mesh);
+        let mut figures = Figures::new(self.scene.units);
+        let words = status(solution, self.scene);
+        figures.in_words("status", "status", Some(words), solution.status.word());
+        figures.for_programs("accuracy", solution.accuracy);
+        let (nodes, tetrahedra) = (mesh.coordinates.len(), mesh.tetrahedra.len());
+        let sizes = [("n_nodes", nodes), ("n_tetrahedra", tetrahedra), ("n_panes", self.report.panes.len())];
+        figures.counts("nodes, tetrahedra, panes", sizes);
+        let nodes = mesh.contact.as_ref().map(|surface| surface.nodes.len());
+        figures.for_programs("n_contact_nodes", nodes);
+        let (primal, dual) = (solution.displacement.len(), solution.multiplier.len());
+        figures.counts("unknowns (primal, dual)", [("n_free", primal), ("n_multipliers", dual)]);
+        figures.said("steps", Some(steps(solution)));
+        figures.for_programs("outer_steps", solution.history.len());
+        figures.for_programs("newton_steps", solution.newton.len());
+        let seconds = solution.newton.iter().map(|step| step.seconds);
+        figures.for_programs("newton_seconds", seconds.sum::<f64>());
+        figures.plain("actions", "applications n_A", solution.applications);
+        figures.for_programs("law_evaluations", solution.law_evaluations);
+        figures.for_programs("projections", solution.projections);
+        let moved = "moved by the mapping Psi";
+        figures.number("mapping_change", moved, Scientific(1), solution.mapping_change);
+        let local = solution.local_mapping.as_ref();
+        let (radius, sign) = (local.map(radius_words), local.and_then(sign_words));
+        figures.in_words("spectral_radius", "spectral radius of Psi'", radius, local.map(|l| l.spectral_radius));
+        figures.in_words("determinant_sign", "sign of det R'", sign, local.map(|l| l.determinant));
+        let fold = local.and_then(fold_words);
+        figures.in_words("fold_distance", "distance from a fold", fold, local.map(|l| l.fold_distance));
+        figures
+    }
+
+    fn of_contact(&self) -> Figures {
+        let contact = self.report.resultants.contact.as_ref();
+        let zones = [Zone::Open, Zone::Stick, Zone::Slip].map(|zone| self.report.count(zone));
+        let mut figures = self.resultants(zones, contact);
+        for face in self.faces().rows {
+            let mut pairs = face.pairs();
+            let name = pairs.next().map(|(_, name)| format!("on {name}"));
+            let told: Vec<String> = pairs
+                .map(|(name, value)| format!("{name} {value}"))
+                .collect();
+            figures.said(&name.unwrap_or_default(), Some(told.join("; ")));
+        }
+        figures.said("friction on panes", friction_ranges(self.report));
+        figures
+    }
+
+    /// What happens on one contact face, or on all of them.
+    #[rustfmt::skip]
+    fn resultants(&self, [open, stick, slip]: [usize; 3], contact: Option<&ContactResultants>) -> Figures {
+        let mut figures = Figures::new(self.scene.units);
+        let zones = [("open", open), ("stick", stick), ("slip", slip)];
+        if contact.is_some() {
+            figures.counts("panes open, stick, slip", zones);
+        } else {
+            for (key, count) in zones {
+                figures.for_programs(key, count);
+            }
+        }
+        normal_force(&mut figures, contact.map(|c| c.normal_force));
+        let tangential = contact.and_then(|c| c.tangential_force);
+        figures.add("tangential_force", "tangential multiplier force", Dimension::FORCE, Scientific(6), tangential);
+        largest_pressure(&mut figures, contact.map(|c| c.largest_pressure));
+        figures
+    }
+
+    /// What happens on each of several contact faces.
+    #[must_use]
+    pub fn faces(&self) -> FigureTable {
+        let features = ModelFeatures::of(self.scene).contact;
+        let faces = self.report.faces.iter().zip(features);
+        let row = |(face, has): (&FaceResultants, ContactFeatures)| {
+            let mut figures = Figures::new(self.scene.units);
+            figures.in_words("name", "contact face", Some(shown(&has.name)), &has.name);
+            figures.for_programs("law", has.friction.word());
+            figures.for_programs("contact_force", face.contact.contact_force);
+            figures.with(self.resultants(face.zone_counts, Some(&face.contact)))
+        };
+        FigureTable::new("Contact faces", faces.map(row))
+    }
+
+    /// The forces on the body by their sources, and their moments about the origin of coordinates.
+    #[must_use]
+    #[rustfmt::skip]
+    pub fn forces(&self) -> FigureTable {
+        let rows = self.report.forces.iter().map(|row| {
+            let mut figures = Figures::new(self.scene.units);
+            figures.plain("source", "source", row.source.as_str());
+            figures.plain("face", "face", row.face.as_str());
+            figures.add("force", "force x, y, z", Dimension::FORCE, Scientific(6), row.force);
+            figures.add("moment", "moment x, y, z", Dimension::MOMENT, Scientific(6), row.moment);
+            figures
+        });
+        FigureTable::new("Forces on the body and their moments about the origin", rows)
+    }
+
+    #[rustfmt::skip]
+    fn of_body(&self) -> Figures {
+        let (mesh, solution, report) = (self.mesh, self.solution, self.report);
+        let r = &report.resultants;
+        let units = self.scene.units;
+        let mut figures = Figures::new(units);
+        if let Some((name, words)) = motion_words(units, mesh, solution, report) {
+            figures.said(name, Some(words));
+        }
+        for (name, words) in neutral_words(units, mesh, solution) {
+            figures.said(name, Some(words));
+        }
+        for row in &report.forces {
+            let name = format!("force of {}", row.source);
+            figures.add("", &name, Dimension::FORCE, Scientific(6), row.force);
+        }
+        strain_energy(&mut figures, r.strain_energy);
+        figures.for_programs("energy", r.strain_energy - r.load_work);
+        figures.add("largest_displacement", "largest displacement", Dimension::LENGTH, Scientific(6), r.largest_displacement);
+        figures
+    }
+
+    #[rustfmt::skip]
+    fn of_errors(&self) -> Figures {
+        let report = self.report;
+        let r = &report.resultants;
+        let mut figures = Figures::new(self.scene.units);
+        figures.number("", "force, moment imbalance", Scientific(1), [r.force_imbalance, r.moment_imbalance]);
+        figures.for_programs("force_imbalance", r.force_imbalance);
+        figures.for_programs("moment_imbalance", r.moment_imbalance);
+        if !self.solution.has_answer() {
+            return figures;
+        }
+        let error = &report.discretisation_error;
+        figures.said("discretisation error", Some(estimate_words(error, self.mesh)));
+        for (name, part) in error.relative_parts() {
+            figures.for_programs(&format!("discretisation_error.{name}"), part);
+        }
+        figures
+    }
+
+    /// How well the discrete problem is satisfied.
+    #[must_use]
+    pub fn certificate(&self) -> Figures {
+        let mut figures = Figures::new(self.scene.units);
+        if !self.solution.has_answer() {
+            return figures;
+        }
+        for (name, value) in self.report.certificate.figures() {
+            let (key, words) = (format!("certificate.{name}"), format!("certificate {name}"));
+            figures.number(&key, &words, Scientific(1), value);
+        }
+        figures
+    }
+
+    /// Everything for programs, with the cost of the assembly where it is in memory.
+    #[must_use]
+    pub fn json(&self, assembly: Option<&Assembly>) -> Value {
+        let (mesh, solution) = (self.mesh, self.solution);
+        let faces = self.faces();
+        let moves = !solution.rigid_motion.is_empty();
+        let mut figures = Figures::new(self.scene.units);
+        figures.for_programs("title", &self.scene.title);
+        figures.for_programs("forces", self.forces().json());
+        figures.for_programs("faces", (!faces.rows.is_empty()).then(|| faces.json()));
+        let motion =
+            |displacement| rigid_json(&BodyMotion::fitted(&mesh.coordinates, displacement));
+        figures.for_programs("motion", moves.then(|| motion(&self.report.displacement)));
+        let unstopped = solution.unstopped_motion.as_deref();
+        figures.for_programs("unstopped_motion", unstopped.map(motion));
+        let neutral = || {
+            neutral_motions(mesh, solution)
+                .iter()
+                .map(rigid_json)
+                .collect::<Value>()
+        };
+        figures.for_programs("neutral_motions", moves.then(neutral));
+        figures.for_programs("assembly_seconds", assembly.map(seconds));
+        figures.for_programs("factor", assembly.map(factor));
+        figures.with(self.figures()).with(self.certificate()).json()
+    }
+}
+
+/// The total of the normal multipliers of one face or of all.
+#[rustfmt::skip]
+pub(super) fn normal_force(figures: &mut Figures, force: Option<f64>) {
+    figures.add("normal_force", "normal contact force", Dimension::FORCE, Scientific(9), force);
+}
+
+/// The largest normal multiplier of one face or of all.
+#[rustfmt::skip]
+pub(super) fn largest_pressure(figures: &mut Figures, pressure: Option<f64>) {
+    figures.add("largest_pressure", "largest pressure", Dimension::STRESS, Scientific(9), pressure);
+}
+
+/// The strain energy of body and springs.
+#[rustfmt::skip]
+pub(super) fn strain_energy(figures: &mut Figures, energy: f64) {
+    figures.add("strain_energy", "strain energy", Dimension::Energy, Scientific(9), energy);
+}
+
+/// Steps of each algorithm that ran.
+fn steps(solution: &Solution) -> String {
+    let fallbacks = solution.newton.iter().filter(|step| step.fallback).count();
+    let eased = solution.newton.iter().filter(|step| step.law_share < 1.0);
+    let eased = match eased.count() {
+        0 => String::new(),
+        count => format!(", {count} on the way from an easier law"),
+    };
+    match (solution.newton.len(), solution.history.len()) {
+        (0, 0) => "one solve".into(),
+        (0, outer) => format!("{outer} outer"),
+        (newton, 0) => format!("{newton} Newton, {fallbacks} of them safeguards{eased}"),
+        (newton, 1) if solution.solved_by == SolvedBy::Minimisation => format!("{newton} Newton"),
+        (newton, outer) => format!("{newton} Newton, given up, then {outer} outer"),
+    }
+}
+
+/// The estimate, and why it may be no more than a guess.
+fn estimate_words(estimate: &ErrorEstimate, mesh: &Mesh) -> String {
+    if estimate.displacement == 0.0 {
+        return "none: nothing is deformed by more than rounding".to_owned();
+    }
+    let error = estimate.relative();
+    let flat = estimate.share_of_flat(mesh);
+    let caution = match flat.filter(|share| *share > MOSTLY_FLAT) {
+        Some(share) => format!(
+            ", likely too much: {} of its square is in flat tetrahedra",
+            percent(share)
+        ),
+        None if error > TRUSTED_ESTIMATE => ", a rough guess: the mesh is coarse".to_owned(),
+        None => String::new(),
+    };
+    format!("about {} in the energy norm{caution}", percent(error))
+}
+
+/// A share in percent with two digits.
+#[must_use]
+pub fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    match percent {
+        10.0.. => format!("{percent:.0} %"),
+        1.0..10.0 => format!("{percent:.1} %"),
+        _ => format!("{percent:.1e} %"),
+    }
+}
+
+/// Smallest and largest F₁ and F₂ over the panes; `None` where none was evaluated.
+fn friction_ranges(report: &ContactReport) -> Option<String> {
+    let coefficients = || {
+        let panes = report.panes.iter();
+        panes.filter_map(|pane| Some(pane.friction?.coulomb?.coefficients))
+    };
+    coefficients().next()?;
+    let ranges = [0, 1].map(|i| {
+        let over = |fold: fn(f64, f64) -> f64, from| coefficients().map(|f| f[i]).fold(from, fold);
+        let [low, high] = [
+            over(f64::min, f64::INFINITY),
+            over(f64::max, f64::NEG_INFINITY),
+        ];
+        format!("F{} {low:.4} to {high:.4}", i + 1)
+    });
+    Some(ranges.join(", "))
+}
+
+/// What the parts of an assembly took.
+fn seconds(assembly: &Assembly) -> Value {
+    let parts = assembly.seconds.parts().into_iter();
+    parts
+        .map(|(name, s)| (name.to_owned(), s.into()))
+        .collect::<Map<String, Value>>()
+        .into()
+}
+
+/// The factor: its precision, its coefficients, and the operations that made it.
+fn factor(assembly: &Assembly) -> Value {
+    let structure = assembly.factor.structure();
+    json!({
+        "precision": assembly.factor.precision().word(),
+        "coefficients": structure.value_count(),
+        "operations": structure.operations(),
+    })
+}
+
+/// A rigid motion: translation of a point, rotation vector, the point.
+fn rigid_json(motion: &BodyMotion) -> Value {
+    json!({
+        "translation": motion.translation,
+        "rotation": motion.rotation,
+        "point": motion.point,
+    })
+}

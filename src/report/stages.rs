@@ -1,0 +1,112 @@
+//! The stages of a run file, and the main figures of its results.
+
+use contact3d::scene::Scene;
+use runfile::{Reader, StoreError};
+use serde_json::json;
+use units::Dimension;
+
+use super::{
+    Digits::{Fixed, Scientific},
+    FigureTable, Figures,
+    run::{largest_pressure, normal_force, strain_energy},
+};
+use crate::{
+    format::{OutcomeWords, Summary},
+    pipeline::{Freshness, Performed, StageState},
+};
+
+/// State, size and cost of each stage.
+///
+/// # Errors
+/// A file that cannot be read.
+#[rustfmt::skip]
+pub fn stages(reader: &Reader, scene: &Scene, states: &[StageState]) -> Result<FigureTable, StoreError> {
+    let row = |state: &StageState| {
+        let group = state.stage.group();
+        let stored = state.stored.as_ref();
+        let record = stored.map(|stored| &stored.record);
+        let bytes = match stored {
+            Some(_) => reader.group_bytes(group)?,
+            None => 0,
+        };
+        let megabytes = bytes as f64 / 1e6;
+        let linked = reader.linked_file(group);
+        let mut figures = Figures::new(scene.units);
+        figures.plain("stage", "stage", state.stage.word());
+        figures.plain("state", "state", state.freshness.word());
+        figures.number("", "MB", Fixed(3), stored.map(|_| megabytes));
+        figures.add("seconds", "time", Dimension::Time, Fixed(3), record.map(|r| r.seconds));
+        figures.plain("", "threads", record.map(|r| r.threads));
+        figures.plain("", "date", record.map(|r| r.date.as_str()));
+        let place = linked.as_ref().map(|(name, _)| format!("in {name}"));
+        let why = match &state.freshness {
+            Freshness::Stale(why) | Freshness::Damaged(why) => Some(why.clone()),
+            _ => None,
+        };
+        let remarks: Vec<String> = place.into_iter().chain(why).collect();
+        figures.said("remarks", Some(remarks.join("; ")));
+        figures.for_programs("why", state.freshness.why());
+        figures.for_programs("bytes", bytes);
+        let linked = linked.map(|(name, bytes)| json!({ "name": name, "bytes": bytes }));
+        figures.for_programs("linked_file", linked);
+        figures.for_programs("digest", stored.map(|stored| &stored.digest));
+        Ok(figures)
+    };
+    let rows: Result<Vec<Figures>, StoreError> = states.iter().map(row).collect();
+    Ok(FigureTable::new("", rows?))
+}
+
+/// What stages took that were performed just now.
+#[must_use]
+pub fn performed(performed: &[Performed]) -> serde_json::Value {
+    let row = |stage: &Performed| {
+        json!({
+            "stage": stage.stage.word(),
+            "compute_seconds": stage.compute_seconds,
+            "store_seconds": stage.store_seconds,
+        })
+    };
+    performed.iter().map(row).collect()
+}
+
+/// The main figures of stored results.
+#[must_use]
+pub fn summary(summary: &Summary, scene: &Scene) -> Figures {
+    let mut figures = Figures::new(scene.units);
+    let contact = summary.contact.as_ref();
+    let zones = contact.map(|contact| &contact.zone_counts);
+    let shown = zones.map(|zones| {
+        let zones: Vec<String> = zones.iter().map(ToString::to_string).collect();
+        zones.join(", ")
+    });
+    figures.in_words("zone_counts", "panes open, stick, slip", shown, zones);
+    normal_force(&mut figures, contact.map(|contact| contact.normal_force));
+    largest_pressure(
+        &mut figures,
+        contact.map(|contact| contact.largest_pressure),
+    );
+    strain_energy(&mut figures, summary.strain_energy);
+    figures
+}
+
+/// How the solve ended; a history of a scene has `of` increments.
+#[must_use]
+pub fn outcome(outcome: &OutcomeWords, scene: &Scene) -> Figures {
+    let (status, solved, of) = (
+        outcome.status.word(),
+        outcome.status.is_solved(),
+        scene.increments().len(),
+    );
+    let failed = if solved { "" } else { "FAILED: " };
+    let mut figures = Figures::new(scene.units);
+    figures.in_words("status", "solve", Some(format!("{failed}{status}")), status);
+    figures.for_programs("solved", solved);
+    figures.plain("method", "method", outcome.method);
+    figures.number("accuracy", "accuracy", Scientific(1), outcome.accuracy);
+    if outcome.increments > 0 {
+        let shown = format!("{} of {of}", outcome.increments);
+        let increments = json!({ "solved": outcome.increments, "of": of });
+        figures.in_words("increments", "increments", Some(shown), increments);
+    }
+    figures
+}
