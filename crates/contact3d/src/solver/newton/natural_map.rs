@@ -118,7 +118,7 @@ impl<'a> NaturalMap<'a> {
                 x.hypot(y) <= first.max(second) + a.hypot(*b)
             };
             let along = along.filter(sticks).into_iter().flatten();
-            along.chain([rounded(layout.normal(i))])
+            along.chain(pane.pressed.then(|| rounded(layout.normal(i))))
         });
         mobility.max(norm(&stresses.collect::<Vec<f64>>()) / self.size(unknowns))
     }
