@@ -1,6 +1,6 @@
 //! The measured theory.
 
-use contact3d::theory::{DisplacementNorm, InfSup, Theory, TheoryLevel, TrialSpace};
+use contact3d::theory::{InfSup, Theory, TheoryLevel, TrialSpace};
 use serde_json::{Value, json};
 use units::{Dimension, Units};
 
@@ -22,18 +22,27 @@ pub fn text(theory: &Theory, units: Units) -> String {
         law.anisotropy,
         if law.estimated { " (estimates)" } else { "" }
     );
-    let faces = faces(theory, units).text();
-    let norms = norms(theory, units).concat();
-    let about_q = if law.lipschitz > 0.0 {
-        "q composed is a proof up to rounding; c_tr(4) comes from an ascent, from below, so the other q and what follows from them may be too small\n\n"
-    } else {
-        "all q are proofs up to rounding: for a law that does not follow the slip they do without c_tr(4)\n\n"
-    };
-    let spaces = inf_sups(theory, units).map_or(String::new(), |table| table.text() + "\n");
-    let truth = truth(theory, units).text();
-    let limits = thresholds(theory, units).text();
-    let findings = theory.findings();
-    format!("{head}{faces}\n{norms}{about_q}{spaces}{truth}\n{limits}\n{findings}")
+    let tables: Vec<String> = tables(theory, units)
+        .iter()
+        .map(FigureTable::text)
+        .collect();
+    format!("{head}{}\n{}", tables.join("\n"), theory.findings())
+}
+
+/// The constants of the theory, and what is true at the solution and for scaled laws.
+#[must_use]
+pub fn tables(theory: &Theory, units: Units) -> Vec<FigureTable> {
+    let mut tables = vec![table("Contact face", theory, |level| face(level, units))];
+    tables.extend(norms(theory, units));
+    tables.extend(inf_sups(theory, units));
+    let note = "norms and radii in the energy norm; excess of |F^-1 lambda_t| over g at points of panes, where it holds for means\n";
+    let at_solution = table("At the solution", theory, |level| solution(level, units));
+    tables.push(at_solution.with_note(note));
+    let scales = table("Scales t of the law", theory, |level| limits(level, units));
+    tables.push(scales.with_note(
+        "the last three at the solutions followed from the smallest scale; none: not up to 1e6\n",
+    ));
+    tables
 }
 
 /// The same for programs.
@@ -97,10 +106,6 @@ fn of_mesh(level: &TheoryLevel, units: Units) -> Figures {
     figures
 }
 
-fn faces(theory: &Theory, units: Units) -> FigureTable {
-    table("Contact face", theory, |level| face(level, units))
-}
-
 #[rustfmt::skip]
 fn face(level: &TheoryLevel, units: Units) -> Figures {
     let face = &level.face;
@@ -121,20 +126,20 @@ fn face(level: &TheoryLevel, units: Units) -> Figures {
     figures
 }
 
-/// A table for each norm of displacements, as text.
-fn norms(theory: &Theory, units: Units) -> Vec<String> {
-    let captions = DisplacementNorm::ALL.map(|norm| match norm {
-        DisplacementNorm::FirstSobolev => format!(
-            "Norm of H1, lengths in {}, forces in {}",
-            units.length(),
-            units.force()
-        ),
-        DisplacementNorm::Energy => "Energy norm".to_owned(),
-    });
-    let tables = captions.iter().enumerate();
-    tables
-        .map(|(k, caption)| table(caption, theory, |level| norm(level, k, units)).text() + "\n")
-        .collect()
+/// A table for each norm of displacements.
+fn norms(theory: &Theory, units: Units) -> [FigureTable; 2] {
+    let proofs = if theory.law.lipschitz > 0.0 {
+        "q composed is a proof up to rounding; c_tr(4) comes from an ascent, from below, so the other q and what follows from them may be too small\n"
+    } else {
+        "all q are proofs up to rounding: for a law that does not follow the slip they do without c_tr(4)\n"
+    };
+    let of_norm = |caption: &str, k| table(caption, theory, |level| norm(level, k, units));
+    let (length, force) = (units.length(), units.force());
+    let sobolev = format!("Norm of H1, lengths in {length}, forces in {force}");
+    [
+        of_norm(&sobolev, 0),
+        of_norm("Energy norm", 1).with_note(proofs),
+    ]
 }
 
 #[rustfmt::skip]
@@ -202,12 +207,6 @@ fn inf_sup(level: &TheoryLevel, row: &InfSup, units: Units) -> Figures {
 }
 
 /// What Ψ does at the solution.
-#[must_use]
-pub fn truth(theory: &Theory, units: Units) -> FigureTable {
-    let note = "norms and radii in the energy norm; excess of |F^-1 lambda_t| over g at points of panes, where it holds for means\n";
-    table("At the solution", theory, |level| solution(level, units)).with_note(note)
-}
-
 #[rustfmt::skip]
 fn solution(level: &TheoryLevel, units: Units) -> Figures {
     let (local, observed) = (level.local.as_ref(), &level.observed);
@@ -235,14 +234,6 @@ fn solution(level: &TheoryLevel, units: Units) -> Figures {
 }
 
 /// Scales of the law at which bounds and truth reach 1.
-#[must_use]
-pub fn thresholds(theory: &Theory, units: Units) -> FigureTable {
-    let caption = "Scales t of the law";
-    table(caption, theory, |level| limits(level, units)).with_note(
-        "the last three at the solutions followed from the smallest scale; none: not up to 1e6\n",
-    )
-}
-
 #[rustfmt::skip]
 fn limits(level: &TheoryLevel, units: Units) -> Figures {
     let t = &level.thresholds;

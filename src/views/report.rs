@@ -20,10 +20,7 @@ use super::{
 use crate::{
     format::{self, LAYOUT},
     pipeline::{Freshness, StageError, StageState, accuracy_input, read_results, states},
-    report::{
-        self, Figures, SolvedRun, accuracy as tables,
-        theory::{thresholds as limits, truth},
-    },
+    report::{self, FigureTable, Figures, SolvedRun, accuracy as tables},
 };
 
 /// The report as one HTML page. Reads only and takes no lock.
@@ -186,17 +183,16 @@ fn accuracy_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, S
     parts.extend(format::read_advice(reader)?.map(Part::Advice));
     if let Some(ladder) = &accuracy.discretisation {
         parts.push(Part::chart(&convergence(ladder)));
-        parts.push(Part::Table(tables::levels(ladder, stored.units).html()));
+        parts.extend(table_parts(&tables::levels(ladder, stored.units)));
     }
     if let Some(ways) = &accuracy.ways {
-        parts.push(Part::Advice(format!("Cheapest way to {}.", ways.advice())));
         parts.push(Part::chart(&ways_against_seconds(ways)));
         parts.push(Part::chart(&ways_against_unknowns(ways)));
-        parts.push(Part::Table(tables::ways(ways, stored.units).html()));
+        parts.extend(table_parts(&tables::ways(ways, stored.units)));
     }
     if let Some(ladder) = &accuracy.algebraic {
         parts.push(Part::chart(&work_precision(ladder)));
-        parts.push(Part::Table(tables::entries(ladder, stored.units).html()));
+        parts.extend(table_parts(&tables::entries(ladder, stored.units)));
     }
     Ok(Some(Section::new("accuracy", "What accuracy costs", parts)))
 }
@@ -215,8 +211,8 @@ fn theory_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, Sta
         constants(&theory, units),
     ];
     parts.extend(charts.iter().map(Part::chart));
-    let tables = [truth, limits].map(|table| table(&theory, units).html());
-    parts.extend(tables.map(Part::Table));
+    let tables = report::theory::tables(&theory, units);
+    parts.extend(tables.iter().flat_map(table_parts));
     Ok(Some(Section::new("theory", "The theory, measured", parts)))
 }
 
@@ -228,4 +224,13 @@ fn outdated(stored: &StoredGroup, scene: &Scene, command: &str) -> Vec<Part> {
     let again = format!("run `{command}` again");
     let warning = format!("Measured for another scene than the one above; {again}.");
     vec![Part::Warning(warning)]
+}
+
+/// A table, and what is to be said below it.
+fn table_parts(table: &FigureTable) -> Vec<Part> {
+    let notes = table.note.lines().map(|line| Part::Text(line.to_owned()));
+    [Part::Table(table.html())]
+        .into_iter()
+        .chain(notes)
+        .collect()
 }
