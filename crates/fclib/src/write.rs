@@ -149,7 +149,8 @@ impl<'a> Target<'a> {
     }
 
     fn group(&self, parent: &hdf5::Group, name: &str) -> Result<hdf5::Group, FclibError> {
-        let group = parent.create_group(name);
+        let group = parent.create_group_builder().obj_track_times(false);
+        let group = group.create(name);
         group.in_file(&self.path, || format!("make the group {name}"))
     }
 
