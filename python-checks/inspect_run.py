@@ -68,7 +68,7 @@ def print_solution(solve: h5py.Group) -> None:
     print(f"  status              {read_enum(solve['status'])}")
     print(f"  steps               {outer} outer, {newton} Newton")
     print(f"  accuracy            {solve['accuracy'][()]:.2e}")
-    print(f"  applications n_A    {solve['actions'][()]}")
+    print(f"  applications n_A    {solve['applications'][()]}")
 
 
 def print_report(post: h5py.Group) -> None:

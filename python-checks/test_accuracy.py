@@ -125,7 +125,7 @@ def test_algebraic_errors_are_those_of_solves_of_that_accuracy(
     contact3d("run", SCENE, path, "--no-figures", *cells(4), *more)
     with open_run(path) as file:
         rough = RawProblem.read(file)
-        actions = file["solve/actions"][()]
+        actions = file["solve/applications"][()]
     with open_run(ladder_path) as file:
         rungs = file["accuracy/rungs"]
         names = {column: rungs[column][:] for column in rungs}

@@ -159,7 +159,7 @@ CASES: dict[str, tuple[Corruption, str]] = {
         "test_solution.py::test_certificate",
     ),
     "the counted applications": (
-        scale("solve/actions", 2),
+        scale("solve/applications", 2),
         "test_solution.py::test_history_ends_converged",
     ),
 }

@@ -279,12 +279,12 @@ def test_history_ends_converged(run, problem):
     ends = (change <= epsilon) & (history["inner_residual"][:] <= accuracy)
     assert np.flatnonzero(ends).tolist() == [change.size - 1]
     assert change[0] == 1.0  # from zero, everything is new
-    assert history["actions"][:].sum() == run["solve/actions"][()]
+    assert history["applications"][:].sum() == run["solve/applications"][()]
     assert (history["inner_residual"][:] <= history["inner_tolerance"][:]).all()
     assert (history["seconds"][:] >= 0).all()
 
 
-def test_history_counts_actions(run):
+def test_history_counts_applications(run):
     """A step acts with A^-1 once per CG and proportioning step, twice per expansion,
     once for the first gradient and once for u; the first step also estimates |S|."""
     history = run["solve/history"]
@@ -292,9 +292,9 @@ def test_history_counts_actions(run):
         2 + history["conjugate_gradient_steps"][:] + history["proportioning_steps"][:]
     )
     steps += 2 * history["expansion_steps"][:]
-    actions = history["actions"][:]
-    assert np.array_equal(actions[1:], steps[1:])
-    assert 1 <= actions[0] - steps[0] <= 30
+    applications = history["applications"][:]
+    assert np.array_equal(applications[1:], steps[1:])
+    assert 1 <= applications[0] - steps[0] <= 30
 
 
 def test_inner_tolerances_follow_remark_4_1(run, problem):

@@ -75,7 +75,7 @@ use units::Units;
 pub const LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe run",
     linked_filetype: "contact3d-pipe stage",
-    format_version: [1, 8],
+    format_version: [1, 9],
     sealed_since: [1, 8],
     creator: concat!("contact3d-pipe ", env!("CARGO_PKG_VERSION")),
     units: Units::SI,

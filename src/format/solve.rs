@@ -11,7 +11,10 @@ use super::{
     FormatError, Stage,
     assemble::RIGID,
     extents,
-    fields::{Condition, Table, fields, read_finite, read_if_there, read_value, write_value},
+    fields::{
+        Condition, RENAMED, Table, fields, old_name, read_finite, read_if_there, read_value,
+        write_value,
+    },
     increments, steps,
     stored::{Stored, stored_as, word},
 };
@@ -52,7 +55,8 @@ const DISPLACEMENT: &str = "/solve/displacement";
 const STRAINING: &str = "/solve/straining_displacement";
 const LOCAL_STIFFNESS_NORMAL: &str = "/solve/local_stiffness_normal";
 const LOCAL_STIFFNESS_TANGENTIAL: &str = "/solve/local_stiffness_tangential";
-const APPLICATIONS: &str = "/solve/actions";
+const APPLICATIONS: &str = "/solve/applications";
+const ACTIONS: &str = "/solve/actions";
 const METHOD: &str = "/solve/method";
 const ACCURACY: &str = "/solve/accuracy";
 const FOLD_DISTANCE: &str = "/solve/fold_distance";
@@ -88,7 +92,8 @@ pub(super) const FIELDS: Table<Solution> = fields! { Solution => GROUP;
     (steplength) "/solve/steplength", &[], Dimension::PER_DUAL, "Steplength of projected gradient steps, 1.9 over the norm of the dual operator.".symbol("alpha").when(NO_CONTACT).finite();
     {Kind::F64} LOCAL_STIFFNESS_NORMAL, PANES, Dimension::PER_DUAL, "Stiffness of each pane along the normal while the others do not move, that residuals are measured by.".symbol("rho_nu").optional("absent without contact, and before format 1.4");
     {Kind::F64} LOCAL_STIFFNESS_TANGENTIAL, PANE_PAIRS, Dimension::PER_DUAL, "The same along t1 and t2: one for both where both can move.".symbol("rho_t").optional("absent without friction, and before format 1.4");
-    (applications) APPLICATIONS, &[], Dimension::Number, "Applications of the inverse stiffness matrix in the whole solve.".symbol("n_A");
+    (applications) APPLICATIONS, &[], Dimension::Number, "Applications of the inverse stiffness matrix in the whole solve.".symbol("n_A").optional(RENAMED);
+    (applications) ACTIONS, &[], Dimension::Number, "The former name of applications.".symbol("n_A").when(old_name());
     (solved_by) METHOD, &[], Dimension::Number, "Algorithm that gave the answer: minimisation without friction or with a given slip bound, direct without contact; after a failed Newton solve it is fixed_point and both histories are there.";
     (accuracy) ACCURACY, &[], Dimension::Number, "Relative error of the multipliers, measured by one more solution from them with exact residuals; the last relative change of successive approximations that did not end.".finite();
     (mapping_change) "/solve/mapping_change", &[], Dimension::Number, "|Psi(lambda) - lambda| / |lambda| for one evaluation of the paper's mapping.".optional("absent unless Newton's method gave the answer");
@@ -236,10 +241,14 @@ pub struct OutcomeWords {
 /// Altered or damaged values.
 pub fn read_outcome(reader: &Reader) -> Result<OutcomeWords, FormatError> {
     let (newton, outer) = steps::read(reader)?;
+    let applications = match read_if_there(reader, APPLICATIONS)? {
+        Some(applications) => applications,
+        None => read_value(reader, ACTIONS)?,
+    };
     Ok(OutcomeWords {
         status: read_value(reader, STATUS)?,
         method: word(&read_value::<SolvedBy>(reader, METHOD)?),
-        counts: [outer.len(), newton.len(), read_value(reader, APPLICATIONS)?],
+        counts: [outer.len(), newton.len(), applications],
         accuracy: read_value(reader, ACCURACY)?,
         increments: read_if_there::<Vec<f64>>(reader, increments::TIME)?
             .map_or(0, |times| times.len()),

@@ -6,7 +6,7 @@ use units::Dimension;
 
 use super::{
     FormatError, Stage, extents,
-    fields::{Table, fields, rows},
+    fields::{RENAMED, Table, fields, old_name, rows},
     solve,
 };
 
@@ -27,7 +27,8 @@ macro_rules! outer_steps {
             (steps.conjugate_gradient) concat!($place, "/conjugate_gradient_steps"), $steps, Dimension::Number, "Conjugate gradient steps.";
             (steps.expansion) concat!($place, "/expansion_steps"), $steps, Dimension::Number, "Expansion steps.";
             (steps.proportioning) concat!($place, "/proportioning_steps"), $steps, Dimension::Number, "Proportioning steps.";
-            (applications) concat!($place, "/actions"), $steps, Dimension::Number, "Applications of the inverse stiffness matrix; the first step includes those that estimate the norm of S.";
+            (applications) concat!($place, "/applications"), $steps, Dimension::Number, "Applications of the inverse stiffness matrix; the first step includes those that estimate the norm of S.".optional(RENAMED);
+            (applications) concat!($place, "/actions"), $steps, Dimension::Number, "The former name of applications.".when(old_name());
             (seconds) concat!($place, "/seconds"), $steps, Dimension::Time, "Wall-clock time of each outer step.".volatile();
         }
     };

@@ -78,7 +78,13 @@ fn it_goes_on_keeps_what_is_done_and_agrees_with_a_new_one() {
 fn its_table_is_gone_on_with_and_drawn() {
     let scratch = scratch();
     scratch.done(&["sweep", "summary", "sweep.toml", "--out", "half"]);
-    assert_eq!(table(&scratch, "half")[DONE]["status"], "converged");
+    let row = &table(&scratch, "half")[DONE];
+    assert_eq!(row["status"], "converged");
+    // The file has the count under its former name.
+    let file = hdf5_metno::File::open(scratch.path(&format!("half/{DONE}.h5"))).expect("HDF5");
+    let counted = file.dataset("solve/actions").expect("a dataset");
+    let counted = counted.read_scalar::<i64>().expect("a number");
+    assert_eq!(row["actions"], counted.to_string());
     assert_eq!(table(&scratch, "half")[MISSING]["status"], "missing");
     scratch.done(&["report", "half", "-o", "report.html"]);
 }
