@@ -23,8 +23,8 @@ pub(super) struct Field<T: 'static> {
     spec: DatasetSpec,
     /// How the part is written and read; `None` where that is done by hand.
     part: Option<&'static dyn Part<T>>,
-    /// Whether a record has it.
-    condition: fn(&T) -> bool,
+    /// Whether the first record says that all have it; `None` where all do.
+    condition: Option<fn(&T) -> bool>,
     /// What a file without it says of a record.
     missing: fn(&mut T),
     is_finite: bool,
@@ -64,7 +64,7 @@ impl<T> Field<T> {
         Self {
             spec,
             part: None,
-            condition: |_| true,
+            condition: None,
             missing: |_| (),
             is_finite: false,
         }
@@ -85,7 +85,7 @@ impl<T> Field<T> {
     /// The same for some records.
     pub(super) const fn when(self, (reason, condition): Condition<T>) -> Self {
         Self {
-            condition,
+            condition: Some(condition),
             ..self.optional(reason)
         }
     }
@@ -306,7 +306,9 @@ impl<T> Table<T> {
         form: Form,
     ) -> Result<(), StoreError> {
         for field in self.fields {
-            let applies = records.first().is_none_or(|first| (field.condition)(first));
+            let first = records.first();
+            let holds = |condition: fn(&T) -> bool| first.is_some_and(|first| condition(first));
+            let applies = field.condition.is_none_or(holds);
             if let Some(part) = field.part.filter(|_| applies) {
                 part.write(writer, &field.spec, records, form)?;
             }

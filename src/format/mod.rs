@@ -110,6 +110,7 @@ pub const LAYOUT: Layout = Layout {
         post::FORCES.rows,
         post::TOTALS.rows,
         vtkhdf::TABLE,
+        vtkhdf::ONCE,
         series::TABLE,
         accuracy::ACCURACY.rows,
         accuracy::ALGEBRAIC.rows,

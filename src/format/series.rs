@@ -94,7 +94,7 @@ pub const SERIES_LAYOUT: Layout = Layout {
     creator: super::LAYOUT.creator,
     units: super::LAYOUT.units,
     groups: &[GROUP],
-    tables: &[vtkhdf::TABLE, TABLE, OF_PATHS, OF_SWEEPS],
+    tables: &[vtkhdf::TABLE, vtkhdf::ONCE, TABLE, OF_PATHS, OF_SWEEPS],
     extents: extents::OF_SERIES,
 };
 
@@ -281,7 +281,7 @@ pub fn step_sweep_series(series: &mut Series<'_, '_>, case: &Reader) -> Result<(
     series.append(&last_fields(case)?)
 }
 
-/// The fields that a file has on its points and cells.
+/// The fields that a file has on its points and cells, those that each step of a series has of its own.
 #[must_use]
 pub fn field_paths(reader: &Reader) -> Vec<&'static str> {
     let on_grid = |path: &&str| {

@@ -89,6 +89,11 @@ pub(super) const TABLE: &[DatasetSpec] = &[
     GROUP.row("/VTKHDF/PointData/friction_1", Kind::F64, POINT_VALUES, Dimension::Number, "Coefficient F_1; NaN where no multiplier is.").compressed().optional(ON_POINTS),
     GROUP.row("/VTKHDF/CellData/friction_2", Kind::F64, CELL_VALUES, Dimension::Number, "Coefficient F_2; NaN on tetrahedra.").compressed().optional(ON_CELLS),
     GROUP.row("/VTKHDF/PointData/friction_2", Kind::F64, POINT_VALUES, Dimension::Number, "Coefficient F_2; NaN where no multiplier is.").compressed().optional(ON_POINTS),
+];
+
+/// Fields that no step of a series has of its own.
+#[rustfmt::skip]
+pub(super) const ONCE: &[DatasetSpec] = &[
     GROUP.row(NORMAL, Kind::F64, &[Named("n_cells"), Fixed(3)], Dimension::Number, "Unit normal of contact in the middle of each contact triangle, out of the body and into the obstacle, one array for all steps of a series; NaN on tetrahedra.").symbol("nu").compressed().optional("absent without contact, and with one face whose normal is the same everywhere"),
     offsets_row(NORMAL_OFFSETS),
     GROUP.row(UNSTOPPED_MOTION, Kind::F64, &[Named("n_nodes"), Fixed(3)], Dimension::Number, "Without equilibrium the rigid motion that nothing stops, of largest component one; warp by this vector.").compressed().optional("absent with equilibrium, and in a series"),
