@@ -1,25 +1,29 @@
 //! The equations of one choice of states, over boxes of their unknowns.
 
 use super::{
-    eliminated::{Eliminated, largest_multipliers},
+    closed::Closed,
     interval::{Interval, product},
-    small_problem::{Affine, SmallProblem},
+    small_problem::{Affine, NodeSlip, SmallProblem},
     states::{Chart, State},
+    straight_law::NodeLaw,
+    varying::Varying,
 };
+
+/// What pressures may be.
+const PUSHES: Interval = Interval::new(0.0, f64::INFINITY);
 
 /// The equations of one choice of states.
 ///
-/// Sticking and open panes are eliminated. A slipping pane has the unknowns λ_ν, the place t on its half circle and, where the law
-/// follows the slip, 𝓕, with λ_t = λ_ν 𝓕 e(t); and the equations r_ν = 0, r_t ∥ 𝓕⁻¹e(t), 𝓕 = that of the slips. With e and 𝓕
-/// given they are linear.
+/// A slipping pane has the unknowns s and, where it moves in a plane, t: its slip v = −r_t is s d(t), with d on a half circle. On closed
+/// panes r is known then, and λ = S⁻¹(h + r) is linear in the slips; the equations are λ_t = λ_ν 𝓕²d/|𝓕d| on slipping panes.
 pub(super) struct System<'p> {
-    pub(super) problem: &'p SmallProblem,
+    problem: &'p SmallProblem,
     states: Vec<State>,
-    pub(super) slipping: Vec<Slipping>,
-    /// λ of all components, `[3m]`, by the λ of slipping panes.
+    slipping: Vec<Slipping>,
+    /// λ of all components, `[3m]`, by the slips.
     multiplier: Vec<Affine>,
-    /// r likewise.
-    gradient: Vec<Affine>,
+    /// r_ν of all panes likewise.
+    gap: Vec<Affine>,
     /// u_t at the contact nodes likewise.
     slips: Vec<[Affine; 2]>,
     /// Where all solutions lie.
@@ -27,311 +31,303 @@ pub(super) struct System<'p> {
 }
 
 /// A slipping pane, and the places of its unknowns.
-pub(super) struct Slipping {
-    pub(super) pane: usize,
-    pub(super) chart: Chart,
-    pub(super) pressure: usize,
-    pub(super) angle: Option<usize>,
-    friction: [Friction; 2],
-}
-
-/// 𝓕_k of a slipping pane.
-#[derive(Clone, Copy)]
-enum Friction {
-    Known(Interval),
-    Unknown(usize),
+struct Slipping {
+    pane: usize,
+    chart: Chart,
+    size: usize,
+    angle: Option<usize>,
 }
 
 /// What a slipping pane does.
-pub(super) struct Sliding {
-    pub(super) pressure: Interval,
-    pub(super) friction: [Interval; 2],
-    along: [Interval; 2],
-    turning: [Interval; 2],
+struct Slide {
+    size: Varying,
+    direction: [Varying; 2],
 }
 
-/// How λ of one slipping pane moves with an unknown, and the direction across its slip.
-#[derive(Clone)]
-struct Motion {
-    pane: usize,
-    stress: [Interval; 3],
-    across: [Interval; 2],
+/// A box with the slips in it.
+pub(super) struct Slides {
+    of_panes: Vec<Slide>,
+    /// v of the slipping panes.
+    slips: Vec<Varying>,
 }
 
 impl<'p> System<'p> {
     /// The equations, and the box in which their solutions lie; `None` where S cannot be told to be positive definite.
     pub(super) fn new(problem: &'p SmallProblem, states: Vec<State>) -> Option<Self> {
-        let components = |wanted: fn(State) -> bool| {
-            let panes = states.iter().enumerate();
-            let panes = panes.filter(move |(_, state)| wanted(**state));
-            panes.flat_map(|(pane, _)| 3 * pane..3 * pane + 3)
-        };
         let moves = |j: &usize| problem.moves[*j];
-        let stuck: Vec<usize> = components(|s| s == State::Stick).filter(moves).collect();
-        let closed: Vec<usize> = components(|s| s != State::Open).filter(moves).collect();
-        let sliding: Vec<usize> = components(State::slips).collect();
-        let eliminated = Eliminated::new(problem, &stuck, &sliding)?;
+        let of = |wanted: fn(State) -> bool| {
+            let panes = states.iter().enumerate();
+            panes.filter(move |(_, state)| wanted(**state))
+        };
+        let components: Vec<usize> = of(|s| s != State::Open)
+            .flat_map(|(pane, _)| 3 * pane..3 * pane + 3)
+            .filter(moves)
+            .collect();
+        let sliding: Vec<usize> = of(State::slips)
+            .flat_map(|(pane, _)| [3 * pane + 1, 3 * pane + 2])
+            .collect();
+        let closed = Closed::new(problem, &components, &sliding)?;
         let with = |row: Affine, constant: Interval| Affine {
             constant: row.constant + constant,
             ..row
         };
-        let gradient = problem.operator.iter().zip(&problem.rhs);
-        let slip = |slip: &Affine| with(eliminated.applied(|j| slip.slope[j]), slip.constant);
-        let slips = problem.slips.iter();
+        let unit = |i: usize| {
+            move |j: usize| match i == j {
+                true => Interval::ONE,
+                false => Interval::ZERO,
+            }
+        };
+        let n = problem.rhs.len();
+        let gap = (0..n).step_by(3).map(|i| {
+            let row = closed.applied(|j| problem.operator[i][j]);
+            with(row, -problem.rhs[i])
+        });
+        let slip = |row: &Affine| with(closed.applied(|j| row.slope[j]), row.constant);
         let mut system = Self {
-            problem,
             slipping: Vec::new(),
-            multiplier: (0..problem.rhs.len())
-                .map(|j| eliminated.multiplier(j))
+            multiplier: (0..n).map(|i| closed.applied(unit(i))).collect(),
+            gap: gap.collect(),
+            slips: problem
+                .slips
+                .iter()
+                .map(|at| at.rows.each_ref().map(slip))
                 .collect(),
-            gradient: gradient
-                .map(|(row, h)| with(eliminated.applied(|j| row[j]), -*h))
-                .collect(),
-            slips: slips.map(|pair| pair.each_ref().map(slip)).collect(),
             whole: Vec::new(),
+            problem,
             states,
         };
-        system.place(&largest_multipliers(problem, &closed)?);
+        system.place(&closed);
         Some(system)
     }
 
     /// Numbers the unknowns and bounds them.
-    fn place(&mut self, largest: &[f64]) {
-        let anything: Vec<Interval> = largest.iter().map(|l| Interval::new(-l, *l)).collect();
-        let problem = self.problem;
-        let slip = |node: usize| match problem.slips.get(node) {
-            Some(pair) => pair.each_ref().map(|slip| slip.at(&anything)),
-            None => [Interval::ZERO; 2],
-        };
+    fn place(&mut self, closed: &Closed<'_>) {
         for (pane, state) in self.states.iter().enumerate() {
             let State::Slip(chart) = *state else {
                 continue;
             };
-            let pressure = self.whole.len();
-            self.whole.push(Interval::new(0.0, largest[3 * pane]));
+            let [first, second] = [1, 2].map(|c| self.problem.operator[3 * pane + c][3 * pane + c]);
+            let size = self.whole.len();
+            self.whole
+                .push(Interval::new(0.0, closed.most(first + second)));
             let angle = chart.has_angle().then_some(self.whole.len());
             self.whole.extend(angle.map(|_| Interval::new(-1.0, 1.0)));
-            let [first, second] = problem.friction(pane, slip).value;
-            let place = self.whole.len();
-            let friction = if !problem.follows_slip() {
-                [first, second].map(Friction::Known)
-            } else if problem.is_isotropic() {
-                self.whole.push(first);
-                [Friction::Unknown(place); 2]
-            } else {
-                self.whole.extend([first, second]);
-                [0, 1].map(|k| Friction::Unknown(place + k))
-            };
             self.slipping.push(Slipping {
                 pane,
                 chart,
-                pressure,
+                size,
                 angle,
-                friction,
             });
         }
     }
 
-    pub(super) fn sliding(&self, at: &[Interval]) -> Vec<Sliding> {
-        let panes = self.slipping.iter().map(|pane| {
+    /// The slips in a box.
+    pub(super) fn slides(&self, at: &[Interval]) -> Slides {
+        let of_panes = self.slipping.iter().map(|pane| {
             let t = pane.angle.map_or(Interval::ZERO, |place| at[place]);
             let direction = pane.chart.direction(t);
-            Sliding {
-                pressure: at[pane.pressure],
-                friction: pane.friction_in(at),
-                along: direction.along,
-                turning: direction.turning,
+            Slide {
+                size: Varying::along(at[pane.size], pane.size, Interval::ONE),
+                direction: [0, 1].map(|k| match pane.angle {
+                    Some(place) => Varying::along(direction.along[k], place, direction.turning[k]),
+                    None => Varying::constant(direction.along[k]),
+                }),
             }
         });
-        panes.collect()
-    }
-
-    /// λ of the slipping panes.
-    pub(super) fn carried(sliding: &[Sliding]) -> Vec<Interval> {
-        let panes = sliding.iter().flat_map(|pane| {
-            let [first, second] = pane.shares();
-            [pane.pressure, pane.pressure * first, pane.pressure * second]
-        });
-        panes.collect()
-    }
-
-    pub(super) fn slips_at(&self, carried: &[Interval]) -> impl Fn(usize) -> [Interval; 2] {
-        move |node| match self.slips.get(node) {
-            Some(pair) => pair.each_ref().map(|slip| slip.at(carried)),
-            None => [Interval::ZERO; 2],
+        let of_panes: Vec<Slide> = of_panes.collect();
+        let slips = of_panes
+            .iter()
+            .flat_map(|s| s.direction.map(|d| s.size * d));
+        Slides {
+            slips: slips.collect(),
+            of_panes,
         }
-    }
-
-    pub(super) fn gradient_of(&self, pane: usize) -> [&Affine; 3] {
-        [0, 1, 2].map(|c| &self.gradient[3 * pane + c])
     }
 
     /// λ of all components, `[3m]`.
-    pub(super) fn multipliers(&self, at: &[Interval]) -> Vec<Interval> {
-        let carried = Self::carried(&self.sliding(at));
-        self.multiplier.iter().map(|row| row.at(&carried)).collect()
+    pub(super) fn multipliers(&self, slides: &Slides) -> Vec<Interval> {
+        let rows = self.multiplier.iter();
+        rows.map(|row| row.value(&slides.slips)).collect()
     }
 
-    /// The left-hand sides.
-    pub(super) fn residual(&self, at: &[Interval]) -> Vec<Interval> {
-        let sliding = self.sliding(at);
-        let carried = Self::carried(&sliding);
-        let slips = self.slips_at(&carried);
-        let mut residual = vec![Interval::ZERO; at.len()];
-        for (pane, here) in self.slipping.iter().zip(&sliding) {
-            let [normal, first, second] = self.gradient_of(pane.pane).map(|row| row.at(&carried));
-            residual[pane.pressure] = normal;
-            if let Some(place) = pane.angle {
-                let [across, along] = here.across();
-                residual[place] = across * first + along * second;
-            }
-            if self.problem.follows_slip() {
-                let found = self.problem.friction(pane.pane, &slips).value;
-                for (k, place) in pane.unknown_friction() {
-                    residual[place] = at[place] - found[k];
+    /// λ_t − λ_ν 𝓕²d/|𝓕d| of the slipping panes.
+    pub(super) fn equations(&self, slides: &Slides) -> Vec<Varying> {
+        let mut equations = vec![Varying::constant(Interval::ZERO); self.whole.len()];
+        for (pane, slide) in self.slipping.iter().zip(&slides.of_panes) {
+            let row = |c: usize| self.multiplier[3 * pane.pane + c].over(&slides.slips);
+            let pressure = row(0);
+            let share = self.share(pane.pane, slide, slides);
+            let left = |k: usize| row(k + 1) - pressure * share[k];
+            match pane.chart {
+                Chart::Axis { axis, .. } => equations[pane.size] = left(axis),
+                Chart::Half { .. } => {
+                    let places = [Some(pane.size), pane.angle];
+                    let places = places.into_iter().flatten().enumerate();
+                    places.for_each(|(k, place)| equations[place] = left(k));
                 }
             }
         }
-        residual
+        equations
     }
 
-    /// Their derivatives, row by row.
-    pub(super) fn derivative(&self, at: &[Interval]) -> Vec<Vec<Interval>> {
-        let sliding = self.sliding(at);
-        let carried = Self::carried(&sliding);
-        let slips = self.slips_at(&carried);
-        let mut matrix = vec![vec![Interval::ZERO; at.len()]; at.len()];
-        let motions = self.motions(&sliding, at.len());
-        for (i, (pane, here)) in self.slipping.iter().zip(&sliding).enumerate() {
-            let rows = self.gradient_of(pane.pane);
-            let [first, second] = [rows[1].at(&carried), rows[2].at(&carried)];
-            let [across, along] = here.across();
-            let follows = self.problem.follows_slip();
-            let friction = follows.then(|| self.problem.friction(pane.pane, &slips));
-            for (place, motion) in motions.iter().enumerate() {
-                let moved = |row: &Affine| product(&row.slope[3 * motion.pane..], &motion.stress);
-                matrix[pane.pressure][place] = moved(rows[0]);
-                if let Some(row) = pane.angle {
-                    let mut entry = across * moved(rows[1]) + along * moved(rows[2]);
-                    if motion.pane == i {
-                        entry = entry + motion.across[0] * first + motion.across[1] * second;
-                    }
-                    matrix[row][place] = entry;
-                }
-                for (k, row) in pane.unknown_friction() {
-                    let slopes = friction.iter().flat_map(|found| &found.slope);
-                    let change = slopes.map(|(node, slope)| {
-                        let [first, second] = self.slips[*node].each_ref().map(moved);
-                        slope[k][0] * first + slope[k][1] * second
-                    });
-                    let own = if row == place {
-                        Interval::ONE
-                    } else {
-                        Interval::ZERO
-                    };
-                    matrix[row][place] = own - change.sum();
-                }
+    /// λ_t over λ_ν of a slipping pane, 𝓕²d/|𝓕d|.
+    fn share(&self, pane: usize, slide: &Slide, slides: &Slides) -> [Varying; 2] {
+        let friction = self.friction(pane, slides);
+        let times = |a: [Varying; 2]| [0, 1].map(|k| friction[k] * a[k]);
+        match self.problem.is_isotropic() {
+            true => times(slide.direction),
+            // |d| = 1, so |𝓕d| lies between the coefficients.
+            false => {
+                let between = friction[0].value.hull(friction[1].value);
+                times(Varying::unit(times(slide.direction), between))
             }
         }
-        matrix
     }
 
-    fn motions(&self, sliding: &[Sliding], unknowns: usize) -> Vec<Motion> {
-        let still = Motion {
-            pane: 0,
-            stress: [Interval::ZERO; 3],
-            across: [Interval::ZERO; 2],
+    /// 𝓕 of a pane, the inverse of the mean of F⁻¹ over its nodes.
+    fn friction(&self, pane: usize, slides: &Slides) -> [Varying; 2] {
+        let nodes = &self.problem.nodes[pane];
+        let at = |node: usize| [0, 1].map(|k| self.coefficient(node, k, slides));
+        if let [(node, _)] = nodes[..] {
+            return at(node);
+        }
+        let zero = Varying::constant(Interval::ZERO);
+        let mut mean = [zero; 2];
+        for (node, weight) in nodes {
+            let here = at(*node).map(|f| f.recip().times(Interval::point(*weight)));
+            mean = [0, 1].map(|k| mean[k] + here[k]);
+        }
+        mean.map(Varying::recip)
+    }
+
+    /// F_k at a contact node of a closed pane.
+    fn coefficient(&self, node: usize, k: usize, slides: &Slides) -> Varying {
+        let (law, is_isotropic) = match &self.problem.laws[node] {
+            NodeLaw::Isotropic(law) => (law, true),
+            NodeLaw::Orthotropic(pair) => (&pair[k], false),
         };
-        let mut motions = vec![still; unknowns];
-        for (i, (pane, here)) in self.slipping.iter().zip(sliding).enumerate() {
-            let [f1, f2] = here.friction;
-            let [e1, e2] = here.along;
-            let pressure = &mut motions[pane.pressure];
-            (pressure.pane, pressure.stress) = (i, [Interval::ONE, f1 * e1, f2 * e2]);
-            if let Some(place) = pane.angle {
-                let [t1, t2] = here.turning;
-                let p = here.pressure;
-                motions[place] = Motion {
-                    pane: i,
-                    stress: [Interval::ZERO, p * (f1 * t1), p * (f2 * t2)],
-                    across: [-(f1 * t2), f2 * t1],
-                };
-            }
-            for (k, friction) in pane.friction.iter().enumerate() {
-                if let Friction::Unknown(place) = *friction {
-                    let motion = &mut motions[place];
-                    motion.pane = i;
-                    motion.stress[k + 1] = here.pressure * here.along[k];
-                    motion.across[k] = if k == 0 { -e2 } else { e1 };
+        let zero = Varying::constant(Interval::ZERO);
+        let slip = match self.problem.slips.get(node) {
+            None => zero,
+            Some(NodeSlip { own: None, .. }) => {
+                let [first, second] = self.slips[node].each_ref().map(|u| u.over(&slides.slips));
+                match is_isotropic {
+                    true => first.hypot(second),
+                    false => [first, second][k].abs(),
                 }
             }
-        }
-        motions
+            Some(NodeSlip {
+                own: Some((pane, ratio)),
+                ..
+            }) => {
+                let place = self.slipping.iter().position(|at| at.pane == *pane);
+                let size = place.map_or(zero, |place| match is_isotropic {
+                    true => slides.of_panes[place].size,
+                    false => slides.slips[2 * place + k].abs(),
+                });
+                size.times(*ratio)
+            }
+        };
+        let (value, slope) = law.over(slip.value.abs());
+        slip.through(value, slope)
     }
 
-    /// What is not negative in a solution: pressures, slips against the stress and room on half circles at slipping panes, pressures and room to the ellipse at sticking ones, closing of open ones.
-    pub(super) fn signs(&self, at: &[Interval]) -> Vec<Interval> {
-        let sliding = self.sliding(at);
-        let carried = Self::carried(&sliding);
-        let slips = self.slips_at(&carried);
+    /// A smaller box around the same solutions: stresses that follow from the slips push, and slips that follow from those stresses have
+    /// their directions; `None` where there are none.
+    pub(super) fn contracted(&self, mut at: Vec<Interval>) -> Option<Vec<Interval>> {
+        let slides = self.slides(&at);
+        let mut stress = self.multipliers(&slides);
+        let mut shares = Vec::with_capacity(self.slipping.len());
+        for (pane, slide) in self.slipping.iter().zip(&slides.of_panes) {
+            let share = self.share(pane.pane, slide, &slides).map(|s| s.value);
+            shares.push(share);
+            stress[3 * pane.pane] = stress[3 * pane.pane].meet(PUSHES)?;
+        }
+        for (pane, share) in self.slipping.iter().zip(&shares) {
+            let places = [0, 1, 2].map(|c| 3 * pane.pane + c);
+            let row = &self.problem.operator[places[0]];
+            let [own, first, second] = places.map(|j| row[j]);
+            let others = (0..stress.len()).filter(|j| j / 3 != pane.pane);
+            let others: Interval = others.map(|j| row[j] * stress[j]).sum();
+            let mut pressure = stress[places[0]];
+            let factor = own + first * share[0] + second * share[1];
+            if let Some(found) = (self.problem.rhs[places[0]] - others).over(factor) {
+                pressure = pressure.meet(found)?;
+            }
+            stress[places[0]] = pressure;
+            for (place, share) in places[1..].iter().zip(share) {
+                stress[*place] = stress[*place].meet(pressure * *share)?;
+            }
+        }
+        for pane in &self.slipping {
+            let slip = [1, 2].map(|c| {
+                let i = 3 * pane.pane + c;
+                self.problem.rhs[i] - product(&self.problem.operator[i], &stress)
+            });
+            let size = (slip[0].square() + slip[1].square()).sqrt();
+            at[pane.size] = at[pane.size].meet(size)?;
+            if let Some(place) = pane.angle {
+                at[place] = pane.chart.narrowed(at[place], slip)?;
+            }
+        }
+        Some(at)
+    }
+
+    /// The whole box, cut where the size of a slip reaches a knot of its law.
+    pub(super) fn parts(&self) -> Vec<Vec<Interval>> {
+        let mut parts = vec![self.whole.clone()];
+        for slip in &self.problem.slips {
+            let (Some((pane, ratio)), true) = (slip.own, self.problem.is_isotropic()) else {
+                continue;
+            };
+            let Some(pane) = self.slipping.iter().find(|at| at.pane == pane) else {
+                continue;
+            };
+            for knot in self.problem.laws[pane.pane].knots() {
+                let size = knot / ratio.middle();
+                let is_cut = |part: &Vec<Interval>| {
+                    part[pane.size].low < size && size < part[pane.size].high
+                };
+                let beyond: Vec<_> = parts
+                    .iter_mut()
+                    .filter(|part| is_cut(part))
+                    .map(|part| {
+                        let mut beyond = part.clone();
+                        beyond[pane.size].low = size;
+                        part[pane.size].high = size;
+                        beyond
+                    })
+                    .collect();
+                parts.extend(beyond);
+            }
+        }
+        parts
+    }
+
+    /// What is not negative in a solution: pressures, sizes of slips and room on half circles at slipping panes, pressures and room to the
+    /// ellipse at sticking ones, closing of open ones.
+    pub(super) fn signs(&self, at: &[Interval], slides: &Slides) -> Vec<Interval> {
         let mut signs = Vec::new();
-        for (pane, here) in self.slipping.iter().zip(&sliding) {
-            let [_, first, second] = self.gradient_of(pane.pane).map(|row| row.at(&carried));
-            let [f1, f2] = here.friction;
-            let [e1, e2] = here.along;
-            signs.push(here.pressure);
-            signs.push(-(e1 * f2 * first + e2 * f1 * second));
+        for pane in &self.slipping {
+            signs.push(at[pane.size]);
             if let Some(place) = pane.angle {
                 let t = at[place];
                 signs.extend([Interval::ONE - t, Interval::ONE + t]);
             }
         }
         for (pane, state) in self.states.iter().enumerate() {
+            let stress = |c: usize| self.multiplier[3 * pane + c].value(&slides.slips);
             match state {
-                State::Slip(_) => {}
-                State::Open => signs.push(self.gradient[3 * pane].at(&carried)),
+                State::Slip(_) => signs.push(stress(0)),
+                State::Open => signs.push(self.gap[pane].value(&slides.slips)),
                 State::Stick => {
-                    let stress = [0, 1, 2].map(|c| self.multiplier[3 * pane + c].at(&carried));
-                    let friction = self.problem.friction(pane, &slips).value;
-                    let share = |k: usize| (stress[k + 1] * friction[k].recip()).square();
-                    signs.push(stress[0]);
-                    signs.push(stress[0].square() - share(0) - share(1));
+                    let friction = self.friction(pane, slides);
+                    let share = |k: usize| (stress(k + 1) * friction[k].value.recip()).square();
+                    signs.push(stress(0));
+                    signs.push(stress(0).square() - share(0) - share(1));
                 }
             }
         }
         signs
-    }
-}
-
-impl Sliding {
-    /// λ_t over λ_ν, 𝓕 e.
-    pub(super) fn shares(&self) -> [Interval; 2] {
-        [0, 1].map(|k| self.friction[k] * self.along[k])
-    }
-
-    /// The normal of 𝓕⁻¹e, times f₁ f₂.
-    fn across(&self) -> [Interval; 2] {
-        let [f1, f2] = self.friction;
-        [-(self.along[1] * f1), self.along[0] * f2]
-    }
-}
-
-impl Slipping {
-    pub(super) fn friction_in(&self, at: &[Interval]) -> [Interval; 2] {
-        self.friction.map(|friction| match friction {
-            Friction::Known(value) => value,
-            Friction::Unknown(place) => at[place],
-        })
-    }
-
-    /// The axes whose 𝓕_k is an unknown, one for both where they share it, and its place.
-    pub(super) fn unknown_friction(&self) -> impl Iterator<Item = (usize, usize)> {
-        let places = self.friction.map(|friction| match friction {
-            Friction::Known(_) => None,
-            Friction::Unknown(place) => Some(place),
-        });
-        let second = places[1].filter(|place| Some(*place) != places[0]);
-        let places = [places[0], second].into_iter().enumerate();
-        places.filter_map(|(k, place)| Some((k, place?)))
     }
 }
