@@ -1,7 +1,10 @@
 //! A contact problem of a few panes in intervals, without units.
 
 use super::{
-    super::family::power_of_two, interval::Interval, straight_law::NodeLaw, varying::Varying,
+    super::family::power_of_two,
+    interval::{Interval, product},
+    straight_law::NodeLaw,
+    varying::Varying,
 };
 
 /// What S, h and the slips may be wrong by, as a share of √(S_ii S_jj) and of the largest h: rounding of assembly and factor. All
@@ -44,6 +47,10 @@ pub(super) struct Affine {
 }
 
 impl Affine {
+    pub(super) fn at(&self, of: &[Interval]) -> Interval {
+        self.constant + product(&self.slope, of)
+    }
+
     pub(super) fn value(&self, of: &[Varying]) -> Interval {
         let terms = self.slope.iter().zip(of);
         self.constant + terms.map(|(slope, x)| *slope * x.value).sum()

@@ -1,7 +1,7 @@
 //! The equations of one choice of states, over boxes of their unknowns.
 
 use super::{
-    closed::Closed,
+    carried::{Carried, unit},
     interval::{Interval, product},
     small_problem::{Affine, NodeSlip, SmallProblem},
     states::{Chart, State},
@@ -12,20 +12,29 @@ use super::{
 /// What pressures may be.
 const PUSHES: Interval = Interval::new(0.0, f64::INFINITY);
 
+/// What a slipping pane has as unknowns beside the place t on its half circle d, and what all else is linear in: its sources.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Unknowns {
+    /// λ_ν, where 𝓕 is known: λ_t = λ_ν 𝓕d. The equations are r_ν = 0 and r_t ∥ 𝓕⁻¹d, and λ are the sources.
+    Pressures,
+    /// The size s of its slip v = −r_t = s d, from which 𝓕 follows. The equations are λ_t = λ_ν 𝓕²d/|𝓕d|, and (0, v) are the sources.
+    Slips,
+}
+
 /// The equations of one choice of states.
-///
-/// A slipping pane has the unknowns s and, where it moves in a plane, t: its slip v = −r_t is s d(t), with d on a half circle. On closed
-/// panes r is known then, and λ = S⁻¹(h + r) is linear in the slips; the equations are λ_t = λ_ν 𝓕²d/|𝓕d| on slipping panes.
 pub(super) struct System<'p> {
     problem: &'p SmallProblem,
+    unknowns: Unknowns,
     states: Vec<State>,
     slipping: Vec<Slipping>,
-    /// λ of all components, `[3m]`, by the slips.
+    /// λ of all components, `[3m]`, by the sources.
     multiplier: Vec<Affine>,
     /// r_ν of all panes likewise.
     gap: Vec<Affine>,
     /// u_t at the contact nodes likewise.
     slips: Vec<[Affine; 2]>,
+    /// r by λ of slipping panes, `[3m]`.
+    gradient: Vec<Affine>,
     /// Where all solutions lie.
     pub(super) whole: Vec<Interval>,
 }
@@ -34,6 +43,7 @@ pub(super) struct System<'p> {
 struct Slipping {
     pane: usize,
     chart: Chart,
+    /// Of its pressure or size of slip.
     size: usize,
     angle: Option<usize>,
 }
@@ -44,72 +54,75 @@ struct Slide {
     direction: [Varying; 2],
 }
 
-/// A box with the slips in it.
+/// A box with the sources in it.
 pub(super) struct Slides {
     of_panes: Vec<Slide>,
-    /// v of the slipping panes.
-    slips: Vec<Varying>,
+    /// Three for each slipping pane.
+    sources: Vec<Varying>,
 }
 
 impl<'p> System<'p> {
     /// The equations, and the box in which their solutions lie; `None` where S cannot be told to be positive definite.
     pub(super) fn new(problem: &'p SmallProblem, states: Vec<State>) -> Option<Self> {
-        let moves = |j: &usize| problem.moves[*j];
-        let of = |wanted: fn(State) -> bool| {
+        let components = |wanted: fn(State) -> bool| {
             let panes = states.iter().enumerate();
-            panes.filter(move |(_, state)| wanted(**state))
+            let panes = panes.filter(move |(_, state)| wanted(**state));
+            panes.flat_map(|(pane, _)| 3 * pane..3 * pane + 3)
         };
-        let components: Vec<usize> = of(|s| s != State::Open)
-            .flat_map(|(pane, _)| 3 * pane..3 * pane + 3)
-            .filter(moves)
-            .collect();
-        let sliding: Vec<usize> = of(State::slips)
-            .flat_map(|(pane, _)| [3 * pane + 1, 3 * pane + 2])
-            .collect();
-        let closed = Closed::new(problem, &components, &sliding)?;
+        let moves = |j: &usize| problem.moves[*j];
+        let stuck: Vec<usize> = components(|s| s == State::Stick).filter(moves).collect();
+        let closed: Vec<usize> = components(|s| s != State::Open).filter(moves).collect();
+        let sliding: Vec<usize> = components(State::slips).collect();
+        let by_slips = Carried::by_slips(problem, &closed, &sliding)?;
+        let by_stresses = Carried::by_stresses(problem, &stuck, &sliding)?;
+        let (unknowns, carried) = match problem.slips.is_empty() {
+            true => (Unknowns::Pressures, &by_stresses),
+            false => (Unknowns::Slips, &by_slips),
+        };
         let with = |row: Affine, constant: Interval| Affine {
             constant: row.constant + constant,
             ..row
         };
-        let unit = |i: usize| {
-            move |j: usize| match i == j {
-                true => Interval::ONE,
-                false => Interval::ZERO,
-            }
-        };
-        let n = problem.rhs.len();
-        let gap = (0..n).step_by(3).map(|i| {
-            let row = closed.applied(|j| problem.operator[i][j]);
+        let gradient = |i: usize, carried: &Carried<'_>| {
+            let row = carried.applied(|j| problem.operator[i][j]);
             with(row, -problem.rhs[i])
-        });
-        let slip = |row: &Affine| with(closed.applied(|j| row.slope[j]), row.constant);
+        };
+        let slip = |row: &Affine| with(carried.applied(|j| row.slope[j]), row.constant);
+        let n = problem.rhs.len();
+        let slips = problem.slips.iter();
         let mut system = Self {
             slipping: Vec::new(),
-            multiplier: (0..n).map(|i| closed.applied(unit(i))).collect(),
-            gap: gap.collect(),
-            slips: problem
-                .slips
-                .iter()
-                .map(|at| at.rows.each_ref().map(slip))
-                .collect(),
+            multiplier: (0..n).map(|i| carried.applied(unit(i))).collect(),
+            gap: (0..n).step_by(3).map(|i| gradient(i, carried)).collect(),
+            slips: slips.map(|at| at.rows.each_ref().map(slip)).collect(),
+            gradient: (0..n).map(|i| gradient(i, &by_stresses)).collect(),
             whole: Vec::new(),
             problem,
+            unknowns,
             states,
         };
-        system.place(&closed);
+        system.place(&by_slips);
         Some(system)
     }
 
-    /// Numbers the unknowns and bounds them.
-    fn place(&mut self, closed: &Closed<'_>) {
+    /// Numbers the unknowns and bounds them: λᵀr ≤ 0, so λᵀSλ and rᵀS⁻¹r are no larger than hᵀS⁻¹h, λ_j² than (S⁻¹)_jj hᵀS⁻¹h, and r_j²
+    /// than S_jj hᵀS⁻¹h.
+    fn place(&mut self, by_slips: &Carried<'_>) {
+        let energy = by_slips.applied(|j| self.problem.rhs[j]).constant;
         for (pane, state) in self.states.iter().enumerate() {
             let State::Slip(chart) = *state else {
                 continue;
             };
-            let [first, second] = [1, 2].map(|c| self.problem.operator[3 * pane + c][3 * pane + c]);
+            let own = |i: usize| self.problem.operator[i][i];
+            let factor = match self.unknowns {
+                Unknowns::Pressures => {
+                    -by_slips.applied(unit(3 * pane)).slope[3 * self.slipping.len()]
+                }
+                Unknowns::Slips => own(3 * pane + 1) + own(3 * pane + 2),
+            };
             let size = self.whole.len();
-            self.whole
-                .push(Interval::new(0.0, closed.most(first + second)));
+            let most = (factor * energy).sqrt().high;
+            self.whole.push(Interval::new(0.0, most));
             let angle = chart.has_angle().then_some(self.whole.len());
             self.whole.extend(angle.map(|_| Interval::new(-1.0, 1.0)));
             self.slipping.push(Slipping {
@@ -121,7 +134,7 @@ impl<'p> System<'p> {
         }
     }
 
-    /// The slips in a box.
+    /// The sources in a box.
     pub(super) fn slides(&self, at: &[Interval]) -> Slides {
         let of_panes = self.slipping.iter().map(|pane| {
             let t = pane.angle.map_or(Interval::ZERO, |place| at[place]);
@@ -134,47 +147,62 @@ impl<'p> System<'p> {
                 }),
             }
         });
-        let of_panes: Vec<Slide> = of_panes.collect();
-        let slips = of_panes
-            .iter()
-            .flat_map(|s| s.direction.map(|d| s.size * d));
-        Slides {
-            slips: slips.collect(),
-            of_panes,
-        }
+        let mut slides = Slides {
+            of_panes: of_panes.collect(),
+            sources: Vec::new(),
+        };
+        let sources = self.slipping.iter().zip(&slides.of_panes);
+        let sources = sources.flat_map(|(pane, slide)| {
+            let (normal, [first, second]) = match self.unknowns {
+                Unknowns::Pressures => (slide.size, self.share(pane.pane, slide, &slides)),
+                Unknowns::Slips => (Varying::constant(Interval::ZERO), slide.direction),
+            };
+            [normal, slide.size * first, slide.size * second]
+        });
+        slides.sources = sources.collect();
+        slides
     }
 
     /// λ of all components, `[3m]`.
     pub(super) fn multipliers(&self, slides: &Slides) -> Vec<Interval> {
         let rows = self.multiplier.iter();
-        rows.map(|row| row.value(&slides.slips)).collect()
+        rows.map(|row| row.value(&slides.sources)).collect()
     }
 
-    /// λ_t − λ_ν 𝓕²d/|𝓕d| of the slipping panes.
+    /// The left-hand sides.
     pub(super) fn equations(&self, slides: &Slides) -> Vec<Varying> {
         let mut equations = vec![Varying::constant(Interval::ZERO); self.whole.len()];
         for (pane, slide) in self.slipping.iter().zip(&slides.of_panes) {
-            let row = |c: usize| self.multiplier[3 * pane.pane + c].over(&slides.slips);
-            let pressure = row(0);
-            let share = self.share(pane.pane, slide, slides);
-            let left = |k: usize| row(k + 1) - pressure * share[k];
-            match pane.chart {
-                Chart::Axis { axis, .. } => equations[pane.size] = left(axis),
-                Chart::Half { .. } => {
-                    let places = [Some(pane.size), pane.angle];
-                    let places = places.into_iter().flatten().enumerate();
-                    places.for_each(|(k, place)| equations[place] = left(k));
+            let over = |rows: &[Affine], c: usize| rows[3 * pane.pane + c].over(&slides.sources);
+            let left = match self.unknowns {
+                Unknowns::Pressures => {
+                    let [f1, f2] = self.friction(pane.pane, slides);
+                    let [d1, d2] = slide.direction;
+                    let [normal, first, second] = [0, 1, 2].map(|c| over(&self.gradient, c));
+                    [normal, f2 * d1 * second - f1 * d2 * first]
                 }
+                Unknowns::Slips => {
+                    let share = self.share(pane.pane, slide, slides);
+                    let [normal, first, second] = [0, 1, 2].map(|c| over(&self.multiplier, c));
+                    [first - normal * share[0], second - normal * share[1]]
+                }
+            };
+            equations[pane.size] = match (self.unknowns, pane.chart) {
+                (Unknowns::Slips, Chart::Axis { axis, .. }) => left[axis],
+                _ => left[0],
+            };
+            if let Some(place) = pane.angle {
+                equations[place] = left[1];
             }
         }
         equations
     }
 
-    /// λ_t over λ_ν of a slipping pane, 𝓕²d/|𝓕d|.
+    /// λ_t over λ_ν of a slipping pane.
     fn share(&self, pane: usize, slide: &Slide, slides: &Slides) -> [Varying; 2] {
         let friction = self.friction(pane, slides);
         let times = |a: [Varying; 2]| [0, 1].map(|k| friction[k] * a[k]);
-        match self.problem.is_isotropic() {
+        match self.unknowns == Unknowns::Pressures || self.problem.is_isotropic() {
             true => times(slide.direction),
             // |d| = 1, so |𝓕d| lies between the coefficients.
             false => {
@@ -210,7 +238,7 @@ impl<'p> System<'p> {
         let slip = match self.problem.slips.get(node) {
             None => zero,
             Some(NodeSlip { own: None, .. }) => {
-                let [first, second] = self.slips[node].each_ref().map(|u| u.over(&slides.slips));
+                let [first, second] = self.slips[node].each_ref().map(|u| u.over(&slides.sources));
                 match is_isotropic {
                     true => first.hypot(second),
                     false => [first, second][k].abs(),
@@ -223,7 +251,7 @@ impl<'p> System<'p> {
                 let place = self.slipping.iter().position(|at| at.pane == *pane);
                 let size = place.map_or(zero, |place| match is_isotropic {
                     true => slides.of_panes[place].size,
-                    false => slides.slips[2 * place + k].abs(),
+                    false => slides.sources[3 * place + 1 + k].abs(),
                 });
                 size.times(*ratio)
             }
@@ -232,45 +260,60 @@ impl<'p> System<'p> {
         slip.through(value, slope)
     }
 
-    /// A smaller box around the same solutions: stresses that follow from the slips push, and slips that follow from those stresses have
+    /// A smaller box around the same solutions: stresses that follow from the sources push, and slips that follow from those stresses have
     /// their directions; `None` where there are none.
     pub(super) fn contracted(&self, mut at: Vec<Interval>) -> Option<Vec<Interval>> {
         let slides = self.slides(&at);
-        let mut stress = self.multipliers(&slides);
-        let mut shares = Vec::with_capacity(self.slipping.len());
-        for (pane, slide) in self.slipping.iter().zip(&slides.of_panes) {
-            let share = self.share(pane.pane, slide, &slides).map(|s| s.value);
-            shares.push(share);
-            stress[3 * pane.pane] = stress[3 * pane.pane].meet(PUSHES)?;
-        }
-        for (pane, share) in self.slipping.iter().zip(&shares) {
-            let places = [0, 1, 2].map(|c| 3 * pane.pane + c);
-            let row = &self.problem.operator[places[0]];
-            let [own, first, second] = places.map(|j| row[j]);
-            let others = (0..stress.len()).filter(|j| j / 3 != pane.pane);
-            let others: Interval = others.map(|j| row[j] * stress[j]).sum();
-            let mut pressure = stress[places[0]];
-            let factor = own + first * share[0] + second * share[1];
-            if let Some(found) = (self.problem.rhs[places[0]] - others).over(factor) {
-                pressure = pressure.meet(found)?;
-            }
-            stress[places[0]] = pressure;
-            for (place, share) in places[1..].iter().zip(share) {
-                stress[*place] = stress[*place].meet(pressure * *share)?;
-            }
-        }
-        for pane in &self.slipping {
-            let slip = [1, 2].map(|c| {
-                let i = 3 * pane.pane + c;
-                self.problem.rhs[i] - product(&self.problem.operator[i], &stress)
-            });
-            let size = (slip[0].square() + slip[1].square()).sqrt();
-            at[pane.size] = at[pane.size].meet(size)?;
+        let stress = self.stress(&slides)?;
+        for (i, (pane, slide)) in self.slipping.iter().zip(&slides.of_panes).enumerate() {
+            let slip = [1, 2].map(|c| -self.gradient[3 * pane.pane + c].at(&stress));
+            let (size, along) = match self.unknowns {
+                Unknowns::Pressures => {
+                    let friction = self.friction(pane.pane, &slides);
+                    (stress[3 * i], [0, 1].map(|k| friction[k].value * slip[k]))
+                }
+                Unknowns::Slips => ((slip[0].square() + slip[1].square()).sqrt(), slip),
+            };
+            at[pane.size] = slide.size.value.meet(size)?;
             if let Some(place) = pane.angle {
-                at[place] = pane.chart.narrowed(at[place], slip)?;
+                at[place] = pane.chart.narrowed(at[place], along)?;
             }
         }
         Some(at)
+    }
+
+    /// λ of the slipping panes, with pressures from r_ν = 0, one pane after the other; `None` where there is none.
+    fn stress(&self, slides: &Slides) -> Option<Vec<Interval>> {
+        let panes = || self.slipping.iter().zip(&slides.of_panes);
+        let rows = panes().flat_map(|(pane, _)| &self.multiplier[3 * pane.pane..3 * pane.pane + 3]);
+        let mut stress: Vec<_> = rows.map(|row| row.value(&slides.sources)).collect();
+        let shares = panes().map(|(pane, slide)| self.share(pane.pane, slide, slides));
+        let shares: Vec<_> = shares.map(|share| share.map(|s| s.value)).collect();
+        for i in 0..shares.len() {
+            stress[3 * i] = stress[3 * i].meet(PUSHES)?;
+        }
+        for (i, pane) in self.slipping.iter().enumerate() {
+            let row = &self.gradient[3 * pane.pane];
+            let (mut known, mut own) = (row.constant, Interval::ZERO);
+            for (k, share) in shares.iter().enumerate() {
+                let by = &row.slope[3 * k..3 * k + 3];
+                let factor = by[0] + by[1] * share[0] + by[2] * share[1];
+                if k == i {
+                    own = factor;
+                } else {
+                    let stress = &stress[3 * k..3 * k + 3];
+                    known = known + product(by, stress).meet(factor * stress[0])?;
+                }
+            }
+            if let Some(found) = (-known).over(own) {
+                stress[3 * i] = stress[3 * i].meet(found)?;
+            }
+            for k in [0, 1] {
+                let place = 3 * i + 1 + k;
+                stress[place] = stress[place].meet(stress[3 * i] * shares[i][k])?;
+            }
+        }
+        Some(stress)
     }
 
     /// The whole box, cut where the size of a slip reaches a knot of its law.
@@ -304,22 +347,32 @@ impl<'p> System<'p> {
         parts
     }
 
-    /// What is not negative in a solution: pressures, sizes of slips and room on half circles at slipping panes, pressures and room to the
-    /// ellipse at sticking ones, closing of open ones.
+    /// What is not negative in a solution: pressures, slips against the stress and room on half circles at slipping panes, pressures and
+    /// room to the ellipse at sticking ones, closing of open ones.
     pub(super) fn signs(&self, at: &[Interval], slides: &Slides) -> Vec<Interval> {
         let mut signs = Vec::new();
-        for pane in &self.slipping {
+        let value = |row: &Affine| row.value(&slides.sources);
+        for (pane, slide) in self.slipping.iter().zip(&slides.of_panes) {
             signs.push(at[pane.size]);
+            signs.push(match self.unknowns {
+                Unknowns::Pressures => {
+                    let [f1, f2] = self.friction(pane.pane, slides).map(|f| f.value);
+                    let [d1, d2] = slide.direction.map(|d| d.value);
+                    let [first, second] = [1, 2].map(|c| value(&self.gradient[3 * pane.pane + c]));
+                    -(d1 * f2 * first + d2 * f1 * second)
+                }
+                Unknowns::Slips => value(&self.multiplier[3 * pane.pane]),
+            });
             if let Some(place) = pane.angle {
                 let t = at[place];
                 signs.extend([Interval::ONE - t, Interval::ONE + t]);
             }
         }
         for (pane, state) in self.states.iter().enumerate() {
-            let stress = |c: usize| self.multiplier[3 * pane + c].value(&slides.slips);
+            let stress = |c: usize| value(&self.multiplier[3 * pane + c]);
             match state {
-                State::Slip(_) => signs.push(stress(0)),
-                State::Open => signs.push(self.gap[pane].value(&slides.slips)),
+                State::Slip(_) => {}
+                State::Open => signs.push(value(&self.gap[pane])),
                 State::Stick => {
                     let friction = self.friction(pane, slides);
                     let share = |k: usize| (stress(k + 1) * friction[k].value.recip()).square();

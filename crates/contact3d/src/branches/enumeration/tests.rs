@@ -84,9 +84,10 @@ fn derivatives_hold_the_secants_of_the_equations() {
     let weights: [fn(usize) -> Vec<(usize, f64)>; 2] = [own_node, shared_nodes];
     let kinds = [&isotropic, &orthotropic].into_iter();
     let kinds = kinds.flat_map(|law| weights.map(|weights| (law, weights)));
-    for (law, weights) in kinds {
+    let kinds = kinds.flat_map(|(law, weights)| [false, true].map(|f| (law, weights, f)));
+    for (law, weights, follows_slip) in kinds {
         let rhs = [0.4, 1.0, -0.5, 0.2, -0.8, 0.6];
-        let problem = problem(&coupled, &rhs, law, true, &weights);
+        let problem = problem(&coupled, &rhs, law, follows_slip, &weights);
         let system = System::new(&problem, vec![SLIDES, SLIDES]).expect("definite");
         let n = system.whole.len();
         let value = |at: &[Interval]| system.equations(&system.slides(at));
