@@ -53,7 +53,7 @@ pub(super) fn search(system: &System<'_>, most_boxes: usize) -> Outcome {
     let mut outcome = Outcome::default();
     let whole = &system.whole;
     let mut zeros: Vec<Zero> = Vec::new();
-    let mut open = system.parts();
+    let mut open = vec![whole.clone()];
     let mut too_narrow = 0;
     while let Some(part) = open.pop() {
         if outcome.boxes == most_boxes {

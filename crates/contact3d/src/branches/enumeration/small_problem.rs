@@ -27,16 +27,8 @@ pub(super) struct SmallProblem {
     pub(super) nodes: Vec<Vec<(usize, f64)>>,
     /// `[n_contact_nodes]`.
     pub(super) laws: Vec<NodeLaw>,
-    /// u_t at the contact nodes; empty for a law that does not follow it.
-    pub(super) slips: Vec<NodeSlip>,
-}
-
-/// u_t at a contact node.
-pub(super) struct NodeSlip {
-    /// By λ of all components.
-    pub(super) rows: [Affine; 2],
-    /// (pane, u_t over the pane's slip −r_t) where these are one up to the uncertainty: at nodal multipliers.
-    pub(super) own: Option<(usize, Interval)>,
+    /// u_t at the contact nodes: a constant less a row times λ; empty for a law that does not follow it.
+    pub(super) slips: Vec<[Affine; 2]>,
 }
 
 /// A constant and a linear function of some unknowns.
@@ -106,7 +98,13 @@ impl SmallProblem {
             a.hull(b)
         };
         let stress: Vec<f64> = scale.iter().map(|scale| load / scale).collect();
-        let mut problem = Self {
+        let slips = match numbers.follows_slip {
+            false => Vec::new(),
+            true => (0..laws.len())
+                .map(|node| [0, 1].map(|axis| slip(numbers, &stress, node, axis)))
+                .collect(),
+        };
+        Some(Self {
             operator: (0..n)
                 .map(|i| (0..n).map(|j| entry(i, j)).collect())
                 .collect(),
@@ -120,59 +118,29 @@ impl SmallProblem {
             stress,
             nodes,
             laws,
-            slips: Vec::new(),
-        };
-        if numbers.follows_slip {
-            let nodes = 0..problem.laws.len();
-            problem.slips = nodes.map(|node| problem.slip(numbers, node)).collect();
-        }
-        Some(problem)
+            slips,
+        })
     }
 
     pub(super) fn n_panes(&self) -> usize {
         self.nodes.len()
     }
 
-    fn slip(&self, numbers: &Numbers<'_>, node: usize) -> NodeSlip {
-        let rows = [0, 1].map(|axis| {
-            let row = (0..self.rhs.len()).map(|j| {
-                let stress = self.stress[j / 3];
-                -(numbers.slip)(node, axis, j) * stress
-            });
-            let row: Vec<f64> = row.collect();
-            let free = (numbers.slip_free)(node, axis);
-            let size = row.iter().fold(free.abs(), |size, v| size.max(v.abs()));
-            let near = |value: f64| Interval::around(value, UNCERTAIN * size);
-            Affine {
-                constant: near(free),
-                slope: row.into_iter().map(near).collect(),
-            }
-        });
-        let has_node = |nodes: &Vec<(usize, f64)>| nodes.iter().any(|(other, _)| *other == node);
-        let mut panes = (0..self.n_panes()).filter(|pane| has_node(&self.nodes[*pane]));
-        let own = match (panes.next(), panes.next()) {
-            (Some(pane), None) if self.nodes[pane].len() == 1 => self.ratio(&rows, pane),
-            _ => None,
-        };
-        NodeSlip { rows, own }
-    }
-
-    /// The pane and k in u_t = −k r_t, if all that u_t depends on is k times what r_t does.
-    fn ratio(&self, rows: &[Affine; 2], pane: usize) -> Option<(usize, Interval)> {
-        let axes = [0, 1].map(|axis| (&rows[axis], 3 * pane + 1 + axis));
-        let moving = axes.into_iter().find(|(_, i)| self.moves[*i])?;
-        let own = -moving.0.slope[moving.1].over(self.operator[moving.1][moving.1])?;
-        let ratio = Interval::point(own.middle());
-        let is_own = |(row, i): (&Affine, usize)| {
-            let terms = row.slope.iter().zip(&self.operator[i]);
-            let mut terms = terms.map(|(u, r)| *u + ratio * *r);
-            terms.all(Interval::has_zero) && (row.constant - ratio * self.rhs[i]).has_zero()
-        };
-        axes.into_iter().all(is_own).then_some((pane, ratio))
-    }
-
     pub(super) fn is_isotropic(&self) -> bool {
         let mut laws = self.laws.iter();
         laws.all(|law| matches!(law, NodeLaw::Isotropic(_)))
+    }
+}
+
+fn slip(numbers: &Numbers<'_>, stress: &[f64], node: usize, axis: usize) -> Affine {
+    let row: Vec<f64> = (0..3 * stress.len())
+        .map(|j| -(numbers.slip)(node, axis, j) * stress[j / 3])
+        .collect();
+    let free = (numbers.slip_free)(node, axis);
+    let size = row.iter().fold(free.abs(), |size, v| size.max(v.abs()));
+    let near = |value: f64| Interval::around(value, UNCERTAIN * size);
+    Affine {
+        constant: near(free),
+        slope: row.into_iter().map(near).collect(),
     }
 }

@@ -47,14 +47,3 @@ impl StraightLines {
         all.expect("every slip is on a line")
     }
 }
-
-impl NodeLaw {
-    /// The slips at the knots of F(|u_t|), without the first.
-    pub(super) fn knots(&self) -> impl Iterator<Item = f64> {
-        let knots: &[_] = match self {
-            Self::Isotropic(law) => &law.knots[1..],
-            Self::Orthotropic(_) => &[],
-        };
-        knots.iter().map(|(slip, _)| *slip)
-    }
-}

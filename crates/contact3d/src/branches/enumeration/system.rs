@@ -3,7 +3,7 @@
 use super::{
     carried::{Carried, unit},
     interval::{Interval, product},
-    small_problem::{Affine, NodeSlip, SmallProblem},
+    small_problem::{Affine, SmallProblem},
     states::{Chart, State},
     straight_law::NodeLaw,
     varying::Varying,
@@ -94,7 +94,7 @@ impl<'p> System<'p> {
             slipping: Vec::new(),
             multiplier: (0..n).map(|i| carried.applied(unit(i))).collect(),
             gap: (0..n).step_by(3).map(|i| gradient(i, carried)).collect(),
-            slips: slips.map(|at| at.rows.each_ref().map(slip)).collect(),
+            slips: slips.map(|pair| pair.each_ref().map(slip)).collect(),
             gradient: (0..n).map(|i| gradient(i, &by_stresses)).collect(),
             whole: Vec::new(),
             problem,
@@ -234,28 +234,14 @@ impl<'p> System<'p> {
             NodeLaw::Isotropic(law) => (law, true),
             NodeLaw::Orthotropic(pair) => (&pair[k], false),
         };
-        let zero = Varying::constant(Interval::ZERO);
-        let slip = match self.problem.slips.get(node) {
-            None => zero,
-            Some(NodeSlip { own: None, .. }) => {
-                let [first, second] = self.slips[node].each_ref().map(|u| u.over(&slides.sources));
-                match is_isotropic {
-                    true => first.hypot(second),
-                    false => [first, second][k].abs(),
-                }
+        let slip = self.slips.get(node).map(|pair| {
+            let [first, second] = pair.each_ref().map(|u| u.over(&slides.sources));
+            match is_isotropic {
+                true => first.hypot(second),
+                false => [first, second][k].abs(),
             }
-            Some(NodeSlip {
-                own: Some((pane, ratio)),
-                ..
-            }) => {
-                let place = self.slipping.iter().position(|at| at.pane == *pane);
-                let size = place.map_or(zero, |place| match is_isotropic {
-                    true => slides.of_panes[place].size,
-                    false => slides.sources[3 * place + 1 + k].abs(),
-                });
-                size.times(*ratio)
-            }
-        };
+        });
+        let slip = slip.unwrap_or(Varying::constant(Interval::ZERO));
         let (value, slope) = law.over(slip.value.abs());
         slip.through(value, slope)
     }
@@ -314,37 +300,6 @@ impl<'p> System<'p> {
             }
         }
         Some(stress)
-    }
-
-    /// The whole box, cut where the size of a slip reaches a knot of its law.
-    pub(super) fn parts(&self) -> Vec<Vec<Interval>> {
-        let mut parts = vec![self.whole.clone()];
-        for slip in &self.problem.slips {
-            let (Some((pane, ratio)), true) = (slip.own, self.problem.is_isotropic()) else {
-                continue;
-            };
-            let Some(pane) = self.slipping.iter().find(|at| at.pane == pane) else {
-                continue;
-            };
-            for knot in self.problem.laws[pane.pane].knots() {
-                let size = knot / ratio.middle();
-                let is_cut = |part: &Vec<Interval>| {
-                    part[pane.size].low < size && size < part[pane.size].high
-                };
-                let beyond: Vec<_> = parts
-                    .iter_mut()
-                    .filter(|part| is_cut(part))
-                    .map(|part| {
-                        let mut beyond = part.clone();
-                        beyond[pane.size].low = size;
-                        part[pane.size].high = size;
-                        beyond
-                    })
-                    .collect();
-                parts.extend(beyond);
-            }
-        }
-        parts
     }
 
     /// What is not negative in a solution: pressures, slips against the stress and room on half circles at slipping panes, pressures and
