@@ -299,7 +299,7 @@ fn bodies_moved_as_a_whole_need_no_finer_mesh() {
             element = '{element}'
             [body.brick]
             size = [3.0, 1.0, 1.0]
-            cells = [5, 2, 3]
+            cells = [6, 2, 3]
             [material.isotropic]
             young_modulus = 2.1e11
             poisson_ratio = 0.3
