@@ -50,8 +50,8 @@ impl Affine {
 
     pub(super) fn over(&self, of: &[Varying]) -> Varying {
         let terms = self.slope.iter().zip(of);
-        let sum = Varying::constant(self.constant);
-        terms.fold(sum, |sum, (slope, x)| sum + x.times(*slope))
+        let terms = terms.map(|(slope, x)| x.times(*slope));
+        Varying::constant(self.constant) + terms.sum()
     }
 }
 

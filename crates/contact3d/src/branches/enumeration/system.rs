@@ -219,13 +219,16 @@ impl<'p> System<'p> {
         if let [(node, _)] = nodes[..] {
             return at(node);
         }
-        let zero = Varying::constant(Interval::ZERO);
-        let mut mean = [zero; 2];
-        for (node, weight) in nodes {
-            let here = at(*node).map(|f| f.recip().times(Interval::point(*weight)));
-            mean = [0, 1].map(|k| mean[k] + here[k]);
-        }
-        mean.map(Varying::recip)
+        let term = |(node, weight): &(usize, f64), k: usize| {
+            at(*node)[k].recip().times(Interval::point(*weight))
+        };
+        [0, 1].map(|k| {
+            nodes
+                .iter()
+                .map(|node| term(node, k))
+                .sum::<Varying>()
+                .recip()
+        })
     }
 
     /// F_k at a contact node of a closed pane.

@@ -81,7 +81,7 @@ fn derivatives_hold_the_secants_of_the_equations() {
     let other = lines(&[(0.0, 0.7), (0.1, 0.9), (1.4, 0.3)]);
     let isotropic = NodeLaw::Isotropic(ramp.clone());
     let orthotropic = NodeLaw::Orthotropic([ramp, other]);
-    let weights: [fn(usize) -> Vec<(usize, f64)>; 2] = [own_node, shared_nodes];
+    let weights = [own_node as fn(usize) -> _, shared_nodes];
     let kinds = [&isotropic, &orthotropic].into_iter();
     let kinds = kinds.flat_map(|law| weights.map(|weights| (law, weights)));
     let kinds = kinds.flat_map(|(law, weights)| [false, true].map(|f| (law, weights, f)));

@@ -111,6 +111,12 @@ impl Add for Varying {
     }
 }
 
+impl std::iter::Sum for Varying {
+    fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
+        terms.fold(Self::constant(Interval::ZERO), Add::add)
+    }
+}
+
 impl Neg for Varying {
     type Output = Self;
     fn neg(self) -> Self {
@@ -130,9 +136,9 @@ impl Mul for Varying {
     fn mul(self, other: Self) -> Self {
         Self {
             value: self.value * other.value,
-            slope: std::array::from_fn(|k| {
-                self.value * other.slope[k] + other.value * self.slope[k]
-            }),
+            ..[self.times(other.value), other.times(self.value)]
+                .into_iter()
+                .sum()
         }
     }
 }
