@@ -42,7 +42,14 @@ def test_solutions_that_starts_missed_are_found_and_proven_to_be_all(
 
 @pytest.mark.parametrize(
     ("nodes", "law", "scenes"),
-    [(1, "ramp", 6), (1, "two ramps", 2), (1, "orthotropic", 2), (2, "constant", 1)],
+    [
+        (1, "ramp", 6),
+        (1, "two ramps", 2),
+        (1, "orthotropic", 2),
+        (2, "constant", 1),
+        (2, "ramp", 1),
+        (2, "two ramps", 1),
+    ],
 )
 def test_no_solution_of_random_problems_is_missed(tested, tmp_path, nodes, law, scenes):
     for seed in range(scenes):

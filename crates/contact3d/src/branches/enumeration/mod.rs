@@ -2,12 +2,11 @@
 //!
 //! A solution has a state of every pane: open, stick, or slip in one of two half circles of directions (one of two directions where the
 //! pane moves along one axis). For each choice of states the equations are solved in intervals that hold S, h and the law with
-//! what rounding may have changed: boxes of pressures, angles of slip and coefficients are cut until each part has no solution,
-//! since an equation or an inequality fails all over it, or exactly one, by a theorem on Newton's method in intervals (R. E. Moore,
+//! what rounding may have changed: boxes of pressures, or of sizes of slips where the law follows those, and of directions of slips are
+//! cut until each part has no solution, since an equation or an inequality fails all over it, or exactly one, by a theorem on Newton's method in intervals (R. E. Moore,
 //! R. B. Kearfott, M. J. Cloud, *Introduction to Interval Analysis*, SIAM 2009, ch. 8). No start is guessed, so nothing can be missed.
 
-mod contracted;
-mod eliminated;
+mod carried;
 mod interval;
 mod linear;
 mod search;
@@ -17,6 +16,7 @@ mod straight_law;
 mod system;
 #[cfg(test)]
 mod tests;
+mod varying;
 
 use std::fmt;
 

@@ -71,7 +71,7 @@ pub(super) fn search(system: &System<'_>, most_boxes: usize) -> Outcome {
             continue;
         }
         let larger = larger(&part, whole);
-        let derivative = system.derivative(&larger);
+        let derivative = derivative(system, &larger);
         match narrow(&larger, &at_middle(system, &larger), &derivative) {
             Narrowed::Empty => {}
             Narrowed::Proven(place) => {
@@ -109,7 +109,8 @@ pub(super) fn search(system: &System<'_>, most_boxes: usize) -> Outcome {
         outcome.undecided = outcome.undecided.max(Some(Undecided::Irregular));
     }
     for zero in &zeros {
-        let signs = system.signs(&zero.place);
+        let slides = system.slides(&zero.place);
+        let signs = system.signs(&zero.place, &slides);
         if signs.iter().any(|sign| sign.high < 0.0) {
             continue;
         }
@@ -119,7 +120,7 @@ pub(super) fn search(system: &System<'_>, most_boxes: usize) -> Outcome {
             outcome.undecided = outcome.undecided.max(Some(Undecided::AtEndOfStates));
         }
         outcome.solutions.push(Solution {
-            multiplier: system.multipliers(&zero.place),
+            multiplier: system.multipliers(&slides),
             margin,
             determinant: determinant(system, &zero.place),
         });
@@ -127,23 +128,33 @@ pub(super) fn search(system: &System<'_>, most_boxes: usize) -> Outcome {
     outcome
 }
 
-/// The part of a box in which no inequality and no equation fails at once; `None` where there is none.
+/// The part of a box in which no inequality and no equation fails; `None` where there is none.
 fn possible(system: &System<'_>, part: Vec<Interval>) -> Option<Vec<Interval>> {
     let part = system.contracted(part)?;
-    let fails = system.signs(&part).iter().any(|sign| sign.high < 0.0);
-    let misses = |r: &Interval| r.low > 0.0 || r.high < 0.0;
-    (!fails && !system.residual(&part).iter().any(misses)).then_some(part)
+    let signs = system.signs(&part, &system.slides(&part));
+    let fails = |sign: &Interval| sign.high < 0.0;
+    (!signs.iter().any(fails)).then_some(part)
 }
 
 fn at_middle(system: &System<'_>, part: &[Interval]) -> Vec<Interval> {
-    let middle = part.iter().map(|x| Interval::point(x.middle()));
-    system.residual(&middle.collect::<Vec<_>>())
+    let middle: Vec<_> = part.iter().map(|x| Interval::point(x.middle())).collect();
+    let equations = system.equations(&system.slides(&middle));
+    equations.iter().map(|left| left.value).collect()
+}
+
+/// The derivatives of the equations over a box, row by row.
+fn derivative(system: &System<'_>, part: &[Interval]) -> Vec<Vec<Interval>> {
+    let equations = system.equations(&system.slides(part));
+    let rows = equations
+        .iter()
+        .map(|left| left.slope[..part.len()].to_vec());
+    rows.collect()
 }
 
 /// The place of the only zero in a box, as narrow as rounding and the uncertainty of the problem allow.
 fn narrowest(system: &System<'_>, mut place: Vec<Interval>) -> Vec<Interval> {
     for _ in 0..MOST_STEPS {
-        let derivative = system.derivative(&place);
+        let derivative = derivative(system, &place);
         let next = match narrow(&place, &at_middle(system, &place), &derivative) {
             Narrowed::Empty => break,
             Narrowed::Proven(next) | Narrowed::Rest(next) => next,
@@ -197,7 +208,7 @@ fn overlap(a: &[Interval], b: &[Interval]) -> bool {
 
 /// |det| of the middle of the derivative over the product of the lengths of its rows; 1 without unknowns.
 fn determinant(system: &System<'_>, place: &[Interval]) -> f64 {
-    let derivative = system.derivative(place);
+    let derivative = derivative(system, place);
     let n = derivative.len();
     let middle = nalgebra::DMatrix::from_fn(n, n, |i, j| derivative[i][j].middle());
     let lengths: f64 = middle.row_iter().map(|row| row.norm()).product();

@@ -4,6 +4,7 @@ use super::{
     super::family::power_of_two,
     interval::{Interval, product},
     straight_law::NodeLaw,
+    varying::Varying,
 };
 
 /// What S, h and the slips may be wrong by, as a share of √(S_ii S_jj) and of the largest h: rounding of assembly and factor. All
@@ -38,8 +39,19 @@ pub(super) struct Affine {
 }
 
 impl Affine {
-    pub(super) fn at(&self, unknowns: &[Interval]) -> Interval {
-        self.constant + product(&self.slope, unknowns)
+    pub(super) fn at(&self, of: &[Interval]) -> Interval {
+        self.constant + product(&self.slope, of)
+    }
+
+    pub(super) fn value(&self, of: &[Varying]) -> Interval {
+        let terms = self.slope.iter().zip(of);
+        self.constant + terms.map(|(slope, x)| *slope * x.value).sum()
+    }
+
+    pub(super) fn over(&self, of: &[Varying]) -> Varying {
+        let terms = self.slope.iter().zip(of);
+        let terms = terms.map(|(slope, x)| x.times(*slope));
+        Varying::constant(self.constant) + terms.sum()
     }
 }
 
@@ -113,6 +125,11 @@ impl SmallProblem {
     pub(super) fn n_panes(&self) -> usize {
         self.nodes.len()
     }
+
+    pub(super) fn is_isotropic(&self) -> bool {
+        let mut laws = self.laws.iter();
+        laws.all(|law| matches!(law, NodeLaw::Isotropic(_)))
+    }
 }
 
 fn slip(numbers: &Numbers<'_>, stress: &[f64], node: usize, axis: usize) -> Affine {
@@ -125,57 +142,5 @@ fn slip(numbers: &Numbers<'_>, stress: &[f64], node: usize, axis: usize) -> Affi
     Affine {
         constant: near(free),
         slope: row.into_iter().map(near).collect(),
-    }
-}
-
-/// 𝓕 of a pane, and its derivatives by u_t at the nodes.
-pub(super) struct PaneFriction {
-    pub(super) value: [Interval; 2],
-    /// (contact node, ∂𝓕_k/∂u_tl).
-    pub(super) slope: Vec<(usize, [[Interval; 2]; 2])>,
-}
-
-impl SmallProblem {
-    /// 𝓕 of a pane for u_t at the contact nodes, the inverse of the mean of F⁻¹.
-    pub(super) fn friction(
-        &self,
-        pane: usize,
-        slip: impl Fn(usize) -> [Interval; 2],
-    ) -> PaneFriction {
-        let nodes = self.nodes[pane].iter();
-        let nodes =
-            nodes.map(|(node, weight)| (*node, *weight, self.laws[*node].over(slip(*node))));
-        let at: Vec<_> = nodes.collect();
-        if let [(node, _, only)] = at.as_slice() {
-            return PaneFriction {
-                value: only.value,
-                slope: vec![(*node, only.slope)],
-            };
-        }
-        let value = [0, 1].map(|k| {
-            let terms = at.iter();
-            let terms = terms.map(|(_, w, at)| Interval::point(*w) * at.value[k].recip());
-            terms.sum::<Interval>().recip()
-        });
-        let slope = at.iter().map(|(node, weight, at)| {
-            let by_slip = [0, 1].map(|k| {
-                let share = (value[k] * at.value[k].recip()).square();
-                at.slope[k].map(|slope| Interval::point(*weight) * share * slope)
-            });
-            (*node, by_slip)
-        });
-        PaneFriction {
-            value,
-            slope: slope.collect(),
-        }
-    }
-
-    pub(super) fn follows_slip(&self) -> bool {
-        !self.slips.is_empty()
-    }
-
-    pub(super) fn is_isotropic(&self) -> bool {
-        let mut laws = self.laws.iter();
-        laws.all(|law| matches!(law, NodeLaw::Isotropic(_)))
     }
 }

@@ -19,7 +19,7 @@ impl State {
     }
 }
 
-/// The directions of 𝓕⁻¹λ_t of a slipping pane.
+/// The directions in which a pane slips.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Chart {
     /// Half a circle: ±Q (1 − t², 2t)/(1 + t²) for t between −1 and 1, with a fixed rotation Q.

@@ -20,12 +20,6 @@ pub(super) enum NodeLaw {
     Orthotropic([StraightLines; 2]),
 }
 
-/// F₁ and F₂, and their derivatives by u_t1 and u_t2: all slopes between any two slips of the intervals.
-pub(super) struct NodeFriction {
-    pub(super) value: [Interval; 2],
-    pub(super) slope: [[Interval; 2]; 2],
-}
-
 impl StraightLines {
     /// From the slips at the knots, zero first, and the values there.
     pub(super) fn new(knots: impl Iterator<Item = (f64, f64)>) -> Self {
@@ -36,7 +30,7 @@ impl StraightLines {
     }
 
     /// The values and the slopes on all lines that an interval of slips reaches.
-    fn over(&self, slip: Interval) -> (Interval, Interval) {
+    pub(super) fn over(&self, slip: Interval) -> (Interval, Interval) {
         let before = |slip: f64| self.knots.partition_point(|(knot, _)| *knot <= slip);
         let reached = before(slip.low).saturating_sub(1)..before(slip.high).max(1);
         let lines = reached.map(|line| {
@@ -51,38 +45,5 @@ impl StraightLines {
         });
         let all = lines.reduce(|a, b| (a.0.hull(b.0), a.1.hull(b.1)));
         all.expect("every slip is on a line")
-    }
-}
-
-impl NodeLaw {
-    /// The law over slips (u_t1, u_t2).
-    pub(super) fn over(&self, slip: [Interval; 2]) -> NodeFriction {
-        let both = Interval::new(-1.0, 1.0);
-        match self {
-            Self::Isotropic(law) => {
-                let size = (slip[0].square() + slip[1].square()).sqrt();
-                let (value, slope) = law.over(size);
-                let along = |u: Interval| u.over(size).and_then(|u| u.meet(both)).unwrap_or(both);
-                NodeFriction {
-                    value: [value; 2],
-                    slope: [slip.map(|u| slope * along(u)); 2],
-                }
-            }
-            Self::Orthotropic(pair) => {
-                let sign = |u: Interval| match u {
-                    Interval { low, .. } if low > 0.0 => Interval::ONE,
-                    Interval { high, .. } if high < 0.0 => -Interval::ONE,
-                    _ => both,
-                };
-                let [first, second] = [0, 1].map(|k| pair[k].over(slip[k].abs()));
-                NodeFriction {
-                    value: [first.0, second.0],
-                    slope: [
-                        [first.1 * sign(slip[0]), Interval::ZERO],
-                        [Interval::ZERO, second.1 * sign(slip[1])],
-                    ],
-                }
-            }
-        }
     }
 }

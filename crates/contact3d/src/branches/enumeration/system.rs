@@ -1,61 +1,64 @@
 //! The equations of one choice of states, over boxes of their unknowns.
 
 use super::{
-    eliminated::{Eliminated, largest_multipliers},
+    carried::{Carried, unit},
     interval::{Interval, product},
     small_problem::{Affine, SmallProblem},
     states::{Chart, State},
+    straight_law::NodeLaw,
+    varying::Varying,
 };
 
+/// What pressures may be.
+const PUSHES: Interval = Interval::new(0.0, f64::INFINITY);
+
+/// What a slipping pane has as unknowns beside the place t on its half circle d, and what all else is linear in: its sources.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Unknowns {
+    /// λ_ν, where 𝓕 is known: λ_t = λ_ν 𝓕d. The equations are r_ν = 0 and r_t ∥ 𝓕⁻¹d, and λ are the sources.
+    Pressures,
+    /// The size s of its slip v = −r_t = s d, from which 𝓕 follows. The equations are λ_t = λ_ν 𝓕²d/|𝓕d|, and (0, v) are the sources.
+    Slips,
+}
+
 /// The equations of one choice of states.
-///
-/// Sticking and open panes are eliminated. A slipping pane has the unknowns λ_ν, the place t on its half circle and, where the law
-/// follows the slip, 𝓕, with λ_t = λ_ν 𝓕 e(t); and the equations r_ν = 0, r_t ∥ 𝓕⁻¹e(t), 𝓕 = that of the slips. With e and 𝓕
-/// given they are linear.
 pub(super) struct System<'p> {
-    pub(super) problem: &'p SmallProblem,
+    problem: &'p SmallProblem,
+    unknowns: Unknowns,
     states: Vec<State>,
-    pub(super) slipping: Vec<Slipping>,
-    /// λ of all components, `[3m]`, by the λ of slipping panes.
+    slipping: Vec<Slipping>,
+    /// λ of all components, `[3m]`, by the sources.
     multiplier: Vec<Affine>,
-    /// r likewise.
-    gradient: Vec<Affine>,
+    /// r_ν of all panes likewise.
+    gap: Vec<Affine>,
     /// u_t at the contact nodes likewise.
     slips: Vec<[Affine; 2]>,
+    /// r by λ of slipping panes, `[3m]`.
+    gradient: Vec<Affine>,
     /// Where all solutions lie.
     pub(super) whole: Vec<Interval>,
 }
 
 /// A slipping pane, and the places of its unknowns.
-pub(super) struct Slipping {
-    pub(super) pane: usize,
-    pub(super) chart: Chart,
-    pub(super) pressure: usize,
-    pub(super) angle: Option<usize>,
-    friction: [Friction; 2],
-}
-
-/// 𝓕_k of a slipping pane.
-#[derive(Clone, Copy)]
-enum Friction {
-    Known(Interval),
-    Unknown(usize),
+struct Slipping {
+    pane: usize,
+    chart: Chart,
+    /// Of its pressure or size of slip.
+    size: usize,
+    angle: Option<usize>,
 }
 
 /// What a slipping pane does.
-pub(super) struct Sliding {
-    pub(super) pressure: Interval,
-    pub(super) friction: [Interval; 2],
-    along: [Interval; 2],
-    turning: [Interval; 2],
+struct Slide {
+    size: Varying,
+    direction: [Varying; 2],
 }
 
-/// How λ of one slipping pane moves with an unknown, and the direction across its slip.
-#[derive(Clone)]
-struct Motion {
-    pane: usize,
-    stress: [Interval; 3],
-    across: [Interval; 2],
+/// A box with the sources in it.
+pub(super) struct Slides {
+    of_panes: Vec<Slide>,
+    /// Three for each slipping pane.
+    sources: Vec<Varying>,
 }
 
 impl<'p> System<'p> {
@@ -70,268 +73,272 @@ impl<'p> System<'p> {
         let stuck: Vec<usize> = components(|s| s == State::Stick).filter(moves).collect();
         let closed: Vec<usize> = components(|s| s != State::Open).filter(moves).collect();
         let sliding: Vec<usize> = components(State::slips).collect();
-        let eliminated = Eliminated::new(problem, &stuck, &sliding)?;
+        let by_slips = Carried::by_slips(problem, &closed, &sliding)?;
+        let by_stresses = Carried::by_stresses(problem, &stuck, &sliding)?;
+        let (unknowns, carried) = match problem.slips.is_empty() {
+            true => (Unknowns::Pressures, &by_stresses),
+            false => (Unknowns::Slips, &by_slips),
+        };
         let with = |row: Affine, constant: Interval| Affine {
             constant: row.constant + constant,
             ..row
         };
-        let gradient = problem.operator.iter().zip(&problem.rhs);
-        let slip = |slip: &Affine| with(eliminated.applied(|j| slip.slope[j]), slip.constant);
+        let gradient = |i: usize, carried: &Carried<'_>| {
+            let row = carried.applied(|j| problem.operator[i][j]);
+            with(row, -problem.rhs[i])
+        };
+        let slip = |row: &Affine| with(carried.applied(|j| row.slope[j]), row.constant);
+        let n = problem.rhs.len();
         let slips = problem.slips.iter();
         let mut system = Self {
-            problem,
             slipping: Vec::new(),
-            multiplier: (0..problem.rhs.len())
-                .map(|j| eliminated.multiplier(j))
-                .collect(),
-            gradient: gradient
-                .map(|(row, h)| with(eliminated.applied(|j| row[j]), -*h))
-                .collect(),
+            multiplier: (0..n).map(|i| carried.applied(unit(i))).collect(),
+            gap: (0..n).step_by(3).map(|i| gradient(i, carried)).collect(),
             slips: slips.map(|pair| pair.each_ref().map(slip)).collect(),
+            gradient: (0..n).map(|i| gradient(i, &by_stresses)).collect(),
             whole: Vec::new(),
+            problem,
+            unknowns,
             states,
         };
-        system.place(&largest_multipliers(problem, &closed)?);
+        system.place(&by_slips);
         Some(system)
     }
 
-    /// Numbers the unknowns and bounds them.
-    fn place(&mut self, largest: &[f64]) {
-        let anything: Vec<Interval> = largest.iter().map(|l| Interval::new(-l, *l)).collect();
-        let problem = self.problem;
-        let slip = |node: usize| match problem.slips.get(node) {
-            Some(pair) => pair.each_ref().map(|slip| slip.at(&anything)),
-            None => [Interval::ZERO; 2],
-        };
+    /// Numbers the unknowns and bounds them: λᵀr ≤ 0, so λᵀSλ and rᵀS⁻¹r are no larger than hᵀS⁻¹h, λ_j² than (S⁻¹)_jj hᵀS⁻¹h, and r_j²
+    /// than S_jj hᵀS⁻¹h.
+    fn place(&mut self, by_slips: &Carried<'_>) {
+        let energy = by_slips.applied(|j| self.problem.rhs[j]).constant;
         for (pane, state) in self.states.iter().enumerate() {
             let State::Slip(chart) = *state else {
                 continue;
             };
-            let pressure = self.whole.len();
-            self.whole.push(Interval::new(0.0, largest[3 * pane]));
+            let own = |i: usize| self.problem.operator[i][i];
+            let factor = match self.unknowns {
+                Unknowns::Pressures => {
+                    -by_slips.applied(unit(3 * pane)).slope[3 * self.slipping.len()]
+                }
+                Unknowns::Slips => own(3 * pane + 1) + own(3 * pane + 2),
+            };
+            let size = self.whole.len();
+            let most = (factor * energy).sqrt().high;
+            self.whole.push(Interval::new(0.0, most));
             let angle = chart.has_angle().then_some(self.whole.len());
             self.whole.extend(angle.map(|_| Interval::new(-1.0, 1.0)));
-            let [first, second] = problem.friction(pane, slip).value;
-            let place = self.whole.len();
-            let friction = if !problem.follows_slip() {
-                [first, second].map(Friction::Known)
-            } else if problem.is_isotropic() {
-                self.whole.push(first);
-                [Friction::Unknown(place); 2]
-            } else {
-                self.whole.extend([first, second]);
-                [0, 1].map(|k| Friction::Unknown(place + k))
-            };
             self.slipping.push(Slipping {
                 pane,
                 chart,
-                pressure,
+                size,
                 angle,
-                friction,
             });
         }
     }
 
-    pub(super) fn sliding(&self, at: &[Interval]) -> Vec<Sliding> {
-        let panes = self.slipping.iter().map(|pane| {
+    /// The sources in a box.
+    pub(super) fn slides(&self, at: &[Interval]) -> Slides {
+        let of_panes = self.slipping.iter().map(|pane| {
             let t = pane.angle.map_or(Interval::ZERO, |place| at[place]);
             let direction = pane.chart.direction(t);
-            Sliding {
-                pressure: at[pane.pressure],
-                friction: pane.friction_in(at),
-                along: direction.along,
-                turning: direction.turning,
+            Slide {
+                size: Varying::along(at[pane.size], pane.size, Interval::ONE),
+                direction: [0, 1].map(|k| match pane.angle {
+                    Some(place) => Varying::along(direction.along[k], place, direction.turning[k]),
+                    None => Varying::constant(direction.along[k]),
+                }),
             }
         });
-        panes.collect()
-    }
-
-    /// λ of the slipping panes.
-    pub(super) fn carried(sliding: &[Sliding]) -> Vec<Interval> {
-        let panes = sliding.iter().flat_map(|pane| {
-            let [first, second] = pane.shares();
-            [pane.pressure, pane.pressure * first, pane.pressure * second]
+        let mut slides = Slides {
+            of_panes: of_panes.collect(),
+            sources: Vec::new(),
+        };
+        let sources = self.slipping.iter().zip(&slides.of_panes);
+        let sources = sources.flat_map(|(pane, slide)| {
+            let (normal, [first, second]) = match self.unknowns {
+                Unknowns::Pressures => (slide.size, self.share(pane.pane, slide, &slides)),
+                Unknowns::Slips => (Varying::constant(Interval::ZERO), slide.direction),
+            };
+            [normal, slide.size * first, slide.size * second]
         });
-        panes.collect()
-    }
-
-    pub(super) fn slips_at(&self, carried: &[Interval]) -> impl Fn(usize) -> [Interval; 2] {
-        move |node| match self.slips.get(node) {
-            Some(pair) => pair.each_ref().map(|slip| slip.at(carried)),
-            None => [Interval::ZERO; 2],
-        }
-    }
-
-    pub(super) fn gradient_of(&self, pane: usize) -> [&Affine; 3] {
-        [0, 1, 2].map(|c| &self.gradient[3 * pane + c])
+        slides.sources = sources.collect();
+        slides
     }
 
     /// λ of all components, `[3m]`.
-    pub(super) fn multipliers(&self, at: &[Interval]) -> Vec<Interval> {
-        let carried = Self::carried(&self.sliding(at));
-        self.multiplier.iter().map(|row| row.at(&carried)).collect()
+    pub(super) fn multipliers(&self, slides: &Slides) -> Vec<Interval> {
+        let rows = self.multiplier.iter();
+        rows.map(|row| row.value(&slides.sources)).collect()
     }
 
     /// The left-hand sides.
-    pub(super) fn residual(&self, at: &[Interval]) -> Vec<Interval> {
-        let sliding = self.sliding(at);
-        let carried = Self::carried(&sliding);
-        let slips = self.slips_at(&carried);
-        let mut residual = vec![Interval::ZERO; at.len()];
-        for (pane, here) in self.slipping.iter().zip(&sliding) {
-            let [normal, first, second] = self.gradient_of(pane.pane).map(|row| row.at(&carried));
-            residual[pane.pressure] = normal;
+    pub(super) fn equations(&self, slides: &Slides) -> Vec<Varying> {
+        let mut equations = vec![Varying::constant(Interval::ZERO); self.whole.len()];
+        for (pane, slide) in self.slipping.iter().zip(&slides.of_panes) {
+            let over = |rows: &[Affine], c: usize| rows[3 * pane.pane + c].over(&slides.sources);
+            let left = match self.unknowns {
+                Unknowns::Pressures => {
+                    let [f1, f2] = self.friction(pane.pane, slides);
+                    let [d1, d2] = slide.direction;
+                    let [normal, first, second] = [0, 1, 2].map(|c| over(&self.gradient, c));
+                    [normal, f2 * d1 * second - f1 * d2 * first]
+                }
+                Unknowns::Slips => {
+                    let share = self.share(pane.pane, slide, slides);
+                    let [normal, first, second] = [0, 1, 2].map(|c| over(&self.multiplier, c));
+                    [first - normal * share[0], second - normal * share[1]]
+                }
+            };
+            equations[pane.size] = match (self.unknowns, pane.chart) {
+                (Unknowns::Slips, Chart::Axis { axis, .. }) => left[axis],
+                _ => left[0],
+            };
             if let Some(place) = pane.angle {
-                let [across, along] = here.across();
-                residual[place] = across * first + along * second;
-            }
-            if self.problem.follows_slip() {
-                let found = self.problem.friction(pane.pane, &slips).value;
-                for (k, place) in pane.unknown_friction() {
-                    residual[place] = at[place] - found[k];
-                }
+                equations[place] = left[1];
             }
         }
-        residual
+        equations
     }
 
-    /// Their derivatives, row by row.
-    pub(super) fn derivative(&self, at: &[Interval]) -> Vec<Vec<Interval>> {
-        let sliding = self.sliding(at);
-        let carried = Self::carried(&sliding);
-        let slips = self.slips_at(&carried);
-        let mut matrix = vec![vec![Interval::ZERO; at.len()]; at.len()];
-        let motions = self.motions(&sliding, at.len());
-        for (i, (pane, here)) in self.slipping.iter().zip(&sliding).enumerate() {
-            let rows = self.gradient_of(pane.pane);
-            let [first, second] = [rows[1].at(&carried), rows[2].at(&carried)];
-            let [across, along] = here.across();
-            let follows = self.problem.follows_slip();
-            let friction = follows.then(|| self.problem.friction(pane.pane, &slips));
-            for (place, motion) in motions.iter().enumerate() {
-                let moved = |row: &Affine| product(&row.slope[3 * motion.pane..], &motion.stress);
-                matrix[pane.pressure][place] = moved(rows[0]);
-                if let Some(row) = pane.angle {
-                    let mut entry = across * moved(rows[1]) + along * moved(rows[2]);
-                    if motion.pane == i {
-                        entry = entry + motion.across[0] * first + motion.across[1] * second;
-                    }
-                    matrix[row][place] = entry;
-                }
-                for (k, row) in pane.unknown_friction() {
-                    let slopes = friction.iter().flat_map(|found| &found.slope);
-                    let change = slopes.map(|(node, slope)| {
-                        let [first, second] = self.slips[*node].each_ref().map(moved);
-                        slope[k][0] * first + slope[k][1] * second
-                    });
-                    let own = if row == place {
-                        Interval::ONE
-                    } else {
-                        Interval::ZERO
-                    };
-                    matrix[row][place] = own - change.sum();
-                }
+    /// λ_t over λ_ν of a slipping pane.
+    fn share(&self, pane: usize, slide: &Slide, slides: &Slides) -> [Varying; 2] {
+        let friction = self.friction(pane, slides);
+        let times = |a: [Varying; 2]| [0, 1].map(|k| friction[k] * a[k]);
+        match self.unknowns == Unknowns::Pressures || self.problem.is_isotropic() {
+            true => times(slide.direction),
+            // |d| = 1, so |𝓕d| lies between the coefficients.
+            false => {
+                let between = friction[0].value.hull(friction[1].value);
+                times(Varying::unit(times(slide.direction), between))
             }
         }
-        matrix
     }
 
-    fn motions(&self, sliding: &[Sliding], unknowns: usize) -> Vec<Motion> {
-        let still = Motion {
-            pane: 0,
-            stress: [Interval::ZERO; 3],
-            across: [Interval::ZERO; 2],
+    /// 𝓕 of a pane, the inverse of the mean of F⁻¹ over its nodes.
+    fn friction(&self, pane: usize, slides: &Slides) -> [Varying; 2] {
+        let nodes = &self.problem.nodes[pane];
+        let at = |node: usize| [0, 1].map(|k| self.coefficient(node, k, slides));
+        if let [(node, _)] = nodes[..] {
+            return at(node);
+        }
+        let term = |(node, weight): &(usize, f64), k: usize| {
+            at(*node)[k].recip().times(Interval::point(*weight))
         };
-        let mut motions = vec![still; unknowns];
-        for (i, (pane, here)) in self.slipping.iter().zip(sliding).enumerate() {
-            let [f1, f2] = here.friction;
-            let [e1, e2] = here.along;
-            let pressure = &mut motions[pane.pressure];
-            (pressure.pane, pressure.stress) = (i, [Interval::ONE, f1 * e1, f2 * e2]);
-            if let Some(place) = pane.angle {
-                let [t1, t2] = here.turning;
-                let p = here.pressure;
-                motions[place] = Motion {
-                    pane: i,
-                    stress: [Interval::ZERO, p * (f1 * t1), p * (f2 * t2)],
-                    across: [-(f1 * t2), f2 * t1],
-                };
-            }
-            for (k, friction) in pane.friction.iter().enumerate() {
-                if let Friction::Unknown(place) = *friction {
-                    let motion = &mut motions[place];
-                    motion.pane = i;
-                    motion.stress[k + 1] = here.pressure * here.along[k];
-                    motion.across[k] = if k == 0 { -e2 } else { e1 };
-                }
-            }
-        }
-        motions
+        [0, 1].map(|k| {
+            nodes
+                .iter()
+                .map(|node| term(node, k))
+                .sum::<Varying>()
+                .recip()
+        })
     }
 
-    /// What is not negative in a solution: pressures, slips against the stress and room on half circles at slipping panes, pressures and room to the ellipse at sticking ones, closing of open ones.
-    pub(super) fn signs(&self, at: &[Interval]) -> Vec<Interval> {
-        let sliding = self.sliding(at);
-        let carried = Self::carried(&sliding);
-        let slips = self.slips_at(&carried);
+    /// F_k at a contact node of a closed pane.
+    fn coefficient(&self, node: usize, k: usize, slides: &Slides) -> Varying {
+        let (law, is_isotropic) = match &self.problem.laws[node] {
+            NodeLaw::Isotropic(law) => (law, true),
+            NodeLaw::Orthotropic(pair) => (&pair[k], false),
+        };
+        let slip = self.slips.get(node).map(|pair| {
+            let [first, second] = pair.each_ref().map(|u| u.over(&slides.sources));
+            match is_isotropic {
+                true => first.hypot(second),
+                false => [first, second][k].abs(),
+            }
+        });
+        let slip = slip.unwrap_or(Varying::constant(Interval::ZERO));
+        let (value, slope) = law.over(slip.value.abs());
+        slip.through(value, slope)
+    }
+
+    /// A smaller box around the same solutions: stresses that follow from the sources push, and slips that follow from those stresses have
+    /// their directions; `None` where there are none.
+    pub(super) fn contracted(&self, mut at: Vec<Interval>) -> Option<Vec<Interval>> {
+        let slides = self.slides(&at);
+        let stress = self.stress(&slides)?;
+        for (i, (pane, slide)) in self.slipping.iter().zip(&slides.of_panes).enumerate() {
+            let slip = [1, 2].map(|c| -self.gradient[3 * pane.pane + c].at(&stress));
+            let (size, along) = match self.unknowns {
+                Unknowns::Pressures => {
+                    let friction = self.friction(pane.pane, &slides);
+                    (stress[3 * i], [0, 1].map(|k| friction[k].value * slip[k]))
+                }
+                Unknowns::Slips => ((slip[0].square() + slip[1].square()).sqrt(), slip),
+            };
+            at[pane.size] = slide.size.value.meet(size)?;
+            if let Some(place) = pane.angle {
+                at[place] = pane.chart.narrowed(at[place], along)?;
+            }
+        }
+        Some(at)
+    }
+
+    /// λ of the slipping panes, with pressures from r_ν = 0, one pane after the other; `None` where there is none.
+    fn stress(&self, slides: &Slides) -> Option<Vec<Interval>> {
+        let panes = || self.slipping.iter().zip(&slides.of_panes);
+        let rows = panes().flat_map(|(pane, _)| &self.multiplier[3 * pane.pane..3 * pane.pane + 3]);
+        let mut stress: Vec<_> = rows.map(|row| row.value(&slides.sources)).collect();
+        let shares = panes().map(|(pane, slide)| self.share(pane.pane, slide, slides));
+        let shares: Vec<_> = shares.map(|share| share.map(|s| s.value)).collect();
+        for i in 0..shares.len() {
+            stress[3 * i] = stress[3 * i].meet(PUSHES)?;
+        }
+        for (i, pane) in self.slipping.iter().enumerate() {
+            let row = &self.gradient[3 * pane.pane];
+            let (mut known, mut own) = (row.constant, Interval::ZERO);
+            for (k, share) in shares.iter().enumerate() {
+                let by = &row.slope[3 * k..3 * k + 3];
+                let factor = by[0] + by[1] * share[0] + by[2] * share[1];
+                if k == i {
+                    own = factor;
+                } else {
+                    let stress = &stress[3 * k..3 * k + 3];
+                    known = known + product(by, stress).meet(factor * stress[0])?;
+                }
+            }
+            if let Some(found) = (-known).over(own) {
+                stress[3 * i] = stress[3 * i].meet(found)?;
+            }
+            for k in [0, 1] {
+                let place = 3 * i + 1 + k;
+                stress[place] = stress[place].meet(stress[3 * i] * shares[i][k])?;
+            }
+        }
+        Some(stress)
+    }
+
+    /// What is not negative in a solution: pressures, slips against the stress and room on half circles at slipping panes, pressures and
+    /// room to the ellipse at sticking ones, closing of open ones.
+    pub(super) fn signs(&self, at: &[Interval], slides: &Slides) -> Vec<Interval> {
         let mut signs = Vec::new();
-        for (pane, here) in self.slipping.iter().zip(&sliding) {
-            let [_, first, second] = self.gradient_of(pane.pane).map(|row| row.at(&carried));
-            let [f1, f2] = here.friction;
-            let [e1, e2] = here.along;
-            signs.push(here.pressure);
-            signs.push(-(e1 * f2 * first + e2 * f1 * second));
+        let value = |row: &Affine| row.value(&slides.sources);
+        for (pane, slide) in self.slipping.iter().zip(&slides.of_panes) {
+            signs.push(at[pane.size]);
+            signs.push(match self.unknowns {
+                Unknowns::Pressures => {
+                    let [f1, f2] = self.friction(pane.pane, slides).map(|f| f.value);
+                    let [d1, d2] = slide.direction.map(|d| d.value);
+                    let [first, second] = [1, 2].map(|c| value(&self.gradient[3 * pane.pane + c]));
+                    -(d1 * f2 * first + d2 * f1 * second)
+                }
+                Unknowns::Slips => value(&self.multiplier[3 * pane.pane]),
+            });
             if let Some(place) = pane.angle {
                 let t = at[place];
                 signs.extend([Interval::ONE - t, Interval::ONE + t]);
             }
         }
         for (pane, state) in self.states.iter().enumerate() {
+            let stress = |c: usize| value(&self.multiplier[3 * pane + c]);
             match state {
                 State::Slip(_) => {}
-                State::Open => signs.push(self.gradient[3 * pane].at(&carried)),
+                State::Open => signs.push(value(&self.gap[pane])),
                 State::Stick => {
-                    let stress = [0, 1, 2].map(|c| self.multiplier[3 * pane + c].at(&carried));
-                    let friction = self.problem.friction(pane, &slips).value;
-                    let share = |k: usize| (stress[k + 1] * friction[k].recip()).square();
-                    signs.push(stress[0]);
-                    signs.push(stress[0].square() - share(0) - share(1));
+                    let friction = self.friction(pane, slides);
+                    let share = |k: usize| (stress(k + 1) * friction[k].value.recip()).square();
+                    signs.push(stress(0));
+                    signs.push(stress(0).square() - share(0) - share(1));
                 }
             }
         }
         signs
-    }
-}
-
-impl Sliding {
-    /// λ_t over λ_ν, 𝓕 e.
-    pub(super) fn shares(&self) -> [Interval; 2] {
-        [0, 1].map(|k| self.friction[k] * self.along[k])
-    }
-
-    /// The normal of 𝓕⁻¹e, times f₁ f₂.
-    fn across(&self) -> [Interval; 2] {
-        let [f1, f2] = self.friction;
-        [-(self.along[1] * f1), self.along[0] * f2]
-    }
-}
-
-impl Slipping {
-    pub(super) fn friction_in(&self, at: &[Interval]) -> [Interval; 2] {
-        self.friction.map(|friction| match friction {
-            Friction::Known(value) => value,
-            Friction::Unknown(place) => at[place],
-        })
-    }
-
-    /// The axes whose 𝓕_k is an unknown, one for both where they share it, and its place.
-    pub(super) fn unknown_friction(&self) -> impl Iterator<Item = (usize, usize)> {
-        let places = self.friction.map(|friction| match friction {
-            Friction::Known(_) => None,
-            Friction::Unknown(place) => Some(place),
-        });
-        let second = places[1].filter(|place| Some(*place) != places[0]);
-        let places = [places[0], second].into_iter().enumerate();
-        places.filter_map(|(k, place)| Some((k, place?)))
     }
 }

@@ -9,6 +9,15 @@ use super::{
     system::System,
 };
 
+fn own_node(pane: usize) -> Vec<(usize, f64)> {
+    vec![(pane, 1.0)]
+}
+
+/// Both nodes under each of two panes.
+fn shared_nodes(pane: usize) -> Vec<(usize, f64)> {
+    vec![(pane, 0.7), (1 - pane, 0.3)]
+}
+
 const SLIDES: State = State::Slip(Chart::Half { negative: false });
 
 /// Panes of area 1 with one law, S = 1 with 0.3 and −0.2 beside the diagonal, or as given.
@@ -17,6 +26,7 @@ fn problem(
     rhs: &[f64],
     law: &NodeLaw,
     follows_slip: bool,
+    weights: &dyn Fn(usize) -> Vec<(usize, f64)>,
 ) -> SmallProblem {
     let panes = rhs.len() / 3;
     let numbers = Numbers {
@@ -26,7 +36,7 @@ fn problem(
         slip: &|node, axis, j| operator(3 * node + 1 + axis, j),
         follows_slip,
     };
-    let nodes = (0..panes).map(|pane| vec![(pane, 1.0)]).collect();
+    let nodes = (0..panes).map(weights).collect();
     SmallProblem::new(&numbers, nodes, vec![law.clone(); panes]).expect("panes that move")
 }
 
@@ -69,28 +79,32 @@ fn results_of_operations_lie_in_their_intervals() {
 fn derivatives_hold_the_secants_of_the_equations() {
     let ramp = lines(&[(0.0, 1.5), (0.2, 1.5), (0.9, 0.4)]);
     let other = lines(&[(0.0, 0.7), (0.1, 0.9), (1.4, 0.3)]);
-    for law in [
-        NodeLaw::Isotropic(ramp.clone()),
-        NodeLaw::Orthotropic([ramp, other]),
-    ] {
+    let isotropic = NodeLaw::Isotropic(ramp.clone());
+    let orthotropic = NodeLaw::Orthotropic([ramp, other]);
+    let weights = [own_node as fn(usize) -> _, shared_nodes];
+    let kinds = [&isotropic, &orthotropic].into_iter();
+    let kinds = kinds.flat_map(|law| weights.map(|weights| (law, weights)));
+    let kinds = kinds.flat_map(|(law, weights)| [false, true].map(|f| (law, weights, f)));
+    for (law, weights, follows_slip) in kinds {
         let rhs = [0.4, 1.0, -0.5, 0.2, -0.8, 0.6];
-        let problem = problem(&coupled, &rhs, &law, true);
+        let problem = problem(&coupled, &rhs, law, follows_slip, &weights);
         let system = System::new(&problem, vec![SLIDES, SLIDES]).expect("definite");
         let n = system.whole.len();
+        let value = |at: &[Interval]| system.equations(&system.slides(at));
         let start: Vec<f64> = system.whole.iter().map(|x| x.middle()).collect();
         for j in 0..n {
             let step = 0.3 * system.whole[j].width();
             let mut at: Vec<Interval> = start.iter().map(|x| Interval::point(*x)).collect();
-            let here = system.residual(&at);
+            let here = value(&at);
             at[j] = Interval::point(start[j] + step);
-            let there = system.residual(&at);
+            let there = value(&at);
             at[j] = Interval::new(start[j], start[j] + step);
-            let derivative = system.derivative(&at);
+            let over = value(&at);
             for i in 0..n {
-                let secant = (there[i].middle() - here[i].middle()) / step;
+                let secant = (there[i].value.middle() - here[i].value.middle()) / step;
                 // What S is uncertain by, over a step.
                 let near = Interval::around(secant, 1e-10);
-                assert!(near.meet(derivative[i][j]).is_some(), "{i} {j}");
+                assert!(near.meet(over[i].slope[j]).is_some(), "{i} {j}");
             }
         }
     }
@@ -108,7 +122,7 @@ fn one_node_has_its_three_solutions() {
     let born = (-1.0 + 0.6 * 0.2_f64).abs() / (-0.2 + 0.6);
     for (friction, count) in [(0.99 * born, 1), (1.01 * born, 3)] {
         let law = NodeLaw::Isotropic(lines(&[(0.0, friction)]));
-        let problem = problem(&operator, &rhs, &law, false);
+        let problem = problem(&operator, &rhs, &law, false, &own_node);
         let both = [false, true].map(|negative| State::Slip(Chart::Half { negative }));
         let states = [vec![State::Open, State::Stick, both[0], both[1]]];
         let found: usize = choices(&states)
