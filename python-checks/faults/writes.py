@@ -127,7 +127,9 @@ class Failing(Trial):
             keys = sorted({*now, *after})
             different = [key for key in keys if now.get(key) != after.get(key)]
             return f"as if all were well, but {different} are different"
-        incomplete = ended.code == INCOMPLETE
+        # A case of a sweep may fail, and be told in the tables, before a series does.
+        told = ended.code != 0 and any(self.work.rglob("*.error.txt"))
+        incomplete = ended.code == INCOMPLETE or told
         for key, value in now.items():
             if incomplete and key.startswith(GATHERED):
                 continue  # tables and charts of the cases that are there
