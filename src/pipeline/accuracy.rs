@@ -8,7 +8,7 @@ use contact3d::{
 };
 use runfile::{GroupRecord, IfMissing, RunFile};
 
-use super::{StageError, beside::store_with_scene, mesh_file::pin_mesh_file, resources};
+use super::{StageError, mesh::pin_mesh_file, resources, store::store_with_scene};
 use crate::format::{self, LAYOUT};
 
 /// Measures the errors of solvers and meshes for a scene and stores them with it in a run file,

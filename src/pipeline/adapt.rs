@@ -15,11 +15,10 @@ use runfile::{Home, Reader, StoreError, Transaction};
 
 use super::{
     Commit, Freshness, Performed, Session, StageError, Step,
-    checkpoint::Checkpoints,
-    mesh_file::refused,
+    mesh::refused,
     solve::StartFrom,
     stages::{Chosen, settings},
-    store::{write_group, write_scene},
+    store::{Checkpoints, write_group, write_scene},
 };
 use crate::format::{self, ADAPT, FormatError, Stage};
 

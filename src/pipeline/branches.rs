@@ -14,10 +14,9 @@ use toml::Value;
 
 use super::{
     SeriesFolder, StageError,
-    beside::store_with_scene,
-    checkpoint::Checkpoints,
-    mesh_file::pin_mesh_file,
-    path_series::{require_same_mesh, write_paths},
+    mesh::pin_mesh_file,
+    series_folder::{require_same_mesh, write_paths},
+    store::{Checkpoints, store_with_scene},
 };
 use crate::{
     format::{self, LAYOUT},

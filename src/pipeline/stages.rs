@@ -12,16 +12,14 @@ use runfile::{GroupRecord, Home, StoreError, Transaction};
 use serde::Serialize;
 
 use super::{
-    AssemblyFile, Session, StageError, assemble,
-    checkpoint::Checkpoints,
-    history,
+    AssemblyFile, Session, StageError, assemble, history,
     homes::KEEP_BESIDE_ABOVE,
     load,
     mesh::{self, Meshed},
     post::{self, Evaluated},
     resources,
     solve::{self, Answer},
-    store::write_group,
+    store::{Checkpoints, write_group},
 };
 use crate::format::{self, HISTORY, Stage, VTKHDF};
 

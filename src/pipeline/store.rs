@@ -1,16 +1,19 @@
 //! The run file of a session: what of it is fresh, and how computed stages get into it.
 
-use std::{path::Path, sync::Arc, time::Instant};
+use std::{
+    path::Path,
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
-use contact3d::{history::StepRecord, solver::OuterState};
+use contact3d::{history::StepRecord, scene::Scene, solver::OuterState};
 use runfile::{
     Group, GroupRecord, GroupWriter, Home, Reader, RunFile, StoreError, StoredGroup, Transaction,
 };
 
 use super::{
     AssemblyFile, Commit, Freshness, Performed, StageError, StageState,
-    ahead::{Ahead, Then, Written},
-    change::{Change, Pending, Unfinished},
+    change::{Ahead, Change, Pending, Then, Unfinished, Written},
     freshness::{StartedFrom, input_digest, states_from},
     session::Task,
     solve::StartFrom,
@@ -359,5 +362,64 @@ impl Task {
         input_digest: String,
     ) -> GroupRecord {
         GroupRecord::ended(settings, input_digest, seconds, self.threads)
+    }
+}
+
+/// Stores a group with the scene that it was computed from, in one step.
+pub(super) fn store_with_scene(
+    file: &RunFile,
+    scene: &Scene,
+    group: Group,
+    record: &GroupRecord,
+    write: impl FnOnce(&mut GroupWriter<'_>) -> Result<(), StoreError>,
+) -> Result<(), StageError> {
+    let mut transaction = Transaction::begin(file)?;
+    let of_scene = GroupRecord {
+        settings: String::new(),
+        input_digest: String::new(),
+        seconds: 0.0,
+        ..record.clone()
+    };
+    write_group(
+        &mut transaction,
+        format::SCENE,
+        Home::RunFile,
+        &of_scene,
+        |writer| format::write_scene(writer, scene),
+    )?;
+    write_group(&mut transaction, group, Home::RunFile, record, write)?;
+    transaction.commit()?;
+    Ok(())
+}
+
+/// At most one part in so many of the time goes into checkpoints.
+const SHARE: f64 = 20.0;
+
+/// The checkpoints of one solve, or of one adaptive run.
+pub(super) struct Checkpoints {
+    last: Instant,
+    /// What writing one takes.
+    cost: f64,
+}
+
+impl Checkpoints {
+    /// Of a solve that begins now; `cost` is what writing one takes, in s.
+    pub(super) fn new(cost: f64) -> Self {
+        Self {
+            last: Instant::now(),
+            cost,
+        }
+    }
+
+    /// Writes one if it is worth the time. A checkpoint that cannot be written is no reason to
+    /// give up a solve: storing the solution will say what is wrong.
+    pub(super) fn keep(&mut self, write: impl FnOnce() -> Result<(), StageError>) {
+        if self.last.elapsed() < Duration::from_secs_f64(SHARE * self.cost) {
+            return;
+        }
+        let started = Instant::now();
+        let _ = write();
+        self.cost = started.elapsed().as_secs_f64();
+        self.last = Instant::now();
     }
 }

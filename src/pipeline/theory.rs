@@ -10,9 +10,9 @@ use runfile::{GroupRecord, IfMissing, RunFile};
 
 use super::{
     StageError, accuracy_input,
-    beside::store_with_scene,
-    mesh_file::{pin, pin_mesh_file},
+    mesh::{pin, pin_mesh_file},
     resources,
+    store::store_with_scene,
 };
 use crate::format::{self, LAYOUT};
 

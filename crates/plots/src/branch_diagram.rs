@@ -2,11 +2,11 @@
 
 use super::{
     canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke},
-    figure::Picture,
     layout::{TICK_SIZE, TITLE_SIZE},
     line_chart::{
         Axis, AxisScale, HEIGHT, LEFT, LEGEND_LINE, LEGEND_WIDTH, Placed, TOP, WIDTH, draw_frame,
     },
+    picture::Picture,
     text::{Label, fitted},
 };
 

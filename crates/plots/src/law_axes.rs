@@ -6,7 +6,7 @@ use super::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
 use super::colour::ValueRange;
 use super::law::SlipRange;
 use super::layout::{KEY_WIDTH, LABEL_SIZE, PANEL_WIDTH, TICK_SIZE, TITLE_HEIGHT, fitting_ticks};
-use super::log_ticks::LogTicks;
+use super::line_chart::LogTicks;
 use super::scale::{Ticks, UnitScale};
 use super::text::Label;
 

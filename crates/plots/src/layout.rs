@@ -6,8 +6,8 @@ use super::canvas::{Canvas, Point};
 use super::panes::ContactBox;
 use super::picture::ContactPicture;
 use super::scale::{Ticks, UnitScale, factor_label};
+use super::svg::Vector;
 use super::text::Label;
-use super::vector::Vector;
 
 /// Width of a panel in pixels.
 pub(super) const PANEL_WIDTH: f64 = 640.0;

@@ -8,20 +8,13 @@
 
 mod branch_diagram;
 mod canvas;
-mod chart;
 mod colour;
 mod colour_bar;
-mod facets;
-mod figure;
-mod friction_labels;
-mod hatch;
 pub mod html;
 mod law;
 mod law_axes;
 mod layout;
 mod line_chart;
-mod log_ticks;
-mod maps;
 mod panels;
 mod panes;
 mod picture;
@@ -34,16 +27,14 @@ mod svg;
 #[cfg(test)]
 mod tests;
 mod text;
-mod typeface;
-mod vector;
 mod view;
 
 pub use branch_diagram::{BranchDiagram, Curve, CurveKind, Mark, MarkKind};
-pub use figure::Picture;
-pub use friction_labels::FrictionKind;
 pub use law::{LawPicture, OverSlip, SlipCurve, SlipMap, SlipRange, law_page};
 pub use line_chart::{Axis as ChartAxis, AxisScale, ChartPoint, LineChart, Series};
 pub use panels::PANELS;
+pub use panes::FrictionKind;
+pub use picture::Picture;
 pub use picture::{ContactPicture, FigureError, PaneFriction, Zone};
 
 use canvas::{Anchor, Canvas};

@@ -2,13 +2,15 @@
 
 use units::Unit;
 
-use super::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
-use super::figure::Picture;
-use super::layout::{LABEL_SIZE, TICK_SIZE, TITLE_SIZE, fitting_ticks};
-use super::log_ticks::LogTicks;
-use super::scale::{Ticks, UnitScale};
-use super::text::{Label, fitted};
-use super::vector::bounds;
+use super::{
+    canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke},
+    layout::{LABEL_SIZE, Layout, PANEL_WIDTH, TICK_SIZE, TITLE_SIZE, fitting_ticks},
+    panes::PaneShape,
+    picture::Picture,
+    scale::{Ticks, UnitScale},
+    svg::bounds,
+    text::{Label, fitted},
+};
 
 pub(super) const WIDTH: f64 = 860.0;
 pub(super) const HEIGHT: f64 = 480.0;
@@ -349,4 +351,177 @@ fn draw_entry(canvas: &mut Canvas, number: usize, name: &str, [x, y]: Point) {
     let label = Label::plain(fitted(name, TICK_SIZE, LEGEND_WIDTH - 62.0));
     let position = [x + 34.0, y + 0.36 * TICK_SIZE];
     canvas.text(position, &label, TICK_SIZE, Anchor::Start);
+}
+
+const TICK_LENGTH: f64 = 5.0;
+
+/// Draws frame, ticks, labels and the note on stretching.
+pub(super) fn draw_axes(canvas: &mut Canvas, layout: &Layout) {
+    let [left, top] = layout.corner;
+    let [width, height] = layout.size;
+    let bottom = top + height;
+    let frame = Stroke::solid(Colour::BLACK, 0.8);
+    canvas.rectangle(layout.corner, layout.size, Fill::Empty, Some(frame));
+    let [horizontal, vertical] = &layout.axes;
+    let first = horizontal.scale.scaled(layout.contact.low[0]);
+    let last = horizontal.scale.scaled(layout.contact.high[0]);
+    for &value in &horizontal.ticks.values {
+        let x = left + (value - first) / (last - first) * width;
+        canvas.line([x, bottom], [x, bottom + TICK_LENGTH], frame);
+        let label = super::text::Label::plain(horizontal.ticks.text(value));
+        canvas.text([x, bottom + 19.0], &label, TICK_SIZE, Anchor::Middle);
+    }
+    let first = vertical.scale.scaled(layout.contact.low[1]);
+    let last = vertical.scale.scaled(layout.contact.high[1]);
+    for &value in &vertical.ticks.values {
+        let y = bottom - (value - first) / (last - first) * height;
+        canvas.line([left, y], [left - TICK_LENGTH, y], frame);
+        let label = super::text::Label::plain(vertical.ticks.text(value));
+        let position = [left - TICK_LENGTH - 4.0, y + 0.36 * TICK_SIZE];
+        canvas.text(position, &label, TICK_SIZE, Anchor::End);
+    }
+    let position = [left + width / 2.0, bottom + 37.0];
+    canvas.text(position, &horizontal.label, LABEL_SIZE, Anchor::Middle);
+    let offset = TICK_LENGTH + 14.0 + vertical.ticks.widest(TICK_SIZE);
+    let position = [left - offset, top + height / 2.0];
+    canvas.vertical_text(position, &vertical.label, LABEL_SIZE);
+    if let Some(note) = &layout.note {
+        let position = [PANEL_WIDTH - 16.0, 26.0];
+        canvas.text(position, note, TICK_SIZE, Anchor::End);
+    }
+}
+
+/// Draws every pane with its fill and the text it shows when pointed at, and thin outlines of the
+/// given colour over all of them.
+pub(super) fn draw_panes(
+    canvas: &mut Canvas,
+    layout: &Layout,
+    shapes: &[PaneShape],
+    outline: Colour,
+    fill: impl Fn(usize) -> Fill,
+    hover: impl Fn(usize) -> String,
+) {
+    let mut outlines = Vec::new();
+    for shape in shapes {
+        let pixels = |line: &Vec<[f64; 2]>| line.iter().map(|&p| layout.point(p)).collect();
+        let mut loops: Vec<Vec<_>> = shape.outline.iter().map(pixels).collect();
+        let fill = fill(shape.pane);
+        // A stroke in the colour of the pane closes the seam to its neighbours.
+        let seam = match fill {
+            Fill::Plain(colour) => Some(Stroke::solid(colour, 0.4)),
+            Fill::Empty | Fill::NoValue | Fill::Open => None,
+        };
+        canvas.titled(&hover(shape.pane), |canvas| {
+            canvas.region(&loops, fill, seam);
+        });
+        for points in &mut loops {
+            points.extend(points.first().copied());
+        }
+        outlines.append(&mut loops);
+    }
+    let width = outline_width(layout, shapes);
+    if width > 0.05 {
+        canvas.polylines(&outlines, Stroke::solid(outline, width));
+    }
+}
+
+/// Pane outlines get thinner with the panes so that they never cover them.
+fn outline_width(layout: &Layout, shapes: &[PaneShape]) -> f64 {
+    (0.025 * typical_pane_size(layout, shapes)).min(0.5)
+}
+
+/// Lower quartile over the panes of the smaller side of their bounding boxes in pixels.
+pub(super) fn typical_pane_size(layout: &Layout, shapes: &[PaneShape]) -> f64 {
+    let scale = layout.pixels_per_length();
+    let mut sizes: Vec<f64> = shapes
+        .iter()
+        .map(|shape| (shape.extent[0] * scale[0]).min(shape.extent[1] * scale[1]))
+        .collect();
+    sizes.sort_by(f64::total_cmp);
+    sizes.get(sizes.len() / 4).copied().unwrap_or(0.0)
+}
+
+/// The positions of labelled and of unlabelled ticks.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct LogTicks {
+    /// Values with a label.
+    pub(super) major: Vec<f64>,
+    /// Values without one.
+    pub(super) minor: Vec<f64>,
+}
+
+impl LogTicks {
+    /// At most `most` powers of ten at equal distances; where fewer than three fit, also their
+    /// doubles and fivefolds.
+    pub(super) fn new(low: f64, high: f64, most: usize) -> Self {
+        let (first, last) = (decade(low), decade(high) + 1);
+        let decades: Vec<f64> = (first..=last).map(|k| 10_f64.powi(k)).collect();
+        let inside = |v: &f64| *v >= low * (1.0 - 1e-9) && *v <= high * (1.0 + 1e-9);
+        let within = |values: Vec<f64>| values.into_iter().filter(inside).collect::<Vec<f64>>();
+        let powers = within(decades.clone());
+        if powers.len() >= 3 {
+            let stride = i32::try_from(powers.len().div_ceil(most.max(2))).unwrap_or(1);
+            let is_labelled = |v: &f64| decade(*v).rem_euclid(stride) == 0;
+            let (major, minor) = powers.into_iter().partition(is_labelled);
+            return Self { major, minor };
+        }
+        let times = |factors: &[f64]| {
+            let products = decades
+                .iter()
+                .flat_map(|d| factors.iter().map(move |f| f * d));
+            within(products.collect())
+        };
+        Self {
+            major: times(&[1.0, 2.0, 5.0]),
+            minor: times(&[3.0, 4.0, 6.0, 7.0, 8.0, 9.0]),
+        }
+    }
+
+    /// The printed form of a tick: plain from 10⁻² to 10⁴, else with a power of ten.
+    pub(super) fn label(value: f64) -> Label {
+        if (0.99e-2..1.01e4).contains(&value) {
+            let text = format!("{value:.4}");
+            let text = text.trim_end_matches('0').trim_end_matches('.');
+            return Label::plain(text);
+        }
+        let exponent = decade(value);
+        let mantissa = value / 10_f64.powi(exponent);
+        let digits = exponent.to_string().replace('-', "−");
+        let factor = if (mantissa - 1.0).abs() < 1e-6 {
+            Label::plain("10")
+        } else {
+            Label::plain(format!("{mantissa:.0}·10"))
+        };
+        factor.superscript(digits)
+    }
+}
+
+/// ⌊log₁₀ v⌋, a hair of rounding allowed.
+fn decade(value: f64) -> i32 {
+    #[expect(clippy::cast_possible_truncation, reason = "at most 324 in size")]
+    let decade = (value.log10() + 1e-9).floor() as i32;
+    decade
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_decades_are_thinned_and_few_are_divided() {
+        let ticks = LogTicks::new(1e-13, 1.0, 7);
+        assert!((3..=7).contains(&ticks.major.len()), "{ticks:?}");
+        assert_eq!(ticks.major.len() + ticks.minor.len(), 14);
+        let ticks = LogTicks::new(3.0, 40.0, 7);
+        assert_eq!(ticks.major, [5.0, 10.0, 20.0]);
+        assert_eq!(ticks.minor, [3.0, 4.0, 6.0, 7.0, 8.0, 9.0, 30.0, 40.0]);
+    }
+
+    #[test]
+    fn labels_are_plain_or_powers_of_ten() {
+        assert_eq!(LogTicks::label(0.05), Label::plain("0.05"));
+        assert_eq!(LogTicks::label(1e-6), Label::plain("10").superscript("−6"));
+        let label = Label::plain("2·10").superscript("5");
+        assert_eq!(LogTicks::label(2e5), label);
+    }
 }

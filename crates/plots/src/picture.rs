@@ -1,9 +1,9 @@
-//! What the figures are drawn from.
+//! What the figures are drawn from, and which there are.
 
 use thiserror::Error;
 use units::Units;
 
-use super::friction_labels::FrictionKind;
+use super::{canvas::Canvas, panes::FrictionKind, raster, svg};
 
 /// Contact state of a pane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -153,5 +153,39 @@ fn finite(what: &'static str, vectors: &[[f64; 3]]) -> Result<(), FigureError> {
         Ok(())
     } else {
         Err(FigureError::NotFinite(what))
+    }
+}
+
+/// A drawing with its title, as SVG or PNG.
+///
+/// The same figure gives the same bytes.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    canvas: Canvas,
+    title: String,
+}
+
+impl Picture {
+    pub(super) fn new(canvas: Canvas, title: &str) -> Self {
+        Self {
+            canvas,
+            title: title.to_owned(),
+        }
+    }
+
+    /// The figure as an SVG document, with the title as its accessible name.
+    #[must_use]
+    pub fn svg(&self) -> String {
+        svg::document(&self.canvas, &self.title)
+    }
+
+    /// The figure as a PNG of the given width; the height follows from its shape.
+    ///
+    /// Text is set in DejaVu Sans, character by character from left to right. The file says that this program made it.
+    ///
+    /// # Errors
+    /// [`FigureError::Width`] when the picture would be empty or too large, [`FigureError::Png`] when the encoder fails.
+    pub fn png(&self, pixels_wide: u32) -> Result<Vec<u8>, FigureError> {
+        raster::png(&self.canvas, pixels_wide)
     }
 }

@@ -6,9 +6,9 @@ use tiny_skia::{
 };
 
 use super::canvas::{self, Anchor, Canvas, Colour, Element, Fill, Outline, Point, Setting, Text};
-use super::hatch::Hatch;
+use super::colour::Hatch;
 use super::picture::FigureError;
-use super::typeface::{Typeface, single};
+use super::text::{Typeface, single};
 
 /// Bytes of a PNG up to the end of its header.
 const HEADER: usize = 33;

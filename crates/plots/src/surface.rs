@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::vector::{Vector, cross, dot, minus, unit};
+use super::svg::{Vector, cross, dot, minus, unit};
 
 /// Cosine of the angle between two facets from which on their common edge is a sharp edge (30°).
 const SHARP_COSINE: f64 = 0.866;

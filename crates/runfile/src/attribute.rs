@@ -1,4 +1,4 @@
-//! Attributes: texts and small number arrays, written and read with their type checked.
+//! Attributes, and the numbers in them as text.
 
 use std::fmt::Debug;
 

@@ -1,4 +1,4 @@
-//! One dataset of the file: created in its storage class, opened with its type checked.
+//! One dataset: element types, enumerations, reading and writing.
 
 use hdf5::H5Type;
 use hdf5::types::TypeDescriptor;

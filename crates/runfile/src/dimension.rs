@@ -1,4 +1,4 @@
-//! Dimension scales: the names of the axes of datasets, as netCDF-4, h5netcdf and xarray know them.
+//! Dimensions of datasets by name, and their extents.
 //!
 //! Each named extent of a group is a dataset of that name and size in the group, empty like a netCDF-4 dimension
 //! without values, or with the labels of its entries; the parts of a matrix have theirs in the group of the matrix.

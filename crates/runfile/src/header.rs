@@ -1,4 +1,4 @@
-//! The root attributes: file type, format version, creator; and how our files are opened.
+//! The head of a file: what it is, by whom, in which format, and whether it is ours.
 
 use std::env;
 use std::fs;

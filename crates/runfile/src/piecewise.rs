@@ -1,4 +1,4 @@
-//! Writing a dataset piece by piece, where its values are never all in memory.
+//! Datasets in pieces: streams that need no memory for the whole.
 
 use hdf5_metno as hdf5;
 use hdf5_metno::{Hyperslab, SliceOrIndex};

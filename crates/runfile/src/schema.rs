@@ -1,4 +1,4 @@
-//! The table as a JSON document for programs.
+//! The table of datasets as a JSON schema and as a page.
 
 use serde_json::{Map, Value, json};
 use units::{ForceUnit, LengthUnit, Units};

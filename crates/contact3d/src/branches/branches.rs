@@ -3,15 +3,14 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
+    ends::ParameterRange,
     enumeration::{Certificate, Undecided},
     equations::Equations,
     family::Family,
     kink::Ray,
-    open::Open,
     path::{FIRST_STEP, Front, PathEnd},
-    point::{PathPoint, PointKind},
-    range::ParameterRange,
-    record::{FrontRecord, PathOrigin},
+    piece::Open,
+    point::{FrontRecord, PathOrigin, PathPoint, PointKind},
     search::SAME,
     starts::{rays_from, solver_rays},
 };

@@ -1,16 +1,17 @@
-//! Points of a path near given ones, and their tangents.
+//! Newton's corrector on bordered systems.
 
 use std::sync::Arc;
 
 use super::{
-    bordered::bordered,
+    derivative::Friction,
     equations::{Equations, Evaluated},
-    member::Member,
     piece::{Distance, Piece},
+    point::Member,
 };
 use crate::{
     linalg::{DenseLu, add_scaled, dot, norm},
     problem::ProblemError,
+    solver::contraction_of_mapping,
 };
 
 /// Most steps of Newton's method; quadratic convergence from a good guess takes three to five.
@@ -261,4 +262,47 @@ pub(super) fn scattered(n: usize) -> Vec<f64> {
         (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     });
     unit(&entries.collect::<Vec<f64>>())
+}
+
+/// The n × (n + 1) derivative of the equations of a path with a last row c: column-major, factorised.
+pub(super) fn bordered(derivative: &[f64], constraint: &[f64]) -> Option<DenseLu> {
+    let order = constraint.len();
+    let mut matrix = vec![0.0; order * order];
+    let columns = matrix.chunks_exact_mut(order).zip(constraint);
+    for ((to, last), from) in columns.zip(derivative.chunks_exact(order - 1)) {
+        to[..order - 1].copy_from_slice(from);
+        to[order - 1] = *last;
+    }
+    DenseLu::new(&matrix, order)
+}
+
+impl Equations<'_> {
+    /// The spectral radius of Ψ' at a solution; `None` where the minimisation with frozen friction is singular there.
+    pub(super) fn spectral_radius(&self, piece: &Piece, state: &PathState) -> Option<f64> {
+        let n = state.member.dual.layout.n_multipliers();
+        let derivative = |friction| {
+            let mut matrix = vec![0.0; n * n];
+            for (j, column) in matrix.chunks_exact_mut(n).enumerate() {
+                self.column(&state.member, piece, &state.evaluated, j, friction, column);
+            }
+            matrix
+        };
+        contraction_of_mapping(
+            &derivative(Friction::Frozen),
+            &derivative(Friction::Followed),
+            n,
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::bordered;
+
+    #[test]
+    fn one_equation_and_its_border() {
+        // One equation x + 2 y, bordered by (2, −1).
+        let lu = bordered(&[1.0, 2.0], &[2.0, -1.0]).unwrap();
+        assert_eq!(lu.sign(), -1);
+    }
 }

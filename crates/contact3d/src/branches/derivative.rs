@@ -2,8 +2,8 @@
 
 use super::{
     equations::{Equations, Evaluated},
-    member::Member,
     piece::Piece,
+    point::Member,
 };
 use crate::{post::Zone, problem::ProblemError};
 

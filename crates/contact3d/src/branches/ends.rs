@@ -1,12 +1,17 @@
-//! The piece on which a point lies, and how far it is from the ends of its piece.
+//! The ends of a range of the parameter, and the solutions there.
+
+use serde::{Deserialize, Serialize};
 
 use super::{
+    branches::Branches,
     equations::{Equations, Evaluated},
     law_piece::LawPieces,
-    member::Member,
     piece::{Beyond, Distance, Piece, Switch},
+    point::Member,
+    search::SAME,
 };
 use crate::{
+    linalg::{difference, norm},
     post::Zone,
     solver::{Bound, NaturalMap, PaneZone},
 };
@@ -136,6 +141,93 @@ impl Equations<'_> {
             (true, true) => vec![Zone::Open, Zone::Stick, Zone::Slip],
             (true, false) => vec![Zone::Open, Zone::Slip],
             (false, _) => vec![Zone::Stick, Zone::Slip],
+        }
+    }
+}
+
+/// A solution at one end of the range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct EndSolution {
+    /// Its path.
+    pub path: usize,
+    /// Its place on it.
+    pub point: usize,
+}
+
+impl Branches {
+    /// The different solutions at one end of the range, by its parameter.
+    #[must_use]
+    pub fn end_solutions(&self, parameter: f64) -> Vec<EndSolution> {
+        let mut found: Vec<EndSolution> = Vec::new();
+        for (path, followed) in self.paths.iter().enumerate() {
+            for (point, at) in followed.points.iter().enumerate() {
+                let known = |other: &EndSolution| {
+                    let other = &self.paths[other.path].points[other.point];
+                    norm(&difference(&other.multiplier, &at.multiplier)) <= SAME * self.stress
+                };
+                if at.parameter == parameter && !found.iter().any(known) {
+                    found.push(EndSolution { path, point });
+                }
+            }
+        }
+        found
+    }
+
+    /// Σ sign det R' over the solutions at one end of the range, which is 1 where none is missing and all are regular.
+    #[must_use]
+    pub fn degree(&self, parameter: f64) -> i32 {
+        let solutions = self.end_solutions(parameter);
+        let signs = solutions
+            .iter()
+            .map(|at| i32::from(self.paths[at.path].points[at.point].determinant));
+        signs.sum()
+    }
+}
+
+/// A range of one sign whose ends differ by more than this factor is followed in the logarithm of the parameter.
+const LOGARITHMIC_FROM: f64 = 100.0;
+
+/// A range of a parameter of a scene.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ParameterRange {
+    /// The key, for messages.
+    pub key: String,
+    /// The value at s = 0.
+    pub from: f64,
+    /// The value at s = 1.
+    pub to: f64,
+}
+
+impl ParameterRange {
+    /// Whether s is the share of the logarithm, and not of the value.
+    #[must_use]
+    pub fn is_logarithmic(&self) -> bool {
+        let ratio = self.to / self.from;
+        ratio > 0.0
+            && ratio.is_finite()
+            && !(LOGARITHMIC_FROM.recip()..=LOGARITHMIC_FROM).contains(&ratio)
+    }
+
+    /// The parameter at s.
+    #[must_use]
+    pub fn value(&self, s: f64) -> f64 {
+        if s == 0.0 {
+            self.from
+        } else if s == 1.0 {
+            self.to
+        } else if self.is_logarithmic() {
+            self.from * (self.to / self.from).powf(s)
+        } else {
+            self.from + s * (self.to - self.from)
+        }
+    }
+
+    /// The share of the way from `from` to `to` of the value at s.
+    pub(super) fn share(&self, s: f64) -> f64 {
+        if self.is_logarithmic() {
+            (self.value(s) - self.from) / (self.to - self.from)
+        } else {
+            s
         }
     }
 }

@@ -3,10 +3,9 @@
 use super::{
     family::Family,
     law_piece::{LawPieces, NodalInverse},
-    member::Member,
     piece::Piece,
-    slip_stress::SlipStress,
-    slips::Slips,
+    point::Member,
+    slip_stress::{SlipStress, Slips},
 };
 use crate::{
     linalg::norm,

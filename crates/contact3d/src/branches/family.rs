@@ -4,8 +4,8 @@ use std::{cell::RefCell, collections::VecDeque, path::Path, sync::Arc};
 
 use super::{
     assembled::{assemble, dual_of, explicit, no_friction},
-    member::Member,
-    range::ParameterRange,
+    ends::ParameterRange,
+    point::Member,
     straight::{between, on_line},
 };
 use crate::{

@@ -16,42 +16,32 @@
 //! over the range; so no unit matters.
 
 mod assembled;
-mod bordered;
 #[expect(clippy::module_inception)]
 mod branches;
-mod contraction;
 mod corrector;
-mod crossing;
 mod derivative;
-mod end_solutions;
 mod ends;
 mod enumeration;
 mod equations;
 mod family;
 mod kink;
-mod law_ends;
 mod law_piece;
 mod locate;
-mod member;
-mod open;
 mod path;
 mod piece;
 mod point;
-mod range;
-mod record;
 mod search;
 mod slip_stress;
-mod slips;
 mod starts;
 mod step;
 mod straight;
 
 pub use branches::{Branches, Path, Pending};
-pub use end_solutions::EndSolution;
+pub use ends::EndSolution;
+pub use ends::ParameterRange;
 pub use enumeration::{Certificate, Undecided};
 pub use family::{Family, SceneAt};
 pub use path::PathEnd;
 pub use piece::Switch;
+pub use point::PathOrigin;
 pub use point::{PathPoint, PointKind};
-pub use range::ParameterRange;
-pub use record::PathOrigin;

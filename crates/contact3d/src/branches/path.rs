@@ -4,12 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     corrector::PathState,
-    crossing::OFF,
     equations::Equations,
     kink::Ray,
-    locate::Step,
-    open::Open,
-    piece::{Distance, Piece, Switch},
+    locate::{OFF, Step},
+    piece::{Distance, Open, Piece, Switch},
     point::{PathPoint, PointKind},
     step::Advance,
 };

@@ -1,8 +1,17 @@
-//! The smooth pieces of the equations, and what leads from one to the next.
+//! One smooth piece of the problem and what lies beyond its ends.
 
 use serde::{Deserialize, Serialize};
 
-use crate::{post::Zone, scene::Branch};
+use super::{
+    kink::Ray,
+    path::{FIRST_STEP, RETURNED},
+    point::{FrontRecord, PathOrigin},
+};
+use crate::{
+    linalg::{difference, norm},
+    post::Zone,
+    scene::Branch,
+};
 
 /// What the law of friction does at a contact node on a piece.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -127,5 +136,25 @@ impl Piece {
     pub(super) fn counts(&self) -> [usize; 3] {
         [Zone::Open, Zone::Stick, Zone::Slip]
             .map(|zone| self.zones.iter().filter(|z| **z == zone).count())
+    }
+}
+
+/// Half paths that are still to be followed, and branch points that are known.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub(super) struct Open {
+    pub(super) rays: Vec<FrontRecord>,
+    pub(super) branch_points: Vec<Vec<f64>>,
+}
+
+impl Open {
+    pub(super) fn keep(&mut self, rays: &[Ray]) {
+        let origin = PathOrigin::BranchPoint;
+        let records = rays.iter().map(|ray| ray.record(origin, FIRST_STEP));
+        self.rays.extend(records);
+    }
+
+    pub(super) fn knows(&self, point: &[f64]) -> bool {
+        let near = |known: &Vec<f64>| norm(&difference(known, point)) < RETURNED;
+        self.branch_points.iter().any(near)
     }
 }

@@ -1,4 +1,4 @@
-//! One step along a path: predicted, corrected, and cut where the piece or the range ends.
+//! Steps along a path, exact where the piece is linear.
 
 use super::{
     corrector::{Along, PathState},

@@ -12,7 +12,6 @@
 mod coulomb;
 mod coupling;
 mod frame;
-mod friction_field;
 mod half_held;
 mod interface;
 mod law_bounds;
@@ -24,11 +23,11 @@ mod past;
 mod prescribed;
 mod slip_operator;
 
+pub use coulomb::FrictionField;
 pub use coulomb::{CoulombLaw, FaceLaw};
 pub use coupling::Coupling;
 pub(crate) use coupling::{nodal_tangential, nodal_tangential_change};
 pub use frame::{ContactFrame, ReferenceFrame};
-pub use friction_field::FrictionField;
 pub use interface::{Interface, InterfaceFriction};
 pub use law_bounds::{LawBounds, LawExtreme};
 pub use multiplier_layout::MultiplierLayout;

@@ -3,8 +3,10 @@
 use std::{path::Path, sync::Arc};
 
 use super::{
-    AccuracyProgress, AccuracySettings, Cost, brick_n_div, cost::measure, extrapolated,
-    nested_bricks, observed_order, prolongation::prolongate, refinement::with_brick,
+    AccuracyProgress, AccuracySettings, Cost, brick_n_div,
+    cost::measure,
+    extrapolated, nested_bricks, observed_order,
+    refinement::{prolongate, with_brick},
 };
 use crate::{
     elasticity::{DofMap, InternalForces, MaterialField, SpringMatrix},

@@ -5,27 +5,24 @@
 //! that discrete solution to those of finer meshes and to their extrapolated limit. Both come with
 //! what they cost in seconds, applications n_A and memory.
 
-mod advice;
 mod algebraic;
 mod cost;
 mod discretisation;
 mod distance;
-mod prolongation;
 mod refinement;
-mod richardson;
 #[cfg(test)]
 mod tests;
 mod ways;
 
-pub use advice::{Advice, Refinement};
 pub use algebraic::{AlgebraicLadder, EPSILONS, LadderEntry, LadderMethod, LadderResult, Operator};
 pub use cost::Cost;
+pub use cost::{Advice, Refinement};
 pub use discretisation::{DiscretisationLadder, Forces, Level, Trend};
 pub use distance::{Distance, Field, Points, distance};
+pub use refinement::extrapolated;
 pub use refinement::nested_bricks;
+pub(crate) use refinement::observed_order;
 pub(crate) use refinement::{brick_n_div, with_brick};
-pub use richardson::extrapolated;
-pub(crate) use richardson::observed_order;
 pub use ways::{
     Cheapest, Reference, TARGETS, Way, WayAdvice, WayKind, WayLevel, WayProgress, WaySettings, Ways,
 };

@@ -6,8 +6,7 @@ use super::{
     AccuracySettings, Cost, DiscretisationLadder, Level,
     discretisation::energy_norm,
     nested_bricks,
-    prolongation::{prolongate, tetrahedron_around},
-    refinement::{default_finest, refined, with_brick},
+    refinement::{default_finest, prolongate, refined, tetrahedron_around, with_brick},
 };
 use crate::{
     elasticity::{DofMap, MaterialField, stiffness},

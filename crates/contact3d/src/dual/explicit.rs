@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{
     Assembly, Balance, ContactCompliance, ContactSystem, DualMatrix,
-    contact_compliance::{free_slip, pairs, tangential_selection},
+    contact::{free_slip, pairs, tangential_selection},
     dense::subtract_product,
     global_modes::correct,
 };

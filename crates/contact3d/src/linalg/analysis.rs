@@ -1,17 +1,22 @@
-//! Symbolic factorisation: the structure of the factor, known before its coefficients are allocated.
+//! Symbolic factorisation: elimination tree, supernodes and the structure of the factor, before its coefficients
+//! are allocated.
 
-use faer::Side;
-use faer::perm::PermRef;
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
-    factorize_symbolic_cholesky,
+use faer::{
+    Side,
+    perm::PermRef,
+    sparse::linalg::{
+        SupernodalThreshold, SymbolicSupernodalParams,
+        cholesky::{
+            CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
+            factorize_symbolic_cholesky,
+        },
+    },
 };
-use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams};
 
-use super::elimination_tree::{inverse, postordered};
-use super::factor::{FactorError, pattern};
-use super::sparse::CscMatrix;
-use super::structure::FactorStructure;
+use super::{
+    factor::{FactorError, pattern},
+    sparse::CscMatrix,
+};
 
 /// Two neighbouring supernodes of at most `.0` columns together merge when less than the share `.1` of the result is zero.
 const RELAXATION: [(usize, f64); 4] = [(4, 1.0), (16, 0.8), (48, 0.1), (usize::MAX, 0.05)];
@@ -100,4 +105,290 @@ fn panel_rows(
         offsets.push(rows.len());
     }
     (offsets, rows)
+}
+
+/// The supernodes of L in PAPᵀ = LLᵀ and the rows of each.
+///
+/// Row i of PAPᵀ is row `permutation[i]` of A (new → old), that is (Px)ᵢ = x\[permutation\[i\]\].
+/// Supernode s owns the consecutive columns `supernode_columns[s]..supernode_columns[s + 1]` of L. They share the rows
+/// `row_indices[row_offsets[s]..row_offsets[s + 1]]`, strictly increasing, the first of which are the columns
+/// themselves. Their coefficients are a dense column-major panel of shape (rows, columns) at
+/// `value_offsets[s]..value_offsets[s + 1]`; the strict upper triangle of its leading square is zero.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FactorStructure {
+    /// New → old.
+    pub permutation: Vec<usize>,
+    /// First column of each supernode and, last, the number of unknowns.
+    pub supernode_columns: Vec<usize>,
+    /// Start of each supernode's rows, one more than there are supernodes.
+    pub row_offsets: Vec<usize>,
+    /// Rows of each supernode, its own columns first, strictly increasing inside a supernode.
+    pub row_indices: Vec<usize>,
+    /// Start of each supernode's panel, one more than there are supernodes.
+    pub value_offsets: Vec<usize>,
+}
+
+/// Rows and columns of one supernode: `width` columns from `first` over `rows`.
+#[derive(Clone, Copy)]
+pub(super) struct Front<'a> {
+    pub(super) first: usize,
+    pub(super) width: usize,
+    pub(super) rows: &'a [usize],
+}
+
+impl FactorStructure {
+    /// The structure of the matrix without unknowns.
+    pub(super) fn empty() -> Self {
+        Self {
+            supernode_columns: vec![0],
+            row_offsets: vec![0],
+            value_offsets: vec![0],
+            ..Self::default()
+        }
+    }
+
+    /// Number of unknowns.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        self.permutation.len()
+    }
+
+    /// Number of supernodes.
+    #[must_use]
+    pub fn supernodes(&self) -> usize {
+        self.supernode_columns.len() - 1
+    }
+
+    /// Number of coefficients.
+    #[must_use]
+    pub fn value_count(&self) -> usize {
+        self.value_offsets.last().copied().unwrap_or(0)
+    }
+
+    /// Multiplications and additions that compute the coefficients, Σ (rows from the diagonal on)² over the columns.
+    #[must_use]
+    pub fn operations(&self) -> f64 {
+        (0..self.supernodes())
+            .map(|s| self.front(s).operations())
+            .sum()
+    }
+
+    pub(super) fn front(&self, s: usize) -> Front<'_> {
+        let columns = self.columns(s);
+        Front {
+            first: columns.start,
+            width: columns.len(),
+            rows: &self.row_indices[self.row_offsets[s]..self.row_offsets[s + 1]],
+        }
+    }
+
+    /// The columns of one supernode.
+    pub(super) fn columns(&self, s: usize) -> std::ops::Range<usize> {
+        self.supernode_columns[s]..self.supernode_columns[s + 1]
+    }
+
+    /// The supernode that owns each column.
+    pub(super) fn supernode_of_column(&self) -> Vec<usize> {
+        let mut owner = vec![0; self.size()];
+        for s in 0..self.supernodes() {
+            owner[self.columns(s)].fill(s);
+        }
+        owner
+    }
+
+    /// Parent of a supernode in the elimination tree: the owner of its first row below the diagonal block.
+    pub(super) fn parent(&self, s: usize, owner: &[usize]) -> Option<usize> {
+        self.front(s).below().first().map(|&row| owner[row])
+    }
+
+    /// New number of each unknown of A.
+    pub(super) fn new_of_old(&self) -> Vec<usize> {
+        let mut result = vec![0; self.size()];
+        for (new, &old) in self.permutation.iter().enumerate() {
+            result[old] = new;
+        }
+        result
+    }
+}
+
+impl<'a> Front<'a> {
+    /// Rows below the supernode's own columns.
+    pub(super) fn below(&self) -> &'a [usize] {
+        &self.rows[self.width..]
+    }
+
+    pub(super) fn operations(&self) -> f64 {
+        let height = self.rows.len();
+        (0..self.width).map(|k| ((height - k) as f64).powi(2)).sum()
+    }
+
+    /// Multiplications and additions of a forward pass with some right-hand sides.
+    pub(super) fn solve_operations(&self, columns: usize) -> f64 {
+        let (width, height) = (self.width as f64, self.rows.len() as f64);
+        columns as f64 * width * (2.0 * height - width)
+    }
+}
+
+const NONE: usize = usize::MAX;
+
+/// The inverse of a permutation, or `None` when `permutation` is not one of 0..n.
+pub(super) fn inverse(permutation: &[usize]) -> Option<Vec<usize>> {
+    let mut result = vec![NONE; permutation.len()];
+    for (new, &old) in permutation.iter().enumerate() {
+        let place = result.get_mut(old)?;
+        if *place != NONE {
+            return None;
+        }
+        *place = new;
+    }
+    Some(result)
+}
+
+/// Reorders `permutation` (new → old) by a postorder of its elimination tree: the same fill and the
+/// same operations, but the columns of every subtree become neighbours, which lets supernodes
+/// merge. The largest child comes last.
+pub(super) fn postordered(a: &CscMatrix, permutation: &[usize], inverse: &[usize]) -> Vec<usize> {
+    let parent = elimination_tree(a, permutation, inverse);
+    postorder(&parent)
+        .into_iter()
+        .map(|new| permutation[new])
+        .collect()
+}
+
+/// Parent of each column of the factor of PAPᵀ (Liu's algorithm with path compression); roots have
+/// `NONE`.
+fn elimination_tree(a: &CscMatrix, permutation: &[usize], inverse: &[usize]) -> Vec<usize> {
+    let n = permutation.len();
+    let mut parent = vec![NONE; n];
+    let mut ancestor = vec![NONE; n];
+    for new in 0..n {
+        for &old_row in a.column(permutation[new]).0 {
+            let mut node = inverse[old_row];
+            while node != NONE && node < new {
+                let next = ancestor[node];
+                ancestor[node] = new;
+                if next == NONE {
+                    parent[node] = new;
+                }
+                node = next;
+            }
+        }
+    }
+    parent
+}
+
+/// Postorder of a forest whose parents have larger numbers than their children.
+fn postorder(parent: &[usize]) -> Vec<usize> {
+    let n = parent.len();
+    let mut size = vec![1_usize; n];
+    for node in (0..n).filter(|&node| parent[node] != NONE) {
+        size[parent[node]] += size[node];
+    }
+    // The place of a subtree's root is the end of the subtree's range; ranges are handed out from
+    // the last root down.
+    let mut children: Vec<usize> = (0..n).collect();
+    children.sort_by_key(|&node| (size[node], node));
+    let mut end = vec![0_usize; n];
+    let mut free_end_of_roots = n;
+    let mut by_parent = ChildLists::new(parent, &children);
+    for node in (0..n).rev() {
+        if parent[node] == NONE {
+            end[node] = free_end_of_roots;
+            free_end_of_roots -= size[node];
+        }
+        let mut free_end = end[node].saturating_sub(1);
+        while let Some(child) = by_parent.pop(node) {
+            end[child] = free_end;
+            free_end -= size[child];
+        }
+    }
+    let mut order = vec![0; n];
+    for node in 0..n {
+        order[end[node] - 1] = node;
+    }
+    order
+}
+
+/// Linked lists of children, popped in the reverse of the order they were given in.
+struct ChildLists {
+    head: Vec<usize>,
+    next: Vec<usize>,
+}
+
+impl ChildLists {
+    fn new(parent: &[usize], nodes: &[usize]) -> Self {
+        let mut lists = Self {
+            head: vec![NONE; parent.len()],
+            next: vec![NONE; parent.len()],
+        };
+        for &node in nodes.iter().filter(|&&node| parent[node] != NONE) {
+            lists.next[node] = lists.head[parent[node]];
+            lists.head[parent[node]] = node;
+        }
+        lists
+    }
+
+    fn pop(&mut self, parent: usize) -> Option<usize> {
+        let child = self.head[parent];
+        if child == NONE {
+            return None;
+        }
+        self.head[parent] = self.next[child];
+        Some(child)
+    }
+}
+
+/// A subtree of at most this many columns becomes one supernode: the zeros it then stores cost less than the many small fronts,
+/// in factorisation and in solves.
+const SMALLEST: usize = 32;
+
+impl FactorStructure {
+    /// Merges every largest subtree of the elimination tree with at most [`SMALLEST`] columns into one supernode.
+    ///
+    /// The rows of a descendant are its ancestors' columns inside the subtree, or rows of the subtree's root: so the rows of the
+    /// whole are its columns and the rows below its root.
+    pub(super) fn with_small_subtrees_merged(self) -> Self {
+        let columns = |s: usize| self.columns(s).len();
+        let pieces = self
+            .supernode_tree()
+            .pieces(columns, |columns| columns <= SMALLEST);
+        let mut merged = Self {
+            permutation: self.permutation.clone(),
+            ..Self::empty()
+        };
+        for piece in pieces {
+            let own = self.supernode_columns[piece.start]..self.supernode_columns[piece.end];
+            let below = self.front(piece.end - 1).below();
+            let height = own.len() + below.len();
+            merged
+                .value_offsets
+                .push(merged.value_count() + height * own.len());
+            merged.supernode_columns.push(own.end);
+            merged.row_indices.extend(own);
+            merged.row_indices.extend_from_slice(below);
+            merged.row_offsets.push(merged.row_indices.len());
+        }
+        merged
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn inverse_refuses_what_is_not_a_permutation() {
+        assert_eq!(inverse(&[2, 0, 1]), Some(vec![1, 2, 0]));
+        assert_eq!(inverse(&[2, 0, 0]), None);
+        assert_eq!(inverse(&[3, 0, 1]), None);
+    }
+
+    #[test]
+    fn postorder_keeps_subtrees_together_and_puts_the_largest_child_last() {
+        // roots 5 and 6; 5 has the children 3 (with child 0) and 4 (leaf); 3's other child is 1; 6
+        // has 2
+        let parent = [3, 3, 6, 5, 5, NONE, NONE];
+        let order = postorder(&parent);
+        assert_eq!(order, [4, 0, 1, 3, 5, 2, 6]);
+    }
 }

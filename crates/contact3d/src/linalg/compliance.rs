@@ -1,17 +1,19 @@
-//! The compliance G = CA⁻¹Bᵀ from half-solved rows of B.
+//! The compliance G = CA⁻¹Bᵀ from half-solved rows of B, and diagonals of the inverse.
 
 use std::ops::Range;
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, MatMut, MatRef, Par};
+use faer::{Accum, MatMut, MatRef, Par, linalg::matmul::matmul};
 use rayon::prelude::*;
 
-use super::forward_rows::ForwardRows;
-use super::front_plan::{SparseColumn, SupernodeTree};
-use super::half_solve::HalfSolved;
-use super::scalar::Scalar;
-use super::sparse::CscMatrix;
-use super::work::Work;
+use super::{
+    factor::CholeskyFactor,
+    forward_rows::ForwardRows,
+    front_plan::{SparseColumn, SupernodeTree},
+    half_solve::HalfSolved,
+    precision::Scalar,
+    sparse::CscMatrix,
+    work::Work,
+};
 
 /// Columns of W that go back together; multiples of 48 fill the tiles of the AVX-512 kernels.
 const BLOCK_COLUMNS: usize = 144;
@@ -285,6 +287,59 @@ fn add_selected_rows<T: Scalar>(
             for (column, value) in columns.iter_mut().zip(line) {
                 column[row] += coefficient * value.to_double();
             }
+        }
+    }
+}
+
+/// Unit vectors that are solved together: neighbours in the elimination tree reach much the same supernodes.
+const TOGETHER: usize = 512;
+
+impl CholeskyFactor {
+    /// (A⁻¹)_jj = ‖L⁻¹P e_j‖² for all j, by forward solves on the supernodes that each e_j reaches.
+    #[must_use]
+    pub(crate) fn inverse_diagonal(&self) -> Vec<f64> {
+        let mut diagonal = vec![0.0; self.size()];
+        for unknowns in self.structure().permutation.chunks(TOGETHER) {
+            let mut unknowns = unknowns.to_vec();
+            unknowns.sort_unstable();
+            let rows = selection(&unknowns, self.size());
+            let work = Work::default();
+            let half_solved = self.forward_rows(&rows, &work);
+            for (&unknown, length) in unknowns.iter().zip(half_solved.squared_lengths()) {
+                diagonal[unknown] = length;
+            }
+        }
+        diagonal
+    }
+}
+
+/// The rows of the identity at ascending places.
+fn selection(places: &[usize], size: usize) -> CscMatrix {
+    let pointer = |column: usize| places.partition_point(|&place| place < column);
+    CscMatrix {
+        rows: places.len(),
+        cols: size,
+        indptr: (0..=size).map(pointer).collect(),
+        indices: (0..places.len()).collect(),
+        data: vec![1.0; places.len()],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::linalg::{CholeskyFactor, amd, test_brick::Brick};
+
+    #[test]
+    fn it_is_the_diagonal_of_the_inverse() {
+        let a = Brick::new(5).stiffness();
+        let factor = CholeskyFactor::factorise(&a, amd(&a).unwrap()).unwrap();
+        let diagonal = factor.inverse_diagonal();
+        for j in (0..a.cols).step_by(7) {
+            let mut unit = vec![0.0; a.cols];
+            unit[j] = 1.0;
+            factor.solve_in_place(&mut unit, &mut Default::default());
+            // Both are rounded some hundred times.
+            assert!((diagonal[j] / unit[j] - 1.0).abs() < 1e-12);
         }
     }
 }

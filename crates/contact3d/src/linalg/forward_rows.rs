@@ -7,12 +7,12 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, Par};
 use rayon::prelude::*;
 
+use super::analysis::FactorStructure;
 use super::factor::CholeskyFactor;
 use super::front_plan::{Plan, SparseColumn, SupernodeTree};
 use super::half_solve::HalfSolved;
-use super::scalar::Scalar;
+use super::precision::Scalar;
 use super::sparse::CscMatrix;
-use super::structure::FactorStructure;
 use super::work::Work;
 
 /// Rows and columns of a tile of the dual operator.

@@ -2,7 +2,7 @@
 
 use std::ops::{AddAssign, Range};
 
-use super::structure::FactorStructure;
+use super::analysis::FactorStructure;
 
 /// A sparse right-hand side: unknowns (new numbering, ascending) and their coefficients.
 pub(super) type SparseColumn = Vec<(usize, f64)>;

@@ -1,14 +1,21 @@
-//! Forward and backward substitution with one right-hand side, along the elimination tree.
+//! Forward and backward substitution along the elimination tree, for one right-hand side or a block of them.
 
-use std::ops::Range;
-use std::sync::Mutex;
+use std::{ops::Range, sync::Mutex};
 
-use super::factor::CholeskyFactor;
-use super::fronts::{Task, climb, descend, locked};
-use super::scalar::Scalar;
-use super::structure::FactorStructure;
-use super::unknown::{SEVERAL, Several, Unknown};
-use super::vector::{power_of_two_near_largest, vectorised};
+use faer::{
+    Accum, MatMut, MatRef, Par,
+    linalg::{matmul::matmul, triangular_solve::solve_upper_triangular_in_place},
+    reborrow::ReborrowMut,
+};
+
+use super::{
+    analysis::FactorStructure,
+    factor::{CholeskyFactor, Panel},
+    fronts::{Task, climb, descend, locked},
+    precision::Scalar,
+    unknown::{COLUMNS, SEVERAL, Several, Unknown},
+    vector::{power_of_two_near_largest, vectorised},
+};
 
 /// Memory of solves, kept between calls.
 #[derive(Debug, Default)]
@@ -280,4 +287,133 @@ impl<T: Scalar, V: Unknown<T>> TreeSolve<'_, T, V> {
         run(&mut scratch);
         self.pool.put(scratch);
     }
+}
+
+impl<T: Scalar> Panel<'_, T> {
+    /// Replaces the leading part by its solution with the diagonal block and adds −L_below times it
+    /// to the rest.
+    #[inline(always)]
+    pub(super) fn forward<V: Unknown<T>>(&self, x: &mut [V]) {
+        let height = self.rows.len();
+        let mut k = 0;
+        while k < self.width {
+            let block = COLUMNS.min(self.width - k);
+            for c in k..k + block {
+                let column = &self.values[c * height..(c + 1) * height];
+                x[c] = x[c] / column[c];
+                let factor = x[c];
+                for i in c + 1..k + block {
+                    x[i] -= factor * column[i];
+                }
+            }
+            let (solved, rest) = x.split_at_mut(k + block);
+            let tail = |c: usize| &self.values[c * height + k + block..(c + 1) * height];
+            if block == COLUMNS {
+                subtract_four(
+                    [tail(k), tail(k + 1), tail(k + 2), tail(k + 3)],
+                    &solved[k..],
+                    rest,
+                );
+            } else {
+                for c in k..k + block {
+                    let factor = solved[c];
+                    rest.iter_mut()
+                        .zip(tail(c))
+                        .for_each(|(x, l)| *x -= factor * *l);
+                }
+            }
+            k += block;
+        }
+    }
+
+    /// Replaces the leading part by L_diagonal⁻ᵀ (x_leading − L_belowᵀ x_below).
+    #[inline(always)]
+    pub(super) fn backward<V: Unknown<T>>(&self, x: &mut [V]) {
+        let height = self.rows.len();
+        let mut end = self.width;
+        while end > 0 {
+            // the incomplete block comes last in the forward pass, so first here
+            let block = if end.is_multiple_of(COLUMNS) {
+                COLUMNS
+            } else {
+                end % COLUMNS
+            };
+            let k = end - block;
+            let (unknown, known) = x.split_at_mut(end);
+            let tail = |c: usize| &self.values[c * height + end..(c + 1) * height];
+            if block == COLUMNS {
+                let dots = V::four_dots([tail(k), tail(k + 1), tail(k + 2), tail(k + 3)], known);
+                unknown[k..]
+                    .iter_mut()
+                    .zip(dots)
+                    .for_each(|(x, dot)| *x -= dot);
+            } else {
+                for c in k..end {
+                    unknown[c] -= V::dot(tail(c), known);
+                }
+            }
+            for c in (k..end).rev() {
+                let column = &self.values[c * height..(c + 1) * height];
+                let known = V::dot(&column[c + 1..end], &x[c + 1..end]);
+                x[c] -= known;
+                x[c] = x[c] / column[c];
+            }
+            end = k;
+        }
+    }
+}
+
+/// y −= Σ columns[k] · factors[k].
+#[inline(always)]
+fn subtract_four<T: Scalar, V: Unknown<T>>(columns: [&[T]; COLUMNS], factors: &[V], y: &mut [V]) {
+    let n = y.len();
+    let [a, b, c, d] = columns.map(|column| &column[..n]);
+    let [fa, fb, fc, fd] = [factors[0], factors[1], factors[2], factors[3]];
+    for i in 0..n {
+        y[i] -= (fa * a[i] + fb * b[i]) + (fc * c[i] + fd * d[i]);
+    }
+}
+
+impl<T: Scalar> CholeskyFactor<T> {
+    /// One supernode of L⁻ᵀX for a row-major X of `columns` columns whose row r is kept at place
+    /// `place(r)`; the supernode's own columns must be kept consecutively.
+    pub(super) fn backward_block(
+        &self,
+        s: usize,
+        place: impl Fn(usize) -> usize,
+        x: &mut [T],
+        columns: usize,
+        known: &mut Vec<T>,
+    ) {
+        let panel = self.panel(s);
+        let (diagonal, below) = split_panel(panel.values, panel.rows.len(), panel.width);
+        let rows = &panel.rows[panel.width..];
+        known.clear();
+        for &row in rows {
+            let start = place(row) * columns;
+            known.extend_from_slice(&x[start..start + columns]);
+        }
+        let start = place(panel.first) * columns;
+        let own = &mut x[start..start + panel.width * columns];
+        let mut own = MatMut::from_row_major_slice_mut(own, panel.width, columns);
+        let known = MatRef::from_row_major_slice(known, rows.len(), columns);
+        matmul(
+            own.rb_mut(),
+            Accum::Add,
+            below.transpose(),
+            known,
+            -T::rounded(1.0),
+            Par::Seq,
+        );
+        solve_upper_triangular_in_place(diagonal.transpose(), own, Par::Seq);
+    }
+}
+
+/// The diagonal block of a panel and the rows below it.
+fn split_panel<T: Scalar>(
+    values: &[T],
+    height: usize,
+    width: usize,
+) -> (MatRef<'_, T>, MatRef<'_, T>) {
+    MatRef::from_column_major_slice(values, height, width).split_at_row(width)
 }

@@ -3,7 +3,7 @@
 use std::array::from_fn;
 use std::ops::{Add, AddAssign, Div, Mul, SubAssign};
 
-use super::scalar::Scalar;
+use super::precision::Scalar;
 
 /// Right-hand sides solved together: in single precision one vector register holds a row of them.
 pub(super) const SEVERAL: usize = 8;

@@ -9,7 +9,7 @@
 
 use std::collections::HashMap;
 
-use super::{RawMesh, mid_edges::edge, sorted};
+use super::{RawMesh, quadratic::edge, sorted};
 use crate::reference::TETRAHEDRON_EDGES;
 
 /// Two nodes, the smaller one first.

@@ -2,20 +2,16 @@
 
 mod bisection;
 mod brick;
-mod contact_face;
 mod contact_parts;
 mod contact_surface;
 mod error;
 mod gmsh;
-mod isoparametric;
-mod mid_edges;
 mod obstacle;
 mod patches;
 #[cfg(test)]
 mod patches_tests;
-mod quality;
+mod quadratic;
 mod refined;
-mod regions;
 mod side;
 
 use std::path::Path;
@@ -24,10 +20,10 @@ pub use brick::{brick, brick_counts};
 pub use contact_surface::{ContactSurface, SurfaceFace};
 pub use error::MeshError;
 pub use gmsh::{GmshError, Place, digest_of, parse as parse_gmsh};
-pub(crate) use isoparametric::IsoparametricMap;
-pub use mid_edges::MidEdgeNodes;
-pub use quality::{Quality, shape};
+pub(crate) use quadratic::IsoparametricMap;
+pub use quadratic::MidEdgeNodes;
 pub use refined::{RefinableBody, Refinement};
+pub use side::{Quality, shape};
 pub(crate) use side::{SidePoint, is_straight, sorted};
 
 use crate::scene::{
@@ -124,7 +120,7 @@ impl Mesh {
     /// the mesh does not have.
     pub fn of_scene(scene: &Scene, folder: &Path) -> Result<Self, MeshError> {
         let raw = RawMesh::of_scene(scene, folder)?;
-        let regions = regions::assign(scene, &raw)?;
+        let regions = side::assign(scene, &raw)?;
         Self::new(scene, raw, regions, Origin::First)
     }
 

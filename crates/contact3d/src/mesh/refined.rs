@@ -5,7 +5,7 @@ use std::path::Path;
 use super::{
     IsoparametricMap, Mesh, MeshError, MidEdgeNodes, Origin, RawMesh,
     bisection::{Bisection, Descendant},
-    obstacle, regions,
+    obstacle, side,
 };
 use crate::scene::Scene;
 
@@ -71,7 +71,7 @@ impl<'a> RefinableBody<'a> {
         let first = RawMesh::of_scene(scene, folder)?;
         Ok(Self {
             scene,
-            regions: regions::assign(scene, &first)?,
+            regions: side::assign(scene, &first)?,
             bisection: Bisection::new(&first.corner_mesh()),
             first,
             is_cut: false,

@@ -1,13 +1,16 @@
-//! Boundary triangles: the tetrahedra behind them, and surfaces to integrate over.
+//! Boundary triangles, the tetrahedra behind them and the regions these lie in; and the quality of tetrahedra.
 
 use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
-use super::{Mesh, triangle_area};
-use crate::reference::{
-    TRIANGLE_EDGES, quadrature,
-    shape::{quadratic_triangle, quadratic_triangle_slopes},
+use super::{Mesh, RawMesh, tetrahedron_volume, triangle_area};
+use crate::{
+    reference::{
+        TRIANGLE_EDGES, quadrature,
+        shape::{quadratic_triangle, quadratic_triangle_slopes},
+    },
+    scene::{Invalid, Part, Scene, Written},
 };
 
 /// Largest distance of a mid-edge node from the middle of its edge, over the length of the edge, at
@@ -162,4 +165,115 @@ impl Mesh {
 fn unit(vector: Vector3<f64>) -> Option<Vector3<f64>> {
     let largest = vector.amax();
     (largest > 0.0).then(|| (vector / largest).normalize())
+}
+
+/// Figures that say how well shaped a mesh is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quality {
+    /// Longest edge h in m.
+    pub longest_edge: f64,
+    /// Shortest edge in m.
+    pub shortest_edge: f64,
+    /// Smallest tetrahedron volume in m³.
+    pub smallest_volume: f64,
+    /// Total volume |Ω| in m³.
+    pub total_volume: f64,
+    /// Smallest [`shape`] of a tetrahedron.
+    pub smallest_shape: f64,
+    /// Mean of the same measure.
+    pub mean_shape: f64,
+}
+
+impl Quality {
+    /// Measures a mesh.
+    #[must_use]
+    pub fn of(mesh: &Mesh) -> Self {
+        let mut quality = Self {
+            longest_edge: 0.0,
+            shortest_edge: f64::INFINITY,
+            smallest_volume: f64::INFINITY,
+            total_volume: 0.0,
+            smallest_shape: f64::INFINITY,
+            mean_shape: 0.0,
+        };
+        for nodes in &mesh.tetrahedra {
+            let corners = mesh.corners(nodes);
+            let volume = tetrahedron_volume(&corners);
+            let lengths = edge_lengths(&corners);
+            let shape = shape(&corners);
+            quality.longest_edge = lengths.iter().copied().fold(quality.longest_edge, f64::max);
+            quality.shortest_edge = lengths
+                .iter()
+                .copied()
+                .fold(quality.shortest_edge, f64::min);
+            quality.smallest_volume = quality.smallest_volume.min(volume);
+            quality.total_volume += volume;
+            quality.smallest_shape = quality.smallest_shape.min(shape);
+            quality.mean_shape += shape / mesh.tetrahedra.len() as f64;
+        }
+        quality
+    }
+}
+
+/// 12 (3V)^{2/3} / Σ l² of a tetrahedron: 1 is regular, 0 degenerate (Liu & Joe 1994); 0.4 where it is a fifth as high as wide.
+#[must_use]
+pub fn shape(corners: &[[f64; 3]; 4]) -> f64 {
+    let squares: f64 = edge_lengths(corners).iter().map(|l| l * l).sum();
+    12.0 * (3.0 * tetrahedron_volume(corners)).powf(2.0 / 3.0) / squares
+}
+
+fn edge_lengths(corners: &[[f64; 3]; 4]) -> [f64; 6] {
+    let p = corners.map(Vector3::from);
+    [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)].map(|(a, b)| (p[a] - p[b]).norm())
+}
+
+/// The region of each tetrahedron: 0, or k for the last region k of the scene that holds it; empty
+/// in a scene without regions.
+pub(super) fn assign(scene: &Scene, mesh: &RawMesh) -> Result<Vec<usize>, Invalid> {
+    if scene.regions.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut assigned = vec![0; mesh.tetrahedra.len()];
+    for (i, region) in scene.regions.iter().enumerate() {
+        let group = match &region.part {
+            Part::Group(name) => mesh.group_names.iter().position(|n| n == name),
+            Part::Box(_) => None,
+        };
+        let holds = |t: usize| match &region.part {
+            Part::Group(_) => group.is_some_and(|g| mesh.tetrahedron_group[t] == g),
+            Part::Box([low, high]) => {
+                let centroid = centroid(mesh, t);
+                (0..3).all(|c| low[c] <= centroid[c] && centroid[c] <= high[c])
+            }
+        };
+        let mut found = false;
+        for t in (0..assigned.len()).filter(|&t| holds(t)) {
+            assigned[t] = i + 1;
+            found = true;
+        }
+        if !found {
+            return Err(empty(i, &region.part, mesh));
+        }
+    }
+    Ok(assigned)
+}
+
+fn centroid(mesh: &RawMesh, tetrahedron: usize) -> [f64; 3] {
+    let corners = mesh.tetrahedra[tetrahedron].map(|n| mesh.coordinates[n]);
+    std::array::from_fn(|c| corners.iter().map(|p| p[c]).sum::<f64>() / 4.0)
+}
+
+fn empty(region: usize, part: &Part, mesh: &RawMesh) -> Invalid {
+    Invalid {
+        key: format!("region.{region}.part"),
+        expected: match part {
+            Part::Group(_) => format!(
+                "one of the mesh's physical volumes: {}",
+                mesh.group_names.join(", ")
+            ),
+            Part::Box(_) => "a box that holds the centroid of at least one tetrahedron".into(),
+        },
+        found: Written(part).to_string(),
+        help: "a region without tetrahedra would have no effect; correct or remove it".into(),
+    }
 }

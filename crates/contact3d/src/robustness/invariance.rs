@@ -2,7 +2,7 @@
 
 use std::{fmt, ops::Range, path::Path};
 
-use super::{Scaling, Symmetry, explicit_problem::ExplicitProblem, renumbering::renumbered};
+use super::{Scaling, Symmetry, explicit_problem::ExplicitProblem, symmetry::renumbered};
 use crate::{
     problem::ProblemError,
     scene::Scene,

@@ -1,24 +1,21 @@
 //! How far an answer can be trusted: conditioning, agreement of independent algorithms, and
 //! invariance under all that must not matter.
 
-mod coefficients;
 mod conditioning;
 mod cross_checks;
 mod explicit_problem;
 mod invariance;
 mod obstacles;
-mod renumbering;
-mod rounding_bound;
 mod scaling;
 mod symmetry;
 #[cfg(test)]
 mod tests;
 mod verdict;
 
+pub use conditioning::RoundingBound;
 pub use conditioning::{Conditioning, Spectrum};
 pub use cross_checks::{CrossCheck, CrossCheckResult};
 pub use invariance::{Invariance, InvarianceResult};
-pub use rounding_bound::RoundingBound;
 pub(crate) use scaling::Scaling;
 pub(crate) use symmetry::Symmetry;
 pub use verdict::{GOAL, Level, Verdict};

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Formula, LawFunction,
-    tabulated::{Grid, Table},
+    function::{Grid, Table},
 };
 
 /// Smallest coefficient: means of its inverse over panes, and their products with stresses, stay far from overflow.

@@ -1,9 +1,14 @@
 //! A contact face, its initial gap, its axes, its friction and the space of its multipliers.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use std::fmt;
 
-use super::{Friction, Obstacle, Quantity};
+use schemars::JsonSchema;
+use serde::{
+    Deserialize, Deserializer, Serialize, Serializer,
+    de::{MapAccess, SeqAccess, Visitor, value::MapAccessDeserializer},
+};
+
+use super::{Friction, Obstacle, Quantity, Scene};
 
 /// A contact face, or a part of one, above a rigid half-space of its own or against a rigid obstacle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -83,4 +88,158 @@ pub enum MultiplierSpace {
     /// One value per contact node, with lumped integration (FE1 of HKL Remark 3.1): contact and
     /// friction hold for the forces and displacements of every node.
     Nodal,
+}
+
+/// One contact face or several, as a scene file writes them.
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+#[expect(dead_code, reason = "it describes scene files")]
+pub(super) enum OneOrSeveral {
+    /// The only contact face.
+    One(Box<Contact>),
+    /// Contact faces, each with a foundation and a law of friction of its own.
+    Several(Vec<Contact>),
+}
+
+/// One face as a table, as scenes with one face always had it, and several as an array.
+pub(super) fn serialize<S: Serializer>(
+    contacts: &[Contact],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    match contacts {
+        [only] => only.serialize(serializer),
+        several => several.serialize(serializer),
+    }
+}
+
+/// A table or an array of tables.
+pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Vec<Contact>, D::Error> {
+    deserializer.deserialize_any(Contacts)
+}
+
+struct Contacts;
+
+impl<'de> Visitor<'de> for Contacts {
+    type Value = Vec<Contact>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a table [contact], or several tables [[contact]]")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+        Ok(vec![Contact::deserialize(MapAccessDeserializer::new(map))?])
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Self::Value, A::Error> {
+        let mut contacts = Vec::new();
+        while let Some(contact) = items.next_element()? {
+            contacts.push(contact);
+        }
+        Ok(contacts)
+    }
+}
+
+impl Scene {
+    /// The key of a contact face in messages: `contact`, or `contact.1` for the second of several.
+    #[must_use]
+    pub fn contact_key(&self, entry: usize) -> String {
+        contact_key(self.contacts.len(), entry)
+    }
+
+    /// The law of friction of a contact face with its key; `None` where it is frictionless.
+    #[must_use]
+    pub fn friction_on(&self, entry: usize) -> Option<(String, &Friction)> {
+        match (self.contacts.get(entry)?.friction.as_ref(), &self.friction) {
+            (Some(own), _) => Some((format!("{}.friction", self.contact_key(entry)), own)),
+            (None, Some(common)) => Some(("friction".to_owned(), common)),
+            (None, None) => None,
+        }
+    }
+
+    /// The tables that hold laws of friction, with their keys.
+    pub(super) fn friction_tables(&self) -> impl Iterator<Item = (String, &Friction)> {
+        let contacts = self.contacts.iter().enumerate();
+        let own = contacts.filter_map(|(entry, contact)| {
+            let key = format!("{}.friction", self.contact_key(entry));
+            Some((key, contact.friction.as_ref()?))
+        });
+        let common = self.friction.iter();
+        own.chain(common.map(|friction| ("friction".to_owned(), friction)))
+    }
+
+    /// Whether any contact face has friction.
+    #[must_use]
+    pub fn has_friction(&self) -> bool {
+        (0..self.contacts.len()).any(|entry| self.friction_on(entry).is_some())
+    }
+
+    /// The contact faces in the order of their multipliers, as numbers in the scene's own order: those with friction come
+    /// first.
+    #[must_use]
+    pub fn contact_order(&self) -> Vec<usize> {
+        let entries = 0..self.contacts.len();
+        let (with, without): (Vec<usize>, Vec<usize>) =
+            entries.partition(|entry| self.friction_on(*entry).is_some());
+        [with, without].concat()
+    }
+
+    /// Whether any part of a face may touch a foundation.
+    #[must_use]
+    pub(crate) fn is_in_contact(&self, face: &str) -> bool {
+        self.contacts.iter().any(|contact| contact.face == face)
+    }
+}
+
+/// The key of a contact face among `count`.
+pub(super) fn contact_key(count: usize, entry: usize) -> String {
+    match count {
+        1 => "contact".to_owned(),
+        _ => format!("contact.{entry}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BODY: &str = r#"
+        title = "faces"
+        clamp = [{ face = "x_max" }]
+        body.brick = { size = [1.0, 1.0, 1.0], cells = [2, 2, 2] }
+        material.isotropic = { young_modulus = 1.0, poisson_ratio = 0.3 }
+    "#;
+
+    fn scene(contact: &str) -> Scene {
+        Scene::parse("faces", &format!("{BODY}\n{contact}")).expect("a scene")
+    }
+
+    #[test]
+    fn one_face_is_a_table_and_several_are_an_array() {
+        let table = scene("[contact]\nface = \"z_min\"");
+        let array = scene("[[contact]]\nface = \"z_min\"");
+        assert_eq!(table, array);
+        assert!(table.to_toml().expect("no functions").contains("[contact]"));
+        let both = scene("[[contact]]\nface = \"z_min\"\n[[contact]]\nface = \"x_min\"");
+        let text = both.to_toml().expect("no functions");
+        assert_eq!(text.matches("[[contact]]").count(), 2);
+        assert_eq!(Scene::parse("again", &text).expect("a scene"), both);
+    }
+
+    #[test]
+    fn faces_with_friction_come_first() {
+        let own = scene(
+            "[[contact]]\nface = \"z_min\"\n[[contact]]\nface = \"x_min\"\nfriction.coefficient.constant = 0.3",
+        );
+        assert_eq!(own.contact_order(), [1, 0]);
+        assert_eq!(
+            own.friction_on(1).expect("friction").0,
+            "contact.1.friction"
+        );
+        let common = scene(
+            "[[contact]]\nface = \"z_min\"\n[[contact]]\nface = \"x_min\"\n[friction]\ncoefficient.constant = 0.3",
+        );
+        assert_eq!(common.contact_order(), [0, 1]);
+    }
 }

@@ -1,8 +1,18 @@
-//! A scene with the text it was read from.
+//! A scene with the text it was read from: files of bounded size, and scenes written back as text.
 
-use std::path::{Path, PathBuf};
+use std::{
+    fmt,
+    fs::{self, File, FileType},
+    io::{self, ErrorKind, Read},
+    path::{Path, PathBuf},
+    sync::mpsc::{self, RecvTimeoutError},
+    thread,
+    time::Duration,
+};
 
-use super::{Invalid, Scene, SceneError, read_bounded};
+use serde::Serialize;
+
+use super::{Invalid, Scene, SceneError};
 
 /// Longest scene in bytes; a friction law of 1000 × 200 values stays below.
 pub const LONGEST_SCENE: u64 = 4_000_000;
@@ -75,5 +85,245 @@ impl SceneFile {
     #[must_use]
     pub fn refuse(&self, invalid: Invalid) -> SceneError {
         SceneError::invalid(&self.name, &self.text, invalid)
+    }
+}
+
+/// How long a pipe may have nobody who writes to it.
+const OPENING: Duration = Duration::from_secs(5);
+
+/// How long the writer of a pipe may be silent.
+const SILENCE: Duration = Duration::from_secs(60);
+
+/// Bytes that are read from a pipe at once.
+const CHUNK: usize = 64 * 1024;
+
+/// Refuses what is not a regular file: a folder, a device, a pipe.
+///
+/// # Errors
+/// What the system says about a path that cannot be looked at, `InvalidInput` for what is no
+/// regular file.
+pub fn require_regular(path: &Path) -> io::Result<()> {
+    let kind = fs::metadata(path)?.file_type();
+    match kind.is_file() {
+        true => Ok(()),
+        false => Err(refused("a regular file", kind)),
+    }
+}
+
+/// The bytes of a regular file or of a pipe such as `<(command)`: at most `longest` and one more,
+/// by which the caller sees that there are too many.
+///
+/// # Errors
+/// What the system says, `InvalidInput` for a folder or device, `TimedOut` for a pipe without a
+/// writer or with one that says nothing for a minute.
+pub fn read_bounded(path: &Path, longest: u64) -> io::Result<Vec<u8>> {
+    let kind = fs::metadata(path)?.file_type();
+    let mut bytes = Vec::new();
+    if kind.is_file() {
+        File::open(path)?
+            .take(longest + 1)
+            .read_to_end(&mut bytes)?;
+        return Ok(bytes);
+    }
+    match is_pipe(kind) {
+        true => read_pipe(path, longest),
+        false => Err(refused("a regular file or a pipe", kind)),
+    }
+}
+
+/// Reads in a thread of its own, which a silent writer may hold up without holding up the program.
+fn read_pipe(path: &Path, longest: u64) -> io::Result<Vec<u8>> {
+    let (sender, receiver) = mpsc::sync_channel(1);
+    let pipe = path.to_owned();
+    thread::Builder::new().spawn(move || {
+        let mut file = match File::open(pipe) {
+            Ok(file) => file,
+            Err(error) => return drop(sender.send(Err(error))),
+        };
+        // An empty chunk says that there is a writer.
+        let mut chunk = Ok(Vec::new());
+        while sender.send(chunk).is_ok() {
+            let mut bytes = vec![0; CHUNK];
+            chunk = match file.read(&mut bytes) {
+                Ok(0) => return,
+                Ok(read) => {
+                    bytes.truncate(read);
+                    Ok(bytes)
+                }
+                Err(error) if error.kind() == ErrorKind::Interrupted => Ok(Vec::new()),
+                Err(error) => return drop(sender.send(Err(error))),
+            };
+        }
+    })?;
+    let mut all: Vec<u8> = Vec::new();
+    let mut patience = OPENING;
+    let mut waits_for = "somebody who writes to the pipe";
+    while all.len() as u64 <= longest {
+        match receiver.recv_timeout(patience) {
+            Ok(chunk) => all.extend(chunk?),
+            Err(RecvTimeoutError::Disconnected) => break,
+            Err(RecvTimeoutError::Timeout) => {
+                let seconds = patience.as_secs();
+                let found = format!("expected {waits_for}, found silence for {seconds} s");
+                return Err(io::Error::new(ErrorKind::TimedOut, found));
+            }
+        }
+        patience = SILENCE;
+        waits_for = "text from the pipe";
+    }
+    Ok(all)
+}
+
+fn refused(expected: &str, found: FileType) -> io::Error {
+    let found = format!("expected {expected}, found {}", kind_words(found));
+    io::Error::new(ErrorKind::InvalidInput, found)
+}
+
+/// What a path leads to, in words.
+fn kind_words(kind: FileType) -> &'static str {
+    if kind.is_file() {
+        "a regular file"
+    } else if kind.is_dir() {
+        "a folder"
+    } else if is_pipe(kind) {
+        "a pipe"
+    } else {
+        special_words(kind)
+    }
+}
+
+#[cfg(unix)]
+fn special_words(kind: FileType) -> &'static str {
+    use std::os::unix::fs::FileTypeExt;
+    match (kind.is_socket(), kind.is_block_device()) {
+        (true, _) => "a socket",
+        (_, true) => "a block device",
+        _ => "a character device",
+    }
+}
+
+#[cfg(not(unix))]
+fn special_words(_: FileType) -> &'static str {
+    "something else"
+}
+
+#[cfg(unix)]
+fn is_pipe(kind: FileType) -> bool {
+    std::os::unix::fs::FileTypeExt::is_fifo(&kind)
+}
+
+#[cfg(not(unix))]
+fn is_pipe(_: FileType) -> bool {
+    false
+}
+
+/// A value as a scene writes it, in one line of TOML; numbers in their shortest form.
+pub struct Written<'a, T>(pub &'a T);
+
+impl<T: Serialize> fmt::Display for Written<'_, T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match toml::Value::try_from(self.0) {
+            Ok(value) => write!(f, "{}", line(&value)),
+            Err(error) => write!(f, "{error}"),
+        }
+    }
+}
+
+fn line(value: &toml::Value) -> String {
+    let joined = |items: Vec<String>| items.join(", ");
+    match value {
+        toml::Value::Float(value) if value.is_nan() => "nan".to_owned(),
+        toml::Value::Float(value) => format!("{value:?}"),
+        toml::Value::Array(items) => format!("[{}]", joined(items.iter().map(line).collect())),
+        toml::Value::Table(table) => {
+            let pairs = table.iter();
+            let pairs = pairs.map(|(key, value)| format!("{key} = {}", line(value)));
+            format!("{{ {} }}", joined(pairs.collect()))
+        }
+        other => other.to_string(),
+    }
+}
+
+/// Whether a character moves the cursor, gives the terminal a command or turns the direction of
+/// text instead of being seen.
+#[must_use]
+pub fn is_hidden_control(c: char) -> bool {
+    let turns_text =
+        matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    c.is_control() || turns_text
+}
+
+/// Text for one line of a page or a terminal: control characters are shown by their escapes, such
+/// as `\n` and `\u{1b}`.
+#[must_use]
+pub fn shown(text: &str) -> String {
+    with_escapes(text, is_hidden_control)
+}
+
+/// Text of several lines, as [`shown`] but with its ends of lines and tabs.
+#[must_use]
+pub fn shown_lines(text: &str) -> String {
+    with_escapes(text, |c| is_hidden_control(c) && c != '\n' && c != '\t')
+}
+
+fn with_escapes(text: &str, is_hidden: impl Fn(char) -> bool) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        match is_hidden(c) {
+            true => shown.extend(c.escape_default()),
+            false => shown.push(c),
+        }
+    }
+    shown
+}
+
+impl Scene {
+    /// The title as pages, pictures and terminals show it; files and JSON hold it as it is.
+    #[must_use]
+    pub fn shown_title(&self) -> String {
+        shown(&self.title)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Coefficient, Formula, Part, Quantity, Ramp};
+
+    #[test]
+    fn values_are_written_as_in_scenes() {
+        let ramp = Coefficient::Ramp(Ramp {
+            initial: 0.3,
+            residual: f64::NAN,
+            onset: 0.0,
+            rate: 1.0,
+        });
+        let formula = Coefficient::Expression(Formula::parse("0.3 + s").unwrap());
+        for (found, expected) in [
+            (Written(&Quantity::Constant(f64::NAN)).to_string(), "nan"),
+            (Written(&[1.0, -2.5e-300]).to_string(), "[1.0, -2.5e-300]"),
+            (Written(&"z_min").to_string(), "\"z_min\""),
+            (
+                Written(&ramp).to_string(),
+                "{ ramp = { initial = 0.3, residual = nan, onset = 0.0, rate = 1.0 } }",
+            ),
+            (
+                Written(&formula).to_string(),
+                "{ expression = \"0.3 + s\" }",
+            ),
+            (
+                Written(&Part::Box([[0.0; 3], [1.0; 3]])).to_string(),
+                "{ box = [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]] }",
+            ),
+        ] {
+            assert_eq!(found, expected);
+        }
+    }
+
+    #[test]
+    fn a_title_stays_on_its_line_and_commands_nothing() {
+        let title = "a\nb\u{1b}]0;c\u{7}\t\u{202e}é λ";
+        assert_eq!(shown_lines(title), "a\nb\\u{1b}]0;c\\u{7}\t\\u{202e}é λ");
+        assert_eq!(shown(title), "a\\nb\\u{1b}]0;c\\u{7}\\t\\u{202e}é λ");
     }
 }

@@ -1,10 +1,14 @@
-//! Rust functions in place of the formulas of a scene; no text holds them.
+//! Functions of place and time: Rust functions, tables, and formulas of the scene.
 
-use std::{fmt, sync::Arc};
+use std::{borrow::Cow, fmt, sync::Arc};
 
-use serde::{Serialize, Serializer, ser};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Serialize, Serializer, ser};
 
-use super::{LawPoint, SlipDerivative};
+use super::{
+    Expression, ExpressionError, LawPoint, SlipDerivative,
+    expression::{Branch, OnBranch},
+};
 
 /// What stands for a function in messages.
 const WORDS: &str = "a Rust function";
@@ -131,4 +135,183 @@ impl Serialize for LawFunction {
     fn serialize<S: Serializer>(&self, _: S) -> Result<S::Ok, S::Error> {
         Err(ser::Error::custom(WORDS))
     }
+}
+
+/// Values over increasing slips.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Table {
+    /// Slips in m, increasing from 0 on.
+    pub slip: Vec<f64>,
+    /// Coefficient at each slip.
+    pub value: Vec<f64>,
+}
+
+/// Values over a grid of both slips.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Grid {
+    /// Slips |u_t1| in m, increasing from 0 on.
+    pub slip_1: Vec<f64>,
+    /// Slips |u_t2| in m, increasing from 0 on.
+    pub slip_2: Vec<f64>,
+    /// Coefficients: one row for each entry of `slip_1`, one column for each of `slip_2`.
+    pub value: Vec<Vec<f64>>,
+}
+
+impl Table {
+    /// Value and slope, taken from the left at a knot.
+    pub(super) fn evaluate(&self, slip: f64) -> (f64, f64) {
+        interpolate(&self.slip, &self.value, slip)
+    }
+}
+
+/// The cell of a table that holds ζ, taken from the left, and the relative place in it; `None`
+/// outside the table, with the index of the nearest entry.
+fn cell(knots: &[f64], slip: f64) -> Result<(usize, f64), usize> {
+    let above = knots.partition_point(|&knot| knot < slip);
+    if above == 0 {
+        Err(0)
+    } else if above == knots.len() {
+        Err(above - 1)
+    } else {
+        let (low, high) = (knots[above - 1], knots[above]);
+        Ok((above - 1, (slip - low) / (high - low)))
+    }
+}
+
+/// Value and slope of the piecewise linear function through (knots, values).
+fn interpolate(knots: &[f64], values: &[f64], slip: f64) -> (f64, f64) {
+    match cell(knots, slip) {
+        Err(end) => (values[end], 0.0),
+        Ok((i, t)) => {
+            let rise = values[i + 1] - values[i];
+            (values[i] + t * rise, rise / (knots[i + 1] - knots[i]))
+        }
+    }
+}
+
+impl Grid {
+    /// Value and gradient.
+    pub(super) fn evaluate(&self, slip: [f64; 2]) -> (f64, [f64; 2]) {
+        let along_second = |row: usize| interpolate(&self.slip_2, &self.value[row], slip[1]);
+        match cell(&self.slip_1, slip[0]) {
+            Err(end) => {
+                let (value, slope) = along_second(end);
+                (value, [0.0, slope])
+            }
+            Ok((i, t)) => {
+                let (low, high) = (along_second(i), along_second(i + 1));
+                let width = self.slip_1[i + 1] - self.slip_1[i];
+                (
+                    low.0 + t * (high.0 - low.0),
+                    [(high.0 - low.0) / width, low.1 + t * (high.1 - low.1)],
+                )
+            }
+        }
+    }
+}
+
+/// The variables of a [`Formula`]: coordinates and slips in m. `s` is |u_t|, for isotropic laws;
+/// `s1`, `s2` are |u_t1|, |u_t2|.
+pub const LAW_VARIABLES: &[&str] = &["x", "y", "z", "s", "s1", "s2"];
+
+/// An expression in [`LAW_VARIABLES`], with derivatives by the slips.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Formula {
+    value: Expression,
+}
+
+/// The places of s, s1 and s2 in [`LAW_VARIABLES`].
+const SLIPS: [usize; 3] = [3, 4, 5];
+
+impl Formula {
+    /// Parses a formula without parameters.
+    ///
+    /// # Errors
+    /// [`ExpressionError`] for text that is no formula in [`LAW_VARIABLES`].
+    pub fn parse(text: &str) -> Result<Self, ExpressionError> {
+        let value = Expression::parse(text, LAW_VARIABLES)?;
+        Ok(Self { value })
+    }
+
+    /// Another formula with the parameters of this one.
+    ///
+    /// # Errors
+    /// As [`Self::parse`].
+    pub(crate) fn rewritten(&self, text: &str) -> Result<Self, ExpressionError> {
+        let value = self.value.rewritten(text)?;
+        Ok(Self { value })
+    }
+
+    pub(super) fn evaluate(&self, at: &LawPoint) -> f64 {
+        self.value.evaluate(&arguments(at))
+    }
+
+    pub(super) fn derivative(&self, at: &LawPoint) -> SlipDerivative {
+        let [own, first, second] = self.value.derivatives(&arguments(at), SLIPS);
+        SlipDerivative {
+            own,
+            pair: [first, second],
+        }
+    }
+
+    /// The branch that the formula takes at a point.
+    pub(crate) fn branch(&self, at: &LawPoint) -> Branch {
+        self.value.branch(&arguments(at), SLIPS)
+    }
+
+    /// The formula on a branch; slopes are by the own slip, by |u_t1| and by |u_t2|.
+    pub(crate) fn on_branch(&self, at: &LawPoint, branch: Branch) -> OnBranch {
+        self.value.on_branch(&arguments(at), SLIPS, branch)
+    }
+
+    pub(super) fn depends_on_slip(&self) -> bool {
+        SLIPS.iter().any(|&k| self.value.uses(LAW_VARIABLES[k]))
+    }
+
+    /// The formula as written.
+    #[must_use]
+    pub fn expression(&self) -> &Expression {
+        &self.value
+    }
+
+    pub(super) fn expression_mut(&mut self) -> &mut Expression {
+        &mut self.value
+    }
+}
+
+impl TryFrom<String> for Formula {
+    type Error = ExpressionError;
+
+    fn try_from(text: String) -> Result<Self, ExpressionError> {
+        let value = Expression::unbound(&text, LAW_VARIABLES)?;
+        Ok(Self { value })
+    }
+}
+
+impl From<Formula> for String {
+    fn from(formula: Formula) -> Self {
+        formula.value.text().to_owned()
+    }
+}
+
+impl JsonSchema for Formula {
+    fn schema_name() -> Cow<'static, str> {
+        "Formula".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "An expression in x, y, z, the slips s1 = |u_t1|, s2 = |u_t2| (s = |u_t| for an isotropic law), all in m, and the scene's parameters.",
+            "type": "string"
+        })
+    }
+}
+
+/// The values of [`LAW_VARIABLES`].
+fn arguments(at: &LawPoint) -> [f64; 6] {
+    let [x, y, z] = at.position;
+    [x, y, z, at.own_slip, at.slip[0], at.slip[1]]
 }

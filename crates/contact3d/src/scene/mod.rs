@@ -3,20 +3,15 @@
 //! Lengths are metres, forces newtons, stresses pascals in the documentation; a scene may name other
 //! units, because no constant of the program has a unit.
 
-mod adapt;
 mod body;
-mod bounded;
 mod brick;
 mod build;
-mod cell_grading;
 mod coefficient;
 mod contact;
-mod contacts;
 mod error;
 mod expression;
 mod features;
 mod file;
-mod formula;
 mod friction;
 mod function;
 mod load;
@@ -26,19 +21,13 @@ mod obstacle;
 mod parameters;
 mod parser_words;
 mod quantity;
-mod shown;
 mod solve;
-mod spring;
 mod step;
 mod strict;
-mod tabulated;
 mod validate;
 mod warning;
-mod written;
 
-pub use adapt::AdaptSettings;
 pub use body::{Body, ElementOrder, GmshFile, Shape};
-pub use bounded::{read_bounded, require_regular};
 pub use brick::{Brick, BrickFace, GivenPlanes, Grading, MOST_CELLS};
 pub use coefficient::{Coefficient, LawPoint, Ramp, SlipDerivative};
 pub(crate) use coefficient::{LEAST_COEFFICIENT, is_coefficient};
@@ -48,11 +37,16 @@ pub(crate) use error::{UNDEFINED, place_words};
 pub(crate) use expression::{Branch, replace_names};
 pub use expression::{Expression, ExpressionError, FUNCTIONS, Parameters};
 pub use features::{ContactFeatures, FrictionModel, ModelFeatures};
+pub use file::Written;
 pub use file::{LONGEST_SCENE, SceneFile};
-pub use formula::{Formula, LAW_VARIABLES};
+pub use file::{is_hidden_control, shown, shown_lines};
+pub use file::{read_bounded, require_regular};
 pub use friction::{Friction, FrictionLaw, SlipMeasure};
+pub use function::{Formula, LAW_VARIABLES};
+pub use function::{Grid, Table};
 pub use function::{LawFunction, PlaceFunction};
 pub use load::{BodyForce, Clamp, Component, Pressure, Traction};
+pub use load::{Spring, SpringStiffness};
 pub use load_path::Increment;
 pub(crate) use load_path::Target;
 pub use material::{Isotropic, Material, Orthotropic, Part, Region, Voigt};
@@ -60,17 +54,14 @@ pub use obstacle::{Cylinder, Direction, HalfSpace, Height, Obstacle, Side, Spher
 pub use parser_words::number_limit;
 pub(crate) use quantity::POSITION;
 pub use quantity::Quantity;
-pub use shown::{is_hidden_control, shown, shown_lines};
+pub use solve::AdaptSettings;
 pub use solve::{
     AssembleSettings, DualOperatorKind, FactorPrecision, InnerSolver, Method, PrecisionControl,
     SolveSettings,
 };
-pub use spring::{Spring, SpringStiffness};
 pub use step::{MOST_INCREMENTS, Step, StepValue};
 pub use strict::parse_toml;
-pub use tabulated::{Grid, Table};
 pub use warning::Warning;
-pub use written::Written;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -118,10 +109,10 @@ pub struct Scene {
     #[serde(
         rename = "contact",
         default,
-        with = "contacts",
+        with = "contact",
         skip_serializing_if = "Vec::is_empty"
     )]
-    #[schemars(with = "contacts::OneOrSeveral")]
+    #[schemars(with = "contact::OneOrSeveral")]
     pub contacts: Vec<Contact>,
     /// The law of friction on contact faces without one of their own; without it they are frictionless.
     #[serde(default, skip_serializing_if = "Option::is_none")]

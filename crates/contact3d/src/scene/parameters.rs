@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::{
     Coefficient, Expression, ExpressionError, Invalid, LAW_VARIABLES, Obstacle, Parameters,
     Quantity, Scene,
-    contacts::contact_key,
+    contact::contact_key,
     expression::{is_identifier, meaning},
 };
 

@@ -8,7 +8,6 @@
 
 mod accuracy;
 mod answer;
-mod body;
 mod conditions;
 mod convex;
 mod delassus;
@@ -16,7 +15,6 @@ mod ellipse;
 mod equilibrium;
 mod feasible_set;
 mod fixed_point;
-mod history;
 mod inner;
 mod minimisation;
 mod newton;
@@ -24,9 +22,7 @@ mod pane_laws;
 mod problem;
 mod solution;
 mod solve;
-mod unanswered;
 
-pub use body::{ContactBody, ContactState};
 pub(crate) use conditions::{Bound, PaneZone};
 pub use delassus::{
     DelassusError, DelassusMethod, DelassusProblem, DelassusSettings, DelassusSolution,
@@ -38,7 +34,6 @@ pub use feasible_set::FeasibleSet;
 pub use fixed_point::{
     MappingValue, evaluate_mapping, evaluate_mapping_at, successive_approximations,
 };
-pub use history::{NewtonStep, OuterStep, StepCounts};
 pub use inner::{Gpcg, Inner, InnerOutcome, Kprgp, operator_norm};
 pub use newton::{
     Linearisation, LocalMapping, NewtonSettings, NewtonSolution, NewtonStatus, frozen_response,
@@ -46,6 +41,8 @@ pub use newton::{
 };
 pub(crate) use newton::{contraction_of_mapping, natural_map::NaturalMap};
 pub use pane_laws::{CoulombState, PaneLaws, coulomb_state};
+pub use problem::{ContactBody, ContactState};
 pub use problem::{NeedsExplicit, OuterState, Progress, Start};
 pub use solution::{Goal, Solution, SolvedBy, Status};
+pub use solution::{NewtonStep, OuterStep, StepCounts};
 pub use solve::solve;

@@ -1,7 +1,12 @@
-//! A solution, how it ended and how it was reached.
+//! What a solve returns: status, answer, and the history of its steps.
 
-use super::{CoulombState, LocalMapping, NewtonStep, OuterStep};
-use crate::scene::{Method, SolveSettings};
+use std::ops::AddAssign;
+
+use super::{CoulombState, LocalMapping, PaneLaws, problem::DiscreteProblem};
+use crate::{
+    contact::CoulombLaw,
+    scene::{Method, SolveSettings},
+};
 
 /// How a solve ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -219,6 +224,101 @@ impl Solution {
             history: [self.history, next.history].concat(),
             applications: self.applications + next.applications,
             ..next
+        }
+    }
+}
+
+/// Steps of each kind.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct StepCounts {
+    /// Conjugate gradient steps inside the set.
+    pub conjugate_gradient: usize,
+    /// Steps to the boundary followed by a projected step along the free gradient.
+    pub expansion: usize,
+    /// Projected gradient steps that release active blocks.
+    pub proportioning: usize,
+}
+
+impl AddAssign for StepCounts {
+    fn add_assign(&mut self, other: Self) {
+        self.conjugate_gradient += other.conjugate_gradient;
+        self.expansion += other.expansion;
+        self.proportioning += other.proportioning;
+    }
+}
+
+/// One step k of Algorithm 4.1.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct OuterStep {
+    /// err⁽ᵏ⁾ = ‖λ⁽ᵏ⁺¹⁾ − λ⁽ᵏ⁾‖ / ‖λ⁽ᵏ⁺¹⁾‖.
+    pub change: f64,
+    /// Inner tolerance ε_λ⁽ᵏ⁾ relative to ‖h‖; for Newton's method relative to ‖λ‖.
+    pub inner_tolerance: f64,
+    /// Final ‖g̃‖ of the inner problem relative to ‖h‖; for Newton's method ‖R‖ / ‖λ‖.
+    pub inner_residual: f64,
+    /// Steps of KPRGP or [`super::Gpcg`]; none for Newton's method.
+    pub steps: StepCounts,
+    /// Applications of A⁻¹ in this step; the first step includes those that estimate ‖S‖.
+    pub applications: usize,
+    /// Wall-clock seconds.
+    pub seconds: f64,
+}
+
+/// One step of Newton's method.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct NewtonStep {
+    /// ‖R‖ / ‖λ‖ after the step.
+    pub residual: f64,
+    /// Share s of the step d in λ ← λ + s d.
+    pub step_length: f64,
+    /// Halvings tried.
+    pub halvings: usize,
+    /// Panes that changed between open, stick and slip.
+    pub zone_changes: usize,
+    /// Unknowns of the dense system.
+    pub free_unknowns: usize,
+    /// Whether a safeguard replaced Newton's step.
+    pub fallback: bool,
+    /// Share τ of the law in the law F₀^(1−τ) F^τ of the step: 1 unless the law was approached by
+    /// continuation.
+    pub law_share: f64,
+    /// Wall-clock seconds.
+    pub seconds: f64,
+}
+
+/// Whether a body that floats was moved further than its contact faces are wide, as Newton's method does where no contact forces
+/// stop it: nothing of that is an answer.
+pub(super) fn has_run_away(solution: &Solution, laws: &PaneLaws) -> bool {
+    let width = laws.area.iter().sum::<f64>().sqrt();
+    !solution.displacement.iter().all(|u| u.abs() <= width)
+}
+
+impl Solution {
+    /// What is known of a body that floats and for which no contact forces were found: it rests, without any.
+    pub(super) fn without_answer(status: Status, problem: &DiscreteProblem<'_>) -> Self {
+        let (laws, primal) = (problem.laws, &problem.body.assembly.primal);
+        let displacement = vec![0.0; primal.dofs.n_free];
+        let balance = problem.dual.balance.as_ref();
+        let straining = balance
+            .filter(|it| it.is_resisted())
+            .map(|_| displacement.clone());
+        let unpressed = |law: &CoulombLaw| {
+            let slip = match law.depends_on_slip() {
+                true => laws.slip.slip(&problem.body.tangential(&displacement)),
+                false => Vec::new(),
+            };
+            laws.unpressed(law, &slip)
+        };
+        Self {
+            status,
+            solved_by: SolvedBy::Direct,
+            accuracy: 1.0,
+            coulomb: laws.coulomb().map(unpressed),
+            multiplier: vec![0.0; laws.layout.n_multipliers()],
+            rigid_motion: vec![0.0; primal.floating.as_ref().map_or(0, |body| body.n_modes())],
+            straining: straining.unwrap_or_default(),
+            displacement,
+            ..Self::default()
         }
     }
 }

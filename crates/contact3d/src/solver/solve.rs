@@ -7,8 +7,8 @@ use super::{
     equilibrium::{dragged_motion, neutral_motions, unstopped_motion},
     minimisation::minimise,
     problem::DiscreteProblem,
+    solution::has_run_away,
     successive_approximations,
-    unanswered::has_run_away,
 };
 use crate::{
     contact::CoulombLaw,

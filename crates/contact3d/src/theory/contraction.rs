@@ -4,9 +4,8 @@ use faer::Mat;
 
 use super::{
     dense::{alone, congruent, root, symmetric},
-    face::Face,
-    part_norms::{Blocks, PartNorms, SpaceNorms},
-    scatter::product,
+    face::{Face, product},
+    trace::{Blocks, PartNorms, SpaceNorms},
 };
 use crate::{
     contact::{CoulombLaw, FrictionField, SlipOperatorDerivative},

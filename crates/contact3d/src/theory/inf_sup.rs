@@ -5,8 +5,7 @@ use nalgebra::Vector3;
 
 use super::{
     dense::Factor,
-    face::{Face, distance, gradients},
-    face_gram::{FaceGram, PaneRows},
+    face::{Face, FaceGram, PaneRows, distance, gradients},
 };
 use crate::scene::{Brick, BrickFace};
 

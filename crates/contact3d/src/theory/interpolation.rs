@@ -3,9 +3,8 @@
 use std::collections::HashMap;
 
 use super::{
-    face::{Face, gradients},
-    pencil::largest_ratio,
-    scatter::{factorised, product, sum},
+    dense::largest_ratio,
+    face::{Face, factorised, gradients, product, sum},
 };
 use crate::linalg::{CscMatrix, Workspace, add_scaled};
 

@@ -6,14 +6,12 @@ use super::{
     FrictionFunctional, InfSup, Observed, ScaledPoint, Thresholds,
     bound::{DisplacementNorm, FaceConstants, Ingredients, NormConstants},
     contraction::LocalContraction,
-    dense::Factor as DenseFactor,
-    face::Face,
+    dense::{Factor as DenseFactor, largest_ratio},
+    face::{Face, factorised, product, sum},
     interpolation::{Interpolation, lagrange_on_absolute, on_finer_functions},
-    pencil::largest_ratio,
     problem::TheoryProblem,
     quartic::{diameter, largest_over_fourth},
     scaled::ScaledLaws,
-    scatter::{factorised, product, sum},
     trace::TraceConstants,
 };
 use crate::{

@@ -14,40 +14,33 @@
 
 mod bound;
 mod contraction;
-mod covered;
 mod dense;
 mod face;
-mod face_gram;
 mod findings;
-mod functional;
 mod inf_sup;
 mod interpolation;
 mod ladder;
 #[cfg(test)]
 mod ladder_tests;
 mod level;
-mod part_norms;
-mod pencil;
 mod problem;
 mod quartic;
 mod scaled;
-mod scatter;
-mod sobolev;
 mod successive;
 #[cfg(test)]
 mod tests;
 mod trace;
 
+pub use bound::FrictionFunctional;
 pub use bound::{ContractionBound, DisplacementNorm, FaceConstants, NormConstants, Radii};
 pub use contraction::LocalContraction;
 pub use findings::Findings;
-pub use functional::FrictionFunctional;
 pub use inf_sup::{InfSup, TrialSpace};
 pub use ladder::theory_bricks;
 pub use level::TheoryLevel;
-pub use part_norms::PartNorms;
 pub use scaled::{ScaledPoint, Thresholds};
 pub use successive::Observed;
+pub use trace::PartNorms;
 pub use trace::TraceConstants;
 
 use std::path::Path;
@@ -60,7 +53,7 @@ use crate::{
     problem::{Problem, ProblemError},
     scene::{GmshFile, Scene},
 };
-use covered::require_covered;
+use face::require_covered;
 use ladder::{levels_of_files, nested_levels, no_file};
 
 /// How far the ladder of meshes goes.

@@ -6,14 +6,11 @@ use faer::Mat;
 
 use super::{
     FrictionFunctional,
-    bound::NormConstants,
+    bound::{NormConstants, OnPanes},
     contraction::{AtSolution, LocalContraction},
-    face::{Face, FaceForms},
-    face_gram::{FaceGram, PaneRows},
-    functional::OnPanes,
-    part_norms::SpaceNorms,
-    sobolev::first_sobolev_gram,
+    face::{Face, FaceForms, FaceGram, PaneRows},
     successive::Mapping,
+    trace::{SpaceNorms, first_sobolev_gram},
 };
 use crate::{
     contact::{CoulombLaw, Interface, nodal_tangential},

@@ -1,6 +1,6 @@
 //! What successive approximations really do: their rate, the set they stay in, and quotients of the mapping.
 
-use super::{bound::Radii, face::Face, part_norms::SpaceNorms};
+use super::{bound::Radii, face::Face, trace::SpaceNorms};
 use crate::{
     contact::{CoulombLaw, FrictionField},
     dual::{ExplicitDual, LocalStiffness},

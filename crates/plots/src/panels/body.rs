@@ -6,7 +6,6 @@ use super::PanelSpec;
 use crate::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
 use crate::colour::ColourMap;
 use crate::colour_bar::ColourKey;
-use crate::facets::{Facets, draw_facets};
 use crate::layout::{
     KEY_HEIGHT, KEY_WIDTH, KeySide, LABEL_SIZE, Layout, PANEL_WIDTH, TICK_SIZE, axis_name,
 };
@@ -14,8 +13,9 @@ use crate::panes::ContactBox;
 use crate::picture::ContactPicture;
 use crate::scale::{factor_label, round_down};
 use crate::surface::{FacetNormals, SurfaceEdge, joined_lines, surface_edges};
+use crate::svg::{Vector, bounds, dot, minus, norm, scaled};
 use crate::text::Label;
-use crate::vector::{Vector, bounds, dot, minus, norm, scaled};
+use crate::view::{Facets, draw_facets};
 use crate::view::{Fit, View};
 
 /// Largest drawn displacement relative to the diagonal of the body.

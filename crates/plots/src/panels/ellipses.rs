@@ -4,9 +4,9 @@ use units::Unit;
 
 use super::{PanelData, PanelSpec};
 use crate::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
-use crate::chart::{draw_axes, draw_panes, typical_pane_size};
-use crate::friction_labels::FrictionKind;
 use crate::layout::{KeySide, LABEL_SIZE, Layout, PANEL_WIDTH, TICK_SIZE};
+use crate::line_chart::{draw_axes, draw_panes, typical_pane_size};
+use crate::panes::FrictionKind;
 use crate::picture::{PaneFriction, Zone};
 use crate::scale::round_down;
 use crate::text::Label;

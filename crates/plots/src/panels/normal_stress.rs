@@ -5,8 +5,8 @@ use units::Dimension;
 use super::{PanelData, PanelSpec};
 use crate::canvas::Canvas;
 use crate::colour::ColourMap;
+use crate::colour::map_panel;
 use crate::colour_bar::ColourKey;
-use crate::maps::map_panel;
 use crate::text::Label;
 
 /// Panel (a).

@@ -3,9 +3,9 @@
 use super::{PanelData, PanelSpec};
 use crate::canvas::Canvas;
 use crate::colour::ColourMap;
+use crate::colour::map_panel;
 use crate::colour_bar::ColourKey;
-use crate::friction_labels::FrictionKind;
-use crate::maps::map_panel;
+use crate::panes::FrictionKind;
 use crate::picture::PaneFriction;
 use crate::text::Label;
 

@@ -5,10 +5,10 @@ use units::Unit;
 
 use super::{PanelData, PanelSpec};
 use crate::canvas::Canvas;
+use crate::colour::map_panel;
 use crate::colour::{ColourMap, ValueRange};
 use crate::colour_bar::ColourKey;
 use crate::layout::Layout;
-use crate::maps::map_panel;
 use crate::panes::PaneShape;
 use crate::picture::PaneFriction;
 use crate::text::Label;

@@ -1,5 +1,4 @@
-//! What a change leaves as it was: groups are copied, groups in files of their own are linked
-//! again.
+//! Where groups are kept: in the run file, beside it, or shared by digest.
 
 use hdf5_metno as hdf5;
 

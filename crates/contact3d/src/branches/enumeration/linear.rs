@@ -1,4 +1,4 @@
-//! Linear systems with intervals.
+//! Interval linear algebra of one box: elimination and contraction.
 
 use nalgebra::DMatrix;
 

@@ -31,7 +31,7 @@ use self::{
     straight_law::{NodeLaw, StraightLines},
     system::System,
 };
-use super::member::Member;
+use super::point::Member;
 use crate::{
     contact::SlipOperator,
     scene::{Coefficient, FrictionLaw},

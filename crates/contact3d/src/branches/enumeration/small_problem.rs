@@ -1,4 +1,4 @@
-//! A contact problem of a few panes in intervals, without units.
+//! A problem of few nodes in intervals, with laws that are linear by pieces.
 
 use super::{
     super::family::power_of_two,

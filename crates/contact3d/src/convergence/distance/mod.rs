@@ -5,7 +5,6 @@
 //! is nested in b the rules are exact; elsewhere ε(u_a) jumps inside tetrahedra of b, and a rule sees its jumps only
 //! from its points.
 
-mod piece;
 mod tree;
 
 use nalgebra::{Vector3, Vector6};
@@ -18,7 +17,7 @@ use crate::{
     scene::{Invalid, Scene},
 };
 
-use piece::Piece;
+use tree::Piece;
 use tree::Tree;
 
 /// A displacement on a mesh.

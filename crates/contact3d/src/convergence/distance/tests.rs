@@ -6,7 +6,10 @@ use nalgebra::Vector3;
 
 use super::*;
 use crate::{
-    convergence::{discretisation::energy_norm, prolongation::prolongate, refinement::with_cells},
+    convergence::{
+        discretisation::energy_norm,
+        refinement::{prolongate, with_cells},
+    },
     elasticity::{DofMap, Simplex, stiffness},
     mesh::{RefinableBody, tetrahedron_volume},
     scene::{Body, ElementOrder, Material, Quantity, Scene, Spring},

@@ -5,12 +5,11 @@
 //! one to be judged (half of it where time or memory end first). That estimate is the uncertainty of all of them. Where
 //! no adaptive mesh is solved, the reference is the mesh with the smallest estimated error of any way.
 
-mod advice;
 mod climb;
 mod level;
 
-pub use advice::{Cheapest, TARGETS, WayAdvice};
 pub use level::WayLevel;
+pub use level::{Cheapest, TARGETS, WayAdvice};
 
 use std::path::Path;
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{advice::TARGETS, *};
+use super::{level::TARGETS, *};
 use crate::convergence::Cost;
 
 fn level(error: Option<f64>, estimated_error: f64, seconds: f64) -> WayLevel {

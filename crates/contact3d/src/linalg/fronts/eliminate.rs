@@ -16,7 +16,7 @@ use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
-use super::super::scalar::Scalar;
+use super::super::precision::Scalar;
 
 /// Columns eliminated together, and the inner length of every product: what faer's kernels are fastest at, since two operands
 /// of 256 × 256 stay in a core's second cache.

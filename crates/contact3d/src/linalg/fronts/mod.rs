@@ -7,21 +7,20 @@
 //! one size, so the factor has the same bits at any number of threads.
 
 mod assemble;
-mod buffers;
 mod eliminate;
 mod tasks;
 
 use std::sync::Mutex;
 
+use assemble::Buffers;
+pub(super) use assemble::zeros;
 use assemble::{Child, PermutedMatrix, Update, add_children};
-use buffers::Buffers;
-pub(super) use buffers::zeros;
 use eliminate::eliminate;
 pub(super) use tasks::{Task, climb, descend};
 
-use super::scalar::Scalar;
+use super::analysis::FactorStructure;
+use super::precision::Scalar;
 use super::sparse::CscMatrix;
-use super::structure::FactorStructure;
 use super::work::Work;
 
 /// A subtree of less than this share of all operations is one task.

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::ScopeFifo;
 
-use super::super::structure::{FactorStructure, Front};
+use super::super::analysis::{FactorStructure, Front};
 
 /// Supernodes that one thread treats one after another: a subtree, or one supernode above the subtrees.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::{GmshError, contents::Contents, element::Element};
+use super::{GmshError, contents::Contents, groups::Element};
 use crate::{mesh::IsoparametricMap, reference::TETRAHEDRON_EDGES};
 
 /// The tetrahedra of a file on nodes numbered by increasing tag; unused nodes are dropped.

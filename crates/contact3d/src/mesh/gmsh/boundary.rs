@@ -1,7 +1,8 @@
-//! The boundary of a body of tetrahedra, and whether the body is connected.
+//! The boundary of a body of tetrahedra; whether the body is connected and conforming.
 
 use std::collections::HashMap;
 
+use nalgebra::Vector3;
 use rayon::slice::ParallelSliceMut;
 
 use super::{GmshError, body::Body, contents::Contents};
@@ -164,5 +165,215 @@ impl Pieces {
 
     fn firsts(mut self) -> Vec<usize> {
         (0..self.0.len()).map(|t| self.first(t)).collect()
+    }
+}
+
+/// Nodes this much nearer than an edge is long are in the same place: far more than roundings and
+/// the tolerance of CAD kernels (1e-8 of the part), far less than any element worth having.
+const SAME_PLACE: f64 = 1e-6;
+
+/// Refuses boundaries on which parts touch without being joined: nodes in the same place, or on
+/// triangles of which they are no corner.
+///
+/// Only boundary triangles are looked at, since a face between unjoined parts is boundary of both.
+pub(super) fn check(
+    body: &Body,
+    boundary: &Boundary,
+    contents: &Contents,
+) -> Result<(), GmshError> {
+    let mut nodes: Vec<usize> = boundary.facets.iter().flatten().copied().collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let nearby = Nearby::new(&body.coordinates, nodes.clone());
+    no_coincident_nodes(body, boundary, &nodes, &nearby)?;
+    no_hanging_nodes(body, boundary, contents, &nearby)
+}
+
+fn point(body: &Body, node: usize) -> Vector3<f64> {
+    body.coordinates[node].into()
+}
+
+fn no_coincident_nodes(
+    body: &Body,
+    boundary: &Boundary,
+    nodes: &[usize],
+    nearby: &Nearby,
+) -> Result<(), GmshError> {
+    let mut shortest = vec![f64::INFINITY; body.coordinates.len()];
+    for &[a, b, c] in &boundary.facets {
+        for (p, q) in [(a, b), (b, c), (c, a)] {
+            let length = (point(body, p) - point(body, q)).norm();
+            shortest[p] = shortest[p].min(length);
+            shortest[q] = shortest[q].min(length);
+        }
+    }
+    for &node in nodes {
+        let at = body.coordinates[node];
+        let reach = SAME_PLACE * shortest[node];
+        let others = nearby.in_box(at.map(|x| x - reach), at.map(|x| x + reach));
+        if let Some(&other) = others.iter().find(|&&other| other != node) {
+            return Err(GmshError::CoincidentNodes {
+                first: body.tags[node.min(other)],
+                second: body.tags[node.max(other)],
+                at,
+            });
+        }
+    }
+    Ok(())
+}
+
+fn no_hanging_nodes(
+    body: &Body,
+    boundary: &Boundary,
+    contents: &Contents,
+    nearby: &Nearby,
+) -> Result<(), GmshError> {
+    for (facet, &owner) in boundary.facets.iter().zip(&boundary.owner) {
+        let corners = facet.map(|n| point(body, n));
+        let longest = (0..3)
+            .map(|i| (corners[i] - corners[(i + 1) % 3]).norm())
+            .fold(0.0, f64::max);
+        let reach = SAME_PLACE * longest;
+        let low = corners[0]
+            .inf(&corners[1])
+            .inf(&corners[2])
+            .add_scalar(-reach);
+        let high = corners[0]
+            .sup(&corners[1])
+            .sup(&corners[2])
+            .add_scalar(reach);
+        let inside = nearby.in_box(low.into(), high.into());
+        let hanging = inside
+            .into_iter()
+            .filter(|node| !facet.contains(node))
+            .find(|&node| lies_on(&corners, reach, &point(body, node)));
+        if let Some(node) = hanging {
+            return Err(GmshError::HangingNode {
+                node: body.tags[node],
+                triangle: facet.map(|n| body.tags[n]),
+                element: contents.tetrahedra[owner].tag,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Whether a point is within `reach` of the plane of a triangle and its foot is in the triangle.
+fn lies_on(corners: &[Vector3<f64>; 3], reach: f64, at: &Vector3<f64>) -> bool {
+    let [a, b, c] = corners;
+    let normal = (b - a).cross(&(c - a));
+    let twice_area = normal.norm();
+    if (at - a).dot(&normal).abs() > reach * twice_area {
+        return false;
+    }
+    [(a, b), (b, c), (c, a)].into_iter().all(|(p, q)| {
+        let share = (q - p).cross(&(at - p)).dot(&normal) / (twice_area * twice_area);
+        share >= -SAME_PLACE
+    })
+}
+
+/// A k-d tree over points, for queries with boxes.
+///
+/// A range of the order is a subtree: the point at its middle splits it along `axis`, with no
+/// larger coordinates before and no smaller ones behind it.
+pub(super) struct Nearby<'a> {
+    points: &'a [[f64; 3]],
+    order: Vec<usize>,
+    axis: Vec<usize>,
+}
+
+impl<'a> Nearby<'a> {
+    /// Sorts the chosen points; each range is split along its longest extent.
+    pub(super) fn new(points: &'a [[f64; 3]], chosen: Vec<usize>) -> Self {
+        let mut order = chosen;
+        let mut axis = vec![0; order.len()];
+        let mut ranges = vec![(0, order.len())];
+        while let Some((start, end)) = ranges.pop() {
+            if end - start < 2 {
+                continue;
+            }
+            let range = &mut order[start..end];
+            let along = longest_extent(range.iter().map(|&i| &points[i]));
+            let middle = range.len() / 2;
+            range.select_nth_unstable_by(middle, |&a, &b| {
+                points[a][along]
+                    .total_cmp(&points[b][along])
+                    .then(a.cmp(&b))
+            });
+            axis[start + middle] = along;
+            ranges.push((start, start + middle));
+            ranges.push((start + middle + 1, end));
+        }
+        Self {
+            points,
+            order,
+            axis,
+        }
+    }
+
+    /// The chosen points in a closed box, in increasing order.
+    pub(super) fn in_box(&self, low: [f64; 3], high: [f64; 3]) -> Vec<usize> {
+        let mut found = Vec::new();
+        let mut ranges = vec![(0, self.order.len())];
+        while let Some((start, end)) = ranges.pop() {
+            if start == end {
+                continue;
+            }
+            let middle = start + (end - start) / 2;
+            let (point, axis) = (self.order[middle], self.axis[middle]);
+            let at = self.points[point];
+            if (0..3).all(|a| low[a] <= at[a] && at[a] <= high[a]) {
+                found.push(point);
+            }
+            if low[axis] <= at[axis] {
+                ranges.push((start, middle));
+            }
+            if at[axis] <= high[axis] {
+                ranges.push((middle + 1, end));
+            }
+        }
+        found.sort_unstable();
+        found
+    }
+}
+
+fn longest_extent<'p>(points: impl Iterator<Item = &'p [f64; 3]>) -> usize {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for point in points {
+        for a in 0..3 {
+            low[a] = low[a].min(point[a]);
+            high[a] = high[a].max(point[a]);
+        }
+    }
+    let extent = [0, 1, 2].map(|a| high[a] - low[a]);
+    (0..3)
+        .rev()
+        .max_by(|&a, &b| extent[a].total_cmp(&extent[b]))
+        .unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::Nearby;
+
+    /// Few different coordinates, so that many are equal and some extents are zero.
+    fn any_point() -> impl Strategy<Value = [f64; 3]> {
+        prop::array::uniform3((0..5_i32).prop_map(f64::from))
+    }
+
+    proptest! {
+        #[test]
+        fn boxes_hold_what_brute_force_finds(
+            points in prop::collection::vec(any_point(), 0..60),
+            (low, size) in (any_point(), any_point()),
+        ) {
+            let high: [f64; 3] = std::array::from_fn(|a| low[a] + size[a] - 1.0);
+            let chosen: Vec<usize> = (0..points.len()).filter(|i| i % 3 != 0).collect();
+            let is_inside = |i: &usize| (0..3).all(|a| (low[a]..=high[a]).contains(&points[*i][a]));
+            let expected: Vec<usize> = chosen.iter().copied().filter(is_inside).collect();
+            prop_assert_eq!(Nearby::new(&points, chosen).in_box(low, high), expected);
+        }
     }
 }

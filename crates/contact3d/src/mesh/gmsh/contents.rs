@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::{
     GmshError, Place,
-    element::{Element, Kind, MIDDLES, MOST_NODES, Order},
+    groups::{Element, Kind, MIDDLES, MOST_NODES, Order},
     scanner::{Encoding, Scanner, shown},
     v2, v4,
 };

@@ -8,12 +8,9 @@
 
 mod body;
 mod boundary;
-mod conformity;
 mod contents;
-mod element;
 mod error;
 mod groups;
-mod nearby;
 mod scanner;
 #[cfg(test)]
 mod tests;
@@ -80,7 +77,7 @@ pub fn parse(bytes: &[u8]) -> Result<RawMesh, GmshError> {
     let contents = contents::Contents::read(bytes)?;
     let body = body::Body::new(&contents)?;
     let boundary = boundary::Boundary::new(&body, &contents)?;
-    conformity::check(&body, &boundary, &contents)?;
+    boundary::check(&body, &boundary, &contents)?;
     boundary.require_one_piece(&contents)?;
     let (tetrahedron_group, group_names) = groups::volumes(&contents)?;
     let (facet_face, face_names) = groups::surfaces(&contents, &body, &boundary)?;

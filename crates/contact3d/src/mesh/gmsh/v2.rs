@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::{GmshError, Place, contents::Contents, element::Kind, scanner::Scanner};
+use super::{GmshError, Place, contents::Contents, groups::Kind, scanner::Scanner};
 
 /// `$Nodes`: a count, then tag and coordinates of a node on each line.
 pub(super) fn nodes(scanner: &mut Scanner, contents: &mut Contents) -> Result<(), GmshError> {

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::{GmshError, contents::Contents, element::Kind, scanner::Scanner};
+use super::{GmshError, contents::Contents, groups::Kind, scanner::Scanner};
 
 /// The membership of each geometric entity, by dimension and tag.
 pub(super) type Entities = HashMap<(i64, i64), usize>;

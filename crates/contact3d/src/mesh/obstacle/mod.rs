@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 
 use self::clearance::Measured;
-use super::{Mesh, contact_face::FLAT};
+use super::{Mesh, contact_parts::FLAT};
 use crate::scene::{Invalid, Obstacle, Written, place_words};
 
 /// Cosine of 30°: triangles that meet at a larger angle are an edge of the body, not facets of a curved face.

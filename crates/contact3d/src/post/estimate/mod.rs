@@ -18,11 +18,9 @@
 //! under what the material above it would carry ([`ErrorEstimate::share_of_flat`]).
 
 mod boundary;
-mod bubbles;
 mod contact;
 mod local;
 mod recovery;
-mod surroundings;
 
 use rayon::prelude::*;
 
@@ -33,8 +31,8 @@ use crate::{
 };
 
 use boundary::Boundary;
+use boundary::surroundings;
 use local::LocalProblems;
-use surroundings::surroundings;
 
 /// Shape of a tetrahedron that is a fifth as high as wide.
 const FLAT: f64 = 0.4;

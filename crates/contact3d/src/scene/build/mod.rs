@@ -1,9 +1,6 @@
 //! Scenes built in Rust: constructors with the defaults of scene files.
 
-mod body;
-mod contact;
-mod friction;
-mod loads;
+mod parts;
 
 use units::Units;
 

@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 use serde::{Deserialize, Serialize};
 
-use super::slope::{Forks, Number, Sloped};
+use super::program::{Forks, Number, Sloped};
 
 /// Forks of a formula that are told apart; the others go their own way.
 const MOST_FORKS: usize = u64::BITS as usize;

@@ -3,8 +3,6 @@
 mod branch;
 mod parse;
 mod program;
-mod slope;
-mod token;
 
 use std::{collections::BTreeMap, fmt};
 
@@ -13,11 +11,11 @@ use thiserror::Error;
 pub(crate) use branch::{Branch, OnBranch};
 use branch::{Branched, Way};
 pub use parse::FUNCTIONS;
+pub(super) use parse::is_identifier;
+pub(crate) use parse::replace_names;
 use parse::{CONSTANTS, DEEPEST_NESTING, ParseError};
+use program::{Ahead, Sloped};
 use program::{Step, run};
-use slope::{Ahead, Sloped};
-pub(super) use token::is_identifier;
-pub(crate) use token::replace_names;
 
 /// Longest text of an expression, in bytes.
 const LONGEST_TEXT: usize = 4096;

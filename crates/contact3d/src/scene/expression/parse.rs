@@ -1,10 +1,6 @@
-//! Formulas as they are written on paper: a leading minus binds less than a power, and what paper
-//! leaves unclear is refused.
+//! Formulas as they are written on paper: words and signs, and the precedence of what they mean.
 
-use super::{
-    program::{Binary, Comparison, Function, Step},
-    token::{Token, Tokens},
-};
+use super::program::{Binary, Comparison, Function, Step};
 
 /// Deepest nesting of parentheses; the parser recurses.
 pub(super) const DEEPEST_NESTING: usize = 64;
@@ -251,6 +247,211 @@ impl Parser<'_> {
             }
             _ => Err(self
                 .expected("an operator or one of < <= > >= (if takes a condition and two values)")),
+        }
+    }
+}
+
+/// One word or sign.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Token<'a> {
+    Number(f64),
+    Name(&'a str),
+    /// One of + − * / ^.
+    Operator(char),
+    Comparison(Comparison),
+    Open,
+    Close,
+    Comma,
+    End,
+    /// Something that no formula has.
+    Foreign(&'a str),
+}
+
+/// The words of a text, one after the other.
+pub(super) struct Tokens<'a> {
+    rest: &'a str,
+    next: Token<'a>,
+    /// The text of `next`.
+    word: &'a str,
+}
+
+impl<'a> Tokens<'a> {
+    pub(super) fn new(text: &'a str) -> Self {
+        let mut tokens = Self {
+            rest: text,
+            next: Token::End,
+            word: "",
+        };
+        tokens.advance();
+        tokens
+    }
+
+    /// The next word, which stays.
+    pub(super) fn peek(&self) -> Token<'a> {
+        self.next
+    }
+
+    /// The next word, which goes.
+    pub(super) fn take(&mut self) -> Token<'a> {
+        let next = self.next;
+        self.advance();
+        next
+    }
+
+    /// Takes the next word if it is this one.
+    pub(super) fn accept(&mut self, token: Token<'_>) -> bool {
+        let is_next = self.next == token;
+        if is_next {
+            self.advance();
+        }
+        is_next
+    }
+
+    /// The next word as a message says it.
+    pub(super) fn found(&self) -> String {
+        match self.next {
+            Token::End => "the end".to_owned(),
+            _ => format!("`{}`", self.word),
+        }
+    }
+
+    fn advance(&mut self) {
+        let text = self.rest.trim_start();
+        let (next, length) = first(text);
+        self.next = next;
+        (self.word, self.rest) = text.split_at(length);
+    }
+}
+
+/// The first word of a text that does not begin with a space, and its bytes.
+fn first(text: &str) -> (Token<'_>, usize) {
+    let Some(c) = text.chars().next() else {
+        return (Token::End, 0);
+    };
+    let number = number_length(text);
+    if let Ok(value) = text[..number].parse() {
+        return (Token::Number(value), number);
+    }
+    if is_name(c) {
+        let length = text.find(|c| !is_name(c)).unwrap_or(text.len());
+        return (Token::Name(&text[..length]), length);
+    }
+    let or_equal = text[c.len_utf8()..].starts_with('=');
+    match (c, or_equal) {
+        ('<', true) => (Token::Comparison(Comparison::AtMost), 2),
+        ('>', true) => (Token::Comparison(Comparison::AtLeast), 2),
+        ('<', false) => (Token::Comparison(Comparison::Below), 1),
+        ('>', false) => (Token::Comparison(Comparison::Above), 1),
+        ('(', _) => (Token::Open, 1),
+        (')', _) => (Token::Close, 1),
+        (',', _) => (Token::Comma, 1),
+        ('+' | '-' | '*' | '/' | '^', _) => (Token::Operator(c), 1),
+        _ => (Token::Foreign(&text[..c.len_utf8()]), c.len_utf8()),
+    }
+}
+
+/// Whether a name may hold a character; a number in front of one is a number of its own.
+fn is_name(c: char) -> bool {
+    c.is_alphanumeric() || c == '_'
+}
+
+/// Whether a text can be the name of a parameter.
+pub(in crate::scene) fn is_identifier(text: &str) -> bool {
+    matches!(first(text), (Token::Name(name), _) if name.len() == text.len())
+}
+
+/// A formula with other text, in parentheses, in place of some of its names.
+#[must_use]
+pub(crate) fn replace_names(text: &str, replacements: &[(&str, String)]) -> String {
+    let mut result = String::with_capacity(2 * text.len());
+    let mut rest = text;
+    while !rest.is_empty() {
+        let word = rest.trim_start();
+        let (space, _) = rest.split_at(rest.len() - word.len());
+        let (token, length) = first(word);
+        let replacement = match token {
+            Token::Name(name) => replacements.iter().find(|(known, _)| *known == name),
+            _ => None,
+        };
+        result.push_str(space);
+        match replacement {
+            Some((_, replacement)) => result.extend(["(", replacement, ")"]),
+            None => result.push_str(&word[..length]),
+        }
+        rest = &word[length..];
+    }
+    result
+}
+
+/// Bytes of the decimal number that a text begins with: digits with a point, an exponent.
+fn number_length(text: &str) -> usize {
+    let digits = |from: usize| {
+        let rest = text.as_bytes()[from..].iter();
+        rest.take_while(|byte| byte.is_ascii_digit()).count()
+    };
+    let whole = digits(0);
+    let mut length = whole;
+    if text[length..].starts_with('.') {
+        let fraction = digits(length + 1);
+        if whole + fraction == 0 {
+            return 0;
+        }
+        length += 1 + fraction;
+    }
+    if length > 0 && text[length..].starts_with(['e', 'E']) {
+        let sign = usize::from(text[length + 1..].starts_with(['+', '-']));
+        let exponent = digits(length + 1 + sign);
+        if exponent > 0 {
+            length += 1 + sign + exponent;
+        }
+    }
+    length
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_names_and_signs_are_told_apart() {
+        let mut tokens = Tokens::new(" 2.5e-3x1 <= .5E2 -1. e5\u{3c0}, 3e");
+        for expected in [
+            Token::Number(2.5e-3),
+            Token::Name("x1"),
+            Token::Comparison(Comparison::AtMost),
+            Token::Number(50.0),
+            Token::Operator('-'),
+            Token::Number(1.0),
+            Token::Name("e5\u{3c0}"),
+            Token::Comma,
+            Token::Number(3.0),
+            Token::Name("e"),
+            Token::End,
+            Token::End,
+        ] {
+            assert_eq!(tokens.take(), expected);
+        }
+        assert_eq!(Tokens::new("{").take(), Token::Foreign("{"));
+        assert_eq!(Tokens::new(".").take(), Token::Foreign("."));
+    }
+
+    #[test]
+    fn names_are_replaced_and_numbers_and_functions_are_not() {
+        let to = [("x", "y".to_owned()), ("s", "s/2".to_owned())];
+        assert_eq!(replace_names("exp(-x/1e-5)", &to), "exp(-(y)/1e-5)");
+        assert_eq!(replace_names("2e3*s1 +  s*E ", &to), "2e3*s1 +  (s/2)*E ");
+        assert_eq!(replace_names("1.5e-1x", &to), "1.5e-1(y)");
+        assert_eq!(replace_names("sinh(s)", &to), "sinh((s/2))");
+        assert_eq!(replace_names("\u{3bc}x*xs < x", &to), "\u{3bc}x*xs < (y)");
+    }
+
+    #[test]
+    fn parameters_have_names() {
+        for name in ["mu", "F_0", "\u{3bc}"] {
+            assert!(is_identifier(name), "{name}");
+        }
+        for text in ["", "a-b", "a b", "1a", "(", "2", " a"] {
+            assert!(!is_identifier(text), "{text}");
         }
     }
 }

@@ -7,12 +7,11 @@ mod friction;
 mod history;
 mod material;
 mod obstacle;
-mod solve;
 mod supports;
 
 use std::fmt;
 
-use super::{Invalid, Quantity, Scene, adapt::SMALLEST_ERROR};
+use super::{Invalid, Quantity, Scene, solve::SMALLEST_ERROR};
 
 /// Refuses `found` at `key` unless `ok`.
 fn require(

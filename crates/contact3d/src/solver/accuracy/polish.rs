@@ -1,6 +1,6 @@
 //! Answers to the accuracy they promise: exact residuals, and the distance to the solution.
 
-use super::deviation::{Sizes, within_ellipses};
+use super::judge::{Sizes, within_ellipses};
 use crate::{
     dual::{ExplicitDual, LocalStiffness, Moved},
     linalg::{Doubled, Precision, difference},

@@ -8,7 +8,6 @@
 mod descent;
 #[cfg(test)]
 mod form_tests;
-mod frozen;
 mod frozen_law;
 mod problem;
 mod proximal;
@@ -139,7 +138,7 @@ pub fn solve_delassus(problem: &DelassusProblem, settings: &DelassusSettings) ->
         let found = match way {
             Way::Newton => proximal::solve(&scaled, form, settings.tolerance),
             Way::Descent => descent::solve(&scaled, form, settings.tolerance),
-            Way::Gpcg => frozen::solve(&scaled, settings.tolerance),
+            Way::Gpcg => frozen_law::solve(&scaled, settings.tolerance),
         };
         newton_steps += found.newton_steps;
         outer_steps += found.outer_steps;

@@ -1,4 +1,4 @@
-//! Newton's method, by proximal steps where W is singular.
+//! First-order iterations: proximal steps, and descent on a frozen problem.
 
 use super::{
     Found,

@@ -1,6 +1,5 @@
 //! Ellipses of friction: projection, its derivatives, the geometry of the boundary.
 
-mod boundary;
 mod derivative;
 
 pub use derivative::ProjectionDerivative;

@@ -1,15 +1,13 @@
 //! Successive approximations (HKL Algorithm 4.1) and the mapping Ψ that they iterate.
 
-mod cycle;
 mod mapping;
-mod stall;
 
 pub use mapping::{MappingValue, evaluate as evaluate_mapping, evaluate_at as evaluate_mapping_at};
 
 use std::time::Instant;
 
-use cycle::{CycleDetector, relative_change};
-use stall::Stall;
+use mapping::Stall;
+use mapping::{CycleDetector, relative_change};
 
 use super::{
     ContactBody, Inner, Kprgp, OuterState, OuterStep, PaneLaws, Progress, Solution, SolvedBy,

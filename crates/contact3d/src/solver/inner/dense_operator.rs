@@ -1,4 +1,4 @@
-//! A small dense S for tests of inner solvers.
+//! Dense dual operators of the inner problems, of held and of floating bodies.
 
 use std::sync::atomic::AtomicUsize;
 

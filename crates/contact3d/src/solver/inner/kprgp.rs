@@ -3,7 +3,7 @@
 use crate::{
     dual::DualOperator,
     linalg::{add_scaled, dot, norm},
-    solver::{FeasibleSet, history::StepCounts},
+    solver::{FeasibleSet, solution::StepCounts},
 };
 
 /// KPRGP: minimises ½ λᵀSλ − λᵀh over bounds and ellipses (Kučera, SIAM J. Optim. 19 (2008) 846).

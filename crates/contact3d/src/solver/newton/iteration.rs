@@ -1,4 +1,4 @@
-//! The loop of Newton's method: steps, halvings, stalls.
+//! Semismooth Newton on the natural map of the problem.
 
 use std::time::Instant;
 
@@ -7,7 +7,7 @@ use crate::{
     dual::ExplicitDual,
     solver::{
         conditions::{Evaluation, PaneZone},
-        history::NewtonStep,
+        solution::NewtonStep,
     },
 };
 

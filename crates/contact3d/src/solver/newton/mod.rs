@@ -1,25 +1,22 @@
 //! The semismooth Newton method on the natural map, its starts, and its linearisation.
 
 mod continuation;
-mod contraction;
 mod frozen_response;
 mod iteration;
 mod linearisation;
-mod local_mapping;
 pub(in crate::solver) mod natural_map;
 mod relaxation;
 pub(in crate::solver) mod search;
 mod softening;
-mod sparse_system;
 mod system;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use contraction::contraction_of_mapping;
 pub use frozen_response::frozen_response;
 pub use iteration::{NewtonSettings, NewtonStatus};
 pub use linearisation::Linearisation;
-pub use local_mapping::LocalMapping;
+pub use linearisation::LocalMapping;
+pub(crate) use linearisation::contraction_of_mapping;
 
 use iteration::{Globalisation, NewtonOutcome};
 use natural_map::NaturalMap;

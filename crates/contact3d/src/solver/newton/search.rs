@@ -1,4 +1,4 @@
-//! Ways to a solution by Newton's method, tried one after the other.
+//! Newton's method from several starts, by continuation and with relaxed steps where plain ones fail.
 
 use super::{
     NewtonSettings, NewtonSolution, NewtonStatus, continuation::continuation, minimise_frozen_in,

@@ -3,7 +3,6 @@
 mod broken;
 mod mutated;
 mod samples;
-mod small;
 
 const FOOT_41: &[u8] = include_bytes!("../../../../tests/meshes/foot_41.msh");
 const FOOT_41_BINARY: &[u8] = include_bytes!("../../../../tests/meshes/foot_41_binary.msh");

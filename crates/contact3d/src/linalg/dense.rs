@@ -1,0 +1,177 @@
+//! Dense factors on one thread, with the same bits at any number of threads: LU with the sign of its determinant, and Cholesky.
+
+use faer::{
+    Conj, MatMut, MatRef, Par,
+    dyn_stack::{MemBuffer, MemStack},
+    linalg::{
+        cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch},
+        lu::partial_pivoting::{factor, solve},
+        triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place},
+    },
+    mat::Mat,
+    perm::Perm,
+};
+
+/// A factorised square matrix, on one thread: the same bits at any number of threads.
+pub(crate) struct DenseLu {
+    lu: Mat<f64>,
+    permutation: Perm<usize>,
+    sign: i8,
+}
+
+impl DenseLu {
+    /// Factorises a column-major matrix of order n; `None` where a pivot vanishes or is no number.
+    pub(crate) fn new(matrix: &[f64], n: usize) -> Option<Self> {
+        let mut lu = Mat::from_fn(n, n, |i, j| matrix[j * n + i]);
+        let (mut forward, mut backward) = (vec![0_usize; n], vec![0_usize; n]);
+        let mut memory = MemBuffer::new(factor::lu_in_place_scratch::<usize, f64>(
+            n,
+            n,
+            Par::Seq,
+            Default::default(),
+        ));
+        factor::lu_in_place(
+            lu.as_mut(),
+            &mut forward,
+            &mut backward,
+            Par::Seq,
+            MemStack::new(&mut memory),
+            Default::default(),
+        );
+        let mut negative = transpositions(&forward);
+        for i in 0..n {
+            let pivot = lu[(i, i)];
+            if pivot == 0.0 || !pivot.is_finite() {
+                return None;
+            }
+            negative += usize::from(pivot < 0.0);
+        }
+        Some(Self {
+            lu,
+            permutation: Perm::new_checked(forward.into(), backward.into(), n),
+            sign: if negative.is_multiple_of(2) { 1 } else { -1 },
+        })
+    }
+
+    /// The sign of the determinant.
+    pub(crate) fn sign(&self) -> i8 {
+        self.sign
+    }
+
+    /// Solves in place for the columns of a column-major right-hand side.
+    pub(crate) fn solve(&self, rhs: &mut [f64]) {
+        let n = self.lu.nrows();
+        let columns = rhs.len() / n.max(1);
+        let mut memory = MemBuffer::new(solve::solve_in_place_scratch::<usize, f64>(
+            n,
+            columns,
+            Par::Seq,
+        ));
+        solve::solve_in_place_with_conj(
+            self.lu.as_ref(),
+            self.lu.as_ref(),
+            self.permutation.as_ref(),
+            Conj::No,
+            MatMut::from_column_major_slice_mut(rhs, n, columns),
+            Par::Seq,
+            MemStack::new(&mut memory),
+        );
+    }
+}
+
+/// How much is added to a diagonal of ones when rounding has made a matrix indefinite, in units of n ε, and by which factor this
+/// grows until a factor exists.
+const SHIFT: f64 = 1.0;
+const SHIFT_GROWTH: f64 = 16.0;
+
+/// LLᵀ of a positive definite matrix.
+#[derive(Debug, Clone)]
+pub(crate) struct DenseCholesky {
+    /// L; the upper part means nothing.
+    factor: Mat<f64>,
+}
+
+impl DenseCholesky {
+    /// The factor of a matrix with diagonal 1, shifted as little as it takes to have one; `None` of one that is not finite.
+    pub(crate) fn shifted(matrix: &Mat<f64>) -> Option<Self> {
+        let n = matrix.nrows();
+        let scratch = cholesky_in_place_scratch::<f64>(n, Par::Seq, Default::default());
+        let mut memory = MemBuffer::new(scratch);
+        shifts(n).find_map(|shift| {
+            let mut factor = matrix.clone();
+            for i in 0..n {
+                factor[(i, i)] += shift;
+            }
+            let stack = MemStack::new(&mut memory);
+            let lower = factor.as_mut();
+            cholesky_in_place(
+                lower,
+                Default::default(),
+                Par::Seq,
+                stack,
+                Default::default(),
+            )
+            .ok()?;
+            Some(Self { factor })
+        })
+    }
+
+    /// L.
+    pub(crate) fn lower(&self) -> MatRef<'_, f64> {
+        self.factor.as_ref()
+    }
+
+    /// x ← (LLᵀ)⁻¹x, for the leading part of as many components as x has.
+    pub(crate) fn solve(&self, x: &mut [f64]) {
+        let n = x.len();
+        let l = self.factor.as_ref().submatrix(0, 0, n, n);
+        let mut x = MatMut::from_column_major_slice_mut(x, n, 1);
+        solve_lower_triangular_in_place(l, x.as_mut(), Par::Seq);
+        solve_upper_triangular_in_place(l.transpose(), x.as_mut(), Par::Seq);
+    }
+}
+
+/// Shifts from n ε on to n, beyond which a matrix of unit diagonal is diagonally dominant.
+pub(crate) fn shifts(n: usize) -> impl Iterator<Item = f64> {
+    let n = n as f64;
+    let grown = move |shift: &f64| (*shift < n).then_some(shift * SHIFT_GROWTH);
+    std::iter::successors(Some(SHIFT * n * f64::EPSILON), grown)
+}
+
+/// The number of transpositions that a permutation is made of, up to an even number.
+pub(crate) fn transpositions(permutation: &[usize]) -> usize {
+    let mut seen = vec![false; permutation.len()];
+    let mut count = 0;
+    for start in 0..permutation.len() {
+        let mut at = start;
+        while !seen[at] {
+            seen[at] = true;
+            at = permutation[at];
+            count += usize::from(!seen[at]);
+        }
+    }
+    count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DenseLu, transpositions};
+
+    #[test]
+    fn solutions_and_signs_of_small_systems() {
+        let lu = DenseLu::new(&[0.0, 2.0, 1.0, 3.0], 2).unwrap();
+        assert_eq!(lu.sign(), -1);
+        let mut x = [1.0, 8.0];
+        lu.solve(&mut x);
+        assert_eq!(x, [2.5, 1.0]);
+        assert!(DenseLu::new(&[1.0, 2.0, 2.0, 4.0], 2).is_none());
+    }
+
+    #[test]
+    fn permutations_have_the_parity_of_their_cycles() {
+        assert_eq!(transpositions(&[0, 1, 2]) % 2, 0);
+        assert_eq!(transpositions(&[1, 0, 2]) % 2, 1);
+        assert_eq!(transpositions(&[1, 2, 0]) % 2, 0);
+        assert_eq!(transpositions(&[1, 0, 3, 2]) % 2, 0);
+    }
+}
