@@ -15,7 +15,7 @@ use super::{
     terminal::{self, say},
 };
 use crate::{
-    exchange::{FclibAnswer, Form, Target, export as write_problem, export_grid, solve_file},
+    exchange::{FclibAnswer, Form, SolutionFile, export as write_problem, export_grid, solve_file},
     pipeline::StageError,
     report::{
         Digits::{Fixed, Scientific},
@@ -144,9 +144,9 @@ pub(super) fn solve_fclib(
     output: &Output,
 ) -> Result<Exit, StageError> {
     let target = match (&arguments.out, arguments.in_place) {
-        (Some(path), _) => Target::Copy(path.clone()),
-        (None, true) => Target::InPlace,
-        (None, false) => Target::Nowhere,
+        (Some(path), _) => SolutionFile::Copy(path.clone()),
+        (None, true) => SolutionFile::InPlace,
+        (None, false) => SolutionFile::Nowhere,
     };
     let settings = DelassusSettings {
         method: match arguments.method {
@@ -167,9 +167,9 @@ pub(super) fn solve_fclib(
         terminal::result(&figures.text(0, 33));
     }
     let stored = match &target {
-        Target::Nowhere => None,
-        Target::Copy(path) => Some(path),
-        Target::InPlace => Some(&arguments.file),
+        SolutionFile::Nowhere => None,
+        SolutionFile::Copy(path) => Some(path),
+        SolutionFile::InPlace => Some(&arguments.file),
     };
     if let Some(path) = stored {
         say(output, &format!("wrote {}", path.display()));

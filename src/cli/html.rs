@@ -10,7 +10,7 @@ use super::{
     terminal::{self, say},
 };
 use crate::{
-    output::{self, Inputs, Kind, OutputFile},
+    output::{self, Inputs, OutputFile, OutputKind},
     pipeline::StageError,
     views::{report, sweep_table},
 };
@@ -31,10 +31,10 @@ pub(super) fn report_page(
     output: &Output,
 ) -> Result<Exit, StageError> {
     let inputs = Inputs::of([arguments.input.clone(), sweep_table(&arguments.input)]);
-    output::admit(&arguments.out, Kind::Page, &inputs)?;
+    output::admit(&arguments.out, OutputKind::Page, &inputs)?;
     let page = OutputFile {
         path: arguments.out.clone(),
-        kind: Kind::Page,
+        kind: OutputKind::Page,
         bytes: report(&arguments.input)?.into_bytes(),
     };
     let bytes = page.bytes.len();

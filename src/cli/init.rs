@@ -10,7 +10,7 @@ use super::{
     terminal::{self, say},
 };
 use crate::{
-    output::{self, Inputs, Kind, OutputFile},
+    output::{self, Inputs, OutputFile, OutputKind},
     pipeline::StageError,
 };
 
@@ -29,7 +29,7 @@ pub struct InitArguments {
 pub(super) fn init(arguments: &InitArguments, printing: &Output) -> Result<Exit, StageError> {
     let file = OutputFile {
         path: arguments.scene.clone(),
-        kind: Kind::Scene,
+        kind: OutputKind::Scene,
         bytes: SCENE.into(),
     };
     output::write(&[file], &Inputs::default())?;

@@ -14,37 +14,37 @@ use super::terminal;
 
 /// What the program is at work on.
 #[derive(Debug, Clone)]
-enum Work {
+enum CurrentWork {
     /// The stages of a run file.
     RunFile(PathBuf),
     /// The cases of a sweep: its folder, how many have ended, how many there are.
     Sweep(PathBuf, usize, usize),
 }
 
-static WORK: Mutex<Option<Work>> = Mutex::new(None);
+static WORK: Mutex<Option<CurrentWork>> = Mutex::new(None);
 
 /// How long a blocked standard error may hold up the end of the process.
 const PATIENCE: Duration = Duration::from_millis(300);
 
 /// Says which run file is at work.
 pub(super) fn on_run_file(file: &Path) {
-    set(Work::RunFile(file.to_owned()));
+    set(CurrentWork::RunFile(file.to_owned()));
 }
 
 /// Says which sweep is at work.
 pub(super) fn on_sweep(folder: &Path, cases: usize) {
-    set(Work::Sweep(folder.to_owned(), 0, cases));
+    set(CurrentWork::Sweep(folder.to_owned(), 0, cases));
 }
 
 /// Counts a case of the sweep that has ended.
 pub(super) fn case_ended() {
     let mut work = WORK.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(Work::Sweep(_, ended, _)) = &mut *work {
+    if let Some(CurrentWork::Sweep(_, ended, _)) = &mut *work {
         *ended += 1;
     }
 }
 
-fn set(work: Work) {
+fn set(work: CurrentWork) {
     *WORK.lock().unwrap_or_else(PoisonError::into_inner) = Some(work);
 }
 
@@ -67,11 +67,11 @@ fn words() -> String {
     let work = WORK.lock().unwrap_or_else(PoisonError::into_inner).clone();
     let kept = match &work {
         None => return "interrupted".into(),
-        Some(Work::Sweep(folder, ended, cases)) => format!(
+        Some(CurrentWork::Sweep(folder, ended, cases)) => format!(
             "{} keeps all cases that ended ({ended} of {cases} in this run) and checkpoints",
             folder.display()
         ),
-        Some(Work::RunFile(file)) => match last_commit() {
+        Some(CurrentWork::RunFile(file)) => match last_commit() {
             Some((_, groups)) => format!("{} keeps {}", file.display(), names(&groups)),
             None if file.exists() => format!("{} is as it was", file.display()),
             None => return "interrupted: nothing was stored yet".into(),

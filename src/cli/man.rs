@@ -10,7 +10,7 @@ use super::{
     terminal,
 };
 use crate::{
-    output::{self, Folder, Inputs, Kind, OutputError, OutputFile},
+    output::{self, Folder, Inputs, OutputError, OutputFile, OutputKind},
     pipeline::StageError,
 };
 
@@ -51,7 +51,7 @@ fn page(
     match rendered {
         Ok(()) => Ok(OutputFile {
             path,
-            kind: Kind::ManualPage,
+            kind: OutputKind::ManualPage,
             bytes,
         }),
         Err(source) => Err(OutputError::Io {

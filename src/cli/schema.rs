@@ -9,7 +9,7 @@ use runfile::{schema_json, schema_page};
 use super::{arguments::Output, exit::Exit, terminal};
 use crate::{
     format::{LAYOUT, SERIES_LAYOUT, STABILITY_LAYOUT, SWEEP_LAYOUT},
-    output::{self, Folder, Inputs, Kind, OutputFile},
+    output::{self, Folder, Inputs, OutputFile, OutputKind},
     pipeline::StageError,
     sweep::SweepFile,
 };
@@ -43,9 +43,9 @@ pub(super) fn schema(arguments: &SchemaArguments, printing: &Output) -> Result<E
     let _folder = Folder::make(&arguments.out)?;
     let outputs = files.map(|(path, text)| OutputFile {
         kind: if path.extension().is_some_and(|ending| ending == "md") {
-            Kind::SchemaPage
+            OutputKind::SchemaPage
         } else {
-            Kind::Schema
+            OutputKind::Schema
         },
         path,
         bytes: text.into_bytes(),

@@ -22,7 +22,7 @@ use crate::{
     output::Inputs,
     pipeline::{StageError, mesh_file},
     report::stability as figures,
-    suite::{self, Case, Version},
+    suite::{self, SuiteCase, Version},
     sweep::SweepError,
 };
 
@@ -137,7 +137,7 @@ fn run_scene(
     })?;
     arguments.choose_factor(&mut scene.scene);
     let table = claim(arguments, &inputs)?;
-    let rows = [Case::alone(scene).check()];
+    let rows = [SuiteCase::alone(scene).check()];
     store(table, &rows, threads)?;
     Ok(finish(arguments, output, &rows, figures::details))
 }

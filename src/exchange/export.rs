@@ -15,7 +15,7 @@ use runfile::{WholeFile, Written};
 
 use super::file::{PROGRAM, bytes_of, to_file};
 use crate::{
-    output::{self, Inputs, Kind, OutputFile},
+    output::{self, Inputs, OutputFile, OutputKind},
     pipeline::{Solved, StageError, admit_memory, read_solved},
 };
 
@@ -52,7 +52,7 @@ pub struct Exported {
 /// A run file that is not solved, a law that such files cannot hold, too little memory, an output that the guard refuses.
 pub fn export(run_file: &Path, target: &Path, form: Form) -> Result<Exported, StageError> {
     let inputs = Inputs::of([run_file]);
-    output::admit(target, Kind::Fclib, &inputs)?;
+    output::admit(target, OutputKind::Fclib, &inputs)?;
     let solved = read_solved(run_file)?;
     let unfit = |reason: String| StageError::Unfit {
         file: run_file.to_owned(),
@@ -74,7 +74,7 @@ pub fn export(run_file: &Path, target: &Path, form: Form) -> Result<Exported, St
     };
     let file = OutputFile {
         path: target.to_owned(),
-        kind: Kind::Fclib,
+        kind: OutputKind::Fclib,
         bytes: bytes_of(&written, target)?,
     };
     exported.bytes = file.bytes.len();

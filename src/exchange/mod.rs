@@ -10,4 +10,4 @@ mod solve;
 
 pub use export::{Exported, Form, export};
 pub use grid::export_grid;
-pub use solve::{FclibAnswer, Target, solve_file};
+pub use solve::{FclibAnswer, SolutionFile, solve_file};

@@ -15,7 +15,7 @@ use runfile::{FileState, StoreError, WholeFile};
 
 use super::file::{PROGRAM, bytes_of, to_problem};
 use crate::{
-    output::{self, Inputs, Kind, OutputFile},
+    output::{self, Inputs, OutputFile, OutputKind},
     pipeline::{StageError, admit_memory},
 };
 
@@ -28,7 +28,7 @@ const BYTES_PER_BYTE: u64 = 8;
 
 /// Where the solution goes.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Target {
+pub enum SolutionFile {
     /// It is only printed.
     Nowhere,
     /// A copy of the file.
@@ -58,12 +58,12 @@ pub struct FclibAnswer {
 /// A file that holds no problem in 3D that can be solved, too little memory, an output that the guard refuses.
 pub fn solve_file(
     file: &Path,
-    target: &Target,
+    target: &SolutionFile,
     settings: &DelassusSettings,
 ) -> Result<FclibAnswer, StageError> {
     let inputs = Inputs::of([file]);
-    if let Target::Copy(path) = target {
-        output::admit(path, Kind::Fclib, &inputs)?;
+    if let SolutionFile::Copy(path) = target {
+        output::admit(path, OutputKind::Fclib, &inputs)?;
     }
     let state = FileState::of(file);
     admit_memory(Need {
@@ -94,7 +94,7 @@ pub fn solve_file(
         seconds: started.elapsed().as_secs_f64(),
     };
     // The solution is that of the file as it was read.
-    if *target != Target::Nowhere && FileState::of(file) != state {
+    if *target != SolutionFile::Nowhere && FileState::of(file) != state {
         let file = file.to_owned();
         return Err(StoreError::Changed { file }.into());
     }
@@ -121,14 +121,14 @@ fn admit(problem: &DelassusProblem, method: DelassusMethod) -> Result<(), StageE
 
 fn store(
     file: &Path,
-    target: &Target,
+    target: &SolutionFile,
     solution: &DelassusSolution,
     inputs: &Inputs,
 ) -> Result<(), StageError> {
     let path = match target {
-        Target::Nowhere => return Ok(()),
-        Target::Copy(path) => path.as_path(),
-        Target::InPlace => file,
+        SolutionFile::Nowhere => return Ok(()),
+        SolutionFile::Copy(path) => path.as_path(),
+        SolutionFile::InPlace => file,
     };
     let obstruction = solution.separation.as_ref().map(|separation| Array {
         name: "obstruction",
@@ -153,16 +153,16 @@ fn store(
         fclib::write_solution(file, &solution)?;
         fclib::write_arrays(file, "solution", obstruction.as_slice())?;
         match target {
-            Target::InPlace => Ok(()),
-            Target::Copy(_) | Target::Nowhere => fclib::write_program(file, PROGRAM),
+            SolutionFile::InPlace => Ok(()),
+            SolutionFile::Copy(_) | SolutionFile::Nowhere => fclib::write_program(file, PROGRAM),
         }
     })?;
-    if *target == Target::InPlace {
+    if *target == SolutionFile::InPlace {
         return Ok(written.replace(path)?);
     }
     let copy = OutputFile {
         path: path.to_owned(),
-        kind: Kind::Fclib,
+        kind: OutputKind::Fclib,
         bytes: bytes_of(&written, path)?,
     };
     output::write(&[copy], inputs)?;

@@ -14,12 +14,12 @@ use super::{
 
 /// The datasets that hold records of one type.
 pub(super) struct Table<T: 'static> {
-    pub(super) fields: &'static [Field<T>],
+    pub(super) fields: &'static [GridArray<T>],
     pub(super) rows: &'static [DatasetSpec],
 }
 
 /// One dataset: its row of the table, and which part of a record it holds.
-pub(super) struct Field<T: 'static> {
+pub(super) struct GridArray<T: 'static> {
     spec: DatasetSpec,
     /// How the part is written and read; `None` where that is done by hand.
     part: Option<&'static dyn Part<T>>,
@@ -41,7 +41,7 @@ pub(super) const fn old_name<T>() -> Condition<T> {
     ("only in files before format 1.9", |_| false)
 }
 
-impl<T> Field<T> {
+impl<T> GridArray<T> {
     /// A dataset that holds a part of a record.
     pub(super) const fn new<V: Stored>(
         group: Group,
@@ -378,7 +378,7 @@ impl<T> Table<T> {
     /// together.
     fn read(
         &self,
-        field: &Field<T>,
+        field: &GridArray<T>,
         reader: &Reader,
         form: Form,
         is_finite: bool,
@@ -386,7 +386,7 @@ impl<T> Table<T> {
         let Some(part) = field.part else {
             return Ok(None);
         };
-        let is_alike = |other: &&Field<T>| other.spec.presence == field.spec.presence;
+        let is_alike = |other: &&GridArray<T>| other.spec.presence == field.spec.presence;
         let mut alike = self.fields.iter().filter(is_alike);
         if field.spec.presence != Presence::Required
             && !alike.any(|other| reader.has(other.spec.path))
@@ -398,7 +398,7 @@ impl<T> Table<T> {
 }
 
 /// The rows of the table that some fields are.
-pub(super) const fn rows<T, const N: usize>(fields: &[Field<T>]) -> [DatasetSpec; N] {
+pub(super) const fn rows<T, const N: usize>(fields: &[GridArray<T>]) -> [DatasetSpec; N] {
     let mut rows = [fields[0].spec; N];
     let mut k = 1;
     while k < N {
@@ -417,7 +417,7 @@ pub(super) const fn rows<T, const N: usize>(fields: &[Field<T>]) -> [DatasetSpec
 macro_rules! fields {
     ($T:ty => $group:expr;
      $($part:tt $path:expr, $shape:expr, $dimension:expr, $meaning:literal $(.$modifier:ident($($argument:expr),*))*;)+) => {{
-        const FIELDS: &[$crate::format::fields::Field<$T>] = &[
+        const FIELDS: &[$crate::format::fields::GridArray<$T>] = &[
             $($crate::format::fields::field!($T, $group, $part, $path, $shape, $dimension, $meaning)
                 $(.$modifier($($argument),*))*),+
         ];
@@ -431,12 +431,12 @@ macro_rules! fields {
 /// One dataset of `fields!`.
 macro_rules! field {
     ($T:ty, $group:expr, {$kind:expr}, $path:expr, $shape:expr, $dimension:expr, $meaning:literal) => {
-        $crate::format::fields::Field::<$T>::by_hand(
+        $crate::format::fields::GridArray::<$T>::by_hand(
             $group.row($path, $kind, $shape, $dimension, $meaning),
         )
     };
     ($T:ty, $group:expr, $part:tt, $path:expr, $shape:expr, $dimension:expr, $meaning:literal) => {
-        $crate::format::fields::Field::<$T>::new(
+        $crate::format::fields::GridArray::<$T>::new(
             $group,
             $path,
             $shape,

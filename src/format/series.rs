@@ -21,8 +21,9 @@ use super::{
     fields::{write_list, write_value},
     stored::Stored,
     vtkhdf::{
-        self, CONNECTIVITY, Field, GROUP, GridValues, N_CELLS, N_CONNECTIVITY, N_POINTS, NORMAL,
-        OFFSETS, POINTS, TYPE, TYPES, VERSION, fields, write_grid, write_normals, write_once,
+        self, CONNECTIVITY, GROUP, GridArray, GridValues, N_CELLS, N_CONNECTIVITY, N_POINTS,
+        NORMAL, OFFSETS, POINTS, TYPE, TYPES, VERSION, fields, write_grid, write_normals,
+        write_once,
     },
 };
 
@@ -164,7 +165,7 @@ impl<'w, 't> Series<'w, 't> {
     }
 
     /// Writes the fields of the next step, the same ones in each.
-    pub(super) fn append(&mut self, fields: &[Field]) -> Result<(), StoreError> {
+    pub(super) fn append(&mut self, fields: &[GridArray]) -> Result<(), StoreError> {
         if self.arrays.is_empty() {
             for field in fields {
                 let array = self.writer.begin(&field.path, &field.shape(self.n_steps))?;
@@ -178,7 +179,7 @@ impl<'w, 't> Series<'w, 't> {
         Ok(())
     }
 
-    fn write_offsets(&mut self, field: &Field) -> Result<(), StoreError> {
+    fn write_offsets(&mut self, field: &GridArray) -> Result<(), StoreError> {
         let Some((kind, name)) = field.path.trim_start_matches("/VTKHDF/").split_once('/') else {
             return Ok(());
         };
@@ -295,7 +296,7 @@ pub fn field_paths(reader: &Reader) -> Vec<&'static str> {
 }
 
 /// The values of these fields, at the last time where the file is a series itself.
-fn last_fields(reader: &Reader) -> Result<Vec<Field>, StoreError> {
+fn last_fields(reader: &Reader) -> Result<Vec<GridArray>, StoreError> {
     let steps = if reader.has(VALUES) {
         reader.read_vec::<f64>(VALUES)?.len()
     } else {
@@ -307,7 +308,7 @@ fn last_fields(reader: &Reader) -> Result<Vec<Field>, StoreError> {
         let mut values = values.into_raw_vec_and_offset().0;
         let last = values.len() / steps.max(1);
         values.drain(..values.len() - last);
-        Ok(Field {
+        Ok(GridArray {
             path: path.to_owned(),
             components,
             values,

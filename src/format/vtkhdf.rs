@@ -126,7 +126,7 @@ pub fn write(
 }
 
 /// One array of the grid.
-pub(super) struct Field {
+pub(super) struct GridArray {
     pub(super) path: String,
     /// One, or three of a vector.
     pub(super) components: usize,
@@ -134,7 +134,7 @@ pub(super) struct Field {
     pub(super) values: Vec<f64>,
 }
 
-impl Field {
+impl GridArray {
     fn new<const K: usize>(path: String, rows: &[[f64; K]]) -> Self {
         Self {
             path,
@@ -229,19 +229,19 @@ pub(super) fn fields(
     mesh: &Mesh,
     shown: &GridValues<'_>,
     frame: Option<&ContactFrame>,
-) -> Vec<Field> {
+) -> Vec<GridArray> {
     let n_cells = mesh.tetrahedra.len() + contact_triangles(mesh).len();
     let on_tetrahedra = |path: &str, values: &mut dyn Iterator<Item = f64>| {
         let mut values: Vec<f64> = values.collect();
         values.resize(n_cells, f64::NAN);
-        Field {
+        GridArray {
             path: path.to_owned(),
             components: 1,
             values,
         }
     };
     let mut fields = vec![
-        Field::new(DISPLACEMENT.to_owned(), shown.displacement),
+        GridArray::new(DISPLACEMENT.to_owned(), shown.displacement),
         on_tetrahedra(VON_MISES, &mut shown.von_mises.iter().copied()),
     ];
     let error = shown.error.as_ref();
@@ -267,7 +267,7 @@ struct ContactFields<'a> {
 }
 
 impl ContactFields<'_> {
-    fn fields(&self) -> Vec<Field> {
+    fn fields(&self) -> Vec<GridArray> {
         type Measure = fn(&PaneValues) -> Option<f64>;
         let measures: [(&str, Measure); 5] = [
             ("contact_normal_stress", |p| Some(p.normal_stress)),
@@ -296,18 +296,22 @@ impl ContactFields<'_> {
     }
 
     /// Which of several contact faces each contact triangle belongs to.
-    fn faces(&self) -> Option<Field> {
+    fn faces(&self) -> Option<GridArray> {
         if self.surface.faces.len() == 1 {
             return None;
         }
         let mut values = vec![[f64::NAN]; self.mesh.tetrahedra.len()];
         let triangles = 0..self.surface.facets.len();
         values.extend(triangles.map(|place| [self.surface.face_number(place) as f64]));
-        Some(Field::new(CONTACT_FACE.to_owned(), &values))
+        Some(GridArray::new(CONTACT_FACE.to_owned(), &values))
     }
 
     /// Values of panes on cells and values of nodal multipliers on points, as far as there are any; NaN elsewhere.
-    fn spread<const K: usize>(&self, name: &str, value: impl Fn(usize) -> [f64; K]) -> Vec<Field> {
+    fn spread<const K: usize>(
+        &self,
+        name: &str,
+        value: impl Fn(usize) -> [f64; K],
+    ) -> Vec<GridArray> {
         let surface = self.surface;
         let mut fields = Vec::new();
         if surface.faces.iter().any(|face| !face.is_nodal) {
@@ -317,7 +321,7 @@ impl ContactFields<'_> {
                 Some(pane) => value(pane),
                 None => [f64::NAN; K],
             }));
-            fields.push(Field::new(format!("/VTKHDF/CellData/{name}"), &values));
+            fields.push(GridArray::new(format!("/VTKHDF/CellData/{name}"), &values));
         }
         if surface.faces.iter().any(|face| face.is_nodal) {
             let mut values = vec![[f64::NAN; K]; self.mesh.coordinates.len()];
@@ -327,7 +331,7 @@ impl ContactFields<'_> {
                     values[surface.nodes[node]] = value(pane);
                 }
             }
-            fields.push(Field::new(format!("/VTKHDF/PointData/{name}"), &values));
+            fields.push(GridArray::new(format!("/VTKHDF/PointData/{name}"), &values));
         }
         fields
     }

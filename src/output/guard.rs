@@ -6,11 +6,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{Inputs, Kind, OutputError, kind};
+use super::{Inputs, OutputError, OutputKind, kind};
 
 /// Where the bytes of an output go.
 #[derive(Debug)]
-pub(super) enum Place {
+pub(super) enum Destination {
     /// A file that is not there.
     New(PathBuf),
     /// A file of our own that is replaced; symbolic links are followed.
@@ -23,11 +23,15 @@ pub(super) enum Place {
 ///
 /// # Errors
 /// [`OutputError`], all but the folder's.
-pub fn admit(path: &Path, kind: Kind, inputs: &Inputs) -> Result<(), OutputError> {
+pub fn admit(path: &Path, kind: OutputKind, inputs: &Inputs) -> Result<(), OutputError> {
     place(path, kind, inputs).map(drop)
 }
 
-pub(super) fn place(path: &Path, kind: Kind, inputs: &Inputs) -> Result<Place, OutputError> {
+pub(super) fn place(
+    path: &Path,
+    kind: OutputKind,
+    inputs: &Inputs,
+) -> Result<Destination, OutputError> {
     let failed = |action: &'static str| {
         move |source| OutputError::Io {
             file: path.to_owned(),
@@ -38,14 +42,14 @@ pub(super) fn place(path: &Path, kind: Kind, inputs: &Inputs) -> Result<Place, O
     inputs.refuse(path)?;
     match fs::symlink_metadata(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => {
-            return Ok(Place::New(path.to_owned()));
+            return Ok(Destination::New(path.to_owned()));
         }
         looked => looked.map_err(failed("look at the file"))?,
     };
     let file = fs::canonicalize(path).map_err(failed("follow the symbolic link"))?;
     let metadata = fs::metadata(&file).map_err(failed("look at the file"))?;
     if is_stream(metadata.file_type()) {
-        return Ok(Place::Stream(file));
+        return Ok(Destination::Stream(file));
     }
     if !metadata.is_file() {
         let found = if metadata.is_dir() {
@@ -68,7 +72,7 @@ pub(super) fn place(path: &Path, kind: Kind, inputs: &Inputs) -> Result<Place, O
         let source = io::ErrorKind::PermissionDenied.into();
         return Err(failed("replace a write-protected file")(source));
     }
-    Ok(Place::Old(file, permissions))
+    Ok(Destination::Old(file, permissions))
 }
 
 #[cfg(unix)]

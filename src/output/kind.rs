@@ -21,7 +21,7 @@ const SOFTWARE: &[u8] = b"tEXtSoftware\0contact3d-pipe";
 
 /// What an output is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum OutputKind {
     /// A drawing.
     Svg,
     /// The same drawing in pixels, beside the SVG file of the same name.
@@ -45,7 +45,7 @@ pub enum Kind {
 /// How the root of an FCLIB file names this program.
 pub(crate) const FCLIB_PROGRAM: &str = "contact3d-pipe";
 
-impl Kind {
+impl OutputKind {
     /// What messages call it.
     pub(super) const fn name(self) -> &'static str {
         match self {
@@ -204,7 +204,7 @@ mod tests {
     use super::*;
 
     /// Whether a file with some bytes is of a kind.
-    fn is(kind: Kind, bytes: &[u8]) -> bool {
+    fn is(kind: OutputKind, bytes: &[u8]) -> bool {
         let folder = tempfile::tempdir().expect("scratch folder");
         let file = folder.path().join("file");
         fs::write(&file, bytes).expect("a file");
@@ -218,23 +218,23 @@ mod tests {
         let mut png = [PNG, &[0; AFTER_HEADER - 4]].concat();
         png.extend(SOFTWARE);
         let samples = [
-            (Kind::Svg, svg.as_bytes()),
-            (Kind::Png, png.as_slice()),
+            (OutputKind::Svg, svg.as_bytes()),
+            (OutputKind::Png, png.as_slice()),
             (
-                Kind::Page,
+                OutputKind::Page,
                 b"<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"></head><body>\
                   <footer><p>contact3d-pipe 0.1.0, from</p></footer></body></html>\n",
             ),
             (
-                Kind::SweepTable,
+                OutputKind::SweepTable,
                 b"id,planned,a.b,status,error,method,seconds,solve_digest\n",
             ),
             (
-                Kind::Schema,
+                OutputKind::Schema,
                 b"{\"title\": \"SweepFile\", \"properties\": {\"scene\": 1, \"set\": 1, \"axis\": 1}}",
             ),
             (
-                Kind::SchemaPage,
+                OutputKind::SchemaPage,
                 b"# The run file\n\nGenerated from the table of datasets; do not edit.\n\nmore",
             ),
         ];
@@ -252,10 +252,10 @@ mod tests {
     #[test]
     fn a_mention_makes_no_file_ours() {
         assert!(!is(
-            Kind::Page,
+            OutputKind::Page,
             b"<!DOCTYPE html><html lang=\"en\"><p>contact3d-pipe 0.1.0</p></html>\n"
         ));
-        assert!(!is(Kind::Svg, b"<svg><!-- contact3d-pipe --></svg>"));
-        assert!(!is(Kind::Schema, b"{\"title\": \"Scene\"}"));
+        assert!(!is(OutputKind::Svg, b"<svg><!-- contact3d-pipe --></svg>"));
+        assert!(!is(OutputKind::Schema, b"{\"title\": \"Scene\"}"));
     }
 }

@@ -1,7 +1,7 @@
 //! The guard before every output: no command writes over what it reads, nor over a file that is not
 //! of its own kind.
 //!
-//! [`Inputs`] are known by device and file number, so links do not hide them. [`Kind`] knows what
+//! [`Inputs`] are known by device and file number, so links do not hide them. [`OutputKind`] knows what
 //! this program writes by the contents, also what version 0.1.0 wrote. [`write()`] admits all files
 //! of a command before it changes any of them, writes each beside its place and renames it. Run
 //! files have their own type in the root and are judged by `store`; here they are only kept apart
@@ -19,5 +19,5 @@ pub use folder::Folder;
 pub use guard::admit;
 pub use inputs::Inputs;
 pub(crate) use kind::FCLIB_PROGRAM;
-pub use kind::Kind;
+pub use kind::OutputKind;
 pub use write::{OutputFile, write};

@@ -9,8 +9,8 @@ use std::{
 use runfile::{Temporary, is_same};
 
 use super::{
-    Inputs, Kind, OutputError,
-    guard::{Place, place},
+    Inputs, OutputError, OutputKind,
+    guard::{Destination, place},
 };
 
 /// A file to be written.
@@ -19,7 +19,7 @@ pub struct OutputFile {
     /// Where.
     pub path: PathBuf,
     /// As what.
-    pub kind: Kind,
+    pub kind: OutputKind,
     /// What.
     pub bytes: Vec<u8>,
 }
@@ -33,7 +33,7 @@ pub fn write(files: &[OutputFile], inputs: &Inputs) -> Result<(), OutputError> {
     let places = files
         .iter()
         .map(|file| place(&file.path, file.kind, inputs));
-    let places = places.collect::<Result<Vec<Place>, OutputError>>()?;
+    let places = places.collect::<Result<Vec<Destination>, OutputError>>()?;
     let mut written = Vec::new();
     for (file, place) in files.iter().zip(places) {
         let failed = |source| OutputError::Io {
@@ -42,29 +42,31 @@ pub fn write(files: &[OutputFile], inputs: &Inputs) -> Result<(), OutputError> {
             source,
         };
         match place {
-            Place::Stream(stream) => File::options()
+            Destination::Stream(stream) => File::options()
                 .write(true)
                 .open(stream)
                 .and_then(|mut stream| stream.write_all(&file.bytes))
                 .map_err(failed)?,
-            Place::New(target) => written.push(Part::write(target, file, None).map_err(failed)?),
-            Place::Old(target, permissions) => {
-                written.push(Part::write(target, file, Some(permissions)).map_err(failed)?);
+            Destination::New(target) => {
+                written.push(HiddenFile::write(target, file, None).map_err(failed)?)
+            }
+            Destination::Old(target, permissions) => {
+                written.push(HiddenFile::write(target, file, Some(permissions)).map_err(failed)?);
             }
         }
     }
-    written.into_iter().try_for_each(Part::publish)
+    written.into_iter().try_for_each(HiddenFile::publish)
 }
 
 /// A file written under a hidden name beside its place.
-struct Part {
+struct HiddenFile {
     target: PathBuf,
     temporary: Temporary,
     // Its lock keeps another process from writing to the same name.
     _file: File,
 }
 
-impl Part {
+impl HiddenFile {
     fn write(
         target: PathBuf,
         file: &OutputFile,

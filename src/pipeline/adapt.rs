@@ -133,7 +133,7 @@ impl Session {
         let mut adaptation = stored
             .clone()
             .map_or_else(Adaptation::default, |(levels, _)| levels);
-        let mut held = Held::default();
+        let mut held = KeptLevel::default();
         let mut saves = Checkpoints::new(SECONDS_OF_A_COMMIT);
         let mut too_large = false;
         loop {
@@ -224,7 +224,7 @@ impl Session {
     /// Has the stages of a level at hand: in memory, or fresh in the file, or by running them.
     fn hold(
         &mut self,
-        held: &mut Held,
+        held: &mut KeptLevel,
         adaptation: &Adaptation,
         level: usize,
         observe: &mut dyn FnMut(AdaptStep<'_>),
@@ -232,7 +232,7 @@ impl Session {
         if held.level == Some(level) {
             return Ok(());
         }
-        *held = Held::default();
+        *held = KeptLevel::default();
         self.store.discard_pending();
         let mut cuts = adaptation.refinement.clone();
         cuts.truncate(level);
@@ -242,7 +242,7 @@ impl Session {
         } else {
             self.task.start = StartFrom::Any;
         }
-        self.known = super::known::Known::default();
+        self.known = super::known::StageCache::default();
         if !self.is_fresh_throughout()? {
             for stage in Stage::ALL {
                 observe(AdaptStep::Stage(level, stage));
@@ -257,7 +257,7 @@ impl Session {
     }
 
     /// What the level at hand came to.
-    fn level(&mut self, held: &Held) -> Result<AdaptiveLevel, StageError> {
+    fn level(&mut self, held: &KeptLevel) -> Result<AdaptiveLevel, StageError> {
         let results = self.results()?;
         let in_memory = self.known.in_memory();
         let dual = in_memory.and_then(|(_, system)| system.contact.as_ref()?.explicit());
@@ -310,7 +310,7 @@ impl Session {
 
 /// The level whose stages are at hand.
 #[derive(Default)]
-struct Held {
+struct KeptLevel {
     level: Option<usize>,
     performed: Vec<Performed>,
 }

@@ -20,14 +20,14 @@ use crate::format::{self, ADAPT, CHECKPOINT, HISTORY, Stage};
 
 /// A computed stage that is not stored yet, with all that it takes to store it.
 #[derive(Debug)]
-pub(super) struct Pending {
+pub(super) struct ComputedStage {
     output: Output,
     home: Home,
     /// Without what it was computed from.
     record: GroupRecord,
 }
 
-impl Pending {
+impl ComputedStage {
     pub(super) fn new(
         output: Output,
         seconds: f64,
@@ -62,7 +62,7 @@ pub(super) enum Unfinished<'a> {
 
 /// A change that has begun: the scene is written, and the stages given so far.
 #[derive(Debug)]
-pub(super) struct Change {
+pub(super) struct Update {
     transaction: Transaction,
     /// What the file will hold of the stages.
     stored: Vec<(Stage, StoredGroup)>,
@@ -70,7 +70,7 @@ pub(super) struct Change {
     scene: Scene,
 }
 
-impl Change {
+impl Update {
     /// Begins with the scene; `states` are those of the file as it is.
     pub(super) fn new(
         mut transaction: Transaction,
@@ -106,7 +106,7 @@ impl Change {
     }
 
     /// Writes a stage.
-    pub(super) fn write(&mut self, pending: &Pending) -> Result<(), StoreError> {
+    pub(super) fn write(&mut self, pending: &ComputedStage) -> Result<(), StoreError> {
         let stage = pending.stage();
         self.stored.retain(|(earlier, _)| *earlier != stage);
         let upstream = self.stored.iter().filter(|(earlier, _)| *earlier < stage);
@@ -186,15 +186,15 @@ impl Change {
 /// It builds on the run file as it was: nobody else changes that before the thread has ended. Dropping it waits for the thread
 /// and gives up what is not stored for good.
 #[derive(Debug)]
-pub(super) struct Ahead {
-    thread: Option<JoinHandle<Result<Written, StoreError>>>,
+pub(super) struct BackgroundWrite {
+    thread: Option<JoinHandle<Result<WriteResult, StoreError>>>,
     /// Stages that it stores for good.
     commits: usize,
 }
 
 /// What becomes of a change once its stages are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Then {
+pub(super) enum AfterWriting {
     /// It waits for those of the next stage.
     Wait,
     /// It is stored for good.
@@ -203,8 +203,8 @@ pub(super) enum Then {
 
 /// What a thread has written.
 #[derive(Debug)]
-pub(super) enum Written {
-    Begun(Box<Change>),
+pub(super) enum WriteResult {
+    Begun(Box<Update>),
     Committed {
         changed: Vec<Group>,
         seconds: f64,
@@ -213,12 +213,16 @@ pub(super) enum Written {
     },
 }
 
-impl Ahead {
+impl BackgroundWrite {
     /// Starts to write stages; `None` where the system has no thread for it.
-    pub(super) fn new(change: Change, stages: Vec<Arc<Pending>>, then: Then) -> Option<Self> {
+    pub(super) fn new(
+        change: Update,
+        stages: Vec<Arc<ComputedStage>>,
+        then: AfterWriting,
+    ) -> Option<Self> {
         let commits = match then {
-            Then::Wait => 0,
-            Then::Commit => stages.len(),
+            AfterWriting::Wait => 0,
+            AfterWriting::Commit => stages.len(),
         };
         let thread = thread::Builder::new()
             .name("store".into())
@@ -238,7 +242,7 @@ impl Ahead {
     ///
     /// # Errors
     /// What writing met.
-    pub(super) fn join(mut self) -> Result<Written, StoreError> {
+    pub(super) fn join(mut self) -> Result<WriteResult, StoreError> {
         let thread = self.thread.take().expect("joined once");
         thread
             .join()
@@ -246,7 +250,7 @@ impl Ahead {
     }
 }
 
-impl Drop for Ahead {
+impl Drop for BackgroundWrite {
     fn drop(&mut self) {
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
@@ -254,21 +258,25 @@ impl Drop for Ahead {
     }
 }
 
-fn written(mut change: Change, stages: &[Arc<Pending>], then: Then) -> Result<Written, StoreError> {
+fn written(
+    mut change: Update,
+    stages: &[Arc<ComputedStage>],
+    then: AfterWriting,
+) -> Result<WriteResult, StoreError> {
     let started = Instant::now();
     for stage in stages {
         change.write(stage)?;
     }
     match then {
-        Then::Wait => {
+        AfterWriting::Wait => {
             change.write_back()?;
-            Ok(Written::Begun(Box::new(change)))
+            Ok(WriteResult::Begun(Box::new(change)))
         }
-        Then::Commit => {
+        AfterWriting::Commit => {
             let (transaction, changed) = change.into_parts();
             match transaction.commit() {
                 Err(error) if !error.is_after_storing() => Err(error),
-                committed => Ok(Written::Committed {
+                committed => Ok(WriteResult::Committed {
                     changed,
                     seconds: started.elapsed().as_secs_f64(),
                     committed,

@@ -47,7 +47,7 @@ pub(super) struct Inputs<'a> {
 }
 
 /// A history, and the operators in double precision that it ended with where those in single precision led to no answer.
-pub(super) struct Outcome {
+pub(super) struct HistoryOutcome {
     pub(super) evaluated: Evaluated,
     pub(super) double: Option<DualSystem>,
 }
@@ -60,7 +60,7 @@ pub(super) fn run(
     inputs: Inputs<'_>,
     observe: &mut dyn FnMut(Increment, Progress<'_>),
     keep: &mut dyn FnMut(&[StepRecord]),
-) -> Result<Outcome, StageError> {
+) -> Result<HistoryOutcome, StageError> {
     let history = LoadHistory {
         scene: &inputs.input.scene,
         mesh: inputs.mesh,
@@ -96,7 +96,7 @@ pub(super) fn run(
     } = solved;
     let evaluated = Evaluated {
         answer: Answer {
-            equations: Equations::Problem(problem.system.into()),
+            equations: Equations::CachedProblem(problem.system.into()),
             solution,
         },
         report,
@@ -105,7 +105,7 @@ pub(super) fn run(
             interface: problem.interface,
         }),
     };
-    Ok(Outcome { evaluated, double })
+    Ok(HistoryOutcome { evaluated, double })
 }
 
 /// Reads the last increment back and evaluates it; `equations` may have the loads of another one.

@@ -88,7 +88,7 @@ impl Session {
         }
         match self.operator() {
             Err(error) if is_of_content(&error) && self.remove_shared()? => {
-                self.known = super::known::Known::default();
+                self.known = super::known::StageCache::default();
                 self.prepare_operator(known)
             }
             operator => operator,

@@ -25,9 +25,9 @@ pub(super) struct Source<'a> {
 /// A new link replaces all that rested on the old one. Links are shared, so holding one keeps no
 /// other from being read.
 #[derive(Debug, Default)]
-pub(super) struct Known {
+pub(super) struct StageCache {
     meshed: Option<Arc<Meshed>>,
-    problem: Option<Problem>,
+    problem: Option<CachedProblem>,
     evaluated: Option<Arc<Evaluated>>,
     /// Whether the problem is in double precision because single precision led to no answer.
     reconsidered: bool,
@@ -35,14 +35,14 @@ pub(super) struct Known {
 
 /// An assembled problem.
 #[derive(Debug, Clone)]
-enum Problem {
+enum CachedProblem {
     /// Its loads may be those of another scene.
     Operator(Arc<DualSystem>),
     /// Its loads are those of the scene.
     Loaded(Arc<DualSystem>),
 }
 
-impl Problem {
+impl CachedProblem {
     fn system(&self) -> &Arc<DualSystem> {
         match self {
             Self::Operator(system) | Self::Loaded(system) => system,
@@ -56,7 +56,7 @@ impl Source<'_> {
     }
 }
 
-impl Known {
+impl StageCache {
     /// Knows a mesh, and nothing that rests on another one.
     pub(super) fn set_mesh(&mut self, meshed: Arc<Meshed>) {
         *self = Self {
@@ -67,14 +67,14 @@ impl Known {
 
     /// Knows an assembled problem on the mesh, whatever its loads.
     pub(super) fn set_operator(&mut self, system: Arc<DualSystem>) {
-        self.problem = Some(Problem::Operator(system));
+        self.problem = Some(CachedProblem::Operator(system));
         self.evaluated = None;
         self.reconsidered = false;
     }
 
     /// Knows an assembled problem with the loads of the scene.
     pub(super) fn set_problem(&mut self, system: Arc<DualSystem>) {
-        self.problem = Some(Problem::Loaded(system));
+        self.problem = Some(CachedProblem::Loaded(system));
         self.evaluated = None;
         self.reconsidered = false;
     }
@@ -82,8 +82,8 @@ impl Known {
     /// Knows the same problem in double precision, since single precision led to no answer; the results are yet to come.
     pub(super) fn reconsider(&mut self, system: Arc<DualSystem>) {
         self.problem = match self.problem.take() {
-            Some(Problem::Operator(_)) => Some(Problem::Operator(system)),
-            Some(Problem::Loaded(_)) | None => Some(Problem::Loaded(system)),
+            Some(CachedProblem::Operator(_)) => Some(CachedProblem::Operator(system)),
+            Some(CachedProblem::Loaded(_)) | None => Some(CachedProblem::Loaded(system)),
         };
         self.evaluated = None;
         self.reconsidered = true;
@@ -115,7 +115,7 @@ impl Known {
             return Ok(problem.system().clone());
         }
         let system = Arc::new(format::read_assembly(&source.reader()?)?);
-        self.problem = Some(Problem::Operator(system.clone()));
+        self.problem = Some(CachedProblem::Operator(system.clone()));
         Ok(system)
     }
 
@@ -126,11 +126,11 @@ impl Known {
         load: impl FnOnce(Arc<DualSystem>) -> Result<DualSystem, StageError>,
     ) -> Result<Arc<DualSystem>, StageError> {
         let system = match self.problem.take() {
-            Some(Problem::Loaded(system)) => system,
-            Some(Problem::Operator(operator)) => Arc::new(load(operator)?),
+            Some(CachedProblem::Loaded(system)) => system,
+            Some(CachedProblem::Operator(operator)) => Arc::new(load(operator)?),
             None => Arc::new(load(Arc::new(format::read_assembly(&source.reader()?)?))?),
         };
-        self.problem = Some(Problem::Loaded(system.clone()));
+        self.problem = Some(CachedProblem::Loaded(system.clone()));
         Ok(system)
     }
 
@@ -146,7 +146,7 @@ impl Known {
         }
         let meshed = self.meshed(source)?;
         let equations = match &self.problem {
-            Some(_) => Equations::Problem(self.problem(source)?),
+            Some(_) => Equations::CachedProblem(self.problem(source)?),
             None => Equations::read(&source.reader()?)?,
         };
         let reader = source.reader()?;

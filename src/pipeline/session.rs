@@ -17,7 +17,7 @@ use runfile::{IfMissing, Reader, RunFile, StoreError};
 use super::{
     StageError, StageState, Step,
     adapt::RefinementInForce,
-    known::{Known, Source},
+    known::{Source, StageCache},
     mesh::Meshed,
     pin_mesh_file,
     post::Evaluated,
@@ -32,7 +32,7 @@ use crate::format::{self, LAYOUT, Stage};
 pub struct Session {
     pub(super) task: Task,
     pub(super) store: Store,
-    pub(super) known: Known,
+    pub(super) known: StageCache,
 }
 
 /// What is asked of a session.
@@ -117,7 +117,7 @@ impl Results {
 /// Unreadable datasets.
 pub fn read_results(run_file: &Path, input: &SceneFile) -> Result<Results, StageError> {
     let source = Source { run_file, input };
-    let mut known = Known::default();
+    let mut known = StageCache::default();
     Ok(Results {
         meshed: known.meshed(source)?,
         evaluated: known.evaluated(source)?,
@@ -185,7 +185,7 @@ impl Session {
                 threads,
             },
             store,
-            known: Known::default(),
+            known: StageCache::default(),
         })
     }
 

@@ -48,7 +48,7 @@ pub(super) enum StartFrom {
 #[derive(Debug)]
 pub(super) enum Equations {
     /// The whole assembled problem.
-    Problem(Arc<DualSystem>),
+    CachedProblem(Arc<DualSystem>),
     /// A, l and B, read without the factor.
     Primal(PrimalSystem, Option<Coupling>),
 }
@@ -80,7 +80,7 @@ pub(super) fn run(
         observe,
     )?;
     Ok(Answer {
-        equations: Equations::Problem(inputs.problem),
+        equations: Equations::CachedProblem(inputs.problem),
         solution,
     })
 }
@@ -222,7 +222,7 @@ impl Equations {
     pub(super) fn into_primal(self) -> (PrimalSystem, Option<Coupling>) {
         match self {
             Self::Primal(primal, coupling) => (primal, coupling),
-            Self::Problem(system) => {
+            Self::CachedProblem(system) => {
                 let coupling = system
                     .contact
                     .as_ref()
@@ -235,7 +235,7 @@ impl Equations {
     /// A and l.
     pub(super) fn primal(&self) -> &PrimalSystem {
         match self {
-            Self::Problem(system) => &system.assembly.primal,
+            Self::CachedProblem(system) => &system.assembly.primal,
             Self::Primal(primal, _) => primal,
         }
     }
@@ -243,7 +243,7 @@ impl Equations {
     /// B; `None` without contact.
     pub(super) fn coupling(&self) -> Option<&Coupling> {
         match self {
-            Self::Problem(system) => system.contact.as_ref().map(|contact| &contact.coupling),
+            Self::CachedProblem(system) => system.contact.as_ref().map(|contact| &contact.coupling),
             Self::Primal(_, coupling) => coupling.as_ref(),
         }
     }
@@ -294,7 +294,7 @@ pub fn read_solved(path: &Path) -> Result<Solved, StageError> {
     let meshed = mesh::read(&reader, &input)?;
     let operator = Arc::new(format::read_assembly(&reader)?);
     let system = Arc::new(load::read(&reader, operator)?);
-    let answer = read(&reader, Equations::Problem(system.clone()))?;
+    let answer = read(&reader, Equations::CachedProblem(system.clone()))?;
     Ok(Solved {
         scene: input.scene,
         system,

@@ -13,7 +13,7 @@ use runfile::{
 
 use super::{
     AssemblyFile, Commit, Freshness, Performed, StageError, StageState,
-    change::{Ahead, Change, Pending, Then, Unfinished, Written},
+    change::{AfterWriting, BackgroundWrite, ComputedStage, Unfinished, Update, WriteResult},
     freshness::{StartedFrom, input_digest, states_from},
     session::Task,
     solve::StartFrom,
@@ -29,14 +29,14 @@ const SHORT_RUN: f64 = 10.0;
 #[derive(Debug)]
 pub(super) struct Store {
     /// What is written beside the stage at work; it ends before the lock does.
-    ahead: Option<Ahead>,
+    ahead: Option<BackgroundWrite>,
     pub(super) file: RunFile,
     /// Where assembled data are kept.
     pub(super) assembly_file: AssemblyFile,
     /// Digests of the stages that the stage at work builds on, as they were when it began.
     upstream: Vec<(Stage, String)>,
     /// Stages that are computed but not yet stored for good.
-    pending: Vec<Arc<Pending>>,
+    pending: Vec<Arc<ComputedStage>>,
     /// What the last commit of this process took.
     last_store_seconds: f64,
     /// The run file as it was before the command at work.
@@ -142,7 +142,7 @@ impl Store {
         let seconds = started.elapsed().as_secs_f64();
         let is_last = output.is_last();
         let storing = Instant::now();
-        self.pending.push(Arc::new(Pending::new(
+        self.pending.push(Arc::new(ComputedStage::new(
             output,
             seconds,
             self.assembly_file,
@@ -163,7 +163,7 @@ impl Store {
     /// Stores what waits while the next stage computes: for good where it took long, and otherwise as the beginning of the next
     /// commit, once the long stages before a solve are there. On one processor a stage that took long is stored at once.
     fn store_beside(&mut self, stage: Stage, task: &Task) -> Result<(), StageError> {
-        let waiting = &self.pending[self.ahead.as_ref().map_or(0, Ahead::commits)..];
+        let waiting = &self.pending[self.ahead.as_ref().map_or(0, BackgroundWrite::commits)..];
         let waiting: f64 = waiting.iter().map(|pending| pending.seconds()).sum();
         let is_long = waiting >= self.last_store_seconds.max(SHORT_RUN);
         if task.threads == 1 {
@@ -179,8 +179,12 @@ impl Store {
             return Ok(());
         }
         let change = self.begin(task)?;
-        let then = if is_long { Then::Commit } else { Then::Wait };
-        self.ahead = Ahead::new(change, self.pending.clone(), then);
+        let then = if is_long {
+            AfterWriting::Commit
+        } else {
+            AfterWriting::Wait
+        };
+        self.ahead = BackgroundWrite::new(change, self.pending.clone(), then);
         Ok(())
     }
 
@@ -216,21 +220,21 @@ impl Store {
         self.commit(task, Some(Unfinished::History(records)))
     }
 
-    fn begin(&self, task: &Task) -> Result<Change, StageError> {
+    fn begin(&self, task: &Task) -> Result<Update, StageError> {
         let transaction = Transaction::begin(&self.file)?;
         let states = states_in(transaction.previous(), task);
         self.require_upstream(&states)?;
-        Ok(Change::new(transaction, states, self.assembly_file, task)?)
+        Ok(Update::new(transaction, states, self.assembly_file, task)?)
     }
 
     /// Waits for what is written beside: a change that has begun, unless it is stored for good.
-    pub(super) fn settle(&mut self) -> Result<Option<Change>, StageError> {
+    pub(super) fn settle(&mut self) -> Result<Option<Update>, StageError> {
         let Some(ahead) = self.ahead.take() else {
             return Ok(None);
         };
         match ahead.join()? {
-            Written::Begun(change) => Ok(Some(*change)),
-            Written::Committed {
+            WriteResult::Begun(change) => Ok(Some(*change)),
+            WriteResult::Committed {
                 changed,
                 seconds,
                 committed,

@@ -60,7 +60,7 @@ struct Entry {
 
 /// A case of a suite.
 #[derive(Debug, Clone)]
-pub struct Case {
+pub struct SuiteCase {
     /// Its name.
     pub name: String,
     /// What it is one of.
@@ -102,7 +102,7 @@ pub fn is_index(path: &Path) -> bool {
 ///
 /// # Errors
 /// An unreadable index, a key that leads nowhere, a scene that does not validate.
-pub fn read(path: &Path, version: Version) -> Result<Vec<Case>, SweepError> {
+pub fn read(path: &Path, version: Version) -> Result<Vec<SuiteCase>, SweepError> {
     let text = read_index(path, "read the suite")?;
     let index: Index = parse_toml(
         &path.display().to_string(),
@@ -123,7 +123,7 @@ pub fn read(path: &Path, version: Version) -> Result<Vec<Case>, SweepError> {
             }
             let changes: Vec<(String, toml::Value)> =
                 changes.into_iter().flat_map(Clone::clone).collect();
-            cases.push(Case {
+            cases.push(SuiteCase {
                 name: entry.name.clone(),
                 family: family.name.clone(),
                 shows: entry.shows.clone(),
@@ -147,8 +147,8 @@ pub fn read(path: &Path, version: Version) -> Result<Vec<Case>, SweepError> {
 }
 
 /// Refuses cases in different units: their table speaks one system.
-fn refuse_mixed_units(path: &Path, cases: &[Case]) -> Result<(), SweepError> {
-    let units = |case: &Case| case.scene.scene.units;
+fn refuse_mixed_units(path: &Path, cases: &[SuiteCase]) -> Result<(), SweepError> {
+    let units = |case: &SuiteCase| case.scene.scene.units;
     let other = cases.iter().find(|case| units(case) != units(&cases[0]));
     match other {
         None => Ok(()),

@@ -6,7 +6,7 @@ mod index;
 use std::path::Path;
 
 pub use builtin::{INDEX, unpack};
-pub use index::{Case, Version, is_index, read};
+pub use index::{SuiteCase, Version, is_index, read};
 
 use contact3d::{
     robustness::{Check, Depth, Solutions},
@@ -20,7 +20,7 @@ use crate::{
     sweep::SweepError,
 };
 
-impl Case {
+impl SuiteCase {
     /// A scene as a case of its own.
     #[must_use]
     pub fn alone(scene: SceneFile) -> Self {

@@ -23,13 +23,13 @@ pub struct SweepFile {
     pub warm_start: bool,
     /// The axes; the cases are their product, the last axis changes fastest.
     #[serde(rename = "axis", default)]
-    pub axes: Vec<Axis>,
+    pub axes: Vec<SweepAxis>,
 }
 
 /// Values of one key, or of several keys together.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Axis {
+pub struct SweepAxis {
     /// The key of the scene, such as `friction.coefficient_1.constant` or `traction.0.value`.
     pub key: Option<String>,
     /// Its values.
@@ -111,7 +111,7 @@ impl SweepFile {
     }
 }
 
-impl Axis {
+impl SweepAxis {
     /// How many steps the axis asks for.
     pub(super) fn length(&self) -> usize {
         let values = self.values.as_ref().map(Vec::len);

@@ -6,7 +6,7 @@ use units::Units;
 
 use super::{CSV_FILE, Plan, SweepError};
 use crate::{
-    output::{self, Kind, OutputFile},
+    output::{self, OutputFile, OutputKind},
     report::SweepTable,
 };
 
@@ -44,7 +44,7 @@ pub(super) fn write(plan: &Plan, folder: &Path, table: &SweepTable) -> Result<()
         .map_err(|error| failed(error.into_error().into()))?;
     let table = OutputFile {
         path,
-        kind: Kind::SweepTable,
+        kind: OutputKind::SweepTable,
         bytes,
     };
     Ok(output::write(&[table], &plan.inputs)?)

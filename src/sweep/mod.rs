@@ -22,7 +22,7 @@ mod series;
 mod size;
 mod summary;
 
-pub use axes::{Axis, SweepFile};
+pub use axes::{SweepAxis, SweepFile};
 pub use error::SweepError;
 pub use index_file::read as read_index;
 pub use keys::{get as get_key, set as set_key};

@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     format::{SWEEP_LAYOUT, TableOwner, read_table_owner},
-    output::{self, Kind},
+    output::{self, OutputKind},
 };
 
 /// Refuses a folder whose tables are no tables of this program, or those of another sweep.
@@ -43,7 +43,7 @@ pub(super) fn refuse_others(plan: &Plan, folder: &Path) -> Result<(), SweepError
         });
     }
     let file = folder.join(CSV_FILE);
-    output::admit(&file, Kind::SweepTable, &plan.inputs)?;
+    output::admit(&file, OutputKind::SweepTable, &plan.inputs)?;
     let listed = planned_in(&file)?;
     let known = |id: &String| {
         let of_table = table.as_ref().is_some_and(|table| table.ids.contains(id));

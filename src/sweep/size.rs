@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use super::{Axis, SweepError};
+use super::{SweepAxis, SweepError};
 
 /// Most cases of one sweep: each is a file of the folder, and a plan holds the scene of each, some
 /// kilobytes.
 pub const MOST_CASES: usize = 100_000;
 
 /// Refuses axes whose product is larger than [`MOST_CASES`], without making anything of that size.
-pub(super) fn check(axes: &[Axis], file: &Path) -> Result<(), SweepError> {
+pub(super) fn check(axes: &[SweepAxis], file: &Path) -> Result<(), SweepError> {
     let refuse = |place: String, found: String| SweepError::Axis {
         file: file.to_owned(),
         place,

@@ -11,7 +11,7 @@ use plots::{FigureError, LawPicture, OverSlip, Picture, law_page};
 
 use super::{
     Drawing, PictureFolder,
-    law_curves::{self, Drawn},
+    law_curves::{self, Curves},
     law_face::LawFace,
     picture::{self, endings_of},
 };
@@ -150,9 +150,9 @@ impl LawStudy {
             units: self.scene.units,
             note: &note,
             over_slip: match &drawn {
-                Drawn::Isotropic(curve) => OverSlip::Isotropic(curve),
-                Drawn::Own(curves) => OverSlip::Own(curves),
-                Drawn::Both(maps) => OverSlip::Both(maps),
+                Curves::Isotropic(curve) => OverSlip::Isotropic(curve),
+                Curves::Own(curves) => OverSlip::Own(curves),
+                Curves::Both(maps) => OverSlip::Both(maps),
             },
             at_rest: varies.then(|| face.picture(&title, self.scene.units, frame)),
         })

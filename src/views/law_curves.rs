@@ -15,7 +15,7 @@ const SAMPLES: u32 = 400;
 const CELLS: usize = 60;
 
 /// The coefficients over the slips, as they are drawn.
-pub(super) enum Drawn {
+pub(super) enum Curves {
     /// F over |u_t|.
     Isotropic(SlipCurve),
     /// F₁ and F₂, each over its own slip.
@@ -25,11 +25,11 @@ pub(super) enum Drawn {
 }
 
 /// Samples a law at one place over the slips at which it changes.
-pub(super) fn over_slip(law: &FrictionLaw, place: [f64; 3], extent: f64) -> Drawn {
+pub(super) fn over_slip(law: &FrictionLaw, place: [f64; 3], extent: f64) -> Curves {
     let coefficients = law.coefficients();
     let value =
         |axis: usize, slip: [f64; 2]| coefficients[axis].evaluate(&law.point(axis, place, slip));
-    let change = |axis: usize, k: usize| Change::of(extent, k, |slip| value(axis, slip));
+    let change = |axis: usize, k: usize| SlipInterval::of(extent, k, |slip| value(axis, slip));
     let curve = |axis: usize, range: SlipRange| {
         let samples = (0..=SAMPLES).map(|i| range.at(f64::from(i) / f64::from(SAMPLES)));
         let mut slips: Vec<f64> = coefficients[axis].kinks(axis)[axis].clone();
@@ -47,15 +47,16 @@ pub(super) fn over_slip(law: &FrictionLaw, place: [f64; 3], extent: f64) -> Draw
         }
     };
     if coefficients.len() == 1 {
-        return Drawn::Isotropic(curve(0, Change::range(change(0, 0), extent)));
+        return Curves::Isotropic(curve(0, SlipInterval::range(change(0, 0), extent)));
     }
     let couples = (0..2).any(|axis| coefficients[axis].slips_used(axis)[1 - axis]);
     if !couples {
-        let range = Change::range(Change::joined(change(0, 0), change(1, 1)), extent);
-        return Drawn::Own([0, 1].map(|axis| curve(axis, range)));
+        let range = SlipInterval::range(SlipInterval::joined(change(0, 0), change(1, 1)), extent);
+        return Curves::Own([0, 1].map(|axis| curve(axis, range)));
     }
-    let ranges = [0, 1].map(|k| Change::range(Change::joined(change(0, k), change(1, k)), extent));
-    Drawn::Both([0, 1].map(|axis| {
+    let ranges = [0, 1]
+        .map(|k| SlipInterval::range(SlipInterval::joined(change(0, k), change(1, k)), extent));
+    Curves::Both([0, 1].map(|axis| {
         let centre = |cell: usize| (cell as f64 + 0.5) / CELLS as f64;
         let slip = |cell: usize| {
             [
@@ -75,12 +76,12 @@ pub(super) fn over_slip(law: &FrictionLaw, place: [f64; 3], extent: f64) -> Draw
 
 /// The slips between which a coefficient changes.
 #[derive(Clone, Copy)]
-struct Change {
+struct SlipInterval {
     first: f64,
     last: f64,
 }
 
-impl Change {
+impl SlipInterval {
     /// Along slip k, for slips of the other axis of every decade; `None` for no change.
     fn of(extent: f64, k: usize, value: impl Fn([f64; 2]) -> f64) -> Option<Self> {
         let series = |per_decade: i32| {
@@ -144,7 +145,7 @@ mod tests {
     fn range_of(text: &str) -> SlipRange {
         let formula = Coefficient::Expression(Formula::parse(text).unwrap());
         match over_slip(&FrictionLaw::Isotropic(formula), [0.0; 3], 3.0) {
-            Drawn::Isotropic(curve) => curve.range,
+            Curves::Isotropic(curve) => curve.range,
             _ => panic!("an isotropic law is one curve"),
         }
     }

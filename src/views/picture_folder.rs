@@ -6,7 +6,7 @@ use plots::{self, LineChart, Picture};
 
 use super::sweep_charts;
 use crate::{
-    output::{self, Folder, Inputs, Kind, OutputError, OutputFile},
+    output::{self, Folder, Inputs, OutputError, OutputFile, OutputKind},
     pipeline::StageError,
 };
 
@@ -112,7 +112,7 @@ impl PictureFolder {
 }
 
 /// The two files of a picture.
-fn files(folder: &Path, name: &str) -> [(PathBuf, Kind); 2] {
-    [("svg", Kind::Svg), ("png", Kind::Png)]
+fn files(folder: &Path, name: &str) -> [(PathBuf, OutputKind); 2] {
+    [("svg", OutputKind::Svg), ("png", OutputKind::Png)]
         .map(|(ending, kind)| (folder.join(format!("{name}.{ending}")), kind))
 }

@@ -35,7 +35,7 @@ pub struct Array<'a> {
 /// # Errors
 /// [`FclibError`].
 pub fn write_local(file: &hdf5::File, problem: &LocalProblem) -> Result<(), FclibError> {
-    let target = Target::of(file);
+    let target = FileWriter::of(file);
     let dimension = int("components of a contact", problem.space_dimension)?;
     let group = target.group(target.root(), LOCAL)?;
     target.numbers(&group, "spacedim", &[dimension])?;
@@ -51,7 +51,7 @@ pub fn write_local(file: &hdf5::File, problem: &LocalProblem) -> Result<(), Fcli
 /// # Errors
 /// [`FclibError`].
 pub fn write_global(file: &hdf5::File, problem: &GlobalProblem) -> Result<(), FclibError> {
-    let target = Target::of(file);
+    let target = FileWriter::of(file);
     let dimension = int("components of a contact", problem.space_dimension)?;
     let group = target.group(target.root(), GLOBAL)?;
     target.numbers(&group, "spacedim", &[dimension])?;
@@ -69,7 +69,7 @@ pub fn write_global(file: &hdf5::File, problem: &GlobalProblem) -> Result<(), Fc
 /// # Errors
 /// [`FclibError`].
 pub fn write_solution(file: &hdf5::File, solution: &Solution) -> Result<(), FclibError> {
-    let target = Target::of(file);
+    let target = FileWriter::of(file);
     target.solution(&target.group(target.root(), SOLUTION)?, solution)
 }
 
@@ -78,7 +78,7 @@ pub fn write_solution(file: &hdf5::File, solution: &Solution) -> Result<(), Fcli
 /// # Errors
 /// [`FclibError`].
 pub fn write_guesses(file: &hdf5::File, guesses: &[Solution]) -> Result<(), FclibError> {
-    let target = Target::of(file);
+    let target = FileWriter::of(file);
     let group = target.group(target.root(), GUESSES)?;
     target.numbers(
         &group,
@@ -101,7 +101,7 @@ pub fn write_arrays(
     group: &str,
     arrays: &[Array<'_>],
 ) -> Result<(), FclibError> {
-    let target = Target::of(file);
+    let target = FileWriter::of(file);
     let group = match file.link_exists(group) {
         true => file
             .group(group)
@@ -124,7 +124,7 @@ pub fn write_arrays(
 /// # Errors
 /// [`FclibError`].
 pub fn write_program(file: &hdf5::File, program: &str) -> Result<(), FclibError> {
-    let target = Target::of(file);
+    let target = FileWriter::of(file);
     if target.file.attr(PROGRAM).is_ok() {
         let deleted = target.file.delete_attr(PROGRAM);
         deleted.in_file(&target.path, || "replace the mark of a program".into())?;
@@ -133,12 +133,12 @@ pub fn write_program(file: &hdf5::File, program: &str) -> Result<(), FclibError>
 }
 
 /// A file to write to.
-struct Target<'a> {
+struct FileWriter<'a> {
     path: PathBuf,
     file: &'a hdf5::File,
 }
 
-impl<'a> Target<'a> {
+impl<'a> FileWriter<'a> {
     fn of(file: &'a hdf5::File) -> Self {
         let path = file.filename().into();
         Self { path, file }

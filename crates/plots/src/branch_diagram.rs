@@ -4,7 +4,8 @@ use super::{
     canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke},
     layout::{TICK_SIZE, TITLE_SIZE},
     line_chart::{
-        Axis, AxisScale, HEIGHT, LEFT, LEGEND_LINE, LEGEND_WIDTH, Placed, TOP, WIDTH, draw_frame,
+        Axis, AxisScale, HEIGHT, LEFT, LEGEND_LINE, LEGEND_WIDTH, PlacedAxis, TOP, WIDTH,
+        draw_frame,
     },
     picture::Picture,
     text::{Label, fitted},
@@ -138,8 +139,8 @@ impl BranchDiagram {
             let points = self.curves.iter().flat_map(|curve| &curve.points);
             points.filter(|point| self.is_drawn(**point))
         };
-        let x = Placed::new(&self.x, drawn().map(|p| p[0]), [LEFT, right]);
-        let y = Placed::new(&self.y, drawn().map(|p| p[1]), [HEIGHT - BOTTOM, TOP]);
+        let x = PlacedAxis::new(&self.x, drawn().map(|p| p[0]), [LEFT, right]);
+        let y = PlacedAxis::new(&self.y, drawn().map(|p| p[1]), [HEIGHT - BOTTOM, TOP]);
         draw_frame(&mut canvas, &x, &y);
         let place = |[a, b]: [f64; 2]| [x.pixel(a), y.pixel(b)];
         for curve in &self.curves {

@@ -98,7 +98,7 @@ pub(super) struct Text {
 
 /// One thing on a canvas.
 #[derive(Clone, Debug)]
-pub(super) enum Element {
+pub(super) enum DrawnElement {
     Shape {
         outline: Outline,
         fill: Fill,
@@ -118,7 +118,7 @@ pub(super) struct Canvas {
     pub(super) width: f64,
     /// Height in pixels.
     pub(super) height: f64,
-    pub(super) elements: Vec<Element>,
+    pub(super) elements: Vec<DrawnElement>,
 }
 
 impl Canvas {
@@ -188,17 +188,18 @@ impl Canvas {
         let outer = std::mem::take(&mut self.elements);
         draw(self);
         let inner = std::mem::replace(&mut self.elements, outer);
-        self.elements.push(Element::Titled(title.to_owned(), inner));
+        self.elements
+            .push(DrawnElement::Titled(title.to_owned(), inner));
     }
 
     /// Copies another canvas with its upper left corner to `corner`.
     pub(super) fn place(&mut self, other: &Self, corner: Point) {
         let elements = other.elements.clone();
-        self.elements.push(Element::Moved(corner, elements));
+        self.elements.push(DrawnElement::Moved(corner, elements));
     }
 
     fn shape(&mut self, outline: Outline, fill: Fill, stroke: Option<Stroke>) {
-        self.elements.push(Element::Shape {
+        self.elements.push(DrawnElement::Shape {
             outline,
             fill,
             stroke,
@@ -206,7 +207,7 @@ impl Canvas {
     }
 
     fn set(&mut self, position: Point, label: &Label, size: f64, anchor: Anchor, setting: Setting) {
-        self.elements.push(Element::Text(Text {
+        self.elements.push(DrawnElement::Text(Text {
             position,
             label: label.clone(),
             size,

@@ -134,7 +134,7 @@ pub struct LineChart {
 }
 
 /// An axis with its interval and its place in pixels.
-pub(super) struct Placed<'a> {
+pub(super) struct PlacedAxis<'a> {
     axis: &'a Axis,
     /// How the values of a linear axis are printed.
     unit: UnitScale,
@@ -166,9 +166,9 @@ impl LineChart {
         let mut canvas = Canvas::new(WIDTH, HEIGHT);
         let title = Label::plain(fitted(&self.title, TITLE_SIZE * 1.1, WIDTH - 32.0));
         canvas.bold_text([16.0, 26.0], &title, TITLE_SIZE, Anchor::Start);
-        let x = Placed::new(&self.x, self.drawn().map(|p| p.x), [LEFT, right]);
+        let x = PlacedAxis::new(&self.x, self.drawn().map(|p| p.x), [LEFT, right]);
         let vertical = [HEIGHT - BOTTOM, TOP];
-        let y = Placed::new(&self.y, self.drawn().map(|p| p.y), vertical);
+        let y = PlacedAxis::new(&self.y, self.drawn().map(|p| p.y), vertical);
         draw_frame(&mut canvas, &x, &y);
         for (number, series) in self.series.iter().enumerate() {
             let points = series.points.iter().filter(|p| self.is_drawn(p));
@@ -209,7 +209,7 @@ impl LineChart {
     }
 }
 
-impl<'a> Placed<'a> {
+impl<'a> PlacedAxis<'a> {
     /// The interval of some values, with a margin.
     pub(super) fn new(axis: &'a Axis, values: impl Iterator<Item = f64>, pixels: [f64; 2]) -> Self {
         let mut values = values.chain(axis.ticks.iter().copied()).peekable();
@@ -278,7 +278,7 @@ impl<'a> Placed<'a> {
     }
 }
 
-pub(super) fn draw_frame(canvas: &mut Canvas, x: &Placed<'_>, y: &Placed<'_>) {
+pub(super) fn draw_frame(canvas: &mut Canvas, x: &PlacedAxis<'_>, y: &PlacedAxis<'_>) {
     let grid = Stroke::solid(Colour(0xdd, 0xdd, 0xdd), 0.7);
     let faint = Stroke::solid(Colour(0xf0, 0xf0, 0xf0), 0.6);
     let [left, right] = x.pixels;

@@ -5,7 +5,9 @@ use tiny_skia::{
     Rect, SpreadMode, Stroke, StrokeDash, Transform,
 };
 
-use super::canvas::{self, Anchor, Canvas, Colour, Element, Fill, Outline, Point, Setting, Text};
+use super::canvas::{
+    self, Anchor, Canvas, Colour, DrawnElement, Fill, Outline, Point, Setting, Text,
+};
 use super::colour::Hatch;
 use super::picture::FigureError;
 use super::text::{Typeface, single};
@@ -78,10 +80,10 @@ impl Painter {
         })
     }
 
-    fn draw(&mut self, elements: &[Element], transform: Transform) {
+    fn draw(&mut self, elements: &[DrawnElement], transform: Transform) {
         for element in elements {
             match element {
-                Element::Shape {
+                DrawnElement::Shape {
                     outline,
                     fill,
                     stroke,
@@ -91,9 +93,9 @@ impl Painter {
                         self.stroke(&path, *stroke, transform);
                     }
                 }
-                Element::Text(text) => self.text(text, transform),
-                Element::Titled(_, inner) => self.draw(inner, transform),
-                Element::Moved(corner, inner) => {
+                DrawnElement::Text(text) => self.text(text, transform),
+                DrawnElement::Titled(_, inner) => self.draw(inner, transform),
+                DrawnElement::Moved(corner, inner) => {
                     let [x, y] = corner.map(coordinate);
                     self.draw(inner, transform.pre_translate(x, y));
                 }

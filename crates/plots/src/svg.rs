@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::{
-    canvas::{Anchor, Canvas, Colour, Element, Fill, Outline, Point, Setting, Stroke, Text},
+    canvas::{Anchor, Canvas, Colour, DrawnElement, Fill, Outline, Point, Setting, Stroke, Text},
     colour::Hatch,
     text::escape,
 };
@@ -49,21 +49,21 @@ fn patterns() -> String {
     patterns + "</defs>\n"
 }
 
-fn write_elements(document: &mut String, elements: &[Element]) {
+fn write_elements(document: &mut String, elements: &[DrawnElement]) {
     for element in elements {
         match element {
-            Element::Shape {
+            DrawnElement::Shape {
                 outline,
                 fill,
                 stroke,
             } => document.push_str(&shape(outline, &paint(*fill, *stroke))),
-            Element::Text(text) => document.push_str(&text_element(text)),
-            Element::Titled(title, inner) => {
+            DrawnElement::Text(text) => document.push_str(&text_element(text)),
+            DrawnElement::Titled(title, inner) => {
                 document.push_str(&format!("<g><title>{}</title>\n", escape(title)));
                 write_elements(document, inner);
                 document.push_str("</g>\n");
             }
-            Element::Moved([x, y], inner) => {
+            DrawnElement::Moved([x, y], inner) => {
                 let (x, y) = (number(*x), number(*y));
                 document.push_str(&format!("<g transform=\"translate({x} {y})\">\n"));
                 write_elements(document, inner);

@@ -11,7 +11,7 @@ const SCRIPT_SHIFT: f64 = 0.28;
 
 /// Form of one run of a label.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Form {
+enum RunStyle {
     Upright,
     Italic,
     Subscript,
@@ -21,7 +21,7 @@ enum Form {
 /// A one-line label with mathematical symbols, such as σ with the subscript ν.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Label {
-    runs: Vec<(Form, String)>,
+    runs: Vec<(RunStyle, String)>,
 }
 
 /// A part of a label that is set in one style.
@@ -43,22 +43,22 @@ impl Label {
 
     /// Appends an upright run.
     pub(super) fn upright(self, text: impl Into<String>) -> Self {
-        self.with(Form::Upright, text.into())
+        self.with(RunStyle::Upright, text.into())
     }
 
     /// Appends an italic run, for mathematical symbols.
     pub(super) fn italic(self, text: impl Into<String>) -> Self {
-        self.with(Form::Italic, text.into())
+        self.with(RunStyle::Italic, text.into())
     }
 
     /// Appends a small lowered run.
     pub(super) fn subscript(self, text: impl Into<String>) -> Self {
-        self.with(Form::Subscript, text.into())
+        self.with(RunStyle::Subscript, text.into())
     }
 
     /// Appends a small raised run.
     pub(super) fn superscript(self, text: impl Into<String>) -> Self {
-        self.with(Form::Superscript, text.into())
+        self.with(RunStyle::Superscript, text.into())
     }
 
     /// Appends all runs of another label.
@@ -67,7 +67,7 @@ impl Label {
         self
     }
 
-    fn with(mut self, form: Form, text: String) -> Self {
+    fn with(mut self, form: RunStyle, text: String) -> Self {
         if !text.is_empty() {
             self.runs.push((form, text));
         }
@@ -84,10 +84,10 @@ impl Label {
     pub(super) fn runs(&self, size: f64) -> impl Iterator<Item = Run<'_>> {
         self.runs.iter().map(move |(form, text)| {
             let (italic, scale, drop) = match form {
-                Form::Upright => (false, 1.0, 0.0),
-                Form::Italic => (true, 1.0, 0.0),
-                Form::Subscript => (false, SCRIPT_SIZE, SCRIPT_SHIFT * size),
-                Form::Superscript => (false, SCRIPT_SIZE, -1.3 * SCRIPT_SHIFT * size),
+                RunStyle::Upright => (false, 1.0, 0.0),
+                RunStyle::Italic => (true, 1.0, 0.0),
+                RunStyle::Subscript => (false, SCRIPT_SIZE, SCRIPT_SHIFT * size),
+                RunStyle::Superscript => (false, SCRIPT_SIZE, -1.3 * SCRIPT_SHIFT * size),
             };
             Run {
                 text,
@@ -239,7 +239,7 @@ impl Typeface {
                 pen += scale * f64::from(kerning(face, previous, glyph));
                 face.outline_glyph(
                     glyph,
-                    &mut Placed {
+                    &mut PlacedGlyph {
                         path: &mut path,
                         origin: [pen, run.drop],
                         scale,
@@ -296,13 +296,13 @@ fn kerning(face: &Face<'_>, left: Option<GlyphId>, right: GlyphId) -> i16 {
 }
 
 /// A glyph at its place on the line; the font's own y axis points upwards.
-struct Placed<'a> {
+struct PlacedGlyph<'a> {
     path: &'a mut PathBuilder,
     origin: [f64; 2],
     scale: f64,
 }
 
-impl Placed<'_> {
+impl PlacedGlyph<'_> {
     fn at(&self, x: f32, y: f32) -> [f32; 2] {
         [
             self.origin[0] + self.scale * f64::from(x),
@@ -312,7 +312,7 @@ impl Placed<'_> {
     }
 }
 
-impl OutlineBuilder for Placed<'_> {
+impl OutlineBuilder for PlacedGlyph<'_> {
     fn move_to(&mut self, x: f32, y: f32) {
         let [x, y] = self.at(x, y);
         self.path.move_to(x, y);

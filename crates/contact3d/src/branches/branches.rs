@@ -7,8 +7,8 @@ use super::{
     enumeration::{Certificate, Undecided},
     equations::Equations,
     family::Family,
-    kink::Ray,
-    path::{FIRST_STEP, Front, PathEnd},
+    kink::HalfPath,
+    path::{FIRST_STEP, PathEnd, PathFront},
     piece::Open,
     point::{FrontRecord, PathOrigin, PathPoint, PointKind},
     search::SAME,
@@ -157,7 +157,7 @@ impl Branches {
         equations: &Equations<'_>,
         record: FrontRecord,
     ) -> Result<(), ProblemError> {
-        let Front { state, piece, .. } = restored(&record, equations)?;
+        let PathFront { state, piece, .. } = restored(&record, equations)?;
         let first = equations.describe(&piece, &state, PointKind::Start, Vec::new())?;
         self.paths.push(Path {
             origin: record.origin,
@@ -181,18 +181,19 @@ impl Branches {
         let mut open = self.pending.get_or_insert_default().open.clone();
         let done = self.paths.last().map_or(0, |path| path.points.len());
         let origin = record.origin;
-        let mut see = |points: &[PathPoint], front: &Front, open: &Open, end: Option<PathEnd>| {
-            let path = self.paths.last_mut().expect("a path is followed");
-            path.points.extend_from_slice(points);
-            path.end = end;
-            let pending = self.pending.get_or_insert_default();
-            let record = FrontRecord::of(origin, &front.state, &front.piece, front.step);
-            pending.current = end.is_none().then(|| (record, start.clone()));
-            if end.is_some() || pending.open.branch_points.len() != open.branch_points.len() {
-                pending.open = open.clone();
-            }
-            observe(self);
-        };
+        let mut see =
+            |points: &[PathPoint], front: &PathFront, open: &Open, end: Option<PathEnd>| {
+                let path = self.paths.last_mut().expect("a path is followed");
+                path.points.extend_from_slice(points);
+                path.end = end;
+                let pending = self.pending.get_or_insert_default();
+                let record = FrontRecord::of(origin, &front.state, &front.piece, front.step);
+                pending.current = end.is_none().then(|| (record, start.clone()));
+                if end.is_some() || pending.open.branch_points.len() != open.branch_points.len() {
+                    pending.open = open.clone();
+                }
+                observe(self);
+            };
         let end = equations.follow(front, &start, done, &mut open, &mut see)?;
         self.paths.last_mut().expect("a path is followed").end = Some(end);
         let pending = self.pending.get_or_insert_default();
@@ -248,7 +249,7 @@ impl Branches {
         equations: &Equations<'_>,
         s: f64,
         round: usize,
-    ) -> Result<(Vec<Ray>, Result<Certificate, Undecided>), ProblemError> {
+    ) -> Result<(Vec<HalfPath>, Result<Certificate, Undecided>), ProblemError> {
         let value = self.range.value(s);
         let known: Vec<Vec<f64>> = self
             .end_solutions(value)
@@ -329,7 +330,7 @@ fn is_large(paths: &[Path]) -> bool {
     paths.len() >= MOST_PATHS || points >= MOST_POINTS
 }
 
-fn restored(record: &FrontRecord, equations: &Equations<'_>) -> Result<Front, ProblemError> {
+fn restored(record: &FrontRecord, equations: &Equations<'_>) -> Result<PathFront, ProblemError> {
     record.front(equations)?.ok_or_else(|| {
         Invalid {
             key: "branches".into(),

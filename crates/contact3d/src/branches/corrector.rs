@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{
     derivative::Friction,
-    equations::{Equations, Evaluated},
+    equations::{Equations, EvaluatedPiece},
     piece::{Distance, Piece},
     point::Member,
 };
@@ -49,7 +49,7 @@ pub(super) struct PathState {
     /// Steps of Newton's method.
     pub(super) steps: usize,
     pub(super) member: Arc<Member>,
-    pub(super) evaluated: Evaluated,
+    pub(super) evaluated: EvaluatedPiece,
 }
 
 impl PathState {
@@ -178,7 +178,7 @@ impl Equations<'_> {
         &self,
         piece: &Piece,
         point: &[f64],
-    ) -> Result<Option<(Arc<Member>, Evaluated)>, ProblemError> {
+    ) -> Result<Option<(Arc<Member>, EvaluatedPiece)>, ProblemError> {
         let (s, y) = point.split_last().expect("a point has a parameter");
         if !(-BEYOND..=1.0 + BEYOND).contains(s) {
             return Ok(None);

@@ -1,7 +1,7 @@
 //! The derivative of the equations of a smooth piece by λ and by the parameter.
 
 use super::{
-    equations::{Equations, Evaluated},
+    equations::{Equations, EvaluatedPiece},
     piece::Piece,
     point::Member,
 };
@@ -19,7 +19,7 @@ pub(super) enum Friction {
 }
 
 /// What moves R: an unknown y_j or nothing of them, r over Λ and the slips, whose change over Λ has the opposite sign.
-struct Motion<'m> {
+struct Perturbation<'m> {
     unknown: Option<usize>,
     gradient: &'m [f64],
     slips: Option<Vec<[f64; 2]>>,
@@ -33,7 +33,7 @@ impl Equations<'_> {
         member: &Member,
         piece: &Piece,
         point: &[f64],
-        at: &Evaluated,
+        at: &EvaluatedPiece,
     ) -> Result<Option<Vec<f64>>, ProblemError> {
         let n = point.len() - 1;
         let mut matrix = vec![0.0; n * (n + 1)];
@@ -55,7 +55,7 @@ impl Equations<'_> {
         &self,
         piece: &Piece,
         point: &[f64],
-        at: &Evaluated,
+        at: &EvaluatedPiece,
     ) -> Result<Option<Vec<f64>>, ProblemError> {
         let (s, y) = point.split_last().expect("a point has a parameter");
         let ends = [(s - DIFFERENCE).max(0.0), (s + DIFFERENCE).min(1.0)];
@@ -73,7 +73,7 @@ impl Equations<'_> {
         };
         let gradient = rate(&behind.gradient, &ahead.gradient);
         let slips = [&ahead, &behind].map(|side| side.displacement.as_flattened());
-        let motion = Motion {
+        let motion = Perturbation {
             unknown: None,
             gradient: &gradient,
             slips: Some(at.slips.change(&rate(slips[0], slips[1]))),
@@ -97,14 +97,14 @@ impl Equations<'_> {
         &self,
         member: &Member,
         piece: &Piece,
-        at: &Evaluated,
+        at: &EvaluatedPiece,
         j: usize,
         friction: Friction,
         out: &mut [f64],
     ) {
         let followed = friction == Friction::Followed;
         let compliance = member.dual.compliance.as_ref().filter(|_| followed);
-        let motion = Motion {
+        let motion = Perturbation {
             unknown: Some(j),
             gradient: member.dual.column(j),
             slips: compliance.map(|c| at.slips.change(c.column(j))),
@@ -118,8 +118,8 @@ impl Equations<'_> {
         &self,
         member: &Member,
         piece: &Piece,
-        at: &Evaluated,
-        motion: &Motion<'_>,
+        at: &EvaluatedPiece,
+        motion: &Perturbation<'_>,
         out: &mut [f64],
     ) {
         let s = motion.gradient;

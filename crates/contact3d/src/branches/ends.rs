@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     branches::Branches,
-    equations::{Equations, Evaluated},
+    equations::{Equations, EvaluatedPiece},
     law_piece::LawPieces,
-    piece::{Beyond, Distance, Piece, Switch},
+    piece::{AdjacentPiece, Distance, Piece, Switch},
     point::Member,
     search::SAME,
 };
@@ -22,7 +22,7 @@ impl Equations<'_> {
         &self,
         member: &Member,
         piece: &Piece,
-        at: &Evaluated,
+        at: &EvaluatedPiece,
     ) -> Vec<Distance> {
         let law = member.law();
         // Stresses of single panes, of which all together have the size 1.
@@ -33,7 +33,7 @@ impl Equations<'_> {
             distances.push(Distance {
                 switch,
                 value: unit * value,
-                beyond: Beyond::Zone,
+                beyond: AdjacentPiece::Zone,
             });
         };
         for (pane, state) in at.panes.iter().enumerate() {
@@ -59,7 +59,7 @@ impl Equations<'_> {
                 distances.push(Distance {
                     switch: Switch::Cap(pane),
                     value: unit * if capped { above } else { -above },
-                    beyond: Beyond::Cap(!capped),
+                    beyond: AdjacentPiece::Cap(!capped),
                 });
             }
         }
@@ -130,7 +130,7 @@ impl Equations<'_> {
     }
 
     /// What the candidates of a pane's zone are where it switches: those whose closures hold the point.
-    pub(super) fn zones_at(&self, at: &Evaluated, pane: usize, tolerance: f64) -> Vec<Zone> {
+    pub(super) fn zones_at(&self, at: &EvaluatedPiece, pane: usize, tolerance: f64) -> Vec<Zone> {
         let state = &at.panes[pane];
         let unit = (at.panes.len() as f64).sqrt();
         let [f1, f2] = state.inverse;

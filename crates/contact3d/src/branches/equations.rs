@@ -27,7 +27,7 @@ pub(super) struct Equations<'a> {
 }
 
 /// The state of all panes at a point of a piece.
-pub(super) struct Evaluated {
+pub(super) struct EvaluatedPiece {
     /// R without unit, `[n]`.
     pub(super) residual: Vec<f64>,
     pub(super) panes: Vec<PaneState>,
@@ -87,7 +87,7 @@ impl<'a> Equations<'a> {
     }
 
     /// ‖R‖ / ‖λ‖ that rounding of S λ makes, n ε max ρ_i S_ii, times the largest coefficient by which a slip bound grows with it.
-    pub(super) fn rounding(&self, member: &Member, at: &Evaluated) -> f64 {
+    pub(super) fn rounding(&self, member: &Member, at: &EvaluatedPiece) -> f64 {
         let rows = member.steplengths().iter().enumerate();
         let mobility = rows.map(|(j, rho)| rho * member.dual.column(j)[j]);
         let inverse = at.panes.iter().flat_map(|pane| pane.inverse);
@@ -96,7 +96,12 @@ impl<'a> Equations<'a> {
     }
 
     /// R of a piece at a point; `None` where it has no value.
-    pub(super) fn evaluate(&self, member: &Member, piece: &Piece, y: &[f64]) -> Option<Evaluated> {
+    pub(super) fn evaluate(
+        &self,
+        member: &Member,
+        piece: &Piece,
+        y: &[f64],
+    ) -> Option<EvaluatedPiece> {
         self.evaluate_with(member, piece, y, &self.response(member, y))
     }
 
@@ -116,7 +121,7 @@ impl<'a> Equations<'a> {
         piece: &Piece,
         y: &[f64],
         response: &Response,
-    ) -> Option<Evaluated> {
+    ) -> Option<EvaluatedPiece> {
         let gradient = &response.gradient;
         let rho = member.steplengths();
         let layout = member.dual.layout;
@@ -165,7 +170,7 @@ impl<'a> Equations<'a> {
             panes.push(state);
         }
         let finite = residual.iter().all(|r| r.is_finite());
-        finite.then_some(Evaluated {
+        finite.then_some(EvaluatedPiece {
             residual,
             panes,
             nodes,

@@ -3,7 +3,7 @@
 use super::{
     corrector::PathState,
     equations::Equations,
-    piece::{Beyond, Distance, Piece, Switch},
+    piece::{AdjacentPiece, Distance, Piece, Switch},
 };
 use crate::{
     linalg::{add_scaled, dot, norm},
@@ -39,7 +39,7 @@ const OPPOSITE: f64 = 1e-5;
 const MOST_REVERSALS: usize = 4;
 
 /// A half path from a point.
-pub(super) struct Ray {
+pub(super) struct HalfPath {
     pub(super) state: PathState,
     pub(super) piece: Piece,
     /// Whether it leaves the ends at which other pieces begin, so that it belongs to none of them; where a law is steep, the rays of two
@@ -47,7 +47,7 @@ pub(super) struct Ray {
     pub(super) is_inside: bool,
 }
 
-impl Ray {
+impl HalfPath {
     /// Whether two pieces describe one ray.
     fn is(&self, other: &Self) -> bool {
         let parallel = 1.0 - dot(&self.state.tangent, &other.state.tangent) < SAME;
@@ -65,7 +65,7 @@ impl Ray {
 /// What may change at a point: the zone of a pane, or one branch of the law.
 enum Choice {
     Zone(usize, Vec<Zone>),
-    Law(Switch, Beyond),
+    Law(Switch, AdjacentPiece),
 }
 
 impl Equations<'_> {
@@ -78,9 +78,9 @@ impl Equations<'_> {
         piece: &Piece,
         state: &PathState,
         reached: &[Distance],
-    ) -> Result<Vec<Ray>, ProblemError> {
+    ) -> Result<Vec<HalfPath>, ProblemError> {
         let choices = self.choices(state, reached);
-        let mut rays: Vec<Ray> = Vec::new();
+        let mut rays: Vec<HalfPath> = Vec::new();
         for mut candidate in combinations(piece, &choices) {
             self.follow_law(&state.member, &mut candidate, &state.point);
             for ray in self.rays_into(&candidate, state, reached)? {
@@ -96,7 +96,7 @@ impl Equations<'_> {
         let mut choices: Vec<Choice> = Vec::new();
         for distance in reached {
             match distance.beyond {
-                Beyond::Zone => {
+                AdjacentPiece::Zone => {
                     let Some(pane) = distance.switch.pane() else {
                         continue;
                     };
@@ -119,7 +119,7 @@ impl Equations<'_> {
         piece: &Piece,
         from: &PathState,
         reached: &[Distance],
-    ) -> Result<Vec<Ray>, ProblemError> {
+    ) -> Result<Vec<HalfPath>, ProblemError> {
         let mut rays = Vec::new();
         for forward in [true, false] {
             let mut piece = piece.clone();
@@ -134,7 +134,7 @@ impl Equations<'_> {
                 }
                 let (left, is_inside) = self.ends_crossed(&piece, &state, reached)?;
                 if left.is_empty() {
-                    rays.push(Ray {
+                    rays.push(HalfPath {
                         state,
                         piece,
                         is_inside,
@@ -142,7 +142,10 @@ impl Equations<'_> {
                     break;
                 }
                 // The law at a node that begins to slip follows the way it slips.
-                if left.iter().any(|distance| distance.beyond == Beyond::Zone) {
+                if left
+                    .iter()
+                    .any(|distance| distance.beyond == AdjacentPiece::Zone)
+                {
                     break;
                 }
                 for distance in left {
@@ -171,10 +174,10 @@ impl Equations<'_> {
         let mut is_inside = true;
         for ((here, of_zone), of_law) in here.iter().zip(of_zones).zip(of_law) {
             let (rate, level) = match here.beyond {
-                Beyond::Zone | Beyond::Cap(_) => (of_zone, LEVEL),
-                Beyond::Negative { .. } | Beyond::Segment { .. } | Beyond::Fork { .. } => {
-                    (of_law, LAW_LEVEL)
-                }
+                AdjacentPiece::Zone | AdjacentPiece::Cap(_) => (of_zone, LEVEL),
+                AdjacentPiece::Negative { .. }
+                | AdjacentPiece::Segment { .. }
+                | AdjacentPiece::Fork { .. } => (of_law, LAW_LEVEL),
             };
             if here.value <= REACHED && rate < -level || here.value < -10.0 * REACHED {
                 crossed.push(*here);

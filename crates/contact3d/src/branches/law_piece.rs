@@ -1,7 +1,7 @@
 //! Smooth pieces of a friction law, and where they end.
 
 use super::{
-    piece::{Beyond, Distance, NodePiece, Switch},
+    piece::{AdjacentPiece, Distance, NodePiece, Switch},
     point::Member,
 };
 use crate::{
@@ -254,7 +254,7 @@ impl LawPieces<'_> {
                 out.push(Distance {
                     switch: Switch::Reversal(node, axis),
                     value: slip[axis] / unit,
-                    beyond: Beyond::Negative {
+                    beyond: AdjacentPiece::Negative {
                         axis,
                         negative: !piece.negative[axis],
                     },
@@ -270,7 +270,7 @@ impl LawPieces<'_> {
                     out.push(Distance {
                         switch: Switch::Knot(node, coefficient),
                         value: value / unit,
-                        beyond: Beyond::Segment {
+                        beyond: AdjacentPiece::Segment {
                             coefficient,
                             along,
                             segment,
@@ -313,7 +313,7 @@ impl LawPieces<'_> {
                 out.push(Distance {
                     switch: Switch::Knot(node, coefficient),
                     value: if way.is_finite() { way / unit } else { far },
-                    beyond: Beyond::Fork {
+                    beyond: AdjacentPiece::Fork {
                         coefficient,
                         fork: end.fork,
                         less: !end.less,

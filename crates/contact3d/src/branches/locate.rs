@@ -3,8 +3,8 @@
 use super::{
     corrector::{Along, PathState, unit},
     equations::Equations,
-    kink::{REACHED, Ray},
-    piece::{Beyond, Distance, Piece},
+    kink::{HalfPath, REACHED},
+    piece::{AdjacentPiece, Distance, Piece},
 };
 use crate::{
     linalg::{add_scaled, difference, dot, norm},
@@ -24,14 +24,14 @@ const MOST_TRIALS: usize = 80;
 const MARGIN: f64 = 0.02;
 
 /// A step between two points of one piece, as a function of the share of its chord.
-pub(super) struct Step<'e> {
+pub(super) struct Chord<'e> {
     pub(super) equations: &'e Equations<'e>,
     pub(super) piece: &'e Piece,
     pub(super) from: &'e PathState,
     pub(super) to: &'e PathState,
 }
 
-impl Step<'_> {
+impl Chord<'_> {
     /// The point whose projection on the chord lies at a share of it.
     pub(super) fn at(&self, share: f64) -> Result<Option<PathState>, ProblemError> {
         let chord = difference(&self.to.point, &self.from.point);
@@ -178,7 +178,7 @@ impl Equations<'_> {
         &self,
         piece: &Piece,
         place: &PathState,
-    ) -> Result<Vec<Ray>, ProblemError> {
+    ) -> Result<Vec<HalfPath>, ProblemError> {
         let mut rays = Vec::new();
         let Some(across) = self.second_null_vector(piece, place)? else {
             return Ok(rays);
@@ -211,7 +211,7 @@ impl Equations<'_> {
         guess: Vec<f64>,
         direction: &[f64],
         along: Along<'_>,
-    ) -> Result<Option<Ray>, ProblemError> {
+    ) -> Result<Option<HalfPath>, ProblemError> {
         let mut piece = piece.clone();
         for _ in 0..MOST_TURNS {
             let Some(state) = self.correct(&piece, guess.clone(), direction, along)? else {
@@ -220,13 +220,16 @@ impl Equations<'_> {
             let mut left = state.distances(self, &piece);
             left.retain(|distance| distance.value < -CROSSED);
             if left.is_empty() {
-                return Ok(Some(Ray {
+                return Ok(Some(HalfPath {
                     state,
                     piece,
                     is_inside: true,
                 }));
             }
-            if left.iter().any(|distance| distance.beyond == Beyond::Zone) {
+            if left
+                .iter()
+                .any(|distance| distance.beyond == AdjacentPiece::Zone)
+            {
                 return Ok(None);
             }
             for distance in left {

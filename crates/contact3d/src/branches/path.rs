@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::{
     corrector::PathState,
     equations::Equations,
-    kink::Ray,
-    locate::{OFF, Step},
+    kink::HalfPath,
+    locate::{Chord, OFF},
     piece::{Distance, Open, Piece, Switch},
     point::{PathPoint, PointKind},
     step::Advance,
@@ -69,21 +69,21 @@ pub enum PathEnd {
 }
 
 /// Where a path stands: the next step depends on nothing else.
-pub(super) struct Front {
+pub(super) struct PathFront {
     pub(super) state: PathState,
     pub(super) piece: Piece,
     pub(super) step: f64,
 }
 
 /// What sees the new points of every step, with the front behind them, what is still open, and why the path ends there.
-pub(super) type Observer<'o> = dyn FnMut(&[PathPoint], &Front, &Open, Option<PathEnd>) + 'o;
+pub(super) type Observer<'o> = dyn FnMut(&[PathPoint], &PathFront, &Open, Option<PathEnd>) + 'o;
 
 impl Equations<'_> {
     /// Follows a path from its front to its end; `start` is where it began and its tangent there, `done` the number of its points so far.
     /// Branch points put their other half paths into `open`.
     pub(super) fn follow(
         &self,
-        mut front: Front,
+        mut front: PathFront,
         start: &[Vec<f64>; 2],
         done: usize,
         open: &mut Open,
@@ -173,12 +173,12 @@ impl Equations<'_> {
     /// known, beyond which all has been or will be followed.
     fn turning_points(
         &self,
-        front: &Front,
+        front: &PathFront,
         to: &PathState,
         open: &mut Open,
     ) -> Result<(Vec<PathPoint>, bool), ProblemError> {
         let mut points = Vec::new();
-        let step = Step {
+        let step = Chord {
             equations: self,
             piece: &front.piece,
             from: &front.state,
@@ -206,7 +206,7 @@ impl Equations<'_> {
     /// Goes from one piece to the next; the end of the path where there is none.
     fn pass(
         &self,
-        front: &mut Front,
+        front: &mut PathFront,
         state: PathState,
         reached: Vec<Distance>,
         mut points: Vec<PathPoint>,
@@ -220,7 +220,7 @@ impl Equations<'_> {
             }
         }
         let mut rays = self.rays(&front.piece, &state, &reached)?;
-        let came = |ray: &Ray| dot(&ray.state.tangent, &state.tangent);
+        let came = |ray: &HalfPath| dot(&ray.state.tangent, &state.tangent);
         rays.retain(|ray| !ray.leads_back(&front.piece, &state.tangent));
         rays.sort_by(|a, b| came(a).total_cmp(&came(b)));
         let next = rays.pop();

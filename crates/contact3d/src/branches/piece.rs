@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    kink::Ray,
+    kink::HalfPath,
     path::{FIRST_STEP, RETURNED},
     point::{FrontRecord, PathOrigin},
 };
@@ -67,12 +67,12 @@ pub(super) struct Distance {
     pub(super) switch: Switch,
     pub(super) value: f64,
     /// What lies beyond.
-    pub(super) beyond: Beyond,
+    pub(super) beyond: AdjacentPiece,
 }
 
 /// What lies beyond one end of a piece.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Beyond {
+pub(super) enum AdjacentPiece {
     /// A pane changes between these zones.
     Zone,
     /// The cap is on or off.
@@ -95,17 +95,17 @@ pub(super) enum Beyond {
 
 impl Piece {
     /// Changes the law as `beyond` says at the place of a switch; zones are chosen elsewhere.
-    pub(super) fn pass(&mut self, switch: Switch, beyond: Beyond) {
+    pub(super) fn pass(&mut self, switch: Switch, beyond: AdjacentPiece) {
         match (switch, beyond) {
-            (Switch::Cap(pane), Beyond::Cap(capped)) => self.capped[pane] = capped,
-            (Switch::Reversal(node, _), Beyond::Negative { axis, negative }) => {
+            (Switch::Cap(pane), AdjacentPiece::Cap(capped)) => self.capped[pane] = capped,
+            (Switch::Reversal(node, _), AdjacentPiece::Negative { axis, negative }) => {
                 if let Some(piece) = &mut self.nodes[node] {
                     piece.negative[axis] = negative;
                 }
             }
             (
                 Switch::Knot(node, _),
-                Beyond::Segment {
+                AdjacentPiece::Segment {
                     coefficient,
                     along,
                     segment,
@@ -117,7 +117,7 @@ impl Piece {
             }
             (
                 Switch::Knot(node, _),
-                Beyond::Fork {
+                AdjacentPiece::Fork {
                     coefficient,
                     fork,
                     less,
@@ -147,7 +147,7 @@ pub(super) struct Open {
 }
 
 impl Open {
-    pub(super) fn keep(&mut self, rays: &[Ray]) {
+    pub(super) fn keep(&mut self, rays: &[HalfPath]) {
         let origin = PathOrigin::BranchPoint;
         let records = rays.iter().map(|ray| ray.record(origin, FIRST_STEP));
         self.rays.extend(records);

@@ -8,8 +8,8 @@ use super::{
     corrector::PathState,
     ends::ParameterRange,
     equations::Equations,
-    kink::Ray,
-    path::Front,
+    kink::HalfPath,
+    path::PathFront,
     piece::{NodePiece, Piece, Switch},
 };
 use crate::{
@@ -203,7 +203,10 @@ impl FrontRecord {
     }
 
     /// The front again; `None` where the record does not fit the problem.
-    pub(super) fn front(&self, equations: &Equations<'_>) -> Result<Option<Front>, ProblemError> {
+    pub(super) fn front(
+        &self,
+        equations: &Equations<'_>,
+    ) -> Result<Option<PathFront>, ProblemError> {
         let zone = |letter: char| match letter {
             'o' => Some(Zone::Open),
             't' => Some(Zone::Stick),
@@ -231,7 +234,7 @@ impl FrontRecord {
         let Some((member, evaluated)) = equations.at(&piece, &self.point)? else {
             return Ok(None);
         };
-        Ok(Some(Front {
+        Ok(Some(PathFront {
             state: PathState {
                 point: self.point.clone(),
                 tangent: self.tangent.clone(),
@@ -246,7 +249,7 @@ impl FrontRecord {
     }
 }
 
-impl Ray {
+impl HalfPath {
     pub(super) fn record(&self, origin: PathOrigin, step: f64) -> FrontRecord {
         FrontRecord::of(origin, &self.state, &self.piece, step)
     }

@@ -26,7 +26,7 @@ const OPERATIONS: f64 = 4e10;
 const STARTS: [f64; 2] = [6.0, 256.0];
 
 /// Solutions at one value of the parameter.
-pub(super) struct Found {
+pub(super) struct FoundSolutions {
     /// (y, s) of each.
     pub(super) points: Vec<Vec<f64>>,
     /// The proof that they are all, or why there is none.
@@ -41,7 +41,7 @@ impl Equations<'_> {
         s: f64,
         known: &[Vec<f64>],
         round: usize,
-    ) -> Result<Found, ProblemError> {
+    ) -> Result<FoundSolutions, ProblemError> {
         let member = self.family.member(s)?;
         let point = |multiplier: &[f64]| {
             let scaled = multiplier.iter().map(|l| l / self.stress);
@@ -52,7 +52,7 @@ impl Equations<'_> {
             None => (Vec::new(), Err(Undecided::NotCovered)),
         };
         if certificate.is_ok() {
-            return Ok(Found {
+            return Ok(FoundSolutions {
                 points: multipliers.iter().map(|one| point(one)).collect(),
                 certificate,
             });
@@ -111,7 +111,7 @@ impl Equations<'_> {
                 }
             }
         }
-        Ok(Found {
+        Ok(FoundSolutions {
             points: found,
             certificate,
         })

@@ -3,7 +3,7 @@
 use super::{
     corrector::Along,
     equations::Equations,
-    kink::{REACHED, Ray},
+    kink::{HalfPath, REACHED},
 };
 use crate::{
     problem::ProblemError,
@@ -15,7 +15,7 @@ use crate::{
 const INSIDE: [f64; 3] = [1e-3, 1e-2, 0.1];
 
 /// Half paths from the solver's answer at the start of the range, or, where no path can be told there, from one a little inside.
-pub(super) fn solver_rays(equations: &Equations<'_>) -> Result<Vec<Ray>, ProblemError> {
+pub(super) fn solver_rays(equations: &Equations<'_>) -> Result<Vec<HalfPath>, ProblemError> {
     let mut last = Status::Converged;
     for s in [0.0].into_iter().chain(INSIDE) {
         let solution = solved(equations, s)?;
@@ -48,7 +48,7 @@ fn solved(equations: &Equations<'_>, s: f64) -> Result<Solution, ProblemError> {
 pub(super) fn rays_from(
     equations: &Equations<'_>,
     point: &[f64],
-) -> Result<Vec<Ray>, ProblemError> {
+) -> Result<Vec<HalfPath>, ProblemError> {
     let last = point.len() - 1;
     let s = point[last];
     let member = equations.family.member(s)?;
@@ -74,7 +74,7 @@ pub(super) fn rays_from(
                     state.turn();
                 }
                 let piece = piece.clone();
-                rays.push(Ray {
+                rays.push(HalfPath {
                     state,
                     piece,
                     is_inside: true,

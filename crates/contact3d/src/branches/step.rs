@@ -3,8 +3,8 @@
 use super::{
     corrector::{Along, PathState},
     equations::Equations,
-    locate::{CROSSED, LOCATED, Step},
-    path::{Front, STRAIGHT},
+    locate::{CROSSED, Chord, LOCATED},
+    path::{PathFront, STRAIGHT},
     piece::{Distance, Piece},
 };
 use crate::{
@@ -35,7 +35,7 @@ pub(super) enum Advance {
 
 impl Equations<'_> {
     /// One step of the front's length, cut at the end of the range and at the first end of the piece.
-    pub(super) fn advance(&self, front: &Front) -> Result<Advance, ProblemError> {
+    pub(super) fn advance(&self, front: &PathFront) -> Result<Advance, ProblemError> {
         let (from, piece) = (&front.state, &front.piece);
         let mut guess = from.point.clone();
         add_scaled(&mut guess, front.step, &from.tangent);
@@ -71,7 +71,7 @@ impl Equations<'_> {
                 false => Advance::Point(state),
             });
         }
-        let step = Step {
+        let step = Chord {
             equations: self,
             piece,
             from,
@@ -105,7 +105,7 @@ impl Equations<'_> {
 
     /// The point of the piece near a guess on the tangent; where R' is almost singular, as near a branch point, and the nearest one is not
     /// found, the one straight ahead.
-    fn ahead(&self, front: &Front, guess: Vec<f64>) -> Result<Option<PathState>, ProblemError> {
+    fn ahead(&self, front: &PathFront, guess: Vec<f64>) -> Result<Option<PathState>, ProblemError> {
         let tangent = &front.state.tangent;
         let nearest = self.correct(&front.piece, guess.clone(), tangent, Along::Nearest)?;
         if nearest.is_some() {
@@ -118,7 +118,7 @@ impl Equations<'_> {
     /// The point of a piece at the end of the range that lies between two points.
     fn at_range_end(
         &self,
-        front: &Front,
+        front: &PathFront,
         from: &[f64],
         to: &[f64],
     ) -> Result<Option<PathState>, ProblemError> {

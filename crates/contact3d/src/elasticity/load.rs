@@ -46,7 +46,7 @@ impl<'a> Loads<'a> {
         for (i, traction) in self.tractions.iter().enumerate() {
             let key = format!("traction.{i}.value");
             for facet in mesh.facets_on(&traction.face) {
-                let side = Side::of(mesh, facet);
+                let side = LoadedTriangle::of(mesh, facet);
                 for (component, value) in traction.value.iter().enumerate() {
                     for (node, share) in side.integrals(value, &key)? {
                         load[node][component] += share;
@@ -57,7 +57,7 @@ impl<'a> Loads<'a> {
         for (i, pressure) in self.pressures.iter().enumerate() {
             let key = format!("pressure.{i}.value");
             for facet in mesh.facets_on(&pressure.face) {
-                let side = Side::of(mesh, facet);
+                let side = LoadedTriangle::of(mesh, facet);
                 for (node, share) in side.normal_integrals(&pressure.value, &key)? {
                     for c in 0..3 {
                         load[node][c] -= share[c];
@@ -73,7 +73,7 @@ impl<'a> Loads<'a> {
 }
 
 /// A boundary triangle to integrate over.
-enum Side {
+enum LoadedTriangle {
     /// Three nodes.
     Linear {
         nodes: [usize; 3],
@@ -86,7 +86,7 @@ enum Side {
     },
 }
 
-impl Side {
+impl LoadedTriangle {
     fn of(mesh: &Mesh, facet: usize) -> Self {
         let corners = mesh.facets[facet];
         match mesh.quadratic_side(facet) {

@@ -22,7 +22,7 @@ const PARALLEL_NODES: usize = 2000;
 const ACROSS: f64 = 1e-6;
 
 /// Adjacency and cell-scaled coordinates of some nodes of the mesh, numbered from 0.
-pub(super) struct Part {
+pub(super) struct Subgraph {
     /// The mesh's number of each node.
     nodes: Vec<usize>,
     /// Start of each node's neighbours.
@@ -55,7 +55,7 @@ pub(crate) fn nested_dissection(
     if indptr.len() != nodes + 1 || !rising || !ends || indices.iter().any(|&node| node >= nodes) {
         return Err(OrderingError::NotAGraph { nodes });
     }
-    Part::whole(indptr, indices, points).dissect()
+    Subgraph::whole(indptr, indices, points).dissect()
 }
 
 /// The ordering of unknowns that takes each node's unknowns together, new → old.
@@ -69,7 +69,7 @@ pub(crate) fn expand_to_unknowns<I: IntoIterator<Item = usize>>(
     node_order.iter().flat_map(|&node| unknowns(node)).collect()
 }
 
-impl Part {
+impl Subgraph {
     /// The whole mesh, its graph made symmetric and free of loops.
     fn whole(indptr: &[usize], indices: &[usize], points: &[[f64; 3]]) -> Self {
         let mut neighbours: Vec<Vec<usize>> = vec![Vec::new(); points.len()];

@@ -22,7 +22,7 @@ const CHUNK_COLUMNS: usize = 144;
 
 /// Some columns of L⁻¹ on one supernode.
 #[derive(Clone, Debug)]
-pub(super) struct Part<T> {
+pub(super) struct SupernodeColumns<T> {
     pub(super) supernode: usize,
     /// The right-hand sides that reach it, ascending.
     pub(super) columns: Vec<usize>,
@@ -33,8 +33,8 @@ pub(super) struct Part<T> {
 /// What the solved part of a subtree subtracts from the rows below its root, column-major, shape
 /// (rows below, columns).
 #[derive(Clone, Debug)]
-pub(super) struct Boundary<T> {
-    /// Index of the root's [`Part`].
+pub(super) struct Frontier<T> {
+    /// Index of the root's [`SupernodeColumns`].
     pub(super) root: usize,
     pub(super) update: Vec<T>,
 }
@@ -43,12 +43,12 @@ pub(super) struct Boundary<T> {
 #[derive(Clone, Debug)]
 pub(super) struct HalfSolved<T> {
     /// One part for each reached supernode, ascending.
-    pub(super) parts: Vec<Part<T>>,
+    pub(super) parts: Vec<SupernodeColumns<T>>,
     /// The updates left at the roots of the solved forest that have rows below.
-    pub(super) boundaries: Vec<Boundary<T>>,
+    pub(super) boundaries: Vec<Frontier<T>>,
 }
 
-impl<T: Scalar> Part<T> {
+impl<T: Scalar> SupernodeColumns<T> {
     /// Number of columns of the supernode.
     pub(super) fn width(&self) -> usize {
         self.values.len() / self.columns.len()
@@ -109,14 +109,14 @@ impl<T: Scalar> CholeskyFactor<T> {
             .filter(|&k| plan.parent[k].is_none())
             .filter_map(|root| {
                 let update = self.update_of(plan.reached[root].0, &fronts[root]);
-                (!update.is_empty()).then_some(Boundary { root, update })
+                (!update.is_empty()).then_some(Frontier { root, update })
             })
             .collect();
         let parts = plan
             .reached
             .into_iter()
             .zip(own)
-            .map(|((supernode, columns), values)| Part {
+            .map(|((supernode, columns), values)| SupernodeColumns {
                 supernode,
                 columns,
                 values,

@@ -1,7 +1,7 @@
 //! Vertex separators of a part of a mesh: every cut of a few sweeps over its nodes is weighed, the
 //! cheapest is taken.
 
-use super::dissection::Part;
+use super::dissection::Subgraph;
 
 /// The sweeps that look at coordinates go along the axes and the body diagonals: even nodes of the
 /// mesh of five tetrahedra per cube form a face-centred lattice, whose sparsest planes are {111}.
@@ -44,7 +44,7 @@ struct Cut {
 
 /// The cheapest separator found, or `None` when every cut leaves a side empty or takes half of the
 /// nodes.
-pub(super) fn best_split(part: &Part) -> Option<Split> {
+pub(super) fn best_split(part: &Subgraph) -> Option<Split> {
     let planes = DIRECTIONS
         .iter()
         .map(|direction| places_along(part, direction));
@@ -67,7 +67,7 @@ fn cost(separator: usize, first: usize, second: usize) -> f64 {
 }
 
 /// Number of the plane across `direction` each node lies in.
-fn places_along(part: &Part, direction: &[f64; 3]) -> Vec<i64> {
+fn places_along(part: &Subgraph, direction: &[f64; 3]) -> Vec<i64> {
     let place = |point: &[f64; 3]| point.iter().zip(direction).map(|(x, d)| x * d).sum::<f64>();
     part.points
         .iter()
@@ -77,7 +77,7 @@ fn places_along(part: &Part, direction: &[f64; 3]) -> Vec<i64> {
 
 /// Breadth-first level of each node from a pseudo-peripheral one; further components follow with
 /// higher levels.
-fn levels(part: &Part) -> Vec<i64> {
+fn levels(part: &Subgraph) -> Vec<i64> {
     let mut level = vec![-1; part.len()];
     let mut next_level = 0;
     for start in 0..part.len() {
@@ -95,7 +95,7 @@ fn levels(part: &Part) -> Vec<i64> {
 
 /// Numbers the levels of one component from `start` on; returns its nodes in the order they were
 /// met.
-fn breadth_first(part: &Part, start: usize, first_level: i64, level: &mut [i64]) -> Vec<usize> {
+fn breadth_first(part: &Subgraph, start: usize, first_level: i64, level: &mut [i64]) -> Vec<usize> {
     let mut met = vec![start];
     level[start] = first_level;
     let mut done = 0;
@@ -127,7 +127,7 @@ fn ranks(places: &[i64]) -> Vec<usize> {
 /// The cheapest cut of a sweep. The boundary sizes of all cuts come from one pass: a node belongs
 /// to the boundary of the far side of the cuts between its first neighbour and itself, and of the
 /// near side of those between itself and its last.
-fn best_cut(part: &Part, rank: &[usize]) -> Option<Cut> {
+fn best_cut(part: &Subgraph, rank: &[usize]) -> Option<Cut> {
     let nodes = part.len();
     let mut after = vec![0_isize; nodes + 2];
     let mut before = vec![0_isize; nodes + 2];
@@ -175,7 +175,7 @@ fn best_cut(part: &Part, rank: &[usize]) -> Option<Cut> {
     best
 }
 
-fn split_at(part: &Part, cut: &Cut, rank: &[usize]) -> Split {
+fn split_at(part: &Subgraph, cut: &Cut, rank: &[usize]) -> Split {
     let mut split = Split {
         first: vec![],
         second: vec![],

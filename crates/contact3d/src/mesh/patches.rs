@@ -33,7 +33,7 @@ pub(super) fn build(
     carriers: &[[usize; 3]],
     is_free: impl Fn(usize) -> bool,
 ) -> Result<Vec<usize>, Invalid> {
-    let surface = Surface::new(coordinates, triangles, carriers, is_free);
+    let surface = Adjacency::new(coordinates, triangles, carriers, is_free);
     if surface.inner.is_empty() {
         let found = format!(
             "{} triangles whose nodes are all on its edge or held",
@@ -56,20 +56,20 @@ fn unusable(found: String) -> Invalid {
 }
 
 /// Contact triangles with what lies next to what.
-struct Surface<'a> {
+struct Adjacency<'a> {
     triangles: &'a [[usize; 3]],
     area: Vec<f64>,
     centre: Vec<Vector3<f64>>,
     /// Triangles across the edges of each triangle.
     next: Vec<Vec<usize>>,
     /// The free nodes inside the face.
-    inner: BTreeMap<usize, Inner>,
+    inner: BTreeMap<usize, InnerNode>,
     /// Mean area of the stars of these nodes.
     mean_star: f64,
 }
 
 /// A free node inside the contact face.
-struct Inner {
+struct InnerNode {
     at: Vector3<f64>,
     star: Vec<usize>,
     neighbours: BTreeSet<usize>,
@@ -78,7 +78,7 @@ struct Inner {
     row_rank: usize,
 }
 
-impl<'a> Surface<'a> {
+impl<'a> Adjacency<'a> {
     fn new(
         coordinates: &[[f64; 3]],
         triangles: &'a [[usize; 3]],
@@ -106,7 +106,7 @@ impl<'a> Surface<'a> {
                 if edge_nodes.contains(&node) || !is_free(node) {
                     continue;
                 }
-                let inner = surface.inner.entry(node).or_insert_with(|| Inner {
+                let inner = surface.inner.entry(node).or_insert_with(|| InnerNode {
                     at: coordinates[node].into(),
                     star: Vec::new(),
                     neighbours: BTreeSet::new(),
@@ -133,9 +133,9 @@ impl<'a> Surface<'a> {
         let places = self.inner.values().map(|inner| inner.at);
         let low = places.reduce(|a, b| a.inf(&b)).unwrap_or_default();
         let row = |at: &Vector3<f64>, axis: usize| ((at[axis] - low[axis]) / height) as u64;
-        let mut ranked: Vec<&mut Inner> = self.inner.values_mut().collect();
+        let mut ranked: Vec<&mut InnerNode> = self.inner.values_mut().collect();
         ranked.sort_by(|a, b| {
-            let rows = |inner: &Inner| (row(&inner.at, 2), row(&inner.at, 1));
+            let rows = |inner: &InnerNode| (row(&inner.at, 2), row(&inner.at, 1));
             let along = |i: usize| a.at[i].total_cmp(&b.at[i]);
             let rows = rows(a).cmp(&rows(b));
             rows.then(along(0)).then(along(1)).then(along(2))

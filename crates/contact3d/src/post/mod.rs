@@ -149,7 +149,7 @@ impl ContactReport {
 
     fn with(
         solved: &Solved<'_>,
-        estimate: impl FnOnce(&Solved<'_>, &estimate::Known<'_>) -> ErrorEstimate,
+        estimate: impl FnOnce(&Solved<'_>, &estimate::SolutionData<'_>) -> ErrorEstimate,
     ) -> Result<Self, Invalid> {
         let friction = solved.contact.as_ref();
         let friction = friction.and_then(|contact| contact.friction(solved));
@@ -168,7 +168,7 @@ impl ContactReport {
         let terms = rounding::terms(solved);
         let resultants = Resultants::new(solved, &terms, &displacement, &forces, &internal.forces);
         let rounding_energy = rounding::of_energy(solved, &terms, &displacement, &forces);
-        let known = estimate::Known {
+        let known = estimate::SolutionData {
             displacement: &displacement,
             internal: &internal,
             panes: &panes,

@@ -3,7 +3,7 @@
 use super::Symmetry;
 use crate::scene::{
     Coefficient, Formula, Friction, Grid, Invalid, LAW_VARIABLES, LawPoint, Material, POSITION,
-    Part, Quantity, Ramp, Scene, SlipDerivative, Spring, Table, Target, replace_names,
+    Part, Quantity, Ramp, Scene, SlipDerivative, Spring, SteppedValue, Table, replace_names,
 };
 
 /// Factors by which numbers change when units do. All three are free: linear elasticity scales with
@@ -61,9 +61,9 @@ impl Scaling {
         }
         scaled.map_step_values(|target, values| {
             let factor = match target {
-                Target::Traction(_) | Target::Pressure(_) => self.stress,
-                Target::BodyForce => self.stress / self.length,
-                Target::Gap(_) | Target::Clamp(_) => self.displacement,
+                SteppedValue::Traction(_) | SteppedValue::Pressure(_) => self.stress,
+                SteppedValue::BodyForce => self.stress / self.length,
+                SteppedValue::Gap(_) | SteppedValue::Clamp(_) => self.displacement,
             };
             let values = values.iter().map(|value| self.quantity(value, factor));
             values.collect()

@@ -19,7 +19,7 @@ pub struct Increment {
 
 /// Something that a step may change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Target {
+pub(crate) enum SteppedValue {
     Traction(usize),
     Pressure(usize),
     BodyForce,
@@ -29,12 +29,12 @@ pub(crate) enum Target {
 
 /// What a target has at the end of a step: a factor of a value.
 #[derive(Debug, Clone, PartialEq)]
-struct Held {
+struct EndValue {
     value: Vec<Quantity>,
     factor: f64,
 }
 
-impl Target {
+impl SteppedValue {
     /// The key that a step may name it by.
     fn key(self, scene: &Scene) -> String {
         match self {
@@ -188,13 +188,13 @@ impl Scene {
     }
 
     /// What all targets have when a step begins and when it ends.
-    fn ends_of(&self, step: usize) -> Result<[BTreeMap<Target, Held>; 2], Invalid> {
+    fn ends_of(&self, step: usize) -> Result<[BTreeMap<SteppedValue, EndValue>; 2], Invalid> {
         let mut scene = self.clone();
-        let mut held: BTreeMap<Target, Held> = self
+        let mut held: BTreeMap<SteppedValue, EndValue> = self
             .targets()
             .into_iter()
             .map(|target| {
-                let first = Held {
+                let first = EndValue {
                     value: target.values(&mut scene).to_vec(),
                     factor: target.first_factor(),
                 };
@@ -217,7 +217,7 @@ impl Scene {
         &self,
         k: usize,
         given: &Step,
-        held: &mut BTreeMap<Target, Held>,
+        held: &mut BTreeMap<SteppedValue, EndValue>,
     ) -> Result<(), Invalid> {
         for (name, value) in &given.value {
             let target = self.target(&format!("step.{k}.value"), name)?;
@@ -240,7 +240,7 @@ impl Scene {
                         ),
                     });
                 }
-                *now = Held {
+                *now = EndValue {
                     value: value.components().to_vec(),
                     factor: 1.0,
                 };
@@ -256,29 +256,32 @@ impl Scene {
     }
 
     /// All that steps of this scene may change.
-    fn targets(&self) -> Vec<Target> {
-        let mut targets: Vec<Target> = (0..self.tractions.len()).map(Target::Traction).collect();
-        targets.extend((0..self.pressures.len()).map(Target::Pressure));
-        targets.extend(self.body_force.as_ref().map(|_| Target::BodyForce));
-        targets.extend((0..self.clamps.len()).map(Target::Clamp));
-        targets.extend((0..self.contacts.len()).map(Target::Gap));
+    fn targets(&self) -> Vec<SteppedValue> {
+        let mut targets: Vec<SteppedValue> = (0..self.tractions.len())
+            .map(SteppedValue::Traction)
+            .collect();
+        targets.extend((0..self.pressures.len()).map(SteppedValue::Pressure));
+        targets.extend(self.body_force.as_ref().map(|_| SteppedValue::BodyForce));
+        targets.extend((0..self.clamps.len()).map(SteppedValue::Clamp));
+        targets.extend((0..self.contacts.len()).map(SteppedValue::Gap));
         targets
     }
 
-    fn name_of(&self, target: Target) -> Option<&str> {
+    fn name_of(&self, target: SteppedValue) -> Option<&str> {
         match target {
-            Target::Traction(i) => self.tractions[i].name.as_deref(),
-            Target::Pressure(i) => self.pressures[i].name.as_deref(),
-            Target::Clamp(i) => self.clamps[i].name.as_deref(),
-            Target::BodyForce | Target::Gap(_) => None,
+            SteppedValue::Traction(i) => self.tractions[i].name.as_deref(),
+            SteppedValue::Pressure(i) => self.pressures[i].name.as_deref(),
+            SteppedValue::Clamp(i) => self.clamps[i].name.as_deref(),
+            SteppedValue::BodyForce | SteppedValue::Gap(_) => None,
         }
     }
 
     /// What a name or a key in a step stands for.
-    fn target(&self, at: &str, name: &str) -> Result<Target, Invalid> {
+    fn target(&self, at: &str, name: &str) -> Result<SteppedValue, Invalid> {
         let targets = self.targets();
-        let is_meant =
-            |target: &&Target| target.key(self) == name || self.name_of(**target) == Some(name);
+        let is_meant = |target: &&SteppedValue| {
+            target.key(self) == name || self.name_of(**target) == Some(name)
+        };
         targets.iter().find(is_meant).copied().ok_or_else(|| {
             let known = targets.iter().map(|target| match self.name_of(*target) {
                 Some(name) => format!("\"{name}\""),
@@ -302,7 +305,7 @@ impl Scene {
     /// Those of `by`.
     pub(crate) fn map_step_values(
         &mut self,
-        by: impl Fn(Target, &[Quantity]) -> Result<Vec<Quantity>, Invalid>,
+        by: impl Fn(SteppedValue, &[Quantity]) -> Result<Vec<Quantity>, Invalid>,
     ) -> Result<(), Invalid> {
         let mut steps = std::mem::take(&mut self.steps);
         for (k, step) in steps.iter_mut().enumerate() {
@@ -329,7 +332,7 @@ impl Scene {
 }
 
 /// The values at a share of the way from one end of a step to the other; why there are none otherwise.
-fn between(before: &Held, after: &Held, share: f64) -> Result<Vec<Quantity>, String> {
+fn between(before: &EndValue, after: &EndValue, share: f64) -> Result<Vec<Quantity>, String> {
     if share >= 1.0 {
         return after
             .value

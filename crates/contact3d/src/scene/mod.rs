@@ -48,7 +48,7 @@ pub use function::{LawFunction, PlaceFunction};
 pub use load::{BodyForce, Clamp, Component, Pressure, Traction};
 pub use load::{Spring, SpringStiffness};
 pub use load_path::Increment;
-pub(crate) use load_path::Target;
+pub(crate) use load_path::SteppedValue;
 pub use material::{Isotropic, Material, Orthotropic, Part, Region, Voigt};
 pub use obstacle::{Cylinder, Direction, HalfSpace, Height, Obstacle, Side, Sphere};
 pub use parser_words::number_limit;

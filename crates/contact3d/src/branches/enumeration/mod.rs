@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 
 use self::{
     interval::Interval,
-    search::{Outcome, search},
+    search::{StateSolutions, search},
     small_problem::{Numbers, SmallProblem, UNCERTAIN},
     states::{Chart, State, choices},
     straight_law::{NodeLaw, StraightLines},
@@ -130,20 +130,20 @@ pub(super) fn enumerated(member: &Member) -> Option<Enumerated> {
         })
         .collect();
     let all: Vec<Vec<State>> = choices(&of_panes).collect();
-    let outcomes: Vec<Outcome> = all
+    let outcomes: Vec<StateSolutions> = all
         .into_par_iter()
         .map(|states| match System::new(&problem, states) {
             Some(system) => search(&system, MOST_BOXES),
-            None => Outcome {
+            None => StateSolutions {
                 undecided: Some(Undecided::Irregular),
-                ..Outcome::default()
+                ..StateSolutions::default()
             },
         })
         .collect();
     Some(gathered(&problem, member, &outcomes))
 }
 
-fn gathered(problem: &SmallProblem, member: &Member, outcomes: &[Outcome]) -> Enumerated {
+fn gathered(problem: &SmallProblem, member: &Member, outcomes: &[StateSolutions]) -> Enumerated {
     let solutions = outcomes.iter().flat_map(|outcome| &outcome.solutions);
     let certain: Vec<_> = solutions.filter(|solution| solution.margin > 0.0).collect();
     let sizes = |of: fn(Interval) -> f64| {

@@ -24,7 +24,7 @@ const MOST_STEPS: usize = 30;
 
 /// What was found for one choice of states.
 #[derive(Default)]
-pub(super) struct Outcome {
+pub(super) struct StateSolutions {
     pub(super) solutions: Vec<Solution>,
     /// Boxes that were looked at.
     pub(super) boxes: usize,
@@ -49,8 +49,8 @@ struct Zero {
 }
 
 /// Cuts the whole box until each part has no solution or exactly one; at most so many boxes.
-pub(super) fn search(system: &System<'_>, most_boxes: usize) -> Outcome {
-    let mut outcome = Outcome::default();
+pub(super) fn search(system: &System<'_>, most_boxes: usize) -> StateSolutions {
+    let mut outcome = StateSolutions::default();
     let whole = &system.whole;
     let mut zeros: Vec<Zero> = Vec::new();
     let mut open = vec![whole.clone()];

@@ -29,7 +29,7 @@ pub(super) enum Chart {
 }
 
 /// A direction and its derivative by t.
-pub(super) struct Direction {
+pub(super) struct SlipDirection {
     pub(super) along: [Interval; 2],
     pub(super) turning: [Interval; 2],
 }
@@ -78,12 +78,12 @@ impl Chart {
     }
 
     /// The direction at t, which an axis does not have.
-    pub(super) fn direction(self, t: Interval) -> Direction {
+    pub(super) fn direction(self, t: Interval) -> SlipDirection {
         match self {
             Self::Axis { axis, negative } => {
                 let mut along = [Interval::ZERO; 2];
                 along[axis] = Interval::ONE;
-                Direction {
+                SlipDirection {
                     along: along.map(|e| if negative { -e } else { e }),
                     turning: [Interval::ZERO; 2],
                 }
@@ -93,7 +93,7 @@ impl Chart {
                 let [c, s] = TURNED.map(|v| Interval::around(v, f64::EPSILON));
                 let turned = [c * circle[0] - s * circle[1], s * circle[0] + c * circle[1]];
                 let along = turned.map(|e| if negative { -e } else { e });
-                Direction {
+                SlipDirection {
                     along,
                     turning: [-(along[1] * speed), along[0] * speed],
                 }

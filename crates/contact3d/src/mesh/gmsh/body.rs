@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::{GmshError, contents::Contents, groups::Element};
+use super::{GmshError, contents::Contents, groups::MeshElement};
 use crate::{mesh::IsoparametricMap, reference::TETRAHEDRON_EDGES};
 
 /// The tetrahedra of a file on nodes numbered by increasing tag; unused nodes are dropped.
@@ -59,7 +59,7 @@ impl Body {
     }
 
     /// Refuses edges with two nodes in the middle and curved tetrahedra that fold.
-    fn check_middles(&self, elements: &[Element<4>]) -> Result<(), GmshError> {
+    fn check_middles(&self, elements: &[MeshElement<4>]) -> Result<(), GmshError> {
         let mut known = HashMap::new();
         let middles = self.mid_edges.iter().flatten();
         for ((corners, middles), element) in self.tetrahedra.iter().zip(middles).zip(elements) {
@@ -97,7 +97,7 @@ impl Body {
         Some([find(tags[0])?, find(tags[1])?, find(tags[2])?])
     }
 
-    fn orient(&mut self, elements: &[Element<4>]) -> Result<(), GmshError> {
+    fn orient(&mut self, elements: &[MeshElement<4>]) -> Result<(), GmshError> {
         let mut inverted = Vec::new();
         for (t, (nodes, element)) in self.tetrahedra.iter().zip(elements).enumerate() {
             let (ratio, rounding) = relative_volume(&nodes.map(|n| self.coordinates[n]));
@@ -134,7 +134,7 @@ impl Body {
 /// Indices of an element's nodes in the file; they must be listed and differ.
 pub(super) fn listed_nodes<const K: usize>(
     contents: &Contents,
-    element: &Element<K>,
+    element: &MeshElement<K>,
 ) -> Result<[usize; K], GmshError> {
     listed_tags(contents, element, &element.nodes)
 }
@@ -142,7 +142,7 @@ pub(super) fn listed_nodes<const K: usize>(
 /// Indices of nodes of an element; they must be listed and differ.
 fn listed_tags<const K: usize, const N: usize>(
     contents: &Contents,
-    element: &Element<K>,
+    element: &MeshElement<K>,
     tags: &[u64; N],
 ) -> Result<[usize; N], GmshError> {
     let mut nodes = [0; N];

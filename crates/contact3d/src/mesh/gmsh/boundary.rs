@@ -25,9 +25,9 @@ impl Boundary {
     /// Matches the triangles of all tetrahedra: two tetrahedra share a triangle from opposite
     /// sides, or it is on the boundary. So a third one at a triangle overlaps one of the two.
     pub(super) fn new(body: &Body, contents: &Contents) -> Result<Self, GmshError> {
-        let mut sides: Vec<Side> = (0..body.tetrahedra.len())
+        let mut sides: Vec<TetrahedronSide> = (0..body.tetrahedra.len())
             .flat_map(|t| (0..4).map(move |local| (t, local)))
-            .map(|(t, local)| Side {
+            .map(|(t, local)| TetrahedronSide {
                 key: sorted(triangles(&body.tetrahedra[t])[local]),
                 tetrahedron: t,
                 local,
@@ -82,7 +82,7 @@ impl Boundary {
 
 /// One of the four triangles of a tetrahedron.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Side {
+struct TetrahedronSide {
     /// Its nodes in increasing order.
     key: [usize; 3],
     tetrahedron: usize,
@@ -95,14 +95,14 @@ fn triangles(&[a, b, c, d]: &[usize; 4]) -> [[usize; 3]; 4] {
 }
 
 /// Whether the outward order of a side is an even permutation of the increasing one.
-fn is_even(body: &Body, side: &Side) -> bool {
+fn is_even(body: &Body, side: &TetrahedronSide) -> bool {
     let [a, b, c] = triangles(&body.tetrahedra[side.tetrahedron])[side.local];
     !((a > b) ^ (b > c) ^ (a > c))
 }
 
 /// The error for sides that share a triangle although two of them are on the same side of it.
-fn overlap(body: &Body, contents: &Contents, shared: &[Side]) -> GmshError {
-    let corners = |side: &Side| {
+fn overlap(body: &Body, contents: &Contents, shared: &[TetrahedronSide]) -> GmshError {
+    let corners = |side: &TetrahedronSide| {
         let mut nodes = body.tetrahedra[side.tetrahedron];
         nodes.sort_unstable();
         nodes

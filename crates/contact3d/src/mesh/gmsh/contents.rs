@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::{
-    GmshError, Place,
-    groups::{Element, Kind, MIDDLES, MOST_NODES, Order},
+    FilePosition, GmshError,
+    groups::{ElementKind, MIDDLES, MOST_NODES, MeshElement, Order},
     scanner::{Encoding, Scanner, shown},
     v2, v4,
 };
@@ -16,10 +16,10 @@ pub(super) struct Contents {
     /// Index of each node by its tag.
     pub(super) node_of_tag: HashMap<u64, usize>,
     pub(super) coordinates: Vec<[f64; 3]>,
-    pub(super) tetrahedra: Vec<Element<4>>,
+    pub(super) tetrahedra: Vec<MeshElement<4>>,
     /// Node tags of the mid-edge nodes of each tetrahedron in our order; empty in a mesh of linear ones.
     pub(super) middles: Vec<[u64; 6]>,
-    pub(super) triangles: Vec<Element<3>>,
+    pub(super) triangles: Vec<MeshElement<3>>,
     /// The sets of physical groups that elements are in, increasing; the first one is empty.
     pub(super) memberships: Vec<Vec<i64>>,
     /// Names of physical groups by dimension and tag.
@@ -126,7 +126,7 @@ impl Contents {
     /// Adds a node; its tag must be new and its coordinates finite.
     pub(super) fn push_node(
         &mut self,
-        place: Place,
+        place: FilePosition,
         tag: u64,
         at: [f64; 3],
     ) -> Result<(), GmshError> {
@@ -149,8 +149,8 @@ impl Contents {
     pub(super) fn read_element(
         &mut self,
         scanner: &mut Scanner,
-        (place, tag): (Place, u64),
-        kind: Kind,
+        (place, tag): (FilePosition, u64),
+        kind: ElementKind,
         membership: usize,
     ) -> Result<(), GmshError> {
         let mut nodes = [0; MOST_NODES];
@@ -159,18 +159,18 @@ impl Contents {
         }
         let [a, b, c, d, ..] = nodes;
         match kind {
-            Kind::Point | Kind::Line(_) => {}
-            Kind::Triangle(_) => self.triangles.push(Element {
+            ElementKind::Point | ElementKind::Line(_) => {}
+            ElementKind::Triangle(_) => self.triangles.push(MeshElement {
                 tag,
                 place,
                 nodes: [a, b, c],
                 membership,
             }),
-            Kind::Tetrahedron(order) => {
+            ElementKind::Tetrahedron(order) => {
                 if order == Order::Second {
                     self.middles.push(MIDDLES.map(|k| nodes[k]));
                 }
-                self.tetrahedra.push(Element {
+                self.tetrahedra.push(MeshElement {
                     tag,
                     place,
                     nodes: [a, b, c, d],

@@ -7,14 +7,14 @@ use thiserror::Error;
 
 /// Where something stands in a mesh file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
+pub enum FilePosition {
     /// Line of a text file, from 1.
     Line(usize),
     /// Byte of a binary file, from 0.
     Byte(usize),
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for FilePosition {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Line(line) => write!(f, "line {line}"),
@@ -58,20 +58,20 @@ pub enum GmshError {
     /// A version other than 2.2 and 4.1.
     #[error("{place}: expected MSH format 4.1 or 2.2, found {found}")]
     #[diagnostic(help("save it again: gmsh part.geo -3 -format msh41 -o part.msh"))]
-    Version { place: Place, found: String },
+    Version { place: FilePosition, found: String },
     /// A binary encoding that is not read.
     #[error("{place}: expected text or little-endian binary with data of 8 bytes, found {found}")]
     #[diagnostic(help(
         "save it as text, without -bin: gmsh part.geo -3 -format msh41 -o part.msh"
     ))]
-    Encoding { place: Place, found: String },
+    Encoding { place: FilePosition, found: String },
     /// Not the grammar of the format.
     #[error("{place}: expected {expected}, found {found}")]
     #[diagnostic(help(
         "the file is damaged or not an MSH file; save it again: gmsh part.geo -3 -format msh41 -o part.msh"
     ))]
     Syntax {
-        place: Place,
+        place: FilePosition,
         expected: String,
         found: String,
     },
@@ -83,7 +83,7 @@ pub enum GmshError {
         "the file is cut off or its counts are wrong; save it again: gmsh part.geo -3 -format msh41 -o part.msh"
     ))]
     Count {
-        place: Place,
+        place: FilePosition,
         what: &'static str,
         declared: u64,
         possible: u64,
@@ -95,7 +95,10 @@ pub enum GmshError {
     /// A section that may stand once is there twice.
     #[error("{place}: expected one section ${section}, found a second one")]
     #[diagnostic(help("two meshes stand in one file; merge them in Gmsh and save once"))]
-    RepeatedSection { place: Place, section: &'static str },
+    RepeatedSection {
+        place: FilePosition,
+        section: &'static str,
+    },
 
     /// Two groups of the same dimension have the same name.
     #[error("expected different names of the physical {kind}, found {name:?} twice")]
@@ -106,11 +109,15 @@ pub enum GmshError {
     /// A coordinate is infinite or not a number.
     #[error("{place}: node {node}: expected finite coordinates, found {found}")]
     #[diagnostic(help("mesh the geometry again"))]
-    NotFinite { place: Place, node: u64, found: f64 },
+    NotFinite {
+        place: FilePosition,
+        node: u64,
+        found: f64,
+    },
     /// Two nodes have the same tag.
     #[error("{place}: expected every node once, found node {node} again")]
     #[diagnostic(help("renumber the mesh in Gmsh: Mesh > Renumber, or RenumberMeshNodes"))]
-    RepeatedTag { place: Place, node: u64 },
+    RepeatedTag { place: FilePosition, node: u64 },
     /// An element that is not a linear tetrahedron, triangle, line or point.
     #[error(
         "{place}: expected linear tetrahedra and triangles, found {name} (element type {code})"
@@ -119,7 +126,7 @@ pub enum GmshError {
         "only linear tetrahedra are used: mesh without Recombine and save with gmsh part.geo -3 -order 1"
     ))]
     ElementType {
-        place: Place,
+        place: FilePosition,
         code: i64,
         name: &'static str,
     },
@@ -131,7 +138,7 @@ pub enum GmshError {
         "partitioned meshes are not read: save the mesh without partitions (Unpartition)"
     ))]
     UnknownEntity {
-        place: Place,
+        place: FilePosition,
         dimension: i64,
         entity: i64,
     },
@@ -139,7 +146,7 @@ pub enum GmshError {
     #[error("{place}: element {element}: expected nodes of $Nodes, found node {node}")]
     #[diagnostic(help("the file is damaged; save it again"))]
     UnknownNode {
-        place: Place,
+        place: FilePosition,
         element: u64,
         node: u64,
     },
@@ -147,7 +154,7 @@ pub enum GmshError {
     #[error("{place}: element {element}: expected different nodes, found node {node} twice")]
     #[diagnostic(help("the element is degenerate; mesh the geometry again, or a little coarser"))]
     RepeatedNode {
-        place: Place,
+        place: FilePosition,
         element: u64,
         node: u64,
     },
@@ -166,7 +173,7 @@ pub enum GmshError {
         "the tetrahedron is flat; optimise the mesh (gmsh -optimize) or mesh again"
     ))]
     Degenerate {
-        place: Place,
+        place: FilePosition,
         element: u64,
         ratio: f64,
     },
@@ -178,7 +185,7 @@ pub enum GmshError {
         "the mesh folds over itself there; optimise it (gmsh -optimize) or mesh again"
     ))]
     Inverted {
-        place: Place,
+        place: FilePosition,
         element: u64,
         inverted: usize,
         total: usize,
@@ -189,7 +196,7 @@ pub enum GmshError {
     )]
     #[diagnostic(help("a volume was meshed or saved twice; remove the copy (Coherence Mesh)"))]
     DuplicateTetrahedron {
-        place: Place,
+        place: FilePosition,
         first: u64,
         second: u64,
     },
@@ -201,7 +208,7 @@ pub enum GmshError {
         "volumes overlap; make them parts of each other with BooleanFragments and mesh again"
     ))]
     Overlap {
-        place: Place,
+        place: FilePosition,
         first: u64,
         second: u64,
         triangle: [u64; 3],
@@ -213,7 +220,7 @@ pub enum GmshError {
     #[diagnostic(help(
         "mesh the whole body with one order: gmsh part.geo -3 -order 2 -format msh41 -o part.msh"
     ))]
-    MixedOrders { place: Place, element: u64 },
+    MixedOrders { place: FilePosition, element: u64 },
     /// An edge has two nodes in its middle.
     #[error(
         "{place}: tetrahedron {element}: expected the node {known} in the middle of the edge from {first} to {second}, as in another tetrahedron, found {found}"
@@ -222,7 +229,7 @@ pub enum GmshError {
         "parts that touch are not joined: use BooleanFragments or Coherence before meshing"
     ))]
     EdgeNode {
-        place: Place,
+        place: FilePosition,
         element: u64,
         first: u64,
         second: u64,
@@ -237,7 +244,7 @@ pub enum GmshError {
         "curve the mesh with care: gmsh part.geo -3 -order 2 -optimize_ho -format msh41 -o part.msh, or refine it where sides bend"
     ))]
     Folded {
-        place: Place,
+        place: FilePosition,
         element: u64,
         ratio: f64,
     },
@@ -286,7 +293,7 @@ pub enum GmshError {
     )]
     #[diagnostic(help("take the surface out of one of the two groups"))]
     TwoSurfaces {
-        place: Place,
+        place: FilePosition,
         element: u64,
         first: String,
         second: String,
@@ -297,7 +304,7 @@ pub enum GmshError {
     )]
     #[diagnostic(help("take the volume out of one of the two groups"))]
     TwoVolumes {
-        place: Place,
+        place: FilePosition,
         element: u64,
         first: String,
         second: String,
@@ -310,7 +317,7 @@ pub enum GmshError {
         "the surface lies inside the body or off it; name an outer surface, and check that its volume is in a physical group"
     ))]
     NotOnBoundary {
-        place: Place,
+        place: FilePosition,
         name: String,
         triangles: usize,
         element: u64,

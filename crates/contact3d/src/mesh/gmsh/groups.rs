@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashSet};
 
 use super::{
-    GmshError, Place,
+    FilePosition, GmshError,
     body::{Body, listed_nodes},
     boundary::Boundary,
     contents::Contents,
@@ -21,7 +21,7 @@ impl Contents {
     }
 
     /// The one physical group of an element; an error with the first two when it is in several.
-    fn group_of<const K: usize>(&self, element: &Element<K>) -> Result<Option<i64>, [i64; 2]> {
+    fn group_of<const K: usize>(&self, element: &MeshElement<K>) -> Result<Option<i64>, [i64; 2]> {
         match self.memberships[element.membership].as_slice() {
             [] => Ok(None),
             [group] => Ok(Some(*group)),
@@ -61,7 +61,7 @@ pub(super) fn surfaces(
     boundary: &Boundary,
 ) -> Result<(Vec<usize>, Vec<String>), GmshError> {
     let mut facet_group: Vec<Option<i64>> = vec![None; boundary.facets.len()];
-    let mut surfaces: BTreeMap<i64, Surface> = BTreeMap::new();
+    let mut surfaces: BTreeMap<i64, PhysicalSurface> = BTreeMap::new();
     for element in &contents.triangles {
         listed_nodes(contents, element)?;
         let two = |[first, second]: [i64; 2]| GmshError::TwoSurfaces {
@@ -73,7 +73,7 @@ pub(super) fn surfaces(
         let Some(group) = contents.group_of(element).map_err(two)? else {
             continue;
         };
-        let surface = surfaces.entry(group).or_insert(Surface {
+        let surface = surfaces.entry(group).or_insert(PhysicalSurface {
             first: element,
             triangles: 0,
             on_boundary: false,
@@ -100,8 +100,8 @@ pub(super) fn surfaces(
 }
 
 /// The triangles of a physical surface in the file.
-struct Surface<'a> {
-    first: &'a Element<3>,
+struct PhysicalSurface<'a> {
+    first: &'a MeshElement<3>,
     triangles: usize,
     on_boundary: bool,
 }
@@ -141,9 +141,9 @@ fn named(
 
 /// A tetrahedron (K = 4) or triangle (K = 3) as it stands in the file, by its corners.
 #[derive(Debug)]
-pub(super) struct Element<const K: usize> {
+pub(super) struct MeshElement<const K: usize> {
     pub(super) tag: u64,
-    pub(super) place: Place,
+    pub(super) place: FilePosition,
     /// Node tags of the corners.
     pub(super) nodes: [u64; K],
     /// Index into the memberships.
@@ -152,7 +152,7 @@ pub(super) struct Element<const K: usize> {
 
 /// The kinds of elements that a mesh of linear or quadratic tetrahedra has.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Kind {
+pub(super) enum ElementKind {
     Point,
     Line(Order),
     Triangle(Order),
@@ -172,9 +172,9 @@ pub(super) const MOST_NODES: usize = 10;
 /// The mid-edge nodes of a second-order tetrahedron in our order; the format swaps the last two.
 pub(super) const MIDDLES: [usize; 6] = [4, 5, 6, 7, 9, 8];
 
-impl Kind {
+impl ElementKind {
     /// The kind with a code of the format (Gmsh reference manual, MSH file format).
-    pub(super) fn of_code(code: i64, place: Place) -> Result<Self, GmshError> {
+    pub(super) fn of_code(code: i64, place: FilePosition) -> Result<Self, GmshError> {
         let name = match code {
             1 => return Ok(Self::Line(Order::First)),
             2 => return Ok(Self::Triangle(Order::First)),

@@ -19,7 +19,7 @@ mod v4;
 
 use std::{fs, io, path::Path};
 
-pub use error::{GmshError, Place};
+pub use error::{FilePosition, GmshError};
 
 use super::RawMesh;
 use crate::scene::{GmshFile, require_regular};

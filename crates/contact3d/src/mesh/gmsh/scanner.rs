@@ -1,6 +1,6 @@
 //! The bytes of a mesh file, read value by value, text or binary.
 
-use super::{GmshError, Place};
+use super::{FilePosition, GmshError};
 
 /// Walks through the bytes of a mesh file once, value by value.
 ///
@@ -41,11 +41,11 @@ impl<'a> Scanner<'a> {
         self.encoding == Encoding::Text
     }
 
-    pub(super) fn place(&self) -> Place {
+    pub(super) fn place(&self) -> FilePosition {
         if self.is_text() {
-            Place::Line(self.line)
+            FilePosition::Line(self.line)
         } else {
-            Place::Byte(self.at)
+            FilePosition::Byte(self.at)
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::{GmshError, Place, contents::Contents, groups::Kind, scanner::Scanner};
+use super::{FilePosition, GmshError, contents::Contents, groups::ElementKind, scanner::Scanner};
 
 /// `$Nodes`: a count, then tag and coordinates of a node on each line.
 pub(super) fn nodes(scanner: &mut Scanner, contents: &mut Contents) -> Result<(), GmshError> {
@@ -38,7 +38,7 @@ pub(super) fn elements(scanner: &mut Scanner, contents: &mut Contents) -> Result
         } else {
             None
         };
-        let kind = Kind::of_code(scanner.int("the type of the element")?, place)?;
+        let kind = ElementKind::of_code(scanner.int("the type of the element")?, place)?;
         let in_block = match own_tag {
             Some(_) => 1,
             None => block_size(scanner, left, place)?,
@@ -60,7 +60,7 @@ pub(super) fn elements(scanner: &mut Scanner, contents: &mut Contents) -> Result
 }
 
 /// The number of elements of a block of which at most `left` are still to come.
-fn block_size(scanner: &mut Scanner, left: usize, place: Place) -> Result<usize, GmshError> {
+fn block_size(scanner: &mut Scanner, left: usize, place: FilePosition) -> Result<usize, GmshError> {
     let declared = scanner.size("the number of elements of the block")?;
     match usize::try_from(declared) {
         Ok(count @ 1..) if count <= left => Ok(count),

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::{GmshError, contents::Contents, groups::Kind, scanner::Scanner};
+use super::{GmshError, contents::Contents, groups::ElementKind, scanner::Scanner};
 
 /// The membership of each geometric entity, by dimension and tag.
 pub(super) type Entities = HashMap<(i64, i64), usize>;
@@ -108,7 +108,7 @@ pub(super) fn elements(
         let place = scanner.place();
         let dimension = scanner.int("the dimension of the entity")?;
         let entity = scanner.int("the tag of the entity")?;
-        let kind = Kind::of_code(scanner.int("the type of the elements")?, place)?;
+        let kind = ElementKind::of_code(scanner.int("the type of the elements")?, place)?;
         let in_block = scanner.count(
             "elements of the block",
             2 + 2 * kind.n_nodes(),

@@ -53,7 +53,7 @@ impl Approach {
             normals: Vec::new(),
             clearance: Vec::new(),
         };
-        let mut cut = Cut::default();
+        let mut cut = Penetration::default();
         for (&node, at) in nodes.iter().zip(places) {
             let seen = measured.from(at)?;
             cut.add(at, seen.distance, allowed[&node]);
@@ -123,12 +123,12 @@ fn depths_allowed(mesh: &Mesh, facets: &[usize], digits: f64) -> BTreeMap<usize,
 
 /// The deepest place inside the obstacle.
 #[derive(Default)]
-struct Cut {
+struct Penetration {
     places: usize,
     deepest: Option<([f64; 3], f64, f64)>,
 }
 
-impl Cut {
+impl Penetration {
     fn add(&mut self, at: [f64; 3], distance: f64, allowed: f64) {
         // A distance that is not a number is no distance.
         if distance >= -allowed {

@@ -150,7 +150,7 @@ pub(super) fn multipliers_between_nodes(
 
 /// The other side of a side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Beyond {
+pub(super) enum Neighbour {
     /// Another tetrahedron.
     Tetrahedron(usize),
     /// A boundary triangle.
@@ -158,7 +158,7 @@ pub(super) enum Beyond {
 }
 
 /// What lies beyond side k, opposite to corner k, of every tetrahedron, `[n_tetrahedra]`.
-pub(super) fn surroundings(mesh: &Mesh) -> Vec<[Beyond; 4]> {
+pub(super) fn surroundings(mesh: &Mesh) -> Vec<[Neighbour; 4]> {
     let side = |t: usize, k: usize| sorted(SIDES[k].map(|c| mesh.tetrahedra[t][c]));
     let mut sides: Vec<([usize; 3], usize, usize)> = (0..mesh.tetrahedra.len())
         .flat_map(|t| (0..4).map(move |k| (t, k)))
@@ -168,16 +168,16 @@ pub(super) fn surroundings(mesh: &Mesh) -> Vec<[Beyond; 4]> {
     let facets: HashMap<[usize; 3], usize> = (0..mesh.facets.len())
         .map(|f| (sorted(mesh.facets[f]), f))
         .collect();
-    let mut beyond = vec![[Beyond::Facet(usize::MAX); 4]; mesh.tetrahedra.len()];
+    let mut beyond = vec![[Neighbour::Facet(usize::MAX); 4]; mesh.tetrahedra.len()];
     for shared in sides.chunk_by(|a, b| a.0 == b.0) {
         match *shared {
             [(_, t, k), (_, s, l)] => {
-                beyond[t][k] = Beyond::Tetrahedron(s);
-                beyond[s][l] = Beyond::Tetrahedron(t);
+                beyond[t][k] = Neighbour::Tetrahedron(s);
+                beyond[s][l] = Neighbour::Tetrahedron(t);
             }
             _ => {
                 for (nodes, t, k) in shared {
-                    beyond[*t][*k] = Beyond::Facet(facets[nodes]);
+                    beyond[*t][*k] = Neighbour::Facet(facets[nodes]);
                 }
             }
         }

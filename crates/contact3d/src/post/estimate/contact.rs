@@ -1,6 +1,6 @@
 //! What the conditions of contact and friction are violated by inside panes.
 
-use super::{Known, boundary::multipliers_between_nodes};
+use super::{SolutionData, boundary::multipliers_between_nodes};
 use crate::{
     mesh::Mesh,
     post::{Solved, SolvedContact},
@@ -73,7 +73,7 @@ impl Law {
 pub(super) fn residuals(
     solved: &Solved<'_>,
     contact: &SolvedContact<'_>,
-    known: &Known<'_>,
+    known: &SolutionData<'_>,
 ) -> Vec<[f64; 3]> {
     let surface = contact.state.surface;
     let laws: Vec<Law> = (0..surface.n_panes())
@@ -118,7 +118,12 @@ pub(super) fn residuals(
 }
 
 /// The multiplier of a pane, its local stiffness and its ellipse.
-fn law_of(contact: &SolvedContact<'_>, solved: &Solved<'_>, known: &Known<'_>, pane: usize) -> Law {
+fn law_of(
+    contact: &SolvedContact<'_>,
+    solved: &Solved<'_>,
+    known: &SolutionData<'_>,
+    pane: usize,
+) -> Law {
     let layout = contact.coupling.layout;
     let multiplier = &solved.solution.multiplier;
     let area = contact.state.surface.pane_area[pane];
@@ -135,7 +140,7 @@ fn law_of(contact: &SolvedContact<'_>, solved: &Solved<'_>, known: &Known<'_>, p
 }
 
 /// (u_ν − d, u_t1, u_t2) at the contact nodes in m, `[n_contact_nodes]`; tangential ones since the step began.
-fn displacements(contact: &SolvedContact<'_>, known: &Known<'_>) -> Vec<[f64; 3]> {
+fn displacements(contact: &SolvedContact<'_>, known: &SolutionData<'_>) -> Vec<[f64; 3]> {
     let surface = contact.state.surface;
     let interface = contact.state.interface;
     let nodes = surface.nodes.iter().enumerate();

@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3, Vector6};
 
-use super::boundary::{Beyond, Boundary};
+use super::boundary::{Boundary, Neighbour};
 use crate::{
     elasticity::{InternalForces, MaterialField, Simplex, traction},
     mesh::Mesh,
@@ -30,7 +30,7 @@ pub(super) struct LocalProblems<'a> {
     displacement: &'a [[f64; 3]],
     internal: &'a InternalForces,
     boundary: &'a Boundary<'a>,
-    beyond: &'a [[Beyond; 4]],
+    beyond: &'a [[Neighbour; 4]],
     material: &'a MaterialField<'a>,
     /// Points of integration in a tetrahedron with the bubbles and their slopes there.
     inside: Vec<Sample>,
@@ -83,7 +83,7 @@ impl<'a> LocalProblems<'a> {
         displacement: &'a [[f64; 3]],
         internal: &'a InternalForces,
         boundary: &'a Boundary<'a>,
-        beyond: &'a [[Beyond; 4]],
+        beyond: &'a [[Neighbour; 4]],
         material: &'a MaterialField<'a>,
     ) -> Self {
         // Slopes are quadratic and stress is linear.
@@ -191,7 +191,7 @@ impl<'a> LocalProblems<'a> {
         let own = self.corner_stress(t);
         let touching = (0..BUBBLES).filter(|&a| !vanishes_on(a, side));
         let stress = match self.beyond[t][side] {
-            Beyond::Tetrahedron(other) => {
+            Neighbour::Tetrahedron(other) => {
                 let others = self.corner_stress(other);
                 let nodes = &self.mesh.tetrahedra[other];
                 let across = |k: usize| {
@@ -205,7 +205,7 @@ impl<'a> LocalProblems<'a> {
                     across(k).map(|other| own[k] * share + other * (1.0 - share))
                 })
             }
-            Beyond::Facet(facet) => {
+            Neighbour::Facet(facet) => {
                 for a in touching.clone() {
                     for c in (0..3).filter(|&c| self.boundary.held[facet][c]) {
                         system.held[3 * a + c] = true;
@@ -217,14 +217,14 @@ impl<'a> LocalProblems<'a> {
         let normal = area_vector.normalize();
         for sample in &self.on_sides[side] {
             let force = match self.beyond[t][side] {
-                Beyond::Tetrahedron(_) => {
+                Neighbour::Tetrahedron(_) => {
                     let here: Vector6<f64> = SIDES[side]
                         .iter()
                         .filter_map(|&k| Some(stress[k]? * sample.at[k]))
                         .sum();
                     traction(&area_vector, &here)
                 }
-                Beyond::Facet(facet) => {
+                Neighbour::Facet(facet) => {
                     let nodes = &self.mesh.tetrahedra[t];
                     let share = self.mesh.facets[facet].map(|node| {
                         let k = nodes.iter().position(|n| *n == node);

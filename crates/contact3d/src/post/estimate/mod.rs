@@ -64,7 +64,7 @@ pub struct ContactError {
 }
 
 /// What is known of a solution already.
-pub(super) struct Known<'a> {
+pub(super) struct SolutionData<'a> {
     /// Nodal displacement in m, `[n_nodes]`.
     pub(super) displacement: &'a [[f64; 3]],
     /// Its stress.
@@ -89,7 +89,7 @@ impl ContactError {
 
 impl ErrorEstimate {
     /// Estimates the error of a solved problem.
-    pub(super) fn new(solved: &Solved<'_>, known: &Known<'_>) -> Self {
+    pub(super) fn new(solved: &Solved<'_>, known: &SolutionData<'_>) -> Self {
         let mesh = solved.mesh;
         if 2.0 * known.strain_energy <= known.rounding {
             return Self::of_rest(solved);

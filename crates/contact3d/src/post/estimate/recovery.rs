@@ -19,15 +19,15 @@ use crate::{
 const FLAT: f64 = 1e-6;
 
 /// A linear polynomial for the six components of stress: value and slopes about a node.
-type Fit = SMatrix<f64, 4, 6>;
+type StressPolynomial = SMatrix<f64, 4, 6>;
 
 /// One material around a node: the node and its region.
-type Place = (usize, usize);
+type PatchCentre = (usize, usize);
 
 /// The tetrahedra of each material around each node.
 struct Stars {
     /// Node and region of each star, increasing.
-    places: Vec<Place>,
+    places: Vec<PatchCentre>,
     /// Where the tetrahedra of each star begin and end, `[n_stars + 1]`.
     offsets: Vec<usize>,
     /// Tetrahedra, increasing in each star.
@@ -71,7 +71,7 @@ impl Stars {
     }
 
     /// The star of a node in a region; `None` where the node has no tetrahedron of it.
-    fn find(&self, (node, region): Place) -> Option<usize> {
+    fn find(&self, (node, region): PatchCentre) -> Option<usize> {
         let stars = self.first[node]..self.first[node + 1];
         let found = self.places[stars.clone()]
             .iter()
@@ -87,7 +87,7 @@ fn region(mesh: &Mesh, t: usize) -> usize {
 /// The recovered stress at the corners of every tetrahedron in Pa, `[n_tetrahedra]`.
 fn recovered(mesh: &Mesh, stress: &[[f64; 6]]) -> Vec<[Vector6<f64>; 4]> {
     let stars = Stars::new(mesh);
-    let fits: Vec<Option<Fit>> = (0..stars.places.len())
+    let fits: Vec<Option<StressPolynomial>> = (0..stars.places.len())
         .into_par_iter()
         .map(|k| {
             let (node, star) = (stars.places[k].0, stars.of(k));
@@ -131,12 +131,12 @@ fn centroid(mesh: &Mesh, t: usize) -> Vector3<f64> {
 
 /// The least-squares polynomial around a node, weighted by volume; `None` where the points do not
 /// determine it.
-fn fit(mesh: &Mesh, node: usize, star: &[usize], stress: &[[f64; 6]]) -> Option<Fit> {
+fn fit(mesh: &Mesh, node: usize, star: &[usize], stress: &[[f64; 6]]) -> Option<StressPolynomial> {
     let origin = Vector3::from(mesh.coordinates[node]);
     let arms: Vec<Vector3<f64>> = star.iter().map(|&t| centroid(mesh, t) - origin).collect();
     let size = arms.iter().map(Vector3::norm).fold(0.0, f64::max);
     let mut gram = Matrix4::zeros();
-    let mut right = Fit::zeros();
+    let mut right = StressPolynomial::zeros();
     for (&t, arm) in star.iter().zip(&arms) {
         let volume = tetrahedron_volume(&mesh.corners(&mesh.tetrahedra[t]));
         let row = Vector4::new(1.0, arm.x / size, arm.y / size, arm.z / size);
@@ -158,7 +158,7 @@ fn value(
     stars: &Stars,
     number: usize,
     stress: &[[f64; 6]],
-    fits: &[Option<Fit>],
+    fits: &[Option<StressPolynomial>],
 ) -> Vector6<f64> {
     if let Some(fit) = &fits[number] {
         return fit.row(0).transpose();

@@ -101,14 +101,14 @@ impl Number for Branched {
 
 /// Goes the way that a branch prescribes, or, without one, the way of the point, and remembers it.
 #[derive(Debug)]
-pub(super) struct Way {
+pub(super) struct BranchChoice {
     branch: Branch,
     is_given: bool,
     /// The difference left − right at each fork so far.
     differences: Vec<Sloped>,
 }
 
-impl Way {
+impl BranchChoice {
     /// Along a branch.
     pub(super) fn along(branch: Branch) -> Self {
         Self {
@@ -171,7 +171,7 @@ impl Way {
     }
 }
 
-impl Forks<Branched> for Way {
+impl Forks<Branched> for BranchChoice {
     fn order(&mut self, left: Branched, right: Branched) -> Option<Ordering> {
         let fork = self.differences.len();
         let gap = left.value() - right.value();

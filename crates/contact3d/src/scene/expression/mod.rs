@@ -9,13 +9,13 @@ use std::{collections::BTreeMap, fmt};
 use thiserror::Error;
 
 pub(crate) use branch::{Branch, OnBranch};
-use branch::{Branched, Way};
+use branch::{BranchChoice, Branched};
 pub use parse::FUNCTIONS;
 pub(super) use parse::is_identifier;
 pub(crate) use parse::replace_names;
 use parse::{CONSTANTS, DEEPEST_NESTING, ParseError};
-use program::{Ahead, Sloped};
-use program::{Step, run};
+use program::{GrowingPiece, Sloped};
+use program::{Instruction, run};
 
 /// Longest text of an expression, in bytes.
 const LONGEST_TEXT: usize = 4096;
@@ -37,7 +37,7 @@ pub struct Expression {
 #[derive(Clone)]
 struct Parsed {
     text: String,
-    steps: Vec<Step>,
+    steps: Vec<Instruction>,
     /// The names of the parameters.
     names: Vec<String>,
     /// Their values; none before they are bound.
@@ -182,7 +182,7 @@ impl Expression {
             &self.parsed.steps,
             &self.parsed.values,
             |place| values[place],
-            &mut Ahead,
+            &mut GrowingPiece,
         )
     }
 
@@ -193,13 +193,13 @@ impl Expression {
         let variable =
             |place| Sloped::variable(values[place], by.iter().position(|wanted| *wanted == place));
         let steps = &self.parsed.steps;
-        run(steps, &self.parsed.values, variable, &mut Ahead).derivatives()
+        run(steps, &self.parsed.values, variable, &mut GrowingPiece).derivatives()
     }
 
     /// The branch that the formula takes at a point; at a fork the one on which three variables, given by their places, grow alike.
     #[must_use]
     pub(crate) fn branch(&self, values: &[f64], by: [usize; 3]) -> Branch {
-        let mut way = Way::open();
+        let mut way = BranchChoice::open();
         self.go(values, by, &mut way);
         way.branch()
     }
@@ -207,12 +207,12 @@ impl Expression {
     /// The formula on one of its branches, also beyond the ends of it.
     #[must_use]
     pub(crate) fn on_branch(&self, values: &[f64], by: [usize; 3], branch: Branch) -> OnBranch {
-        let mut way = Way::along(branch);
+        let mut way = BranchChoice::along(branch);
         let value = self.go(values, by, &mut way);
         way.found(value)
     }
 
-    fn go(&self, values: &[f64], by: [usize; 3], way: &mut Way) -> Branched {
+    fn go(&self, values: &[f64], by: [usize; 3], way: &mut BranchChoice) -> Branched {
         let variable = |place| {
             let wanted = by.iter().position(|wanted| *wanted == place);
             Branched::variable(values[place], wanted)
@@ -223,8 +223,8 @@ impl Expression {
     /// Whether the formula uses a variable.
     #[must_use]
     pub fn uses(&self, variable: &str) -> bool {
-        let is_used = |step: &Step| match step {
-            Step::Variable(place) => self.variables[*place] == variable,
+        let is_used = |step: &Instruction| match step {
+            Instruction::Variable(place) => self.variables[*place] == variable,
             _ => false,
         };
         self.parsed.steps.iter().any(is_used)

@@ -1,6 +1,6 @@
 //! Formulas as they are written on paper: words and signs, and the precedence of what they mean.
 
-use super::program::{Binary, Comparison, Function, Step};
+use super::program::{Binary, Comparison, Function, Instruction};
 
 /// Deepest nesting of parentheses; the parser recurses.
 pub(super) const DEEPEST_NESTING: usize = 64;
@@ -30,7 +30,7 @@ pub(super) enum ParseError {
 /// A formula as steps, and the names in it that are neither variables nor functions.
 #[derive(Debug, Default)]
 pub(super) struct Parsed {
-    pub(super) steps: Vec<Step>,
+    pub(super) steps: Vec<Instruction>,
     pub(super) parameters: Vec<String>,
 }
 
@@ -64,7 +64,7 @@ fn syntax(problem: &str) -> ParseError {
 }
 
 impl Parser<'_> {
-    fn push(&mut self, step: Step) {
+    fn push(&mut self, step: Instruction) {
         self.parsed.steps.push(step);
     }
 
@@ -82,7 +82,7 @@ impl Parser<'_> {
     /// Terms with + and − between them, perhaps with a sign in front.
     fn sum(&mut self) -> Result<(), ParseError> {
         if self.tokens.peek() == Token::Operator('-') {
-            self.push(Step::Number(0.0));
+            self.push(Instruction::Number(0.0));
         } else {
             self.tokens.accept(Token::Operator('+'));
             self.product()?;
@@ -95,7 +95,7 @@ impl Parser<'_> {
             };
             self.tokens.take();
             self.product()?;
-            self.push(Step::Binary(binary));
+            self.push(Instruction::Binary(binary));
         }
     }
 
@@ -109,7 +109,7 @@ impl Parser<'_> {
             };
             self.tokens.take();
             self.power()?;
-            self.push(Step::Binary(binary));
+            self.push(Instruction::Binary(binary));
         }
     }
 
@@ -117,7 +117,7 @@ impl Parser<'_> {
         self.operand()?;
         if self.tokens.accept(Token::Operator('^')) {
             self.operand()?;
-            self.push(Step::Binary(Binary::Power));
+            self.push(Instruction::Binary(Binary::Power));
         }
         match self.tokens.peek() {
             Token::Operator('^') => Err(syntax(
@@ -131,7 +131,7 @@ impl Parser<'_> {
         match self.tokens.peek() {
             Token::Number(value) => {
                 self.tokens.take();
-                self.push(Step::Number(value));
+                self.push(Instruction::Number(value));
             }
             Token::Open => self.parenthesised(Self::sum)?,
             Token::Name(name) => {
@@ -174,9 +174,9 @@ impl Parser<'_> {
             _ if FUNCTIONS.contains(&name) => {
                 return Err(syntax("put the argument of a function in parentheses"));
             }
-            (Some((_, value)), _) => Step::Number(*value),
-            (None, Some(place)) => Step::Variable(place),
-            (None, None) => Step::Parameter(self.parameter(name)),
+            (Some((_, value)), _) => Instruction::Number(*value),
+            (None, Some(place)) => Instruction::Variable(place),
+            (None, None) => Instruction::Parameter(self.parameter(name)),
         };
         self.push(step);
         Ok(())
@@ -197,7 +197,7 @@ impl Parser<'_> {
         match (name, Function::named(name)) {
             (_, Some(function)) => {
                 self.parenthesised(Self::sum)?;
-                self.push(Step::Function(function));
+                self.push(Instruction::Function(function));
                 Ok(())
             }
             ("min", None) => self.parenthesised(|parser| parser.extreme(Binary::Min)),
@@ -218,7 +218,7 @@ impl Parser<'_> {
         while self.tokens.peek() != Token::Close {
             self.require(Token::Comma, "an operator, `,` or `)`")?;
             self.sum()?;
-            self.push(Step::Binary(binary));
+            self.push(Instruction::Binary(binary));
         }
         Ok(())
     }
@@ -235,7 +235,7 @@ impl Parser<'_> {
             )?;
             self.sum()?;
         }
-        self.push(Step::Choose(comparison));
+        self.push(Instruction::Choose(comparison));
         Ok(())
     }
 

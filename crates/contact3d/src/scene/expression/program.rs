@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 /// One step: takes its arguments from the stack and puts its value there.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Step {
+pub(super) enum Instruction {
     Number(f64),
     /// A variable, by its place among the allowed ones.
     Variable(usize),
@@ -163,7 +163,7 @@ impl Comparison {
 
 /// Runs the steps of a formula; not a number where it is not defined.
 pub(super) fn run<N: Number>(
-    steps: &[Step],
+    steps: &[Instruction],
     parameters: &[f64],
     variable: impl Fn(usize) -> N,
     forks: &mut impl Forks<N>,
@@ -171,18 +171,20 @@ pub(super) fn run<N: Number>(
     let mut stack: Vec<N> = Vec::with_capacity(16);
     for step in steps {
         let value = match *step {
-            Step::Number(value) => N::number(value),
-            Step::Variable(place) => variable(place),
-            Step::Parameter(place) => N::number(parameters.get(place).copied().unwrap_or(f64::NAN)),
-            Step::Function(function) => {
+            Instruction::Number(value) => N::number(value),
+            Instruction::Variable(place) => variable(place),
+            Instruction::Parameter(place) => {
+                N::number(parameters.get(place).copied().unwrap_or(f64::NAN))
+            }
+            Instruction::Function(function) => {
                 let [argument] = taken(&mut stack);
                 function.of(argument, forks)
             }
-            Step::Binary(binary) => {
+            Instruction::Binary(binary) => {
                 let [a, b] = taken(&mut stack);
                 binary.of(a, b, forks)
             }
-            Step::Choose(comparison) => comparison.choose(taken(&mut stack), forks),
+            Instruction::Choose(comparison) => comparison.choose(taken(&mut stack), forks),
         };
         stack.push(value);
     }
@@ -233,9 +235,9 @@ pub(super) trait Forks<N: Number> {
 }
 
 /// Every fork goes the way of the piece on which all variables grow alike.
-pub(super) struct Ahead;
+pub(super) struct GrowingPiece;
 
-impl<N: Number> Forks<N> for Ahead {
+impl<N: Number> Forks<N> for GrowingPiece {
     fn order(&mut self, left: N, right: N) -> Option<Ordering> {
         left.compare_ahead(right)
     }

@@ -45,7 +45,7 @@ pub(in crate::solver) struct Polished {
 }
 
 /// How far an answer is from the solution.
-struct Way {
+struct Discrepancy {
     /// Relative as in [`Sizes`].
     error: f64,
     /// Relative to the semi-axes of the ellipses ([`within_ellipses`]): where one coefficient of
@@ -53,7 +53,7 @@ struct Way {
     bound_error: f64,
 }
 
-impl Way {
+impl Discrepancy {
     const UNKNOWN: Self = Self {
         error: f64::INFINITY,
         bound_error: f64::INFINITY,
@@ -93,7 +93,7 @@ impl DiscreteProblem<'_> {
         let mut target = self.target(1.0);
         let mut best = self.exact(dual, local, multiplier, None, target);
         let (mut history, mut applications) = (Vec::new(), 1);
-        let mut last = Way::UNKNOWN;
+        let mut last = Discrepancy::UNKNOWN;
         // Of displacements; a stall may be theirs where the face hardly moves beside the body.
         let mut loosest = f64::INFINITY;
         for _ in 0..MOST_ROUNDS {
@@ -164,7 +164,7 @@ impl DiscreteProblem<'_> {
         answer: &Polished,
         local: &LocalStiffness,
         bound: Bound<'_>,
-    ) -> Option<(NewtonSolution, Way)> {
+    ) -> Option<(NewtonSolution, Discrepancy)> {
         let steplengths = local.stiffness.clone();
         let map = NaturalMap::with_steplengths(&answer.dual, bound, steplengths);
         let settings = NewtonSettings {
@@ -190,7 +190,7 @@ impl DiscreteProblem<'_> {
         let there = map.evaluate(&found.multiplier);
         let sizes = Sizes::of(self.laws, &found.multiplier, &there);
         let way = difference(&found.multiplier, &answer.multiplier);
-        let way = Way {
+        let way = Discrepancy {
             error: sizes.relative(self.laws, &way),
             bound_error: within_ellipses(self.laws, &there, &way),
         };

@@ -1,9 +1,9 @@
 //! Newton's method from easier problems.
 
 use super::{
-    Found,
+    Candidate,
     proximal::step,
-    scaled::{Form, Scaled},
+    scaled::{MatrixForm, Scaled},
 };
 use crate::dual::LocalStiffness;
 
@@ -29,16 +29,16 @@ const MOST_LOST: usize = 4;
 /// Steps of a large share have one solution that is easily found, and a fixed point of any of them solves the given problem. For a large
 /// μ on a singular W a step of a small share alone is as hard as the problem itself, and its start nowhere near; here each starts where the one
 /// before ended. Nothing proves that they lead to a solution: Coulomb's law is not monotone.
-pub(super) fn solve(scaled: &Scaled<'_>, form: Form, tolerance: f64) -> Found {
-    let mut best = Found::zero(scaled);
+pub(super) fn solve(scaled: &Scaled<'_>, form: MatrixForm, tolerance: f64) -> Candidate {
+    let mut best = Candidate::zero(scaled);
     let mut least = f64::INFINITY;
     let laws = scaled.laws();
     for [first, ratio] in DESCENTS {
-        let mut found = Found {
+        let mut found = Candidate {
             newton_steps: best.newton_steps,
             outer_steps: best.outer_steps,
             applications: best.applications,
-            ..Found::zero(scaled)
+            ..Candidate::zero(scaled)
         };
         let mut share = first;
         let mut lost = 0;
@@ -55,7 +55,7 @@ pub(super) fn solve(scaled: &Scaled<'_>, form: Form, tolerance: f64) -> Found {
             }
             share *= ratio;
         }
-        best = Found {
+        best = Candidate {
             multiplier: best.multiplier,
             ..found
         };

@@ -2,7 +2,7 @@
 
 use super::{
     DelassusMethod, DelassusSettings, DelassusStatus, proximal,
-    scaled::{Form, Scaled},
+    scaled::{MatrixForm, Scaled},
     solve_delassus,
     tests::{problem_of_bodies, resting_cube},
 };
@@ -41,7 +41,7 @@ fn steps_and_stiffness_are_those_of_dense_matrices() {
     let near = |a: &[f64], b: &[f64]| norm(&difference(a, b)) <= ROUNDED * norm(b);
     // Open, sticking and sliding contacts.
     let multiplier: Vec<f64> = (0..n).map(|j| (1.7 * j as f64).sin() + 0.2).collect();
-    let [dense, sparse] = [Form::Dense, Form::Sparse].map(|form| {
+    let [dense, sparse] = [MatrixForm::Dense, MatrixForm::Sparse].map(|form| {
         let dual = scaled.shifted(form, 1e-4, &vec![0.0; n]);
         let local = LocalStiffness::new(&dual);
         let map = NaturalMap::with_steplengths(&dual, bound, local.stiffness.clone());
@@ -67,7 +67,7 @@ fn steps_and_stiffness_are_those_of_dense_matrices() {
 fn towers_move_alike_by_either_form() {
     let problem = tower(20);
     let scaled = Scaled::new(&problem);
-    let [dense, sparse] = [Form::Dense, Form::Sparse].map(|form| {
+    let [dense, sparse] = [MatrixForm::Dense, MatrixForm::Sparse].map(|form| {
         let found = proximal::solve(&scaled, form, 1e-10);
         assert!(scaled.worst_error(&found.multiplier) <= 1e-10, "{form:?}");
         problem.velocity(&scaled.forces(&found.multiplier))

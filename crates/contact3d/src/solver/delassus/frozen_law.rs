@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicUsize;
 
 use super::{
-    DelassusError, DelassusProblem, Found,
+    Candidate, DelassusError, DelassusProblem,
     scaled::{Scaled, SparseOperator, relative_change},
 };
 use crate::{
@@ -243,10 +243,10 @@ const PATIENCE: usize = 100;
 /// Minimises ½ λᵀSλ − λᵀh over λ_N ≥ 0 and ‖λ_T‖ ≤ g with GPCG for the slip bounds g = λ_N of the last minimiser, again and again
 /// (HKL Algorithm 4.1 at constant F). Each of these problems is convex, so a singular W needs nothing else; whether their sequence
 /// converges depends on μ.
-pub(super) fn solve(scaled: &Scaled<'_>, tolerance: f64) -> Found {
+pub(super) fn solve(scaled: &Scaled<'_>, tolerance: f64) -> Candidate {
     let size = norm(&scaled.rhs);
     if size == 0.0 {
-        return Found::zero(scaled);
+        return Candidate::zero(scaled);
     }
     let mut operator = SparseOperator::new(scaled);
     let projections = AtomicUsize::new(0);
@@ -302,7 +302,7 @@ pub(super) fn solve(scaled: &Scaled<'_>, tolerance: f64) -> Found {
         let wanted = SHARE * error.min(change.max(SHARE * error));
         inner_tolerance = wanted.clamp(TIGHTEST, inner_tolerance);
     }
-    Found {
+    Candidate {
         multiplier: best.1,
         newton_steps: 0,
         outer_steps,

@@ -21,7 +21,7 @@ pub use problem::{DelassusError, DelassusProblem};
 
 pub use separation::{Obstruction, Separation};
 
-use scaled::{Form, Scaled};
+use scaled::{MatrixForm, Scaled};
 use separation::separation;
 
 /// Contacts up to which `auto` takes Newton's method where its matrices are dense.
@@ -107,7 +107,7 @@ pub struct DelassusSolution {
 
 /// One way to a solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Way {
+enum Attempt {
     /// Newton's method on the problem itself, or by proximal steps where W is singular.
     Newton,
     /// Newton's method from easier problems.
@@ -124,32 +124,32 @@ pub fn solve_delassus(problem: &DelassusProblem, settings: &DelassusSettings) ->
     use DelassusMethod::{Auto, Gpcg, Newton};
     let scaled = Scaled::new(problem);
     let form = match settings.method != Gpcg && problem.is_sparse() {
-        true => Form::Sparse,
-        false => Form::Dense,
+        true => MatrixForm::Sparse,
+        false => MatrixForm::Dense,
     };
-    let is_small = problem.n_contacts() <= MOST_DENSE_CONTACTS || form == Form::Sparse;
-    let ways: &[Way] = match settings.method {
-        Newton => &[Way::Newton, Way::Descent],
-        Auto if is_small => &[Way::Newton, Way::Descent, Way::Gpcg],
-        Auto | Gpcg => &[Way::Gpcg],
+    let is_small = problem.n_contacts() <= MOST_DENSE_CONTACTS || form == MatrixForm::Sparse;
+    let ways: &[Attempt] = match settings.method {
+        Newton => &[Attempt::Newton, Attempt::Descent],
+        Auto if is_small => &[Attempt::Newton, Attempt::Descent, Attempt::Gpcg],
+        Auto | Gpcg => &[Attempt::Gpcg],
     };
     let (mut newton_steps, mut outer_steps, mut applications) = (0, 0, 0);
-    let mut attempt = |way: Way| {
+    let mut attempt = |way: Attempt| {
         let found = match way {
-            Way::Newton => proximal::solve(&scaled, form, settings.tolerance),
-            Way::Descent => descent::solve(&scaled, form, settings.tolerance),
-            Way::Gpcg => frozen_law::solve(&scaled, settings.tolerance),
+            Attempt::Newton => proximal::solve(&scaled, form, settings.tolerance),
+            Attempt::Descent => descent::solve(&scaled, form, settings.tolerance),
+            Attempt::Gpcg => frozen_law::solve(&scaled, settings.tolerance),
         };
         newton_steps += found.newton_steps;
         outer_steps += found.outer_steps;
         applications += found.applications;
         let solver = match way {
-            Way::Newton | Way::Descent => DelassusSolver::Newton,
-            Way::Gpcg => DelassusSolver::Gpcg,
+            Attempt::Newton | Attempt::Descent => DelassusSolver::Newton,
+            Attempt::Gpcg => DelassusSolver::Gpcg,
         };
         judged(problem, &scaled, settings, solver, &found.multiplier)
     };
-    let proves = ways[0] == Way::Newton;
+    let proves = ways[0] == Attempt::Newton;
     let prove = |obstruction| proves.then(|| separation(&scaled, obstruction)).flatten();
     let mut best = attempt(ways[0]);
     if best.status != DelassusStatus::Converged {
@@ -191,7 +191,7 @@ impl DelassusSolution {
 }
 
 /// What a solver came to.
-struct Found {
+struct Candidate {
     /// In the order and units of [`Scaled`].
     multiplier: Vec<f64>,
     newton_steps: usize,
@@ -199,7 +199,7 @@ struct Found {
     applications: usize,
 }
 
-impl Found {
+impl Candidate {
     /// Nothing done.
     fn zero(scaled: &Scaled<'_>) -> Self {
         Self {

@@ -1,8 +1,8 @@
 //! First-order iterations: proximal steps, and descent on a frozen problem.
 
 use super::{
-    Found,
-    scaled::{Form, Scaled, relative_change},
+    Candidate,
+    scaled::{MatrixForm, Scaled, relative_change},
 };
 use crate::{
     dual::{ExplicitDual, LocalStiffness},
@@ -32,8 +32,8 @@ const IDLE_STEPS: usize = 4;
 /// A singular W leaves some forces undetermined and makes R' singular. Proximal steps solve for λ⁺ with S + α diag S in place of S
 /// and h + α diag S λ in place of h: each has one isolated solution, a fixed point solves the given problem, and the error
 /// falls by about α per step in all directions in which S is not zero (R. T. Rockafellar, *SIAM J. Control Optim.* 14 (1976) 877).
-pub(super) fn solve(scaled: &Scaled<'_>, form: Form, tolerance: f64) -> Found {
-    let mut found = Found::zero(scaled);
+pub(super) fn solve(scaled: &Scaled<'_>, form: MatrixForm, tolerance: f64) -> Candidate {
+    let mut found = Candidate::zero(scaled);
     let zero = found.multiplier.clone();
     if zero.is_empty() {
         return found;
@@ -83,7 +83,7 @@ pub(super) fn step(
     local: &LocalStiffness,
     laws: &PaneLaws,
     start: Option<&[f64]>,
-    found: &mut Found,
+    found: &mut Candidate,
 ) -> bool {
     found.outer_steps += 1;
     let set = laws.feasible_set(None);

@@ -13,7 +13,7 @@ use crate::{
 
 /// How Newton's method holds its matrices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Form {
+pub(super) enum MatrixForm {
     Dense,
     Sparse,
 }
@@ -139,7 +139,7 @@ impl<'a> Scaled<'a> {
     }
 
     /// The problem with a share of the diagonal added about some forces: S + α diag S, h + α diag S λ.
-    pub(super) fn shifted(&self, form: Form, share: f64, about: &[f64]) -> ExplicitDual {
+    pub(super) fn shifted(&self, form: MatrixForm, share: f64, about: &[f64]) -> ExplicitDual {
         let mut operator = self.operator.clone();
         let mut rhs = self.rhs.clone();
         for j in 0..rhs.len() {
@@ -152,8 +152,8 @@ impl<'a> Scaled<'a> {
         }
         ExplicitDual {
             operator: match form {
-                Form::Sparse => DualMatrix::Sparse(Arc::new(operator)),
-                Form::Dense => DualMatrix::Dense(Arc::new(dense(&operator))),
+                MatrixForm::Sparse => DualMatrix::Sparse(Arc::new(operator)),
+                MatrixForm::Dense => DualMatrix::Dense(Arc::new(dense(&operator))),
             },
             rhs,
             anchor: None,

@@ -101,14 +101,14 @@ struct LeastPenetration<'a> {
 }
 
 /// A direction of force at one contact.
-struct Ray {
+struct ForceDirection {
     contact: usize,
     direction: [f64; 3],
 }
 
 impl LeastPenetration<'_> {
     /// P(−u), and rays C with ∂P(−u)/∂(−u) = C Cᵀ.
-    fn projected(&self, at: &[f64]) -> (Vec<f64>, Vec<Ray>) {
+    fn projected(&self, at: &[f64]) -> (Vec<f64>, Vec<ForceDirection>) {
         let velocity = self.problem.velocity(at);
         let mut rays = Vec::new();
         let contacts = velocity.as_chunks::<3>().0.iter().zip(&self.mu).enumerate();
@@ -117,7 +117,7 @@ impl LeastPenetration<'_> {
             let projected = project(pushed, mu);
             let (slopes, count) = slopes(pushed, projected, mu);
             let slopes = slopes.into_iter().take(count);
-            rays.extend(slopes.map(|direction| Ray { contact, direction }));
+            rays.extend(slopes.map(|direction| ForceDirection { contact, direction }));
             projected
         });
         (projections.collect(), rays)
@@ -171,9 +171,9 @@ impl LeastPenetration<'_> {
     }
 
     /// C (α + Cᵀ W C)⁻¹ Cᵀ v; `None` where rounding lets no factor exist.
-    fn response(&self, rays: &[Ray], weight: f64, vector: &[f64]) -> Option<Vec<f64>> {
+    fn response(&self, rays: &[ForceDirection], weight: f64, vector: &[f64]) -> Option<Vec<f64>> {
         let mut response = vec![0.0; vector.len()];
-        let along = |ray: &Ray| {
+        let along = |ray: &ForceDirection| {
             (0..3)
                 .map(|k| ray.direction[k] * vector[3 * ray.contact + k])
                 .sum()
@@ -194,7 +194,7 @@ impl LeastPenetration<'_> {
     }
 
     /// α + Cᵀ W C.
-    fn restricted(&self, rays: &[Ray], weight: f64) -> CscMatrix {
+    fn restricted(&self, rays: &[ForceDirection], weight: f64) -> CscMatrix {
         let n = rays.len();
         let mut matrix = CscMatrix::empty(n);
         matrix.cols = n;
@@ -244,11 +244,11 @@ impl LeastPenetration<'_> {
                 .iter()
                 .zip(&self.mu)
                 .enumerate();
-            let rays: Vec<Ray> = contacts
+            let rays: Vec<ForceDirection> = contacts
                 .flat_map(|(contact, (p, &mu))| {
                     let rays = face(*p, mu);
                     rays.into_iter()
-                        .map(move |direction| Ray { contact, direction })
+                        .map(move |direction| ForceDirection { contact, direction })
                 })
                 .collect();
             let mut inside = direction.clone();

@@ -9,7 +9,7 @@ use crate::{
 
 /// How the tangential pair of a pane can move on a face of the admissible set.
 #[derive(Debug, Clone, Copy)]
-enum Motion {
+enum Mobility {
     /// Not at all: the ellipse is a point, or the pair is at the end of a segment.
     Held,
     /// Along a line, the tangent of the ellipse or the axis of a segment.
@@ -33,7 +33,7 @@ enum Motion {
 pub(in crate::solver) struct Face {
     layout: MultiplierLayout,
     pressed: Vec<bool>,
-    pairs: Vec<Motion>,
+    pairs: Vec<Mobility>,
 }
 
 impl Face {
@@ -49,19 +49,19 @@ impl Face {
             let [a, b] = ellipse.semi_axes;
             let inside = |k: usize| point[k].abs() < ellipse.semi_axes[k];
             match (a > 0.0, b > 0.0) {
-                (true, true) if !ellipse.on_boundary(point) => Motion::Free,
+                (true, true) if !ellipse.on_boundary(point) => Mobility::Free,
                 (true, true) => {
                     let frame = ellipse.boundary_frame(point);
                     let r = set.tangential(gradient, pane);
                     let force = -(r[0] * frame.normal[0] + r[1] * frame.normal[1]);
-                    Motion::Along {
+                    Mobility::Along {
                         tangent: frame.tangent,
                         stiffness: force.max(0.0) * frame.curvature,
                     }
                 }
-                (true, false) if inside(0) => Motion::axis([1.0, 0.0]),
-                (false, true) if inside(1) => Motion::axis([0.0, 1.0]),
-                _ => Motion::Held,
+                (true, false) if inside(0) => Mobility::axis([1.0, 0.0]),
+                (false, true) if inside(1) => Mobility::axis([0.0, 1.0]),
+                _ => Mobility::Held,
             }
         });
         Self {
@@ -73,7 +73,7 @@ impl Face {
 
     /// Whether the same blocks are free, held and on a boundary.
     pub(in crate::solver) fn same_as(&self, other: &Self) -> bool {
-        let kind = std::mem::discriminant::<Motion>;
+        let kind = std::mem::discriminant::<Mobility>;
         let mut pairs = self.pairs.iter().zip(&other.pairs);
         self.pressed == other.pressed && pairs.all(|(a, b)| kind(a) == kind(b))
     }
@@ -141,9 +141,9 @@ impl Face {
 
     /// The diagonal (−r·ν)₊ κ in coordinates.
     fn stiffness(&self) -> Vec<f64> {
-        let of_pair = |motion: &Motion| match motion {
-            Motion::Along { stiffness, .. } => [*stiffness, 0.0],
-            Motion::Held | Motion::Free => [0.0; 2],
+        let of_pair = |motion: &Mobility| match motion {
+            Mobility::Along { stiffness, .. } => [*stiffness, 0.0],
+            Mobility::Held | Mobility::Free => [0.0; 2],
         };
         let normal = self.pressed.iter().map(|_| 0.0);
         normal.chain(self.pairs.iter().flat_map(of_pair)).collect()
@@ -156,15 +156,15 @@ impl Face {
         let normal = normal.map(|(pressed, v)| if *pressed { *v } else { 0.0 });
         let pairs = self.pairs.iter().zip(tangential);
         let tangential = pairs.flat_map(|(motion, v)| match motion {
-            Motion::Held => [0.0; 2],
-            Motion::Along { tangent, .. } => along(*tangent, *v),
-            Motion::Free => *v,
+            Mobility::Held => [0.0; 2],
+            Mobility::Along { tangent, .. } => along(*tangent, *v),
+            Mobility::Free => *v,
         });
         normal.chain(tangential).collect()
     }
 }
 
-impl Motion {
+impl Mobility {
     /// Along an axis of a segment.
     fn axis(tangent: [f64; 2]) -> Self {
         Self::Along {

@@ -354,7 +354,7 @@ fn solve_dense(matrix: &mut [f64], rhs: &mut [f64]) -> Option<()> {
 
 /// The rows of R' that a multiplier's own r enters.
 #[derive(Clone, Copy)]
-enum Place<'a> {
+enum OwnRows<'a> {
     /// None: an open contact, or an ellipse that is a point.
     Nowhere,
     /// A row ρ_ν (S d)_ν.
@@ -388,15 +388,15 @@ impl NewtonSystem<'_> {
         Some(rhs)
     }
 
-    fn places(&self, n_unknowns: usize) -> Vec<Place<'_>> {
-        let mut places = vec![Place::Nowhere; n_unknowns];
+    fn places(&self, n_unknowns: usize) -> Vec<OwnRows<'_>> {
+        let mut places = vec![OwnRows::Nowhere; n_unknowns];
         for at in &self.rows {
             if let Some(row) = at.normal_row {
-                places[at.pane] = Place::Normal(row);
+                places[at.pane] = OwnRows::Normal(row);
             }
             if let Some(pair) = &at.pair {
                 for (k, &unknown) in pair.unknowns.iter().enumerate() {
-                    places[unknown] = Place::Pair(pair, k);
+                    places[unknown] = OwnRows::Pair(pair, k);
                 }
             }
         }
@@ -407,7 +407,7 @@ impl NewtonSystem<'_> {
     fn sparse_column(
         &self,
         operator: &CscMatrix,
-        places: &[Place<'_>],
+        places: &[OwnRows<'_>],
         j: usize,
     ) -> Vec<(usize, f64)> {
         let steplengths = &self.map.conditions.steplengths;
@@ -420,21 +420,21 @@ impl NewtonSystem<'_> {
         for (&i, value) in rows.iter().zip(values) {
             let change = steplengths[i] * value;
             match places[i] {
-                Place::Nowhere => {}
-                Place::Normal(row) => normal_entries.push((row, change)),
-                Place::Pair(pair, k) => add_to_pair(pair, pair.by_point.map(|p| p[k] * change)),
+                OwnRows::Nowhere => {}
+                OwnRows::Normal(row) => normal_entries.push((row, change)),
+                OwnRows::Pair(pair, k) => add_to_pair(pair, pair.by_point.map(|p| p[k] * change)),
             }
         }
         match places[j] {
-            Place::Nowhere => {}
-            Place::Normal(_) => {
+            OwnRows::Nowhere => {}
+            OwnRows::Normal(_) => {
                 let layout = self.map.dual.layout;
                 let own = layout.tangential(j).map(|[first, _]| places[first]);
-                if let Some(Place::Pair(pair, _)) = own {
+                if let Some(OwnRows::Pair(pair, _)) = own {
                     add_to_pair(pair, pair.by_bound.map(|by| -by));
                 }
             }
-            Place::Pair(pair, k) => {
+            OwnRows::Pair(pair, k) => {
                 let held = if steplengths[j] > 0.0 { 1.0 } else { 0.0 };
                 let unit = |row: usize| if row == k { 1.0 } else { 0.0 };
                 add_to_pair(

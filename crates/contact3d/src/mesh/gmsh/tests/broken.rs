@@ -2,8 +2,8 @@
 
 use super::{
     super::{
+        FilePosition::{Byte, Line},
         GmshError::{self, *},
-        Place::{Byte, Line},
         parse,
     },
     FOOT_22_BINARY, FOOT_41_BINARY, PAIR_22, PAIR_41,
