@@ -64,9 +64,10 @@ fn check(path: &Path) {
     let case = Case::try_new(scene, &pipelines()).unwrap_or_else(|e| panic!("{name}: {e}"));
     // The published stopping rule at ε = 1e-4 leaves up to a per cent or so, and says it.
     let published = case.scene().solve.method == Method::FixedPoint;
-    let (expected, accuracy) = match published {
-        true => (Status::Stopped, 2e-2),
-        false => (Status::Converged, case.scene().solve.epsilon()),
+    let (expected, accuracy) = if published {
+        (Status::Stopped, 2e-2)
+    } else {
+        (Status::Converged, case.scene().solve.epsilon())
     };
     assert_eq!(case.solution.status, expected, "{name}");
     assert!(case.solution.accuracy <= accuracy, "{name}");

@@ -89,9 +89,10 @@ fn every_example_is_part_of_a_scene() {
             |(key, text): &(&str, &'static str)| (!given.contains_key(*key)).then_some(*text);
         let rest: Vec<&str> = REST.iter().filter_map(missing).collect();
         // Keys without a table must come first.
-        let scene = match given.contains_key("title") {
-            true => format!("{example}\n{}", rest.concat()),
-            false => format!("{}\n{example}", rest.concat()),
+        let scene = if given.contains_key("title") {
+            format!("{example}\n{}", rest.concat())
+        } else {
+            format!("{}\n{example}", rest.concat())
         };
         Scene::parse("example", &scene).unwrap_or_else(|error| panic!("{error}:\n{scene}"));
     }

@@ -160,11 +160,12 @@ fn write_contact(writer: &mut GroupWriter<'_>, contact: &ContactSystem) -> Resul
     let dimension = explicit.dimension();
     // Made from a factor in single precision, in whose range they are.
     let is_single = |matrix: &[f64]| matrix.iter().all(|v| f64::from(*v as f32) == *v);
-    let mut dense = |double, single, matrix: &[f64], shape: &[usize]| match is_single(matrix) {
-        false => writer.write(double, matrix, shape),
-        true => {
+    let mut dense = |double, single, matrix: &[f64], shape: &[usize]| {
+        if is_single(matrix) {
             let rounded: Vec<f32> = matrix.iter().map(|value| *value as f32).collect();
             writer.write(single, &rounded, shape)
+        } else {
+            writer.write(double, matrix, shape)
         }
     };
     let operator = explicit.operator.as_slice();

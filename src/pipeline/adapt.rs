@@ -110,9 +110,10 @@ fn read(
     scene: &Scene,
 ) -> Result<Option<(Adaptation, AdaptiveStatus)>, FormatError> {
     let stored = reader.whole_group(ADAPT)?;
-    match stored.is_some_and(|stored| stored.record.input_digest == levels_input(scene)) {
-        true => Ok(Some(format::read_adaptation(reader)?)),
-        false => Ok(None),
+    if stored.is_some_and(|stored| stored.record.input_digest == levels_input(scene)) {
+        Ok(Some(format::read_adaptation(reader)?))
+    } else {
+        Ok(None)
     }
 }
 
@@ -171,9 +172,10 @@ impl Session {
                 Err(error) => return Err(error),
             }
         }
-        let status = match too_large {
-            true => AdaptiveStatus::TooLarge,
-            false => adaptation.status(wish),
+        let status = if too_large {
+            AdaptiveStatus::TooLarge
+        } else {
+            adaptation.status(wish)
         };
         let meets = adaptation.level_that_meets(wish);
         let level = meets.unwrap_or(adaptation.levels.len() - 1);

@@ -73,9 +73,10 @@ pub(super) struct Settings<'a> {
 impl<'a> Settings<'a> {
     pub(super) fn of(scene: &'a Scene) -> Self {
         Self {
-            prescribed: match scene.clamps.iter().any(Clamp::is_moved) {
-                false => Vec::new(),
-                true => scene.clamps.iter().map(|clamp| &clamp.value).collect(),
+            prescribed: if scene.clamps.iter().any(Clamp::is_moved) {
+                scene.clamps.iter().map(|clamp| &clamp.value).collect()
+            } else {
+                Vec::new()
             },
             traction: &scene.tractions,
             pressure: &scene.pressures,

@@ -121,9 +121,10 @@ impl Session {
             begun: &|step, work| (observe.borrow_mut())(Step::Counting(step, work)),
         })?);
         // The loads of a history are those of its last increment, which nothing has applied yet.
-        match self.scene().has_history() {
-            true => self.known.set_operator(system.clone()),
-            false => self.known.set_problem(system.clone()),
+        if self.scene().has_history() {
+            self.known.set_operator(system.clone())
+        } else {
+            self.known.set_problem(system.clone())
         }
         Ok(Output::Assemble(system))
     }

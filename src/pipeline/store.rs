@@ -121,11 +121,12 @@ impl Store {
                 .filter_map(|s| Some((s.stage, s.stored.as_ref()?)));
             stored.any(|(other, stored)| other == *stage && stored.digest == *digest)
         };
-        match self.upstream.iter().all(holds) {
-            true => Ok(()),
-            false => Err(StoreError::Changed {
+        if self.upstream.iter().all(holds) {
+            Ok(())
+        } else {
+            Err(StoreError::Changed {
                 file: self.path().to_owned(),
-            }),
+            })
         }
     }
 
@@ -167,9 +168,10 @@ impl Store {
         let waiting: f64 = waiting.iter().map(|pending| pending.seconds()).sum();
         let is_long = waiting >= self.last_store_seconds.max(SHORT_RUN);
         if task.threads == 1 {
-            return match is_long {
-                true => self.commit(task, None),
-                false => Ok(()),
+            return if is_long {
+                self.commit(task, None)
+            } else {
+                Ok(())
             };
         }
         if is_long {

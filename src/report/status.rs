@@ -106,12 +106,13 @@ fn after_all_ways(solution: &Solution, scene: &Scene) -> String {
 /// What a scene without equilibrium may change.
 fn load_and_friction(scene: &Scene, word: &str) -> String {
     let features = ModelFeatures::of(scene);
-    match features
+    if features
         .friction()
         .any(|law| *law != FrictionModel::Frictionless)
     {
-        true => format!("load {word} friction"),
-        false => "the load".to_owned(),
+        format!("load {word} friction")
+    } else {
+        "the load".to_owned()
     }
 }
 

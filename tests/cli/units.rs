@@ -50,9 +50,10 @@ fn unit_attributes(file: &Path) -> Vec<String> {
         }
         for inner in group.groups().unwrap() {
             let is_matrix = inner.attr("encoding-type").is_ok();
-            match is_matrix {
-                true => found.extend(unit_of(&inner)),
-                false => visit(&inner, found),
+            if is_matrix {
+                found.extend(unit_of(&inner))
+            } else {
+                visit(&inner, found)
             }
         }
     }

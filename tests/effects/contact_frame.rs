@@ -15,13 +15,17 @@ fn cube(face: &str, contact: &str) -> String {
         (axis, _) => format!("{axis}min"),
     };
     let push = if face.ends_with("min") { -2e7 } else { 2e7 };
-    let load = ["x", "y", "z"].map(|axis| match face.starts_with(axis) {
-        true => format!("{push:?}"),
-        false => "4e6".to_owned(),
+    let load = ["x", "y", "z"].map(|axis| {
+        if face.starts_with(axis) {
+            format!("{push:?}")
+        } else {
+            "4e6".to_owned()
+        }
     });
-    let side = match face.starts_with('x') {
-        true => "y_max",
-        false => "x_max",
+    let side = if face.starts_with('x') {
+        "y_max"
+    } else {
+        "x_max"
     };
     format!(
         "title = 'cube'\n[body.brick]\nsize = [1.0, 1.0, 1.0]\ncells = [4, 4, 4]\n{STEEL}\

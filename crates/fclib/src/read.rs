@@ -227,12 +227,11 @@ impl<'a> Source<'a> {
 
     fn vector_of(&self, path: &str, length: usize) -> Result<Vec<f64>, FclibError> {
         let values = self.vector(path)?;
-        match values.len() == length {
-            true => Ok(values),
-            false => {
-                let found = format!("{} numbers", values.len());
-                Err(self.unexpected(path, format!("{length} numbers"), found))
-            }
+        if values.len() == length {
+            Ok(values)
+        } else {
+            let found = format!("{} numbers", values.len());
+            Err(self.unexpected(path, format!("{length} numbers"), found))
         }
     }
 
@@ -295,9 +294,10 @@ impl<'a> Source<'a> {
     fn solution(&self, path: &str, components: usize) -> Result<Solution, FclibError> {
         let v = format!("{path}/v");
         Ok(Solution {
-            v: match self.has(&v) {
-                true => Some(self.vector(&v)?),
-                false => None,
+            v: if self.has(&v) {
+                Some(self.vector(&v)?)
+            } else {
+                None
             },
             u: self.vector_of(&format!("{path}/u"), components)?,
             r: self.vector_of(&format!("{path}/r"), components)?,

@@ -102,11 +102,11 @@ pub fn write_arrays(
     arrays: &[Array<'_>],
 ) -> Result<(), FclibError> {
     let target = FileWriter::of(file);
-    let group = match file.link_exists(group) {
-        true => file
-            .group(group)
-            .in_file(&target.path, || format!("open the group {group}"))?,
-        false => target.group(target.root(), group)?,
+    let group = if file.link_exists(group) {
+        file.group(group)
+            .in_file(&target.path, || format!("open the group {group}"))?
+    } else {
+        target.group(target.root(), group)?
     };
     for array in arrays {
         let rows = array.values.len() / array.columns;

@@ -55,9 +55,10 @@ impl UnitScale {
     fn plain(unit: &Unit) -> Self {
         Self {
             exponent: 0,
-            unit: match unit.is_none() {
-                true => Label::default(),
-                false => Label::plain(format!("[{}]", unit.word())),
+            unit: if unit.is_none() {
+                Label::default()
+            } else {
+                Label::plain(format!("[{}]", unit.word()))
             },
         }
     }
@@ -66,9 +67,10 @@ impl UnitScale {
         let decades = power_of_ten(exponent);
         Self {
             exponent,
-            unit: match unit.is_none() {
-                true => decades.upright("]"),
-                false => decades.upright(format!(" {}]", unit.word())),
+            unit: if unit.is_none() {
+                decades.upright("]")
+            } else {
+                decades.upright(format!(" {}]", unit.word()))
             },
         }
     }

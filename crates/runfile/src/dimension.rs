@@ -171,9 +171,10 @@ fn require_scale(
         dataset: path,
         ..place
     };
-    let object = match file.link_exists(path) {
-        true => file.dataset(path).at(place, "open a dimension")?,
-        false => create_scale(file, place, extent, (path, size))?,
+    let object = if file.link_exists(path) {
+        file.dataset(path).at(place, "open a dimension")?
+    } else {
+        create_scale(file, place, extent, (path, size))?
     };
     let class = object.attr(CLASS).and_then(|class| class.dtype());
     if class.is_ok_and(|class| class.size() == types.class.size()) {
@@ -244,8 +245,9 @@ fn remove_attribute(
     place: Place<'_>,
     name: &str,
 ) -> Result<(), StoreError> {
-    match has(object, place, name)? {
-        true => object.delete_attr(name).at(place, "remove an attribute"),
-        false => Ok(()),
+    if has(object, place, name)? {
+        object.delete_attr(name).at(place, "remove an attribute")
+    } else {
+        Ok(())
     }
 }

@@ -174,11 +174,11 @@ fn locate(path: &Path) -> Result<(PathBuf, OsString), StoreError> {
     if path.is_dir() {
         return Err(StoreError::IsDirectory { file: path.into() });
     }
-    let path = match path.is_symlink() {
-        true => path
-            .canonicalize()
-            .at_file(path, "follow the symbolic link")?,
-        false => path.to_path_buf(),
+    let path = if path.is_symlink() {
+        path.canonicalize()
+            .at_file(path, "follow the symbolic link")?
+    } else {
+        path.to_path_buf()
     };
     let name = path
         .file_name()

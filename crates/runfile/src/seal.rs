@@ -34,9 +34,10 @@ struct Seal {
 
 impl Seal {
     fn new(object: &hdf5::Location, place: Place<'_>, found: String) -> Result<Self, StoreError> {
-        let stored = match has(object, place, SEAL)? {
-            true => Some(read_text(object, place, SEAL)?),
-            false => None,
+        let stored = if has(object, place, SEAL)? {
+            Some(read_text(object, place, SEAL)?)
+        } else {
+            None
         };
         Ok(Self { stored, found })
     }

@@ -218,9 +218,10 @@ fn copy(source: &Path, path: &Path, target: &Path) -> Result<(), StoreError> {
     let copied = File::open(source)
         .and_then(|mut from| io::copy(&mut from, &mut File::create(path)?))
         .and_then(|_| is_same(File::open(path)?, File::open(source)?));
-    match copied.at_file(path, "copy the file")? {
-        true => Ok(()),
-        false => Err(unproven(target, "its copy is different")),
+    if copied.at_file(path, "copy the file")? {
+        Ok(())
+    } else {
+        Err(unproven(target, "its copy is different"))
     }
 }
 
@@ -297,9 +298,10 @@ fn keep_owner(of: &Path, path: &Path) -> io::Result<()> {
     use std::os::unix::fs::{MetadataExt, chown};
     let owner = |path: &Path| fs::metadata(path).map(|found| (found.uid(), found.gid()));
     let (user, group) = owner(of)?;
-    match owner(path)? == (user, group) {
-        true => Ok(()),
-        false => chown(path, Some(user), Some(group)),
+    if owner(path)? == (user, group) {
+        Ok(())
+    } else {
+        chown(path, Some(user), Some(group))
     }
 }
 

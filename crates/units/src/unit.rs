@@ -85,9 +85,10 @@ impl Unit {
     /// The word with a space before it, to stand beside a number; empty for no unit.
     #[must_use]
     pub fn beside(&self) -> String {
-        match self.is_none() {
-            true => String::new(),
-            false => format!(" {}", self.word),
+        if self.is_none() {
+            String::new()
+        } else {
+            format!(" {}", self.word)
         }
     }
 

@@ -151,9 +151,10 @@ impl Equations<'_> {
                         rho => unit(i) - rho * s[i],
                     });
                     let follows = motion.friction == Friction::Followed;
-                    let bound = match follows && !piece.capped[pane] {
-                        true => unit(normal),
-                        false => 0.0,
+                    let bound = if follows && !piece.capped[pane] {
+                        unit(normal)
+                    } else {
+                        0.0
                     };
                     let mut inverse = [0.0; 2];
                     if let Some(change) = &motion.slips {

@@ -136,9 +136,10 @@ impl<'a> Equations<'a> {
         for pane in 0..layout.n_panes() {
             let normal = layout.normal(pane);
             let pair = layout.tangential(pane)?;
-            let bound = match piece.capped[pane] {
-                true => cap / self.stress,
-                false => y[normal],
+            let bound = if piece.capped[pane] {
+                cap / self.stress
+            } else {
+                y[normal]
             };
             let mut state = PaneState {
                 normal_trial: trial(normal),
@@ -187,9 +188,10 @@ impl<'a> Equations<'a> {
     ) -> (Vec<Option<NodalInverse>>, Slips, Vec<[f64; 2]>) {
         let (surface, law) = (member.surface(), member.law());
         let laws = LawPieces::new(member);
-        let followed = match law.depends_on_slip() {
-            true => displacement,
-            false => &[],
+        let followed = if law.depends_on_slip() {
+            displacement
+        } else {
+            &[]
         };
         let slips = Slips::on_piece(&member.interface.slip.operator, followed, &piece.nodes);
         let nodes = slips.value.iter().zip(&piece.nodes).enumerate();

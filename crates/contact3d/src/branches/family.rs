@@ -116,12 +116,13 @@ impl<'a> Family<'a> {
             let law = others
                 .iter()
                 .any(|other| other.scene().friction != ends[0].scene().friction);
-            match is_straight {
-                true => Dependence::Straight {
+            if is_straight {
+                Dependence::Straight {
                     ends: Box::new([dual_of(&ends[0]).clone(), dual_of(&ends[1]).clone()]),
                     law,
-                },
-                false => Dependence::Curved,
+                }
+            } else {
+                Dependence::Curved
             }
         } else {
             Dependence::Operator

@@ -108,9 +108,10 @@ impl Equations<'_> {
                     let is_certified = self.is_certified(&point, &state);
                     front.state = state;
                     points.push(point);
-                    let end = match is_certified {
-                        true => PathEnd::Range,
-                        false => PathEnd::Uncertified,
+                    let end = if is_certified {
+                        PathEnd::Range
+                    } else {
+                        PathEnd::Uncertified
                     };
                     observe(&points, &front, open, Some(end));
                     return Ok(end);
@@ -128,9 +129,10 @@ impl Equations<'_> {
                         front.step = (GROWTH * front.step).min(LARGEST_STEP * (1.0 + reach));
                     }
                     front.state = state;
-                    let kind = match returned {
-                        true => PointKind::End,
-                        false => PointKind::Regular,
+                    let kind = if returned {
+                        PointKind::End
+                    } else {
+                        PointKind::Regular
                     };
                     let point = self.describe(&front.piece, &front.state, kind, Vec::new())?;
                     let is_certified = self.is_certified(&point, &front.state);

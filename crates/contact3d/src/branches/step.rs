@@ -41,9 +41,10 @@ impl Equations<'_> {
         add_scaled(&mut guess, front.step, &from.tangent);
         let ahead = guess[guess.len() - 1];
         let leaves = !(0.0..=1.0).contains(&ahead);
-        let corrected = match leaves {
-            true => self.at_range_end(front, &from.point, &guess)?,
-            false => self.ahead(front, guess)?,
+        let corrected = if leaves {
+            self.at_range_end(front, &from.point, &guess)?
+        } else {
+            self.ahead(front, guess)?
         };
         let Some(mut state) = corrected else {
             return Ok(Advance::Nothing);
@@ -66,9 +67,10 @@ impl Equations<'_> {
             return Ok(Advance::Nothing);
         }
         if !self.crosses(piece, from, &state) {
-            return Ok(match at_end {
-                true => Advance::RangeEnd(state),
-                false => Advance::Point(state),
+            return Ok(if at_end {
+                Advance::RangeEnd(state)
+            } else {
+                Advance::Point(state)
             });
         }
         let step = Chord {

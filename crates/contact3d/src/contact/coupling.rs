@@ -38,9 +38,10 @@ impl Coupling {
             let is_nodal = surface.faces[surface.face_of_pane(pane)].is_nodal;
             for (local, weight) in surface.pane_weights(pane) {
                 let node = dofs.dof[surface.nodes[local]];
-                let axis = match is_nodal {
-                    true => free_of_rounding(axis(local), &node),
-                    false => axis(local),
+                let axis = if is_nodal {
+                    free_of_rounding(axis(local), &node)
+                } else {
+                    axis(local)
                 };
                 for (dof, direction) in node.iter().zip(axis) {
                     if let (Some(dof), true) = (*dof, direction != 0.0) {

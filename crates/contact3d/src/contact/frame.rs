@@ -55,9 +55,10 @@ impl ContactFrame {
         for (face, has) in surface.faces.iter().zip(features) {
             let contact = &scene.contacts[has.entry];
             let key = scene.contact_key(has.entry);
-            let normals: Vec<[f64; 3]> = match is_uniform {
-                true => surface.normals.clone(),
-                false => face.nodes.clone().map(|n| surface.normal_at(n)).collect(),
+            let normals: Vec<[f64; 3]> = if is_uniform {
+                surface.normals.clone()
+            } else {
+                face.nodes.clone().map(|n| surface.normal_at(n)).collect()
             };
             let varies = normals.iter().any(|normal| normal != &normals[0]);
             let axes_at = |local: usize| -> Result<[[f64; 3]; 2], Invalid> {
@@ -66,9 +67,10 @@ impl ContactFrame {
                 let first = first_axis(contact, &key, &normal, varies, place)?;
                 Ok([first.into(), first.cross(&normal).into()])
             };
-            let places = match is_uniform && !has.turning_frame {
-                true => face.nodes.start..face.nodes.end.min(face.nodes.start + 1),
-                false => face.nodes.clone(),
+            let places = if is_uniform && !has.turning_frame {
+                face.nodes.start..face.nodes.end.min(face.nodes.start + 1)
+            } else {
+                face.nodes.clone()
             };
             let axes = places.map(axes_at).collect::<Result<Vec<_>, Invalid>>()?;
             let constant = axes.first().filter(|_| !has.turning_frame);
@@ -190,18 +192,20 @@ fn first_axis(
         };
         let along = given.dot(normal);
         // Where normals vary no constant vector is tangential everywhere.
-        let tangential = match varies {
-            true => along.abs() < (1.0 - TANGENTIAL) * given.norm(),
-            false => along.abs() <= TANGENTIAL * given.norm(),
+        let tangential = if varies {
+            along.abs() < (1.0 - TANGENTIAL) * given.norm()
+        } else {
+            along.abs() <= TANGENTIAL * given.norm()
         };
         let flat = given - normal * along;
         return match flat.try_normalize(0.0) {
             Some(first) if tangential && first.iter().all(|v| v.is_finite()) => Ok(first),
             _ => Err(Invalid {
                 key: format!("{key}.axis_1"),
-                expected: match varies {
-                    true => "a non-zero vector that is nowhere along the normal",
-                    false => "a non-zero vector in the plane of the contact face",
+                expected: if varies {
+                    "a non-zero vector that is nowhere along the normal"
+                } else {
+                    "a non-zero vector in the plane of the contact face"
                 }
                 .into(),
                 found: format!(

@@ -12,9 +12,10 @@ const ROUNDING: f64 = 1e-12;
 /// The components of ν, t₁ or t₂ along the free axes of a half-held node, without roundings: an axis along a held component has
 /// no row in B, and one of roundings would be as good as parallel to another.
 pub(super) fn free_of_rounding(direction: [f64; 3], dofs: &[Option<usize>; 3]) -> [f64; 3] {
-    match dofs.iter().any(Option::is_none) {
-        true => direction.map(|part| if part.abs() > ROUNDING { part } else { 0.0 }),
-        false => direction,
+    if dofs.iter().any(Option::is_none) {
+        direction.map(|part| if part.abs() > ROUNDING { part } else { 0.0 })
+    } else {
+        direction
     }
 }
 

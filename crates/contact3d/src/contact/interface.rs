@@ -273,9 +273,10 @@ fn non_negative(key: &str, quantity: &Quantity, points: &[[f64; 3]]) -> Result<V
             key: key.to_owned(),
             expected: "a value >= 0 at every contact node".into(),
             found: format!("{} at {}", Written(&values[at]), place_words(points[at])),
-            help: match values[at] < 0.0 {
-                true => "write max(FORMULA, 0), or add a constant to the formula".into(),
-                false => UNDEFINED.into(),
+            help: if values[at] < 0.0 {
+                "write max(FORMULA, 0), or add a constant to the formula".into()
+            } else {
+                UNDEFINED.into()
             },
         }),
     }

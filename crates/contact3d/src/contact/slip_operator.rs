@@ -112,9 +112,12 @@ impl ClementStars {
 
     fn slip(&self, tangential: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let means: Vec<[f64; 2]> = self.of_triangles(tangential, |mean, _| mean);
-        let star = |(star, own): (&Vec<(usize, f64)>, &[f64; 2])| match star.is_empty() {
-            true => own.map(f64::abs),
-            false => [0, 1].map(|k| star.iter().map(|(t, share)| share * means[*t][k]).sum()),
+        let star = |(star, own): (&Vec<(usize, f64)>, &[f64; 2])| {
+            if star.is_empty() {
+                own.map(f64::abs)
+            } else {
+                [0, 1].map(|k| star.iter().map(|(t, share)| share * means[*t][k]).sum())
+            }
         };
         self.stars.iter().zip(tangential).map(star).collect()
     }

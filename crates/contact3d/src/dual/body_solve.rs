@@ -167,9 +167,10 @@ impl StiffnessFactor {
                 let are_all = n_normal == kept.len();
                 Triangle::Sparse(Box::new(SparseTriangle {
                     all: shifted_sparse(leading(kept.len())),
-                    normal: match are_all {
-                        true => None,
-                        false => shifted_sparse(leading(n_normal)),
+                    normal: if are_all {
+                        None
+                    } else {
+                        shifted_sparse(leading(n_normal))
                     },
                 }))
             }
@@ -224,9 +225,10 @@ impl Triangle {
             Self::Dense(Some(factor)) => factor.solve(x),
             Self::Sparse(factors) => {
                 let is_whole = |factor: &CholeskyFactor| factor.size() == x.len();
-                let factor = match factors.all.as_ref().is_none_or(is_whole) {
-                    true => &factors.all,
-                    false => &factors.normal,
+                let factor = if factors.all.as_ref().is_none_or(is_whole) {
+                    &factors.all
+                } else {
+                    &factors.normal
                 };
                 match factor {
                     None => x.fill(f64::NAN),

@@ -374,9 +374,12 @@ impl Balance {
     pub(crate) fn steplengths(&self) -> impl Iterator<Item = f64> + '_ {
         let norms = || self.coupling.grip.iter().map(|g| norm(g));
         let largest = norms().fold(0.0, f64::max);
-        norms().map(move |size| match size > UNFELT * largest {
-            true => size.recip(),
-            false => largest.recip(),
+        norms().map(move |size| {
+            if size > UNFELT * largest {
+                size.recip()
+            } else {
+                largest.recip()
+            }
         })
     }
 

@@ -139,9 +139,10 @@ pub(crate) fn loose_motions(scene: &Scene, mesh: &Mesh) -> Result<LooseMotions, 
         motions: motions_left_to_contact(scene, mesh)?,
         resisted: false,
     };
-    let springs = match scene.contacts.is_empty() {
-        true => None,
-        false => SpringMatrix::of(scene, mesh)?,
+    let springs = if scene.contacts.is_empty() {
+        None
+    } else {
+        SpringMatrix::of(scene, mesh)?
     };
     let Some(springs) = springs else {
         return Ok(free);

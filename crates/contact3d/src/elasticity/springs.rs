@@ -50,9 +50,10 @@ impl SpringMatrix {
     /// # Errors
     /// A stiffness that is not finite and positive semidefinite somewhere.
     pub fn of(scene: &Scene, mesh: &Mesh) -> Result<Option<Self>, Invalid> {
-        match scene.springs.is_empty() {
-            true => Ok(None),
-            false => Self::sum(scene.springs.iter().enumerate(), mesh).map(Some),
+        if scene.springs.is_empty() {
+            Ok(None)
+        } else {
+            Self::sum(scene.springs.iter().enumerate(), mesh).map(Some)
         }
     }
 
@@ -174,15 +175,16 @@ pub(crate) fn stiffness_at(
 ) -> Result<Matrix3<f64>, Invalid> {
     let value = |name: &str, quantity: &Quantity| -> Result<f64, Invalid> {
         let found = quantity.at(at);
-        match found.is_finite() {
-            true => Ok(found),
-            false => Err(unusable(
+        if found.is_finite() {
+            Ok(found)
+        } else {
+            Err(unusable(
                 index,
                 name,
                 "finite",
                 Written(&found).to_string(),
                 at,
-            )),
+            ))
         }
     };
     match spring.stiffness() {

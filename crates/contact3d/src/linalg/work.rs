@@ -28,9 +28,10 @@ impl Work {
     #[must_use]
     pub fn share(&self) -> f64 {
         let done = self.done.load(Ordering::Relaxed) as f64;
-        match self.total > 0.0 {
-            true => (done / self.total).min(1.0),
-            false => 0.0,
+        if self.total > 0.0 {
+            (done / self.total).min(1.0)
+        } else {
+            0.0
         }
     }
 }

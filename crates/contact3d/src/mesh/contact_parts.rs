@@ -114,9 +114,10 @@ fn share_inside(triangle: &[[f64; 3]; 3], [low, high]: &[[f64; 3]; 2]) -> f64 {
         let extent = along.into_iter().fold(f64::NEG_INFINITY, f64::max)
             - along.into_iter().fold(f64::INFINITY, f64::min);
         // A narrow triangle has its corners on one plane at most, unless it is flat to the digits.
-        let slack = match extent > TYPED * size {
-            true => (TYPED * size).min(extent / 4.0),
-            false => TYPED * size,
+        let slack = if extent > TYPED * size {
+            (TYPED * size).min(extent / 4.0)
+        } else {
+            TYPED * size
         };
         let snapped = |side: f64| if side.abs() <= slack { 0.0 } else { side };
         polygon = cut(&polygon, |x| snapped(x[c] - low[c]));

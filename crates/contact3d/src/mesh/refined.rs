@@ -191,9 +191,10 @@ impl Mesh {
         folder: &Path,
         refinement: &Refinement,
     ) -> Result<Self, MeshError> {
-        match refinement.is_empty() {
-            true => Self::of_scene(scene, folder),
-            false => RefinableBody::refined(scene, folder, refinement)?.mesh(),
+        if refinement.is_empty() {
+            Self::of_scene(scene, folder)
+        } else {
+            RefinableBody::refined(scene, folder, refinement)?.mesh()
         }
     }
 }

@@ -185,11 +185,12 @@ fn clamp_shares(scene: &Scene, mesh: &Mesh, forces: &[Vector]) -> Vec<Vec<Vector
         .map(|clamp| mesh.held_by(clamp))
         .collect();
     let share = |holds_here: &Vec<[bool; 3]>| -> Vec<Vector> {
-        let part = |node: usize, c: usize| match holds_here[node][c] {
-            false => 0.0,
-            true => {
+        let part = |node: usize, c: usize| {
+            if holds_here[node][c] {
                 let count = holds.iter().filter(|holds| holds[node][c]).count();
                 forces[node][c] / count as f64
+            } else {
+                0.0
             }
         };
         let nodes = 0..forces.len();

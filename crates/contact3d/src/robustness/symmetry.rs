@@ -411,12 +411,13 @@ fn reordered(surface: &ContactSurface, new: &[usize]) -> ContactSurface {
             [everywhere] => vec![*everywhere],
             each => order.iter().map(|&local| each[local]).collect(),
         },
-        clearance: match surface.clearance.is_empty() {
-            true => Vec::new(),
-            false => order
+        clearance: if surface.clearance.is_empty() {
+            Vec::new()
+        } else {
+            order
                 .iter()
                 .map(|&local| surface.clearance[local])
-                .collect(),
+                .collect()
         },
         nodes: order
             .iter()

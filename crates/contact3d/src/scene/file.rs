@@ -104,9 +104,10 @@ const CHUNK: usize = 64 * 1024;
 /// regular file.
 pub fn require_regular(path: &Path) -> io::Result<()> {
     let kind = fs::metadata(path)?.file_type();
-    match kind.is_file() {
-        true => Ok(()),
-        false => Err(refused("a regular file", kind)),
+    if kind.is_file() {
+        Ok(())
+    } else {
+        Err(refused("a regular file", kind))
     }
 }
 
@@ -125,9 +126,10 @@ pub fn read_bounded(path: &Path, longest: u64) -> io::Result<Vec<u8>> {
             .read_to_end(&mut bytes)?;
         return Ok(bytes);
     }
-    match is_pipe(kind) {
-        true => read_pipe(path, longest),
-        false => Err(refused("a regular file or a pipe", kind)),
+    if is_pipe(kind) {
+        read_pipe(path, longest)
+    } else {
+        Err(refused("a regular file or a pipe", kind))
     }
 }
 
@@ -269,9 +271,10 @@ pub fn shown_lines(text: &str) -> String {
 fn with_escapes(text: &str, is_hidden: impl Fn(char) -> bool) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
-        match is_hidden(c) {
-            true => shown.extend(c.escape_default()),
-            false => shown.push(c),
+        if is_hidden(c) {
+            shown.extend(c.escape_default())
+        } else {
+            shown.push(c)
         }
     }
     shown

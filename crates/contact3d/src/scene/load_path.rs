@@ -95,14 +95,15 @@ impl Scene {
     /// # Errors
     /// The steps, named as what `task` cannot have.
     pub fn require_no_history(&self, task: &str) -> Result<(), Invalid> {
-        match self.has_history() {
-            false => Ok(()),
-            true => Err(Invalid {
+        if self.has_history() {
+            Err(Invalid {
                 key: "step".into(),
                 expected: format!("no load history, for {task} is about one problem"),
                 found: format!("{} steps", self.steps.len()),
                 help: "leave out [[step]], and give the loads of the step that is meant".into(),
-            }),
+            })
+        } else {
+            Ok(())
         }
     }
 

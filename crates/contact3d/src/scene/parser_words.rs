@@ -100,11 +100,10 @@ pub(super) fn in_words(
     let (found, help) = if is_no_kind {
         let mut found = found_at(&place);
         found.retain(|found| kinds.contains(&found.as_str()));
-        let help = match found.is_empty() {
-            true => format!("give one of them, such as {example}"),
-            false => {
-                format!("leave one of them; --set '{place}={{ ... }}' replaces the whole table")
-            }
+        let help = if found.is_empty() {
+            format!("give one of them, such as {example}")
+        } else {
+            format!("leave one of them; --set '{place}={{ ... }}' replaces the whole table")
         };
         (found, help)
     } else if is_no_word {

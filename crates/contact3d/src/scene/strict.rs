@@ -167,9 +167,10 @@ impl<'de, V: Visitor<'de>> Visitor<'de> for Taker<V> {
         let value = self.visitor.visit_seq(&mut entries)?;
         let used = entries.taken;
         while entries.next_element::<IgnoredAny>()?.is_some() {}
-        match entries.taken > used {
-            true => Err(A::Error::invalid_length(entries.taken, &Length(used))),
-            false => Ok(value),
+        if entries.taken > used {
+            Err(A::Error::invalid_length(entries.taken, &Length(used)))
+        } else {
+            Ok(value)
         }
     }
 

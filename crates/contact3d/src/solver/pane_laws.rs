@@ -141,9 +141,10 @@ impl CoulombState {
 /// φ at the contact nodes for a multiplier; empty unless the law follows the slip.
 pub(super) fn slip_of(dual: &ExplicitDual, laws: &PaneLaws, multiplier: &[f64]) -> Vec<[f64; 2]> {
     let displacement = dual.tangential_displacement(multiplier);
-    match displacement.is_empty() {
-        true => displacement,
-        false => laws.slip.slip(&displacement),
+    if displacement.is_empty() {
+        displacement
+    } else {
+        laws.slip.slip(&displacement)
     }
 }
 

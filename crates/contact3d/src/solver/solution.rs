@@ -212,9 +212,10 @@ impl Solution {
     /// What of the displacement strains the body, `[n_free]`, in m.
     #[must_use]
     pub fn straining(&self) -> &[f64] {
-        match self.straining.is_empty() {
-            true => &self.displacement,
-            false => &self.straining,
+        if self.straining.is_empty() {
+            &self.displacement
+        } else {
+            &self.straining
         }
     }
 
@@ -303,9 +304,10 @@ impl Solution {
             .filter(|it| it.is_resisted())
             .map(|_| displacement.clone());
         let unpressed = |law: &CoulombLaw| {
-            let slip = match law.depends_on_slip() {
-                true => laws.slip.slip(&problem.body.tangential(&displacement)),
-                false => Vec::new(),
+            let slip = if law.depends_on_slip() {
+                laws.slip.slip(&problem.body.tangential(&displacement))
+            } else {
+                Vec::new()
             };
             laws.unpressed(law, &slip)
         };

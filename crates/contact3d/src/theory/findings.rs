@@ -134,9 +134,10 @@ impl fmt::Display for Findings {
                 f,
                 ". At the solution of the law itself the spectral radius is {radius:.4}, "
             )?;
-            match rate.is_nan() {
-                true => f.write_str("and no rate is observed")?,
-                false => write!(f, "the observed rate {rate:.4}")?,
+            if rate.is_nan() {
+                f.write_str("and no rate is observed")?
+            } else {
+                write!(f, "the observed rate {rate:.4}")?
             }
             if let Some(followed) = self.other_followed() {
                 write!(

@@ -95,9 +95,10 @@ pub(super) fn inf_sup(
             space,
             ratio: trial.size / here.face.size(),
             smallest,
-            inverse_half: match smallest > 0.0 {
-                true => (trial.size / smallest).sqrt(),
-                false => f64::INFINITY,
+            inverse_half: if smallest > 0.0 {
+                (trial.size / smallest).sqrt()
+            } else {
+                f64::INFINITY
             },
             inf_sup: largest.map(|value| value.sqrt().recip()),
         })

@@ -9,9 +9,10 @@ pub(crate) struct Planes {
 
 impl Planes {
     fn at(self, i: usize) -> f64 {
-        match i == self.n {
-            true => 1.0,
-            false => (self.k * i as f64 / self.n as f64).sinh() / self.k.sinh(),
+        if i == self.n {
+            1.0
+        } else {
+            (self.k * i as f64 / self.n as f64).sinh() / self.k.sinh()
         }
     }
 

@@ -84,9 +84,10 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &Layout, shown: &Shown) -> C
         .collect();
     let triangles = picture.boundary_triangles;
     let edges = surface_edges(triangles);
-    let factor = match shown.deforms {
-        true => displacement_factor(picture, &view, &undeformed, &edges),
-        false => 0.0,
+    let factor = if shown.deforms {
+        displacement_factor(picture, &view, &undeformed, &edges)
+    } else {
+        0.0
     };
     let deformed: Vec<Vector> = undeformed
         .iter()
@@ -102,9 +103,10 @@ fn drawn_body(picture: &ContactPicture<'_>, layout: &Layout, shown: &Shown) -> C
     let key = ColourKey::new(values, ColourMap::Plasma, &shown.symbol, &shown.unit);
 
     let on_support = picture.flat_support && !picture.contact_triangles.is_empty();
-    let support: Vec<Vector> = match on_support {
-        true => support_corners(picture, &view).to_vec(),
-        false => Vec::new(),
+    let support: Vec<Vector> = if on_support {
+        support_corners(picture, &view).to_vec()
+    } else {
+        Vec::new()
     };
     let drawn = used.flat_map(|&node| [undeformed[node], deformed[node]]);
     let drawn = drawn

@@ -71,8 +71,11 @@ impl<'a> Carried<'a> {
 
 /// The row that takes component i.
 pub(super) fn unit(i: usize) -> impl Fn(usize) -> Interval {
-    move |j| match i == j {
-        true => Interval::ONE,
-        false => Interval::ZERO,
+    move |j| {
+        if i == j {
+            Interval::ONE
+        } else {
+            Interval::ZERO
+        }
     }
 }

@@ -77,8 +77,9 @@ pub(super) fn narrow(
             None => return Narrowed::Empty,
         }
     }
-    match is_proven {
-        true => Narrowed::Proven(now),
-        false => Narrowed::Rest(now),
+    if is_proven {
+        Narrowed::Proven(now)
+    } else {
+        Narrowed::Rest(now)
     }
 }

@@ -98,20 +98,24 @@ impl SmallProblem {
             a.hull(b)
         };
         let stress: Vec<f64> = scale.iter().map(|scale| load / scale).collect();
-        let slips = match numbers.follows_slip {
-            false => Vec::new(),
-            true => (0..laws.len())
+        let slips = if numbers.follows_slip {
+            (0..laws.len())
                 .map(|node| [0, 1].map(|axis| slip(numbers, &stress, node, axis)))
-                .collect(),
+                .collect()
+        } else {
+            Vec::new()
         };
         Some(Self {
             operator: (0..n)
                 .map(|i| (0..n).map(|j| entry(i, j)).collect())
                 .collect(),
             rhs: (0..n)
-                .map(|i| match moves[i] {
-                    true => Interval::around(scaled(i) / load, UNCERTAIN),
-                    false => Interval::ZERO,
+                .map(|i| {
+                    if moves[i] {
+                        Interval::around(scaled(i) / load, UNCERTAIN)
+                    } else {
+                        Interval::ZERO
+                    }
                 })
                 .collect(),
             moves,

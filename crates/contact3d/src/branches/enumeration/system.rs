@@ -75,9 +75,10 @@ impl<'p> System<'p> {
         let sliding: Vec<usize> = components(State::slips).collect();
         let by_slips = Carried::by_slips(problem, &closed, &sliding)?;
         let by_stresses = Carried::by_stresses(problem, &stuck, &sliding)?;
-        let (unknowns, carried) = match problem.slips.is_empty() {
-            true => (Unknowns::Pressures, &by_stresses),
-            false => (Unknowns::Slips, &by_slips),
+        let (unknowns, carried) = if problem.slips.is_empty() {
+            (Unknowns::Pressures, &by_stresses)
+        } else {
+            (Unknowns::Slips, &by_slips)
         };
         let with = |row: Affine, constant: Interval| Affine {
             constant: row.constant + constant,
@@ -239,9 +240,10 @@ impl<'p> System<'p> {
         };
         let slip = self.slips.get(node).map(|pair| {
             let [first, second] = pair.each_ref().map(|u| u.over(&slides.sources));
-            match is_isotropic {
-                true => first.hypot(second),
-                false => [first, second][k].abs(),
+            if is_isotropic {
+                first.hypot(second)
+            } else {
+                [first, second][k].abs()
             }
         });
         let slip = slip.unwrap_or(Varying::constant(Interval::ZERO));

@@ -76,15 +76,19 @@ impl Meshes {
                 let coarsest = coarsest_with_regions(&scene, brick)?;
                 let multiples = MULTIPLES.map(|m| coarsest.map(|n| n * m));
                 let scenes = multiples.map(|cells| with_cells(&scene, cells)).into_iter();
-                let scenes = scenes.map(|scene| match kind.is_graded() {
-                    true => graded(scene),
-                    false => scene,
+                let scenes = scenes.map(|scene| {
+                    if kind.is_graded() {
+                        graded(scene)
+                    } else {
+                        scene
+                    }
                 });
                 let mut fitting = scenes.filter(|scene| {
                     let n_div = scene.body.as_brick().map_or(0, brick_n_div);
-                    let coarsest = match kind.is_graded() && kind.is_adaptive() {
-                        true => settings.coarsest.max(FIRST_GRADED),
-                        false => settings.coarsest,
+                    let coarsest = if kind.is_graded() && kind.is_adaptive() {
+                        settings.coarsest.max(FIRST_GRADED)
+                    } else {
+                        settings.coarsest
                     };
                     n_div >= coarsest && scene.validate().is_ok()
                 });

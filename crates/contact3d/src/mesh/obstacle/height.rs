@@ -223,9 +223,10 @@ impl<'a> Graph<'a> {
         ];
         let matrix = Matrix2::from_columns(&columns);
         let symmetric = (matrix + matrix.transpose()) / 2.0;
-        match symmetric.iter().all(|v| v.is_finite()) {
-            true => symmetric,
-            false => Matrix2::zeros(),
+        if symmetric.iter().all(|v| v.is_finite()) {
+            symmetric
+        } else {
+            Matrix2::zeros()
         }
     }
 

@@ -73,9 +73,10 @@ impl Parser<'_> {
     }
 
     fn require(&mut self, token: Token<'_>, what: &str) -> Result<(), ParseError> {
-        match self.tokens.accept(token) {
-            true => Ok(()),
-            false => Err(self.expected(what)),
+        if self.tokens.accept(token) {
+            Ok(())
+        } else {
+            Err(self.expected(what))
         }
     }
 

@@ -70,9 +70,10 @@ impl FrozenScaling {
             let sum: f64 = entries
                 .map(|(&j, d)| diagonal[j] * (d / area).powi(2))
                 .sum();
-            let contact_scale = match sum > 0.0 {
-                true => (-0.5 * (sum / 3.0).log2()).round().exp2(),
-                false => 1.0,
+            let contact_scale = if sum > 0.0 {
+                (-0.5 * (sum / 3.0).log2()).round().exp2()
+            } else {
+                1.0
             };
             let own = ellipse.map(|d| contact_scale * d);
             offset.extend(places.iter().zip(own).map(|(&j, d)| d * h[j] / area));

@@ -123,9 +123,10 @@ enum Attempt {
 pub fn solve_delassus(problem: &DelassusProblem, settings: &DelassusSettings) -> DelassusSolution {
     use DelassusMethod::{Auto, Gpcg, Newton};
     let scaled = Scaled::new(problem);
-    let form = match settings.method != Gpcg && problem.is_sparse() {
-        true => MatrixForm::Sparse,
-        false => MatrixForm::Dense,
+    let form = if settings.method != Gpcg && problem.is_sparse() {
+        MatrixForm::Sparse
+    } else {
+        MatrixForm::Dense
     };
     let is_small = problem.n_contacts() <= MOST_DENSE_CONTACTS || form == MatrixForm::Sparse;
     let ways: &[Attempt] = match settings.method {

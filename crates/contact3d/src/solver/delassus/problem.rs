@@ -283,9 +283,12 @@ impl DelassusProblem {
 
 /// The largest number; NaN where there is one.
 fn largest<const N: usize>(values: [f64; N]) -> f64 {
-    let larger = |most: f64, value: f64| match most.is_nan() || value <= most {
-        true => most,
-        false => value,
+    let larger = |most: f64, value: f64| {
+        if most.is_nan() || value <= most {
+            most
+        } else {
+            value
+        }
     };
     values.into_iter().fold(0.0, larger)
 }

@@ -112,9 +112,12 @@ impl Ellipse {
     pub(in crate::solver) fn far_direction(&self, p: [f64; 2]) -> [f64; 2] {
         let unit = |v: [f64; 2]| {
             let largest = v[0].abs().max(v[1].abs());
-            v.map(|v| match largest.is_infinite() {
-                true => f64::from(u8::from(v.is_infinite())).copysign(v),
-                false => v / largest,
+            v.map(|v| {
+                if largest.is_infinite() {
+                    f64::from(u8::from(v.is_infinite())).copysign(v)
+                } else {
+                    v / largest
+                }
             })
         };
         let (axes, direction) = (unit(self.semi_axes), unit(p));

@@ -139,9 +139,12 @@ fn laws_to_test(laws: &PaneLaws) -> Vec<Vec<PaneTerm>> {
             };
             let terms = |is_bounded: &dyn Fn(usize) -> bool| -> Vec<PaneTerm> {
                 let panes = coefficients.iter().enumerate();
-                let term = |(pane, f): (usize, &[f64; 2])| match is_bounded(pane) {
-                    true => bounded(pane, *f),
-                    false => PaneTerm::Cone(*f),
+                let term = |(pane, f): (usize, &[f64; 2])| {
+                    if is_bounded(pane) {
+                        bounded(pane, *f)
+                    } else {
+                        PaneTerm::Cone(*f)
+                    }
                 };
                 panes.map(term).collect()
             };

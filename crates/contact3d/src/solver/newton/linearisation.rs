@@ -255,9 +255,10 @@ impl Moving {
         };
         let product = |v: &[f64]| self.product(v);
         let [spectral_radius, distance] = figures_by_products(self.rows.len(), product, figures);
-        let (determinant, distance) = match spectral_radius < 1.0 {
-            true => (1, distance),
-            false => self.sign_and_distance(),
+        let (determinant, distance) = if spectral_radius < 1.0 {
+            (1, distance)
+        } else {
+            self.sign_and_distance()
         };
         LocalMapping {
             spectral_radius,

@@ -95,8 +95,9 @@ fn next(search: &Search<'_>) -> NewtonSolution {
         return search.first();
     };
     let found = search.from(start.to_vec(), &mut |_, _| {});
-    match found.is_solution() {
-        true => found,
-        false => search.relaxed(&mut |_, _| {}),
+    if found.is_solution() {
+        found
+    } else {
+        search.relaxed(&mut |_, _| {})
     }
 }
