@@ -205,10 +205,13 @@ fn create_scale(
             let builder = builder.empty::<VarLenUnicode>();
             let builder = builder.obj_track_times(false).shape(size);
             let object = builder.create(path).at(place, action)?;
-            object
-                .write_raw(&labels.at(place, action)?)
-                .at(place, action)?;
-            Ok(object)
+            let labels = labels.at(place, action)?;
+            object.write_raw(&labels).at(place, action)?;
+            // No digest but the seal covers them, and that is made of what the file has.
+            match object.read_raw::<VarLenUnicode>() {
+                Ok(read) if read == labels => Ok(object),
+                _ => Err(place.damaged("the disk does not give its labels back")),
+            }
         }
         Extent::Fixed(_) | Extent::Named(_) | Extent::Plus(..) => {
             let builder = builder.empty::<f32>();

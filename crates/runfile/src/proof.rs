@@ -53,7 +53,7 @@ impl Proof<'_> {
         let proven = volume.and_then(|volume| {
             let mut groups = seals.groups();
             groups.try_for_each(|group| self.of_group(&volume, group))?;
-            seals.require(&volume)
+            seals.require(&volume, self.previous)
         });
         proven.map_err(|error| StoreError::Unproven {
             file: target.into(),

@@ -104,11 +104,15 @@ impl Seals {
         self.groups.iter().map(|(group, _)| *group)
     }
 
-    /// Refuses a file that has other seals, sound or not.
+    /// Refuses a file that has other seals, or one that is broken and was not in the state before.
     ///
     /// # Errors
     /// `Altered`, `Hdf5` if reading fails.
-    pub(super) fn require(&self, volume: &Volume) -> Result<(), StoreError> {
+    pub(super) fn require(
+        &self,
+        volume: &Volume,
+        previous: Option<&Reader>,
+    ) -> Result<(), StoreError> {
         let root = Place {
             file: &volume.path,
             dataset: "/",
@@ -116,6 +120,17 @@ impl Seals {
         for (group, seal) in &self.groups {
             let place = group_place(root, *group);
             Seal::of_group(&volume.file, place)?.same(seal, place)?;
+            if seal.stored.as_ref() != Some(&seal.found) {
+                // What a copy lost was wrong before the file was closed.
+                let before = match previous {
+                    Some(previous) => Seal::of_group(&previous.volume(*group)?.file, place)?,
+                    None => Seal {
+                        found: seal.stored.clone().unwrap_or_default(),
+                        ..seal.clone()
+                    },
+                };
+                seal.same(&before, place)?;
+            }
         }
         Seal::of_root(&volume.file, root)?.same(&self.root, root)
     }
