@@ -34,7 +34,7 @@ pub(super) const MOST_THREADS: i64 = 1024;
 
 /// 3D elastostatic contact with orthotropic, solution-dependent Coulomb friction
 ///
-/// Solves static contact of an elastic body on a rigid flat foundation. A scene (TOML) passes through
+/// Solves static contact of an elastic body on rigid obstacles. A scene (TOML) passes through
 /// the stages mesh, assemble, load, solve and post, which share one HDF5 file. To start:
 ///
 ///   contact3d-pipe run pipelines/hkl2011_table1.toml table1.h5

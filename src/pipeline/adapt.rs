@@ -263,7 +263,9 @@ impl Session {
         let results = self.results()?;
         let in_memory = self.known.in_memory();
         let dual = in_memory.and_then(|(_, system)| system.contact.as_ref()?.explicit());
-        let seconds = held.performed.iter().map(|p| p.compute_seconds).sum();
+        let seconds = held.performed.iter().map(|p| p.compute_seconds);
+        // An empty sum of floats is −0.
+        let seconds = 0.0 + seconds.sum::<f64>();
         Ok(AdaptiveLevel::new(
             results.mesh(),
             dual,

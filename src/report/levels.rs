@@ -42,7 +42,7 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
         figures.add("", "loads", Dimension::Energy, Scientific(4), work);
         figures.add("", "friction", Dimension::Energy, Scientific(4), dissipated);
         figures.add("strain_energy", "strain", Dimension::Energy, Scientific(4), energies.strain);
-        figures.add("energy_imbalance", "missing", Dimension::Energy, Scientific(1), energies.imbalance);
+        figures.for_programs("energy_imbalance", energies.imbalance);
         figures.plain("status", "status", record.status.word());
         figures.for_programs("load_work", energies.load_work);
         figures.for_programs("normal_work", energies.normal_work);
