@@ -152,9 +152,21 @@ pub(super) fn states_from(
     states
 }
 
+/// Bytes of a group up to which its values are compared with their digests at once, which takes some hundredths of a second; those of
+/// larger ones when they are used, or by `check`.
+const COMPARED_AT_ONCE: u64 = 16_000_000;
+
 /// A stage with all that belongs to it; the report has a second form for ParaView, the solution of a load history its increments.
 fn whole(reader: &Reader, stage: Stage) -> Result<Option<StoredGroup>, StoreError> {
-    let stored = reader.whole_group(stage.group())?;
+    let group = stage.group();
+    let stored = reader.whole_group(group)?;
+    if stored.is_some() && reader.group_bytes(group)? <= COMPARED_AT_ONCE {
+        reader
+            .group_problems(group)
+            .into_iter()
+            .next()
+            .map_or(Ok(()), Err)?;
+    }
     match stage {
         Stage::Post if stored.is_some() => format::check_vtkhdf(reader)?,
         Stage::Solve if stored.is_some() => format::check_history(reader)?,
