@@ -19,14 +19,16 @@ use super::{
 };
 use crate::{
     format::{self, LAYOUT},
-    pipeline::{Freshness, StageError, StageState, accuracy_input, read_results, states},
+    pipeline::{
+        Freshness, StageError, StageState, accuracy_input, read_results, require_undamaged, states,
+    },
     report::{self, FigureTable, Figures, SolvedRun, accuracy as tables},
 };
 
 /// The report as one HTML page. Reads only and takes no lock.
 ///
 /// # Errors
-/// A file or folder that cannot be read.
+/// A file or folder that cannot be read, a stage that is damaged.
 pub fn report(path: &Path) -> Result<String, StageError> {
     let page = if path.is_dir() {
         sweep_report::page(path)?
@@ -55,6 +57,7 @@ fn file_page(path: &Path) -> Result<Page, StageError> {
     let input = format::read_scene(&reader, path)?;
     let scene = &input.scene;
     let states = states(&reader, scene);
+    require_undamaged(path, &states)?;
     let is_fresh = |stage| {
         let mut states = states.iter();
         states.any(|s: &StageState| s.stage == stage && s.freshness == Freshness::Fresh)
