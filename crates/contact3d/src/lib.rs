@@ -89,9 +89,7 @@
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod adaptation;
-pub mod branches;
 pub mod contact;
-pub mod convergence;
 pub mod dual;
 pub mod elasticity;
 pub mod history;
@@ -100,9 +98,7 @@ pub mod mesh;
 pub mod post;
 mod problem;
 pub mod reference;
-pub mod robustness;
 pub mod scene;
 pub mod solver;
-pub mod theory;
 
 pub use problem::{AssembledProblem, Problem, ProblemError, SteppedProblem};
