@@ -4,12 +4,8 @@ mod support;
 
 use std::path::Path;
 
-use contact3d::{
-    ProblemError,
-    convergence::{Accuracy, AccuracySettings, LadderMethod, Operator},
-    scene::Scene,
-    solver::Status,
-};
+use contact3d::{ProblemError, scene::Scene, solver::Status};
+use studies::accuracy::{Accuracy, AccuracySettings, LadderMethod, Operator};
 use support::{hkl_scene, refine};
 
 const SETTINGS: AccuracySettings = AccuracySettings {

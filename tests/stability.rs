@@ -5,11 +5,11 @@ mod support;
 use contact3d::{
     dual::{DualSystem, ExplicitDual},
     linalg::Precision,
-    robustness::Level,
     scene::{DualOperatorKind, FactorPrecision, InnerSolver, Method, Scene, SceneFile},
     solver::{ContactState, Linearisation, Solution, Start, Status, solve},
 };
 use contact3d_pipe::suite::{SuiteVersion, read};
+use studies::stability::Level;
 use support::pipelines;
 
 /// λ, μ of the one- and two-node bodies, in Pa.

@@ -3,11 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use contact3d::{
-    convergence::{Accuracy, AccuracyProgress, AccuracySettings, WayProgress},
-    solver::Status,
-};
+use contact3d::solver::Status;
 use indicatif::ProgressBar;
+use studies::accuracy::{Accuracy, AccuracyProgress, AccuracySettings, WayProgress};
 
 use super::{
     arguments::{FigureArguments, Output, SceneArguments, n_div, seconds},

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use contact3d::branches::{Branches, ParameterRange};
+use studies::branches::{Branches, ParameterRange};
 
 use super::{
     arguments::{FigureArguments, Output, SceneArguments},

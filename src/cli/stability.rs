@@ -6,11 +6,9 @@ use std::{
 };
 
 use clap::Args;
-use contact3d::{
-    robustness::Level,
-    scene::{FactorPrecision, Invalid, Scene},
-};
+use contact3d::scene::{FactorPrecision, Invalid, Scene};
 use runfile::RunFile;
+use studies::stability::Level;
 
 use super::{
     arguments::{Output, SceneArguments, named},

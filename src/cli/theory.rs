@@ -3,11 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use contact3d::{
-    scene::GmshFile,
-    solver::Status,
-    theory::{Theory, TheoryProgress, TheorySettings},
-};
+use contact3d::{scene::GmshFile, solver::Status};
+use studies::theory::{Theory, TheoryProgress, TheorySettings};
 
 use super::{
     arguments::{FigureArguments, Output, SceneArguments, n_div},

@@ -1,16 +1,14 @@
 //! `/accuracy`: errors and costs of solvers and meshes.
 
-use contact3d::{
-    convergence::{
-        Accuracy, AlgebraicLadder, DiscretisationLadder, Forces, LadderEntry, LadderMethod,
-        LadderResult, Level, Operator, Reference, Way, WayKind, WayLevel, Ways,
-    },
-    solver::Status,
-};
+use contact3d::solver::Status;
 use runfile::{
     Extent,
     Extent::{Fixed, Named},
     Group, GroupWriter, Kind, Reader, StoreError,
+};
+use studies::accuracy::{
+    Accuracy, AlgebraicLadder, DiscretisationLadder, Forces, LadderEntry, LadderMethod,
+    LadderResult, Level, Operator, Reference, Way, WayKind, WayLevel, Ways,
 };
 use units::Dimension;
 

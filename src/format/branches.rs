@@ -1,14 +1,14 @@
 //! `/branches`: paths of solutions in a parameter of the scene.
 
-use contact3d::branches::{
-    Branches, Certificate, Path, PathEnd, PathOrigin, PathPoint, PointKind, Switch, Undecided,
-};
 use runfile::{
     Extent,
     Extent::{Fixed, Named},
     Group, GroupWriter, Kind, Reader, StoreError, StoredEnum,
 };
 use serde::Serialize;
+use studies::branches::{
+    Branches, Certificate, Path, PathEnd, PathOrigin, PathPoint, PointKind, Switch, Undecided,
+};
 use units::Dimension;
 
 use super::{

@@ -4,16 +4,13 @@
 //! The grid is stored once. The values of all steps follow each other in the arrays that hold one step without a series, and
 //! `Steps` says where each step begins.
 
-use contact3d::{
-    branches::{Path, PathPoint},
-    contact::ContactFrame,
-    mesh::Mesh,
-};
+use contact3d::{contact::ContactFrame, mesh::Mesh};
 use runfile::{
     DatasetSpec, Extent,
     Extent::{Fixed, Named},
     GroupWriter, Kind, Layout, Piecewise, Reader, StoreError,
 };
+use studies::branches::{Path, PathPoint};
 use units::Dimension;
 
 use super::{

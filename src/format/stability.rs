@@ -1,15 +1,12 @@
 //! `/stability`: how far the answers of hard cases can be trusted, one row a case.
 
-use contact3d::{
-    linalg::Precision,
-    robustness::{Check, CrossCheck, CrossCheckResult, Invariance, Level, Spectrum},
-    solver::Status,
-};
+use contact3d::{linalg::Precision, solver::Status};
 use runfile::{
     Extent,
     Extent::{Fixed, Named},
     Group, GroupWriter, Layout, StoreError,
 };
+use studies::stability::{Check, CrossCheck, CrossCheckResult, Invariance, Level, Spectrum};
 use units::{Dimension, Units};
 
 use super::{

@@ -1,13 +1,13 @@
 //! `/theory`: the constants of HKL section 3, and what successive approximations really do.
 
-use contact3d::theory::{
-    DisplacementNorm, FrictionFunctional, InfSup, LocalContraction, NormConstants, Observed,
-    PartNorms, ScaledPoint, Theory, TheoryLevel, TrialSpace,
-};
 use runfile::{
     Extent,
     Extent::{Fixed, Named},
     Group, GroupWriter, Reader, StoreError,
+};
+use studies::theory::{
+    DisplacementNorm, FrictionFunctional, InfSup, LocalContraction, NormConstants, Observed,
+    PartNorms, ScaledPoint, Theory, TheoryLevel, TrialSpace,
 };
 use units::Dimension;
 

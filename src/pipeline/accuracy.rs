@@ -2,11 +2,9 @@
 
 use std::{path::Path, time::Instant};
 
-use contact3d::{
-    convergence::{Accuracy, AccuracyProgress, AccuracySettings, nested_bricks},
-    scene::{Scene, SceneFile},
-};
+use contact3d::scene::{Scene, SceneFile};
 use runfile::{GroupRecord, IfMissing, RunFile};
+use studies::accuracy::{Accuracy, AccuracyProgress, AccuracySettings, nested_bricks};
 
 use super::{StageError, mesh::pin_mesh_file, resources, store::store_with_scene};
 use crate::format::{self, LAYOUT};

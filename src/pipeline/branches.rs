@@ -5,11 +5,9 @@ use std::{
     time::Instant,
 };
 
-use contact3d::{
-    branches::{Branches, Family, ParameterRange},
-    scene::{Invalid, Scene, SceneFile},
-};
+use contact3d::scene::{Invalid, Scene, SceneFile};
 use runfile::{GroupRecord, IfMissing, Reader, RunFile, StoreError};
+use studies::branches::{Branches, Family, ParameterRange};
 use toml::Value;
 
 use super::{

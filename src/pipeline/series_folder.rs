@@ -6,12 +6,9 @@ use std::{
     time::Instant,
 };
 
-use contact3d::{
-    branches::{Branches, Family},
-    mesh::Mesh,
-    scene::Invalid,
-};
+use contact3d::{mesh::Mesh, scene::Invalid};
 use runfile::{GroupRecord, Home, IfMissing, RunFile, Transaction};
+use studies::branches::{Branches, Family};
 
 use super::StageError;
 use crate::{
@@ -131,7 +128,7 @@ pub(super) fn write_paths(
 fn write_path(
     file: &Path,
     family: &Family<'_>,
-    path: &contact3d::branches::Path,
+    path: &studies::branches::Path,
     threads: usize,
 ) -> Result<(), StageError> {
     let started = Instant::now();

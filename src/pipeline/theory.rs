@@ -2,11 +2,9 @@
 
 use std::{path::Path, time::Instant};
 
-use contact3d::{
-    scene::{Scene, SceneFile},
-    theory::{Theory, TheoryProgress, TheorySettings, theory_bricks},
-};
+use contact3d::scene::{Scene, SceneFile};
 use runfile::{GroupRecord, IfMissing, RunFile};
+use studies::theory::{Theory, TheoryProgress, TheorySettings, theory_bricks};
 
 use super::{
     StageError, accuracy_input,

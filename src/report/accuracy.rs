@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use contact3d::convergence::{
+use serde_json::{Value, json};
+use studies::accuracy::{
     Accuracy, AlgebraicLadder, Cost, DiscretisationLadder, LadderEntry, Trend, WayLevel, Ways,
 };
-use serde_json::{Value, json};
 use units::{Dimension, Units};
 
 use super::{

@@ -2,10 +2,8 @@
 
 use std::fmt::Write;
 
-use contact3d::branches::{
-    Branches, Certificate, PathEnd, PathPoint, PointKind, Switch, Undecided,
-};
 use serde_json::{Value, json};
+use studies::branches::{Branches, Certificate, PathEnd, PathPoint, PointKind, Switch, Undecided};
 use units::{Dimension, Units};
 
 use super::{

@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
-use contact3d::{robustness::Check, solver::SolvedBy};
+use contact3d::solver::SolvedBy;
 use serde_json::{Map, Value};
+use studies::stability::Check;
 use units::{Dimension, Units};
 
 use super::{

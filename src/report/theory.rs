@@ -1,7 +1,7 @@
 //! The measured theory.
 
-use contact3d::theory::{InfSup, Theory, TheoryLevel, TrialSpace};
 use serde_json::{Value, json};
+use studies::theory::{InfSup, Theory, TheoryLevel, TrialSpace};
 use units::{Dimension, Units};
 
 use super::{

@@ -2,11 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use contact3d::{
-    robustness::{Depth, Solutions},
-    scene::{SceneFile, parse_toml, require_regular},
-};
+use contact3d::scene::{SceneFile, parse_toml, require_regular};
 use serde::Deserialize;
+use studies::stability::{Depth, Solutions};
 
 use crate::sweep::{SweepError, changed_scene, read_index};
 

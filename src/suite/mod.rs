@@ -8,11 +8,9 @@ use std::path::Path;
 pub use builtin::{INDEX, unpack};
 pub use index::{SuiteCase, SuiteVersion, is_index, read};
 
-use contact3d::{
-    robustness::{Check, Depth, Solutions},
-    scene::SceneFile,
-};
+use contact3d::scene::SceneFile;
 use runfile::{GroupRecord, Home, IfMissing, RunFile, Transaction, timestamp};
+use studies::stability::{Check, Depth, Solutions};
 
 use crate::{
     format::{STABILITY, STABILITY_LAYOUT, StabilityRow, scene_text, write_stability},

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use contact3d::branches::{Branches, Path, PathEnd, PathPoint, PointKind};
 use plots::{BranchDiagram, ChartAxis, Curve, CurveKind, Mark, MarkKind};
+use studies::branches::{Branches, Path, PathEnd, PathPoint, PointKind};
 use units::{Dimension, Unit, Units};
 
 use super::PictureFolder;

@@ -2,13 +2,11 @@
 
 use std::path::PathBuf;
 
-use contact3d::{
-    convergence::{
-        Accuracy, AlgebraicLadder, DiscretisationLadder, LadderEntry, Level, Trend, WayLevel, Ways,
-    },
-    solver::Solution,
-};
+use contact3d::solver::Solution;
 use plots::{ChartAxis, ChartPoint, LineChart, Series};
+use studies::accuracy::{
+    Accuracy, AlgebraicLadder, DiscretisationLadder, LadderEntry, Level, Trend, WayLevel, Ways,
+};
 use units::{Dimension, Unit, Units};
 
 use super::PictureFolder;

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use contact3d::theory::{ScaledPoint, Theory, TheoryLevel};
 use plots::{ChartAxis, ChartPoint, LineChart, Series};
+use studies::theory::{ScaledPoint, Theory, TheoryLevel};
 use units::{Dimension, Unit, Units};
 
 use super::PictureFolder;

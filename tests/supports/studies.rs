@@ -4,10 +4,12 @@ use std::path::Path;
 
 use contact3d::{
     adaptation::{AdaptiveStatus, adapted},
-    branches::{Branches, Family, ParameterRange},
-    convergence::{AccuracySettings, DiscretisationLadder},
     scene::{AdaptSettings, Scene},
     solver::Status,
+};
+use studies::{
+    accuracy::{AccuracySettings, DiscretisationLadder},
+    branches::{Branches, Family, ParameterRange},
 };
 
 use crate::support::Case;

@@ -1,5 +1,5 @@
-//! Elastostatic contact of a 3D body with a rigid flat foundation and orthotropic Coulomb friction
-//! whose coefficients depend on the solution.
+//! Elastostatic contact of a 3D body with rigid foundations, flat or obstacles of other shapes, and orthotropic Coulomb
+//! friction whose coefficients depend on the solution.
 //!
 //! # First steps
 //!
@@ -32,8 +32,9 @@
 //!
 //! # The problem
 //!
-//! A body Ω is held on Γ_u, loaded on Γ_p, and may touch the foundation on the flat part Γ_c. With
-//! stress σ = C ε(u), outward normal ν and principal axes of friction t₁, t₂ on Γ_c:
+//! A body Ω is held on Γ_u, loaded on Γ_p, and may touch a rigid foundation on Γ_c. With stress σ = C ε(u), normal ν and
+//! principal axes of friction t₁, t₂ on Γ_c, where a flat Γ_c has its outward normal, and one that faces an
+//! [`Obstacle`](scene::Obstacle) the normal of the obstacle at the nearest point:
 //!
 //! * equilibrium −div σ = f in Ω, u = 0 on Γ_u, σν = p on Γ_p;
 //! * non-penetration u_ν ≤ d, σ_ν ≤ 0, (u_ν − d) σ_ν = 0 with the initial gap d ≥ 0;
@@ -89,9 +90,7 @@
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod adaptation;
-pub mod branches;
 pub mod contact;
-pub mod convergence;
 pub mod dual;
 pub mod elasticity;
 pub mod history;
@@ -100,9 +99,7 @@ pub mod mesh;
 pub mod post;
 mod problem;
 pub mod reference;
-pub mod robustness;
 pub mod scene;
 pub mod solver;
-pub mod theory;
 
 pub use problem::{AssembledProblem, Problem, ProblemError, SteppedProblem};

@@ -228,7 +228,7 @@ impl CoulombLaw {
     /// (F₁, F₂) at all contact nodes with friction for their slips in m, `[n_friction_nodes]`; no slips mean zero.
     /// Laws that do not follow the slip are evaluated only once.
     #[must_use]
-    pub(crate) fn at_nodes(&self, slip: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    pub fn at_nodes(&self, slip: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let everywhere = |slip: &[[f64; 2]]| {
             let slip_of = |node: usize| slip.get(node).copied().unwrap_or([0.0; 2]);
             let nodes = 0..self.n_nodes();
@@ -301,7 +301,7 @@ impl CoulombLaw {
 
     /// dg/dλ_ν; at a cap that of larger pressures, an element of the generalised derivative.
     #[must_use]
-    pub(crate) fn slip_bound_slope(&self, pane: usize, pressure: f64) -> f64 {
+    pub fn slip_bound_slope(&self, pane: usize, pressure: f64) -> f64 {
         match &self.face_of(pane).bound {
             PressureBound::Capped(cap) if pressure >= *cap => 0.0,
             PressureBound::Capped(_) | PressureBound::Uncapped => 1.0,
@@ -312,7 +312,7 @@ impl CoulombLaw {
     /// The slip bounds g in Pa of all panes with friction under the normal stresses λ_ν in Pa of all panes,
     /// `[n_friction_panes]`.
     #[must_use]
-    pub(crate) fn slip_bounds(&self, normal: &[f64], pressure: impl Fn(f64) -> f64) -> Vec<f64> {
+    pub fn slip_bounds(&self, normal: &[f64], pressure: impl Fn(f64) -> f64) -> Vec<f64> {
         let panes = normal.iter().take(self.n_panes()).enumerate();
         panes
             .map(|(pane, value)| self.slip_bound(pane, pressure(*value)))

@@ -162,7 +162,7 @@ impl Coupling {
 
 /// Signed (u_t1, u_t2) at every contact node in m, `[n_contact_nodes]`.
 #[must_use]
-pub(crate) fn nodal_tangential(
+pub fn nodal_tangential(
     surface: &ContactSurface,
     frame: &ContactFrame,
     dofs: &DofMap,

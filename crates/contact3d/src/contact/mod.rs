@@ -26,11 +26,12 @@ mod slip_operator;
 pub use coulomb::FrictionField;
 pub use coulomb::{CoulombLaw, FaceLaw};
 pub use coupling::Coupling;
-pub(crate) use coupling::{nodal_tangential, nodal_tangential_change};
+pub use coupling::nodal_tangential;
+pub(crate) use coupling::nodal_tangential_change;
 pub use frame::{ContactFrame, ReferenceFrame};
 pub use interface::{Interface, InterfaceFriction};
 pub use law_bounds::{LawBounds, LawExtreme};
 pub use multiplier_layout::MultiplierLayout;
 pub use past::{Past, SlipMap};
-pub(crate) use slip_operator::SlipOperatorDerivative;
-pub use slip_operator::{ClementStars, SlipOperator};
+
+pub use slip_operator::{ClementStars, SlipOperator, SlipOperatorDerivative};

@@ -26,7 +26,7 @@ pub struct ClementStars {
 
 /// The derivative of φ by (u_t1, u_t2), one-sided where a displacement vanishes.
 #[derive(Debug, Clone)]
-pub(crate) enum SlipOperatorDerivative {
+pub enum SlipOperatorDerivative {
     /// The signs of both components at each node; 0 for 0.
     Signs(Vec<[f64; 2]>),
     /// For each node the nodes around it with the derivatives of both components by their own.
@@ -55,7 +55,9 @@ impl SlipOperator {
         }
     }
 
-    pub(crate) fn derivative(&self, tangential: &[[f64; 2]]) -> SlipOperatorDerivative {
+    /// ∂φ/∂u_t at the contact nodes.
+    #[must_use]
+    pub fn derivative(&self, tangential: &[[f64; 2]]) -> SlipOperatorDerivative {
         match self {
             Self::Lagrange => {
                 let sign = |u: f64| if u == 0.0 { 0.0 } else { u.signum() };
@@ -68,7 +70,7 @@ impl SlipOperator {
 
 impl SlipOperatorDerivative {
     /// The change of φ with a change of (u_t1, u_t2) at the nodes.
-    pub(crate) fn apply(&self, moved: impl Fn(usize) -> [f64; 2]) -> Vec<[f64; 2]> {
+    pub fn apply(&self, moved: impl Fn(usize) -> [f64; 2]) -> Vec<[f64; 2]> {
         let scaled = |node: usize, by: &[f64; 2]| {
             let moved = moved(node);
             [by[0] * moved[0], by[1] * moved[1]]

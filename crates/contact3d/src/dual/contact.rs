@@ -75,7 +75,7 @@ impl ContactSystem {
     /// The same with the balance of a body that floats, or whose supports are weak, and motions counted from that which closes the gap;
     /// `None` where its supports hold it.
     #[must_use]
-    pub(crate) fn balanced(
+    pub fn balanced(
         &self,
         assembly: &Assembly,
         surface: &ContactSurface,
@@ -173,7 +173,7 @@ impl ContactSystem {
     }
 
     /// Drops a dense S: it is applied through the factor from now on.
-    pub(crate) fn make_implicit(&mut self) {
+    pub fn make_implicit(&mut self) {
         self.form = OperatorForm::Implicit(self.dual_rhs().to_vec());
     }
 

@@ -234,7 +234,7 @@ impl ExplicitDual {
     }
 
     /// S_jj.
-    pub(crate) fn diagonal(&self, j: usize) -> f64 {
+    pub fn diagonal(&self, j: usize) -> f64 {
         self.operator.diagonal(j, self.dimension())
     }
 
@@ -259,7 +259,7 @@ impl ExplicitDual {
     }
 
     /// λ of x.
-    pub(crate) fn multipliers<'x>(&self, unknowns: &'x [f64]) -> &'x [f64] {
+    pub fn multipliers<'x>(&self, unknowns: &'x [f64]) -> &'x [f64] {
         &unknowns[..self.dimension()]
     }
 

@@ -55,7 +55,7 @@ impl LocalStiffness {
 
     /// The same where clamps drag contact nodes as another h of the same operator says, too.
     #[must_use]
-    pub(crate) fn dragged_by(mut self, rhs: &[f64]) -> Self {
+    pub fn dragged_by(mut self, rhs: &[f64]) -> Self {
         if rhs.len() == self.stiffness.len() {
             drag(&mut self.stiffness, self.layout, rhs);
         }
@@ -84,7 +84,7 @@ impl LocalStiffness {
     }
 
     /// The unknowns of a problem whose face is glued to the foundation: [`Self::glued`], in balance where the body floats.
-    pub(crate) fn glued_start(&self, dual: &ExplicitDual) -> Vec<f64> {
+    pub fn glued_start(&self, dual: &ExplicitDual) -> Vec<f64> {
         balanced(dual, |rhs| self.glued(rhs))
     }
 

@@ -330,7 +330,7 @@ impl Balance {
     }
 
     /// The unknowns α of motions in terms of the modes of the body.
-    pub(crate) fn unknown_motion(&self, modes: &[f64]) -> Vec<f64> {
+    pub fn unknown_motion(&self, modes: &[f64]) -> Vec<f64> {
         let mut motion = self.coupling.in_felt(modes);
         if let Some(closed) = &self.closed {
             add_scaled(&mut motion, -1.0, &closed.motion);

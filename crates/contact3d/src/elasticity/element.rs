@@ -183,10 +183,7 @@ impl Element {
 }
 
 /// ∇φ of the ten quadratic shape functions from the gradients of the barycentric coordinates.
-pub(crate) fn quadratic_gradients(
-    simplex: &[Vector3<f64>; 4],
-    at: &[f64; 4],
-) -> [Vector3<f64>; 10] {
+pub fn quadratic_gradients(simplex: &[Vector3<f64>; 4], at: &[f64; 4]) -> [Vector3<f64>; 10] {
     quadratic_tetrahedron_slopes(at)
         .map(|slopes| (0..4).map(|k| simplex[k] * slopes[k]).sum::<Vector3<f64>>())
 }
@@ -219,7 +216,7 @@ impl CurvedTetrahedron {
 /// Geometry of a straight tetrahedron: its volume and the constant gradients of its four
 /// barycentric coordinates, the hat functions of P1.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Simplex {
+pub struct Simplex {
     /// Volume V in m³.
     pub volume: f64,
     /// ∇φ_a in 1/m for the four corners a.
@@ -229,7 +226,7 @@ pub(crate) struct Simplex {
 impl Simplex {
     /// Gradients ∇φ_a = (opposite face's area vector)/(3V), pointing to corner a.
     #[must_use]
-    pub(crate) fn new(corners: &[[f64; 3]; 4]) -> Self {
+    pub fn new(corners: &[[f64; 3]; 4]) -> Self {
         let volume = tetrahedron_volume(corners);
         let p = corners.map(Vector3::from);
         let gradient =
@@ -344,7 +341,7 @@ impl<'a> MaterialField<'a> {
 
     /// C in Pa of a tetrahedron.
     #[must_use]
-    pub(crate) fn tensor(&self, tetrahedron: usize) -> &Matrix6<f64> {
+    pub fn tensor(&self, tetrahedron: usize) -> &Matrix6<f64> {
         let region = self.region.get(tetrahedron).copied().unwrap_or(0);
         &self.tensors[region]
     }

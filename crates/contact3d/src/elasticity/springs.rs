@@ -25,20 +25,20 @@ pub struct SpringMatrix {
 }
 
 /// A point of a spring's face to integrate at.
-pub(crate) struct SpringPoint<'a> {
+pub struct SpringPoint<'a> {
     /// Its place in m.
-    pub(crate) at: [f64; 3],
+    pub at: [f64; 3],
     nodes: &'a [usize],
     shape: &'a [f64],
     /// Outward unit normal.
     normal: Vector3<f64>,
     /// Area in m² that the point stands for.
-    pub(crate) area: f64,
+    pub area: f64,
 }
 
 impl SpringPoint<'_> {
     /// A field of all nodes, `[n_nodes]`, at the point.
-    pub(crate) fn value(&self, field: &[[f64; 3]]) -> Vector3<f64> {
+    pub fn value(&self, field: &[[f64; 3]]) -> Vector3<f64> {
         let nodes = self.nodes.iter().zip(self.shape);
         nodes.map(|(n, w)| Vector3::from(field[*n]) * *w).sum()
     }
@@ -111,7 +111,7 @@ impl SpringMatrix {
 ///
 /// # Errors
 /// As [`SpringMatrix::of`].
-pub(crate) fn visit_springs(
+pub fn visit_springs(
     scene: &Scene,
     mesh: &Mesh,
     take: &mut dyn FnMut(&SpringPoint<'_>, Matrix3<f64>),

@@ -13,7 +13,7 @@ use faer::{
 };
 
 /// A factorised square matrix, on one thread: the same bits at any number of threads.
-pub(crate) struct DenseLu {
+pub struct DenseLu {
     lu: Mat<f64>,
     permutation: Perm<usize>,
     sign: i8,
@@ -21,7 +21,7 @@ pub(crate) struct DenseLu {
 
 impl DenseLu {
     /// Factorises a column-major matrix of order n; `None` where a pivot vanishes or is no number.
-    pub(crate) fn new(matrix: &[f64], n: usize) -> Option<Self> {
+    pub fn new(matrix: &[f64], n: usize) -> Option<Self> {
         let mut lu = Mat::from_fn(n, n, |i, j| matrix[j * n + i]);
         let (mut forward, mut backward) = (vec![0_usize; n], vec![0_usize; n]);
         let mut memory = MemBuffer::new(factor::lu_in_place_scratch::<usize, f64>(
@@ -54,12 +54,12 @@ impl DenseLu {
     }
 
     /// The sign of the determinant.
-    pub(crate) fn sign(&self) -> i8 {
+    pub fn sign(&self) -> i8 {
         self.sign
     }
 
     /// Solves in place for the columns of a column-major right-hand side.
-    pub(crate) fn solve(&self, rhs: &mut [f64]) {
+    pub fn solve(&self, rhs: &mut [f64]) {
         let n = self.lu.nrows();
         let columns = rhs.len() / n.max(1);
         let mut memory = MemBuffer::new(solve::solve_in_place_scratch::<usize, f64>(

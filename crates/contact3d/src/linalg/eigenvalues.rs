@@ -64,7 +64,7 @@ const RELATIVE_RESIDUAL: f64 = 0.01;
 /// SIAM 1998, chapter 13), from the same start on every machine. Returns 0 for n = 0 and for the
 /// zero operator.
 #[must_use]
-pub(crate) fn largest_eigenvalue(n: usize, mut apply: impl FnMut(&[f64]) -> Vec<f64>) -> f64 {
+pub fn largest_eigenvalue(n: usize, mut apply: impl FnMut(&[f64]) -> Vec<f64>) -> f64 {
     if n == 0 {
         return 0.0;
     }
@@ -99,7 +99,7 @@ fn start_vector(n: usize) -> Vec<f64> {
 }
 
 /// Largest eigenvalue of the Lanczos matrix and the last component of its unit eigenvector.
-pub(crate) fn largest_ritz_pair(diagonal: &[f64], off_diagonal: &[f64]) -> (f64, f64) {
+pub fn largest_ritz_pair(diagonal: &[f64], off_diagonal: &[f64]) -> (f64, f64) {
     let k = diagonal.len();
     let matrix = nalgebra::DMatrix::from_fn(k, k, |i, j| match i.abs_diff(j) {
         0 => diagonal[i],

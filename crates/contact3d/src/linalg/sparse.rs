@@ -121,7 +121,7 @@ impl CscMatrix {
     }
 
     /// The rows and values of a column.
-    pub(crate) fn entries(&self, column: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+    pub fn entries(&self, column: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let range = self.indptr[column]..self.indptr[column + 1];
         range.map(|k| (self.indices[k], self.data[k]))
     }
@@ -134,7 +134,7 @@ impl CscMatrix {
     }
 
     /// The diagonal entry of a column, 0 where none is stored.
-    pub(crate) fn diagonal(&self, column: usize) -> f64 {
+    pub fn diagonal(&self, column: usize) -> f64 {
         self.place_of_diagonal(column)
             .map_or(0.0, |at| self.data[at])
     }
@@ -185,7 +185,7 @@ impl CscMatrix {
     ///
     /// # Panics
     /// When x or y has the wrong length.
-    pub(crate) fn mul_transposed(&self, x: &[f64], y: &mut [f64]) {
+    pub fn mul_transposed(&self, x: &[f64], y: &mut [f64]) {
         assert_eq!(x.len(), self.rows, "length of x");
         assert_eq!(y.len(), self.cols, "length of y");
         let product = |(column, value): (usize, &mut f64)| {

@@ -44,7 +44,7 @@ pub fn difference(x: &[f64], y: &[f64]) -> Vec<f64> {
 }
 
 /// y ← y + a x.
-pub(crate) fn add_scaled(y: &mut [f64], a: f64, x: &[f64]) {
+pub fn add_scaled(y: &mut [f64], a: f64, x: &[f64]) {
     for (y, x) in y.iter_mut().zip(x) {
         *y += a * x;
     }

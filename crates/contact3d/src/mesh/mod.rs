@@ -20,11 +20,10 @@ pub use brick::{brick, brick_counts};
 pub use contact_surface::{ContactSurface, SurfaceFace};
 pub use error::MeshError;
 pub use gmsh::{FilePosition, GmshError, digest_of, parse as parse_gmsh};
-pub(crate) use quadratic::IsoparametricMap;
-pub use quadratic::MidEdgeNodes;
+pub use quadratic::{IsoparametricMap, MidEdgeNodes};
 pub use refined::{RefinableBody, Refinement};
-pub use side::{Quality, shape};
-pub(crate) use side::{SidePoint, is_straight, sorted};
+pub use side::{Quality, is_straight, shape};
+pub(crate) use side::{SidePoint, sorted};
 
 use crate::scene::{
     BrickFace, Clamp, Contact, ElementOrder, Invalid, MultiplierSpace, Scene, Shape, Written,

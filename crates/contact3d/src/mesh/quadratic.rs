@@ -103,14 +103,14 @@ impl Mesh {
 
 /// x(λ) = Σ φ_k(λ) x_k with the quadratic shape functions φ of ten nodes x.
 #[derive(Debug, Clone)]
-pub(crate) struct IsoparametricMap {
+pub struct IsoparametricMap {
     /// Coordinates of the corners, then of the mid-edge nodes, in m.
     nodes: [[f64; 3]; 10],
 }
 
 impl IsoparametricMap {
     /// The map through corners and mid-edge nodes.
-    pub(crate) fn new(corners: &[[f64; 3]; 4], middles: &[[f64; 3]; 6]) -> Self {
+    pub fn new(corners: &[[f64; 3]; 4], middles: &[[f64; 3]; 6]) -> Self {
         let node = |k: usize| k.checked_sub(4).map_or_else(|| corners[k], |e| middles[e]);
         Self {
             nodes: std::array::from_fn(node),
@@ -118,14 +118,14 @@ impl IsoparametricMap {
     }
 
     /// The place in m of a point in barycentric coordinates.
-    pub(crate) fn place(&self, at: &[f64; 4]) -> [f64; 3] {
+    pub fn place(&self, at: &[f64; 4]) -> [f64; 3] {
         let shape = quadratic_tetrahedron(at);
         std::array::from_fn(|c| (0..10).map(|k| shape[k] * self.nodes[k][c]).sum())
     }
 
     /// A sixth of the Jacobian determinant in m³, the volume of a straight tetrahedron with the
     /// same, and ∇φ of the shape functions in 1/m, at a point in barycentric coordinates.
-    pub(crate) fn geometry(&self, at: &[f64; 4]) -> (f64, [Vector3<f64>; 10]) {
+    pub fn geometry(&self, at: &[f64; 4]) -> (f64, [Vector3<f64>; 10]) {
         let slopes = quadratic_tetrahedron_slopes(at);
         // λ₀ = 1 − λ₁ − λ₂ − λ₃.
         let reference = slopes.map(|s| Vector3::new(s[1] - s[0], s[2] - s[0], s[3] - s[0]));

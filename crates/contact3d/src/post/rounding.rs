@@ -72,7 +72,7 @@ impl Rounding {
     }
 
     /// The largest.
-    pub(crate) fn worst(&self) -> f64 {
+    pub fn worst(&self) -> f64 {
         self.equilibrium.max(self.stress).max(self.work)
     }
 }

@@ -150,7 +150,7 @@ impl AssembledProblem {
     }
 
     /// What rounding makes of the residuals of a solution, with |S||λ| in m³, `[n_multipliers]`.
-    pub(crate) fn rounding_of(
+    pub fn rounding_of(
         &self,
         solution: &Solution,
         report: &ContactReport,
@@ -226,29 +226,6 @@ impl AssembledProblem {
         contact.is_some_and(|contact| contact.explicit().is_some())
     }
 
-    /// Refuses a body that only contact holds, or weak springs, where `what` needs A⁻¹ itself.
-    pub(crate) fn refuse_floating(&self, what: &str) -> Result<(), Invalid> {
-        let Some(body) = &self.system.assembly.primal.floating else {
-            return Ok(());
-        };
-        let (found, why) = match body.support {
-            None => (
-                "only contact holds",
-                "A is singular: there is no S = B A^-1 B^T, no unique mapping of contact forces to displacements",
-            ),
-            Some(_) => (
-                "only contact and weak springs hold",
-                "springs far softer than the body leave S = B A^-1 B^T no digits of the body's own compliance",
-            ),
-        };
-        Err(Invalid {
-            key: "clamp".into(),
-            expected: format!("a body that its supports hold, for {what}"),
-            found: format!("a body that {found}"),
-            help: format!("{why}; hold the body with [[clamp]] or solve it with run"),
-        })
-    }
-
     /// What the parts of the assembly took.
     #[must_use]
     pub fn assembly_seconds(&self) -> AssemblySeconds {
@@ -256,14 +233,7 @@ impl AssembledProblem {
     }
 
     /// The mesh and the assembled operators.
-    pub(crate) fn into_parts(self) -> (Arc<Mesh>, DualSystem) {
+    pub fn into_parts(self) -> (Arc<Mesh>, DualSystem) {
         (self.problem.mesh, self.system)
-    }
-
-    /// Lets S be applied through the factor from now on.
-    pub(crate) fn forget_dense_operator(&mut self) {
-        if let Some(contact) = &mut self.system.contact {
-            contact.make_implicit();
-        }
     }
 }

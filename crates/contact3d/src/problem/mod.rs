@@ -67,7 +67,7 @@ impl Problem {
     }
 
     /// A scene that has been checked, on a mesh of its body.
-    pub(crate) fn of_checked(scene: Scene, mesh: Arc<Mesh>) -> Result<Self, ProblemError> {
+    pub fn of_checked(scene: Scene, mesh: Arc<Mesh>) -> Result<Self, ProblemError> {
         let interface = Interface::new(&scene, &mesh)?;
         Ok(Self {
             scene,

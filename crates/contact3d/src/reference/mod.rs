@@ -1,7 +1,7 @@
 //! The reference triangle and tetrahedron: edges, quadratic shape functions, quadrature.
 
-pub(crate) mod quadrature;
-pub(crate) mod shape;
+pub mod quadrature;
+pub mod shape;
 
 /// Corners of the six edges of a tetrahedron, in the order of its mid-edge nodes (that of VTK).
 pub const TETRAHEDRON_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]];

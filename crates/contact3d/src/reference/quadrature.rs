@@ -13,7 +13,7 @@ const GAUSS: [(f64, f64); 4] = [
 ];
 
 /// 16 points on a triangle, exact for polynomials of degree 6.
-pub(crate) fn triangle() -> impl Iterator<Item = ([f64; 3], f64)> {
+pub fn triangle() -> impl Iterator<Item = ([f64; 3], f64)> {
     GAUSS.into_iter().flat_map(|(u, wu)| {
         GAUSS.into_iter().map(move |(v, wv)| {
             let rest = 1.0 - u;
@@ -24,7 +24,7 @@ pub(crate) fn triangle() -> impl Iterator<Item = ([f64; 3], f64)> {
 
 /// Six points on a triangle, exact for polynomials of degree 4 (G. Strang, G. Fix, An analysis of the
 /// finite element method, 1973, table 4.1).
-pub(crate) fn triangle_4() -> impl Iterator<Item = ([f64; 3], f64)> {
+pub fn triangle_4() -> impl Iterator<Item = ([f64; 3], f64)> {
     const ORBITS: [(f64, f64); 2] = [
         (0.445_948_490_915_965, 0.223_381_589_678_011),
         (0.091_576_213_509_771, 0.109_951_743_655_322),
@@ -38,7 +38,7 @@ pub(crate) fn triangle_4() -> impl Iterator<Item = ([f64; 3], f64)> {
 }
 
 /// 64 points on a tetrahedron, exact for polynomials of degree 5.
-pub(crate) fn tetrahedron() -> impl Iterator<Item = ([f64; 4], f64)> {
+pub fn tetrahedron() -> impl Iterator<Item = ([f64; 4], f64)> {
     GAUSS.into_iter().flat_map(|(u, wu)| {
         triangle().map(move |([a, b, c], weight)| {
             let rest = 1.0 - u;
@@ -52,7 +52,7 @@ pub(crate) fn tetrahedron() -> impl Iterator<Item = ([f64; 4], f64)> {
 
 /// Four points of a tetrahedron, exact for polynomials of degree 2: λ_k = (5 + 3√5)/20 at one corner,
 /// (5 − √5)/20 at the others.
-pub(crate) const TETRAHEDRON_2: [([f64; 4], f64); 4] = {
+pub const TETRAHEDRON_2: [([f64; 4], f64); 4] = {
     const FAR: f64 = 0.138_196_601_125_010_5;
     const NEAR: f64 = 0.585_410_196_624_968_5;
     [
@@ -65,7 +65,7 @@ pub(crate) const TETRAHEDRON_2: [([f64; 4], f64); 4] = {
 
 /// 14 points of a tetrahedron, exact for polynomials of degree 5 (N. J. Walkington, Quadrature on
 /// simplices of arbitrary dimension, 2000).
-pub(crate) fn tetrahedron_5() -> impl Iterator<Item = ([f64; 4], f64)> {
+pub fn tetrahedron_5() -> impl Iterator<Item = ([f64; 4], f64)> {
     const CORNERS: [(f64, f64); 2] = [
         (0.310_885_919_263_300_6, 0.112_687_925_718_015_85),
         (0.092_735_250_310_891_23, 0.073_493_043_116_361_94),
@@ -86,7 +86,7 @@ pub(crate) fn tetrahedron_5() -> impl Iterator<Item = ([f64; 4], f64)> {
 }
 
 /// The point with given barycentric coordinates.
-pub(crate) fn point<const K: usize>(corners: &[[f64; 3]; K], weights: &[f64; K]) -> [f64; 3] {
+pub fn point<const K: usize>(corners: &[[f64; 3]; K], weights: &[f64; K]) -> [f64; 3] {
     std::array::from_fn(|c| corners.iter().zip(weights).map(|(x, w)| w * x[c]).sum())
 }
 

@@ -22,7 +22,7 @@ fn values<const K: usize, const E: usize, const N: usize>(
 
 /// The ten quadratic shape functions of a tetrahedron at a point.
 #[must_use]
-pub(crate) fn quadratic_tetrahedron(at: &[f64; 4]) -> [f64; 10] {
+pub fn quadratic_tetrahedron(at: &[f64; 4]) -> [f64; 10] {
     values(&TETRAHEDRON_EDGES, at)
 }
 

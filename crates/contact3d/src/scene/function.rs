@@ -83,7 +83,7 @@ impl LawFunction {
     /// The function as another description of the problem sees it: `old` gives the point of this one, `new` takes the
     /// derivatives back.
     #[must_use]
-    pub(crate) fn seen_from(
+    pub fn seen_from(
         &self,
         old: impl Fn(&LawPoint) -> LawPoint + Send + Sync + 'static,
         new: impl Fn(SlipDerivative) -> SlipDerivative + Send + Sync + 'static,
@@ -240,7 +240,7 @@ impl Formula {
     ///
     /// # Errors
     /// As [`Self::parse`].
-    pub(crate) fn rewritten(&self, text: &str) -> Result<Self, ExpressionError> {
+    pub fn rewritten(&self, text: &str) -> Result<Self, ExpressionError> {
         let value = self.value.rewritten(text)?;
         Ok(Self { value })
     }
@@ -258,12 +258,12 @@ impl Formula {
     }
 
     /// The branch that the formula takes at a point.
-    pub(crate) fn branch(&self, at: &LawPoint) -> FormulaBranch {
+    pub fn branch(&self, at: &LawPoint) -> FormulaBranch {
         self.value.branch(&arguments(at), SLIPS)
     }
 
     /// The formula on a branch; slopes are by the own slip, by |u_t1| and by |u_t2|.
-    pub(crate) fn on_branch(&self, at: &LawPoint, branch: FormulaBranch) -> OnBranch {
+    pub fn on_branch(&self, at: &LawPoint, branch: FormulaBranch) -> OnBranch {
         self.value.on_branch(&arguments(at), SLIPS, branch)
     }
 

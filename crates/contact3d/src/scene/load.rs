@@ -207,7 +207,7 @@ impl Spring {
     }
 
     /// All that may vary.
-    pub(crate) fn quantities_mut(&mut self) -> impl Iterator<Item = (&'static str, &mut Quantity)> {
+    pub fn quantities_mut(&mut self) -> impl Iterator<Item = (&'static str, &mut Quantity)> {
         let normal = self.normal.iter_mut().map(|value| ("normal", value));
         let tangential = self
             .tangential

@@ -17,13 +17,18 @@ pub struct Increment {
     pub time: f64,
 }
 
-/// Something that a step may change.
+/// Something that a step may change, with its number in the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum SteppedValue {
+pub enum SteppedValue {
+    /// A traction in Pa.
     Traction(usize),
+    /// A pressure in Pa.
     Pressure(usize),
+    /// The body force in N/m³.
     BodyForce,
+    /// The prescribed displacement of a clamp in m.
     Clamp(usize),
+    /// The initial gap of a contact face in m.
     Gap(usize),
 }
 
@@ -304,7 +309,7 @@ impl Scene {
     ///
     /// # Errors
     /// Those of `by`.
-    pub(crate) fn map_step_values(
+    pub fn map_step_values(
         &mut self,
         by: impl Fn(SteppedValue, &[Quantity]) -> Result<Vec<Quantity>, Invalid>,
     ) -> Result<(), Invalid> {

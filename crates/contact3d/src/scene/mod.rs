@@ -34,8 +34,8 @@ pub(crate) use coefficient::{LEAST_COEFFICIENT, is_coefficient};
 pub use contact::{Contact, MultiplierSpace, SlipInterpolation};
 pub use error::{Invalid, SceneError, SyntaxProblem, Unwritable, numbers};
 pub(crate) use error::{UNDEFINED, place_words};
+pub use expression::{BranchEnd, FormulaBranch, OnBranch, replace_names};
 pub use expression::{Expression, ExpressionError, FUNCTIONS, Parameters};
-pub(crate) use expression::{FormulaBranch, replace_names};
 pub use features::{ContactFeatures, FrictionModel, ModelFeatures};
 pub use file::Written;
 pub use file::{LONGEST_SCENE, SceneFile};
@@ -47,13 +47,11 @@ pub use function::{Grid, Table};
 pub use function::{LawFunction, PlaceFunction};
 pub use load::{BodyForce, Clamp, Component, Pressure, Traction};
 pub use load::{Spring, SpringStiffness};
-pub use load_path::Increment;
-pub(crate) use load_path::SteppedValue;
+pub use load_path::{Increment, SteppedValue};
 pub use material::{Isotropic, Material, Orthotropic, Part, Region, Voigt};
 pub use obstacle::{Cylinder, Direction, HalfSpace, Height, Obstacle, Side, Sphere};
 pub use parser_words::number_limit;
-pub(crate) use quantity::POSITION;
-pub use quantity::Quantity;
+pub use quantity::{POSITION, Quantity};
 pub use solve::AdaptSettings;
 pub use solve::{
     AssembleSettings, DualOperatorKind, FactorPrecision, InnerSolver, Method, PrecisionControl,

@@ -126,7 +126,7 @@ impl Direction {
 
     /// The place of the coordinate, 0, 1 or 2, and the sign.
     #[must_use]
-    pub(crate) fn axis(self) -> (usize, f64) {
+    pub fn axis(self) -> (usize, f64) {
         match self {
             Self::X => (0, 1.0),
             Self::MinusX => (0, -1.0),

@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use super::{Expression, PlaceFunction};
 
 /// The variables of a quantity that varies in space: coordinates in m.
-pub(crate) const POSITION: &[&str] = &["x", "y", "z"];
+pub const POSITION: &[&str] = &["x", "y", "z"];
 
 /// A number, or an expression in the coordinates x, y, z.
 #[derive(Debug, Clone, PartialEq)]

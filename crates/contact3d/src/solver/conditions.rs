@@ -10,7 +10,7 @@ use crate::{
 
 /// Where the semi-axes of the ellipses come from.
 #[derive(Clone, Copy)]
-pub(crate) enum Bound<'a> {
+pub enum Bound<'a> {
     /// Coulomb friction with F(u): (a, b) = g / 𝓕⁻¹(u_t(λ)) with the law's slip bound g under the pressure
     /// max(z_ν, 0).
     Coulomb(&'a PaneLaws, &'a CoulombLaw),
@@ -39,19 +39,23 @@ pub(super) struct Conditions<'a> {
 
 /// What a pane does at some λ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum PaneZone {
+pub enum PaneZone {
+    /// Not pressed.
     Open,
+    /// Pressed, with z_t inside the ellipse.
     Stick,
+    /// Pressed, with z_t outside the ellipse or no ellipse.
     Slip,
 }
 
 /// The natural map at some λ with what its derivative needs.
-pub(crate) struct Evaluation {
+pub struct Evaluation {
     /// R in Pa, `[n_unknowns]`.
     pub(super) residual: Vec<f64>,
     /// ‖R‖.
-    pub(crate) norm: f64,
-    pub(crate) panes: Vec<PaneEvaluation>,
+    pub norm: f64,
+    /// What each pane does.
+    pub panes: Vec<PaneEvaluation>,
     /// ∂(1/F_k)/∂φ_l at the contact nodes, in 1/m; empty when F does not follow the slip or is
     /// frozen.
     pub(super) inverse_slope: Vec<[[f64; 2]; 2]>,
@@ -60,7 +64,7 @@ pub(crate) struct Evaluation {
 }
 
 /// One pane of an [`Evaluation`].
-pub(crate) struct PaneEvaluation {
+pub struct PaneEvaluation {
     /// z_ν > 0.
     pub(super) pressed: bool,
     /// dg/dz_ν where pressed; 0 when frozen.
@@ -74,7 +78,9 @@ pub(crate) struct PaneEvaluation {
 }
 
 impl PaneEvaluation {
-    pub(crate) fn zone(&self) -> PaneZone {
+    /// The zone that z tells.
+    #[must_use]
+    pub fn zone(&self) -> PaneZone {
         if !self.pressed {
             PaneZone::Open
         } else if self.ellipse.semi_axes != [0.0; 2] && self.ellipse.level(self.trial) <= 1.0 {

@@ -23,7 +23,7 @@ mod problem;
 mod solution;
 mod solve;
 
-pub(crate) use conditions::{Bound, PaneZone};
+pub use conditions::{Bound, Evaluation, PaneEvaluation, PaneZone};
 pub use delassus::{
     DelassusError, DelassusMethod, DelassusProblem, DelassusSettings, DelassusSolution,
     DelassusSolver, DelassusStatus, FrozenGlobal, FrozenScaling, MOST_DENSE_CONTACTS, Obstruction,
@@ -39,7 +39,7 @@ pub use newton::{
     Linearisation, LocalMapping, NewtonSettings, NewtonSolution, NewtonStatus, frozen_response,
     minimise_frozen, newton,
 };
-pub(crate) use newton::{contraction_of_mapping, natural_map::NaturalMap};
+pub use newton::{contraction_of_mapping, natural_map::NaturalMap};
 pub use pane_laws::{CoulombState, PaneLaws, coulomb_state};
 pub use problem::{ContactBody, ContactState};
 pub use problem::{NeedsExplicit, OuterState, Progress, Start};

@@ -1,7 +1,6 @@
 //! A Rust function means what the formula or the ramp means that computes the same.
 
 use contact3d::{
-    robustness::{Check, Depth, Invariance, Solutions},
     scene::{Coefficient, Friction, LawPoint, Quantity, Scene, SlipDerivative},
     solver::Status,
 };
@@ -79,25 +78,6 @@ fn loads_and_gaps_are_their_formulas() {
         ),
         with(text("1e7 + 4e6*x*y"), text("1e-6*x")),
     );
-}
-
-/// In other units, in a mirror and with exchanged axes a function is seen as it must be.
-#[test]
-fn functions_survive_other_descriptions() {
-    let mut scene = block(Friction::orthotropic(
-        Coefficient::of_point(varied),
-        Coefficient::of_slip(|slip| (0.2 + 1e3 * slip, 1e3)),
-    ));
-    scene.pressures[0].value = Quantity::function(|[x, y, _]| 1e7 + 4e6 * x * y);
-    let folder = std::path::Path::new("");
-    let check = Check::new(&scene, folder, Depth::Invariances, Solutions::One);
-    let check = check.unwrap_or_else(|error| panic!("{error}"));
-    for invariance in Invariance::ALL {
-        let mut results = check.invariances.iter();
-        let result = results.find(|result| result.invariance == invariance);
-        let result = result.unwrap_or_else(|| panic!("{invariance} does not apply"));
-        assert!(result.difference < 1e-9, "{invariance}: {result:?}");
-    }
 }
 
 /// Newton's method goes by the derivative. A wrong one may cost the answer, but no wrong answer passes for the right

@@ -7,7 +7,6 @@ mod descriptions;
 mod frames;
 mod half_space;
 mod hertz;
-mod invariances;
 mod moved;
 mod planes;
 mod pulled;

@@ -137,7 +137,7 @@ impl Scene {
     ///
     /// # Errors
     /// The first offending key.
-    pub(crate) fn checked(mut self) -> Result<Self, Invalid> {
+    pub fn checked(mut self) -> Result<Self, Invalid> {
         self.bind_parameters()?;
         self.validate()?;
         Ok(self)

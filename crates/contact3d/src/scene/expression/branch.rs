@@ -12,11 +12,11 @@ const MOST_FORKS: usize = u64::BITS as usize;
 /// The way that a formula goes at each of its forks, in the order in which they are met: bit k is set where the left number is the
 /// smaller one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub(crate) struct FormulaBranch(u64);
+pub struct FormulaBranch(u64);
 
 impl FormulaBranch {
     /// The branch beyond a fork, on the side where its left number is the smaller one or not.
-    pub(crate) fn with(self, fork: usize, less: bool) -> Self {
+    pub fn with(self, fork: usize, less: bool) -> Self {
         let bit = 1 << fork;
         Self(if less { self.0 | bit } else { self.0 & !bit })
     }
@@ -28,24 +28,26 @@ impl FormulaBranch {
 
 /// A formula on one of its branches.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct OnBranch {
-    pub(crate) value: f64,
+pub struct OnBranch {
+    /// Its value.
+    pub value: f64,
     /// By the three variables that were asked for.
-    pub(crate) slopes: [f64; 3],
+    pub slopes: [f64; 3],
     /// The forks at which the branch ends, of those on its way.
-    pub(crate) ends: Vec<BranchEnd>,
+    pub ends: Vec<BranchEnd>,
 }
 
 /// A fork at which a branch ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct BranchEnd {
-    pub(crate) fork: usize,
+pub struct BranchEnd {
+    /// Which fork, in the order in which they are met.
+    pub fork: usize,
     /// On which side of the fork the branch lies.
-    pub(crate) less: bool,
+    pub less: bool,
     /// The difference of the numbers compared, positive on the branch.
-    pub(crate) margin: f64,
+    pub margin: f64,
     /// Its slopes.
-    pub(crate) slopes: [f64; 3],
+    pub slopes: [f64; 3],
 }
 
 /// A number that knows at which forks its branch ends.

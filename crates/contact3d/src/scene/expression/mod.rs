@@ -9,10 +9,10 @@ use std::{collections::BTreeMap, fmt};
 use thiserror::Error;
 
 use branch::{BranchChoice, Branched};
-pub(crate) use branch::{FormulaBranch, OnBranch};
+pub use branch::{BranchEnd, FormulaBranch, OnBranch};
 pub use parse::FUNCTIONS;
 pub(super) use parse::is_identifier;
-pub(crate) use parse::replace_names;
+pub use parse::replace_names;
 use parse::{CONSTANTS, DEEPEST_NESTING, ParseError};
 use program::{GrowingPiece, Sloped};
 use program::{Instruction, run};
@@ -156,7 +156,7 @@ impl Expression {
     ///
     /// # Errors
     /// As [`Self::parse`].
-    pub(crate) fn rewritten(&self, text: &str) -> Result<Self, ExpressionError> {
+    pub fn rewritten(&self, text: &str) -> Result<Self, ExpressionError> {
         let mut other = Self::unbound(text, self.variables)?;
         let values = self.parsed.values.iter().copied();
         other.bind(&self.parameters().map(str::to_owned).zip(values).collect())?;

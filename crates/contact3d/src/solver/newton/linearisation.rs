@@ -42,7 +42,7 @@ impl Linearisation {
 
     /// ‖R(λ)‖ / ‖λ‖ alone, for the contact problem of any law.
     #[must_use]
-    pub(crate) fn residual_of(dual: &ExplicitDual, laws: &PaneLaws, unknowns: &[f64]) -> f64 {
+    pub fn residual_of(dual: &ExplicitDual, laws: &PaneLaws, unknowns: &[f64]) -> f64 {
         let frozen = laws.feasible_set(None);
         let map = NaturalMap::new(dual, bound(laws, &frozen));
         relative(map.evaluate(unknowns).norm, dual.multipliers(unknowns))
@@ -123,7 +123,7 @@ fn relative(residual: f64, multiplier: &[f64]) -> f64 {
 /// Ψ freezes the slip bounds and the coefficients that λ makes, and solves for λ: Ψ' = 1 − R_λ⁻¹R'. Only the tangential rows of
 /// slipping panes differ, so the eigenvalues other than zero are those of −W R_λ⁻¹E, where E picks these rows and
 /// W = Eᵀ(R' − R_λ). Successive approximations converge to the solution from nearby where it is below 1, and at that rate.
-pub(crate) fn contraction_of_mapping(frozen: &[f64], followed: &[f64], n: usize) -> Option<f64> {
+pub fn contraction_of_mapping(frozen: &[f64], followed: &[f64], n: usize) -> Option<f64> {
     moving_part(frozen, followed, n).map(|moving| spectral_radius(&moving))
 }
 

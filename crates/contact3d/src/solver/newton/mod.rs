@@ -16,7 +16,7 @@ pub use frozen_response::frozen_response;
 pub use iteration::{NewtonSettings, NewtonStatus};
 pub use linearisation::Linearisation;
 pub use linearisation::LocalMapping;
-pub(crate) use linearisation::contraction_of_mapping;
+pub use linearisation::contraction_of_mapping;
 
 use iteration::{Globalisation, NewtonOutcome};
 use natural_map::NaturalMap;

@@ -13,7 +13,7 @@ const ROUNDINGS: f64 = 16.0;
 
 /// The natural map R(λ) = λ − P(λ − ρ r), r = S λ − h, whose zeros solve the contact problem
 /// ([`Conditions`]); where the body floats, of x = (λ, α) with rows ρ (e − Gᵀλ) for the balance.
-pub(crate) struct NaturalMap<'a> {
+pub struct NaturalMap<'a> {
     pub(in crate::solver) dual: &'a ExplicitDual,
     pub(in crate::solver) conditions: Conditions<'a>,
     /// What the steps on a sparse S share.
@@ -41,7 +41,7 @@ impl<'a> NaturalMap<'a> {
     }
 
     /// With given ρ of the multipliers in Pa/m³, `[n_multipliers]`.
-    pub(crate) fn with_steplengths(
+    pub fn with_steplengths(
         dual: &'a ExplicitDual,
         bound: Bound<'a>,
         mut steplengths: Vec<f64>,
@@ -54,7 +54,9 @@ impl<'a> NaturalMap<'a> {
         }
     }
 
-    pub(crate) fn evaluate(&self, multiplier: &[f64]) -> Evaluation {
+    /// R at λ, `[n_unknowns]`, with what its derivative needs.
+    #[must_use]
+    pub fn evaluate(&self, multiplier: &[f64]) -> Evaluation {
         let gradient = self.dual.gradient(multiplier);
         let displacement = self.tangential_displacement(multiplier);
         self.conditions

@@ -53,7 +53,7 @@ pub(super) struct PairRows {
 
 impl NaturalMap<'_> {
     /// The Newton step d with R'(λ) d = −R and its number of coupled unknowns; `None` when R' is singular.
-    pub(crate) fn newton_step(&self, evaluation: &Evaluation) -> Option<(Vec<f64>, usize)> {
+    pub fn newton_step(&self, evaluation: &Evaluation) -> Option<(Vec<f64>, usize)> {
         let system = NewtonSystem::new(self, evaluation);
         let n = system.free.len();
         let mut step: Vec<f64> = evaluation.residual.iter().map(|r| -r).collect();

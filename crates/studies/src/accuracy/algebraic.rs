@@ -1,0 +1,289 @@
+//! Errors and costs of the solvers on the mesh of the scene: the tolerance ladder.
+
+use std::{fmt, path::Path, sync::Arc};
+
+use super::{AccuracyProgress, AccuracySettings, Cost, cost::measure, discretisation::energy_norm};
+use contact3d::{
+    AssembledProblem, Problem, ProblemError,
+    linalg::norm,
+    mesh::Mesh,
+    scene::{DualOperatorKind, Method, PrecisionControl, Scene, SolveSettings},
+    solver::{Solution, Start, Status},
+};
+
+/// The entries ε, loose to strict.
+pub const EPSILONS: [f64; 11] = [
+    1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12,
+];
+
+/// A solve is repeated, for the median of its seconds, when one takes no more than this share of
+/// the budget.
+const CHEAP_SHARE: f64 = 1.0 / 60.0;
+
+/// A method of the ladder. The inner solver of successive approximations is the scene's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LadderMethod {
+    /// Successive approximations with inner precision (a).
+    FixedPrecision,
+    /// Successive approximations with inner precision (b).
+    AdaptivePrecision,
+    /// Semismooth Newton.
+    Newton,
+}
+
+/// How the dual operator is held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Operator {
+    /// Two sparse triangular solves for each application.
+    Implicit,
+    /// A dense matrix.
+    Explicit,
+}
+
+impl fmt::Display for LadderMethod {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::FixedPrecision => "fixed point (a)",
+            Self::AdaptivePrecision => "fixed point (b)",
+            Self::Newton => "Newton",
+        })
+    }
+}
+
+impl fmt::Display for Operator {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Implicit => "implicit",
+            Self::Explicit => "explicit",
+        })
+    }
+}
+
+/// One accuracy ε asked of one method on one operator.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LadderEntry {
+    /// The method.
+    pub method: LadderMethod,
+    /// How S is held.
+    pub operator: Operator,
+    /// The accuracy asked for.
+    pub epsilon: f64,
+    /// What came of it; `None` where it was not run because the budget does not suffice.
+    pub result: Option<LadderResult>,
+}
+
+/// What a solve reached, and at what cost.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct LadderResult {
+    /// How it ended.
+    pub status: Status,
+    /// ‖u − u*‖_A / ‖u*‖_A.
+    pub energy_error: f64,
+    /// ‖λ − λ*‖ / ‖λ*‖.
+    pub multiplier_error: f64,
+    /// n_A.
+    pub applications: usize,
+    /// Seconds and memory of the solve alone; the assembly is reported apart.
+    pub cost: Cost,
+}
+
+/// All entries on the scene's own mesh.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct AlgebraicLadder {
+    /// How the reference (u*, λ*) ended: Newton's method on the explicit operator to rounding.
+    pub reference_status: Status,
+    /// ‖R‖ / ‖λ‖ of the reference.
+    pub reference_accuracy: f64,
+    /// Assembly with the implicit and the explicit operator.
+    pub assembly: [Cost; 2],
+    /// Series after series, each from loose to strict; empty when the reference failed.
+    pub entries: Vec<LadderEntry>,
+}
+
+/// The assembled problem with its reference solution.
+struct LadderProblem<'a> {
+    scene: &'a Scene,
+    assembled: AssembledProblem,
+    reference: Solution,
+    budget: f64,
+}
+
+impl AlgebraicLadder {
+    /// Solves the scene on its own mesh to every ε by every method; `None` without contact, where
+    /// one solve with the factor gives the answer.
+    ///
+    /// # Errors
+    /// [`ProblemError`].
+    pub fn measure(
+        scene: &Scene,
+        folder: &Path,
+        settings: &AccuracySettings,
+        observe: &mut dyn FnMut(AccuracyProgress),
+    ) -> Result<Option<Self>, ProblemError> {
+        let mesh = Arc::new(Mesh::of_scene(scene, folder)?);
+        if mesh.contact.is_none() {
+            return Ok(None);
+        }
+        let assemble = |kind| {
+            let mut scene = scene.clone();
+            scene.assemble.dual_operator = kind;
+            measure(settings.budget * CHEAP_SHARE, || {
+                Problem::of_checked(scene.clone(), Arc::clone(&mesh))?.assemble()
+            })
+        };
+        let (_, implicit) = assemble(DualOperatorKind::Implicit)?;
+        let (assembled, explicit) = assemble(DualOperatorKind::Explicit)?;
+        let to_rounding = SolveSettings {
+            method: Method::Newton,
+            epsilon: Some(0.0),
+            ..scene.solve.clone()
+        };
+        let reference = assembled.solve_from(&to_rounding, Start::default(), &mut |_| {})?;
+        let mut ladder = Self {
+            reference_status: reference.status,
+            reference_accuracy: reference.accuracy,
+            assembly: [implicit, explicit],
+            entries: Vec::new(),
+        };
+        if !reference.status.is_solved() {
+            return Ok(Some(ladder));
+        }
+        let mut problem = LadderProblem {
+            scene,
+            assembled,
+            reference,
+            budget: settings.budget,
+        };
+        use LadderMethod::{AdaptivePrecision, FixedPrecision, Newton};
+        for method in [FixedPrecision, AdaptivePrecision, Newton] {
+            ladder
+                .entries
+                .extend(problem.series(method, Operator::Explicit, observe)?);
+        }
+        if let Some(contact) = &mut problem.assembled.system_mut().contact {
+            contact.make_implicit();
+        }
+        if !scene.solve.inner.needs_explicit() {
+            for method in [FixedPrecision, AdaptivePrecision] {
+                ladder
+                    .entries
+                    .extend(problem.series(method, Operator::Implicit, observe)?);
+            }
+        }
+        Ok(Some(ladder))
+    }
+
+    /// The entries of each method and operator that ran, loose to strict.
+    #[must_use]
+    pub fn series(&self) -> Vec<&[LadderEntry]> {
+        self.entries
+            .chunk_by(|a, b| (a.method, a.operator) == (b.method, b.operator))
+            .collect()
+    }
+}
+
+impl LadderProblem<'_> {
+    /// One method on one operator, until the budget is spent.
+    fn series(
+        &self,
+        method: LadderMethod,
+        operator: Operator,
+        observe: &mut dyn FnMut(AccuracyProgress),
+    ) -> Result<Vec<LadderEntry>, ProblemError> {
+        let mut entries: Vec<LadderEntry> = Vec::new();
+        let mut spent = 0.0;
+        for epsilon in EPSILONS {
+            let result = if self.exceeds_budget(&entries, spent) {
+                None
+            } else {
+                observe(AccuracyProgress::LadderEntry(method, operator, epsilon));
+                Some(self.run(method, epsilon, self.applications_left(&entries, spent))?)
+            };
+            spent += result.map_or(0.0, |r| r.cost.seconds * r.cost.repeats as f64);
+            entries.push(LadderEntry {
+                method,
+                operator,
+                epsilon,
+                result,
+            });
+        }
+        Ok(entries)
+    }
+
+    /// Whether the next entry would take more than is left when costs grow as they last did.
+    fn exceeds_budget(&self, entries: &[LadderEntry], spent: f64) -> bool {
+        let Some(last) = entries.last() else {
+            return false;
+        };
+        let Some(last) = last.result else {
+            return true;
+        };
+        let before = entries.len().checked_sub(2).and_then(|k| entries[k].result);
+        let growth = match before {
+            Some(before) if before.cost.seconds > 0.0 => last.cost.seconds / before.cost.seconds,
+            _ => 1.0,
+        };
+        spent + last.cost.seconds * growth.max(1.0) > self.budget
+    }
+
+    /// Applications of S that fit in what is left of the budget, by the price of the last entry's.
+    fn applications_left(&self, entries: &[LadderEntry], spent: f64) -> usize {
+        let most = self.scene.solve.max_inner_actions;
+        let Some(last) = entries.last().and_then(|entry| entry.result) else {
+            return most;
+        };
+        let price = last.cost.seconds / last.applications.max(1) as f64;
+        let affordable = ((self.budget - spent) / price).floor();
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "saturates, which is what is meant"
+        )]
+        let affordable = affordable.max(1.0) as usize;
+        most.min(affordable)
+    }
+
+    fn run(
+        &self,
+        method: LadderMethod,
+        epsilon: f64,
+        max_inner_actions: usize,
+    ) -> Result<LadderResult, ProblemError> {
+        let (method, precision) = match method {
+            LadderMethod::FixedPrecision => (Method::FixedPoint, PrecisionControl::Fixed),
+            LadderMethod::AdaptivePrecision => (Method::FixedPoint, PrecisionControl::Adaptive),
+            LadderMethod::Newton => (Method::Newton, PrecisionControl::default()),
+        };
+        let settings = SolveSettings {
+            method,
+            precision,
+            epsilon: Some(epsilon),
+            max_inner_actions,
+            ..self.scene.solve.clone()
+        };
+        let (solution, cost) = measure(self.budget * CHEAP_SHARE, || {
+            self.assembled
+                .solve_from(&settings, Start::default(), &mut |_| {})
+        })?;
+        let stiffness = &self.assembled.system().assembly.primal.stiffness;
+        let energy = |u: &[f64]| energy_norm(stiffness, u);
+        let (u, exact_u) = (&solution.displacement, &self.reference.displacement);
+        let (multiplier, exact) = (&solution.multiplier, &self.reference.multiplier);
+        Ok(LadderResult {
+            status: solution.status,
+            energy_error: relative(&energy, u, exact_u),
+            multiplier_error: relative(&norm, multiplier, exact),
+            applications: solution.applications,
+            cost,
+        })
+    }
+}
+
+/// ‖v − w‖ / ‖w‖, and 0 for 0/0.
+fn relative(norm: &dyn Fn(&[f64]) -> f64, v: &[f64], w: &[f64]) -> f64 {
+    let difference: Vec<f64> = v.iter().zip(w).map(|(v, w)| v - w).collect();
+    match (norm(&difference), norm(w)) {
+        (0.0, _) => 0.0,
+        (difference, size) => difference / size,
+    }
+}

@@ -1,0 +1,301 @@
+//! Errors of nested meshes against the finest one, with observed orders and limits.
+
+use std::{path::Path, sync::Arc};
+
+use super::{
+    AccuracyProgress, AccuracySettings, Cost, brick_n_div,
+    cost::measure,
+    extrapolated, nested_bricks, observed_order,
+    refinement::{prolongate, with_brick},
+};
+use contact3d::{
+    Problem, ProblemError,
+    elasticity::{DofMap, InternalForces, MaterialField, SpringMatrix},
+    linalg::{CscMatrix, dot},
+    mesh::Mesh,
+    scene::{AssembleSettings, Brick, Scene, SolveSettings},
+    solver::Status,
+};
+
+/// A mesh is solved again, for the median of its seconds, when once took no longer than this.
+pub(super) const CHEAP_SECONDS: f64 = 5.0;
+
+/// Differences below this share of the quantity are rounding: the solves reach 1e-12.
+const NEGLIGIBLE: f64 = 1e-10;
+
+/// Resultants on Γ_c.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Forces {
+    /// Total normal contact force in N.
+    pub normal: f64,
+    /// Total tangential multiplier force along t₁ and t₂ in N; `None` without friction.
+    pub tangential: Option<[f64; 2]>,
+}
+
+/// One mesh of the ladder, solved to rounding.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Level {
+    /// Smallest number of cells along an edge.
+    pub n_div: usize,
+    /// Cells along the edges.
+    pub cells: [usize; 3],
+    /// h, the cube root of the mean volume of a cell, in m.
+    pub cell_size: f64,
+    /// Free degrees of freedom.
+    pub n_free: usize,
+    /// Multipliers.
+    pub n_multipliers: usize,
+    /// How the solve ended.
+    pub status: Status,
+    /// n_A.
+    pub applications: usize,
+    /// ‖u_h − u_f‖_A / ‖u_f‖_A, with u_f of the finest mesh; 0 there.
+    pub energy_difference: f64,
+    /// ‖u_h − u‖_A / ‖u_f‖_A with the extrapolated limit; `None` where no order is observed.
+    pub energy_error: Option<f64>,
+    /// The estimated error over ‖u_h‖_A; see [`ErrorEstimate::relative`](contact3d::post::ErrorEstimate::relative).
+    pub estimated_error: f64,
+    /// J = ½ uᵀAu − lᵀu in J.
+    pub potential_energy: f64,
+    /// The foundation's forces; `None` without contact.
+    pub forces: Option<Forces>,
+    /// Mesh, assembly, solve and evaluation in memory, without files.
+    pub cost: Cost,
+}
+
+/// How one quantity goes with the mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trend {
+    /// Order observed from each level and the two before it, `[n_levels]`; `None` where the three
+    /// do not approach a limit.
+    pub orders: Vec<Option<f64>>,
+    /// Limit of the last two levels at the last order; `None` without it.
+    pub limit: Option<f64>,
+}
+
+/// Nested meshes of one scene, coarse to fine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DiscretisationLadder {
+    /// n_div of the scene itself.
+    pub scene_n_div: usize,
+    /// One record per mesh.
+    pub levels: Vec<Level>,
+    /// The energy-norm error; its limit is 0.
+    pub energy_norm: Trend,
+    /// J.
+    pub potential_energy: Trend,
+    /// Normal force, and tangential forces along t₁ and t₂ with friction; empty without contact.
+    pub forces: Vec<Trend>,
+}
+
+/// What a level leaves to be compared with the finest one.
+struct Field {
+    brick: Brick,
+    mesh: Mesh,
+    /// Nodal displacement in m.
+    displacement: Vec<[f64; 3]>,
+}
+
+/// A solved level, with A of its mesh.
+struct SolvedLevel {
+    level: Level,
+    field: Field,
+    stiffness: CscMatrix,
+    dofs: DofMap,
+}
+
+impl DiscretisationLadder {
+    /// Solves the nested meshes of a scene's brick; `None` for another body.
+    ///
+    /// # Errors
+    /// [`ProblemError`].
+    pub fn measure(
+        scene: &Scene,
+        settings: &AccuracySettings,
+        observe: &mut dyn FnMut(AccuracyProgress),
+    ) -> Result<Option<Self>, ProblemError> {
+        let Some(brick) = scene.body.as_brick() else {
+            return Ok(None);
+        };
+        let mut levels = Vec::new();
+        let mut fields = Vec::new();
+        let mut finest = None;
+        for level_brick in nested_bricks(scene, brick, settings)? {
+            let level_scene = solved_to_rounding(with_brick(scene, &level_brick));
+            observe(AccuracyProgress::Level(brick_n_div(&level_brick)));
+            drop(finest.take());
+            let (solved, cost) =
+                measure(CHEAP_SECONDS, || solve_level(&level_scene, &level_brick))?;
+            levels.push(Level {
+                cost,
+                ..solved.level
+            });
+            fields.push(solved.field);
+            finest = Some((solved.stiffness, solved.dofs));
+        }
+        if let (Some((stiffness, dofs)), Some(last)) = (finest, fields.last()) {
+            let norm = |field: &[[f64; 3]]| match dofs.prescribed {
+                None => energy_norm(&stiffness, &dofs.to_free(field)),
+                Some(_) => whole_energy_norm(scene, &last.mesh, field),
+            };
+            let size = norm(&last.displacement);
+            for (level, field) in levels.iter_mut().zip(&fields) {
+                let difference = norm(&field.difference(last));
+                level.energy_difference = if size == 0.0 { 0.0 } else { difference / size };
+            }
+        }
+        Ok(Some(Self::new(brick_n_div(brick), levels)))
+    }
+
+    /// Orders and limits of solved levels, coarse to fine.
+    ///
+    /// For nested spaces ‖u_h − u_f‖² = ‖u_h − u‖² − ‖u_f − u‖² in a linear problem (Galerkin), and
+    /// nearly so here: e_h² is a sequence whose limit −‖u_f − u‖² turns differences to the finest
+    /// mesh into errors.
+    #[must_use]
+    pub fn new(scene_n_div: usize, mut levels: Vec<Level>) -> Self {
+        let h: Vec<f64> = levels.iter().map(|level| level.cell_size).collect();
+        let squares: Vec<f64> = levels.iter().map(|l| l.energy_difference.powi(2)).collect();
+        let trend = Trend::new(&h, &squares, NEGLIGIBLE * NEGLIGIBLE);
+        for (level, square) in levels.iter_mut().zip(&squares) {
+            level.energy_error = trend.limit.map(|limit| (square - limit).max(0.0).sqrt());
+        }
+        let energies: Vec<f64> = levels.iter().map(|level| level.potential_energy).collect();
+        let forces: Option<Vec<Forces>> = levels.iter().map(|level| level.forces).collect();
+        Self {
+            scene_n_div,
+            energy_norm: Trend {
+                orders: trend.orders.iter().map(|p| p.map(|p| p / 2.0)).collect(),
+                limit: trend.limit.map(|_| 0.0),
+            },
+            potential_energy: Trend::of(&h, &energies, &energies),
+            forces: forces.map_or_else(Vec::new, |forces| force_trends(&h, &forces)),
+            levels,
+        }
+    }
+
+    /// The level of the scene's own mesh.
+    #[must_use]
+    pub(crate) fn scene_level(&self) -> Option<&Level> {
+        self.levels.iter().find(|l| l.n_div == self.scene_n_div)
+    }
+}
+
+/// Trends of the components, judged by the size of the normal force.
+fn force_trends(h: &[f64], forces: &[Forces]) -> Vec<Trend> {
+    let normal: Vec<f64> = forces.iter().map(|f| f.normal).collect();
+    let tangential: Option<Vec<[f64; 2]>> = forces.iter().map(|f| f.tangential).collect();
+    let mut trends = vec![Trend::of(h, &normal, &normal)];
+    if let Some(pairs) = tangential {
+        trends.extend([0, 1].map(|axis| {
+            let component: Vec<f64> = pairs.iter().map(|pair| pair[axis]).collect();
+            Trend::of(h, &component, &normal)
+        }));
+    }
+    trends
+}
+
+impl Trend {
+    fn of(h: &[f64], values: &[f64], sizes: &[f64]) -> Self {
+        let size = sizes.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        Self::new(h, values, NEGLIGIBLE * size)
+    }
+
+    fn new(h: &[f64], values: &[f64], negligible: f64) -> Self {
+        let order = |k: usize| {
+            let at = |list: &[f64]| [list[k - 2], list[k - 1], list[k]];
+            observed_order(at(h), at(values), negligible)
+        };
+        let orders: Vec<Option<f64>> = (0..h.len())
+            .map(|k| if k < 2 { None } else { order(k) })
+            .collect();
+        let last = h.len().wrapping_sub(1);
+        let limit = orders.last().copied().flatten().map(|order| {
+            let pair = |list: &[f64]| [list[last - 1], list[last]];
+            extrapolated(pair(h), pair(values), order)
+        });
+        Self { orders, limit }
+    }
+}
+
+impl Field {
+    /// This field minus another at the other's nodes.
+    fn difference(&self, finest: &Self) -> Vec<[f64; 3]> {
+        let points = &finest.mesh.coordinates;
+        let here = prolongate(&self.brick, &self.mesh, &self.displacement, points);
+        let pairs = here.iter().zip(&finest.displacement);
+        pairs
+            .map(|(a, b)| std::array::from_fn(|c| a[c] - b[c]))
+            .collect()
+    }
+}
+
+/// ‖u‖_A = √(uᵀAu).
+pub(super) fn energy_norm(stiffness: &CscMatrix, displacement: &[f64]) -> f64 {
+    let mut forces = vec![0.0; displacement.len()];
+    stiffness.mul(displacement, &mut forces);
+    dot(displacement, &forces).max(0.0).sqrt()
+}
+
+/// √a(u, u) of a nodal displacement in m, `[n_nodes]`, whose held nodes may have moved.
+fn whole_energy_norm(scene: &Scene, mesh: &Mesh, displacement: &[[f64; 3]]) -> f64 {
+    let material = MaterialField::new(scene, mesh);
+    let elastic = InternalForces::of(mesh, &material, displacement).forces;
+    // A stiffness without a value was refused when A was assembled.
+    let springs = SpringMatrix::of(scene, mesh).ok().flatten();
+    let springs = springs.map(|springs| springs.forces(displacement));
+    let work = |forces: &Vec<[f64; 3]>| dot(forces.as_flattened(), displacement.as_flattened());
+    let square = work(&elastic) + springs.as_ref().map_or(0.0, work);
+    square.max(0.0).sqrt()
+}
+
+/// The scene with default settings of assembly and solve.
+pub(super) fn solved_to_rounding(mut scene: Scene) -> Scene {
+    scene.assemble = AssembleSettings::default();
+    scene.solve = SolveSettings::default();
+    scene
+}
+
+fn solve_level(scene: &Scene, brick: &Brick) -> Result<SolvedLevel, ProblemError> {
+    let mesh = Mesh::of_scene(scene, Path::new(""))?;
+    let problem = Problem::of_checked(scene.clone(), Arc::new(mesh))?;
+    let assembled = problem.assemble()?;
+    let (solution, report) = assembled.solve_and_report(&scene.solve)?;
+    let r = report.resultants;
+    let cells = brick.size.iter().zip(brick.cells);
+    let volume: f64 = cells.map(|(l, n)| l / n as f64).product();
+    let (mesh, system) = assembled.into_parts();
+    let primal = system.assembly.primal;
+    let level = Level {
+        n_div: brick_n_div(brick),
+        cells: brick.cells,
+        cell_size: volume.cbrt(),
+        n_free: solution.displacement.len(),
+        n_multipliers: solution.multiplier.len(),
+        status: solution.status,
+        applications: solution.applications,
+        energy_difference: 0.0,
+        energy_error: None,
+        estimated_error: report.discretisation_error.relative(),
+        potential_energy: r.strain_energy - r.load_work,
+        forces: r.contact.map(|contact| Forces {
+            normal: contact.normal_force,
+            tangential: contact.tangential_force,
+        }),
+        cost: Cost {
+            seconds: 0.0,
+            repeats: 0,
+            peak_bytes: None,
+        },
+    };
+    Ok(SolvedLevel {
+        level,
+        field: Field {
+            brick: brick.clone(),
+            mesh: Arc::unwrap_or_clone(mesh),
+            displacement: report.displacement,
+        },
+        stiffness: Arc::unwrap_or_clone(primal.stiffness),
+        dofs: primal.dofs,
+    })
+}

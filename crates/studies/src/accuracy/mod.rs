@@ -1,0 +1,118 @@
+//! What accuracy costs: the error of solving the discrete problem, and the error of the mesh.
+//!
+//! The two are kept apart. The algebraic error is the distance of a solve of accuracy ε to the
+//! solution of the same discrete problem to rounding. The discretisation error is the distance of
+//! that discrete solution to those of finer meshes and to their extrapolated limit. Both come with
+//! what they cost in seconds, applications n_A and memory.
+
+mod algebraic;
+mod cost;
+mod discretisation;
+mod distance;
+mod refinement;
+mod sequences;
+#[cfg(test)]
+mod tests;
+
+pub use algebraic::{AlgebraicLadder, EPSILONS, LadderEntry, LadderMethod, LadderResult, Operator};
+pub use cost::Cost;
+pub use cost::{Advice, Refinement};
+pub use discretisation::{DiscretisationLadder, Forces, Level, Trend};
+pub use distance::{Distance, Field, Points, distance};
+pub use refinement::extrapolated;
+pub use refinement::nested_bricks;
+pub(crate) use refinement::observed_order;
+pub(crate) use refinement::{brick_n_div, with_brick};
+pub use sequences::{
+    Cheapest, Reference, TARGETS, Way, WayAdvice, WayKind, WayLevel, WayProgress, WaySettings, Ways,
+};
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use contact3d::{ProblemError, scene::Scene};
+
+/// How far a ladder goes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct AccuracySettings {
+    /// Seconds for each method on each operator; later entries are left out.
+    pub budget: f64,
+    /// Smallest n_div of the meshes.
+    pub coarsest: usize,
+    /// n_div of the finest mesh, a multiple of the scene's own; chosen when not given.
+    pub finest: Option<usize>,
+    /// Where the ways to accuracy end, as a relative error; they are left out when not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ways: Option<f64>,
+    /// Bytes that a mesh of the ways may take; no limit when not given.
+    #[serde(skip)]
+    pub memory: Option<f64>,
+}
+
+/// Both ladders of a scene, and its ways to accuracy.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Accuracy {
+    /// Errors of the solvers on the scene's own mesh; `None` without contact.
+    pub algebraic: Option<AlgebraicLadder>,
+    /// Errors of the meshes; `None` for a mesh file, which has no finer meshes.
+    pub discretisation: Option<DiscretisationLadder>,
+    /// What linear and quadratic elements on uniform and adaptive meshes reach; `None` where it was not asked for.
+    pub ways: Option<Ways>,
+}
+
+/// What an observer of the ladders sees before each piece of work.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum AccuracyProgress {
+    /// A mesh of this n_div is solved.
+    Level(usize),
+    /// The scene's own mesh is solved to this ε.
+    LadderEntry(LadderMethod, Operator, f64),
+    /// A mesh of a way to accuracy.
+    Way(WayProgress),
+}
+
+impl Accuracy {
+    /// Climbs both ladders; mesh files are looked for in `folder`.
+    ///
+    /// # Errors
+    /// [`ProblemError`] for a scene that has no discrete problem, and for a finest mesh in which
+    /// the scene's own is not nested.
+    pub fn measure(
+        scene: &Scene,
+        folder: &Path,
+        settings: &AccuracySettings,
+        observe: &mut dyn FnMut(AccuracyProgress),
+    ) -> Result<Self, ProblemError> {
+        scene.require_no_history("accuracy")?;
+        // A finest mesh that cannot be is refused before the long work.
+        if let Some(brick) = scene.body.as_brick() {
+            nested_bricks(scene, brick, settings)?;
+        }
+        // The small meshes first: what an allocator keeps of a large one would count as their peak.
+        let algebraic = AlgebraicLadder::measure(scene, folder, settings, observe)?;
+        let discretisation = DiscretisationLadder::measure(scene, settings, observe)?;
+        let ways = settings.ways.map(|goal| {
+            let settings = WaySettings {
+                budget: settings.budget,
+                goal,
+                coarsest: settings.coarsest,
+                memory: settings.memory,
+            };
+            Ways::measure(scene, folder, &settings, &mut |step| {
+                observe(AccuracyProgress::Way(step));
+            })
+        });
+        Ok(Self {
+            algebraic,
+            discretisation,
+            ways: ways.transpose()?,
+        })
+    }
+
+    /// What the ladders mean for someone who has this mesh.
+    #[must_use]
+    pub fn advice(&self) -> Advice {
+        Advice::new(self)
+    }
+}

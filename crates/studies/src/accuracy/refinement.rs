@@ -1,0 +1,313 @@
+//! Nested meshes of a brick: prolongation from one to the next, and Richardson extrapolation over them.
+//!
+//! All cells of a brick's mesh are cut by the planes ±x ± y ± z = even and by the grid planes (in
+//! units of a cell). Cutting every cell edge in m equal parts keeps each of these planes among the
+//! finer ones, so the finer mesh is nested in the coarser one, panes included. Finer meshes of a graded
+//! brick therefore have planes given by their coordinates; grading them anew would move planes.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::AccuracySettings;
+use contact3d::{
+    ProblemError,
+    mesh::Mesh,
+    reference::shape::quadratic_tetrahedron,
+    scene::{Brick, BrickFace, Contact, Invalid, MultiplierSpace, Scene, Shape},
+};
+
+/// Planes are rounded a few times on their way from a scene, each time to half of 2e-16.
+const PLANE_ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// Digits that typed corners of a part of a contact face share with the planes between cells.
+const PART_ROUNDING: f64 = 1e-9;
+
+/// n_div of a brick: its smallest number of cells along an edge.
+#[must_use]
+pub(crate) fn brick_n_div(brick: &Brick) -> usize {
+    brick.cells.into_iter().min().unwrap_or(1)
+}
+
+/// The finest mesh when none is asked for: 4, 2 or 1 times the scene's n_div, the first that does
+/// not exceed 32; the scene's own where that is larger.
+#[must_use]
+pub(crate) fn default_finest(n_div: usize) -> usize {
+    let fits = |factor: &usize| factor * n_div <= 32;
+    [4, 2].into_iter().find(fits).unwrap_or(1) * n_div
+}
+
+/// All meshes of a brick in which the finest one is nested and whose proportions are those of the scene,
+/// coarse to fine.
+///
+/// # Errors
+/// A finest mesh in which the scene's own is not nested.
+pub fn nested_bricks(
+    scene: &Scene,
+    brick: &Brick,
+    settings: &AccuracySettings,
+) -> Result<Vec<Brick>, ProblemError> {
+    let n_div = brick_n_div(brick);
+    let finest = settings.finest.unwrap_or_else(|| default_finest(n_div));
+    if finest == 0 || !finest.is_multiple_of(n_div) {
+        return Err(ProblemError::Invalid(Invalid {
+            key: "--finest".into(),
+            expected: format!("a multiple of {n_div}, the scene's n_div"),
+            found: finest.to_string(),
+            help: "the scene's mesh must be nested in the finest one; change body.brick.cells with --set for another scene mesh".into(),
+        }));
+    }
+    let finest = refined(brick, finest / n_div);
+    let parts = finest.cells.into_iter().fold(0, greatest_common_divisor);
+    let merged = (1..=parts).rev().filter(|m| parts.is_multiple_of(*m));
+    let bricks = merged.filter_map(|m| coarsened(&finest, m));
+    Ok(bricks
+        .filter(|brick| brick_n_div(brick) >= settings.coarsest && is_valid(scene, brick))
+        .collect())
+}
+
+/// The brick with every cell edge cut in so many equal parts.
+pub(super) fn refined(brick: &Brick, parts: usize) -> Brick {
+    let mut finer = brick.clone();
+    finer.cells = brick.cells.map(|cells| cells * parts);
+    for axis in (0..3).filter(|axis| parts > 1 && !brick.is_even(*axis)) {
+        let planes = brick.planes(axis);
+        let inside = planes.windows(2).flat_map(|pair| {
+            let part = (pair[1] - pair[0]) / parts as f64;
+            (0..parts).map(move |k| pair[0] + k as f64 * part)
+        });
+        let end = planes.last().copied();
+        set_planes(&mut finer, axis, inside.chain(end).collect());
+    }
+    finer
+}
+
+/// The brick with so many cells merged along each axis; `None` where they are not equally wide, since the
+/// finer mesh would not be nested.
+fn coarsened(brick: &Brick, merged: usize) -> Option<Brick> {
+    let mut coarser = brick.clone();
+    coarser.cells = brick.cells.map(|cells| cells / merged);
+    for axis in (0..3).filter(|axis| merged > 1 && !brick.is_even(*axis)) {
+        let planes = brick.planes(axis);
+        if !merges_equal_cells(&planes, merged) {
+            return None;
+        }
+        let kept = planes.iter().copied().step_by(merged);
+        set_planes(&mut coarser, axis, kept.collect());
+    }
+    Some(coarser)
+}
+
+/// Whether each group of so many cells has cells of one width, to rounding of the planes.
+fn merges_equal_cells(planes: &[f64], merged: usize) -> bool {
+    let length = planes.last().copied().unwrap_or(0.0);
+    let starts = (0..planes.len() - 1).step_by(merged);
+    let mut groups = starts.map(|start| &planes[start..=start + merged]);
+    groups.all(|group| {
+        let (first, width) = (group[0], group[merged] - group[0]);
+        let mut at = group.iter().enumerate();
+        at.all(|(k, x)| {
+            let even = first + width * (k as f64 / merged as f64);
+            (x - even).abs() <= PLANE_ROUNDING * length
+        })
+    })
+}
+
+fn set_planes(brick: &mut Brick, axis: usize, planes: Vec<f64>) {
+    *brick.coordinates.along_mut(axis) = Some(planes);
+    for face in BrickFace::ALL
+        .into_iter()
+        .filter(|face| face.axis() == axis)
+    {
+        *brick.grading.towards_mut(face) = 1.0;
+    }
+}
+
+/// The smallest numbers of cells with the proportions of a brick.
+#[must_use]
+pub(super) fn proportions(brick: &Brick) -> [usize; 3] {
+    let parts = brick.cells.into_iter().fold(0, greatest_common_divisor);
+    brick.cells.map(|cells| cells / parts.max(1))
+}
+
+/// The scene with so many equal cells.
+pub(super) fn with_cells(scene: &Scene, cells: [usize; 3]) -> Scene {
+    match scene.body.as_brick() {
+        Some(brick) => with_brick(scene, &Brick::new(brick.size, cells)),
+        None => scene.clone(),
+    }
+}
+
+/// The scene with another brick.
+pub(crate) fn with_brick(scene: &Scene, brick: &Brick) -> Scene {
+    let mut scene = scene.clone();
+    scene.body.shape = Shape::Brick(brick.clone());
+    scene
+}
+
+/// Whether the panes fit on the cells, and the parts of faces that are in contact on the panes.
+fn is_valid(scene: &Scene, brick: &Brick) -> bool {
+    with_brick(scene, brick).validate().is_ok() && contact_parts_fit(scene, brick)
+}
+
+/// Whether the sides of the boxes that cut parts out of contact faces lie beyond the brick or between its panes.
+pub(super) fn contact_parts_fit(scene: &Scene, brick: &Brick) -> bool {
+    let fits = |contact: &Contact| {
+        let (Some(corners), Some(face)) = (contact.corners, BrickFace::named(&contact.face)) else {
+            return true;
+        };
+        let step = match contact.multipliers {
+            MultiplierSpace::Panes => scene.body.element.cells_per_pane(),
+            MultiplierSpace::Nodal => 1,
+        };
+        let mut along = (0..3).filter(|axis| *axis != face.axis());
+        along.all(|axis| {
+            let (planes, length) = (brick.planes(axis), brick.size[axis]);
+            let is_between = |side: f64| {
+                let mut planes = planes.iter().step_by(step);
+                planes.any(|plane| (plane - side).abs() <= PART_ROUNDING * length)
+            };
+            let sides = corners.map(|corner| corner[axis]);
+            sides
+                .into_iter()
+                .all(|side| side <= 0.0 || side >= length || is_between(side))
+        })
+    };
+    scene.contacts.iter().all(fits)
+}
+
+fn greatest_common_divisor(a: usize, b: usize) -> usize {
+    if b == 0 {
+        a
+    } else {
+        greatest_common_divisor(b, a % b)
+    }
+}
+
+/// Functionals of P1 solutions converge with order 2 at best; twice that means that the last
+/// difference is small by chance.
+const HIGHEST_ORDER: f64 = 4.0;
+
+/// The order p of three values at the mesh sizes h₁ > h₂ > h₃, from
+/// (v₁ − v₂)/(v₂ − v₃) = (h₁ᵖ − h₂ᵖ)/(h₂ᵖ − h₃ᵖ), whose right-hand side grows with p.
+///
+/// `None` where the values do not approach a limit: the differences change sign or grow too fast
+/// for any p > 0, or are below `negligible`, where they are rounding.
+#[must_use]
+pub(crate) fn observed_order(h: [f64; 3], v: [f64; 3], negligible: f64) -> Option<f64> {
+    let [first, second] = [v[0] - v[1], v[1] - v[2]];
+    if first.abs() <= negligible || second.abs() <= negligible {
+        return None;
+    }
+    let wanted = first / second;
+    let slowest = (h[0] / h[1]).ln() / (h[1] / h[2]).ln();
+    let ratio = |p: f64| {
+        let [coarse, fine] = [h[0] / h[1], h[2] / h[1]].map(|r| (p * r.ln()).exp_m1());
+        coarse / -fine
+    };
+    if !wanted.is_finite() || wanted <= slowest || wanted >= ratio(HIGHEST_ORDER) {
+        return None;
+    }
+    let (mut low, mut high) = (0.0, HIGHEST_ORDER);
+    // Each halving gains a bit; the 53 of a double suffice.
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if ratio(middle) < wanted {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Some(0.5 * (low + high))
+}
+
+/// The limit v₀ of the last two values at h₂ > h₃ for a known order.
+#[must_use]
+pub fn extrapolated(h: [f64; 2], v: [f64; 2], order: f64) -> f64 {
+    v[1] + (v[1] - v[0]) / ((h[0] / h[1]).powf(order) - 1.0)
+}
+
+/// A finite element field of a brick's mesh, `[n_nodes]`, at the points of the same brick, `[n_points]`; exact
+/// interpolation where the mesh of the points is nested in the brick's.
+pub(super) fn prolongate(
+    brick: &Brick,
+    mesh: &Mesh,
+    nodal: &[[f64; 3]],
+    points: &[[f64; 3]],
+) -> Vec<[f64; 3]> {
+    let planes = [0, 1, 2].map(|axis| brick.planes(axis));
+    let value = |point: &[f64; 3]| {
+        let (tetrahedron, at) = tetrahedron_around(&planes, mesh, point);
+        let shape = match &mesh.mid_edges {
+            None => at.to_vec(),
+            Some(_) => quadratic_tetrahedron(&at).to_vec(),
+        };
+        let nodes = || mesh.tetrahedron_nodes(tetrahedron);
+        std::array::from_fn(|c| nodes().zip(&shape).map(|(n, w)| w * nodal[n][c]).sum())
+    };
+    points.iter().map(value).collect()
+}
+
+/// The tetrahedron that holds a point, and the point's barycentric coordinates in it. A brick's
+/// tetrahedra come five a cell, the cells with the first index fastest.
+pub(super) fn tetrahedron_around(
+    planes: &[Vec<f64>; 3],
+    mesh: &Mesh,
+    point: &[f64; 3],
+) -> (usize, [f64; 4]) {
+    let cells: [usize; 3] = std::array::from_fn(|axis| planes[axis].len() - 1);
+    let [i, j, k] = std::array::from_fn(|axis| {
+        let inner = &planes[axis][1..cells[axis]];
+        inner.partition_point(|plane| *plane <= point[axis])
+    });
+    let cell = i + cells[0] * (j + cells[1] * k);
+    let depth = |weights: &[f64; 4]| weights.iter().copied().fold(f64::INFINITY, f64::min);
+    (5 * cell..5 * (cell + 1))
+        .map(|t| (t, barycentric(mesh, t, point)))
+        .max_by(|(_, a), (_, b)| depth(a).total_cmp(&depth(b)))
+        .unwrap_or((0, [0.0; 4]))
+}
+
+/// Barycentric coordinates of a point in a tetrahedron with straight sides.
+pub(super) fn barycentric(mesh: &Mesh, tetrahedron: usize, point: &[f64; 3]) -> [f64; 4] {
+    let corners = mesh.corners(&mesh.tetrahedra[tetrahedron]);
+    let [a, b, c, d] = corners.map(Vector3::from);
+    let edges = Matrix3::from_columns(&[b - a, c - a, d - a]);
+    let inverse = edges.try_inverse().unwrap_or_else(Matrix3::zeros);
+    let weights = inverse * (Vector3::from(*point) - a);
+    [1.0 - weights.sum(), weights[0], weights[1], weights[2]]
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn a_power_law_is_recovered(
+            order in 0.2..3.9_f64,
+            ratios in [1.2..4.0_f64, 1.2..4.0_f64],
+            limit in -3.0..3.0_f64,
+            factor in prop_oneof![0.5..2.0_f64, -2.0..-0.5_f64],
+        ) {
+            let h = [1.0, 1.0 / ratios[0], 1.0 / (ratios[0] * ratios[1])];
+            let v = h.map(|h| limit + factor * h.powf(order));
+            let found = observed_order(h, v, 0.0).unwrap();
+            // Values of size 3 rounded to 1e-16, over differences of 1e-2 at least: a loss of
+            // three digits, and as many again for high orders.
+            prop_assert!((found - order).abs() < 1e-9);
+            let found = extrapolated([h[1], h[2]], [v[1], v[2]], order);
+            // The same cancellation, divided by 1.2^0.2 − 1 = 0.04.
+            prop_assert!((found - limit).abs() < 1e-11);
+        }
+    }
+
+    #[test]
+    fn no_order_is_claimed_without_convergence() {
+        let h = [1.0, 0.5, 0.25];
+        assert_eq!(observed_order(h, [0.0, 1.0, 0.5], 0.0), None);
+        assert_eq!(observed_order(h, [0.0, 1.0, 2.0], 0.0), None);
+        assert_eq!(observed_order(h, [0.0, 1.0, 1.0], 0.0), None);
+        assert_eq!(observed_order(h, [0.0, 1e-12, 1.5e-12], 1e-11), None);
+    }
+}

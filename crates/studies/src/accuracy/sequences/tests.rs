@@ -1,0 +1,205 @@
+//! Ways of small scenes, and advice read off made-up ones.
+
+use std::path::Path;
+
+use super::{level::TARGETS, *};
+use crate::accuracy::Cost;
+
+fn level(error: Option<f64>, estimated_error: f64, seconds: f64) -> WayLevel {
+    WayLevel {
+        n_free: 1,
+        n_tetrahedra: 1,
+        n_multipliers: 0,
+        status: Status::Converged,
+        estimated_error,
+        contact_error: 0.0,
+        error,
+        cost: Cost {
+            seconds,
+            repeats: 1,
+            peak_bytes: None,
+        },
+    }
+}
+
+#[test]
+fn seconds_to_an_error_lie_on_straight_lines_of_logarithms() {
+    // Four times the seconds halve the error.
+    let levels = [(0.08, 1.0), (0.04, 4.0), (0.02, 16.0)];
+    let way = Way {
+        kind: WayKind::LinearUniform,
+        levels: levels
+            .map(|(error, seconds)| level(Some(error), 0.5, seconds))
+            .to_vec(),
+    };
+    let found = |target: f64| way.seconds_to(target);
+    // Logarithms of numbers of size 1, rounded to 1e-16.
+    assert!((found(0.04 / 2_f64.sqrt()).expect("reached") / 8.0 - 1.0).abs() < 1e-13);
+    assert!((found(0.02).expect("reached") / 16.0 - 1.0).abs() < 1e-13);
+    assert_eq!(found(0.1), Some(1.0));
+    assert_eq!(found(0.019), None);
+}
+
+#[test]
+fn advice_names_the_cheapest_way_and_says_what_nobody_reached() {
+    let way = |kind, levels: &[WayLevel]| Way {
+        kind,
+        levels: levels.to_vec(),
+    };
+    let ways = [
+        way(WayKind::LinearUniform, &[level(Some(0.04), 0.9, 2.0)]),
+        // Its estimate counts where nothing better is known.
+        way(
+            WayKind::QuadraticAdaptive,
+            &[level(Some(0.05), 0.9, 3.0), level(None, 0.02, 9.0)],
+        ),
+        way(WayKind::LinearAdaptive, &[]),
+    ];
+    let advice = WayAdvice::new(&ways);
+    assert_eq!(
+        advice.cheapest.iter().map(|c| c.target).collect::<Vec<_>>(),
+        TARGETS
+    );
+    let kinds: Vec<_> = advice
+        .cheapest
+        .iter()
+        .map(|c| c.way.map(|(kind, _)| kind))
+        .collect();
+    assert_eq!(
+        kinds,
+        [
+            Some(WayKind::LinearUniform),
+            Some(WayKind::QuadraticAdaptive),
+            None
+        ]
+    );
+    assert_eq!(
+        advice.to_string(),
+        "5 %: P1 uniform, 2.00 s; 2 %: P2 adaptive, 9.00 s; 1 %: not reached within the budget"
+    );
+}
+
+fn scene(pipeline: &str) -> Scene {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../pipelines");
+    let text = std::fs::read_to_string(folder.join(pipeline)).expect("a pipeline");
+    Scene::parse(pipeline, &text).expect("a scene")
+}
+
+/// A goal so coarse that every way meets it on a small mesh: no clock has a say.
+#[test]
+fn every_way_ends_at_its_goal_and_is_judged() {
+    const GOAL: f64 = 0.2;
+    let settings = WaySettings {
+        budget: 1e3,
+        goal: GOAL,
+        coarsest: 2,
+        memory: None,
+    };
+    let scene = scene("newton.toml");
+    let ways = Ways::measure(&scene, Path::new(""), &settings, &mut |_| {}).expect("ways");
+    let kinds: Vec<WayKind> = ways.ways.iter().map(|way| way.kind).collect();
+    assert_eq!(kinds, WayKind::ALL);
+    for way in &ways.ways {
+        let (last, before) = way.levels.split_last().expect("levels");
+        assert!(last.estimated_error <= GOAL, "{:?}", way.kind);
+        assert!(before.iter().all(|level| level.estimated_error > GOAL));
+        for level in &way.levels {
+            assert!(level.status.is_solved() && level.contact_error < level.estimated_error);
+            // The aim of the estimate.
+            let effectivity = level.effectivity().expect("a true error");
+            assert!(
+                (0.7..1.5).contains(&effectivity),
+                "{:?} {level:?}",
+                way.kind
+            );
+        }
+        assert!(way.levels.is_sorted_by_key(|level| level.n_free));
+        if way.kind.is_adaptive() {
+            let seconds = |level: &WayLevel| level.cost.seconds;
+            assert!(way.levels.is_sorted_by(|a, b| seconds(a) < seconds(b)));
+        }
+    }
+    let levels = ways.ways.iter().flat_map(|way| &way.levels);
+    let smallest = levels
+        .map(|level| level.estimated_error)
+        .fold(f64::INFINITY, f64::min);
+    assert!(ways.reference.level.estimated_error <= WANTED_SHARE * smallest);
+}
+
+/// The box of a region ends at a quarter of the height.
+#[test]
+fn meshes_on_which_regions_would_be_others_are_left_out() {
+    let scene = scene("regions.toml");
+    let brick = scene.body.as_brick().expect("a brick");
+    assert_eq!(brick.cells, [24, 8, 8]);
+    let found = refining::coarsest_with_regions(&scene, brick).expect("cells");
+    assert_eq!(found, [12, 4, 4]);
+    let mut scene = scene;
+    scene.regions.clear();
+    let brick = scene.body.as_brick().expect("a brick");
+    assert_eq!(
+        refining::coarsest_with_regions(&scene, brick).expect("cells"),
+        [3, 1, 1]
+    );
+}
+
+/// A budget of nothing leaves the first mesh of each way, which nothing finer can judge.
+#[test]
+fn without_a_budget_there_is_one_mesh_and_no_true_error() {
+    let scene = scene("newton.toml");
+    let settings = WaySettings {
+        budget: 0.0,
+        goal: 0.01,
+        coarsest: 4,
+        memory: None,
+    };
+    let ways = Ways::measure(&scene, Path::new(""), &settings, &mut |_| {}).expect("ways");
+    for way in &ways.ways {
+        assert_eq!(way.levels.len(), 1);
+        assert!(way.levels[0].error.is_none_or(|error| error > 0.05));
+    }
+    let best = &ways.ways[5].levels[0];
+    assert_eq!(ways.reference.level.estimated_error, best.estimated_error);
+}
+
+/// Second-order tetrahedra are no linear ones.
+#[test]
+fn a_file_of_quadratic_tetrahedra_has_no_linear_ways() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/meshes");
+    let scene = Scene::parse(
+        "post",
+        "title = 'post'
+        [body]
+        element = 'P2'
+        [body.gmsh]
+        file = 'post_order2_41.msh'
+        [material.isotropic]
+        young_modulus = 1e3
+        poisson_ratio = 0.3
+        [[clamp]]
+        face = 'top'
+        [body_force]
+        value = [0.0, 0.0, -1.0]
+        [contact]
+        face = 'foot'",
+    )
+    .expect("a scene");
+    let settings = WaySettings {
+        budget: 1e3,
+        goal: 0.2,
+        coarsest: 2,
+        memory: None,
+    };
+    let ways = Ways::measure(&scene, &folder, &settings, &mut |_| {}).expect("ways");
+    let lengths = ways.ways.iter().map(|way| way.levels.is_empty());
+    assert_eq!(
+        lengths.collect::<Vec<_>>(),
+        [true, false, true, true, false, true]
+    );
+    assert!(
+        ways.ways[4]
+            .levels
+            .iter()
+            .all(|level| level.error.is_some())
+    );
+}

@@ -1,0 +1,246 @@
+//! All solutions of a contact problem of a few panes, with the proof that there are no others.
+//!
+//! A solution has a state of every pane: open, stick, or slip in one of two half circles of directions (one of two directions where the
+//! pane moves along one axis). For each choice of states the equations are solved in intervals that hold S, h and the law with
+//! what rounding may have changed: boxes of pressures, or of sizes of slips where the law follows those, and of directions of slips are
+//! cut until each part has no solution, since an equation or an inequality fails all over it, or exactly one, by a theorem on Newton's method in intervals (R. E. Moore,
+//! R. B. Kearfott, M. J. Cloud, *Introduction to Interval Analysis*, SIAM 2009, ch. 8). No start is guessed, so nothing can be missed.
+
+mod carried;
+mod interval;
+mod linear;
+mod search;
+mod small_problem;
+mod states;
+mod straight_law;
+mod system;
+#[cfg(test)]
+mod tests;
+mod varying;
+
+use std::fmt;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use self::{
+    interval::Interval,
+    search::{StateSolutions, search},
+    small_problem::{Numbers, SmallProblem, UNCERTAIN},
+    states::{Chart, State, choices},
+    straight_law::{NodeLaw, StraightLines},
+    system::System,
+};
+use super::point::Member;
+use contact3d::{
+    contact::SlipOperator,
+    scene::{Coefficient, FrictionLaw},
+};
+
+/// Most panes, and most of them with an angle of slip: 4^m choices of states, boxes of two or more sides for each angle.
+const MOST_PANES: usize = 6;
+const MOST_ANGLES: usize = 3;
+
+/// Most boxes for one choice of states, some seconds of work.
+const MOST_BOXES: usize = 400_000;
+
+/// The proof that the solutions at one value of the parameter are all. It holds for every problem whose S, h and slips differ from those
+/// computed by a share of `uncertainty`, in arithmetic that is rounded outwards.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Certificate {
+    /// How many solutions there are.
+    pub solutions: usize,
+    /// Choices of states that were tried.
+    pub states: usize,
+    /// Boxes that were shown to have no solution or exactly one.
+    pub boxes: usize,
+    /// The least of what is left, in any solution, of an inequality of its states, without unit.
+    pub margin: f64,
+    /// The least |det| of the equations of slipping panes at a solution, over the product of the lengths of their rows.
+    pub determinant: f64,
+    /// The width of the widest interval in which a multiplier of a solution lies, over the largest multiplier.
+    pub width: f64,
+    /// What S, h and slips may be wrong by, as a share of their size.
+    pub uncertainty: f64,
+}
+
+/// Why there is no proof that the solutions at one value of the parameter are all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Undecided {
+    /// Nobody asked for all solutions.
+    NotAsked,
+    /// States were not enumerated: there are too many panes, or a law that is capped or not made of straight lines.
+    NotCovered,
+    /// They were, and a solution lies at the end of its states, at a kink.
+    AtEndOfStates,
+    /// They were, and a box too narrow to be cut has a solution that is not regular, or several.
+    Irregular,
+    /// They were, with so many boxes that some were left.
+    TooManyBoxes,
+}
+
+impl fmt::Display for Undecided {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let enumerated = "states were enumerated, without a proof: ";
+        match self {
+            Self::NotAsked => f.write_str("those on the paths; --all searches for others"),
+            Self::NotCovered => write!(
+                f,
+                "states were not enumerated, which takes at most {MOST_PANES} panes, {MOST_ANGLES} of them with slips in a plane, and a law of straight lines without a cap"
+            ),
+            Self::AtEndOfStates => write!(
+                f,
+                "{enumerated}a solution lies at the end of its states, at a kink; move the end of the range a little with --from or --to"
+            ),
+            Self::Irregular => write!(
+                f,
+                "{enumerated}a solution is not regular or two are too near to be told apart; move the end of the range a little with --from or --to"
+            ),
+            Self::TooManyBoxes => write!(
+                f,
+                "{enumerated}a choice of states takes more than {MOST_BOXES} boxes"
+            ),
+        }
+    }
+}
+
+/// What was found by trying all states.
+pub(super) struct Enumerated {
+    /// λ in Pa, in the order of the problem.
+    pub(super) multipliers: Vec<Vec<f64>>,
+    pub(super) certificate: Result<Certificate, Undecided>,
+}
+
+/// All solutions of a problem with few panes, under uncapped laws that are constant or made of straight lines; `None` for others.
+pub(super) fn enumerated(member: &Member) -> Option<Enumerated> {
+    let problem = small_problem(member)?;
+    let moves = |pane: usize| [1, 2].map(|c| problem.moves[3 * pane + c]);
+    let panes = 0..problem.n_panes();
+    let angles = panes.clone().filter(|pane| moves(*pane) == [true; 2]);
+    if angles.count() > MOST_ANGLES {
+        return None;
+    }
+    let of_panes: Vec<Vec<State>> = panes
+        .map(|pane| {
+            let slips = Chart::of(moves(pane)).into_iter().map(State::Slip);
+            [State::Open, State::Stick]
+                .into_iter()
+                .chain(slips)
+                .collect()
+        })
+        .collect();
+    let all: Vec<Vec<State>> = choices(&of_panes).collect();
+    let outcomes: Vec<StateSolutions> = all
+        .into_par_iter()
+        .map(|states| match System::new(&problem, states) {
+            Some(system) => search(&system, MOST_BOXES),
+            None => StateSolutions {
+                undecided: Some(Undecided::Irregular),
+                ..StateSolutions::default()
+            },
+        })
+        .collect();
+    Some(gathered(&problem, member, &outcomes))
+}
+
+fn gathered(problem: &SmallProblem, member: &Member, outcomes: &[StateSolutions]) -> Enumerated {
+    let solutions = outcomes.iter().flat_map(|outcome| &outcome.solutions);
+    let certain: Vec<_> = solutions.filter(|solution| solution.margin > 0.0).collect();
+    let sizes = |of: fn(Interval) -> f64| {
+        let all = certain.iter().flat_map(|solution| &solution.multiplier);
+        all.fold(0.0, |most, x| f64::max(most, of(*x)))
+    };
+    let largest = sizes(Interval::size).max(f64::MIN_POSITIVE);
+    let least = |of: &dyn Fn(&search::Solution) -> f64| {
+        let all = certain.iter().map(|solution| of(solution));
+        all.fold(f64::INFINITY, f64::min)
+    };
+    let undecided = outcomes
+        .iter()
+        .filter_map(|outcome| outcome.undecided)
+        .max();
+    let layout = member.dual.layout;
+    let multipliers = certain.iter().map(|solution| {
+        let mut multiplier = vec![0.0; member.dual.dimension()];
+        for (i, value) in solution.multiplier.iter().enumerate() {
+            multiplier[component(layout, i)] = problem.stress[i / 3] * value.middle();
+        }
+        multiplier
+    });
+    Enumerated {
+        certificate: undecided.map_or(Ok(()), Err).map(|()| Certificate {
+            solutions: certain.len(),
+            states: outcomes.len(),
+            boxes: outcomes.iter().map(|outcome| outcome.boxes).sum(),
+            margin: least(&|solution| solution.margin),
+            determinant: least(&|solution| solution.determinant),
+            width: sizes(Interval::width) / largest,
+            uncertainty: UNCERTAIN,
+        }),
+        multipliers: multipliers.collect(),
+    }
+}
+
+/// Where component ν, t1, t2 of a pane is among the multipliers.
+fn component(layout: contact3d::contact::MultiplierLayout, i: usize) -> usize {
+    match (layout.tangential(i / 3), i % 3) {
+        (Some(pair), c @ (1 | 2)) => pair[c - 1],
+        _ => layout.normal(i / 3),
+    }
+}
+
+fn small_problem(member: &Member) -> Option<SmallProblem> {
+    let (dual, law, surface) = (&member.dual, member.law(), member.surface());
+    let layout = dual.layout;
+    let panes = layout.n_panes();
+    let is_capped = law.slip_bound(0, f64::INFINITY).is_finite();
+    if panes > MOST_PANES || layout.n_pairs() < panes || is_capped {
+        return None;
+    }
+    let follows_slip = law.depends_on_slip();
+    let compliance = dual.compliance.as_ref();
+    if follows_slip && !matches!(member.interface.slip.operator, SlipOperator::Lagrange) {
+        return None;
+    }
+    let laws = (0..surface.nodes.len()).map(|node| node_law(member, node));
+    let numbers = Numbers {
+        operator: &|i, j| dual.column(component(layout, j))[component(layout, i)],
+        rhs: &|i| dual.rhs[component(layout, i)],
+        slip_free: &|node, axis| compliance.map_or(0.0, |c| c.slip_free[node][axis]),
+        slip: &|node, axis, j| {
+            compliance.map_or(0.0, |c| c.column(component(layout, j))[2 * node + axis])
+        },
+        follows_slip,
+    };
+    let nodes = (0..panes).map(|pane| surface.pane_weights(pane).collect());
+    SmallProblem::new(&numbers, nodes.collect(), laws.collect::<Option<_>>()?)
+}
+
+/// The law at a contact node; `None` where it is not made of straight lines.
+fn node_law(member: &Member, node: usize) -> Option<NodeLaw> {
+    let law = member.law();
+    let lines = |coefficient: &Coefficient, axis: usize| {
+        let value = |slip: f64| {
+            let mut pair = [0.0; 2];
+            pair[axis] = slip;
+            (slip, law.evaluate(node, pair)[axis])
+        };
+        let mut knots = match coefficient {
+            Coefficient::Ramp(_) | Coefficient::Table(_) => coefficient.kinks(0)[0].clone(),
+            other if !other.depends_on_slip() => Vec::new(),
+            _ => return None,
+        };
+        knots.retain(|knot| *knot > 0.0);
+        knots.dedup();
+        Some(StraightLines::new(
+            std::iter::once(0.0).chain(knots).map(value),
+        ))
+    };
+    match law.only().law() {
+        FrictionLaw::Isotropic(one) => Some(NodeLaw::Isotropic(lines(one, 0)?)),
+        FrictionLaw::Orthotropic(pair) => Some(NodeLaw::Orthotropic([
+            lines(&pair[0], 0)?,
+            lines(&pair[1], 1)?,
+        ])),
+    }
+}

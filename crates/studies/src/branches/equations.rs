@@ -1,0 +1,217 @@
+//! The equations of a smooth piece.
+
+use super::{
+    family::Family,
+    law_piece::{LawPieces, NodalInverse},
+    piece::Piece,
+    point::Member,
+    slip_stress::{SlipStress, Slips},
+};
+use contact3d::{
+    ProblemError,
+    linalg::norm,
+    post::Zone,
+    solver::{Bound, NaturalMap},
+};
+
+/// Stresses below this share of Λ are those of a face about to open.
+const PRESSED: f64 = 1e-4;
+
+/// The equations R(y, s) = 0 of a family: y = λ/Λ with the size of stresses Λ.
+pub(super) struct Equations<'a> {
+    pub(super) family: &'a Family<'a>,
+    /// Λ in Pa.
+    pub(super) stress: f64,
+    /// The size of slips in m.
+    pub(super) slip: f64,
+}
+
+/// The state of all panes at a point of a piece.
+pub(super) struct EvaluatedPiece {
+    /// R without unit, `[n]`.
+    pub(super) residual: Vec<f64>,
+    pub(super) panes: Vec<PaneState>,
+    /// 1/F at the nodes of slipping panes.
+    pub(super) nodes: Vec<Option<NodalInverse>>,
+    /// Those that the law follows.
+    pub(super) slips: Slips,
+}
+
+/// How the body answers multipliers.
+pub(super) struct Response {
+    /// r = S λ − h in m³, `[n]`.
+    pub(super) gradient: Vec<f64>,
+    /// u_t at the contact nodes in m; empty where no law of the family follows it.
+    pub(super) displacement: Vec<[f64; 2]>,
+}
+
+/// One pane; stresses over Λ.
+pub(super) struct PaneState {
+    /// z_ν = λ_ν − ρ_ν r_ν.
+    pub(super) normal_trial: f64,
+    pub(super) pressure: f64,
+    pub(super) bound: f64,
+    pub(super) trial: [f64; 2],
+    pub(super) inverse: [f64; 2],
+    pub(super) slip: Option<SlipStress>,
+}
+
+impl<'a> Equations<'a> {
+    pub(super) fn new(family: &'a Family<'a>) -> Result<Self, ProblemError> {
+        Ok(Self {
+            stress: family.stress()?,
+            slip: family.slip()?,
+            family,
+        })
+    }
+
+    /// λ in Pa of a point (y, s).
+    pub(super) fn multiplier(&self, point: &[f64]) -> Vec<f64> {
+        let (_, y) = point.split_last().expect("a point has a parameter");
+        y.iter().map(|y| self.stress * y).collect()
+    }
+
+    /// ‖R‖ / ‖λ‖ of the natural map, measured by local stiffness as the solvers do; it knows nothing of pieces. Where hardly anything
+    /// presses, over a small share of Λ.
+    pub(super) fn natural_residual(&self, point: &[f64]) -> Result<f64, ProblemError> {
+        let member = self.family.member(point[point.len() - 1])?;
+        let multiplier = self.multiplier(point);
+        let laws = member.laws();
+        let bound = Bound::Coulomb(&laws, member.law());
+        let steplengths = member.steplengths().to_vec();
+        let map = NaturalMap::with_steplengths(&member.dual, bound, steplengths);
+        Ok(match map.evaluate(&multiplier).norm {
+            0.0 => 0.0,
+            residual => residual / norm(&multiplier).max(PRESSED * self.stress),
+        })
+    }
+
+    /// ‖R‖ / ‖λ‖ that rounding of S λ makes, n ε max ρ_i S_ii, times the largest coefficient by which a slip bound grows with it.
+    pub(super) fn rounding(&self, member: &Member, at: &EvaluatedPiece) -> f64 {
+        let rows = member.steplengths().iter().enumerate();
+        let mobility = rows.map(|(j, rho)| rho * member.dual.column(j)[j]);
+        let inverse = at.panes.iter().flat_map(|pane| pane.inverse);
+        let friction = inverse.fold(1.0, |most, f| f64::max(most, f.recip()));
+        member.dual.rounding() * mobility.fold(1.0, f64::max) * friction
+    }
+
+    /// R of a piece at a point; `None` where it has no value.
+    pub(super) fn evaluate(
+        &self,
+        member: &Member,
+        piece: &Piece,
+        y: &[f64],
+    ) -> Option<EvaluatedPiece> {
+        self.evaluate_with(member, piece, y, &self.response(member, y))
+    }
+
+    /// r and u_t at a point.
+    pub(super) fn response(&self, member: &Member, y: &[f64]) -> Response {
+        let multiplier: Vec<f64> = y.iter().map(|y| self.stress * y).collect();
+        Response {
+            gradient: member.dual.gradient(&multiplier),
+            displacement: member.dual.tangential_displacement(&multiplier),
+        }
+    }
+
+    /// R of a piece at a point where the body answers in a given way.
+    pub(super) fn evaluate_with(
+        &self,
+        member: &Member,
+        piece: &Piece,
+        y: &[f64],
+        response: &Response,
+    ) -> Option<EvaluatedPiece> {
+        let gradient = &response.gradient;
+        let rho = member.steplengths();
+        let layout = member.dual.layout;
+        let law = member.law();
+        let cap = law.slip_bound(0, f64::INFINITY);
+        let (nodes, slips, inverse) = self.friction(member, piece, &response.displacement);
+        let step = |j: usize| rho[j] * gradient[j] / self.stress;
+        // A component whose row of S vanishes moves nothing and carries nothing.
+        let trial = |j: usize| if rho[j] == 0.0 { 0.0 } else { y[j] - step(j) };
+        let mut residual = vec![0.0; y.len()];
+        let mut panes = Vec::with_capacity(layout.n_panes());
+        for pane in 0..layout.n_panes() {
+            let normal = layout.normal(pane);
+            let pair = layout.tangential(pane)?;
+            let bound = if piece.capped[pane] {
+                cap / self.stress
+            } else {
+                y[normal]
+            };
+            let mut state = PaneState {
+                normal_trial: trial(normal),
+                pressure: y[normal],
+                bound,
+                trial: pair.map(trial),
+                inverse: inverse[pane],
+                slip: None,
+            };
+            let stuck = |j: usize| if rho[j] == 0.0 { y[j] } else { step(j) };
+            match piece.zones[pane] {
+                Zone::Open => {
+                    residual[normal] = y[normal];
+                    pair.iter().for_each(|j| residual[*j] = y[*j]);
+                }
+                Zone::Stick => {
+                    residual[normal] = stuck(normal);
+                    pair.iter().for_each(|j| residual[*j] = stuck(*j));
+                }
+                Zone::Slip => {
+                    residual[normal] = stuck(normal);
+                    let slip = SlipStress::new(state.trial, bound, state.inverse)?;
+                    for (j, stress) in pair.into_iter().zip(slip.stress) {
+                        residual[j] = y[j] - stress;
+                    }
+                    state.slip = Some(slip);
+                }
+            }
+            panes.push(state);
+        }
+        let finite = residual.iter().all(|r| r.is_finite());
+        finite.then_some(EvaluatedPiece {
+            residual,
+            panes,
+            nodes,
+            slips,
+        })
+    }
+
+    /// 1/F at the nodes of slipping panes, slips at all nodes, 𝓕⁻¹ on all panes.
+    fn friction(
+        &self,
+        member: &Member,
+        piece: &Piece,
+        displacement: &[[f64; 2]],
+    ) -> (Vec<Option<NodalInverse>>, Slips, Vec<[f64; 2]>) {
+        let (surface, law) = (member.surface(), member.law());
+        let laws = LawPieces::new(member);
+        let followed = if law.depends_on_slip() {
+            displacement
+        } else {
+            &[]
+        };
+        let slips = Slips::on_piece(&member.interface.slip.operator, followed, &piece.nodes);
+        let nodes = slips.value.iter().zip(&piece.nodes).enumerate();
+        let nodes: Vec<Option<NodalInverse>> = nodes
+            .map(|(node, (slip, piece))| Some(laws.inverse(node, *slip, piece.as_ref()?)))
+            .collect();
+        let sizes: Vec<[f64; 2]> = slips.value.iter().map(|slip| slip.map(f64::abs)).collect();
+        let everywhere = law.at_nodes(&sizes);
+        let inverse_at = |node: usize| match nodes.get(node) {
+            Some(Some(forced)) => forced.value,
+            _ => everywhere[node].map(f64::recip),
+        };
+        let panes = (0..surface.n_panes()).map(|pane| {
+            let weights = surface.pane_weights(pane);
+            weights.fold([0.0; 2], |sum, (node, weight)| {
+                let inverse = inverse_at(node);
+                [0, 1].map(|k| sum[k] + weight * inverse[k])
+            })
+        });
+        let inverse = panes.collect();
+        (nodes, slips, inverse)
+    }
+}

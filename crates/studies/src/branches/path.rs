@@ -1,0 +1,280 @@
+//! One path: predictor, corrector, kinks, folds, and the choice of the step.
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    corrector::PathState,
+    equations::Equations,
+    kink::HalfPath,
+    locate::{Chord, OFF},
+    piece::{Distance, Open, Piece, Switch},
+    point::{PathPoint, PointKind},
+    step::Advance,
+};
+use contact3d::{
+    ProblemError,
+    linalg::{add_scaled, difference, dot, norm},
+};
+
+/// Steps in the norm ‖λ‖²/Λ² + s²: the first one, the smallest, the largest relative to 1 + ‖λ‖/Λ. All solutions lie in the ball
+/// λᵀSλ ≤ λᵀh, so paths do not run to infinity.
+pub(super) const FIRST_STEP: f64 = 1e-3;
+const SMALLEST_STEP: f64 = 1e-8;
+const LARGEST_STEP: f64 = 0.1;
+
+/// A step grows by this after fewer corrections than `FEW`, and shrinks by `SHRINK` after a failure (GetFEM's rule).
+const GROWTH: f64 = 1.3;
+const SHRINK: f64 = 0.5;
+const FEW: usize = 5;
+
+/// Least cosine of the tangents of both ends of a step, with each other and with its chord.
+pub(super) const STRAIGHT: f64 = 0.9;
+
+/// A path that comes this near to a known point in its direction has come back to it.
+pub(super) const RETURNED: f64 = 1e-5;
+
+/// A start nearer than this share of a step is the one that the path has just left.
+const BEHIND: f64 = 1e-9;
+
+/// Rates of the parameter below this are those of a path that stands upright, and no fold.
+const UPRIGHT: f64 = 1e-9;
+
+/// Most points of one path.
+const MOST_POINTS: usize = 5_000;
+
+/// A certified point has at most this residual of the natural map, measured by local stiffness.
+const CERTIFIED: f64 = 1e-8;
+
+/// As many times the estimate of rounding count as rounding.
+const SEVERAL: f64 = 10.0;
+
+/// Why a path ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum PathEnd {
+    /// At an end of the range.
+    Range,
+    /// At its own start.
+    Closed,
+    /// At a branch point from which this path has been followed already.
+    KnownPoint,
+    /// No half path leaves the point, or the equations have no direction there: so many panes change at once that no piece can
+    /// be told.
+    Degenerate,
+    /// Newton's method does not settle at the smallest step.
+    Stuck,
+    /// A point that the solver's own natural map does not certify.
+    Uncertified,
+    /// It has more points than are followed.
+    TooLong,
+}
+
+/// Where a path stands: the next step depends on nothing else.
+pub(super) struct PathFront {
+    pub(super) state: PathState,
+    pub(super) piece: Piece,
+    pub(super) step: f64,
+}
+
+/// What sees the new points of every step, with the front behind them, what is still open, and why the path ends there.
+pub(super) type Observer<'o> = dyn FnMut(&[PathPoint], &PathFront, &Open, Option<PathEnd>) + 'o;
+
+impl Equations<'_> {
+    /// Follows a path from its front to its end; `start` is where it began and its tangent there, `done` the number of its points so far.
+    /// Branch points put their other half paths into `open`.
+    pub(super) fn follow(
+        &self,
+        mut front: PathFront,
+        start: &[Vec<f64>; 2],
+        done: usize,
+        open: &mut Open,
+        observe: &mut Observer<'_>,
+    ) -> Result<PathEnd, ProblemError> {
+        for _ in done..MOST_POINTS {
+            match self.advance(&front)? {
+                Advance::Nothing => {
+                    front.step *= SHRINK;
+                    if front.step < SMALLEST_STEP {
+                        return Ok(PathEnd::Stuck);
+                    }
+                }
+                Advance::RangeEnd(state) => {
+                    let (mut points, known) = self.turning_points(&front, &state, open)?;
+                    if known {
+                        let end = PathEnd::KnownPoint;
+                        observe(&points, &front, open, Some(end));
+                        return Ok(end);
+                    }
+                    let point = self.describe(&front.piece, &state, PointKind::End, Vec::new())?;
+                    let is_certified = self.is_certified(&point, &state);
+                    front.state = state;
+                    points.push(point);
+                    let end = if is_certified {
+                        PathEnd::Range
+                    } else {
+                        PathEnd::Uncertified
+                    };
+                    observe(&points, &front, open, Some(end));
+                    return Ok(end);
+                }
+                Advance::Point(state) => {
+                    let (mut points, known) = self.turning_points(&front, &state, open)?;
+                    if known {
+                        let end = PathEnd::KnownPoint;
+                        observe(&points, &front, open, Some(end));
+                        return Ok(end);
+                    }
+                    let returned = passes(&front.state, &state, start);
+                    let reach = norm(&state.point);
+                    if state.steps < FEW {
+                        front.step = (GROWTH * front.step).min(LARGEST_STEP * (1.0 + reach));
+                    }
+                    front.state = state;
+                    let kind = if returned {
+                        PointKind::End
+                    } else {
+                        PointKind::Regular
+                    };
+                    let point = self.describe(&front.piece, &front.state, kind, Vec::new())?;
+                    let is_certified = self.is_certified(&point, &front.state);
+                    points.push(point);
+                    let end = match (is_certified, returned) {
+                        (false, _) => Some(PathEnd::Uncertified),
+                        (true, true) => Some(PathEnd::Closed),
+                        (true, false) => None,
+                    };
+                    observe(&points, &front, open, end);
+                    if let Some(end) = end {
+                        return Ok(end);
+                    }
+                }
+                Advance::PieceEnd(state, reached) => {
+                    let (points, known) = self.turning_points(&front, &state, open)?;
+                    if known {
+                        let end = PathEnd::KnownPoint;
+                        observe(&points, &front, open, Some(end));
+                        return Ok(end);
+                    }
+                    if let Some(end) =
+                        self.pass(&mut front, state, reached, points, open, observe)?
+                    {
+                        return Ok(end);
+                    }
+                }
+            }
+        }
+        Ok(PathEnd::TooLong)
+    }
+
+    /// Whether a point solves the problem as the solvers measure it: to `CERTIFIED`, or to what rounding of S λ leaves where large
+    /// coefficients of friction multiply it.
+    fn is_certified(&self, point: &PathPoint, state: &PathState) -> bool {
+        point.residual <= CERTIFIED.max(SEVERAL * self.rounding(&state.member, &state.evaluated))
+    }
+
+    /// The folds and branch points between the front and the next point of its piece, and whether one is a branch point that was
+    /// known, beyond which all has been or will be followed.
+    fn turning_points(
+        &self,
+        front: &PathFront,
+        to: &PathState,
+        open: &mut Open,
+    ) -> Result<(Vec<PathPoint>, bool), ProblemError> {
+        let mut points = Vec::new();
+        let step = Chord {
+            equations: self,
+            piece: &front.piece,
+            from: &front.state,
+            to,
+        };
+        let rates = [front.state.parameter_rate(), to.parameter_rate()];
+        let turns = rates[0] * rates[1] < 0.0 && rates.iter().all(|rate| rate.abs() > UPRIGHT);
+        if turns && let Some(fold) = step.fold()? {
+            points.push(self.describe(&front.piece, &fold, PointKind::Fold, Vec::new())?);
+        }
+        let crosses = front.state.orientation != to.orientation;
+        if crosses && let Some(place) = step.branch_point()? {
+            let kind = PointKind::BranchPoint;
+            points.push(self.describe(&front.piece, &place, kind, Vec::new())?);
+            if open.knows(&place.point) {
+                open.rays.retain(|ray| !ray.arrives(&place, 2.0 * OFF[0]));
+                return Ok((points, true));
+            }
+            open.branch_points.push(place.point.clone());
+            open.keep(&self.crossing(&front.piece, &place)?);
+        }
+        Ok((points, false))
+    }
+
+    /// Goes from one piece to the next; the end of the path where there is none.
+    fn pass(
+        &self,
+        front: &mut PathFront,
+        state: PathState,
+        reached: Vec<Distance>,
+        mut points: Vec<PathPoint>,
+        open: &mut Open,
+        observe: &mut Observer<'_>,
+    ) -> Result<Option<PathEnd>, ProblemError> {
+        let mut switches: Vec<Switch> = Vec::new();
+        for distance in &reached {
+            if !switches.contains(&distance.switch) {
+                switches.push(distance.switch);
+            }
+        }
+        let mut rays = self.rays(&front.piece, &state, &reached)?;
+        let came = |ray: &HalfPath| dot(&ray.state.tangent, &state.tangent);
+        rays.retain(|ray| !ray.leads_back(&front.piece, &state.tangent));
+        rays.sort_by(|a, b| came(a).total_cmp(&came(b)));
+        let next = rays.pop();
+        let is_branch_point = !rays.is_empty();
+        let kind = match &next {
+            None => PointKind::End,
+            Some(_) if is_branch_point => PointKind::BranchPoint,
+            Some(next) if next.state.parameter_rate() * state.parameter_rate() < 0.0 => {
+                PointKind::KinkFold
+            }
+            Some(_) => PointKind::Kink,
+        };
+        let point = self.describe(&front.piece, &state, kind, switches)?;
+        let is_certified = self.is_certified(&point, &state);
+        points.push(point);
+        let Some(next) = next else {
+            front.state = state;
+            let end = Some(PathEnd::Degenerate);
+            observe(&points, front, open, end);
+            return Ok(end);
+        };
+        let known = is_branch_point && open.knows(&state.point);
+        if is_branch_point && !known {
+            open.branch_points.push(state.point.clone());
+            open.keep(&rays);
+        } else if known {
+            // The half path that comes in here is one of those still to be followed from here.
+            open.rays.retain(|ray| !ray.arrives(&state, RETURNED));
+        }
+        front.state = next.state;
+        front.piece = next.piece;
+        front.step = front.step.min(FIRST_STEP);
+        let end = if !is_certified {
+            Some(PathEnd::Uncertified)
+        } else if known {
+            Some(PathEnd::KnownPoint)
+        } else {
+            None
+        };
+        observe(&points, front, open, end);
+        Ok(end)
+    }
+}
+
+/// Whether a step passes a point in its direction.
+fn passes(from: &PathState, to: &PathState, [point, tangent]: &[Vec<f64>; 2]) -> bool {
+    let chord = difference(&to.point, &from.point);
+    let way = difference(point, &from.point);
+    let along = dot(&way, &chord) / dot(&chord, &chord);
+    let mut off = way;
+    add_scaled(&mut off, -along, &chord);
+    (BEHIND..=1.0).contains(&along)
+        && norm(&off) < 0.1 * norm(&chord)
+        && dot(&to.tangent, tangent) > STRAIGHT
+}

@@ -1,0 +1,256 @@
+//! Points of paths: what is stored of them.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    corrector::PathState,
+    ends::ParameterRange,
+    equations::Equations,
+    kink::HalfPath,
+    path::PathFront,
+    piece::{NodePiece, Piece, Switch},
+};
+use contact3d::{
+    AssembledProblem, ProblemError,
+    contact::{CoulombLaw, Interface},
+    dual::{ExplicitDual, LocalStiffness},
+    linalg::{difference, dot, norm},
+    mesh::ContactSurface,
+    post::Zone,
+    solver::{ContactState, PaneLaws},
+};
+
+/// What is special about a point.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum PointKind {
+    /// The first of a path that begins at no special point.
+    Start,
+    /// Nothing.
+    #[default]
+    Regular,
+    /// A pane or a node of the law changes; the path goes on with the parameter.
+    Kink,
+    /// The parameter turns back on a smooth piece.
+    Fold,
+    /// The parameter turns back where a pane or a node changes.
+    KinkFold,
+    /// More than two half paths meet.
+    BranchPoint,
+    /// The path ends here.
+    End,
+}
+
+/// A certified solution on a path.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct PathPoint {
+    /// The value of the key.
+    pub parameter: f64,
+    /// λ in Pa, `[n_multipliers]`.
+    pub multiplier: Vec<f64>,
+    /// What is special about it.
+    pub kind: PointKind,
+    /// What changes here; at regular points nothing.
+    pub switches: Vec<Switch>,
+    /// ‖R(λ)‖ / ‖λ‖ of the natural map measured by local stiffness.
+    pub residual: f64,
+    /// The sign of det R', on the side the path comes from; 0 at folds.
+    pub determinant: i8,
+    /// ρ(Ψ'), on the side the path comes from; NaN where the frozen problem is singular.
+    pub spectral_radius: f64,
+    /// Open, sticking and slipping panes, on the side the path comes from.
+    pub zones: [usize; 3],
+    /// Σ |Rⁱ| λ_ν in N.
+    pub normal_force: f64,
+    /// Σ |Rⁱ| λ_t in N.
+    pub tangential_force: [f64; 2],
+    /// max λ_ν in Pa.
+    pub largest_pressure: f64,
+}
+
+impl PathPoint {
+    /// Whether successive approximations converge to it from nearby.
+    #[must_use]
+    pub fn is_attracting(&self) -> bool {
+        self.spectral_radius < 1.0
+    }
+}
+
+impl Equations<'_> {
+    /// Certifies a point and describes it.
+    pub(super) fn describe(
+        &self,
+        piece: &Piece,
+        state: &PathState,
+        kind: PointKind,
+        switches: Vec<Switch>,
+    ) -> Result<PathPoint, ProblemError> {
+        let multiplier = self.multiplier(&state.point);
+        let surface = state.member.surface();
+        let (normal, tangential) = state.member.dual.layout.split(&multiplier);
+        let areas = || surface.pane_area.iter();
+        let sum = |stresses: &mut dyn Iterator<Item = f64>| -> f64 {
+            areas()
+                .zip(stresses)
+                .map(|(area, stress)| area * stress)
+                .sum()
+        };
+        Ok(PathPoint {
+            parameter: self.family.range().value(state.parameter().clamp(0.0, 1.0)),
+            residual: self.natural_residual(&state.point)?,
+            determinant: match kind {
+                PointKind::Fold => 0,
+                _ => state.determinant(),
+            },
+            spectral_radius: self.spectral_radius(piece, state).unwrap_or(f64::NAN),
+            zones: piece.counts(),
+            normal_force: sum(&mut normal.iter().copied()),
+            tangential_force: [0, 1].map(|k| sum(&mut tangential.iter().map(|pair| pair[k]))),
+            largest_pressure: normal.iter().copied().fold(0.0, f64::max),
+            multiplier,
+            kind,
+            switches,
+        })
+    }
+}
+
+/// A contact problem at one value of the parameter.
+pub(super) struct Member {
+    pub(super) base: Arc<AssembledProblem>,
+    pub(super) interface: Arc<Interface>,
+    /// S, h and the compliance of the contact nodes.
+    pub(super) dual: ExplicitDual,
+    /// ρ: the stiffness of each pane while the others do not move, `[n_multipliers]`, in Pa/m³.
+    pub(super) local: Arc<LocalStiffness>,
+}
+
+impl Member {
+    pub(super) fn surface(&self) -> &ContactSurface {
+        let surface = self.base.mesh().contact.as_ref();
+        surface.expect("a family has contact")
+    }
+
+    pub(super) fn law(&self) -> &CoulombLaw {
+        self.interface
+            .coulomb()
+            .expect("a family has Coulomb friction")
+    }
+
+    pub(super) fn laws(&self) -> PaneLaws {
+        let (surface, interface) = (self.surface(), &*self.interface);
+        ContactState { surface, interface }.laws()
+    }
+
+    pub(super) fn steplengths(&self) -> &[f64] {
+        &self.local.stiffness
+    }
+}
+
+/// Where a path begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum PathOrigin {
+    /// The solver's answer at the start of the range.
+    Solver,
+    /// A solution at one end of the range that was searched for.
+    Search,
+    /// A branch point.
+    BranchPoint,
+}
+
+/// A front: where a path stands and how it goes on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct FrontRecord {
+    pub(super) origin: PathOrigin,
+    point: Vec<f64>,
+    tangent: Vec<f64>,
+    orientation: i8,
+    step: f64,
+    zones: String,
+    capped: Vec<bool>,
+    nodes: Vec<Option<NodePiece>>,
+}
+
+impl FrontRecord {
+    pub(super) fn of(origin: PathOrigin, state: &PathState, piece: &Piece, step: f64) -> Self {
+        let letter = |zone: &Zone| match zone {
+            Zone::Open => 'o',
+            Zone::Stick => 't',
+            Zone::Slip => 'l',
+        };
+        Self {
+            origin,
+            point: state.point.clone(),
+            tangent: state.tangent.clone(),
+            orientation: state.orientation,
+            step,
+            zones: piece.zones.iter().map(letter).collect(),
+            capped: piece.capped.clone(),
+            nodes: piece.nodes.clone(),
+        }
+    }
+
+    /// The parameter and λ in Pa.
+    pub(super) fn solution(&self, range: &ParameterRange, stress: f64) -> (f64, Vec<f64>) {
+        let (s, y) = self.point.split_last().unwrap_or((&0.0, &[]));
+        (range.value(*s), y.iter().map(|y| stress * y).collect())
+    }
+
+    /// Whether a path that ends in a state came along this front, the other way.
+    pub(super) fn arrives(&self, state: &PathState, tolerance: f64) -> bool {
+        norm(&difference(&self.point, &state.point)) <= tolerance
+            && dot(&self.tangent, &state.tangent) <= -1.0 + tolerance
+    }
+
+    /// The front again; `None` where the record does not fit the problem.
+    pub(super) fn front(
+        &self,
+        equations: &Equations<'_>,
+    ) -> Result<Option<PathFront>, ProblemError> {
+        let zone = |letter: char| match letter {
+            'o' => Some(Zone::Open),
+            't' => Some(Zone::Stick),
+            'l' => Some(Zone::Slip),
+            _ => None,
+        };
+        let Some(zones) = self.zones.chars().map(zone).collect::<Option<Vec<Zone>>>() else {
+            return Ok(None);
+        };
+        let piece = Piece {
+            zones,
+            capped: self.capped.clone(),
+            nodes: self.nodes.clone(),
+        };
+        let n = self.point.len();
+        let member = equations.family.member(0.0)?;
+        let panes = member.dual.n_panes();
+        let fits = n == member.dual.dimension() + 1
+            && self.tangent.len() == n
+            && piece.zones.len() == panes
+            && piece.capped.len() == panes;
+        if !fits {
+            return Ok(None);
+        }
+        let Some((member, evaluated)) = equations.at(&piece, &self.point)? else {
+            return Ok(None);
+        };
+        Ok(Some(PathFront {
+            state: PathState {
+                point: self.point.clone(),
+                tangent: self.tangent.clone(),
+                orientation: self.orientation,
+                steps: 0,
+                member,
+                evaluated,
+            },
+            piece,
+            step: self.step,
+        }))
+    }
+}
+
+impl HalfPath {
+    pub(super) fn record(&self, origin: PathOrigin, step: f64) -> FrontRecord {
+        FrontRecord::of(origin, &self.state, &self.piece, step)
+    }
+}

@@ -1,0 +1,206 @@
+//! Solutions at one value of the parameter: deflated Newton's method from many starts.
+
+use super::{
+    enumeration::{Certificate, Undecided, enumerated},
+    equations::Equations,
+};
+use contact3d::{
+    ProblemError,
+    linalg::{difference, dot, norm},
+    solver::{Bound, NaturalMap},
+};
+
+/// ‖R‖ / ‖λ‖ of a solution, measured by local stiffness.
+const SOLVED: f64 = 1e-10;
+
+/// Most steps from one start, and halvings of one step.
+const MOST_STEPS: usize = 60;
+const MOST_HALVINGS: usize = 8;
+
+/// Multipliers this near, relative to Λ, are one.
+pub(super) const SAME: f64 = 1e-6;
+
+/// Operations that all starts may take, as dense factorisations of n³ operations with `MOST_STEPS` each; and the least and
+/// largest number of starts.
+const OPERATIONS: f64 = 4e10;
+const STARTS: [f64; 2] = [6.0, 256.0];
+
+/// Solutions at one value of the parameter.
+pub(super) struct FoundSolutions {
+    /// (y, s) of each.
+    pub(super) points: Vec<Vec<f64>>,
+    /// The proof that they are all, or why there is none.
+    pub(super) certificate: Result<Certificate, Undecided>,
+}
+
+impl Equations<'_> {
+    /// The solutions at s, beside known ones: all of them where the states can be enumerated, else those that deflated Newton's
+    /// method finds from the face that is open, glued, pressed, and from scattered zones and directions, others in every round.
+    pub(super) fn solutions_at(
+        &self,
+        s: f64,
+        known: &[Vec<f64>],
+        round: usize,
+    ) -> Result<FoundSolutions, ProblemError> {
+        let member = self.family.member(s)?;
+        let point = |multiplier: &[f64]| {
+            let scaled = multiplier.iter().map(|l| l / self.stress);
+            scaled.chain([s]).collect::<Vec<f64>>()
+        };
+        let (multipliers, certificate) = match enumerated(&member) {
+            Some(all) => (all.multipliers, all.certificate),
+            None => (Vec::new(), Err(Undecided::NotCovered)),
+        };
+        if certificate.is_ok() {
+            return Ok(FoundSolutions {
+                points: multipliers.iter().map(|one| point(one)).collect(),
+                certificate,
+            });
+        }
+        let laws = member.laws();
+        let bound = Bound::Coulomb(&laws, member.law());
+        let steplengths = member.steplengths().to_vec();
+        let map = NaturalMap::with_steplengths(&member.dual, bound, steplengths);
+        let mut found: Vec<Vec<f64>> = Vec::new();
+        let mut known: Vec<Vec<f64>> = known.iter().map(|point| self.multiplier(point)).collect();
+        found.extend(multipliers.iter().map(|one| point(one)));
+        known.extend(multipliers);
+        let n = member.dual.dimension();
+        let glued = member.local.glued(&member.dual.rhs);
+        let pressed = member.local.pressed(&member.dual.rhs);
+        let count =
+            (OPERATIONS / (MOST_STEPS as f64 * (n as f64).powi(3))).clamp(STARTS[0], STARTS[1]);
+        let layout = member.dual.layout;
+        let mut scatter = Scatter::new(round);
+        for k in 0..count as usize {
+            let start: Vec<f64> = match k {
+                0 => vec![0.0; n],
+                1 => glued.clone(),
+                2 => pressed.clone(),
+                _ => {
+                    let mut start = glued.clone();
+                    for pane in 0..layout.n_panes() {
+                        let open = scatter.below(3) == 0;
+                        let normal = layout.normal(pane);
+                        start[normal] = if open { 0.0 } else { start[normal].abs() };
+                        if let Some([first, second]) = layout.tangential(pane) {
+                            let [cos, sin] = scatter.turn();
+                            let share = if open {
+                                0.0
+                            } else {
+                                [0.0, 1.0, 1.0, 0.2][scatter.below(4)]
+                            };
+                            let (a, b) = (share * start[first], share * start[second]);
+                            start[first] = cos * a - sin * b;
+                            start[second] = sin * a + cos * b;
+                        }
+                    }
+                    start
+                }
+            };
+            for deflated in [false, true] {
+                let apart: &[Vec<f64>] = if deflated { &known } else { &[] };
+                let Some(multiplier) = self.newton(&map, start.clone(), apart) else {
+                    continue;
+                };
+                let near =
+                    |other: &Vec<f64>| norm(&difference(other, &multiplier)) <= SAME * self.stress;
+                if !known.iter().any(near) {
+                    known.push(multiplier.clone());
+                    found.push(point(&multiplier));
+                }
+            }
+        }
+        Ok(FoundSolutions {
+            points: found,
+            certificate,
+        })
+    }
+
+    /// Newton's method on the natural map, kept away from known solutions by deflation: M(λ) R(λ) with
+    /// M = Π (Λ²/‖λ − λ_k‖² + 1) has the same other zeros, and its Newton step is the plain one times a number (P. Farrell, Á. Birkisson,
+    /// S. Funke, SIAM J. Sci. Comput. 37 (2015) A2026).
+    fn newton(
+        &self,
+        map: &NaturalMap<'_>,
+        start: Vec<f64>,
+        known: &[Vec<f64>],
+    ) -> Option<Vec<f64>> {
+        let factor = |multiplier: &[f64]| -> f64 {
+            let terms = known.iter().map(|other| {
+                let way = norm(&difference(multiplier, other)) / self.stress;
+                1.0 + way.powi(-2)
+            });
+            terms.product()
+        };
+        let mut multiplier = start;
+        let mut at = map.evaluate(&multiplier);
+        for _ in 0..MOST_STEPS {
+            if at.norm == 0.0 || at.norm <= SOLVED * norm(&multiplier) {
+                return Some(multiplier);
+            }
+            let (step, _) = map.newton_step(&at)?;
+            let along: f64 = known
+                .iter()
+                .map(|other| {
+                    let way = difference(&multiplier, other);
+                    let square = dot(&way, &way) / self.stress.powi(2);
+                    let forward = dot(&way, &step) / self.stress.powi(2);
+                    -2.0 * forward / (square * (1.0 + square))
+                })
+                .sum();
+            let scale = (1.0 - along).recip();
+            if !scale.is_finite() {
+                return None;
+            }
+            let size = factor(&multiplier) * at.norm;
+            let mut share = 1.0;
+            for halving in 0..=MOST_HALVINGS {
+                let moved = multiplier.iter().zip(&step);
+                let next: Vec<f64> = moved.map(|(l, d)| l + share * scale * d).collect();
+                let there = map.evaluate(&next);
+                let falls = factor(&next) * there.norm < size;
+                if falls || halving == MOST_HALVINGS {
+                    (multiplier, at) = (next, there);
+                    break;
+                }
+                share *= 0.5;
+            }
+            if !at.norm.is_finite() {
+                return None;
+            }
+        }
+        None
+    }
+}
+
+/// Numbers without a pattern, the same on every machine.
+struct Scatter(u64);
+
+impl Scatter {
+    fn new(round: usize) -> Self {
+        Self(0x9E37_79B9_7F4A_7C15 ^ (round as u64) << 32)
+    }
+
+    /// cos and sin of an angle; mostly none, half a turn, or anything.
+    fn turn(&mut self) -> [f64; 2] {
+        let tangent = self.below(1 << 20) as f64 / f64::from(1 << 20);
+        let over = (1.0 + tangent * tangent).recip();
+        let (cos, sin) = ((1.0 - tangent * tangent) * over, 2.0 * tangent * over);
+        match self.below(6) {
+            0 => [1.0, 0.0],
+            1 => [-1.0, 0.0],
+            2 => [cos, sin],
+            3 => [cos, -sin],
+            4 => [-cos, sin],
+            _ => [-cos, -sin],
+        }
+    }
+
+    fn below(&mut self, bound: u64) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        usize::try_from((self.0 >> 33) % bound).unwrap_or(0)
+    }
+}

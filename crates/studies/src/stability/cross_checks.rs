@@ -1,0 +1,172 @@
+//! The answers of other algorithms to the same problem.
+
+use std::fmt;
+
+use super::explicit_problem::ExplicitProblem;
+use contact3d::{
+    ProblemError,
+    contact::CoulombLaw,
+    dual::LocalStiffness,
+    scene::{InnerSolver, Method, PrecisionControl, SolveSettings},
+    solver::{Linearisation, Solution, Status, evaluate_mapping},
+};
+
+/// Accuracy asked of all.
+const TO_ROUNDING: f64 = 1e-12;
+
+/// An answer that says it is further from the solution than this says nothing of it.
+const NEAR: f64 = 1e-6;
+
+/// Steps of averaging with one share; from 1 to rounding ½ takes 45.
+const MOST_AVERAGES: usize = 400;
+
+/// Applications of S that GPCG may take in one inner problem; a solve that needs more is reported as such.
+const MOST_APPLICATIONS: usize = 100_000;
+
+/// An algorithm that shares with the others only S and h.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CrossCheck {
+    /// The semismooth Newton method for slip bound and friction at once.
+    Newton,
+    /// Successive approximations with Newton's method inside; one minimisation without Coulomb's
+    /// law.
+    FixedPointNewton,
+    /// The same with GPCG inside.
+    FixedPointGpcg,
+    /// λ ← λ + θ (Ψ(λ) − λ) with the paper's mapping Ψ and θ = ½, then ⅛: converges where Ψ itself
+    /// oscillates. Only asked when fewer than two others find a solution.
+    Averaged,
+}
+
+impl CrossCheck {
+    /// All cross-checks.
+    pub const ALL: [Self; 4] = [
+        Self::Newton,
+        Self::FixedPointNewton,
+        Self::FixedPointGpcg,
+        Self::Averaged,
+    ];
+
+    fn settings(self) -> SolveSettings {
+        let (method, inner) = match self {
+            Self::Newton => (Method::Newton, InnerSolver::default()),
+            Self::FixedPointNewton => (Method::FixedPoint, InnerSolver::Newton),
+            Self::FixedPointGpcg | Self::Averaged => (Method::FixedPoint, InnerSolver::Gpcg),
+        };
+        SolveSettings {
+            method,
+            inner,
+            epsilon: Some(TO_ROUNDING),
+            precision: PrecisionControl::Fixed,
+            max_inner_actions: MOST_APPLICATIONS,
+            ..SolveSettings::default()
+        }
+    }
+}
+
+impl fmt::Display for CrossCheck {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Newton => "Newton",
+            Self::FixedPointNewton => "fixed point with Newton",
+            Self::FixedPointGpcg => "fixed point with GPCG",
+            Self::Averaged => "averaged fixed point",
+        })
+    }
+}
+
+/// What a cross-check found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CrossCheckResult {
+    /// The algorithm.
+    pub cross_check: CrossCheck,
+    /// How it ended.
+    pub status: Status,
+    /// The error that it says its answer has.
+    pub accuracy: f64,
+    /// Steps of Newton's method, or of successive approximations.
+    pub steps: usize,
+    /// ‖λ − λ*‖ / ‖λ*‖ for the answer λ* of the program.
+    pub disagreement: f64,
+    /// ‖R(λ)‖ / ‖λ‖ of the natural map, the same yardstick for all.
+    pub residual: f64,
+}
+
+impl CrossCheckResult {
+    /// Whether the algorithm says that it has found a solution, as accurate as was asked or not.
+    #[must_use]
+    pub fn is_solution(&self) -> bool {
+        match self.status {
+            Status::Stopped => self.accuracy <= NEAR,
+            status => status.is_solved(),
+        }
+    }
+}
+
+/// Solves by the cross-checks, as many as it takes.
+pub(super) fn compare(
+    problem: &ExplicitProblem,
+    answer: &Solution,
+) -> Result<Vec<CrossCheckResult>, ProblemError> {
+    let mut results: Vec<CrossCheckResult> = Vec::new();
+    for cross_check in CrossCheck::ALL {
+        let found = match cross_check {
+            CrossCheck::Averaged => {
+                let solved = results.iter().filter(|result| result.is_solution());
+                match problem.contact().interface.coulomb() {
+                    Some(law) if solved.count() < 2 => averaged(problem, law),
+                    _ => continue,
+                }
+            }
+            _ => {
+                let solution = problem.assembled.solve(&cross_check.settings())?;
+                let steps = solution.newton.len().max(solution.history.len());
+                (
+                    solution.status,
+                    solution.accuracy,
+                    steps,
+                    problem.unknowns(&solution.multiplier, &solution),
+                )
+            }
+        };
+        let (status, accuracy, steps, unknowns) = found;
+        let multiplier = problem.dual().multipliers(&unknowns);
+        let laws = problem.contact().laws();
+        results.push(CrossCheckResult {
+            cross_check,
+            status,
+            accuracy,
+            steps,
+            disagreement: problem.distance(multiplier, &answer.multiplier),
+            residual: Linearisation::residual_of(problem.dual(), &laws, &unknowns),
+        });
+    }
+    Ok(results)
+}
+
+/// Averaged successive approximations from λ = 0.
+fn averaged(problem: &ExplicitProblem, law: &CoulombLaw) -> (Status, f64, usize, Vec<f64>) {
+    let (dual, laws) = (problem.dual(), problem.contact().laws());
+    let local = LocalStiffness::new(dual);
+    let mut steps = 0;
+    // Without pressure no friction balances the load of a body that floats.
+    let start = match &dual.balance {
+        None => vec![0.0; dual.dimension()],
+        Some(_) => local.glued_start(dual),
+    };
+    let mut multiplier = start.clone();
+    for share in [0.5, 0.125] {
+        multiplier.clone_from(&start);
+        for _ in 0..MOST_AVERAGES {
+            let image = evaluate_mapping(dual, &local, &laws, law, &multiplier);
+            steps += 1;
+            for (l, image) in multiplier.iter_mut().zip(&image.multiplier) {
+                *l += share * (image - *l);
+            }
+            if image.relative_change <= TO_ROUNDING {
+                return (Status::Converged, image.relative_change, steps, multiplier);
+            }
+        }
+    }
+    (Status::MaxOuterSteps, 1.0, steps, multiplier)
+}

@@ -1,0 +1,148 @@
+//! A problem with its dual operator as a dense matrix, which all checks work on.
+
+use std::{path::Path, sync::Arc};
+
+use contact3d::{
+    AssembledProblem, Problem, ProblemError,
+    adaptation::adapted,
+    dual::{ContactSystem, ExplicitDual},
+    linalg::{Precision, norm},
+    mesh::{ContactSurface, Mesh, Refinement},
+    scene::{DualOperatorKind, FactorPrecision, Invalid, Scene},
+    solver::{ContactState, Solution},
+};
+
+/// A stress this much below those of the load is none.
+const ZERO: f64 = 1e-12;
+
+/// A scene with contact, assembled in memory with the dense dual operator.
+pub(super) struct ExplicitProblem {
+    pub(super) assembled: AssembledProblem,
+    /// The scene; that of the problem is the last increment of its load history, where it has one.
+    pub(super) scene: Scene,
+    /// The cuts that its mesh came from.
+    pub(super) refinement: Refinement,
+    /// The dual problem with its balance where the body floats.
+    balanced: Option<ContactSystem>,
+}
+
+impl ExplicitProblem {
+    /// Assembles a scene on the mesh it asks for, an adaptive one included; mesh files are looked for
+    /// in `folder`.
+    pub(super) fn new(scene: Scene, folder: &Path) -> Result<Self, ProblemError> {
+        let refinement = match scene.adapt {
+            None => Refinement::default(),
+            Some(_) => {
+                adapted(scene.clone(), folder, &mut |_| {})?
+                    .adaptation
+                    .refinement
+            }
+        };
+        Self::refined(scene, folder, refinement)
+    }
+
+    /// Assembles a scene on a refined mesh.
+    pub(super) fn refined(
+        scene: Scene,
+        folder: &Path,
+        refinement: Refinement,
+    ) -> Result<Self, ProblemError> {
+        let mesh = Mesh::refined(&scene, folder, &refinement)?;
+        Ok(Self {
+            refinement,
+            ..Self::on_mesh(scene, mesh)?
+        })
+    }
+
+    /// Assembles a scene on a mesh of its body.
+    pub(super) fn on_mesh(mut scene: Scene, mesh: Mesh) -> Result<Self, ProblemError> {
+        if scene.contacts.is_empty() {
+            return Err(no_contact().into());
+        }
+        scene.assemble.dual_operator = DualOperatorKind::Explicit;
+        let problem = Problem::of_checked(scene.clone(), Arc::new(mesh))?;
+        let mut assembled = problem.assemble()?;
+        if scene.has_history() {
+            assembled = assembled.solve_history(&scene.solve)?.last;
+        }
+        let system = assembled.system();
+        let contact = system.contact.as_ref().zip(assembled.contact_state());
+        let balanced = contact.and_then(|(dual, state)| {
+            dual.balanced(&system.assembly, state.surface, state.interface)
+        });
+        Ok(Self {
+            balanced,
+            assembled,
+            scene,
+            refinement: Refinement::default(),
+        })
+    }
+
+    /// Precision of the factor.
+    pub(super) fn precision(&self) -> Precision {
+        self.assembled.system().assembly.factor.precision()
+    }
+
+    /// The same problem with a factor in double precision; `None` where this one has it.
+    pub(super) fn in_double_precision(
+        &self,
+        scene: &Scene,
+        folder: &Path,
+    ) -> Result<Option<Self>, ProblemError> {
+        if self.precision() == Precision::Double {
+            return Ok(None);
+        }
+        let mut scene = scene.clone();
+        scene.assemble.factor = FactorPrecision::Double;
+        Self::refined(scene, folder, self.refinement.clone()).map(Some)
+    }
+
+    pub(super) fn surface(&self) -> &ContactSurface {
+        self.contact().surface
+    }
+
+    pub(super) fn contact(&self) -> ContactState<'_> {
+        let contact = self.assembled.contact_state();
+        contact.expect("checked when assembled")
+    }
+
+    pub(super) fn dual(&self) -> &ExplicitDual {
+        let contact = self.assembled.system().contact.as_ref();
+        let contact = self.balanced.as_ref().or(contact);
+        let dual = contact.and_then(|contact| contact.explicit());
+        dual.expect("assembled with contact and the dense operator")
+    }
+
+    /// The unknowns of an answer: its multipliers, and its rigid motions where the body floats.
+    pub(super) fn unknowns(&self, multiplier: &[f64], answer: &Solution) -> Vec<f64> {
+        let balance = self.dual().balance.as_ref();
+        let motion = balance.map(|it| it.unknown_motion(&answer.rigid_motion));
+        [multiplier, &motion.unwrap_or_default()].concat()
+    }
+
+    /// ‖λ' − λ‖ / ‖λ‖ for the answer λ. Where that is zero to rounding, over ‖ρh‖: the stresses
+    /// that would push the free body back.
+    pub(super) fn distance(&self, other: &[f64], answer: &[f64]) -> f64 {
+        let difference: Vec<f64> = other.iter().zip(answer).map(|(x, y)| x - y).collect();
+        let (difference, size) = (norm(&difference), norm(answer));
+        if difference == 0.0 {
+            return 0.0;
+        }
+        let dual = self.dual();
+        let pushed: Vec<f64> = (0..answer.len())
+            .filter(|&j| dual.column(j)[j] > 0.0)
+            .map(|j| dual.rhs[j] / dual.column(j)[j])
+            .collect();
+        let pushed = norm(&pushed);
+        difference / if size > ZERO * pushed { size } else { pushed }
+    }
+}
+
+fn no_contact() -> Invalid {
+    Invalid {
+        key: "contact".into(),
+        expected: "a scene with contact".into(),
+        found: "none".into(),
+        help: "without contact there is one linear system, and nothing to compare".into(),
+    }
+}

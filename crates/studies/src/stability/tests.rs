@@ -1,0 +1,68 @@
+//! Transformations of scenes and their inverses.
+
+use super::{Scaling, Symmetry};
+use contact3d::scene::{Brick, BrickFace, Scene};
+
+fn scene() -> Scene {
+    let text = include_str!("../../../../pipelines/expression_law.toml");
+    Scene::parse("expression_law.toml", text).expect("a pipeline")
+}
+
+/// A symmetry is its own inverse, and a scaling has one.
+#[test]
+fn transformations_undo_themselves() {
+    let mut scene = scene();
+    let brick = Brick::new([3.0, 1.0, 1.0], [4, 2, 2])
+        .with_planes(0, vec![0.0, 0.25, 1.0, 2.0, 3.0])
+        .with_grading(BrickFace::YMin, 2.0)
+        .with_grading(BrickFace::ZMin, 1.5);
+    scene.body = brick.into();
+    for symmetry in [Symmetry::Mirror, Symmetry::Exchange] {
+        let image = symmetry.apply(&scene).unwrap().expect("a brick on z_min");
+        assert_ne!(image.to_toml(), scene.to_toml());
+        let back = symmetry.apply(&image).unwrap().expect("a brick on z_min");
+        assert_eq!(back.body, scene.body);
+        assert_eq!(back.clamps, scene.clamps);
+    }
+    let scaling = Scaling {
+        length: 8.0,
+        displacement: 4.0,
+        stress: 0.5,
+    };
+    let inverse = Scaling {
+        length: 0.125,
+        displacement: 0.25,
+        stress: 2.0,
+    };
+    let back = inverse.apply(&scaling.apply(&scene).unwrap()).unwrap();
+    assert_eq!((back.body, back.material), (scene.body, scene.material));
+}
+
+/// The planes of an image are the images of the planes.
+#[test]
+fn graded_cells_go_with_the_symmetry() {
+    let mut scene = scene();
+    let given = vec![0.0, 0.25, 0.5, 1.75, 2.0];
+    let brick = Brick::new([3.0, 2.0, 1.0], [6, 4, 2])
+        .with_planes(1, given.clone())
+        .with_grading(BrickFace::XMin, 2.0);
+    scene.body = brick.clone().into();
+    let image = |symmetry: Symmetry| {
+        let image = symmetry.apply(&scene).unwrap().expect("a brick on z_min");
+        image.body.as_brick().expect("a brick").clone()
+    };
+    let mirrored = image(Symmetry::Mirror);
+    assert_eq!(mirrored.planes(1), [0.0, 0.25, 1.5, 1.75, 2.0]);
+    assert_eq!(mirrored.planes(0), brick.planes(0));
+    let exchanged = image(Symmetry::Exchange);
+    assert_eq!(exchanged.planes(0), given);
+    assert_eq!(exchanged.planes(1), brick.planes(0));
+}
+
+#[test]
+fn bodies_from_files_have_no_mirror_image() {
+    let text = include_str!("../../../../pipelines/gmsh_foot.toml");
+    let scene = Scene::parse("gmsh_foot.toml", text).expect("a pipeline");
+    assert!(scene.body.mesh_file().is_some());
+    assert_eq!(Symmetry::Mirror.apply(&scene).unwrap(), None);
+}

@@ -1,0 +1,247 @@
+//! The derivative of Ψ at a solution.
+
+use faer::Mat;
+
+use super::{
+    dense::{alone, congruent, root, symmetric},
+    face::{Face, product},
+    trace::{Blocks, PartNorms, SpaceNorms},
+};
+use contact3d::{
+    contact::{CoulombLaw, FrictionField, SlipOperatorDerivative},
+    dual::{ExplicitDual, LocalStiffness},
+    linalg::{CscMatrix, Workspace},
+    solver::{CoulombState, PaneLaws, frozen_response},
+};
+
+/// Ψ′ at a solution.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LocalContraction {
+    /// The largest modulus of an eigenvalue of Ψ′: the rate of successive approximations near the solution.
+    pub spectral_radius: f64,
+    /// Sign of det(I − Ψ′); the signs of all solutions add up to 1 (HKL Theorem 3.1 by Brouwer's degree).
+    pub index: i8,
+    /// Norms of its parts in L²(Γ_c) and ‖·‖_{*,h}, for each norm of displacements.
+    pub parts: Vec<PartNorms>,
+    /// ‖Ψ′‖ in HKL's norm ‖φ‖ + ‖μ‖ in the units of the scene, for each norm of displacements; `None` where not asked for.
+    pub paper: Option<Vec<f64>>,
+}
+
+/// A solution at which Ψ is differentiated.
+pub(super) struct AtSolution<'a> {
+    pub(super) dual: &'a ExplicitDual,
+    pub(super) local: &'a LocalStiffness,
+    pub(super) laws: PaneLaws,
+    pub(super) law: &'a CoulombLaw,
+    pub(super) face: &'a Face,
+    /// The compliance u_t = … − G λ of the contact nodes, `[2 n_contact_nodes, 3 m]`.
+    pub(super) compliance: &'a Mat<f64>,
+    pub(super) multiplier: &'a [f64],
+    /// (u_t1, u_t2) at the contact nodes, signed.
+    pub(super) tangential: &'a [[f64; 2]],
+}
+
+/// Ψ′ = O Z D: D takes (φ, g) to (g, 𝓕⁻¹), Z these to λ, O takes λ to (φ, λ_ν).
+struct Chain {
+    /// D on φ: one row for each diagonal entry of 𝓕⁻¹, `[2 m, 2 n_contact_nodes]`.
+    inverse_by_slip: Mat<f64>,
+    /// Z: λ by g and by 𝓕⁻¹, times the slope of the slip bound for g.
+    by_pressure: Mat<f64>,
+    by_inverse: Mat<f64>,
+    /// The part of O that gives φ, `[2 n_contact_nodes, 3 m]`.
+    slip: Mat<f64>,
+}
+
+impl AtSolution<'_> {
+    /// Ψ′ with its norms; `None` where the derivative of the frozen problem is singular.
+    pub(super) fn contraction(
+        &self,
+        norms: &SpaceNorms,
+        with_paper: bool,
+    ) -> Option<LocalContraction> {
+        let chain = self.chain()?;
+        let (spectral_radius, index) = chain.spectrum();
+        let blocks: Vec<Blocks> = (0..norms.pressure.len())
+            .map(|k| chain.blocks(self.face, norms, k))
+            .collect();
+        Some(LocalContraction {
+            spectral_radius,
+            index,
+            parts: blocks.iter().map(Blocks::part_norms).collect(),
+            paper: with_paper.then(|| blocks.iter().map(Blocks::paper).collect()),
+        })
+    }
+
+    fn chain(&self) -> Option<Chain> {
+        let layout = self.dual.layout;
+        let (m, n) = (layout.n_panes(), layout.n_multipliers());
+        let operator = &self.laws.slip.operator;
+        let slip = operator.slip(self.tangential);
+        let (normal, _) = layout.split(self.multiplier);
+        let state = CoulombState {
+            slip_bound: self.law.slip_bounds(normal, |l| l.max(0.0)),
+            friction: FrictionField::new(self.law, &self.laws.average, &slip),
+        };
+        let response = frozen_response(self.dual, self.local, &self.laws, &state, self.multiplier)?;
+        let z = |row: usize, column: usize| response[column * n + row];
+        let slope = |pane: usize| self.law.slip_bound_slope(pane, normal[pane].max(0.0));
+        Some(Chain {
+            inverse_by_slip: self.inverse_by_slip(&state, &slip),
+            by_pressure: Mat::from_fn(n, m, |i, pane| slope(pane) * z(i, pane)),
+            by_inverse: Mat::from_fn(n, 2 * m, |i, k| z(i, m + k)),
+            slip: self.slip_by_multiplier(&operator.derivative(self.tangential)),
+        })
+    }
+
+    /// ∂φ/∂λ, `[2 n_contact_nodes, 3 m]`.
+    fn slip_by_multiplier(&self, derivative: &SlipOperatorDerivative) -> Mat<f64> {
+        let compliance = self.compliance;
+        let columns: Vec<Vec<[f64; 2]>> = (0..compliance.ncols())
+            .map(|j| derivative.apply(|node| [0, 1].map(|k| -compliance[(2 * node + k, j)])))
+            .collect();
+        Mat::from_fn(compliance.nrows(), compliance.ncols(), |row, j| {
+            columns[j][row / 2][row % 2]
+        })
+    }
+
+    /// ∂𝓕_i⁻¹/∂φ: −w ∂F/∂φ / F² at the nodes of each pane.
+    fn inverse_by_slip(&self, state: &CoulombState, slip: &[[f64; 2]]) -> Mat<f64> {
+        let m = self.dual.layout.n_panes();
+        let mut rows = Mat::zeros(2 * m, 2 * slip.len());
+        if !self.law.depends_on_slip() {
+            return rows;
+        }
+        for pane in 0..m {
+            for (node, weight) in self.laws.average.entries(pane) {
+                let derivative = self.law.derivative(node, slip[node]);
+                let coefficients = state.friction.nodal[node];
+                for k in 0..2 {
+                    for l in 0..2 {
+                        let slope = -derivative[k][l] / (coefficients[k] * coefficients[k]);
+                        rows[(2 * pane + k, 2 * node + l)] += weight * slope;
+                    }
+                }
+            }
+        }
+        rows
+    }
+}
+
+impl Chain {
+    /// Number of panes m.
+    fn n_panes(&self) -> usize {
+        self.by_pressure.ncols()
+    }
+
+    /// The spectral radius, and the sign of det(I − Ψ′): nonzero eigenvalues of O Z D are those of D O Z.
+    fn spectrum(&self) -> (f64, i8) {
+        let m = self.n_panes();
+        let by_slip = alone(|| &self.inverse_by_slip * &self.slip);
+        let (of_inverse, of_pressure) =
+            alone(|| (&by_slip * &self.by_inverse, &by_slip * &self.by_pressure));
+        let entry = |i: usize, j: usize| match (i.checked_sub(m), j.checked_sub(m)) {
+            (None, None) => self.by_pressure[(i, j)],
+            (None, Some(k)) => self.by_inverse[(i, k)],
+            (Some(row), None) => of_pressure[(row, j)],
+            (Some(row), Some(k)) => of_inverse[(row, k)],
+        };
+        let kept = recurrent(3 * m, entry);
+        let cycle = Mat::from_fn(kept.len(), kept.len(), |i, j| entry(kept[i], kept[j]));
+        let eigenvalues = alone(|| cycle.eigenvalues()).unwrap_or_default();
+        let moduli = eigenvalues.iter().map(|e| e.re.hypot(e.im));
+        let radius = moduli.fold(0.0, f64::max);
+        // Pairs of complex eigenvalues add positive factors.
+        let real = eigenvalues.iter().filter(|e| e.im == 0.0);
+        let beyond = real.clone().filter(|e| e.re > 1.0).count();
+        let on = real.clone().any(|e| e.re == 1.0);
+        let index = match (on || eigenvalues.len() < kept.len(), beyond % 2) {
+            (true, _) => 0,
+            (false, 0) => 1,
+            (false, _) => -1,
+        };
+        (radius, index)
+    }
+
+    /// The forms of both images over unit balls of both arguments.
+    fn blocks(&self, face: &Face, norms: &SpaceNorms, norm: usize) -> Blocks {
+        let m = self.n_panes();
+        let (pressure, factor) = &norms.pressure[norm];
+        let slip_form = |z: &Mat<f64>| {
+            let moved = alone(|| &self.slip * z);
+            let weighed = weighed(face, &norms.mass, &moved);
+            symmetric(alone(|| moved.transpose() * &weighed))
+        };
+        let pressure_form = |z: &Mat<f64>| {
+            let normal = z.submatrix(0, 0, m, z.ncols()).to_owned();
+            congruent(&normal, pressure)
+        };
+        let identity = Mat::<f64>::identity(m, m);
+        let pressure_ball = root(&symmetric(factor.solve(&identity)));
+        let slip_ball = root(&self.slip_ball(face, norms));
+        let form = |z: &Mat<f64>, ball: &Mat<f64>| {
+            let [slip, pressure] = [slip_form(z), pressure_form(z)];
+            [congruent(ball, &slip), congruent(ball, &pressure)]
+        };
+        Blocks {
+            by_slip: form(&self.by_inverse, &slip_ball),
+            by_pressure: form(&self.by_pressure, &pressure_ball),
+        }
+    }
+
+    /// D M⁻¹ Dᵀ: the image of the unit ball of Y^h × Y^h in 𝓕⁻¹.
+    fn slip_ball(&self, face: &Face, norms: &SpaceNorms) -> Mat<f64> {
+        let d = &self.inverse_by_slip;
+        let free: Vec<usize> = (0..face.points.len())
+            .filter(|&n| face.place[n].is_some())
+            .collect();
+        let mut ball = Mat::zeros(d.nrows(), d.nrows());
+        let mut work = Workspace::default();
+        for l in 0..2 {
+            let part = Mat::from_fn(d.nrows(), free.len(), |row, j| d[(row, 2 * free[j] + l)]);
+            let mut solved = Mat::zeros(free.len(), d.nrows());
+            for row in 0..d.nrows() {
+                let mut values: Vec<f64> = (0..free.len()).map(|j| part[(row, j)]).collect();
+                norms.mass_factor.solve_in_place(&mut values, &mut work);
+                values
+                    .iter()
+                    .enumerate()
+                    .for_each(|(j, v)| solved[(j, row)] = *v);
+            }
+            ball += alone(|| &part * &solved);
+        }
+        symmetric(ball)
+    }
+}
+
+/// The components that act on themselves through others: those without a row or a column of their own add the eigenvalue 0
+/// and nothing else, such as the slip bounds of open panes, which move tangential stresses and stay 0.
+fn recurrent(n: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<usize> {
+    let mut kept: Vec<usize> = (0..n).collect();
+    loop {
+        let acts = |&i: &usize| {
+            kept.iter().any(|&j| entry(i, j) != 0.0) && kept.iter().any(|&j| entry(j, i) != 0.0)
+        };
+        let next: Vec<usize> = kept.iter().copied().filter(acts).collect();
+        if next.len() == kept.len() {
+            return kept;
+        }
+        kept = next;
+    }
+}
+
+/// M_Γ of both components of columns of nodal pairs.
+fn weighed(face: &Face, mass: &CscMatrix, columns: &Mat<f64>) -> Mat<f64> {
+    let mut result = Mat::zeros(columns.nrows(), columns.ncols());
+    for j in 0..columns.ncols() {
+        for k in 0..2 {
+            let values = face.to_free(|node| columns[(2 * node + k, j)]);
+            let image = product(mass, &values);
+            for (node, place) in face.place.iter().enumerate() {
+                if let Some(place) = *place {
+                    result[(2 * node + k, j)] = image[place];
+                }
+            }
+        }
+    }
+    result
+}

@@ -1,0 +1,244 @@
+//! All that is measured on one mesh.
+
+use faer::Mat;
+
+use super::{
+    FrictionFunctional, InfSup, Observed, ScaledPoint, Thresholds,
+    bound::{DisplacementNorm, FaceConstants, Ingredients, NormConstants},
+    contraction::LocalContraction,
+    dense::{Factor as DenseFactor, largest_ratio},
+    face::{Face, factorised, product, sum},
+    interpolation::{Interpolation, lagrange_on_absolute, on_finer_functions},
+    problem::TheoryProblem,
+    quartic::{diameter, largest_over_fourth},
+    scaled::ScaledLaws,
+    trace::TraceConstants,
+};
+use contact3d::{
+    ProblemError,
+    contact::{ContactFrame, LawBounds, SlipOperator},
+    linalg::{CscMatrix, Workspace, dot},
+    mesh::{ContactSurface, Mesh},
+    scene::SolveSettings,
+    solver::{Linearisation, Status},
+};
+
+/// Parts in which the sides of contact triangles are cut to measure interpolation.
+const FINER: [usize; 3] = [2, 4, 8];
+
+/// The theory on one mesh.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct TheoryLevel {
+    /// Smallest number of cells along an edge; 0 for a mesh file.
+    pub n_div: usize,
+    /// Free degrees of freedom.
+    pub n_free: usize,
+    /// Panes m, or nodes that carry multipliers.
+    pub n_panes: usize,
+    /// How the solve ended.
+    pub status: Status,
+    /// Constants of the contact face.
+    pub face: FaceConstants,
+    /// Constants in each norm of displacements.
+    pub norms: Vec<NormConstants>,
+    /// Stability of several spaces of multipliers.
+    pub inf_sup: Vec<InfSup>,
+    /// Ψ′ at the solution; `None` where there is none, or it is singular.
+    pub local: Option<LocalContraction>,
+    /// Sign of det R′ at the solution.
+    pub determinant: i8,
+    /// What Ψ does.
+    pub observed: Observed,
+    /// The friction functional of the program beside HKL's; `None` for nodal multipliers, or without a solution.
+    pub functional: Option<FrictionFunctional>,
+    /// Solutions for scaled laws.
+    pub scaled: Vec<ScaledPoint>,
+    /// Where the scaled law reaches its limits.
+    pub thresholds: Thresholds,
+}
+
+impl TheoryProblem {
+    pub(super) fn measure(&self, n_div: usize) -> Result<TheoryLevel, ProblemError> {
+        let face = self.face_constants();
+        let law = LawBounds::new(self.law().only(), self.assembled.mesh().extent());
+        let norms = [0, 1].map(|k| self.norm_constants(k, &face, &law));
+        // To rounding, whatever the scene's own settings are: Ψ is differentiated and disturbed at the solution.
+        let solution = self.assembled.solve(&SolveSettings::default())?;
+        let contact = self.contact();
+        let solved = solution.status.is_solved();
+        let local = self
+            .contraction(contact.interface, &solution, true)
+            .filter(|_| solved);
+        let scan = ScaledLaws::scan(self)?;
+        let bounds = norms.each_ref().map(|n| n.bound);
+        let thresholds = Thresholds {
+            paper: bounds.map(|q| q.paper.recip()),
+            weighted: bounds.map(|q| q.weighted.recip()),
+            sharp: bounds.map(|q| q.sharp.recip()),
+            norm: [
+                scan.first(|p| p.norm[0] >= 1.0)?,
+                scan.first(|p| p.norm[1] >= 1.0)?,
+            ],
+            spectral_radius: scan.first(|p| p.spectral_radius >= 1.0)?,
+            singular: scan.first(|p| p.determinant <= 0)?,
+        };
+        Ok(TheoryLevel {
+            n_div,
+            n_free: self.assembled.n_free(),
+            n_panes: self.rows.len(),
+            status: solution.status,
+            face,
+            observed: self
+                .mapping(&norms, local.as_ref(), &|multiplier| {
+                    self.tangential(multiplier)
+                })
+                .observe(&solution.multiplier),
+            norms: norms.to_vec(),
+            inf_sup: Vec::new(),
+            functional: self.functional(&solution).filter(|_| solved),
+            determinant: Linearisation::new(self.dual(), &contact.laws(), &solution.multiplier)
+                .determinant,
+            local,
+            scaled: scan.points,
+            thresholds,
+        })
+    }
+
+    fn face_constants(&self) -> FaceConstants {
+        let size = self.face.size();
+        let whole = sum(&self.forms.mass, &self.forms.stiffness);
+        let finer = |kind| {
+            FINER.map(|parts| on_finer_functions(&self.face, parts, kind).unwrap_or(f64::NAN))
+        };
+        FaceConstants {
+            triangle_size: size,
+            pane_size: pane_size(self.assembled.mesh(), self.surface()).unwrap_or(size),
+            inverse_first: size * ratio(&whole, &self.forms.mass),
+            inverse_fourth: size.sqrt() * largest_over_fourth(&self.face),
+            axes: axes_constant(&self.face, &whole, &self.contact().interface.frame),
+            lagrange: lagrange_on_absolute(&self.face),
+            lagrange_finer: finer(Interpolation::Lagrange),
+            clement_finer: finer(Interpolation::Clement),
+        }
+    }
+
+    fn norm_constants(&self, k: usize, face: &FaceConstants, law: &LawBounds) -> NormConstants {
+        let assembly = &self.system().assembly;
+        let (stiffness, load) = (&*assembly.primal.stiffness, &assembly.primal.load);
+        let mut work = Workspace::default();
+        let norm = DisplacementNorm::ALL[k];
+        let (ellipticity, continuity, load) = match norm {
+            DisplacementNorm::Energy => {
+                (1.0, 1.0, dot(load, &assembly.solve(load, &mut work)).sqrt())
+            }
+            DisplacementNorm::FirstSobolev => {
+                let (gram, factor) = &self.sobolev;
+                let n = load.len();
+                let mut by_gram = |mut f: Vec<f64>| {
+                    factor.solve_in_place(&mut f, &mut work);
+                    f
+                };
+                let dual = dot(load, &by_gram(load.clone())).sqrt();
+                let largest = largest_ratio(n, |v| product(stiffness, v), &mut by_gram);
+                let mut other = Workspace::default();
+                let inverse =
+                    largest_ratio(n, |v| product(gram, v), |f| assembly.solve(&f, &mut other));
+                (inverse.recip(), largest, dual)
+            }
+        };
+        let areas = self.rows.areas();
+        let areas = Mat::from_fn(areas.len(), areas.len(), |i, j| {
+            if i == j { areas[i] } else { 0.0 }
+        });
+        let over = DenseFactor::new(&self.glued[k]).map_or(f64::INFINITY, |q| q.largest_of(&areas));
+        let trace = TraceConstants::new(&self.grams[k], &self.face, &self.forms);
+        let (interpolation, interpolated) = match self.contact().interface.slip.operator {
+            SlipOperator::Lagrange => (face.lagrange, trace.interpolated),
+            // Larger on finer functions, among them |φ| of φ ∈ Y^h, until it settles.
+            SlipOperator::Clement(_) => (face.clement_finer[2], trace.tangential),
+        };
+        let ingredients = Ingredients {
+            face,
+            law,
+            ellipticity,
+            continuity,
+            load,
+            inverse_half: (face.pane_size * over).sqrt(),
+            trace,
+            interpolation,
+            interpolated,
+            nodal: self.surface().is_nodal(),
+        };
+        NormConstants {
+            norm,
+            ellipticity,
+            continuity,
+            load,
+            inverse_half: ingredients.inverse_half,
+            trace,
+            radii: ingredients.radii(),
+            bound: ingredients.bound(),
+        }
+    }
+}
+
+/// √ of the largest eigenvalue of X v = θ Y v.
+fn ratio(form: &CscMatrix, norm: &CscMatrix) -> f64 {
+    let Some(factor) = factorised(norm) else {
+        return f64::NAN;
+    };
+    let mut work = Workspace::default();
+    let solve = |mut f: Vec<f64>| {
+        factor.solve_in_place(&mut f, &mut work);
+        f
+    };
+    largest_ratio(form.cols, |v| product(form, v), solve).sqrt()
+}
+
+/// c_t: sup of ‖φ_t‖_1 / ‖φ‖_1 over nodal fields, φ_t interpolated; 1 where the axes do not turn.
+fn axes_constant(face: &Face, whole: &CscMatrix, frame: &ContactFrame) -> f64 {
+    if frame.axes.len() == 1 {
+        return 1.0;
+    }
+    let Some(factor) = factorised(whole) else {
+        return f64::NAN;
+    };
+    let n = face.n_free();
+    let free: Vec<usize> = (0..face.points.len())
+        .filter(|&n| face.place[n].is_some())
+        .collect();
+    let mut work = Workspace::default();
+    let form = |field: &[f64]| {
+        let mut image = vec![0.0; 3 * n];
+        for axis in 0..2 {
+            let direction = |i: usize| frame.axes_at(free[i])[axis];
+            let along: Vec<f64> = (0..n)
+                .map(|i| (0..3).map(|c| direction(i)[c] * field[c * n + i]).sum())
+                .collect();
+            for (i, value) in product(whole, &along).into_iter().enumerate() {
+                (0..3).for_each(|c| image[c * n + i] += direction(i)[c] * value);
+            }
+        }
+        image
+    };
+    let solve = |mut forces: Vec<f64>| {
+        for part in forces.chunks_exact_mut(n.max(1)) {
+            factor.solve_in_place(part, &mut work);
+        }
+        forces
+    };
+    largest_ratio(3 * n, form, solve).sqrt()
+}
+
+/// The largest diameter of a pane; `None` for nodal multipliers.
+fn pane_size(mesh: &Mesh, surface: &ContactSurface) -> Option<f64> {
+    let mut corners = vec![Vec::new(); surface.n_panes()];
+    if surface.is_nodal() {
+        return None;
+    }
+    for (&facet, &pane) in surface.facets.iter().zip(&surface.facet_pane) {
+        corners[pane].extend(mesh.corners(&mesh.facets[facet]));
+    }
+    let sizes = corners.iter().map(|points| diameter(points));
+    Some(sizes.fold(0.0, f64::max))
+}

@@ -1,0 +1,145 @@
+//! The theory of HKL §3, measured: constants, radii and contraction bound of a scene's meshes, and what Ψ really does.
+//!
+//! Ψ takes slips φ = (φ₁, φ₂) and a pressure g on the contact face to those of the frozen problem; its fixed points are the
+//! solutions. HKL bound its Lipschitz modulus by q (3.13): q < 1 proves that there is one solution, and that successive
+//! approximations find it. Every constant in q is an extreme eigenvalue or a small convex problem, and is computed as such
+//! on the discrete spaces. Beside q stand the spectral radius and the norm of Ψ′ at the solution, the observed rate, and the
+//! scales t of the law at which each of them reaches 1.
+//!
+//! The norm ‖·‖_{*,h} is taken over V₀^h, displacements without tangential part on Γ_c: that is what the proofs use. In
+//! H¹(Ω)³ it is HKL's norm; in the energy norm, which couples components, it is smaller than that over V^h, by which the
+//! proofs would fail.
+//!
+//! Source: J. Haslinger, R. Kučera, T. Ligurský, *J. Comput. Appl. Math.* 235 (2011) 3464, sections 2 and 3.
+
+mod bound;
+mod coarse_levels;
+#[cfg(test)]
+mod coarse_levels_tests;
+mod contraction;
+mod dense;
+mod face;
+mod findings;
+mod inf_sup;
+mod interpolation;
+mod level;
+mod problem;
+mod quartic;
+mod scaled;
+mod successive;
+#[cfg(test)]
+mod tests;
+mod trace;
+
+pub use bound::FrictionFunctional;
+pub use bound::{ContractionBound, DisplacementNorm, FaceConstants, NormConstants, Radii};
+pub use coarse_levels::theory_bricks;
+pub use contraction::LocalContraction;
+pub use findings::Findings;
+pub use inf_sup::{InfSup, TrialSpace};
+pub use level::TheoryLevel;
+pub use scaled::{ScaledPoint, Thresholds};
+pub use successive::Observed;
+pub use trace::PartNorms;
+pub use trace::TraceConstants;
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use coarse_levels::{levels_of_files, nested_levels, no_file};
+use contact3d::{
+    Problem, ProblemError,
+    contact::{Interface, LawBounds},
+    mesh::Mesh,
+    scene::{GmshFile, Scene},
+};
+use face::require_covered;
+
+/// How far the ladder of meshes goes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TheorySettings {
+    /// Smallest n_div of the meshes.
+    pub coarsest: usize,
+    /// n_div of the finest mesh, a multiple of the scene's own; that of the scene when not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub finest: Option<usize>,
+    /// Gmsh files of the same body, the ladder in place of the scene's own one; empty for a brick.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub meshes: Vec<GmshFile>,
+}
+
+/// The theory of a scene on a ladder of meshes.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Theory {
+    /// Constants of the law, the same on all meshes.
+    pub law: LawConstants,
+    /// Coarse to fine.
+    pub levels: Vec<TheoryLevel>,
+}
+
+/// Constants of the law of friction, HKL (2.4), (3.10) and Lemma 3.5.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct LawConstants {
+    /// F_min.
+    pub smallest: f64,
+    /// F_max.
+    pub largest: f64,
+    /// L in 1/m.
+    pub lipschitz: f64,
+    /// κ(F).
+    pub anisotropy: f64,
+    /// Whether they are estimates.
+    pub estimated: bool,
+}
+
+/// What an observer sees before each mesh: its n_div, 0 for a mesh file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TheoryProgress(pub usize);
+
+impl Theory {
+    /// Measures everything on every mesh; mesh files are looked for in `folder`.
+    ///
+    /// # Errors
+    /// [`ProblemError::Invalid`] for a scene that the theory does not cover (without Coulomb friction, with a gap, with quadratic
+    /// elements) and for a finest mesh in which the scene's own is not nested.
+    pub fn measure(
+        scene: &Scene,
+        folder: &Path,
+        settings: &TheorySettings,
+        observe: &mut dyn FnMut(TheoryProgress),
+    ) -> Result<Self, ProblemError> {
+        require_covered(scene)?;
+        let law = LawConstants::of(scene, folder)?;
+        let levels = match scene.body.as_brick() {
+            None => levels_of_files(scene, folder, &settings.meshes, observe)?,
+            Some(_) if !settings.meshes.is_empty() => return Err(no_file().into()),
+            Some(brick) => nested_levels(scene, brick, settings, observe)?,
+        };
+        Ok(Self { law, levels })
+    }
+
+    /// What the figures mean.
+    #[must_use]
+    pub fn findings(&self) -> Findings {
+        Findings::new(self)
+    }
+}
+
+impl LawConstants {
+    /// Over slips up to the extent of the body.
+    fn of(scene: &Scene, folder: &Path) -> Result<Self, ProblemError> {
+        let mesh = Mesh::of_scene(scene, folder)?;
+        let extent = mesh.extent();
+        let problem = Problem::of_checked(scene.clone(), std::sync::Arc::new(mesh))?;
+        let law = problem.interface().and_then(Interface::coulomb);
+        let bounds = LawBounds::new(law.expect("checked before").only(), extent);
+        Ok(Self {
+            smallest: bounds.smallest.value,
+            largest: bounds.largest.value,
+            lipschitz: bounds.lipschitz.value,
+            anisotropy: bounds.anisotropy.value,
+            estimated: bounds.estimated,
+        })
+    }
+}

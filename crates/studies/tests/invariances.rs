@@ -1,0 +1,110 @@
+//! Scenes with obstacles and with Rust functions in other units, numbers, threads and mirrors.
+
+use std::path::Path;
+
+use contact3d::scene::{
+    Body, Clamp, Coefficient, Contact, Friction, LawPoint, Material, Pressure, Quantity, Scene,
+    SlipDerivative, Traction,
+};
+use studies::stability::{Check, Depth, Invariance, Solutions};
+
+const MATERIAL: &str = "[material.isotropic]\nyoung_modulus = 1.0\npoisson_ratio = 0.3\n";
+
+fn check(obstacle: &str, friction: &str) -> Check {
+    let text = format!(
+        "title = 'invariances'\n[body.brick]\nsize = [1.0, 0.75, 0.5]\ncells = [6, 4, 2]\n{MATERIAL}\
+         [[clamp]]\nface = 'z_max'\n[body_force]\nvalue = [0.004, 0.002, -0.1]\n\
+         [contact]\nface = 'z_min'\nobstacle.{obstacle}\n{friction}"
+    );
+    let scene = Scene::parse("test", &text).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let check = Check::new(&scene, Path::new(""), Depth::Invariances, Solutions::One);
+    check.unwrap_or_else(|e| panic!("{e}"))
+}
+
+const FRICTION: &str = "[friction]\ncoefficient_1.constant = 0.3\ncoefficient_2.constant = 0.2\n";
+
+#[test]
+fn answers_do_not_depend_on_units_numbers_and_mirrors() {
+    use Invariance::{BinaryUnits, DecimalUnits, Exchange, Mirror, Renumbering, Threads};
+    let always = vec![BinaryUnits, DecimalUnits, Renumbering, Threads, Mirror];
+    for (obstacle, friction, images) in [
+        (
+            "sphere = { centre = [0.6, 0.3, -1.0], radius = 1.0 }",
+            FRICTION,
+            vec![],
+        ),
+        (
+            "sphere = { centre = [0.6, 0.3, -1.0], radius = 1.0 }",
+            "",
+            vec![Exchange],
+        ),
+        (
+            "cylinder = { point = [0.4, 0.1, -2.005], direction = [0.3, 1.0, 0.0], radius = 2.0 }",
+            FRICTION,
+            vec![],
+        ),
+        (
+            "half_space = { point = [0.0, 0.0, 0.0], normal = [0.001, 0.002, 1.0] }",
+            "",
+            vec![Exchange],
+        ),
+        (
+            "height.value = '-0.01*(x - 0.3)^2 - 0.02*(y - 0.5)^2 - 0.001*x'",
+            FRICTION,
+            vec![],
+        ),
+    ] {
+        let check = check(obstacle, friction);
+        let known: Vec<Invariance> = check.invariances.iter().map(|r| r.invariance).collect();
+        assert_eq!(known, [always.clone(), images].concat(), "{obstacle}");
+        for result in &check.invariances {
+            let limit = match result.invariance {
+                // Another number of threads and powers of two change no bit.
+                BinaryUnits | Threads => 0.0,
+                // Roundings of distances near 1 that are measured in displacements near 1e-2.
+                _ => 1e-9,
+            };
+            assert!(result.difference <= limit, "{obstacle} {result:?}");
+        }
+    }
+}
+
+/// 0.3 + 0.05 x − 0.1 tanh(s1/2e-5) + 0.02 tanh(s2/1e-5).
+fn varied(at: &LawPoint) -> (f64, SlipDerivative) {
+    let [first, second] = [at.slip[0] / 2e-5, at.slip[1] / 1e-5];
+    let value = 0.3 + 0.05 * at.position[0] - 0.1 * first.tanh() + 0.02 * second.tanh();
+    let pair = [
+        -0.1 / 2e-5 / first.cosh().powi(2),
+        0.02 / 1e-5 / second.cosh().powi(2),
+    ];
+    let derivative = SlipDerivative { own: 0.0, pair };
+    (value, derivative)
+}
+
+/// In other units, in a mirror and with exchanged axes a function is seen as it must be.
+#[test]
+fn functions_survive_other_descriptions() {
+    let scene = Scene::new(
+        Body::brick([3.0, 1.0, 1.0], [12, 4, 4]),
+        Material::isotropic(2.1e11, 0.3),
+    )
+    .with_clamp(Clamp::face("x_min"))
+    .with_pressure(Pressure::on(
+        "z_max",
+        Quantity::function(|[x, y, _]| 1e7 + 4e6 * x * y),
+    ))
+    .with_traction(Traction::on("x_max", [1e7, 2e6, 0.0]))
+    .with_contact(Contact::on("z_min"))
+    .with_friction(Friction::orthotropic(
+        Coefficient::of_point(varied),
+        Coefficient::of_slip(|slip| (0.2 + 1e3 * slip, 1e3)),
+    ));
+    let check = Check::new(&scene, Path::new(""), Depth::Invariances, Solutions::One);
+    let check = check.unwrap_or_else(|error| panic!("{error}"));
+    for invariance in Invariance::ALL {
+        let mut results = check.invariances.iter();
+        let result = results.find(|result| result.invariance == invariance);
+        let result = result.unwrap_or_else(|| panic!("{invariance} does not apply"));
+        assert!(result.difference < 1e-9, "{invariance}: {result:?}");
+    }
+}
