@@ -41,8 +41,11 @@ use contact3d::{
 const MOST_PANES: usize = 6;
 const MOST_ANGLES: usize = 3;
 
-/// Most boxes for one choice of states, some seconds of work.
-const MOST_BOXES: usize = 400_000;
+/// Most boxes for one choice of states, some seconds of work; where few choices need more, this many of them get up to the second
+/// number, some minutes.
+const FIRST_BOXES: usize = 400_000;
+const MOST_BOXES: usize = 2_000_000;
+const MOST_LONG_CHOICES: usize = 4;
 
 /// The proof that the solutions at one value of the parameter are all. It holds for every problem whose S, h and slips differ from those
 /// computed by a share of `uncertainty`, in arithmetic that is rounded outwards.
@@ -130,16 +133,24 @@ pub(super) fn enumerated(member: &Member) -> Option<Enumerated> {
         })
         .collect();
     let all: Vec<Vec<State>> = choices(&of_panes).collect();
-    let outcomes: Vec<StateSolutions> = all
-        .into_par_iter()
-        .map(|states| match System::new(&problem, states) {
-            Some(system) => search(&system, MOST_BOXES),
-            None => StateSolutions {
-                undecided: Some(Undecided::Irregular),
-                ..StateSolutions::default()
-            },
-        })
+    let searched = |states: &[State], most_boxes| match System::new(&problem, states.to_vec()) {
+        Some(system) => search(&system, most_boxes),
+        None => StateSolutions {
+            undecided: Some(Undecided::Irregular),
+            ..StateSolutions::default()
+        },
+    };
+    let mut outcomes: Vec<StateSolutions> = all
+        .par_iter()
+        .map(|states| searched(states, FIRST_BOXES))
         .collect();
+    let is_long = |outcome: &StateSolutions| outcome.undecided == Some(Undecided::TooManyBoxes);
+    if outcomes.iter().filter(|outcome| is_long(outcome)).count() <= MOST_LONG_CHOICES {
+        let pairs = outcomes.par_iter_mut().zip(&all);
+        pairs
+            .filter(|(outcome, _)| is_long(outcome))
+            .for_each(|(outcome, states)| *outcome = searched(states, MOST_BOXES));
+    }
     Some(gathered(&problem, member, &outcomes))
 }
 
