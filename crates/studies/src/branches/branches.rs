@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     ends::ParameterRange,
-    enumeration::{Certificate, Undecided},
+    enumeration::{CompletenessProof, Undecided},
     equations::Equations,
     family::Family,
     kink::HalfPath,
@@ -48,7 +48,7 @@ pub struct Branches {
     /// Whether solutions were searched for at both ends of the range.
     pub all: bool,
     /// The proof for each end of the range that no solution there is missing, or why there is none.
-    pub certificates: [Result<Certificate, Undecided>; 2],
+    pub certificates: [Result<CompletenessProof, Undecided>; 2],
     /// The size of stresses Λ in Pa.
     pub stress: f64,
     /// Half paths that were not followed, since there are so many.
@@ -249,7 +249,7 @@ impl Branches {
         equations: &Equations<'_>,
         s: f64,
         round: usize,
-    ) -> Result<(Vec<HalfPath>, Result<Certificate, Undecided>), ProblemError> {
+    ) -> Result<(Vec<HalfPath>, Result<CompletenessProof, Undecided>), ProblemError> {
         let value = self.range.value(s);
         let known: Vec<Vec<f64>> = self
             .end_solutions(value)
@@ -284,9 +284,10 @@ impl Branches {
             let [a, b] = [&ends[0], &ends[1]];
             let share = (value - a.parameter) / (b.parameter - a.parameter);
             let chord = difference(&b.multiplier, &a.multiplier);
-            let mut way = difference(multiplier, &a.multiplier);
-            add_scaled(&mut way, -share, &chord);
-            (0.0..=1.0).contains(&share) && norm(&way) <= CHORD * norm(&chord) + SAME * self.stress
+            let mut offset = difference(multiplier, &a.multiplier);
+            add_scaled(&mut offset, -share, &chord);
+            (0.0..=1.0).contains(&share)
+                && norm(&offset) <= CHORD * norm(&chord) + SAME * self.stress
         })
     }
 

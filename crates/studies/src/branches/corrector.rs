@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::{
-    derivative::Friction,
+    derivative::FrictionTreatment,
     equations::{Equations, EvaluatedPiece},
-    piece::{Distance, Piece},
+    piece::{EndDistance, Piece},
     point::Member,
 };
 use contact3d::{
@@ -68,7 +68,7 @@ impl PathState {
         self.orientation = -self.orientation;
     }
 
-    pub(super) fn distances(&self, equations: &Equations<'_>, piece: &Piece) -> Vec<Distance> {
+    pub(super) fn distances(&self, equations: &Equations<'_>, piece: &Piece) -> Vec<EndDistance> {
         equations.distances(&self.member, piece, &self.evaluated)
     }
 
@@ -288,8 +288,8 @@ impl Equations<'_> {
             matrix
         };
         contraction_of_mapping(
-            &derivative(Friction::Frozen),
-            &derivative(Friction::Followed),
+            &derivative(FrictionTreatment::Frozen),
+            &derivative(FrictionTreatment::Followed),
             n,
         )
     }

@@ -6,7 +6,7 @@ use super::{
     branches::Branches,
     equations::{Equations, EvaluatedPiece},
     law_piece::LawPieces,
-    piece::{AdjacentPiece, Distance, Piece, Switch},
+    piece::{AdjacentPiece, EndDistance, Piece, Switch},
     point::Member,
     search::SAME,
 };
@@ -23,14 +23,14 @@ impl Equations<'_> {
         member: &Member,
         piece: &Piece,
         at: &EvaluatedPiece,
-    ) -> Vec<Distance> {
+    ) -> Vec<EndDistance> {
         let law = member.law();
         // Stresses of single panes, of which all together have the size 1.
         let unit = (at.panes.len() as f64).sqrt();
         let cap = law.slip_bound(0, f64::INFINITY) / self.stress;
         let mut distances = Vec::new();
         let mut zone = |switch: Switch, value: f64| {
-            distances.push(Distance {
+            distances.push(EndDistance {
                 switch,
                 value: unit * value,
                 beyond: AdjacentPiece::Zone,
@@ -56,7 +56,7 @@ impl Equations<'_> {
             for (pane, state) in at.panes.iter().enumerate() {
                 let above = state.pressure - cap;
                 let capped = piece.capped[pane];
-                distances.push(Distance {
+                distances.push(EndDistance {
                     switch: Switch::Cap(pane),
                     value: unit * if capped { above } else { -above },
                     beyond: AdjacentPiece::Cap(!capped),

@@ -30,7 +30,7 @@ pub(super) struct Equations<'a> {
 pub(super) struct EvaluatedPiece {
     /// R without unit, `[n]`.
     pub(super) residual: Vec<f64>,
-    pub(super) panes: Vec<PaneState>,
+    pub(super) panes: Vec<EvaluatedPane>,
     /// 1/F at the nodes of slipping panes.
     pub(super) nodes: Vec<Option<NodalInverse>>,
     /// Those that the law follows.
@@ -46,7 +46,7 @@ pub(super) struct Response {
 }
 
 /// One pane; stresses over Λ.
-pub(super) struct PaneState {
+pub(super) struct EvaluatedPane {
     /// z_ν = λ_ν − ρ_ν r_ν.
     pub(super) normal_trial: f64,
     pub(super) pressure: f64,
@@ -141,7 +141,7 @@ impl<'a> Equations<'a> {
             } else {
                 y[normal]
             };
-            let mut state = PaneState {
+            let mut state = EvaluatedPane {
                 normal_trial: trial(normal),
                 pressure: y[normal],
                 bound,

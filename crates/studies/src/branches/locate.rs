@@ -4,7 +4,7 @@ use super::{
     corrector::{Along, PathState, unit},
     equations::Equations,
     kink::{HalfPath, REACHED},
-    piece::{AdjacentPiece, Distance, Piece},
+    piece::{AdjacentPiece, EndDistance, Piece},
 };
 use contact3d::{
     ProblemError,
@@ -45,7 +45,7 @@ impl Chord<'_> {
     }
 
     /// The first point at which an end of the piece is reached, with all ends reached there; `to` lies beyond one.
-    pub(super) fn first_end(&self) -> Result<Option<(PathState, Vec<Distance>)>, ProblemError> {
+    pub(super) fn first_end(&self) -> Result<Option<(PathState, Vec<EndDistance>)>, ProblemError> {
         let distances = |state: &PathState| state.distances(self.equations, self.piece);
         let (mut low, mut high) = (0.0, 1.0);
         let mut inside: Vec<f64> = distances(self.from).iter().map(|d| d.value).collect();

@@ -7,7 +7,7 @@ use super::{
     equations::Equations,
     kink::HalfPath,
     locate::{Chord, OFF},
-    piece::{Distance, Open, Piece, Switch},
+    piece::{EndDistance, Open, Piece, Switch},
     point::{PathPoint, PointKind},
     step::Advance,
 };
@@ -210,7 +210,7 @@ impl Equations<'_> {
         &self,
         front: &mut PathFront,
         state: PathState,
-        reached: Vec<Distance>,
+        reached: Vec<EndDistance>,
         mut points: Vec<PathPoint>,
         open: &mut Open,
         observe: &mut Observer<'_>,
@@ -270,9 +270,9 @@ impl Equations<'_> {
 /// Whether a step passes a point in its direction.
 fn passes(from: &PathState, to: &PathState, [point, tangent]: &[Vec<f64>; 2]) -> bool {
     let chord = difference(&to.point, &from.point);
-    let way = difference(point, &from.point);
-    let along = dot(&way, &chord) / dot(&chord, &chord);
-    let mut off = way;
+    let offset = difference(point, &from.point);
+    let along = dot(&offset, &chord) / dot(&chord, &chord);
+    let mut off = offset;
     add_scaled(&mut off, -along, &chord);
     (BEHIND..=1.0).contains(&along)
         && norm(&off) < 0.1 * norm(&chord)

@@ -199,25 +199,25 @@ impl Expression {
     /// The branch that the formula takes at a point; at a fork the one on which three variables, given by their places, grow alike.
     #[must_use]
     pub(crate) fn branch(&self, values: &[f64], by: [usize; 3]) -> Branch {
-        let mut way = BranchChoice::open();
-        self.go(values, by, &mut way);
-        way.branch()
+        let mut choice = BranchChoice::open();
+        self.go(values, by, &mut choice);
+        choice.branch()
     }
 
     /// The formula on one of its branches, also beyond the ends of it.
     #[must_use]
     pub(crate) fn on_branch(&self, values: &[f64], by: [usize; 3], branch: Branch) -> OnBranch {
-        let mut way = BranchChoice::along(branch);
-        let value = self.go(values, by, &mut way);
-        way.found(value)
+        let mut choice = BranchChoice::along(branch);
+        let value = self.go(values, by, &mut choice);
+        choice.found(value)
     }
 
-    fn go(&self, values: &[f64], by: [usize; 3], way: &mut BranchChoice) -> Branched {
+    fn go(&self, values: &[f64], by: [usize; 3], choice: &mut BranchChoice) -> Branched {
         let variable = |place| {
             let wanted = by.iter().position(|wanted| *wanted == place);
             Branched::variable(values[place], wanted)
         };
-        run(&self.parsed.steps, &self.parsed.values, variable, way)
+        run(&self.parsed.steps, &self.parsed.values, variable, choice)
     }
 
     /// Whether the formula uses a variable.

@@ -66,11 +66,11 @@ pub(super) fn narrow(
         for j in (0..n).filter(|j| *j != i) {
             known = known + entry(j) * (now[j] - Interval::point(region[j].middle()));
         }
-        let Some(way) = known.over(entry(i)) else {
+        let Some(quotient) = known.over(entry(i)) else {
             is_proven = false;
             continue;
         };
-        let found = Interval::point(region[i].middle()) - way;
+        let found = Interval::point(region[i].middle()) - quotient;
         is_proven &= found.is_strictly_inside(region[i]);
         match now[i].meet(found) {
             Some(both) => now[i] = both,

@@ -27,7 +27,7 @@ use self::{
     interval::Interval,
     search::{StateSolutions, search},
     small_problem::{Numbers, SmallProblem, UNCERTAIN},
-    states::{Chart, State, choices},
+    states::{Chart, PaneCase, choices},
     straight_law::{NodeLaw, StraightLines},
     system::System,
 };
@@ -47,7 +47,7 @@ const MOST_BOXES: usize = 400_000;
 /// The proof that the solutions at one value of the parameter are all. It holds for every problem whose S, h and slips differ from those
 /// computed by a share of `uncertainty`, in arithmetic that is rounded outwards.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Certificate {
+pub struct CompletenessProof {
     /// How many solutions there are.
     pub solutions: usize,
     /// Choices of states that were tried.
@@ -108,7 +108,7 @@ impl fmt::Display for Undecided {
 pub(super) struct Enumerated {
     /// λ in Pa, in the order of the problem.
     pub(super) multipliers: Vec<Vec<f64>>,
-    pub(super) certificate: Result<Certificate, Undecided>,
+    pub(super) certificate: Result<CompletenessProof, Undecided>,
 }
 
 /// All solutions of a problem with few panes, under uncapped laws that are constant or made of straight lines; `None` for others.
@@ -120,16 +120,16 @@ pub(super) fn enumerated(member: &Member) -> Option<Enumerated> {
     if angles.count() > MOST_ANGLES {
         return None;
     }
-    let of_panes: Vec<Vec<State>> = panes
+    let of_panes: Vec<Vec<PaneCase>> = panes
         .map(|pane| {
-            let slips = Chart::of(moves(pane)).into_iter().map(State::Slip);
-            [State::Open, State::Stick]
+            let slips = Chart::of(moves(pane)).into_iter().map(PaneCase::Slip);
+            [PaneCase::Open, PaneCase::Stick]
                 .into_iter()
                 .chain(slips)
                 .collect()
         })
         .collect();
-    let all: Vec<Vec<State>> = choices(&of_panes).collect();
+    let all: Vec<Vec<PaneCase>> = choices(&of_panes).collect();
     let outcomes: Vec<StateSolutions> = all
         .into_par_iter()
         .map(|states| match System::new(&problem, states) {
@@ -151,7 +151,7 @@ fn gathered(problem: &SmallProblem, member: &Member, outcomes: &[StateSolutions]
         all.fold(0.0, |most, x| f64::max(most, of(*x)))
     };
     let largest = sizes(Interval::size).max(f64::MIN_POSITIVE);
-    let least = |of: &dyn Fn(&search::Solution) -> f64| {
+    let least = |of: &dyn Fn(&search::ProvedSolution) -> f64| {
         let all = certain.iter().map(|solution| of(solution));
         all.fold(f64::INFINITY, f64::min)
     };
@@ -168,7 +168,7 @@ fn gathered(problem: &SmallProblem, member: &Member, outcomes: &[StateSolutions]
         multiplier
     });
     Enumerated {
-        certificate: undecided.map_or(Ok(()), Err).map(|()| Certificate {
+        certificate: undecided.map_or(Ok(()), Err).map(|()| CompletenessProof {
             solutions: certain.len(),
             states: outcomes.len(),
             boxes: outcomes.iter().map(|outcome| outcome.boxes).sum(),
