@@ -150,7 +150,7 @@ def main():
         solving = chosen(name, lambda r: seconds(r, "solve"))
         whole = chosen(name, lambda r: r["processor"])
         print(f"| {name} | {first['n_free']:,} | {first['n_multipliers']:,} | {slips:,} "
-              f"| {first['actions']} | {operator:.3f} | {solving:.3f} | {whole:.2f} | {whole / full:.2f} |")
+              f"| {first['applications']} | {operator:.3f} | {solving:.3f} | {whole:.2f} | {whole / full:.2f} |")
 
 
 if __name__ == "__main__":

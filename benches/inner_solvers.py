@@ -43,7 +43,7 @@ def solve(table, n_div, epsilon, inner, operator, folder):
     result = json.loads(done.stdout)
     return {
         "steps": result["outer_steps"],
-        "actions": result["actions"],
+        "applications": result["applications"],
         "seconds": sum(s["compute_seconds"] for s in result["stages"] if s["stage"] == "solve"),
         "certificate": max(result["certificate"].values()),
     }
@@ -68,8 +68,8 @@ def main():
                     )
                     print(f"| Table {table} | {n_div} | {epsilon} "
                           f"| {paper['steps']} / {ours['steps']} "
-                          f"| {paper['actions']} / {ours['actions']} "
-                          f"| {paper['actions'] / ours['actions']:.1f} "
+                          f"| {paper["applications"]} / {ours["applications"]} "
+                          f"| {paper["applications"] / ours["applications"]:.1f} "
                           f"| {paper['seconds']:.3f} / {ours['seconds']:.3f} "
                           f"| {paper['certificate']:.0e} / {ours['certificate']:.0e} |", flush=True)
 

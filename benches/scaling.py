@@ -75,7 +75,7 @@ def run(method, n_div, threads, folder):
         "unknowns": result["n_free"],
         "multipliers": result["n_multipliers"],
         "steps": result["newton_steps"] or result["outer_steps"],
-        "actions": result["actions"],
+        "applications": result["applications"],
         "certificate": max(result["certificate"].values()),
         "megabytes": path.stat().st_size / 1e6,
     }
@@ -124,7 +124,7 @@ def print_table(title, cases, threads):
     sizes = list(cases)
     print("| | " + " | ".join(f"n_div {n}" for n in sizes) + " | growth |")
     print("|---|" + "---|" * (len(sizes) + 1))
-    for label, key in (("unknowns", "unknowns"), ("multipliers", "multipliers"), ("steps", "steps"), ("applications n_A", "actions")):
+    for label, key in (("unknowns", "unknowns"), ("multipliers", "multipliers"), ("steps", "steps"), ("applications n_A", "applications")):
         print(f"| {label} | " + " | ".join(str(cases[n][key]) for n in sizes) + " | |")
     for part in PARTS:
         row = " | ".join(f"{cases[n]['seconds'][part]:.3f}" for n in sizes)

@@ -60,7 +60,7 @@ def print_table(table, largest, folder):
         a, b = (solve(table, n_div, precision, folder) for precision in ("fixed", "adaptive"))
         iter_a, iter_b, n_a, n_b = rows[table - 1]
         steps = [f"{r['outer_steps']}/{p}" for r, p in ((a, iter_a), (b, iter_b))]
-        applications = [f"{r['actions']}/{p}" for r, p in ((a, n_a), (b, n_b))]
+        applications = [f"{r['applications']}/{p}" for r, p in ((a, n_a), (b, n_b))]
         print(f"{n_div:>5} {a['n_free']:>6} {a['n_multipliers']:>4}   {steps[0]:>8} {steps[1]:>8}"
               f"   {applications[0]:>11} {applications[1]:>9}   {solve_seconds(a):>7.2f} {solve_seconds(b):>7.2f}",
               flush=True)

@@ -8,7 +8,7 @@ use contact3d::{
     scene::{DualOperatorKind, FactorPrecision, InnerSolver, Method, Scene, SceneFile},
     solver::{ContactState, Linearisation, Solution, Start, Status, solve},
 };
-use contact3d_pipe::suite::{Version, read};
+use contact3d_pipe::suite::{SuiteVersion, read};
 use studies::stability::VerdictLevel;
 use support::pipelines;
 
@@ -17,7 +17,7 @@ const LAME: [f64; 2] = [1.5, 1.0];
 
 #[test]
 fn hard_cases_hold_but_for_those_known_to_be_open() {
-    let cases = read(&pipelines().join("hard/suite.toml"), Version::Coarse);
+    let cases = read(&pipelines().join("hard/suite.toml"), SuiteVersion::Coarse);
     let cases = cases.unwrap_or_else(|error| panic!("{error}"));
     assert!(cases.len() >= 45);
     for case in cases {
@@ -46,7 +46,7 @@ const MOST_REFUSED: usize = 7;
 
 #[test]
 fn a_factor_in_single_precision_gives_the_answers_of_double_or_none() {
-    let cases = read(&pipelines().join("hard/suite.toml"), Version::Coarse).unwrap();
+    let cases = read(&pipelines().join("hard/suite.toml"), SuiteVersion::Coarse).unwrap();
     let mut refused = 0;
     for mut case in cases {
         case.scene.scene.assemble.factor = FactorPrecision::Single;
@@ -70,7 +70,7 @@ fn a_factor_in_single_precision_gives_the_answers_of_double_or_none() {
 /// What the zones of a load case must be: open, sticking, slipping.
 #[test]
 fn zones_of_the_pure_loads_are_pure() {
-    let cases = read(&pipelines().join("hard/suite.toml"), Version::Coarse).unwrap();
+    let cases = read(&pipelines().join("hard/suite.toml"), SuiteVersion::Coarse).unwrap();
     let zones = |name: &str| {
         let case = cases.iter().find(|case| case.name == name);
         let row = case.expect("a case of the suite").check();

@@ -15,7 +15,9 @@ use super::{
     terminal::{self, say},
 };
 use crate::{
-    exchange::{FclibAnswer, Form, SolutionFile, export as write_problem, export_grid, solve_file},
+    exchange::{
+        FclibAnswer, FclibForm, SolutionFile, export as write_problem, export_grid, solve_file,
+    },
     pipeline::StageError,
     report::{
         Digits::{Fixed, Scientific},
@@ -102,15 +104,15 @@ fn export_problem(
     output: &Output,
 ) -> Result<Exit, StageError> {
     let form = if arguments.global {
-        Form::Global
+        FclibForm::Global
     } else {
-        Form::Local
+        FclibForm::Local
     };
     let exported = write_problem(&arguments.file, target, form)?;
     if output.json {
         terminal::json(&serde_json::json!({
             "fclib": target,
-            "form": match form { Form::Local => "local", Form::Global => "global" },
+            "form": match form { FclibForm::Local => "local", FclibForm::Global => "global" },
             "contacts": exported.contacts,
             "unknowns": exported.unknowns,
             "mu": exported.mu,

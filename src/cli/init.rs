@@ -33,10 +33,11 @@ pub(super) fn init(arguments: &InitArguments, printing: &Output) -> Result<Exit,
         bytes: SCENE.into(),
     };
     output::write(&[file], &Inputs::default())?;
-    let path = arguments.scene.display();
+    let (scene, run_file) = (&arguments.scene, arguments.scene.with_extension("h5"));
+    let (scene, run_file) = (scene.display(), run_file.display());
     say(
         printing,
-        &format!("wrote {path}; solve it with: contact3d-pipe run {path} block.h5"),
+        &format!("wrote {scene}; solve it with: contact3d-pipe run {scene} {run_file}"),
     );
     if printing.json {
         terminal::json(&serde_json::json!({ "written": arguments.scene }));

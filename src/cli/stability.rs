@@ -20,7 +20,7 @@ use crate::{
     output::Inputs,
     pipeline::{StageError, mesh_file},
     report::stability as figures,
-    suite::{self, SuiteCase, Version},
+    suite::{self, SuiteCase, SuiteVersion},
     sweep::SweepError,
 };
 
@@ -97,9 +97,9 @@ fn run_suite(
         .into());
     }
     let version = if arguments.coarse {
-        Version::Coarse
+        SuiteVersion::Coarse
     } else {
-        Version::Full
+        SuiteVersion::Full
     };
     let mut cases = suite::read(index, version)?;
     if let Some(part) = &arguments.only {

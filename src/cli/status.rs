@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     format::{self, LAYOUT, Stage},
-    pipeline::{Freshness, StageError, StageState, states},
+    pipeline::{Freshness, StageError, require_undamaged, states},
     report::{self, unit_words},
 };
 
@@ -57,11 +57,6 @@ pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit
         }
         terminal::result(&text);
     }
-    let damaged = |state: &&StageState| matches!(state.freshness, Freshness::Damaged(_));
-    let Some(state) = states.iter().find(damaged) else {
-        return Ok(Exit::Done);
-    };
-    let (stage, why) = (state.stage.word(), state.freshness.why());
-    terminal::message(&format!("error: `{stage}` cannot be used, {why}"));
-    Ok(Exit::BadInput)
+    require_undamaged(&arguments.file, &states)?;
+    Ok(Exit::Done)
 }

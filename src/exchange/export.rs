@@ -10,7 +10,7 @@ use contact3d::{
     scene::{FrictionModel, ModelFeatures},
     solver::{FrozenGlobal, FrozenScaling, frozen_global, frozen_local},
 };
-use fclib::{Array, GlobalProblem, Info, LocalProblem, Solution};
+use fclib::{Array, FclibSolution, GlobalProblem, Info, LocalProblem};
 use runfile::{WholeFile, Written};
 
 use super::file::{PROGRAM, bytes_of, to_file};
@@ -24,7 +24,7 @@ const BYTES_PER_ENTRY: u64 = 8 + 2 * 16 + 2 * 12;
 
 /// Which of the two problems is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Form {
+pub enum FclibForm {
     /// u = W r + q, with the dense W.
     Local,
     /// M v = H r + f, u = Hᵀv + w, with sparse matrices.
@@ -50,7 +50,7 @@ pub struct Exported {
 ///
 /// # Errors
 /// A run file that is not solved, a law that such files cannot hold, too little memory, an output that the guard refuses.
-pub fn export(run_file: &Path, target: &Path, form: Form) -> Result<Exported, StageError> {
+pub fn export(run_file: &Path, target: &Path, form: FclibForm) -> Result<Exported, StageError> {
     let inputs = Inputs::of([run_file]);
     output::admit(target, OutputKind::Fclib, &inputs)?;
     let solved = read_solved(run_file)?;
@@ -62,15 +62,15 @@ pub fn export(run_file: &Path, target: &Path, form: Form) -> Result<Exported, St
         unfit("the scene has no contact, so there is no frictional contact problem to write".into())
     })?;
     let friction = frozen_friction(&solved, surface).map_err(unfit)?;
-    let face = Face {
+    let face = ExportedFace {
         solved: &solved,
         surface,
         interface,
         friction: &friction,
     };
     let (mut exported, written) = match form {
-        Form::Local => face.write_local(run_file, target)?,
-        Form::Global => face.write_global(target)?,
+        FclibForm::Local => face.write_local(run_file, target)?,
+        FclibForm::Global => face.write_global(target)?,
     };
     let file = OutputFile {
         path: target.to_owned(),
@@ -139,14 +139,14 @@ fn frozen_friction(
 }
 
 /// A contact face with frozen friction.
-struct Face<'a> {
+struct ExportedFace<'a> {
     solved: &'a Solved,
     surface: &'a ContactSurface,
     interface: &'a Interface,
     friction: &'a [Option<[f64; 2]>],
 }
 
-impl Face<'_> {
+impl ExportedFace<'_> {
     fn write_local(
         &self,
         run_file: &Path,
@@ -170,12 +170,12 @@ impl Face<'_> {
             })?
         };
         let force = scaling.forces(self.layout(), &self.solved.solution.multiplier);
-        let solution = Solution {
+        let solution = FclibSolution {
             v: None,
             u: problem.velocity(&force),
             r: force,
         };
-        let start = Solution {
+        let start = FclibSolution {
             v: None,
             u: problem.offset().to_vec(),
             r: vec![0.0; size],
@@ -209,13 +209,13 @@ impl Face<'_> {
         let frozen = frozen_global(primal, self.surface, self.interface, self.friction);
         let scaling = &frozen.scaling;
         let v = frozen.displacement(&self.solved.solution.displacement);
-        let solution = Solution {
+        let solution = FclibSolution {
             u: frozen.velocity(&v),
             v: Some(v),
             r: scaling.forces(self.layout(), &self.solved.solution.multiplier),
         };
         let zero = vec![0.0; frozen.load.len()];
-        let start = Solution {
+        let start = FclibSolution {
             u: frozen.velocity(&zero),
             v: Some(zero),
             r: vec![0.0; scaling.scale.len()],

@@ -10,7 +10,7 @@ use contact3d::solver::{
     DelassusMethod, DelassusProblem, DelassusSettings, DelassusSolution, MOST_DENSE_CONTACTS,
     Obstruction, solve_delassus,
 };
-use fclib::{Array, Solution};
+use fclib::{Array, FclibSolution};
 use runfile::{FileState, StoreError, WholeFile};
 
 use super::file::{PROGRAM, bytes_of, to_problem};
@@ -143,7 +143,7 @@ fn store(
         values: &separation.direction,
         columns: 1,
     });
-    let solution = Solution {
+    let solution = FclibSolution {
         v: None,
         u: solution.velocity.clone(),
         r: solution.force.clone(),

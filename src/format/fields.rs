@@ -14,15 +14,15 @@ use super::{
 
 /// The datasets that hold records of one type.
 pub(super) struct Table<T: 'static> {
-    pub(super) fields: &'static [GridArray<T>],
+    pub(super) fields: &'static [FieldSpec<T>],
     pub(super) rows: &'static [DatasetSpec],
 }
 
 /// One dataset: its row of the table, and which part of a record it holds.
-pub(super) struct GridArray<T: 'static> {
+pub(super) struct FieldSpec<T: 'static> {
     spec: DatasetSpec,
     /// How the part is written and read; `None` where that is done by hand.
-    part: Option<&'static dyn Part<T>>,
+    part: Option<&'static dyn FieldCodec<T>>,
     /// Whether the first record says that all have it; `None` where all do.
     condition: Option<fn(&T) -> bool>,
     /// What a file without it says of a record.
@@ -41,7 +41,7 @@ pub(super) const fn old_name<T>() -> Condition<T> {
     ("only in files before format 1.9", |_| false)
 }
 
-impl<T> GridArray<T> {
+impl<T> FieldSpec<T> {
     /// A dataset that holds a part of a record.
     pub(super) const fn new<V: Stored>(
         group: Group,
@@ -52,7 +52,7 @@ impl<T> GridArray<T> {
         part: &'static Lens<T, V>,
     ) -> Self {
         let spec = group.row(path, V::Item::KIND, shape, dimension, description);
-        let part: Option<&'static dyn Part<T>> = Some(part);
+        let part: Option<&'static dyn FieldCodec<T>> = Some(part);
         Self {
             part,
             ..Self::by_hand(spec)
@@ -142,7 +142,7 @@ impl<T, V: Clone> Get<T, V> {
 
 /// How many records a table holds.
 #[derive(Clone, Copy)]
-enum Form {
+enum RecordForm {
     One,
     Rows,
 }
@@ -151,14 +151,14 @@ enum Form {
 type Next<'a, T> = Box<dyn FnMut(&mut T) + 'a>;
 
 /// A [`Lens`] of some type of value.
-trait Part<T> {
+trait FieldCodec<T> {
     /// Writes the values of some records.
     fn write(
         &self,
         writer: &mut GroupWriter<'_>,
         spec: &DatasetSpec,
         records: &[&T],
-        form: Form,
+        form: RecordForm,
     ) -> Result<(), StoreError>;
 
     /// Reads all rows, and says how many there are; `None` for what is not put into records.
@@ -166,18 +166,18 @@ trait Part<T> {
         &self,
         reader: &Reader,
         path: &'static str,
-        form: Form,
+        form: RecordForm,
         is_finite: bool,
     ) -> Result<Option<(usize, Next<'_, T>)>, FormatError>;
 }
 
-impl<T, V: Stored> Part<T> for Lens<T, V> {
+impl<T, V: Stored> FieldCodec<T> for Lens<T, V> {
     fn write(
         &self,
         writer: &mut GroupWriter<'_>,
         spec: &DatasetSpec,
         records: &[&T],
-        form: Form,
+        form: RecordForm,
     ) -> Result<(), StoreError> {
         let first = records.first().map(|record| self.get.from(record));
         if spec.presence != Presence::Required && first.as_ref().is_some_and(|v| v.is_absent()) {
@@ -185,8 +185,8 @@ impl<T, V: Stored> Part<T> for Lens<T, V> {
         }
         let own = V::shape(first.as_deref());
         let shape = match form {
-            Form::One => own,
-            Form::Rows => [vec![records.len()], own].concat(),
+            RecordForm::One => own,
+            RecordForm::Rows => [vec![records.len()], own].concat(),
         };
         let mut items = Vec::new();
         for record in records {
@@ -199,7 +199,7 @@ impl<T, V: Stored> Part<T> for Lens<T, V> {
         &self,
         reader: &Reader,
         path: &'static str,
-        form: Form,
+        form: RecordForm,
         is_finite: bool,
     ) -> Result<Option<(usize, Next<'_, T>)>, FormatError> {
         let Some(put) = self.put else {
@@ -207,8 +207,8 @@ impl<T, V: Stored> Part<T> for Lens<T, V> {
         };
         let (items, shape) = read_items::<V>(reader, path, is_finite)?;
         let (rows, own) = match (form, shape.as_slice()) {
-            (Form::Rows, [rows, own @ ..]) => (*rows, own.to_vec()),
-            (Form::One | Form::Rows, all) => (1, all.to_vec()),
+            (RecordForm::Rows, [rows, own @ ..]) => (*rows, own.to_vec()),
+            (RecordForm::One | RecordForm::Rows, all) => (1, all.to_vec()),
         };
         let mut items = items.into_iter();
         let next = move |record: &mut T| put(record, V::take(&mut items, &own));
@@ -286,7 +286,7 @@ impl<T> Table<T> {
         writer: &mut GroupWriter<'_>,
         record: &T,
     ) -> Result<(), StoreError> {
-        self.write(writer, &[record], Form::One)
+        self.write(writer, &[record], RecordForm::One)
     }
 
     /// Writes records as columns, a row for each.
@@ -296,14 +296,14 @@ impl<T> Table<T> {
         records: impl IntoIterator<Item = &'a T>,
     ) -> Result<(), StoreError> {
         let records: Vec<&T> = records.into_iter().collect();
-        self.write(writer, &records, Form::Rows)
+        self.write(writer, &records, RecordForm::Rows)
     }
 
     fn write(
         &self,
         writer: &mut GroupWriter<'_>,
         records: &[&T],
-        form: Form,
+        form: RecordForm,
     ) -> Result<(), StoreError> {
         for field in self.fields {
             let first = records.first();
@@ -333,7 +333,7 @@ impl<T> Table<T> {
         is_finite: bool,
     ) -> Result<(), FormatError> {
         for field in self.fields {
-            match self.read(field, reader, Form::One, is_finite)? {
+            match self.read(field, reader, RecordForm::One, is_finite)? {
                 Some((_, mut next)) => next(record),
                 None => (field.missing)(record),
             }
@@ -353,7 +353,7 @@ impl<T> Table<T> {
         let mut n_rows = None;
         let mut columns: Vec<Next<'_, T>> = Vec::new();
         for field in self.fields {
-            let Some((found, next)) = self.read(field, reader, Form::Rows, true)? else {
+            let Some((found, next)) = self.read(field, reader, RecordForm::Rows, true)? else {
                 columns.push(Box::new(field.missing));
                 continue;
             };
@@ -378,15 +378,15 @@ impl<T> Table<T> {
     /// together.
     fn read(
         &self,
-        field: &GridArray<T>,
+        field: &FieldSpec<T>,
         reader: &Reader,
-        form: Form,
+        form: RecordForm,
         is_finite: bool,
     ) -> Result<Option<(usize, Next<'_, T>)>, FormatError> {
         let Some(part) = field.part else {
             return Ok(None);
         };
-        let is_alike = |other: &&GridArray<T>| other.spec.presence == field.spec.presence;
+        let is_alike = |other: &&FieldSpec<T>| other.spec.presence == field.spec.presence;
         let mut alike = self.fields.iter().filter(is_alike);
         if field.spec.presence != Presence::Required
             && !alike.any(|other| reader.has(other.spec.path))
@@ -398,7 +398,7 @@ impl<T> Table<T> {
 }
 
 /// The rows of the table that some fields are.
-pub(super) const fn rows<T, const N: usize>(fields: &[GridArray<T>]) -> [DatasetSpec; N] {
+pub(super) const fn rows<T, const N: usize>(fields: &[FieldSpec<T>]) -> [DatasetSpec; N] {
     let mut rows = [fields[0].spec; N];
     let mut k = 1;
     while k < N {
@@ -417,7 +417,7 @@ pub(super) const fn rows<T, const N: usize>(fields: &[GridArray<T>]) -> [Dataset
 macro_rules! fields {
     ($T:ty => $group:expr;
      $($part:tt $path:expr, $shape:expr, $dimension:expr, $meaning:literal $(.$modifier:ident($($argument:expr),*))*;)+) => {{
-        const FIELDS: &[$crate::format::fields::GridArray<$T>] = &[
+        const FIELDS: &[$crate::format::fields::FieldSpec<$T>] = &[
             $($crate::format::fields::field!($T, $group, $part, $path, $shape, $dimension, $meaning)
                 $(.$modifier($($argument),*))*),+
         ];
@@ -431,12 +431,12 @@ macro_rules! fields {
 /// One dataset of `fields!`.
 macro_rules! field {
     ($T:ty, $group:expr, {$kind:expr}, $path:expr, $shape:expr, $dimension:expr, $meaning:literal) => {
-        $crate::format::fields::GridArray::<$T>::by_hand(
+        $crate::format::fields::FieldSpec::<$T>::by_hand(
             $group.row($path, $kind, $shape, $dimension, $meaning),
         )
     };
     ($T:ty, $group:expr, $part:tt, $path:expr, $shape:expr, $dimension:expr, $meaning:literal) => {
-        $crate::format::fields::GridArray::<$T>::new(
+        $crate::format::fields::FieldSpec::<$T>::new(
             $group,
             $path,
             $shape,

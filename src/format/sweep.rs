@@ -16,7 +16,7 @@ pub const GROUP: Group = Group::new("cases", "sweep");
 pub const SWEEP_LAYOUT: Layout = Layout {
     filetype: "contact3d-pipe sweep",
     linked_filetype: "contact3d-pipe sweep stage",
-    format_version: [1, 2],
+    format_version: [1, 3],
     sealed_since: [1, 2],
     creator: super::LAYOUT.creator,
     units: super::LAYOUT.units,
@@ -55,7 +55,8 @@ const FIELDS: Table<CaseRow> = fields! { CaseRow => GROUP;
     (results?.method) "/cases/method", CASES, Dimension::Number, "Algorithm that gave the answer, else empty.";
     (results?.counts[0]) "/cases/outer_steps", CASES, Dimension::Number, "Steps of successive approximations; -1 in this and other counts without a result.";
     (results?.counts[1]) "/cases/newton_steps", CASES, Dimension::Number, "Steps of Newton's method.";
-    (results?.counts[2]) "/cases/actions", CASES, Dimension::Number, "Applications of the inverse stiffness matrix.".symbol("n_A");
+    (results?.counts[2]) "/cases/applications", CASES, Dimension::Number, "Applications of the inverse stiffness matrix.".symbol("n_A").optional("named actions in tables before version 1.3");
+    (results?.counts[2]) "/cases/actions", CASES, Dimension::Number, "The former name of applications.".symbol("n_A").when(("only in tables before version 1.3", |_| false));
     (results?.seconds) "/cases/seconds", CASES, Dimension::Time, "Wall-clock time of loads, solve and report.".volatile();
     (results?.accuracy) "/cases/accuracy", CASES, Dimension::Number, "As /solve/accuracy; NaN in this and the other measures without a result.";
     (results?.zones) "/cases/zone_counts", &[Named("n_cases"), extents::ZONES], Dimension::Number, "Numbers of open, sticking and slipping panes.";

@@ -50,6 +50,16 @@ pub enum StageError {
     /// The method needs the dense dual operator.
     #[error(transparent)]
     NeedsExplicit(#[from] NeedsExplicit),
+    /// A stage is not what was written.
+    #[error("{}: `{}` cannot be used, {why}; `contact3d-pipe run` makes it again", file.display(), stage.word())]
+    Damaged {
+        /// The run file.
+        file: PathBuf,
+        /// The stage.
+        stage: Stage,
+        /// What is wrong with it.
+        why: String,
+    },
     /// An earlier stage is missing or stale.
     #[error("{}: `{}` needs a fresh `{}`, but {why}; run `contact3d-pipe {}` or `contact3d-pipe run` first", file.display(), stage.word(), upstream.word(), upstream.command())]
     NotReady {

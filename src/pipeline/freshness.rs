@@ -17,7 +17,7 @@ use super::{
     read_results,
     stages::{Chosen, settings},
 };
-use crate::format::{self, LAYOUT, Stage};
+use crate::format::{self, HISTORY, LAYOUT, Stage, VTKHDF};
 
 /// Whether a stored stage can be used.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -65,6 +65,21 @@ pub struct StageState {
     pub freshness: Freshness,
     /// How it was run, if it was.
     pub stored: Option<StoredGroup>,
+}
+
+/// Refuses a file with a stage that is not what was written.
+///
+/// # Errors
+/// [`StageError::Damaged`].
+pub fn require_undamaged(file: &Path, states: &[StageState]) -> Result<(), StageError> {
+    let damaged = |state: &&StageState| matches!(state.freshness, Freshness::Damaged(_));
+    states.iter().find(damaged).map_or(Ok(()), |state| {
+        Err(StageError::Damaged {
+            file: file.into(),
+            stage: state.stage,
+            why: state.freshness.why(),
+        })
+    })
 }
 
 /// The part of a scene that a stage depends on directly, as TOML, for the body's own mesh and a
@@ -152,13 +167,26 @@ pub(super) fn states_from(
     states
 }
 
+/// Bytes of a group up to which its values are compared with their digests at once, which takes some hundredths of a second; those of
+/// larger ones when they are used, or by `check`.
+const COMPARED_AT_ONCE: u64 = 16_000_000;
+
 /// A stage with all that belongs to it; the report has a second form for ParaView, the solution of a load history its increments.
 fn whole(reader: &Reader, stage: Stage) -> Result<Option<StoredGroup>, StoreError> {
     let stored = reader.whole_group(stage.group())?;
-    match stage {
-        Stage::Post if stored.is_some() => format::check_vtkhdf(reader)?,
-        Stage::Solve if stored.is_some() => format::check_history(reader)?,
-        _ => {}
+    if stored.is_none() {
+        return Ok(None);
+    }
+    let belonging = match stage {
+        Stage::Post => format::check_vtkhdf(reader).map(|()| Some(VTKHDF))?,
+        Stage::Solve => format::check_history(reader).map(|()| Some(HISTORY))?,
+        Stage::Mesh | Stage::Assemble | Stage::Load => None,
+    };
+    for group in std::iter::once(stage.group()).chain(belonging) {
+        if reader.group_bytes(group)? <= COMPARED_AT_ONCE {
+            let problem = reader.group_problems(group).into_iter().next();
+            problem.map_or(Ok(()), Err)?;
+        }
     }
     Ok(stored)
 }

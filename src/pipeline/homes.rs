@@ -163,7 +163,7 @@ fn is_of_content(error: &StageError) -> bool {
     match error {
         StageError::Store(StoreError::Io { .. })
         | StageError::Format(FormatError::Store(StoreError::Io { .. })) => false,
-        StageError::Store(_) | StageError::Format(_) => true,
+        StageError::Store(_) | StageError::Format(_) | StageError::Damaged { .. } => true,
         StageError::Scene(_)
         | StageError::Mesh(_)
         | StageError::Setting(_)

@@ -32,7 +32,9 @@ pub use adapt::{AdaptStep, Adapted};
 pub use branches::{BranchesTask, Followed, branches_input, follow_branches};
 pub use error::StageError;
 pub use freshness::contradictions;
-pub use freshness::{Freshness, StageState, operator_settings, stage_settings, states};
+pub use freshness::{
+    Freshness, StageState, operator_settings, require_undamaged, stage_settings, states,
+};
 pub use homes::{AssemblyFile, Operator};
 pub use mesh::{mesh_file, mesh_of, pin_mesh_file};
 pub(crate) use resources::admit_memory;

@@ -8,27 +8,27 @@ use super::Figures;
 use crate::format::Sizes;
 
 /// What a feature adds.
-struct Cost {
+struct FeatureCost {
     words: String,
     /// Unknowns it adds, once the mesh is known.
     unknowns: Option<usize>,
 }
 
 /// A feature, and what it adds; `None` where it is absent.
-type Feature = (&'static str, Option<Cost>);
+type Feature = (&'static str, Option<FeatureCost>);
 
 /// A cost in unknowns: their number and what they are.
-fn unknowns(count: Option<usize>, what: &str) -> Option<Cost> {
+fn unknowns(count: Option<usize>, what: &str) -> Option<FeatureCost> {
     let number = count.map_or(String::new(), |count| format!("{count} "));
-    Some(Cost {
+    Some(FeatureCost {
         words: number + what,
         unknowns: count,
     })
 }
 
 /// A feature without unknowns of its own.
-fn data(present: bool, words: impl std::fmt::Display) -> Option<Cost> {
-    present.then(|| Cost {
+fn data(present: bool, words: impl std::fmt::Display) -> Option<FeatureCost> {
+    present.then(|| FeatureCost {
         words: format!("{words}, no unknowns"),
         unknowns: Some(0),
     })
@@ -73,7 +73,7 @@ fn list(features: &ModelFeatures, sizes: &Sizes) -> Vec<Feature> {
 }
 
 /// The obstacles; `None` where all foundations are those of flat faces.
-fn obstacles(faces: &[ContactFeatures]) -> Option<Cost> {
+fn obstacles(faces: &[ContactFeatures]) -> Option<FeatureCost> {
     let obstacles: Vec<&Obstacle> = faces.iter().filter_map(|f| f.obstacle.as_ref()).collect();
     let mut words: Vec<&str> = obstacles.iter().map(|obstacle| obstacle.word()).collect();
     words.dedup();
@@ -90,7 +90,7 @@ fn obstacles(faces: &[ContactFeatures]) -> Option<Cost> {
 }
 
 /// The normal multipliers; `None` without contact.
-fn contact(faces: &[ContactFeatures], sizes: &Sizes) -> Option<Cost> {
+fn contact(faces: &[ContactFeatures], sizes: &Sizes) -> Option<FeatureCost> {
     let has = |space| faces.iter().any(|face| face.space == space);
     let space = match [MultiplierSpace::Panes, MultiplierSpace::Nodal].map(has) {
         [true, true] => "panes and nodes",
@@ -107,7 +107,7 @@ fn contact(faces: &[ContactFeatures], sizes: &Sizes) -> Option<Cost> {
 }
 
 /// Tangential multipliers, coefficients that follow the slip, and those that vary with the place.
-fn friction_features(faces: &[ContactFeatures], sizes: &Sizes) -> [Option<Cost>; 3] {
+fn friction_features(faces: &[ContactFeatures], sizes: &Sizes) -> [Option<FeatureCost>; 3] {
     let mut laws: Vec<String> = Vec::new();
     for face in faces {
         if let Some((law, f)) = face.friction.name().zip(face.friction.coefficients()) {
@@ -145,7 +145,7 @@ pub fn features(scene: &Scene, sizes: &Sizes) -> Figures {
     let mut figures = Figures::new(scene.units);
     let (mut present, mut absent) = (Vec::new(), Vec::new());
     for (name, cost) in list(&ModelFeatures::of(scene), sizes) {
-        let Some(Cost { words, unknowns }) = cost else {
+        let Some(FeatureCost { words, unknowns }) = cost else {
             absent.push(name);
             continue;
         };

@@ -48,7 +48,7 @@ pub fn increments(scene: &Scene, records: &[StepRecord]) -> FigureTable {
         figures.for_programs("normal_work", energies.normal_work);
         figures.for_programs("dissipation", energies.dissipation);
         figures.for_programs("accuracy", record.accuracy);
-        figures.for_programs("actions", record.applications);
+        figures.for_programs("applications", record.applications);
         figures.for_programs("certificate", record.certificate);
         figures.for_programs("applied_force", record.applied_force);
         figures.for_programs("contact_force", record.contact_force);

@@ -86,7 +86,7 @@ impl<'a> SolvedRun<'a> {
         figures.for_programs("newton_steps", solution.newton.len());
         let seconds = solution.newton.iter().map(|step| step.seconds);
         figures.for_programs("newton_seconds", seconds.sum::<f64>());
-        figures.plain("actions", "applications n_A", solution.applications);
+        figures.plain("applications", "applications n_A", solution.applications);
         figures.for_programs("law_evaluations", solution.law_evaluations);
         figures.for_programs("projections", solution.projections);
         let moved = "moved by the mapping Psi";

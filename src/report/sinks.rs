@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use plots::html::Table;
+use plots::html::PageTable;
 use serde_json::{Map, Value};
 
 use super::figure::{Figure, Figures};
@@ -44,8 +44,8 @@ impl Figures {
 
     /// A table of names and values.
     #[must_use]
-    pub fn html(&self) -> Table {
-        Table::of_pairs(self.pairs())
+    pub fn html(&self) -> PageTable {
+        PageTable::of_pairs(self.pairs())
     }
 
     /// One object; keys with dots are objects in it.
@@ -122,8 +122,8 @@ impl FigureTable {
 
     /// For a page.
     #[must_use]
-    pub fn html(&self) -> Table {
-        Table {
+    pub fn html(&self) -> PageTable {
+        PageTable {
             caption: self.caption.clone(),
             head: self.titles(),
             rows: self.cells(),

@@ -13,12 +13,12 @@ use crate::sweep::{SweepError, changed_scene, read_index};
 #[serde(deny_unknown_fields)]
 struct Index {
     #[serde(rename = "family")]
-    families: Vec<Family>,
+    families: Vec<SceneFamily>,
 }
 
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Family {
+struct SceneFamily {
     name: String,
     /// Relative to the index.
     scene: PathBuf,
@@ -77,7 +77,7 @@ pub struct SuiteCase {
 
 /// Which version of a suite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Version {
+pub enum SuiteVersion {
     /// Small meshes, for every day.
     Coarse,
     /// Everything.
@@ -100,7 +100,7 @@ pub fn is_index(path: &Path) -> bool {
 ///
 /// # Errors
 /// An unreadable index, a key that leads nowhere, a scene that does not validate.
-pub fn read(path: &Path, version: Version) -> Result<Vec<SuiteCase>, SweepError> {
+pub fn read(path: &Path, version: SuiteVersion) -> Result<Vec<SuiteCase>, SweepError> {
     let text = read_index(path, "read the suite")?;
     let index: Index = parse_toml(
         &path.display().to_string(),
@@ -112,11 +112,11 @@ pub fn read(path: &Path, version: Version) -> Result<Vec<SuiteCase>, SweepError>
     for family in &index.families {
         let base = SceneFile::read(&folder.join(&family.scene))?;
         for entry in &family.cases {
-            if entry.full_only && version == Version::Coarse {
+            if entry.full_only && version == SuiteVersion::Coarse {
                 continue;
             }
             let mut changes = vec![&family.set, &entry.set];
-            if version == Version::Coarse {
+            if version == SuiteVersion::Coarse {
                 changes.extend([&family.coarse, &entry.coarse]);
             }
             let changes: Vec<(String, toml::Value)> =

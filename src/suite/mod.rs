@@ -6,7 +6,7 @@ mod index;
 use std::path::Path;
 
 pub use builtin::{INDEX, unpack};
-pub use index::{SuiteCase, Version, is_index, read};
+pub use index::{SuiteCase, SuiteVersion, is_index, read};
 
 use contact3d::scene::SceneFile;
 use runfile::{GroupRecord, Home, IfMissing, RunFile, Transaction, timestamp};

@@ -7,7 +7,7 @@ use contact3d::{
     scene::{Scene, SceneFile, shown, shown_lines},
     solver::Solution,
 };
-use plots::html::{Page, Part, Section};
+use plots::html::{Page, PagePart, Section};
 use runfile::{Reader, StoredGroup, timestamp};
 
 use super::{
@@ -21,14 +21,16 @@ use super::{
 };
 use crate::{
     format::{self, LAYOUT},
-    pipeline::{Freshness, StageError, StageState, accuracy_input, read_results, states},
+    pipeline::{
+        Freshness, StageError, StageState, accuracy_input, read_results, require_undamaged, states,
+    },
     report::{self, FigureTable, Figures, SolvedRun, accuracy as tables},
 };
 
 /// The report as one HTML page. Reads only and takes no lock.
 ///
 /// # Errors
-/// A file or folder that cannot be read.
+/// A file or folder that cannot be read, a stage that is damaged.
 pub fn report(path: &Path) -> Result<String, StageError> {
     let page = if path.is_dir() {
         sweep_report::page(path)?
@@ -57,6 +59,7 @@ fn file_page(path: &Path) -> Result<Page, StageError> {
     let input = format::read_scene(&reader, path)?;
     let scene = &input.scene;
     let states = states(&reader, scene);
+    require_undamaged(path, &states)?;
     let is_fresh = |stage| {
         let mut states = states.iter();
         states.any(|s: &StageState| s.stage == stage && s.freshness == Freshness::Fresh)
@@ -79,14 +82,14 @@ fn file_page(path: &Path) -> Result<Page, StageError> {
 }
 
 fn scene_section(scene: &Scene, features: &Figures) -> Section {
-    let listing = Part::Listing(
+    let listing = PagePart::Listing(
         "the scene, every default written out".into(),
         shown_lines(&format::scene_text(scene)),
     );
     Section::new(
         "scene",
         "Scene",
-        vec![Part::Table(features.html()), listing],
+        vec![PagePart::Table(features.html()), listing],
     )
 }
 
@@ -98,10 +101,10 @@ fn result_sections(reader: &Reader, input: &SceneFile) -> Result<Vec<Section>, S
     let run = SolvedRun::new(scene, &results);
     let flaw = report.flaw.filter(|_| report.is_broken());
     let warning = flaw.map(|flaw| format!("The solve failed and nothing is drawn: {flaw}."));
-    let mut parts: Vec<Part> = warning.map(Part::Warning).into_iter().collect();
-    parts.extend([run.figures().html(), run.forces().html()].map(Part::Table));
+    let mut parts: Vec<PagePart> = warning.map(PagePart::Warning).into_iter().collect();
+    parts.extend([run.figures().html(), run.forces().html()].map(PagePart::Table));
     if !report.faces.is_empty() {
-        parts.push(Part::Table(run.faces().html()));
+        parts.push(PagePart::Table(run.faces().html()));
     }
     let mut sections = vec![Section::new("results", "Results", parts)];
     if flaw.is_some() {
@@ -120,22 +123,25 @@ fn result_sections(reader: &Reader, input: &SceneFile) -> Result<Vec<Section>, S
         face,
     };
     let error = picture::error_page(&drawn(0)).map_err(refuse)?;
-    let mut parts = vec![Part::Text("Point at a pane to see its values.".into())];
+    let mut parts = vec![PagePart::Text("Point at a pane to see its values.".into())];
     for face in 0..scene.contacts.len().max(1) {
         let page = drawn(face).page().map_err(refuse)?;
-        parts.push(Part::Figure(page.svg()));
+        parts.push(PagePart::Figure(page.svg()));
     }
     sections.push(Section::new("panels", "Contact face and body", parts));
     let caution =
         "An estimate, not a bound: the error of the mesh in the energy norm, around each node.";
-    let parts = vec![Part::Text(caution.into()), Part::Figure(error.svg())];
+    let parts = vec![
+        PagePart::Text(caution.into()),
+        PagePart::Figure(error.svg()),
+    ];
     let heading = "Where the discretisation error sits";
     sections.push(Section::new("discretisation-error", heading, parts));
     sections.extend(load_history_section(scene, results.increments()));
     sections.extend(history_section(solution));
     let meaning = "Each is dimensionless and zero for the exact discrete solution.";
-    let certificate = Part::Table(run.certificate().html());
-    let parts = vec![Part::Text(meaning.into()), certificate];
+    let certificate = PagePart::Table(run.certificate().html());
+    let parts = vec![PagePart::Text(meaning.into()), certificate];
     sections.push(Section::new("certificate", "Certificate", parts));
     Ok(sections)
 }
@@ -145,17 +151,17 @@ fn load_history_section(scene: &Scene, records: &[StepRecord]) -> Option<Section
         return None;
     }
     let charts = history_charts::charts(records, scene.units);
-    let mut parts = vec![Part::Text(
+    let mut parts = vec![PagePart::Text(
         "The other sections show the last increment.".into(),
     )];
-    parts.extend(charts.map(|(_, chart)| Part::chart(&chart)));
-    parts.push(Part::Table(report::increments(scene, records).html()));
+    parts.extend(charts.map(|(_, chart)| PagePart::chart(&chart)));
+    parts.push(PagePart::Table(report::increments(scene, records).html()));
     Some(Section::new("load-history", "Load history", parts))
 }
 
 fn history_section(solution: &Solution) -> Option<Section> {
     let steps = solution.history.len() + solution.newton.len();
-    let parts = || vec![Part::chart(&history(solution))];
+    let parts = || vec![PagePart::chart(&history(solution))];
     (steps > 0).then(|| Section::new("convergence", "Convergence history", parts()))
 }
 
@@ -170,9 +176,9 @@ fn stages_section(
         let (stage, why) = (state.stage.word(), state.freshness.why());
         format!("Results are left out: {stage} is needed, but {why}.")
     });
-    let mut parts: Vec<Part> = warning.map(Part::Warning).into_iter().collect();
+    let mut parts: Vec<PagePart> = warning.map(PagePart::Warning).into_iter().collect();
     let stages = report::stages(reader, scene, states)?;
-    parts.push(Part::Table(stages.html()));
+    parts.push(PagePart::Table(stages.html()));
     Ok(Section::new("timings", "Stages and timings", parts))
 }
 
@@ -182,18 +188,18 @@ fn accuracy_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, S
     };
     let accuracy = format::read_accuracy(reader)?;
     let mut parts = outdated(&stored, scene, "accuracy");
-    parts.extend(format::read_advice(reader)?.map(Part::Advice));
+    parts.extend(format::read_advice(reader)?.map(PagePart::Advice));
     if let Some(study) = &accuracy.discretisation {
-        parts.push(Part::chart(&convergence(study)));
+        parts.push(PagePart::chart(&convergence(study)));
         parts.extend(table_parts(&tables::levels(study, stored.units)));
     }
     if let Some(sequences) = &accuracy.sequences {
-        parts.push(Part::chart(&sequences_against_seconds(sequences)));
-        parts.push(Part::chart(&sequences_against_unknowns(sequences)));
+        parts.push(PagePart::chart(&sequences_against_seconds(sequences)));
+        parts.push(PagePart::chart(&sequences_against_unknowns(sequences)));
         parts.extend(table_parts(&tables::sequences(sequences, stored.units)));
     }
     if let Some(study) = &accuracy.algebraic {
-        parts.push(Part::chart(&work_precision(study)));
+        parts.push(PagePart::chart(&work_precision(study)));
         parts.extend(table_parts(&tables::entries(study, stored.units)));
     }
     Ok(Some(Section::new("accuracy", "What accuracy costs", parts)))
@@ -206,32 +212,35 @@ fn theory_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, Sta
     };
     let (theory, units) = (format::read_theory(reader)?, stored.units);
     let mut parts = outdated(&stored, scene, "theory");
-    parts.push(Part::Advice(theory.findings().to_string()));
+    parts.push(PagePart::Advice(theory.findings().to_string()));
     let charts = [
         thresholds(&theory, units),
         scaled(&theory),
         constants(&theory, units),
     ];
-    parts.extend(charts.iter().map(Part::chart));
+    parts.extend(charts.iter().map(PagePart::chart));
     let tables = report::theory::tables(&theory, units);
     parts.extend(tables.iter().flat_map(table_parts));
     Ok(Some(Section::new("theory", "The theory, measured", parts)))
 }
 
 /// A warning where what a command measured is not of the scene.
-fn outdated(stored: &StoredGroup, scene: &Scene, command: &str) -> Vec<Part> {
+fn outdated(stored: &StoredGroup, scene: &Scene, command: &str) -> Vec<PagePart> {
     if stored.record.input_digest == accuracy_input(scene) {
         return Vec::new();
     }
     let again = format!("run `{command}` again");
     let warning = format!("Measured for another scene than the one above; {again}.");
-    vec![Part::Warning(warning)]
+    vec![PagePart::Warning(warning)]
 }
 
 /// A table, and what is to be said below it.
-fn table_parts(table: &FigureTable) -> Vec<Part> {
-    let notes = table.note.lines().map(|line| Part::Text(line.to_owned()));
-    [Part::Table(table.html())]
+fn table_parts(table: &FigureTable) -> Vec<PagePart> {
+    let notes = table
+        .note
+        .lines()
+        .map(|line| PagePart::Text(line.to_owned()));
+    [PagePart::Table(table.html())]
         .into_iter()
         .chain(notes)
         .collect()

@@ -23,7 +23,7 @@ const RESULTS: [(&str, &str); 17] = [
     ("certificate_fixed_point", "distance to the fixed point"),
     ("outer_steps", "outer steps"),
     ("newton_steps", "Newton steps"),
-    ("actions", "applications of the dual operator"),
+    ("applications", "applications of the dual operator"),
     ("seconds", "time of the solve"),
 ];
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use plots::html::{Page, Part, Section, Table};
+use plots::html::{Page, PagePart, PageTable, Section};
 use runfile::Reader;
 
 use super::{PictureFolder, report::footer, sweep_charts::charts, sweep_table::rounded};
@@ -42,14 +42,14 @@ pub(super) fn page(folder: &Path) -> Result<Page, StageError> {
     let charts = charts(&table);
     let mut sections = Vec::new();
     if !charts.is_empty() {
-        let figures = charts.iter().map(|drawn| Part::chart(&drawn.chart));
+        let figures = charts.iter().map(|drawn| PagePart::chart(&drawn.chart));
         sections.push(Section::new("charts", "What varies", figures.collect()));
     }
     let row = |case: usize| {
         let cells = table.columns.iter().map(|column| &column.cells[case]);
         cells.map(rounded).collect()
     };
-    let cases = Part::Table(Table {
+    let cases = PagePart::Table(PageTable {
         caption: "Rounded; summary.csv has every digit.".to_owned(),
         head: table.columns.iter().map(Column::title).collect(),
         rows: (0..table.n_cases).map(row).collect(),

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use fclib::{LocalProblem, Matrix, Solution};
+use fclib::{FclibSolution, LocalProblem, Matrix};
 use hdf5_metno as hdf5;
 use serde_json::Value;
 
@@ -78,7 +78,7 @@ fn written(problem: &LocalProblem) -> Program {
     let file = program.path("given.hdf5");
     let file = hdf5_metno::File::create(file).expect("a file");
     fclib::write_local(&file, problem).expect("written");
-    let solution = Solution {
+    let solution = FclibSolution {
         v: None,
         u: ZERO.to_vec(),
         r: ZERO.to_vec(),

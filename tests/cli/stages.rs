@@ -333,3 +333,33 @@ fn a_tolerance_below_rounding_is_said_and_not_accepted() {
     let text = String::from_utf8_lossy(&limited.get_output().stderr).into_owned();
     assert!(text.contains("attainable accuracy"), "{text}");
 }
+
+/// Values that somebody changed are seen by all who look, and `run` makes their stage again.
+#[test]
+fn altered_values_are_seen_and_made_again() {
+    let program = Program::new();
+    program.run(&[]).assert().success();
+    let whole = program.digests();
+    for name in [
+        "load/force",
+        "solve/accuracy",
+        "post/certificate/adhesion",
+        "VTKHDF/CellData/von_mises",
+    ] {
+        let file = hdf5_metno::File::open_rw(program.path("run.h5")).expect("HDF5");
+        let dataset = file.dataset(name).expect("a dataset");
+        let nothing = vec![f64::NAN; dataset.size()];
+        dataset.write_raw(&nothing).expect("written");
+        drop(dataset);
+        file.close().expect("closed");
+        program.command(&["status", "run.h5"]).assert().code(2);
+        let mut report = program.command(&["report", "run.h5", "-o", "page.html"]);
+        let report = report.assert().code(2);
+        let text = String::from_utf8_lossy(&report.get_output().stderr).into_owned();
+        assert!(text.contains(name), "{text}");
+        assert!(!program.path("page.html").exists());
+        program.run(&[]).assert().success();
+        program.command(&["check", "run.h5"]).assert().success();
+        assert_eq!(program.digests(), whole, "{name}");
+    }
+}

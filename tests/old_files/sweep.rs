@@ -84,7 +84,7 @@ fn its_table_is_gone_on_with_and_drawn() {
     let file = hdf5_metno::File::open(scratch.path(&format!("half/{DONE}.h5"))).expect("HDF5");
     let counted = file.dataset("solve/actions").expect("a dataset");
     let counted = counted.read_scalar::<i64>().expect("a number");
-    assert_eq!(row["actions"], counted.to_string());
+    assert_eq!(row["applications"], counted.to_string());
     assert_eq!(table(&scratch, "half")[MISSING]["status"], "missing");
     scratch.done(&["report", "half", "-o", "report.html"]);
 }

@@ -92,7 +92,7 @@ values = [0.2, 0.201, 0.202, 0.203]
         assert_eq!(sweep.run("out", &[]).0, 0);
         let reader = Reader::open(&sweep.path("out/summary.h5"), SWEEP_LAYOUT).unwrap();
         let applications: i64 = reader
-            .read_vec::<i64>("/cases/actions")
+            .read_vec::<i64>("/cases/applications")
             .unwrap()
             .iter()
             .sum();

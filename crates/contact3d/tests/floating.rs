@@ -209,6 +209,32 @@ fn a_body_without_loads_rests() {
 }
 
 #[test]
+fn a_load_that_works_in_no_free_motion_proves_nothing() {
+    for cells in [[2, 2, 2], [2, 4, 2], [6, 6, 4]] {
+        for (push, law) in [
+            (10.0, ""),
+            (-10.0, ""),
+            (10.0, "[friction]\ncoefficient.constant = 0.3"),
+        ] {
+            let rest = format!(
+                "[[spring]]
+                face = 'x_min'
+                normal = 1e5
+                [body_force]
+                value = [{push:?}, 0.0, 0.0]
+                [contact]
+                face = 'z_min'
+                {law}"
+            );
+            let problem = block([1.0; 3], cells, &rest);
+            let solution = solved(&problem);
+            assert_ne!(solution.status, Status::NoEquilibrium, "{cells:?}, {push}");
+            assert!(solution.unstopped_motion.is_none(), "{cells:?}, {push}");
+        }
+    }
+}
+
+#[test]
 fn without_friction_a_block_keeps_its_place_unless_it_is_pushed() {
     let at = |push: f64| {
         let rest = format!(

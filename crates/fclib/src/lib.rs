@@ -6,7 +6,7 @@
 //! * `/fclib_local`: find u and r with u = W r + q and Coulomb's law between u and r at every contact, components N, T1, T2
 //!   contact after contact ([`LocalProblem`]);
 //! * `/fclib_global`: the same with M v = H r + f and u = Hᵀ v + w ([`GlobalProblem`]);
-//! * `/solution` and `/guesses/1`, `/guesses/2`, …: v, u, r and l ([`Solution`]).
+//! * `/solution` and `/guesses/1`, `/guesses/2`, …: v, u, r and l ([`FclibSolution`]).
 //!
 //! Whole numbers are 32-bit. A matrix has `nz` = −1 by compressed columns, −2 by compressed rows, and otherwise `nz` triplets,
 //! of which `p` holds columns and `i` rows, as the library's own code has it (the comment in its header says the opposite).
@@ -23,8 +23,8 @@ mod write;
 
 pub use error::FclibError;
 pub use file::{declared_bytes, program_of, remove_solution};
-pub use matrix::{Matrix, Storage};
-pub use problem::{GlobalProblem, Info, LocalProblem, Solution};
+pub use matrix::{Matrix, MatrixStorage};
+pub use problem::{FclibSolution, GlobalProblem, Info, LocalProblem};
 pub use read::{read_global, read_guesses, read_local, read_solution};
 pub use write::{
     Array, write_arrays, write_global, write_guesses, write_local, write_program, write_solution,

@@ -4,7 +4,7 @@ use crate::FclibError;
 
 /// How a file holds a matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Storage {
+pub enum MatrixStorage {
     /// Compressed columns, `nz` = −1.
     Columns,
     /// Compressed rows, `nz` = −2.
@@ -30,7 +30,7 @@ pub struct Matrix {
 
 /// The arrays of a matrix in a file.
 #[derive(Debug)]
-pub(crate) struct Stored<'a> {
+pub(crate) struct StoredMatrix<'a> {
     pub(crate) nz: i32,
     pub(crate) p: Vec<i32>,
     pub(crate) i: Vec<i32>,
@@ -105,23 +105,23 @@ impl Matrix {
     ///
     /// # Errors
     /// [`FclibError::TooLarge`].
-    pub(crate) fn stored(&self, storage: Storage) -> Result<Stored<'_>, FclibError> {
+    pub(crate) fn stored(&self, storage: MatrixStorage) -> Result<StoredMatrix<'_>, FclibError> {
         let i = self.indices.iter().map(|&row| int("rows", row));
         let p: Result<Vec<i32>, FclibError> = match storage {
-            Storage::Triplets => {
+            MatrixStorage::Triplets => {
                 let columns = self.entries().map(|(_, column, _)| int("columns", column));
                 columns.collect()
             }
-            Storage::Columns | Storage::Rows => {
+            MatrixStorage::Columns | MatrixStorage::Rows => {
                 let starts = self.starts.iter();
                 starts.map(|&start| int("entries", start)).collect()
             }
         };
-        Ok(Stored {
+        Ok(StoredMatrix {
             nz: match storage {
-                Storage::Columns => -1,
-                Storage::Rows => -2,
-                Storage::Triplets => int("entries", self.values.len())?,
+                MatrixStorage::Columns => -1,
+                MatrixStorage::Rows => -2,
+                MatrixStorage::Triplets => int("entries", self.values.len())?,
             },
             p: p?,
             i: i.collect::<Result<_, _>>()?,
@@ -149,7 +149,7 @@ mod tests {
         assert_eq!(matrix.starts, [0, 2, 2, 3]);
         assert_eq!(matrix.indices, [0, 1, 1]);
         assert_eq!(matrix.values, [1.0, 4.0, 3.0]);
-        let stored = matrix.stored(Storage::Triplets).expect("small");
+        let stored = matrix.stored(MatrixStorage::Triplets).expect("small");
         assert_eq!(
             (stored.nz, stored.p, stored.i),
             (3, vec![0, 0, 2], vec![0, 1, 1])

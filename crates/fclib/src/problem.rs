@@ -51,7 +51,7 @@ pub struct GlobalProblem {
 
 /// A solution or a guess.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Solution {
+pub struct FclibSolution {
     /// v, `[m]`; `None` for a local problem.
     pub v: Option<Vec<f64>>,
     /// u, `[d n]`.

@@ -10,7 +10,7 @@ use hdf5_metno::{
 use runfile::Foreign;
 
 use crate::{
-    FclibError, GlobalProblem, Info, LocalProblem, Matrix, Solution, Storage,
+    FclibError, FclibSolution, GlobalProblem, Info, LocalProblem, Matrix, MatrixStorage,
     error::InFile,
     file::{GLOBAL, GUESSES, LOCAL, SOLUTION, open},
 };
@@ -86,7 +86,7 @@ pub fn read_global(path: &Path) -> Result<GlobalProblem, FclibError> {
 ///
 /// # Errors
 /// [`FclibError`].
-pub fn read_solution(path: &Path, components: usize) -> Result<Option<Solution>, FclibError> {
+pub fn read_solution(path: &Path, components: usize) -> Result<Option<FclibSolution>, FclibError> {
     let opened = open(path)?;
     let source = Source::new(path, &opened);
     if !source.has(SOLUTION) {
@@ -99,7 +99,7 @@ pub fn read_solution(path: &Path, components: usize) -> Result<Option<Solution>,
 ///
 /// # Errors
 /// [`FclibError`].
-pub fn read_guesses(path: &Path, components: usize) -> Result<Vec<Solution>, FclibError> {
+pub fn read_guesses(path: &Path, components: usize) -> Result<Vec<FclibSolution>, FclibError> {
     let opened = open(path)?;
     let source = Source::new(path, &opened);
     if !source.has(GUESSES) {
@@ -266,9 +266,9 @@ impl<'a> Source<'a> {
         let i = self.numbers::<i32>(&format!("{path}/i"), "whole numbers")?;
         let x = self.numbers::<f64>(&format!("{path}/x"), "floating-point numbers")?;
         let storage = match nz {
-            -1 => Storage::Columns,
-            -2 => Storage::Rows,
-            0.. => Storage::Triplets,
+            -1 => MatrixStorage::Columns,
+            -2 => MatrixStorage::Rows,
+            0.. => MatrixStorage::Triplets,
             _ => {
                 let expected =
                     "-1 (compressed columns), -2 (compressed rows) or a number of triplets";
@@ -291,9 +291,9 @@ impl<'a> Source<'a> {
         Ok(Matrix::from_entries(rows, columns, entries))
     }
 
-    fn solution(&self, path: &str, components: usize) -> Result<Solution, FclibError> {
+    fn solution(&self, path: &str, components: usize) -> Result<FclibSolution, FclibError> {
         let v = format!("{path}/v");
-        Ok(Solution {
+        Ok(FclibSolution {
             v: if self.has(&v) {
                 Some(self.vector(&v)?)
             } else {
@@ -329,14 +329,14 @@ impl<'a> Source<'a> {
 /// The entries of a matrix; `None` where its arrays describe none.
 fn entries(
     [rows, columns]: [usize; 2],
-    storage: Storage,
+    storage: MatrixStorage,
     nz: i32,
     p: &[i32],
     i: &[i32],
     x: &[f64],
 ) -> Option<Vec<(usize, usize, f64)>> {
     let at = |value: i32, below: usize| usize::try_from(value).ok().filter(|v| *v < below);
-    if storage == Storage::Triplets {
+    if storage == MatrixStorage::Triplets {
         let count = usize::try_from(nz).ok()?;
         let (p, i, x) = (p.get(..count)?, i.get(..count)?, x.get(..count)?);
         let triplets = p.iter().zip(i).zip(x);
@@ -345,8 +345,8 @@ fn entries(
             .collect();
     }
     let (lines, across) = match storage {
-        Storage::Rows => (rows, columns),
-        Storage::Columns | Storage::Triplets => (columns, rows),
+        MatrixStorage::Rows => (rows, columns),
+        MatrixStorage::Columns | MatrixStorage::Triplets => (columns, rows),
     };
     let starts: Vec<usize> = p
         .iter()
@@ -362,8 +362,8 @@ fn entries(
         for (&index, &value) in inner.iter().zip(values) {
             let index = at(index, across)?;
             entries.push(match storage {
-                Storage::Rows => (line, index, value),
-                Storage::Columns | Storage::Triplets => (index, line, value),
+                MatrixStorage::Rows => (line, index, value),
+                MatrixStorage::Columns | MatrixStorage::Triplets => (index, line, value),
             });
         }
     }

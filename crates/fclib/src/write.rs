@@ -8,7 +8,7 @@ use hdf5_metno::{
 };
 
 use crate::{
-    FclibError, GlobalProblem, Info, LocalProblem, Matrix, Solution, Storage,
+    FclibError, FclibSolution, GlobalProblem, Info, LocalProblem, Matrix, MatrixStorage,
     error::InFile,
     file::{GLOBAL, GUESSES, LOCAL, PROGRAM, SOLUTION},
     matrix::int,
@@ -39,7 +39,11 @@ pub fn write_local(file: &hdf5::File, problem: &LocalProblem) -> Result<(), Fcli
     let dimension = int("components of a contact", problem.space_dimension)?;
     let group = target.group(target.root(), LOCAL)?;
     target.numbers(&group, "spacedim", &[dimension])?;
-    target.matrix(&target.group(&group, "W")?, &problem.w, Storage::Columns)?;
+    target.matrix(
+        &target.group(&group, "W")?,
+        &problem.w,
+        MatrixStorage::Columns,
+    )?;
     let vectors = target.group(&group, "vectors")?;
     target.numbers(&vectors, "q", &problem.q)?;
     target.numbers(&vectors, "mu", &problem.mu)?;
@@ -55,8 +59,16 @@ pub fn write_global(file: &hdf5::File, problem: &GlobalProblem) -> Result<(), Fc
     let dimension = int("components of a contact", problem.space_dimension)?;
     let group = target.group(target.root(), GLOBAL)?;
     target.numbers(&group, "spacedim", &[dimension])?;
-    target.matrix(&target.group(&group, "M")?, &problem.m, Storage::Triplets)?;
-    target.matrix(&target.group(&group, "H")?, &problem.h, Storage::Triplets)?;
+    target.matrix(
+        &target.group(&group, "M")?,
+        &problem.m,
+        MatrixStorage::Triplets,
+    )?;
+    target.matrix(
+        &target.group(&group, "H")?,
+        &problem.h,
+        MatrixStorage::Triplets,
+    )?;
     let vectors = target.group(&group, "vectors")?;
     target.numbers(&vectors, "f", &problem.f)?;
     target.numbers(&vectors, "w", &problem.w)?;
@@ -68,7 +80,7 @@ pub fn write_global(file: &hdf5::File, problem: &GlobalProblem) -> Result<(), Fc
 ///
 /// # Errors
 /// [`FclibError`].
-pub fn write_solution(file: &hdf5::File, solution: &Solution) -> Result<(), FclibError> {
+pub fn write_solution(file: &hdf5::File, solution: &FclibSolution) -> Result<(), FclibError> {
     let target = FileWriter::of(file);
     target.solution(&target.group(target.root(), SOLUTION)?, solution)
 }
@@ -77,7 +89,7 @@ pub fn write_solution(file: &hdf5::File, solution: &Solution) -> Result<(), Fcli
 ///
 /// # Errors
 /// [`FclibError`].
-pub fn write_guesses(file: &hdf5::File, guesses: &[Solution]) -> Result<(), FclibError> {
+pub fn write_guesses(file: &hdf5::File, guesses: &[FclibSolution]) -> Result<(), FclibError> {
     let target = FileWriter::of(file);
     let group = target.group(target.root(), GUESSES)?;
     target.numbers(
@@ -184,7 +196,7 @@ impl<'a> FileWriter<'a> {
         &self,
         group: &hdf5::Group,
         matrix: &Matrix,
-        storage: Storage,
+        storage: MatrixStorage,
     ) -> Result<(), FclibError> {
         let stored = matrix.stored(storage)?;
         self.numbers(group, "nzmax", &[int("entries", stored.x.len())?])?;
@@ -196,7 +208,7 @@ impl<'a> FileWriter<'a> {
         self.numbers(group, "x", stored.x)
     }
 
-    fn solution(&self, group: &hdf5::Group, solution: &Solution) -> Result<(), FclibError> {
+    fn solution(&self, group: &hdf5::Group, solution: &FclibSolution) -> Result<(), FclibError> {
         if let Some(v) = &solution.v {
             self.numbers(group, "v", v)?;
         }

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use contact3d_fclib as fclib;
 use fclib::{
-    FclibError, GlobalProblem, Info, LocalProblem, Matrix, Solution, declared_bytes, program_of,
-    read_global, read_guesses, read_local, read_solution, remove_solution, write_global,
-    write_guesses, write_local, write_program, write_solution,
+    FclibError, FclibSolution, GlobalProblem, Info, LocalProblem, Matrix, declared_bytes,
+    program_of, read_global, read_guesses, read_local, read_solution, remove_solution,
+    write_global, write_guesses, write_local, write_program, write_solution,
 };
 use hdf5_metno as hdf5;
 
@@ -61,7 +61,7 @@ fn a_local_problem_comes_back() {
     // A text with the zero at its end has 1024 bytes.
     assert_eq!(read.info.math_info.map(|text| text.len()), Some(1023));
     assert_eq!(read_solution(&file, 3).expect("readable"), None);
-    let solution = Solution {
+    let solution = FclibSolution {
         v: None,
         u: vec![0.0, 0.25, 0.0],
         r: vec![0.5, 0.0, 0.0],
@@ -69,7 +69,7 @@ fn a_local_problem_comes_back() {
     write_solution(&opened(&file), &solution).expect("written");
     write_guesses(
         &opened(&file),
-        &[Solution::default(), solution.clone()].map(|s| Solution {
+        &[FclibSolution::default(), solution.clone()].map(|s| FclibSolution {
             u: if s.u.is_empty() { vec![0.0; 3] } else { s.u },
             r: if s.r.is_empty() { vec![0.0; 3] } else { s.r },
             v: None,

@@ -4,7 +4,7 @@ use super::{
     canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke},
     layout::{TICK_SIZE, TITLE_SIZE},
     line_chart::{
-        Axis, AxisScale, HEIGHT, LEFT, LEGEND_LINE, LEGEND_WIDTH, PlacedAxis, TOP, WIDTH,
+        AxisScale, ChartAxis, HEIGHT, LEFT, LEGEND_LINE, LEGEND_WIDTH, PlacedAxis, TOP, WIDTH,
         draw_frame,
     },
     picture::Picture,
@@ -66,9 +66,9 @@ pub struct BranchDiagram {
     /// Title above the diagram.
     pub title: String,
     /// The parameter.
-    pub x: Axis,
+    pub x: ChartAxis,
     /// A quantity of the solutions.
-    pub y: Axis,
+    pub y: ChartAxis,
     /// The paths in parts.
     pub curves: Vec<Curve>,
     /// Special points.
@@ -159,8 +159,9 @@ impl BranchDiagram {
     }
 
     fn is_drawn(&self, point: [f64; 2]) -> bool {
-        let fits =
-            |axis: &Axis, v: f64| v.is_finite() && (axis.scale == AxisScale::Linear || v > 0.0);
+        let fits = |axis: &ChartAxis, v: f64| {
+            v.is_finite() && (axis.scale == AxisScale::Linear || v > 0.0)
+        };
         fits(&self.x, point[0]) && fits(&self.y, point[1])
     }
 

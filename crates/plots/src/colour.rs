@@ -5,7 +5,7 @@ use units::Unit;
 use super::{
     canvas::{Canvas, Colour, Fill, Point},
     colour_bar::ColourKey,
-    layout::{KeySide, Layout},
+    layout::{KeySide, PictureLayout},
     line_chart::{draw_axes, draw_panes},
     panes::PaneShape,
     svg::bounds,
@@ -133,7 +133,7 @@ impl Hatch {
 
 /// A map of one value per pane in `unit`, with axes and colour bar.
 pub(super) fn map_panel(
-    layout: &Layout,
+    layout: &PictureLayout,
     shapes: &[PaneShape],
     title: &Label,
     key: &ColourKey,

@@ -6,7 +6,7 @@ use super::canvas::{Anchor, Canvas, Colour, Stroke};
 use super::colour::{ColourMap, ValueRange};
 use super::colour_bar::ColourKey;
 use super::law_axes::{LawFrame, SlipAxis};
-use super::layout::{KeySide, Layout, PANEL_WIDTH, TITLE_SIZE};
+use super::layout::{KeySide, PANEL_WIDTH, PictureLayout, TITLE_SIZE};
 use super::panels::semi_axis_map;
 use super::panes::pane_shapes;
 use super::picture::Picture;
@@ -123,7 +123,7 @@ fn face_panels(face: &ContactPicture<'_>, isotropic: bool) -> Result<Vec<Canvas>
     let shapes = pane_shapes(face);
     let (kind, panes) = friction;
     let friction = (panes, &kind.unit(face.units));
-    let layout = Layout::new(face);
+    let layout = PictureLayout::new(face);
     let count = if isotropic { 1 } else { 2 };
     let maps = (0..count).map(|axis| {
         let face = (&layout, shapes.as_slice());

@@ -41,7 +41,7 @@ pub(super) enum KeySide {
 
 /// One axis of the maps.
 #[derive(Clone, Debug)]
-pub(super) struct Axis {
+pub(super) struct MapAxis {
     /// Name and unit.
     pub(super) label: Label,
     /// Printed form of coordinates.
@@ -52,7 +52,7 @@ pub(super) struct Axis {
 
 /// Rectangles and axes of the panels of one picture.
 #[derive(Clone, Debug)]
-pub(super) struct Layout {
+pub(super) struct PictureLayout {
     /// Height of every panel.
     pub(super) height: f64,
     /// Side of the colour bar or legend.
@@ -64,12 +64,12 @@ pub(super) struct Layout {
     /// The part of the contact plane that fills the plot.
     pub(super) contact: ContactBox,
     /// Horizontal and vertical axis.
-    pub(super) axes: [Axis; 2],
+    pub(super) axes: [MapAxis; 2],
     /// Says which direction is stretched, if any.
     pub(super) note: Option<Label>,
 }
 
-impl Layout {
+impl PictureLayout {
     /// Chooses height, stretch and side of the key from the shape of the contact part.
     pub(super) fn new(picture: &ContactPicture<'_>) -> Self {
         let contact = ContactBox::new(picture);
@@ -106,12 +106,12 @@ impl Layout {
         let left = 46.0 + vertical(200.0).widest(TICK_SIZE);
         let (corner, size, panel_height) = plot_rectangle(key, left, aspect);
         let axes = [
-            Axis {
+            MapAxis {
                 label: scales[0].title(&names[0]),
                 ticks: horizontal_ticks(&scales[0], &contact, size[0]),
                 scale: scales[0].clone(),
             },
-            Axis {
+            MapAxis {
                 label: scales[1].title(&names[1]),
                 ticks: vertical(size[1]),
                 scale: scales[1].clone(),

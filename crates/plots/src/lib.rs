@@ -31,7 +31,7 @@ mod view;
 
 pub use branch_diagram::{BranchDiagram, Curve, CurveKind, Mark, MarkKind};
 pub use law::{LawPicture, OverSlip, SlipCurve, SlipMap, SlipRange, law_page};
-pub use line_chart::{Axis as ChartAxis, AxisScale, ChartPoint, LineChart, Series};
+pub use line_chart::{AxisScale, ChartAxis, ChartPoint, LineChart, Series};
 pub use panels::PANELS;
 pub use panes::FrictionKind;
 pub use picture::Picture;

@@ -4,7 +4,7 @@ use units::Unit;
 
 use super::{
     canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke},
-    layout::{LABEL_SIZE, Layout, PANEL_WIDTH, TICK_SIZE, TITLE_SIZE, fitting_ticks},
+    layout::{LABEL_SIZE, PANEL_WIDTH, PictureLayout, TICK_SIZE, TITLE_SIZE, fitting_ticks},
     panes::PaneShape,
     picture::Picture,
     scale::{Ticks, UnitScale},
@@ -45,7 +45,7 @@ pub enum AxisScale {
 
 /// One axis of a chart.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Axis {
+pub struct ChartAxis {
     /// Quantity.
     pub label: String,
     /// Its unit, which gets an SI prefix on a linear axis.
@@ -56,7 +56,7 @@ pub struct Axis {
     pub ticks: Vec<f64>,
 }
 
-impl Axis {
+impl ChartAxis {
     /// A linear axis with round ticks.
     #[must_use]
     pub fn linear(label: &str, unit: Unit) -> Self {
@@ -124,9 +124,9 @@ pub struct LineChart {
     /// Title above the chart.
     pub title: String,
     /// Horizontal axis.
-    pub x: Axis,
+    pub x: ChartAxis,
     /// Vertical axis.
-    pub y: Axis,
+    pub y: ChartAxis,
     /// Heading of the legend; none when empty.
     pub legend: String,
     /// The series; those after the seventh repeat colours with other markers.
@@ -135,7 +135,7 @@ pub struct LineChart {
 
 /// An axis with its interval and its place in pixels.
 pub(super) struct PlacedAxis<'a> {
-    axis: &'a Axis,
+    axis: &'a ChartAxis,
     /// How the values of a linear axis are printed.
     unit: UnitScale,
     low: f64,
@@ -147,7 +147,12 @@ pub(super) struct PlacedAxis<'a> {
 impl LineChart {
     /// A chart of the series that have points.
     #[must_use]
-    pub fn new(title: &str, x: Axis, y: Axis, series: impl IntoIterator<Item = Series>) -> Self {
+    pub fn new(
+        title: &str,
+        x: ChartAxis,
+        y: ChartAxis,
+        series: impl IntoIterator<Item = Series>,
+    ) -> Self {
         let series = series.into_iter();
         Self {
             title: title.to_owned(),
@@ -198,8 +203,9 @@ impl LineChart {
     }
 
     fn is_drawn(&self, point: &ChartPoint) -> bool {
-        let fits =
-            |axis: &Axis, v: f64| v.is_finite() && (axis.scale == AxisScale::Linear || v > 0.0);
+        let fits = |axis: &ChartAxis, v: f64| {
+            v.is_finite() && (axis.scale == AxisScale::Linear || v > 0.0)
+        };
         fits(&self.x, point.x) && fits(&self.y, point.y)
     }
 
@@ -211,7 +217,11 @@ impl LineChart {
 
 impl<'a> PlacedAxis<'a> {
     /// The interval of some values, with a margin.
-    pub(super) fn new(axis: &'a Axis, values: impl Iterator<Item = f64>, pixels: [f64; 2]) -> Self {
+    pub(super) fn new(
+        axis: &'a ChartAxis,
+        values: impl Iterator<Item = f64>,
+        pixels: [f64; 2],
+    ) -> Self {
         let mut values = values.chain(axis.ticks.iter().copied()).peekable();
         let (low, high) = match values.peek() {
             Some(_) => bounds(values),
@@ -356,7 +366,7 @@ fn draw_entry(canvas: &mut Canvas, number: usize, name: &str, [x, y]: Point) {
 const TICK_LENGTH: f64 = 5.0;
 
 /// Draws frame, ticks, labels and the note on stretching.
-pub(super) fn draw_axes(canvas: &mut Canvas, layout: &Layout) {
+pub(super) fn draw_axes(canvas: &mut Canvas, layout: &PictureLayout) {
     let [left, top] = layout.corner;
     let [width, height] = layout.size;
     let bottom = top + height;
@@ -395,7 +405,7 @@ pub(super) fn draw_axes(canvas: &mut Canvas, layout: &Layout) {
 /// given colour over all of them.
 pub(super) fn draw_panes(
     canvas: &mut Canvas,
-    layout: &Layout,
+    layout: &PictureLayout,
     shapes: &[PaneShape],
     outline: Colour,
     fill: impl Fn(usize) -> Fill,
@@ -426,12 +436,12 @@ pub(super) fn draw_panes(
 }
 
 /// Pane outlines get thinner with the panes so that they never cover them.
-fn outline_width(layout: &Layout, shapes: &[PaneShape]) -> f64 {
+fn outline_width(layout: &PictureLayout, shapes: &[PaneShape]) -> f64 {
     (0.025 * typical_pane_size(layout, shapes)).min(0.5)
 }
 
 /// Lower quartile over the panes of the smaller side of their bounding boxes in pixels.
-pub(super) fn typical_pane_size(layout: &Layout, shapes: &[PaneShape]) -> f64 {
+pub(super) fn typical_pane_size(layout: &PictureLayout, shapes: &[PaneShape]) -> f64 {
     let scale = layout.pixels_per_length();
     let mut sizes: Vec<f64> = shapes
         .iter()

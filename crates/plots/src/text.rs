@@ -26,7 +26,7 @@ pub(super) struct Label {
 
 /// A part of a label that is set in one style.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Run<'a> {
+pub(super) struct TextRun<'a> {
     pub(super) text: &'a str,
     pub(super) italic: bool,
     /// Font size, in the unit of the label's size.
@@ -76,12 +76,12 @@ impl Label {
 
     /// Estimated width at font size `size`, in the unit of `size`.
     pub(super) fn width(&self, size: f64) -> f64 {
-        let estimate = |run: Run<'_>| run.size * run.text.chars().map(advance).sum::<f64>();
+        let estimate = |run: TextRun<'_>| run.size * run.text.chars().map(advance).sum::<f64>();
         size * self.runs(1.0).map(estimate).sum::<f64>()
     }
 
     /// The runs of the label at font size `size`.
-    pub(super) fn runs(&self, size: f64) -> impl Iterator<Item = Run<'_>> {
+    pub(super) fn runs(&self, size: f64) -> impl Iterator<Item = TextRun<'_>> {
         self.runs.iter().map(move |(form, text)| {
             let (italic, scale, drop) = match form {
                 RunStyle::Upright => (false, 1.0, 0.0),
@@ -89,7 +89,7 @@ impl Label {
                 RunStyle::Subscript => (false, SCRIPT_SIZE, SCRIPT_SHIFT * size),
                 RunStyle::Superscript => (false, SCRIPT_SIZE, -1.3 * SCRIPT_SHIFT * size),
             };
-            Run {
+            TextRun {
                 text,
                 italic,
                 size: scale * size,
@@ -258,7 +258,7 @@ impl Typeface {
 
     /// The glyph of a character in the face of its run, or upright where that face lacks it; the box that stands for
     /// an unknown character where both do.
-    fn glyph(&self, character: char, run: &Run<'_>, bold: bool) -> (&Face<'static>, GlyphId) {
+    fn glyph(&self, character: char, run: &TextRun<'_>, bold: bool) -> (&Face<'static>, GlyphId) {
         let face = match (run.italic, bold) {
             (false, false) => &self.upright,
             (true, false) => &self.italic,

@@ -4,8 +4,8 @@ use faer::{Mat, MatMut, Par, linalg::triangular_inverse::invert_lower_triangular
 
 use super::{Assembly, DualMatrix, ExplicitDual};
 use crate::linalg::{
-    Accuracy, CholeskyFactor, CscMatrix, DenseCholesky, Doubled, FactorStructure, Precision, Work,
-    Workspace, amd, conjugate_gradients, norm, shifts,
+    CholeskyFactor, CscMatrix, DenseCholesky, Doubled, FactorStructure, Precision, StoppingRule,
+    Work, Workspace, amd, conjugate_gradients, norm, shifts,
 };
 
 /// Steps of iterative refinement; each wins at least the digits that cond(A) leaves.
@@ -39,7 +39,7 @@ impl Assembly {
     /// A⁻¹f for several f to [`CG_LEFT`], by conjugate gradients that share the reading of the factor.
     pub(super) fn solve_several(&self, forces: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let forces: Vec<&[f64]> = forces.iter().map(Vec::as_slice).collect();
-        let accuracy = Accuracy {
+        let accuracy = StoppingRule {
             share: CG_LEFT,
             length: 0.0,
         };
@@ -107,7 +107,7 @@ impl Assembly {
         match self.factor.precision() {
             Precision::Double => (self.solve_once(residual, work), None),
             Precision::Single => {
-                let accuracy = Accuracy {
+                let accuracy = StoppingRule {
                     share: if whole > 0.0 {
                         CG_LEFT
                     } else {

@@ -1,7 +1,7 @@
 //! The two forms of the dual operator: through the factor, and as a dense matrix.
 
 use super::{Assembly, ContactSystem, DualOperator, ExplicitDual, PrimalOperator};
-use crate::linalg::{Factor, Reach, Workspace};
+use crate::linalg::{EliminationPath, Factor, Workspace};
 
 /// S applied as the paper does: one pair of sparse triangular solves with the factor of A each time.
 ///
@@ -11,7 +11,7 @@ use crate::linalg::{Factor, Reach, Workspace};
 pub struct ImplicitOperator<'a> {
     assembly: &'a Assembly,
     contact: &'a ContactSystem,
-    reach: Reach,
+    reach: EliminationPath,
     work: Workspace,
     applications: usize,
 }

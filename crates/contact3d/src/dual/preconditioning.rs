@@ -1,7 +1,7 @@
 //! Whether a factor in single precision serves a problem: measured, not assumed.
 
 use super::{ContactSystem, DualSystem, ExplicitDual, LocalStiffness};
-use crate::linalg::{Accuracy, Workspace, conjugate_gradients, difference, norm};
+use crate::linalg::{StoppingRule, Workspace, conjugate_gradients, difference, norm};
 
 /// The error that one step may leave: of conjugate gradients on A, and of corrections by the dense operator.
 const SLOWEST: f64 = 0.1;
@@ -91,7 +91,7 @@ impl DualSystem {
 
     /// The displacement that some forces cause, and the contraction of the steps to it.
     fn probe(&self, forces: &[f64]) -> (Vec<f64>, f64) {
-        let accuracy = Accuracy {
+        let accuracy = StoppingRule {
             share: LEFT,
             length: 0.0,
         };

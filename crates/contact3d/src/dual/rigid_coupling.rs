@@ -159,6 +159,18 @@ impl RigidCoupling {
         work
     }
 
+    /// e = (R + Y)ᵀl, with zeros for what is rounding of the load: a motion that it does not drive would else be driven by chance.
+    fn load_resultant(&self, assembly: &Assembly) -> Vec<f64> {
+        const ROUNDINGS: f64 = 64.0;
+        let (dofs, load) = (&assembly.primal.dofs, &assembly.primal.load);
+        let works = self.work_of(load).into_iter().zip(&self.rigid);
+        let felt = |(work, u): (f64, &Vec<f64>)| {
+            let rounding = ROUNDINGS * f64::EPSILON * dofs.largest_work(u, load);
+            if work.abs() <= rounding { 0.0 } else { work }
+        };
+        works.map(felt).collect()
+    }
+
     /// The displacements of the free degrees of freedom in the neutral motions, `[n_modes − n_felt][n_free]`.
     pub(crate) fn neutral_motions(&self) -> Vec<Vec<f64>> {
         let motions = self.unfelt.iter();
@@ -275,7 +287,7 @@ impl Balance {
     ) -> Option<Self> {
         let body = assembly.primal.floating.as_ref()?;
         let rigid = RigidCoupling::new(body, coupling, surface, interface, assembly);
-        let resultant = rigid.work_of(&assembly.primal.load);
+        let resultant = rigid.load_resultant(assembly);
         Some(Self {
             coupling: Arc::new(rigid),
             resultant,

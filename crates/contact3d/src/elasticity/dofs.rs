@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::{Element, MaterialField};
 use crate::{
+    linalg::norm,
     mesh::Mesh,
     scene::{Component, Invalid, Scene, UNDEFINED, Written, place_words},
 };
@@ -84,6 +85,14 @@ impl DofMap {
         }
         free
     }
+
+    /// Σ |u_a| |f_a| over the nodes, in J for a motion in m and forces in N of the free degrees of freedom: the work if every force were
+    /// along its node's displacement, by which the rounding of u·f is measured.
+    pub(crate) fn largest_work(&self, motion: &[f64], forces: &[f64]) -> f64 {
+        let size = |node: usize, values: &[f64]| norm(&self.change_at_node(node, values));
+        let nodes = 0..self.dof.len();
+        nodes.map(|a| size(a, motion) * size(a, forces)).sum()
+    }
 }
 
 /// Share of the largest prescribed displacement by which two clamps may differ at a node that both hold: rounding of
@@ -102,7 +111,7 @@ pub fn prescribed_displacements(
     if !scene.clamps.iter().any(|clamp| clamp.is_moved()) {
         return Ok(None);
     }
-    let mut found: Vec<[Option<Held>; 3]> = vec![[None; 3]; mesh.coordinates.len()];
+    let mut found: Vec<[Option<PrescribedValue>; 3]> = vec![[None; 3]; mesh.coordinates.len()];
     let mut conflicts = Vec::new();
     for (index, clamp) in scene.clamps.iter().enumerate() {
         for node in mesh.clamped_nodes(clamp) {
@@ -112,7 +121,7 @@ pub fn prescribed_displacements(
                 if !value.is_finite() {
                     return Err(not_finite(index, value, at));
                 }
-                let held = Held { index, value };
+                let held = PrescribedValue { index, value };
                 match found[node][component as usize].get_or_insert(held) {
                     first if first.value == value => {}
                     first => conflicts.push((node, component, [*first, held])),
@@ -126,7 +135,7 @@ pub fn prescribed_displacements(
         .collect();
     let largest = values.as_flattened().iter();
     let largest = largest.fold(0.0, |most: f64, v| most.max(v.abs()));
-    let contradicts = |held: &[Held; 2]| {
+    let contradicts = |held: &[PrescribedValue; 2]| {
         let difference = (held[0].value - held[1].value).abs();
         difference > AGREED * largest.max(held[1].value.abs())
     };
@@ -140,7 +149,7 @@ pub fn prescribed_displacements(
 
 /// What a clamp does to one component of a node.
 #[derive(Debug, Clone, Copy)]
-struct Held {
+struct PrescribedValue {
     /// The clamp's place in the scene.
     index: usize,
     /// u_c in m.
@@ -181,7 +190,7 @@ fn not_finite(clamp: usize, value: f64, at: [f64; 3]) -> Invalid {
     }
 }
 
-fn contradiction(at: [f64; 3], component: Component, held: [Held; 2]) -> Invalid {
+fn contradiction(at: [f64; 3], component: Component, held: [PrescribedValue; 2]) -> Invalid {
     let [first, second] = held;
     Invalid {
         key: format!("clamp.{}.value", second.index),

@@ -151,11 +151,11 @@ impl<T: Scalar> CholeskyFactor<T> {
     }
 
     /// The supernode s as a dense panel.
-    pub(super) fn panel(&self, s: usize) -> Panel<'_, T> {
+    pub(super) fn panel(&self, s: usize) -> FactorPanel<'_, T> {
         let Front { first, width, rows } = self.structure.front(s);
         let offsets = &self.structure.value_offsets;
         let values = &self.values[offsets[s]..offsets[s + 1]];
-        Panel {
+        FactorPanel {
             first,
             width,
             rows,
@@ -166,7 +166,7 @@ impl<T: Scalar> CholeskyFactor<T> {
 
 /// One supernode of a factor: `width` columns from `first` over `rows`, coefficients column-major.
 #[derive(Clone, Copy)]
-pub(super) struct Panel<'a, T> {
+pub(super) struct FactorPanel<'a, T> {
     pub(super) first: usize,
     pub(super) width: usize,
     pub(super) rows: &'a [usize],

@@ -2,7 +2,8 @@
 
 use super::test_brick::Brick;
 use super::{
-    Accuracy, CholeskyFactor, CscMatrix, Factor, FactorError, Workspace, amd, conjugate_gradients,
+    CholeskyFactor, CscMatrix, Factor, FactorError, StoppingRule, Workspace, amd,
+    conjugate_gradients,
 };
 
 fn stiffness_and_factor(n: usize) -> (CscMatrix, CholeskyFactor) {
@@ -185,7 +186,7 @@ fn conjugate_gradients_reach_double_precision_with_a_factor_in_single() {
     exact.solve_in_place(&mut expected, work);
     let mut rough = b.clone();
     factor.solve_in_place(&mut rough, work);
-    let accuracy = Accuracy {
+    let accuracy = StoppingRule {
         share: 1e-12,
         length: 0.0,
     };

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::analysis::FactorStructure;
 use super::factor::CholeskyFactor;
-use super::front_plan::{Plan, SparseColumn, SupernodeTree};
+use super::front_plan::{FrontPlan, SparseColumn, SupernodeTree};
 use super::half_solve::HalfSolved;
 use super::precision::Scalar;
 use super::sparse::CscMatrix;
@@ -52,7 +52,7 @@ impl FactorStructure {
     pub(crate) fn count_forward_rows(&self, b: &CscMatrix) -> ForwardCount {
         let (_, right_hand_sides) = self.sorted_rows(b);
         let tree = self.supernode_tree();
-        let plan = Plan::new(self.supernodes(), &tree, &right_hand_sides, |_| true);
+        let plan = FrontPlan::new(self.supernodes(), &tree, &right_hand_sides, |_| true);
         let mut count = ForwardCount::default();
         for (s, columns) in &plan.reached {
             let front = self.front(*s);

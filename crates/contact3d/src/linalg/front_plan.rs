@@ -17,7 +17,7 @@ pub(super) struct SupernodeTree {
 }
 
 /// The reached supernodes with their right-hand sides, and who passes its update to whom.
-pub(super) struct Plan {
+pub(super) struct FrontPlan {
     /// Supernode and right-hand sides, ascending.
     pub(super) reached: Vec<(usize, Vec<usize>)>,
     /// The part of each one's parent.
@@ -82,7 +82,7 @@ pub(super) fn positions(entries: &[usize], list: &[usize]) -> Vec<usize> {
         .collect()
 }
 
-impl Plan {
+impl FrontPlan {
     /// Passes each right-hand side up the tree from the unknowns it is nonzero on.
     pub(super) fn new(
         supernodes: usize,

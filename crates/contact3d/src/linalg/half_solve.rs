@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::{
     analysis::FactorStructure,
     factor::CholeskyFactor,
-    front_plan::{Plan, SparseColumn, SupernodeTree, positions},
+    front_plan::{FrontPlan, SparseColumn, SupernodeTree, positions},
     precision::Scalar,
     solve::Workspace,
     work::Work,
@@ -82,7 +82,7 @@ impl<T: Scalar> CholeskyFactor<T> {
         included: impl Fn(usize) -> bool,
         work: &Work,
     ) -> HalfSolved<T> {
-        let plan = Plan::new(
+        let plan = FrontPlan::new(
             self.structure.supernodes(),
             tree,
             right_hand_sides,
@@ -129,7 +129,7 @@ impl<T: Scalar> CholeskyFactor<T> {
     /// elimination, and its leading rows.
     fn solve_front(
         &self,
-        plan: &Plan,
+        plan: &FrontPlan,
         k: usize,
         fronts: &[Vec<T>],
         right_hand_sides: &[SparseColumn],
@@ -176,7 +176,7 @@ impl<T: Scalar> CholeskyFactor<T> {
 
     fn child_update<'a>(
         &self,
-        plan: &'a Plan,
+        plan: &'a FrontPlan,
         k: usize,
         child: usize,
         front: &'a [T],
@@ -232,13 +232,13 @@ impl<T: Scalar> ChildUpdate<'_, T> {
 
 /// The supernodes on the elimination-tree paths from some unknowns to the roots, ascending.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Reach {
+pub(crate) struct EliminationPath {
     pub(super) supernodes: Vec<usize>,
     /// Number of unknowns of the factor it belongs to.
     size: usize,
 }
 
-impl Reach {
+impl EliminationPath {
     /// The reached supernodes, ascending.
     #[must_use]
     pub(crate) fn supernodes(&self) -> &[usize] {
@@ -253,13 +253,17 @@ impl FactorStructure {
     /// # Panics
     /// When a row is not an unknown of the factor.
     #[must_use]
-    pub(crate) fn reach(&self, rows: impl Iterator<Item = usize>) -> Reach {
+    pub(crate) fn reach(&self, rows: impl Iterator<Item = usize>) -> EliminationPath {
         let new_of_old = self.new_of_old();
         self.reach_of_columns(&self.supernode_of_column(), rows.map(|old| new_of_old[old]))
     }
 
     /// [`Self::reach`] for columns in the new numbering, given their owners.
-    fn reach_of_columns(&self, owner: &[usize], columns: impl Iterator<Item = usize>) -> Reach {
+    fn reach_of_columns(
+        &self,
+        owner: &[usize],
+        columns: impl Iterator<Item = usize>,
+    ) -> EliminationPath {
         let mut reached = vec![false; self.supernodes()];
         for column in columns {
             let mut next = Some(owner[column]);
@@ -269,7 +273,7 @@ impl FactorStructure {
             }
         }
         let supernodes = (0..self.supernodes()).filter(|&s| reached[s]).collect();
-        Reach {
+        EliminationPath {
             supernodes,
             size: self.size(),
         }
@@ -285,7 +289,12 @@ impl<T: Scalar> CholeskyFactor<T> {
     ///
     /// # Panics
     /// When `rhs` does not have one entry per unknown or `reach` is from a factor of another size.
-    pub(crate) fn solve_reached(&self, reach: &Reach, rhs: &mut [f64], work: &mut Workspace) {
+    pub(crate) fn solve_reached(
+        &self,
+        reach: &EliminationPath,
+        rhs: &mut [f64],
+        work: &mut Workspace,
+    ) {
         assert_eq!(rhs.len(), self.size(), "length of the right-hand side");
         assert_eq!(
             reach.size,
@@ -304,7 +313,7 @@ impl<T: Scalar> CholeskyFactor<T> {
         T::scratch(work).put(scratch);
     }
 
-    fn columns_of(&self, reach: &Reach) -> impl Iterator<Item = usize> {
+    fn columns_of(&self, reach: &EliminationPath) -> impl Iterator<Item = usize> {
         reach
             .supernodes
             .iter()

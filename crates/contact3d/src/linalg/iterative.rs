@@ -34,7 +34,7 @@ impl CgSolution {
 
 /// What is asked of a solution x: an error of at most a share of ‖x‖, or of at most a length.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Accuracy {
+pub(crate) struct StoppingRule {
     pub(crate) share: f64,
     pub(crate) length: f64,
 }
@@ -47,7 +47,7 @@ pub(crate) fn conjugate_gradients(
     a: &CscMatrix,
     factor: &Factor,
     rhs: &[&[f64]],
-    accuracy: Accuracy,
+    accuracy: StoppingRule,
     work: &mut Workspace,
 ) -> Vec<CgSolution> {
     let mut iterations: Vec<Iteration> = rhs.iter().map(|b| Iteration::new(b)).collect();
@@ -103,7 +103,7 @@ impl Iteration {
     }
 
     /// With the residual preconditioned: is x accurate? Otherwise the next direction.
-    fn judge(&mut self, accuracy: Accuracy) {
+    fn judge(&mut self, accuracy: StoppingRule) {
         let rho = dot(&self.residual, &self.preconditioned);
         let reached = &mut self.reached;
         if reached.steps > 0 {

@@ -10,8 +10,8 @@ use faer::{
 
 use super::{
     analysis::FactorStructure,
-    factor::{CholeskyFactor, Panel},
-    fronts::{Task, ascend, descend, locked},
+    factor::{CholeskyFactor, FactorPanel},
+    fronts::{SubtreeTask, ascend, descend, locked},
     precision::Scalar,
     unknown::{COLUMNS, SEVERAL, Several, Unknown},
     vector::{power_of_two_near_largest, vectorised},
@@ -57,7 +57,7 @@ const FEW: f64 = 1e5;
 
 impl FactorStructure {
     /// The elimination tree in tasks of a solve.
-    fn solve_tasks(&self) -> Vec<Task> {
+    fn solve_tasks(&self) -> Vec<SubtreeTask> {
         let few = FEW / self.value_count().max(1) as f64;
         self.tasks(
             |front| (front.width * front.rows.len()) as f64,
@@ -194,7 +194,7 @@ impl<T: Scalar> CholeskyFactor<T> {
 /// Substitution along the elimination tree, subtrees side by side.
 struct TreeSolve<'a, T, V> {
     factor: &'a CholeskyFactor<T>,
-    tasks: &'a [Task],
+    tasks: &'a [SubtreeTask],
     pool: &'a ScratchPool<V>,
 }
 
@@ -289,7 +289,7 @@ impl<T: Scalar, V: Unknown<T>> TreeSolve<'_, T, V> {
     }
 }
 
-impl<T: Scalar> Panel<'_, T> {
+impl<T: Scalar> FactorPanel<'_, T> {
     /// Replaces the leading part by its solution with the diagonal block and adds −L_below times it
     /// to the rest.
     #[inline(always)]

@@ -14,7 +14,7 @@ use crate::scene::{Brick, BrickFace, ElementOrder};
 /// Nodes are numbered with i fastest, panes likewise along the in-plane axes.
 #[must_use]
 pub fn brick(spec: &Brick, contact_face: Option<BrickFace>) -> RawMesh {
-    let grid = Grid::new(spec, contact_face);
+    let grid = BrickGrid::new(spec, contact_face);
     let coordinates = grid.coordinates(spec);
     let tetrahedra = grid.tetrahedra(&coordinates);
     let (facets, facet_face) = grid.boundary(&tetrahedra);
@@ -63,19 +63,19 @@ pub(super) fn panes(
     cells_per_pane: usize,
     triangles: impl Iterator<Item = [usize; 3]>,
 ) -> Vec<usize> {
-    let grid = Grid::new(spec, Some(contact_face));
+    let grid = BrickGrid::new(spec, Some(contact_face));
     triangles
         .map(|nodes| grid.pane(contact_face, cells_per_pane, &nodes))
         .collect()
 }
 
-struct Grid {
+struct BrickGrid {
     cells: [usize; 3],
     /// Grid index k_c of the contact face, which fixes the parity of nodes.
     shift: usize,
 }
 
-impl Grid {
+impl BrickGrid {
     fn new(spec: &Brick, contact_face: Option<BrickFace>) -> Self {
         let shift = contact_face
             .filter(|face| face.is_max())

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize, Serializer, ser};
 
 use super::{
     Expression, ExpressionError, LawPoint, SlipDerivative,
-    expression::{Branch, OnBranch},
+    expression::{FormulaBranch, OnBranch},
 };
 
 /// What stands for a function in messages.
@@ -258,12 +258,12 @@ impl Formula {
     }
 
     /// The branch that the formula takes at a point.
-    pub fn branch(&self, at: &LawPoint) -> Branch {
+    pub fn branch(&self, at: &LawPoint) -> FormulaBranch {
         self.value.branch(&arguments(at), SLIPS)
     }
 
     /// The formula on a branch; slopes are by the own slip, by |u_t1| and by |u_t2|.
-    pub fn on_branch(&self, at: &LawPoint, branch: Branch) -> OnBranch {
+    pub fn on_branch(&self, at: &LawPoint, branch: FormulaBranch) -> OnBranch {
         self.value.on_branch(&arguments(at), SLIPS, branch)
     }
 

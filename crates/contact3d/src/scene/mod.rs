@@ -34,7 +34,7 @@ pub(crate) use coefficient::{LEAST_COEFFICIENT, is_coefficient};
 pub use contact::{Contact, MultiplierSpace, SlipInterpolation};
 pub use error::{Invalid, SceneError, SyntaxProblem, Unwritable, numbers};
 pub(crate) use error::{UNDEFINED, place_words};
-pub use expression::{Branch, BranchEnd, OnBranch, replace_names};
+pub use expression::{BranchEnd, FormulaBranch, OnBranch, replace_names};
 pub use expression::{Expression, ExpressionError, FUNCTIONS, Parameters};
 pub use features::{ContactFeatures, FrictionModel, ModelFeatures};
 pub use file::Written;

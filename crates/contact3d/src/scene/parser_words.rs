@@ -61,6 +61,10 @@ pub fn number_limit(error: &toml::de::Error) -> Option<String> {
             Some(format!("numbers up to {:e}, the largest double", f64::MAX))
         }
         "integer number overflowed" => Some(format!("whole numbers up to {}", i64::MAX)),
+        // A number that the parser knows and the format does not.
+        wide if wide.starts_with("invalid type: integer") && wide.contains("128") => {
+            Some(format!("whole numbers up to {}", i64::MAX))
+        }
         _ => None,
     }
 }

@@ -31,12 +31,12 @@ pub struct Section {
     /// The heading.
     pub heading: String,
     /// Its parts.
-    pub parts: Vec<Part>,
+    pub parts: Vec<PagePart>,
 }
 
 /// A part of a section.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Part {
+pub enum PagePart {
     /// A paragraph.
     Text(String),
     /// A paragraph that matters most.
@@ -46,14 +46,14 @@ pub enum Part {
     /// Text as it stands in a file, folded away below its name.
     Listing(String, String),
     /// A table.
-    Table(Table),
+    Table(PageTable),
     /// An SVG document.
     Figure(String),
 }
 
 /// A table of texts; below the name of a column, cells that read as numbers are set to the right.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Table {
+pub struct PageTable {
     /// What it shows; none when empty.
     pub caption: String,
     /// Names of the columns; none when empty.
@@ -62,7 +62,7 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
 }
 
-impl Table {
+impl PageTable {
     /// A table of two columns: names and values.
     #[must_use]
     pub fn of_pairs(pairs: impl IntoIterator<Item = (String, String)>) -> Self {
@@ -111,7 +111,7 @@ impl Page {
 impl Section {
     /// A section of some parts.
     #[must_use]
-    pub fn new(name: &'static str, heading: &str, parts: Vec<Part>) -> Self {
+    pub fn new(name: &'static str, heading: &str, parts: Vec<PagePart>) -> Self {
         Self {
             name,
             heading: heading.to_owned(),
@@ -129,7 +129,7 @@ impl Section {
     }
 }
 
-impl Part {
+impl PagePart {
     /// A chart.
     #[must_use]
     pub fn chart(chart: &LineChart) -> Self {
@@ -150,7 +150,7 @@ impl Part {
     }
 }
 
-impl Table {
+impl PageTable {
     fn markup(&self) -> Markup {
         let has_columns = !self.head.is_empty();
         let cell = |text: &String| {
@@ -199,9 +199,9 @@ mod tests {
                 name: "one",
                 heading: hostile.into(),
                 parts: vec![
-                    Part::Text(hostile.into()),
-                    Part::Listing(hostile.into(), hostile.into()),
-                    Part::Table(Table::of_pairs([(hostile.into(), hostile.into())])),
+                    PagePart::Text(hostile.into()),
+                    PagePart::Listing(hostile.into(), hostile.into()),
+                    PagePart::Table(PageTable::of_pairs([(hostile.into(), hostile.into())])),
                 ],
             }],
         };
@@ -219,7 +219,9 @@ mod tests {
             sections: vec![Section {
                 name: "one",
                 heading: "One".into(),
-                parts: vec![Part::Figure("<?xml version=\"1.0\"?>\n<svg></svg>".into())],
+                parts: vec![PagePart::Figure(
+                    "<?xml version=\"1.0\"?>\n<svg></svg>".into(),
+                )],
             }],
         };
         assert!(page.html().contains("<figure><svg></svg></figure>"));

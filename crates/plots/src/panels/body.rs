@@ -7,7 +7,7 @@ use crate::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
 use crate::colour::ColourMap;
 use crate::colour_bar::ColourKey;
 use crate::layout::{
-    KEY_HEIGHT, KEY_WIDTH, KeySide, LABEL_SIZE, Layout, PANEL_WIDTH, TICK_SIZE, axis_name,
+    KEY_HEIGHT, KEY_WIDTH, KeySide, LABEL_SIZE, PANEL_WIDTH, PictureLayout, TICK_SIZE, axis_name,
 };
 use crate::panes::ContactBox;
 use crate::picture::ContactPicture;
@@ -42,7 +42,7 @@ struct Shown {
     deforms: bool,
 }
 
-fn body_panel(picture: &ContactPicture<'_>, layout: &Layout) -> Canvas {
+fn body_panel(picture: &ContactPicture<'_>, layout: &PictureLayout) -> Canvas {
     let shown = Shown {
         title: Label::plain("(c) Deformed body"),
         magnitude: picture.displacement.iter().map(|&u| norm(u)).collect(),
@@ -57,7 +57,7 @@ fn body_panel(picture: &ContactPicture<'_>, layout: &Layout) -> Canvas {
 /// each node.
 pub(in crate::panels) fn error_panel(
     picture: &ContactPicture<'_>,
-    layout: &Layout,
+    layout: &PictureLayout,
     density: &[f64],
 ) -> Canvas {
     let shown = Shown {
@@ -73,7 +73,7 @@ pub(in crate::panels) fn error_panel(
 }
 
 /// The boundary coloured by a value, the undeformed outline, the support and the axes.
-fn drawn_body(picture: &ContactPicture<'_>, layout: &Layout, shown: &Shown) -> Canvas {
+fn drawn_body(picture: &ContactPicture<'_>, layout: &PictureLayout, shown: &Shown) -> Canvas {
     let mut canvas = layout.panel(&shown.title);
     let view = View::new(picture);
     let magnitude = &shown.magnitude;
@@ -213,7 +213,7 @@ fn outline_of(
 }
 
 /// The part of the panel for the body, without the strip of the triad and the key.
-fn view_rectangle(layout: &Layout) -> (Point, Point) {
+fn view_rectangle(layout: &PictureLayout) -> (Point, Point) {
     let (left, top) = (76.0, 62.0);
     match layout.key {
         KeySide::Below => {
@@ -227,7 +227,7 @@ fn view_rectangle(layout: &Layout) -> (Point, Point) {
     }
 }
 
-fn draw_key(canvas: &mut Canvas, layout: &Layout, key: &ColourKey) {
+fn draw_key(canvas: &mut Canvas, layout: &PictureLayout, key: &ColourKey) {
     let [left, top] = layout.corner;
     match layout.key {
         KeySide::Below => {

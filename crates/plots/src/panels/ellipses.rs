@@ -4,7 +4,7 @@ use units::Unit;
 
 use super::{PanelData, PanelSpec};
 use crate::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
-use crate::layout::{KeySide, LABEL_SIZE, Layout, PANEL_WIDTH, TICK_SIZE};
+use crate::layout::{KeySide, LABEL_SIZE, PANEL_WIDTH, PictureLayout, TICK_SIZE};
 use crate::line_chart::{draw_axes, draw_panes, typical_pane_size};
 use crate::panes::FrictionKind;
 use crate::picture::{PaneFriction, Zone};
@@ -171,7 +171,7 @@ enum Icon {
 /// coefficient.
 fn draw_legend(
     canvas: &mut Canvas,
-    layout: &Layout,
+    layout: &PictureLayout,
     (kind, unit): (FrictionKind, &Unit),
     ellipses: Option<(f64, f64)>,
 ) {

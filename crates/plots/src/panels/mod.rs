@@ -9,14 +9,14 @@ mod semi_axes;
 pub(super) use semi_axes::semi_axis_map;
 
 use super::canvas::Canvas;
-use super::layout::Layout;
+use super::layout::PictureLayout;
 use super::panes::{PaneShape, pane_shapes};
 use super::picture::{ContactPicture, FigureError};
 
 /// What the panels of one page are drawn from.
 struct PanelData<'a> {
     picture: &'a ContactPicture<'a>,
-    layout: Layout,
+    layout: PictureLayout,
     shapes: Vec<PaneShape>,
 }
 
@@ -55,7 +55,11 @@ pub(super) fn error_drawing(
     density: &[f64],
 ) -> Result<Canvas, FigureError> {
     picture.validate()?;
-    Ok(body::error_panel(picture, &Layout::new(picture), density))
+    Ok(body::error_panel(
+        picture,
+        &PictureLayout::new(picture),
+        density,
+    ))
 }
 
 /// All panels that the picture allows, of equal size.
@@ -65,7 +69,7 @@ pub(super) fn drawings(
     picture.validate()?;
     let figure = PanelData {
         picture,
-        layout: Layout::new(picture),
+        layout: PictureLayout::new(picture),
         shapes: pane_shapes(picture),
     };
     let drawn = TABLE

@@ -8,7 +8,7 @@ use crate::canvas::Canvas;
 use crate::colour::map_panel;
 use crate::colour::{ColourMap, ValueRange};
 use crate::colour_bar::ColourKey;
-use crate::layout::Layout;
+use crate::layout::PictureLayout;
 use crate::panes::PaneShape;
 use crate::picture::PaneFriction;
 use crate::text::Label;
@@ -44,7 +44,7 @@ fn along(figure: &PanelData<'_>, axis: usize, letter: &str) -> Option<Canvas> {
 /// the variation of one of them.
 pub(crate) fn semi_axis_map(
     (friction, unit): (&[PaneFriction], &Unit),
-    (layout, shapes): (&Layout, &[PaneShape]),
+    (layout, shapes): (&PictureLayout, &[PaneShape]),
     axis: usize,
     title: &Label,
     symbol: &Label,

@@ -10,7 +10,7 @@ use super::{
 use contact3d::{
     linalg::{difference, norm},
     post::Zone,
-    scene::Branch,
+    scene::FormulaBranch,
 };
 
 /// What the law of friction does at a contact node on a piece.
@@ -22,7 +22,7 @@ pub(super) struct NodePiece {
     pub(super) segment: [[usize; 2]; 2],
     /// For each coefficient that is a formula the way it goes at its forks.
     #[serde(default)]
-    pub(super) branch: [Branch; 2],
+    pub(super) branch: [FormulaBranch; 2],
 }
 
 /// A smooth piece of the equations: the zones of all panes, and the branches of the law that their equations use.

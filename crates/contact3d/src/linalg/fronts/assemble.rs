@@ -12,7 +12,7 @@ const CHUNK_COLUMNS: usize = 64;
 
 /// What the subtree of a supernode subtracts from the rows below it: the lower triangle of a square matrix, column-major.
 #[derive(Debug)]
-pub(super) struct Update<T> {
+pub(super) struct UpdateMatrix<T> {
     /// The supernode at the root of the subtree.
     pub(super) supernode: usize,
     pub(super) values: Vec<T>,

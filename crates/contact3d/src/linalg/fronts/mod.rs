@@ -14,9 +14,9 @@ use std::sync::Mutex;
 
 use assemble::Buffers;
 pub(super) use assemble::zeros;
-use assemble::{Child, PermutedMatrix, Update, add_children};
+use assemble::{Child, PermutedMatrix, UpdateMatrix, add_children};
 use eliminate::eliminate;
-pub(super) use tasks::{Task, ascend, descend};
+pub(super) use tasks::{SubtreeTask, ascend, descend};
 
 use super::analysis::FactorStructure;
 use super::precision::Scalar;
@@ -91,7 +91,7 @@ pub(super) fn factorise<T: Scalar>(
 /// The panels of each task, one slice a task.
 fn panels_of<'a, T>(
     structure: &FactorStructure,
-    tasks: &[Task],
+    tasks: &[SubtreeTask],
     values: &'a mut [T],
 ) -> Vec<Mutex<&'a mut [T]>> {
     let mut rest = values;
@@ -111,10 +111,10 @@ fn panels_of<'a, T>(
 struct Run<'a, T> {
     structure: &'a FactorStructure,
     matrix: PermutedMatrix<'a>,
-    tasks: &'a [Task],
+    tasks: &'a [SubtreeTask],
     panels: Vec<Mutex<&'a mut [T]>>,
     /// What each finished task leaves to its parent.
-    updates: Vec<Mutex<Option<Update<T>>>>,
+    updates: Vec<Mutex<Option<UpdateMatrix<T>>>>,
     /// The first failure so far.
     failure: Mutex<Option<Failure>>,
     buffers: Buffers<T>,
@@ -143,8 +143,8 @@ impl<T: Scalar> Run<'_, T> {
     fn subtree(
         &self,
         task: usize,
-        mut stack: Vec<Update<T>>,
-    ) -> Result<Option<Update<T>>, Failure> {
+        mut stack: Vec<UpdateMatrix<T>>,
+    ) -> Result<Option<UpdateMatrix<T>>, Failure> {
         let mut rest: &mut [T] = &mut locked(&self.panels[task]);
         for s in self.tasks[task].supernodes.clone() {
             let offsets = &self.structure.value_offsets;
@@ -160,13 +160,13 @@ impl<T: Scalar> Run<'_, T> {
         &self,
         s: usize,
         panel: &mut [T],
-        stack: &mut Vec<Update<T>>,
-    ) -> Result<Option<Update<T>>, Failure> {
+        stack: &mut Vec<UpdateMatrix<T>>,
+    ) -> Result<Option<UpdateMatrix<T>>, Failure> {
         let front = self.structure.front(s);
         let (height, width) = (front.rows.len(), front.width);
         let order = height - width;
         let own = front.first..front.first + width;
-        let is_child = |update: &Update<T>| {
+        let is_child = |update: &UpdateMatrix<T>| {
             let child = self.structure.front(update.supernode);
             child.below().first().is_some_and(|row| own.contains(row))
         };
@@ -197,7 +197,7 @@ impl<T: Scalar> Run<'_, T> {
         finished
             .into_iter()
             .for_each(|update| self.buffers.put(update.values));
-        Ok((order > 0).then_some(Update {
+        Ok((order > 0).then_some(UpdateMatrix {
             supernode: s,
             values,
         }))

@@ -9,7 +9,7 @@ use super::super::analysis::{FactorStructure, Front};
 
 /// Supernodes that one thread treats one after another: a subtree, or one supernode above the subtrees.
 #[derive(Clone, Debug, PartialEq)]
-pub(in super::super) struct Task {
+pub(in super::super) struct SubtreeTask {
     /// In postorder.
     pub(in super::super) supernodes: Range<usize>,
     /// Tasks whose updates the last supernode takes, ascending.
@@ -19,7 +19,11 @@ pub(in super::super) struct Task {
 
 impl FactorStructure {
     /// Cuts the elimination tree into tasks, in postorder; subtrees of less than `share` of all the work are not cut.
-    pub(in super::super) fn tasks(&self, work: impl Fn(Front<'_>) -> f64, share: f64) -> Vec<Task> {
+    pub(in super::super) fn tasks(
+        &self,
+        work: impl Fn(Front<'_>) -> f64,
+        share: f64,
+    ) -> Vec<SubtreeTask> {
         let tree = self.supernode_tree();
         let work: Vec<f64> = (0..self.supernodes())
             .map(|s| work(self.front(s)))
@@ -27,11 +31,11 @@ impl FactorStructure {
         let most = share * work.iter().sum::<f64>();
         let pieces = tree.pieces(|s| work[s], |work| work < most);
         let mut task_of = vec![0; self.supernodes()];
-        let mut tasks: Vec<Task> = Vec::with_capacity(pieces.len());
+        let mut tasks: Vec<SubtreeTask> = Vec::with_capacity(pieces.len());
         for supernodes in pieces {
             task_of[supernodes.end - 1] = tasks.len();
             let (children, parent) = (Vec::new(), None);
-            tasks.push(Task {
+            tasks.push(SubtreeTask {
                 supernodes,
                 children,
                 parent,
@@ -50,7 +54,7 @@ impl FactorStructure {
 
 /// Runs every task after its children, side by side where the tree allows; a task that returns false keeps its ancestors
 /// from running.
-pub(in super::super) fn ascend(tasks: &[Task], run: impl Fn(usize) -> bool + Sync) {
+pub(in super::super) fn ascend(tasks: &[SubtreeTask], run: impl Fn(usize) -> bool + Sync) {
     let waiting: Vec<AtomicUsize> = tasks
         .iter()
         .map(|task| AtomicUsize::new(task.children.len()))
@@ -72,10 +76,10 @@ pub(in super::super) fn ascend(tasks: &[Task], run: impl Fn(usize) -> bool + Syn
 }
 
 /// Runs every task after its parent, side by side where the tree allows.
-pub(in super::super) fn descend(tasks: &[Task], run: impl Fn(usize) + Sync) {
+pub(in super::super) fn descend(tasks: &[SubtreeTask], run: impl Fn(usize) + Sync) {
     fn from<'s>(
         k: usize,
-        tasks: &'s [Task],
+        tasks: &'s [SubtreeTask],
         run: &'s (impl Fn(usize) + Sync),
         scope: &ScopeFifo<'s>,
     ) {

@@ -7,7 +7,7 @@ use crate::{mesh::IsoparametricMap, reference::TETRAHEDRON_EDGES};
 
 /// The tetrahedra of a file on nodes numbered by increasing tag; unused nodes are dropped.
 #[derive(Debug)]
-pub(super) struct Body {
+pub(super) struct GmshBody {
     pub(super) coordinates: Vec<[f64; 3]>,
     /// Tag of each node, increasing.
     pub(super) tags: Vec<u64>,
@@ -17,7 +17,7 @@ pub(super) struct Body {
     pub(super) mid_edges: Option<Vec<[usize; 6]>>,
 }
 
-impl Body {
+impl GmshBody {
     /// Numbers the nodes and orients the tetrahedra; a mesh whose tetrahedra are all inverted, as
     /// in a mirrored copy, is turned as a whole.
     pub(super) fn new(contents: &Contents) -> Result<Self, GmshError> {

@@ -5,12 +5,12 @@ use std::collections::HashMap;
 use nalgebra::Vector3;
 use rayon::slice::ParallelSliceMut;
 
-use super::{GmshError, body::Body, contents::Contents};
+use super::{GmshError, body::GmshBody, contents::Contents};
 use crate::mesh::sorted;
 
 /// The outer triangles of the body and how its tetrahedra hang together.
 #[derive(Debug)]
-pub(super) struct Boundary {
+pub(super) struct GmshBoundary {
     /// Counter-clockwise seen from outside, in the order of their tetrahedra.
     pub(super) facets: Vec<[usize; 3]>,
     /// The tetrahedron behind each.
@@ -21,10 +21,10 @@ pub(super) struct Boundary {
     piece: Vec<usize>,
 }
 
-impl Boundary {
+impl GmshBoundary {
     /// Matches the triangles of all tetrahedra: two tetrahedra share a triangle from opposite
     /// sides, or it is on the boundary. So a third one at a triangle overlaps one of the two.
-    pub(super) fn new(body: &Body, contents: &Contents) -> Result<Self, GmshError> {
+    pub(super) fn new(body: &GmshBody, contents: &Contents) -> Result<Self, GmshError> {
         let mut sides: Vec<TetrahedronSide> = (0..body.tetrahedra.len())
             .flat_map(|t| (0..4).map(move |local| (t, local)))
             .map(|(t, local)| TetrahedronSide {
@@ -95,13 +95,13 @@ fn triangles(&[a, b, c, d]: &[usize; 4]) -> [[usize; 3]; 4] {
 }
 
 /// Whether the outward order of a side is an even permutation of the increasing one.
-fn is_even(body: &Body, side: &TetrahedronSide) -> bool {
+fn is_even(body: &GmshBody, side: &TetrahedronSide) -> bool {
     let [a, b, c] = triangles(&body.tetrahedra[side.tetrahedron])[side.local];
     !((a > b) ^ (b > c) ^ (a > c))
 }
 
 /// The error for sides that share a triangle although two of them are on the same side of it.
-fn overlap(body: &Body, contents: &Contents, shared: &[TetrahedronSide]) -> GmshError {
+fn overlap(body: &GmshBody, contents: &Contents, shared: &[TetrahedronSide]) -> GmshError {
     let corners = |side: &TetrahedronSide| {
         let mut nodes = body.tetrahedra[side.tetrahedron];
         nodes.sort_unstable();
@@ -177,8 +177,8 @@ const SAME_PLACE: f64 = 1e-6;
 ///
 /// Only boundary triangles are looked at, since a face between unjoined parts is boundary of both.
 pub(super) fn check(
-    body: &Body,
-    boundary: &Boundary,
+    body: &GmshBody,
+    boundary: &GmshBoundary,
     contents: &Contents,
 ) -> Result<(), GmshError> {
     let mut nodes: Vec<usize> = boundary.facets.iter().flatten().copied().collect();
@@ -189,13 +189,13 @@ pub(super) fn check(
     no_hanging_nodes(body, boundary, contents, &nearby)
 }
 
-fn point(body: &Body, node: usize) -> Vector3<f64> {
+fn point(body: &GmshBody, node: usize) -> Vector3<f64> {
     body.coordinates[node].into()
 }
 
 fn no_coincident_nodes(
-    body: &Body,
-    boundary: &Boundary,
+    body: &GmshBody,
+    boundary: &GmshBoundary,
     nodes: &[usize],
     nearby: &Nearby,
 ) -> Result<(), GmshError> {
@@ -223,8 +223,8 @@ fn no_coincident_nodes(
 }
 
 fn no_hanging_nodes(
-    body: &Body,
-    boundary: &Boundary,
+    body: &GmshBody,
+    boundary: &GmshBoundary,
     contents: &Contents,
     nearby: &Nearby,
 ) -> Result<(), GmshError> {

@@ -28,7 +28,7 @@ pub(super) struct Contents {
 
 /// The versions of the format that are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Version {
+enum GmshVersion {
     V2,
     V4,
 }
@@ -86,13 +86,13 @@ impl Contents {
             }
             match (section.as_str(), version) {
                 ("PhysicalNames", _) => contents.read_names(&mut scanner)?,
-                ("Entities", Version::V4) => {
+                ("Entities", GmshVersion::V4) => {
                     entities = Some(v4::entities(&mut scanner, &mut contents)?);
                 }
-                ("Nodes", Version::V2) => v2::nodes(&mut scanner, &mut contents)?,
-                ("Nodes", Version::V4) => v4::nodes(&mut scanner, &mut contents)?,
-                ("Elements", Version::V2) => v2::elements(&mut scanner, &mut contents)?,
-                ("Elements", Version::V4) => {
+                ("Nodes", GmshVersion::V2) => v2::nodes(&mut scanner, &mut contents)?,
+                ("Nodes", GmshVersion::V4) => v4::nodes(&mut scanner, &mut contents)?,
+                ("Elements", GmshVersion::V2) => v2::elements(&mut scanner, &mut contents)?,
+                ("Elements", GmshVersion::V4) => {
                     v4::elements(&mut scanner, entities.as_ref(), &mut contents)?;
                 }
                 _ => {
@@ -203,7 +203,7 @@ fn physical_name(line: &[u8]) -> Option<((i64, i64), String)> {
 }
 
 /// Reads `$MeshFormat`: version, encoding and size of sizes; in binary also the order of bytes.
-fn read_format(scanner: &mut Scanner) -> Result<Version, GmshError> {
+fn read_format(scanner: &mut Scanner) -> Result<GmshVersion, GmshError> {
     let first = scanner.text_line().unwrap_or_default();
     if first != b"$MeshFormat" {
         return Err(scanner.syntax("$MeshFormat at the beginning", shown(first)));
@@ -221,8 +221,8 @@ fn read_format(scanner: &mut Scanner) -> Result<Version, GmshError> {
     };
     let place = scanner.place();
     let version = match version.parse() {
-        Ok(2.2) => Version::V2,
-        Ok(4.1) => Version::V4,
+        Ok(2.2) => GmshVersion::V2,
+        Ok(4.1) => GmshVersion::V4,
         _ => {
             let found = shown(version.as_bytes());
             return Err(GmshError::Version { place, found });
@@ -239,8 +239,8 @@ fn read_format(scanner: &mut Scanner) -> Result<Version, GmshError> {
         ("1", _, "8") => {
             scanner.end_text_line();
             scanner.set_encoding(match version {
-                Version::V2 => Encoding::Ints,
-                Version::V4 => Encoding::Sizes,
+                GmshVersion::V2 => Encoding::Ints,
+                GmshVersion::V4 => Encoding::Sizes,
             });
             if scanner.int("the number 1 that shows the order of bytes")? != 1 {
                 return refuse("big-endian binary");

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, HashSet};
 
 use super::{
     FilePosition, GmshError,
-    body::{Body, listed_nodes},
-    boundary::Boundary,
+    body::{GmshBody, listed_nodes},
+    boundary::GmshBoundary,
     contents::Contents,
 };
 use crate::mesh::sorted;
@@ -57,8 +57,8 @@ pub(super) fn volumes(contents: &Contents) -> Result<(Vec<usize>, Vec<String>), 
 /// Triangles inside the body or off it are passed over, unless their surface has no other.
 pub(super) fn surfaces(
     contents: &Contents,
-    body: &Body,
-    boundary: &Boundary,
+    body: &GmshBody,
+    boundary: &GmshBoundary,
 ) -> Result<(Vec<usize>, Vec<String>), GmshError> {
     let mut facet_group: Vec<Option<i64>> = vec![None; boundary.facets.len()];
     let mut surfaces: BTreeMap<i64, PhysicalSurface> = BTreeMap::new();

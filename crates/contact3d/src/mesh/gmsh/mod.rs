@@ -73,8 +73,8 @@ pub fn digest_of(path: &Path) -> io::Result<String> {
 /// The first flaw found, with its line and its tags in the file.
 pub fn parse(bytes: &[u8]) -> Result<RawMesh, GmshError> {
     let contents = contents::Contents::read(bytes)?;
-    let body = body::Body::new(&contents)?;
-    let boundary = boundary::Boundary::new(&body, &contents)?;
+    let body = body::GmshBody::new(&contents)?;
+    let boundary = boundary::GmshBoundary::new(&body, &contents)?;
     boundary::check(&body, &boundary, &contents)?;
     boundary.require_one_piece(&contents)?;
     let (tetrahedron_group, group_names) = groups::volumes(&contents)?;

@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// What acts on the boundary triangles of a solved problem.
-pub(super) struct Boundary<'a> {
+pub(super) struct LoadedBoundary<'a> {
     solved: &'a Solved<'a>,
     /// Components that are held on a whole triangle, `[n_facets]`.
     pub(super) held: Vec<[bool; 3]>,
@@ -24,7 +24,7 @@ pub(super) struct Boundary<'a> {
     contact: Vec<Option<usize>>,
 }
 
-impl<'a> Boundary<'a> {
+impl<'a> LoadedBoundary<'a> {
     pub(super) fn new(solved: &'a Solved<'a>) -> Self {
         let mesh = solved.mesh;
         let nodes_held = mesh.held_nodes(solved.scene);

@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3, Vector6};
 
-use super::boundary::{Boundary, Neighbour};
+use super::boundary::{LoadedBoundary, Neighbour};
 use crate::{
     elasticity::{InternalForces, MaterialField, Simplex, traction},
     mesh::Mesh,
@@ -29,13 +29,13 @@ pub(super) struct LocalProblems<'a> {
     /// Nodal displacement in m, `[n_nodes]`.
     displacement: &'a [[f64; 3]],
     internal: &'a InternalForces,
-    boundary: &'a Boundary<'a>,
+    boundary: &'a LoadedBoundary<'a>,
     beyond: &'a [[Neighbour; 4]],
     material: &'a MaterialField<'a>,
     /// Points of integration in a tetrahedron with the bubbles and their slopes there.
-    inside: Vec<Sample>,
+    inside: Vec<QuadraturePoint>,
     /// Points of integration on each side, in barycentric coordinates of the tetrahedron.
-    on_sides: [Vec<Sample>; 4],
+    on_sides: [Vec<QuadraturePoint>; 4],
 }
 
 /// The equations of one local problem.
@@ -47,7 +47,7 @@ struct LocalSystem {
 }
 
 /// The bubbles at a point of integration.
-struct Sample {
+struct QuadraturePoint {
     at: [f64; 4],
     weight: f64,
     values: [f64; BUBBLES],
@@ -56,7 +56,7 @@ struct Sample {
 
 impl LocalSystem {
     /// φ_a φ_b K of all bubbles at a point of a side.
-    fn add_spring(&mut self, sample: &Sample, spring: Matrix3<f64>) {
+    fn add_spring(&mut self, sample: &QuadraturePoint, spring: Matrix3<f64>) {
         for (a, first) in sample.values.iter().enumerate() {
             for (b, second) in sample.values.iter().enumerate() {
                 let mut block = self.stiffness.fixed_view_mut::<3, 3>(3 * a, 3 * b);
@@ -66,7 +66,7 @@ impl LocalSystem {
     }
 }
 
-impl Sample {
+impl QuadraturePoint {
     fn new(at: [f64; 4], weight: f64) -> Self {
         Self {
             at,
@@ -82,18 +82,20 @@ impl<'a> LocalProblems<'a> {
         solved: &Solved<'a>,
         displacement: &'a [[f64; 3]],
         internal: &'a InternalForces,
-        boundary: &'a Boundary<'a>,
+        boundary: &'a LoadedBoundary<'a>,
         beyond: &'a [[Neighbour; 4]],
         material: &'a MaterialField<'a>,
     ) -> Self {
         // Slopes are quadratic and stress is linear.
         let inside = quadrature::tetrahedron_5();
-        let inside = inside.map(|(at, weight)| Sample::new(at, weight)).collect();
+        let inside = inside
+            .map(|(at, weight)| QuadraturePoint::new(at, weight))
+            .collect();
         let on_sides = SIDES.map(|corners| {
             let points = quadrature::triangle_4().map(|(share, weight)| {
                 let mut at = [0.0; 4];
                 corners.into_iter().zip(share).for_each(|(c, s)| at[c] = s);
-                Sample::new(at, weight)
+                QuadraturePoint::new(at, weight)
             });
             points.collect()
         });

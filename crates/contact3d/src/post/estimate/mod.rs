@@ -30,7 +30,7 @@ use crate::{
     mesh::{Mesh, shape},
 };
 
-use boundary::Boundary;
+use boundary::LoadedBoundary;
 use boundary::surroundings;
 use local::LocalProblems;
 
@@ -98,7 +98,7 @@ impl ErrorEstimate {
         let mut squares = match mesh.mid_edges {
             None => recovery::energies(mesh, &material, &known.internal.stress),
             Some(_) => {
-                let (boundary, beyond) = (Boundary::new(solved), surroundings(mesh));
+                let (boundary, beyond) = (LoadedBoundary::new(solved), surroundings(mesh));
                 let problems = LocalProblems::new(
                     solved,
                     known.displacement,

@@ -12,9 +12,9 @@ const MOST_FORKS: usize = u64::BITS as usize;
 /// The way that a formula goes at each of its forks, in the order in which they are met: bit k is set where the left number is the
 /// smaller one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Branch(u64);
+pub struct FormulaBranch(u64);
 
-impl Branch {
+impl FormulaBranch {
     /// The branch beyond a fork, on the side where its left number is the smaller one or not.
     pub fn with(self, fork: usize, less: bool) -> Self {
         let bit = 1 << fork;
@@ -104,7 +104,7 @@ impl Number for Branched {
 /// Goes the way that a branch prescribes, or, without one, the way of the point, and remembers it.
 #[derive(Debug)]
 pub(super) struct BranchChoice {
-    branch: Branch,
+    branch: FormulaBranch,
     is_given: bool,
     /// The difference left − right at each fork so far.
     differences: Vec<Sloped>,
@@ -112,7 +112,7 @@ pub(super) struct BranchChoice {
 
 impl BranchChoice {
     /// Along a branch.
-    pub(super) fn along(branch: Branch) -> Self {
+    pub(super) fn along(branch: FormulaBranch) -> Self {
         Self {
             branch,
             is_given: true,
@@ -123,14 +123,14 @@ impl BranchChoice {
     /// Where the point goes.
     pub(super) fn open() -> Self {
         Self {
-            branch: Branch::default(),
+            branch: FormulaBranch::default(),
             is_given: false,
             differences: Vec::new(),
         }
     }
 
     /// The branch that was gone.
-    pub(super) fn branch(&self) -> Branch {
+    pub(super) fn branch(&self) -> FormulaBranch {
         self.branch
     }
 

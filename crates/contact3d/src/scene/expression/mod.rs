@@ -8,8 +8,8 @@ use std::{collections::BTreeMap, fmt};
 
 use thiserror::Error;
 
-pub use branch::{Branch, BranchEnd, OnBranch};
 use branch::{BranchChoice, Branched};
+pub use branch::{BranchEnd, FormulaBranch, OnBranch};
 pub use parse::FUNCTIONS;
 pub(super) use parse::is_identifier;
 pub use parse::replace_names;
@@ -198,7 +198,7 @@ impl Expression {
 
     /// The branch that the formula takes at a point; at a fork the one on which three variables, given by their places, grow alike.
     #[must_use]
-    pub(crate) fn branch(&self, values: &[f64], by: [usize; 3]) -> Branch {
+    pub(crate) fn branch(&self, values: &[f64], by: [usize; 3]) -> FormulaBranch {
         let mut choice = BranchChoice::open();
         self.go(values, by, &mut choice);
         choice.branch()
@@ -206,7 +206,12 @@ impl Expression {
 
     /// The formula on one of its branches, also beyond the ends of it.
     #[must_use]
-    pub(crate) fn on_branch(&self, values: &[f64], by: [usize; 3], branch: Branch) -> OnBranch {
+    pub(crate) fn on_branch(
+        &self,
+        values: &[f64],
+        by: [usize; 3],
+        branch: FormulaBranch,
+    ) -> OnBranch {
         let mut choice = BranchChoice::along(branch);
         let value = self.go(values, by, &mut choice);
         choice.found(value)

@@ -28,11 +28,11 @@ use crate::{
     contact::{CoulombLaw, FrictionField, InterfaceFriction, LawBounds},
     dual::{Assembly, Balance, ExplicitDual},
     elasticity::DofMap,
-    linalg::{add_scaled, dot, norm},
+    linalg::{add_scaled, dot},
 };
 
-/// Work of the load in a motion that contact does not feel, as a share of the work that it would do if every node's force were along
-/// the node's displacement, from which it counts: rounding of coordinates and sums, with room.
+/// Work of the load in a motion, as a share of the work that it would do if every node's force were along the node's displacement, from
+/// which it counts: rounding of coordinates and sums, with room.
 const FELT_WORK: f64 = 1e-10;
 
 /// A rigid motion that nothing stops, of largest component one, `[n_nodes]`.
@@ -43,7 +43,7 @@ pub(super) fn unstopped_motion(
 ) -> Option<Vec<[f64; 3]>> {
     let (dofs, load) = (&assembly.primal.dofs, &assembly.primal.load);
     if let Some(u) = driven(&balance.coupling.neutral_motions(), load)
-        && dot(&u, load) > FELT_WORK * largest_work(dofs, &u, load)
+        && is_driven(dofs, &u, load)
     {
         return Some(in_space(dofs, &u));
     }
@@ -53,7 +53,7 @@ pub(super) fn unstopped_motion(
     })?;
     let mut displacement = vec![0.0; load.len()];
     balance.coupling.add_motion(&motion, &mut displacement);
-    Some(in_space(dofs, &displacement))
+    is_driven(dofs, &displacement, load).then(|| in_space(dofs, &displacement))
 }
 
 /// A rigid motion of largest component one, `[n_nodes]`, that drags the body along its foundation whatever friction does.
@@ -69,9 +69,15 @@ pub(super) fn dragged_motion(
     }
     let coefficients = strongest_friction(law, laws);
     let motion = friction_limit::beyond_friction(dual, balance, &laws.area, &coefficients)?;
-    let mut displacement = vec![0.0; assembly.primal.load.len()];
+    let (dofs, load) = (&assembly.primal.dofs, &assembly.primal.load);
+    let mut displacement = vec![0.0; load.len()];
     balance.coupling.add_rigid(&motion, &mut displacement);
-    Some(in_space(&assembly.primal.dofs, &displacement))
+    is_driven(dofs, &displacement, load).then(|| in_space(dofs, &displacement))
+}
+
+/// Whether a load works in a motion by more than rounding: without it no motion proves anything.
+fn is_driven(dofs: &DofMap, motion: &[f64], load: &[f64]) -> bool {
+    dot(motion, load) > FELT_WORK * dofs.largest_work(motion, load)
 }
 
 /// The motions that neither contact nor supports feel, each of largest component one, `[n_neutral][n_nodes]`.
@@ -88,16 +94,6 @@ fn in_space(dofs: &DofMap, motion: &[f64]) -> Vec<[f64; 3]> {
     nodes
         .map(|node| dofs.change_at_node(node, motion).map(|v| v / largest))
         .collect()
-}
-
-/// Σ |u_a| |l_a| over the nodes.
-fn largest_work(dofs: &DofMap, motion: &[f64], load: &[f64]) -> f64 {
-    let nodes = 0..dofs.dof.len();
-    nodes
-        .map(|node| {
-            norm(&dofs.change_at_node(node, motion)) * norm(&dofs.change_at_node(node, load))
-        })
-        .sum()
 }
 
 /// Of some motions that in which a load works most for the squared displacements of the body; `None` where there are none, or the
