@@ -5,7 +5,7 @@ mod support;
 use std::path::Path;
 
 use contact3d::{ProblemError, scene::Scene, solver::Status};
-use studies::accuracy::{Accuracy, AccuracySettings, Operator, RunMethod};
+use studies::accuracy::{Accuracy, AccuracySettings, RunMethod, RunOperator};
 use support::{hkl_scene, refine};
 
 const SETTINGS: AccuracySettings = AccuracySettings {
@@ -80,7 +80,7 @@ fn every_method_approaches_the_reference_as_epsilon_falls() {
         let errors = [ran[0].1.energy_error, ran[ran.len() - 1].1.energy_error];
         assert!(errors[1] < 1e-2 * errors[0], "{name}: {errors:?}");
     }
-    let both = [Operator::Explicit, Operator::Implicit].map(|operator| {
+    let both = [RunOperator::Explicit, RunOperator::Implicit].map(|operator| {
         let entry = study.entries.iter().find(|entry| {
             entry.method == RunMethod::FixedPrecision
                 && entry.operator == operator

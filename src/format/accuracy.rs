@@ -8,7 +8,7 @@ use runfile::{
 };
 use studies::accuracy::{
     Accuracy, AlgebraicStudy, DiscretisationStudy, Forces, Level, MeshSequence, MeshSequences,
-    Operator, Reference, RunMethod, RunResult, SequenceKind, SequenceLevel, SolverRun,
+    Reference, RunMethod, RunOperator, RunResult, SequenceKind, SequenceLevel, SolverRun,
 };
 use units::Dimension;
 
@@ -32,7 +32,7 @@ stored_as! {
 
 stored_as! {
     /// How the dual operator is held, as stored.
-    StoredOperator of Operator as "operator" {
+    StoredOperator of RunOperator as "operator" {
         Implicit = 0 => "implicit",
         Explicit = 1 => "explicit",
     }
@@ -276,7 +276,7 @@ fn read_algebraic(reader: &Reader) -> Result<AlgebraicStudy, FormatError> {
     let runs = there(reader, [&SOLVES, &FORMER_SOLVES]).unwrap_or(&SOLVES);
     study.entries = runs.read_rows(reader, || SolverRun {
         method: RunMethod::Newton,
-        operator: Operator::Explicit,
+        operator: RunOperator::Explicit,
         epsilon: f64::NAN,
         result: Some(RunResult::default()),
     })?;

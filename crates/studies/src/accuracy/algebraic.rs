@@ -33,7 +33,7 @@ pub enum RunMethod {
 
 /// How the dual operator is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Operator {
+pub enum RunOperator {
     /// Two sparse triangular solves for each application.
     Implicit,
     /// A dense matrix.
@@ -50,7 +50,7 @@ impl fmt::Display for RunMethod {
     }
 }
 
-impl fmt::Display for Operator {
+impl fmt::Display for RunOperator {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Implicit => "implicit",
@@ -65,7 +65,7 @@ pub struct SolverRun {
     /// The method.
     pub method: RunMethod,
     /// How S is held.
-    pub operator: Operator,
+    pub operator: RunOperator,
     /// The accuracy asked for.
     pub epsilon: f64,
     /// What came of it; `None` where it was not run because the budget does not suffice.
@@ -158,7 +158,7 @@ impl AlgebraicStudy {
         for method in [FixedPrecision, AdaptivePrecision, Newton] {
             study
                 .entries
-                .extend(problem.series(method, Operator::Explicit, observe)?);
+                .extend(problem.series(method, RunOperator::Explicit, observe)?);
         }
         if let Some(contact) = &mut problem.assembled.system_mut().contact {
             contact.make_implicit();
@@ -167,7 +167,7 @@ impl AlgebraicStudy {
             for method in [FixedPrecision, AdaptivePrecision] {
                 study
                     .entries
-                    .extend(problem.series(method, Operator::Implicit, observe)?);
+                    .extend(problem.series(method, RunOperator::Implicit, observe)?);
             }
         }
         Ok(Some(study))
@@ -187,7 +187,7 @@ impl StudiedProblem<'_> {
     fn series(
         &self,
         method: RunMethod,
-        operator: Operator,
+        operator: RunOperator,
         observe: &mut dyn FnMut(AccuracyProgress),
     ) -> Result<Vec<SolverRun>, ProblemError> {
         let mut entries: Vec<SolverRun> = Vec::new();

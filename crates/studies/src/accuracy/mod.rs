@@ -14,7 +14,7 @@ mod sequences;
 #[cfg(test)]
 mod tests;
 
-pub use algebraic::{AlgebraicStudy, EPSILONS, Operator, RunMethod, RunResult, SolverRun};
+pub use algebraic::{AlgebraicStudy, EPSILONS, RunMethod, RunOperator, RunResult, SolverRun};
 pub use cost::Cost;
 pub use cost::{Advice, FinerMesh};
 pub use discretisation::{DiscretisationStudy, Forces, Level, Trend};
@@ -68,7 +68,7 @@ pub enum AccuracyProgress {
     /// A mesh of this n_div is solved.
     Level(usize),
     /// The scene's own mesh is solved to this ε.
-    SolverRun(RunMethod, Operator, f64),
+    SolverRun(RunMethod, RunOperator, f64),
     /// A mesh of a sequence.
     Sequence(SequenceProgress),
 }

@@ -1,9 +1,9 @@
 //! The derivative of the equations of a smooth piece by λ and by the parameter.
 
 use super::{
-    equations::{Equations, EvaluatedPiece},
+    equations::{EvaluatedPiece, PieceEquations},
     piece::Piece,
-    point::Member,
+    point::FamilyMember,
 };
 use contact3d::{ProblemError, post::Zone};
 
@@ -26,11 +26,11 @@ struct Perturbation<'m> {
     friction: FrictionTreatment,
 }
 
-impl Equations<'_> {
+impl PieceEquations<'_> {
     /// ∂R/∂(y, s), column-major, `[n, n + 1]`.
     pub(super) fn derivative(
         &self,
-        member: &Member,
+        member: &FamilyMember,
         piece: &Piece,
         point: &[f64],
         at: &EvaluatedPiece,
@@ -98,7 +98,7 @@ impl Equations<'_> {
     /// ∂R/∂y_j; with frozen friction as the minimisations of Ψ have it.
     pub(super) fn column(
         &self,
-        member: &Member,
+        member: &FamilyMember,
         piece: &Piece,
         at: &EvaluatedPiece,
         j: usize,
@@ -119,7 +119,7 @@ impl Equations<'_> {
     /// The change of R with a motion.
     fn moved(
         &self,
-        member: &Member,
+        member: &FamilyMember,
         piece: &Piece,
         at: &EvaluatedPiece,
         motion: &Perturbation<'_>,

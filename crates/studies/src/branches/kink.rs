@@ -2,7 +2,7 @@
 
 use super::{
     corrector::PathState,
-    equations::Equations,
+    equations::PieceEquations,
     piece::{AdjacentPiece, EndDistance, Piece, Switch},
 };
 use contact3d::{
@@ -68,7 +68,7 @@ enum Choice {
     Law(Switch, AdjacentPiece),
 }
 
-impl Equations<'_> {
+impl PieceEquations<'_> {
     /// All half paths that leave a point where a piece ends, each with the tangent that leads into its own piece.
     ///
     /// A generic end, where one pane or node changes, has two: the one that came and the one that goes on. Where several change
@@ -204,7 +204,7 @@ impl Equations<'_> {
     }
 }
 
-impl Equations<'_> {
+impl PieceEquations<'_> {
     /// The distances to the ends of a piece a little along the tangent; `None` where the equations have no value.
     fn beside(
         &self,

@@ -2,7 +2,7 @@
 
 use super::{
     piece::{AdjacentPiece, EndDistance, NodePiece, Switch},
-    point::Member,
+    point::FamilyMember,
 };
 use contact3d::{
     contact::{CoulombLaw, SlipOperator},
@@ -29,7 +29,7 @@ pub(super) struct NodalInverse {
 }
 
 impl<'a> LawPieces<'a> {
-    pub(super) fn new(member: &'a Member) -> Self {
+    pub(super) fn new(member: &'a FamilyMember) -> Self {
         let law = member.law();
         let knots = law.only().coefficients().iter().map(|coefficient| {
             let positive = |knots: Vec<f64>| knots.into_iter().filter(|k| *k > 0.0).collect();

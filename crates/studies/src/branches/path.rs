@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     corrector::PathState,
-    equations::Equations,
+    equations::PieceEquations,
     kink::HalfPath,
     locate::{Chord, OFF},
     piece::{EndDistance, Open, Piece, Switch},
@@ -78,7 +78,7 @@ pub(super) struct PathFront {
 /// What sees the new points of every step, with the front behind them, what is still open, and why the path ends there.
 pub(super) type Observer<'o> = dyn FnMut(&[PathPoint], &PathFront, &Open, Option<PathEnd>) + 'o;
 
-impl Equations<'_> {
+impl PieceEquations<'_> {
     /// Follows a path from its front to its end; `start` is where it began and its tangent there, `done` the number of its points so far.
     /// Branch points put their other half paths into `open`.
     pub(super) fn follow(

@@ -2,7 +2,7 @@
 
 use super::{
     enumeration::{CompletenessProof, Undecided, enumerated},
-    equations::Equations,
+    equations::PieceEquations,
 };
 use contact3d::{
     ProblemError,
@@ -33,7 +33,7 @@ pub(super) struct FoundSolutions {
     pub(super) certificate: Result<CompletenessProof, Undecided>,
 }
 
-impl Equations<'_> {
+impl PieceEquations<'_> {
     /// The solutions at s, beside known ones: all of them where the states can be enumerated, else those that deflated Newton's
     /// method finds from the face that is open, glued, pressed, and from scattered zones and directions, others in every round.
     pub(super) fn solutions_at(

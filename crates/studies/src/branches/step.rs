@@ -2,7 +2,7 @@
 
 use super::{
     corrector::{Along, PathState},
-    equations::Equations,
+    equations::PieceEquations,
     locate::{CROSSED, Chord, LOCATED},
     path::{PathFront, STRAIGHT},
     piece::{EndDistance, Piece},
@@ -33,7 +33,7 @@ pub(super) enum Advance {
     Nothing,
 }
 
-impl Equations<'_> {
+impl PieceEquations<'_> {
     /// One step of the front's length, cut at the end of the range and at the first end of the piece.
     pub(super) fn advance(&self, front: &PathFront) -> Result<Advance, ProblemError> {
         let (from, piece) = (&front.state, &front.piece);

@@ -46,7 +46,7 @@ pub(super) enum Narrowed {
 }
 
 /// One such step, from F at the middle of a box and F' over it. If every component of the result lies inside of the box, then every F' in
-/// the intervals is regular and there is exactly one solution (A. Neumaier, *Interval Methods for Systems of Equations*, 1990, §5.1).
+/// the intervals is regular and there is exactly one solution (A. Neumaier, *Interval Methods for Systems of PieceEquations*, 1990, §5.1).
 pub(super) fn narrow(
     region: &[Interval],
     at_middle: &[Interval],

@@ -31,7 +31,7 @@ use self::{
     straight_law::{NodeLaw, StraightLines},
     system::System,
 };
-use super::point::Member;
+use super::point::FamilyMember;
 use contact3d::{
     contact::SlipOperator,
     scene::{Coefficient, FrictionLaw},
@@ -112,7 +112,7 @@ pub(super) struct Enumerated {
 }
 
 /// All solutions of a problem with few panes, under uncapped laws that are constant or made of straight lines; `None` for others.
-pub(super) fn enumerated(member: &Member) -> Option<Enumerated> {
+pub(super) fn enumerated(member: &FamilyMember) -> Option<Enumerated> {
     let problem = small_problem(member)?;
     let moves = |pane: usize| [1, 2].map(|c| problem.moves[3 * pane + c]);
     let panes = 0..problem.n_panes();
@@ -143,7 +143,11 @@ pub(super) fn enumerated(member: &Member) -> Option<Enumerated> {
     Some(gathered(&problem, member, &outcomes))
 }
 
-fn gathered(problem: &SmallProblem, member: &Member, outcomes: &[StateSolutions]) -> Enumerated {
+fn gathered(
+    problem: &SmallProblem,
+    member: &FamilyMember,
+    outcomes: &[StateSolutions],
+) -> Enumerated {
     let solutions = outcomes.iter().flat_map(|outcome| &outcome.solutions);
     let certain: Vec<_> = solutions.filter(|solution| solution.margin > 0.0).collect();
     let sizes = |of: fn(Interval) -> f64| {
@@ -189,7 +193,7 @@ fn component(layout: contact3d::contact::MultiplierLayout, i: usize) -> usize {
     }
 }
 
-fn small_problem(member: &Member) -> Option<SmallProblem> {
+fn small_problem(member: &FamilyMember) -> Option<SmallProblem> {
     let (dual, law, surface) = (&member.dual, member.law(), member.surface());
     let layout = dual.layout;
     let panes = layout.n_panes();
@@ -217,7 +221,7 @@ fn small_problem(member: &Member) -> Option<SmallProblem> {
 }
 
 /// The law at a contact node; `None` where it is not made of straight lines.
-fn node_law(member: &Member, node: usize) -> Option<NodeLaw> {
+fn node_law(member: &FamilyMember, node: usize) -> Option<NodeLaw> {
     let law = member.law();
     let lines = |coefficient: &Coefficient, axis: usize| {
         let value = |slip: f64| {
