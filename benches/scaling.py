@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Seconds of every part and peak memory against mesh refinement, our way beside the paper's.
+"""Seconds of every part and peak memory against mesh refinement, our method beside the paper's.
 
     python3 benches/scaling.py [--n-div 8 16 24 32] [--paper 8 16] [--threads 1 2] [--repeat 3]
 
 Beside the factorisation stand its rate and its share of the machine's gemm in the same precision, measured with
 numpy's BLAS on the same number of threads (where numpy is installed).
 
-Our way: dense dual operator and Newton, to 1e-12. The paper's way: backsolves and Algorithm 4.1
+Our method: dense dual operator and Newton, to 1e-12. The paper's method: backsolves and Algorithm 4.1
 with KPRGP, precision control (a), to 1e-4. Runs alternate; medians are printed as Markdown, with
 the growth exponent of each part in the number of unknowns fitted over all sizes. Needs Python 3
 and the program (target/release/contact3d-pipe, or CONTACT3D_PIPE).
@@ -27,7 +27,7 @@ import tempfile
 HERE = pathlib.Path(__file__).resolve().parent
 SCENE = HERE.parent / "pipelines" / "newton.toml"
 PROGRAM = os.environ.get("CONTACT3D_PIPE", str(HERE.parent / "target/release/contact3d-pipe"))
-WAYS = {
+METHODS = {
     "ours": ['assemble.dual_operator="explicit"', 'solve.method="newton"'],
     "paper": [
         'assemble.dual_operator="implicit"',
@@ -38,11 +38,11 @@ WAYS = {
 PARTS = ["mesh", "stiffness", "ordering", "factorisation", "dual operator", "solve", "post", "files", "total"]
 
 
-def run(way, n_div, threads, folder):
+def run(method, n_div, threads, folder):
     """One run from scratch: seconds of its parts, counts, peak memory in MB."""
     path = folder / "run.h5"
     path.unlink(missing_ok=True)
-    changes = [f"body.brick.cells=[{3 * n_div},{n_div},{n_div}]", *WAYS[way]]
+    changes = [f"body.brick.cells=[{3 * n_div},{n_div},{n_div}]", *METHODS[method]]
     command = [PROGRAM, "run", str(SCENE), str(path), "--no-figures", "--quiet", "--json",
                "--threads", str(threads)]
     for change in changes:
@@ -144,7 +144,7 @@ def print_table(title, cases, threads):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--n-div", type=int, nargs="+", default=[8, 16, 24, 32])
-    parser.add_argument("--paper", type=int, nargs="*", default=[8, 16], help="sizes of the paper's way")
+    parser.add_argument("--paper", type=int, nargs="*", default=[8, 16], help="sizes of the paper's method")
     parser.add_argument("--threads", type=int, nargs="+", default=[1, 2])
     parser.add_argument("--repeat", type=int, default=3)
     arguments = parser.parse_args()
@@ -155,20 +155,20 @@ def main():
         for threads in arguments.threads:
             results = {"ours": {}, "paper": {}}
             for n_div in sorted({*arguments.n_div, *arguments.paper}):
-                ways = [w for w, sizes in (("ours", arguments.n_div), ("paper", arguments.paper)) if n_div in sizes]
-                runs = {way: [] for way in ways}
+                methods = [w for w, sizes in (("ours", arguments.n_div), ("paper", arguments.paper)) if n_div in sizes]
+                runs = {method: [] for method in methods}
                 for _ in range(arguments.repeat):
-                    for way in ways:
-                        runs[way].append(run(way, n_div, threads, folder))
-                for way in ways:
-                    results[way][n_div] = median_of(runs[way])
-            for way, title in (("ours", "Newton to 1e-12"), ("paper", "The paper's way to 1e-4")):
-                if results[way]:
-                    print_table(f"{title}, {threads} thread{'s' if threads > 1 else ''}", results[way], threads)
+                    for method in methods:
+                        runs[method].append(run(method, n_div, threads, folder))
+                for method in methods:
+                    results[method][n_div] = median_of(runs[method])
+            for method, title in (("ours", "Newton to 1e-12"), ("paper", "The paper's method to 1e-4")):
+                if results[method]:
+                    print_table(f"{title}, {threads} thread{'s' if threads > 1 else ''}", results[method], threads)
             for n_div in results["paper"]:
                 if n_div in results["ours"]:
                     ratio = results["paper"][n_div]["seconds"]["total"] / results["ours"][n_div]["seconds"]["total"]
-                    print(f"\nn_div {n_div}: the paper's way takes {ratio:.1f} times our total.")
+                    print(f"\nn_div {n_div}: the paper's method takes {ratio:.1f} times our total.")
 
 
 if __name__ == "__main__":

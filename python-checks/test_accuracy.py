@@ -1,4 +1,4 @@
-"""The ladders of accuracy, computed again from the raw arrays of run files."""
+"""The studies of accuracy, computed again from the raw arrays of run files."""
 
 import itertools
 from pathlib import Path
@@ -20,9 +20,9 @@ def cells(n_div: int) -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def ladder_path(contact3d, tmp_path_factory) -> Path:
-    """Both ladders of the published scene at n_div = 4."""
-    path = tmp_path_factory.mktemp("accuracy") / "ladder.h5"
+def study_path(contact3d, tmp_path_factory) -> Path:
+    """Both studies of the published scene at n_div = 4."""
+    path = tmp_path_factory.mktemp("accuracy") / "studies.h5"
     sizes = ["--coarsest", "2", "--finest", "8", "--budget", "20"]
     contact3d("accuracy", SCENE, path, "--no-figures", *cells(4), *sizes)
     return path
@@ -65,14 +65,14 @@ def energy_norm(problem: RawProblem, field: np.ndarray) -> float:
     return float(np.sqrt(free @ problem.stiffness @ free))
 
 
-def test_the_file_is_what_the_schema_says(ladder_path, schema):
-    with open_run(ladder_path) as file:
+def test_the_file_is_what_the_schema_says(study_path, schema):
+    with open_run(study_path) as file:
         assert schema_problems(file, schema) == []
         assert set(file) == {"scene", "accuracy"}
 
 
-def test_differences_to_the_finest_mesh(ladder_path, solved):
-    with open_run(ladder_path) as file:
+def test_differences_to_the_finest_mesh(study_path, solved):
+    with open_run(study_path) as file:
         stored = file["accuracy/levels/energy_difference"][:]
         assert file["accuracy/levels/n_div"][:].tolist() == [2, 4, 8]
     finest = solved[8]
@@ -86,36 +86,36 @@ def test_differences_to_the_finest_mesh(ladder_path, solved):
         assert value == pytest.approx(difference, abs=1e-9)
 
 
-def test_energies_forces_orders_and_limits(ladder_path, solved):
+def test_energies_forces_orders_and_limits(study_path, solved):
     problems = [solved[n] for n in (2, 4, 8)]
     energy = [
         (u := p.free_displacement) @ (0.5 * (p.stiffness @ u) - p.load)
         for p in problems
     ]
     normal = [p.pane_area @ p.normal for p in problems]
-    with open_run(ladder_path) as file:
-        ladder = file["accuracy"]
+    with open_run(study_path) as file:
+        study = file["accuracy"]
         # Solves to 1e-12 of well-conditioned problems.
-        assert ladder["levels/potential_energy"][:] == pytest.approx(energy, rel=1e-9)
-        assert ladder["levels/normal_force"][:] == pytest.approx(normal, rel=1e-9)
+        assert study["levels/potential_energy"][:] == pytest.approx(energy, rel=1e-9)
+        assert study["levels/normal_force"][:] == pytest.approx(normal, rel=1e-9)
         # With cells halved, (v1 - v2) / (v2 - v3) = 2^p.
         ratio = (energy[0] - energy[1]) / (energy[1] - energy[2])
-        order = ladder["order/potential_energy"][-1]
+        order = study["order/potential_energy"][-1]
         # Six digits are left of differences of a few per cent.
         assert order == pytest.approx(np.log2(ratio), rel=1e-6)
         limit = energy[2] + (energy[2] - energy[1]) / (ratio - 1)
-        assert ladder["limit/potential_energy"][()] == pytest.approx(limit, rel=1e-8)
-        squares = ladder["levels/energy_difference"][:] ** 2
+        assert study["limit/potential_energy"][()] == pytest.approx(limit, rel=1e-8)
+        squares = study["levels/energy_difference"][:] ** 2
         ratio = (squares[0] - squares[1]) / squares[1]
-        order = ladder["order/energy_norm"][-1]
+        order = study["order/energy_norm"][-1]
         assert order == pytest.approx(0.5 * np.log2(ratio), rel=1e-6)
-        errors = ladder["levels/energy_error"][:] ** 2
+        errors = study["levels/energy_error"][:] ** 2
         limit = -squares[1] / (ratio - 1)
         assert errors == pytest.approx(squares - limit, rel=1e-6)
 
 
 def test_algebraic_errors_are_those_of_solves_of_that_accuracy(
-    ladder_path, contact3d, solved, tmp_path
+    study_path, contact3d, solved, tmp_path
 ):
     exact = solved[4]
     flags = ['assemble.dual_operator="explicit"', 'solve.method="fixed-point"']
@@ -125,10 +125,10 @@ def test_algebraic_errors_are_those_of_solves_of_that_accuracy(
     contact3d("run", SCENE, path, "--no-figures", *cells(4), *more)
     with open_run(path) as file:
         rough = RawProblem.read(file)
-        actions = file["solve/applications"][()]
-    with open_run(ladder_path) as file:
-        rungs = file["accuracy/rungs"]
-        names = {column: rungs[column][:] for column in rungs}
+        applications = file["solve/applications"][()]
+    with open_run(study_path) as file:
+        solves = file["accuracy/solves"]
+        names = {column: solves[column][:] for column in solves}
     wanted = (names["method"] == 0) & (names["operator"] == 1)
     (place,) = np.flatnonzero(wanted & (names["epsilon"] == 1e-4))
     change = rough.multiplier - exact.multiplier
@@ -139,4 +139,4 @@ def test_algebraic_errors_are_those_of_solves_of_that_accuracy(
     energy = np.sqrt(change @ exact.dual_operator @ change)
     energy /= energy_norm(exact, exact.displacement)
     assert names["energy_error"][place] == pytest.approx(energy, rel=1e-6)
-    assert names["actions"][place] == actions
+    assert names["applications"][place] == applications

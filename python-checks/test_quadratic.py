@@ -135,13 +135,13 @@ def test_the_estimate_is_the_sum_of_its_indicators(run):
 
 
 def test_levels(run):
-    """Levels fall to the wish, and the stability of the last is the smallest eigenvalue of S scaled."""
+    """Levels fall to the target, and the stability of the last is the smallest eigenvalue of S scaled."""
     if "adapt" not in run:
         assert "adapt" not in read_scene(run)
         return
-    wish = read_scene(run)["adapt"]["error"]
+    target = read_scene(run)["adapt"]["error"]
     errors = run["adapt/levels/estimated_error"][:]
-    assert errors[-1] <= wish < errors[:-1].min()
+    assert errors[-1] <= target < errors[:-1].min()
     assert run["adapt/levels/n_tetrahedra"][-1] == len(run["mesh/tetrahedra"])
     assert run["adapt/levels/n_free"][-1] == len(run["load/force"])
     cuts = run["adapt/cuts"][:]

@@ -82,7 +82,7 @@ def check_is_self_contained(text: str) -> Page:
 
 @pytest.fixture(scope="module")
 def report(contact3d, tmp_path_factory) -> str:
-    """The report of a file with a run and both ladders."""
+    """The report of a file with a run and both studies."""
     folder: Path = tmp_path_factory.mktemp("report")
     file, out = folder / "run.h5", folder / "report.html"
     contact3d("run", SCENE, file, "--no-figures", *SMALL)

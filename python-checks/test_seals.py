@@ -23,8 +23,8 @@ def path(contact3d, tmp_path_factory):
     """A run file with every kind of group that a stage does not write."""
     path = tmp_path_factory.mktemp("seals") / "run.h5"
     contact3d("run", SCENE, path, *SMALL)
-    ladder = ["--coarsest", "2", "--finest", "4", "--budget", "0.1"]
-    contact3d("accuracy", SCENE, path, *SMALL, *ladder)
+    meshes = ["--coarsest", "2", "--finest", "4", "--budget", "0.1"]
+    contact3d("accuracy", SCENE, path, *SMALL, *meshes)
     return path
 
 
@@ -72,7 +72,7 @@ def test_check_misses_nothing_that_is_gone_or_altered(path, program, tmp_path):
     chosen = random.Random(7).sample(damages(path), 40)
     # Left out of all digests: they depend on the clock.
     with h5py.File(path) as file:
-        clocked = [name for name in ("/accuracy/ladder/seconds", "/solve/seconds") if name in file]
+        clocked = [name for name in ("/accuracy/solves/seconds", "/solve/seconds") if name in file]
     for case in [*chosen, *((name, None, False) for name in clocked)]:
         copy = tmp_path / "copy.h5"
         shutil.copy(path, copy)

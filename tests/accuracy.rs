@@ -1,18 +1,18 @@
-//! The ladders of accuracy on small scenes, against identities that hold without them.
+//! The studies of accuracy on small scenes, against identities that hold without them.
 
 mod support;
 
 use std::path::Path;
 
 use contact3d::{ProblemError, scene::Scene, solver::Status};
-use studies::accuracy::{Accuracy, AccuracySettings, LadderMethod, Operator};
+use studies::accuracy::{Accuracy, AccuracySettings, RunMethod, RunOperator};
 use support::{hkl_scene, refine};
 
 const SETTINGS: AccuracySettings = AccuracySettings {
     budget: 20.0,
     coarsest: 2,
     finest: Some(8),
-    ways: None,
+    sequences: None,
     memory: None,
 };
 
@@ -29,8 +29,8 @@ fn energy_norms_of_differences_are_differences_of_energies_in_a_linear_problem()
     scene.friction = None;
     let accuracy = measure(&scene, &SETTINGS).expect("a brick");
     assert!(accuracy.algebraic.is_none());
-    let ladder = accuracy.discretisation.expect("a brick");
-    let levels = &ladder.levels;
+    let study = accuracy.discretisation.expect("a brick");
+    let levels = &study.levels;
     let n_div: Vec<usize> = levels.iter().map(|level| level.n_div).collect();
     assert_eq!(n_div, [2, 4, 8]);
     let finest = levels[2].potential_energy;
@@ -41,7 +41,7 @@ fn energy_norms_of_differences_are_differences_of_energies_in_a_linear_problem()
         assert!((level.energy_difference - expected).abs() < 1e-6);
     }
     // For such spaces the two orders differ by the factor 2 of the square.
-    let [norm, energy] = [&ladder.energy_norm, &ladder.potential_energy]
+    let [norm, energy] = [&study.energy_norm, &study.potential_energy]
         .map(|trend| trend.orders[2].expect("convergence"));
     assert!((energy - 2.0 * norm).abs() < 1e-6);
     // P1 elements reach 1 on smooth solutions and no more; the clamped edges take some of it.
@@ -51,12 +51,12 @@ fn energy_norms_of_differences_are_differences_of_energies_in_a_linear_problem()
 #[test]
 fn every_method_approaches_the_reference_as_epsilon_falls() {
     let accuracy = measure(&hkl_scene(1, 4), &SETTINGS).expect("a brick");
-    let ladder = accuracy.algebraic.as_ref().expect("contact");
+    let study = accuracy.algebraic.as_ref().expect("contact");
     assert!(matches!(
-        ladder.reference_status,
+        study.reference_status,
         Status::Converged | Status::RoundingLimit
     ));
-    let series = ladder.series();
+    let series = study.series();
     assert_eq!(series.len(), 5);
     for entries in series {
         let name = format!("{}, {}", entries[0].method, entries[0].operator);
@@ -80,9 +80,9 @@ fn every_method_approaches_the_reference_as_epsilon_falls() {
         let errors = [ran[0].1.energy_error, ran[ran.len() - 1].1.energy_error];
         assert!(errors[1] < 1e-2 * errors[0], "{name}: {errors:?}");
     }
-    let both = [Operator::Explicit, Operator::Implicit].map(|operator| {
-        let entry = ladder.entries.iter().find(|entry| {
-            entry.method == LadderMethod::FixedPrecision
+    let both = [RunOperator::Explicit, RunOperator::Implicit].map(|operator| {
+        let entry = study.entries.iter().find(|entry| {
+            entry.method == RunMethod::FixedPrecision
                 && entry.operator == operator
                 && entry.epsilon == 1e-4
         });

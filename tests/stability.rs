@@ -9,7 +9,7 @@ use contact3d::{
     solver::{ContactState, Linearisation, Solution, Start, Status, solve},
 };
 use contact3d_pipe::suite::{SuiteVersion, read};
-use studies::stability::Level;
+use studies::stability::VerdictLevel;
 use support::pipelines;
 
 /// λ, μ of the one- and two-node bodies, in Pa.
@@ -25,7 +25,7 @@ fn hard_cases_hold_but_for_those_known_to_be_open() {
         let check = row.outcome.as_ref();
         let check = check.unwrap_or_else(|reason| panic!("{}: {reason}", row.name));
         let verdict = check.verdict();
-        let fails = verdict.level == Level::Fails;
+        let fails = verdict.level == VerdictLevel::Fails;
         assert_eq!(fails, !case.open.is_empty(), "{}: {verdict}", row.name);
         // Of an open case, too, whatever its conditioning.
         for result in check.invariances.iter().filter(|r| r.invariance.is_exact()) {
@@ -58,7 +58,11 @@ fn a_factor_in_single_precision_gives_the_answers_of_double_or_none() {
         assert_eq!(check.precision, Precision::Single);
         // It holds the answer against those of other algorithms with a factor in double precision.
         let verdict = check.verdict();
-        assert!(verdict.level != Level::Fails, "{}: {verdict}", row.name);
+        assert!(
+            verdict.level != VerdictLevel::Fails,
+            "{}: {verdict}",
+            row.name
+        );
     }
     assert!(refused <= MOST_REFUSED, "{refused} cases have no factor");
 }

@@ -26,7 +26,7 @@ LONGER = 1.05
 
 
 def accuracy() -> tuple:
-    """Both ladders on small meshes."""
+    """Both studies on small meshes."""
     return ("accuracy", *RUN[1:], *SMALL, "--budget", "0.02", "--finest", "8")
 
 

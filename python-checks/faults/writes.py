@@ -43,7 +43,7 @@ values = [0.25, 0.3]
 
 
 SOLVED_AGAIN = ("solve", "run.h5", "--epsilon", "1e-8")
-LADDERS = ("--budget", "0.01", "--coarsest", "2", "--finest", "4")
+MESHES = ("--budget", "0.01", "--coarsest", "2", "--finest", "4")
 PATH = ("--parameter", "friction.coefficient_1.ramp.initial", "--from", "0.3")
 
 CASES = (
@@ -61,7 +61,7 @@ CASES = (
     Case("export --vtkhdf", ("export", "run.h5", "--vtkhdf", "out.vtkhdf"), (PLAIN,)),
     Case("solve-fclib --out", (*SOLVE_FCLIB, "--out", "new.hdf5"), (PLAIN, FCLIB)),
     Case("solve-fclib --in-place", (*SOLVE_FCLIB, "--in-place"), (PLAIN, FCLIB)),
-    Case("accuracy", ("accuracy", *PLAIN[1:], *LADDERS), (OLD,)),
+    Case("accuracy", ("accuracy", *PLAIN[1:], *MESHES), (OLD,)),
     Case("theory", ("theory", *RUN[1:], "--finest", "4"), (OLD,)),
     Case(
         "branches",

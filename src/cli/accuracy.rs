@@ -1,11 +1,11 @@
-//! `accuracy`: both ladders, measured, stored, drawn and printed.
+//! `accuracy`: both studies, measured, stored, drawn and printed.
 
 use std::path::PathBuf;
 
 use clap::Args;
 use contact3d::solver::Status;
 use indicatif::ProgressBar;
-use studies::accuracy::{Accuracy, AccuracyProgress, AccuracySettings, WayProgress};
+use studies::accuracy::{Accuracy, AccuracyProgress, AccuracySettings, SequenceProgress};
 
 use super::{
     arguments::{FigureArguments, Output, SceneArguments, n_div, seconds},
@@ -36,13 +36,13 @@ pub struct AccuracyArguments {
     pub budget: f64,
     /// Compare linear and quadratic elements on uniform and adaptive meshes until their error is below this, as 0.01 or 1%;
     /// the budget counts for each of them
-    #[arg(long, value_name = "SHARE", value_parser = super::adaptive::share)]
-    pub ways: Option<f64>,
+    #[arg(long, alias = "ways", value_name = "SHARE", value_parser = super::adaptive::share)]
+    pub sequences: Option<f64>,
     #[command(flatten)]
     pub(super) figures: FigureArguments,
 }
 
-/// `accuracy`: climbs both ladders, stores and draws them, and says what they mean.
+/// `accuracy`: runs both studies, stores and draws them, and says what they mean.
 pub(super) fn accuracy(
     arguments: &AccuracyArguments,
     output: &Output,
@@ -58,7 +58,7 @@ pub(super) fn accuracy(
         budget: arguments.budget,
         coarsest: arguments.coarsest,
         finest: arguments.finest,
-        ways: arguments.ways,
+        sequences: arguments.sequences,
         memory: None,
     };
     let spinner = progress::spinner("accuracy", output);
@@ -80,7 +80,7 @@ pub(super) fn accuracy(
         Exit::Done
     } else {
         terminal::message(
-            "NOT CONVERGED: the reference or a mesh of the ladder; its errors are not errors",
+            "NOT CONVERGED: the reference or a mesh of the study; its errors are not errors",
         );
         Exit::NotConverged
     })
@@ -89,21 +89,25 @@ pub(super) fn accuracy(
 /// Whether the reference and all meshes were solved.
 fn is_complete(accuracy: &Accuracy) -> bool {
     let reference = accuracy.algebraic.iter().map(|l| l.reference_status);
-    let ladders = accuracy.discretisation.iter();
-    let levels = ladders.flat_map(|ladder| ladder.levels.iter().map(|level| level.status));
+    let studies = accuracy.discretisation.iter();
+    let levels = studies.flat_map(|study| study.levels.iter().map(|level| level.status));
     reference.chain(levels).all(Status::is_solved)
 }
 
 fn announce(spinner: &ProgressBar, step: AccuracyProgress) {
     spinner.set_message(match step {
         AccuracyProgress::Level(n_div) => format!("mesh n_div = {n_div}"),
-        AccuracyProgress::LadderEntry(method, operator, epsilon) => {
+        AccuracyProgress::SolverRun(method, operator, epsilon) => {
             format!("{method}, {operator}, epsilon {epsilon:.0e}")
         }
-        AccuracyProgress::Way(WayProgress::Level(kind, n)) => {
+        AccuracyProgress::Sequence(SequenceProgress::Level(kind, n)) => {
             format!("{}, mesh {}", kind.words(), n + 1)
         }
-        AccuracyProgress::Way(WayProgress::Reference(n)) => format!("reference, mesh {}", n + 1),
-        AccuracyProgress::Way(WayProgress::Comparison) => "comparison of the ways".to_owned(),
+        AccuracyProgress::Sequence(SequenceProgress::Reference(n)) => {
+            format!("reference, mesh {}", n + 1)
+        }
+        AccuracyProgress::Sequence(SequenceProgress::Comparison) => {
+            "comparison of the sequences".to_owned()
+        }
     });
 }

@@ -1,4 +1,4 @@
-//! Adaptive runs: the words about their levels, and what became of the wish.
+//! Adaptive runs: the words about their levels, and what became of the target.
 
 use contact3d::adaptation::{AdaptiveLevel, AdaptiveStatus};
 use indicatif::ProgressBar;
@@ -29,15 +29,15 @@ pub(super) fn share(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "write 1% or 0.01, for example".into())
 }
 
-/// Runs the levels of a scene that wishes for an error.
+/// Runs the levels of a scene that asks for an error.
 pub(super) fn run(
     session: &mut Session,
-    wish: f64,
+    target: f64,
     output: &Output,
 ) -> Result<Adapted, StageError> {
     let mut spinner = ProgressBar::hidden();
     let mut forecast = Forecast::new(session.scene().solve.epsilon());
-    let adapted = session.adapt(wish, &mut |step| match step {
+    let adapted = session.adapt(target, &mut |step| match step {
         AdaptStep::Stage(level, stage) => {
             spinner.finish_and_clear();
             spinner = progress::spinner(stage.word(), output);
@@ -67,9 +67,9 @@ fn level_line(number: usize, level: &AdaptiveLevel) -> String {
     )
 }
 
-/// What to say of a wish that is not met; `None` if it is, or if the solve has said enough.
+/// What to say of a target that is not met; `None` if it is, or if the solve has said enough.
 pub(super) fn unmet(adapted: &Adapted) -> Option<String> {
-    let wish = percent(adapted.wish);
+    let target = percent(adapted.wish);
     let reached = adapted
         .adaptation
         .levels
@@ -83,7 +83,7 @@ pub(super) fn unmet(adapted: &Adapted) -> Option<String> {
         AdaptiveStatus::Stalled => "finer meshes do not lower the estimate any more",
     };
     Some(format!(
-        "NOT MET: the error is about {reached}, {wish} was asked for; {why}"
+        "NOT MET: the error is about {reached}, {target} was asked for; {why}"
     ))
 }
 

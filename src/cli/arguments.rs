@@ -133,10 +133,10 @@ pub struct RunArguments {
 }
 
 impl RunArguments {
-    /// The scene with its changes, the wish for an error among them.
+    /// The scene with its changes, the target for an error among them.
     pub(super) fn scene(&self) -> SceneArguments {
-        let wish = self.error.map(|error| format!("adapt.error={error:?}"));
-        let overrides = self.scene.overrides.iter().cloned().chain(wish);
+        let target = self.error.map(|error| format!("adapt.error={error:?}"));
+        let overrides = self.scene.overrides.iter().cloned().chain(target);
         SceneArguments {
             scene: self.scene.scene.clone(),
             overrides: overrides.collect(),

@@ -42,11 +42,11 @@ pub(super) fn run(arguments: &RunArguments, output: &Output, threads: usize) -> 
         arguments.figures.claim(&arguments.file, drawing, inputs)?
     };
     session.all_or_nothing(|session| {
-        let wish = session.scene().adapt.map(|adapt| adapt.error);
-        let (performed, adapted) = match wish {
+        let target = session.scene().adapt.map(|adapt| adapt.error);
+        let (performed, adapted) = match target {
             None => (perform_stale(session, output)?, None),
-            Some(wish) => {
-                let mut adapted = adaptive::run(session, wish, output)?;
+            Some(target) => {
+                let mut adapted = adaptive::run(session, target, output)?;
                 warn(output, &session.warnings()?);
                 (std::mem::take(&mut adapted.performed), Some(adapted))
             }

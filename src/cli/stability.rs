@@ -8,7 +8,7 @@ use std::{
 use clap::Args;
 use contact3d::scene::{FactorPrecision, Invalid, Scene};
 use runfile::RunFile;
-use studies::stability::Level;
+use studies::stability::VerdictLevel;
 
 use super::{
     arguments::{Output, SceneArguments, named},
@@ -168,7 +168,7 @@ fn finish(
     }
     let holds = |row: &StabilityRow| {
         let check = row.outcome.as_ref();
-        check.is_ok_and(|check| check.verdict().level != Level::Fails)
+        check.is_ok_and(|check| check.verdict().level != VerdictLevel::Fails)
     };
     if rows.iter().all(holds) {
         Exit::Done

@@ -30,7 +30,7 @@ pub struct TheoryArguments {
     /// n_div of the finest mesh, a multiple of the scene's; by default the scene's
     #[arg(long, value_name = "N_DIV", value_parser = n_div)]
     pub finest: Option<usize>,
-    /// A Gmsh file of the scene's body, relative to the scene file; given once for each mesh of the ladder
+    /// A Gmsh file of the scene's body, relative to the scene file; given once for each mesh
     #[arg(long, value_name = "FILE", conflicts_with_all = ["coarsest", "finest"])]
     pub mesh: Vec<PathBuf>,
     #[command(flatten)]
@@ -92,7 +92,7 @@ fn judge(theory: &Theory) -> Exit {
         .iter()
         .all(|level| solved(level.status) && level.local.is_some())
     {
-        problems.push("a mesh of the ladder; its local figures are missing");
+        problems.push("a mesh of the study; its local figures are missing");
     }
     if findings.rates_agree() == Some(false) {
         problems.push("the observed rate, which is not the spectral radius");

@@ -7,8 +7,8 @@ use runfile::{
     Group, GroupWriter, Kind, Reader, StoreError,
 };
 use studies::accuracy::{
-    Accuracy, AlgebraicLadder, DiscretisationLadder, Forces, LadderEntry, LadderMethod,
-    LadderResult, Level, Operator, Reference, Way, WayKind, WayLevel, Ways,
+    Accuracy, AlgebraicStudy, DiscretisationStudy, Forces, Level, MeshSequence, MeshSequences,
+    Reference, RunMethod, RunOperator, RunResult, SequenceKind, SequenceLevel, SolverRun,
 };
 use units::Dimension;
 
@@ -22,8 +22,8 @@ use super::{
 pub const GROUP: Group = Group::new("accuracy", "accuracy");
 
 stored_as! {
-    /// A method of the ladder, as stored.
-    StoredMethod of LadderMethod as "ladder_method" {
+    /// A method of the study, as stored.
+    StoredMethod of RunMethod as "solver_run_method" {
         FixedPrecision = 0 => "fixed_point_a",
         AdaptivePrecision = 1 => "fixed_point_b",
         Newton = 2 => "newton",
@@ -32,15 +32,15 @@ stored_as! {
 
 stored_as! {
     /// How the dual operator is held, as stored.
-    StoredOperator of Operator as "operator" {
+    StoredOperator of RunOperator as "operator" {
         Implicit = 0 => "implicit",
         Explicit = 1 => "explicit",
     }
 }
 
 stored_as! {
-    /// A way to accuracy, as stored.
-    StoredWay of WayKind as "way" {
+    /// A sequence of meshes, as stored.
+    StoredSequence of SequenceKind as "mesh_sequence" {
         LinearUniform = 0 => "p1_uniform",
         QuadraticUniform = 1 => "p2_uniform",
         LinearAdaptive = 2 => "p1_adaptive",
@@ -55,38 +55,53 @@ const SCENE_N_DIV: &str = "/accuracy/scene_n_div";
 
 const NO_CONTACT: &str = "absent without contact";
 const NO_BRICK: &str = "absent for a mesh file, which has no finer meshes";
-const NOT_ASKED: &str = "absent without --ways";
-const NO_FORCES: &str = "absent without --ways or contact";
-const RUNGS: &[Extent] = &[Named("n_rungs")];
+const FORMER: &str = "only in files before format 1.10";
+const FORMER_FORCES: &str = "only in files before format 1.10 with contact";
+const FORMER_FRICTION: &str = "only in files before format 1.10 with friction";
+const NOT_ASKED: &str = "absent without --sequences";
+const NO_FORCES: &str = "absent without --sequences or contact";
+const NO_FRICTION: &str = "absent without --sequences or friction";
+const SOLVES_AXIS: &[Extent] = &[Named("n_solves")];
 const OF_OPERATORS: &[Extent] = &[Fixed(2)];
 const LEVELS: &[Extent] = &[Named("n_levels")];
-const WAY_LEVELS: &[Extent] = &[Named("n_way_levels")];
 
 pub(super) const ACCURACY: Table<Accuracy> = fields! { Accuracy => GROUP;
-    [|accuracy| accuracy.advice().to_string()] ADVICE, &[], Dimension::Number, "What the ladders mean for this mesh, in one sentence.".volatile();
+    [|accuracy| accuracy.advice().to_string()] ADVICE, &[], Dimension::Number, "What the studies mean for this mesh, in one sentence.".volatile();
 };
 
-pub(super) const ALGEBRAIC: Table<AlgebraicLadder> = fields! { AlgebraicLadder => GROUP;
+pub(super) const ALGEBRAIC: Table<AlgebraicStudy> = fields! { AlgebraicStudy => GROUP;
     (reference_status) "/accuracy/reference_status", &[], Dimension::Number, "How the reference ended: Newton's method on the explicit operator to rounding.".optional(NO_CONTACT);
     (reference_accuracy) "/accuracy/reference_accuracy", &[], Dimension::Number, "Last relative residual of the reference.".optional(NO_CONTACT);
     (each k in assembly[k].seconds) "/accuracy/assembly/seconds", OF_OPERATORS, Dimension::Time, "Median wall-clock time of assembly with the implicit and the explicit operator.".volatile().optional(NO_CONTACT);
     (each k in assembly[k].repeats) "/accuracy/assembly/repeats", OF_OPERATORS, Dimension::Number, "Runs the median is taken of.".volatile().optional(NO_CONTACT);
-    [|ladder| ladder.assembly.map(|cost| cost.peak_bytes.unwrap_or(f64::NAN)), |ladder, peaks: [f64; 2]| put_peaks(ladder, peaks)] "/accuracy/assembly/peak_memory", OF_OPERATORS, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.".volatile().optional(NO_CONTACT);
+    [|study| study.assembly.map(|cost| cost.peak_bytes.unwrap_or(f64::NAN)), |study, peaks: [f64; 2]| put_peaks(study, peaks)] "/accuracy/assembly/peak_memory", OF_OPERATORS, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.".volatile().optional(NO_CONTACT);
 };
 
-pub(super) const ENTRIES: Table<LadderEntry> = fields! { LadderEntry => GROUP;
-    (method) "/accuracy/rungs/method", RUNGS, Dimension::Number, "Method.".optional(NO_CONTACT);
-    (operator) "/accuracy/rungs/operator", RUNGS, Dimension::Number, "How the dual operator is held.".optional(NO_CONTACT);
-    (epsilon) "/accuracy/rungs/epsilon", RUNGS, Dimension::Number, "Accuracy asked for.".symbol("epsilon").optional(NO_CONTACT);
-    [|entry| entry.result.is_some(), |entry, is_run: bool| if !is_run { entry.result = None }] "/accuracy/rungs/run", RUNGS, Dimension::Number, "1 where it was run; 0 where the budget did not suffice, and its results are NaN or 0.".volatile().optional(NO_CONTACT);
-    [|entry| entry.result.map_or(Status::MaxInnerApplications, |result| result.status), |entry, status| if let Some(result) = &mut entry.result { result.status = status }] "/accuracy/rungs/status", RUNGS, Dimension::Number, "How the solve ended.".volatile().optional(NO_CONTACT);
-    (result?.energy_error) "/accuracy/rungs/energy_error", RUNGS, Dimension::Number, "|u - u*|_A / |u*|_A with the reference u*.".volatile().optional(NO_CONTACT);
-    (result?.multiplier_error) "/accuracy/rungs/multiplier_error", RUNGS, Dimension::Number, "|lambda - lambda*| / |lambda*| with the reference lambda*.".volatile().optional(NO_CONTACT);
-    (result?.applications) "/accuracy/rungs/actions", RUNGS, Dimension::Number, "Applications of the dual operator.".symbol("n_A").volatile().optional(NO_CONTACT);
-    (result?.cost.seconds) "/accuracy/rungs/seconds", RUNGS, Dimension::Time, "Median wall-clock time of the solve alone.".volatile().optional(NO_CONTACT);
-    (result?.cost.repeats) "/accuracy/rungs/repeats", RUNGS, Dimension::Number, "Runs the median is taken of.".volatile().optional(NO_CONTACT);
-    [|entry| entry.result.and_then(|result| result.cost.peak_bytes).unwrap_or(f64::NAN), |entry, peak: f64| if let Some(result) = &mut entry.result { result.cost.peak_bytes = Some(peak).filter(|peak| !peak.is_nan()) }] "/accuracy/rungs/peak_memory", RUNGS, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.".volatile().optional(NO_CONTACT);
-};
+/// The solves of the algebraic study, in a place of the group.
+macro_rules! solver_runs {
+    ($place:literal, $applications:literal, $extent:expr, $absent:expr) => {
+        fields! { SolverRun => GROUP;
+            (method) concat!($place, "/method"), $extent, Dimension::Number, "Method.".optional($absent);
+            (operator) concat!($place, "/operator"), $extent, Dimension::Number, "How the dual operator is held.".optional($absent);
+            (epsilon) concat!($place, "/epsilon"), $extent, Dimension::Number, "Accuracy asked for.".symbol("epsilon").optional($absent);
+            [|entry| entry.result.is_some(), |entry, is_run: bool| if !is_run { entry.result = None }] concat!($place, "/run"), $extent, Dimension::Number, "1 where it was run; 0 where the budget did not suffice, and its results are NaN or 0.".volatile().optional($absent);
+            [|entry| entry.result.map_or(Status::MaxInnerApplications, |result| result.status), |entry, status| if let Some(result) = &mut entry.result { result.status = status }] concat!($place, "/status"), $extent, Dimension::Number, "How the solve ended.".volatile().optional($absent);
+            (result?.energy_error) concat!($place, "/energy_error"), $extent, Dimension::Number, "|u - u*|_A / |u*|_A with the reference u*.".volatile().optional($absent);
+            (result?.multiplier_error) concat!($place, "/multiplier_error"), $extent, Dimension::Number, "|lambda - lambda*| / |lambda*| with the reference lambda*.".volatile().optional($absent);
+            (result?.applications) concat!($place, $applications), $extent, Dimension::Number, "Applications of the dual operator.".symbol("n_A").volatile().optional($absent);
+            (result?.cost.seconds) concat!($place, "/seconds"), $extent, Dimension::Time, "Median wall-clock time of the solve alone.".volatile().optional($absent);
+            (result?.cost.repeats) concat!($place, "/repeats"), $extent, Dimension::Number, "Runs the median is taken of.".volatile().optional($absent);
+            [|entry| entry.result.and_then(|result| result.cost.peak_bytes).unwrap_or(f64::NAN), |entry, peak: f64| if let Some(result) = &mut entry.result { result.cost.peak_bytes = Some(peak).filter(|peak| !peak.is_nan()) }] concat!($place, "/peak_memory"), $extent, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.".volatile().optional($absent);
+        }
+    };
+}
+
+pub(super) const SOLVES: Table<SolverRun> =
+    solver_runs!("/accuracy/solves", "/applications", SOLVES_AXIS, NO_CONTACT);
+
+/// Their names before format 1.10, which are only read.
+pub(super) const FORMER_SOLVES: Table<SolverRun> =
+    solver_runs!("/accuracy/rungs", "/actions", &[Named("n_rungs")], FORMER);
 
 pub(super) const MESHES: Table<Level> = fields! { Level => GROUP;
     {Kind::I64} SCENE_N_DIV, &[], Dimension::Number, "Smallest number of cells along an edge in the scene itself.".optional(NO_BRICK);
@@ -96,7 +111,8 @@ pub(super) const MESHES: Table<Level> = fields! { Level => GROUP;
     (n_free) "/accuracy/levels/unknowns", LEVELS, Dimension::Number, "Free degrees of freedom.".optional(NO_BRICK);
     (n_multipliers) "/accuracy/levels/multipliers", LEVELS, Dimension::Number, "Multipliers.".optional(NO_BRICK);
     (status) "/accuracy/levels/status", LEVELS, Dimension::Number, "How the solve ended.".optional(NO_BRICK);
-    (applications) "/accuracy/levels/actions", LEVELS, Dimension::Number, "Applications of the dual operator.".symbol("n_A").optional(NO_BRICK);
+    (applications) "/accuracy/levels/applications", LEVELS, Dimension::Number, "Applications of the dual operator.".symbol("n_A").optional("absent in files before format 1.10");
+    (applications) "/accuracy/levels/actions", LEVELS, Dimension::Number, "The former name of applications.".symbol("n_A").when((FORMER, |_| false));
     (energy_difference) "/accuracy/levels/energy_difference", LEVELS, Dimension::Number, "|u_h - u_f|_A / |u_f|_A with u_f of the finest mesh.".symbol("e_h").optional(NO_BRICK);
     [|level| level.energy_error.unwrap_or(f64::NAN)] "/accuracy/levels/energy_error", LEVELS, Dimension::Number, "|u_h - u|_A / |u_f|_A with the extrapolated limit of e_h^2; NaN where no order is observed.".optional(NO_BRICK);
     (estimated_error) "/accuracy/levels/estimated_error", LEVELS, Dimension::Number, "Error of u_h over |u_h|_A as its own report estimates it.".optional("absent for a mesh file, and in files before format 1.4").missing(|level| level.estimated_error = f64::NAN);
@@ -109,38 +125,66 @@ pub(super) const MESHES: Table<Level> = fields! { Level => GROUP;
 };
 
 /// Orders and limits, which reading computes again.
-pub(super) const TRENDS: Table<DiscretisationLadder> = fields! { DiscretisationLadder => GROUP;
-    [|ladder| numbers(&ladder.energy_norm.orders)] "/accuracy/order/energy_norm", LEVELS, Dimension::Number, "Order of the energy-norm error observed from each level and the two before it; NaN where none is.".symbol("p").optional(NO_BRICK);
-    [|ladder| numbers(&ladder.potential_energy.orders)] "/accuracy/order/potential_energy", LEVELS, Dimension::Number, "Order of the potential energy, likewise.".optional(NO_BRICK);
+pub(super) const TRENDS: Table<DiscretisationStudy> = fields! { DiscretisationStudy => GROUP;
+    [|study| numbers(&study.energy_norm.orders)] "/accuracy/order/energy_norm", LEVELS, Dimension::Number, "Order of the energy-norm error observed from each level and the two before it; NaN where none is.".symbol("p").optional(NO_BRICK);
+    [|study| numbers(&study.potential_energy.orders)] "/accuracy/order/potential_energy", LEVELS, Dimension::Number, "Order of the potential energy, likewise.".optional(NO_BRICK);
     [force_orders] "/accuracy/order/forces", &[Named("n_levels"), extents::CONTACT_AXES], Dimension::Number, "Orders of the normal and the two tangential forces, likewise; NaN for forces the scene does not have.".optional(NO_CONTACT);
-    [|ladder| ladder.potential_energy.limit.unwrap_or(f64::NAN)] "/accuracy/limit/potential_energy", &[], Dimension::Energy, "Extrapolated potential energy; NaN where no order is observed.".optional(NO_BRICK);
+    [|study| study.potential_energy.limit.unwrap_or(f64::NAN)] "/accuracy/limit/potential_energy", &[], Dimension::Energy, "Extrapolated potential energy; NaN where no order is observed.".optional(NO_BRICK);
     [force_limits] "/accuracy/limit/forces", &[extents::CONTACT_AXES], Dimension::FORCE, "Extrapolated normal and tangential forces, likewise.".optional(NO_CONTACT);
 };
 
-/// The meshes of all ways, and the reference as the last row; how many there are depends on what fits into the budget.
-pub(super) const OF_WAYS: Table<(WayKind, WayLevel)> = fields! { (WayKind, WayLevel) => GROUP;
-    (0) "/accuracy/ways/way", WAY_LEVELS, Dimension::Number, "Way of each mesh, coarse to fine; the last row is the reference.".volatile().optional(NOT_ASKED);
-    (1.n_free) "/accuracy/ways/unknowns", WAY_LEVELS, Dimension::Number, "Free degrees of freedom.".volatile().optional(NOT_ASKED);
-    (1.n_tetrahedra) "/accuracy/ways/tetrahedra", WAY_LEVELS, Dimension::Number, "Tetrahedra.".volatile().optional(NOT_ASKED);
-    (1.n_multipliers) "/accuracy/ways/multipliers", WAY_LEVELS, Dimension::Number, "Multipliers.".volatile().optional(NOT_ASKED);
-    (1.status) "/accuracy/ways/status", WAY_LEVELS, Dimension::Number, "How the solve ended.".volatile().optional(NOT_ASKED);
-    (1.estimated_error) "/accuracy/ways/estimated_error", WAY_LEVELS, Dimension::Number, "Error of u_h over |u_h|_A as its own report estimates it.".volatile().optional(NOT_ASKED);
-    (1.contact_error) "/accuracy/ways/contact_error", WAY_LEVELS, Dimension::Number, "The part of it that the multipliers are to blame for; 0 without contact.".volatile().optional(NOT_ASKED);
-    (nan 1.error) "/accuracy/ways/energy_error", WAY_LEVELS, Dimension::Number, "|u_h - u_r|_A / |u_r|_A with the reference u_r; NaN where its estimated error is more than half of that of u_h.".volatile().optional(NOT_ASKED);
-    (1.cost.seconds) "/accuracy/ways/seconds", WAY_LEVELS, Dimension::Time, "Median wall-clock time of mesh, assembly, solve and evaluation in memory; of an adaptive mesh with all coarser ones.".volatile().optional(NOT_ASKED);
-    (1.cost.repeats) "/accuracy/ways/repeats", WAY_LEVELS, Dimension::Number, "Runs the median is taken of.".volatile().optional(NOT_ASKED);
-    (nan 1.cost.peak_bytes) "/accuracy/ways/peak_memory", WAY_LEVELS, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.".volatile().optional(NOT_ASKED);
-};
+/// The meshes of all sequences, and the reference as the last row, in a place of the group; how many there are depends on what
+/// fits into the budget.
+macro_rules! sequence_levels {
+    ($place:literal, $kind:literal, $extent:expr, $absent:expr) => {
+        fields! { (SequenceKind, SequenceLevel) => GROUP;
+            (0) concat!($place, $kind), $extent, Dimension::Number, "Sequence of each mesh, coarse to fine; the last row is the reference.".volatile().optional($absent);
+            (1.n_free) concat!($place, "/unknowns"), $extent, Dimension::Number, "Free degrees of freedom.".volatile().optional($absent);
+            (1.n_tetrahedra) concat!($place, "/tetrahedra"), $extent, Dimension::Number, "Tetrahedra.".volatile().optional($absent);
+            (1.n_multipliers) concat!($place, "/multipliers"), $extent, Dimension::Number, "Multipliers.".volatile().optional($absent);
+            (1.status) concat!($place, "/status"), $extent, Dimension::Number, "How the solve ended.".volatile().optional($absent);
+            (1.estimated_error) concat!($place, "/estimated_error"), $extent, Dimension::Number, "Error of u_h over |u_h|_A as its own report estimates it.".volatile().optional($absent);
+            (1.contact_error) concat!($place, "/contact_error"), $extent, Dimension::Number, "The part of it that the multipliers are to blame for; 0 without contact.".volatile().optional($absent);
+            (nan 1.error) concat!($place, "/energy_error"), $extent, Dimension::Number, "|u_h - u_r|_A / |u_r|_A with the reference u_r; NaN where its estimated error is more than half of that of u_h.".volatile().optional($absent);
+            (1.cost.seconds) concat!($place, "/seconds"), $extent, Dimension::Time, "Median wall-clock time of mesh, assembly, solve and evaluation in memory; of an adaptive mesh with all coarser ones.".volatile().optional($absent);
+            (1.cost.repeats) concat!($place, "/repeats"), $extent, Dimension::Number, "Runs the median is taken of.".volatile().optional($absent);
+            (nan 1.cost.peak_bytes) concat!($place, "/peak_memory"), $extent, Dimension::Memory, "Peak resident memory of the process meanwhile, NaN where unknown.".volatile().optional($absent);
+        }
+    };
+}
 
-pub(super) const WAYS: Table<Ways> = fields! { Ways => GROUP;
-    [|ways| ways.advice().to_string()] "/accuracy/ways/advice", &[], Dimension::Number, "The cheapest way to 5, 2 and 1 per cent.".volatile().optional(NOT_ASKED);
-    (reference.potential_energy) "/accuracy/ways/reference/potential_energy", &[], Dimension::Energy, "u.Au / 2 - l.u of the reference.".symbol("J").volatile().optional(NOT_ASKED);
-    (reference.forces?.normal) "/accuracy/ways/reference/normal_force", &[], Dimension::FORCE, "Total normal contact force of the reference.".volatile().when((NO_FORCES, |ways| ways.reference.forces.is_some())).missing(|ways| ways.reference.forces = None);
-    (reference.forces?.tangential) "/accuracy/ways/reference/tangential_force", &[extents::FRICTION_AXES], Dimension::FORCE, "Its total tangential multiplier force along t1 and t2.".volatile().optional("absent without --ways or friction");
-};
+pub(super) const SEQUENCE_LEVELS: Table<(SequenceKind, SequenceLevel)> = sequence_levels!(
+    "/accuracy/sequences",
+    "/sequence",
+    &[Named("n_sequence_levels")],
+    NOT_ASKED
+);
 
-fn put_peaks(ladder: &mut AlgebraicLadder, peaks: [f64; 2]) {
-    for (cost, peak) in ladder.assembly.iter_mut().zip(peaks) {
+/// Their names before format 1.10, which are only read.
+pub(super) const FORMER_SEQUENCE_LEVELS: Table<(SequenceKind, SequenceLevel)> =
+    sequence_levels!("/accuracy/ways", "/way", &[Named("n_way_levels")], FORMER);
+
+/// What all sequences have together, in a place of the group.
+macro_rules! sequences {
+    ($place:literal, $absent:expr, $no_forces:expr, $no_friction:expr) => {
+        fields! { MeshSequences => GROUP;
+            [|sequences| sequences.advice().to_string()] concat!($place, "/advice"), &[], Dimension::Number, "The cheapest sequence for 5, 2 and 1 per cent.".volatile().optional($absent);
+            (reference.potential_energy) concat!($place, "/reference/potential_energy"), &[], Dimension::Energy, "u.Au / 2 - l.u of the reference.".symbol("J").volatile().optional($absent);
+            (reference.forces?.normal) concat!($place, "/reference/normal_force"), &[], Dimension::FORCE, "Total normal contact force of the reference.".volatile().when(($no_forces, |sequences| sequences.reference.forces.is_some())).missing(|sequences| sequences.reference.forces = None);
+            (reference.forces?.tangential) concat!($place, "/reference/tangential_force"), &[extents::FRICTION_AXES], Dimension::FORCE, "Its total tangential multiplier force along t1 and t2.".volatile().optional($no_friction);
+        }
+    };
+}
+
+pub(super) const SEQUENCES: Table<MeshSequences> =
+    sequences!("/accuracy/sequences", NOT_ASKED, NO_FORCES, NO_FRICTION);
+
+/// Their names before format 1.10, which are only read.
+pub(super) const FORMER_SEQUENCES: Table<MeshSequences> =
+    sequences!("/accuracy/ways", FORMER, FORMER_FORCES, FORMER_FRICTION);
+
+fn put_peaks(study: &mut AlgebraicStudy, peaks: [f64; 2]) {
+    for (cost, peak) in study.assembly.iter_mut().zip(peaks) {
         cost.peak_bytes = Some(peak).filter(|peak| !peak.is_nan());
     }
 }
@@ -152,53 +196,55 @@ fn numbers(values: &[Option<f64>]) -> Vec<f64> {
 }
 
 /// Orders of the forces by levels; none without contact.
-fn force_orders(ladder: &DiscretisationLadder) -> Vec<[f64; 3]> {
-    let order = |level: usize, k: usize| ladder.forces.get(k).and_then(|trend| trend.orders[level]);
+fn force_orders(study: &DiscretisationStudy) -> Vec<[f64; 3]> {
+    let order = |level: usize, k: usize| study.forces.get(k).and_then(|trend| trend.orders[level]);
     let of_level = |level| std::array::from_fn(|k| order(level, k).unwrap_or(f64::NAN));
-    let n = if ladder.forces.is_empty() {
+    let n = if study.forces.is_empty() {
         0
     } else {
-        ladder.levels.len()
+        study.levels.len()
     };
     (0..n).map(of_level).collect()
 }
 
 /// Limits of the forces; none without contact.
-fn force_limits(ladder: &DiscretisationLadder) -> Option<[f64; 3]> {
-    let limit = |k: usize| ladder.forces.get(k).and_then(|trend| trend.limit);
+fn force_limits(study: &DiscretisationStudy) -> Option<[f64; 3]> {
+    let limit = |k: usize| study.forces.get(k).and_then(|trend| trend.limit);
     let limits = std::array::from_fn(|k| limit(k).unwrap_or(f64::NAN));
-    Some(limits).filter(|_| !ladder.forces.is_empty())
+    Some(limits).filter(|_| !study.forces.is_empty())
 }
 
-/// Writes both ladders, the ways and their advice.
+/// Writes both studies, the sequences and their advice.
 ///
 /// # Errors
 /// HDF5 failures.
 pub fn write(writer: &mut GroupWriter<'_>, accuracy: &Accuracy) -> Result<(), StoreError> {
     ACCURACY.write_one(writer, accuracy)?;
-    if let Some(ladder) = &accuracy.algebraic {
-        ALGEBRAIC.write_one(writer, ladder)?;
-        ENTRIES.write_rows(writer, &ladder.entries)?;
+    if let Some(study) = &accuracy.algebraic {
+        ALGEBRAIC.write_one(writer, study)?;
+        SOLVES.write_rows(writer, &study.entries)?;
     }
-    if let Some(ladder) = &accuracy.discretisation {
-        write_value(writer, SCENE_N_DIV, &ladder.scene_n_div)?;
-        MESHES.write_rows(writer, &ladder.levels)?;
-        TRENDS.write_one(writer, ladder)?;
+    if let Some(study) = &accuracy.discretisation {
+        write_value(writer, SCENE_N_DIV, &study.scene_n_div)?;
+        MESHES.write_rows(writer, &study.levels)?;
+        TRENDS.write_one(writer, study)?;
     }
-    if let Some(ways) = &accuracy.ways {
-        let levels = ways
-            .ways
-            .iter()
-            .flat_map(|way| way.levels.iter().map(|level| (way.kind, level.clone())));
-        let reference = (ways.reference.kind, ways.reference.level.clone());
-        let levels: Vec<(WayKind, WayLevel)> = levels.chain([reference]).collect();
-        OF_WAYS.write_rows(writer, &levels)?;
-        WAYS.write_one(writer, ways)?;
+    if let Some(sequences) = &accuracy.sequences {
+        let levels = sequences.sequences.iter().flat_map(|sequence| {
+            sequence
+                .levels
+                .iter()
+                .map(|level| (sequence.kind, level.clone()))
+        });
+        let reference = (sequences.reference.kind, sequences.reference.level.clone());
+        let levels: Vec<(SequenceKind, SequenceLevel)> = levels.chain([reference]).collect();
+        SEQUENCE_LEVELS.write_rows(writer, &levels)?;
+        SEQUENCES.write_one(writer, sequences)?;
     }
     Ok(())
 }
 
-/// Reads the sentence; `None` in a file without ladders.
+/// Reads the sentence; `None` in a file without studies.
 ///
 /// # Errors
 /// An altered dataset.
@@ -206,7 +252,7 @@ pub fn read_advice(reader: &Reader) -> Result<Option<String>, FormatError> {
     read_if_there(reader, ADVICE)
 }
 
-/// Reads both ladders and the ways; orders and limits are computed again.
+/// Reads both studies and the sequences; orders and limits are computed again.
 ///
 /// # Errors
 /// Missing, altered or contradictory datasets.
@@ -220,45 +266,51 @@ pub fn read(reader: &Reader) -> Result<Accuracy, FormatError> {
             .is_there(reader)
             .then(|| read_discretisation(reader))
             .transpose()?,
-        ways: OF_WAYS
-            .is_there(reader)
-            .then(|| read_ways(reader))
-            .transpose()?,
+        sequences: read_sequences(reader)?,
     })
 }
 
-fn read_algebraic(reader: &Reader) -> Result<AlgebraicLadder, FormatError> {
-    let mut ladder = AlgebraicLadder::default();
-    ALGEBRAIC.read_one(reader, &mut ladder, true)?;
-    ladder.entries = ENTRIES.read_rows(reader, || LadderEntry {
-        method: LadderMethod::Newton,
-        operator: Operator::Explicit,
+fn read_algebraic(reader: &Reader) -> Result<AlgebraicStudy, FormatError> {
+    let mut study = AlgebraicStudy::default();
+    ALGEBRAIC.read_one(reader, &mut study, true)?;
+    let runs = there(reader, [&SOLVES, &FORMER_SOLVES]).unwrap_or(&SOLVES);
+    study.entries = runs.read_rows(reader, || SolverRun {
+        method: RunMethod::Newton,
+        operator: RunOperator::Explicit,
         epsilon: f64::NAN,
-        result: Some(LadderResult::default()),
+        result: Some(RunResult::default()),
     })?;
-    Ok(ladder)
+    Ok(study)
 }
 
-fn read_discretisation(reader: &Reader) -> Result<DiscretisationLadder, FormatError> {
+fn read_discretisation(reader: &Reader) -> Result<DiscretisationStudy, FormatError> {
     let levels = MESHES.read_rows(reader, || Level {
         forces: Some(Forces::default()),
         ..Level::default()
     })?;
     let scene_n_div = read_value(reader, SCENE_N_DIV)?;
-    Ok(DiscretisationLadder::new(scene_n_div, levels))
+    Ok(DiscretisationStudy::new(scene_n_div, levels))
 }
 
-fn read_ways(reader: &Reader) -> Result<Ways, FormatError> {
-    let blank = || (WayKind::LinearUniform, WayLevel::default());
-    let mut levels = OF_WAYS.read_rows(reader, blank)?;
+/// The table that a file has, by its name today or before format 1.10.
+fn there<'a, T>(reader: &Reader, names: [&'a Table<T>; 2]) -> Option<&'a Table<T>> {
+    names.into_iter().find(|table| table.is_there(reader))
+}
+
+fn read_sequences(reader: &Reader) -> Result<Option<MeshSequences>, FormatError> {
+    let Some(table) = there(reader, [&SEQUENCE_LEVELS, &FORMER_SEQUENCE_LEVELS]) else {
+        return Ok(None);
+    };
+    let blank = || (SequenceKind::LinearUniform, SequenceLevel::default());
+    let mut levels = table.read_rows(reader, blank)?;
     let (kind, level) = levels.pop().unwrap_or_else(blank);
     let of_kind = |kind| {
         let levels = levels.iter().filter(|(other, _)| *other == kind);
         levels.map(|(_, level)| level.clone()).collect()
     };
-    let mut ways = Ways {
-        ways: WayKind::ALL
-            .map(|kind| Way {
+    let mut sequences = MeshSequences {
+        sequences: SequenceKind::ALL
+            .map(|kind| MeshSequence {
                 kind,
                 levels: of_kind(kind),
             })
@@ -270,6 +322,8 @@ fn read_ways(reader: &Reader) -> Result<Ways, FormatError> {
             forces: Some(Forces::default()),
         },
     };
-    WAYS.read_one(reader, &mut ways, true)?;
-    Ok(ways)
+    if let Some(table) = there(reader, [&SEQUENCES, &FORMER_SEQUENCES]) {
+        table.read_one(reader, &mut sequences, true)?;
+    }
+    Ok(Some(sequences))
 }

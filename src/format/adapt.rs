@@ -37,7 +37,7 @@ const LEVELS: &[Extent] = &[Named("n_adaptive_levels")];
 const REFINEMENTS: &[Extent] = &[Named("n_refinements")];
 
 pub(super) const FIELDS: Table<AdaptiveLevel> = fields! { AdaptiveLevel => GROUP;
-    {Kind::Enum(StoredAdaptiveStatus::SPEC)} STATUS, &[], Dimension::Number, "How the levels stand with the error that the scene wishes for.";
+    {Kind::Enum(StoredAdaptiveStatus::SPEC)} STATUS, &[], Dimension::Number, "How the levels stand with the error that the scene asks for.";
     (n_tetrahedra) "/adapt/levels/n_tetrahedra", LEVELS, Dimension::Number, "Tetrahedra.";
     (n_free) "/adapt/levels/n_free", LEVELS, Dimension::Number, "Free degrees of freedom.";
     (n_multipliers) "/adapt/levels/n_multipliers", LEVELS, Dimension::Number, "Multipliers.";

@@ -7,7 +7,7 @@ use runfile::{
 };
 use serde::Serialize;
 use studies::branches::{
-    Branches, Certificate, Path, PathEnd, PathOrigin, PathPoint, PointKind, Switch, Undecided,
+    Branches, CompletenessProof, Path, PathEnd, PathOrigin, PathPoint, PointKind, Switch, Undecided,
 };
 use units::Dimension;
 
@@ -114,7 +114,7 @@ pub(super) const SEARCH: Table<Branches> = fields! { Branches => GROUP;
 };
 
 /// What is proven at each end of the range.
-pub(super) const PROOFS: Table<Option<Certificate>> = fields! { Option<Certificate> => GROUP;
+pub(super) const PROOFS: Table<Option<CompletenessProof>> = fields! { Option<CompletenessProof> => GROUP;
     [Option::is_some, |proof, is_proven: bool| if !is_proven { *proof = None }] "/branches/certificate/proven", ENDS, Dimension::Number, "1 at an end of the range whose solutions were enumerated: every choice of states was tried in intervals.".optional(NOT_SEARCHED);
     {Kind::Enum(StoredUndecided::SPEC)} UNDECIDED, ENDS, Dimension::Number, "Why there is no proof; not_asked where there is one.".optional(NOT_SEARCHED);
     (?.solutions) "/branches/certificate/n_solutions", ENDS, Dimension::Number, "How many solutions there are; 0 without a proof.".optional(NOT_SEARCHED);
@@ -200,7 +200,7 @@ pub fn read(reader: &Reader) -> Result<Branches, FormatError> {
     SEARCH.read_one(reader, &mut branches, true)?;
     FOLLOWED.read_one(reader, &mut branches, true)?;
     if PROOFS.is_there(reader) {
-        let proofs = PROOFS.read_rows(reader, || Some(Certificate::default()))?;
+        let proofs = PROOFS.read_rows(reader, || Some(CompletenessProof::default()))?;
         let undecided: Option<Vec<Undecided>> = read_if_there(reader, UNDECIDED)?;
         let undecided = undecided.unwrap_or_else(|| vec![Undecided::NotAsked; 2]);
         for ((end, proof), undecided) in branches.certificates.iter_mut().zip(proofs).zip(undecided)

@@ -26,7 +26,7 @@ pub const CERTIFICATE: [&str; 7] = [
 pub struct CaseResults {
     /// How the solve ended.
     pub status: String,
-    /// Whether the wish for an error is met; `None` without one.
+    /// Whether the target for the error is met; `None` without one.
     pub adaptation: Option<AdaptiveStatus>,
     /// Which algorithm gave the answer.
     pub method: String,

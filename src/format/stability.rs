@@ -6,7 +6,7 @@ use runfile::{
     Extent::{Fixed, Named},
     Group, GroupWriter, Layout, StoreError,
 };
-use studies::stability::{Check, CrossCheck, CrossCheckResult, Invariance, Level, Spectrum};
+use studies::stability::{Check, CrossCheck, CrossCheckResult, Invariance, Spectrum, VerdictLevel};
 use units::{Dimension, Units};
 
 use super::{
@@ -28,10 +28,10 @@ stored_as! {
 
 stored_as! {
     /// How a case came out, as stored; `None` for one without a discrete problem.
-    StoredLevel of Option<Level> as "verdict" {
-        Holds = 0 => "holds" is (Some(Level::Holds)),
-        AtRounding = 1 => "floor" is (Some(Level::AtRounding)),
-        Fails = 2 => "fails" is (Some(Level::Fails)),
+    StoredLevel of Option<VerdictLevel> as "verdict" {
+        Holds = 0 => "holds" is (Some(VerdictLevel::Holds)),
+        AtRounding = 1 => "floor" is (Some(VerdictLevel::AtRounding)),
+        Fails = 2 => "fails" is (Some(VerdictLevel::Fails)),
         Refused = 3 => "refused" is (None),
     }
 }
@@ -128,7 +128,7 @@ impl StabilityRow {
         }
     }
 
-    fn level(&self) -> Option<Level> {
+    fn level(&self) -> Option<VerdictLevel> {
         let check = self.outcome.as_ref().ok();
         check.map(|check| check.verdict().level)
     }

@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 use studies::accuracy::{
-    Accuracy, AlgebraicLadder, Cost, DiscretisationLadder, LadderEntry, Trend, WayLevel, Ways,
+    Accuracy, AlgebraicStudy, Cost, DiscretisationStudy, MeshSequences, SequenceLevel, SolverRun,
+    Trend,
 };
 use units::{Dimension, Units};
 
@@ -21,15 +22,15 @@ pub fn text(accuracy: &Accuracy, units: Units) -> String {
         accuracy
             .algebraic
             .as_ref()
-            .map(|ladder| entries(ladder, units)),
+            .map(|study| entries(study, units)),
     );
     tables.extend(
         accuracy
             .discretisation
             .as_ref()
-            .map(|ladder| levels(ladder, units)),
+            .map(|study| levels(study, units)),
     );
-    tables.extend(accuracy.ways.as_ref().map(|all| ways(all, units)));
+    tables.extend(accuracy.sequences.as_ref().map(|all| sequences(all, units)));
     let text: String = tables.iter().map(|table| table.text() + "\n").collect();
     text + &accuracy.advice().to_string()
 }
@@ -40,23 +41,23 @@ pub fn json(accuracy: &Accuracy, units: Units) -> Value {
     let none = || json!([]);
     let (algebraic, meshes) = (&accuracy.algebraic, &accuracy.discretisation);
     json!({
-        "rungs": algebraic.as_ref().map_or_else(none, |ladder| entries(ladder, units).json()),
-        "levels": meshes.as_ref().map_or_else(none, |ladder| levels(ladder, units).json()),
+        "solves": algebraic.as_ref().map_or_else(none, |study| entries(study, units).json()),
+        "levels": meshes.as_ref().map_or_else(none, |study| levels(study, units).json()),
         "advice": accuracy.advice().to_string(),
-        "ways": accuracy.ways.as_ref().map(|all| json!({
-            "levels": of_ways(all, units).map(|level| level.json()).collect::<Value>(),
-            "reference": way_level("reference", &all.reference.level, units).json(),
+        "sequences": accuracy.sequences.as_ref().map(|all| json!({
+            "levels": of_sequences(all, units).map(|level| level.json()).collect::<Value>(),
+            "reference": sequence_level("reference", &all.reference.level, units).json(),
             "advice": all.advice().to_string(),
         })),
     })
 }
 
-/// The solves of the algebraic ladder.
+/// The solves of the algebraic study.
 #[must_use]
-pub fn entries(ladder: &AlgebraicLadder, units: Units) -> FigureTable {
-    let rows = ladder.entries.iter().map(|row| entry(row, units));
+pub fn entries(study: &AlgebraicStudy, units: Units) -> FigureTable {
+    let rows = study.entries.iter().map(|row| entry(row, units));
     let mut note = String::new();
-    for (operator, cost) in ["implicit", "explicit"].iter().zip(&ladder.assembly) {
+    for (operator, cost) in ["implicit", "explicit"].iter().zip(&study.assembly) {
         let _ = writeln!(
             note,
             "assembly, {operator}: {:.3} s (median of {}), peak {} MB",
@@ -67,14 +68,14 @@ pub fn entries(ladder: &AlgebraicLadder, units: Units) -> FigureTable {
     }
     let caption = format!(
         "Algebraic error, against Newton's method to {:.1e} ({})",
-        ladder.reference_accuracy,
-        ladder.reference_status.word()
+        study.reference_accuracy,
+        study.reference_status.word()
     );
     FigureTable::new(&caption, rows).with_note(note)
 }
 
 #[rustfmt::skip]
-fn entry(entry: &LadderEntry, units: Units) -> Figures {
+fn entry(entry: &SolverRun, units: Units) -> Figures {
     let result = entry.result.as_ref();
     let mut figures = Figures::new(units);
     figures.plain("method", "method", entry.method.to_string());
@@ -93,15 +94,15 @@ fn entry(entry: &LadderEntry, units: Units) -> Figures {
     figures
 }
 
-/// The meshes of the discretisation ladder.
+/// The meshes of the discretisation study.
 #[must_use]
 #[rustfmt::skip]
-pub fn levels(ladder: &DiscretisationLadder, units: Units) -> FigureTable {
+pub fn levels(study: &DiscretisationStudy, units: Units) -> FigureTable {
     let order = |figures: &mut Figures, key: &str, trend: Option<&Trend>, k: usize| {
         let order = trend.and_then(|trend| trend.orders[k]);
         figures.number(key, "order", Fixed(2), order);
     };
-    let rows = ladder.levels.iter().enumerate().map(|(k, level)| {
+    let rows = study.levels.iter().enumerate().map(|(k, level)| {
         let tangential = level.forces.and_then(|forces| forces.tangential);
         let mut figures = Figures::new(units);
         figures.plain("n_div", "n_div", level.n_div);
@@ -109,15 +110,15 @@ pub fn levels(ladder: &DiscretisationLadder, units: Units) -> FigureTable {
         figures.plain("n_free", "unknowns", level.n_free);
         figures.number("energy_difference", "error to finest", Fixed(4), level.energy_difference);
         figures.number("energy_error", "error to limit", Fixed(4), level.energy_error);
-        order(&mut figures, "energy_order", Some(&ladder.energy_norm), k);
+        order(&mut figures, "energy_order", Some(&study.energy_norm), k);
         figures.add("potential_energy", "potential energy", Dimension::Energy, Scientific(8), level.potential_energy);
-        order(&mut figures, "", Some(&ladder.potential_energy), k);
+        order(&mut figures, "", Some(&study.potential_energy), k);
         let normal = level.forces.map(|forces| forces.normal);
         figures.add("normal_force", "normal force", Dimension::FORCE, Scientific(6), normal);
-        order(&mut figures, "", ladder.forces.first(), k);
+        order(&mut figures, "", study.forces.first(), k);
         let first = tangential.map(|pair| pair[0]);
         figures.add("", "tangential force 1", Dimension::FORCE, Scientific(6), first);
-        order(&mut figures, "", ladder.forces.get(1), k);
+        order(&mut figures, "", study.forces.get(1), k);
         figures.for_programs("tangential_force", tangential);
         figures.plain("actions", "n_A", level.applications);
         cost(&mut figures, Some(&level.cost));
@@ -126,23 +127,23 @@ pub fn levels(ladder: &DiscretisationLadder, units: Units) -> FigureTable {
         figures
     });
     let caption = "Discretisation error (relative, energy norm; orders from each mesh and the two before)";
-    FigureTable::new(caption, rows).with_note(limits(ladder, units))
+    FigureTable::new(caption, rows).with_note(limits(study, units))
 }
 
 /// What the figures of the meshes tend to.
-fn limits(ladder: &DiscretisationLadder, units: Units) -> String {
+fn limits(study: &DiscretisationStudy, units: Units) -> String {
     let (energy, force) = (units.energy(), units.force());
     let potential = (
         "the potential energy",
         energy.as_str(),
-        &ladder.potential_energy,
+        &study.potential_energy,
     );
     let names = [
         "the normal force",
         "tangential force 1",
         "tangential force 2",
     ];
-    let forces = names.into_iter().zip(&ladder.forces);
+    let forces = names.into_iter().zip(&study.forces);
     let forces = forces.map(|(name, trend)| (name, force, trend));
     let line = |(name, unit, trend): (&str, &str, &Trend)| match trend.limit {
         Some(limit) => format!("limit of {name}: {limit:.8e} {unit}\n"),
@@ -151,36 +152,41 @@ fn limits(ladder: &DiscretisationLadder, units: Units) -> String {
     [potential].into_iter().chain(forces).map(line).collect()
 }
 
-/// The meshes of all ways and their reference.
+/// The meshes of all sequences and their reference.
 #[must_use]
-pub fn ways(ways: &Ways, units: Units) -> FigureTable {
-    let reference = &ways.reference;
-    let rows = of_ways(ways, units).chain([way_level("reference", &reference.level, units)]);
+pub fn sequences(sequences: &MeshSequences, units: Units) -> FigureTable {
+    let reference = &sequences.reference;
+    let rows = of_sequences(sequences, units).chain([sequence_level(
+        "reference",
+        &reference.level,
+        units,
+    )]);
     let note = format!(
-        "potential energy of the reference: {:.8e} {}\ncheapest way to {}\n",
+        "potential energy of the reference: {:.8e} {}\ncheapest sequence for {}\n",
         reference.potential_energy,
         units.energy(),
-        ways.advice()
+        sequences.advice()
     );
-    let caption = "Ways to accuracy (relative errors in the energy norm, uncertain by the estimated error of the reference; - where that is \
+    let caption = "sequences of meshes (relative errors in the energy norm, uncertain by the estimated error of the reference; - where that is \
                    too large to tell)";
     FigureTable::new(caption, rows).with_note(note)
 }
 
-fn of_ways(ways: &Ways, units: Units) -> impl Iterator<Item = Figures> {
-    let levels = ways.ways.iter();
-    levels.flat_map(move |way| {
-        let name = way.kind.words();
-        way.levels
+fn of_sequences(sequences: &MeshSequences, units: Units) -> impl Iterator<Item = Figures> {
+    let levels = sequences.sequences.iter();
+    levels.flat_map(move |sequence| {
+        let name = sequence.kind.words();
+        sequence
+            .levels
             .iter()
-            .map(move |level| way_level(name, level, units))
+            .map(move |level| sequence_level(name, level, units))
     })
 }
 
 #[rustfmt::skip]
-fn way_level(way: &str, level: &WayLevel, units: Units) -> Figures {
+fn sequence_level(sequence: &str, level: &SequenceLevel, units: Units) -> Figures {
     let mut figures = Figures::new(units);
-    figures.plain("way", "way", way);
+    figures.plain("sequence", "sequence", sequence);
     figures.plain("n_free", "unknowns", level.n_free);
     figures.for_programs("n_tetrahedra", level.n_tetrahedra);
     figures.plain("n_multipliers", "multipliers", level.n_multipliers);

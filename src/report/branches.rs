@@ -3,7 +3,9 @@
 use std::fmt::Write;
 
 use serde_json::{Value, json};
-use studies::branches::{Branches, Certificate, PathEnd, PathPoint, PointKind, Switch, Undecided};
+use studies::branches::{
+    Branches, CompletenessProof, PathEnd, PathPoint, PointKind, Switch, Undecided,
+};
 use units::{Dimension, Units};
 
 use super::{
@@ -100,7 +102,7 @@ fn figures(path: usize, number: usize, point: &PathPoint, units: Units) -> Figur
     figures
 }
 
-fn certificate_words(all: &Certificate, found: usize) -> String {
+fn certificate_words(all: &CompletenessProof, found: usize) -> String {
     let complete = if all.solutions == found {
         "complete by enumeration".to_owned()
     } else {

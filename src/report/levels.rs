@@ -127,7 +127,7 @@ pub fn adaptation_text(scene: &Scene, adapted: &Adapted) -> String {
 #[must_use]
 pub fn adaptation_json(scene: &Scene, adapted: &Adapted) -> Value {
     json!({
-        "wish": adapted.wish,
+        "target_error": adapted.wish,
         "status": match adapted.status {
             AdaptiveStatus::Refining => "refining",
             AdaptiveStatus::Met => "met",

@@ -54,13 +54,13 @@ pub fn status(solution: &Solution, scene: &Scene) -> String {
         ),
         Status::MaxNewtonSteps => (
             "Newton's method found no solution from any start".to_owned(),
-            automatic.unwrap_or_else(|| after_all_ways(solution, scene)),
+            automatic.unwrap_or_else(|| after_all_solvers(solution, scene)),
         ),
         Status::Inaccurate => (
             format!(
                 "the stopping rule is met, but the multipliers are off by about {accuracy:.1e}"
             ),
-            automatic.unwrap_or_else(|| after_all_ways(solution, scene)),
+            automatic.unwrap_or_else(|| after_all_solvers(solution, scene)),
         ),
         Status::NoEquilibrium => (
             "no equilibrium: contact cannot hold the body under this load".to_owned(),
@@ -71,14 +71,14 @@ pub fn status(solution: &Solution, scene: &Scene) -> String {
         ),
         Status::Cycling => (
             "successive approximations go round in a cycle".to_owned(),
-            automatic.unwrap_or_else(|| after_all_ways(solution, scene)),
+            automatic.unwrap_or_else(|| after_all_solvers(solution, scene)),
         ),
     };
     format!("NOT CONVERGED: {what}; {advice}")
 }
 
 /// What may help where no setting does: only Coulomb's law leaves open whether there is a solution of a body that is held.
-fn after_all_ways(solution: &Solution, scene: &Scene) -> String {
+fn after_all_solvers(solution: &Solution, scene: &Scene) -> String {
     let follows_pressure = |law: &FrictionModel| match law {
         FrictionModel::Frictionless | FrictionModel::Tresca { .. } => false,
         FrictionModel::Coulomb { .. } | FrictionModel::CappedCoulomb { .. } => true,
@@ -116,7 +116,7 @@ fn load_and_friction(scene: &Scene, word: &str) -> String {
     }
 }
 
-/// The settings that look for the answer in every way there is; `None` where they are chosen.
+/// The settings that look for the answer with every solver there is; `None` where they are chosen.
 fn by_another_way(scene: &Scene) -> Option<String> {
     let method = (scene.solve.method != Method::Auto).then_some("solve.method = \"auto\"");
     let implicit = scene.assemble.dual_operator == DualOperatorKind::Implicit;

@@ -86,7 +86,7 @@ fn planned_in(file: &Path) -> Result<Vec<String>, SweepError> {
     Ok(ids)
 }
 
-/// The way from a folder to a file, both canonical, so that a project may move as a whole.
+/// The path from a folder to a file, both canonical, so that a project may move as a whole.
 pub(super) fn relative(folder: &Path, file: &Path) -> PathBuf {
     let mut from = folder.components().peekable();
     let mut to = file.components().peekable();
@@ -129,9 +129,9 @@ mod tests {
 
     #[test]
     fn the_way_to_the_sweep_file_moves_with_the_project() {
-        let way = |folder: &str, file: &str| relative(Path::new(folder), Path::new(file));
-        assert_eq!(way("/a/b/out", "/a/b/s.toml"), Path::new("../s.toml"));
-        assert_eq!(way("/a/out", "/b/s.toml"), Path::new("../../b/s.toml"));
-        assert_eq!(way("/a", "/a/s.toml"), Path::new("s.toml"));
+        let path = |folder: &str, file: &str| relative(Path::new(folder), Path::new(file));
+        assert_eq!(path("/a/b/out", "/a/b/s.toml"), Path::new("../s.toml"));
+        assert_eq!(path("/a/out", "/b/s.toml"), Path::new("../../b/s.toml"));
+        assert_eq!(path("/a", "/a/s.toml"), Path::new("s.toml"));
     }
 }

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use contact3d::solver::Solution;
 use plots::{ChartAxis, ChartPoint, LineChart, Series};
 use studies::accuracy::{
-    Accuracy, AlgebraicLadder, DiscretisationLadder, LadderEntry, Level, Trend, WayLevel, Ways,
+    Accuracy, AlgebraicStudy, DiscretisationStudy, Level, MeshSequences, SequenceLevel, SolverRun,
+    Trend,
 };
 use units::{Dimension, Unit, Units};
 
@@ -15,13 +16,18 @@ use crate::pipeline::StageError;
 /// Names of the pictures.
 pub(super) const WORK_PRECISION: &str = "work_precision";
 pub(super) const CONVERGENCE: &str = "convergence";
-pub(super) const WAYS_SECONDS: &str = "ways_seconds";
-pub(super) const WAYS_UNKNOWNS: &str = "ways_unknowns";
+pub(super) const SEQUENCES_SECONDS: &str = "sequences_seconds";
+pub(super) const SEQUENCES_UNKNOWNS: &str = "sequences_unknowns";
 
 /// Those of `accuracy`.
-pub(super) const ACCURACY: [&str; 4] = [WORK_PRECISION, CONVERGENCE, WAYS_SECONDS, WAYS_UNKNOWNS];
+pub(super) const ACCURACY: [&str; 4] = [
+    WORK_PRECISION,
+    CONVERGENCE,
+    SEQUENCES_SECONDS,
+    SEQUENCES_UNKNOWNS,
+];
 
-/// Draws the work-precision and the convergence diagram and those of the ways as SVG and PNG; returns the files.
+/// Draws the work-precision and the convergence diagram and those of the sequences as SVG and PNG; returns the files.
 ///
 /// # Errors
 /// A folder that cannot be written.
@@ -31,12 +37,15 @@ pub fn draw_accuracy(
 ) -> Result<Vec<PathBuf>, StageError> {
     let algebraic = accuracy.algebraic.as_ref().map(work_precision);
     let discretisation = accuracy.discretisation.as_ref().map(convergence);
-    let ways = accuracy.ways.as_ref();
+    let sequences = accuracy.sequences.as_ref();
     let charts = [
         (WORK_PRECISION, algebraic),
         (CONVERGENCE, discretisation),
-        (WAYS_SECONDS, ways.map(ways_against_seconds)),
-        (WAYS_UNKNOWNS, ways.map(ways_against_unknowns)),
+        (SEQUENCES_SECONDS, sequences.map(sequences_against_seconds)),
+        (
+            SEQUENCES_UNKNOWNS,
+            sequences.map(sequences_against_unknowns),
+        ),
     ];
     let drawn = charts
         .into_iter()
@@ -45,8 +54,8 @@ pub fn draw_accuracy(
 }
 
 /// Energy error of each solve against its seconds.
-pub(super) fn work_precision(ladder: &AlgebraicLadder) -> LineChart {
-    let series = ladder.series().into_iter().map(|entries| {
+pub(super) fn work_precision(study: &AlgebraicStudy) -> LineChart {
+    let series = study.series().into_iter().map(|entries| {
         let points = entries.iter().filter_map(entry_point);
         Series::new(&series_name(&entries[0]), points)
     });
@@ -61,7 +70,7 @@ pub(super) fn work_precision(ladder: &AlgebraicLadder) -> LineChart {
     )
 }
 
-fn entry_point(entry: &LadderEntry) -> Option<ChartPoint> {
+fn entry_point(entry: &SolverRun) -> Option<ChartPoint> {
     let result = entry.result?;
     Some(ChartPoint {
         x: result.cost.seconds,
@@ -79,13 +88,13 @@ fn entry_point(entry: &LadderEntry) -> Option<ChartPoint> {
 }
 
 /// Method and operator of a series.
-fn series_name(entry: &LadderEntry) -> String {
+fn series_name(entry: &SolverRun) -> String {
     format!("{}, {}", entry.method, entry.operator)
 }
 
 /// Errors of the meshes against n_div.
-pub(super) fn convergence(ladder: &DiscretisationLadder) -> LineChart {
-    let levels = &ladder.levels;
+pub(super) fn convergence(study: &DiscretisationStudy) -> LineChart {
+    let levels = &study.levels;
     let points = |value: &dyn Fn(&Level) -> Option<f64>| -> Vec<ChartPoint> {
         let values = levels
             .iter()
@@ -109,10 +118,10 @@ pub(super) fn convergence(ladder: &DiscretisationLadder) -> LineChart {
                 _ => forces.tangential.map(|pair| pair[k - 1]),
             }
         };
-        let trend = ladder.forces.get(k);
+        let trend = study.forces.get(k);
         trend.map_or_else(Vec::new, |trend| away(trend, &component))
     };
-    let energy = away(&ladder.potential_energy, &|l| Some(l.potential_energy));
+    let energy = away(&study.potential_energy, &|l| Some(l.potential_energy));
     let series = [
         (
             "u, energy norm, to the finest",
@@ -134,43 +143,47 @@ pub(super) fn convergence(ladder: &DiscretisationLadder) -> LineChart {
     LineChart::new("Discretisation error", n_div, error, series)
 }
 
-/// Error of each way against its seconds.
-pub(super) fn ways_against_seconds(ways: &Ways) -> LineChart {
+/// Error of each sequence against its seconds.
+pub(super) fn sequences_against_seconds(sequences: &MeshSequences) -> LineChart {
     let time = ChartAxis::logarithmic(
         "time of mesh, assembly, solve and evaluation",
         Units::SI.of(Dimension::Time),
     );
-    ways_chart(ways, time, |level| level.cost.seconds)
+    sequences_chart(sequences, time, |level| level.cost.seconds)
 }
 
-/// Error of each way against its unknowns.
-pub(super) fn ways_against_unknowns(ways: &Ways) -> LineChart {
+/// Error of each sequence against its unknowns.
+pub(super) fn sequences_against_unknowns(sequences: &MeshSequences) -> LineChart {
     let unknowns = ChartAxis::logarithmic("unknowns", Unit::none());
-    ways_chart(ways, unknowns, |level| level.n_free as f64)
+    sequences_chart(sequences, unknowns, |level| level.n_free as f64)
 }
 
 /// The true error of each mesh, where it is known.
-fn ways_chart(ways: &Ways, x: ChartAxis, along: impl Fn(&WayLevel) -> f64) -> LineChart {
-    let series = ways.ways.iter().map(|way| {
-        let points = way.levels.iter().filter_map(|level| {
+fn sequences_chart(
+    sequences: &MeshSequences,
+    x: ChartAxis,
+    along: impl Fn(&SequenceLevel) -> f64,
+) -> LineChart {
+    let series = sequences.sequences.iter().map(|sequence| {
+        let points = sequence.levels.iter().filter_map(|level| {
             let error = level.error?;
             Some(ChartPoint {
                 x: along(level),
                 y: error,
                 text: format!(
                     "{}, {} unknowns: error {error:.2e}, estimated {:.2e}, {:.3} s",
-                    way.kind.words(),
+                    sequence.kind.words(),
                     level.n_free,
                     level.estimated_error,
                     level.cost.seconds
                 ),
             })
         });
-        Series::new(way.kind.words(), points)
+        Series::new(sequence.kind.words(), points)
     });
     let error = "error of u in the energy norm, relative";
     let error = ChartAxis::logarithmic(error, Unit::none());
-    LineChart::new("Ways to accuracy", x, error, series)
+    LineChart::new("Sequences of meshes", x, error, series)
 }
 
 /// How the solve reached its answer, step by step.

@@ -18,7 +18,7 @@ const CHART_WIDTH: u32 = 1720;
 pub enum Drawing {
     /// The panels of a run file, one set with each of these endings.
     Run(Vec<String>),
-    /// The diagrams of the ladders of accuracy.
+    /// The diagrams of the studies of accuracy.
     Accuracy,
     /// The diagrams of the theory.
     Theory,

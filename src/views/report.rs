@@ -11,7 +11,9 @@ use plots::html::{Page, PagePart, Section};
 use runfile::{Reader, StoredGroup, timestamp};
 
 use super::{
-    charts::{convergence, history, ways_against_seconds, ways_against_unknowns, work_precision},
+    charts::{
+        convergence, history, sequences_against_seconds, sequences_against_unknowns, work_precision,
+    },
     history_charts,
     picture::{self, Drawn},
     sweep_report,
@@ -187,18 +189,18 @@ fn accuracy_section(reader: &Reader, scene: &Scene) -> Result<Option<Section>, S
     let accuracy = format::read_accuracy(reader)?;
     let mut parts = outdated(&stored, scene, "accuracy");
     parts.extend(format::read_advice(reader)?.map(PagePart::Advice));
-    if let Some(ladder) = &accuracy.discretisation {
-        parts.push(PagePart::chart(&convergence(ladder)));
-        parts.extend(table_parts(&tables::levels(ladder, stored.units)));
+    if let Some(study) = &accuracy.discretisation {
+        parts.push(PagePart::chart(&convergence(study)));
+        parts.extend(table_parts(&tables::levels(study, stored.units)));
     }
-    if let Some(ways) = &accuracy.ways {
-        parts.push(PagePart::chart(&ways_against_seconds(ways)));
-        parts.push(PagePart::chart(&ways_against_unknowns(ways)));
-        parts.extend(table_parts(&tables::ways(ways, stored.units)));
+    if let Some(sequences) = &accuracy.sequences {
+        parts.push(PagePart::chart(&sequences_against_seconds(sequences)));
+        parts.push(PagePart::chart(&sequences_against_unknowns(sequences)));
+        parts.extend(table_parts(&tables::sequences(sequences, stored.units)));
     }
-    if let Some(ladder) = &accuracy.algebraic {
-        parts.push(PagePart::chart(&work_precision(ladder)));
-        parts.extend(table_parts(&tables::entries(ladder, stored.units)));
+    if let Some(study) = &accuracy.algebraic {
+        parts.push(PagePart::chart(&work_precision(study)));
+        parts.extend(table_parts(&tables::entries(study, stored.units)));
     }
     Ok(Some(Section::new("accuracy", "What accuracy costs", parts)))
 }

@@ -4,18 +4,18 @@ use serde_json::Value;
 
 use crate::program::{Program, SMALL, pipeline};
 
-const LADDER: [&str; 6] = ["--coarsest", "2", "--finest", "8", "--budget", "2"];
+const MESHES: [&str; 6] = ["--coarsest", "2", "--finest", "8", "--budget", "2"];
 
 fn accuracy(program: &Program, more: &[&str]) -> assert_cmd::Command {
     let scene = pipeline("newton.toml");
     let scene = scene.to_str().expect("plain path");
     let mut command = program.command(&["accuracy", scene, "run.h5"]);
-    command.args(SMALL).args(LADDER).args(more);
+    command.args(SMALL).args(MESHES).args(more);
     command
 }
 
 #[test]
-fn both_ladders_are_stored_drawn_printed_and_advised_on() {
+fn both_studies_are_stored_drawn_printed_and_advised_on() {
     let program = Program::new();
     let done = accuracy(&program, &[]).assert().success();
     let text = String::from_utf8_lossy(&done.get_output().stdout).into_owned();
@@ -32,11 +32,11 @@ fn both_ladders_are_stored_drawn_printed_and_advised_on() {
         .success();
     let json: Value = serde_json::from_slice(&json.get_output().stdout).expect("JSON");
     assert_eq!(json["levels"].as_array().map(Vec::len), Some(3));
-    assert_eq!(json["rungs"].as_array().map(Vec::len), Some(55));
+    assert_eq!(json["solves"].as_array().map(Vec::len), Some(55));
 }
 
 #[test]
-fn ladders_and_run_share_a_file_and_leave_each_other_alone() {
+fn studies_and_run_share_a_file_and_leave_each_other_alone() {
     let program = Program::new();
     program.run(&[]).assert().success();
     let before = program.digests();
@@ -44,7 +44,7 @@ fn ladders_and_run_share_a_file_and_leave_each_other_alone() {
     let scene = scene.to_str().expect("plain path");
     let measure = || {
         let mut command = program.command(&["accuracy", scene, "run.h5", "--no-figures"]);
-        command.args(SMALL).args(LADDER).assert().success();
+        command.args(SMALL).args(MESHES).assert().success();
     };
     measure();
     assert_eq!(program.digests(), before);

@@ -1,4 +1,4 @@
-//! Adaptive runs: the wish, its levels in the file, going on after a kill, and what is refused.
+//! Adaptive runs: the target, its levels in the file, going on after a kill, and what is refused.
 
 use std::{
     process::{Command, Stdio},
@@ -11,11 +11,11 @@ use serde_json::Value;
 
 use crate::program::{Program, pipeline};
 
-/// `run` on the adaptive pipeline with a wish.
-fn run(program: &Program, wish: &str, more: &[&str]) -> assert_cmd::assert::Assert {
+/// `run` on the adaptive pipeline with a target.
+fn run(program: &Program, target: &str, more: &[&str]) -> assert_cmd::assert::Assert {
     let scene = pipeline("adaptive.toml");
     let scene = scene.to_str().expect("plain path");
-    let mut command = program.command(&["run", scene, "run.h5", "--no-figures", "--error", wish]);
+    let mut command = program.command(&["run", scene, "run.h5", "--no-figures", "--error", target]);
     command.args(more).assert()
 }
 
@@ -58,10 +58,10 @@ fn a_wish_is_met_and_a_second_run_keeps_everything() {
     assert!(program.states().iter().all(|(_, state)| state == "fresh"));
 }
 
-/// A tighter wish goes on from the levels that are there, a looser one takes the first that is enough, and
+/// A tighter target goes on from the levels that are there, a looser one takes the first that is enough, and
 /// that is the one it was.
 #[test]
-fn wishes_may_change() {
+fn targets_may_change() {
     let program = Program::new();
     run(&program, "12%", &[]).success();
     let coarse = program.digests();
@@ -70,7 +70,7 @@ fn wishes_may_change() {
     let again = run(&program, "12%", &[]).success();
     assert!(!said(&again).contains("level"), "{}", said(&again));
     assert_eq!(program.digests(), coarse);
-    // Without a wish the mesh is the body's own again.
+    // Without a target the mesh is the body's own again.
     let scene = pipeline("quadratic.toml");
     let arguments = [
         "run",
@@ -86,14 +86,14 @@ fn wishes_may_change() {
     program.command(&["check", "run.h5"]).assert().success();
 }
 
-/// Pictures are those of the last level, also when a tighter wish goes on from a file that was done.
+/// Pictures are those of the last level, also when a tighter target goes on from a file that was done.
 #[test]
 fn a_tighter_wish_draws_its_own_pictures() {
     let program = Program::new();
     let scene = pipeline("adaptive.toml");
     let scene = scene.to_str().expect("plain path");
-    let drawn = ["14%", "10%"].map(|wish| {
-        let mut command = program.command(&["run", scene, "run.h5", "--error", wish]);
+    let drawn = ["14%", "10%"].map(|target| {
+        let mut command = program.command(&["run", scene, "run.h5", "--error", target]);
         command.assert().success();
         std::fs::read(program.path("run-figures/discretisation_error.svg")).expect("a picture")
     });
@@ -165,7 +165,7 @@ fn a_wish_beyond_the_disk_is_not_met() {
 #[test]
 fn impossible_wishes_are_refused() {
     let program = Program::new();
-    for (wish, words) in [
+    for (target, words) in [
         ("200%", "between 1e-8 and 1"),
         ("0", "between 1e-8 and 1"),
         ("-1%", "between 1e-8 and 1"),
@@ -174,17 +174,21 @@ fn impossible_wishes_are_refused() {
         ("little", "write 1% or 0.01"),
     ] {
         let scene = pipeline("adaptive.toml");
-        let error = format!("--error={wish}");
+        let error = format!("--error={target}");
         let refused = program
             .command(&["run", scene.to_str().expect("plain path"), "run.h5", &error])
             .assert()
             .code(2);
-        assert!(said(&refused).contains(words), "{wish}: {}", said(&refused));
+        assert!(
+            said(&refused).contains(words),
+            "{target}: {}",
+            said(&refused)
+        );
     }
     assert!(!program.path("run.h5").exists());
 }
 
-/// Cases of a sweep have meshes of their own, and one whose wish is not met counts as not converged.
+/// Cases of a sweep have meshes of their own, and one whose target is not met counts as not converged.
 #[test]
 fn sweeps_refine_each_case() {
     let program = Program::new();

@@ -51,7 +51,7 @@ fn memory_and_budget_are_positive_numbers_of_a_range() {
 }
 
 #[test]
-fn a_finest_mesh_that_no_machine_holds_is_refused_before_the_ladders() {
+fn a_finest_mesh_that_no_machine_holds_is_refused_before_the_long_work() {
     let scene = pipeline("newton.toml");
     let scene = scene.to_str().unwrap();
     for n_div in ["1000000", "0", "-4"] {

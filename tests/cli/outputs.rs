@@ -126,7 +126,7 @@ fn pictures_replace_only_pictures_of_ours() {
 }
 
 #[test]
-fn laws_schemas_ladders_and_tables_of_checks_are_guarded_too() {
+fn laws_schemas_studies_and_tables_of_checks_are_guarded_too() {
     let program = program();
     fs::create_dir(program.path("law")).unwrap();
     fs::write(program.path("law/law.png"), "not a picture").unwrap();

@@ -85,9 +85,9 @@ fn outputs(scene: &str) -> Vec<(String, String)> {
     say("check", &["check", "run.h5"]);
     say("law", &["law", scene, "--figures", "law"]);
     let small = [SMALL[0], SMALL[1]];
-    let ladder = ["--coarsest", "2", "--finest", "4", "--budget", "5"];
+    let meshes = ["--coarsest", "2", "--finest", "4", "--budget", "5"];
     let accuracy = ["accuracy", scene, "run.h5"];
-    say("accuracy", &[&accuracy[..], &small, &ladder].concat());
+    say("accuracy", &[&accuracy[..], &small, &meshes].concat());
     let stability = ["stability", scene, "--out", "stability.h5"];
     let coarse = [SMALL[0], "body.brick.cells=[6,2,2]"];
     say("stability", &[&stability[..], &coarse].concat());

@@ -118,7 +118,7 @@ fn absent_from_run(tables: &[&str]) -> BTreeSet<String> {
         .assert()
         .success();
     let reader = Reader::open(&folder.path().join("run.h5"), LAYOUT).unwrap();
-    assert!(!reader.has("/adapt/status"), "no wish for an error");
+    assert!(!reader.has("/adapt/status"), "no target for an error");
     assert_eq!(
         reader.has("/history/time"),
         tables.concat().contains("step")

@@ -8,7 +8,7 @@ use contact3d::{
     solver::Status,
 };
 use studies::{
-    accuracy::{AccuracySettings, DiscretisationLadder},
+    accuracy::{AccuracySettings, DiscretisationStudy},
     branches::{Branches, Family, ParameterRange},
 };
 
@@ -55,11 +55,11 @@ fn nested_meshes_obey_galerkins_identity() {
             budget: 1.0,
             coarsest: 1,
             finest: Some(if element == "P1" { 8 } else { 4 }),
-            ways: None,
+            sequences: None,
             memory: None,
         };
-        let ladder = DiscretisationLadder::measure(&scene(element, ""), &settings, &mut |_| {});
-        let levels = ladder.unwrap().expect("a brick").levels;
+        let study = DiscretisationStudy::measure(&scene(element, ""), &settings, &mut |_| {});
+        let levels = study.unwrap().expect("a brick").levels;
         assert!(levels.len() >= 2, "{}", levels.len());
         let finest = levels.last().unwrap();
         let energy = Case::new({
@@ -83,16 +83,16 @@ fn nested_meshes_obey_galerkins_identity() {
 
 #[test]
 fn adaptive_meshes_reach_a_wish() {
-    for (element, wish) in [("P1", 0.25), ("P2", 0.06)] {
+    for (element, target) in [("P1", 0.25), ("P2", 0.06)] {
         let mut scene = scene(element, CONTACT);
-        scene.adapt = Some(AdaptSettings { error: wish });
+        scene.adapt = Some(AdaptSettings { error: target });
         let found = adapted(scene, Path::new(""), &mut |_| {}).unwrap();
         assert_eq!(found.status, AdaptiveStatus::Met, "{element}");
         assert!(
             found.adaptation.levels.len() > 1,
             "the first mesh is too coarse"
         );
-        assert!(found.report.discretisation_error.relative() <= wish);
+        assert!(found.report.discretisation_error.relative() <= target);
         assert!(found.report.certificate.worst() < 1e-9);
         // Held nodes of all levels are where their clamp puts them.
         let mesh = found.assembled.mesh();

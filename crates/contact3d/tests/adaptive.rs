@@ -202,9 +202,9 @@ fn curved_sides_keep_their_shape() {
 
 #[test]
 fn the_largest_indicators_are_cut_most_and_equal_ones_alike() {
-    let target = |estimated: f64, wished: f64| Target {
+    let target = |estimated: f64, wanted: f64| Target {
         estimated,
-        wished,
+        wanted,
         element: ElementOrder::P2,
     };
     let equal = next_cuts(&[0.1; 100], target(1.0, 0.5));
@@ -245,7 +245,7 @@ fn starts_on_a_finer_mesh_keep_a_uniform_stress() {
     }
 }
 
-/// The wish is met, with the estimate near the error against a twice as accurate answer, by fewer unknowns
+/// The target is met, with the estimate near the error against a twice as accurate answer, by fewer unknowns
 /// than the uniform mesh needs; and the multipliers on patches of a refined face are as stable as those of
 /// cells: the smallest eigenvalue of S scaled to a unit diagonal.
 #[test]
@@ -282,7 +282,7 @@ fn levels_meet_the_wish_with_stable_multipliers() {
     assert!(difference < 1e-11 * size);
 }
 
-/// A body that a clamp moves as a whole, across a gap and onto nothing, has rounding for an energy: any wish is met at once.
+/// A body that a clamp moves as a whole, across a gap and onto nothing, has rounding for an energy: any target is met at once.
 #[test]
 fn bodies_moved_as_a_whole_need_no_finer_mesh() {
     for (element, extra) in [

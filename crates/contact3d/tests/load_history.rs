@@ -88,19 +88,19 @@ fn closed_form(f0: f64, c: f64, slip: impl Fn(f64, f64, f64) -> (f64, f64)) -> V
         let trial = force - SHEAR * u;
         let direction = f64::signum(trial);
         let (a, b) = slip(u, path, direction);
-        let way = |[a, b]: [f64; 2]| {
+        let increment = |[a, b]: [f64; 2]| {
             let excess = trial.abs() - PRESS * (f0 - c * a);
             excess.max(0.0) / (SHEAR - PRESS * c * b)
         };
         // A slip that falls on the way to zero grows again beyond it.
-        let way = match way([a, b]) {
-            inwards if b < 0.0 && inwards > a => way([-a, 1.0]),
-            way => way,
+        let increment = match increment([a, b]) {
+            inwards if b < 0.0 && inwards > a => increment([-a, 1.0]),
+            increment => increment,
         };
-        u += direction * way;
-        path += way;
+        u += direction * increment;
+        path += increment;
         let stress = force - SHEAR * u;
-        found.push([u, stress, stress * direction * way]);
+        found.push([u, stress, stress * direction * increment]);
     }
     found
 }

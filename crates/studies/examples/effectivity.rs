@@ -1,12 +1,12 @@
-//! Estimated over true errors: for every scene the meshes of all ways, judged by an adaptive quadratic reference.
+//! Estimated over true errors: for every scene the meshes of all sequences, judged by an adaptive quadratic reference.
 //!
-//! `cargo run --release -p contact3d-studies --example effectivity -- 10 0.05 gap` gives each way 10 s and ends it at an
+//! `cargo run --release -p contact3d-studies --example effectivity -- 10 0.05 gap` gives each sequence 10 s and ends it at an
 //! estimated error of 5 %, for scenes with "gap" in their name; without a name for all of them.
 
 use std::{error::Error, path::Path};
 
 use contact3d::scene::{Friction, Scene, SceneFile};
-use studies::accuracy::{WaySettings, Ways};
+use studies::accuracy::{MeshSequences, SequenceSettings};
 
 /// Scenes of `pipelines/`.
 const PIPELINES: [&str; 9] = [
@@ -46,27 +46,27 @@ fn main() -> Result<(), Box<dyn Error>> {
     let goal = arguments.next().map_or(Ok(0.05), |text| text.parse())?;
     let wanted = arguments.next().unwrap_or_default();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../pipelines");
-    let settings = WaySettings {
+    let settings = SequenceSettings {
         budget,
         goal,
         coarsest: 2,
         memory: None,
     };
     println!(
-        "scene                  way          unknowns  seconds  estimated      true  effectivity"
+        "scene                  sequence     unknowns  seconds  estimated      true  effectivity"
     );
     for (name, scene) in scenes(&folder)? {
         if !name.contains(&wanted) {
             continue;
         }
-        let ways = Ways::measure(&scene, &folder, &settings, &mut |_| {})?;
-        for way in &ways.ways {
-            for level in &way.levels {
+        let sequences = MeshSequences::measure(&scene, &folder, &settings, &mut |_| {})?;
+        for sequence in &sequences.sequences {
+            for level in &sequence.levels {
                 let [error, effectivity] = [level.error.map(|e| 100.0 * e), level.effectivity()]
                     .map(|known| known.map_or_else(|| "-".into(), |value| format!("{value:.2}")));
                 println!(
                     "{name:<22} {:<12} {:>8} {:>8.2} {:>8.2} % {:>8.2} % {error:>7} % {effectivity:>12}  {}",
-                    way.kind.words(),
+                    sequence.kind.words(),
                     level.n_free,
                     level.cost.seconds,
                     100.0 * level.estimated_error,
@@ -75,7 +75,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 );
             }
         }
-        let reference = &ways.reference;
+        let reference = &sequences.reference;
         println!(
             "{name:<22} reference    {:>8} {:>8.2} {:>8.2} %: J = {:.8e}",
             reference.level.n_free,
@@ -83,7 +83,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             100.0 * reference.level.estimated_error,
             reference.potential_energy,
         );
-        println!("{name:<22} {}", ways.advice());
+        println!("{name:<22} {}", sequences.advice());
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! The estimated error of the mesh beside the true one.
 
 use contact3d::scene::{ElementOrder, Scene};
-use studies::accuracy::{AccuracySettings, DiscretisationLadder};
+use studies::accuracy::{AccuracySettings, DiscretisationStudy};
 
 /// The published problem on 6 × 2 × 2 cells.
 fn published(element: ElementOrder) -> Scene {
@@ -21,13 +21,13 @@ fn the_estimated_error_is_near_the_true_one() {
             budget: 1.0,
             coarsest: 2,
             finest: Some(finest),
-            ways: None,
+            sequences: None,
             memory: None,
         };
-        let ladder = DiscretisationLadder::measure(&published(element), &settings, &mut |_| {});
-        let ladder = ladder.expect("solves").expect("a brick");
-        assert!(ladder.levels.len() > 2);
-        for level in &ladder.levels {
+        let study = DiscretisationStudy::measure(&published(element), &settings, &mut |_| {});
+        let study = study.expect("solves").expect("a brick");
+        assert!(study.levels.len() > 2);
+        for level in &study.levels {
             let error = level.energy_error.expect("an order is observed");
             let effectivity = level.estimated_error / error;
             assert!(

@@ -23,7 +23,7 @@ pub struct AdaptedProblem {
     pub report: ContactReport,
     /// All levels.
     pub adaptation: Adaptation,
-    /// Whether the wish is met.
+    /// Whether the target is met.
     pub status: AdaptiveStatus,
 }
 
@@ -33,7 +33,7 @@ pub struct AdaptedProblem {
 /// Nothing is asked about memory: what does not fit aborts, as any allocation does.
 ///
 /// # Errors
-/// [`ProblemError`] for a scene without a wish or without a discrete problem.
+/// [`ProblemError`] for a scene without a target or without a discrete problem.
 pub fn adapted(
     scene: Scene,
     folder: &Path,
@@ -41,7 +41,7 @@ pub fn adapted(
 ) -> Result<AdaptedProblem, ProblemError> {
     let scene = scene.checked()?;
     scene.require_no_history("an adaptive mesh")?;
-    let wish = scene.adapt.ok_or_else(no_wish)?.error;
+    let target = scene.adapt.ok_or_else(no_target)?.error;
     let mut adaptation = Adaptation::default();
     let mut body = RefinableBody::new(&scene, folder)?;
     let mut mesh = Arc::new(body.mesh()?);
@@ -62,7 +62,7 @@ pub fn adapted(
             .levels
             .push(level(&assembled, &solution, &report, seconds));
         adaptation.levels.last().into_iter().for_each(&mut *observe);
-        let status = adaptation.status(wish);
+        let status = adaptation.status(target);
         if status != AdaptiveStatus::Refining {
             return Ok(AdaptedProblem {
                 assembled,
@@ -73,7 +73,7 @@ pub fn adapted(
             });
         }
         let error = &report.discretisation_error;
-        let cuts = next_cuts(&error.indicator, Target::of(&scene, error, wish));
+        let cuts = next_cuts(&error.indicator, Target::of(&scene, error, target));
         body.refine(&cuts);
         adaptation.refinement.push(cuts);
         let finer = Arc::new(body.mesh()?);
@@ -85,10 +85,10 @@ pub fn adapted(
     }
 }
 
-fn no_wish() -> Invalid {
+fn no_target() -> Invalid {
     Invalid {
         key: "adapt".into(),
-        expected: "a wish for the error".into(),
+        expected: "a target for the error".into(),
         found: "none".into(),
         help: "write [adapt] with error = 0.01, for example".into(),
     }

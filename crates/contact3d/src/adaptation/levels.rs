@@ -27,7 +27,7 @@ pub struct AdaptiveLevel {
 pub enum AdaptiveStatus {
     /// There are levels to come.
     Refining,
-    /// The estimate meets the wish.
+    /// The estimate meets the target.
     Met,
     /// A level did not converge.
     NotConverged,
@@ -53,17 +53,17 @@ pub struct Adaptation {
 const PATIENCE: usize = 3;
 
 impl Adaptation {
-    /// The first level that meets a wish.
+    /// The first level that meets a target.
     #[must_use]
-    pub fn level_that_meets(&self, wish: f64) -> Option<usize> {
-        let meets = |l: &AdaptiveLevel| l.status.is_solved() && l.estimated_error <= wish;
+    pub fn level_that_meets(&self, target: f64) -> Option<usize> {
+        let meets = |l: &AdaptiveLevel| l.status.is_solved() && l.estimated_error <= target;
         self.levels.iter().position(meets)
     }
 
-    /// How the levels stand with a wish; that nothing larger fits is for the caller to say.
+    /// How the levels stand with a target; that nothing larger fits is for the caller to say.
     #[must_use]
-    pub fn status(&self, wish: f64) -> AdaptiveStatus {
-        if self.level_that_meets(wish).is_some() {
+    pub fn status(&self, target: f64) -> AdaptiveStatus {
+        if self.level_that_meets(target).is_some() {
             return AdaptiveStatus::Met;
         }
         let Some(last) = self.levels.last() else {

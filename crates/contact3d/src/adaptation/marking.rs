@@ -10,7 +10,7 @@ use crate::{
 /// which only the next level's can tell.
 const STEEPEST: f64 = 0.4;
 
-/// The last level aims at this share of the wish, so that the usual surprise costs no further level: on the
+/// The last level aims at this share of the target, so that the usual surprise costs no further level: on the
 /// published problem levels end at 1.1 to 1.25 times what they aim at.
 const MARGIN: f64 = 0.75;
 
@@ -22,27 +22,27 @@ const MOST_CUTS: u8 = 9;
 pub struct Target {
     /// The error that was estimated, in √J.
     pub estimated: f64,
-    /// The error that is wished for, in √J.
-    pub wished: f64,
+    /// The error that is aimed at, in √J.
+    pub wanted: f64,
     /// The order of the elements.
     pub element: ElementOrder,
 }
 
 impl Target {
-    /// A wish for a share of ‖u_h‖_A, on the way from an estimate.
+    /// A target for a share of ‖u_h‖_A, on the way from an estimate.
     #[must_use]
-    pub fn of(scene: &Scene, error: &ErrorEstimate, wish: f64) -> Self {
+    pub fn of(scene: &Scene, error: &ErrorEstimate, target: f64) -> Self {
         Self {
             estimated: error.total(),
-            wished: wish * error.displacement,
+            wanted: target * error.displacement,
             element: scene.body.element,
         }
     }
 
-    /// The error that the next level aims at in √J: equal steps down to the wish, none steeper than
+    /// The error that the next level aims at in √J: equal steps down to the target, none steeper than
     /// a level can foresee.
     fn of_next_level(self) -> f64 {
-        let ratio = MARGIN * self.wished / self.estimated;
+        let ratio = MARGIN * self.wanted / self.estimated;
         let levels = (ratio.ln() / STEEPEST.ln()).ceil().max(1.0);
         self.estimated * ratio.powf(1.0 / levels)
     }

@@ -36,6 +36,7 @@ impl SlipMap {
     }
 
     /// The derivative of [`Self::slip`] by (u_t1, u_t2).
+    #[must_use]
     pub fn derivative(&self, tangential: &[[f64; 2]]) -> SlipOperatorDerivative {
         match self.counted(tangential) {
             None => self.operator.derivative(tangential),

@@ -234,6 +234,7 @@ impl ExplicitDual {
     }
 
     /// S_jj.
+    #[must_use]
     pub fn diagonal(&self, j: usize) -> f64 {
         self.operator.diagonal(j, self.dimension())
     }
@@ -259,6 +260,7 @@ impl ExplicitDual {
     }
 
     /// λ of x.
+    #[must_use]
     pub fn multipliers<'x>(&self, unknowns: &'x [f64]) -> &'x [f64] {
         &unknowns[..self.dimension()]
     }

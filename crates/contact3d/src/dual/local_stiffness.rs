@@ -84,6 +84,7 @@ impl LocalStiffness {
     }
 
     /// The unknowns of a problem whose face is glued to the foundation: [`Self::glued`], in balance where the body floats.
+    #[must_use]
     pub fn glued_start(&self, dual: &ExplicitDual) -> Vec<f64> {
         balanced(dual, |rhs| self.glued(rhs))
     }

@@ -330,6 +330,7 @@ impl Balance {
     }
 
     /// The unknowns α of motions in terms of the modes of the body.
+    #[must_use]
     pub fn unknown_motion(&self, modes: &[f64]) -> Vec<f64> {
         let mut motion = self.coupling.in_felt(modes);
         if let Some(closed) = &self.closed {

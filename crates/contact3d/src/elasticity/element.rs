@@ -183,6 +183,7 @@ impl Element {
 }
 
 /// ∇φ of the ten quadratic shape functions from the gradients of the barycentric coordinates.
+#[must_use]
 pub fn quadratic_gradients(simplex: &[Vector3<f64>; 4], at: &[f64; 4]) -> [Vector3<f64>; 10] {
     quadratic_tetrahedron_slopes(at)
         .map(|slopes| (0..4).map(|k| simplex[k] * slopes[k]).sum::<Vector3<f64>>())

@@ -38,6 +38,7 @@ pub struct SpringPoint<'a> {
 
 impl SpringPoint<'_> {
     /// A field of all nodes, `[n_nodes]`, at the point.
+    #[must_use]
     pub fn value(&self, field: &[[f64; 3]]) -> Vector3<f64> {
         let nodes = self.nodes.iter().zip(self.shape);
         nodes.map(|(n, w)| Vector3::from(field[*n]) * *w).sum()

@@ -21,6 +21,7 @@ pub struct DenseLu {
 
 impl DenseLu {
     /// Factorises a column-major matrix of order n; `None` where a pivot vanishes or is no number.
+    #[must_use]
     pub fn new(matrix: &[f64], n: usize) -> Option<Self> {
         let mut lu = Mat::from_fn(n, n, |i, j| matrix[j * n + i]);
         let (mut forward, mut backward) = (vec![0_usize; n], vec![0_usize; n]);
@@ -54,6 +55,7 @@ impl DenseLu {
     }
 
     /// The sign of the determinant.
+    #[must_use]
     pub fn sign(&self) -> i8 {
         self.sign
     }

@@ -11,7 +11,7 @@ use faer::{
 use super::{
     analysis::FactorStructure,
     factor::{CholeskyFactor, FactorPanel},
-    fronts::{SubtreeTask, climb, descend, locked},
+    fronts::{SubtreeTask, ascend, descend, locked},
     precision::Scalar,
     unknown::{COLUMNS, SEVERAL, Several, Unknown},
     vector::{power_of_two_near_largest, vectorised},
@@ -203,7 +203,7 @@ impl<T: Scalar, V: Unknown<T>> TreeSolve<'_, T, V> {
     fn forward(&self, unknowns: &mut [V]) {
         let own = self.split(unknowns);
         let updates: Vec<Mutex<Vec<V>>> = self.tasks.iter().map(|_| Mutex::default()).collect();
-        climb(self.tasks, |k| {
+        ascend(self.tasks, |k| {
             let mut own = locked(&own[k]);
             self.with_scratch(|scratch| {
                 let columns = self.columns(k);

@@ -19,7 +19,7 @@ use std::path::Path;
 pub use brick::{brick, brick_counts};
 pub use contact_surface::{ContactSurface, SurfaceFace};
 pub use error::MeshError;
-pub use gmsh::{FilePosition, GmshError, digest_of, parse as parse_gmsh};
+pub use gmsh::{FilePosition, GmshError, digest_of, parse as parse_gmsh, read as read_gmsh};
 pub use quadratic::{IsoparametricMap, MidEdgeNodes};
 pub use refined::{RefinableBody, Refinement};
 pub use side::{Quality, is_straight, shape};

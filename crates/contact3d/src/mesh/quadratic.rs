@@ -110,6 +110,7 @@ pub struct IsoparametricMap {
 
 impl IsoparametricMap {
     /// The map through corners and mid-edge nodes.
+    #[must_use]
     pub fn new(corners: &[[f64; 3]; 4], middles: &[[f64; 3]; 6]) -> Self {
         let node = |k: usize| k.checked_sub(4).map_or_else(|| corners[k], |e| middles[e]);
         Self {
@@ -118,6 +119,7 @@ impl IsoparametricMap {
     }
 
     /// The place in m of a point in barycentric coordinates.
+    #[must_use]
     pub fn place(&self, at: &[f64; 4]) -> [f64; 3] {
         let shape = quadratic_tetrahedron(at);
         std::array::from_fn(|c| (0..10).map(|k| shape[k] * self.nodes[k][c]).sum())

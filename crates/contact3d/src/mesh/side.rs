@@ -45,6 +45,7 @@ pub(crate) fn sorted(mut nodes: [usize; 3]) -> [usize; 3] {
 }
 
 /// Whether mid-edge nodes are in the middle of their edges, which join the given pairs of corners.
+#[must_use]
 pub fn is_straight(corners: &[[f64; 3]], edges: &[[usize; 2]], middles: &[[f64; 3]]) -> bool {
     edges.iter().zip(middles).all(|([a, b], middle)| {
         let [a, b] = [corners[*a], corners[*b]].map(Vector3::from);

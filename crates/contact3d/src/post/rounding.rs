@@ -72,6 +72,7 @@ impl Rounding {
     }
 
     /// The largest.
+    #[must_use]
     pub fn worst(&self) -> f64 {
         self.equilibrium.max(self.stress).max(self.work)
     }

@@ -150,6 +150,7 @@ impl AssembledProblem {
     }
 
     /// What rounding makes of the residuals of a solution, with |S||λ| in m³, `[n_multipliers]`.
+    #[must_use]
     pub fn rounding_of(
         &self,
         solution: &Solution,
@@ -233,6 +234,7 @@ impl AssembledProblem {
     }
 
     /// The mesh and the assembled operators.
+    #[must_use]
     pub fn into_parts(self) -> (Arc<Mesh>, DualSystem) {
         (self.problem.mesh, self.system)
     }

@@ -258,11 +258,13 @@ impl Formula {
     }
 
     /// The branch that the formula takes at a point.
+    #[must_use]
     pub fn branch(&self, at: &LawPoint) -> FormulaBranch {
         self.value.branch(&arguments(at), SLIPS)
     }
 
     /// The formula on a branch; slopes are by the own slip, by |u_t1| and by |u_t2|.
+    #[must_use]
     pub fn on_branch(&self, at: &LawPoint, branch: FormulaBranch) -> OnBranch {
         self.value.on_branch(&arguments(at), SLIPS, branch)
     }

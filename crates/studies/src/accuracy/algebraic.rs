@@ -1,4 +1,4 @@
-//! Errors and costs of the solvers on the mesh of the scene: the tolerance ladder.
+//! Errors and costs of the solvers on the mesh of the scene, for tolerances from loose to strict.
 
 use std::{fmt, path::Path, sync::Arc};
 
@@ -20,9 +20,9 @@ pub const EPSILONS: [f64; 11] = [
 /// the budget.
 const CHEAP_SHARE: f64 = 1.0 / 60.0;
 
-/// A method of the ladder. The inner solver of successive approximations is the scene's.
+/// A method of the study. The inner solver of successive approximations is the scene's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LadderMethod {
+pub enum RunMethod {
     /// Successive approximations with inner precision (a).
     FixedPrecision,
     /// Successive approximations with inner precision (b).
@@ -33,14 +33,14 @@ pub enum LadderMethod {
 
 /// How the dual operator is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Operator {
+pub enum RunOperator {
     /// Two sparse triangular solves for each application.
     Implicit,
     /// A dense matrix.
     Explicit,
 }
 
-impl fmt::Display for LadderMethod {
+impl fmt::Display for RunMethod {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::FixedPrecision => "fixed point (a)",
@@ -50,7 +50,7 @@ impl fmt::Display for LadderMethod {
     }
 }
 
-impl fmt::Display for Operator {
+impl fmt::Display for RunOperator {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Implicit => "implicit",
@@ -61,20 +61,20 @@ impl fmt::Display for Operator {
 
 /// One accuracy ε asked of one method on one operator.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LadderEntry {
+pub struct SolverRun {
     /// The method.
-    pub method: LadderMethod,
+    pub method: RunMethod,
     /// How S is held.
-    pub operator: Operator,
+    pub operator: RunOperator,
     /// The accuracy asked for.
     pub epsilon: f64,
     /// What came of it; `None` where it was not run because the budget does not suffice.
-    pub result: Option<LadderResult>,
+    pub result: Option<RunResult>,
 }
 
 /// What a solve reached, and at what cost.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct LadderResult {
+pub struct RunResult {
     /// How it ended.
     pub status: Status,
     /// ‖u − u*‖_A / ‖u*‖_A.
@@ -89,7 +89,7 @@ pub struct LadderResult {
 
 /// All entries on the scene's own mesh.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct AlgebraicLadder {
+pub struct AlgebraicStudy {
     /// How the reference (u*, λ*) ended: Newton's method on the explicit operator to rounding.
     pub reference_status: Status,
     /// ‖R‖ / ‖λ‖ of the reference.
@@ -97,18 +97,18 @@ pub struct AlgebraicLadder {
     /// Assembly with the implicit and the explicit operator.
     pub assembly: [Cost; 2],
     /// Series after series, each from loose to strict; empty when the reference failed.
-    pub entries: Vec<LadderEntry>,
+    pub entries: Vec<SolverRun>,
 }
 
 /// The assembled problem with its reference solution.
-struct LadderProblem<'a> {
+struct StudiedProblem<'a> {
     scene: &'a Scene,
     assembled: AssembledProblem,
     reference: Solution,
     budget: f64,
 }
 
-impl AlgebraicLadder {
+impl AlgebraicStudy {
     /// Solves the scene on its own mesh to every ε by every method; `None` without contact, where
     /// one solve with the factor gives the answer.
     ///
@@ -139,68 +139,68 @@ impl AlgebraicLadder {
             ..scene.solve.clone()
         };
         let reference = assembled.solve_from(&to_rounding, Start::default(), &mut |_| {})?;
-        let mut ladder = Self {
+        let mut study = Self {
             reference_status: reference.status,
             reference_accuracy: reference.accuracy,
             assembly: [implicit, explicit],
             entries: Vec::new(),
         };
         if !reference.status.is_solved() {
-            return Ok(Some(ladder));
+            return Ok(Some(study));
         }
-        let mut problem = LadderProblem {
+        let mut problem = StudiedProblem {
             scene,
             assembled,
             reference,
             budget: settings.budget,
         };
-        use LadderMethod::{AdaptivePrecision, FixedPrecision, Newton};
+        use RunMethod::{AdaptivePrecision, FixedPrecision, Newton};
         for method in [FixedPrecision, AdaptivePrecision, Newton] {
-            ladder
+            study
                 .entries
-                .extend(problem.series(method, Operator::Explicit, observe)?);
+                .extend(problem.series(method, RunOperator::Explicit, observe)?);
         }
         if let Some(contact) = &mut problem.assembled.system_mut().contact {
             contact.make_implicit();
         }
         if !scene.solve.inner.needs_explicit() {
             for method in [FixedPrecision, AdaptivePrecision] {
-                ladder
+                study
                     .entries
-                    .extend(problem.series(method, Operator::Implicit, observe)?);
+                    .extend(problem.series(method, RunOperator::Implicit, observe)?);
             }
         }
-        Ok(Some(ladder))
+        Ok(Some(study))
     }
 
     /// The entries of each method and operator that ran, loose to strict.
     #[must_use]
-    pub fn series(&self) -> Vec<&[LadderEntry]> {
+    pub fn series(&self) -> Vec<&[SolverRun]> {
         self.entries
             .chunk_by(|a, b| (a.method, a.operator) == (b.method, b.operator))
             .collect()
     }
 }
 
-impl LadderProblem<'_> {
+impl StudiedProblem<'_> {
     /// One method on one operator, until the budget is spent.
     fn series(
         &self,
-        method: LadderMethod,
-        operator: Operator,
+        method: RunMethod,
+        operator: RunOperator,
         observe: &mut dyn FnMut(AccuracyProgress),
-    ) -> Result<Vec<LadderEntry>, ProblemError> {
-        let mut entries: Vec<LadderEntry> = Vec::new();
+    ) -> Result<Vec<SolverRun>, ProblemError> {
+        let mut entries: Vec<SolverRun> = Vec::new();
         let mut spent = 0.0;
         for epsilon in EPSILONS {
             let result = if self.exceeds_budget(&entries, spent) {
                 None
             } else {
-                observe(AccuracyProgress::LadderEntry(method, operator, epsilon));
+                observe(AccuracyProgress::SolverRun(method, operator, epsilon));
                 Some(self.run(method, epsilon, self.applications_left(&entries, spent))?)
             };
             spent += result.map_or(0.0, |r| r.cost.seconds * r.cost.repeats as f64);
-            entries.push(LadderEntry {
+            entries.push(SolverRun {
                 method,
                 operator,
                 epsilon,
@@ -211,7 +211,7 @@ impl LadderProblem<'_> {
     }
 
     /// Whether the next entry would take more than is left when costs grow as they last did.
-    fn exceeds_budget(&self, entries: &[LadderEntry], spent: f64) -> bool {
+    fn exceeds_budget(&self, entries: &[SolverRun], spent: f64) -> bool {
         let Some(last) = entries.last() else {
             return false;
         };
@@ -227,7 +227,7 @@ impl LadderProblem<'_> {
     }
 
     /// Applications of S that fit in what is left of the budget, by the price of the last entry's.
-    fn applications_left(&self, entries: &[LadderEntry], spent: f64) -> usize {
+    fn applications_left(&self, entries: &[SolverRun], spent: f64) -> usize {
         let most = self.scene.solve.max_inner_actions;
         let Some(last) = entries.last().and_then(|entry| entry.result) else {
             return most;
@@ -245,14 +245,14 @@ impl LadderProblem<'_> {
 
     fn run(
         &self,
-        method: LadderMethod,
+        method: RunMethod,
         epsilon: f64,
         max_inner_actions: usize,
-    ) -> Result<LadderResult, ProblemError> {
+    ) -> Result<RunResult, ProblemError> {
         let (method, precision) = match method {
-            LadderMethod::FixedPrecision => (Method::FixedPoint, PrecisionControl::Fixed),
-            LadderMethod::AdaptivePrecision => (Method::FixedPoint, PrecisionControl::Adaptive),
-            LadderMethod::Newton => (Method::Newton, PrecisionControl::default()),
+            RunMethod::FixedPrecision => (Method::FixedPoint, PrecisionControl::Fixed),
+            RunMethod::AdaptivePrecision => (Method::FixedPoint, PrecisionControl::Adaptive),
+            RunMethod::Newton => (Method::Newton, PrecisionControl::default()),
         };
         let settings = SolveSettings {
             method,
@@ -269,7 +269,7 @@ impl LadderProblem<'_> {
         let energy = |u: &[f64]| energy_norm(stiffness, u);
         let (u, exact_u) = (&solution.displacement, &self.reference.displacement);
         let (multiplier, exact) = (&solution.multiplier, &self.reference.multiplier);
-        Ok(LadderResult {
+        Ok(RunResult {
             status: solution.status,
             energy_error: relative(&energy, u, exact_u),
             multiplier_error: relative(&norm, multiplier, exact),

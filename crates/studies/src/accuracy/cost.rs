@@ -2,7 +2,7 @@
 
 use std::{fmt, fs, time::Instant};
 
-use super::{Accuracy, AlgebraicLadder, EPSILONS, Level};
+use super::{Accuracy, AlgebraicStudy, EPSILONS, Level};
 
 /// Most runs of the same work, of which the median counts.
 const REPEATS: usize = 3;
@@ -65,7 +65,7 @@ fn peak() -> Option<f64> {
 /// as squares, so it changes the whole by half a per cent.
 const NEGLIGIBLE_SHARE: f64 = 0.1;
 
-/// What the ladders mean for someone who has the scene's mesh.
+/// What the studies mean for someone who has the scene's mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Advice {
     /// n_div of the scene's mesh; `None` for a mesh file.
@@ -79,12 +79,12 @@ pub struct Advice {
     /// discretisation error.
     pub sufficient_epsilon: Option<f64>,
     /// What the next mesh brings.
-    pub refinement: Option<Refinement>,
+    pub refinement: Option<FinerMesh>,
 }
 
 /// The next mesh compared with the scene's.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Refinement {
+pub struct FinerMesh {
     /// Its n_div.
     pub n_div: usize,
     /// Its seconds over those of the scene's mesh.
@@ -94,7 +94,7 @@ pub struct Refinement {
 }
 
 impl Advice {
-    /// Reads the advice off both ladders.
+    /// Reads the advice off both studies.
     #[must_use]
     pub fn new(accuracy: &Accuracy) -> Self {
         let mut advice = Self {
@@ -104,30 +104,30 @@ impl Advice {
             sufficient_epsilon: None,
             refinement: None,
         };
-        let Some(ladder) = &accuracy.discretisation else {
+        let Some(study) = &accuracy.discretisation else {
             return advice;
         };
-        advice.n_div = Some(ladder.scene_n_div);
-        let Some(here) = ladder.scene_level() else {
+        advice.n_div = Some(study.scene_n_div);
+        let Some(here) = study.scene_level() else {
             return advice;
         };
-        let is_finest = ladder.levels.last() == Some(here);
+        let is_finest = study.levels.last() == Some(here);
         advice.extrapolated = here.energy_error.is_some();
         advice.discretisation_error = here
             .energy_error
             .or((!is_finest).then_some(here.energy_difference));
-        let finer = ladder.levels.iter().find(|l| l.n_div > here.n_div);
-        advice.refinement = finer.map(|finer| Refinement::new(here, finer));
+        let finer = study.levels.iter().find(|l| l.n_div > here.n_div);
+        advice.refinement = finer.map(|finer| FinerMesh::new(here, finer));
         advice.sufficient_epsilon = accuracy
             .algebraic
             .as_ref()
             .zip(advice.discretisation_error)
-            .and_then(|(ladder, error)| sufficient_epsilon(ladder, NEGLIGIBLE_SHARE * error));
+            .and_then(|(study, error)| sufficient_epsilon(study, NEGLIGIBLE_SHARE * error));
         advice
     }
 }
 
-impl Refinement {
+impl FinerMesh {
     fn new(here: &Level, finer: &Level) -> Self {
         Self {
             n_div: finer.n_div,
@@ -141,9 +141,9 @@ impl Refinement {
 }
 
 /// The loosest ε from which on every solve that ran has an energy error of at most `bound`.
-fn sufficient_epsilon(ladder: &AlgebraicLadder, bound: f64) -> Option<f64> {
+fn sufficient_epsilon(study: &AlgebraicStudy, bound: f64) -> Option<f64> {
     let good = |epsilon: f64| {
-        let results = ladder
+        let results = study
             .entries
             .iter()
             .filter(|entry| entry.epsilon == epsilon);

@@ -32,7 +32,7 @@ pub struct Forces {
     pub tangential: Option<[f64; 2]>,
 }
 
-/// One mesh of the ladder, solved to rounding.
+/// One mesh of the study, solved to rounding.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Level {
     /// Smallest number of cells along an edge.
@@ -75,7 +75,7 @@ pub struct Trend {
 
 /// Nested meshes of one scene, coarse to fine.
 #[derive(Debug, Clone, PartialEq)]
-pub struct DiscretisationLadder {
+pub struct DiscretisationStudy {
     /// n_div of the scene itself.
     pub scene_n_div: usize,
     /// One record per mesh.
@@ -89,7 +89,7 @@ pub struct DiscretisationLadder {
 }
 
 /// What a level leaves to be compared with the finest one.
-struct Field {
+struct BrickField {
     brick: Brick,
     mesh: Mesh,
     /// Nodal displacement in m.
@@ -99,12 +99,12 @@ struct Field {
 /// A solved level, with A of its mesh.
 struct SolvedLevel {
     level: Level,
-    field: Field,
+    field: BrickField,
     stiffness: CscMatrix,
     dofs: DofMap,
 }
 
-impl DiscretisationLadder {
+impl DiscretisationStudy {
     /// Solves the nested meshes of a scene's brick; `None` for another body.
     ///
     /// # Errors
@@ -218,7 +218,7 @@ impl Trend {
     }
 }
 
-impl Field {
+impl BrickField {
     /// This field minus another at the other's nodes.
     fn difference(&self, finest: &Self) -> Vec<[f64; 3]> {
         let points = &finest.mesh.coordinates;
@@ -290,7 +290,7 @@ fn solve_level(scene: &Scene, brick: &Brick) -> Result<SolvedLevel, ProblemError
     };
     Ok(SolvedLevel {
         level,
-        field: Field {
+        field: BrickField {
             brick: brick.clone(),
             mesh: Arc::unwrap_or_clone(mesh),
             displacement: report.displacement,

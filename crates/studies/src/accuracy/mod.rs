@@ -14,17 +14,18 @@ mod sequences;
 #[cfg(test)]
 mod tests;
 
-pub use algebraic::{AlgebraicLadder, EPSILONS, LadderEntry, LadderMethod, LadderResult, Operator};
+pub use algebraic::{AlgebraicStudy, EPSILONS, RunMethod, RunOperator, RunResult, SolverRun};
 pub use cost::Cost;
-pub use cost::{Advice, Refinement};
-pub use discretisation::{DiscretisationLadder, Forces, Level, Trend};
+pub use cost::{Advice, FinerMesh};
+pub use discretisation::{DiscretisationStudy, Forces, Level, Trend};
 pub use distance::{Distance, Field, Points, distance};
 pub use refinement::extrapolated;
 pub use refinement::nested_bricks;
 pub(crate) use refinement::observed_order;
 pub(crate) use refinement::{brick_n_div, with_brick};
 pub use sequences::{
-    Cheapest, Reference, TARGETS, Way, WayAdvice, WayKind, WayLevel, WayProgress, WaySettings, Ways,
+    Cheapest, MeshSequence, MeshSequences, Reference, SequenceAdvice, SequenceKind, SequenceLevel,
+    SequenceProgress, SequenceSettings, TARGETS,
 };
 
 use std::path::Path;
@@ -33,7 +34,7 @@ use serde::Serialize;
 
 use contact3d::{ProblemError, scene::Scene};
 
-/// How far a ladder goes.
+/// How far the studies go.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct AccuracySettings {
     /// Seconds for each method on each operator; later entries are left out.
@@ -42,38 +43,38 @@ pub struct AccuracySettings {
     pub coarsest: usize,
     /// n_div of the finest mesh, a multiple of the scene's own; chosen when not given.
     pub finest: Option<usize>,
-    /// Where the ways to accuracy end, as a relative error; they are left out when not given.
+    /// Where the sequences of meshes end, as a relative error; they are left out when not given.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub ways: Option<f64>,
-    /// Bytes that a mesh of the ways may take; no limit when not given.
+    pub sequences: Option<f64>,
+    /// Bytes that a mesh of the sequences may take; no limit when not given.
     #[serde(skip)]
     pub memory: Option<f64>,
 }
 
-/// Both ladders of a scene, and its ways to accuracy.
+/// Both studies of a scene, and its sequences of meshes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Accuracy {
     /// Errors of the solvers on the scene's own mesh; `None` without contact.
-    pub algebraic: Option<AlgebraicLadder>,
+    pub algebraic: Option<AlgebraicStudy>,
     /// Errors of the meshes; `None` for a mesh file, which has no finer meshes.
-    pub discretisation: Option<DiscretisationLadder>,
+    pub discretisation: Option<DiscretisationStudy>,
     /// What linear and quadratic elements on uniform and adaptive meshes reach; `None` where it was not asked for.
-    pub ways: Option<Ways>,
+    pub sequences: Option<MeshSequences>,
 }
 
-/// What an observer of the ladders sees before each piece of work.
+/// What an observer of the studies sees before each piece of work.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AccuracyProgress {
     /// A mesh of this n_div is solved.
     Level(usize),
     /// The scene's own mesh is solved to this ε.
-    LadderEntry(LadderMethod, Operator, f64),
-    /// A mesh of a way to accuracy.
-    Way(WayProgress),
+    SolverRun(RunMethod, RunOperator, f64),
+    /// A mesh of a sequence.
+    Sequence(SequenceProgress),
 }
 
 impl Accuracy {
-    /// Climbs both ladders; mesh files are looked for in `folder`.
+    /// Measures both studies; mesh files are looked for in `folder`.
     ///
     /// # Errors
     /// [`ProblemError`] for a scene that has no discrete problem, and for a finest mesh in which
@@ -90,27 +91,27 @@ impl Accuracy {
             nested_bricks(scene, brick, settings)?;
         }
         // The small meshes first: what an allocator keeps of a large one would count as their peak.
-        let algebraic = AlgebraicLadder::measure(scene, folder, settings, observe)?;
-        let discretisation = DiscretisationLadder::measure(scene, settings, observe)?;
-        let ways = settings.ways.map(|goal| {
-            let settings = WaySettings {
+        let algebraic = AlgebraicStudy::measure(scene, folder, settings, observe)?;
+        let discretisation = DiscretisationStudy::measure(scene, settings, observe)?;
+        let sequences = settings.sequences.map(|goal| {
+            let settings = SequenceSettings {
                 budget: settings.budget,
                 goal,
                 coarsest: settings.coarsest,
                 memory: settings.memory,
             };
-            Ways::measure(scene, folder, &settings, &mut |step| {
-                observe(AccuracyProgress::Way(step));
+            MeshSequences::measure(scene, folder, &settings, &mut |step| {
+                observe(AccuracyProgress::Sequence(step));
             })
         });
         Ok(Self {
             algebraic,
             discretisation,
-            ways: ways.transpose()?,
+            sequences: sequences.transpose()?,
         })
     }
 
-    /// What the ladders mean for someone who has this mesh.
+    /// What the studies mean for someone who has this mesh.
     #[must_use]
     pub fn advice(&self) -> Advice {
         Advice::new(self)

@@ -1,9 +1,9 @@
-//! The mesh ladder against closed forms and identities.
+//! The study of meshes against closed forms and identities.
 
 use std::path::Path;
 
 use super::{
-    AccuracySettings, Cost, DiscretisationLadder, Level,
+    AccuracySettings, Cost, DiscretisationStudy, Level,
     discretisation::energy_norm,
     nested_bricks,
     refinement::{
@@ -86,7 +86,7 @@ fn each_tetrahedron_of_a_finer_mesh_lies_in_one_of_a_coarser() {
         budget: 1.0,
         coarsest: 1,
         finest: Some(12),
-        ways: None,
+        sequences: None,
         memory: None,
     };
     // Pairs of equal cells can be merged.
@@ -99,11 +99,11 @@ fn each_tetrahedron_of_a_finer_mesh_lies_in_one_of_a_coarser() {
         (pairs, vec![2, 4, 6, 12]),
     ] {
         let scene = with_brick(&scene("z_min"), &brick);
-        let ladder = nested_bricks(&scene, &brick, &settings).expect("nested meshes");
-        let n_divs: Vec<usize> = ladder.iter().map(|brick| brick.cells[2]).collect();
+        let study = nested_bricks(&scene, &brick, &settings).expect("nested meshes");
+        let n_divs: Vec<usize> = study.iter().map(|brick| brick.cells[2]).collect();
         assert_eq!(n_divs, expected);
-        let finest = mesh(&with_brick(&scene, &ladder[3]));
-        for brick in &ladder {
+        let finest = mesh(&with_brick(&scene, &study[3]));
+        for brick in &study {
             let coarse = mesh(&with_brick(&scene, brick));
             let planes = [0, 1, 2].map(|axis| brick.planes(axis));
             for nodes in &finest.tetrahedra {
@@ -128,13 +128,13 @@ fn the_ladder_of_a_graded_brick_has_no_coarser_meshes() {
         budget: 1.0,
         coarsest: 1,
         finest: Some(8),
-        ways: None,
+        sequences: None,
         memory: None,
     };
-    let ladder = nested_bricks(&with_brick(&scene("z_min"), &brick), &brick, &settings);
-    let ladder = ladder.expect("nested meshes");
-    assert_eq!(ladder[0].planes(0), brick.planes(0));
-    let cells: Vec<[usize; 3]> = ladder.iter().map(|brick| brick.cells).collect();
+    let study = nested_bricks(&with_brick(&scene("z_min"), &brick), &brick, &settings);
+    let study = study.expect("nested meshes");
+    assert_eq!(study[0].planes(0), brick.planes(0));
+    let cells: Vec<[usize; 3]> = study.iter().map(|brick| brick.cells).collect();
     assert_eq!(cells, [[12, 4, 4], [24, 8, 8]]);
 }
 
@@ -168,12 +168,12 @@ fn errors_against_the_limit_are_recovered_from_differences_to_the_finest_mesh() 
     let difference = |n: usize| (error(n).powi(2) - error(24).powi(2)).sqrt();
     let energy = |n: usize| -7.0 + error(n).powi(2);
     let levels = [4, 6, 12, 24].map(|n| level(n, difference(n), energy(n)));
-    let ladder = DiscretisationLadder::new(12, levels.to_vec());
-    for (k, level) in ladder.levels.iter().enumerate() {
+    let study = DiscretisationStudy::new(12, levels.to_vec());
+    for (k, level) in study.levels.iter().enumerate() {
         let found = level.energy_error.expect("an order");
         // Squares and differences of numbers of size one: a few roundings.
         assert!((found - error(level.n_div)).abs() < 1e-10);
-        let orders = [&ladder.energy_norm, &ladder.potential_energy].map(|t| t.orders[k]);
+        let orders = [&study.energy_norm, &study.potential_energy].map(|t| t.orders[k]);
         match k {
             0 | 1 => assert_eq!(orders, [None, None]),
             _ => {
@@ -182,17 +182,17 @@ fn errors_against_the_limit_are_recovered_from_differences_to_the_finest_mesh() 
             }
         }
     }
-    let limit = ladder.potential_energy.limit.expect("a limit");
+    let limit = study.potential_energy.limit.expect("a limit");
     assert!((limit + 7.0).abs() < 1e-10);
-    assert_eq!(ladder.scene_level().map(|l| l.n_div), Some(12));
+    assert_eq!(study.scene_level().map(|l| l.n_div), Some(12));
 }
 
 #[test]
 fn a_sequence_that_is_not_monotone_has_no_order() {
     let levels = [(4, -7.0), (8, -7.2), (16, -7.1)].map(|(n, j)| level(n, 1.0 / n as f64, j));
-    let ladder = DiscretisationLadder::new(8, levels.to_vec());
-    assert_eq!(ladder.potential_energy.orders, [None; 3]);
-    assert_eq!(ladder.potential_energy.limit, None);
+    let study = DiscretisationStudy::new(8, levels.to_vec());
+    assert_eq!(study.potential_energy.orders, [None; 3]);
+    assert_eq!(study.potential_energy.limit, None);
 }
 
 #[test]

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     ends::ParameterRange,
-    enumeration::{Certificate, Undecided},
-    equations::Equations,
+    enumeration::{CompletenessProof, Undecided},
+    equations::PieceEquations,
     family::Family,
     kink::HalfPath,
     path::{FIRST_STEP, PathEnd, PathFront},
@@ -48,7 +48,7 @@ pub struct Branches {
     /// Whether solutions were searched for at both ends of the range.
     pub all: bool,
     /// The proof for each end of the range that no solution there is missing, or why there is none.
-    pub certificates: [Result<Certificate, Undecided>; 2],
+    pub certificates: [Result<CompletenessProof, Undecided>; 2],
     /// The size of stresses Λ in Pa.
     pub stress: f64,
     /// Half paths that were not followed, since there are so many.
@@ -78,12 +78,12 @@ pub struct Pending {
     /// The path that is being followed.
     current: Option<(FrontRecord, [Vec<f64>; 2])>,
     open: Open,
-    stage: Stage,
+    stage: SearchStage,
 }
 
 /// What is searched for when no path is left to follow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-enum Stage {
+enum SearchStage {
     #[default]
     Solver,
     End,
@@ -122,7 +122,7 @@ impl Branches {
         family: &Family<'_>,
         observe: &mut dyn FnMut(&Self),
     ) -> Result<(), ProblemError> {
-        let equations = Equations::new(family)?;
+        let equations = PieceEquations::new(family)?;
         while let Some(pending) = &mut self.pending {
             if let Some((record, start)) = pending.current.take() {
                 self.follow_one(&equations, &record, start, observe)?;
@@ -154,7 +154,7 @@ impl Branches {
     /// Begins a path.
     fn begin(
         &mut self,
-        equations: &Equations<'_>,
+        equations: &PieceEquations<'_>,
         record: FrontRecord,
     ) -> Result<(), ProblemError> {
         let PathFront { state, piece, .. } = restored(&record, equations)?;
@@ -172,7 +172,7 @@ impl Branches {
     /// Follows the last path from its front to its end.
     fn follow_one(
         &mut self,
-        equations: &Equations<'_>,
+        equations: &PieceEquations<'_>,
         record: &FrontRecord,
         start: [Vec<f64>; 2],
         observe: &mut dyn FnMut(&Self),
@@ -203,35 +203,39 @@ impl Branches {
     }
 
     /// Looks for new starts when all known paths have been followed.
-    fn next_stage(&mut self, equations: &Equations<'_>) -> Result<(), ProblemError> {
-        let stage = self.pending.as_ref().map_or(Stage::Done, |p| p.stage);
+    fn next_stage(&mut self, equations: &PieceEquations<'_>) -> Result<(), ProblemError> {
+        let stage = self.pending.as_ref().map_or(SearchStage::Done, |p| p.stage);
         let too_many = is_large(&self.paths);
         self.left_out = self.pending.as_ref().map_or(0, |p| p.open.rays.len());
         let (rays, origin, next) = match stage {
-            _ if too_many => (Vec::new(), PathOrigin::Search, Stage::Done),
-            Stage::Solver => {
-                let next = if self.all { Stage::End } else { Stage::Done };
+            _ if too_many => (Vec::new(), PathOrigin::Search, SearchStage::Done),
+            SearchStage::Solver => {
+                let next = if self.all {
+                    SearchStage::End
+                } else {
+                    SearchStage::Done
+                };
                 (solver_rays(equations)?, PathOrigin::Solver, next)
             }
-            Stage::End => {
+            SearchStage::End => {
                 let (rays, certificate) = self.searched(equations, 1.0, 0)?;
                 self.certificates[1] = certificate;
-                (rays, PathOrigin::Search, Stage::Start)
+                (rays, PathOrigin::Search, SearchStage::Start)
             }
-            Stage::Start => {
+            SearchStage::Start => {
                 let (rays, certificate) = self.searched(equations, 0.0, 0)?;
                 self.certificates[0] = certificate;
-                (rays, PathOrigin::Search, Stage::Again(0))
+                (rays, PathOrigin::Search, SearchStage::Again(0))
             }
-            Stage::Again(round) if self.lacks() && round < ELSEWHERE.len() => {
+            SearchStage::Again(round) if self.lacks() && round < ELSEWHERE.len() => {
                 let mut rays = Vec::new();
                 for s in [1.0, 0.0, ELSEWHERE[round]] {
                     rays.extend(self.searched(equations, s, round + 1)?.0);
                 }
-                (rays, PathOrigin::Search, Stage::Again(round + 1))
+                (rays, PathOrigin::Search, SearchStage::Again(round + 1))
             }
-            Stage::Again(_) => (Vec::new(), PathOrigin::Search, Stage::Done),
-            Stage::Done => {
+            SearchStage::Again(_) => (Vec::new(), PathOrigin::Search, SearchStage::Done),
+            SearchStage::Done => {
                 self.pending = None;
                 return Ok(());
             }
@@ -246,10 +250,10 @@ impl Branches {
     /// Starts at solutions at s that no path reaches.
     fn searched(
         &self,
-        equations: &Equations<'_>,
+        equations: &PieceEquations<'_>,
         s: f64,
         round: usize,
-    ) -> Result<(Vec<HalfPath>, Result<Certificate, Undecided>), ProblemError> {
+    ) -> Result<(Vec<HalfPath>, Result<CompletenessProof, Undecided>), ProblemError> {
         let value = self.range.value(s);
         let known: Vec<Vec<f64>> = self
             .end_solutions(value)
@@ -284,9 +288,10 @@ impl Branches {
             let [a, b] = [&ends[0], &ends[1]];
             let share = (value - a.parameter) / (b.parameter - a.parameter);
             let chord = difference(&b.multiplier, &a.multiplier);
-            let mut way = difference(multiplier, &a.multiplier);
-            add_scaled(&mut way, -share, &chord);
-            (0.0..=1.0).contains(&share) && norm(&way) <= CHORD * norm(&chord) + SAME * self.stress
+            let mut offset = difference(multiplier, &a.multiplier);
+            add_scaled(&mut offset, -share, &chord);
+            (0.0..=1.0).contains(&share)
+                && norm(&offset) <= CHORD * norm(&chord) + SAME * self.stress
         })
     }
 
@@ -330,7 +335,10 @@ fn is_large(paths: &[Path]) -> bool {
     paths.len() >= MOST_PATHS || points >= MOST_POINTS
 }
 
-fn restored(record: &FrontRecord, equations: &Equations<'_>) -> Result<PathFront, ProblemError> {
+fn restored(
+    record: &FrontRecord,
+    equations: &PieceEquations<'_>,
+) -> Result<PathFront, ProblemError> {
     record.front(equations)?.ok_or_else(|| {
         Invalid {
             key: "branches".into(),

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::{
-    derivative::Friction,
-    equations::{Equations, EvaluatedPiece},
-    piece::{Distance, Piece},
-    point::Member,
+    derivative::FrictionTreatment,
+    equations::{EvaluatedPiece, PieceEquations},
+    piece::{EndDistance, Piece},
+    point::FamilyMember,
 };
 use contact3d::{
     ProblemError,
@@ -48,7 +48,7 @@ pub(super) struct PathState {
     pub(super) orientation: i8,
     /// Steps of Newton's method.
     pub(super) steps: usize,
-    pub(super) member: Arc<Member>,
+    pub(super) member: Arc<FamilyMember>,
     pub(super) evaluated: EvaluatedPiece,
 }
 
@@ -68,7 +68,11 @@ impl PathState {
         self.orientation = -self.orientation;
     }
 
-    pub(super) fn distances(&self, equations: &Equations<'_>, piece: &Piece) -> Vec<Distance> {
+    pub(super) fn distances(
+        &self,
+        equations: &PieceEquations<'_>,
+        piece: &Piece,
+    ) -> Vec<EndDistance> {
         equations.distances(&self.member, piece, &self.evaluated)
     }
 
@@ -85,7 +89,7 @@ impl PathState {
     }
 }
 
-impl Equations<'_> {
+impl PieceEquations<'_> {
     /// The point of a piece near a guess, with the tangent that goes the way of `direction`; `None` where Newton's method does not
     /// settle.
     pub(super) fn correct(
@@ -178,7 +182,7 @@ impl Equations<'_> {
         &self,
         piece: &Piece,
         point: &[f64],
-    ) -> Result<Option<(Arc<Member>, EvaluatedPiece)>, ProblemError> {
+    ) -> Result<Option<(Arc<FamilyMember>, EvaluatedPiece)>, ProblemError> {
         let (s, y) = point.split_last().expect("a point has a parameter");
         if !(-BEYOND..=1.0 + BEYOND).contains(s) {
             return Ok(None);
@@ -276,7 +280,7 @@ pub(super) fn bordered(derivative: &[f64], constraint: &[f64]) -> Option<DenseLu
     DenseLu::new(&matrix, order)
 }
 
-impl Equations<'_> {
+impl PieceEquations<'_> {
     /// The spectral radius of Ψ' at a solution; `None` where the minimisation with frozen friction is singular there.
     pub(super) fn spectral_radius(&self, piece: &Piece, state: &PathState) -> Option<f64> {
         let n = state.member.dual.layout.n_multipliers();
@@ -288,8 +292,8 @@ impl Equations<'_> {
             matrix
         };
         contraction_of_mapping(
-            &derivative(Friction::Frozen),
-            &derivative(Friction::Followed),
+            &derivative(FrictionTreatment::Frozen),
+            &derivative(FrictionTreatment::Followed),
             n,
         )
     }

@@ -1,9 +1,9 @@
 //! The derivative of the equations of a smooth piece by λ and by the parameter.
 
 use super::{
-    equations::{Equations, EvaluatedPiece},
+    equations::{EvaluatedPiece, PieceEquations},
     piece::Piece,
-    point::Member,
+    point::FamilyMember,
 };
 use contact3d::{ProblemError, post::Zone};
 
@@ -13,7 +13,7 @@ const DIFFERENCE: f64 = 1e-4;
 
 /// Whether slip bounds and coefficients move with λ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Friction {
+pub(super) enum FrictionTreatment {
     Followed,
     Frozen,
 }
@@ -23,14 +23,14 @@ struct Perturbation<'m> {
     unknown: Option<usize>,
     gradient: &'m [f64],
     slips: Option<Vec<[f64; 2]>>,
-    friction: Friction,
+    friction: FrictionTreatment,
 }
 
-impl Equations<'_> {
+impl PieceEquations<'_> {
     /// ∂R/∂(y, s), column-major, `[n, n + 1]`.
     pub(super) fn derivative(
         &self,
-        member: &Member,
+        member: &FamilyMember,
         piece: &Piece,
         point: &[f64],
         at: &EvaluatedPiece,
@@ -39,7 +39,7 @@ impl Equations<'_> {
         let mut matrix = vec![0.0; n * (n + 1)];
         let (by_multiplier, by_parameter) = matrix.split_at_mut(n * n);
         for (j, column) in by_multiplier.chunks_exact_mut(n).enumerate() {
-            self.column(member, piece, at, j, Friction::Followed, column);
+            self.column(member, piece, at, j, FrictionTreatment::Followed, column);
         }
         let Some(change) = self.parameter_change(piece, point, at)? else {
             return Ok(None);
@@ -59,8 +59,8 @@ impl Equations<'_> {
     ) -> Result<Option<Vec<f64>>, ProblemError> {
         let (s, y) = point.split_last().expect("a point has a parameter");
         let ends = [(s - DIFFERENCE).max(0.0), (s + DIFFERENCE).min(1.0)];
-        let way = ends[1] - ends[0];
-        if way <= 0.0 {
+        let width = ends[1] - ends[0];
+        if width <= 0.0 {
             return Ok(None);
         }
         let here = self.family.member(s.clamp(0.0, 1.0))?;
@@ -68,7 +68,10 @@ impl Equations<'_> {
         let sides = [self.family.member(ends[0])?, self.family.member(ends[1])?];
         let [behind, ahead] = sides.each_ref().map(|member| self.response(member, y));
         let rate = |a: &[f64], b: &[f64]| -> Vec<f64> {
-            let rates = a.iter().zip(b).map(|(a, b)| (b - a) / (way * self.stress));
+            let rates = a
+                .iter()
+                .zip(b)
+                .map(|(a, b)| (b - a) / (width * self.stress));
             rates.collect()
         };
         let gradient = rate(&behind.gradient, &ahead.gradient);
@@ -77,7 +80,7 @@ impl Equations<'_> {
             unknown: None,
             gradient: &gradient,
             slips: Some(at.slips.change(&rate(slips[0], slips[1]))),
-            friction: Friction::Followed,
+            friction: FrictionTreatment::Followed,
         };
         let mut change = vec![0.0; y.len()];
         self.moved(&here, piece, at, &motion, &mut change);
@@ -87,7 +90,7 @@ impl Equations<'_> {
         };
         let law = behind.residual.iter().zip(&ahead.residual);
         for (change, (a, b)) in change.iter_mut().zip(law) {
-            *change += (b - a) / way;
+            *change += (b - a) / width;
         }
         Ok(Some(change))
     }
@@ -95,14 +98,14 @@ impl Equations<'_> {
     /// ∂R/∂y_j; with frozen friction as the minimisations of Ψ have it.
     pub(super) fn column(
         &self,
-        member: &Member,
+        member: &FamilyMember,
         piece: &Piece,
         at: &EvaluatedPiece,
         j: usize,
-        friction: Friction,
+        friction: FrictionTreatment,
         out: &mut [f64],
     ) {
-        let followed = friction == Friction::Followed;
+        let followed = friction == FrictionTreatment::Followed;
         let compliance = member.dual.compliance.as_ref().filter(|_| followed);
         let motion = Perturbation {
             unknown: Some(j),
@@ -116,7 +119,7 @@ impl Equations<'_> {
     /// The change of R with a motion.
     fn moved(
         &self,
-        member: &Member,
+        member: &FamilyMember,
         piece: &Piece,
         at: &EvaluatedPiece,
         motion: &Perturbation<'_>,
@@ -150,7 +153,7 @@ impl Equations<'_> {
                         0.0 => 0.0,
                         rho => unit(i) - rho * s[i],
                     });
-                    let follows = motion.friction == Friction::Followed;
+                    let follows = motion.friction == FrictionTreatment::Followed;
                     let bound = if follows && !piece.capped[pane] {
                         unit(normal)
                     } else {

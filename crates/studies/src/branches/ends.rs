@@ -4,10 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     branches::Branches,
-    equations::{Equations, EvaluatedPiece},
+    equations::{EvaluatedPiece, PieceEquations},
     law_piece::LawPieces,
-    piece::{AdjacentPiece, Distance, Piece, Switch},
-    point::Member,
+    piece::{AdjacentPiece, EndDistance, Piece, Switch},
+    point::FamilyMember,
     search::SAME,
 };
 use contact3d::{
@@ -16,21 +16,21 @@ use contact3d::{
     solver::{Bound, NaturalMap, PaneZone},
 };
 
-impl Equations<'_> {
+impl PieceEquations<'_> {
     /// The distances of a point to all ends of its piece.
     pub(super) fn distances(
         &self,
-        member: &Member,
+        member: &FamilyMember,
         piece: &Piece,
         at: &EvaluatedPiece,
-    ) -> Vec<Distance> {
+    ) -> Vec<EndDistance> {
         let law = member.law();
         // Stresses of single panes, of which all together have the size 1.
         let unit = (at.panes.len() as f64).sqrt();
         let cap = law.slip_bound(0, f64::INFINITY) / self.stress;
         let mut distances = Vec::new();
         let mut zone = |switch: Switch, value: f64| {
-            distances.push(Distance {
+            distances.push(EndDistance {
                 switch,
                 value: unit * value,
                 beyond: AdjacentPiece::Zone,
@@ -56,7 +56,7 @@ impl Equations<'_> {
             for (pane, state) in at.panes.iter().enumerate() {
                 let above = state.pressure - cap;
                 let capped = piece.capped[pane];
-                distances.push(Distance {
+                distances.push(EndDistance {
                     switch: Switch::Cap(pane),
                     value: unit * if capped { above } else { -above },
                     beyond: AdjacentPiece::Cap(!capped),
@@ -75,7 +75,7 @@ impl Equations<'_> {
 
     /// The law at the nodes of slipping panes as it is at a point, in place of what a piece says; nodes that slipped before keep
     /// theirs.
-    pub(super) fn follow_law(&self, member: &Member, piece: &mut Piece, point: &[f64]) {
+    pub(super) fn follow_law(&self, member: &FamilyMember, piece: &mut Piece, point: &[f64]) {
         let law = member.law();
         let surface = member.surface();
         if !law.depends_on_slip() {
@@ -102,7 +102,7 @@ impl Equations<'_> {
     }
 
     /// The piece on which a solution lies.
-    pub(super) fn piece_of(&self, member: &Member, point: &[f64]) -> Piece {
+    pub(super) fn piece_of(&self, member: &FamilyMember, point: &[f64]) -> Piece {
         let multiplier = self.multiplier(point);
         let laws = member.laws();
         let law = member.law();

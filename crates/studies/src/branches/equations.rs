@@ -4,7 +4,7 @@ use super::{
     family::Family,
     law_piece::{LawPieces, NodalInverse},
     piece::Piece,
-    point::Member,
+    point::FamilyMember,
     slip_stress::{SlipStress, Slips},
 };
 use contact3d::{
@@ -18,7 +18,7 @@ use contact3d::{
 const PRESSED: f64 = 1e-4;
 
 /// The equations R(y, s) = 0 of a family: y = λ/Λ with the size of stresses Λ.
-pub(super) struct Equations<'a> {
+pub(super) struct PieceEquations<'a> {
     pub(super) family: &'a Family<'a>,
     /// Λ in Pa.
     pub(super) stress: f64,
@@ -30,7 +30,7 @@ pub(super) struct Equations<'a> {
 pub(super) struct EvaluatedPiece {
     /// R without unit, `[n]`.
     pub(super) residual: Vec<f64>,
-    pub(super) panes: Vec<PaneState>,
+    pub(super) panes: Vec<EvaluatedPane>,
     /// 1/F at the nodes of slipping panes.
     pub(super) nodes: Vec<Option<NodalInverse>>,
     /// Those that the law follows.
@@ -46,7 +46,7 @@ pub(super) struct Response {
 }
 
 /// One pane; stresses over Λ.
-pub(super) struct PaneState {
+pub(super) struct EvaluatedPane {
     /// z_ν = λ_ν − ρ_ν r_ν.
     pub(super) normal_trial: f64,
     pub(super) pressure: f64,
@@ -56,7 +56,7 @@ pub(super) struct PaneState {
     pub(super) slip: Option<SlipStress>,
 }
 
-impl<'a> Equations<'a> {
+impl<'a> PieceEquations<'a> {
     pub(super) fn new(family: &'a Family<'a>) -> Result<Self, ProblemError> {
         Ok(Self {
             stress: family.stress()?,
@@ -87,7 +87,7 @@ impl<'a> Equations<'a> {
     }
 
     /// ‖R‖ / ‖λ‖ that rounding of S λ makes, n ε max ρ_i S_ii, times the largest coefficient by which a slip bound grows with it.
-    pub(super) fn rounding(&self, member: &Member, at: &EvaluatedPiece) -> f64 {
+    pub(super) fn rounding(&self, member: &FamilyMember, at: &EvaluatedPiece) -> f64 {
         let rows = member.steplengths().iter().enumerate();
         let mobility = rows.map(|(j, rho)| rho * member.dual.column(j)[j]);
         let inverse = at.panes.iter().flat_map(|pane| pane.inverse);
@@ -98,7 +98,7 @@ impl<'a> Equations<'a> {
     /// R of a piece at a point; `None` where it has no value.
     pub(super) fn evaluate(
         &self,
-        member: &Member,
+        member: &FamilyMember,
         piece: &Piece,
         y: &[f64],
     ) -> Option<EvaluatedPiece> {
@@ -106,7 +106,7 @@ impl<'a> Equations<'a> {
     }
 
     /// r and u_t at a point.
-    pub(super) fn response(&self, member: &Member, y: &[f64]) -> Response {
+    pub(super) fn response(&self, member: &FamilyMember, y: &[f64]) -> Response {
         let multiplier: Vec<f64> = y.iter().map(|y| self.stress * y).collect();
         Response {
             gradient: member.dual.gradient(&multiplier),
@@ -117,7 +117,7 @@ impl<'a> Equations<'a> {
     /// R of a piece at a point where the body answers in a given way.
     pub(super) fn evaluate_with(
         &self,
-        member: &Member,
+        member: &FamilyMember,
         piece: &Piece,
         y: &[f64],
         response: &Response,
@@ -141,7 +141,7 @@ impl<'a> Equations<'a> {
             } else {
                 y[normal]
             };
-            let mut state = PaneState {
+            let mut state = EvaluatedPane {
                 normal_trial: trial(normal),
                 pressure: y[normal],
                 bound,
@@ -182,7 +182,7 @@ impl<'a> Equations<'a> {
     /// 1/F at the nodes of slipping panes, slips at all nodes, 𝓕⁻¹ on all panes.
     fn friction(
         &self,
-        member: &Member,
+        member: &FamilyMember,
         piece: &Piece,
         displacement: &[[f64; 2]],
     ) -> (Vec<Option<NodalInverse>>, Slips, Vec<[f64; 2]>) {

@@ -5,7 +5,7 @@ use std::{cell::RefCell, collections::VecDeque, path::Path, sync::Arc};
 use super::{
     assembled::{assemble, dual_of, explicit, no_friction},
     ends::ParameterRange,
-    point::Member,
+    point::FamilyMember,
     straight::{between, on_line},
 };
 use contact3d::{
@@ -47,7 +47,7 @@ pub struct Family<'a> {
     local: Arc<LocalStiffness>,
     interface: Arc<Interface>,
     dependence: Dependence,
-    kept: RefCell<VecDeque<(u64, Arc<Member>)>>,
+    kept: RefCell<VecDeque<(u64, Arc<FamilyMember>)>>,
 }
 
 impl<'a> Family<'a> {
@@ -179,7 +179,7 @@ impl<'a> Family<'a> {
     }
 
     /// The problem at s.
-    pub(super) fn member(&self, s: f64) -> Result<Arc<Member>, ProblemError> {
+    pub(super) fn member(&self, s: f64) -> Result<Arc<FamilyMember>, ProblemError> {
         let mut kept = self.kept.borrow_mut();
         if let Some((_, member)) = kept.iter().find(|(bits, _)| *bits == s.to_bits()) {
             return Ok(Arc::clone(member));
@@ -192,7 +192,7 @@ impl<'a> Family<'a> {
         Ok(member)
     }
 
-    fn make(&self, s: f64) -> Result<Member, ProblemError> {
+    fn make(&self, s: f64) -> Result<FamilyMember, ProblemError> {
         let law_at = |changes: bool, problem: &AssembledProblem| -> Result<_, ProblemError> {
             if !changes {
                 return Ok(Arc::clone(&self.interface));
@@ -204,7 +204,7 @@ impl<'a> Family<'a> {
             }
         };
         match &self.dependence {
-            Dependence::Straight { ends, law } => Ok(Member {
+            Dependence::Straight { ends, law } => Ok(FamilyMember {
                 interface: law_at(*law, &self.base)?,
                 base: Arc::clone(&self.base),
                 dual: between(ends, self.range.share(s)),
@@ -212,7 +212,7 @@ impl<'a> Family<'a> {
             }),
             Dependence::Curved => {
                 let problem = self.base.with_scene(explicit(self.scene(s)?))?;
-                Ok(Member {
+                Ok(FamilyMember {
                     interface: law_at(true, &problem)?,
                     dual: dual_of(&problem).clone(),
                     base: Arc::new(problem),
@@ -222,7 +222,7 @@ impl<'a> Family<'a> {
             Dependence::Operator => {
                 let problem = assemble(&self.scene(s)?, self.folder)?;
                 let dual = dual_of(&problem).clone();
-                Ok(Member {
+                Ok(FamilyMember {
                     interface: law_at(true, &problem)?,
                     local: Arc::new(LocalStiffness::new(&dual)),
                     dual,

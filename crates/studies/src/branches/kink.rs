@@ -2,8 +2,8 @@
 
 use super::{
     corrector::PathState,
-    equations::Equations,
-    piece::{AdjacentPiece, Distance, Piece, Switch},
+    equations::PieceEquations,
+    piece::{AdjacentPiece, EndDistance, Piece, Switch},
 };
 use contact3d::{
     ProblemError,
@@ -68,7 +68,7 @@ enum Choice {
     Law(Switch, AdjacentPiece),
 }
 
-impl Equations<'_> {
+impl PieceEquations<'_> {
     /// All half paths that leave a point where a piece ends, each with the tangent that leads into its own piece.
     ///
     /// A generic end, where one pane or node changes, has two: the one that came and the one that goes on. Where several change
@@ -77,7 +77,7 @@ impl Equations<'_> {
         &self,
         piece: &Piece,
         state: &PathState,
-        reached: &[Distance],
+        reached: &[EndDistance],
     ) -> Result<Vec<HalfPath>, ProblemError> {
         let choices = self.choices(state, reached);
         let mut rays: Vec<HalfPath> = Vec::new();
@@ -92,7 +92,7 @@ impl Equations<'_> {
         Ok(rays)
     }
 
-    fn choices(&self, state: &PathState, reached: &[Distance]) -> Vec<Choice> {
+    fn choices(&self, state: &PathState, reached: &[EndDistance]) -> Vec<Choice> {
         let mut choices: Vec<Choice> = Vec::new();
         for distance in reached {
             match distance.beyond {
@@ -118,7 +118,7 @@ impl Equations<'_> {
         &self,
         piece: &Piece,
         from: &PathState,
-        reached: &[Distance],
+        reached: &[EndDistance],
     ) -> Result<Vec<HalfPath>, ProblemError> {
         let mut rays = Vec::new();
         for forward in [true, false] {
@@ -162,8 +162,8 @@ impl Equations<'_> {
         &self,
         piece: &Piece,
         state: &PathState,
-        reached: &[Distance],
-    ) -> Result<(Vec<Distance>, bool), ProblemError> {
+        reached: &[EndDistance],
+    ) -> Result<(Vec<EndDistance>, bool), ProblemError> {
         let here = state.distances(self, piece);
         let Some(of_zones) = self.rates(piece, state, TRIAL)? else {
             return Ok((here, false));
@@ -199,21 +199,21 @@ impl Equations<'_> {
         let Some((behind, ahead)) = behind.zip(self.beside(piece, state, trial)?) else {
             return Ok(None);
         };
-        let rate = |(a, b): (&Distance, &Distance)| (b.value - a.value) / (2.0 * trial);
+        let rate = |(a, b): (&EndDistance, &EndDistance)| (b.value - a.value) / (2.0 * trial);
         Ok(Some(behind.iter().zip(&ahead).map(rate).collect()))
     }
 }
 
-impl Equations<'_> {
+impl PieceEquations<'_> {
     /// The distances to the ends of a piece a little along the tangent; `None` where the equations have no value.
     fn beside(
         &self,
         piece: &Piece,
         state: &PathState,
-        way: f64,
-    ) -> Result<Option<Vec<Distance>>, ProblemError> {
+        step: f64,
+    ) -> Result<Option<Vec<EndDistance>>, ProblemError> {
         let mut point = state.point.clone();
-        add_scaled(&mut point, way, &state.tangent);
+        add_scaled(&mut point, step, &state.tangent);
         let (s, y) = point.split_last().expect("a point has a parameter");
         let member = self.family.member(s.clamp(0.0, 1.0))?;
         let evaluated = self.evaluate(&member, piece, y);

@@ -1,8 +1,8 @@
 //! Smooth pieces of a friction law, and where they end.
 
 use super::{
-    piece::{AdjacentPiece, Distance, NodePiece, Switch},
-    point::Member,
+    piece::{AdjacentPiece, EndDistance, NodePiece, Switch},
+    point::FamilyMember,
 };
 use contact3d::{
     contact::{CoulombLaw, SlipOperator},
@@ -29,7 +29,7 @@ pub(super) struct NodalInverse {
 }
 
 impl<'a> LawPieces<'a> {
-    pub(super) fn new(member: &'a Member) -> Self {
+    pub(super) fn new(member: &'a FamilyMember) -> Self {
         let law = member.law();
         let knots = law.only().coefficients().iter().map(|coefficient| {
             let positive = |knots: Vec<f64>| knots.into_iter().filter(|k| *k > 0.0).collect();
@@ -246,12 +246,12 @@ impl LawPieces<'_> {
         slip: [f64; 2],
         piece: &NodePiece,
         unit: f64,
-        out: &mut Vec<Distance>,
+        out: &mut Vec<EndDistance>,
     ) {
         let unit = self.scale(unit);
         for axis in 0..2 {
             if self.is_nodal && self.bends_at_reversal(axis, slip) {
-                out.push(Distance {
+                out.push(EndDistance {
                     switch: Switch::Reversal(node, axis),
                     value: slip[axis] / unit,
                     beyond: AdjacentPiece::Negative {
@@ -267,7 +267,7 @@ impl LawPieces<'_> {
             for along in 0..2 {
                 let segment = piece.segment[coefficient][along];
                 let mut end = |value: f64, segment: usize| {
-                    out.push(Distance {
+                    out.push(EndDistance {
                         switch: Switch::Knot(node, coefficient),
                         value: value / unit,
                         beyond: AdjacentPiece::Segment {
@@ -294,7 +294,7 @@ impl LawPieces<'_> {
         slip: [f64; 2],
         piece: &NodePiece,
         unit: f64,
-        out: &mut Vec<Distance>,
+        out: &mut Vec<EndDistance>,
     ) {
         for (coefficient, law) in self.law.only().coefficients().iter().enumerate() {
             let Coefficient::Expression(formula) = law else {
@@ -309,10 +309,14 @@ impl LawPieces<'_> {
                 let slope = (own * own_by[0] + first).hypot(own * own_by[1] + second);
                 // Where the slip does not move the fork it ends nothing.
                 let far = f64::MAX.copysign(end.margin);
-                let way = end.margin / slope;
-                out.push(Distance {
+                let distance = end.margin / slope;
+                out.push(EndDistance {
                     switch: Switch::Knot(node, coefficient),
-                    value: if way.is_finite() { way / unit } else { far },
+                    value: if distance.is_finite() {
+                        distance / unit
+                    } else {
+                        far
+                    },
                     beyond: AdjacentPiece::Fork {
                         coefficient,
                         fork: end.fork,

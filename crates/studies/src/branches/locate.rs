@@ -2,9 +2,9 @@
 
 use super::{
     corrector::{Along, PathState, unit},
-    equations::Equations,
+    equations::PieceEquations,
     kink::{HalfPath, REACHED},
-    piece::{AdjacentPiece, Distance, Piece},
+    piece::{AdjacentPiece, EndDistance, Piece},
 };
 use contact3d::{
     ProblemError,
@@ -25,7 +25,7 @@ const MARGIN: f64 = 0.02;
 
 /// A step between two points of one piece, as a function of the share of its chord.
 pub(super) struct Chord<'e> {
-    pub(super) equations: &'e Equations<'e>,
+    pub(super) equations: &'e PieceEquations<'e>,
     pub(super) piece: &'e Piece,
     pub(super) from: &'e PathState,
     pub(super) to: &'e PathState,
@@ -45,7 +45,7 @@ impl Chord<'_> {
     }
 
     /// The first point at which an end of the piece is reached, with all ends reached there; `to` lies beyond one.
-    pub(super) fn first_end(&self) -> Result<Option<(PathState, Vec<Distance>)>, ProblemError> {
+    pub(super) fn first_end(&self) -> Result<Option<(PathState, Vec<EndDistance>)>, ProblemError> {
         let distances = |state: &PathState| state.distances(self.equations, self.piece);
         let (mut low, mut high) = (0.0, 1.0);
         let mut inside: Vec<f64> = distances(self.from).iter().map(|d| d.value).collect();
@@ -172,7 +172,7 @@ pub(super) const OFF: [f64; 3] = [1e-2, 1e-3, 1e-4];
 /// Most changes of the law's signs at a point off a branch point.
 const MOST_TURNS: usize = 3;
 
-impl Equations<'_> {
+impl PieceEquations<'_> {
     /// The half paths that cross a path on one of its pieces: near the point, off the tangent along the second null vector of R'.
     pub(super) fn crossing(
         &self,
@@ -203,7 +203,7 @@ impl Equations<'_> {
     }
 }
 
-impl Equations<'_> {
+impl PieceEquations<'_> {
     /// A point near a guess and its piece: the given one, with the law at nodes whose slip turns as it does there.
     fn law_followed(
         &self,

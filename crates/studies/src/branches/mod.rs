@@ -39,7 +39,7 @@ mod straight;
 pub use branches::{Branches, Path, Pending};
 pub use ends::EndSolution;
 pub use ends::ParameterRange;
-pub use enumeration::{Certificate, Undecided};
+pub use enumeration::{CompletenessProof, Undecided};
 pub use family::{Family, SceneAt};
 pub use path::PathEnd;
 pub use piece::Switch;

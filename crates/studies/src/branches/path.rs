@@ -4,10 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     corrector::PathState,
-    equations::Equations,
+    equations::PieceEquations,
     kink::HalfPath,
     locate::{Chord, OFF},
-    piece::{Distance, Open, Piece, Switch},
+    piece::{EndDistance, Open, Piece, Switch},
     point::{PathPoint, PointKind},
     step::Advance,
 };
@@ -78,7 +78,7 @@ pub(super) struct PathFront {
 /// What sees the new points of every step, with the front behind them, what is still open, and why the path ends there.
 pub(super) type Observer<'o> = dyn FnMut(&[PathPoint], &PathFront, &Open, Option<PathEnd>) + 'o;
 
-impl Equations<'_> {
+impl PieceEquations<'_> {
     /// Follows a path from its front to its end; `start` is where it began and its tangent there, `done` the number of its points so far.
     /// Branch points put their other half paths into `open`.
     pub(super) fn follow(
@@ -210,7 +210,7 @@ impl Equations<'_> {
         &self,
         front: &mut PathFront,
         state: PathState,
-        reached: Vec<Distance>,
+        reached: Vec<EndDistance>,
         mut points: Vec<PathPoint>,
         open: &mut Open,
         observe: &mut Observer<'_>,
@@ -270,9 +270,9 @@ impl Equations<'_> {
 /// Whether a step passes a point in its direction.
 fn passes(from: &PathState, to: &PathState, [point, tangent]: &[Vec<f64>; 2]) -> bool {
     let chord = difference(&to.point, &from.point);
-    let way = difference(point, &from.point);
-    let along = dot(&way, &chord) / dot(&chord, &chord);
-    let mut off = way;
+    let offset = difference(point, &from.point);
+    let along = dot(&offset, &chord) / dot(&chord, &chord);
+    let mut off = offset;
     add_scaled(&mut off, -along, &chord);
     (BEHIND..=1.0).contains(&along)
         && norm(&off) < 0.1 * norm(&chord)

@@ -63,7 +63,7 @@ impl Switch {
 
 /// How far a point is from one end of its piece: positive inside, in units of the stresses and slips of the whole face.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Distance {
+pub(super) struct EndDistance {
     pub(super) switch: Switch,
     pub(super) value: f64,
     /// What lies beyond.

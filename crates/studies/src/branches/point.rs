@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     corrector::PathState,
     ends::ParameterRange,
-    equations::Equations,
+    equations::PieceEquations,
     kink::HalfPath,
     path::PathFront,
     piece::{NodePiece, Piece, Switch},
@@ -77,7 +77,7 @@ impl PathPoint {
     }
 }
 
-impl Equations<'_> {
+impl PieceEquations<'_> {
     /// Certifies a point and describes it.
     pub(super) fn describe(
         &self,
@@ -116,7 +116,7 @@ impl Equations<'_> {
 }
 
 /// A contact problem at one value of the parameter.
-pub(super) struct Member {
+pub(super) struct FamilyMember {
     pub(super) base: Arc<AssembledProblem>,
     pub(super) interface: Arc<Interface>,
     /// S, h and the compliance of the contact nodes.
@@ -125,7 +125,7 @@ pub(super) struct Member {
     pub(super) local: Arc<LocalStiffness>,
 }
 
-impl Member {
+impl FamilyMember {
     pub(super) fn surface(&self) -> &ContactSurface {
         let surface = self.base.mesh().contact.as_ref();
         surface.expect("a family has contact")
@@ -205,7 +205,7 @@ impl FrontRecord {
     /// The front again; `None` where the record does not fit the problem.
     pub(super) fn front(
         &self,
-        equations: &Equations<'_>,
+        equations: &PieceEquations<'_>,
     ) -> Result<Option<PathFront>, ProblemError> {
         let zone = |letter: char| match letter {
             'o' => Some(Zone::Open),

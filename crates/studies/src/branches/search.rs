@@ -1,8 +1,8 @@
 //! Solutions at one value of the parameter: deflated Newton's method from many starts.
 
 use super::{
-    enumeration::{Certificate, Undecided, enumerated},
-    equations::Equations,
+    enumeration::{CompletenessProof, Undecided, enumerated},
+    equations::PieceEquations,
 };
 use contact3d::{
     ProblemError,
@@ -30,10 +30,10 @@ pub(super) struct FoundSolutions {
     /// (y, s) of each.
     pub(super) points: Vec<Vec<f64>>,
     /// The proof that they are all, or why there is none.
-    pub(super) certificate: Result<Certificate, Undecided>,
+    pub(super) certificate: Result<CompletenessProof, Undecided>,
 }
 
-impl Equations<'_> {
+impl PieceEquations<'_> {
     /// The solutions at s, beside known ones: all of them where the states can be enumerated, else those that deflated Newton's
     /// method finds from the face that is open, glued, pressed, and from scattered zones and directions, others in every round.
     pub(super) fn solutions_at(
@@ -71,7 +71,7 @@ impl Equations<'_> {
         let count =
             (OPERATIONS / (MOST_STEPS as f64 * (n as f64).powi(3))).clamp(STARTS[0], STARTS[1]);
         let layout = member.dual.layout;
-        let mut scatter = Scatter::new(round);
+        let mut scatter = PseudoRandom::new(round);
         for k in 0..count as usize {
             let start: Vec<f64> = match k {
                 0 => vec![0.0; n],
@@ -128,8 +128,8 @@ impl Equations<'_> {
     ) -> Option<Vec<f64>> {
         let factor = |multiplier: &[f64]| -> f64 {
             let terms = known.iter().map(|other| {
-                let way = norm(&difference(multiplier, other)) / self.stress;
-                1.0 + way.powi(-2)
+                let distance = norm(&difference(multiplier, other)) / self.stress;
+                1.0 + distance.powi(-2)
             });
             terms.product()
         };
@@ -143,9 +143,9 @@ impl Equations<'_> {
             let along: f64 = known
                 .iter()
                 .map(|other| {
-                    let way = difference(&multiplier, other);
-                    let square = dot(&way, &way) / self.stress.powi(2);
-                    let forward = dot(&way, &step) / self.stress.powi(2);
+                    let offset = difference(&multiplier, other);
+                    let square = dot(&offset, &offset) / self.stress.powi(2);
+                    let forward = dot(&offset, &step) / self.stress.powi(2);
                     -2.0 * forward / (square * (1.0 + square))
                 })
                 .sum();
@@ -175,9 +175,9 @@ impl Equations<'_> {
 }
 
 /// Numbers without a pattern, the same on every machine.
-struct Scatter(u64);
+struct PseudoRandom(u64);
 
-impl Scatter {
+impl PseudoRandom {
     fn new(round: usize) -> Self {
         Self(0x9E37_79B9_7F4A_7C15 ^ (round as u64) << 32)
     }

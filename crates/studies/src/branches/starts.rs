@@ -2,7 +2,7 @@
 
 use super::{
     corrector::Along,
-    equations::Equations,
+    equations::PieceEquations,
     kink::{HalfPath, REACHED},
 };
 use contact3d::{
@@ -15,7 +15,7 @@ use contact3d::{
 const INSIDE: [f64; 3] = [1e-3, 1e-2, 0.1];
 
 /// Half paths from the solver's answer at the start of the range, or, where no path can be told there, from one a little inside.
-pub(super) fn solver_rays(equations: &Equations<'_>) -> Result<Vec<HalfPath>, ProblemError> {
+pub(super) fn solver_rays(equations: &PieceEquations<'_>) -> Result<Vec<HalfPath>, ProblemError> {
     let mut last = Status::Converged;
     for s in [0.0].into_iter().chain(INSIDE) {
         let solution = solved(equations, s)?;
@@ -39,14 +39,14 @@ pub(super) fn solver_rays(equations: &Equations<'_>) -> Result<Vec<HalfPath>, Pr
     .into())
 }
 
-fn solved(equations: &Equations<'_>, s: f64) -> Result<Solution, ProblemError> {
+fn solved(equations: &PieceEquations<'_>, s: f64) -> Result<Solution, ProblemError> {
     let problem = equations.family.problem(s)?;
     problem.solve(&problem.scene().solve)
 }
 
 /// The half paths from a solution into the range: corrected on its piece, one at an end of the range, two inside.
 pub(super) fn rays_from(
-    equations: &Equations<'_>,
+    equations: &PieceEquations<'_>,
     point: &[f64],
 ) -> Result<Vec<HalfPath>, ProblemError> {
     let last = point.len() - 1;

@@ -2,10 +2,10 @@
 
 use super::{
     corrector::{Along, PathState},
-    equations::Equations,
+    equations::PieceEquations,
     locate::{CROSSED, Chord, LOCATED},
     path::{PathFront, STRAIGHT},
-    piece::{Distance, Piece},
+    piece::{EndDistance, Piece},
 };
 use contact3d::{
     ProblemError,
@@ -28,12 +28,12 @@ pub(super) enum Advance {
     /// The end of the range.
     RangeEnd(PathState),
     /// An end of the piece, with what ends there.
-    PieceEnd(PathState, Vec<Distance>),
+    PieceEnd(PathState, Vec<EndDistance>),
     /// Nothing; a smaller step may do.
     Nothing,
 }
 
-impl Equations<'_> {
+impl PieceEquations<'_> {
     /// One step of the front's length, cut at the end of the range and at the first end of the piece.
     pub(super) fn advance(&self, front: &PathFront) -> Result<Advance, ProblemError> {
         let (from, piece) = (&front.state, &front.piece);
@@ -57,13 +57,13 @@ impl Equations<'_> {
             (state, at_end) = (end, true);
         }
         let chord = difference(&state.point, &from.point);
-        let way = norm(&chord);
+        let length = norm(&chord);
         let bent = dot(&state.tangent, &from.tangent) < STRAIGHT
-            || dot(&chord, &from.tangent) < STRAIGHT * way
-            || dot(&chord, &state.tangent) < STRAIGHT * way;
+            || dot(&chord, &from.tangent) < STRAIGHT * length
+            || dot(&chord, &state.tangent) < STRAIGHT * length;
         // A step to another path may turn the orientation, too; a short one that does has passed a branch point.
         let turned = state.orientation != from.orientation && front.step > SURE_STEP;
-        if bent || turned || way > NEAR * front.step {
+        if bent || turned || length > NEAR * front.step {
             return Ok(Advance::Nothing);
         }
         if !self.crosses(piece, from, &state) {
@@ -99,7 +99,7 @@ impl Equations<'_> {
     /// along a path, as the reversal of a node on a plane of symmetry.
     fn crosses(&self, piece: &Piece, from: &PathState, to: &PathState) -> bool {
         let (before, after) = (from.distances(self, piece), to.distances(self, piece));
-        let leaves = |(before, after): (&Distance, &Distance)| {
+        let leaves = |(before, after): (&EndDistance, &EndDistance)| {
             after.value < -CROSSED || after.value < -LOCATED && before.value > CROSSED
         };
         before.len() != after.len() || before.iter().zip(&after).any(leaves)
@@ -126,11 +126,11 @@ impl Equations<'_> {
     ) -> Result<Option<PathState>, ProblemError> {
         let last = from.len() - 1;
         let end = if to[last] > 1.0 { 1.0 } else { 0.0 };
-        let way = to[last] - from[last];
-        let share = if way == 0.0 {
+        let length = to[last] - from[last];
+        let share = if length == 0.0 {
             0.0
         } else {
-            (end - from[last]) / way
+            (end - from[last]) / length
         };
         let mut guess: Vec<f64> = from
             .iter()

@@ -2,7 +2,7 @@
 
 use std::{fmt, ops::Range, path::Path};
 
-use super::{Scaling, Symmetry, explicit_problem::ExplicitProblem, symmetry::renumbered};
+use super::{Symmetry, UnitChange, explicit_problem::ExplicitProblem, symmetry::renumbered};
 use contact3d::{
     ProblemError,
     scene::Scene,
@@ -64,20 +64,20 @@ impl Invariance {
         }
     }
 
-    fn scaling(self) -> Option<Scaling> {
+    fn scaling(self) -> Option<UnitChange> {
         let two = |power: i32| 2_f64.powi(power);
         match self {
-            Self::BinaryUnits => Some(Scaling {
+            Self::BinaryUnits => Some(UnitChange {
                 length: two(10),
                 displacement: two(10),
                 stress: two(-20),
             }),
-            Self::DecimalUnits => Some(Scaling {
+            Self::DecimalUnits => Some(UnitChange {
                 length: 1e3,
                 displacement: 1e3,
                 stress: 1e-6,
             }),
-            Self::LoadScaling => Some(Scaling {
+            Self::LoadScaling => Some(UnitChange {
                 length: 1.0,
                 displacement: two(LOAD_POWER),
                 stress: two(LOAD_POWER),

@@ -16,9 +16,9 @@ pub use conditioning::RoundingBound;
 pub use conditioning::{Conditioning, Spectrum};
 pub use cross_checks::{CrossCheck, CrossCheckResult};
 pub use invariance::{Invariance, InvarianceResult};
-pub(crate) use scaling::Scaling;
+pub(crate) use scaling::UnitChange;
 pub(crate) use symmetry::Symmetry;
-pub use verdict::{GOAL, Level, Verdict};
+pub use verdict::{GOAL, Verdict, VerdictLevel};
 
 use std::{path::Path, time::Instant};
 

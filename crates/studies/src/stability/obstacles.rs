@@ -1,9 +1,9 @@
 //! Obstacles as other descriptions of a problem see them.
 
-use super::{Scaling, Symmetry};
+use super::{Symmetry, UnitChange};
 use contact3d::scene::{Cylinder, HalfSpace, Height, Invalid, Obstacle, Sphere};
 
-impl Scaling {
+impl UnitChange {
     /// An obstacle in other units of length.
     pub(super) fn obstacle(&self, obstacle: &Obstacle) -> Result<Obstacle, Invalid> {
         let place = |at: [f64; 3]| at.map(|x| x * self.length);

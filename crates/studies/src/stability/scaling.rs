@@ -9,7 +9,7 @@ use contact3d::scene::{
 /// Factors by which numbers change when units do. All three are free: linear elasticity scales with
 /// displacement and stress apart from the size of the body.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Scaling {
+pub(crate) struct UnitChange {
     /// Of coordinates.
     pub length: f64,
     /// Of displacements, gaps, and the slips that a law of friction knows.
@@ -18,7 +18,7 @@ pub(crate) struct Scaling {
     pub stress: f64,
 }
 
-impl Scaling {
+impl UnitChange {
     /// Whether distances between points scale as displacements do, which an obstacle asks for.
     pub(super) fn is_similarity(&self) -> bool {
         self.length == self.displacement
@@ -165,7 +165,7 @@ pub(super) fn unscalable(text: &str, error: &dyn std::fmt::Display) -> Invalid {
     }
 }
 
-impl Scaling {
+impl UnitChange {
     /// A coefficient in other units.
     pub(super) fn coefficient(&self, coefficient: &Coefficient) -> Result<Coefficient, Invalid> {
         let (length, d) = (self.length, self.displacement);

@@ -1,6 +1,6 @@
 //! Transformations of scenes and their inverses.
 
-use super::{Scaling, Symmetry};
+use super::{Symmetry, UnitChange};
 use contact3d::scene::{Brick, BrickFace, Scene};
 
 fn scene() -> Scene {
@@ -24,12 +24,12 @@ fn transformations_undo_themselves() {
         assert_eq!(back.body, scene.body);
         assert_eq!(back.clamps, scene.clamps);
     }
-    let scaling = Scaling {
+    let scaling = UnitChange {
         length: 8.0,
         displacement: 4.0,
         stress: 0.5,
     };
-    let inverse = Scaling {
+    let inverse = UnitChange {
         length: 0.125,
         displacement: 0.25,
         stress: 2.0,

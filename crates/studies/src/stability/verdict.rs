@@ -17,14 +17,14 @@ const ENOUGH: usize = 2;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
     /// The worst of the findings.
-    pub level: Level,
+    pub level: VerdictLevel,
     /// What kept the case from reaching the goal.
     pub findings: Vec<String>,
 }
 
 /// From good to bad.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Level {
+pub enum VerdictLevel {
     /// All that was asked for, to 1e-10 or to the bit.
     Holds,
     /// Above 1e-10, but within what double precision allows at this conditioning.
@@ -33,7 +33,7 @@ pub enum Level {
     Fails,
 }
 
-impl Level {
+impl VerdictLevel {
     /// The level as programs see it.
     #[must_use]
     pub fn word(self) -> &'static str {
@@ -60,17 +60,17 @@ const ABOUT: f64 = 10.0;
 impl Verdict {
     pub(super) fn of(check: &Check) -> Self {
         let mut verdict = Self {
-            level: Level::Holds,
+            level: VerdictLevel::Holds,
             findings: Vec::new(),
         };
         if !check.status.is_solved() {
-            verdict.add(Level::Fails, check.status.word().replace('_', " "));
+            verdict.add(VerdictLevel::Fails, check.status.word().replace('_', " "));
         }
         let name = |what: &str, value: f64, rounding_bound: f64| {
             format!("{what} {value:.0e}, rounding allows {rounding_bound:.0e}")
         };
         let certificate = level(check.certificate, check.rounding_bound.certificate);
-        if certificate != Level::Holds {
+        if certificate != VerdictLevel::Holds {
             let text = name(
                 "certificate",
                 check.certificate,
@@ -80,21 +80,21 @@ impl Verdict {
         }
         if check.linearisation.determinant < 1 {
             let sign = ["det R' < 0", "det R' = 0"][(check.linearisation.determinant + 1) as usize];
-            verdict.add(Level::Holds, sign.to_owned());
+            verdict.add(VerdictLevel::Holds, sign.to_owned());
         }
         if check.linearisation.contraction > 1.0 {
             let text = format!(
                 "successive approximations leave this solution: they move away by a factor of {:.3e} a step",
                 check.linearisation.contraction
             );
-            verdict.add(Level::Holds, text);
+            verdict.add(VerdictLevel::Holds, text);
         }
         if check.linearisation.is_near_fold() {
             let text = format!(
                 "a fold is near: an eigenvalue of Ψ' is within {:.1e} of 1",
                 check.linearisation.fold_distance
             );
-            verdict.add(Level::Holds, text);
+            verdict.add(VerdictLevel::Holds, text);
         }
         verdict.add_cross_checks(check);
         for result in &check.invariances {
@@ -105,11 +105,11 @@ impl Verdict {
                 continue;
             }
             let reached = match allowed {
-                0.0 if result.difference == 0.0 => Level::Holds,
-                0.0 => Level::Fails,
+                0.0 if result.difference == 0.0 => VerdictLevel::Holds,
+                0.0 => VerdictLevel::Fails,
                 rounding_bound => level(result.difference, rounding_bound),
             };
-            if reached != Level::Holds {
+            if reached != VerdictLevel::Holds {
                 let what = result.invariance.to_string();
                 verdict.add(reached, name(&what, result.difference, allowed));
             }
@@ -128,27 +128,29 @@ impl Verdict {
                     * (cross_check.residual + check.linearisation.residual)
                 + ABOUT * cross_check.accuracy;
             let reached = if cross_check.disagreement > USELESS {
-                Level::Fails
+                VerdictLevel::Fails
             } else {
                 level(cross_check.disagreement, allowed)
             };
             match (cross_check.is_solution(), reached) {
-                (false, _) => remarks.push((Level::Holds, described(cross_check))),
-                (true, Level::Holds) => agreeing += 1,
-                (true, Level::AtRounding) => {
+                (false, _) => remarks.push((VerdictLevel::Holds, described(cross_check))),
+                (true, VerdictLevel::Holds) => agreeing += 1,
+                (true, VerdictLevel::AtRounding) => {
                     agreeing += 1;
                     let text = format!(
                         "{} {:.0e}, its residual allows {allowed:.0e}",
                         cross_check.cross_check, cross_check.disagreement
                     );
-                    remarks.push((Level::AtRounding, text));
+                    remarks.push((VerdictLevel::AtRounding, text));
                 }
-                (true, Level::Fails)
+                (true, VerdictLevel::Fails)
                     if cross_check.residual <= GOAL && cross_check.disagreement > allowed =>
                 {
                     self.add_solution(check, &cross_check.cross_check, cross_check.disagreement);
                 }
-                (true, Level::Fails) => remarks.push((Level::Fails, described(cross_check))),
+                (true, VerdictLevel::Fails) => {
+                    remarks.push((VerdictLevel::Fails, described(cross_check)))
+                }
             }
         }
         if agreeing < ENOUGH && !several {
@@ -156,7 +158,7 @@ impl Verdict {
                 0 => "no algorithm agrees",
                 _ => "only one algorithm agrees",
             };
-            self.add(Level::Fails, agree.to_owned());
+            self.add(VerdictLevel::Fails, agree.to_owned());
         }
         for (level, text) in remarks {
             self.add(level, text);
@@ -166,13 +168,13 @@ impl Verdict {
     /// Reports another solution, which satisfies the problem as well as the answer does.
     fn add_solution(&mut self, check: &Check, by: &dyn fmt::Display, difference: f64) {
         let level = match check.solutions {
-            Solutions::One => Level::Fails,
-            Solutions::Several => Level::Holds,
+            Solutions::One => VerdictLevel::Fails,
+            Solutions::Several => VerdictLevel::Holds,
         };
         self.add(level, format!("{by}: another solution ({difference:.0e})"));
     }
 
-    fn add(&mut self, level: Level, finding: String) {
+    fn add(&mut self, level: VerdictLevel, finding: String) {
         self.level = self.level.max(level);
         self.findings.push(finding);
     }
@@ -194,13 +196,13 @@ fn described(cross_check: &CrossCheckResult) -> String {
 }
 
 /// Where a figure lies between the goal and what rounding allows; NaN fails.
-fn level(value: f64, rounding_bound: f64) -> Level {
+fn level(value: f64, rounding_bound: f64) -> VerdictLevel {
     if value <= GOAL {
-        Level::Holds
+        VerdictLevel::Holds
     } else if value <= rounding_bound {
-        Level::AtRounding
+        VerdictLevel::AtRounding
     } else {
-        Level::Fails
+        VerdictLevel::Fails
     }
 }
 

@@ -1,6 +1,6 @@
 //! The radii of Lemma 3.3 and the contraction bound (3.13) of HKL.
 
-use super::{face::Face, quartic::triangle_rule, trace::TraceConstants};
+use super::{face::TriangulatedFace, quartic::triangle_rule, trace::TraceConstants};
 use contact3d::{
     contact::{CoulombLaw, FrictionField, LawBounds},
     mesh::ContactSurface,
@@ -213,7 +213,7 @@ pub struct FrictionFunctional {
 
 /// A solution on panes.
 pub(super) struct OnPanes<'a> {
-    pub(super) face: &'a Face,
+    pub(super) face: &'a TriangulatedFace,
     pub(super) surface: &'a ContactSurface,
     pub(super) law: &'a CoulombLaw,
     /// λ_ν in Pa.

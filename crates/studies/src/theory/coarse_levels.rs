@@ -45,7 +45,8 @@ pub(super) fn no_file() -> Invalid {
         expected: "a body from a Gmsh file, of which other files are finer or coarser meshes"
             .into(),
         found: "a brick".into(),
-        help: "leave the mesh files out: the ladder of a brick is made of its own cells".into(),
+        help: "leave the mesh files out: the coarser meshes of a brick are made of its own cells"
+            .into(),
     }
 }
 
@@ -94,12 +95,12 @@ pub fn theory_bricks(
     brick: &Brick,
     settings: &TheorySettings,
 ) -> Result<Vec<Brick>, ProblemError> {
-    let ladder = AccuracySettings {
+    let settings = AccuracySettings {
         budget: 0.0,
         coarsest: settings.coarsest.min(brick_n_div(brick)),
         finest: settings.finest.or(Some(brick_n_div(brick))),
-        ways: None,
+        sequences: None,
         memory: None,
     };
-    nested_bricks(scene, brick, &ladder)
+    nested_bricks(scene, brick, &settings)
 }

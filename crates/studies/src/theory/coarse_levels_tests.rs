@@ -40,9 +40,9 @@ fn gmsh(mesh: &Mesh) -> String {
     text + "$EndElements\n"
 }
 
-/// A family of mesh files is a ladder: with the meshes of a brick, in any order, it has the figures of that brick.
+/// A family of mesh files takes the place of nested meshes: with the meshes of a brick, in any order, it has the figures of that brick.
 #[test]
-fn mesh_files_are_a_ladder_like_the_meshes_of_a_brick() {
+fn mesh_files_serve_like_the_meshes_of_a_brick() {
     let mut scene = published(4, 1.0);
     scene.contacts[0] = Contact::on("z_min").nodal();
     let expected = measure(&scene);

@@ -4,7 +4,7 @@ use faer::Mat;
 
 use super::{
     dense::{alone, congruent, root, symmetric},
-    face::{Face, product},
+    face::{TriangulatedFace, product},
     trace::{Blocks, PartNorms, SpaceNorms},
 };
 use contact3d::{
@@ -33,7 +33,7 @@ pub(super) struct AtSolution<'a> {
     pub(super) local: &'a LocalStiffness,
     pub(super) laws: PaneLaws,
     pub(super) law: &'a CoulombLaw,
-    pub(super) face: &'a Face,
+    pub(super) face: &'a TriangulatedFace,
     /// The compliance u_t = … − G λ of the contact nodes, `[2 n_contact_nodes, 3 m]`.
     pub(super) compliance: &'a Mat<f64>,
     pub(super) multiplier: &'a [f64],
@@ -163,7 +163,7 @@ impl Chain {
     }
 
     /// The forms of both images over unit balls of both arguments.
-    fn blocks(&self, face: &Face, norms: &SpaceNorms, norm: usize) -> Blocks {
+    fn blocks(&self, face: &TriangulatedFace, norms: &SpaceNorms, norm: usize) -> Blocks {
         let m = self.n_panes();
         let (pressure, factor) = &norms.pressure[norm];
         let slip_form = |z: &Mat<f64>| {
@@ -189,7 +189,7 @@ impl Chain {
     }
 
     /// D M⁻¹ Dᵀ: the image of the unit ball of Y^h × Y^h in 𝓕⁻¹.
-    fn slip_ball(&self, face: &Face, norms: &SpaceNorms) -> Mat<f64> {
+    fn slip_ball(&self, face: &TriangulatedFace, norms: &SpaceNorms) -> Mat<f64> {
         let d = &self.inverse_by_slip;
         let free: Vec<usize> = (0..face.points.len())
             .filter(|&n| face.place[n].is_some())
@@ -230,7 +230,7 @@ fn recurrent(n: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<usize> {
 }
 
 /// M_Γ of both components of columns of nodal pairs.
-fn weighed(face: &Face, mass: &CscMatrix, columns: &Mat<f64>) -> Mat<f64> {
+fn weighed(face: &TriangulatedFace, mass: &CscMatrix, columns: &Mat<f64>) -> Mat<f64> {
     let mut result = Mat::zeros(columns.nrows(), columns.ncols());
     for j in 0..columns.ncols() {
         for k in 0..2 {

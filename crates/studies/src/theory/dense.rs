@@ -58,9 +58,9 @@ pub(super) fn symmetric(form: Mat<f64>) -> Mat<f64> {
 }
 
 /// The Cholesky factor of a dense positive definite matrix.
-pub(super) struct Factor(Llt<f64>);
+pub(super) struct DenseFactor(Llt<f64>);
 
-impl Factor {
+impl DenseFactor {
     /// `None` where the matrix is not positive definite in double precision.
     pub(super) fn new(matrix: &Mat<f64>) -> Option<Self> {
         alone(|| matrix.llt(Side::Lower)).ok().map(Self)

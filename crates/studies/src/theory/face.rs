@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use faer::Mat;
 use nalgebra::Vector3;
 
-use super::dense::{Factor, alone, symmetric};
+use super::dense::{DenseFactor, alone, symmetric};
 use contact3d::{
     contact::ContactFrame,
     elasticity::DofMap,
@@ -16,7 +16,7 @@ use contact3d::{
 
 /// A flat surface of linear triangles, some of whose nodes are held.
 #[derive(Debug, Clone)]
-pub(super) struct Face {
+pub(super) struct TriangulatedFace {
     /// Its nodes in m, `[n]`.
     pub(super) points: Vec<[f64; 3]>,
     /// Nodes of each triangle.
@@ -33,7 +33,7 @@ pub(super) struct FaceForms {
     pub(super) stiffness: CscMatrix,
 }
 
-impl Face {
+impl TriangulatedFace {
     /// The contact face of a mesh of linear tetrahedra; a node of which one component is free is free.
     pub(super) fn new(mesh: &Mesh, surface: &ContactSurface, dofs: &DofMap) -> Self {
         let local = |node: usize| surface.nodes.partition_point(|&n| n < node);
@@ -98,7 +98,7 @@ impl Face {
 
     pub(super) fn forms(&self) -> FaceForms {
         let n = self.n_free();
-        let (mut mass, mut stiffness) = (Scatter::new(n), Scatter::new(n));
+        let (mut mass, mut stiffness) = (ElementSums::new(n), ElementSums::new(n));
         for (t, nodes) in self.triangles.iter().enumerate() {
             let area = self.area(t);
             let gradients = gradients(&self.corners(t));
@@ -149,11 +149,11 @@ pub(super) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// Sums of element contributions, column by column.
-pub(super) struct Scatter {
+pub(super) struct ElementSums {
     columns: Vec<BTreeMap<usize, f64>>,
 }
 
-impl Scatter {
+impl ElementSums {
     pub(super) fn new(size: usize) -> Self {
         Self {
             columns: vec![BTreeMap::new(); size],
@@ -269,9 +269,9 @@ pub(super) struct FaceGram {
 
 /// Multipliers in terms of nodal values: row i holds ∫_{Rⁱ} φ_j over contact nodes j.
 #[derive(Debug, Clone)]
-pub(super) struct PaneRows(pub(super) Vec<Vec<(usize, f64)>>);
+pub(super) struct PaneIntegrals(pub(super) Vec<Vec<(usize, f64)>>);
 
-impl PaneRows {
+impl PaneIntegrals {
     /// The panes of the scene.
     pub(super) fn of_surface(surface: &ContactSurface) -> Self {
         let panes = surface.pane_area.iter().enumerate();
@@ -330,7 +330,7 @@ impl FaceGram {
     }
 
     /// W G_ab Wᵀ for components a and b of displacements.
-    fn between(&self, rows: &PaneRows, a: usize, b: usize) -> Mat<f64> {
+    fn between(&self, rows: &PaneIntegrals, a: usize, b: usize) -> Mat<f64> {
         let cross = self.cross(rows, a, b);
         Mat::from_fn(rows.len(), rows.len(), |i, j| {
             rows.0[j]
@@ -341,7 +341,7 @@ impl FaceGram {
     }
 
     /// W G_ab, `[m, n_contact_nodes]`.
-    fn cross(&self, rows: &PaneRows, a: usize, b: usize) -> Mat<f64> {
+    fn cross(&self, rows: &PaneIntegrals, a: usize, b: usize) -> Mat<f64> {
         Mat::from_fn(rows.len(), self.n_nodes, |i, node| {
             let row = rows.0[i].iter();
             row.map(|&(other, integral)| integral * self.entry([other, a], [node, b]))
@@ -350,14 +350,14 @@ impl FaceGram {
     }
 
     /// Q = N X⁻¹ Nᵀ: μᵀQμ = sup (μ, v_ν)²/‖v‖² over V^h.
-    pub(super) fn normal(&self, rows: &PaneRows) -> Mat<f64> {
+    pub(super) fn normal(&self, rows: &PaneIntegrals) -> Mat<f64> {
         symmetric(self.between(rows, 0, 0))
     }
 
     /// The same over V₀^h, the displacements without tangential part on Γ_c, which is what the proofs of HKL Lemma 3.3 and
     /// Proposition 3.1 need. It is Q where X does not couple components and all are held on the same nodes, as in
     /// H¹(Ω)³; in the energy norm it is smaller. `None` where the tangential block is singular.
-    pub(super) fn normal_glued(&self, rows: &PaneRows) -> Option<Mat<f64>> {
+    pub(super) fn normal_glued(&self, rows: &PaneIntegrals) -> Option<Mat<f64>> {
         let moving: Vec<[usize; 2]> = (0..self.n_nodes)
             .flat_map(|node| [[node, 1], [node, 2]])
             .filter(|&at| self.entry(at, at) > 0.0)
@@ -369,7 +369,7 @@ impl FaceGram {
             let [node, component] = moving[i];
             parts[component - 1][(pane, node)]
         });
-        let solved = Factor::new(&block)?.solve(&cross);
+        let solved = DenseFactor::new(&block)?.solve(&cross);
         Some(symmetric(alone(|| {
             self.normal(rows) - cross.transpose() * &solved
         })))
@@ -377,7 +377,7 @@ impl FaceGram {
 
     /// The compliance of the tangential displacements by the multipliers of a scene with friction, column-major,
     /// `[2 n_contact_nodes, 3 m]`: u_t1 and u_t2 node by node, against m normal multipliers, then m pairs.
-    pub(super) fn tangential_by_multipliers(&self, rows: &PaneRows) -> Mat<f64> {
+    pub(super) fn tangential_by_multipliers(&self, rows: &PaneIntegrals) -> Mat<f64> {
         let m = rows.len();
         let parts: Vec<[Mat<f64>; 2]> = (0..3)
             .map(|a| [1, 2].map(|b| self.cross(rows, a, b)))

@@ -4,8 +4,8 @@ use faer::Mat;
 use nalgebra::Vector3;
 
 use super::{
-    dense::Factor,
-    face::{Face, FaceGram, PaneRows, distance, gradients},
+    dense::DenseFactor,
+    face::{FaceGram, PaneIntegrals, TriangulatedFace, distance, gradients},
 };
 use contact3d::scene::{Brick, BrickFace};
 
@@ -71,7 +71,7 @@ pub struct InfSup {
 /// A brick's contact face with its Gram matrix in H¹(Ω)³.
 pub(super) struct BrickFaceGram<'a> {
     pub(super) brick: &'a Brick,
-    pub(super) face: &'a Face,
+    pub(super) face: &'a TriangulatedFace,
     pub(super) gram: &'a FaceGram,
 }
 
@@ -85,11 +85,11 @@ pub(super) fn inf_sup(
     let axes = [axes[0], axes[1]];
     let spaces = TrialSpace::ALL.into_iter();
     let measured = spaces.filter_map(|space| {
-        let trial = Trial::new(space, here, axes)?;
+        let trial = TrialMultipliers::new(space, here, axes)?;
         let own = here.gram.normal(&trial.rows(here.face));
-        let norm = Factor::new(&own);
+        let norm = DenseFactor::new(&own);
         let fine = finest.map(|finest| finest.gram.normal(&trial.rows(finest.face)));
-        let smallest = Factor::new(&trial.mass)?.smallest_of(&own);
+        let smallest = DenseFactor::new(&trial.mass)?.smallest_of(&own);
         let largest = norm.zip(fine).map(|(norm, fine)| norm.largest_of(&fine));
         Some(InfSup {
             space,
@@ -107,29 +107,29 @@ pub(super) fn inf_sup(
 }
 
 /// A space of multipliers that does not depend on the mesh of displacements.
-struct Trial<'a> {
-    kind: Pieces<'a>,
+struct TrialMultipliers<'a> {
+    kind: TrialKind<'a>,
     /// ∫ μ_i μ_j.
     mass: Mat<f64>,
     /// H in m.
     size: f64,
 }
 
-enum Pieces<'a> {
+enum TrialKind<'a> {
     /// The planes between pieces along two axes.
     Boxes {
         axes: [usize; 2],
         planes: [Vec<f64>; 2],
     },
     /// The hat functions of a coarser face.
-    Hats(&'a Face),
+    Hats(&'a TriangulatedFace),
 }
 
-impl<'a> Trial<'a> {
+impl<'a> TrialMultipliers<'a> {
     fn new(space: TrialSpace, here: &BrickFaceGram<'a>, axes: [usize; 2]) -> Option<Self> {
         let Some(width) = space.width() else {
             return Some(Self {
-                kind: Pieces::Hats(here.face),
+                kind: TrialKind::Hats(here.face),
                 mass: dense_mass(here.face),
                 size: here.face.size(),
             });
@@ -151,7 +151,7 @@ impl<'a> Trial<'a> {
                 .fold(0.0, f64::max)
         };
         let size = widest(0).hypot(widest(1));
-        let kind = Pieces::Boxes { axes, planes };
+        let kind = TrialKind::Boxes { axes, planes };
         let areas = rows_of(&kind, here.face).areas();
         Some(Self {
             mass: Mat::from_fn(areas.len(), areas.len(), |i, j| {
@@ -162,12 +162,12 @@ impl<'a> Trial<'a> {
         })
     }
 
-    fn rows(&self, face: &Face) -> PaneRows {
+    fn rows(&self, face: &TriangulatedFace) -> PaneIntegrals {
         rows_of(&self.kind, face)
     }
 }
 
-fn dense_mass(face: &Face) -> Mat<f64> {
+fn dense_mass(face: &TriangulatedFace) -> Mat<f64> {
     let mass = face.forms().mass;
     let mut dense = Mat::zeros(mass.rows, mass.cols);
     for column in 0..mass.cols {
@@ -179,15 +179,15 @@ fn dense_mass(face: &Face) -> Mat<f64> {
     dense
 }
 
-fn rows_of(kind: &Pieces<'_>, face: &Face) -> PaneRows {
+fn rows_of(kind: &TrialKind<'_>, face: &TriangulatedFace) -> PaneIntegrals {
     match kind {
-        Pieces::Boxes { axes, planes } => boxes(face, *axes, planes),
-        Pieces::Hats(coarse) => hats(coarse, face),
+        TrialKind::Boxes { axes, planes } => boxes(face, *axes, planes),
+        TrialKind::Hats(coarse) => hats(coarse, face),
     }
 }
 
 /// ∫ φ_j over each box.
-fn boxes(face: &Face, axes: [usize; 2], planes: &[Vec<f64>; 2]) -> PaneRows {
+fn boxes(face: &TriangulatedFace, axes: [usize; 2], planes: &[Vec<f64>; 2]) -> PaneIntegrals {
     let counts = planes.each_ref().map(|planes| planes.len() - 1);
     let mut sums = vec![std::collections::BTreeMap::new(); counts[0] * counts[1]];
     for (t, nodes) in face.triangles.iter().enumerate() {
@@ -203,7 +203,7 @@ fn boxes(face: &Face, axes: [usize; 2], planes: &[Vec<f64>; 2]) -> PaneRows {
             *sums[at[1] * counts[0] + at[0]].entry(node).or_insert(0.0) += face.area(t) / 3.0;
         }
     }
-    PaneRows(
+    PaneIntegrals(
         sums.into_iter()
             .map(|sum| sum.into_iter().collect())
             .collect(),
@@ -211,7 +211,7 @@ fn boxes(face: &Face, axes: [usize; 2], planes: &[Vec<f64>; 2]) -> PaneRows {
 }
 
 /// ∫ χ_i φ_j with the hat functions χ of a coarser face in which this one is nested.
-fn hats(coarse: &Face, face: &Face) -> PaneRows {
+fn hats(coarse: &TriangulatedFace, face: &TriangulatedFace) -> PaneIntegrals {
     let values: Vec<Vec<(usize, f64)>> = face
         .points
         .iter()
@@ -231,7 +231,7 @@ fn hats(coarse: &Face, face: &Face) -> PaneRows {
             }
         }
     }
-    PaneRows(
+    PaneIntegrals(
         sums.into_iter()
             .map(|sum| sum.into_iter().collect())
             .collect(),
@@ -239,7 +239,7 @@ fn hats(coarse: &Face, face: &Face) -> PaneRows {
 }
 
 /// Barycentric coordinates of a point in a triangle that holds it.
-fn hats_at(face: &Face, point: [f64; 3]) -> Vec<(usize, f64)> {
+fn hats_at(face: &TriangulatedFace, point: [f64; 3]) -> Vec<(usize, f64)> {
     let reach = face.size();
     for (t, nodes) in face.triangles.iter().enumerate() {
         let corners = face.corners(t);

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::{
     dense::largest_ratio,
-    face::{Face, factorised, gradients, product, sum},
+    face::{TriangulatedFace, factorised, gradients, product, sum},
 };
 use contact3d::linalg::{CscMatrix, Workspace, add_scaled};
 
@@ -23,7 +23,7 @@ pub(super) enum Interpolation {
 
 /// c_r of Lagrange interpolation where HKL (3.6) uses it, on |φ| of φ ∈ Y^h, triangle by triangle:
 /// ‖ |φ| − r_h|φ| ‖_{0,Γ_c} ≤ c_r h ‖∇|φ|‖_{0,Γ_c}. On all of H¹(Γ_c) there is none, since point values are not bounded there.
-pub(super) fn lagrange_on_absolute(face: &Face) -> f64 {
+pub(super) fn lagrange_on_absolute(face: &TriangulatedFace) -> f64 {
     let triangles = (0..face.triangles.len()).map(|t| on_triangle(&face.corners(t)));
     triangles.fold(0.0, f64::max).sqrt() / face.size()
 }
@@ -73,7 +73,7 @@ fn largest_on_square(f: impl Fn(f64, f64) -> f64) -> f64 {
 /// c_r of (3.3) on the linear functions of a mesh whose triangles are cut in `parts`² equal ones:
 /// sup ‖φ − r_hφ‖_{0,Γ_c} / (h ‖φ‖_{1,Γ_c}); `None` where the forms have no factor.
 pub(super) fn on_finer_functions(
-    face: &Face,
+    face: &TriangulatedFace,
     parts: usize,
     interpolation: Interpolation,
 ) -> Option<f64> {
@@ -101,7 +101,7 @@ pub(super) fn on_finer_functions(
 
 /// A face with each triangle cut in equal ones.
 struct CutFace {
-    fine: Face,
+    fine: TriangulatedFace,
     /// Coarse nodes and barycentric weights of each fine node.
     origin: Vec<Vec<(usize, f64)>>,
     /// Fine triangles of each coarse one.
@@ -111,7 +111,7 @@ struct CutFace {
 }
 
 impl CutFace {
-    fn new(face: &Face, parts: usize) -> Self {
+    fn new(face: &TriangulatedFace, parts: usize) -> Self {
         let mut numbers: HashMap<Vec<(usize, usize)>, usize> = HashMap::new();
         let mut origin: Vec<Vec<(usize, f64)>> = Vec::new();
         let mut triangles = Vec::new();
@@ -144,7 +144,7 @@ impl CutFace {
         let points = origin.iter().map(at).collect();
         let is_held = |node: usize| origin[node].iter().all(|&(n, _)| face.place[n].is_none());
         Self {
-            fine: Face::with_held(points, triangles, is_held),
+            fine: TriangulatedFace::with_held(points, triangles, is_held),
             children,
             place: face.place.clone(),
             origin,
@@ -152,7 +152,7 @@ impl CutFace {
     }
 
     /// Columns: the functional of each free coarse node on fine functions, `[n_fine_free, n_coarse_free]`.
-    fn interpolation(&self, face: &Face, interpolation: Interpolation) -> CscMatrix {
+    fn interpolation(&self, face: &TriangulatedFace, interpolation: Interpolation) -> CscMatrix {
         let mut star = vec![Vec::new(); face.points.len()];
         for (t, nodes) in face.triangles.iter().enumerate() {
             nodes.iter().for_each(|&node| star[node].push(t));
@@ -281,7 +281,7 @@ mod tests {
     #[test]
     fn interpolation_reproduces_coarse_functions() {
         let corners = right_triangle().to_vec();
-        let face = Face::with_held(corners, vec![[0, 1, 2]], |_| false);
+        let face = TriangulatedFace::with_held(corners, vec![[0, 1, 2]], |_| false);
         let cut = CutFace::new(&face, 4);
         assert_eq!((cut.fine.points.len(), cut.fine.triangles.len()), (15, 16));
         let lagrange = cut.interpolation(&face, Interpolation::Lagrange);

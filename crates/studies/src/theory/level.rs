@@ -6,8 +6,8 @@ use super::{
     FrictionFunctional, InfSup, Observed, ScaledPoint, Thresholds,
     bound::{DisplacementNorm, FaceConstants, Ingredients, NormConstants},
     contraction::LocalContraction,
-    dense::{Factor as DenseFactor, largest_ratio},
-    face::{Face, factorised, product, sum},
+    dense::{DenseFactor, largest_ratio},
+    face::{TriangulatedFace, factorised, product, sum},
     interpolation::{Interpolation, lagrange_on_absolute, on_finer_functions},
     problem::TheoryProblem,
     quartic::{diameter, largest_over_fourth},
@@ -196,7 +196,7 @@ fn ratio(form: &CscMatrix, norm: &CscMatrix) -> f64 {
 }
 
 /// c_t: sup of ‖φ_t‖_1 / ‖φ‖_1 over nodal fields, φ_t interpolated; 1 where the axes do not turn.
-fn axes_constant(face: &Face, whole: &CscMatrix, frame: &ContactFrame) -> f64 {
+fn axes_constant(face: &TriangulatedFace, whole: &CscMatrix, frame: &ContactFrame) -> f64 {
     if frame.axes.len() == 1 {
         return 1.0;
     }

@@ -56,7 +56,7 @@ use contact3d::{
 };
 use face::require_covered;
 
-/// How far the ladder of meshes goes.
+/// Which meshes are measured.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TheorySettings {
     /// Smallest n_div of the meshes.
@@ -64,12 +64,12 @@ pub struct TheorySettings {
     /// n_div of the finest mesh, a multiple of the scene's own; that of the scene when not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub finest: Option<usize>,
-    /// Gmsh files of the same body, the ladder in place of the scene's own one; empty for a brick.
+    /// Gmsh files of the same body, in place of the scene's own mesh; empty for a brick.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub meshes: Vec<GmshFile>,
 }
 
-/// The theory of a scene on a ladder of meshes.
+/// The theory of a scene on its meshes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Theory {
     /// Constants of the law, the same on all meshes.

@@ -8,7 +8,7 @@ use super::{
     FrictionFunctional,
     bound::{NormConstants, OnPanes},
     contraction::{AtSolution, LocalContraction},
-    face::{Face, FaceForms, FaceGram, PaneRows},
+    face::{FaceForms, FaceGram, PaneIntegrals, TriangulatedFace},
     successive::Mapping,
     trace::{SpaceNorms, first_sobolev_gram},
 };
@@ -26,9 +26,9 @@ use contact3d::{
 pub(super) struct TheoryProblem {
     pub(super) assembled: AssembledProblem,
     local: LocalStiffness,
-    pub(super) face: Face,
+    pub(super) face: TriangulatedFace,
     pub(super) forms: FaceForms,
-    pub(super) rows: PaneRows,
+    pub(super) rows: PaneIntegrals,
     /// In H¹(Ω)³ and in the energy norm.
     pub(super) grams: [FaceGram; 2],
     pub(super) sobolev: (CscMatrix, CholeskyFactor),
@@ -70,9 +70,9 @@ impl TheoryProblem {
             return Err(singular("single precision"));
         };
         let grams = [&factor, stiffness].map(|f| FaceGram::new(f, surface, frame, dofs));
-        let face = Face::new(assembled.mesh(), surface, dofs);
+        let face = TriangulatedFace::new(assembled.mesh(), surface, dofs);
         let forms = face.forms();
-        let rows = PaneRows::of_surface(surface);
+        let rows = PaneIntegrals::of_surface(surface);
         let glued = |gram: &FaceGram| gram.normal_glued(&rows).ok_or_else(|| singular("Q"));
         let glued = [glued(&grams[0])?, glued(&grams[1])?];
         let norms = SpaceNorms::new(forms.mass.clone(), glued.to_vec());
@@ -116,7 +116,7 @@ impl TheoryProblem {
         &self.grams[0]
     }
 
-    pub(super) fn into_sobolev_gram(self) -> (Face, FaceGram) {
+    pub(super) fn into_sobolev_gram(self) -> (TriangulatedFace, FaceGram) {
         let [gram, _] = self.grams;
         (self.face, gram)
     }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{DMatrix, DVector};
 
-use super::face::{Face, distance};
+use super::face::{TriangulatedFace, distance};
 
 /// Rings of nodes around a node that are added until its value settles to this share.
 const SETTLED: f64 = 1e-10;
@@ -35,7 +35,7 @@ pub(super) fn triangle_rule() -> [(f64, [f64; 3]); 7] {
 
 /// c_inv⁽∞⁾ / √h: sup max|ψ| / ‖ψ‖_{0,4} over Y^h. A linear function on triangles is largest at a node, where a vector
 /// field may be replaced by its component along its value; so it is one over the least norm of a function that is 1 at a node.
-pub(super) fn largest_over_fourth(face: &Face) -> f64 {
+pub(super) fn largest_over_fourth(face: &TriangulatedFace) -> f64 {
     let surroundings = Surroundings::new(face);
     let mut known = BTreeSet::new();
     let free = (0..face.points.len()).filter(|&node| face.place[node].is_some());
@@ -46,13 +46,13 @@ pub(super) fn largest_over_fourth(face: &Face) -> f64 {
 
 /// A face with the triangles around each node.
 struct Surroundings<'a> {
-    face: &'a Face,
+    face: &'a TriangulatedFace,
     star: Vec<Vec<usize>>,
     size: f64,
 }
 
 impl<'a> Surroundings<'a> {
-    fn new(face: &'a Face) -> Self {
+    fn new(face: &'a TriangulatedFace) -> Self {
         let mut star = vec![Vec::new(); face.points.len()];
         for (t, nodes) in face.triangles.iter().enumerate() {
             nodes.iter().for_each(|&node| star[node].push(t));
@@ -229,7 +229,7 @@ mod tests {
     fn one_triangle_has_a_known_minimum() {
         // Values (1, b, b) on a triangle of area ½: minimise a polynomial of b by sampling.
         let points = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        let face = Face::with_held(points, vec![[0, 1, 2]], |_| false);
+        let face = TriangulatedFace::with_held(points, vec![[0, 1, 2]], |_| false);
         let power = |b: f64| -> f64 {
             // |T|/15 of the complete symmetric polynomial of degree 4 of (1, b, b).
             let complete: f64 = (0..=4).map(|k| f64::from(k + 1) * b.powi(k)).sum();

@@ -1,6 +1,6 @@
 //! What successive approximations really do: their rate, the set they stay in, and quotients of the mapping.
 
-use super::{bound::Radii, face::Face, trace::SpaceNorms};
+use super::{bound::Radii, face::TriangulatedFace, trace::SpaceNorms};
 use contact3d::{
     contact::{CoulombLaw, FrictionField},
     dual::{ExplicitDual, LocalStiffness},
@@ -60,7 +60,7 @@ pub(super) struct Mapping<'a> {
     pub(super) local: &'a LocalStiffness,
     pub(super) laws: PaneLaws,
     pub(super) law: &'a CoulombLaw,
-    pub(super) face: &'a Face,
+    pub(super) face: &'a TriangulatedFace,
     pub(super) norms: &'a SpaceNorms,
     pub(super) radii: Vec<Radii>,
     /// Weights of the slip beside the pressure.
@@ -71,7 +71,7 @@ pub(super) struct Mapping<'a> {
 
 /// A point (φ, λ_ν) of Y^h × Y^h × L^H.
 #[derive(Clone)]
-struct State {
+struct MappingPoint {
     slip: Vec<[f64; 2]>,
     pressure: Vec<f64>,
 }
@@ -95,7 +95,7 @@ impl Mapping<'_> {
     }
 
     /// Ψ at a state, from a multiplier nearby; notes what Lemma 3.3 says of it.
-    fn image(&self, at: &State, near: &[f64], observed: &mut Observed) -> Option<Vec<f64>> {
+    fn image(&self, at: &MappingPoint, near: &[f64], observed: &mut Observed) -> Option<Vec<f64>> {
         let state = CoulombState {
             slip_bound: self.law.slip_bounds(&at.pressure, |l| l.max(0.0)),
             friction: FrictionField::new(self.law, &self.laws.average, &at.slip),
@@ -122,16 +122,16 @@ impl Mapping<'_> {
     }
 
     /// (φ, λ_ν) of a multiplier.
-    fn state(&self, multiplier: &[f64]) -> State {
+    fn state(&self, multiplier: &[f64]) -> MappingPoint {
         let tangential = (self.tangential)(multiplier);
-        State {
+        MappingPoint {
             slip: self.laws.slip.operator.slip(&tangential),
             pressure: multiplier[..self.dual.layout.n_panes()].to_vec(),
         }
     }
 
     /// ‖φ‖_0 and ‖λ_ν‖_*.
-    fn norms_of(&self, norm: usize, state: &State) -> [f64; 2] {
+    fn norms_of(&self, norm: usize, state: &MappingPoint) -> [f64; 2] {
         [
             self.face.norm_of_pair(self.norms.mass(), &state.slip),
             self.norms.of_pressure(norm, &state.pressure),
@@ -142,7 +142,7 @@ impl Mapping<'_> {
     fn start_at_zero(&self, observed: &mut Observed) {
         let n = self.dual.dimension();
         let mut multiplier = vec![0.0; n];
-        let mut state = State {
+        let mut state = MappingPoint {
             slip: vec![[0.0; 2]; self.face.points.len()],
             pressure: vec![0.0; self.dual.layout.n_panes()],
         };
@@ -240,9 +240,9 @@ impl Mapping<'_> {
     }
 }
 
-fn between(first: &State, second: &State) -> State {
+fn between(first: &MappingPoint, second: &MappingPoint) -> MappingPoint {
     let slips = first.slip.iter().zip(&second.slip);
-    State {
+    MappingPoint {
         slip: slips.map(|(a, b)| [a[0] - b[0], a[1] - b[1]]).collect(),
         pressure: difference(&first.pressure, &second.pressure),
     }
@@ -271,13 +271,13 @@ impl Random {
     }
 
     /// A state of `size` times another, each value moved by up to `spread` of the largest one and kept non-negative.
-    fn around(&mut self, centre: &State, size: f64, spread: f64) -> State {
+    fn around(&mut self, centre: &MappingPoint, size: f64, spread: f64) -> MappingPoint {
         let largest_slip = centre.slip.iter().flatten().copied().fold(0.0, f64::max);
         let largest = centre.pressure.iter().copied().fold(0.0, f64::max);
         let mut moved = |value: f64, scale: f64| {
             (size * (value + 0.5 * spread * scale * self.signed())).max(0.0)
         };
-        State {
+        MappingPoint {
             slip: centre
                 .slip
                 .iter()

@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use super::*;
-use crate::stability::Scaling;
+use crate::stability::UnitChange;
 use contact3d::{
     Problem,
     linalg::{difference, norm},
@@ -201,7 +201,7 @@ fn traces_and_inverse_inequalities_bound_each_other() {
 #[test]
 fn what_has_no_unit_does_not_depend_on_units() {
     let scene = published(2, 1.0);
-    let scaling = Scaling {
+    let scaling = UnitChange {
         length: 1e3,
         displacement: 40.0,
         stress: 1e-6,

@@ -4,8 +4,8 @@ use faer::Mat;
 use nalgebra::Vector3;
 
 use super::{
-    dense::{self, Factor, largest, largest_ratio},
-    face::{Face, FaceForms, FaceGram, Scatter, factorised, product},
+    dense::{self, DenseFactor, largest, largest_ratio},
+    face::{ElementSums, FaceForms, FaceGram, TriangulatedFace, factorised, product},
     quartic::triangle_rule,
 };
 use contact3d::{
@@ -38,7 +38,7 @@ pub struct TraceConstants {
 }
 
 impl TraceConstants {
-    pub(super) fn new(gram: &FaceGram, face: &Face, forms: &FaceForms) -> Self {
+    pub(super) fn new(gram: &FaceGram, face: &TriangulatedFace, forms: &FaceForms) -> Self {
         let lumped = face.lumped();
         let mass = |values: &[f64]| mass_product(face, forms, values);
         let of_tangential = |form: &dyn Fn(&[f64]) -> Vec<f64>| {
@@ -61,7 +61,7 @@ impl TraceConstants {
 }
 
 /// M_Γ of each component of a field at the contact nodes.
-fn mass_product(face: &Face, forms: &FaceForms, values: &[f64]) -> Vec<f64> {
+fn mass_product(face: &TriangulatedFace, forms: &FaceForms, values: &[f64]) -> Vec<f64> {
     let mut image = vec![0.0; values.len()];
     for c in 0..3 {
         let free = product(&forms.mass, &face.to_free(|node| values[3 * node + c]));
@@ -86,7 +86,7 @@ fn pointwise(gram: &FaceGram) -> Vec<f64> {
 }
 
 /// The largest ‖v‖_{0,4} over ‖v‖ = 1 that ascents find: v ← X⁻¹f'(v), normed, increases the convex f = ‖v‖⁴.
-fn fourth(gram: &FaceGram, face: &Face) -> f64 {
+fn fourth(gram: &FaceGram, face: &TriangulatedFace) -> f64 {
     let peaks = pointwise(gram);
     let mut nodes: Vec<usize> = (0..peaks.len()).collect();
     nodes.sort_by(|a, b| peaks[*b].total_cmp(&peaks[*a]).then(a.cmp(b)));
@@ -108,7 +108,7 @@ fn fourth(gram: &FaceGram, face: &Face) -> f64 {
 }
 
 /// The largest f = ∫|v|⁴ over ‖v‖ = 1 on the way up from nodal forces.
-fn ascend(gram: &FaceGram, face: &Face, mut forces: Vec<f64>) -> f64 {
+fn ascend(gram: &FaceGram, face: &TriangulatedFace, mut forces: Vec<f64>) -> f64 {
     let mut last = 0.0;
     for _ in 0..MOST_ASCENTS {
         let size = norm(&forces);
@@ -132,7 +132,7 @@ fn ascend(gram: &FaceGram, face: &Face, mut forces: Vec<f64>) -> f64 {
 }
 
 /// ∫|v|⁴ over the face and a quarter of its gradient.
-fn fourth_power(face: &Face, values: &[f64]) -> (f64, Vec<f64>) {
+fn fourth_power(face: &TriangulatedFace, values: &[f64]) -> (f64, Vec<f64>) {
     let rule = triangle_rule();
     let (mut total, mut slope) = (0.0, vec![0.0; values.len()]);
     for (t, nodes) in face.triangles.iter().enumerate() {
@@ -160,7 +160,7 @@ fn fourth_power(face: &Face, values: &[f64]) -> (f64, Vec<f64>) {
 /// ∫ u·v + ∫ ∇u:∇v over the free degrees of freedom of linear tetrahedra, `[n_free, n_free]`; lengths in the unit of
 /// the scene, which decides what the first term weighs beside the second.
 pub(super) fn first_sobolev_gram(mesh: &Mesh, dofs: &DofMap) -> CscMatrix {
-    let mut gram = Scatter::new(dofs.n_free);
+    let mut gram = ElementSums::new(dofs.n_free);
     for nodes in &mesh.tetrahedra {
         let corners = mesh.corners(nodes);
         let volume = tetrahedron_volume(&corners);
@@ -201,14 +201,14 @@ pub(super) struct SpaceNorms {
     pub(super) mass: CscMatrix,
     pub(super) mass_factor: CholeskyFactor,
     /// ‖·‖²_{*,h} in each norm of displacements, `[m, m]`, and its factor.
-    pub(super) pressure: Vec<(Mat<f64>, Factor)>,
+    pub(super) pressure: Vec<(Mat<f64>, DenseFactor)>,
 }
 
 impl SpaceNorms {
     /// `None` where a form has no factor.
     pub(super) fn new(mass: CscMatrix, pressure: Vec<Mat<f64>>) -> Option<Self> {
         let factors = pressure.into_iter().map(|form| {
-            let factor = Factor::new(&form)?;
+            let factor = DenseFactor::new(&form)?;
             Some((form, factor))
         });
         Some(Self {

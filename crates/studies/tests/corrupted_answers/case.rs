@@ -11,7 +11,7 @@ use contact3d::{
     scene::{DualOperatorKind, Scene, SolveSettings},
     solver::Solution,
 };
-use studies::stability::{Check, Depth, Level, Solutions};
+use studies::stability::{Check, Depth, Solutions, VerdictLevel};
 
 /// Scenes of `pipelines` with the number of corruptions that they have panes for.
 pub(crate) const NAMES: [(&str, usize); 6] = [
@@ -71,7 +71,7 @@ impl Case {
     }
 
     /// What the suite says of an answer with this certificate, were all else in order.
-    pub(crate) fn verdict_of_certificate(&self, certificate: f64) -> Level {
+    pub(crate) fn verdict_of_certificate(&self, certificate: f64) -> VerdictLevel {
         let check = Check {
             certificate,
             ..self.check.clone()
@@ -81,7 +81,7 @@ impl Case {
 
     /// What the suite says of a multiplier in Pa, were its certificate in order: all other
     /// algorithms find the uncorrupted one.
-    pub(crate) fn verdict_of_multiplier(&self, multiplier: &[f64]) -> Level {
+    pub(crate) fn verdict_of_multiplier(&self, multiplier: &[f64]) -> VerdictLevel {
         let mut check = self.check.clone();
         for cross_check in &mut check.cross_checks {
             cross_check.disagreement += distance(multiplier, &self.solution.multiplier);
@@ -90,7 +90,7 @@ impl Case {
     }
 
     /// What the suite says of the case with one thing changed.
-    pub(crate) fn verdict(&self, change: impl Fn(&mut Check)) -> Level {
+    pub(crate) fn verdict(&self, change: impl Fn(&mut Check)) -> VerdictLevel {
         let mut check = self.check.clone();
         change(&mut check);
         check.verdict().level

@@ -12,7 +12,7 @@ mod operators;
 use case::{Case, NAMES};
 use contact3d::solver::Status;
 use corruptions::{Corruption, all};
-use studies::stability::{Invariance, InvarianceResult, Level};
+use studies::stability::{Invariance, InvarianceResult, VerdictLevel};
 
 /// Between an answer and the smallest corruption of it lie at least this many times.
 const SEPARATION: f64 = 100.0;
@@ -26,7 +26,11 @@ fn corrupted_answers_are_shown_and_rejected() {
         let judged = case.judged(case.solution.clone());
         assert_eq!(judged.status, case.solution.status, "{name}");
         assert_eq!(judged.accuracy, case.solution.accuracy, "{name}");
-        assert_ne!(case.verdict_of_certificate(clean), Level::Fails, "{name}");
+        assert_ne!(
+            case.verdict_of_certificate(clean),
+            VerdictLevel::Fails,
+            "{name}"
+        );
         let corruptions = all(&case);
         // A scene that loses its sticking or open panes would test less without a word.
         assert_eq!(corruptions.len(), kinds, "{name}");
@@ -42,7 +46,7 @@ fn corrupted_answers_are_shown_and_rejected() {
                 "{name}, {what}: the certificate shows {figure:e}, expected {expected:e}, clean {clean:e}"
             );
             let verdict = case.verdict_of_certificate(figure);
-            assert_eq!(verdict, Level::Fails, "{name}, {what}: {figure:e}");
+            assert_eq!(verdict, VerdictLevel::Fails, "{name}, {what}: {figure:e}");
             // The gate takes the claim back, as far as it speaks at all: above √ε.
             let judged = case.judged(solution);
             if expected > 1e-7 {
@@ -72,7 +76,7 @@ fn cross_checks_reject_a_corrupted_multiplier() {
         let case = Case::named(name);
         assert_ne!(
             case.verdict_of_multiplier(&case.solution.multiplier),
-            Level::Fails,
+            VerdictLevel::Fails,
             "{name}"
         );
         let most = case.most_pressed();
@@ -80,7 +84,7 @@ fn cross_checks_reject_a_corrupted_multiplier() {
         multiplier[most] *= 1.0 + change;
         assert_eq!(
             case.verdict_of_multiplier(&multiplier),
-            Level::Fails,
+            VerdictLevel::Fails,
             "{name}"
         );
     }
@@ -91,14 +95,14 @@ fn cross_checks_reject_a_corrupted_multiplier() {
 #[test]
 fn one_fault_alone_fails_the_verdict() {
     let case = Case::named("frictionless.toml");
-    assert_eq!(case.verdict(|_| {}), Level::Holds);
+    assert_eq!(case.verdict(|_| {}), VerdictLevel::Holds);
     for status in [Status::Inaccurate, Status::Cycling, Status::NumericalError] {
         let verdict = case.verdict(|check| check.status = status);
-        assert_eq!(verdict, Level::Fails, "{status:?}");
+        assert_eq!(verdict, VerdictLevel::Fails, "{status:?}");
     }
     assert_eq!(
         case.verdict(|check| check.cross_checks.truncate(1)),
-        Level::Fails
+        VerdictLevel::Fails
     );
     for invariance in Invariance::ALL {
         let differs = |difference: f64| {
@@ -115,10 +119,14 @@ fn one_fault_alone_fails_the_verdict() {
             invariance,
             Invariance::BinaryUnits | Invariance::LoadScaling | Invariance::Threads
         );
-        let by_a_bit = if exact { Level::Fails } else { Level::Holds };
+        let by_a_bit = if exact {
+            VerdictLevel::Fails
+        } else {
+            VerdictLevel::Holds
+        };
         assert_eq!(differs(f64::EPSILON), by_a_bit, "{invariance}");
-        assert_eq!(differs(0.0), Level::Holds, "{invariance}");
+        assert_eq!(differs(0.0), VerdictLevel::Holds, "{invariance}");
         // Another answer, where one was expected.
-        assert_eq!(differs(1e-3), Level::Fails, "{invariance}");
+        assert_eq!(differs(1e-3), VerdictLevel::Fails, "{invariance}");
     }
 }

@@ -8,7 +8,7 @@ use contact3d::{
     scene::{InnerSolver, Method, PrecisionControl, Scene, SolveSettings},
     solver::{Solution, Status},
 };
-use studies::stability::Level;
+use studies::stability::VerdictLevel;
 
 use crate::case::{Case, distance};
 
@@ -99,7 +99,7 @@ fn an_answer_to_a_wrong_dual_problem_is_rejected() {
                 figure >= expected,
                 "{name}, {wrong:?}: {figure:e} < {expected:e}"
             );
-            assert_eq!(case.verdict_of_certificate(figure), Level::Fails);
+            assert_eq!(case.verdict_of_certificate(figure), VerdictLevel::Fails);
             assert_eq!(answer.status, Status::Stopped, "{name}, {wrong:?}");
             // The error it reports, in another norm, is the distance to the true answer.
             let off = distance(&answer.multiplier, &case.solution.multiplier);
@@ -123,7 +123,7 @@ fn a_polished_answer_does_not_believe_a_wrong_dual_problem() {
             let off = distance(&answer.multiplier, &case.solution.multiplier);
             assert!(off < 1e-11, "{name}, {wrong:?}: {off:e}");
             let figure = case.figure(&answer);
-            assert_ne!(case.verdict_of_certificate(figure), Level::Fails);
+            assert_ne!(case.verdict_of_certificate(figure), VerdictLevel::Fails);
         }
     }
 }
@@ -183,7 +183,7 @@ fn a_wrong_coefficient_at_one_node_is_rejected() {
         .expect("friction")
         .friction_bound;
     assert!(bound >= expected, "{bound:e} < {expected:e}");
-    assert_eq!(true_law.verdict_of_certificate(bound), Level::Fails);
+    assert_eq!(true_law.verdict_of_certificate(bound), VerdictLevel::Fails);
 }
 
 /// Friction that is not recomputed from the slip: the answer with F = F(0) = 0.3. A pane whose
@@ -216,6 +216,6 @@ fn friction_that_does_not_follow_the_slip_is_rejected() {
     assert!(friction.friction_bound >= expected);
     assert_eq!(
         true_law.verdict_of_certificate(friction.friction_bound),
-        Level::Fails
+        VerdictLevel::Fails
     );
 }

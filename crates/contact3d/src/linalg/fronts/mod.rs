@@ -16,7 +16,7 @@ use assemble::Buffers;
 pub(super) use assemble::zeros;
 use assemble::{Child, PermutedMatrix, UpdateMatrix, add_children};
 use eliminate::eliminate;
-pub(super) use tasks::{SubtreeTask, climb, descend};
+pub(super) use tasks::{SubtreeTask, ascend, descend};
 
 use super::analysis::FactorStructure;
 use super::precision::Scalar;
@@ -84,7 +84,7 @@ pub(super) fn factorise<T: Scalar>(
         tasks: &tasks,
         work,
     };
-    climb(&tasks, |task| run.finish(task));
+    ascend(&tasks, |task| run.finish(task));
     locked(&run.failure).map_or(Ok(()), Err)
 }
 

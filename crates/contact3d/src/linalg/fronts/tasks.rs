@@ -54,7 +54,7 @@ impl FactorStructure {
 
 /// Runs every task after its children, side by side where the tree allows; a task that returns false keeps its ancestors
 /// from running.
-pub(in super::super) fn climb(tasks: &[SubtreeTask], run: impl Fn(usize) -> bool + Sync) {
+pub(in super::super) fn ascend(tasks: &[SubtreeTask], run: impl Fn(usize) -> bool + Sync) {
     let waiting: Vec<AtomicUsize> = tasks
         .iter()
         .map(|task| AtomicUsize::new(task.children.len()))

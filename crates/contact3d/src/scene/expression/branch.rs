@@ -16,6 +16,7 @@ pub struct FormulaBranch(u64);
 
 impl FormulaBranch {
     /// The branch beyond a fork, on the side where its left number is the smaller one or not.
+    #[must_use]
     pub fn with(self, fork: usize, less: bool) -> Self {
         let bit = 1 << fork;
         Self(if less { self.0 | bit } else { self.0 & !bit })

@@ -199,9 +199,9 @@ impl Expression {
     /// The branch that the formula takes at a point; at a fork the one on which three variables, given by their places, grow alike.
     #[must_use]
     pub(crate) fn branch(&self, values: &[f64], by: [usize; 3]) -> FormulaBranch {
-        let mut way = BranchChoice::open();
-        self.go(values, by, &mut way);
-        way.branch()
+        let mut choice = BranchChoice::open();
+        self.go(values, by, &mut choice);
+        choice.branch()
     }
 
     /// The formula on one of its branches, also beyond the ends of it.
@@ -212,17 +212,17 @@ impl Expression {
         by: [usize; 3],
         branch: FormulaBranch,
     ) -> OnBranch {
-        let mut way = BranchChoice::along(branch);
-        let value = self.go(values, by, &mut way);
-        way.found(value)
+        let mut choice = BranchChoice::along(branch);
+        let value = self.go(values, by, &mut choice);
+        choice.found(value)
     }
 
-    fn go(&self, values: &[f64], by: [usize; 3], way: &mut BranchChoice) -> Branched {
+    fn go(&self, values: &[f64], by: [usize; 3], choice: &mut BranchChoice) -> Branched {
         let variable = |place| {
             let wanted = by.iter().position(|wanted| *wanted == place);
             Branched::variable(values[place], wanted)
         };
-        run(&self.parsed.steps, &self.parsed.values, variable, way)
+        run(&self.parsed.steps, &self.parsed.values, variable, choice)
     }
 
     /// Whether the formula uses a variable.

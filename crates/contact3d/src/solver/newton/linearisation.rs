@@ -123,6 +123,7 @@ fn relative(residual: f64, multiplier: &[f64]) -> f64 {
 /// Ψ freezes the slip bounds and the coefficients that λ makes, and solves for λ: Ψ' = 1 − R_λ⁻¹R'. Only the tangential rows of
 /// slipping panes differ, so the eigenvalues other than zero are those of −W R_λ⁻¹E, where E picks these rows and
 /// W = Eᵀ(R' − R_λ). Successive approximations converge to the solution from nearby where it is below 1, and at that rate.
+#[must_use]
 pub fn contraction_of_mapping(frozen: &[f64], followed: &[f64], n: usize) -> Option<f64> {
     moving_part(frozen, followed, n).map(|moving| spectral_radius(&moving))
 }

@@ -17,7 +17,7 @@ use contact3d::{
     scene::{Invalid, Scene},
 };
 
-use tree::Piece;
+use tree::SearchedTetrahedron;
 use tree::Tree;
 
 /// A displacement on a mesh.
@@ -73,15 +73,20 @@ impl Distance {
 #[derive(Debug)]
 struct Searchable<'a> {
     field: Field<'a>,
-    pieces: Vec<Piece>,
+    pieces: Vec<SearchedTetrahedron>,
     tree: Tree,
 }
 
 impl<'a> Searchable<'a> {
     fn new(field: Field<'a>) -> Self {
         let tetrahedra = (0..field.mesh.tetrahedra.len()).into_par_iter();
-        let pieces: Vec<Piece> = tetrahedra.map(|t| Piece::of(field.mesh, t)).collect();
-        let boxes = pieces.par_iter().map(Piece::surrounding_box).collect();
+        let pieces: Vec<SearchedTetrahedron> = tetrahedra
+            .map(|t| SearchedTetrahedron::of(field.mesh, t))
+            .collect();
+        let boxes = pieces
+            .par_iter()
+            .map(SearchedTetrahedron::surrounding_box)
+            .collect();
         Self {
             field,
             pieces,
@@ -104,7 +109,7 @@ impl<'a> Searchable<'a> {
     /// Displacement in m at a point in m.
     fn displacement(&self, point: [f64; 3]) -> Vector3<f64> {
         let (t, at) = self.find(point, self.tree.any(point));
-        Piece::displacement(self.field, t, &at)
+        SearchedTetrahedron::displacement(self.field, t, &at)
     }
 }
 
@@ -127,7 +132,7 @@ pub fn distance(
     let tetrahedra = (0..reference.mesh.tetrahedra.len()).into_par_iter();
     let energies: Vec<[f64; 2]> = tetrahedra
         .map(|t| {
-            let piece = Piece::of(reference.mesh, t);
+            let piece = SearchedTetrahedron::of(reference.mesh, t);
             let tensor = material.tensor(t);
             let mut guess = None;
             let mut sum = [0.0; 2];

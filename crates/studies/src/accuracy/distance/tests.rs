@@ -26,7 +26,7 @@ fn box_scene(cells: [usize; 3], element: ElementOrder) -> Scene {
 }
 
 fn file_scene(file: &str, element: ElementOrder) -> Scene {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/meshes");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../contact3d/tests/meshes");
     let body = Body::gmsh(folder.join(file), 1.0).with_element(element);
     Scene::new(body, Material::isotropic(YOUNG, POISSON))
 }
@@ -35,7 +35,7 @@ fn mesh(scene: &Scene) -> Mesh {
     Mesh::of_scene(scene, Path::new("")).expect("a mesh")
 }
 
-/// The mesh with some tetrahedra cut in an irregular way.
+/// The mesh with some tetrahedra cut irregularly.
 fn cut(scene: &Scene) -> Mesh {
     let mut body = RefinableBody::new(scene, Path::new("")).expect("a body");
     for seed in [3, 5] {
@@ -172,11 +172,20 @@ fn unstructured_meshes_have_the_closed_form_too() {
 fn a_function_on_curved_sides_is_one_on_its_children() {
     let scene = file_scene("post_order2_41.msh", ElementOrder::P2);
     let (coarse, fine) = (mesh(&scene), cut(&scene));
-    let pieces: Vec<Piece> = (0..coarse.tetrahedra.len())
-        .map(|t| Piece::of(&coarse, t))
+    let pieces: Vec<SearchedTetrahedron> = (0..coarse.tetrahedra.len())
+        .map(|t| SearchedTetrahedron::of(&coarse, t))
         .collect();
-    assert!(pieces.iter().any(|p| matches!(p, Piece::Curved { .. })));
-    let tree = Tree::new(pieces.iter().map(Piece::surrounding_box).collect());
+    assert!(
+        pieces
+            .iter()
+            .any(|p| matches!(p, SearchedTetrahedron::Curved { .. }))
+    );
+    let tree = Tree::new(
+        pieces
+            .iter()
+            .map(SearchedTetrahedron::surrounding_box)
+            .collect(),
+    );
     let values = nodal(&coarse, |x| [(3.0 * x[2]).sin(), x[0] * x[1], x[0].cos()]);
     let same: Vec<[f64; 3]> = fine
         .coordinates

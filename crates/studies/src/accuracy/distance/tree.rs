@@ -17,7 +17,7 @@ type Bounds = [[f64; 3]; 2];
 
 /// A node of the tree: all bodies between two places in the order.
 #[derive(Debug)]
-struct Branch {
+struct TreeNode {
     bounds: Bounds,
     /// Its bodies as a range of the order.
     bodies: [usize; 2],
@@ -32,7 +32,7 @@ pub(super) struct Tree {
     /// Bodies in the order of the leaves.
     order: Vec<usize>,
     /// The first is the root.
-    branches: Vec<Branch>,
+    branches: Vec<TreeNode>,
 }
 
 impl Tree {
@@ -59,7 +59,7 @@ impl Tree {
             },
         );
         let number = self.branches.len();
-        self.branches.push(Branch {
+        self.branches.push(TreeNode {
             bounds,
             bodies: [from, to],
             parts: None,
@@ -150,7 +150,7 @@ const ROUNDING: f64 = 1e-10;
 
 /// A tetrahedron of a mesh.
 #[derive(Debug, Clone)]
-pub(super) enum Piece {
+pub(super) enum SearchedTetrahedron {
     /// On straight sides.
     Straight {
         /// Corners in m.
@@ -167,7 +167,7 @@ pub(super) enum Piece {
     },
 }
 
-impl Piece {
+impl SearchedTetrahedron {
     /// A tetrahedron of a mesh.
     pub(super) fn of(mesh: &Mesh, t: usize) -> Self {
         let corners = mesh.corners(&mesh.tetrahedra[t]);

@@ -1,16 +1,16 @@
-//! One mesh of a way, solved; and what follows from all of them.
+//! One mesh of a sequence, solved; and what follows from all of them.
 
 use std::{fmt, path::Path, sync::Arc};
 
-use super::{Field, Forces, Reference, Status, Way, WayKind};
+use super::{Field, Forces, MeshSequence, Reference, SequenceKind, Status};
 use crate::accuracy::Cost;
 use contact3d::{
     Problem, ProblemError, adaptation::transferred, mesh::Mesh, scene::Scene, solver::Start,
 };
 
-/// One mesh of a way.
+/// One mesh of a sequence.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct WayLevel {
+pub struct SequenceLevel {
     /// Free degrees of freedom.
     pub n_free: usize,
     /// Tetrahedra.
@@ -25,12 +25,12 @@ pub struct WayLevel {
     pub contact_error: f64,
     /// ‖u_h − u_r‖_A / ‖u_r‖_A with the reference u_r; `None` where the reference is too inaccurate to tell.
     pub error: Option<f64>,
-    /// Mesh, assembly, solve and evaluation in memory, without files; on an adaptive way together with all coarser
+    /// Mesh, assembly, solve and evaluation in memory, without files; on an adaptive sequence together with all coarser
     /// meshes, which it needs.
     pub cost: Cost,
 }
 
-impl WayLevel {
+impl SequenceLevel {
     /// The estimated error over the true one; `None` without a true one.
     #[must_use]
     pub fn effectivity(&self) -> Option<f64> {
@@ -42,7 +42,7 @@ impl WayLevel {
 /// A solved mesh with all that the next one and the comparison need.
 #[derive(Debug)]
 pub(super) struct SolvedMesh {
-    pub(super) level: WayLevel,
+    pub(super) level: SequenceLevel,
     pub(super) mesh: Arc<Mesh>,
     /// Nodal displacement in m.
     displacement: Vec<[f64; 3]>,
@@ -86,7 +86,7 @@ impl SolvedMesh {
         let status = solution.status;
         let estimate = report.discretisation_error;
         Ok(Self {
-            level: WayLevel {
+            level: SequenceLevel {
                 n_free: solution.displacement.len(),
                 n_tetrahedra: mesh.tetrahedra.len(),
                 n_multipliers: solution.multiplier.len(),
@@ -135,7 +135,7 @@ impl SolvedMesh {
         }
     }
 
-    pub(super) fn to_reference(&self, kind: WayKind) -> Reference {
+    pub(super) fn to_reference(&self, kind: SequenceKind) -> Reference {
         Reference {
             kind,
             level: self.level.clone(),
@@ -148,33 +148,33 @@ impl SolvedMesh {
 /// The relative errors that advice is given for.
 pub const TARGETS: [f64; 3] = [0.05, 0.02, 0.01];
 
-/// The cheapest way to one accuracy.
+/// The cheapest sequence for one accuracy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cheapest {
     /// The relative error in the energy norm.
     pub target: f64,
-    /// The way and its seconds; `None` where no way reached it within the budget.
-    pub way: Option<(WayKind, f64)>,
+    /// The sequence and its seconds; `None` where no sequence reached it within the budget.
+    pub sequence: Option<(SequenceKind, f64)>,
 }
 
-/// The cheapest way to each of [`TARGETS`].
+/// The cheapest sequence for each of [`TARGETS`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct WayAdvice {
+pub struct SequenceAdvice {
     /// One for each target.
     pub cheapest: Vec<Cheapest>,
 }
 
-impl WayAdvice {
-    /// Reads the advice off the ways.
+impl SequenceAdvice {
+    /// Reads the advice off the sequences.
     #[must_use]
-    pub fn new(ways: &[Way]) -> Self {
+    pub fn new(sequences: &[MeshSequence]) -> Self {
         let cheapest = TARGETS.map(|target| {
-            let reached = ways
+            let reached = sequences
                 .iter()
-                .filter_map(|way| Some((way.kind, way.seconds_to(target)?)));
+                .filter_map(|sequence| Some((sequence.kind, sequence.seconds_to(target)?)));
             Cheapest {
                 target,
-                way: reached.min_by(|(_, a), (_, b)| a.total_cmp(b)),
+                sequence: reached.min_by(|(_, a), (_, b)| a.total_cmp(b)),
             }
         });
         Self {
@@ -183,14 +183,14 @@ impl WayAdvice {
     }
 }
 
-impl Way {
+impl MeshSequence {
     /// Seconds to a relative error: those of the first mesh where that is as accurate, else between two meshes along a
     /// straight line in the plane of the logarithms; `None` where no mesh reaches it.
     ///
     /// The estimated error counts where the true one is not known.
     #[must_use]
     pub fn seconds_to(&self, target: f64) -> Option<f64> {
-        let error = |level: &WayLevel| level.error.unwrap_or(level.estimated_error);
+        let error = |level: &SequenceLevel| level.error.unwrap_or(level.estimated_error);
         let reached = self
             .levels
             .iter()
@@ -208,13 +208,13 @@ impl Way {
     }
 }
 
-impl fmt::Display for WayAdvice {
+impl fmt::Display for SequenceAdvice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (k, cheapest) in self.cheapest.iter().enumerate() {
             let separator = if k == 0 { "" } else { "; " };
             let percent = 100.0 * cheapest.target;
             write!(f, "{separator}{percent} %: ")?;
-            match cheapest.way {
+            match cheapest.sequence {
                 Some((kind, seconds)) => write!(f, "{}, {seconds:.2} s", kind.words())?,
                 None => f.write_str("not reached within the budget")?,
             }

@@ -1,15 +1,15 @@
-//! Ways to accuracy: what linear and quadratic elements on uniform, graded and adaptive meshes reach, and for which time.
+//! Sequences of meshes: what linear and quadratic elements on uniform, graded and adaptive meshes reach, and for which time.
 //!
-//! Each way is a sequence of ever finer meshes of one body, solved to rounding. Their true errors are the distances to
+//! Each sequence has ever finer meshes of one body, solved to rounding. Their true errors are the distances to
 //! a reference, the last quadratic adaptive sequence carried on until its own estimated error is a quarter of the smallest
 //! one to be judged (half of it where time or memory end first). That estimate is the uncertainty of all of them. Where
-//! no adaptive mesh is solved, the reference is the mesh with the smallest estimated error of any way.
+//! no adaptive mesh is solved, the reference is the mesh with the smallest estimated error of any sequence.
 
 mod level;
 mod refining;
 
-pub use level::WayLevel;
-pub use level::{Cheapest, TARGETS, WayAdvice};
+pub use level::SequenceLevel;
+pub use level::{Cheapest, SequenceAdvice, TARGETS};
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ use contact3d::{
 };
 
 use level::SolvedMesh;
-use refining::{Climb, Meshes};
+use refining::{Meshes, SequenceRun};
 
 /// The reference is to have this share of the smallest error that it judges.
 const WANTED_SHARE: f64 = 0.25;
@@ -29,12 +29,12 @@ const WANTED_SHARE: f64 = 0.25;
 /// Errors of which the reference has a larger share are not judged.
 const LARGEST_SHARE: f64 = 0.5;
 
-/// The reference may take this many times the seconds that a way may.
+/// The reference may take this many times the seconds that a sequence may.
 const REFERENCE_BUDGET: f64 = 4.0;
 
-/// A way to accuracy.
+/// A kind of sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum WayKind {
+pub enum SequenceKind {
     /// Linear tetrahedra on uniform meshes.
     LinearUniform,
     /// Quadratic tetrahedra on uniform meshes.
@@ -49,8 +49,8 @@ pub enum WayKind {
     QuadraticGradedAdaptive,
 }
 
-impl WayKind {
-    /// All ways; the last one that the body has leads to the reference.
+impl SequenceKind {
+    /// All kinds; the last one that the body has leads to the reference.
     pub const ALL: [Self; 6] = [
         Self::LinearUniform,
         Self::QuadraticUniform,
@@ -60,7 +60,7 @@ impl WayKind {
         Self::QuadraticGradedAdaptive,
     ];
 
-    /// The way in words.
+    /// The kind in words.
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
@@ -103,12 +103,12 @@ impl WayKind {
     }
 }
 
-/// How far the ways go.
+/// How far the sequences go.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WaySettings {
-    /// Seconds for each way; finer meshes are left out. The reference may take four times as many.
+pub struct SequenceSettings {
+    /// Seconds for each sequence; finer meshes are left out. The reference may take four times as many.
     pub budget: f64,
-    /// A way ends where its estimated relative error is below this.
+    /// A sequence ends where its estimated relative error is below this.
     pub goal: f64,
     /// Smallest n_div of the meshes of a brick.
     pub coarsest: usize,
@@ -116,114 +116,117 @@ pub struct WaySettings {
     pub memory: Option<f64>,
 }
 
-/// What an observer of the ways sees before each piece of work.
+/// What an observer of the sequences sees before each piece of work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum WayProgress {
-    /// A mesh is solved, the n-th of its way.
-    Level(WayKind, usize),
-    /// A further mesh of the reference is solved, the n-th of its way.
+pub enum SequenceProgress {
+    /// A mesh is solved, the n-th of its sequence.
+    Level(SequenceKind, usize),
+    /// A further mesh of the reference is solved, the n-th of its sequence.
     Reference(usize),
-    /// The solutions of all ways are compared with the reference.
+    /// The solutions of all sequences are compared with the reference.
     Comparison,
 }
 
-/// One way, coarse to fine.
+/// One sequence, coarse to fine.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Way {
+pub struct MeshSequence {
     /// Which one.
-    pub kind: WayKind,
+    pub kind: SequenceKind,
     /// Its meshes; empty where the body has none of this kind, as a file of second-order tetrahedra has no linear ones.
-    pub levels: Vec<WayLevel>,
+    pub levels: Vec<SequenceLevel>,
 }
 
 /// What all others are compared with.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
-    /// The way that it is the last mesh of.
-    pub kind: WayKind,
+    /// The sequence that it is the last mesh of.
+    pub kind: SequenceKind,
     /// Its mesh and its own estimated error, the uncertainty of all true errors.
-    pub level: WayLevel,
+    pub level: SequenceLevel,
     /// J = ½ uᵀAu − lᵀu in J.
     pub potential_energy: f64,
     /// The foundation's forces; `None` without contact.
     pub forces: Option<Forces>,
 }
 
-/// All ways of a scene.
+/// All sequences of a scene.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Ways {
-    /// In the order of [`WayKind::ALL`].
-    pub ways: Vec<Way>,
+pub struct MeshSequences {
+    /// In the order of [`SequenceKind::ALL`].
+    pub sequences: Vec<MeshSequence>,
     /// What their true errors refer to.
     pub reference: Reference,
 }
 
-impl Ways {
-    /// Goes all ways; mesh files are looked for in `folder`.
+impl MeshSequences {
+    /// Solves all sequences; mesh files are looked for in `folder`.
     ///
     /// # Errors
     /// [`ProblemError`] for a scene that has no discrete problem.
     pub fn measure(
         scene: &Scene,
         folder: &Path,
-        settings: &WaySettings,
-        observe: &mut dyn FnMut(WayProgress),
+        settings: &SequenceSettings,
+        observe: &mut dyn FnMut(SequenceProgress),
     ) -> Result<Self, ProblemError> {
-        let mut climbs = Vec::new();
-        for kind in WayKind::ALL {
+        let mut runs = Vec::new();
+        for kind in SequenceKind::ALL {
             let meshes = Meshes::of(kind, scene, folder, settings)?;
-            let mut climb = Climb::new(kind, meshes, folder);
-            climb.go(settings.budget, settings.goal, settings.memory, &mut |n| {
-                observe(WayProgress::Level(kind, n));
+            let mut run = SequenceRun::new(kind, meshes, folder);
+            run.go(settings.budget, settings.goal, settings.memory, &mut |n| {
+                observe(SequenceProgress::Level(kind, n));
             })?;
-            climbs.push(climb);
+            runs.push(run);
         }
-        let smallest = solved_levels(&climbs).fold(f64::INFINITY, |least, level| {
+        let smallest = solved_levels(&runs).fold(f64::INFINITY, |least, level| {
             least.min(level.estimated_error)
         });
-        let mut finest_first = climbs.iter_mut().rev();
+        let mut finest_first = runs.iter_mut().rev();
         let last = finest_first
-            .find(|climb| !climb.levels().is_empty())
+            .find(|run| !run.levels().is_empty())
             .expect("every body has quadratic meshes");
         let (carried_on, n_judged) = (last.kind(), last.levels().len());
         last.go(
             REFERENCE_BUDGET * settings.budget,
             WANTED_SHARE * smallest,
             settings.memory,
-            &mut |n| observe(WayProgress::Reference(n)),
+            &mut |n| observe(SequenceProgress::Reference(n)),
         )?;
-        observe(WayProgress::Comparison);
-        let meshes = climbs
+        observe(SequenceProgress::Comparison);
+        let meshes = runs
             .iter()
-            .flat_map(|climb| climb.levels().iter().map(|mesh| (climb.kind(), mesh)));
+            .flat_map(|run| run.levels().iter().map(|mesh| (run.kind(), mesh)));
         let (kind, reference) = meshes
             .min_by(|(_, a), (_, b)| a.rank().total_cmp(&b.rank()))
-            .expect("the first mesh of the last way is always solved");
-        let ways = climbs.iter().map(|climb| {
-            Ok(Way {
-                kind: climb.kind(),
-                levels: judged(climb.levels(), reference, scene)?,
+            .expect("the first mesh of the last sequence is always solved");
+        let sequences = runs.iter().map(|run| {
+            Ok(MeshSequence {
+                kind: run.kind(),
+                levels: judged(run.levels(), reference, scene)?,
             })
         });
-        let mut ways: Vec<Way> = ways.collect::<Result<_, Invalid>>()?;
-        for way in ways.iter_mut().filter(|way| way.kind == carried_on) {
-            way.levels.truncate(n_judged);
+        let mut sequences: Vec<MeshSequence> = sequences.collect::<Result<_, Invalid>>()?;
+        for sequence in sequences
+            .iter_mut()
+            .filter(|sequence| sequence.kind == carried_on)
+        {
+            sequence.levels.truncate(n_judged);
         }
         Ok(Self {
             reference: reference.to_reference(kind),
-            ways,
+            sequences,
         })
     }
 
-    /// The cheapest way to each of the targets.
+    /// The cheapest sequence for each of the targets.
     #[must_use]
-    pub fn advice(&self) -> WayAdvice {
-        WayAdvice::new(&self.ways)
+    pub fn advice(&self) -> SequenceAdvice {
+        SequenceAdvice::new(&self.sequences)
     }
 }
 
-fn solved_levels<'a>(climbs: &'a [Climb<'_>]) -> impl Iterator<Item = &'a WayLevel> {
-    let levels = climbs.iter().flat_map(Climb::levels);
+fn solved_levels<'a>(runs: &'a [SequenceRun<'_>]) -> impl Iterator<Item = &'a SequenceLevel> {
+    let levels = runs.iter().flat_map(SequenceRun::levels);
     levels
         .map(|mesh| &mesh.level)
         .filter(|level| level.status.is_solved())
@@ -234,7 +237,7 @@ fn judged(
     solved: &[SolvedMesh],
     reference: &SolvedMesh,
     scene: &Scene,
-) -> Result<Vec<WayLevel>, Invalid> {
+) -> Result<Vec<SequenceLevel>, Invalid> {
     let uncertainty = reference.level.estimated_error;
     let error = |mesh: &SolvedMesh| -> Result<Option<f64>, Invalid> {
         let is_judged = reference.level.status.is_solved()
@@ -247,7 +250,7 @@ fn judged(
         Ok(Some(found.relative()))
     };
     let levels = solved.iter().map(|mesh| {
-        Ok(WayLevel {
+        Ok(SequenceLevel {
             error: error(mesh)?,
             ..mesh.level.clone()
         })

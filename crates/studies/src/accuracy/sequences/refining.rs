@@ -1,9 +1,9 @@
-//! The meshes of a way, one after the other, as far as time and memory go.
+//! The meshes of a sequence, one after the other, as far as time and memory go.
 
 use std::path::Path;
 
 use super::{
-    ElementOrder, WayKind, WaySettings,
+    ElementOrder, SequenceKind, SequenceSettings,
     level::{SolvedMesh, WarmStart},
 };
 use crate::accuracy::{
@@ -26,7 +26,7 @@ const MULTIPLES: [usize; 14] = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 12
 /// where equal cells leave 4.1 %, 2 as much as they.
 const GRADING: f64 = 1.5;
 
-/// Smallest n_div of the graded cells that an adaptive way begins with: cuts of many cells keep better shapes than
+/// Smallest n_div of the graded cells that an adaptive sequence begins with: cuts of many cells keep better shapes than
 /// many cuts of a few.
 const FIRST_GRADED: usize = 6;
 
@@ -45,7 +45,7 @@ const TIME_POWER: f64 = 2.0;
 /// Volumes that differ by less than this share of the body's are the same but for roundings.
 const SAME_VOLUME: f64 = 1e-9;
 
-/// Where the meshes of a way come from.
+/// Where the meshes of a sequence come from.
 #[derive(Debug)]
 pub(super) enum Meshes {
     /// A list of scenes, each with a mesh of its own.
@@ -59,12 +59,12 @@ pub(super) enum Meshes {
 }
 
 impl Meshes {
-    /// Those of a way.
+    /// Those of a sequence.
     pub(super) fn of(
-        kind: WayKind,
+        kind: SequenceKind,
         scene: &Scene,
         folder: &Path,
-        settings: &WaySettings,
+        settings: &SequenceSettings,
     ) -> Result<Self, ProblemError> {
         let mut scene = solved_to_rounding(scene.clone());
         let is_other = scene.body.element != kind.element();
@@ -133,21 +133,21 @@ impl Meshes {
     }
 }
 
-/// A way and how far it has come.
+/// A sequence and how far it has come.
 #[derive(Debug)]
-pub(super) struct Climb<'a> {
-    kind: WayKind,
+pub(super) struct SequenceRun<'a> {
+    kind: SequenceKind,
     meshes: Meshes,
     folder: &'a Path,
     solved: Vec<SolvedMesh>,
-    /// Cuts of each level, on an adaptive way.
+    /// Cuts of each level, on an adaptive sequence.
     refinement: Refinement,
     /// Seconds of all solves, repeated ones too.
     spent: f64,
 }
 
-impl<'a> Climb<'a> {
-    pub(super) fn new(kind: WayKind, meshes: Meshes, folder: &'a Path) -> Self {
+impl<'a> SequenceRun<'a> {
+    pub(super) fn new(kind: SequenceKind, meshes: Meshes, folder: &'a Path) -> Self {
         Self {
             kind,
             meshes,
@@ -162,13 +162,13 @@ impl<'a> Climb<'a> {
         &self.solved
     }
 
-    pub(super) fn kind(&self) -> WayKind {
+    pub(super) fn kind(&self) -> SequenceKind {
         self.kind
     }
 
     /// Goes on until the estimated relative error is at most `goal`, the seconds of all levels would exceed `budget`, or
     /// the next mesh would take more than `memory` bytes. The first mesh is always solved, and an answer that did not
-    /// converge ends the way.
+    /// converge ends the sequence.
     pub(super) fn go(
         &mut self,
         budget: f64,
@@ -223,7 +223,7 @@ impl<'a> Climb<'a> {
         let (n, folder) = (self.solved.len(), self.folder);
         let coarser = self.solved.last();
         let (mut solved, mut cost) = match &self.meshes {
-            Meshes::Nothing => unreachable!("a way without meshes has no next one"),
+            Meshes::Nothing => unreachable!("a sequence without meshes has no next one"),
             Meshes::Scenes(scenes) => {
                 measure(CHEAP_SECONDS, || SolvedMesh::of_scene(&scenes[n], folder))?
             }
@@ -241,12 +241,12 @@ impl<'a> Climb<'a> {
                     let Some(coarse) = coarser else {
                         return SolvedMesh::of_scene(scene, folder);
                     };
-                    let wished = coarse.estimated * fall(scene.body.element);
+                    let wanted = coarse.estimated * fall(scene.body.element);
                     refinement.push(next_cuts(
                         &coarse.indicator,
                         Target {
                             estimated: coarse.estimated,
-                            wished,
+                            wanted,
                             element: scene.body.element,
                         },
                     ));

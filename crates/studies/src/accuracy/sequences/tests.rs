@@ -1,12 +1,12 @@
-//! Ways of small scenes, and advice read off made-up ones.
+//! Sequences of small scenes, and advice read off made-up ones.
 
 use std::path::Path;
 
 use super::{level::TARGETS, *};
 use crate::accuracy::Cost;
 
-fn level(error: Option<f64>, estimated_error: f64, seconds: f64) -> WayLevel {
-    WayLevel {
+fn level(error: Option<f64>, estimated_error: f64, seconds: f64) -> SequenceLevel {
+    SequenceLevel {
         n_free: 1,
         n_tetrahedra: 1,
         n_multipliers: 0,
@@ -26,13 +26,13 @@ fn level(error: Option<f64>, estimated_error: f64, seconds: f64) -> WayLevel {
 fn seconds_to_an_error_lie_on_straight_lines_of_logarithms() {
     // Four times the seconds halve the error.
     let levels = [(0.08, 1.0), (0.04, 4.0), (0.02, 16.0)];
-    let way = Way {
-        kind: WayKind::LinearUniform,
+    let sequence = MeshSequence {
+        kind: SequenceKind::LinearUniform,
         levels: levels
             .map(|(error, seconds)| level(Some(error), 0.5, seconds))
             .to_vec(),
     };
-    let found = |target: f64| way.seconds_to(target);
+    let found = |target: f64| sequence.seconds_to(target);
     // Logarithms of numbers of size 1, rounded to 1e-16.
     assert!((found(0.04 / 2_f64.sqrt()).expect("reached") / 8.0 - 1.0).abs() < 1e-13);
     assert!((found(0.02).expect("reached") / 16.0 - 1.0).abs() < 1e-13);
@@ -41,21 +41,21 @@ fn seconds_to_an_error_lie_on_straight_lines_of_logarithms() {
 }
 
 #[test]
-fn advice_names_the_cheapest_way_and_says_what_nobody_reached() {
-    let way = |kind, levels: &[WayLevel]| Way {
+fn advice_names_the_cheapest_sequence_and_says_what_nobody_reached() {
+    let sequence = |kind, levels: &[SequenceLevel]| MeshSequence {
         kind,
         levels: levels.to_vec(),
     };
-    let ways = [
-        way(WayKind::LinearUniform, &[level(Some(0.04), 0.9, 2.0)]),
+    let sequences = [
+        sequence(SequenceKind::LinearUniform, &[level(Some(0.04), 0.9, 2.0)]),
         // Its estimate counts where nothing better is known.
-        way(
-            WayKind::QuadraticAdaptive,
+        sequence(
+            SequenceKind::QuadraticAdaptive,
             &[level(Some(0.05), 0.9, 3.0), level(None, 0.02, 9.0)],
         ),
-        way(WayKind::LinearAdaptive, &[]),
+        sequence(SequenceKind::LinearAdaptive, &[]),
     ];
-    let advice = WayAdvice::new(&ways);
+    let advice = SequenceAdvice::new(&sequences);
     assert_eq!(
         advice.cheapest.iter().map(|c| c.target).collect::<Vec<_>>(),
         TARGETS
@@ -63,13 +63,13 @@ fn advice_names_the_cheapest_way_and_says_what_nobody_reached() {
     let kinds: Vec<_> = advice
         .cheapest
         .iter()
-        .map(|c| c.way.map(|(kind, _)| kind))
+        .map(|c| c.sequence.map(|(kind, _)| kind))
         .collect();
     assert_eq!(
         kinds,
         [
-            Some(WayKind::LinearUniform),
-            Some(WayKind::QuadraticAdaptive),
+            Some(SequenceKind::LinearUniform),
+            Some(SequenceKind::QuadraticAdaptive),
             None
         ]
     );
@@ -85,45 +85,53 @@ fn scene(pipeline: &str) -> Scene {
     Scene::parse(pipeline, &text).expect("a scene")
 }
 
-/// A goal so coarse that every way meets it on a small mesh: no clock has a say.
+/// A goal so coarse that every sequence meets it on a small mesh: no clock has a say.
 #[test]
-fn every_way_ends_at_its_goal_and_is_judged() {
+fn every_sequence_ends_at_its_goal_and_is_judged() {
     const GOAL: f64 = 0.2;
-    let settings = WaySettings {
+    let settings = SequenceSettings {
         budget: 1e3,
         goal: GOAL,
         coarsest: 2,
         memory: None,
     };
     let scene = scene("newton.toml");
-    let ways = Ways::measure(&scene, Path::new(""), &settings, &mut |_| {}).expect("ways");
-    let kinds: Vec<WayKind> = ways.ways.iter().map(|way| way.kind).collect();
-    assert_eq!(kinds, WayKind::ALL);
-    for way in &ways.ways {
-        let (last, before) = way.levels.split_last().expect("levels");
-        assert!(last.estimated_error <= GOAL, "{:?}", way.kind);
+    let sequences =
+        MeshSequences::measure(&scene, Path::new(""), &settings, &mut |_| {}).expect("sequences");
+    let kinds: Vec<SequenceKind> = sequences
+        .sequences
+        .iter()
+        .map(|sequence| sequence.kind)
+        .collect();
+    assert_eq!(kinds, SequenceKind::ALL);
+    for sequence in &sequences.sequences {
+        let (last, before) = sequence.levels.split_last().expect("levels");
+        assert!(last.estimated_error <= GOAL, "{:?}", sequence.kind);
         assert!(before.iter().all(|level| level.estimated_error > GOAL));
-        for level in &way.levels {
+        for level in &sequence.levels {
             assert!(level.status.is_solved() && level.contact_error < level.estimated_error);
             // The aim of the estimate.
             let effectivity = level.effectivity().expect("a true error");
             assert!(
                 (0.7..1.5).contains(&effectivity),
                 "{:?} {level:?}",
-                way.kind
+                sequence.kind
             );
         }
-        assert!(way.levels.is_sorted_by_key(|level| level.n_free));
-        if way.kind.is_adaptive() {
-            let seconds = |level: &WayLevel| level.cost.seconds;
-            assert!(way.levels.is_sorted_by(|a, b| seconds(a) < seconds(b)));
+        assert!(sequence.levels.is_sorted_by_key(|level| level.n_free));
+        if sequence.kind.is_adaptive() {
+            let seconds = |level: &SequenceLevel| level.cost.seconds;
+            assert!(sequence.levels.is_sorted_by(|a, b| seconds(a) < seconds(b)));
         }
     }
-    let levels = ways.ways.iter().flat_map(|way| &way.levels);
+    let levels = sequences
+        .sequences
+        .iter()
+        .flat_map(|sequence| &sequence.levels);
     let smallest = levels
         .map(|level| level.estimated_error)
         .fold(f64::INFINITY, f64::min);
-    assert!(ways.reference.level.estimated_error <= WANTED_SHARE * smallest);
+    assert!(sequences.reference.level.estimated_error <= WANTED_SHARE * smallest);
 }
 
 /// The box of a region ends at a quarter of the height.
@@ -143,29 +151,33 @@ fn meshes_on_which_regions_would_be_others_are_left_out() {
     );
 }
 
-/// A budget of nothing leaves the first mesh of each way, which nothing finer can judge.
+/// A budget of nothing leaves the first mesh of each sequence, which nothing finer can judge.
 #[test]
 fn without_a_budget_there_is_one_mesh_and_no_true_error() {
     let scene = scene("newton.toml");
-    let settings = WaySettings {
+    let settings = SequenceSettings {
         budget: 0.0,
         goal: 0.01,
         coarsest: 4,
         memory: None,
     };
-    let ways = Ways::measure(&scene, Path::new(""), &settings, &mut |_| {}).expect("ways");
-    for way in &ways.ways {
-        assert_eq!(way.levels.len(), 1);
-        assert!(way.levels[0].error.is_none_or(|error| error > 0.05));
+    let sequences =
+        MeshSequences::measure(&scene, Path::new(""), &settings, &mut |_| {}).expect("sequences");
+    for sequence in &sequences.sequences {
+        assert_eq!(sequence.levels.len(), 1);
+        assert!(sequence.levels[0].error.is_none_or(|error| error > 0.05));
     }
-    let best = &ways.ways[5].levels[0];
-    assert_eq!(ways.reference.level.estimated_error, best.estimated_error);
+    let best = &sequences.sequences[5].levels[0];
+    assert_eq!(
+        sequences.reference.level.estimated_error,
+        best.estimated_error
+    );
 }
 
 /// Second-order tetrahedra are no linear ones.
 #[test]
-fn a_file_of_quadratic_tetrahedra_has_no_linear_ways() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/meshes");
+fn a_file_of_quadratic_tetrahedra_has_no_linear_sequences() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../contact3d/tests/meshes");
     let scene = Scene::parse(
         "post",
         "title = 'post'
@@ -184,20 +196,24 @@ fn a_file_of_quadratic_tetrahedra_has_no_linear_ways() {
         face = 'foot'",
     )
     .expect("a scene");
-    let settings = WaySettings {
+    let settings = SequenceSettings {
         budget: 1e3,
         goal: 0.2,
         coarsest: 2,
         memory: None,
     };
-    let ways = Ways::measure(&scene, &folder, &settings, &mut |_| {}).expect("ways");
-    let lengths = ways.ways.iter().map(|way| way.levels.is_empty());
+    let sequences =
+        MeshSequences::measure(&scene, &folder, &settings, &mut |_| {}).expect("sequences");
+    let lengths = sequences
+        .sequences
+        .iter()
+        .map(|sequence| sequence.levels.is_empty());
     assert_eq!(
         lengths.collect::<Vec<_>>(),
         [true, false, true, true, false, true]
     );
     assert!(
-        ways.ways[4]
+        sequences.sequences[4]
             .levels
             .iter()
             .all(|level| level.error.is_some())

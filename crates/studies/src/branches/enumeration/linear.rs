@@ -46,7 +46,7 @@ pub(super) enum Narrowed {
 }
 
 /// One such step, from F at the middle of a box and F' over it. If every component of the result lies inside of the box, then every F' in
-/// the intervals is regular and there is exactly one solution (A. Neumaier, *Interval Methods for Systems of Equations*, 1990, §5.1).
+/// the intervals is regular and there is exactly one solution (A. Neumaier, *Interval Methods for Systems of PieceEquations*, 1990, §5.1).
 pub(super) fn narrow(
     region: &[Interval],
     at_middle: &[Interval],
@@ -66,11 +66,11 @@ pub(super) fn narrow(
         for j in (0..n).filter(|j| *j != i) {
             known = known + entry(j) * (now[j] - Interval::point(region[j].middle()));
         }
-        let Some(way) = known.over(entry(i)) else {
+        let Some(quotient) = known.over(entry(i)) else {
             is_proven = false;
             continue;
         };
-        let found = Interval::point(region[i].middle()) - way;
+        let found = Interval::point(region[i].middle()) - quotient;
         is_proven &= found.is_strictly_inside(region[i]);
         match now[i].meet(found) {
             Some(both) => now[i] = both,

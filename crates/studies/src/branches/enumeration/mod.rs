@@ -27,11 +27,11 @@ use self::{
     interval::Interval,
     search::{StateSolutions, search},
     small_problem::{Numbers, SmallProblem, UNCERTAIN},
-    states::{Chart, State, choices},
+    states::{Chart, PaneCase, choices},
     straight_law::{NodeLaw, StraightLines},
     system::System,
 };
-use super::point::Member;
+use super::point::FamilyMember;
 use contact3d::{
     contact::SlipOperator,
     scene::{Coefficient, FrictionLaw},
@@ -50,7 +50,7 @@ const MOST_LONG_CHOICES: usize = 4;
 /// The proof that the solutions at one value of the parameter are all. It holds for every problem whose S, h and slips differ from those
 /// computed by a share of `uncertainty`, in arithmetic that is rounded outwards.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Certificate {
+pub struct CompletenessProof {
     /// How many solutions there are.
     pub solutions: usize,
     /// Choices of states that were tried.
@@ -111,11 +111,11 @@ impl fmt::Display for Undecided {
 pub(super) struct Enumerated {
     /// λ in Pa, in the order of the problem.
     pub(super) multipliers: Vec<Vec<f64>>,
-    pub(super) certificate: Result<Certificate, Undecided>,
+    pub(super) certificate: Result<CompletenessProof, Undecided>,
 }
 
 /// All solutions of a problem with few panes, under uncapped laws that are constant or made of straight lines; `None` for others.
-pub(super) fn enumerated(member: &Member) -> Option<Enumerated> {
+pub(super) fn enumerated(member: &FamilyMember) -> Option<Enumerated> {
     let problem = small_problem(member)?;
     let moves = |pane: usize| [1, 2].map(|c| problem.moves[3 * pane + c]);
     let panes = 0..problem.n_panes();
@@ -123,17 +123,17 @@ pub(super) fn enumerated(member: &Member) -> Option<Enumerated> {
     if angles.count() > MOST_ANGLES {
         return None;
     }
-    let of_panes: Vec<Vec<State>> = panes
+    let of_panes: Vec<Vec<PaneCase>> = panes
         .map(|pane| {
-            let slips = Chart::of(moves(pane)).into_iter().map(State::Slip);
-            [State::Open, State::Stick]
+            let slips = Chart::of(moves(pane)).into_iter().map(PaneCase::Slip);
+            [PaneCase::Open, PaneCase::Stick]
                 .into_iter()
                 .chain(slips)
                 .collect()
         })
         .collect();
-    let all: Vec<Vec<State>> = choices(&of_panes).collect();
-    let searched = |states: &[State], most_boxes| match System::new(&problem, states.to_vec()) {
+    let all: Vec<Vec<PaneCase>> = choices(&of_panes).collect();
+    let searched = |states: &[PaneCase], most_boxes| match System::new(&problem, states.to_vec()) {
         Some(system) => search(&system, most_boxes),
         None => StateSolutions {
             undecided: Some(Undecided::Irregular),
@@ -154,7 +154,11 @@ pub(super) fn enumerated(member: &Member) -> Option<Enumerated> {
     Some(gathered(&problem, member, &outcomes))
 }
 
-fn gathered(problem: &SmallProblem, member: &Member, outcomes: &[StateSolutions]) -> Enumerated {
+fn gathered(
+    problem: &SmallProblem,
+    member: &FamilyMember,
+    outcomes: &[StateSolutions],
+) -> Enumerated {
     let solutions = outcomes.iter().flat_map(|outcome| &outcome.solutions);
     let certain: Vec<_> = solutions.filter(|solution| solution.margin > 0.0).collect();
     let sizes = |of: fn(Interval) -> f64| {
@@ -162,7 +166,7 @@ fn gathered(problem: &SmallProblem, member: &Member, outcomes: &[StateSolutions]
         all.fold(0.0, |most, x| f64::max(most, of(*x)))
     };
     let largest = sizes(Interval::size).max(f64::MIN_POSITIVE);
-    let least = |of: &dyn Fn(&search::Solution) -> f64| {
+    let least = |of: &dyn Fn(&search::ProvedSolution) -> f64| {
         let all = certain.iter().map(|solution| of(solution));
         all.fold(f64::INFINITY, f64::min)
     };
@@ -179,7 +183,7 @@ fn gathered(problem: &SmallProblem, member: &Member, outcomes: &[StateSolutions]
         multiplier
     });
     Enumerated {
-        certificate: undecided.map_or(Ok(()), Err).map(|()| Certificate {
+        certificate: undecided.map_or(Ok(()), Err).map(|()| CompletenessProof {
             solutions: certain.len(),
             states: outcomes.len(),
             boxes: outcomes.iter().map(|outcome| outcome.boxes).sum(),
@@ -200,7 +204,7 @@ fn component(layout: contact3d::contact::MultiplierLayout, i: usize) -> usize {
     }
 }
 
-fn small_problem(member: &Member) -> Option<SmallProblem> {
+fn small_problem(member: &FamilyMember) -> Option<SmallProblem> {
     let (dual, law, surface) = (&member.dual, member.law(), member.surface());
     let layout = dual.layout;
     let panes = layout.n_panes();
@@ -228,7 +232,7 @@ fn small_problem(member: &Member) -> Option<SmallProblem> {
 }
 
 /// The law at a contact node; `None` where it is not made of straight lines.
-fn node_law(member: &Member, node: usize) -> Option<NodeLaw> {
+fn node_law(member: &FamilyMember, node: usize) -> Option<NodeLaw> {
     let law = member.law();
     let lines = |coefficient: &Coefficient, axis: usize| {
         let value = |slip: f64| {

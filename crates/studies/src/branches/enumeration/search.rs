@@ -25,7 +25,7 @@ const MOST_STEPS: usize = 30;
 /// What was found for one choice of states.
 #[derive(Default)]
 pub(super) struct StateSolutions {
-    pub(super) solutions: Vec<Solution>,
+    pub(super) solutions: Vec<ProvedSolution>,
     /// Boxes that were looked at.
     pub(super) boxes: usize,
     /// Why some box is not decided.
@@ -33,7 +33,7 @@ pub(super) struct StateSolutions {
 }
 
 /// A solution that is alone in its box.
-pub(super) struct Solution {
+pub(super) struct ProvedSolution {
     /// λ without unit, `[3m]`.
     pub(super) multiplier: Vec<Interval>,
     /// What no inequality is nearer to its end than.
@@ -119,7 +119,7 @@ pub(super) fn search(system: &System<'_>, most_boxes: usize) -> StateSolutions {
         if margin <= 0.0 {
             outcome.undecided = outcome.undecided.max(Some(Undecided::AtEndOfStates));
         }
-        outcome.solutions.push(Solution {
+        outcome.solutions.push(ProvedSolution {
             multiplier: system.multipliers(&slides),
             margin,
             determinant: determinant(system, &zero.place),

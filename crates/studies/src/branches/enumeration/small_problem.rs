@@ -4,7 +4,7 @@ use super::{
     super::family::power_of_two,
     interval::{Interval, product},
     straight_law::NodeLaw,
-    varying::Varying,
+    varying::IntervalFunction,
 };
 
 /// What S, h and the slips may be wrong by, as a share of √(S_ii S_jj) and of the largest h: rounding of assembly and factor. All
@@ -43,15 +43,15 @@ impl Affine {
         self.constant + product(&self.slope, of)
     }
 
-    pub(super) fn value(&self, of: &[Varying]) -> Interval {
+    pub(super) fn value(&self, of: &[IntervalFunction]) -> Interval {
         let terms = self.slope.iter().zip(of);
         self.constant + terms.map(|(slope, x)| *slope * x.value).sum()
     }
 
-    pub(super) fn over(&self, of: &[Varying]) -> Varying {
+    pub(super) fn over(&self, of: &[IntervalFunction]) -> IntervalFunction {
         let terms = self.slope.iter().zip(of);
         let terms = terms.map(|(slope, x)| x.times(*slope));
-        Varying::constant(self.constant) + terms.sum()
+        IntervalFunction::constant(self.constant) + terms.sum()
     }
 }
 

@@ -7,13 +7,13 @@ const TURNED: [f64; 2] = [28.0 / 53.0, 45.0 / 53.0];
 
 /// What a pane does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum State {
+pub(super) enum PaneCase {
     Open,
     Stick,
     Slip(Chart),
 }
 
-impl State {
+impl PaneCase {
     pub(super) fn slips(self) -> bool {
         matches!(self, Self::Slip(_))
     }
@@ -117,7 +117,7 @@ fn circle(t: Interval) -> ([Interval; 2], Interval) {
 }
 
 /// All choices of one state for each pane.
-pub(super) fn choices(of_panes: &[Vec<State>]) -> impl Iterator<Item = Vec<State>> + '_ {
+pub(super) fn choices(of_panes: &[Vec<PaneCase>]) -> impl Iterator<Item = Vec<PaneCase>> + '_ {
     let count: usize = of_panes.iter().map(Vec::len).product();
     (0..count).map(move |mut code| {
         let states = of_panes.iter().map(|states| {

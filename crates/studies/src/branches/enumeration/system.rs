@@ -4,9 +4,9 @@ use super::{
     carried::{Carried, unit},
     interval::{Interval, product},
     small_problem::{Affine, SmallProblem},
-    states::{Chart, State},
+    states::{Chart, PaneCase},
     straight_law::NodeLaw,
-    varying::Varying,
+    varying::IntervalFunction,
 };
 
 /// What pressures may be.
@@ -25,7 +25,7 @@ enum Unknowns {
 pub(super) struct System<'p> {
     problem: &'p SmallProblem,
     unknowns: Unknowns,
-    states: Vec<State>,
+    states: Vec<PaneCase>,
     slipping: Vec<Slipping>,
     /// λ of all components, `[3m]`, by the sources.
     multiplier: Vec<Affine>,
@@ -50,29 +50,29 @@ struct Slipping {
 
 /// What a slipping pane does.
 struct Slide {
-    size: Varying,
-    direction: [Varying; 2],
+    size: IntervalFunction,
+    direction: [IntervalFunction; 2],
 }
 
 /// A box with the sources in it.
 pub(super) struct Slides {
     of_panes: Vec<Slide>,
     /// Three for each slipping pane.
-    sources: Vec<Varying>,
+    sources: Vec<IntervalFunction>,
 }
 
 impl<'p> System<'p> {
     /// The equations, and the box in which their solutions lie; `None` where S cannot be told to be positive definite.
-    pub(super) fn new(problem: &'p SmallProblem, states: Vec<State>) -> Option<Self> {
-        let components = |wanted: fn(State) -> bool| {
+    pub(super) fn new(problem: &'p SmallProblem, states: Vec<PaneCase>) -> Option<Self> {
+        let components = |wanted: fn(PaneCase) -> bool| {
             let panes = states.iter().enumerate();
             let panes = panes.filter(move |(_, state)| wanted(**state));
             panes.flat_map(|(pane, _)| 3 * pane..3 * pane + 3)
         };
         let moves = |j: &usize| problem.moves[*j];
-        let stuck: Vec<usize> = components(|s| s == State::Stick).filter(moves).collect();
-        let closed: Vec<usize> = components(|s| s != State::Open).filter(moves).collect();
-        let sliding: Vec<usize> = components(State::slips).collect();
+        let stuck: Vec<usize> = components(|s| s == PaneCase::Stick).filter(moves).collect();
+        let closed: Vec<usize> = components(|s| s != PaneCase::Open).filter(moves).collect();
+        let sliding: Vec<usize> = components(PaneCase::slips).collect();
         let by_slips = Carried::by_slips(problem, &closed, &sliding)?;
         let by_stresses = Carried::by_stresses(problem, &stuck, &sliding)?;
         let (unknowns, carried) = if problem.slips.is_empty() {
@@ -111,7 +111,7 @@ impl<'p> System<'p> {
     fn place(&mut self, by_slips: &Carried<'_>) {
         let energy = by_slips.applied(|j| self.problem.rhs[j]).constant;
         for (pane, state) in self.states.iter().enumerate() {
-            let State::Slip(chart) = *state else {
+            let PaneCase::Slip(chart) = *state else {
                 continue;
             };
             let own = |i: usize| self.problem.operator[i][i];
@@ -141,10 +141,12 @@ impl<'p> System<'p> {
             let t = pane.angle.map_or(Interval::ZERO, |place| at[place]);
             let direction = pane.chart.direction(t);
             Slide {
-                size: Varying::along(at[pane.size], pane.size, Interval::ONE),
+                size: IntervalFunction::along(at[pane.size], pane.size, Interval::ONE),
                 direction: [0, 1].map(|k| match pane.angle {
-                    Some(place) => Varying::along(direction.along[k], place, direction.turning[k]),
-                    None => Varying::constant(direction.along[k]),
+                    Some(place) => {
+                        IntervalFunction::along(direction.along[k], place, direction.turning[k])
+                    }
+                    None => IntervalFunction::constant(direction.along[k]),
                 }),
             }
         });
@@ -156,7 +158,7 @@ impl<'p> System<'p> {
         let sources = sources.flat_map(|(pane, slide)| {
             let (normal, [first, second]) = match self.unknowns {
                 Unknowns::Pressures => (slide.size, self.share(pane.pane, slide, &slides)),
-                Unknowns::Slips => (Varying::constant(Interval::ZERO), slide.direction),
+                Unknowns::Slips => (IntervalFunction::constant(Interval::ZERO), slide.direction),
             };
             [normal, slide.size * first, slide.size * second]
         });
@@ -171,8 +173,8 @@ impl<'p> System<'p> {
     }
 
     /// The left-hand sides.
-    pub(super) fn equations(&self, slides: &Slides) -> Vec<Varying> {
-        let mut equations = vec![Varying::constant(Interval::ZERO); self.whole.len()];
+    pub(super) fn equations(&self, slides: &Slides) -> Vec<IntervalFunction> {
+        let mut equations = vec![IntervalFunction::constant(Interval::ZERO); self.whole.len()];
         for (pane, slide) in self.slipping.iter().zip(&slides.of_panes) {
             let over = |rows: &[Affine], c: usize| rows[3 * pane.pane + c].over(&slides.sources);
             let left = match self.unknowns {
@@ -200,21 +202,21 @@ impl<'p> System<'p> {
     }
 
     /// λ_t over λ_ν of a slipping pane.
-    fn share(&self, pane: usize, slide: &Slide, slides: &Slides) -> [Varying; 2] {
+    fn share(&self, pane: usize, slide: &Slide, slides: &Slides) -> [IntervalFunction; 2] {
         let friction = self.friction(pane, slides);
-        let times = |a: [Varying; 2]| [0, 1].map(|k| friction[k] * a[k]);
+        let times = |a: [IntervalFunction; 2]| [0, 1].map(|k| friction[k] * a[k]);
         match self.unknowns == Unknowns::Pressures || self.problem.is_isotropic() {
             true => times(slide.direction),
             // |d| = 1, so |𝓕d| lies between the coefficients.
             false => {
                 let between = friction[0].value.hull(friction[1].value);
-                times(Varying::unit(times(slide.direction), between))
+                times(IntervalFunction::unit(times(slide.direction), between))
             }
         }
     }
 
     /// 𝓕 of a pane, the inverse of the mean of F⁻¹ over its nodes.
-    fn friction(&self, pane: usize, slides: &Slides) -> [Varying; 2] {
+    fn friction(&self, pane: usize, slides: &Slides) -> [IntervalFunction; 2] {
         let nodes = &self.problem.nodes[pane];
         let at = |node: usize| [0, 1].map(|k| self.coefficient(node, k, slides));
         if let [(node, _)] = nodes[..] {
@@ -227,13 +229,13 @@ impl<'p> System<'p> {
             nodes
                 .iter()
                 .map(|node| term(node, k))
-                .sum::<Varying>()
+                .sum::<IntervalFunction>()
                 .recip()
         })
     }
 
     /// F_k at a contact node of a closed pane.
-    fn coefficient(&self, node: usize, k: usize, slides: &Slides) -> Varying {
+    fn coefficient(&self, node: usize, k: usize, slides: &Slides) -> IntervalFunction {
         let (law, is_isotropic) = match &self.problem.laws[node] {
             NodeLaw::Isotropic(law) => (law, true),
             NodeLaw::Orthotropic(pair) => (&pair[k], false),
@@ -246,7 +248,7 @@ impl<'p> System<'p> {
                 [first, second][k].abs()
             }
         });
-        let slip = slip.unwrap_or(Varying::constant(Interval::ZERO));
+        let slip = slip.unwrap_or(IntervalFunction::constant(Interval::ZERO));
         let (value, slope) = law.over(slip.value.abs());
         slip.through(value, slope)
     }
@@ -331,9 +333,9 @@ impl<'p> System<'p> {
         for (pane, state) in self.states.iter().enumerate() {
             let stress = |c: usize| value(&self.multiplier[3 * pane + c]);
             match state {
-                State::Slip(_) => {}
-                State::Open => signs.push(value(&self.gap[pane])),
-                State::Stick => {
+                PaneCase::Slip(_) => {}
+                PaneCase::Open => signs.push(value(&self.gap[pane])),
+                PaneCase::Stick => {
                     let friction = self.friction(pane, slides);
                     let share = |k: usize| (stress(k + 1) * friction[k].value.recip()).square();
                     signs.push(stress(0));

@@ -4,7 +4,7 @@ use super::{
     interval::Interval,
     search::search,
     small_problem::{Numbers, SmallProblem},
-    states::{Chart, State, choices},
+    states::{Chart, PaneCase, choices},
     straight_law::{NodeLaw, StraightLines},
     system::System,
 };
@@ -18,7 +18,7 @@ fn shared_nodes(pane: usize) -> Vec<(usize, f64)> {
     vec![(pane, 0.7), (1 - pane, 0.3)]
 }
 
-const SLIDES: State = State::Slip(Chart::Half { negative: false });
+const SLIDES: PaneCase = PaneCase::Slip(Chart::Half { negative: false });
 
 /// Panes of area 1 with one law, S = 1 with 0.3 and −0.2 beside the diagonal, or as given.
 fn problem(
@@ -123,8 +123,8 @@ fn one_node_has_its_three_solutions() {
     for (friction, count) in [(0.99 * born, 1), (1.01 * born, 3)] {
         let law = NodeLaw::Isotropic(lines(&[(0.0, friction)]));
         let problem = problem(&operator, &rhs, &law, false, &own_node);
-        let both = [false, true].map(|negative| State::Slip(Chart::Half { negative }));
-        let states = [vec![State::Open, State::Stick, both[0], both[1]]];
+        let both = [false, true].map(|negative| PaneCase::Slip(Chart::Half { negative }));
+        let states = [vec![PaneCase::Open, PaneCase::Stick, both[0], both[1]]];
         let found: usize = choices(&states)
             .map(|states| {
                 let outcome = search(&System::new(&problem, states).expect("definite"), 10_000);

@@ -9,12 +9,12 @@ pub(super) const MOST_UNKNOWNS: usize = 9;
 
 /// The values of a function over a box, and the slopes between any two of its points by each unknown.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Varying {
+pub(super) struct IntervalFunction {
     pub(super) value: Interval,
     pub(super) slope: [Interval; MOST_UNKNOWNS],
 }
 
-impl Varying {
+impl IntervalFunction {
     pub(super) fn constant(value: Interval) -> Self {
         Self {
             value,
@@ -101,7 +101,7 @@ fn cosine(x: Interval, y: Interval) -> Interval {
     }
 }
 
-impl Add for Varying {
+impl Add for IntervalFunction {
     type Output = Self;
     fn add(self, other: Self) -> Self {
         Self {
@@ -111,27 +111,27 @@ impl Add for Varying {
     }
 }
 
-impl std::iter::Sum for Varying {
+impl std::iter::Sum for IntervalFunction {
     fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
         terms.fold(Self::constant(Interval::ZERO), Add::add)
     }
 }
 
-impl Neg for Varying {
+impl Neg for IntervalFunction {
     type Output = Self;
     fn neg(self) -> Self {
         self.through(-self.value, -Interval::ONE)
     }
 }
 
-impl Sub for Varying {
+impl Sub for IntervalFunction {
     type Output = Self;
     fn sub(self, other: Self) -> Self {
         self + -other
     }
 }
 
-impl Mul for Varying {
+impl Mul for IntervalFunction {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
         Self {

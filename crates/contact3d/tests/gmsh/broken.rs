@@ -1,13 +1,12 @@
 //! Files with one flaw each, and the error that must name it.
 
-use super::{
-    super::{
-        FilePosition::{Byte, Line},
-        GmshError::{self, *},
-        parse,
-    },
-    FOOT_22_BINARY, FOOT_41_BINARY, PAIR_22, PAIR_41,
+use contact3d::mesh::{
+    FilePosition::{Byte, Line},
+    GmshError::{self, *},
+    parse_gmsh,
 };
+
+use crate::{FOOT_22_BINARY, FOOT_41_BINARY, PAIR_22, PAIR_41};
 
 type IsExpected = fn(&GmshError) -> bool;
 
@@ -27,7 +26,7 @@ fn assert_refused(sample: &str, cases: &[Case]) {
             assert!(text.contains(old), "{old:?} is not in the sample");
             text = text.replace(old, new);
         }
-        match parse(text.as_bytes()) {
+        match parse_gmsh(text.as_bytes()) {
             Ok(_) => panic!("{changes:?}: accepted"),
             Err(error) => assert!(is_expected(&error), "{changes:?}: {error:?}"),
         }
@@ -100,7 +99,7 @@ fn broken_headers_are_refused() {
             ),
         ],
     );
-    assert!(matches!(parse(b""), Err(Syntax { .. })));
+    assert!(matches!(parse_gmsh(b""), Err(Syntax { .. })));
 }
 
 #[test]
@@ -329,9 +328,9 @@ fn broken_binary_is_refused() {
         let mut big_endian = sample.to_vec();
         let mark = b"$MeshFormat\n4.1 1 8\n".len();
         big_endian[mark..mark + 4].reverse();
-        assert!(matches!(parse(&big_endian), Err(Encoding { .. })));
+        assert!(matches!(parse_gmsh(&big_endian), Err(Encoding { .. })));
         // Half of the file ends among the elements.
-        let refused = parse(&sample[..sample.len() / 2]).unwrap_err();
+        let refused = parse_gmsh(&sample[..sample.len() / 2]).unwrap_err();
         let ended = matches!(
             refused,
             Count { place: Byte(_), .. } | Syntax { place: Byte(_), .. }
