@@ -12,8 +12,6 @@ mod contents;
 mod error;
 mod groups;
 mod scanner;
-#[cfg(test)]
-mod tests;
 mod v2;
 mod v4;
 

@@ -189,7 +189,7 @@ impl Expression {
     /// The partial derivatives by three variables, given by their places; at kinks those of the
     /// piece that holds when all three grow at the same rate.
     #[must_use]
-    pub(crate) fn derivatives(&self, values: &[f64], by: [usize; 3]) -> [f64; 3] {
+    pub fn derivatives(&self, values: &[f64], by: [usize; 3]) -> [f64; 3] {
         let variable =
             |place| Sloped::variable(values[place], by.iter().position(|wanted| *wanted == place));
         let steps = &self.parsed.steps;

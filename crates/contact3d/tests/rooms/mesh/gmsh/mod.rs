@@ -4,12 +4,12 @@ mod broken;
 mod mutated;
 mod samples;
 
-const FOOT_41: &[u8] = include_bytes!("../../../../tests/meshes/foot_41.msh");
-const FOOT_41_BINARY: &[u8] = include_bytes!("../../../../tests/meshes/foot_41_binary.msh");
-const FOOT_22_BINARY: &[u8] = include_bytes!("../../../../tests/meshes/foot_22_binary.msh");
-const FOOT_22: &[u8] = include_bytes!("../../../../tests/meshes/foot_22.msh");
-const BRACKET_41: &[u8] = include_bytes!("../../../../tests/meshes/bracket_41.msh");
-const BRACKET_22: &[u8] = include_bytes!("../../../../tests/meshes/bracket_22.msh");
+const FOOT_41: &[u8] = include_bytes!("../../../meshes/foot_41.msh");
+const FOOT_41_BINARY: &[u8] = include_bytes!("../../../meshes/foot_41_binary.msh");
+const FOOT_22_BINARY: &[u8] = include_bytes!("../../../meshes/foot_22_binary.msh");
+const FOOT_22: &[u8] = include_bytes!("../../../meshes/foot_22.msh");
+const BRACKET_41: &[u8] = include_bytes!("../../../meshes/bracket_41.msh");
+const BRACKET_22: &[u8] = include_bytes!("../../../meshes/bracket_22.msh");
 
 /// Two tetrahedra on the common triangle 1 2 3, with tags that leave gaps and an unused node.
 const PAIR_22: &str = r#"$MeshFormat

@@ -1,13 +1,12 @@
 //! Files with one flaw each, and the error that must name it.
 
-use super::{
-    super::{
-        FilePosition::{Byte, Line},
-        GmshError::{self, *},
-        parse,
-    },
-    FOOT_22_BINARY, FOOT_41_BINARY, PAIR_22, PAIR_41,
+use contact3d::mesh::{
+    FilePosition::{Byte, Line},
+    GmshError::{self, *},
+    parse_gmsh as parse,
 };
+
+use super::{FOOT_22_BINARY, FOOT_41_BINARY, PAIR_22, PAIR_41};
 
 type IsExpected = fn(&GmshError) -> bool;
 

@@ -2,9 +2,10 @@
 
 use std::collections::HashMap;
 
+use contact3d::mesh::parse_gmsh as parse;
 use proptest::{prelude::*, sample::Index};
 
-use super::{super::parse, FOOT_22_BINARY, FOOT_41_BINARY, PAIR_22, PAIR_41};
+use super::{FOOT_22_BINARY, FOOT_41_BINARY, PAIR_22, PAIR_41};
 
 /// One change of a file: where, and what.
 #[derive(Debug, Clone)]

@@ -1,12 +1,14 @@
 //! Bounds of laws against closed forms.
 
-use proptest::prelude::*;
-
-use super::{
-    FaceLaw, LawBounds,
-    law_bounds::{refuse_unusable, warnings},
+use contact3d::{
+    Problem, ProblemError,
+    contact::{FaceLaw, LawBounds},
+    scene::{
+        Body, Clamp, Coefficient, Contact, Formula, Friction, FrictionLaw, Grid, Material, Ramp,
+        Scene, Table,
+    },
 };
-use crate::scene::{Coefficient, Formula, FrictionLaw, Grid, Ramp, Table};
+use proptest::prelude::*;
 
 fn formula(text: &str) -> Coefficient {
     Coefficient::Expression(Formula::parse(text).unwrap())
@@ -214,11 +216,19 @@ fn bounds_scale_with_the_unit_of_length() {
     ));
 }
 
-fn words(law: &FaceLaw) -> Vec<String> {
-    warnings(law, 3.0, "m")
-        .iter()
-        .map(ToString::to_string)
-        .collect()
+/// A law on a face from the origin to (1, 1, 0) of a body of 3 m.
+fn on_body(friction: Friction) -> Result<Problem, ProblemError> {
+    let body = Body::brick([1.0, 1.0, 3.0], [2, 2, 2]);
+    let scene = Scene::new(body, Material::isotropic(1.0, 0.3))
+        .with_clamp(Clamp::face("z_max"))
+        .with_contact(Contact::on("z_min"))
+        .with_friction(friction);
+    Problem::new(scene)
+}
+
+fn words(friction: Friction) -> Vec<String> {
+    let problem = on_body(friction).unwrap_or_else(|error| panic!("{error}"));
+    problem.warnings().iter().map(ToString::to_string).collect()
 }
 
 #[test]
@@ -252,16 +262,13 @@ fn laws_that_fail_at_some_slip_are_warned_of_with_onset_and_place() {
         ),
     ];
     for (text, onset, place) in cases {
-        let law = on_square(pair(Coefficient::Constant(0.3), formula(text)));
-        assert_eq!(refuse_unusable(&law, "m"), Ok(()), "{text}");
-        let found = words(&law);
+        let found = words(Friction::orthotropic(0.3, formula(text)));
         assert_eq!(found.len(), 1, "{found:?}");
         for fragment in ["friction.coefficient_2.expression: not 0 < F", onset, place] {
             assert!(found[0].contains(fragment), "{text}: {}", found[0]);
         }
     }
-    let isotropic = on_square(FrictionLaw::Isotropic(formula("0.3 - s")));
-    let found = words(&isotropic);
+    let found = words(Friction::coulomb(formula("0.3 - s")));
     assert!(
         found[0].starts_with("friction.coefficient.expression"),
         "{found:?}"
@@ -270,8 +277,8 @@ fn laws_that_fail_at_some_slip_are_warned_of_with_onset_and_place() {
         found[0].contains("first at |u_t| = 3.0000e-1 m,"),
         "{found:?}"
     );
-    let good = on_square(pair(formula("0.3 - 0.09*s1 + 1e-9*x"), formula("1e-30")));
-    assert!(words(&good).is_empty());
+    let good = Friction::orthotropic(formula("0.3 - 0.09*s1 + 1e-9*x"), formula("1e-30"));
+    assert!(words(good).is_empty());
 }
 
 /// What a warning advises ends it.
@@ -294,9 +301,9 @@ fn the_advice_about_a_law_helps() {
             "if(s < 0.99, sqrt(1 - s), 0.1)",
         ),
     ] {
-        let found = words(&on_square(FrictionLaw::Isotropic(formula(text))));
+        let found = words(Friction::coulomb(formula(text)));
         assert!(found[0].contains(advice), "{}", found[0]);
-        let found = words(&on_square(FrictionLaw::Isotropic(formula(followed))));
+        let found = words(Friction::coulomb(formula(followed)));
         assert!(found.is_empty(), "{found:?}");
     }
 }
@@ -309,8 +316,10 @@ fn laws_that_fail_without_slip_are_refused_with_the_place() {
         ("0 - 1", "-1.0 at every slip"),
         ("0", "0.0 at every slip"),
     ] {
-        let law = on_square(pair(Coefficient::Constant(0.3), formula(text)));
-        let refused = refuse_unusable(&law, "m").expect_err(text);
+        let law = Friction::orthotropic(0.3, formula(text));
+        let Err(ProblemError::Invalid(refused)) = on_body(law) else {
+            panic!("{text}: accepted");
+        };
         assert_eq!(refused.key, "friction.coefficient_2.expression");
         assert!(
             refused.found.contains(fragment),

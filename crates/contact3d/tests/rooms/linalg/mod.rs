@@ -1,0 +1,9 @@
+//! Sparse matrices, orderings and factors.
+
+mod brick;
+mod dissection;
+mod factor;
+mod parts;
+mod sparse;
+
+use contact3d::linalg::CscMatrix;

@@ -1,0 +1,7 @@
+//! The rooms of the library one by one, by their public items.
+
+mod contact;
+mod elasticity;
+mod linalg;
+mod mesh;
+mod scene;

@@ -1,0 +1,3 @@
+//! Meshes from files.
+
+mod gmsh;

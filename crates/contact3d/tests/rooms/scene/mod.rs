@@ -1,0 +1,9 @@
+//! Keys of a scene, and the formulas and laws behind them.
+
+mod coefficient;
+mod contact;
+mod expression;
+mod friction;
+mod grading;
+mod material;
+mod written;
