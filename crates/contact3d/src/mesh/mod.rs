@@ -19,7 +19,7 @@ use std::path::Path;
 pub use brick::{brick, brick_counts};
 pub use contact_surface::{ContactSurface, SurfaceFace};
 pub use error::MeshError;
-pub use gmsh::{FilePosition, GmshError, digest_of, parse as parse_gmsh};
+pub use gmsh::{FilePosition, GmshError, GmshFlaw, digest_of, parse as parse_gmsh};
 pub(crate) use quadratic::IsoparametricMap;
 pub use quadratic::MidEdgeNodes;
 pub use refined::{RefinableBody, Refinement};
