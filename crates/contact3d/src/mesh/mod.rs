@@ -8,8 +8,6 @@ mod error;
 mod gmsh;
 mod obstacle;
 mod patches;
-#[cfg(test)]
-mod patches_tests;
 mod quadratic;
 mod refined;
 mod side;
@@ -20,6 +18,7 @@ pub use brick::{brick, brick_counts};
 pub use contact_surface::{ContactSurface, SurfaceFace};
 pub use error::MeshError;
 pub use gmsh::{FilePosition, GmshError, GmshFlaw, digest_of, parse as parse_gmsh};
+pub use patches::macro_patches;
 pub(crate) use quadratic::IsoparametricMap;
 pub use quadratic::MidEdgeNodes;
 pub use refined::{RefinableBody, Refinement};

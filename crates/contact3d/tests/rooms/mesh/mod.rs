@@ -1,3 +1,4 @@
-//! Meshes from files.
+//! Meshes from files, and panes on them.
 
 mod gmsh;
+mod patches;

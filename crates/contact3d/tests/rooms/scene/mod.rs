@@ -5,5 +5,7 @@ mod contact;
 mod expression;
 mod friction;
 mod grading;
+mod load_path;
 mod material;
+mod messages;
 mod written;
