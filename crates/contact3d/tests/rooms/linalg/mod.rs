@@ -5,5 +5,6 @@ mod dissection;
 mod factor;
 mod parts;
 mod sparse;
+mod vector;
 
 use contact3d::linalg::CscMatrix;
