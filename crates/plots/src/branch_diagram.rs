@@ -1,17 +1,14 @@
 //! Bifurcation diagrams: paths of solutions with their stability and their special points.
 
 use super::{
-    canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke},
-    layout::{TICK_SIZE, TITLE_SIZE},
+    canvas::{Canvas, Colour, Fill, Point, Stroke},
     line_chart::{
-        AxisScale, ChartAxis, HEIGHT, LEFT, LEGEND_LINE, LEGEND_WIDTH, PlacedAxis, TOP, WIDTH,
-        draw_frame,
+        BOTTOM, ChartAxis, HEIGHT, LEFT, LEGEND_LINE, LEGEND_WIDTH, PlacedAxis, TOP, WIDTH,
+        draw_frame, draw_name, titled_canvas,
     },
     picture::Picture,
-    text::{Label, fitted},
 };
 
-const BOTTOM: f64 = 64.0;
 const MARKER: f64 = 4.4;
 const DASH: f64 = 5.0;
 const DOT: f64 = 1.8;
@@ -131,9 +128,7 @@ impl BranchDiagram {
     /// Draws the diagram. Points that an axis cannot show are left out.
     #[must_use]
     pub fn figure(&self) -> Picture {
-        let mut canvas = Canvas::new(WIDTH, HEIGHT);
-        let title = Label::plain(fitted(&self.title, TITLE_SIZE * 1.1, WIDTH - 32.0));
-        canvas.bold_text([16.0, 26.0], &title, TITLE_SIZE, Anchor::Start);
+        let mut canvas = titled_canvas(&self.title);
         let right = WIDTH - LEGEND_WIDTH;
         let drawn = || {
             let points = self.curves.iter().flat_map(|curve| &curve.points);
@@ -159,19 +154,14 @@ impl BranchDiagram {
     }
 
     fn is_drawn(&self, point: [f64; 2]) -> bool {
-        let fits = |axis: &ChartAxis, v: f64| {
-            v.is_finite() && (axis.scale == AxisScale::Linear || v > 0.0)
-        };
-        fits(&self.x, point[0]) && fits(&self.y, point[1])
+        self.x.shows(point[0]) && self.y.shows(point[1])
     }
 
     fn draw_legend(&self, canvas: &mut Canvas, x: f64) {
         let mut y = TOP + 14.0;
         let mut entry = |words: &str, draw: &dyn Fn(&mut Canvas, f64)| {
             draw(canvas, y);
-            let label = Label::plain(fitted(words, TICK_SIZE, LEGEND_WIDTH - 62.0));
-            let position = [x + 34.0, y + 0.36 * TICK_SIZE];
-            canvas.text(position, &label, TICK_SIZE, Anchor::Start);
+            draw_name(canvas, words, [x, y]);
             y += LEGEND_LINE;
         };
         for kind in CurveKind::ALL {

@@ -6,7 +6,7 @@ use super::canvas::{Anchor, Canvas, Colour, Stroke};
 use super::colour::{ColourMap, ValueRange};
 use super::colour_bar::ColourKey;
 use super::law_axes::{LawFrame, SlipAxis};
-use super::layout::{KeySide, PANEL_WIDTH, PictureLayout, TITLE_SIZE};
+use super::layout::{KeySide, PANEL_WIDTH, PictureLayout, TITLE_SIZE, titled_panel};
 use super::panels::semi_axis_map;
 use super::panes::pane_shapes;
 use super::picture::Picture;
@@ -184,7 +184,6 @@ fn slip_symbol(index: &str) -> Label {
 
 /// One or two coefficients over their own slips in one chart.
 fn curve_panel(curves: &[SlipCurve], isotropic: bool, units: Units) -> Canvas {
-    let mut canvas = Canvas::new(PANEL_WIDTH, CHART_HEIGHT);
     let symbols: Vec<Label> = (0..curves.len())
         .map(|axis| law_symbol(axis, isotropic))
         .collect();
@@ -196,12 +195,7 @@ fn curve_panel(curves: &[SlipCurve], isotropic: bool, units: Units) -> Canvas {
             slip_symbol("1").upright(", ").then(&slip_symbol("2")),
         )
     };
-    canvas.bold_text(
-        [16.0, 26.0],
-        &Label::plain(title),
-        TITLE_SIZE,
-        Anchor::Start,
-    );
+    let mut canvas = titled_panel([PANEL_WIDTH, CHART_HEIGHT], &Label::plain(title));
     let values = curves.iter().flat_map(|curve| &curve.points);
     let values = ValueRange::of(values.map(|point| point[1]));
     let horizontal = SlipAxis::new(curves[0].range, &slip, units);
@@ -252,8 +246,7 @@ fn map_panels(maps: &[SlipMap; 2], units: Units) -> [Canvas; 2] {
 }
 
 fn map_panel(map: &SlipMap, key: &ColourKey, title: &Label, units: Units) -> Canvas {
-    let mut canvas = Canvas::new(PANEL_WIDTH, CHART_HEIGHT + 40.0);
-    canvas.bold_text([16.0, 26.0], title, TITLE_SIZE, Anchor::Start);
+    let mut canvas = titled_panel([PANEL_WIDTH, CHART_HEIGHT + 40.0], title);
     let axis = |k: usize, index: &str| SlipAxis::new(map.ranges[k], &slip_symbol(index), units);
     let frame = LawFrame::map(axis(0, "1"), axis(1, "2"));
     let [left, top] = frame.corner;

@@ -2,7 +2,7 @@
 
 use units::{Dimension, Unit};
 
-use super::canvas::{Canvas, Point};
+use super::canvas::{Anchor, Canvas, Point};
 use super::panes::ContactBox;
 use super::picture::ContactPicture;
 use super::scale::{Ticks, UnitScale, factor_label};
@@ -153,15 +153,15 @@ impl PictureLayout {
 
     /// An empty panel with its title.
     pub(super) fn panel(&self, title: &Label) -> Canvas {
-        let mut canvas = Canvas::new(PANEL_WIDTH, self.height);
-        canvas.bold_text(
-            [16.0, 26.0],
-            title,
-            TITLE_SIZE,
-            super::canvas::Anchor::Start,
-        );
-        canvas
+        titled_panel([PANEL_WIDTH, self.height], title)
     }
+}
+
+/// An empty panel of a size with its title.
+pub(super) fn titled_panel([width, height]: Point, title: &Label) -> Canvas {
+    let mut canvas = Canvas::new(width, height);
+    canvas.bold_text([16.0, 26.0], title, TITLE_SIZE, Anchor::Start);
+    canvas
 }
 
 /// Corner and size of the plot, and height of the panel.

@@ -19,13 +19,9 @@ mod panels;
 mod panes;
 mod picture;
 mod raster;
-#[cfg(test)]
-mod sample;
 mod scale;
 mod surface;
 mod svg;
-#[cfg(test)]
-mod tests;
 mod text;
 mod view;
 

@@ -4,7 +4,9 @@ use units::Unit;
 
 use super::{
     canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke},
-    layout::{LABEL_SIZE, PANEL_WIDTH, PictureLayout, TICK_SIZE, TITLE_SIZE, fitting_ticks},
+    layout::{
+        LABEL_SIZE, PANEL_WIDTH, PictureLayout, TICK_SIZE, TITLE_SIZE, fitting_ticks, titled_panel,
+    },
     panes::PaneShape,
     picture::Picture,
     scale::{Ticks, UnitScale},
@@ -16,7 +18,7 @@ pub(super) const WIDTH: f64 = 860.0;
 pub(super) const HEIGHT: f64 = 480.0;
 pub(super) const LEFT: f64 = 92.0;
 pub(super) const TOP: f64 = 48.0;
-const BOTTOM: f64 = 64.0;
+pub(super) const BOTTOM: f64 = 64.0;
 /// Room for the legend, and the margin without one.
 pub(super) const LEGEND_WIDTH: f64 = 250.0;
 const RIGHT_MARGIN: f64 = 28.0;
@@ -75,6 +77,11 @@ impl ChartAxis {
             scale: AxisScale::Logarithmic,
             ..Self::linear(label, unit)
         }
+    }
+
+    /// Whether a value has a place on the axis.
+    pub(super) fn shows(&self, value: f64) -> bool {
+        value.is_finite() && (self.scale == AxisScale::Linear || value > 0.0)
     }
 
     /// The axis with these values labelled.
@@ -168,9 +175,7 @@ impl LineChart {
     pub fn figure(&self) -> Picture {
         let legend = self.series.iter().any(|series| !series.name.is_empty());
         let right = WIDTH - if legend { LEGEND_WIDTH } else { RIGHT_MARGIN };
-        let mut canvas = Canvas::new(WIDTH, HEIGHT);
-        let title = Label::plain(fitted(&self.title, TITLE_SIZE * 1.1, WIDTH - 32.0));
-        canvas.bold_text([16.0, 26.0], &title, TITLE_SIZE, Anchor::Start);
+        let mut canvas = titled_canvas(&self.title);
         let x = PlacedAxis::new(&self.x, self.drawn().map(|p| p.x), [LEFT, right]);
         let vertical = [HEIGHT - BOTTOM, TOP];
         let y = PlacedAxis::new(&self.y, self.drawn().map(|p| p.y), vertical);
@@ -203,10 +208,7 @@ impl LineChart {
     }
 
     fn is_drawn(&self, point: &ChartPoint) -> bool {
-        let fits = |axis: &ChartAxis, v: f64| {
-            v.is_finite() && (axis.scale == AxisScale::Linear || v > 0.0)
-        };
-        fits(&self.x, point.x) && fits(&self.y, point.y)
+        self.x.shows(point.x) && self.y.shows(point.y)
     }
 
     fn drawn(&self) -> impl Iterator<Item = &ChartPoint> {
@@ -288,6 +290,19 @@ impl<'a> PlacedAxis<'a> {
     }
 }
 
+/// An empty chart with its title.
+pub(super) fn titled_canvas(title: &str) -> Canvas {
+    let title = Label::plain(fitted(title, TITLE_SIZE * 1.1, WIDTH - 32.0));
+    titled_panel([WIDTH, HEIGHT], &title)
+}
+
+/// The name of an entry of the legend whose line begins at a point.
+pub(super) fn draw_name(canvas: &mut Canvas, name: &str, [x, y]: Point) {
+    let label = Label::plain(fitted(name, TICK_SIZE, LEGEND_WIDTH - 62.0));
+    let position = [x + 34.0, y + 0.36 * TICK_SIZE];
+    canvas.text(position, &label, TICK_SIZE, Anchor::Start);
+}
+
 pub(super) fn draw_frame(canvas: &mut Canvas, x: &PlacedAxis<'_>, y: &PlacedAxis<'_>) {
     let grid = Stroke::solid(Colour(0xdd, 0xdd, 0xdd), 0.7);
     let faint = Stroke::solid(Colour(0xf0, 0xf0, 0xf0), 0.6);
@@ -358,9 +373,7 @@ fn draw_marker(canvas: &mut Canvas, number: usize, [x, y]: Point) {
 fn draw_entry(canvas: &mut Canvas, number: usize, name: &str, [x, y]: Point) {
     canvas.line([x, y], [x + 26.0, y], Stroke::solid(colour(number), 1.6));
     draw_marker(canvas, number, [x + 13.0, y]);
-    let label = Label::plain(fitted(name, TICK_SIZE, LEGEND_WIDTH - 62.0));
-    let position = [x + 34.0, y + 0.36 * TICK_SIZE];
-    canvas.text(position, &label, TICK_SIZE, Anchor::Start);
+    draw_name(canvas, name, [x, y]);
 }
 
 const TICK_LENGTH: f64 = 5.0;

@@ -15,8 +15,6 @@ mod frame;
 mod half_held;
 mod interface;
 mod law_bounds;
-#[cfg(test)]
-mod law_bounds_tests;
 mod law_search;
 mod multiplier_layout;
 mod past;

@@ -12,7 +12,7 @@ use crate::{
     },
     linalg::{
         CscMatrix, Factor, FactorError, FactorStructure, OrderingError, Precision, Work, Workspace,
-        expand_to_unknowns, nested_dissection,
+        add_scaled, expand_to_unknowns, nested_dissection,
     },
     mesh::Mesh,
     scene::{Invalid, Scene},
@@ -264,8 +264,7 @@ impl LoadData {
             let springs = SpringMatrix::of(scene, mesh)?;
             let springs = springs.map(|springs| springs.forces(prescribed));
             for taken in [Some(elastic), springs].into_iter().flatten() {
-                let taken = dofs.to_free(&taken);
-                rhs.iter_mut().zip(taken).for_each(|(l, taken)| *l -= taken);
+                add_scaled(&mut rhs, -1.0, &dofs.to_free(&taken));
             }
         }
         Ok(Self { rhs, prescribed })

@@ -201,9 +201,7 @@ impl ContactSystem {
     ) -> Vec<f64> {
         let mut closing = self.coupling.integrate(displacement);
         let distances = self.distances(dofs, surface, interface);
-        for (closing, distance) in closing.iter_mut().zip(distances) {
-            *closing -= distance;
-        }
+        add_scaled(&mut closing, -1.0, &distances);
         closing
     }
 
@@ -245,9 +243,7 @@ impl ContactSystem {
             .coupling
             .held_integrals(surface, &interface.frame, dofs);
         distances.resize(distances.len().max(held.len()), 0.0);
-        for (distance, held) in distances.iter_mut().zip(held) {
-            *distance -= held;
-        }
+        add_scaled(&mut distances, -1.0, &held);
         distances
     }
 

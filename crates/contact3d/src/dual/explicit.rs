@@ -12,7 +12,8 @@ use crate::{
     contact::{ContactFrame, Coupling, Interface, MultiplierLayout},
     elasticity::DofMap,
     linalg::{
-        CholeskyFactor, CscMatrix, Factor, Scalar, Work, difference, power_of_two_near_largest,
+        CholeskyFactor, CscMatrix, Factor, Scalar, Work, add_scaled, difference,
+        power_of_two_near_largest,
     },
     mesh::ContactSurface,
 };
@@ -52,21 +53,7 @@ impl ExplicitDual {
         let selection = interface
             .follows_slip()
             .then(|| tangential_selection(surface, &interface.frame, &assembly.primal.dofs));
-        let (operator, matrix) = match &*assembly.factor {
-            Factor::Double(factor) => formed(factor, coupling, selection.as_ref(), work),
-            Factor::Single(factor) => {
-                let selection = selection.as_ref();
-                let (mut operator, mut matrix) = formed(factor, coupling, selection, work);
-                correct(
-                    assembly,
-                    coupling,
-                    selection,
-                    &mut operator,
-                    matrix.as_mut(),
-                );
-                (rounded(operator), matrix.map(rounded))
-            }
-        };
+        let (operator, matrix) = corrected(assembly, coupling, selection.as_ref(), work);
         let compliance = selection
             .zip(matrix)
             .map(|(selection, matrix)| ContactCompliance {
@@ -101,14 +88,7 @@ impl ExplicitDual {
         let unconstrained = assembly.unconstrained();
         let system = ContactSystem::with(coupling, &unconstrained, dofs, surface, interface);
         let coupling = &system.coupling;
-        let operator = match &*assembly.factor {
-            Factor::Double(factor) => formed(factor, coupling, None, &Work::default()).0,
-            Factor::Single(factor) => {
-                let (mut operator, _) = formed(factor, coupling, None, &Work::default());
-                correct(assembly, coupling, None, &mut operator, None);
-                rounded(operator)
-            }
-        };
+        let (operator, _) = corrected(assembly, coupling, None, &Work::default());
         Self {
             operator: DualMatrix::Dense(Arc::new(operator)),
             rhs: system.dual_rhs().to_vec(),
@@ -163,11 +143,11 @@ impl ExplicitDual {
             return self;
         };
         let mut rhs = self.apply(self.multipliers(anchor));
-        rhs.iter_mut().zip(&self.rhs).for_each(|(h, c)| *h += c);
+        add_scaled(&mut rhs, 1.0, &self.rhs);
         let motion = self.motion(anchor);
         if let Some(balance) = &self.balance {
             let moved = balance.coupling.integrals_of(motion, rhs.len());
-            rhs.iter_mut().zip(&moved).for_each(|(h, g)| *h -= g);
+            add_scaled(&mut rhs, -1.0, &moved);
         }
         let compliance = self.compliance.as_ref().map(|compliance| {
             let mut slip = compliance.slip_free.concat();
@@ -288,11 +268,9 @@ impl ExplicitDual {
             let moved = balance
                 .coupling
                 .integrals_of(self.motion(x), gradient.len());
-            gradient.iter_mut().zip(&moved).for_each(|(r, g)| *r -= g);
+            add_scaled(&mut gradient, -1.0, &moved);
         }
-        for (r, h) in gradient.iter_mut().zip(&self.rhs) {
-            *r -= h;
-        }
+        add_scaled(&mut gradient, -1.0, &self.rhs);
         if let Some(balance) = &self.balance {
             gradient.extend(balance.excess(multiplier, self.motion(x)));
         }
@@ -328,6 +306,24 @@ impl ExplicitDual {
     #[must_use]
     pub fn apply(&self, multiplier: &[f64]) -> Vec<f64> {
         self.operator.apply(multiplier)
+    }
+}
+
+/// S, and G where a selection Cᵀ is given; those of a factor in single precision with the modes of the body as a whole in double.
+fn corrected(
+    assembly: &Assembly,
+    coupling: &Coupling,
+    selection: Option<&CscMatrix>,
+    work: &Work,
+) -> (Vec<f64>, Option<Vec<f64>>) {
+    match &*assembly.factor {
+        Factor::Double(factor) => formed(factor, coupling, selection, work),
+        Factor::Single(factor) => {
+            let (mut operator, mut matrix) = formed(factor, coupling, selection, work);
+            let compliance = matrix.as_mut();
+            correct(assembly, coupling, selection, &mut operator, compliance);
+            (rounded(operator), matrix.map(rounded))
+        }
     }
 }
 

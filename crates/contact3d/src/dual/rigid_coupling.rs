@@ -137,9 +137,7 @@ impl RigidCoupling {
     pub(crate) fn in_modes(&self, motion: &[f64]) -> Vec<f64> {
         let mut modes = vec![0.0; self.body.n_modes()];
         for (weights, by) in self.felt.iter().zip(motion) {
-            for (sum, weight) in modes.iter_mut().zip(weights) {
-                *sum += by * weight;
-            }
+            add_scaled(&mut modes, *by, weights);
         }
         modes
     }
@@ -258,9 +256,7 @@ impl RigidCoupling {
     pub(crate) fn integrals_of(&self, motion: &[f64], n_multipliers: usize) -> Vec<f64> {
         let mut sum = vec![0.0; n_multipliers];
         for (integrals, by) in self.integrals.iter().zip(motion) {
-            for (sum, g) in sum.iter_mut().zip(integrals) {
-                *sum += by * g;
-            }
+            add_scaled(&mut sum, *by, integrals);
         }
         sum
     }
@@ -268,10 +264,7 @@ impl RigidCoupling {
     /// The slip of α at the contact nodes in m.
     pub(crate) fn add_slip(&self, motion: &[f64], slip: &mut [[f64; 2]]) {
         for (mode, by) in self.slip.iter().zip(motion) {
-            for (slip, moved) in slip.iter_mut().zip(mode) {
-                slip[0] += by * moved[0];
-                slip[1] += by * moved[1];
-            }
+            add_scaled(slip.as_flattened_mut(), *by, mode.as_flattened());
         }
     }
 }

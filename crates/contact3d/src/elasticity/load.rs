@@ -1,10 +1,12 @@
 //! Load vectors, and loads that do nothing.
 
+use std::ops::{AddAssign, Mul};
+
 use nalgebra::Vector3;
 
 use super::Element;
 use crate::{
-    mesh::{Mesh, SidePoint, tetrahedron_volume, triangle_area},
+    mesh::{Mesh, SidePoint, tetrahedron_volume},
     reference::{quadrature, shape::quadratic_tetrahedron},
     scene::{
         BodyForce, Component, Invalid, Pressure, Quantity, Scene, Traction, UNDEFINED, Warning,
@@ -48,7 +50,7 @@ impl<'a> Loads<'a> {
             for facet in mesh.facets_on(&traction.face) {
                 let side = LoadedTriangle::of(mesh, facet);
                 for (component, value) in traction.value.iter().enumerate() {
-                    for (node, share) in side.integrals(value, &key)? {
+                    for (node, share) in side.integrals(value, &key, |area| area.norm())? {
                         load[node][component] += share;
                     }
                 }
@@ -58,7 +60,7 @@ impl<'a> Loads<'a> {
             let key = format!("pressure.{i}.value");
             for facet in mesh.facets_on(&pressure.face) {
                 let side = LoadedTriangle::of(mesh, facet);
-                for (node, share) in side.normal_integrals(&pressure.value, &key)? {
+                for (node, share) in side.integrals(&pressure.value, &key, |area| area)? {
                     for c in 0..3 {
                         load[node][c] -= share[c];
                     }
@@ -98,45 +100,24 @@ impl LoadedTriangle {
         }
     }
 
-    /// ∫ φ_k value in m² times the value's unit, with the node of each φ_k.
-    fn integrals(&self, value: &Quantity, key: &str) -> Result<Vec<(usize, f64)>, Invalid> {
-        match self {
-            Self::Linear { nodes, corners } => {
-                let area = triangle_area(corners);
-                let means = hat_means(value, corners, quadrature::triangle, key)?;
-                let shares = means.map(|mean| area * mean);
-                Ok(nodes.iter().copied().zip(shares).collect())
-            }
-            Self::Quadratic { nodes, points } => {
-                let mut shares = [0.0; 6];
-                for point in points {
-                    let weighted = finite_at(value, point.at, key)? * point.area.norm();
-                    for (share, shape) in shares.iter_mut().zip(point.shape) {
-                        *share += weighted * shape;
-                    }
-                }
-                Ok(nodes.iter().copied().zip(shares).collect())
-            }
-        }
-    }
-
-    /// ∫ φ_k value ν with the outward normal ν.
-    fn normal_integrals(
+    /// ∫ φ_k value dA with the node of each φ_k; `measure` makes dA of the outward normal times area, in m².
+    fn integrals<V: Copy + AddAssign + Mul<f64, Output = V>>(
         &self,
         value: &Quantity,
         key: &str,
-    ) -> Result<Vec<(usize, Vector3<f64>)>, Invalid> {
+        measure: impl Fn(Vector3<f64>) -> V,
+    ) -> Result<Vec<(usize, V)>, Invalid> {
         match self {
             Self::Linear { nodes, corners } => {
-                let area = area_vector(corners);
+                let area = measure(area_vector(corners));
                 let means = hat_means(value, corners, quadrature::triangle, key)?;
                 let shares = means.map(|mean| area * mean);
                 Ok(nodes.iter().copied().zip(shares).collect())
             }
             Self::Quadratic { nodes, points } => {
-                let mut shares = [Vector3::zeros(); 6];
+                let mut shares = [measure(Vector3::zeros()); 6];
                 for point in points {
-                    let weighted = point.area * finite_at(value, point.at, key)?;
+                    let weighted = measure(point.area) * finite_at(value, point.at, key)?;
                     for (share, shape) in shares.iter_mut().zip(point.shape) {
                         *share += weighted * shape;
                     }
@@ -151,37 +132,21 @@ fn add_body_force(force: &BodyForce, mesh: &Mesh, load: &mut [[f64; 3]]) -> Resu
     const KEY: &str = "body_force.value";
     for (t, corner_nodes) in mesh.tetrahedra.iter().enumerate() {
         let corners = mesh.corners(corner_nodes);
-        let shares: Vec<Vec<f64>> = match Element::of(mesh, t) {
+        let element = Element::of(mesh, t);
+        let shares_of = |value| match &element {
             Element::Linear(_) => {
                 let volume = tetrahedron_volume(&corners);
-                let means = |value| hat_means(value, &corners, quadrature::tetrahedron, KEY);
-                let shares = |value| Ok(means(value)?.map(|mean| volume * mean).to_vec());
-                force
-                    .value
-                    .iter()
-                    .map(shares)
-                    .collect::<Result<_, Invalid>>()?
+                let means = hat_means(value, &corners, quadrature::tetrahedron, KEY)?;
+                Ok(means.map(|mean| volume * mean).to_vec())
             }
             Element::Quadratic(simplex) => {
-                let point = |at: &[f64; 4]| (quadrature::point(&corners, at), simplex.volume);
-                let shares = |value| quadratic_shares(value, point, KEY);
-                force
-                    .value
-                    .iter()
-                    .map(shares)
-                    .collect::<Result<_, Invalid>>()?
+                let place = |at: &[f64; 4]| (quadrature::point(&corners, at), simplex.volume);
+                quadratic_shares(value, place, KEY)
             }
-            Element::Curved(curved) => {
-                let shares = |value| quadratic_shares(value, |at| curved.place(at), KEY);
-                force
-                    .value
-                    .iter()
-                    .map(shares)
-                    .collect::<Result<_, Invalid>>()?
-            }
+            Element::Curved(curved) => quadratic_shares(value, |at| curved.place(at), KEY),
         };
-        for (component, shares) in shares.iter().enumerate() {
-            for (node, share) in mesh.tetrahedron_nodes(t).zip(shares) {
+        for (component, value) in force.value.iter().enumerate() {
+            for (node, share) in mesh.tetrahedron_nodes(t).zip(shares_of(value)?) {
                 load[node][component] += share;
             }
         }

@@ -4,7 +4,7 @@ use faer::{Accum, Mat, MatRef, Par, linalg::matmul::matmul};
 
 use super::{
     DenseLu,
-    vector::{add_scaled, dot, norm},
+    vector::{dot, norm, orthogonalise},
 };
 
 /// Squarings: ρ is known to a factor κ^(2⁻ᵏ) where κ is the condition of the eigenvectors, 1e-5 for κ = 1e16.
@@ -74,10 +74,7 @@ pub fn largest_eigenvalue(n: usize, mut apply: impl FnMut(&[f64]) -> Vec<f64>) -
         let k = basis.len() - 1;
         let mut next = apply(&basis[k]);
         diagonal.push(dot(&next, &basis[k]));
-        for v in &basis {
-            let along = dot(&next, v);
-            add_scaled(&mut next, -along, v);
-        }
+        orthogonalise(&mut next, &basis, 1);
         let beta = norm(&next);
         let (ritz, last_component) = largest_ritz_pair(&diagonal, &off_diagonal);
         let residual = beta * last_component.abs();
@@ -142,14 +139,7 @@ pub(crate) fn figures_by_products<const K: usize>(
     while columns.len() < n {
         let mut next = product(&basis[columns.len()]);
         let size = norm(&next);
-        let mut column = vec![0.0; basis.len()];
-        for _ in 0..2 {
-            for (coefficient, vector) in column.iter_mut().zip(&basis) {
-                let share = dot(&next, vector);
-                *coefficient += share;
-                add_scaled(&mut next, -share, vector);
-            }
-        }
+        let mut column = orthogonalise(&mut next, &basis, 2);
         let left = norm(&next);
         column.push(left);
         columns.push(column);
@@ -187,6 +177,7 @@ mod tests {
     use faer::{Mat, mat};
 
     use super::{distance_to_one, largest_eigenvalue, spectral_radius, *};
+    use crate::linalg::add_scaled;
 
     #[test]
     fn spectral_radii_of_small_matrices() {

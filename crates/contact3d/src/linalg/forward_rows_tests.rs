@@ -18,10 +18,56 @@ fn case(n: usize) -> Case {
     let factor =
         CholeskyFactor::<f64>::factorise(&brick.stiffness(), order).expect("positive definite");
     Case {
-        coupling: brick.coupling(),
-        selection: brick.contact_selection(),
+        coupling: coupling(&brick, n),
+        selection: contact_selection(&brick),
         factor,
     }
+}
+
+/// Pane couplings B (rows: normal, t₁, t₂ of each 2 × 2 pane), clamped nodes left out.
+fn coupling(brick: &Brick, n: usize) -> CscMatrix {
+    let panes = 3 * n * n / 4;
+    let area = 4.0 / (n * n) as f64;
+    let mut rows: Vec<Vec<(usize, f64)>> = vec![];
+    for (component, sign) in [(2, -1.0), (0, 1.0), (1, 1.0)] {
+        for pane in 0..panes {
+            let (ci, cj) = (2 * (pane / (n / 2)) + 1, 2 * (pane % (n / 2)) + 1);
+            let mut row = vec![];
+            for i in ci - 1..=ci + 1 {
+                for j in (cj - 1..=cj + 1).filter(|_| i > 0) {
+                    let weight = if (i, j) == (ci, cj) { 4.0 } else { 1.0 };
+                    let node = ((i - 1) * (n + 1) + j) * (n + 1);
+                    row.push((3 * node + component, sign * area / 12.0 * weight));
+                }
+            }
+            rows.push(row);
+        }
+    }
+    from_rows(3 * brick.points.len(), &rows)
+}
+
+/// The selection of all displacement components of the contact nodes.
+fn contact_selection(brick: &Brick) -> CscMatrix {
+    let unknowns = brick
+        .contact_nodes
+        .iter()
+        .flat_map(|node| 3 * node..3 * node + 3);
+    let rows: Vec<Vec<(usize, f64)>> = unknowns.map(|unknown| vec![(unknown, 1.0)]).collect();
+    from_rows(3 * brick.points.len(), &rows)
+}
+
+/// A matrix given by rows of (column, value), columns increasing.
+fn from_rows(cols: usize, rows: &[Vec<(usize, f64)>]) -> CscMatrix {
+    let mut indptr = vec![0];
+    let (mut indices, mut data) = (vec![], vec![]);
+    for row in rows {
+        indices.extend(row.iter().map(|entry| entry.0));
+        data.extend(row.iter().map(|entry| entry.1));
+        indptr.push(indices.len());
+    }
+    let transposed =
+        CscMatrix::new(cols, rows.len(), indptr, indices, data).expect("valid by construction");
+    transposed.transpose()
 }
 
 /// C A⁻¹ Bᵀ by one full solve per row of B, column-major.

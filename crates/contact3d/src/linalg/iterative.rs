@@ -1,11 +1,10 @@
 //! Iterative solvers: preconditioned conjugate gradients, and GMRES.
-//! lower precision.
 
 use super::{
     precision::Factor,
     solve::Workspace,
     sparse::CscMatrix,
-    vector::{add_scaled, dot, norm},
+    vector::{add_scaled, dot, norm, orthogonalise},
 };
 
 /// Most steps; a factor that needs more is of no use.
@@ -167,17 +166,9 @@ pub(crate) fn gmres(
     let mut turned = vec![size];
     for k in 0..most_steps.min(b.len()) {
         let mut next = apply(&basis[k]);
-        let mut column = vec![0.0; k + 2];
-        // Twice, so that the basis is orthogonal to rounding.
-        for _ in 0..2 {
-            for (entry, v) in column.iter_mut().zip(&basis) {
-                let along = dot(&next, v);
-                *entry += along;
-                add_scaled(&mut next, -along, v);
-            }
-        }
+        let mut column = orthogonalise(&mut next, &basis, 2);
         let length = norm(&next);
-        column[k + 1] = length;
+        column.push(length);
         for (i, (c, s)) in rotations.iter().enumerate() {
             let (upper, lower) = (column[i], column[i + 1]);
             column[i] = c * upper + s * lower;

@@ -33,18 +33,18 @@ mod vector;
 mod work;
 
 #[cfg(test)]
-mod factor_tests;
-#[cfg(test)]
 mod forward_rows_tests;
 #[cfg(test)]
+mod solve_tests;
+#[cfg(test)]
+#[path = "../../tests/rooms/linalg/brick.rs"]
 mod test_brick;
 
 pub use analysis::FactorStructure;
 pub use dense::DenseLu;
 pub(crate) use dense::transpositions;
 pub(crate) use dense::{DenseCholesky, shifts};
-pub use dissection::{OrderingError, amd};
-pub(crate) use dissection::{expand_to_unknowns, nested_dissection};
+pub use dissection::{OrderingError, amd, expand_to_unknowns, nested_dissection};
 pub(crate) use eigenvalues::figures_by_products;
 pub(crate) use eigenvalues::{distance_to_one, least_modulus};
 pub use eigenvalues::{largest_eigenvalue, largest_ritz_pair};

@@ -50,16 +50,16 @@ pub fn add_scaled(y: &mut [f64], a: f64, x: &[f64]) {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::norm;
-
-    #[test]
-    fn norms_neither_overflow_nor_hide_what_is_not_finite() {
-        // Two roundings.
-        assert!((norm(&[3e200, 4e200]) / 5e200 - 1.0).abs() < 1e-15);
-        assert_eq!(norm(&[]), 0.0);
-        assert!(norm(&[f64::NAN, 0.0]).is_nan() && norm(&[f64::INFINITY, f64::NAN]).is_nan());
-        assert_eq!(norm(&[f64::INFINITY, 1.0]), f64::INFINITY);
+/// Takes the parts along orthonormal vectors out of a vector, by so many passes of Gram and Schmidt's modified method: two leave
+/// it orthogonal to rounding. Gives these parts.
+pub(crate) fn orthogonalise(vector: &mut [f64], basis: &[Vec<f64>], passes: usize) -> Vec<f64> {
+    let mut parts = vec![0.0; basis.len()];
+    for _ in 0..passes {
+        for (part, v) in parts.iter_mut().zip(basis) {
+            let along = dot(vector, v);
+            *part += along;
+            add_scaled(vector, -along, v);
+        }
     }
+    parts
 }

@@ -7,8 +7,9 @@ use nalgebra::{Matrix3, Vector3};
 use super::{
     ContactSurface, Mesh, MeshError, Origin, brick,
     contact_surface::{ContactFace, FaceTriangle, plane_of},
+    macro_patches,
     obstacle::Approach,
-    patches, triangle_area,
+    triangle_area,
 };
 use crate::scene::{
     BrickFace, Contact, Invalid, MultiplierSpace, Scene, Shape, Written, place_words,
@@ -282,7 +283,7 @@ impl Mesh {
             (MultiplierSpace::Panes, None) => {
                 let is_free = |node: usize| held[node] == [false; 3];
                 let carriers: Vec<[usize; 3]> = face.triangles.iter().map(|t| t.carriers).collect();
-                let panes = patches::build(&self.coordinates, &corners, &carriers, is_free)
+                let panes = macro_patches(&self.coordinates, &corners, &carriers, is_free)
                     .map_err(|invalid| under(&key, invalid))?;
                 ContactSurface::with_panes(face, panes)
             }

@@ -8,8 +8,6 @@ mod error;
 mod gmsh;
 mod obstacle;
 mod patches;
-#[cfg(test)]
-mod patches_tests;
 mod quadratic;
 mod refined;
 mod side;
@@ -19,7 +17,10 @@ use std::path::Path;
 pub use brick::{brick, brick_counts};
 pub use contact_surface::{ContactSurface, SurfaceFace};
 pub use error::MeshError;
-pub use gmsh::{FilePosition, GmshError, digest_of, parse as parse_gmsh, read as read_gmsh};
+pub use gmsh::{
+    FilePosition, GmshError, GmshFlaw, digest_of, parse as parse_gmsh, read as read_gmsh,
+};
+pub use patches::macro_patches;
 pub use quadratic::{IsoparametricMap, MidEdgeNodes};
 pub use refined::{RefinableBody, Refinement};
 pub use side::{Quality, is_straight, shape};

@@ -27,7 +27,7 @@ use crate::{reference::TRIANGLE_EDGES, scene::Invalid};
 ///
 /// # Errors
 /// When a part of the contact face has no free node inside it.
-pub(super) fn build(
+pub fn macro_patches(
     coordinates: &[[f64; 3]],
     triangles: &[[usize; 3]],
     carriers: &[[usize; 3]],

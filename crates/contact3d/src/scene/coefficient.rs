@@ -223,24 +223,3 @@ impl Ramp {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn slips_and_kinks_of_each_kind() {
-        let ramp = Coefficient::Ramp(Ramp {
-            initial: 0.5,
-            residual: 0.25,
-            onset: 1.0,
-            rate: 0.125,
-        });
-        assert_eq!(ramp.slips_used(1), [false, true]);
-        assert_eq!(ramp.kinks(1), [vec![], vec![1.0, 3.0]]);
-        let formula = |text| Coefficient::Expression(Formula::parse(text).unwrap());
-        assert_eq!(formula("0.3 + s").slips_used(0), [true, false]);
-        assert_eq!(formula("0.3 + x + s2").slips_used(0), [false, true]);
-        assert!(formula("0.3").is_searched() && !ramp.is_searched());
-    }
-}

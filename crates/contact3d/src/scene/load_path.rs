@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::{Invalid, PlaceFunction, Quantity, Scene, SlipMeasure, Step, Written};
+use super::{
+    Expression, Invalid, POSITION, PlaceFunction, Quantity, Scene, SlipMeasure, Step, Written,
+};
 
 /// One of the problems that a history consists of.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -141,7 +143,7 @@ impl Scene {
     /// The scene without steps whose loads, gap and prescribed displacements are those at the end of an increment.
     ///
     /// # Errors
-    /// A key that the scene does not have, a value of another shape, formulas too long to be joined.
+    /// A key that the scene does not have, a value of another shape.
     pub fn at_increment(&self, increment: Increment) -> Result<Self, Invalid> {
         let mut scene = self.clone();
         scene.steps.clear();
@@ -153,15 +155,7 @@ impl Scene {
         let [before, after] = self.ends_of(increment.step)?;
         for (target, after) in after {
             let before = &before[&target];
-            let values = between(before, &after, increment.share).map_err(|found| Invalid {
-                key: format!("step.{}", increment.step),
-                expected: format!(
-                    "values of {} that one formula can lead between",
-                    target.key(self)
-                ),
-                found,
-                help: "write shorter formulas, with parameters for what they share".into(),
-            })?;
+            let values = between(before, &after, increment.share);
             target.values(&mut scene).clone_from_slice(&values);
         }
         scene.bind_parameters()?;
@@ -337,61 +331,46 @@ impl Scene {
     }
 }
 
-/// The values at a share of the way from one end of a step to the other; why there are none otherwise.
-fn between(before: &EndValue, after: &EndValue, share: f64) -> Result<Vec<Quantity>, String> {
+/// The values at a share of the way from one end of a step to the other.
+fn between(before: &EndValue, after: &EndValue, share: f64) -> Vec<Quantity> {
+    let ends = |factor: f64| after.value.iter().map(|v| scaled(v, factor)).collect();
     if share >= 1.0 {
-        return after
-            .value
-            .iter()
-            .map(|v| scaled(v, after.factor))
-            .collect();
+        return ends(after.factor);
     }
     if before.value == after.value {
-        let factor = before.factor + share * (after.factor - before.factor);
-        return after.value.iter().map(|v| scaled(v, factor)).collect();
+        return ends(before.factor + share * (after.factor - before.factor));
     }
     let weights = [(1.0 - share) * before.factor, share * after.factor];
     let pairs = before.value.iter().zip(&after.value);
     pairs
-        .map(|(a, b)| sum(scaled(a, weights[0])?, scaled(b, weights[1])?))
+        .map(|(a, b)| sum(scaled(a, weights[0]), scaled(b, weights[1])))
         .collect()
 }
 
-fn scaled(quantity: &Quantity, factor: f64) -> Result<Quantity, String> {
+fn scaled(quantity: &Quantity, factor: f64) -> Quantity {
     match quantity {
-        _ if factor == 1.0 => Ok(quantity.clone()),
-        Quantity::Constant(value) => Ok(Quantity::Constant(factor * value)),
-        _ if factor == 0.0 => Ok(Quantity::Constant(0.0)),
-        Quantity::Varying(formula) => formula_of(format!("({factor:?})*({})", formula.text())),
+        _ if factor == 1.0 => quantity.clone(),
+        Quantity::Constant(value) => Quantity::Constant(factor * value),
+        _ if factor == 0.0 => Quantity::Constant(0.0),
+        Quantity::Varying(formula) => Quantity::Varying(formula.times(factor)),
         Quantity::Function(function) => {
             let function = function.clone();
-            let scaled = PlaceFunction::new(move |x| factor * function.at(x));
-            Ok(Quantity::Function(scaled))
+            Quantity::Function(PlaceFunction::new(move |x| factor * function.at(x)))
         }
     }
 }
 
-fn sum(a: Quantity, b: Quantity) -> Result<Quantity, String> {
-    let text = |quantity: &Quantity| match quantity {
-        Quantity::Constant(value) => Some(format!("({value:?})")),
-        Quantity::Varying(formula) => Some(formula.text().to_owned()),
+fn sum(a: Quantity, b: Quantity) -> Quantity {
+    let formula = |quantity: &Quantity| match quantity {
+        Quantity::Constant(value) => Some(Expression::number(*value, POSITION)),
+        Quantity::Varying(formula) => Some(formula.clone()),
         Quantity::Function(_) => None,
     };
-    match (&a, &b, text(&a).zip(text(&b))) {
-        (Quantity::Constant(a), Quantity::Constant(b), _) => Ok(Quantity::Constant(a + b)),
-        (_, Quantity::Constant(0.0), _) => Ok(a),
-        (Quantity::Constant(0.0), ..) => Ok(b),
-        (.., Some((first, second))) => formula_of(format!("{first} + {second}")),
-        (.., None) => Ok(Quantity::Function(PlaceFunction::new(move |x| {
-            a.at(x) + b.at(x)
-        }))),
+    match (&a, &b, formula(&a).zip(formula(&b))) {
+        (Quantity::Constant(a), Quantity::Constant(b), _) => Quantity::Constant(a + b),
+        (_, Quantity::Constant(0.0), _) => a,
+        (Quantity::Constant(0.0), ..) => b,
+        (.., Some((first, second))) => Quantity::Varying(first.plus(&second)),
+        (.., None) => Quantity::Function(PlaceFunction::new(move |x| a.at(x) + b.at(x))),
     }
-}
-
-/// A formula whose parameters are yet to be bound.
-fn formula_of(text: String) -> Result<Quantity, String> {
-    let formula = super::Expression::unbound(&text, super::POSITION);
-    formula
-        .map(Quantity::Varying)
-        .map_err(|error| error.to_string())
 }

@@ -1,6 +1,6 @@
 //! The formulas of a scene and the parameters they use.
 
-use std::collections::BTreeSet;
+use std::{collections::BTreeSet, slice::from_mut};
 
 use super::{
     Coefficient, Expression, ExpressionError, Invalid, LAW_VARIABLES, Obstacle, Parameters,
@@ -85,51 +85,47 @@ impl Scene {
     }
 
     /// All that may vary with its keys: quantities, and coefficients of friction.
-    fn varying_mut(&mut self) -> Varying<'_> {
-        let mut quantities: Vec<(String, &mut Quantity)> = Vec::new();
+    fn varying_mut<'s>(&'s mut self) -> Varying<'s> {
+        let mut found: Vec<(String, &mut [Quantity])> = Vec::new();
+        let mut add = |key: String, values| found.push((key, values));
         for (i, clamp) in self.clamps.iter_mut().enumerate() {
-            let key = format!("clamp.{i}.value");
-            quantities.extend(clamp.value.iter_mut().map(|value| (key.clone(), value)));
+            add(format!("clamp.{i}.value"), &mut clamp.value);
         }
         for (i, spring) in self.springs.iter_mut().enumerate() {
-            let named = spring.quantities_mut();
-            quantities.extend(named.map(|(name, value)| (format!("spring.{i}.{name}"), value)));
+            for (name, value) in spring.quantities_mut() {
+                add(format!("spring.{i}.{name}"), from_mut(value));
+            }
         }
         for (i, traction) in self.tractions.iter_mut().enumerate() {
-            let key = format!("traction.{i}.value");
-            quantities.extend(traction.value.iter_mut().map(|value| (key.clone(), value)));
+            add(format!("traction.{i}.value"), &mut traction.value);
         }
         for (i, pressure) in self.pressures.iter_mut().enumerate() {
-            quantities.push((format!("pressure.{i}.value"), &mut pressure.value));
+            add(format!("pressure.{i}.value"), from_mut(&mut pressure.value));
         }
         for (k, step) in self.steps.iter_mut().enumerate() {
             for (name, value) in &mut step.value {
-                let key = format!("step.{k}.value.{name}");
-                let components = value.components_mut().iter_mut();
-                quantities.extend(components.map(|value| (key.clone(), value)));
+                add(format!("step.{k}.value.{name}"), value.components_mut());
             }
         }
-        let mut add = |key: &str, value| quantities.push((key.to_owned(), value));
-        for value in self
-            .body_force
-            .iter_mut()
-            .flat_map(|force| &mut force.value)
-        {
-            add("body_force.value", value);
+        if let Some(force) = &mut self.body_force {
+            add("body_force.value".to_owned(), &mut force.value);
         }
         let mut laws = Vec::new();
         let count = self.contacts.len();
         for (entry, contact) in self.contacts.iter_mut().enumerate() {
             let key = contact_key(count, entry);
             if let Some(Obstacle::Height(height)) = &mut contact.obstacle {
-                add(&format!("{key}.obstacle.height.value"), &mut height.value);
+                add(
+                    format!("{key}.obstacle.height.value"),
+                    from_mut(&mut height.value),
+                );
             }
-            add(&format!("{key}.gap"), &mut contact.gap);
-            for value in contact.axis_1.iter_mut().flatten() {
-                add(&format!("{key}.axis_1"), value);
+            add(format!("{key}.gap"), from_mut(&mut contact.gap));
+            if let Some(axis) = &mut contact.axis_1 {
+                add(format!("{key}.axis_1"), axis);
             }
-            if let Some(value) = &mut contact.angle {
-                add(&format!("{key}.angle"), value);
+            if let Some(angle) = &mut contact.angle {
+                add(format!("{key}.angle"), from_mut(angle));
             }
             if let Some(friction) = &mut contact.friction {
                 laws.push((format!("{key}.friction"), friction));
@@ -141,7 +137,7 @@ impl Scene {
         let mut coefficients = Vec::new();
         for (key, friction) in laws {
             if let Some(value) = &mut friction.slip_bound {
-                add(&format!("{key}.slip_bound"), value);
+                add(format!("{key}.slip_bound"), from_mut(value));
             }
             let named = [
                 ("coefficient", &mut friction.coefficient),
@@ -153,7 +149,10 @@ impl Scene {
                 Some((format!("{key}.{name}.{}", law.kind()), law))
             }));
         }
-        (quantities, coefficients)
+        let each = |(key, values): (String, &'s mut [Quantity])| {
+            values.iter_mut().map(move |value| (key.clone(), value))
+        };
+        (found.into_iter().flat_map(each).collect(), coefficients)
     }
 }
 

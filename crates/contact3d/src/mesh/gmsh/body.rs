@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::{GmshError, contents::Contents, groups::MeshElement};
+use super::{GmshFlaw, contents::Contents, groups::MeshElement};
 use crate::{mesh::IsoparametricMap, reference::TETRAHEDRON_EDGES};
 
 /// The tetrahedra of a file on nodes numbered by increasing tag; unused nodes are dropped.
@@ -20,9 +20,14 @@ pub(super) struct GmshBody {
 impl GmshBody {
     /// Numbers the nodes and orients the tetrahedra; a mesh whose tetrahedra are all inverted, as
     /// in a mirrored copy, is turned as a whole.
-    pub(super) fn new(contents: &Contents) -> Result<Self, GmshError> {
+    pub(super) fn new(contents: &Contents) -> Result<Self, GmshFlaw> {
         if contents.tetrahedra.is_empty() {
-            return Err(GmshError::NoTetrahedra);
+            return Err(GmshFlaw::new(
+                None,
+                "tetrahedra",
+                "none",
+                "mesh the volume (gmsh -3); when there are physical groups, Gmsh saves only elements in them: add a Physical Volume",
+            ));
         }
         let in_file: Vec<[usize; 4]> = contents
             .tetrahedra
@@ -59,7 +64,7 @@ impl GmshBody {
     }
 
     /// Refuses edges with two nodes in the middle and curved tetrahedra that fold.
-    fn check_middles(&self, elements: &[MeshElement<4>]) -> Result<(), GmshError> {
+    fn check_middles(&self, elements: &[MeshElement<4>]) -> Result<(), GmshFlaw> {
         let mut known = HashMap::new();
         let middles = self.mid_edges.iter().flatten();
         for ((corners, middles), element) in self.tetrahedra.iter().zip(middles).zip(elements) {
@@ -67,25 +72,23 @@ impl GmshBody {
                 let (a, b) = (corners[a], corners[b]);
                 let first = *known.entry([a.min(b), a.max(b)]).or_insert(node);
                 if first != node {
-                    return Err(GmshError::EdgeNode {
-                        place: element.place,
-                        element: element.tag,
-                        first: self.tags[a],
-                        second: self.tags[b],
-                        known: self.tags[first],
-                        found: self.tags[node],
-                    });
+                    let [first, a, b, found] = [first, a, b, node].map(|n| self.tags[n]);
+                    return Err(element.flaw(
+                        format!("the node {first} in the middle of the edge from {a} to {b}, as in another tetrahedron"),
+                        found.to_string(),
+                        "parts that touch are not joined: use BooleanFragments or Coherence before meshing",
+                    ));
                 }
             }
             let corners = corners.map(|n| self.coordinates[n]);
             let ratio = IsoparametricMap::new(&corners, &middles.map(|n| self.coordinates[n]))
                 .least_jacobian();
             if ratio.is_nan() || ratio <= 0.0 {
-                return Err(GmshError::Folded {
-                    place: element.place,
-                    element: element.tag,
-                    ratio,
-                });
+                return Err(element.flaw(
+                    "a positive Jacobian everywhere",
+                    format!("{ratio:.1e} times that of its corners"),
+                    "curve the mesh with care: gmsh part.geo -3 -order 2 -optimize_ho -format msh41 -o part.msh, or refine it where sides bend",
+                ));
             }
         }
         Ok(())
@@ -97,17 +100,17 @@ impl GmshBody {
         Some([find(tags[0])?, find(tags[1])?, find(tags[2])?])
     }
 
-    fn orient(&mut self, elements: &[MeshElement<4>]) -> Result<(), GmshError> {
+    fn orient(&mut self, elements: &[MeshElement<4>]) -> Result<(), GmshFlaw> {
         let mut inverted = Vec::new();
         for (t, (nodes, element)) in self.tetrahedra.iter().zip(elements).enumerate() {
             let (ratio, rounding) = relative_volume(&nodes.map(|n| self.coordinates[n]));
             // Not a number when coordinates are so far apart that products overflow.
             if ratio.is_nan() || ratio.abs() <= rounding {
-                return Err(GmshError::Degenerate {
-                    place: element.place,
-                    element: element.tag,
-                    ratio,
-                });
+                return Err(element.flaw(
+                    "a volume",
+                    format!("{ratio:.1e} of its longest edge cubed, which is rounding"),
+                    "the tetrahedron is flat; optimise the mesh (gmsh -optimize) or mesh again",
+                ));
             }
             if ratio < 0.0 {
                 inverted.push(t);
@@ -120,12 +123,11 @@ impl GmshBody {
             let middles = self.mid_edges.iter_mut().flatten();
             middles.for_each(|m| *m = [m[0], m[4], m[3], m[2], m[1], m[5]]);
         } else if let Some(&first) = inverted.first() {
-            return Err(GmshError::Inverted {
-                place: elements[first].place,
-                element: elements[first].tag,
-                inverted: inverted.len(),
-                total,
-            });
+            return Err(elements[first].flaw(
+                "the orientation of the others",
+                format!("it inverted ({} of {total} are)", inverted.len()),
+                "the mesh folds over itself there; optimise it (gmsh -optimize) or mesh again",
+            ));
         }
         Ok(())
     }
@@ -135,7 +137,7 @@ impl GmshBody {
 pub(super) fn listed_nodes<const K: usize>(
     contents: &Contents,
     element: &MeshElement<K>,
-) -> Result<[usize; K], GmshError> {
+) -> Result<[usize; K], GmshFlaw> {
     listed_tags(contents, element, &element.nodes)
 }
 
@@ -144,24 +146,28 @@ fn listed_tags<const K: usize, const N: usize>(
     contents: &Contents,
     element: &MeshElement<K>,
     tags: &[u64; N],
-) -> Result<[usize; N], GmshError> {
+) -> Result<[usize; N], GmshFlaw> {
     let mut nodes = [0; N];
     for (i, &tag) in tags.iter().enumerate() {
+        let flaw = |expected: &str, found, help| {
+            let flaw = GmshFlaw::new(element.place, expected, found, help);
+            flaw.of(format!("element {}", element.tag))
+        };
         if tags[..i].contains(&tag) {
-            return Err(GmshError::RepeatedNode {
-                place: element.place,
-                element: element.tag,
-                node: tag,
-            });
+            return Err(flaw(
+                "different nodes",
+                format!("node {tag} twice"),
+                "the element is degenerate; mesh the geometry again, or a little coarser",
+            ));
         }
-        nodes[i] = *contents
-            .node_of_tag
-            .get(&tag)
-            .ok_or(GmshError::UnknownNode {
-                place: element.place,
-                element: element.tag,
-                node: tag,
-            })?;
+        nodes[i] = *contents.node_of_tag.get(&tag).ok_or_else(|| {
+            let found = format!("node {tag}");
+            flaw(
+                "nodes of $Nodes",
+                found,
+                "the file is damaged; save it again",
+            )
+        })?;
     }
     Ok(nodes)
 }

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use nalgebra::Vector3;
 use rayon::slice::ParallelSliceMut;
 
-use super::{GmshError, body::GmshBody, contents::Contents};
+use super::{GmshFlaw, body::GmshBody, contents::Contents};
 use crate::mesh::sorted;
 
 /// The outer triangles of the body and how its tetrahedra hang together.
@@ -24,7 +24,7 @@ pub(super) struct GmshBoundary {
 impl GmshBoundary {
     /// Matches the triangles of all tetrahedra: two tetrahedra share a triangle from opposite
     /// sides, or it is on the boundary. So a third one at a triangle overlaps one of the two.
-    pub(super) fn new(body: &GmshBody, contents: &Contents) -> Result<Self, GmshError> {
+    pub(super) fn new(body: &GmshBody, contents: &Contents) -> Result<Self, GmshFlaw> {
         let mut sides: Vec<TetrahedronSide> = (0..body.tetrahedra.len())
             .flat_map(|t| (0..4).map(move |local| (t, local)))
             .map(|(t, local)| TetrahedronSide {
@@ -59,7 +59,7 @@ impl GmshBoundary {
     }
 
     /// Refuses a body of several pieces.
-    pub(super) fn require_one_piece(&self, contents: &Contents) -> Result<(), GmshError> {
+    pub(super) fn require_one_piece(&self, contents: &Contents) -> Result<(), GmshFlaw> {
         let mut size = vec![0_usize; self.piece.len()];
         for &first in &self.piece {
             size[first] += 1;
@@ -68,13 +68,19 @@ impl GmshBoundary {
         let largest = firsts.iter().rev().max_by_key(|t| size[**t]);
         let smallest = firsts.iter().rev().min_by_key(|t| size[**t]);
         match (largest, smallest) {
-            (Some(&largest), Some(&smallest)) if firsts.len() > 1 => Err(GmshError::Pieces {
-                pieces: firsts.len(),
-                first: contents.tetrahedra[largest].tag,
-                other: contents.tetrahedra[smallest].tag,
-                smallest: size[smallest],
-                total: self.piece.len(),
-            }),
+            (Some(&largest), Some(&smallest)) if firsts.len() > 1 => Err(GmshFlaw::new(
+                None,
+                "one body",
+                format!(
+                    "{} pieces not joined by whole triangles: tetrahedron {} is in the largest, tetrahedron {} in the smallest ({} of {} tetrahedra)",
+                    firsts.len(),
+                    contents.tetrahedra[largest].tag,
+                    contents.tetrahedra[smallest].tag,
+                    size[smallest],
+                    self.piece.len()
+                ),
+                "a piece could move alone: join the pieces (BooleanUnion, BooleanFragments) or keep one of them",
+            )),
             _ => Ok(()),
         }
     }
@@ -101,7 +107,7 @@ fn is_even(body: &GmshBody, side: &TetrahedronSide) -> bool {
 }
 
 /// The error for sides that share a triangle although two of them are on the same side of it.
-fn overlap(body: &GmshBody, contents: &Contents, shared: &[TetrahedronSide]) -> GmshError {
+fn overlap(body: &GmshBody, contents: &Contents, shared: &[TetrahedronSide]) -> GmshFlaw {
     let corners = |side: &TetrahedronSide| {
         let mut nodes = body.tetrahedra[side.tetrahedron];
         nodes.sort_unstable();
@@ -118,27 +124,25 @@ fn overlap(body: &GmshBody, contents: &Contents, shared: &[TetrahedronSide]) -> 
         .expect("two of three sides, or the two of a wrong pair, are on the same side");
     let [first, second] = [first, second].map(|s| &contents.tetrahedra[s.tetrahedron]);
     if copy.is_none() {
-        return GmshError::Overlap {
-            place: second.place,
-            first: first.tag,
-            second: second.tag,
-            triangle: shared[0].key.map(|n| body.tags[n]),
-        };
+        let triangle = shared[0].key.map(|n| body.tags[n]);
+        return second.flaw(
+            "no overlap",
+            format!(
+                "tetrahedron {} on the same side of triangle {triangle:?}",
+                first.tag
+            ),
+            "volumes overlap; make them parts of each other with BooleanFragments and mesh again",
+        );
     }
     let groups = [first, second].map(|e| contents.memberships[e.membership].first());
     match groups {
         // MSH 2.2 writes an element once for each physical group it is in.
-        [Some(a), Some(b)] if a != b => GmshError::TwoVolumes {
-            place: second.place,
-            element: second.tag,
-            first: contents.group_name(3, *a),
-            second: contents.group_name(3, *b),
-        },
-        _ => GmshError::DuplicateTetrahedron {
-            place: second.place,
-            first: first.tag,
-            second: second.tag,
-        },
+        [Some(a), Some(b)] if a != b => contents.in_two_groups(second, [*a, *b]),
+        _ => second.flaw(
+            "its own nodes",
+            format!("those of tetrahedron {}", first.tag),
+            "a volume was meshed or saved twice; remove the copy (Coherence Mesh)",
+        ),
     }
 }
 
@@ -180,7 +184,7 @@ pub(super) fn check(
     body: &GmshBody,
     boundary: &GmshBoundary,
     contents: &Contents,
-) -> Result<(), GmshError> {
+) -> Result<(), GmshFlaw> {
     let mut nodes: Vec<usize> = boundary.facets.iter().flatten().copied().collect();
     nodes.sort_unstable();
     nodes.dedup();
@@ -198,7 +202,7 @@ fn no_coincident_nodes(
     boundary: &GmshBoundary,
     nodes: &[usize],
     nearby: &Nearby,
-) -> Result<(), GmshError> {
+) -> Result<(), GmshFlaw> {
     let mut shortest = vec![f64::INFINITY; body.coordinates.len()];
     for &[a, b, c] in &boundary.facets {
         for (p, q) in [(a, b), (b, c), (c, a)] {
@@ -212,11 +216,14 @@ fn no_coincident_nodes(
         let reach = SAME_PLACE * shortest[node];
         let others = nearby.in_box(at.map(|x| x - reach), at.map(|x| x + reach));
         if let Some(&other) = others.iter().find(|&&other| other != node) {
-            return Err(GmshError::CoincidentNodes {
-                first: body.tags[node.min(other)],
-                second: body.tags[node.max(other)],
-                at,
-            });
+            let flaw = GmshFlaw::new(
+                None,
+                "different places",
+                format!("them in the same place {at:?}"),
+                "parts that touch are not joined: use BooleanFragments or Coherence before meshing, or Coherence Mesh after it",
+            );
+            let [first, second] = [node.min(other), node.max(other)].map(|n| body.tags[n]);
+            return Err(flaw.of(format!("nodes {first} and {second}")));
         }
     }
     Ok(())
@@ -227,7 +234,7 @@ fn no_hanging_nodes(
     boundary: &GmshBoundary,
     contents: &Contents,
     nearby: &Nearby,
-) -> Result<(), GmshError> {
+) -> Result<(), GmshFlaw> {
     for (facet, &owner) in boundary.facets.iter().zip(&boundary.owner) {
         let corners = facet.map(|n| point(body, n));
         let longest = (0..3)
@@ -248,11 +255,15 @@ fn no_hanging_nodes(
             .filter(|node| !facet.contains(node))
             .find(|&node| lies_on(&corners, reach, &point(body, node)));
         if let Some(node) = hanging {
-            return Err(GmshError::HangingNode {
-                node: body.tags[node],
-                triangle: facet.map(|n| body.tags[n]),
-                element: contents.tetrahedra[owner].tag,
-            });
+            let triangle = facet.map(|n| body.tags[n]);
+            let element = contents.tetrahedra[owner].tag;
+            let flaw = GmshFlaw::new(
+                None,
+                "a conforming mesh",
+                format!("it on boundary triangle {triangle:?} of tetrahedron {element}"),
+                "parts that touch are meshed apart: join them with BooleanFragments or Coherence before meshing",
+            );
+            return Err(flaw.of(format!("node {}", body.tags[node])));
         }
     }
     Ok(())

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::{
-    FilePosition, GmshError,
+    FilePosition, GmshFlaw,
     groups::{ElementKind, MIDDLES, MOST_NODES, MeshElement, Order},
     scanner::{Encoding, Scanner, shown},
     v2, v4,
@@ -66,7 +66,7 @@ impl Contents {
     }
 
     /// Reads all sections of a file.
-    pub(super) fn read(bytes: &[u8]) -> Result<Self, GmshError> {
+    pub(super) fn read(bytes: &[u8]) -> Result<Self, GmshFlaw> {
         let mut scanner = Scanner::new(bytes);
         let version = read_format(&mut scanner)?;
         let mut contents = Self::new();
@@ -81,8 +81,12 @@ impl Contents {
             if let Some((slot, section)) = known
                 && seen[slot].replace(()).is_some()
             {
-                let place = scanner.place();
-                return Err(GmshError::RepeatedSection { place, section });
+                return Err(GmshFlaw::new(
+                    scanner.place(),
+                    format!("one section ${section}"),
+                    "a second one",
+                    "two meshes stand in one file; merge them in Gmsh and save once",
+                ));
             }
             match (section.as_str(), version) {
                 ("PhysicalNames", _) => contents.read_names(&mut scanner)?,
@@ -103,12 +107,19 @@ impl Contents {
             end_section(&mut scanner, &section)?;
         }
         for (seen, section) in seen.into_iter().zip(["Nodes", "Elements"]) {
-            seen.ok_or(GmshError::MissingSection { section })?;
+            seen.ok_or_else(|| {
+                GmshFlaw::new(
+                    None,
+                    format!("a section ${section}"),
+                    "none",
+                    "the file is cut off or not an MSH file with nodes and elements",
+                )
+            })?;
         }
         Ok(contents)
     }
 
-    fn read_names(&mut self, scanner: &mut Scanner) -> Result<(), GmshError> {
+    fn read_names(&mut self, scanner: &mut Scanner) -> Result<(), GmshFlaw> {
         const LINE: &str = "dimension, tag and \"name\" of a physical group";
         let count = scanner.text_line().unwrap_or_default();
         let count: u64 = text(count)
@@ -129,16 +140,23 @@ impl Contents {
         place: FilePosition,
         tag: u64,
         at: [f64; 3],
-    ) -> Result<(), GmshError> {
+    ) -> Result<(), GmshFlaw> {
         if let Some(&found) = at.iter().find(|x| !x.is_finite()) {
-            return Err(GmshError::NotFinite {
+            let flaw = GmshFlaw::new(
                 place,
-                node: tag,
-                found,
-            });
+                "finite coordinates",
+                found.to_string(),
+                "mesh the geometry again",
+            );
+            return Err(flaw.of(format!("node {tag}")));
         }
         if self.node_of_tag.insert(tag, self.node_tags.len()).is_some() {
-            return Err(GmshError::RepeatedTag { place, node: tag });
+            return Err(GmshFlaw::new(
+                place,
+                "every node once",
+                format!("node {tag} again"),
+                "renumber the mesh in Gmsh: Mesh > Renumber, or RenumberMeshNodes",
+            ));
         }
         self.node_tags.push(tag);
         self.coordinates.push(at);
@@ -152,7 +170,7 @@ impl Contents {
         (place, tag): (FilePosition, u64),
         kind: ElementKind,
         membership: usize,
-    ) -> Result<(), GmshError> {
+    ) -> Result<(), GmshFlaw> {
         let mut nodes = [0; MOST_NODES];
         for node in &mut nodes[..kind.n_nodes()] {
             *node = scanner.size("the tag of a node of the element")?;
@@ -177,10 +195,12 @@ impl Contents {
                     membership,
                 });
                 if ![0, self.tetrahedra.len()].contains(&self.middles.len()) {
-                    return Err(GmshError::MixedOrders {
+                    return Err(GmshFlaw::new(
                         place,
-                        element: tag,
-                    });
+                        "tetrahedra of one order",
+                        format!("tetrahedron {tag} of another one"),
+                        "mesh the whole body with one order: gmsh part.geo -3 -order 2 -format msh41 -o part.msh",
+                    ));
                 }
             }
         }
@@ -203,7 +223,7 @@ fn physical_name(line: &[u8]) -> Option<((i64, i64), String)> {
 }
 
 /// Reads `$MeshFormat`: version, encoding and size of sizes; in binary also the order of bytes.
-fn read_format(scanner: &mut Scanner) -> Result<GmshVersion, GmshError> {
+fn read_format(scanner: &mut Scanner) -> Result<GmshVersion, GmshFlaw> {
     let first = scanner.text_line().unwrap_or_default();
     if first != b"$MeshFormat" {
         return Err(scanner.syntax("$MeshFormat at the beginning", shown(first)));
@@ -224,15 +244,21 @@ fn read_format(scanner: &mut Scanner) -> Result<GmshVersion, GmshError> {
         Ok(2.2) => GmshVersion::V2,
         Ok(4.1) => GmshVersion::V4,
         _ => {
-            let found = shown(version.as_bytes());
-            return Err(GmshError::Version { place, found });
+            return Err(GmshFlaw::new(
+                place,
+                "MSH format 4.1 or 2.2",
+                shown(version.as_bytes()),
+                "save it again: gmsh part.geo -3 -format msh41 -o part.msh",
+            ));
         }
     };
     let refuse = |found: &str| {
-        Err(GmshError::Encoding {
+        Err(GmshFlaw::new(
             place,
-            found: found.to_owned(),
-        })
+            "text or little-endian binary with data of 8 bytes",
+            found,
+            "save it as text, without -bin: gmsh part.geo -3 -format msh41 -o part.msh",
+        ))
     };
     match (encoding, version, size) {
         ("0", _, _) => {}
@@ -254,7 +280,7 @@ fn read_format(scanner: &mut Scanner) -> Result<GmshVersion, GmshError> {
 }
 
 /// The name of the next section; none at the end of the file.
-fn begin_section(scanner: &mut Scanner) -> Result<Option<String>, GmshError> {
+fn begin_section(scanner: &mut Scanner) -> Result<Option<String>, GmshFlaw> {
     let Some(line) = scanner.text_line() else {
         return Ok(None);
     };
@@ -266,7 +292,7 @@ fn begin_section(scanner: &mut Scanner) -> Result<Option<String>, GmshError> {
     Ok(Some(name.to_owned()))
 }
 
-fn end_section(scanner: &mut Scanner, section: &str) -> Result<(), GmshError> {
+fn end_section(scanner: &mut Scanner, section: &str) -> Result<(), GmshFlaw> {
     let line = scanner.text_line().unwrap_or_default();
     let end = format!("$End{section}");
     if line == end.as_bytes() {
@@ -281,7 +307,7 @@ fn end_section(scanner: &mut Scanner, section: &str) -> Result<(), GmshError> {
 }
 
 /// Passes a section that is not used, to the end of its last line.
-fn skip_section(scanner: &mut Scanner, section: &str) -> Result<(), GmshError> {
+fn skip_section(scanner: &mut Scanner, section: &str) -> Result<(), GmshFlaw> {
     let end = format!("$End{section}");
     if scanner.skip_behind(end.as_bytes()) {
         return Ok(());

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashSet};
 
 use super::{
-    FilePosition, GmshError,
+    FilePosition, GmshFlaw,
     body::{GmshBody, listed_nodes},
     boundary::GmshBoundary,
     contents::Contents,
@@ -28,22 +28,36 @@ impl Contents {
             [first, second, ..] => Err([*first, *second]),
         }
     }
+
+    /// The flaw of an element that two physical groups claim.
+    pub(super) fn in_two_groups<const K: usize>(
+        &self,
+        element: &MeshElement<K>,
+        groups: [i64; 2],
+    ) -> GmshFlaw {
+        let (dimension, kind, help) = if K == 4 {
+            (3, "volume", "take the volume out of one of the two groups")
+        } else {
+            (
+                2,
+                "surface",
+                "take the surface out of one of the two groups",
+            )
+        };
+        let [first, second] = groups.map(|group| self.group_name(dimension, group));
+        let expected = format!("one physical {kind}");
+        element.flaw(expected, format!("{first:?} and {second:?}"), help)
+    }
 }
 
 /// Members and names of the physical volumes; both empty when there are none.
-pub(super) fn volumes(contents: &Contents) -> Result<(Vec<usize>, Vec<String>), GmshError> {
+pub(super) fn volumes(contents: &Contents) -> Result<(Vec<usize>, Vec<String>), GmshFlaw> {
     let groups: Vec<Option<i64>> = contents
         .tetrahedra
         .iter()
         .map(|element| {
-            contents
-                .group_of(element)
-                .map_err(|[first, second]| GmshError::TwoVolumes {
-                    place: element.place,
-                    element: element.tag,
-                    first: contents.group_name(3, first),
-                    second: contents.group_name(3, second),
-                })
+            let groups = contents.group_of(element);
+            groups.map_err(|groups| contents.in_two_groups(element, groups))
         })
         .collect::<Result<_, _>>()?;
     if groups.iter().all(Option::is_none) {
@@ -59,17 +73,12 @@ pub(super) fn surfaces(
     contents: &Contents,
     body: &GmshBody,
     boundary: &GmshBoundary,
-) -> Result<(Vec<usize>, Vec<String>), GmshError> {
+) -> Result<(Vec<usize>, Vec<String>), GmshFlaw> {
     let mut facet_group: Vec<Option<i64>> = vec![None; boundary.facets.len()];
     let mut surfaces: BTreeMap<i64, PhysicalSurface> = BTreeMap::new();
     for element in &contents.triangles {
         listed_nodes(contents, element)?;
-        let two = |[first, second]: [i64; 2]| GmshError::TwoSurfaces {
-            place: element.place,
-            element: element.tag,
-            first: contents.group_name(2, first),
-            second: contents.group_name(2, second),
-        };
+        let two = |groups| contents.in_two_groups(element, groups);
         let Some(group) = contents.group_of(element).map_err(two)? else {
             continue;
         };
@@ -89,12 +98,17 @@ pub(super) fn surfaces(
         }
     }
     if let Some((&group, surface)) = surfaces.iter().find(|(_, s)| !s.on_boundary) {
-        return Err(GmshError::NotOnBoundary {
-            place: surface.first.place,
-            name: contents.group_name(2, group),
-            triangles: surface.triangles,
-            element: surface.first.tag,
-        });
+        let flaw = GmshFlaw::new(
+            surface.first.place,
+            "triangles on the boundary of the body",
+            format!(
+                "none among its {} (triangle {} is the first)",
+                surface.triangles, surface.first.tag
+            ),
+            "the surface lies inside the body or off it; name an outer surface, and check that its volume is in a physical group",
+        );
+        let name = contents.group_name(2, group);
+        return Err(flaw.of(format!("physical surface {name:?}")));
     }
     named(contents, 2, &facet_group)
 }
@@ -111,7 +125,7 @@ fn named(
     contents: &Contents,
     dimension: i64,
     groups: &[Option<i64>],
-) -> Result<(Vec<usize>, Vec<String>), GmshError> {
+) -> Result<(Vec<usize>, Vec<String>), GmshFlaw> {
     let mut tags: Vec<i64> = groups.iter().flatten().copied().collect();
     tags.sort_unstable();
     tags.dedup();
@@ -124,14 +138,17 @@ fn named(
     }
     let mut seen = HashSet::new();
     if let Some(name) = names.iter().find(|name| !seen.insert(*name)) {
-        return Err(GmshError::RepeatedName {
-            kind: if dimension == 3 {
-                "volumes"
-            } else {
-                "surfaces"
-            },
-            name: name.clone(),
-        });
+        let kind = if dimension == 3 {
+            "volumes"
+        } else {
+            "surfaces"
+        };
+        return Err(GmshFlaw::new(
+            None,
+            format!("different names of the physical {kind}"),
+            format!("{name:?} twice"),
+            "rename one; a group without a name is called by its number, and what is in no group is called \"unnamed\"",
+        ));
     }
     let index = |group: &Option<i64>| {
         group.map_or(tags.len(), |tag| tags.partition_point(|&other| other < tag))
@@ -148,6 +165,19 @@ pub(super) struct MeshElement<const K: usize> {
     pub(super) nodes: [u64; K],
     /// Index into the memberships.
     pub(super) membership: usize,
+}
+
+impl<const K: usize> MeshElement<K> {
+    /// A flaw of this element.
+    pub(super) fn flaw(
+        &self,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+        help: &'static str,
+    ) -> GmshFlaw {
+        let kind = if K == 4 { "tetrahedron" } else { "triangle" };
+        GmshFlaw::new(self.place, expected, found, help).of(format!("{kind} {}", self.tag))
+    }
 }
 
 /// The kinds of elements that a mesh of linear or quadratic tetrahedra has.
@@ -174,7 +204,7 @@ pub(super) const MIDDLES: [usize; 6] = [4, 5, 6, 7, 9, 8];
 
 impl ElementKind {
     /// The kind with a code of the format (Gmsh reference manual, MSH file format).
-    pub(super) fn of_code(code: i64, place: FilePosition) -> Result<Self, GmshError> {
+    pub(super) fn of_code(code: i64, place: FilePosition) -> Result<Self, GmshFlaw> {
         let name = match code {
             1 => return Ok(Self::Line(Order::First)),
             2 => return Ok(Self::Triangle(Order::First)),
@@ -195,7 +225,12 @@ impl ElementKind {
             29..=31 => "higher-order tetrahedra",
             _ => "another kind",
         };
-        Err(GmshError::ElementType { place, code, name })
+        Err(GmshFlaw::new(
+            place,
+            "linear tetrahedra and triangles",
+            format!("{name} (element type {code})"),
+            "only linear tetrahedra are used: mesh without Recombine and save with gmsh part.geo -3 -order 1",
+        ))
     }
 
     pub(super) fn n_nodes(self) -> usize {

@@ -17,7 +17,7 @@ mod v4;
 
 use std::{fs, io, path::Path};
 
-pub use error::{FilePosition, GmshError};
+pub use error::{FilePosition, GmshError, GmshFlaw};
 
 use super::RawMesh;
 use crate::scene::{GmshFile, require_regular};
@@ -44,10 +44,7 @@ pub fn read(file: &GmshFile, folder: &Path) -> Result<RawMesh, GmshError> {
             });
         }
     }
-    let mut mesh = parse(&bytes).map_err(|flaw| GmshError::InFile {
-        path,
-        flaw: Box::new(flaw),
-    })?;
+    let mut mesh = parse(&bytes).map_err(|flaw| GmshError::InFile { path, flaw })?;
     scale(&mut mesh, file.unit)?;
     Ok(mesh)
 }
@@ -71,7 +68,7 @@ pub fn digest_of(path: &Path) -> io::Result<String> {
 ///
 /// # Errors
 /// The first flaw found, with its line and its tags in the file.
-pub fn parse(bytes: &[u8]) -> Result<RawMesh, GmshError> {
+pub fn parse(bytes: &[u8]) -> Result<RawMesh, GmshFlaw> {
     let contents = contents::Contents::read(bytes)?;
     let body = body::GmshBody::new(&contents)?;
     let boundary = boundary::GmshBoundary::new(&body, &contents)?;

@@ -1,6 +1,6 @@
 //! The bytes of a mesh file, read value by value, text or binary.
 
-use super::{FilePosition, GmshError};
+use super::{FilePosition, GmshFlaw};
 
 /// Walks through the bytes of a mesh file once, value by value.
 ///
@@ -49,16 +49,13 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    pub(super) fn syntax(
-        &self,
-        expected: impl Into<String>,
-        found: impl Into<String>,
-    ) -> GmshError {
-        GmshError::Syntax {
-            place: self.place(),
-            expected: expected.into(),
-            found: found.into(),
-        }
+    pub(super) fn syntax(&self, expected: impl Into<String>, found: impl Into<String>) -> GmshFlaw {
+        GmshFlaw::new(
+            self.place(),
+            expected,
+            found,
+            "the file is damaged or not an MSH file; save it again: gmsh part.geo -3 -format msh41 -o part.msh",
+        )
     }
 
     fn rest(&self) -> &'a [u8] {
@@ -121,7 +118,7 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    pub(super) fn end_record(&mut self) -> Result<(), GmshError> {
+    pub(super) fn end_record(&mut self) -> Result<(), GmshFlaw> {
         if !self.is_text() {
             return Ok(());
         }
@@ -140,7 +137,7 @@ impl<'a> Scanner<'a> {
         Some(&rest[..length]).filter(|token| !token.is_empty())
     }
 
-    fn word<T: std::str::FromStr>(&mut self, expected: &str) -> Result<T, GmshError> {
+    fn word<T: std::str::FromStr>(&mut self, expected: &str) -> Result<T, GmshFlaw> {
         let Some(token) = self.token() else {
             let ended = if self.at == self.bytes.len() {
                 "the end of the file"
@@ -153,7 +150,7 @@ impl<'a> Scanner<'a> {
         value.ok_or_else(|| self.syntax(expected, shown(token)))
     }
 
-    fn raw<const N: usize>(&mut self, expected: &str) -> Result<[u8; N], GmshError> {
+    fn raw<const N: usize>(&mut self, expected: &str) -> Result<[u8; N], GmshFlaw> {
         let Some(value) = self.rest().first_chunk::<N>() else {
             return Err(self.syntax(expected, "the end of the file"));
         };
@@ -162,7 +159,7 @@ impl<'a> Scanner<'a> {
     }
 
     /// An `int` of the format: a code, a dimension or an entity's tag.
-    pub(super) fn int(&mut self, expected: &str) -> Result<i64, GmshError> {
+    pub(super) fn int(&mut self, expected: &str) -> Result<i64, GmshFlaw> {
         if self.is_text() {
             self.word(expected)
         } else {
@@ -171,7 +168,7 @@ impl<'a> Scanner<'a> {
     }
 
     /// A count, or the tag of a node or an element.
-    pub(super) fn size(&mut self, expected: &str) -> Result<u64, GmshError> {
+    pub(super) fn size(&mut self, expected: &str) -> Result<u64, GmshFlaw> {
         match self.encoding {
             Encoding::Text => self.word(expected),
             Encoding::Sizes => Ok(u64::from_le_bytes(self.raw(expected)?)),
@@ -183,7 +180,7 @@ impl<'a> Scanner<'a> {
     }
 
     /// A `double` of the format.
-    pub(super) fn real(&mut self, expected: &str) -> Result<f64, GmshError> {
+    pub(super) fn real(&mut self, expected: &str) -> Result<f64, GmshFlaw> {
         if self.is_text() {
             self.word(expected)
         } else {
@@ -195,10 +192,10 @@ impl<'a> Scanner<'a> {
     /// against the rest of the file so that it may be reserved.
     pub(super) fn count(
         &mut self,
-        what: &'static str,
+        what: &str,
         text: usize,
         binary: usize,
-    ) -> Result<usize, GmshError> {
+    ) -> Result<usize, GmshFlaw> {
         let declared = self.size(&format!("the number of {what}"))?;
         self.fitting(declared, what, if self.is_text() { text } else { binary })
     }
@@ -206,10 +203,10 @@ impl<'a> Scanner<'a> {
     /// As [`Self::count`], for a count that stands in text on a line of its own in any encoding.
     pub(super) fn count_line(
         &mut self,
-        what: &'static str,
+        what: &str,
         text: usize,
         binary: usize,
-    ) -> Result<usize, GmshError> {
+    ) -> Result<usize, GmshFlaw> {
         self.skip_blank_lines();
         let declared = self.word(&format!("the number of {what}"))?;
         if let Some(token) = self.token() {
@@ -221,19 +218,29 @@ impl<'a> Scanner<'a> {
     }
 
     /// A declared count, if the rest of the file may hold as many items of so many bytes.
-    fn fitting(&self, declared: u64, what: &'static str, least: usize) -> Result<usize, GmshError> {
+    fn fitting(&self, declared: u64, what: &str, least: usize) -> Result<usize, GmshFlaw> {
         // The last line of a text may lack its line break.
         let possible = (self.rest().len() + 1) / least;
         match usize::try_from(declared) {
             Ok(count) if count <= possible => Ok(count),
-            _ => Err(GmshError::Count {
-                place: self.place(),
-                what,
-                declared,
-                possible: possible as u64,
-            }),
+            _ => Err(too_many(self.place(), what, declared, possible)),
         }
     }
+}
+
+/// The flaw of a count of more items than the rest of the file, or of a section, can hold.
+pub(super) fn too_many(
+    place: FilePosition,
+    what: &str,
+    declared: u64,
+    possible: usize,
+) -> GmshFlaw {
+    GmshFlaw::new(
+        place,
+        format!("at most {possible} {what} in the rest of the file"),
+        format!("the count {declared}"),
+        "the file is cut off or its counts are wrong; save it again: gmsh part.geo -3 -format msh41 -o part.msh",
+    )
 }
 
 /// A word of the file as it goes into a message.

@@ -2,10 +2,15 @@
 
 use std::collections::HashMap;
 
-use super::{FilePosition, GmshError, contents::Contents, groups::ElementKind, scanner::Scanner};
+use super::{
+    FilePosition, GmshFlaw,
+    contents::Contents,
+    groups::ElementKind,
+    scanner::{Scanner, too_many},
+};
 
 /// `$Nodes`: a count, then tag and coordinates of a node on each line.
-pub(super) fn nodes(scanner: &mut Scanner, contents: &mut Contents) -> Result<(), GmshError> {
+pub(super) fn nodes(scanner: &mut Scanner, contents: &mut Contents) -> Result<(), GmshFlaw> {
     let count = scanner.count_line("nodes", 8, 28)?;
     contents.reserve_nodes(count);
     for _ in 0..count {
@@ -27,7 +32,7 @@ pub(super) fn nodes(scanner: &mut Scanner, contents: &mut Contents) -> Result<()
 ///
 /// The first of the tags is the physical group (0 for none, negative for the reversed
 /// orientation); an element in several groups stands in several lines.
-pub(super) fn elements(scanner: &mut Scanner, contents: &mut Contents) -> Result<(), GmshError> {
+pub(super) fn elements(scanner: &mut Scanner, contents: &mut Contents) -> Result<(), GmshFlaw> {
     let mut left = scanner.count_line("elements", 8, 12)?;
     let mut memberships = Memberships::default();
     while left > 0 {
@@ -60,21 +65,16 @@ pub(super) fn elements(scanner: &mut Scanner, contents: &mut Contents) -> Result
 }
 
 /// The number of elements of a block of which at most `left` are still to come.
-fn block_size(scanner: &mut Scanner, left: usize, place: FilePosition) -> Result<usize, GmshError> {
+fn block_size(scanner: &mut Scanner, left: usize, place: FilePosition) -> Result<usize, GmshFlaw> {
     let declared = scanner.size("the number of elements of the block")?;
     match usize::try_from(declared) {
         Ok(count @ 1..) if count <= left => Ok(count),
-        _ => Err(GmshError::Count {
-            place,
-            what: "elements of the block",
-            declared,
-            possible: left as u64,
-        }),
+        _ => Err(too_many(place, "elements of the block", declared, left)),
     }
 }
 
 /// The physical group among the tags of an element.
-fn read_group(scanner: &mut Scanner, n_tags: u64) -> Result<i64, GmshError> {
+fn read_group(scanner: &mut Scanner, n_tags: u64) -> Result<i64, GmshFlaw> {
     let mut group = 0;
     for i in 0..n_tags {
         let tag = scanner.int("a tag of the element")?;

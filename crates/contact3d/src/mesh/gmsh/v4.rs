@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::{GmshError, contents::Contents, groups::ElementKind, scanner::Scanner};
+use super::{GmshFlaw, contents::Contents, groups::ElementKind, scanner::Scanner};
 
 /// The membership of each geometric entity, by dimension and tag.
 pub(super) type Entities = HashMap<(i64, i64), usize>;
@@ -11,7 +11,7 @@ pub(super) type Entities = HashMap<(i64, i64), usize>;
 pub(super) fn entities(
     scanner: &mut Scanner,
     contents: &mut Contents,
-) -> Result<Entities, GmshError> {
+) -> Result<Entities, GmshFlaw> {
     scanner.begin_record();
     let mut counts = [0; 4];
     for (count, what) in counts
@@ -42,7 +42,7 @@ pub(super) fn entities(
 }
 
 /// A count and as many tags, without their signs, which say orientations.
-fn tags(scanner: &mut Scanner, what: &'static str) -> Result<Vec<i64>, GmshError> {
+fn tags(scanner: &mut Scanner, what: &str) -> Result<Vec<i64>, GmshFlaw> {
     let count = scanner.count(what, 2, 4)?;
     (0..count)
         .map(|_| Ok(scanner.int(what)?.saturating_abs()))
@@ -50,7 +50,7 @@ fn tags(scanner: &mut Scanner, what: &'static str) -> Result<Vec<i64>, GmshError
 }
 
 /// `$Nodes`: blocks of one entity each, first all tags of the block, then all coordinates.
-pub(super) fn nodes(scanner: &mut Scanner, contents: &mut Contents) -> Result<(), GmshError> {
+pub(super) fn nodes(scanner: &mut Scanner, contents: &mut Contents) -> Result<(), GmshFlaw> {
     scanner.begin_record();
     let n_blocks = scanner.size("the number of blocks of nodes")?;
     let count = scanner.count("nodes", 8, 32)?;
@@ -97,7 +97,7 @@ pub(super) fn elements(
     scanner: &mut Scanner,
     entities: Option<&Entities>,
     contents: &mut Contents,
-) -> Result<(), GmshError> {
+) -> Result<(), GmshFlaw> {
     scanner.begin_record();
     let n_blocks = scanner.size("the number of blocks of elements")?;
     let count = scanner.count("elements", 4, 16)?;
@@ -119,11 +119,12 @@ pub(super) fn elements(
             None => 0,
             Some(Some(&membership)) => membership,
             Some(None) => {
-                return Err(GmshError::UnknownEntity {
+                return Err(GmshFlaw::new(
                     place,
-                    dimension,
-                    entity,
-                });
+                    "an entity of $Entities",
+                    format!("entity {entity} of dimension {dimension}"),
+                    "partitioned meshes are not read: save the mesh without partitions (Unpartition)",
+                ));
             }
         };
         for _ in 0..in_block {
@@ -139,13 +140,13 @@ pub(super) fn elements(
 }
 
 /// Passes the smallest and largest tag at the end of a section's first line.
-fn skip_range(scanner: &mut Scanner) -> Result<(), GmshError> {
+fn skip_range(scanner: &mut Scanner) -> Result<(), GmshFlaw> {
     scanner.size("the smallest tag")?;
     scanner.size("the largest tag")?;
     scanner.end_record()
 }
 
-fn agree(scanner: &Scanner, what: &str, declared: usize, found: usize) -> Result<(), GmshError> {
+fn agree(scanner: &Scanner, what: &str, declared: usize, found: usize) -> Result<(), GmshFlaw> {
     if declared == found {
         return Ok(());
     }

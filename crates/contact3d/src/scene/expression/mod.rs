@@ -14,8 +14,7 @@ pub use parse::FUNCTIONS;
 pub(super) use parse::is_identifier;
 pub use parse::replace_names;
 use parse::{CONSTANTS, DEEPEST_NESTING, ParseError};
-use program::{GrowingPiece, Sloped};
-use program::{Instruction, run};
+use program::{Binary, GrowingPiece, Instruction, Sloped, run};
 
 /// Longest text of an expression, in bytes.
 const LONGEST_TEXT: usize = 4096;
@@ -163,6 +162,52 @@ impl Expression {
         Ok(other)
     }
 
+    /// The formula times a number.
+    pub(super) fn times(&self, factor: f64) -> Self {
+        let factor = Self::number(factor, self.variables);
+        let text = format!("{}*({})", factor.text(), self.text());
+        factor.joined(self, Binary::Multiply, text)
+    }
+
+    /// The sum of two formulas in the same variables.
+    pub(super) fn plus(&self, other: &Self) -> Self {
+        self.joined(
+            other,
+            Binary::Add,
+            format!("{} + {}", self.text(), other.text()),
+        )
+    }
+
+    /// A number as a formula.
+    pub(super) fn number(value: f64, variables: &'static [&'static str]) -> Self {
+        Self {
+            parsed: Box::new(Parsed {
+                text: format!("({value:?})"),
+                steps: vec![Instruction::Number(value)],
+                names: Vec::new(),
+                values: Vec::new(),
+            }),
+            variables,
+        }
+    }
+
+    /// Two formulas in the same variables as the arguments of an operator; `text` says the same.
+    fn joined(&self, other: &Self, operator: Binary, text: String) -> Self {
+        let mut joined = self.clone();
+        let parsed = &mut *joined.parsed;
+        let n_parameters = parsed.names.len();
+        parsed.text = text;
+        parsed.names.extend_from_slice(&other.parsed.names);
+        parsed.values.extend_from_slice(&other.parsed.values);
+        let steps = other.parsed.steps.iter().map(|step| match step {
+            Instruction::Parameter(place) => Instruction::Parameter(n_parameters + place),
+            step => *step,
+        });
+        parsed.steps.extend(steps);
+        parsed.steps.push(Instruction::Binary(operator));
+        joined
+    }
+
     /// The formula as written.
     #[must_use]
     pub fn text(&self) -> &str {
@@ -189,7 +234,7 @@ impl Expression {
     /// The partial derivatives by three variables, given by their places; at kinks those of the
     /// piece that holds when all three grow at the same rate.
     #[must_use]
-    pub(crate) fn derivatives(&self, values: &[f64], by: [usize; 3]) -> [f64; 3] {
+    pub fn derivatives(&self, values: &[f64], by: [usize; 3]) -> [f64; 3] {
         let variable =
             |place| Sloped::variable(values[place], by.iter().position(|wanted| *wanted == place));
         let steps = &self.parsed.steps;

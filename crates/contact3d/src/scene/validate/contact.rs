@@ -1,6 +1,6 @@
 //! Checks of the contact faces.
 
-use super::{holds, obstacle, require, supports::check_name};
+use super::{check_box, holds, obstacle, require, supports::check_name};
 use crate::scene::{Contact, ElementOrder, Invalid, Scene, SlipInterpolation, Written};
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
@@ -13,17 +13,8 @@ pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
 
 fn check_face(scene: &Scene, contact: &Contact, key: &str) -> Result<(), Invalid> {
     check_name(scene, &contact.face, format!("{key}.face"))?;
-    if let Some([low, high]) = &contact.corners {
-        require(
-            (0..3).all(|c| low[c] <= high[c] && low[c].is_finite() && high[c].is_finite()),
-            format!("{key}.box"),
-            &format!(
-                "two corners [min, max], min at most max in x, y and z [{}]",
-                scene.units.length()
-            ),
-            Written(&[low, high]),
-            "give the lower corner first",
-        )?;
+    if let Some(corners) = &contact.corners {
+        check_box(scene, format!("{key}.box"), corners)?;
     }
     require(
         holds(&contact.gap, |d| d >= 0.0 && d.is_finite()),

@@ -143,20 +143,20 @@ fn check_coefficient(coefficient: &Coefficient, key: &str, length: &str) -> Resu
     }
 }
 
-fn increasing_from_zero(slips: &[f64]) -> bool {
-    slips.first() == Some(&0.0)
-        && slips.windows(2).all(|w| w[0] < w[1])
-        && slips.iter().all(|s| s.is_finite())
+fn check_slips(slips: &[f64], key: String, length: &str) -> Result<(), Invalid> {
+    require(
+        slips.first() == Some(&0.0)
+            && slips.windows(2).all(|w| w[0] < w[1])
+            && slips.iter().all(|s| s.is_finite()),
+        key,
+        &format!("increasing slips from 0 on [{length}]"),
+        Written(&slips),
+        "the first slip is 0, the law is constant beyond the last",
+    )
 }
 
 fn check_table(table: &Table, key: &str, length: &str) -> Result<(), Invalid> {
-    require(
-        increasing_from_zero(&table.slip),
-        format!("{key}.slip"),
-        &format!("increasing slips from 0 on [{length}]"),
-        Written(&table.slip),
-        "the first slip is 0, the law is constant beyond the last",
-    )?;
+    check_slips(&table.slip, format!("{key}.slip"), length)?;
     require(
         table.value.len() == table.slip.len() && table.value.iter().all(|&f| is_coefficient(f)),
         format!("{key}.value"),
@@ -171,13 +171,7 @@ fn check_table(table: &Table, key: &str, length: &str) -> Result<(), Invalid> {
 
 fn check_grid(grid: &Grid, key: &str, length: &str) -> Result<(), Invalid> {
     for (name, slips) in [("slip_1", &grid.slip_1), ("slip_2", &grid.slip_2)] {
-        require(
-            increasing_from_zero(slips),
-            format!("{key}.{name}"),
-            &format!("increasing slips from 0 on [{length}]"),
-            Written(slips),
-            "the first slip is 0, the law is constant beyond the last",
-        )?;
+        check_slips(slips, format!("{key}.{name}"), length)?;
     }
     let shaped = grid.value.len() == grid.slip_1.len()
         && grid.value.iter().all(|row| row.len() == grid.slip_2.len());

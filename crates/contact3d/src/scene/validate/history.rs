@@ -76,21 +76,6 @@ fn check_ends(scene: &Scene) -> Result<(), Invalid> {
                 ..invalid
             })?;
     }
-    // Half way formulas of two steps are joined to one, which must not be too long.
-    for (step, _) in scene
-        .steps
-        .iter()
-        .enumerate()
-        .filter(|(_, step)| step.increments > 1)
-    {
-        let half = crate::scene::Increment {
-            step,
-            number: 1,
-            share: 0.3,
-            time: 0.0,
-        };
-        scene.at_increment(half)?;
-    }
     Ok(())
 }
 

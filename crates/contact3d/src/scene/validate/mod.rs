@@ -11,7 +11,7 @@ mod supports;
 
 use std::fmt;
 
-use super::{Invalid, Quantity, Scene, solve::SMALLEST_ERROR};
+use super::{Invalid, Quantity, Scene, Written, solve::SMALLEST_ERROR};
 
 /// Refuses `found` at `key` unless `ok`.
 fn require(
@@ -34,6 +34,21 @@ fn require(
 
 fn positive(value: f64) -> bool {
     value > 0.0 && value.is_finite()
+}
+
+/// Refuses corners of a box of nodes or triangles that are not in order; a box may be flat.
+fn check_box(scene: &Scene, key: String, corners: &[[f64; 3]; 2]) -> Result<(), Invalid> {
+    let [low, high] = corners;
+    require(
+        (0..3).all(|c| low[c] <= high[c] && low[c].is_finite() && high[c].is_finite()),
+        key,
+        &format!(
+            "two corners [min, max], min at most max in x, y and z [{}]",
+            scene.units.length()
+        ),
+        Written(corners),
+        "give the lower corner first",
+    )
 }
 
 /// Whether a quantity that is the same everywhere satisfies a condition; formulas are checked

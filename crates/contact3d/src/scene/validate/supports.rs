@@ -2,7 +2,7 @@
 
 use units::Dimension;
 
-use super::{holds, require};
+use super::{check_box, holds, require};
 use crate::scene::{BrickFace, Clamp, Component, Invalid, Quantity, Scene, Written};
 
 pub(super) fn check(scene: &Scene) -> Result<(), Invalid> {
@@ -117,16 +117,7 @@ fn check_place(scene: &Scene, clamp: &Clamp, i: usize) -> Result<(), Invalid> {
                 "a face is either held or in contact",
             )
         }
-        (None, Some([low, high])) => require(
-            (0..3).all(|c| low[c] <= high[c] && low[c].is_finite() && high[c].is_finite()),
-            format!("clamp.{i}.box"),
-            &format!(
-                "two corners [min, max], min at most max in x, y and z [{}]",
-                scene.units.length()
-            ),
-            Written(&[low, high]),
-            "give the lower corner first",
-        ),
+        (None, Some(corners)) => check_box(scene, format!("clamp.{i}.box"), corners),
         (face, corners) => require(
             false,
             format!("clamp.{i}"),

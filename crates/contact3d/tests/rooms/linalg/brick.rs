@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use super::sparse::CscMatrix;
+use super::CscMatrix;
 
 /// Lamé constants of E = 21.19e10 Pa and Poisson ratio 0.277.
 fn lame() -> (f64, f64) {
@@ -25,7 +25,6 @@ pub(crate) struct Brick {
     tetrahedra: Vec<Tetrahedron>,
     /// Numbers of the nodes with z = 0.
     pub(crate) contact_nodes: Vec<usize>,
-    n: usize,
 }
 
 impl Brick {
@@ -48,7 +47,6 @@ impl Brick {
             points: vec![],
             tetrahedra: vec![],
             contact_nodes: vec![],
-            n,
         };
         for i in 1..=3 * n {
             for j in 0..=n {
@@ -133,52 +131,6 @@ impl Brick {
         let size = 3 * self.points.len();
         CscMatrix::new(size, size, column_start, indices, data).expect("valid by construction")
     }
-
-    /// Pane couplings B (rows: normal, t₁, t₂ of each 2 × 2 pane), clamped nodes left out.
-    pub(crate) fn coupling(&self) -> CscMatrix {
-        let (n, panes) = (self.n, 3 * self.n * self.n / 4);
-        let area = 4.0 / (n * n) as f64;
-        let mut rows: Vec<Vec<(usize, f64)>> = vec![];
-        for (component, sign) in [(2, -1.0), (0, 1.0), (1, 1.0)] {
-            for pane in 0..panes {
-                let (ci, cj) = (2 * (pane / (n / 2)) + 1, 2 * (pane % (n / 2)) + 1);
-                let mut row = vec![];
-                for i in ci - 1..=ci + 1 {
-                    for j in (cj - 1..=cj + 1).filter(|_| i > 0) {
-                        let weight = if (i, j) == (ci, cj) { 4.0 } else { 1.0 };
-                        let node = ((i - 1) * (n + 1) + j) * (n + 1);
-                        row.push((3 * node + component, sign * area / 12.0 * weight));
-                    }
-                }
-                rows.push(row);
-            }
-        }
-        from_rows(3 * self.points.len(), &rows)
-    }
-
-    /// The selection of all displacement components of the contact nodes.
-    pub(crate) fn contact_selection(&self) -> CscMatrix {
-        let unknowns = self
-            .contact_nodes
-            .iter()
-            .flat_map(|node| 3 * node..3 * node + 3);
-        let rows: Vec<Vec<(usize, f64)>> = unknowns.map(|unknown| vec![(unknown, 1.0)]).collect();
-        from_rows(3 * self.points.len(), &rows)
-    }
-}
-
-/// A matrix given by rows of (column, value), columns increasing.
-fn from_rows(cols: usize, rows: &[Vec<(usize, f64)>]) -> CscMatrix {
-    let mut indptr = vec![0];
-    let (mut indices, mut data) = (vec![], vec![]);
-    for row in rows {
-        indices.extend(row.iter().map(|entry| entry.0));
-        data.extend(row.iter().map(|entry| entry.1));
-        indptr.push(indices.len());
-    }
-    let transposed =
-        CscMatrix::new(cols, rows.len(), indptr, indices, data).expect("valid by construction");
-    transposed.transpose()
 }
 
 /// The five tetrahedra of the cube with the lowest corner `corner`.

@@ -1,10 +1,8 @@
 //! Tests of factorisation and solves on the clamped elastic brick.
 
-use super::test_brick::Brick;
-use super::{
-    CholeskyFactor, CscMatrix, Factor, FactorError, StoppingRule, Workspace, amd,
-    conjugate_gradients,
-};
+use contact3d::linalg::{CholeskyFactor, CscMatrix, FactorError, Workspace, amd};
+
+use super::brick::Brick;
 
 fn stiffness_and_factor(n: usize) -> (CscMatrix, CholeskyFactor) {
     let stiffness = Brick::new(n).stiffness();
@@ -106,34 +104,6 @@ fn solves_have_small_residuals() {
 }
 
 #[test]
-fn reached_solve_equals_the_full_solve() {
-    let brick = Brick::new(6);
-    let (_, factor) = stiffness_and_factor(6);
-    let rows: Vec<usize> = brick
-        .contact_nodes
-        .iter()
-        .flat_map(|&node| 3 * node..3 * node + 3)
-        .take(60)
-        .collect();
-    let reach = factor.structure().reach(rows.iter().copied());
-    assert!(reach.supernodes().len() < factor.structure().supernodes());
-    let mut full = vec![0.0; factor.size()];
-    rows.iter()
-        .zip(noise(rows.len(), 3))
-        .for_each(|(&row, value)| full[row] = value);
-    let mut reached = full.clone();
-    // leftovers of an earlier solve in the work space must not matter
-    let mut work = Workspace::default();
-    factor.solve_in_place(&mut noise(factor.size(), 4), &mut work);
-    factor.solve_reached(&reach, &mut reached, &mut work);
-    factor.solve_in_place(&mut full, &mut work);
-    for row in rows {
-        // the same sums in another order
-        assert!((full[row] - reached[row]).abs() < 1e-12 * full[row].abs().max(1e-3 * norm(&full)));
-    }
-}
-
-#[test]
 fn factor_has_the_same_bits_at_one_and_two_threads() {
     let brick = Brick::new(8);
     let stiffness = brick.stiffness();
@@ -173,52 +143,30 @@ fn a_factor_in_single_precision_has_the_same_bits_at_one_and_three_threads() {
 }
 
 #[test]
-fn conjugate_gradients_reach_double_precision_with_a_factor_in_single() {
-    let stiffness = Brick::new(8).stiffness();
-    let order = amd(&stiffness).expect("square");
-    let exact =
-        CholeskyFactor::<f64>::factorise(&stiffness, order.clone()).expect("positive definite");
-    let factor =
-        Factor::Single(CholeskyFactor::factorise(&stiffness, order).expect("positive definite"));
-    let b = noise(stiffness.cols, 9);
-    let work = &mut Workspace::default();
-    let mut expected = b.clone();
-    exact.solve_in_place(&mut expected, work);
-    let mut rough = b.clone();
-    factor.solve_in_place(&mut rough, work);
-    let accuracy = StoppingRule {
-        share: 1e-12,
-        length: 0.0,
-    };
-    let [solved] = &conjugate_gradients(&stiffness, &factor, &[&b], accuracy, work)[..] else {
-        panic!("one right-hand side");
-    };
-    // Rounding in single precision times the condition number, some thousands; then that of double precision.
-    assert!((1e-8..1e-2).contains(&(distance(&rough, &expected) / norm(&expected))));
-    assert!(distance(&solved.solution, &expected) < 1e-11 * norm(&expected));
-    assert!(
-        solved.steps <= 6 && solved.contraction() < 0.1,
-        "{solved:?}"
-    );
-}
-
-#[test]
 fn small_subtrees_are_one_supernode_each() {
     let (stiffness, factor) = stiffness_and_factor(6);
     let structure = factor.structure();
-    let owner = structure.supernode_of_column();
+    let columns = |s: usize| structure.supernode_columns[s]..structure.supernode_columns[s + 1];
+    let owner = |row: &usize| {
+        structure
+            .supernode_columns
+            .partition_point(|first| first <= row)
+            - 1
+    };
     let mut subtree: Vec<usize> = (0..structure.supernodes())
-        .map(|s| structure.columns(s).len())
+        .map(|s| columns(s).len())
         .collect();
     for s in 0..structure.supernodes() {
-        let alone = structure.columns(s).len() == subtree[s];
+        let alone = columns(s).len() == subtree[s];
         assert!(
             alone || subtree[s] > 32,
             "a subtree of {} columns has several supernodes",
             subtree[s]
         );
-        if let Some(parent) = structure.parent(s, &owner) {
-            subtree[parent] += subtree[s];
+        // The parent owns the first row below the supernode's own columns.
+        let rows = &structure.row_indices[structure.row_offsets[s]..structure.row_offsets[s + 1]];
+        if let Some(row) = rows.get(columns(s).len()) {
+            subtree[owner(row)] += subtree[s];
         }
     }
     // Merging changes no row of a matrix, so the factor passes the checks of stored ones.

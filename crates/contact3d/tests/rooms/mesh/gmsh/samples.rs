@@ -4,9 +4,20 @@ use std::{fs, path::Path};
 
 use contact3d::{
     mesh::{
+<<<<<<<< HEAD:crates/contact3d/tests/gmsh/samples.rs
         GmshError, RawMesh, digest_of, parse_gmsh, read_gmsh, tetrahedron_volume, triangle_area,
     },
     scene::GmshFile,
+========
+        GmshError, Mesh, MeshError, RawMesh, digest_of, parse_gmsh as parse, tetrahedron_volume,
+        triangle_area,
+    },
+    scene::{GmshFile, Material, Scene, Shape},
+};
+
+use super::{
+    BRACKET_22, BRACKET_41, FOOT_22, FOOT_22_BINARY, FOOT_41, FOOT_41_BINARY, PAIR_22, PAIR_41,
+>>>>>>>> 2feb9ab:crates/contact3d/tests/rooms/mesh/gmsh/samples.rs
 };
 
 use crate::{
@@ -32,6 +43,16 @@ fn area_of(mesh: &RawMesh, face: &str) -> f64 {
         .filter(|(_, f)| **f == face)
         .map(|(t, _)| triangle_area(&t.map(|n| mesh.coordinates[n])))
         .sum()
+}
+
+/// The mesh of a scene with a body from a file.
+fn read(file: &GmshFile, folder: &Path) -> Result<Mesh, GmshError> {
+    let body = Shape::Gmsh(file.clone()).into();
+    let scene = Scene::new(body, Material::isotropic(1.0, 0.3));
+    Mesh::of_scene(&scene, folder).map_err(|error| match error {
+        MeshError::Gmsh(error) => error,
+        MeshError::Scene(invalid) => panic!("{invalid:?}"),
+    })
 }
 
 fn assert_close(found: f64, expected: f64) {

@@ -1,4 +1,4 @@
-//! Places of the multipliers of panes with and without friction.
+//! Where the components of a multiplier lie.
 
 use contact3d::contact::MultiplierLayout;
 

@@ -1,13 +1,15 @@
 //! Tests of whole figures: laid-out text, robustness, determinism, and PNGs against an SVG renderer.
 
+mod sample;
+
 use std::sync::Arc;
 
+use contact3d_plots::*;
 use resvg::usvg::{Group, Node, Options, Rect, Tree, fontdb};
 use tiny_skia::{Pixmap, Transform};
 use units::{Unit, Units};
 
-use super::sample::Sample;
-use super::*;
+use sample::Sample;
 
 /// The SVG with its text laid out by the renderer.
 fn parse(svg: &str) -> Tree {

@@ -1,25 +1,24 @@
 //! A synthetic solved problem for the tests.
 
+use contact3d_plots::{ContactPicture, FrictionKind, PaneFriction, Zone};
 use units::Units;
 
-use super::{ContactPicture, FrictionKind, PaneFriction, Zone};
-
 /// Owned arrays of a [`ContactPicture`].
-pub(super) struct Sample {
-    pub(super) title: String,
-    pub(super) coordinates: Vec<[f64; 3]>,
-    pub(super) displacement: Vec<[f64; 3]>,
-    pub(super) boundary_triangles: Vec<[usize; 3]>,
-    pub(super) contact_triangles: Vec<[usize; 3]>,
-    pub(super) contact_triangle_pane: Vec<usize>,
-    pub(super) normal_stress: Vec<f64>,
-    pub(super) friction: Vec<PaneFriction>,
+pub(crate) struct Sample {
+    pub(crate) title: String,
+    pub(crate) coordinates: Vec<[f64; 3]>,
+    pub(crate) displacement: Vec<[f64; 3]>,
+    pub(crate) boundary_triangles: Vec<[usize; 3]>,
+    pub(crate) contact_triangles: Vec<[usize; 3]>,
+    pub(crate) contact_triangle_pane: Vec<usize>,
+    pub(crate) normal_stress: Vec<f64>,
+    pub(crate) friction: Vec<PaneFriction>,
 }
 
 impl Sample {
     /// A brick of `size` on z = 0 in `cells` cubes, panes of 2 × 2 cube faces, bent upwards at its
     /// far end.
-    pub(super) fn brick(size: [f64; 3], cells: [usize; 3]) -> Self {
+    pub(crate) fn brick(size: [f64; 3], cells: [usize; 3]) -> Self {
         let [nx, ny, nz] = cells;
         let node = |i: usize, j: usize, k: usize| i + (nx + 1) * (j + (ny + 1) * k);
         let mut coordinates = Vec::new();
@@ -125,7 +124,7 @@ impl Sample {
     }
 
     /// The sample as input of the figures.
-    pub(super) fn picture(&self) -> ContactPicture<'_> {
+    pub(crate) fn picture(&self) -> ContactPicture<'_> {
         ContactPicture {
             title: &self.title,
             units: Units::SI,

@@ -1,4 +1,4 @@
-//! Warnings of loads on held displacements.
+//! Loads that clamps make idle.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Sparse matrices against dense tables, and damaged ones.
+//! Compressed columns.
 
 use contact3d::linalg::{CscMatrix, SparseError};
 use proptest::prelude::*;

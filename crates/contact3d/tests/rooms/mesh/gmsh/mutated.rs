@@ -2,11 +2,16 @@
 
 use std::collections::HashMap;
 
+use contact3d::mesh::parse_gmsh as parse;
 use proptest::{prelude::*, sample::Index};
 
+<<<<<<<< HEAD:crates/contact3d/tests/gmsh/mutated.rs
 use contact3d::mesh::parse_gmsh;
 
 use crate::{FOOT_22_BINARY, FOOT_41_BINARY, PAIR_22, PAIR_41};
+========
+use super::{FOOT_22_BINARY, FOOT_41_BINARY, PAIR_22, PAIR_41};
+>>>>>>>> 2feb9ab:crates/contact3d/tests/rooms/mesh/gmsh/mutated.rs
 
 /// One change of a file: where, and what.
 #[derive(Debug, Clone)]

@@ -1,9 +1,10 @@
-//! Matrices of elasticity against closed forms.
+//! Elasticity tensors of orthotropic materials.
 
-use contact3d::scene::{Isotropic, Material, Orthotropic};
+use contact3d::scene::{Material, Orthotropic};
 use nalgebra::Matrix6;
 
-const GLOBAL_AXES: [[f64; 3]; 2] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+/// Axes along x and y.
+const GLOBAL: [[f64; 3]; 2] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 
 fn wood(axes: [[f64; 3]; 2]) -> Matrix6<f64> {
     let constants = Orthotropic {
@@ -17,10 +18,7 @@ fn wood(axes: [[f64; 3]; 2]) -> Matrix6<f64> {
 
 #[test]
 fn equal_constants_are_isotropic() {
-    let isotropic = Material::Isotropic(Isotropic {
-        young_modulus: 2e11,
-        poisson_ratio: 0.3,
-    });
+    let isotropic = Material::isotropic(2e11, 0.3);
     let shear = 2e11 / 2.6;
     let orthotropic = Material::Orthotropic(Orthotropic {
         young_moduli: [2e11; 3],
@@ -35,7 +33,7 @@ fn equal_constants_are_isotropic() {
 
 #[test]
 fn compliance_has_the_given_constants() {
-    let compliance = wood(GLOBAL_AXES).try_inverse().unwrap();
+    let compliance = wood(GLOBAL).try_inverse().unwrap();
     // Relative roundings of a 3 × 3 inverse with condition number near 30.
     let close = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-12;
     assert!(close(1.0 / compliance[(0, 0)], 11e9));
@@ -47,7 +45,7 @@ fn compliance_has_the_given_constants() {
 #[test]
 fn a_quarter_turn_exchanges_axes() {
     let turned = wood([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]);
-    let own = wood(GLOBAL_AXES);
+    let own = wood(GLOBAL);
     // Products with the exact rotation entries 0 and 1.
     assert!((turned[(1, 1)] - own[(0, 0)]).abs() <= 1e-15 * own[(0, 0)]);
     assert!((turned[(3, 3)] - own[(4, 4)]).abs() <= 1e-15 * own[(4, 4)]);

@@ -1,8 +1,6 @@
-//! Coefficients and laws of friction: values, derivatives, and what a law needs.
+//! Laws of friction as functions of the slip.
 
-use contact3d::scene::{
-    Coefficient, Formula, Friction, FrictionLaw, Grid, LawPoint, Quantity, Ramp, Table,
-};
+use contact3d::scene::{Coefficient, Formula, Grid, LawPoint, Ramp, Table};
 use proptest::prelude::*;
 
 fn at(s1: f64, s2: f64) -> LawPoint {
@@ -13,42 +11,35 @@ fn at(s1: f64, s2: f64) -> LawPoint {
     }
 }
 
-/// Value and slope of a ramp at a slip.
-fn on_ramp(ramp: &Ramp, slip: f64) -> [f64; 2] {
-    let (ramp, point) = (Coefficient::Ramp(*ramp), at(slip, 0.0));
-    [ramp.evaluate(&point), ramp.derivative(&point).own]
-}
-
 #[test]
 fn ramp_of_the_paper() {
     // HKL §4 with par = 6e4: rate 0.05·par, end 1e-5 + 2/par.
-    let ramp = Ramp {
+    let law = Ramp {
         initial: 0.3,
         residual: 0.2,
         onset: 1e-5,
         rate: 3000.0,
     };
-    assert_eq!(
-        [0.0, 1e-5, 1.0].map(|slip| on_ramp(&ramp, slip)[0]),
-        [0.3, 0.3, 0.2]
-    );
+    let ramp = Coefficient::Ramp(law.clone());
+    assert_eq!(ramp.evaluate(&at(0.0, 0.0)), 0.3);
+    assert_eq!(ramp.evaluate(&at(1e-5, 0.0)), 0.3);
+    assert_eq!(ramp.evaluate(&at(1.0, 0.0)), 0.2);
     // The midpoint of a straight line; a few roundings of numbers near 0.3.
-    assert!((on_ramp(&ramp, 1e-5 + 1.0 / 6e4)[0] - 0.25).abs() < 1e-15);
-    assert!((ramp.end() - (1e-5 + 2.0 / 6e4)).abs() < 1e-19);
-    assert_eq!(on_ramp(&ramp, 2e-5)[1], -3000.0);
+    assert!((ramp.evaluate(&at(1e-5 + 1.0 / 6e4, 0.0)) - 0.25).abs() < 1e-15);
+    assert!((law.end() - (1e-5 + 2.0 / 6e4)).abs() < 1e-19);
+    assert_eq!(ramp.derivative(&at(2e-5, 0.0)).own, -3000.0);
 }
 
 #[test]
 fn hardening_ramp_rises() {
-    let ramp = Ramp {
+    let ramp = Coefficient::Ramp(Ramp {
         initial: 0.1,
         residual: 2.0,
         onset: 0.0,
         rate: 1e4,
-    };
-    let [value, slope] = on_ramp(&ramp, 1e-4);
-    assert!(value > 1.0 && slope == 1e4);
-    assert_eq!(on_ramp(&ramp, 1e-3)[0], 2.0);
+    });
+    assert!(ramp.evaluate(&at(1e-4, 0.0)) > 1.0 && ramp.derivative(&at(1e-4, 0.0)).own == 1e4);
+    assert_eq!(ramp.evaluate(&at(1e-3, 0.0)), 2.0);
 }
 
 #[test]
@@ -69,6 +60,21 @@ fn a_table_of_the_ramps_corners_is_the_ramp() {
         assert!((ramp.evaluate(&point) - table.evaluate(&point)).abs() < 1e-15);
         assert!((ramp.derivative(&point).own - table.derivative(&point).own).abs() < 1e-15);
     }
+}
+
+#[test]
+fn slips_and_kinks_of_each_kind() {
+    let ramp = Coefficient::Ramp(Ramp {
+        initial: 0.5,
+        residual: 0.25,
+        onset: 1.0,
+        rate: 0.125,
+    });
+    assert_eq!(ramp.slips_used(1), [false, true]);
+    assert_eq!(ramp.kinks(1), [vec![], vec![1.0, 3.0]]);
+    let formula = |text| Coefficient::Expression(Formula::parse(text).unwrap());
+    assert_eq!(formula("0.3 + s").slips_used(0), [true, false]);
+    assert_eq!(formula("0.3 + x + s2").slips_used(0), [false, true]);
 }
 
 proptest! {
@@ -93,35 +99,4 @@ proptest! {
             prop_assert!((derivative.pair[1] - second).abs() < 1e-9);
         }
     }
-}
-
-proptest! {
-    /// An isotropic law is a function of |u_t| alone, and so are its derivatives.
-    #[test]
-    fn isotropic_derivatives_equal_differences(s1 in 0.1..2.0_f64, s2 in 0.1..2.0_f64) {
-        let formula = Formula::parse("0.2 + 0.1*exp(-s)").unwrap();
-        let law = FrictionLaw::Isotropic(Coefficient::Expression(formula));
-        let f = |s1: f64, s2: f64| law.evaluate([0.0; 3], [s1, s2])[0];
-        let derivative = law.derivative([0.0; 3], [s1, s2]);
-        let step = 1e-6;
-        // Truncation 1e-12, cancellation of numbers near 0.3 over 2e-6.
-        prop_assert!((derivative[0][0] - (f(s1 + step, s2) - f(s1 - step, s2)) / (2.0 * step)).abs() < 1e-9);
-        prop_assert!((derivative[0][1] - (f(s1, s2 + step) - f(s1, s2 - step)) / (2.0 * step)).abs() < 1e-9);
-        prop_assert_eq!(derivative[0], derivative[1]);
-    }
-}
-
-#[test]
-fn a_law_needs_one_coefficient_or_two() {
-    let half = Friction {
-        coefficient_1: Some(Coefficient::Constant(0.3)),
-        ..Friction::default()
-    };
-    assert_eq!(half.law(), None);
-    let tresca = Friction {
-        slip_bound: Some(Quantity::Constant(1e6)),
-        ..Friction::default()
-    };
-    let unit = FrictionLaw::Isotropic(Coefficient::Constant(1.0));
-    assert_eq!(tresca.law(), Some(unit));
 }

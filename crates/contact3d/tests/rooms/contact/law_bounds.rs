@@ -1,11 +1,14 @@
 //! Bounds of laws against closed forms.
 
-use proptest::prelude::*;
-
 use contact3d::{
+    Problem, ProblemError,
     contact::{FaceLaw, LawBounds},
-    scene::{Coefficient, Formula, FrictionLaw, Grid, Ramp, Table},
+    scene::{
+        Body, Clamp, Coefficient, Contact, Formula, Friction, FrictionLaw, Grid, Material, Ramp,
+        Scene, Table,
+    },
 };
+use proptest::prelude::*;
 
 fn formula(text: &str) -> Coefficient {
     Coefficient::Expression(Formula::parse(text).unwrap())
@@ -211,4 +214,117 @@ fn bounds_scale_with_the_unit_of_length() {
         metres.lipschitz.value,
         1000.0 * millimetres.lipschitz.value
     ));
+}
+
+/// A law on a face from the origin to (1, 1, 0) of a body of 3 m.
+fn on_body(friction: Friction) -> Result<Problem, ProblemError> {
+    let body = Body::brick([1.0, 1.0, 3.0], [2, 2, 2]);
+    let scene = Scene::new(body, Material::isotropic(1.0, 0.3))
+        .with_clamp(Clamp::face("z_max"))
+        .with_contact(Contact::on("z_min"))
+        .with_friction(friction);
+    Problem::new(scene)
+}
+
+fn words(friction: Friction) -> Vec<String> {
+    let problem = on_body(friction).unwrap_or_else(|error| panic!("{error}"));
+    problem.warnings().iter().map(ToString::to_string).collect()
+}
+
+#[test]
+fn laws_that_fail_at_some_slip_are_warned_of_with_onset_and_place() {
+    let cases = [
+        (
+            "0.3 - 0.2*s1",
+            "first at |u_t1| = 1.5000e0 m",
+            "|u_t1| = 3.0000e0 m",
+        ),
+        (
+            "0.3 - 2e5*s2",
+            "first at |u_t2| = 1.5000e-6 m",
+            "|u_t2| = 3.0000e0 m",
+        ),
+        (
+            "0.3 + exp(1e3*s2)",
+            "first at |u_t2| = 7.0978e-1 m",
+            "at worst inf at |u_t2|",
+        ),
+        (
+            "sqrt(1 - s1)",
+            "first at |u_t1| = 1.0000e0 m",
+            "at worst nan at |u_t1|",
+        ),
+        // Negative only around 1e-3, in a dip narrower than a decade.
+        (
+            "0.3 - 0.31*exp(0 - ((s2-1e-3)/1e-3)^2)",
+            "first at |u_t2| = 8.1892e-4 m",
+            "|u_t2| = 1.0000e-3 m",
+        ),
+    ];
+    for (text, onset, place) in cases {
+        let found = words(Friction::orthotropic(0.3, formula(text)));
+        assert_eq!(found.len(), 1, "{found:?}");
+        for fragment in ["friction.coefficient_2.expression: not 0 < F", onset, place] {
+            assert!(found[0].contains(fragment), "{text}: {}", found[0]);
+        }
+    }
+    let found = words(Friction::coulomb(formula("0.3 - s")));
+    assert!(
+        found[0].starts_with("friction.coefficient.expression"),
+        "{found:?}"
+    );
+    assert!(
+        found[0].contains("first at |u_t| = 3.0000e-1 m,"),
+        "{found:?}"
+    );
+    let good = Friction::orthotropic(formula("0.3 - 0.09*s1 + 1e-9*x"), formula("1e-30"));
+    assert!(words(good).is_empty());
+}
+
+/// What a warning advises ends it.
+#[test]
+fn the_advice_about_a_law_helps() {
+    for (text, advice, followed) in [
+        (
+            "0.3 - 1e3*s",
+            "max(FORMULA, 0.05)",
+            "max(0.3 - 1e3*s, 0.05)",
+        ),
+        (
+            "0.3 + exp(1e3*s)",
+            "min(FORMULA, 1)",
+            "min(0.3 + exp(1e3*s), 1)",
+        ),
+        (
+            "sqrt(1 - s)",
+            "if(CONDITION, FORMULA, VALUE)",
+            "if(s < 0.99, sqrt(1 - s), 0.1)",
+        ),
+    ] {
+        let found = words(Friction::coulomb(formula(text)));
+        assert!(found[0].contains(advice), "{}", found[0]);
+        let found = words(Friction::coulomb(formula(followed)));
+        assert!(found.is_empty(), "{found:?}");
+    }
+}
+
+#[test]
+fn laws_that_fail_without_slip_are_refused_with_the_place() {
+    for (text, fragment) in [
+        ("0.3 + ln(s2)", "-inf at |u_t2| = 0.0000e0 m"),
+        ("x - 0.5", "-0.5 at x, y, z = 0.0, 0.0, 0.0"),
+        ("0 - 1", "-1.0 at every slip"),
+        ("0", "0.0 at every slip"),
+    ] {
+        let law = Friction::orthotropic(0.3, formula(text));
+        let Err(ProblemError::Invalid(refused)) = on_body(law) else {
+            panic!("{text}: accepted");
+        };
+        assert_eq!(refused.key, "friction.coefficient_2.expression");
+        assert!(
+            refused.found.contains(fragment),
+            "{text}: {}",
+            refused.found
+        );
+    }
 }

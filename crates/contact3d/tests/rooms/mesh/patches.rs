@@ -2,11 +2,12 @@
 
 use std::collections::HashSet;
 
+use contact3d::{
+    mesh::{macro_patches, parse_gmsh, triangle_area},
+    scene::Invalid,
+};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
-
-use super::{gmsh::parse, patches::*, triangle_area};
-use crate::scene::Invalid;
 
 /// A contact face on its own, all of its triangles in contact.
 #[derive(Debug, Clone)]
@@ -17,7 +18,7 @@ struct Flat {
 
 impl Flat {
     fn build(&self, is_free: impl Fn(usize) -> bool) -> Result<Vec<usize>, Invalid> {
-        build(&self.coordinates, &self.triangles, &self.triangles, is_free)
+        macro_patches(&self.coordinates, &self.triangles, &self.triangles, is_free)
     }
 
     fn area(&self, t: usize) -> f64 {
@@ -25,7 +26,7 @@ impl Flat {
     }
 
     fn of_sample(bytes: &[u8]) -> Self {
-        let mesh = parse(bytes).expect("a sample");
+        let mesh = parse_gmsh(bytes).expect("a sample");
         let contact = mesh.face_names.iter().position(|n| n == "contact");
         let on_contact = mesh.facet_face.iter().map(|f| Some(*f) == contact);
         let triangles = mesh.facets.iter().zip(on_contact).filter(|(_, on)| *on);
@@ -164,8 +165,8 @@ fn all_free(flat: &Flat) -> Vec<bool> {
     vec![true; flat.coordinates.len()]
 }
 
-const FOOT: &[u8] = include_bytes!("../../tests/meshes/foot_41.msh");
-const BRACKET: &[u8] = include_bytes!("../../tests/meshes/bracket_41.msh");
+const FOOT: &[u8] = include_bytes!("../../meshes/foot_41.msh");
+const BRACKET: &[u8] = include_bytes!("../../meshes/bracket_41.msh");
 
 #[test]
 fn panes_of_gmsh_faces_have_full_row_rank() {

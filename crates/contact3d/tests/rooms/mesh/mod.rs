@@ -1,0 +1,4 @@
+//! Meshes from files, and panes on them.
+
+mod gmsh;
+mod patches;

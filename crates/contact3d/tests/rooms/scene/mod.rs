@@ -1,0 +1,11 @@
+//! Keys of a scene, and the formulas and laws behind them.
+
+mod coefficient;
+mod contact;
+mod expression;
+mod friction;
+mod grading;
+mod load_path;
+mod material;
+mod messages;
+mod written;
