@@ -156,7 +156,7 @@ impl AssembledProblem {
         report: &ContactReport,
         moved: &[f64],
     ) -> Rounding {
-        Rounding::of_answer(&self.solved(solution), &report.panes, moved)
+        Rounding::of_answer(&self.solved(solution), report, moved)
     }
 
     fn solved<'a>(&'a self, solution: &'a Solution) -> Solved<'a> {
