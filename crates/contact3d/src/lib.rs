@@ -105,4 +105,6 @@ pub mod scene;
 pub mod solver;
 pub mod theory;
 
-pub use problem::{AssembledProblem, Problem, ProblemError, SteppedProblem};
+pub use problem::{
+    Answer, AssembledProblem, InMemory, Keeper, Problem, ProblemError, Step, Unfinished,
+};

@@ -39,8 +39,8 @@ pub const ROOT_ATTRIBUTES: &[(&str, &str, &str)] = &[
 /// How a group may be kept in a file of its own, as the schema tells it.
 pub(super) const LINKED_GROUPS: &str = "A stage may be kept in a file of its own in the same folder. Then the group in the \
      root is an external link to the group of the same name in that file, and the root attribute `STAGE_file` names \
-     it: `NAME.STAGE-DIGEST.h5` if the run file NAME owns it, `STAGE-DIGEST.h5` if several run files share it, with \
-     the first 16 digits of the digest of the stage. Such a file never changes.";
+     it: `STAGE-DIGEST.h5` with the first 16 digits of the digest of the stage, which any run file of the folder may \
+     link; older versions put `NAME.` before it for a run file NAME alone. Such a file never changes.";
 
 /// Variables that make HDF5 open files in another way than it is told, and the only value that does not.
 const FOREIGN_ACCESS: [(&str, &str); 2] =

@@ -97,18 +97,6 @@ impl WholeFile {
         &self.file
     }
 
-    /// Sends what is written so far to the disk.
-    ///
-    /// # Errors
-    /// `Hdf5` or `Io` if anything written so far did not get there.
-    pub(super) fn write_back(&self) -> Result<(), StoreError> {
-        let path = self.temporary.path();
-        let flushed = self.file.flush();
-        flushed.at(root(path), "flush the temporary file")?;
-        let written = File::open(path).at_file(path, "open the temporary file")?;
-        written.sync_data().at_file(path, "sync the temporary file")
-    }
-
     /// Ends writing.
     ///
     /// # Errors

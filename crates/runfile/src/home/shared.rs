@@ -11,7 +11,7 @@ use crate::record::{self, StoredGroup};
 use crate::table::Layout;
 use crate::volume::Volume;
 
-/// A group in a file `STAGE-DIGEST.h5` that no run file owns.
+/// A group in a file `STAGE-DIGEST.h5`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SharedGroup {
     pub(crate) group: Group,
