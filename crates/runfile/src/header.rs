@@ -78,10 +78,7 @@ pub(super) fn create(
     layout: &Layout,
     filetype: &'static str,
 ) -> Result<hdf5::File, StoreError> {
-    let place = Place {
-        file: path,
-        dataset: "/",
-    };
+    let place = Place::new(path, "/");
     let file = whole::create(path, |access| {
         let access = seeing_every_error(access);
         access.libver_bounds(LibraryVersion::V110, LibraryVersion::V110)
@@ -106,10 +103,7 @@ pub(super) fn open(
 /// Opens a file for reading, whoever wrote it, unless HDF5 could not come to an end with it.
 pub(super) fn open_any(path: &Path) -> Result<hdf5::File, StoreError> {
     let file = open_written(path)?;
-    let place = Place {
-        file: path,
-        dataset: "/",
-    };
+    let place = Place::new(path, "/");
     heaps::check(&file, place)?;
     Ok(file)
 }
@@ -135,10 +129,7 @@ pub(super) fn open_written(path: &Path) -> Result<hdf5::File, StoreError> {
     let file = hdf5::File::with_options()
         .with_fapl(|access| access.sec2().file_locking(false))
         .open(path);
-    let place = Place {
-        file: path,
-        dataset: "/",
-    };
+    let place = Place::new(path, "/");
     file.map_err(|error| {
         if error.contains_minor(hdf5::MinorErrorCode::NotHdf5) {
             StoreError::NotHdf5 { file: path.into() }
@@ -155,10 +146,7 @@ pub(super) fn check(
     layout: &Layout,
     expected: &'static str,
 ) -> Result<[i64; 2], StoreError> {
-    let place = Place {
-        file: path,
-        dataset: "/",
-    };
+    let place = Place::new(path, "/");
     let filetype = read_text(file, place, "filetype");
     if filetype.as_deref().ok() != Some(expected) {
         let found = filetype.map_or_else(|_| "none".into(), |filetype| format!("\"{filetype}\""));

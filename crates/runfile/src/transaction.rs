@@ -114,10 +114,7 @@ impl Transaction {
         }
         self.remove(group);
         self.learn_upstream_sizes(group);
-        let place = Place {
-            file: &self.target,
-            dataset: group.name(),
-        };
+        let place = Place::new(&self.target, group.name());
         let file = match home {
             Home::RunFile => self.run_file.file(),
             Home::Shared => {
@@ -145,10 +142,7 @@ impl Transaction {
     /// `Hdf5` if linking fails.
     pub fn link(&mut self, shared: &SharedGroup) -> Result<(), StoreError> {
         self.remove(shared.group);
-        let place = Place {
-            file: &self.target,
-            dataset: shared.group.name(),
-        };
+        let place = Place::new(&self.target, shared.group.name());
         join(self.run_file.file(), place, shared.group, &shared.name)
     }
 
@@ -199,10 +193,7 @@ impl Transaction {
             return Err(StoreError::Changed { file: self.target });
         }
         let permissions = replaceable(&self.target)?;
-        let place = Place {
-            file: &self.target,
-            dataset: "/",
-        };
+        let place = Place::new(&self.target, "/");
         let texts = scale_text::types(&self.temporary, place)?;
         let proof = Proof {
             layout: &self.layout,

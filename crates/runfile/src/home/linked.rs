@@ -88,10 +88,7 @@ impl Linked {
     pub(crate) fn open(home: &Volume, layout: &Layout, group: Group) -> Option<Self> {
         let path = format!("/{group}");
         home.link_on_the_way(&path)?;
-        let place = Place {
-            file: &home.path,
-            dataset: &path,
-        };
+        let place = Place::new(&home.path, &path);
         let text = read_text(&home.file, place, &attribute(group)).unwrap_or_default();
         let name = LinkedName::parse(&text, group);
         let volume = match &name {
@@ -130,10 +127,7 @@ pub(crate) fn open_named(
         },
     };
     let volume = Volume::open(path, layout, layout.linked_filetype).map_err(unusable)?;
-    let place = Place {
-        file: path,
-        dataset: group.name(),
-    };
+    let place = Place::new(path, group.name());
     if !volume.holds(&format!("/{group}")) {
         return Err(unusable(place.mismatch("the group of the stage", "none")));
     }
@@ -205,10 +199,7 @@ pub(crate) fn linked_names(run_file: &Path, layout: &Layout) -> Vec<String> {
     let Ok((file, _)) = header::open(run_file, layout, layout.filetype) else {
         return Vec::new();
     };
-    let place = Place {
-        file: run_file,
-        dataset: "/",
-    };
+    let place = Place::new(run_file, "/");
     let named = |group| read_text(&file, place, &attribute(group)).ok();
     layout.groups().filter_map(named).collect()
 }

@@ -51,10 +51,7 @@ impl SharedGroup {
 
 fn read(path: &Path, layout: &Layout, group: Group, name: &LinkedName) -> Option<StoredGroup> {
     let volume = linked::open_named(path, layout, group, name).ok()?;
-    let place = Place {
-        file: path,
-        dataset: group.name(),
-    };
+    let place = Place::new(path, group.name());
     let Volume { file, .. } = &volume;
     record::read(&*file.group(group.name()).ok()?, place).ok()
 }
