@@ -69,7 +69,7 @@ fn level_line(number: usize, level: &AdaptiveLevel) -> String {
 
 /// What to say of a target that is not met; `None` if it is, or if the solve has said enough.
 pub(super) fn unmet(adapted: &Adapted) -> Option<String> {
-    let target = percent(adapted.wish);
+    let target = percent(adapted.target);
     let reached = adapted
         .adaptation
         .levels

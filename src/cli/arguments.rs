@@ -147,10 +147,10 @@ impl RunArguments {
 /// Where the assembled data go.
 #[derive(Debug, Args)]
 pub(super) struct AssemblyFileArguments {
-    /// Keep large assembled data in the run file too, not in FILE.assemble-DIGEST.h5 beside it
+    /// Keep large assembled data in the run file too, not in assemble-DIGEST.h5 beside it
     #[arg(long)]
     self_contained: bool,
-    /// Keep assembled data of any size in FILE.assemble-DIGEST.h5 beside the run file, so that later commits copy nothing
+    /// Keep assembled data of any size in assemble-DIGEST.h5 beside the run file, so that later commits copy nothing
     #[arg(long, conflicts_with = "self_contained")]
     linked: bool,
 }
@@ -160,7 +160,7 @@ impl AssemblyFileArguments {
         if self.self_contained {
             AssemblyFile::SelfContained
         } else if self.linked {
-            AssemblyFile::Beside
+            AssemblyFile::Linked
         } else {
             AssemblyFile::BySize
         }

@@ -5,9 +5,9 @@ use contact3d::scene::{Invalid, SceneFile, number_limit};
 use super::arguments::SceneArguments;
 use crate::{
     format::scene_table,
+    format::set_key,
     output::Inputs,
     pipeline::{StageError, mesh_file},
-    sweep::set_key,
 };
 
 /// As [`read`], with the files that belong to the scene: no output may replace one of them.

@@ -7,6 +7,7 @@ use std::{
 };
 
 use contact3d::{
+    Step,
     dual::OperatorEstimate,
     linalg::{Precision, Work},
     solver::Progress,
@@ -14,7 +15,7 @@ use contact3d::{
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use super::arguments::Output;
-use crate::pipeline::{Performed, Step};
+use crate::pipeline::Performed;
 
 /// Steps that a forecast looks back on: enough to even out, few enough to follow.
 const WINDOW: usize = 4;
@@ -41,10 +42,10 @@ pub(super) fn show(spinner: &ProgressBar, forecast: &mut Forecast, step: Step<'_
     match step {
         Step::Assembling(step) => spinner.set_message(step),
         Step::Counting(step, work) => count(spinner, step, work),
-        Step::Solving(progress) => {
+        Step::Solving(None, progress) => {
             spinner.set_message(words(progress) + &forecast.words(progress));
         }
-        Step::Stepping(increment, progress) => spinner.set_message(format!(
+        Step::Solving(Some(increment), progress) => spinner.set_message(format!(
             "load step {}, increment {}: {}",
             increment.step + 1,
             increment.number,
@@ -131,7 +132,7 @@ pub(super) fn stage_line(performed: &Performed) -> String {
 }
 
 /// What a second solve is for.
-pub(super) const RECONSIDERED: &str =
+pub(super) const SECOND_TRY: &str =
     "factor    double: single precision led to no answer, so the problem was solved again";
 
 /// How the dual operator is held, and what either form costs.

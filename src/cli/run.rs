@@ -1,6 +1,6 @@
 //! `run`, `mesh`, `assemble`, `solve` and `post`.
 
-use contact3d::{scene::AssembleSettings, solver::Goal};
+use contact3d::{Step, scene::AssembleSettings, solver::Goal};
 
 use super::{
     adaptive,
@@ -15,7 +15,7 @@ use super::{
 use crate::{
     format::Stage,
     output::Inputs,
-    pipeline::{Adapted, AssemblyFile, Commit, Freshness, Performed, Session, StageError, Step},
+    pipeline::{Adapted, AssemblyFile, Commit, Freshness, Performed, Session, StageError},
     report::{self, SolvedRun},
     views::{PictureFolder, are_drawn, draw_run, drawing_of},
 };
@@ -151,8 +151,8 @@ fn perform(
     spinner.finish_and_clear();
     let performed = performed?;
     say(output, &progress::stage_line(&performed));
-    if stage == Stage::Solve && session.is_reconsidered() {
-        say(output, progress::RECONSIDERED);
+    if stage == Stage::Solve && session.is_second_try() {
+        say(output, progress::SECOND_TRY);
     }
     if let (Stage::Assemble, Some(assembly), Some((estimate, dense))) =
         (stage, session.assembly(), session.operator_estimate())
@@ -175,7 +175,7 @@ fn draw_figures(
         return Ok(());
     };
     let results = session.results()?;
-    let report = results.report();
+    let report = &results.report;
     if let Some(flaw) = report.flaw.filter(|_| report.is_broken()) {
         say(output, &format!("figures   none: {flaw}"));
         return Ok(());
@@ -194,8 +194,7 @@ fn finish(
 ) -> Outcome {
     let results = session.results()?;
     let scene = session.scene();
-    let (solution, report, increments) =
-        (results.solution(), results.report(), results.increments());
+    let (solution, report, increments) = (&results.solution, &results.report, &results.increments);
     let run = SolvedRun::new(scene, &results);
     let features = report::features(scene, &run.sizes());
     if output.json {
@@ -233,7 +232,7 @@ fn finish(
         }));
     }
     let failed = results
-        .increments()
+        .increments
         .last()
         .map_or_else(String::new, |record| {
             let [step, number] = [record.increment.step + 1, record.increment.number];

@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use contact3d::{
+    AssembledProblem,
     contact::{Interface, MultiplierLayout},
     dual::{ExplicitDual, Need},
     linalg::Precision,
     mesh::ContactSurface,
     scene::{FrictionModel, ModelFeatures},
-    solver::{FrozenGlobal, FrozenScaling, frozen_global, frozen_local},
+    solver::{self, FrozenGlobal, FrozenScaling, frozen_global, frozen_local},
 };
 use fclib::{Array, FclibSolution, GlobalProblem, Info, LocalProblem};
 use runfile::{WholeFile, Written};
@@ -16,7 +17,7 @@ use runfile::{WholeFile, Written};
 use super::file::{PROGRAM, bytes_of, to_file};
 use crate::{
     output::{self, Inputs, OutputFile, OutputKind},
-    pipeline::{Solved, StageError, admit_memory, read_solved},
+    pipeline::{StageError, admit_memory, read_solved},
 };
 
 /// Bytes for each entry of W: S, W by columns with long indices, W as the file has it, the file in memory.
@@ -53,19 +54,20 @@ pub struct Exported {
 pub fn export(run_file: &Path, target: &Path, form: FclibForm) -> Result<Exported, StageError> {
     let inputs = Inputs::of([run_file]);
     output::admit(target, OutputKind::Fclib, &inputs)?;
-    let solved = read_solved(run_file)?;
+    let (problem, solution) = read_solved(run_file)?;
     let unfit = |reason: String| StageError::Unfit {
         file: run_file.to_owned(),
         reason,
     };
-    let (surface, interface) = solved.contact().ok_or_else(|| {
+    let contact = problem.contact_state().ok_or_else(|| {
         unfit("the scene has no contact, so there is no frictional contact problem to write".into())
     })?;
-    let friction = frozen_friction(&solved, surface).map_err(unfit)?;
+    let friction = frozen_friction(&problem, &solution, contact.surface).map_err(unfit)?;
     let face = ExportedFace {
-        solved: &solved,
-        surface,
-        interface,
+        problem: &problem,
+        solution: &solution,
+        surface: contact.surface,
+        interface: contact.interface,
         friction: &friction,
     };
     let (mut exported, written) = match form {
@@ -85,21 +87,22 @@ pub fn export(run_file: &Path, target: &Path, form: FclibForm) -> Result<Exporte
 /// (F₁, F₂) that act on each pane at the solution, `None` without friction; refused where Coulomb's law with fixed coefficients is
 /// not the law.
 fn frozen_friction(
-    solved: &Solved,
+    problem: &AssembledProblem,
+    solution: &solver::Solution,
     surface: &ContactSurface,
 ) -> Result<Vec<Option<[f64; 2]>>, String> {
-    if !solved.solution.status.is_solved() {
+    if !solution.status.is_solved() {
         return Err(format!(
             "the solve ended as {}, and its friction can only be frozen at a solution; solve it by another method or with a looser epsilon, or change the scene",
-            solved.solution.status.word()
+            solution.status.word()
         ));
     }
-    if solved.system.assembly.factor.precision() == Precision::Single {
+    if problem.system().assembly.factor.precision() == Precision::Single {
         return Err("the factor is in single precision, and so W would be; \
                     run `contact3d-pipe assemble FILE --factor double`, and `solve` again"
             .into());
     }
-    if let Some(body) = &solved.system.assembly.primal.floating {
+    if let Some(body) = &problem.system().assembly.primal.floating {
         let (holds, why) = match body.support {
             None => (
                 "only contact holds the body, so its stiffness is singular, there is no W",
@@ -114,10 +117,10 @@ fn frozen_friction(
             "{holds}, and FCLIB wants a positive definite M; {why}"
         ));
     }
-    if !solved.scene.steps.is_empty() {
+    if !problem.scene().steps.is_empty() {
         return Err("the scene is a load history, and files of FCLIB hold one problem; write its last step as a scene of its own".into());
     }
-    for face in ModelFeatures::of(&solved.scene).contact {
+    for face in ModelFeatures::of(problem.scene()).contact {
         let law = match face.friction {
             FrictionModel::Frictionless | FrictionModel::Coulomb { .. } => continue,
             FrictionModel::Tresca { .. } => "a given slip bound (Tresca's law)",
@@ -129,7 +132,7 @@ fn frozen_friction(
             face.name
         ));
     }
-    let state = solved.solution.coulomb.as_ref();
+    let state = solution.coulomb.as_ref();
     let panes = 0..surface.n_panes();
     let coefficients = panes.map(|pane| {
         let friction = &state?.friction;
@@ -140,7 +143,8 @@ fn frozen_friction(
 
 /// A contact face with frozen friction.
 struct ExportedFace<'a> {
-    solved: &'a Solved,
+    problem: &'a AssembledProblem,
+    solution: &'a solver::Solution,
     surface: &'a ContactSurface,
     interface: &'a Interface,
     friction: &'a [Option<[f64; 2]>],
@@ -169,7 +173,7 @@ impl ExportedFace<'_> {
                 source,
             })?
         };
-        let force = scaling.forces(self.layout(), &self.solved.solution.multiplier);
+        let force = scaling.forces(self.layout(), &self.solution.multiplier);
         let solution = FclibSolution {
             v: None,
             u: problem.velocity(&force),
@@ -205,14 +209,14 @@ impl ExportedFace<'_> {
     }
 
     fn write_global(&self, target: &Path) -> Result<(Exported, Written), StageError> {
-        let primal = &self.solved.system.assembly.primal;
+        let primal = &self.problem.system().assembly.primal;
         let frozen = frozen_global(primal, self.surface, self.interface, self.friction);
         let scaling = &frozen.scaling;
-        let v = frozen.displacement(&self.solved.solution.displacement);
+        let v = frozen.displacement(&self.solution.displacement);
         let solution = FclibSolution {
             u: frozen.velocity(&v),
             v: Some(v),
-            r: scaling.forces(self.layout(), &self.solved.solution.multiplier),
+            r: scaling.forces(self.layout(), &self.solution.multiplier),
         };
         let zero = vec![0.0; frozen.load.len()];
         let start = FclibSolution {
@@ -256,7 +260,7 @@ impl ExportedFace<'_> {
 
     /// S with tangential pairs on all panes: that of the file where it has them.
     fn dense(&self) -> ExplicitDual {
-        let system = &self.solved.system;
+        let system = self.problem.system();
         let held = system
             .contact
             .as_ref()
@@ -274,9 +278,9 @@ impl ExportedFace<'_> {
     }
 
     fn info(&self) -> Info {
-        let units = self.solved.scene.units;
+        let units = self.problem.scene().units;
         Info {
-            title: Some(self.solved.scene.title.clone()),
+            title: Some(self.problem.scene().title.clone()),
             description: Some(format!(
                 "An elastic body on its foundation, written by contact3d-pipe {}. Orthotropic friction with coefficients that follow the \
                  solution is frozen at the solution. The group contact3d holds what r and u are scaled by, and areas of panes, in \
@@ -288,7 +292,7 @@ impl ExportedFace<'_> {
             math_info: Some(
                 "W is symmetric and positive definite up to rounding; solution is that of the program, guess 1 is zero".into(),
             ),
-            degrees_of_freedom: Some(self.solved.system.assembly.primal.dofs.n_free),
+            degrees_of_freedom: Some(self.problem.system().assembly.primal.dofs.n_free),
         }
     }
 

@@ -10,6 +10,7 @@ mod case_faces;
 mod extents;
 mod fields;
 mod increments;
+mod keys;
 mod load;
 mod mesh;
 mod post;
@@ -40,6 +41,7 @@ pub use branches::{GROUP as BRANCHES, read as read_branches, write as write_bran
 pub use case::{CERTIFICATE, CaseResults, read_case};
 pub use case_faces::CaseFace;
 pub use increments::{GROUP as HISTORY, read as read_history, write as write_history};
+pub use keys::{get as get_key, set as set_key};
 pub use load::{read as read_loads, write as write_loads};
 pub use mesh::{read as read_mesh, write as write_mesh};
 pub use post::{ContactSummary, Summary, read_certificate, read_summary, write as write_report};

@@ -240,7 +240,7 @@ pub struct OutcomeWords {
 /// # Errors
 /// Altered or damaged values.
 pub fn read_outcome(reader: &Reader) -> Result<OutcomeWords, FormatError> {
-    let (newton, outer) = steps::read(reader)?;
+    let [outer, newton] = steps::counts(reader)?;
     let applications = match read_if_there(reader, APPLICATIONS)? {
         Some(applications) => applications,
         None => read_value(reader, ACTIONS)?,
@@ -248,7 +248,7 @@ pub fn read_outcome(reader: &Reader) -> Result<OutcomeWords, FormatError> {
     Ok(OutcomeWords {
         status: read_value(reader, STATUS)?,
         method: word(&read_value::<SolvedBy>(reader, METHOD)?),
-        counts: [outer.len(), newton.len(), applications],
+        counts: [outer, newton, applications],
         accuracy: read_value(reader, ACCURACY)?,
         increments: read_if_there::<Vec<f64>>(reader, increments::TIME)?
             .map_or(0, |times| times.len()),

@@ -6,7 +6,7 @@ use units::Dimension;
 
 use super::{
     FormatError, Stage, extents,
-    fields::{RENAMED, Table, fields, old_name, rows},
+    fields::{RENAMED, Table, fields, old_name, read_if_there, rows},
     solve,
 };
 
@@ -93,6 +93,18 @@ pub(super) fn read(reader: &Reader) -> Result<(Vec<NewtonStep>, Vec<OuterStep>),
         NEWTON_STEPS.read_rows(reader, NewtonStep::default)?,
         OUTER_STEPS.read_rows(reader, OuterStep::default)?,
     ))
+}
+
+/// Numbers of steps of successive approximations and of Newton's method, by a column of each.
+///
+/// # Errors
+/// Altered datasets.
+pub(super) fn counts(reader: &Reader) -> Result<[usize; 2], FormatError> {
+    let count = |rows: &[DatasetSpec]| -> Result<usize, FormatError> {
+        let column: Option<Vec<f64>> = read_if_there(reader, rows[0].path)?;
+        Ok(column.map_or(0, |column| column.len()))
+    };
+    Ok([count(OUTER_STEPS.rows)?, count(NEWTON_STEPS.rows)?])
 }
 
 /// Writes the state between two steps.

@@ -1,24 +1,28 @@
-//! Adaptive meshes: levels of solve, estimate and cut, until the estimate meets the scene's wish.
+//! Adaptive meshes: levels of solve, estimate and cut, until the estimate meets the scene's target.
 //!
 //! Between levels, as often as that costs no more than a twentieth of computing them, the file gets what the next one is
 //! made of (`/adapt`: cuts and starting multipliers of all levels so far), at the end the stages of
 //! the level in force. The cuts are part of what the stage `mesh` depends on, so every stage of
 //! that level can be rerun and judged fresh or stale like any other.
 
+use std::sync::Arc;
+
 use contact3d::{
-    adaptation::{Adaptation, AdaptiveLevel, AdaptiveStatus, Target, next_cuts, transferred},
+    Step,
+    adaptation::{Adaptation, AdaptiveLevel, AdaptiveStatus, LevelKeeper, SolvedLevel, refine},
     dual::AssemblyError,
-    mesh::{RefinableBody, Refinement},
+    mesh::Refinement,
     scene::Scene,
 };
-use runfile::{Home, Reader, StoreError, Transaction};
+use runfile::{Home, Reader, Transaction};
 
 use super::{
-    Commit, Freshness, Performed, Session, StageError, Step,
-    mesh::refused,
-    solve::StartFrom,
-    stages::{Chosen, settings},
-    store::{Checkpoints, write_group, write_scene},
+    Commit, Freshness, Performed, Session, StageError,
+    cache::StageCache,
+    results::Results,
+    settings::stage_settings,
+    start::StartFrom,
+    store::{Checkpoints, write_group},
 };
 use crate::format::{self, ADAPT, FormatError, Stage};
 
@@ -36,7 +40,7 @@ const SECONDS_OF_A_COMMIT: f64 = 0.02;
 #[derive(Debug)]
 pub struct Adapted {
     /// The relative error that was asked for.
-    pub wish: f64,
+    pub target: f64,
     /// All levels, those of earlier runs included.
     pub adaptation: Adaptation,
     /// How it ended.
@@ -98,9 +102,9 @@ impl RefinementInForce {
     }
 }
 
-/// Digest of all that the levels are computed from: the scene but for its wish.
+/// Digest of all that the levels are computed from: the scene but for its target.
 fn levels_input(scene: &Scene) -> String {
-    let parts = Stage::ALL.map(|stage| settings(stage, scene, Chosen::default()));
+    let parts = Stage::ALL.map(|stage| stage_settings(stage, scene));
     blake3::hash(parts.concat().as_bytes()).to_hex().to_string()
 }
 
@@ -118,84 +122,51 @@ fn read(
 }
 
 impl Session {
-    /// Runs the stages of one level after the other until the estimated error meets `wish`, and
+    /// Runs the stages of one level after the other until the estimated error meets `target`, and
     /// stores those of the last one. Goes on from the levels that the file holds.
     ///
-    /// A wish that is not met is no error but a status; the file then holds the last level.
+    /// A target that is not met is no error but a status; the file then holds the last level.
     ///
     /// # Errors
     /// As [`Self::perform`].
     pub fn adapt(
         &mut self,
-        wish: f64,
+        target: f64,
         observe: &mut dyn FnMut(AdaptStep<'_>),
     ) -> Result<Adapted, StageError> {
         let stored = self.stored_levels()?;
-        let mut adaptation = stored
-            .clone()
-            .map_or_else(Adaptation::default, |(levels, _)| levels);
-        let mut held = KeptLevel::default();
-        let mut saves = Checkpoints::new(SECONDS_OF_A_COMMIT);
-        let mut too_large = false;
-        loop {
-            let (n_done, n_made) = (
-                adaptation.levels.len(),
-                adaptation.refinement.levels().len(),
-            );
-            if adaptation.level_that_meets(wish).is_some() {
-                break;
-            }
-            if n_done > n_made {
-                if too_large || adaptation.status(wish) != AdaptiveStatus::Refining {
-                    break;
-                }
-                self.hold(&mut held, &adaptation, n_made, observe)?;
-                self.make_next(&mut adaptation, wish)?;
-                saves.keep(|| self.write_levels(&adaptation, AdaptiveStatus::Refining));
-                continue;
-            }
-            match self.hold(&mut held, &adaptation, n_made, observe) {
-                Ok(()) => {
-                    let level = self.level(&held)?;
-                    observe(AdaptStep::Done(n_made, &level));
-                    adaptation.levels.push(level);
-                }
-                Err(
-                    StageError::Shortage(shortage)
-                    | StageError::Assembly(AssemblyError::Shortage(shortage)),
-                ) if n_made > 0 => {
-                    observe(AdaptStep::TooLarge(n_made, shortage.to_string()));
-                    too_large = true;
-                    adaptation.refinement.truncate(n_made - 1);
-                    adaptation.starts.truncate(n_made - 1);
-                }
-                Err(error) => return Err(error),
-            }
-        }
-        let status = if too_large {
-            AdaptiveStatus::TooLarge
-        } else {
-            adaptation.status(wish)
+        let known = stored.clone().map(|(levels, _)| levels);
+        let input = self.store.input.clone();
+        let mut levels = LevelInRunFile {
+            session: self,
+            observe,
+            saves: Checkpoints::new(SECONDS_OF_A_COMMIT),
+            at_hand: None,
         };
-        let meets = adaptation.level_that_meets(wish);
-        let level = meets.unwrap_or(adaptation.levels.len() - 1);
-        let ended = (adaptation, status);
+        let (scene, folder) = (&input.scene, &input.folder);
+        let refined = refine(
+            scene,
+            folder,
+            target,
+            known.unwrap_or_default(),
+            &mut levels,
+        )?;
+        let ended = (refined.adaptation, refined.status);
         if stored.as_ref() != Some(&ended) {
-            self.write_levels(&ended.0, status)?;
+            levels.session.write_levels(&ended.0, ended.1)?;
         }
-        let (adaptation, _) = ended;
-        self.hold(&mut held, &adaptation, level, observe)?;
-        self.store.store_pending(&self.task)?;
+        let performed = levels.at_hand(refined.level, &ended.0)?.performed.clone();
+        self.store.store_pending()?;
         Ok(Adapted {
-            wish,
-            adaptation,
-            status,
-            level,
-            performed: held.performed,
+            target,
+            adaptation: ended.0,
+            status: ended.1,
+            level: refined.level,
+            performed,
         })
     }
 
-    /// Whether nothing is left to do: every stage is fresh, and the levels for the scene's wish, if it has
+    /// Whether nothing is left to do: every stage is fresh, and the levels for the scene's target, if it has
     /// one, have come to an end.
     ///
     /// # Errors
@@ -216,82 +187,9 @@ impl Session {
     }
 
     fn stored_levels(&self) -> Result<Option<(Adaptation, AdaptiveStatus)>, StageError> {
-        match self.store.reader() {
-            Ok(reader) => Ok(read(&reader, self.scene()).unwrap_or(None)),
-            Err(StoreError::NotFound { .. }) => Ok(None),
-            Err(error) => Err(error.into()),
-        }
-    }
-
-    /// Has the stages of a level at hand: in memory, or fresh in the file, or by running them.
-    fn hold(
-        &mut self,
-        held: &mut KeptLevel,
-        adaptation: &Adaptation,
-        level: usize,
-        observe: &mut dyn FnMut(AdaptStep<'_>),
-    ) -> Result<(), StageError> {
-        if held.level == Some(level) {
-            return Ok(());
-        }
-        *held = KeptLevel::default();
-        self.store.discard_pending();
-        let mut cuts = adaptation.refinement.clone();
-        cuts.truncate(level);
-        self.task.refinement = RefinementInForce::new(cuts);
-        if let Some(before) = level.checked_sub(1) {
-            self.task.start = StartFrom::multipliers(adaptation.starts[before].clone());
-        } else {
-            self.task.start = StartFrom::Any;
-        }
-        self.known = super::known::StageCache::default();
-        if !self.is_fresh_throughout()? {
-            for stage in Stage::ALL {
-                observe(AdaptStep::Stage(level, stage));
-                let commit = Commit::Held;
-                let performed =
-                    self.perform(stage, commit, &mut |step| observe(AdaptStep::Step(step)))?;
-                held.performed.push(performed);
-            }
-        }
-        held.level = Some(level);
-        Ok(())
-    }
-
-    /// What the level at hand came to.
-    fn level(&mut self, held: &KeptLevel) -> Result<AdaptiveLevel, StageError> {
-        let results = self.results()?;
-        let in_memory = self.known.in_memory();
-        let dual = in_memory.and_then(|(_, system)| system.contact.as_ref()?.explicit());
-        let seconds = held.performed.iter().map(|p| p.compute_seconds);
-        // An empty sum of floats is −0.
-        let seconds = 0.0 + seconds.sum::<f64>();
-        Ok(AdaptiveLevel::new(
-            results.mesh(),
-            dual,
-            results.solution(),
-            results.report(),
-            seconds,
-        ))
-    }
-
-    /// Chooses what to cut of the level at hand, and what the next one starts from.
-    fn make_next(&mut self, adaptation: &mut Adaptation, wish: f64) -> Result<(), StageError> {
-        let results = self.results()?;
-        let (scene, folder) = (&self.task.input.scene, &self.task.input.folder);
-        let error = &results.report().discretisation_error;
-        let target = Target::of(scene, error, wish);
-        let cuts = next_cuts(&error.indicator, target);
-        adaptation.refinement.push(cuts);
-        let refuse = |error| refused(&self.task.input, error);
-        let body = RefinableBody::refined(scene, folder, &adaptation.refinement).map_err(refuse)?;
-        adaptation.starts.push(transferred(
-            results.mesh(),
-            &body.mesh().map_err(refuse)?,
-            &body.parents(),
-            &results.solution().multiplier,
-        ));
-        Ok(())
+        let reader = self.store.reader_if_there()?;
+        let levels = |reader| read(&reader, self.scene()).unwrap_or(None);
+        Ok(reader.and_then(levels))
     }
 
     /// Stores the levels done, beside whatever stages the file holds.
@@ -302,9 +200,9 @@ impl Session {
     ) -> Result<(), StageError> {
         let seconds = adaptation.levels.iter().map(|level| level.seconds).sum();
         let input = levels_input(self.scene());
-        let record = self.task.record(String::new(), seconds, input);
+        let record = self.store.record(String::new(), seconds, input);
         let mut transaction = Transaction::begin(&self.store.file)?;
-        write_scene(&mut transaction, &self.task)?;
+        self.store.write_scene(&mut transaction)?;
         write_group(&mut transaction, ADAPT, Home::RunFile, &record, |writer| {
             format::write_adaptation(writer, adaptation, status)
         })?;
@@ -312,9 +210,98 @@ impl Session {
     }
 }
 
+/// Has the stages of one level in memory, or fresh in the run file.
+struct LevelInRunFile<'a> {
+    session: &'a mut Session,
+    observe: &'a mut dyn FnMut(AdaptStep<'_>),
+    saves: Checkpoints,
+    at_hand: Option<LevelAtHand>,
+}
+
 /// The level whose stages are at hand.
-#[derive(Default)]
-struct KeptLevel {
-    level: Option<usize>,
+struct LevelAtHand {
+    level: usize,
+    results: Arc<Results>,
+    /// The stages that were run for it.
     performed: Vec<Performed>,
+}
+
+impl LevelInRunFile<'_> {
+    fn at_hand(&mut self, level: usize, known: &Adaptation) -> Result<&LevelAtHand, StageError> {
+        let at_hand = match self.at_hand.take() {
+            Some(at_hand) if at_hand.level == level => at_hand,
+            _ => self.run(level, known)?,
+        };
+        Ok(self.at_hand.insert(at_hand))
+    }
+
+    /// Reads the stages of a level, or runs and holds them.
+    fn run(&mut self, level: usize, known: &Adaptation) -> Result<LevelAtHand, StageError> {
+        let (session, observe) = (&mut *self.session, &mut *self.observe);
+        session.store.discard_pending();
+        let mut cuts = known.refinement.clone();
+        cuts.truncate(level);
+        session.store.refinement = RefinementInForce::new(cuts);
+        session.store.start = match level.checked_sub(1) {
+            Some(before) => StartFrom::multipliers(known.starts[before].clone()),
+            None => StartFrom::Any,
+        };
+        session.cache = StageCache::default();
+        let mut performed = Vec::new();
+        if !session.is_fresh_throughout()? {
+            for stage in Stage::ALL {
+                observe(AdaptStep::Stage(level, stage));
+                let observe = &mut |step: Step<'_>| observe(AdaptStep::Step(step));
+                performed.push(session.perform(stage, Commit::Held, observe)?);
+            }
+        }
+        Ok(LevelAtHand {
+            level,
+            results: session.results()?,
+            performed,
+        })
+    }
+}
+
+impl LevelKeeper for LevelInRunFile<'_> {
+    type Error = StageError;
+
+    fn solved(&mut self, level: usize, known: &Adaptation) -> Result<SolvedLevel<'_>, StageError> {
+        self.at_hand(level, known)?;
+        let LevelAtHand {
+            results, performed, ..
+        } = self.at_hand.as_ref().expect("made sure just now");
+        let assembled = self.session.cache.assembled.as_ref();
+        let dual = assembled.and_then(|(it, _)| it.system().contact.as_ref()?.explicit());
+        let seconds = performed.iter().map(|it| it.compute_seconds);
+        Ok(SolvedLevel {
+            mesh: results.mesh(),
+            dual,
+            solution: &results.solution,
+            report: &results.report,
+            // An empty sum of floats is −0.
+            seconds: 0.0 + seconds.sum::<f64>(),
+        })
+    }
+
+    fn done(&mut self, number: usize, level: &AdaptiveLevel) {
+        (self.observe)(AdaptStep::Done(number, level));
+    }
+
+    fn too_large(&mut self, level: usize, error: StageError) -> Result<(), StageError> {
+        match error {
+            StageError::Shortage(shortage)
+            | StageError::Assembly(AssemblyError::Shortage(shortage)) => {
+                (self.observe)(AdaptStep::TooLarge(level, shortage.to_string()));
+                Ok(())
+            }
+            error => Err(error),
+        }
+    }
+
+    fn keep(&mut self, known: &Adaptation) {
+        let session = &mut *self.session;
+        self.saves
+            .keep(|| session.write_levels(known, AdaptiveStatus::Refining));
+    }
 }

@@ -16,10 +16,7 @@ use super::{
     series_folder::{require_same_mesh, write_paths},
     store::{Checkpoints, store_with_scene},
 };
-use crate::{
-    format::{self, LAYOUT},
-    sweep::{get_key, set_key},
-};
+use crate::format::{self, LAYOUT, get_key, set_key};
 
 /// A guess at the seconds of the first commit; later ones are measured.
 const SECONDS_OF_A_COMMIT: f64 = 0.05;

@@ -15,7 +15,7 @@ use super::{
     StageError,
     adapt::RefinementInForce,
     read_results,
-    stages::{Chosen, settings},
+    settings::{Chosen, settings},
 };
 use crate::format::{self, HISTORY, LAYOUT, Stage, VTKHDF};
 
@@ -82,29 +82,17 @@ pub fn require_undamaged(file: &Path, states: &[StageState]) -> Result<(), Stage
     })
 }
 
-/// The part of a scene that a stage depends on directly, as TOML, for the body's own mesh and a
-/// solve that starts from λ = 0.
-///
-/// It goes into the stage's input digest: a key that is added to scenes must not show here while it
-/// has its default, or every older file goes stale.
-#[must_use]
-pub fn stage_settings(stage: Stage, scene: &Scene) -> String {
-    settings(stage, scene, Chosen::default())
-}
-
-/// What tells two scenes apart whose assembled problems differ in more than their loads.
-#[must_use]
-pub fn operator_settings(scene: &Scene) -> String {
-    stage_settings(Stage::Mesh, scene) + &stage_settings(Stage::Assemble, scene)
-}
-
 /// Digest of everything a stage is computed from: its settings and the digests of all upstream
-/// stages.
-pub(super) fn input_digest(stage: Stage, settings: &str, upstream: &[&StoredGroup]) -> String {
+/// stages among those that are stored.
+pub(super) fn input_digest(
+    stage: Stage,
+    settings: &str,
+    stored: &[(Stage, StoredGroup)],
+) -> String {
     let mut hasher = blake3::Hasher::new();
     hasher.update(stage.word().as_bytes());
     hasher.update(settings.as_bytes());
-    for stored in upstream {
+    for (_, stored) in stored.iter().filter(|(earlier, _)| *earlier < stage) {
         hasher.update(stored.digest.as_bytes());
     }
     hasher.finalize().to_hex().to_string()
@@ -206,7 +194,10 @@ fn judge(
             bad.freshness.word()
         ));
     }
-    let records: Vec<&StoredGroup> = upstream.iter().filter_map(|s| s.stored.as_ref()).collect();
+    let records = upstream.iter();
+    let records: Vec<(Stage, StoredGroup)> = records
+        .filter_map(|state| Some((state.stage, state.stored.clone()?)))
+        .collect();
     let stored_start = stored_start(&stored.record.settings);
     let start = match start {
         StartedFrom::AsStored => stored_start.as_deref(),
@@ -257,7 +248,7 @@ pub fn contradictions(run_file: &Path) -> Result<Vec<String>, StageError> {
         return Ok(Vec::new());
     }
     let results = read_results(run_file, &input)?;
-    let report = results.report();
+    let report = &results.report;
     let mut found: Vec<String> = against_status(&reader, report)?.into_iter().collect();
     if is_fresh(Stage::Post) {
         found.extend(against_stored(&reader, &report.certificate)?);

@@ -1,15 +1,14 @@
-//! Where large stages are kept: in the run file, in a file beside it that it owns, or in one that
-//! the run files of a folder share. `runfile::Home` says what each of these is.
+//! Where large stages are kept: in the run file, or in a file named by their digest that the run files of a folder share.
 
 use std::{fs, path::Path, sync::Arc};
 
-use contact3d::{dual::DualSystem, mesh::Mesh};
+use contact3d::{AssembledProblem, Problem};
 use runfile::{SharedGroup, StoreError, StoredGroup, Transaction};
 
 use super::{
     Commit, Freshness, Session, StageError,
-    mesh::Meshed,
-    store::{input_digest_of, write_scene},
+    cache::{Loads, StageCache},
+    freshness::input_digest,
 };
 use crate::format::{CHECKPOINT, FormatError, Stage};
 
@@ -17,7 +16,7 @@ use crate::format::{CHECKPOINT, FormatError, Stage};
 ///
 /// Copying inside the run file costs every later commit about 2 s per gigabyte on a disk of 0.5
 /// GB/s: a second at this size, and a run that is short commits once. Below it one file is worth more.
-pub(super) const KEEP_BESIDE_ABOVE: usize = 512_000_000;
+pub(super) const LINK_ABOVE: usize = 512_000_000;
 
 /// The stages that may have another home than the run file, upstream first.
 const LARGE: [Stage; 2] = [Stage::Mesh, Stage::Assemble];
@@ -31,16 +30,9 @@ pub enum AssemblyFile {
     /// In the run file, whatever its size.
     SelfContained,
     /// In a file beside it, whatever its size.
-    Beside,
-    /// With the mesh, in files that the run files of the folder share.
-    Shared,
-}
-
-/// A mesh and all of its assembled problem that does not depend on the loads, in memory.
-#[derive(Debug, Clone)]
-pub struct Operator {
-    mesh: Arc<Mesh>,
-    system: Arc<DualSystem>,
+    Linked,
+    /// The same, and the mesh in another.
+    LinkedWithMesh,
 }
 
 impl Session {
@@ -72,8 +64,11 @@ impl Session {
     ///
     /// # Errors
     /// As [`Session::perform`] for mesh and assembled problem.
-    pub fn prepare_operator(&mut self, known: Option<&Operator>) -> Result<Operator, StageError> {
-        self.keep_assembly(AssemblyFile::Shared);
+    pub fn prepare_operator(
+        &mut self,
+        known: Option<&Arc<AssembledProblem>>,
+    ) -> Result<Arc<AssembledProblem>, StageError> {
+        self.keep_assembly(AssemblyFile::LinkedWithMesh);
         self.link_shared()?;
         if !self.is_fresh(Stage::Mesh)? {
             self.perform(Stage::Mesh, Commit::Now, &mut |_| {})?;
@@ -82,26 +77,23 @@ impl Session {
         if !self.is_fresh(Stage::Assemble)? {
             self.perform(Stage::Assemble, Commit::Now, &mut |_| {})?;
         } else if let Some(known) = known {
-            let meshed = Meshed::new(known.mesh.clone(), &self.task.input)?;
-            self.known.set_mesh(Arc::new(meshed));
-            self.known.set_operator(known.system.clone());
+            let scene = self.scene().clone();
+            let problem = Problem::of_checked(scene, known.mesh().clone());
+            let problem = problem.map_err(|invalid| self.store.input.refuse(invalid))?;
+            let known = AssembledProblem::new(problem.clone(), known.system().clone());
+            self.cache = StageCache {
+                problem: Some(Arc::new(problem)),
+                assembled: Some((Arc::new(known), Loads::Any)),
+                ..StageCache::default()
+            };
         }
-        match self.operator() {
+        match self.assembled() {
             Err(error) if is_of_content(&error) && self.remove_shared()? => {
-                self.known = super::known::StageCache::default();
+                self.cache = StageCache::default();
                 self.prepare_operator(known)
             }
-            operator => operator,
+            assembled => assembled,
         }
-    }
-
-    /// Mesh and assembled problem, read unless they are in memory.
-    fn operator(&mut self) -> Result<Operator, StageError> {
-        let source = self.task.source(&self.store);
-        Ok(Operator {
-            mesh: self.known.meshed(source)?.mesh.clone(),
-            system: self.known.operator(source)?,
-        })
     }
 
     fn is_fresh(&self, stage: Stage) -> Result<bool, StageError> {
@@ -137,7 +129,8 @@ impl Session {
                 upstream.extend(state.stored.map(|stored| (state.stage, stored)));
                 continue;
             }
-            let digest = input_digest_of(state.stage, &self.task, &upstream);
+            let settings = self.store.settings(state.stage);
+            let digest = input_digest(state.stage, &settings, &upstream);
             let shared = SharedGroup::find(&self.store.file, state.stage.group(), &digest);
             let Some(shared) = shared else {
                 break;
@@ -149,7 +142,7 @@ impl Session {
             return Ok(());
         }
         let mut transaction = Transaction::begin(&self.store.file)?;
-        write_scene(&mut transaction, &self.task)?;
+        self.store.write_scene(&mut transaction)?;
         for shared in &found {
             transaction.link(shared)?;
         }
@@ -161,24 +154,10 @@ impl Session {
 /// Whether what a file holds is at fault, and not the way to it.
 fn is_of_content(error: &StageError) -> bool {
     match error {
-        StageError::Store(StoreError::Io { .. })
-        | StageError::Format(FormatError::Store(StoreError::Io { .. })) => false,
-        StageError::Store(_) | StageError::Format(_) | StageError::Damaged { .. } => true,
-        StageError::Scene(_)
-        | StageError::Mesh(_)
-        | StageError::Setting(_)
-        | StageError::Assembly(_)
-        | StageError::Unsolved(_)
-        | StageError::Shortage(_)
-        | StageError::NeedsExplicit(_)
-        | StageError::NotReady { .. }
-        | StageError::Sweep { .. }
-        | StageError::Figure { .. }
-        | StageError::Output(_)
-        | StageError::Partly { .. }
-        | StageError::Fclib(_)
-        | StageError::Unfit { .. }
-        | StageError::Delassus { .. }
-        | StageError::Write { .. } => false,
+        StageError::Store(error) | StageError::Format(FormatError::Store(error)) => {
+            !matches!(error, StoreError::Io { .. })
+        }
+        StageError::Format(_) | StageError::Damaged { .. } => true,
+        _ => false,
     }
 }

@@ -1,84 +1,59 @@
-//! The stages side by side: what each depends on in the scene, how it runs, what it writes.
+//! The stages side by side: how each runs, and what it writes.
 
-use std::{cell::RefCell, sync::Arc};
+use std::sync::Arc;
 
 use contact3d::{
-    dual::{DualSystem, Need},
-    linalg::Work,
-    scene::{Increment, Scene},
-    solver::Progress,
+    AssembledProblem, Keeper, Problem, ProblemError, Step, Unfinished,
+    dual::{AssemblyError, Need, Shortage},
+    mesh::Mesh,
+    scene::{Scene, SceneFile},
+    solver::Start,
 };
 use runfile::{GroupRecord, Home, StoreError, Transaction};
-use serde::Serialize;
 
 use super::{
-    AssemblyFile, Session, StageError, assemble, history,
-    homes::KEEP_BESIDE_ABOVE,
-    load,
-    mesh::{self, Meshed},
-    post::{self, Evaluated},
-    resources,
-    solve::{self, Answer},
-    store::{Checkpoints, write_group},
+    AssemblyFile, Session, StageError,
+    cache::{Loads, StageCache},
+    homes::LINK_ABOVE,
+    mesh, resources,
+    results::Results,
+    store::{Checkpoints, Store, write_group},
 };
 use crate::format::{self, HISTORY, Stage, VTKHDF};
 
-/// What a stage at work is doing.
-#[derive(Debug, Clone, Copy)]
-pub enum Step<'a> {
-    /// The name of a long step of `assemble` that begins.
-    Assembling(&'static str),
-    /// How far that step is, to be read while it is at work.
-    Counting(&'static str, &'a Arc<Work>),
-    /// A step of the solver.
-    Solving(Progress<'a>),
-    /// A step of the solver in an increment of a load history.
-    Stepping(Increment, Progress<'a>),
-}
+/// What storing the increments of a load history takes before it is known, in s.
+const SECONDS_OF_A_COMMIT: f64 = 0.05;
 
-/// What a stage computed, with all that it takes to write it.
+/// What a stage computed.
 #[derive(Debug)]
 pub(super) enum Output {
-    Mesh(Arc<Meshed>),
-    Assemble(Arc<DualSystem>),
-    Load(Arc<DualSystem>),
-    Solve(Arc<Meshed>, Arc<Evaluated>),
-    Post(Arc<Meshed>, Arc<Evaluated>),
+    Mesh(Arc<Problem>),
+    Assemble(Arc<AssembledProblem>),
+    Load(Arc<AssembledProblem>),
+    Solve(Arc<Results>),
+    Post(Arc<Results>),
 }
 
-/// What stages depend on beside the scene, by digests.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Chosen<'a> {
-    /// Of the cuts that lead from the first mesh to this one; `None` for the first.
-    pub(super) refinement: Option<&'a str>,
-    /// Of the multipliers that a solve starts from; `None` for λ = 0.
-    pub(super) start: Option<&'a str>,
+/// Keeps what an interrupted solve can go on from in the run file, where that costs no more than a twentieth of the time.
+struct CheckpointKeeper<'a> {
+    store: &'a mut Store,
+    checkpoints: Checkpoints,
+    observe: &'a mut dyn FnMut(Step<'_>),
 }
 
-/// The part of a scene that a stage depends on directly, as TOML.
-pub(super) fn settings(stage: Stage, scene: &Scene, chosen: Chosen<'_>) -> String {
-    let Chosen { refinement, start } = chosen;
-    let text = match stage {
-        Stage::Mesh => toml(&mesh::Settings::of(scene, refinement)),
-        Stage::Assemble => toml(&assemble::Settings::of(scene)),
-        Stage::Load => toml(&load::Settings::of(scene)),
-        Stage::Solve => toml(&solve::Settings::of(scene, start)),
-        Stage::Post => toml(&post::Settings::of(scene)),
-    };
-    text + &units_settings(scene)
-}
-
-fn toml(settings: &impl Serialize) -> String {
-    toml::to_string(settings).expect("settings hold only TOML types")
-}
-
-/// The units as settings of every stage, since attributes speak them; nothing for those of a scene
-/// that names none, whose stages keep the digests they had before units could be named.
-fn units_settings(scene: &Scene) -> String {
-    if scene.units.is_default() {
-        return String::new();
+impl Keeper for CheckpointKeeper<'_> {
+    fn admit(&self, need: Need) -> Result<(), Shortage> {
+        resources::admit(need, self.store.path())
     }
-    format!("\n[units]\n{}", toml(&scene.units))
+
+    fn observe(&mut self, step: Step<'_>) {
+        (self.observe)(step);
+    }
+
+    fn keep(&mut self, unfinished: Unfinished<'_>) {
+        let store = &mut self.store;
+        self.checkpoints.keep(|| store.commit(Some(unfinished)));
+    }
 }
 
 impl Session {
@@ -93,176 +68,132 @@ impl Session {
             Stage::Assemble => self.assemble(observe),
             Stage::Load => self.apply_loads(),
             Stage::Solve => self.solve(observe),
-            Stage::Post => self.post(),
+            // A solve of this session has evaluated its solution already.
+            Stage::Post => {
+                let results = self.results()?;
+                self.store.require_unchanged()?;
+                Ok(Output::Post(results))
+            }
         }
     }
 
     fn make_mesh(&mut self) -> Result<Output, StageError> {
-        let meshed = Arc::new(mesh::run(&mesh::Inputs {
-            input: &self.task.input,
-            refinement: self.task.refinement.cuts(),
-            run_file: self.store.path(),
-        })?);
-        self.known.set_mesh(meshed.clone());
-        Ok(Output::Mesh(meshed))
+        let store = &self.store;
+        let problem = mesh::make(&store.input, store.refinement.cuts(), store.path())?;
+        let problem = Arc::new(problem);
+        self.cache = StageCache {
+            problem: Some(problem.clone()),
+            ..StageCache::default()
+        };
+        Ok(Output::Mesh(problem))
     }
 
     fn assemble(&mut self, observe: &mut dyn FnMut(Step<'_>)) -> Result<Output, StageError> {
-        let source = self.task.source(&self.store);
-        let meshed = self.known.meshed(source)?;
-        let observe = RefCell::new(observe);
-        let system = Arc::new(assemble::run(&assemble::Inputs {
-            input: source.input,
-            mesh: &meshed.mesh,
-            admit: &|need: Need| {
-                (observe.borrow_mut())(Step::Assembling(need.step));
-                resources::admit(need, source.run_file)
-            },
-            begun: &|step, work| (observe.borrow_mut())(Step::Counting(step, work)),
-        })?);
+        let problem = self.problem()?.as_ref().clone();
+        let assembled = problem.assemble_kept(&mut self.keeper(0.0, observe));
+        let assembled = Arc::new(assembled.map_err(|error| refused(&self.store.input, error))?);
         // The loads of a history are those of its last increment, which nothing has applied yet.
-        if self.scene().has_history() {
-            self.known.set_operator(system.clone())
+        let loads = if self.scene().has_history() {
+            Loads::Any
         } else {
-            self.known.set_problem(system.clone())
-        }
-        Ok(Output::Assemble(system))
+            Loads::OfScene
+        };
+        self.cache = StageCache {
+            problem: self.cache.problem.take(),
+            assembled: Some((assembled.clone(), loads)),
+            ..StageCache::default()
+        };
+        Ok(Output::Assemble(assembled))
     }
 
     fn apply_loads(&mut self) -> Result<Output, StageError> {
-        let source = self.task.source(&self.store);
-        let meshed = self.known.meshed(source)?;
-        self.known.operator(source)?;
-        self.store.require_unchanged(&self.task)?;
-        let system = self.known.loaded(source, |operator| {
-            load::run(load::Inputs {
-                input: source.input,
-                mesh: &meshed.mesh,
-                operator,
-            })
+        self.assembled()?;
+        self.store.require_unchanged()?;
+        let loaded = self.loaded(|session, assembled| {
+            let loaded = assembled.with_last_loads();
+            Ok(loaded.map_err(|invalid| session.store.input.refuse(invalid))?)
         })?;
-        Ok(Output::Load(system))
+        Ok(Output::Load(loaded))
     }
 
     fn solve(&mut self, observe: &mut dyn FnMut(Step<'_>)) -> Result<Output, StageError> {
-        if self.scene().has_history() {
-            return self.solve_history(observe);
-        }
-        let source = self.task.source(&self.store);
-        let meshed = self.known.meshed(source)?;
-        let problem = self.known.problem(source)?;
-        let checkpoint = self.store.read_checkpoint(&self.task)?;
-        self.store.require_unchanged(&self.task)?;
-        let (task, store) = (&self.task, &mut self.store);
-        let mut checkpoints = Checkpoints::new(store.last_store_seconds());
-        let inputs = solve::Inputs {
-            settings: &task.input.scene.solve,
-            meshed: &meshed,
-            problem: problem.clone(),
-            start: &task.start,
+        let (assembled, loads, least_cost) = if self.scene().has_history() {
+            let assembled = self.assembled()?;
+            let need = need_of_history(self.scene(), assembled.mesh());
+            resources::admit(need, self.store.path())?;
+            (assembled, Loads::Any, SECONDS_OF_A_COMMIT)
+        } else {
+            let loaded = self.loaded(|session, assembled| {
+                let (problem, mut system) = assembled.into_parts();
+                format::read_loads(&session.store.reader()?, &mut system)?;
+                Ok(AssembledProblem::new(problem, system))
+            })?;
+            (loaded, Loads::OfScene, 0.0)
+        };
+        let (checkpoint, done) = self.store.read_unfinished()?;
+        self.store.require_unchanged()?;
+        let settings = self.scene().solve.clone();
+        let multiplier = self.store.start.multiplier().map(<[f64]>::to_vec);
+        let start = Start {
+            multiplier: multiplier.as_deref(),
             checkpoint: checkpoint.as_ref(),
         };
-        let mut answer = solve::run(inputs, &mut |progress| match progress {
-            Progress::Between(state) => {
-                checkpoints.keep(|| store.write_checkpoint(task, state));
-            }
-            Progress::Outer(..) | Progress::Newton(..) => observe(Step::Solving(progress)),
-        })?;
-        if let Some(double) = self.reconsidered(&meshed, &problem, &answer, observe) {
-            self.known.reconsider(double.clone());
-            let inputs = solve::Inputs {
-                settings: &self.task.input.scene.solve,
-                meshed: &meshed,
-                problem: double,
-                start: &self.task.start,
-                checkpoint: None,
-            };
-            answer = solve::run(inputs, &mut |progress| match progress {
-                Progress::Between(_) => {}
-                Progress::Outer(..) | Progress::Newton(..) => observe(Step::Solving(progress)),
-            })?;
-        }
-        let evaluated = Arc::new(post::run(post::Inputs {
-            input: &task.input,
-            meshed: &meshed,
-            answer,
-        })?);
-        self.known.set_evaluated(evaluated.clone());
-        Ok(Output::Solve(meshed, evaluated))
-    }
-
-    /// The problem in double precision where a solve gave up with a factor in single precision that the program chose.
-    fn reconsidered(
-        &self,
-        meshed: &Meshed,
-        problem: &DualSystem,
-        answer: &Answer,
-        observe: &mut dyn FnMut(Step<'_>),
-    ) -> Option<Arc<DualSystem>> {
-        let settings = &self.task.input.scene.solve;
-        if !answer.solution.status.gave_up(settings) {
-            return None;
-        }
-        let observe = RefCell::new(observe);
-        let double = problem.in_double_precision(
-            self.scene(),
-            &meshed.mesh,
-            &|need: Need| {
-                (observe.borrow_mut())(Step::Assembling(need.step));
-                resources::admit(need, self.store.path())
-            },
-            &|step, work| (observe.borrow_mut())(Step::Counting(step, work)),
-        );
-        double.map(Arc::new)
-    }
-
-    /// The increments of a load history, stored as they are done where that costs no more than a twentieth of computing them.
-    fn solve_history(&mut self, observe: &mut dyn FnMut(Step<'_>)) -> Result<Output, StageError> {
-        let source = self.task.source(&self.store);
-        let meshed = self.known.meshed(source)?;
-        let operator = self.known.operator(source)?;
-        let need = history::need_of(source.input, &meshed.mesh);
-        resources::admit(need, source.run_file)?;
-        let done = self.store.read_history(&self.task)?;
-        self.store.require_unchanged(&self.task)?;
-        let run_file = self.store.path().to_owned();
-        let (task, store) = (&self.task, &mut self.store);
-        let cost = store.last_store_seconds().max(history::SECONDS_OF_A_COMMIT);
-        let mut checkpoints = Checkpoints::new(cost);
-        let inputs = history::Inputs {
-            input: &task.input,
-            settings: &task.input.scene.solve,
-            mesh: &meshed.mesh,
-            operator: &operator,
-            start: task.start.multiplier(),
+        let answer = assembled.run(
+            &settings,
+            start,
             done,
-            admit: &|need| resources::admit(need, &run_file),
-        };
-        let outcome = history::run(
-            inputs,
-            &mut |increment, progress| match progress {
-                Progress::Between(_) => {}
-                Progress::Outer(..) | Progress::Newton(..) => {
-                    observe(Step::Stepping(increment, progress));
-                }
-            },
-            &mut |records| checkpoints.keep(|| store.write_history(task, records)),
-        )?;
-        if let Some(double) = outcome.double {
-            self.known.reconsider(Arc::new(double));
+            &mut self.keeper(least_cost, observe),
+        );
+        let answer = answer.map_err(|error| refused(&self.store.input, error))?;
+        if answer.is_second_try {
+            let problem = self.problem()?.as_ref().clone();
+            let double = AssembledProblem::new(problem, answer.problem.system().clone());
+            self.cache.assembled = Some((Arc::new(double), loads));
+            self.cache.is_second_try = true;
         }
-        let evaluated = Arc::new(outcome.evaluated);
-        self.known.set_evaluated(evaluated.clone());
-        Ok(Output::Solve(meshed, evaluated))
+        let results = Arc::new(Results::from(answer));
+        self.cache.results = Some(results.clone());
+        Ok(Output::Solve(results))
     }
 
-    /// A solve of this session has evaluated its solution already.
-    fn post(&mut self) -> Result<Output, StageError> {
-        let source = self.task.source(&self.store);
-        let meshed = self.known.meshed(source)?;
-        let evaluated = self.known.evaluated(source)?;
-        self.store.require_unchanged(&self.task)?;
-        Ok(Output::Post(meshed, evaluated))
+    fn keeper<'a>(
+        &'a mut self,
+        least_cost: f64,
+        observe: &'a mut dyn FnMut(Step<'_>),
+    ) -> CheckpointKeeper<'a> {
+        let cost = self.store.last_store_seconds().max(least_cost);
+        CheckpointKeeper {
+            store: &mut self.store,
+            checkpoints: Checkpoints::new(cost),
+            observe,
+        }
+    }
+}
+
+/// An error of the driver, with the line of the scene that it is about.
+pub(super) fn refused(input: &SceneFile, error: ProblemError) -> StageError {
+    match error {
+        ProblemError::Invalid(invalid) | ProblemError::Assembly(AssemblyError::Scene(invalid)) => {
+            input.refuse(invalid).into()
+        }
+        ProblemError::Assembly(error) => error.into(),
+        ProblemError::NeedsExplicit(error) => error.into(),
+        ProblemError::Mesh(error) => error.into(),
+        error @ (ProblemError::Scene(_) | ProblemError::OtherOperator { .. }) => error.into(),
+    }
+}
+
+/// What the increments of a history take: their fields in memory, twice while they are written, and on the disk.
+fn need_of_history(scene: &Scene, mesh: &Mesh) -> Need {
+    let contact = mesh.contact.as_ref();
+    let nodes = contact.map_or(0, |surface| surface.nodes.len());
+    let panes = contact.map_or(0, |surface| surface.n_panes());
+    let numbers = 6 * mesh.coordinates.len() + mesh.tetrahedra.len() + 5 * nodes + 12 * panes + 64;
+    let bytes = 8 * numbers as u64 * scene.increments().len() as u64;
+    Need {
+        step: "keeping the increments of the load history",
+        memory: bytes + bytes / 2,
+        stored: 2 * bytes,
     }
 }
 
@@ -273,34 +204,25 @@ impl Output {
             Self::Mesh(_) => Stage::Mesh,
             Self::Assemble(_) => Stage::Assemble,
             Self::Load(_) => Stage::Load,
-            Self::Solve(..) => Stage::Solve,
-            Self::Post(..) => Stage::Post,
+            Self::Solve(_) => Stage::Solve,
+            Self::Post(_) => Stage::Post,
         }
     }
 
-    /// Whether no stage follows that it could be stored with.
-    pub(super) fn is_last(&self) -> bool {
-        match self {
-            Self::Mesh(_) | Self::Assemble(_) | Self::Load(_) | Self::Solve(..) => false,
-            Self::Post(..) => true,
-        }
-    }
-
-    /// Where its groups are kept.
+    /// Where its group is kept.
     pub(super) fn home(&self, assembly_file: AssemblyFile) -> Home {
-        match (self, assembly_file) {
-            (Self::Assemble(system), AssemblyFile::BySize)
-                if format::assembly_bytes(system) > KEEP_BESIDE_ABOVE =>
-            {
-                Home::Beside
+        let is_linked = match (self, assembly_file) {
+            (Self::Mesh(_) | Self::Assemble(_), AssemblyFile::LinkedWithMesh)
+            | (Self::Assemble(_), AssemblyFile::Linked) => true,
+            (Self::Assemble(assembled), AssemblyFile::BySize) => {
+                format::assembly_bytes(assembled.system()) > LINK_ABOVE
             }
-            (Self::Assemble(_), AssemblyFile::Beside) => Home::Beside,
-            (Self::Mesh(_) | Self::Assemble(_), AssemblyFile::Shared) => Home::Shared,
-            (
-                Self::Mesh(_) | Self::Assemble(_),
-                AssemblyFile::BySize | AssemblyFile::SelfContained | AssemblyFile::Beside,
-            )
-            | (Self::Load(_) | Self::Solve(..) | Self::Post(..), _) => Home::RunFile,
+            _ => false,
+        };
+        if is_linked {
+            Home::Shared
+        } else {
+            Home::RunFile
         }
     }
 
@@ -314,35 +236,34 @@ impl Output {
     ) -> Result<String, StoreError> {
         let group = self.stage().group();
         match self {
-            Self::Mesh(meshed) => write_group(transaction, group, home, record, |writer| {
-                mesh::write(writer, meshed)
+            Self::Mesh(problem) => write_group(transaction, group, home, record, |writer| {
+                mesh::write(writer, problem)
             }),
-            Self::Assemble(system) => write_group(transaction, group, home, record, |writer| {
-                format::write_assembly(writer, system)
+            Self::Assemble(problem) => write_group(transaction, group, home, record, |writer| {
+                format::write_assembly(writer, problem.system())
             }),
-            Self::Load(system) => write_group(transaction, group, home, record, |writer| {
-                format::write_loads(writer, system)
+            Self::Load(problem) => write_group(transaction, group, home, record, |writer| {
+                format::write_loads(writer, problem.system())
             }),
-            Self::Solve(meshed, evaluated) => {
-                let steps = evaluated.history.as_ref();
-                let steps = steps.map(|history| {
+            Self::Solve(results) => {
+                let history = scene.has_history().then(|| {
                     write_group(transaction, HISTORY, home, record, |writer| {
-                        format::write_history(writer, scene, &history.records)
+                        format::write_history(writer, scene, &results.increments)
                     })
                 });
-                let steps = steps.transpose()?;
+                let history = history.transpose()?;
                 write_group(transaction, group, home, record, |writer| {
-                    solve::write(writer, meshed, &evaluated.answer, steps.as_deref())
+                    results.write_solution(writer, history.as_deref())
                 })
             }
-            Self::Post(meshed, evaluated) => {
+            Self::Post(results) => {
                 // The report of another scene has other sizes, and would bind those of the grid, which is written first.
                 transaction.remove(group);
                 let vtkhdf = write_group(transaction, VTKHDF, home, record, |writer| {
-                    post::write_vtkhdf(writer, meshed, evaluated)
+                    results.write_vtkhdf(writer)
                 })?;
                 write_group(transaction, group, home, record, |writer| {
-                    post::write(writer, meshed, evaluated, &vtkhdf)
+                    results.write_report(writer, &vtkhdf)
                 })
             }
         }

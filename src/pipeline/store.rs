@@ -1,59 +1,71 @@
-//! The run file of a session: what of it is fresh, and how computed stages get into it.
+//! The run file of a session: what of it is fresh for a scene, and how computed stages get into it.
 
 use std::{
     path::Path,
-    sync::Arc,
     time::{Duration, Instant},
 };
 
-use contact3d::{history::StepRecord, scene::Scene, solver::OuterState};
+use contact3d::{
+    Unfinished,
+    history::StepRecord,
+    scene::{Scene, SceneFile},
+    solver::OuterState,
+};
 use runfile::{
     Group, GroupRecord, GroupWriter, Home, Reader, RunFile, StoreError, StoredGroup, Transaction,
 };
 
 use super::{
     AssemblyFile, Commit, Freshness, Performed, StageError, StageState,
-    change::{AfterWriting, BackgroundWrite, ComputedStage, Unfinished, Update, WriteResult},
+    adapt::RefinementInForce,
+    commit::{ComputedStage, OpenCommit},
     freshness::{StartedFrom, input_digest, states_from},
-    session::Task,
-    solve::StartFrom,
+    rollback::Rollback,
+    settings::{Chosen, settings},
     stages::Output,
-    undo::Undo,
+    start::StartFrom,
 };
 use crate::format::{self, CHECKPOINT, HISTORY, LAYOUT, SCENE, Stage};
 
 /// Seconds of work that may wait to be stored in one commit: an interruption costs no more than that.
 const SHORT_RUN: f64 = 10.0;
 
-/// A locked run file.
+/// A locked run file, and what is asked of it.
 #[derive(Debug)]
 pub(super) struct Store {
-    /// What is written beside the stage at work; it ends before the lock does.
-    ahead: Option<BackgroundWrite>,
     pub(super) file: RunFile,
+    pub(super) input: SceneFile,
+    /// The cuts between the first mesh of the scene and the one in force.
+    pub(super) refinement: RefinementInForce,
+    pub(super) start: StartFrom,
+    threads: usize,
     /// Where assembled data are kept.
     pub(super) assembly_file: AssemblyFile,
     /// Digests of the stages that the stage at work builds on, as they were when it began.
     upstream: Vec<(Stage, String)>,
-    /// Stages that are computed but not yet stored for good.
-    pending: Vec<Arc<ComputedStage>>,
+    /// Stages that are computed but not yet stored.
+    pending: Vec<ComputedStage>,
     /// What the last commit of this process took.
     last_store_seconds: f64,
     /// The run file as it was before the command at work.
-    pub(super) undo: Undo,
+    pub(super) rollback: Rollback,
 }
 
 impl Store {
-    pub(super) fn new(file: RunFile) -> Self {
-        Self {
-            ahead: None,
+    pub(super) fn new(file: RunFile, input: SceneFile, threads: usize) -> Result<Self, StoreError> {
+        let reader = open(file.path())?;
+        Ok(Self {
+            refinement: RefinementInForce::stored(reader.as_ref(), &input.scene),
             file,
+            input,
+            start: StartFrom::Any,
+            threads,
             assembly_file: AssemblyFile::default(),
             upstream: Vec::new(),
             pending: Vec::new(),
             last_store_seconds: 0.0,
-            undo: Undo::default(),
-        }
+            rollback: Rollback::default(),
+        })
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -68,27 +80,51 @@ impl Store {
         self.last_store_seconds
     }
 
-    /// The state of every stage with respect to a task; all missing in a new file.
-    pub(super) fn states(&self, task: &Task) -> Result<Vec<StageState>, StoreError> {
-        match self.reader() {
-            Ok(reader) => Ok(states_in(Some(&reader), task)),
-            Err(StoreError::NotFound { .. }) => Ok(states_in(None, task)),
-            Err(error) => Err(error),
-        }
+    /// The run file opened for reading; `None` in the place of a new one.
+    pub(super) fn reader_if_there(&self) -> Result<Option<Reader>, StoreError> {
+        open(self.path())
+    }
+
+    /// The settings of a stage in force, as TOML.
+    pub(super) fn settings(&self, stage: Stage) -> String {
+        let chosen = Chosen {
+            refinement: self.refinement.digest(),
+            start: self.start.digest(),
+        };
+        settings(stage, &self.input.scene, chosen)
+    }
+
+    /// How a group was made.
+    pub(super) fn record(
+        &self,
+        settings: String,
+        seconds: f64,
+        input_digest: String,
+    ) -> GroupRecord {
+        GroupRecord::ended(settings, input_digest, seconds, self.threads)
+    }
+
+    /// The state of every stage with respect to the scene; all missing in a new file.
+    pub(super) fn states(&self) -> Result<Vec<StageState>, StoreError> {
+        Ok(self.states_in(self.reader_if_there()?.as_ref()))
+    }
+
+    fn states_in(&self, reader: Option<&Reader>) -> Vec<StageState> {
+        let start = match &self.start {
+            StartFrom::Any => StartedFrom::AsStored,
+            StartFrom::Zero | StartFrom::Given { .. } => StartedFrom::Given(self.start.digest()),
+        };
+        states_from(reader, &self.input.scene, self.refinement.digest(), start)
     }
 
     /// Refuses to begin a stage on anything but fresh ones, and remembers which these were.
-    pub(super) fn require_fresh_before(
-        &mut self,
-        stage: Stage,
-        task: &Task,
-    ) -> Result<(), StageError> {
+    pub(super) fn require_fresh_before(&mut self, stage: Stage) -> Result<(), StageError> {
         let is_stored = |state: &StageState| {
             let mut pending = self.pending.iter();
-            pending.all(|pending| pending.stage() != state.stage)
+            pending.all(|pending| pending.output.stage() != state.stage)
         };
         let (fresh, bad): (Vec<StageState>, Vec<StageState>) = self
-            .states(task)?
+            .states()?
             .into_iter()
             .filter(|state| state.stage < stage)
             .filter(is_stored)
@@ -110,8 +146,8 @@ impl Store {
 
     /// Refuses to go on once the file holds other stages than those that the stage at work builds
     /// on: another program may have replaced or removed it meanwhile.
-    pub(super) fn require_unchanged(&self, task: &Task) -> Result<(), StoreError> {
-        self.require_upstream(&self.states(task)?)
+    pub(super) fn require_unchanged(&self) -> Result<(), StoreError> {
+        self.require_upstream(&self.states()?)
     }
 
     fn require_upstream(&self, states: &[StageState]) -> Result<(), StoreError> {
@@ -137,136 +173,59 @@ impl Store {
         output: Output,
         started: Instant,
         commit: Commit,
-        task: &Task,
     ) -> Result<Performed, StageError> {
         let stage = output.stage();
-        let seconds = started.elapsed().as_secs_f64();
-        let is_last = output.is_last();
-        let storing = Instant::now();
-        self.pending.push(Arc::new(ComputedStage::new(
+        let compute_seconds = started.elapsed().as_secs_f64();
+        self.pending.push(ComputedStage {
+            home: output.home(self.assembly_file),
+            record: self.record(self.settings(stage), compute_seconds, String::new()),
             output,
-            seconds,
-            self.assembly_file,
-            task,
-        )));
-        match commit {
-            Commit::Held => {}
-            Commit::WithNextIfCheap if !is_last => self.store_beside(stage, task)?,
-            Commit::Now | Commit::WithNextIfCheap => self.commit(task, None)?,
+        });
+        let waiting: f64 = self.pending.iter().map(|it| it.record.seconds).sum();
+        let is_due = match commit {
+            Commit::Held => false,
+            Commit::Now => true,
+            Commit::WithNextIfCheap => {
+                stage == Stage::Post || waiting >= self.last_store_seconds.max(SHORT_RUN)
+            }
+        };
+        if is_due {
+            self.commit(None)?;
         }
         Ok(Performed {
             stage,
-            compute_seconds: seconds,
-            store_seconds: storing.elapsed().as_secs_f64(),
+            compute_seconds,
+            store_seconds: if is_due { self.last_store_seconds } else { 0.0 },
         })
     }
 
-    /// Stores what waits while the next stage computes: for good where it took long, and otherwise as the beginning of the next
-    /// commit, once the long stages before a solve are there. On one processor a stage that took long is stored at once.
-    fn store_beside(&mut self, stage: Stage, task: &Task) -> Result<(), StageError> {
-        let waiting = &self.pending[self.ahead.as_ref().map_or(0, BackgroundWrite::commits)..];
-        let waiting: f64 = waiting.iter().map(|pending| pending.seconds()).sum();
-        let is_long = waiting >= self.last_store_seconds.max(SHORT_RUN);
-        if task.threads == 1 {
-            return if is_long {
-                self.commit(task, None)
-            } else {
-                Ok(())
-            };
-        }
-        if is_long {
-            self.settle()?;
-            self.undo.before_commit(&self.file)?;
-        } else if stage != Stage::Load || self.ahead.is_some() {
-            return Ok(());
-        }
-        let change = self.begin(task)?;
-        let then = if is_long {
-            AfterWriting::Commit
-        } else {
-            AfterWriting::Wait
-        };
-        self.ahead = BackgroundWrite::new(change, self.pending.clone(), then);
-        Ok(())
-    }
-
     /// Stores what waits.
-    pub(super) fn store_pending(&mut self, task: &Task) -> Result<(), StageError> {
+    pub(super) fn store_pending(&mut self) -> Result<(), StageError> {
         if self.pending.is_empty() {
             return Ok(());
         }
-        self.commit(task, None)
+        self.commit(None)
     }
 
     /// Gives up what waits.
     pub(super) fn discard_pending(&mut self) {
-        self.ahead = None;
         self.pending.clear();
     }
 
-    /// Stores the state of an unfinished solve, with what is pending.
-    pub(super) fn write_checkpoint(
-        &mut self,
-        task: &Task,
-        state: &OuterState,
-    ) -> Result<(), StageError> {
-        self.commit(task, Some(Unfinished::Solve(state)))
-    }
-
-    /// Stores the increments of an unfinished load history, with what is pending.
-    pub(super) fn write_history(
-        &mut self,
-        task: &Task,
-        records: &[StepRecord],
-    ) -> Result<(), StageError> {
-        self.commit(task, Some(Unfinished::History(records)))
-    }
-
-    fn begin(&self, task: &Task) -> Result<Update, StageError> {
-        let transaction = Transaction::begin(&self.file)?;
-        let states = states_in(transaction.previous(), task);
-        self.require_upstream(&states)?;
-        Ok(Update::new(transaction, states, self.assembly_file, task)?)
-    }
-
-    /// Waits for what is written beside: a change that has begun, unless it is stored for good.
-    pub(super) fn settle(&mut self) -> Result<Option<Update>, StageError> {
-        let Some(ahead) = self.ahead.take() else {
-            return Ok(None);
-        };
-        match ahead.join()? {
-            WriteResult::Begun(change) => Ok(Some(*change)),
-            WriteResult::Committed {
-                changed,
-                seconds,
-                committed,
-            } => {
-                self.undo.after_commit(&self.file, &changed);
-                self.pending.drain(..changed.len());
-                self.last_store_seconds = seconds;
-                committed.map(|()| None).map_err(StageError::from)
-            }
-        }
-    }
-
-    fn commit(
-        &mut self,
-        task: &Task,
-        unfinished: Option<Unfinished<'_>>,
-    ) -> Result<(), StageError> {
+    /// Stores what waits, and what a solve goes on from that is not done yet.
+    pub(super) fn commit(&mut self, unfinished: Option<Unfinished<'_>>) -> Result<(), StageError> {
         let storing = Instant::now();
-        let mut change = match self.settle()? {
-            Some(begun) => begun,
-            None => self.begin(task)?,
-        };
-        for pending in &self.pending[change.changed().len()..] {
-            change.write(pending)?;
+        let transaction = Transaction::begin(&self.file)?;
+        let states = self.states_in(transaction.previous());
+        self.require_upstream(&states)?;
+        let mut commit = OpenCommit::new(transaction, states, self)?;
+        for pending in &self.pending {
+            commit.write(pending, &self.input.scene)?;
         }
         if let Some(unfinished) = unfinished {
-            change.write_unfinished(unfinished, task)?;
+            commit.write_unfinished(unfinished, self)?;
         }
-        let (transaction, changed) = change.into_parts();
-        self.end(transaction, &changed)?;
+        self.end(commit.transaction, &commit.changed)?;
         self.pending.clear();
         self.last_store_seconds = storing.elapsed().as_secs_f64();
         Ok(())
@@ -278,73 +237,63 @@ impl Store {
         transaction: Transaction,
         changed: &[Group],
     ) -> Result<(), StoreError> {
-        self.undo.before_commit(&self.file)?;
+        self.rollback.before_commit(&self.file)?;
         let committed = transaction.commit();
         if !matches!(&committed, Err(error) if !error.is_after_storing()) {
-            self.undo.after_commit(&self.file, changed);
+            self.rollback.after_commit(&self.file, changed);
         }
         committed
     }
 
-    /// The state that a killed solve of the same problem left. A damaged one costs time only.
-    pub(super) fn read_checkpoint(&self, task: &Task) -> Result<Option<OuterState>, StageError> {
-        let reader = self.unfinished(CHECKPOINT, task)?;
-        Ok(reader.and_then(|reader| format::read_checkpoint(&reader).ok()))
-    }
-
-    /// The increments that a killed solve of the same load history left. Damaged ones cost time only.
-    pub(super) fn read_history(&self, task: &Task) -> Result<Vec<StepRecord>, StageError> {
-        let reader = self.unfinished(HISTORY, task)?;
-        let records =
-            reader.and_then(|reader| format::read_history(&reader, &task.input.scene).ok());
-        Ok(records.unwrap_or_default())
+    /// What a killed solve of the same problem left: successive approximations, or the increments of a load history. Damaged
+    /// ones cost time only.
+    pub(super) fn read_unfinished(
+        &self,
+    ) -> Result<(Option<OuterState>, Vec<StepRecord>), StageError> {
+        let scene = &self.input.scene;
+        if scene.has_history() {
+            let reader = self.unfinished(HISTORY)?;
+            let records = reader.and_then(|reader| format::read_history(&reader, scene).ok());
+            return Ok((None, records.unwrap_or_default()));
+        }
+        let reader = self.unfinished(CHECKPOINT)?;
+        let state = reader.and_then(|reader| format::read_checkpoint(&reader).ok());
+        Ok((state, Vec::new()))
     }
 
     /// The file, where it holds a group that a solve of the same problem left.
-    fn unfinished(&self, group: Group, task: &Task) -> Result<Option<Reader>, StageError> {
-        let reader = match self.reader() {
-            Err(StoreError::NotFound { .. }) => return Ok(None),
-            opened => opened?,
+    fn unfinished(&self, group: Group) -> Result<Option<Reader>, StageError> {
+        let Some(reader) = self.reader_if_there()? else {
+            return Ok(None);
         };
         let Ok(Some(left)) = reader.whole_group(group) else {
             return Ok(None);
         };
-        let states = self.states(task)?.into_iter();
+        let states = self.states()?.into_iter();
         let stored: Vec<(Stage, StoredGroup)> = states
             .filter_map(|state| Some((state.stage, state.stored?)))
             .collect();
-        let fits = left.record.input_digest == input_digest_of(Stage::Solve, task, &stored);
+        let settings = self.settings(Stage::Solve);
+        let fits = left.record.input_digest == input_digest(Stage::Solve, &settings, &stored);
         Ok(fits.then_some(reader))
+    }
+
+    /// Writes the scene.
+    pub(super) fn write_scene(&self, transaction: &mut Transaction) -> Result<(), StoreError> {
+        let record = self.record(String::new(), 0.0, String::new());
+        write_group(transaction, SCENE, Home::RunFile, &record, |writer| {
+            format::write_scene(writer, &self.input.scene)
+        })?;
+        Ok(())
     }
 }
 
-/// The states in a file that may not exist yet.
-fn states_in(reader: Option<&Reader>, task: &Task) -> Vec<StageState> {
-    let start = match &task.start {
-        StartFrom::Any => StartedFrom::AsStored,
-        StartFrom::Zero | StartFrom::Given { .. } => StartedFrom::Given(task.start.digest()),
-    };
-    states_from(reader, &task.input.scene, task.refinement.digest(), start)
-}
-
-/// The digest of what a stage is computed from, given what is stored of the stages before it.
-pub(super) fn input_digest_of(
-    stage: Stage,
-    task: &Task,
-    stored: &[(Stage, StoredGroup)],
-) -> String {
-    let upstream = stored.iter().filter(|(earlier, _)| *earlier < stage);
-    let upstream: Vec<&StoredGroup> = upstream.map(|(_, stored)| stored).collect();
-    input_digest(stage, &task.settings(stage), &upstream)
-}
-
-/// Writes the scene of a task.
-pub(super) fn write_scene(transaction: &mut Transaction, task: &Task) -> Result<(), StoreError> {
-    let record = task.record(String::new(), 0.0, String::new());
-    write_group(transaction, SCENE, Home::RunFile, &record, |writer| {
-        format::write_scene(writer, &task.input.scene)
-    })?;
-    Ok(())
+/// A run file opened for reading, if it is there.
+fn open(run_file: &Path) -> Result<Option<Reader>, StoreError> {
+    match Reader::open(run_file, LAYOUT) {
+        Err(StoreError::NotFound { .. }) => Ok(None),
+        opened => opened.map(Some),
+    }
 }
 
 /// Writes one group and returns its digest.
@@ -358,17 +307,6 @@ pub(super) fn write_group(
     let mut writer = transaction.group(group, home)?;
     write(&mut writer)?;
     writer.finish(record)
-}
-
-impl Task {
-    pub(super) fn record(
-        &self,
-        settings: String,
-        seconds: f64,
-        input_digest: String,
-    ) -> GroupRecord {
-        GroupRecord::ended(settings, input_digest, seconds, self.threads)
-    }
 }
 
 /// Stores a group with the scene that it was computed from, in one step.

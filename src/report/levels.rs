@@ -113,7 +113,7 @@ fn levels(scene: &Scene, adapted: &Adapted) -> FigureTable {
         figures.for_programs("status", level.status.word());
         figures
     });
-    let caption = format!("levels for an error of {}", percent(adapted.wish));
+    let caption = format!("levels for an error of {}", percent(adapted.target));
     FigureTable::new(&caption, rows)
 }
 
@@ -127,7 +127,7 @@ pub fn adaptation_text(scene: &Scene, adapted: &Adapted) -> String {
 #[must_use]
 pub fn adaptation_json(scene: &Scene, adapted: &Adapted) -> Value {
     json!({
-        "target_error": adapted.wish,
+        "target_error": adapted.target,
         "status": match adapted.status {
             AdaptiveStatus::Refining => "refining",
             AdaptiveStatus::Met => "met",

@@ -43,8 +43,8 @@ impl<'a> SolvedRun<'a> {
         Self {
             scene,
             mesh: results.mesh(),
-            solution: results.solution(),
-            report: results.report(),
+            solution: &results.solution,
+            report: &results.report,
         }
     }
 

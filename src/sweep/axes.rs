@@ -6,7 +6,8 @@ use contact3d::scene::parse_toml;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{SweepError, index_file::read as read_index, keys, range::Range, size};
+use super::{SweepError, index_file::read as read_index, range::Range, size};
+use crate::format::get_key;
 
 /// A sweep file: a scene and the axes along which its keys change.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -129,7 +130,7 @@ impl SweepAxis {
             },
             (Some(key), None, Some(range), None, None) => Steps {
                 keys: vec![key.clone()],
-                rows: match keys::get(scene, key) {
+                rows: match get_key(scene, key) {
                     Some(toml::Value::Integer(_)) => range.whole_rows(key)?,
                     _ => range.rows()?,
                 },

@@ -2,10 +2,12 @@
 
 use std::{
     collections::BTreeMap,
-    sync::{Condvar, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
 };
 
-use crate::pipeline::{Operator, StageError};
+use contact3d::AssembledProblem;
+
+use crate::pipeline::StageError;
 
 /// The assembled problems that cases in memory share, within a memory budget.
 ///
@@ -19,7 +21,7 @@ pub(super) struct Operators {
 /// One assembled problem.
 #[derive(Default)]
 struct Slot {
-    operator: Option<Operator>,
+    operator: Option<Arc<AssembledProblem>>,
     /// Whether a worker makes it.
     preparing: bool,
     /// Cases at work with it.
@@ -55,7 +57,9 @@ impl Operators {
     pub(super) fn prepare(
         &self,
         key: &str,
-        prepare: impl FnOnce(Option<&Operator>) -> Result<Operator, StageError>,
+        prepare: impl FnOnce(
+            Option<&Arc<AssembledProblem>>,
+        ) -> Result<Arc<AssembledProblem>, StageError>,
     ) -> Result<(), StageError> {
         let known = self.claim(key);
         let prepared = prepare(known.as_ref());
@@ -70,7 +74,7 @@ impl Operators {
     }
 
     /// The operator if it is there; otherwise the right to make it.
-    fn claim(&self, key: &str) -> Option<Operator> {
+    fn claim(&self, key: &str) -> Option<Arc<AssembledProblem>> {
         let mut held = self.lock();
         loop {
             let used: u64 = held

@@ -8,9 +8,9 @@ use std::{
 use contact3d::scene::{SceneFile, Written};
 use units::Units;
 
-use super::{SweepError, SweepFile, axes::Steps, keys, ownership::relative};
+use super::{SweepError, SweepFile, axes::Steps, ownership::relative};
 use crate::{
-    format::{scene_table, scene_text},
+    format::{scene_table, scene_text, set_key},
     output::Inputs,
     pipeline::mesh_file,
 };
@@ -171,7 +171,7 @@ pub fn changed(
     }
     let mut table = scene_table(&base.scene);
     for (key, value) in settings {
-        keys::set(&mut table, key, value.clone()).map_err(|found| SweepError::Axis {
+        set_key(&mut table, key, value.clone()).map_err(|found| SweepError::Axis {
             file: file.to_owned(),
             place: format!("{label}: {key}"),
             expected: "a key of the scene".into(),

@@ -13,9 +13,9 @@ use contact3d::{
 use runfile::{GroupRecord, Home, IfMissing, Reader, RunFile, StoreError, Transaction};
 use units::Units;
 
-use super::{Plan, SweepError, csv_table, failure, keys, ownership, plan::UNITS_KEY};
+use super::{Plan, SweepError, csv_table, failure, ownership, plan::UNITS_KEY};
 use crate::{
-    format::{self, CaseRow, LAYOUT, SWEEP_LAYOUT, scene_table_of_text},
+    format::{self, CaseRow, LAYOUT, SWEEP_LAYOUT, get_key, scene_table_of_text},
     report::SweepTable,
 };
 
@@ -75,7 +75,7 @@ fn rows(plan: &Plan, folder: &Path) -> Result<Vec<CaseRow>, SweepError> {
         let settings: Vec<(String, toml::Value)> = plan
             .keys
             .iter()
-            .filter_map(|key| Some((key.clone(), keys::get(&table, key)?.clone())))
+            .filter_map(|key| Some((key.clone(), get_key(&table, key)?.clone())))
             .collect();
         // What is damaged and not planned is no reason to lose the table of what is.
         let old = row(plan, &id, &settings, false, &file).ok();

@@ -95,7 +95,7 @@ pub fn draw_run(
         source,
     };
     let frame = results.interface().map(|interface| &interface.frame);
-    let (mesh, report) = (results.mesh(), results.report());
+    let (mesh, report) = (results.mesh(), &results.report);
     let Drawing::Run(endings) = drawing_of(scene) else {
         return Ok(Vec::new());
     };
@@ -121,7 +121,7 @@ pub fn draw_run(
         }
         drawings.push((named(LAST), page, PAGE_WIDTH));
     }
-    let mut files = history_charts::draw(folder, results.increments(), scene.units)?;
+    let mut files = history_charts::draw(folder, &results.increments, scene.units)?;
     files.extend(folder.save(drawings)?);
     Ok(files)
 }

@@ -96,7 +96,7 @@ fn scene_section(scene: &Scene, features: &Figures) -> Section {
 /// Results, six panels, convergence and certificate of a file whose stages are all fresh.
 fn result_sections(reader: &Reader, input: &SceneFile) -> Result<Vec<Section>, StageError> {
     let results = read_results(reader.path(), input)?;
-    let (mesh, solution, report) = (results.mesh(), results.solution(), results.report());
+    let (mesh, solution, report) = (results.mesh(), &results.solution, &results.report);
     let scene = &input.scene;
     let run = SolvedRun::new(scene, &results);
     let flaw = report.flaw.filter(|_| report.is_broken());
@@ -137,7 +137,7 @@ fn result_sections(reader: &Reader, input: &SceneFile) -> Result<Vec<Section>, S
     ];
     let heading = "Where the discretisation error sits";
     sections.push(Section::new("discretisation-error", heading, parts));
-    sections.extend(load_history_section(scene, results.increments()));
+    sections.extend(load_history_section(scene, &results.increments));
     sections.extend(history_section(solution));
     let meaning = "Each is dimensionless and zero for the exact discrete solution.";
     let certificate = PagePart::Table(run.certificate().html());

@@ -37,7 +37,7 @@ impl Case {
             let problem = Problem::in_folder(scene, folder)?.assemble()?;
             if problem.scene().has_history() {
                 let history = problem.solve_history(&problem.scene().solve)?;
-                let (problem, solution) = (history.last, history.solution);
+                let (problem, solution) = (history.problem, history.solution);
                 return Ok(Self { problem, solution });
             }
             let solution = problem.solve(&problem.scene().solve)?;

@@ -102,4 +102,6 @@ pub mod reference;
 pub mod scene;
 pub mod solver;
 
-pub use problem::{AssembledProblem, Problem, ProblemError, SteppedProblem};
+pub use problem::{
+    Answer, AssembledProblem, InMemory, Keeper, Problem, ProblemError, Step, Unfinished,
+};

@@ -249,7 +249,7 @@ fn starts_on_a_finer_mesh_keep_a_uniform_stress() {
 /// than the uniform mesh needs; and the multipliers on patches of a refined face are as stable as those of
 /// cells: the smallest eigenvalue of S scaled to a unit diagonal.
 #[test]
-fn levels_meet_the_wish_with_stable_multipliers() {
+fn levels_meet_the_target_with_stable_multipliers() {
     let uniform = {
         let scene = published(ElementOrder::P2, 4);
         let assembled = Problem::new(scene)

@@ -2,8 +2,8 @@
 //! against each other.
 
 use contact3d::{
-    AssembledProblem, Problem, SteppedProblem,
-    history::{LoadHistory, StepRecord},
+    Answer, AssembledProblem, InMemory, Problem,
+    history::StepRecord,
     scene::{Method, Scene, SolveSettings, Step},
     solver::Start,
 };
@@ -44,7 +44,7 @@ fn assembled(scene: Scene) -> AssembledProblem {
     problem.assemble().expect("a discrete problem")
 }
 
-fn solved(scene: Scene) -> SteppedProblem {
+fn solved(scene: Scene) -> Answer {
     let settings = scene.solve.clone();
     let history = assembled(scene).solve_history(&settings);
     history.expect("a history")
@@ -105,7 +105,7 @@ fn closed_form(f0: f64, c: f64, slip: impl Fn(f64, f64, f64) -> (f64, f64)) -> V
     found
 }
 
-fn compare(scene: Scene, expected: &[[f64; 3]]) -> SteppedProblem {
+fn compare(scene: Scene, expected: &[[f64; 3]]) -> Answer {
     let history = solved(scene);
     assert_eq!(history.records.len(), expected.len());
     for (record, [u, force, dissipated]) in history.records.iter().zip(expected) {
@@ -404,15 +404,10 @@ fn going_on_gives_the_same_bits_after_every_increment() {
         "assemble.dual_operator = 'implicit'",
     ] {
         let problem = assembled(block(CYCLE, settings));
-        let history = LoadHistory {
-            scene: problem.scene(),
-            mesh: problem.mesh(),
-            operator: problem.system(),
-        };
         let from = |records: Vec<StepRecord>| {
             let settings = &problem.scene().solve;
             let start = Start::default();
-            let solved = history.solve(settings, records, start, &mut |_, _| {}, &mut |_| {});
+            let solved = problem.run(settings, start, records, &mut InMemory);
             solved.expect("a history").records
         };
         let whole = from(Vec::new());

@@ -3,7 +3,7 @@
 use std::{path::Path, sync::Arc};
 
 use contact3d::{
-    Problem, ProblemError,
+    InMemory, Problem, ProblemError,
     dual::DualMatrix,
     linalg::Precision,
     scene::{
@@ -243,7 +243,9 @@ fn a_solve_that_gives_up_in_single_precision_is_done_again_in_double() {
         (Status::MaxOuterSteps, &settings, true),
         (Status::MaxOuterSteps, &asked, false),
     ] {
-        let reconsidered = problem.reconsidered(status, settings).expect("laws");
+        let reconsidered = problem
+            .reconsidered(status, settings, &mut InMemory)
+            .expect("laws");
         assert_eq!(reconsidered.is_some(), again, "{}", status.word());
     }
 }

@@ -95,10 +95,7 @@ pub(super) fn name_axes(
         named.push(entry);
     }
     for dataset in named.iter().filter(|dataset| !dataset.scales.is_empty()) {
-        let place = Place {
-            dataset: &dataset.path,
-            ..place
-        };
+        let place = place.beside(&dataset.path);
         let references: Result<Vec<_>, StoreError> = dataset
             .scales
             .iter()
@@ -167,10 +164,7 @@ fn require_scale(
     (path, size): (&str, usize),
     types: &Types,
 ) -> Result<(), StoreError> {
-    let place = Place {
-        dataset: path,
-        ..place
-    };
+    let place = place.beside(path);
     let object = if file.link_exists(path) {
         file.dataset(path).at(place, "open a dimension")?
     } else {

@@ -245,7 +245,7 @@ impl StoreError {
 pub enum LinkProblem {
     /// What the run file says cannot be the name of such a file.
     #[error(
-        "{found:?} cannot be its name: expected NAME.STAGE-DIGEST.h5 in the same folder, nothing was followed"
+        "{found:?} cannot be its name: expected STAGE-DIGEST.h5 in the same folder, nothing was followed"
     )]
     NotAName {
         /// What the run file says.

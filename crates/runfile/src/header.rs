@@ -39,8 +39,8 @@ pub const ROOT_ATTRIBUTES: &[(&str, &str, &str)] = &[
 /// How a group may be kept in a file of its own, as the schema tells it.
 pub(super) const LINKED_GROUPS: &str = "A stage may be kept in a file of its own in the same folder. Then the group in the \
      root is an external link to the group of the same name in that file, and the root attribute `STAGE_file` names \
-     it: `NAME.STAGE-DIGEST.h5` if the run file NAME owns it, `STAGE-DIGEST.h5` if several run files share it, with \
-     the first 16 digits of the digest of the stage. Such a file never changes.";
+     it: `STAGE-DIGEST.h5` with the first 16 digits of the digest of the stage, which any run file of the folder may \
+     link; older versions put `NAME.` before it for a run file NAME alone. Such a file never changes.";
 
 /// Variables that make HDF5 open files in another way than it is told, and the only value that does not.
 const FOREIGN_ACCESS: [(&str, &str); 2] =
@@ -78,10 +78,7 @@ pub(super) fn create(
     layout: &Layout,
     filetype: &'static str,
 ) -> Result<hdf5::File, StoreError> {
-    let place = Place {
-        file: path,
-        dataset: "/",
-    };
+    let place = Place::new(path, "/");
     let file = whole::create(path, |access| {
         let access = seeing_every_error(access);
         access.libver_bounds(LibraryVersion::V110, LibraryVersion::V110)
@@ -106,10 +103,7 @@ pub(super) fn open(
 /// Opens a file for reading, whoever wrote it, unless HDF5 could not come to an end with it.
 pub(super) fn open_any(path: &Path) -> Result<hdf5::File, StoreError> {
     let file = open_written(path)?;
-    let place = Place {
-        file: path,
-        dataset: "/",
-    };
+    let place = Place::new(path, "/");
     heaps::check(&file, place)?;
     Ok(file)
 }
@@ -135,10 +129,7 @@ pub(super) fn open_written(path: &Path) -> Result<hdf5::File, StoreError> {
     let file = hdf5::File::with_options()
         .with_fapl(|access| access.sec2().file_locking(false))
         .open(path);
-    let place = Place {
-        file: path,
-        dataset: "/",
-    };
+    let place = Place::new(path, "/");
     file.map_err(|error| {
         if error.contains_minor(hdf5::MinorErrorCode::NotHdf5) {
             StoreError::NotHdf5 { file: path.into() }
@@ -155,10 +146,7 @@ pub(super) fn check(
     layout: &Layout,
     expected: &'static str,
 ) -> Result<[i64; 2], StoreError> {
-    let place = Place {
-        file: path,
-        dataset: "/",
-    };
+    let place = Place::new(path, "/");
     let filetype = read_text(file, place, "filetype");
     if filetype.as_deref().ok() != Some(expected) {
         let found = filetype.map_or_else(|_| "none".into(), |filetype| format!("\"{filetype}\""));

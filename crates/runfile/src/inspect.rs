@@ -176,11 +176,10 @@ impl Reader {
             .map(|dataset| dataset.name())
             .find(|name| !known.contains(name))
         {
-            Some(name) => Err(Place {
-                dataset: &name,
-                ..self.group_place(group)
-            }
-            .mismatch("only datasets of the table", "another one")),
+            Some(name) => Err(self
+                .group_place(group)
+                .beside(&name)
+                .mismatch("only datasets of the table", "another one")),
             None => Ok(()),
         }
     }

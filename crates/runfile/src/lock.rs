@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use units::Units;
 
 use super::error::StoreError;
-use super::home::remove_orphans;
+use super::home::linked_names;
 use super::place::AtFile;
 use super::reader::Reader;
 use super::table::Layout;
@@ -38,8 +38,7 @@ pub struct RunFile {
 }
 
 impl RunFile {
-    /// Locks a run file and removes what a killed process left beside it, and files of groups it
-    /// owns but no longer uses.
+    /// Locks a run file and removes what a killed process left beside it, and what only that linked.
     ///
     /// # Errors
     /// `Busy` if another process has it; `IsDirectory`, `FolderMissing`, `NotFound`, or the errors
@@ -72,7 +71,9 @@ impl RunFile {
         let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();
         let files = entries.map(|entry| entry.path());
         let left = files.filter(|file| is_temporary(file, &whole));
+        let mut named = Vec::new();
         for temporary in left.chain([self.previous()]) {
+            named.extend(linked_names(&temporary, &self.layout));
             match fs::remove_file(&temporary) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => {
                     Err(error).at_file(&temporary, "remove what a killed process left")?;
@@ -80,7 +81,7 @@ impl RunFile {
                 _ => {}
             }
         }
-        remove_orphans(&self.folder, &self.path, &self.layout);
+        self.remove_unlinked(named);
         Ok(())
     }
 

@@ -75,10 +75,7 @@ impl Reader {
     ) -> Result<hdf5::Dataset, StoreError> {
         let path = format!("{}/{name}", spec.path);
         let volume = self.volume_of_object(spec.group, &path)?;
-        let place = Place {
-            file: &volume.path,
-            dataset: &path,
-        };
+        let place = Place::new(&volume.path, &path);
         if !volume.holds(&path) {
             return Err(self.missing(&path, spec.group));
         }
@@ -193,14 +190,7 @@ fn vector<T: Element>(
     name: &'static str,
     file_bytes: u64,
 ) -> Result<Vec<T>, StoreError> {
-    let dataset = open_dataset(
-        group,
-        Place {
-            dataset: name,
-            ..place
-        },
-        &T::type_descriptor(),
-    )?;
+    let dataset = open_dataset(group, place.beside(name), &T::type_descriptor())?;
     bounds::check(&dataset, place, file_bytes)?;
     dataset.read_raw().at(place, "read the values")
 }

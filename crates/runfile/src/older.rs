@@ -48,10 +48,7 @@ impl Reader {
         let mut problems = Vec::new();
         for object in self.objects_with_digest(group)? {
             let volume = self.volume(group)?;
-            let place = Place {
-                file: &volume.path,
-                dataset: &object.path,
-            };
+            let place = Place::new(&volume.path, &object.path);
             let found = match &object.content {
                 Content::Dataset(dataset) => bounds::check(dataset, place, volume.bytes)
                     .and_then(|()| digest_as_written(dataset, place)),
@@ -67,10 +64,7 @@ impl Reader {
         let mut objects = Vec::new();
         for dataset in self.datasets_below(group)? {
             let path = dataset.name();
-            let place = Place {
-                file: &self.volume(group)?.path,
-                dataset: &path,
-            };
+            let place = Place::new(&self.volume(group)?.path, &path);
             if let Ok(digest) = read_text(&dataset, place, "digest") {
                 let content = Content::Dataset(dataset);
                 objects.push(Object {

@@ -14,7 +14,16 @@ pub(super) struct Place<'a> {
     pub(super) dataset: &'a str,
 }
 
-impl Place<'_> {
+impl<'a> Place<'a> {
+    pub(super) const fn new(file: &'a Path, dataset: &'a str) -> Self {
+        Place { file, dataset }
+    }
+
+    /// Another place in the same file.
+    pub(super) const fn beside(self, dataset: &'a str) -> Self {
+        Place { dataset, ..self }
+    }
+
     pub(super) fn mismatch(
         &self,
         expected: impl Into<String>,

@@ -3,10 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use hdf5::types::VarLenUnicode;
 use hdf5_metno as hdf5;
-use hdf5_metno::{Hyperslab, SliceOrIndex};
-use ndarray::ArrayD;
 
 use super::attribute::read_text;
 use super::bounds;
@@ -20,11 +17,9 @@ use super::place::{AtPlace, Place};
 use super::reader::Reader;
 use super::record;
 use super::seal::Seals;
+use super::stream;
 use super::table::Layout;
 use super::volume::Volume;
-
-/// Values read at a time: a megabyte, which stays in the cache of a processor, so that no dataset is in memory a second time.
-const BLOCK: usize = 1 << 17;
 
 /// What a new state is held against.
 #[derive(Debug)]
@@ -62,10 +57,7 @@ impl Proof<'_> {
     }
 
     fn of_group(&self, volume: &Volume, group: Group) -> Result<(), StoreError> {
-        let place = Place {
-            file: &volume.path,
-            dataset: group.name(),
-        };
+        let place = Place::new(&volume.path, group.name());
         let mut digests = Vec::new();
         for spec in self.layout.of_group(group) {
             if volume.holds(spec.path) {
@@ -88,10 +80,7 @@ impl Proof<'_> {
 
     /// The digest of a dataset as the disk has it: the one beside it or, in a copy, that of the original, sound or not.
     fn of_dataset(&self, volume: &Volume, spec: &DatasetSpec) -> Result<String, StoreError> {
-        let place = Place {
-            file: &volume.path,
-            dataset: spec.path,
-        };
+        let place = Place::new(&volume.path, spec.path);
         let (expected, found) = digest_on_disk(volume, spec)?;
         if expected != found
             && let Some(previous) = self.previous
@@ -108,10 +97,7 @@ impl Proof<'_> {
 
 /// The digest that stands beside a dataset, and that of its values.
 fn digest_on_disk(volume: &Volume, spec: &DatasetSpec) -> Result<(String, String), StoreError> {
-    let place = Place {
-        file: &volume.path,
-        dataset: spec.path,
-    };
+    let place = Place::new(&volume.path, spec.path);
     if spec.kind.is_matrix() {
         let group = volume.file.group(spec.path).at(place, "open the matrix")?;
         let part = |name| group.dataset(name).at(place, "open a part of the matrix");
@@ -134,17 +120,14 @@ fn digest_on_disk(volume: &Volume, spec: &DatasetSpec) -> Result<(String, String
         Kind::I64 => feed::<i64>(&mut digest, &dataset, place, volume)?,
         Kind::U8 | Kind::Enum(_) => feed::<u8>(&mut digest, &dataset, place, volume)?,
         Kind::Text | Kind::CscMatrix | Kind::CsrMatrix => {
-            bounds::check(&dataset, place, volume.bytes)?;
-            let texts = dataset.read_raw::<VarLenUnicode>();
-            let texts = texts.at(place, "read the texts")?;
-            let texts: Vec<&str> = texts.iter().map(VarLenUnicode::as_str).collect();
+            let texts = stream::texts(&dataset, &shape, place, volume.bytes)?;
             return Ok((beside, of_texts(&shape, &texts)));
         }
     }
     Ok((beside, digest.finish()))
 }
 
-/// Feeds the values of a dataset to a digest, some rows at a time.
+/// Adds the values of a dataset that is no longer than its file to a digest.
 fn feed<T: Element>(
     digest: &mut DatasetDigest,
     dataset: &hdf5::Dataset,
@@ -153,21 +136,5 @@ fn feed<T: Element>(
 ) -> Result<(), StoreError> {
     bounds::check(dataset, place, volume.bytes)?;
     let shape = dataset.get_shape().at(place, "read the shape")?;
-    let size: usize = shape.iter().product();
-    if size <= BLOCK {
-        let values = dataset.read_raw::<T>().at(place, "read the values")?;
-        digest.values(&values);
-        return Ok(());
-    }
-    let rows = shape[0].min((BLOCK * shape[0] / size).max(1));
-    for start in (0..shape[0]).step_by(rows) {
-        let end = shape[0].min(start + rows);
-        let others = shape[1..].iter().map(|extent| 0..*extent);
-        let ranges = std::iter::once(start..end).chain(others);
-        let slab: Vec<SliceOrIndex> = ranges.map(SliceOrIndex::from).collect();
-        let block: hdf5::Result<ArrayD<T>> = dataset.read_slice(Hyperslab::from(slab));
-        let block = block.at(place, "read the values")?;
-        digest.values(block.as_slice().unwrap_or(&[]));
-    }
-    Ok(())
+    stream::feed::<T>(digest, dataset, &shape, place)
 }

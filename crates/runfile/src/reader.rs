@@ -151,11 +151,7 @@ impl Reader {
         let mut texts = self.read_texts(path)?;
         let count = texts.len();
         texts.pop().filter(|_| count == 1).ok_or_else(|| {
-            Place {
-                file: self.file_of(path),
-                dataset: path,
-            }
-            .mismatch("one text", format!("{count} texts"))
+            Place::new(self.file_of(path), path).mismatch("one text", format!("{count} texts"))
         })
     }
 

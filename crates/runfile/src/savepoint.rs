@@ -6,11 +6,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::error::StoreError;
-use super::home::remove_orphans;
 use super::lock::RunFile;
 use super::place::AtFile;
 use super::signals::Temporary;
-use super::table::Layout;
 use super::volume::Stamp;
 use super::whole::sync_folder;
 
@@ -37,7 +35,6 @@ pub struct Savepoint {
     earlier: Option<Temporary>,
     target: PathBuf,
     folder: PathBuf,
-    layout: Layout,
 }
 
 impl RunFile {
@@ -60,7 +57,6 @@ impl RunFile {
             earlier,
             target: self.path.clone(),
             folder: self.folder.clone(),
-            layout: self.layout,
         })
     }
 
@@ -84,20 +80,12 @@ impl Savepoint {
     ///
     /// # Errors
     /// `Io` if renaming or removing fails.
-    pub fn restore(mut self) -> Result<(), StoreError> {
-        match self.earlier.take() {
+    pub fn restore(self) -> Result<(), StoreError> {
+        match self.earlier {
             Some(earlier) => earlier.publish(&self.target),
             None => fs::remove_file(&self.target),
         }
         .at_file(&self.target, "put the earlier state back")?;
         sync_folder(&self.folder).at_file(&self.folder, "sync the folder")
-    }
-}
-
-impl Drop for Savepoint {
-    /// The files that only the other state names are removed too.
-    fn drop(&mut self) {
-        drop(self.earlier.take());
-        remove_orphans(&self.folder, &self.target, &self.layout);
     }
 }

@@ -113,10 +113,7 @@ impl Seals {
         volume: &Volume,
         previous: Option<&Reader>,
     ) -> Result<(), StoreError> {
-        let root = Place {
-            file: &volume.path,
-            dataset: "/",
-        };
+        let root = Place::new(&volume.path, "/");
         for (group, seal) in &self.groups {
             let place = group_place(root, *group);
             Seal::of_group(&volume.file, place)?.same(seal, place)?;
@@ -137,10 +134,7 @@ impl Seals {
 }
 
 fn group_place<'a>(place: Place<'a>, group: Group) -> Place<'a> {
-    Place {
-        dataset: group.name(),
-        ..place
-    }
+    place.beside(group.name())
 }
 
 impl Reader {
@@ -155,10 +149,7 @@ impl Reader {
     }
 
     fn root_problem(&self, volume: &Volume) -> Result<(), StoreError> {
-        let place = Place {
-            file: &volume.path,
-            dataset: "/",
-        };
+        let place = Place::new(&volume.path, "/");
         self.sound(volume, &Seal::of_root(&volume.file, place)?, place)
     }
 
@@ -168,10 +159,7 @@ impl Reader {
         if !volume.holds(&format!("/{group}")) {
             return Ok(());
         }
-        let place = Place {
-            file: &volume.path,
-            dataset: group.name(),
-        };
+        let place = Place::new(&volume.path, group.name());
         self.sound(volume, &Seal::of_group(&volume.file, place)?, place)
     }
 

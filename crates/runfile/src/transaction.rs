@@ -7,8 +7,7 @@ use super::dimension::name_axes;
 use super::error::{LayoutError, StoreError};
 use super::extents::Sizes;
 use super::header;
-use super::home::SharedGroup;
-use super::home::{Home, LinkedName, carry_over, is_joined, join, remove_orphans, take_over};
+use super::home::{Home, LinkedName, SharedGroup, carry_over, is_joined, join, take_over};
 use super::layout::Group;
 use super::lock::{RunFile, temporary_for};
 use super::place::{AtFile, AtPlace, Place};
@@ -31,7 +30,7 @@ use super::writer::GroupWriter;
 #[derive(Debug)]
 pub struct Transaction {
     run_file: WholeFile,
-    beside: Vec<Beside>,
+    shared: Vec<SharedPart>,
     previous: Option<Reader>,
     /// That of the present file, before it was opened.
     stamp: Stamp,
@@ -49,10 +48,9 @@ pub struct Transaction {
 
 /// A group being written to a file of its own.
 #[derive(Debug)]
-struct Beside {
+struct SharedPart {
     group: Group,
     part: WholeFile,
-    owner: Option<String>,
     /// Known once the group is finished.
     name: Option<LinkedName>,
 }
@@ -75,7 +73,7 @@ impl Transaction {
         let temporary = run_file.temporary();
         Ok(Transaction {
             run_file: part(temporary.clone(), &layout, layout.filetype)?,
-            beside: Vec::new(),
+            shared: Vec::new(),
             previous,
             stamp,
             replaced: Vec::new(),
@@ -99,8 +97,7 @@ impl Transaction {
     /// Begins to write a group in place of what the file held of it.
     ///
     /// Symbolic sizes must agree with the upstream groups that stay and with the groups already
-    /// written. A run file whose name is not UTF-8 keeps all its groups itself, since no link could
-    /// lead from or to it.
+    /// written.
     ///
     /// # Errors
     /// `Internal` if the group was written before or another one is unfinished.
@@ -108,8 +105,8 @@ impl Transaction {
         if let Some(group) = self.unfinished {
             return Err(LayoutError::NotFinished { group }.into());
         }
-        let written_beside = self.beside.iter().any(|beside| beside.group == group);
-        if written_beside || self.run_file.file().link_exists(group.name()) {
+        let is_shared = self.shared.iter().any(|shared| shared.group == group);
+        if is_shared || self.run_file.file().link_exists(group.name()) {
             return Err(LayoutError::Twice {
                 path: group.name().into(),
             }
@@ -117,22 +114,17 @@ impl Transaction {
         }
         self.remove(group);
         self.learn_upstream_sizes(group);
-        let place = Place {
-            file: &self.target,
-            dataset: group.name(),
-        };
-        let name = self.target.file_name().and_then(|name| name.to_str());
-        let file = match (home, name) {
-            (Home::RunFile, _) | (_, None) => self.run_file.file(),
-            (Home::Beside | Home::Shared, Some(name)) => {
+        let place = Place::new(&self.target, group.name());
+        let file = match home {
+            Home::RunFile => self.run_file.file(),
+            Home::Shared => {
                 let temporary = temporary_for(&self.temporary, group);
-                self.beside.push(Beside {
+                self.shared.push(SharedPart {
                     group,
                     part: part(temporary, &self.layout, self.layout.linked_filetype)?,
-                    owner: (home == Home::Beside).then(|| name.to_owned()),
                     name: None,
                 });
-                self.beside[self.beside.len() - 1].part.file()
+                self.shared[self.shared.len() - 1].part.file()
             }
         };
         let object = file
@@ -150,10 +142,7 @@ impl Transaction {
     /// `Hdf5` if linking fails.
     pub fn link(&mut self, shared: &SharedGroup) -> Result<(), StoreError> {
         self.remove(shared.group);
-        let place = Place {
-            file: &self.target,
-            dataset: shared.group.name(),
-        };
+        let place = Place::new(&self.target, shared.group.name());
         join(self.run_file.file(), place, shared.group, &shared.name)
     }
 
@@ -181,17 +170,6 @@ impl Transaction {
         self.embed = true;
     }
 
-    /// Lets the disk begin with what is written so far, which shortens the commit.
-    ///
-    /// # Errors
-    /// `Hdf5` or `Io` if flushing fails.
-    pub fn write_back(&self) -> Result<(), StoreError> {
-        self.run_file.write_back()?;
-        self.beside
-            .iter()
-            .try_for_each(|beside| beside.part.write_back())
-    }
-
     /// Puts the new state in the place of the old one, safe against loss of power.
     ///
     /// Each file is closed with every error seen, and read back, before it is renamed. Files of groups come first: until the
@@ -215,25 +193,22 @@ impl Transaction {
             return Err(StoreError::Changed { file: self.target });
         }
         let permissions = replaceable(&self.target)?;
-        let place = Place {
-            file: &self.target,
-            dataset: "/",
-        };
+        let place = Place::new(&self.target, "/");
         let texts = scale_text::types(&self.temporary, place)?;
         let proof = Proof {
             layout: &self.layout,
             finished: &self.finished,
             previous: self.previous.as_ref(),
         };
-        for beside in self.beside.drain(..) {
-            let Some(name) = beside.name else { continue };
-            name_axes(beside.part.file(), place, &self.layout, beside.group, texts)?;
-            let seals = Seals::set(beside.part.file(), place, &[beside.group])?;
-            join(file, place, beside.group, &name)?;
+        for shared in self.shared.drain(..) {
+            let Some(name) = shared.name else { continue };
+            name_axes(shared.part.file(), place, &self.layout, shared.group, texts)?;
+            let seals = Seals::set(shared.part.file(), place, &[shared.group])?;
+            join(file, place, shared.group, &name)?;
             let target = self.folder.join(name.to_string());
             replaceable(&target)?;
             let filetype = self.layout.linked_filetype;
-            let written = beside.part.close()?;
+            let written = shared.part.close()?;
             let written = written.proven(|path| proof.of(path, filetype, &seals, &target))?;
             written.publish(&target, permissions.clone())?;
             sync_folder(&self.folder).at_file(&self.folder, "sync the folder")?;
@@ -254,9 +229,7 @@ impl Transaction {
         drop(self.previous);
         written.publish(&self.target, permissions)?;
         note_commit(&self.target, held);
-        let synced = sync_folder(&self.folder);
-        remove_orphans(&self.folder, &self.target, &self.layout);
-        synced.map_err(|source| StoreError::Unsynced {
+        sync_folder(&self.folder).map_err(|source| StoreError::Unsynced {
             file: self.target,
             source,
         })
@@ -278,10 +251,9 @@ impl Transaction {
         let group = self.unfinished.take();
         self.finished
             .extend(group.map(|group| (group, digest.to_owned())));
-        for beside in &mut self.beside {
-            if Some(beside.group) == group {
-                let name = LinkedName::new(beside.owner.as_deref(), beside.group, digest);
-                beside.name = Some(name);
+        for shared in &mut self.shared {
+            if Some(shared.group) == group {
+                shared.name = Some(LinkedName::new(shared.group, digest));
             }
         }
     }

@@ -45,10 +45,7 @@ impl Volume {
     ) -> Result<Self, StoreError> {
         let format_version = header::check(&file, path, layout, filetype)?;
         let bytes = fs::metadata(path).at_file(path, "look at the file")?.len();
-        let place = Place {
-            file: path,
-            dataset: "/",
-        };
+        let place = Place::new(path, "/");
         let links = links(&file).at(place, "list the links")?;
         Ok(Volume {
             path: path.into(),

@@ -59,19 +59,19 @@ impl WholeFile {
             Some(_) => {
                 let mut options = hdf5::File::with_options();
                 let opened = options.with_fapl(access).open_rw(path);
-                opened.at(root(path), "open the temporary file")
+                opened.at(Place::new(path, "/"), "open the temporary file")
             }
         };
         let in_memory = made(|access| access.core_filebacked(false))?;
         write(&in_memory)?;
-        let expected = contents::of(&in_memory, root(path), u64::MAX)?;
+        let expected = contents::of(&in_memory, Place::new(path, "/"), u64::MAX)?;
         drop(in_memory);
         let file = made(seeing_every_error)?;
         write(&file)?;
         Self { file, temporary }.close()?.proven(|path| {
             let file = header::open_written(path)?;
             let bytes = fs::metadata(path).at_file(path, "look at the file")?.len();
-            let found = contents::of(&file, root(path), bytes)?;
+            let found = contents::of(&file, Place::new(path, "/"), bytes)?;
             let objects = expected.keys().chain(found.keys());
             let mut different = objects.filter(|name| expected.get(*name) != found.get(*name));
             match different.next() {
@@ -97,18 +97,6 @@ impl WholeFile {
         &self.file
     }
 
-    /// Sends what is written so far to the disk.
-    ///
-    /// # Errors
-    /// `Hdf5` or `Io` if anything written so far did not get there.
-    pub(super) fn write_back(&self) -> Result<(), StoreError> {
-        let path = self.temporary.path();
-        let flushed = self.file.flush();
-        flushed.at(root(path), "flush the temporary file")?;
-        let written = File::open(path).at_file(path, "open the temporary file")?;
-        written.sync_data().at_file(path, "sync the temporary file")
-    }
-
     /// Ends writing.
     ///
     /// # Errors
@@ -116,8 +104,10 @@ impl WholeFile {
     pub(super) fn close(self) -> Result<Closed, StoreError> {
         let WholeFile { temporary, file } = self;
         let path = temporary.path();
-        file.flush().at(root(path), "flush the temporary file")?;
-        file.close().at(root(path), "close the temporary file")?;
+        file.flush()
+            .at(Place::new(path, "/"), "flush the temporary file")?;
+        file.close()
+            .at(Place::new(path, "/"), "close the temporary file")?;
         Ok(Closed(temporary))
     }
 }
@@ -252,13 +242,6 @@ pub fn is_same(one: impl Read, other: impl Read) -> io::Result<bool> {
     }
 }
 
-fn root(path: &Path) -> Place<'_> {
-    Place {
-        file: path,
-        dataset: "/",
-    }
-}
-
 /// Creates an HDF5 file.
 pub(super) fn create(
     path: &Path,
@@ -270,7 +253,7 @@ pub(super) fn create(
         .with_fcpl(|creation| creation.obj_track_times(false));
     options
         .create(path)
-        .at(root(path), "create the temporary file")
+        .at(Place::new(path, "/"), "create the temporary file")
 }
 
 /// Has every value written by the call that hands it over: no sieve buffer, no cache of chunks, and metadata that leave their

@@ -282,17 +282,11 @@ impl<'t> GroupWriter<'t> {
     }
 
     pub(super) fn place(&self, spec: &DatasetSpec) -> Place<'_> {
-        Place {
-            file: self.file(),
-            dataset: spec.path,
-        }
+        Place::new(self.file(), spec.path)
     }
 
     pub(super) fn group_place(&self) -> Place<'_> {
-        Place {
-            file: self.file(),
-            dataset: self.group.name(),
-        }
+        Place::new(self.file(), self.group.name())
     }
 
     fn file(&self) -> &Path {

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use super::{LoadHistory, StepProblem, StepRecord};
+use super::StepRecord;
 use crate::{
     elasticity::Loads,
     mesh::Mesh,
-    post::{ContactReport, Vector},
+    post::{ContactReport, Solved, Vector},
     scene::{Invalid, Scene, Traction},
 };
 
@@ -31,44 +31,45 @@ pub struct StepEnergies {
 }
 
 /// What the works of the next increment need of the last one.
-pub(super) struct Bookkeeping<'a> {
-    history: LoadHistory<'a>,
+pub(crate) struct Bookkeeping {
     /// What drives the body.
     drive: Drive,
     /// Forces of the loads on the nodes at the end of the last increment in N; `None` before the first.
     forces: Option<Vec<Vector>>,
 }
 
-impl<'a> Bookkeeping<'a> {
-    /// Begins after the last of `records`.
-    pub(super) fn new(history: &LoadHistory<'a>, records: &[StepRecord]) -> Result<Self, Invalid> {
+impl Bookkeeping {
+    /// Begins after the last of `records` of the history of a scene.
+    pub(crate) fn new(
+        history: &Scene,
+        mesh: &Mesh,
+        records: &[StepRecord],
+    ) -> Result<Self, Invalid> {
         let forces = |last: &StepRecord| {
-            let scene = history.scene.at_increment(last.increment)?;
-            Loads::of(&scene).nodal_forces(history.mesh)
+            let scene = history.at_increment(last.increment)?;
+            Loads::of(&scene).nodal_forces(mesh)
         };
         Ok(Self {
-            history: *history,
-            drive: Drive::new(history.scene, history.mesh)?,
+            drive: Drive::new(history, mesh)?,
             forces: records.last().map(forces).transpose()?,
         })
     }
 
-    /// Adds what an increment did to its record, which the one before precedes.
-    pub(super) fn enter(
+    /// The record of an increment with what it did, which the one before precedes.
+    pub(crate) fn entered(
         &mut self,
-        problem: &StepProblem,
-        record: &mut StepRecord,
+        mut record: StepRecord,
+        solved: &Solved<'_>,
         before: Option<&StepRecord>,
         report: &ContactReport,
-    ) -> Result<(), Invalid> {
-        let mesh = self.history.mesh;
-        self.drive.enter(record, report);
+    ) -> Result<StepRecord, Invalid> {
+        self.drive.enter(&mut record, report);
         let way = |node: usize| {
             let from = before.map_or([0.0; 3], |before| before.displacement[node]);
             let to = record.displacement[node];
             [to[0] - from[0], to[1] - from[1], to[2] - from[2]]
         };
-        let forces = Loads::of(&problem.scene).nodal_forces(mesh)?;
+        let forces = Loads::of(solved.scene).nodal_forces(solved.mesh)?;
         let load_work = forces.iter().enumerate().map(|(node, force)| {
             let earlier = self.forces.as_ref().map_or([0.0; 3], |forces| forces[node]);
             let way = way(node);
@@ -82,7 +83,7 @@ impl<'a> Bookkeeping<'a> {
             works.sum::<f64>()
         });
         let load_work = load_work.sum::<f64>() + reactions.sum::<f64>();
-        let face = problem.contact(mesh);
+        let face = solved.contact.map(|contact| contact.state);
         let normal_work = face.map_or(0.0, |face| {
             let moved: Vec<f64> = face
                 .surface
@@ -127,7 +128,7 @@ impl<'a> Bookkeeping<'a> {
             imbalance: load_work - stored - normal_work - dissipation,
         };
         self.forces = Some(forces);
-        Ok(())
+        Ok(record)
     }
 }
 

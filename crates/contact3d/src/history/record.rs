@@ -1,10 +1,10 @@
 //! What one increment of a history leaves.
 
-use super::{LoadHistory, StepEnergies, StepProblem};
+use super::StepEnergies;
 use crate::{
-    post::{ContactReport, Vector, Zone},
+    post::{ContactReport, Solved, Vector, Zone},
     scene::Increment,
-    solver::{Solution, SolvedBy, Status},
+    solver::{SolvedBy, Status},
 };
 
 /// One increment of a history: what the next one begins from, and what a table, a chart or a film shows of it.
@@ -81,17 +81,17 @@ impl StepRecord {
         [Zone::Open, Zone::Stick, Zone::Slip].map(count)
     }
 
-    pub(super) fn new(
-        history: &LoadHistory<'_>,
-        problem: &StepProblem,
+    /// The record of a solved increment, but for its works; `dual_rhs` is its h.
+    pub(crate) fn new(
         increment: Increment,
-        solution: &Solution,
+        solved: &Solved<'_>,
+        dual_rhs: &[f64],
         report: &ContactReport,
     ) -> Self {
-        let mesh = history.mesh;
-        let interface = problem.interface.as_ref();
-        let with_friction = interface.filter(|interface| interface.has_friction());
-        let face = with_friction.zip(mesh.contact.as_ref());
+        let solution = solved.solution;
+        let face = solved.contact.map(|contact| contact.state);
+        let face = face.filter(|face| face.interface.has_friction());
+        let face = face.map(|face| (face.interface, face.surface));
         let tangential: Vec<[f64; 2]> = face.map_or_else(Vec::new, |(interface, surface)| {
             let nodes = surface.nodes.iter().enumerate();
             nodes
@@ -107,16 +107,11 @@ impl StepRecord {
             accuracy: solution.accuracy,
             applications: solution.applications,
             certificate: report.certificate.worst(),
-            dual_rhs: problem
-                .system
-                .contact
-                .as_ref()
-                .map_or_else(Vec::new, |contact| contact.dual_rhs().to_vec()),
+            dual_rhs: dual_rhs.to_vec(),
             multiplier: solution.multiplier.clone(),
             displacement: report.displacement.clone(),
             von_mises: report.von_mises.clone(),
-            path: with_friction
-                .map_or_else(Vec::new, |interface| interface.path_after(&tangential)),
+            path: face.map_or_else(Vec::new, |(interface, _)| interface.path_after(&tangential)),
             panes: report.panes.iter().map(StepPane::of).collect(),
             reaction: Vec::new(),
             forces: report.forces.iter().map(|source| source.force).collect(),

@@ -17,9 +17,7 @@ use std::path::Path;
 pub use brick::{brick, brick_counts};
 pub use contact_surface::{ContactSurface, SurfaceFace};
 pub use error::MeshError;
-pub use gmsh::{
-    FilePosition, GmshError, GmshFlaw, digest_of, parse as parse_gmsh, read as read_gmsh,
-};
+pub use gmsh::{FilePosition, GmshError, GmshFlaw, digest_of, parse as parse_gmsh};
 pub use patches::macro_patches;
 pub use quadratic::{IsoparametricMap, MidEdgeNodes};
 pub use refined::{RefinableBody, Refinement};

@@ -111,13 +111,18 @@ impl<'a> Yardstick<'a> {
 }
 
 impl Certificate {
-    pub(super) fn new(solved: &Solved<'_>, panes: &[PaneState], stiffness: &[f64]) -> Self {
+    pub(super) fn new(
+        solved: &Solved<'_>,
+        panes: &[PaneState],
+        stiffness: &[f64],
+        carried_by_springs: &[f64],
+    ) -> Self {
         let measured = solved.contact.as_ref().map(|contact| {
             let yardstick = Yardstick::new(solved, contact, panes, stiffness);
             (contact, yardstick)
         });
         Self {
-            equilibrium: equilibrium(solved),
+            equilibrium: equilibrium(solved, carried_by_springs),
             contact: measured
                 .as_ref()
                 .map(|(contact, by)| ContactCertificate::new(solved, contact, panes, by)),
@@ -235,7 +240,7 @@ impl FrictionCertificate {
     }
 }
 
-fn equilibrium(solved: &Solved<'_>) -> f64 {
+fn equilibrium(solved: &Solved<'_>, carried_by_springs: &[f64]) -> f64 {
     let mut residual = match &solved.contact {
         Some(contact) => contact.coupling.nodal_forces(&solved.solution.multiplier),
         None => vec![0.0; solved.system.load.len()],
@@ -243,8 +248,8 @@ fn equilibrium(solved: &Solved<'_>) -> f64 {
     let mut stiffness_u = vec![0.0; residual.len()];
     let straining = solved.solution.straining();
     solved.system.stiffness.mul(straining, &mut stiffness_u);
-    if let Some(carried) = solved.carried_by_springs() {
-        add_scaled(&mut stiffness_u, 1.0, &carried);
+    if !carried_by_springs.is_empty() {
+        add_scaled(&mut stiffness_u, 1.0, carried_by_springs);
     }
     for (i, r) in residual.iter_mut().enumerate() {
         *r += stiffness_u[i] - solved.system.load[i];

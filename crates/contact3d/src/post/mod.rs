@@ -44,17 +44,19 @@ pub struct Solved<'a> {
 }
 
 impl Solved<'_> {
-    /// What springs take in the part of the displacement that does not strain the body, in N, `[n_free]`; `None` where there is none.
-    fn carried_by_springs(&self) -> Option<Vec<f64>> {
+    /// What springs take in the part of the displacement that does not strain the body, in N, `[n_free]`; empty where there is none.
+    fn carried_by_springs(&self) -> Result<Vec<f64>, Invalid> {
         let (solution, dofs) = (self.solution, &self.system.dofs);
         if solution.straining.is_empty() {
-            return None;
+            return Ok(Vec::new());
         }
-        let springs = SpringMatrix::of(self.scene, self.mesh).ok().flatten()?;
+        let Some(springs) = SpringMatrix::of(self.scene, self.mesh)? else {
+            return Ok(Vec::new());
+        };
         let moved = difference(&solution.displacement, &solution.straining);
         let nodes = 0..dofs.dof.len();
         let nodal: Vec<[f64; 3]> = nodes.map(|n| dofs.change_at_node(n, &moved)).collect();
-        Some(dofs.to_free(&springs.forces(&nodal)))
+        Ok(dofs.to_free(&springs.forces(&nodal)))
     }
 }
 
@@ -128,6 +130,8 @@ pub struct ContactReport {
     pub discretisation_error: ErrorEstimate,
     /// What takes back the claim of the solve; [`Self::judge`] acts on it.
     pub flaw: Option<Flaw>,
+    /// What springs take in the part of the displacement that does not strain the body, in N, `[n_free]`; empty where there is none.
+    carried_by_springs: Vec<f64>,
 }
 
 impl ContactReport {
@@ -165,7 +169,8 @@ impl ContactReport {
         let straining = solved.system.dofs.to_nodes(solved.solution.straining());
         let internal = InternalForces::of(solved.mesh, &material, &straining);
         let forces = NodalForces::new(solved, &displacement, &internal.forces)?;
-        let terms = rounding::terms(solved);
+        let carried_by_springs = solved.carried_by_springs()?;
+        let terms = rounding::terms(solved, &carried_by_springs);
         let resultants = Resultants::new(solved, &terms, &displacement, &forces, &internal.forces);
         let rounding_energy = rounding::of_energy(solved, &terms, &displacement, &forces);
         let known = estimate::SolutionData {
@@ -181,7 +186,7 @@ impl ContactReport {
             forces: nodal_forces::by_source(solved, &displacement, &forces)?,
             resultants,
             faces: FaceResultants::of_faces(solved, &panes),
-            certificate: Certificate::new(solved, &panes, &stiffness),
+            certificate: Certificate::new(solved, &panes, &stiffness, &carried_by_springs),
             von_mises: internal.stress.iter().map(von_mises).collect(),
             stress: internal.stress,
             corner_stress: internal.corner_stress,
@@ -190,6 +195,7 @@ impl ContactReport {
             displacement,
             reaction: forces.clamp,
             flaw: None,
+            carried_by_springs,
         };
         let rounding = Rounding::new(solved, &terms, &report.panes, &stiffness, &[]);
         report.flaw = report.find_flaw(solved, &rounding, rounding_energy);

@@ -1,6 +1,6 @@
 //! What rounding alone makes of the residuals of an answer.
 
-use super::{PaneState, Solved, nodal_forces::NodalForces};
+use super::{ContactReport, PaneState, Solved, nodal_forces::NodalForces};
 use crate::linalg::{dot, norm};
 
 /// Roundings of a sum of some hundred terms add up to about this many, as the root of their number.
@@ -49,10 +49,11 @@ impl Rounding {
     }
 
     /// As [`Self::new`], with the local stiffness of the solved problem.
-    pub(crate) fn of_answer(solved: &Solved<'_>, panes: &[PaneState], moved: &[f64]) -> Self {
+    pub(crate) fn of_answer(solved: &Solved<'_>, report: &ContactReport, moved: &[f64]) -> Self {
         let contact = solved.contact.as_ref();
         let stiffness = contact.map_or_else(Vec::new, |contact| contact.local_stiffness(solved));
-        Self::new(solved, &terms(solved), panes, &stiffness, moved)
+        let terms = terms(solved, &report.carried_by_springs);
+        Self::new(solved, &terms, &report.panes, &stiffness, moved)
     }
 
     /// How many times further than by its own compliance a pane moves with the body, at least one: a relative error of λ is so many
@@ -79,7 +80,7 @@ impl Rounding {
 }
 
 /// |A||u| + |Bᵀ||λ| + |l| in N, `[n_free]`: what cancels in the equilibrium.
-pub(super) fn terms(solved: &Solved<'_>) -> Vec<f64> {
+pub(super) fn terms(solved: &Solved<'_>, carried_by_springs: &[f64]) -> Vec<f64> {
     let (u, lambda) = (solved.solution.straining(), &*solved.solution.multiplier);
     let mut forces: Vec<f64> = solved.system.load.iter().map(|l| l.abs()).collect();
     let coupling = solved.contact.map(|contact| &contact.coupling.transposed);
@@ -93,10 +94,7 @@ pub(super) fn terms(solved: &Solved<'_>) -> Vec<f64> {
             }
         }
     }
-    for (force, carried) in forces
-        .iter_mut()
-        .zip(solved.carried_by_springs().iter().flatten())
-    {
+    for (force, carried) in forces.iter_mut().zip(carried_by_springs) {
         *force += carried.abs();
     }
     forces

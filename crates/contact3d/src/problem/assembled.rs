@@ -2,27 +2,50 @@
 
 use std::sync::Arc;
 
-use super::{Problem, ProblemError};
+use super::{Answer, InMemory, Problem, ProblemError, run::Evaluation};
 use crate::{
     dual::{AssemblySeconds, DualSystem, LocalStiffness},
     linalg::Workspace,
     mesh::Mesh,
-    post::{ContactReport, Rounding, Solved, SolvedContact},
+    post::{ContactReport, Rounding, Solved},
     scene::{Invalid, Scene, SolveSettings},
-    solver::{ContactState, Progress, Solution, Start, Status, coulomb_state, solve},
+    solver::{ContactState, NeedsExplicit, Progress, Solution, Start, coulomb_state, solve},
 };
 
 /// A problem with its stiffness factorised and, where it has contact, with its dual problem.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct AssembledProblem {
     pub(super) problem: Problem,
     pub(super) system: DualSystem,
 }
 
 impl AssembledProblem {
-    pub(super) fn new(problem: Problem) -> Result<Self, ProblemError> {
-        let system = DualSystem::new(&problem.scene, &problem.mesh)?;
-        Ok(Self { problem, system })
+    /// A problem with operators that were assembled for a scene that differs in no more than [`Self::with_changes`] may, whatever
+    /// their loads.
+    #[must_use]
+    pub fn new(problem: Problem, system: DualSystem) -> Self {
+        Self { problem, system }
+    }
+
+    /// The problem with the loads of its scene, which its operators may lack.
+    pub(super) fn with_own_loads(mut self) -> Result<Self, Invalid> {
+        let Problem {
+            scene,
+            mesh,
+            interface,
+        } = &self.problem;
+        self.system.apply(scene, mesh, interface.as_ref())?;
+        Ok(self)
+    }
+
+    /// The problem with the loads of its scene, those of the last increment of a load history.
+    ///
+    /// # Errors
+    /// A load that is not finite.
+    pub fn with_last_loads(mut self) -> Result<Self, Invalid> {
+        let scene = self.problem.scene.at_end()?;
+        self.system.apply_loads(&scene, &self.problem.mesh)?;
+        Ok(self)
     }
 
     /// Solves from λ = 0, again with a factor in double precision where one in single precision that the program chose led to no
@@ -33,8 +56,8 @@ impl AssembledProblem {
     /// [`Self::solve_history`] solves; [`ProblemError::NeedsExplicit`] when
     /// Newton's method is asked for and S is not dense.
     pub fn solve(&self, settings: &SolveSettings) -> Result<Solution, ProblemError> {
-        let (solution, _) = self.solve_judged(settings, ContactReport::without_estimate)?;
-        Ok(solution)
+        let answer = self.solve_evaluated(settings, ContactReport::without_estimate)?;
+        Ok(answer.solution)
     }
 
     /// [`Self::solve`] with the [report](Self::report) that judged it.
@@ -45,54 +68,47 @@ impl AssembledProblem {
         &self,
         settings: &SolveSettings,
     ) -> Result<(Solution, ContactReport), ProblemError> {
-        self.solve_judged(settings, ContactReport::new)
+        let answer = self.solve_evaluated(settings, ContactReport::new)?;
+        Ok((answer.solution, answer.report))
     }
 
-    fn solve_judged(
+    fn solve_evaluated(
         &self,
         settings: &SolveSettings,
-        evaluate: fn(&Solved<'_>) -> Result<ContactReport, Invalid>,
-    ) -> Result<(Solution, ContactReport), ProblemError> {
+        evaluation: Evaluation,
+    ) -> Result<Answer, ProblemError> {
         settings.validate("solve")?;
-        let judged = |problem: &Self| -> Result<_, ProblemError> {
-            let mut solution = problem.solve_from(settings, Start::default(), &mut |_| {})?;
-            let report = evaluate(&problem.solved(&solution))?;
-            report.judge(&mut solution);
-            Ok((solution, report))
-        };
-        let first = judged(self)?;
-        match self.reconsidered(first.0.status, settings)? {
-            None => Ok(first),
-            Some(double) => judged(&double),
-        }
+        self.scene().require_no_history("a solve")?;
+        let start = Start::default();
+        self.run_evaluated(settings, start, Vec::new(), evaluation, &mut InMemory)
     }
 
-    /// The same problem with a factor in double precision, after a solve that gave up with one in single precision that the
-    /// program chose.
+    /// Solves the steps of the scene one after the other, on one factor; a scene without steps once.
+    ///
+    /// ```
+    /// use contact3d::{Problem, scene::*};
+    ///
+    /// let scene = Scene::new(Body::brick([1.0; 3], [2, 2, 2]), Material::isotropic(2e11, 0.3))
+    ///     .with_clamp(Clamp::face("z_max"))
+    ///     .with_pressure(Pressure::on("x_min", 1e7).named("push"))
+    ///     .with_body_force([0.0, 0.0, -1e8])
+    ///     .with_contact(Contact::on("z_min"))
+    ///     .with_friction(Friction::coulomb(0.3))
+    ///     .with_step(Step::new("weight").with_factor("push", 0.0))
+    ///     .with_step(Step::new("push").with_factor("push", 1.0).in_increments(4))
+    ///     .with_step(Step::new("let go").with_factor("push", 0.0));
+    /// let history = Problem::new(scene)?.assemble()?.solve_history(&SolveSettings::default())?;
+    /// let dissipated: f64 = history.records.iter().map(|record| record.energies.dissipation).sum();
+    /// assert_eq!(history.records.len(), 6);
+    /// assert!(dissipated > 0.0);
+    /// # Ok::<(), contact3d::ProblemError>(())
+    /// ```
     ///
     /// # Errors
-    /// Laws of the contact face that no problem can have.
-    pub fn reconsidered(
-        &self,
-        status: Status,
-        settings: &SolveSettings,
-    ) -> Result<Option<Self>, ProblemError> {
-        if !status.gave_up(settings) {
-            return Ok(None);
-        }
-        let double =
-            self.system
-                .in_double_precision(self.scene(), self.mesh(), &|_| Ok(()), &|_, _| ());
-        let Some(mut system) = double else {
-            return Ok(None);
-        };
-        system.apply(self.scene(), self.mesh(), self.problem.interface())?;
-        let problem = Problem {
-            scene: self.problem.scene.clone(),
-            mesh: self.problem.mesh.clone(),
-            interface: self.problem.interface.clone(),
-        };
-        Ok(Some(Self { problem, system }))
+    /// As [`Self::run`].
+    pub fn solve_history(&self, settings: &SolveSettings) -> Result<Answer, ProblemError> {
+        settings.validate("solve")?;
+        self.run(settings, Start::default(), Vec::new(), &mut InMemory)
     }
 
     /// As [`Self::solve`] with the factor that there is, from a given start, such as the multipliers of a similar problem, while
@@ -108,13 +124,17 @@ impl AssembledProblem {
         observe: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Solution, ProblemError> {
         self.scene().require_no_history("a solve")?;
-        Ok(solve(
-            &self.system,
-            self.contact_state().as_ref(),
-            settings,
-            start,
-            observe,
-        )?)
+        Ok(self.solve_static(settings, start, observe)?)
+    }
+
+    pub(super) fn solve_static(
+        &self,
+        settings: &SolveSettings,
+        start: Start<'_>,
+        observe: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Solution, NeedsExplicit> {
+        let contact = self.contact_state();
+        solve(&self.system, contact.as_ref(), settings, start, observe)
     }
 
     /// What multipliers that were found elsewhere, `[n_multipliers]` in Pa, make of the body: its displacement, and with the dense
@@ -157,21 +177,14 @@ impl AssembledProblem {
         report: &ContactReport,
         moved: &[f64],
     ) -> Rounding {
-        Rounding::of_answer(&self.solved(solution), &report.panes, moved)
+        Rounding::of_answer(&self.solved(solution), report, moved)
     }
 
-    fn solved<'a>(&'a self, solution: &'a Solution) -> Solved<'a> {
-        let contact = self.system.contact.as_ref().zip(self.contact_state());
-        Solved {
-            scene: self.scene(),
-            mesh: self.mesh(),
-            system: &self.system.assembly.primal,
-            contact: contact.map(|(contact, state)| SolvedContact {
-                coupling: &contact.coupling,
-                state,
-            }),
-            solution,
-        }
+    pub(super) fn solved<'a>(&'a self, solution: &'a Solution) -> Solved<'a> {
+        let contact = self.system.contact.as_ref();
+        let coupling = contact.map(|contact| &contact.coupling);
+        self.problem
+            .solved(&self.system.assembly.primal, coupling, solution)
     }
 
     /// The scene.
@@ -182,7 +195,7 @@ impl AssembledProblem {
 
     /// Its mesh.
     #[must_use]
-    pub fn mesh(&self) -> &Mesh {
+    pub fn mesh(&self) -> &Arc<Mesh> {
         &self.problem.mesh
     }
 
@@ -201,10 +214,7 @@ impl AssembledProblem {
     /// Γ_c and its laws; `None` without contact.
     #[must_use]
     pub fn contact_state(&self) -> Option<ContactState<'_>> {
-        Some(ContactState {
-            surface: self.mesh().contact.as_ref()?,
-            interface: self.problem.interface()?,
-        })
+        self.problem.contact_state()
     }
 
     /// Number of panes m; 0 without contact.
@@ -233,9 +243,9 @@ impl AssembledProblem {
         self.system.assembly.seconds
     }
 
-    /// The mesh and the assembled operators.
+    /// The problem and its assembled operators.
     #[must_use]
-    pub fn into_parts(self) -> (Arc<Mesh>, DualSystem) {
-        (self.problem.mesh, self.system)
+    pub fn into_parts(self) -> (Problem, DualSystem) {
+        (self.problem, self.system)
     }
 }

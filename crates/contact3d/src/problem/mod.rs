@@ -1,28 +1,35 @@
 //! A scene from its mesh to its report, in memory: what a user of this crate begins with.
 //!
 //! [`Problem`] is a scene that fits its mesh, [`AssembledProblem`] the same with the stiffness
-//! factorised, from which any number of solves start, also with other loads and other friction.
+//! factorised, from which any number of solves start, also with other loads and other friction. [`AssembledProblem::run`] is the
+//! driver of all of them, in memory and in the program; a [`Keeper`] says what becomes of unfinished work.
 
 mod assembled;
 mod error;
-mod load_history;
+mod keeper;
 mod reuse;
+mod run;
 
 pub use assembled::AssembledProblem;
 pub use error::ProblemError;
-pub use load_history::SteppedProblem;
+pub use keeper::{InMemory, Keeper, Step, Unfinished};
+pub use run::Answer;
 
 use std::{path::Path, sync::Arc};
 
 use crate::{
-    contact::{Interface, Past},
+    contact::{Coupling, Interface, Past},
+    dual::{DualSystem, PrimalSystem},
     elasticity::idle_loads,
+    history::StepRecord,
     mesh::Mesh,
-    scene::{Scene, SceneFile, Warning},
+    post::{ContactReport, Solved, SolvedContact},
+    scene::{Increment, Invalid, Scene, SceneFile, Warning},
+    solver::{ContactState, Solution},
 };
 
 /// A scene on its mesh, with the laws of its contact face.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Problem {
     scene: Scene,
     mesh: Arc<Mesh>,
@@ -46,7 +53,7 @@ impl Problem {
     pub fn in_folder(scene: Scene, folder: &Path) -> Result<Self, ProblemError> {
         let scene = scene.checked()?;
         let mesh = Mesh::of_scene(&scene, folder)?;
-        Self::of_checked(scene, Arc::new(mesh))
+        Ok(Self::of_checked(scene, Arc::new(mesh))?)
     }
 
     /// Reads a scene file and meshes its body; a mesh file is looked for beside the scene.
@@ -63,11 +70,14 @@ impl Problem {
     /// # Errors
     /// As [`Self::new`].
     pub fn on_mesh(scene: Scene, mesh: Mesh) -> Result<Self, ProblemError> {
-        Self::of_checked(scene.checked()?, Arc::new(mesh))
+        Ok(Self::of_checked(scene.checked()?, Arc::new(mesh))?)
     }
 
     /// A scene that has been checked, on a mesh of its body.
-    pub fn of_checked(scene: Scene, mesh: Arc<Mesh>) -> Result<Self, ProblemError> {
+    ///
+    /// # Errors
+    /// Laws of the contact face that no problem can have.
+    pub fn of_checked(scene: Scene, mesh: Arc<Mesh>) -> Result<Self, Invalid> {
         let interface = Interface::new(&scene, &mesh)?;
         Ok(Self {
             scene,
@@ -84,6 +94,38 @@ impl Problem {
         self
     }
 
+    /// The problem of an increment of the scene's load history, which begins where `before` ended.
+    ///
+    /// # Errors
+    /// Gaps and laws that no problem can have.
+    pub fn at_increment(
+        &self,
+        increment: Increment,
+        before: Option<&StepRecord>,
+    ) -> Result<Self, Invalid> {
+        let scene = self.scene.at_increment(increment)?;
+        let problem = Self::of_checked(scene, Arc::clone(&self.mesh))?;
+        let has_friction = problem.interface().is_some_and(Interface::has_friction);
+        let past = before.filter(|_| has_friction).map(|before| Past {
+            tangential: before.tangential.clone(),
+            path: before.path.clone(),
+            follows: self.scene.slip_measure(),
+        });
+        Ok(problem.after(past))
+    }
+
+    /// The problem after some increments of the scene's load history: that of the last of them, or of the end where there are
+    /// none.
+    ///
+    /// # Errors
+    /// Gaps and laws that no problem can have.
+    pub fn after_increments(&self, records: &[StepRecord]) -> Result<Self, Invalid> {
+        match records.split_last() {
+            Some((last, before)) => self.at_increment(last.increment, before.last()),
+            None => Self::of_checked(self.scene.at_end()?, Arc::clone(&self.mesh)),
+        }
+    }
+
     /// Assembles the stiffness and factorises it, on the threads of rayon's current pool. The bits of the
     /// result do not depend on their number.
     ///
@@ -91,7 +133,58 @@ impl Problem {
     /// [`ProblemError::Assembly`] when the stiffness has no Cholesky factor, a load no value, or the
     /// clamps let the body move as a rigid one.
     pub fn assemble(self) -> Result<AssembledProblem, ProblemError> {
-        AssembledProblem::new(self)
+        self.assemble_kept(&mut InMemory)
+    }
+
+    /// As [`Self::assemble`], where a keeper admits and watches every step.
+    ///
+    /// # Errors
+    /// As [`Self::assemble`], and what the keeper refuses.
+    pub fn assemble_kept(self, keeper: &mut dyn Keeper) -> Result<AssembledProblem, ProblemError> {
+        let system = keeper::assembled_by(keeper, |admit, begun| {
+            DualSystem::watched(&self.scene, &self.mesh, admit, begun)
+        })?;
+        Ok(AssembledProblem::new(self, system))
+    }
+
+    /// What follows from a solution of A and l with B, which it is held against.
+    ///
+    /// # Errors
+    /// A law of friction without a value at the slips of the solution.
+    pub fn judge(
+        &self,
+        system: &PrimalSystem,
+        coupling: Option<&Coupling>,
+        solution: &mut Solution,
+    ) -> Result<ContactReport, Invalid> {
+        let report = ContactReport::new(&self.solved(system, coupling, solution))?;
+        report.judge(solution);
+        Ok(report)
+    }
+
+    fn solved<'a>(
+        &'a self,
+        system: &'a PrimalSystem,
+        coupling: Option<&'a Coupling>,
+        solution: &'a Solution,
+    ) -> Solved<'a> {
+        let contact = coupling.zip(self.contact_state());
+        Solved {
+            scene: &self.scene,
+            mesh: &self.mesh,
+            system,
+            contact: contact.map(|(coupling, state)| SolvedContact { coupling, state }),
+            solution,
+        }
+    }
+
+    /// Γ_c and its laws; `None` without contact.
+    #[must_use]
+    pub fn contact_state(&self) -> Option<ContactState<'_>> {
+        Some(ContactState {
+            surface: self.mesh.contact.as_ref()?,
+            interface: self.interface.as_ref()?,
+        })
     }
 
     /// The scene.
@@ -102,7 +195,7 @@ impl Problem {
 
     /// Its mesh.
     #[must_use]
-    pub fn mesh(&self) -> &Mesh {
+    pub fn mesh(&self) -> &Arc<Mesh> {
         &self.mesh
     }
 

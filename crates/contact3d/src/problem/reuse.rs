@@ -48,9 +48,7 @@ impl AssembledProblem {
         let problem = Problem::of_checked(scene, self.problem.mesh.clone())?;
         self.require_compliance(problem.interface())?;
         let problem = problem.after(past);
-        let mut system = self.system.clone();
-        system.apply(&problem.scene, &problem.mesh, problem.interface())?;
-        Ok(Self { problem, system })
+        Ok(Self::new(problem, self.system.clone()).with_own_loads()?)
     }
 
     /// Refuses a law that follows the slip where the dense operator was formed without the compliance of the contact

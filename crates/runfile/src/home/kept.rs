@@ -21,10 +21,7 @@ pub(crate) fn carry_over(
     file: &hdf5::File,
 ) -> Result<(), StoreError> {
     let home = &previous.home;
-    let place = Place {
-        file: &home.path,
-        dataset: "/",
-    };
+    let place = Place::new(&home.path, "/");
     for name in home.file.member_names().at(place, "list the groups")? {
         let group = previous.layout.groups().find(|group| group.name() == name);
         if group.is_some_and(|group| replaced.contains(&group)) {
@@ -58,10 +55,7 @@ pub(crate) fn carry_over(
 /// `Hdf5` if copying fails.
 pub(crate) fn take_over(from: &Reader, group: Group, file: &hdf5::File) -> Result<(), StoreError> {
     let volume = from.volume(group)?;
-    let place = Place {
-        file: &volume.path,
-        dataset: "/",
-    };
+    let place = Place::new(&volume.path, "/");
     copy(&volume.file, place, group.name(), file)
 }
 
@@ -72,10 +66,7 @@ fn copy(
     name: &str,
     to: &hdf5::File,
 ) -> Result<(), StoreError> {
-    let place = Place {
-        dataset: name,
-        ..place
-    };
+    let place = place.beside(name);
     let info = from.loc_info_by_name(name).at(place, "find the group")?;
     let object = from.open_by_token(info.token).at(place, "open the group")?;
     object.copy_to(to, name).at(place, "copy the group")

@@ -1,8 +1,8 @@
 //! Groups kept in a file of their own beside the run file, joined to it by an external link.
 //!
-//! Such a file is named by the digest of the group and never changes: `OWNER.STAGE-DIGEST.h5`
-//! belongs to the run file OWNER, `STAGE-DIGEST.h5` to nobody. The name stands in a root attribute
-//! of the run file, which this program goes by; the link is there for everyone else.
+//! Such a file, `STAGE-DIGEST.h5`, is named by the digest of the group and never changes; older versions also wrote
+//! `RUNFILE.STAGE-DIGEST.h5`. The name stands in a root attribute of the run file, which this program goes by; the link is there
+//! for everyone else.
 
 use std::fmt;
 use std::fs;
@@ -12,7 +12,9 @@ use hdf5_metno as hdf5;
 
 use crate::attribute::{read_text, write_text};
 use crate::error::{LinkProblem, StoreError};
+use crate::header;
 use crate::layout::Group;
+use crate::lock::RunFile;
 use crate::place::{AtPlace, Place};
 use crate::table::Layout;
 use crate::volume::Volume;
@@ -25,10 +27,9 @@ const DIGITS: usize = 16;
 pub(crate) struct LinkedName(String);
 
 impl LinkedName {
-    pub(crate) fn new(owner: Option<&str>, group: Group, digest: &str) -> Self {
-        let owner = owner.map_or_else(String::new, |owner| format!("{owner}."));
+    pub(crate) fn new(group: Group, digest: &str) -> Self {
         let digits = digest.get(..DIGITS).unwrap_or(digest);
-        LinkedName(format!("{owner}{group}-{digits}.h5"))
+        LinkedName(format!("{group}-{digits}.h5"))
     }
 
     /// Takes a text that is such a name; a name has no path separators, so it stays in its folder.
@@ -45,13 +46,7 @@ impl LinkedName {
         !digits.is_empty() && digest.starts_with(digits)
     }
 
-    fn is_owned_by(&self, run_file: &str, group: Group) -> bool {
-        self.owner_and_dot(group)
-            .and_then(|owner| owner.strip_suffix('.'))
-            == Some(run_file)
-    }
-
-    /// Whether the file belongs to no run file.
+    /// Whether any run file may link the file.
     pub(crate) fn is_shared(&self, group: Group) -> bool {
         self.owner_and_dot(group) == Some("")
     }
@@ -93,10 +88,7 @@ impl Linked {
     pub(crate) fn open(home: &Volume, layout: &Layout, group: Group) -> Option<Self> {
         let path = format!("/{group}");
         home.link_on_the_way(&path)?;
-        let place = Place {
-            file: &home.path,
-            dataset: &path,
-        };
+        let place = Place::new(&home.path, &path);
         let text = read_text(&home.file, place, &attribute(group)).unwrap_or_default();
         let name = LinkedName::parse(&text, group);
         let volume = match &name {
@@ -135,10 +127,7 @@ pub(crate) fn open_named(
         },
     };
     let volume = Volume::open(path, layout, layout.linked_filetype).map_err(unusable)?;
-    let place = Place {
-        file: path,
-        dataset: group.name(),
-    };
+    let place = Place::new(path, group.name());
     if !volume.holds(&format!("/{group}")) {
         return Err(unusable(place.mismatch("the group of the stage", "none")));
     }
@@ -174,57 +163,43 @@ pub(crate) fn is_joined(run_file: &hdf5::File, group: Group) -> bool {
     run_file.attr(&attribute(group)).is_ok()
 }
 
-/// Removes the files a run file owns, if neither it nor another run file of the folder names them
-/// any more.
-///
-/// What cannot be removed, or is write-protected, stays for the next time; what is no file of ours
-/// stays.
-pub(crate) fn remove_orphans(folder: &Path, run_file: &Path, layout: &Layout) {
-    let Some(owner) = run_file.file_name().and_then(|name| name.to_str()) else {
-        return;
-    };
-    let Ok(entries) = fs::read_dir(folder) else {
-        return;
-    };
-    let names: Vec<String> = entries
-        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
-        .collect();
-    let is_owned = |name: &&String| {
-        layout.groups().any(|group| {
-            LinkedName::parse(name, group).is_some_and(|linked| linked.is_owned_by(owner, group))
-        })
-    };
-    let mut orphans: Vec<&String> = names.iter().filter(is_owned).collect();
-    let others = names.iter().filter(|name| !is_owned(name));
-    for name in [owner].into_iter().chain(others.map(String::as_str)) {
-        if orphans.is_empty() {
+impl RunFile {
+    /// The names of all files that the run file links.
+    #[must_use]
+    pub fn linked_names(&self) -> Vec<String> {
+        linked_names(&self.path, &self.layout)
+    }
+
+    /// Removes linked files that no run file of the folder names any more; what cannot be removed, or is write-protected, stays, and
+    /// what is no file of ours.
+    pub fn remove_unlinked(&self, mut names: Vec<String>) {
+        names.retain(|name| {
+            let mut groups = self.layout.groups();
+            groups.any(|group| LinkedName::parse(name, group).is_some())
+        });
+        if names.is_empty() {
             return;
         }
-        match names_in(&folder.join(name), layout) {
-            Ok(named) => orphans.retain(|orphan| !named.contains(orphan)),
-            Err(StoreError::NotFound { .. }) => {}
-            // A run file that cannot be read may still be restored.
-            Err(_) if name == owner => return,
-            Err(_) => {}
+        for entry in fs::read_dir(&self.folder).into_iter().flatten().flatten() {
+            let named = linked_names(&entry.path(), &self.layout);
+            names.retain(|name| !named.contains(name));
         }
-    }
-    for orphan in orphans {
-        let path = folder.join(orphan);
-        let is_ours = crate::header::open(&path, layout, layout.linked_filetype).is_ok();
-        let removable = |metadata: fs::Metadata| !metadata.permissions().readonly();
-        if is_ours && fs::metadata(&path).is_ok_and(removable) {
-            let _ = fs::remove_file(path);
+        for path in names.iter().map(|name| self.folder.join(name)) {
+            let is_ours = header::open(&path, &self.layout, self.layout.linked_filetype).is_ok();
+            let removable = |metadata: fs::Metadata| !metadata.permissions().readonly();
+            if is_ours && fs::metadata(&path).is_ok_and(removable) {
+                let _ = fs::remove_file(path);
+            }
         }
     }
 }
 
-/// The names of all files a run file keeps groups in.
-fn names_in(run_file: &Path, layout: &Layout) -> Result<Vec<String>, StoreError> {
-    let (file, _) = crate::header::open(run_file, layout, layout.filetype)?;
-    let place = Place {
-        file: run_file,
-        dataset: "/",
+/// The names of all files that a run file links; none if it cannot be read.
+pub(crate) fn linked_names(run_file: &Path, layout: &Layout) -> Vec<String> {
+    let Ok((file, _)) = header::open(run_file, layout, layout.filetype) else {
+        return Vec::new();
     };
+    let place = Place::new(run_file, "/");
     let named = |group| read_text(&file, place, &attribute(group)).ok();
-    Ok(layout.groups().filter_map(named).collect())
+    layout.groups().filter_map(named).collect()
 }

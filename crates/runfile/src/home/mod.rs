@@ -1,9 +1,8 @@
-//! Where a group is kept: in the run file, in a file beside it that the run file owns, or in one
-//! that the run files of a folder share.
+//! Where a group is kept: in the run file, or in a file beside it that the run files of a folder share.
 //!
 //! A group in a file of its own is written once, under a name that holds its digest ([`linked`]),
-//! and only linked again when the run file changes ([`kept`]). One that no run file owns is found
-//! by what it was computed from ([`shared`]). Readers go to whichever file it is ([`whereabouts`]).
+//! and only linked again when the run file changes ([`kept`]). It is found by what it was computed from ([`shared`]). Readers go to
+//! whichever file it is ([`whereabouts`]).
 
 mod kept;
 mod linked;
@@ -11,7 +10,7 @@ mod shared;
 mod whereabouts;
 
 pub(super) use kept::{carry_over, take_over};
-pub(super) use linked::{Linked, LinkedName, is_joined, join, remove_orphans};
+pub(super) use linked::{Linked, LinkedName, is_joined, join, linked_names};
 pub use shared::SharedGroup;
 
 /// The file a group is kept in.
@@ -19,8 +18,6 @@ pub use shared::SharedGroup;
 pub enum Home {
     /// The run file itself.
     RunFile,
-    /// A file beside the run file, which owns it and removes it when it needs it no more.
-    Beside,
-    /// A file beside the run file that any run file of the folder may use and none removes.
+    /// A file beside the run file, named by its digest, that any run file of the folder may link.
     Shared,
 }

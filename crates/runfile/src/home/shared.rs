@@ -11,7 +11,7 @@ use crate::record::{self, StoredGroup};
 use crate::table::Layout;
 use crate::volume::Volume;
 
-/// A group in a file `STAGE-DIGEST.h5` that no run file owns.
+/// A group in a file `STAGE-DIGEST.h5`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SharedGroup {
     pub(crate) group: Group,
@@ -51,10 +51,7 @@ impl SharedGroup {
 
 fn read(path: &Path, layout: &Layout, group: Group, name: &LinkedName) -> Option<StoredGroup> {
     let volume = linked::open_named(path, layout, group, name).ok()?;
-    let place = Place {
-        file: path,
-        dataset: group.name(),
-    };
+    let place = Place::new(path, group.name());
     let Volume { file, .. } = &volume;
     record::read(&*file.group(group.name()).ok()?, place).ok()
 }

@@ -38,10 +38,7 @@ impl Reader {
     }
 
     pub(crate) fn place<'a>(&'a self, spec: &DatasetSpec) -> Place<'a> {
-        Place {
-            file: self.file_of(spec.path),
-            dataset: spec.path,
-        }
+        Place::new(self.file_of(spec.path), spec.path)
     }
 
     /// Whether the dataset itself, not a link to another place, is there.

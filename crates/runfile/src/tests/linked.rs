@@ -24,7 +24,7 @@ fn save_field_in(file: &Path, home: Home, n_nodes: usize) -> String {
 fn saved(n_nodes: usize) -> (tempfile::TempDir, PathBuf) {
     let (folder, file) = folder();
     save_grid(&file, n_nodes);
-    save_field_in(&file, Home::Beside, n_nodes);
+    save_field_in(&file, Home::Shared, n_nodes);
     (folder, file)
 }
 
@@ -33,6 +33,18 @@ fn linked_path(file: &Path) -> PathBuf {
     let path = file.with_file_name(name);
     assert_eq!(fs::metadata(&path).unwrap().len(), bytes);
     path
+}
+
+/// Lets a run file say another name for the file of the field, and link it.
+fn link_field(file: &Path, name: &str, target: &str) {
+    let edited = hdf5::File::open_rw(file).unwrap();
+    edited.delete_attr("field_file").unwrap();
+    let text: hdf5::types::VarLenUnicode = name.parse().unwrap();
+    let attribute = edited.new_attr::<hdf5::types::VarLenUnicode>();
+    let attribute = attribute.create("field_file").unwrap();
+    attribute.write_scalar(&text).unwrap();
+    edited.unlink("field").unwrap();
+    edited.link_external(target, "/field", "field").unwrap();
 }
 
 /// What is wrong with the file of the field.
@@ -85,7 +97,7 @@ fn a_linked_group_reads_like_one_in_the_run_file_and_others_follow_the_link() {
     assert_eq!(bytes(&file), bytes(&whole));
     let path = linked_path(&file);
     let name = path.file_name().unwrap().to_str().unwrap();
-    assert_eq!(name, format!("run.h5.field-{}.h5", &digest[..16]));
+    assert_eq!(name, format!("field-{}.h5", &digest[..16]));
     assert!(matches!(open(&path), Err(StoreError::NotOurs { .. })));
     drop(reader);
     let followed = hdf5::File::open(&file).unwrap();
@@ -99,7 +111,7 @@ fn the_size_of_the_linked_file_bounds_its_datasets() {
     let lock = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&lock).unwrap();
     transaction.remove(GRID);
-    let writer = transaction.group(FIELD, Home::Beside).unwrap();
+    let writer = transaction.group(FIELD, Home::Shared).unwrap();
     write_field(writer, 9000, &[]).unwrap();
     transaction.commit().unwrap();
     let values = 8 * 9000;
@@ -139,7 +151,7 @@ fn a_missing_file_is_named_and_the_group_can_be_written_again() {
     fs::rename(&kept, &path).unwrap();
     open(&file).unwrap().check_group(FIELD).unwrap();
     fs::remove_file(&path).unwrap();
-    save_field_in(&file, Home::Beside, 5);
+    save_field_in(&file, Home::Shared, 5);
     open(&file).unwrap().check_group(FIELD).unwrap();
 }
 
@@ -160,7 +172,7 @@ fn a_replaced_or_damaged_file_is_refused() {
     assert!(
         matches!(problem(&file), LinkProblem::Unusable { reason } if reason.contains("sample stage"))
     );
-    save_field_in(&file, Home::Beside, 5);
+    save_field_in(&file, Home::Shared, 5);
     open(&file).unwrap().check_group(FIELD).unwrap();
 }
 
@@ -194,26 +206,15 @@ fn links_that_lead_elsewhere_are_never_followed() {
         format!("../{name}"),
         path.to_str().unwrap().to_owned(),
         format!("sub\\{name}"),
-        name.replace(".field-", ".grid-"),
-        name.replace(".h5.field", ".h5/field"),
-        format!(".{}", name.trim_start_matches("run.h5.")),
+        name.replace("field-", "grid-"),
+        format!("run.h5/{name}"),
+        format!(".{name}"),
         name.to_uppercase(),
         String::new(),
     ];
     for found in elsewhere {
-        let edited = hdf5::File::open_rw(&file).unwrap();
-        edited.delete_attr("field_file").unwrap();
-        let text: hdf5::types::VarLenUnicode = found.parse().unwrap();
-        let attribute = edited.new_attr::<hdf5::types::VarLenUnicode>();
-        attribute
-            .create("field_file")
-            .unwrap()
-            .write_scalar(&text)
-            .unwrap();
-        edited.unlink("field").unwrap();
         let target = if found.is_empty() { "other.h5" } else { &found };
-        edited.link_external(target, "/field", "field").unwrap();
-        drop(edited);
+        link_field(&file, &found, target);
         assert_eq!(problem(&file), LinkProblem::NotAName { found });
     }
     save_grid(&file, 5);
@@ -259,57 +260,94 @@ fn links_inside_a_group_or_in_the_root_are_refused() {
     assert!(matches!(refused, Err(StoreError::ForeignLink { link, .. }) if link == "/others"));
 }
 
+/// Removes what a run file linked and links no more.
+fn remove_unlinked(file: &Path, before: Vec<String>) {
+    lock(file).unwrap().remove_unlinked(before);
+}
+
 #[test]
-fn what_a_run_file_owns_and_no_longer_uses_is_removed() {
+fn what_no_run_file_links_any_more_can_be_removed() {
     let (folder, file) = saved(5);
     let first = linked_path(&file);
-    save_field_in(&file, Home::Beside, 5);
+    let before = lock(&file).unwrap().linked_names();
+    save_field_in(&file, Home::Shared, 5);
     assert_eq!(
         linked_path(&file),
         first,
         "the same content has the same name"
     );
+    remove_unlinked(&file, before.clone());
+    assert!(first.exists());
     save_grid(&file, 6);
-    save_field_in(&file, Home::Beside, 6);
+    save_field_in(&file, Home::Shared, 6);
+    remove_unlinked(&file, before);
     assert!(!first.exists());
     let second = linked_path(&file);
+    let before = lock(&file).unwrap().linked_names();
     let copy = folder.path().join("copy.h5");
     fs::copy(&file, &copy).unwrap();
     save_field_in(&file, Home::RunFile, 6);
     assert_eq!(open(&file).unwrap().linked_file(FIELD), None);
+    remove_unlinked(&file, before.clone());
     assert!(second.exists(), "the copy still uses it");
     fs::remove_file(&copy).unwrap();
-    drop(lock(&file).unwrap());
+    let others = ["run.h5", "../run.h5", "notes.txt"].map(String::from);
+    remove_unlinked(&file, [before, others.into()].concat());
     assert_eq!(files(folder.path()), ["run.h5"]);
 }
 
 #[test]
-fn shared_and_write_protected_files_are_not_removed() {
+fn two_run_files_link_one_file_and_a_write_protected_one_stays() {
     let (folder, file) = folder();
     save_grid(&file, 5);
     let digest = save_field_in(&file, Home::Shared, 5);
     let shared = format!("field-{}.h5", &digest[..16]);
-    assert_eq!(linked_path(&file), folder.path().join(&shared));
+    let path = linked_path(&file);
+    assert_eq!(path, folder.path().join(&shared));
     let other = folder.path().join("other.h5");
     save_grid(&other, 5);
     save_field_in(&other, Home::Shared, 5);
     assert_eq!(files(folder.path()), [&*shared, "other.h5", "run.h5"]);
-    save_field_in(&file, Home::Beside, 5);
-    let own = linked_path(&file);
-    fs::set_permissions(&own, fs::Permissions::from_mode(0o440)).unwrap();
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o440)).unwrap();
     open(&file)
         .unwrap()
         .read_matrix("/field/stiffness")
         .unwrap();
-    let lock = lock(&file).unwrap();
-    let mut transaction = Transaction::begin(&lock).unwrap();
-    let writer = transaction.group(FIELD, Home::Beside).unwrap();
-    write_field(writer, 5, &[]).unwrap();
-    assert!(matches!(transaction.commit(), Err(StoreError::Io { file, .. }) if file == own));
-    drop(lock);
-    save_field_in(&file, Home::RunFile, 5);
-    assert!(own.exists() && folder.path().join(&shared).exists());
-    open(&other).unwrap().check_group(FIELD).unwrap();
+    let locked = lock(&file).unwrap();
+    let mut transaction = Transaction::begin(&locked).unwrap();
+    let writer = transaction.group(FIELD, Home::Shared).unwrap();
+    write_field(writer, 5, &[0.5]).unwrap();
+    assert!(matches!(transaction.commit(), Err(StoreError::Io { file, .. }) if file == path));
+    drop(locked);
+    for each in [&file, &other] {
+        save_field_in(each, Home::RunFile, 5);
+    }
+    remove_unlinked(&file, vec![shared]);
+    assert!(path.exists());
+}
+
+/// Older versions put the name of a run file before that of a file which it alone linked.
+#[test]
+fn a_file_with_the_name_of_its_run_file_is_read_kept_and_removed() {
+    let (folder, file) = saved(5);
+    let path = linked_path(&file);
+    let name = path.file_name().unwrap().to_str().unwrap();
+    let older = format!("run.h5.{name}");
+    fs::rename(&path, folder.path().join(&older)).unwrap();
+    link_field(&file, &older, &older);
+    let read = |file: &Path| open(file).unwrap().read_matrix("/field/stiffness");
+    assert_eq!(read(&file).unwrap(), stiffness(5));
+    save_grid(&file, 5);
+    assert_eq!(read(&file).unwrap(), stiffness(5));
+    assert_eq!(files(folder.path()), ["run.h5", &older]);
+    let before = lock(&file).unwrap().linked_names();
+    let locked = lock(&file).unwrap();
+    let mut transaction = Transaction::begin(&locked).unwrap();
+    transaction.embed_linked();
+    transaction.commit().unwrap();
+    locked.remove_unlinked(before);
+    assert_eq!(files(folder.path()), ["run.h5"]);
+    assert_eq!(read(&file).unwrap(), stiffness(5));
 }
 
 #[test]
@@ -317,7 +355,7 @@ fn killed_between_the_two_renames_the_old_state_is_whole() {
     let (folder, file) = saved(5);
     let (_later_folder, later) = saved(5);
     save_grid(&later, 6);
-    save_field_in(&later, Home::Beside, 6);
+    save_field_in(&later, Home::Shared, 6);
     // What the disk holds at that moment: the new file of the group, and the new run file under its
     // hidden name.
     let new = linked_path(&later);
@@ -342,7 +380,7 @@ fn a_dropped_transaction_leaves_no_file_of_the_group() {
     let before = files(folder.path());
     let lock = lock(&file).unwrap();
     let mut transaction = Transaction::begin(&lock).unwrap();
-    let writer = transaction.group(FIELD, Home::Beside).unwrap();
+    let writer = transaction.group(FIELD, Home::Shared).unwrap();
     write_field(writer, 5, &[]).unwrap();
     assert!(folder.path().join(".run.h5.part-field").exists());
     std::mem::forget(transaction);
@@ -354,7 +392,7 @@ fn a_dropped_transaction_leaves_no_file_of_the_group() {
         "what a killed process leaves is removed"
     );
     let mut transaction = Transaction::begin(&lock).unwrap();
-    let writer = transaction.group(FIELD, Home::Beside).unwrap();
+    let writer = transaction.group(FIELD, Home::Shared).unwrap();
     write_field(writer, 5, &[]).unwrap();
     drop(transaction);
     assert_eq!(files(folder.path()), before);
@@ -368,7 +406,9 @@ fn a_linked_group_can_be_taken_into_the_run_file() {
     let mut transaction = Transaction::begin(&lock).unwrap();
     transaction.embed_linked();
     transaction.commit().unwrap();
-    assert_eq!(files(folder.path()), ["run.h5"]);
+    for file in files(folder.path()).iter().filter(|file| *file != "run.h5") {
+        fs::remove_file(folder.path().join(file)).unwrap();
+    }
     let reader = open(&file).unwrap();
     assert_eq!(reader.check_group(FIELD).unwrap().digest, digest);
     assert_eq!(
@@ -384,7 +424,7 @@ fn a_symbolic_link_to_the_run_file_finds_the_linked_file() {
     let link = elsewhere.path().join("link.h5");
     symlink(&file, &link).unwrap();
     open(&link).unwrap().check_group(FIELD).unwrap();
-    save_field_in(&link, Home::Beside, 5);
+    save_field_in(&link, Home::Shared, 5);
     assert_eq!(files(elsewhere.path()), ["link.h5"]);
     open(&file).unwrap().check_group(FIELD).unwrap();
 }

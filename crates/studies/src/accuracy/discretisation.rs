@@ -264,7 +264,8 @@ fn solve_level(scene: &Scene, brick: &Brick) -> Result<SolvedLevel, ProblemError
     let r = report.resultants;
     let cells = brick.size.iter().zip(brick.cells);
     let volume: f64 = cells.map(|(l, n)| l / n as f64).product();
-    let (mesh, system) = assembled.into_parts();
+    let (problem, system) = assembled.into_parts();
+    let mesh = problem.mesh().clone();
     let primal = system.assembly.primal;
     let level = Level {
         n_div: brick_n_div(brick),

@@ -63,7 +63,7 @@ impl ExplicitProblem {
         let problem = Problem::of_checked(scene.clone(), Arc::new(mesh))?;
         let mut assembled = problem.assemble()?;
         if scene.has_history() {
-            assembled = assembled.solve_history(&scene.solve)?.last;
+            assembled = assembled.solve_history(&scene.solve)?.problem;
         }
         let system = assembled.system();
         let contact = system.contact.as_ref().zip(assembled.contact_state());

@@ -27,7 +27,7 @@ use crate::scene::{GmshFile, require_regular};
 /// # Errors
 /// [`GmshError::Read`], [`GmshError::Digest`] and [`GmshError::Unit`] for the file as a whole;
 /// [`GmshError::InFile`] with what [`parse`] says about its contents.
-pub fn read(file: &GmshFile, folder: &Path) -> Result<RawMesh, GmshError> {
+pub(super) fn read(file: &GmshFile, folder: &Path) -> Result<RawMesh, GmshError> {
     let path = folder.join(&file.file);
     let bytes = require_regular(&path).and_then(|()| fs::read(&path));
     let bytes = bytes.map_err(|source| GmshError::Read {

@@ -4,21 +4,12 @@ mod broken;
 mod mutated;
 mod samples;
 
-<<<<<<<< HEAD:crates/contact3d/tests/gmsh/main.rs
-const FOOT_41: &[u8] = include_bytes!("../meshes/foot_41.msh");
-const FOOT_41_BINARY: &[u8] = include_bytes!("../meshes/foot_41_binary.msh");
-const FOOT_22_BINARY: &[u8] = include_bytes!("../meshes/foot_22_binary.msh");
-const FOOT_22: &[u8] = include_bytes!("../meshes/foot_22.msh");
-const BRACKET_41: &[u8] = include_bytes!("../meshes/bracket_41.msh");
-const BRACKET_22: &[u8] = include_bytes!("../meshes/bracket_22.msh");
-========
 const FOOT_41: &[u8] = include_bytes!("../../../meshes/foot_41.msh");
 const FOOT_41_BINARY: &[u8] = include_bytes!("../../../meshes/foot_41_binary.msh");
 const FOOT_22_BINARY: &[u8] = include_bytes!("../../../meshes/foot_22_binary.msh");
 const FOOT_22: &[u8] = include_bytes!("../../../meshes/foot_22.msh");
 const BRACKET_41: &[u8] = include_bytes!("../../../meshes/bracket_41.msh");
 const BRACKET_22: &[u8] = include_bytes!("../../../meshes/bracket_22.msh");
->>>>>>>> 2feb9ab:crates/contact3d/tests/rooms/mesh/gmsh/mod.rs
 
 /// Two tetrahedra on the common triangle 1 2 3, with tags that leave gaps and an unused node.
 const PAIR_22: &str = r#"$MeshFormat

@@ -5,13 +5,7 @@ use std::collections::HashMap;
 use contact3d::mesh::parse_gmsh as parse;
 use proptest::{prelude::*, sample::Index};
 
-<<<<<<<< HEAD:crates/contact3d/tests/gmsh/mutated.rs
-use contact3d::mesh::parse_gmsh;
-
-use crate::{FOOT_22_BINARY, FOOT_41_BINARY, PAIR_22, PAIR_41};
-========
 use super::{FOOT_22_BINARY, FOOT_41_BINARY, PAIR_22, PAIR_41};
->>>>>>>> 2feb9ab:crates/contact3d/tests/rooms/mesh/gmsh/mutated.rs
 
 /// One change of a file: where, and what.
 #[derive(Debug, Clone)]
@@ -58,7 +52,7 @@ fn apply<T: Clone>(items: &mut Vec<T>, change: &Change, convert: impl Fn(&str) -
 
 /// Parses, and checks what every accepted mesh has.
 fn parse_soundly(bytes: &[u8]) {
-    let Ok(mesh) = parse_gmsh(bytes) else { return };
+    let Ok(mesh) = parse(bytes) else { return };
     let n_nodes = mesh.coordinates.len();
     assert!(
         mesh.coordinates
@@ -129,8 +123,8 @@ proptest! {
 
     #[test]
     fn random_text_is_no_mesh(text in "(\\PC|\\s){0,200}", bytes in prop::collection::vec(any::<u8>(), 0..200)) {
-        prop_assert!(parse_gmsh(text.as_bytes()).is_err());
-        prop_assert!(parse_gmsh(&bytes).is_err());
+        prop_assert!(parse(text.as_bytes()).is_err());
+        prop_assert!(parse(&bytes).is_err());
         parse_soundly(&[PAIR_22.as_bytes(), text.as_bytes()].concat());
         parse_soundly(&[&FOOT_41_BINARY[..29], &bytes].concat());
     }

@@ -4,11 +4,6 @@ use std::{fs, path::Path};
 
 use contact3d::{
     mesh::{
-<<<<<<<< HEAD:crates/contact3d/tests/gmsh/samples.rs
-        GmshError, RawMesh, digest_of, parse_gmsh, read_gmsh, tetrahedron_volume, triangle_area,
-    },
-    scene::GmshFile,
-========
         GmshError, Mesh, MeshError, RawMesh, digest_of, parse_gmsh as parse, tetrahedron_volume,
         triangle_area,
     },
@@ -16,11 +11,6 @@ use contact3d::{
 };
 
 use super::{
-    BRACKET_22, BRACKET_41, FOOT_22, FOOT_22_BINARY, FOOT_41, FOOT_41_BINARY, PAIR_22, PAIR_41,
->>>>>>>> 2feb9ab:crates/contact3d/tests/rooms/mesh/gmsh/samples.rs
-};
-
-use crate::{
     BRACKET_22, BRACKET_41, FOOT_22, FOOT_22_BINARY, FOOT_41, FOOT_41_BINARY, PAIR_22, PAIR_41,
 };
 
@@ -61,7 +51,7 @@ fn assert_close(found: f64, expected: f64) {
 
 #[test]
 fn foot_measures_what_gmsh_says() {
-    let mesh = parse_gmsh(FOOT_41).unwrap();
+    let mesh = parse(FOOT_41).unwrap();
     assert_eq!((mesh.coordinates.len(), mesh.tetrahedra.len()), (204, 573));
     assert_eq!(mesh.group_names, ["rubber", "steel"]);
     assert_eq!(mesh.face_names, ["contact", "held end", "unnamed"]);
@@ -74,7 +64,7 @@ fn foot_measures_what_gmsh_says() {
 
 #[test]
 fn bracket_measures_what_gmsh_says() {
-    let mesh = parse_gmsh(BRACKET_41).unwrap();
+    let mesh = parse(BRACKET_41).unwrap();
     assert_eq!((mesh.coordinates.len(), mesh.tetrahedra.len()), (238, 680));
     assert_eq!(mesh.group_names, ["body"]);
     let faces = ["contact", "hole", "40", "41", "unnamed"];
@@ -99,20 +89,17 @@ fn assert_same(mut found: RawMesh, expected: &RawMesh) {
 
 #[test]
 fn all_formats_say_the_same() {
-    let foot = parse_gmsh(FOOT_41).unwrap();
-    assert_same(parse_gmsh(FOOT_41_BINARY).unwrap(), &foot);
-    assert_same(parse_gmsh(FOOT_22).unwrap(), &foot);
-    assert_same(parse_gmsh(FOOT_22_BINARY).unwrap(), &foot);
-    assert_same(
-        parse_gmsh(BRACKET_22).unwrap(),
-        &parse_gmsh(BRACKET_41).unwrap(),
-    );
+    let foot = parse(FOOT_41).unwrap();
+    assert_same(parse(FOOT_41_BINARY).unwrap(), &foot);
+    assert_same(parse(FOOT_22).unwrap(), &foot);
+    assert_same(parse(FOOT_22_BINARY).unwrap(), &foot);
+    assert_same(parse(BRACKET_22).unwrap(), &parse(BRACKET_41).unwrap());
 }
 
 #[test]
 fn facets_enclose_the_body() {
     for sample in [FOOT_41, BRACKET_41] {
-        let mesh = parse_gmsh(sample).unwrap();
+        let mesh = parse(sample).unwrap();
         let volume = |t: &[usize; 4]| tetrahedron_volume(&t.map(|n| mesh.coordinates[n]));
         let inside: f64 = mesh.tetrahedra.iter().map(volume).sum();
         // Divergence theorem: cones from the origin over the boundary.
@@ -132,27 +119,21 @@ fn files_are_read_in_metres_and_by_digest() {
         unit: 1e-3,
         digest: Some(digest_of(&folder.join("foot_41.msh")).unwrap()),
     };
-    let metres = read_gmsh(&file, &folder).unwrap();
-    let millimetres = parse_gmsh(FOOT_41).unwrap();
+    let metres = read(&file, &folder).unwrap();
+    let millimetres = parse(FOOT_41).unwrap();
     let expected = millimetres.coordinates.iter().map(|x| x.map(|x| x * 1e-3));
     assert!(expected.eq(metres.coordinates.iter().copied()));
     for unit in [0.0, -1.0, f64::NAN, 1e308] {
         file.unit = unit;
-        assert!(matches!(
-            read_gmsh(&file, &folder),
-            Err(GmshError::Unit { .. })
-        ));
+        assert!(matches!(read(&file, &folder), Err(GmshError::Unit { .. })));
     }
     file.digest = Some("00".repeat(32));
     assert!(matches!(
-        read_gmsh(&file, &folder),
+        read(&file, &folder),
         Err(GmshError::Digest { .. })
     ));
     file.file = "none.msh".into();
-    assert!(matches!(
-        read_gmsh(&file, &folder),
-        Err(GmshError::Read { .. })
-    ));
+    assert!(matches!(read(&file, &folder), Err(GmshError::Read { .. })));
 }
 
 #[test]
@@ -165,7 +146,7 @@ fn flaws_of_a_file_keep_path_and_help() {
         unit: 1.0,
         digest: None,
     };
-    let error = read_gmsh(&file, folder.path()).unwrap_err();
+    let error = read(&file, folder.path()).unwrap_err();
     let text = error.to_string();
     assert!(
         text.ends_with("part.msh: line 2: expected MSH format 4.1 or 2.2, found \"4\""),
@@ -176,8 +157,8 @@ fn flaws_of_a_file_keep_path_and_help() {
 
 #[test]
 fn nodes_are_numbered_by_tag_and_unused_ones_dropped() {
-    let mesh = parse_gmsh(PAIR_22.as_bytes()).unwrap();
-    assert_eq!(parse_gmsh(PAIR_41.as_bytes()).unwrap(), mesh);
+    let mesh = parse(PAIR_22.as_bytes()).unwrap();
+    assert_eq!(parse(PAIR_41.as_bytes()).unwrap(), mesh);
     let corners = [
         [0., 0., 0.],
         [0., 0., 1.],
@@ -203,8 +184,8 @@ fn mirrored_meshes_are_turned() {
         .replace("1 20 30 4\n", "1 20 4 30\n")
         .replace("1 30 20 50\n", "1 30 50 20\n");
     let (turned, mesh) = (
-        parse_gmsh(mirrored.as_bytes()).unwrap(),
-        parse_gmsh(PAIR_22.as_bytes()).unwrap(),
+        parse(mirrored.as_bytes()).unwrap(),
+        parse(PAIR_22.as_bytes()).unwrap(),
     );
     assert_eq!(turned.tetrahedra, mesh.tetrahedra);
     assert_eq!(turned.facets, mesh.facets);
@@ -213,23 +194,23 @@ fn mirrored_meshes_are_turned() {
 #[test]
 fn bodies_without_physical_volumes_have_no_groups() {
     let free = PAIR_22.replace("4 2 7 1", "4 2 0 1");
-    let mesh = parse_gmsh(free.as_bytes()).unwrap();
+    let mesh = parse(free.as_bytes()).unwrap();
     assert!(mesh.tetrahedron_group.is_empty() && mesh.group_names.is_empty());
     let half = PAIR_22.replace("5 4 2 7 1", "5 4 2 0 1");
-    let mesh = parse_gmsh(half.as_bytes()).unwrap();
+    let mesh = parse(half.as_bytes()).unwrap();
     assert_eq!(mesh.tetrahedron_group, [0, 1]);
     assert_eq!(mesh.group_names, ["body", "unnamed"]);
 }
 
 #[test]
 fn line_ends_blank_lines_and_other_sections_do_not_matter() {
-    let mesh = parse_gmsh(PAIR_22.as_bytes()).unwrap();
+    let mesh = parse(PAIR_22.as_bytes()).unwrap();
     let other = PAIR_22
         .replace(
             "$Nodes\n",
             "$Comments\n$Nodes of old\n$EndComments\n\n$Nodes\n",
         )
         .replace('\n', " \r\n");
-    assert_eq!(parse_gmsh(other.as_bytes()).unwrap(), mesh);
-    assert_eq!(parse_gmsh(PAIR_22.trim_end().as_bytes()).unwrap(), mesh);
+    assert_eq!(parse(other.as_bytes()).unwrap(), mesh);
+    assert_eq!(parse(PAIR_22.trim_end().as_bytes()).unwrap(), mesh);
 }

@@ -6,7 +6,7 @@ use super::{Session, StageError};
 
 /// What a session could put back.
 #[derive(Debug, Default)]
-pub(super) enum Undo {
+pub(super) enum Rollback {
     /// Every commit is for good.
     #[default]
     Off,
@@ -21,7 +21,7 @@ pub(super) enum Undo {
     },
 }
 
-impl Undo {
+impl Rollback {
     /// Keeps the state of the file before the first commit of a command.
     pub(super) fn before_commit(&mut self, file: &RunFile) -> Result<(), StoreError> {
         match self {
@@ -60,25 +60,31 @@ impl Session {
         &mut self,
         work: impl FnOnce(&mut Self) -> Result<T, StageError>,
     ) -> Result<T, StageError> {
-        self.store.undo = Undo::Armed;
+        self.store.rollback = Rollback::Armed;
+        let mut linked = self.store.file.linked_names();
         let outcome = work(self);
-        // What is written beside a stage that was refused: given up, or noted where it is stored for good.
-        let settled = self.store.settle().map(drop);
-        let outcome = outcome.and_then(|done| settled.map(|()| done));
-        let undo = std::mem::take(&mut self.store.undo);
+        linked.extend(self.store.file.linked_names());
+        let outcome = self.settled(outcome);
+        self.store.file.remove_unlinked(linked);
+        outcome
+    }
+
+    /// Keeps what the command stored, or puts the earlier state back.
+    fn settled<T>(&mut self, outcome: Result<T, StageError>) -> Result<T, StageError> {
+        let rollback = std::mem::take(&mut self.store.rollback);
         let error = match outcome {
             Ok(done) => return Ok(done),
             Err(error) => error,
         };
-        match undo {
-            Undo::Off | Undo::Armed => Err(error),
-            Undo::Kept { stored, .. } if error.is_of_machine() && !stored.is_empty() => {
+        match rollback {
+            Rollback::Off | Rollback::Armed => Err(error),
+            Rollback::Kept { stored, .. } if error.is_of_machine() && !stored.is_empty() => {
                 Err(StageError::Partly {
                     stored,
                     source: Box::new(error),
                 })
             }
-            Undo::Kept {
+            Rollback::Kept {
                 savepoint, last, ..
             } => {
                 let is_ours = last.is_some_and(|last| last == self.store.file.state());

@@ -1,0 +1,184 @@
+//! The one way from an assembled problem to a judged answer: static or increment by increment, and again in double precision
+//! where single precision led to none.
+
+use super::{AssembledProblem, Keeper, ProblemError, Step, Unfinished, keeper::Unkept};
+use crate::{
+    history::{Bookkeeping, StepRecord},
+    post::{ContactReport, Solved},
+    scene::{Increment, Invalid, SolveSettings},
+    solver::{Goal, Progress, Solution, Start, Status},
+};
+
+/// What a solve came to.
+#[derive(Debug)]
+pub struct Answer {
+    /// The problem that was solved: of a load history the last increment that was tried.
+    pub problem: AssembledProblem,
+    /// Its solution.
+    pub solution: Solution,
+    /// What follows from it.
+    pub report: ContactReport,
+    /// One record for each increment of a load history that was solved, the last one well or not; none without one.
+    pub records: Vec<StepRecord>,
+    /// Whether a factor in single precision led to no answer, and this is that of one in double.
+    pub is_second_try: bool,
+}
+
+/// How an answer is evaluated.
+pub(super) type Evaluation = fn(&Solved<'_>) -> Result<ContactReport, Invalid>;
+
+impl AssembledProblem {
+    /// Solves the problem from a start, a scene with steps increment by increment after those of `done`, each from the
+    /// multipliers of the one before, until one fails. What gave up with a factor in single precision that the program chose is
+    /// tried again with one in double. The settings are taken as they are, those of every solve.
+    ///
+    /// Records hold all that the next increment depends on, so a history that goes on from some of them has the bits of one that
+    /// was never stopped. The last increment of a complete history is solved again. A second try keeps nothing: whoever goes on
+    /// begins with single precision, as the first one did.
+    ///
+    /// # Errors
+    /// [`ProblemError::Invalid`] for a value that no problem can have, [`ProblemError::NeedsExplicit`] for a method that needs the dense operator.
+    pub fn run(
+        &self,
+        settings: &SolveSettings,
+        start: Start<'_>,
+        done: Vec<StepRecord>,
+        keeper: &mut dyn Keeper,
+    ) -> Result<Answer, ProblemError> {
+        self.run_evaluated(settings, start, done, ContactReport::new, keeper)
+    }
+
+    pub(super) fn run_evaluated(
+        &self,
+        settings: &SolveSettings,
+        start: Start<'_>,
+        done: Vec<StepRecord>,
+        evaluation: Evaluation,
+        keeper: &mut dyn Keeper,
+    ) -> Result<Answer, ProblemError> {
+        let mut answer = self.attempt(settings, start, done, evaluation, keeper)?;
+        let Some(double) = self.reconsidered(answer.solution.status, settings, keeper)? else {
+            return Ok(answer);
+        };
+        answer.records.pop();
+        let start = Start {
+            checkpoint: None,
+            ..start
+        };
+        let keeper = &mut Unkept(keeper);
+        let again = double.attempt(settings, start, answer.records, evaluation, keeper)?;
+        Ok(Answer {
+            is_second_try: true,
+            ..again
+        })
+    }
+
+    /// Solves with the factor that there is.
+    fn attempt(
+        &self,
+        settings: &SolveSettings,
+        start: Start<'_>,
+        mut records: Vec<StepRecord>,
+        evaluation: Evaluation,
+        keeper: &mut dyn Keeper,
+    ) -> Result<Answer, ProblemError> {
+        let answer = |problem, (solution, report), records| Answer {
+            problem,
+            solution,
+            report,
+            records,
+            is_second_try: false,
+        };
+        if !self.scene().has_history() {
+            let judged = self.judged(settings, start, None, evaluation, keeper)?;
+            return Ok(answer(self.clone(), judged, Vec::new()));
+        }
+        let increments = self.scene().increments();
+        records.truncate(increments.len().saturating_sub(1));
+        let mut books = Bookkeeping::new(self.scene(), self.mesh(), &records)?;
+        loop {
+            let increment = increments[records.len()];
+            let before = records.last();
+            let problem = self.at_increment(increment, before)?;
+            let from = before.map_or(start, |before| Start {
+                multiplier: Some(&before.multiplier),
+                checkpoint: None,
+            });
+            let judged = problem.judged(settings, from, Some(increment), evaluation, keeper)?;
+            let (solution, report) = &judged;
+            let dual = problem.system().contact.as_ref();
+            let dual_rhs = dual.map_or(&[][..], |contact| contact.dual_rhs());
+            let solved = problem.solved(solution);
+            let record = StepRecord::new(increment, &solved, dual_rhs, report);
+            let record = books.entered(record, &solved, before, report)?;
+            records.push(record);
+            let failed = !solution.status.is_success(Goal::of(settings));
+            if failed || records.len() == increments.len() {
+                return Ok(answer(problem, judged, records));
+            }
+            keeper.keep(Unfinished::History(&records));
+        }
+    }
+
+    /// Solves one problem, evaluates the answer and holds it against its report.
+    fn judged(
+        &self,
+        settings: &SolveSettings,
+        start: Start<'_>,
+        increment: Option<Increment>,
+        evaluation: Evaluation,
+        keeper: &mut dyn Keeper,
+    ) -> Result<(Solution, ContactReport), ProblemError> {
+        let mut solution = self.solve_static(settings, start, &mut |progress| match (
+            progress, increment,
+        ) {
+            (Progress::Between(state), None) => keeper.keep(Unfinished::Solve(state)),
+            (Progress::Between(_), Some(_)) => {}
+            (Progress::Outer(..) | Progress::Newton(..), _) => {
+                keeper.observe(Step::Solving(increment, progress));
+            }
+        })?;
+        let report = evaluation(&self.solved(&solution))?;
+        report.judge(&mut solution);
+        Ok((solution, report))
+    }
+
+    /// The same problem with a factor in double precision, after a solve that gave up with one in single precision that the
+    /// program chose; `None` where it is not admitted.
+    ///
+    /// # Errors
+    /// Laws of the contact face that no problem can have.
+    pub fn reconsidered(
+        &self,
+        status: Status,
+        settings: &SolveSettings,
+        keeper: &mut dyn Keeper,
+    ) -> Result<Option<Self>, ProblemError> {
+        if !status.gave_up(settings) {
+            return Ok(None);
+        }
+        let (scene, mesh) = (self.scene(), self.mesh());
+        let double = super::keeper::assembled_by(keeper, |admit, begun| {
+            self.system.in_double_precision(scene, mesh, admit, begun)
+        });
+        let double = double.map(|system| Self::new(self.problem.clone(), system));
+        // Each increment of a history applies loads of its own.
+        Ok(match double {
+            Some(double) if !scene.has_history() => Some(double.with_own_loads()?),
+            double => double,
+        })
+    }
+
+    /// The problem of an increment of the scene's load history, which begins where `before` ended, on the same operators.
+    ///
+    /// # Errors
+    /// Loads, gaps and laws that no problem can have.
+    pub fn at_increment(
+        &self,
+        increment: Increment,
+        before: Option<&StepRecord>,
+    ) -> Result<Self, Invalid> {
+        let problem = self.problem.at_increment(increment, before)?;
+        Self::new(problem, self.system.clone()).with_own_loads()
+    }
+}

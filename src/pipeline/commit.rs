@@ -1,0 +1,124 @@
+//! One commit under way: the scene, the stages that wait, and what is unfinished.
+
+use contact3d::{Unfinished, scene::Scene};
+use runfile::{Group, GroupRecord, Home, Reader, StoreError, StoredGroup, Transaction};
+
+use super::{
+    AssemblyFile, StageState,
+    freshness::input_digest,
+    stages::Output,
+    store::{Store, write_group},
+};
+use crate::format::{self, ADAPT, CHECKPOINT, HISTORY, Stage};
+
+/// A computed stage that waits to be stored, with all that it takes to store it.
+#[derive(Debug)]
+pub(super) struct ComputedStage {
+    pub(super) output: Output,
+    pub(super) home: Home,
+    /// Without what it was computed from.
+    pub(super) record: GroupRecord,
+}
+
+/// A commit that has begun: the scene is written, and the stages given so far.
+#[derive(Debug)]
+pub(super) struct OpenCommit {
+    pub(super) transaction: Transaction,
+    /// What the file will hold of the stages.
+    stored: Vec<(Stage, StoredGroup)>,
+    /// The groups written, in their order.
+    pub(super) changed: Vec<Group>,
+}
+
+impl OpenCommit {
+    /// Begins with the scene; `states` are those of the file as it is.
+    pub(super) fn new(
+        mut transaction: Transaction,
+        states: Vec<StageState>,
+        store: &Store,
+    ) -> Result<Self, StoreError> {
+        // What is damaged cannot be used, and copying it could fail.
+        let damaged = transaction.previous().map(Reader::damaged_groups);
+        for group in damaged.into_iter().flatten() {
+            transaction.remove(group);
+        }
+        if store.assembly_file == AssemblyFile::SelfContained {
+            transaction.embed_linked();
+        }
+        transaction.remove(CHECKPOINT);
+        let scene = &store.input.scene;
+        if scene.adapt.is_none() {
+            transaction.remove(ADAPT);
+        }
+        if !scene.has_history() {
+            transaction.remove(HISTORY);
+        }
+        store.write_scene(&mut transaction)?;
+        let stored = states.into_iter();
+        Ok(Self {
+            transaction,
+            stored: stored
+                .filter_map(|state| Some((state.stage, state.stored?)))
+                .collect(),
+            changed: Vec::new(),
+        })
+    }
+
+    /// Writes a stage.
+    pub(super) fn write(
+        &mut self,
+        computed: &ComputedStage,
+        scene: &Scene,
+    ) -> Result<(), StoreError> {
+        let stage = computed.output.stage();
+        self.stored.retain(|(earlier, _)| *earlier != stage);
+        let settings = &computed.record.settings;
+        let record = GroupRecord {
+            input_digest: input_digest(stage, settings, &self.stored),
+            ..computed.record.clone()
+        };
+        let (transaction, home) = (&mut self.transaction, computed.home);
+        let stored = StoredGroup {
+            digest: computed.output.write(transaction, home, &record, scene)?,
+            units: scene.units,
+            record,
+        };
+        self.stored.push((stage, stored));
+        self.changed.push(stage.group());
+        Ok(())
+    }
+
+    /// Writes what a solve goes on from that is not done yet.
+    pub(super) fn write_unfinished(
+        &mut self,
+        unfinished: Unfinished<'_>,
+        store: &Store,
+    ) -> Result<(), StoreError> {
+        let settings = store.settings(Stage::Solve);
+        let digest = input_digest(Stage::Solve, &settings, &self.stored);
+        let record = store.record(String::new(), 0.0, digest);
+        let group = match unfinished {
+            Unfinished::Solve(_) => CHECKPOINT,
+            Unfinished::History(_) => {
+                // An older solution belongs to other increments.
+                self.transaction.remove(Stage::Solve.group());
+                HISTORY
+            }
+        };
+        let (transaction, home) = (&mut self.transaction, Home::RunFile);
+        write_group(
+            transaction,
+            group,
+            home,
+            &record,
+            |writer| match unfinished {
+                Unfinished::Solve(state) => format::write_checkpoint(writer, state),
+                Unfinished::History(records) => {
+                    format::write_history(writer, &store.input.scene, records)
+                }
+            },
+        )?;
+        self.changed.push(group);
+        Ok(())
+    }
+}

@@ -1,0 +1,176 @@
+//! What a solve came to: handed over by the driver, or read back.
+
+use std::path::Path;
+
+use contact3d::{
+    Answer, AssembledProblem, Problem,
+    contact::Interface,
+    elasticity::DofMap,
+    history::StepRecord,
+    mesh::{ContactSurface, Mesh},
+    post::ContactReport,
+    scene::{Invalid, SceneFile},
+    solver::Solution,
+};
+use runfile::{GroupWriter, Reader, StoreError};
+
+use super::{Freshness, StageError, mesh, states};
+use crate::format::{self, GridValues, LAYOUT, Series, Stage};
+
+/// What a solve came to.
+#[derive(Debug)]
+pub struct Results {
+    /// The scene on its mesh; of a load history the last increment that was solved.
+    problem: Problem,
+    dofs: DofMap,
+    /// Multipliers and displacement.
+    pub solution: Solution,
+    /// What follows from them.
+    pub report: ContactReport,
+    /// The increments of a load history, the last of which the other results are of; none without one.
+    pub increments: Vec<StepRecord>,
+}
+
+impl Results {
+    /// The mesh.
+    #[must_use]
+    pub fn mesh(&self) -> &Mesh {
+        self.problem.mesh()
+    }
+
+    /// The laws of the contact face; `None` without contact.
+    #[must_use]
+    pub fn interface(&self) -> Option<&Interface> {
+        self.problem.interface()
+    }
+
+    /// Reads the results of a scene on its mesh and evaluates them anew; A, l and B are read without the factor.
+    ///
+    /// # Errors
+    /// Missing or altered datasets, laws that no problem can have.
+    pub(super) fn read(
+        reader: &Reader,
+        input: &SceneFile,
+        problem: &Problem,
+    ) -> Result<Self, StageError> {
+        let mut primal = format::read_primal(reader)?;
+        let coupling = format::read_coupling(reader)?;
+        let mut solution = format::read_solution(reader, &primal.dofs)?;
+        let has_history = input.scene.has_history();
+        let increments = if has_history {
+            format::read_history(reader, &input.scene)?
+        } else {
+            Vec::new()
+        };
+        let mut judge = || -> Result<(Problem, ContactReport), Invalid> {
+            let problem = if has_history {
+                // The stored loads may be those of another increment.
+                let last = problem.after_increments(&increments)?;
+                primal.apply_loads(last.scene(), last.mesh())?;
+                last
+            } else {
+                problem.clone()
+            };
+            let report = problem.judge(&primal, coupling.as_ref(), &mut solution)?;
+            Ok((problem, report))
+        };
+        let (problem, report) = judge().map_err(|invalid| input.refuse(invalid))?;
+        Ok(Self {
+            problem,
+            dofs: primal.dofs,
+            solution,
+            report,
+            increments,
+        })
+    }
+
+    /// Writes the solution; that of a load history belongs to increments with some digest.
+    pub(super) fn write_solution(
+        &self,
+        writer: &mut GroupWriter<'_>,
+        history_digest: Option<&str>,
+    ) -> Result<(), StoreError> {
+        let surface = self.mesh().contact.as_ref();
+        let n_panes = surface.map_or(0, ContactSurface::n_panes);
+        format::write_solution(writer, &self.solution, n_panes, &self.dofs, history_digest)
+    }
+
+    /// Writes the report as ParaView reads it; of a load history all increments, as a series that it plays.
+    pub(super) fn write_vtkhdf(&self, writer: &mut GroupWriter<'_>) -> Result<(), StoreError> {
+        let frame = self.interface().map(|interface| &interface.frame);
+        let mesh = self.mesh();
+        if self.increments.is_empty() {
+            let unstopped = self.solution.unstopped_motion.as_deref();
+            return format::write_vtkhdf(writer, mesh, &self.report, frame, unstopped);
+        }
+        let times = self.increments.iter().map(|record| record.increment.time);
+        let times: Vec<f64> = times.collect();
+        let mut series = Series::begin(writer, mesh, &times)?;
+        for record in &self.increments {
+            series.step(mesh, &GridValues::from(record), frame)?;
+        }
+        series.finish()
+    }
+
+    /// Writes the report beside that for ParaView, whose digest it holds.
+    pub(super) fn write_report(
+        &self,
+        writer: &mut GroupWriter<'_>,
+        vtkhdf_digest: &str,
+    ) -> Result<(), StoreError> {
+        let face = self.problem.contact_state();
+        let face = face.map(|face| (face.surface, &face.interface.frame));
+        format::write_report(writer, &self.report, face, vtkhdf_digest)
+    }
+}
+
+impl From<Answer> for Results {
+    fn from(answer: Answer) -> Self {
+        let (problem, system) = answer.problem.into_parts();
+        Self {
+            problem,
+            dofs: system.assembly.primal.dofs,
+            solution: answer.solution,
+            report: answer.report,
+            increments: answer.records,
+        }
+    }
+}
+
+/// The results that a finished run file holds; takes no lock.
+///
+/// # Errors
+/// Unreadable datasets.
+pub fn read_results(run_file: &Path, input: &SceneFile) -> Result<Results, StageError> {
+    let reader = Reader::open(run_file, LAYOUT)?;
+    let problem = mesh::read(&reader, input)?;
+    Results::read(&reader, input, &problem)
+}
+
+/// The assembled problem of a run file whose stages up to `solve` are fresh, and its solution.
+///
+/// # Errors
+/// A stage that is missing, stale or damaged, unreadable datasets.
+pub fn read_solved(path: &Path) -> Result<(AssembledProblem, Solution), StageError> {
+    let reader = Reader::open(path, LAYOUT)?;
+    let input = format::read_scene(&reader, path)?;
+    let states = states(&reader, &input.scene);
+    let mut needed = states
+        .into_iter()
+        .filter(|state| state.stage <= Stage::Solve);
+    if let Some(state) = needed.find(|state| state.freshness != Freshness::Fresh) {
+        return Err(StageError::Unfit {
+            file: path.to_owned(),
+            reason: format!(
+                "`export` needs a solved file, but `{}` cannot be used, {}; run `contact3d-pipe run` first",
+                state.stage.word(),
+                state.freshness.why()
+            ),
+        });
+    }
+    let mut system = format::read_assembly(&reader)?;
+    format::read_loads(&reader, &mut system)?;
+    let solution = format::read_solution(&reader, &system.assembly.primal.dofs)?;
+    let problem = AssembledProblem::new(mesh::read(&reader, &input)?, system);
+    Ok((problem, solution))
+}
