@@ -43,7 +43,7 @@ pub(super) fn run(
             spinner = progress::spinner(stage.word(), output);
             spinner.set_message(format!("level {level}"));
         }
-        AdaptStep::Step(step) => progress::show(&spinner, &mut forecast, step),
+        AdaptStep::Run(step) => progress::show(&spinner, &mut forecast, step),
         AdaptStep::Done(number, level) => {
             spinner.finish_and_clear();
             say(output, &level_line(number, level));

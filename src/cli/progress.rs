@@ -7,7 +7,7 @@ use std::{
 };
 
 use contact3d::{
-    Step,
+    RunStep,
     dual::OperatorEstimate,
     linalg::{Precision, Work},
     solver::Progress,
@@ -38,14 +38,14 @@ pub(super) fn spinner(name: &'static str, output: &Output) -> ProgressBar {
 const SETTLED: f64 = 1.0;
 
 /// Lets a spinner say what a stage is at.
-pub(super) fn show(spinner: &ProgressBar, forecast: &mut Forecast, step: Step<'_>) {
+pub(super) fn show(spinner: &ProgressBar, forecast: &mut Forecast, step: RunStep<'_>) {
     match step {
-        Step::Assembling(step) => spinner.set_message(step),
-        Step::Counting(step, work) => count(spinner, step, work),
-        Step::Solving(None, progress) => {
+        RunStep::Assembling(step) => spinner.set_message(step),
+        RunStep::Counting(step, work) => count(spinner, step, work),
+        RunStep::Solving(None, progress) => {
             spinner.set_message(words(progress) + &forecast.words(progress));
         }
-        Step::Solving(Some(increment), progress) => spinner.set_message(format!(
+        RunStep::Solving(Some(increment), progress) => spinner.set_message(format!(
             "load step {}, increment {}: {}",
             increment.step + 1,
             increment.number,

@@ -1,6 +1,6 @@
 //! `run`, `mesh`, `assemble`, `solve` and `post`.
 
-use contact3d::{Step, scene::AssembleSettings, solver::Goal};
+use contact3d::{RunStep, scene::AssembleSettings, solver::Goal};
 
 use super::{
     adaptive,
@@ -146,7 +146,7 @@ fn perform(
 ) -> Result<Performed, StageError> {
     let spinner = progress::spinner(stage.word(), output);
     let mut forecast = Forecast::new(session.scene().solve.epsilon());
-    let mut observe = |step: Step<'_>| progress::show(&spinner, &mut forecast, step);
+    let mut observe = |step: RunStep<'_>| progress::show(&spinner, &mut forecast, step);
     let performed = session.perform(stage, commit, &mut observe);
     spinner.finish_and_clear();
     let performed = performed?;

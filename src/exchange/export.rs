@@ -12,7 +12,7 @@ use contact3d::{
     solver::{self, FrozenGlobal, FrozenScaling, frozen_global, frozen_local},
 };
 use fclib::{Array, FclibSolution, GlobalProblem, Info, LocalProblem};
-use runfile::{WholeFile, Written};
+use runfile::{WholeFile, WrittenFile};
 
 use super::file::{PROGRAM, bytes_of, to_file};
 use crate::{
@@ -155,7 +155,7 @@ impl ExportedFace<'_> {
         &self,
         run_file: &Path,
         target: &Path,
-    ) -> Result<(Exported, Written), StageError> {
+    ) -> Result<(Exported, WrittenFile), StageError> {
         let size = 3 * self.surface.n_panes();
         let memory = (size as u64)
             .saturating_pow(2)
@@ -208,7 +208,7 @@ impl ExportedFace<'_> {
         Ok((exported, written))
     }
 
-    fn write_global(&self, target: &Path) -> Result<(Exported, Written), StageError> {
+    fn write_global(&self, target: &Path) -> Result<(Exported, WrittenFile), StageError> {
         let primal = &self.problem.system().assembly.primal;
         let frozen = frozen_global(primal, self.surface, self.interface, self.friction);
         let scaling = &frozen.scaling;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use contact3d::{linalg::CscMatrix, solver::DelassusProblem};
 use fclib::Matrix;
-use runfile::Written;
+use runfile::WrittenFile;
 
 use crate::{output::OutputError, pipeline::StageError};
 
@@ -12,7 +12,7 @@ use crate::{output::OutputError, pipeline::StageError};
 pub(super) const PROGRAM: &str = crate::output::FCLIB_PROGRAM;
 
 /// The bytes of such a file.
-pub(super) fn bytes_of(written: &Written, target: &Path) -> Result<Vec<u8>, OutputError> {
+pub(super) fn bytes_of(written: &WrittenFile, target: &Path) -> Result<Vec<u8>, OutputError> {
     std::fs::read(written.path()).map_err(failed(target, "read the file just made"))
 }
 

@@ -50,10 +50,10 @@ pub use scene::{
     text as scene_text, write as write_scene,
 };
 pub use series::{
-    SERIES_LAYOUT, Series, SeriesCase, begin_path_series, begin_sweep_series, field_paths,
+    GridSeries, SERIES_LAYOUT, SeriesCase, begin_path_series, begin_sweep_series, field_paths,
     step_sweep_series,
 };
-pub use sizes::{Sizes, read_sizes};
+pub use sizes::{StageSizes, read_sizes};
 pub use solve::{
     OutcomeWords, read as read_solution, read_multiplier, read_outcome, write as write_solution,
 };

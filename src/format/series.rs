@@ -104,13 +104,13 @@ pub(super) const fn offsets_row(path: &'static str) -> DatasetSpec {
 }
 
 /// A series that is being written, step by step, so that the values of one are in memory at a time.
-pub struct Series<'w, 't> {
+pub struct GridSeries<'w, 't> {
     writer: &'w mut GroupWriter<'t>,
     n_steps: usize,
     arrays: Vec<Piecewise<f64>>,
 }
 
-impl<'w, 't> Series<'w, 't> {
+impl<'w, 't> GridSeries<'w, 't> {
     /// Writes the grid and the time of each step, in ascending order.
     ///
     /// # Errors
@@ -218,7 +218,7 @@ pub fn begin_path_series<'w, 't>(
     writer: &'w mut GroupWriter<'t>,
     mesh: &'w Mesh,
     path: &Path,
-) -> Result<Series<'w, 't>, StoreError> {
+) -> Result<GridSeries<'w, 't>, StoreError> {
     type Measure = fn(&PathPoint) -> f64;
     let measures: [(&str, Measure); 3] = [
         ("parameter", |point| point.parameter),
@@ -235,7 +235,7 @@ pub fn begin_path_series<'w, 't>(
     } else {
         (1..=parameters.len()).map(|number| number as f64).collect()
     };
-    Series::begin(writer, mesh, &times)
+    GridSeries::begin(writer, mesh, &times)
 }
 
 /// A case of a series of cases that share a mesh.
@@ -257,7 +257,7 @@ pub fn begin_sweep_series<'w, 't>(
     writer: &'w mut GroupWriter<'t>,
     grid: &Reader,
     cases: &[SeriesCase],
-) -> Result<Series<'w, 't>, StoreError> {
+) -> Result<GridSeries<'w, 't>, StoreError> {
     copy_grid(writer, grid)?;
     if grid.has(NORMAL) {
         let normals: Vec<f64> = grid.read_vec(NORMAL)?;
@@ -268,14 +268,14 @@ pub fn begin_sweep_series<'w, 't>(
     let settings: Vec<Vec<f64>> = cases.iter().map(|case| case.settings.clone()).collect();
     write_of_steps(writer, "setting", &settings)?;
     let times: Vec<f64> = cases.iter().map(|case| case.time).collect();
-    Series::on_grid(writer, &times)
+    GridSeries::on_grid(writer, &times)
 }
 
 /// Writes the fields of the next case.
 ///
 /// # Errors
 /// HDF5 failures, a run file with other fields.
-pub fn step_sweep_series(series: &mut Series<'_, '_>, case: &Reader) -> Result<(), StoreError> {
+pub fn step_sweep_series(series: &mut GridSeries<'_, '_>, case: &Reader) -> Result<(), StoreError> {
     series.append(&last_fields(case)?)
 }
 

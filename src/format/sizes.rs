@@ -12,7 +12,7 @@ use super::{
 
 /// Numbers of unknowns, as far as stages that can be used fix them.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Sizes {
+pub struct StageSizes {
     /// Free degrees of freedom.
     pub n_free: Option<usize>,
     /// Panes, or nodes that carry multipliers, of each contact face in the order of their multipliers.
@@ -30,7 +30,7 @@ pub struct Sizes {
 pub fn read_sizes(
     reader: &Reader,
     is_usable: &dyn Fn(Stage) -> bool,
-) -> Result<Sizes, FormatError> {
+) -> Result<StageSizes, FormatError> {
     let length = |stage, path, of: Length| -> Result<Option<usize>, FormatError> {
         let is_there = is_usable(stage) && reader.has(path);
         is_there.then(|| of(reader, path)).transpose()
@@ -38,7 +38,7 @@ pub fn read_sizes(
     let faces = |path, all: Option<usize>| all.map(|all| of_faces(reader, path, all)).transpose();
     let panes = length(Stage::Mesh, PANE_AREA, n_numbers)?;
     let nodes = length(Stage::Mesh, CONTACT_NODES, n_indices)?;
-    Ok(Sizes {
+    Ok(StageSizes {
         n_free: length(Stage::Load, FORCE, n_numbers)?,
         panes: faces(CONTACT_FACE_PANES, panes)?,
         contact_nodes: faces(CONTACT_FACE_NODES, nodes)?,

@@ -1,6 +1,6 @@
 //! Values as datasets hold them: what stands in the file for a Rust type, and back.
 
-use runfile::{Element, GroupWriter, Kind, Reader, StoreError, StoredEnum};
+use runfile::{GroupWriter, Kind, Reader, StoreError, StoredElement, StoredEnum};
 
 /// Items in row-major order, with their shape.
 type Read<I> = Result<(Vec<I>, Vec<usize>), StoreError>;
@@ -50,7 +50,7 @@ pub(super) trait Absent {
 macro_rules! elements {
     ($($element:ident, $read_finite:ident);+) => {$(
         impl Item for $element {
-            const KIND: Kind = <$element as Element>::KIND;
+            const KIND: Kind = <$element as StoredElement>::KIND;
 
             fn write(to: &mut GroupWriter<'_>, path: &str, items: &[Self], shape: &[usize]) -> Written {
                 to.write(path, items, shape)

@@ -8,7 +8,7 @@
 use std::sync::Arc;
 
 use contact3d::{
-    Step,
+    RunStep,
     adaptation::{Adaptation, AdaptiveLevel, AdaptiveStatus, LevelKeeper, SolvedLevel, refine},
     dual::AssemblyError,
     mesh::Refinement,
@@ -56,7 +56,7 @@ pub enum AdaptStep<'a> {
     /// A stage of a level.
     Stage(usize, Stage),
     /// A step of that stage.
-    Step(Step<'a>),
+    Run(RunStep<'a>),
     /// A level is done.
     Done(usize, &'a AdaptiveLevel),
     /// The next level does not fit, for the stated reason.
@@ -251,7 +251,7 @@ impl LevelInRunFile<'_> {
         if !session.is_fresh_throughout()? {
             for stage in Stage::ALL {
                 observe(AdaptStep::Stage(level, stage));
-                let observe = &mut |step: Step<'_>| observe(AdaptStep::Step(step));
+                let observe = &mut |step: RunStep<'_>| observe(AdaptStep::Run(step));
                 performed.push(session.perform(stage, Commit::Held, observe)?);
             }
         }

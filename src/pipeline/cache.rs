@@ -13,7 +13,7 @@ use crate::format;
 #[derive(Debug, Default)]
 pub(super) struct StageCache {
     pub(super) problem: Option<Arc<Problem>>,
-    pub(super) assembled: Option<(Arc<AssembledProblem>, Loads)>,
+    pub(super) assembled: Option<(Arc<AssembledProblem>, LoadState)>,
     pub(super) results: Option<Arc<Results>>,
     /// Whether the problem is in double precision because single precision led to no answer.
     pub(super) is_second_try: bool,
@@ -21,7 +21,7 @@ pub(super) struct StageCache {
 
 /// The loads of an assembled problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Loads {
+pub(super) enum LoadState {
     /// Perhaps those of another scene.
     Any,
     /// Those of the scene, at the end of its load history.
@@ -47,7 +47,7 @@ impl Session {
         let problem = self.problem()?.as_ref().clone();
         let system = format::read_assembly(&self.store.reader()?)?;
         let assembled = Arc::new(AssembledProblem::new(problem, system));
-        self.cache.assembled = Some((assembled.clone(), Loads::Any));
+        self.cache.assembled = Some((assembled.clone(), LoadState::Any));
         Ok(assembled)
     }
 
@@ -57,10 +57,10 @@ impl Session {
         load: impl FnOnce(&Self, AssembledProblem) -> Result<AssembledProblem, StageError>,
     ) -> Result<Arc<AssembledProblem>, StageError> {
         let mut assembled = self.assembled()?;
-        if !matches!(self.cache.assembled.take(), Some((_, Loads::OfScene))) {
+        if !matches!(self.cache.assembled.take(), Some((_, LoadState::OfScene))) {
             assembled = Arc::new(load(self, Arc::unwrap_or_clone(assembled))?);
         }
-        self.cache.assembled = Some((assembled.clone(), Loads::OfScene));
+        self.cache.assembled = Some((assembled.clone(), LoadState::OfScene));
         Ok(assembled)
     }
 

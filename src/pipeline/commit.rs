@@ -6,7 +6,7 @@ use runfile::{Group, GroupRecord, Home, Reader, StoreError, StoredGroup, Transac
 use super::{
     AssemblyFile, StageState,
     freshness::input_digest,
-    stages::Output,
+    stages::StageOutput,
     store::{Store, write_group},
 };
 use crate::format::{self, ADAPT, CHECKPOINT, HISTORY, Stage};
@@ -14,7 +14,7 @@ use crate::format::{self, ADAPT, CHECKPOINT, HISTORY, Stage};
 /// A computed stage that waits to be stored, with all that it takes to store it.
 #[derive(Debug)]
 pub(super) struct ComputedStage {
-    pub(super) output: Output,
+    pub(super) output: StageOutput,
     pub(super) home: Home,
     /// Without what it was computed from.
     pub(super) record: GroupRecord,

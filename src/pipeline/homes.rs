@@ -7,7 +7,7 @@ use runfile::{SharedGroup, StoreError, StoredGroup, Transaction};
 
 use super::{
     Commit, Freshness, Session, StageError,
-    cache::{Loads, StageCache},
+    cache::{LoadState, StageCache},
     freshness::input_digest,
 };
 use crate::format::{CHECKPOINT, FormatError, Stage};
@@ -83,7 +83,7 @@ impl Session {
             let known = AssembledProblem::new(problem.clone(), known.system().clone());
             self.cache = StageCache {
                 problem: Some(Arc::new(problem)),
-                assembled: Some((Arc::new(known), Loads::Any)),
+                assembled: Some((Arc::new(known), LoadState::Any)),
                 ..StageCache::default()
             };
         }

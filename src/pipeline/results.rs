@@ -15,7 +15,7 @@ use contact3d::{
 use runfile::{GroupWriter, Reader, StoreError};
 
 use super::{Freshness, StageError, mesh, states};
-use crate::format::{self, GridValues, LAYOUT, Series, Stage};
+use crate::format::{self, GridSeries, GridValues, LAYOUT, Stage};
 
 /// What a solve came to.
 #[derive(Debug)]
@@ -105,7 +105,7 @@ impl Results {
         }
         let times = self.increments.iter().map(|record| record.increment.time);
         let times: Vec<f64> = times.collect();
-        let mut series = Series::begin(writer, mesh, &times)?;
+        let mut series = GridSeries::begin(writer, mesh, &times)?;
         for record in &self.increments {
             series.step(mesh, &GridValues::from(record), frame)?;
         }

@@ -3,7 +3,7 @@
 use std::{path::Path, time::Instant};
 
 use contact3d::{
-    Step,
+    RunStep,
     dual::{Assembly, OperatorEstimate},
     scene::{AssembleSettings, Scene, SceneFile, SolveSettings, Warning},
 };
@@ -123,7 +123,7 @@ impl Session {
         &mut self,
         stage: Stage,
         commit: Commit,
-        observe: &mut dyn FnMut(Step<'_>),
+        observe: &mut dyn FnMut(RunStep<'_>),
     ) -> Result<Performed, StageError> {
         self.store.require_fresh_before(stage)?;
         let started = Instant::now();

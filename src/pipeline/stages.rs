@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use contact3d::{
-    AssembledProblem, Keeper, Problem, ProblemError, Step, Unfinished,
+    AssembledProblem, Keeper, Problem, ProblemError, RunStep, Unfinished,
     dual::{AssemblyError, Need, Shortage},
     mesh::Mesh,
     scene::{Scene, SceneFile},
@@ -13,7 +13,7 @@ use runfile::{GroupRecord, Home, StoreError, Transaction};
 
 use super::{
     AssemblyFile, Session, StageError,
-    cache::{Loads, StageCache},
+    cache::{LoadState, StageCache},
     homes::LINK_ABOVE,
     mesh, resources,
     results::Results,
@@ -26,7 +26,7 @@ const SECONDS_OF_A_COMMIT: f64 = 0.05;
 
 /// What a stage computed.
 #[derive(Debug)]
-pub(super) enum Output {
+pub(super) enum StageOutput {
     Mesh(Arc<Problem>),
     Assemble(Arc<AssembledProblem>),
     Load(Arc<AssembledProblem>),
@@ -38,7 +38,7 @@ pub(super) enum Output {
 struct CheckpointKeeper<'a> {
     store: &'a mut Store,
     checkpoints: Checkpoints,
-    observe: &'a mut dyn FnMut(Step<'_>),
+    observe: &'a mut dyn FnMut(RunStep<'_>),
 }
 
 impl Keeper for CheckpointKeeper<'_> {
@@ -46,7 +46,7 @@ impl Keeper for CheckpointKeeper<'_> {
         resources::admit(need, self.store.path())
     }
 
-    fn observe(&mut self, step: Step<'_>) {
+    fn observe(&mut self, step: RunStep<'_>) {
         (self.observe)(step);
     }
 
@@ -61,8 +61,8 @@ impl Session {
     pub(super) fn compute(
         &mut self,
         stage: Stage,
-        observe: &mut dyn FnMut(Step<'_>),
-    ) -> Result<Output, StageError> {
+        observe: &mut dyn FnMut(RunStep<'_>),
+    ) -> Result<StageOutput, StageError> {
         match stage {
             Stage::Mesh => self.make_mesh(),
             Stage::Assemble => self.assemble(observe),
@@ -72,12 +72,12 @@ impl Session {
             Stage::Post => {
                 let results = self.results()?;
                 self.store.require_unchanged()?;
-                Ok(Output::Post(results))
+                Ok(StageOutput::Post(results))
             }
         }
     }
 
-    fn make_mesh(&mut self) -> Result<Output, StageError> {
+    fn make_mesh(&mut self) -> Result<StageOutput, StageError> {
         let store = &self.store;
         let problem = mesh::make(&store.input, store.refinement.cuts(), store.path())?;
         let problem = Arc::new(problem);
@@ -85,50 +85,53 @@ impl Session {
             problem: Some(problem.clone()),
             ..StageCache::default()
         };
-        Ok(Output::Mesh(problem))
+        Ok(StageOutput::Mesh(problem))
     }
 
-    fn assemble(&mut self, observe: &mut dyn FnMut(Step<'_>)) -> Result<Output, StageError> {
+    fn assemble(
+        &mut self,
+        observe: &mut dyn FnMut(RunStep<'_>),
+    ) -> Result<StageOutput, StageError> {
         let problem = self.problem()?.as_ref().clone();
         let assembled = problem.assemble_kept(&mut self.keeper(0.0, observe));
         let assembled = Arc::new(assembled.map_err(|error| refused(&self.store.input, error))?);
         // The loads of a history are those of its last increment, which nothing has applied yet.
         let loads = if self.scene().has_history() {
-            Loads::Any
+            LoadState::Any
         } else {
-            Loads::OfScene
+            LoadState::OfScene
         };
         self.cache = StageCache {
             problem: self.cache.problem.take(),
             assembled: Some((assembled.clone(), loads)),
             ..StageCache::default()
         };
-        Ok(Output::Assemble(assembled))
+        Ok(StageOutput::Assemble(assembled))
     }
 
-    fn apply_loads(&mut self) -> Result<Output, StageError> {
+    fn apply_loads(&mut self) -> Result<StageOutput, StageError> {
         self.assembled()?;
         self.store.require_unchanged()?;
         let loaded = self.loaded(|session, assembled| {
             let loaded = assembled.with_last_loads();
             Ok(loaded.map_err(|invalid| session.store.input.refuse(invalid))?)
         })?;
-        Ok(Output::Load(loaded))
+        Ok(StageOutput::Load(loaded))
     }
 
-    fn solve(&mut self, observe: &mut dyn FnMut(Step<'_>)) -> Result<Output, StageError> {
+    fn solve(&mut self, observe: &mut dyn FnMut(RunStep<'_>)) -> Result<StageOutput, StageError> {
         let (assembled, loads, least_cost) = if self.scene().has_history() {
             let assembled = self.assembled()?;
             let need = need_of_history(self.scene(), assembled.mesh());
             resources::admit(need, self.store.path())?;
-            (assembled, Loads::Any, SECONDS_OF_A_COMMIT)
+            (assembled, LoadState::Any, SECONDS_OF_A_COMMIT)
         } else {
             let loaded = self.loaded(|session, assembled| {
                 let (problem, mut system) = assembled.into_parts();
                 format::read_loads(&session.store.reader()?, &mut system)?;
                 Ok(AssembledProblem::new(problem, system))
             })?;
-            (loaded, Loads::OfScene, 0.0)
+            (loaded, LoadState::OfScene, 0.0)
         };
         let (checkpoint, done) = self.store.read_unfinished()?;
         self.store.require_unchanged()?;
@@ -153,13 +156,13 @@ impl Session {
         }
         let results = Arc::new(Results::from(answer));
         self.cache.results = Some(results.clone());
-        Ok(Output::Solve(results))
+        Ok(StageOutput::Solve(results))
     }
 
     fn keeper<'a>(
         &'a mut self,
         least_cost: f64,
-        observe: &'a mut dyn FnMut(Step<'_>),
+        observe: &'a mut dyn FnMut(RunStep<'_>),
     ) -> CheckpointKeeper<'a> {
         let cost = self.store.last_store_seconds().max(least_cost);
         CheckpointKeeper {
@@ -197,7 +200,7 @@ fn need_of_history(scene: &Scene, mesh: &Mesh) -> Need {
     }
 }
 
-impl Output {
+impl StageOutput {
     /// The stage it is of.
     pub(super) fn stage(&self) -> Stage {
         match self {

@@ -22,7 +22,7 @@ use super::{
     freshness::{StartedFrom, input_digest, states_from},
     rollback::Rollback,
     settings::{Chosen, settings},
-    stages::Output,
+    stages::StageOutput,
     start::StartFrom,
 };
 use crate::format::{self, CHECKPOINT, HISTORY, LAYOUT, SCENE, Stage};
@@ -170,7 +170,7 @@ impl Store {
     /// the next one.
     pub(super) fn keep(
         &mut self,
-        output: Output,
+        output: StageOutput,
         started: Instant,
         commit: Commit,
     ) -> Result<Performed, StageError> {

@@ -5,7 +5,7 @@ use contact3d::scene::{
 };
 
 use super::Figures;
-use crate::format::Sizes;
+use crate::format::StageSizes;
 
 /// What a feature adds.
 struct FeatureCost {
@@ -35,7 +35,7 @@ fn data(present: bool, words: impl std::fmt::Display) -> Option<FeatureCost> {
 }
 
 /// All features, in the order in which they build on each other.
-fn list(features: &ModelFeatures, sizes: &Sizes) -> Vec<Feature> {
+fn list(features: &ModelFeatures, sizes: &StageSizes) -> Vec<Feature> {
     let faces = &features.contact;
     let clamps = features.prescribed_displacements;
     let (regions, springs) = (features.regions, features.springs);
@@ -90,7 +90,7 @@ fn obstacles(faces: &[ContactFeatures]) -> Option<FeatureCost> {
 }
 
 /// The normal multipliers; `None` without contact.
-fn contact(faces: &[ContactFeatures], sizes: &Sizes) -> Option<FeatureCost> {
+fn contact(faces: &[ContactFeatures], sizes: &StageSizes) -> Option<FeatureCost> {
     let has = |space| faces.iter().any(|face| face.space == space);
     let space = match [MultiplierSpace::Panes, MultiplierSpace::Nodal].map(has) {
         [true, true] => "panes and nodes",
@@ -107,7 +107,7 @@ fn contact(faces: &[ContactFeatures], sizes: &Sizes) -> Option<FeatureCost> {
 }
 
 /// Tangential multipliers, coefficients that follow the slip, and those that vary with the place.
-fn friction_features(faces: &[ContactFeatures], sizes: &Sizes) -> [Option<FeatureCost>; 3] {
+fn friction_features(faces: &[ContactFeatures], sizes: &StageSizes) -> [Option<FeatureCost>; 3] {
     let mut laws: Vec<String> = Vec::new();
     for face in faces {
         if let Some((law, f)) = face.friction.name().zip(face.friction.coefficients()) {
@@ -141,7 +141,7 @@ fn friction_features(faces: &[ContactFeatures], sizes: &Sizes) -> [Option<Featur
 
 /// The features present with their costs, and the names of the absent ones.
 #[must_use]
-pub fn features(scene: &Scene, sizes: &Sizes) -> Figures {
+pub fn features(scene: &Scene, sizes: &StageSizes) -> Figures {
     let mut figures = Figures::new(scene.units);
     let (mut present, mut absent) = (Vec::new(), Vec::new());
     for (name, cost) in list(&ModelFeatures::of(scene), sizes) {

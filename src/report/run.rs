@@ -18,7 +18,7 @@ use super::{
     motion::{motion_words, neutral_motions, neutral_words},
     status::status,
 };
-use crate::{format::Sizes, pipeline::Results};
+use crate::{format::StageSizes, pipeline::Results};
 
 /// Estimates above this share of the energy norm were down to 0.66 of the error on meshes of some hundred unknowns; below
 /// it they were between 0.7 and 1.5 times the error (docs/explanation/errors.md).
@@ -50,9 +50,9 @@ impl<'a> SolvedRun<'a> {
 
     /// The numbers of unknowns.
     #[must_use]
-    pub fn sizes(&self) -> Sizes {
+    pub fn sizes(&self) -> StageSizes {
         let faces = self.mesh.contact.as_ref().map(|surface| &surface.faces);
-        Sizes {
+        StageSizes {
             n_free: Some(self.solution.displacement.len()),
             panes: faces.map(|faces| faces.iter().map(|f| f.panes.len()).collect()),
             contact_nodes: faces.map(|faces| faces.iter().map(|f| f.nodes.len()).collect()),

@@ -1,7 +1,7 @@
 //! Curves and maps of the coefficients of a law over the slips.
 
 use contact3d::scene::FrictionLaw;
-use plots::{SlipCurve, SlipMap, SlipRange};
+use plots::{SlipCoefficientMap, SlipCurve, SlipRange};
 
 /// Share of the range of a coefficient within which it counts as not yet, or no longer, changing.
 const UNCHANGED: f64 = 0.05;
@@ -21,7 +21,7 @@ pub(super) enum Curves {
     /// F₁ and F₂, each over its own slip.
     Own([SlipCurve; 2]),
     /// F₁ and F₂ over both slips.
-    Both([SlipMap; 2]),
+    Both([SlipCoefficientMap; 2]),
 }
 
 /// Samples a law at one place over the slips at which it changes.
@@ -64,7 +64,7 @@ pub(super) fn over_slip(law: &FrictionLaw, place: [f64; 3], extent: f64) -> Curv
                 ranges[1].at(centre(cell / CELLS)),
             ]
         };
-        SlipMap {
+        SlipCoefficientMap {
             ranges,
             cells: CELLS,
             values: (0..CELLS * CELLS)

@@ -4,7 +4,7 @@ use contact3d::{
     contact::{ContactFrame, FrictionField},
     mesh::{ContactSurface, Mesh},
 };
-use plots::{ContactPicture, FrictionKind, PaneFriction, Zone};
+use plots::{ContactPicture, DrawnFriction, DrawnZone, FrictionKind};
 use units::Units;
 
 use super::contact_cells::ContactCells;
@@ -14,7 +14,7 @@ pub(super) struct LawFace {
     number: usize,
     cells: ContactCells,
     displacement: Vec<[f64; 3]>,
-    friction: Vec<PaneFriction>,
+    friction: Vec<DrawnFriction>,
     normal_stress: Vec<f64>,
 }
 
@@ -67,12 +67,12 @@ impl LawFace {
 }
 
 /// Coefficients without stresses.
-fn unloaded(coefficients: [f64; 2]) -> PaneFriction {
-    PaneFriction {
+fn unloaded(coefficients: [f64; 2]) -> DrawnFriction {
+    DrawnFriction {
         scaled_tangential: 0.0,
         semi_axes: coefficients,
         stress: [0.0; 2],
         turn: 0.0,
-        zone: Zone::Open,
+        zone: DrawnZone::Open,
     }
 }

@@ -11,7 +11,7 @@ use contact3d::{
     post::{ContactReport, PaneState, Zone},
     scene::{ContactFeatures, FrictionModel, ModelFeatures, Scene, shown},
 };
-use plots::{ContactPicture, FigureError, FrictionKind, PaneFriction, Picture};
+use plots::{ContactPicture, DrawnFriction, FigureError, FrictionKind, Picture};
 
 use super::{Drawing, PictureFolder, contact_cells::ContactCells, history_charts};
 use crate::pipeline::{Results, StageError};
@@ -231,12 +231,12 @@ impl Drawn<'_> {
 }
 
 /// What is drawn where a held node carries no multiplier.
-const NO_MULTIPLIER: PaneFriction = PaneFriction {
+const NO_MULTIPLIER: DrawnFriction = DrawnFriction {
     scaled_tangential: f64::NAN,
     semi_axes: [f64::NAN; 2],
     stress: [f64::NAN; 2],
     turn: 0.0,
-    zone: plots::Zone::Open,
+    zone: plots::DrawnZone::Open,
 };
 
 /// How a law is drawn; `None` without friction.
@@ -251,7 +251,7 @@ fn kind(model: &FrictionModel) -> Option<FrictionKind> {
 
 /// Friction of one pane: with Coulomb's law stresses over the slip bound, with a given bound stresses; `None` without
 /// friction.
-fn pane_friction(pane: &PaneState, given: bool) -> Option<PaneFriction> {
+fn pane_friction(pane: &PaneState, given: bool) -> Option<DrawnFriction> {
     let friction = pane.friction?;
     let stress = friction.stress;
     let coulomb = friction.coulomb.filter(|_| !given);
@@ -267,7 +267,7 @@ fn pane_friction(pane: &PaneState, given: bool) -> Option<PaneFriction> {
             (friction.semi_axes, over, stress)
         }
     };
-    Some(PaneFriction {
+    Some(DrawnFriction {
         scaled_tangential,
         semi_axes,
         stress: match pane.zone {
@@ -276,9 +276,9 @@ fn pane_friction(pane: &PaneState, given: bool) -> Option<PaneFriction> {
         },
         turn: 0.0,
         zone: match pane.zone {
-            Zone::Open => plots::Zone::Open,
-            Zone::Stick => plots::Zone::Stick,
-            Zone::Slip => plots::Zone::Slip,
+            Zone::Open => plots::DrawnZone::Open,
+            Zone::Stick => plots::DrawnZone::Stick,
+            Zone::Slip => plots::DrawnZone::Slip,
         },
     })
 }

@@ -103,5 +103,5 @@ pub mod scene;
 pub mod solver;
 
 pub use problem::{
-    Answer, AssembledProblem, InMemory, Keeper, Problem, ProblemError, Step, Unfinished,
+    Answer, AssembledProblem, InMemory, Keeper, Problem, ProblemError, RunStep, Unfinished,
 };

@@ -44,7 +44,7 @@ pub enum OverSlip<'a> {
     /// F₁ over |u_t1| and F₂ over |u_t2|, at slips of one axis.
     Own(&'a [SlipCurve; 2]),
     /// F₁ and F₂ over both slips.
-    Both(&'a [SlipMap; 2]),
+    Both(&'a [SlipCoefficientMap; 2]),
 }
 
 /// Which slips an axis of a drawing shows.
@@ -78,7 +78,7 @@ pub struct SlipCurve {
 
 /// A coefficient over both slips.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SlipMap {
+pub struct SlipCoefficientMap {
     /// The slips |u_t1| and |u_t2| shown.
     pub ranges: [SlipRange; 2],
     /// Number of cells along each axis.
@@ -224,7 +224,7 @@ fn joined_symbols(symbols: &[Label]) -> Label {
 }
 
 /// F₁ and F₂ as colour maps over both slips, with common colours unless these would hide one.
-fn map_panels(maps: &[SlipMap; 2], units: Units) -> [Canvas; 2] {
+fn map_panels(maps: &[SlipCoefficientMap; 2], units: Units) -> [Canvas; 2] {
     let own = maps
         .each_ref()
         .map(|map| ValueRange::of(map.values.iter().copied()));
@@ -245,7 +245,7 @@ fn map_panels(maps: &[SlipMap; 2], units: Units) -> [Canvas; 2] {
     })
 }
 
-fn map_panel(map: &SlipMap, key: &ColourKey, title: &Label, units: Units) -> Canvas {
+fn map_panel(map: &SlipCoefficientMap, key: &ColourKey, title: &Label, units: Units) -> Canvas {
     let mut canvas = titled_panel([PANEL_WIDTH, CHART_HEIGHT + 40.0], title);
     let axis = |k: usize, index: &str| SlipAxis::new(map.ranges[k], &slip_symbol(index), units);
     let frame = LawFrame::map(axis(0, "1"), axis(1, "2"));

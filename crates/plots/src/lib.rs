@@ -26,12 +26,12 @@ mod text;
 mod view;
 
 pub use branch_diagram::{BranchDiagram, Curve, CurveKind, Mark, MarkKind};
-pub use law::{LawPicture, OverSlip, SlipCurve, SlipMap, SlipRange, law_page};
+pub use law::{LawPicture, OverSlip, SlipCoefficientMap, SlipCurve, SlipRange, law_page};
 pub use line_chart::{AxisScale, ChartAxis, ChartPoint, LineChart, Series};
 pub use panels::PANELS;
 pub use panes::FrictionKind;
 pub use picture::Picture;
-pub use picture::{ContactPicture, FigureError, PaneFriction, Zone};
+pub use picture::{ContactPicture, DrawnFriction, DrawnZone, FigureError};
 
 use canvas::{Anchor, Canvas};
 use layout::PANEL_WIDTH;

@@ -7,7 +7,7 @@ use super::{canvas::Canvas, panes::FrictionKind, raster, svg};
 
 /// Contact state of a pane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Zone {
+pub enum DrawnZone {
     /// σ_ν = 0: the pane has left the support.
     Open,
     /// ‖F⁻¹σ_t‖ < −σ_ν: the pane sticks.
@@ -18,7 +18,7 @@ pub enum Zone {
 
 /// Friction on one pane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PaneFriction {
+pub struct DrawnFriction {
     /// ‖F⁻¹σ_t‖ \[Pa\] of Coulomb's law, ‖(g F)⁻¹σ_t‖ of Tresca's.
     pub scaled_tangential: f64,
     /// F₁, F₂ (HKL §2) of Coulomb's law, g F₁, g F₂ \[Pa\] of Tresca's.
@@ -30,7 +30,7 @@ pub struct PaneFriction {
     /// where the frame does not turn.
     pub turn: f64,
     /// Contact state.
-    pub zone: Zone,
+    pub zone: DrawnZone,
 }
 
 /// One solved contact problem as the figures need it: borrowed arrays, no dependence on how it was computed.
@@ -63,7 +63,7 @@ pub struct ContactPicture<'a> {
     /// Normal contact stress σ_ν of every pane \[Pa\].
     pub normal_stress: &'a [f64],
     /// The law and the friction of every pane, as many as `normal_stress`; `None` without friction.
-    pub friction: Option<(FrictionKind, &'a [PaneFriction])>,
+    pub friction: Option<(FrictionKind, &'a [DrawnFriction])>,
 }
 
 /// Why a figure cannot be drawn.

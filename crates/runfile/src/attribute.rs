@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use hdf5::types::{FixedAscii, TypeDescriptor, VarLenUnicode};
 use hdf5_metno as hdf5;
 
-use super::element::Element;
+use super::element::StoredElement;
 use super::error::StoreError;
 use super::place::{AtPlace, Place};
 
@@ -49,7 +49,7 @@ pub(super) fn write_ascii<const N: usize>(
         .at(place, "write an attribute")
 }
 
-pub(super) fn write_number<T: Element>(
+pub(super) fn write_number<T: StoredElement>(
     object: &hdf5::Location,
     place: Place<'_>,
     name: &str,
@@ -62,7 +62,7 @@ pub(super) fn write_number<T: Element>(
         .at(place, "write an attribute")
 }
 
-pub(super) fn write_numbers<T: Element>(
+pub(super) fn write_numbers<T: StoredElement>(
     object: &hdf5::Location,
     place: Place<'_>,
     name: &str,
@@ -97,7 +97,7 @@ pub(super) fn read_text(
         .map_err(|_| place.damaged(format!("the attribute `{name}` is not UTF-8")))
 }
 
-pub(super) fn read_numbers<T: Element>(
+pub(super) fn read_numbers<T: StoredElement>(
     object: &hdf5::Location,
     place: Place<'_>,
     name: &str,
@@ -112,7 +112,7 @@ pub(super) fn read_numbers<T: Element>(
     attribute.read_raw().at(place, "read an attribute")
 }
 
-pub(super) fn read_number<T: Element>(
+pub(super) fn read_number<T: StoredElement>(
     object: &hdf5::Location,
     place: Place<'_>,
     name: &str,
@@ -151,7 +151,7 @@ pub(super) fn require_ascii<const N: usize>(
 }
 
 /// Refuses an attribute that is not these numbers.
-pub(super) fn require_numbers<T: Element + PartialEq + Debug>(
+pub(super) fn require_numbers<T: StoredElement + PartialEq + Debug>(
     object: &hdf5::Location,
     place: Place<'_>,
     name: &str,

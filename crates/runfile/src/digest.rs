@@ -3,7 +3,7 @@
 use blake3::Hasher;
 use units::Units;
 
-use super::element::Element;
+use super::element::StoredElement;
 use super::layout::Kind;
 
 /// Values hashed at a time; 1 MiB of doubles, large enough for the hash to use all threads.
@@ -31,7 +31,7 @@ impl DatasetDigest {
         self.0.update(&(size as u64).to_le_bytes());
     }
 
-    pub(super) fn values<T: Element>(&mut self, values: &[T]) {
+    pub(super) fn values<T: StoredElement>(&mut self, values: &[T]) {
         let mut bytes = vec![0; values.len().min(BLOCK) * size_of::<T>()];
         for block in values.chunks(BLOCK) {
             let bytes = &mut bytes[..size_of_val(block)];
@@ -55,7 +55,7 @@ impl DatasetDigest {
 }
 
 /// The digest of a plain array.
-pub(super) fn of_values<T: Element>(kind: Kind, shape: &[usize], values: &[T]) -> String {
+pub(super) fn of_values<T: StoredElement>(kind: Kind, shape: &[usize], values: &[T]) -> String {
     let mut digest = DatasetDigest::new(kind, shape);
     digest.values(values);
     digest.finish()

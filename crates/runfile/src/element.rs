@@ -5,7 +5,7 @@ use hdf5_metno as hdf5;
 use super::layout::Kind;
 
 /// A number type with one kind in the table and one byte pattern in digests.
-pub trait Element: hdf5::H5Type + Copy + private::Sealed {
+pub trait StoredElement: hdf5::H5Type + Copy + private::Sealed {
     /// The kind of the datasets that hold such numbers.
     const KIND: Kind;
 
@@ -21,7 +21,7 @@ mod private {
     impl Sealed for u8 {}
 }
 
-impl Element for f64 {
+impl StoredElement for f64 {
     const KIND: Kind = Kind::F64;
 
     fn to_little_endian(values: &[Self], bytes: &mut [u8]) {
@@ -31,7 +31,7 @@ impl Element for f64 {
     }
 }
 
-impl Element for f32 {
+impl StoredElement for f32 {
     const KIND: Kind = Kind::F32;
 
     fn to_little_endian(values: &[Self], bytes: &mut [u8]) {
@@ -41,7 +41,7 @@ impl Element for f32 {
     }
 }
 
-impl Element for i64 {
+impl StoredElement for i64 {
     const KIND: Kind = Kind::I64;
 
     fn to_little_endian(values: &[Self], bytes: &mut [u8]) {
@@ -51,7 +51,7 @@ impl Element for i64 {
     }
 }
 
-impl Element for u8 {
+impl StoredElement for u8 {
     const KIND: Kind = Kind::U8;
 
     fn to_little_endian(values: &[Self], bytes: &mut [u8]) {

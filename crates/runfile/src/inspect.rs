@@ -9,7 +9,7 @@ use hdf5_metno as hdf5;
 use super::attribute::{read_text, require_ascii, require_numbers};
 use super::digest::of_group;
 use super::dimension::is_scale;
-use super::element::Element;
+use super::element::StoredElement;
 use super::error::StoreError;
 use super::layout::{DatasetSpec, Group, Presence};
 use super::place::{AtPlace, Place};
@@ -125,7 +125,7 @@ impl Reader {
     /// Refuses an attribute of a group that is not what
     /// [`super::GroupWriter::write_number_attribute`] wrote; errors as for
     /// [`Reader::require_ascii_attribute`].
-    pub fn require_number_attribute<T: Element + PartialEq + Debug>(
+    pub fn require_number_attribute<T: StoredElement + PartialEq + Debug>(
         &self,
         group: Group,
         name: &str,

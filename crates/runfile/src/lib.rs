@@ -52,7 +52,7 @@ mod volume;
 mod whole;
 mod writer;
 
-pub use element::Element;
+pub use element::StoredElement;
 pub use enumeration::StoredEnum;
 pub use error::{LayoutError, LinkProblem, StoreError};
 pub use foreign::Foreign;
@@ -70,5 +70,5 @@ pub use signals::{Temporary, install as install_signal_handlers, last_commit};
 pub use sparse::{SparseMatrix, SparseView};
 pub use table::Layout;
 pub use transaction::Transaction;
-pub use whole::{WholeFile, Written, is_same, sync_folder};
+pub use whole::{WholeFile, WrittenFile, is_same, sync_folder};
 pub use writer::GroupWriter;

@@ -6,7 +6,7 @@ use super::attribute::{read_numbers, read_text, write_numbers, write_text};
 use super::bounds;
 use super::dataset::{new_dataset, open_dataset};
 use super::digest::DatasetDigest;
-use super::element::Element;
+use super::element::StoredElement;
 use super::error::StoreError;
 use super::layout::{DatasetSpec, Kind, Storage};
 use super::place::{AtPlace, Place};
@@ -68,7 +68,7 @@ impl Reader {
     }
 
     /// A part of a matrix, whose values the file can hold.
-    fn part<T: Element>(
+    fn part<T: StoredElement>(
         &self,
         spec: &DatasetSpec,
         name: &str,
@@ -184,7 +184,7 @@ pub(super) fn digest_of(
     Ok(digest(kind, shape, &indptr, &indices, &data))
 }
 
-fn vector<T: Element>(
+fn vector<T: StoredElement>(
     group: &hdf5::Group,
     place: Place<'_>,
     name: &'static str,

@@ -6,7 +6,7 @@ use ndarray::ArrayViewD;
 
 use super::dataset::empty_dataset;
 use super::digest::DatasetDigest;
-use super::element::Element;
+use super::element::StoredElement;
 use super::error::{LayoutError, StoreError};
 use super::layout::DatasetSpec;
 use super::place::AtPlace;
@@ -48,7 +48,7 @@ impl GroupWriter<'_> {
     ///
     /// # Errors
     /// `Internal` for a breach of the table, `Hdf5` if writing fails.
-    pub fn begin<T: Element>(
+    pub fn begin<T: StoredElement>(
         &mut self,
         path: &str,
         shape: &[usize],
@@ -71,7 +71,7 @@ impl GroupWriter<'_> {
     ///
     /// # Errors
     /// `Internal` for values that are no whole rows or too many, `Hdf5` if writing fails.
-    pub fn append<T: Element>(
+    pub fn append<T: StoredElement>(
         &self,
         piecewise: &mut Piecewise<T>,
         values: &[T],
@@ -88,7 +88,7 @@ impl GroupWriter<'_> {
     }
 
     /// Writes the first rows of those that wait.
-    fn write_rows<T: Element>(
+    fn write_rows<T: StoredElement>(
         &self,
         piecewise: &mut Piecewise<T>,
         rows: usize,
@@ -119,7 +119,7 @@ impl GroupWriter<'_> {
     ///
     /// # Errors
     /// `Internal` where rows are missing, `Hdf5` if writing fails.
-    pub fn end<T: Element>(&mut self, mut piecewise: Piecewise<T>) -> Result<(), StoreError> {
+    pub fn end<T: StoredElement>(&mut self, mut piecewise: Piecewise<T>) -> Result<(), StoreError> {
         let rows = piecewise.waiting.len() / piecewise.width().max(1);
         self.write_rows(&mut piecewise, rows)?;
         if piecewise.rows != piecewise.shape[0] {

@@ -8,7 +8,7 @@ use hdf5_metno as hdf5;
 use super::attribute::read_text;
 use super::bounds;
 use super::digest::{DatasetDigest, of_group, of_texts};
-use super::element::Element;
+use super::element::StoredElement;
 use super::error::StoreError;
 use super::header;
 use super::layout::{DatasetSpec, Group, Kind};
@@ -128,7 +128,7 @@ fn digest_on_disk(volume: &Volume, spec: &DatasetSpec) -> Result<(String, String
 }
 
 /// Adds the values of a dataset that is no longer than its file to a digest.
-fn feed<T: Element>(
+fn feed<T: StoredElement>(
     digest: &mut DatasetDigest,
     dataset: &hdf5::Dataset,
     place: Place<'_>,

@@ -12,7 +12,7 @@ use super::attribute::read_text;
 use super::bounds;
 use super::dataset::open_dataset;
 use super::digest::{of_texts, of_values};
-use super::element::Element;
+use super::element::StoredElement;
 use super::enumeration::StoredEnum;
 use super::error::{LayoutError, StoreError};
 use super::extents::Sizes;
@@ -82,14 +82,14 @@ impl Reader {
     /// # Errors
     /// `Missing`, `Mismatch` of type or shape, `Altered`, `Damaged`; `Internal` for a path or kind
     /// not in the table.
-    pub fn read<T: Element>(&self, path: &str) -> Result<ArrayD<T>, StoreError> {
+    pub fn read<T: StoredElement>(&self, path: &str) -> Result<ArrayD<T>, StoreError> {
         let spec = self.spec(path, |kind| kind == T::KIND, T::KIND)?;
         let (values, shape) = self.values(spec, &T::type_descriptor())?;
         array(values, shape, self.place(spec))
     }
 
     /// Reads numbers in row-major order, without their shape; errors as for [`Reader::read`].
-    pub fn read_vec<T: Element>(&self, path: &str) -> Result<Vec<T>, StoreError> {
+    pub fn read_vec<T: StoredElement>(&self, path: &str) -> Result<Vec<T>, StoreError> {
         let spec = self.spec(path, |kind| kind == T::KIND, T::KIND)?;
         Ok(self.values(spec, &T::type_descriptor())?.0)
     }
@@ -254,7 +254,7 @@ impl Reader {
         Ok(shape)
     }
 
-    pub(super) fn values<T: Element>(
+    pub(super) fn values<T: StoredElement>(
         &self,
         spec: &DatasetSpec,
         expected: &TypeDescriptor,
@@ -273,7 +273,7 @@ impl Reader {
     }
 
     /// Compares the values of a dataset with its digest, without keeping them.
-    pub(super) fn check_digest<T: Element>(
+    pub(super) fn check_digest<T: StoredElement>(
         &self,
         spec: &DatasetSpec,
         expected: &TypeDescriptor,

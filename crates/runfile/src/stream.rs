@@ -8,7 +8,7 @@ use hdf5_metno as hdf5;
 use ndarray::{ArrayD, Ix1};
 
 use super::digest::DatasetDigest;
-use super::element::Element;
+use super::element::StoredElement;
 use super::error::StoreError;
 use super::layout::Kind;
 use super::place::{AtPlace, Place};
@@ -23,7 +23,7 @@ const BLOCK_TEXTS: usize = 16;
 ///
 /// # Errors
 /// `Hdf5` if reading fails.
-pub(super) fn digest<T: Element>(
+pub(super) fn digest<T: StoredElement>(
     dataset: &hdf5::Dataset,
     kind: Kind,
     shape: &[usize],
@@ -38,7 +38,7 @@ pub(super) fn digest<T: Element>(
 ///
 /// # Errors
 /// `Hdf5` if reading fails.
-pub(super) fn feed<T: Element>(
+pub(super) fn feed<T: StoredElement>(
     digest: &mut DatasetDigest,
     dataset: &hdf5::Dataset,
     shape: &[usize],

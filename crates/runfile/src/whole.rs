@@ -34,7 +34,7 @@ pub(super) struct Closed(Temporary);
 
 /// A file that the disk has taken and given back, still under its hidden name; dropping it removes it.
 #[derive(Debug)]
-pub struct Written(Temporary);
+pub struct WrittenFile(Temporary);
 
 impl WholeFile {
     /// Writes a file under a hidden name beside a place, empty at first or a copy of another, and reads it back.
@@ -48,7 +48,7 @@ impl WholeFile {
         target: &Path,
         copied: Option<&Path>,
         write: impl Fn(&hdf5::File) -> Result<(), E>,
-    ) -> Result<Written, E> {
+    ) -> Result<WrittenFile, E> {
         let temporary = hidden_beside(target)?;
         let path = temporary.path();
         if let Some(source) = copied {
@@ -120,7 +120,7 @@ impl Closed {
     pub(super) fn proven<E: From<StoreError>>(
         self,
         proof: impl FnOnce(&Path) -> Result<(), E>,
-    ) -> Result<Written, E> {
+    ) -> Result<WrittenFile, E> {
         let path = self.0.path();
         let sync = || {
             let synced = File::open(path).and_then(|written| written.sync_all());
@@ -138,11 +138,11 @@ impl Closed {
             };
             Ok::<(), E>(synced?)
         })?;
-        Ok(Written(self.0))
+        Ok(WrittenFile(self.0))
     }
 }
 
-impl Written {
+impl WrittenFile {
     /// Where the file lies.
     #[must_use]
     pub fn path(&self) -> &Path {

@@ -10,7 +10,7 @@ use ndarray::ArrayViewD;
 use super::attribute::{unicode, write_ascii, write_text};
 use super::dataset::new_dataset;
 use super::digest::{of_group, of_texts, of_values};
-use super::element::Element;
+use super::element::StoredElement;
 use super::enumeration::StoredEnum;
 use super::error::{LayoutError, StoreError};
 use super::layout::{DatasetSpec, Group, Kind, Presence, Storage};
@@ -42,7 +42,7 @@ impl<'t> GroupWriter<'t> {
     }
 
     /// Writes numbers in row-major order.
-    pub fn write<T: Element>(
+    pub fn write<T: StoredElement>(
         &mut self,
         path: &str,
         values: &[T],
@@ -61,7 +61,7 @@ impl<'t> GroupWriter<'t> {
     }
 
     /// Writes an array of any memory order.
-    pub fn write_array<T: Element>(
+    pub fn write_array<T: StoredElement>(
         &mut self,
         path: &str,
         array: ArrayViewD<'_, T>,
@@ -140,7 +140,7 @@ impl<'t> GroupWriter<'t> {
     }
 
     /// Writes an attribute of numbers on the group of the group, as other programs look for.
-    pub fn write_number_attribute<T: Element>(
+    pub fn write_number_attribute<T: StoredElement>(
         &mut self,
         name: &str,
         values: &[T],
@@ -150,7 +150,7 @@ impl<'t> GroupWriter<'t> {
 
     /// Writes one number as an attribute of a group inside the group, which a dataset written before has made, as other programs
     /// look for.
-    pub fn write_inner_attribute<T: Element>(
+    pub fn write_inner_attribute<T: StoredElement>(
         &mut self,
         inner: &str,
         name: &str,

@@ -4,20 +4,20 @@ use super::{CholeskyFactor, CscMatrix, Work};
 use crate::linalg::test_brick::Brick;
 use crate::linalg::{Workspace, expand_to_unknowns, nested_dissection};
 
-struct Case {
+struct SolveCase {
     coupling: CscMatrix,
     selection: CscMatrix,
     factor: CholeskyFactor,
 }
 
-fn case(n: usize) -> Case {
+fn case(n: usize) -> SolveCase {
     let brick = Brick::new(n);
     let (indptr, indices) = brick.graph();
     let nodes = nested_dissection(&indptr, &indices, &brick.points).expect("a graph");
     let order = expand_to_unknowns(&nodes, |node| 3 * node..3 * node + 3);
     let factor =
         CholeskyFactor::<f64>::factorise(&brick.stiffness(), order).expect("positive definite");
-    Case {
+    SolveCase {
         coupling: coupling(&brick, n),
         selection: contact_selection(&brick),
         factor,
@@ -106,7 +106,7 @@ fn assert_close(x: &[f64], y: &[f64]) {
 /// Of twice the operations that were counted, half are done in the end.
 #[test]
 fn every_counted_operation_is_done_once() {
-    let Case {
+    let SolveCase {
         coupling, factor, ..
     } = case(10);
     let structure = factor.structure();
@@ -125,7 +125,7 @@ fn every_counted_operation_is_done_once() {
 
 #[test]
 fn products_equal_solves_column_by_column() {
-    let Case {
+    let SolveCase {
         coupling,
         selection,
         factor,
@@ -147,7 +147,7 @@ fn products_equal_solves_column_by_column() {
 
 #[test]
 fn products_have_the_same_bits_at_one_and_two_threads() {
-    let Case {
+    let SolveCase {
         coupling,
         selection,
         factor,
@@ -168,7 +168,7 @@ fn products_have_the_same_bits_at_one_and_two_threads() {
 
 #[test]
 fn empty_rows_give_zeros() {
-    let Case { factor, .. } = case(2);
+    let SolveCase { factor, .. } = case(2);
     let size = factor.size();
     let none = CscMatrix::new(2, size, vec![0; size + 1], vec![], vec![]).expect("valid");
     let work = Work::default();

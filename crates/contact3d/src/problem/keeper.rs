@@ -12,7 +12,7 @@ use crate::{
 
 /// What a run is doing.
 #[derive(Debug, Clone, Copy)]
-pub enum Step<'a> {
+pub enum RunStep<'a> {
     /// The name of a long step of assembling that begins.
     Assembling(&'static str),
     /// How far that step is, to be read while it is at work.
@@ -41,7 +41,7 @@ pub trait Keeper {
     }
 
     /// Sees a step.
-    fn observe(&mut self, _step: Step<'_>) {}
+    fn observe(&mut self, _step: RunStep<'_>) {}
 
     /// Keeps what an interrupted run could go on from.
     fn keep(&mut self, _unfinished: Unfinished<'_>) {}
@@ -61,7 +61,7 @@ impl Keeper for Unkept<'_> {
         self.0.admit(need)
     }
 
-    fn observe(&mut self, step: Step<'_>) {
+    fn observe(&mut self, step: RunStep<'_>) {
         self.0.observe(step);
     }
 }
@@ -73,9 +73,9 @@ pub(super) fn assembled_by<T>(
 ) -> T {
     let keeper = RefCell::new(keeper);
     let admit = |need: Need| {
-        keeper.borrow_mut().observe(Step::Assembling(need.step));
+        keeper.borrow_mut().observe(RunStep::Assembling(need.step));
         keeper.borrow().admit(need)
     };
-    let begun = |step, work: &Arc<Work>| keeper.borrow_mut().observe(Step::Counting(step, work));
+    let begun = |step, work: &Arc<Work>| keeper.borrow_mut().observe(RunStep::Counting(step, work));
     assemble(&admit, &begun)
 }

@@ -12,7 +12,7 @@ mod run;
 
 pub use assembled::AssembledProblem;
 pub use error::ProblemError;
-pub use keeper::{InMemory, Keeper, Step, Unfinished};
+pub use keeper::{InMemory, Keeper, RunStep, Unfinished};
 pub use run::Answer;
 
 use std::{path::Path, sync::Arc};

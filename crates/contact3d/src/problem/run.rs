@@ -1,7 +1,7 @@
 //! The one way from an assembled problem to a judged answer: static or increment by increment, and again in double precision
 //! where single precision led to none.
 
-use super::{AssembledProblem, Keeper, ProblemError, Step, Unfinished, keeper::Unkept};
+use super::{AssembledProblem, Keeper, ProblemError, RunStep, Unfinished, keeper::Unkept};
 use crate::{
     history::{Bookkeeping, StepRecord},
     post::{ContactReport, Solved},
@@ -135,7 +135,7 @@ impl AssembledProblem {
             (Progress::Between(state), None) => keeper.keep(Unfinished::Solve(state)),
             (Progress::Between(_), Some(_)) => {}
             (Progress::Outer(..) | Progress::Newton(..), _) => {
-                keeper.observe(Step::Solving(increment, progress));
+                keeper.observe(RunStep::Solving(increment, progress));
             }
         })?;
         let report = evaluation(&self.solved(&solution))?;

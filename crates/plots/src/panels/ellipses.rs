@@ -7,7 +7,7 @@ use crate::canvas::{Anchor, Canvas, Colour, Fill, Point, Stroke};
 use crate::layout::{KeySide, LABEL_SIZE, PANEL_WIDTH, PictureLayout, TICK_SIZE};
 use crate::line_chart::{draw_axes, draw_panes, typical_pane_size};
 use crate::panes::FrictionKind;
-use crate::picture::{PaneFriction, Zone};
+use crate::picture::{DrawnFriction, DrawnZone};
 use crate::scale::round_down;
 use crate::text::Label;
 
@@ -22,14 +22,14 @@ const LONGEST_LINE: f64 = 2.0;
 const LONGEST_SCALE_BAR: f64 = 64.0;
 
 /// Light fill and dark line of a contact state.
-fn zone_paint(zone: Zone) -> (Fill, Colour) {
+fn zone_paint(zone: DrawnZone) -> (Fill, Colour) {
     match zone {
-        Zone::Open => (Fill::Open, Colour(0xa8, 0xa8, 0xa8)),
-        Zone::Stick => (
+        DrawnZone::Open => (Fill::Open, Colour(0xa8, 0xa8, 0xa8)),
+        DrawnZone::Stick => (
             Fill::Plain(Colour(0xcf, 0xe1, 0xf4)),
             Colour(0x00, 0x55, 0x9c),
         ),
-        Zone::Slip => (
+        DrawnZone::Slip => (
             Fill::Plain(Colour(0xfd, 0xe0, 0xc8)),
             Colour(0xc4, 0x4e, 0x00),
         ),
@@ -50,7 +50,7 @@ pub(super) const PANEL: PanelSpec = PanelSpec {
 fn ellipse_panel(
     figure: &PanelData<'_>,
     (kind, unit): (FrictionKind, &Unit),
-    friction: &[PaneFriction],
+    friction: &[DrawnFriction],
 ) -> Canvas {
     let (layout, shapes) = (&figure.layout, figure.shapes.as_slice());
     let title = Label::plain("(d) Friction ellipses and tangential contact stress");
@@ -84,17 +84,17 @@ fn ellipse_panel(
 }
 
 /// What a pane says when pointed at.
-fn describe((kind, unit): (FrictionKind, &Unit), pane: usize, friction: &PaneFriction) -> String {
+fn describe((kind, unit): (FrictionKind, &Unit), pane: usize, friction: &DrawnFriction) -> String {
     let zone = match friction.zone {
-        Zone::Open => "open",
-        Zone::Stick => "stick",
-        Zone::Slip => "slip",
+        DrawnZone::Open => "open",
+        DrawnZone::Stick => "stick",
+        DrawnZone::Slip => "slip",
     };
     let words = kind.describe(friction.semi_axes, friction.stress, unit);
     format!("pane {pane}, {zone}: {words}")
 }
 
-fn largest_semi_axis(friction: &[PaneFriction]) -> f64 {
+fn largest_semi_axis(friction: &[DrawnFriction]) -> f64 {
     let finite = friction
         .iter()
         .flat_map(|pane| pane.semi_axes)
@@ -104,7 +104,7 @@ fn largest_semi_axis(friction: &[PaneFriction]) -> f64 {
 
 /// Draws the ellipse of a pane, `largest` being a semi-axis of `radius` pixels, and the line inside
 /// it.
-fn draw_pane(canvas: &mut Canvas, pane: &PaneFriction, centre: Point, radius: f64, largest: f64) {
+fn draw_pane(canvas: &mut Canvas, pane: &DrawnFriction, centre: Point, radius: f64, largest: f64) {
     let (_, colour) = zone_paint(pane.zone);
     let thin = (0.06 * radius).clamp(0.15, 0.9);
     if pane.semi_axes.iter().all(|f| f.is_finite() && *f >= 0.0) {
@@ -112,8 +112,8 @@ fn draw_pane(canvas: &mut Canvas, pane: &PaneFriction, centre: Point, radius: f6
             .semi_axes
             .map(|f| (f / largest * radius).max(LEAST_SEMI_AXIS));
         let fill = match pane.zone {
-            Zone::Open => Fill::Empty,
-            Zone::Stick | Zone::Slip => Fill::Plain(Colour::WHITE),
+            DrawnZone::Open => Fill::Empty,
+            DrawnZone::Stick | DrawnZone::Slip => Fill::Plain(Colour::WHITE),
         };
         let stroke = Some(Stroke::solid(colour, thin));
         if pane.turn == 0.0 {
@@ -125,7 +125,7 @@ fn draw_pane(canvas: &mut Canvas, pane: &PaneFriction, centre: Point, radius: f6
     }
     let ratio = turned(pane.stress.map(|t| t / largest), pane.turn);
     let length = ratio[0].hypot(ratio[1]);
-    if pane.zone != Zone::Open && length.is_finite() && length > 0.0 {
+    if pane.zone != DrawnZone::Open && length.is_finite() && length > 0.0 {
         let shortening = radius * (LONGEST_LINE / length).min(1.0);
         let tip = [
             centre[0] + shortening * ratio[0],
@@ -160,7 +160,7 @@ fn turned_ellipse(centre: Point, semi_axes: Point, turn: f64) -> Vec<Point> {
 
 /// The picture in front of a legend entry.
 enum Icon {
-    Zone(Zone),
+    Zone(DrawnZone),
     Ellipse,
     Line,
     /// A bar of this many pixels.
@@ -176,9 +176,9 @@ fn draw_legend(
     ellipses: Option<(f64, f64)>,
 ) {
     let mut entries = vec![
-        (Icon::Zone(Zone::Open), Label::plain("open")),
-        (Icon::Zone(Zone::Stick), Label::plain("stick")),
-        (Icon::Zone(Zone::Slip), Label::plain("slip")),
+        (Icon::Zone(DrawnZone::Open), Label::plain("open")),
+        (Icon::Zone(DrawnZone::Stick), Label::plain("stick")),
+        (Icon::Zone(DrawnZone::Slip), Label::plain("slip")),
     ];
     match ellipses {
         Some((radius, largest)) => {

@@ -6,7 +6,7 @@ use crate::colour::ColourMap;
 use crate::colour::map_panel;
 use crate::colour_bar::ColourKey;
 use crate::panes::FrictionKind;
-use crate::picture::PaneFriction;
+use crate::picture::DrawnFriction;
 use crate::text::Label;
 
 /// Panel (b).
@@ -17,7 +17,7 @@ pub(super) const PANEL: PanelSpec = PanelSpec {
 
 fn scaled_tangential(
     figure: &PanelData<'_>,
-    (kind, friction): (FrictionKind, &[PaneFriction]),
+    (kind, friction): (FrictionKind, &[DrawnFriction]),
 ) -> Canvas {
     let shapes = figure.shapes.as_slice();
     let symbol = kind.scaled_symbol();

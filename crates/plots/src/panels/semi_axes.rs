@@ -10,7 +10,7 @@ use crate::colour::{ColourMap, ValueRange};
 use crate::colour_bar::ColourKey;
 use crate::layout::PictureLayout;
 use crate::panes::PaneShape;
-use crate::picture::PaneFriction;
+use crate::picture::DrawnFriction;
 use crate::text::Label;
 
 /// Panel (e).
@@ -43,7 +43,7 @@ fn along(figure: &PanelData<'_>, axis: usize, letter: &str) -> Option<Canvas> {
 /// The map of F₁ or F₂, or of g F₁ or g F₂, with common colours for both unless these would hide
 /// the variation of one of them.
 pub(crate) fn semi_axis_map(
-    (friction, unit): (&[PaneFriction], &Unit),
+    (friction, unit): (&[DrawnFriction], &Unit),
     (layout, shapes): (&PictureLayout, &[PaneShape]),
     axis: usize,
     title: &Label,

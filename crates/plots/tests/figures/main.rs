@@ -339,7 +339,7 @@ fn laws_are_readable_over_short_long_and_many_slips() {
     for range in ranges {
         for scale in [1.0, 1e-7, 1e6] {
             let curves = [curve(range, scale), curve(range, 0.7 * scale)];
-            let map = |axis: usize| SlipMap {
+            let map = |axis: usize| SlipCoefficientMap {
                 ranges: [range, curves[axis].range],
                 cells: 4,
                 values: (0..16)

@@ -1,6 +1,6 @@
 //! A synthetic solved problem for the tests.
 
-use contact3d_plots::{ContactPicture, FrictionKind, PaneFriction, Zone};
+use contact3d_plots::{ContactPicture, DrawnFriction, DrawnZone, FrictionKind};
 use units::Units;
 
 /// Owned arrays of a [`ContactPicture`].
@@ -12,7 +12,7 @@ pub(crate) struct Sample {
     pub(crate) contact_triangles: Vec<[usize; 3]>,
     pub(crate) contact_triangle_pane: Vec<usize>,
     pub(crate) normal_stress: Vec<f64>,
-    pub(crate) friction: Vec<PaneFriction>,
+    pub(crate) friction: Vec<DrawnFriction>,
 }
 
 impl Sample {
@@ -100,16 +100,16 @@ impl Sample {
                 ];
                 let load = (1.5 * s + 0.3 * t.abs()).min(1.0);
                 let zone = if pressure == 0.0 {
-                    Zone::Open
+                    DrawnZone::Open
                 } else if load < 1.0 {
-                    Zone::Stick
+                    DrawnZone::Stick
                 } else {
-                    Zone::Slip
+                    DrawnZone::Slip
                 };
                 let angle = 0.4 + 1.5 * t;
-                let contact = if zone == Zone::Open { 0.0 } else { load };
+                let contact = if zone == DrawnZone::Open { 0.0 } else { load };
                 self.normal_stress.push(-pressure);
-                self.friction.push(PaneFriction {
+                self.friction.push(DrawnFriction {
                     scaled_tangential: contact * pressure,
                     semi_axes: coefficients,
                     stress: [

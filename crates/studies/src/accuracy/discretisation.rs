@@ -97,7 +97,7 @@ struct BrickField {
 }
 
 /// A solved level, with A of its mesh.
-struct SolvedLevel {
+struct MeasuredLevel {
     level: Level,
     field: BrickField,
     stiffness: CscMatrix,
@@ -256,7 +256,7 @@ pub(super) fn solved_to_rounding(mut scene: Scene) -> Scene {
     scene
 }
 
-fn solve_level(scene: &Scene, brick: &Brick) -> Result<SolvedLevel, ProblemError> {
+fn solve_level(scene: &Scene, brick: &Brick) -> Result<MeasuredLevel, ProblemError> {
     let mesh = Mesh::of_scene(scene, Path::new(""))?;
     let problem = Problem::of_checked(scene.clone(), Arc::new(mesh))?;
     let assembled = problem.assemble()?;
@@ -289,7 +289,7 @@ fn solve_level(scene: &Scene, brick: &Brick) -> Result<SolvedLevel, ProblemError
             peak_bytes: None,
         },
     };
-    Ok(SolvedLevel {
+    Ok(MeasuredLevel {
         level,
         field: BrickField {
             brick: brick.clone(),

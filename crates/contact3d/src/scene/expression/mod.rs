@@ -28,13 +28,13 @@ pub type Parameters = BTreeMap<String, f64>;
 /// named parameters; −x^2 is −(x^2).
 #[derive(Clone)]
 pub struct Expression {
-    parsed: Box<Parsed>,
+    parsed: Box<ParsedFormula>,
     variables: &'static [&'static str],
 }
 
 /// A formula as written, and as read.
 #[derive(Clone)]
-struct Parsed {
+struct ParsedFormula {
     text: String,
     steps: Vec<Instruction>,
     /// The names of the parameters.
@@ -125,7 +125,7 @@ impl Expression {
             ParseError::TooDeep => ExpressionError::TooLarge,
         })?;
         Ok(Self {
-            parsed: Box::new(Parsed {
+            parsed: Box::new(ParsedFormula {
                 text: text.to_owned(),
                 steps: parsed.steps,
                 names: parsed.parameters,
@@ -181,7 +181,7 @@ impl Expression {
     /// A number as a formula.
     pub(super) fn number(value: f64, variables: &'static [&'static str]) -> Self {
         Self {
-            parsed: Box::new(Parsed {
+            parsed: Box::new(ParsedFormula {
                 text: format!("({value:?})"),
                 steps: vec![Instruction::Number(value)],
                 names: Vec::new(),

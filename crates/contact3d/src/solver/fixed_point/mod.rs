@@ -26,12 +26,12 @@ use crate::{
 /// ends only when the inner residual has come down to that as well. Without them an inner problem
 /// whose warm start already meets a loose tolerance takes no step, and the change of zero would
 /// pass for convergence.
-struct Precision<'a> {
+struct InnerPrecision<'a> {
     settings: &'a SolveSettings,
     tolerance: f64,
 }
 
-impl<'a> Precision<'a> {
+impl<'a> InnerPrecision<'a> {
     fn new(settings: &'a SolveSettings) -> Self {
         Self {
             settings,
@@ -85,7 +85,7 @@ pub fn successive_approximations(
         gamma: settings.gamma,
         max_applications: settings.max_inner_actions,
     };
-    let mut precision = Precision::new(settings);
+    let mut precision = InnerPrecision::new(settings);
     let mut change = 1.0;
     let follows_slip = law.depends_on_slip();
     let mut state = laws.unpressed(law, &[]);
