@@ -2,12 +2,15 @@
 
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
-from convex.judge import answer, compared, judge
+from convex import springs
+from convex.judge import SOLVED, answer, compared, judge
 from convex.reference import Dual, by_active_sets
 from convex.scenes import Kind, scene
+from convex.sprung import sprung
 from faults.program import Program
 from run_file import open_run
 
@@ -100,3 +103,36 @@ def test_scenes_depend_on_seed_and_number_alone():
     assert scene(3, 17) == scene(3, 17)
     assert scene(3, 17).text != scene(4, 17).text
     assert len({scene(1, number).text for number in range(80)}) == 80
+
+
+BLOCKS = range(36)
+"""Of seed 1: a dozen without friction, as many with Tresca's law and with Coulomb's."""
+
+
+def test_blocks_on_springs_meet_their_conditions(tested, tmp_path):
+    judged = [springs.judge(tested, sprung(1, number), tmp_path) for number in BLOCKS]
+    assert [f"{one.scene.name}: {one.wrong}" for one in judged if one.wrong] == []
+    # As soft as they may be, and stiffer than the block.
+    softness = [one.softness for one in judged]
+    assert max(softness) > 1e9 and min(softness) < 10.0
+
+
+def test_what_breaks_a_condition_of_a_block_is_seen(tested, tmp_path):
+    text, path = tmp_path / "block.toml", tmp_path / "block.h5"
+    pressed = next(s for s in (sprung(1, n) for n in range(1, 200, 3)) if s.load == "pushed")
+    text.write_text(pressed.text)
+    tested.done("run", text, path, "--no-figures")
+    for name, by in (("multiplier_normal", 1.01), ("multiplier_tangential", 1.01), ("displacement", 1.0001)):
+        with h5py.File(path, "r+") as file:
+            assert springs.violated(file) is None
+            right = file["solve"][name][:]
+            file["solve"][name][...] = right * by
+            assert springs.violated(file) is not None, name
+            file["solve"][name][...] = right
+
+
+@pytest.mark.parametrize("softest", [1e16, 1e18])
+def test_what_is_beyond_all_digits_is_right_or_no_success(tested, tmp_path, softest):
+    judged = [springs.judge(tested, sprung(2, number, softest), tmp_path) for number in range(40)]
+    claimed = [one for one in judged if one.status in SOLVED and one.wrong]
+    assert [f"{one.scene.name}: {one.wrong}" for one in claimed] == []

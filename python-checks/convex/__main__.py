@@ -18,8 +18,10 @@ from campaign import arguments, require
 
 require("blake3", "h5py", "numpy", "scipy")
 
+from convex import springs
 from convex.judge import Judged, judge
 from convex.scenes import Kind, scene
+from convex.sprung import LAWS, SOFTEST, sprung
 from faults.program import Program
 
 
@@ -28,6 +30,14 @@ def asked_for() -> argparse.Namespace:
     parser = arguments("convex", __doc__)
     parser.add_argument("--scenes", type=int, default=300, help="number of scenes")
     parser.add_argument("--first", type=int, default=0, help="number of the first one")
+    parser.add_argument(
+        "--sprung",
+        type=float,
+        nargs="?",
+        const=SOFTEST,
+        metavar="SOFTEST",
+        help="blocks that springs hold, up to so many times softer than the block",
+    )
     parser.add_argument(
         "--write", type=Path, help="folder for the scenes, and do no more"
     )
@@ -67,9 +77,31 @@ def row(kind: Kind, has_friction: bool, group: list[Judged]) -> str:
     return f"| {' | '.join(map(str, cells))} |"
 
 
+def on_springs(asked: argparse.Namespace) -> int:
+    """Judge blocks on springs; 1 if any answer without friction or with Tresca's law is wrong or missing."""
+    program = Program.find(asked.program)
+    counts: Counter = Counter()
+    failed = 0
+    with tempfile.TemporaryDirectory() as folder:
+        for number in range(asked.first, asked.first + asked.scenes):
+            one = sprung(asked.seed, number, asked.sprung)
+            judged = springs.judge(program, one, Path(folder))
+            counts[one.law, judged.status, judged.wrong is None] += 1
+            if judged.wrong:
+                print(f"{one.name}, E/kL {judged.softness:.0e}: {judged.wrong}", flush=True)
+                failed += one.law != "coulomb"
+    for law in LAWS:
+        rows = {key[1:]: count for key, count in counts.items() if key[0] == law}
+        words = [f"{status}{'' if right else ', wrong'} {n}" for (status, right), n in sorted(rows.items())]
+        print(f"{law}: {'; '.join(words)}")
+    return int(failed > 0)
+
+
 def main() -> int:
     """Judge the scenes; 1 if any answer is wrong or missing."""
     asked = asked_for()
+    if asked.sprung:
+        return on_springs(asked)
     numbers = range(asked.first, asked.first + asked.scenes)
     scenes = [scene(asked.seed, number) for number in numbers]
     if asked.write:

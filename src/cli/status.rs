@@ -13,7 +13,7 @@ use crate::{
     report::{self, unit_words},
 };
 
-/// `status`: stages, sizes and main results; reads only and takes no lock. StageSizes and results are those of fresh
+/// `status`: stages, sizes and main results; reads only and takes no lock. Sizes and results are those of fresh
 /// stages; a damaged one is bad input.
 pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit, StageError> {
     let reader = Reader::open(&arguments.file, LAYOUT)?;

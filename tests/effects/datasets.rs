@@ -80,13 +80,14 @@ const QUADRATIC_ONLY: [&str; 3] = [
     "/post/corner_stress",
 ];
 
-const FLOATING_ONLY: [&str; 10] = [
+const FLOATING_ONLY: [&str; 11] = [
     "/VTKHDF/PointData/unstopped_motion",
     "/assemble/rigid_modes",
     "/assemble/rigid_pins",
     "/assemble/rigid_spring",
     "/assemble/rigid_support",
     "/assemble/rigid_yielding",
+    "/solve/closing",
     "/solve/neutral_motions",
     "/solve/rigid_motion",
     "/solve/straining_displacement",

@@ -74,3 +74,47 @@ fn unloaded_frictional_faces_do_not_cry_wolf() {
     assert_eq!(report.discretisation_error.displacement, 0.0);
     assert_eq!(report.discretisation_error.relative(), 0.0);
 }
+
+/// Contact forces without a net force are rounding of the load: no digit of theirs counts, and the answer is none the worse.
+#[test]
+fn forces_that_vanish_are_measured_by_the_load() {
+    let supports = [
+        "spring = [{ face = 'z_max', normal = 1e6, tangential = 1e6 }]\nbody_force.value = [10.0, 0.0, 0.0]",
+        "spring = [{ face = 'x_min', normal = 1e7, tangential = 1e7 }]\nbody_force.value = [0.0, 10.0, 0.0]",
+        "clamp = [{ face = 'x_min', components = ['x'] }]\ntraction = [{ face = 'x_max', value = [-10.0, 0.0, 0.0] }]",
+    ];
+    for support in supports {
+        let (solution, _) = solved(&format!(
+            "title = 'no net force'
+            body.brick = {{ size = [1.0, 1.0, 1.0], cells = [2, 2, 2] }}
+            material.isotropic = {{ young_modulus = 1e9, poisson_ratio = 0.3 }}
+            contact.face = 'z_min'
+            {support}"
+        ));
+        assert_eq!(solution.status, Status::Converged, "{support}");
+        // Sums of some hundred numbers of the size of the load.
+        let largest = solution
+            .multiplier
+            .iter()
+            .fold(0.0, |m: f64, l| m.max(l.abs()));
+        assert!(largest < 1e-11, "{largest:e}");
+    }
+}
+
+/// Springs of 5 kN/m³ beside such of a μN/m³: of the softer ones' stiffness few digits are left, and of the balance of forces.
+#[test]
+fn what_is_out_of_balance_is_no_success() {
+    let (solution, report) = solved(
+        "title = 'hard and soft springs'
+        body.brick = { size = [1.35, 0.888, 0.66], cells = [2, 4, 1] }
+        material.isotropic = { young_modulus = 2.06e8, poisson_ratio = 0.43 }
+        spring = [{ face = 'x_max', normal = 1.5e-6, tangential = 1.5e-6 }, { face = 'y_min', normal = 5490.0 }]
+        traction = [{ face = 'z_max', value = [0.0, 0.0, '4987.2*(0.5 - x/1.35)'] }]
+        contact.face = 'z_min'",
+    );
+    let balance = report.certificate.equilibrium;
+    assert!(
+        balance < 1e-6 || !solution.status.is_solved(),
+        "{balance:e}"
+    );
+}

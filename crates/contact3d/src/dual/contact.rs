@@ -82,15 +82,32 @@ impl ContactSystem {
         interface: &Interface,
     ) -> Option<Self> {
         let mut balance = Balance::new(assembly, &self.coupling, surface, interface)?;
-        let mut balanced = self.clone();
         let mut distances = self.distances(&assembly.primal.dofs, surface, interface);
         distances.resize(self.layout().n_multipliers(), 0.0);
         // Coefficients that follow the slip read it from displacements, which have to be whole.
         if distances.iter().any(|d| *d != 0.0) && !interface.follows_slip() {
             balance = balance.with_closed_gap(&distances, &surface.pane_area);
+        }
+        Some(self.with_balance(balance, assembly))
+    }
+
+    /// The same with motions counted from those of an answer in m, which leave [`Self::distances_left`] in m³; `None` where supports
+    /// hold the body.
+    pub(crate) fn counted_from(
+        &self,
+        motion: &[f64],
+        assembly: &Assembly,
+        distances: &[f64],
+    ) -> Option<Self> {
+        let balance = self.balance.as_ref()?;
+        Some(self.with_balance(balance.counted_from(motion, distances), assembly))
+    }
+
+    fn with_balance(&self, balance: Balance, assembly: &Assembly) -> Self {
+        let mut balanced = self.clone();
+        if let Some(closed) = &balance.closed {
             let mut closing = self.coupling.integrate(&assembly.unconstrained());
-            let left = balance.closed.iter().flat_map(|closed| &closed.left);
-            for (closing, left) in closing.iter_mut().zip(left) {
+            for (closing, left) in closing.iter_mut().zip(&closed.left) {
                 *closing -= left;
             }
             balanced.set_dual_rhs(closing);
@@ -99,7 +116,7 @@ impl ContactSystem {
             explicit.balance = Some(balance.clone());
         }
         balanced.balance = Some(balance);
-        Some(balanced)
+        balanced
     }
 
     /// Number of unknowns x: the multipliers λ, and the rigid motions α where the body floats.
@@ -215,19 +232,30 @@ impl ContactSystem {
         surface: &ContactSurface,
         interface: &Interface,
     ) -> Vec<f64> {
-        let closed = self.balance.as_ref().and_then(|it| it.closed.as_ref());
-        let mut distances = match closed {
-            Some(closed) => closed.left.clone(),
-            None => self.distances(dofs, surface, interface),
-        };
-        let n = self.coupling.n_multipliers();
-        distances.resize(n, 0.0);
+        let mut distances = self.distances_left(dofs, surface, interface);
+        let n = distances.len();
         if let Some(balance) = &self.balance {
             let moved = balance.coupling.integrals_of(self.parts(unknowns).1, n);
             add_scaled(&mut distances, -1.0, &moved);
         }
         let transposed = &self.coupling.transposed;
         transposed.transposed_excess(displacement, &distances)
+    }
+
+    /// What the body has to close beside the motion that its motions are counted from, in m³, `[n_multipliers]`.
+    pub(crate) fn distances_left(
+        &self,
+        dofs: &DofMap,
+        surface: &ContactSurface,
+        interface: &Interface,
+    ) -> Vec<f64> {
+        let closed = self.balance.as_ref().and_then(|it| it.closed.as_ref());
+        let mut distances = match closed {
+            Some(closed) => closed.left.clone(),
+            None => self.distances(dofs, surface, interface),
+        };
+        distances.resize(self.coupling.n_multipliers(), 0.0);
+        distances
     }
 
     /// What the free degrees of freedom have to close: ∫ gap over each pane and, tangentially, ∫ u_tⁿ⁻¹ of a load history, less B u

@@ -16,6 +16,9 @@ use crate::{
 /// room, and no motion that a face resists.
 const UNFELT: f64 = 1e-10;
 
+/// Roundings of sums of a few terms.
+const ROUNDINGS: f64 = 16.0;
+
 /// Share of the largest stiffness of the supports in a motion below which they do not resist it: rounding.
 const UNRESISTED: f64 = 1e-13;
 
@@ -213,7 +216,6 @@ impl RigidCoupling {
 
     /// The motion that closes distances d in m³, `[n_multipliers]`, by least squares over the contact face.
     fn closing(&self, distances: &[f64], areas: &[f64]) -> ClosedGap {
-        const ROUNDINGS: f64 = 16.0;
         if self.n_felt() == 0 {
             return ClosedGap {
                 motion: Vec::new(),
@@ -228,8 +230,16 @@ impl RigidCoupling {
         let least = UNFELT * svd.singular_values.max();
         let motion = svd.solve(&wanted, least);
         let motion = motion.map_or_else(|_| vec![0.0; self.n_felt()], |a| a.data.into());
+        ClosedGap {
+            left: self.left_by(&motion, distances),
+            motion,
+        }
+    }
+
+    /// d − G α of distances d in m³; zero where it is no more than rounding of its terms.
+    fn left_by(&self, motion: &[f64], distances: &[f64]) -> Vec<f64> {
         let left = distances.iter().enumerate().map(|(j, distance)| {
-            let parts = self.integrals.iter().zip(&motion).map(|(g, by)| g[j] * by);
+            let parts = self.integrals.iter().zip(motion).map(|(g, by)| g[j] * by);
             let size = distance.abs() + parts.clone().map(f64::abs).sum::<f64>();
             let left = distance - parts.sum::<f64>();
             if left.abs() <= ROUNDINGS * f64::EPSILON * size {
@@ -238,10 +248,7 @@ impl RigidCoupling {
                 left
             }
         });
-        ClosedGap {
-            left: left.collect(),
-            motion,
-        }
+        left.collect()
     }
 
     /// Gᵀλ + D α in N.
@@ -295,6 +302,20 @@ impl Balance {
         Self {
             closed: Some(closed.clone()),
             ..self.anchored(&nothing, &closed.motion)
+        }
+    }
+
+    /// The same with motions counted from one in m, of those counted now, with the distances d in m³ that it leaves, `[n_multipliers]`:
+    /// what a long way leaves of the face's own displacement then keeps its digits.
+    pub(super) fn counted_from(&self, motion: &[f64], distances: &[f64]) -> Self {
+        let before = self.closed.as_ref().map(|closed| &closed.motion);
+        let sum = |(p, by): (usize, &f64)| before.map_or(0.0, |before| before[p]) + by;
+        Self {
+            closed: Some(ClosedGap {
+                motion: motion.iter().enumerate().map(sum).collect(),
+                left: self.coupling.left_by(motion, distances),
+            }),
+            ..self.anchored(&vec![0.0; distances.len()], motion)
         }
     }
 
@@ -380,11 +401,13 @@ impl Balance {
     pub(crate) fn steplengths(&self) -> impl Iterator<Item = f64> + '_ {
         let norms = || self.coupling.grip.iter().map(|g| norm(g));
         let largest = norms().fold(0.0, f64::max);
+        // Where the face feels none, any unit serves: no row has a multiplier.
+        let usual = if largest > 0.0 { largest } else { 1.0 };
         norms().map(move |size| {
             if size > UNFELT * largest {
                 size.recip()
             } else {
-                largest.recip()
+                usual.recip()
             }
         })
     }
@@ -552,10 +575,17 @@ fn conjugate(support: &DMatrix<f64>, spaces: [(DMatrix<f64>, Reach); 3]) -> Vec<
             basis.push((vector.into_owned(), *stiffness, reach));
         }
     }
-    let motion = |(modes, support, reach): (DVector<f64>, f64, Reach)| FeltMotion {
-        modes: modes.data.into(),
-        support,
-        reach,
+    let motion = |(modes, support, reach): (DVector<f64>, f64, Reach)| {
+        // What rounding mixes in would leave the plane of a face on a long way along it.
+        let least = ROUNDINGS * f64::EPSILON * modes.amax();
+        FeltMotion {
+            modes: modes
+                .map(|w| if w.abs() > least { w } else { 0.0 })
+                .data
+                .into(),
+            support,
+            reach,
+        }
     };
     basis.into_iter().map(motion).collect()
 }

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicUsize;
 use super::{PaneFriction, PaneState, Solved, SolvedContact, rounding::Measure};
 use crate::{
     linalg::{add_scaled, norm},
-    solver::FeasibleSet,
+    solver::{FeasibleSet, is_felt, load_stress},
 };
 
 /// How well λ and u satisfy the discrete problem; every figure is dimensionless and vanishes for
@@ -63,17 +63,18 @@ struct Yardstick<'a> {
     pressure: f64,
     /// The largest tangential stress or semi-axis, in Pa.
     shear: f64,
-    /// Σ λ_ν²/ρ_ν and Σ |λ_t|²/ρ_t, in J.
+    /// Σ λ_ν²/ρ_ν and Σ |λ_t|²/ρ_t, of the stress of rounding at least, in J.
     works: [f64; 2],
-    /// The stress that rounding of the displacement would make of the normal and of the tangential multipliers, in Pa.
+    /// The stress that rounding of the displacement would make of the normal and of the tangential multipliers, and that of the load
+    /// where these are none beside it, in Pa.
     rounding: [f64; 2],
     /// The displacement that is none, in m.
     resolution: f64,
 }
 
 impl<'a> Yardstick<'a> {
-    /// Where nothing presses, the stress that rounding of the displacement would make takes the place of
-    /// the pressure.
+    /// Where nothing presses, the stress of the load takes the place of the pressure, and where little does, that which rounding of the
+    /// displacement would make, in works too.
     fn new(
         solved: &Solved<'_>,
         contact: &SolvedContact<'_>,
@@ -94,16 +95,37 @@ impl<'a> Yardstick<'a> {
             let [a, b] = pane.semi_axes;
             [pane.stress[0].hypot(pane.stress[1]), a, b]
         });
-        let work = |range: std::ops::Range<usize>| {
+        let work = |range: std::ops::Range<usize>, rounding: f64| {
             let loaded = range.filter(|&j| stiffness[j] > 0.0);
-            loaded.map(|j| multiplier[j].powi(2) / stiffness[j]).sum()
+            let [own, least] = loaded.fold([0.0; 2], |[own, least], j| {
+                let of_stress = |stress: f64| stress.powi(2) / stiffness[j];
+                [own + of_stress(multiplier[j]), least + of_stress(rounding)]
+            });
+            own.max(least)
         };
-        let rounding = [rounding(layout.normals()), rounding(layout.tangentials())];
+        let load = load_stress(solved.system, areas.iter().sum());
+        let least = |range: std::ops::Range<usize>, stress: f64| {
+            let rounding = rounding(range);
+            if is_felt(stress, load) {
+                rounding
+            } else {
+                rounding.max(load)
+            }
+        };
+        let pressure = largest(layout.split(multiplier).0.iter().copied());
+        let shear = largest(shears);
+        let rounding = [
+            least(layout.normals(), pressure),
+            least(layout.tangentials(), shear),
+        ];
         Self {
             stiffness,
-            pressure: largest(layout.split(multiplier).0.iter().copied()).max(rounding[0]),
-            shear: largest(shears).max(rounding[1]),
-            works: [work(layout.normals()), work(layout.tangentials())],
+            pressure: pressure.max(rounding[0]),
+            shear: shear.max(rounding[1]),
+            works: [
+                work(layout.normals(), rounding[0]),
+                work(layout.tangentials(), rounding[1]),
+            ],
             rounding,
             resolution: RESOLVED * f64::EPSILON * moved,
         }

@@ -8,6 +8,10 @@ use crate::solver::{Solution, Status};
 /// An answer with a figure above this is none, whatever rounding explains: nothing of it can be relied on.
 const BROKEN: f64 = 1e-3;
 
+/// The same of a balance of forces: displacements are solved to rounding whatever λ is, and where ten digits are missing the supports
+/// are softer beside the body, or beside each other, than double precision can tell.
+const UNBALANCED: f64 = 1e-6;
+
 /// Figures are largest entries, accuracies are means over the face: they may differ by about this factor.
 const ABOUT: f64 = 100.0;
 
@@ -33,6 +37,8 @@ pub enum Flaw {
         value: f64,
         /// The largest that fits.
         allowed: f64,
+        /// The largest with which it is an answer.
+        most: f64,
     },
 }
 
@@ -51,6 +57,7 @@ impl fmt::Display for Flaw {
                 figure,
                 value,
                 allowed,
+                ..
             } => write!(
                 f,
                 "the answer does not satisfy its equations: {figure} is {value:.1e}, and at most {allowed:.1e} would fit; check what holds the body, and that sizes and moduli of its parts are of similar magnitude"
@@ -91,7 +98,7 @@ impl ContactReport {
     pub fn is_broken(&self) -> bool {
         match self.flaw {
             Some(Flaw::OutOfRange { .. }) => true,
-            Some(Flaw::Contradiction { value, allowed, .. }) => value > BROKEN.max(allowed),
+            Some(Flaw::Contradiction { value, most, .. }) => value > most,
             None => false,
         }
     }
@@ -124,23 +131,29 @@ impl ContactReport {
         let accuracy = solution.accuracy;
         let mobility = rounding.mobility();
         let found = self.residuals().map(|(figure, value, measure)| {
-            let moves = match measure {
-                Measure::Balance => 1.0,
-                Measure::Stress | Measure::Work => mobility,
+            let (moves, broken) = match measure {
+                Measure::Balance => (1.0, UNBALANCED),
+                Measure::Stress | Measure::Work => (mobility, BROKEN),
             };
             let by_accuracy = ABOUT * accuracy * moves;
             let allowed = (by_accuracy + rounding.of(measure)).max(SMALL);
             // What only rounding explains is no answer either.
-            let allowed = allowed.min(BROKEN.max(by_accuracy));
-            (figure, value, allowed)
+            let most = broken.max(by_accuracy);
+            let allowed = allowed.min(most);
+            (figure, value, allowed, most)
         });
         found
-            .filter(|(_, value, allowed)| value > allowed)
-            .max_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)))
-            .map(|(figure, value, allowed)| Flaw::Contradiction {
+            .filter(|(_, value, allowed, _)| value > allowed)
+            .max_by(|a, b| {
+                let is_broken = |it: &(&str, f64, f64, f64)| it.1 > it.3;
+                let worse = (a.1 / a.2).total_cmp(&(b.1 / b.2));
+                is_broken(a).cmp(&is_broken(b)).then(worse)
+            })
+            .map(|(figure, value, allowed, most)| Flaw::Contradiction {
                 figure,
                 value,
                 allowed,
+                most,
             })
     }
 

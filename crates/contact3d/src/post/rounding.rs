@@ -131,8 +131,15 @@ fn of_contact(
     let area = &contact.state.surface.pane_area;
     let layout = contact.coupling.layout;
     let lambda = &solved.solution.multiplier;
-    let displacement = solved.solution.displacement.iter();
-    let largest = displacement.fold(0.0, |most: f64, u| most.max(u.abs()));
+    // Gaps and slips that the solve measured itself do not know of a long way.
+    let displacement = if solved.solution.closing.is_empty() {
+        &*solved.solution.displacement
+    } else {
+        solved.solution.straining()
+    };
+    let largest = displacement
+        .iter()
+        .fold(0.0, |most: f64, u| most.max(u.abs()));
     let rounded =
         |j: usize| moved.get(j).copied().unwrap_or(0.0) + area[layout.pane_of(j)] * largest;
     let strength = |j: usize| match panes[layout.pane_of(j)].friction {

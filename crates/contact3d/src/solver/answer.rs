@@ -34,6 +34,7 @@ impl DiscreteProblem<'_> {
         let mut history: Vec<NewtonStep> = Vec::new();
         let mut applications = 0;
         let mut best: Option<Polished> = None;
+        let mut least = f64::INFINITY;
         for way in search.ways() {
             let observe = |k: usize, step: &NewtonStep| observe(Progress::Newton(k, step));
             let found = search.go(way, history.len(), observe);
@@ -46,8 +47,12 @@ impl DiscreteProblem<'_> {
             };
             history.extend(&next.history);
             applications += next.applications;
-            // NaN is no progress.
-            if best.as_ref().is_none_or(|best| next.error < best.error) {
+            // NaN is no progress. Where no way led to a solution, the one that came closest is where another try may begin.
+            let is_nearer = |best: &Polished| {
+                next.error < best.error || best.error.is_infinite() && found.residual < least
+            };
+            if best.as_ref().is_none_or(is_nearer) {
+                least = found.residual;
                 best = Some(next);
             }
             if best.as_ref().is_some_and(Polished::is_solution) {

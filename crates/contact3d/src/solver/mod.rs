@@ -23,6 +23,7 @@ mod problem;
 mod solution;
 mod solve;
 
+pub(crate) use accuracy::{is_felt, load_stress};
 pub use conditions::{Bound, Evaluation, PaneEvaluation, PaneZone};
 pub use delassus::{
     DelassusError, DelassusMethod, DelassusProblem, DelassusSettings, DelassusSolution,

@@ -158,8 +158,8 @@ pub struct Solution {
     /// Which algorithm gave the answer.
     pub solved_by: SolvedBy,
     /// Relative error of λ, measured by one more solution from it with exact residuals: weighted by
-    /// areas, the larger of that of λ_ν and of that of λ_t, relative to max(‖λ_t‖, ‖F λ_ν‖). The
-    /// last change err of successive approximations, or the residual of a minimisation, that did not end.
+    /// areas, the larger of that of λ_ν and of that of λ_t, relative to max(‖λ_t‖, ‖F λ_ν‖), or to the load
+    /// where forces vanish beside it. The last change err of successive approximations, or the residual of a minimisation, that did not end.
     pub accuracy: f64,
     /// ‖Ψ(λ) − λ‖ / ‖λ‖ for the paper's mapping Ψ, where it was evaluated.
     pub mapping_change: Option<f64>,
@@ -180,6 +180,9 @@ pub struct Solution {
     pub displacement: Vec<f64>,
     /// The part of u that strains the body, u less rigid motions that weak springs let go far, `[n_free]`, in m; empty where u does.
     pub straining: Vec<f64>,
+    /// B u − gap over the panes in twice the working precision, `[n_multipliers]`, in m³, where weak springs let rigid motions go so
+    /// far that rounding of u hides it; empty elsewhere.
+    pub closing: Vec<f64>,
     /// φ = (|u_t1|, |u_t2|) of `displacement` at the contact nodes, in m; `None` unless the
     /// coefficients of friction follow the slip.
     pub slip: Option<Vec<[f64; 2]>>,

@@ -2,7 +2,7 @@
 
 use super::polish::COARSEST;
 use crate::{
-    dual::{Balance, ExplicitDual, LocalStiffness},
+    dual::{Balance, ExplicitDual, LocalStiffness, PrimalSystem},
     linalg::{Workspace, gmres, norm},
     solver::{
         PaneLaws, Solution, Status,
@@ -16,6 +16,9 @@ const ABOUT: f64 = 10.0;
 
 /// An answer with a larger error has no digit to rely on: it is no answer.
 const NO_DIGIT: f64 = 0.05;
+
+/// Contact forces below this share of the load are none: in sums of that many digits fewer than double precision has, rounding is seen.
+const NEGLIGIBLE: f64 = 1e-10;
 
 /// Share of the residual that the linear system for the error may leave.
 const LEFT: f64 = 1e-4;
@@ -87,9 +90,35 @@ impl DiscreteProblem<'_> {
             gradient.extend(carried.into_iter().flatten().map(|g| -g));
             conditions.derivative(&here, v, &gradient, &slips)
         });
-        let sizes = Sizes::of(self.laws, multiplier, &here);
-        sizes.relative(self.laws, &step)
+        self.sizes(multiplier, &here).relative(self.laws, &step)
     }
+
+    /// What an error of λ is measured against: its sizes, or that of the load where they are nothing beside it.
+    ///
+    /// Contact forces that vanish, as those of a face without a net force, are what rounding of the load leaves, and no digit of that
+    /// means anything.
+    pub(super) fn sizes(&self, multiplier: &[f64], evaluation: &Evaluation) -> Sizes {
+        let area: f64 = self.laws.area.iter().sum();
+        let load = area.sqrt() * load_stress(&self.body.assembly.primal, area);
+        let beside_load = |size| if is_felt(size, load) { size } else { load };
+        let Sizes { normal, tangential } = Sizes::of(self.laws, multiplier, evaluation);
+        Sizes {
+            normal: beside_load(normal),
+            tangential: beside_load(tangential),
+        }
+    }
+}
+
+/// Σ ‖lᵢ‖ over the nodes and the contact face's area in m²: the stress that the load is on it, in Pa.
+pub(crate) fn load_stress(primal: &PrimalSystem, area: f64) -> f64 {
+    let nodes = 0..primal.dofs.dof.len();
+    let forces = nodes.map(|node| norm(&primal.dofs.change_at_node(node, &primal.load)));
+    forces.sum::<f64>() / area
+}
+
+/// Whether stresses are more than what rounding of the load leaves.
+pub(crate) fn is_felt(stress: f64, load: f64) -> bool {
+    stress > NEGLIGIBLE * load
 }
 
 /// For each rigid motion the α in m that moves the panes by as much as one Pa does, 1 / ‖ρ G‖, or takes as much force of its support.
@@ -120,12 +149,8 @@ pub(in crate::solver) struct Sizes {
 }
 
 impl Sizes {
-    /// The sizes at λ, whose ellipses are those of `evaluation`.
-    pub(in crate::solver) fn of(
-        laws: &PaneLaws,
-        multiplier: &[f64],
-        evaluation: &Evaluation,
-    ) -> Self {
+    /// At λ, whose ellipses are those of `evaluation`.
+    fn of(laws: &PaneLaws, multiplier: &[f64], evaluation: &Evaluation) -> Self {
         let [normal, tangential] = parts(laws, multiplier);
         let strengths = evaluation.panes.iter().zip(&laws.area);
         let strengths = strengths.map(|(pane, area)| {

@@ -2,3 +2,5 @@
 
 mod judge;
 pub(in crate::solver) mod polish;
+
+pub(crate) use judge::{is_felt, load_stress};

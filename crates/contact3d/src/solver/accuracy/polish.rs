@@ -1,6 +1,6 @@
 //! Answers to the accuracy they promise: exact residuals, and the distance to the solution.
 
-use super::judge::{Sizes, within_ellipses};
+use super::judge::within_ellipses;
 use crate::{
     dual::{ExplicitDual, LocalStiffness, Moved},
     linalg::{Doubled, Precision, difference},
@@ -34,7 +34,7 @@ pub(in crate::solver) struct Polished {
     pub(in crate::solver) solved: Doubled,
     /// u of λ.
     pub(in crate::solver) moved: Moved,
-    /// Distance to the solution, relative as in [`Sizes`].
+    /// Distance to the solution, relative as in [`super::judge::Sizes`].
     pub(in crate::solver) error: f64,
     /// S and G about λ.
     pub(in crate::solver) dual: ExplicitDual,
@@ -46,7 +46,7 @@ pub(in crate::solver) struct Polished {
 
 /// How far an answer is from the solution.
 struct Discrepancy {
-    /// Relative as in [`Sizes`].
+    /// Relative as in [`super::judge::Sizes`].
     error: f64,
     /// Relative to the semi-axes of the ellipses ([`within_ellipses`]): where one coefficient of
     /// friction is a small part of the other, ‖λ_t‖ hides what happens along its axis.
@@ -188,7 +188,7 @@ impl DiscreteProblem<'_> {
             return None;
         }
         let there = map.evaluate(&found.multiplier);
-        let sizes = Sizes::of(self.laws, &found.multiplier, &there);
+        let sizes = self.sizes(&found.multiplier, &there);
         let way = difference(&found.multiplier, &answer.multiplier);
         let way = Discrepancy {
             error: sizes.relative(self.laws, &way),

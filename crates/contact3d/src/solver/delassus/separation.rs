@@ -10,7 +10,7 @@
 //!   *Recent Advances in Contact Mechanics*, Springer 2013, 131). Coulomb's law may have one all the same, in which contacts slide:
 //!   û = u + μ‖u_T‖ e_N lies in K*, hence Σ μ p_N ‖u_T‖ ≥ −p·q > 0. It proves nothing about that.
 //!
-//! W p vanishes up to rounding only. What holds then is p·q + (W p)·r ≥ 0, so all forces of a solution together are at least
+//! W p vanishes up to rounding of its terms only. What holds then is p·q + (W p)·r ≥ 0, so all forces of a solution together are at least
 //! −p·q / ‖W p‖, and it is the size of this bound that tells a proof from none.
 //!
 //! The direction is that of the least penetration: p = P(−u) for the u = q + W x that minimises ½ ‖P(−u)‖², half the squared distance of u
@@ -26,6 +26,9 @@ use super::{
 /// Least bound on the forces, in units of the problem scaled to unit diagonals and offset, by which W p = 0: that of rounding is beyond 1e13, and forces of
 /// 1e6 already cannot be told from those one digit further.
 const PROVEN: f64 = 1e10;
+
+/// Share of its terms up to which W p vanishes: rounding of W, of which files of other programs keep some twelve digits, and of p.
+const VANISHED: f64 = 1e-10;
 
 /// Weights α of xᵀW x, each a tenth of the one before, to that which shifts p by as much as rounding does.
 const LEAST_WEIGHT: f64 = 1e-8;
@@ -170,6 +173,18 @@ impl LeastPenetration<'_> {
         product
     }
 
+    /// |W| |x|, whose rounding W x has.
+    fn terms(&self, x: &[f64]) -> Vec<f64> {
+        let mut terms = vec![0.0; x.len()];
+        for (j, x) in x.iter().enumerate() {
+            let (rows, values) = self.problem.matrix().column(j);
+            for (&row, value) in rows.iter().zip(values) {
+                terms[row] += (value * x).abs();
+            }
+        }
+        terms
+    }
+
     /// C (α + Cᵀ W C)⁻¹ Cᵀ v; `None` where rounding lets no factor exist.
     fn response(&self, rays: &[ForceDirection], weight: f64, vector: &[f64]) -> Option<Vec<f64>> {
         let mut response = vec![0.0; vector.len()];
@@ -275,11 +290,15 @@ impl LeastPenetration<'_> {
     fn force_bound(&self, direction: &[f64]) -> f64 {
         let offset = self.problem.offset();
         let work = -dot(direction, offset) / norm(offset);
-        // What rounding can make of nothing.
-        if work <= offset.len() as f64 * f64::EPSILON * norm(direction) {
+        let product = self.product(direction);
+        // What rounding can make of nothing, and what it cannot: W p of a W that is only small, as a large friction makes it in these
+        // units.
+        if work <= offset.len() as f64 * f64::EPSILON * norm(direction)
+            || norm(&product) > VANISHED * norm(&self.terms(direction))
+        {
             return 0.0;
         }
-        work / norm(&self.product(direction))
+        work / norm(&product)
     }
 }
 
