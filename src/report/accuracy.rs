@@ -83,7 +83,7 @@ fn entry(entry: &SolverRun, units: Units) -> Figures {
     figures.number("epsilon", "epsilon", Scientific(0), entry.epsilon);
     figures.number("energy_error", "error of u", Scientific(2), result.map(|r| r.energy_error));
     figures.number("multiplier_error", "error of λ", Scientific(2), result.map(|r| r.multiplier_error));
-    figures.plain("actions", "n_A", result.map(|r| r.applications));
+    figures.plain("applications", "n_A", result.map(|r| r.applications));
     cost(&mut figures, result.map(|r| &r.cost));
     figures.for_programs("cost", result.map(|r| cost_json(&r.cost)));
     let (shown, word) = match result {
@@ -120,7 +120,7 @@ pub fn levels(study: &DiscretisationStudy, units: Units) -> FigureTable {
         figures.add("", "tangential force 1", Dimension::FORCE, Scientific(6), first);
         order(&mut figures, "", study.forces.get(1), k);
         figures.for_programs("tangential_force", tangential);
-        figures.plain("actions", "n_A", level.applications);
+        figures.plain("applications", "n_A", level.applications);
         cost(&mut figures, Some(&level.cost));
         figures.for_programs("cost", cost_json(&level.cost));
         figures.plain("status", "status", level.status.word());
