@@ -53,7 +53,7 @@ pub enum GmshError {
     /// What is wrong in the file of this path.
     #[error("{}: {flaw}", path.display())]
     #[diagnostic(forward(flaw))]
-    InFile { path: PathBuf, flaw: GmshFlaw },
+    InFile { path: PathBuf, flaw: Box<GmshFlaw> },
 }
 
 /// What is wrong in a mesh file, and what to do about it; nodes and elements have the tags of the file.

@@ -44,7 +44,10 @@ pub(super) fn read(file: &GmshFile, folder: &Path) -> Result<RawMesh, GmshError>
             });
         }
     }
-    let mut mesh = parse(&bytes).map_err(|flaw| GmshError::InFile { path, flaw })?;
+    let mut mesh = parse(&bytes).map_err(|flaw| GmshError::InFile {
+        path,
+        flaw: Box::new(flaw),
+    })?;
     scale(&mut mesh, file.unit)?;
     Ok(mesh)
 }

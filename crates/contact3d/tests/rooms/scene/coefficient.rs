@@ -20,7 +20,7 @@ fn ramp_of_the_paper() {
         onset: 1e-5,
         rate: 3000.0,
     };
-    let ramp = Coefficient::Ramp(law.clone());
+    let ramp = Coefficient::Ramp(law);
     assert_eq!(ramp.evaluate(&at(0.0, 0.0)), 0.3);
     assert_eq!(ramp.evaluate(&at(1e-5, 0.0)), 0.3);
     assert_eq!(ramp.evaluate(&at(1.0, 0.0)), 0.2);
