@@ -1,0 +1,173 @@
+//! Figures of the report that follow by hand: stress invariants, sums of loads, zones.
+
+use contact3d::{
+    AssembledProblem, Problem,
+    post::{ContactReport, Zone, von_mises},
+    scene::{Method, PrecisionControl, Scene, SolveSettings},
+};
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+/// Voigt order: xx, yy, zz, yz, xz, xy.
+fn voigt(s: &Matrix3<f64>) -> [f64; 6] {
+    [s.m11, s.m22, s.m33, s.m23, s.m13, s.m12]
+}
+
+/// σ under tension, √3 τ under shear in every plane, 0 under pressure, and the same in every frame.
+#[test]
+fn von_mises_of_the_pure_states() {
+    for axis in 0..3 {
+        let mut tension = [0.0; 6];
+        tension[axis] = -7e6;
+        assert_eq!(von_mises(&tension), 7e6);
+        let mut shear = [0.0; 6];
+        shear[3 + axis] = -7e6;
+        // A square, a product and a root: three roundings.
+        assert!((von_mises(&shear) / (3.0_f64.sqrt() * 7e6) - 1.0).abs() < 1e-15);
+    }
+    assert_eq!(von_mises(&[5e6, 5e6, 5e6, 0.0, 0.0, 0.0]), 0.0);
+    let stress = Matrix3::new(3.0, -1.0, 2.0, -1.0, 4.0, 0.5, 2.0, 0.5, -6.0);
+    let rotation = Rotation3::new(Vector3::new(0.3, -1.1, 0.7));
+    let turned = rotation * stress * rotation.inverse();
+    // Some ten roundings of sums of squares up to 200.
+    assert!((von_mises(&voigt(&turned)) / von_mises(&voigt(&stress)) - 1.0).abs() < 1e-14);
+}
+
+fn assembled(scene: Scene) -> AssembledProblem {
+    let problem = Problem::new(scene).expect("a brick");
+    problem.assemble().expect("a discrete problem")
+}
+
+fn report(text: &str, settings: Option<&SolveSettings>) -> ContactReport {
+    let scene = Scene::parse("closed form", text).unwrap_or_else(|error| panic!("{error}"));
+    let problem = assembled(scene);
+    let settings = settings.unwrap_or(&problem.scene().solve);
+    let solution = problem.solve(settings).expect("S is dense");
+    problem.report(&solution).expect("finite loads")
+}
+
+fn close(found: [f64; 3], expected: [f64; 3]) {
+    for (found, expected) in found.into_iter().zip(expected) {
+        // Sums over some hundred tetrahedra or triangles.
+        assert!(
+            (found - expected).abs() <= 1e-12 * expected.abs(),
+            "{found} instead of {expected}"
+        );
+    }
+}
+
+/// Forces (1 + x, 2 y, −3 z) per volume on the box (0, 3) × (0, 1) × (0, 2): their integrals are
+/// 15, 6 and −18, those of x × f are ∫ (y f_z − z f_y) = −9 − 6, ∫ (z f_x − x f_z) = 15 + 27 and ∫
+/// (x f_y − y f_x) = 9 − 7.5.
+#[test]
+fn body_forces_that_vary_have_their_sums_and_moments() {
+    let report = report(
+        "title = 'body force'
+         body.brick = { size = [3.0, 1.0, 2.0], cells = [6, 2, 4] }
+         material.isotropic = { young_modulus = 2e11, poisson_ratio = 0.3 }
+         clamp = [{ face = 'x_min' }]
+         body_force.value = ['1 + x', '2*y', '-3*z']",
+        None,
+    );
+    close(report.resultants.applied_force, [15.0, 6.0, -18.0]);
+    close(report.resultants.moments[1], [-15.0, 42.0, 1.5]);
+}
+
+/// A traction (2 z, y, 1 + y) and a pressure 2 y on x_max of the same box: the forces are
+/// ∫ (2 z − 2 y, y, 1 + y) = (2, 1, 3), and at x = 3 the moments
+/// ∫ (y + y² − y z, 2 z² − 2 y z − 3 − 3 y, 3 y − 2 y z + 2 y²) = (2, −17, 7)/3.
+#[test]
+fn tractions_that_vary_have_their_sums_and_moments() {
+    let report = report(
+        "title = 'tractions'
+         body.brick = { size = [3.0, 1.0, 2.0], cells = [6, 2, 4] }
+         material.isotropic = { young_modulus = 2e11, poisson_ratio = 0.3 }
+         clamp = [{ face = 'x_min' }]
+         traction = [{ face = 'x_max', value = ['2*z', 'y', '1 + y'] }]
+         pressure = [{ face = 'x_max', value = '2*y' }]",
+        None,
+    );
+    close(report.resultants.applied_force, [2.0, 1.0, 3.0]);
+    close(
+        report.resultants.moments[1],
+        [2.0, -17.0, 7.0].map(|m| m / 3.0),
+    );
+}
+
+/// The published stopping rule leaves slipping panes inside their ellipses by its own error; they
+/// are slipping panes all the same, those of the exact answer.
+#[test]
+fn zones_do_not_depend_on_the_tolerance_of_the_method() {
+    let text = include_str!("../../../../pipelines/hkl2011_table1.toml");
+    let text = text.replace("48, 16, 16", "12, 4, 4").replace(
+        "dual_operator = \"implicit\"",
+        "dual_operator = \"explicit\"",
+    );
+    let exact = report(&text, Some(&SolveSettings::default()));
+    let published = SolveSettings {
+        method: Method::FixedPoint,
+        precision: PrecisionControl::Adaptive,
+        epsilon: Some(1e-4),
+        ..SolveSettings::default()
+    };
+    let found = report(&text, Some(&published));
+    let zones = |report: &ContactReport| -> Vec<Zone> {
+        report.panes.iter().map(|pane| pane.zone).collect()
+    };
+    assert_eq!(zones(&found), zones(&exact));
+    // Sticking panes are inside by 1 − ‖(t₁/a, t₂/b)‖, whatever their slip.
+    let sticking = exact.panes.iter().filter(|pane| pane.zone == Zone::Stick);
+    let sticking: Vec<_> = sticking.filter_map(|pane| pane.friction).collect();
+    assert!(!sticking.is_empty());
+    for pane in sticking {
+        let [[a, b], [t1, t2]] = [pane.semi_axes, pane.stress];
+        let inside = 1.0 - (t1 / a).hypot(t2 / b);
+        assert!((pane.margin - inside).abs() < 1e-10, "{pane:?}");
+    }
+}
+
+/// Σ |R| λ_ν, and Σ |R| λ_t along t₁ and along t₂.
+#[test]
+fn contact_forces_are_sums_over_panes() {
+    let text =
+        include_str!("../../../../pipelines/turning_frame.toml").replace("24, 8, 8", "12, 4, 4");
+    let scene = Scene::parse("closed form", &text).expect("a pipeline");
+    let problem = assembled(scene);
+    let solution = problem.solve(&problem.scene().solve).expect("S is dense");
+    let report = problem.report(&solution).expect("finite loads");
+    let areas = &problem.mesh().contact.as_ref().expect("contact").pane_area;
+    let (m, multiplier) = (areas.len(), &solution.multiplier);
+    let sum = |at: &dyn Fn(usize) -> usize| -> f64 {
+        areas
+            .iter()
+            .enumerate()
+            .map(|(i, area)| area * multiplier[at(i)])
+            .sum()
+    };
+    let forces = [sum(&|i| i), sum(&|i| m + 2 * i), sum(&|i| m + 2 * i + 1)];
+    // By different amounts along the two axes, far beyond the rounding that is allowed below.
+    assert!((forces[1] / forces[2] - 1.0).abs() > 1e-3, "{forces:?}");
+    let contact = report.resultants.contact.expect("contact");
+    let [first, second] = contact.tangential_force.expect("friction");
+    close([contact.normal_force, first, second], forces);
+}
+
+/// The largest magnitude of every component of u, here of displacements that are mostly negative.
+#[test]
+fn largest_displacements_are_magnitudes() {
+    let report = report(
+        "title = 'pushed back'
+         body.brick = { size = [3.0, 1.0, 2.0], cells = [6, 2, 4] }
+         material.isotropic = { young_modulus = 2e11, poisson_ratio = 0.3 }
+         clamp = [{ face = 'x_min' }]
+         traction = [{ face = 'x_max', value = [-1e7, -2e6, -3e6] }]",
+        None,
+    );
+    let lowest = [0, 1, 2].map(|c| {
+        let components = report.displacement.iter().map(|u| u[c]);
+        components.fold(0.0, f64::min)
+    });
+    assert_eq!(
+        report.resultants.largest_displacement,
+        lowest.map(|u: f64| -u)
+    );
+}

@@ -1,0 +1,15 @@
+//! The library by whole scenes, in one binary, so that it is linked once and all run side by side.
+
+mod adaptive;
+mod closed_forms;
+mod examples;
+mod facade;
+mod faces;
+mod floating;
+mod gate;
+mod graded;
+mod load_history;
+mod local_mapping;
+mod obstacles;
+mod quadratic;
+mod single_precision;

@@ -1,0 +1,369 @@
+//! The datasets of a run file are those of the model features present, exactly.
+
+use std::{collections::BTreeSet, fs};
+
+use assert_cmd::Command;
+use contact3d_pipe::format::LAYOUT;
+use runfile::Reader;
+
+use super::scenes::{BODY, CONTACT, LOAD, RAMPS, STEEL};
+
+const CONTACT_ONLY: [&str; 31] = [
+    "/mesh/contact_normal",
+    "/mesh/contact_nodes",
+    "/mesh/contact_facets",
+    "/mesh/contact_facet_pane",
+    "/mesh/pane_area",
+    "/mesh/pane_average",
+    "/assemble/coupling_normal",
+    "/load/dual_rhs",
+    "/assemble/dual_operator",
+    "/solve/multiplier_normal",
+    "/solve/steplength",
+    "/solve/local_stiffness_normal",
+    "/post/contact_zone",
+    "/post/normal_stress",
+    "/post/pane_gap",
+    "/post/contact_traction",
+    "/post/contact_axis_1",
+    "/post/contact_axis_2",
+    "/post/zone_counts",
+    "/post/resultants/normal_force",
+    "/post/resultants/contact_force",
+    "/post/resultants/largest_pressure",
+    "/post/certificate/penetration",
+    "/post/certificate/adhesion",
+    "/post/certificate/complementarity",
+    "/post/certificate/fixed_point",
+    "/post/discretisation_error/penetration",
+    "/post/discretisation_error/complementarity",
+    "/VTKHDF/{}Data/contact_normal_stress",
+    "/VTKHDF/{}Data/contact_gap",
+    "/VTKHDF/{}Data/contact_zone",
+];
+const FRICTION_ONLY: [&str; 11] = [
+    "/assemble/coupling_tangential",
+    "/solve/multiplier_tangential",
+    "/solve/local_stiffness_tangential",
+    "/post/margin",
+    "/post/tangential_stress",
+    "/post/pane_slip",
+    "/post/resultants/tangential_force",
+    "/post/certificate/friction_bound",
+    "/post/certificate/slip_direction",
+    "/post/discretisation_error/friction",
+    "/VTKHDF/{}Data/contact_tangential_stress",
+];
+const COULOMB_ONLY: [&str; 12] = [
+    "/solve/slip_bound",
+    "/solve/friction",
+    "/solve/friction_inverse",
+    "/solve/mapping_change",
+    "/solve/spectral_radius",
+    "/solve/determinant_sign",
+    "/solve/fold_distance",
+    "/post/scaled_tangential_stress",
+    "/post/pane_friction",
+    "/post/nodal_friction",
+    "/VTKHDF/{}Data/friction_1",
+    "/VTKHDF/{}Data/friction_2",
+];
+const SLIP_ONLY: [&str; 3] = [
+    "/assemble/contact_compliance",
+    "/load/slip_free",
+    "/solve/slip",
+];
+const REGIONS_ONLY: [&str; 1] = ["/mesh/tetrahedron_region"];
+const QUADRATIC_ONLY: [&str; 3] = [
+    "/mesh/tetrahedron_mid_edges",
+    "/mesh/facet_mid_edges",
+    "/post/corner_stress",
+];
+
+const FLOATING_ONLY: [&str; 11] = [
+    "/VTKHDF/PointData/unstopped_motion",
+    "/assemble/rigid_modes",
+    "/assemble/rigid_pins",
+    "/assemble/rigid_spring",
+    "/assemble/rigid_support",
+    "/assemble/rigid_yielding",
+    "/solve/closing",
+    "/solve/neutral_motions",
+    "/solve/rigid_motion",
+    "/solve/straining_displacement",
+    "/solve/unstopped_motion",
+];
+
+/// Runs a scene on linear tetrahedra and returns the datasets of a run that its file lacks, those of quadratic
+/// ones apart; writers refuse any that is not in the table. Checkpoints, studies of accuracy, theory and paths, and levels of adaptive
+/// meshes are no part of a finished run.
+fn absent_from(tables: &[&str]) -> BTreeSet<String> {
+    let mut absent = absent_from_run(tables);
+    for path in QUADRATIC_ONLY {
+        assert!(
+            absent.remove(path),
+            "{path} is there with linear tetrahedra"
+        );
+    }
+    absent
+}
+
+fn absent_from_run(tables: &[&str]) -> BTreeSet<String> {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = [&[BODY, STEEL, LOAD], tables].concat().concat();
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    Command::cargo_bin("contact3d-pipe")
+        .unwrap()
+        .current_dir(folder.path())
+        .args(["run", "scene.toml", "run.h5", "--no-figures", "--quiet"])
+        .assert()
+        .success();
+    let reader = Reader::open(&folder.path().join("run.h5"), LAYOUT).unwrap();
+    assert!(!reader.has("/adapt/status"), "no target for an error");
+    assert_eq!(
+        reader.has("/history/time"),
+        tables.concat().contains("step")
+    );
+    assert_eq!(
+        reader.has("/VTKHDF/Steps/Values"),
+        tables.concat().contains("step")
+    );
+    let rows = LAYOUT.tables.iter().flat_map(|table| table.iter());
+    let of_a_run = rows.filter(|row| {
+        let others = [
+            "/accuracy/",
+            "/checkpoint/",
+            "/adapt/",
+            "/theory/",
+            "/branches/",
+            "/history/",
+        ];
+        !others.iter().any(|group| row.path.starts_with(group))
+    });
+    let absent = of_a_run.filter(|row| !reader.has(row.path));
+    let absent = absent.filter(|row| !row.path.starts_with("/VTKHDF/Steps/"));
+    let mut absent: BTreeSet<String> = absent.map(|row| row.path.to_owned()).collect();
+    for path in FLOATING_ONLY {
+        assert!(
+            absent.remove(path),
+            "{path} is there, and the clamp holds the body"
+        );
+    }
+    for path in FORMER_NAMES {
+        assert!(absent.remove(path), "{path} is a former name");
+    }
+    absent
+}
+
+/// What only files before format 1.9 have.
+const FORMER_NAMES: [&str; 2] = ["/solve/actions", "/solve/history/actions"];
+
+/// What only a scene with an obstacle has.
+const OBSTACLE_ONLY: [&str; 1] = ["/mesh/contact_clearance"];
+
+/// What only clamps with values have.
+const PRESCRIBED_ONLY: [&str; 2] = [
+    "/load/prescribed_displacement",
+    "/post/resultants/clamp_work",
+];
+
+/// What only springs have.
+const SPRINGS_ONLY: [&str; 2] = [
+    "/post/resultants/spring_energy",
+    "/post/resultants/spring_force",
+];
+
+/// What only a load history has, beside its own group.
+const HISTORY_ONLY: [&str; 1] = ["/solve/history_digest"];
+/// What only contact faces have whose normals are not the same everywhere, several ones among them.
+const VARYING_NORMALS_ONLY: [&str; 2] = [
+    "/mesh/contact_node_normal",
+    "/VTKHDF/CellData/contact_normal",
+];
+/// What only several contact faces have, and what only one has.
+const SEVERAL_FACES_ONLY: [&str; 11] = [
+    "/mesh/contact_node_normal",
+    "/VTKHDF/CellData/contact_normal",
+    "/mesh/contact_face_names",
+    "/mesh/contact_face_nodes",
+    "/mesh/contact_face_facets",
+    "/mesh/contact_face_panes",
+    "/mesh/contact_face_is_nodal",
+    "/post/faces/zone_counts",
+    "/post/faces/normal_force",
+    "/post/faces/largest_pressure",
+    "/VTKHDF/CellData/contact_face",
+];
+const FACES_WITH_FRICTION_ONLY: &str = "/post/faces/tangential_force";
+const ONE_FACE_ONLY: [&str; 2] = ["/mesh/contact_normal", "/post/resultants/tangential_force"];
+
+/// What only a factor in single precision has; small bodies have one in double.
+const IN_SINGLE_PRECISION: [&str; 3] = [
+    "/assemble/contact_compliance_single",
+    "/assemble/dual_operator_single",
+    "/assemble/factor/values_single",
+];
+
+/// The paths of some effects. Fields of the contact face are cell data of ParaView with panes and
+/// point data with nodal multipliers; `present` names those that are there.
+fn expected(effects: &[&[&str]], present: Option<&str>) -> BTreeSet<String> {
+    let absent = effects.concat().into_iter();
+    let mut paths: BTreeSet<String> = absent
+        .flat_map(|path| ["Cell", "Point"].map(|data| path.replace("{}", data)))
+        .collect();
+    paths.extend(IN_SINGLE_PRECISION.map(str::to_owned));
+    paths.extend(OBSTACLE_ONLY.map(str::to_owned));
+    paths.extend(PRESCRIBED_ONLY.map(str::to_owned));
+    paths.extend(SPRINGS_ONLY.map(str::to_owned));
+    paths.extend(HISTORY_ONLY.map(str::to_owned));
+    paths.extend(SEVERAL_FACES_ONLY.map(str::to_owned));
+    paths.insert(FACES_WITH_FRICTION_ONLY.to_owned());
+    let all = [&CONTACT_ONLY[..], &FRICTION_ONLY, &COULOMB_ONLY].concat();
+    if let Some(present) = present {
+        let other = if present == "Cell" { "Point" } else { "Cell" };
+        let fields = all.iter().filter(|path| path.contains("{}"));
+        paths.extend(fields.map(|path| path.replace("{}", other)));
+    }
+    paths
+}
+
+#[test]
+fn without_contact() {
+    let absent = [
+        &CONTACT_ONLY[..],
+        &FRICTION_ONLY,
+        &COULOMB_ONLY,
+        &SLIP_ONLY,
+        &REGIONS_ONLY,
+    ];
+    assert_eq!(absent_from(&[]), expected(&absent, None));
+}
+
+#[test]
+fn without_friction() {
+    let absent: [&[&str]; 4] = [&FRICTION_ONLY, &COULOMB_ONLY, &SLIP_ONLY, &REGIONS_ONLY];
+    assert_eq!(absent_from(&[CONTACT]), expected(&absent, Some("Cell")));
+}
+
+#[test]
+fn with_a_given_slip_bound() {
+    let absent: [&[&str]; 3] = [&COULOMB_ONLY, &SLIP_ONLY, &REGIONS_ONLY];
+    let found = absent_from(&[CONTACT, "[friction]\nslip_bound = 1e6"]);
+    assert_eq!(found, expected(&absent, Some("Cell")));
+}
+
+#[test]
+fn with_constant_coefficients() {
+    let absent: [&[&str]; 2] = [&SLIP_ONLY, &REGIONS_ONLY];
+    let found = absent_from(&[CONTACT, "[friction]\ncoefficient.constant = 0.3"]);
+    assert_eq!(found, expected(&absent, Some("Cell")));
+}
+
+#[test]
+fn with_coefficients_that_follow_the_slip() {
+    let found = absent_from(&[CONTACT, RAMPS]);
+    assert_eq!(found, expected(&[&REGIONS_ONLY], Some("Cell")));
+}
+
+#[test]
+fn with_regions_and_nodal_multipliers_everything_is_there_but_the_panes() {
+    let region = "[[region]]\npart.box = [[0, 0, 0], [1, 1, 1]]\n\
+                  material.isotropic = { young_modulus = 1e11, poisson_ratio = 0.3 }\n";
+    let found = absent_from(&[CONTACT, "multipliers = 'nodal'", RAMPS, region]);
+    let panes: [&[&str]; 1] = [&["/mesh/contact_facet_pane"]];
+    assert_eq!(found, expected(&panes, Some("Point")));
+}
+
+#[test]
+fn with_an_obstacle_its_distance_is_there_and_normals_where_they_vary() {
+    let sphere = "obstacle.sphere = { centre = [1.5, 0.5, -9.0], radius = 9.0 }\n";
+    let found = absent_from(&[CONTACT, sphere, RAMPS]);
+    let [clearance] = OBSTACLE_ONLY;
+    let mut absent = expected(&[&REGIONS_ONLY, &["/mesh/contact_normal"]], Some("Cell"));
+    assert!(absent.remove(clearance));
+    absent.retain(|path| !VARYING_NORMALS_ONLY.contains(&path.as_str()));
+    assert_eq!(found, absent);
+
+    let plane = "obstacle.half_space = { point = [0.0, 0.0, -1e-5], normal = [0.0, 0.0, 1.0] }\n";
+    let found = absent_from(&[CONTACT, plane, RAMPS]);
+    let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
+    assert!(absent.remove(clearance));
+    assert_eq!(found, absent);
+}
+
+#[test]
+fn with_prescribed_displacements() {
+    let clamp = "[[clamp]]\nface = 'x_max'\ncomponents = ['y']\nvalue = [0.0, 1e-6, 0.0]\n";
+    let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
+    absent.retain(|path| !PRESCRIBED_ONLY.contains(&path.as_str()));
+    assert_eq!(absent_from(&[clamp, CONTACT, RAMPS]), absent);
+    // Values of zero are no values.
+    let resting = clamp.replace("1e-6", "0");
+    let absent = expected(&[&REGIONS_ONLY], Some("Cell"));
+    assert_eq!(absent_from(&[&resting, CONTACT, RAMPS]), absent);
+}
+
+#[test]
+fn with_springs() {
+    let spring = "[[spring]]\nface = 'x_max'\nnormal = 1e9\n";
+    let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
+    absent.retain(|path| !SPRINGS_ONLY.contains(&path.as_str()));
+    assert_eq!(absent_from(&[spring, CONTACT, RAMPS]), absent);
+}
+
+#[test]
+fn with_a_load_history() {
+    let mut absent = expected(&[&REGIONS_ONLY], Some("Cell"));
+    absent.retain(|path| !HISTORY_ONLY.contains(&path.as_str()));
+    // A series has no estimate of the error.
+    absent.insert("/VTKHDF/CellData/error_indicator".to_owned());
+    assert_eq!(
+        absent_from(&[CONTACT, RAMPS, "[[step]]\n[[step]]\n"]),
+        absent
+    );
+}
+
+#[test]
+fn with_several_contact_faces() {
+    let faces = "[[contact]]\nface = 'z_min'\n[[contact]]\nface = 'y_max'\n";
+    let absent: [&[&str]; 5] = [
+        &FRICTION_ONLY,
+        &COULOMB_ONLY,
+        &SLIP_ONLY,
+        &REGIONS_ONLY,
+        &ONE_FACE_ONLY,
+    ];
+    let mut frictionless = expected(&absent, Some("Cell"));
+    frictionless.retain(|path| !SEVERAL_FACES_ONLY.contains(&path.as_str()));
+    assert_eq!(absent_from(&[faces]), frictionless);
+    let mut rough = expected(&[&REGIONS_ONLY, &ONE_FACE_ONLY], Some("Cell"));
+    rough.retain(|path| !SEVERAL_FACES_ONLY.contains(&path.as_str()));
+    rough.remove(FACES_WITH_FRICTION_ONLY);
+    assert_eq!(absent_from(&[faces, RAMPS]), rough);
+}
+
+#[test]
+fn with_quadratic_tetrahedra() {
+    let element = "[body]\nelement = 'P2'\n";
+    let absent = absent_from_run(&[CONTACT, RAMPS, element]);
+    assert_eq!(absent, expected(&[&REGIONS_ONLY], Some("Cell")));
+}
+
+#[test]
+fn with_the_implicit_operator_nothing_dense_is_there() {
+    let settings = "[assemble]\ndual_operator = 'implicit'\n";
+    let found = absent_from(&[CONTACT, RAMPS, settings]);
+    let absent: [&[&str]; 2] = [
+        &[
+            "/assemble/dual_operator",
+            "/assemble/contact_compliance",
+            "/load/slip_free",
+            "/solve/mapping_change",
+            "/solve/spectral_radius",
+            "/solve/determinant_sign",
+            "/solve/fold_distance",
+        ],
+        &REGIONS_ONLY,
+    ];
+    assert_eq!(found, expected(&absent, Some("Cell")));
+}
