@@ -11,8 +11,8 @@ use crate::{
 /// Roundings of a few terms and of the steps that follow them.
 const ROUNDINGS: f64 = 16.0;
 
-/// The natural map R(λ) = λ − P(λ − ρ r), r = S λ − h, whose zeros solve the contact problem
-/// ([`Conditions`]); where the body floats, of x = (λ, α) with rows ρ (e − Gᵀλ) for the balance.
+/// The natural map R(λ) = λ − P(λ − ρ r), r = S λ − h, whose zeros solve the contact problem;
+/// where the body floats, of x = (λ, α) with rows ρ (e − Gᵀλ) for the balance.
 pub struct NaturalMap<'a> {
     pub(in crate::solver) dual: &'a ExplicitDual,
     pub(in crate::solver) conditions: Conditions<'a>,
