@@ -16,6 +16,7 @@ use super::{
     adapt::RefinementInForce,
     read_results,
     settings::{Chosen, settings},
+    start::StartFrom,
 };
 use crate::format::{self, HISTORY, LAYOUT, Stage, VTKHDF};
 
@@ -98,26 +99,12 @@ pub(super) fn input_digest(
     hasher.finalize().to_hex().to_string()
 }
 
-/// The multipliers that a solve should have started from.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum StartedFrom<'a> {
-    /// Those that the stored solve names.
-    AsStored,
-    /// These, by their digest; `None` is λ = 0.
-    Given(Option<&'a str>),
-}
-
 /// The state of every stage of a file with respect to a scene. A stage that is not what was
 /// written, or whose own file cannot be used, is a state, not an error.
 #[must_use]
 pub fn states(reader: &Reader, scene: &Scene) -> Vec<StageState> {
     let refinement = RefinementInForce::stored(Some(reader), scene);
-    states_from(
-        Some(reader),
-        scene,
-        refinement.digest(),
-        StartedFrom::AsStored,
-    )
+    states_from(Some(reader), scene, refinement.digest(), &StartFrom::Any)
 }
 
 /// As [`states`], of a file that may not exist yet, with a solve that must have started from
@@ -126,7 +113,7 @@ pub(super) fn states_from(
     reader: Option<&Reader>,
     scene: &Scene,
     refinement: Option<&str>,
-    start: StartedFrom<'_>,
+    start: &StartFrom,
 ) -> Vec<StageState> {
     let mut states: Vec<StageState> = Vec::new();
     for stage in Stage::ALL {
@@ -183,7 +170,7 @@ fn judge(
     stage: Stage,
     scene: &Scene,
     refinement: Option<&str>,
-    start: StartedFrom<'_>,
+    start: &StartFrom,
     stored: &StoredGroup,
     upstream: &[StageState],
 ) -> Freshness {
@@ -200,8 +187,8 @@ fn judge(
         .collect();
     let stored_start = stored_start(&stored.record.settings);
     let start = match start {
-        StartedFrom::AsStored => stored_start.as_deref(),
-        StartedFrom::Given(start) => start,
+        StartFrom::Any => stored_start.as_deref(),
+        StartFrom::Zero | StartFrom::Given { .. } => start.digest(),
     };
     let with = |start| settings(stage, scene, Chosen { refinement, start });
     let settings_now = with(start);

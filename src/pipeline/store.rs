@@ -19,7 +19,7 @@ use super::{
     AssemblyFile, Commit, Freshness, Performed, StageError, StageState,
     adapt::RefinementInForce,
     commit::{ComputedStage, OpenCommit},
-    freshness::{StartedFrom, input_digest, states_from},
+    freshness::{input_digest, states_from},
     rollback::Rollback,
     settings::{Chosen, settings},
     stages::StageOutput,
@@ -110,11 +110,8 @@ impl Store {
     }
 
     fn states_in(&self, reader: Option<&Reader>) -> Vec<StageState> {
-        let start = match &self.start {
-            StartFrom::Any => StartedFrom::AsStored,
-            StartFrom::Zero | StartFrom::Given { .. } => StartedFrom::Given(self.start.digest()),
-        };
-        states_from(reader, &self.input.scene, self.refinement.digest(), start)
+        let refinement = self.refinement.digest();
+        states_from(reader, &self.input.scene, refinement, &self.start)
     }
 
     /// Refuses to begin a stage on anything but fresh ones, and remembers which these were.

@@ -72,7 +72,7 @@ fn the_linked_assembly_of_the_file_of_before_stays() {
             .assert()
     };
     run(&[]).success();
-    let linked = |name: &String| name.contains(".assemble-");
+    let linked = |name: &String| name.starts_with("assemble-");
     assert_eq!(program.everything().keys().filter(|n| linked(n)).count(), 1);
     let other_mesh = ["--set", "body.brick.size=[3.0,1.0,1.5]"];
     refused(
