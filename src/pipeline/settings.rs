@@ -36,7 +36,7 @@ pub(super) fn settings(stage: Stage, scene: &Scene, chosen: Chosen<'_>) -> Strin
     format!("{text}\n[units]\n{}", toml(&scene.units))
 }
 
-/// [`settings`] for the body's own mesh and a solve that starts from λ = 0.
+/// The part of a scene that a stage depends on directly, as TOML, for the body's own mesh and a solve that starts from λ = 0.
 #[must_use]
 pub fn stage_settings(stage: Stage, scene: &Scene) -> String {
     settings(stage, scene, Chosen::default())

@@ -16,7 +16,7 @@ pub struct StepRecord {
     pub status: Status,
     /// Which algorithm gave the answer.
     pub solved_by: SolvedBy,
-    /// Relative error of λ, as [`Solution::accuracy`].
+    /// Relative error of λ, as [`Solution::accuracy`](crate::solver::Solution::accuracy).
     pub accuracy: f64,
     /// Applications of A⁻¹ or S.
     pub applications: usize,
