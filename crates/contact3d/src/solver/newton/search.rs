@@ -50,6 +50,8 @@ pub(in crate::solver) enum Way {
     Path,
     /// From an easier law ([`continuation`]).
     Eased,
+    /// From the face that floats above its foundation, where no load presses the body ([`Balance::lifted`]), measured by local stiffness.
+    Lifted,
     /// From softer and softer springs in place of the contact that holds a body ([`softened`]).
     Softened,
 }
@@ -94,7 +96,16 @@ impl<'a> Search<'a> {
         };
         let warm = warm.filter(|_| mobile).into_iter();
         let softened = self.dual.balance.as_ref().map(|_| Way::Softened);
-        warm.chain(ways).chain(softened).filter(is_open).collect()
+        let lifted = self.lifted().map(|_| Way::Lifted).into_iter();
+        let ways = lifted.chain(warm).chain(ways).chain(softened);
+        ways.filter(is_open).collect()
+    }
+
+    /// No contact force, and the motions of a body that nothing presses.
+    fn lifted(&self) -> Option<Vec<f64>> {
+        let motion = self.dual.balance.as_ref()?.lifted(&self.dual.rhs)?;
+        let n = self.dual.dimension();
+        Some(std::iter::repeat_n(0.0, n).chain(motion).collect())
     }
 
     /// Whether the body moves as a whole much further than its panes do, in S or beside it.
@@ -115,6 +126,10 @@ impl<'a> Search<'a> {
             Way::Warm => self.from(self.zero_or_start(), &mut observe),
             Way::Glued => self.from(self.local.glued_start(self.dual), &mut observe),
             Way::Pressed => self.from(self.local.pressed_start(self.dual), &mut observe),
+            Way::Lifted => {
+                let start = self.lifted().unwrap_or_else(|| self.zero_or_start());
+                self.from(start, &mut observe)
+            }
             Way::Path => self.path(&mut observe),
             Way::Relaxed => self.relaxed(&mut observe),
             Way::Convex => match self.bound {

@@ -275,7 +275,9 @@ impl<'a> NewtonSystem<'a> {
 
     /// D of a rigid motion.
     fn support(&self, motion: usize) -> f64 {
-        self.coupling().support[motion]
+        let balance = self.map.dual.balance.as_ref();
+        let balance = balance.expect("a rigid motion is an unknown");
+        balance.stiffness_of(motion, &self.map.conditions.steplengths)
     }
 
     /// ∂r/∂x_j, a column of S or of −G, and −∂u_t/∂x_j at the contact nodes, where they are held.

@@ -1,0 +1,95 @@
+//! Bodies that no load presses onto their foundation.
+//!
+//! Where a free motion q lifts every pane, w_ν(q) < 0, and the load does not work in it, e·q = 0, the balance of forces says
+//! Σ λ_ν·w_ν(q) = 0: nothing presses. How high the body floats is then free, so that S, G and the pressed panes do not determine it. It is
+//! left as low as it can be.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{Balance, RigidCoupling};
+use crate::linalg::{add_scaled, dot, norm};
+
+/// Share of the mean lift that every pane takes part in, at least.
+const LIFTED: f64 = 1e-3;
+
+/// How much higher than needed the body is lifted, as a share, so that rounding presses no pane.
+const HIGHER: f64 = 1e-6;
+
+/// Stiffness of a free motion in the matrix of Newton's method, as a share of that of the panes: where these are lifted nothing else
+/// determines it. The residual does not know of it.
+const LEAST_STIFFNESS: f64 = 1e-8;
+
+/// The motion that comes nearest to a lift by one, of those that no support resists and the load does not drive; `None` where it does
+/// not lift every pane.
+pub(super) fn lift(coupling: &RigidCoupling, resultant: &[f64], areas: &[f64]) -> Option<Vec<f64>> {
+    let n_resisted = coupling.n_resisted();
+    let free = &coupling.integrals[n_resisted..];
+    if free.is_empty() || areas.is_empty() {
+        return None;
+    }
+    let undriven = orthogonal_to(&resultant[n_resisted..]);
+    let raised = DMatrix::from_fn(areas.len(), free.len(), |i, p| {
+        -free[p][i] / areas[i].sqrt()
+    });
+    let raised = raised * &undriven;
+    let wanted = DVector::from_fn(areas.len(), |i, _| areas[i].sqrt());
+    let svd = raised.clone().svd(true, true);
+    let least = LIFTED * svd.singular_values.max();
+    let weights = svd.solve(&wanted, least).ok()?;
+    let lifts = &raised * &weights;
+    let lifts_all = lifts
+        .iter()
+        .zip(areas)
+        .all(|(by, area)| *by > LIFTED * area.sqrt());
+    let motion = &undriven * weights;
+    let resisted = std::iter::repeat_n(0.0, n_resisted);
+    lifts_all.then(|| resisted.chain(motion.iter().copied()).collect())
+}
+
+/// An orthonormal basis of the vectors orthogonal to one, as columns.
+fn orthogonal_to(vector: &[f64]) -> DMatrix<f64> {
+    let n = vector.len();
+    let size = norm(vector);
+    if size == 0.0 {
+        return DMatrix::identity(n, n);
+    }
+    // The columns but one of the reflection that takes the vector to an axis.
+    let axis = (0..n).max_by(|a, b| vector[*a].abs().total_cmp(&vector[*b].abs()));
+    let axis = axis.expect("it is not empty");
+    let mut normal = DVector::from_row_slice(vector) / size;
+    normal[axis] += normal[axis].signum();
+    let square = normal.norm_squared();
+    let reflection = DMatrix::identity(n, n) - &normal * normal.transpose() * (2.0 / square);
+    reflection.remove_column(axis)
+}
+
+impl Balance {
+    /// The motions α of a body that nothing presses, without contact forces and as low as the right-hand side h of its face allows;
+    /// `None` where the load presses it, or may.
+    pub(crate) fn lifted(&self, rhs: &[f64]) -> Option<Vec<f64>> {
+        let lift = self.lift.as_ref()?;
+        let coupling = &self.coupling;
+        let by_load = self.resultant.iter().zip(&coupling.support);
+        let by_load = by_load.map(|(e, d)| if *d > 0.0 { e / d } else { 0.0 });
+        let mut motion: Vec<f64> = by_load.collect();
+        let normals = coupling.layout.normals();
+        let lifts = coupling.integrals_of(lift, rhs.len());
+        let moved = coupling.integrals_of(&motion, rhs.len());
+        // r = −h − G α, of every pane.
+        let heights = normals.map(|i| (rhs[i] + moved[i]) / -lifts[i]);
+        let height = heights.fold(0.0, f64::max);
+        add_scaled(&mut motion, height * (1.0 + HIGHER), lift);
+        Some(motion)
+    }
+
+    /// D of a motion in the matrix of Newton's method, in N/m, where ρ measures the panes.
+    pub(crate) fn stiffness_of(&self, motion: usize, steplengths: &[f64]) -> f64 {
+        let support = self.coupling.support[motion];
+        if support > 0.0 || self.lift.is_none() {
+            return support;
+        }
+        let g = &self.coupling.integrals[motion];
+        let moved: Vec<f64> = g.iter().zip(steplengths).map(|(g, rho)| g * rho).collect();
+        LEAST_STIFFNESS * dot(g, &moved)
+    }
+}

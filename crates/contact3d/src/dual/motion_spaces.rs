@@ -1,0 +1,182 @@
+//! Bases of the rigid motions of a body: those that contact or supports feel, and those that they do not.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::rigid_coupling::{ROUNDINGS, UNFELT};
+use crate::{contact::MultiplierLayout, elasticity::FloatingBody};
+
+/// Share of the largest stiffness of the supports in a motion below which they do not resist it: rounding.
+const UNRESISTED: f64 = 1e-13;
+
+/// What of the contact face a motion moves as a rigid one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Reach {
+    Nothing,
+    AlongIt,
+    Any,
+}
+
+impl Reach {
+    /// Takes out of B R of a motion what is rounding.
+    pub(super) fn restrict(self, integrals: &mut [f64], layout: MultiplierLayout) {
+        match self {
+            Self::Nothing => integrals.fill(0.0),
+            Self::AlongIt => integrals[layout.normals()].fill(0.0),
+            Self::Any => {}
+        }
+    }
+}
+
+/// A motion that contact or supports feel.
+pub(super) struct FeltMotion {
+    pub(super) modes: Vec<f64>,
+    /// D in N/m.
+    pub(super) support: f64,
+    pub(super) reach: Reach,
+}
+
+/// Bases of the motions that are felt and of those that are not.
+pub(super) struct MotionSpaces {
+    pub(super) felt: Vec<FeltMotion>,
+    pub(super) unfelt: Vec<Vec<f64>>,
+}
+
+impl MotionSpaces {
+    /// From B R, `[n_modes][n_multipliers]`, and D. A motion is felt if it moves the contact face, in the mean square over it, or
+    /// supports resist it. Where all motions are felt and no support resists, the modes themselves.
+    pub(super) fn new(
+        of_modes: &[Vec<f64>],
+        body: &FloatingBody,
+        areas: &[f64],
+        layout: MultiplierLayout,
+    ) -> Self {
+        let k = of_modes.len();
+        let weight = |j: usize| areas[layout.pane_of(j)].sqrt().recip();
+        // As many rows as columns at least, so that no vector is missing.
+        let n_rows = layout.n_multipliers().max(k);
+        let on_face = DMatrix::from_fn(n_rows, k, |j, p| {
+            of_modes[p].get(j).map_or(0.0, |value| value * weight(j))
+        });
+        let least = UNFELT * on_face.singular_values().max();
+        let whole = DMatrix::identity(k, k);
+        let Some(support) = &body.support else {
+            let (on, off) = felt(&on_face, &whole, least);
+            let basis = if off.ncols() == 0 { &whole } else { &on };
+            return Self {
+                felt: unresisted(basis),
+                unfelt: columns(&off),
+            };
+        };
+        let support = DMatrix::from_fn(k, k, |p, q| support.stiffness[p][q]);
+        // What supports resist first: of the rest, contact feels no more motions than it has multipliers.
+        let (held, free) = by_support(&support);
+        let (free, unfelt) = felt(&on_face, &free, least);
+        let mut pressing = on_face.clone();
+        pressing
+            .rows_mut(layout.n_panes(), n_rows - layout.n_panes())
+            .fill(0.0);
+        let (normal, flat) = felt(&pressing, &held, least);
+        let (along, off) = felt(&on_face, &flat, least);
+        let spaces = [
+            (off, Reach::Nothing),
+            (along, Reach::AlongIt),
+            (normal, Reach::Any),
+        ];
+        let mut felt = conjugate(&support, spaces);
+        felt.extend(unresisted(&free));
+        Self {
+            felt,
+            unfelt: columns(&unfelt),
+        }
+    }
+
+    /// The rows of the inverse of all motions that belong to felt ones.
+    pub(super) fn coordinates(&self) -> Vec<Vec<f64>> {
+        let felt = self.felt.iter().map(|motion| &motion.modes);
+        let all: Vec<DVector<f64>> = felt
+            .chain(&self.unfelt)
+            .map(|modes| DVector::from_row_slice(modes))
+            .collect();
+        let inverse = DMatrix::from_columns(&all).try_inverse();
+        let inverse = inverse.expect("a basis of the motions");
+        let rows = inverse.row_iter().take(self.felt.len());
+        rows.map(|row| row.iter().copied().collect()).collect()
+    }
+}
+
+/// The part of a space of motions that moves the rows of a face by more than `least`, and the rest of it.
+fn felt(on_face: &DMatrix<f64>, space: &DMatrix<f64>, least: f64) -> (DMatrix<f64>, DMatrix<f64>) {
+    if space.ncols() == 0 {
+        return (space.clone(), space.clone());
+    }
+    let svd = (on_face * space).svd(false, true);
+    let vectors = space * svd.v_t.expect("asked for").transpose();
+    let is_felt = |p: &usize| svd.singular_values[*p] > least;
+    let (felt, unfelt): (Vec<usize>, Vec<usize>) = (0..space.ncols()).partition(is_felt);
+    (
+        vectors.select_columns(&felt),
+        vectors.select_columns(&unfelt),
+    )
+}
+
+fn unresisted(space: &DMatrix<f64>) -> Vec<FeltMotion> {
+    let motion = |modes| FeltMotion {
+        modes,
+        support: 0.0,
+        reach: Reach::Any,
+    };
+    columns(space).into_iter().map(motion).collect()
+}
+
+/// A basis of motions in which D is diagonal, space by space: motions of a later one may take up some of those before, which move less
+/// of the face, and none of those after. A motion along the face, which weak springs let go far, is so never part of one that presses it.
+fn conjugate(support: &DMatrix<f64>, spaces: [(DMatrix<f64>, Reach); 3]) -> Vec<FeltMotion> {
+    let mut basis: Vec<(DVector<f64>, f64, Reach)> = Vec::new();
+    for (mut space, reach) in spaces {
+        // Twice, for rounding.
+        for _ in 0..2 {
+            for (known, stiffness, _) in &basis {
+                let along = known.transpose() * support * &space / *stiffness;
+                space -= known * along;
+            }
+        }
+        if space.ncols() == 0 {
+            continue;
+        }
+        let eigen = (space.transpose() * support * &space).symmetric_eigen();
+        let vectors = &space * &eigen.eigenvectors;
+        for (vector, stiffness) in vectors.column_iter().zip(&eigen.eigenvalues) {
+            basis.push((vector.into_owned(), *stiffness, reach));
+        }
+    }
+    let motion = |(modes, support, reach): (DVector<f64>, f64, Reach)| {
+        // What rounding mixes in would leave the plane of a face on a long way along it.
+        let least = ROUNDINGS * f64::EPSILON * modes.amax();
+        FeltMotion {
+            modes: modes
+                .map(|w| if w.abs() > least { w } else { 0.0 })
+                .data
+                .into(),
+            support,
+            reach,
+        }
+    };
+    basis.into_iter().map(motion).collect()
+}
+
+/// Orthonormal bases of the motions that supports resist and of those that they do not.
+fn by_support(support: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
+    let eigen = support.clone().symmetric_eigen();
+    let least = UNRESISTED * support.diagonal().max();
+    let (held, free): (Vec<usize>, Vec<usize>) =
+        (0..support.ncols()).partition(|&p| eigen.eigenvalues[p] > least);
+    (
+        eigen.eigenvectors.select_columns(&held),
+        eigen.eigenvectors.select_columns(&free),
+    )
+}
+
+fn columns(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    let columns = matrix.column_iter();
+    columns.map(|c| c.iter().copied().collect()).collect()
+}
