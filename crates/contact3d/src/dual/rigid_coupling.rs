@@ -324,6 +324,15 @@ impl Balance {
         !self.coupling.yielding.is_empty()
     }
 
+    /// α of motions counted from zero in m, `[n_felt]`, of those that are counted from the closed gap.
+    pub(crate) fn whole_way(&self, motion: &[f64]) -> Vec<f64> {
+        let mut whole = motion.to_vec();
+        if let Some(closed) = &self.closed {
+            add_scaled(&mut whole, 1.0, &closed.motion);
+        }
+        whole
+    }
+
     /// α of the motions counted from zero, in terms of the modes of the body, and what α₀ of the closed gap does added to the
     /// displacement and to its part that strains the body, if that is told apart.
     pub(crate) fn counted_from_zero(
@@ -339,8 +348,7 @@ impl Balance {
         if !straining.is_empty() {
             self.coupling.add_yielding(&closed.motion, straining);
         }
-        let sums = motion.iter().zip(&closed.motion).map(|(a, by)| a + by);
-        self.coupling.in_modes(&sums.collect::<Vec<f64>>())
+        self.coupling.in_modes(&self.whole_way(motion))
     }
 
     /// The unknowns α of motions in terms of the modes of the body.

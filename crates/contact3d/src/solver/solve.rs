@@ -3,6 +3,7 @@
 use super::{
     ContactBody, ContactState, Inner, LocalMapping, NeedsExplicit, OuterStep, Progress, Solution,
     Start, Status,
+    accuracy::limited_by,
     conditions::Bound,
     equilibrium::{dragged_motion, neutral_motions, unstopped_motion},
     minimisation::minimise,
@@ -113,7 +114,8 @@ impl DiscreteProblem<'_> {
             None
         };
         let start = solution.multiplier.clone();
-        let solution = self.finished(solution);
+        let (way, epsilon) = (self.rounding_of_way(&solution), self.settings.epsilon());
+        let solution = limited_by(way, epsilon, self.finished(solution));
         let Some(dual) = counted else {
             return Ok(solution);
         };

@@ -8,6 +8,7 @@ mod faces;
 mod floating;
 mod gate;
 mod graded;
+mod keeper;
 mod load_history;
 mod local_mapping;
 mod obstacles;

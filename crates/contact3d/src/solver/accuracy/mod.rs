@@ -2,5 +2,7 @@
 
 mod judge;
 pub(in crate::solver) mod polish;
+mod rigid_rounding;
 
 pub(crate) use judge::{is_felt, load_stress};
+pub(in crate::solver) use rigid_rounding::limited_by;

@@ -1,13 +1,10 @@
 //! What a keeper is asked and given by the driver.
 
 use contact3d::{
-    InMemory, Keeper, Problem, ProblemError, Step, Unfinished,
+    InMemory, Keeper, Problem, ProblemError, RunStep, Unfinished,
     dual::{AssemblyError, Need, Resource, Shortage},
     history::StepRecord,
-    scene::{
-        Body, Clamp, Contact, Friction, Material, Method, Pressure, Scene, Step as LoadStep,
-        Traction,
-    },
+    scene::{Body, Clamp, Contact, Friction, Material, Method, Pressure, Scene, Step, Traction},
     solver::{OuterState, Start},
 };
 
@@ -48,8 +45,8 @@ impl Keeper for Everything {
         })
     }
 
-    fn observe(&mut self, step: Step<'_>) {
-        if let Step::Assembling(name) = step {
+    fn observe(&mut self, step: RunStep<'_>) {
+        if let RunStep::Assembling(name) = step {
             self.assembled.push(name);
         }
     }
@@ -99,11 +96,7 @@ fn a_static_solve_goes_on_from_what_was_kept_with_the_same_bits() {
 
 #[test]
 fn a_history_keeps_its_increments_but_the_last_and_no_state_between() {
-    let scene = pulled().with_step(
-        LoadStep::new("pull")
-            .with_factor("pull", 1.0)
-            .in_increments(3),
-    );
+    let scene = pulled().with_step(Step::new("pull").with_factor("pull", 1.0).in_increments(3));
     let problem = Problem::new(scene).expect("a brick");
     let problem = problem.assemble().expect("a problem");
     let settings = &problem.scene().solve;
