@@ -57,6 +57,12 @@ pub(super) fn status(arguments: &StageArguments, output: &Output) -> Result<Exit
         }
         terminal::result(&text);
     }
-    require_undamaged(&arguments.file, &states)?;
-    Ok(Exit::Done)
+    // What can be said of the file is said.
+    Ok(match require_undamaged(&arguments.file, &states) {
+        Ok(()) => Exit::Done,
+        Err(error) => {
+            terminal::message(&format!("error: {error}"));
+            Exit::BadInput
+        }
+    })
 }

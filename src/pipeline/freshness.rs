@@ -117,12 +117,21 @@ pub(super) fn states_from(
 ) -> Vec<StageState> {
     let mut states: Vec<StageState> = Vec::new();
     for stage in Stage::ALL {
-        let stored = reader.map_or(Ok(None), |reader| whole(reader, stage));
-        let (stored, freshness) = match stored {
-            Ok(Some(stored)) => {
+        let found = match reader {
+            None => Ok(None),
+            Some(reader) => whole(reader, stage).and_then(|stored| {
+                let Some(stored) = stored else {
+                    return Ok(None);
+                };
                 let freshness = judge(stage, scene, refinement, start, &stored, &states);
-                (Some(stored), freshness)
-            }
+                if freshness == Freshness::Fresh {
+                    compare(reader, stage)?;
+                }
+                Ok(Some((stored, freshness)))
+            }),
+        };
+        let (stored, freshness) = match found {
+            Ok(Some((stored, freshness))) => (Some(stored), freshness),
             Ok(None) => (None, Freshness::Missing),
             Err(StoreError::Linked { problem, .. }) => {
                 (None, Freshness::Stale(problem.to_string()))
@@ -142,19 +151,26 @@ pub(super) fn states_from(
     states
 }
 
+/// A stage with all that belongs to it; the report has a second form for ParaView, the solution of a load history its increments.
+fn whole(reader: &Reader, stage: Stage) -> Result<Option<StoredGroup>, StoreError> {
+    let stored = reader.whole_group(stage.group())?;
+    match stage {
+        Stage::Post if stored.is_some() => format::check_vtkhdf(reader)?,
+        Stage::Solve if stored.is_some() => format::check_history(reader)?,
+        _ => {}
+    }
+    Ok(stored)
+}
+
 /// Bytes of a group up to which its values are compared with their digests at once, which takes some hundredths of a second; those of
 /// larger ones when they are used, or by `check`.
 const COMPARED_AT_ONCE: u64 = 16_000_000;
 
-/// A stage with all that belongs to it; the report has a second form for ParaView, the solution of a load history its increments.
-fn whole(reader: &Reader, stage: Stage) -> Result<Option<StoredGroup>, StoreError> {
-    let stored = reader.whole_group(stage.group())?;
-    if stored.is_none() {
-        return Ok(None);
-    }
+/// Compares the values of a fresh stage, and of what belongs to it, with their digests, where they are few.
+fn compare(reader: &Reader, stage: Stage) -> Result<(), StoreError> {
     let belonging = match stage {
-        Stage::Post => format::check_vtkhdf(reader).map(|()| Some(VTKHDF))?,
-        Stage::Solve => format::check_history(reader).map(|()| Some(HISTORY))?,
+        Stage::Post => Some(VTKHDF),
+        Stage::Solve => Some(HISTORY),
         Stage::Mesh | Stage::Assemble | Stage::Load => None,
     };
     for group in std::iter::once(stage.group()).chain(belonging) {
@@ -163,7 +179,7 @@ fn whole(reader: &Reader, stage: Stage) -> Result<Option<StoredGroup>, StoreErro
             problem.map_or(Ok(()), Err)?;
         }
     }
-    Ok(stored)
+    Ok(())
 }
 
 fn judge(

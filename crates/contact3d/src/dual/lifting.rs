@@ -1,12 +1,14 @@
 //! Bodies that no load presses onto their foundation.
 //!
-//! Where a free motion q lifts every pane, w_ν(q) < 0, and the load does not work in it, e·q = 0, the balance of forces says
-//! Σ λ_ν·w_ν(q) = 0: nothing presses. How high the body floats is then free, so that S, G and the pressed panes do not determine it. It is
+//! Where a free motion q lifts every pane, w_ν(q) < 0, slides none that has friction, and the load does not work in it, e·q = 0, the balance
+//! of forces says Σ λ_ν·w_ν(q) = 0: nothing presses. How high the body floats is then free, so that S, G and the pressed panes do not determine it. It is
 //! left as low as it can be.
+
+use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Balance, RigidCoupling};
+use super::{Balance, RigidCoupling, motion_spaces::felt, rigid_coupling::UNFELT};
 use crate::linalg::{add_scaled, dot, norm};
 
 /// Share of the mean lift that every pane takes part in, at least.
@@ -19,20 +21,37 @@ const HIGHER: f64 = 1e-6;
 /// determines it. The residual does not know of it.
 const LEAST_STIFFNESS: f64 = 1e-8;
 
-/// The motion that comes nearest to a lift by one, of those that no support resists and the load does not drive; `None` where it does
-/// not lift every pane.
+/// The motion that comes nearest to a lift by one, of those that no support resists, the load does not drive and no friction feels;
+/// `None` where it does not lift every pane.
 pub(super) fn lift(coupling: &RigidCoupling, resultant: &[f64], areas: &[f64]) -> Option<Vec<f64>> {
     let n_resisted = coupling.n_resisted();
     let free = &coupling.integrals[n_resisted..];
-    if free.is_empty() || areas.is_empty() {
+    let layout = coupling.layout;
+    let rows = |range: Range<usize>, count: usize| {
+        DMatrix::from_fn(count.max(free.len()), free.len(), |i, p| {
+            let j = range.start + i;
+            let weight = |j: usize| areas[layout.pane_of(j)].sqrt();
+            if range.contains(&j) {
+                free[p][j] / weight(j)
+            } else {
+                0.0
+            }
+        })
+    };
+    let (n, m) = (layout.n_panes(), layout.n_multipliers());
+    let (raised, slid) = (-rows(0..n, n), rows(n..m, m - n));
+    let undriven = orthogonal_to(&resultant[n_resisted..]);
+    if undriven.ncols() == 0 {
         return None;
     }
-    let undriven = orthogonal_to(&resultant[n_resisted..]);
-    let raised = DMatrix::from_fn(areas.len(), free.len(), |i, p| {
-        -free[p][i] / areas[i].sqrt()
-    });
+    let (_, undriven) = felt(&slid, &undriven, UNFELT * raised.amax().max(slid.amax()));
+    if undriven.ncols() == 0 {
+        return None;
+    }
     let raised = raised * &undriven;
-    let wanted = DVector::from_fn(areas.len(), |i, _| areas[i].sqrt());
+    let wanted = DVector::from_fn(raised.nrows(), |i, _| {
+        areas.get(i).map_or(0.0, |a| a.sqrt())
+    });
     let svd = raised.clone().svd(true, true);
     let least = LIFTED * svd.singular_values.max();
     let weights = svd.solve(&wanted, least).ok()?;

@@ -105,7 +105,11 @@ impl MotionSpaces {
 }
 
 /// The part of a space of motions that moves the rows of a face by more than `least`, and the rest of it.
-fn felt(on_face: &DMatrix<f64>, space: &DMatrix<f64>, least: f64) -> (DMatrix<f64>, DMatrix<f64>) {
+pub(super) fn felt(
+    on_face: &DMatrix<f64>,
+    space: &DMatrix<f64>,
+    least: f64,
+) -> (DMatrix<f64>, DMatrix<f64>) {
     if space.ncols() == 0 {
         return (space.clone(), space.clone());
     }

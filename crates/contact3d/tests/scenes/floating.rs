@@ -208,6 +208,7 @@ fn a_body_without_loads_rests() {
     );
 }
 
+/// Nothing presses the block, so that it floats as low as it can, and springs alone carry the load: u_x = f L/k.
 #[test]
 fn a_load_that_works_in_no_free_motion_proves_nothing() {
     for cells in [[2, 2, 2], [2, 4, 2], [6, 6, 4]] {
@@ -228,9 +229,59 @@ fn a_load_that_works_in_no_free_motion_proves_nothing() {
             );
             let problem = block([1.0; 3], cells, &rest);
             let solution = solved(&problem);
-            assert_ne!(solution.status, Status::NoEquilibrium, "{cells:?}, {push}");
-            assert!(solution.unstopped_motion.is_none(), "{cells:?}, {push}");
+            assert_eq!(solution.status, Status::Converged, "{cells:?}, {push}");
+            assert!(
+                solution.multiplier.iter().all(|l| *l == 0.0),
+                "{cells:?}, {push}"
+            );
+            let report = problem.report(&solution).expect("a report");
+            let moved = report.resultants.largest_displacement[0];
+            // Strains of steel are a share of 1e5/2e11 of that.
+            assert!((moved - 1e-4).abs() < 1e-9, "{cells:?}: {moved:e}");
         }
+    }
+}
+
+/// Tresca's friction on open panes of a block that soft springs let go: their slips are known to rounding of the way, and the stated accuracy says so.
+#[test]
+fn a_long_way_takes_digits_that_the_accuracy_tells_of() {
+    let lifted = |k: f64| {
+        let rest = format!(
+            "[[spring]]
+            face = 'z_max'
+            normal = {k:e}
+            tangential = {k:e}
+            [body_force]
+            value = [0.0, 0.0, 1e5]
+            [contact]
+            face = 'z_min'
+            [friction]
+            coefficient.constant = 1.0
+            slip_bound = 1e5"
+        );
+        let problem = block([1.46, 0.72, 0.69], [4, 2, 2], &rest);
+        let solution = solved(&problem);
+        (solution.status, solution.accuracy, solution.multiplier)
+    };
+    // A share of 1e-6 of the stiffness of steel: their own effect is no more.
+    let (status, accuracy, stiff) = lifted(1e5);
+    assert!(
+        status.is_solved() && accuracy < 1e-8,
+        "{status:?} {accuracy:e}"
+    );
+    for k in [1e2, 1.0] {
+        let (status, accuracy, soft) = lifted(k);
+        let off = stiff
+            .iter()
+            .zip(&soft)
+            .fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
+        assert_eq!(status, Status::RoundingLimit, "{k:e}");
+        // Relative to the bound; ten times for the other norm.
+        assert!(
+            off / 1e5 <= 10.0 * accuracy + 1e-5,
+            "{k:e}: {off:e} {accuracy:e}"
+        );
+        assert!(accuracy < 1e-3, "{k:e}: {accuracy:e}");
     }
 }
 

@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// An answer is as accurate as promised when its error is at most this many times ε.
-const ABOUT: f64 = 10.0;
+pub(super) const ABOUT: f64 = 10.0;
 
 /// An answer with a larger error has no digit to rely on: it is no answer.
 const NO_DIGIT: f64 = 0.05;

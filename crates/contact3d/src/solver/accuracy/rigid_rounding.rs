@@ -1,9 +1,9 @@
 //! What rounding of a long way, which weak springs let the body go, makes of an answer.
 //!
-//! Gaps and slips are differences of places: after a way of length U they are known to ε U, whatever is solved for them. A pane that is
-//! pressed or sticks takes that as ρ |Rⁱ| ε U, an open one not at all, one that slides as the turn of its slip.
+//! Gaps and slips are differences of places: after a way of length U they are known to U ε/2, whatever is solved for them. A pane that is
+//! pressed or sticks takes that as ρ |Rⁱ| U ε/2, an open one not at all, one that slides as the turn of its slip.
 
-use super::polish::COARSEST;
+use super::{judge::ABOUT, polish::COARSEST};
 use crate::{
     dual::Balance,
     linalg::norm,
@@ -15,7 +15,7 @@ use crate::{
 };
 
 impl DiscreteProblem<'_> {
-    /// The error that ε U makes of λ, relative as that of the answer; 0 where no weak springs hold the body.
+    /// The error that U ε/2 makes of λ, relative as that of the answer; 0 where no weak springs hold the body.
     pub(in crate::solver) fn rounding_of_way(&self, solution: &Solution) -> f64 {
         let Some(balance) = self.dual.balance.as_ref().filter(|it| it.is_resisted()) else {
             return 0.0;
@@ -47,7 +47,7 @@ impl DiscreteProblem<'_> {
             whole,
         } = self.way(balance, motion);
         let stress = |j: usize, way: f64| {
-            let volume = self.laws.area[layout.pane_of(j)] * f64::EPSILON * way;
+            let volume = self.laws.area[layout.pane_of(j)] * 0.5 * f64::EPSILON * way;
             solution.local_stiffness[j] * volume
         };
         let mut change = vec![0.0; layout.n_multipliers()];
@@ -100,7 +100,7 @@ struct Way {
 
 /// An answer that is no better than rounding of the way allows.
 pub(in crate::solver) fn limited_by(way: f64, epsilon: f64, solution: Solution) -> Solution {
-    if !solution.status.is_solved() || way <= solution.accuracy.max(epsilon) {
+    if !solution.status.is_solved() || way <= solution.accuracy.max(ABOUT * epsilon) {
         return solution;
     }
     Solution {
