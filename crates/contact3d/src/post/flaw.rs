@@ -130,10 +130,10 @@ impl ContactReport {
         }
         let accuracy = solution.accuracy;
         let mobility = rounding.mobility();
-        let found = self.residuals().map(|(figure, value, measure)| {
-            let (moves, broken) = match measure {
-                Measure::Balance => (1.0, UNBALANCED),
-                Measure::Stress | Measure::Work => (mobility, BROKEN),
+        let found = self.residuals().map(|(figure, value, measure, broken)| {
+            let moves = match measure {
+                Measure::Balance => 1.0,
+                Measure::Stress | Measure::Work => mobility,
             };
             let by_accuracy = ABOUT * accuracy * moves;
             let allowed = (by_accuracy + rounding.of(measure)).max(SMALL);
@@ -158,13 +158,18 @@ impl ContactReport {
     }
 
     /// Every residual.
-    fn residuals(&self) -> impl Iterator<Item = (&'static str, f64, Measure)> {
+    fn residuals(&self) -> impl Iterator<Item = (&'static str, f64, Measure, f64)> {
         let r = &self.resultants;
         let balance = [
-            ("force imbalance", r.force_imbalance, Measure::Balance),
-            ("moment imbalance", r.moment_imbalance, Measure::Balance),
+            ("force imbalance", r.force_imbalance),
+            ("moment imbalance", r.moment_imbalance),
         ];
-        balance.into_iter().chain(self.certificate.measured())
+        let balance = balance.map(|(figure, value)| (figure, value, Measure::Balance, UNBALANCED));
+        let certificate = self.certificate.measured();
+        let certificate = certificate.into_iter();
+        let certificate =
+            certificate.map(|(figure, value, measure)| (figure, value, measure, BROKEN));
+        balance.into_iter().chain(certificate)
     }
 
     /// The first figure that is out of range.

@@ -271,10 +271,13 @@ impl DiscreteProblem<'_> {
                 if solution.status.is_solved() {
                     return Ok(solution);
                 }
-                let steps = solution.newton;
+                let steps = solution.newton.clone();
                 let inner = Inner::Newton(dual, &local);
-                let solution = self.fixed_point(inner, law, observe);
-                Ok(self.completed(dual, &local, bound, solution, steps))
+                let next = self.fixed_point(inner, law, observe);
+                let next = self.completed(dual, &local, bound, next, steps);
+                // Successive approximations may leave the range of numbers where Newton's method only finds nothing.
+                let is_worse = next.status == Status::NumericalError;
+                Ok(if is_worse { solution } else { next })
             }
             (Method::Auto, None) => Ok(self.until_accurate(bound, |problem, inner| {
                 problem.fixed_point(inner, law, observe)

@@ -125,9 +125,25 @@ impl Face {
         square.sqrt()
     }
 
-    /// An approximation p of T(h_ν), and a bound of its error in the norm of S: √(2 p·r₊) + ‖r₋‖_S⁻¹ for r = S p − h_ν, whose positive part
-    /// is the gradient of a problem with the gap p·r₊ between it and its dual, and whose negative part is what that problem is off by.
+    /// An approximation p of T(h_ν), and a bound of its error in the norm of S: that of the interior point method, or 0, which is exact of a
+    /// face that is lifted clear.
     fn frictionless_pressure(&self) -> (DVector<f64>, f64) {
+        let candidates = [DVector::zeros(self.rhs.len()), self.interior_pressure()];
+        let measured = candidates.map(|pressure| (self.error_of(&pressure), pressure));
+        let [open, pressed] = measured;
+        let (off, pressure) = if open.0 <= pressed.0 { open } else { pressed };
+        (pressure, off)
+    }
+
+    /// √(2 p·r₊) + ‖r₋‖_S⁻¹ for r = S p − h_ν, whose positive part is the gradient of a problem with the gap p·r₊ between it and its dual,
+    /// and whose negative part is what that problem is off by.
+    fn error_of(&self, pressure: &DVector<f64>) -> f64 {
+        let gradient = &self.normal * pressure - &self.rhs;
+        let gap = pressure.dot(&gradient.map(|r| r.max(0.0)));
+        (2.0 * gap).sqrt() + self.dual_norm(&gradient.map(|r| r.min(0.0)))
+    }
+
+    fn interior_pressure(&self) -> DVector<f64> {
         let m = self.rhs.len();
         let projections = AtomicUsize::new(0);
         let set = FeasibleSet::new(m, Vec::new(), &projections);
@@ -144,10 +160,7 @@ impl Face {
             inside.run(UNDECIDED);
             pressure.copy_from_slice(&inside.unknowns(m));
         }
-        let gradient = &self.normal * &pressure - &self.rhs;
-        let gap = pressure.dot(&gradient.map(|r| r.max(0.0)));
-        let off = self.dual_norm(&gradient.map(|r| r.min(0.0)));
-        (pressure, (2.0 * gap).sqrt() + off)
+        pressure
     }
 
     /// √(c·S⁻¹c).
