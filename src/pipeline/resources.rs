@@ -146,7 +146,7 @@ pub fn memory_for_sweeps() -> u64 {
     available_memory().map_or(u64::MAX, |bytes| bytes / 4 * 3)
 }
 
-/// What the finest mesh of a ladder takes, of which nothing is stored.
+/// What the finest mesh of a study takes, of which nothing is stored.
 pub(super) fn need_of_finest(brick: &Brick, element: ElementOrder) -> Need {
     Need {
         step: "solving the finest mesh",

@@ -230,13 +230,6 @@ impl AssembledProblem {
         self.system.assembly.primal.dofs.n_free
     }
 
-    /// Whether S is held as a dense matrix, which Newton's method needs.
-    #[must_use]
-    pub fn is_explicit(&self) -> bool {
-        let contact = self.system.contact.as_ref();
-        contact.is_some_and(|contact| contact.explicit().is_some())
-    }
-
     /// What the parts of the assembly took.
     #[must_use]
     pub fn assembly_seconds(&self) -> AssemblySeconds {

@@ -1,4 +1,4 @@
-//! What a run asks of whoever keeps its results: room for each step, an eye on it, and a place for unfinished work.
+//! What a run asks of the keeper of its results: whether memory allows a step, to show its progress, and to store unfinished work.
 
 use std::{cell::RefCell, sync::Arc};
 

@@ -18,7 +18,7 @@ pub struct Answer {
     pub solution: Solution,
     /// What follows from it.
     pub report: ContactReport,
-    /// One record for each increment of a load history that was solved, the last one well or not; none without one.
+    /// One record for each increment of a load history that was solved, of which the last may have failed; none without a history.
     pub records: Vec<StepRecord>,
     /// Whether a factor in single precision led to no answer, and this is that of one in double.
     pub is_second_try: bool,
@@ -29,8 +29,8 @@ pub(super) type Evaluation = fn(&Solved<'_>) -> Result<ContactReport, Invalid>;
 
 impl AssembledProblem {
     /// Solves the problem from a start, a scene with steps increment by increment after those of `done`, each from the
-    /// multipliers of the one before, until one fails. What gave up with a factor in single precision that the program chose is
-    /// tried again with one in double. The settings are taken as they are, those of every solve.
+    /// multipliers of the one before, until one fails. Where the program chose a factor in single precision and the solve gave up, it is
+    /// solved again with one in double. `settings` replace those of the scene.
     ///
     /// Records hold all that the next increment depends on, so a history that goes on from some of them has the bits of one that
     /// was never stopped. The last increment of a complete history is solved again. A second try keeps nothing: whoever goes on
@@ -57,7 +57,8 @@ impl AssembledProblem {
         keeper: &mut dyn Keeper,
     ) -> Result<Answer, ProblemError> {
         let mut answer = self.attempt(settings, start, done, evaluation, keeper)?;
-        let Some(double) = self.reconsidered(answer.solution.status, settings, keeper)? else {
+        let Some(double) = self.in_double_precision(answer.solution.status, settings, keeper)?
+        else {
             return Ok(answer);
         };
         answer.records.pop();
@@ -148,7 +149,7 @@ impl AssembledProblem {
     ///
     /// # Errors
     /// Laws of the contact face that no problem can have.
-    pub fn reconsidered(
+    pub fn in_double_precision(
         &self,
         status: Status,
         settings: &SolveSettings,

@@ -243,10 +243,10 @@ fn a_solve_that_gives_up_in_single_precision_is_done_again_in_double() {
         (Status::MaxOuterSteps, &settings, true),
         (Status::MaxOuterSteps, &asked, false),
     ] {
-        let reconsidered = problem
-            .reconsidered(status, settings, &mut InMemory)
+        let in_double_precision = problem
+            .in_double_precision(status, settings, &mut InMemory)
             .expect("laws");
-        assert_eq!(reconsidered.is_some(), again, "{}", status.word());
+        assert_eq!(in_double_precision.is_some(), again, "{}", status.word());
     }
 }
 
