@@ -15,7 +15,7 @@ use crate::{
 pub(super) const ABOUT: f64 = 10.0;
 
 /// An answer with a larger error has no digit to rely on: it is no answer.
-const NO_DIGIT: f64 = 0.05;
+pub(super) const NO_DIGIT: f64 = 0.05;
 
 /// Contact forces below this share of the load are none: in sums of that many digits fewer than double precision has, rounding is seen.
 const NEGLIGIBLE: f64 = 1e-10;

@@ -3,7 +3,10 @@
 //! Gaps and slips are differences of places: after a way of length U they are known to U ε/2, whatever is solved for them. A pane that is
 //! pressed or sticks takes that as ρ |Rⁱ| U ε/2, an open one not at all, one that slides as the turn of its slip.
 
-use super::{judge::ABOUT, polish::COARSEST};
+use super::{
+    judge::{ABOUT, NO_DIGIT},
+    polish::COARSEST,
+};
 use crate::{
     dual::Balance,
     linalg::norm,
@@ -104,10 +107,10 @@ pub(in crate::solver) fn limited_by(way: f64, epsilon: f64, solution: Solution) 
         return solution;
     }
     Solution {
-        status: if way > COARSEST {
-            Status::Inaccurate
-        } else {
-            Status::RoundingLimit
+        status: match way {
+            _ if way > NO_DIGIT => Status::Inaccurate,
+            _ if way > COARSEST => Status::Stopped,
+            _ => Status::RoundingLimit,
         },
         accuracy: way.min(1.0),
         ..solution
