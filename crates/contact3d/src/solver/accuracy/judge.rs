@@ -97,12 +97,13 @@ impl DiscreteProblem<'_> {
     ///
     /// Contact forces that vanish, as those of a face without a net force, are what rounding of the load leaves, and no digit of that
     /// means anything.
-    pub(super) fn sizes(&self, multiplier: &[f64], evaluation: &Evaluation) -> Sizes {
+    pub(super) fn sizes(&self, multiplier: &[f64], evaluation: &Evaluation) -> MultiplierSizes {
         let area: f64 = self.laws.area.iter().sum();
         let load = area.sqrt() * load_stress(&self.body.assembly.primal, area);
         let beside_load = |size| if is_felt(size, load) { size } else { load };
-        let Sizes { normal, tangential } = Sizes::of(self.laws, multiplier, evaluation);
-        Sizes {
+        let MultiplierSizes { normal, tangential } =
+            MultiplierSizes::of(self.laws, multiplier, evaluation);
+        MultiplierSizes {
             normal: beside_load(normal),
             tangential: beside_load(tangential),
         }
@@ -143,12 +144,12 @@ fn steplength_of_motions(balance: Option<&Balance>, steplengths: &[f64]) -> Vec<
 /// compared with what friction could bear, so that a face that hardly holds anything is not asked
 /// for digits of nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::solver) struct Sizes {
+pub(in crate::solver) struct MultiplierSizes {
     normal: f64,
     tangential: f64,
 }
 
-impl Sizes {
+impl MultiplierSizes {
     /// At λ, whose ellipses are those of `evaluation`.
     fn of(laws: &PaneLaws, multiplier: &[f64], evaluation: &Evaluation) -> Self {
         let [normal, tangential] = parts(laws, multiplier);

@@ -34,7 +34,7 @@ pub(in crate::solver) struct Polished {
     pub(in crate::solver) solved: Doubled,
     /// u of λ.
     pub(in crate::solver) moved: Moved,
-    /// Distance to the solution, relative as in [`super::judge::Sizes`].
+    /// Distance to the solution, relative as in [`super::judge::MultiplierSizes`].
     pub(in crate::solver) error: f64,
     /// S and G about λ.
     pub(in crate::solver) dual: ExplicitDual,
@@ -46,7 +46,7 @@ pub(in crate::solver) struct Polished {
 
 /// How far an answer is from the solution.
 struct Discrepancy {
-    /// Relative as in [`super::judge::Sizes`].
+    /// Relative as in [`super::judge::MultiplierSizes`].
     error: f64,
     /// Relative to the semi-axes of the ellipses ([`within_ellipses`]): where one coefficient of
     /// friction is a small part of the other, ‖λ_t‖ hides what happens along its axis.

@@ -45,7 +45,7 @@ impl DiscreteProblem<'_> {
         gradient.extend(balance.excess(multiplier, motion));
         let slip = self.body.tangential(&exact.moved.displacement);
         let here = conditions.evaluate(&unknowns, &gradient, &slip);
-        let Way {
+        let FaceTravel {
             along_normals,
             whole,
         } = self.way(balance, motion);
@@ -71,7 +71,7 @@ impl DiscreteProblem<'_> {
         self.sizes(multiplier, &here).relative(self.laws, &change)
     }
 
-    fn way(&self, balance: &Balance, motion: &[f64]) -> Way {
+    fn way(&self, balance: &Balance, motion: &[f64]) -> FaceTravel {
         let motion = balance.whole_way(motion);
         let primal = &self.body.assembly.primal;
         let mut rigid = vec![0.0; primal.load.len()];
@@ -86,7 +86,7 @@ impl DiscreteProblem<'_> {
             .iter()
             .zip(area)
             .map(|(volume, area)| volume.abs() / area);
-        Way {
+        FaceTravel {
             along_normals: raised.fold(0.0, f64::max),
             whole: ways.fold(0.0, f64::max),
         }
@@ -94,7 +94,7 @@ impl DiscreteProblem<'_> {
 }
 
 /// How far weak springs let the contact face go, in m. Motions along a flat face leave it by nothing, so that they take no digit of a gap.
-struct Way {
+struct FaceTravel {
     /// The largest mean displacement of a pane along its normal.
     along_normals: f64,
     /// The largest displacement of a node.

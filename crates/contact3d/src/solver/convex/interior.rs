@@ -58,7 +58,7 @@ pub(in crate::solver) struct InteriorPoint<'a> {
 }
 
 /// A Newton direction.
-struct NewtonStep {
+struct InteriorStep {
     x: Vec<f64>,
     motion: Vec<f64>,
     /// ds and dz of each block.
@@ -145,7 +145,7 @@ impl<'a> InteriorPoint<'a> {
     }
 
     /// The mean of s·z after a share of a direction.
-    fn mu(&self, direction: Option<&NewtonStep>, share: f64) -> f64 {
+    fn mu(&self, direction: Option<&InteriorStep>, share: f64) -> f64 {
         let sum: f64 = match direction {
             None => self.pairs().map(|(s, z)| inner(s, z)).sum(),
             Some(direction) => self
@@ -158,7 +158,7 @@ impl<'a> InteriorPoint<'a> {
 
     fn moved_pairs<'s>(
         &'s self,
-        direction: &'s NewtonStep,
+        direction: &'s InteriorStep,
         share: f64,
     ) -> impl Iterator<Item = (Point, Point)> + 's {
         let pairs = self.pairs().zip(&direction.blocks);
@@ -171,7 +171,7 @@ impl<'a> InteriorPoint<'a> {
         let system = StepSystem::new(self)?;
         let violation = self.violation();
         let excess = self.program.excess(&self.x, &self.motion);
-        let towards = |target: f64, before: Option<&NewtonStep>| {
+        let towards = |target: f64, before: Option<&InteriorStep>| {
             let blocks = system.scalings.iter().enumerate();
             let wanted = blocks.map(|(at, scaling)| {
                 let mut wanted = product(scaling.point, scaling.point).map(|v| -v);
@@ -212,14 +212,14 @@ impl<'a> InteriorPoint<'a> {
     }
 
     /// The largest step before a block leaves its cones.
-    fn longest(&self, direction: &NewtonStep) -> f64 {
+    fn longest(&self, direction: &InteriorStep) -> f64 {
         let pairs = self.pairs().zip(&direction.blocks);
         let steps = pairs.map(|((s, z), (ds, dz))| largest_step(s, *ds).min(largest_step(z, *dz)));
         steps.fold(f64::INFINITY, f64::min)
     }
 
     /// A step within the neighbourhood along which μ falls; 0 where rounding leaves none.
-    fn admissible(&self, direction: &NewtonStep, mu: f64) -> f64 {
+    fn admissible(&self, direction: &InteriorStep, mu: f64) -> f64 {
         const SHORTER: f64 = 0.7;
         const LEAST: f64 = 1e-10;
         let mut step = (SHARE * self.longest(direction)).min(1.0);
@@ -289,7 +289,7 @@ impl StepSystem {
         violation: &[f64],
         excess: &[f64],
         wanted: &[Point],
-    ) -> NewtonStep {
+    ) -> InteriorStep {
         let blocks = self.scalings.iter().zip(wanted);
         let free: Vec<Point> = blocks
             .map(|(scaling, wanted)| scaling.unscaled_quotient(*wanted))
@@ -311,7 +311,7 @@ impl StepSystem {
             let back = scaling.apply_inverse(scaling.apply_inverse(ds));
             (ds, moved(free, -1.0, back))
         });
-        NewtonStep {
+        InteriorStep {
             blocks: blocks.collect(),
             motion,
             x,

@@ -28,14 +28,14 @@ fn operator(n: usize, entries: &[f64], decades: f64, loose: f64) -> DMatrix<f64>
 }
 
 /// A problem, with the motions that it must balance.
-struct Problem<'a> {
+struct ConvexCase<'a> {
     operator: DMatrix<f64>,
     rhs: Vec<f64>,
     set: FeasibleSet<'a>,
     motions: Motions,
 }
 
-impl Problem<'_> {
+impl ConvexCase<'_> {
     /// The diagonal of S⁻¹, pairs taking the mean of their two.
     fn stiffness(&self) -> Vec<f64> {
         let inverse = self.operator.clone().try_inverse().unwrap();
@@ -107,7 +107,7 @@ proptest! {
         let rhs = rhs[..n].to_vec();
         let axes = if has_friction { &axes[..] } else { &[] };
         let operator = operator(n, &entries, decades, loose);
-        let problem = Problem { operator, rhs, set: set_of(axes, 1.0), motions: Motions::default() };
+        let problem = ConvexCase { operator, rhs, set: set_of(axes, 1.0), motions: Motions::default() };
         if let Some([residual, _]) = problem.residuals() {
             prop_assert!(residual <= ACCURATE, "{residual:e}");
         }
@@ -125,7 +125,7 @@ proptest! {
             .collect();
         let carried = |g: &Vec<f64>| g.iter().zip(&pressures).map(|(g, p)| g * p).sum();
         let stiffness = if is_supported { 10.0_f64.powf(support) } else { 0.0 };
-        let problem = Problem {
+        let problem = ConvexCase {
             operator: operator(PANES, &entries, decades, -9.0),
             rhs,
             set: set_of(&[], 1.0),

@@ -27,7 +27,7 @@ const NORMAL: f64 = 1e-10;
 const UNDECIDED: f64 = 1e-9;
 
 /// S + G D⁻¹Gᵀ of a face and its weak supports.
-struct Face {
+struct PressedFace {
     normal: DMatrix<f64>,
     factor: Cholesky<f64, Dyn>,
     /// S_νt.
@@ -49,7 +49,7 @@ pub(super) fn beyond_friction(
     if free.is_empty() || !free.iter().all(is_along) {
         return None;
     }
-    let face = Face::new(dual, balance)?;
+    let face = PressedFace::new(dual, balance)?;
     let strayed = face.strayed(coefficients);
     let (pressure, off) = face.frictionless_pressure();
     let terms = (0..layout.n_panes()).map(|i| match coefficients.get(i) {
@@ -73,7 +73,7 @@ pub(super) fn beyond_friction(
     is_proven.then_some(motion)
 }
 
-impl Face {
+impl PressedFace {
     /// `None` where S is not positive definite, as where clamps hold the face.
     fn new(dual: &ExplicitDual, balance: &Balance) -> Option<Self> {
         let (m, n) = (dual.n_panes(), dual.dimension());

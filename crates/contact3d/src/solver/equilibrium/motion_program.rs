@@ -52,10 +52,10 @@ pub(super) struct MotionProgram {
 struct Pane {
     /// Mean normal displacement.
     normal: DVector<f64>,
-    friction: Friction,
+    friction: Opposition,
 }
 
-enum Friction {
+enum Opposition {
     None,
     /// F w_t, in the cone with w_ν.
     Cone([DVector<f64>; 2]),
@@ -112,11 +112,13 @@ impl MotionProgram {
         let pane = |(i, term): (usize, PaneTerm)| Pane {
             normal: mean(layout.normal(i), 1.0),
             friction: match (term, layout.tangential(i)) {
-                (PaneTerm::Pressure, _) | (_, None) => Friction::None,
-                (PaneTerm::Cone(f), Some([a, b])) => Friction::Cone([mean(a, f[0]), mean(b, f[1])]),
+                (PaneTerm::Pressure, _) | (_, None) => Opposition::None,
+                (PaneTerm::Cone(f), Some([a, b])) => {
+                    Opposition::Cone([mean(a, f[0]), mean(b, f[1])])
+                }
                 (PaneTerm::Bounded(axes), Some([a, b])) => {
                     let by = areas[i] / size;
-                    Friction::Work([mean(a, axes[0] * by), mean(b, axes[1] * by)])
+                    Opposition::Work([mean(a, axes[0] * by), mean(b, axes[1] * by)])
                 }
             },
         };
@@ -159,9 +161,9 @@ impl MotionProgram {
             let normal = pane.normal.dot(motion);
             let length = |rows: &[DVector<f64>; 2]| rows[0].dot(motion).hypot(rows[1].dot(motion));
             match &pane.friction {
-                Friction::None => slack = slack.max(normal),
-                Friction::Cone(rows) => slack = slack.max(normal + length(rows)),
-                Friction::Work(rows) => {
+                Opposition::None => slack = slack.max(normal),
+                Opposition::Cone(rows) => slack = slack.max(normal + length(rows)),
+                Opposition::Work(rows) => {
                     slack = slack.max(normal);
                     work += length(rows);
                 }
@@ -237,7 +239,7 @@ impl Pane {
         let n = y.len();
         let distance = s - self.normal.dot(y);
         match &self.friction {
-            Friction::None | Friction::Work(_) => {
+            Opposition::None | Opposition::Work(_) => {
                 if distance <= 0.0 {
                     return None;
                 }
@@ -247,7 +249,7 @@ impl Pane {
                 out.hessian
                     .ger(1.0 / (distance * distance), &row, &row, 1.0);
             }
-            Friction::Cone(rows) => {
+            Opposition::Cone(rows) => {
                 let slide = [rows[0].dot(y), rows[1].dot(y)];
                 let length = slide[0].hypot(slide[1]);
                 let square = (distance - length) * (distance + length);
@@ -271,7 +273,7 @@ impl Pane {
                 }
             }
         }
-        if let Friction::Work(rows) = &self.friction {
+        if let Opposition::Work(rows) = &self.friction {
             // The least of τ/w − ln(τ² − |v|²) over τ > |v|: τ = w + √(w² + |v|²).
             let wide = rows.each_ref().map(|r| r.clone().insert_row(n, 0.0));
             let slide = [rows[0].dot(y), rows[1].dot(y)];

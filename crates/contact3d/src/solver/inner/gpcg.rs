@@ -44,12 +44,12 @@ const ENOUGH: f64 = 0.5;
 const TRIALS: [f64; 3] = [1.0, 0.25, 0.0625];
 
 /// An admissible multiplier with its gradient r = Sλ − h.
-struct Iterate {
+struct MultiplierIterate {
     multiplier: Vec<f64>,
     gradient: Vec<f64>,
 }
 
-impl Iterate {
+impl MultiplierIterate {
     /// q(other) − q(self), from the gradients: exact up to rounding of the difference itself.
     fn energy_change_to(&self, other: &Self) -> f64 {
         let points = self.multiplier.iter().zip(&other.multiplier);
@@ -67,7 +67,7 @@ impl Iterate {
 }
 
 /// The problem at hand and what was spent on it.
-struct Search<'a> {
+struct GradientSearch<'a> {
     solver: Gpcg,
     operator: &'a mut dyn DualOperator,
     set: &'a FeasibleSet<'a>,
@@ -87,7 +87,7 @@ impl Gpcg {
         multiplier: &mut [f64],
         tolerance: f64,
     ) -> InnerOutcome {
-        let mut search = Search {
+        let mut search = GradientSearch {
             solver: *self,
             first_application: operator.applications(),
             operator,
@@ -106,9 +106,9 @@ impl Gpcg {
     }
 }
 
-impl Search<'_> {
+impl GradientSearch<'_> {
     /// Alternates projected gradient and face steps; returns the last iterate and its ‖g̃‖.
-    fn descend(&mut self, start: Iterate, tolerance: f64) -> (Iterate, f64) {
+    fn descend(&mut self, start: MultiplierIterate, tolerance: f64) -> (MultiplierIterate, f64) {
         let mut current = start;
         let mut face = Face::new(self.set, &current.multiplier, &current.gradient);
         let mut steplength = self.solver.steplength;
@@ -150,7 +150,11 @@ impl Search<'_> {
 
     /// λ' = P(λ − a r), or, where this gives too little, the minimum between λ and λ'; returns the
     /// spectral steplength sᵀs / sᵀSs of the step s = λ' − λ too.
-    fn projected_gradient_step(&mut self, current: Iterate, steplength: f64) -> (Iterate, f64) {
+    fn projected_gradient_step(
+        &mut self,
+        current: MultiplierIterate,
+        steplength: f64,
+    ) -> (MultiplierIterate, f64) {
         self.steps.proportioning += 1;
         let mut multiplier = current.multiplier.clone();
         add_scaled(&mut multiplier, -steplength, &current.gradient);
@@ -187,11 +191,11 @@ impl Search<'_> {
     /// Where the change of energy is within its rounding, ‖g̃‖ must fall as well.
     fn face_step(
         &mut self,
-        current: &Iterate,
+        current: &MultiplierIterate,
         face: &Face,
         gradient: &[f64],
         target: f64,
-    ) -> Option<Iterate> {
+    ) -> Option<MultiplierIterate> {
         let most_steps = self.applications_left();
         let direction = face.newton_direction(
             self.operator,
@@ -236,17 +240,17 @@ impl Search<'_> {
         }
     }
 
-    fn at(&mut self, multiplier: Vec<f64>) -> Iterate {
+    fn at(&mut self, multiplier: Vec<f64>) -> MultiplierIterate {
         let mut gradient = self.operator.apply(&multiplier);
         add_scaled(&mut gradient, -1.0, self.operator.rhs());
-        Iterate {
+        MultiplierIterate {
             multiplier,
             gradient,
         }
     }
 
     /// ‖g̃‖; NaN when the gradient is not finite.
-    fn reduced_norm(&self, iterate: &Iterate) -> f64 {
+    fn reduced_norm(&self, iterate: &MultiplierIterate) -> f64 {
         if !iterate.gradient.iter().all(|r| r.is_finite()) {
             return f64::NAN;
         }
